@@ -1,0 +1,296 @@
+#include "core/exr.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDoubleAttribute.h>
+#include <OpenEXR/ImfFloatAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfMultiPartOutputFile.h>
+#include <OpenEXR/ImfOutputPart.h>
+#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfThreading.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/parallel.h"
+
+namespace luxfield::core {
+namespace {
+
+// A hostile header must not make us allocate the machine: no image of ours comes near this.
+constexpr std::int64_t kMaxPixelsPerPart = std::int64_t{1} << 28;
+
+std::string FirstLine(const char* text) {
+  std::string line(text);
+  if (const auto end = line.find('\n'); end != std::string::npos) line.resize(end);
+  while (!line.empty() && (line.back() == '.' || line.back() == ' ')) line.pop_back();
+  return line;
+}
+
+Imf::Header MakeHeader(const ExrPartView& part, ExrCompression compression) {
+  Imf::Header header(part.width, part.height);
+  header.compression() =
+      compression == ExrCompression::kZip ? Imf::ZIP_COMPRESSION : Imf::NO_COMPRESSION;
+  header.setType(Imf::SCANLINEIMAGE);
+  if (!part.name.empty()) header.setName(part.name);
+  for (const auto& channel : part.channels)
+    header.channels().insert(channel.name, Imf::Channel(channel.pixels.index() == 0 ? Imf::FLOAT : Imf::UINT));
+  for (const auto& [name, value] : part.attributes) {
+    if (const int* i = std::get_if<int>(&value)) header.insert(name, Imf::IntAttribute(*i));
+    if (const double* d = std::get_if<double>(&value)) header.insert(name, Imf::DoubleAttribute(*d));
+    if (const auto* s = std::get_if<std::string>(&value)) header.insert(name, Imf::StringAttribute(*s));
+  }
+  return header;
+}
+
+Imf::Slice MakeSlice(Imf::PixelType type, const void* pixels, int width, std::size_t element) {
+  return Imf::Slice(type, const_cast<char*>(static_cast<const char*>(pixels)), element, element * width);
+}
+
+ExrAttributes ReadAttributes(const Imf::Header& header) {
+  ExrAttributes attributes;
+  for (auto it = header.begin(); it != header.end(); ++it) {
+    const Imf::Attribute& attribute = it.attribute();
+    if (const auto* i = dynamic_cast<const Imf::IntAttribute*>(&attribute)) attributes[it.name()] = i->value();
+    if (const auto* f = dynamic_cast<const Imf::FloatAttribute*>(&attribute))
+      attributes[it.name()] = static_cast<double>(f->value());
+    if (const auto* d = dynamic_cast<const Imf::DoubleAttribute*>(&attribute)) attributes[it.name()] = d->value();
+    if (const auto* s = dynamic_cast<const Imf::StringAttribute*>(&attribute)) attributes[it.name()] = s->value();
+  }
+  return attributes;
+}
+
+}  // namespace
+
+void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> parts,
+              ExrCompression compression) {
+  std::vector<Imf::Header> headers;
+  headers.reserve(parts.size());
+  for (const auto& part : parts) headers.push_back(MakeHeader(part, compression));
+  WriteAtomically(path, [&](const std::filesystem::path& temporary) {
+    try {
+      Imf::MultiPartOutputFile file(temporary.c_str(), headers.data(), static_cast<int>(headers.size()),
+                                    false, Threads());
+      for (int i = 0; i < static_cast<int>(parts.size()); ++i) {
+        const ExrPartView& part = parts[i];
+        Imf::FrameBuffer buffer;
+        for (const auto& channel : part.channels) {
+          if (const auto* f = std::get_if<std::span<const float>>(&channel.pixels))
+            buffer.insert(channel.name, MakeSlice(Imf::FLOAT, f->data(), part.width, sizeof(float)));
+          else
+            buffer.insert(channel.name,
+                          MakeSlice(Imf::UINT, std::get<1>(channel.pixels).data(), part.width, sizeof(std::uint32_t)));
+        }
+        Imf::OutputPart output(file, i);
+        output.setFrameBuffer(buffer);
+        output.writePixels(part.height);
+      }
+    } catch (const std::exception& error) {
+      throw DeviceError(fmt::format("{}: cannot write: {}; free space or choose another folder",
+                                    path.string(), FirstLine(error.what())));
+    }
+  });
+}
+
+struct ExrReader::Impl {
+  std::filesystem::path path;
+  std::unique_ptr<Imf::MultiPartInputFile> file;
+  std::vector<Part> parts;
+
+  [[noreturn]] void Fail(const std::string& problem, const std::string& remedy) const {
+    throw InputError(path.string(), problem, remedy);
+  }
+};
+
+ExrReader::ExrReader(const std::filesystem::path& path) : impl_(std::make_unique<Impl>()) {
+  impl_->path = path;
+  std::error_code error_code;
+  if (!std::filesystem::is_regular_file(path, error_code))
+    impl_->Fail("no such file", "check the path");
+  try {
+    impl_->file = std::make_unique<Imf::MultiPartInputFile>(path.c_str(), Threads());
+  } catch (const std::exception& error) {
+    impl_->Fail(fmt::format("not a readable OpenEXR file ({})", FirstLine(error.what())),
+                "make it anew with the verb that wrote it");
+  }
+  for (int i = 0; i < impl_->file->parts(); ++i) {
+    const Imf::Header& header = impl_->file->header(i);
+    const auto& window = header.dataWindow();
+    const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
+    const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
+    if (width < 1 || height < 1 || width * height > kMaxPixelsPerPart)
+      impl_->Fail(fmt::format("part {} is {} x {} pixels, beyond the limit of 2^28", i, width, height),
+                  "split the image");
+    Part part;
+    part.name = header.hasName() ? header.name() : std::string();
+    part.width = static_cast<int>(width);
+    part.height = static_cast<int>(height);
+    for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
+      part.channels.emplace_back(it.name());
+      part.channel_is_uint.push_back(it.channel().type == Imf::UINT);
+    }
+    part.attributes = ReadAttributes(header);
+    impl_->parts.push_back(std::move(part));
+  }
+}
+
+ExrReader::~ExrReader() = default;
+ExrReader::ExrReader(ExrReader&&) noexcept = default;
+ExrReader& ExrReader::operator=(ExrReader&&) noexcept = default;
+
+const std::vector<ExrReader::Part>& ExrReader::parts() const { return impl_->parts; }
+const std::filesystem::path& ExrReader::path() const { return impl_->path; }
+
+int ExrReader::find_part(const std::string& name) const {
+  const auto it = std::find_if(impl_->parts.begin(), impl_->parts.end(),
+                               [&](const Part& part) { return part.name == name; });
+  return it == impl_->parts.end() ? -1 : static_cast<int>(it - impl_->parts.begin());
+}
+
+bool ExrReader::has_channel(int part, const std::string& channel) const {
+  const auto& channels = impl_->parts.at(part).channels;
+  return std::find(channels.begin(), channels.end(), channel) != channels.end();
+}
+
+namespace {
+
+void ReadSlices(ExrReader& reader, Imf::MultiPartInputFile& file, int part_index, Imf::PixelType type,
+                std::span<const std::string> channels, std::span<void* const> pixels) {
+  const auto& part = reader.parts().at(part_index);
+  const auto& window = file.header(part_index).dataWindow();
+  Imf::FrameBuffer buffer;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    if (!reader.has_channel(part_index, channels[i]))
+      throw InputError(reader.path().string(),
+                       fmt::format("part '{}' has no channel '{}'", part.name, channels[i]),
+                       "check that this is the kind of file the verb expects");
+    // OpenEXR addresses pixels by data-window coordinates.
+    char* base = static_cast<char*>(pixels[i]) -
+                 4 * (static_cast<std::ptrdiff_t>(window.min.y) * part.width + window.min.x);
+    buffer.insert(channels[i], Imf::Slice(type, base, 4, std::size_t{4} * part.width));
+  }
+  try {
+    Imf::InputPart input(file, part_index);
+    input.setFrameBuffer(buffer);
+    input.readPixels(window.min.y, window.max.y);
+  } catch (const std::exception& error) {
+    throw InputError(reader.path().string(),
+                     fmt::format("part '{}' cannot be read ({})", part.name, FirstLine(error.what())),
+                     "the file is truncated or damaged: make it anew");
+  }
+}
+
+}  // namespace
+
+void ExrReader::ReadFloats(int part, std::span<const std::string> channels,
+                           std::span<const std::span<float>> pixels) {
+  std::vector<void*> pointers;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const auto& names = impl_->parts.at(part).channels;
+    const auto it = std::find(names.begin(), names.end(), channels[i]);
+    if (it != names.end() && impl_->parts[part].channel_is_uint[it - names.begin()])
+      impl_->Fail(fmt::format("channel '{}' holds integers where floats belong", channels[i]),
+                  "check that this is the kind of file the verb expects");
+    pointers.push_back(pixels[i].data());
+  }
+  ReadSlices(*this, *impl_->file, part, Imf::FLOAT, channels, pointers);
+}
+
+void ExrReader::ReadFloat(int part, const std::string& channel, std::span<float> pixels) {
+  ReadFloats(part, std::span(&channel, 1), std::span(&pixels, 1));
+}
+
+std::vector<float> ExrReader::ReadFloat(int part, const std::string& channel) {
+  const Part& p = impl_->parts.at(part);
+  std::vector<float> pixels(static_cast<std::size_t>(p.width) * p.height);
+  ReadFloat(part, channel, pixels);
+  return pixels;
+}
+
+std::vector<std::uint32_t> ExrReader::ReadUint(int part, const std::string& channel) {
+  const Part& p = impl_->parts.at(part);
+  const auto it = std::find(p.channels.begin(), p.channels.end(), channel);
+  if (it != p.channels.end() && !p.channel_is_uint[it - p.channels.begin()])
+    impl_->Fail(fmt::format("channel '{}' holds floats where integers belong", channel),
+                "check that this is the kind of file the verb expects");
+  std::vector<std::uint32_t> pixels(static_cast<std::size_t>(p.width) * p.height);
+  void* pointer = pixels.data();
+  ReadSlices(*this, *impl_->file, part, Imf::UINT, std::span(&channel, 1), std::span(&pointer, 1));
+  return pixels;
+}
+
+namespace {
+
+const ExrValue& FindAttribute(const ExrReader& reader, int part, const std::string& name) {
+  const auto& attributes = reader.parts().at(part).attributes;
+  const auto it = attributes.find(name);
+  if (it == attributes.end())
+    throw InputError(reader.path().string(), fmt::format("attribute '{}' is missing", name),
+                     "check that this is the kind of file the verb expects");
+  return it->second;
+}
+
+[[noreturn]] void FailType(const ExrReader& reader, const std::string& name, const char* wanted) {
+  throw InputError(reader.path().string(), fmt::format("attribute '{}' is not {}", name, wanted),
+                   "make the file anew with the verb that wrote it");
+}
+
+}  // namespace
+
+int ExrReader::GetInt(int part, const std::string& name) const {
+  const ExrValue& value = FindAttribute(*this, part, name);
+  if (const int* i = std::get_if<int>(&value)) return *i;
+  FailType(*this, name, "an integer");
+}
+
+double ExrReader::GetDouble(int part, const std::string& name) const {
+  const ExrValue& value = FindAttribute(*this, part, name);
+  if (const double* d = std::get_if<double>(&value)) return *d;
+  if (const int* i = std::get_if<int>(&value)) return *i;
+  FailType(*this, name, "a number");
+}
+
+std::string ExrReader::GetString(int part, const std::string& name) const {
+  const ExrValue& value = FindAttribute(*this, part, name);
+  if (const auto* s = std::get_if<std::string>(&value)) return *s;
+  FailType(*this, name, "text");
+}
+
+Image ReadExrImage(const std::filesystem::path& path) {
+  ExrReader reader(path);
+  const auto& part = reader.parts().front();
+  const bool rgb = reader.has_channel(0, "R");
+  if (!rgb && !reader.has_channel(0, "Y"))
+    throw InputError(path.string(), "has neither channels R, G, B nor Y", "name a picture");
+  Image image(part.width, part.height, rgb ? 3 : 1);
+  if (rgb) {
+    const std::string names[] = {"R", "G", "B"};
+    const std::span<float> planes[] = {image.plane(0), image.plane(1), image.plane(2)};
+    reader.ReadFloats(0, names, planes);
+  } else {
+    reader.ReadFloat(0, "Y", image.plane(0));
+  }
+  return image;
+}
+
+void WriteExrImage(const std::filesystem::path& path, const Image& image, const ExrAttributes& attributes) {
+  ExrPartView part{"", image.width, image.height, {}, attributes};
+  if (image.channels == 1) {
+    part.channels.push_back({"Y", image.plane(0)});
+  } else {
+    const char* names[] = {"R", "G", "B"};
+    for (int channel = 0; channel < 3; ++channel) part.channels.push_back({names[channel], image.plane(channel)});
+  }
+  WriteExr(path, std::span(&part, 1));
+}
+
+}  // namespace luxfield::core

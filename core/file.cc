@@ -1,0 +1,179 @@
+#include "core/file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <openssl/evp.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+
+#include "core/error.h"
+
+namespace luxfield::core {
+namespace {
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  int get() const { return fd_; }
+  int release() {
+    const int fd = fd_;
+    fd_ = -1;
+    return fd;
+  }
+
+ private:
+  int fd_;
+};
+
+[[noreturn]] void FailWriting(const std::filesystem::path& path, const char* what) {
+  throw DeviceError(fmt::format("{}: cannot {}: {}; free space or choose another folder",
+                                path.string(), what, std::strerror(errno)));
+}
+
+void WriteAll(int fd, std::string_view bytes, const std::filesystem::path& path) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+    if (written < 0) {
+      if (errno == EINTR) continue;
+      FailWriting(path, "write");
+    }
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+std::filesystem::path FolderOf(const std::filesystem::path& path) {
+  const auto folder = path.parent_path();
+  return folder.empty() ? std::filesystem::path(".") : folder;
+}
+
+// Unique within the folder for this process; keeps the extension, since image writers go by it.
+std::filesystem::path TemporaryBeside(const std::filesystem::path& path) {
+  static std::atomic<unsigned> counter{0};
+  return FolderOf(path) / fmt::format(".{}.{}-{}.tmp{}", path.stem().string(), ::getpid(),
+                                      counter++, path.extension().string());
+}
+
+using DigestContext = std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)>;
+
+DigestContext StartSha256() {
+  DigestContext context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
+  if (!context || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1)
+    throw DeviceError("SHA-256 is not available in this OpenSSL; install libssl with default providers");
+  return context;
+}
+
+std::string FinishHex(DigestContext context) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
+  unsigned size = 0;
+  EVP_DigestFinal_ex(context.get(), digest.data(), &size);
+  std::string hex;
+  for (unsigned i = 0; i < size; ++i) hex += fmt::format("{:02x}", digest[i]);
+  return hex;
+}
+
+constexpr std::array<std::uint32_t, 256> MakeCrc32cTable() {
+  std::array<std::uint32_t, 256> table{};
+  for (std::uint32_t byte = 0; byte < 256; ++byte) {
+    std::uint32_t crc = byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1u) ? 0x82F63B78u : 0u);
+    table[byte] = crc;
+  }
+  return table;
+}
+
+}  // namespace
+
+std::string ReadFile(const std::filesystem::path& path) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.get() < 0)
+    throw InputError(path.string(), fmt::format("cannot open: {}", std::strerror(errno)),
+                     "check the path and its permissions");
+  struct stat status {};
+  if (::fstat(file.get(), &status) != 0 || S_ISDIR(status.st_mode))
+    throw InputError(path.string(), "is a folder, not a file", "name a file");
+  std::string bytes;
+  bytes.reserve(static_cast<std::size_t>(std::max<off_t>(status.st_size, 0)));
+  std::array<char, 1 << 16> buffer;
+  for (;;) {
+    const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0)
+      throw InputError(path.string(), fmt::format("cannot read: {}", std::strerror(errno)),
+                       "check the disk");
+    if (count == 0) return bytes;
+    bytes.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+}
+
+void SyncFolder(const std::filesystem::path& folder) {
+  const Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (directory.get() < 0 || ::fsync(directory.get()) != 0) FailWriting(folder, "sync folder");
+}
+
+void WriteAtomically(const std::filesystem::path& path,
+                     const std::function<void(const std::filesystem::path&)>& write) {
+  const auto temporary = TemporaryBeside(path);
+  try {
+    write(temporary);
+    Descriptor file(::open(temporary.c_str(), O_RDONLY | O_CLOEXEC));
+    if (file.get() < 0 || ::fsync(file.get()) != 0) FailWriting(path, "sync");
+    if (::rename(temporary.c_str(), path.c_str()) != 0) FailWriting(path, "rename into place");
+    SyncFolder(FolderOf(path));
+  } catch (...) {
+    ::unlink(temporary.c_str());
+    throw;
+  }
+}
+
+void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes) {
+  WriteAtomically(path, [&](const std::filesystem::path& temporary) {
+    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (file.get() < 0) FailWriting(path, "create");
+    WriteAll(file.get(), bytes, path);
+  });
+}
+
+std::string Sha256(std::string_view bytes) {
+  auto context = StartSha256();
+  EVP_DigestUpdate(context.get(), bytes.data(), bytes.size());
+  return FinishHex(std::move(context));
+}
+
+std::string Sha256OfFile(const std::filesystem::path& path) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.get() < 0)
+    throw InputError(path.string(), fmt::format("cannot open: {}", std::strerror(errno)),
+                     "check the path and its permissions");
+  auto context = StartSha256();
+  std::string buffer(1 << 20, '\0');
+  for (;;) {
+    const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0)
+      throw InputError(path.string(), fmt::format("cannot read: {}", std::strerror(errno)),
+                       "check the disk");
+    if (count == 0) return FinishHex(std::move(context));
+    EVP_DigestUpdate(context.get(), buffer.data(), static_cast<std::size_t>(count));
+  }
+}
+
+std::uint32_t Crc32c(std::string_view bytes) {
+  static constexpr auto kTable = MakeCrc32cTable();
+  std::uint32_t crc = 0xFFFFFFFFu;
+  for (const char byte : bytes)
+    crc = (crc >> 8) ^ kTable[(crc ^ static_cast<unsigned char>(byte)) & 0xFFu];
+  return ~crc;
+}
+
+}  // namespace luxfield::core

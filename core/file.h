@@ -1,0 +1,38 @@
+// Files that exist whole or not at all.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace luxfield::core {
+
+// The whole file as bytes. Throws InputError (missing, a folder, unreadable) naming the path.
+std::string ReadFile(const std::filesystem::path& path);
+
+// Writes `bytes` so that `path` holds either its old content or all of the new one, also after a
+// crash: temporary file in the same folder, fsync, rename, fsync of the folder. Throws DeviceError
+// (disk full, read-only ...); the temporary file is removed.
+void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
+
+// The same for writers that need a path of their own (OpenEXR, TIFF, PNG): `write` is called with
+// a temporary path beside `path` and with the same extension; when it returns the file is made durable
+// and renamed. When it throws, the temporary file is removed and the exception passed on.
+void WriteAtomically(const std::filesystem::path& path,
+                     const std::function<void(const std::filesystem::path& temporary)>& write);
+
+// Makes a rename in `folder` durable.
+void SyncFolder(const std::filesystem::path& folder);
+
+// Lower-case hexadecimal SHA-256 of bytes, or of a file streamed in 1 MiB pieces.
+std::string Sha256(std::string_view bytes);
+std::string Sha256OfFile(const std::filesystem::path& path);
+
+// CRC-32C (Castagnoli, polynomial 0x1EDC6F41 reflected; RFC 3720 B.4), as session journals use it.
+std::uint32_t Crc32c(std::string_view bytes);
+
+}  // namespace luxfield::core
