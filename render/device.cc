@@ -1,0 +1,237 @@
+#include "render/device.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+
+#include "core/error.h"
+#include "render/opencl_check.h"
+
+namespace luxfield::render {
+namespace {
+
+constexpr cl_int kPlatformNotFoundKhr =
+    -1001;  // the ICD loader's code when no platform is installed
+
+std::vector<cl_device_id> DeviceIds() {
+  cl_uint platform_count = 0;
+  const cl_int code = clGetPlatformIDs(0, nullptr, &platform_count);
+  if (code == kPlatformNotFoundKhr || platform_count == 0) return {};
+  Check(code, "clGetPlatformIDs");
+  std::vector<cl_platform_id> platforms(platform_count);
+  Check(clGetPlatformIDs(platform_count, platforms.data(), nullptr), "clGetPlatformIDs");
+  std::vector<cl_device_id> ids;
+  for (const cl_platform_id platform : platforms) {
+    cl_uint count = 0;
+    if (clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count) != CL_SUCCESS) continue;
+    const std::size_t first = ids.size();
+    ids.resize(first + count);
+    Check(clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, ids.data() + first, nullptr),
+          "clGetDeviceIDs");
+  }
+  return ids;
+}
+
+template <typename T>
+T Get(cl_device_id id, cl_device_info what) {
+  T value{};
+  Check(clGetDeviceInfo(id, what, sizeof value, &value, nullptr), "clGetDeviceInfo");
+  return value;
+}
+
+// OpenCL strings end in a NUL and, from some drivers, in blanks.
+std::string Trimmed(std::string text) {
+  while (!text.empty() &&
+         (text.back() == '\0' || std::isspace(static_cast<unsigned char>(text.back()))))
+    text.pop_back();
+  return text;
+}
+
+std::string GetText(cl_device_id id, cl_device_info what) {
+  std::size_t size = 0;
+  Check(clGetDeviceInfo(id, what, 0, nullptr, &size), "clGetDeviceInfo");
+  std::string text(size, '\0');
+  Check(clGetDeviceInfo(id, what, size, text.data(), nullptr), "clGetDeviceInfo");
+  return Trimmed(std::move(text));
+}
+
+std::string PlatformName(cl_device_id id) {
+  const auto platform = Get<cl_platform_id>(id, CL_DEVICE_PLATFORM);
+  std::size_t size = 0;
+  Check(clGetPlatformInfo(platform, CL_PLATFORM_NAME, 0, nullptr, &size), "clGetPlatformInfo");
+  std::string text(size, '\0');
+  Check(clGetPlatformInfo(platform, CL_PLATFORM_NAME, size, text.data(), nullptr),
+        "clGetPlatformInfo");
+  return Trimmed(std::move(text));
+}
+
+DeviceInfo Describe(cl_device_id id, int index) {
+  DeviceInfo info;
+  info.index = index;
+  info.platform = PlatformName(id);
+  info.name = GetText(id, CL_DEVICE_NAME);
+  info.version = GetText(id, CL_DEVICE_VERSION);
+  info.driver = GetText(id, CL_DRIVER_VERSION);
+  info.is_cpu = (Get<cl_device_type>(id, CL_DEVICE_TYPE) & CL_DEVICE_TYPE_CPU) != 0;
+  info.compute_units = static_cast<int>(Get<cl_uint>(id, CL_DEVICE_MAX_COMPUTE_UNITS));
+  info.max_work_group_size = Get<std::size_t>(id, CL_DEVICE_MAX_WORK_GROUP_SIZE);
+  info.global_memory_bytes = Get<cl_ulong>(id, CL_DEVICE_GLOBAL_MEM_SIZE);
+  info.max_allocation_bytes = Get<cl_ulong>(id, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
+  info.has_fp64 = Get<cl_device_fp_config>(id, CL_DEVICE_DOUBLE_FP_CONFIG) != 0;
+  return info;
+}
+
+std::string Lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+bool Matches(const DeviceInfo& info, const std::string& selector) {
+  const bool is_index = std::all_of(selector.begin(), selector.end(),
+                                    [](unsigned char c) { return std::isdigit(c); });
+  if (is_index) return selector.size() < 10 && std::stoi(selector) == info.index;
+  return Lower(info.name).find(Lower(selector)) != std::string::npos ||
+         Lower(info.platform).find(Lower(selector)) != std::string::npos;
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> ListDevices() {
+  std::vector<DeviceInfo> devices;
+  for (const cl_device_id id : DeviceIds())
+    devices.push_back(Describe(id, static_cast<int>(devices.size())));
+  return devices;
+}
+
+Device Device::Open(const std::string& selector, int threads) {
+  if (threads > 0) ::setenv("POCL_MAX_PTHREAD_COUNT", std::to_string(threads).c_str(), 1);
+  const auto ids = DeviceIds();
+  if (ids.empty())
+    throw DeviceError(
+        "no OpenCL device was found; install a driver, for a CPU the Debian package "
+        "pocl-opencl-icd");
+  const auto devices = ListDevices();
+  const auto chosen =
+      selector.empty() ? devices.begin()
+                       : std::find_if(devices.begin(), devices.end(), [&](const DeviceInfo& info) {
+                           return Matches(info, selector);
+                         });
+  if (chosen == devices.end()) {
+    std::string names;
+    for (const auto& info : devices)
+      names += fmt::format("{}{} = {}", names.empty() ? "" : ", ", info.index, info.name);
+    throw InputError(fmt::format(
+        "--device '{}' is no OpenCL device of this machine; choose one of: {}", selector, names));
+  }
+  auto state = std::make_shared<State>();
+  state->info = *chosen;
+  state->id = ids[chosen->index];
+  cl_int code = CL_SUCCESS;
+  state->context.reset(clCreateContext(nullptr, 1, &state->id, nullptr, nullptr, &code));
+  Check(code, "clCreateContext");
+  state->queue.reset(
+      clCreateCommandQueue(state->context.get(), state->id, CL_QUEUE_PROFILING_ENABLE, &code));
+  Check(code, "clCreateCommandQueue");
+  return Device(std::move(state));
+}
+
+void Device::Finish() const { Check(clFinish(queue()), "clFinish"); }
+
+Buffer::Buffer(const Device& device, std::size_t bytes)
+    : device_(std::make_shared<Device>(device)), bytes_(bytes) {
+  if (bytes > device.info().max_allocation_bytes)
+    throw DeviceError(fmt::format(
+        "a buffer of {} bytes exceeds the {} bytes that {} allows; use a smaller picture or "
+        "light field, or another --device",
+        bytes, device.info().max_allocation_bytes, device.info().name));
+  cl_int code = CL_SUCCESS;
+  // OpenCL has no empty buffers.
+  memory_.reset(clCreateBuffer(device.context(), CL_MEM_READ_WRITE,
+                               std::max<std::size_t>(bytes, 16), nullptr, &code));
+  Check(code, fmt::format("clCreateBuffer of {} bytes", bytes));
+}
+
+void Buffer::UploadBytes(const void* data, std::size_t bytes, std::size_t offset) {
+  if (bytes == 0) return;
+  if (!memory_ || offset > bytes_ || bytes > bytes_ - offset)
+    throw DeviceError(fmt::format("upload of {} bytes at {} does not fit a buffer of {} bytes",
+                                  bytes, offset, bytes_));
+  Check(clEnqueueWriteBuffer(device_->queue(), memory_.get(), CL_TRUE, offset, bytes, data, 0,
+                             nullptr, nullptr),
+        "clEnqueueWriteBuffer");
+}
+
+void Buffer::DownloadBytes(void* data, std::size_t bytes, std::size_t offset) const {
+  if (bytes == 0) return;
+  if (!memory_ || offset > bytes_ || bytes > bytes_ - offset)
+    throw DeviceError(fmt::format("download of {} bytes at {} does not fit a buffer of {} bytes",
+                                  bytes, offset, bytes_));
+  Check(clEnqueueReadBuffer(device_->queue(), memory_.get(), CL_TRUE, offset, bytes, data, 0,
+                            nullptr, nullptr),
+        "clEnqueueReadBuffer");
+}
+
+void Buffer::FillZero() {
+  if (bytes_ == 0) return;
+  const cl_uchar zero = 0;
+  Check(clEnqueueFillBuffer(device_->queue(), memory_.get(), &zero, sizeof zero, 0, bytes_, 0,
+                            nullptr, nullptr),
+        "clEnqueueFillBuffer");
+}
+
+void Event::Wait() const {
+  const cl_event event = event_.get();
+  Check(clWaitForEvents(1, &event), "clWaitForEvents");
+}
+
+double Event::Seconds() const {
+  Wait();
+  cl_ulong start = 0, end = 0;
+  Check(clGetEventProfilingInfo(event_.get(), CL_PROFILING_COMMAND_START, sizeof start, &start,
+                                nullptr),
+        "clGetEventProfilingInfo");
+  Check(clGetEventProfilingInfo(event_.get(), CL_PROFILING_COMMAND_END, sizeof end, &end, nullptr),
+        "clGetEventProfilingInfo");
+  return 1e-9 * static_cast<double>(end - start);
+}
+
+Kernel::Kernel(const Program& program, const std::string& name)
+    : device_(program.device()), name_(name) {
+  cl_int code = CL_SUCCESS;
+  kernel_.reset(clCreateKernel(program.get(), name.c_str(), &code));
+  Check(code, fmt::format("clCreateKernel '{}'", name));
+}
+
+void Kernel::CheckArgumentCount(std::size_t count) const {
+  cl_uint expected = 0;
+  Check(clGetKernelInfo(kernel_.get(), CL_KERNEL_NUM_ARGS, sizeof expected, &expected, nullptr),
+        "clGetKernelInfo");
+  if (count != expected)
+    throw DeviceError(
+        fmt::format("kernel '{}' takes {} arguments, {} were set", name_, expected, count));
+}
+
+void Kernel::SetBytes(cl_uint index, std::size_t bytes, const void* value) {
+  Check(clSetKernelArg(kernel_.get(), index, bytes, value),
+        fmt::format("clSetKernelArg {} of kernel '{}'", index, name_));
+}
+
+Event Kernel::Enqueue(WorkSize global, WorkSize local) const {
+  if (global.x == 0 || global.y == 0 || local.x == 0 || local.y == 0)
+    throw DeviceError(fmt::format("kernel '{}' was enqueued with an empty work size", name_));
+  const auto rounded_up = [](std::size_t count, std::size_t step) {
+    return (count + step - 1) / step * step;
+  };
+  const std::size_t global_size[2] = {rounded_up(global.x, local.x), rounded_up(global.y, local.y)};
+  const std::size_t local_size[2] = {local.x, local.y};
+  cl_event event = nullptr;
+  Check(clEnqueueNDRangeKernel(device_.queue(), kernel_.get(), 2, nullptr, global_size, local_size,
+                               0, nullptr, &event),
+        fmt::format("kernel '{}', {} x {} work-items in groups of {} x {}", name_, global_size[0],
+                    global_size[1], local.x, local.y));
+  return Event(event);
+}
+
+}  // namespace luxfield::render

@@ -1,0 +1,33 @@
+// What a pixel sees, resident on the device: the input of every estimator.
+#pragma once
+
+#include "render/device.h"
+
+namespace luxfield::render {
+
+// One surface point per pixel, row-major from the top left, float4 each, world frame, metres.
+struct GBuffer {
+  int width = 0, height = 0;
+  Buffer
+      position;  // xyz; w = 1 where the pixel's ray hit something, else 0 and everything below is 0
+  Buffer normal;  // xyz of unit length, on the side of the camera; w = 0
+  Buffer albedo;  // linear Rec. 709 reflectance in [0, 1]; w = 0
+
+  GBuffer() = default;
+  GBuffer(const Device& device, int width_, int height_)
+      : width(width_),
+        height(height_),
+        position(device, pixel_count() * sizeof(cl_float4)),
+        normal(device, pixel_count() * sizeof(cl_float4)),
+        albedo(device, pixel_count() * sizeof(cl_float4)) {}
+
+  std::size_t pixel_count() const { return static_cast<std::size_t>(width) * height; }
+};
+
+// A scene's triangles for shadow rays (kernels/bvh.clh: Shadowed, Occluded, Intersect).
+struct DeviceBvh {
+  Buffer nodes;      // BvhNode, kernels/bvh_types.clh
+  Buffer triangles;  // BvhTriangle
+};
+
+}  // namespace luxfield::render

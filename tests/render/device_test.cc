@@ -1,0 +1,186 @@
+#include "render/device.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "core/error.h"
+
+namespace luxfield::render {
+namespace {
+
+constexpr char kScale[] = R"(
+typedef struct { float factor; int offset; } Options;
+__kernel void Scale(__global const float* in, __global float* out, Options options, int count) {
+  const int i = get_global_id(0);
+  if (i < count) out[i] = options.factor * in[i] + options.offset;
+}
+)";
+
+struct Options {
+  float factor;
+  cl_int offset;
+};
+
+// Points the program cache at a fresh folder for one test.
+class DeviceTest : public testing::Test {
+ protected:
+  // PoCL keeps a cache of its own there too, from the first call of the process on: it must outlive
+  // the tests.
+  static void SetUpTestSuite() {
+    ::setenv("POCL_CACHE_DIR", (testing::TempDir() + "/luxfield_pocl_cache").c_str(), 0);
+    Device::Open();
+  }
+  void SetUp() override {
+    cache_ = std::filesystem::path(testing::TempDir()) /
+             ("luxfield_device_" +
+              std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::remove_all(cache_);
+    if (const char* old = std::getenv("XDG_CACHE_HOME")) old_ = old;
+    ::setenv("XDG_CACHE_HOME", cache_.c_str(), 1);
+  }
+  void TearDown() override {
+    if (old_.empty())
+      ::unsetenv("XDG_CACHE_HOME");
+    else
+      ::setenv("XDG_CACHE_HOME", old_.c_str(), 1);
+    std::filesystem::remove_all(cache_);
+  }
+  std::filesystem::path CachedFile() const {
+    for (const auto& entry : std::filesystem::directory_iterator(cache_ / "luxfield"))
+      return entry.path();
+    return {};
+  }
+  std::filesystem::path cache_;
+  std::string old_;
+};
+
+std::vector<float> RunScale(const Device& device, const Program& program) {
+  const std::vector<float> in = {1, 2, 3, 4, 5};
+  const auto input = Buffer::From(device, in);
+  const Buffer output(device, in.size() * sizeof(float));
+  Kernel kernel(program, "Scale");
+  kernel.Set(input, output, Options{2, 1}, cl_int{5});
+  EXPECT_GE(kernel.Enqueue({in.size()}, {4}).Seconds(), 0.0);
+  return output.Download<float>();
+}
+
+TEST_F(DeviceTest, RunsAKernelWithTypedArgumentsAndRoundsTheWorkUp) {
+  const auto device = Device::Open();
+  EXPECT_THAT(RunScale(device, Program::BuildText(device, kScale, "scale")),
+              testing::ElementsAre(3, 5, 7, 9, 11));
+}
+
+TEST_F(DeviceTest, ReadsItsBinaryBackAndIgnoresADamagedOne) {
+  const auto device = Device::Open();
+  EXPECT_FALSE(Program::BuildText(device, kScale, "scale").from_cache());
+  const auto again = Program::BuildText(device, kScale, "scale");
+  EXPECT_TRUE(again.from_cache());
+  EXPECT_THAT(RunScale(device, again), testing::ElementsAre(3, 5, 7, 9, 11));
+  EXPECT_FALSE(Program::BuildText(device, kScale, "scale", "-DOTHER=1").from_cache());
+
+  std::filesystem::remove_all(cache_);
+  EXPECT_FALSE(Program::BuildText(device, kScale, "scale").from_cache());
+  {
+    std::fstream file(CachedFile(), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(200);
+    file.put('\x7f');
+    file.put('\x01');
+  }
+  const auto rebuilt = Program::BuildText(device, kScale, "scale");
+  EXPECT_FALSE(rebuilt.from_cache());
+  EXPECT_THAT(RunScale(device, rebuilt), testing::ElementsAre(3, 5, 7, 9, 11));
+  std::filesystem::resize_file(CachedFile(), 10);
+  EXPECT_FALSE(Program::BuildText(device, kScale, "scale").from_cache());
+}
+
+TEST_F(DeviceTest, WorksWithoutAWritableCache) {
+  ::setenv("XDG_CACHE_HOME", "/proc/nowhere", 1);
+  const auto device = Device::Open();
+  EXPECT_THAT(RunScale(device, Program::BuildText(device, kScale, "scale")),
+              testing::ElementsAre(3, 5, 7, 9, 11));
+}
+
+TEST_F(DeviceTest, SelectsByIndexAndName) {
+  const auto devices = ListDevices();
+  ASSERT_FALSE(devices.empty());
+  const auto& last = devices.back();
+  EXPECT_EQ(Device::Open(std::to_string(last.index)).info().name, last.name);
+  EXPECT_EQ(Device::Open(devices.front().name.substr(1, 5)).info().index, 0);
+  try {
+    Device::Open("no such thing");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr(devices.front().name));
+  }
+  EXPECT_THROW(Device::Open("99999999999999999999"), InputError);
+}
+
+TEST_F(DeviceTest, BuildErrorCarriesTheLogWithFileAndLine) {
+  const auto device = Device::Open();
+  try {
+    Program::BuildText(device,
+                       "#include \"kernels/bvh.clh\"\n\n__kernel void Broken() { nonsense; }\n",
+                       "broken.cl");
+    FAIL();
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("CL_BUILD_PROGRAM_FAILURE"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("broken.cl:3"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("nonsense"));
+  }
+}
+
+TEST_F(DeviceTest, MisuseIsADeviceErrorThatNamesTheCode) {
+  const auto device = Device::Open();
+  const auto program = Program::BuildText(device, kScale, "scale");
+  EXPECT_THAT([&] { Kernel(program, "Missing"); },
+              testing::ThrowsMessage<DeviceError>(testing::HasSubstr("CL_INVALID_KERNEL_NAME")));
+  Kernel kernel(program, "Scale");
+  const Buffer buffer(device, 16);
+  EXPECT_THAT([&] { kernel.Set(cl_int{1}, buffer, Options{}, cl_int{1}); },
+              testing::ThrowsMessage<DeviceError>(testing::HasSubstr("CL_INVALID_ARG_SIZE")));
+  EXPECT_THROW(kernel.Set(buffer), DeviceError);
+  kernel.Set(buffer, buffer, Options{1, 0}, cl_int{4});
+  EXPECT_THROW(kernel.Enqueue({1024}, {device.info().max_work_group_size * 2}), DeviceError);
+  EXPECT_THROW(kernel.Enqueue({0}, {1}), DeviceError);
+  EXPECT_THROW(Buffer(device, device.info().max_allocation_bytes + 1), DeviceError);
+}
+
+TEST_F(DeviceTest, BufferTransfersCheckTheirSizes) {
+  const auto device = Device::Open();
+  Buffer buffer = Buffer::From(device, std::vector<std::int32_t>{1, 2, 3, 4});
+  const std::vector<std::int32_t> two = {7, 8};
+  buffer.Upload(std::span(two), 1);
+  EXPECT_THAT(buffer.Download<std::int32_t>(), testing::ElementsAre(1, 7, 8, 4));
+  EXPECT_THROW(buffer.Upload(std::span(two), 3), DeviceError);
+  std::vector<std::int32_t> five(5);
+  EXPECT_THROW(buffer.Download(std::span(five)), DeviceError);
+  buffer.FillZero();
+  EXPECT_THAT(buffer.Download<std::int32_t>(), testing::Each(0));
+  EXPECT_TRUE(Buffer(device, 0).Download<float>().empty());
+  EXPECT_THROW(Buffer().Upload(std::span(two)), DeviceError);
+}
+
+TEST(Includes, AreResolvedOnceWithTheirLines) {
+  const std::string text = ResolveIncludes(
+      "#include \"bvh.clh\"\n#include \"render/kernels/bvh_types.clh\"\nint last;\n",
+      "kernels/some.cl");
+  EXPECT_THAT(text,
+              testing::StartsWith("#line 1 \"kernels/some.cl\"\n#line 1 \"kernels/bvh.clh\"\n"));
+  EXPECT_THAT(text, testing::HasSubstr("#line 3 \"kernels/some.cl\"\nint last;\n"));
+  const auto first = text.find("typedef struct BvhNode");
+  ASSERT_NE(first, std::string::npos);
+  EXPECT_EQ(text.find("typedef struct BvhNode", first + 1), std::string::npos);
+  EXPECT_THROW(ResolveIncludes("#include \"missing.clh\"\n", "some.cl"), DeviceError);
+}
+
+TEST(ErrorNames, AreThoseOfTheHeader) {
+  EXPECT_EQ(ErrorName(-5), "CL_OUT_OF_RESOURCES");
+  EXPECT_EQ(ErrorName(-9999), "OpenCL error -9999");
+}
+
+}  // namespace
+}  // namespace luxfield::render
