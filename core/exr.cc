@@ -234,13 +234,18 @@ const ExrValue& FindAttribute(const ExrReader& reader, int part, const std::stri
   const auto& attributes = reader.parts().at(part).attributes;
   const auto it = attributes.find(name);
   if (it == attributes.end())
-    throw InputError(reader.path().string(), fmt::format("attribute '{}' is missing", name),
+    throw InputError(reader.path().string(),
+                     fmt::format("attribute '{}' of part '{}' is missing", name,
+                                 reader.parts().at(part).name),
                      "check that this is the kind of file the verb expects");
   return it->second;
 }
 
-[[noreturn]] void FailType(const ExrReader& reader, const std::string& name, const char* wanted) {
-  throw InputError(reader.path().string(), fmt::format("attribute '{}' is not {}", name, wanted),
+[[noreturn]] void FailType(const ExrReader& reader, int part, const std::string& name,
+                           const char* wanted) {
+  throw InputError(reader.path().string(),
+                   fmt::format("attribute '{}' of part '{}' is not {}", name,
+                               reader.parts().at(part).name, wanted),
                    "make the file anew with the verb that wrote it");
 }
 
@@ -249,20 +254,20 @@ const ExrValue& FindAttribute(const ExrReader& reader, int part, const std::stri
 int ExrReader::GetInt(int part, const std::string& name) const {
   const ExrValue& value = FindAttribute(*this, part, name);
   if (const int* i = std::get_if<int>(&value)) return *i;
-  FailType(*this, name, "an integer");
+  FailType(*this, part, name, "an integer");
 }
 
 double ExrReader::GetDouble(int part, const std::string& name) const {
   const ExrValue& value = FindAttribute(*this, part, name);
   if (const double* d = std::get_if<double>(&value)) return *d;
   if (const int* i = std::get_if<int>(&value)) return *i;
-  FailType(*this, name, "a number");
+  FailType(*this, part, name, "a number");
 }
 
 std::string ExrReader::GetString(int part, const std::string& name) const {
   const ExrValue& value = FindAttribute(*this, part, name);
   if (const auto* s = std::get_if<std::string>(&value)) return *s;
-  FailType(*this, name, "text");
+  FailType(*this, part, name, "text");
 }
 
 Image ReadExrImage(const std::filesystem::path& path) {

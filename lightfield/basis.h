@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -24,11 +25,17 @@ struct Basis {
   double a = 0;  // the shape parameter of `quadratic`, else 0
 
   // `a` is read for kQuadratic only: (1 - |x|)(1 - a|x|), a in [-1, 1] (Goesele et al. 2003; default 1/2).
+  // InputError if that a is outside [-1, 1].
   static Basis Make(BasisKind kind, double a = 0.5);
   static Basis FromName(const std::string& name, double a = 0.5);  // InputError on unknown names
   std::string name() const;  // "box", "bilinear", "quadratic", "bspline2"
 
   double Value(double x) const;
+  // The polynomial of cell k at f = x - k, any f.
+  double CellValue(int cell, double f) const {
+    const auto& p = c[static_cast<std::size_t>(cell)];
+    return p[0] + f * (p[1] + f * p[2]);
+  }
   // Integral of B over [x0, x1], x0 <= x1, any reals; exact up to rounding.
   double Integral(double x0, double x1) const;
   // Integral of (x - origin) B(x) over [x0, x1].

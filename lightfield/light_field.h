@@ -73,7 +73,7 @@ std::array<double, 3> TotalFlux(const LightField& field);
 // constant C: the integrand is piecewise polynomial between the texel edges and knots.
 std::array<double, 3> FarFieldIntensity(const LightField& field, Vec3 direction);
 
-// *.lf.exr: one part per basis function named "C.JJ.II" (docs/formats.md). Reading throws InputError for
+// *.lf.exr: one part per basis function named "C.JJ.II" (docs/formats/light-field.md). Reading throws InputError for
 // missing, truncated, wrong-type, NaN-laden or inconsistent files.
 void WriteLightField(const std::filesystem::path& path, const LightField& field);
 LightField ReadLightField(const std::filesystem::path& path);

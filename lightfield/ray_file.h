@@ -1,4 +1,4 @@
-// TM-25 ray files (IES TM-25-13; layout in docs/formats.md).
+// TM-25 ray files (IES TM-25-13; layout in docs/formats/tm25.md).
 #pragma once
 
 #include <cstdint>

@@ -1,0 +1,123 @@
+// *.meas.exr, to the byte in docs/formats/measurements.md.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+#include "core/error.h"
+#include "lightfield/exr_geometry.h"
+#include "lightfield/measurements.h"
+
+namespace luxfield::lightfield {
+namespace {
+
+constexpr std::uint32_t kKnownFlags = kOffSensor | kSaturated | kTooDark | kDefect;
+
+std::string IrradianceChannel(const std::string& colour) { return "E." + colour; }
+std::string SigmaChannel(const std::string& colour) { return "sigma." + colour; }
+
+// Planes of one position must have the geometry's size: a mistake of the caller.
+void RequireSizes(const Measurements& measurements) {
+  const LuminaireGeometry& geometry = measurements.geometry;
+  const std::size_t plane = geometry.plane_size(), all = plane * geometry.channels;
+  if (measurements.positions.size() != static_cast<std::size_t>(geometry.grid.count()))
+    throw std::logic_error("measurements: number of positions differs from the basis grid");
+  for (const Measurement& position : measurements.positions)
+    if (position.irradiance.size() != all || position.sigma.size() != all ||
+        position.count.size() != plane || position.mask.size() != plane)
+      throw std::logic_error("measurements: a plane's size differs from the lattice");
+}
+
+Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeometry& geometry) {
+  const std::size_t plane = geometry.plane_size();
+  Measurement position;
+  position.irradiance.resize(plane * geometry.channels);
+  position.sigma.resize(plane * geometry.channels);
+  position.count.resize(plane);
+  const auto colours = ChannelNames(geometry.channels);
+  std::vector<std::string> names;
+  std::vector<std::span<float>> planes;
+  for (int channel = 0; channel < geometry.channels; ++channel) {
+    names.push_back(IrradianceChannel(colours[channel]));
+    planes.push_back(std::span(position.irradiance).subspan(channel * plane, plane));
+    names.push_back(SigmaChannel(colours[channel]));
+    planes.push_back(std::span(position.sigma).subspan(channel * plane, plane));
+  }
+  names.emplace_back("count");
+  planes.emplace_back(position.count);
+  reader.ReadFloats(part, names, planes);
+  for (std::size_t k = 0; k < names.size(); ++k)
+    RequireFinite(reader, reader.parts()[part].name, names[k], planes[k],
+                  names[k].starts_with("E."));
+
+  position.mask = reader.ReadUint(part, "mask");
+  for (const std::uint32_t flags : position.mask)
+    if (flags & ~kKnownFlags)
+      throw InputError(reader.path().string(),
+                       fmt::format("part '{}', channel 'mask' holds unknown flags {:#x}",
+                                   reader.parts()[part].name, flags),
+                       "read it with the luxfield that wrote it");
+  return position;
+}
+
+}  // namespace
+
+void WriteMeasurements(const std::filesystem::path& path, const Measurements& measurements) {
+  const LuminaireGeometry& geometry = measurements.geometry;
+  geometry.Validate(path.string());
+  RequireSizes(measurements);
+  const auto colours = ChannelNames(geometry.channels);
+  const std::size_t plane = geometry.plane_size();
+  std::vector<core::ExrPartView> parts;
+  for (int j = 0; j < geometry.grid.height; ++j)
+    for (int i = 0; i < geometry.grid.width; ++i) {
+      const Measurement& position = measurements.positions[geometry.grid.index(i, j)];
+      core::ExrPartView part{PartName(kMeasurementsKind, i, j),
+                             geometry.lattice.width,
+                             geometry.lattice.height,
+                             {},
+                             {}};
+      for (int channel = 0; channel < geometry.channels; ++channel) {
+        part.channels.push_back({IrradianceChannel(colours[channel]),
+                                 std::span(position.irradiance).subspan(channel * plane, plane)});
+        part.channels.push_back({SigmaChannel(colours[channel]),
+                                 std::span(position.sigma).subspan(channel * plane, plane)});
+      }
+      part.channels.push_back({"count", std::span(position.count)});
+      part.channels.push_back({"mask", std::span(position.mask)});
+      parts.push_back(std::move(part));
+    }
+  core::ExrAttributes& attributes = parts.front().attributes;
+  attributes = GeometryAttributes(kMeasurementsKind, geometry, measurements.provenance);
+  attributes["luxfield:filter"] =
+      std::string(measurements.filter == FilterKind::kBasis ? "basis" : "dual");
+  attributes["luxfield:filter_scale"] = measurements.filter_scale;
+  core::WriteExr(path, parts, core::ExrCompression::kNone);
+}
+
+Measurements ReadMeasurements(const std::filesystem::path& path) {
+  core::ExrReader reader(path);
+  ExrGeometry header = ReadGeometry(reader, kMeasurementsKind);
+  Measurements measurements;
+  measurements.geometry = header.geometry;
+  measurements.provenance = std::move(header.provenance);
+  const int first = header.parts.front();
+  const std::string filter = reader.GetString(first, "luxfield:filter");
+  if (filter != "basis" && filter != "dual")
+    throw InputError(path.string(),
+                     fmt::format("luxfield:filter = '{}' is neither basis nor dual", filter),
+                     "make the file anew with the verb that wrote it");
+  measurements.filter = filter == "basis" ? FilterKind::kBasis : FilterKind::kDual;
+  measurements.filter_scale = reader.GetDouble(first, "luxfield:filter_scale");
+  if (!(measurements.filter_scale > 0 && std::isfinite(measurements.filter_scale)))
+    throw InputError(
+        path.string(),
+        fmt::format("luxfield:filter_scale = {} must be above 0", measurements.filter_scale),
+        "make the file anew with the verb that wrote it");
+  measurements.positions.reserve(header.parts.size());
+  for (const int part : header.parts)
+    measurements.positions.push_back(ReadPosition(reader, part, measurements.geometry));
+  return measurements;
+}
+
+}  // namespace luxfield::lightfield
