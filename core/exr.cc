@@ -76,6 +76,8 @@ void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> pa
   std::vector<Imf::Header> headers;
   headers.reserve(parts.size());
   for (const auto& part : parts) headers.push_back(MakeHeader(part, compression));
+  // All parts of a file share one display window; their data windows may differ.
+  for (auto& header : headers) header.displayWindow() = headers.front().displayWindow();
   WriteAtomically(path, [&](const std::filesystem::path& temporary) {
     try {
       Imf::MultiPartOutputFile file(temporary.c_str(), headers.data(), static_cast<int>(headers.size()),
