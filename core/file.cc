@@ -69,7 +69,8 @@ using DigestContext = std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)>;
 DigestContext StartSha256() {
   DigestContext context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
   if (!context || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1)
-    throw DeviceError("SHA-256 is not available in this OpenSSL; install libssl with default providers");
+    throw DeviceError(
+        "SHA-256 is not available in this OpenSSL; install libssl with default providers");
   return context;
 }
 
@@ -92,7 +93,17 @@ constexpr std::array<std::uint32_t, 256> MakeCrc32cTable() {
   return table;
 }
 
+std::function<void(std::string_view)> g_storage_hook;
+
 }  // namespace
+
+void SetStorageHookForTest(std::function<void(std::string_view)> hook) {
+  g_storage_hook = std::move(hook);
+}
+
+void StorageStep(std::string_view step) {
+  if (g_storage_hook) g_storage_hook(step);
+}
 
 std::string ReadFile(const std::filesystem::path& path) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
@@ -126,10 +137,14 @@ void WriteAtomically(const std::filesystem::path& path,
   const auto temporary = TemporaryBeside(path);
   try {
     write(temporary);
+    StorageStep("temporary written");
     Descriptor file(::open(temporary.c_str(), O_RDONLY | O_CLOEXEC));
     if (file.get() < 0 || ::fsync(file.get()) != 0) FailWriting(path, "sync");
+    StorageStep("temporary synced");
     if (::rename(temporary.c_str(), path.c_str()) != 0) FailWriting(path, "rename into place");
+    StorageStep("renamed");
     SyncFolder(FolderOf(path));
+    StorageStep("folder synced");
   } catch (...) {
     ::unlink(temporary.c_str());
     throw;

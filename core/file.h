@@ -20,13 +20,18 @@ std::string ReadFile(const std::filesystem::path& path);
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
 // The same for writers that need a path of their own (OpenEXR, TIFF, PNG): `write` is called with
-// a temporary path beside `path` and with the same extension; when it returns the file is made durable
-// and renamed. When it throws, the temporary file is removed and the exception passed on.
+// a temporary path beside `path` and with the same extension; when it returns the file is made
+// durable and renamed. When it throws, the temporary file is removed and the exception passed on.
 void WriteAtomically(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path& temporary)>& write);
 
 // Makes a rename in `folder` durable.
 void SyncFolder(const std::filesystem::path& folder);
+
+// Called after each step of a write ("temporary written", "temporary synced", "renamed", "folder
+// synced", "line written", "line synced"): tests kill the process there. Empty by default.
+void SetStorageHookForTest(std::function<void(std::string_view step)> hook);
+void StorageStep(std::string_view step);  // for writers of durable files: calls the hook
 
 // Lower-case hexadecimal SHA-256 of bytes, or of a file streamed in 1 MiB pieces.
 std::string Sha256(std::string_view bytes);

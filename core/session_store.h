@@ -1,14 +1,15 @@
-// A capture session on disk: a folder that loses nothing (docs/formats.md, "Session").
+// A capture session on disk: a folder that loses nothing (docs/formats/session.md).
 //
 //   plan.json       what to measure, expanded; immutable; its SHA-256 is the plan id
 //   session.json    devices, firmware, calibration in force
-//   journal.jsonl   append-only; each line {"seq", "prev", "type", ..., "crc32c"}: `prev` = SHA-256 of the previous line,
+//   journal.jsonl   append-only; each line {"seq", "prev", "type", ..., "crc32c"}: `prev` = SHA-256
+//   of the previous line,
 //                   `crc32c` last: 8 hex digits over the bytes before `,"crc32c"`
 //   frames/ darks/ flats/ refs/   one 16-bit uncompressed TIFF per frame
 //   manifest.json   every file with size and SHA-256, written when the session is sealed
 //
-// A frame exists only if its journal line is valid and its hash matches. Commit: temporary file, fsync, rename, fsync of
-// the folder, journal line, fdatasync.
+// A frame exists only if its journal line is valid and its hash matches. Commit: temporary file,
+// fsync, rename, fsync of the folder, journal line, fdatasync.
 #pragma once
 
 #include <cstdint>
@@ -18,35 +19,36 @@
 #include <string>
 #include <vector>
 
+#include "core/raw_frame.h"
+
 namespace luxfield::core {
 
 enum class FrameKind { kPosition, kDark, kFlat, kReference };
 
-// A sensor image in native numbers (DN), row 0 on top.
-struct RawFrame {
-  int width = 0, height = 0;
-  std::vector<std::uint16_t> dn;
-};
-
 // A committed frame, as its journal line has it.
 struct FrameRecord {
   FrameKind kind = FrameKind::kPosition;
-  int i = -1, j = -1;            // filter position (kPosition), else -1
-  int channel = 0;               // colour filter: 0 for luminance or R, 1 G, 2 B
+  int i = -1, j = -1;  // filter position (kPosition), else -1
+  int channel = 0;     // colour filter: 0 for luminance or R, 1 G, 2 B
+  int print = 0;       // dual filters: 0 the positive part, 1 the negative; else 0
   int exposure_index = 0, repeat = 0, attempt = 0;
-  int epoch = 0;                 // grows at every resume; brackets never mix epochs
+  int epoch = 0;  // grows at every resume; brackets never mix epochs
   double requested_exposure_s = 0, exposure_s = 0;  // exposure_s is read back from the camera
-  double attenuation = 1;        // transmittance of the ND filter, a in THEORY.md 3
-  double stage_u_m = 0, stage_v_m = 0;  // stage read-back: where the filter's centre was in the luminaire frame
-  double t_start_s = 0;          // monotonic clock at the start of the exposure
-  double meter = 0;              // monitor reading of the lamp during the exposure, 0 = none
-  bool flagged = false;          // kept after the re-shoot bound although a check failed
-  std::string file;              // relative to the session folder
+  double attenuation = 1;  // transmittance of the ND filter, a in THEORY.md 3
+  double stage_u_m = 0,
+         stage_v_m = 0;  // stage read-back: where the filter's centre was in the luminaire frame
+  double t_start_s = 0;  // monotonic clock at the start of the exposure
+  double meter = 0;      // monitor reading of the lamp during the exposure, 0 = none
+  bool flagged = false;  // kept after the re-shoot bound although a check failed
+  std::string file;      // relative to the session folder
   std::string sha256;
 };
 
-// A session opened for reading: the journal replayed, only committed frames, of each planned frame the last attempt of
-// the last epoch whose bracket is whole. Throws InputError naming file and line for damage other than a torn last line.
+// A session opened for reading: the journal replayed, only committed frames. Of each filter
+// position the frames of the last epoch in which its bracket was finished (journal:
+// position_complete) and of each planned frame the last attempt; all darks, flats and references.
+// Throws InputError naming file and line for damage other than a torn last line; a torn last line
+// is damage too once the session is sealed.
 class SessionReader {
  public:
   explicit SessionReader(const std::filesystem::path& folder);
@@ -54,9 +56,10 @@ class SessionReader {
   SessionReader(SessionReader&&) noexcept;
 
   const std::filesystem::path& folder() const;
-  const nlohmann::json& plan() const;      // plan.json
-  const nlohmann::json& session() const;   // session.json
+  const nlohmann::json& plan() const;     // plan.json
+  const nlohmann::json& session() const;  // session.json
   const std::vector<FrameRecord>& frames() const;
+  const std::vector<nlohmann::json>& journal() const;  // every valid line, for reports
   bool sealed() const;
   std::string plan_id() const;
 

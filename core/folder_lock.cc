@@ -1,0 +1,34 @@
+#include "core/folder_lock.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "core/error.h"
+
+namespace luxfield::core {
+
+FolderLock::FolderLock(const std::filesystem::path& folder) {
+  const auto path = folder / "LOCK";
+  fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (fd_ < 0)
+    throw DeviceError(fmt::format("{}: cannot create: {}; check the folder's permissions",
+                                  path.string(), std::strerror(errno)));
+  if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
+    ::close(fd_);
+    throw InputError(folder.string(), "is in use by another process", "wait for it or stop it");
+  }
+  std::array<char, 256> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  const std::string text = fmt::format("pid {} on {}\n", ::getpid(), host.data());
+  if (::ftruncate(fd_, 0) == 0) (void)!::pwrite(fd_, text.data(), text.size(), 0);
+}
+
+FolderLock::~FolderLock() { ::close(fd_); }
+
+}  // namespace luxfield::core

@@ -1,0 +1,171 @@
+#include "core/session_check.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/folder_lock.h"
+#include "core/journal.h"
+#include "core/json.h"
+#include "core/session_replay.h"
+
+namespace luxfield::core {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Empty if the file is there with this hash, else what is wrong.
+std::string FileProblem(const fs::path& path, const std::string& sha256) {
+  if (!fs::is_regular_file(path)) return fmt::format("{}: is missing", path.string());
+  if (Sha256OfFile(path) != sha256)
+    return fmt::format("{}: differs from what was committed (SHA-256)", path.string());
+  return {};
+}
+
+void CheckManifest(const fs::path& folder, const JournalContent& journal, SessionCheck& check) {
+  const auto path = folder / "manifest.json";
+  try {
+    const Json manifest = ReadJson(path);
+    if (Field<std::string>(manifest, "journal_head", path.string()) != journal.head)
+      check.problems.push_back(
+          fmt::format("{}: journal_head is not the journal's last line", path.string()));
+    std::set<std::string> listed;
+    for (const Json& entry : Field<Json>(manifest, "files", path.string())) {
+      const auto name = Field<std::string>(entry, "file", path.string());
+      listed.insert(name);
+      const auto problem =
+          FileProblem(folder / name, Field<std::string>(entry, "sha256", path.string()));
+      const auto bytes = Field<std::uint64_t>(entry, "bytes", path.string());
+      if (!problem.empty())
+        check.problems.push_back(problem);
+      else if (fs::file_size(folder / name) != bytes)
+        check.problems.push_back(
+            fmt::format("{}: {} is listed with {} bytes", path.string(), name, bytes));
+    }
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+      const std::string name = fs::relative(entry.path(), folder).string();
+      const bool derived = name.starts_with("derived") || name.starts_with("journal.damaged");
+      if (entry.is_regular_file() && !derived && name != "LOCK" && name != "manifest.json" &&
+          !listed.contains(name))
+        check.problems.push_back(fmt::format("{}: is not in the manifest", entry.path().string()));
+    }
+  } catch (const InputError& error) {
+    check.problems.push_back(error.what());
+  }
+}
+
+}  // namespace
+
+SessionCheck VerifySession(const fs::path& folder) {
+  const auto path = folder / "journal.jsonl";
+  if (!fs::exists(path))
+    throw InputError(folder.string(), "is not a session: it has no journal.jsonl",
+                     "name a folder that `luxfield capture` made");
+  SessionCheck check;
+  JournalContent journal;
+  SessionState state;
+  try {
+    journal = ReadJournal(path);
+    state = ReplayJournal(journal.records, path.string());
+  } catch (const InputError& error) {
+    check.problems.push_back(error.what());
+    return check;
+  }
+  const bool has_manifest = fs::exists(folder / "manifest.json");
+  check.sealed = state.sealed && has_manifest;
+  if (journal.records.empty())
+    check.problems.push_back(fmt::format("{}: holds no complete line", path.string()));
+  else if (journal.torn)
+    check.problems.push_back(fmt::format("{}: line {} is unfinished; --resume drops it",
+                                         path.string(), journal.records.size() + 1));
+  else if (state.sealed != has_manifest)
+    check.problems.push_back(
+        fmt::format("{}: {}", folder.string(),
+                    has_manifest ? "has a manifest although the journal is not sealed"
+                                 : "was sealed but manifest.json is missing; --resume writes it"));
+  for (const auto& [name, sha256] :
+       {std::pair{"plan.json", state.plan_sha256}, std::pair{"session.json", state.session_sha256}})
+    if (const auto problem = FileProblem(folder / name, sha256); !problem.empty())
+      check.problems.push_back(problem);
+  SessionState intact = state;
+  intact.committed.clear();
+  for (const FrameRecord& record : state.committed) {
+    const auto problem = FileProblem(folder / record.file, record.sha256);
+    if (!problem.empty()) {
+      check.problems.push_back(problem);
+      continue;
+    }
+    ++check.frames;
+    intact.committed.push_back(record);
+  }
+  std::set<std::pair<int, int>> whole;
+  for (const FrameRecord& record : intact.UsableFrames())
+    if (record.kind == FrameKind::kPosition) whole.insert({record.i, record.j});
+  check.positions = static_cast<int>(whole.size());
+  if (has_manifest) CheckManifest(folder, journal, check);
+  return check;
+}
+
+SalvageResult SalvageSession(const fs::path& folder) {
+  const auto path = folder / "journal.jsonl";
+  const std::string bytes = ReadFile(path);
+  const FolderLock lock(folder);
+  SalvageResult result;
+  std::vector<Json> kept;
+  std::set<std::uint64_t> seen;
+  for (std::size_t begin = 0; begin < bytes.size();) {
+    const std::size_t end = std::min(bytes.find('\n', begin), bytes.size());
+    Json record;
+    const bool valid =
+        ParseJournalLine(std::string_view(bytes).substr(begin, end - begin), record) &&
+        seen.insert(record["seq"].get<std::uint64_t>()).second;
+    begin = end + 1;
+    if (!valid) {
+      ++result.lines_lost;
+      continue;
+    }
+    const auto type = record["type"].get<std::string>();
+    if (kept.empty() && type != "session_open") break;
+    if (type == "sealed") continue;
+    if (type == "frame") {
+      const FrameRecord frame = FrameFromJson(record, path.string());
+      if (!FileProblem(folder / frame.file, frame.sha256).empty()) {
+        ++result.frames_lost;
+        continue;
+      }
+      ++result.frames_kept;
+    }
+    kept.push_back(std::move(record));
+  }
+  if (kept.empty())
+    throw InputError(path.string(),
+                     "line 1 (session_open) is lost; no frame can be trusted without it",
+                     "capture the session anew");
+  const SessionState state = ReplayJournal(kept, path.string());
+  for (const auto& [name, sha256] :
+       {std::pair{"plan.json", state.plan_sha256}, std::pair{"session.json", state.session_sha256}})
+    if (const auto problem = FileProblem(folder / name, sha256); !problem.empty())
+      throw InputError(problem + "; restore it from a copy, nothing can be salvaged without it");
+
+  std::string journal, prev(64, '0');
+  for (std::size_t seq = 0; seq < kept.size(); ++seq) {
+    Json fields = kept[seq];
+    const auto type = fields["type"].get<std::string>();
+    for (const char* key : {"seq", "prev", "type", "crc32c"}) fields.erase(key);
+    const std::string line = FormatJournalLine(seq, prev, type, fields);
+    prev = Sha256(line);
+    journal += line + '\n';
+  }
+  result.lines_kept = static_cast<int>(kept.size());
+  for (int n = 1; result.old_journal.empty() || fs::exists(result.old_journal); ++n)
+    result.old_journal = folder / fmt::format("journal.damaged-{}.jsonl", n);
+  WriteFileAtomically(result.old_journal, bytes);
+  fs::remove(folder / "manifest.json");
+  WriteFileAtomically(path, journal);
+  return result;
+}
+
+}  // namespace luxfield::core

@@ -1,0 +1,35 @@
+// Is a session whole, and what of a damaged one can be kept.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace luxfield::core {
+
+struct SessionCheck {
+  bool sealed = false;
+  int frames = 0;     // committed frames whose file matches
+  int positions = 0;  // positions with a whole bracket
+  std::vector<std::string>
+      problems;  // one sentence each, naming the file; empty: the session is whole
+};
+
+// Reads everything: the journal's chain, plan.json and session.json, every frame's size and
+// SHA-256, the manifest. Damage is listed, not thrown; InputError only if the folder is no session
+// at all.
+SessionCheck VerifySession(const std::filesystem::path& folder);
+
+struct SalvageResult {
+  int lines_kept = 0, lines_lost = 0;
+  int frames_kept = 0, frames_lost = 0;
+  std::filesystem::path old_journal;  // the damaged journal, set aside
+};
+
+// Rewrites the journal from the lines whose CRC is right and the frames whose hash matches; the
+// damaged journal stays as journal.damaged-N.jsonl and the manifest is removed, so that the session
+// can be resumed: brackets that lost a frame are retaken. Throws InputError if the first line,
+// plan.json or session.json is lost, or if another process writes.
+SalvageResult SalvageSession(const std::filesystem::path& folder);
+
+}  // namespace luxfield::core

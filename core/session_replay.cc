@@ -1,0 +1,177 @@
+#include "core/session_replay.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "core/json.h"
+
+namespace luxfield::core {
+namespace {
+
+constexpr std::array<const char*, 4> kKindNames = {"position", "dark", "flat", "reference"};
+constexpr std::array<const char*, 4> kKindFolders = {"frames", "darks", "flats", "refs"};
+constexpr const char* kRemedy = "run `luxfield verify --salvage` on the session";
+
+FrameKind KindFromName(const std::string& name, const std::string& where) {
+  for (std::size_t k = 0; k < kKindNames.size(); ++k)
+    if (name == kKindNames[k]) return static_cast<FrameKind>(k);
+  throw InputError(where, fmt::format("kind = \"{}\" is not a frame kind", name), kRemedy);
+}
+
+// Journals come from other machines: a file name must stay inside the session.
+void CheckFileName(const std::string& file, const std::string& where) {
+  const std::filesystem::path path(file);
+  const bool climbs =
+      std::any_of(path.begin(), path.end(), [](const auto& part) { return part == ".."; });
+  if (file.empty() || path.is_absolute() || climbs)
+    throw InputError(where, fmt::format("file = \"{}\" leaves the session folder", file), kRemedy);
+}
+
+}  // namespace
+
+std::string FrameKindName(FrameKind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
+std::string FrameKindFolder(FrameKind kind) { return kKindFolders[static_cast<std::size_t>(kind)]; }
+
+Json FrameToJson(const FrameRecord& r) {
+  return {{"kind", FrameKindName(r.kind)},
+          {"i", r.i},
+          {"j", r.j},
+          {"channel", r.channel},
+          {"print", r.print},
+          {"exposure_index", r.exposure_index},
+          {"repeat", r.repeat},
+          {"attempt", r.attempt},
+          {"epoch", r.epoch},
+          {"requested_exposure_s", r.requested_exposure_s},
+          {"exposure_s", r.exposure_s},
+          {"attenuation", r.attenuation},
+          {"stage_u_m", r.stage_u_m},
+          {"stage_v_m", r.stage_v_m},
+          {"t_start_s", r.t_start_s},
+          {"meter", r.meter},
+          {"flagged", r.flagged},
+          {"file", r.file},
+          {"sha256", r.sha256}};
+}
+
+FrameRecord FrameFromJson(const Json& json, const std::string& where) {
+  FrameRecord r;
+  r.kind = KindFromName(Field<std::string>(json, "kind", where), where);
+  r.i = Field<int>(json, "i", where);
+  r.j = Field<int>(json, "j", where);
+  r.channel = Field<int>(json, "channel", where);
+  r.print = Field<int>(json, "print", where);
+  r.exposure_index = Field<int>(json, "exposure_index", where);
+  r.repeat = Field<int>(json, "repeat", where);
+  r.attempt = Field<int>(json, "attempt", where);
+  r.epoch = Field<int>(json, "epoch", where);
+  r.requested_exposure_s = Field<double>(json, "requested_exposure_s", where);
+  r.exposure_s = Field<double>(json, "exposure_s", where);
+  r.attenuation = Field<double>(json, "attenuation", where);
+  r.stage_u_m = Field<double>(json, "stage_u_m", where);
+  r.stage_v_m = Field<double>(json, "stage_v_m", where);
+  r.t_start_s = Field<double>(json, "t_start_s", where);
+  r.meter = Field<double>(json, "meter", where);
+  r.flagged = Field<bool>(json, "flagged", where);
+  r.file = Field<std::string>(json, "file", where);
+  r.sha256 = Field<std::string>(json, "sha256", where);
+  CheckFileName(r.file, where);
+  const auto require = [&](bool good, const char* field, double value) {
+    if (!good)
+      throw InputError(where, fmt::format("{} = {} makes no sense", field, value), kRemedy);
+  };
+  require(std::isfinite(r.exposure_s) && r.exposure_s > 0, "exposure_s", r.exposure_s);
+  require(std::isfinite(r.attenuation) && r.attenuation > 0, "attenuation", r.attenuation);
+  require(std::isfinite(r.stage_u_m), "stage_u_m", r.stage_u_m);
+  require(std::isfinite(r.stage_v_m), "stage_v_m", r.stage_v_m);
+  require(std::isfinite(r.meter) && r.meter >= 0, "meter", r.meter);
+  require(r.channel >= 0 && r.channel < 3, "channel", r.channel);
+  require(r.print == 0 || r.print == 1, "print", r.print);
+  require(r.exposure_index >= 0, "exposure_index", r.exposure_index);
+  require(r.repeat >= 0, "repeat", r.repeat);
+  require(r.attempt >= 0, "attempt", r.attempt);
+  require(r.epoch >= 0, "epoch", r.epoch);
+  if (r.kind == FrameKind::kPosition) {
+    require(r.i >= 0, "i", r.i);
+    require(r.j >= 0, "j", r.j);
+  }
+  return r;
+}
+
+int SessionState::BracketEpoch(int i, int j) const {
+  int epoch = -1;
+  for (const Bracket& bracket : brackets) {
+    if (bracket.i != i || bracket.j != j || bracket.epoch < epoch) continue;
+    const auto count = std::count_if(committed.begin(), committed.end(), [&](const FrameRecord& r) {
+      return r.kind == FrameKind::kPosition && r.i == i && r.j == j && r.epoch == bracket.epoch;
+    });
+    if (count == bracket.frames) epoch = bracket.epoch;
+  }
+  return epoch;
+}
+
+std::vector<FrameRecord> SessionState::UsableFrames() const {
+  // Whole brackets, as BracketEpoch has it, for all positions in one pass.
+  std::map<std::tuple<int, int, int>, int> counts;
+  for (const FrameRecord& r : committed)
+    if (r.kind == FrameKind::kPosition) ++counts[{r.i, r.j, r.epoch}];
+  std::map<std::pair<int, int>, int> epochs;
+  for (const Bracket& b : brackets)
+    if (counts[{b.i, b.j, b.epoch}] == b.frames) {
+      auto& epoch = epochs.try_emplace({b.i, b.j}, b.epoch).first->second;
+      epoch = std::max(epoch, b.epoch);
+    }
+  std::vector<FrameRecord> usable;
+  std::map<std::tuple<int, int, int, int, int, int, int, int>, std::size_t>
+      place;  // planned frame -> index in usable
+  for (const FrameRecord& r : committed) {
+    if (r.kind == FrameKind::kPosition) {
+      const auto found = epochs.find({r.i, r.j});
+      if (found == epochs.end() || found->second != r.epoch) continue;
+    }
+    const auto [slot, added] =
+        place.try_emplace({static_cast<int>(r.kind), r.i, r.j, r.channel, r.print, r.exposure_index,
+                           r.repeat, r.kind == FrameKind::kPosition ? 0 : r.epoch},
+                          usable.size());
+    if (added)
+      usable.push_back(r);
+    else if (r.attempt >= usable[slot->second].attempt)
+      usable[slot->second] = r;
+  }
+  return usable;
+}
+
+SessionState ReplayJournal(const std::vector<Json>& records, const std::string& file) {
+  SessionState state;
+  for (std::size_t n = 0; n < records.size(); ++n) {
+    const Json& record = records[n];
+    const std::string where = fmt::format("{} line {}", file, n + 1);
+    const auto type = Field<std::string>(record, "type", where);
+    if ((n == 0) != (type == "session_open"))
+      throw InputError(
+          where, fmt::format("a journal begins with its one session_open record, this is {}", type),
+          kRemedy);
+    if (type == "session_open") {
+      state.plan_sha256 = Field<std::string>(record, "plan_sha256", where);
+      state.session_sha256 = Field<std::string>(record, "session_sha256", where);
+    } else if (type == "epoch_start") {
+      state.last_epoch = Field<int>(record, "epoch", where);
+    } else if (type == "frame") {
+      state.committed.push_back(FrameFromJson(record, where));
+    } else if (type == "position_complete") {
+      state.brackets.push_back({Field<int>(record, "i", where), Field<int>(record, "j", where),
+                                Field<int>(record, "epoch", where),
+                                Field<int>(record, "frames", where)});
+    } else if (type == "sealed") {
+      state.sealed = true;
+    }
+  }
+  return state;
+}
+
+}  // namespace luxfield::core

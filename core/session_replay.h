@@ -1,0 +1,44 @@
+// What the records of a session's journal amount to: the one place that knows their fields.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/session_store.h"
+
+namespace luxfield::core {
+
+std::string FrameKindName(FrameKind kind);    // "position", "dark", "flat", "reference"
+std::string FrameKindFolder(FrameKind kind);  // "frames", "darks", "flats", "refs"
+
+// The fields of a `frame` line, as in FrameRecord; `where` names file and line in errors
+// (InputError).
+nlohmann::json FrameToJson(const FrameRecord& record);
+FrameRecord FrameFromJson(const nlohmann::json& json, const std::string& where);
+
+struct SessionState {
+  std::string plan_sha256, session_sha256;  // of plan.json and session.json, from the first line
+  std::vector<FrameRecord> committed;       // every frame line, in order
+  // Brackets that were finished: position, epoch and how many frames belong to it (attempts
+  // counted).
+  struct Bracket {
+    int i = 0, j = 0, epoch = 0, frames = 0;
+  };
+  std::vector<Bracket> brackets;
+  int last_epoch = -1;
+  bool sealed = false;  // the journal says so
+
+  // The last epoch with a whole bracket at (i, j): finished, and all its frames are here; -1 if
+  // there is none.
+  int BracketEpoch(int i, int j) const;
+  // What analysis uses: see SessionReader.
+  std::vector<FrameRecord> UsableFrames() const;
+};
+
+// Throws InputError naming `file` and the line for records that make no sense.
+SessionState ReplayJournal(const std::vector<nlohmann::json>& records, const std::string& file);
+
+}  // namespace luxfield::core

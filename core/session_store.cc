@@ -1,0 +1,71 @@
+#include "core/session_store.h"
+
+#include <fmt/format.h>
+
+#include "core/error.h"
+#include "core/journal.h"
+#include "core/json.h"
+#include "core/session_replay.h"
+
+namespace luxfield::core {
+
+struct SessionReader::Impl {
+  std::filesystem::path folder;
+  Json plan, session;
+  JournalContent journal;
+  SessionState state;
+  std::vector<FrameRecord> frames;
+  bool has_manifest = false;
+};
+
+SessionReader::SessionReader(const std::filesystem::path& folder)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->folder = folder;
+  const auto journal = folder / "journal.jsonl";
+  if (!std::filesystem::exists(journal))
+    throw InputError(folder.string(), "is not a session: it has no journal.jsonl",
+                     "name a folder that `luxfield capture` made");
+  impl_->journal = ReadJournal(journal);
+  impl_->has_manifest = std::filesystem::exists(folder / "manifest.json");
+  if (impl_->journal.torn && impl_->has_manifest)
+    throw InputError(journal.string(),
+                     fmt::format("line {} is damaged although the session was sealed",
+                                 impl_->journal.records.size() + 1),
+                     "run `luxfield verify --salvage` on the session to keep what is intact");
+  if (impl_->journal.records.empty())
+    throw InputError(journal.string(), "holds no complete line", "capture the session anew");
+  impl_->state = ReplayJournal(impl_->journal.records, journal.string());
+  const auto read_checked = [&](const char* name, const std::string& sha256) {
+    const auto path = folder / name;
+    const std::string bytes = ReadFile(path);
+    if (Sha256(bytes) != sha256)
+      throw InputError(path.string(), "differs from the one the session was captured with",
+                       "restore it from a copy");
+    return ParseJson(bytes, path.string());
+  };
+  impl_->plan = read_checked("plan.json", impl_->state.plan_sha256);
+  impl_->session = read_checked("session.json", impl_->state.session_sha256);
+  impl_->frames = impl_->state.UsableFrames();
+}
+
+SessionReader::~SessionReader() = default;
+SessionReader::SessionReader(SessionReader&&) noexcept = default;
+
+const std::filesystem::path& SessionReader::folder() const { return impl_->folder; }
+const Json& SessionReader::plan() const { return impl_->plan; }
+const Json& SessionReader::session() const { return impl_->session; }
+const std::vector<FrameRecord>& SessionReader::frames() const { return impl_->frames; }
+const std::vector<Json>& SessionReader::journal() const { return impl_->journal.records; }
+bool SessionReader::sealed() const { return impl_->state.sealed && impl_->has_manifest; }
+std::string SessionReader::plan_id() const { return impl_->state.plan_sha256; }
+
+RawFrame SessionReader::ReadFrame(const FrameRecord& record, bool check_hash) const {
+  const auto path = impl_->folder / record.file;
+  const std::string bytes = ReadFile(path);
+  if (check_hash && Sha256(bytes) != record.sha256)
+    throw InputError(path.string(), "differs from the frame that was committed (SHA-256)",
+                     "restore it from a copy, or run `luxfield verify --salvage` on the session");
+  return DecodeTiff(bytes, path.string());
+}
+
+}  // namespace luxfield::core

@@ -1,0 +1,233 @@
+#include "core/session_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/folder_lock.h"
+#include "core/journal.h"
+#include "core/json.h"
+#include "core/session_replay.h"
+
+namespace luxfield::core {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array kFrameFolders = {"frames", "darks", "flats", "refs"};
+
+// As core/file.h names them.
+bool IsTemporary(const fs::path& path) {
+  const std::string name = path.filename().string();
+  return name.starts_with(".") && name.find(".tmp") != std::string::npos;
+}
+
+void MakeFolder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error)
+    throw DeviceError(
+        fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
+}
+
+// Leftovers of a killed Create are overwritten; anything else belongs to somebody.
+void RefuseForeignFiles(const fs::path& folder,
+                        const std::vector<std::pair<std::string, std::string>>& extra) {
+  std::set<std::string> ours = {"plan.json", "session.json", "journal.jsonl", "LOCK",
+                                "frames",    "darks",        "flats",         "refs"};
+  for (const auto& [name, bytes] : extra) ours.insert(name);
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    const bool full_folder = entry.is_directory() && !fs::is_empty(entry.path());
+    if (!IsTemporary(entry.path()) && (!ours.contains(name) || full_folder))
+      throw InputError(folder.string(),
+                       fmt::format("holds '{}', which is not part of a new session", name),
+                       "choose an empty folder");
+  }
+}
+
+// Files that no journal line names: what a crash between rename and journal line leaves.
+void RemoveOrphans(const fs::path& folder, const SessionState& state) {
+  std::set<std::string> known;
+  for (const FrameRecord& record : state.committed) known.insert(record.file);
+  std::vector<fs::path> orphans;
+  for (const char* name : kFrameFolders)
+    if (fs::is_directory(folder / name))
+      for (const auto& entry : fs::directory_iterator(folder / name))
+        if (!known.contains(fs::path(name) / entry.path().filename()))
+          orphans.push_back(entry.path());
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_regular_file() && IsTemporary(entry.path())) orphans.push_back(entry.path());
+  for (const auto& path : orphans) fs::remove_all(path);
+}
+
+std::string FrameFileName(const FrameRecord& r) {
+  const std::string place =
+      r.kind == FrameKind::kPosition ? fmt::format("i{:03}_j{:03}_", r.i, r.j) : std::string();
+  return fmt::format("{}/{}print{}_channel{}_exposure{:02}_repeat{}_epoch{}_attempt{}.tif",
+                     FrameKindFolder(r.kind), place, r.print, r.channel, r.exposure_index, r.repeat,
+                     r.epoch, r.attempt);
+}
+
+}  // namespace
+
+struct SessionWriter::Impl {
+  Impl(const fs::path& folder_, Clock& clock_) : folder(folder_), clock(clock_), lock(folder_) {}
+
+  fs::path folder;
+  Clock& clock;
+  FolderLock lock;
+  std::unique_ptr<JournalWriter> journal;
+  SessionState state;
+  std::set<std::string> files;  // committed frames
+};
+
+SessionWriter::SessionWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+SessionWriter::~SessionWriter() = default;
+SessionWriter::SessionWriter(SessionWriter&&) noexcept = default;
+
+bool SessionWriter::HasSession(const fs::path& folder) {
+  const auto path = folder / "journal.jsonl";
+  return fs::exists(path) && !ReadJournal(path).records.empty();
+}
+
+SessionWriter SessionWriter::Create(const fs::path& folder, const Json& plan, const Json& session,
+                                    const std::vector<std::pair<std::string, std::string>>& extra,
+                                    Clock& clock) {
+  if (fs::exists(folder) && !fs::is_directory(folder))
+    throw InputError(folder.string(), "is a file, not a folder",
+                     "choose another name for the session");
+  MakeFolder(folder);
+  if (HasSession(folder))
+    throw InputError(folder.string(), "already holds a session",
+                     "continue it with --resume or choose another folder");
+  RefuseForeignFiles(folder, extra);
+  auto impl = std::make_unique<Impl>(folder, clock);
+  for (const char* name : kFrameFolders) MakeFolder(folder / name);
+  RemoveOrphans(folder, {});
+  for (const auto& [name, bytes] : extra) WriteFileAtomically(folder / name, bytes);
+  const std::string plan_bytes = plan.dump(2) + "\n", session_bytes = session.dump(2) + "\n";
+  WriteFileAtomically(folder / "plan.json", plan_bytes);
+  WriteFileAtomically(folder / "session.json", session_bytes);
+  impl->state.plan_sha256 = Sha256(plan_bytes);
+  impl->state.session_sha256 = Sha256(session_bytes);
+  fs::remove(folder /
+             "journal.jsonl");  // of a Create that was killed before its first line was whole
+  impl->journal = std::make_unique<JournalWriter>(folder / "journal.jsonl");
+  SessionWriter writer(std::move(impl));
+  Json hashes = Json::object();
+  for (const auto& [name, bytes] : extra) hashes[name] = Sha256(bytes);
+  writer.Append("session_open", {{"plan_sha256", writer.impl_->state.plan_sha256},
+                                 {"session_sha256", writer.impl_->state.session_sha256},
+                                 {"files", hashes},
+                                 {"format", 1}});
+  return writer;
+}
+
+SessionWriter SessionWriter::Resume(const fs::path& folder, const Json& plan, Clock& clock) {
+  const auto path = folder / "journal.jsonl";
+  if (!fs::exists(path))
+    throw InputError(folder.string(), "is not a session: it has no journal.jsonl",
+                     "capture it without --resume");
+  auto impl = std::make_unique<Impl>(folder, clock);
+  if (fs::exists(folder / "manifest.json"))
+    throw InputError(folder.string(), "is sealed: nothing is left to capture",
+                     "choose another folder");
+  const JournalContent content = ReadJournal(path);
+  if (content.records
+          .empty()) {  // killed while the first line was written: nothing was captured yet
+    impl.reset();
+    fs::remove(path);
+    throw InputError(folder.string(), "holds no frame yet", "capture it without --resume");
+  }
+  impl->state = ReplayJournal(content.records, path.string());
+  for (const auto& [name, sha256] : {std::pair{"plan.json", impl->state.plan_sha256},
+                                     std::pair{"session.json", impl->state.session_sha256}})
+    if (Sha256OfFile(folder / name) != sha256)
+      throw InputError((folder / name).string(),
+                       "differs from the one the session was started with",
+                       "restore it from a copy");
+  if (Sha256(plan.dump(2) + "\n") != impl->state.plan_sha256)
+    throw InputError((folder / "plan.json").string(), "is another plan than the one given",
+                     "resume with the plan the session was started with");
+  RemoveOrphans(folder, impl->state);
+  for (const FrameRecord& record : impl->state.committed) impl->files.insert(record.file);
+  impl->journal = std::make_unique<JournalWriter>(path, content);
+  return SessionWriter(std::move(impl));
+}
+
+const fs::path& SessionWriter::folder() const { return impl_->folder; }
+int SessionWriter::epoch() const { return impl_->state.last_epoch; }
+bool SessionWriter::journal_says_sealed() const { return impl_->state.sealed; }
+bool SessionWriter::PositionComplete(int i, int j) const {
+  return impl_->state.BracketEpoch(i, j) >= 0;
+}
+
+void SessionWriter::StartEpoch(const Json& devices) {
+  Append("epoch_start", {{"epoch", impl_->state.last_epoch + 1}, {"devices", devices}});
+  ++impl_->state.last_epoch;
+}
+
+FrameRecord SessionWriter::CommitFrame(FrameRecord record, const RawFrame& frame,
+                                       const Json& checks) {
+  record.epoch = impl_->state.last_epoch;
+  while (impl_->files.contains(record.file = FrameFileName(record))) ++record.attempt;
+  const std::string bytes = EncodeTiff(frame);
+  record.sha256 = Sha256(bytes);
+  WriteFileAtomically(impl_->folder / record.file, bytes);
+  Json fields = FrameToJson(record);
+  fields["bytes"] = bytes.size();
+  fields["checks"] = checks;
+  Append("frame", std::move(fields));
+  impl_->files.insert(record.file);
+  impl_->state.committed.push_back(record);
+  return record;
+}
+
+void SessionWriter::CompletePosition(int i, int j) {
+  const int epoch = impl_->state.last_epoch;
+  const auto& committed = impl_->state.committed;
+  const auto frames = std::count_if(committed.begin(), committed.end(), [&](const FrameRecord& r) {
+    return r.kind == FrameKind::kPosition && r.i == i && r.j == j && r.epoch == epoch;
+  });
+  Append("position_complete", {{"i", i}, {"j", j}, {"epoch", epoch}, {"frames", frames}});
+  impl_->state.brackets.push_back({i, j, epoch, static_cast<int>(frames)});
+}
+
+void SessionWriter::Append(const std::string& type, Json fields) {
+  if (impl_->state.sealed)
+    throw DeviceError(
+        fmt::format("{}: the session is sealed; nothing can be added", impl_->folder.string()));
+  fields["t_s"] = impl_->clock.MonotonicSeconds();
+  fields["utc"] = impl_->clock.UtcIso8601();
+  impl_->journal->Append(type, fields);
+}
+
+void SessionWriter::Seal(const std::string& status) {
+  if (!impl_->state.sealed) {
+    Append("sealed", {{"status", status}, {"frames", impl_->files.size()}});
+    impl_->state.sealed = true;
+  }
+  Json files = Json::array();
+  std::vector<std::string> names = {"plan.json", "session.json", "journal.jsonl"};
+  for (const auto& entry : fs::directory_iterator(impl_->folder)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.is_regular_file() && name != "LOCK" &&
+        std::find(names.begin(), names.end(), name) == names.end())
+      names.push_back(name);
+  }
+  names.insert(names.end(), impl_->files.begin(), impl_->files.end());
+  std::sort(names.begin(), names.end());
+  for (const auto& name : names)
+    files.push_back({{"file", name},
+                     {"bytes", fs::file_size(impl_->folder / name)},
+                     {"sha256", Sha256OfFile(impl_->folder / name)}});
+  WriteJson(impl_->folder / "manifest.json",
+            {{"journal_head", impl_->journal->head()}, {"files", files}});
+}
+
+}  // namespace luxfield::core

@@ -1,0 +1,478 @@
+#include "core/session_store.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/journal.h"
+#include "core/json.h"
+#include "core/random.h"
+#include "core/session_check.h"
+#include "core/session_writer.h"
+
+namespace luxfield::core {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+fs::path NewFolder(const std::string& name) {
+  static int counter = 0;
+  const auto path =
+      fs::path(testing::TempDir()) / fmt::format("session_{}_{}_{}", name, ::getpid(), counter++);
+  fs::remove_all(path);
+  return path;
+}
+
+RawFrame TestFrame(int position, int exposure) {
+  RawFrame frame;
+  frame.width = 5;
+  frame.height = 3;
+  for (int pixel = 0; pixel < 15; ++pixel)
+    frame.dn.push_back(static_cast<std::uint16_t>(1000 * position + 100 * exposure + pixel));
+  return frame;
+}
+
+const Json kPlan = {{"positions", 3}};
+const Json kSession = {{"camera", {{"bits", 12}}}};
+constexpr int kPositions = 3, kExposures = 2;
+
+void CaptureRest(SessionWriter& writer) {
+  if (writer.journal_says_sealed()) return writer.Seal("done");
+  writer.StartEpoch({{"camera", "test"}});
+  FrameRecord dark;
+  dark.kind = FrameKind::kDark;
+  dark.exposure_s = dark.requested_exposure_s = 0.1;
+  writer.CommitFrame(dark, TestFrame(9, 0), {});
+  for (int i = 0; i < kPositions; ++i) {
+    if (writer.PositionComplete(i, 0)) continue;
+    for (int e = 0; e < kExposures; ++e) {
+      FrameRecord record;
+      record.i = i;
+      record.j = 0;
+      record.exposure_index = e;
+      record.exposure_s = record.requested_exposure_s = 0.1 * (1 << e);
+      writer.CommitFrame(record, TestFrame(i, e), {{"mean_dn", 1.5}});
+    }
+    writer.CompletePosition(i, 0);
+  }
+  writer.Seal("done");
+}
+
+fs::path WholeSession(const std::string& name) {
+  const auto folder = NewFolder(name);
+  SimulatedClock clock;
+  auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+  CaptureRest(writer);
+  return folder;
+}
+
+void Overwrite(const fs::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+std::string MessageOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no InputError";
+}
+
+TEST(RawFrame, TiffKeepsEveryBit) {
+  RawFrame whole = TestFrame(3, 1), real;
+  whole.dn[0] = 65535;
+  real.width = 2;
+  real.height = 1;
+  real.value = {1e-30f, -3.25f};
+  EXPECT_EQ(DecodeTiff(EncodeTiff(whole), "t").dn, whole.dn);
+  EXPECT_EQ(DecodeTiff(EncodeTiff(real), "t").value, real.value);
+  EXPECT_EQ(EncodeTiff(whole), EncodeTiff(whole));
+}
+
+// The pixels come first and libtiff can do without the last zeros of the directory: a truncated
+// file is refused or gives every pixel.
+TEST(RawFrame, NoTruncationOfATiffGivesWrongPixels) {
+  const RawFrame frame = TestFrame(1, 0);
+  const std::string bytes = EncodeTiff(frame);
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    const std::string_view cut = std::string_view(bytes).substr(0, size);
+    if (size + 8 < bytes.size()) {
+      EXPECT_THROW(DecodeTiff(cut, "t.tif"), InputError) << size;
+      continue;
+    }
+    try {
+      EXPECT_EQ(DecodeTiff(cut, "t.tif").dn, frame.dn) << size;
+    } catch (const InputError&) {
+    }
+  }
+}
+
+TEST(RawFrame, FlippedBytesOfATiffNeverCrash) {
+  const std::string bytes = EncodeTiff(TestFrame(1, 0));
+  for (std::size_t at = 0; at < bytes.size(); ++at)
+    for (const int bit : {0, 3, 7}) {
+      std::string bad = bytes;
+      bad[at] = static_cast<char>(bad[at] ^ (1 << bit));
+      try {
+        const RawFrame frame = DecodeTiff(bad, "t.tif");
+        EXPECT_EQ(frame.dn.size() + frame.value.size(), frame.size());
+      } catch (const InputError&) {
+      }
+    }
+}
+
+TEST(SessionStore, WhatIsWrittenIsRead) {
+  const auto folder = WholeSession("roundtrip");
+  const SessionReader reader(folder);
+  EXPECT_TRUE(reader.sealed());
+  EXPECT_EQ(reader.plan(), kPlan);
+  EXPECT_EQ(reader.session(), kSession);
+  ASSERT_EQ(reader.frames().size(), 1u + kPositions * kExposures);
+  for (const FrameRecord& record : reader.frames()) {
+    const RawFrame frame = reader.ReadFrame(record);
+    const RawFrame expected = record.kind == FrameKind::kDark
+                                  ? TestFrame(9, 0)
+                                  : TestFrame(record.i, record.exposure_index);
+    EXPECT_EQ(frame.dn, expected.dn);
+  }
+  const SessionCheck check = VerifySession(folder);
+  EXPECT_THAT(check.problems, testing::IsEmpty());
+  EXPECT_EQ(check.positions, kPositions);
+}
+
+TEST(SessionStore, JournalLineIsAsDocumented) {
+  // The CRC is that of RFC 3720 (check value of "123456789"), the chain SHA-256 of the previous
+  // line.
+  EXPECT_EQ(Crc32c("123456789"), 0xE3069283u);
+  const auto folder = WholeSession("line");
+  std::ifstream file(folder / "journal.jsonl");
+  std::string line, previous;
+  for (int seq = 0; std::getline(file, line); ++seq) {
+    const auto cut = line.rfind(",\"crc32c\":\"");
+    EXPECT_EQ(line.substr(cut),
+              fmt::format(",\"crc32c\":\"{:08x}\"}}", Crc32c(line.substr(0, cut))));
+    const Json record = Json::parse(line);
+    EXPECT_EQ(record["seq"], seq);
+    EXPECT_EQ(record["prev"], seq == 0 ? std::string(64, '0') : Sha256(previous));
+    previous = line;
+  }
+}
+
+TEST(SessionStore, EveryTruncationOfTheLastLineIsDroppedOnResume) {
+  const auto folder = NewFolder("torn");
+  SimulatedClock clock;
+  {
+    auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+    writer.StartEpoch({});
+    FrameRecord record;
+    record.i = record.j = 0;
+    record.exposure_s = 1;
+    writer.CommitFrame(record, TestFrame(0, 0), {});
+  }
+  const auto journal = folder / "journal.jsonl";
+  const std::string bytes = ReadFile(journal);
+  const std::size_t last = bytes.rfind('\n', bytes.size() - 2) + 1;
+  ASSERT_GT(bytes.size() - last, 300u);
+  for (std::size_t size = last; size < bytes.size(); ++size) {
+    Overwrite(journal, bytes.substr(0, size));
+    EXPECT_EQ(SessionReader(folder).frames().size(), 0u);
+    const JournalContent content = ReadJournal(journal);
+    EXPECT_EQ(content.torn, size != last);
+    EXPECT_EQ(content.records.size(), 2u);
+  }
+  Overwrite(journal, bytes.substr(0, bytes.size() - 1));
+  EXPECT_EQ(fs::exists(folder / "frames" /
+                       "i000_j000_print0_channel0_exposure00_repeat0_epoch0_attempt0.tif"),
+            true);
+  auto writer = SessionWriter::Resume(folder, kPlan, clock);
+  EXPECT_EQ(fs::is_empty(folder / "frames"), true) << "a frame without its line is an orphan";
+  EXPECT_EQ(ReadFile(journal), bytes.substr(0, last));
+  CaptureRest(writer);
+  EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
+}
+
+TEST(SessionStore, AFlippedByteAnywhereIsNoticed) {
+  const auto folder = WholeSession("flip");
+  for (const char* name :
+       {"journal.jsonl", "plan.json", "session.json", "manifest.json",
+        "frames/i001_j000_print0_channel0_exposure01_repeat0_epoch0_attempt0.tif"}) {
+    const std::string bytes = ReadFile(folder / name);
+    for (std::size_t at = 0; at < bytes.size(); at += std::max<std::size_t>(1, bytes.size() / 97)) {
+      std::string bad = bytes;
+      bad[at] = static_cast<char>(bad[at] ^ 1);
+      Overwrite(folder / name, bad);
+      const SessionCheck check = VerifySession(folder);
+      EXPECT_FALSE(check.problems.empty()) << name << " byte " << at;
+    }
+    Overwrite(folder / name, bytes);
+  }
+  EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
+}
+
+TEST(SessionStore, DamageBeforeTheLastLineIsRefusedNamingTheLine) {
+  const auto folder = WholeSession("middle");
+  const auto journal = folder / "journal.jsonl";
+  const std::string bytes = ReadFile(journal);
+  std::string bad = bytes;
+  const std::size_t third = bytes.find('\n', bytes.find('\n') + 1) + 1;
+  bad[third + 40] = static_cast<char>(bad[third + 40] ^ 4);
+  Overwrite(journal, bad);
+  EXPECT_THAT(MessageOf([&] { SessionReader reader(folder); }),
+              HasSubstr("journal.jsonl: line 3 is damaged"));
+  // A line taken out leaves valid CRCs but breaks the chain.
+  const std::size_t fourth = bytes.find('\n', third) + 1;
+  Overwrite(journal, bytes.substr(0, third) + bytes.substr(fourth));
+  EXPECT_THAT(MessageOf([&] { SessionReader reader(folder); }),
+              HasSubstr("line 3 does not continue line 2"));
+}
+
+TEST(SessionStore, MissingAndForeignFramesAreReported) {
+  const auto folder = WholeSession("missing");
+  const auto frame =
+      folder / "frames/i001_j000_print0_channel0_exposure00_repeat0_epoch0_attempt0.tif";
+  const std::string bytes = ReadFile(frame);
+  fs::remove(frame);
+  EXPECT_THAT(VerifySession(folder).problems, testing::Contains(HasSubstr("is missing")));
+  Overwrite(frame, EncodeTiff(TestFrame(2, 0)));
+  EXPECT_THAT(VerifySession(folder).problems, testing::Contains(HasSubstr("SHA-256")));
+  const SessionReader reader(folder);
+  for (const auto& record : reader.frames())
+    if (folder / record.file == frame) {
+      EXPECT_THROW(reader.ReadFrame(record), InputError);
+    }
+  Overwrite(frame, bytes);
+  Overwrite(folder / "frames/stranger.tif", bytes);
+  EXPECT_THAT(VerifySession(folder).problems,
+              testing::ElementsAre(HasSubstr("stranger.tif: is not in the manifest")));
+}
+
+TEST(SessionStore, SalvageKeepsWhatIsIntactAndTheRestIsRetaken) {
+  const auto folder = WholeSession("salvage");
+  const auto journal = folder / "journal.jsonl";
+  std::string bytes = ReadFile(journal);
+  // Damage the line of one frame of position 1, and lose a frame file of position 2.
+  const std::size_t at = bytes.find("i001_j000_print0_channel0_exposure01");
+  bytes[at] = 'x';
+  Overwrite(journal, bytes);
+  fs::remove(folder / "frames/i002_j000_print0_channel0_exposure00_repeat0_epoch0_attempt0.tif");
+  const SalvageResult result = SalvageSession(folder);
+  EXPECT_EQ(result.lines_lost, 1);
+  EXPECT_EQ(result.frames_lost, 1);
+  EXPECT_EQ(result.frames_kept, 1 + kPositions * kExposures - 2);
+  EXPECT_TRUE(fs::exists(result.old_journal));
+  const SessionReader reader(folder);
+  EXPECT_FALSE(reader.sealed());
+  for (const auto& record : reader.frames())
+    if (record.kind == FrameKind::kPosition) {
+      EXPECT_EQ(record.i, 0) << "brackets that lost a frame do not count";
+    }
+  SimulatedClock clock;
+  auto writer = SessionWriter::Resume(folder, kPlan, clock);
+  CaptureRest(writer);
+  const SessionCheck check = VerifySession(folder);
+  EXPECT_THAT(check.problems, testing::IsEmpty());
+  EXPECT_EQ(check.positions, kPositions);
+}
+
+TEST(SessionStore, ARetakenBracketReplacesTheBrokenOneWhole) {
+  const auto folder = NewFolder("epochs");
+  SimulatedClock clock;
+  FrameRecord record;
+  record.i = record.j = 0;
+  record.exposure_s = 1;
+  {
+    auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+    writer.StartEpoch({});
+    writer.CommitFrame(record, TestFrame(7, 0), {});  // the bracket is never completed
+  }
+  EXPECT_EQ(SessionReader(folder).frames().size(), 0u);
+  auto writer = SessionWriter::Resume(folder, kPlan, clock);
+  CaptureRest(writer);
+  const SessionReader reader(folder);
+  for (const auto& r : reader.frames()) EXPECT_EQ(r.epoch, 1);
+}
+
+TEST(SessionStore, OneWriterAtATime) {
+  const auto folder = NewFolder("lock");
+  SimulatedClock clock;
+  const auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+  EXPECT_THAT(MessageOf([&] { SessionWriter::Resume(folder, kPlan, clock); }),
+              HasSubstr("in use by another process"));
+}
+
+TEST(SessionStore, RefusesWhatIsNotItsOwn) {
+  SimulatedClock clock;
+  const auto folder = WholeSession("refuse");
+  EXPECT_THAT(MessageOf([&] { SessionWriter::Create(folder, kPlan, kSession, {}, clock); }),
+              HasSubstr("already holds"));
+  EXPECT_THAT(MessageOf([&] { SessionWriter::Resume(folder, kPlan, clock); }),
+              HasSubstr("is sealed"));
+  fs::remove(folder / "manifest.json");
+  EXPECT_THAT(MessageOf([&] {
+                SessionWriter::Resume(folder, {{"positions", 4}}, clock);
+              }),
+              HasSubstr("another plan"));
+  const auto home = NewFolder("home");
+  fs::create_directories(home);
+  Overwrite(home / "thesis.txt", "do not touch");
+  EXPECT_THAT(MessageOf([&] { SessionWriter::Create(home, kPlan, kSession, {}, clock); }),
+              HasSubstr("'thesis.txt'"));
+  EXPECT_THAT(MessageOf([&] { SessionReader reader(home); }), HasSubstr("no journal.jsonl"));
+}
+
+TEST(SessionStore, HostileRecordsAreInputErrors) {
+  const auto folder = NewFolder("hostile");
+  SimulatedClock clock;
+  SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+  const JournalContent start = ReadJournal(folder / "journal.jsonl");
+  const std::string intact = ReadFile(folder / "journal.jsonl");
+  const auto with_line = [&](const std::string& type, const Json& fields) {
+    Overwrite(folder / "journal.jsonl",
+              intact + FormatJournalLine(1, start.head, type, fields) + "\n");
+    return MessageOf([&] { SessionReader reader(folder); });
+  };
+  Json frame = {{"kind", "position"},
+                {"i", 0},
+                {"j", 0},
+                {"channel", 0},
+                {"print", 0},
+                {"exposure_index", 0},
+                {"repeat", 0},
+                {"attempt", 0},
+                {"epoch", 0},
+                {"requested_exposure_s", 1},
+                {"exposure_s", 1},
+                {"attenuation", 1},
+                {"stage_u_m", 0},
+                {"stage_v_m", 0},
+                {"t_start_s", 0},
+                {"meter", 0},
+                {"flagged", false},
+                {"file", "frames/a.tif"},
+                {"sha256", ""}};
+  EXPECT_EQ(with_line("frame", frame), "no InputError");
+  const auto with = [&](const char* key, const Json& value) {
+    Json bad = frame;
+    bad[key] = value;
+    return with_line("frame", bad);
+  };
+  EXPECT_THAT(with("file", "../../etc/passwd"), HasSubstr("leaves the session folder"));
+  EXPECT_THAT(with("file", "/etc/passwd"), HasSubstr("leaves the session folder"));
+  EXPECT_THAT(with("exposure_s", -1), HasSubstr("line 2: exposure_s = -1"));
+  EXPECT_THAT(with("exposure_s", "long"), HasSubstr("wrong type"));
+  EXPECT_THAT(with("kind", "selfie"), HasSubstr("not a frame kind"));
+  EXPECT_THAT(with("channel", 17), HasSubstr("channel = 17"));
+  EXPECT_THAT(with_line("session_open", {}), HasSubstr("one session_open"));
+}
+
+// RLIMIT_FSIZE stands in for a full disk: the write fails half way with EFBIG.
+TEST(SessionStore, ADiskThatFillsUpIsADeviceErrorAndLosesNothing) {
+  const auto folder = NewFolder("full");
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    SimulatedClock clock;
+    int result = 1;
+    try {
+      auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+      const rlimit limit{2000, 2000};  // the journal passes it in the middle of a line
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+      CaptureRest(writer);
+    } catch (const DeviceError&) {
+      result = 0;
+    } catch (...) {
+      result = 2;
+    }
+    ::_exit(result);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  SimulatedClock clock;
+  EXPECT_TRUE(ReadJournal(folder / "journal.jsonl").torn);
+  auto writer = SessionWriter::Resume(folder, kPlan, clock);
+  CaptureRest(writer);
+  EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
+}
+
+// Runs a capture in a child process that kills itself at the given storage step; false if it
+// finished before.
+bool CaptureKilledAt(const fs::path& folder, int step) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    int count = 0;
+    SetStorageHookForTest([&](std::string_view) {
+      if (count++ == step) ::kill(::getpid(), SIGKILL);
+    });
+    SimulatedClock clock;
+    try {
+      if (fs::exists(folder / "manifest.json")) ::_exit(0);  // killed after the last step
+      if (SessionWriter::HasSession(folder)) {
+        auto writer = SessionWriter::Resume(folder, kPlan, clock);
+        CaptureRest(writer);
+      } else {
+        auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+        CaptureRest(writer);
+      }
+    } catch (...) {
+      ::_exit(1);
+    }
+    ::_exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status) || WEXITSTATUS(status) == 0) << "step " << step;
+  return WIFSIGNALED(status);
+}
+
+// LUXFIELD_KILLS=n runs n sessions instead of 20.
+TEST(SessionStore, KilledAnywhereItResumesAndVerifies) {
+  const char* wanted = std::getenv("LUXFIELD_KILLS");
+  const int sessions = wanted ? std::atoi(wanted) : 20;
+  constexpr std::uint64_t kSeed = 20140611;
+  RecordProperty("seed", std::to_string(kSeed));
+  SCOPED_TRACE(fmt::format("seed {}", kSeed));
+  int total_kills = 0;
+  for (int n = 0; n < sessions; ++n) {
+    const auto folder = NewFolder("killed");
+    Random random(kSeed, n);
+    int kills = 0;
+    bool finished = false;
+    while (kills < 6 && !finished) {
+      finished = !CaptureKilledAt(folder, static_cast<int>(random.Uniform() * 70));
+      if (!finished) ++kills;
+    }
+    if (!finished) {
+      ASSERT_FALSE(CaptureKilledAt(folder, 1 << 30));
+    }
+    total_kills += kills;
+    const SessionCheck check = VerifySession(folder);
+    EXPECT_THAT(check.problems, testing::IsEmpty())
+        << "session " << n << " after " << kills << " kills";
+    EXPECT_EQ(check.positions, kPositions);
+    const SessionReader reader(folder);
+    for (const auto& record : reader.frames())
+      if (record.kind == FrameKind::kPosition) {
+        EXPECT_EQ(reader.ReadFrame(record).dn, TestFrame(record.i, record.exposure_index).dn);
+      }
+    fs::remove_all(folder);
+  }
+  EXPECT_GE(total_kills, sessions);
+}
+
+}  // namespace
+}  // namespace luxfield::core
