@@ -34,9 +34,8 @@ struct PencilAxis {
   double s_per_w = 1;
   double moment_offset_m = 0;  // the first moment is that of u - p = w + moment_offset
 
-  // Lines through the receiver coordinate p, D in front of I (any D > -delta): s = (u D + p delta)
-  // / (delta + D).
-  static PencilAxis ThroughPoint(double p_m, double delta_m, double distance_m);
+  // Lines through a receiver with this coordinate at height z > 0: s = (u (z - delta) + p delta) / z.
+  static PencilAxis ThroughPoint(double p_m, double z_m, double delta_m);
   // Parallel lines s = u + shift.
   static PencilAxis Parallel(double shift_m) { return {shift_m, 0, 1, 0}; }
 };
