@@ -1,0 +1,38 @@
+// Non-negative coefficients: the luminaire with C >= 0 nearest to a solution of the Gram system.
+//
+// Nearest in the L2 norm over F of the differential irradiance, |sum (C - C_0) Phi|^2 = (C - C_0)^T
+// G (C - C_0), so for complete data it is the non-negative least squares of THEORY.md 4.
+// Accelerated projected gradient (Nesterov 2004, 2.2.81, with the constant momentum of a strongly
+// convex quadratic) per pixel; it stops by the Karush-Kuhn-Tucker residual.
+#pragma once
+
+#include <cstddef>
+
+#include "reconstruct/gram_solve.h"
+
+namespace luxfield::reconstruct {
+
+struct NonNegativeOptions {
+  // Stop where max_m |min(C_m, g_m / d)| <= tolerance * max_m |C_0,m|, with g = G (C - C_0) the
+  // gradient and d the largest diagonal entry of G. 0 < tolerance; float data cannot hold less than
+  // about 1e-6.
+  double tolerance = 1e-5;
+  int max_iterations = 2000;
+};
+
+struct NonNegativeSummary {
+  std::size_t pixels = 0;       // that had a negative coefficient (a channel counts for itself)
+  std::size_t unconverged = 0;  // left above the tolerance after max_iterations
+  int iterations = 0;           // of the slowest block
+  double worst_residual = 0;    // of the stopping rule, relative
+};
+
+// Replaces coefficients[m][p] (m = j * W + i, p < pixels) in place. Pixels without a negative
+// coefficient stay as they are, to the bit. Arithmetic in double, so float storage limits the
+// result to 6e-8. Parallel over pixels.
+NonNegativeSummary ProjectNonNegative(const GramSolver& solver, float* const* coefficients,
+                                      std::size_t pixels, const NonNegativeOptions& options = {});
+NonNegativeSummary ProjectNonNegative(const GramSolver& solver, double* const* coefficients,
+                                      std::size_t pixels, const NonNegativeOptions& options = {});
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,63 @@
+#include "reconstruct/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+namespace luxfield::reconstruct {
+
+CoefficientStatistics Statistics(const lightfield::LightField& coefficients,
+                                 const lightfield::LightField& sigma) {
+  CoefficientStatistics result;
+  if (coefficients.data.empty()) return result;
+  double positive = 0, negative = 0, squares = 0, variances = 0;
+  result.min = result.max = coefficients.data[0];
+  for (const float value : coefficients.data) {
+    const double c = value;
+    (c < 0 ? negative : positive) += std::abs(c);
+    squares += c * c;
+    result.min = std::min(result.min, c);
+    result.max = std::max(result.max, c);
+  }
+  for (const float value : sigma.data) variances += static_cast<double>(value) * value;
+  result.mean = (positive - negative) / static_cast<double>(coefficients.data.size());
+  result.negative_energy = positive > 0 ? negative / positive : 0;
+  result.sigma_relative = squares > 0 ? std::sqrt(variances / squares) : 0;
+  if (!sigma.data.empty()) {
+    std::vector<float> sorted = sigma.data;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    result.sigma_median = *middle;
+  }
+  return result;
+}
+
+nlohmann::json ToJson(const ReconstructionReport& report) {
+  nlohmann::json json{{"images", report.images},
+                      {"negative_energy", report.coefficients.negative_energy},
+                      {"c_min", report.coefficients.min},
+                      {"c_max", report.coefficients.max},
+                      {"c_mean", report.coefficients.mean},
+                      {"sigma_median", report.coefficients.sigma_median},
+                      {"sigma_relative", report.coefficients.sigma_relative},
+                      {"texels_incomplete", report.incomplete.incomplete},
+                      {"texels_with_gaps", report.incomplete.with_gaps},
+                      {"texels_unknown", report.incomplete.unknown},
+                      {"flags",
+                       {{"off_sensor", report.off_sensor},
+                        {"saturated", report.saturated},
+                        {"too_dark", report.too_dark},
+                        {"defect", report.defect}}}};
+  if (report.condition) json["condition"] = *report.condition;
+  if (report.noise_gain) json["noise_gain"] = *report.noise_gain;
+  if (report.worst_gain) json["worst_gain"] = *report.worst_gain;
+  if (report.non_negative)
+    json["non_negative"] = {{"pixels", report.non_negative->pixels},
+                            {"unconverged", report.non_negative->unconverged},
+                            {"iterations", report.non_negative->iterations},
+                            {"worst_residual", report.non_negative->worst_residual}};
+  return json;
+}
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,45 @@
+// What a reconstruction is worth, in numbers.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+
+#include "lightfield/light_field.h"
+#include "lightfield/measurements.h"
+#include "reconstruct/gram_solve.h"
+#include "reconstruct/missing_data.h"
+#include "reconstruct/non_negative.h"
+
+namespace luxfield::reconstruct {
+
+// Of the least-squares solution, before any non-negative projection.
+struct CoefficientStatistics {
+  double negative_energy = 0;  // sum of |C < 0| over sum of C > 0; 0 if all C are 0
+  double min = 0, max = 0, mean = 0;
+  double sigma_median = 0;  // of sigma(C) over all entries
+  double sigma_relative =
+      0;  // sqrt(sum sigma^2 / sum C^2): the random error expected of C as a relative RMSE
+};
+
+struct ReconstructionReport {
+  int images = 0;
+  CoefficientStatistics coefficients;
+  // Absent for dual filters, which need no solve.
+  std::optional<double> condition;   // of the 2-D Gram matrix
+  std::optional<double> noise_gain;  // of white noise, in units of 1 / h^2
+  std::optional<double> worst_gain;  // of the alternating mode, in units of 1 / h^2
+  IncompletePixels incomplete;       // texels
+  // Texels x positions that carry each flag.
+  std::size_t off_sensor = 0, saturated = 0, too_dark = 0, defect = 0;
+  std::optional<NonNegativeSummary> non_negative;
+};
+
+CoefficientStatistics Statistics(const lightfield::LightField& coefficients,
+                                 const lightfield::LightField& sigma);
+
+// Keys as the fields above.
+nlohmann::json ToJson(const ReconstructionReport& report);
+
+}  // namespace luxfield::reconstruct
