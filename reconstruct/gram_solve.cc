@@ -128,13 +128,6 @@ GramAxis GramAxis::Factor(std::vector<double> gram, int count, const std::string
   const double largest = g.cwiseAbs().maxCoeff();
   if (!(g - g.transpose()).isZero(1e-12 * largest))
     throw InputError(fmt::format("the Gram matrix along {} is not symmetric", axis));
-  for (int i = 0; i < count; ++i)
-    for (int m = i + 3; m < count; ++m)
-      if (std::abs(g(i, m)) > 1e-12 * largest)
-        throw InputError(
-            fmt::format("filters {} and {} along {} overlap, which spacing and basis do not allow",
-                        i, m, axis));
-
   GramAxis result;
   result.count = count;
   const Eigen::SelfAdjointEigenSolver<RowMatrix> eigen(g);
@@ -142,6 +135,12 @@ GramAxis GramAxis::Factor(std::vector<double> gram, int count, const std::string
   result.largest_eigenvalue = eigen.eigenvalues()(count - 1);
   if (!(result.smallest_eigenvalue * kLargestCondition > result.largest_eigenvalue))
     FailSingular(g, axis, std::abs(result.largest_eigenvalue / result.smallest_eigenvalue));
+  for (int i = 0; i < count; ++i)
+    for (int m = i + 3; m < count; ++m)
+      if (std::abs(g(i, m)) > 1e-12 * largest)
+        throw InputError(
+            fmt::format("filters {} and {} along {} overlap, which spacing and basis do not allow",
+                        i, m, axis));
 
   const Eigen::LLT<RowMatrix> cholesky(g);
   const RowMatrix l = cholesky.matrixL();

@@ -1,0 +1,134 @@
+#include "reconstruct/non_negative.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <vector>
+
+#include "core/random.h"
+
+namespace luxfield::reconstruct {
+namespace {
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+constexpr std::uint64_t kSeed = 5150;
+
+GramSolver Solver(int width, int height) {
+  lightfield::BasisGrid grid;
+  grid.width = width;
+  grid.height = height;
+  grid.spacing_m = 0.02;
+  return GramSolver(grid);
+}
+
+Matrix Dense(const GramSolver& solver) {
+  const int width = solver.u().count, count = solver.count();
+  Matrix gram(count, count);
+  for (int m = 0; m < count; ++m)
+    for (int n = 0; n < count; ++n)
+      gram(m, n) = solver.u().gram[m % width * width + n % width] *
+                   solver.v().gram[m / width * solver.v().count + n / width];
+  return gram;
+}
+
+std::vector<double> RandomCoefficients(int count, std::size_t pixels, double shift) {
+  core::Random random(kSeed, static_cast<std::uint64_t>(count));
+  std::vector<double> c(count * pixels);
+  for (double& x : c) x = random.Normal() + shift;
+  return c;
+}
+
+std::vector<double*> Rows(std::vector<double>& c, int count) {
+  std::vector<double*> rows;
+  for (int m = 0; m < count; ++m) rows.push_back(c.data() + m * (c.size() / count));
+  return rows;
+}
+
+TEST(NonNegative, SatisfiesTheKktConditions) {
+  const GramSolver solver = Solver(11, 9);
+  constexpr std::size_t kPixels = 100;
+  const std::vector<double> start = RandomCoefficients(99, kPixels, 0.5);
+  std::vector<double> c = start;
+  const NonNegativeSummary summary =
+      ProjectNonNegative(solver, Rows(c, 99).data(), kPixels, {1e-9, 5000});
+  EXPECT_EQ(summary.pixels, kPixels);
+  EXPECT_EQ(summary.unconverged, 0u);
+  const Matrix gram = Dense(solver);
+  for (std::size_t p = 0; p < kPixels; ++p) {
+    Eigen::VectorXd difference(99);
+    double scale = 0;
+    for (int m = 0; m < 99; ++m) {
+      difference(m) = c[m * kPixels + p] - start[m * kPixels + p];
+      scale = std::max(scale, std::abs(start[m * kPixels + p]));
+    }
+    const Eigen::VectorXd gradient = gram * difference / gram.diagonal().maxCoeff();
+    for (int m = 0; m < 99; ++m) {
+      const double x = c[m * kPixels + p];
+      EXPECT_GE(x, 0);
+      EXPECT_GE(gradient(m), -1e-8 * scale);              // no descent into the cone
+      EXPECT_LE(std::min(x, gradient(m)), 1e-8 * scale);  // complementary
+    }
+  }
+}
+
+TEST(NonNegative, AgreesWithTheBestOfAllActiveSets) {
+  const GramSolver solver = Solver(3, 3);
+  const Matrix gram = Dense(solver);
+  constexpr std::size_t kPixels = 20;
+  const std::vector<double> start = RandomCoefficients(9, kPixels, 0);
+  std::vector<double> c = start;
+  ProjectNonNegative(solver, Rows(c, 9).data(), kPixels, {1e-10, 5000});
+  for (std::size_t p = 0; p < kPixels; ++p) {
+    Eigen::VectorXd c0(9);
+    for (int m = 0; m < 9; ++m) c0(m) = start[m * kPixels + p];
+    Eigen::VectorXd best = Eigen::VectorXd::Zero(9);
+    double least = c0.dot(gram * c0);
+    for (int set = 1; set < 512; ++set) {
+      std::vector<int> free;
+      for (int m = 0; m < 9; ++m)
+        if (set >> m & 1) free.push_back(m);
+      const Matrix g = gram(free, free);
+      const Eigen::VectorXd e = (gram * c0)(free);
+      Eigen::VectorXd x = Eigen::VectorXd::Zero(9);
+      const Eigen::VectorXd solved = g.ldlt().solve(e);
+      for (std::size_t k = 0; k < free.size(); ++k) x(free[k]) = solved(k);
+      if (x.minCoeff() < 0) continue;
+      const double value = (x - c0).dot(gram * (x - c0));
+      if (value < least) {
+        least = value;
+        best = x;
+      }
+    }
+    for (int m = 0; m < 9; ++m) EXPECT_NEAR(c[m * kPixels + p], best(m), 1e-7) << "pixel " << p;
+  }
+}
+
+TEST(NonNegative, LeavesNonNegativePixelsAlone) {
+  const GramSolver solver = Solver(5, 4);
+  std::vector<float> c(20 * 3, 0.1f);
+  c[7 * 3 + 1] = -1;  // pixel 1 only
+  const std::vector<float> before = c;
+  std::vector<float*> rows;
+  for (int m = 0; m < 20; ++m) rows.push_back(c.data() + m * 3);
+  const NonNegativeSummary summary = ProjectNonNegative(solver, rows.data(), 3);
+  EXPECT_EQ(summary.pixels, 1u);
+  for (int m = 0; m < 20; ++m) {
+    EXPECT_EQ(c[m * 3], before[m * 3]);
+    EXPECT_EQ(c[m * 3 + 2], before[m * 3 + 2]);
+    EXPECT_GE(c[m * 3 + 1], 0);
+  }
+}
+
+TEST(NonNegative, ReportsWhatDidNotConverge) {
+  const GramSolver solver = Solver(11, 9);
+  std::vector<double> c = RandomCoefficients(99, 4, 0);
+  const NonNegativeSummary summary = ProjectNonNegative(solver, Rows(c, 99).data(), 4, {1e-14, 8});
+  EXPECT_EQ(summary.unconverged, 4u);
+  EXPECT_EQ(summary.iterations, 8);
+  EXPECT_GT(summary.worst_residual, 1e-14);
+}
+
+}  // namespace
+}  // namespace luxfield::reconstruct
