@@ -1,0 +1,40 @@
+// A bounding volume hierarchy that Embree builds, flattened for other traversers.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "scene/geometry.h"
+
+namespace luxfield::scene {
+
+struct Box {
+  std::array<float, 3> lower{};
+  std::array<float, 3> upper{};
+};
+
+// Node 0 is the root. Boxes contain their triangles with a margin of some float32 steps of the
+// coordinates, so that a traverser's rounding loses none.
+struct Bvh {
+  static constexpr int kMaxDepth = 60;  // nodes on any path from the root, leaves not counted
+  static constexpr int kMaxLeafSize = 4;
+  static constexpr std::size_t kMaxTriangles = std::size_t{1} << 27;
+
+  struct Child {
+    Box box;
+    std::int32_t node = -1;             // an inner node, or -1: a leaf
+    std::int32_t first = 0, count = 0;  // its range in `order`
+  };
+  struct Node {
+    std::array<Child, 2> children;
+  };
+
+  std::vector<Node> nodes;           // never empty; an absent child is a leaf of 0 triangles
+  std::vector<std::uint32_t> order;  // triangles of the geometry in leaf order, each once
+};
+
+// Throws InputError if there are more triangles than kMaxTriangles, DeviceError if Embree fails.
+Bvh BuildBvh(const Geometry& geometry);
+
+}  // namespace luxfield::scene

@@ -1,0 +1,238 @@
+#include "scene/scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "core/config.h"
+#include "core/error.h"
+#include "scene/mesh.h"
+#include "scene/texture.h"
+
+namespace luxfield::scene {
+namespace {
+
+using core::Config;
+using lightfield::Cross;
+using lightfield::Length;
+using lightfield::Normalized;
+
+constexpr double kLargest_m = 1e6;  // float32 resolves 6 cm there
+constexpr int kMaxPixels = 16384;
+
+Vec3 ToVec3(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
+
+Vec3 GetVec3(const Config& table, std::string_view key) { return ToVec3(table.Numbers(key, 3)); }
+
+Vec3 GetVec3(const Config& table, std::string_view key, const std::vector<double>& fallback) {
+  return ToVec3(table.Numbers(key, 3, fallback));
+}
+
+Vec3 GetPoint(const Config& table, std::string_view key, std::optional<Vec3> fallback = {}) {
+  const Vec3 p =
+      fallback ? GetVec3(table, key, {fallback->x, fallback->y, fallback->z}) : GetVec3(table, key);
+  if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kLargest_m)
+    table.Fail(
+        key,
+        fmt::format("[{}, {}, {}] is farther than {} m from the origin", p.x, p.y, p.z, kLargest_m),
+        "give metres, and move the scene to the origin");
+  return p;
+}
+
+// position + (look_at, up), checked.
+struct View {
+  Vec3 position, target, up;
+};
+
+View GetView(const Config& table) {
+  View view{GetPoint(table, "position"), GetPoint(table, "look_at"),
+            GetVec3(table, "up", {0, 0, 1})};
+  const Vec3 line = view.target - view.position;
+  if (Length(line) <= 1e-9 * (1 + Length(view.position)))
+    table.Fail("look_at", "is the same point as position", "move one of them");
+  if (Length(view.up) == 0 || Length(Cross(Normalized(view.up), Normalized(line))) < 1e-6)
+    table.Fail("up", "is zero or parallel to the line from position to look_at",
+               "choose another direction");
+  return view;
+}
+
+Pose GetPose(const Config& table) {
+  if (table.Has("look_at")) {
+    if (table.Has("rotate_deg"))
+      table.Fail("rotate_deg", "contradicts look_at", "give one of them");
+    const View view = GetView(table);
+    return LookAt(view.position, view.target, view.up);
+  }
+  return Translation(GetPoint(table, "position")) *
+         RotationXyz(GetVec3(table, "rotate_deg", {0, 0, 0}));
+}
+
+// position and rotate_deg of something scaled by `factors` first.
+Transform GetTransform(const Config& table, std::string_view factors_key, Vec3 factors) {
+  if (factors.x == 0 || factors.y == 0 || factors.z == 0)
+    table.Fail(factors_key, "holds a zero", "give numbers other than 0");
+  return Translation(GetPoint(table, "position", Vec3{})) *
+         RotationXyz(GetVec3(table, "rotate_deg", {0, 0, 0})) * Scaling(factors);
+}
+
+std::map<std::string, std::uint32_t> ReadMaterials(const Config& root, Geometry& geometry) {
+  std::map<std::string, std::uint32_t> by_name;
+  for (const Config& table : root.Tables("material")) {
+    Material material;
+    material.name = table.Text("name");
+    const auto albedo = table.Numbers("albedo", 3);
+    for (int c = 0; c < 3; ++c) {
+      if (albedo[c] < 0 || albedo[c] > 1)
+        table.Fail("albedo", fmt::format("= {} is outside [0, 1]", albedo[c]),
+                   "give reflectances in linear Rec. 709");
+      material.albedo[c] = static_cast<float>(albedo[c]);
+    }
+    if (table.Has("texture")) {
+      material.texture = static_cast<int>(geometry.textures.size());
+      geometry.textures.push_back(ReadTexture(table.Path("texture")));
+    }
+    if (!by_name.emplace(material.name, static_cast<std::uint32_t>(geometry.materials.size()))
+             .second)
+      table.Fail("name", "is taken twice", "give each material its own name");
+    geometry.materials.push_back(std::move(material));
+  }
+  return by_name;
+}
+
+class GeometryReader {
+ public:
+  GeometryReader(const Config& root, Geometry& geometry)
+      : root_(root), geometry_(geometry), materials_(ReadMaterials(root, geometry)) {}
+
+  void Read() {
+    for (const Config& table : root_.Tables("mesh")) {
+      std::optional<std::uint32_t> material;
+      if (table.Has("material")) material = MaterialOf(table);
+      const auto file = table.Path("file");
+      std::error_code unused;
+      if (!std::filesystem::exists(file, unused))
+        table.Fail("file", "does not exist", "correct the path");
+      const Vec3 factors = GetVec3(table, "scale", {1, 1, 1});
+      AppendMesh(file, GetTransform(table, "scale", factors), material, geometry_);
+    }
+    for (const Config& table : root_.Tables("quad")) {
+      const Vec3 corner = GetPoint(table, "corner"), u = GetPoint(table, "edge_u"),
+                 v = GetPoint(table, "edge_v");
+      if (!(Length(Cross(u, v)) > 0))
+        table.Fail("edge_v", "is zero or parallel to edge_u",
+                   "give two edges that span a parallelogram");
+      AppendQuad(corner, u, v, MaterialOf(table), geometry_);
+    }
+    for (const Config& table : root_.Tables("box"))
+      AppendBox(GetTransform(table, "size", GetPoint(table, "size")), MaterialOf(table), geometry_);
+  }
+
+ private:
+  std::uint32_t MaterialOf(const Config& table) const {
+    const std::string name = table.Text("material");
+    const auto found = materials_.find(name);
+    if (found == materials_.end())
+      table.Fail("material", "is not defined", "add a [[material]] of that name");
+    return found->second;
+  }
+
+  const Config& root_;
+  Geometry& geometry_;
+  std::map<std::string, std::uint32_t> materials_;
+};
+
+Camera ReadCamera(const Config& root, const SceneOverrides& overrides) {
+  const Config table = root.Table("camera");
+  const View view = GetView(table);
+  const double fov = table.Number("vertical_fov_deg", 40, {0.01, 170});
+  const int width = table.Integer("width", 1024, 1, kMaxPixels);
+  const int height = table.Integer("height", 768, 1, kMaxPixels);
+  return Camera::LookAt(view.position, view.target, view.up, fov, overrides.width.value_or(width),
+                        overrides.height.value_or(height));
+}
+
+std::vector<Luminaire> ReadLuminaires(const Config& root) {
+  std::vector<Luminaire> luminaires;
+  std::set<std::string> names;
+  for (const Config& table : root.Tables("luminaire")) {
+    Luminaire luminaire;
+    luminaire.name = table.Text("name", fmt::format("luminaire {}", luminaires.size() + 1));
+    if (!names.insert(luminaire.name).second || luminaire.name == "*")
+      table.Fail("name", "is taken", "give each luminaire its own name");
+    luminaire.light_field = table.Path("file");
+    if (table.Has("tables")) luminaire.tables = table.Path("tables");
+    luminaire.world_from_luminaire = GetPose(table);
+    luminaire.scale = table.Number("scale", 1, {0, 1e12});
+    luminaires.push_back(std::move(luminaire));
+  }
+  return luminaires;
+}
+
+// Calls apply(luminaire, path) for the luminaires that each entry names.
+template <typename Apply>
+void Override(const std::map<std::string, std::filesystem::path>& paths, const std::string& file,
+              std::vector<Luminaire>& luminaires, const Apply& apply) {
+  for (const auto& [name, path] : paths) {
+    bool known = false;
+    for (Luminaire& luminaire : luminaires)
+      if (name == "*" || name == luminaire.name) {
+        apply(luminaire, path);
+        known = true;
+      }
+    if (!known)
+      throw InputError(file, fmt::format("holds no luminaire named '{}'", name),
+                       "name one of the scene's");
+  }
+}
+
+}  // namespace
+
+Camera Camera::LookAt(Vec3 position, Vec3 target, Vec3 up_hint, double vertical_fov_deg, int width,
+                      int height) {
+  Camera camera;
+  camera.position = position;
+  camera.forward = Normalized(target - position);
+  camera.right = Normalized(Cross(camera.forward, up_hint));
+  camera.up = Cross(camera.right, camera.forward);
+  camera.vertical_fov_deg = vertical_fov_deg;
+  camera.width = width;
+  camera.height = height;
+  return camera;
+}
+
+Vec3 Camera::Direction(double column, double row) const {
+  const double half = std::tan(vertical_fov_deg * std::numbers::pi / 360);
+  const double x = (2 * column - width) / height * half, y = (1 - 2 * row / height) * half;
+  return forward + x * right + y * up;
+}
+
+Scene ReadScene(const std::filesystem::path& path, const SceneOverrides& overrides) {
+  for (const auto& size : {overrides.width, overrides.height})
+    if (size && (*size < 1 || *size > kMaxPixels))
+      throw InputError(
+          fmt::format("a picture of {} pixels along one side cannot be rendered; choose 1 to {}",
+                      *size, kMaxPixels));
+  const Config root = Config::FromFile(path);
+  if (root.Has("environment"))
+    root.Fail("environment", "is not supported: environment maps do not light scenes yet",
+              "remove it and light the scene with [[luminaire]]");
+  Scene scene;
+  scene.file = path;
+  scene.camera = ReadCamera(root, overrides);
+  scene.luminaires = ReadLuminaires(root);
+  GeometryReader(root, scene.geometry).Read();
+  root.Finish();
+  Override(overrides.light_fields, path.string(), scene.luminaires,
+           [](Luminaire& luminaire, const auto& file) {
+             luminaire.light_field = file;
+             luminaire.tables.clear();
+           });
+  Override(overrides.tables, path.string(), scene.luminaires,
+           [](Luminaire& luminaire, const auto& file) { luminaire.tables = file; });
+  return scene;
+}
+
+}  // namespace luxfield::scene

@@ -1,0 +1,59 @@
+// scene.toml (docs/formats/scene.md): what is lit, by what, seen from where. Metres, right-handed
+// world frame.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/geometry.h"
+#include "scene/transform.h"
+
+namespace luxfield::scene {
+
+// A pinhole. Pixel (row, column) looks along forward + (2 (column + 0.5) / width - 1) aspect
+// tan(fov/2) right
+// + (1 - 2 (row + 0.5) / height) tan(fov/2) up, with orthonormal axes.
+struct Camera {
+  Vec3 position;
+  Vec3 right, up, forward;
+  double vertical_fov_deg = 40;
+  int width = 1024, height = 768;
+
+  // `up_hint` need not be perpendicular to the view. InputError-free: the reader checks.
+  static Camera LookAt(Vec3 position, Vec3 target, Vec3 up_hint, double vertical_fov_deg, int width,
+                       int height);
+  // Not normalised; column and row are continuous, 0.5 is the centre of the first pixel.
+  Vec3 Direction(double column, double row) const;
+};
+
+struct Luminaire {
+  std::string name;
+  std::filesystem::path light_field;  // .lf.exr
+  std::filesystem::path tables;       // .tab.exr, empty: none given
+  Pose world_from_luminaire;
+  double scale = 1;  // multiplies its light
+};
+
+struct Scene {
+  std::filesystem::path file;
+  Geometry geometry;
+  Camera camera;
+  std::vector<Luminaire> luminaires;
+};
+
+// What the command line changes. Luminaires are named as in the file, "*" means all of them; paths
+// are as given (not relative to the scene).
+struct SceneOverrides {
+  std::map<std::string, std::filesystem::path> light_fields;
+  std::map<std::string, std::filesystem::path> tables;
+  std::optional<int> width, height;
+};
+
+// Reads a scene and its meshes. A light field given anew drops the file's tables, which belong to
+// another. Luminaire files are not opened here. Throws InputError naming file and field.
+Scene ReadScene(const std::filesystem::path& path, const SceneOverrides& overrides = {});
+
+}  // namespace luxfield::scene

@@ -1,0 +1,21 @@
+// Texture images.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "scene/geometry.h"
+
+namespace luxfield::scene {
+
+// PNG, JPEG and what else OpenCV decodes; 16-bit files are reduced to 8 bits, alpha is dropped.
+// InputError naming `name` if the bytes are no image.
+Texture DecodeTexture(std::span<const unsigned char> bytes, const std::string& name);
+Texture ReadTexture(const std::filesystem::path& path);
+
+// Linear Rec. 709 at uv: bilinear between texel centres after decoding sRGB, repeating. What the
+// G-buffer kernel computes.
+std::array<float, 3> SampleTexture(const Texture& texture, std::array<float, 2> uv);
+
+}  // namespace luxfield::scene

@@ -1,0 +1,175 @@
+#include "scene/mesh.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "scene/texture.h"
+#include "tests/scene/test_data.h"
+
+namespace luxfield::scene {
+namespace {
+
+std::filesystem::path Write(const std::string& name, const std::string& bytes) {
+  const auto path = std::filesystem::path(testing::TempDir()) / ("luxfield_mesh_" + name);
+  std::ofstream(path, std::ios::binary) << bytes;
+  return path;
+}
+
+Geometry Read(const std::filesystem::path& path, const Transform& transform = {}) {
+  Geometry geometry;
+  AppendMesh(path, transform, {}, geometry);
+  return geometry;
+}
+
+// Every hostile file ends in an InputError that names the file.
+void ExpectRefused(const std::filesystem::path& path) {
+  EXPECT_THAT([&] { Read(path); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr(path.filename().string())))
+      << path;
+}
+
+constexpr char kTriangleObj[] =
+    "mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 2 0\nvn 0 0 1\nf 1//1 2//1 3//1\n";
+
+std::string PlyWithVertex(const std::string& z) {
+  return "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+         "float z\n"
+         "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 " +
+         z + "\n1 0 0\n0 1 0\n3 0 1 2\n";
+}
+
+TEST(Mesh, ReadsObjWithNormalsUnderATransform) {
+  const auto geometry = Read(Write("triangle.obj", kTriangleObj),
+                             Translation({0, 0, 5}) * RotationXyz({90, 0, 0}) * Scaling({3, 1, 1}));
+  ASSERT_EQ(geometry.triangles.size(), 1u);
+  EXPECT_THAT(geometry.corner(0, 1),
+              testing::Pointwise(testing::FloatNear(1e-6f), {3.0f, 0.0f, 5.0f}));
+  EXPECT_THAT(geometry.corner(0, 2),
+              testing::Pointwise(testing::FloatNear(1e-6f), {0.0f, 0.0f, 7.0f}));
+  EXPECT_THAT(geometry.vertices[0].normal,
+              testing::Pointwise(testing::FloatNear(1e-6f), {0.0f, -1.0f, 0.0f}));
+}
+
+TEST(Mesh, ReadsPly) {
+  const auto geometry = Read(Write("good.ply", PlyWithVertex("0.5")));
+  ASSERT_EQ(geometry.triangles.size(), 1u);
+  EXPECT_FLOAT_EQ(geometry.corner(0, 0)[2], 0.5f);
+}
+
+TEST(Mesh, TriangulatesPolygonsAndTakesTheFilesColours) {
+  Write("colours.mtl", "newmtl red\nKd 0.7 0.1 0.05\n");
+  const auto geometry = Read(Write("quad.obj",
+                                   "mtllib luxfield_mesh_colours.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv "
+                                   "0 1 0\nusemtl red\nf 1 2 3 4\n"));
+  ASSERT_EQ(geometry.triangles.size(), 2u);
+  const auto& material = geometry.materials[geometry.triangles[0].material];
+  EXPECT_EQ(material.name, "red");
+  EXPECT_THAT(material.albedo, testing::ElementsAre(0.7f, 0.1f, 0.05f));
+}
+
+TEST(Mesh, AGivenMaterialReplacesTheFiles) {
+  Geometry geometry;
+  geometry.materials.push_back({"mine", {0.1f, 0.2f, 0.3f}, -1});
+  AppendMesh(Write("override.obj", kTriangleObj), {}, 0u, geometry);
+  EXPECT_EQ(geometry.materials.size(), 1u);
+  EXPECT_EQ(geometry.triangles[0].material, 0u);
+}
+
+TEST(Mesh, GltfWithAnExternalTextureLoads) {
+  const auto path = testdata::Folder() / "mesh/kenney/vehicle-motorcycle.glb";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
+  const auto geometry = Read(path);
+  EXPECT_GT(geometry.triangles.size(), 100u);
+  ASSERT_FALSE(geometry.textures.empty());
+  EXPECT_GT(geometry.textures[0].width, 1);
+  // The texture's own colours reach the surface: a palette of many, not one.
+  float low = 1, high = 0;
+  for (const auto& vertex : geometry.vertices) {
+    const auto colour = SampleTexture(geometry.textures[0], vertex.uv);
+    low = std::min(low, colour[1]);
+    high = std::max(high, colour[1]);
+  }
+  EXPECT_GT(high - low, 0.1f);
+}
+
+TEST(Mesh, SpotLoads) {
+  const auto path = testdata::Folder() / "mesh/spot.obj";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
+  EXPECT_EQ(Read(path).triangles.size(), 5856u);  // 2928 quads
+}
+
+TEST(HostileMesh, MissingWrongTypeFolderAndEmptyAreRefused) {
+  ExpectRefused(std::filesystem::path(testing::TempDir()) / "luxfield_mesh_missing.obj");
+  ExpectRefused(Write("scene.blend", "BLENDER"));
+  ExpectRefused(Write("empty.obj", ""));
+  ExpectRefused(Write("empty.ply", ""));
+  ExpectRefused(Write("empty.glb", ""));
+  ExpectRefused(Write("text.glb", "this is no glTF file, only some words that pretend"));
+  const auto folder = std::filesystem::path(testing::TempDir()) / "luxfield_mesh_folder.obj";
+  std::filesystem::create_directories(folder);
+  ExpectRefused(folder);
+}
+
+TEST(HostileMesh, WithoutTrianglesIsRefused) {
+  ExpectRefused(Write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"));
+  ExpectRefused(Write("line.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n"));
+}
+
+TEST(HostileMesh, NonFiniteVerticesAreRefused) {
+  for (const char* bad : {"nan", "inf", "-inf", "1e60"})
+    ExpectRefused(Write(std::string(bad) + ".ply", PlyWithVertex(bad)));
+}
+
+TEST(HostileMesh, VertexNumbersOutOfRangeAreRefused) {
+  ExpectRefused(Write("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99\n"));
+  std::string ply = PlyWithVertex("0");
+  ply.replace(ply.rfind("3 0 1 2"), 7, "3 0 1 7");
+  ExpectRefused(Write("range.ply", ply));
+}
+
+TEST(HostileMesh, TruncatedFilesAreRefused) {
+  const std::string ply = PlyWithVertex("0");
+  ExpectRefused(Write("truncated.ply", ply.substr(0, ply.size() - 20)));
+  const auto path = testdata::Folder() / "mesh/kenney/vehicle-motorcycle.glb";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
+  const std::string glb = core::ReadFile(path);
+  for (const double share : {0.001, 0.02, 0.3, 0.7, 0.999})
+    ExpectRefused(
+        Write("truncated.glb",
+              glb.substr(0, static_cast<std::size_t>(share * static_cast<double>(glb.size())))));
+}
+
+TEST(HostileMesh, AMissingTextureIsNamed) {
+  Write("texture.mtl", "newmtl m\nmap_Kd nowhere.png\n");
+  const auto path = Write("texture.obj",
+                          "mtllib luxfield_mesh_texture.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 "
+                          "0\nusemtl m\nf 1/1 2/1 3/1\n");
+  EXPECT_THAT([&] { Read(path); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("nowhere.png")));
+}
+
+TEST(Texture, RefusesWhatIsNoImage) {
+  EXPECT_THROW(ReadTexture(Write("noise.png", "\x89PNG but not really")), InputError);
+  EXPECT_THROW(DecodeTexture({}, "empty"), InputError);
+}
+
+TEST(Texture, InterpolatesLinearLightAndRepeats) {
+  // 2 x 1 texels: black, and sRGB 188 = linear 0.5029.
+  const Texture texture{"two", 2, 1, {0xFF000000u, 0xFFBCBCBCu}};
+  const float half = SampleTexture(texture, {0.75f, 0.5f})[0];
+  EXPECT_NEAR(half, 0.5029f, 2e-4f);
+  EXPECT_FLOAT_EQ(SampleTexture(texture, {0.25f, 0.5f})[0], 0.0f);
+  EXPECT_NEAR(SampleTexture(texture, {0.5f, 0.5f})[0], half / 2, 1e-6f);
+  EXPECT_NEAR(SampleTexture(texture, {0.0f, 0.5f})[0], half / 2,
+              1e-6f);  // half a texel beyond the edge
+  EXPECT_NEAR(SampleTexture(texture, {-1.25f, 7.5f})[0], half, 1e-6f);
+}
+
+}  // namespace
+}  // namespace luxfield::scene

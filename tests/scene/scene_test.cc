@@ -1,0 +1,148 @@
+#include "scene/scene.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/error.h"
+
+namespace luxfield::scene {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+std::filesystem::path Write(const std::string& text) {
+  const auto path = std::filesystem::path(testing::TempDir()) / "luxfield_scene_test.toml";
+  std::ofstream(path) << text;
+  return path;
+}
+
+constexpr char kCamera[] =
+    "[camera]\nposition = [0, -5, 2]\nlook_at = [0, 0, 1]\nwidth = 40\nheight = 30\n";
+constexpr char kGround[] =
+    "[[material]]\nname = \"grey\"\nalbedo = [0.2, 0.3, 0.4]\n"
+    "[[quad]]\ncorner = [-1, -1, 0]\nedge_u = [2, 0, 0]\nedge_v = [0, 2, 0]\nmaterial = \"grey\"\n";
+
+// Reading kCamera + text fails with a message that holds all of `parts`.
+void ExpectError(const std::string& text, const std::vector<std::string>& parts) {
+  const auto path = Write(kCamera + text);
+  try {
+    ReadScene(path);
+    FAIL() << "accepted: " << text;
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("luxfield_scene_test.toml"));
+    for (const auto& part : parts) EXPECT_THAT(error.what(), HasSubstr(part));
+  }
+}
+
+TEST(Scene, ReadsPrimitivesMaterialsAndCamera) {
+  const auto scene =
+      ReadScene(Write(std::string(kCamera) + kGround +
+                      "[[box]]\nsize = [2, 4, 6]\nposition = [0, 0, 3]\nmaterial = \"grey\"\n"));
+  EXPECT_EQ(scene.geometry.triangles.size(), 2u + 12u);
+  EXPECT_THAT(scene.geometry.materials[0].albedo, testing::ElementsAre(0.2f, 0.3f, 0.4f));
+  float top = -1;
+  for (const auto& vertex : scene.geometry.vertices) top = std::max(top, vertex.position[2]);
+  EXPECT_FLOAT_EQ(top, 6);
+  EXPECT_EQ(scene.camera.width, 40);
+  // The middle of the picture looks at the target; the top half looks up, the right half right.
+  const Vec3 middle = scene.camera.Direction(20, 15);
+  EXPECT_NEAR(lightfield::Length(lightfield::Cross(middle, Vec3{0, 5, -1})), 0, 1e-14);
+  EXPECT_GT(scene.camera.Direction(20, 0).z, middle.z);
+  EXPECT_GT(scene.camera.Direction(40, 15).x, 0);
+  // vertical_fov_deg defaults to 40 between the upper and the lower edge.
+  const double cosine = lightfield::Dot(lightfield::Normalized(scene.camera.Direction(20, 0)),
+                                        lightfield::Normalized(scene.camera.Direction(20, 30)));
+  EXPECT_NEAR(std::acos(cosine) * 180 / M_PI, 40, 1e-10);
+}
+
+TEST(Scene, ReadsLuminairesAndOverridesThem) {
+  const std::string text =
+      std::string(kCamera) +
+      "[[luminaire]]\nname = \"left\"\nfile = \"a.lf.exr\"\ntables = \"a.tab.exr\"\n"
+      "position = [1, 2, 3]\nlook_at = [1, 9, 3]\nscale = 2.5\n"
+      "[[luminaire]]\nfile = \"/b.lf.exr\"\nposition = [0, 0, 1]\nrotate_deg = [-90, 0, 0]\n";
+  const auto scene = ReadScene(Write(text));
+  ASSERT_EQ(scene.luminaires.size(), 2u);
+  EXPECT_EQ(scene.luminaires[0].light_field,
+            std::filesystem::path(testing::TempDir()) / "a.lf.exr");
+  EXPECT_DOUBLE_EQ(scene.luminaires[0].scale, 2.5);
+  EXPECT_NEAR(scene.luminaires[0].world_from_luminaire.Vector({0, 0, 1}).y, 1, 1e-15);
+  EXPECT_EQ(scene.luminaires[1].name, "luminaire 2");
+  EXPECT_EQ(scene.luminaires[1].light_field, "/b.lf.exr");
+  EXPECT_NEAR(scene.luminaires[1].world_from_luminaire.Vector({0, 0, 1}).y, 1, 1e-15);
+
+  SceneOverrides overrides;
+  overrides.light_fields["left"] = "new.lf.exr";
+  overrides.width = 8;
+  const auto changed = ReadScene(Write(text), overrides);
+  EXPECT_EQ(changed.luminaires[0].light_field, "new.lf.exr");
+  EXPECT_TRUE(changed.luminaires[0].tables.empty());
+  EXPECT_EQ(changed.luminaires[1].light_field, "/b.lf.exr");
+  EXPECT_EQ(changed.camera.width, 8);
+  EXPECT_EQ(changed.camera.height, 30);
+
+  overrides = {};
+  overrides.light_fields["*"] = "all.lf.exr";
+  overrides.tables["left"] = "all.tab.exr";
+  const auto all = ReadScene(Write(text), overrides);
+  EXPECT_EQ(all.luminaires[0].light_field, "all.lf.exr");
+  EXPECT_EQ(all.luminaires[0].tables, "all.tab.exr");
+  EXPECT_EQ(all.luminaires[1].light_field, "all.lf.exr");
+
+  overrides.light_fields["right"] = "x.lf.exr";
+  EXPECT_THAT([&] { ReadScene(Write(text), overrides); },
+              ThrowsMessage<InputError>(HasSubstr("'right'")));
+  overrides = {};
+  overrides.height = 0;
+  EXPECT_THROW(ReadScene(Write(text), overrides), InputError);
+}
+
+TEST(Scene, AnEmptyWorldIsLegal) {
+  const auto scene = ReadScene(Write(kCamera));
+  EXPECT_TRUE(scene.geometry.triangles.empty());
+  EXPECT_TRUE(scene.luminaires.empty());
+}
+
+TEST(Scene, ErrorsNameFileAndField) {
+  ExpectError("environment = \"sky.hdr\"\n",
+              {"camera.environment"});  // inside [camera]: unknown key
+  ExpectError("[environment]\nfile = \"sky.hdr\"\n", {"environment", "not supported"});
+  ExpectError("zoom = 2\n", {"camera.zoom"});
+  ExpectError("[[quad]]\ncorner = [0, 0]\n", {"quad", "corner"});
+  ExpectError("[[box]]\nsize = [1, 1, 1]\nmaterial = \"gold\"\n", {"box", "material", "gold"});
+  ExpectError(std::string(kGround) + "[[box]]\nsize = [1, 0, 1]\nmaterial = \"grey\"\n",
+              {"box", "size"});
+  ExpectError("[[material]]\nname = \"m\"\nalbedo = [0.5, 1.5, 0]\n", {"albedo", "1.5"});
+  ExpectError("[[material]]\nname = \"m\"\nalbedo = [0, nan, 0]\n", {"albedo"});
+  ExpectError(
+      "[[material]]\nname = \"m\"\nalbedo = [0, 0, 0]\n[[material]]\nname = \"m\"\nalbedo = [0, 0, "
+      "0]\n",
+      {"name", "twice"});
+  ExpectError("[[mesh]]\nfile = \"nowhere.obj\"\n", {"mesh", "file", "nowhere.obj"});
+  ExpectError(std::string(kGround) +
+                  "[[quad]]\ncorner = [0, 0, 0]\nedge_u = [1, 0, 0]\nedge_v = [2, 0, 0]\n"
+                  "material = \"grey\"\n",
+              {"edge_v"});
+  const std::string lamp = "[[luminaire]]\nfile = \"a.lf.exr\"\n";
+  ExpectError(lamp, {"luminaire", "position"});
+  ExpectError(lamp + "position = [0, 0, 2e6]\n", {"position", "2000000"});
+  ExpectError(lamp + "position = [0, 0, 1]\nlook_at = [0, 0, 1]\n", {"look_at"});
+  ExpectError(lamp + "position = [0, 0, 1]\nlook_at = [0, 0, 3]\n", {"up"});
+  ExpectError(lamp + "position = [0, 0, 1]\nlook_at = [0, 1, 3]\nrotate_deg = [0, 0, 0]\n",
+              {"rotate_deg"});
+  ExpectError(lamp + "position = [0, 0, 1]\nscale = -1\n", {"scale", "-1"});
+  ExpectError("[[luminaire]]\nposition = [0, 0, 1]\n", {"file"});
+}
+
+TEST(Scene, BadFilesAreRefused) {
+  EXPECT_THROW(ReadScene("/nowhere/scene.toml"), InputError);
+  EXPECT_THROW(ReadScene(Write("[camera\n")), InputError);
+  EXPECT_THROW(ReadScene(Write("")), InputError);
+  EXPECT_THROW(ReadScene(Write(std::string("\x00\xff\x10", 3))), InputError);
+}
+
+}  // namespace
+}  // namespace luxfield::scene
