@@ -164,12 +164,9 @@ MinimumNormWeights::MinimumNormWeights(const GramSolver& solver, const std::vect
   for (int j = 0; j < height_; ++j)
     if (in_v[j]) rows_v_.push_back(j);
   if (rows_u_.empty()) return;
-  for (const int j : rows_v_)
-    for (const int i : rows_u_) {
-      const int index = static_cast<int>(&j - rows_v_.data()) * static_cast<int>(rows_u_.size()) +
-                        static_cast<int>(&i - rows_u_.data());
-      if (!known[j * width_ + i]) gaps_.push_back(index);
-    }
+  const int columns = static_cast<int>(rows_u_.size()), rows = static_cast<int>(rows_v_.size());
+  for (int k = 0; k < columns * rows; ++k)
+    if (!known[rows_v_[k / columns] * width_ + rows_u_[k % columns]]) gaps_.push_back(k);
   InvertRows(solver.u(), rows_u_, &inverse_u_, &normal_u_);
   InvertRows(solver.v(), rows_v_, &inverse_v_, &normal_v_);
 }
