@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <functional>
 #include <numeric>
 
@@ -37,7 +38,7 @@ struct Bytes {
   void SetFlag(int flag, bool value) { Set(256 + 4 * flag, std::int32_t{value}); }
   std::filesystem::path Save() const {
     const auto path = UniquePath(".tm25ray");
-    core::WriteFileAtomically(path, data);
+    std::ofstream(path, std::ios::binary) << data;
     return path;
   }
 };
@@ -337,7 +338,7 @@ TEST(RayFile, MutatedFilesEndInSuccessOrAnInputError) {
       const std::size_t at = k % 2 ? random() % 288 : 36288 + random() % 56;
       b.data[at] = static_cast<char>(random());
     }
-    core::WriteFileAtomically(path, b.data);
+    std::ofstream(path, std::ios::binary) << b.data;
     try {
       EXPECT_EQ(ReadTm25(path).rays.size(), 2u);
     } catch (const InputError&) {
