@@ -1,0 +1,27 @@
+#include "hal/devices.h"
+
+#include <fmt/format.h>
+
+#include "hal/sim/simulated_lab.h"
+
+namespace luxfield::hal {
+
+std::string RigKindName(RigKind kind) {
+  return kind == RigKind::kLensless ? "lensless" : "reflector";
+}
+
+Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed) {
+  const core::Config config = core::Config::FromFile(lab_toml);
+  const core::Config lab = config.Table("lab");
+  const std::string driver = lab.Text("driver");
+  if (driver != "sim")
+    lab.Fail("driver", "is not built in this version",
+             "use \"sim\", the only driver `luxfield devices` lists");
+  return sim::SimulatedLab(config, seed).MakeDevices();
+}
+
+std::vector<DriverInfo> Drivers() {
+  return {{"sim", "the simulated lab: lamp, filter, stage and camera as one world"}};
+}
+
+}  // namespace luxfield::hal

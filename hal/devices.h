@@ -1,0 +1,88 @@
+// A rig: its devices, what is known about them, and how lab.toml becomes one
+// (docs/formats/lab-and-plan.md).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/clock.h"
+#include "core/config.h"
+#include "core/image.h"
+#include "hal/camera.h"
+#include "hal/error.h"
+#include "hal/instruments.h"
+#include "hal/stage.h"
+#include "lightfield/basis.h"
+
+namespace luxfield::hal {
+
+enum class RigKind { kLensless, kReflector };
+std::string RigKindName(RigKind kind);  // "lensless", "reflector"
+
+// The noise and response model in force, as session.json has it (docs/formats/session.md):
+//   y = black + gain t (a v R E' + dark),   var(y) = gain (y - black) + read_noise^2     (DN)
+struct CameraCalibration {
+  double black_dn = 0, saturation_dn = 0;
+  double gain_dn_per_e = 1;
+  double read_noise_dn = 0;
+  double dark_current_e_per_s = 0;
+  double prnu = 0;
+  std::vector<double> responsivity_e_per_s_per_w_m2;  // per channel
+  std::vector<std::pair<int, int>> defects;           // (row, column)
+  std::optional<core::Image> vignetting;              // relative sensitivity
+};
+
+// What stands in the light: the print, and where the image forms.
+struct RigDescription {
+  RigKind kind = RigKind::kLensless;
+  double delta_m = 0;
+  double albedo = 1;  // of the reflector
+  bool dual = false;  // two prints, positive and negative part of the dual basis
+  lightfield::Basis basis = lightfield::Basis::Make(lightfield::BasisKind::kBspline2);
+  double spacing_m = 0;
+  double filter_scale = 1;
+  std::array<double, 9> image_from_sensor{};  // row-major, docs/formats/session.md
+  double pwm_hz = 0;                          // of the lamp; 0: none
+  CameraCalibration camera;
+};
+
+// The filter centres a session is going to visit, in order, repeats included.
+struct VisitPlan {
+  int epoch = 0;
+  std::vector<Vec2> filter_centres;
+};
+
+struct Devices {
+  std::shared_ptr<core::Clock> clock;
+  RigDescription rig;
+  std::unique_ptr<Camera> camera;
+  std::unique_ptr<Stage> stage;
+  std::unique_ptr<Selector> shutter;  // "open", "closed": for darks
+  std::unique_ptr<Selector> print;    // "plus", "minus"; null where there is one print
+  std::unique_ptr<Selector> colour;   // "Y", or "R", "G", "B"; null for one channel
+  std::unique_ptr<Meter> monitor;     // lamp monitor; may be null
+  std::unique_ptr<Supply> supply;     // may be null: the lamp is on
+  std::unique_ptr<Inputs> inputs;     // may be null
+  // Optional: told before a session what it will visit. A real rig needs no warning; the simulated
+  // one traces the light for all visits together.
+  std::function<void(const VisitPlan&)> announce;
+};
+
+// Opens the devices of lab.toml. Throws InputError for a file that makes no sense, or a driver this
+// version does not have, HardwareError for a device that does not answer.
+Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed = {});
+
+// The drivers this program was built with, as `luxfield devices` lists them.
+struct DriverInfo {
+  std::string name, what;
+};
+std::vector<DriverInfo> Drivers();
+
+}  // namespace luxfield::hal

@@ -1,0 +1,201 @@
+#include "hal/sim/lab_description.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace luxfield::hal::sim {
+namespace {
+
+constexpr double kTiny = std::numeric_limits<double>::min();
+constexpr double kNoSaturation = 1e30;  // fits a float
+
+// Every error source is a table [errors.NAME] with its own switch. `read` sees the table whether it
+// is on or not, so that its numbers are checked; the sizes count only where it is on and the lab is
+// not ideal.
+template <typename Read>
+bool ErrorSource(const core::Config& errors, const char* name, bool ideal, Read&& read) {
+  const auto table = errors.OptionalTable(name);
+  if (!table) return false;
+  const bool on = table->Boolean("enabled", true) && !ideal;
+  read(*table, on);
+  return on;
+}
+
+void ReadRigAndFilter(const core::Config& config, LabDescription& lab) {
+  const core::Config rig = config.Table("rig");
+  lab.rig = rig.Choice("kind", {"lensless", "reflector"}) == "reflector" ? RigKind::kReflector
+                                                                         : RigKind::kLensless;
+  lab.delta_m = rig.Number("delta_m", {1e-4, 100});
+  if (lab.rig == RigKind::kReflector) lab.albedo = rig.Number("albedo", {1e-3, 1});
+
+  const core::Config filter = config.Table("filter");
+  lab.dual = filter.Choice("kind", {"basis", "dual"}, "basis") == "dual";
+  const std::string basis =
+      filter.Choice("basis", {"box", "bilinear", "quadratic", "bspline2"}, "bspline2");
+  const double a = basis == "quadratic" ? filter.Number("basis_a", 0.5, {-1, 1}) : 0;
+  lab.basis = lightfield::Basis::FromName(basis, a);
+  if (lab.dual && basis != "quadratic" && basis != "bilinear")
+    filter.Fail("basis", "has no dual filter", "choose quadratic or bilinear, or kind = \"basis\"");
+  lab.spacing_m = filter.Number("spacing_m", {1e-6, 10});
+  const double peak = lab.basis.Peak() * lab.basis.Peak();
+  lab.filter_scale = lab.dual ? 1 : filter.Number("scale", 1, {kTiny, 1 / peak * (1 + 1e-12)});
+}
+
+void ReadCamera(const core::Config& config, LabDescription& lab) {
+  const core::Config camera = config.Table("camera");
+  SensorModel& sensor = lab.sensor;
+  sensor.width = camera.Integer("width", 1, 20000);
+  sensor.height = camera.Integer("height", 1, 20000);
+  sensor.responsivity = camera.Numbers("responsivity_e_per_s_per_w_m2", lab.channels);
+  for (const double r : sensor.responsivity)
+    if (!(r > 0)) camera.Fail("responsivity_e_per_s_per_w_m2", "must be above 0 in every channel");
+  sensor.gain_dn_per_e = camera.Number("gain_dn_per_e", 1, {kTiny, 1e6});
+  sensor.black_dn = camera.Number("black_dn", 0, {0, 60000});
+  const int bits = camera.Integer("bits", 12, 8, 16);
+  const double full = (1 << bits) - 1;
+  const double saturation = camera.Number("saturation_dn", full, {sensor.black_dn + 1, full});
+  sensor.bits = lab.ideal ? 32 : bits;
+  sensor.saturation_dn = lab.ideal ? kNoSaturation : saturation;
+  lab.min_exposure_s = camera.Number("min_exposure_s", {1e-9, 1e4});
+  lab.max_exposure_s = camera.Number("max_exposure_s", {lab.min_exposure_s, 1e5});
+  lab.exposure_step_s = camera.Number("exposure_step_s", 0, {0, 1});
+  lab.readout_s = camera.Number("readout_s", 0.05, {0, 100});
+
+  std::array<lightfield::Vec2, 4> corners;
+  if (lab.rig == RigKind::kLensless) {
+    lab.pitch_m = camera.Number("pitch_m", {1e-7, 1});
+    const double x = 0.5 * sensor.width * lab.pitch_m, y = 0.5 * sensor.height * lab.pitch_m;
+    corners = {{{-x, y}, {x, y}, {x, -y}, {-x, -y}}};
+  } else {
+    const auto c = camera.Numbers("corners_m", 8);
+    for (int k = 0; k < 4; ++k) corners[k] = {c[2 * k], c[2 * k + 1]};
+    // Clockwise as seen from the receivers, and convex, or rays would cross.
+    double area = 0;
+    for (int k = 0; k < 4; ++k) {
+      const auto a = corners[k], b = corners[(k + 1) % 4], d = corners[(k + 2) % 4];
+      if ((b.x - a.x) * (d.y - b.y) - (b.y - a.y) * (d.x - b.x) >= 0)
+        camera.Fail("corners_m", "must be a convex quadrilateral",
+                    "give top left, top right, bottom right, bottom left");
+      area += 0.5 * (b.x * a.y - a.x * b.y);
+    }
+    lab.pitch_m = std::sqrt(area / (static_cast<double>(sensor.width) * sensor.height));
+  }
+  lab.image_from_sensor = FromCorners(sensor.width, sensor.height, corners);
+}
+
+void ReadErrors(const core::Config& config, LabDescription& lab) {
+  const auto table = config.OptionalTable("errors");
+  if (!table) return;
+  const core::Config& errors = *table;
+  const auto set = [](bool on, double& target, double value) {
+    if (on) target = value;
+  };
+  const auto source = [&](const char* name, auto&& read) {
+    return ErrorSource(errors, name, lab.ideal, read);
+  };
+  SensorModel& sensor = lab.sensor;
+  lab.sensor.photon_noise = source("photon_noise", [](const core::Config&, bool) {});
+  source("read_noise", [&](const core::Config& c, bool on) {
+    set(on, sensor.read_noise_dn, c.Number("rms_dn", {kTiny, 1e4}));
+  });
+  source("dark_current", [&](const core::Config& c, bool on) {
+    set(on, sensor.dark_current_e_per_s, c.Number("e_per_s", {kTiny, 1e6}));
+  });
+  source("prnu", [&](const core::Config& c, bool on) {
+    set(on, sensor.prnu, c.Number("rms", {kTiny, 0.2}));
+  });
+  source("hot_pixels", [&](const core::Config& c, bool on) {
+    const int count = c.Integer("count", 1, 1000000);
+    if (on) sensor.hot_pixels = count;
+    set(on, sensor.hot_current_e_per_s, c.Number("e_per_s", {kTiny, 1e9}));
+    lab.hot_pixels_calibrated = c.Boolean("calibrated", true);
+  });
+  source("vignetting", [&](const core::Config& c, bool on) {
+    set(on, sensor.vignetting, c.Number("corner_loss", {kTiny, 0.95}));
+    lab.vignetting_calibrated = c.Boolean("calibrated", true);
+  });
+  source("shutter", [&](const core::Config& c, bool on) {
+    set(on, lab.shutter_jitter_s, c.Number("jitter_s", {kTiny, 1}));
+  });
+  source("warm_up", [&](const core::Config& c, bool on) {
+    set(on, lab.lamp_time.warm_up_excess, c.Number("excess", {-0.9, 10}));
+    set(on, lab.lamp_time.warm_up_tau_s, c.Number("tau_s", {1e-3, 1e6}));
+  });
+  source("drift", [&](const core::Config& c, bool on) {
+    set(on, lab.lamp_time.drift_per_hour, c.Number("per_hour", 0, {-0.5, 0.5}));
+    set(on, lab.lamp_time.drift_amplitude, c.Number("amplitude", 0, {0, 0.5}));
+    set(on, lab.lamp_time.drift_period_s, c.Number("period_s", 1800, {1, 1e6}));
+  });
+  source("pwm", [&](const core::Config& c, bool on) {
+    set(on, lab.lamp_time.pwm_hz, c.Number("hz", {1, 1e6}));
+    set(on, lab.lamp_time.pwm_duty, c.Number("duty", {1e-3, 1}));
+  });
+  source("stage", [&](const core::Config& c, bool on) {
+    set(on, lab.stage_repeatability_m, c.Number("repeatability_m", {kTiny, 1e-2}));
+  });
+  source("registration", [&](const core::Config& c, bool on) {
+    const auto shift = c.Numbers("shift_m", 2, {0, 0});
+    set(on, lab.print_errors.shift_m.x, shift[0]);
+    set(on, lab.print_errors.shift_m.y, shift[1]);
+    set(on, lab.print_errors.rotation_rad,
+        c.Number("rotation_deg", 0, {-10, 10}) * std::numbers::pi / 180);
+  });
+  source("density", [&](const core::Config& c, bool on) {
+    set(on, lab.print_errors.density, c.Number("relative", 0, {-0.9, 1}));
+    set(on, lab.print_errors.density_gamma, c.Number("gamma", 0, {-0.5, 1}));
+    set(on, lab.print_errors.grain, c.Number("grain", 0, {0, 0.5}));
+    set(on, lab.print_errors.grain_size_m, c.Number("grain_size_m", 1e-3, {1e-6, 1}));
+  });
+  source("stray_light", [&](const core::Config& c, bool on) {
+    set(on, lab.stray_share, c.Number("share", {kTiny, 1}));
+  });
+  source("monitor_noise", [&](const core::Config& c, bool on) {
+    set(on, lab.monitor_noise, c.Number("relative", {kTiny, 0.5}));
+  });
+}
+
+}  // namespace
+
+LabDescription ReadLab(const core::Config& config, std::optional<std::uint64_t> seed) {
+  LabDescription lab;
+  const core::Config head = config.Table("lab");
+  head.Text("driver");
+  lab.name = head.Text("name", "simulated lab");
+  lab.ideal = head.Boolean("ideal", false);
+  const int file_seed = head.Integer("seed", 1, 0, std::numeric_limits<int>::max());
+  lab.seed = seed.value_or(static_cast<std::uint64_t>(file_seed));
+  lab.channels = head.Integer("channels", 1, 1, 3);
+  if (lab.channels == 2) head.Fail("channels", "must be 1 (luminance) or 3 (R, G, B)");
+  ReadRigAndFilter(config, lab);
+  const core::Config lamp = config.Table("lamp");
+  lab.lamp = MakeLamp(lamp, lab.channels);
+  if (const auto* field = lab.lamp->field(); field && field->geometry.delta_m != lab.delta_m)
+    lamp.Fail("file",
+              "has delta = " + std::to_string(field->geometry.delta_m) + " m, the rig " +
+                  std::to_string(lab.delta_m),
+              "set rig.delta_m to the file's");
+  ReadCamera(config, lab);
+
+  const core::Config stage = config.Table("stage");
+  const auto low = stage.Numbers("min_m", 2), high = stage.Numbers("max_m", 2);
+  lab.stage.min = {low[0], low[1]};
+  lab.stage.max = {high[0], high[1]};
+  if (low[0] >= high[0] || low[1] >= high[1])
+    stage.Fail("max_m", "must lie above min_m in both axes");
+  lab.stage.speed_m_per_s = stage.Number("speed_m_per_s", 0.02, {1e-6, 100});
+  lab.stage.settle_s = stage.Number("settle_s", 0.5, {0, 100});
+
+  if (const auto sampling = config.OptionalTable("sampling")) {
+    lab.u_samples_per_cell = sampling->Integer("u_per_cell", lab.u_samples_per_cell, 1, 64);
+    lab.s_samples_per_pixel = sampling->Integer("s_per_pixel", lab.s_samples_per_pixel, 1, 16);
+    lab.memory_bytes = std::size_t{1} << 20;
+    lab.memory_bytes *= static_cast<std::size_t>(sampling->Integer("memory_mib", 1024, 1, 1 << 20));
+  } else {
+    lab.memory_bytes = std::size_t{1} << 30;
+  }
+  ReadErrors(config, lab);
+  return lab;
+}
+
+}  // namespace luxfield::hal::sim

@@ -1,0 +1,86 @@
+#include "hal/sim/sensor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "core/parallel.h"
+#include "core/random.h"
+
+namespace luxfield::hal::sim {
+namespace {
+
+// Streams of the fixed patterns; exposures use streams from kFirstExposure on.
+constexpr std::uint64_t kPrnuStream = 1, kHotStream = 2, kFirstExposure = 16;
+
+}  // namespace
+
+Sensor::Sensor(const SensorModel& model, std::uint64_t seed) : model_(model), seed_(seed) {
+  const std::size_t count = static_cast<std::size_t>(model.width) * model.height;
+  sensitivity_.resize(count);
+  dark_.assign(count, static_cast<float>(model.dark_current_e_per_s));
+  core::ParallelFor(count, 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const auto row = static_cast<int>(k / model_.width),
+                 column = static_cast<int>(k % model_.width);
+      double value = VignettingAt(row, column);
+      if (model_.prnu > 0)
+        value *= 1 + model_.prnu *
+                         core::Random(seed_, kPrnuStream, static_cast<std::uint32_t>(k)).Normal();
+      sensitivity_[k] = static_cast<float>(value);
+    }
+  });
+  core::Random random(seed, kHotStream);
+  std::set<std::size_t> chosen;
+  while (chosen.size() < std::min<std::size_t>(model.hot_pixels, count))
+    chosen.insert(static_cast<std::size_t>(random.Uniform() * static_cast<double>(count)));
+  for (const std::size_t k : chosen) {
+    dark_[k] += static_cast<float>(model.hot_current_e_per_s);
+    hot_.emplace_back(static_cast<int>(k / model.width), static_cast<int>(k % model.width));
+  }
+}
+
+double Sensor::VignettingAt(int row, int column) const {
+  const double x = 2 * (column + 0.5) / model_.width - 1, y = 2 * (row + 0.5) / model_.height - 1;
+  return 1 - model_.vignetting * 0.5 * (x * x + y * y);
+}
+
+core::Image Sensor::Vignetting() const {
+  core::Image image(model_.width, model_.height, 1);
+  for (int row = 0; row < model_.height; ++row)
+    for (int column = 0; column < model_.width; ++column)
+      image.at(0, row, column) = static_cast<float>(VignettingAt(row, column));
+  return image;
+}
+
+core::RawFrame Sensor::Expose(const std::vector<float>& irradiance, double lamp_factor, int channel,
+                              double exposure_s, std::uint64_t stream) const {
+  core::RawFrame frame;
+  frame.width = model_.width;
+  frame.height = model_.height;
+  const bool adc = model_.bits != 32;
+  if (adc)
+    frame.dn.resize(frame.size());
+  else
+    frame.value.resize(frame.size());
+  const double electrons_per_irradiance = exposure_s * lamp_factor * model_.responsivity[channel];
+  core::ParallelFor(frame.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      double electrons = exposure_s * dark_[k];
+      if (!irradiance.empty())
+        electrons += electrons_per_irradiance * sensitivity_[k] * irradiance[k];
+      core::Random random(seed_, kFirstExposure + stream, static_cast<std::uint32_t>(k));
+      if (model_.photon_noise) electrons = random.Poisson(electrons);
+      double dn = model_.gain_dn_per_e * electrons + model_.black_dn;
+      if (model_.read_noise_dn > 0) dn += model_.read_noise_dn * random.Normal();
+      dn = std::min(dn, model_.saturation_dn);
+      if (adc)
+        frame.dn[k] = static_cast<std::uint16_t>(std::clamp(std::floor(dn + 0.5), 0.0, 65535.0));
+      else
+        frame.value[k] = static_cast<float>(dn);
+    }
+  });
+  return frame;
+}
+
+}  // namespace luxfield::hal::sim

@@ -1,0 +1,267 @@
+#include "hal/sim/simulated_lab.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/random.h"
+#include "hal/sim/world.h"
+
+namespace luxfield::hal::sim {
+namespace {
+
+using Shared = std::shared_ptr<World>;
+
+// Lets simulated time pass for an operation, or runs into its deadline.
+void Spend(World& world, double duration_s, double deadline_s, const char* device,
+           const char* operation) {
+  core::SimulatedClock& clock = *world.clock();
+  const double end = clock.MonotonicSeconds() + duration_s;
+  if (end > deadline_s) {
+    clock.SleepSeconds(deadline_s - clock.MonotonicSeconds());
+    throw HardwareError(
+        Fault::kTimeout, device, operation,
+        fmt::format("would have taken {:.3g} s, longer than its deadline allows", duration_s),
+        "allow more time");
+  }
+  clock.SleepSeconds(duration_s);
+}
+
+class SimCamera : public Camera {
+ public:
+  explicit SimCamera(Shared world) : world_(std::move(world)) {}
+
+  std::string identity() const override { return "simulated camera"; }
+
+  CameraCapabilities capabilities() const override {
+    const LabDescription& lab = world_->lab();
+    return {lab.sensor.width,   lab.sensor.height,   lab.sensor.bits, lab.min_exposure_s,
+            lab.max_exposure_s, lab.exposure_step_s, lab.readout_s};
+  }
+
+  AppliedSettings Configure(const CameraSettings& settings, double) override {
+    const LabDescription& lab = world_->lab();
+    double exposure = settings.exposure_s;
+    if (!(exposure >= lab.min_exposure_s && exposure <= lab.max_exposure_s))
+      throw HardwareError(Fault::kOutOfRange, identity(), "configure",
+                          fmt::format("exposure_s = {} is outside [{}, {}]", exposure,
+                                      lab.min_exposure_s, lab.max_exposure_s),
+                          "choose an exposure the camera has");
+    if (lab.exposure_step_s > 0)
+      exposure = std::max(1.0, std::round(exposure / lab.exposure_step_s)) * lab.exposure_step_s;
+    if (exposure != applied_.exposure_s) applied_ = {exposure, applied_.settings_epoch + 1};
+    return applied_;
+  }
+
+  Frame Expose(double deadline_s) override {
+    if (applied_.settings_epoch == 0)
+      throw HardwareError(Fault::kRefused, identity(), "expose", "was never configured",
+                          "configure it first");
+    const double start = world_->clock()->MonotonicSeconds();
+    const double duration = applied_.exposure_s + world_->lab().readout_s;
+    if (start + duration > deadline_s)
+      Spend(*world_, duration, deadline_s, "simulated camera", "expose");
+    Frame frame;
+    frame.settings = applied_;
+    frame.frame_id = ++frames_;
+    frame.image = world_->Expose(applied_.exposure_s, frame.frame_id);
+    frame.t_start_s = start;
+    frame.t_end_s = start + applied_.exposure_s;
+    frame.temperature_c = 25;
+    return frame;
+  }
+
+  void Abort() override {}
+
+ private:
+  Shared world_;
+  AppliedSettings applied_;
+  std::uint64_t frames_ = 0;
+};
+
+class SimStage : public Stage {
+ public:
+  explicit SimStage(Shared world) : world_(std::move(world)) {}
+
+  std::string identity() const override { return "simulated stage"; }
+  StageLimits limits() const override { return world_->lab().stage; }
+
+  void Home(double deadline_s) override {
+    Travel({0, 0}, deadline_s, "home");
+    homed_ = true;
+  }
+
+  void MoveTo(Vec2 centre, double deadline_s) override {
+    const StageLimits& limit = world_->lab().stage;
+    if (!homed_)
+      throw HardwareError(Fault::kNotHomed, identity(), "move",
+                          "the stage does not know where it is", "home it first");
+    if (!(centre.x >= limit.min.x && centre.x <= limit.max.x && centre.y >= limit.min.y &&
+          centre.y <= limit.max.y))
+      throw HardwareError(Fault::kOutOfRange, identity(), "move",
+                          fmt::format("({}, {}) m is outside [{}, {}] x [{}, {}]", centre.x,
+                                      centre.y, limit.min.x, limit.max.x, limit.min.y, limit.max.y),
+                          "choose a smaller grid or another stage");
+    Travel(centre, deadline_s, "move");
+  }
+
+  StagePosition Where() override {
+    return {world_->stage_setpoint(), world_->stage_setpoint(), homed_, false};
+  }
+  void Stop() override {}
+
+ private:
+  void Travel(Vec2 to, double deadline_s, const char* operation) {
+    const StageLimits& limit = world_->lab().stage;
+    const Vec2 way = to - world_->stage_setpoint();
+    const double longest = std::max(std::abs(way.x), std::abs(way.y));
+    if (longest > 0)
+      Spend(*world_, longest / limit.speed_m_per_s + limit.settle_s, deadline_s, "simulated stage",
+            operation);
+    world_->MoveStage(to);
+  }
+
+  Shared world_;
+  bool homed_ = false;
+};
+
+class SimSelector : public Selector {
+ public:
+  SimSelector(Shared world, std::string name, std::vector<std::string> positions,
+              std::function<void(World&, int)> select)
+      : world_(std::move(world)),
+        name_(std::move(name)),
+        positions_(std::move(positions)),
+        select_(std::move(select)) {}
+
+  std::string identity() const override { return name_; }
+  std::vector<std::string> positions() const override { return positions_; }
+  std::string Current() override { return positions_[at_]; }
+
+  void Select(const std::string& position, double deadline_s) override {
+    const auto found = std::find(positions_.begin(), positions_.end(), position);
+    if (found == positions_.end())
+      throw HardwareError(Fault::kOutOfRange, name_, "select",
+                          fmt::format("has no position \"{}\"", position), "choose one it has");
+    const auto index = static_cast<std::size_t>(found - positions_.begin());
+    if (index != at_) Spend(*world_, kSwitch_s, deadline_s, name_.c_str(), "select");
+    at_ = index;
+    select_(*world_, static_cast<int>(index));
+  }
+
+ private:
+  static constexpr double kSwitch_s = 0.2;
+  Shared world_;
+  std::string name_;
+  std::vector<std::string> positions_;
+  std::function<void(World&, int)> select_;
+  std::size_t at_ = 0;
+};
+
+class SimMonitor : public Meter {
+ public:
+  explicit SimMonitor(Shared world) : world_(std::move(world)) {}
+  std::string identity() const override { return "simulated lamp monitor"; }
+
+  Reading Read(double deadline_s) override {
+    constexpr double kIntegration_s = 0.02;
+    const double factor = world_->LampFactor(), t = world_->clock()->MonotonicSeconds();
+    Spend(*world_, kIntegration_s, deadline_s, "simulated lamp monitor", "read");
+    core::Random random(world_->lab().seed, kMonitorStream, reads_++);
+    return {factor * (1 + world_->lab().monitor_noise * random.Normal()), "relative", false, t};
+  }
+
+ private:
+  static constexpr std::uint64_t kMonitorStream = 5;
+  Shared world_;
+  std::uint32_t reads_ = 0;
+};
+
+class SimSupply : public Supply {
+ public:
+  explicit SimSupply(Shared world) : world_(std::move(world)) {}
+  std::string identity() const override { return "simulated lamp supply"; }
+  SupplyState SetOutput(bool on, double deadline_s) override {
+    Spend(*world_, 0.1, deadline_s, "simulated lamp supply", "switch");
+    world_->SwitchLamp(on);
+    return State();
+  }
+  SupplyState State() override {
+    const bool on = world_->lamp_on();
+    return {on ? 12.0 : 0.0, on ? 2.0 : 0.0, on};
+  }
+
+ private:
+  Shared world_;
+};
+
+class SimInputs : public Inputs {
+ public:
+  std::string identity() const override { return "simulated safety inputs"; }
+  InputState State() override { return {}; }
+};
+
+RigDescription Describe(const World& world) {
+  const LabDescription& lab = world.lab();
+  RigDescription rig;
+  rig.kind = lab.rig;
+  rig.delta_m = lab.delta_m;
+  rig.albedo = lab.albedo;
+  rig.dual = lab.dual;
+  rig.basis = lab.basis;
+  rig.spacing_m = lab.spacing_m;
+  rig.filter_scale = lab.filter_scale;
+  rig.image_from_sensor = lab.image_from_sensor;
+  rig.pwm_hz = lab.lamp_time.pwm_hz;
+  const SensorModel& sensor = lab.sensor;
+  CameraCalibration& camera = rig.camera;
+  camera.black_dn = sensor.black_dn;
+  camera.saturation_dn = sensor.saturation_dn;
+  camera.gain_dn_per_e = sensor.gain_dn_per_e;
+  camera.read_noise_dn = sensor.read_noise_dn;
+  camera.dark_current_e_per_s = sensor.dark_current_e_per_s;
+  camera.prnu = sensor.prnu;
+  camera.responsivity_e_per_s_per_w_m2 = sensor.responsivity;
+  if (lab.hot_pixels_calibrated) camera.defects = world.sensor().hot_pixels();
+  if (sensor.vignetting > 0 && lab.vignetting_calibrated)
+    camera.vignetting = world.sensor().Vignetting();
+  return rig;
+}
+
+}  // namespace
+
+SimulatedLab::SimulatedLab(const core::Config& config, std::optional<std::uint64_t> seed) {
+  LabDescription lab = ReadLab(config, seed);
+  config.Finish();
+  world_ = std::make_shared<World>(std::move(lab));
+}
+
+SimulatedLab::SimulatedLab(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed)
+    : SimulatedLab(core::Config::FromFile(lab_toml), seed) {}
+
+Devices SimulatedLab::MakeDevices() const {
+  Devices devices;
+  devices.clock = world_->clock();
+  devices.rig = Describe(*world_);
+  devices.camera = std::make_unique<SimCamera>(world_);
+  devices.stage = std::make_unique<SimStage>(world_);
+  devices.shutter = std::make_unique<SimSelector>(
+      world_, "simulated shutter", std::vector<std::string>{"open", "closed"},
+      [](World& world, int at) { world.shutter_open = at == 0; });
+  if (world_->lab().dual)
+    devices.print = std::make_unique<SimSelector>(world_, "simulated print changer",
+                                                  std::vector<std::string>{"plus", "minus"},
+                                                  [](World& world, int at) { world.print = at; });
+  if (world_->lab().channels == 3)
+    devices.colour = std::make_unique<SimSelector>(
+        world_, "simulated colour wheel", std::vector<std::string>{"R", "G", "B"},
+        [](World& world, int at) { world.channel = at; });
+  devices.monitor = std::make_unique<SimMonitor>(world_);
+  devices.supply = std::make_unique<SimSupply>(world_);
+  devices.inputs = std::make_unique<SimInputs>();
+  devices.announce = [world = world_](const VisitPlan& plan) { world->Announce(plan); };
+  return devices;
+}
+
+}  // namespace luxfield::hal::sim

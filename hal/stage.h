@@ -1,0 +1,39 @@
+// What moves the filter (or the luminaire) over F.
+#pragma once
+
+#include <string>
+
+#include "lightfield/geometry.h"
+
+namespace luxfield::hal {
+
+using lightfield::Vec2;
+
+struct StageLimits {
+  Vec2 min, max;  // metres, of the filter's centre in the luminaire frame
+  double speed_m_per_s = 0;
+  double settle_s = 0;  // after a move, until vibration is gone
+};
+
+struct StagePosition {
+  Vec2 setpoint;
+  Vec2 readback;  // where the encoder says it is
+  bool homed = false;
+  bool moving = false;
+};
+
+class Stage {
+ public:
+  virtual ~Stage() = default;
+  virtual std::string identity() const = 0;
+  virtual StageLimits limits() const = 0;
+  // Finds the reference marks; afterwards Where().homed.
+  virtual void Home(double deadline_s) = 0;
+  // Returns when the stage stands still at the target and has settled. kOutOfRange beyond the
+  // limits, kNotHomed before Home.
+  virtual void MoveTo(Vec2 centre_m, double deadline_s) = 0;
+  virtual StagePosition Where() = 0;
+  virtual void Stop() = 0;
+};
+
+}  // namespace luxfield::hal
