@@ -61,19 +61,23 @@ void* CreateLeaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pri
   return static_cast<BuildNode*>(leaf);
 }
 
-// The triangle's box, widened by 4 float32 steps of its largest coordinate.
-RTCBuildPrimitive BoundsOf(const Geometry& geometry, std::uint32_t triangle) {
+// 4 float32 steps of the scene's largest coordinate: no less than what rounding moves a ray by on
+// its way.
+float BoxMargin(const Geometry& geometry) {
+  float largest = 0;
+  for (const Vertex& vertex : geometry.vertices)
+    for (const float coordinate : vertex.position)
+      largest = std::max(largest, std::abs(coordinate));
+  return 4 * std::numeric_limits<float>::epsilon() * largest + std::numeric_limits<float>::min();
+}
+
+RTCBuildPrimitive BoundsOf(const Geometry& geometry, std::uint32_t triangle, float margin) {
   float lower[3], upper[3];
   for (int axis = 0; axis < 3; ++axis) {
     const float a = geometry.corner(triangle, 0)[axis], b = geometry.corner(triangle, 1)[axis],
                 c = geometry.corner(triangle, 2)[axis];
-    lower[axis] = std::min({a, b, c});
-    upper[axis] = std::max({a, b, c});
-    const float margin = 4 * std::numeric_limits<float>::epsilon() *
-                             std::max(std::abs(lower[axis]), std::abs(upper[axis])) +
-                         std::numeric_limits<float>::min();
-    lower[axis] -= margin;
-    upper[axis] += margin;
+    lower[axis] = std::min({a, b, c}) - margin;
+    upper[axis] = std::max({a, b, c}) + margin;
   }
   return {lower[0], lower[1], lower[2], 0, upper[0], upper[1], upper[2], triangle};
 }
@@ -124,8 +128,9 @@ Bvh BuildBvh(const Geometry& geometry) {
     return bvh;
   }
   std::vector<RTCBuildPrimitive> primitives(count);
+  const float margin = BoxMargin(geometry);
   for (std::size_t i = 0; i < count; ++i)
-    primitives[i] = BoundsOf(geometry, static_cast<std::uint32_t>(i));
+    primitives[i] = BoundsOf(geometry, static_cast<std::uint32_t>(i), margin);
 
   const EmbreeDevice device;
   const EmbreeBvh builder(device);

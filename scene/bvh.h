@@ -14,8 +14,8 @@ struct Box {
   std::array<float, 3> upper{};
 };
 
-// Node 0 is the root. Boxes contain their triangles with a margin of some float32 steps of the
-// coordinates, so that a traverser's rounding loses none.
+// Node 0 is the root. Boxes contain their triangles with a margin of 4 float32 steps of the scene's
+// largest coordinate, so that a traverser's rounding loses none.
 struct Bvh {
   static constexpr int kMaxDepth = 60;  // nodes on any path from the root, leaves not counted
   static constexpr int kMaxLeafSize = 4;

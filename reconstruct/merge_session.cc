@@ -1,0 +1,311 @@
+#include "reconstruct/merge_session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/progress.h"
+#include "reconstruct/register_images.h"
+#include "reconstruct/session_plan.h"
+
+namespace luxfield::reconstruct {
+namespace {
+
+using core::FrameKind;
+using core::FrameRecord;
+using core::RawFrame;
+using lightfield::FilterKind;
+using lightfield::Measurement;
+using lightfield::Measurements;
+using lightfield::Vec2;
+
+constexpr double kLargestDisplacement =
+    0.1;  // spacings; a filter 0.01 off changes by 1.35 % (LAB.md)
+
+using Records = std::vector<const FrameRecord*>;
+
+std::vector<RawFrame> ReadFrames(const core::SessionReader& session, const Records& records,
+                                 bool check_hashes) {
+  std::vector<RawFrame> frames(records.size());
+  core::ParallelFor(records.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n)
+      frames[n] = session.ReadFrame(*records[n], check_hashes);
+  });
+  return frames;
+}
+
+class SessionMerger {
+ public:
+  SessionMerger(const core::SessionReader& session, const MergeSessionOptions& options)
+      : session_(session),
+        options_(options),
+        plan_(ReadSessionPlan(session)),
+        registration_(plan_.image_from_sensor, plan_.sensor.width, plan_.sensor.height,
+                      plan_.geometry.lattice) {
+    for (const double responsivity : plan_.sensor.responsivity_e_per_s_per_w_m2) {
+      const double per_rate = 1 / (responsivity * plan_.albedo * plan_.filter_scale);
+      std::vector<float>& image = irradiance_per_rate_.emplace_back();
+      if (plan_.sensor.vignetting.empty()) image.push_back(static_cast<float>(per_rate));
+      for (const float v : plan_.sensor.vignetting)
+        image.push_back(static_cast<float>(per_rate / v));
+    }
+    if (plan_.filter == FilterKind::kDual) {
+      // Largest and smallest value of the 1-D dual filter, hence the peaks of the two 2-D prints.
+      double largest = 0, smallest = 0;
+      constexpr int kSteps = 20000;  // the minimum is flat: its error is below 1e-8
+      for (int n = 0; n <= kSteps; ++n) {
+        const double value = plan_.geometry.grid.basis.DualValue(static_cast<double>(n) / kSteps);
+        largest = std::max(largest, value);
+        smallest = std::min(smallest, value);
+      }
+      print_factor_ = {std::max(largest * largest, smallest * smallest), largest * smallest};
+    } else {
+      print_factor_ = {1};
+    }
+  }
+
+  Measurements Merge() {
+    AverageAllDarks();
+    MeasureDrift();
+    std::map<std::tuple<int, int, int, int>, Records>
+        brackets;  // (position m, print, channel) and which
+    for (const FrameRecord& record : session_.frames()) {
+      if (record.kind != FrameKind::kPosition) continue;
+      Require(record);
+      brackets[{record.j, record.i, record.print, record.channel}].push_back(&record);
+    }
+
+    Measurements result;
+    result.geometry = plan_.geometry;
+    result.filter = plan_.filter;
+    result.filter_scale = plan_.filter_scale;
+    result.provenance = {
+        {"session_plan", session_.plan_id()},
+        {"merge_estimator",
+         options_.merge.estimator == Estimator::kPoisson ? "poisson" : "inverse-variance"}};
+    const auto& grid = plan_.geometry.grid;
+    core::Progress progress("merge", static_cast<std::uint64_t>(grid.count()));
+    for (int j = 0; j < grid.height; ++j)
+      for (int i = 0; i < grid.width; ++i) {
+        core::ThrowIfInterrupted();
+        result.positions.push_back(MergePosition(i, j, brackets));
+        progress.Advance();
+      }
+    return result;
+  }
+
+  const MergeSessionSummary& summary() const { return summary_; }
+
+ private:
+  void Require(const FrameRecord& record) const {
+    const auto& grid = plan_.geometry.grid;
+    if (record.i < 0 || record.i >= grid.width || record.j < 0 || record.j >= grid.height ||
+        record.channel < 0 || record.channel >= plan_.geometry.channels || record.print < 0 ||
+        record.print >= static_cast<int>(print_factor_.size()))
+      throw InputError(
+          (session_.folder() / "journal.jsonl").string(),
+          fmt::format("frame '{}' of position ({}, {}), print {}, channel {} is not in plan.json",
+                      record.file, record.i, record.j, record.print, record.channel),
+          "run `luxfield verify` on the session");
+  }
+
+  void AverageAllDarks() {
+    std::map<double, Records> by_exposure;
+    for (const FrameRecord& record : session_.frames())
+      if (record.kind == FrameKind::kDark) by_exposure[record.exposure_s].push_back(&record);
+    for (const auto& [exposure_s, records] : by_exposure) {
+      summary_.dark_frames += static_cast<int>(records.size());
+      darks_[exposure_s] =
+          AverageDarks(ReadFrames(session_, records, options_.check_hashes), exposure_s);
+    }
+  }
+
+  // Dark signal and black level of a pixel at an exposure time, DN.
+  double Dark(double exposure_s, std::size_t pixel) const {
+    const auto dark = darks_.find(exposure_s);
+    if (dark != darks_.end()) return dark->second.mean_dn[pixel];
+    const SensorModel& sensor = plan_.sensor;
+    return sensor.black_dn + sensor.gain_dn_per_e * sensor.dark_current_e_per_s * exposure_s;
+  }
+
+  void MeasureDrift() {
+    // Frames compare with the first of the same channel and settings.
+    struct Series {
+      std::vector<std::size_t> pixels;
+      double first = 0;
+    };
+    std::map<std::tuple<int, double, double>, Series> all;
+    for (const FrameRecord& record : session_.frames()) {
+      if (record.kind != FrameKind::kReference) continue;
+      ++summary_.reference_frames;
+      const RawFrame frame = session_.ReadFrame(record, options_.check_hashes);
+      Series& series = all[{record.channel, record.exposure_s, record.attenuation}];
+      const bool is_first = series.pixels.empty();
+      if (is_first) series.pixels = ReferencePixels(frame);
+      double sum = 0;
+      for (const std::size_t pixel : series.pixels)
+        sum += frame.at(pixel) - Dark(record.exposure_s, pixel);
+      if (is_first) series.first = sum;
+      if (!(series.first > 0 && sum > 0))
+        throw InputError((session_.folder() / record.file).string(),
+                         "the reference frame shows no light",
+                         "check lamp and shutter, and capture again");
+      drift_.Add(record.epoch, record.channel, record.t_start_s + record.exposure_s / 2,
+                 sum / series.first);
+    }
+  }
+
+  std::vector<std::size_t> ReferencePixels(const RawFrame& frame) const {
+    const double black = plan_.sensor.black_dn, range = plan_.sensor.saturation_dn - black;
+    std::vector<std::size_t> bright, usable;
+    for (std::size_t p = 0; p < frame.size(); ++p) {
+      const double level = (frame.at(p) - black) / range;
+      if (level < 0.8) usable.push_back(p);
+      if (level < 0.8 && level > 0.05) bright.push_back(p);
+    }
+    return bright.empty() ? usable : bright;
+  }
+
+  MergedFrame MergeBracket(const Records& records) {
+    const std::vector<RawFrame> frames = ReadFrames(session_, records, options_.check_hashes);
+    std::vector<Exposure> exposures;
+    for (std::size_t n = 0; n < records.size(); ++n) {
+      const FrameRecord& record = *records[n];
+      const auto dark = darks_.find(record.exposure_s);
+      const double factor =
+          drift_.Factor(record.epoch, record.channel, record.t_start_s + record.exposure_s / 2);
+      exposures.push_back({&frames[n], record.exposure_s, record.attenuation, factor,
+                           dark == darks_.end() ? nullptr : &dark->second});
+      const bool first = summary_.frames++ == 0;
+      summary_.least_lamp_factor = first ? factor : std::min(summary_.least_lamp_factor, factor);
+      summary_.largest_lamp_factor =
+          first ? factor : std::max(summary_.largest_lamp_factor, factor);
+      summary_.flagged_frames += record.flagged;
+    }
+    return MergeExposures(plan_.sensor, exposures, options_.merge);
+  }
+
+  // Where the filter's centre was, by the stage's read-back.
+  Vec2 Centre(const Records& records) {
+    Vec2 centre;
+    for (const FrameRecord* record : records)
+      centre = centre + Vec2{record->stage_u_m, record->stage_v_m};
+    centre = (1.0 / static_cast<double>(records.size())) * centre;
+    const auto& grid = plan_.geometry.grid;
+    const Vec2 planned = grid.centre(records[0]->i, records[0]->j), off = centre - planned;
+    const double displacement = std::hypot(off.x, off.y) / grid.spacing_m;
+    summary_.largest_displacement = std::max(summary_.largest_displacement, displacement);
+    if (!(displacement <= kLargestDisplacement))
+      throw InputError((session_.folder() / "journal.jsonl").string(),
+                       fmt::format("position ({}, {}): the stage read back ({} m, {} m), {:.2g} "
+                                   "spacings from the planned ({} m, {} m)",
+                                   records[0]->i, records[0]->j, centre.x, centre.y, displacement,
+                                   planned.x, planned.y),
+                       "home the stage and retake the position");
+    return centre;
+  }
+
+  Measurement MergePosition(int i, int j,
+                            const std::map<std::tuple<int, int, int, int>, Records>& brackets) {
+    const std::size_t texels = plan_.geometry.plane_size();
+    const int channels = plan_.geometry.channels, prints = static_cast<int>(print_factor_.size());
+    Measurement position;
+    position.irradiance.assign(texels * channels, 0);
+    position.sigma.assign(texels * channels, 0);
+    position.count.assign(texels, 0);
+    position.mask.assign(texels, 0);
+    std::vector<double> value(texels), variance(texels);
+    for (int channel = 0; channel < channels; ++channel) {
+      std::fill(value.begin(), value.end(), 0.0);
+      std::fill(variance.begin(), variance.end(), 0.0);
+      for (int print = 0; print < prints; ++print) {
+        const auto bracket = brackets.find({j, i, print, channel});
+        if (bracket == brackets.end()) {
+          ++summary_.missing_positions;
+          Measurement missing = std::move(position);
+          std::fill(missing.irradiance.begin(), missing.irradiance.end(), 0.0f);
+          std::fill(missing.sigma.begin(), missing.sigma.end(), 0.0f);
+          std::fill(missing.count.begin(), missing.count.end(), 0.0f);
+          std::fill(missing.mask.begin(), missing.mask.end(), lightfield::kOffSensor);
+          return missing;
+        }
+        const RegisteredImage image = registration_.Apply(
+            MergeBracket(bracket->second), irradiance_per_rate_[channel], Centre(bracket->second));
+        const double factor = print_factor_[print];
+        const bool first = channel == 0 && print == 0;
+        for (std::size_t p = 0; p < texels; ++p) {
+          value[p] += factor * image.value[p];
+          variance[p] += factor * factor * image.sigma[p] * image.sigma[p];
+          position.count[p] = first ? image.count[p] : std::min(position.count[p], image.count[p]);
+          position.mask[p] |= image.mask[p];
+        }
+      }
+      for (std::size_t p = 0; p < texels; ++p) {
+        position.irradiance[channel * texels + p] = static_cast<float>(value[p]);
+        position.sigma[channel * texels + p] = static_cast<float>(std::sqrt(variance[p]));
+      }
+    }
+    for (std::size_t p = 0; p < texels; ++p) {
+      if (!(position.mask[p] & lightfield::kUnknownMask)) continue;
+      position.count[p] = 0;
+      for (int channel = 0; channel < channels; ++channel)
+        position.irradiance[channel * texels + p] = position.sigma[channel * texels + p] = 0;
+    }
+    return position;
+  }
+
+  const core::SessionReader& session_;
+  MergeSessionOptions options_;
+  SessionPlan plan_;
+  Registration registration_;
+  std::vector<std::vector<float>>
+      irradiance_per_rate_;            // per channel: one entry, or one per sensor pixel
+  std::vector<double> print_factor_;   // of each print of a position
+  std::map<double, DarkFrame> darks_;  // by exposure time
+  LampDrift drift_;
+  MergeSessionSummary summary_;
+};
+
+}  // namespace
+
+void LampDrift::Add(int epoch, int channel, double time_s, double factor) {
+  series_[{epoch, channel}][time_s] = factor;
+}
+
+double LampDrift::Factor(int epoch, int channel, double time_s) const {
+  const auto found = series_.find({epoch, channel});
+  if (found == series_.end()) return 1;
+  const std::map<double, double>& series = found->second;
+  const auto after = series.lower_bound(time_s);
+  if (after == series.begin()) return after->second;
+  const auto before = std::prev(after);
+  if (after == series.end()) return before->second;
+  const double share = (time_s - before->first) / (after->first - before->first);
+  return before->second + share * (after->second - before->second);
+}
+
+Measurements MergeSession(const core::SessionReader& session, const MergeSessionOptions& options,
+                          MergeSessionSummary* summary) {
+  SessionMerger merger(session, options);
+  Measurements result = merger.Merge();
+  if (summary) *summary = merger.summary();
+  return result;
+}
+
+nlohmann::json ToJson(const MergeSessionSummary& summary) {
+  return {{"frames", summary.frames},
+          {"flagged_frames", summary.flagged_frames},
+          {"dark_frames", summary.dark_frames},
+          {"reference_frames", summary.reference_frames},
+          {"missing_positions", summary.missing_positions},
+          {"least_lamp_factor", summary.least_lamp_factor},
+          {"largest_lamp_factor", summary.largest_lamp_factor},
+          {"largest_displacement", summary.largest_displacement}};
+}
+
+}  // namespace luxfield::reconstruct

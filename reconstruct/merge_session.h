@@ -1,0 +1,58 @@
+// A capture session -> measurements: darks, lamp drift, exposure merge, registration (THEORY.md 3).
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/session_store.h"
+#include "lightfield/measurements.h"
+#include "reconstruct/merge_exposures.h"
+
+namespace luxfield::reconstruct {
+
+struct MergeSessionOptions {
+  MergeOptions merge;
+  bool check_hashes = true;  // of every frame, against the journal
+};
+
+struct MergeSessionSummary {
+  int frames = 0;          // of filter positions that were merged
+  int flagged_frames = 0;  // of these, kept by capture although a check failed
+  int dark_frames = 0, reference_frames = 0;
+  int missing_positions = 0;  // of the plan, without frames: unknown everywhere (kOffSensor)
+  double least_lamp_factor = 1, largest_lamp_factor = 1;  // over the frames of filter positions
+  double largest_displacement = 0;  // of a stage read-back from its plan, in basis spacings
+};
+
+// The lamp's level over its level at the session's first reference, from reference frames: the sum
+// over pixels that the first frame shows between 5 % and 80 % of the sensor's range (all that lie
+// below 80 % if none does), divided by exposure and attenuation. Linear between references of one
+// epoch (clocks of different epochs do not compare), constant outside; 1 for a channel and epoch
+// without references.
+class LampDrift {
+ public:
+  void Add(int epoch, int channel, double time_s, double factor);
+  double Factor(int epoch, int channel, double time_s) const;
+
+ private:
+  std::map<std::pair<int, int>, std::map<double, double>> series_;
+};
+
+// E_ij on the plan's lattice, divided by the filter's scale; dual prints combined to E = peak(+)
+// E(+) - peak(-) E(-). On the `lensless` rig E = X / (v R) with X the merged electrons per second,
+// R the channel's responsivity and v the vignetting; on the `reflector` rig divided by the albedo
+// as well (docs/formats/session.md). sigma holds noise and PRNU; errors of the lamp factor, the
+// calibration and the stage are not in it. Holds one position's frames at a time. Throws InputError
+// naming file and field for what the session lacks or contradicts, a stage read-back more than a
+// tenth of a spacing from its plan, and Interrupted.
+lightfield::Measurements MergeSession(const core::SessionReader& session,
+                                      const MergeSessionOptions& options = {},
+                                      MergeSessionSummary* summary = nullptr);
+
+// Keys as the fields above.
+nlohmann::json ToJson(const MergeSessionSummary& summary);
+
+}  // namespace luxfield::reconstruct

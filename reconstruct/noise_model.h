@@ -1,0 +1,38 @@
+// What a sensor does to light (THEORY.md 3; docs/formats/session.md, "session.json").
+//
+//   y = black_dn + gain_dn_per_e * t * (a X + dark_current_e_per_s) + noise,   X in electrons per
+//   second var(y) = gain_dn_per_e * (y - black_dn) + read_noise_dn^2 + quantisation_variance_dn2
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace luxfield::reconstruct {
+
+struct SensorModel {
+  int width = 0, height = 0;
+  int bits = 16;  // 32: float DN of a camera without an ADC
+  double gain_dn_per_e = 1;
+  double read_noise_dn = 0;
+  double black_dn = 0;
+  double saturation_dn = 65535;  // a sample of at least this is clipped
+  double prnu = 0;               // relative standard deviation of the pixels' sensitivity
+  double dark_current_e_per_s = 0;
+  std::vector<double>
+      responsivity_e_per_s_per_w_m2;         // per channel: electrons per second at 1 W m^-2
+  std::vector<std::pair<int, int>> defects;  // (row, column)
+  std::vector<float> vignetting;             // relative sensitivity per pixel; empty: 1 everywhere
+
+  // Of rounding to whole numbers, 1/12; for a float DN only what keeps variances above zero.
+  double quantisation_variance_dn2() const;
+};
+
+// Reads the "camera" object of `file` (session.json) for `channels` colour channels; the vignetting
+// image is relative to `folder`. Throws InputError naming file, field and value.
+SensorModel ReadSensorModel(const nlohmann::json& camera, const std::string& file,
+                            const std::filesystem::path& folder, int channels);
+
+}  // namespace luxfield::reconstruct

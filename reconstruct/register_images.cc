@@ -1,0 +1,263 @@
+#include "reconstruct/register_images.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "lightfield/measurements.h"
+
+namespace luxfield::reconstruct {
+namespace {
+
+using lightfield::Lattice;
+using lightfield::Vec2;
+
+constexpr double kNegligible = 1e-6;  // of a texel's area
+constexpr double kSnap = 1e-7;        // of a sensor pixel
+
+struct Homogeneous {
+  double x, y, w;
+};
+
+Homogeneous Map(const std::array<double, 9>& h, double x, double y) {
+  return {h[0] * x + h[1] * y + h[2], h[3] * x + h[4] * y + h[5], h[6] * x + h[7] * y + h[8]};
+}
+
+// Collects what touches one texel.
+class Texel {
+ public:
+  Texel(const MergedFrame& merged, std::span<const float> scale) : merged_(merged), scale_(scale) {}
+
+  void Add(std::size_t pixel, double weight) {
+    const std::uint32_t mask = merged_.mask[pixel];
+    if (mask & lightfield::kUnknownMask) {
+      unknown_ += weight;
+      flags_ |= mask & lightfield::kUnknownMask;
+      return;
+    }
+    covered_ += weight;
+    all_dark_ &= (mask & lightfield::kTooDark) != 0;
+    const double scaled = weight * scale_[scale_.size() == 1 ? 0 : pixel];
+    value_ += scaled * merged_.rate_e_per_s[pixel];
+    const double sigma = scaled * merged_.sigma_e_per_s[pixel];
+    variance_ += sigma * sigma;
+    count_ += weight * merged_.count[pixel];
+  }
+
+  void Store(std::size_t texel, RegisteredImage* image) const {
+    std::uint32_t mask = unknown_ > kNegligible ? flags_ : 0;
+    if (covered_ + unknown_ < 1 - kNegligible) mask |= lightfield::kOffSensor;
+    if (mask == 0 && all_dark_) mask = lightfield::kTooDark;
+    image->mask[texel] = mask;
+    if (mask & lightfield::kUnknownMask) return;
+    // covered_ is 1 up to the negligible rest and rounding.
+    image->value[texel] = static_cast<float>(value_ / covered_);
+    image->sigma[texel] = static_cast<float>(std::sqrt(variance_) / covered_);
+    image->count[texel] = static_cast<float>(count_ / covered_);
+  }
+
+ private:
+  const MergedFrame& merged_;
+  std::span<const float> scale_;
+  double covered_ = 0, unknown_ = 0, value_ = 0, variance_ = 0, count_ = 0;
+  std::uint32_t flags_ = 0;
+  bool all_dark_ = true;
+};
+
+// Weights of consecutive pixels for one texel along one axis.
+struct AxisWeights {
+  int first = 0;
+  std::vector<double> weights;
+};
+
+// edges[n], edges[n + 1]: texel n in pixel units, either order.
+std::vector<AxisWeights> OverlapWeights(const std::vector<double>& edges, int pixels) {
+  std::vector<AxisWeights> result;
+  for (std::size_t n = 0; n + 1 < edges.size(); ++n) {
+    const double low = std::min(edges[n], edges[n + 1]), high = std::max(edges[n], edges[n + 1]);
+    AxisWeights& axis = result.emplace_back();
+    if (high <= 0 || low >= pixels) continue;
+    axis.first = static_cast<int>(std::floor(std::max(low, 0.0)));
+    const int end = static_cast<int>(std::ceil(std::min(high, static_cast<double>(pixels))));
+    for (int pixel = axis.first; pixel < end; ++pixel)
+      axis.weights.push_back(
+          (std::min(high, pixel + 1.0) - std::max(low, static_cast<double>(pixel))) / (high - low));
+  }
+  return result;
+}
+
+double Snapped(double edge) {
+  const double nearest = std::round(edge);
+  return std::abs(edge - nearest) < kSnap ? nearest : edge;
+}
+
+// A convex polygon of at most 8 corners: a quadrilateral clipped by a rectangle.
+struct Polygon {
+  std::array<Vec2, 8> corner;
+  int count = 0;
+};
+
+// Keeps the side where sign * (coordinate - border) >= 0 (Sutherland and Hodgman 1974).
+template <double Vec2::*coordinate>
+Polygon ClipBy(const Polygon& polygon, double border, double sign) {
+  Polygon result;
+  for (int n = 0; n < polygon.count; ++n) {
+    const Vec2 a = polygon.corner[n], b = polygon.corner[n + 1 < polygon.count ? n + 1 : 0];
+    const double da = sign * (a.*coordinate - border), db = sign * (b.*coordinate - border);
+    if (da >= 0 && result.count < 8) result.corner[result.count++] = a;
+    if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
+      const double t = da / (da - db);
+      if (result.count < 8) result.corner[result.count++] = a + t * (b - a);
+    }
+  }
+  return result;
+}
+
+double Area(const Polygon& polygon) {
+  double twice = 0;
+  for (int n = 1; n + 1 < polygon.count;
+       ++n) {  // a fan: differences keep digits far from the origin
+    const Vec2 a = polygon.corner[n] - polygon.corner[0],
+               b = polygon.corner[n + 1] - polygon.corner[0];
+    twice += a.x * b.y - a.y * b.x;
+  }
+  return std::abs(twice) / 2;
+}
+
+double OverlapArea(const std::array<Vec2, 4>& quad, Vec2 low, Vec2 high) {
+  double min_x = quad[0].x, max_x = min_x, min_y = quad[0].y, max_y = min_y;
+  for (const Vec2 q : quad) {
+    min_x = std::min(min_x, q.x);
+    max_x = std::max(max_x, q.x);
+    min_y = std::min(min_y, q.y);
+    max_y = std::max(max_y, q.y);
+  }
+  if (max_x <= low.x || min_x >= high.x || max_y <= low.y || min_y >= high.y) return 0;
+  Polygon polygon;
+  polygon.count = 4;
+  std::copy(quad.begin(), quad.end(), polygon.corner.begin());
+  if (min_x < low.x) polygon = ClipBy<&Vec2::x>(polygon, low.x, 1);
+  if (max_x > high.x) polygon = ClipBy<&Vec2::x>(polygon, high.x, -1);
+  if (min_y < low.y) polygon = ClipBy<&Vec2::y>(polygon, low.y, 1);
+  if (max_y > high.y) polygon = ClipBy<&Vec2::y>(polygon, high.y, -1);
+  return Area(polygon);
+}
+
+}  // namespace
+
+Registration::Registration(const std::array<double, 9>& image_from_sensor, int sensor_width,
+                           int sensor_height, const Lattice& lattice)
+    : image_from_sensor_(image_from_sensor),
+      sensor_width_(sensor_width),
+      sensor_height_(sensor_height),
+      lattice_(lattice) {
+  using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  Matrix matrix(image_from_sensor.data());
+  const char* const remedy = "calibrate image_from_sensor again";
+  if (!matrix.allFinite())
+    throw InputError("calibration", "image_from_sensor is not finite", remedy);
+  bool positive = true, negative = true;
+  for (const double column : {0, sensor_width})
+    for (const double row : {0, sensor_height}) {
+      const double w = Map(image_from_sensor, column, row).w;
+      positive &= w > 0;
+      negative &= w < 0;
+    }
+  if (!positive && !negative)
+    throw InputError("calibration", "image_from_sensor sends a part of the sensor through infinity",
+                     remedy);
+  if (negative) matrix = -matrix;
+  std::copy_n(matrix.data(), 9, image_from_sensor_.data());
+
+  const Eigen::FullPivLU<Matrix> lu(matrix);
+  if (!lu.isInvertible()) throw InputError("calibration", "image_from_sensor is singular", remedy);
+  const Matrix inverse = lu.inverse();
+  std::copy_n(inverse.data(), 9, sensor_from_image_.data());
+
+  const auto& h = image_from_sensor_;
+  axis_aligned_ = h[1] == 0 && h[3] == 0 && h[6] == 0 && h[7] == 0;
+  if (axis_aligned_) return;
+  corners_m_.reserve(static_cast<std::size_t>(sensor_width + 1) * (sensor_height + 1));
+  for (int row = 0; row <= sensor_height; ++row)
+    for (int column = 0; column <= sensor_width; ++column) {
+      const Homogeneous q = Map(h, column, row);
+      corners_m_.push_back({q.x / q.w, q.y / q.w});
+    }
+}
+
+RegisteredImage Registration::Apply(const MergedFrame& merged,
+                                    std::span<const float> irradiance_per_rate,
+                                    Vec2 centre_m) const {
+  const std::size_t texels = static_cast<std::size_t>(lattice_.width) * lattice_.height;
+  RegisteredImage image;
+  image.value.assign(texels, 0);
+  image.sigma.assign(texels, 0);
+  image.count.assign(texels, 0);
+  image.mask.assign(texels, 0);
+
+  if (axis_aligned_) {
+    const auto& h = image_from_sensor_;
+    std::vector<double> columns, rows;
+    for (int c = 0; c <= lattice_.width; ++c)
+      columns.push_back(Snapped(((lattice_.s_of_column(c) - centre_m.x) * h[8] - h[2]) / h[0]));
+    for (int r = 0; r <= lattice_.height; ++r)
+      rows.push_back(Snapped(((lattice_.t_of_row(r) - centre_m.y) * h[8] - h[5]) / h[4]));
+    const auto along_s = OverlapWeights(columns, sensor_width_),
+               along_t = OverlapWeights(rows, sensor_height_);
+    core::ParallelFor(lattice_.height, 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t r = begin; r < end; ++r)
+        for (int c = 0; c < lattice_.width; ++c) {
+          Texel texel(merged, irradiance_per_rate);
+          for (std::size_t y = 0; y < along_t[r].weights.size(); ++y)
+            for (std::size_t x = 0; x < along_s[c].weights.size(); ++x)
+              texel.Add((along_t[r].first + y) * sensor_width_ + along_s[c].first + x,
+                        along_t[r].weights[y] * along_s[c].weights[x]);
+          texel.Store(r * lattice_.width + c, &image);
+        }
+    });
+    return image;
+  }
+
+  core::ParallelFor(lattice_.height, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r)
+      for (int c = 0; c < lattice_.width; ++c) {
+        const Vec2 low{lattice_.s_of_column(c) - centre_m.x,
+                       lattice_.t_of_row(static_cast<double>(r) + 1) - centre_m.y};
+        const Vec2 high{low.x + lattice_.ds_m, low.y + lattice_.dt_m};
+        Texel texel(merged, irradiance_per_rate);
+        double min_x = sensor_width_, max_x = 0, min_y = sensor_height_, max_y = 0;
+        bool finite = true;
+        for (const Vec2 q : {low, Vec2{high.x, low.y}, high, Vec2{low.x, high.y}}) {
+          const Homogeneous p = Map(sensor_from_image_, q.x, q.y);
+          finite &= p.w > 0;
+          min_x = std::min(min_x, p.x / p.w);
+          max_x = std::max(max_x, p.x / p.w);
+          min_y = std::min(min_y, p.y / p.w);
+          max_y = std::max(max_y, p.y / p.w);
+        }
+        if (finite && max_x > 0 && max_y > 0 && min_x < sensor_width_ && min_y < sensor_height_) {
+          const int first_x = static_cast<int>(std::max(min_x - kSnap, 0.0));
+          const int first_y = static_cast<int>(std::max(min_y - kSnap, 0.0));
+          const int end_x =
+              static_cast<int>(std::ceil(std::min<double>(max_x + kSnap, sensor_width_)));
+          const int end_y =
+              static_cast<int>(std::ceil(std::min<double>(max_y + kSnap, sensor_height_)));
+          const double area = lattice_.texel_area_m2();
+          for (int y = first_y; y < end_y; ++y)
+            for (int x = first_x; x < end_x; ++x) {
+              const Vec2* top = &corners_m_[static_cast<std::size_t>(y) * (sensor_width_ + 1) + x];
+              const Vec2* bottom = top + sensor_width_ + 1;
+              const double overlap = OverlapArea({top[0], top[1], bottom[1], bottom[0]}, low, high);
+              if (overlap > 0)
+                texel.Add(static_cast<std::size_t>(y) * sensor_width_ + x, overlap / area);
+            }
+        }
+        texel.Store(r * lattice_.width + c, &image);
+      }
+  });
+  return image;
+}
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,56 @@
+// Sensor pixels -> the luminaire's image-plane lattice (THEORY.md 3, "Registration").
+//
+// The image of filter position ij is in coordinates q from the filter's axis; a sensor pixel covers
+// the quadrilateral that image_from_sensor maps its corners to. In the luminaire frame s = c_ij +
+// q. A texel's value is the mean over its area,
+//
+//   E(texel) = sum_p w_p E_p,   w_p = area(texel and pixel p) / area(texel),   sigma^2 = sum_p
+//   w_p^2 sigma_p^2
+//
+// and is known only where valid pixels cover all of it. Values average over w linearly, so
+// registering commutes with the Gram solve.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "lightfield/geometry.h"
+#include "reconstruct/merge_exposures.h"
+
+namespace luxfield::reconstruct {
+
+// One channel on the lattice, row-major.
+struct RegisteredImage {
+  std::vector<float> value, sigma, count;
+  std::vector<std::uint32_t> mask;  // lightfield::MeasurementFlag; unknown texels hold 0
+};
+
+class Registration {
+ public:
+  // image_from_sensor: 3 x 3 row-major, (column, row, 1) with pixel edges at whole numbers ->
+  // homogeneous (q_s, q_t, w), metres. Throws InputError if it is singular or sends a part of the
+  // sensor through infinity.
+  Registration(const std::array<double, 9>& image_from_sensor, int sensor_width, int sensor_height,
+               const lightfield::Lattice& lattice);
+
+  // Resamples merged pixels, each multiplied by irradiance_per_rate[pixel] (W m^-2 per electron per
+  // second; one entry stands for all pixels), for the filter centred on centre_m. Weights are exact
+  // polygon areas in double; an axis-aligned mapping is separable, and texel edges within 1e-7
+  // pixel of pixel edges count as equal, so aligned lattices are copied exactly. A texel is
+  // kOffSensor if more than 1e-6 of it lies off the sensor; it carries kSaturated and kDefect of
+  // every pixel it touches with more than that, kTooDark if all of them do. Parallel over rows.
+  RegisteredImage Apply(const MergedFrame& merged, std::span<const float> irradiance_per_rate,
+                        lightfield::Vec2 centre_m) const;
+
+ private:
+  std::array<double, 9> image_from_sensor_, sensor_from_image_;
+  int sensor_width_, sensor_height_;
+  lightfield::Lattice lattice_;
+  bool axis_aligned_;
+  std::vector<lightfield::Vec2>
+      corners_m_;  // q of all pixel corners, (height + 1) x (width + 1); empty if axis-aligned
+};
+
+}  // namespace luxfield::reconstruct

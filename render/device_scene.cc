@@ -1,0 +1,118 @@
+#include "render/device_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "render/kernels/bvh_types.clh"
+#include "render/kernels/gbuffer_types.clh"
+
+namespace luxfield::render {
+namespace {
+
+static_assert(scene::Bvh::kMaxDepth <= kBvhStackSize && scene::Bvh::kMaxLeafSize <= kBvhMaxLeaf);
+
+int EncodeChild(const scene::Bvh::Child& child) {
+  return child.node >= 0 ? child.node : ~((child.first << 4) | child.count);
+}
+
+void Store(scene::Vec3 v, float (&out)[3]) {
+  out[0] = static_cast<float>(v.x);
+  out[1] = static_cast<float>(v.y);
+  out[2] = static_cast<float>(v.z);
+}
+
+ShadedTriangle Shade(const scene::Geometry& geometry, const scene::Triangle& triangle) {
+  ShadedTriangle shaded{};
+  for (int k = 0; k < 3; ++k) {
+    const auto& vertex = geometry.vertices[triangle.vertex[k]];
+    std::copy(vertex.normal.begin(), vertex.normal.end(), shaded.corner[k].normal);
+    shaded.corner[k].u = vertex.uv[0];
+    shaded.corner[k].v = vertex.uv[1];
+  }
+  shaded.material = static_cast<int>(triangle.material);
+  return shaded;
+}
+
+}  // namespace
+
+DeviceBvh UploadBvh(const Device& device, const scene::Geometry& geometry, const scene::Bvh& bvh) {
+  std::vector<BvhNode> nodes;
+  nodes.reserve(bvh.nodes.size());
+  for (const auto& from : bvh.nodes) {
+    const auto& [left, right] = from.children;
+    BvhNode node{};
+    std::copy(left.box.lower.begin(), left.box.lower.end(), node.lower0);
+    std::copy(left.box.upper.begin(), left.box.upper.end(), node.upper0);
+    std::copy(right.box.lower.begin(), right.box.lower.end(), node.lower1);
+    std::copy(right.box.upper.begin(), right.box.upper.end(), node.upper1);
+    node.child0 = EncodeChild(left);
+    node.child1 = EncodeChild(right);
+    nodes.push_back(node);
+  }
+  std::vector<BvhTriangle> triangles;
+  triangles.reserve(bvh.order.size());
+  for (const std::uint32_t index : bvh.order) {
+    BvhTriangle triangle{};
+    std::copy_n(geometry.corner(index, 0).begin(), 3, triangle.a);
+    std::copy_n(geometry.corner(index, 1).begin(), 3, triangle.b);
+    std::copy_n(geometry.corner(index, 2).begin(), 3, triangle.c);
+    triangle.index = static_cast<int>(index);
+    triangles.push_back(triangle);
+  }
+  return {Buffer::From(device, nodes), Buffer::From(device, triangles)};
+}
+
+DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry) {
+  std::vector<ShadedTriangle> shading;
+  shading.reserve(geometry.triangles.size());
+  for (const auto& triangle : geometry.triangles) shading.push_back(Shade(geometry, triangle));
+
+  std::vector<std::uint32_t> texels;
+  std::vector<int> offsets;
+  for (const auto& texture : geometry.textures) {
+    if (texels.size() + texture.rgba.size() >
+        static_cast<std::size_t>(std::numeric_limits<int>::max()))
+      throw InputError("the scene's textures hold more than 2^31 texels; use smaller ones");
+    offsets.push_back(static_cast<int>(texels.size()));
+    texels.insert(texels.end(), texture.rgba.begin(), texture.rgba.end());
+  }
+  std::vector<SurfaceMaterial> materials;
+  for (const auto& from : geometry.materials) {
+    SurfaceMaterial material{{from.albedo[0], from.albedo[1], from.albedo[2]}, -1, 0, 0};
+    if (from.texture >= 0) {
+      material.texture_offset = offsets[from.texture];
+      material.texture_width = geometry.textures[from.texture].width;
+      material.texture_height = geometry.textures[from.texture].height;
+    }
+    materials.push_back(material);
+  }
+  return {UploadBvh(device, geometry, scene::BuildBvh(geometry)), Buffer::From(device, shading),
+          Buffer::From(device, materials), Buffer::From(device, texels)};
+}
+
+PrimaryVisibility::PrimaryVisibility(const Device& device)
+    : kernel_(Program::Build(device, "kernels/gbuffer.cl"), "PrimaryRays") {}
+
+Event PrimaryVisibility::Render(const DeviceScene& scene, const scene::Camera& camera,
+                                int first_row, lightfield::Vec2 sample, GBuffer& gbuffer,
+                                WorkSize local) {
+  const auto corner = camera.Direction(0, 0);
+  PinholeCamera pinhole{};
+  Store(camera.position, pinhole.position);
+  Store(corner, pinhole.corner);
+  Store(camera.Direction(1, 0) - corner, pinhole.right);
+  Store(camera.Direction(0, 1) - corner, pinhole.down);
+  pinhole.sample_x = static_cast<float>(sample.x);
+  pinhole.sample_y = static_cast<float>(sample.y);
+  pinhole.width = gbuffer.width;
+  pinhole.first_row = first_row;
+  pinhole.rows = gbuffer.height;
+  kernel_.Set(pinhole, scene.bvh.nodes, scene.bvh.triangles, scene.shading, scene.materials,
+              scene.texels, gbuffer.position, gbuffer.normal, gbuffer.albedo);
+  return kernel_.Enqueue(
+      {static_cast<std::size_t>(gbuffer.width), static_cast<std::size_t>(gbuffer.height)}, local);
+}
+
+}  // namespace luxfield::render

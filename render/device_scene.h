@@ -1,0 +1,38 @@
+// A scene's geometry in device memory, and primary visibility.
+#pragma once
+
+#include "render/gbuffer.h"
+#include "scene/bvh.h"
+#include "scene/scene.h"
+
+namespace luxfield::render {
+
+struct DeviceScene {
+  DeviceBvh bvh;
+  Buffer shading;    // ShadedTriangle per triangle of the scene, kernels/gbuffer_types.clh
+  Buffer materials;  // SurfaceMaterial
+  Buffer texels;     // 8-bit sRGB, all textures one after the other
+};
+
+// Builds the hierarchy and uploads. Throws InputError if the scene is too large for the kernels'
+// 32-bit numbers, DeviceError if the device cannot hold it.
+DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry);
+DeviceBvh UploadBvh(const Device& device, const scene::Geometry& geometry, const scene::Bvh& bvh);
+
+// Fills G-buffers with one ray per pixel. Positions are interpolated from the corners of the hit
+// triangle (error some 2e-7 of its coordinates); normals are interpolated where the mesh has them,
+// and turned to the camera's side.
+class PrimaryVisibility {
+ public:
+  explicit PrimaryVisibility(const Device& device);  // builds the kernel (cached on disk)
+
+  // Rows [first_row, first_row + gbuffer.height) of the camera's picture; `sample` is the place in
+  // every pixel, (0.5, 0.5) its centre. Enqueues and returns.
+  Event Render(const DeviceScene& scene, const scene::Camera& camera, int first_row,
+               lightfield::Vec2 sample, GBuffer& gbuffer, WorkSize local = {16, 4});
+
+ private:
+  Kernel kernel_;
+};
+
+}  // namespace luxfield::render

@@ -1,0 +1,11 @@
+// Irradiance in closed form; with shadows, times a sampled visible share (THEORY.md 7.1, 7.3).
+#pragma once
+
+#include "render/estimators/estimator.h"
+
+namespace luxfield::render {
+
+const EstimatorTraits& ExactTraits();
+std::unique_ptr<Estimator> MakeExact(const Device& device);
+
+}  // namespace luxfield::render

@@ -1,0 +1,13 @@
+// What kernels need to know of a luminaire. Internal to estimators/.
+#pragma once
+
+#include "lightfield/light_field.h"
+#include "render/kernels/luminaire_types.clh"
+#include "scene/transform.h"
+
+namespace luxfield::render {
+
+LuminaireParams MakeLuminaireParams(const lightfield::LuminaireGeometry& geometry, int row_stride,
+                                    const scene::Pose& world_from_luminaire);
+
+}  // namespace luxfield::render

@@ -1,0 +1,108 @@
+// Irradiance by dense Gauss-Legendre quadrature in double, independent of every closed form in
+// luxfield: the basis is written out again, the integral is THEORY.md 7's over I (or over F), cell
+// by cell of texel x knot.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "lightfield/light_field.h"
+
+namespace luxfield::render {
+
+// 1-D bases from their formulas in THEORY.md 2, y in [0, n].
+inline double BasisByFormula(const lightfield::Basis& basis, double y) {
+  using lightfield::BasisKind;
+  if (y <= 0 || y >= basis.cells) return 0;
+  const double from_centre = std::abs(y - 1);
+  switch (basis.kind) {
+    case BasisKind::kBox:
+      return 1;
+    case BasisKind::kBilinear:
+      return 1 - from_centre;
+    case BasisKind::kQuadratic:
+      return (1 - from_centre) * (1 - basis.a * from_centre);
+    case BasisKind::kBspline2:
+      return y < 1 ? 0.5 * y * y : y < 2 ? 0.5 * (-2 * y * y + 6 * y - 3) : 0.5 * (3 - y) * (3 - y);
+  }
+  return 0;
+}
+
+// The light vector J(p) of channel 0 and, where the receiver's horizon cuts, sum of clipped
+// integrand values.
+struct BruteForce {
+  lightfield::Vec3 j;
+  double irradiance = 0;
+};
+
+// Integrates over u on F: delta^2 / z^3 sum_m integral C_m(s(u)) Phi_m(u) (u - p) du, pieces
+// bounded by knots and by the texel edges' projections, 8 x 8 nodes each (4 x 4 are exact where no
+// horizon cuts).
+inline BruteForce BruteForceIrradiance(const lightfield::LightField& field, lightfield::Vec3 p,
+                                       lightfield::Vec3 n) {
+  static const std::array<double, 4> node{0.18343464249564980, 0.52553240991632899,
+                                          0.79666647741362674, 0.96028985649753623};
+  static const std::array<double, 4> weight{0.36268378337836198, 0.31370664587788729,
+                                            0.22238103445337447, 0.10122853629037626};
+  const auto& g = field.geometry;
+  const double z = p.z, D = z - g.delta_m, h = g.grid.spacing_m;
+  struct Piece {
+    double begin, end;  // on F, m
+    int texel;
+  };
+  // Pieces of one support along one axis; s = u0 + kappa u with texel(s).
+  const auto pieces = [&](double corner, double p_axis, bool is_u) {
+    std::vector<double> cuts;
+    for (int k = 0; k <= g.grid.basis.cells; ++k) cuts.push_back(corner + k * h);
+    const int texels = is_u ? g.lattice.width : g.lattice.height;
+    for (int e = 0; e <= texels; ++e) {
+      const double s = is_u ? g.lattice.s_of_column(e) : g.lattice.t_of_row(e);
+      if (D != 0) {
+        const double u = (s * z - p_axis * g.delta_m) / D;
+        if (u > cuts.front() && u < corner + g.grid.basis.cells * h) cuts.push_back(u);
+      }
+    }
+    std::sort(cuts.begin(), cuts.end());
+    std::vector<Piece> out;
+    for (std::size_t k = 0; k + 1 < cuts.size(); ++k) {
+      const double u = 0.5 * (cuts[k] + cuts[k + 1]);
+      const double s = (u * D + p_axis * g.delta_m) / z;
+      const double at = is_u ? g.lattice.column_of_s(s) : g.lattice.row_of_t(s);
+      if (at >= 0 && at < texels && cuts[k] < cuts[k + 1])
+        out.push_back({cuts[k], cuts[k + 1], static_cast<int>(at)});
+    }
+    return out;
+  };
+  BruteForce sum;
+  for (int j = 0; j < g.grid.height; ++j) {
+    const double v0 = g.grid.v0_m + j * h;
+    const auto rows = pieces(v0, p.y, false);
+    for (int i = 0; i < g.grid.width; ++i) {
+      const double u0 = g.grid.u0_m + i * h;
+      const auto columns = pieces(u0, p.x, true);
+      for (const Piece& row : rows)
+        for (const Piece& column : columns) {
+          const double c =
+              field.image(g.grid.index(i, j), 0)[row.texel * g.lattice.width + column.texel];
+          const double half_u = 0.5 * (column.end - column.begin),
+                       half_v = 0.5 * (row.end - row.begin);
+          for (int a = 0; a < 8; ++a)
+            for (int b = 0; b < 8; ++b) {
+              const double u = column.begin + half_u * (1 + (a < 4 ? node[a] : -node[a - 4]));
+              const double v = row.begin + half_v * (1 + (b < 4 ? node[b] : -node[b - 4]));
+              const double flux = c * BasisByFormula(g.grid.basis, (u - u0) / h) *
+                                  BasisByFormula(g.grid.basis, (v - v0) / h) * weight[a % 4] *
+                                  weight[b % 4] * half_u * half_v;
+              const lightfield::Vec3 to_lamp{u - p.x, v - p.y, -z};
+              sum.j = sum.j + flux * to_lamp;
+              sum.irradiance += flux * std::max(0.0, Dot(n, to_lamp));
+            }
+        }
+    }
+  }
+  const double scale = g.delta_m * g.delta_m / (z * z * z);
+  return {scale * sum.j, scale * sum.irradiance};
+}
+
+}  // namespace luxfield::render

@@ -1,0 +1,56 @@
+// Runs an estimator on a list of receivers.
+#pragma once
+
+#include <vector>
+
+#include "render/estimators/estimator.h"
+
+namespace luxfield::render {
+
+struct SurfacePoint {
+  lightfield::Vec3 p, n;  // float32 values, so that device and judge see the same receiver
+};
+
+inline SurfacePoint RoundToFloat(SurfacePoint s) {
+  const auto round = [](lightfield::Vec3 v) {
+    return lightfield::Vec3{static_cast<float>(v.x), static_cast<float>(v.y),
+                            static_cast<float>(v.z)};
+  };
+  return {round(s.p), round(s.n)};
+}
+
+inline GBuffer MakeGBuffer(const Device& device, const std::vector<SurfacePoint>& points) {
+  GBuffer gbuffer(device, static_cast<int>(points.size()), 1);
+  std::vector<cl_float4> position(points.size()), normal(points.size());
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const auto [p, n] = points[k];
+    position[k] = {{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 1}};
+    normal[k] = {{static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z), 0}};
+  }
+  gbuffer.position.Upload(std::span<const cl_float4>(position));
+  gbuffer.normal.Upload(std::span<const cl_float4>(normal));
+  return gbuffer;
+}
+
+struct Lit {
+  std::vector<cl_float4> irradiance;
+  std::vector<float> variance;
+  std::vector<cl_uint> samples;
+};
+
+// The light of one luminaire on a G-buffer, from zeroed buffers.
+inline Lit LightGBuffer(const Device& device, Estimator& estimator, const GBuffer& gbuffer,
+                        const LuminaireOnDevice& luminaire, const EstimatorOptions& options = {},
+                        const DeviceBvh* bvh = nullptr, const scene::Pose& pose = {}) {
+  const std::size_t count = gbuffer.pixel_count();
+  Buffer irradiance(device, count * sizeof(cl_float4)), variance(device, count * sizeof(float)),
+      samples(device, count * sizeof(cl_uint));
+  irradiance.FillZero();
+  variance.FillZero();
+  samples.FillZero();
+  estimator.Light(gbuffer, bvh, luminaire, pose, options, irradiance, variance, samples);
+  return {irradiance.Download<cl_float4>(), variance.Download<float>(),
+          samples.Download<cl_uint>()};
+}
+
+}  // namespace luxfield::render
