@@ -26,7 +26,10 @@ struct Config::Node {
     known.insert(std::string(key));
     return table->get(key);
   }
+  // One node per table, so that keys read through either of two handles are known to both.
   std::shared_ptr<Node> Child(const toml::table& child, const std::string& name) {
+    for (const auto& existing : children)
+      if (existing->table == &child) return existing;
     auto node = std::make_shared<Node>();
     node->file = file;
     node->folder = folder;
@@ -44,6 +47,12 @@ std::string Show(const toml::node& node) {
   std::ostringstream text;
   node.visit([&](const auto& value) { text << value; });
   return text.str();
+}
+
+// toml++ refuses to convert integers that no double holds; here they are rounded.
+double AsDouble(const toml::node& number) {
+  if (const auto* integer = number.as_integer()) return static_cast<double>(integer->get());
+  return number.as_floating_point()->get();
 }
 
 }  // namespace
@@ -78,7 +87,7 @@ double Config::Number(std::string_view key, Range range) const {
   const toml::node* node = node_->Find(key);
   if (!node) Fail(key, "is missing", "add it");
   if (!node->is_number()) Fail(key, "must be a number");
-  const double value = node->value<double>().value();
+  const double value = AsDouble(*node);
   if (!std::isfinite(value) || value < range.min || value > range.max)
     Fail(key, fmt::format("must lie in [{}, {}]", range.min, range.max), "choose a value in that range");
   return value;
@@ -138,9 +147,9 @@ std::vector<double> Config::Numbers(std::string_view key, std::size_t count) con
     Fail(key, fmt::format("has {} entries where {} belong", array->size(), count));
   std::vector<double> values;
   for (const auto& element : *array) {
-    if (!element.is_number() || !std::isfinite(element.value<double>().value()))
+    if (!element.is_number() || !std::isfinite(AsDouble(element)))
       Fail(key, "must hold finite numbers only");
-    values.push_back(element.value<double>().value());
+    values.push_back(AsDouble(element));
   }
   return values;
 }

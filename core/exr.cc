@@ -20,14 +20,12 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "core/exr_precheck.h"
 #include "core/file.h"
 #include "core/parallel.h"
 
 namespace luxfield::core {
 namespace {
-
-// A hostile header must not make us allocate the machine: no image of ours comes near this.
-constexpr std::int64_t kMaxPixelsPerPart = std::int64_t{1} << 28;
 
 std::string FirstLine(const char* text) {
   std::string line(text);
@@ -118,6 +116,7 @@ ExrReader::ExrReader(const std::filesystem::path& path) : impl_(std::make_unique
   std::error_code error_code;
   if (!std::filesystem::is_regular_file(path, error_code))
     impl_->Fail("no such file", "check the path");
+  CheckExrHeaders(path);
   try {
     impl_->file = std::make_unique<Imf::MultiPartInputFile>(path.c_str(), Threads());
   } catch (const std::exception& error) {
@@ -129,9 +128,6 @@ ExrReader::ExrReader(const std::filesystem::path& path) : impl_(std::make_unique
     const auto& window = header.dataWindow();
     const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
     const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
-    if (width < 1 || height < 1 || width * height > kMaxPixelsPerPart)
-      impl_->Fail(fmt::format("part {} is {} x {} pixels, beyond the limit of 2^28", i, width, height),
-                  "split the image");
     Part part;
     part.name = header.hasName() ? header.name() : std::string();
     part.width = static_cast<int>(width);

@@ -1,0 +1,113 @@
+#include "core/exr_precheck.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <string>
+
+#include "core/error.h"
+
+namespace luxfield::core {
+namespace {
+
+constexpr std::uint32_t kMagic = 20000630;
+constexpr std::uint32_t kMultiPartFlag = 0x1000;
+constexpr double kMostLinesPerChunk = 256;  // DWAB compression
+constexpr double kBytesPerOffset = 8;
+// DEFLATE shrinks 1032 times at best, DWA stores 8 x 8 pixels as one value at best: together below
+// this.
+constexpr double kMostPixelsPerByte = 0x1p17;
+
+class HeaderScan {
+ public:
+  explicit HeaderScan(const std::filesystem::path& path)
+      : path_(path), stream_(path, std::ios::binary) {
+    std::error_code error_code;
+    size_ = static_cast<double>(std::filesystem::file_size(path, error_code));
+    if (error_code || !stream_) Fail("cannot be opened");
+  }
+
+  void Run() {
+    if (Read<std::uint32_t>() != kMagic) Fail("not an OpenEXR file");
+    const bool multi_part = Read<std::uint32_t>() & kMultiPartFlag;
+    double offsets = 0;
+    do {
+      offsets += Header();
+      if (offsets * kBytesPerOffset > size_) Fail("claims more chunks of pixels than it can hold");
+    } while (multi_part && stream_.peek() != 0 && stream_.peek() != EOF);
+  }
+
+ private:
+  [[noreturn]] void Fail(const std::string& problem) const {
+    throw InputError(path_.string(), problem, "make it anew with the verb that wrote it");
+  }
+
+  template <typename T>
+  T Read() {
+    T value{};
+    stream_.read(reinterpret_cast<char*>(&value), sizeof(T));
+    if (!stream_) Fail("ends within its header");
+    return value;
+  }
+
+  // The least number of chunks of one part.
+  double Header() {
+    double chunks = 0, width = 0, height = 0, tile_width = 0, tile_height = 0;
+    for (std::string name; std::getline(stream_, name, '\0') && !name.empty();) {
+      std::string type;
+      std::getline(stream_, type, '\0');
+      const auto size = Read<std::int32_t>();
+      const std::streamoff value_at = stream_.tellg();
+      if (size < 0 || static_cast<double>(value_at) + size > size_)
+        Fail(fmt::format("attribute '{}' claims {} bytes", Printable(name), size));
+      if (name == "dataWindow" && size == 16) {
+        const auto box = Read<std::array<std::int32_t, 4>>();
+        width = double{1} + box[2] - box[0];
+        height = double{1} + box[3] - box[1];
+        if (!(width >= 1 && height >= 1 && width * height <= kMaxExrPixelsPerPart))
+          Fail(fmt::format("claims {} x {} pixels, beyond the limit of 2^28", width, height));
+        if (width * height > kMostPixelsPerByte * size_)
+          Fail(fmt::format("claims {} x {} pixels in {} bytes", width, height, size_));
+      } else if (name == "chunkCount" && size == 4) {
+        chunks = Read<std::int32_t>();
+      } else if (name == "tiles" && size == 9) {
+        tile_width = Read<std::uint32_t>();
+        tile_height = Read<std::uint32_t>();
+        if (!(tile_width >= 1 && tile_height >= 1)) Fail("has tiles without pixels");
+      } else if (type == "preview" && size >= 8) {
+        const double preview_width = Read<std::uint32_t>(), preview_height = Read<std::uint32_t>();
+        if (preview_width * preview_height * 4 + 8 != size)
+          Fail(fmt::format("preview of {} x {} pixels has {} bytes", preview_width, preview_height,
+                           size));
+      }
+      stream_.seekg(value_at + size);
+    }
+    if (!stream_) Fail("ends within its header");
+    const double implied = tile_width > 0
+                               ? std::ceil(width / tile_width) * std::ceil(height / tile_height)
+                               : std::ceil(height / kMostLinesPerChunk);
+    return std::max(chunks, implied);
+  }
+
+  static std::string Printable(std::string name) {
+    name.resize(std::min<std::size_t>(name.size(), 40));
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+    return name;
+  }
+
+  std::filesystem::path path_;
+  std::ifstream stream_;
+  double size_ = 0;
+};
+
+}  // namespace
+
+void CheckExrHeaders(const std::filesystem::path& path) { HeaderScan(path).Run(); }
+
+}  // namespace luxfield::core

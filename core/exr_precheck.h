@@ -1,0 +1,18 @@
+// What an OpenEXR header claims, held against the length of the file, before the library allocates
+// by it. Internal to core/.
+#pragma once
+
+#include <filesystem>
+
+namespace luxfield::core {
+
+// No image of ours comes near 2^28 pixels.
+inline constexpr double kMaxExrPixelsPerPart = 0x1p28;
+
+// Throws InputError naming the file if it is no OpenEXR file, or if an attribute, the picture's
+// size or the table of chunk offsets cannot be true for a file of this length ("OpenEXR File
+// Layout": magic, version, headers of name\0 type\0 size value, offset tables of 8 bytes a chunk).
+// The library would reserve gigabytes first and find out later.
+void CheckExrHeaders(const std::filesystem::path& path);
+
+}  // namespace luxfield::core
