@@ -42,11 +42,15 @@ struct Line {
   Vec2 At(double z) const { return at_zero + z * slope; }
 };
 
+bool GoesForward(const Ray& ray, const LuminaireFromFile& pose) {
+  return pose.Direction(ray.direction).z > 0;
+}
+
 std::vector<Line> ForwardLines(const RayFile& file, const LuminaireFromFile& pose) {
   std::vector<Line> lines;
   for (std::size_t n = 0; n < file.rays.size(); ++n) {
     const Vec3 p = pose.Point(file.rays[n].position_m), d = pose.Direction(file.rays[n].direction);
-    if (!(d.z > 0)) continue;
+    if (!GoesForward(file.rays[n], pose)) continue;
     const Vec2 slope{d.x / d.z, d.y / d.z};
     lines.push_back({Vec2{p.x, p.y} - p.z * slope, slope, file.rays[n].flux, d.z / Length(d), n});
   }
@@ -71,8 +75,8 @@ double NarrowestZ(const std::vector<Line>& lines) {
     covariance += w(line) * (da.x * dm.x + da.y * dm.y);
     variance += w(line) * (dm.x * dm.x + dm.y * dm.y);
   }
-  return variance > 1e-12 * weight ? -covariance / variance
-                                   : 0;  // parallel light is as narrow everywhere
+  // Parallel light is as narrow everywhere; 0 - x leaves no negative zero.
+  return variance > 1e-12 * weight ? 0 - covariance / variance : 0;
 }
 
 struct Window {
@@ -198,6 +202,11 @@ void Fit(const RayFile& file, const Bins& bins, double scale, const GramSolver& 
   const double area = geometry.lattice.texel_area_m2();
   const Eigen::Map<const RowMatrix> inverse_u(solver.u().inverse.data(), grid.width, grid.width);
   const Eigen::Map<const RowMatrix> inverse_v(solver.v().inverse.data(), grid.height, grid.height);
+  // Flux of the fit of one ray of flux 1 at (u, v): the product of gain . phi over both axes; 1 in
+  // the middle of a large grid.
+  const double integral_m = grid.basis.TotalIntegral() * grid.spacing_m;
+  const Eigen::VectorXd gain_u = integral_m * inverse_u.rowwise().sum();
+  const Eigen::VectorXd gain_v = integral_m * inverse_v.rowwise().sum();
   texel_flux->assign(geometry.channels * texels, 0);
   core::ParallelFor(texels, 64, [&](std::size_t begin, std::size_t end) {
     std::vector<RowMatrix> e(geometry.channels), variance(geometry.channels);
@@ -213,14 +222,15 @@ void Fit(const RayFile& file, const Bins& bins, double scale, const GramSolver& 
         const Eigen::VectorXd phi_v =
             BasisValues(grid.basis, (u.y - grid.v0_m) / grid.spacing_m, grid.height);
         const RowMatrix phi = phi_v * phi_u.transpose();
+        const double weight = scale / (gain_u.dot(phi_u) * gain_v.dot(phi_v));
         const RowMatrix dual =
             (inverse_v * phi_v).cwiseAbs2() * (inverse_u * phi_u).cwiseAbs2().transpose();
         const std::array<double, 3> flux = geometry.channels == 3
                                                ? RgbFromXyz(*ray.tristimulus)
                                                : std::array<double, 3>{ray.flux, 0, 0};
         for (int channel = 0; channel < geometry.channels; ++channel) {
-          const double scaled = scale * flux[channel];
-          (*texel_flux)[channel * texels + texel] += scaled;
+          (*texel_flux)[channel * texels + texel] += scale * flux[channel];
+          const double scaled = weight * flux[channel];
           e[channel] += scaled / area * phi;
           variance[channel] += scaled * scaled / (area * area) * dual;
         }
@@ -352,11 +362,11 @@ RayImport ImportRays(const RayFile& file, const ImportRaysOptions& options) {
     report.scale = *report.header_flux / report.ray_flux;
   const std::vector<Line> lines = ForwardLines(file, options.luminaire_from_file);
   report.all = {file.rays.size(), report.scale * report.ray_flux};
-  report.backward = report.all;
-  for (const Line& line : lines) {
-    --report.backward.rays;
-    report.backward.flux -= report.scale * line.flux;
-  }
+  for (const Ray& ray : file.rays)
+    if (!GoesForward(ray, options.luminaire_from_file)) {
+      ++report.backward.rays;
+      report.backward.flux += report.scale * ray.flux;
+    }
   const Bins bins = BinRays(lines, geometry, report.filter_z_m, report.scale, &report);
   if (report.used.rays == 0)
     throw InputError(
