@@ -46,7 +46,7 @@ struct ImportRaysOptions {
   std::optional<double>
       filter_z_m;                 // z of F in the posed frame; absent: where the beam is narrowest
   std::optional<double> delta_m;  // absent: twice the light's extent on F, or 0.1 m for a point
-  double coverage = 0.9;          // least share of the forward flux that both windows are to catch
+  double coverage = 0.8;          // least share of the forward flux that both windows are to catch
 
   bool non_negative = false;  // project on C >= 0, then scale each texel to its rays' flux
 };
