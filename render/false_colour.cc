@@ -1,0 +1,154 @@
+// False colour with a legend, drawn with Cairo.
+#include <cairo.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "core/colour.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "render/film.h"
+
+namespace luxfield::render {
+namespace {
+
+constexpr int kLegendWidth = 110, kLeastHeight = 160;
+constexpr double kMargin = 14, kBarWidth = 18, kTitleHeight = 40, kFontSize = 12;
+
+using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
+using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
+
+double LuminanceOf(const core::Image& image, std::size_t i) {
+  const std::size_t n = image.plane_size();
+  return image.channels == 1
+             ? image.data[i]
+             : core::Luminance({image.data[i], image.data[n + i], image.data[2 * n + i]});
+}
+
+// The nodes of core::FalseColour are display values already.
+std::uint32_t Argb(const core::Rgb& display) {
+  std::uint32_t out = 0xFF;
+  for (int c = 0; c < 3; ++c)
+    out = (out << 8) |
+          static_cast<std::uint32_t>(std::lround(255 * std::clamp(display[c], 0.0, 1.0)));
+  return out;
+}
+
+double Position(double value, FalseColourScale scale) {
+  return std::log(value / scale.min) / std::log(scale.max / scale.min);
+}
+
+// Smallest of 1, 2, 5 x 10^n that is not below `value`.
+double RoundUp125(double value) {
+  const double decade = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (value <= factor * decade * (1 + 1e-9)) return factor * decade;
+  return 10 * decade;
+}
+
+void PaintPixels(cairo_surface_t* surface, const core::Image& image, FalseColourScale scale) {
+  cairo_surface_flush(surface);
+  unsigned char* data = cairo_image_surface_get_data(surface);
+  const int stride = cairo_image_surface_get_stride(surface);
+  for (int row = 0; row < image.height; ++row) {
+    auto* line = reinterpret_cast<std::uint32_t*>(data + static_cast<std::size_t>(row) * stride);
+    for (int column = 0; column < image.width; ++column) {
+      const double value = LuminanceOf(image, static_cast<std::size_t>(row) * image.width + column);
+      line[column] = value > 0 ? Argb(core::FalseColour(Position(value, scale))) : 0xFF000000u;
+    }
+  }
+  cairo_surface_mark_dirty(surface);
+}
+
+void DrawLegend(cairo_t* cairo, double left, double height, const std::string& quantity,
+                const std::string& unit, FalseColourScale scale) {
+  cairo_set_source_rgb(cairo, 1, 1, 1);
+  cairo_rectangle(cairo, left, 0, kLegendWidth, height);
+  cairo_fill(cairo);
+  cairo_select_font_face(cairo, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_set_font_size(cairo, kFontSize);
+  cairo_set_source_rgb(cairo, 0, 0, 0);
+  cairo_move_to(cairo, left + 6, 18);
+  cairo_show_text(cairo, quantity.c_str());
+  cairo_move_to(cairo, left + 6, 34);
+  cairo_show_text(cairo, unit.c_str());
+
+  const double top = kTitleHeight + kMargin, bottom = height - kMargin, bar = left + 10;
+  for (double y = top; y < bottom; ++y) {
+    const auto colour = core::FalseColour((bottom - y - 0.5) / (bottom - top));
+    cairo_set_source_rgb(cairo, colour[0], colour[1], colour[2]);
+    cairo_rectangle(cairo, bar, y, kBarWidth, std::min(1.0, bottom - y));
+    cairo_fill(cairo);
+  }
+  cairo_set_source_rgb(cairo, 0, 0, 0);
+  cairo_set_line_width(cairo, 1);
+  // Labels at 2 and 5 only where all fit: the narrowest gap is that from 1 to 2.
+  const bool label_all = Position(2 * scale.min, scale) * (bottom - top) > kFontSize + 1;
+  for (double decade = std::pow(10.0, std::floor(std::log10(scale.min)));
+       decade <= scale.max * 1.001; decade *= 10)
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double value = factor * decade;
+      if (value < scale.min * 0.999 || value > scale.max * 1.001) continue;
+      const double y = bottom - Position(value, scale) * (bottom - top);
+      cairo_move_to(cairo, bar + kBarWidth, y);
+      cairo_line_to(cairo, bar + kBarWidth + (factor == 1.0 ? 7 : 4), y);
+      cairo_stroke(cairo);
+      if (factor != 1.0 && !label_all) continue;
+      cairo_move_to(cairo, bar + kBarWidth + 10, y + 0.35 * kFontSize);
+      cairo_show_text(cairo, TickLabel(value).c_str());
+    }
+}
+
+cairo_status_t Append(void* closure, const unsigned char* data, unsigned length) {
+  static_cast<std::string*>(closure)->append(reinterpret_cast<const char*>(data), length);
+  return CAIRO_STATUS_SUCCESS;
+}
+
+}  // namespace
+
+std::string TickLabel(double value) {
+  return value >= 1e5 || value < 1e-3 ? fmt::format("{:.0e}", value) : fmt::format("{:.6g}", value);
+}
+
+FalseColourScale AutomaticScale(const core::Image& values) {
+  std::vector<double> positive;
+  for (std::size_t i = 0; i < values.plane_size(); ++i)
+    if (const double value = LuminanceOf(values, i); value > 0 && std::isfinite(value))
+      positive.push_back(value);
+  if (positive.empty()) return {1e-3, 1};
+  const auto rank = static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(positive.size() - 1));
+  std::nth_element(positive.begin(), positive.begin() + rank, positive.end());
+  const double max = RoundUp125(positive[rank]);
+  return {max * 1e-3, max};
+}
+
+void WriteFalseColour(const std::filesystem::path& path, const core::Image& image,
+                      const std::string& quantity, const std::string& unit,
+                      FalseColourScale scale) {
+  if (scale.min == 0 && scale.max == 0) scale = AutomaticScale(image);
+  if (!(scale.min > 0 && scale.max > scale.min && std::isfinite(scale.max)))
+    throw InputError(
+        fmt::format("the false-colour scale {} to {} is impossible; choose 0 < min < max",
+                    scale.min, scale.max));
+  const int width = image.width + kLegendWidth, height = std::max(image.height, kLeastHeight);
+  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, width, height),
+                        &cairo_surface_destroy);
+  const Context cairo(cairo_create(surface.get()), &cairo_destroy);
+  cairo_set_source_rgb(cairo.get(), 1, 1, 1);
+  cairo_paint(cairo.get());
+  if (cairo_status(cairo.get()) != CAIRO_STATUS_SUCCESS)
+    throw DeviceError(fmt::format("{}: drawing {} x {} pixels failed: {}", path.string(), width,
+                                  height, cairo_status_to_string(cairo_status(cairo.get()))));
+  PaintPixels(surface.get(), image, scale);
+  DrawLegend(cairo.get(), image.width, height, quantity, unit, scale);
+  std::string png;
+  const cairo_status_t status = cairo_surface_write_to_png_stream(surface.get(), Append, &png);
+  if (status != CAIRO_STATUS_SUCCESS || cairo_status(cairo.get()) != CAIRO_STATUS_SUCCESS)
+    throw DeviceError(fmt::format("{}: the PNG encoder failed: {}", path.string(),
+                                  cairo_status_to_string(status)));
+  core::WriteFileAtomically(path, png);
+}
+
+}  // namespace luxfield::render

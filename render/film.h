@@ -1,0 +1,55 @@
+// Frames as files: EXR with AOVs, PNG for eyes, false colour with a legend.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/image.h"
+#include "render/renderer.h"
+
+namespace luxfield::render {
+
+// One part, FLOAT channels named as layered viewers expect, docs/formats/render.md: R G B
+// (radiance), irradiance.R/G/B, normal.X/Y/Z, position.X/Y/Z, coverage.Y, variance.Y, samples.Y.
+// Throws DeviceError.
+void WriteFrame(const std::filesystem::path& path, const Frame& frame);
+
+// The radiance and irradiance layers and the unit of a file of WriteFrame; other layers stay empty.
+Frame ReadFrame(const std::filesystem::path& path);
+
+struct ToneMapping {
+  std::optional<double>
+      exposure;  // given: value * exposure, clipped at 1; else the exponential operator
+  double k = 1;  // 1 - exp(-k L / L_avg), L_avg = mean luminance of the picture (THEORY.md 10)
+};
+
+// Display values in [0, 1] before sRGB encoding; 1 or 3 channels in, 3 out. Negative values are
+// black.
+core::Image ToneMap(const core::Image& linear, const ToneMapping& mapping);
+
+// 8-bit sRGB PNG of values in [0, 1] (1 or 3 channels), rounded to nearest. Throws DeviceError.
+void WritePng(const std::filesystem::path& path, const core::Image& linear01);
+
+struct FalseColourScale {
+  double min = 0, max = 0;  // 0 < min < max; both 0: from the picture
+};
+
+// The range that FalseColour picks: max = the 99.9th percentile of the positive values rounded up
+// to 1, 2 or 5 times a power of ten, min = 3 decades below. 1e-3 to 1 for a picture without
+// positive values.
+FalseColourScale AutomaticScale(const core::Image& values);
+
+// Luminance of `image` (Y of 3 channels, or the channel) on a logarithmic colour scale, with a
+// legend on the right: ticks at 1, 2, 5 of every decade, `quantity` and `unit` as its title. Values
+// below min take the lowest colour, zero and less are black. The PNG is image.width + 110 by
+// max(image.height, 160) pixels. Throws InputError for a scale that is not 0 < min < max,
+// DeviceError.
+void WriteFalseColour(const std::filesystem::path& path, const core::Image& image,
+                      const std::string& quantity, const std::string& unit,
+                      FalseColourScale scale = {});
+
+// "0.002", "50", "2000", "1e+06": as the legend writes them.
+std::string TickLabel(double value);
+
+}  // namespace luxfield::render

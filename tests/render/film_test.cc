@@ -1,0 +1,165 @@
+#include "render/film.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/colour.h"
+#include "core/error.h"
+#include "core/exr.h"
+#include "core/file.h"
+#include "core/random.h"
+
+namespace luxfield::render {
+namespace {
+
+std::filesystem::path Temporary(const std::string& name) {
+  return std::filesystem::path(testing::TempDir()) / ("luxfield_film_" + name);
+}
+
+core::Image Noise(int channels, std::uint64_t seed) {
+  core::Image image(7, 5, channels);
+  core::Random random(seed, 0);
+  for (float& value : image.data) value = static_cast<float>(1e6 * random.Uniform() - 10);
+  return image;
+}
+
+Frame TestFrame() {
+  Frame frame;
+  frame.width = 7;
+  frame.height = 5;
+  frame.unit = lightfield::FluxUnit::kLumen;
+  frame.radiance = Noise(3, 1);
+  frame.irradiance = Noise(3, 2);
+  frame.normal = Noise(3, 3);
+  frame.position = Noise(3, 4);
+  frame.coverage = Noise(1, 5);
+  frame.variance = Noise(1, 6);
+  frame.samples = Noise(1, 7);
+  frame.provenance = {{"seed", "3"}};
+  return frame;
+}
+
+TEST(Film, AovsSurviveTheFileBitByBit) {
+  const Frame frame = TestFrame();
+  const auto path = Temporary("frame.exr");
+  WriteFrame(path, frame);
+  core::ExrReader reader(path);
+  ASSERT_EQ(reader.parts().size(), 1u);
+  const auto expect = [&](const std::string& channel, const core::Image& image, int c) {
+    EXPECT_THAT(reader.ReadFloat(0, channel), testing::ElementsAreArray(image.plane(c))) << channel;
+  };
+  for (int c = 0; c < 3; ++c) {
+    expect(std::string(1, "RGB"[c]), frame.radiance, c);
+    expect(std::string("irradiance.") + "RGB"[c], frame.irradiance, c);
+    expect(std::string("normal.") + "XYZ"[c], frame.normal, c);
+    expect(std::string("position.") + "XYZ"[c], frame.position, c);
+  }
+  expect("coverage.Y", frame.coverage, 0);
+  expect("variance.Y", frame.variance, 0);
+  expect("samples.Y", frame.samples, 0);
+  EXPECT_EQ(reader.GetString(0, "luxfield:unit"), "lm");
+  EXPECT_EQ(reader.GetString(0, "luxfield:provenance.seed"), "3");
+
+  const Frame again = ReadFrame(path);
+  EXPECT_EQ(again.radiance.data, frame.radiance.data);
+  EXPECT_EQ(again.irradiance.data, frame.irradiance.data);
+  EXPECT_EQ(again.unit, frame.unit);
+  const std::string bytes = core::ReadFile(path);
+  WriteFrame(path, frame);
+  EXPECT_EQ(core::ReadFile(path), bytes);
+}
+
+TEST(Film, OnlyRenderedPicturesAreReadAsFrames) {
+  EXPECT_THROW(ReadFrame(Temporary("missing.exr")), InputError);
+  core::WriteExrImage(Temporary("plain.exr"), Noise(3, 1));
+  EXPECT_THROW(ReadFrame(Temporary("plain.exr")), InputError);
+  WriteFrame(Temporary("cut.exr"), TestFrame());
+  const std::string bytes = core::ReadFile(Temporary("cut.exr"));
+  std::ofstream(Temporary("cut.exr"), std::ios::binary) << bytes.substr(0, bytes.size() - 40);
+  EXPECT_THROW(ReadFrame(Temporary("cut.exr")), InputError);
+}
+
+TEST(Film, ToneMapsByTheFormula) {
+  core::Image image(2, 1, 3);
+  for (int c = 0; c < 3; ++c) {
+    image.at(c, 0, 0) = 1;
+    image.at(c, 0, 1) = 3;  // mean luminance 2
+  }
+  image.at(0, 0, 0) = 1;
+  const auto exponential = ToneMap(image, {.exposure = {}, .k = 2});
+  EXPECT_NEAR(exponential.at(1, 0, 0), 1 - std::exp(-1.0), 1e-6);
+  EXPECT_NEAR(exponential.at(1, 0, 1), 1 - std::exp(-3.0), 1e-6);
+  const auto fixed = ToneMap(image, {.exposure = 0.4});
+  EXPECT_FLOAT_EQ(fixed.at(0, 0, 0), 0.4f);
+  EXPECT_FLOAT_EQ(fixed.at(0, 0, 1), 1.0f);
+  const auto black = ToneMap(core::Image(2, 1, 1), {});
+  EXPECT_THAT(black.data, testing::Each(0.0f));
+}
+
+TEST(Film, PngHoldsSrgb) {
+  core::Image image(2, 1, 3);
+  image.at(0, 0, 0) = 1;
+  image.at(1, 0, 1) = 0.5f;  // sRGB 188
+  image.at(2, 0, 1) = -1;
+  WritePng(Temporary("two.png"), image);
+  const cv::Mat png = cv::imread(Temporary("two.png").string(), cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(png.type(), CV_8UC3);
+  EXPECT_EQ(png.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 255));
+  EXPECT_EQ(png.at<cv::Vec3b>(0, 1), cv::Vec3b(0, 188, 0));
+}
+
+TEST(FalseColour, ColoursFollowTheLogarithmAndTheScaleIsRound) {
+  core::Image image(5, 1, 1);
+  const float values[5] = {0, 0.1f, 1, 10, 1000};
+  for (int i = 0; i < 5; ++i) image.at(0, 0, i) = values[i];
+  const auto path = Temporary("colours.png");
+  WriteFalseColour(path, image, "illuminance", "lx", {0.1, 100});
+  const cv::Mat png = cv::imread(path.string(), cv::IMREAD_COLOR);
+  ASSERT_EQ(png.cols, 5 + 110);
+  ASSERT_EQ(png.rows, 160);
+  const double at[5] = {-1, 0, 1.0 / 3, 2.0 / 3, 1};
+  for (int i = 0; i < 5; ++i) {
+    const core::Rgb expected = at[i] < 0 ? core::Rgb{0, 0, 0} : core::FalseColour(at[i]);
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(png.at<cv::Vec3b>(0, i)[2 - c], 255 * expected[c], 0.6) << i;
+  }
+  // The legend's bar runs over the rows 54 to 146.
+  for (const int y : {56, 100, 144})
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(png.at<cv::Vec3b>(y, 5 + 19)[2 - c],
+                  255 * core::FalseColour((146 - y - 0.5) / 92)[c], 1.5);
+  int dark = 0;
+  for (int y = 0; y < 40; ++y)
+    for (int x = 5; x < 115; ++x) dark += png.at<cv::Vec3b>(y, x)[1] < 64;
+  EXPECT_GT(dark, 60);  // without a font the title would be missing
+}
+
+TEST(FalseColour, PicksARoundScale) {
+  core::Image image(100, 100, 1);
+  for (std::size_t i = 0; i < image.data.size(); ++i)
+    image.data[i] = static_cast<float>(i) * 0.0372f;
+  const auto scale = AutomaticScale(image);  // 99.9th percentile 371.6
+  EXPECT_DOUBLE_EQ(scale.max, 500);
+  EXPECT_DOUBLE_EQ(scale.min, 0.5);
+  EXPECT_EQ(AutomaticScale(core::Image(3, 3, 3)).max, 1);
+  EXPECT_THROW(WriteFalseColour(Temporary("bad.png"), image, "x", "lx", {5, 5}), InputError);
+  EXPECT_THROW(WriteFalseColour(Temporary("bad.png"), image, "x", "lx", {-1, 5}), InputError);
+  EXPECT_EQ(TickLabel(0.02), "0.02");
+  EXPECT_EQ(TickLabel(5000), "5000");
+  EXPECT_EQ(TickLabel(2e6), "2e+06");
+}
+
+TEST(Units, FollowTheLightField) {
+  EXPECT_EQ(IrradianceUnitName(lightfield::FluxUnit::kLumen), "lx");
+  EXPECT_EQ(RadianceUnitName(lightfield::FluxUnit::kLumen), "cd/m2");
+  EXPECT_EQ(IrradianceUnitName(lightfield::FluxUnit::kWatt), "W/m2");
+  EXPECT_EQ(RadianceUnitName(lightfield::FluxUnit::kRelative), "rel.");
+}
+
+}  // namespace
+}  // namespace luxfield::render
