@@ -179,14 +179,21 @@ TEST(Gram, InteriorSymbolAndConditionNumberOfTheTheory) {
   EXPECT_NEAR(symbol(0), 1, 1e-15);
   EXPECT_NEAR(symbol(std::numbers::pi), 16.0 / 120, 1e-15);
 
+  const auto matrix = [&](int n) {
+    const auto gram = GramMatrix(basis, n, 1);
+    return Eigen::MatrixXd(Eigen::Map<const Eigen::MatrixXd>(gram.data(), n, n));
+  };
   const int n = 200;
-  const auto gram = GramMatrix(basis, n, 1);
-  const Eigen::MatrixXd matrix = Eigen::Map<const Eigen::MatrixXd>(gram.data(), n, n);
   const Eigen::VectorXd eigenvalues =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix).eigenvalues();
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix(n)).eigenvalues();
   EXPECT_NEAR(eigenvalues[n - 1] / eigenvalues[0], 7.5, 0.01);  // tends to it as 1/n^2
-  // White noise in E: mean of trace(G^-1 G^-T) tends to the theory's 3.5^2.
-  EXPECT_NEAR(std::sqrt((matrix.inverse() * matrix.inverse()).trace() / n), 3.5, 0.06);
+
+  // White noise in E comes out of C amplified by the root mean square row of G^-1.
+  const auto amplification = [&](int size) {
+    return matrix(size).inverse().norm() / std::sqrt(size);
+  };
+  EXPECT_NEAR(amplification(n), 3.518, 0.02);
+  EXPECT_NEAR(amplification(11) * amplification(9), 10.7, 0.05);
 }
 
 TEST(Dual, IsBiorthogonalToItsFamily) {
