@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "render/estimators/luminaire_params.h"
+#include "render/estimators/window_sampler.h"
 
 namespace luxfield::render {
 namespace {
@@ -23,30 +26,35 @@ class Exact : public Estimator {
   void Light(const GBuffer& gbuffer, const DeviceBvh* bvh, const LuminaireOnDevice& luminaire,
              const scene::Pose& world_from_luminaire, const EstimatorOptions& options,
              Buffer& irradiance, Buffer& variance, Buffer& samples) override {
-    (void)options;
-    (void)samples;
-    (void)bvh;
     const LuminaireParams params =
         MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
     const Buffer device_params =
         Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
-    const Buffer ratio;
+    Buffer share;  // null: everything is visible
+    if (bvh) {
+      share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
+      if (!sampler_) sampler_.emplace(device_, "VisibleShare");
+      sampler_->Run(traits().name, gbuffer, bvh, luminaire, world_from_luminaire, options, share,
+                    samples);
+    }
     const auto count = static_cast<cl_int>(gbuffer.pixel_count());
     whole_
-        .Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, ratio,
+        .Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
              irradiance, variance)
-        .Enqueue({(gbuffer.pixel_count() + pixels_ - 1) / pixels_}, {32});
-    cut_.Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, ratio,
+        .Enqueue({(gbuffer.pixel_count() + pixels_ - 1) / pixels_}, {kGroup});
+    cut_.Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
              irradiance, variance)
-        .Enqueue({gbuffer.pixel_count()}, {32});
-    device_.Finish();
+        .Enqueue({gbuffer.pixel_count()}, {kGroup});
   }
 
  private:
+  static constexpr std::size_t kGroup = 32;
+
   Device device_;
-  int pixels_;
+  std::size_t pixels_;  // per work-item
   Program program_;
   Kernel whole_, cut_;
+  std::optional<WindowSampler> sampler_;  // built when shadows are first asked for
 };
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "render/estimators/luminaire_params.h"
 
+#include <algorithm>
+
 namespace luxfield::render {
 namespace {
 
@@ -46,6 +48,9 @@ LuminaireParams MakeLuminaireParams(const lightfield::LuminaireGeometry& geometr
                             grid.spacing_m, geometry.delta_m, grid.height, lattice.height);
   params.basis = MakeBasis(grid.basis);
   params.delta = Split(geometry.delta_m);
+  const double cells = std::max(grid.width, grid.height) + grid.basis.cells;
+  params.min_z = static_cast<float>(geometry.delta_m * grid.spacing_m /
+                                    std::min(lattice.ds_m, lattice.dt_m) * cells * 0x1p-29);
   const scene::Pose luminaire_from_world = world_from_luminaire.Inverse();
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)

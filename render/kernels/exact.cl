@@ -23,7 +23,7 @@ inline int2 JoinedTexels(__constant const LuminaireParams* luminaire, const Tile
   for (int k = begin; k < end; ++k) {
     if (!tile->live[k]) continue;
     const Axis* axis = &tile->axis[dimension][k];
-    const int2 range = WindowTexels(MakeKnot(axis, (float)i), MakeKnot(axis, (float)(i + luminaire->basis.cells)),
+    const int2 range = WindowTexels(MakeKnot(axis, i), MakeKnot(axis, i + luminaire->basis.cells),
                                     luminaire->axis[dimension].texels);
     joined = (int2)(min(joined.x, range.x), max(joined.y, range.y));
   }
@@ -72,7 +72,7 @@ inline void LightPixels(__constant const LuminaireParams* luminaire, __global co
         for (int k = 0; k < PIXELS; ++k)
           for (int half_chunk = 0; half_chunk < 2; ++half_chunk) {
             Lanes zeroth = 0.0f, moment = 0.0f;
-            if (k >= begin && k < end && tile->live[k])
+            if (k >= begin && k < end && tile->live[k] && range.x + 16 * half_chunk < range.y)
               TexelWeights(basis, &tile->axis[1][k], j, (float)(range.x + 16 * half_chunk), &zeroth, &moment);
             vstore16(zeroth, half_chunk, y0[j - j_begin][k]);
             vstore16(moment, half_chunk, y1[j - j_begin][k]);
@@ -86,7 +86,7 @@ inline void LightPixels(__constant const LuminaireParams* luminaire, __global co
           for (int k = 0; k < PIXELS; ++k)
             for (int half_chunk = 0; half_chunk < 2; ++half_chunk) {
               x0[k][half_chunk] = x1[k][half_chunk] = 0.0f;
-              if (k >= begin && k < end && tile->live[k])
+              if (k >= begin && k < end && tile->live[k] && c + 16 * half_chunk < column_range.y)
                 TexelWeights(basis, &tile->axis[0][k], i, (float)(c + 16 * half_chunk), &x0[k][half_chunk],
                              &x1[k][half_chunk]);
             }

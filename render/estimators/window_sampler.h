@@ -1,0 +1,48 @@
+// Runs the kernels of kernels/windowed.cl over a G-buffer, in batches that bound their scratch
+// memory. Internal to estimators/.
+#pragma once
+
+#include <string>
+
+#include "render/estimators/estimator.h"
+
+namespace luxfield::render {
+
+class WindowSampler {
+ public:
+  // `kernel`: "Windowed", "Thesis" or "VisibleShare".
+  WindowSampler(const Device& device, const std::string& kernel);
+
+  // Enqueues the kernel for every pixel; `outputs` are its arguments behind SAMPLING_ARGUMENTS.
+  // InputError if the luminaire has no tables or an option makes no sense.
+  template <typename... Outputs>
+  void Run(const std::string& estimator, const GBuffer& gbuffer, const DeviceBvh* bvh,
+           const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+           const EstimatorOptions& options, const Outputs&... outputs) {
+    Begin(estimator, gbuffer, luminaire, world_from_luminaire, options);
+    const Buffer none;
+    while (NextBatch()) {
+      kernel_
+          .Set(luminaire_params_, sampling_params_, luminaire.images(), luminaire.sat(),
+               luminaire.sat_scale(), gbuffer.position, gbuffer.normal, bvh ? bvh->nodes : none,
+               bvh ? bvh->triangles : none, scratch_, outputs...)
+          .Enqueue({batch_}, {kGroup});
+    }
+  }
+
+ private:
+  static constexpr std::size_t kGroup = 32;
+
+  void Begin(const std::string& estimator, const GBuffer& gbuffer,
+             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+             const EstimatorOptions& options);
+  bool NextBatch();  // false when all pixels are enqueued
+
+  Device device_;
+  Kernel kernel_;
+  EstimatorOptions options_;
+  std::size_t pixel_count_ = 0, next_ = 0, batch_ = 0;
+  Buffer luminaire_params_, sampling_params_, scratch_;
+};
+
+}  // namespace luxfield::render
