@@ -167,6 +167,9 @@ SessionState ReplayJournal(const std::vector<Json>& records, const std::string& 
       state.brackets.push_back({Field<int>(record, "i", where), Field<int>(record, "j", where),
                                 Field<int>(record, "epoch", where),
                                 Field<int>(record, "frames", where)});
+    } else if (type == "reference") {
+      state.first_reference_rates.try_emplace(Field<int>(record, "channel", where),
+                                              Field<double>(record, "mean_rate", where));
     } else if (type == "sealed") {
       state.sealed = true;
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
@@ -28,6 +29,8 @@ struct SessionState {
     int i = 0, j = 0, epoch = 0, frames = 0;
   };
   std::vector<Bracket> brackets;
+  std::map<int, double>
+      first_reference_rates;  // per channel: mean_rate of the first reference record
   int last_epoch = -1;
   bool sealed = false;  // the journal says so
 

@@ -163,6 +163,12 @@ SessionWriter SessionWriter::Resume(const fs::path& folder, const Json& plan, Cl
 const fs::path& SessionWriter::folder() const { return impl_->folder; }
 int SessionWriter::epoch() const { return impl_->state.last_epoch; }
 bool SessionWriter::journal_says_sealed() const { return impl_->state.sealed; }
+const std::vector<FrameRecord>& SessionWriter::committed_frames() const {
+  return impl_->state.committed;
+}
+const std::map<int, double>& SessionWriter::first_reference_rates() const {
+  return impl_->state.first_reference_rates;
+}
 bool SessionWriter::PositionComplete(int i, int j) const {
   return impl_->state.BracketEpoch(i, j) >= 0;
 }

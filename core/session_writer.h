@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -40,6 +41,10 @@ class SessionWriter {
   int epoch() const;  // of the last StartEpoch; -1 before the first
   bool journal_says_sealed()
       const;  // killed between the sealed line and the manifest: Seal() again
+  const std::vector<FrameRecord>& committed_frames() const;
+  // Mean rate of the session's first reference per channel (journal: reference), to compare later
+  // ones with.
+  const std::map<int, double>& first_reference_rates() const;
   // Whether (i, j) has a whole bracket in some epoch.
   bool PositionComplete(int i, int j) const;
 

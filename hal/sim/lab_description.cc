@@ -8,7 +8,6 @@ namespace luxfield::hal::sim {
 namespace {
 
 constexpr double kTiny = std::numeric_limits<double>::min();
-constexpr double kNoSaturation = 1e30;  // fits a float
 
 // Every error source is a table [errors.NAME] with its own switch. `read` sees the table whether it
 // is on or not, so that its numbers are checked; the sizes count only where it is on and the lab is
@@ -56,7 +55,7 @@ void ReadCamera(const core::Config& config, LabDescription& lab) {
   const double full = (1 << bits) - 1;
   const double saturation = camera.Number("saturation_dn", full, {sensor.black_dn + 1, full});
   sensor.bits = lab.ideal ? 32 : bits;
-  sensor.saturation_dn = lab.ideal ? kNoSaturation : saturation;
+  sensor.saturation_dn = saturation;
   lab.min_exposure_s = camera.Number("min_exposure_s", {1e-9, 1e4});
   lab.max_exposure_s = camera.Number("max_exposure_s", {lab.min_exposure_s, 1e5});
   lab.exposure_step_s = camera.Number("exposure_step_s", 0, {0, 1});

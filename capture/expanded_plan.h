@@ -1,0 +1,45 @@
+// A plan made definite for a rig: every position, every exposure time, in order.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+#include "capture/plan.h"
+
+namespace luxfield::capture {
+
+struct PlannedPosition {
+  int i = 0, j = 0;
+  hal::Vec2 centre;  // of the filter, luminaire frame
+};
+
+struct ExpandedPlan {
+  Plan plan;
+  std::vector<double> ladder_s;            // rising
+  std::vector<PlannedPosition> positions;  // in the order they are visited
+  hal::Vec2 reference;                     // where drift is measured: the grid's central position
+  int prints = 1;
+};
+
+// Checks the plan against the rig: same rig kind, delta, basis, spacing, print scale, channels,
+// albedo; all positions within the stage's limits, all exposures within the camera's. Throws
+// InputError naming the plan's field.
+ExpandedPlan ExpandPlan(const Plan& plan, const hal::Devices& devices);
+
+// plan.json (docs/formats/session.md).
+nlohmann::json ToJson(const ExpandedPlan& expanded);
+
+// What a capture will need at most: brackets are shorter where an image is bright or dark all over.
+struct CaptureEstimate {
+  int positions = 0;
+  int frames = 0;
+  double duration_s = 0;  // without warm-up
+  double stage_path_m = 0;
+  std::uint64_t bytes = 0;
+  double off_sensor_share =
+      0;  // of the lattice's texels, over all positions: unknown to the reconstruction
+};
+CaptureEstimate DryRun(const ExpandedPlan& expanded, const hal::Devices& devices);
+
+}  // namespace luxfield::capture

@@ -1,0 +1,46 @@
+// What a frame shows, whether it can be right, and which exposures a bracket needs
+// (LAB.md 4.2, 4.4).
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/plan.h"
+#include "core/raw_frame.h"
+#include "hal/devices.h"
+
+namespace luxfield::capture {
+
+// Pixels that count: defects of the calibration left out.
+std::vector<char> UsablePixels(const hal::CameraCapabilities& camera,
+                               const hal::CameraCalibration& calibration);
+
+struct FrameStatistics {
+  double mean_dn = 0, brightest_dn = 0;
+  double saturated_share = 0;  // of the usable pixels: at or above saturation
+  double black_share = 0;      // at or below the black level
+};
+FrameStatistics Measure(const core::RawFrame& frame, const std::vector<char>& usable,
+                        const hal::CameraCalibration& calibration);
+nlohmann::json ToJson(const FrameStatistics& statistics);
+
+// The rungs of a bracket: from the longest exposure that keeps the brightest pixel below
+// saturation_share, to the first one that lifts every pixel that matters (relevant_share of the
+// brightest) floor_sigmas read noises above black. `rate_dn_per_s` is the brightest pixel's signal.
+struct Rungs {
+  int first = 0, last = 0;
+};
+Rungs ChooseRungs(double rate_dn_per_s, const std::vector<double>& ladder_s,
+                  const ExposurePolicy& policy, const hal::CameraCalibration& calibration);
+
+// Level of `frame` over that of `shorter`, divided by the ratio of their exposures, over pixels
+// that both show well; 1 if all is right. Nothing if too few pixels do (100) or their noise is
+// above a tenth of `tolerance`.
+std::optional<double> LevelRatio(const core::RawFrame& frame, double exposure_s,
+                                 const core::RawFrame& shorter, double shorter_exposure_s,
+                                 const std::vector<char>& usable,
+                                 const hal::CameraCalibration& calibration, double tolerance);
+
+}  // namespace luxfield::capture

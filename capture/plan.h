@@ -1,0 +1,63 @@
+// plan.toml: what to measure and how carefully (docs/formats/lab-and-plan.md).
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "core/config.h"
+#include "hal/devices.h"
+#include "lightfield/light_field.h"
+
+namespace luxfield::capture {
+
+// Exposure times form a ladder min, min * ratio, ... up to max; each bracket is a run of its rungs.
+struct ExposurePolicy {
+  double min_s = 0, max_s = 0;
+  double ratio = 4;   // at most 8: neighbouring exposures have to overlap
+  double pwm_hz = 0;  // exposures become whole multiples of 1/pwm_hz; 0: the rig's own frequency
+  double saturation_share =
+      0.9;  // the shortest exposure keeps every pixel below this share of saturation
+  double relevant_share = 1e-4;  // pixels above this share of the image's brightest one matter ...
+  double floor_sigmas =
+      5;  // ... and get a signal of at least so many read noises in the longest exposure
+  int repeats = 1;
+  int max_attempts =
+      3;  // a frame that fails its checks is taken again so often, then kept and flagged
+  double mean_tolerance = 0.05;  // of a frame's level against what shorter frames predict
+};
+
+struct ReferencePolicy {
+  int every = 10;          // positions between two drift references; 0: none
+  double max_drift = 0.1;  // relative to the first reference; beyond it the session pauses
+};
+
+struct WarmUpPolicy {
+  double window_s = 60, interval_s = 5;
+  double variation =
+      0.005;  // (largest - smallest) / mean of the monitor's readings over the window
+  double max_wait_s = 3600;
+};
+
+enum class Order { kSerpentine, kRandom };
+
+struct Plan {
+  std::string name;
+  lightfield::LuminaireGeometry geometry;
+  hal::RigKind rig = hal::RigKind::kLensless;
+  double albedo = 1;
+  bool dual = false;
+  double filter_scale = 1;
+  ExposurePolicy exposure;
+  ReferencePolicy reference;
+  WarmUpPolicy warm_up;
+  int dark_repeats = 4;  // per rung, at the start and again at the end
+  Order order = Order::kSerpentine;
+  std::uint64_t order_seed = 1;
+};
+
+// Throws InputError naming file and field.
+Plan ReadPlan(const std::filesystem::path& path);
+Plan ReadPlan(const core::Config& config);
+
+}  // namespace luxfield::capture

@@ -1,0 +1,81 @@
+#include "capture/preflight.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+
+#include "core/error.h"
+#include "core/progress.h"
+
+namespace luxfield::capture {
+
+double Deadline(hal::Devices& devices, double duration_s) {
+  constexpr double kMargin_s = 10;
+  return devices.clock->MonotonicSeconds() + 1.5 * duration_s + kMargin_s;
+}
+
+void CheckDiskAndSafety(const ExpandedPlan& plan, hal::Devices& devices,
+                        const std::filesystem::path& folder) {
+  // The folder may not exist yet: ask its nearest ancestor.
+  std::filesystem::path existing = std::filesystem::absolute(folder);
+  while (!std::filesystem::exists(existing) && existing.has_relative_path())
+    existing = existing.parent_path();
+  const auto free = std::filesystem::space(existing).available;
+  const auto needed =
+      static_cast<std::uint64_t>(1.3 * static_cast<double>(DryRun(plan, devices).bytes));
+  if (free < needed)
+    throw DeviceError(fmt::format(
+        "{}: {} MiB are free, the capture may need {} MiB; free space or choose another disk",
+        folder.string(), free >> 20, needed >> 20));
+  if (!devices.inputs) return;
+  const hal::InputState state = devices.inputs->State();
+  if (state.emergency_stop || state.door_open)
+    throw DeviceError(
+        fmt::format("{}: {}; clear it and start again", devices.inputs->identity(),
+                    state.emergency_stop ? "the emergency stop is active" : "the door is open"));
+}
+
+WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices) {
+  if (devices.supply) {
+    const hal::SupplyState state = devices.supply->SetOutput(true, Deadline(devices, 1));
+    if (!state.output)
+      throw DeviceError(
+          fmt::format("{}: stays off; check its fuse and interlock", devices.supply->identity()));
+  }
+  const double start = devices.clock->MonotonicSeconds();
+  WarmUp result;
+  if (!devices.monitor) {
+    devices.clock->SleepSeconds(policy.window_s);
+    return {policy.window_s, 0, 0};
+  }
+  std::deque<hal::Reading> window;
+  for (;;) {
+    const hal::Reading reading = devices.monitor->Read(Deadline(devices, 1));
+    if (reading.over_range || !(reading.value > 0))
+      throw DeviceError(fmt::format("{}: reads {} {}; check the lamp and the monitor's range",
+                                    devices.monitor->identity(), reading.value, reading.unit));
+    window.push_back(reading);
+    while (window.size() > 1 && window[1].t_s <= reading.t_s - policy.window_s) window.pop_front();
+    const auto [least, most] =
+        std::minmax_element(window.begin(), window.end(),
+                            [](const auto& a, const auto& b) { return a.value < b.value; });
+    double sum = 0;
+    for (const auto& r : window) sum += r.value;
+    result.variation = (most->value - least->value) * static_cast<double>(window.size()) / sum;
+    result.meter = reading.value;
+    result.waited_s = devices.clock->MonotonicSeconds() - start;
+    const bool full = reading.t_s - window.front().t_s >= policy.window_s;
+    if (full && result.variation <= policy.variation) return result;
+    if (result.waited_s > policy.max_wait_s)
+      throw DeviceError(fmt::format(
+          "{}: the lamp still varies by {:.2g} over {} s after {}; check its supply, or raise "
+          "warm_up.variation or max_wait_s in the plan",
+          devices.monitor->identity(), result.variation, policy.window_s,
+          core::FormatDuration(result.waited_s)));
+    core::ThrowIfInterrupted();
+    devices.clock->SleepSeconds(policy.interval_s);
+  }
+}
+
+}  // namespace luxfield::capture

@@ -1,0 +1,26 @@
+// What is looked at before the first exposure counts.
+#pragma once
+
+#include <filesystem>
+
+#include "capture/expanded_plan.h"
+
+namespace luxfield::capture {
+
+// Throws DeviceError if the disk has less than 1.3 times the estimate free, or a safety input is
+// active.
+void CheckDiskAndSafety(const ExpandedPlan& plan, hal::Devices& devices,
+                        const std::filesystem::path& folder);
+
+// Switches the lamp on and waits until the monitor's readings stay within the plan's variation over
+// its window. Returns how long it waited and the variation; throws DeviceError after max_wait_s,
+// Interrupted on Ctrl-C.
+struct WarmUp {
+  double waited_s = 0, variation = 0, meter = 0;
+};
+WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices);
+
+// Deadlines of the operations: duration plus this, absolute on the rig's clock.
+double Deadline(hal::Devices& devices, double duration_s);
+
+}  // namespace luxfield::capture

@@ -1,0 +1,66 @@
+#include "capture/session_description.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "core/exr.h"
+#include "core/file.h"
+
+namespace luxfield::capture {
+namespace {
+
+// The bytes of an image file: sessions write all their files themselves, whole or not at all.
+std::string ExrBytes(const core::Image& image) {
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("luxfield-vignetting-" + std::to_string(::getpid()) + ".exr");
+  core::WriteExrImage(path, image);
+  std::string bytes = core::ReadFile(path);
+  std::filesystem::remove(path);
+  return bytes;
+}
+
+}  // namespace
+
+nlohmann::json DescribeDevices(const hal::Devices& devices) {
+  nlohmann::json json = {{"camera", devices.camera->identity()},
+                         {"stage", devices.stage->identity()}};
+  const auto add = [&](const char* role, const auto& device) {
+    if (device) json[role] = device->identity();
+  };
+  add("shutter", devices.shutter);
+  add("print", devices.print);
+  add("colour", devices.colour);
+  add("monitor", devices.monitor);
+  add("supply", devices.supply);
+  add("inputs", devices.inputs);
+  return json;
+}
+
+SessionDescription DescribeSession(const hal::Devices& devices) {
+  const hal::CameraCapabilities capabilities = devices.camera->capabilities();
+  const hal::CameraCalibration& c = devices.rig.camera;
+  SessionDescription description;
+  nlohmann::json camera = {{"width", capabilities.width},
+                           {"height", capabilities.height},
+                           {"bits", capabilities.bits},
+                           {"black_dn", c.black_dn},
+                           {"saturation_dn", c.saturation_dn},
+                           {"gain_dn_per_e", c.gain_dn_per_e},
+                           {"read_noise_dn", c.read_noise_dn},
+                           {"dark_current_e_per_s", c.dark_current_e_per_s},
+                           {"prnu", c.prnu},
+                           {"responsivity_e_per_s_per_w_m2", c.responsivity_e_per_s_per_w_m2},
+                           {"defects", c.defects}};
+  if (c.vignetting) {
+    camera["vignetting"] = "vignetting.exr";
+    description.files.emplace_back("vignetting.exr", ExrBytes(*c.vignetting));
+  }
+  description.session = {{"camera", camera},
+                         {"calibration", {{"image_from_sensor", devices.rig.image_from_sensor}}},
+                         {"devices", DescribeDevices(devices)},
+                         {"software", {{"name", "luxfield"}, {"version", "0.1.0"}}}};
+  return description;
+}
+
+}  // namespace luxfield::capture
