@@ -19,10 +19,20 @@ namespace {
 
 using testing::HasSubstr;
 
+// Paths in a folder of this process that goes when it ends.
 std::filesystem::path UniquePath() {
+  struct Folder {
+    std::filesystem::path path =
+        std::filesystem::path(testing::TempDir()) / ("core_exr_" + std::to_string(::getpid()));
+    Folder() { std::filesystem::create_directories(path); }
+    ~Folder() {
+      std::error_code ignored;
+      std::filesystem::remove_all(path, ignored);
+    }
+  };
+  static const Folder folder;
   static int counter = 0;
-  return std::filesystem::path(testing::TempDir()) /
-         ("core_exr_" + std::to_string(::getpid()) + "_" + std::to_string(counter++) + ".exr");
+  return folder.path / (std::to_string(counter++) + ".exr");
 }
 
 void WriteBytes(const std::filesystem::path& path, const std::string& bytes) {

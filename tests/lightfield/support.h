@@ -15,11 +15,29 @@
 
 namespace luxfield::lightfield {
 
+// A folder of this process that goes when it ends.
+class ScratchFolder {
+ public:
+  ScratchFolder()
+      : path_(std::filesystem::path(testing::TempDir()) /
+              fmt::format("lightfield_{}", ::getpid())) {
+    std::filesystem::create_directories(path_);
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 // A path that no other test of this or another process uses.
 inline std::filesystem::path UniquePath(const std::string& extension) {
+  static const ScratchFolder folder;
   static std::atomic<int> counter{0};
-  return std::filesystem::path(testing::TempDir()) /
-         fmt::format("lightfield_{}_{}{}", ::getpid(), counter++, extension);
+  return folder.path() / fmt::format("{}{}", counter++, extension);
 }
 
 // An asymmetric geometry in which no two lengths agree, so that a swapped axis shows.
