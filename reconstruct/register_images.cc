@@ -38,7 +38,7 @@ class Texel {
       return;
     }
     covered_ += weight;
-    all_dark_ &= (mask & lightfield::kTooDark) != 0;
+    if (!(mask & lightfield::kTooDark)) bright_ += weight;
     const double scaled = weight * scale_[scale_.size() == 1 ? 0 : pixel];
     value_ += scaled * merged_.rate_e_per_s[pixel];
     const double sigma = scaled * merged_.sigma_e_per_s[pixel];
@@ -49,7 +49,7 @@ class Texel {
   void Store(std::size_t texel, RegisteredImage* image) const {
     std::uint32_t mask = unknown_ > kNegligible ? flags_ : 0;
     if (covered_ + unknown_ < 1 - kNegligible) mask |= lightfield::kOffSensor;
-    if (mask == 0 && all_dark_) mask = lightfield::kTooDark;
+    if (mask == 0 && bright_ <= kNegligible) mask = lightfield::kTooDark;
     image->mask[texel] = mask;
     if (mask & lightfield::kUnknownMask) return;
     // covered_ is 1 up to the negligible rest and rounding.
@@ -61,9 +61,8 @@ class Texel {
  private:
   const MergedFrame& merged_;
   std::span<const float> scale_;
-  double covered_ = 0, unknown_ = 0, value_ = 0, variance_ = 0, count_ = 0;
+  double covered_ = 0, unknown_ = 0, bright_ = 0, value_ = 0, variance_ = 0, count_ = 0;
   std::uint32_t flags_ = 0;
-  bool all_dark_ = true;
 };
 
 // Weights of consecutive pixels for one texel along one axis.

@@ -1,0 +1,337 @@
+#include "reconstruct/merge_session.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/clock.h"
+#include "core/error.h"
+#include "core/progress.h"
+#include "core/session_writer.h"
+#include "reconstruct/reconstruct.h"
+
+namespace luxfield::reconstruct {
+namespace {
+
+using core::FrameKind;
+using core::FrameRecord;
+using core::RawFrame;
+using nlohmann::json;
+
+constexpr int kSensor = 48;          // pixels each way
+constexpr double kPitch_m = 0.5e-3;  // of a pixel; texels are 1 mm
+constexpr double kSpacing_m = 2e-3;  // whole texels, so that registration is exact
+constexpr double kResponsivity = 40;
+
+json Plan() {
+  return {{"geometry",
+           {{"delta_m", 0.1},
+            {"basis", "bspline2"},
+            {"basis_a", 0},
+            {"grid_width", 3},
+            {"grid_height", 2},
+            {"u0_m", -5e-3},
+            {"v0_m", -4e-3},
+            {"spacing_m", kSpacing_m},
+            {"lattice",
+             {{"width", 12},
+              {"height", 10},
+              {"s0_m", -6e-3},
+              {"t1_m", 5e-3},
+              {"ds_m", 1e-3},
+              {"dt_m", 1e-3}}},
+            {"channels", 1},
+            {"unit", "lm"}}},
+          {"filter", {{"kind", "basis"}, {"scale", 16.0 / 9}}},
+          {"rig", {{"kind", "lensless"}}}};
+}
+
+json Session() {
+  return {
+      {"camera",
+       {{"width", kSensor},
+        {"height", kSensor},
+        {"bits", 32},
+        {"black_dn", 100},
+        {"saturation_dn", 1e9},
+        {"gain_dn_per_e", 0.5},
+        {"read_noise_dn", 0},
+        {"dark_current_e_per_s", 3},
+        {"prnu", 0},
+        {"responsivity_e_per_s_per_w_m2", {kResponsivity}},
+        {"defects", json::array()}}},
+      {"calibration",
+       {{"image_from_sensor",
+         {kPitch_m, 0, -kPitch_m * kSensor / 2, 0, -kPitch_m, kPitch_m * kSensor / 2, 0, 0, 1}}}}};
+}
+
+// Irradiance on I in the luminaire frame behind the filter (i, j), constant over texels of 1 mm.
+double Irradiance(int i, int j, double s_m, double t_m) {
+  const double column = std::floor(s_m * 1e3), row = std::floor(t_m * 1e3);
+  return 50 + 3 * i - 2 * j + column + 0.3 * row + 0.1 * column * row;
+}
+
+struct Case {
+  json plan = Plan(), session = Session();
+  std::function<double(double time_s)> lamp = [](double) { return 1.0; };
+  std::function<double(int print)> print = [](int) {
+    return 1.0;
+  };  // relative light behind each print
+  int prints = 1;
+  bool references = false;
+  bool darks = false;
+  double warm_dn_per_s = 0;  // an extra dark signal that only dark frames know
+  int missing_i = -1;        // column of positions that is not taken
+  double displaced_m = 0;    // stage error, known to the read-back
+};
+
+// A camera that is exact: y = black + gain t (a E R + dark), as docs/formats/session.md has it.
+std::filesystem::path Capture(const std::string& name, const Case& c) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / ("luxfield_merge_session_" + name);
+  std::filesystem::remove_all(folder);
+  core::SimulatedClock clock;
+  core::SessionWriter writer = core::SessionWriter::Create(folder, c.plan, c.session, {}, clock);
+  writer.StartEpoch(json::object());
+  const auto frame_of = [&](double exposure_s,
+                            const std::function<double(double q_s, double q_t)>& e) {
+    RawFrame frame{kSensor, kSensor, {}, {}};
+    for (int r = 0; r < kSensor; ++r)
+      for (int col = 0; col < kSensor; ++col) {
+        const double q_s = (col + 0.5 - kSensor / 2.0) * kPitch_m,
+                     q_t = (kSensor / 2.0 - r - 0.5) * kPitch_m;
+        const double electrons = exposure_s * (e(q_s, q_t) * kResponsivity + 3);
+        frame.value.push_back(
+            static_cast<float>(100 + 0.5 * electrons + c.warm_dn_per_s * exposure_s));
+      }
+    return frame;
+  };
+  double now_s = 1000;
+  const auto reference = [&](int number) {
+    if (!c.references) return;
+    FrameRecord record;
+    record.kind = FrameKind::kReference;
+    record.repeat = number;
+    record.exposure_s = record.requested_exposure_s = 2;
+    record.t_start_s = now_s - 1;
+    writer.CommitFrame(record, frame_of(2, [&](double, double) { return 30 * c.lamp(now_s); }),
+                       json::object());
+  };
+  if (c.darks)
+    for (const double exposure_s : {1.0, 4.0, 2.0})
+      for (int repeat = 0; repeat < 2; ++repeat) {
+        FrameRecord record;
+        record.kind = FrameKind::kDark;
+        record.repeat = repeat;
+        record.exposure_index = exposure_s == 1 ? 0 : exposure_s == 4 ? 1 : 2;
+        record.exposure_s = record.requested_exposure_s = exposure_s;
+        writer.CommitFrame(record, frame_of(exposure_s, [](double, double) { return 0.0; }),
+                           json::object());
+      }
+  reference(0);
+  for (int j = 0; j < 2; ++j) {
+    for (int i = 0; i < 3; ++i) {
+      if (i == c.missing_i) continue;
+      FrameRecord record;
+      record.i = i;
+      record.j = j;
+      record.stage_u_m = -5e-3 + (i + 1.5) * kSpacing_m + c.displaced_m;
+      record.stage_v_m = -4e-3 + (j + 1.5) * kSpacing_m;
+      for (record.print = 0; record.print < c.prints; ++record.print)
+        for (record.exposure_index = 0; record.exposure_index < 2; ++record.exposure_index) {
+          record.exposure_s = record.requested_exposure_s = record.exposure_index == 0 ? 1 : 4;
+          now_s += 10;
+          record.t_start_s = now_s - record.exposure_s / 2;
+          const auto e = [&](double q_s, double q_t) {
+            return c.lamp(now_s) * c.print(record.print) *
+                   Irradiance(i, j, record.stage_u_m + q_s, record.stage_v_m + q_t);
+          };
+          writer.CommitFrame(record, frame_of(record.exposure_s, e), json::object());
+        }
+      writer.CompletePosition(i, j);
+    }
+    now_s += 10;
+    reference(j + 1);
+  }
+  writer.Seal("done");
+  return folder;
+}
+
+class MergeSessionTest : public testing::Test {
+ protected:
+  void SetUp() override { core::Progress::SetQuiet(true); }
+};
+
+lightfield::Measurements Merge(const std::string& name, const Case& c,
+                               MergeSessionSummary* summary = nullptr) {
+  return MergeSession(core::SessionReader(Capture(name, c)), {}, summary);
+}
+
+// Largest relative deviation from factor * Irradiance over known texels.
+double WorstError(const lightfield::Measurements& m, double factor) {
+  double worst = 0;
+  for (int j = 0; j < 2; ++j)
+    for (int i = 0; i < 3; ++i)
+      for (int r = 0; r < 10; ++r)
+        for (int c = 0; c < 12; ++c) {
+          const auto& position = m.positions[j * 3 + i];
+          if (position.mask[r * 12 + c] != 0) continue;
+          const lightfield::Vec2 s = m.geometry.lattice.centre(r, c);
+          const double truth = factor * Irradiance(i, j, s.x, s.y);
+          worst = std::max(worst, std::abs(position.irradiance[r * 12 + c] / truth - 1));
+        }
+  return worst;
+}
+
+TEST_F(MergeSessionTest, BringsBackTheIrradianceOfAnExactCamera) {
+  MergeSessionSummary summary;
+  const lightfield::Measurements m = Merge("exact", {}, &summary);
+  EXPECT_EQ(summary.frames, 12);
+  EXPECT_EQ(summary.missing_positions, 0);
+  EXPECT_LT(summary.largest_displacement, 1e-9);
+  for (const auto& position : m.positions)
+    for (std::size_t p = 0; p < position.mask.size(); ++p) {
+      ASSERT_EQ(position.mask[p], 0u);
+      EXPECT_GT(position.sigma[p], 0);
+      EXPECT_GT(position.count[p], 1);
+      EXPECT_LT(position.count[p], 2);
+    }
+  EXPECT_LT(WorstError(m, 9.0 / 16), 1e-6);  // float32 frames
+  EXPECT_EQ(m.filter_scale, 16.0 / 9);
+  EXPECT_EQ(m.geometry.unit, lightfield::FluxUnit::kLumen);
+  EXPECT_EQ(m.provenance.at("merge_estimator"), "inverse-variance");
+}
+
+TEST_F(MergeSessionTest, CorrectsLampDriftBetweenReferences) {
+  Case c;
+  c.references = true;
+  c.lamp = [](double time_s) {
+    return 1 + 4e-4 * (time_s - 1000);
+  };  // linear: interpolation is exact
+  MergeSessionSummary summary;
+  const lightfield::Measurements m = Merge("drift", c, &summary);
+  EXPECT_LT(WorstError(m, 9.0 / 16), 2e-6);
+  EXPECT_EQ(summary.reference_frames, 3);
+  EXPECT_NEAR(summary.least_lamp_factor, 1.004, 1e-6);
+  EXPECT_NEAR(summary.largest_lamp_factor, 1.052, 1e-6);
+  c.references = false;
+  EXPECT_GT(WorstError(Merge("drift_unseen", c), 9.0 / 16), 0.03);
+}
+
+TEST_F(MergeSessionTest, SubtractsDarkFrames) {
+  Case c;
+  c.warm_dn_per_s = 40;
+  EXPECT_GT(WorstError(Merge("warm", c), 9.0 / 16), 0.01);
+  c.darks = true;
+  MergeSessionSummary summary;
+  EXPECT_LT(WorstError(Merge("darks", c, &summary), 9.0 / 16), 2e-6);
+  EXPECT_EQ(summary.dark_frames, 6);
+}
+
+TEST_F(MergeSessionTest, DividesByTheAlbedoOfTheReflector) {
+  Case c;
+  c.plan["rig"] = {{"kind", "reflector"}, {"albedo", 0.8}};
+  EXPECT_LT(WorstError(Merge("reflector", c), 9.0 / 16 / 0.8), 1e-6);
+}
+
+TEST_F(MergeSessionTest, CombinesDualPrintsToSignedIrradiance) {
+  Case c;
+  c.plan["filter"] = {{"kind", "dual"}, {"scale", 1}};
+  c.plan["geometry"]["basis"] = "quadratic";
+  c.plan["geometry"]["basis_a"] = 0.5;
+  c.plan["geometry"]["u0_m"] = -4e-3;  // two cells: the centres stay where the frames have them
+  c.plan["geometry"]["v0_m"] = -3e-3;
+  c.prints = 2;
+  c.print = [](int print) { return print == 0 ? 1.0 : 0.5; };
+  const lightfield::Measurements m = Merge("dual", c);
+  // Peaks 9 and 0.919 (THEORY.md 3): D(x) = 3 (1 - x)(1 - 1.875 x) is least at x = 0.7667, where it
+  // is -0.30625.
+  EXPECT_LT(WorstError(m, 9 - 0.5 * 3 * 0.30625), 2e-6);
+  EXPECT_EQ(m.filter, lightfield::FilterKind::kDual);
+}
+
+TEST_F(MergeSessionTest, MarksMissingPositionsAsUnknown) {
+  Case c;
+  c.missing_i = 1;
+  MergeSessionSummary summary;
+  const lightfield::Measurements m = Merge("missing", c, &summary);
+  EXPECT_EQ(summary.missing_positions, 2);
+  EXPECT_LT(WorstError(m, 9.0 / 16), 1e-6);
+  for (const int position : {1, 4})
+    for (const std::uint32_t mask : m.positions[position].mask)
+      EXPECT_EQ(mask, lightfield::kOffSensor);
+  const Reconstruction result = Reconstruct(m);
+  EXPECT_EQ(result.report.incomplete.incomplete, 120u);
+}
+
+TEST_F(MergeSessionTest, UsesTheReadBackAndRefusesAFilterOutOfPlace) {
+  Case c;
+  c.displaced_m = 0.05 * kSpacing_m;  // 0.1 texels: the image shifts with it
+  MergeSessionSummary summary;
+  const lightfield::Measurements m = Merge("displaced", c, &summary);
+  EXPECT_NEAR(summary.largest_displacement, 0.05, 1e-9);
+  // The pattern is constant over texels, but pixels now straddle texel borders by 0.2 pixels: a few
+  // percent of a step of about 2.
+  EXPECT_LT(WorstError(m, 9.0 / 16), 0.02);
+  c.displaced_m = 0.11 * kSpacing_m;
+  try {
+    Merge("far", c);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("position (0, 0)"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(MergeSessionTest, NamesWhatIsWrongInThePlanAndTheSession) {
+  const std::pair<const char*, std::function<void(Case&)>> damage[] = {
+      {"spacing_m", [](Case& c) { c.plan["geometry"].erase("spacing_m"); }},
+      {"delta_m", [](Case& c) { c.plan["geometry"]["delta_m"] = -1; }},
+      {"nurbs", [](Case& c) { c.plan["geometry"]["basis"] = "nurbs"; }},
+      {"width", [](Case& c) { c.plan["geometry"]["lattice"] = 5; }},
+      {"scale", [](Case& c) { c.plan["filter"]["scale"] = 0; }},
+      {"kind", [](Case& c) { c.plan["filter"]["kind"] = "triple"; }},
+      {"rig", [](Case& c) { c.plan.erase("rig"); }},
+      {"albedo",
+       [](Case& c) {
+         c.plan["rig"] = {{"kind", "reflector"}};
+       }},
+      {"image_from_sensor",
+       [](Case& c) {
+         c.session["calibration"]["image_from_sensor"] = {1, 2, 3};
+       }},
+      {"camera", [](Case& c) { c.session.erase("camera"); }},
+      {"not in plan.json", [](Case& c) { c.plan["geometry"]["grid_width"] = 2; }},
+      {"does not fit the sensor", [](Case& c) { c.session["camera"]["width"] = 47; }},
+  };
+  for (const auto& [text, spoil] : damage) {
+    Case c;
+    spoil(c);
+    try {
+      Merge("damaged", c);
+      ADD_FAILURE() << text << " was accepted";
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(text), std::string::npos)
+          << text << ": " << error.what();
+    }
+  }
+}
+
+TEST(LampDrift, InterpolatesWithinAnEpochAndHoldsItsEnds) {
+  LampDrift drift;
+  drift.Add(0, 0, 10, 1.0);
+  drift.Add(0, 0, 20, 1.2);
+  drift.Add(1, 0, 5, 0.8);
+  EXPECT_DOUBLE_EQ(drift.Factor(0, 0, 15), 1.1);
+  EXPECT_DOUBLE_EQ(drift.Factor(0, 0, 20), 1.2);
+  EXPECT_DOUBLE_EQ(drift.Factor(0, 0, 0), 1.0);
+  EXPECT_DOUBLE_EQ(drift.Factor(0, 0, 99), 1.2);
+  EXPECT_DOUBLE_EQ(drift.Factor(1, 0, 15), 0.8);
+  EXPECT_DOUBLE_EQ(drift.Factor(0, 1, 15), 1.0);  // another channel: not known
+}
+
+}  // namespace
+}  // namespace luxfield::reconstruct
