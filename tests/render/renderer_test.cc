@@ -17,6 +17,7 @@
 #include "core/random.h"
 #include "lightfield/light_vector.h"
 #include "preprocess/table_io.h"
+#include "render/film.h"
 
 namespace luxfield::render {
 namespace {
@@ -182,6 +183,100 @@ TEST_F(RendererTest, AnEmptySceneAndAnUnlitOneAreBlack) {
   EXPECT_THAT(empty.coverage.data, testing::Each(0.0f));
 }
 
+// The sum over a picture of two scaled lamps, two surface points a pixel, against the exact one,
+// judged by the frame's own variance.
+TEST_F(RendererTest, SampledFramesMatchExactOnesWithinTheirVariance) {
+  const auto file = WriteLamp("sampled", Lamp(3));
+  const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
+  auto options = Unshadowed("windowed");
+  options.antialias = 2;
+  options.samples_per_pixel = 101;
+  options.seed = 31;
+  const Frame sampled = RenderWith(scene, options);
+  options.estimator = "exact";
+  const Frame exact = RenderWith(scene, options);
+  double difference = 0, variance = 0, total = 0;
+  for (int row = 0; row < exact.height; ++row)
+    for (int column = 0; column < exact.width; ++column) {
+      const double weights[3] = {0.2126, 0.7152, 0.0722};
+      for (int c = 0; c < 3; ++c) {
+        difference += weights[c] *
+                      (sampled.irradiance.at(c, row, column) - exact.irradiance.at(c, row, column));
+        total += weights[c] * exact.irradiance.at(c, row, column);
+      }
+      variance += sampled.variance.at(0, row, column);
+      if (exact.coverage.at(0, row, column) == 1 && exact.irradiance.at(1, row, column) > 0) {
+        EXPECT_GT(sampled.samples.at(0, row, column), 0);
+      }
+    }
+  SCOPED_TRACE(testing::Message() << "seed 31, total " << total << ", sigma "
+                                  << std::sqrt(variance));
+  EXPECT_LT(std::abs(difference), 4 * std::sqrt(variance));
+  EXPECT_LT(std::sqrt(variance), 0.05 * total);
+  EXPECT_GT(variance, 0);
+}
+
+TEST_F(RendererTest, ShadowsHideAndSpare) {
+  const auto file = WriteLamp("shadow", Lamp(1));
+  auto scene = Floor({Above(file, 0, 1)});
+  // A roof over x > 0.2, below the lamp at (0, 0, 1) whose filter plane reaches 6 cm to its sides.
+  scene::AppendQuad({0.2, -3, 0.5}, {5, 0, 0}, {0, 6, 0}, 0, scene.geometry);
+  scene.camera = scene::Camera::LookAt({-1.5, -2, 0.4}, {0.5, 0.3, 0}, {0, 0, 1}, 60, 32, 20);
+  auto options = Unshadowed("windowed");
+  options.samples_per_pixel = 32;
+  const Frame open = RenderWith(scene, options);
+  options.shadows = true;
+  const Frame shaded = RenderWith(scene, options);
+  int hidden = 0, spared = 0;
+  for (int row = 0; row < open.height; ++row)
+    for (int column = 0; column < open.width; ++column) {
+      const double x = open.position.at(0, row, column), z = open.position.at(2, row, column);
+      const float with = shaded.irradiance.at(0, row, column),
+                  without = open.irradiance.at(0, row, column);
+      if (z != 0 || open.coverage.at(0, row, column) == 0 || without == 0) continue;
+      // The line from (+-0.06, ., 1) over the roof's edge (0.2, ., 0.5) meets the floor at x = 0.34
+      // and 0.46.
+      if (x > 0.47) {
+        ++hidden;
+        EXPECT_EQ(with, 0) << "x = " << x;
+      } else if (x < 0.33) {
+        ++spared;
+        EXPECT_FLOAT_EQ(with, without) << "x = " << x;
+      }
+    }
+  EXPECT_GT(hidden, 20);
+  EXPECT_GT(spared, 20);
+}
+
+// Run by the test below in processes of its own: PoCL's thread count is fixed once per process.
+TEST_F(RendererTest, HelperOfTheNextTest) {
+  const char* threads = std::getenv("LUXFIELD_TEST_THREADS");
+  const char* output = std::getenv("LUXFIELD_TEST_OUTPUT");
+  if (!threads || !output) GTEST_SKIP() << "only for other tests";
+  auto scene = Floor({Above(Temporary("threads.lf.exr"), 0, 1)});
+  AppendBox(scene::Translation({0.3, 0.2, 0.2}) * scene::Scaling({0.3, 0.4, 0.4}), 0,
+            scene.geometry);
+  RenderOptions options;
+  options.samples_per_pixel = 16;
+  WriteFrame(output, Renderer(Device::Open({}, std::stoi(threads)), scene, options).Render());
+}
+
+TEST_F(RendererTest, FramesDoNotDependOnTheNumberOfThreads) {
+  WriteLamp("threads", Lamp(1));
+  std::string bytes[2];
+  for (int i = 0; i < 2; ++i) {
+    const auto output = Temporary(fmt::format("threads{}.exr", i));
+    const std::string command = fmt::format(
+        "LUXFIELD_TEST_THREADS={} LUXFIELD_TEST_OUTPUT='{}' '{}' "
+        "--gtest_filter=RendererTest.HelperOfTheNextTest > /dev/null",
+        i ? 3 : 1, output.string(), std::filesystem::read_symlink("/proc/self/exe").string());
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    bytes[i] = core::ReadFile(output);
+    std::filesystem::remove(output);
+  }
+  EXPECT_EQ(bytes[0], bytes[1]);
+}
+
 TEST_F(RendererTest, WrongInputIsNamed) {
   using testing::HasSubstr;
   using testing::ThrowsMessage;
@@ -195,6 +290,13 @@ TEST_F(RendererTest, WrongInputIsNamed) {
               ThrowsMessage<InputError>(HasSubstr("samples per pixel")));
   EXPECT_THROW(RenderWith(Floor({Above(Temporary("nowhere.lf.exr"), 0, 1)}), Unshadowed("exact")),
                InputError);
+  EXPECT_THAT([&] { RenderWith(scene, {}); },
+              ThrowsMessage<InputError>(HasSubstr("luxfield preprocess")));
+  auto other = scene;
+  WriteLamp("other", Lamp(1, lightfield::FluxUnit::kWatt));
+  other.luminaires[0].tables = Temporary("other.tab.exr");
+  EXPECT_THAT([&] { RenderWith(other, {}); },
+              ThrowsMessage<InputError>(HasSubstr("other.tab.exr")));
   const auto watts = WriteLamp("watts", Lamp(1, lightfield::FluxUnit::kWatt), false);
   EXPECT_THAT(
       [&] {
