@@ -214,6 +214,7 @@ void Fit(const RayFile& file, const Bins& bins, double scale, const GramSolver& 
       if (bins.first[texel] == bins.first[texel + 1]) continue;
       for (int channel = 0; channel < geometry.channels; ++channel)
         e[channel] = variance[channel] = RowMatrix::Zero(grid.height, grid.width);
+      double flux_in = 0, flux_fitted = 0;
       for (std::size_t h = bins.first[texel]; h < bins.first[texel + 1]; ++h) {
         const Ray& ray = file.rays[bins.hits[h].ray];
         const Vec2 u = bins.hits[h].u;
@@ -222,25 +223,27 @@ void Fit(const RayFile& file, const Bins& bins, double scale, const GramSolver& 
         const Eigen::VectorXd phi_v =
             BasisValues(grid.basis, (u.y - grid.v0_m) / grid.spacing_m, grid.height);
         const RowMatrix phi = phi_v * phi_u.transpose();
-        const double weight = scale / (gain_u.dot(phi_u) * gain_v.dot(phi_v));
+        flux_in += ray.flux;
+        flux_fitted += ray.flux * gain_u.dot(phi_u) * gain_v.dot(phi_v);
         const RowMatrix dual =
             (inverse_v * phi_v).cwiseAbs2() * (inverse_u * phi_u).cwiseAbs2().transpose();
         const std::array<double, 3> flux = geometry.channels == 3
                                                ? RgbFromXyz(*ray.tristimulus)
                                                : std::array<double, 3>{ray.flux, 0, 0};
         for (int channel = 0; channel < geometry.channels; ++channel) {
-          (*texel_flux)[channel * texels + texel] += scale * flux[channel];
-          const double scaled = weight * flux[channel];
+          const double scaled = scale * flux[channel];
+          (*texel_flux)[channel * texels + texel] += scaled;
           e[channel] += scaled / area * phi;
           variance[channel] += scaled * scaled / (area * area) * dual;
         }
       }
+      const double correction = flux_fitted > 0 ? flux_in / flux_fitted : 1;
       for (int channel = 0; channel < geometry.channels; ++channel) {
         const RowMatrix solved = inverse_v * e[channel] * inverse_u;
         for (int m = 0; m < grid.count(); ++m) {
-          c.image(m, channel)[texel] = static_cast<float>(solved.data()[m]);
+          c.image(m, channel)[texel] = static_cast<float>(correction * solved.data()[m]);
           sigma.image(m, channel)[texel] =
-              static_cast<float>(std::sqrt(variance[channel].data()[m]));
+              static_cast<float>(correction * std::sqrt(variance[channel].data()[m]));
         }
       }
     }

@@ -5,12 +5,12 @@
 //   G_v^-T  (THEORY.md 4)
 //
 // which is the least-squares fit of the rays' flux density sum flux delta(u - u_k) delta(s - s_k),
-// texel by texel. The fit keeps integrals against every function in the span of the basis; the
-// constant is one only in the inner cells, so a ray's fit would lose or gain flux near the border
-// (0.8 % at four cells from it). Each ray is therefore divided by the flux of its own fit, which
-// conserves flux exactly; rays that cross F outside the inner cells are left out and counted. sigma
-// is the counting noise: var(C_ij) = sum of flux^2 times the squared dual basis function at u, over
-// the texel's rays. Arithmetic per texel in double; C and sigma float32.
+// texel by texel. The fit keeps integrals against every function in the span of the basis. The
+// constant is one only in the inner cells, so light that is not in the span loses or gains flux
+// near the border (a point four cells from it: 0.8 %); each texel is therefore scaled to the flux
+// of its rays, and rays that cross F outside the inner cells are left out and counted. sigma is the
+// counting noise: var(C_ij) = sum of flux^2 times the squared dual basis function at u, over the
+// texel's rays. Arithmetic per texel in double; C and sigma float32.
 #pragma once
 
 #include <array>
