@@ -3,6 +3,7 @@
 // by cell of texel x knot.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>

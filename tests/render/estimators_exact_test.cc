@@ -94,5 +94,233 @@ TEST(Exact, MatchesBruteForceAtAThousandReceivers) {
   EXPECT_LT(worst_cut, 1e-5);
 }
 
+// Largest error / |J| over `points`, judged by lightfield's closed form; also checks that dark
+// points are dark.
+double WorstError(const Device& device, const lightfield::LightField& field,
+                  const std::vector<SurfacePoint>& points, int* lit = nullptr) {
+  const auto exact = MakeEstimator("exact", device);
+  const LuminaireOnDevice luminaire(device, field, nullptr);
+  const Lit result = LightGBuffer(device, *exact, MakeGBuffer(device, points), luminaire);
+  double worst = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const auto judge = lightfield::ExactIrradiance(field, points[k].p, points[k].n);
+    const auto j = lightfield::ClosedFormLightVector(field, points[k].p);
+    for (int channel = 0; channel < 3; ++channel) {
+      const double size = Length(j.j[channel]), value = result.irradiance[k].s[channel];
+      EXPECT_TRUE(std::isfinite(value)) << "point " << k;
+      if (size == 0) {
+        EXPECT_EQ(value, 0) << "point " << k;
+        continue;
+      }
+      if (lit) ++*lit;
+      worst = std::max(worst, std::abs(value - judge[channel]) / size);
+    }
+  }
+  return worst;
+}
+
+std::vector<SurfacePoint> ReceiversAtDistance(double D, double delta, double spread, int count,
+                                              std::uint64_t seed) {
+  core::Random random(seed, 2);
+  std::vector<SurfacePoint> points;
+  for (int k = 0; k < count; ++k)
+    points.push_back(RoundToFloat(
+        {{spread * (random.Uniform() - 0.5), spread * (random.Uniform() - 0.5), delta + D},
+         RandomDirection(random)}));
+  return points;
+}
+
+TEST(Exact, AllBasesAndColour) {
+  const Device device = Device::Open();
+  for (const BasisKind kind :
+       {BasisKind::kBox, BasisKind::kBilinear, BasisKind::kQuadratic, BasisKind::kBspline2})
+    for (const double a : {-1.0, 0.5, 1.0}) {
+      if (kind != BasisKind::kQuadratic && a != 0.5) continue;
+      LuminaireShape shape;
+      shape.basis = lightfield::Basis::Make(kind, a);
+      shape.channels = 3;
+      const auto field = StructuredLuminaire("noise", shape, 3);
+      int lit = 0;
+      std::vector<SurfacePoint> points = ReceiversAtDistance(0.4, shape.delta_m, 0.3, 40, 4);
+      EXPECT_LT(WorstError(device, field, points, &lit), 1e-5);
+      EXPECT_GT(lit, 60);
+      // The closed form itself is judged once per basis by quadrature.
+      const BruteForce judge = BruteForceIrradiance(field, points[0].p, points[0].n);
+      EXPECT_NEAR(Length(lightfield::ClosedFormLightVector(field, points[0].p).j[0] - judge.j), 0,
+                  1e-10 * Length(judge.j));
+    }
+}
+
+TEST(Exact, DistancesFromOneNanometreToAThousandKilometres) {
+  const Device device = Device::Open();
+  for (const double delta : {0.001, 0.3, 10.0})
+    for (const double D : {1e-9, 1e-6, 1e-3, 0.05, 1.0, 1e3, 1e6}) {
+      LuminaireShape shape;
+      shape.delta_m = delta;
+      const auto field = StructuredLuminaire("noise", shape, 5);
+      // Float32 receivers cannot lie nearer to I than an ulp of delta; RoundToFloat moves them
+      // there.
+      int lit = 0;
+      const double worst =
+          WorstError(device, field, ReceiversAtDistance(D, delta, 0.2, 60, 6), &lit);
+      std::printf("delta %g m, D %g m: worst error / |J| %.1e, %d lit\n", delta, D, worst, lit);
+      EXPECT_LT(worst, 1e-5);
+      EXPECT_GT(lit, 60);
+    }
+}
+
+TEST(Exact, BetweenThePlanesOnThemAndBehind) {
+  const Device device = Device::Open();
+  LuminaireShape shape;
+  shape.delta_m = 0.25;  // a float: receivers lie on I exactly
+  const auto field = StructuredLuminaire("noise", shape, 7);
+  for (const double z : {0.25, 0.2499, 0.2, 0.1, 0.01, 0.001}) {
+    int lit = 0;
+    const double worst =
+        WorstError(device, field, ReceiversAtDistance(z - 0.25, 0.25, 0.1, 60, 8), &lit);
+    std::printf("z %g m: worst error / |J| %.1e, %d lit\n", z, worst, lit);
+    EXPECT_LT(worst, 1e-5);
+    EXPECT_GT(lit, 60);
+  }
+  for (const double z : {0.0, -1e-6, -1.0, -100.0})
+    EXPECT_EQ(WorstError(device, field, ReceiversAtDistance(z - 0.25, 0.25, 0.1, 20, 9)), 0);
+  // Nearer to F than min_z (some 1e-7 m) only finiteness is promised.
+  const auto exact = MakeEstimator("exact", device);
+  const LuminaireOnDevice luminaire(device, field, nullptr);
+  for (const double z : {1e-8, 1e-20, 1e-40})
+    for (const auto& value :
+         LightGBuffer(device, *exact,
+                      MakeGBuffer(device, ReceiversAtDistance(z - 0.25, 0.25, 0.1, 20, 9)),
+                      luminaire)
+             .irradiance)
+      EXPECT_TRUE(std::isfinite(value.s[0]));
+}
+
+TEST(Exact, WindowsOfEverySize) {
+  const Device device = Device::Open();
+  struct Case {
+    const char* what;
+    int width, height;
+    double spacing_m;
+  };
+  for (const Case& c :
+       {Case{"window smaller than a texel", 3, 2, 0.001}, Case{"one texel", 1, 1, 0.0165},
+        Case{"hundreds of texels", 700, 300, 0.05}, Case{"thousands", 5000, 3, 0.05}}) {
+    LuminaireShape shape;
+    shape.width = c.width;
+    shape.height = c.height;
+    shape.spacing_m = c.spacing_m;
+    const auto field = StructuredLuminaire("noise", shape, 10);
+    int lit = 0;
+    const double worst =
+        WorstError(device, field, ReceiversAtDistance(0.7, shape.delta_m, 0.2, 24, 11), &lit);
+    std::printf("%s: worst error / |J| %.1e, %d lit\n", c.what, worst, lit);
+    EXPECT_LT(worst, 1e-5);
+    EXPECT_GT(lit, 20);
+  }
+}
+
+TEST(Exact, WindowsOffTheImageAndOnTexelBorders) {
+  const Device device = Device::Open();
+  LuminaireShape shape;
+  // Powers of two: knots project exactly onto texel borders at D = delta.
+  shape.delta_m = 0.5;
+  shape.spacing_m = 0.0625;
+  shape.image_m = 1;
+  shape.width = shape.height = 32;
+  const auto field = StructuredLuminaire("facets", shape, 12);
+  std::vector<SurfacePoint> points;
+  for (int k = -40; k <= 40; ++k) points.push_back({{k / 16.0, k / 32.0, 1.0}, {0, 0, -1}});
+  int lit = 0;
+  EXPECT_LT(WorstError(device, field, points, &lit), 1e-5);
+  EXPECT_GT(lit, 30);
+  EXPECT_LT(lit, 3 * 81);  // some windows lie wholly off the image
+}
+
+TEST(Exact, GrazingNormals) {
+  const Device device = Device::Open();
+  LuminaireShape shape;
+  const auto field = StructuredLuminaire("rings", shape, 13);
+  std::vector<SurfacePoint> points;
+  core::Random random(14, 0);
+  for (int k = 0; k < 200; ++k) {
+    const Vec3 p{0.1 * (random.Uniform() - 0.5), 0.1 * (random.Uniform() - 0.5), 1.3};
+    const Vec3 ray =
+        Normalized(p - Vec3{0.05 * (random.Uniform() - 0.5), 0.05 * (random.Uniform() - 0.5), 0});
+    const Vec3 side = Normalized(Cross(ray, RandomDirection(random)));
+    const double tilt = 1e-3 * std::pow(10.0, -4 * random.Uniform()) * (k % 2 ? 1 : -1);
+    points.push_back(RoundToFloat({p, Normalized(side + tilt * ray)}));
+  }
+  EXPECT_LT(WorstError(device, field, points), 1e-5);
+}
+
+TEST(Exact, NegativeCoefficientsAndLinearity) {
+  const Device device = Device::Open();
+  LuminaireShape shape;
+  auto field = StructuredLuminaire("noise", shape, 15);
+  const auto points = ReceiversAtDistance(0.5, shape.delta_m, 0.2, 40, 16);
+  for (std::size_t k = 0; k < field.data.size(); k += 3) field.data[k] = -field.data[k];
+  // Against the size of the light of |C|: sums of both signs cancel.
+  auto absolute = field;
+  for (float& c : absolute.data) c = std::abs(c);
+  const auto exact = MakeEstimator("exact", device);
+  const LuminaireOnDevice luminaire(device, field, nullptr);
+  const Lit result = LightGBuffer(device, *exact, MakeGBuffer(device, points), luminaire);
+  bool negative = false;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const double size = Length(lightfield::ClosedFormLightVector(absolute, points[k].p).j[0]);
+    const double judge = lightfield::ExactIrradiance(field, points[k].p, points[k].n)[0];
+    EXPECT_NEAR(result.irradiance[k].s[0], judge, 1e-5 * size);
+    negative |= judge < 0;
+  }
+  EXPECT_TRUE(negative);
+}
+
+TEST(Exact, PosesAndSeveralLuminairesAdd) {
+  const Device device = Device::Open();
+  const auto exact = MakeEstimator("exact", device);
+  LuminaireShape shape;
+  shape.channels = 3;
+  const auto field = StructuredLuminaire("filament", shape, 17);
+  const LuminaireOnDevice luminaire(device, field, nullptr);
+  const scene::Pose poses[2] = {scene::LookAt({1, 2, 3}, {4, 2.5, 2}, {0, 1, 0}),
+                                scene::LookAt({3, -1, 0}, {4, 2.5, 2}, {0, 0, 1})};
+  std::vector<SurfacePoint> points;
+  core::Random random(18, 0);
+  for (int k = 0; k < 30; ++k)
+    points.push_back(RoundToFloat(
+        {{4 + 0.3 * random.Uniform(), 2.5 + 0.3 * random.Uniform(), 2 + 0.3 * random.Uniform()},
+         RandomDirection(random)}));
+  const GBuffer gbuffer = MakeGBuffer(device, points);
+  Buffer irradiance(device, 30 * sizeof(cl_float4)), variance(device, 30 * 4),
+      samples(device, 30 * 4);
+  irradiance.FillZero();
+  variance.FillZero();
+  samples.FillZero();
+  for (const auto& pose : poses)
+    exact->Light(gbuffer, nullptr, luminaire, pose, {}, irradiance, variance, samples);
+  const auto result = irradiance.Download<cl_float4>();
+  int lit = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    double judge[3] = {0, 0, 0}, size[3] = {0, 0, 0};
+    for (const auto& pose : poses) {
+      const auto inverse = pose.Inverse();
+      const Vec3 p = inverse.Point(points[k].p), n = inverse.Vector(points[k].n);
+      const auto e = lightfield::ExactIrradiance(field, p, n);
+      const auto j = lightfield::ClosedFormLightVector(field, p);
+      for (int channel = 0; channel < 3; ++channel) {
+        judge[channel] += e[channel];
+        size[channel] += Length(j.j[channel]);
+      }
+    }
+    lit += judge[1] > 0;
+    // Float32 rotations turn a receiver by 1e-7 rad: some 1e-5 texels here, times the contrast of
+    // neighbouring texels.
+    for (int channel = 0; channel < 3; ++channel)
+      EXPECT_NEAR(result[k].s[channel], judge[channel], 1e-4 * size[channel]) << k;
+  }
+  EXPECT_GT(lit, 10);
+}
+
 }  // namespace
 }  // namespace luxfield::render
