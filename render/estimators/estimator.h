@@ -80,8 +80,9 @@ class Estimator {
   //   irradiance  float4 per pixel, linear Rec. 709 in .xyz (a one-channel luminaire adds to all
   //   three), .w untouched variance    float per pixel: estimated variance of the luminance of what
   //   was added samples     uint per pixel: light samples taken
-  // `bvh` null: no shadows. Enqueues on the device's queue and returns; independent of work-group
-  // sizes and of how pixels are split over calls. Throws InputError if tables are needed and
+  // `bvh` null: no shadows. Enqueues on the device's queue and returns. A pixel's result does not
+  // depend on work-group sizes or on how pixels are split over calls (for `exact`, whose
+  // neighbouring pixels share sums, up to rounding). Throws InputError if tables are needed and
   // absent, DeviceError.
   virtual void Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
                      const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,

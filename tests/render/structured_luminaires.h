@@ -58,6 +58,8 @@ inline lightfield::LightField StructuredLuminaire(const std::string& kind,
           const double along = x * 0.8 + y * 0.6,
                        across = y * 0.8 - x * 0.6 - 0.15 * std::sin(9 * along);
           value += std::exp(-across * across / 0.003) * (std::abs(along) < 0.8 ? 1.0 : 0.0);
+        } else if (kind == "grain") {
+          value = std::pow(10.0, -random.Uniform());
         } else {
           value = std::pow(10.0, -5 * random.Uniform());
         }

@@ -1,0 +1,437 @@
+// `windowed` is unbiased and bounded on images where `thesis` is biased; shadows, streams,
+// extremes.
+#include "render/estimators/windowed.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <functional>
+
+#include "core/error.h"
+#include "lightfield/light_vector.h"
+#include "render/estimators/luminaire_params.h"
+#include "render/kernels/bvh_types.clh"
+#include "render/kernels/sampling_types.clh"
+#include "tests/render/estimator_fixture.h"
+#include "tests/render/structured_luminaires.h"
+
+namespace luxfield::render {
+namespace {
+
+using lightfield::BasisKind;
+using lightfield::Vec3;
+
+constexpr std::uint64_t kSeed = 20140202;
+
+struct LitLuminaire {
+  lightfield::LightField field;
+  preprocess::Tables tables;
+  LuminaireOnDevice on_device;
+
+  LitLuminaire(const Device& device, const lightfield::LightField& f)
+      : field(f),
+        tables(preprocess::BuildTables(field, "test.lf.exr", std::string(64, '0'))),
+        on_device(device, field, &tables) {}
+};
+
+std::vector<SurfacePoint> FacingReceivers(double delta, int count, double near = 0.2,
+                                          double far = 4) {
+  core::Random random(kSeed, 3);
+  std::vector<SurfacePoint> points;
+  for (int k = 0; k < count; ++k) {
+    const double D = near * std::pow(far / near, random.Uniform());
+    const Vec3 p{0.2 * (delta + D) * (random.Uniform() - 0.5),
+                 0.2 * (delta + D) * (random.Uniform() - 0.5), delta + D};
+    points.push_back(
+        RoundToFloat({p, Normalized(Vec3{random.Uniform() - 0.5, random.Uniform() - 0.5,
+                                         -0.3 - random.Uniform()})}));
+  }
+  return points;
+}
+
+double Luminance(const std::array<double, 3>& c) {
+  return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+}
+double Luminance(const cl_float4& c) { return 0.2126 * c.s[0] + 0.7152 * c.s[1] + 0.0722 * c.s[2]; }
+
+std::vector<double> ExactLuminance(const lightfield::LightField& field,
+                                   const std::vector<SurfacePoint>& points) {
+  std::vector<double> exact;
+  for (const auto& [p, n] : points)
+    exact.push_back(Luminance(lightfield::ExactIrradiance(field, p, n)));
+  return exact;
+}
+
+struct SeedStatistics {
+  std::vector<double> mean, standard_error, reported_variance;
+};
+
+SeedStatistics OverSeeds(const Device& device, Estimator& estimator, const GBuffer& gbuffer,
+                         const LuminaireOnDevice& luminaire, EstimatorOptions options, int seeds,
+                         const DeviceBvh* bvh = nullptr) {
+  const std::size_t count = gbuffer.pixel_count();
+  std::vector<double> sum(count), square(count), reported(count);
+  for (int seed = 0; seed < seeds; ++seed) {
+    options.seed = kSeed + seed;
+    const Lit lit = LightGBuffer(device, estimator, gbuffer, luminaire, options, bvh);
+    for (std::size_t k = 0; k < count; ++k) {
+      const double value = Luminance(lit.irradiance[k]);
+      sum[k] += value;
+      square[k] += value * value;
+      reported[k] += double{lit.variance[k]} / seeds;
+    }
+  }
+  SeedStatistics statistics;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double mean = sum[k] / seeds;
+    statistics.mean.push_back(mean);
+    statistics.standard_error.push_back(
+        std::sqrt(std::max(0.0, square[k] / seeds - mean * mean) / (seeds - 1)));
+    statistics.reported_variance.push_back(reported[k]);
+  }
+  return statistics;
+}
+
+// |sum of errors| in pooled standard errors, and the mean of squared t over the pixels (1 + 2 /
+// (seeds - 3) expected).
+void ExpectUnbiased(const SeedStatistics& statistics, const std::vector<double>& exact, int seeds,
+                    const char* what) {
+  double error = 0, variance = 0, t_square = 0;
+  int pixels = 0;
+  for (std::size_t k = 0; k < exact.size(); ++k) {
+    if (statistics.standard_error[k] == 0) {
+      EXPECT_NEAR(statistics.mean[k], exact[k], 1e-5 * std::abs(exact[k])) << what;
+      continue;
+    }
+    const double difference = statistics.mean[k] - exact[k];
+    error += difference;
+    variance += statistics.standard_error[k] * statistics.standard_error[k];
+    t_square += std::pow(difference / statistics.standard_error[k], 2);
+    ++pixels;
+  }
+  const double expected = (seeds - 1.0) / (seeds - 3.0);
+  std::printf(
+      "%s: pooled error %.2f standard errors, mean t^2 %.3f over %d pixels (expected %.3f)\n", what,
+      error / std::sqrt(variance), t_square / pixels, pixels, expected);
+  EXPECT_GT(pixels, 0);
+  EXPECT_LT(std::abs(error), 3 * std::sqrt(variance)) << what;
+  // The variance of t^2 is about 2.3 at 64 seeds; six standard deviations of its mean.
+  EXPECT_LT(t_square / pixels, expected + 6 * std::sqrt(2.5 / pixels)) << what;
+}
+
+TEST(Windowed, IsUnbiasedWhereThesisIsNot) {
+  std::printf("seeds from %llu\n", static_cast<unsigned long long>(kSeed));
+  const Device device = Device::Open();
+  const auto windowed = MakeEstimator("windowed", device), thesis = MakeEstimator("thesis", device);
+  const auto points = FacingReceivers(0.3, 128);
+  const GBuffer gbuffer = MakeGBuffer(device, points);
+  for (const char* kind : {"rings", "facets", "filament"})
+    for (const int images : {1, 3}) {
+      LuminaireShape shape;
+      shape.grid_width = shape.grid_height = images;
+      const LitLuminaire luminaire(device, StructuredLuminaire(kind, shape, kSeed));
+      const auto exact = ExactLuminance(luminaire.field, points);
+      EstimatorOptions options;
+      options.samples_per_pixel = 48;
+      const std::string what =
+          std::string(kind) + ", " + std::to_string(images * images) + " images";
+      ExpectUnbiased(OverSeeds(device, *windowed, gbuffer, luminaire.on_device, options, 64), exact,
+                     64, what.c_str());
+
+      // The printed estimator at its limit: what is left is bias.
+      options.samples_per_pixel = 20000;
+      const Lit limit = LightGBuffer(device, *thesis, gbuffer, luminaire.on_device, options);
+      double square = 0, mean = 0;
+      for (std::size_t k = 0; k < points.size(); ++k) {
+        square += std::pow(Luminance(limit.irradiance[k]) - exact[k], 2) / 128;
+        mean += exact[k] / 128;
+      }
+      const double bias = std::sqrt(square) / mean;
+      std::printf("%s: thesis is off by %.0f %% rms of the mean, at 20000 samples\n", what.c_str(),
+                  100 * bias);
+      EXPECT_GT(bias, 0.05) << what;
+    }
+}
+
+TEST(Windowed, AllBasesColourAndBoundedImages) {
+  const Device device = Device::Open();
+  const auto windowed = MakeEstimator("windowed", device);
+  const auto points = FacingReceivers(0.3, 40);
+  const GBuffer gbuffer = MakeGBuffer(device, points);
+  for (const BasisKind kind :
+       {BasisKind::kBox, BasisKind::kBilinear, BasisKind::kQuadratic, BasisKind::kBspline2})
+    for (const float bound : {0.0f, 1.5f}) {
+      LuminaireShape shape;
+      shape.basis = lightfield::Basis::Make(kind);
+      shape.channels = 3;
+      const LitLuminaire luminaire(device, StructuredLuminaire("facets", shape, kSeed));
+      EstimatorOptions options;
+      options.samples_per_pixel = 32;
+      options.max_samples_per_image = bound;
+      const std::string what = shape.basis.name() + (bound > 0 ? ", K_max" : "");
+      ExpectUnbiased(OverSeeds(device, *windowed, gbuffer, luminaire.on_device, options, 64),
+                     ExactLuminance(luminaire.field, points), 64, what.c_str());
+    }
+}
+
+TEST(Windowed, ExtremeReceiversAndWindows) {
+  const Device device = Device::Open();
+  const auto windowed = MakeEstimator("windowed", device);
+  for (const double delta : {0.001, 0.25, 10.0})
+    for (const int texels : {1, 3, 40}) {
+      LuminaireShape shape;
+      shape.delta_m = delta;
+      shape.width = texels;
+      shape.height = texels;
+      const LitLuminaire luminaire(device, StructuredLuminaire("grain", shape, kSeed));
+      std::vector<SurfacePoint> points;
+      for (const double D :
+           {0.0, 1e-9, 1e-6, 1e-3, 0.1, 100.0, 1e6, -0.01 * delta, -0.5 * delta, -0.9 * delta})
+        for (const double x : {0.0, 0.013, -0.037, 3.0})
+          points.push_back(
+              RoundToFloat({{x, 0.5 * x + 0.001, delta + D}, Normalized(Vec3{0.1, 0.2, -1})}));
+      const GBuffer gbuffer = MakeGBuffer(device, points);
+      const auto exact = ExactLuminance(luminaire.field, points);
+      for (const int samples : {1, 64}) {
+        EstimatorOptions options;
+        options.samples_per_pixel = samples;
+        const auto statistics =
+            OverSeeds(device, *windowed, gbuffer, luminaire.on_device, options, 64);
+        const std::string what = "delta " + std::to_string(delta) + ", " + std::to_string(texels) +
+                                 " texels, K " + std::to_string(samples);
+        ExpectUnbiased(statistics, exact, 64, what.c_str());
+      }
+    }
+}
+
+TEST(Windowed, TakesExactlyKSamplesAndNoneInTheDark) {
+  const Device device = Device::Open();
+  const auto windowed = MakeEstimator("windowed", device);
+  LuminaireShape shape;
+  const LitLuminaire luminaire(device, StructuredLuminaire("noise", shape, kSeed));
+  auto points = FacingReceivers(0.3, 60);
+  points.push_back({{0, 0, -1}, {0, 0, 1}});    // behind
+  points.push_back({{500, 0, 1}, {-1, 0, 0}});  // every window off the image
+  for (const int samples : {1, 7, 200}) {
+    EstimatorOptions options;
+    options.samples_per_pixel = samples;
+    const Lit lit =
+        LightGBuffer(device, *windowed, MakeGBuffer(device, points), luminaire.on_device, options);
+    for (int k = 0; k < 60; ++k) EXPECT_EQ(lit.samples[k], static_cast<cl_uint>(samples)) << k;
+    for (int k = 60; k < 62; ++k) {
+      EXPECT_EQ(lit.samples[k], 0u);
+      EXPECT_EQ(lit.irradiance[k].s[0], 0);
+    }
+  }
+}
+
+TEST(Windowed, ContributionsAreBounded) {
+  const Device device = Device::Open();
+  const auto windowed = MakeEstimator("windowed", device);
+  LuminaireShape shape;
+  const LitLuminaire luminaire(device, StructuredLuminaire("noise", shape, kSeed));
+  const auto points = FacingReceivers(0.3, 50);
+  const GBuffer gbuffer = MakeGBuffer(device, points);
+  const auto& g = luminaire.field.geometry;
+  for (int seed = 0; seed < 100; ++seed) {
+    EstimatorOptions options;
+    options.samples_per_pixel = 1;
+    options.seed = kSeed + seed;
+    const Lit lit = LightGBuffer(device, *windowed, gbuffer, luminaire.on_device, options);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      // A (integral of C over the windows, on F) times the largest Phi |u - p| delta^2 / z^3; A <=
+      // max C * supports.
+      const Vec3 p = points[k].p;
+      const double half = 0.5 * (shape.grid_width + 2) * shape.spacing_m;
+      const double far = lightfield::Length({std::abs(p.x) + half, std::abs(p.y) + half, p.z});
+      const double area = g.grid.count() * 9 * shape.spacing_m * shape.spacing_m;
+      const double bound = 1.5 * area * 0.5625 * far * g.delta_m * g.delta_m / std::pow(p.z, 3);
+      EXPECT_LE(lit.irradiance[k].s[0], bound);
+    }
+  }
+}
+
+TEST(Windowed, ReportedVarianceCoversTheScatter) {
+  const Device device = Device::Open();
+  const auto windowed = MakeEstimator("windowed", device);
+  const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSeed));
+  const auto points = FacingReceivers(0.3, 60);
+  EstimatorOptions options;
+  options.samples_per_pixel = 64;
+  const auto statistics =
+      OverSeeds(device, *windowed, MakeGBuffer(device, points), luminaire.on_device, options, 64);
+  double scatter = 0, reported = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    scatter +=
+        64 * std::pow(statistics.standard_error[k], 2) / statistics.reported_variance[k] / 60;
+    reported += statistics.reported_variance[k];
+  }
+  std::printf("scatter / reported variance: %.2f\n", scatter);
+  EXPECT_GT(reported, 0);
+  EXPECT_LT(scatter, 1.1);
+  EXPECT_GT(scatter, 0.05);
+}
+
+TEST(Windowed, StreamsSeedsAndTilesAreWhatTheySay) {
+  const Device device = Device::Open();
+  const auto windowed = MakeEstimator("windowed", device);
+  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSeed));
+  const auto points = FacingReceivers(0.3, 96);
+  EstimatorOptions options;
+  options.samples_per_pixel = 16;
+  const auto run = [&](const std::vector<SurfacePoint>& some) {
+    return LightGBuffer(device, *windowed, MakeGBuffer(device, some), luminaire.on_device, options)
+        .irradiance;
+  };
+  const auto whole = run(points);
+  const auto same = [](const cl_float4& a, const cl_float4& b) { return a.s[0] == b.s[0]; };
+  options.first_pixel = 40;
+  const auto tile = run({points.begin() + 40, points.end()});
+  for (std::size_t k = 0; k < tile.size(); ++k) EXPECT_TRUE(same(tile[k], whole[k + 40])) << k;
+  options.first_pixel = 0;
+  EXPECT_TRUE(std::equal(whole.begin(), whole.end(), run(points).begin(), same));
+  options.stream = 1;
+  EXPECT_FALSE(std::equal(whole.begin(), whole.end(), run(points).begin(), same));
+  options.stream = 0;
+  options.seed += std::uint64_t{1} << 40;
+  EXPECT_FALSE(std::equal(whole.begin(), whole.end(), run(points).begin(), same));
+}
+
+TEST(Windowed, WorkGroupSizeDoesNotMatter) {
+  const Device device = Device::Open();
+  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSeed));
+  const auto points = FacingReceivers(0.3, 100);
+  const GBuffer gbuffer = MakeGBuffer(device, points);
+  const auto params =
+      MakeLuminaireParams(luminaire.field.geometry, luminaire.on_device.row_stride(), {});
+  SamplingParams sampling{};
+  sampling.samples = 20;
+  sampling.seed_lo = 5;
+  sampling.end = 100;
+  sampling.scratch_stride = 128;
+  const Program program = Program::Build(device, "kernels/windowed.cl");
+  const Buffer none,
+      device_params = Buffer::From(device, std::span<const LuminaireParams>(&params, 1)),
+      device_sampling = Buffer::From(device, std::span<const SamplingParams>(&sampling, 1));
+  std::vector<cl_float4> first;
+  for (const std::size_t group : {1, 7, 64, 128}) {
+    Buffer irradiance(device, 100 * sizeof(cl_float4)), variance(device, 400), samples(device, 400),
+        scratch(device, 128 * 4 * luminaire.tables.count());
+    irradiance.FillZero();
+    variance.FillZero();
+    samples.FillZero();
+    Kernel kernel(program, "Windowed");
+    kernel
+        .Set(device_params, device_sampling, luminaire.on_device.images(),
+             luminaire.on_device.sat(), luminaire.on_device.sat_scale(), gbuffer.position,
+             gbuffer.normal, none, none, scratch, irradiance, variance, samples)
+        .Enqueue({100}, {group});
+    const auto result = irradiance.Download<cl_float4>();
+    if (first.empty()) first = result;
+    for (int k = 0; k < 100; ++k) EXPECT_EQ(result[k].s[1], first[k].s[1]) << group;
+  }
+}
+
+// One quadrilateral in the plane z = `z`, x from x0 to x1, |y| < 10, as a BVH of one leaf.
+DeviceBvh Blocker(const Device& device, float x0, float x1, float z) {
+  BvhNode node{};
+  node.lower0[0] = x0;
+  node.upper0[0] = x1;
+  node.lower0[1] = -10;
+  node.upper0[1] = 10;
+  node.lower0[2] = node.upper0[2] = z;
+  node.child0 = ~(0 * 16 + 2);
+  for (int axis = 0; axis < 3; ++axis) {
+    node.lower1[axis] = 1;  // empty
+    node.upper1[axis] = -1;
+  }
+  node.child1 = ~0;
+  const BvhTriangle triangles[2] = {{{x0, -10, z}, 0, {x1, -10, z}, 0, {x0, 10, z}, 0},
+                                    {{x1, -10, z}, 1, {x1, 10, z}, 0, {x0, 10, z}, 0}};
+  return {Buffer::From(device, std::span<const BvhNode>(&node, 1)),
+          Buffer::From(device, std::span<const BvhTriangle>(triangles))};
+}
+
+TEST(Windowed, ShadowsBlockAllNoneOrPart) {
+  const Device device = Device::Open();
+  const auto windowed = MakeEstimator("windowed", device), exact = MakeEstimator("exact", device);
+  LuminaireShape shape;
+  const LitLuminaire luminaire(device, StructuredLuminaire("facets", shape, kSeed));
+  const auto points = FacingReceivers(0.3, 64, 0.5, 2);
+  const GBuffer gbuffer = MakeGBuffer(device, points);
+  EstimatorOptions options;
+  options.samples_per_pixel = 64;
+  const DeviceBvh all = Blocker(device, -10, 10, 0.1f), none = Blocker(device, 20, 30, 0.1f);
+  for (Estimator* estimator : {windowed.get(), exact.get()}) {
+    const auto open = LightGBuffer(device, *estimator, gbuffer, luminaire.on_device, options);
+    const auto dark = LightGBuffer(device, *estimator, gbuffer, luminaire.on_device, options, &all);
+    const auto clear =
+        LightGBuffer(device, *estimator, gbuffer, luminaire.on_device, options, &none);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      EXPECT_GT(open.irradiance[k].s[0], 0);
+      EXPECT_EQ(dark.irradiance[k].s[0], 0);
+      EXPECT_EQ(clear.irradiance[k].s[0], open.irradiance[k].s[0]);
+    }
+  }
+
+  // A blocker on F's half-space x > 0: what is left is the light of the clipped basis, by
+  // quadrature over u.
+  const DeviceBvh half = Blocker(device, 0, 10, 1e-4f);
+  std::vector<double> judge;
+  constexpr int kNodes = 240;
+  for (const auto& [p, n] : points) {
+    double sum = 0;
+    const auto& g = luminaire.field.geometry;
+    for (int a = 0; a < kNodes; ++a)
+      for (int b = 0; b < kNodes; ++b) {
+        const double u0 = g.grid.u0_m, v0 = g.grid.v0_m;
+        // u from u0 up to where the ray from p passes the blocker's edge (x = 0 at z = 1e-4).
+        const double edge = -p.x * 1e-4 / (p.z - 1e-4),
+                     v1 = v0 + (shape.grid_height + 2) * shape.spacing_m;
+        const lightfield::Vec2 u{u0 + (edge - u0) * (a + 0.5) / kNodes,
+                                 v0 + (v1 - v0) * (b + 0.5) / kNodes};
+        const lightfield::Vec2 s{(u.x * (p.z - g.delta_m) + p.x * g.delta_m) / p.z,
+                                 (u.y * (p.z - g.delta_m) + p.y * g.delta_m) / p.z};
+        const Vec3 to_lamp{u.x - p.x, u.y - p.y, -p.z};
+        sum += lightfield::FluxDensity(luminaire.field, u, s)[0] * std::max(0.0, Dot(n, to_lamp)) *
+               (edge - u0) * (v1 - v0) / (kNodes * kNodes);
+      }
+    judge.push_back(sum * g.delta_m * g.delta_m / std::pow(p.z, 3));
+  }
+  const auto statistics =
+      OverSeeds(device, *windowed, gbuffer, luminaire.on_device, options, 64, &half);
+  ExpectUnbiased(statistics, judge, 64, "half blocked");
+  // `exact` with shadows is a ratio: consistent, its bias falls with K.
+  options.samples_per_pixel = 4000;
+  const auto lit = LightGBuffer(device, *exact, gbuffer, luminaire.on_device, options, &half);
+  double square = 0, mean = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    square += std::pow(lit.irradiance[k].s[0] - judge[k], 2) / 64;
+    mean += judge[k] / 64;
+    EXPECT_EQ(lit.samples[k], 4000u);
+    EXPECT_LT(std::abs(lit.irradiance[k].s[0] - judge[k]),
+              5 * std::sqrt(lit.variance[k]) + 1e-3 * judge[k]);
+  }
+  std::printf("exact with shadows: relative RMSE %.2e at 4000 samples\n", std::sqrt(square) / mean);
+  EXPECT_LT(std::sqrt(square), 0.02 * mean);
+}
+
+TEST(Windowed, BadOptionsAndMissingTablesAreRefused) {
+  const Device device = Device::Open();
+  const auto windowed = MakeEstimator("windowed", device);
+  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSeed));
+  const LuminaireOnDevice bare(device, luminaire.field, nullptr);
+  const GBuffer gbuffer = MakeGBuffer(device, FacingReceivers(0.3, 2));
+  EstimatorOptions options;
+  EXPECT_THROW(LightGBuffer(device, *windowed, gbuffer, bare, options), InputError);
+  options.samples_per_pixel = 0;
+  EXPECT_THROW(LightGBuffer(device, *windowed, gbuffer, luminaire.on_device, options), InputError);
+  options.samples_per_pixel = 8;
+  options.max_samples_per_image = -1;
+  EXPECT_THROW(LightGBuffer(device, *windowed, gbuffer, luminaire.on_device, options), InputError);
+  EXPECT_THROW(MakeEstimator("precise", device), InputError);
+  EXPECT_EQ(EstimatorList().size(), 3u);
+}
+
+}  // namespace
+}  // namespace luxfield::render
