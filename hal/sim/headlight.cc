@@ -79,17 +79,20 @@ class Headlight : public Lamp {
     const double px = hx + k * dx;
     // Within the plane, along the direction perpendicular to x and to the normal.
     const double py = -(hy + k * dy) * normal_z_ + (hz + k * dz) * normal_y_;
-    return OnChip(px, o_.chip_columns) && OnChip(py, o_.chip_rows)
-               ? o_.transmission * o_.chip_radiance + haze
-               : haze;
+    return haze +
+           o_.transmission * o_.chip_radiance * Glow(px, o_.chip_columns) * Glow(py, o_.chip_rows);
   }
 
-  // Whether a coordinate, measured from the array's middle, is on one of `count` chips.
-  bool OnChip(double position, int count) const {
-    const double pitch = o_.chip_m + o_.chip_gap_m;
-    const double from_start = position + 0.5 * (count * pitch - o_.chip_gap_m);
-    if (from_start < 0 || from_start >= count * pitch - o_.chip_gap_m) return false;
-    return from_start - pitch * std::floor(from_start / pitch) <= o_.chip_m;
+  // Relative radiance along one axis of the array, at a position from its middle.
+  double Glow(double position, int count) const {
+    const double pitch = o_.chip_m + o_.chip_gap_m, length = count * pitch - o_.chip_gap_m;
+    const double inside = 0.5 * length - std::abs(position);  // from the border
+    if (inside <= 0) return 0;
+    const double from_start = position + 0.5 * length;
+    const bool gap = from_start - pitch * std::floor(from_start / pitch) > o_.chip_m;
+    const double fade =
+        inside < o_.rim_m ? 0.5 - 0.5 * std::cos(std::numbers::pi * inside / o_.rim_m) : 1.0;
+    return gap ? o_.gap_radiance * fade : fade;
   }
 
   HeadlightOptions o_;
@@ -110,6 +113,8 @@ HeadlightOptions ReadHeadlight(const core::Config& config) {
   o.chip_rows = config.Integer("chip_rows", o.chip_rows, 1, 100);
   o.chip_m = length("chip_m", o.chip_m);
   o.chip_gap_m = config.Number("chip_gap_m", o.chip_gap_m, {0, 1});
+  o.gap_radiance = config.Number("gap_radiance", o.gap_radiance, {0, 1});
+  o.rim_m = length("rim_m", o.rim_m);
   o.chip_tilt_deg = config.Number("chip_tilt_deg", o.chip_tilt_deg, {0, 90});
   o.mirror_focal_m = length("mirror_focal_m", o.mirror_focal_m);
   o.mirror_radius_m = length("mirror_radius_m", o.mirror_radius_m);

@@ -19,17 +19,19 @@
 namespace luxfield::hal::sim {
 
 struct HeadlightOptions {
-  double chip_radiance = 8e7;  // cd/m^2 for a lab in lm
+  double chip_radiance = 2e6;  // cd/m^2 for a lab in lm
   double transmission = 0.75;  // mirror and lens together
-  double haze = 2e-7;          // radiance of the whole lens, relative to the chips
-  int chip_columns = 5, chip_rows = 2;
-  double chip_m = 3e-3, chip_gap_m = 0.6e-3;
-  double chip_tilt_deg = 50;  // of the chips' plane from facing straight into the mirror, upwards
+  double haze = 1e-6;          // radiance of the whole lens, relative to the chips
+  int chip_columns = 5, chip_rows = 4;
+  double chip_m = 7e-3, chip_gap_m = 0.5e-3;
+  double gap_radiance = 0.7;  // of the phosphor between chips, relative to theirs
+  double rim_m = 0.010;       // over which the phosphor fades at the array's border (cosine)
+  double chip_tilt_deg = 70;  // of the chips' plane from facing straight into the mirror, upwards
   double mirror_focal_m = 0.030;
-  double mirror_radius_m = 0.085;
+  double mirror_radius_m = 0.090;
   double mirror_axis_m = -0.004;  // height of the mirror's axis above the lens axis
-  double lens_focal_m = 0.110;
-  double lens_radius_m = 0.075;
+  double lens_focal_m = 0.140;
+  double lens_radius_m = 0.090;
   double lens_gap_m = 0.010;     // from the lens to F
   double shield_defocus = 0.02;  // shield distance over focal length, minus 1: softens the cut-off
   double cutoff_deg = -0.57;     // the horizontal part of the edge
