@@ -1,10 +1,13 @@
 #include "render/device.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <filesystem>
 
 #include "core/error.h"
 #include "render/opencl_check.h"
@@ -15,7 +18,29 @@ namespace {
 constexpr cl_int kPlatformNotFoundKhr =
     -1001;  // the ICD loader's code when no platform is installed
 
+// PoCL offers no device at all where it cannot make its kernel cache: give it one where the user's
+// own cache folder cannot be written (a container, a service account). Acts before the first OpenCL
+// call.
+void GivePoclACache() {
+  if (std::getenv("POCL_CACHE_DIR")) return;
+  const char* xdg = std::getenv("XDG_CACHE_HOME");
+  const char* home = std::getenv("HOME");
+  std::filesystem::path cache = xdg && *xdg ? xdg : "";
+  if (cache.empty() && home && *home) cache = std::filesystem::path(home) / ".cache";
+  std::error_code error;
+  if (!cache.empty()) std::filesystem::create_directories(cache / "pocl", error);
+  if (!cache.empty() && !error && ::access((cache / "pocl").c_str(), W_OK) == 0) return;
+  const auto fallback =
+      std::filesystem::temp_directory_path(error) / fmt::format("luxfield-pocl-{}", ::getuid());
+  std::filesystem::create_directories(fallback, error);
+  std::filesystem::permissions(fallback, std::filesystem::perms::owner_all, error);
+  struct stat info {};  // what another user put there is not run
+  if (::lstat(fallback.c_str(), &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == ::getuid())
+    ::setenv("POCL_CACHE_DIR", fallback.c_str(), 0);
+}
+
 std::vector<cl_device_id> DeviceIds() {
+  GivePoclACache();
   cl_uint platform_count = 0;
   const cl_int code = clGetPlatformIDs(0, nullptr, &platform_count);
   if (code == kPlatformNotFoundKhr || platform_count == 0) return {};

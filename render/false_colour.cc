@@ -62,6 +62,31 @@ void PaintPixels(cairo_surface_t* surface, const core::Image& image, FalseColour
   cairo_surface_mark_dirty(surface);
 }
 
+struct Tick {
+  double value = 0;
+  bool labelled = false;
+};
+
+// 1, 2, 5 of every decade, labelled as far as the labels fit `length` pixels; the ends of a scale
+// that holds less than two of them.
+std::vector<Tick> MakeTicks(FalseColourScale scale, double length) {
+  const double decade_pixels = length / std::log10(scale.max / scale.min);
+  const double room = kFontSize + 1;
+  const bool label_all = decade_pixels * std::log10(2) >= room;  // the narrowest gap, from 1 to 2
+  const int every = std::max(1, static_cast<int>(std::ceil(room / decade_pixels)));
+  const int first = static_cast<int>(std::floor(std::log10(scale.min)));
+  const int last = static_cast<int>(std::floor(std::log10(scale.max) + 1e-3));
+  std::vector<Tick> ticks;
+  for (int decade = first; decade <= last; ++decade)
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double value = factor * std::pow(10.0, decade);
+      if (value < scale.min * 0.999 || value > scale.max * 1.001) continue;
+      ticks.push_back({value, label_all || (factor == 1.0 && decade % every == 0)});
+    }
+  if (ticks.size() < 2) ticks = {{scale.min, true}, {scale.max, true}};
+  return ticks;
+}
+
 void DrawLegend(cairo_t* cairo, double left, double height, const std::string& quantity,
                 const std::string& unit, FalseColourScale scale) {
   cairo_set_source_rgb(cairo, 1, 1, 1);
@@ -76,29 +101,24 @@ void DrawLegend(cairo_t* cairo, double left, double height, const std::string& q
   cairo_show_text(cairo, unit.c_str());
 
   const double top = kTitleHeight + kMargin, bottom = height - kMargin, bar = left + 10;
-  for (double y = top; y < bottom; ++y) {
+  for (int i = 0; i < bottom - top; ++i) {
+    const double y = top + i;
     const auto colour = core::FalseColour((bottom - y - 0.5) / (bottom - top));
     cairo_set_source_rgb(cairo, colour[0], colour[1], colour[2]);
-    cairo_rectangle(cairo, bar, y, kBarWidth, std::min(1.0, bottom - y));
+    cairo_rectangle(cairo, bar, y, kBarWidth, 1);
     cairo_fill(cairo);
   }
   cairo_set_source_rgb(cairo, 0, 0, 0);
   cairo_set_line_width(cairo, 1);
-  // Labels at 2 and 5 only where all fit: the narrowest gap is that from 1 to 2.
-  const bool label_all = Position(2 * scale.min, scale) * (bottom - top) > kFontSize + 1;
-  for (double decade = std::pow(10.0, std::floor(std::log10(scale.min)));
-       decade <= scale.max * 1.001; decade *= 10)
-    for (const double factor : {1.0, 2.0, 5.0}) {
-      const double value = factor * decade;
-      if (value < scale.min * 0.999 || value > scale.max * 1.001) continue;
-      const double y = bottom - Position(value, scale) * (bottom - top);
-      cairo_move_to(cairo, bar + kBarWidth, y);
-      cairo_line_to(cairo, bar + kBarWidth + (factor == 1.0 ? 7 : 4), y);
-      cairo_stroke(cairo);
-      if (factor != 1.0 && !label_all) continue;
-      cairo_move_to(cairo, bar + kBarWidth + 10, y + 0.35 * kFontSize);
-      cairo_show_text(cairo, TickLabel(value).c_str());
-    }
+  for (const Tick& tick : MakeTicks(scale, bottom - top)) {
+    const double y = bottom - Position(tick.value, scale) * (bottom - top);
+    cairo_move_to(cairo, bar + kBarWidth, y);
+    cairo_line_to(cairo, bar + kBarWidth + (tick.labelled ? 7 : 4), y);
+    cairo_stroke(cairo);
+    if (!tick.labelled) continue;
+    cairo_move_to(cairo, bar + kBarWidth + 10, y + 0.35 * kFontSize);
+    cairo_show_text(cairo, TickLabel(tick.value).c_str());
+  }
 }
 
 cairo_status_t Append(void* closure, const unsigned char* data, unsigned length) {

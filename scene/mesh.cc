@@ -19,6 +19,7 @@
 namespace luxfield::scene {
 namespace {
 
+constexpr float kLargest_m = 1e6f;  // float32 resolves 6 cm there
 constexpr char kRemedy[] = "repair the mesh or export it again";
 
 Transform FromAssimp(const aiMatrix4x4& m) {
@@ -27,6 +28,10 @@ Transform FromAssimp(const aiMatrix4x4& m) {
 
 std::array<float, 3> ToFloat(Vec3 v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
+bool IsNear(const std::array<float, 3>& v) {
+  return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])}) <= kLargest_m;
 }
 
 bool IsFinite(const std::array<float, 3>& v) {
@@ -85,6 +90,8 @@ class MeshAppender {
       vertex.position = ToFloat(world_from_mesh.Point(FromAssimp(mesh.mVertices[i])));
       if (!IsFinite(vertex.position))
         Fail(fmt::format("vertex {} has a coordinate that is not finite", i));
+      if (!IsNear(vertex.position))
+        Fail(fmt::format("vertex {} lies more than {} m from the origin", i, kLargest_m));
       if (mesh.HasNormals() && normals_transform) {
         const auto normal = ToFloat(world_from_mesh.Normal(FromAssimp(mesh.mNormals[i])));
         if (IsFinite(normal)) vertex.normal = normal;  // else (zero in the file) the triangle's own

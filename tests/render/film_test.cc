@@ -139,6 +139,26 @@ TEST(FalseColour, ColoursFollowTheLogarithmAndTheScaleIsRound) {
   EXPECT_GT(dark, 60);  // without a font the title would be missing
 }
 
+// Ink right of the legend's bar, where labels stand, for scales from a third of a decade to sixty
+// decades: every legend has two labels or more, and no row of ink joins two of them.
+TEST(FalseColour, LabelsEveryScaleWithoutOverlap) {
+  const double scales[][2] = {{3, 4}, {1, 1000}, {0.02, 700}, {1e-30, 1e30}};
+  for (const auto& [min, max] : scales) {
+    const auto path = Temporary("labels.png");
+    WriteFalseColour(path, core::Image(4, 300, 1), "radiance", "cd/m2", {min, max});
+    const cv::Mat png = cv::imread(path.string(), cv::IMREAD_GRAYSCALE);
+    int labels = 0, run = 0;
+    for (int y = 42; y < 300; ++y) {
+      int ink = 0;
+      for (int x = 4 + 40; x < 4 + 110; ++x) ink += png.at<unsigned char>(y, x) < 128;
+      run = ink ? run + 1 : 0;
+      labels += run == 1;
+      EXPECT_LT(run, 13) << min << " to " << max;  // one line of 12 points
+    }
+    EXPECT_GE(labels, 2) << min << " to " << max;
+  }
+}
+
 TEST(FalseColour, PicksARoundScale) {
   core::Image image(100, 100, 1);
   for (std::size_t i = 0; i < image.data.size(); ++i)

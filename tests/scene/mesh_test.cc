@@ -122,7 +122,7 @@ TEST(HostileMesh, WithoutTrianglesIsRefused) {
 }
 
 TEST(HostileMesh, NonFiniteVerticesAreRefused) {
-  for (const char* bad : {"nan", "inf", "-inf", "1e60"})
+  for (const char* bad : {"nan", "inf", "-inf", "1e60", "1e30", "-2e6"})
     ExpectRefused(Write(std::string(bad) + ".ply", PlyWithVertex(bad)));
 }
 
