@@ -192,9 +192,9 @@ Eigen::VectorXd BasisValues(const lightfield::Basis& basis, double x, int count)
   return values;
 }
 
-// Least squares per texel; `texel_flux` [channel][texel] is what the rays bring.
+// Least squares per texel, scaled to the texel's flux.
 void Fit(const RayFile& file, const Bins& bins, double scale, const GramSolver& solver,
-         RayImport* result, std::vector<double>* texel_flux) {
+         RayImport* result) {
   LightField &c = result->coefficients, &sigma = result->sigma;
   const auto& geometry = c.geometry;
   const auto& grid = geometry.grid;
@@ -207,7 +207,6 @@ void Fit(const RayFile& file, const Bins& bins, double scale, const GramSolver& 
   const double integral_m = grid.basis.TotalIntegral() * grid.spacing_m;
   const Eigen::VectorXd gain_u = integral_m * inverse_u.rowwise().sum();
   const Eigen::VectorXd gain_v = integral_m * inverse_v.rowwise().sum();
-  texel_flux->assign(geometry.channels * texels, 0);
   core::ParallelFor(texels, 64, [&](std::size_t begin, std::size_t end) {
     std::vector<RowMatrix> e(geometry.channels), variance(geometry.channels);
     for (std::size_t texel = begin; texel < end; ++texel) {
@@ -232,7 +231,6 @@ void Fit(const RayFile& file, const Bins& bins, double scale, const GramSolver& 
                                                : std::array<double, 3>{ray.flux, 0, 0};
         for (int channel = 0; channel < geometry.channels; ++channel) {
           const double scaled = scale * flux[channel];
-          (*texel_flux)[channel * texels + texel] += scaled;
           e[channel] += scaled / area * phi;
           variance[channel] += scaled * scaled / (area * area) * dual;
         }
@@ -248,23 +246,6 @@ void Fit(const RayFile& file, const Bins& bins, double scale, const GramSolver& 
       }
     }
   });
-}
-
-void MakeNonNegative(const GramSolver& solver, const std::vector<double>& texel_flux,
-                     LightField* c) {
-  const auto& geometry = c->geometry;
-  const std::size_t values = geometry.plane_size() * geometry.channels;
-  std::vector<float*> images;
-  for (int m = 0; m < geometry.grid.count(); ++m) images.push_back(c->image(m, 0).data());
-  ProjectNonNegative(solver, images.data(), values);
-  const double flux_of_c = geometry.grid.PhiIntegral() * geometry.lattice.texel_area_m2();
-  for (std::size_t p = 0; p < values; ++p) {
-    double sum = 0;
-    for (const float* image : images) sum += image[p];
-    // A texel whose rays bring no light, or a colour outside Rec. 709, gets none.
-    const double factor = sum > 0 ? std::max(texel_flux[p], 0.0) / (sum * flux_of_c) : 0;
-    for (float* image : images) image[p] = static_cast<float>(image[p] * factor);
-  }
 }
 
 bool HasTristimulus(const RayFile& file) {
@@ -382,10 +363,14 @@ RayImport ImportRays(const RayFile& file, const ImportRaysOptions& options) {
   result.coefficients = LightField(geometry);
   result.sigma = LightField(geometry);
   const GramSolver solver(geometry.grid);
-  std::vector<double> texel_flux;
-  Fit(file, bins, report.scale, solver, &result, &texel_flux);
+  Fit(file, bins, report.scale, solver, &result);
   report.negative_energy = Statistics(result.coefficients, result.sigma).negative_energy;
-  if (options.non_negative) MakeNonNegative(solver, texel_flux, &result.coefficients);
+  if (options.non_negative) {
+    std::vector<float*> images;
+    for (int m = 0; m < geometry.grid.count(); ++m)
+      images.push_back(result.coefficients.image(m, 0).data());
+    ProjectNonNegative(solver, images.data(), geometry.plane_size() * geometry.channels);
+  }
   const std::array<double, 3> flux = lightfield::TotalFlux(result.coefficients);
   report.fitted_flux =
       geometry.channels == 3 ? 0.2126 * flux[0] + 0.7152 * flux[1] + 0.0722 * flux[2] : flux[0];

@@ -48,7 +48,7 @@ struct ImportRaysOptions {
   std::optional<double> delta_m;  // absent: twice the light's extent on F, or 0.1 m for a point
   double coverage = 0.8;          // least share of the forward flux that both windows are to catch
 
-  bool non_negative = false;  // project on C >= 0, then scale each texel to its rays' flux
+  bool non_negative = false;  // project on C >= 0, keeping every texel's flux
 };
 
 struct ChosenPlanes {

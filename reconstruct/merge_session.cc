@@ -140,6 +140,13 @@ class SessionMerger {
       double first = 0;
     };
     std::map<std::tuple<int, double, double>, Series> all;
+    struct Point {
+      const FrameRecord* record;
+      double ratio;
+    };
+    std::vector<Point> points;
+    double monitor =
+        0;  // sum of readings over ratios: the reading at the first reference, averaged
     for (const FrameRecord& record : session_.frames()) {
       if (record.kind != FrameKind::kReference) continue;
       ++summary_.reference_frames;
@@ -155,9 +162,21 @@ class SessionMerger {
         throw InputError((session_.folder() / record.file).string(),
                          "the reference frame shows no light",
                          "check lamp and shutter, and capture again");
-      drift_.Add(record.epoch, record.channel, record.t_start_s + record.exposure_s / 2,
-                 sum / series.first);
+      points.push_back({&record, sum / series.first});
+      if (options_.lamp_level == LampLevel::kMonitorUnity && !(record.meter > 0))
+        throw InputError((session_.folder() / "journal.jsonl").string(),
+                         fmt::format("reference '{}' has no monitor reading", record.file),
+                         "refer to the first reference frame instead");
+      monitor += record.meter * series.first / sum;
     }
+    const bool by_monitor = options_.lamp_level == LampLevel::kMonitorUnity;
+    if (by_monitor && points.empty())
+      throw InputError(session_.folder().string(), "has no reference frames with monitor readings",
+                       "refer to the first reference frame instead");
+    const double level = by_monitor ? monitor / static_cast<double>(points.size()) : 1;
+    for (const auto& [record, ratio] : points)
+      drift_.Add(record->epoch, record->channel, record->t_start_s + record->exposure_s / 2,
+                 ratio * level);
   }
 
   std::vector<std::size_t> ReferencePixels(const RawFrame& frame) const {

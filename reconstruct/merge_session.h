@@ -13,8 +13,15 @@
 
 namespace luxfield::reconstruct {
 
+// The lamp level that the result belongs to.
+enum class LampLevel {
+  kFirstReference,  // the lamp as it was at the session's first reference frame
+  kMonitorUnity  // the lamp at which its monitor reads 1: for monitors relative to a nominal level
+};
+
 struct MergeSessionOptions {
   MergeOptions merge;
+  LampLevel lamp_level = LampLevel::kFirstReference;
   bool check_hashes = true;  // of every frame, against the journal
 };
 
@@ -27,7 +34,7 @@ struct MergeSessionSummary {
   double largest_displacement = 0;  // of a stage read-back from its plan, in basis spacings
 };
 
-// The lamp's level over its level at the session's first reference, from reference frames: the sum
+// The lamp's level over the level chosen, from reference frames: the sum
 // over pixels that the first frame shows between 5 % and 80 % of the sensor's range (all that lie
 // below 80 % if none does), divided by exposure and attenuation. Linear between references of one
 // epoch (clocks of different epochs do not compare), constant outside; 1 for a channel and epoch

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <vector>
 
@@ -44,9 +45,17 @@ LUXFIELD_INLINE void MultiplyBand(const Band& band, const Lanes* in, std::size_t
 }
 
 struct Workspace {
-  std::vector<Lanes> start, x, y, difference, scratch, gradient;
+  std::vector<Lanes> start, x, y, difference, scratch, gradient, moved;
+  Lanes sum{};        // of the coefficients, kept if keep_flux
+  Lanes threshold{};  // of the last projection
   explicit Workspace(int count)
-      : start(count), x(count), y(count), difference(count), scratch(count), gradient(count) {}
+      : start(count),
+        x(count),
+        y(count),
+        difference(count),
+        scratch(count),
+        gradient(count),
+        moved(count) {}
 };
 
 // gradient = G (at - start)
@@ -61,29 +70,63 @@ LUXFIELD_INLINE void Gradient(const Band& u, const Band& v, const std::vector<La
     MultiplyBand(v, w.scratch.data() + i, u.count, w.gradient.data() + i);
 }
 
-// y -> x' = max(0, y - step * gradient(y)), y' = x' + momentum (x' - x).
+// Replaces w.moved by its Euclidean projection on {x >= 0} or, if keep_flux, on
+// {x >= 0, sum x = w.sum}: max(moved - threshold, 0), where the threshold is the root of a convex
+// piecewise linear function that Newton's method finds in finitely many steps from anywhere.
+LUXFIELD_INLINE void ProjectMoved(bool keep_flux, Workspace& w) {
+  constexpr int kMaxSteps = 50;
+  bool settled = !keep_flux;
+  for (int n = 0; n < kMaxSteps && !settled; ++n) {
+    Lanes sum{}, count{}, largest;
+    largest.fill(-std::numeric_limits<double>::infinity());
+    for (const Lanes& moved : w.moved)
+      for (std::size_t k = 0; k < kLanes; ++k) {
+        const double above = moved[k] - w.threshold[k];
+        sum[k] += above > 0 ? above : 0;
+        count[k] += above > 0 ? 1 : 0;
+        largest[k] = moved[k] > largest[k] ? moved[k] : largest[k];
+      }
+    settled = true;
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const double next =
+          count[k] > 0 ? w.threshold[k] + (sum[k] - w.sum[k]) / count[k] : largest[k] - w.sum[k];
+      settled &= std::abs(next - w.threshold[k]) <= 4e-15 * (std::abs(largest[k]) + std::abs(next));
+      w.threshold[k] = next;
+    }
+  }
+  for (Lanes& moved : w.moved)
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      const double above = moved[k] - w.threshold[k];
+      moved[k] = above > 0 ? above : 0;
+    }
+}
+
+// y -> x' = P(y - step * gradient(y)), y' = x' + momentum (x' - x).
 LUXFIELD_SIMD_CLONES void Iterate(const Band& u, const Band& v, double step, double momentum,
-                                  Workspace& w) {
+                                  bool keep_flux, Workspace& w) {
   Gradient(u, v, w.y, w);
   for (std::size_t m = 0; m < w.x.size(); ++m)
+    for (std::size_t k = 0; k < kLanes; ++k) w.moved[m][k] = w.y[m][k] - step * w.gradient[m][k];
+  ProjectMoved(keep_flux, w);
+  for (std::size_t m = 0; m < w.x.size(); ++m)
     for (std::size_t k = 0; k < kLanes; ++k) {
-      const double moved = w.y[m][k] - step * w.gradient[m][k];
-      const double next = moved > 0 ? moved : 0;
-      w.y[m][k] = next + momentum * (next - w.x[m][k]);
-      w.x[m][k] = next;
+      w.y[m][k] = w.moved[m][k] + momentum * (w.moved[m][k] - w.x[m][k]);
+      w.x[m][k] = w.moved[m][k];
     }
 }
 
 // Residual of the stopping rule at x, before the division by max |C_0|.
 LUXFIELD_SIMD_CLONES void Residual(const Band& u, const Band& v, double reciprocal_diagonal,
-                                   Workspace& w, Lanes& residual) {
+                                   bool keep_flux, Workspace& w, Lanes& residual) {
   Gradient(u, v, w.x, w);
+  for (std::size_t m = 0; m < w.x.size(); ++m)
+    for (std::size_t k = 0; k < kLanes; ++k)
+      w.moved[m][k] = w.x[m][k] - reciprocal_diagonal * w.gradient[m][k];
+  ProjectMoved(keep_flux, w);
   residual.fill(0);
   for (std::size_t m = 0; m < w.x.size(); ++m)
     for (std::size_t k = 0; k < kLanes; ++k) {
-      const double g = w.gradient[m][k] * reciprocal_diagonal;
-      const double least = w.x[m][k] < g ? w.x[m][k] : g;
-      const double size = least < 0 ? -least : least;
+      const double size = std::abs(w.x[m][k] - w.moved[m][k]);
       residual[k] = size > residual[k] ? size : residual[k];
     }
 }
@@ -92,12 +135,23 @@ template <typename T>
 NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std::size_t pixels,
                            const NonNegativeOptions& options) {
   const int count = solver.count();
-  std::vector<std::size_t> negative;
   std::vector<char> flagged(pixels, 0);
+  std::vector<double> sum(pixels, 0.0);
   for (int m = 0; m < count; ++m)
-    for (std::size_t p = 0; p < pixels; ++p) flagged[p] |= coefficients[m][p] < 0;
-  for (std::size_t p = 0; p < pixels; ++p)
-    if (flagged[p]) negative.push_back(p);
+    for (std::size_t p = 0; p < pixels; ++p) {
+      flagged[p] |= coefficients[m][p] < 0;
+      sum[p] += coefficients[m][p];
+    }
+  NonNegativeSummary summary;
+  std::vector<std::size_t> negative;
+  for (std::size_t p = 0; p < pixels; ++p) {
+    if (!flagged[p]) continue;
+    ++summary.pixels;
+    if (options.keep_flux && !(sum[p] > 0))
+      for (int m = 0; m < count; ++m) coefficients[m][p] = 0;
+    else
+      negative.push_back(p);
+  }
 
   const Band u(solver.u()), v(solver.v());
   const double largest = solver.u().largest_eigenvalue * solver.v().largest_eigenvalue;
@@ -108,8 +162,6 @@ NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std
   for (const auto& row : v.row) diagonal_v = std::max(diagonal_v, row[2]);
   const double reciprocal_diagonal = 1 / (diagonal_u * diagonal_v);
 
-  NonNegativeSummary summary;
-  summary.pixels = negative.size();
   std::mutex mutex;
   const std::size_t blocks = (negative.size() + kLanes - 1) / kLanes;
   core::ParallelFor(blocks, 4, [&](std::size_t begin, std::size_t end) {
@@ -118,6 +170,8 @@ NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std
       const std::size_t* pixel = negative.data() + block * kLanes;
       const std::size_t lanes = std::min(kLanes, negative.size() - block * kLanes);
       Lanes scale{}, residual{};
+      w.threshold.fill(0);
+      for (std::size_t k = 0; k < kLanes; ++k) w.sum[k] = k < lanes ? sum[pixel[k]] : 1.0;
       for (int m = 0; m < count; ++m)
         for (std::size_t k = 0; k < kLanes; ++k) {
           const double c = k < lanes ? static_cast<double>(coefficients[m][pixel[k]]) : 0.0;
@@ -133,9 +187,10 @@ NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std
       int iteration = 0;
       while (iteration < options.max_iterations) {
         constexpr int kBetweenChecks = 8;
-        for (int n = 0; n < kBetweenChecks; ++n) Iterate(u, v, step, momentum, w);
+        for (int n = 0; n < kBetweenChecks; ++n)
+          Iterate(u, v, step, momentum, options.keep_flux, w);
         iteration += kBetweenChecks;
-        Residual(u, v, reciprocal_diagonal, w, residual);
+        Residual(u, v, reciprocal_diagonal, options.keep_flux, w, residual);
         if (converged()) break;
       }
       for (int m = 0; m < count; ++m)

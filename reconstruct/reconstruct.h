@@ -14,7 +14,7 @@ enum class Precision { kFloat, kDouble };  // of the sweeps; E and C are float32
 
 struct ReconstructOptions {
   Precision precision = Precision::kFloat;
-  bool non_negative = false;  // project on C >= 0 (reconstruct/non_negative.h)
+  bool non_negative = false;  // project on C >= 0, keeping every texel's flux (non_negative.h)
 };
 
 struct Reconstruction {

@@ -118,6 +118,7 @@ std::filesystem::path Capture(const std::string& name, const Case& c) {
     record.repeat = number;
     record.exposure_s = record.requested_exposure_s = 2;
     record.t_start_s = now_s - 1;
+    record.meter = c.lamp(now_s);
     writer.CommitFrame(record, frame_of(2, [&](double, double) { return 30 * c.lamp(now_s); }),
                        json::object());
   };
@@ -220,6 +221,19 @@ TEST_F(MergeSessionTest, CorrectsLampDriftBetweenReferences) {
   EXPECT_NEAR(summary.largest_lamp_factor, 1.052, 1e-6);
   c.references = false;
   EXPECT_GT(WorstError(Merge("drift_unseen", c), 9.0 / 16), 0.03);
+}
+
+TEST_F(MergeSessionTest, RefersToTheLampThatItsMonitorCallsOne) {
+  Case c;
+  c.references = true;
+  c.lamp = [](double time_s) { return 1.05 - 4e-4 * (time_s - 1000); };
+  const core::SessionReader session(Capture("monitor", c));
+  MergeSessionOptions options;
+  EXPECT_LT(WorstError(MergeSession(session, options), 9.0 / 16 * 1.05), 2e-6);
+  options.lamp_level = LampLevel::kMonitorUnity;
+  EXPECT_LT(WorstError(MergeSession(session, options), 9.0 / 16), 2e-6);
+  const core::SessionReader without(Capture("no_monitor", {}));
+  EXPECT_THROW(MergeSession(without, options), InputError);
 }
 
 TEST_F(MergeSessionTest, SubtractsDarkFrames) {

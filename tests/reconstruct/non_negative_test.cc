@@ -52,7 +52,7 @@ TEST(NonNegative, SatisfiesTheKktConditions) {
   const std::vector<double> start = RandomCoefficients(99, kPixels, 0.5);
   std::vector<double> c = start;
   const NonNegativeSummary summary =
-      ProjectNonNegative(solver, Rows(c, 99).data(), kPixels, {1e-9, 5000});
+      ProjectNonNegative(solver, Rows(c, 99).data(), kPixels, {false, 1e-9, 5000});
   EXPECT_EQ(summary.pixels, kPixels);
   EXPECT_EQ(summary.unconverged, 0u);
   const Matrix gram = Dense(solver);
@@ -79,7 +79,7 @@ TEST(NonNegative, AgreesWithTheBestOfAllActiveSets) {
   constexpr std::size_t kPixels = 20;
   const std::vector<double> start = RandomCoefficients(9, kPixels, 0);
   std::vector<double> c = start;
-  ProjectNonNegative(solver, Rows(c, 9).data(), kPixels, {1e-10, 5000});
+  ProjectNonNegative(solver, Rows(c, 9).data(), kPixels, {false, 1e-10, 5000});
   for (std::size_t p = 0; p < kPixels; ++p) {
     Eigen::VectorXd c0(9);
     for (int m = 0; m < 9; ++m) c0(m) = start[m * kPixels + p];
@@ -105,6 +105,62 @@ TEST(NonNegative, AgreesWithTheBestOfAllActiveSets) {
   }
 }
 
+TEST(NonNegative, KeepsTheFluxAndSatisfiesTheKktConditions) {
+  const GramSolver solver = Solver(11, 9);
+  constexpr std::size_t kPixels = 100;
+  const std::vector<double> start = RandomCoefficients(99, kPixels, 0.2);
+  std::vector<double> c = start;
+  const NonNegativeSummary summary =
+      ProjectNonNegative(solver, Rows(c, 99).data(), kPixels, {true, 1e-9, 5000});
+  EXPECT_EQ(summary.unconverged, 0u);
+  const Matrix gram = Dense(solver);
+  int dark = 0;
+  for (std::size_t p = 0; p < kPixels; ++p) {
+    Eigen::VectorXd x(99), x0(99);
+    for (int m = 0; m < 99; ++m) {
+      x(m) = c[m * kPixels + p];
+      x0(m) = start[m * kPixels + p];
+    }
+    if (!(x0.sum() > 0)) {
+      ++dark;
+      EXPECT_EQ(x.cwiseAbs().maxCoeff(), 0);
+      continue;
+    }
+    EXPECT_GE(x.minCoeff(), 0);
+    EXPECT_NEAR(x.sum(), x0.sum(), 1e-9 * x0.cwiseAbs().sum());
+    // One multiplier: the gradient is equal where x > 0 and not below that elsewhere.
+    const Eigen::VectorXd gradient = gram * (x - x0) / gram.diagonal().maxCoeff();
+    const double multiplier = gradient.dot(x) / x.sum(), scale = x0.cwiseAbs().maxCoeff();
+    for (int m = 0; m < 99; ++m) {
+      EXPECT_GE(gradient(m) - multiplier, -1e-7 * scale);
+      if (x(m) > 1e-6 * scale) {
+        EXPECT_NEAR(gradient(m), multiplier, 1e-7 * scale);
+      }
+    }
+  }
+  EXPECT_GT(dark, 0);
+  EXPECT_LT(dark, 50);
+}
+
+TEST(NonNegative, KeepsAPointFromGainingFlux) {
+  // A point at the middle of basis (5, 4): E = Phi, C_0 = G^-1 Phi.
+  const GramSolver solver = Solver(11, 9);
+  const lightfield::Basis basis = lightfield::Basis::Make(lightfield::BasisKind::kBspline2);
+  Eigen::VectorXd e(99);
+  for (int m = 0; m < 99; ++m) e(m) = basis.Value(5 + 1.5 - m % 11) * basis.Value(4 + 1.5 - m / 11);
+  const Eigen::VectorXd c0 = Dense(solver).llt().solve(e);
+  std::vector<double> plain(c0.data(), c0.data() + 99), kept = plain;
+  ProjectNonNegative(solver, Rows(plain, 99).data(), 1, {false, 1e-10, 5000});
+  ProjectNonNegative(solver, Rows(kept, 99).data(), 1, {true, 1e-10, 5000});
+  const auto sum = [](const std::vector<double>& c) {
+    double total = 0;
+    for (const double x : c) total += x;
+    return total;
+  };
+  EXPECT_NEAR(sum(plain) / c0.sum(), 1.86, 0.02);  // ((3/4) / (11/20))^2
+  EXPECT_NEAR(sum(kept) / c0.sum(), 1, 1e-9);
+}
+
 TEST(NonNegative, LeavesNonNegativePixelsAlone) {
   const GramSolver solver = Solver(5, 4);
   std::vector<float> c(20 * 3, 0.1f);
@@ -124,7 +180,8 @@ TEST(NonNegative, LeavesNonNegativePixelsAlone) {
 TEST(NonNegative, ReportsWhatDidNotConverge) {
   const GramSolver solver = Solver(11, 9);
   std::vector<double> c = RandomCoefficients(99, 4, 0);
-  const NonNegativeSummary summary = ProjectNonNegative(solver, Rows(c, 99).data(), 4, {1e-14, 8});
+  const NonNegativeSummary summary =
+      ProjectNonNegative(solver, Rows(c, 99).data(), 4, {false, 1e-14, 8});
   EXPECT_EQ(summary.unconverged, 4u);
   EXPECT_EQ(summary.iterations, 8);
   EXPECT_GT(summary.worst_residual, 1e-14);
