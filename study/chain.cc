@@ -1,0 +1,89 @@
+#include "study/chain.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "hal/devices.h"
+
+namespace luxfield::study {
+namespace {
+
+class Stopwatch {
+ public:
+  double Lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - start_).count();
+    start_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+ChainResult RunChain(const ChainOptions& options) {
+  ChainResult result;
+  std::filesystem::create_directories(options.folder);
+  const auto session_folder = options.folder / "session";
+  Stopwatch watch;
+  {
+    const capture::Plan plan = capture::ReadPlan(options.plan);
+    hal::Devices devices = hal::MakeDevices(options.lab, options.seed);
+    result.capture = capture::RunCapture(plan, devices, session_folder);
+  }
+  result.capture_s = watch.Lap();
+
+  const auto measurements_file = options.folder / (options.name + ".meas.exr");
+  result.measurements =
+      reconstruct::MergeSession(core::SessionReader(session_folder), {}, &result.merge);
+  lightfield::WriteMeasurements(measurements_file, result.measurements);
+  if (!options.keep_session) std::filesystem::remove_all(session_folder);
+  result.merge_s = watch.Lap();
+
+  result.reconstruction = reconstruct::Reconstruct(lightfield::ReadMeasurements(measurements_file),
+                                                   options.reconstruct);
+  lightfield::WriteLightField(options.folder / (options.name + ".lf.exr"),
+                              result.reconstruction.coefficients);
+  result.reconstruct_s = watch.Lap();
+  return result;
+}
+
+double RelativeRmse(std::span<const float> values, std::span<const float> truth) {
+  double square = 0, sum = 0;
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    const double d = double{values[k]} - truth[k];
+    square += d * d;
+    sum += truth[k];
+  }
+  const auto n = static_cast<double>(truth.size());
+  return std::sqrt(square / n) / (sum / n);
+}
+
+double RelativeL2(std::span<const float> values, std::span<const float> truth) {
+  double square = 0, sum = 0;
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    const double d = double{values[k]} - truth[k];
+    square += d * d;
+    sum += double{truth[k]} * truth[k];
+  }
+  return std::sqrt(square / sum);
+}
+
+double IrradianceError(const lightfield::Measurements& measurements,
+                       const std::vector<std::vector<float>>& truth) {
+  const std::size_t pixels = measurements.geometry.plane_size();
+  std::vector<float> values, references;
+  for (std::size_t m = 0; m < truth.size(); ++m) {
+    const auto& position = measurements.positions[m];
+    for (std::size_t k = 0; k < truth[m].size(); ++k)
+      if (!(position.mask[k % pixels] & lightfield::kUnknownMask)) {
+        values.push_back(position.irradiance[k]);
+        references.push_back(truth[m][k]);
+      }
+  }
+  return RelativeRmse(values, references);
+}
+
+}  // namespace luxfield::study

@@ -1,0 +1,47 @@
+// Capture -> merge -> reconstruct on a simulated lab, stage by stage through the files the verbs
+// use, each judged by the simulated truth.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "capture/capture.h"
+#include "lightfield/light_field.h"
+#include "reconstruct/merge_session.h"
+#include "reconstruct/reconstruct.h"
+
+namespace luxfield::study {
+
+struct ChainOptions {
+  std::filesystem::path lab, plan;
+  std::filesystem::path folder;  // session/, NAME.meas.exr and NAME.lf.exr are written here
+  std::string name = "chain";
+  std::optional<std::uint64_t> seed;
+  reconstruct::ReconstructOptions reconstruct;
+  bool keep_session = true;  // false: the session folder is deleted after the merge
+};
+
+struct ChainResult {
+  capture::CaptureSummary capture;
+  reconstruct::MergeSessionSummary merge;
+  lightfield::Measurements measurements;
+  reconstruct::Reconstruction reconstruction;
+  double capture_s = 0, merge_s = 0, reconstruct_s = 0;  // wall, file writing included
+};
+
+ChainResult RunChain(const ChainOptions& options);
+
+// RMSE(values - truth) / mean(truth); sums in double. NaN if the mean is 0.
+double RelativeRmse(std::span<const float> values, std::span<const float> truth);
+// RMSE(values - truth) / RMS(truth).
+double RelativeL2(std::span<const float> values, std::span<const float> truth);
+
+// Relative RMSE of the known irradiances against the lab's true ones, [m][...] as
+// SimulatedLab::true_irradiance gives them.
+double IrradianceError(const lightfield::Measurements& measurements,
+                       const std::vector<std::vector<float>>& truth);
+
+}  // namespace luxfield::study
