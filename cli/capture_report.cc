@@ -1,0 +1,35 @@
+#include "cli/capture_report.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "cli/program.h"
+#include "core/progress.h"
+
+namespace luxfield::cli {
+
+core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices& devices) {
+  const auto estimate = capture::DryRun(expanded, devices);
+  const auto& g = expanded.plan.geometry;
+  fmt::print("{}: {} x {} {} filters, spacing {:.6g} mm, delta {:.6g} m, images {} x {}\n",
+             expanded.plan.name, g.grid.width, g.grid.height, g.grid.basis.name(),
+             1e3 * g.grid.spacing_m, g.delta_m, g.lattice.width, g.lattice.height);
+  fmt::print("  exposures    {:.4g} s\n", fmt::join(expanded.ladder_s, ", "));
+  fmt::print("  positions    {}, stage path {:.3g} m\n", estimate.positions, estimate.stage_path_m);
+  fmt::print("  frames       at most {} ({})\n", estimate.frames,
+             FormatBytes(double(estimate.bytes)));
+  fmt::print("  time         at most {} after warm-up\n",
+             core::FormatDuration(estimate.duration_s));
+  if (estimate.off_sensor_share > 0)
+    fmt::print("  off sensor   {:.2f} % of all texels are never seen behind some filter\n",
+               100 * estimate.off_sensor_share);
+  return {{"positions", estimate.positions},
+          {"frames", estimate.frames},
+          {"bytes", estimate.bytes},
+          {"duration_s", estimate.duration_s},
+          {"stage_path_m", estimate.stage_path_m},
+          {"off_sensor_share", estimate.off_sensor_share},
+          {"exposures_s", expanded.ladder_s}};
+}
+
+}  // namespace luxfield::cli

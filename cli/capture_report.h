@@ -1,0 +1,13 @@
+// What the capture verbs print.
+#pragma once
+
+#include "capture/expanded_plan.h"
+#include "core/json.h"
+#include "hal/devices.h"
+
+namespace luxfield::cli {
+
+// Prints positions, exposure ladder, duration, stage path and bytes; returns them for --json.
+core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices& devices);
+
+}  // namespace luxfield::cli

@@ -1,0 +1,186 @@
+#include "cli/demo_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/capture.h"
+#include "cli/html_page.h"
+#include "cli/program.h"
+#include "cli/svg_plot.h"
+#include "core/file.h"
+#include "core/progress.h"
+#include "reconstruct/merge_session.h"
+#include "render/film.h"
+
+namespace luxfield::cli {
+namespace {
+
+using study::DemoResult;
+
+// The coefficient images of channel 0 side by side, as they lie on F (j upwards), reduced to `cell`
+// pixels each by means.
+core::Image ContactSheet(const lightfield::LightField& field, int cell) {
+  const auto& g = field.geometry;
+  core::Image sheet(g.grid.width * (cell + 1) - 1, g.grid.height * (cell + 1) - 1, 1);
+  for (int j = 0; j < g.grid.height; ++j)
+    for (int i = 0; i < g.grid.width; ++i) {
+      const auto image = field.image(g.grid.index(i, j), 0);
+      for (int row = 0; row < cell; ++row)
+        for (int column = 0; column < cell; ++column) {
+          const int r0 = row * g.lattice.height / cell,
+                    r1 = std::max(r0 + 1, (row + 1) * g.lattice.height / cell);
+          const int c0 = column * g.lattice.width / cell,
+                    c1 = std::max(c0 + 1, (column + 1) * g.lattice.width / cell);
+          double sum = 0;
+          for (int r = r0; r < r1; ++r)
+            for (int c = c0; c < c1; ++c)
+              sum += image[static_cast<std::size_t>(r) * g.lattice.width + c];
+          sheet.at(0, (g.grid.height - 1 - j) * (cell + 1) + row, i * (cell + 1) + column) =
+              static_cast<float>(sum / ((r1 - r0) * (c1 - c0)));
+        }
+    }
+  return sheet;
+}
+
+core::Image AbsoluteDifference(const core::Image& a, const core::Image& b) {
+  core::Image out = a;
+  for (std::size_t k = 0; k < out.data.size(); ++k) out.data[k] = std::abs(out.data[k] - b.data[k]);
+  return out;
+}
+
+std::string Percent(double value) { return fmt::format("{:.3g} %", 100 * value); }
+
+Plot ExposurePlot(const DemoResult& result) {
+  Plot plot{"Exposures chosen per position",
+            "position, in the order of capture",
+            "exposure time, s",
+            false,
+            true,
+            {},
+            900,
+            320};
+  Series shortest{"shortest of the bracket", {}, {}, true},
+      longest{"longest of the bracket", {}, {}, true};
+  for (std::size_t k = 0; k < result.shortest_s.size(); ++k) {
+    shortest.x.push_back(double(k));
+    longest.x.push_back(double(k));
+  }
+  shortest.y = result.shortest_s;
+  longest.y = result.longest_s;
+  plot.series = {longest, shortest};
+  return plot;
+}
+
+void WritePictures(const std::filesystem::path& folder, const DemoResult& result) {
+  const auto& frame = result.frame;
+  render::WritePng(folder / "picture.png", render::ToneMap(frame.radiance, {}));
+  render::WriteFalseColour(folder / "irradiance.png", frame.irradiance, "illuminance",
+                           render::IrradianceUnitName(frame.unit));
+  render::WriteFalseColour(folder / "radiance.png", frame.radiance, "luminance",
+                           render::RadianceUnitName(frame.unit));
+  const auto unit = lightfield::FluxUnitName(result.truth.geometry.unit) + "/sr/m4";
+  const core::Image measured = ContactSheet(result.coefficients, 72),
+                    truth = ContactSheet(result.truth, 72);
+  const auto scale = render::AutomaticScale(truth);
+  render::WriteFalseColour(folder / "coefficients.png", measured, "C", unit, scale);
+  render::WriteFalseColour(folder / "truth.png", truth, "C", unit, scale);
+  render::WriteFalseColour(folder / "coefficient_error.png", AbsoluteDifference(measured, truth),
+                           "|error|", unit, scale);
+}
+
+core::Json Summary(const DemoResult& result) {
+  core::Json stages = core::Json::array();
+  for (const auto& stage : result.stages)
+    stages.push_back({{"name", stage.name},
+                      {"wall_s", stage.wall_s},
+                      {"rel_rmse", stage.rel_rmse},
+                      {"of", stage.of}});
+  return {{"stages", stages},
+          {"total_wall_s", result.total_wall_s},
+          {"estimator", result.estimator},
+          {"device", result.device},
+          {"capture", capture::ToJson(result.capture)},
+          {"merge", reconstruct::ToJson(result.merge)},
+          {"reconstruct", reconstruct::ToJson(result.reconstruction)},
+          {"picture_mean_lab", result.picture.mean_lab},
+          {"picture_rel_rmse", result.picture.rel_rmse}};
+}
+
+}  // namespace
+
+core::Json WriteDemoReport(const std::filesystem::path& folder, const DemoResult& result) {
+  WritePictures(folder, result);
+  const core::Json summary = Summary(result);
+
+  HtmlPage page("luxfield demo: a simulated headlight, measured and rendered");
+  page.Paragraph(
+      "A simulated lab with all of its errors on was captured, merged and solved as a real one "
+      "would be. The pictures are lit by "
+      "what was measured; every figure in the budget is against the simulated truth, which no "
+      "stage has seen.");
+  page.Pictures({{"picture.png",
+                  fmt::format("The scene, {} with traced shadows on {}, exponential tone operator",
+                              result.estimator, result.device)},
+                 {"irradiance.png", "Illuminance on the surfaces (false colour, logarithmic)"}});
+  page.Heading("Time and error per stage");
+  std::vector<std::vector<std::string>> rows{{"stage", "time", "relative RMSE", "of what"}};
+  for (const auto& stage : result.stages)
+    rows.push_back(
+        {stage.name, core::FormatDuration(stage.wall_s), Percent(stage.rel_rmse), stage.of});
+  rows.push_back({"total", core::FormatDuration(result.total_wall_s), "", ""});
+  page.Table(rows);
+  page.Paragraph(
+      fmt::format("Relative RMSE = RMSE / mean of the truth. The picture without shadows is {:.3f} "
+                  "mean Lab from the one lit "
+                  "by the true light field.",
+                  result.picture.mean_lab));
+  page.Heading("Capture");
+  page.Table({{"", ""},
+              {"positions",
+               fmt::format("{} of {}", result.capture.positions, result.capture.positions_total)},
+              {"frames", fmt::format("{}", result.capture.frames)},
+              {"taken again after a failed check", fmt::format("{}", result.capture.rejected)},
+              {"kept with a flag", fmt::format("{}", result.capture.flagged)},
+              {"lamp level over the session",
+               fmt::format("{:.5f} to {:.5f}", result.merge.least_lamp_factor,
+                           result.merge.largest_lamp_factor)},
+              {"time on the rig", core::FormatDuration(result.capture.rig_s)}});
+  page.Raw(SvgPlot(ExposurePlot(result)));
+  page.Heading("Reconstruction");
+  std::vector<std::vector<std::string>> solve{{"", ""}};
+  const auto& report = result.reconstruction;
+  if (report.condition) {
+    solve.push_back(
+        {"condition number of the 2-D Gram matrix", fmt::format("{:.4g}", *report.condition)});
+    solve.push_back(
+        {"gain of white noise, units of 1/h^2", fmt::format("{:.3g}", *report.noise_gain)});
+  }
+  solve.push_back({"random error expected, sqrt(sum sigma^2 / sum C^2)",
+                   Percent(report.coefficients.sigma_relative)});
+  solve.push_back({"negative energy before the non-negative solve",
+                   Percent(report.coefficients.negative_energy)});
+  solve.push_back(
+      {"texels that some filter never saw", fmt::format("{}", report.incomplete.incomplete)});
+  page.Table(solve);
+  page.Pictures({{"coefficients.png", "Coefficient images as reconstructed"},
+                 {"truth.png", "The truth, same scale"},
+                 {"coefficient_error.png", "Absolute error, same scale"}});
+  page.Heading("Files");
+  std::vector<std::vector<std::string>> files{{"file", "size"}};
+  std::vector<std::filesystem::path> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.is_regular_file() && entry.path().extension() == ".exr")
+      paths.push_back(entry.path());
+  std::sort(paths.begin(), paths.end());
+  for (const auto& path : paths)
+    files.push_back(
+        {path.filename().string(), FormatBytes(double(std::filesystem::file_size(path)))});
+  page.Table(files);
+  core::WriteFileAtomically(folder / "report.html", page.Text());
+  core::WriteJson(folder / "summary.json", summary);
+  return summary;
+}
+
+}  // namespace luxfield::cli

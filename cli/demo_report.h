@@ -1,0 +1,14 @@
+// out/demo/: pictures, report.html and summary.json of a demo run.
+#pragma once
+
+#include <filesystem>
+
+#include "core/json.h"
+#include "study/demo.h"
+
+namespace luxfield::cli {
+
+// Writes the PNGs, report.html and summary.json beside the run's files and returns the summary.
+core::Json WriteDemoReport(const std::filesystem::path& folder, const study::DemoResult& result);
+
+}  // namespace luxfield::cli

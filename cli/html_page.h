@@ -1,0 +1,27 @@
+// Self-contained HTML reports: text, tables, plots, and pictures that lie beside the page.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace luxfield::cli {
+
+class HtmlPage {
+ public:
+  explicit HtmlPage(const std::string& title);
+  void Heading(const std::string& text);
+  void Paragraph(const std::string& text);
+  // The first row is the header; columns after the first are right-aligned.
+  void Table(const std::vector<std::vector<std::string>>& rows);
+  void Picture(const std::string& file, const std::string& caption);  // file relative to the page
+  void Pictures(
+      const std::vector<std::pair<std::string, std::string>>& files_and_captions);  // side by side
+  void Raw(const std::string& html);                                                // an SvgPlot
+  std::string Text() const;
+
+ private:
+  std::string body_;
+  std::string title_;
+};
+
+}  // namespace luxfield::cli

@@ -1,0 +1,20 @@
+#include "cli/program.h"
+
+int main(int argc, char** argv) {
+  luxfield::cli::Program program;
+  AddDevices(program);
+  AddSimulate(program);
+  AddPlan(program);
+  AddCapture(program);
+  AddVerify(program);
+  AddMerge(program);
+  AddReconstruct(program);
+  AddImport(program);
+  AddPreprocess(program);
+  AddRender(program);
+  AddInfo(program);
+  AddCompare(program);
+  AddBench(program);
+  AddDemo(program);
+  return program.Run(argc, argv);
+}

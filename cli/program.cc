@@ -1,0 +1,126 @@
+#include "cli/program.h"
+
+#include <fmt/color.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <new>
+
+#include "core/parallel.h"
+#include "core/progress.h"
+
+namespace luxfield::cli {
+namespace {
+
+// Verbs of the design that this version does not have: refused by name instead of "unknown".
+constexpr std::array kAbsentVerbs = {"calibrate", "filter", "probe", "budget",
+                                     "export",    "view",   "report"};
+
+void PrintError(const std::string& message) {
+  static const bool terminal = isatty(STDERR_FILENO);
+  if (terminal)
+    fmt::print(stderr, fmt::emphasis::bold | fg(fmt::terminal_color::red), "luxfield: ");
+  else
+    fmt::print(stderr, "luxfield: ");
+  fmt::print(stderr, "{}\n", message);
+}
+
+}  // namespace
+
+Program::Program()
+    : app_("luxfield measures real luminaires as light fields and lights virtual scenes with them.",
+           "luxfield") {
+  app_.require_subcommand(1);
+  app_.set_version_flag("--version", "luxfield " LUXFIELD_VERSION);
+  app_.option_defaults()->always_capture_default();
+  app_.footer(
+      "Exit codes: 0 done, 1 a bug, 2 input or arguments wrong, 3 hardware, storage or a device "
+      "failed,\n"
+      "4 interrupted but resumable. `luxfield VERB --help` lists a verb's options with defaults "
+      "and units.");
+  app_.get_formatter()->column_width(38);
+}
+
+CLI::App& Program::AddVerb(const std::string& name, const std::string& description, Action action) {
+  CLI::App* verb = app_.add_subcommand(name, description);
+  verb->option_defaults()->always_capture_default();
+  verb->add_option("--json", common_.json_file, "Write the figures to this JSON file as well")
+      ->capture_default_str();
+  verb->add_option("--seed", common_.seed,
+                   "Seed of every random number (default: the input file's own, else 1)");
+  verb->add_option("--threads", common_.threads, "CPU threads, 0 for all cores")
+      ->check(CLI::Range(0, 4096));
+  verb->add_flag("--quiet", common_.quiet, "No progress on stderr");
+  verb->callback([this, name, action = std::move(action)] {
+    chosen_ = action;
+    chosen_name_ = name;
+  });
+  return *verb;
+}
+
+int Program::Run(int argc, char** argv) {
+  try {
+    if (argc > 1)
+      for (const char* verb : kAbsentVerbs)
+        if (argv[1] == std::string_view(verb))
+          throw InputError(fmt::format(
+              "the verb '{}' is not built in this version; `luxfield --help` lists those that are",
+              verb));
+    try {
+      app_.parse(argc, argv);
+    } catch (const CLI::Success& success) {
+      return app_.exit(success);  // --help, --version
+    } catch (const CLI::ParseError& error) {
+      const auto* verb = app_.get_subcommands().empty() ? nullptr : app_.get_subcommands().front();
+      PrintError(fmt::format("{}; see `luxfield {}--help`", error.what(),
+                             verb ? verb->get_name() + " " : ""));
+      return 2;
+    }
+    core::SetThreads(common_.threads);
+    core::Progress::SetQuiet(common_.quiet);
+    core::InstallInterruptHandler();
+    const auto start = std::chrono::steady_clock::now();
+    core::Json result = chosen_();
+    if (!common_.json_file.empty()) {
+      result["verb"] = chosen_name_;
+      result["version"] = LUXFIELD_VERSION;
+      result["wall_s"] =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      core::WriteJson(common_.json_file, result);
+    }
+    return 0;
+  } catch (const Error& error) {
+    PrintError(error.what());
+    return error.exit_code();
+  } catch (const std::bad_alloc&) {
+    PrintError(
+        "out of memory; close other programs, or use fewer positions, a smaller lattice or a "
+        "machine with more");
+    return 3;
+  } catch (const std::exception& error) {
+    PrintError(
+        fmt::format("internal error: {}; please report it with the command line", error.what()));
+    return 1;
+  }
+}
+
+std::string FormatBytes(double bytes) {
+  const char* units[] = {"B", "KiB", "MiB", "GiB", "TiB"};
+  int unit = 0;
+  while (bytes >= 1024 && unit < 4) {
+    bytes /= 1024;
+    ++unit;
+  }
+  return fmt::format("{:.{}f} {}", bytes, unit == 0 ? 0 : 1, units[unit]);
+}
+
+void RequireExtension(const std::string& path, const std::string& extension,
+                      const std::string& option) {
+  if (!path.ends_with(extension))
+    throw InputError(
+        fmt::format("{} = {} must end in {}; name the output so", option, path, extension));
+}
+
+}  // namespace luxfield::cli

@@ -1,0 +1,66 @@
+// The command line: one binary, one verb per stage (README, "Verbs").
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "core/json.h"
+
+namespace luxfield::cli {
+
+// Options every verb has.
+struct Common {
+  std::string json_file;
+  std::optional<std::uint64_t> seed;  // absent: the input file's own, or 1
+  int threads = 0;
+  bool quiet = false;
+};
+
+// Does the work and returns what --json writes; human text goes to stdout, progress to stderr.
+using Action = std::function<core::Json()>;
+
+class Program {
+ public:
+  Program();
+  // Runs the verb named on the command line and returns the exit code (0, 1, 2, 3 or 4).
+  int Run(int argc, char** argv);
+
+  // A verb with the common options; the caller adds its own and hands over the action. Options must
+  // be captured by shared_ptr: they are filled in after the verb is declared.
+  CLI::App& AddVerb(const std::string& name, const std::string& description, Action action);
+  const Common& common() const { return common_; }
+
+ private:
+  CLI::App app_;
+  Common common_;
+  Action chosen_;
+  std::string chosen_name_;
+};
+
+// Verbs, a file each (cli/verb_*.cc).
+void AddDevices(Program& program);
+void AddSimulate(Program& program);
+void AddPlan(Program& program);
+void AddCapture(Program& program);
+void AddVerify(Program& program);
+void AddMerge(Program& program);
+void AddReconstruct(Program& program);
+void AddImport(Program& program);
+void AddPreprocess(Program& program);
+void AddRender(Program& program);
+void AddInfo(Program& program);
+void AddCompare(Program& program);
+void AddBench(Program& program);
+void AddDemo(Program& program);
+
+// "12.3 MiB"
+std::string FormatBytes(double bytes);
+
+// Throws InputError unless `path` ends in `extension`, naming the option that holds it.
+void RequireExtension(const std::string& path, const std::string& extension,
+                      const std::string& option);
+
+}  // namespace luxfield::cli

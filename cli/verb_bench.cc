@@ -1,0 +1,105 @@
+// luxfield bench NAME: the commands behind docs/performance.md.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "cli/program.h"
+#include "core/parallel.h"
+#include "study/bench_errors.h"
+#include "study/bench_nearfield.h"
+#include "study/bench_solve.h"
+
+namespace luxfield::cli {
+namespace {
+
+// Rows as an aligned table: numbers to four digits, the first column left.
+void PrintRows(const core::Json& rows) {
+  if (rows.empty()) return;
+  std::vector<std::vector<std::string>> cells(1);
+  for (const auto& [key, value] : rows.front().items()) cells[0].push_back(key);
+  for (const auto& row : rows) {
+    cells.emplace_back();
+    for (const auto& key : cells[0]) {
+      const auto it = row.find(key);
+      if (it == row.end())
+        cells.back().emplace_back("");
+      else if (it->is_number_float())
+        cells.back().push_back(fmt::format("{:.4g}", it->get<double>()));
+      else
+        cells.back().push_back(it->is_string() ? it->get<std::string>() : it->dump());
+    }
+  }
+  for (const auto& row : cells) {
+    for (std::size_t column = 0; column < row.size(); ++column) {
+      std::size_t width = 0;
+      for (const auto& other : cells) width = std::max(width, other[column].size());
+      fmt::print("{}{:<{}}", column ? "  " : "", row[column], width);
+    }
+    fmt::print("\n");
+  }
+}
+
+core::Json Finish(core::Json result) {
+  PrintRows(result["rows"]);
+  return result;
+}
+
+}  // namespace
+
+void AddBench(Program& program) {
+  struct Options {
+    std::string name, lab = "data/labs/small.toml", plan = "data/plans/small.toml", folder, device;
+    int seeds = 20;
+    std::vector<int> samples{50, 200};
+    int width = 1024, height = 768;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App& verb =
+      program.AddVerb("bench", "Measure luxfield itself: solve, nearfield, errors",
+                      [options, &program]() -> core::Json {
+                        if (options->name == "solve") return Finish(study::BenchSolve({}));
+                        if (options->name == "nearfield") {
+                          study::BenchNearfieldOptions how;
+                          how.device = options->device;
+                          how.threads = program.common().threads;
+                          how.width = options->width;
+                          how.height = options->height;
+                          how.samples_per_pixel = options->samples;
+                          return Finish(study::BenchNearfield(how));
+                        }
+                        study::BenchErrorsOptions how;
+                        how.lab = options->lab;
+                        how.plan = options->plan;
+                        how.folder = options->folder.empty()
+                                         ? std::filesystem::temp_directory_path() /
+                                               fmt::format("luxfield-bench-errors-{}", ::getpid())
+                                         : std::filesystem::path(options->folder);
+                        how.seeds = options->seeds;
+                        how.seed = program.common().seed.value_or(1);
+                        auto result = study::BenchErrors(how);
+                        if (options->folder.empty()) std::filesystem::remove_all(how.folder);
+                        return Finish(std::move(result));
+                      });
+  verb.add_option(
+          "NAME", options->name,
+          "solve: the Gram solve against a memory copy; nearfield: estimators against closed form "
+          "and time;\n"
+          "errors: does the propagated sigma of C hold, and what each systematic error does")
+      ->required()
+      ->check(CLI::IsMember({"solve", "nearfield", "errors"}));
+  verb.add_option("--lab", options->lab, "errors: the lab.toml whose [errors.*] state the sizes");
+  verb.add_option("--plan", options->plan, "errors: the plan.toml");
+  verb.add_option("--folder", options->folder, "errors: scratch folder (default: a temporary one)");
+  verb.add_option("--seeds", options->seeds, "errors: sessions with random sources alone")
+      ->check(CLI::Range(2, 10000));
+  verb.add_option("--spp", options->samples, "nearfield: samples per pixel to try");
+  verb.add_option("--width", options->width, "nearfield: picture width, pixels")
+      ->check(CLI::Range(1, 16384));
+  verb.add_option("--height", options->height, "nearfield: picture height, pixels")
+      ->check(CLI::Range(1, 16384));
+  verb.add_option("--device", options->device, "nearfield: OpenCL device (default: the first)");
+}
+
+}  // namespace luxfield::cli

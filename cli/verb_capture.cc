@@ -1,0 +1,55 @@
+// luxfield capture PLAN SESSION --lab LAB
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "capture/capture.h"
+#include "cli/capture_report.h"
+#include "cli/program.h"
+#include "core/progress.h"
+#include "hal/devices.h"
+
+namespace luxfield::cli {
+namespace {
+
+struct Options {
+  std::string plan, session, lab;
+  bool resume = false, dry_run = false, accept_drift = false;
+};
+
+core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
+  const capture::Plan plan = capture::ReadPlan(options.plan);
+  hal::Devices devices = hal::MakeDevices(options.lab, seed);
+  const auto expanded = capture::ExpandPlan(plan, devices);
+  if (options.dry_run) return PrintDryRun(expanded, devices);
+  capture::CaptureOptions how;
+  how.resume = options.resume;
+  how.accept_drift = options.accept_drift;
+  const auto summary = capture::RunCapture(plan, devices, options.session, how);
+  fmt::print(
+      "{}: {} of {} positions in {} frames, {} taken again, {} flagged; lamp {:.5f} to {:.5f} of "
+      "its first reference; {} on the rig\n",
+      options.session, summary.positions, summary.positions_total, summary.frames, summary.rejected,
+      summary.flagged, summary.lamp_ratio_min, summary.lamp_ratio_max,
+      core::FormatDuration(summary.rig_s));
+  return capture::ToJson(summary);
+}
+
+}  // namespace
+
+void AddCapture(Program& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App& verb = program.AddVerb(
+      "capture", "Measure a plan into a session folder; Ctrl-C pauses, --resume goes on",
+      [options, &program] { return Run(*options, program.common().seed); });
+  verb.add_option("PLAN", options->plan, "The plan.toml")->required();
+  verb.add_option("SESSION", options->session, "The session folder to write")->required();
+  verb.add_option("--lab", options->lab, "The lab.toml with the devices")->required();
+  verb.add_flag("--resume", options->resume, "Go on with a paused or interrupted session");
+  verb.add_flag("--dry-run", options->dry_run,
+                "Print the expanded plan, time and bytes; move and write nothing");
+  verb.add_flag("--accept-drift", options->accept_drift,
+                "Go on although the lamp drifted beyond the plan's bound");
+}
+
+}  // namespace luxfield::cli

@@ -1,0 +1,81 @@
+// luxfield compare A.exr B.exr: how far A is from the reference B.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "cli/program.h"
+#include "core/exr.h"
+#include "core/measures.h"
+#include "lightfield/light_field.h"
+#include "render/film.h"
+
+namespace luxfield::cli {
+namespace {
+
+struct Options {
+  std::string a, b, difference;
+};
+
+bool IsLightField(const std::string& path) { return path.ends_with(".lf.exr"); }
+
+// All coefficient images below one another, so that light fields compare as pictures do.
+core::Image Stack(const std::string& path) {
+  const lightfield::LightField field = lightfield::ReadLightField(path);
+  const auto& g = field.geometry;
+  core::Image image(g.lattice.width, g.lattice.height * g.grid.count(), g.channels);
+  for (int channel = 0; channel < g.channels; ++channel)
+    for (int m = 0; m < g.grid.count(); ++m) {
+      const auto source = field.image(m, channel);
+      std::copy(source.begin(), source.end(),
+                image.plane(channel).begin() + std::ptrdiff_t(g.plane_size()) * m);
+    }
+  return image;
+}
+
+core::Json Compare(const Options& options) {
+  if (IsLightField(options.a) != IsLightField(options.b))
+    throw InputError(
+        fmt::format("{} and {} are of different kinds; compare two light fields or two pictures",
+                    options.a, options.b));
+  const core::Image a = IsLightField(options.a) ? Stack(options.a) : core::ReadExrImage(options.a);
+  const core::Image b = IsLightField(options.b) ? Stack(options.b) : core::ReadExrImage(options.b);
+  const core::Difference difference = core::Compare(a, b);
+  fmt::print("{} against {} (reference)\n", options.a, options.b);
+  fmt::print("  relative RMSE   {:.6g}   (RMSE / mean of the reference)\n", difference.rel_rmse);
+  fmt::print("  relMSE          {:.6g}\n", difference.rel_mse);
+  fmt::print("  bias            {:+.6g}   (mean difference / mean of the reference)\n",
+             difference.bias);
+  fmt::print("  largest |a-b|   {:.6g}\n", difference.max_abs);
+  fmt::print("  mean Lab        {:.4f}   (CIE 1976, exponential operator, k = 1)\n",
+             difference.mean_lab);
+  if (!options.difference.empty()) {
+    if (options.difference.ends_with(".png")) {
+      render::WriteFalseColour(options.difference, core::LabDifference(a, b), "CIE 1976", "Lab");
+    } else {
+      RequireExtension(options.difference, ".exr", "--difference");
+      core::Image signed_difference = a;
+      for (std::size_t i = 0; i < a.data.size(); ++i) signed_difference.data[i] -= b.data[i];
+      core::WriteExrImage(options.difference, signed_difference);
+    }
+  }
+  return {{"rel_rmse", difference.rel_rmse}, {"rel_mse", difference.rel_mse},
+          {"bias", difference.bias},         {"max_abs", difference.max_abs},
+          {"mean_lab", difference.mean_lab}, {"mean_reference", difference.mean_reference}};
+}
+
+}  // namespace
+
+void AddCompare(Program& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App& verb =
+      program.AddVerb("compare", "How far picture (or light field) A is from the reference B",
+                      [options] { return Compare(*options); });
+  verb.add_option("A", options->a, "EXR picture or .lf.exr")->required();
+  verb.add_option("B", options->b, "The reference, of the same kind and size")->required();
+  verb.add_option(
+      "-d,--difference", options->difference,
+      "Write the difference picture: .exr holds A - B, .png the Lab difference in false colour");
+}
+
+}  // namespace luxfield::cli

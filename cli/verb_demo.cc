@@ -1,0 +1,49 @@
+// luxfield demo: the main job on files of ours.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "cli/demo_report.h"
+#include "cli/program.h"
+#include "core/progress.h"
+
+namespace luxfield::cli {
+
+void AddDemo(Program& program) {
+  struct Options {
+    std::string lab = "data/labs/headlight.toml", plan = "data/plans/demo.toml",
+                scene = "data/scenes/demo.toml", output = "out/demo";
+    std::string device;
+    int spp = 200;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App& verb = program.AddVerb(
+      "demo", "The whole chain on a simulated headlight, with a report", [options, &program] {
+        study::DemoOptions how;
+        how.lab = options->lab;
+        how.plan = options->plan;
+        how.scene = options->scene;
+        how.folder = options->output;
+        how.device = options->device;
+        how.samples_per_pixel = options->spp;
+        how.seed = program.common().seed;
+        how.threads = program.common().threads;
+        const auto result = study::RunDemo(how);
+        const core::Json summary = WriteDemoReport(options->output, result);
+        for (const auto& stage : result.stages)
+          fmt::print("  {:<12} {:>9}   {:9.3g} %   {}\n", stage.name,
+                     core::FormatDuration(stage.wall_s), 100 * stage.rel_rmse, stage.of);
+        fmt::print("{} in all; look at {}/report.html and {}/picture.png\n",
+                   core::FormatDuration(result.total_wall_s), options->output, options->output);
+        return summary;
+      });
+  verb.add_option("--lab", options->lab, "The simulated lab");
+  verb.add_option("--plan", options->plan, "What to measure");
+  verb.add_option("--scene", options->scene, "What to light with it");
+  verb.add_option("-o,--output", options->output,
+                  "Folder for every file of the run; an earlier demo's is replaced");
+  verb.add_option("--spp", options->spp, "Light samples per pixel of the picture");
+  verb.add_option("--device", options->device, "OpenCL device (default: the first)");
+}
+
+}  // namespace luxfield::cli

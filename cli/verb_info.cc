@@ -1,0 +1,223 @@
+// luxfield info FILE: what a file is and whether it is whole.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "cli/program.h"
+#include "core/config.h"
+#include "core/exr.h"
+#include "core/session_store.h"
+#include "lightfield/light_field.h"
+#include "lightfield/measurements.h"
+#include "lightfield/ray_file.h"
+#include "preprocess/table_io.h"
+#include "scene/scene.h"
+
+namespace luxfield::cli {
+namespace {
+
+using core::Json;
+
+void PrintGeometry(const lightfield::LuminaireGeometry& g) {
+  const auto& l = g.lattice;
+  fmt::print("  basis        {} x {} {}{}, spacing {:.6g} mm, support corner ({:.6g}, {:.6g}) mm\n",
+             g.grid.width, g.grid.height, g.grid.basis.name(),
+             g.grid.basis.kind == lightfield::BasisKind::kQuadratic
+                 ? fmt::format(" (a = {})", g.grid.basis.a)
+                 : "",
+             1e3 * g.grid.spacing_m, 1e3 * g.grid.u0_m, 1e3 * g.grid.v0_m);
+  fmt::print("  planes       F at z = 0, I at z = {:.6g} m\n", g.delta_m);
+  fmt::print(
+      "  images       {} x {} texels of {:.6g} x {:.6g} mm on I, {:.4g} x {:.4g} m, {} channel{}\n",
+      l.width, l.height, 1e3 * l.ds_m, 1e3 * l.dt_m, l.extent_s_m(), l.extent_t_m(), g.channels,
+      g.channels == 1 ? "" : "s");
+}
+
+void PrintProvenance(const lightfield::Provenance& provenance) {
+  for (const auto& [key, value] : provenance) fmt::print("  made by      {} = {}\n", key, value);
+}
+
+Json GeometryJson(const lightfield::LuminaireGeometry& g) {
+  return {{"basis", g.grid.basis.name()},
+          {"grid_width", g.grid.width},
+          {"grid_height", g.grid.height},
+          {"spacing_m", g.grid.spacing_m},
+          {"delta_m", g.delta_m},
+          {"width", g.lattice.width},
+          {"height", g.lattice.height},
+          {"channels", g.channels},
+          {"unit", lightfield::FluxUnitName(g.unit)}};
+}
+
+Json InfoLightField(const std::string& path) {
+  const lightfield::LightField field = lightfield::ReadLightField(path);
+  const auto unit = lightfield::FluxUnitName(field.geometry.unit);
+  const auto [low, high] = std::minmax_element(field.data.begin(), field.data.end());
+  const auto flux = lightfield::TotalFlux(field);
+  const auto axis = lightfield::FarFieldIntensity(field, {0, 0, 1});
+  fmt::print("{}: light field\n", path);
+  PrintGeometry(field.geometry);
+  fmt::print("  C            {:.6g} to {:.6g} {} sr^-1 m^-4\n", *low, *high, unit);
+  fmt::print("  flux         {:.6g} {} (channel 0), intensity on axis {:.6g} {}/sr\n", flux[0],
+             unit, axis[0], unit);
+  PrintProvenance(field.provenance);
+  Json json = GeometryJson(field.geometry);
+  json["kind"] = "light field";
+  json["flux"] = flux;
+  json["c_min"] = *low;
+  json["c_max"] = *high;
+  json["provenance"] = field.provenance;
+  return json;
+}
+
+Json InfoMeasurements(const std::string& path) {
+  const lightfield::Measurements measurements = lightfield::ReadMeasurements(path);
+  std::size_t unknown = 0, dark = 0, total = 0;
+  std::vector<float> relative;
+  for (const auto& position : measurements.positions) {
+    for (const auto mask : position.mask) {
+      unknown += (mask & lightfield::kUnknownMask) != 0;
+      dark += (mask & lightfield::kTooDark) != 0;
+    }
+    total += position.mask.size();
+    for (std::size_t k = 0; k < position.irradiance.size(); k += 97)
+      if (position.irradiance[k] > 0)
+        relative.push_back(position.sigma[k] / position.irradiance[k]);
+  }
+  double median = 0;
+  if (!relative.empty()) {
+    std::nth_element(relative.begin(), relative.begin() + std::ptrdiff_t(relative.size() / 2),
+                     relative.end());
+    median = relative[relative.size() / 2];
+  }
+  fmt::print("{}: measurements, irradiance on I behind {} filters\n", path,
+             measurements.positions.size());
+  PrintGeometry(measurements.geometry);
+  fmt::print(
+      "  values       {:.3f} % unknown, {:.3f} % near the noise floor, median sigma/E {:.3g} %\n",
+      100.0 * double(unknown) / double(total), 100.0 * double(dark) / double(total), 100 * median);
+  PrintProvenance(measurements.provenance);
+  Json json = GeometryJson(measurements.geometry);
+  json["kind"] = "measurements";
+  json["unknown_share"] = double(unknown) / double(total);
+  json["median_relative_sigma"] = median;
+  json["provenance"] = measurements.provenance;
+  return json;
+}
+
+Json InfoSession(const std::string& path) {
+  const core::SessionReader session(path);
+  std::size_t flagged = 0, counts[4] = {};
+  double longest = 0, shortest = INFINITY;
+  for (const auto& frame : session.frames()) {
+    ++counts[static_cast<int>(frame.kind)];
+    flagged += frame.flagged;
+    longest = std::max(longest, frame.exposure_s);
+    shortest = std::min(shortest, frame.exposure_s);
+  }
+  fmt::print("{}: capture session, {}\n", path,
+             session.sealed() ? "sealed" : "not sealed (paused or interrupted: resume it)");
+  fmt::print("  frames       {} at filter positions, {} dark, {} flat, {} reference; {} flagged\n",
+             counts[0], counts[1], counts[2], counts[3], flagged);
+  if (!session.frames().empty())
+    fmt::print("  exposures    {:.6g} to {:.6g} s\n", shortest, longest);
+  fmt::print("  plan         {}\n", session.plan_id());
+  return {{"kind", "session"},
+          {"sealed", session.sealed()},
+          {"frames", session.frames().size()},
+          {"flagged", flagged},
+          {"plan_id", session.plan_id()}};
+}
+
+Json InfoRays(const std::string& path) {
+  const auto header = lightfield::ReadTm25Header(path);
+  const auto flux = [](const std::optional<double>& value, const char* unit) {
+    return value ? fmt::format("{:.6g} {}", *value, unit) : std::string("unknown");
+  };
+  fmt::print("{}: TM-25 ray file, version {}\n", path, header.version);
+  fmt::print("  rays         {}\n  flux         {}, {}\n  date         {}\n", header.ray_count,
+             flux(header.luminous_flux_lm, "lm"), flux(header.radiant_flux_w, "W"),
+             header.date_time);
+  for (const auto& text : header.texts)
+    if (!text.empty()) fmt::print("  text         {}\n", text);
+  Json json = {{"kind", "rays"}, {"rays", header.ray_count}, {"version", header.version}};
+  if (header.luminous_flux_lm) json["luminous_flux_lm"] = *header.luminous_flux_lm;
+  if (header.radiant_flux_w) json["radiant_flux_w"] = *header.radiant_flux_w;
+  return json;
+}
+
+Json InfoPicture(const std::string& path) {
+  const core::ExrReader reader(path);
+  fmt::print("{}: OpenEXR, {} part{}\n", path, reader.parts().size(),
+             reader.parts().size() == 1 ? "" : "s");
+  for (std::size_t i = 0; i < std::min<std::size_t>(reader.parts().size(), 20); ++i) {
+    const auto& part = reader.parts()[i];
+    std::string channels;
+    for (const auto& channel : part.channels) channels += " " + channel;
+    fmt::print("  {:<12} {} x {}:{}\n", part.name.empty() ? "(unnamed)" : part.name, part.width,
+               part.height, channels);
+  }
+  for (const auto& [name, value] : reader.parts().front().attributes)
+    std::visit([&name = name](const auto& v) { fmt::print("  {} = {}\n", name, v); }, value);
+  return {{"kind", "picture"}, {"parts", reader.parts().size()}};
+}
+
+Json InfoTables(const std::string& path) {
+  const preprocess::Tables tables = preprocess::ReadTables(path);
+  int dark = 0;
+  for (int m = 0; m < tables.count(); ++m) dark += tables.Total(m) == 0;
+  fmt::print("{}: sampling tables\n", path);
+  fmt::print("  images       {} x {}, of {} x {} texels; {} all zero\n", tables.grid_width,
+             tables.grid_height, tables.width, tables.height, dark);
+  fmt::print("  made from    light field with SHA-256 {}\n", tables.light_field_sha256);
+  return {{"kind", "tables"},
+          {"grid_width", tables.grid_width},
+          {"grid_height", tables.grid_height},
+          {"width", tables.width},
+          {"height", tables.height},
+          {"all_zero_images", dark},
+          {"light_field_sha256", tables.light_field_sha256}};
+}
+
+Json InfoScene(const std::string& path) {
+  const scene::Scene scene = scene::ReadScene(path);
+  std::size_t triangles = scene.geometry.triangles.size();
+  fmt::print("{}: scene\n", path);
+  fmt::print("  triangles    {}\n  luminaires   {}\n  camera       {} x {}\n", triangles,
+             scene.luminaires.size(), scene.camera.width, scene.camera.height);
+  return {{"kind", "scene"}, {"triangles", triangles}, {"luminaires", scene.luminaires.size()}};
+}
+
+std::string LowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return char(std::tolower(c)); });
+  return text;
+}
+
+Json Info(const std::string& path) {
+  const std::string name = LowerCase(path);
+  if (std::filesystem::is_directory(path)) return InfoSession(path);
+  if (name.ends_with(".lf.exr")) return InfoLightField(path);
+  if (name.ends_with(".meas.exr")) return InfoMeasurements(path);
+  if (name.ends_with(".tab.exr")) return InfoTables(path);
+  if (name.ends_with(".exr")) return InfoPicture(path);
+  if (name.ends_with(".tm25ray")) return InfoRays(path);
+  if (name.ends_with(".toml")) return InfoScene(path);
+  throw InputError(
+      path, "is of no kind this verb knows",
+      "give a session folder, .lf.exr, .meas.exr, .tab.exr, .exr, .tm25ray or a scene .toml");
+}
+
+}  // namespace
+
+void AddInfo(Program& program) {
+  auto path = std::make_shared<std::string>();
+  CLI::App& verb = program.AddVerb("info", "What a file or session is, and whether it is whole",
+                                   [path] { return Info(*path); });
+  verb.add_option("FILE", *path, "Any file luxfield reads or writes, or a session folder")
+      ->required();
+}
+
+}  // namespace luxfield::cli

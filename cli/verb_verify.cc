@@ -1,0 +1,61 @@
+// luxfield verify SESSION [--salvage]
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "capture/capture.h"
+#include "cli/program.h"
+#include "core/session_check.h"
+
+namespace luxfield::cli {
+namespace {
+
+struct Options {
+  std::string session;
+  bool salvage = false;
+};
+
+core::Json Run(const Options& options) {
+  core::Json json;
+  if (options.salvage) {
+    const auto salvaged = core::SalvageSession(options.session);
+    fmt::print(
+        "{}: journal rewritten, {} lines and {} frames kept, {} lines and {} frames lost; the old "
+        "one is {}\n",
+        options.session, salvaged.lines_kept, salvaged.frames_kept, salvaged.lines_lost,
+        salvaged.frames_lost, salvaged.old_journal.filename().string());
+    json["salvage"] = {{"lines_kept", salvaged.lines_kept},
+                       {"lines_lost", salvaged.lines_lost},
+                       {"frames_kept", salvaged.frames_kept},
+                       {"frames_lost", salvaged.frames_lost}};
+  }
+  const auto check = capture::VerifySession(options.session);
+  fmt::print("{}: {}, {} frames match their hashes, {} positions whole\n", options.session,
+             check.sealed ? "sealed" : "not sealed", check.frames, check.positions);
+  for (const auto& problem : check.problems) fmt::print("  {}\n", problem);
+  json["sealed"] = check.sealed;
+  json["frames"] = check.frames;
+  json["positions"] = check.positions;
+  json["problems"] = check.problems;
+  if (!check.problems.empty())
+    throw InputError(options.session,
+                     fmt::format("{} problem{} found", check.problems.size(),
+                                 check.problems.size() == 1 ? "" : "s"),
+                     "`luxfield verify --salvage` keeps what is whole, then `capture --resume` "
+                     "retakes the rest");
+  return json;
+}
+
+}  // namespace
+
+void AddVerify(Program& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App& verb = program.AddVerb(
+      "verify", "Check every byte of a session; --salvage keeps what is whole of a damaged one",
+      [options] { return Run(*options); });
+  verb.add_option("SESSION", options->session, "The session folder")->required();
+  verb.add_flag("--salvage", options->salvage,
+                "Rewrite the journal from its intact lines and frames first");
+}
+
+}  // namespace luxfield::cli
