@@ -1,0 +1,113 @@
+// The contract scripts rely on: exit codes, one sentence on stderr, nothing half-written.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "program.h"
+
+namespace luxfield::e2e {
+namespace {
+
+TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
+  const auto folder = FreshFolder("help");
+  const Outcome outcome = RunLuxfield({"--help"}, folder);
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const char* verb :
+       {"devices", "plan", "capture", "verify", "simulate", "merge", "reconstruct", "import",
+        "preprocess", "render", "info", "compare", "bench"}) {
+    EXPECT_NE(outcome.out.find(verb), std::string::npos) << verb;
+    const Outcome help = RunLuxfield({verb, "--help"}, folder);
+    EXPECT_EQ(help.exit_code, 0) << verb;
+    EXPECT_NE(help.out.find("--json"), std::string::npos) << verb;
+  }
+}
+
+TEST(CommandLine, WrongArgumentsExitTwoWithOneLine) {
+  const auto folder = FreshFolder("arguments");
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{},
+        {"no-such-verb"},
+        {"info"},
+        {"info", "a.lf.exr", "surplus"},
+        {"render", "--spp", "many", "x.toml"},
+        {"calibrate"},
+        {"view", "scene.toml"},
+        {"compare", "a.exr"},
+        {"merge", "--threads", "-3", "s", "-o", "x.meas.exr"}}) {
+    const Outcome outcome = RunLuxfield(arguments, folder);
+    EXPECT_EQ(outcome.exit_code, 2)
+        << (arguments.empty() ? "" : arguments[0]) << ": " << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+}
+
+// Every verb that reads a file, given files that are not what it wants.
+struct Reader {
+  std::string name;
+  std::vector<std::string> arguments;  // "@" stands for the hostile file
+  std::string extension;
+};
+
+class HostileFiles : public testing::TestWithParam<Reader> {};
+
+TEST_P(HostileFiles, ExitTwoOneSentenceNoOutput) {
+  const Reader& reader = GetParam();
+  const auto folder = FreshFolder("hostile_" + reader.name);
+  std::string garbage;
+  for (int i = 0; i < 5000; ++i) garbage.push_back(static_cast<char>((i * 7919 + 13) >> 3));
+  const std::string exr_magic("\x76\x2f\x31\x01\x02\x00\x00\x00", 8);
+  const std::vector<std::pair<std::string, std::string>> contents = {
+      {"empty", ""},
+      {"text", "this is not what you want\n"},
+      {"garbage", garbage},
+      {"exr_header_only", exr_magic},
+      {"exr_then_garbage", exr_magic + garbage},
+      {"nul_bytes", std::string(1000, '\0')},
+      {"unterminated", "[camera\nx = "},
+      {"tm25_magic_only", "TM25"},
+      {"tm25_then_garbage", "TM25" + garbage}};
+  std::vector<std::string> files = {"missing" + reader.extension};
+  for (const auto& [name, content] : contents) {
+    files.push_back(name + reader.extension);
+    WriteText(folder / files.back(), content);
+  }
+  std::filesystem::create_directory(folder / ("folder" + reader.extension));
+  files.push_back("folder" + reader.extension);
+  for (const auto& file : files) {
+    auto arguments = reader.arguments;
+    std::replace(arguments.begin(), arguments.end(), std::string("@"), file);
+    const Outcome outcome = RunLuxfield(arguments, folder);
+    EXPECT_EQ(outcome.exit_code, 2) << file << ": " << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1)
+        << file << ": " << outcome.err;
+    EXPECT_NE(outcome.err.find(file), std::string::npos)
+        << "the file is not named: " << outcome.err;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+      EXPECT_EQ(entry.path().filename().string().find("output"), std::string::npos)
+          << file << " left " << entry.path() << " behind";
+  }
+  std::filesystem::remove_all(folder);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Readers, HostileFiles,
+    testing::Values(Reader{"info_lf", {"info", "@"}, ".lf.exr"},
+                    Reader{"info_meas", {"info", "@"}, ".meas.exr"},
+                    Reader{"info_tab", {"info", "@"}, ".tab.exr"},
+                    Reader{"info_rays", {"info", "@"}, ".tm25ray"},
+                    Reader{"info_scene", {"info", "@"}, ".toml"},
+                    Reader{"info_exr", {"info", "@"}, ".exr"},
+                    Reader{"compare", {"compare", "@", "@"}, ".exr"},
+                    Reader{"import", {"import", "@", "-o", "output.lf.exr"}, ".tm25ray"},
+                    Reader{"preprocess", {"preprocess", "@", "-o", "output.tab.exr"}, ".lf.exr"},
+                    Reader{"reconstruct", {"reconstruct", "@", "-o", "output.lf.exr"}, ".meas.exr"},
+                    Reader{"merge", {"merge", "@", "-o", "output.meas.exr"}, ".session"},
+                    Reader{"verify", {"verify", "@"}, ".session"},
+                    Reader{"render", {"render", "@", "-o", "output.exr"}, ".toml"},
+                    Reader{"plan", {"plan", "@"}, ".toml"},
+                    Reader{"capture", {"capture", "@", "output.session"}, ".toml"},
+                    Reader{"simulate", {"simulate", "@", "-o", "output.lf.exr"}, ".toml"}),
+    [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace luxfield::e2e

@@ -1,0 +1,28 @@
+// Runs the built program as a user does.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace luxfield::e2e {
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+// build/luxfield with these arguments, in `folder`. No shell is involved, so arguments need no
+// quoting.
+Outcome RunLuxfield(const std::vector<std::string>& arguments, const std::filesystem::path& folder);
+
+// A fresh empty folder for this test.
+std::filesystem::path FreshFolder(const std::string& name);
+
+std::filesystem::path SourceFile(const std::string& relative);  // a file of the repository
+std::filesystem::path TestData(const std::string& relative);    // third-party file; may be absent
+
+void WriteText(const std::filesystem::path& path, const std::string& text);
+std::string ReadText(const std::filesystem::path& path);
+
+}  // namespace luxfield::e2e
