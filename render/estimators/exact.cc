@@ -14,10 +14,11 @@ class Exact : public Estimator {
  public:
   explicit Exact(const Device& device)
       : device_(device),
-        // On a CPU neighbouring pixels share the loads of texels; elsewhere registers are dearer
-        // than loads.
-        pixels_(device.info().is_cpu ? 4 : 1),
-        program_(Program::Build(device, "kernels/exact.cl", fmt::format("-D PIXELS={}", pixels_))),
+        // On a CPU neighbouring pixels share texels; elsewhere registers are dearer than loads.
+        pixels_(device.info().is_cpu ? 8 : 1),
+        program_(Program::Build(
+            device, "kernels/exact.cl",
+            fmt::format("-D PIXELS={} -D SHARED={}", pixels_, device.info().is_cpu ? 4 : 1))),
         whole_(program_, "ExactIrradiance"),
         cut_(program_, "ExactCutIrradiance") {}
 

@@ -3,8 +3,9 @@
 //   E_m = delta^2 / z^3 h^2 sum_rc C_m(r, c) (k X0_c Y0_r + n_x h X1_c Y0_r + n_y h X0_c Y1_r),
 //   k = n . (centre of the support on F - p)
 //
-// with the texel weights X, Y of texel_weights.clh. A work-item lights PIXELS neighbouring pixels, which share the loads
-// of texels. Windows are walked in chunks of 32 columns and kRows rows, so any size fits.
+// with the texel weights X, Y of texel_weights.clh. A work-item lights PIXELS neighbouring pixels, which read a
+// window while it is in the cache, SHARED of them from the same loads. Windows are walked in chunks of 32 columns and kRows
+// rows, so any size fits.
 #include "kernels/horizon.clh"
 #include "kernels/texel_weights.clh"
 
@@ -49,9 +50,9 @@ inline float AxisCentre(__constant const LuminaireParams* luminaire, const Axis*
   return axis->offset + ((float)i + 0.5f * (float)luminaire->basis.cells) * luminaire->axis[dimension].spacing.hi;
 }
 
-// Adds sum_m E_m / (delta^2 / z^3 h^2) of pixels [begin, end) to `sum` (one float per pixel and channel).
+// Adds sum_m E_m / (delta^2 / z^3 h^2) of pixels [begin, end) to `sum`, lane by lane, per pixel and channel.
 inline void LightPixels(__constant const LuminaireParams* luminaire, __global const float* images, const Tile* tile,
-                        int begin, int end, float sum[PIXELS][3]) {
+                        int begin, int end, Lanes sum[PIXELS][3]) {
   __constant const BasisParams* basis = &luminaire->basis;
   const int columns = luminaire->axis[0].count, rows = luminaire->axis[1].count;
   const size_t plane = (size_t)luminaire->axis[1].texels * luminaire->row_stride;
@@ -94,33 +95,39 @@ inline void LightPixels(__constant const LuminaireParams* luminaire, __global co
             const int2 range = row_range[j - j_begin];
             if (range.x >= range.y) continue;
             for (int channel = 0; channel < luminaire->channels; ++channel) {
-              __global const float* texel = images + ((size_t)(j * columns + i) * luminaire->channels + channel) * plane +
-                                            (size_t)range.x * luminaire->row_stride + c;
-              Lanes a0[PIXELS], b0[PIXELS], a1[PIXELS], b1[PIXELS];
+              __global const float* window =
+                  images + ((size_t)(j * columns + i) * luminaire->channels + channel) * plane +
+                  (size_t)range.x * luminaire->row_stride + c;
+              for (int first = 0; first < PIXELS; first += SHARED) {
+                __global const float* texel = window;
+                Lanes a0[SHARED], b0[SHARED], a1[SHARED], b1[SHARED];
 #pragma unroll
-              for (int k = 0; k < PIXELS; ++k) a0[k] = b0[k] = a1[k] = b1[k] = 0.0f;
-              for (int r = 0; r < range.y - range.x; ++r) {
-                const Lanes a = vload16(0, texel), b = vload16(1, texel);
-                texel += luminaire->row_stride;
+                for (int k = 0; k < SHARED; ++k) a0[k] = b0[k] = a1[k] = b1[k] = 0.0f;
+                for (int r = 0; r < range.y - range.x; ++r) {
+                  const Lanes a = vload16(0, texel), b = vload16(1, texel);
+                  texel += luminaire->row_stride;
 #pragma unroll
-                for (int k = 0; k < PIXELS; ++k) {
-                  const float weight0 = y0[j - j_begin][k][r], weight1 = y1[j - j_begin][k][r];
-                  a0[k] = fma(a, (Lanes)(weight0), a0[k]);
-                  b0[k] = fma(b, (Lanes)(weight0), b0[k]);
-                  a1[k] = fma(a, (Lanes)(weight1), a1[k]);
-                  b1[k] = fma(b, (Lanes)(weight1), b1[k]);
+                  for (int k = 0; k < SHARED; ++k) {
+                    const float weight0 = y0[j - j_begin][first + k][r], weight1 = y1[j - j_begin][first + k][r];
+                    a0[k] = fma(a, (Lanes)(weight0), a0[k]);
+                    b0[k] = fma(b, (Lanes)(weight0), b0[k]);
+                    a1[k] = fma(a, (Lanes)(weight1), a1[k]);
+                    b1[k] = fma(b, (Lanes)(weight1), b1[k]);
+                  }
                 }
-              }
 #pragma unroll
-              for (int k = 0; k < PIXELS; ++k) {
-                if (k < begin || k >= end || !tile->live[k]) continue;
-                const float3 n = tile->receiver[k].normal;
-                const float centre = n.x * AxisCentre(luminaire, &tile->axis[0][k], 0, i) +
-                                     n.y * AxisCentre(luminaire, &tile->axis[1][k], 1, j) -
-                                     n.z * tile->receiver[k].p.z;
-                const Lanes part = x0[k][0] * (centre * a0[k] + (n.y * h) * a1[k]) + (n.x * h) * x1[k][0] * a0[k] +
-                                   x0[k][1] * (centre * b0[k] + (n.y * h) * b1[k]) + (n.x * h) * x1[k][1] * b0[k];
-                sum[k][channel] += SumLanes(part);
+                for (int k = 0; k < SHARED; ++k) {
+                  const int pixel = first + k;
+                  if (pixel < begin || pixel >= end || !tile->live[pixel]) continue;
+                  const float3 n = tile->receiver[pixel].normal;
+                  const float centre = n.x * AxisCentre(luminaire, &tile->axis[0][pixel], 0, i) +
+                                       n.y * AxisCentre(luminaire, &tile->axis[1][pixel], 1, j) -
+                                       n.z * tile->receiver[pixel].p.z;
+                  sum[pixel][channel] += x0[pixel][0] * (centre * a0[k] + (n.y * h) * a1[k]) +
+                                         (n.x * h) * x1[pixel][0] * a0[k] +
+                                         x0[pixel][1] * (centre * b0[k] + (n.y * h) * b1[k]) +
+                                         (n.x * h) * x1[pixel][1] * b0[k];
+                }
               }
             }
           }
@@ -138,7 +145,7 @@ __kernel void ExactIrradiance(__constant const LuminaireParams* luminaire, __glo
   const int first = get_global_id(0) * PIXELS;
   if (first >= pixel_count) return;
   Tile tile;
-  float sum[PIXELS][3];
+  Lanes sum[PIXELS][3];
   bool any = false;
   for (int k = 0; k < PIXELS; ++k) {
     for (int channel = 0; channel < 3; ++channel) sum[k][channel] = 0.0f;
@@ -160,9 +167,11 @@ __kernel void ExactIrradiance(__constant const LuminaireParams* luminaire, __glo
     for (int k = 0; k < PIXELS; ++k)
       if (tile.live[k]) LightPixels(luminaire, images, &tile, k, k + 1, sum);
   }
-  for (int k = 0; k < PIXELS; ++k)
-    if (tile.live[k])
-      AddIrradiance(luminaire, tile.receiver[k].p.z, sum[k], first + k, ratio, irradiance, variance);
+  for (int k = 0; k < PIXELS; ++k) {
+    if (!tile.live[k]) continue;
+    const float total[3] = {SumLanes(sum[k][0]), SumLanes(sum[k][1]), SumLanes(sum[k][2])};
+    AddIrradiance(luminaire, tile.receiver[k].p.z, total, first + k, ratio, irradiance, variance);
+  }
 }
 
 // The same for the pixels whose horizon does: texel by texel, cut texels clipped and integrated exactly.
