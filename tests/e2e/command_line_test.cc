@@ -89,25 +89,36 @@ TEST_P(HostileFiles, ExitTwoOneSentenceNoOutput) {
   std::filesystem::remove_all(folder);
 }
 
+std::string Lab() { return SourceFile("data/labs/small.toml").string(); }
+std::string Plan() { return SourceFile("data/plans/small.toml").string(); }
+
 INSTANTIATE_TEST_SUITE_P(
     Readers, HostileFiles,
-    testing::Values(Reader{"info_lf", {"info", "@"}, ".lf.exr"},
-                    Reader{"info_meas", {"info", "@"}, ".meas.exr"},
-                    Reader{"info_tab", {"info", "@"}, ".tab.exr"},
-                    Reader{"info_rays", {"info", "@"}, ".tm25ray"},
-                    Reader{"info_scene", {"info", "@"}, ".toml"},
-                    Reader{"info_exr", {"info", "@"}, ".exr"},
-                    Reader{"compare", {"compare", "@", "@"}, ".exr"},
-                    Reader{"import", {"import", "@", "-o", "output.lf.exr"}, ".tm25ray"},
-                    Reader{"preprocess", {"preprocess", "@", "-o", "output.tab.exr"}, ".lf.exr"},
-                    Reader{"reconstruct", {"reconstruct", "@", "-o", "output.lf.exr"}, ".meas.exr"},
-                    Reader{"merge", {"merge", "@", "-o", "output.meas.exr"}, ".session"},
-                    Reader{"verify", {"verify", "@"}, ".session"},
-                    Reader{"render", {"render", "@", "-o", "output.exr"}, ".toml"},
-                    Reader{"plan", {"plan", "@"}, ".toml"},
-                    Reader{"capture", {"capture", "@", "output.session"}, ".toml"},
-                    Reader{"simulate", {"simulate", "@", "-o", "output.lf.exr"}, ".toml"}),
-    [](const auto& info) { return info.param.name; });
+    testing::Values(
+        Reader{"info_lf", {"info", "@"}, ".lf.exr"},
+        Reader{"info_meas", {"info", "@"}, ".meas.exr"},
+        Reader{"info_tab", {"info", "@"}, ".tab.exr"},
+        Reader{"info_rays", {"info", "@"}, ".tm25ray"},
+        Reader{"info_scene", {"info", "@"}, ".toml"}, Reader{"info_exr", {"info", "@"}, ".exr"},
+        Reader{"compare", {"compare", "@", "@"}, ".exr"},
+        Reader{"compare_lf", {"compare", "@", "@"}, ".lf.exr"},
+        Reader{"import", {"import", "@", "-o", "output.lf.exr"}, ".tm25ray"},
+        Reader{"preprocess", {"preprocess", "@", "-o", "output.tab.exr"}, ".lf.exr"},
+        Reader{"reconstruct", {"reconstruct", "@", "-o", "output.lf.exr"}, ".meas.exr"},
+        Reader{"merge", {"merge", "@", "-o", "output.meas.exr"}, ".session"},
+        Reader{"verify", {"verify", "@"}, ".session"},
+        Reader{"render", {"render", "@", "-o", "output.exr"}, ".toml"},
+        Reader{"render_lf",
+               {"render", SourceFile("data/scenes/demo.toml"), "--light-field", "@", "-o",
+                "output.exr"},
+               ".lf.exr"},
+        Reader{"plan", {"plan", "@", "--lab", Lab()}, ".toml"},
+        Reader{"plan_lab", {"plan", Plan(), "--lab", "@"}, ".toml"},
+        Reader{"devices_lab", {"devices", "@"}, ".toml"},
+        Reader{"capture", {"capture", "@", "output.session", "--lab", Lab()}, ".toml"},
+        Reader{"capture_lab", {"capture", Plan(), "output.session", "--lab", "@"}, ".toml"},
+        Reader{"simulate", {"simulate", "@", "--plan", Plan(), "-o", "output.lf.exr"}, ".toml"}),
+    [](const auto& reader) { return reader.param.name; });
 
 }  // namespace
 }  // namespace luxfield::e2e

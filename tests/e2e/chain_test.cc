@@ -1,0 +1,118 @@
+// The chain as a user runs it, verb by verb, on the small simulated lab.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "program.h"
+
+namespace luxfield::e2e {
+namespace {
+
+using Json = nlohmann::json;
+
+class Chain : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = FreshFolder(testing::UnitTest::GetInstance()->current_test_info()->name());
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  // Runs a verb that must succeed; returns its --json.
+  Json Run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--json", "figures.json", "--quiet"});
+    const Outcome outcome = RunLuxfield(arguments, folder_);
+    EXPECT_EQ(outcome.exit_code, 0) << arguments[0] << ": " << outcome.err;
+    return outcome.exit_code == 0 ? Json::parse(ReadText(folder_ / "figures.json"))
+                                  : Json::object();
+  }
+
+  std::filesystem::path folder_;
+  const std::string lab_ = SourceFile("data/labs/small.toml"),
+                    plan_ = SourceFile("data/plans/small.toml"),
+                    scene_ = SourceFile("data/scenes/demo.toml");
+};
+
+TEST_F(Chain, FromLabToPicture) {
+  const Json dry = Run({"capture", plan_, "s", "--lab", lab_, "--dry-run"});
+  EXPECT_EQ(dry.value("positions", 0), 20);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "s")) << "a dry run writes nothing";
+
+  const Json captured = Run({"capture", plan_, "s", "--lab", lab_});
+  EXPECT_LE(captured.value("frames", 1 << 30), dry.value("frames", 0))
+      << "the dry run promises an upper bound";
+  const Json verified = Run({"verify", "s"});
+  EXPECT_EQ(verified.value("sealed", false), true);
+  EXPECT_EQ(Run({"info", "s"}).value("kind", ""), "session");
+
+  Run({"merge", "s", "-o", "x.meas.exr"});
+  EXPECT_EQ(Run({"info", "x.meas.exr"}).value("kind", ""), "measurements");
+  Run({"reconstruct", "x.meas.exr", "-o", "x.lf.exr", "--sigma", "sigma.lf.exr"});
+  Run({"simulate", lab_, "--plan", plan_, "-o", "truth.lf.exr"});
+  const Json light_field = Run({"compare", "x.lf.exr", "truth.lf.exr", "-d", "difference.exr"});
+  // RMSE over the mean, as `bench errors` finds for this lab, where C has five decades of range.
+  EXPECT_LT(light_field.value("rel_rmse", 1e9), 1.0);
+
+  Run({"reconstruct", "x.meas.exr", "-o", "p.lf.exr", "--non-negative"});
+  EXPECT_GE(Run({"info", "p.lf.exr"}).value("c_min", -1.0), 0.0);
+  Run({"preprocess", "p.lf.exr", "-o", "p.tab.exr"});
+  EXPECT_EQ(Run({"info", "p.tab.exr"}).value("kind", ""), "tables");
+  const std::vector<std::string> small = {"--width",       "64",       "--height",    "48",
+                                          "--light-field", "p.lf.exr", "--no-shadows"};
+  for (const char* estimator : {"exact", "windowed", "thesis"}) {
+    std::vector<std::string> arguments = {"render",
+                                          scene_,
+                                          "-o",
+                                          std::string(estimator) + ".exr",
+                                          "--estimator",
+                                          estimator,
+                                          "--tables",
+                                          "p.tab.exr",
+                                          "--png",
+                                          std::string(estimator) + ".png",
+                                          "--irradiance-map",
+                                          "map.png",
+                                          "--spp",
+                                          "400"};
+    arguments.insert(arguments.end(), small.begin(), small.end());
+    Run(arguments);
+    EXPECT_GT(std::filesystem::file_size(folder_ / (std::string(estimator) + ".png")), 500u);
+  }
+  const Json windowed = Run({"compare", "windowed.exr", "exact.exr"});
+  EXPECT_LT(windowed.value("rel_rmse", 1e9), 0.5);
+  // Unbiased: the mean over 3072 pixels of 400 samples each lies far closer than one pixel does.
+  EXPECT_LT(std::abs(windowed.value("bias", 1e9)), 0.02);
+}
+
+TEST_F(Chain, EqualInputsGiveEqualBytes) {
+  for (const char* run : {"1", "2"}) {
+    const std::string n = run;
+    Run({"capture", plan_, "s" + n, "--lab", lab_, "--seed", "5"});
+    Run({"merge", "s" + n, "-o", "m" + n + ".meas.exr"});
+    Run({"reconstruct", "m" + n + ".meas.exr", "-o", "l" + n + ".lf.exr", "--threads", n});
+  }
+  EXPECT_EQ(ReadText(folder_ / "m1.meas.exr"), ReadText(folder_ / "m2.meas.exr"));
+  EXPECT_EQ(ReadText(folder_ / "l1.lf.exr"), ReadText(folder_ / "l2.lf.exr"));
+}
+
+TEST_F(Chain, NegativeCoefficientsAreRefusedByNameWhereTheyMatter) {
+  Run({"simulate", lab_, "--plan", plan_, "-o", "truth.lf.exr"});
+  const Outcome outcome = RunLuxfield({"preprocess", "truth.lf.exr", "-o", "t.tab.exr"}, folder_);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("--non-negative"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "t.tab.exr"));
+}
+
+TEST_F(Chain, ImportsRayFilesOfOthers) {
+  const auto rays = TestData("rays_tm25/Cyl100k_intpl.TM25RAY");
+  if (!std::filesystem::exists(rays)) GTEST_SKIP() << rays << " is absent: set LUXFIELD_TEST_DATA";
+  const Json imported =
+      Run({"import", rays, "-o", "cyl.lf.exr", "--non-negative", "--lattice", "64", "64"});
+  const double used = imported.at("used").value("flux", 0.0),
+               fitted = imported.value("fitted_flux", 0.0);
+  EXPECT_NEAR(fitted / used, 1, 0.005);
+  Run({"preprocess", "cyl.lf.exr", "-o", "cyl.tab.exr"});
+  EXPECT_EQ(Run({"info", rays}).value("kind", ""), "rays");
+}
+
+}  // namespace
+}  // namespace luxfield::e2e
