@@ -10,6 +10,8 @@
 
 #include "core/clock.h"
 #include "core/error.h"
+#include "core/exr.h"
+#include "core/file.h"
 #include "core/progress.h"
 #include "core/session_writer.h"
 #include "reconstruct/reconstruct.h"
@@ -82,6 +84,8 @@ struct Case {
     return 1.0;
   };  // relative light behind each print
   int prints = 1;
+  int channels = 1;         // channel n shows 1 + n times the irradiance
+  bool vignetting = false;  // sensitivity falls by 30 % from the left column to the right one
   bool references = false;
   bool darks = false;
   double warm_dn_per_s = 0;  // an extra dark signal that only dark frames know
@@ -94,8 +98,21 @@ std::filesystem::path Capture(const std::string& name, const Case& c) {
   const std::filesystem::path folder =
       std::filesystem::path(testing::TempDir()) / ("luxfield_merge_session_" + name);
   std::filesystem::remove_all(folder);
+  std::vector<std::pair<std::string, std::string>> extra;
+  const auto sensitivity = [&](int column) {
+    return c.vignetting ? 1.15f - 0.3f * static_cast<float>(column) / kSensor : 1.0f;
+  };
+  if (c.vignetting) {
+    core::Image image(kSensor, kSensor, 1);
+    for (int row = 0; row < kSensor; ++row)
+      for (int column = 0; column < kSensor; ++column)
+        image.at(0, row, column) = sensitivity(column);
+    const std::filesystem::path path = folder.string() + "_vignetting.exr";
+    core::WriteExrImage(path, image);
+    extra.emplace_back("vignetting.exr", core::ReadFile(path));
+  }
   core::SimulatedClock clock;
-  core::SessionWriter writer = core::SessionWriter::Create(folder, c.plan, c.session, {}, clock);
+  core::SessionWriter writer = core::SessionWriter::Create(folder, c.plan, c.session, extra, clock);
   writer.StartEpoch(json::object());
   const auto frame_of = [&](double exposure_s,
                             const std::function<double(double q_s, double q_t)>& e) {
@@ -104,7 +121,7 @@ std::filesystem::path Capture(const std::string& name, const Case& c) {
       for (int col = 0; col < kSensor; ++col) {
         const double q_s = (col + 0.5 - kSensor / 2.0) * kPitch_m,
                      q_t = (kSensor / 2.0 - r - 0.5) * kPitch_m;
-        const double electrons = exposure_s * (e(q_s, q_t) * kResponsivity + 3);
+        const double electrons = exposure_s * (sensitivity(col) * e(q_s, q_t) * kResponsivity + 3);
         frame.value.push_back(
             static_cast<float>(100 + 0.5 * electrons + c.warm_dn_per_s * exposure_s));
       }
@@ -142,17 +159,18 @@ std::filesystem::path Capture(const std::string& name, const Case& c) {
       record.j = j;
       record.stage_u_m = -5e-3 + (i + 1.5) * kSpacing_m + c.displaced_m;
       record.stage_v_m = -4e-3 + (j + 1.5) * kSpacing_m;
-      for (record.print = 0; record.print < c.prints; ++record.print)
-        for (record.exposure_index = 0; record.exposure_index < 2; ++record.exposure_index) {
-          record.exposure_s = record.requested_exposure_s = record.exposure_index == 0 ? 1 : 4;
-          now_s += 10;
-          record.t_start_s = now_s - record.exposure_s / 2;
-          const auto e = [&](double q_s, double q_t) {
-            return c.lamp(now_s) * c.print(record.print) *
-                   Irradiance(i, j, record.stage_u_m + q_s, record.stage_v_m + q_t);
-          };
-          writer.CommitFrame(record, frame_of(record.exposure_s, e), json::object());
-        }
+      for (record.channel = 0; record.channel < c.channels; ++record.channel)
+        for (record.print = 0; record.print < c.prints; ++record.print)
+          for (record.exposure_index = 0; record.exposure_index < 2; ++record.exposure_index) {
+            record.exposure_s = record.requested_exposure_s = record.exposure_index == 0 ? 1 : 4;
+            now_s += 10;
+            record.t_start_s = now_s - record.exposure_s / 2;
+            const auto e = [&](double q_s, double q_t) {
+              return c.lamp(now_s) * c.print(record.print) * (1 + record.channel) *
+                     Irradiance(i, j, record.stage_u_m + q_s, record.stage_v_m + q_t);
+            };
+            writer.CommitFrame(record, frame_of(record.exposure_s, e), json::object());
+          }
       writer.CompletePosition(i, j);
     }
     now_s += 10;
@@ -250,6 +268,25 @@ TEST_F(MergeSessionTest, DividesByTheAlbedoOfTheReflector) {
   Case c;
   c.plan["rig"] = {{"kind", "reflector"}, {"albedo", 0.8}};
   EXPECT_LT(WorstError(Merge("reflector", c), 9.0 / 16 / 0.8), 1e-6);
+}
+
+TEST_F(MergeSessionTest, HandlesColourAndVignetting) {
+  Case c;
+  c.channels = 3;
+  c.vignetting = true;
+  c.plan["geometry"]["channels"] = 3;
+  c.session["camera"]["vignetting"] = "vignetting.exr";
+  c.session["camera"]["responsivity_e_per_s_per_w_m2"] = {kResponsivity, 2 * kResponsivity,
+                                                          kResponsivity};
+  const lightfield::Measurements m = Merge("colour", c);
+  EXPECT_LT(WorstError(m, 9.0 / 16), 2e-6);
+  for (const auto& position : m.positions)
+    for (std::size_t p = 0; p < 120; ++p) {
+      EXPECT_NEAR(position.irradiance[120 + p], position.irradiance[p],
+                  2e-6 * position.irradiance[p]);  // 2 / 2
+      EXPECT_NEAR(position.irradiance[240 + p], 3 * position.irradiance[p],
+                  6e-6 * position.irradiance[p]);
+    }
 }
 
 TEST_F(MergeSessionTest, CombinesDualPrintsToSignedIrradiance) {
