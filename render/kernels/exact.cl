@@ -3,9 +3,9 @@
 //   E_m = delta^2 / z^3 h^2 sum_rc C_m(r, c) (k X0_c Y0_r + n_x h X1_c Y0_r + n_y h X0_c Y1_r),
 //   k = n . (centre of the support on F - p)
 //
-// with the texel weights X, Y of texel_weights.clh. A work-item lights PIXELS neighbouring pixels, which read a
-// window while it is in the cache, SHARED of them from the same loads. Windows are walked in chunks of 32 columns and kRows
-// rows, so any size fits.
+// with the texel weights X, Y of texel_weights.clh. A work-item lights PIXELS neighbouring pixels,
+// which read a window while it is in the cache, SHARED of them from the same loads. Windows are
+// walked in chunks of 32 columns and kRows rows, so any size fits.
 #include "kernels/horizon.clh"
 #include "kernels/texel_weights.clh"
 
@@ -18,8 +18,8 @@ typedef struct Tile {
 } Tile;
 
 // Texels that basis function `i` needs, joined over pixels [begin, end) of the tile.
-inline int2 JoinedTexels(__constant const LuminaireParams* luminaire, const Tile* tile, int dimension, int i, int begin,
-                         int end) {
+inline int2 JoinedTexels(__constant const LuminaireParams* luminaire, const Tile* tile,
+                         int dimension, int i, int begin, int end) {
   int2 joined = (int2)(luminaire->axis[dimension].texels, 0);
   for (int k = begin; k < end; ++k) {
     if (!tile->live[k]) continue;
@@ -31,8 +31,8 @@ inline int2 JoinedTexels(__constant const LuminaireParams* luminaire, const Tile
   return joined;
 }
 
-// True if lighting the live pixels together touches at most half as many texels again as the smallest of their windows
-// needs: they see nearly the same.
+// True if lighting the live pixels together touches at most half as many texels again as the
+// smallest of their windows needs: they see nearly the same.
 inline bool SharesWindows(__constant const LuminaireParams* luminaire, const Tile* tile) {
   for (int dimension = 0; dimension < 2; ++dimension) {
     const int middle = luminaire->axis[dimension].count / 2;
@@ -46,13 +46,16 @@ inline bool SharesWindows(__constant const LuminaireParams* luminaire, const Til
   return true;
 }
 
-inline float AxisCentre(__constant const LuminaireParams* luminaire, const Axis* axis, int dimension, int i) {
-  return axis->offset + ((float)i + 0.5f * (float)luminaire->basis.cells) * luminaire->axis[dimension].spacing.hi;
+inline float AxisCentre(__constant const LuminaireParams* luminaire, const Axis* axis,
+                        int dimension, int i) {
+  return axis->offset +
+         ((float)i + 0.5f * (float)luminaire->basis.cells) * luminaire->axis[dimension].spacing.hi;
 }
 
-// Adds sum_m E_m / (delta^2 / z^3 h^2) of pixels [begin, end) to `sum`, lane by lane, per pixel and channel.
-inline void LightPixels(__constant const LuminaireParams* luminaire, __global const float* images, const Tile* tile,
-                        int begin, int end, Lanes sum[PIXELS][3]) {
+// Adds sum_m E_m / (delta^2 / z^3 h^2) of pixels [begin, end) to `sum`, lane by lane, per pixel and
+// channel.
+inline void LightPixels(__constant const LuminaireParams* luminaire, __global const float* images,
+                        const Tile* tile, int begin, int end, Lanes sum[PIXELS][3]) {
   __constant const BasisParams* basis = &luminaire->basis;
   const int columns = luminaire->axis[0].count, rows = luminaire->axis[1].count;
   const size_t plane = (size_t)luminaire->axis[1].texels * luminaire->row_stride;
@@ -74,7 +77,8 @@ inline void LightPixels(__constant const LuminaireParams* luminaire, __global co
           for (int half_chunk = 0; half_chunk < 2; ++half_chunk) {
             Lanes zeroth = 0.0f, moment = 0.0f;
             if (k >= begin && k < end && tile->live[k] && range.x + 16 * half_chunk < range.y)
-              TexelWeights(basis, &tile->axis[1][k], j, (float)(range.x + 16 * half_chunk), &zeroth, &moment);
+              TexelWeights(basis, &tile->axis[1][k], j, (float)(range.x + 16 * half_chunk), &zeroth,
+                           &moment);
             vstore16(zeroth, half_chunk, y0[j - j_begin][k]);
             vstore16(moment, half_chunk, y1[j - j_begin][k]);
           }
@@ -88,8 +92,8 @@ inline void LightPixels(__constant const LuminaireParams* luminaire, __global co
             for (int half_chunk = 0; half_chunk < 2; ++half_chunk) {
               x0[k][half_chunk] = x1[k][half_chunk] = 0.0f;
               if (k >= begin && k < end && tile->live[k] && c + 16 * half_chunk < column_range.y)
-                TexelWeights(basis, &tile->axis[0][k], i, (float)(c + 16 * half_chunk), &x0[k][half_chunk],
-                             &x1[k][half_chunk]);
+                TexelWeights(basis, &tile->axis[0][k], i, (float)(c + 16 * half_chunk),
+                             &x0[k][half_chunk], &x1[k][half_chunk]);
             }
           for (int j = j_begin; j < j_end; ++j) {
             const int2 range = row_range[j - j_begin];
@@ -108,7 +112,8 @@ inline void LightPixels(__constant const LuminaireParams* luminaire, __global co
                   texel += luminaire->row_stride;
 #pragma unroll
                   for (int k = 0; k < SHARED; ++k) {
-                    const float weight0 = y0[j - j_begin][first + k][r], weight1 = y1[j - j_begin][first + k][r];
+                    const float weight0 = y0[j - j_begin][first + k][r],
+                                weight1 = y1[j - j_begin][first + k][r];
                     a0[k] = fma(a, (Lanes)(weight0), a0[k]);
                     b0[k] = fma(b, (Lanes)(weight0), b0[k]);
                     a1[k] = fma(a, (Lanes)(weight1), a1[k]);
@@ -137,11 +142,13 @@ inline void LightPixels(__constant const LuminaireParams* luminaire, __global co
   }
 }
 
-// Adds the irradiance of every pixel whose horizon does not cut the luminaire. `ratio` (may be null): visible share per
-// channel and the variance of the luminance share.
-__kernel void ExactIrradiance(__constant const LuminaireParams* luminaire, __global const float* images,
-                              __global const float4* positions, __global const float4* normals, int pixel_count,
-                              __global const float4* ratio, __global float4* irradiance, __global float* variance) {
+// Adds the irradiance of every pixel whose horizon does not cut the luminaire. `ratio` (may be
+// null): visible share per channel and the variance of the luminance share.
+__kernel void ExactIrradiance(__constant const LuminaireParams* luminaire,
+                              __global const float* images, __global const float4* positions,
+                              __global const float4* normals, int pixel_count,
+                              __global const float4* ratio, __global float4* irradiance,
+                              __global float* variance) {
   const int first = get_global_id(0) * PIXELS;
   if (first >= pixel_count) return;
   Tile tile;
@@ -157,7 +164,8 @@ __kernel void ExactIrradiance(__constant const LuminaireParams* luminaire, __glo
     const float3 p = tile.receiver[k].p;
     tile.axis[0][k] = MakeAxis(&luminaire->axis[0], luminaire->delta, p.x, p.z);
     tile.axis[1][k] = MakeAxis(&luminaire->axis[1], luminaire->delta, p.y, p.z);
-    tile.live[k] = WholeHorizon(luminaire, &tile.receiver[k], &tile.axis[0][k], &tile.axis[1][k]) == kAbove;
+    tile.live[k] =
+        WholeHorizon(luminaire, &tile.receiver[k], &tile.axis[0][k], &tile.axis[1][k]) == kAbove;
     any |= tile.live[k];
   }
   if (!any) return;
@@ -174,10 +182,13 @@ __kernel void ExactIrradiance(__constant const LuminaireParams* luminaire, __glo
   }
 }
 
-// The same for the pixels whose horizon does: texel by texel, cut texels clipped and integrated exactly.
-__kernel void ExactCutIrradiance(__constant const LuminaireParams* luminaire, __global const float* images,
-                                 __global const float4* positions, __global const float4* normals, int pixel_count,
-                                 __global const float4* ratio, __global float4* irradiance, __global float* variance) {
+// The same for the pixels whose horizon does: texel by texel, cut texels clipped and integrated
+// exactly.
+__kernel void ExactCutIrradiance(__constant const LuminaireParams* luminaire,
+                                 __global const float* images, __global const float4* positions,
+                                 __global const float4* normals, int pixel_count,
+                                 __global const float4* ratio, __global float4* irradiance,
+                                 __global float* variance) {
   const int pixel = get_global_id(0);
   if (pixel >= pixel_count || positions[pixel].w == 0.0f) return;
   const Receiver receiver = MakeReceiver(luminaire, positions[pixel].xyz, normals[pixel].xyz);
@@ -187,6 +198,7 @@ __kernel void ExactCutIrradiance(__constant const LuminaireParams* luminaire, __
   if (WholeHorizon(luminaire, &receiver, &x, &y) != kCut) return;
   float sum[3] = {0.0f, 0.0f, 0.0f};
   for (int j = 0; j < luminaire->axis[1].count; ++j)
-    for (int i = 0; i < luminaire->axis[0].count; ++i) LightCutImage(luminaire, images, &receiver, &x, &y, i, j, sum);
+    for (int i = 0; i < luminaire->axis[0].count; ++i)
+      LightCutImage(luminaire, images, &receiver, &x, &y, i, j, sum);
   AddIrradiance(luminaire, receiver.p.z, sum, pixel, ratio, irradiance, variance);
 }
