@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "capture/expanded_plan.h"
 #include "capture/frame_check.h"
 #include "core/error.h"
@@ -137,6 +139,19 @@ TEST(Plan, DryRunSaysWhatIsOffTheSensor) {
   // 5 rungs: 2 brackets, 2 x 4 darks each, a reference before and after.
   EXPECT_EQ(estimate.frames, 2 * 5 + 8 * 5 + 2);
   EXPECT_GT(estimate.duration_s, 8 * 0.341);
+}
+
+TEST(Plan, ExampleFilesFitEachOther) {
+  const auto data = std::filesystem::path(LUXFIELD_SOURCE_DIR) / "data";
+  for (const auto& [lab, plan] : {std::pair{"ideal", "demo"},
+                                  {"headlight", "demo"},
+                                  {"small", "small"},
+                                  {"reflector", "small-reflector"}}) {
+    const hal::Devices devices = hal::MakeDevices(data / "labs" / (std::string(lab) + ".toml"));
+    const ExpandedPlan expanded =
+        ExpandPlan(ReadPlan(data / "plans" / (std::string(plan) + ".toml")), devices);
+    EXPECT_EQ(DryRun(expanded, devices).off_sensor_share, 0) << lab;
+  }
 }
 
 hal::CameraCalibration Calibration() {
