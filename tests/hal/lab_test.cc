@@ -180,6 +180,34 @@ TEST(Lab, DriftWarmUpAndPwmScaleTheFrame) {
   EXPECT_NEAR(whole / clean, 1, 1e-3);
 }
 
+// Shutter jitter is the one difference between two exposures of a lab without other errors.
+TEST(Lab, ShutterJitterAndMonitorNoiseHaveTheirStatedSize) {
+  constexpr int kCount = 400;
+  constexpr double kExposure_s = 0.05, kJitter_s = 0.002, kMonitor = 0.01;
+  TestLab lab = WithError("shutter", "jitter_s = 0.002");
+  lab.errors += "\n[errors.monitor_noise]\nrelative = 0.01";
+  lab.camera = "pitch_m = 0.1\nwidth = 2\nheight = 2";
+  lab.lamp = "kind = \"square\"\nside_m = 0.06\nradiance = 10000";
+  Devices devices = SimulatedLab(lab.Config()).MakeDevices();
+  devices.supply->SetOutput(true, kSoon);
+  devices.camera->Configure({kExposure_s}, kSoon);
+  double sum = 0, squares = 0, sum_monitor = 0, squares_monitor = 0;
+  for (int k = 0; k < kCount; ++k) {
+    const double signal = SignalOf(devices.camera->Expose(kSoon).image);
+    const double monitor = devices.monitor->Read(kSoon).value;
+    sum += signal / kCount;
+    squares += signal * signal / kCount;
+    sum_monitor += monitor / kCount;
+    squares_monitor += monitor * monitor / kCount;
+  }
+  // The relative error of a standard deviation from n samples is 1 / sqrt(2 n).
+  const double tolerance = 4 / std::sqrt(2.0 * kCount);
+  EXPECT_GT(sum, 1000) << "bright enough that rounding does not matter";
+  EXPECT_NEAR(std::sqrt(squares - sum * sum) / sum / (kJitter_s / kExposure_s), 1, tolerance);
+  EXPECT_NEAR(std::sqrt(squares_monitor - sum_monitor * sum_monitor) / kMonitor, 1, tolerance);
+  EXPECT_NEAR(sum_monitor, 1, 4 * kMonitor / std::sqrt(kCount));
+}
+
 TEST(Lab, StrayLightAddsItsShareEvenly) {
   TestLab clean;
   clean.lab = "";
