@@ -303,7 +303,8 @@ TEST_F(Capture, AFrameThatStaysWrongIsKeptAndFlagged) {
   EXPECT_GT(summary.flagged, 0);
   EXPECT_EQ(summary.rejected, 2 * summary.flagged) << "three attempts each";
   int flagged = 0;
-  for (const auto& record : core::SessionReader(folder).frames()) flagged += record.flagged;
+  const core::SessionReader reader(folder);
+  for (const auto& record : reader.frames()) flagged += record.flagged;
   EXPECT_EQ(flagged, summary.flagged);
 }
 
@@ -365,7 +366,8 @@ TEST_F(Capture, DualPrintsAndColoursAreAllTaken) {
   Devices devices = SimulatedLab(core::Config::FromString(toml, "lab.toml")).MakeDevices();
   RunCapture(ReadPlan(core::Config::FromString(plan, "plan.toml")), devices, folder);
   std::set<std::tuple<int, int, int, int>> taken;
-  for (const auto& r : core::SessionReader(folder).frames())
+  const core::SessionReader reader(folder);
+  for (const auto& r : reader.frames())
     if (r.kind == core::FrameKind::kPosition) taken.insert({r.i, r.j, r.print, r.channel});
   EXPECT_EQ(taken.size(), 6u * 2 * 3);
 }
