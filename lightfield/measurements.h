@@ -1,4 +1,5 @@
-// *.meas.exr: irradiance on I behind each filter, registered on the luminaire's lattice (THEORY.md 3).
+// *.meas.exr: irradiance on I behind each filter, registered on the luminaire's lattice (THEORY.md
+// 3).
 #pragma once
 
 #include <cstdint>
@@ -14,30 +15,36 @@ namespace luxfield::lightfield {
 
 // Bits of the mask; 0 = a good value.
 enum MeasurementFlag : std::uint32_t {
-  kOffSensor = 1,    // s - c_ij fell off the sensor: unknown, not zero
-  kSaturated = 2,    // saturated in every exposure
-  kTooDark = 4,      // never above the noise floor: value and sigma are still the estimator's, but say little
-  kDefect = 8,       // hot or dead pixels only
+  kOffSensor = 1,  // s - c_ij fell off the sensor: unknown, not zero
+  kSaturated = 2,  // saturated in every exposure
+  kTooDark =
+      4,  // never above the noise floor: value and sigma are still the estimator's, but say little
+  kDefect = 8,         // mostly hot or dead pixels
+  kPartlyDefect = 16,  // less than half of it hot or dead: the value is the mean of the rest, and
+                       // sigma holds what the rest says about the gap
 };
-// Values under kOffSensor, kSaturated or kDefect are unknown (stored as 0) and must not enter a solve.
+// Values under kOffSensor, kSaturated or kDefect are unknown (stored as 0) and must not enter a
+// solve.
 constexpr std::uint32_t kUnknownMask = kOffSensor | kSaturated | kDefect;
 
-// One filter position: planar [channel][row][column] on geometry.lattice. E in W m^-2 (or lm m^-2, or relative).
+// One filter position: planar [channel][row][column] on geometry.lattice. E in W m^-2 (or lm m^-2,
+// or relative).
 struct Measurement {
   std::vector<float> irradiance;
-  std::vector<float> sigma;         // standard deviation of irradiance
-  std::vector<float> count;         // effective number of exposures that entered, per pixel [row][column]
+  std::vector<float> sigma;  // standard deviation of irradiance
+  std::vector<float> count;  // effective number of exposures that entered, per pixel [row][column]
   std::vector<std::uint32_t> mask;  // MeasurementFlag bits, per pixel [row][column] (any channel)
 };
 
-// What filter made the images: `basis` prints (Phi itself), or `dual` pairs already combined to signed E.
+// What filter made the images: `basis` prints (Phi itself), or `dual` pairs already combined to
+// signed E.
 enum class FilterKind { kBasis, kDual };
 
 struct Measurements {
   LuminaireGeometry geometry;
   FilterKind filter = FilterKind::kBasis;
-  double filter_scale = 1;  // the print's transmittance is filter_scale * Phi (16/9 lets a bspline2 print peak at 1);
-                            // irradiance is stored already divided by it
+  double filter_scale = 1;  // the print's transmittance is filter_scale * Phi (16/9 lets a bspline2
+                            // print peak at 1); irradiance is stored already divided by it
   Provenance provenance;
   std::vector<Measurement> positions;  // m = j * W + i
 };

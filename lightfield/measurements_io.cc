@@ -11,7 +11,7 @@
 namespace luxfield::lightfield {
 namespace {
 
-constexpr std::uint32_t kKnownFlags = kOffSensor | kSaturated | kTooDark | kDefect;
+constexpr std::uint32_t kKnownFlags = kOffSensor | kSaturated | kTooDark | kDefect | kPartlyDefect;
 
 std::string IrradianceChannel(const std::string& colour) { return "E." + colour; }
 std::string SigmaChannel(const std::string& colour) { return "sigma." + colour; }

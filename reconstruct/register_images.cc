@@ -39,9 +39,11 @@ class Texel {
     }
     covered_ += weight;
     if (!(mask & lightfield::kTooDark)) bright_ += weight;
-    const double scaled = weight * scale_[scale_.size() == 1 ? 0 : pixel];
-    value_ += scaled * merged_.rate_e_per_s[pixel];
-    const double sigma = scaled * merged_.sigma_e_per_s[pixel];
+    const double scale = scale_[scale_.size() == 1 ? 0 : pixel];
+    const double value = scale * merged_.rate_e_per_s[pixel];
+    value_ += weight * value;
+    square_ += weight * value * value;
+    const double sigma = weight * scale * merged_.sigma_e_per_s[pixel];
     variance_ += sigma * sigma;
     count_ += weight * merged_.count[pixel];
   }
@@ -49,19 +51,27 @@ class Texel {
   void Store(std::size_t texel, RegisteredImage* image) const {
     std::uint32_t mask = unknown_ > kNegligible ? flags_ : 0;
     if (covered_ + unknown_ < 1 - kNegligible) mask |= lightfield::kOffSensor;
+    double gap_variance = 0;
+    if (mask == lightfield::kDefect && unknown_ < 0.5 - kNegligible) {
+      mask = lightfield::kPartlyDefect;
+      // The gap's mean differs from the rest's by about the spread of the pixels in the rest.
+      const double mean = value_ / covered_;
+      gap_variance = unknown_ * unknown_ * 2 * std::max(square_ / covered_ - mean * mean, 0.0);
+    }
     if (mask == 0 && bright_ <= kNegligible) mask = lightfield::kTooDark;
     image->mask[texel] = mask;
     if (mask & lightfield::kUnknownMask) return;
-    // covered_ is 1 up to the negligible rest and rounding.
     image->value[texel] = static_cast<float>(value_ / covered_);
-    image->sigma[texel] = static_cast<float>(std::sqrt(variance_) / covered_);
+    image->sigma[texel] =
+        static_cast<float>(std::sqrt(variance_ / (covered_ * covered_) + gap_variance));
     image->count[texel] = static_cast<float>(count_ / covered_);
   }
 
  private:
   const MergedFrame& merged_;
   std::span<const float> scale_;
-  double covered_ = 0, unknown_ = 0, bright_ = 0, value_ = 0, variance_ = 0, count_ = 0;
+  double covered_ = 0, unknown_ = 0, bright_ = 0, value_ = 0, square_ = 0, variance_ = 0,
+         count_ = 0;
   std::uint32_t flags_ = 0;
 };
 

@@ -7,8 +7,9 @@
 //   E(texel) = sum_p w_p E_p,   w_p = area(texel and pixel p) / area(texel),   sigma^2 = sum_p
 //   w_p^2 sigma_p^2
 //
-// and is known only where valid pixels cover all of it. Values average over w linearly, so
-// registering commutes with the Gram solve.
+// and is known only where the sensor covers all of it. Where less than half of it lies on defective
+// pixels the mean runs over the rest, and sigma^2 grows by (missing share)^2 * 2 * (spread of the
+// rest)^2. Values average over w linearly, so registering commutes with the Gram solve.
 #pragma once
 
 #include <array>
@@ -40,7 +41,8 @@ class Registration {
   // polygon areas in double; an axis-aligned mapping is separable, and texel edges within 1e-7
   // pixel of pixel edges count as equal, so aligned lattices are copied exactly. A texel is
   // kOffSensor if more than 1e-6 of it lies off the sensor; it carries kSaturated and kDefect of
-  // every pixel it touches with more than that, kTooDark if all of them do. Parallel over rows.
+  // every pixel it touches with more than that (kPartlyDefect instead of kDefect below half of its
+  // area), kTooDark if all of them do. Parallel over rows.
   RegisteredImage Apply(const MergedFrame& merged, std::span<const float> irradiance_per_rate,
                         lightfield::Vec2 centre_m) const;
 

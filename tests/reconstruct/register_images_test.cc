@@ -223,6 +223,25 @@ TEST(Registration, SaysUnknownOffTheSensorAndOnDefects) {
   }
 }
 
+TEST(Registration, FillsALesserDefectFromTheRestOfItsTexel) {
+  MergedFrame frame = Frame(4, 4);
+  for (std::size_t p = 0; p < 16; ++p) frame.sigma_e_per_s[p] = 0.5f;
+  // The texel of pixels (0,0) (0,1) (1,0) (1,1): the last one is hot, the others read 1, 2, 6.
+  frame.rate_e_per_s[0] = 1;
+  frame.rate_e_per_s[1] = 2;
+  frame.rate_e_per_s[4] = 6;
+  frame.rate_e_per_s[5] = 1e6f;
+  frame.mask[5] = lightfield::kDefect;
+  const RegisteredImage image =
+      Registration(Centred(4, 4, 1e-4), 4, 4, {2, 2, -2e-4, 2e-4, 2e-4, 2e-4})
+          .Apply(frame, kUnitScale, {});
+  EXPECT_EQ(image.mask[0], lightfield::kPartlyDefect);
+  EXPECT_FLOAT_EQ(image.value[0], 3);
+  // Three independent sigmas of 1/2, and a quarter missing of pixels that spread by sqrt(14/3).
+  EXPECT_NEAR(image.sigma[0], std::sqrt(0.25 / 3 + 2 * 14.0 / 3 / 16), 1e-6);
+  EXPECT_EQ(image.mask[1], 0u);
+}
+
 TEST(Registration, MovesWithTheFilter) {
   const MergedFrame frame = Frame(30, 30);
   const Lattice lattice{10, 10, -5e-4, 5e-4, 1e-4, 1e-4};
