@@ -31,8 +31,9 @@ void AddDemo(Program& program) {
         const auto result = study::RunDemo(how);
         const core::Json summary = WriteDemoReport(options->output, result);
         for (const auto& stage : result.stages)
-          fmt::print("  {:<12} {:>9}   {:9.3g} %   {}\n", stage.name,
-                     core::FormatDuration(stage.wall_s), 100 * stage.rel_rmse, stage.of);
+          fmt::print("  {:<12} {:>12}  RMSE/mean {:>8.3g} %  RMSE/RMS {:>8.3g} %   {}\n",
+                     stage.name, core::FormatDuration(stage.wall_s), 100 * stage.error.rel_rmse,
+                     100 * stage.error.rel_l2, stage.of);
         fmt::print("{} in all; look at {}/report.html and {}/picture.png\n",
                    core::FormatDuration(result.total_wall_s), options->output, options->output);
         return summary;

@@ -10,7 +10,7 @@ namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string session, output, estimator = "inverse-variance";
+  std::string session, output, estimator = "inverse-variance", lamp_level = "first-reference";
   bool skip_hashes = false;
 };
 
@@ -21,6 +21,8 @@ core::Json Run(const Options& options) {
   how.check_hashes = !options.skip_hashes;
   how.merge.estimator = options.estimator == "poisson" ? reconstruct::Estimator::kPoisson
                                                        : reconstruct::Estimator::kInverseVariance;
+  how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
+                                                   : reconstruct::LampLevel::kFirstReference;
   reconstruct::MergeSessionSummary summary;
   const auto measurements = reconstruct::MergeSession(session, how, &summary);
   lightfield::WriteMeasurements(options.output, measurements);
@@ -53,6 +55,11 @@ void AddMerge(Program& program) {
                   "inverse-variance: iterated, needs the camera's noise model; poisson: sums of "
                   "counts over sums of times")
       ->check(CLI::IsMember({"inverse-variance", "poisson"}));
+  verb.add_option("--lamp-level", options->lamp_level,
+                  "Which lamp the result belongs to: as it was at the session's first reference, "
+                  "or at the level where "
+                  "its monitor reads 1")
+      ->check(CLI::IsMember({"first-reference", "monitor"}));
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }

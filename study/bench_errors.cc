@@ -91,32 +91,40 @@ nlohmann::json BenchErrors(const BenchErrorsOptions& options) {
   };
 
   core::Json rows = core::Json::array();
+  const auto over_seeds = [&](const std::string& name, const std::vector<std::string>& enabled) {
+    SeedStatistics statistics;
+    double square_rmse = 0, square_l2 = 0;
+    for (int k = 0; k < options.seeds; ++k) {
+      core::ThrowIfInterrupted();
+      const auto reconstruction = run(enabled, options.seed + static_cast<std::uint64_t>(k));
+      statistics.Add(reconstruction.coefficients.data, reconstruction.sigma.data);
+      const StageError error = CompareWithTruth(reconstruction.coefficients.data, truth.data);
+      square_rmse += error.rel_rmse * error.rel_rmse / options.seeds;
+      square_l2 += error.rel_l2 * error.rel_l2 / options.seeds;
+    }
+    const auto ratios = statistics.Ratios();
+    rows.push_back({{"case", name},
+                    {"seeds", options.seeds},
+                    {"rel_rmse", std::sqrt(square_rmse)},
+                    {"rel_l2", std::sqrt(square_l2)},
+                    {"sigma_ratio", ratios[0]},
+                    {"sigma_ratio_q1", ratios[1]},
+                    {"sigma_ratio_q2", ratios[2]},
+                    {"sigma_ratio_q3", ratios[3]},
+                    {"sigma_ratio_q4", ratios[4]}});
+  };
   std::vector<std::string> random;
   for (const auto& name : kRandomSources)
     if (has(name)) random.push_back(name);
-  SeedStatistics statistics;
-  double random_error = 0;
-  for (int k = 0; k < options.seeds; ++k) {
-    core::ThrowIfInterrupted();
-    const auto reconstruction = run(random, options.seed + static_cast<std::uint64_t>(k));
-    statistics.Add(reconstruction.coefficients.data, reconstruction.sigma.data);
-    random_error +=
-        std::pow(RelativeRmse(reconstruction.coefficients.data, truth.data), 2) / options.seeds;
-  }
-  const auto ratios = statistics.Ratios();
-  rows.push_back({{"case", "random"},
-                  {"sources", random},
-                  {"seeds", options.seeds},
-                  {"rel_rmse", std::sqrt(random_error)},
-                  {"sigma_ratio", ratios[0]},
-                  {"sigma_ratio_quartiles", {ratios[1], ratios[2], ratios[3], ratios[4]}}});
+  over_seeds("random", random);
+  over_seeds("realistic", sources);
 
   const auto alone = [&](const std::string& name, const std::vector<std::string>& enabled) {
     core::ThrowIfInterrupted();
+    const StageError error =
+        CompareWithTruth(run(enabled, options.seed).coefficients.data, truth.data);
     rows.push_back(
-        {{"case", name},
-         {"seeds", 1},
-         {"rel_rmse", RelativeRmse(run(enabled, options.seed).coefficients.data, truth.data)}});
+        {{"case", name}, {"seeds", 1}, {"rel_rmse", error.rel_rmse}, {"rel_l2", error.rel_l2}});
   };
   alone("quantisation", {});
   for (const auto& name : sources)

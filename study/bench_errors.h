@@ -17,12 +17,15 @@ struct BenchErrorsOptions {
   std::uint64_t seed = 1;
 };
 
-// One session per seed with the random sources alone (photon noise, read noise, dark current, PRNU,
-// quantisation), then one per systematic source alone (all others off, quantisation on). Rows:
-//   case, seeds, rel_rmse (of C against the truth), sigma_ratio
-// sigma_ratio, on the row "random": sqrt( mean over seeds and coefficients of (C - mean_seeds C)^2
-// n/(n-1) / mean sigma^2 ); 1 means that sigma is right. The same ratio over the texels of each
-// quartile of sigma is in sigma_ratio_quartiles.
+// Rows: `random`, one session per seed with photon noise, read noise, dark current, PRNU and
+// quantisation alone; `realistic`, one session per seed with every source on; then one session per
+// systematic source alone (quantisation stays).
+//   case, seeds, rel_rmse (RMSE / mean), rel_l2 (RMSE / RMS), both of C against the truth (RMS over
+//   the seeds)
+// and over seeds
+//   sigma_ratio = sqrt( mean of (C - mean over seeds of C)^2 n/(n-1) / mean of sigma^2 ), over all
+//   seeds and coefficients, sigma_ratio_q1 .. q4 the same over the quarters of the coefficients in
+//   order of sigma: 1 means that sigma is right.
 nlohmann::json BenchErrors(const BenchErrorsOptions& options);
 
 }  // namespace luxfield::study

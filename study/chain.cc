@@ -36,43 +36,36 @@ ChainResult RunChain(const ChainOptions& options) {
   result.capture_s = watch.Lap();
 
   const auto measurements_file = options.folder / (options.name + ".meas.exr");
+  reconstruct::MergeSessionOptions how;
+  how.lamp_level =
+      reconstruct::LampLevel::kMonitorUnity;  // the truth is the lamp at its nominal level
   result.measurements =
-      reconstruct::MergeSession(core::SessionReader(session_folder), {}, &result.merge);
+      reconstruct::MergeSession(core::SessionReader(session_folder), how, &result.merge);
   lightfield::WriteMeasurements(measurements_file, result.measurements);
   if (!options.keep_session) std::filesystem::remove_all(session_folder);
   result.merge_s = watch.Lap();
 
-  result.reconstruction = reconstruct::Reconstruct(lightfield::ReadMeasurements(measurements_file),
-                                                   options.reconstruct);
-  lightfield::WriteLightField(options.folder / (options.name + ".lf.exr"),
+  result.reconstruction = reconstruct::Reconstruct(lightfield::ReadMeasurements(measurements_file));
+  lightfield::WriteLightField(options.folder / (options.name + ".signed.lf.exr"),
                               result.reconstruction.coefficients);
   result.reconstruct_s = watch.Lap();
   return result;
 }
 
-double RelativeRmse(std::span<const float> values, std::span<const float> truth) {
-  double square = 0, sum = 0;
+StageError CompareWithTruth(std::span<const float> values, std::span<const float> truth) {
+  double square = 0, sum = 0, power = 0;
   for (std::size_t k = 0; k < truth.size(); ++k) {
     const double d = double{values[k]} - truth[k];
     square += d * d;
     sum += truth[k];
+    power += double{truth[k]} * truth[k];
   }
   const auto n = static_cast<double>(truth.size());
-  return std::sqrt(square / n) / (sum / n);
+  return {std::sqrt(square / n) / (sum / n), std::sqrt(square / power)};
 }
 
-double RelativeL2(std::span<const float> values, std::span<const float> truth) {
-  double square = 0, sum = 0;
-  for (std::size_t k = 0; k < truth.size(); ++k) {
-    const double d = double{values[k]} - truth[k];
-    square += d * d;
-    sum += double{truth[k]} * truth[k];
-  }
-  return std::sqrt(square / sum);
-}
-
-double IrradianceError(const lightfield::Measurements& measurements,
-                       const std::vector<std::vector<float>>& truth) {
+StageError IrradianceError(const lightfield::Measurements& measurements,
+                           const std::vector<std::vector<float>>& truth) {
   const std::size_t pixels = measurements.geometry.plane_size();
   std::vector<float> values, references;
   for (std::size_t m = 0; m < truth.size(); ++m) {
@@ -83,7 +76,7 @@ double IrradianceError(const lightfield::Measurements& measurements,
         references.push_back(truth[m][k]);
       }
   }
-  return RelativeRmse(values, references);
+  return CompareWithTruth(values, references);
 }
 
 }  // namespace luxfield::study

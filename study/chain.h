@@ -17,10 +17,9 @@ namespace luxfield::study {
 
 struct ChainOptions {
   std::filesystem::path lab, plan;
-  std::filesystem::path folder;  // session/, NAME.meas.exr and NAME.lf.exr are written here
+  std::filesystem::path folder;  // session/, NAME.meas.exr and NAME.signed.lf.exr are written here
   std::string name = "chain";
   std::optional<std::uint64_t> seed;
-  reconstruct::ReconstructOptions reconstruct;
   bool keep_session = true;  // false: the session folder is deleted after the merge
 };
 
@@ -34,14 +33,16 @@ struct ChainResult {
 
 ChainResult RunChain(const ChainOptions& options);
 
-// RMSE(values - truth) / mean(truth); sums in double. NaN if the mean is 0.
-double RelativeRmse(std::span<const float> values, std::span<const float> truth);
-// RMSE(values - truth) / RMS(truth).
-double RelativeL2(std::span<const float> values, std::span<const float> truth);
+// How far values are from their truth; sums in double.
+struct StageError {
+  double rel_rmse = 0;  // RMSE / mean of the truth (large where few values hold all the light)
+  double rel_l2 = 0;    // RMSE / RMS of the truth
+};
+StageError CompareWithTruth(std::span<const float> values, std::span<const float> truth);
 
-// Relative RMSE of the known irradiances against the lab's true ones, [m][...] as
+// The known irradiances against the lab's true ones, [m][...] as
 // SimulatedLab::true_irradiance gives them.
-double IrradianceError(const lightfield::Measurements& measurements,
-                       const std::vector<std::vector<float>>& truth);
+StageError IrradianceError(const lightfield::Measurements& measurements,
+                           const std::vector<std::vector<float>>& truth);
 
 }  // namespace luxfield::study

@@ -27,11 +27,10 @@ struct DemoOptions {
 struct DemoStage {
   std::string name;  // capture, merge, reconstruct, preprocess, render
   double wall_s = 0;
-  double rel_rmse = 0;  // against the truth of that stage: RMSE / mean of the truth
-  std::string of;       // what rel_rmse compares with what
+  StageError error;  // against the truth of that stage
+  std::string of;    // what is compared with what
 };
 
-// How much each error source alone moves the picture's end: from the demo's own budget runs.
 struct DemoResult {
   std::vector<DemoStage> stages;
   double total_wall_s = 0;
@@ -45,11 +44,16 @@ struct DemoResult {
       picture;  // the rendered picture against the same scene lit by the truth, `exact`
   core::Difference irradiance;
   render::Frame frame;
-  lightfield::LightField coefficients, truth;
+  lightfield::LightField coefficients;  // C >= 0, what the picture is lit by
+  lightfield::LightField truth;
+  // What C >= 0 costs: the non-negative solve after the signed one that the reconstruct stage is
+  // judged by.
+  double non_negative_s = 0;
+  StageError non_negative_error;
 };
 
-// Writes session/, headlight.meas.exr, headlight.lf.exr, headlight.sigma.lf.exr, headlight.tab.exr,
-// truth.lf.exr, picture.exr.
+// Writes session/, headlight.meas.exr, headlight.signed.lf.exr, headlight.sigma.lf.exr,
+// headlight.lf.exr, headlight.tab.exr, truth.lf.exr, picture.exr.
 DemoResult RunDemo(const DemoOptions& options);
 
 }  // namespace luxfield::study

@@ -44,7 +44,7 @@ TEST_F(Chain, FromLabToPicture) {
   EXPECT_EQ(verified.value("sealed", false), true);
   EXPECT_EQ(Run({"info", "s"}).value("kind", ""), "session");
 
-  Run({"merge", "s", "-o", "x.meas.exr"});
+  Run({"merge", "s", "-o", "x.meas.exr", "--lamp-level", "monitor"});
   EXPECT_EQ(Run({"info", "x.meas.exr"}).value("kind", ""), "measurements");
   Run({"reconstruct", "x.meas.exr", "-o", "x.lf.exr", "--sigma", "sigma.lf.exr"});
   Run({"simulate", lab_, "--plan", plan_, "-o", "truth.lf.exr"});

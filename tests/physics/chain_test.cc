@@ -100,10 +100,10 @@ TEST_P(InTheSpan, TheLampComesBack) {
   for (const auto& position : run.chain.measurements.positions)
     for (const auto mask : position.mask) ASSERT_EQ(mask & lightfield::kUnknownMask, 0u);
   if (!rig.dual) {
-    EXPECT_LT(study::IrradianceError(run.chain.measurements, run.true_irradiance), 1e-6);
+    EXPECT_LT(study::IrradianceError(run.chain.measurements, run.true_irradiance).rel_rmse, 1e-6);
   }
-  const double rmse = study::RelativeRmse(report.coefficients.data, lamp.data),
-               l2 = study::RelativeL2(report.coefficients.data, lamp.data);
+  const double rmse = study::CompareWithTruth(report.coefficients.data, lamp.data).rel_rmse,
+               l2 = study::CompareWithTruth(report.coefficients.data, lamp.data).rel_l2;
   Report("C_rmse_over_mean", rmse);
   Report("C_rmse_over_rms", l2);
   EXPECT_LT(rmse, 1e-4);
@@ -195,7 +195,8 @@ TEST_F(IdealChain, UnalignedSpacingLeaksOverTexelEdgesAsPredicted) {
     EXPECT_LE(largest_leak, 0.25 / per_texel);
     EXPECT_GT(largest_leak, 0.1 / per_texel);
 
-    const double error = study::RelativeL2(run.chain.reconstruction.coefficients.data, lamp.data);
+    const double error =
+        study::CompareWithTruth(run.chain.reconstruction.coefficients.data, lamp.data).rel_l2;
     Report(figure("unaligned_C_error"), error);
     // Were all positions to leak the most, 1 / (4 r), C would be blurred like E, and the second
     // differences of two axes are at most 8 in the L2 norm.
@@ -303,8 +304,10 @@ TEST_F(IdealChain, ReflectorErrsByAPixelsBlurAndConverges) {
     EXPECT_NEAR(leak / predicted, 1, predicted + 0.05);
     EXPECT_GT(explained, 0.8);
     const double irradiance_error =
-                     study::IrradianceError(run.chain.measurements, run.true_irradiance),
-                 error = study::RelativeL2(run.chain.reconstruction.coefficients.data, lamp.data);
+                     study::IrradianceError(run.chain.measurements, run.true_irradiance).rel_rmse,
+                 error =
+                     study::CompareWithTruth(run.chain.reconstruction.coefficients.data, lamp.data)
+                         .rel_l2;
     Report(figure("reflector_E_error"), irradiance_error);
     Report(figure("reflector_C_error"), error);
     errors.push_back(irradiance_error);

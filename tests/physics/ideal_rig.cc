@@ -128,7 +128,7 @@ IdealRun RunIdeal(const IdealRig& rig, const lightfield::LightField& lamp) {
   std::filesystem::create_directories(folder);
   IdealRun run;
   run.truth_file = folder / "truth.lf.exr";
-  run.reconstructed_file = folder / "chain.lf.exr";
+  run.reconstructed_file = folder / "chain.signed.lf.exr";
   lightfield::WriteLightField(run.truth_file, lamp);
   study::ChainOptions options;
   options.lab = folder / "lab.toml";
