@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+
 #include "cli/svg_plot.h"
 
 namespace luxfield::cli {
@@ -21,9 +24,16 @@ void HtmlPage::Raw(const std::string& html) { body_ += html; }
 void HtmlPage::Table(const std::vector<std::vector<std::string>>& rows) {
   body_ += "<table>\n";
   for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto& row = rows[r];
+    if (std::all_of(row.begin(), row.end(), [](const std::string& cell) { return cell.empty(); }))
+      continue;
     body_ += "<tr>";
-    for (const auto& cell : rows[r])
-      body_ += fmt::format("<{0}>{1}</{0}>", r == 0 ? "th" : "td", EscapeXml(cell));
+    for (const auto& cell : row) {
+      const bool number = !cell.empty() && (std::isdigit(static_cast<unsigned char>(cell[0])) ||
+                                            cell[0] == '-' || cell[0] == '+');
+      body_ += fmt::format("<{0}{1}>{2}</{0}>", r == 0 ? "th" : "td",
+                           number ? " class=\"number\"" : "", EscapeXml(cell));
+    }
     body_ += "</tr>\n";
   }
   body_ += "</table>\n";
@@ -53,7 +63,8 @@ std::string HtmlPage::Text() const {
       "solid #ccc; }}\n"
       "table {{ border-collapse: collapse; margin: 1em 0; }} th, td {{ padding: 0.25em 0.9em; "
       "border-bottom: 1px solid #ddd; }}\n"
-      "th {{ text-align: left; background: #f4f4f4; }} td + td, th + th {{ text-align: right; }}\n"
+      "th {{ text-align: left; background: #f4f4f4; }} .number {{ text-align: right; white-space: "
+      "nowrap; }}\n"
       ".row {{ display: flex; flex-wrap: wrap; gap: 1em; }} figure {{ margin: 0; flex: 1 1 320px; "
       "}}\n"
       "figure img {{ max-width: 100%; height: auto; border: 1px solid #ccc; }} figcaption {{ "

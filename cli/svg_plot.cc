@@ -90,7 +90,7 @@ std::string EscapeXml(const std::string& text) {
 }
 
 std::string SvgPlot(const Plot& plot) {
-  const double left = 70, right = plot.width - 16, top = 34, bottom = plot.height - 48;
+  const double left = 70, right = plot.width - 16, top = 56, bottom = plot.height - 48;
   std::vector<const std::vector<double>*> xs, ys;
   for (const auto& series : plot.series) {
     xs.push_back(&series.x);
@@ -124,6 +124,7 @@ std::string SvgPlot(const Plot& plot) {
       "<text transform=\"translate(16 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
       (top + bottom) / 2, EscapeXml(plot.y_label));
   bool any = false;
+  double legend_x = left;
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const Series& series = plot.series[k];
     const char* colour = kColours[k % kColours.size()];
@@ -140,12 +141,13 @@ std::string SvgPlot(const Plot& plot) {
           "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"/>\n", points,
           colour);
     if (!series.lines || series.x.size() < 60) svg += circles + "\n";
-    const double row = top + 16 + 16.0 * double(k);
-    if (!series.name.empty())
+    if (!series.name.empty()) {  // the legend, in one line between title and frame
       svg += fmt::format(
-          "<rect x=\"{}\" y=\"{}\" width=\"10\" height=\"10\" fill=\"{}\"/><text x=\"{}\" "
-          "y=\"{}\">{}</text>\n",
-          right - 160, row - 9, colour, right - 145, row, EscapeXml(series.name));
+          "<rect x=\"{:.0f}\" y=\"36\" width=\"10\" height=\"10\" fill=\"{}\"/><text x=\"{:.0f}\" "
+          "y=\"45\">{}</text>\n",
+          legend_x, colour, legend_x + 15, EscapeXml(series.name));
+      legend_x += 40 + 7.0 * static_cast<double>(series.name.size());
+    }
   }
   if (!any)
     svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">no data</text>\n",
