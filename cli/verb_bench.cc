@@ -4,9 +4,12 @@
 
 #include <filesystem>
 #include <memory>
+#include <sstream>
 
 #include "cli/program.h"
+#include "core/file.h"
 #include "core/parallel.h"
+#include "render/device.h"
 #include "study/bench_errors.h"
 #include "study/bench_nearfield.h"
 #include "study/bench_solve.h"
@@ -41,9 +44,17 @@ void PrintRows(const core::Json& rows) {
   }
 }
 
-core::Json Finish(core::Json result) {
-  PrintRows(result["rows"]);
-  return result;
+// The processor, as a bench on host threads names its device.
+std::string CpuName() {
+  std::istringstream lines(core::ReadFile("/proc/cpuinfo"));
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown CPU";
+}
+
+core::Json Finish(const core::Json& rows, const std::string& device) {
+  PrintRows(rows);
+  return {{"rows", rows}, {"device", device}, {"threads", core::Threads()}};
 }
 
 }  // namespace
@@ -59,7 +70,8 @@ void AddBench(Program& program) {
   CLI::App& verb =
       program.AddVerb("bench", "Measure luxfield itself: solve, nearfield, errors",
                       [options, &program]() -> core::Json {
-                        if (options->name == "solve") return Finish(study::BenchSolve({}));
+                        if (options->name == "solve")
+                          return Finish(study::BenchSolve({}), CpuName());
                         if (options->name == "nearfield") {
                           study::BenchNearfieldOptions how;
                           how.device = options->device;
@@ -67,7 +79,8 @@ void AddBench(Program& program) {
                           how.width = options->width;
                           how.height = options->height;
                           how.samples_per_pixel = options->samples;
-                          return Finish(study::BenchNearfield(how));
+                          return Finish(study::BenchNearfield(how),
+                                        render::Device::Open(how.device, how.threads).info().name);
                         }
                         study::BenchErrorsOptions how;
                         how.lab = options->lab;
@@ -78,9 +91,9 @@ void AddBench(Program& program) {
                                          : std::filesystem::path(options->folder);
                         how.seeds = options->seeds;
                         how.seed = program.common().seed.value_or(1);
-                        auto result = study::BenchErrors(how);
+                        const core::Json rows = study::BenchErrors(how);
                         if (options->folder.empty()) std::filesystem::remove_all(how.folder);
-                        return Finish(std::move(result));
+                        return Finish(rows, CpuName());
                       });
   verb.add_option(
           "NAME", options->name,

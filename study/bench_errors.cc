@@ -129,7 +129,7 @@ nlohmann::json BenchErrors(const BenchErrorsOptions& options) {
   alone("quantisation", {});
   for (const auto& name : sources)
     if (std::find(random.begin(), random.end(), name) == random.end()) alone(name, {name});
-  return {{"rows", rows}};
+  return rows;
 }
 
 }  // namespace luxfield::study

@@ -114,5 +114,22 @@ TEST_F(Chain, ImportsRayFilesOfOthers) {
   EXPECT_EQ(Run({"info", rays}).value("kind", ""), "rays");
 }
 
+TEST_F(Chain, BenchesWriteTheRowsThatScriptsRead) {
+  const Json near = Run({"bench", "nearfield", "--width", "32", "--height", "24", "--spp", "8"});
+  ASSERT_EQ(near.at("rows").size(), 3u);
+  for (const char* key :
+       {"scene", "estimator", "spp", "width", "height", "images", "channels", "threads",
+        "build_core_s", "fps", "core_s", "rel_rmse", "mean_lab", "bias"})
+    EXPECT_TRUE(near.at("rows")[0].contains(key)) << key;
+  EXPECT_TRUE(near.contains("device") && near.contains("version"));
+
+  // The bright coefficients rule the ratio; over 20 seeds it is 1.01 and 1.02, a fifth is the bound
+  // that sigma must keep (docs/performance.md).
+  const Json errors = Run({"bench", "errors", "--lab", lab_, "--plan", plan_, "--seeds", "4"});
+  EXPECT_EQ(errors.at("rows")[0].at("case"), "random");
+  EXPECT_NEAR(errors.at("rows")[0].at("sigma_ratio").get<double>(), 1, 0.2);
+  EXPECT_NEAR(errors.at("rows")[1].at("sigma_ratio").get<double>(), 1, 0.2);
+}
+
 }  // namespace
 }  // namespace luxfield::e2e
