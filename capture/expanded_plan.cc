@@ -44,7 +44,10 @@ std::vector<double> Ladder(const ExposurePolicy& policy, double rig_pwm_hz,
                            const hal::CameraCapabilities& camera, const std::string& name) {
   const double pwm_hz = policy.pwm_hz > 0 ? policy.pwm_hz : rig_pwm_hz;
   std::vector<double> ladder;
-  for (double t = policy.min_s; t <= policy.max_s * (1 + 1e-9); t *= policy.ratio) {
+  // Counted in whole steps, so that rounding cannot lose the last rung.
+  const double steps = std::log(policy.max_s / policy.min_s) / std::log(policy.ratio);
+  for (int step = 0; step <= steps + 1e-9; ++step) {
+    const double t = policy.min_s * std::pow(policy.ratio, step);
     // A whole number of PWM periods has no beat; at least one.
     const double snapped = pwm_hz > 0 ? std::max(1.0, std::round(t * pwm_hz)) / pwm_hz : t;
     if (ladder.empty() || snapped > ladder.back() * 1.05) ladder.push_back(snapped);
