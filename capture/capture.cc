@@ -41,21 +41,21 @@ class Run {
     const double start = devices_.clock->MonotonicSeconds();
     session_.StartEpoch(DescribeDevices(devices_));
     RecallReferences();
-    const auto todo = Todo();
-    Prepare(todo);
-    core::Progress progress("capture", todo.size());
+    const auto pending = Pending();
+    Prepare(pending);
+    core::Progress progress("capture", pending.size());
     TakeDarks(0);
     const int every = plan_.reference.every;
-    for (std::size_t n = 0; n < todo.size(); ++n) {
+    for (std::size_t n = 0; n < pending.size(); ++n) {
       if (every > 0 && n % static_cast<std::size_t>(every) == 0) TakeReference();
       PauseIfAsked(1);
-      TakePosition(todo[n]);
+      TakePosition(pending[n]);
       ++summary_.positions;
       progress.Advance(
           1, fmt::format("{} frames, {} rejected, {} flagged, lamp {:.4f}", summary_.frames,
                          summary_.rejected, summary_.flagged, lamp_ratio_));
     }
-    if (every > 0 && !todo.empty()) TakeReference();
+    if (every > 0 && !pending.empty()) TakeReference();
     TakeDarks(plan_.dark_repeats);
     session_.Seal("complete");
     summary_.rig_s = devices_.clock->MonotonicSeconds() - start;
@@ -63,15 +63,15 @@ class Run {
   }
 
  private:
-  std::vector<PlannedPosition> Todo() const {
-    std::vector<PlannedPosition> todo;
+  std::vector<PlannedPosition> Pending() const {
+    std::vector<PlannedPosition> pending;
     for (const PlannedPosition& p : expanded_.positions)
-      if (!session_.PositionComplete(p.i, p.j)) todo.push_back(p);
-    return todo;
+      if (!session_.PositionComplete(p.i, p.j)) pending.push_back(p);
+    return pending;
   }
 
   // Home, tell the rig what is coming, warm up, look at the dark level.
-  void Prepare(const std::vector<PlannedPosition>& todo) {
+  void Prepare(const std::vector<PlannedPosition>& pending) {
     devices_.stage->Home(Deadline(devices_, 300));
     const hal::StagePosition where = devices_.stage->Where();
     if (!where.homed)
@@ -81,10 +81,10 @@ class Run {
     if (devices_.announce) {
       hal::VisitPlan visits;
       visits.epoch = session_.epoch();
-      for (std::size_t n = 0; n < todo.size(); ++n) {
+      for (std::size_t n = 0; n < pending.size(); ++n) {
         if (plan_.reference.every > 0 && n % static_cast<std::size_t>(plan_.reference.every) == 0)
           visits.filter_centres.push_back(expanded_.reference);
-        visits.filter_centres.push_back(todo[n].centre);
+        visits.filter_centres.push_back(pending[n].centre);
       }
       if (plan_.reference.every > 0) visits.filter_centres.push_back(expanded_.reference);
       devices_.announce(visits);

@@ -1,6 +1,7 @@
 // The chain as a user runs it, verb by verb, on the small simulated lab.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "program.h"
@@ -112,6 +113,38 @@ TEST_F(Chain, ImportsRayFilesOfOthers) {
   EXPECT_NEAR(fitted / used, 1, 0.005);
   Run({"preprocess", "cyl.lf.exr", "-o", "cyl.tab.exr"});
   EXPECT_EQ(Run({"info", rays}).value("kind", ""), "rays");
+}
+
+TEST_F(Chain, DemoLeavesEveryFileAndItsReport) {
+  const std::vector<std::string> demo = {"demo", "--lab", lab_,   "--plan", plan_, "--scene",
+                                         scene_, "-o",    "demo", "--spp",  "4"};
+  Run(demo);
+  const Json summary = Json::parse(ReadText(folder_ / "demo/summary.json"));
+  std::vector<std::string> names;
+  for (const auto& stage : summary.at("stages")) {
+    names.push_back(stage.at("name"));
+    EXPECT_GE(stage.at("wall_s").get<double>(), 0);
+    EXPECT_TRUE(std::isfinite(stage.at("rel_rmse").get<double>())) << names.back();
+  }
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"capture", "merge", "reconstruct", "preprocess", "render"}));
+  EXPECT_LT(summary.at("stages")[1].at("rel_l2").get<double>(),
+            0.02);  // merge: noise, PRNU, print errors of this lab
+  EXPECT_LT(summary.at("stages")[3].at("rel_rmse").get<double>(), 1e-12);
+  const std::string report = ReadText(folder_ / "demo/report.html");
+  for (const char* picture : {"picture.png", "irradiance.png", "radiance.png", "coefficients.png",
+                              "truth.png", "coefficient_error.png"})
+    EXPECT_GT(std::filesystem::file_size(folder_ / "demo" / picture), 500u);
+  EXPECT_NE(report.find("<svg"), std::string::npos);
+  EXPECT_EQ(report.find(">nan"), std::string::npos);
+
+  Run(demo);  // replaces its own files ...
+  std::filesystem::create_directory(folder_ / "mine");
+  WriteText(folder_ / "mine/notes.txt", "keep");
+  auto elsewhere = demo;
+  elsewhere[8] = "mine";
+  EXPECT_EQ(RunLuxfield(elsewhere, folder_).exit_code, 2);  // ... and nobody else's
+  EXPECT_EQ(ReadText(folder_ / "mine/notes.txt"), "keep");
 }
 
 TEST_F(Chain, BenchesWriteTheRowsThatScriptsRead) {
