@@ -5,10 +5,12 @@
 #include <cmath>
 #include <memory>
 
+#include "capture/plan.h"
 #include "cli/program.h"
 #include "core/config.h"
 #include "core/exr.h"
 #include "core/session_store.h"
+#include "hal/devices.h"
 #include "lightfield/light_field.h"
 #include "lightfield/measurements.h"
 #include "lightfield/ray_file.h"
@@ -190,6 +192,40 @@ Json InfoScene(const std::string& path) {
   return {{"kind", "scene"}, {"triangles", triangles}, {"luminaires", scene.luminaires.size()}};
 }
 
+Json InfoPlan(const std::string& path) {
+  const capture::Plan plan = capture::ReadPlan(path);
+  fmt::print("{}: capture plan '{}', {} rig, {} filters\n", path, plan.name,
+             hal::RigKindName(plan.rig), plan.dual ? "dual" : "basis");
+  PrintGeometry(plan.geometry);
+  fmt::print(
+      "  exposures    {:.6g} to {:.6g} s in steps of {:.3g}; `luxfield plan` expands it for a "
+      "lab\n",
+      plan.exposure.min_s, plan.exposure.max_s, plan.exposure.ratio);
+  Json json = GeometryJson(plan.geometry);
+  json["kind"] = "plan";
+  return json;
+}
+
+Json InfoLab(const std::string& path) {
+  const hal::Devices devices = hal::MakeDevices(path);
+  const auto camera = devices.camera->capabilities();
+  fmt::print("{}: lab, {} rig, delta {:.6g} m; `luxfield devices {}` opens it\n", path,
+             hal::RigKindName(devices.rig.kind), devices.rig.delta_m, path);
+  fmt::print("  camera       {}, {} x {}, {} bit\n", devices.camera->identity(), camera.width,
+             camera.height, camera.bits);
+  fmt::print("  filter       {}, spacing {:.6g} mm\n", devices.rig.basis.name(),
+             1e3 * devices.rig.spacing_m);
+  return {{"kind", "lab"}, {"delta_m", devices.rig.delta_m}, {"spacing_m", devices.rig.spacing_m}};
+}
+
+// Plans, labs and scenes share an extension; their first table tells.
+Json InfoToml(const std::string& path) {
+  const core::Config config = core::Config::FromFile(path);
+  if (config.Has("plan")) return InfoPlan(path);
+  if (config.Has("lab")) return InfoLab(path);
+  return InfoScene(path);
+}
+
 std::string LowerCase(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return char(std::tolower(c)); });
@@ -204,10 +240,9 @@ Json Info(const std::string& path) {
   if (name.ends_with(".tab.exr")) return InfoTables(path);
   if (name.ends_with(".exr")) return InfoPicture(path);
   if (name.ends_with(".tm25ray")) return InfoRays(path);
-  if (name.ends_with(".toml")) return InfoScene(path);
-  throw InputError(
-      path, "is of no kind this verb knows",
-      "give a session folder, .lf.exr, .meas.exr, .tab.exr, .exr, .tm25ray or a scene .toml");
+  if (name.ends_with(".toml")) return InfoToml(path);
+  throw InputError(path, "is of no kind this verb knows",
+                   "give a session folder, .lf.exr, .meas.exr, .tab.exr, .exr, .tm25ray or .toml");
 }
 
 }  // namespace

@@ -38,6 +38,10 @@ TEST_F(Chain, FromLabToPicture) {
   EXPECT_EQ(dry.value("positions", 0), 20);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "s")) << "a dry run writes nothing";
 
+  EXPECT_EQ(Run({"info", plan_}).value("kind", ""), "plan");
+  EXPECT_EQ(Run({"info", lab_}).value("kind", ""), "lab");
+  EXPECT_EQ(Run({"info", scene_}).value("kind", ""), "scene");
+
   const Json captured = Run({"capture", plan_, "s", "--lab", lab_});
   EXPECT_LE(captured.value("frames", 1 << 30), dry.value("frames", 0))
       << "the dry run promises an upper bound";
