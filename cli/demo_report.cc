@@ -120,7 +120,7 @@ core::Json Summary(const DemoResult& result) {
 
 core::Json WriteDemoReport(const std::filesystem::path& folder, const DemoResult& result) {
   WritePictures(folder, result);
-  const core::Json summary = Summary(result);
+  core::Json summary = Summary(result);
 
   HtmlPage page("luxfield demo: a simulated headlight, measured and rendered");
   page.Paragraph(
@@ -168,12 +168,12 @@ core::Json WriteDemoReport(const std::filesystem::path& folder, const DemoResult
   page.Heading("Reconstruction");
   std::vector<std::vector<std::string>> solve{{"", ""}};
   const auto& report = result.reconstruction;
-  if (report.condition) {
+  if (report.condition)
     solve.push_back(
         {"condition number of the 2-D Gram matrix", fmt::format("{:.4g}", *report.condition)});
+  if (report.noise_gain)
     solve.push_back(
         {"gain of white noise, units of 1/h^2", fmt::format("{:.3g}", *report.noise_gain)});
-  }
   solve.push_back({"random error expected, sqrt(sum sigma^2 / sum C^2)",
                    Percent(report.coefficients.sigma_relative)});
   solve.push_back({"negative energy before the non-negative solve",

@@ -58,9 +58,9 @@ std::vector<double> Ticks(const Axis& axis) {
   const double magnitude = std::pow(10.0, std::floor(std::log10(raw)));
   const double ratio = raw / magnitude;
   const double step = magnitude * (ratio < 1.5 ? 1 : ratio < 3.5 ? 2 : ratio < 7.5 ? 5 : 10);
-  for (double tick = std::ceil(axis.low / step - 1e-9) * step; tick <= axis.high + 1e-9 * step;
-       tick += step)
-    ticks.push_back(std::abs(tick) < 1e-9 * step ? 0 : tick);
+  const double first = std::ceil(axis.low / step - 1e-9);
+  const double last = std::floor(axis.high / step + 1e-9);
+  for (int k = 0; k <= static_cast<int>(last - first); ++k) ticks.push_back((first + k) * step);
   return ticks;
 }
 

@@ -11,7 +11,8 @@ namespace {
 
 std::string Iso8601(double unix_seconds) {
   const auto whole = static_cast<std::time_t>(std::floor(unix_seconds));
-  const int milliseconds = std::min(999, static_cast<int>((unix_seconds - std::floor(unix_seconds)) * 1000));
+  const int milliseconds =
+      std::min(999, static_cast<int>((unix_seconds - std::floor(unix_seconds)) * 1000));
   return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(whole), milliseconds);
 }
 
@@ -22,7 +23,8 @@ double SystemClock::MonotonicSeconds() {
 }
 
 std::string SystemClock::UtcIso8601() {
-  return Iso8601(std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count());
+  return Iso8601(
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count());
 }
 
 void SystemClock::SleepSeconds(double seconds) {

@@ -25,14 +25,16 @@ Rgb LabFromLinear(const Rgb& c) {
 Rgb ExponentialTone(const Rgb& linear, double k, double average_luminance) {
   Rgb out;
   for (int i = 0; i < 3; ++i)
-    out[i] = average_luminance > 0 ? -std::expm1(-k * std::max(linear[i], 0.0) / average_luminance) : 0.0;
+    out[i] = average_luminance > 0 ? -std::expm1(-k * std::max(linear[i], 0.0) / average_luminance)
+                                   : 0.0;
   return out;
 }
 
 Rgb FalseColour(double t) {
   // Nodes with steadily rising luminance: night blue, violet, red, orange, pale yellow.
-  static constexpr double kNodes[6][3] = {{0.02, 0.02, 0.12}, {0.25, 0.05, 0.45}, {0.60, 0.10, 0.42},
-                                          {0.87, 0.28, 0.22}, {0.98, 0.62, 0.12}, {0.99, 0.98, 0.72}};
+  static constexpr double kNodes[6][3] = {{0.02, 0.02, 0.12}, {0.25, 0.05, 0.45},
+                                          {0.60, 0.10, 0.42}, {0.87, 0.28, 0.22},
+                                          {0.98, 0.62, 0.12}, {0.99, 0.98, 0.72}};
   const double x = std::clamp(t, 0.0, 1.0) * 5;
   const int i = std::min(static_cast<int>(x), 4);
   const double f = x - i;

@@ -16,8 +16,8 @@ namespace luxfield::core {
 struct Config::Node {
   std::string file;
   std::filesystem::path folder;
-  std::string prefix;                        // "camera." inside table camera
-  std::shared_ptr<const toml::table> root;   // keeps `table` alive
+  std::string prefix;                       // "camera." inside table camera
+  std::shared_ptr<const toml::table> root;  // keeps `table` alive
   const toml::table* table = nullptr;
   std::set<std::string, std::less<>> known;
   std::vector<std::shared_ptr<Node>> children;
@@ -71,14 +71,19 @@ Config Config::FromString(std::string_view text, const std::string& name) {
   return Config(node);
 }
 
-Config Config::FromFile(const std::filesystem::path& path) { return FromString(ReadFile(path), path.string()); }
+Config Config::FromFile(const std::filesystem::path& path) {
+  return FromString(ReadFile(path), path.string());
+}
 
 const std::string& Config::file() const { return node_->file; }
 
-void Config::Fail(std::string_view key, const std::string& problem, const std::string& remedy) const {
+void Config::Fail(std::string_view key, const std::string& problem,
+                  const std::string& remedy) const {
   const toml::node* value = node_->table->get(key);
-  const std::string shown = value && !value->is_table() && !value->is_array() ? " = " + Show(*value) : std::string();
-  throw InputError(node_->file, fmt::format("{}{}{} {}", node_->prefix, key, shown, problem), remedy);
+  const std::string shown =
+      value && !value->is_table() && !value->is_array() ? " = " + Show(*value) : std::string();
+  throw InputError(node_->file, fmt::format("{}{}{} {}", node_->prefix, key, shown, problem),
+                   remedy);
 }
 
 bool Config::Has(std::string_view key) const { return node_->Find(key) != nullptr; }
@@ -89,7 +94,8 @@ double Config::Number(std::string_view key, Range range) const {
   if (!node->is_number()) Fail(key, "must be a number");
   const double value = AsDouble(*node);
   if (!std::isfinite(value) || value < range.min || value > range.max)
-    Fail(key, fmt::format("must lie in [{}, {}]", range.min, range.max), "choose a value in that range");
+    Fail(key, fmt::format("must lie in [{}, {}]", range.min, range.max),
+         "choose a value in that range");
   return value;
 }
 
@@ -100,8 +106,9 @@ double Config::Number(std::string_view key, double fallback, Range range) const 
 int Config::Integer(std::string_view key, int min, int max) const {
   const toml::node* node = node_->Find(key);
   if (!node) Fail(key, "is missing", "add it");
-  if (!node->is_integer()) Fail(key, "must be a whole number");
-  const auto value = node->value<std::int64_t>().value();
+  const auto* integer = node->as_integer();
+  if (!integer) Fail(key, "must be a whole number");
+  const std::int64_t value = integer->get();
   if (value < min || value > max)
     Fail(key, fmt::format("must lie in [{}, {}]", min, max), "choose a value in that range");
   return static_cast<int>(value);
@@ -114,15 +121,17 @@ int Config::Integer(std::string_view key, int fallback, int min, int max) const 
 bool Config::Boolean(std::string_view key, bool fallback) const {
   const toml::node* node = node_->Find(key);
   if (!node) return fallback;
-  if (!node->is_boolean()) Fail(key, "must be true or false");
-  return node->value<bool>().value();
+  const auto* boolean = node->as_boolean();
+  if (!boolean) Fail(key, "must be true or false");
+  return boolean->get();
 }
 
 std::string Config::Text(std::string_view key) const {
   const toml::node* node = node_->Find(key);
   if (!node) Fail(key, "is missing", "add it");
-  if (!node->is_string()) Fail(key, "must be text in quotes");
-  return node->value<std::string>().value();
+  const auto* text = node->as_string();
+  if (!text) Fail(key, "must be text in quotes");
+  return text->get();
 }
 
 std::string Config::Text(std::string_view key, const std::string& fallback) const {
@@ -132,7 +141,7 @@ std::string Config::Text(std::string_view key, const std::string& fallback) cons
 std::string Config::Choice(std::string_view key, const std::vector<std::string>& choices,
                            const std::optional<std::string>& fallback) const {
   if (fallback && !Has(key)) return *fallback;
-  const std::string text = Text(key);
+  std::string text = Text(key);
   if (std::find(choices.begin(), choices.end(), text) == choices.end())
     Fail(key, "is not known", fmt::format("use one of: {}", fmt::join(choices, ", ")));
   return text;
@@ -185,16 +194,19 @@ std::vector<Config> Config::Tables(std::string_view key) const {
   const toml::array* array = node->as_array();
   if (!array || !array->is_homogeneous(toml::node_type::table))
     if (!array || !array->empty())
-      Fail(key, "must be a list of tables", fmt::format("write each as [[{}{}]]", node_->prefix, key));
+      Fail(key, "must be a list of tables",
+           fmt::format("write each as [[{}{}]]", node_->prefix, key));
   for (std::size_t i = 0; i < array->size(); ++i)
-    tables.push_back(Config(node_->Child(*array->get(i)->as_table(), fmt::format("{}[{}]", key, i))));
+    tables.push_back(
+        Config(node_->Child(*array->get(i)->as_table(), fmt::format("{}[{}]", key, i))));
   return tables;
 }
 
 void Config::Finish() const {
   for (const auto& [key, value] : *node_->table)
     if (!node_->known.contains(key.str()))
-      throw InputError(node_->file, fmt::format("{}{} is not a known key", node_->prefix, key.str()),
+      throw InputError(node_->file,
+                       fmt::format("{}{} is not a known key", node_->prefix, key.str()),
                        fmt::format("known here: {}", fmt::join(node_->known, ", ")));
   for (const auto& child : node_->children) Config(child).Finish();
 }

@@ -41,28 +41,35 @@ Imf::Header MakeHeader(const ExrPartView& part, ExrCompression compression) {
   header.setType(Imf::SCANLINEIMAGE);
   if (!part.name.empty()) header.setName(part.name);
   for (const auto& channel : part.channels)
-    header.channels().insert(channel.name, Imf::Channel(channel.pixels.index() == 0 ? Imf::FLOAT : Imf::UINT));
+    header.channels().insert(channel.name,
+                             Imf::Channel(channel.pixels.index() == 0 ? Imf::FLOAT : Imf::UINT));
   for (const auto& [name, value] : part.attributes) {
     if (const int* i = std::get_if<int>(&value)) header.insert(name, Imf::IntAttribute(*i));
-    if (const double* d = std::get_if<double>(&value)) header.insert(name, Imf::DoubleAttribute(*d));
-    if (const auto* s = std::get_if<std::string>(&value)) header.insert(name, Imf::StringAttribute(*s));
+    if (const double* d = std::get_if<double>(&value))
+      header.insert(name, Imf::DoubleAttribute(*d));
+    if (const auto* s = std::get_if<std::string>(&value))
+      header.insert(name, Imf::StringAttribute(*s));
   }
   return header;
 }
 
 Imf::Slice MakeSlice(Imf::PixelType type, const void* pixels, int width, std::size_t element) {
-  return Imf::Slice(type, const_cast<char*>(static_cast<const char*>(pixels)), element, element * width);
+  return Imf::Slice(type, const_cast<char*>(static_cast<const char*>(pixels)), element,
+                    element * width);
 }
 
 ExrAttributes ReadAttributes(const Imf::Header& header) {
   ExrAttributes attributes;
   for (auto it = header.begin(); it != header.end(); ++it) {
     const Imf::Attribute& attribute = it.attribute();
-    if (const auto* i = dynamic_cast<const Imf::IntAttribute*>(&attribute)) attributes[it.name()] = i->value();
+    if (const auto* i = dynamic_cast<const Imf::IntAttribute*>(&attribute))
+      attributes[it.name()] = i->value();
     if (const auto* f = dynamic_cast<const Imf::FloatAttribute*>(&attribute))
       attributes[it.name()] = static_cast<double>(f->value());
-    if (const auto* d = dynamic_cast<const Imf::DoubleAttribute*>(&attribute)) attributes[it.name()] = d->value();
-    if (const auto* s = dynamic_cast<const Imf::StringAttribute*>(&attribute)) attributes[it.name()] = s->value();
+    if (const auto* d = dynamic_cast<const Imf::DoubleAttribute*>(&attribute))
+      attributes[it.name()] = d->value();
+    if (const auto* s = dynamic_cast<const Imf::StringAttribute*>(&attribute))
+      attributes[it.name()] = s->value();
   }
   return attributes;
 }
@@ -78,17 +85,18 @@ void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> pa
   for (auto& header : headers) header.displayWindow() = headers.front().displayWindow();
   WriteAtomically(path, [&](const std::filesystem::path& temporary) {
     try {
-      Imf::MultiPartOutputFile file(temporary.c_str(), headers.data(), static_cast<int>(headers.size()),
-                                    false, Threads());
+      Imf::MultiPartOutputFile file(temporary.c_str(), headers.data(),
+                                    static_cast<int>(headers.size()), false, Threads());
       for (int i = 0; i < static_cast<int>(parts.size()); ++i) {
         const ExrPartView& part = parts[i];
         Imf::FrameBuffer buffer;
         for (const auto& channel : part.channels) {
           if (const auto* f = std::get_if<std::span<const float>>(&channel.pixels))
-            buffer.insert(channel.name, MakeSlice(Imf::FLOAT, f->data(), part.width, sizeof(float)));
-          else
             buffer.insert(channel.name,
-                          MakeSlice(Imf::UINT, std::get<1>(channel.pixels).data(), part.width, sizeof(std::uint32_t)));
+                          MakeSlice(Imf::FLOAT, f->data(), part.width, sizeof(float)));
+          else
+            buffer.insert(channel.name, MakeSlice(Imf::UINT, std::get<1>(channel.pixels).data(),
+                                                  part.width, sizeof(std::uint32_t)));
         }
         Imf::OutputPart output(file, i);
         output.setFrameBuffer(buffer);
@@ -161,8 +169,9 @@ bool ExrReader::has_channel(int part, const std::string& channel) const {
 
 namespace {
 
-void ReadSlices(ExrReader& reader, Imf::MultiPartInputFile& file, int part_index, Imf::PixelType type,
-                std::span<const std::string> channels, std::span<void* const> pixels) {
+void ReadSlices(ExrReader& reader, Imf::MultiPartInputFile& file, int part_index,
+                Imf::PixelType type, std::span<const std::string> channels,
+                std::span<void* const> pixels) {
   const auto& part = reader.parts().at(part_index);
   const auto& window = file.header(part_index).dataWindow();
   Imf::FrameBuffer buffer;
@@ -181,9 +190,10 @@ void ReadSlices(ExrReader& reader, Imf::MultiPartInputFile& file, int part_index
     input.setFrameBuffer(buffer);
     input.readPixels(window.min.y, window.max.y);
   } catch (const std::exception& error) {
-    throw InputError(reader.path().string(),
-                     fmt::format("part '{}' cannot be read ({})", part.name, FirstLine(error.what())),
-                     "the file is truncated or damaged: make it anew");
+    throw InputError(
+        reader.path().string(),
+        fmt::format("part '{}' cannot be read ({})", part.name, FirstLine(error.what())),
+        "the file is truncated or damaged: make it anew");
   }
 }
 
@@ -232,10 +242,10 @@ const ExrValue& FindAttribute(const ExrReader& reader, int part, const std::stri
   const auto& attributes = reader.parts().at(part).attributes;
   const auto it = attributes.find(name);
   if (it == attributes.end())
-    throw InputError(reader.path().string(),
-                     fmt::format("attribute '{}' of part '{}' is missing", name,
-                                 reader.parts().at(part).name),
-                     "check that this is the kind of file the verb expects");
+    throw InputError(
+        reader.path().string(),
+        fmt::format("attribute '{}' of part '{}' is missing", name, reader.parts().at(part).name),
+        "check that this is the kind of file the verb expects");
   return it->second;
 }
 
@@ -285,13 +295,15 @@ Image ReadExrImage(const std::filesystem::path& path) {
   return image;
 }
 
-void WriteExrImage(const std::filesystem::path& path, const Image& image, const ExrAttributes& attributes) {
+void WriteExrImage(const std::filesystem::path& path, const Image& image,
+                   const ExrAttributes& attributes) {
   ExrPartView part{"", image.width, image.height, {}, attributes};
   if (image.channels == 1) {
     part.channels.push_back({"Y", image.plane(0)});
   } else {
     const char* names[] = {"R", "G", "B"};
-    for (int channel = 0; channel < 3; ++channel) part.channels.push_back({names[channel], image.plane(channel)});
+    for (int channel = 0; channel < 3; ++channel)
+      part.channels.push_back({names[channel], image.plane(channel)});
   }
   WriteExr(path, std::span(&part, 1));
 }

@@ -13,11 +13,14 @@ namespace {
 
 void RequireComparable(const Image& a, const Image& b) {
   if (a.width != b.width || a.height != b.height || a.channels != b.channels)
-    throw InputError(fmt::format("images differ in shape: {} x {} x {} against {} x {} x {}; compare like with like",
-                                 a.width, a.height, a.channels, b.width, b.height, b.channels));
+    throw InputError(fmt::format(
+        "images differ in shape: {} x {} x {} against {} x {} x {}; compare like with like",
+        a.width, a.height, a.channels, b.width, b.height, b.channels));
   const auto finite = [](float v) { return std::isfinite(v); };
-  if (!std::all_of(a.data.begin(), a.data.end(), finite) || !std::all_of(b.data.begin(), b.data.end(), finite))
-    throw InputError("an image holds NaN or infinity, so no difference exists; render or measure it again");
+  if (!std::all_of(a.data.begin(), a.data.end(), finite) ||
+      !std::all_of(b.data.begin(), b.data.end(), finite))
+    throw InputError(
+        "an image holds NaN or infinity, so no difference exists; render or measure it again");
 }
 
 Rgb PixelOf(const Image& image, std::size_t i) {

@@ -26,8 +26,10 @@ void SetThreads(int threads) {
 }
 
 int Threads() {
-  const auto allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  return static_cast<int>(std::min<std::size_t>(allowed, std::size_t(tbb::info::default_concurrency())));
+  const auto allowed =
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  return static_cast<int>(
+      std::min<std::size_t>(allowed, std::size_t(tbb::info::default_concurrency())));
 }
 
 void ParallelFor(std::size_t count, std::size_t grain,

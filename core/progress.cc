@@ -30,7 +30,10 @@ std::string FormatDuration(double seconds) {
 }
 
 Progress::Progress(std::string label, std::uint64_t total)
-    : label_(std::move(label)), total_(total), start_(std::chrono::steady_clock::now()), drawn_(start_) {}
+    : label_(std::move(label)),
+      total_(total),
+      start_(std::chrono::steady_clock::now()),
+      drawn_(start_) {}
 
 Progress::~Progress() {
   const std::lock_guard lock(mutex_);
@@ -64,7 +67,8 @@ void Progress::Draw(std::uint64_t done, const std::string& note, bool last) {
     std::fflush(stderr);
     open_ = !last;
     if (last) std::fputc('\n', stderr);
-  } else if (const auto decile = static_cast<std::uint64_t>(fraction * 10); decile > decile_ && (last || elapsed > 1)) {
+  } else if (const auto decile = static_cast<std::uint64_t>(fraction * 10);
+             decile > decile_ && (last || elapsed > 1)) {
     decile_ = decile;
     fmt::print(stderr, "{}\n", line);
   }
@@ -83,7 +87,8 @@ int InterruptCount() { return g_interrupts; }
 void SetInterruptCountForTest(int count) { g_interrupts = count; }
 
 void ThrowIfInterrupted() {
-  if (g_interrupts > 0) throw Interrupted("interrupted; nothing half-written was left, run the same command again");
+  if (g_interrupts > 0)
+    throw Interrupted("interrupted; nothing half-written was left, run the same command again");
 }
 
 }  // namespace luxfield::core

@@ -13,7 +13,8 @@ double Random::Poisson(double mean) {
     }
     return count;
   }
-  // W. Hoermann, "The transformed rejection method for generating Poisson random variables" (1993), PTRS.
+  // W. Hoermann, "The transformed rejection method for generating Poisson random variables" (1993),
+  // PTRS.
   const double b = 0.931 + 2.53 * std::sqrt(mean);
   const double a = -0.059 + 0.02483 * b;
   const double inverse_alpha = 1.1239 + 1.1328 / (b - 3.4);

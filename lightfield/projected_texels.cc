@@ -9,8 +9,8 @@ namespace luxfield::lightfield {
 
 PencilAxis PencilAxis::ThroughPoint(double p_m, double z_m, double delta_m) {
   const double distance = z_m - delta_m;
-  // Near the luminaire u - p is the small quantity and p is of the luminaire's size; far away p may be
-  // a million times the luminaire, but p delta / D is not.
+  // Near the luminaire u - p is the small quantity and p is of the luminaire's size; far away p may
+  // be a million times the luminaire, but p delta / D is not.
   if (distance < delta_m) return {p_m, p_m, distance / z_m, 0};
   const double u_pivot = -p_m * (delta_m / distance);
   return {0, u_pivot, distance / z_m, u_pivot - p_m};

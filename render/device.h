@@ -196,7 +196,7 @@ class Kernel {
   void SetOne(cl_uint index, const T& value) {
     if constexpr (std::is_same_v<T, Buffer>) {
       const cl_mem memory = value.get();
-      SetBytes(index, sizeof memory, &memory);
+      SetBytes(index, sizeof(cl_mem), &memory);
     } else if constexpr (std::is_same_v<T, LocalMemory>) {
       SetBytes(index, value.bytes, nullptr);
     } else {
