@@ -59,7 +59,7 @@ SessionDescription DescribeSession(const hal::Devices& devices) {
   description.session = {{"camera", camera},
                          {"calibration", {{"image_from_sensor", devices.rig.image_from_sensor}}},
                          {"devices", DescribeDevices(devices)},
-                         {"software", {{"name", "luxfield"}, {"version", "0.1.0"}}}};
+                         {"software", {{"name", "luxfield"}, {"version", LUXFIELD_VERSION}}}};
   return description;
 }
 

@@ -29,7 +29,7 @@ void AddDemo(Program& program) {
         how.seed = program.common().seed;
         how.threads = program.common().threads;
         const auto result = study::RunDemo(how);
-        const core::Json summary = WriteDemoReport(options->output, result);
+        core::Json summary = WriteDemoReport(options->output, result);
         for (const auto& stage : result.stages)
           fmt::print("  {:<12} {:>12}  RMSE/mean {:>8.3g} %  RMSE/RMS {:>8.3g} %   {}\n",
                      stage.name, core::FormatDuration(stage.wall_s), 100 * stage.error.rel_rmse,

@@ -367,6 +367,7 @@ RayImport ImportRays(const RayFile& file, const ImportRaysOptions& options) {
   report.negative_energy = Statistics(result.coefficients, result.sigma).negative_energy;
   if (options.non_negative) {
     std::vector<float*> images;
+    images.reserve(static_cast<std::size_t>(geometry.grid.count()));
     for (int m = 0; m < geometry.grid.count(); ++m)
       images.push_back(result.coefficients.image(m, 0).data());
     ProjectNonNegative(solver, images.data(), geometry.plane_size() * geometry.channels);
