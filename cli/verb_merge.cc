@@ -28,10 +28,10 @@ core::Json Run(const Options& options) {
   lightfield::WriteMeasurements(options.output, measurements);
   fmt::print("{}: irradiance behind {} filters from {} frames\n", options.output,
              measurements.positions.size(), summary.frames);
-  fmt::print(
-      "  lamp level            {:.5f} to {:.5f} of its first reference ({} reference frames), "
-      "divided out\n",
-      summary.least_lamp_factor, summary.largest_lamp_factor, summary.reference_frames);
+  fmt::print("  lamp level            {:.5f} to {:.5f} of {} ({} reference frames), divided out\n",
+             summary.least_lamp_factor, summary.largest_lamp_factor,
+             options.lamp_level == "monitor" ? "the monitor's unity" : "its first reference",
+             summary.reference_frames);
   fmt::print("  stage                 at most {:.2g} spacings off its plan by its own encoder\n",
              summary.largest_displacement);
   if (summary.flagged_frames)
