@@ -32,6 +32,7 @@ LightField ReadLightField(const std::filesystem::path& path) {
   const auto names = ChannelNames(field.geometry.channels);
   for (std::size_t m = 0; m < header.parts.size(); ++m) {
     std::vector<std::span<float>> planes;
+    planes.reserve(names.size());
     for (int channel = 0; channel < field.geometry.channels; ++channel)
       planes.push_back(field.image(static_cast<int>(m), channel));
     reader.ReadFloats(header.parts[m], names, planes);

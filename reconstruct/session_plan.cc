@@ -42,7 +42,7 @@ double Positive(const Json& json, const std::string& key, const std::string& fil
 
 std::string Choice(const Json& json, const std::string& key, const std::string& a,
                    const std::string& b, const std::string& file) {
-  const std::string value = Field<std::string>(json, key, file);
+  std::string value = Field<std::string>(json, key, file);
   if (value != a && value != b)
     throw InputError(file, fmt::format("{} = '{}' is unknown", key, value),
                      fmt::format("use '{}' or '{}'", a, b));

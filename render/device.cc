@@ -62,7 +62,7 @@ std::vector<cl_device_id> DeviceIds() {
 template <typename T>
 T Get(cl_device_id id, cl_device_info what) {
   T value{};
-  Check(clGetDeviceInfo(id, what, sizeof value, &value, nullptr), "clGetDeviceInfo");
+  Check(clGetDeviceInfo(id, what, sizeof(T), &value, nullptr), "clGetDeviceInfo");
   return value;
 }
 

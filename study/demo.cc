@@ -46,6 +46,7 @@ void ReadBrackets(const std::filesystem::path& session, DemoResult& result) {
     it->second[2] = std::max(it->second[2], frame.exposure_s);
   }
   std::vector<std::array<double, 3>> ordered;
+  ordered.reserve(brackets.size());
   for (const auto& [position, bracket] : brackets) ordered.push_back(bracket);
   std::sort(ordered.begin(), ordered.end());
   for (const auto& bracket : ordered) {
@@ -89,7 +90,7 @@ DemoResult RunDemo(const DemoOptions& options) {
       reconstruct::Reconstruct(measured.measurements, {reconstruct::Precision::kFloat, true});
   result.coefficients = std::move(non_negative.coefficients);
   result.coefficients.provenance["non_negative"] = "yes";
-  result.reconstruction = std::move(non_negative.report);
+  result.reconstruction = non_negative.report;
   const auto light_field_file = file("headlight.lf.exr");
   lightfield::WriteLightField(light_field_file, result.coefficients);
   result.non_negative_s = Now() - start;

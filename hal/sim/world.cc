@@ -209,9 +209,10 @@ std::vector<float> World::Resample(const Traced& traced, Vec2 centre, int plane)
       for (int column = 0; column < width; ++column) {
         double sum = 0;
         for (int n = 0; n < kPointsPerAxis * kPointsPerAxis; ++n) {
-          const Vec2 s = centre + Apply(lab_.image_from_sensor,
-                                        column + (n % kPointsPerAxis + 0.5) / kPointsPerAxis,
-                                        row + (n / kPointsPerAxis + 0.5) / kPointsPerAxis);
+          const int across = n % kPointsPerAxis, down = n / kPointsPerAxis;
+          const Vec2 s =
+              centre + Apply(lab_.image_from_sensor, column + (across + 0.5) / kPointsPerAxis,
+                             row + (down + 0.5) / kPointsPerAxis);
           const double x = lattice_.column_of_s(s.x) - window.column - 0.5,
                        y = lattice_.row_of_t(s.y) - window.row - 0.5;
           const double x0 = std::floor(x), y0 = std::floor(y);
