@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iostream>
 
 #include "core/random.h"
 #include "lightfield/light_field.h"
@@ -57,6 +58,8 @@ TEST(Luminaire, FluxIntensityAndIrradianceTellTheSameEnergy) {
       from_irradiance += ExactIrradiance(field, p, {0, 0, -1})[0] * dx * dx;
     }
   EXPECT_NEAR(from_irradiance / flux, 1, 1e-3);
+  std::cout << "flux " << flux << ": from far-field intensity off by " << from_intensity / flux - 1
+            << ", from irradiance on a plane off by " << from_irradiance / flux - 1 << "\n";
 }
 
 TEST(Luminaire, AFarReceiverObeysTheInverseSquareOfTheDistance) {
