@@ -11,7 +11,8 @@ class HtmlPage {
   explicit HtmlPage(const std::string& title);
   void Heading(const std::string& text);
   void Paragraph(const std::string& text);
-  // The first row is the header (left out if all empty); cells that begin as numbers are right-aligned.
+  // The first row is the header (left out if all empty); cells that begin as numbers are
+  // right-aligned.
   void Table(const std::vector<std::vector<std::string>>& rows);
   void Picture(const std::string& file, const std::string& caption);  // file relative to the page
   void Pictures(

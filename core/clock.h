@@ -6,12 +6,13 @@
 
 namespace luxfield::core {
 
-// Everything that waits or stamps takes a Clock, so that hours of warm-up run in milliseconds in a test.
+// Everything that waits or stamps takes a Clock, so that hours of warm-up run in milliseconds in a
+// test.
 class Clock {
  public:
   virtual ~Clock() = default;
-  virtual double MonotonicSeconds() = 0;   // arbitrary origin, never goes back
-  virtual std::string UtcIso8601() = 0;    // "2026-11-21T13:50:29.123Z"
+  virtual double MonotonicSeconds() = 0;  // arbitrary origin, never goes back
+  virtual std::string UtcIso8601() = 0;   // "2026-11-21T13:50:29.123Z"
   virtual void SleepSeconds(double seconds) = 0;
 };
 

@@ -16,7 +16,8 @@ Rgb LabFromLinear(const Rgb& linear_rgb);  // CIE 1976 L*a*b*, white D65, input 
 // Exponential tone operator 1 - exp(-k L / L_avg) applied to each channel (THEORY.md 10).
 Rgb ExponentialTone(const Rgb& linear, double k, double average_luminance);
 
-// Perceptually ordered false colour (a polynomial fit of ours to a dark-blue to yellow-white ramp), t in [0, 1].
+// Perceptually ordered false colour (a polynomial fit of ours to a dark-blue to yellow-white ramp),
+// t in [0, 1].
 Rgb FalseColour(double t);
 
 }  // namespace luxfield::core

@@ -16,9 +16,9 @@ struct Range {  // closed
   double max = std::numeric_limits<double>::infinity();
 };
 
-// A table of a TOML file. Every getter marks its key as known; Finish() refuses keys nobody asked for, so
-// that a misspelt key is an error and not a silent default. All errors are InputErrors of the form
-// "lab.toml: camera.gain = -1 must be above 0; ...".
+// A table of a TOML file. Every getter marks its key as known; Finish() refuses keys nobody asked
+// for, so that a misspelt key is an error and not a silent default. All errors are InputErrors of
+// the form "lab.toml: camera.gain = -1 must be above 0; ...".
 class Config {
  public:
   static Config FromFile(const std::filesystem::path& path);
@@ -37,20 +37,23 @@ class Config {
   // Text that must be one of the choices.
   std::string Choice(std::string_view key, const std::vector<std::string>& choices,
                      const std::optional<std::string>& fallback = {}) const;
-  std::vector<double> Numbers(std::string_view key, std::size_t count) const;  // count 0: any length
-  std::vector<double> Numbers(std::string_view key, std::size_t count, const std::vector<double>& fallback) const;
+  std::vector<double> Numbers(std::string_view key,
+                              std::size_t count) const;  // count 0: any length
+  std::vector<double> Numbers(std::string_view key, std::size_t count,
+                              const std::vector<double>& fallback) const;
   // A path relative to the configuration file.
   std::filesystem::path Path(std::string_view key) const;
 
-  Config Table(std::string_view key) const;                      // required
+  Config Table(std::string_view key) const;  // required
   std::optional<Config> OptionalTable(std::string_view key) const;
-  std::vector<Config> Tables(std::string_view key) const;        // [[key]]; may be empty
+  std::vector<Config> Tables(std::string_view key) const;  // [[key]]; may be empty
 
   void Finish() const;  // refuses unknown keys, here and in every table handed out
 
   const std::string& file() const;
   // An InputError that names this file and field.
-  [[noreturn]] void Fail(std::string_view key, const std::string& problem, const std::string& remedy = {}) const;
+  [[noreturn]] void Fail(std::string_view key, const std::string& problem,
+                         const std::string& remedy = {}) const;
 
  private:
   struct Node;

@@ -1,4 +1,5 @@
-// OpenEXR files: multi-part, FLOAT and UINT channels, typed attributes. HALF is read, never written.
+// OpenEXR files: multi-part, FLOAT and UINT channels, typed attributes. HALF is read, never
+// written.
 #pragma once
 
 #include <cstdint>
@@ -33,12 +34,13 @@ struct ExrPartView {
 
 enum class ExrCompression { kNone, kZip };  // kZip: about 40 MB/s a core; kNone: the disk's speed
 
-// Writes all parts atomically (core/file.h). The bytes depend on the arguments only: no clock, no host name.
-// Throws DeviceError.
+// Writes all parts atomically (core/file.h). The bytes depend on the arguments only: no clock, no
+// host name. Throws DeviceError.
 void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> parts,
               ExrCompression compression = ExrCompression::kZip);
 
-// An open file. Every error (missing, not EXR, truncated, wrong channel type) is an InputError naming the file.
+// An open file. Every error (missing, not EXR, truncated, wrong channel type) is an InputError
+// naming the file.
 class ExrReader {
  public:
   explicit ExrReader(const std::filesystem::path& path);

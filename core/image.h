@@ -7,7 +7,8 @@
 
 namespace luxfield::core {
 
-// `channels` planes of height x width float32, row 0 on top: data[(channel * height + row) * width + column].
+// `channels` planes of height x width float32, row 0 on top: data[(channel * height + row) * width
+// + column].
 struct Image {
   int width = 0;
   int height = 0;

@@ -6,11 +6,12 @@
 namespace luxfield::core {
 
 struct Difference {
-  double rel_rmse = 0;      // RMSE / mean(reference), all channels
-  double rel_mse = 0;       // mean((a - b)^2 / (b^2 + eps)), eps = (0.01 mean b)^2
-  double bias = 0;          // mean(a - b) / mean(b)
-  double max_abs = 0;       // largest |a - b|
-  double mean_lab = 0;      // mean CIE 1976 difference after the exponential operator, k = 1, L_avg of b
+  double rel_rmse = 0;  // RMSE / mean(reference), all channels
+  double rel_mse = 0;   // mean((a - b)^2 / (b^2 + eps)), eps = (0.01 mean b)^2
+  double bias = 0;      // mean(a - b) / mean(b)
+  double max_abs = 0;   // largest |a - b|
+  double mean_lab =
+      0;  // mean CIE 1976 difference after the exponential operator, k = 1, L_avg of b
   double mean_reference = 0;
 };
 

@@ -37,8 +37,8 @@ class Progress {
 // "12 s", "3 min 20 s", "2 h 05 min".
 std::string FormatDuration(double seconds);
 
-// Counts SIGINT and SIGTERM from InstallInterruptHandler on. What a count means is the verb's: capture finishes
-// its bracket at 1 and stops at 2; others throw Interrupted at their next check.
+// Counts SIGINT and SIGTERM from InstallInterruptHandler on. What a count means is the verb's:
+// capture finishes its bracket at 1 and stops at 2; others throw Interrupted at their next check.
 void InstallInterruptHandler();
 int InterruptCount();
 void ThrowIfInterrupted();

@@ -1,4 +1,5 @@
-// Counter-based random numbers: a draw depends on (seed, stream, index) only, never on threads or order.
+// Counter-based random numbers: a draw depends on (seed, stream, index) only, never on threads or
+// order.
 #pragma once
 
 #include <array>
@@ -9,12 +10,14 @@
 namespace luxfield::core {
 
 // Philox4x32-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011).
-inline std::array<std::uint32_t, 4> Philox(std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) {
+inline std::array<std::uint32_t, 4> Philox(std::array<std::uint32_t, 4> counter,
+                                           std::array<std::uint32_t, 2> key) {
   for (int round = 0; round < 10; ++round) {
     const std::uint64_t a = std::uint64_t{0xD2511F53u} * counter[0];
     const std::uint64_t b = std::uint64_t{0xCD9E8D57u} * counter[2];
-    counter = {static_cast<std::uint32_t>(b >> 32) ^ counter[1] ^ key[0], static_cast<std::uint32_t>(b),
-               static_cast<std::uint32_t>(a >> 32) ^ counter[3] ^ key[1], static_cast<std::uint32_t>(a)};
+    counter = {
+        static_cast<std::uint32_t>(b >> 32) ^ counter[1] ^ key[0], static_cast<std::uint32_t>(b),
+        static_cast<std::uint32_t>(a >> 32) ^ counter[3] ^ key[1], static_cast<std::uint32_t>(a)};
     key[0] += 0x9E3779B9u;
     key[1] += 0xBB67AE85u;
   }
@@ -28,7 +31,8 @@ class Random {
 
   Random(std::uint64_t seed, std::uint64_t stream, std::uint32_t item = 0)
       : key_{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)},
-        counter_{0, item, static_cast<std::uint32_t>(stream), static_cast<std::uint32_t>(stream >> 32)} {}
+        counter_{0, item, static_cast<std::uint32_t>(stream),
+                 static_cast<std::uint32_t>(stream >> 32)} {}
 
   static constexpr result_type min() { return 0; }
   static constexpr result_type max() { return 0xFFFFFFFFu; }
@@ -49,7 +53,8 @@ class Random {
   // Uniform in [0, 1), 24 bits: never rounds to 1.
   float UniformFloat() { return static_cast<float>((*this)() >> 8) * 0x1p-24f; }
 
-  // Standard normal (Box-Muller; two uniforms per draw so that the stream is stateless beyond its counter).
+  // Standard normal (Box-Muller; two uniforms per draw so that the stream is stateless beyond its
+  // counter).
   double Normal() {
     const double radius = std::sqrt(-2.0 * std::log1p(-Uniform()));
     return radius * std::cos(2.0 * std::numbers::pi * Uniform());

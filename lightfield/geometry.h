@@ -1,4 +1,5 @@
-// The two planes of a luminaire and the lattices on them (THEORY.md 1; DESIGN.md "Files between the stages").
+// The two planes of a luminaire and the lattices on them (THEORY.md 1; DESIGN.md "Files between the
+// stages").
 //
 // Luminaire frame: right-handed, metres. Filter plane F is z = 0, image plane I is z = delta. Light
 // travels towards +z. A ray runs from u = (u, v) on F through s = (s, t) on I.
@@ -31,7 +32,8 @@ inline double Length(Vec3 a) { return std::sqrt(Dot(a, a)); }
 inline Vec3 Normalized(Vec3 a) { return (1 / Length(a)) * a; }
 
 // A pixel lattice on a plane: column c is centred on s = s0 + (c + 0.5) ds, row r on
-// t = t1 - (r + 0.5) dt; row 0 is on top seen from the receivers. s0 and t1 are outer edges. Metres.
+// t = t1 - (r + 0.5) dt; row 0 is on top seen from the receivers. s0 and t1 are outer edges.
+// Metres.
 struct Lattice {
   int width = 0, height = 0;
   double s0_m = 0, t1_m = 0;
@@ -41,7 +43,9 @@ struct Lattice {
   double t_of_row(double row_edge) const { return t1_m - row_edge * dt_m; }
   double column_of_s(double s_m) const { return (s_m - s0_m) / ds_m; }
   double row_of_t(double t_m) const { return (t1_m - t_m) / dt_m; }
-  Vec2 centre(int row, int column) const { return {s_of_column(column + 0.5), t_of_row(row + 0.5)}; }
+  Vec2 centre(int row, int column) const {
+    return {s_of_column(column + 0.5), t_of_row(row + 0.5)};
+  }
   double texel_area_m2() const { return ds_m * dt_m; }
   // width and height of the whole lattice
   double extent_s_m() const { return width * ds_m; }

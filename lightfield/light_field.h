@@ -22,7 +22,8 @@ enum class FluxUnit { kWatt, kLumen, kRelative };
 std::string FluxUnitName(FluxUnit unit);  // "W", "lm", "relative"
 FluxUnit FluxUnitFromName(const std::string& name);
 
-// What plane F and I, the basis and the lattice are: shared by measurements, light fields and tables.
+// What plane F and I, the basis and the lattice are: shared by measurements, light fields and
+// tables.
 struct LuminaireGeometry {
   double delta_m = 0;  // distance from F to I, > 0
   BasisGrid grid;
@@ -30,14 +31,18 @@ struct LuminaireGeometry {
   int channels = 1;  // 1: luminance ("Y"); 3: linear Rec. 709 ("R", "G", "B")
   FluxUnit unit = FluxUnit::kRelative;
 
-  std::size_t plane_size() const { return static_cast<std::size_t>(lattice.width) * lattice.height; }
+  std::size_t plane_size() const {
+    return static_cast<std::size_t>(lattice.width) * lattice.height;
+  }
   std::size_t value_count() const { return plane_size() * channels * grid.count(); }
-  // Throws InputError naming `file` and the field if a value makes no sense (sizes, spacings, non-finite ...).
+  // Throws InputError naming `file` and the field if a value makes no sense (sizes, spacings,
+  // non-finite ...).
   void Validate(const std::string& file) const;
   bool operator==(const LuminaireGeometry&) const = default;
 };
 
-// Where a derived file came from: option and input names to values (hashes, versions). No clock time.
+// Where a derived file came from: option and input names to values (hashes, versions). No clock
+// time.
 using Provenance = std::map<std::string, std::string>;
 
 struct LightField {
@@ -50,16 +55,19 @@ struct LightField {
   explicit LightField(const LuminaireGeometry& g) : geometry(g), data(g.value_count(), 0.0f) {}
 
   std::span<float> image(int m, int channel) {
-    return std::span(data).subspan((static_cast<std::size_t>(m) * geometry.channels + channel) * geometry.plane_size(),
-                                   geometry.plane_size());
+    return std::span(data).subspan(
+        (static_cast<std::size_t>(m) * geometry.channels + channel) * geometry.plane_size(),
+        geometry.plane_size());
   }
   std::span<const float> image(int m, int channel) const {
-    return std::span(data).subspan((static_cast<std::size_t>(m) * geometry.channels + channel) * geometry.plane_size(),
-                                   geometry.plane_size());
+    return std::span(data).subspan(
+        (static_cast<std::size_t>(m) * geometry.channels + channel) * geometry.plane_size(),
+        geometry.plane_size());
   }
 };
 
-// L(u->s), one value per channel (1 channel is repeated into all three); 0 outside the lattice or the supports.
+// L(u->s), one value per channel (1 channel is repeated into all three); 0 outside the lattice or
+// the supports.
 std::array<double, 3> Radiance(const LightField& field, Vec2 u, Vec2 s);
 
 // E_ij's analogue without filter: E(u->s) = sum C Phi, the flux density per du ds.
@@ -68,13 +76,14 @@ std::array<double, 3> FluxDensity(const LightField& field, Vec2 u, Vec2 s);
 // Total flux per channel: sum_ij (integral C_ij)(integral Phi_ij), in the field's unit.
 std::array<double, 3> TotalFlux(const LightField& field);
 
-// Far-field intensity per channel, unit sr^-1, in the direction (need not be normalised; z <= 0 gives 0):
-// I = delta^2 / cos^3 * integral_F sum C(s) Phi(u) du, s = u + delta dir_xy/dir_z (THEORY.md 2). Exact for piecewise
-// constant C: the integrand is piecewise polynomial between the texel edges and knots.
+// Far-field intensity per channel, unit sr^-1, in the direction (need not be normalised; z <= 0
+// gives 0): I = delta^2 / cos^3 * integral_F sum C(s) Phi(u) du, s = u + delta dir_xy/dir_z
+// (THEORY.md 2). Exact for piecewise constant C: the integrand is piecewise polynomial between the
+// texel edges and knots.
 std::array<double, 3> FarFieldIntensity(const LightField& field, Vec3 direction);
 
-// *.lf.exr: one part per basis function named "C.JJ.II" (docs/formats/light-field.md). Reading throws InputError for
-// missing, truncated, wrong-type, NaN-laden or inconsistent files.
+// *.lf.exr: one part per basis function named "C.JJ.II" (docs/formats/light-field.md). Reading
+// throws InputError for missing, truncated, wrong-type, NaN-laden or inconsistent files.
 void WriteLightField(const std::filesystem::path& path, const LightField& field);
 LightField ReadLightField(const std::filesystem::path& path);
 

@@ -34,7 +34,8 @@ struct PencilAxis {
   double s_per_w = 1;
   double moment_offset_m = 0;  // the first moment is that of u - p = w + moment_offset
 
-  // Lines through a receiver with this coordinate at height z > 0: s = (u (z - delta) + p delta) / z.
+  // Lines through a receiver with this coordinate at height z > 0: s = (u (z - delta) + p delta) /
+  // z.
   static PencilAxis ThroughPoint(double p_m, double z_m, double delta_m);
   // Parallel lines s = u + shift.
   static PencilAxis Parallel(double shift_m) { return {shift_m, 0, 1, 0}; }
