@@ -39,10 +39,6 @@ void HtmlPage::Table(const std::vector<std::vector<std::string>>& rows) {
   body_ += "</table>\n";
 }
 
-void HtmlPage::Picture(const std::string& file, const std::string& caption) {
-  Pictures({{file, caption}});
-}
-
 void HtmlPage::Pictures(
     const std::vector<std::pair<std::string, std::string>>& files_and_captions) {
   body_ += "<div class=\"row\">\n";

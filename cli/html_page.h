@@ -14,10 +14,9 @@ class HtmlPage {
   // The first row is the header (left out if all empty); cells that begin as numbers are
   // right-aligned.
   void Table(const std::vector<std::vector<std::string>>& rows);
-  void Picture(const std::string& file, const std::string& caption);  // file relative to the page
-  void Pictures(
-      const std::vector<std::pair<std::string, std::string>>& files_and_captions);  // side by side
-  void Raw(const std::string& html);                                                // an SvgPlot
+  // Side by side; files relative to the page.
+  void Pictures(const std::vector<std::pair<std::string, std::string>>& files_and_captions);
+  void Raw(const std::string& html);  // an SvgPlot
   std::string Text() const;
 
  private:

@@ -83,6 +83,28 @@ std::string FinishHex(DigestContext context) {
   return hex;
 }
 
+// The whole file, at most 1 MiB at a time.
+void ReadInPieces(const std::filesystem::path& path,
+                  const std::function<void(std::string_view)>& take) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.get() < 0)
+    throw InputError(path.string(), fmt::format("cannot open: {}", std::strerror(errno)),
+                     "check the path and its permissions");
+  struct stat status {};
+  if (::fstat(file.get(), &status) != 0 || S_ISDIR(status.st_mode))
+    throw InputError(path.string(), "is a folder, not a file", "name a file");
+  std::string buffer(1 << 20, '\0');
+  for (;;) {
+    const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0)
+      throw InputError(path.string(), fmt::format("cannot read: {}", std::strerror(errno)),
+                       "check the disk");
+    if (count == 0) return;
+    take({buffer.data(), static_cast<std::size_t>(count)});
+  }
+}
+
 constexpr std::array<std::uint32_t, 256> MakeCrc32cTable() {
   std::array<std::uint32_t, 256> table{};
   for (std::uint32_t byte = 0; byte < 256; ++byte) {
@@ -106,25 +128,9 @@ void StorageStep(std::string_view step) {
 }
 
 std::string ReadFile(const std::filesystem::path& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.get() < 0)
-    throw InputError(path.string(), fmt::format("cannot open: {}", std::strerror(errno)),
-                     "check the path and its permissions");
-  struct stat status {};
-  if (::fstat(file.get(), &status) != 0 || S_ISDIR(status.st_mode))
-    throw InputError(path.string(), "is a folder, not a file", "name a file");
   std::string bytes;
-  bytes.reserve(static_cast<std::size_t>(std::max<off_t>(status.st_size, 0)));
-  std::array<char, 1 << 16> buffer;
-  for (;;) {
-    const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0)
-      throw InputError(path.string(), fmt::format("cannot read: {}", std::strerror(errno)),
-                       "check the disk");
-    if (count == 0) return bytes;
-    bytes.append(buffer.data(), static_cast<std::size_t>(count));
-  }
+  ReadInPieces(path, [&](std::string_view piece) { bytes.append(piece); });
+  return bytes;
 }
 
 void SyncFolder(const std::filesystem::path& folder) {
@@ -166,21 +172,11 @@ std::string Sha256(std::string_view bytes) {
 }
 
 std::string Sha256OfFile(const std::filesystem::path& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.get() < 0)
-    throw InputError(path.string(), fmt::format("cannot open: {}", std::strerror(errno)),
-                     "check the path and its permissions");
   auto context = StartSha256();
-  std::string buffer(1 << 20, '\0');
-  for (;;) {
-    const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0)
-      throw InputError(path.string(), fmt::format("cannot read: {}", std::strerror(errno)),
-                       "check the disk");
-    if (count == 0) return FinishHex(std::move(context));
-    EVP_DigestUpdate(context.get(), buffer.data(), static_cast<std::size_t>(count));
-  }
+  ReadInPieces(path, [&](std::string_view piece) {
+    EVP_DigestUpdate(context.get(), piece.data(), piece.size());
+  });
+  return FinishHex(std::move(context));
 }
 
 std::uint32_t Crc32c(std::string_view bytes) {

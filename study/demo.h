@@ -42,7 +42,6 @@ struct DemoResult {
   std::vector<double> shortest_s, longest_s;  // bracket of every position, in order of capture
   core::Difference
       picture;  // the rendered picture against the same scene lit by the truth, `exact`
-  core::Difference irradiance;
   render::Frame frame;
   lightfield::LightField coefficients;  // C >= 0, what the picture is lit by
   lightfield::LightField truth;
