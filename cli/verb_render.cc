@@ -73,20 +73,20 @@ core::Json Run(Options options, const Common& common) {
   if (!options.display.empty())
     render::Display(options.display).Show(options.output, frame.radiance);
 
-  double samples = 0, variance = 0, irradiance = 0;
+  double samples = 0, variance = 0, radiance = 0;
   for (std::size_t k = 0; k < frame.samples.data.size(); ++k) {
     samples += frame.samples.data[k];
     variance += frame.variance.data[k];
-    irradiance += core::Luminance(
-        {frame.irradiance.plane(0)[k], frame.irradiance.plane(1)[k], frame.irradiance.plane(2)[k]});
+    radiance += core::Luminance(
+        {frame.radiance.plane(0)[k], frame.radiance.plane(1)[k], frame.radiance.plane(2)[k]});
   }
   const auto pixels = static_cast<double>(frame.samples.data.size());
-  const double noise = irradiance > 0 ? std::sqrt(variance / pixels) / (irradiance / pixels) : 0;
+  const double noise = radiance > 0 ? std::sqrt(variance * pixels) / radiance : 0;
   fmt::print("{}: {} x {}, {} on {}, {}\n", options.output, frame.width, frame.height,
              options.render.estimator, device.info().name,
              options.render.shadows ? "traced shadows" : "no shadows");
   fmt::print(
-      "  light samples         {:.4g} in all; estimated noise {:.3g} % of the mean irradiance "
+      "  light samples         {:.4g} in all; estimated noise {:.3g} % of the mean radiance "
       "(RMS)\n",
       samples, 100 * noise);
   fmt::print("  time                  {:.3f} s primary visibility, {:.3f} s lighting\n",

@@ -8,6 +8,7 @@
 #include <map>
 #include <numbers>
 
+#include "core/colour.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
@@ -39,6 +40,7 @@ lightfield::Vec2 PixelSample(int k, int n) {
 // Part k of `total` split into n nearly equal parts, at least 1.
 int Share(int total, int k, int n) { return std::max(1, total / n + (k < total % n)); }
 
+// Empty: none given, and none beside the light field.
 std::filesystem::path TablesOf(const scene::Luminaire& luminaire) {
   if (!luminaire.tables.empty()) return luminaire.tables;
   // X.lf.exr -> X.tab.exr
@@ -46,7 +48,7 @@ std::filesystem::path TablesOf(const scene::Luminaire& luminaire) {
   path.replace_extension();
   if (path.extension() == ".lf") path.replace_extension();
   path += ".tab.exr";
-  return path;
+  return std::filesystem::exists(path) ? path : std::filesystem::path();
 }
 
 EstimatorTraits TraitsOf(const std::string& estimator) {
@@ -115,11 +117,10 @@ Renderer::Renderer(const Device& device, const scene::Scene& scene, const Render
 
 void Renderer::LoadLuminaires(const scene::Scene& scene) {
   const EstimatorTraits traits = estimator_->traits();
-  const bool needs_tables =
-      traits.needs_tables || (options_.shadows && traits.needs_tables_for_shadows);
+  const bool needs_sat = traits.needs.sat || (options_.shadows && traits.needs_for_shadows.sat);
   std::map<std::pair<std::string, std::string>, std::shared_ptr<const LuminaireOnDevice>> loaded;
   for (const auto& luminaire : scene.luminaires) {
-    const std::string tables_file = needs_tables ? TablesOf(luminaire).string() : std::string();
+    const std::string tables_file = needs_sat ? TablesOf(luminaire).string() : std::string();
     auto& light_field = loaded[{luminaire.light_field.string(), tables_file}];
     if (!light_field) {
       const auto field = lightfield::ReadLightField(luminaire.light_field);
@@ -130,20 +131,15 @@ void Renderer::LoadLuminaires(const scene::Scene& scene) {
                                      FluxUnitName(field.geometry.unit), FluxUnitName(unit_)),
                          "light a scene with luminaires of one unit");
       unit_ = field.geometry.unit;
-      if (needs_tables) {
-        if (!std::filesystem::exists(tables_file))
-          throw InputError(
-              tables_file,
-              fmt::format("luminaire '{}' needs tables{}, and there are none", luminaire.name,
-                          traits.needs_tables ? "" : " for its shadows"),
-              fmt::format("run 'luxfield preprocess {} -o {}'", luminaire.light_field.string(),
-                          tables_file));
-        const auto tables = preprocess::ReadTables(tables_file);
+      preprocess::Tables tables;
+      if (!tables_file.empty()) {
+        tables = preprocess::ReadTables(tables_file);
         preprocess::CheckTables(tables, tables_file, field.geometry, sha256);
-        light_field = std::make_shared<LuminaireOnDevice>(device_, field, &tables);
-      } else {
-        light_field = std::make_shared<LuminaireOnDevice>(device_, field, nullptr);
+      } else if (needs_sat) {
+        tables = preprocess::BuildTables(field, luminaire.light_field.string(), sha256);
       }
+      light_field = std::make_shared<LuminaireOnDevice>(
+          device_, field, LuminaireTables{.sat = needs_sat ? &tables : nullptr});
       provenance_[fmt::format("{} sha256", luminaire.name)] = sha256;
     }
     luminaires_.push_back(
@@ -184,7 +180,7 @@ Frame Renderer::Render() {
       frame.radiance.data[c * count + i] /= samples;
       if (hits > 0) frame.irradiance.data[c * count + i] /= hits;
     }
-    if (hits > 0) frame.variance.data[i] /= hits * hits;
+    frame.variance.data[i] /= samples * samples;
     frame.coverage.data[i] /= samples;
   }
   return frame;
@@ -197,38 +193,20 @@ void Renderer::RenderBand(int first_row, GBuffer& gbuffer, int pixel_sample, Fra
       .Wait();
   frame.times.gbuffer_s += stopwatch.Seconds();
 
-  const std::size_t pixels = gbuffer.pixel_count();
-  std::vector<float> irradiance(4 * pixels), variance(pixels), samples(pixels);
-  Light(gbuffer, first_row, pixel_sample, irradiance, variance, samples, frame);
-
   const auto position = gbuffer.position.Download<cl_float4>();
   const auto normal = gbuffer.normal.Download<cl_float4>();
-  const auto albedo = gbuffer.albedo.Download<cl_float4>();
   const std::size_t plane = frame.coverage.plane_size();
   const std::size_t first = static_cast<std::size_t>(first_row) * frame.width;
-  for (std::size_t i = 0; i < pixels; ++i) {
-    const std::size_t out = first + i;
-    frame.coverage.data[out] += position[i].s[3];
-    frame.variance.data[out] += variance[i];
-    frame.samples.data[out] += samples[i];
+  for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
+    frame.coverage.data[first + i] += position[i].s[3];
+    if (pixel_sample > 0) continue;
     for (int c = 0; c < 3; ++c) {
-      const float e = irradiance[4 * i + c];
-      frame.irradiance.data[c * plane + out] += e;
-      frame.radiance.data[c * plane + out] += albedo[i].s[c] * std::numbers::inv_pi_v<float> * e;
-      if (pixel_sample > 0) continue;
-      frame.normal.data[c * plane + out] = normal[i].s[c];
-      frame.position.data[c * plane + out] = position[i].s[c];
+      frame.normal.data[c * plane + first + i] = normal[i].s[c];
+      frame.position.data[c * plane + first + i] = position[i].s[c];
     }
   }
-}
 
-void Renderer::Light(const GBuffer& gbuffer, int first_row, int pixel_sample,
-                     std::vector<float>& irradiance, std::vector<float>& variance,
-                     std::vector<float>& samples, Frame& frame) {
-  const std::size_t pixels = gbuffer.pixel_count();
-  Buffer irradiance_buffer(device_, pixels * sizeof(cl_float4));
-  Buffer variance_buffer(device_, pixels * sizeof(cl_float));
-  Buffer samples_buffer(device_, pixels * sizeof(cl_uint));
+  Lighting lighting(device_, gbuffer);
   const int lights = static_cast<int>(luminaires_.size());
   for (int l = 0; l < lights; ++l) {
     const LitBy& luminaire = luminaires_[l];
@@ -240,27 +218,46 @@ void Renderer::Light(const GBuffer& gbuffer, int first_row, int pixel_sample,
     options.max_samples_per_image = options_.max_samples_per_image;
     options.first_pixel =
         static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(gbuffer.width);
-    irradiance_buffer.FillZero();
-    variance_buffer.FillZero();
-    samples_buffer.FillZero();
+    lighting.Clear();
     device_.Finish();
 
-    const Stopwatch stopwatch;
-    estimator_->Light(gbuffer, options_.shadows ? &scene_.bvh : nullptr, *luminaire.light_field,
-                      luminaire.world_from_luminaire, options, irradiance_buffer, variance_buffer,
-                      samples_buffer);
+    const Stopwatch light_stopwatch;
+    estimator_->Light(gbuffer, {.bvh = options_.shadows ? &scene_.bvh : nullptr},
+                      *luminaire.light_field, luminaire.world_from_luminaire, options, lighting);
     device_.Finish();
-    frame.times.lighting_s += stopwatch.Seconds();
+    frame.times.lighting_s += light_stopwatch.Seconds();
+    AddPixels(gbuffer, lighting, static_cast<float>(luminaire.scale), first_row, frame);
+  }
+}
 
-    const auto scale = static_cast<float>(luminaire.scale);
-    const auto e = irradiance_buffer.Download<float>();
-    const auto v = variance_buffer.Download<float>();
-    const auto n = samples_buffer.Download<cl_uint>();
-    for (std::size_t i = 0; i < 4 * pixels; ++i) irradiance[i] += scale * e[i];
-    for (std::size_t i = 0; i < pixels; ++i) {
-      variance[i] += scale * scale * v[i];
-      samples[i] += static_cast<float>(n[i]);
+// Adds one luminaire's light on one band to the frame's sums.
+void Renderer::AddPixels(const GBuffer& gbuffer, const Lighting& lighting, float scale,
+                         int first_row, Frame& frame) const {
+  const auto irradiance = lighting.irradiance.Download<cl_float4>();
+  const auto variance = lighting.variance.Download<float>();
+  const auto samples = lighting.samples.Download<cl_uint>();
+  const auto albedo = gbuffer.albedo.Download<cl_float4>();
+  std::vector<cl_float4> reflected;
+  if (gbuffer.glossy()) reflected = lighting.reflected.Download<cl_float4>();
+  const std::size_t plane = frame.coverage.plane_size();
+  const std::size_t first = static_cast<std::size_t>(first_row) * frame.width;
+  for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
+    const std::size_t out = first + i;
+    const auto& rho = albedo[i].s;
+    for (int c = 0; c < 3; ++c) {
+      const float e = irradiance[i].s[c];
+      frame.irradiance.data[c * plane + out] += scale * e;
+      frame.radiance.data[c * plane + out] +=
+          scale *
+          (gbuffer.glossy() ? reflected[i].s[c] : rho[c] * std::numbers::inv_pi_v<float> * e);
     }
+    // Of the irradiance, where surfaces are Lambertian: seen through the luminance of the albedo.
+    const float shown = gbuffer.glossy()
+                            ? 1.0f
+                            : static_cast<float>(core::Luminance({rho[0], rho[1], rho[2]})) *
+                                  std::numbers::inv_pi_v<float>;
+    frame.variance.data[out] += scale * scale * shown * shown * variance[i];
+    frame.samples.data[out] += static_cast<float>(samples[i]);
   }
 }
 

@@ -1,8 +1,9 @@
 // From a scene to a lit picture: primary visibility, then every luminaire through an estimator.
 //
-//   L(pixel) = albedo / pi * E,   E = sum over luminaires of scale * E_n(p)     (THEORY.md 7)
+//   L(pixel) = sum over luminaires of scale * L_o(p),   L_o = albedo / pi * E_n(p) on Lambertian
+//   surfaces (THEORY.md 6 and 7)
 //
-// Surfaces are Lambertian; light that reached them over other surfaces is not counted.
+// Light that reached them over other surfaces is not counted.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +45,7 @@ struct Frame {
   core::Image normal;      // xyz, world; of the pixel's first sample, as position
   core::Image position;    // xyz, world, metres
   core::Image coverage;    // share of the pixel samples that hit
-  core::Image variance;    // estimated variance of the luminance of `irradiance`
+  core::Image variance;    // estimated variance of the luminance of `radiance`
   core::Image samples;     // light samples taken
   RenderTimes times;
   lightfield::Provenance provenance;  // options and the SHA-256 of the files that were read
@@ -58,9 +59,10 @@ std::string RadianceUnitName(lightfield::FluxUnit unit);
 // them, tables. A light field that several luminaires share is uploaded once.
 class Renderer {
  public:
-  // Throws InputError for wrong options, luminaire files that cannot be read, tables that are
-  // missing (neither given nor beside the light field as X.tab.exr) or belong to another light
-  // field, and luminaires of different units; DeviceError.
+  // Tables that the estimator needs are read where the scene names them or X.tab.exr lies beside
+  // the light field, and built otherwise. Throws InputError for wrong options, luminaire files that
+  // cannot be read, tables that belong to another light field, and luminaires of different units;
+  // DeviceError.
   Renderer(const Device& device, const scene::Scene& scene, const RenderOptions& options);
 
   // Equal scenes, options and device types give equal frames, whatever the number of threads.
@@ -77,9 +79,8 @@ class Renderer {
 
   void LoadLuminaires(const scene::Scene& scene);
   void RenderBand(int first_row, GBuffer& gbuffer, int pixel_sample, Frame& frame);
-  void Light(const GBuffer& gbuffer, int first_row, int pixel_sample,
-             std::vector<float>& irradiance, std::vector<float>& variance,
-             std::vector<float>& samples, Frame& frame);
+  void AddPixels(const GBuffer& gbuffer, const Lighting& lighting, float scale, int first_row,
+                 Frame& frame) const;
 
   Device device_;
   RenderOptions options_;

@@ -127,26 +127,22 @@ struct Timing {
 Timing Time(const render::Device& device, render::Estimator& estimator,
             const render::GBuffer& gbuffer, const render::LuminaireOnDevice& luminaire,
             int samples_per_pixel, int repeats) {
-  const std::size_t count = gbuffer.pixel_count();
-  render::Buffer irradiance(device, count * sizeof(cl_float4)),
-      variance(device, count * sizeof(float)), samples(device, count * sizeof(cl_uint));
+  render::Lighting lighting(device, gbuffer);
   render::EstimatorOptions options;
   options.samples_per_pixel = samples_per_pixel;
   std::vector<double> wall_s, core_s;
   // The first run compiles and touches memory; it is not timed.
   for (int run = 0; run <= repeats; ++run) {
-    irradiance.FillZero();
-    variance.FillZero();
-    samples.FillZero();
+    lighting.Clear();
     device.Finish();
     const double wall = WallSeconds(), core = CpuSeconds();
-    estimator.Light(gbuffer, nullptr, luminaire, {}, options, irradiance, variance, samples);
+    estimator.Light(gbuffer, {}, luminaire, {}, options, lighting);
     device.Finish();
     if (run == 0) continue;
     wall_s.push_back(WallSeconds() - wall);
     core_s.push_back(CpuSeconds() - core);
   }
-  return {Median(wall_s), Median(core_s), irradiance.Download<cl_float4>()};
+  return {Median(wall_s), Median(core_s), lighting.irradiance.Download<cl_float4>()};
 }
 
 }  // namespace
@@ -237,7 +233,7 @@ nlohmann::json BenchNearfield(const BenchNearfieldOptions& options) {
   const double before_s = CpuSeconds();
   const auto tables = preprocess::BuildTables(field, "synthetic car2", std::string(64, '0'));
   const double tables_core_s = CpuSeconds() - before_s;
-  const render::LuminaireOnDevice luminaire(device, field, &tables);
+  const render::LuminaireOnDevice luminaire(device, field, {.sat = &tables});
   const auto gbuffer = RoadGBuffer(device, options.width, options.height);
 
   const Pixels pixels{gbuffer.position.Download<cl_float4>(), gbuffer.normal.Download<cl_float4>()};
@@ -271,7 +267,7 @@ nlohmann::json BenchNearfield(const BenchNearfieldOptions& options) {
                       {"images", field.geometry.grid.count()},
                       {"channels", field.geometry.channels},
                       {"threads", device.info().compute_units},
-                      {"build_core_s", traits.needs_tables ? tables_core_s : 0.0},
+                      {"build_core_s", traits.needs.sat ? tables_core_s : 0.0},
                       {"fps", 1 / timing.wall_s},
                       {"core_s", timing.core_s},
                       {"rel_rmse", difference.rel_rmse},

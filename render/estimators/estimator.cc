@@ -8,6 +8,29 @@
 
 namespace luxfield::render {
 
+Lighting::Lighting(const Device& device, const GBuffer& gbuffer)
+    : irradiance(device, gbuffer.pixel_count() * sizeof(cl_float4)),
+      variance(device, gbuffer.pixel_count() * sizeof(cl_float)),
+      samples(device, gbuffer.pixel_count() * sizeof(cl_uint)) {
+  if (gbuffer.glossy()) reflected = Buffer(device, gbuffer.pixel_count() * sizeof(cl_float4));
+  Clear();
+}
+
+void Lighting::Clear() {
+  irradiance.FillZero();
+  if (reflected) reflected.FillZero();
+  variance.FillZero();
+  samples.FillZero();
+}
+
+void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer) {
+  if (gbuffer.glossy())
+    throw InputError(fmt::format(
+        "estimator '{}' lights Lambertian surfaces only and the scene has glossy ones; use one "
+        "that takes any BRDF, such as windowed",
+        traits.name));
+}
+
 std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& device) {
   if (name == ExactTraits().name) return MakeExact(device);
   if (name == WindowedTraits().name) return MakeWindowed(device);

@@ -1,12 +1,11 @@
-// Near-field estimators: irradiance of G-buffer points lit by a measured luminaire (THEORY.md 6 and
-// 7).
+// Near-field estimators: light of a measured luminaire on G-buffer points (THEORY.md 6 and 7).
 //
-//   E_n(p) = sum_m delta^2 / z^3 * integral_F C_m(s(u)) Phi_m(u) (n.(u - p))+ V(p, u) du,   z = p_z
-//   > 0
+//   E_n(p) = sum_m delta^2 / z^3 * integral_F C_m(s(u)) Phi_m(u) (n.(u - p))+ V(p, u) du
+//   L_o(p) = the same with f_r(w) under the integral,   w = (u - p) / |u - p|,   z = p_z > 0
 //
-// in the luminaire's frame, n the receiver's normal, V the visibility of u on F from p. p behind
-// the luminaire (z <= 0) gets nothing. A Lambertian surface of albedo rho then shows the radiance
-// rho / pi E_n.
+// in the luminaire's frame, n the receiver's normal, V the visibility of u on F from p, f_r the
+// BRDF towards the eye. p behind the luminaire (z <= 0) gets nothing. A Lambertian surface of
+// albedo rho shows the radiance rho / pi E_n.
 #pragma once
 
 #include <cstdint>
@@ -22,22 +21,28 @@
 
 namespace luxfield::render {
 
-// The coefficient images and, where given, the tables of one luminaire, uploaded once. Texels are
-// padded on the right so that wide loads stay inside the buffer.
+// Tables of a luminaire on the host, null where there are none; what each estimator needs its
+// traits say.
+struct LuminaireTables {
+  const preprocess::Tables* sat = nullptr;
+};
+
+// The coefficient images and tables of one luminaire, uploaded once. Texels are padded on the right
+// so that wide loads stay inside the buffer.
 class LuminaireOnDevice {
  public:
   static constexpr int kRowPadding = 32;
 
-  // `tables` may be null; CheckTables must have accepted them. Throws InputError if the device
-  // cannot hold the images.
+  // The tables must belong to `field` (preprocess::CheckTables). Throws InputError if the device
+  // cannot hold them.
   LuminaireOnDevice(const Device& device, const lightfield::LightField& field,
-                    const preprocess::Tables* tables);
+                    const LuminaireTables& tables = {});
 
   const lightfield::LuminaireGeometry& geometry() const { return geometry_; }
   // float C[((m * channels + channel) * height + row) * row_stride + column], zero in the padding.
   const Buffer& images() const { return images_; }
   int row_stride() const { return row_stride_; }
-  bool has_tables() const { return static_cast<bool>(sat_); }
+  bool has_sat() const { return static_cast<bool>(sat_); }
   // ulong S[(m * (height + 1) + row) * (width + 1) + column] (preprocess::Tables::sat), and for
   // each image float 2^(62 - exponent): mass = S * 2^-62 * scale.
   const Buffer& sat() const { return sat_; }
@@ -58,16 +63,41 @@ struct EstimatorOptions {
       0;  // added to the pixel number in the random streams (tiles of one picture)
 };
 
-// What an estimator promises; printed by `luxfield render --help` and checked by the tests.
+// Which tables an estimator reads; the renderer builds those that no file holds.
+struct TableNeeds {
+  bool sat = false;
+};
+
+// What an estimator needs and promises; printed by `luxfield render --help` and checked by the
+// tests.
 struct EstimatorTraits {
   std::string name;
-  bool needs_tables = false;  // without shadows
-  bool needs_tables_for_shadows = false;
-  bool needs_non_negative = false;  // C >= 0 (tables imply it)
-  bool unbiased = false;            // expectation = E_n(p), without shadows
+  TableNeeds needs{};               // without shadows
+  TableNeeds needs_for_shadows{};   // what shadows need besides
+  bool needs_non_negative = false;  // C >= 0 (a SAT implies it)
+  bool any_brdf = false;            // false: Lambertian surfaces only
+  bool unbiased = false;            // expectation = E_n(p) and L_o(p), without shadows
   bool unbiased_with_shadows = false;
   bool noise_free = false;  // without shadows
   std::string guarantee;    // one sentence
+};
+
+// What may stand between a luminaire and a receiver.
+struct Visibility {
+  const DeviceBvh* bvh = nullptr;  // rays are traced; null: everything is visible
+};
+
+// Per-pixel sums in device memory that estimators add to.
+struct Lighting {
+  Buffer irradiance;  // float4: linear Rec. 709 in xyz (a one-channel luminaire adds to all three)
+  Buffer reflected;   // float4: radiance towards the eye, likewise; null for a Lambertian G-buffer
+  Buffer variance;  // float: estimated variance of the luminance of what was added to `reflected`,
+                    // to `irradiance` where that is null
+  Buffer samples;   // uint: light samples taken
+
+  Lighting() = default;
+  Lighting(const Device& device, const GBuffer& gbuffer);  // zeros
+  void Clear();
 };
 
 class Estimator {
@@ -76,19 +106,17 @@ class Estimator {
   virtual const EstimatorTraits& traits() const = 0;
 
   // Adds the luminaire's light for every pixel of the G-buffer that hit something (w != 0); other
-  // pixels are left alone.
-  //   irradiance  float4 per pixel, linear Rec. 709 in .xyz (a one-channel luminaire adds to all
-  //   three), .w untouched variance    float per pixel: estimated variance of the luminance of what
-  //   was added samples     uint per pixel: light samples taken
-  // `bvh` null: no shadows. Enqueues on the device's queue and returns. A pixel's result does not
+  // pixels are left alone. Enqueues on the device's queue and returns. A pixel's result does not
   // depend on work-group sizes or on how pixels are split over calls (for `exact`, whose
   // neighbouring pixels share sums, up to rounding). Throws InputError if tables are needed and
-  // absent, DeviceError.
-  virtual void Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
+  // absent or the G-buffer is glossy and the estimator's any_brdf is false; DeviceError.
+  virtual void Light(const GBuffer& gbuffer, const Visibility& visibility,
                      const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
-                     const EstimatorOptions& options, Buffer& irradiance, Buffer& variance,
-                     Buffer& samples) = 0;
+                     const EstimatorOptions& options, Lighting& lighting) = 0;
 };
+
+// Throws the InputError of Light() for a glossy G-buffer.
+void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer);
 
 // "exact", "windowed", "thesis"; InputError on other names. Builds the kernels (cached on disk).
 std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& device);

@@ -24,27 +24,28 @@ class Exact : public Estimator {
 
   const EstimatorTraits& traits() const override { return ExactTraits(); }
 
-  void Light(const GBuffer& gbuffer, const DeviceBvh* bvh, const LuminaireOnDevice& luminaire,
-             const scene::Pose& world_from_luminaire, const EstimatorOptions& options,
-             Buffer& irradiance, Buffer& variance, Buffer& samples) override {
+  void Light(const GBuffer& gbuffer, const Visibility& visibility,
+             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+             const EstimatorOptions& options, Lighting& lighting) override {
+    RequireLambertian(traits(), gbuffer);
     const LuminaireParams params =
         MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
     const Buffer device_params =
         Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
     Buffer share;  // null: everything is visible
-    if (bvh) {
+    if (visibility.bvh) {
       share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
       if (!sampler_) sampler_.emplace(device_, "VisibleShare");
-      sampler_->Run(traits().name, gbuffer, bvh, luminaire, world_from_luminaire, options, share,
-                    samples);
+      sampler_->Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
+                    share, lighting.samples);
     }
     const auto count = static_cast<cl_int>(gbuffer.pixel_count());
     whole_
         .Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
-             irradiance, variance)
+             lighting.irradiance, lighting.variance)
         .Enqueue({(gbuffer.pixel_count() + pixels_ - 1) / pixels_}, {kGroup});
     cut_.Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
-             irradiance, variance)
+             lighting.irradiance, lighting.variance)
         .Enqueue({gbuffer.pixel_count()}, {kGroup});
   }
 
@@ -63,11 +64,8 @@ class Exact : public Estimator {
 const EstimatorTraits& ExactTraits() {
   static const EstimatorTraits traits{
       .name = "exact",
-      .needs_tables = false,
-      .needs_tables_for_shadows = true,
-      .needs_non_negative = false,
+      .needs_for_shadows = {.sat = true},
       .unbiased = true,
-      .unbiased_with_shadows = false,
       .noise_free = true,
       .guarantee =
           "irradiance in closed form, error below 1e-5 of |J| from 0.05 to 100 m; shadows scale it "

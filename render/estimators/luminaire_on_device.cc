@@ -22,7 +22,7 @@ void RequireRoom(const Device& device, const char* what, std::size_t bytes) {
 }  // namespace
 
 LuminaireOnDevice::LuminaireOnDevice(const Device& device, const lightfield::LightField& field,
-                                     const preprocess::Tables* tables)
+                                     const LuminaireTables& tables)
     : geometry_(field.geometry), row_stride_(field.geometry.lattice.width + kRowPadding) {
   const std::size_t width = geometry_.lattice.width, rows = field.data.size() / width;
   RequireRoom(device, "images", rows * row_stride_ * sizeof(float));
@@ -32,13 +32,14 @@ LuminaireOnDevice::LuminaireOnDevice(const Device& device, const lightfield::Lig
       std::copy_n(field.data.data() + row * width, width, padded.data() + row * row_stride_);
   });
   images_ = Buffer::From(device, padded);
-  if (!tables) return;
-  RequireRoom(device, "tables", tables->sat.size() * sizeof(std::uint64_t));
-  sat_ = Buffer::From(device, tables->sat);
-  std::vector<float> scale(tables->exponent.size());
-  for (std::size_t m = 0; m < scale.size(); ++m)
-    scale[m] = std::ldexp(1.0f, 62 - tables->exponent[m]);
-  sat_scale_ = Buffer::From(device, scale);
+  if (tables.sat) {
+    RequireRoom(device, "tables", tables.sat->sat.size() * sizeof(std::uint64_t));
+    sat_ = Buffer::From(device, tables.sat->sat);
+    std::vector<float> scale(tables.sat->exponent.size());
+    for (std::size_t m = 0; m < scale.size(); ++m)
+      scale[m] = std::ldexp(1.0f, 62 - tables.sat->exponent[m]);
+    sat_scale_ = Buffer::From(device, scale);
+  }
 }
 
 }  // namespace luxfield::render

@@ -18,13 +18,13 @@ constexpr int kMaxSamples =
 }  // namespace
 
 WindowSampler::WindowSampler(const Device& device, const std::string& kernel)
-    : device_(device), kernel_(Program::Build(device, "kernels/windowed.cl"), kernel) {}
+    : device_(device), kernel_name_(kernel) {}
 
-void WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffer,
-                          const LuminaireOnDevice& luminaire,
-                          const scene::Pose& world_from_luminaire,
-                          const EstimatorOptions& options) {
-  if (!luminaire.has_tables())
+Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffer,
+                             const LuminaireOnDevice& luminaire,
+                             const scene::Pose& world_from_luminaire,
+                             const EstimatorOptions& options) {
+  if (!luminaire.has_sat())
     throw InputError(fmt::format(
         "estimator '{}' needs sampling tables; make them with 'luxfield preprocess' and name "
         "them beside the light field",
@@ -48,6 +48,12 @@ void WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffer,
   if (batch != batch_ || scratch_.bytes() != batch * images * sizeof(float))
     scratch_ = Buffer(device_, batch * images * sizeof(float));
   batch_ = batch;
+  auto& kernel = gbuffer.glossy() ? glossy_ : diffuse_;
+  if (!kernel)
+    kernel.emplace(Program::Build(device_, "kernels/windowed.cl",
+                                  fmt::format("-D GLOSSY={}", gbuffer.glossy() ? 1 : 0)),
+                   kernel_name_);
+  return *kernel;
 }
 
 bool WindowSampler::NextBatch() {

@@ -2,6 +2,7 @@
 // memory. Internal to estimators/.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "render/estimators/estimator.h"
@@ -16,16 +17,18 @@ class WindowSampler {
   // Enqueues the kernel for every pixel; `outputs` are its arguments behind SAMPLING_ARGUMENTS.
   // InputError if the luminaire has no tables or an option makes no sense.
   template <typename... Outputs>
-  void Run(const std::string& estimator, const GBuffer& gbuffer, const DeviceBvh* bvh,
+  void Run(const std::string& estimator, const GBuffer& gbuffer, const Visibility& visibility,
            const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
            const EstimatorOptions& options, const Outputs&... outputs) {
-    Begin(estimator, gbuffer, luminaire, world_from_luminaire, options);
+    Kernel& kernel = Begin(estimator, gbuffer, luminaire, world_from_luminaire, options);
     const Buffer none;
+    const DeviceBvh* bvh = visibility.bvh;
     while (NextBatch()) {
-      kernel_
+      kernel
           .Set(luminaire_params_, sampling_params_, luminaire.images(), luminaire.sat(),
-               luminaire.sat_scale(), gbuffer.position, gbuffer.normal, bvh ? bvh->nodes : none,
-               bvh ? bvh->triangles : none, scratch_, outputs...)
+               luminaire.sat_scale(), gbuffer.position, gbuffer.normal, gbuffer.albedo,
+               gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none, bvh ? bvh->triangles : none,
+               scratch_, outputs...)
           .Enqueue({batch_}, {kGroup});
     }
   }
@@ -33,13 +36,15 @@ class WindowSampler {
  private:
   static constexpr std::size_t kGroup = 32;
 
-  void Begin(const std::string& estimator, const GBuffer& gbuffer,
-             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
-             const EstimatorOptions& options);
+  // The kernel for the G-buffer's surfaces, built when first asked for.
+  Kernel& Begin(const std::string& estimator, const GBuffer& gbuffer,
+                const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+                const EstimatorOptions& options);
   bool NextBatch();  // false when all pixels are enqueued
 
   Device device_;
-  Kernel kernel_;
+  std::string kernel_name_;
+  std::optional<Kernel> diffuse_, glossy_;
   EstimatorOptions options_;
   std::size_t pixel_count_ = 0, next_ = 0, batch_ = 0;
   Buffer luminaire_params_, sampling_params_, scratch_;

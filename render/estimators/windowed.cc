@@ -12,11 +12,11 @@ class Sampling : public Estimator {
 
   const EstimatorTraits& traits() const override { return traits_; }
 
-  void Light(const GBuffer& gbuffer, const DeviceBvh* bvh, const LuminaireOnDevice& luminaire,
-             const scene::Pose& world_from_luminaire, const EstimatorOptions& options,
-             Buffer& irradiance, Buffer& variance, Buffer& samples) override {
-    sampler_.Run(traits_.name, gbuffer, bvh, luminaire, world_from_luminaire, options, irradiance,
-                 variance, samples);
+  void Light(const GBuffer& gbuffer, const Visibility& visibility,
+             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+             const EstimatorOptions& options, Lighting& lighting) override {
+    sampler_.Run(traits_.name, gbuffer, visibility, luminaire, world_from_luminaire, options,
+                 lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples);
   }
 
  private:
@@ -28,9 +28,9 @@ class Sampling : public Estimator {
 
 const EstimatorTraits& WindowedTraits() {
   static const EstimatorTraits traits{.name = "windowed",
-                                      .needs_tables = true,
-                                      .needs_tables_for_shadows = true,
+                                      .needs = {.sat = true},
                                       .needs_non_negative = true,
+                                      .any_brdf = true,
                                       .unbiased = true,
                                       .unbiased_with_shadows = true,
                                       .noise_free = false,
@@ -44,9 +44,9 @@ const EstimatorTraits& WindowedTraits() {
 const EstimatorTraits& ThesisTraits() {
   static const EstimatorTraits traits{
       .name = "thesis",
-      .needs_tables = true,
-      .needs_tables_for_shadows = true,
+      .needs = {.sat = true},
       .needs_non_negative = true,
+      .any_brdf = true,
       .unbiased = false,
       .unbiased_with_shadows = false,
       .noise_free = false,

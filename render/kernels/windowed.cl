@@ -3,9 +3,9 @@
 //
 //   E = delta^2 / z^3 h^2 sum_m M_m / nbar_m sum_k c Phi_m(y_k) (n . (u_k - p))+ V,   K_m of
 //   expectation nbar_m
-#include "kernels/bvh.clh"
 #include "kernels/random.clh"
 #include "kernels/sampling_types.clh"
+#include "kernels/shading.clh"
 #include "kernels/window_sampling.clh"
 
 // The number of samples below cumulative expectation `sum`, floor(sum + xi), without rounding of
@@ -15,38 +15,11 @@ inline int SamplesBelow(float sum, float xi) {
   return (int)whole + ((sum - whole) + xi >= 1.0f ? 1 : 0);
 }
 
-typedef struct Totals {
-  float3 light;                  // sum of all contributions, visibility aside
-  float3 visible;                // sum of the visible ones
-  float square, visible_square;  // sums of squared luminance
-  int count;
-} Totals;
-
-inline float Luminance(float3 c) { return dot(c, (float3)(0.2126f, 0.7152f, 0.0722f)); }
-
-typedef struct Surface {
-  float3 position, normal;  // world
-  Receiver receiver;        // luminaire frame
-  Axis x, y;
-} Surface;
-
-typedef struct Scene {
-  __global const BvhNode* nodes;  // null: no shadows
-  __global const BvhTriangle* triangles;
-} Scene;
-
-// What one sample of image m adds, per unit of `weight` = M_m / nbar_m.
+// Adds what one sample of image m shows, per unit of `weight` = M_m / nbar_m.
 inline void AddSample(__constant const LuminaireParams* luminaire, __global const float* images,
                       const Surface* surface, Scene scene, int m, int i, int j, WindowSample sample,
                       float weight, Totals* totals) {
-  const float h = luminaire->axis[0].spacing.hi;
-  const float3 to_lamp =
-      (float3)(surface->x.offset + ((float)i + sample.y.x) * h,
-               surface->y.offset + ((float)j + sample.y.y) * h, -surface->receiver.p.z);
-  const float cosine = dot(surface->receiver.normal, to_lamp);
-  ++totals->count;
-  if (!(cosine > 0.0f)) return;
-  float3 light = weight * cosine * BasisValue(&luminaire->basis, sample.y.x) *
+  float3 light = weight * BasisValue(&luminaire->basis, sample.y.x) *
                  BasisValue(&luminaire->basis, sample.y.y);
   if (luminaire->channels == 3) {
     const size_t plane = (size_t)luminaire->axis[1].texels * luminaire->row_stride;
@@ -56,18 +29,7 @@ inline void AddSample(__constant const LuminaireParams* luminaire, __global cons
     const float y = Luminance(rgb);
     light *= y > 0.0f ? rgb / y : (float3)(0.0f);
   }
-  const float luminance = Luminance(light);
-  totals->light += light;
-  totals->square += luminance * luminance;
-  if (scene.nodes) {
-    __constant const float* r = luminaire->rotation;
-    const float3 world = surface->position + to_lamp.x * (float3)(r[0], r[1], r[2]) +
-                         to_lamp.y * (float3)(r[3], r[4], r[5]) +
-                         to_lamp.z * (float3)(r[6], r[7], r[8]);
-    if (Shadowed(scene.nodes, scene.triangles, surface->position, surface->normal, world)) return;
-  }
-  totals->visible += light;
-  totals->visible_square += luminance * luminance;
+  AddLight(luminaire, surface, scene, ToLamp(luminaire, surface, i, j, sample.y), light, totals);
 }
 
 // Window masses of all images into scratch[m * stride]; returns their sum.
@@ -96,7 +58,7 @@ inline Totals LightWindowed(__constant const LuminaireParams* luminaire,
                             __global const ulong* sat, __global const float* sat_scale,
                             const Surface* surface, Scene scene, uint pixel,
                             __global float* scratch) {
-  Totals totals = {(float3)(0.0f), (float3)(0.0f), 0.0f, 0.0f, 0};
+  Totals totals = NoLight();
   const int stride = sampling->scratch_stride;
   const float total = WindowMasses(luminaire, sat, sat_scale, surface, scratch, stride);
   if (!(total > 0.0f)) return totals;
@@ -145,7 +107,7 @@ inline Totals LightThesis(__constant const LuminaireParams* luminaire,
                           __constant const SamplingParams* sampling, __global const float* images,
                           __global const ulong* sat, __global const float* sat_scale,
                           const Surface* surface, Scene scene, __global float* scratch) {
-  Totals totals = {(float3)(0.0f), (float3)(0.0f), 0.0f, 0.0f, 0};
+  Totals totals = NoLight();
   const int stride = sampling->scratch_stride;
   const float total = WindowMasses(luminaire, sat, sat_scale, surface, scratch, stride);
   if (!(total > 0.0f)) return totals;
@@ -186,71 +148,29 @@ inline Totals LightThesis(__constant const LuminaireParams* luminaire,
   return totals;
 }
 
-inline bool MakeSurface(__constant const LuminaireParams* luminaire, float4 position, float4 normal,
-                        Surface* surface) {
-  if (position.w == 0.0f) return false;
-  surface->position = position.xyz;
-  surface->normal = normal.xyz;
-  surface->receiver = MakeReceiver(luminaire, position.xyz, normal.xyz);
-  const float3 p = surface->receiver.p;
-  if (!(p.z > 0.0f)) return false;
-  surface->x = MakeAxis(&luminaire->axis[0], luminaire->delta, p.x, p.z);
-  surface->y = MakeAxis(&luminaire->axis[1], luminaire->delta, p.y, p.z);
-  return true;
-}
-
-// delta^2 / z^3 h^2.
-inline float FluxScale(__constant const LuminaireParams* luminaire, float z) {
-  const float tau = luminaire->delta.hi / z, h = luminaire->axis[0].spacing.hi;
-  return tau * tau * (h * h) / z;
-}
-
-// Variance of a sum of n contributions taken as independent; stratification only lowers it. One
-// sample bounds it by its square.
-inline float VarianceOfSum(float sum, float square, int n) {
-  if (n < 2) return square;
-  return fmax((square - sum * (sum / (float)n)) * ((float)n / (float)(n - 1)), 0.0f);
-}
-
-inline void StoreTotals(__constant const LuminaireParams* luminaire, const Surface* surface,
-                        Totals totals, int pixel, __global float4* irradiance,
-                        __global float* variance, __global uint* samples) {
-  const float scale = FluxScale(luminaire, surface->receiver.p.z);
-  irradiance[pixel].xyz += scale * totals.visible;
-  variance[pixel] +=
-      scale * scale * VarianceOfSum(Luminance(totals.visible), totals.visible_square, totals.count);
-  samples[pixel] += (uint)totals.count;
-}
-
 #define SAMPLING_ARGUMENTS                                                                      \
   __constant const LuminaireParams *luminaire, __constant const SamplingParams *sampling,       \
       __global const float *images, __global const ulong *sat, __global const float *sat_scale, \
-      __global const float4 *positions, __global const float4 *normals,                         \
-      __global const BvhNode *nodes, __global const BvhTriangle *triangles,                     \
-      __global float *scratch
+      SURFACE_ARGUMENTS, SCENE_ARGUMENTS, __global float *scratch
 
-__kernel void Windowed(SAMPLING_ARGUMENTS, __global float4* irradiance, __global float* variance,
-                       __global uint* samples) {
+__kernel void Windowed(SAMPLING_ARGUMENTS, LIGHTING_ARGUMENTS) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
   Surface surface;
-  if (pixel >= sampling->end || !MakeSurface(luminaire, positions[pixel], normals[pixel], &surface))
-    return;
+  if (pixel >= sampling->end || !MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Scene scene = {nodes, triangles};
   const Totals totals = LightWindowed(luminaire, sampling, images, sat, sat_scale, &surface, scene,
                                       sampling->first_pixel + (uint)pixel, scratch + item);
-  StoreTotals(luminaire, &surface, totals, pixel, irradiance, variance, samples);
+  StoreTotals(luminaire, &surface, totals, pixel, LIGHTING);
 }
 
-__kernel void Thesis(SAMPLING_ARGUMENTS, __global float4* irradiance, __global float* variance,
-                     __global uint* samples) {
+__kernel void Thesis(SAMPLING_ARGUMENTS, LIGHTING_ARGUMENTS) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
   Surface surface;
-  if (pixel >= sampling->end || !MakeSurface(luminaire, positions[pixel], normals[pixel], &surface))
-    return;
+  if (pixel >= sampling->end || !MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Scene scene = {nodes, triangles};
   const Totals totals =
       LightThesis(luminaire, sampling, images, sat, sat_scale, &surface, scene, scratch + item);
-  StoreTotals(luminaire, &surface, totals, pixel, irradiance, variance, samples);
+  StoreTotals(luminaire, &surface, totals, pixel, LIGHTING);
 }
 
 // The visible share of the light per channel, and the variance of the luminance's share (of a ratio
@@ -260,7 +180,7 @@ __kernel void VisibleShare(SAMPLING_ARGUMENTS, __global float4* share, __global 
   if (pixel >= sampling->end) return;
   share[pixel] = (float4)(1.0f, 1.0f, 1.0f, 0.0f);
   Surface surface;
-  if (!MakeSurface(luminaire, positions[pixel], normals[pixel], &surface)) return;
+  if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Scene scene = {nodes, triangles};
   const Totals totals = LightWindowed(luminaire, sampling, images, sat, sat_scale, &surface, scene,
                                       sampling->first_pixel + (uint)pixel, scratch + item);
@@ -269,7 +189,7 @@ __kernel void VisibleShare(SAMPLING_ARGUMENTS, __global float4* share, __global 
   if (!(light > 0.0f)) return;
   const float ratio = Luminance(totals.visible) / light;
   const float spread =
-      (1.0f - 2.0f * ratio) * totals.visible_square + ratio * ratio * totals.square;
+      (1.0f - 2.0f * ratio) * totals.shown_square + ratio * ratio * totals.square;
   const float n = (float)totals.count;
   share[pixel].x = totals.light.x > 0.0f ? totals.visible.x / totals.light.x : ratio;
   share[pixel].y = totals.light.y > 0.0f ? totals.visible.y / totals.light.y : ratio;

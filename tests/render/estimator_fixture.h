@@ -42,15 +42,10 @@ struct Lit {
 inline Lit LightGBuffer(const Device& device, Estimator& estimator, const GBuffer& gbuffer,
                         const LuminaireOnDevice& luminaire, const EstimatorOptions& options = {},
                         const DeviceBvh* bvh = nullptr, const scene::Pose& pose = {}) {
-  const std::size_t count = gbuffer.pixel_count();
-  Buffer irradiance(device, count * sizeof(cl_float4)), variance(device, count * sizeof(float)),
-      samples(device, count * sizeof(cl_uint));
-  irradiance.FillZero();
-  variance.FillZero();
-  samples.FillZero();
-  estimator.Light(gbuffer, bvh, luminaire, pose, options, irradiance, variance, samples);
-  return {irradiance.Download<cl_float4>(), variance.Download<float>(),
-          samples.Download<cl_uint>()};
+  Lighting lighting(device, gbuffer);
+  estimator.Light(gbuffer, {.bvh = bvh}, luminaire, pose, options, lighting);
+  return {lighting.irradiance.Download<cl_float4>(), lighting.variance.Download<float>(),
+          lighting.samples.Download<cl_uint>()};
 }
 
 }  // namespace luxfield::render

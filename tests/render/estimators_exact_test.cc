@@ -49,7 +49,7 @@ TEST(Exact, MatchesBruteForceAtAThousandReceivers) {
     shape.width = 37;
     shape.height = 29;
     const auto field = StructuredLuminaire(kind, shape, kSeed);
-    const LuminaireOnDevice luminaire(device, field, nullptr);
+    const LuminaireOnDevice luminaire(device, field);
     core::Random random(kSeed, 1);
     std::vector<SurfacePoint> points(250);
     for (auto& point : points) point = RandomReceiver(random, shape.delta_m);
@@ -99,7 +99,7 @@ TEST(Exact, MatchesBruteForceAtAThousandReceivers) {
 double WorstError(const Device& device, const lightfield::LightField& field,
                   const std::vector<SurfacePoint>& points, int* lit = nullptr) {
   const auto exact = MakeEstimator("exact", device);
-  const LuminaireOnDevice luminaire(device, field, nullptr);
+  const LuminaireOnDevice luminaire(device, field);
   const Lit result = LightGBuffer(device, *exact, MakeGBuffer(device, points), luminaire);
   double worst = 0;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -186,7 +186,7 @@ TEST(Exact, BetweenThePlanesOnThemAndBehind) {
     EXPECT_EQ(WorstError(device, field, ReceiversAtDistance(z - 0.25, 0.25, 0.1, 20, 9)), 0);
   // Nearer to F than min_z (some 1e-7 m) only finiteness is promised.
   const auto exact = MakeEstimator("exact", device);
-  const LuminaireOnDevice luminaire(device, field, nullptr);
+  const LuminaireOnDevice luminaire(device, field);
   for (const double z : {1e-8, 1e-20, 1e-40})
     for (const auto& value :
          LightGBuffer(device, *exact,
@@ -264,7 +264,7 @@ TEST(Exact, NegativeCoefficientsAndLinearity) {
   auto absolute = field;
   for (float& c : absolute.data) c = std::abs(c);
   const auto exact = MakeEstimator("exact", device);
-  const LuminaireOnDevice luminaire(device, field, nullptr);
+  const LuminaireOnDevice luminaire(device, field);
   const Lit result = LightGBuffer(device, *exact, MakeGBuffer(device, points), luminaire);
   bool negative = false;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -282,7 +282,7 @@ TEST(Exact, PosesAndSeveralLuminairesAdd) {
   LuminaireShape shape;
   shape.channels = 3;
   const auto field = StructuredLuminaire("filament", shape, 17);
-  const LuminaireOnDevice luminaire(device, field, nullptr);
+  const LuminaireOnDevice luminaire(device, field);
   const scene::Pose poses[2] = {scene::LookAt({1, 2, 3}, {4, 2.5, 2}, {0, 1, 0}),
                                 scene::LookAt({3, -1, 0}, {4, 2.5, 2}, {0, 0, 1})};
   std::vector<SurfacePoint> points;
@@ -292,14 +292,9 @@ TEST(Exact, PosesAndSeveralLuminairesAdd) {
         {{4 + 0.3 * random.Uniform(), 2.5 + 0.3 * random.Uniform(), 2 + 0.3 * random.Uniform()},
          RandomDirection(random)}));
   const GBuffer gbuffer = MakeGBuffer(device, points);
-  Buffer irradiance(device, 30 * sizeof(cl_float4)), variance(device, 30 * 4),
-      samples(device, 30 * 4);
-  irradiance.FillZero();
-  variance.FillZero();
-  samples.FillZero();
-  for (const auto& pose : poses)
-    exact->Light(gbuffer, nullptr, luminaire, pose, {}, irradiance, variance, samples);
-  const auto result = irradiance.Download<cl_float4>();
+  Lighting lighting(device, gbuffer);
+  for (const auto& pose : poses) exact->Light(gbuffer, {}, luminaire, pose, {}, lighting);
+  const auto result = lighting.irradiance.Download<cl_float4>();
   int lit = 0;
   for (std::size_t k = 0; k < points.size(); ++k) {
     double judge[3] = {0, 0, 0}, size[3] = {0, 0, 0};

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "lightfield/light_vector.h"
 #include "render/estimators/luminaire_params.h"
+#include "render/kernels/brdf_types.clh"
 #include "render/kernels/bvh_types.clh"
 #include "render/kernels/sampling_types.clh"
 #include "tests/render/estimator_fixture.h"
@@ -31,7 +32,7 @@ struct LitLuminaire {
   LitLuminaire(const Device& device, const lightfield::LightField& f)
       : field(f),
         tables(preprocess::BuildTables(field, "test.lf.exr", std::string(64, '0'))),
-        on_device(device, field, &tables) {}
+        on_device(device, field, {.sat = &tables}) {}
 };
 
 std::vector<SurfacePoint> FacingReceivers(double delta, int count, double near = 0.2,
@@ -315,20 +316,50 @@ TEST(Windowed, WorkGroupSizeDoesNotMatter) {
       device_sampling = Buffer::From(device, std::span<const SamplingParams>(&sampling, 1));
   std::vector<cl_float4> first;
   for (const std::size_t group : {1, 7, 64, 128}) {
-    Buffer irradiance(device, 100 * sizeof(cl_float4)), variance(device, 400), samples(device, 400),
-        scratch(device, 128 * 4 * luminaire.tables.count());
-    irradiance.FillZero();
-    variance.FillZero();
-    samples.FillZero();
+    const Buffer scratch(device, 128 * 4 * luminaire.tables.count());
+    Lighting lighting(device, gbuffer);
     Kernel kernel(program, "Windowed");
     kernel
         .Set(device_params, device_sampling, luminaire.on_device.images(),
              luminaire.on_device.sat(), luminaire.on_device.sat_scale(), gbuffer.position,
-             gbuffer.normal, none, none, scratch, irradiance, variance, samples)
+             gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye, none, none, scratch,
+             lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples)
         .Enqueue({100}, {group});
-    const auto result = irradiance.Download<cl_float4>();
+    const auto result = lighting.irradiance.Download<cl_float4>();
     if (first.empty()) first = result;
     for (int k = 0; k < 100; ++k) EXPECT_EQ(result[k].s[1], first[k].s[1]) << group;
+  }
+}
+
+// In a glossy G-buffer a Lambertian surface shows albedo / pi times its irradiance, and the
+// variance is that of what it shows.
+TEST(Windowed, LambertianSurfacesOfAGlossyGBufferShowTheirAlbedo) {
+  const Device device = Device::Open();
+  const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSeed));
+  const auto windowed = MakeEstimator("windowed", device);
+  const auto points = FacingReceivers(0.3, 50);
+  const GBuffer diffuse = MakeGBuffer(device, points);
+  GBuffer glossy(device, diffuse.width, 1, true);
+  glossy.position = Buffer::From(device, diffuse.position.Download<cl_float4>());
+  glossy.normal = Buffer::From(device, diffuse.normal.Download<cl_float4>());
+  const cl_float4 albedo{{0.25f, 0.5f, 0.75f, kLambert}};
+  glossy.albedo.Upload(std::span<const cl_float4>(std::vector<cl_float4>(points.size(), albedo)));
+  glossy.gloss.FillZero();
+  glossy.eye = {{0, 1, 5, 0}};
+  Lighting plain(device, diffuse), shown(device, glossy);
+  windowed->Light(diffuse, {}, luminaire.on_device, {}, {}, plain);
+  windowed->Light(glossy, {}, luminaire.on_device, {}, {}, shown);
+  const auto e = plain.irradiance.Download<cl_float4>(), l = shown.reflected.Download<cl_float4>();
+  const auto variance_e = plain.variance.Download<float>(),
+             variance_l = shown.variance.Download<float>();
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    ASSERT_GT(e[k].s[0], 0);
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(l[k].s[c] * std::numbers::pi / albedo.s[c], e[k].s[c], 1e-5 * e[k].s[c]);
+    // A one-channel lamp is white: the luminance of the albedo scales its variance.
+    const double y = 0.2126 * albedo.s[0] + 0.7152 * albedo.s[1] + 0.0722 * albedo.s[2];
+    EXPECT_NEAR(variance_l[k], variance_e[k] * y * y / (std::numbers::pi * std::numbers::pi),
+                1e-3 * variance_l[k]);
   }
 }
 
@@ -420,7 +451,7 @@ TEST(Windowed, BadOptionsAndMissingTablesAreRefused) {
   const Device device = Device::Open();
   const auto windowed = MakeEstimator("windowed", device);
   const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSeed));
-  const LuminaireOnDevice bare(device, luminaire.field, nullptr);
+  const LuminaireOnDevice bare(device, luminaire.field);
   const GBuffer gbuffer = MakeGBuffer(device, FacingReceivers(0.3, 2));
   EstimatorOptions options;
   EXPECT_THROW(LightGBuffer(device, *windowed, gbuffer, bare, options), InputError);
