@@ -53,8 +53,8 @@ core::Json Run(Options options, const Common& common) {
   options.render.Validate();
   const scene::Scene scene = scene::ReadScene(options.scene, overrides);
   const render::Device device = render::Device::Open(options.device, common.threads);
-  render::Renderer renderer(device, scene, options.render);
-  const render::Frame frame = renderer.Render();
+  render::LitScene lit(device, scene);
+  const render::Frame frame = render::Renderer(lit, options.render).Render();
   render::WriteFrame(options.output, frame);
   render::ToneMapping mapping;
   mapping.exposure = options.exposure;

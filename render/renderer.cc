@@ -3,32 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "core/colour.h"
 #include "core/error.h"
-#include "core/file.h"
 #include "core/progress.h"
-#include "preprocess/table_io.h"
+#include "core/stopwatch.h"
 
 namespace luxfield::render {
 namespace {
 
 // Bands bound the device memory, and the time until Ctrl-C is heard.
 constexpr int kBandPixels = 1 << 16;
-
-class Stopwatch {
- public:
-  double Seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 // Point k of n in the pixel: Hammersley, in the middle of its strata; the centre if n = 1.
 lightfield::Vec2 PixelSample(int k, int n) {
@@ -39,17 +26,6 @@ lightfield::Vec2 PixelSample(int k, int n) {
 
 // Part k of `total` split into n nearly equal parts, at least 1.
 int Share(int total, int k, int n) { return std::max(1, total / n + (k < total % n)); }
-
-// Empty: none given, and none beside the light field.
-std::filesystem::path TablesOf(const scene::Luminaire& luminaire) {
-  if (!luminaire.tables.empty()) return luminaire.tables;
-  // X.lf.exr -> X.tab.exr
-  auto path = luminaire.light_field;
-  path.replace_extension();
-  if (path.extension() == ".lf") path.replace_extension();
-  path += ".tab.exr";
-  return std::filesystem::exists(path) ? path : std::filesystem::path();
-}
 
 EstimatorTraits TraitsOf(const std::string& estimator) {
   for (const auto& traits : EstimatorList())
@@ -70,6 +46,8 @@ void RenderOptions::Validate() const {
   };
   check("samples per pixel", samples_per_pixel, 1, 1 << 24);
   check("pixel samples for antialiasing", antialias, 1, 1024);
+  check("passes", passes, 1, 1 << 16);
+  check("first pass", first_pass, 0, 1 << 16);
   check("samples per image", static_cast<double>(max_samples_per_image), 0, 1e9);
 }
 
@@ -97,62 +75,31 @@ std::string RadianceUnitName(lightfield::FluxUnit unit) {
   return "rel.";
 }
 
-Renderer::Renderer(const Device& device, const scene::Scene& scene, const RenderOptions& options)
-    : device_(device),
+Renderer::Renderer(LitScene& scene, const RenderOptions& options)
+    : scene_(scene),
       options_((options.Validate(), options)),
-      camera_(scene.camera),
-      estimator_(MakeEstimator(options.estimator, device)),
-      primary_(device),
-      scene_(UploadScene(device, scene.geometry)) {
-  provenance_ = {{"estimator", options.estimator},
-                 {"samples_per_pixel", std::to_string(options.samples_per_pixel)},
-                 {"antialias", std::to_string(options.antialias)},
-                 {"seed", std::to_string(options.seed)},
-                 {"shadows", options.shadows ? "true" : "false"},
-                 {"max_samples_per_image", fmt::format("{}", options.max_samples_per_image)},
-                 {"device", device.info().name}};
-  if (!scene.file.empty()) provenance_["scene_sha256"] = core::Sha256OfFile(scene.file);
-  LoadLuminaires(scene);
-}
-
-void Renderer::LoadLuminaires(const scene::Scene& scene) {
-  const EstimatorTraits traits = estimator_->traits();
-  const bool needs_sat = traits.needs.sat || (options_.shadows && traits.needs_for_shadows.sat);
-  std::map<std::pair<std::string, std::string>, std::shared_ptr<const LuminaireOnDevice>> loaded;
-  for (const auto& luminaire : scene.luminaires) {
-    const std::string tables_file = needs_sat ? TablesOf(luminaire).string() : std::string();
-    auto& light_field = loaded[{luminaire.light_field.string(), tables_file}];
-    if (!light_field) {
-      const auto field = lightfield::ReadLightField(luminaire.light_field);
-      const std::string sha256 = core::Sha256OfFile(luminaire.light_field);
-      if (!luminaires_.empty() && field.geometry.unit != unit_)
-        throw InputError(luminaire.light_field.string(),
-                         fmt::format("its unit is {}, that of the luminaires before it {}",
-                                     FluxUnitName(field.geometry.unit), FluxUnitName(unit_)),
-                         "light a scene with luminaires of one unit");
-      unit_ = field.geometry.unit;
-      preprocess::Tables tables;
-      if (!tables_file.empty()) {
-        tables = preprocess::ReadTables(tables_file);
-        preprocess::CheckTables(tables, tables_file, field.geometry, sha256);
-      } else if (needs_sat) {
-        tables = preprocess::BuildTables(field, luminaire.light_field.string(), sha256);
-      }
-      light_field = std::make_shared<LuminaireOnDevice>(
-          device_, field, LuminaireTables{.sat = needs_sat ? &tables : nullptr});
-      provenance_[fmt::format("{} sha256", luminaire.name)] = sha256;
-    }
-    luminaires_.push_back(
-        {luminaire.name, light_field, luminaire.world_from_luminaire, luminaire.scale});
-  }
+      estimator_(MakeEstimator(options.estimator, scene.device())),
+      primary_(scene.device()) {
+  scene.Require(estimator_->traits().needs);
+  if (options.shadows) scene.Require(estimator_->traits().needs_for_shadows);
 }
 
 Frame Renderer::Render() {
+  const scene::Camera& camera = scene_.camera();
   Frame frame;
-  frame.width = camera_.width;
-  frame.height = camera_.height;
-  frame.unit = unit_;
-  frame.provenance = provenance_;
+  frame.width = camera.width;
+  frame.height = camera.height;
+  frame.unit = scene_.unit();
+  frame.provenance = scene_.provenance();
+  frame.provenance.merge(lightfield::Provenance{
+      {"estimator", options_.estimator},
+      {"samples_per_pixel", std::to_string(options_.samples_per_pixel)},
+      {"antialias", std::to_string(options_.antialias)},
+      {"passes", std::to_string(options_.passes)},
+      {"seed", std::to_string(options_.seed)},
+      {"shadows", options_.shadows ? "true" : "false"},
+      {"max_samples_per_image", fmt::format("{}", options_.max_samples_per_image)},
+      {"device", scene_.device().info().name}});
   for (core::Image* image : {&frame.radiance, &frame.irradiance, &frame.normal, &frame.position})
     *image = core::Image(frame.width, frame.height, 3);
   for (core::Image* image : {&frame.coverage, &frame.variance, &frame.samples})
@@ -163,10 +110,10 @@ Frame Renderer::Render() {
   core::Progress progress("render", static_cast<std::uint64_t>(bands) * options_.antialias);
   for (int band = 0; band < bands; ++band) {
     const int first_row = band * band_rows;
-    GBuffer gbuffer(device_, frame.width, std::min(band_rows, frame.height - first_row));
+    GBuffer gbuffer(scene_.device(), frame.width, std::min(band_rows, frame.height - first_row));
+    Lighting lighting(scene_.device(), gbuffer);
     for (int k = 0; k < options_.antialias; ++k) {
-      core::ThrowIfInterrupted();
-      RenderBand(first_row, gbuffer, k, frame);
+      RenderBand(first_row, gbuffer, lighting, k, frame);
       progress.Advance();
     }
   }
@@ -186,15 +133,18 @@ Frame Renderer::Render() {
   return frame;
 }
 
-void Renderer::RenderBand(int first_row, GBuffer& gbuffer, int pixel_sample, Frame& frame) {
-  const Stopwatch stopwatch;
+void Renderer::RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, int pixel_sample,
+                          Frame& frame) {
+  const core::Stopwatch stopwatch;
   primary_
-      .Render(scene_, camera_, first_row, PixelSample(pixel_sample, options_.antialias), gbuffer)
+      .Render(scene_.geometry(), scene_.camera(), first_row,
+              PixelSample(pixel_sample, options_.antialias), gbuffer)
       .Wait();
-  frame.times.gbuffer_s += stopwatch.Seconds();
+  frame.times.gbuffer_s += stopwatch.WallSeconds();
 
   const auto position = gbuffer.position.Download<cl_float4>();
   const auto normal = gbuffer.normal.Download<cl_float4>();
+  const auto albedo = gbuffer.albedo.Download<cl_float4>();
   const std::size_t plane = frame.coverage.plane_size();
   const std::size_t first = static_cast<std::size_t>(first_row) * frame.width;
   for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
@@ -206,59 +156,102 @@ void Renderer::RenderBand(int first_row, GBuffer& gbuffer, int pixel_sample, Fra
     }
   }
 
-  Lighting lighting(device_, gbuffer);
-  const int lights = static_cast<int>(luminaires_.size());
+  const int passes = options_.passes;
+  // Mean and squared deviations of the luminance over the passes (Welford 1962).
+  std::vector<double> mean(gbuffer.pixel_count(), 0.0), squares(gbuffer.pixel_count(), 0.0);
+  for (int pass = 0; pass < passes; ++pass) {
+    core::ThrowIfInterrupted();
+    const BandLight light =
+        LightBand(gbuffer, albedo, first_row, pixel_sample, pass, lighting, frame.times);
+    for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
+      const std::size_t out = first + i;
+      const auto& radiance = light.radiance[i].s;
+      for (int c = 0; c < 3; ++c) {
+        frame.irradiance.data[c * plane + out] +=
+            light.irradiance[i].s[c] / static_cast<float>(passes);
+        frame.radiance.data[c * plane + out] += radiance[c] / static_cast<float>(passes);
+      }
+      frame.samples.data[out] += light.samples[i];
+      if (passes == 1) frame.variance.data[out] += light.variance[i];
+      const double deviation = core::Luminance({radiance[0], radiance[1], radiance[2]}) - mean[i];
+      mean[i] += deviation / (pass + 1);
+      squares[i] += deviation * deviation * pass / (pass + 1);
+    }
+  }
+  if (passes > 1)
+    for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i)
+      frame.variance.data[first + i] += static_cast<float>(squares[i] / (passes * (passes - 1.0)));
+}
+
+Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
+                                        const std::vector<cl_float4>& albedo, int first_row,
+                                        int pixel_sample, int pass, Lighting& lighting,
+                                        RenderTimes& times) {
+  const std::size_t pixels = gbuffer.pixel_count();
+  BandLight light{std::vector<cl_float4>(pixels, cl_float4{}),
+                  std::vector<cl_float4>(pixels, cl_float4{}), std::vector<float>(pixels, 0.0f),
+                  std::vector<float>(pixels, 0.0f)};
+  const int lights = static_cast<int>(scene_.luminaires().size());
+  const int pixel_share = Share(options_.samples_per_pixel, pixel_sample, options_.antialias);
   for (int l = 0; l < lights; ++l) {
-    const LitBy& luminaire = luminaires_[l];
+    const PlacedLuminaire& luminaire = scene_.luminaires()[l];
     EstimatorOptions options;
-    options.samples_per_pixel =
-        Share(Share(options_.samples_per_pixel, pixel_sample, options_.antialias), l, lights);
+    options.samples_per_pixel = Share(Share(pixel_share, pass, options_.passes), l, lights);
     options.seed = options_.seed;
-    options.stream = static_cast<std::uint32_t>(pixel_sample * lights + l);
+    options.stream = static_cast<std::uint32_t>(
+        ((options_.first_pass + pass) * options_.antialias + pixel_sample) * lights + l);
     options.max_samples_per_image = options_.max_samples_per_image;
     options.first_pixel =
         static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(gbuffer.width);
     lighting.Clear();
-    device_.Finish();
+    scene_.device().Finish();
 
-    const Stopwatch light_stopwatch;
-    estimator_->Light(gbuffer, {.bvh = options_.shadows ? &scene_.bvh : nullptr},
-                      *luminaire.light_field, luminaire.world_from_luminaire, options, lighting);
-    device_.Finish();
-    frame.times.lighting_s += light_stopwatch.Seconds();
-    AddPixels(gbuffer, lighting, static_cast<float>(luminaire.scale), first_row, frame);
+    const core::Stopwatch stopwatch;
+    estimator_->Light(gbuffer, {.bvh = options_.shadows ? &scene_.geometry().bvh : nullptr},
+                      luminaire.light_field->on_device, luminaire.world_from_luminaire, options,
+                      lighting);
+    scene_.device().Finish();
+    times.lighting_s += stopwatch.WallSeconds();
+
+    const auto scale = static_cast<float>(luminaire.scale);
+    const auto irradiance = lighting.irradiance.Download<cl_float4>();
+    const auto variance = lighting.variance.Download<float>();
+    const auto samples = lighting.samples.Download<cl_uint>();
+    std::vector<cl_float4> reflected;
+    if (gbuffer.glossy()) reflected = lighting.reflected.Download<cl_float4>();
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const auto& rho = albedo[i].s;
+      for (int c = 0; c < 3; ++c) {
+        const float e = scale * irradiance[i].s[c];
+        light.irradiance[i].s[c] += e;
+        light.radiance[i].s[c] += gbuffer.glossy() ? scale * reflected[i].s[c]
+                                                   : rho[c] * std::numbers::inv_pi_v<float> * e;
+      }
+      // Of the irradiance, where surfaces are Lambertian: seen through the albedo's luminance.
+      const double shown =
+          gbuffer.glossy() ? 1.0 : core::Luminance({rho[0], rho[1], rho[2]}) * std::numbers::inv_pi;
+      light.variance[i] += static_cast<float>(scale * scale * shown * shown * variance[i]);
+      light.samples[i] += static_cast<float>(samples[i]);
+    }
   }
+  return light;
 }
 
-// Adds one luminaire's light on one band to the frame's sums.
-void Renderer::AddPixels(const GBuffer& gbuffer, const Lighting& lighting, float scale,
-                         int first_row, Frame& frame) const {
-  const auto irradiance = lighting.irradiance.Download<cl_float4>();
-  const auto variance = lighting.variance.Download<float>();
-  const auto samples = lighting.samples.Download<cl_uint>();
-  const auto albedo = gbuffer.albedo.Download<cl_float4>();
-  std::vector<cl_float4> reflected;
-  if (gbuffer.glossy()) reflected = lighting.reflected.Download<cl_float4>();
-  const std::size_t plane = frame.coverage.plane_size();
-  const std::size_t first = static_cast<std::size_t>(first_row) * frame.width;
-  for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
-    const std::size_t out = first + i;
-    const auto& rho = albedo[i].s;
-    for (int c = 0; c < 3; ++c) {
-      const float e = irradiance[i].s[c];
-      frame.irradiance.data[c * plane + out] += scale * e;
-      frame.radiance.data[c * plane + out] +=
-          scale *
-          (gbuffer.glossy() ? reflected[i].s[c] : rho[c] * std::numbers::inv_pi_v<float> * e);
-    }
-    // Of the irradiance, where surfaces are Lambertian: seen through the luminance of the albedo.
-    const float shown = gbuffer.glossy()
-                            ? 1.0f
-                            : static_cast<float>(core::Luminance({rho[0], rho[1], rho[2]})) *
-                                  std::numbers::inv_pi_v<float>;
-    frame.variance.data[out] += scale * scale * shown * shown * variance[i];
-    frame.samples.data[out] += static_cast<float>(samples[i]);
-  }
+Frame MeanFrame(const Frame& a, int passes_a, const Frame& b, int passes_b) {
+  Frame mean = a;
+  const double total = passes_a + passes_b, weight_a = passes_a / total,
+               weight_b = passes_b / total;
+  const auto blend = [](core::Image& to, const core::Image& from, double keep, double add) {
+    for (std::size_t i = 0; i < to.data.size(); ++i)
+      to.data[i] = static_cast<float>(keep * to.data[i] + add * from.data[i]);
+  };
+  blend(mean.radiance, b.radiance, weight_a, weight_b);
+  blend(mean.irradiance, b.irradiance, weight_a, weight_b);
+  blend(mean.variance, b.variance, weight_a * weight_a, weight_b * weight_b);
+  blend(mean.samples, b.samples, 1, 1);
+  mean.times.gbuffer_s += b.times.gbuffer_s;
+  mean.times.lighting_s += b.times.lighting_s;
+  return mean;
 }
 
 }  // namespace luxfield::render

@@ -13,9 +13,7 @@
 
 #include "core/image.h"
 #include "lightfield/light_field.h"
-#include "render/device_scene.h"
-#include "render/estimators/estimator.h"
-#include "scene/scene.h"
+#include "render/lit_scene.h"
 
 namespace luxfield::render {
 
@@ -23,6 +21,11 @@ struct RenderOptions {
   std::string estimator = "windowed";  // a name of EstimatorList()
   int samples_per_pixel = 200;  // light samples per pixel over all luminaires and pixel samples
   int antialias = 1;            // surface points per pixel; 1: the pixel's centre
+  // Independent passes that the samples are split over. With two or more, the variance is taken
+  // from the spread between passes, which the samples' stratification lowers too; with one, from
+  // the spread of samples as if they were independent, which overstates it.
+  int passes = 1;
+  int first_pass = 0;  // passes of the same seed and different numbers draw independently
   std::uint64_t seed = 1;
   bool shadows = true;
   float max_samples_per_image = 0;  // K_max of THEORY.md 6.2; 0: no bound
@@ -55,42 +58,36 @@ struct Frame {
 std::string IrradianceUnitName(lightfield::FluxUnit unit);
 std::string RadianceUnitName(lightfield::FluxUnit unit);
 
-// A scene resident on a device: meshes, hierarchy, light fields and, where the estimator asks for
-// them, tables. A light field that several luminaires share is uploaded once.
+// The mean of two frames of independent passes, weighted by their numbers.
+Frame MeanFrame(const Frame& a, int passes_a, const Frame& b, int passes_b);
+
+// Takes pictures of a resident scene.
 class Renderer {
  public:
-  // Tables that the estimator needs are read where the scene names them or X.tab.exr lies beside
-  // the light field, and built otherwise. Throws InputError for wrong options, luminaire files that
-  // cannot be read, tables that belong to another light field, and luminaires of different units;
-  // DeviceError.
-  Renderer(const Device& device, const scene::Scene& scene, const RenderOptions& options);
+  // Has the scene's tables made. Throws InputError for wrong options and what
+  // LitScene::Require refuses; DeviceError.
+  Renderer(LitScene& scene, const RenderOptions& options);
 
   // Equal scenes, options and device types give equal frames, whatever the number of threads.
   // Throws Interrupted.
   Frame Render();
 
  private:
-  struct LitBy {
-    std::string name;
-    std::shared_ptr<const LuminaireOnDevice> light_field;
-    scene::Pose world_from_luminaire;
-    double scale = 1;
+  // What one pass shows of a band: sums over the luminaires, per pixel.
+  struct BandLight {
+    std::vector<cl_float4> radiance, irradiance;
+    std::vector<float> variance, samples;  // variance as the estimator states it
   };
 
-  void LoadLuminaires(const scene::Scene& scene);
-  void RenderBand(int first_row, GBuffer& gbuffer, int pixel_sample, Frame& frame);
-  void AddPixels(const GBuffer& gbuffer, const Lighting& lighting, float scale, int first_row,
-                 Frame& frame) const;
+  void RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, int pixel_sample,
+                  Frame& frame);
+  BandLight LightBand(const GBuffer& gbuffer, const std::vector<cl_float4>& albedo, int first_row,
+                      int pixel_sample, int pass, Lighting& lighting, RenderTimes& times);
 
-  Device device_;
+  const LitScene& scene_;
   RenderOptions options_;
-  scene::Camera camera_;
-  lightfield::Provenance provenance_;
-  lightfield::FluxUnit unit_ = lightfield::FluxUnit::kRelative;
   std::unique_ptr<Estimator> estimator_;
-  std::vector<LitBy> luminaires_;
   PrimaryVisibility primary_;
-  DeviceScene scene_;
 };
 
 }  // namespace luxfield::render

@@ -3,15 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "core/measures.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "core/stopwatch.h"
 #include "lightfield/light_vector.h"
 #include "preprocess/tables.h"
 #include "render/estimators/estimator.h"
@@ -22,16 +21,6 @@ namespace {
 using lightfield::Vec3;
 
 constexpr std::uint64_t kSeed = 11;
-
-double WallSeconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-double CpuSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -135,12 +124,12 @@ Timing Time(const render::Device& device, render::Estimator& estimator,
   for (int run = 0; run <= repeats; ++run) {
     lighting.Clear();
     device.Finish();
-    const double wall = WallSeconds(), core = CpuSeconds();
+    const core::Stopwatch stopwatch;
     estimator.Light(gbuffer, {}, luminaire, {}, options, lighting);
     device.Finish();
     if (run == 0) continue;
-    wall_s.push_back(WallSeconds() - wall);
-    core_s.push_back(CpuSeconds() - core);
+    wall_s.push_back(stopwatch.WallSeconds());
+    core_s.push_back(stopwatch.CoreSeconds());
   }
   return {Median(wall_s), Median(core_s), lighting.irradiance.Download<cl_float4>()};
 }
@@ -230,9 +219,9 @@ nlohmann::json BenchNearfield(const BenchNearfieldOptions& options) {
   for (const auto& name : options.estimators)
     render::MakeEstimator(name, device);  // refuses unknown names
   const auto field = SyntheticCar2(options.car2);
-  const double before_s = CpuSeconds();
+  const core::Stopwatch stopwatch;
   const auto tables = preprocess::BuildTables(field, "synthetic car2", std::string(64, '0'));
-  const double tables_core_s = CpuSeconds() - before_s;
+  const double tables_core_s = stopwatch.CoreSeconds();
   const render::LuminaireOnDevice luminaire(device, field, {.sat = &tables});
   const auto gbuffer = RoadGBuffer(device, options.width, options.height);
 

@@ -1,39 +1,23 @@
 #include "study/chain.h"
 
-#include <chrono>
 #include <cmath>
 
+#include "core/stopwatch.h"
 #include "hal/devices.h"
 
 namespace luxfield::study {
-namespace {
-
-class Stopwatch {
- public:
-  double Lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - start_).count();
-    start_ = now;
-    return seconds;
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-}  // namespace
-
 ChainResult RunChain(const ChainOptions& options) {
   ChainResult result;
   std::filesystem::create_directories(options.folder);
   const auto session_folder = options.folder / "session";
-  Stopwatch watch;
+  core::Stopwatch watch;
   {
     const capture::Plan plan = capture::ReadPlan(options.plan);
     hal::Devices devices = hal::MakeDevices(options.lab, options.seed);
     result.capture = capture::RunCapture(plan, devices, session_folder);
   }
-  result.capture_s = watch.Lap();
+  result.capture_s = watch.WallSeconds();
+  watch = {};
 
   const auto measurements_file = options.folder / (options.name + ".meas.exr");
   reconstruct::MergeSessionOptions how;
@@ -43,12 +27,13 @@ ChainResult RunChain(const ChainOptions& options) {
       reconstruct::MergeSession(core::SessionReader(session_folder), how, &result.merge);
   lightfield::WriteMeasurements(measurements_file, result.measurements);
   if (!options.keep_session) std::filesystem::remove_all(session_folder);
-  result.merge_s = watch.Lap();
+  result.merge_s = watch.WallSeconds();
+  watch = {};
 
   result.reconstruction = reconstruct::Reconstruct(lightfield::ReadMeasurements(measurements_file));
   lightfield::WriteLightField(options.folder / (options.name + ".signed.lf.exr"),
                               result.reconstruction.coefficients);
-  result.reconstruct_s = watch.Lap();
+  result.reconstruct_s = watch.WallSeconds();
   return result;
 }
 

@@ -117,7 +117,8 @@ DemoResult RunDemo(const DemoOptions& options) {
     how.samples_per_pixel = options.samples_per_pixel;
     how.shadows = shadows;
     how.seed = options.seed.value_or(1);
-    return render::Renderer(device, scene::ReadScene(options.scene, overrides), how).Render();
+    render::LitScene scene(device, scene::ReadScene(options.scene, overrides));
+    return render::Renderer(scene, how).Render();
   };
   result.frame = picture(light_field_file, file("headlight.tab.exr"), options.estimator, true);
   render::WriteFrame(file("picture.exr"), result.frame);

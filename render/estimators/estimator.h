@@ -37,6 +37,7 @@ class LuminaireOnDevice {
   // cannot hold them.
   LuminaireOnDevice(const Device& device, const lightfield::LightField& field,
                     const LuminaireTables& tables = {});
+  void Add(const Device& device, const LuminaireTables& tables);
 
   const lightfield::LuminaireGeometry& geometry() const { return geometry_; }
   // float C[((m * channels + channel) * height + row) * row_stride + column], zero in the padding.

@@ -32,6 +32,10 @@ LuminaireOnDevice::LuminaireOnDevice(const Device& device, const lightfield::Lig
       std::copy_n(field.data.data() + row * width, width, padded.data() + row * row_stride_);
   });
   images_ = Buffer::From(device, padded);
+  Add(device, tables);
+}
+
+void LuminaireOnDevice::Add(const Device& device, const LuminaireTables& tables) {
   if (tables.sat) {
     RequireRoom(device, "tables", tables.sat->sat.size() * sizeof(std::uint64_t));
     sat_ = Buffer::From(device, tables.sat->sat);

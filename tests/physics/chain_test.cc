@@ -68,7 +68,8 @@ core::Image ExactPicture(const std::filesystem::path& light_field) {
   render::RenderOptions options;
   options.estimator = "exact";
   options.shadows = false;
-  return render::Renderer(render::Device::Open(), scene, options).Render().irradiance;
+  render::LitScene lit(render::Device::Open(), scene);
+  return render::Renderer(lit, options).Render().irradiance;
 }
 
 struct SpanCase {

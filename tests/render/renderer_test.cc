@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <numbers>
@@ -76,7 +77,8 @@ scene::Luminaire Above(const std::filesystem::path& file, double x, double scale
 }
 
 Frame RenderWith(const scene::Scene& scene, RenderOptions options) {
-  return Renderer(Device::Open(), scene, options).Render();
+  LitScene lit(Device::Open(), scene);
+  return Renderer(lit, options).Render();
 }
 
 RenderOptions Unshadowed(const std::string& estimator) {
@@ -216,6 +218,45 @@ TEST_F(RendererTest, SampledFramesMatchExactOnesWithinTheirVariance) {
   EXPECT_GT(variance, 0);
 }
 
+// With passes the variance is that of the mean between them, stratification included: over a
+// picture the squared errors against `exact` must add up to it. Two rounds of passes are one longer
+// one.
+TEST_F(RendererTest, VarianceOfPassesIsTheErrorSquared) {
+  const auto file = WriteLamp("passes", Lamp(3));
+  auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
+  scene.camera = scene::Camera::LookAt({0.5, -2, 2}, {0, 0.3, 0}, {0, 0, 1}, 70, 96, 64);
+  auto options = Unshadowed("exact");
+  const Frame exact = RenderWith(scene, options);
+  options.estimator = "windowed";
+  options.samples_per_pixel = 256;
+  options.seed = 32;
+  options.passes = 16;
+  const Frame first = RenderWith(scene, options);
+  options.first_pass = 16;
+  options.samples_per_pixel = 128;
+  options.passes = 8;
+  const Frame second = RenderWith(scene, options);
+  for (const Frame& frame : {first, second, MeanFrame(first, 16, second, 8)}) {
+    double square = 0, variance = 0, spread = 0;
+    for (int row = 0; row < exact.height; ++row)
+      for (int column = 0; column < exact.width; ++column) {
+        const auto luminance = [&](const Frame& f) {
+          return 0.2126 * f.radiance.at(0, row, column) + 0.7152 * f.radiance.at(1, row, column) +
+                 0.0722 * f.radiance.at(2, row, column);
+        };
+        const double error = luminance(frame) - luminance(exact);
+        const double stated = frame.variance.at(0, row, column);
+        square += error * error;
+        variance += stated;
+        spread += (error * error - stated) * (error * error - stated);
+      }
+    std::printf("passes: squared error over stated variance %.3f +- %.3f, seed 32\n",
+                square / variance, std::sqrt(spread) / variance);
+    EXPECT_LT(std::abs(square - variance), 4 * std::sqrt(spread));
+    EXPECT_LT(std::sqrt(spread), 0.2 * variance);
+  }
+}
+
 TEST_F(RendererTest, ShadowsHideAndSpare) {
   const auto file = WriteLamp("shadow", Lamp(1));
   auto scene = Floor({Above(file, 0, 1)});
@@ -258,7 +299,8 @@ TEST_F(RendererTest, HelperOfTheNextTest) {
             scene.geometry);
   RenderOptions options;
   options.samples_per_pixel = 16;
-  WriteFrame(output, Renderer(Device::Open({}, std::stoi(threads)), scene, options).Render());
+  LitScene lit(Device::Open({}, std::stoi(threads)), scene);
+  WriteFrame(output, Renderer(lit, options).Render());
 }
 
 TEST_F(RendererTest, FramesDoNotDependOnTheNumberOfThreads) {

@@ -1,0 +1,67 @@
+// A scene resident on a device: meshes with their hierarchy, light fields and the tables that
+// estimators ask for. What is resident serves any number of pictures and estimators.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lightfield/light_field.h"
+#include "render/device_scene.h"
+#include "render/estimators/estimator.h"
+#include "scene/scene.h"
+
+namespace luxfield::render {
+
+// A light field that one or several luminaires of the scene show.
+struct LoadedLightField {
+  std::filesystem::path file, tables_file;  // tables_file empty: none given
+  std::string sha256;
+  lightfield::LightField field;
+  LuminaireOnDevice on_device;
+};
+
+struct PlacedLuminaire {
+  std::string name;
+  std::shared_ptr<LoadedLightField> light_field;
+  scene::Pose world_from_luminaire;
+  double scale = 1;
+};
+
+class LitScene {
+ public:
+  // Reads the light fields; one that several luminaires share is read and uploaded once. Throws
+  // InputError for files that cannot be read and luminaires of different units; DeviceError.
+  LitScene(const Device& device, const scene::Scene& scene);
+
+  // Uploads what is needed and not there yet: a SAT is read where the scene names tables or
+  // X.tab.exr lies beside the light field X.lf.exr, and built otherwise. Throws InputError for
+  // tables that cannot be read or belong to another light field, and for light fields that tables
+  // cannot be built from (negative C).
+  void Require(const TableNeeds& needs);
+
+  const Device& device() const { return device_; }
+  const scene::Camera& camera() const { return camera_; }
+  const DeviceScene& geometry() const { return geometry_; }
+  const std::vector<PlacedLuminaire>& luminaires() const { return luminaires_; }
+  lightfield::FluxUnit unit() const { return unit_; }
+  // SHA-256 of the scene's and the light fields' files.
+  const lightfield::Provenance& provenance() const { return provenance_; }
+  double tables_core_s() const { return tables_core_s_; }  // CPU time spent on building tables
+
+ private:
+  std::shared_ptr<LoadedLightField> Load(const scene::Luminaire& luminaire);
+
+  Device device_;
+  scene::Camera camera_;
+  DeviceScene geometry_;
+  std::vector<PlacedLuminaire> luminaires_;
+  lightfield::FluxUnit unit_ = lightfield::FluxUnit::kRelative;
+  lightfield::Provenance provenance_;
+  double tables_core_s_ = 0;
+};
+
+}  // namespace luxfield::render
