@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "hal/sim/bowl.h"
 #include "hal/sim/headlight.h"
 
 namespace luxfield::hal::sim {
@@ -108,7 +109,7 @@ std::unique_ptr<Lamp> MakeLightFieldLamp(lightfield::LightField field) {
 
 std::unique_ptr<Lamp> MakeLamp(const core::Config& config, int channels) {
   constexpr double kTiny = std::numeric_limits<double>::min();
-  const std::string kind = config.Choice("kind", {"square", "headlight", "lightfield"});
+  const std::string kind = config.Choice("kind", {"square", "headlight", "bowl", "lightfield"});
   if (kind == "square") {
     SquareOptions options;
     options.side_m = config.Number("side_m", {kTiny, 10});
@@ -121,6 +122,11 @@ std::unique_ptr<Lamp> MakeLamp(const core::Config& config, int channels) {
     HeadlightOptions options = ReadHeadlight(config);
     options.colour = ReadColour(config);
     return MakeHeadlight(options);
+  }
+  if (kind == "bowl") {
+    BowlOptions options = ReadBowl(config);
+    options.colour = ReadColour(config);
+    return MakeBowl(options);
   }
   auto field = lightfield::ReadLightField(config.Path("file"));
   if (field.geometry.channels != channels)

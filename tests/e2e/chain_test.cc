@@ -105,6 +105,14 @@ TEST_F(Chain, NegativeCoefficientsAreRefusedByNameWhereTheyMatter) {
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.err.find("--non-negative"), std::string::npos) << outcome.err;
   EXPECT_FALSE(std::filesystem::exists(folder_ / "t.tab.exr"));
+
+  Run({"simulate", lab_, "--plan", plan_, "-o", "lamp.lf.exr", "--non-negative"});
+  const Json truth = Run({"info", "truth.lf.exr"}), lamp = Run({"info", "lamp.lf.exr"});
+  EXPECT_LT(truth.value("c_min", 0.0), 0.0);
+  EXPECT_GE(lamp.value("c_min", -1.0), 0.0);
+  const double flux = truth.at("flux").at(0).get<double>();
+  EXPECT_NEAR(lamp.at("flux").at(0).get<double>() / flux, 1, 1e-5);
+  Run({"preprocess", "lamp.lf.exr", "-o", "lamp.tab.exr"});
 }
 
 TEST_F(Chain, ImportsRayFilesOfOthers) {

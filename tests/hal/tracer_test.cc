@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "hal/sim/bowl.h"
 #include "hal/sim/headlight.h"
 #include "hal/sim/lamp_time.h"
 #include "hal/sim/print.h"
@@ -253,6 +254,44 @@ TEST(Headlight, IsDarkWhereItSaysAndNowhereBrighterThanItsChips) {
     EXPECT_LE(radiance, options.chip_radiance * (options.transmission + options.haze));
     EXPECT_GE(radiance, 0);
   }
+}
+
+TEST(Bowl, AParaboloidSendsRaysParallelToTheAxisThroughItsFocus) {
+  BowlOptions options;
+  options.tilt_across = options.tilt_up = options.coil_ahead_m = 0;
+  const auto lamp = MakeBowl(options);
+  const double f = options.focal_m;
+  for (double x = -0.015; x <= 0.015; x += 0.005)
+    for (double y = -0.015; y <= 0.015; y += 0.005) {
+      // The line from the mirror to the focus meets the coil in its middle (q = 0): L_0 over the
+      // length of its unit direction, seen with the coil as a sphere.
+      const double z = (x * x + y * y) / (4 * f), distance = z + f;
+      const double dx = x / distance, squeeze = options.coil_radius_m / options.coil_length_m;
+      const double along = std::sqrt(1 - dx * dx * (1 - squeeze * squeeze));
+      const double expected = options.coil_radiance * (options.reflectance / along + options.haze);
+      EXPECT_NEAR(RadianceOf(*lamp, {x, y}, 0, 0)[0] / expected, 1, 1e-9) << x << " " << y;
+    }
+}
+
+TEST(Bowl, IsDarkWhereItSaysAndNowhereBrighterThanItsCoil) {
+  const BowlOptions options;
+  const auto lamp = MakeBowl(options);
+  // Brightest along the coil.
+  const double brightest =
+      options.coil_radiance *
+      (options.reflectance * options.coil_length_m / options.coil_radius_m + options.haze);
+  core::Random random(6, 0);
+  int lit = 0;
+  for (int k = 0; k < 20000; ++k) {
+    const Vec2 u{0.1 * random.Uniform() - 0.05, 0.1 * random.Uniform() - 0.05};
+    const double radiance =
+        RadianceOf(*lamp, u, 2 * random.Uniform() - 1, 2 * random.Uniform() - 1)[0];
+    EXPECT_TRUE(radiance == 0 || !lamp->DarkAt(u));
+    EXPECT_LE(radiance, brightest);
+    EXPECT_GE(radiance, 0);
+    lit += radiance > 0.1 * options.coil_radiance;
+  }
+  EXPECT_GT(lit, 100);
 }
 
 }  // namespace

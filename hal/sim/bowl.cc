@@ -1,0 +1,121 @@
+#include "hal/sim/bowl.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "core/random.h"
+#include "lightfield/geometry.h"
+
+namespace luxfield::hal::sim {
+namespace {
+
+using lightfield::Vec3;
+
+constexpr std::uint64_t kFacetSeed = 7;
+// Beyond sqrt(32) deviations the coil is dark: it glows with 1e-7 of L_0 there.
+constexpr double kDark2 = 32;
+
+class Bowl : public Lamp {
+ public:
+  explicit Bowl(const BowlOptions& o)
+      : o_(o), p4_(4 * o.focal_m), depth_(o.radius_m * o.radius_m / p4_) {
+    for (int facet = 0; facet < o.rings * o.sectors; ++facet) {
+      core::Random random(kFacetSeed, static_cast<std::uint64_t>(facet));
+      const double across = o.tilt_across * random.Normal();
+      tilts_.push_back({across, o.tilt_up * random.Normal()});
+    }
+  }
+
+  double channel_factor(int channel) const override { return o_.colour[channel]; }
+
+  bool DarkAt(Vec2 u) const override {
+    // No ray of use is flatter than 60 degrees from the axis.
+    const double reach = o_.radius_m + 1.7321 * o_.gap_m;
+    return u.x * u.x + u.y * u.y > reach * reach;
+  }
+
+  void Radiance(Vec2 u, double delta_m, double t_m, std::span<const double> s_m,
+                std::span<double> radiance) const override {
+    const double slope_y = (t_m - u.y) / delta_m;
+    for (std::size_t n = 0; n < s_m.size(); ++n) {
+      const double slope_x = (s_m[n] - u.x) / delta_m;
+      const double x = u.x - slope_x * o_.gap_m, y = u.y - slope_y * o_.gap_m;
+      const bool through_glass = x * x + y * y <= o_.radius_m * o_.radius_m;
+      radiance[n] = through_glass ? BehindGlass(x, y, slope_x, slope_y) : 0.0;
+    }
+  }
+
+ private:
+  // The ray with slopes mx = dx/dz and my crosses the rim's plane at (x, y). z counts from the
+  // bowl's vertex.
+  double BehindGlass(double x, double y, double mx, double my) const {
+    // The mirror z = r^2 / 4p: back by w from the rim at z = depth, (x, y) - m w and depth - w =
+    // r^2 / 4p. c <= 0 inside the rim, so that one root is negative and the other is the hit.
+    const double a = mx * mx + my * my, b = p4_ - 2 * (x * mx + y * my);
+    const double c = x * x + y * y - p4_ * depth_;
+    const double w = -2 * c / (b + std::sqrt(b * b - 4 * a * c));
+    const Vec3 hit{x - mx * w, y - my * w, depth_ - w};
+    // The paraboloid's inner normal (-x / 2p, -y / 2p, 1), turned with its facet.
+    const Vec2 tilt = Tilt(hit.x, hit.y);
+    const Vec3 back{-mx, -my, -1}, n{tilt.x - 2 * hit.x / p4_, tilt.y - 2 * hit.y / p4_, 1};
+    return o_.haze * o_.coil_radiance +
+           o_.reflectance * Glow(hit, back - (2 * Dot(back, n) / Dot(n, n)) * n);
+  }
+
+  Vec2 Tilt(double x, double y) const {
+    const int ring =
+        std::min(o_.rings - 1, static_cast<int>(o_.rings * std::hypot(x, y) / o_.radius_m));
+    const double turn = std::atan2(y, x) / (2 * std::numbers::pi);
+    const int sector = std::min(o_.sectors - 1, static_cast<int>(o_.sectors * (turn + 0.5)));
+    return tilts_[ring * o_.sectors + sector];
+  }
+
+  double Glow(Vec3 point, Vec3 direction) const {
+    const Vec3 d = Scaled(direction);
+    const Vec3 p = Scaled(point - Vec3{0, 0, o_.focal_m + o_.coil_ahead_m});
+    const double d2 = Dot(d, d), along = Dot(p, d);
+    const double q2 = Dot(p, p) - along * along / d2;
+    if (q2 > kDark2) return 0;
+    const double across = Length(direction) / (o_.coil_radius_m * std::sqrt(d2));  // 1 / |d'|
+    return o_.coil_radiance * std::exp(-0.5 * q2) * across;
+  }
+
+  Vec3 Scaled(Vec3 v) const {
+    return {v.x / o_.coil_length_m, v.y / o_.coil_radius_m, v.z / o_.coil_radius_m};
+  }
+
+  BowlOptions o_;
+  double p4_, depth_;
+  std::vector<Vec2> tilts_;  // [ring * sectors + sector]
+};
+
+}  // namespace
+
+BowlOptions ReadBowl(const core::Config& config) {
+  BowlOptions o;
+  const auto length = [&](const char* key, double fallback) {
+    return config.Number(key, fallback, {1e-5, 1});
+  };
+  o.coil_radiance = config.Number("coil_radiance", o.coil_radiance, {1e-300, 1e15});
+  o.coil_radius_m = length("coil_radius_m", o.coil_radius_m);
+  o.coil_length_m = length("coil_length_m", o.coil_length_m);
+  o.coil_ahead_m = config.Number("coil_ahead_m", o.coil_ahead_m, {-1, 1});
+  o.reflectance = config.Number("reflectance", o.reflectance, {0, 1});
+  o.focal_m = length("focal_m", o.focal_m);
+  o.radius_m = length("radius_m", o.radius_m);
+  o.gap_m = config.Number("gap_m", o.gap_m, {0, 1});
+  o.haze = config.Number("haze", o.haze, {0, 1});
+  o.rings = config.Integer("rings", o.rings, 1, 1000);
+  o.sectors = config.Integer("sectors", o.sectors, 3, 1000);
+  o.tilt_across = config.Number("tilt_across", o.tilt_across, {0, 1});
+  o.tilt_up = config.Number("tilt_up", o.tilt_up, {0, 1});
+  return o;
+}
+
+std::unique_ptr<Lamp> MakeBowl(const BowlOptions& options) {
+  return std::make_unique<Bowl>(options);
+}
+
+}  // namespace luxfield::hal::sim
