@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <sstream>
@@ -13,6 +14,7 @@
 #include "study/bench_errors.h"
 #include "study/bench_nearfield.h"
 #include "study/bench_solve.h"
+#include "study/cost_model.h"
 
 namespace luxfield::cli {
 namespace {
@@ -57,6 +59,29 @@ core::Json Finish(const core::Json& rows, const std::string& device) {
   return {{"rows", rows}, {"device", device}, {"threads", core::Threads()}};
 }
 
+// Measures the cost model, stores it and shows how well it fits.
+core::Json Calibrate(const std::string& device_name, int threads) {
+  const auto device = render::Device::Open(device_name, threads);
+  std::vector<study::CalibrationRun> runs;
+  const auto model = study::Calibrate(device, &runs);
+  const auto file = study::StoreCostModel(device, model);
+  core::Json rows = core::Json::array();
+  for (const auto& run : runs)
+    rows.push_back({{"estimator", run.estimator},
+                    {"pixels", run.work.pixels},
+                    {"images", run.work.images / std::max(run.work.pixels, 1.0)},
+                    {"texels", run.work.texels / std::max(run.work.pixels, 1.0)},
+                    {"spp", run.work.samples / std::max(run.work.pixels, 1.0)},
+                    {"rays", run.work.rays / std::max(run.work.pixels, 1.0)},
+                    {"measured_s", run.measured_s},
+                    {"predicted_s", run.predicted_s}});
+  if (file.empty())
+    fmt::print(stderr, "the model cannot be stored: no cache folder can be written\n");
+  else
+    fmt::print("stored in {}\n", file.string());
+  return Finish(rows, device.info().name);
+}
+
 }  // namespace
 
 void AddBench(Program& program) {
@@ -67,41 +92,42 @@ void AddBench(Program& program) {
     int width = 1024, height = 768;
   };
   auto options = std::make_shared<Options>();
-  CLI::App& verb =
-      program.AddVerb("bench", "Measure luxfield itself: solve, nearfield, errors",
-                      [options, &program]() -> core::Json {
-                        if (options->name == "solve")
-                          return Finish(study::BenchSolve({}), CpuName());
-                        if (options->name == "nearfield") {
-                          study::BenchNearfieldOptions how;
-                          how.device = options->device;
-                          how.threads = program.common().threads;
-                          how.width = options->width;
-                          how.height = options->height;
-                          how.samples_per_pixel = options->samples;
-                          return Finish(study::BenchNearfield(how),
-                                        render::Device::Open(how.device, how.threads).info().name);
-                        }
-                        study::BenchErrorsOptions how;
-                        how.lab = options->lab;
-                        how.plan = options->plan;
-                        how.folder = options->folder.empty()
-                                         ? std::filesystem::temp_directory_path() /
-                                               fmt::format("luxfield-bench-errors-{}", ::getpid())
-                                         : std::filesystem::path(options->folder);
-                        how.seeds = options->seeds;
-                        how.seed = program.common().seed.value_or(1);
-                        const core::Json rows = study::BenchErrors(how);
-                        if (options->folder.empty()) std::filesystem::remove_all(how.folder);
-                        return Finish(rows, CpuName());
-                      });
+  CLI::App& verb = program.AddVerb(
+      "bench", "Measure luxfield itself, or this machine", [options, &program]() -> core::Json {
+        if (options->name == "solve") return Finish(study::BenchSolve({}), CpuName());
+        if (options->name == "calibrate")
+          return Calibrate(options->device, program.common().threads);
+        if (options->name == "nearfield") {
+          study::BenchNearfieldOptions how;
+          how.device = options->device;
+          how.threads = program.common().threads;
+          how.width = options->width;
+          how.height = options->height;
+          how.samples_per_pixel = options->samples;
+          return Finish(study::BenchNearfield(how),
+                        render::Device::Open(how.device, how.threads).info().name);
+        }
+        study::BenchErrorsOptions how;
+        how.lab = options->lab;
+        how.plan = options->plan;
+        how.folder = options->folder.empty()
+                         ? std::filesystem::temp_directory_path() /
+                               fmt::format("luxfield-bench-errors-{}", ::getpid())
+                         : std::filesystem::path(options->folder);
+        how.seeds = options->seeds;
+        how.seed = program.common().seed.value_or(1);
+        const core::Json rows = study::BenchErrors(how);
+        if (options->folder.empty()) std::filesystem::remove_all(how.folder);
+        return Finish(rows, CpuName());
+      });
   verb.add_option(
           "NAME", options->name,
           "solve: the Gram solve against a memory copy; nearfield: estimators against closed form "
           "and time;\n"
-          "errors: does the propagated sigma of C hold, and what each systematic error does")
+          "errors: does the propagated sigma of C hold, and what each systematic error does;\n"
+          "calibrate: what estimators cost on a device, stored for render --error and --time")
       ->required()
-      ->check(CLI::IsMember({"solve", "nearfield", "errors"}));
+      ->check(CLI::IsMember({"solve", "nearfield", "errors", "calibrate"}));
   verb.add_option("--lab", options->lab, "errors: the lab.toml whose [errors.*] state the sizes");
   verb.add_option("--plan", options->plan, "errors: the plan.toml");
   verb.add_option("--folder", options->folder, "errors: scratch folder (default: a temporary one)");
@@ -112,7 +138,8 @@ void AddBench(Program& program) {
       ->check(CLI::Range(1, 16384));
   verb.add_option("--height", options->height, "nearfield: picture height, pixels")
       ->check(CLI::Range(1, 16384));
-  verb.add_option("--device", options->device, "nearfield: OpenCL device (default: the first)");
+  verb.add_option("--device", options->device,
+                  "nearfield, calibrate: OpenCL device (default: the first)");
 }
 
 }  // namespace luxfield::cli

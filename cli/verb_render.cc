@@ -8,9 +8,11 @@
 
 #include "cli/program.h"
 #include "core/colour.h"
+#include "core/exr.h"
 #include "render/display.h"
 #include "render/film.h"
 #include "render/renderer.h"
+#include "study/accuracy.h"
 
 namespace luxfield::cli {
 namespace {
@@ -23,7 +25,77 @@ struct Options {
   std::vector<double> scale;
   render::RenderOptions render;
   bool no_shadows = false;
+  std::string error, time, reference;  // "0.5%", "40ms", a picture
+  bool estimator_given = false, samples_given = false;
 };
+
+using Units = std::vector<std::pair<std::string, double>>;  // name and factor
+
+double ParseQuantity(const std::string& text, const char* option, const Units& units) {
+  std::size_t end = 0;
+  double value = 0;
+  try {
+    value = std::stod(text, &end);
+  } catch (const std::exception&) {
+    end = 0;
+  }
+  std::string example;
+  for (const auto& [unit, factor] : units) {
+    if (end > 0 && text.substr(end) == unit) return value * factor;
+    example += fmt::format("{}5{}", example.empty() ? "" : " or ", unit);
+  }
+  throw InputError(fmt::format("{} '{}' is not a number with its unit; write it like {}", option,
+                               text, example));
+}
+
+// Chosen estimator and samples for an error or a time asked for.
+study::AccurateFrame RenderToTarget(render::LitScene& scene, const Options& options) {
+  if (options.samples_given)
+    throw InputError("--spp contradicts --error and --time, which choose the samples; drop one");
+  study::AccuracyRequest request;
+  request.picture = options.render;
+  if (!options.error.empty())
+    request.rel_error = ParseQuantity(options.error, "--error", {{"%", 0.01}});
+  if (!options.time.empty())
+    request.time_s = ParseQuantity(options.time, "--time", {{"s", 1}, {"ms", 1e-3}});
+  if (options.estimator_given) request.estimators = {options.render.estimator};
+  request.Validate();
+  auto costs = study::StoredCostModel(scene.device());
+  if (!costs) {
+    fmt::print(stderr, "measuring what estimators cost on {} (once; see 'bench calibrate')\n",
+               scene.device().info().name);
+    costs = study::Calibrate(scene.device());
+    study::StoreCostModel(scene.device(), *costs);
+  }
+  return study::RenderToAccuracy(scene, *costs, request);
+}
+
+core::Json Describe(const study::AccurateFrame& result, const Options& options) {
+  core::Json considered = core::Json::array();
+  for (const auto& setting : result.considered)
+    considered.push_back({{"estimator", setting.estimator},
+                          {"spp", setting.samples_per_pixel},
+                          {"predicted_s", setting.predicted_s},
+                          {"predicted_rel_rmse", setting.predicted_error}});
+  core::Json json{{"estimator", result.chosen.estimator},
+                  {"spp", result.chosen.samples_per_pixel},
+                  {"estimated_rel_rmse", result.estimated_error},
+                  {"met", result.met},
+                  {"choosing_s", result.choosing_s},
+                  {"considered", considered}};
+  fmt::print("  asked                 {}; estimated error {:.3g} %{}\n",
+             options.error.empty() ? options.time : options.error, 100 * result.estimated_error,
+             result.met ? "" : ", which MISSES what was asked");
+  fmt::print("  chosen                {}{}; considered", result.chosen.estimator,
+             result.chosen.samples_per_pixel
+                 ? fmt::format(" with {} samples a pixel", result.chosen.samples_per_pixel)
+                 : std::string());
+  for (const auto& setting : result.considered)
+    fmt::print(" {} ({} samples: {:.3g} s, {:.2g} %)", setting.estimator, setting.samples_per_pixel,
+               setting.predicted_s, 100 * setting.predicted_error);
+  fmt::print("\n");
+  return json;
+}
 
 // "NAME=FILE" or "FILE" (all luminaires).
 std::map<std::string, std::filesystem::path> ParseAssignments(
@@ -54,7 +126,13 @@ core::Json Run(Options options, const Common& common) {
   const scene::Scene scene = scene::ReadScene(options.scene, overrides);
   const render::Device device = render::Device::Open(options.device, common.threads);
   render::LitScene lit(device, scene);
-  const render::Frame frame = render::Renderer(lit, options.render).Render();
+  std::optional<study::AccurateFrame> accurate;
+  if (!options.error.empty() || !options.time.empty()) {
+    accurate = RenderToTarget(lit, options);
+    options.render.estimator = accurate->chosen.estimator;
+  }
+  const render::Frame frame =
+      accurate ? accurate->frame : render::Renderer(lit, options.render).Render();
   render::WriteFrame(options.output, frame);
   render::ToneMapping mapping;
   mapping.exposure = options.exposure;
@@ -91,22 +169,31 @@ core::Json Run(Options options, const Common& common) {
       samples, 100 * noise);
   fmt::print("  time                  {:.3f} s primary visibility, {:.3f} s lighting\n",
              frame.times.gbuffer_s, frame.times.lighting_s);
-  return {{"width", frame.width},
-          {"height", frame.height},
-          {"estimator", options.render.estimator},
-          {"device", device.info().name},
-          {"light_samples", samples},
-          {"estimated_rel_rmse", noise},
-          {"gbuffer_s", frame.times.gbuffer_s},
-          {"lighting_s", frame.times.lighting_s}};
+  core::Json json{{"width", frame.width},
+                  {"height", frame.height},
+                  {"estimator", options.render.estimator},
+                  {"device", device.info().name},
+                  {"light_samples", samples},
+                  {"estimated_rel_rmse", noise},
+                  {"gbuffer_s", frame.times.gbuffer_s},
+                  {"lighting_s", frame.times.lighting_s}};
+  if (accurate) json["accuracy"] = Describe(*accurate, options);
+  if (!options.reference.empty()) {
+    const double error =
+        study::LuminanceError(frame.radiance, core::ReadExrImage(options.reference));
+    json["true_rel_rmse"] = error;
+    fmt::print("  true error            {:.3g} % against {}\n", 100 * error, options.reference);
+  }
+  return json;
 }
 
 }  // namespace
 
 void AddRender(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb("render", "Light a scene with measured luminaires",
-                                   [options, &program] { return Run(*options, program.common()); });
+  CLI::App& verb = program.AddVerb(
+      "render", "Light a scene with measured luminaires",
+      [options, &program]() -> core::Json { return Run(*options, program.common()); });
   std::vector<std::string> names;
   std::string guarantees;
   for (const auto& traits : render::EstimatorList()) {
@@ -118,9 +205,19 @@ void AddRender(Program& program) {
   verb.add_option("-o,--output", options->output, "The EXR to write: radiance and AOVs")
       ->required();
   verb.add_option("--estimator", options->render.estimator, "How light is gathered, see below")
-      ->check(CLI::IsMember(names));
+      ->check(CLI::IsMember(names))
+      ->each([options](const std::string&) { options->estimator_given = true; });
   verb.add_option("--spp", options->render.samples_per_pixel,
-                  "Light samples per pixel over all luminaires");
+                  "Light samples per pixel over all luminaires")
+      ->each([options](const std::string&) { options->samples_given = true; });
+  verb.add_option("--error", options->error,
+                  "Instead of --spp: the relative RMSE of the luminance to reach, as 0.5%; "
+                  "estimator and samples are chosen");
+  verb.add_option("--time", options->time,
+                  "Instead of --spp: the best picture that lighting in this time gives, as 40ms or "
+                  "2s (tables and primary visibility not counted)");
+  verb.add_option("--reference", options->reference,
+                  "A rendered EXR of the same view: also state the true error against it");
   verb.add_option("--antialias", options->render.antialias, "Surface points per pixel");
   verb.add_option("--k-max", options->render.max_samples_per_image,
                   "Most samples per coefficient image and pixel, 0 for no bound");

@@ -9,6 +9,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 
@@ -163,6 +164,14 @@ void WriteFileAtomically(const std::filesystem::path& path, std::string_view byt
     if (file.get() < 0) FailWriting(path, "create");
     WriteAll(file.get(), bytes, path);
   });
+}
+
+std::filesystem::path CacheFile(const std::string& name) {
+  const char* xdg = std::getenv("XDG_CACHE_HOME");
+  if (xdg && *xdg) return std::filesystem::path(xdg) / "luxfield" / name;
+  const char* home = std::getenv("HOME");
+  if (home && *home) return std::filesystem::path(home) / ".cache" / "luxfield" / name;
+  return {};
 }
 
 std::string Sha256(std::string_view bytes) {

@@ -33,6 +33,10 @@ void SyncFolder(const std::filesystem::path& folder);
 void SetStorageHookForTest(std::function<void(std::string_view step)> hook);
 void StorageStep(std::string_view step);  // for writers of durable files: calls the hook
 
+// A file for what can be made again: $XDG_CACHE_HOME/luxfield/NAME, else ~/.cache/luxfield/NAME.
+// Empty if neither variable is set.
+std::filesystem::path CacheFile(const std::string& name);
+
 // Lower-case hexadecimal SHA-256 of bytes, or of a file streamed in 1 MiB pieces.
 std::string Sha256(std::string_view bytes);
 std::string Sha256OfFile(const std::filesystem::path& path);

@@ -62,6 +62,12 @@ std::shared_ptr<LoadedLightField> LitScene::Load(const scene::Luminaire& luminai
       std::move(field), std::move(on_device)});
 }
 
+Estimator& LitScene::EstimatorNamed(const std::string& name) {
+  auto& estimator = estimators_[name];
+  if (!estimator) estimator = MakeEstimator(name, device_);
+  return *estimator;
+}
+
 void LitScene::Require(const TableNeeds& needs) {
   const core::Stopwatch stopwatch;
   for (const auto& luminaire : luminaires_) {

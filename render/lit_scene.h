@@ -43,6 +43,10 @@ class LitScene {
   // cannot be built from (negative C).
   void Require(const TableNeeds& needs);
 
+  // The estimator of that name, made when first asked for: its kernels are then built once for all
+  // pictures of the scene. InputError on unknown names.
+  Estimator& EstimatorNamed(const std::string& name);
+
   const Device& device() const { return device_; }
   const scene::Camera& camera() const { return camera_; }
   const DeviceScene& geometry() const { return geometry_; }
@@ -61,6 +65,7 @@ class LitScene {
   std::vector<PlacedLuminaire> luminaires_;
   lightfield::FluxUnit unit_ = lightfield::FluxUnit::kRelative;
   lightfield::Provenance provenance_;
+  std::map<std::string, std::unique_ptr<Estimator>> estimators_;
   double tables_core_s_ = 0;
 };
 

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <cctype>
-#include <cstdlib>
 #include <filesystem>
 #include <iterator>
 #include <set>
@@ -62,14 +61,6 @@ void AppendResolved(std::string_view text, const std::string& name, std::set<std
     if (seen.insert(found).second) AppendResolved(EmbeddedSource(found), found, seen, out);
     out += fmt::format("#line {} \"{}\"\n", line_number + 1, name);
   }
-}
-
-std::filesystem::path CacheFile(const std::string& key) {
-  const char* xdg = std::getenv("XDG_CACHE_HOME");
-  if (xdg && *xdg) return std::filesystem::path(xdg) / "luxfield" / (key + ".clbin");
-  const char* home = std::getenv("HOME");
-  if (home && *home) return std::filesystem::path(home) / ".cache" / "luxfield" / (key + ".clbin");
-  return {};
 }
 
 // A cache file is the SHA-256 of the binary in hexadecimal, a line end, the binary. Empty if absent
@@ -176,8 +167,9 @@ Program Program::BuildText(const Device& device, std::string_view text, const st
   const std::string source = ResolveIncludes(text, name);
   const auto& info = device.info();
   const auto cache =
-      CacheFile(core::Sha256(fmt::format("{}\n{}\n{}\n{}\n{}\n{}", options, info.platform,
-                                         info.name, info.version, info.driver, source)));
+      core::CacheFile(core::Sha256(fmt::format("{}\n{}\n{}\n{}\n{}\n{}", options, info.platform,
+                                               info.name, info.version, info.driver, source)) +
+                      ".clbin");
   Program built(device);
   if (const std::string binary = ReadCache(cache); !binary.empty()) {
     built.program_ = FromBinary(device, binary, options);

@@ -46,6 +46,8 @@ void RenderOptions::Validate() const {
   };
   check("samples per pixel", samples_per_pixel, 1, 1 << 24);
   check("pixel samples for antialiasing", antialias, 1, 1024);
+  check("picture width", width, 0, 16384);
+  check("picture height", height, 0, 16384);
   check("passes", passes, 1, 1 << 16);
   check("first pass", first_pass, 0, 1 << 16);
   check("samples per image", static_cast<double>(max_samples_per_image), 0, 1e9);
@@ -78,17 +80,19 @@ std::string RadianceUnitName(lightfield::FluxUnit unit) {
 Renderer::Renderer(LitScene& scene, const RenderOptions& options)
     : scene_(scene),
       options_((options.Validate(), options)),
-      estimator_(MakeEstimator(options.estimator, scene.device())),
+      camera_(scene.camera()),
+      estimator_(scene.EstimatorNamed(options.estimator)),
       primary_(scene.device()) {
-  scene.Require(estimator_->traits().needs);
-  if (options.shadows) scene.Require(estimator_->traits().needs_for_shadows);
+  if (options.width > 0) camera_.width = options.width;
+  if (options.height > 0) camera_.height = options.height;
+  scene.Require(estimator_.traits().needs);
+  if (options.shadows) scene.Require(estimator_.traits().needs_for_shadows);
 }
 
 Frame Renderer::Render() {
-  const scene::Camera& camera = scene_.camera();
   Frame frame;
-  frame.width = camera.width;
-  frame.height = camera.height;
+  frame.width = camera_.width;
+  frame.height = camera_.height;
   frame.unit = scene_.unit();
   frame.provenance = scene_.provenance();
   frame.provenance.merge(lightfield::Provenance{
@@ -137,8 +141,8 @@ void Renderer::RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, i
                           Frame& frame) {
   const core::Stopwatch stopwatch;
   primary_
-      .Render(scene_.geometry(), scene_.camera(), first_row,
-              PixelSample(pixel_sample, options_.antialias), gbuffer)
+      .Render(scene_.geometry(), camera_, first_row, PixelSample(pixel_sample, options_.antialias),
+              gbuffer)
       .Wait();
   frame.times.gbuffer_s += stopwatch.WallSeconds();
 
@@ -207,9 +211,9 @@ Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
     scene_.device().Finish();
 
     const core::Stopwatch stopwatch;
-    estimator_->Light(gbuffer, {.bvh = options_.shadows ? &scene_.geometry().bvh : nullptr},
-                      luminaire.light_field->on_device, luminaire.world_from_luminaire, options,
-                      lighting);
+    estimator_.Light(gbuffer, {.bvh = options_.shadows ? &scene_.geometry().bvh : nullptr},
+                     luminaire.light_field->on_device, luminaire.world_from_luminaire, options,
+                     lighting);
     scene_.device().Finish();
     times.lighting_s += stopwatch.WallSeconds();
 
@@ -237,20 +241,19 @@ Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
   return light;
 }
 
-Frame MeanFrame(const Frame& a, int passes_a, const Frame& b, int passes_b) {
-  Frame mean = a;
-  const double total = passes_a + passes_b, weight_a = passes_a / total,
-               weight_b = passes_b / total;
+Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b) {
+  Frame mean = frame_a;
+  const double weight_a = a / (a + b), weight_b = b / (a + b);
   const auto blend = [](core::Image& to, const core::Image& from, double keep, double add) {
     for (std::size_t i = 0; i < to.data.size(); ++i)
       to.data[i] = static_cast<float>(keep * to.data[i] + add * from.data[i]);
   };
-  blend(mean.radiance, b.radiance, weight_a, weight_b);
-  blend(mean.irradiance, b.irradiance, weight_a, weight_b);
-  blend(mean.variance, b.variance, weight_a * weight_a, weight_b * weight_b);
-  blend(mean.samples, b.samples, 1, 1);
-  mean.times.gbuffer_s += b.times.gbuffer_s;
-  mean.times.lighting_s += b.times.lighting_s;
+  blend(mean.radiance, frame_b.radiance, weight_a, weight_b);
+  blend(mean.irradiance, frame_b.irradiance, weight_a, weight_b);
+  blend(mean.variance, frame_b.variance, weight_a * weight_a, weight_b * weight_b);
+  blend(mean.samples, frame_b.samples, 1, 1);
+  mean.times.gbuffer_s += frame_b.times.gbuffer_s;
+  mean.times.lighting_s += frame_b.times.lighting_s;
   return mean;
 }
 

@@ -7,7 +7,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,6 +19,7 @@ namespace luxfield::render {
 struct RenderOptions {
   std::string estimator = "windowed";  // a name of EstimatorList()
   int samples_per_pixel = 200;  // light samples per pixel over all luminaires and pixel samples
+  int width = 0, height = 0;    // of the picture, 0: the scene's
   int antialias = 1;            // surface points per pixel; 1: the pixel's centre
   // Independent passes that the samples are split over. With two or more, the variance is taken
   // from the spread between passes, which the samples' stratification lowers too; with one, from
@@ -58,8 +58,9 @@ struct Frame {
 std::string IrradianceUnitName(lightfield::FluxUnit unit);
 std::string RadianceUnitName(lightfield::FluxUnit unit);
 
-// The mean of two frames of independent passes, weighted by their numbers.
-Frame MeanFrame(const Frame& a, int passes_a, const Frame& b, int passes_b);
+// The mean of two independent frames of the same view with the weights a and b, for instance their
+// samples.
+Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b);
 
 // Takes pictures of a resident scene.
 class Renderer {
@@ -86,7 +87,8 @@ class Renderer {
 
   const LitScene& scene_;
   RenderOptions options_;
-  std::unique_ptr<Estimator> estimator_;
+  scene::Camera camera_;
+  Estimator& estimator_;
   PrimaryVisibility primary_;
 };
 

@@ -80,6 +80,7 @@ struct EstimatorTraits {
   bool unbiased = false;            // expectation = E_n(p) and L_o(p), without shadows
   bool unbiased_with_shadows = false;
   bool noise_free = false;  // without shadows
+  double rel_error = 0;     // bound on the relative RMSE of a noise-free picture; 0: none is known
   std::string guarantee;    // one sentence
 };
 

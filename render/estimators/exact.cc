@@ -67,6 +67,7 @@ const EstimatorTraits& ExactTraits() {
       .needs_for_shadows = {.sat = true},
       .unbiased = true,
       .noise_free = true,
+      .rel_error = 1e-5,
       .guarantee =
           "irradiance in closed form, error below 1e-5 of |J| from 0.05 to 100 m; shadows scale it "
           "by the share "

@@ -1,0 +1,55 @@
+// Pictures by what they are wanted for: an error, or a time, instead of an estimator and its knobs.
+//
+// The error is the relative RMSE of the picture's luminance: RMS of Y - Y_true over all pixels over
+// the mean of Y_true (THEORY.md 10). A small picture of the same view, the pilot, measures what the
+// scene does to each estimator: the variance v(k) of a pass of k samples, a power law through two
+// points. The cost model (cost_model.h) says what k costs. The cheapest setting whose predicted
+// error meets the target is taken and its own variance, from the spread between passes, decides
+// whether more passes are needed; a noise-free estimator states the error that it was measured to
+// have.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/renderer.h"
+#include "study/cost_model.h"
+
+namespace luxfield::study {
+
+struct AccuracyRequest {
+  std::optional<double> rel_error;  // 0.005 for 0.5 %
+  std::optional<double> time_s;     // wall time of lighting; exactly one of the two
+  // Shadows, antialiasing, seed, size; estimator and samples are chosen.
+  render::RenderOptions picture;
+  std::vector<std::string> estimators;  // to choose from; empty: all that state their error
+
+  void Validate() const;  // throws InputError naming the field
+};
+
+// An estimator with its samples, and what is expected of it.
+struct Setting {
+  std::string estimator;
+  int samples_per_pixel = 0;  // 0: takes none
+  double predicted_s = 0, predicted_error = 0;
+};
+
+struct AccurateFrame {
+  render::Frame frame;
+  Setting chosen;                   // samples_per_pixel as finally taken
+  std::vector<Setting> considered;  // best setting of each estimator, cheapest first
+  double estimated_error = 0;       // of the frame
+  bool met = false;                 // the target, with the estimate's own uncertainty (2 sigma)
+  double choosing_s = 0;            // wall time of pilots
+};
+
+// Throws InputError for requests that cannot be served (an estimator that does not state its error,
+// glossy surfaces where none of the estimators takes them), DeviceError, Interrupted.
+AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
+                               const AccuracyRequest& request);
+
+// Relative RMSE of the luminance of `picture` against `reference`, as above.
+double LuminanceError(const core::Image& picture, const core::Image& reference);
+
+}  // namespace luxfield::study

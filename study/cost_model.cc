@@ -1,0 +1,252 @@
+#include "study/cost_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/file.h"
+#include "core/json.h"
+#include "core/stopwatch.h"
+#include "preprocess/tables.h"
+#include "render/device_scene.h"
+#include "render/estimators/estimator.h"
+#include "scene/bvh.h"
+#include "study/bench_nearfield.h"
+
+namespace luxfield::study {
+namespace {
+
+constexpr int kTerms = 6;
+constexpr int kVersion = 1;
+constexpr const char* kTermNames[kTerms] = {"launch",    "per_pixel",  "per_image",
+                                            "per_texel", "per_sample", "per_ray"};
+
+std::string DeviceName(const render::DeviceInfo& info) {
+  return fmt::format("{}; {}; {}; {} compute units", info.name, info.version, info.driver,
+                     info.compute_units);
+}
+
+// Texels of one axis in the windows of all basis functions: the image of their supports on I,
+// clipped to the lattice (THEORY.md 6, s(u)).
+double TexelsOfAxis(double corner_m, double spacing_m, int count, int cells, double edge_m,
+                    double texel_m, int texels, double delta_m, double p_m, double z_m) {
+  const double shrink = 1 - delta_m / z_m;
+  double sum = 0;
+  for (int i = 0; i < count; ++i) {
+    const double u = corner_m + i * spacing_m;
+    const double a = (delta_m / z_m * p_m + shrink * u - edge_m) / texel_m;
+    const double b = a + shrink * cells * spacing_m / texel_m;
+    const double low = std::clamp(std::floor(std::min(a, b)), 0.0, static_cast<double>(texels));
+    const double high = std::clamp(std::ceil(std::max(a, b)), 0.0, static_cast<double>(texels));
+    sum += high - low;
+  }
+  return sum;
+}
+
+// Least squares with x >= 0 by coordinate descent on the normal equations; rows are already
+// weighted.
+std::array<double, kTerms> NonNegativeLeastSquares(
+    const std::vector<std::array<double, kTerms>>& rows, const std::vector<double>& right) {
+  double gram[kTerms][kTerms] = {}, moment[kTerms] = {};
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    for (int a = 0; a < kTerms; ++a) {
+      moment[a] += rows[r][a] * right[r];
+      for (int b = 0; b < kTerms; ++b) gram[a][b] += rows[r][a] * rows[r][b];
+    }
+  std::array<double, kTerms> x{};
+  for (int sweep = 0; sweep < 20000; ++sweep)
+    for (int a = 0; a < kTerms; ++a) {
+      if (!(gram[a][a] > 0)) continue;
+      double rest = moment[a];
+      for (int b = 0; b < kTerms; ++b)
+        if (b != a) rest -= gram[a][b] * x[b];
+      x[a] = std::max(0.0, rest / gram[a][a]);
+    }
+  return x;
+}
+
+std::array<double, kTerms> Fit(const std::vector<CalibrationRun>& runs) {
+  std::vector<std::array<double, kTerms>> rows;
+  std::array<double, kTerms> largest{};
+  for (const auto& run : runs) {
+    auto row = run.work.Terms();
+    for (int a = 0; a < kTerms; ++a) {
+      row[a] /= run.measured_s;
+      largest[a] = std::max(largest[a], row[a]);
+    }
+    rows.push_back(row);
+  }
+  // Columns of like size, so that the descent converges.
+  for (auto& row : rows)
+    for (int a = 0; a < kTerms; ++a)
+      if (largest[a] > 0) row[a] /= largest[a];
+  auto x = NonNegativeLeastSquares(rows, std::vector<double>(rows.size(), 1.0));
+  for (int a = 0; a < kTerms; ++a) x[a] = largest[a] > 0 ? x[a] / largest[a] : 0;
+  return x;
+}
+
+// Something for shadow rays to miss and hit.
+render::DeviceBvh CalibrationBvh(const render::Device& device) {
+  scene::Geometry geometry;
+  geometry.materials.emplace_back();
+  for (int row = 0; row < 16; ++row)
+    for (int column = 0; column < 16; ++column)
+      scene::AppendBox(scene::Translation({0.4 * column - 3.2, -0.6, 0.4 + 0.6 * row}) *
+                           scene::Scaling({0.1, 0.1 + 0.02 * (row + column), 0.1}),
+                       0, geometry);
+  return render::UploadBvh(device, geometry, scene::BuildBvh(geometry));
+}
+
+struct CalibrationSetting {
+  SyntheticCar2Options lamp;
+  int width, height, samples;
+  bool traced;
+};
+
+double LightSeconds(const render::Device& device, render::Estimator& estimator,
+                    const render::GBuffer& gbuffer, const render::Visibility& visibility,
+                    const render::LuminaireOnDevice& luminaire, int samples) {
+  render::Lighting lighting(device, gbuffer);
+  render::EstimatorOptions options;
+  options.samples_per_pixel = samples;
+  double best_s = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < 3; ++run) {  // the first one compiles
+    lighting.Clear();
+    device.Finish();
+    const core::Stopwatch stopwatch;
+    estimator.Light(gbuffer, visibility, luminaire, {}, options, lighting);
+    device.Finish();
+    if (run > 0) best_s = std::min(best_s, stopwatch.WallSeconds());
+  }
+  return best_s;
+}
+
+}  // namespace
+
+double CostModel::Seconds(const std::string& estimator, const LightingWork& work) const {
+  const auto& coefficients = coefficients_s.at(estimator);
+  const auto terms = work.Terms();
+  double seconds = 0;
+  for (int a = 0; a < kTerms; ++a) seconds += coefficients[a] * terms[a];
+  return seconds;
+}
+
+LightingWork WorkOf(std::span<const cl_float4> positions,
+                    const lightfield::LuminaireGeometry& geometry,
+                    const scene::Pose& world_from_luminaire, int samples, bool traced) {
+  const auto luminaire_from_world = world_from_luminaire.Inverse();
+  const auto& grid = geometry.grid;
+  const auto& lattice = geometry.lattice;
+  LightingWork work;
+  for (const auto& position : positions) {
+    if (position.s[3] == 0) continue;
+    const auto p = luminaire_from_world.Point({position.s[0], position.s[1], position.s[2]});
+    if (!(p.z > 0)) continue;
+    ++work.pixels;
+    work.texels +=
+        TexelsOfAxis(grid.u0_m, grid.spacing_m, grid.width, grid.basis.cells, lattice.s0_m,
+                     lattice.ds_m, lattice.width, geometry.delta_m, p.x, p.z) *
+        TexelsOfAxis(grid.v0_m, grid.spacing_m, grid.height, grid.basis.cells,
+                     lattice.t1_m - lattice.extent_t_m(), lattice.dt_m, lattice.height,
+                     geometry.delta_m, p.y, p.z) *
+        geometry.channels;
+  }
+  work.images = work.pixels * grid.count();
+  work.samples = work.pixels * samples;
+  work.rays = traced ? work.samples : 0;
+  return work;
+}
+
+CostModel Calibrate(const render::Device& device, std::vector<CalibrationRun>* runs) {
+  CostModel model;
+  model.device = DeviceName(device.info());
+  const render::DeviceBvh bvh = CalibrationBvh(device);
+  std::map<std::string, std::vector<CalibrationRun>> measured;
+  std::map<std::string, std::unique_ptr<render::Estimator>> estimators;
+  for (const auto& traits : render::EstimatorList())
+    if (traits.unbiased || traits.noise_free)
+      estimators[traits.name] = render::MakeEstimator(traits.name, device);
+  const CalibrationSetting settings[] = {
+      {{3, 3, 64, 1}, 32, 24, 16, false},    {{3, 3, 64, 1}, 128, 96, 16, false},
+      {{3, 3, 256, 1}, 128, 96, 128, false}, {{11, 9, 64, 3}, 128, 96, 16, false},
+      {{11, 9, 256, 1}, 128, 96, 64, false}, {{11, 9, 64, 1}, 128, 96, 64, true}};
+  for (const CalibrationSetting& setting : settings) {
+    const auto field = SyntheticCar2(setting.lamp);
+    const auto tables = preprocess::BuildTables(field, "calibration lamp", std::string(64, '0'));
+    const render::LuminaireOnDevice luminaire(device, field, {.sat = &tables});
+    const auto gbuffer = RoadGBuffer(device, setting.width, setting.height);
+    const auto positions = gbuffer.position.Download<cl_float4>();
+    for (const auto& [name, estimator] : estimators) {
+      const auto& traits = estimator->traits();
+      CalibrationRun run{
+          name,
+          WorkOf(positions, field.geometry, {},
+                 traits.noise_free && !setting.traced ? 0 : setting.samples, setting.traced),
+          0, 0};
+      run.measured_s =
+          LightSeconds(device, *estimator, gbuffer, {.bvh = setting.traced ? &bvh : nullptr},
+                       luminaire, setting.samples);
+      measured[name].push_back(run);
+    }
+  }
+  for (auto& [name, list] : measured) {
+    model.coefficients_s[name] = Fit(list);
+    if (!runs) continue;
+    for (auto& run : list) {
+      run.predicted_s = model.Seconds(name, run.work);
+      runs->push_back(run);
+    }
+  }
+  return model;
+}
+
+namespace {
+
+std::filesystem::path ModelFile(const render::Device& device) {
+  return core::CacheFile(
+      fmt::format("cost-{}.json", core::Sha256(DeviceName(device.info())).substr(0, 16)));
+}
+
+}  // namespace
+
+std::optional<CostModel> StoredCostModel(const render::Device& device) {
+  const auto file = ModelFile(device);
+  std::error_code ignored;
+  if (file.empty() || !std::filesystem::exists(file, ignored)) return std::nullopt;
+  try {
+    const auto json = core::ReadJson(file);
+    CostModel model;
+    model.device = core::Field<std::string>(json, "device", file.string());
+    if (model.device != DeviceName(device.info()) ||
+        core::Field<int>(json, "version", file.string()) != kVersion)
+      return std::nullopt;
+    const auto estimators = core::Field<core::Json>(json, "estimators_s", file.string());
+    for (const auto& [name, terms] : estimators.items())
+      for (int a = 0; a < kTerms; ++a)
+        model.coefficients_s[name][a] = core::Field<double>(terms, kTermNames[a], file.string());
+    return model;
+  } catch (const Error&) {
+    return std::nullopt;  // calibrating again costs seconds, a wrong model costs more
+  }
+}
+
+std::filesystem::path StoreCostModel(const render::Device& device, const CostModel& model) {
+  const auto file = ModelFile(device);
+  if (file.empty()) return {};
+  core::Json estimators;
+  for (const auto& [name, coefficients] : model.coefficients_s)
+    for (int a = 0; a < kTerms; ++a) estimators[name][kTermNames[a]] = coefficients[a];
+  std::error_code ignored;
+  std::filesystem::create_directories(file.parent_path(), ignored);
+  try {
+    core::WriteJson(
+        file, {{"version", kVersion}, {"device", model.device}, {"estimators_s", estimators}});
+  } catch (const Error&) {
+    return {};
+  }
+  return file;
+}
+
+}  // namespace luxfield::study

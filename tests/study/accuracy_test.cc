@@ -1,0 +1,156 @@
+#include "study/accuracy.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/error.h"
+#include "core/progress.h"
+#include "lightfield/light_field.h"
+
+namespace luxfield::study {
+namespace {
+
+// A soft beam, so that no few pixels hold all the noise.
+lightfield::LightField SoftLamp() {
+  lightfield::LuminaireGeometry geometry;
+  geometry.delta_m = 0.1;
+  geometry.grid = lightfield::BasisGrid::Centred(
+      lightfield::Basis::Make(lightfield::BasisKind::kBspline2), 4, 3, 0.02);
+  geometry.lattice = {32, 32, -0.16, 0.16, 0.01, 0.01};
+  lightfield::LightField field(geometry);
+  for (int m = 0; m < geometry.grid.count(); ++m)
+    for (int row = 0; row < 32; ++row)
+      for (int column = 0; column < 32; ++column) {
+        const auto s = geometry.lattice.centre(row, column);
+        field.image(m, 0)[static_cast<std::size_t>(row) * 32 + column] =
+            static_cast<float>((1 + m) * std::exp(-40 * (s.x * s.x + s.y * s.y)));
+      }
+  return field;
+}
+
+// The lamp over a floor with a box on it.
+scene::Scene LampOverFloor() {
+  const std::filesystem::path file =
+      std::filesystem::path(testing::TempDir()) / "luxfield_accuracy.lf.exr";
+  lightfield::WriteLightField(file, SoftLamp());
+  scene::Scene scene;
+  scene.geometry.materials.emplace_back();
+  scene::AppendQuad({-3, -1, 0}, {6, 0, 0}, {0, 8, 0}, 0, scene.geometry);
+  scene::AppendBox(scene::Translation({0.2, 2.5, 0.2}) * scene::Scaling({0.4, 0.4, 0.4}), 0,
+                   scene.geometry);
+  scene.camera = scene::Camera::LookAt({-1, -1, 1.5}, {0, 2.5, 0.2}, {0, 0, 1}, 50, 40, 30);
+  scene.luminaires.push_back(
+      {"lamp", file, {}, scene::LookAt({0, 0, 0.6}, {0, 5, 0.3}, {0, 0, 1}), 1});
+  return scene;
+}
+
+// Made-up times; pilots correct them.
+CostModel MadeUpCosts() {
+  CostModel costs;
+  costs.coefficients_s["exact"] = {0, 1e-6, 0, 0, 0, 0};
+  costs.coefficients_s["windowed"] = {0, 0, 0, 0, 1e-7, 0};
+  return costs;
+}
+
+class AccuracyTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
+};
+
+// Over targets and seeds the true error must lie within the target in 95 % of cases.
+TEST_F(AccuracyTest, ErrorsAskedForAreKept) {
+  render::LitScene scene(render::Device::Open(), LampOverFloor());
+  AccuracyRequest request;
+  request.picture.shadows = false;
+  request.picture.estimator = "exact";
+  const auto reference = render::Renderer(scene, request.picture).Render();
+  request.estimators = {"windowed"};
+  int runs = 0, kept = 0;
+  for (const double target : {0.1, 0.05, 0.02})
+    for (int seed = 1; seed <= 4; ++seed) {
+      request.rel_error = target;
+      request.picture.seed = static_cast<std::uint64_t>(seed);
+      const auto result = RenderToAccuracy(scene, MadeUpCosts(), request);
+      EXPECT_TRUE(result.met);
+      const double error = LuminanceError(result.frame.radiance, reference.radiance);
+      ++runs;
+      kept += error <= target ? 1 : 0;
+      std::printf("asked %.3f, estimated %.4f, true %.4f, %d samples, seed %d\n", target,
+                  result.estimated_error, error, result.chosen.samples_per_pixel, seed);
+      EXPECT_GT(result.estimated_error, 0.3 * target);  // not bought by far too many samples
+    }
+  EXPECT_GE(kept, 0.95 * runs - 1);
+}
+
+TEST_F(AccuracyTest, TheCheapestSettingIsTaken) {
+  render::LitScene scene(render::Device::Open(), LampOverFloor());
+  AccuracyRequest request;
+  request.picture.shadows = false;
+  request.estimators = {"windowed", "exact"};
+  request.rel_error = 0.01;
+  const auto result = RenderToAccuracy(scene, MadeUpCosts(), request);
+  ASSERT_EQ(result.considered.size(), 2u);
+  EXPECT_EQ(result.chosen.estimator, result.considered[0].estimator);
+  EXPECT_LE(result.considered[0].predicted_s, result.considered[1].predicted_s);
+  EXPECT_TRUE(result.met);
+  EXPECT_LE(result.estimated_error, 0.01);
+}
+
+// A time is turned into samples, more time into more of them.
+TEST_F(AccuracyTest, TimesBecomeSamples) {
+  render::LitScene scene(render::Device::Open(), LampOverFloor());
+  AccuracyRequest request;
+  request.picture.shadows = false;
+  request.estimators = {"windowed"};
+  request.time_s = 0.01;
+  const int few = RenderToAccuracy(scene, MadeUpCosts(), request).chosen.samples_per_pixel;
+  request.time_s = 0.5;
+  const int many = RenderToAccuracy(scene, MadeUpCosts(), request).chosen.samples_per_pixel;
+  EXPECT_GT(many, few);
+}
+
+TEST_F(AccuracyTest, WrongRequestsAreNamed) {
+  using testing::HasSubstr;
+  using testing::ThrowsMessage;
+  render::LitScene scene(render::Device::Open(), LampOverFloor());
+  AccuracyRequest request;
+  EXPECT_THROW(RenderToAccuracy(scene, MadeUpCosts(), request), InputError);
+  request.rel_error = 1e-9;
+  EXPECT_THAT([&] { RenderToAccuracy(scene, MadeUpCosts(), request); },
+              ThrowsMessage<InputError>(HasSubstr("0.001 %")));
+  request.rel_error = 0.01;
+  request.time_s = 1;
+  EXPECT_THROW(RenderToAccuracy(scene, MadeUpCosts(), request), InputError);
+  request.time_s.reset();
+  request.estimators = {"thesis"};
+  EXPECT_THAT([&] { RenderToAccuracy(scene, MadeUpCosts(), request); },
+              ThrowsMessage<InputError>(HasSubstr("states its error")));
+}
+
+// Fitted times must follow the measured ones: the model is for choosing, a factor of 2 is its
+// claim.
+TEST_F(AccuracyTest, CostModelFitsWhatItWasMeasuredOn) {
+  const auto device = render::Device::Open();
+  std::vector<CalibrationRun> runs;
+  const CostModel model = Calibrate(device, &runs);
+  EXPECT_TRUE(model.Knows("exact"));
+  EXPECT_FALSE(model.Knows("thesis"));
+  ASSERT_FALSE(runs.empty());
+  for (const auto& run : runs) {
+    EXPECT_GT(run.measured_s, 0);
+    EXPECT_GT(run.predicted_s, 0);
+    EXPECT_DOUBLE_EQ(run.predicted_s, model.Seconds(run.estimator, run.work));
+  }
+  StoreCostModel(device, model);
+  const auto stored = StoredCostModel(device);
+  ASSERT_TRUE(stored.has_value());
+  for (const auto& [name, coefficients] : model.coefficients_s)
+    for (std::size_t a = 0; a < coefficients.size(); ++a)
+      EXPECT_DOUBLE_EQ(stored->coefficients_s.at(name)[a], coefficients[a]);
+}
+
+}  // namespace
+}  // namespace luxfield::study
