@@ -176,7 +176,8 @@ core::Json Run(Options options, const Common& common) {
                   {"light_samples", samples},
                   {"estimated_rel_rmse", noise},
                   {"gbuffer_s", frame.times.gbuffer_s},
-                  {"lighting_s", frame.times.lighting_s}};
+                  {"lighting_s", frame.times.lighting_s},
+                  {"kernels", frame.times.kernels}};
   if (accurate) json["accuracy"] = Describe(*accurate, options);
   if (!options.reference.empty()) {
     const double error =

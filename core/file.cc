@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <openssl/evp.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,7 +10,6 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <memory>
 
 #include "core/error.h"
 
@@ -65,47 +63,6 @@ std::filesystem::path TemporaryBeside(const std::filesystem::path& path) {
                                       counter++, path.extension().string());
 }
 
-using DigestContext = std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)>;
-
-DigestContext StartSha256() {
-  DigestContext context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
-  if (!context || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1)
-    throw DeviceError(
-        "SHA-256 is not available in this OpenSSL; install libssl with default providers");
-  return context;
-}
-
-std::string FinishHex(DigestContext context) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest;
-  unsigned size = 0;
-  EVP_DigestFinal_ex(context.get(), digest.data(), &size);
-  std::string hex;
-  for (unsigned i = 0; i < size; ++i) hex += fmt::format("{:02x}", digest[i]);
-  return hex;
-}
-
-// The whole file, at most 1 MiB at a time.
-void ReadInPieces(const std::filesystem::path& path,
-                  const std::function<void(std::string_view)>& take) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.get() < 0)
-    throw InputError(path.string(), fmt::format("cannot open: {}", std::strerror(errno)),
-                     "check the path and its permissions");
-  struct stat status {};
-  if (::fstat(file.get(), &status) != 0 || S_ISDIR(status.st_mode))
-    throw InputError(path.string(), "is a folder, not a file", "name a file");
-  std::string buffer(1 << 20, '\0');
-  for (;;) {
-    const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0)
-      throw InputError(path.string(), fmt::format("cannot read: {}", std::strerror(errno)),
-                       "check the disk");
-    if (count == 0) return;
-    take({buffer.data(), static_cast<std::size_t>(count)});
-  }
-}
-
 constexpr std::array<std::uint32_t, 256> MakeCrc32cTable() {
   std::array<std::uint32_t, 256> table{};
   for (std::uint32_t byte = 0; byte < 256; ++byte) {
@@ -126,6 +83,27 @@ void SetStorageHookForTest(std::function<void(std::string_view)> hook) {
 
 void StorageStep(std::string_view step) {
   if (g_storage_hook) g_storage_hook(step);
+}
+
+void ReadInPieces(const std::filesystem::path& path,
+                  const std::function<void(std::string_view)>& take) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.get() < 0)
+    throw InputError(path.string(), fmt::format("cannot open: {}", std::strerror(errno)),
+                     "check the path and its permissions");
+  struct stat status {};
+  if (::fstat(file.get(), &status) != 0 || S_ISDIR(status.st_mode))
+    throw InputError(path.string(), "is a folder, not a file", "name a file");
+  std::string buffer(1 << 20, '\0');
+  for (;;) {
+    const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0)
+      throw InputError(path.string(), fmt::format("cannot read: {}", std::strerror(errno)),
+                       "check the disk");
+    if (count == 0) return;
+    take({buffer.data(), static_cast<std::size_t>(count)});
+  }
 }
 
 std::string ReadFile(const std::filesystem::path& path) {
@@ -172,20 +150,6 @@ std::filesystem::path CacheFile(const std::string& name) {
   const char* home = std::getenv("HOME");
   if (home && *home) return std::filesystem::path(home) / ".cache" / "luxfield" / name;
   return {};
-}
-
-std::string Sha256(std::string_view bytes) {
-  auto context = StartSha256();
-  EVP_DigestUpdate(context.get(), bytes.data(), bytes.size());
-  return FinishHex(std::move(context));
-}
-
-std::string Sha256OfFile(const std::filesystem::path& path) {
-  auto context = StartSha256();
-  ReadInPieces(path, [&](std::string_view piece) {
-    EVP_DigestUpdate(context.get(), piece.data(), piece.size());
-  });
-  return FinishHex(std::move(context));
 }
 
 std::uint32_t Crc32c(std::string_view bytes) {

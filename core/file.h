@@ -14,6 +14,10 @@ namespace luxfield::core {
 // The whole file as bytes. Throws InputError (missing, a folder, unreadable) naming the path.
 std::string ReadFile(const std::filesystem::path& path);
 
+// The same, handed to `take` at most 1 MiB at a time.
+void ReadInPieces(const std::filesystem::path& path,
+                  const std::function<void(std::string_view piece)>& take);
+
 // Writes `bytes` so that `path` holds either its old content or all of the new one, also after a
 // crash: temporary file in the same folder, fsync, rename, fsync of the folder. Throws DeviceError
 // (disk full, read-only ...); the temporary file is removed.

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "core/error.h"
+#include "render/kernel_profile.h"
 #include "render/opencl_check.h"
 
 namespace luxfield::render {
@@ -159,10 +160,13 @@ Device Device::Open(const std::string& selector, int threads) {
   state->queue.reset(
       clCreateCommandQueue(state->context.get(), state->id, CL_QUEUE_PROFILING_ENABLE, &code));
   Check(code, "clCreateCommandQueue");
+  state->profile = std::make_shared<KernelProfile>();
   return Device(std::move(state));
 }
 
 void Device::Finish() const { Check(clFinish(queue()), "clFinish"); }
+
+std::vector<KernelTime> Device::TakeKernelTimes() const { return profile().Take(); }
 
 Buffer::Buffer(const Device& device, std::size_t bytes)
     : device_(std::make_shared<Device>(device)), bytes_(bytes) {
@@ -256,7 +260,9 @@ Event Kernel::Enqueue(WorkSize global, WorkSize local) const {
                                0, nullptr, &event),
         fmt::format("kernel '{}', {} x {} work-items in groups of {} x {}", name_, global_size[0],
                     global_size[1], local.x, local.y));
-  return Event(event);
+  Event launched(event);
+  device_.profile().Add(name_, event);
+  return launched;
 }
 
 }  // namespace luxfield::render

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -36,6 +37,18 @@ struct DeviceInfo {
 
 // Every OpenCL device of every platform; empty if there is none.
 std::vector<DeviceInfo> ListDevices();
+
+// What a kernel's launches took on the device, from start to end of each.
+struct KernelTime {
+  std::string name;
+  std::int64_t launches = 0;
+  double device_s = 0;
+};
+// Adds to the entry of the same name, or as a new one.
+void AddKernelTime(const KernelTime& time, std::vector<KernelTime>& times);
+// {"name", "launches", "device_s"}
+void to_json(nlohmann::json& json, const KernelTime& time);
+class KernelProfile;
 
 // A cl_... handle that is released once.
 template <typename Handle, auto Release>
@@ -61,12 +74,17 @@ class Device {
   cl_device_id id() const { return state_->id; }
   void Finish() const;  // waits until all enqueued work is done
 
+  // Every kernel launched since the last call, in the order of first launches; waits for them.
+  std::vector<KernelTime> TakeKernelTimes() const;
+  KernelProfile& profile() const { return *state_->profile; }
+
  private:
   struct State {
     DeviceInfo info;
     cl_device_id id = nullptr;
     Unique<cl_context, clReleaseContext> context;
     Unique<cl_command_queue, clReleaseCommandQueue> queue;
+    std::shared_ptr<KernelProfile> profile;
   };
   explicit Device(std::shared_ptr<const State> state) : state_(std::move(state)) {}
   std::shared_ptr<const State> state_;
@@ -122,9 +140,8 @@ class Buffer {
   std::size_t bytes_ = 0;
 };
 
-// A built program. Its binary is kept in $XDG_CACHE_HOME/luxfield (else ~/.cache/luxfield) under
-// the SHA-256 of source, options, device and driver; a cache that is damaged or cannot be written
-// is ignored.
+// A built program. Its binary is kept on disk (render/program_cache.h); one that the driver refuses
+// is compiled anew.
 class Program {
  public:
   // `path`: an embedded source, e.g. "kernels/gbuffer.cl". `#include "x"` is resolved over the

@@ -1,13 +1,11 @@
-// Programs: include resolution, building, and the cache of binaries.
+// Programs: include resolution and building.
 #include <fmt/format.h>
 
 #include <cctype>
-#include <filesystem>
-#include <iterator>
 #include <set>
 
-#include "core/file.h"
 #include "render/opencl_check.h"
+#include "render/program_cache.h"
 
 namespace luxfield::render {
 namespace {
@@ -60,33 +58,6 @@ void AppendResolved(std::string_view text, const std::string& name, std::set<std
     const std::string found = FindEmbedded(included, name);
     if (seen.insert(found).second) AppendResolved(EmbeddedSource(found), found, seen, out);
     out += fmt::format("#line {} \"{}\"\n", line_number + 1, name);
-  }
-}
-
-// A cache file is the SHA-256 of the binary in hexadecimal, a line end, the binary. Empty if absent
-// or damaged.
-std::string ReadCache(const std::filesystem::path& path) {
-  constexpr std::size_t kHeader = 65;
-  std::error_code ignored;
-  if (path.empty() || !std::filesystem::exists(path, ignored)) return {};
-  try {
-    const std::string content = core::ReadFile(path);
-    if (content.size() <= kHeader) return {};
-    std::string binary = content.substr(kHeader);
-    return core::Sha256(binary) == content.substr(0, kHeader - 1) ? binary : std::string();
-  } catch (const Error&) {
-    return {};
-  }
-}
-
-void WriteCache(const std::filesystem::path& path, const std::string& binary) {
-  if (path.empty() || binary.empty()) return;
-  std::error_code ignored;
-  std::filesystem::create_directories(path.parent_path(), ignored);
-  try {
-    core::WriteFileAtomically(path, core::Sha256(binary) + "\n" + binary);
-  } catch (const Error&) {
-    // A cache that cannot be written costs a compilation next time, nothing else.
   }
 }
 
@@ -165,19 +136,15 @@ Program Program::Build(const Device& device, std::string_view path, const std::s
 Program Program::BuildText(const Device& device, std::string_view text, const std::string& name,
                            const std::string& options) {
   const std::string source = ResolveIncludes(text, name);
-  const auto& info = device.info();
-  const auto cache =
-      core::CacheFile(core::Sha256(fmt::format("{}\n{}\n{}\n{}\n{}\n{}", options, info.platform,
-                                               info.name, info.version, info.driver, source)) +
-                      ".clbin");
+  const std::string key = ProgramKey(device.info(), options, source);
   Program built(device);
-  if (const std::string binary = ReadCache(cache); !binary.empty()) {
+  if (const std::string binary = LoadProgramBinary(name, key); !binary.empty()) {
     built.program_ = FromBinary(device, binary, options);
     built.from_cache_ = built.program_ != nullptr;
   }
   if (!built.program_) {
     built.program_ = FromSource(device, source, name, options);
-    WriteCache(cache, BinaryOf(built.program_.get()));
+    StoreProgramBinary(name, key, BinaryOf(built.program_.get()));
   }
   return built;
 }

@@ -109,6 +109,7 @@ Frame Renderer::Render() {
   for (core::Image* image : {&frame.coverage, &frame.variance, &frame.samples})
     *image = core::Image(frame.width, frame.height, 1);
 
+  scene_.device().TakeKernelTimes();  // what ran before is not this frame's
   const int band_rows = std::clamp(kBandPixels / frame.width, 1, frame.height);
   const int bands = (frame.height + band_rows - 1) / band_rows;
   core::Progress progress("render", static_cast<std::uint64_t>(bands) * options_.antialias);
@@ -134,6 +135,7 @@ Frame Renderer::Render() {
     frame.variance.data[i] /= samples * samples;
     frame.coverage.data[i] /= samples;
   }
+  frame.times.kernels = scene_.device().TakeKernelTimes();
   return frame;
 }
 
@@ -254,6 +256,7 @@ Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b) 
   blend(mean.samples, frame_b.samples, 1, 1);
   mean.times.gbuffer_s += frame_b.times.gbuffer_s;
   mean.times.lighting_s += frame_b.times.lighting_s;
+  for (const KernelTime& kernel : frame_b.times.kernels) AddKernelTime(kernel, mean.times.kernels);
   return mean;
 }
 

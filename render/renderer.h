@@ -35,8 +35,9 @@ struct RenderOptions {
 };
 
 struct RenderTimes {
-  double gbuffer_s = 0;   // primary visibility
-  double lighting_s = 0;  // estimators on resident G-buffers, without transfers
+  double gbuffer_s = 0;             // primary visibility
+  double lighting_s = 0;            // estimators on resident G-buffers, without transfers
+  std::vector<KernelTime> kernels;  // device time of all of them
 };
 
 // What a camera sees. Images are height x width, row 0 on top; black where nothing was hit.

@@ -8,6 +8,8 @@
 #include <fstream>
 
 #include "core/error.h"
+#include "core/file.h"
+#include "render/program_cache.h"
 
 namespace luxfield::render {
 namespace {
@@ -95,6 +97,71 @@ TEST_F(DeviceTest, ReadsItsBinaryBackAndIgnoresADamagedOne) {
   EXPECT_THAT(RunScale(device, rebuilt), testing::ElementsAre(3, 5, 7, 9, 11));
   std::filesystem::resize_file(CachedFile(), 10);
   EXPECT_FALSE(Program::BuildText(device, kScale, "scale").from_cache());
+}
+
+TEST_F(DeviceTest, TheCacheIsKeyedByDeviceDriverOptionsAndSource) {
+  const DeviceInfo info = Device::Open().info();
+  const std::string key = ProgramKey(info, "-DA=1", "source");
+  StoreProgramBinary("scale", key, "binary");
+  EXPECT_EQ(LoadProgramBinary("scale", key), "binary");
+  EXPECT_EQ(LoadProgramBinary("other", key), "");
+  EXPECT_NE(ProgramKey(info, "-DA=2", "source"), key);
+  EXPECT_NE(ProgramKey(info, "-DA=1", "other source"), key);
+  for (auto field :
+       {&DeviceInfo::platform, &DeviceInfo::name, &DeviceInfo::version, &DeviceInfo::driver}) {
+    DeviceInfo other = info;
+    other.*field += " 2";
+    const std::string other_key = ProgramKey(other, "-DA=1", "source");
+    EXPECT_EQ(LoadProgramBinary("scale", other_key), "");
+    // A file of another key under this one's name (equal hashes) is not used.
+    const auto mine = CachedFile();
+    StoreProgramBinary("scale", other_key, "other binary");
+    for (const auto& entry : std::filesystem::directory_iterator(mine.parent_path()))
+      if (entry.path() != mine)
+        std::filesystem::copy_file(mine, entry.path(),
+                                   std::filesystem::copy_options::overwrite_existing);
+    EXPECT_EQ(LoadProgramBinary("scale", other_key), "");
+    EXPECT_EQ(LoadProgramBinary("scale", key), "binary");
+    for (const auto& entry : std::filesystem::directory_iterator(mine.parent_path()))
+      if (entry.path() != mine) std::filesystem::remove(entry.path());
+  }
+}
+
+TEST_F(DeviceTest, CompilesAnewWhatTheDriverRefuses) {
+  const auto device = Device::Open();
+  const std::string key = ProgramKey(device.info(), "", ResolveIncludes(kScale, "scale"));
+  EXPECT_FALSE(Program::BuildText(device, kScale, "scale").from_cache());
+  const std::string good = LoadProgramBinary("scale", key);
+  ASSERT_FALSE(good.empty());
+  // A whole file with something else inside; a truncated binary would abort PoCL, and the file's
+  // checksum keeps it from it.
+  StoreProgramBinary("scale", key, "not a binary of any driver");
+  const auto program = Program::BuildText(device, kScale, "scale");
+  EXPECT_FALSE(program.from_cache());
+  EXPECT_THAT(RunScale(device, program), testing::ElementsAre(3, 5, 7, 9, 11));
+  EXPECT_EQ(LoadProgramBinary("scale", key).size(), good.size());  // replaced
+}
+
+TEST_F(DeviceTest, CountsLaunchesAndDeviceTimePerKernel) {
+  const auto device = Device::Open();
+  const std::string text = std::string(kScale) + "__kernel void Nothing(int i) {}";
+  const auto program = Program::BuildText(device, text, "scale");
+  device.TakeKernelTimes();
+  RunScale(device, program);
+  Kernel nothing(program, "Nothing");
+  nothing.Set(cl_int{1});
+  double events_s = 0;
+  // More than the profile keeps pending.
+  for (int k = 0; k < 3000; ++k) events_s += nothing.Enqueue({8}, {4}).Seconds();
+  const auto times = device.TakeKernelTimes();
+  ASSERT_EQ(times.size(), 2u);
+  EXPECT_EQ(times[0].name, "Scale");
+  EXPECT_EQ(times[0].launches, 1);
+  EXPECT_GT(times[0].device_s, 0);
+  EXPECT_EQ(times[1].name, "Nothing");
+  EXPECT_EQ(times[1].launches, 3000);
+  EXPECT_NEAR(times[1].device_s, events_s, 1e-9 * events_s);
+  EXPECT_TRUE(device.TakeKernelTimes().empty());
 }
 
 TEST_F(DeviceTest, WorksWithoutAWritableCache) {

@@ -93,6 +93,23 @@ class RendererTest : public testing::Test {
   static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
 };
 
+TEST_F(RendererTest, AFrameListsItsKernels) {
+  const auto file = WriteLamp("kernels", Lamp(1), false);
+  LitScene lit(Device::Open(), Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)}));
+  Renderer renderer(lit, Unshadowed("exact"));
+  for (int frame = 0; frame < 2; ++frame) {  // each counts its own
+    const auto kernels = renderer.Render().times.kernels;
+    ASSERT_GE(kernels.size(), 2u);
+    EXPECT_EQ(kernels[0].name, "PrimaryRays");
+    EXPECT_EQ(kernels[0].launches, 1);  // the picture is one band
+    for (std::size_t k = 1; k < kernels.size(); ++k) {
+      EXPECT_EQ(kernels[k].name.substr(0, 5), "Exact");
+      EXPECT_EQ(kernels[k].launches, 2) << kernels[k].name;  // luminaires
+      EXPECT_GT(kernels[k].device_s, 0) << kernels[k].name;
+    }
+  }
+}
+
 TEST_F(RendererTest, TwoLuminairesAddUpToTheClosedForm) {
   const LightField field = Lamp(3);
   const auto file = WriteLamp("exact", field, false);
