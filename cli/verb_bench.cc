@@ -19,11 +19,12 @@
 namespace luxfield::cli {
 namespace {
 
-// Rows as an aligned table: numbers to four digits, the first column left.
+// Rows as an aligned table: numbers to four digits, the first column left; lists are for --json.
 void PrintRows(const core::Json& rows) {
   if (rows.empty()) return;
   std::vector<std::vector<std::string>> cells(1);
-  for (const auto& [key, value] : rows.front().items()) cells[0].push_back(key);
+  for (const auto& [key, value] : rows.front().items())
+    if (!value.is_structured()) cells[0].push_back(key);
   for (const auto& row : rows) {
     cells.emplace_back();
     for (const auto& key : cells[0]) {

@@ -22,7 +22,9 @@ function(luxfield_room name)
       COMMAND ${CMAKE_COMMAND} -DOUTPUT=${embedded} -DROOM=${name} -DROOT=${CMAKE_SOURCE_DIR} "-DKERNELS=${kernels}"
               -P ${CMAKE_SOURCE_DIR}/cmake/embed_kernels.cmake
       DEPENDS ${kernels} ${CMAKE_SOURCE_DIR}/cmake/embed_kernels.cmake VERBATIM)
-    target_sources(${library} PRIVATE ${embedded})
+    # An object library of its own: device_bench is built from the same one.
+    add_library(${library}_kernels OBJECT ${embedded})
+    target_sources(${library} PRIVATE $<TARGET_OBJECTS:${library}_kernels>)
   endif()
 endfunction()
 

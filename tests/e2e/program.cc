@@ -11,12 +11,8 @@
 
 namespace luxfield::e2e {
 
-Outcome RunLuxfield(const std::vector<std::string>& arguments,
-                    const std::filesystem::path& folder) {
+Outcome RunProgram(std::vector<std::string> words, const std::filesystem::path& folder) {
   const auto out_path = folder / ".stdout", err_path = folder / ".stderr";
-  std::string program = std::string(LUXFIELD_BINARY_DIR) + "/luxfield";
-  std::vector<std::string> words{program};
-  words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (auto& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -27,7 +23,7 @@ Outcome RunLuxfield(const std::vector<std::string>& arguments,
     if (chdir(folder.c_str()) != 0) _exit(126);
     dup2(out, STDOUT_FILENO);
     dup2(err, STDERR_FILENO);
-    execv(program.c_str(), argv.data());
+    execvp(argv[0], argv.data());
     _exit(127);
   }
   int status = 0;
@@ -41,12 +37,23 @@ Outcome RunLuxfield(const std::vector<std::string>& arguments,
   return outcome;
 }
 
+Outcome RunLuxfield(const std::vector<std::string>& arguments,
+                    const std::filesystem::path& folder) {
+  std::vector<std::string> words{BuiltProgram("luxfield").string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return RunProgram(std::move(words), folder);
+}
+
 std::filesystem::path FreshFolder(const std::string& name) {
   const auto folder = std::filesystem::path(testing::TempDir()) /
                       ("luxfield_e2e_" + name + "_" + std::to_string(getpid()));
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder;
+}
+
+std::filesystem::path BuiltProgram(const std::string& name) {
+  return std::filesystem::path(LUXFIELD_BINARY_DIR) / name;
 }
 
 std::filesystem::path SourceFile(const std::string& relative) {

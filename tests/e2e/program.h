@@ -12,13 +12,17 @@ struct Outcome {
   std::string out, err;
 };
 
-// build/luxfield with these arguments, in `folder`. No shell is involved, so arguments need no
-// quoting.
+// The program words[0] (a path, or a name that $PATH finds) with its arguments, in `folder`. No
+// shell is involved, so arguments need no quoting.
+Outcome RunProgram(std::vector<std::string> words, const std::filesystem::path& folder);
+
+// build/luxfield with these arguments, in `folder`.
 Outcome RunLuxfield(const std::vector<std::string>& arguments, const std::filesystem::path& folder);
 
 // A fresh empty folder for this test.
 std::filesystem::path FreshFolder(const std::string& name);
 
+std::filesystem::path BuiltProgram(const std::string& name);    // build/NAME
 std::filesystem::path SourceFile(const std::string& relative);  // a file of the repository
 std::filesystem::path TestData(const std::string& relative);    // third-party file; may be absent
 

@@ -1,0 +1,36 @@
+# device_bench: the estimators on an OpenCL device, as one file to copy to a machine without our libraries.
+#
+# A second build of the rooms' own sources. fmt, nlohmann-json and CLI11 are compiled in from their headers, TBB is
+# replaced behind core/parallel.h, the C++ runtime is linked statically; what stays is libOpenCL.so.1 and the C library.
+set(device_bench_sources
+    device_bench/main.cc
+    device_bench/parallel.cc
+    core/colour.cc
+    core/error.cc
+    core/file.cc
+    core/measures.cc
+    core/stopwatch.cc
+    lightfield/basis.cc
+    lightfield/light_field.cc
+    lightfield/light_vector.cc
+    lightfield/projected_texels.cc
+    preprocess/tables.cc
+    render/device.cc
+    render/kernel_profile.cc
+    render/program.cc
+    render/program_cache.cc
+    scene/transform.cc
+    study/bench_nearfield.cc
+    study/car2.cc)
+# A new estimator is part of the bench without a line here.
+file(GLOB device_bench_estimators CONFIGURE_DEPENDS RELATIVE ${CMAKE_SOURCE_DIR} render/estimators/*.cc)
+
+add_executable(device_bench ${device_bench_sources} ${device_bench_estimators}
+                            $<TARGET_OBJECTS:luxfield_render_kernels>)
+target_include_directories(device_bench PRIVATE ${CMAKE_SOURCE_DIR})
+luxfield_foreign_headers(device_bench OpenCL::OpenCL fmt::fmt-header-only nlohmann_json::nlohmann_json CLI11::CLI11)
+target_link_libraries(device_bench PRIVATE OpenCL::OpenCL fmt::fmt-header-only nlohmann_json::nlohmann_json
+                                           CLI11::CLI11 Threads::Threads)
+target_link_options(device_bench PRIVATE -static-libstdc++ -static-libgcc -Wl,--gc-sections)
+# A libOpenCL.so.1 beside the program serves where the machine has a driver but no loader.
+set_target_properties(device_bench PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR} BUILD_RPATH "$ORIGIN")
