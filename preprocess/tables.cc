@@ -4,99 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <span>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "preprocess/summed_area.h"
 
 namespace luxfield::preprocess {
 namespace {
 
 using lightfield::LightField;
-
-// Sums stay below 2^62 plus half a quantum per texel.
-constexpr int kTotalBits = 62;
-
-[[noreturn]] void RefuseTexel(const LightField& field, const std::string& name, int m,
-                              std::size_t texel) {
-  const auto& g = field.geometry;
-  const int width = g.lattice.width;
-  for (int channel = 0; channel < g.channels; ++channel) {
-    const float c = field.image(m, channel)[texel];
-    if (c >= 0 && std::isfinite(c)) continue;
-    const bool finite = std::isfinite(c);
-    throw InputError(
-        name,
-        fmt::format("image C.{:02d}.{:02d} is {} at row {}, column {}", m / g.grid.width,
-                    m % g.grid.width, c, texel / width, texel % width),
-        finite ? "sampling needs C >= 0: make the light field with 'luxfield reconstruct "
-                 "--non-negative'"
-               : "repair it, or make the light field again with 'luxfield reconstruct "
-                 "--non-negative'");
-  }
-  throw InputError(name, "a coefficient changed while it was read", "run again");
-}
-
-// Writes Y of every texel and returns its sum; refuses what cannot be sampled.
-double LuminanceSum(const LightField& field, const std::string& name, int m,
-                    std::vector<float>& luminance) {
-  const std::size_t size = field.geometry.plane_size();
-  bool good = true;
-  double sum = 0;
-  if (field.geometry.channels == 1) {
-    const auto c = field.image(m, 0);
-    for (std::size_t k = 0; k < size; ++k) {
-      good &= c[k] >= 0 && c[k] <= std::numeric_limits<float>::max();
-      luminance[k] = c[k];
-      sum += c[k];
-    }
-  } else {
-    const auto r = field.image(m, 0), g = field.image(m, 1), b = field.image(m, 2);
-    for (std::size_t k = 0; k < size; ++k) {
-      good &= std::min({r[k], g[k], b[k]}) >= 0 && r[k] + g[k] + b[k] <= 3e38;
-      luminance[k] = TexelLuminance(field, m, k);
-      sum += luminance[k];
-    }
-  }
-  if (good && sum <= std::numeric_limits<float>::max()) return sum;
-  for (std::size_t k = 0; k < size; ++k)
-    for (int channel = 0; channel < field.geometry.channels; ++channel) {
-      const float c = field.image(m, channel)[k];
-      if (!(c >= 0) || !std::isfinite(c)) RefuseTexel(field, name, m, k);
-    }
-  throw InputError(name,
-                   fmt::format("the sum of image C.{:02d}.{:02d} exceeds the range of float32",
-                               m / field.geometry.grid.width, m % field.geometry.grid.width),
-                   "scale the light field down");
-}
-
-// One pass over the image, row prefix plus the row above; returns the exponent.
-int BuildSat(const std::vector<float>& luminance, double sum, int width, int height,
-             std::uint64_t* sat) {
-  std::fill(sat, sat + width + 1, 0);
-  int exponent = 0;
-  if (sum > 0) {
-    int binary_exponent = 0;
-    std::frexp(sum, &binary_exponent);
-    exponent = kTotalBits - binary_exponent;
-  }
-  const double scale = std::ldexp(1.0, exponent);
-  for (int r = 0; r < height; ++r) {
-    const std::uint64_t* above = sat + static_cast<std::size_t>(r) * (width + 1);
-    std::uint64_t* row = sat + static_cast<std::size_t>(r + 1) * (width + 1);
-    const float* texel = luminance.data() + static_cast<std::size_t>(r) * width;
-    std::uint64_t prefix = 0;
-    row[0] = 0;
-    for (int c = 0; c < width; ++c) {
-      // Adding 0.5 is exact below 2^52 quanta; above, every value is a whole number already.
-      const double quanta = texel[c] * scale;
-      prefix += static_cast<std::uint64_t>(
-          static_cast<std::int64_t>(quanta < 0x1p51 ? quanta + 0.5 : quanta));
-      row[c + 1] = above[c + 1] + prefix;
-    }
-  }
-  return exponent;
-}
 
 // The fractional texel index where the piecewise linear cdf(k), k = 0..count, reaches half of its
 // end value.
@@ -162,12 +79,6 @@ double Tables::QuantaToLuminance(int m, std::uint64_t quanta) const {
   return std::ldexp(static_cast<double>(quanta), -exponent[m]);
 }
 
-float TexelLuminance(const LightField& field, int m, std::size_t texel) {
-  if (field.geometry.channels == 1) return field.image(m, 0)[texel];
-  return static_cast<float>(0.2126 * field.image(m, 0)[texel] + 0.7152 * field.image(m, 1)[texel] +
-                            0.0722 * field.image(m, 2)[texel]);
-}
-
 Tables BuildTables(const LightField& field, const std::string& name, const std::string& sha256) {
   const auto& g = field.geometry;
   Tables tables;
@@ -183,8 +94,9 @@ Tables BuildTables(const LightField& field, const std::string& name, const std::
     std::vector<float> luminance(g.plane_size());
     for (std::size_t m = begin; m < end; ++m) {
       const double sum = LuminanceSum(field, name, static_cast<int>(m), luminance);
-      tables.exponent[m] = BuildSat(luminance, sum, tables.width, tables.height,
-                                    tables.sat.data() + tables.sat_size() * m);
+      tables.exponent[m] =
+          BuildSummedArea(std::span<const float>(luminance), sum, tables.width, tables.height,
+                          tables.sat.data() + tables.sat_size() * m);
     }
   });
   FillReference(g, tables);

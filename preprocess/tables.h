@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "lightfield/light_field.h"
+#include "preprocess/summed_area.h"
 
 namespace luxfield::preprocess {
 
@@ -60,9 +61,6 @@ struct Tables {
   // Sum of all texels of image m.
   double Total(int m) const { return QuantaToLuminance(m, Quanta(m, 0, 0, width, height)); }
 };
-
-// What the SAT counts: Y of a texel, rounded to float32 (the value itself for one channel).
-float TexelLuminance(const lightfield::LightField& field, int m, std::size_t texel);
 
 // Builds the tables of `field`, images in parallel. `name` (the file) and `sha256` are for messages
 // and provenance. Throws InputError naming image and texel for a negative, NaN or infinite C, and

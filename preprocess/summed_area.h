@@ -1,0 +1,30 @@
+// What all sampling tables are made with: luminance of coefficient images, and summed-area tables
+// in 64-bit fixed point.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "lightfield/light_field.h"
+
+namespace luxfield::preprocess {
+
+// Y of a texel, rounded to float32 (the value itself for one channel).
+float TexelLuminance(const lightfield::LightField& field, int m, std::size_t texel);
+
+// Writes TexelLuminance of every texel of image m and returns their sum. Throws InputError naming
+// the file `name`, image and texel for a negative, NaN or infinite C, and for an image whose sum
+// exceeds float32.
+double LuminanceSum(const lightfield::LightField& field, const std::string& name, int m,
+                    std::span<float> luminance);
+
+// Fills sat[r (width + 1) + c] = sum of the values of rows < r and columns < c in quanta of
+// 2^-exponent, each value rounded to the nearest quantum, and returns the exponent: `sum`, that of
+// all values, lies in [2^61, 2^62) quanta. Values are not negative; a sum of 0 gives zeros. T is
+// float or double.
+template <typename T>
+int BuildSummedArea(std::span<const T> values, double sum, int width, int height,
+                    std::uint64_t* sat);
+
+}  // namespace luxfield::preprocess
