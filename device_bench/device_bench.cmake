@@ -16,6 +16,7 @@ set(device_bench_sources
     lightfield/projected_texels.cc
     preprocess/tables.cc
     render/device.cc
+    render/device_tuning.cc
     render/kernel_profile.cc
     render/program.cc
     render/program_cache.cc

@@ -3,7 +3,8 @@
 //
 // The program carries its kernels and its scene, `car2` (study/car2.h), and needs nothing but an
 // OpenCL driver: copy the file to the machine and run it. Errors are against the closed form in
-// double, computed on the host for some pixels.
+// double, computed on the host for some pixels. LUXFIELD_TUNING changes how work is cut for the
+// device (render/device_tuning.h).
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -75,9 +76,10 @@ int Run(const Options& options) {
     return 0;
   }
   luxfield::core::SetThreads(options.bench.threads);
-  const DeviceInfo info =
-      luxfield::render::Device::Open(options.bench.device, options.bench.threads).info();
+  const auto device = luxfield::render::Device::Open(options.bench.device, options.bench.threads);
+  const DeviceInfo& info = device.info();
   PrintDevice(info);
+  fmt::print("   tuning {}\n", device.tuning().Text());
   const nlohmann::json rows = luxfield::study::BenchNearfield(options.bench);
   PrintRows(rows);
   if (!options.json_file.empty())
@@ -86,6 +88,7 @@ int Run(const Options& options) {
                                                        {"platform", info.platform},
                                                        {"opencl", info.version},
                                                        {"driver", info.driver},
+                                                       {"tuning", device.tuning().Text()},
                                                        {"version", LUXFIELD_VERSION},
                                                        {"rows", rows}}
                                                 .dump(2) +

@@ -105,6 +105,8 @@ DeviceInfo Describe(cl_device_id id, int index) {
   info.max_work_group_size = Get<std::size_t>(id, CL_DEVICE_MAX_WORK_GROUP_SIZE);
   info.global_memory_bytes = Get<cl_ulong>(id, CL_DEVICE_GLOBAL_MEM_SIZE);
   info.max_allocation_bytes = Get<cl_ulong>(id, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
+  info.has_exact_divide = (Get<cl_device_fp_config>(id, CL_DEVICE_SINGLE_FP_CONFIG) &
+                           CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
   info.has_fp64 = Get<cl_device_fp_config>(id, CL_DEVICE_DOUBLE_FP_CONFIG) != 0;
   return info;
 }
@@ -161,7 +163,16 @@ Device Device::Open(const std::string& selector, int threads) {
       clCreateCommandQueue(state->context.get(), state->id, CL_QUEUE_PROFILING_ENABLE, &code));
   Check(code, "clCreateCommandQueue");
   state->profile = std::make_shared<KernelProfile>();
-  return Device(std::move(state));
+  Device device(std::move(state));
+  if (const char* text = std::getenv("LUXFIELD_TUNING"))
+    device.tuning_ = ParseTuning(text, device.tuning_);
+  return device;
+}
+
+Device Device::WithTuning(const DeviceTuning& tuning) const {
+  Device device = *this;
+  device.tuning_ = tuning;
+  return device;
 }
 
 void Device::Finish() const { Check(clFinish(queue()), "clFinish"); }
@@ -231,6 +242,11 @@ Kernel::Kernel(const Program& program, const std::string& name)
   cl_int code = CL_SUCCESS;
   kernel_.reset(clCreateKernel(program.get(), name.c_str(), &code));
   Check(code, fmt::format("clCreateKernel '{}'", name));
+  std::size_t limit = 1;
+  Check(clGetKernelWorkGroupInfo(kernel_.get(), device_.id(), CL_KERNEL_WORK_GROUP_SIZE,
+                                 sizeof limit, &limit, nullptr),
+        "clGetKernelWorkGroupInfo");
+  group_size_ = std::min<std::size_t>(device_.tuning().group_size, limit);
 }
 
 void Kernel::CheckArgumentCount(std::size_t count) const {
@@ -246,6 +262,8 @@ void Kernel::SetBytes(cl_uint index, std::size_t bytes, const void* value) {
   Check(clSetKernelArg(kernel_.get(), index, bytes, value),
         fmt::format("clSetKernelArg {} of kernel '{}'", index, name_));
 }
+
+Event Kernel::Enqueue(std::size_t items) const { return Enqueue({items}, {group_size_}); }
 
 Event Kernel::Enqueue(WorkSize global, WorkSize local) const {
   if (global.x == 0 || global.y == 0 || local.x == 0 || local.y == 0)

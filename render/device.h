@@ -20,6 +20,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "render/device_tuning.h"
+
 namespace luxfield::render {
 
 // The text of a kernel file by its path inside render/ ("kernels/bvh.clh"); empty if there is none.
@@ -33,6 +35,7 @@ struct DeviceInfo {
   std::size_t max_work_group_size = 0;
   std::uint64_t global_memory_bytes = 0, max_allocation_bytes = 0;
   bool has_fp64 = false;
+  bool has_exact_divide = false;  // -cl-fp32-correctly-rounded-divide-sqrt
 };
 
 // Every OpenCL device of every platform; empty if there is none.
@@ -65,10 +68,14 @@ class Device {
   // `selector`: empty = the first device, digits = an index of ListDevices(), else a part of its
   // name or its platform's (case ignored). InputError lists the devices if none fits; DeviceError
   // if the machine has none. `threads` > 0 bounds PoCL's CPU threads; it acts only before the first
-  // OpenCL call of the process, so the first Open decides.
+  // OpenCL call of the process, so the first Open decides. The environment variable LUXFIELD_TUNING
+  // overrides the device's tuning (ParseTuning).
   static Device Open(const std::string& selector = {}, int threads = 0);
 
   const DeviceInfo& info() const { return state_->info; }
+  const DeviceTuning& tuning() const { return tuning_; }
+  // The same device; programs and kernels made from the returned object are cut as `tuning` says.
+  Device WithTuning(const DeviceTuning& tuning) const;
   cl_context context() const { return state_->context.get(); }
   cl_command_queue queue() const { return state_->queue.get(); }
   cl_device_id id() const { return state_->id; }
@@ -86,8 +93,10 @@ class Device {
     Unique<cl_command_queue, clReleaseCommandQueue> queue;
     std::shared_ptr<KernelProfile> profile;
   };
-  explicit Device(std::shared_ptr<const State> state) : state_(std::move(state)) {}
+  explicit Device(std::shared_ptr<const State> state)
+      : state_(std::move(state)), tuning_(TuningOf(state_->info)) {}
   std::shared_ptr<const State> state_;
+  DeviceTuning tuning_;
 };
 
 // Device memory. Transfers block and check sizes. A default-constructed Buffer is a kernel's null
@@ -147,7 +156,7 @@ class Program {
   // `path`: an embedded source, e.g. "kernels/gbuffer.cl". `#include "x"` is resolved over the
   // embedded names, first beside the including file, then from render/ ("kernels/bvh.clh" and
   // "render/kernels/bvh.clh" mean the same); a file is included once, and #line keeps its name for
-  // the compiler's messages.
+  // the compiler's messages. The device's tuning adds its options.
   static Program Build(const Device& device, std::string_view path,
                        const std::string& options = {});
   // The same for a text of the caller's; `name` is for messages.
@@ -205,6 +214,9 @@ class Kernel {
   // Runs at least `global` work-items, rounded up to multiples of `local`: kernels check their
   // bounds.
   Event Enqueue(WorkSize global, WorkSize local) const;
+  // The same in one dimension, in groups of the device's tuning or smaller where the kernel allows
+  // no such.
+  Event Enqueue(std::size_t items) const;
 
   const std::string& name() const { return name_; }
 
@@ -227,6 +239,7 @@ class Kernel {
   Device device_;
   Unique<cl_kernel, clReleaseKernel> kernel_;
   std::string name_;
+  std::size_t group_size_ = 1;
 };
 
 // "CL_OUT_OF_RESOURCES" for -5, "OpenCL error -9999" for unknown codes.

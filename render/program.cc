@@ -134,7 +134,8 @@ Program Program::Build(const Device& device, std::string_view path, const std::s
 }
 
 Program Program::BuildText(const Device& device, std::string_view text, const std::string& name,
-                           const std::string& options) {
+                           const std::string& own_options) {
+  const std::string options = device.tuning().BuildOptions() + " " + own_options;
   const std::string source = ResolveIncludes(text, name);
   const std::string key = ProgramKey(device.info(), options, source);
   Program built(device);

@@ -1,7 +1,5 @@
 #include "render/estimators/exact.h"
 
-#include <fmt/format.h>
-
 #include <optional>
 
 #include "render/estimators/luminaire_params.h"
@@ -14,11 +12,7 @@ class Exact : public Estimator {
  public:
   explicit Exact(const Device& device)
       : device_(device),
-        // On a CPU neighbouring pixels share texels; elsewhere registers are dearer than loads.
-        pixels_(device.info().is_cpu ? 8 : 1),
-        program_(Program::Build(
-            device, "kernels/exact.cl",
-            fmt::format("-D PIXELS={} -D SHARED={}", pixels_, device.info().is_cpu ? 4 : 1))),
+        program_(Program::Build(device, "kernels/exact.cl")),
         whole_(program_, "ExactIrradiance"),
         cut_(program_, "ExactCutIrradiance") {}
 
@@ -40,20 +34,18 @@ class Exact : public Estimator {
                     share, lighting.samples);
     }
     const auto count = static_cast<cl_int>(gbuffer.pixel_count());
+    const std::size_t pixels = device_.tuning().pixels_per_item;
     whole_
         .Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
              lighting.irradiance, lighting.variance)
-        .Enqueue({(gbuffer.pixel_count() + pixels_ - 1) / pixels_}, {kGroup});
+        .Enqueue((gbuffer.pixel_count() + pixels - 1) / pixels);
     cut_.Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
              lighting.irradiance, lighting.variance)
-        .Enqueue({gbuffer.pixel_count()}, {kGroup});
+        .Enqueue(gbuffer.pixel_count());
   }
 
  private:
-  static constexpr std::size_t kGroup = 32;
-
   Device device_;
-  std::size_t pixels_;  // per work-item
   Program program_;
   Kernel whole_, cut_;
   std::optional<WindowSampler> sampler_;  // built when shadows are first asked for

@@ -12,6 +12,7 @@ namespace luxfield::render {
 namespace {
 
 constexpr std::size_t kScratchBytes = std::size_t{32} << 20;
+constexpr std::size_t kBatchUnit = 64;  // pixels: rows of scratch memory begin on cache lines
 constexpr int kMaxSamples =
     1 << 20;  // cumulative expectations stay exact to 1/16 sample in float32
 
@@ -42,9 +43,10 @@ Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffe
   pixel_count_ = gbuffer.pixel_count();
   next_ = 0;
   const std::size_t images = luminaire.geometry().grid.count();
-  const std::size_t batch = std::clamp(kScratchBytes / (images * sizeof(float)) / kGroup,
-                                       std::size_t{1}, (pixel_count_ + kGroup - 1) / kGroup) *
-                            kGroup;
+  const std::size_t batch =
+      std::clamp(kScratchBytes / (images * sizeof(float)) / kBatchUnit, std::size_t{1},
+                 (pixel_count_ + kBatchUnit - 1) / kBatchUnit) *
+      kBatchUnit;
   if (batch != batch_ || scratch_.bytes() != batch * images * sizeof(float))
     scratch_ = Buffer(device_, batch * images * sizeof(float));
   batch_ = batch;

@@ -29,13 +29,11 @@ class WindowSampler {
                luminaire.sat_scale(), gbuffer.position, gbuffer.normal, gbuffer.albedo,
                gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none, bvh ? bvh->triangles : none,
                scratch_, outputs...)
-          .Enqueue({batch_}, {kGroup});
+          .Enqueue(batch_);
     }
   }
 
  private:
-  static constexpr std::size_t kGroup = 32;
-
   // The kernel for the G-buffer's surfaces, built when first asked for.
   Kernel& Begin(const std::string& estimator, const GBuffer& gbuffer,
                 const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,

@@ -129,7 +129,8 @@ TEST_F(DeviceTest, TheCacheIsKeyedByDeviceDriverOptionsAndSource) {
 
 TEST_F(DeviceTest, CompilesAnewWhatTheDriverRefuses) {
   const auto device = Device::Open();
-  const std::string key = ProgramKey(device.info(), "", ResolveIncludes(kScale, "scale"));
+  const std::string key = ProgramKey(device.info(), device.tuning().BuildOptions() + " ",
+                                     ResolveIncludes(kScale, "scale"));
   EXPECT_FALSE(Program::BuildText(device, kScale, "scale").from_cache());
   const std::string good = LoadProgramBinary("scale", key);
   ASSERT_FALSE(good.empty());
@@ -229,6 +230,40 @@ TEST_F(DeviceTest, BufferTransfersCheckTheirSizes) {
   EXPECT_THAT(buffer.Download<std::int32_t>(), testing::Each(0));
   EXPECT_TRUE(Buffer(device, 0).Download<float>().empty());
   EXPECT_THROW(Buffer().Upload(std::span(two)), DeviceError);
+}
+
+TEST(Tuning, FollowsTheDeviceAndCanBeChanged) {
+  DeviceInfo info;
+  info.is_cpu = true;
+  const DeviceTuning cpu = TuningOf(info);
+  EXPECT_GT(cpu.pixels_per_item, 1);
+  info.is_cpu = false;
+  const DeviceTuning gpu = TuningOf(info);
+  EXPECT_EQ(gpu.pixels_per_item, 1);
+  EXPECT_EQ(gpu.group_size % 64, 0);
+  EXPECT_THAT(gpu.BuildOptions(), testing::Not(testing::HasSubstr("rounded-divide")));
+  info.has_exact_divide = true;
+  EXPECT_THAT(TuningOf(info).BuildOptions(), testing::HasSubstr("rounded-divide"));
+  EXPECT_EQ(ParseTuning(gpu.Text(), cpu), gpu);
+  EXPECT_EQ(ParseTuning("", cpu), cpu);
+  EXPECT_EQ(ParseTuning("group=8", cpu).group_size, 8);
+  for (const char* wrong : {"group=0", "group", "group=", "group=8x", "wave=3", "pixels=6",
+                            "pixels=0,shared=0", "=", ",", "group=99999999999"})
+    EXPECT_THROW(ParseTuning(wrong, cpu), InputError) << wrong;
+
+  ::setenv("LUXFIELD_TUNING", "group=4", 1);
+  const auto device = Device::Open();
+  ::unsetenv("LUXFIELD_TUNING");
+  EXPECT_EQ(device.tuning().group_size, 4);
+  EXPECT_NE(Device::Open().tuning().group_size, 4);
+  const auto program = Program::BuildText(
+      device,
+      "__kernel void Size(__global int* out) { out[get_global_id(0)] = get_local_size(0); }",
+      "size");
+  const Buffer out(device, 8 * sizeof(cl_int));
+  Kernel kernel(program, "Size");
+  kernel.Set(out).Enqueue(std::size_t{8});
+  EXPECT_THAT(out.Download<cl_int>(), testing::Each(4));
 }
 
 TEST(Includes, AreResolvedOnceWithTheirLines) {

@@ -110,6 +110,36 @@ TEST_F(RendererTest, AFrameListsItsKernels) {
   }
 }
 
+// CPU and GPU variants of every estimator on the same device: samples are drawn and added up the
+// same way, to the bit; sums without noise may be rounded differently.
+TEST_F(RendererTest, DoesNotDependOnHowTheDeviceIsTuned) {
+  const Device device = Device::Open();
+  const auto file = WriteLamp("tuning", Lamp(3), true);
+  const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
+  for (const auto& traits : EstimatorList()) {
+    const auto render = [&](const std::string& tuning) {
+      LitScene lit(device.WithTuning(ParseTuning(tuning, device.tuning())), scene);
+      RenderOptions options;
+      options.estimator = traits.name;
+      options.samples_per_pixel = 12;
+      return Renderer(lit, options).Render();
+    };
+    const Frame one = render("group=32,pixels=8,shared=4");
+    double mean = 0;
+    for (const float e : one.irradiance.data)
+      mean += e / static_cast<double>(one.irradiance.data.size());
+    for (const char* tuning : {"group=1,pixels=4,shared=2", "group=64,pixels=1,shared=1"}) {
+      const Frame other = render(tuning);
+      for (std::size_t k = 0; k < one.irradiance.data.size(); ++k) {
+        const float a = one.irradiance.data[k], b = other.irradiance.data[k];
+        ASSERT_NEAR(a, b, traits.noise_free ? 2e-6 * (mean + std::abs(a)) : 0.0)
+            << traits.name << " " << tuning << " value " << k;
+      }
+      EXPECT_EQ(other.samples.data, one.samples.data) << traits.name << " " << tuning;
+    }
+  }
+}
+
 TEST_F(RendererTest, TwoLuminairesAddUpToTheClosedForm) {
   const LightField field = Lamp(3);
   const auto file = WriteLamp("exact", field, false);

@@ -1,0 +1,42 @@
+// How work is cut for a device: the one place where CPUs and GPUs differ.
+//
+// Kernels compute the same whatever is chosen: sampling estimators to the bit, sums of `exact` up
+// to their rounding. Chosen by rule from what the device says of itself:
+//
+//                      CPU                                    GPU
+//   group_size         32: enough to spread over threads      64: a multiple of every wave in use
+//   pixels_per_item    8 pixels read a window while cached    1: registers are dearer than loads
+//   shared_loads       4 of them from the same loads          1
+//   exact_divide       wherever the device offers it: quotients equal on all devices
+//
+// No kernel uses double: what float32 cannot hold is a pair of floats or 64-bit fixed point.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace luxfield::render {
+
+struct DeviceInfo;
+
+struct DeviceTuning {
+  int group_size = 32;      // work-items of a one-dimensional group; a kernel's own limit bounds it
+  int pixels_per_item = 8;  // `exact`: a multiple of shared_loads
+  int shared_loads = 4;     // `exact`
+  bool exact_divide = false;  // correctly rounded division
+
+  bool operator==(const DeviceTuning&) const = default;
+
+  // For clBuildProgram: -D PIXELS and SHARED, and the division.
+  std::string BuildOptions() const;
+  // "group=64,pixels=8,shared=4,divide=1", as ParseTuning reads it.
+  std::string Text() const;
+};
+
+DeviceTuning TuningOf(const DeviceInfo& info);
+
+// `base` with what `text` changes: "group=1" or "pixels=1,shared=1" ... InputError names
+// what it does not understand or what cannot be.
+DeviceTuning ParseTuning(const std::string& text, const DeviceTuning& base);
+
+}  // namespace luxfield::render
