@@ -10,7 +10,52 @@
 namespace luxfield::cli {
 namespace {
 
-constexpr std::array kColours = {"#1f5fa8", "#c8501e", "#2f8a4c", "#8a3fa0", "#8c6d1f", "#555555"};
+constexpr std::array kColours = {"#1f5fa8", "#c8501e", "#2f8a4c", "#8a3fa0", "#8c6d1f",
+                                 "#555555", "#d0418f", "#1aa3a3", "#5b3fd0", "#a83232"};
+constexpr const char* kRingColour = "#999999";
+constexpr double kLegendLine = 18;
+
+std::string Marker(int style, double x, double y, const char* colour) {
+  const auto polygon = [&](std::initializer_list<std::array<double, 2>> corners) {
+    std::string points;
+    for (const auto& [dx, dy] : corners) points += fmt::format("{:.1f},{:.1f} ", x + dx, y + dy);
+    return fmt::format("<polygon points=\"{}\" fill=\"{}\"/>", points, colour);
+  };
+  switch (style % 5) {
+    case 1:
+      return polygon({{-2.5, -2.5}, {2.5, -2.5}, {2.5, 2.5}, {-2.5, 2.5}});
+    case 2:
+      return polygon({{0, -3.5}, {3.5, 2.5}, {-3.5, 2.5}});
+    case 3:
+      return polygon({{0, -3.8}, {3.8, 0}, {0, 3.8}, {-3.8, 0}});
+    case 4:
+      return polygon({{0, 3.5}, {3.5, -2.5}, {-3.5, -2.5}});
+    default:
+      return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.5\" fill=\"{}\"/>", x, y,
+                         colour);
+  }
+}
+
+std::string Ring(double x, double y) {
+  return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"6\" fill=\"none\" stroke=\"{}\"/>", x,
+                     y, kRingColour);
+}
+
+// Where each named series stands in the legend between title and frame: lines of them.
+struct Place {
+  double x = 0, y = 0;
+};
+std::vector<Place> LegendPlaces(const Plot& plot, double left, double right) {
+  std::vector<Place> places;
+  Place next{left, 41};
+  for (const auto& series : plot.series) {
+    const double width = 40 + 7.0 * static_cast<double>(series.name.size());
+    if (next.x > left && next.x + width > right) next = {left, next.y + kLegendLine};
+    places.push_back(next);
+    if (!series.name.empty()) next.x += width;
+  }
+  return places;
+}
 
 struct Axis {
   double low = 0, high = 1;
@@ -90,7 +135,9 @@ std::string EscapeXml(const std::string& text) {
 }
 
 std::string SvgPlot(const Plot& plot) {
-  const double left = 70, right = plot.width - 16, top = 56, bottom = plot.height - 48;
+  const double left = 70, right = plot.width - 16, bottom = plot.height - 48;
+  const auto legend = LegendPlaces(plot, left, right);
+  const double top = 15 + (legend.empty() ? 41 : legend.back().y);
   std::vector<const std::vector<double>*> xs, ys;
   for (const auto& series : plot.series) {
     xs.push_back(&series.x);
@@ -124,29 +171,28 @@ std::string SvgPlot(const Plot& plot) {
       "<text transform=\"translate(16 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
       (top + bottom) / 2, EscapeXml(plot.y_label));
   bool any = false;
-  double legend_x = left;
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const Series& series = plot.series[k];
-    const char* colour = kColours[k % kColours.size()];
-    std::string points, circles;
+    const int style = series.style.value_or(static_cast<int>(k));
+    const char* colour = series.ring ? kRingColour : kColours[style % kColours.size()];
+    std::string points, markers;
     for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
       if (!x.Shows(series.x[i]) || !y.Shows(series.y[i])) continue;
       any = true;
-      points += fmt::format("{:.1f},{:.1f} ", x.Pixel(series.x[i]), y.Pixel(series.y[i]));
-      circles += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.5\" fill=\"{}\"/>",
-                             x.Pixel(series.x[i]), y.Pixel(series.y[i]), colour);
+      const double px = x.Pixel(series.x[i]), py = y.Pixel(series.y[i]);
+      points += fmt::format("{:.1f},{:.1f} ", px, py);
+      markers += series.ring ? Ring(px, py) : Marker(style, px, py, colour);
     }
     if (series.lines)
       svg += fmt::format(
           "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"/>\n", points,
           colour);
-    if (!series.lines || series.x.size() < 60) svg += circles + "\n";
-    if (!series.name.empty()) {  // the legend, in one line between title and frame
-      svg += fmt::format(
-          "<rect x=\"{:.0f}\" y=\"36\" width=\"10\" height=\"10\" fill=\"{}\"/><text x=\"{:.0f}\" "
-          "y=\"45\">{}</text>\n",
-          legend_x, colour, legend_x + 15, EscapeXml(series.name));
-      legend_x += 40 + 7.0 * static_cast<double>(series.name.size());
+    if (!series.lines || series.x.size() < 60) svg += markers + "\n";
+    if (!series.name.empty()) {
+      const auto& [lx, ly] = legend[k];
+      svg += fmt::format("{}<text x=\"{:.0f}\" y=\"{:.0f}\">{}</text>\n",
+                         series.ring ? Ring(lx + 5, ly) : Marker(style, lx + 5, ly, colour),
+                         lx + 15, ly + 4, EscapeXml(series.name));
     }
   }
   if (!any)

@@ -1,6 +1,7 @@
 // Line and point plots as SVG text, for reports.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,9 @@ struct Series {
   std::string name;
   std::vector<double> x, y;
   bool lines = true;  // joined points; else points alone
+  // Colour and marker: series of the same style look alike. Absent: one of its own.
+  std::optional<int> style{};
+  bool ring = false;  // points as open rings around those of other series; grey
 };
 
 struct Plot {
@@ -19,7 +23,8 @@ struct Plot {
   int width = 640, height = 360;
 };
 
-// A self-contained <svg> element. Text escapes are done here. An empty plot says "no data".
+// A self-contained <svg> element; series without a name are left out of its legend. Text escapes
+// are done here. An empty plot says "no data".
 std::string SvgPlot(const Plot& plot);
 
 std::string EscapeXml(const std::string& text);

@@ -5,26 +5,31 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <sstream>
 
 #include "cli/program.h"
+#include "cli/tradeoff_report.h"
 #include "core/file.h"
 #include "core/parallel.h"
 #include "render/device.h"
 #include "study/bench_errors.h"
 #include "study/bench_nearfield.h"
 #include "study/bench_solve.h"
+#include "study/bench_tradeoff.h"
 #include "study/cost_model.h"
 
 namespace luxfield::cli {
 namespace {
 
-// Rows as an aligned table: numbers to four digits, the first column left; lists are for --json.
-void PrintRows(const core::Json& rows) {
+// Rows as an aligned table: numbers to four digits; lists are for --json. `columns` empty: all of
+// the first row's.
+void PrintRows(const core::Json& rows, const std::vector<std::string>& columns) {
   if (rows.empty()) return;
-  std::vector<std::vector<std::string>> cells(1);
-  for (const auto& [key, value] : rows.front().items())
-    if (!value.is_structured()) cells[0].push_back(key);
+  std::vector<std::vector<std::string>> cells{columns};
+  if (columns.empty())
+    for (const auto& [key, value] : rows.front().items())
+      if (!value.is_structured()) cells[0].push_back(key);
   for (const auto& row : rows) {
     cells.emplace_back();
     for (const auto& key : cells[0]) {
@@ -55,8 +60,9 @@ std::string CpuName() {
   return "unknown CPU";
 }
 
-core::Json Finish(const core::Json& rows, const std::string& device) {
-  PrintRows(rows);
+core::Json Finish(const core::Json& rows, const std::string& device,
+                  const std::vector<std::string>& columns = {}) {
+  PrintRows(rows, columns);
   return {{"rows", rows}, {"device", device}, {"threads", core::Threads()}};
 }
 
@@ -83,15 +89,42 @@ core::Json Calibrate(const std::string& device_name, int threads) {
   return Finish(rows, device.info().name);
 }
 
+// Error against time, with its CSV and plots.
+core::Json Tradeoff(const study::BenchTradeoffOptions& how, const std::filesystem::path& folder) {
+  const core::Json rows = study::BenchTradeoff(how);
+  const auto files = WriteTradeoff(rows, folder);
+  core::Json result =
+      Finish(rows, render::Device::Open(how.device, how.threads).info().name,
+             {"scene", "shadows", "surface", "estimator", "spp", "knobs", "core_s", "fps",
+              "build_core_s", "rel_rmse", "rel_mse", "mean_lab", "bias", "resolved", "pareto"});
+  for (const auto& file : files) fmt::print("{}\n", file.string());
+  return result;
+}
+
+struct Options {
+  std::string name, lab = "data/labs/small.toml", plan = "data/plans/small.toml", folder, device;
+  int seeds = 20;
+  std::vector<int> samples;
+  std::vector<std::string> scenes, estimators;
+  std::optional<int> width, height, reference_samples;
+};
+
+study::BenchTradeoffOptions TradeoffOptions(const Options& options, int threads) {
+  study::BenchTradeoffOptions how;
+  how.device = options.device;
+  how.threads = threads;
+  how.estimators = options.estimators;
+  if (!options.scenes.empty()) how.scenes.assign(options.scenes.begin(), options.scenes.end());
+  if (!options.samples.empty()) how.samples_per_pixel = options.samples;
+  how.width = options.width.value_or(how.width);
+  how.height = options.height.value_or(how.height);
+  how.reference_samples = options.reference_samples.value_or(how.reference_samples);
+  return how;
+}
+
 }  // namespace
 
 void AddBench(Program& program) {
-  struct Options {
-    std::string name, lab = "data/labs/small.toml", plan = "data/plans/small.toml", folder, device;
-    int seeds = 20;
-    std::vector<int> samples{50, 200};
-    int width = 1024, height = 768;
-  };
   auto options = std::make_shared<Options>();
   CLI::App& verb = program.AddVerb(
       "bench", "Measure luxfield itself, or this machine", [options, &program]() -> core::Json {
@@ -102,12 +135,15 @@ void AddBench(Program& program) {
           study::BenchNearfieldOptions how;
           how.device = options->device;
           how.threads = program.common().threads;
-          how.width = options->width;
-          how.height = options->height;
-          how.samples_per_pixel = options->samples;
+          how.width = options->width.value_or(how.width);
+          how.height = options->height.value_or(how.height);
+          if (!options->samples.empty()) how.samples_per_pixel = options->samples;
           return Finish(study::BenchNearfield(how),
                         render::Device::Open(how.device, how.threads).info().name);
         }
+        if (options->name == "tradeoff")
+          return Tradeoff(TradeoffOptions(*options, program.common().threads),
+                          options->folder.empty() ? "out/tradeoff" : options->folder);
         study::BenchErrorsOptions how;
         how.lab = options->lab;
         how.plan = options->plan;
@@ -126,21 +162,36 @@ void AddBench(Program& program) {
           "solve: the Gram solve against a memory copy; nearfield: estimators against closed form "
           "and time;\n"
           "errors: does the propagated sigma of C hold, and what each systematic error does;\n"
+          "tradeoff: error against time for every estimator and knob, over the scenes of `./run "
+          "lamps`;\n"
           "calibrate: what estimators cost on a device, stored for render --error and --time")
       ->required()
-      ->check(CLI::IsMember({"solve", "nearfield", "errors", "calibrate"}));
+      ->check(CLI::IsMember({"solve", "nearfield", "errors", "tradeoff", "calibrate"}));
   verb.add_option("--lab", options->lab, "errors: the lab.toml whose [errors.*] state the sizes");
   verb.add_option("--plan", options->plan, "errors: the plan.toml");
-  verb.add_option("--folder", options->folder, "errors: scratch folder (default: a temporary one)");
+  verb.add_option(
+      "--folder", options->folder,
+      "errors: scratch folder (default: a temporary one); tradeoff: where CSV and plots go "
+      "(default: out/tradeoff)");
   verb.add_option("--seeds", options->seeds, "errors: sessions with random sources alone")
       ->check(CLI::Range(2, 10000));
-  verb.add_option("--spp", options->samples, "nearfield: samples per pixel to try");
-  verb.add_option("--width", options->width, "nearfield: picture width, pixels")
+  verb.add_option(
+      "--scene", options->scenes,
+      "tradeoff: scene.toml files (default: garage, wall, street, hall of data/scenes)");
+  verb.add_option("--estimator", options->estimators, "tradeoff: estimators (default: all)");
+  verb.add_option("--reference-spp", options->reference_samples,
+                  "tradeoff: samples per pixel of sampled references (default: 4096)")
+      ->check(CLI::Range(2, 1 << 24));
+  verb.add_option("--spp", options->samples,
+                  "nearfield, tradeoff: samples per pixel to try (default: 50 200; 50 200 1000)");
+  verb.add_option("--width", options->width,
+                  "nearfield, tradeoff: picture width, pixels (default: 1024; 128)")
       ->check(CLI::Range(1, 16384));
-  verb.add_option("--height", options->height, "nearfield: picture height, pixels")
+  verb.add_option("--height", options->height,
+                  "nearfield, tradeoff: picture height, pixels (default: 768; 96)")
       ->check(CLI::Range(1, 16384));
   verb.add_option("--device", options->device,
-                  "nearfield, calibrate: OpenCL device (default: the first)");
+                  "nearfield, tradeoff, calibrate: OpenCL device (default: the first)");
 }
 
 }  // namespace luxfield::cli

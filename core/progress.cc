@@ -13,6 +13,7 @@ namespace luxfield::core {
 namespace {
 
 std::atomic<bool> g_quiet{false};
+std::atomic<int> g_living{0};
 std::atomic<int> g_interrupts{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may touch it");
 
@@ -33,9 +34,11 @@ Progress::Progress(std::string label, std::uint64_t total)
     : label_(std::move(label)),
       total_(total),
       start_(std::chrono::steady_clock::now()),
-      drawn_(start_) {}
+      drawn_(start_),
+      nested_(g_living.fetch_add(1) > 0) {}
 
 Progress::~Progress() {
+  g_living.fetch_sub(1);
   const std::lock_guard lock(mutex_);
   if (open_) std::fputc('\n', stderr);
 }
@@ -44,7 +47,7 @@ void Progress::SetQuiet(bool quiet) { g_quiet = quiet; }
 
 void Progress::Advance(std::uint64_t steps, const std::string& note) {
   const std::uint64_t done = done_.fetch_add(steps) + steps;
-  if (g_quiet) return;
+  if (g_quiet || nested_) return;
   const std::lock_guard lock(mutex_);
   Draw(done, note, done >= total_);
 }

@@ -10,7 +10,8 @@
 namespace luxfield::core {
 
 // On a terminal one line on stderr is redrawn at most ten times a second; elsewhere a line every
-// 10 %. Thread-safe. Destroying it ends the line.
+// 10 %. Thread-safe. Destroying it ends the line. One that is made while another lives is silent:
+// the outermost job's line counts.
 class Progress {
  public:
   Progress(std::string label, std::uint64_t total);
@@ -32,6 +33,7 @@ class Progress {
   std::chrono::steady_clock::time_point start_, drawn_;
   std::uint64_t decile_ = 0;
   bool open_ = false;
+  const bool nested_;
 };
 
 // "12 s", "3 min 20 s", "2 h 05 min".

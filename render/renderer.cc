@@ -218,6 +218,7 @@ Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
                      lighting);
     scene_.device().Finish();
     times.lighting_s += stopwatch.WallSeconds();
+    times.lighting_core_s += stopwatch.CoreSeconds();
 
     const auto scale = static_cast<float>(luminaire.scale);
     const auto irradiance = lighting.irradiance.Download<cl_float4>();
@@ -257,6 +258,7 @@ Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b) 
   mean.times.gbuffer_s += frame_b.times.gbuffer_s;
   mean.times.lighting_s += frame_b.times.lighting_s;
   for (const KernelTime& kernel : frame_b.times.kernels) AddKernelTime(kernel, mean.times.kernels);
+  mean.times.lighting_core_s += frame_b.times.lighting_core_s;
   return mean;
 }
 

@@ -37,6 +37,7 @@ struct RenderOptions {
 struct RenderTimes {
   double gbuffer_s = 0;             // primary visibility
   double lighting_s = 0;            // estimators on resident G-buffers, without transfers
+  double lighting_core_s = 0;       // the same in CPU time of this process
   std::vector<KernelTime> kernels;  // device time of all of them
 };
 
