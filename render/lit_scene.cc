@@ -2,13 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "core/file.h"
 #include "core/stopwatch.h"
 #include "preprocess/table_io.h"
+#include "render/estimators/volume.h"
 
 namespace luxfield::render {
 namespace {
+
+constexpr double kVolumePixels = 512;  // longer side of the picture that a volume is made for
 
 // The tables given, else X.tab.exr beside X.lf.exr if it exists, else empty.
 std::filesystem::path TablesOf(const scene::Luminaire& luminaire) {
@@ -68,6 +73,24 @@ Estimator& LitScene::EstimatorNamed(const std::string& name) {
   return *estimator;
 }
 
+// Over what the camera sees, at a resolution that finds the reach: pixels between and beyond are
+// the estimator's to light otherwise.
+preprocess::VolumeForError LitScene::BuildVolume(const LoadedLightField& light_field) const {
+  scene::Camera camera = camera_;
+  const double shrink = std::min(1.0, kVolumePixels / std::max(camera.width, camera.height));
+  camera.width = std::max(1, static_cast<int>(shrink * camera.width));
+  camera.height = std::max(1, static_cast<int>(shrink * camera.height));
+  GBuffer gbuffer(device_, camera.width, camera.height);
+  PrimaryVisibility(device_).Render(geometry_, camera, 0, {0.5, 0.5}, gbuffer);
+  std::vector<preprocess::Receiver> receivers;
+  for (const auto& luminaire : luminaires_) {
+    if (luminaire.light_field.get() != &light_field) continue;
+    const auto more = ReceiversOf(gbuffer, luminaire.world_from_luminaire);
+    receivers.insert(receivers.end(), more.begin(), more.end());
+  }
+  return preprocess::BuildForReceivers(light_field.field, receivers);
+}
+
 void LitScene::Require(const TableNeeds& needs) {
   const core::Stopwatch stopwatch;
   for (const auto& luminaire : luminaires_) {
@@ -75,6 +98,16 @@ void LitScene::Require(const TableNeeds& needs) {
     if (needs.sat && !light_field.on_device.has_sat()) {
       const preprocess::Tables tables = ReadOrBuildTables(light_field);
       light_field.on_device.Add(device_, {.sat = &tables});
+    }
+    if (needs.volume && !light_field.on_device.has_volume()) {
+      const preprocess::VolumeForError built = BuildVolume(light_field);
+      if (!built.met)
+        throw InputError(light_field.file.string(),
+                         "a light-vector volume of its light in this scene takes more than 256 MiB",
+                         "use the estimator 'exact'");
+      light_field.on_device.Add(device_, {.volume = &built.volume});
+      provenance_[fmt::format("{} volume error", luminaire.name)] =
+          fmt::format("{:.2g}", built.rel_error);
     }
   }
   tables_core_s_ += stopwatch.CoreSeconds();

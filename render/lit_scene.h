@@ -38,7 +38,8 @@ class LitScene {
   LitScene(const Device& device, const scene::Scene& scene);
 
   // Uploads what is needed and not there yet: a SAT is read where the scene names tables or
-  // X.tab.exr lies beside the light field X.lf.exr, and built otherwise. Throws InputError for
+  // X.tab.exr lies beside the light field X.lf.exr, and built otherwise; a light-vector volume is
+  // built over what the camera sees, for a relative error of 0.2 %. Throws InputError for
   // tables that cannot be read or belong to another light field, and for light fields that tables
   // cannot be built from (negative C).
   void Require(const TableNeeds& needs);
@@ -58,6 +59,7 @@ class LitScene {
 
  private:
   std::shared_ptr<LoadedLightField> Load(const scene::Luminaire& luminaire);
+  preprocess::VolumeForError BuildVolume(const LoadedLightField& light_field) const;
 
   Device device_;
   scene::Camera camera_;

@@ -12,6 +12,7 @@
 #include "preprocess/tables.h"
 #include "render/device_scene.h"
 #include "render/estimators/estimator.h"
+#include "render/estimators/volume.h"
 #include "scene/bvh.h"
 #include "study/bench_nearfield.h"
 
@@ -175,8 +176,10 @@ CostModel Calibrate(const render::Device& device, std::vector<CalibrationRun>* r
   for (const CalibrationSetting& setting : settings) {
     const auto field = SyntheticCar2(setting.lamp);
     const auto tables = preprocess::BuildTables(field, "calibration lamp", std::string(64, '0'));
-    const render::LuminaireOnDevice luminaire(device, field, {.sat = &tables});
     const auto gbuffer = RoadGBuffer(device, setting.width, setting.height);
+    const auto volume = preprocess::BuildForReceivers(field, render::ReceiversOf(gbuffer, {}));
+    const render::LuminaireOnDevice luminaire(device, field,
+                                              {.sat = &tables, .volume = &volume.volume});
     const auto positions = gbuffer.position.Download<cl_float4>();
     for (const auto& [name, estimator] : estimators) {
       const auto& traits = estimator->traits();

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "render/estimators/exact.h"
+#include "render/estimators/volume.h"
 #include "render/estimators/windowed.h"
 
 namespace luxfield::render {
@@ -33,6 +34,7 @@ void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer) {
 
 std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& device) {
   if (name == ExactTraits().name) return MakeExact(device);
+  if (name == VolumeTraits().name) return MakeVolume(device);
   if (name == WindowedTraits().name) return MakeWindowed(device);
   if (name == ThesisTraits().name) return MakeThesis(device);
   std::string names;
@@ -41,7 +43,7 @@ std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& 
 }
 
 std::vector<EstimatorTraits> EstimatorList() {
-  return {ExactTraits(), WindowedTraits(), ThesisTraits()};
+  return {ExactTraits(), VolumeTraits(), WindowedTraits(), ThesisTraits()};
 }
 
 }  // namespace luxfield::render

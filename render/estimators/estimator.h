@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "lightfield/light_field.h"
+#include "preprocess/light_vector_volume.h"
 #include "preprocess/tables.h"
 #include "render/device.h"
 #include "render/gbuffer.h"
@@ -25,6 +26,7 @@ namespace luxfield::render {
 // traits say.
 struct LuminaireTables {
   const preprocess::Tables* sat = nullptr;
+  const preprocess::LightVectorVolume* volume = nullptr;
 };
 
 // The coefficient images and tables of one luminaire, uploaded once. Texels are padded on the right
@@ -48,11 +50,16 @@ class LuminaireOnDevice {
   // each image float 2^(62 - exponent): mass = S * 2^-62 * scale.
   const Buffer& sat() const { return sat_; }
   const Buffer& sat_scale() const { return sat_scale_; }
+  bool has_volume() const { return static_cast<bool>(volume_params_); }
+  // VolumeParams, and float4 coefficients (preprocess::LightVectorVolume); the latter null if the
+  // volume has no nodes.
+  const Buffer& volume_params() const { return volume_params_; }
+  const Buffer& volume() const { return volume_; }
 
  private:
   lightfield::LuminaireGeometry geometry_;
   int row_stride_ = 0;
-  Buffer images_, sat_, sat_scale_;
+  Buffer images_, sat_, sat_scale_, volume_params_, volume_;
 };
 
 struct EstimatorOptions {
@@ -67,6 +74,7 @@ struct EstimatorOptions {
 // Which tables an estimator reads; the renderer builds those that no file holds.
 struct TableNeeds {
   bool sat = false;
+  bool volume = false;
 };
 
 // What an estimator needs and promises; printed by `luxfield render --help` and checked by the
@@ -120,7 +128,8 @@ class Estimator {
 // Throws the InputError of Light() for a glossy G-buffer.
 void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer);
 
-// "exact", "windowed", "thesis"; InputError on other names. Builds the kernels (cached on disk).
+// "exact", "volume", "windowed", "thesis"; InputError on other names. Builds the kernels (cached on
+// disk).
 std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& device);
 // Traits of every estimator, without a device.
 std::vector<EstimatorTraits> EstimatorList();

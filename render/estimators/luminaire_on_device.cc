@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "render/estimators/estimator.h"
+#include "render/kernels/volume_types.clh"
 
 namespace luxfield::render {
 namespace {
@@ -17,6 +18,31 @@ void RequireRoom(const Device& device, const char* what, std::size_t bytes) {
                     "field with fewer or smaller images, or another --device",
                     what, static_cast<double>(bytes) / 0x1p20, device.info().name,
                     static_cast<double>(device.info().max_allocation_bytes) / 0x1p20));
+}
+
+VolumeAxisParams MakeVolumeAxis(const preprocess::VolumeAxis& axis) {
+  if (axis.nodes == 0) return {};
+  return {static_cast<float>(axis.first), static_cast<float>(1 / axis.spacing), axis.nodes - 1,
+          axis.nodes + 2};
+}
+
+VolumeParams MakeVolumeParams(const preprocess::LightVectorVolume& volume) {
+  const auto& grid = volume.geometry.grid;
+  const auto& lattice = volume.geometry.lattice;
+  const lightfield::Vec2 centre = preprocess::SupportCentre(volume.geometry);
+  VolumeParams params{};
+  params.axis[0] = MakeVolumeAxis(volume.a_x);
+  params.axis[1] = MakeVolumeAxis(volume.a_y);
+  params.axis[2] = MakeVolumeAxis(volume.tau);
+  params.centre[0] = static_cast<float>(centre.x);
+  params.centre[1] = static_cast<float>(centre.y);
+  params.extent[0] = static_cast<float>(centre.x - grid.u0_m);
+  params.extent[1] = static_cast<float>(centre.y - grid.v0_m);
+  params.image_low[0] = static_cast<float>(lattice.s0_m - centre.x);
+  params.image_high[0] = static_cast<float>(lattice.s0_m + lattice.extent_s_m() - centre.x);
+  params.image_low[1] = static_cast<float>(lattice.t1_m - lattice.extent_t_m() - centre.y);
+  params.image_high[1] = static_cast<float>(lattice.t1_m - centre.y);
+  return params;
 }
 
 }  // namespace
@@ -43,6 +69,12 @@ void LuminaireOnDevice::Add(const Device& device, const LuminaireTables& tables)
     for (std::size_t m = 0; m < scale.size(); ++m)
       scale[m] = std::ldexp(1.0f, 62 - tables.sat->exponent[m]);
     sat_scale_ = Buffer::From(device, scale);
+  }
+  if (tables.volume) {
+    RequireRoom(device, "light-vector volume", tables.volume->bytes());
+    const VolumeParams params = MakeVolumeParams(*tables.volume);
+    volume_params_ = Buffer::From(device, std::span<const VolumeParams>(&params, 1));
+    if (tables.volume->bytes() > 0) volume_ = Buffer::From(device, tables.volume->coefficients);
   }
 }
 

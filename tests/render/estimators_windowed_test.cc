@@ -461,7 +461,7 @@ TEST(Windowed, BadOptionsAndMissingTablesAreRefused) {
   options.max_samples_per_image = -1;
   EXPECT_THROW(LightGBuffer(device, *windowed, gbuffer, luminaire.on_device, options), InputError);
   EXPECT_THROW(MakeEstimator("precise", device), InputError);
-  EXPECT_EQ(EstimatorList().size(), 3u);
+  EXPECT_EQ(EstimatorList().size(), 4u);
 }
 
 }  // namespace

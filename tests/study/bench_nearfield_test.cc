@@ -25,7 +25,7 @@ BenchNearfieldOptions Small() {
 
 TEST(BenchNearfield, RowsHaveEveryKeyAndExactIsExact) {
   const auto rows = BenchNearfield(Small());
-  ASSERT_EQ(rows.size(), 5u);  // exact; windowed and thesis at two sample counts
+  ASSERT_EQ(rows.size(), 6u);  // exact; volume; windowed and thesis at two sample counts
   for (const auto& row : rows) {
     for (const char* key :
          {"scene", "estimator", "spp", "width", "height", "images", "channels", "threads",
@@ -39,10 +39,14 @@ TEST(BenchNearfield, RowsHaveEveryKeyAndExactIsExact) {
   EXPECT_EQ(rows[0]["spp"], 0);
   EXPECT_LT(rows[0]["rel_rmse"].get<double>(), 1e-5);
   EXPECT_LT(rows[0]["mean_lab"].get<double>(), 1e-2);
-  EXPECT_EQ(rows[1]["estimator"], "windowed");
+  EXPECT_EQ(rows[1]["estimator"], "volume");
+  EXPECT_EQ(rows[1]["spp"], 0);
+  EXPECT_GT(rows[1]["build_core_s"].get<double>(), 0);
+  EXPECT_LT(rows[1]["rel_rmse"].get<double>(), 2.5e-3);  // built for 2e-3
+  EXPECT_EQ(rows[2]["estimator"], "windowed");
   // Sixteen times the samples: at least half the error (a quarter or less is expected).
-  EXPECT_LT(rows[2]["rel_rmse"].get<double>(), 0.5 * rows[1]["rel_rmse"].get<double>());
-  EXPECT_LT(std::abs(rows[2]["bias"].get<double>()), 0.02);
+  EXPECT_LT(rows[3]["rel_rmse"].get<double>(), 0.5 * rows[2]["rel_rmse"].get<double>());
+  EXPECT_LT(std::abs(rows[3]["bias"].get<double>()), 0.02);
 }
 
 TEST(BenchNearfield, RefusesWhatMakesNoSense) {

@@ -1,0 +1,29 @@
+#include "render/estimators/pixel_list.h"
+
+namespace luxfield::render {
+namespace {
+
+constexpr std::size_t kGroup = 32;
+
+}  // namespace
+
+PixelList::PixelList(const Device& device)
+    : device_(device),
+      gather_(Program::Build(device, "kernels/volume.cl"), "GatherReceivers"),
+      scatter_(Program::Build(device, "kernels/volume.cl"), "ScatterIrradiance") {}
+
+GBuffer PixelList::Gather(const GBuffer& gbuffer, const std::vector<cl_int>& pixels) {
+  count_ = static_cast<cl_int>(pixels.size());
+  pixels_ = Buffer::From(device_, pixels);
+  GBuffer gathered(device_, count_, 1);
+  gather_.Set(pixels_, count_, gbuffer.position, gbuffer.normal, gathered.position, gathered.normal)
+      .Enqueue({pixels.size()}, {kGroup});
+  return gathered;
+}
+
+void PixelList::Scatter(const Buffer& irradiance, const Buffer& share, Lighting& lighting) {
+  scatter_.Set(pixels_, count_, irradiance, share, lighting.irradiance, lighting.variance)
+      .Enqueue({static_cast<std::size_t>(count_)}, {kGroup});
+}
+
+}  // namespace luxfield::render

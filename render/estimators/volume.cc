@@ -1,0 +1,119 @@
+#include "render/estimators/volume.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "core/error.h"
+#include "render/estimators/exact.h"
+#include "render/estimators/luminaire_params.h"
+#include "render/estimators/pixel_list.h"
+#include "render/estimators/window_sampler.h"
+
+namespace luxfield::render {
+namespace {
+
+class Volume : public Estimator {
+ public:
+  explicit Volume(const Device& device)
+      : device_(device),
+        program_(Program::Build(device, "kernels/volume.cl")),
+        kernel_(program_, "VolumeIrradiance"),
+        exact_(MakeExact(device)),
+        list_(device) {}
+
+  const EstimatorTraits& traits() const override { return VolumeTraits(); }
+
+  void Light(const GBuffer& gbuffer, const Visibility& visibility,
+             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+             const EstimatorOptions& options, Lighting& lighting) override {
+    RequireLambertian(traits(), gbuffer);
+    if (!luminaire.has_volume())
+      throw InputError(
+          "estimator 'volume' needs a light-vector volume and the luminaire has none; build it "
+          "over the receivers to be lit");
+    const LuminaireParams params =
+        MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
+    const Buffer device_params =
+        Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
+    Buffer share;  // null: everything is visible
+    if (visibility.bvh) {
+      share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
+      if (!sampler_) sampler_.emplace(device_, "VisibleShare");
+      sampler_->Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
+                    share, lighting.samples);
+    }
+    const std::size_t left_bytes = (1 + gbuffer.pixel_count()) * sizeof(cl_int);
+    if (left_.bytes() != left_bytes) left_ = Buffer(device_, left_bytes);
+    const cl_int none = 0;
+    left_.Upload(std::span<const cl_int>(&none, 1));
+    kernel_
+        .Set(device_params, luminaire.volume_params(), luminaire.volume(), gbuffer.position,
+             gbuffer.normal, static_cast<cl_int>(gbuffer.pixel_count()), share, lighting.irradiance,
+             lighting.variance, left_)
+        .Enqueue({gbuffer.pixel_count()}, {kGroup});
+    LightLeft(gbuffer, luminaire, world_from_luminaire, share, lighting);
+  }
+
+ private:
+  static constexpr std::size_t kGroup = 64;
+
+  // By `exact`, the pixels that the kernel listed.
+  void LightLeft(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
+                 const scene::Pose& world_from_luminaire, const Buffer& share, Lighting& lighting) {
+    cl_int count = 0;
+    left_.Download(std::span<cl_int>(&count, 1));
+    if (count == 0) return;
+    std::vector<cl_int> pixels(count);
+    left_.Download(std::span<cl_int>(pixels), 1);
+    std::sort(pixels.begin(), pixels.end());  // neighbours share work
+    const GBuffer some = list_.Gather(gbuffer, pixels);
+    Lighting exact(device_, some);
+    exact_->Light(some, {}, luminaire, world_from_luminaire, {}, exact);
+    list_.Scatter(exact.irradiance, share, lighting);
+  }
+
+  Device device_;
+  Program program_;
+  Kernel kernel_;
+  std::unique_ptr<Estimator> exact_;
+  PixelList list_;
+  Buffer left_;
+  std::optional<WindowSampler> sampler_;  // built when shadows are first asked for
+};
+
+}  // namespace
+
+const EstimatorTraits& VolumeTraits() {
+  static const EstimatorTraits traits{
+      .name = "volume",
+      .needs = {.volume = true},
+      .needs_for_shadows = {.sat = true},
+      .noise_free = true,
+      .rel_error = preprocess::VolumeOptions{}.max_rel_error,
+      .guarantee =
+          "irradiance interpolated in a table made for an error target, measured against the "
+          "closed form at random receivers; exact where the table ends; shadows as for exact"};
+  return traits;
+}
+
+std::unique_ptr<Estimator> MakeVolume(const Device& device) {
+  return std::make_unique<Volume>(device);
+}
+
+std::vector<preprocess::Receiver> ReceiversOf(const GBuffer& gbuffer,
+                                              const scene::Pose& world_from_luminaire) {
+  const auto position = gbuffer.position.Download<cl_float4>(),
+             normal = gbuffer.normal.Download<cl_float4>();
+  const scene::Pose luminaire_from_world = world_from_luminaire.Inverse();
+  std::vector<preprocess::Receiver> receivers;
+  for (std::size_t k = 0; k < position.size(); ++k) {
+    if (position[k].s[3] == 0) continue;
+    const auto& p = position[k].s;
+    const auto& n = normal[k].s;
+    receivers.push_back({luminaire_from_world.Point({p[0], p[1], p[2]}),
+                         luminaire_from_world.Vector({n[0], n[1], n[2]})});
+  }
+  return receivers;
+}
+
+}  // namespace luxfield::render

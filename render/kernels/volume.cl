@@ -1,0 +1,133 @@
+// Irradiance from the light-vector volume (THEORY.md 7.2; preprocess/light_vector_volume.h):
+//
+//   E = tau^2 / z (n_x (B1_u - p_x B0) + n_y (B1_v - p_y B0) - n_z z B0),   p_xy from the centre
+//
+// with B0, B1 tricubic in (a_x, a_y, tau): 64 float4 coefficients per channel, read as 16 rows of
+// four. No loop is left after unrolling.
+#include "kernels/horizon.clh"
+#include "kernels/volume_types.clh"
+
+// Cubic B-spline weights of coefficients k .. k + 3 at k + f.
+inline float4 SplineWeights(float f) {
+  const float g = 1.0f - f;
+  return (float4)(g * g * g * (1.0f / 6.0f), 2.0f / 3.0f - f * f * (1.0f - 0.5f * f),
+                  2.0f / 3.0f - g * g * (1.0f - 0.5f * g), f * f * f * (1.0f / 6.0f));
+}
+
+typedef struct Stencil {
+  int first;  // coefficient
+  float4 weight;
+} Stencil;
+
+inline Stencil MakeStencil(__constant const VolumeAxisParams* axis, float position) {
+  Stencil stencil;
+  stencil.first = clamp((int)position, 0, axis->cells - 1);
+  stencil.weight = SplineWeights(position - (float)stencil.first);
+  return stencil;
+}
+
+inline float Position(__constant const VolumeAxisParams* axis, float x) {
+  return (x - axis->first) * axis->inverse_spacing;
+}
+
+inline bool IsInside(__constant const VolumeAxisParams* axis, float position) {
+  return axis->cells > 0 && position >= 0.0f && position <= (float)axis->cells;
+}
+
+// True if the windows of a receiver at `a` meet the images along one axis.
+inline bool MeetsImages(__constant const VolumeParams* volume, int dimension, float a,
+                        float shrink) {
+  const float half_window = shrink * volume->extent[dimension];
+  return a + half_window >= volume->image_low[dimension] &&
+         a - half_window <= volume->image_high[dimension];
+}
+
+// (B0, B1_u, B1_v, -) of one channel.
+inline float4 Interpolate(__global const float* coefficients, int line, int slice, Stencil x,
+                          Stencil y, Stencil tau) {
+  __global const float* base =
+      coefficients + 4 * ((size_t)tau.first * slice + (size_t)y.first * line + x.first);
+  const float tau_weight[4] = {tau.weight.x, tau.weight.y, tau.weight.z, tau.weight.w};
+  float16 sum = 0.0f;
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {
+    __global const float* rows = base + 4 * (size_t)(k * slice);
+    sum += (tau_weight[k] * y.weight.x) * vload16(0, rows);
+    sum += (tau_weight[k] * y.weight.y) * vload16(0, rows + 4 * line);
+    sum += (tau_weight[k] * y.weight.z) * vload16(0, rows + 8 * line);
+    sum += (tau_weight[k] * y.weight.w) * vload16(0, rows + 12 * line);
+  }
+  return x.weight.x * sum.s0123 + x.weight.y * sum.s4567 + x.weight.z * sum.s89ab +
+         x.weight.w * sum.scdef;
+}
+
+// Adds the irradiance of every pixel whose horizon does not cut the luminaire and that the volume
+// covers. The other pixels that may see light are listed: `left` holds their number and then, in
+// no order, themselves.
+__kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
+                               __constant const VolumeParams* volume,
+                               __global const float* coefficients,
+                               __global const float4* positions, __global const float4* normals,
+                               int pixel_count, __global const float4* ratio,
+                               __global float4* irradiance, __global float* variance,
+                               __global int* left) {
+  const int pixel = get_global_id(0);
+  if (pixel >= pixel_count || positions[pixel].w == 0.0f) return;
+  const Receiver receiver = MakeReceiver(luminaire, positions[pixel].xyz, normals[pixel].xyz);
+  const float3 n = receiver.normal;
+  const float z = receiver.p.z;
+  if (!(z > 0.0f)) return;
+  const float x = receiver.p.x - volume->centre[0], y = receiver.p.y - volume->centre[1];
+  const float tau = luminaire->delta.hi / z, a_x = tau * x, a_y = tau * y;
+  const float shrink = fabs(1.0f - tau);
+  if (!MeetsImages(volume, 0, a_x, shrink) || !MeetsImages(volume, 1, a_y, shrink)) return;
+
+  // n . (u - p) over the supports is height +- spread.
+  const float height = -(n.x * x + n.y * y + n.z * z);
+  const float spread = fabs(n.x) * volume->extent[0] + fabs(n.y) * volume->extent[1];
+  if (height + spread <= 0.0f) return;
+  const float rounding = 1e-6f * (fabs(x) + fabs(y) + z);
+  const float at_x = Position(&volume->axis[0], a_x), at_y = Position(&volume->axis[1], a_y),
+              at_tau = Position(&volume->axis[2], tau);
+  if (height - spread < rounding || !IsInside(&volume->axis[0], at_x) ||
+      !IsInside(&volume->axis[1], at_y) || !IsInside(&volume->axis[2], at_tau)) {
+    left[1 + atomic_inc(left)] = pixel;
+    return;
+  }
+
+  const Stencil stencil_x = MakeStencil(&volume->axis[0], at_x),
+                stencil_y = MakeStencil(&volume->axis[1], at_y),
+                stencil_tau = MakeStencil(&volume->axis[2], at_tau);
+  const int line = volume->axis[0].coefficients, slice = line * volume->axis[1].coefficients;
+  const size_t table = 4 * (size_t)slice * volume->axis[2].coefficients;
+  const float4 direction =
+      (tau * tau / z) * (float4)(-(n.x * x + n.y * y + n.z * z), n.x, n.y, 0.0f);
+  float3 e = dot(direction, Interpolate(coefficients, line, slice, stencil_x, stencil_y,
+                                        stencil_tau));
+  if (luminaire->channels == 3) {
+    e.y = dot(direction, Interpolate(coefficients + table, line, slice, stencil_x, stencil_y,
+                                     stencil_tau));
+    e.z = dot(direction, Interpolate(coefficients + 2 * table, line, slice, stencil_x, stencil_y,
+                                     stencil_tau));
+  }
+  AddVisible(e, pixel, ratio, irradiance, variance);
+}
+
+// Receivers `pixels[0 .. count - 1]` as a G-buffer of their own.
+__kernel void GatherReceivers(__global const int* pixels, int count,
+                              __global const float4* positions, __global const float4* normals,
+                              __global float4* gathered_positions,
+                              __global float4* gathered_normals) {
+  const int k = get_global_id(0);
+  if (k >= count) return;
+  gathered_positions[k] = positions[pixels[k]];
+  gathered_normals[k] = normals[pixels[k]];
+}
+
+// Adds their irradiance to the pixels they came from.
+__kernel void ScatterIrradiance(__global const int* pixels, int count,
+                                __global const float4* gathered, __global const float4* ratio,
+                                __global float4* irradiance, __global float* variance) {
+  const int k = get_global_id(0);
+  if (k < count) AddVisible(gathered[k].xyz, pixels[k], ratio, irradiance, variance);
+}

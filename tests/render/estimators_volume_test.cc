@@ -1,0 +1,165 @@
+// `volume` on the OpenCL device against lightfield's closed form, and `exact` where it hands over.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include "core/error.h"
+#include "lightfield/light_vector.h"
+#include "render/estimators/volume.h"
+#include "tests/render/estimator_fixture.h"
+#include "tests/render/structured_luminaires.h"
+
+namespace luxfield::render {
+namespace {
+
+using lightfield::LightField;
+using lightfield::Vec3;
+
+constexpr std::uint64_t kSeed = 72;
+
+// Receivers facing the lamp more or less, 0.35 to 6 m in front of F, most of them lit.
+std::vector<SurfacePoint> Receivers(std::size_t count) {
+  core::Random random(kSeed, 3);
+  std::vector<SurfacePoint> points(count);
+  for (auto& point : points) {
+    const double z = 0.6 * std::pow(10.0, random.Uniform());
+    const Vec3 p{0.4 * z * (random.Uniform() - 0.5), 0.4 * z * (random.Uniform() - 0.5), z};
+    const Vec3 n{random.Uniform() - 0.5, random.Uniform() - 0.5, -0.6};
+    point = RoundToFloat({p, Normalized(n)});
+  }
+  return points;
+}
+
+std::vector<preprocess::Receiver> AsReceivers(const std::vector<SurfacePoint>& points) {
+  std::vector<preprocess::Receiver> receivers;
+  for (const auto& [p, n] : points) receivers.push_back({p, n});
+  return receivers;
+}
+
+double RelativeRmse(const LightField& field, const std::vector<SurfacePoint>& points,
+                    const Lit& lit) {
+  double squares = 0, sum = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const auto judge = lightfield::ExactIrradiance(field, points[k].p, points[k].n);
+    for (int channel = 0; channel < 3; ++channel) {
+      const double value = lit.irradiance[k].s[channel];
+      squares += std::pow(value - judge[channel], 2);
+      sum += judge[channel];
+    }
+  }
+  return std::sqrt(squares * static_cast<double>(3 * points.size())) / sum;
+}
+
+TEST(Volume, HasTheErrorItWasBuiltFor) {
+  const Device device = Device::Open();
+  const auto volume = MakeEstimator("volume", device);
+  const auto points = Receivers(1000);
+  const GBuffer gbuffer = MakeGBuffer(device, points);
+  for (const char* kind : {"facets", "filament", "noise"})
+    for (const int channels : {1, 3}) {
+      LuminaireShape shape;
+      shape.channels = channels;
+      const auto field = StructuredLuminaire(kind, shape, kSeed);
+      const auto built =
+          preprocess::BuildForReceivers(field, AsReceivers(points), {.max_rel_error = 1e-3}, 1000);
+      ASSERT_TRUE(built.met);
+      const LuminaireOnDevice luminaire(device, field, {.volume = &built.volume});
+      const Lit lit = LightGBuffer(device, *volume, gbuffer, luminaire);
+      const double error = RelativeRmse(field, points, lit);
+      std::printf("%s, %d channels: %d x %d x %d nodes, relative RMSE %.2e, stated %.2e\n", kind,
+                  channels, built.volume.a_x.nodes, built.volume.a_y.nodes, built.volume.tau.nodes,
+                  error, built.rel_error);
+      // The same receivers in float32 and, on a few, by `exact`.
+      EXPECT_LT(error, 1.02 * built.rel_error + 1e-5);
+      EXPECT_GT(error, 0.9 * built.rel_error);
+      // The kernel against the same spline in double: float32 rounds positions in the table to some
+      // 1e-5 of a node, and sums.
+      double worst = 0;
+      int interpolated = 0;
+      for (std::size_t k = 0; k < points.size(); ++k) {
+        const auto [p, n] = points[k];
+        const auto vector = preprocess::InterpolateLightVector(built.volume, p);
+        if (!vector || !preprocess::VolumeLights(field.geometry, {p, n}, 10)) continue;
+        if (Length(vector->j[0]) == 0) continue;
+        ++interpolated;
+        for (int channel = 0; channel < 3; ++channel)
+          worst =
+              std::max(worst, std::abs(lit.irradiance[k].s[channel] - Dot(n, vector->j[channel])) /
+                                  Length(vector->j[channel]));
+      }
+      EXPECT_GT(interpolated, 800);
+      EXPECT_LT(worst, 2e-4);
+    }
+}
+
+// Out of reach, cut horizons, near and between the planes: `exact`, never extrapolated; behind and
+// beside the light: nothing.
+TEST(Volume, HandsOverToExactAndExtrapolatesNothing) {
+  const Device device = Device::Open();
+  const auto volume = MakeEstimator("volume", device), exact = MakeEstimator("exact", device);
+  const auto field = StructuredLuminaire("rings", {.channels = 3}, kSeed);
+  const std::vector<preprocess::Receiver> few{{{-0.05, -0.05, 1}, {0, 0, -1}},
+                                              {{0.05, 0.05, 1.5}, {0, 0, -1}}};
+  const auto built = preprocess::BuildForReceivers(field, few);
+  ASSERT_GT(built.volume.bytes(), 0u);
+  const LuminaireOnDevice luminaire(device, field, {.volume = &built.volume});
+  std::vector<SurfacePoint> points;
+  for (const double z : {0.01, 0.2, 0.3, 0.31, 0.9, 1.6, 10.0, 1e3, 1e6})
+    points.push_back(RoundToFloat({{0.01 * z, 0.013 * z, z}, {0, 0, -1}}));
+  for (const double x : {-0.4, -0.2, 0.2, 0.4})
+    points.push_back(RoundToFloat({{x, 0.01, 1.2}, {0, 0, -1}}));
+  core::Random random(kSeed, 4);
+  for (int k = 0; k < 100; ++k) {  // horizons through the lamp, inside the reach
+    const Vec3 p{0.05 * (random.Uniform() - 0.5), 0.05 * (random.Uniform() - 0.5), 1.2};
+    const Vec3 u{0.02 * (random.Uniform() - 0.5), 0.02 * (random.Uniform() - 0.5), 0};
+    const double angle = 2 * std::numbers::pi * random.Uniform();
+    const Vec3 across =
+        Normalized(Cross(Normalized(p - u), {std::cos(angle), std::sin(angle), 0.1}));
+    points.push_back(RoundToFloat({p, across}));
+  }
+  const std::size_t lit_end = points.size();
+  points.push_back({{0, 0, -1}, {0, 0, 1}});
+  points.push_back({{0, 0, 0}, {0, 0, -1}});
+  points.push_back({{90, 0, 1}, {0, 0, -1}});
+  points.push_back({{0, 0, 1.2f}, {0, 0, 1}});
+  const GBuffer gbuffer = MakeGBuffer(device, points);
+  const Lit lit = LightGBuffer(device, *volume, gbuffer, luminaire),
+            judge = LightGBuffer(device, *exact, gbuffer, luminaire);
+  int bright = 0;
+  for (std::size_t k = 0; k < points.size(); ++k)
+    for (int channel = 0; channel < 3; ++channel) {
+      const float value = lit.irradiance[k].s[channel], expected = judge.irradiance[k].s[channel];
+      bright += expected > 0;
+      // `exact` sums neighbours together, up to rounding.
+      EXPECT_NEAR(value, expected, 1e-5f * expected) << "point " << k;
+      if (k >= lit_end) {
+        EXPECT_EQ(value, 0) << "point " << k;
+      }
+    }
+  EXPECT_GT(bright, 250);
+}
+
+TEST(Volume, WithoutNodesItIsExact) {
+  const Device device = Device::Open();
+  const auto volume = MakeEstimator("volume", device), exact = MakeEstimator("exact", device);
+  const auto field = StructuredLuminaire("facets", {}, kSeed);
+  const auto built = preprocess::BuildForReceivers(field, {});
+  const LuminaireOnDevice luminaire(device, field, {.volume = &built.volume});
+  const auto points = Receivers(50);
+  const GBuffer gbuffer = MakeGBuffer(device, points);
+  const Lit lit = LightGBuffer(device, *volume, gbuffer, luminaire),
+            judge = LightGBuffer(device, *exact, gbuffer, luminaire);
+  for (std::size_t k = 0; k < points.size(); ++k)
+    EXPECT_NEAR(lit.irradiance[k].s[0], judge.irradiance[k].s[0], 1e-5f * judge.irradiance[k].s[0]);
+}
+
+TEST(Volume, IsRefusedWhereThereIsNone) {
+  const Device device = Device::Open();
+  const LuminaireOnDevice luminaire(device, StructuredLuminaire("facets", {}, kSeed));
+  const GBuffer gbuffer = MakeGBuffer(device, Receivers(3));
+  EXPECT_THROW(LightGBuffer(device, *MakeEstimator("volume", device), gbuffer, luminaire),
+               InputError);
+}
+
+}  // namespace
+}  // namespace luxfield::render
