@@ -15,6 +15,7 @@
 #include "render/device.h"
 #include "study/bench_errors.h"
 #include "study/bench_nearfield.h"
+#include "study/bench_shadows.h"
 #include "study/bench_solve.h"
 #include "study/bench_tradeoff.h"
 #include "study/cost_model.h"
@@ -144,6 +145,19 @@ void AddBench(Program& program) {
         if (options->name == "tradeoff")
           return Tradeoff(TradeoffOptions(*options, program.common().threads),
                           options->folder.empty() ? "out/tradeoff" : options->folder);
+        if (options->name == "shadows") {
+          study::BenchShadowsOptions how;
+          how.device = options->device;
+          how.threads = program.common().threads;
+          how.width = options->width.value_or(how.width);
+          how.height = options->height.value_or(how.height);
+          how.reference_samples = options->reference_samples.value_or(how.reference_samples);
+          if (!options->estimators.empty()) how.estimators = options->estimators;
+          if (!options->samples.empty()) how.samples_per_pixel = options->samples;
+          how.pictures = options->folder;
+          return Finish(study::BenchShadows(how),
+                        render::Device::Open(how.device, how.threads).info().name);
+        }
         study::BenchErrorsOptions how;
         how.lab = options->lab;
         how.plan = options->plan;
@@ -161,37 +175,40 @@ void AddBench(Program& program) {
           "NAME", options->name,
           "solve: the Gram solve against a memory copy; nearfield: estimators against closed form "
           "and time;\n"
+          "shadows: shadow maps and traced shares against traced samples;\n"
           "errors: does the propagated sigma of C hold, and what each systematic error does;\n"
           "tradeoff: error against time for every estimator and knob, over the scenes of `./run "
           "lamps`;\n"
           "calibrate: what estimators cost on a device, stored for render --error and --time")
       ->required()
-      ->check(CLI::IsMember({"solve", "nearfield", "errors", "tradeoff", "calibrate"}));
+      ->check(CLI::IsMember({"solve", "nearfield", "shadows", "errors", "tradeoff", "calibrate"}));
   verb.add_option("--lab", options->lab, "errors: the lab.toml whose [errors.*] state the sizes");
   verb.add_option("--plan", options->plan, "errors: the plan.toml");
   verb.add_option(
       "--folder", options->folder,
       "errors: scratch folder (default: a temporary one); tradeoff: where CSV and plots go "
-      "(default: out/tradeoff)");
+      "(default: out/tradeoff); shadows: where pictures go (default: nowhere)");
   verb.add_option("--seeds", options->seeds, "errors: sessions with random sources alone")
       ->check(CLI::Range(2, 10000));
   verb.add_option(
       "--scene", options->scenes,
       "tradeoff: scene.toml files (default: garage, wall, street, hall of data/scenes)");
-  verb.add_option("--estimator", options->estimators, "tradeoff: estimators (default: all)");
+  verb.add_option("--estimator", options->estimators,
+                  "tradeoff, shadows: estimators (default: all; exact windowed)");
   verb.add_option("--reference-spp", options->reference_samples,
-                  "tradeoff: samples per pixel of sampled references (default: 4096)")
+                  "tradeoff, shadows: samples per pixel of sampled references (default: 4096)")
       ->check(CLI::Range(2, 1 << 24));
   verb.add_option("--spp", options->samples,
-                  "nearfield, tradeoff: samples per pixel to try (default: 50 200; 50 200 1000)");
+                  "nearfield, tradeoff, shadows: samples per pixel to try (default: 50 200; 50 200 "
+                  "1000; 16 50 200)");
   verb.add_option("--width", options->width,
-                  "nearfield, tradeoff: picture width, pixels (default: 1024; 128)")
+                  "nearfield, tradeoff, shadows: picture width, pixels (default: 1024; 128; 256)")
       ->check(CLI::Range(1, 16384));
   verb.add_option("--height", options->height,
-                  "nearfield, tradeoff: picture height, pixels (default: 768; 96)")
+                  "nearfield, tradeoff, shadows: picture height, pixels (default: 768; 96; 192)")
       ->check(CLI::Range(1, 16384));
   verb.add_option("--device", options->device,
-                  "nearfield, tradeoff, calibrate: OpenCL device (default: the first)");
+                  "nearfield, tradeoff, shadows, calibrate: OpenCL device (default: the first)");
 }
 
 }  // namespace luxfield::cli

@@ -12,6 +12,7 @@
 #include "render/display.h"
 #include "render/film.h"
 #include "render/renderer.h"
+#include "render/shadow_maps.h"
 #include "study/accuracy.h"
 
 namespace luxfield::cli {
@@ -24,7 +25,7 @@ struct Options {
   std::optional<int> width, height;
   std::vector<double> scale;
   render::RenderOptions render;
-  bool no_shadows = false;
+  std::string shadows = render::ShadowsName(render::Shadows::kTraced);
   std::string error, time, reference;  // "0.5%", "40ms", a picture
   bool estimator_given = false, samples_given = false;
 };
@@ -120,7 +121,7 @@ core::Json Run(Options options, const Common& common) {
   overrides.tables = ParseAssignments(options.tables);
   overrides.width = options.width;
   overrides.height = options.height;
-  options.render.shadows = !options.no_shadows;
+  options.render.shadows = render::ShadowsFromName(options.shadows);
   options.render.seed = common.seed.value_or(1);
   options.render.Validate();
   const scene::Scene scene = scene::ReadScene(options.scene, overrides);
@@ -161,8 +162,7 @@ core::Json Run(Options options, const Common& common) {
   const auto pixels = static_cast<double>(frame.samples.data.size());
   const double noise = radiance > 0 ? std::sqrt(variance * pixels) / radiance : 0;
   fmt::print("{}: {} x {}, {} on {}, {}\n", options.output, frame.width, frame.height,
-             options.render.estimator, device.info().name,
-             options.render.shadows ? "traced shadows" : "no shadows");
+             options.render.estimator, device.info().name, "shadows: " + options.shadows);
   fmt::print(
       "  light samples         {:.4g} in all; estimated noise {:.3g} % of the mean radiance "
       "(RMS)\n",
@@ -222,7 +222,13 @@ void AddRender(Program& program) {
   verb.add_option("--antialias", options->render.antialias, "Surface points per pixel");
   verb.add_option("--k-max", options->render.max_samples_per_image,
                   "Most samples per coefficient image and pixel, 0 for no bound");
-  verb.add_flag("--no-shadows", options->no_shadows, "Do not trace shadow rays");
+  verb.add_option("--shadows", options->shadows,
+                  "none; traced: a ray per light sample; maps: shadow maps from the luminaire's "
+                  "filter plane; thesis-maps: from its image plane, as published")
+      ->check(CLI::IsMember({"none", "traced", "maps", "thesis-maps"}));
+  verb.add_option("--shadow-map-size", options->render.shadow_map_size,
+                  "Texels along each side of a shadow map")
+      ->check(CLI::Range(render::ShadowMaps::kMinSize, render::ShadowMaps::kMaxSize));
   verb.add_option("--light-field", options->light_fields,
                   "[NAME=]FILE.lf.exr instead of the scene's own, for one luminaire or all");
   verb.add_option("--tables", options->tables, "[NAME=]FILE.tab.exr, likewise");

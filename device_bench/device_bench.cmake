@@ -19,6 +19,7 @@ set(device_bench_sources
     render/kernel_profile.cc
     render/program.cc
     render/program_cache.cc
+    render/shadow_maps.cc
     scene/transform.cc
     study/bench_nearfield.cc
     study/car2.cc)

@@ -62,9 +62,13 @@ std::shared_ptr<LoadedLightField> LitScene::Load(const scene::Luminaire& luminai
                      "light a scene with luminaires of one unit");
   unit_ = unit;
   LuminaireOnDevice on_device(device_, field);
-  return std::make_shared<LoadedLightField>(LoadedLightField{
-      luminaire.light_field, TablesOf(luminaire), core::Sha256OfFile(luminaire.light_field),
-      std::move(field), std::move(on_device)});
+  return std::make_shared<LoadedLightField>(
+      LoadedLightField{luminaire.light_field,
+                       TablesOf(luminaire),
+                       core::Sha256OfFile(luminaire.light_field),
+                       std::move(field),
+                       std::move(on_device),
+                       {}});
 }
 
 Estimator& LitScene::EstimatorNamed(const std::string& name) {
@@ -98,6 +102,7 @@ void LitScene::Require(const TableNeeds& needs) {
     if (needs.sat && !light_field.on_device.has_sat()) {
       const preprocess::Tables tables = ReadOrBuildTables(light_field);
       light_field.on_device.Add(device_, {.sat = &tables});
+      light_field.reference = tables.reference;
     }
     if (needs.volume && !light_field.on_device.has_volume()) {
       const preprocess::VolumeForError built = BuildVolume(light_field);

@@ -22,6 +22,7 @@ struct LoadedLightField {
   std::string sha256;
   lightfield::LightField field;
   LuminaireOnDevice on_device;
+  std::vector<preprocess::ReferencePosition> reference;  // of the tables; empty until there are any
 };
 
 struct PlacedLuminaire {

@@ -50,6 +50,7 @@ void RenderOptions::Validate() const {
   check("picture height", height, 0, 16384);
   check("passes", passes, 1, 1 << 16);
   check("first pass", first_pass, 0, 1 << 16);
+  check("shadow map size", shadow_map_size, ShadowMaps::kMinSize, ShadowMaps::kMaxSize);
   check("samples per image", static_cast<double>(max_samples_per_image), 0, 1e9);
 }
 
@@ -86,7 +87,24 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
   if (options.width > 0) camera_.width = options.width;
   if (options.height > 0) camera_.height = options.height;
   scene.Require(estimator_.traits().needs);
-  if (options.shadows) scene.Require(estimator_.traits().needs_for_shadows);
+  RequireShadows(estimator_.traits(), options.shadows);
+  if (options.shadows == Shadows::kTraced) scene.Require(estimator_.traits().needs_for_shadows);
+  if (options.shadows == Shadows::kThesisMaps) scene.Require({.sat = true});  // reference positions
+  if (options.shadows == Shadows::kMaps || options.shadows == Shadows::kThesisMaps)
+    for (const auto& luminaire : scene.luminaires()) {
+      const auto& field = luminaire.light_field->field;
+      shadow_maps_.emplace_back(
+          scene.device(), field.geometry,
+          options.shadows == Shadows::kMaps
+              ? CellCentres(field)
+              : ReferencePositions(field.geometry, luminaire.light_field->reference),
+          luminaire.world_from_luminaire, scene.geometry().bvh, options.shadow_map_size);
+    }
+}
+
+Visibility Renderer::VisibilityOf(std::size_t luminaire) const {
+  if (!shadow_maps_.empty()) return {.maps = &shadow_maps_[luminaire]};
+  return {.bvh = options_.shadows == Shadows::kTraced ? &scene_.geometry().bvh : nullptr};
 }
 
 Frame Renderer::Render() {
@@ -101,7 +119,8 @@ Frame Renderer::Render() {
       {"antialias", std::to_string(options_.antialias)},
       {"passes", std::to_string(options_.passes)},
       {"seed", std::to_string(options_.seed)},
-      {"shadows", options_.shadows ? "true" : "false"},
+      {"shadows", ShadowsName(options_.shadows)},
+      {"shadow_map_size", std::to_string(options_.shadow_map_size)},
       {"max_samples_per_image", fmt::format("{}", options_.max_samples_per_image)},
       {"device", scene_.device().info().name}});
   for (core::Image* image : {&frame.radiance, &frame.irradiance, &frame.normal, &frame.position})
@@ -213,9 +232,8 @@ Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
     scene_.device().Finish();
 
     const core::Stopwatch stopwatch;
-    estimator_.Light(gbuffer, {.bvh = options_.shadows ? &scene_.geometry().bvh : nullptr},
-                     luminaire.light_field->on_device, luminaire.world_from_luminaire, options,
-                     lighting);
+    estimator_.Light(gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
+                     luminaire.world_from_luminaire, options, lighting);
     scene_.device().Finish();
     times.lighting_s += stopwatch.WallSeconds();
     times.lighting_core_s += stopwatch.CoreSeconds();

@@ -13,6 +13,7 @@
 #include "core/image.h"
 #include "lightfield/light_field.h"
 #include "render/lit_scene.h"
+#include "render/shadow_maps.h"
 
 namespace luxfield::render {
 
@@ -27,7 +28,8 @@ struct RenderOptions {
   int passes = 1;
   int first_pass = 0;  // passes of the same seed and different numbers draw independently
   std::uint64_t seed = 1;
-  bool shadows = true;
+  Shadows shadows = Shadows::kTraced;
+  int shadow_map_size = 192;        // texels along each side of a shadow map
   float max_samples_per_image = 0;  // K_max of THEORY.md 6.2; 0: no bound
 
   // Throws InputError naming the option.
@@ -67,7 +69,7 @@ Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b);
 // Takes pictures of a resident scene.
 class Renderer {
  public:
-  // Has the scene's tables made. Throws InputError for wrong options and what
+  // Has the scene's tables made, and shadow maps cast. Throws InputError for wrong options and what
   // LitScene::Require refuses; DeviceError.
   Renderer(LitScene& scene, const RenderOptions& options);
 
@@ -84,6 +86,7 @@ class Renderer {
 
   void RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, int pixel_sample,
                   Frame& frame);
+  Visibility VisibilityOf(std::size_t luminaire) const;
   BandLight LightBand(const GBuffer& gbuffer, const std::vector<cl_float4>& albedo, int first_row,
                       int pixel_sample, int pass, Lighting& lighting, RenderTimes& times);
 
@@ -91,6 +94,7 @@ class Renderer {
   RenderOptions options_;
   scene::Camera camera_;
   Estimator& estimator_;
+  std::vector<ShadowMaps> shadow_maps_;  // one set per luminaire; empty: none are asked for
   PrimaryVisibility primary_;
 };
 

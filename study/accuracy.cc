@@ -129,13 +129,16 @@ class Chooser {
   }
 
  private:
+  bool Shadowed() const { return request_.picture.shadows != render::Shadows::kNone; }
+
   bool IsWanted(const render::EstimatorTraits& traits) const {
     if (!costs_.Knows(traits.name)) return false;
     if (!request_.estimators.empty() &&
         std::find(request_.estimators.begin(), request_.estimators.end(), traits.name) ==
             request_.estimators.end())
       return false;
-    if (traits.noise_free && !request_.picture.shadows && !(traits.rel_error > 0)) return false;
+    if (Shadowed() && !traits.traced_shadows) return false;
+    if (traits.noise_free && !Shadowed() && !(traits.rel_error > 0)) return false;
     return traits.unbiased || traits.noise_free;
   }
 
@@ -161,7 +164,7 @@ class Chooser {
     LightingWork sum;
     for (const auto& luminaire : scene_.luminaires()) {
       const auto work = WorkOf(positions, luminaire.light_field->field.geometry,
-                               luminaire.world_from_luminaire, samples, request_.picture.shadows);
+                               luminaire.world_from_luminaire, samples, Shadowed());
       sum.pixels += scale * work.pixels;
       sum.images += scale * work.images;
       sum.texels += scale * work.texels;
@@ -175,7 +178,7 @@ class Chooser {
   Candidate Measure(const render::EstimatorTraits& traits) {
     Candidate candidate;
     candidate.setting.estimator = traits.name;
-    candidate.samples = !traits.noise_free || request_.picture.shadows;
+    candidate.samples = !traits.noise_free || Shadowed();
     const int passes = candidate.samples ? kPilotPasses : 1;
     // The first pilot also warms the kernels up; the second one is timed.
     const Noise first = NoiseOf(Pilot(traits.name, kPilotSamples[0], passes));
@@ -292,6 +295,10 @@ void AccuracyRequest::Validate() const {
   if (time_s && !(*time_s > 0 && *time_s <= 86400))
     throw InputError(
         fmt::format("a time of {:g} s cannot be asked for; give up to a day", *time_s));
+  if (picture.shadows != render::Shadows::kNone && picture.shadows != render::Shadows::kTraced)
+    throw InputError(
+        "shadow maps do not state their error, so no estimator can be chosen by error or time; "
+        "take traced shadows or none, or name an estimator and its samples");
   picture.Validate();
 }
 

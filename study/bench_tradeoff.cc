@@ -86,7 +86,7 @@ render::RenderOptions PictureOptions(const BenchTradeoffOptions& options, const 
   render::RenderOptions picture;
   picture.width = options.width;
   picture.height = options.height;
-  picture.shadows = c.shadows;
+  picture.shadows = c.shadows ? render::Shadows::kTraced : render::Shadows::kNone;
   picture.seed = kSeed;
   return picture;
 }

@@ -108,7 +108,7 @@ DemoResult RunDemo(const DemoOptions& options) {
   result.estimator = options.estimator;
   const auto picture = [&](const std::filesystem::path& light_field,
                            const std::filesystem::path& table_file, const std::string& estimator,
-                           bool shadows) {
+                           render::Shadows shadows) {
     scene::SceneOverrides overrides;
     overrides.light_fields["*"] = light_field;
     if (!table_file.empty()) overrides.tables["*"] = table_file;
@@ -120,7 +120,8 @@ DemoResult RunDemo(const DemoOptions& options) {
     render::LitScene scene(device, scene::ReadScene(options.scene, overrides));
     return render::Renderer(scene, how).Render();
   };
-  result.frame = picture(light_field_file, file("headlight.tab.exr"), options.estimator, true);
+  result.frame = picture(light_field_file, file("headlight.tab.exr"), options.estimator,
+                         render::Shadows::kTraced);
   render::WriteFrame(file("picture.exr"), result.frame);
   const double render_s = Now() - start;
   const double total_s = Now() - begin;
@@ -134,8 +135,8 @@ DemoResult RunDemo(const DemoOptions& options) {
   result.truth = lab.truth(geometry);
   const auto truth_file = file("truth.lf.exr");
   lightfield::WriteLightField(truth_file, result.truth);
-  const render::Frame unshadowed = picture(light_field_file, {}, "exact", false);
-  const render::Frame ideal = picture(truth_file, {}, "exact", false);
+  const render::Frame unshadowed = picture(light_field_file, {}, "exact", render::Shadows::kNone);
+  const render::Frame ideal = picture(truth_file, {}, "exact", render::Shadows::kNone);
   result.picture = core::Compare(unshadowed.radiance, ideal.radiance);
 
   // Frames have no truth of their own that merge does not judge; what capture answers for is a

@@ -32,6 +32,46 @@ void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer) {
         traits.name));
 }
 
+void RequireShadows(const EstimatorTraits& traits, Shadows shadows) {
+  const bool taken = shadows == Shadows::kNone ||
+                     (shadows == Shadows::kTraced ? traits.traced_shadows : traits.map_shadows);
+  if (taken) return;
+  std::string names;
+  for (const auto& other : EstimatorList())
+    if (shadows == Shadows::kTraced ? other.traced_shadows : other.map_shadows)
+      names += (names.empty() ? "" : ", ") + other.name;
+  throw InputError(fmt::format("estimator '{}' takes no shadows from {}; use one of {}",
+                               traits.name,
+                               shadows == Shadows::kTraced ? "traced rays" : "shadow maps", names));
+}
+
+void RequireShadows(const EstimatorTraits& traits, const Visibility& visibility) {
+  if (visibility.bvh) RequireShadows(traits, Shadows::kTraced);
+  if (visibility.maps) RequireShadows(traits, Shadows::kMaps);
+}
+
+std::string ShadowsName(Shadows shadows) {
+  switch (shadows) {
+    case Shadows::kNone:
+      return "none";
+    case Shadows::kTraced:
+      return "traced";
+    case Shadows::kMaps:
+      return "maps";
+    case Shadows::kThesisMaps:
+      break;
+  }
+  return "thesis-maps";
+}
+
+Shadows ShadowsFromName(const std::string& name) {
+  for (const auto shadows :
+       {Shadows::kNone, Shadows::kTraced, Shadows::kMaps, Shadows::kThesisMaps})
+    if (ShadowsName(shadows) == name) return shadows;
+  throw InputError(
+      fmt::format("unknown shadows '{}'; use none, traced, maps or thesis-maps", name));
+}
+
 std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& device) {
   if (name == ExactTraits().name) return MakeExact(device);
   if (name == VolumeTraits().name) return MakeVolume(device);

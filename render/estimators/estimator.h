@@ -22,6 +22,8 @@
 
 namespace luxfield::render {
 
+class ShadowMaps;  // render/shadow_maps.h
+
 // Tables of a luminaire on the host, null where there are none; what each estimator needs its
 // traits say.
 struct LuminaireTables {
@@ -81,20 +83,32 @@ struct TableNeeds {
 // tests.
 struct EstimatorTraits {
   std::string name;
-  TableNeeds needs{};               // without shadows
-  TableNeeds needs_for_shadows{};   // what shadows need besides
-  bool needs_non_negative = false;  // C >= 0 (a SAT implies it)
-  bool any_brdf = false;            // false: Lambertian surfaces only
-  bool unbiased = false;            // expectation = E_n(p) and L_o(p), without shadows
+  TableNeeds needs{};                               // without shadows
+  TableNeeds needs_for_shadows{};                   // what traced shadows need besides
+  bool needs_non_negative = false;                  // C >= 0 (a SAT implies it)
+  bool any_brdf = false;                            // false: Lambertian surfaces only
+  bool traced_shadows = true, map_shadows = false;  // which visibility it takes, besides none
+  bool unbiased = false;  // expectation = E_n(p) and L_o(p), without shadows
   bool unbiased_with_shadows = false;
   bool noise_free = false;  // without shadows
   double rel_error = 0;     // bound on the relative RMSE of a noise-free picture; 0: none is known
   std::string guarantee;    // one sentence
 };
 
-// What may stand between a luminaire and a receiver.
+// How it is found what stands between a luminaire and the receivers.
+enum class Shadows {
+  kNone,        // nothing does
+  kTraced,      // a ray per light sample
+  kMaps,        // shadow maps from the centres of the luminaire's u-cells
+  kThesisMaps,  // shadow maps from the cells' reference positions on I
+};
+std::string ShadowsName(Shadows shadows);          // "none", "traced", "maps", "thesis-maps"
+Shadows ShadowsFromName(const std::string& name);  // InputError on other names
+
+// What a luminaire's shadows are found with: at most one of the two; none: everything is visible.
 struct Visibility {
-  const DeviceBvh* bvh = nullptr;  // rays are traced; null: everything is visible
+  const DeviceBvh* bvh = nullptr;    // rays are traced
+  const ShadowMaps* maps = nullptr;  // of this luminaire at this pose
 };
 
 // Per-pixel sums in device memory that estimators add to.
@@ -119,14 +133,17 @@ class Estimator {
   // pixels are left alone. Enqueues on the device's queue and returns. A pixel's result does not
   // depend on work-group sizes or on how pixels are split over calls (for `exact`, whose
   // neighbouring pixels share sums, up to rounding). Throws InputError if tables are needed and
-  // absent or the G-buffer is glossy and the estimator's any_brdf is false; DeviceError.
+  // absent, the G-buffer is glossy and the estimator's any_brdf is false, or its traits do not name
+  // the kind of visibility; DeviceError.
   virtual void Light(const GBuffer& gbuffer, const Visibility& visibility,
                      const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
                      const EstimatorOptions& options, Lighting& lighting) = 0;
 };
 
-// Throws the InputError of Light() for a glossy G-buffer.
+// Throw the InputErrors of Light() for a glossy G-buffer and for shadows it cannot take.
 void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer);
+void RequireShadows(const EstimatorTraits& traits, const Visibility& visibility);
+void RequireShadows(const EstimatorTraits& traits, Shadows shadows);
 
 // "exact", "volume", "windowed", "thesis"; InputError on other names. Builds the kernels (cached on
 // disk).

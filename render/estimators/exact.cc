@@ -22,6 +22,7 @@ class Exact : public Estimator {
              const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
              const EstimatorOptions& options, Lighting& lighting) override {
     RequireLambertian(traits(), gbuffer);
+    RequireShadows(traits(), visibility);
     const LuminaireParams params =
         MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
     const Buffer device_params =

@@ -27,6 +27,7 @@ class Volume : public Estimator {
              const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
              const EstimatorOptions& options, Lighting& lighting) override {
     RequireLambertian(traits(), gbuffer);
+    RequireShadows(traits(), visibility);
     if (!luminaire.has_volume())
       throw InputError(
           "estimator 'volume' needs a light-vector volume and the luminaire has none; build it "

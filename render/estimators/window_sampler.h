@@ -6,6 +6,7 @@
 #include <string>
 
 #include "render/estimators/estimator.h"
+#include "render/shadow_maps.h"
 
 namespace luxfield::render {
 
@@ -23,12 +24,13 @@ class WindowSampler {
     Kernel& kernel = Begin(estimator, gbuffer, luminaire, world_from_luminaire, options);
     const Buffer none;
     const DeviceBvh* bvh = visibility.bvh;
+    const Buffer seen = visibility.maps ? visibility.maps->SeeCells(gbuffer) : Buffer();
     while (NextBatch()) {
       kernel
           .Set(luminaire_params_, sampling_params_, luminaire.images(), luminaire.sat(),
                luminaire.sat_scale(), gbuffer.position, gbuffer.normal, gbuffer.albedo,
                gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none, bvh ? bvh->triangles : none,
-               scratch_, outputs...)
+               seen, scratch_, outputs...)
           .Enqueue(batch_);
     }
   }

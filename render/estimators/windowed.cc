@@ -15,6 +15,7 @@ class Sampling : public Estimator {
   void Light(const GBuffer& gbuffer, const Visibility& visibility,
              const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
              const EstimatorOptions& options, Lighting& lighting) override {
+    RequireShadows(traits_, visibility);
     sampler_.Run(traits_.name, gbuffer, visibility, luminaire, world_from_luminaire, options,
                  lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples);
   }
@@ -31,6 +32,7 @@ const EstimatorTraits& WindowedTraits() {
                                       .needs = {.sat = true},
                                       .needs_non_negative = true,
                                       .any_brdf = true,
+                                      .map_shadows = true,
                                       .unbiased = true,
                                       .unbiased_with_shadows = true,
                                       .noise_free = false,
@@ -47,6 +49,7 @@ const EstimatorTraits& ThesisTraits() {
       .needs = {.sat = true},
       .needs_non_negative = true,
       .any_brdf = true,
+      .map_shadows = true,
       .unbiased = false,
       .unbiased_with_shadows = false,
       .noise_free = false,

@@ -6,6 +6,7 @@
 #include "kernels/random.clh"
 #include "kernels/sampling_types.clh"
 #include "kernels/shading.clh"
+#include "kernels/shadow_maps.clh"
 #include "kernels/window_sampling.clh"
 
 // The number of samples below cumulative expectation `sum`, floor(sum + xi), without rounding of
@@ -32,10 +33,11 @@ inline void AddSample(__constant const LuminaireParams* luminaire, __global cons
   AddLight(luminaire, surface, scene, ToLamp(luminaire, surface, i, j, sample.y), light, totals);
 }
 
-// Window masses of all images into scratch[m * stride]; returns their sum.
+// Window masses of all images into scratch[m * stride]; returns their sum. Of an image, what the
+// pixel's shadow maps hide (`seen`, may be null) does not count.
 inline float WindowMasses(__constant const LuminaireParams* luminaire, __global const ulong* sat,
                           __global const float* sat_scale, const Surface* surface,
-                          __global float* scratch, int stride) {
+                          __global const uint* seen, __global float* scratch, int stride) {
   const int columns = luminaire->axis[0].texels, rows = luminaire->axis[1].texels;
   const size_t sat_size = (size_t)(columns + 1) * (rows + 1);
   float total = 0.0f;
@@ -44,8 +46,8 @@ inline float WindowMasses(__constant const LuminaireParams* luminaire, __global 
     const Span row_span = MakeSpan(&surface->y, j, luminaire->basis.cells, rows);
     for (int i = 0; i < luminaire->axis[0].count; ++i, ++m) {
       const Span column_span = MakeSpan(&surface->x, i, luminaire->basis.cells, columns);
-      const float mass =
-          WindowMass(sat + m * sat_size, columns + 1, column_span, row_span) * sat_scale[m];
+      const float mass = WindowMass(sat + m * sat_size, columns + 1, column_span, row_span) *
+                         sat_scale[m] * ImageVisibility(luminaire, seen, i, j);
       scratch[(size_t)m * stride] = mass;
       total += mass;
     }
@@ -56,11 +58,11 @@ inline float WindowMasses(__constant const LuminaireParams* luminaire, __global 
 inline Totals LightWindowed(__constant const LuminaireParams* luminaire,
                             __constant const SamplingParams* sampling, __global const float* images,
                             __global const ulong* sat, __global const float* sat_scale,
-                            const Surface* surface, Scene scene, uint pixel,
-                            __global float* scratch) {
+                            const Surface* surface, Scene scene, __global const uint* seen,
+                            uint pixel, __global float* scratch) {
   Totals totals = NoLight();
   const int stride = sampling->scratch_stride;
-  const float total = WindowMasses(luminaire, sat, sat_scale, surface, scratch, stride);
+  const float total = WindowMasses(luminaire, sat, sat_scale, surface, seen, scratch, stride);
   if (!(total > 0.0f)) return totals;
   const int columns = luminaire->axis[0].texels, rows = luminaire->axis[1].texels,
             cells = luminaire->basis.cells;
@@ -106,10 +108,11 @@ inline Totals LightWindowed(__constant const LuminaireParams* luminaire,
 inline Totals LightThesis(__constant const LuminaireParams* luminaire,
                           __constant const SamplingParams* sampling, __global const float* images,
                           __global const ulong* sat, __global const float* sat_scale,
-                          const Surface* surface, Scene scene, __global float* scratch) {
+                          const Surface* surface, Scene scene, __global const uint* seen,
+                          __global float* scratch) {
   Totals totals = NoLight();
   const int stride = sampling->scratch_stride;
-  const float total = WindowMasses(luminaire, sat, sat_scale, surface, scratch, stride);
+  const float total = WindowMasses(luminaire, sat, sat_scale, surface, 0, scratch, stride);
   if (!(total > 0.0f)) return totals;
   const int columns = luminaire->axis[0].texels, rows = luminaire->axis[1].texels,
             cells = luminaire->basis.cells;
@@ -122,6 +125,7 @@ inline Totals LightThesis(__constant const LuminaireParams* luminaire,
       if (sampling->max_per_image > 0.0f) share = fmin(share, rint(sampling->max_per_image));
       const int count = (int)share;
       if (count <= 0) continue;
+      const float weight = mass / share * ImageVisibility(luminaire, seen, i, j);
       const Span row_span = MakeSpan(&surface->y, j, cells, rows);
       const Span column_span = MakeSpan(&surface->x, i, cells, columns);
       // The SAT's last row is cdf_m(s), its first row is zero: one band over the whole height.
@@ -142,7 +146,7 @@ inline Totals LightThesis(__constant const LuminaireParams* luminaire,
         sample.row = row.texel;
         sample.y = (float2)(SupportCoordinate(&surface->x, column_span, column, (float)cells),
                             SupportCoordinate(&surface->y, row_span, row, (float)cells));
-        AddSample(luminaire, images, surface, scene, m, i, j, sample, mass / share, &totals);
+        AddSample(luminaire, images, surface, scene, m, i, j, sample, weight, &totals);
       }
     }
   return totals;
@@ -151,7 +155,7 @@ inline Totals LightThesis(__constant const LuminaireParams* luminaire,
 #define SAMPLING_ARGUMENTS                                                                      \
   __constant const LuminaireParams *luminaire, __constant const SamplingParams *sampling,       \
       __global const float *images, __global const ulong *sat, __global const float *sat_scale, \
-      SURFACE_ARGUMENTS, SCENE_ARGUMENTS, __global float *scratch
+      SURFACE_ARGUMENTS, SCENE_ARGUMENTS, __global const uint *seen, __global float *scratch
 
 __kernel void Windowed(SAMPLING_ARGUMENTS, LIGHTING_ARGUMENTS) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
@@ -159,6 +163,7 @@ __kernel void Windowed(SAMPLING_ARGUMENTS, LIGHTING_ARGUMENTS) {
   if (pixel >= sampling->end || !MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Scene scene = {nodes, triangles};
   const Totals totals = LightWindowed(luminaire, sampling, images, sat, sat_scale, &surface, scene,
+                                      SeenByPixel(luminaire, seen, pixel),
                                       sampling->first_pixel + (uint)pixel, scratch + item);
   StoreTotals(luminaire, &surface, totals, pixel, LIGHTING);
 }
@@ -168,8 +173,8 @@ __kernel void Thesis(SAMPLING_ARGUMENTS, LIGHTING_ARGUMENTS) {
   Surface surface;
   if (pixel >= sampling->end || !MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Scene scene = {nodes, triangles};
-  const Totals totals =
-      LightThesis(luminaire, sampling, images, sat, sat_scale, &surface, scene, scratch + item);
+  const Totals totals = LightThesis(luminaire, sampling, images, sat, sat_scale, &surface, scene,
+                                    SeenByPixel(luminaire, seen, pixel), scratch + item);
   StoreTotals(luminaire, &surface, totals, pixel, LIGHTING);
 }
 
@@ -183,13 +188,13 @@ __kernel void VisibleShare(SAMPLING_ARGUMENTS, __global float4* share, __global 
   if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Scene scene = {nodes, triangles};
   const Totals totals = LightWindowed(luminaire, sampling, images, sat, sat_scale, &surface, scene,
+                                      SeenByPixel(luminaire, seen, pixel),
                                       sampling->first_pixel + (uint)pixel, scratch + item);
   samples[pixel] += (uint)totals.count;
   const float light = Luminance(totals.light);
   if (!(light > 0.0f)) return;
   const float ratio = Luminance(totals.visible) / light;
-  const float spread =
-      (1.0f - 2.0f * ratio) * totals.shown_square + ratio * ratio * totals.square;
+  const float spread = (1.0f - 2.0f * ratio) * totals.shown_square + ratio * ratio * totals.square;
   const float n = (float)totals.count;
   share[pixel].x = totals.light.x > 0.0f ? totals.visible.x / totals.light.x : ratio;
   share[pixel].y = totals.light.y > 0.0f ? totals.visible.y / totals.light.y : ratio;

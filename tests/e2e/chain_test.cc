@@ -61,8 +61,8 @@ TEST_F(Chain, FromLabToPicture) {
   EXPECT_GE(Run({"info", "p.lf.exr"}).value("c_min", -1.0), 0.0);
   Run({"preprocess", "p.lf.exr", "-o", "p.tab.exr"});
   EXPECT_EQ(Run({"info", "p.tab.exr"}).value("kind", ""), "tables");
-  const std::vector<std::string> small = {"--width",       "64",       "--height",    "48",
-                                          "--light-field", "p.lf.exr", "--no-shadows"};
+  const std::vector<std::string> small = {"--width",       "64",       "--height",  "48",
+                                          "--light-field", "p.lf.exr", "--shadows", "none"};
   for (const char* estimator : {"exact", "windowed", "thesis"}) {
     std::vector<std::string> arguments = {"render",
                                           scene_,

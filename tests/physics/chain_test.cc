@@ -67,7 +67,7 @@ core::Image ExactPicture(const std::filesystem::path& light_field) {
   scene.luminaires = {{"lamp", light_field, {}, {}, 1}};
   render::RenderOptions options;
   options.estimator = "exact";
-  options.shadows = false;
+  options.shadows = render::Shadows::kNone;
   render::LitScene lit(render::Device::Open(), scene);
   return render::Renderer(lit, options).Render().irradiance;
 }

@@ -322,7 +322,7 @@ TEST(Windowed, WorkGroupSizeDoesNotMatter) {
     kernel
         .Set(device_params, device_sampling, luminaire.on_device.images(),
              luminaire.on_device.sat(), luminaire.on_device.sat_scale(), gbuffer.position,
-             gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye, none, none, scratch,
+             gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye, none, none, none, scratch,
              lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples)
         .Enqueue({100}, {group});
     const auto result = lighting.irradiance.Download<cl_float4>();

@@ -64,7 +64,7 @@ class AccuracyTest : public testing::Test {
 TEST_F(AccuracyTest, ErrorsAskedForAreKept) {
   render::LitScene scene(render::Device::Open(), LampOverFloor());
   AccuracyRequest request;
-  request.picture.shadows = false;
+  request.picture.shadows = render::Shadows::kNone;
   request.picture.estimator = "exact";
   const auto reference = render::Renderer(scene, request.picture).Render();
   request.estimators = {"windowed"};
@@ -88,7 +88,7 @@ TEST_F(AccuracyTest, ErrorsAskedForAreKept) {
 TEST_F(AccuracyTest, TheCheapestSettingIsTaken) {
   render::LitScene scene(render::Device::Open(), LampOverFloor());
   AccuracyRequest request;
-  request.picture.shadows = false;
+  request.picture.shadows = render::Shadows::kNone;
   request.estimators = {"windowed", "exact"};
   request.rel_error = 0.01;
   const auto result = RenderToAccuracy(scene, MadeUpCosts(), request);
@@ -103,7 +103,7 @@ TEST_F(AccuracyTest, TheCheapestSettingIsTaken) {
 TEST_F(AccuracyTest, TimesBecomeSamples) {
   render::LitScene scene(render::Device::Open(), LampOverFloor());
   AccuracyRequest request;
-  request.picture.shadows = false;
+  request.picture.shadows = render::Shadows::kNone;
   request.estimators = {"windowed"};
   request.time_s = 0.01;
   const int few = RenderToAccuracy(scene, MadeUpCosts(), request).chosen.samples_per_pixel;
