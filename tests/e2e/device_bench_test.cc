@@ -8,6 +8,8 @@
 #include <sstream>
 
 #include "program.h"
+#include "render/estimators/estimator.h"
+#include "study/car2.h"
 
 namespace luxfield::e2e {
 namespace {
@@ -131,6 +133,33 @@ TEST_F(KernelCheck, EstimatorsHaveNoRacesStayInBoundsAndReadWhatWasWritten) {
         rows[pattern].push_back({row.at("estimator"), row.at("rel_rmse"), row.at("bias")});
     }
     EXPECT_EQ(rows[0], rows[1]) << tuning;
+  }
+}
+
+// The same for what the bench leaves out: primary visibility, shadows, materials.
+TEST_F(KernelCheck, RenderingHasNoRacesStaysInBoundsAndReadsWhatWasWritten) {
+  lightfield::WriteLightField(
+      folder_ / "lamp.lf.exr",
+      study::SyntheticCar2({.grid_width = 3, .grid_height = 2, .size = 8, .channels = 3}));
+  WriteText(folder_ / "scene.toml", R"(
+camera = {position = [0.4, -1.5, 1.2], look_at = [0, 1.5, 0.2], width = 12, height = 9}
+material = [{name = "grey", albedo = [0.5, 0.6, 0.7]}]
+quad = [{corner = [-2, -1, 0], edge_u = [4, 0, 0], edge_v = [0, 6, 0], material = "grey"}]
+box = [{size = [0.4, 0.3, 0.5], position = [0, 1.5, 0.25], material = "grey"}]
+luminaire = [{file = "lamp.lf.exr", position = [0, 0, 0.5], look_at = [0, 3, 0]}]
+)");
+  for (const auto& traits : render::EstimatorList()) {
+    std::string pictures[2];
+    for (const bool pattern : {false, true}) {
+      const Outcome outcome =
+          RunChecked({BuiltProgram("luxfield").string(), "render", "scene.toml", "-o", "out.exr",
+                      "--estimator", traits.name, "--spp", "4"},
+                     pattern, "group=4,pixels=1,shared=1");
+      ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+      EXPECT_EQ(ReadText(folder_ / "log"), "") << traits.name;
+      pictures[pattern] = ReadText(folder_ / "out.exr");
+    }
+    EXPECT_EQ(pictures[0], pictures[1]) << traits.name;
   }
 }
 
