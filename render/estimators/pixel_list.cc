@@ -1,11 +1,6 @@
 #include "render/estimators/pixel_list.h"
 
 namespace luxfield::render {
-namespace {
-
-constexpr std::size_t kGroup = 32;
-
-}  // namespace
 
 PixelList::PixelList(const Device& device)
     : device_(device),
@@ -17,13 +12,13 @@ GBuffer PixelList::Gather(const GBuffer& gbuffer, const std::vector<cl_int>& pix
   pixels_ = Buffer::From(device_, pixels);
   GBuffer gathered(device_, count_, 1);
   gather_.Set(pixels_, count_, gbuffer.position, gbuffer.normal, gathered.position, gathered.normal)
-      .Enqueue({pixels.size()}, {kGroup});
+      .Enqueue(pixels.size());
   return gathered;
 }
 
 void PixelList::Scatter(const Buffer& irradiance, const Buffer& share, Lighting& lighting) {
   scatter_.Set(pixels_, count_, irradiance, share, lighting.irradiance, lighting.variance)
-      .Enqueue({static_cast<std::size_t>(count_)}, {kGroup});
+      .Enqueue(static_cast<std::size_t>(count_));
 }
 
 }  // namespace luxfield::render

@@ -51,13 +51,11 @@ class Volume : public Estimator {
         .Set(device_params, luminaire.volume_params(), luminaire.volume(), gbuffer.position,
              gbuffer.normal, static_cast<cl_int>(gbuffer.pixel_count()), share, lighting.irradiance,
              lighting.variance, left_)
-        .Enqueue({gbuffer.pixel_count()}, {kGroup});
+        .Enqueue(gbuffer.pixel_count());
     LightLeft(gbuffer, luminaire, world_from_luminaire, share, lighting);
   }
 
  private:
-  static constexpr std::size_t kGroup = 64;
-
   // By `exact`, the pixels that the kernel listed.
   void LightLeft(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
                  const scene::Pose& world_from_luminaire, const Buffer& share, Lighting& lighting) {
