@@ -59,7 +59,9 @@ DeviceTuning ParseTuning(const std::string& text, const DeviceTuning& base) {
       refuse(fmt::format("'{}' is unknown", name));
   }
   if (tuning.group_size < 1 || tuning.group_size > 4096) refuse("group must be 1 to 4096");
-  if (tuning.shared_loads < 1 || tuning.pixels_per_item < 1 || tuning.pixels_per_item > 64 ||
+  if (tuning.shared_loads != 1 && tuning.shared_loads != 2 && tuning.shared_loads != 4)
+    refuse("shared must be 1, 2 or 4");
+  if (tuning.pixels_per_item < 1 || tuning.pixels_per_item > 64 ||
       tuning.pixels_per_item % tuning.shared_loads != 0)
     refuse("pixels must be 1 to 64, a multiple of shared");
   return tuning;

@@ -5,8 +5,8 @@
 //
 //                      CPU                                    GPU
 //   group_size         32: enough to spread over threads      64: a multiple of every wave in use
-//   pixels_per_item    8 pixels read a window while cached    1: registers are dearer than loads
-//   shared_loads       4 of them from the same loads          1
+//   pixels_per_item    4                                      1
+//   shared_loads       4 pixels lit from the same loads       1: registers are dearer than loads
 //   exact_divide       wherever the device offers it: quotients equal on all devices
 //
 // No kernel uses double: what float32 cannot hold is a pair of floats or 64-bit fixed point.
@@ -21,15 +21,15 @@ struct DeviceInfo;
 
 struct DeviceTuning {
   int group_size = 32;      // work-items of a one-dimensional group; a kernel's own limit bounds it
-  int pixels_per_item = 8;  // `exact`: a multiple of shared_loads
-  int shared_loads = 4;     // `exact`
+  int pixels_per_item = 4;  // `exact`: a multiple of shared_loads
+  int shared_loads = 4;     // `exact`: 1, 2 or 4
   bool exact_divide = false;  // correctly rounded division
 
   bool operator==(const DeviceTuning&) const = default;
 
   // For clBuildProgram: -D PIXELS and SHARED, and the division.
   std::string BuildOptions() const;
-  // "group=64,pixels=8,shared=4,divide=1", as ParseTuning reads it.
+  // "group=64,pixels=4,shared=4,divide=1", as ParseTuning reads it.
   std::string Text() const;
 };
 

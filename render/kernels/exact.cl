@@ -1,29 +1,31 @@
-// Irradiance in closed form (THEORY.md 7.1, F-plane form):
+// Irradiance in closed form (THEORY.md 7.1, F-plane form). n . (u - p) = g_x(u) + g_y(v), so every
+// image separates into two products of texel weights along the axes:
 //
-//   E_m = delta^2 / z^3 h^2 sum_rc C_m(r, c) (k X0_c Y0_r + n_x h X1_c Y0_r + n_y h X0_c Y1_r),
-//   k = n . (centre of the support on F - p)
+//   E_m = delta^2 / z^3 h^2 sum_rc C_m(r, c) (X_c Gy_r + Gx_c Y_r),
+//   X_c = integral B_i du,  Gx_c = integral g_x B_i du  over what texel column c sees; Y, Gy
+//   likewise
 //
-// with the texel weights X, Y of texel_weights.clh. A work-item lights PIXELS neighbouring pixels,
-// which read a window while it is in the cache, SHARED of them from the same loads. Windows are
-// walked in chunks of 32 columns and kRows rows, so any size fits.
+// (texel_weights.clh): two multiply-adds per texel, the least there is. SHARED neighbouring
+// pixels are lit from the same loads of texels where they see nearly the same windows.
+// Windows are walked in chunks of kChunk x kChunk texels and kBasis x kBasis images, so any size
+// fits.
 #include "kernels/horizon.clh"
 #include "kernels/texel_weights.clh"
 
-enum { kRows = 32, kColumns = 32, kBasisRows = 12 };
+enum { kBasis = SHARED > 1 ? 12 : 4 };
 
-typedef struct Tile {
-  Receiver receiver[PIXELS];
-  Axis axis[2][PIXELS];
-  bool live[PIXELS];
-} Tile;
+typedef struct Pixel {
+  int index;
+  Receiver receiver;
+  Axis axis[2];
+} Pixel;
 
-// Texels that basis function `i` needs, joined over pixels [begin, end) of the tile.
-inline int2 JoinedTexels(__constant const LuminaireParams* luminaire, const Tile* tile,
-                         int dimension, int i, int begin, int end) {
+// Texels that the pixels see basis function `i` through, together.
+inline int2 JoinedTexels(__constant const LuminaireParams* luminaire, const Pixel* pixels,
+                         int count, int dimension, int i) {
   int2 joined = (int2)(luminaire->axis[dimension].texels, 0);
-  for (int k = begin; k < end; ++k) {
-    if (!tile->live[k]) continue;
-    const Axis* axis = &tile->axis[dimension][k];
+  for (int k = 0; k < count; ++k) {
+    const Axis* axis = &pixels[k].axis[dimension];
     const int2 range = WindowTexels(MakeKnot(axis, i), MakeKnot(axis, i + luminaire->basis.cells),
                                     luminaire->axis[dimension].texels);
     joined = (int2)(min(joined.x, range.x), max(joined.y, range.y));
@@ -31,155 +33,194 @@ inline int2 JoinedTexels(__constant const LuminaireParams* luminaire, const Tile
   return joined;
 }
 
-// True if lighting the live pixels together touches at most half as many texels again as the
-// smallest of their windows needs: they see nearly the same.
-inline bool SharesWindows(__constant const LuminaireParams* luminaire, const Tile* tile) {
+// True if lighting the pixels together touches at most half as many texels again as the smallest of
+// their windows needs: they see nearly the same.
+inline bool ShareWindows(__constant const LuminaireParams* luminaire, const Pixel* pixels,
+                         int count) {
   for (int dimension = 0; dimension < 2; ++dimension) {
     const int middle = luminaire->axis[dimension].count / 2;
-    const int2 joined = JoinedTexels(luminaire, tile, dimension, middle, 0, PIXELS);
-    for (int k = 0; k < PIXELS; ++k) {
-      if (!tile->live[k]) continue;
-      const int2 own = JoinedTexels(luminaire, tile, dimension, middle, k, k + 1);
+    const int2 joined = JoinedTexels(luminaire, pixels, count, dimension, middle);
+    for (int k = 0; k < count; ++k) {
+      const int2 own = JoinedTexels(luminaire, pixels + k, 1, dimension, middle);
       if (2 * (joined.y - joined.x) > 3 * (own.y - own.x) + 8) return false;
     }
   }
   return true;
 }
 
-inline float AxisCentre(__constant const LuminaireParams* luminaire, const Axis* axis,
-                        int dimension, int i) {
-  return axis->offset +
-         ((float)i + 0.5f * (float)luminaire->basis.cells) * luminaire->axis[dimension].spacing.hi;
+// Weights of `count` basis functions from `first` on for the `chunk`-th kChunk texels of their
+// windows, per pixel. False if no window is that long.
+inline bool MakeBlock(__constant const LuminaireParams* luminaire, const Pixel* pixels,
+                      int pixel_count, int dimension, int first, int count, int chunk,
+                      TexelWeights weights[SHARED][kBasis]) {
+  bool any = false;
+  for (int i = 0; i < count; ++i) {
+    int2 range = JoinedTexels(luminaire, pixels, pixel_count, dimension, first + i);
+    range.x += chunk * kChunk;
+    range.y = max(min(range.y, range.x + kChunk), range.x);
+    any |= range.x < range.y;
+    for (int k = 0; k < pixel_count; ++k) weights[k][i].range = range;
+  }
+  if (!any) return false;
+  for (int k = 0; k < pixel_count; ++k) {
+    const Axis* axis = &pixels[k].axis[dimension];
+    MakeTexelWeights(&luminaire->basis, axis,
+                     LineAlong(luminaire, &pixels[k].receiver, axis, dimension), first, count,
+                     weights[k]);
+  }
+  return true;
 }
 
-// Adds sum_m E_m / (delta^2 / z^3 h^2) of pixels [begin, end) to `sum`, lane by lane, per pixel and
-// channel.
-inline void LightPixels(__constant const LuminaireParams* luminaire, __global const float* images,
-                        const Tile* tile, int begin, int end, Lanes sum[PIXELS][3]) {
-  __constant const BasisParams* basis = &luminaire->basis;
-  const int columns = luminaire->axis[0].count, rows = luminaire->axis[1].count;
-  const size_t plane = (size_t)luminaire->axis[1].texels * luminaire->row_stride;
-  const float h = luminaire->axis[0].spacing.hi;
-  float y0[kBasisRows][PIXELS][kRows], y1[kBasisRows][PIXELS][kRows];
-  int2 row_range[kBasisRows];
-  for (int j_begin = 0; j_begin < rows; j_begin += kBasisRows) {
-    const int j_end = min(j_begin + kBasisRows, rows);
-    for (int row_chunk = 0;; ++row_chunk) {
-      bool any = false;
-      for (int j = j_begin; j < j_end; ++j) {
-        int2 range = JoinedTexels(luminaire, tile, 1, j, begin, end);
-        range.x += row_chunk * kRows;
-        range.y = min(range.y, range.x + kRows);
-        row_range[j - j_begin] = range;
-        if (range.x >= range.y) continue;
-        any = true;
-        for (int k = 0; k < PIXELS; ++k)
-          for (int half_chunk = 0; half_chunk < 2; ++half_chunk) {
-            Lanes zeroth = 0.0f, moment = 0.0f;
-            if (k >= begin && k < end && tile->live[k] && range.x + 16 * half_chunk < range.y)
-              TexelWeights(basis, &tile->axis[1][k], j, (float)(range.x + 16 * half_chunk), &zeroth,
-                           &moment);
-            vstore16(zeroth, half_chunk, y0[j - j_begin][k]);
-            vstore16(moment, half_chunk, y1[j - j_begin][k]);
-          }
-      }
-      if (!any) break;
-      for (int i = 0; i < columns; ++i) {
-        const int2 column_range = JoinedTexels(luminaire, tile, 0, i, begin, end);
-        for (int c = column_range.x; c < column_range.y; c += kColumns) {
-          Lanes x0[PIXELS][2], x1[PIXELS][2];
-          for (int k = 0; k < PIXELS; ++k)
-            for (int half_chunk = 0; half_chunk < 2; ++half_chunk) {
-              x0[k][half_chunk] = x1[k][half_chunk] = 0.0f;
-              if (k >= begin && k < end && tile->live[k] && c + 16 * half_chunk < column_range.y)
-                TexelWeights(basis, &tile->axis[0][k], i, (float)(c + 16 * half_chunk),
-                             &x0[k][half_chunk], &x1[k][half_chunk]);
-            }
-          for (int j = j_begin; j < j_end; ++j) {
-            const int2 range = row_range[j - j_begin];
-            if (range.x >= range.y) continue;
-            for (int channel = 0; channel < luminaire->channels; ++channel) {
-              __global const float* window =
-                  images + ((size_t)(j * columns + i) * luminaire->channels + channel) * plane +
-                  (size_t)range.x * luminaire->row_stride + c;
-              for (int first = 0; first < PIXELS; first += SHARED) {
-                __global const float* texel = window;
-                Lanes a0[SHARED], b0[SHARED], a1[SHARED], b1[SHARED];
-#pragma unroll
-                for (int k = 0; k < SHARED; ++k) a0[k] = b0[k] = a1[k] = b1[k] = 0.0f;
-                for (int r = 0; r < range.y - range.x; ++r) {
-                  const Lanes a = vload16(0, texel), b = vload16(1, texel);
-                  texel += luminaire->row_stride;
-#pragma unroll
-                  for (int k = 0; k < SHARED; ++k) {
-                    const float weight0 = y0[j - j_begin][first + k][r],
-                                weight1 = y1[j - j_begin][first + k][r];
-                    a0[k] = fma(a, (Lanes)(weight0), a0[k]);
-                    b0[k] = fma(b, (Lanes)(weight0), b0[k]);
-                    a1[k] = fma(a, (Lanes)(weight1), a1[k]);
-                    b1[k] = fma(b, (Lanes)(weight1), b1[k]);
-                  }
-                }
-#pragma unroll
-                for (int k = 0; k < SHARED; ++k) {
-                  const int pixel = first + k;
-                  if (pixel < begin || pixel >= end || !tile->live[pixel]) continue;
-                  const float3 n = tile->receiver[pixel].normal;
-                  const float centre = n.x * AxisCentre(luminaire, &tile->axis[0][pixel], 0, i) +
-                                       n.y * AxisCentre(luminaire, &tile->axis[1][pixel], 1, j) -
-                                       n.z * tile->receiver[pixel].p.z;
-                  sum[pixel][channel] += x0[pixel][0] * (centre * a0[k] + (n.y * h) * a1[k]) +
-                                         (n.x * h) * x1[pixel][0] * a0[k] +
-                                         x0[pixel][1] * (centre * b0[k] + (n.y * h) * b1[k]) +
-                                         (n.x * h) * x1[pixel][1] * b0[k];
-                }
-              }
-            }
-          }
-        }
-      }
-    }
+// sum_r C(r, c) Y_r and sum_r C(r, c) Gy_r of up to kChunk columns.
+typedef struct Sums {
+  Lanes y0, y1, y2, g0, g1, g2;
+} Sums;
+
+inline void AddRow(Lanes t0, Lanes t1, Lanes t2, const TexelWeights* rows, int r, int vectors,
+                   Sums* sums) {
+  const Lanes y = Zeroth(rows)[r], g = Facing(rows)[r];
+  sums->y0 = fma(t0, y, sums->y0);
+  sums->g0 = fma(t0, g, sums->g0);
+  if (vectors > 1) {
+    sums->y1 = fma(t1, y, sums->y1);
+    sums->g1 = fma(t1, g, sums->g1);
+  }
+  if (vectors > 2) {
+    sums->y2 = fma(t2, y, sums->y2);
+    sums->g2 = fma(t2, g, sums->g2);
   }
 }
 
-// Adds the irradiance of every pixel whose horizon does not cut the luminaire. `ratio` (may be
-// null): visible share per channel and the variance of the luminance share.
+inline Lanes AcrossColumns(const Sums* sums, const TexelWeights* columns, int vectors) {
+  const Lanes* x = columns->zeroth;
+  const Lanes* g = columns->facing;
+  Lanes sum = x[1] * sums->g0 + g[1] * sums->y0;
+  if (vectors > 1) sum += x[2] * sums->g1 + g[2] * sums->y1;
+  if (vectors > 2) sum += x[3] * sums->g2 + g[3] * sums->y2;
+  return sum;
+}
+
+// Adds one channel of `count` images above each other to `sum`, per pixel: columns `i` of the
+// weights, `vectors` Lanes wide. The compiler knows `pixels` and `vectors`.
+__attribute__((always_inline)) inline void LightColumn(__global const float* image,
+                                                       size_t image_stride, int row_stride,
+                                                       TexelWeights columns[SHARED][kBasis], int i,
+                                                       TexelWeights rows[SHARED][kBasis], int count,
+                                                       const int pixels, const int vectors,
+                                                       Lanes* sum) {
+  Sums s0 = {0}, s1 = {0}, s2 = {0}, s3 = {0};
+  for (int j = 0; j < count; ++j, image += image_stride) {
+    const int2 range = rows[0][j].range;
+    __global const float* texel = image + (size_t)range.x * row_stride;
+    for (int r = 0; r < range.y - range.x; ++r, texel += row_stride) {
+      const Lanes t0 = vload8(0, texel), t1 = vectors > 1 ? vload8(1, texel) : 0.0f,
+                  t2 = vectors > 2 ? vload8(2, texel) : 0.0f;
+      AddRow(t0, t1, t2, &rows[0][j], r, vectors, &s0);
+      if (pixels > 1) AddRow(t0, t1, t2, &rows[1][j], r, vectors, &s1);
+      if (pixels > 2) {
+        AddRow(t0, t1, t2, &rows[2][j], r, vectors, &s2);
+        AddRow(t0, t1, t2, &rows[3][j], r, vectors, &s3);
+      }
+    }
+  }
+  sum[0] += AcrossColumns(&s0, &columns[0][i], vectors);
+  if (pixels > 1) sum[1] += AcrossColumns(&s1, &columns[1][i], vectors);
+  if (pixels > 2) {
+    sum[2] += AcrossColumns(&s2, &columns[2][i], vectors);
+    sum[3] += AcrossColumns(&s3, &columns[3][i], vectors);
+  }
+}
+
+// Adds sum_m E_m / (delta^2 / z^3 h^2) to `sum`, lane by lane, per channel and pixel.
+__attribute__((always_inline)) inline void LightPixels(__constant const LuminaireParams* luminaire,
+                                                       __global const float* images,
+                                                       const Pixel* pixels, const int count,
+                                                       Lanes sum[3][SHARED]) {
+  const int width = luminaire->axis[0].count, height = luminaire->axis[1].count;
+  const int channels = luminaire->channels, row_stride = luminaire->row_stride;
+  const size_t plane = (size_t)luminaire->axis[1].texels * row_stride;
+  const size_t image_stride = width * channels * plane;
+  TexelWeights columns[SHARED][kBasis], rows[SHARED][kBasis];
+  for (int j_begin = 0; j_begin < height; j_begin += kBasis)
+    for (int i_begin = 0; i_begin < width; i_begin += kBasis) {
+      const int j_count = min((int)kBasis, height - j_begin),
+                i_count = min((int)kBasis, width - i_begin);
+      for (int c = 0; MakeBlock(luminaire, pixels, count, 0, i_begin, i_count, c, columns); ++c)
+        for (int r = 0; MakeBlock(luminaire, pixels, count, 1, j_begin, j_count, r, rows); ++r)
+          for (int i = 0; i < i_count; ++i) {
+            const int2 range = columns[0][i].range;
+            for (int channel = 0; channel < channels; ++channel) {
+              __global const float* image =
+                  images + ((size_t)(j_begin * width + i_begin + i) * channels + channel) * plane +
+                  range.x;
+#define LIGHT_COLUMN(vectors)                                                             \
+  LightColumn(image, image_stride, row_stride, columns, i, rows, j_count, count, vectors, \
+              sum[channel])
+              switch ((range.y - range.x + kLanes - 1) / kLanes) {
+                case 1:
+                  LIGHT_COLUMN(1);
+                  break;
+                case 2:
+                  LIGHT_COLUMN(2);
+                  break;
+                case 3:
+                  LIGHT_COLUMN(3);
+                  break;
+              }
+            }
+          }
+    }
+}
+
+// Adds the irradiance of those of the pixels first .. end - 1, SHARED at most, whose horizon does
+// not cut the luminaire.
+inline void LightGroup(__constant const LuminaireParams* luminaire, __global const float* images,
+                       __global const float4* positions, __global const float4* normals, int first,
+                       int end, __global const float4* ratio, __global float4* irradiance,
+                       __global float* variance) {
+  Pixel pixels[SHARED];
+  int count = 0;
+  for (int index = first; index < end; ++index) {
+    if (positions[index].w == 0.0f) continue;
+    Pixel pixel;
+    pixel.index = index;
+    pixel.receiver = MakeReceiver(luminaire, positions[index].xyz, normals[index].xyz);
+    const float3 p = pixel.receiver.p;
+    if (!(p.z > 0.0f)) continue;
+    pixel.axis[0] = MakeAxis(&luminaire->axis[0], luminaire->delta, p.x, p.z);
+    pixel.axis[1] = MakeAxis(&luminaire->axis[1], luminaire->delta, p.y, p.z);
+    if (WholeHorizon(luminaire, &pixel.receiver, &pixel.axis[0], &pixel.axis[1]) == kAbove)
+      pixels[count++] = pixel;
+  }
+  Lanes sum[3][SHARED];
+  for (int channel = 0; channel < 3; ++channel)
+    for (int k = 0; k < SHARED; ++k) sum[channel][k] = 0.0f;
+  if (SHARED > 1 && count == SHARED && ShareWindows(luminaire, pixels, SHARED)) {
+    LightPixels(luminaire, images, pixels, SHARED, sum);
+  } else {
+    for (int k = 0; k < count; ++k) {
+      Lanes one[3][SHARED] = {0};
+      LightPixels(luminaire, images, pixels + k, 1, one);
+      for (int channel = 0; channel < 3; ++channel) sum[channel][k] = one[channel][0];
+    }
+  }
+  for (int k = 0; k < count; ++k) {
+    const float total[3] = {SumLanes(sum[0][k]), SumLanes(sum[1][k]), SumLanes(sum[2][k])};
+    AddIrradiance(luminaire, pixels[k].receiver.p.z, total, pixels[k].index, ratio, irradiance,
+                  variance);
+  }
+}
+
+// `ratio` (may be null): visible share per channel and the variance of the luminance share.
 __kernel void ExactIrradiance(__constant const LuminaireParams* luminaire,
                               __global const float* images, __global const float4* positions,
                               __global const float4* normals, int pixel_count,
                               __global const float4* ratio, __global float4* irradiance,
                               __global float* variance) {
-  const int first = get_global_id(0) * PIXELS;
-  if (first >= pixel_count) return;
-  Tile tile;
-  Lanes sum[PIXELS][3];
-  bool any = false;
-  for (int k = 0; k < PIXELS; ++k) {
-    for (int channel = 0; channel < 3; ++channel) sum[k][channel] = 0.0f;
-    const int pixel = min(first + k, pixel_count - 1);
-    const float4 position = positions[pixel];
-    tile.receiver[k] = MakeReceiver(luminaire, position.xyz, normals[pixel].xyz);
-    tile.live[k] = first + k < pixel_count && position.w != 0.0f && tile.receiver[k].p.z > 0.0f;
-    if (!tile.live[k]) continue;
-    const float3 p = tile.receiver[k].p;
-    tile.axis[0][k] = MakeAxis(&luminaire->axis[0], luminaire->delta, p.x, p.z);
-    tile.axis[1][k] = MakeAxis(&luminaire->axis[1], luminaire->delta, p.y, p.z);
-    tile.live[k] =
-        WholeHorizon(luminaire, &tile.receiver[k], &tile.axis[0][k], &tile.axis[1][k]) == kAbove;
-    any |= tile.live[k];
-  }
-  if (!any) return;
-  if (SharesWindows(luminaire, &tile)) {
-    LightPixels(luminaire, images, &tile, 0, PIXELS, sum);
-  } else {
-    for (int k = 0; k < PIXELS; ++k)
-      if (tile.live[k]) LightPixels(luminaire, images, &tile, k, k + 1, sum);
-  }
-  for (int k = 0; k < PIXELS; ++k) {
-    if (!tile.live[k]) continue;
-    const float total[3] = {SumLanes(sum[k][0]), SumLanes(sum[k][1]), SumLanes(sum[k][2])};
-    AddIrradiance(luminaire, tile.receiver[k].p.z, total, first + k, ratio, irradiance, variance);
-  }
+  const int first = get_global_id(0) * PIXELS, end = min(first + PIXELS, pixel_count);
+  for (int k = first; k < end; k += SHARED)
+    LightGroup(luminaire, images, positions, normals, k, min(k + SHARED, end), ratio, irradiance,
+               variance);
 }
 
 // The same for the pixels whose horizon does: texel by texel, cut texels clipped and integrated

@@ -247,8 +247,9 @@ TEST(Tuning, FollowsTheDeviceAndCanBeChanged) {
   EXPECT_EQ(ParseTuning(gpu.Text(), cpu), gpu);
   EXPECT_EQ(ParseTuning("", cpu), cpu);
   EXPECT_EQ(ParseTuning("group=8", cpu).group_size, 8);
-  for (const char* wrong : {"group=0", "group", "group=", "group=8x", "wave=3", "pixels=6",
-                            "pixels=0,shared=0", "=", ",", "group=99999999999"})
+  for (const char* wrong :
+       {"group=0", "group", "group=", "group=8x", "wave=3", "pixels=6", "pixels=0,shared=0",
+        "pixels=9,shared=3", "=", ",", "group=99999999999"})
     EXPECT_THROW(ParseTuning(wrong, cpu), InputError) << wrong;
 
   ::setenv("LUXFIELD_TUNING", "group=4", 1);

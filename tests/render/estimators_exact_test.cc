@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "lightfield/light_vector.h"
+#include "render/estimators/exact.h"
 #include "tests/render/brute_force.h"
 #include "tests/render/estimator_fixture.h"
 #include "tests/render/structured_luminaires.h"
@@ -98,7 +99,7 @@ TEST(Exact, MatchesBruteForceAtAThousandReceivers) {
 // points are dark.
 double WorstError(const Device& device, const lightfield::LightField& field,
                   const std::vector<SurfacePoint>& points, int* lit = nullptr) {
-  const auto exact = MakeEstimator("exact", device);
+  const auto exact = MakeExact(device);
   const LuminaireOnDevice luminaire(device, field);
   const Lit result = LightGBuffer(device, *exact, MakeGBuffer(device, points), luminaire);
   double worst = 0;
@@ -119,14 +120,21 @@ double WorstError(const Device& device, const lightfield::LightField& field,
   return worst;
 }
 
+// Every other four of them are neighbours, which share loads of texels; the others see different
+// windows.
 std::vector<SurfacePoint> ReceiversAtDistance(double D, double delta, double spread, int count,
                                               std::uint64_t seed) {
   core::Random random(seed, 2);
   std::vector<SurfacePoint> points;
-  for (int k = 0; k < count; ++k)
-    points.push_back(RoundToFloat(
-        {{spread * (random.Uniform() - 0.5), spread * (random.Uniform() - 0.5), delta + D},
-         RandomDirection(random)}));
+  Vec3 p;
+  for (int k = 0; k < count; ++k) {
+    const double x = spread * (random.Uniform() - 0.5), y = spread * (random.Uniform() - 0.5);
+    if (k % 8 < 5)
+      p = {x, y, delta + D};
+    else
+      p = {p.x + 1e-3 * x, p.y + 1e-3 * y, delta + D * (1 + 1e-3 * random.Uniform())};
+    points.push_back(RoundToFloat({p, RandomDirection(random)}));
+  }
   return points;
 }
 
@@ -235,6 +243,11 @@ TEST(Exact, WindowsOffTheImageAndOnTexelBorders) {
   EXPECT_LT(WorstError(device, field, points, &lit), 1e-5);
   EXPECT_GT(lit, 30);
   EXPECT_LT(lit, 3 * 81);  // some windows lie wholly off the image
+  // Every window does: no light, exactly.
+  for (auto& point : points) point.p.x += 40;
+  lit = 0;
+  EXPECT_EQ(WorstError(device, field, points, &lit), 0);
+  EXPECT_EQ(lit, 0);
 }
 
 TEST(Exact, GrazingNormals) {
@@ -252,6 +265,140 @@ TEST(Exact, GrazingNormals) {
     points.push_back(RoundToFloat({p, Normalized(side + tilt * ray)}));
   }
   EXPECT_LT(WorstError(device, field, points), 1e-5);
+}
+
+// Receivers along a scan line with steps in depth, as a picture has them; every 13th normal has a
+// horizon through the lamp.
+std::vector<SurfacePoint> ScanLine(int count, double delta) {
+  core::Random random(19, 0);
+  std::vector<SurfacePoint> points;
+  for (int k = 0; k < count; ++k) {
+    const double depth = delta + (k % 30 < 18 ? 0.4 : 2.1) + 1e-3 * k;
+    const Vec3 p{0.002 * k - 0.1, 0.03, depth};
+    Vec3 n = Normalized(Vec3{0.1 * random.Uniform(), 0.3, -1});
+    if (k % 13 == 0) n = Normalized(Cross(p, RandomDirection(random)));
+    points.push_back(RoundToFloat({p, n}));
+  }
+  return points;
+}
+
+// One pixel per work-item is what GPUs run; neighbours share loads on CPUs. Each is judged by the
+// closed form, so that both are tested on whatever device is here.
+TEST(Exact, EveryCutGivesTheClosedForm) {
+  const Device device = Device::Open();
+  for (const int channels : {1, 3}) {
+    LuminaireShape shape;
+    shape.grid_width = 14;  // more than a block of basis functions
+    shape.grid_height = 5;
+    shape.width = 90;  // windows longer than a chunk of texels
+    shape.height = 70;
+    shape.channels = channels;
+    const auto field = StructuredLuminaire("noise", shape, 20);
+    const LuminaireOnDevice luminaire(device, field);
+    const auto points = ScanLine(131, shape.delta_m);
+    GBuffer gbuffer = MakeGBuffer(device, points);
+    auto position = gbuffer.position.Download<cl_float4>();
+    for (std::size_t k = 5; k < position.size(); k += 11) position[k].s[3] = 0;  // nothing hit
+    gbuffer.position.Upload(std::span<const cl_float4>(position));
+    int lit = 0;
+    double worst = 0, worst_spread = 0;
+    std::vector<cl_float4> first;
+    for (const char* cut : {"group=32,pixels=1,shared=1", "group=1,pixels=1,shared=1",
+                            "group=32,pixels=4,shared=4", "group=7,pixels=8,shared=4"}) {
+      const auto exact = MakeExact(device.WithTuning(ParseTuning(cut, device.tuning())));
+      const auto result = LightGBuffer(device, *exact, gbuffer, luminaire).irradiance;
+      if (first.empty()) first = result;
+      for (std::size_t k = 0; k < points.size(); ++k) {
+        const auto judge = lightfield::ExactIrradiance(field, points[k].p, points[k].n);
+        const auto j = lightfield::ClosedFormLightVector(field, points[k].p);
+        for (int channel = 0; channel < channels; ++channel) {
+          const double size = Length(j.j[channel]), value = result[k].s[channel];
+          if (position[k].s[3] == 0) {
+            EXPECT_EQ(value, 0);
+            continue;
+          }
+          lit += value > 0;
+          worst = std::max(worst, std::abs(value - judge[channel]) / size);
+          worst_spread = std::max(worst_spread, std::abs(value - first[k].s[channel]) / size);
+        }
+      }
+    }
+    std::printf("%d channels: worst error / |J| %.1e, between cuts %.1e\n", channels, worst,
+                worst_spread);
+    EXPECT_LT(worst, 1e-5);
+    // Only the order of some 500 terms and the chunks' borders differ.
+    EXPECT_LT(worst_spread, 2e-6);
+    EXPECT_GT(lit, 350 * channels);
+  }
+}
+
+TEST(Exact, SplittingThePictureChangesRoundingOnly) {
+  const Device device = Device::Open();
+  LuminaireShape shape;
+  const auto field = StructuredLuminaire("facets", shape, 21);
+  const LuminaireOnDevice luminaire(device, field);
+  const auto exact = MakeExact(device);
+  const auto points = ScanLine(101, shape.delta_m);
+  const auto whole = LightGBuffer(device, *exact, MakeGBuffer(device, points), luminaire);
+  for (const std::size_t cut : {1, 2, 3, 50}) {
+    const std::vector<SurfacePoint> parts[2] = {{points.begin(), points.begin() + cut},
+                                                {points.begin() + cut, points.end()}};
+    std::vector<cl_float4> joined;
+    for (const auto& part : parts) {
+      const auto lit = LightGBuffer(device, *exact, MakeGBuffer(device, part), luminaire);
+      joined.insert(joined.end(), lit.irradiance.begin(), lit.irradiance.end());
+    }
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const double size = Length(lightfield::ClosedFormLightVector(field, points[k].p).j[0]);
+      EXPECT_NEAR(joined[k].s[0], whole.irradiance[k].s[0], 2e-6 * size) << cut << " " << k;
+    }
+  }
+}
+
+// THEORY.md 12: an all-zero image gives nothing, one lit texel is seen as precisely as any light,
+// also through the rim of a basis function, where its weight is a small part of the others', and
+// eight decades in one window lose nothing.
+TEST(Exact, ImagesAtTheExtremes) {
+  const Device device = Device::Open();
+  LuminaireShape shape;
+  const auto points = ReceiversAtDistance(0.6, shape.delta_m, 0.2, 64, 22);
+  lightfield::LightField field = EmptyLuminaire(shape);
+  EXPECT_EQ(WorstError(device, field, points), 0);
+  int lit = 0;
+  double worst = 0;
+  for (int texel = 0; texel < 40 * 30; texel += 7) {
+    std::fill(field.data.begin(), field.data.end(), 0.0f);
+    field.image(2, 0)[texel] = 1;
+    worst = std::max(worst, WorstError(device, field, points, &lit));
+  }
+  std::printf("one lit texel: worst error / |J| %.1e, %d lit\n", worst, lit);
+  EXPECT_LT(worst, 1e-5);
+  EXPECT_GT(lit, 500);
+  core::Random random(23, 0);
+  for (float& c : field.data)
+    c = random.Uniform() < 0.02 ? 1e8f : static_cast<float>(random.Uniform());
+  EXPECT_LT(WorstError(device, field, points), 1e-5);
+  for (float& c : field.data) c *= 1e-30f;
+  EXPECT_LT(WorstError(device, field, points), 1e-5);
+  // Denormals may be taken as 0, nothing worse.
+  std::fill(field.data.begin(), field.data.end(), 1e-40f);
+  EXPECT_LE(WorstError(device, field, points), 1);
+}
+
+// Rounding of equal terms does not average out: the longest sums there are.
+TEST(Exact, UniformLight) {
+  const Device device = Device::Open();
+  LuminaireShape shape;
+  shape.grid_width = 2;
+  shape.grid_height = 24;
+  shape.width = 40;
+  shape.height = 1000;
+  auto field = EmptyLuminaire(shape);
+  std::fill(field.data.begin(), field.data.end(), 0.7f);
+  const double worst =
+      WorstError(device, field, ReceiversAtDistance(1.0, shape.delta_m, 0.3, 40, 24));
+  std::printf("uniform light: worst error / |J| %.1e\n", worst);
+  EXPECT_LT(worst, 1e-5);
 }
 
 TEST(Exact, NegativeCoefficientsAndLinearity) {
