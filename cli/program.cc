@@ -123,4 +123,21 @@ void RequireExtension(const std::string& path, const std::string& extension,
         fmt::format("{} = {} must end in {}; name the output so", option, path, extension));
 }
 
+double ParseQuantity(const std::string& text, const char* option, const Units& units) {
+  std::size_t end = 0;
+  double value = 0;
+  try {
+    value = std::stod(text, &end);
+  } catch (const std::exception&) {
+    end = 0;
+  }
+  std::string example;
+  for (const auto& [unit, factor] : units) {
+    if (end > 0 && text.substr(end) == unit) return value * factor;
+    example += fmt::format("{}5{}", example.empty() ? "" : " or ", unit);
+  }
+  throw InputError(fmt::format("{} '{}' is not a number with its unit; write it like {}", option,
+                               text, example));
+}
+
 }  // namespace luxfield::cli

@@ -6,6 +6,8 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/json.h"
 
@@ -58,6 +60,11 @@ void AddDemo(Program& program);
 
 // "12.3 MiB"
 std::string FormatBytes(double bytes);
+
+// "0.5%" with units {{"%", 0.01}} is 0.005. Throws InputError naming the option for a text that is
+// not a number with one of the units.
+using Units = std::vector<std::pair<std::string, double>>;  // name and factor
+double ParseQuantity(const std::string& text, const char* option, const Units& units);
 
 // Throws InputError unless `path` ends in `extension`, naming the option that holds it.
 void RequireExtension(const std::string& path, const std::string& extension,

@@ -30,25 +30,6 @@ struct Options {
   bool estimator_given = false, samples_given = false;
 };
 
-using Units = std::vector<std::pair<std::string, double>>;  // name and factor
-
-double ParseQuantity(const std::string& text, const char* option, const Units& units) {
-  std::size_t end = 0;
-  double value = 0;
-  try {
-    value = std::stod(text, &end);
-  } catch (const std::exception&) {
-    end = 0;
-  }
-  std::string example;
-  for (const auto& [unit, factor] : units) {
-    if (end > 0 && text.substr(end) == unit) return value * factor;
-    example += fmt::format("{}5{}", example.empty() ? "" : " or ", unit);
-  }
-  throw InputError(fmt::format("{} '{}' is not a number with its unit; write it like {}", option,
-                               text, example));
-}
-
 // Chosen estimator and samples for an error or a time asked for.
 study::AccurateFrame RenderToTarget(render::LitScene& scene, const Options& options) {
   if (options.samples_given)
@@ -229,6 +210,8 @@ void AddRender(Program& program) {
   verb.add_option("--shadow-map-size", options->render.shadow_map_size,
                   "Texels along each side of a shadow map")
       ->check(CLI::Range(render::ShadowMaps::kMinSize, render::ShadowMaps::kMaxSize));
+  verb.add_option("--volume-error", options->render.volume_error,
+                  "Relative RMSE that the table of `volume` is made for");
   verb.add_option("--light-field", options->light_fields,
                   "[NAME=]FILE.lf.exr instead of the scene's own, for one luminaire or all");
   verb.add_option("--tables", options->tables, "[NAME=]FILE.tab.exr, likewise");

@@ -9,12 +9,13 @@
 #include "core/file.h"
 #include "core/json.h"
 #include "core/stopwatch.h"
+#include "preprocess/scene_receivers.h"
 #include "preprocess/tables.h"
 #include "render/device_scene.h"
 #include "render/estimators/estimator.h"
 #include "render/estimators/volume.h"
 #include "scene/bvh.h"
-#include "study/bench_nearfield.h"
+#include "study/car2.h"
 
 namespace luxfield::study {
 namespace {
@@ -27,23 +28,6 @@ constexpr const char* kTermNames[kTerms] = {"launch",    "per_pixel",  "per_imag
 std::string DeviceName(const render::DeviceInfo& info) {
   return fmt::format("{}; {}; {}; {} compute units", info.name, info.version, info.driver,
                      info.compute_units);
-}
-
-// Texels of one axis in the windows of all basis functions: the image of their supports on I,
-// clipped to the lattice (THEORY.md 6, s(u)).
-double TexelsOfAxis(double corner_m, double spacing_m, int count, int cells, double edge_m,
-                    double texel_m, int texels, double delta_m, double p_m, double z_m) {
-  const double shrink = 1 - delta_m / z_m;
-  double sum = 0;
-  for (int i = 0; i < count; ++i) {
-    const double u = corner_m + i * spacing_m;
-    const double a = (delta_m / z_m * p_m + shrink * u - edge_m) / texel_m;
-    const double b = a + shrink * cells * spacing_m / texel_m;
-    const double low = std::clamp(std::floor(std::min(a, b)), 0.0, static_cast<double>(texels));
-    const double high = std::clamp(std::ceil(std::max(a, b)), 0.0, static_cast<double>(texels));
-    sum += high - low;
-  }
-  return sum;
 }
 
 // Least squares with x >= 0 by coordinate descent on the normal equations; rows are already
@@ -138,23 +122,15 @@ LightingWork WorkOf(std::span<const cl_float4> positions,
                     const lightfield::LuminaireGeometry& geometry,
                     const scene::Pose& world_from_luminaire, int samples, bool traced) {
   const auto luminaire_from_world = world_from_luminaire.Inverse();
-  const auto& grid = geometry.grid;
-  const auto& lattice = geometry.lattice;
   LightingWork work;
   for (const auto& position : positions) {
     if (position.s[3] == 0) continue;
     const auto p = luminaire_from_world.Point({position.s[0], position.s[1], position.s[2]});
     if (!(p.z > 0)) continue;
     ++work.pixels;
-    work.texels +=
-        TexelsOfAxis(grid.u0_m, grid.spacing_m, grid.width, grid.basis.cells, lattice.s0_m,
-                     lattice.ds_m, lattice.width, geometry.delta_m, p.x, p.z) *
-        TexelsOfAxis(grid.v0_m, grid.spacing_m, grid.height, grid.basis.cells,
-                     lattice.t1_m - lattice.extent_t_m(), lattice.dt_m, lattice.height,
-                     geometry.delta_m, p.y, p.z) *
-        geometry.channels;
+    work.texels += preprocess::TexelsSeen(geometry, p) * geometry.channels;
   }
-  work.images = work.pixels * grid.count();
+  work.images = work.pixels * geometry.grid.count();
   work.samples = work.pixels * samples;
   work.rays = traced ? work.samples : 0;
   return work;
@@ -177,7 +153,9 @@ CostModel Calibrate(const render::Device& device, std::vector<CalibrationRun>* r
     const auto field = SyntheticCar2(setting.lamp);
     const auto tables = preprocess::BuildTables(field, "calibration lamp", std::string(64, '0'));
     const auto gbuffer = RoadGBuffer(device, setting.width, setting.height);
-    const auto volume = preprocess::BuildForReceivers(field, render::ReceiversOf(gbuffer, {}));
+    // Looking up costs the same whatever the resolution.
+    const auto volume = preprocess::BuildForReceivers(field, render::ReceiversOf(gbuffer, {}),
+                                                      {.max_rel_error = 0.1});
     const render::LuminaireOnDevice luminaire(device, field,
                                               {.sat = &tables, .volume = &volume.volume});
     const auto positions = gbuffer.position.Download<cl_float4>();
