@@ -68,7 +68,8 @@ std::shared_ptr<LoadedLightField> LitScene::Load(const scene::Luminaire& luminai
                        core::Sha256OfFile(luminaire.light_field),
                        std::move(field),
                        std::move(on_device),
-                       {}});
+                       {},
+                       0});
 }
 
 Estimator& LitScene::EstimatorNamed(const std::string& name) {
@@ -79,7 +80,8 @@ Estimator& LitScene::EstimatorNamed(const std::string& name) {
 
 // Over what the camera sees, at a resolution that finds the reach: pixels between and beyond are
 // the estimator's to light otherwise.
-preprocess::VolumeForError LitScene::BuildVolume(const LoadedLightField& light_field) const {
+preprocess::VolumeForError LitScene::BuildVolume(const LoadedLightField& light_field,
+                                                 double max_rel_error) const {
   scene::Camera camera = camera_;
   const double shrink = std::min(1.0, kVolumePixels / std::max(camera.width, camera.height));
   camera.width = std::max(1, static_cast<int>(shrink * camera.width));
@@ -92,10 +94,11 @@ preprocess::VolumeForError LitScene::BuildVolume(const LoadedLightField& light_f
     const auto more = ReceiversOf(gbuffer, luminaire.world_from_luminaire);
     receivers.insert(receivers.end(), more.begin(), more.end());
   }
-  return preprocess::BuildForReceivers(light_field.field, receivers);
+  return preprocess::BuildForReceivers(light_field.field, receivers,
+                                       {.max_rel_error = max_rel_error});
 }
 
-void LitScene::Require(const TableNeeds& needs) {
+void LitScene::Require(const TableNeeds& needs, double volume_error) {
   const core::Stopwatch stopwatch;
   for (const auto& luminaire : luminaires_) {
     LoadedLightField& light_field = *luminaire.light_field;
@@ -104,13 +107,15 @@ void LitScene::Require(const TableNeeds& needs) {
       light_field.on_device.Add(device_, {.sat = &tables});
       light_field.reference = tables.reference;
     }
-    if (needs.volume && !light_field.on_device.has_volume()) {
-      const preprocess::VolumeForError built = BuildVolume(light_field);
+    if (needs.volume &&
+        !(light_field.volume_error > 0 && light_field.volume_error <= volume_error)) {
+      const preprocess::VolumeForError built = BuildVolume(light_field, volume_error);
       if (!built.met)
         throw InputError(light_field.file.string(),
                          "a light-vector volume of its light in this scene takes more than 256 MiB",
                          "use the estimator 'exact'");
       light_field.on_device.Add(device_, {.volume = &built.volume});
+      light_field.volume_error = volume_error;
       provenance_[fmt::format("{} volume error", luminaire.name)] =
           fmt::format("{:.2g}", built.rel_error);
     }

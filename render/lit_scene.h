@@ -23,6 +23,7 @@ struct LoadedLightField {
   lightfield::LightField field;
   LuminaireOnDevice on_device;
   std::vector<preprocess::ReferencePosition> reference;  // of the tables; empty until there are any
+  double volume_error = 0;  // that its volume was made for; 0: it has none
 };
 
 struct PlacedLuminaire {
@@ -40,10 +41,10 @@ class LitScene {
 
   // Uploads what is needed and not there yet: a SAT is read where the scene names tables or
   // X.tab.exr lies beside the light field X.lf.exr, and built otherwise; a light-vector volume is
-  // built over what the camera sees, for a relative error of 0.2 %. Throws InputError for
-  // tables that cannot be read or belong to another light field, and for light fields that tables
-  // cannot be built from (negative C).
-  void Require(const TableNeeds& needs);
+  // built over what the camera sees, for a relative RMSE of `volume_error`, where there is none as
+  // good. Throws InputError for tables that cannot be read or belong to another light field, and
+  // for light fields that tables cannot be built from (negative C).
+  void Require(const TableNeeds& needs, double volume_error = 2e-3);
 
   // The estimator of that name, made when first asked for: its kernels are then built once for all
   // pictures of the scene. InputError on unknown names.
@@ -60,7 +61,8 @@ class LitScene {
 
  private:
   std::shared_ptr<LoadedLightField> Load(const scene::Luminaire& luminaire);
-  preprocess::VolumeForError BuildVolume(const LoadedLightField& light_field) const;
+  preprocess::VolumeForError BuildVolume(const LoadedLightField& light_field,
+                                         double max_rel_error) const;
 
   Device device_;
   scene::Camera camera_;

@@ -51,6 +51,7 @@ void RenderOptions::Validate() const {
   check("passes", passes, 1, 1 << 16);
   check("first pass", first_pass, 0, 1 << 16);
   check("shadow map size", shadow_map_size, ShadowMaps::kMinSize, ShadowMaps::kMaxSize);
+  check("volume error", volume_error, 1e-5, 1);
   check("samples per image", static_cast<double>(max_samples_per_image), 0, 1e9);
 }
 
@@ -86,9 +87,10 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
       primary_(scene.device()) {
   if (options.width > 0) camera_.width = options.width;
   if (options.height > 0) camera_.height = options.height;
-  scene.Require(estimator_.traits().needs);
+  scene.Require(estimator_.traits().needs, options.volume_error);
   RequireShadows(estimator_.traits(), options.shadows);
-  if (options.shadows == Shadows::kTraced) scene.Require(estimator_.traits().needs_for_shadows);
+  if (options.shadows == Shadows::kTraced)
+    scene.Require(estimator_.traits().needs_for_shadows, options.volume_error);
   if (options.shadows == Shadows::kThesisMaps) scene.Require({.sat = true});  // reference positions
   if (options.shadows == Shadows::kMaps || options.shadows == Shadows::kThesisMaps)
     for (const auto& luminaire : scene.luminaires()) {

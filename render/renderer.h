@@ -30,6 +30,7 @@ struct RenderOptions {
   std::uint64_t seed = 1;
   Shadows shadows = Shadows::kTraced;
   int shadow_map_size = 192;        // texels along each side of a shadow map
+  double volume_error = 2e-3;       // relative RMSE that a light-vector volume is made for
   float max_samples_per_image = 0;  // K_max of THEORY.md 6.2; 0: no bound
 
   // Throws InputError naming the option.

@@ -8,6 +8,7 @@
 #include "core/colour.h"
 #include "core/error.h"
 #include "core/measures.h"
+#include "core/parallel.h"
 #include "core/progress.h"
 #include "core/stopwatch.h"
 
@@ -21,7 +22,9 @@ constexpr int kPasses = 4;                 // few: a pass gains more from strati
 constexpr int kMaxRounds = 12;
 constexpr int kMaxSamples = 1 << 20;
 constexpr double kMaxPower = 1.5;  // of the variance over the samples, as pilots measure it
-constexpr double kAim = 0.9;       // of the target
+constexpr double kWorthAVolume_s = 2;
+constexpr double kVolumeShare = 0.5;  // of the target, that a volume is built for
+constexpr double kAim = 0.9;          // of the target
 
 double PictureLuminance(const core::Image& image, std::size_t pixel) {
   return core::Luminance({image.plane(0)[pixel], image.plane(1)[pixel], image.plane(2)[pixel]});
@@ -87,8 +90,10 @@ struct Candidate {
   Setting setting;
   bool samples = false;  // takes samples here
   VarianceLaw law;
-  LightingWork work_of_one;    // of the picture, one sample per pixel
-  double cost_correction = 1;  // pilot's time over the model's
+  double interpolation_error = 0;  // of noise-free parts; relative RMSE
+  double build_s = 0;              // of tables that only this picture needs
+  LightingWork work_of_one;        // of the picture, one sample per pixel
+  double cost_correction = 1;      // pilot's time over the model's
 };
 
 class Chooser {
@@ -106,14 +111,16 @@ class Chooser {
 
   std::vector<Candidate> Choose() {
     std::vector<Candidate> candidates;
-    for (const auto& traits : render::EstimatorList()) {
-      if (!IsWanted(traits)) continue;
-      candidates.push_back(Measure(traits));
-      Predict(candidates.back());
-    }
+    for (const bool interpolating : {false, true})
+      for (const auto& traits : render::EstimatorList()) {
+        if (!IsWanted(traits) || traits.needs.volume != interpolating) continue;
+        if (interpolating && !IsWorthAVolume(candidates)) continue;
+        candidates.push_back(Measure(traits));
+        Predict(candidates.back());
+      }
     if (request_.rel_error)
       std::erase_if(candidates, [&](const Candidate& candidate) {
-        return candidate.setting.predicted_error > *request_.rel_error;
+        return candidate.interpolation_error > kAim * *request_.rel_error;
       });
     if (candidates.empty())
       throw InputError(
@@ -130,6 +137,15 @@ class Chooser {
 
  private:
   bool Shadowed() const { return request_.picture.shadows != render::Shadows::kNone; }
+  // A volume takes seconds to build, which only pays where lighting takes longer; for a time asked
+  // for, where nothing else is noise-free in it.
+  bool IsWorthAVolume(const std::vector<Candidate>& others) const {
+    return std::none_of(others.begin(), others.end(), [&](const Candidate& other) {
+      return request_.rel_error ? other.setting.predicted_s < kWorthAVolume_s &&
+                                      other.setting.predicted_error <= *request_.rel_error
+                                : !other.samples && other.setting.predicted_s <= *request_.time_s;
+    });
+  }
 
   bool IsWanted(const render::EstimatorTraits& traits) const {
     if (!costs_.Knows(traits.name)) return false;
@@ -142,9 +158,10 @@ class Chooser {
     return traits.unbiased || traits.noise_free;
   }
 
-  render::Frame Pilot(const std::string& estimator, int samples, int passes) {
+  render::RenderOptions PilotOptions(const std::string& estimator, int samples, int passes) const {
     render::RenderOptions options = request_.picture;
     options.estimator = estimator;
+    if (request_.rel_error) options.volume_error = kVolumeShare * *request_.rel_error;
     options.width = pilot_width_;
     options.height = pilot_height_;
     options.antialias = 1;
@@ -152,7 +169,11 @@ class Chooser {
     options.samples_per_pixel = samples * passes;
     // Numbers that no pass of the picture has.
     options.first_pass = (1 << 16) - passes;
-    return render::Renderer(scene_, options).Render();
+    return options;
+  }
+
+  render::Frame Pilot(const std::string& estimator, int samples, int passes) {
+    return render::Renderer(scene_, PilotOptions(estimator, samples, passes)).Render();
   }
 
   LightingWork PictureWork(const render::Frame& pilot, int samples, double pixels) const {
@@ -180,6 +201,7 @@ class Chooser {
     candidate.setting.estimator = traits.name;
     candidate.samples = !traits.noise_free || Shadowed();
     const int passes = candidate.samples ? kPilotPasses : 1;
+    const double tables_before_s = scene_.tables_core_s();
     // The first pilot also warms the kernels up; the second one is timed.
     const Noise first = NoiseOf(Pilot(traits.name, kPilotSamples[0], passes));
     const render::Frame pilot = Pilot(traits.name, kPilotSamples[1], passes);
@@ -201,10 +223,25 @@ class Chooser {
             std::clamp(std::log(first.mean_variance / second.mean_variance) /
                            std::log(static_cast<double>(kPilotSamples[1]) / kPilotSamples[0]),
                        1.0, kMaxPower);
-    } else {
-      candidate.setting.predicted_error = traits.rel_error;
+    }
+    candidate.interpolation_error = traits.rel_error;
+    if (traits.needs.volume) {
+      // Tables for one picture count as its time, spread over the cores that build them.
+      if (request_.rel_error)
+        candidate.build_s = (scene_.tables_core_s() - tables_before_s) / core::Threads();
+      candidate.interpolation_error = InterpolationError(traits.name);
     }
     return candidate;
+  }
+
+  // Against `exact`, at the pilot's pixels.
+  double InterpolationError(const std::string& estimator) {
+    render::RenderOptions options = PilotOptions(estimator, 1, 1);
+    options.shadows = render::Shadows::kNone;
+    const auto interpolated = render::Renderer(scene_, options).Render();
+    options.estimator = "exact";
+    return LuminanceError(interpolated.radiance,
+                          render::Renderer(scene_, options).Render().radiance);
   }
 
   // Samples, time and error of the candidate's best setting.
@@ -216,21 +253,27 @@ class Chooser {
       return candidate.cost_correction * costs_.Seconds(candidate.setting.estimator, work);
     };
     if (!candidate.samples) {
-      candidate.setting.predicted_s = seconds(0);
+      candidate.setting.predicted_s = candidate.build_s + seconds(0);
+      candidate.setting.predicted_error = candidate.interpolation_error;
       return;
     }
     const int least = kPasses * static_cast<int>(scene_.luminaires().size());
     double samples = 0;
     if (request_.rel_error) {
-      samples = candidate.law.SamplesFor(kAim * *request_.rel_error);
+      samples = candidate.law.SamplesFor(
+          kAim * std::sqrt(std::max(0.01 * std::pow(*request_.rel_error, 2),
+                                    std::pow(*request_.rel_error, 2) -
+                                        std::pow(candidate.interpolation_error, 2))));
     } else {
       const double fixed_s = seconds(0), per_sample_s = seconds(1) - fixed_s;
       samples = per_sample_s > 0 ? (*request_.time_s - fixed_s) / per_sample_s : kMaxSamples;
     }
     candidate.setting.samples_per_pixel = static_cast<int>(
         std::clamp(samples, static_cast<double>(least), static_cast<double>(kMaxSamples)));
-    candidate.setting.predicted_s = seconds(candidate.setting.samples_per_pixel);
-    candidate.setting.predicted_error = candidate.law.ErrorOf(candidate.setting.samples_per_pixel);
+    candidate.setting.predicted_s =
+        candidate.build_s + seconds(candidate.setting.samples_per_pixel);
+    candidate.setting.predicted_error = std::hypot(
+        candidate.law.ErrorOf(candidate.setting.samples_per_pixel), candidate.interpolation_error);
   }
 
   render::LitScene& scene_;
@@ -265,7 +308,7 @@ void RefineUntilMet(render::LitScene& scene, render::RenderOptions options, cons
     passes += kPasses;
     result.chosen.samples_per_pixel = taken;
     const Noise noise = NoiseOf(result.frame);
-    result.estimated_error = noise.RelativeError();
+    result.estimated_error = std::hypot(noise.RelativeError(), chosen.interpolation_error);
     if (!rel_error) {
       result.met = true;
       return;
@@ -289,8 +332,8 @@ void RefineUntilMet(render::LitScene& scene, render::RenderOptions options, cons
 void AccuracyRequest::Validate() const {
   if (rel_error.has_value() == time_s.has_value())
     throw InputError("give either an error or a time to render within");
-  if (rel_error && !(*rel_error >= 1e-5 && *rel_error <= 1))
-    throw InputError(fmt::format("an error of {:g} % cannot be asked for; give 0.001 % to 100 %",
+  if (rel_error && !(*rel_error >= 2e-5 && *rel_error <= 1))
+    throw InputError(fmt::format("an error of {:g} % cannot be asked for; give 0.002 % to 100 %",
                                  100 * *rel_error));
   if (time_s && !(*time_s > 0 && *time_s <= 86400))
     throw InputError(
@@ -315,6 +358,7 @@ AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
 
   render::RenderOptions options = request.picture;
   options.estimator = chosen.setting.estimator;
+  if (request.rel_error) options.volume_error = kVolumeShare * *request.rel_error;
   if (!chosen.samples) {
     result.frame = render::Renderer(scene, options).Render();
     result.estimated_error = chosen.setting.predicted_error;

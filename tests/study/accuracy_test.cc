@@ -120,7 +120,7 @@ TEST_F(AccuracyTest, WrongRequestsAreNamed) {
   EXPECT_THROW(RenderToAccuracy(scene, MadeUpCosts(), request), InputError);
   request.rel_error = 1e-9;
   EXPECT_THAT([&] { RenderToAccuracy(scene, MadeUpCosts(), request); },
-              ThrowsMessage<InputError>(HasSubstr("0.001 %")));
+              ThrowsMessage<InputError>(HasSubstr("0.002 %")));
   request.rel_error = 0.01;
   request.time_s = 1;
   EXPECT_THROW(RenderToAccuracy(scene, MadeUpCosts(), request), InputError);
