@@ -12,8 +12,6 @@
 namespace luxfield::render {
 namespace {
 
-constexpr std::size_t kGroup = 64;
-
 Program BuildProgram(const Device& device) {
   return Program::Build(device, "kernels/shadow_maps.cl");
 }
@@ -130,17 +128,18 @@ ShadowMaps::ShadowMaps(const Device& device, const lightfield::LuminaireGeometry
   views_ = Buffer::From(device, views);
   depth_ = Buffer(device, bytes);
   Kernel cast(BuildProgram(device), "CastShadowMaps");
-  cast.Set(params_, views_, static_cast<cl_int>(size), bvh.nodes, bvh.triangles, depth_)
-      .Enqueue({texels, lights.size()}, {kGroup});
+  cast.Set(params_, views_, static_cast<cl_int>(cells_), static_cast<cl_int>(size), bvh.nodes,
+           bvh.triangles, depth_)
+      .Enqueue(texels * lights.size());
 }
 
-Buffer ShadowMaps::SeeCells(const GBuffer& gbuffer, std::size_t group) const {
+Buffer ShadowMaps::SeeCells(const GBuffer& gbuffer) const {
   const std::size_t words = (cells_ + 31) / 32;
   Buffer seen(device_, gbuffer.pixel_count() * words * sizeof(cl_uint));
   see_cells_
       .Set(params_, views_, static_cast<cl_int>(cells_), static_cast<cl_int>(size_), depth_,
            gbuffer.position, gbuffer.normal, static_cast<cl_int>(gbuffer.pixel_count()), seen)
-      .Enqueue({gbuffer.pixel_count()}, {group});
+      .Enqueue(gbuffer.pixel_count());
   return seen;
 }
 

@@ -59,7 +59,7 @@ class ShadowMaps {
   // uint seen[pixel * words + cell / 32], bit cell % 32, words = cells / 32 rounded up
   // (kernels/shadow_maps.clh: SeesCell, ImageVisibility). Undefined where the G-buffer hit nothing.
   // Enqueues and returns.
-  Buffer SeeCells(const GBuffer& gbuffer, std::size_t group = 64) const;
+  Buffer SeeCells(const GBuffer& gbuffer) const;
 
   int map_count() const { return map_count_; }
   int size() const { return size_; }

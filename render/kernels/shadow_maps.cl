@@ -8,12 +8,13 @@
 // origin to the nearest surface, INFINITY where there is none. A ray has z = 1, so that its
 // parameter is the depth.
 __kernel void CastShadowMaps(__constant const LuminaireParams* luminaire,
-                             __global const ShadowView* views, int size,
+                             __global const ShadowView* views, int cells, int size,
                              __global const BvhNode* nodes, __global const BvhTriangle* triangles,
                              __global float* depth) {
-  const int texel = get_global_id(0), cell = get_global_id(1);
-  if (texel >= size * size) return;
-  const ShadowView view = views[cell];
+  const size_t item = get_global_id(0), texels = (size_t)size * size;
+  if (item >= cells * texels) return;
+  const int texel = (int)(item % texels);
+  const ShadowView view = views[item / texels];
   if (!view.lit) return;
   __constant const Pair* o = luminaire->position;
   const float3 origin =
@@ -25,8 +26,7 @@ __kernel void CastShadowMaps(__constant const LuminaireParams* luminaire,
   // A surface in the plane of the origin must not blind the map by rounding.
   const float3 extent = fabs(origin);
   const float t_min = 1e-6f + 1e-6f * fmax(extent.x, fmax(extent.y, extent.z));
-  depth[(size_t)cell * size * size + texel] =
-      Intersect(nodes, triangles, origin, direction, t_min, MAXFLOAT).t;
+  depth[item] = Intersect(nodes, triangles, origin, direction, t_min, MAXFLOAT).t;
 }
 
 // False if the map shows something between the receiver and the view's origin.

@@ -34,9 +34,8 @@ DeviceBvh Upload(const Device& device, const Geometry& geometry) {
 
 // seen[point][cell].
 std::vector<std::vector<bool>> Seen(const ShadowMaps& maps, const Device& device, int cells,
-                                    const std::vector<SurfacePoint>& points,
-                                    std::size_t group = 64) {
-  const auto words = maps.SeeCells(MakeGBuffer(device, points), group).Download<cl_uint>();
+                                    const std::vector<SurfacePoint>& points) {
+  const auto words = maps.SeeCells(MakeGBuffer(device, points)).Download<cl_uint>();
   const std::size_t stride = (cells + 31) / 32;
   std::vector<std::vector<bool>> seen(points.size(), std::vector<bool>(cells));
   for (std::size_t k = 0; k < points.size(); ++k)
@@ -455,10 +454,16 @@ TEST(ShadowMaps, DoNotDependOnGroupsOrOnHowPixelsAreSplit) {
   for (int k = -3; k <= 3; ++k) AppendQuad({0.03 * k, -1, 0.3}, {0.012, 0, 0}, {0, 2, 0}, 0, slats);
   const DeviceBvh bvh = Upload(device, slats);
   const auto points = FacingReceivers(150);
-  const ShadowMaps maps(device, lamp.geometry, CellCentres(lamp), {}, bvh, 100);
+  const auto maps_on = [&](const Device& tuned) {
+    return ShadowMaps(tuned, lamp.geometry, CellCentres(lamp), {}, bvh, 100);
+  };
+  const ShadowMaps maps = maps_on(device);
   const auto all = Seen(maps, device, 20, points);
-  for (const std::size_t group : {1, 7, 128})
-    EXPECT_EQ(Seen(maps, device, 20, points, group), all) << group;
+  for (const int group : {1, 7, 128}) {
+    auto tuning = device.tuning();
+    tuning.group_size = group;
+    EXPECT_EQ(Seen(maps_on(device.WithTuning(tuning)), device, 20, points), all) << group;
+  }
   for (std::size_t k = 0; k < points.size(); k += 37)
     EXPECT_EQ(Seen(maps, device, 20, {points[k]})[0], all[k]);
 }
