@@ -4,17 +4,14 @@
 
 #include "render/estimators/luminaire_params.h"
 #include "render/estimators/window_sampler.h"
+#include "render/shadow_maps.h"
 
 namespace luxfield::render {
 namespace {
 
 class Exact : public Estimator {
  public:
-  explicit Exact(const Device& device)
-      : device_(device),
-        program_(Program::Build(device, "kernels/exact.cl")),
-        whole_(program_, "ExactIrradiance"),
-        cut_(program_, "ExactCutIrradiance") {}
+  explicit Exact(const Device& device) : device_(device), all_seen_(device, "-D SHADOW_MAPS=0") {}
 
   const EstimatorTraits& traits() const override { return ExactTraits(); }
 
@@ -34,22 +31,39 @@ class Exact : public Estimator {
       sampler_->Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
                     share, lighting.samples);
     }
+    Buffer seen;  // by shadow maps; null: likewise
+    if (visibility.maps) {
+      seen = visibility.maps->SeeCells(gbuffer);
+      if (!by_maps_) by_maps_.emplace(device_, "-D SHADOW_MAPS=1");
+    }
+    Kernels& kernels = visibility.maps ? *by_maps_ : all_seen_;
     const auto count = static_cast<cl_int>(gbuffer.pixel_count());
     const std::size_t pixels = device_.tuning().pixels_per_item;
-    whole_
+    kernels.whole
         .Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
-             lighting.irradiance, lighting.variance)
+             seen, lighting.irradiance, lighting.variance)
         .Enqueue((gbuffer.pixel_count() + pixels - 1) / pixels);
-    cut_.Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
-             lighting.irradiance, lighting.variance)
+    kernels.cut
+        .Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
+             seen, lighting.irradiance, lighting.variance)
         .Enqueue(gbuffer.pixel_count());
   }
 
  private:
+  struct Kernels {
+    Program program;
+    Kernel whole, cut;
+    Kernels(const Device& device, const std::string& options)
+        : program(Program::Build(device, "kernels/exact.cl", options)),
+          whole(program, "ExactIrradiance"),
+          cut(program, "ExactCutIrradiance") {}
+  };
+
   Device device_;
-  Program program_;
-  Kernel whole_, cut_;
-  std::optional<WindowSampler> sampler_;  // built when shadows are first asked for
+  Kernels all_seen_;
+  // Built when they are first used: for shadow maps, and for traced shadows.
+  std::optional<Kernels> by_maps_;
+  std::optional<WindowSampler> sampler_;
 };
 
 }  // namespace
@@ -58,13 +72,14 @@ const EstimatorTraits& ExactTraits() {
   static const EstimatorTraits traits{
       .name = "exact",
       .needs_for_shadows = {.sat = true},
+      .map_shadows = true,
       .unbiased = true,
       .noise_free = true,
       .rel_error = 1e-5,
       .guarantee =
-          "irradiance in closed form, error below 1e-5 of |J| from 0.05 to 100 m; shadows scale it "
-          "by the share "
-          "of light samples that see the receiver, a ratio that is consistent but not unbiased"};
+          "irradiance in closed form, error below 1e-5 of |J| from 0.05 to 100 m; traced shadows "
+          "scale it by the share of light samples that see the receiver, a consistent but not "
+          "unbiased ratio; shadow maps scale each image by its visibility, without noise"};
   return traits;
 }
 

@@ -10,6 +10,7 @@
 // Windows are walked in chunks of kChunk x kChunk texels and kBasis x kBasis images, so any size
 // fits.
 #include "kernels/horizon.clh"
+#include "kernels/shadow_maps.clh"
 #include "kernels/texel_weights.clh"
 
 enum { kBasis = SHARED > 1 ? 12 : 4 };
@@ -76,9 +77,16 @@ typedef struct Sums {
   Lanes y0, y1, y2, g0, g1, g2;
 } Sums;
 
-inline void AddRow(Lanes t0, Lanes t1, Lanes t2, const TexelWeights* rows, int r, int vectors,
-                   Sums* sums) {
-  const Lanes y = Zeroth(rows)[r], g = Facing(rows)[r];
+// What is seen of an image: share[pixel][row of the grid], where there are shadow maps.
+#if SHADOW_MAPS
+#define SHARE(k, j) share[k][j]
+#else
+#define SHARE(k, j) 1.0f
+#endif
+
+inline void AddRow(Lanes t0, Lanes t1, Lanes t2, const TexelWeights* rows, float share, int r,
+                   int vectors, Sums* sums) {
+  const Lanes y = share * Zeroth(rows)[r], g = share * Facing(rows)[r];
   sums->y0 = fma(t0, y, sums->y0);
   sums->g0 = fma(t0, g, sums->g0);
   if (vectors > 1) {
@@ -102,12 +110,10 @@ inline Lanes AcrossColumns(const Sums* sums, const TexelWeights* columns, int ve
 
 // Adds one channel of `count` images above each other to `sum`, per pixel: columns `i` of the
 // weights, `vectors` Lanes wide. The compiler knows `pixels` and `vectors`.
-__attribute__((always_inline)) inline void LightColumn(__global const float* image,
-                                                       size_t image_stride, int row_stride,
-                                                       TexelWeights columns[SHARED][kBasis], int i,
-                                                       TexelWeights rows[SHARED][kBasis], int count,
-                                                       const int pixels, const int vectors,
-                                                       Lanes* sum) {
+__attribute__((always_inline)) inline void LightColumn(
+    __global const float* image, size_t image_stride, int row_stride,
+    TexelWeights columns[SHARED][kBasis], int i, TexelWeights rows[SHARED][kBasis],
+    const float share[SHARED][kBasis], int count, const int pixels, const int vectors, Lanes* sum) {
   Sums s0 = {0}, s1 = {0}, s2 = {0}, s3 = {0};
   for (int j = 0; j < count; ++j, image += image_stride) {
     const int2 range = rows[0][j].range;
@@ -115,11 +121,11 @@ __attribute__((always_inline)) inline void LightColumn(__global const float* ima
     for (int r = 0; r < range.y - range.x; ++r, texel += row_stride) {
       const Lanes t0 = vload8(0, texel), t1 = vectors > 1 ? vload8(1, texel) : 0.0f,
                   t2 = vectors > 2 ? vload8(2, texel) : 0.0f;
-      AddRow(t0, t1, t2, &rows[0][j], r, vectors, &s0);
-      if (pixels > 1) AddRow(t0, t1, t2, &rows[1][j], r, vectors, &s1);
+      AddRow(t0, t1, t2, &rows[0][j], SHARE(0, j), r, vectors, &s0);
+      if (pixels > 1) AddRow(t0, t1, t2, &rows[1][j], SHARE(1, j), r, vectors, &s1);
       if (pixels > 2) {
-        AddRow(t0, t1, t2, &rows[2][j], r, vectors, &s2);
-        AddRow(t0, t1, t2, &rows[3][j], r, vectors, &s3);
+        AddRow(t0, t1, t2, &rows[2][j], SHARE(2, j), r, vectors, &s2);
+        AddRow(t0, t1, t2, &rows[3][j], SHARE(3, j), r, vectors, &s3);
       }
     }
   }
@@ -134,6 +140,7 @@ __attribute__((always_inline)) inline void LightColumn(__global const float* ima
 // Adds sum_m E_m / (delta^2 / z^3 h^2) to `sum`, lane by lane, per channel and pixel.
 __attribute__((always_inline)) inline void LightPixels(__constant const LuminaireParams* luminaire,
                                                        __global const float* images,
+                                                       __global const uint* seen,
                                                        const Pixel* pixels, const int count,
                                                        Lanes sum[3][SHARED]) {
   const int width = luminaire->axis[0].count, height = luminaire->axis[1].count;
@@ -141,6 +148,7 @@ __attribute__((always_inline)) inline void LightPixels(__constant const Luminair
   const size_t plane = (size_t)luminaire->axis[1].texels * row_stride;
   const size_t image_stride = width * channels * plane;
   TexelWeights columns[SHARED][kBasis], rows[SHARED][kBasis];
+  float share[SHARED][kBasis];
   for (int j_begin = 0; j_begin < height; j_begin += kBasis)
     for (int i_begin = 0; i_begin < width; i_begin += kBasis) {
       const int j_count = min((int)kBasis, height - j_begin),
@@ -149,12 +157,19 @@ __attribute__((always_inline)) inline void LightPixels(__constant const Luminair
         for (int r = 0; MakeBlock(luminaire, pixels, count, 1, j_begin, j_count, r, rows); ++r)
           for (int i = 0; i < i_count; ++i) {
             const int2 range = columns[0][i].range;
+#if SHADOW_MAPS
+            for (int k = 0; k < count; ++k)
+              for (int j = 0; j < j_count; ++j)
+                share[k][j] =
+                    ImageVisibility(luminaire, SeenByPixel(luminaire, seen, pixels[k].index),
+                                    i_begin + i, j_begin + j);
+#endif
             for (int channel = 0; channel < channels; ++channel) {
               __global const float* image =
                   images + ((size_t)(j_begin * width + i_begin + i) * channels + channel) * plane +
                   range.x;
-#define LIGHT_COLUMN(vectors)                                                             \
-  LightColumn(image, image_stride, row_stride, columns, i, rows, j_count, count, vectors, \
+#define LIGHT_COLUMN(vectors)                                                                    \
+  LightColumn(image, image_stride, row_stride, columns, i, rows, share, j_count, count, vectors, \
               sum[channel])
               switch ((range.y - range.x + kLanes - 1) / kLanes) {
                 case 1:
@@ -176,8 +191,8 @@ __attribute__((always_inline)) inline void LightPixels(__constant const Luminair
 // not cut the luminaire.
 inline void LightGroup(__constant const LuminaireParams* luminaire, __global const float* images,
                        __global const float4* positions, __global const float4* normals, int first,
-                       int end, __global const float4* ratio, __global float4* irradiance,
-                       __global float* variance) {
+                       int end, __global const float4* ratio, __global const uint* seen,
+                       __global float4* irradiance, __global float* variance) {
   Pixel pixels[SHARED];
   int count = 0;
   for (int index = first; index < end; ++index) {
@@ -196,11 +211,11 @@ inline void LightGroup(__constant const LuminaireParams* luminaire, __global con
   for (int channel = 0; channel < 3; ++channel)
     for (int k = 0; k < SHARED; ++k) sum[channel][k] = 0.0f;
   if (SHARED > 1 && count == SHARED && ShareWindows(luminaire, pixels, SHARED)) {
-    LightPixels(luminaire, images, pixels, SHARED, sum);
+    LightPixels(luminaire, images, seen, pixels, SHARED, sum);
   } else {
     for (int k = 0; k < count; ++k) {
       Lanes one[3][SHARED] = {0};
-      LightPixels(luminaire, images, pixels + k, 1, one);
+      LightPixels(luminaire, images, seen, pixels + k, 1, one);
       for (int channel = 0; channel < 3; ++channel) sum[channel][k] = one[channel][0];
     }
   }
@@ -211,16 +226,17 @@ inline void LightGroup(__constant const LuminaireParams* luminaire, __global con
   }
 }
 
-// `ratio` (may be null): visible share per channel and the variance of the luminance share.
+// `ratio` (may be null): visible share per channel and the variance of the luminance share. `seen`:
+// the cells that shadow maps show; null unless SHADOW_MAPS.
 __kernel void ExactIrradiance(__constant const LuminaireParams* luminaire,
                               __global const float* images, __global const float4* positions,
                               __global const float4* normals, int pixel_count,
-                              __global const float4* ratio, __global float4* irradiance,
-                              __global float* variance) {
+                              __global const float4* ratio, __global const uint* seen,
+                              __global float4* irradiance, __global float* variance) {
   const int first = get_global_id(0) * PIXELS, end = min(first + PIXELS, pixel_count);
   for (int k = first; k < end; k += SHARED)
-    LightGroup(luminaire, images, positions, normals, k, min(k + SHARED, end), ratio, irradiance,
-               variance);
+    LightGroup(luminaire, images, positions, normals, k, min(k + SHARED, end), ratio, seen,
+               irradiance, variance);
 }
 
 // The same for the pixels whose horizon does: texel by texel, cut texels clipped and integrated
@@ -228,8 +244,8 @@ __kernel void ExactIrradiance(__constant const LuminaireParams* luminaire,
 __kernel void ExactCutIrradiance(__constant const LuminaireParams* luminaire,
                                  __global const float* images, __global const float4* positions,
                                  __global const float4* normals, int pixel_count,
-                                 __global const float4* ratio, __global float4* irradiance,
-                                 __global float* variance) {
+                                 __global const float4* ratio, __global const uint* seen,
+                                 __global float4* irradiance, __global float* variance) {
   const int pixel = get_global_id(0);
   if (pixel >= pixel_count || positions[pixel].w == 0.0f) return;
   const Receiver receiver = MakeReceiver(luminaire, positions[pixel].xyz, normals[pixel].xyz);
@@ -240,6 +256,7 @@ __kernel void ExactCutIrradiance(__constant const LuminaireParams* luminaire,
   float sum[3] = {0.0f, 0.0f, 0.0f};
   for (int j = 0; j < luminaire->axis[1].count; ++j)
     for (int i = 0; i < luminaire->axis[0].count; ++i)
-      LightCutImage(luminaire, images, &receiver, &x, &y, i, j, sum);
+      LightCutImage(luminaire, images, &receiver, &x, &y, i, j,
+                    ImageVisibility(luminaire, SeenByPixel(luminaire, seen, pixel), i, j), sum);
   AddIrradiance(luminaire, receiver.p.z, sum, pixel, ratio, irradiance, variance);
 }
