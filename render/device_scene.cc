@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "render/kernels/brdf_types.clh"
 #include "render/kernels/bvh_types.clh"
 #include "render/kernels/gbuffer_types.clh"
 
@@ -33,6 +34,25 @@ ShadedTriangle Shade(const scene::Geometry& geometry, const scene::Triangle& tri
   }
   shaded.material = static_cast<int>(triangle.material);
   return shaded;
+}
+
+// The kind and the parameters beside the albedo, as a G-buffer holds them.
+void SetGloss(const scene::Material& from, SurfaceMaterial& material) {
+  switch (from.kind) {
+    case scene::MaterialKind::kLambert:
+      material.kind = kLambert;
+      break;
+    case scene::MaterialKind::kPhong:
+      material.kind = kPhong;
+      std::copy(from.specular.begin(), from.specular.end(), material.gloss);
+      material.gloss[3] = from.exponent;
+      break;
+    case scene::MaterialKind::kGgx:
+      material.kind = kGgx;
+      material.gloss[0] = from.metallic;
+      material.gloss[1] = from.roughness;
+      break;
+  }
 }
 
 }  // namespace
@@ -78,18 +98,25 @@ DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry) {
     offsets.push_back(static_cast<int>(texels.size()));
     texels.insert(texels.end(), texture.rgba.begin(), texture.rgba.end());
   }
+  const auto texels_of = [&](int texture) {
+    return texture < 0 ? TextureTexels{-1, 0, 0}
+                       : TextureTexels{offsets[texture], geometry.textures[texture].width,
+                                       geometry.textures[texture].height};
+  };
   std::vector<SurfaceMaterial> materials;
   for (const auto& from : geometry.materials) {
-    SurfaceMaterial material{{from.albedo[0], from.albedo[1], from.albedo[2]}, -1, 0, 0};
-    if (from.texture >= 0) {
-      material.texture_offset = offsets[from.texture];
-      material.texture_width = geometry.textures[from.texture].width;
-      material.texture_height = geometry.textures[from.texture].height;
-    }
+    SurfaceMaterial material{};
+    std::copy(from.albedo.begin(), from.albedo.end(), material.albedo);
+    SetGloss(from, material);
+    material.colour = texels_of(from.texture);
+    material.metallic_roughness = texels_of(from.metallic_roughness_texture);
+    material.normal = texels_of(from.normal_texture);
+    material.normal_scale = from.normal_scale;
     materials.push_back(material);
   }
   return {UploadBvh(device, geometry, scene::BuildBvh(geometry)), Buffer::From(device, shading),
-          Buffer::From(device, materials), Buffer::From(device, texels)};
+          Buffer::From(device, materials), Buffer::From(device, texels),
+          std::any_of(geometry.materials.begin(), geometry.materials.end(), scene::IsGlossy)};
 }
 
 PrimaryVisibility::PrimaryVisibility(const Device& device)
@@ -110,7 +137,8 @@ Event PrimaryVisibility::Render(const DeviceScene& scene, const scene::Camera& c
   pinhole.first_row = first_row;
   pinhole.rows = gbuffer.height;
   kernel_.Set(pinhole, scene.bvh.nodes, scene.bvh.triangles, scene.shading, scene.materials,
-              scene.texels, gbuffer.position, gbuffer.normal, gbuffer.albedo);
+              scene.texels, gbuffer.position, gbuffer.normal, gbuffer.albedo, gbuffer.gloss);
+  gbuffer.eye = {{pinhole.position[0], pinhole.position[1], pinhole.position[2], 1}};
   return kernel_.Enqueue(
       {static_cast<std::size_t>(gbuffer.width), static_cast<std::size_t>(gbuffer.height)}, local);
 }

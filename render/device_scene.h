@@ -9,9 +9,10 @@ namespace luxfield::render {
 
 struct DeviceScene {
   DeviceBvh bvh;
-  Buffer shading;    // ShadedTriangle per triangle of the scene, kernels/gbuffer_types.clh
-  Buffer materials;  // SurfaceMaterial
-  Buffer texels;     // 8-bit sRGB, all textures one after the other
+  Buffer shading;       // ShadedTriangle per triangle of the scene, kernels/gbuffer_types.clh
+  Buffer materials;     // SurfaceMaterial
+  Buffer texels;        // 8-bit RGBA, all textures one after the other
+  bool glossy = false;  // a material's look depends on the eye: G-buffers need their gloss
 };
 
 // Builds the hierarchy and uploads. Throws InputError if the scene is too large for the kernels'
@@ -21,13 +22,15 @@ DeviceBvh UploadBvh(const Device& device, const scene::Geometry& geometry, const
 
 // Fills G-buffers with one ray per pixel. Positions are interpolated from the corners of the hit
 // triangle (error some 2e-7 of its coordinates); normals are interpolated where the mesh has them,
-// and turned to the camera's side.
+// tilted by normal textures, turned to the camera's side, and bent towards the eye until their
+// cosine to it is at least MIN_EYE_COSINE (kernels/gbuffer.cl): BRDFs have no meaning below 0.
 class PrimaryVisibility {
  public:
   explicit PrimaryVisibility(const Device& device);  // builds the kernel (cached on disk)
 
   // Rows [first_row, first_row + gbuffer.height) of the camera's picture; `sample` is the place in
-  // every pixel, (0.5, 0.5) its centre. Enqueues and returns.
+  // every pixel, (0.5, 0.5) its centre. Sets the G-buffer's eye. Enqueues and returns. A G-buffer
+  // without gloss keeps the base colour of glossy surfaces and calls them Lambertian.
   Event Render(const DeviceScene& scene, const scene::Camera& camera, int first_row,
                lightfield::Vec2 sample, GBuffer& gbuffer, WorkSize local = {16, 4});
 

@@ -10,7 +10,8 @@ struct GBuffer {
   int width = 0, height = 0;
   Buffer position;  // xyz; w = 1 where the pixel's ray hit something, else 0 and everything below
                     // is 0
-  Buffer normal;    // xyz of unit length, on the side of the eye; w = 0
+  Buffer normal;    // xyz of unit length, on the side of the eye; w = 0; where surfaces are glossy
+                    // its cosine to the eye is above 0
   Buffer albedo;    // xyz: base colour, linear Rec. 709 reflectance in [0, 1]; w: the kind of BRDF,
                     // kernels/brdf_types.clh
   // The rest of the BRDF's parameters, as the kind asks. Null: every surface is Lambertian, and

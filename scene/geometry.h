@@ -1,4 +1,4 @@
-// What light falls on: triangles in world space, Lambertian materials, textures.
+// What light falls on: triangles in world space, materials, textures.
 #pragma once
 
 #include <array>
@@ -11,20 +11,35 @@
 
 namespace luxfield::scene {
 
-// 8 bits per channel, sRGB encoded, red in the lowest byte; row 0 on top. Repeats in both
-// directions.
+// 8 bits per channel, red in the lowest byte; row 0 on top. Repeats in both directions. Colours are
+// sRGB encoded; metal, roughness and normals are linear (Material says which is which).
 struct Texture {
   std::string name;
   int width = 0, height = 0;
   std::vector<std::uint32_t> rgba;
 };
 
-// Reflects albedo / pi * irradiance. Linear Rec. 709 in [0, 1]; a texture multiplies it.
+// lambert: albedo / pi. phong: besides it a lobe about the mirrored direction that reflects at most
+// `specular` (Lafortune and Willems 1994). ggx: metallic-roughness as glTF 2.0, appendix B, defines
+// it. The formulas are in render/kernels/brdf.clh.
+enum class MaterialKind { kLambert, kPhong, kGgx };
+
+// Colours are linear Rec. 709 in [0, 1]. Textures are indices into Geometry::textures, -1: none.
 struct Material {
   std::string name;
-  std::array<float, 3> albedo{0.5f, 0.5f, 0.5f};
-  int texture = -1;  // index into Geometry::textures, -1: none
+  std::array<float, 3> albedo{0.5f, 0.5f, 0.5f};  // base colour of ggx
+  int texture = -1;                               // multiplies albedo; sRGB
+  MaterialKind kind = MaterialKind::kLambert;
+  std::array<float, 3> specular{};      // phong; albedo + specular <= 1 in each channel
+  float exponent = 0;                   // phong, of cosines; >= 0
+  float metallic = 0, roughness = 1;    // ggx, in [0, 1]; alpha = roughness^2
+  int metallic_roughness_texture = -1;  // ggx: blue multiplies metallic, green roughness; linear
+  int normal_texture = -1;              // tangent space, linear: x along u, y along v, z outwards
+  float normal_scale = 1;               // multiplies x and y of the normal texture
 };
+
+// True if what the surface shows depends on where it is seen from.
+inline bool IsGlossy(const Material& material) { return material.kind != MaterialKind::kLambert; }
 
 // World space, metres. A zero normal means that the triangle's own is used. uv = (0, 0) is the
 // lower left of a texture.

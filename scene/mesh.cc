@@ -59,6 +59,15 @@ void CheckFaces(const std::filesystem::path& path, const aiScene& source) {
   }
 }
 
+bool IsIdentity(const aiUVTransform& transform) {
+  constexpr float kTolerance = 1e-6f;  // the reader moves the origin from corner to centre
+  return std::abs(transform.mScaling.x - 1) < kTolerance &&
+         std::abs(transform.mScaling.y - 1) < kTolerance &&
+         std::abs(transform.mRotation) < kTolerance &&
+         std::abs(transform.mTranslation.x) < kTolerance &&
+         std::abs(transform.mTranslation.y) < kTolerance;
+}
+
 // Copies one assimp scene into a Geometry.
 class MeshAppender {
  public:
@@ -133,16 +142,56 @@ class MeshAppender {
     aiColor4D colour(0.5f, 0.5f, 0.5f, 1);
     if (source.Get(AI_MATKEY_BASE_COLOR, colour) != AI_SUCCESS)
       source.Get(AI_MATKEY_COLOR_DIFFUSE, colour);
-    for (int c = 0; c < 3; ++c) {
-      if (!std::isfinite(colour[c]))
-        Fail(fmt::format("the colour of material '{}' is not finite", material.name));
-      material.albedo[c] = std::clamp(colour[c], 0.0f, 1.0f);
-    }
-    aiString texture;
-    if (source.GetTexture(aiTextureType_BASE_COLOR, 0, &texture) == AI_SUCCESS ||
-        source.GetTexture(aiTextureType_DIFFUSE, 0, &texture) == AI_SUCCESS)
-      material.texture = TextureIndex(texture.C_Str());
+    for (int c = 0; c < 3; ++c)
+      material.albedo[c] = Reflectance(colour[c], "colour", material.name);
+    material.texture = TextureOf(source, material.name, aiTextureType_BASE_COLOR);
+    if (material.texture < 0)
+      material.texture = TextureOf(source, material.name, aiTextureType_DIFFUSE);
+    // Only the glTF reader sets it, for every material.
+    float metallic = 0;
+    if (source.Get(AI_MATKEY_METALLIC_FACTOR, metallic) != AI_SUCCESS) return material;
+    float unused = 0;
+    if (source.Get(AI_MATKEY_GLOSSINESS_FACTOR, unused) == AI_SUCCESS)
+      Fail(
+          fmt::format("material '{}' uses KHR_materials_pbrSpecularGlossiness, which is not read; "
+                      "only metallic-roughness is",
+                      material.name));
+    material.kind = MaterialKind::kGgx;
+    source.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.roughness);
+    material.metallic = Reflectance(metallic, "metallicFactor", material.name);
+    material.roughness = Reflectance(material.roughness, "roughnessFactor", material.name);
+    material.metallic_roughness_texture =
+        TextureOf(source, material.name, aiTextureType_DIFFUSE_ROUGHNESS);
+    material.normal_texture = TextureOf(source, material.name, aiTextureType_NORMALS);
+    source.Get(AI_MATKEY_GLTF_TEXTURE_SCALE(aiTextureType_NORMALS, 0), material.normal_scale);
+    if (!std::isfinite(material.normal_scale))
+      Fail(fmt::format("the normal scale of material '{}' is not finite", material.name));
     return material;
+  }
+
+  float Reflectance(float value, const char* what, const std::string& material) const {
+    if (!std::isfinite(value))
+      Fail(fmt::format("the {} of material '{}' is not finite", what, material));
+    return std::clamp(value, 0.0f, 1.0f);
+  }
+
+  // Its number in the geometry, -1 if the material has none of that type.
+  int TextureOf(const aiMaterial& source, const std::string& material, aiTextureType type) {
+    aiString reference;
+    if (source.GetTexture(type, 0, &reference) != AI_SUCCESS) return -1;
+    int coordinates = 0;
+    source.Get(AI_MATKEY_UVWSRC(type, 0), coordinates);
+    if (coordinates != 0)
+      Fail(fmt::format("a texture of material '{}' uses TEXCOORD_{}; only TEXCOORD_0 is read",
+                       material, coordinates));
+    aiUVTransform transform;
+    if (source.Get(AI_MATKEY_UVTRANSFORM(type, 0), transform) == AI_SUCCESS &&
+        !IsIdentity(transform))
+      Fail(
+          fmt::format("a texture of material '{}' is transformed (KHR_texture_transform), which is "
+                      "not read; bake the transform into the texture coordinates",
+                      material));
+    return TextureIndex(reference.C_Str());
   }
 
   int TextureIndex(const std::string& reference) {

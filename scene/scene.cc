@@ -22,6 +22,7 @@ using lightfield::Normalized;
 
 constexpr double kLargest_m = 1e6;  // float32 resolves 6 cm there
 constexpr int kMaxPixels = 16384;
+constexpr double kLargestExponent = 1e6;  // a lobe of 0.06 degrees; float32 directions resolve it
 
 Vec3 ToVec3(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
 
@@ -78,22 +79,57 @@ Transform GetTransform(const Config& table, std::string_view factors_key, Vec3 f
          RotationXyz(GetVec3(table, "rotate_deg", {0, 0, 0})) * Scaling(factors);
 }
 
+std::array<float, 3> GetReflectance(const Config& table, std::string_view key) {
+  const auto values = table.Numbers(key, 3);
+  std::array<float, 3> out{};
+  for (int c = 0; c < 3; ++c) {
+    if (values[c] < 0 || values[c] > 1)
+      table.Fail(key, fmt::format("= {} is outside [0, 1]", values[c]),
+                 "give reflectances in linear Rec. 709");
+    out[c] = static_cast<float>(values[c]);
+  }
+  return out;
+}
+
+// Its number in `geometry`, -1 if the key is absent.
+int GetTexture(const Config& table, std::string_view key, Geometry& geometry) {
+  if (!table.Has(key)) return -1;
+  geometry.textures.push_back(ReadTexture(table.Path(key)));
+  return static_cast<int>(geometry.textures.size()) - 1;
+}
+
+Material ReadMaterial(const Config& table, Geometry& geometry) {
+  Material material;
+  material.name = table.Text("name");
+  material.albedo = GetReflectance(table, "albedo");
+  material.texture = GetTexture(table, "texture", geometry);
+  material.normal_texture = GetTexture(table, "normal_texture", geometry);
+  const std::string kind = table.Choice("kind", {"lambert", "phong", "ggx"}, "lambert");
+  if (kind == "phong") {
+    material.kind = MaterialKind::kPhong;
+    material.specular = GetReflectance(table, "specular");
+    material.exponent = static_cast<float>(table.Number("exponent", {0, kLargestExponent}));
+    for (int c = 0; c < 3; ++c) {
+      const double sum = double{material.albedo[c]} + material.specular[c];
+      if (sum > 1 + 1e-6)  // rounding of decimals
+        table.Fail("specular",
+                   fmt::format("= {} and albedo = {} reflect {:.3f} of the light in channel {}",
+                               material.specular[c], material.albedo[c], sum, "rgb"[c]),
+                   "let albedo + specular be at most 1");
+    }
+  } else if (kind == "ggx") {
+    material.kind = MaterialKind::kGgx;
+    material.metallic = static_cast<float>(table.Number("metallic", 0, {0, 1}));
+    material.roughness = static_cast<float>(table.Number("roughness", {0, 1}));
+    material.metallic_roughness_texture = GetTexture(table, "metallic_roughness_texture", geometry);
+  }
+  return material;
+}
+
 std::map<std::string, std::uint32_t> ReadMaterials(const Config& root, Geometry& geometry) {
   std::map<std::string, std::uint32_t> by_name;
   for (const Config& table : root.Tables("material")) {
-    Material material;
-    material.name = table.Text("name");
-    const auto albedo = table.Numbers("albedo", 3);
-    for (int c = 0; c < 3; ++c) {
-      if (albedo[c] < 0 || albedo[c] > 1)
-        table.Fail("albedo", fmt::format("= {} is outside [0, 1]", albedo[c]),
-                   "give reflectances in linear Rec. 709");
-      material.albedo[c] = static_cast<float>(albedo[c]);
-    }
-    if (table.Has("texture")) {
-      material.texture = static_cast<int>(geometry.textures.size());
-      geometry.textures.push_back(ReadTexture(table.Path("texture")));
-    }
+    Material material = ReadMaterial(table, geometry);
     if (!by_name.emplace(material.name, static_cast<std::uint32_t>(geometry.materials.size()))
              .second)
       table.Fail("name", "is taken twice", "give each material its own name");

@@ -52,7 +52,8 @@ Texture ReadTexture(const std::filesystem::path& path) {
                        path.string());
 }
 
-std::array<float, 3> SampleTexture(const Texture& texture, std::array<float, 2> uv) {
+std::array<float, 3> SampleTexture(const Texture& texture, std::array<float, 2> uv,
+                                   TexelEncoding encoding) {
   const float x = (uv[0] - std::floor(uv[0])) * static_cast<float>(texture.width) - 0.5f;
   const float y = (1.0f - (uv[1] - std::floor(uv[1]))) * static_cast<float>(texture.height) - 0.5f;
   const float x0 = std::floor(x), y0 = std::floor(y);
@@ -64,7 +65,11 @@ std::array<float, 3> SampleTexture(const Texture& texture, std::array<float, 2> 
     const std::uint32_t texel =
         texture.rgba[static_cast<std::size_t>(row) * texture.width + column];
     const float weight = ((corner & 1) ? fx : 1 - fx) * ((corner >> 1) ? fy : 1 - fy);
-    for (int c = 0; c < 3; ++c) out[c] += weight * LinearFromSrgb8((texel >> (8 * c)) & 255u);
+    for (int c = 0; c < 3; ++c) {
+      const std::uint32_t value = (texel >> (8 * c)) & 255u;
+      out[c] += weight * (encoding == TexelEncoding::kSrgb ? LinearFromSrgb8(value)
+                                                           : static_cast<float>(value) / 255.0f);
+    }
   }
   return out;
 }

@@ -14,8 +14,11 @@ namespace luxfield::scene {
 Texture DecodeTexture(std::span<const unsigned char> bytes, const std::string& name);
 Texture ReadTexture(const std::filesystem::path& path);
 
-// Linear Rec. 709 at uv: bilinear between texel centres after decoding sRGB, repeating. What the
-// G-buffer kernel computes.
-std::array<float, 3> SampleTexture(const Texture& texture, std::array<float, 2> uv);
+enum class TexelEncoding { kSrgb, kLinear };
+
+// Linear values (Rec. 709 for colours) at uv: bilinear between texel centres after decoding,
+// repeating. What the G-buffer kernel computes.
+std::array<float, 3> SampleTexture(const Texture& texture, std::array<float, 2> uv,
+                                   TexelEncoding encoding = TexelEncoding::kSrgb);
 
 }  // namespace luxfield::scene

@@ -9,6 +9,7 @@
 
 #include "core/random.h"
 #include "render/device_scene.h"
+#include "render/kernels/brdf_types.clh"
 #include "scene/ray_caster.h"
 #include "scene/texture.h"
 
@@ -385,6 +386,96 @@ TEST(GBufferTest, TexturesMatchTheHostsSampling) {
     EXPECT_NEAR(pixels.albedo[i].s[1], 0.5f * expected[1], 2e-5f);
   }
   EXPECT_GT(hits, 300);
+}
+
+// Kinds, parameters and linear textures reach the G-buffer; Lambertian surfaces beside glossy ones
+// stay Lambertian.
+TEST(GBufferTest, HoldsTheBrdf) {
+  Geometry geometry;
+  geometry.textures = {{"metal, roughness", 1, 1, {0xFF00FF00u | (51u << 16)}}};
+  scene::Material lambert{"l", {0.25f, 0.5f, 0.75f}}, phong = lambert, ggx = lambert;
+  phong.kind = scene::MaterialKind::kPhong;
+  phong.specular = {0.1f, 0.2f, 0.25f};
+  phong.exponent = 77;
+  ggx.kind = scene::MaterialKind::kGgx;
+  ggx.metallic = 0.5f;
+  ggx.roughness = 0.3f;
+  ggx.metallic_roughness_texture = 0;
+  geometry.materials = {lambert, phong, ggx};
+  for (std::uint32_t m = 0; m < 3; ++m)
+    scene::AppendQuad({1.0 * m, 0, 0}, {1, 0, 0}, {0, 1, 0}, m, geometry);
+  const auto device = Device::Open();
+  const auto uploaded = UploadScene(device, geometry);
+  ASSERT_TRUE(uploaded.glossy);
+  const auto camera = scene::Camera::LookAt({1.5, 0.5, 2}, {1.5, 0.5, 0}, {0, 1, 0}, 60, 30, 10);
+  for (const bool glossy : {true, false}) {
+    GBuffer gbuffer(device, camera.width, camera.height, glossy);
+    PrimaryVisibility(device).Render(uploaded, camera, 0, {0.5, 0.5}, gbuffer).Wait();
+    EXPECT_THAT(gbuffer.eye.s, testing::ElementsAre(1.5f, 0.5f, 2.0f, 1.0f));
+    const auto position = gbuffer.position.Download<cl_float4>();
+    const auto albedo = gbuffer.albedo.Download<cl_float4>();
+    const auto gloss = glossy ? gbuffer.gloss.Download<cl_float4>() : std::vector<cl_float4>();
+    int seen[3] = {0, 0, 0};
+    for (std::size_t i = 0; i < position.size(); ++i) {
+      if (position[i].s[3] == 0) {
+        if (glossy) {
+          EXPECT_THAT(gloss[i].s, testing::Each(0.0f));
+        }
+        continue;
+      }
+      const int m = static_cast<int>(position[i].s[0]);
+      ++seen[m];
+      EXPECT_EQ(albedo[i].s[2], 0.75f);
+      const int kinds[3] = {kLambert, kPhong, kGgx};
+      EXPECT_EQ(albedo[i].s[3], glossy ? kinds[m] : kLambert);
+      if (!glossy) continue;
+      const cl_float4 expected[3] = {
+          {{0, 0, 0, 0}}, {{0.1f, 0.2f, 0.25f, 77}}, {{0.1f, 0.3f, 0, 0}}};
+      for (int c = 0; c < 4; ++c) EXPECT_NEAR(gloss[i].s[c], expected[m].s[c], 1e-6f);
+    }
+    for (const int count : seen) EXPECT_GT(count, 5);
+  }
+}
+
+// A normal texture tilts along rising u and rising v, mirrored and swapped coordinates included.
+TEST(GBufferTest, NormalTexturesTiltAlongTheTextureAxes) {
+  const auto camera = scene::Camera::LookAt({0.5, 0.5, 2}, {0.5, 0.5, 0}, {0, 1, 0}, 20, 8, 8);
+  for (const bool swap : {false, true})
+    for (const float mirror : {1.0f, -1.0f}) {
+      Geometry geometry;
+      // (0.6, -0.36, 0.72) as (204, 82, 219) of 255, to 1/255.
+      geometry.textures = {{"normals", 1, 1, {204u | (82u << 8) | (219u << 16)}}};
+      scene::Material material{"m"};
+      material.normal_texture = 0;
+      geometry.materials = {material};
+      scene::AppendQuad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0, geometry);
+      for (auto& vertex : geometry.vertices) {
+        vertex.uv[0] *= mirror;
+        if (swap) std::swap(vertex.uv[0], vertex.uv[1]);
+      }
+      const auto pixels = RenderPixels(geometry, camera);
+      const double u = 2 * 204 / 255.0 - 1, v = 2 * 82 / 255.0 - 1, w = 2 * 219 / 255.0 - 1;
+      const Vec3 expected = Normalized(Vec3{(swap ? v : u) * mirror, swap ? u : v, w});
+      for (const auto& normal : pixels.normal)
+        EXPECT_NEAR(Length(ToVec3(normal) - expected), 0, 1e-5) << swap << mirror;
+    }
+}
+
+TEST(GBufferTest, NormalsBeyondTheSilhouetteAreBentToTheEye) {
+  Geometry geometry = WithMaterial({});
+  scene::AppendQuad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0, geometry);
+  for (auto& vertex : geometry.vertices) vertex.normal = {-0.995f, 0, 0.1f};
+  const auto camera = scene::Camera::LookAt({3, 0.5, 0.5}, {0.5, 0.5, 0}, {0, 0, 1}, 20, 16, 8);
+  const auto pixels = RenderPixels(geometry, camera);
+  int hits = 0;
+  for (std::size_t i = 0; i < pixels.normal.size(); ++i) {
+    if (pixels.position[i].s[3] == 0) continue;
+    ++hits;
+    const Vec3 to_eye = Normalized(camera.position - ToVec3(pixels.position[i]));
+    EXPECT_GE(Dot(ToVec3(pixels.normal[i]), to_eye), 0.999e-3);
+    EXPECT_NEAR(Length(ToVec3(pixels.normal[i])), 1, 1e-6);
+  }
+  EXPECT_GT(hits, 5);
 }
 
 TEST(GBufferTest, DoesNotDependOnWorkGroupsOrBands) {

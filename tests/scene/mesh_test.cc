@@ -98,6 +98,85 @@ TEST(Mesh, GltfWithAnExternalTextureLoads) {
   EXPECT_GT(high - low, 0.1f);
 }
 
+// One textured triangle whose material is `material`, JSON. Texture 0 is one texel (10, 128, 51),
+// texture 1 one texel (204, 128, 230).
+std::string Gltf(const std::string& material) {
+  return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+         R"("meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},"material":0}]}],)"
+         R"("buffers":[{"byteLength":60,"uri":"data:application/octet-stream;base64,)"
+         R"(AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/"}],)"
+         R"("bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":24}],)"
+         R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",)"
+         R"("min":[0,0,0],"max":[1,1,0]},)"
+         R"({"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"}],)"
+         R"("textures":[{"source":0},{"source":1}],)"
+         R"("images":[{"uri":"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAA)"
+         R"(DElEQVR42mPgajAGAAFVAL5E73ArAAAAAElFTkSuQmCC"},{"uri":"data:image/png;base64,iVBORw0K)"
+         R"(GgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR42mM40/AMAAROAjPJncPXAAAAAElFTkSuQmCC"}],)"
+         R"("extensionsUsed":["KHR_texture_transform","KHR_materials_pbrSpecularGlossiness"],)"
+         R"("materials":[)" +
+         material + "]}";
+}
+
+TEST(Mesh, GltfMaterialsAreMetallicRoughness) {
+  const auto geometry = Read(Write("ggx.gltf", Gltf(R"({"name":"steel",
+      "pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,1,1],"metallicFactor":0.75,
+      "roughnessFactor":0.5,"metallicRoughnessTexture":{"index":0}},
+      "normalTexture":{"index":1,"scale":0.5}})")));
+  const auto& material = geometry.materials[geometry.triangles[0].material];
+  EXPECT_EQ(material.kind, MaterialKind::kGgx);
+  EXPECT_THAT(material.albedo, testing::ElementsAre(0.5f, 0.25f, 1.0f));
+  EXPECT_EQ(material.texture, -1);
+  EXPECT_FLOAT_EQ(material.metallic, 0.75f);
+  EXPECT_FLOAT_EQ(material.roughness, 0.5f);
+  EXPECT_FLOAT_EQ(material.normal_scale, 0.5f);
+  ASSERT_EQ(geometry.textures.size(), 2u);
+  const auto& texture = geometry.textures[material.metallic_roughness_texture];
+  const auto values = SampleTexture(texture, {0.3f, 0.6f}, TexelEncoding::kLinear);
+  EXPECT_NEAR(values[1], 128 / 255.0f, 1e-6f);  // roughness
+  EXPECT_NEAR(values[2], 51 / 255.0f, 1e-6f);   // metallic
+  EXPECT_NEAR(
+      SampleTexture(geometry.textures[material.normal_texture], {0, 0}, TexelEncoding::kLinear)[0],
+      0.8f, 1e-6f);
+
+  // glTF's defaults: white metal, rough.
+  const auto plain = Read(Write("default.gltf", Gltf("{}")));
+  const auto& white = plain.materials[plain.triangles[0].material];
+  EXPECT_EQ(white.kind, MaterialKind::kGgx);
+  EXPECT_THAT(white.albedo, testing::Each(1.0f));
+  EXPECT_EQ(white.metallic, 1);
+  EXPECT_EQ(white.roughness, 1);
+}
+
+TEST(Mesh, GltfFeaturesThatAreNotReadAreRefusedByName) {
+  const auto refused = [](const std::string& material, const char* name) {
+    EXPECT_THAT([&] { Read(Write("refused.gltf", Gltf(material))); },
+                testing::ThrowsMessage<InputError>(testing::HasSubstr(name)));
+  };
+  refused(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1}}})",
+          "TEXCOORD_1");
+  refused(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"extensions":
+             {"KHR_texture_transform":{"scale":[2,2]}}}}})",
+          "KHR_texture_transform");
+  refused(R"({"extensions":{"KHR_materials_pbrSpecularGlossiness":{"glossinessFactor":0.5}}})",
+          "KHR_materials_pbrSpecularGlossiness");
+}
+
+TEST(Mesh, ThirdPartyGltfIsMetallicRoughnessAndObjLambertian) {
+  const auto folder = testdata::Folder() / "mesh";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
+  for (const char* name : {"vehicle-motorcycle.glb", "vehicle-truck-red.glb"}) {
+    const auto geometry = Read(folder / "kenney" / name);
+    const auto& material = geometry.materials[geometry.triangles[0].material];
+    EXPECT_EQ(material.kind, MaterialKind::kGgx) << name;
+    EXPECT_EQ(material.metallic, 0) << name;
+    EXPECT_EQ(material.roughness, 1) << name;
+    EXPECT_GE(material.texture, 0) << name;
+  }
+  const auto spot = Read(folder / "spot.obj");
+  EXPECT_EQ(spot.materials[spot.triangles[0].material].kind, MaterialKind::kLambert);
+}
+
 TEST(Mesh, SpotLoads) {
   const auto path = testdata::Folder() / "mesh/spot.obj";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
@@ -157,6 +236,12 @@ TEST(HostileMesh, AMissingTextureIsNamed) {
 TEST(Texture, RefusesWhatIsNoImage) {
   EXPECT_THROW(ReadTexture(Write("noise.png", "\x89PNG but not really")), InputError);
   EXPECT_THROW(DecodeTexture({}, "empty"), InputError);
+}
+
+TEST(Texture, LinearTexelsAreNotDecoded) {
+  const Texture texture{"one", 1, 1, {0xFF336699u}};
+  EXPECT_NEAR(SampleTexture(texture, {0, 0}, TexelEncoding::kLinear)[0], 0x99 / 255.0f, 1e-6f);
+  EXPECT_LT(SampleTexture(texture, {0, 0})[0], 0.4f);
 }
 
 TEST(Texture, InterpolatesLinearLightAndRepeats) {

@@ -58,6 +58,49 @@ TEST(Scene, ReadsPrimitivesMaterialsAndCamera) {
   EXPECT_NEAR(std::acos(cosine) * 180 / M_PI, 40, 1e-10);
 }
 
+TEST(Scene, ReadsKindsOfMaterials) {
+  const auto scene =
+      ReadScene(Write(std::string(kCamera) +
+                      "[[material]]\nname = \"a\"\nalbedo = [0.2, 0.3, 0.4]\n"
+                      "[[material]]\nname = \"b\"\nkind = \"phong\"\nalbedo = [0.2, 0.3, 0.4]\n"
+                      "specular = [0.8, 0.7, 0.6]\nexponent = 50\n"
+                      "[[material]]\nname = \"c\"\nkind = \"ggx\"\nalbedo = [1, 0.8, 0.3]\n"
+                      "metallic = 1\nroughness = 0\n"));
+  const auto& materials = scene.geometry.materials;
+  ASSERT_EQ(materials.size(), 3u);
+  EXPECT_EQ(materials[0].kind, MaterialKind::kLambert);
+  EXPECT_FALSE(IsGlossy(materials[0]));
+  EXPECT_EQ(materials[1].kind, MaterialKind::kPhong);
+  EXPECT_THAT(materials[1].specular, testing::ElementsAre(0.8f, 0.7f, 0.6f));
+  EXPECT_EQ(materials[1].exponent, 50);
+  EXPECT_EQ(materials[2].kind, MaterialKind::kGgx);
+  EXPECT_EQ(materials[2].metallic, 1);
+  EXPECT_EQ(materials[2].roughness, 0);
+  EXPECT_TRUE(IsGlossy(materials[2]));
+}
+
+TEST(Scene, MaterialErrorsNameTheField) {
+  const auto material = [](const std::string& keys) {
+    return "[[material]]\nname = \"m\"\nalbedo = [0.5, 0.5, 0.5]\n" + keys;
+  };
+  ExpectError(material("kind = \"mirror\"\n"), {"kind", "mirror", "ggx"});
+  ExpectError(material("kind = \"phong\"\nspecular = [0.1, 0.6, 0.1]\nexponent = 2\n"),
+              {"specular", "0.6", "channel g"});
+  ExpectError(material("kind = \"phong\"\nspecular = [0, -1, 0]\nexponent = 2\n"),
+              {"specular", "-1"});
+  ExpectError(material("kind = \"phong\"\nspecular = [0, 0, 0]\nexponent = -0.1\n"),
+              {"exponent", "-0.1"});
+  ExpectError(material("kind = \"phong\"\nspecular = [0, 0, 0]\nexponent = 1e7\n"), {"exponent"});
+  ExpectError(material("kind = \"phong\"\nexponent = 2\n"), {"specular"});
+  ExpectError(material("kind = \"ggx\"\n"), {"roughness"});
+  ExpectError(material("kind = \"ggx\"\nroughness = 1.01\n"), {"roughness", "1.01"});
+  ExpectError(material("kind = \"ggx\"\nroughness = 1\nmetallic = nan\n"), {"metallic"});
+  ExpectError(material("kind = \"ggx\"\nroughness = 1\nexponent = 3\n"), {"exponent"});
+  ExpectError(material("specular = [0, 0, 0]\n"), {"specular"});
+  EXPECT_THAT([&] { ReadScene(Write(kCamera + material("normal_texture = \"no.png\"\n"))); },
+              ThrowsMessage<InputError>(HasSubstr("no.png")));
+}
+
 TEST(Scene, ReadsLuminairesAndOverridesThem) {
   const std::string text =
       std::string(kCamera) +
