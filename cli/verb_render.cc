@@ -203,6 +203,9 @@ void AddRender(Program& program) {
   verb.add_option("--antialias", options->render.antialias, "Surface points per pixel");
   verb.add_option("--k-max", options->render.max_samples_per_image,
                   "Most samples per coefficient image and pixel, 0 for no bound");
+  verb.add_option("--lobe-error", options->render.lobe_error,
+                  "gloss: error of highlights, relative to what a point shows or to 1 % of its "
+                  "lobe's peak");
   verb.add_option("--shadows", options->shadows,
                   "none; traced: a ray per light sample; maps: shadow maps from the luminaire's "
                   "filter plane; thesis-maps: from its image plane, as published")

@@ -53,6 +53,7 @@ void RenderOptions::Validate() const {
   check("shadow map size", shadow_map_size, ShadowMaps::kMinSize, ShadowMaps::kMaxSize);
   check("volume error", volume_error, 1e-5, 1);
   check("samples per image", static_cast<double>(max_samples_per_image), 0, 1e9);
+  check("error of lobes", static_cast<double>(lobe_error), 1e-6, 1);
 }
 
 std::string IrradianceUnitName(lightfield::FluxUnit unit) {
@@ -124,6 +125,7 @@ Frame Renderer::Render() {
       {"shadows", ShadowsName(options_.shadows)},
       {"shadow_map_size", std::to_string(options_.shadow_map_size)},
       {"max_samples_per_image", fmt::format("{}", options_.max_samples_per_image)},
+      {"lobe_error", fmt::format("{}", options_.lobe_error)},
       {"device", scene_.device().info().name}});
   for (core::Image* image : {&frame.radiance, &frame.irradiance, &frame.normal, &frame.position})
     *image = core::Image(frame.width, frame.height, 3);
@@ -136,7 +138,8 @@ Frame Renderer::Render() {
   core::Progress progress("render", static_cast<std::uint64_t>(bands) * options_.antialias);
   for (int band = 0; band < bands; ++band) {
     const int first_row = band * band_rows;
-    GBuffer gbuffer(scene_.device(), frame.width, std::min(band_rows, frame.height - first_row));
+    GBuffer gbuffer(scene_.device(), frame.width, std::min(band_rows, frame.height - first_row),
+                    scene_.geometry().glossy);
     Lighting lighting(scene_.device(), gbuffer);
     for (int k = 0; k < options_.antialias; ++k) {
       RenderBand(first_row, gbuffer, lighting, k, frame);
@@ -228,6 +231,7 @@ Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
     options.stream = static_cast<std::uint32_t>(
         ((options_.first_pass + pass) * options_.antialias + pixel_sample) * lights + l);
     options.max_samples_per_image = options_.max_samples_per_image;
+    options.max_error = options_.lobe_error;
     options.first_pixel =
         static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(gbuffer.width);
     lighting.Clear();

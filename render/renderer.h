@@ -32,6 +32,7 @@ struct RenderOptions {
   int shadow_map_size = 192;        // texels along each side of a shadow map
   double volume_error = 2e-3;       // relative RMSE that a light-vector volume is made for
   float max_samples_per_image = 0;  // K_max of THEORY.md 6.2; 0: no bound
+  float lobe_error = EstimatorOptions().max_error;  // asked of `gloss`, relative
 
   // Throws InputError naming the option.
   void Validate() const;

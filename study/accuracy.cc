@@ -149,6 +149,7 @@ class Chooser {
 
   bool IsWanted(const render::EstimatorTraits& traits) const {
     if (!costs_.Knows(traits.name)) return false;
+    if (scene_.geometry().glossy && !traits.any_brdf) return false;
     if (!request_.estimators.empty() &&
         std::find(request_.estimators.begin(), request_.estimators.end(), traits.name) ==
             request_.estimators.end())

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "render/estimators/exact.h"
+#include "render/estimators/gloss.h"
 #include "render/estimators/volume.h"
 #include "render/estimators/windowed.h"
 
@@ -28,7 +29,7 @@ void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer) {
   if (gbuffer.glossy())
     throw InputError(fmt::format(
         "estimator '{}' lights Lambertian surfaces only and the scene has glossy ones; use one "
-        "that takes any BRDF, such as windowed",
+        "that takes any BRDF, such as windowed or gloss",
         traits.name));
 }
 
@@ -75,6 +76,7 @@ Shadows ShadowsFromName(const std::string& name) {
 std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& device) {
   if (name == ExactTraits().name) return MakeExact(device);
   if (name == VolumeTraits().name) return MakeVolume(device);
+  if (name == GlossTraits().name) return MakeGloss(device);
   if (name == WindowedTraits().name) return MakeWindowed(device);
   if (name == ThesisTraits().name) return MakeThesis(device);
   std::string names;
@@ -83,7 +85,7 @@ std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& 
 }
 
 std::vector<EstimatorTraits> EstimatorList() {
-  return {ExactTraits(), VolumeTraits(), WindowedTraits(), ThesisTraits()};
+  return {ExactTraits(), VolumeTraits(), GlossTraits(), WindowedTraits(), ThesisTraits()};
 }
 
 }  // namespace luxfield::render

@@ -69,6 +69,7 @@ struct EstimatorOptions {
   std::uint64_t seed = 1;       // of the frame
   std::uint32_t stream = 0;  // the luminaire's number: luminaires of one frame draw independently
   float max_samples_per_image = 0;  // K_max of THEORY.md 6.2; 0: no bound
+  float max_error = 2e-3f;  // asked of estimators that approximate without noise, relative
   std::uint32_t first_pixel =
       0;  // added to the pixel number in the random streams (tiles of one picture)
 };
@@ -145,8 +146,8 @@ void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer);
 void RequireShadows(const EstimatorTraits& traits, const Visibility& visibility);
 void RequireShadows(const EstimatorTraits& traits, Shadows shadows);
 
-// "exact", "volume", "windowed", "thesis"; InputError on other names. Builds the kernels (cached on
-// disk).
+// "exact", "volume", "gloss", "windowed", "thesis"; InputError on other names. Builds the kernels
+// (cached on disk).
 std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& device);
 // Traits of every estimator, without a device.
 std::vector<EstimatorTraits> EstimatorList();

@@ -29,7 +29,7 @@ class Exact : public Estimator {
       share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
       if (!sampler_) sampler_.emplace(device_, "VisibleShare");
       sampler_->Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
-                    share, lighting.samples);
+                    share, /*shown_share=*/Buffer(), lighting.samples);
     }
     Buffer seen;  // by shadow maps; null: likewise
     if (visibility.maps) {

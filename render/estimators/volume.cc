@@ -41,7 +41,7 @@ class Volume : public Estimator {
       share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
       if (!sampler_) sampler_.emplace(device_, "VisibleShare");
       sampler_->Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
-                    share, lighting.samples);
+                    share, /*shown_share=*/Buffer(), lighting.samples);
     }
     const std::size_t left_bytes = (1 + gbuffer.pixel_count()) * sizeof(cl_int);
     if (left_.bytes() != left_bytes) left_ = Buffer(device_, left_bytes);

@@ -1,6 +1,6 @@
-// Irradiance by dense Gauss-Legendre quadrature in double, independent of every closed form in
-// luxfield: the basis is written out again, the integral is THEORY.md 7's over I (or over F), cell
-// by cell of texel x knot.
+// Irradiance and reflected radiance by dense Gauss-Legendre quadrature in double, independent of
+// every closed form in luxfield: the basis is written out again, the integral is THEORY.md 7's over
+// I (or over F), cell by cell of texel x knot.
 #pragma once
 
 #include <algorithm>
@@ -30,18 +30,14 @@ inline double BasisByFormula(const lightfield::Basis& basis, double y) {
   return 0;
 }
 
-// The light vector J(p) of channel 0 and, where the receiver's horizon cuts, sum of clipped
-// integrand values.
-struct BruteForce {
-  lightfield::Vec3 j;
-  double irradiance = 0;
-};
-
-// Integrates over u on F: delta^2 / z^3 sum_m integral C_m(s(u)) Phi_m(u) (u - p) du, pieces
-// bounded by knots and by the texel edges' projections, 8 x 8 nodes each (4 x 4 are exact where no
-// horizon cuts).
-inline BruteForce BruteForceIrradiance(const lightfield::LightField& field, lightfield::Vec3 p,
-                                       lightfield::Vec3 n) {
+// Calls visit(flux, u - p) for the nodes of a quadrature of
+//   delta^2 / z^3 sum_m integral C_m(s(u)) Phi_m(u) ... du
+// of channel 0, flux being everything but the dots: pieces bounded by knots and by the texel edges'
+// projections, cut into splits^2 parts of 8 x 8 Gauss nodes each (4 x 4 are exact for polynomials
+// of the light vector's degree).
+template <typename Visit>
+void VisitLight(const lightfield::LightField& field, lightfield::Vec3 p, int splits,
+                const Visit& visit) {
   static const std::array<double, 4> node{0.18343464249564980, 0.52553240991632899,
                                           0.79666647741362674, 0.96028985649753623};
   static const std::array<double, 4> weight{0.36268378337836198, 0.31370664587788729,
@@ -70,12 +66,15 @@ inline BruteForce BruteForceIrradiance(const lightfield::LightField& field, ligh
       const double u = 0.5 * (cuts[k] + cuts[k + 1]);
       const double s = (u * D + p_axis * g.delta_m) / z;
       const double at = is_u ? g.lattice.column_of_s(s) : g.lattice.row_of_t(s);
-      if (at >= 0 && at < texels && cuts[k] < cuts[k + 1])
-        out.push_back({cuts[k], cuts[k + 1], static_cast<int>(at)});
+      if (!(at >= 0 && at < texels && cuts[k] < cuts[k + 1])) continue;
+      const double length = (cuts[k + 1] - cuts[k]) / splits;
+      for (int part = 0; part < splits; ++part)
+        out.push_back(
+            {cuts[k] + part * length, cuts[k] + (part + 1) * length, static_cast<int>(at)});
     }
     return out;
   };
-  BruteForce sum;
+  const double scale = g.delta_m * g.delta_m / (z * z * z);
   for (int j = 0; j < g.grid.height; ++j) {
     const double v0 = g.grid.v0_m + j * h;
     const auto rows = pieces(v0, p.y, false);
@@ -92,18 +91,44 @@ inline BruteForce BruteForceIrradiance(const lightfield::LightField& field, ligh
             for (int b = 0; b < 8; ++b) {
               const double u = column.begin + half_u * (1 + (a < 4 ? node[a] : -node[a - 4]));
               const double v = row.begin + half_v * (1 + (b < 4 ? node[b] : -node[b - 4]));
-              const double flux = c * BasisByFormula(g.grid.basis, (u - u0) / h) *
-                                  BasisByFormula(g.grid.basis, (v - v0) / h) * weight[a % 4] *
-                                  weight[b % 4] * half_u * half_v;
-              const lightfield::Vec3 to_lamp{u - p.x, v - p.y, -z};
-              sum.j = sum.j + flux * to_lamp;
-              sum.irradiance += flux * std::max(0.0, Dot(n, to_lamp));
+              visit(scale * c * BasisByFormula(g.grid.basis, (u - u0) / h) *
+                        BasisByFormula(g.grid.basis, (v - v0) / h) * weight[a % 4] * weight[b % 4] *
+                        half_u * half_v,
+                    lightfield::Vec3{u - p.x, v - p.y, -z});
             }
         }
     }
   }
-  const double scale = g.delta_m * g.delta_m / (z * z * z);
-  return {scale * sum.j, scale * sum.irradiance};
+}
+
+// The light vector J(p) of channel 0 and, where the receiver's horizon cuts, sum of clipped
+// integrand values.
+struct BruteForce {
+  lightfield::Vec3 j;
+  double irradiance = 0;
+};
+
+inline BruteForce BruteForceIrradiance(const lightfield::LightField& field, lightfield::Vec3 p,
+                                       lightfield::Vec3 n) {
+  BruteForce sum;
+  VisitLight(field, p, 1, [&](double flux, lightfield::Vec3 to_lamp) {
+    sum.j = sum.j + flux * to_lamp;
+    sum.irradiance += flux * std::max(0.0, Dot(n, to_lamp));
+  });
+  return sum;
+}
+
+// Radiance of channel 0 towards an eye: the same integral with f_r(w) (n.(u - p))+; `brdf` takes
+// the unit direction to the light.
+template <typename Brdf>
+double BruteForceRadiance(const lightfield::LightField& field, lightfield::Vec3 p,
+                          lightfield::Vec3 n, int splits, const Brdf& brdf) {
+  double sum = 0;
+  VisitLight(field, p, splits, [&](double flux, lightfield::Vec3 to_lamp) {
+    const double cosine = Dot(n, to_lamp);
+    if (cosine > 0 && flux != 0) sum += flux * cosine * brdf(Normalized(to_lamp));
+  });
+  return sum;
 }
 
 }  // namespace luxfield::render

@@ -19,8 +19,9 @@ inline SurfacePoint RoundToFloat(SurfacePoint s) {
   return {round(s.p), round(s.n)};
 }
 
-inline GBuffer MakeGBuffer(const Device& device, const std::vector<SurfacePoint>& points) {
-  GBuffer gbuffer(device, static_cast<int>(points.size()), 1);
+inline GBuffer MakeGBuffer(const Device& device, const std::vector<SurfacePoint>& points,
+                           bool glossy = false) {
+  GBuffer gbuffer(device, static_cast<int>(points.size()), 1, glossy);
   std::vector<cl_float4> position(points.size()), normal(points.size());
   for (std::size_t k = 0; k < points.size(); ++k) {
     const auto [p, n] = points[k];
@@ -34,6 +35,7 @@ inline GBuffer MakeGBuffer(const Device& device, const std::vector<SurfacePoint>
 
 struct Lit {
   std::vector<cl_float4> irradiance;
+  std::vector<cl_float4> reflected;  // empty where the G-buffer is Lambertian
   std::vector<float> variance;
   std::vector<cl_uint> samples;
 };
@@ -44,8 +46,9 @@ inline Lit LightGBuffer(const Device& device, Estimator& estimator, const GBuffe
                         const DeviceBvh* bvh = nullptr, const scene::Pose& pose = {}) {
   Lighting lighting(device, gbuffer);
   estimator.Light(gbuffer, {.bvh = bvh}, luminaire, pose, options, lighting);
-  return {lighting.irradiance.Download<cl_float4>(), lighting.variance.Download<float>(),
-          lighting.samples.Download<cl_uint>()};
+  return {lighting.irradiance.Download<cl_float4>(),
+          gbuffer.glossy() ? lighting.reflected.Download<cl_float4>() : std::vector<cl_float4>(),
+          lighting.variance.Download<float>(), lighting.samples.Download<cl_uint>()};
 }
 
 }  // namespace luxfield::render

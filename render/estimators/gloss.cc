@@ -1,0 +1,87 @@
+#include "render/estimators/gloss.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "core/error.h"
+#include "render/estimators/exact.h"
+#include "render/estimators/luminaire_params.h"
+#include "render/estimators/window_sampler.h"
+
+namespace luxfield::render {
+namespace {
+
+class Gloss : public Estimator {
+ public:
+  explicit Gloss(const Device& device) : device_(device) {}
+
+  const EstimatorTraits& traits() const override { return GlossTraits(); }
+
+  void Light(const GBuffer& gbuffer, const Visibility& visibility,
+             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+             const EstimatorOptions& options, Lighting& lighting) override {
+    RequireShadows(traits(), visibility);
+    if (!(options.max_error >= 1e-6f && options.max_error <= 1))
+      throw InputError(fmt::format("the error asked of estimator '{}' = {} must be 1e-6 to 1",
+                                   traits().name, options.max_error));
+    if (!gbuffer.glossy()) {
+      // Everything is Lambertian, where the closed form is the same number for less work.
+      if (!exact_) exact_ = MakeExact(device_);
+      exact_->Light(gbuffer, visibility, luminaire, world_from_luminaire, options, lighting);
+      return;
+    }
+    if (!kernel_)
+      kernel_.emplace(Program::Build(device_, "kernels/gloss.cl", "-D GLOSSY=1"), "Gloss");
+    Buffer share, shown_share;  // null: everything is visible
+    if (visibility.bvh) {
+      share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
+      shown_share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
+      if (!sampler_) sampler_.emplace(device_, "VisibleShare");
+      sampler_->Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
+                    share, shown_share, lighting.samples);
+    }
+    const LuminaireParams params =
+        MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
+    const Buffer device_params =
+        Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
+    kernel_
+        ->Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, gbuffer.albedo,
+              gbuffer.gloss, gbuffer.eye, static_cast<cl_int>(gbuffer.pixel_count()),
+              options.max_error, share, shown_share, lighting.irradiance, lighting.reflected,
+              lighting.variance)
+        .Enqueue({gbuffer.pixel_count()}, {kGroup});
+  }
+
+ private:
+  static constexpr std::size_t kGroup = 16;
+
+  Device device_;
+  std::unique_ptr<Estimator> exact_;
+  std::optional<Kernel> kernel_;
+  std::optional<WindowSampler> sampler_;  // built when shadows are first asked for
+};
+
+}  // namespace
+
+const EstimatorTraits& GlossTraits() {
+  static const EstimatorTraits traits{
+      .name = "gloss",
+      .needs_for_shadows = {.sat = true},
+      .any_brdf = true,
+      .noise_free = true,
+      .rel_error = EstimatorOptions().max_error,
+      .guarantee =
+          "irradiance and the Lambertian parts of Lambert and Phong in closed form; lobes to the "
+          "error asked for, relative to what is shown or to 1 % of the lobe's peak, as long as 32 "
+          "parts of a knot cell along each axis resolve the lobe; shadows scale it by the share of "
+          "the reflected light samples that see the receiver, a ratio that is consistent but not "
+          "unbiased"};
+  return traits;
+}
+
+std::unique_ptr<Estimator> MakeGloss(const Device& device) {
+  return std::make_unique<Gloss>(device);
+}
+
+}  // namespace luxfield::render

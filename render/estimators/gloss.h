@@ -1,0 +1,12 @@
+// Exact energy of every piece of the luminaire times the BRDF at that energy's centroid
+// (THEORY.md 7.4, kernels/gloss.cl).
+#pragma once
+
+#include "render/estimators/estimator.h"
+
+namespace luxfield::render {
+
+const EstimatorTraits& GlossTraits();
+std::unique_ptr<Estimator> MakeGloss(const Device& device);
+
+}  // namespace luxfield::render

@@ -1,0 +1,277 @@
+// Reflected light without samples (THEORY.md 7.4): the u-cells of F, cut into parts where the BRDF's
+// lobe is narrow, each with the exact moments of what all images send through it and the BRDF
+// towards its centroid.
+//
+//   L = sum over pieces  delta^2 / z^3 h^2 f_r(w) (k M00 + n_x h M10 + n_y h M01),
+//   M_ab = integral over the piece of sum_m C_m(s(y)) Phi_m(y) (x - x_c)^a (y - y_c)^b dx dy,
+//   k = n . (u_c - p),   w towards the centroid u_c + h (M10, M01) / M00
+//
+// The bracket is exact, so is L for a constant f_r. Otherwise f_r (n.w) |u - p| is taken as linear
+// over the piece: the error is half the trace of its Hessian times the piece's covariance, at most
+// side^2 / 24 times its Laplacian for even light.
+#include "kernels/horizon.clh"
+#include "kernels/lobe.clh"
+
+enum { kStripTexels = 16, kMostParts = 32 };
+
+// Part (a, b) of the parts^2 of u-cell (i, j); x_c and y_c are its middle.
+typedef struct Piece {
+  int i, j, parts, a, b;
+} Piece;
+
+typedef struct Moments {
+  float m00[3], m10[3], m01[3];
+} Moments;
+
+inline Knot MakePartKnot(const Axis* axis, int cell, int part, int parts) {
+  if (part == parts) return MakeKnot(axis, cell + 1);
+  return KnotAt(axis->first + cell * axis->step + (axis->step / parts) * part);
+}
+
+// Weights of the texels `first` .. of one axis of a piece for the basis function that begins at knot
+// `function`: integral B dy and, about the piece's middle, integral (y - y_c) B dy.
+inline void PieceWeights(__constant const BasisParams* basis, const Axis* axis, int function,
+                         int cell, int part, int parts, Knot near, Knot far, int first,
+                         Lanes* zeroth, Lanes* moment) {
+  const float length = 1.0f / (float)parts;
+  const SeenPart seen = SeePart(axis, near, far, (float)first, length);
+  // B is evaluated from that end of the cell which lies nearer to the rim of the support.
+  const int k = cell - function;
+  const bool rising = 2 * k < basis->cells;
+  const Lanes x = (rising ? seen.from_near : seen.from_far) +
+                  (float)(rising ? part : parts - 1 - part) * length;
+  const Lanes second = seen.width * seen.width * (1.0f / 12.0f);
+  Lanes mean, slope;
+  EvaluateCell(rising ? basis->left[k] : basis->right[k], x, second, &mean, &slope);
+  const Lanes from_middle = seen.from_near - 0.5f * length;
+  *zeroth = seen.width * mean;
+  *moment = seen.width * (from_middle * mean + (rising ? second : -second) * slope);
+}
+
+// Weights of the rows of a piece for the basis functions over it; kept while pieces of one strip
+// follow each other.
+typedef struct Strip {
+  int j, parts, b, first;  // what it holds
+  float zeroth[kMaxCells][kStripTexels], moment[kMaxCells][kStripTexels];
+} Strip;
+
+inline void FillStrip(__constant const LuminaireParams* luminaire, const Axis* axis,
+                      const Piece* piece, Knot near, Knot far, int first, Strip* strip) {
+  if (strip->j == piece->j && strip->parts == piece->parts && strip->b == piece->b &&
+      strip->first == first)
+    return;
+  strip->j = piece->j;
+  strip->parts = piece->parts;
+  strip->b = piece->b;
+  strip->first = first;
+  const int cells = luminaire->basis.cells;
+  for (int k = 0; k < cells; ++k) {
+    const int function = piece->j - k;
+    if (function < 0 || function >= luminaire->axis[1].count) continue;
+    for (int e = 0; e < kStripTexels; e += kLanes) {
+      Lanes zeroth, moment;
+      PieceWeights(&luminaire->basis, axis, function, piece->j, piece->b, piece->parts, near, far,
+                   first + e, &zeroth, &moment);
+      vstore8(zeroth, 0, strip->zeroth[k] + e);
+      vstore8(moment, 0, strip->moment[k] + e);
+    }
+  }
+}
+
+// The moments of a piece.
+inline Moments SumPiece(__constant const LuminaireParams* luminaire, __global const float* images,
+                        const Surface* surface, const Piece* piece, Strip* strip) {
+  Moments sum;
+  for (int channel = 0; channel < 3; ++channel)
+    sum.m00[channel] = sum.m10[channel] = sum.m01[channel] = 0.0f;
+  const Knot left = MakePartKnot(&surface->x, piece->i, piece->a, piece->parts),
+             right = MakePartKnot(&surface->x, piece->i, piece->a + 1, piece->parts),
+             lower = MakePartKnot(&surface->y, piece->j, piece->b, piece->parts),
+             upper = MakePartKnot(&surface->y, piece->j, piece->b + 1, piece->parts);
+  const int2 columns = WindowTexels(left, right, luminaire->axis[0].texels),
+             rows = WindowTexels(lower, upper, luminaire->axis[1].texels);
+  const int cells = luminaire->basis.cells, channels = luminaire->channels;
+  const size_t stride = luminaire->row_stride, plane = luminaire->axis[1].texels * stride;
+  for (int r_begin = rows.x; r_begin < rows.y; r_begin += kStripTexels) {
+    const int r_count = min((int)kStripTexels, rows.y - r_begin);
+    FillStrip(luminaire, &surface->y, piece, lower, upper, r_begin, strip);
+    for (int c = columns.x; c < columns.y; c += kLanes)
+      for (int k = 0; k < cells; ++k) {
+        const int i = piece->i - k;
+        if (i < 0 || i >= luminaire->axis[0].count) continue;
+        Lanes x0, x1;
+        PieceWeights(&luminaire->basis, &surface->x, i, piece->i, piece->a, piece->parts, left,
+                     right, c, &x0, &x1);
+        for (int channel = 0; channel < channels; ++channel) {
+          Lanes column0 = 0.0f, column1 = 0.0f;
+          for (int l = 0; l < cells; ++l) {
+            const int j = piece->j - l;
+            if (j < 0 || j >= luminaire->axis[1].count) continue;
+            const size_t m = (size_t)j * luminaire->axis[0].count + i;
+            __global const float* texel =
+                images + (m * channels + channel) * plane + r_begin * stride + c;
+            for (int r = 0; r < r_count; ++r, texel += stride) {
+              const Lanes value = vload8(0, texel);
+              column0 = fma(value, (Lanes)(strip->zeroth[l][r]), column0);
+              column1 = fma(value, (Lanes)(strip->moment[l][r]), column1);
+            }
+          }
+          sum.m00[channel] += SumLanes(x0 * column0);
+          sum.m10[channel] += SumLanes(x1 * column0);
+          sum.m01[channel] += SumLanes(x0 * column1);
+        }
+      }
+  }
+  return sum;
+}
+
+// Adds what a piece sends to the pixel, energy[channel] (irradiance / FluxScale) arriving from `at`
+// (in pieces, about its middle).
+inline void AddEnergy(__constant const LuminaireParams* luminaire, const Surface* surface,
+                      const Piece* piece, const float* energy, const float2* at, Totals* totals) {
+  const float part = 1.0f / (float)piece->parts;
+  float light[3] = {0.0f, 0.0f, 0.0f}, shown[3] = {0.0f, 0.0f, 0.0f};
+  for (int channel = 0; channel < luminaire->channels; ++channel) {
+    // Negative coefficients may pull a centroid out of its piece.
+    const float2 y = part * ((float2)((float)piece->a + 0.5f, (float)piece->b + 0.5f) +
+                             clamp(at[channel], -0.5f, 0.5f));
+    const float3 f = EvaluateBrdf(&surface->brdf,
+                                  normalize(ToLamp(luminaire, surface, piece->i, piece->j, y)));
+    const float factor[3] = {f.x, f.y, f.z};
+    for (int c = 0; c < 3; ++c)
+      if (luminaire->channels == 1 || c == channel) {
+        light[c] = energy[channel];
+        shown[c] = energy[channel] * factor[c];
+      }
+  }
+  totals->visible += (float3)(light[0], light[1], light[2]);
+  totals->reflected += (float3)(shown[0], shown[1], shown[2]);
+}
+
+// A piece wholly above the horizon.
+inline void LightPiece(__constant const LuminaireParams* luminaire, __global const float* images,
+                       const Surface* surface, const Horizon* horizon, const Piece* piece,
+                       Strip* strip, Totals* totals) {
+  const Moments moments = SumPiece(luminaire, images, surface, piece, strip);
+  const float part = 1.0f / (float)piece->parts;
+  const float centre = horizon->at_corner + part * (((float)piece->a + 0.5f) * horizon->along_x +
+                                                    ((float)piece->b + 0.5f) * horizon->along_y);
+  float energy[3];
+  float2 at[3];
+  for (int channel = 0; channel < luminaire->channels; ++channel) {
+    const float m00 = moments.m00[channel], m10 = moments.m10[channel],
+                m01 = moments.m01[channel];
+    energy[channel] = centre * m00 + horizon->along_x * m10 + horizon->along_y * m01;
+    at[channel] =
+        m00 != 0.0f ? (float2)(m10, m01) * ((float)piece->parts / m00) : (float2)(0.0f, 0.0f);
+  }
+  AddEnergy(luminaire, surface, piece, energy, at, totals);
+}
+
+// A piece that the horizon cuts: exact energy texel by texel, its centroid from the middles of the
+// texels' lit parts.
+inline void LightCutPiece(__constant const LuminaireParams* luminaire, __global const float* images,
+                          const Surface* surface, const Horizon* horizon, const Piece* piece,
+                          Totals* totals) {
+  __constant const BasisParams* basis = &luminaire->basis;
+  const float part = 1.0f / (float)piece->parts;
+  const float2 corner = part * (float2)((float)piece->a, (float)piece->b);
+  const int2 columns = WindowTexels(MakeKnot(&surface->x, piece->i), MakeKnot(&surface->x, piece->i + 1),
+                                    luminaire->axis[0].texels),
+             rows = WindowTexels(MakeKnot(&surface->y, piece->j), MakeKnot(&surface->y, piece->j + 1),
+                                 luminaire->axis[1].texels);
+  const size_t stride = luminaire->row_stride, plane = luminaire->axis[1].texels * stride;
+  float energy[3] = {0.0f, 0.0f, 0.0f};
+  float2 at[3] = {(float2)(0.0f), (float2)(0.0f), (float2)(0.0f)};
+  for (int row = rows.x; row < rows.y; ++row) {
+    const float2 y = clamp(SupportInterval(&surface->y, piece->j, (float)row, 1.0f), corner.y,
+                           corner.y + part);
+    for (int column = columns.x; column < columns.y && y.x < y.y; ++column) {
+      const float2 x = clamp(SupportInterval(&surface->x, piece->i, (float)column, 1.0f), corner.x,
+                             corner.x + part);
+      if (!(x.x < x.y) || SideOf(horizon, x.x, x.y, y.x, y.y) == kBelow) continue;
+      const float2 middle =
+          ((float2)(x.x + x.y, y.x + y.y) * 0.5f - corner) * (float)piece->parts - 0.5f;
+      float row_energy[3] = {0.0f, 0.0f, 0.0f};
+      for (int l = 0; l < basis->cells; ++l)
+        for (int k = 0; k < basis->cells; ++k) {
+          const int i = piece->i - k, j = piece->j - l;
+          if (i < 0 || i >= luminaire->axis[0].count || j < 0 || j >= luminaire->axis[1].count)
+            continue;
+          const float weight =
+              ClippedCell(basis->left[k], basis->left[l], x.x, x.y, y.x, y.y, horizon->at_corner,
+                          horizon->along_x, horizon->along_y);
+          __global const float* texel =
+              images + ((size_t)j * luminaire->axis[0].count + i) * luminaire->channels * plane +
+              row * stride + column;
+          for (int channel = 0; channel < luminaire->channels; ++channel)
+            row_energy[channel] += weight * texel[channel * plane];
+        }
+      for (int channel = 0; channel < luminaire->channels; ++channel) {
+        energy[channel] += row_energy[channel];
+        at[channel] += row_energy[channel] * middle;
+      }
+    }
+  }
+  for (int channel = 0; channel < luminaire->channels; ++channel)
+    if (energy[channel] != 0.0f) at[channel] /= energy[channel];
+  AddEnergy(luminaire, surface, piece, energy, at, totals);
+}
+
+// Into how many parts along each axis a u-cell is cut for an error of `max_error` times what it
+// shows.
+inline int PartsOfCell(__constant const LuminaireParams* luminaire, const Surface* surface, int i,
+                       int j, float max_error) {
+  const float3 to_lamp = ToLamp(luminaire, surface, i, j, (float2)(0.5f, 0.5f));
+  // From the nearest point of the cell: before F a cell may fill the hemisphere.
+  const float h = luminaire->axis[0].spacing.hi;
+  const float3 nearest =
+      (float3)(fmax(fabs(to_lamp.xy) - 0.5f * h, (float2)(0.0f)), to_lamp.z);
+  const float side = h / length(nearest);
+  const float curvature = RelativeCurvature(&surface->brdf, normalize(to_lamp), 0.7071f * side);
+  return clamp((int)ceil(side * sqrt(curvature / (24.0f * max_error))), 1, (int)kMostParts);
+}
+
+// Adds irradiance and reflected radiance of every pixel. `share` and `shown_share` (may be null):
+// visible share of either per channel, and the variance of the latter's luminance.
+__kernel void Gloss(__constant const LuminaireParams* luminaire, __global const float* images,
+                    SURFACE_ARGUMENTS, int pixel_count, float max_error,
+                    __global const float4* share, __global const float4* shown_share,
+                    __global float4* irradiance, __global float4* reflected,
+                    __global float* variance) {
+  const int pixel = get_global_id(0);
+  Surface surface;
+  if (pixel >= pixel_count || !MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
+  Totals totals = NoLight();
+  Strip strip;
+  strip.parts = 0;
+  const int ramp = luminaire->basis.cells - 1;
+  for (int j = 0; j < luminaire->axis[1].count + ramp; ++j)
+    for (int i = 0; i < luminaire->axis[0].count + ramp; ++i) {
+      const Horizon horizon =
+          HorizonAtBasis(luminaire, &surface.receiver, &surface.x, &surface.y, i, j);
+      if (SideOf(&horizon, 0.0f, 1.0f, 0.0f, 1.0f) == kBelow) continue;
+      const int parts = PartsOfCell(luminaire, &surface, i, j, max_error);
+      const float part = 1.0f / (float)parts;
+      for (int b = 0; b < parts; ++b)
+        for (int a = 0; a < parts; ++a) {
+          const Piece piece = {i, j, parts, a, b};
+          const int side = SideOf(&horizon, part * (float)a, part * (float)(a + 1),
+                                  part * (float)b, part * (float)(b + 1));
+          if (side == kAbove)
+            LightPiece(luminaire, images, &surface, &horizon, &piece, &strip, &totals);
+          else if (side == kCut)
+            LightCutPiece(luminaire, images, &surface, &horizon, &piece, &totals);
+        }
+    }
+  const float scale = FluxScale(luminaire, surface.receiver.p.z);
+  float3 visible = scale * totals.visible, shown = scale * totals.reflected;
+  if (share) {
+    const float luminance = Luminance(shown);
+    variance[pixel] += luminance * luminance * shown_share[pixel].w;
+    visible *= share[pixel].xyz;
+    shown *= shown_share[pixel].xyz;
+  }
+  irradiance[pixel].xyz += visible;
+  reflected[pixel].xyz += shown;
+}
