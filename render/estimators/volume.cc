@@ -1,6 +1,7 @@
 #include "render/estimators/volume.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "core/error.h"
@@ -17,7 +18,8 @@ class Volume : public Estimator {
   explicit Volume(const Device& device)
       : device_(device),
         program_(Program::Build(device, "kernels/volume.cl")),
-        kernel_(program_, "VolumeIrradiance"),
+        whole_(program_, "VolumeIrradiance"),
+        cut_(program_, "VolumeCutIrradiance"),
         exact_(MakeExact(device)),
         list_(device) {}
 
@@ -43,27 +45,31 @@ class Volume : public Estimator {
       sampler_->Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
                     share, /*shown_share=*/Buffer(), lighting.samples);
     }
-    const std::size_t left_bytes = (1 + gbuffer.pixel_count()) * sizeof(cl_int);
+    const std::size_t left_bytes = (2 + gbuffer.pixel_count()) * sizeof(cl_int);
     if (left_.bytes() != left_bytes) left_ = Buffer(device_, left_bytes);
-    const cl_int none = 0;
-    left_.Upload(std::span<const cl_int>(&none, 1));
-    kernel_
+    std::array<cl_int, 2> left{};  // not covered by the volume, cut by the horizon
+    left_.Upload(std::span<const cl_int>(left));
+    const auto count = static_cast<cl_int>(gbuffer.pixel_count());
+    whole_
         .Set(device_params, luminaire.volume_params(), luminaire.volume(), gbuffer.position,
-             gbuffer.normal, static_cast<cl_int>(gbuffer.pixel_count()), share, lighting.irradiance,
-             lighting.variance, left_)
+             gbuffer.normal, count, share, lighting.irradiance, lighting.variance, left_)
         .Enqueue(gbuffer.pixel_count());
-    LightLeft(gbuffer, luminaire, world_from_luminaire, share, lighting);
+    left_.Download(std::span<cl_int>(left));
+    if (left[1] > 0)
+      cut_.Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
+               lighting.irradiance, lighting.variance, left_, left[1])
+          .Enqueue(left[1]);
+    if (left[0] > 0)
+      LightUncovered(gbuffer, luminaire, world_from_luminaire, share, left[0], lighting);
   }
 
  private:
-  // By `exact`, the pixels that the kernel listed.
-  void LightLeft(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
-                 const scene::Pose& world_from_luminaire, const Buffer& share, Lighting& lighting) {
-    cl_int count = 0;
-    left_.Download(std::span<cl_int>(&count, 1));
-    if (count == 0) return;
+  // By `exact`, the first `count` pixels of the list.
+  void LightUncovered(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
+                      const scene::Pose& world_from_luminaire, const Buffer& share, cl_int count,
+                      Lighting& lighting) {
     std::vector<cl_int> pixels(count);
-    left_.Download(std::span<cl_int>(pixels), 1);
+    left_.Download(std::span<cl_int>(pixels), 2);
     std::sort(pixels.begin(), pixels.end());  // neighbours share work
     const GBuffer some = list_.Gather(gbuffer, pixels);
     Lighting exact(device_, some);
@@ -73,7 +79,7 @@ class Volume : public Estimator {
 
   Device device_;
   Program program_;
-  Kernel kernel_;
+  Kernel whole_, cut_;
   std::unique_ptr<Estimator> exact_;
   PixelList list_;
   Buffer left_;
