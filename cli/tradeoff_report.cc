@@ -78,7 +78,7 @@ std::vector<std::filesystem::path> WriteTradeoff(const core::Json& rows,
   std::map<std::string, std::vector<const core::Json*>> plots;
   std::vector<std::string> estimators;  // of all plots: a colour means the same in each
   for (const auto& row : rows) {
-    plots[fmt::format("{}-{}-{}.svg", row.value("scene", ""), row.value("shadows", ""),
+    plots[fmt::format("{}-shadows-{}-{}.svg", row.value("scene", ""), row.value("shadows", ""),
                       row.value("surface", ""))]
         .push_back(&row);
     const std::string name = row.value("estimator", "");

@@ -8,9 +8,10 @@
 
 namespace luxfield::cli {
 
-// Writes tradeoff.csv, and for each scene, kind of shadows and surface SCENE-SHADOWS-SURFACE.svg:
-// relative RMSE over core-seconds, both logarithmic, a colour and marker per estimator, a line per
-// setting of its knobs, rings on the Pareto front. Returns the files.
+// Writes tradeoff.csv, and for each scene, kind of shadows and surface
+// SCENE-shadows-ON|OFF-SURFACE.svg: relative RMSE over core-seconds, both logarithmic, a colour and
+// marker per estimator, a line per setting of its knobs, rings on the Pareto front. Returns the
+// files.
 std::vector<std::filesystem::path> WriteTradeoff(const core::Json& rows,
                                                  const std::filesystem::path& folder);
 

@@ -19,6 +19,7 @@
 #include "study/bench_solve.h"
 #include "study/bench_tradeoff.h"
 #include "study/cost_model.h"
+#include "study/thesis_table.h"
 
 namespace luxfield::cli {
 namespace {
@@ -99,6 +100,11 @@ core::Json Tradeoff(const study::BenchTradeoffOptions& how, const std::filesyste
              {"scene", "shadows", "surface", "estimator", "spp", "knobs", "core_s", "fps",
               "build_core_s", "rel_rmse", "rel_mse", "mean_lab", "bias", "resolved", "pareto"});
   for (const auto& file : files) fmt::print("{}\n", file.string());
+  study::ThesisTableOptions thesis;
+  thesis.device = how.device;
+  thesis.threads = how.threads;
+  result["thesis"] = study::ThesisTable(thesis);
+  PrintRows(result["thesis"], {"what", "unit", "thesis", "ours", "how"});
   return result;
 }
 

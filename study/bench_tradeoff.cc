@@ -75,10 +75,18 @@ struct Knobs {
 };
 
 // What is worth trying besides the defaults.
-std::vector<Knobs> KnobsOf(const render::EstimatorTraits& traits) {
+std::vector<Knobs> KnobsOf(const render::EstimatorTraits& traits, bool shadows) {
   std::vector<Knobs> knobs(1);
+  if (shadows && traits.map_shadows)
+    for (const auto maps : {render::Shadows::kMaps, render::Shadows::kThesisMaps})
+      knobs.push_back({"shadows=" + render::ShadowsName(maps),
+                       [maps](render::RenderOptions& o) { o.shadows = maps; }});
   if (traits.name == "thesis" || traits.name == "windowed")
     knobs.push_back({"k_max=7", [](render::RenderOptions& o) { o.max_samples_per_image = 7; }});
+  if (traits.needs.volume)
+    for (const double error : {1e-2, 5e-4})
+      knobs.push_back({fmt::format("volume_error={}", error),
+                       [error](render::RenderOptions& o) { o.volume_error = error; }});
   return knobs;
 }
 
@@ -167,15 +175,6 @@ Reference Sampled(render::LitScene& scene, const BenchTradeoffOptions& options, 
   return MakeReference(std::move(halves[0]), std::move(halves[1]));
 }
 
-// CPU time of building what the estimator asks for, on a scene that holds no tables yet.
-double BuildCoreSeconds(const render::Device& device, const scene::Scene& scene,
-                        const render::EstimatorTraits& traits, bool shadows) {
-  render::LitScene fresh(device, scene);
-  fresh.Require(traits.needs);
-  if (shadows) fresh.Require(traits.needs_for_shadows);
-  return fresh.tables_core_s();
-}
-
 struct Measured {
   core::Image radiance;
   double wall_s = 0, core_s = 0;
@@ -214,32 +213,36 @@ class SceneBench {
       const bool wanted = options_.estimators.empty() ||
                           std::find(options_.estimators.begin(), options_.estimators.end(),
                                     traits.name) != options_.estimators.end();
-      if (!wanted || !Serves(traits, case_)) continue;
-      const double build_core_s = BuildCoreSeconds(device_, scene_, traits, case_.shadows);
-      const bool samples = case_.shadows || !traits.noise_free;
-      for (const Knobs& knobs : KnobsOf(traits))
+      if (!wanted || !Serves(traits, case_) || (case_.shadows && !traits.traced_shadows)) continue;
+      for (const Knobs& knobs : KnobsOf(traits, case_.shadows)) {
+        auto picture = PictureOptions(options_, case_);
+        knobs.apply(picture);
+        const bool samples = !traits.noise_free || picture.shadows == render::Shadows::kTraced;
+        // A scene that holds no tables yet, so that the time of building them shows.
+        render::LitScene lit(device_, scene_);
         for (const int spp : samples ? options_.samples_per_pixel : std::vector<int>{0})
-          rows.push_back(Row(traits, knobs, spp, build_core_s, reference));
+          rows.push_back(Row(lit, traits, knobs, spp, reference));
+      }
     }
   }
 
  private:
-  json Row(const render::EstimatorTraits& traits, const Knobs& knobs, int spp, double build_core_s,
-           const Reference& reference) {
+  json Row(render::LitScene& lit, const render::EstimatorTraits& traits, const Knobs& knobs,
+           int spp, const Reference& reference) const {
     auto picture = PictureOptions(options_, case_);
     picture.estimator = traits.name;
     picture.samples_per_pixel = std::max(spp, 1);
     knobs.apply(picture);
-    const Measured measured = Measure(lit_, picture);
+    const Measured measured = Measure(lit, picture);
     const auto difference = Compare(measured.radiance, reference);
     int images = 0, channels = 1;
-    for (const auto& luminaire : lit_.luminaires()) {
+    for (const auto& luminaire : lit.luminaires()) {
       const auto& geometry = luminaire.light_field->field.geometry;
       images += geometry.grid.count();
       channels = std::max(channels, geometry.channels);
     }
     return {{"scene", case_.scene},
-            {"shadows", case_.shadows ? "traced" : "none"},
+            {"shadows", case_.shadows ? "on" : "off"},
             {"surface", case_.glossy ? "glossy" : "diffuse"},
             {"estimator", traits.name},
             {"spp", spp},
@@ -249,7 +252,7 @@ class SceneBench {
             {"images", images},
             {"channels", channels},
             {"threads", device_.info().compute_units},
-            {"build_core_s", build_core_s},
+            {"build_core_s", lit.tables_core_s()},
             {"fps", 1 / measured.wall_s},
             {"core_s", measured.core_s},
             {"rel_rmse", difference.rel_rmse},

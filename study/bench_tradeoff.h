@@ -24,11 +24,12 @@ struct BenchTradeoffOptions {
 // "channels", "threads", "build_core_s", "fps", "core_s", "rel_rmse", "rel_mse", "mean_lab",
 // "bias", "reference_rel_rmse", "resolved", "pareto"}, one per estimator and setting.
 //
-// surface is "glossy" for the scene as it is and "diffuse" for the same with Lambertian materials;
-// a scene without glossy materials has diffuse rows only. spp is 0 where no samples are taken. fps
-// and core_s time the lighting of a resident G-buffer after compilation, the best of up to three
-// runs; build_core_s is the CPU time of the tables that the estimator asks for. Errors are of the
-// picture's radiance (core/measures.h).
+// shadows is "on" or "off"; rays are traced unless knobs name shadow maps, which are cast
+// beforehand and not timed (bench_shadows.h does). surface is "glossy" for the scene as it is and
+// "diffuse" for the same with Lambertian materials; a scene without glossy materials has diffuse
+// rows only. spp is 0 where no samples are taken. fps and core_s time the lighting of a resident
+// G-buffer after compilation, the best of up to three runs; build_core_s is the CPU time of the
+// tables that the estimator asks for. Errors are of the picture's radiance (core/measures.h).
 //
 // References: diffuse without shadows, the closed form in double (lightfield::ExactIrradiance);
 // else the mean of two independent halves of the unbiased estimator that is cheapest there at equal

@@ -101,19 +101,19 @@ TEST_F(BenchTradeoffTest, RowsHoldEveryEstimatorAndTheirErrorsFall) {
     return json::object();
   };
   // Float32 against the closed form in double.
-  const json exact = find("exact", "none", 0);
+  const json exact = find("exact", "off", 0);
   EXPECT_LT(exact.value("rel_rmse", 1.0), 1e-5);
   EXPECT_EQ(exact.value("reference_rel_rmse", 1.0), 0);
   EXPECT_EQ(exact.value("resolved", false), true);
   // Sixteen times the samples make about a quarter of the error, also against sampled references,
   // whose own noise must not show.
-  for (const char* shadows : {"none", "traced"}) {
+  for (const char* shadows : {"off", "on"}) {
     const double coarse = find("windowed", shadows, 16).value("rel_rmse", 0.0),
                  fine = find("windowed", shadows, 256).value("rel_rmse", 1.0);
     EXPECT_LT(fine, 0.5 * coarse) << shadows;
     EXPECT_GT(fine, 0) << shadows;
   }
-  const json traced = find("windowed", "traced", 16);
+  const json traced = find("windowed", "on", 16);
   EXPECT_GT(traced.value("reference_rel_rmse", 0.0), 0);
   EXPECT_LT(traced.value("reference_rel_rmse", 1.0), 0.5 * traced.value("rel_rmse", 0.0));
 }
