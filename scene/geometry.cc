@@ -9,6 +9,16 @@ std::array<float, 3> ToFloat(Vec3 v) {
 
 }  // namespace
 
+void MakeLambertian(Geometry& geometry) {
+  for (Material& material : geometry.materials) {
+    Material diffuse;
+    diffuse.name = material.name;
+    diffuse.albedo = material.albedo;
+    diffuse.texture = material.texture;
+    material = diffuse;
+  }
+}
+
 void AppendQuad(Vec3 corner, Vec3 edge_u, Vec3 edge_v, std::uint32_t material, Geometry& geometry) {
   const auto first = static_cast<std::uint32_t>(geometry.vertices.size());
   const auto normal = ToFloat(lightfield::Normalized(lightfield::Cross(edge_u, edge_v)));

@@ -65,6 +65,10 @@ struct Geometry {
   }
 };
 
+// Every material becomes Lambertian with its base colour and texture: what estimators for
+// Lambertian surfaces alone, and comparisons with them, are shown.
+void MakeLambertian(Geometry& geometry);
+
 // The parallelogram corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v; two
 // triangles.
 void AppendQuad(Vec3 corner, Vec3 edge_u, Vec3 edge_v, std::uint32_t material, Geometry& geometry);

@@ -301,13 +301,21 @@ json BenchTradeoff(const BenchTradeoffOptions& options) {
     CheckLamps(scenes.back());
   }
   json rows = json::array();
-  core::Progress progress("bench tradeoff", 2 * scenes.size());
-  for (const scene::Scene& scene : scenes)
-    for (const bool shadows : {false, true}) {
-      SceneBench(device, scene, options, {scene.file.stem().string(), shadows, false})
-          .AddRows(rows);
-      progress.Advance();
-    }
+  core::Progress progress("bench tradeoff", 4 * scenes.size());
+  for (const scene::Scene& scene : scenes) {
+    scene::Scene diffuse = scene;
+    scene::MakeLambertian(diffuse.geometry);
+    const auto& materials = scene.geometry.materials;
+    const bool is_glossy = std::any_of(materials.begin(), materials.end(), scene::IsGlossy);
+    for (const bool shadows : {false, true})
+      for (const bool glossy : {false, true}) {
+        if (!glossy || is_glossy)
+          SceneBench(device, glossy ? scene : diffuse, options,
+                     {scene.file.stem().string(), shadows, glossy})
+              .AddRows(rows);
+        progress.Advance();
+      }
+  }
   MarkPareto(rows);
   return rows;
 }

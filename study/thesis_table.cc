@@ -55,7 +55,8 @@ class Table {
 
  private:
   render::LitScene Scene(const std::string& name) const {
-    const auto scene = scene::ReadScene(options_.scenes / (name + ".toml"));
+    auto scene = scene::ReadScene(options_.scenes / (name + ".toml"));
+    scene::MakeLambertian(scene.geometry);
     for (const auto& luminaire : scene.luminaires)
       if (!std::filesystem::exists(luminaire.light_field))
         throw InputError(scene.file.string(),

@@ -24,6 +24,20 @@ TEST_P(OurScenes, HaveLampsOfRunLamps) {
               std::filesystem::path(LUXFIELD_SOURCE_DIR "/out/lamps"));
 }
 
+TEST_P(OurScenes, HoldDiffuseAndGlossyThings) {
+  Geometry geometry = scene_.geometry;
+  std::size_t glossy = 0;
+  for (const auto& triangle : geometry.triangles)
+    glossy += IsGlossy(geometry.materials[triangle.material]);
+  EXPECT_GT(glossy, 0u);
+  EXPECT_LT(glossy, geometry.triangles.size());
+  MakeLambertian(geometry);
+  for (std::size_t k = 0; k < geometry.materials.size(); ++k) {
+    EXPECT_FALSE(IsGlossy(geometry.materials[k]));
+    EXPECT_EQ(geometry.materials[k].albedo, scene_.geometry.materials[k].albedo);
+  }
+}
+
 // A mesh whose smooth normals lie in its facets, or point to the other side from one corner to the
 // next, shades wrong.
 TEST_P(OurScenes, SmoothNormalsFollowTheFacets) {

@@ -36,6 +36,12 @@ look_at = [0, 2.5, 0.3]
 [[material]]
 name = "grey"
 albedo = [0.5, 0.4, 0.3]
+[[material]]
+name = "sheen"
+kind = "phong"
+albedo = [0.4, 0.4, 0.4]
+specular = [0.3, 0.3, 0.3]
+exponent = 8
 [[quad]]
 corner = [-3, -1, 0]
 edge_u = [6, 0, 0]
@@ -44,7 +50,7 @@ material = "grey"
 [[box]]
 size = [0.4, 0.4, 0.8]
 position = [0.2, 2, 0.4]
-material = "grey"
+material = "sheen"
 [[luminaire]]
 file = "tradeoff.lf.exr"
 position = [0, 0, 0.6]
@@ -92,10 +98,11 @@ TEST_F(BenchTradeoffTest, RowsHoldEveryEstimatorAndTheirErrorsFall) {
   }
   for (const auto& traits : render::EstimatorList()) EXPECT_TRUE(seen.contains(traits.name));
 
-  const auto find = [&](const char* estimator, const char* shadows, int spp) {
+  const auto find = [&](const char* estimator, const char* shadows, int spp,
+                        const char* surface = "diffuse") {
     for (const auto& row : rows)
       if (row["estimator"] == estimator && row["shadows"] == shadows && row["spp"] == spp &&
-          row["knobs"] == "" && row["surface"] == "diffuse")
+          row["knobs"] == "" && row["surface"] == surface)
         return row;
     ADD_FAILURE() << "no row of " << estimator << ", " << shadows << ", " << spp;
     return json::object();
@@ -107,12 +114,17 @@ TEST_F(BenchTradeoffTest, RowsHoldEveryEstimatorAndTheirErrorsFall) {
   EXPECT_EQ(exact.value("resolved", false), true);
   // Sixteen times the samples make about a quarter of the error, also against sampled references,
   // whose own noise must not show.
-  for (const char* shadows : {"off", "on"}) {
-    const double coarse = find("windowed", shadows, 16).value("rel_rmse", 0.0),
-                 fine = find("windowed", shadows, 256).value("rel_rmse", 1.0);
-    EXPECT_LT(fine, 0.5 * coarse) << shadows;
-    EXPECT_GT(fine, 0) << shadows;
-  }
+  for (const char* surface : {"diffuse", "glossy"})
+    for (const char* shadows : {"off", "on"}) {
+      const double coarse = find("windowed", shadows, 16, surface).value("rel_rmse", 0.0),
+                   fine = find("windowed", shadows, 256, surface).value("rel_rmse", 1.0);
+      EXPECT_LT(fine, 0.5 * coarse) << shadows << " " << surface;
+      EXPECT_GT(fine, 0) << shadows << " " << surface;
+    }
+  for (const auto& traits : render::EstimatorList())
+    for (const auto& row : rows)
+      EXPECT_TRUE(traits.any_brdf || row["estimator"] != traits.name || row["surface"] == "diffuse")
+          << traits.name;
   const json traced = find("windowed", "on", 16);
   EXPECT_GT(traced.value("reference_rel_rmse", 0.0), 0);
   EXPECT_LT(traced.value("reference_rel_rmse", 1.0), 0.5 * traced.value("rel_rmse", 0.0));
