@@ -5,7 +5,7 @@
 //
 //                      CPU                                    GPU
 //   group_size         32: enough to spread over threads      64: a multiple of every wave in use
-//   pixels_per_item    4                                      1
+//   pixels_per_item    32: reuse cached windows per channel   1
 //   shared_loads       4 pixels lit from the same loads       1: registers are dearer than loads
 //   exact_divide       wherever the device offers it: quotients equal on all devices
 //
@@ -21,7 +21,7 @@ struct DeviceInfo;
 
 struct DeviceTuning {
   int group_size = 32;      // work-items of a one-dimensional group; a kernel's own limit bounds it
-  int pixels_per_item = 4;  // `exact`: a multiple of shared_loads
+  int pixels_per_item = 32;  // `exact`: a multiple of shared_loads
   int shared_loads = 4;     // `exact`: 1, 2 or 4
   bool exact_divide = false;  // correctly rounded division
 
@@ -29,7 +29,7 @@ struct DeviceTuning {
 
   // For clBuildProgram: -D PIXELS and SHARED, and the division.
   std::string BuildOptions() const;
-  // "group=64,pixels=4,shared=4,divide=1", as ParseTuning reads it.
+  // "group=64,pixels=32,shared=4,divide=1", as ParseTuning reads it.
   std::string Text() const;
 };
 

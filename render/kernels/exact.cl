@@ -5,8 +5,9 @@
 //   X_c = integral B_i du,  Gx_c = integral g_x B_i du  over what texel column c sees; Y, Gy
 //   likewise
 //
-// (texel_weights.clh): two multiply-adds per texel, the least there is. SHARED neighbouring
-// pixels are lit from the same loads of texels where they see nearly the same windows.
+// (texel_weights.clh): two multiply-adds per texel, the least there is. A work-item lights PIXELS
+// neighbouring pixels, SHARED of them from the same loads of texels where they see nearly the same
+// windows.
 // Windows are walked in chunks of kChunk x kChunk texels and kBasis x kBasis images, so any size
 // fits.
 #include "kernels/horizon.clh"
@@ -24,14 +25,14 @@ typedef struct Pixel {
 // Texels that the pixels see basis function `i` through, together.
 inline int2 JoinedTexels(__constant const LuminaireParams* luminaire, const Pixel* pixels,
                          int count, int dimension, int i) {
-  int2 joined = (int2)(luminaire->axis[dimension].texels, 0);
+  int begin = INT_MAX, end = INT_MIN;
   for (int k = 0; k < count; ++k) {
     const Axis* axis = &pixels[k].axis[dimension];
-    const int2 range = WindowTexels(MakeKnot(axis, i), MakeKnot(axis, i + luminaire->basis.cells),
-                                    luminaire->axis[dimension].texels);
-    joined = (int2)(min(joined.x, range.x), max(joined.y, range.y));
+    const int a = AxisTexel(axis, i), b = AxisTexel(axis, i + luminaire->basis.cells);
+    begin = min(begin, min(a, b));
+    end = max(end, max(a, b));
   }
-  return joined;
+  return TexelsBetween(begin, end, luminaire->axis[dimension].texels);
 }
 
 // True if lighting the pixels together touches at most half as many texels again as the smallest of
@@ -137,12 +138,12 @@ __attribute__((always_inline)) inline void LightColumn(
   }
 }
 
-// Adds sum_m E_m / (delta^2 / z^3 h^2) to `sum`, lane by lane, per channel and pixel.
+// Adds one channel of sum_m E_m / (delta^2 / z^3 h^2) to `sum`, lane by lane, per pixel.
 __attribute__((always_inline)) inline void LightPixels(__constant const LuminaireParams* luminaire,
                                                        __global const float* images,
                                                        __global const uint* seen,
                                                        const Pixel* pixels, const int count,
-                                                       Lanes sum[3][SHARED]) {
+                                                       int channel, Lanes* sum) {
   const int width = luminaire->axis[0].count, height = luminaire->axis[1].count;
   const int channels = luminaire->channels, row_stride = luminaire->row_stride;
   const size_t plane = (size_t)luminaire->axis[1].texels * row_stride;
@@ -164,79 +165,69 @@ __attribute__((always_inline)) inline void LightPixels(__constant const Luminair
                     ImageVisibility(luminaire, SeenByPixel(luminaire, seen, pixels[k].index),
                                     i_begin + i, j_begin + j);
 #endif
-            for (int channel = 0; channel < channels; ++channel) {
-              __global const float* image =
-                  images + ((size_t)(j_begin * width + i_begin + i) * channels + channel) * plane +
-                  range.x;
+            __global const float* image =
+                images + ((size_t)(j_begin * width + i_begin + i) * channels + channel) * plane +
+                range.x;
 #define LIGHT_COLUMN(vectors)                                                                    \
   LightColumn(image, image_stride, row_stride, columns, i, rows, share, j_count, count, vectors, \
-              sum[channel])
-              switch ((range.y - range.x + kLanes - 1) / kLanes) {
-                case 1:
-                  LIGHT_COLUMN(1);
-                  break;
-                case 2:
-                  LIGHT_COLUMN(2);
-                  break;
-                case 3:
-                  LIGHT_COLUMN(3);
-                  break;
-              }
+              sum)
+            switch ((range.y - range.x + kLanes - 1) / kLanes) {
+              case 1:
+                LIGHT_COLUMN(1);
+                break;
+              case 2:
+                LIGHT_COLUMN(2);
+                break;
+              case 3:
+                LIGHT_COLUMN(3);
+                break;
             }
           }
     }
 }
 
-// Adds the irradiance of those of the pixels first .. end - 1, SHARED at most, whose horizon does
-// not cut the luminaire.
-inline void LightGroup(__constant const LuminaireParams* luminaire, __global const float* images,
-                       __global const float4* positions, __global const float4* normals, int first,
-                       int end, __global const float4* ratio, __global const uint* seen,
-                       __global float4* irradiance, __global float* variance) {
-  Pixel pixels[SHARED];
-  int count = 0;
-  for (int index = first; index < end; ++index) {
-    if (positions[index].w == 0.0f) continue;
-    Pixel pixel;
-    pixel.index = index;
-    pixel.receiver = MakeReceiver(luminaire, positions[index].xyz, normals[index].xyz);
-    const float3 p = pixel.receiver.p;
-    if (!(p.z > 0.0f)) continue;
-    pixel.axis[0] = MakeAxis(&luminaire->axis[0], luminaire->delta, p.x, p.z);
-    pixel.axis[1] = MakeAxis(&luminaire->axis[1], luminaire->delta, p.y, p.z);
-    if (WholeHorizon(luminaire, &pixel.receiver, &pixel.axis[0], &pixel.axis[1]) == kAbove)
-      pixels[count++] = pixel;
-  }
-  Lanes sum[3][SHARED];
-  for (int channel = 0; channel < 3; ++channel)
-    for (int k = 0; k < SHARED; ++k) sum[channel][k] = 0.0f;
-  if (SHARED > 1 && count == SHARED && ShareWindows(luminaire, pixels, SHARED)) {
-    LightPixels(luminaire, images, seen, pixels, SHARED, sum);
-  } else {
-    for (int k = 0; k < count; ++k) {
-      Lanes one[3][SHARED] = {0};
-      LightPixels(luminaire, images, seen, pixels + k, 1, one);
-      for (int channel = 0; channel < 3; ++channel) sum[channel][k] = one[channel][0];
-    }
-  }
-  for (int k = 0; k < count; ++k) {
-    const float total[3] = {SumLanes(sum[0][k]), SumLanes(sum[1][k]), SumLanes(sum[2][k])};
-    AddIrradiance(luminaire, pixels[k].receiver.p.z, total, pixels[k].index, ratio, irradiance,
-                  variance);
-  }
-}
-
-// `ratio` (may be null): visible share per channel and the variance of the luminance share. `seen`:
-// the cells that shadow maps show; null unless SHADOW_MAPS.
+// Adds the irradiance of every pixel whose horizon does not cut the luminaire. `ratio` (may be
+// null): visible share per channel and the variance of the luminance share. `seen`: the cells that
+// shadow maps show; null unless SHADOW_MAPS.
 __kernel void ExactIrradiance(__constant const LuminaireParams* luminaire,
                               __global const float* images, __global const float4* positions,
                               __global const float4* normals, int pixel_count,
                               __global const float4* ratio, __global const uint* seen,
                               __global float4* irradiance, __global float* variance) {
-  const int first = get_global_id(0) * PIXELS, end = min(first + PIXELS, pixel_count);
-  for (int k = first; k < end; k += SHARED)
-    LightGroup(luminaire, images, positions, normals, k, min(k + SHARED, end), ratio, seen,
-               irradiance, variance);
+  const int first = get_global_id(0) * PIXELS;
+  Pixel pixels[PIXELS];
+  int count = 0;
+  for (int index = first; index < min(first + PIXELS, pixel_count); ++index) {
+    if (positions[index].w == 0.0f) continue;
+    Pixel pixel;
+    pixel.index = index;
+    pixel.receiver = MakeReceiver(luminaire, positions[index].xyz, normals[index].xyz);
+    const float3 p = pixel.receiver.p;
+    if (!(p.z > 0.0f) || WholeHorizon(luminaire, &pixel.receiver) != kAbove) continue;
+    pixel.axis[0] = MakeAxis(&luminaire->axis[0], luminaire->delta, p.x, p.z);
+    pixel.axis[1] = MakeAxis(&luminaire->axis[1], luminaire->delta, p.y, p.z);
+    pixels[count++] = pixel;
+  }
+  float sum[PIXELS][3] = {{0.0f}};
+  // Channel by channel: the windows of one stay in a core's cache from group to group.
+  for (int channel = 0; channel < luminaire->channels; ++channel)
+    for (int begin = 0; begin < count; begin += SHARED) {
+      const int end = min(begin + SHARED, count);
+      if (SHARED > 1 && end - begin == SHARED && ShareWindows(luminaire, pixels + begin, SHARED)) {
+        Lanes lanes[SHARED] = {0};
+        LightPixels(luminaire, images, seen, pixels + begin, SHARED, channel, lanes);
+        for (int k = begin; k < end; ++k) sum[k][channel] = SumLanes(lanes[k - begin]);
+      } else {
+        for (int k = begin; k < end; ++k) {
+          Lanes lanes = 0.0f;
+          LightPixels(luminaire, images, seen, pixels + k, 1, channel, &lanes);
+          sum[k][channel] = SumLanes(lanes);
+        }
+      }
+    }
+  for (int k = 0; k < count; ++k)
+    AddIrradiance(luminaire, pixels[k].receiver.p.z, sum[k], pixels[k].index, ratio, irradiance,
+                  variance);
 }
 
 // The same for the pixels whose horizon does: texel by texel, cut texels clipped and integrated
@@ -249,10 +240,9 @@ __kernel void ExactCutIrradiance(__constant const LuminaireParams* luminaire,
   const int pixel = get_global_id(0);
   if (pixel >= pixel_count || positions[pixel].w == 0.0f) return;
   const Receiver receiver = MakeReceiver(luminaire, positions[pixel].xyz, normals[pixel].xyz);
-  if (!(receiver.p.z > 0.0f)) return;
+  if (!(receiver.p.z > 0.0f) || WholeHorizon(luminaire, &receiver) != kCut) return;
   const Axis x = MakeAxis(&luminaire->axis[0], luminaire->delta, receiver.p.x, receiver.p.z);
   const Axis y = MakeAxis(&luminaire->axis[1], luminaire->delta, receiver.p.y, receiver.p.z);
-  if (WholeHorizon(luminaire, &receiver, &x, &y) != kCut) return;
   float sum[3] = {0.0f, 0.0f, 0.0f};
   for (int j = 0; j < luminaire->axis[1].count; ++j)
     for (int i = 0; i < luminaire->axis[0].count; ++i)
