@@ -13,8 +13,10 @@
 #include "core/file.h"
 #include "core/parallel.h"
 #include "render/device.h"
+#include "study/bench_accuracy.h"
 #include "study/bench_errors.h"
 #include "study/bench_nearfield.h"
+#include "study/bench_scale.h"
 #include "study/bench_shadows.h"
 #include "study/bench_solve.h"
 #include "study/bench_tradeoff.h"
@@ -108,6 +110,30 @@ core::Json Tradeoff(const study::BenchTradeoffOptions& how, const std::filesyste
   return result;
 }
 
+// Whether errors asked for are kept, with the two figures that the rows add up to.
+core::Json Accuracy(const study::BenchAccuracyOptions& how) {
+  const core::Json rows = study::BenchAccuracy(how);
+  core::Json result =
+      Finish(rows, render::Device::Open(how.device, how.threads).info().name,
+             {"scene", "shadows", "asked", "estimated", "true", "kept", "estimator", "spp",
+              "lighting_s", "best_fixed", "best_fixed_spp", "best_fixed_s", "time_ratio"});
+  int kept = 0;
+  std::vector<double> ratios;
+  for (const auto& row : rows) {
+    kept += row["kept"].get<bool>() ? 1 : 0;
+    ratios.push_back(row["time_ratio"]);
+  }
+  std::sort(ratios.begin(), ratios.end());
+  const auto within = std::upper_bound(ratios.begin(), ratios.end(), 2.0) - ratios.begin();
+  fmt::print(
+      "within the error asked for: {} of {}; within twice the best fixed setting's time: {} of {}, "
+      "median {:.2f}\n",
+      kept, rows.size(), within, rows.size(), ratios[ratios.size() / 2]);
+  result["kept"] = kept;
+  result["within_twice_the_time"] = within;
+  return result;
+}
+
 struct Options {
   std::string name, lab = "data/labs/small.toml", plan = "data/plans/small.toml", folder, device;
   int seeds = 20;
@@ -148,6 +174,29 @@ void AddBench(Program& program) {
           return Finish(study::BenchNearfield(how),
                         render::Device::Open(how.device, how.threads).info().name);
         }
+        if (options->name == "accuracy") {
+          study::BenchAccuracyOptions how;
+          how.device = options->device;
+          how.threads = program.common().threads;
+          how.width = options->width.value_or(how.width);
+          how.height = options->height.value_or(how.height);
+          how.seed = program.common().seed.value_or(1);
+          how.reference_samples = options->reference_samples.value_or(how.reference_samples);
+          if (options->scenes.empty())
+            how.scenes = study::BenchTradeoffOptions{}.scenes;
+          else
+            how.scenes.assign(options->scenes.begin(), options->scenes.end());
+          return Accuracy(how);
+        }
+        if (options->name == "scale") {
+          study::BenchScaleOptions how;
+          how.device = options->device;
+          how.threads = program.common().threads;
+          how.estimators = options->estimators;
+          if (!options->samples.empty()) how.samples_per_pixel = options->samples.front();
+          return Finish(study::BenchScale(how),
+                        render::Device::Open(how.device, how.threads).info().name);
+        }
         if (options->name == "tradeoff")
           return Tradeoff(TradeoffOptions(*options, program.common().threads),
                           options->folder.empty() ? "out/tradeoff" : options->folder);
@@ -185,9 +234,12 @@ void AddBench(Program& program) {
           "errors: does the propagated sigma of C hold, and what each systematic error does;\n"
           "tradeoff: error against time for every estimator and knob, over the scenes of `./run "
           "lamps`;\n"
-          "calibrate: what estimators cost on a device, stored for render --error and --time")
+          "calibrate: what estimators cost on a device, stored for render --error and --time;\n"
+          "accuracy: are errors asked for kept, and at which time against the best fixed setting;\n"
+          "scale: time and memory against images, resolution and receivers")
       ->required()
-      ->check(CLI::IsMember({"solve", "nearfield", "shadows", "errors", "tradeoff", "calibrate"}));
+      ->check(CLI::IsMember({"solve", "nearfield", "shadows", "errors", "tradeoff", "calibrate",
+                             "accuracy", "scale"}));
   verb.add_option("--lab", options->lab, "errors: the lab.toml whose [errors.*] state the sizes");
   verb.add_option("--plan", options->plan, "errors: the plan.toml");
   verb.add_option(
@@ -198,7 +250,7 @@ void AddBench(Program& program) {
       ->check(CLI::Range(2, 10000));
   verb.add_option(
       "--scene", options->scenes,
-      "tradeoff: scene.toml files (default: garage, wall, street, hall of data/scenes)");
+      "tradeoff, accuracy: scene.toml files (default: garage, wall, street, hall of data/scenes)");
   verb.add_option("--estimator", options->estimators,
                   "tradeoff, shadows: estimators (default: all; exact windowed)");
   verb.add_option("--reference-spp", options->reference_samples,

@@ -203,9 +203,6 @@ void AddRender(Program& program) {
   verb.add_option("--antialias", options->render.antialias, "Surface points per pixel");
   verb.add_option("--k-max", options->render.max_samples_per_image,
                   "Most samples per coefficient image and pixel, 0 for no bound");
-  verb.add_option("--lobe-error", options->render.lobe_error,
-                  "gloss: error of highlights, relative to what a point shows or to 1 % of its "
-                  "lobe's peak");
   verb.add_option("--shadows", options->shadows,
                   "none; traced: a ray per light sample; maps: shadow maps from the luminaire's "
                   "filter plane; thesis-maps: from its image plane, as published")
@@ -213,8 +210,10 @@ void AddRender(Program& program) {
   verb.add_option("--shadow-map-size", options->render.shadow_map_size,
                   "Texels along each side of a shadow map")
       ->check(CLI::Range(render::ShadowMaps::kMinSize, render::ShadowMaps::kMaxSize));
-  verb.add_option("--volume-error", options->render.volume_error,
-                  "Relative RMSE that the table of `volume` is made for");
+  verb.add_option(
+      "--approximation-error", options->render.approximation_error,
+      "Relative error asked of what approximates without noise: the table of `volume`; "
+      "highlights of `gloss`, relative to what a point shows or to 1 % of its lobe's peak");
   verb.add_option("--light-field", options->light_fields,
                   "[NAME=]FILE.lf.exr instead of the scene's own, for one luminaire or all");
   verb.add_option("--tables", options->tables, "[NAME=]FILE.tab.exr, likewise");

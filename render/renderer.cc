@@ -51,9 +51,8 @@ void RenderOptions::Validate() const {
   check("passes", passes, 1, 1 << 16);
   check("first pass", first_pass, 0, 1 << 16);
   check("shadow map size", shadow_map_size, ShadowMaps::kMinSize, ShadowMaps::kMaxSize);
-  check("volume error", volume_error, 1e-5, 1);
+  check("approximation error", approximation_error, 1e-5, 1);
   check("samples per image", static_cast<double>(max_samples_per_image), 0, 1e9);
-  check("error of lobes", static_cast<double>(lobe_error), 1e-6, 1);
 }
 
 std::string IrradianceUnitName(lightfield::FluxUnit unit) {
@@ -88,10 +87,10 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
       primary_(scene.device()) {
   if (options.width > 0) camera_.width = options.width;
   if (options.height > 0) camera_.height = options.height;
-  scene.Require(estimator_.traits().needs, options.volume_error);
+  scene.Require(estimator_.traits().needs, options.approximation_error);
   RequireShadows(estimator_.traits(), options.shadows);
   if (options.shadows == Shadows::kTraced)
-    scene.Require(estimator_.traits().needs_for_shadows, options.volume_error);
+    scene.Require(estimator_.traits().needs_for_shadows, options.approximation_error);
   if (options.shadows == Shadows::kThesisMaps) scene.Require({.sat = true});  // reference positions
   if (options.shadows == Shadows::kMaps || options.shadows == Shadows::kThesisMaps)
     for (const auto& luminaire : scene.luminaires()) {
@@ -125,7 +124,7 @@ Frame Renderer::Render() {
       {"shadows", ShadowsName(options_.shadows)},
       {"shadow_map_size", std::to_string(options_.shadow_map_size)},
       {"max_samples_per_image", fmt::format("{}", options_.max_samples_per_image)},
-      {"lobe_error", fmt::format("{}", options_.lobe_error)},
+      {"approximation_error", fmt::format("{}", options_.approximation_error)},
       {"device", scene_.device().info().name}});
   for (core::Image* image : {&frame.radiance, &frame.irradiance, &frame.normal, &frame.position})
     *image = core::Image(frame.width, frame.height, 3);
@@ -231,7 +230,7 @@ Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
     options.stream = static_cast<std::uint32_t>(
         ((options_.first_pass + pass) * options_.antialias + pixel_sample) * lights + l);
     options.max_samples_per_image = options_.max_samples_per_image;
-    options.max_error = options_.lobe_error;
+    options.max_error = static_cast<float>(options_.approximation_error);
     options.first_pixel =
         static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(gbuffer.width);
     lighting.Clear();

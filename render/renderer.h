@@ -29,10 +29,10 @@ struct RenderOptions {
   int first_pass = 0;  // passes of the same seed and different numbers draw independently
   std::uint64_t seed = 1;
   Shadows shadows = Shadows::kTraced;
-  int shadow_map_size = 192;        // texels along each side of a shadow map
-  double volume_error = 2e-3;       // relative RMSE that a light-vector volume is made for
+  int shadow_map_size = 192;  // texels along each side of a shadow map
+  // Relative error asked of what approximates without noise: the volume's table, gloss.
+  double approximation_error = 2e-3;
   float max_samples_per_image = 0;  // K_max of THEORY.md 6.2; 0: no bound
-  float lobe_error = EstimatorOptions().max_error;  // asked of `gloss`, relative
 
   // Throws InputError naming the option.
   void Validate() const;

@@ -23,8 +23,8 @@ constexpr int kMaxRounds = 12;
 constexpr int kMaxSamples = 1 << 20;
 constexpr double kMaxPower = 1.5;  // of the variance over the samples, as pilots measure it
 constexpr double kWorthAVolume_s = 2;
-constexpr double kVolumeShare = 0.5;  // of the target, that a volume is built for
-constexpr double kAim = 0.9;          // of the target
+constexpr double kApproximationShare = 0.5;  // of the target, asked of volumes and gloss
+constexpr double kAim = 0.9;                 // of the target
 
 double PictureLuminance(const core::Image& image, std::size_t pixel) {
   return core::Luminance({image.plane(0)[pixel], image.plane(1)[pixel], image.plane(2)[pixel]});
@@ -150,6 +150,8 @@ class Chooser {
   bool IsWanted(const render::EstimatorTraits& traits) const {
     if (!costs_.Knows(traits.name)) return false;
     if (scene_.geometry().glossy && !traits.any_brdf) return false;
+    // `gloss` lights Lambertian scenes as `exact` does.
+    if (!scene_.geometry().glossy && traits.any_brdf && traits.noise_free) return false;
     if (!request_.estimators.empty() &&
         std::find(request_.estimators.begin(), request_.estimators.end(), traits.name) ==
             request_.estimators.end())
@@ -162,7 +164,7 @@ class Chooser {
   render::RenderOptions PilotOptions(const std::string& estimator, int samples, int passes) const {
     render::RenderOptions options = request_.picture;
     options.estimator = estimator;
-    if (request_.rel_error) options.volume_error = kVolumeShare * *request_.rel_error;
+    if (request_.rel_error) options.approximation_error = kApproximationShare * *request_.rel_error;
     options.width = pilot_width_;
     options.height = pilot_height_;
     options.antialias = 1;
@@ -225,7 +227,9 @@ class Chooser {
                            std::log(static_cast<double>(kPilotSamples[1]) / kPilotSamples[0]),
                        1.0, kMaxPower);
     }
-    candidate.interpolation_error = traits.rel_error;
+    candidate.interpolation_error = traits.error_is_asked
+                                        ? PilotOptions(traits.name, 1, 1).approximation_error
+                                        : traits.rel_error;
     if (traits.needs.volume) {
       // Tables for one picture count as its time, spread over the cores that build them.
       if (request_.rel_error)
@@ -359,7 +363,7 @@ AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
 
   render::RenderOptions options = request.picture;
   options.estimator = chosen.setting.estimator;
-  if (request.rel_error) options.volume_error = kVolumeShare * *request.rel_error;
+  if (request.rel_error) options.approximation_error = kApproximationShare * *request.rel_error;
   if (!chosen.samples) {
     result.frame = render::Renderer(scene, options).Render();
     result.estimated_error = chosen.setting.predicted_error;

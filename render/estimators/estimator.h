@@ -69,7 +69,7 @@ struct EstimatorOptions {
   std::uint64_t seed = 1;       // of the frame
   std::uint32_t stream = 0;  // the luminaire's number: luminaires of one frame draw independently
   float max_samples_per_image = 0;  // K_max of THEORY.md 6.2; 0: no bound
-  float max_error = 2e-3f;  // asked of estimators that approximate without noise, relative
+  float max_error = 2e-3f;          // asked of estimators that approximate without noise, relative
   std::uint32_t first_pixel =
       0;  // added to the pixel number in the random streams (tiles of one picture)
 };
@@ -93,7 +93,10 @@ struct EstimatorTraits {
   bool unbiased_with_shadows = false;
   bool noise_free = false;  // without shadows
   double rel_error = 0;     // bound on the relative RMSE of a noise-free picture; 0: none is known
-  std::string guarantee;    // one sentence
+  // That bound is the error asked for (EstimatorOptions::max_error, the volume's); rel_error is its
+  // default.
+  bool error_is_asked = false;
+  std::string guarantee;  // one sentence
 };
 
 // How it is found what stands between a luminaire and the receivers.

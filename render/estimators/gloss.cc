@@ -71,6 +71,7 @@ const EstimatorTraits& GlossTraits() {
       .any_brdf = true,
       .noise_free = true,
       .rel_error = EstimatorOptions().max_error,
+      .error_is_asked = true,
       .guarantee =
           "irradiance and the Lambertian parts of Lambert and Phong in closed form; lobes to the "
           "error asked for, relative to what is shown or to 1 % of the lobe's peak, as long as 32 "

@@ -95,6 +95,7 @@ const EstimatorTraits& VolumeTraits() {
       .needs_for_shadows = {.sat = true},
       .noise_free = true,
       .rel_error = preprocess::VolumeOptions{}.max_rel_error,
+      .error_is_asked = true,
       .guarantee =
           "irradiance interpolated in a table made for an error target, measured against the "
           "closed form at random receivers; exact where the table ends; shadows as for exact"};

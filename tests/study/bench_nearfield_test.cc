@@ -7,6 +7,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include <stdexcept>
+#include <string>
+
 #include "core/error.h"
 
 namespace luxfield::study {
@@ -25,7 +28,6 @@ BenchNearfieldOptions Small() {
 
 TEST(BenchNearfield, RowsHaveEveryKeyAndExactIsExact) {
   const auto rows = BenchNearfield(Small());
-  ASSERT_EQ(rows.size(), 6u);  // exact; volume; windowed and thesis at two sample counts
   for (const auto& row : rows) {
     for (const char* key :
          {"scene", "estimator", "spp", "width", "height", "images", "channels", "threads",
@@ -35,18 +37,21 @@ TEST(BenchNearfield, RowsHaveEveryKeyAndExactIsExact) {
     EXPECT_EQ(row["images"], 12);
     EXPECT_EQ(row["channels"], 3);
   }
-  EXPECT_EQ(rows[0]["estimator"], "exact");
-  EXPECT_EQ(rows[0]["spp"], 0);
-  EXPECT_LT(rows[0]["rel_rmse"].get<double>(), 1e-5);
-  EXPECT_LT(rows[0]["mean_lab"].get<double>(), 1e-2);
-  EXPECT_EQ(rows[1]["estimator"], "volume");
-  EXPECT_EQ(rows[1]["spp"], 0);
-  EXPECT_GT(rows[1]["build_core_s"].get<double>(), 0);
-  EXPECT_LT(rows[1]["rel_rmse"].get<double>(), 2.5e-3);  // built for 2e-3
-  EXPECT_EQ(rows[2]["estimator"], "windowed");
+  const auto row = [&](const std::string& estimator, int spp) {
+    for (const auto& candidate : rows)
+      if (candidate["estimator"] == estimator && candidate["spp"] == spp) return candidate;
+    throw std::out_of_range(estimator);
+  };
+  const auto exact = row("exact", 0), volume = row("volume", 0);
+  EXPECT_LT(exact["rel_rmse"].get<double>(), 1e-5);
+  EXPECT_LT(exact["mean_lab"].get<double>(), 1e-2);
+  EXPECT_GT(volume["build_core_s"].get<double>(), 0);
+  EXPECT_LT(volume["rel_rmse"].get<double>(), 2.5e-3);  // built for 2e-3
   // Sixteen times the samples: at least half the error (a quarter or less is expected).
-  EXPECT_LT(rows[3]["rel_rmse"].get<double>(), 0.5 * rows[2]["rel_rmse"].get<double>());
-  EXPECT_LT(std::abs(rows[3]["bias"].get<double>()), 0.02);
+  const auto few = row("windowed", 16), many = row("windowed", 256);
+  EXPECT_LT(many["rel_rmse"].get<double>(), 0.5 * few["rel_rmse"].get<double>());
+  EXPECT_LT(std::abs(many["bias"].get<double>()), 0.02);
+  EXPECT_NO_THROW(row("thesis", 256));
 }
 
 TEST(BenchNearfield, RefusesWhatMakesNoSense) {

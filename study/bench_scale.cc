@@ -1,0 +1,119 @@
+#include "study/bench_scale.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/stopwatch.h"
+#include "study/car2.h"
+#include "study/lamp_tables.h"
+
+namespace luxfield::study {
+namespace {
+
+constexpr int kGrid = 5, kSize = 128;
+constexpr double kMegapixels = 0.05;
+
+// The largest resident set since the last call, MiB; 0 where the system does not say (Linux does).
+double TakePeakMib() {
+  double peak_mib = 0;
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("VmHWM:")) peak_mib = std::stod(line.substr(6)) / 1024;
+  std::ofstream("/proc/self/clear_refs") << "5";  // resets VmHWM
+  return peak_mib;
+}
+
+struct Case {
+  std::string what;
+  double size;
+  int grid, texels;
+  double megapixels;
+};
+
+std::vector<Case> Cases(const BenchScaleOptions& options) {
+  std::vector<Case> cases;
+  for (const int grid : options.grids)
+    cases.push_back({"images", static_cast<double>(grid) * grid, grid, kSize, kMegapixels});
+  for (const int size : options.sizes)
+    cases.push_back({"resolution", static_cast<double>(size), kGrid, size, kMegapixels});
+  for (const double megapixels : options.megapixels)
+    cases.push_back({"receivers", megapixels, kGrid, kSize, megapixels});
+  return cases;
+}
+
+nlohmann::json Measure(const render::Device& device, const Case& c, const std::string& name,
+                       int samples_per_pixel) {
+  TakePeakMib();
+  const auto estimator = render::MakeEstimator(name, device);
+  const auto& traits = estimator->traits();
+  const int width = static_cast<int>(std::lround(std::sqrt(c.megapixels * 1e6 * 4 / 3)));
+  const auto gbuffer = RoadGBuffer(device, width, std::max(1, width * 3 / 4));
+  const auto field = SyntheticCar2({c.grid, c.grid, c.texels, 1});
+  const LampTables tables = BuildLampTables(field, gbuffer, traits.needs);
+  const render::LuminaireOnDevice luminaire(device, field, tables.view());
+  render::Lighting lighting(device, gbuffer);
+  render::EstimatorOptions options;
+  options.samples_per_pixel = samples_per_pixel;
+  double wall_s = std::numeric_limits<double>::infinity(), core_s = wall_s;
+  for (int run = 0; run < 3; ++run) {  // the first one compiles
+    lighting.Clear();
+    device.Finish();
+    const core::Stopwatch stopwatch;
+    estimator->Light(gbuffer, {}, luminaire, {}, options, lighting);
+    device.Finish();
+    if (run == 0) continue;
+    wall_s = std::min(wall_s, stopwatch.WallSeconds());
+    core_s = std::min(core_s, stopwatch.CoreSeconds());
+  }
+  return {{"what", c.what},           {"estimator", name}, {"size", c.size},
+          {"wall_s", wall_s},         {"core_s", core_s},  {"build_core_s", tables.core_s},
+          {"peak_mib", TakePeakMib()}};
+}
+
+double Slope(const std::vector<double>& x, const std::vector<double>& y) {
+  double sx = 0, sy = 0, sxx = 0, sxy = 0;
+  const auto n = static_cast<double>(x.size());
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const double a = std::log(x[k]), b = std::log(y[k]);
+    sx += a;
+    sy += b;
+    sxx += a * a;
+    sxy += a * b;
+  }
+  const double spread = sxx - sx * sx / n;
+  return spread > 0 ? (sxy - sx * sy / n) / spread : 0;
+}
+
+}  // namespace
+
+nlohmann::json BenchScale(const BenchScaleOptions& options) {
+  const auto device = render::Device::Open(options.device, options.threads);
+  nlohmann::json rows = nlohmann::json::array();
+  for (const auto& traits : render::EstimatorList()) {
+    if (!options.estimators.empty() &&
+        std::find(options.estimators.begin(), options.estimators.end(), traits.name) ==
+            options.estimators.end())
+      continue;
+    for (const auto& c : Cases(options))
+      rows.push_back(Measure(device, c, traits.name, options.samples_per_pixel));
+  }
+  if (rows.empty()) throw InputError("bench scale: no estimator or no size to measure; name some");
+  for (auto& row : rows) {
+    std::vector<double> sizes, seconds;
+    for (const auto& other : rows)
+      if (other["what"] == row["what"] && other["estimator"] == row["estimator"]) {
+        sizes.push_back(other["size"]);
+        seconds.push_back(other["core_s"]);
+      }
+    row["exponent"] = Slope(sizes, seconds);
+  }
+  return rows;
+}
+
+}  // namespace luxfield::study

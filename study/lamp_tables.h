@@ -1,0 +1,26 @@
+// The tables of a lamp that never was a file, as an estimator needs them: what LitScene::Require
+// does for scenes.
+#pragma once
+
+#include <optional>
+
+#include "render/estimators/estimator.h"
+
+namespace luxfield::study {
+
+struct LampTables {
+  std::optional<preprocess::Tables> sat;
+  std::optional<preprocess::LightVectorVolume> volume;
+  double core_s = 0;  // CPU time of building them
+
+  render::LuminaireTables view() const {
+    return {.sat = sat ? &*sat : nullptr, .volume = volume ? &*volume : nullptr};
+  }
+};
+
+// For a luminaire at the origin of the G-buffer's world. The volume covers the G-buffer's receivers
+// to a relative RMSE of `volume_error`.
+LampTables BuildLampTables(const lightfield::LightField& field, const render::GBuffer& gbuffer,
+                           const render::TableNeeds& needs, double volume_error = 2e-3);
+
+}  // namespace luxfield::study
