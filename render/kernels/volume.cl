@@ -3,15 +3,16 @@
 //   E = tau^2 / z (n_x (B1_u - p_x B0) + n_y (B1_v - p_y B0) - n_z z B0),   p_xy from the centre
 //
 // with B0, B1 tricubic in (a_x, a_y, tau): 64 float4 coefficients per channel, read as 16 rows of
-// four. No loop is left after unrolling.
+// four.
 #include "kernels/horizon.clh"
 #include "kernels/volume_types.clh"
 
 // Cubic B-spline weights of coefficients k .. k + 3 at k + f.
 inline float4 SplineWeights(float f) {
-  const float g = 1.0f - f;
-  return (float4)(g * g * g * (1.0f / 6.0f), 2.0f / 3.0f - f * f * (1.0f - 0.5f * f),
-                  2.0f / 3.0f - g * g * (1.0f - 0.5f * g), f * f * f * (1.0f / 6.0f));
+  const float4 c0 = (float4)(1.0f / 6.0f, 2.0f / 3.0f, 1.0f / 6.0f, 0.0f),
+               c1 = (float4)(-0.5f, 0.0f, 0.5f, 0.0f), c2 = (float4)(0.5f, -1.0f, 0.5f, 0.0f),
+               c3 = (float4)(-1.0f / 6.0f, 0.5f, -0.5f, 1.0f / 6.0f), at = (float4)(f);
+  return fma(at, fma(at, fma(at, c3, c2), c1), c0);
 }
 
 typedef struct Stencil {
@@ -42,24 +43,31 @@ inline bool MeetsImages(__constant const VolumeParams* volume, int dimension, fl
          a - half_window <= volume->image_high[dimension];
 }
 
-// (B0, B1_u, B1_v, -) of one channel.
-inline float4 Interpolate(__global const float* coefficients, int line, int slice, Stencil x,
-                          Stencil y, Stencil tau) {
+// Four neighbours in a_x of each of four rows, summed over the rows.
+inline __attribute__((always_inline)) float16 SumRows(__global const float* rows, int line,
+                                                      float4 weight) {
+  float16 sum = weight.x * vload16(0, rows);
+  sum = fma((float16)(weight.y), vload16(0, rows + 4 * line), sum);
+  sum = fma((float16)(weight.z), vload16(0, rows + 8 * line), sum);
+  return fma((float16)(weight.w), vload16(0, rows + 12 * line), sum);
+}
+
+// (B0, B1_u, B1_v, -) of one channel. The slices' sums are independent: no chain of additions is
+// longer than eight.
+inline __attribute__((always_inline)) float4 Interpolate(__global const float* coefficients,
+                                                         int line, int slice, Stencil x, Stencil y,
+                                                         Stencil tau) {
   __global const float* base =
       coefficients + 4 * ((size_t)tau.first * slice + (size_t)y.first * line + x.first);
-  const float tau_weight[4] = {tau.weight.x, tau.weight.y, tau.weight.z, tau.weight.w};
-  float16 sum = 0.0f;
-#pragma unroll
-  for (int k = 0; k < 4; ++k) {
-    __global const float* rows = base + 4 * (size_t)(k * slice);
-    const float4 weight = tau_weight[k] * y.weight;
-    sum = fma((float16)(weight.x), vload16(0, rows), sum);
-    sum = fma((float16)(weight.y), vload16(0, rows + 4 * line), sum);
-    sum = fma((float16)(weight.z), vload16(0, rows + 8 * line), sum);
-    sum = fma((float16)(weight.w), vload16(0, rows + 12 * line), sum);
-  }
-  return x.weight.x * sum.s0123 + x.weight.y * sum.s4567 + x.weight.z * sum.s89ab +
-         x.weight.w * sum.scdef;
+  const size_t next = 4 * (size_t)slice;
+  const float16 slice0 = SumRows(base, line, y.weight),
+                slice1 = SumRows(base + next, line, y.weight),
+                slice2 = SumRows(base + 2 * next, line, y.weight),
+                slice3 = SumRows(base + 3 * next, line, y.weight);
+  const float16 sum = fma((float16)(tau.weight.x), slice0, tau.weight.y * slice1) +
+                      fma((float16)(tau.weight.z), slice2, tau.weight.w * slice3);
+  return fma((float4)(x.weight.x), sum.s0123, x.weight.y * sum.s4567) +
+         fma((float4)(x.weight.z), sum.s89ab, x.weight.w * sum.scdef);
 }
 
 // Adds the irradiance of every pixel whose horizon does not cut the luminaire and that the volume
