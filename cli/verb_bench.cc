@@ -16,6 +16,7 @@
 #include "study/bench_accuracy.h"
 #include "study/bench_errors.h"
 #include "study/bench_nearfield.h"
+#include "study/bench_sampling.h"
 #include "study/bench_scale.h"
 #include "study/bench_shadows.h"
 #include "study/bench_solve.h"
@@ -171,6 +172,7 @@ void AddBench(Program& program) {
           how.width = options->width.value_or(how.width);
           how.height = options->height.value_or(how.height);
           if (!options->samples.empty()) how.samples_per_pixel = options->samples;
+          how.estimators = options->estimators;
           return Finish(study::BenchNearfield(how),
                         render::Device::Open(how.device, how.threads).info().name);
         }
@@ -200,6 +202,13 @@ void AddBench(Program& program) {
         if (options->name == "tradeoff")
           return Tradeoff(TradeoffOptions(*options, program.common().threads),
                           options->folder.empty() ? "out/tradeoff" : options->folder);
+        if (options->name == "sampling") {
+          study::BenchSamplingOptions how;
+          how.device = options->device;
+          how.threads = program.common().threads;
+          return Finish(study::BenchSampling(how),
+                        render::Device::Open(how.device, how.threads).info().name);
+        }
         if (options->name == "shadows") {
           study::BenchShadowsOptions how;
           how.device = options->device;
@@ -230,6 +239,7 @@ void AddBench(Program& program) {
           "NAME", options->name,
           "solve: the Gram solve against a memory copy; nearfield: estimators against closed form "
           "and time;\n"
+          "sampling: what it costs to draw a light sample;\n"
           "shadows: shadow maps and traced shares against traced samples;\n"
           "errors: does the propagated sigma of C hold, and what each systematic error does;\n"
           "tradeoff: error against time for every estimator and knob, over the scenes of `./run "
@@ -238,8 +248,8 @@ void AddBench(Program& program) {
           "accuracy: are errors asked for kept, and at which time against the best fixed setting;\n"
           "scale: time and memory against images, resolution and receivers")
       ->required()
-      ->check(CLI::IsMember({"solve", "nearfield", "shadows", "errors", "tradeoff", "calibrate",
-                             "accuracy", "scale"}));
+      ->check(CLI::IsMember({"solve", "nearfield", "sampling", "shadows", "errors", "tradeoff",
+                             "calibrate", "accuracy", "scale"}));
   verb.add_option("--lab", options->lab, "errors: the lab.toml whose [errors.*] state the sizes");
   verb.add_option("--plan", options->plan, "errors: the plan.toml");
   verb.add_option(
@@ -252,7 +262,7 @@ void AddBench(Program& program) {
       "--scene", options->scenes,
       "tradeoff, accuracy: scene.toml files (default: garage, wall, street, hall of data/scenes)");
   verb.add_option("--estimator", options->estimators,
-                  "tradeoff, shadows: estimators (default: all; exact windowed)");
+                  "nearfield, tradeoff, shadows: estimators (default: all; all; exact windowed)");
   verb.add_option("--reference-spp", options->reference_samples,
                   "tradeoff, shadows: samples per pixel of sampled references (default: 4096)")
       ->check(CLI::Range(2, 1 << 24));
@@ -266,7 +276,8 @@ void AddBench(Program& program) {
                   "nearfield, tradeoff, shadows: picture height, pixels (default: 768; 96; 192)")
       ->check(CLI::Range(1, 16384));
   verb.add_option("--device", options->device,
-                  "nearfield, tradeoff, shadows, calibrate: OpenCL device (default: the first)");
+                  "nearfield, sampling, tradeoff, shadows, calibrate: OpenCL device (default: the "
+                  "first)");
 }
 
 }  // namespace luxfield::cli

@@ -20,7 +20,7 @@ namespace {
 
 struct Options {
   std::string scene, output, png, radiance_map, irradiance_map, display, device;
-  std::vector<std::string> light_fields, tables;
+  std::vector<std::string> light_fields, tables, knobs;
   std::optional<double> exposure;
   std::optional<int> width, height;
   std::vector<double> scale;
@@ -104,6 +104,7 @@ core::Json Run(Options options, const Common& common) {
   overrides.height = options.height;
   options.render.shadows = render::ShadowsFromName(options.shadows);
   options.render.seed = common.seed.value_or(1);
+  for (const auto& knob : options.knobs) options.render.knobs.Set(knob);
   options.render.Validate();
   const scene::Scene scene = scene::ReadScene(options.scene, overrides);
   const render::Device device = render::Device::Open(options.device, common.threads);
@@ -182,7 +183,9 @@ void AddRender(Program& program) {
     names.push_back(traits.name);
     guarantees += fmt::format("  {:<10} {}\n", traits.name, traits.guarantee);
   }
-  verb.footer("Estimators:\n" + guarantees);
+  std::string knobs;
+  for (const auto& line : render::KnobHelp()) knobs += "  " + line + "\n";
+  verb.footer("Estimators:\n" + guarantees + "\nKnobs:\n" + knobs);
   verb.add_option("SCENE", options->scene, "The scene.toml")->required();
   verb.add_option("-o,--output", options->output, "The EXR to write: radiance and AOVs")
       ->required();
@@ -203,6 +206,8 @@ void AddRender(Program& program) {
   verb.add_option("--antialias", options->render.antialias, "Surface points per pixel");
   verb.add_option("--k-max", options->render.max_samples_per_image,
                   "Most samples per coefficient image and pixel, 0 for no bound");
+  verb.add_option("--knob", options->knobs,
+                  "A setting of the estimator as name=value, see below; may be repeated");
   verb.add_option("--shadows", options->shadows,
                   "none; traced: a ray per light sample; maps: shadow maps from the luminaire's "
                   "filter plane; thesis-maps: from its image plane, as published")

@@ -125,6 +125,7 @@ Frame Renderer::Render() {
       {"shadow_map_size", std::to_string(options_.shadow_map_size)},
       {"max_samples_per_image", fmt::format("{}", options_.max_samples_per_image)},
       {"approximation_error", fmt::format("{}", options_.approximation_error)},
+      {"knobs", options_.knobs.Text()},
       {"device", scene_.device().info().name}});
   for (core::Image* image : {&frame.radiance, &frame.irradiance, &frame.normal, &frame.position})
     *image = core::Image(frame.width, frame.height, 3);
@@ -231,6 +232,7 @@ Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
         ((options_.first_pass + pass) * options_.antialias + pixel_sample) * lights + l);
     options.max_samples_per_image = options_.max_samples_per_image;
     options.max_error = static_cast<float>(options_.approximation_error);
+    options.knobs = options_.knobs;
     options.first_pixel =
         static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(gbuffer.width);
     lighting.Clear();

@@ -33,6 +33,7 @@ struct RenderOptions {
   // Relative error asked of what approximates without noise: the volume's table, gloss.
   double approximation_error = 2e-3;
   float max_samples_per_image = 0;  // K_max of THEORY.md 6.2; 0: no bound
+  Knobs knobs{};
 
   // Throws InputError naming the option.
   void Validate() const;

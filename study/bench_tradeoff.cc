@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <sstream>
 
 #include "core/error.h"
 #include "core/measures.h"
@@ -87,6 +88,22 @@ std::vector<Knobs> KnobsOf(const render::EstimatorTraits& traits, bool shadows) 
     for (const double error : {1e-2, 5e-4})
       knobs.push_back({fmt::format("approximation_error={}", error),
                        [error](render::RenderOptions& o) { o.approximation_error = error; }});
+  const auto add = [&](const std::string& text) {
+    knobs.push_back({text, [text](render::RenderOptions& o) {
+                       std::istringstream words(text);
+                       for (std::string word; words >> word;) o.knobs.Set(word);
+                     }});
+  };
+  if (traits.name == "windowed") {
+    add("basis-share=0");
+    add("basis-share=0.9");
+  }
+  if (traits.name == "thesis") {
+    add("allocation=systematic correlation=decorrelated sequence=sobol");
+    add("inversion=bisection depth=3");
+    add("inversion=secant depth=3");
+    add("sequence=mersenne");
+  }
   return knobs;
 }
 

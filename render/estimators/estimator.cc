@@ -3,8 +3,12 @@
 #include <fmt/format.h>
 
 #include "core/error.h"
+#include "render/estimators/basis.h"
 #include "render/estimators/exact.h"
 #include "render/estimators/gloss.h"
+#include "render/estimators/precomputed.h"
+#include "render/estimators/thesis.h"
+#include "render/estimators/uniform.h"
 #include "render/estimators/volume.h"
 #include "render/estimators/windowed.h"
 
@@ -78,6 +82,9 @@ std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& 
   if (name == VolumeTraits().name) return MakeVolume(device);
   if (name == GlossTraits().name) return MakeGloss(device);
   if (name == WindowedTraits().name) return MakeWindowed(device);
+  if (name == BasisTraits().name) return MakeBasis(device);
+  if (name == UniformTraits().name) return MakeUniform(device);
+  if (name == PrecomputedTraits().name) return MakePrecomputed(device);
   if (name == ThesisTraits().name) return MakeThesis(device);
   std::string names;
   for (const auto& traits : EstimatorList()) names += (names.empty() ? "" : ", ") + traits.name;
@@ -85,7 +92,8 @@ std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& 
 }
 
 std::vector<EstimatorTraits> EstimatorList() {
-  return {ExactTraits(), VolumeTraits(), GlossTraits(), WindowedTraits(), ThesisTraits()};
+  return {ExactTraits(), VolumeTraits(),  GlossTraits(),       WindowedTraits(),
+          BasisTraits(), UniformTraits(), PrecomputedTraits(), ThesisTraits()};
 }
 
 }  // namespace luxfield::render

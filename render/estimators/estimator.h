@@ -17,6 +17,7 @@
 #include "preprocess/light_vector_volume.h"
 #include "preprocess/tables.h"
 #include "render/device.h"
+#include "render/estimators/knobs.h"
 #include "render/gbuffer.h"
 #include "scene/transform.h"
 
@@ -48,8 +49,9 @@ class LuminaireOnDevice {
   const Buffer& images() const { return images_; }
   int row_stride() const { return row_stride_; }
   bool has_sat() const { return static_cast<bool>(sat_); }
-  // ulong S[(m * (height + 1) + row) * (width + 1) + column] (preprocess::Tables::sat), and for
-  // each image float 2^(62 - exponent): mass = S * 2^-62 * scale.
+  // ulong S[(m * (height + 1) + row) * SatStride(width) + column] (preprocess::Tables::sat;
+  // kernels/luminaire_types.clh), and for each image float 2^(62 - exponent): mass = S * 2^-62 *
+  // scale.
   const Buffer& sat() const { return sat_; }
   const Buffer& sat_scale() const { return sat_scale_; }
   bool has_volume() const { return static_cast<bool>(volume_params_); }
@@ -72,6 +74,7 @@ struct EstimatorOptions {
   float max_error = 2e-3f;          // asked of estimators that approximate without noise, relative
   std::uint32_t first_pixel =
       0;  // added to the pixel number in the random streams (tiles of one picture)
+  Knobs knobs{};
 };
 
 // Which tables an estimator reads; the renderer builds those that no file holds.
@@ -149,8 +152,7 @@ void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer);
 void RequireShadows(const EstimatorTraits& traits, const Visibility& visibility);
 void RequireShadows(const EstimatorTraits& traits, Shadows shadows);
 
-// "exact", "volume", "gloss", "windowed", "thesis"; InputError on other names. Builds the kernels
-// (cached on disk).
+// A name of EstimatorList(); InputError on other names. Builds the kernels (cached on disk).
 std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& device);
 // Traits of every estimator, without a device.
 std::vector<EstimatorTraits> EstimatorList();

@@ -27,7 +27,7 @@ class Exact : public Estimator {
     Buffer share;  // null: everything is visible
     if (visibility.bvh) {
       share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
-      if (!sampler_) sampler_.emplace(device_, "VisibleShare");
+      if (!sampler_) sampler_.emplace(device_, "kernels/windowed.cl", "VisibleShare");
       sampler_->Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
                     share, /*shown_share=*/Buffer(), lighting.samples);
     }

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "render/estimators/estimator.h"
+#include "render/kernels/luminaire_types.clh"
 #include "render/kernels/volume_types.clh"
 
 namespace luxfield::render {
@@ -45,6 +46,17 @@ VolumeParams MakeVolumeParams(const preprocess::LightVectorVolume& volume) {
   return params;
 }
 
+std::vector<std::uint64_t> PadRows(const preprocess::Tables& tables) {
+  const std::size_t width = tables.width + 1, stride = SatStride(tables.width),
+                    rows = tables.sat.size() / width;
+  std::vector<std::uint64_t> padded(rows * stride, 0);
+  core::ParallelFor(rows, 1024, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row)
+      std::copy_n(tables.sat.data() + row * width, width, padded.data() + row * stride);
+  });
+  return padded;
+}
+
 }  // namespace
 
 LuminaireOnDevice::LuminaireOnDevice(const Device& device, const lightfield::LightField& field,
@@ -63,8 +75,9 @@ LuminaireOnDevice::LuminaireOnDevice(const Device& device, const lightfield::Lig
 
 void LuminaireOnDevice::Add(const Device& device, const LuminaireTables& tables) {
   if (tables.sat) {
-    RequireRoom(device, "tables", tables.sat->sat.size() * sizeof(std::uint64_t));
-    sat_ = Buffer::From(device, tables.sat->sat);
+    const std::vector<std::uint64_t> sat = PadRows(*tables.sat);
+    RequireRoom(device, "tables", sat.size() * sizeof(std::uint64_t));
+    sat_ = Buffer::From(device, sat);
     std::vector<float> scale(tables.sat->exponent.size());
     for (std::size_t m = 0; m < scale.size(); ++m)
       scale[m] = std::ldexp(1.0f, 62 - tables.sat->exponent[m]);

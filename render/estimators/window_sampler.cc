@@ -11,15 +11,36 @@
 namespace luxfield::render {
 namespace {
 
-constexpr std::size_t kScratchBytes = std::size_t{32} << 20;
-constexpr std::size_t kBatchUnit = 64;  // pixels: rows of scratch memory begin on cache lines
+// Scratch memory of a batch: on a CPU it should stay in the cache, elsewhere fill the device.
+constexpr std::size_t kCpuScratchBytes = std::size_t{8} << 20,
+                      kScratchBytes = std::size_t{128} << 20;
+constexpr std::size_t kBatchUnit = 64;     // pixels: rows of scratch memory begin on cache lines
+constexpr int kMaxTexels = (1 << 16) - 1;  // PackSpan
 constexpr int kMaxSamples =
     1 << 20;  // cumulative expectations stay exact to 1/16 sample in float32
 
 }  // namespace
 
-WindowSampler::WindowSampler(const Device& device, const std::string& kernel)
-    : device_(device), kernel_name_(kernel) {}
+WindowSampler::WindowSampler(const Device& device, const std::string& path,
+                             const std::string& kernel, const std::string& build_options,
+                             bool masses_are_seen)
+    : device_(device),
+      path_(path),
+      kernel_name_(kernel),
+      build_options_(build_options),
+      masses_are_seen_(masses_are_seen),
+      window_spans_(Program::Build(device, "kernels/window_masses.cl"), "WindowSpans"),
+      window_masses_(Program::Build(device, "kernels/window_masses.cl"), "WindowMasses") {}
+
+void WindowSampler::CheckOptions(const EstimatorOptions& options) {
+  if (options.samples_per_pixel < 1 || options.samples_per_pixel > kMaxSamples)
+    throw InputError(fmt::format("samples per pixel = {} must be 1 to {}",
+                                 options.samples_per_pixel, kMaxSamples));
+  if (!(options.max_samples_per_image >= 0))
+    throw InputError(fmt::format("samples per image = {} must be above 0, or 0 for no bound",
+                                 options.max_samples_per_image));
+  options.knobs.Validate();
+}
 
 Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffer,
                              const LuminaireOnDevice& luminaire,
@@ -30,35 +51,47 @@ Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffe
         "estimator '{}' needs sampling tables; make them with 'luxfield preprocess' and name "
         "them beside the light field",
         estimator));
-  if (options.samples_per_pixel < 1 || options.samples_per_pixel > kMaxSamples)
-    throw InputError(fmt::format("samples per pixel = {} must be 1 to {}",
-                                 options.samples_per_pixel, kMaxSamples));
-  if (!(options.max_samples_per_image >= 0))
-    throw InputError(fmt::format("samples per image = {} must be above 0, or 0 for no bound",
-                                 options.max_samples_per_image));
+  CheckOptions(options);
+  const auto& lattice = luminaire.geometry().lattice;
+  if (std::max(lattice.width, lattice.height) > kMaxTexels)
+    throw InputError(fmt::format(
+        "coefficient images of {} x {} texels exceed the {} texels along an axis that sampling "
+        "estimators take; use 'exact', or resample the light field",
+        lattice.width, lattice.height, kMaxTexels));
   const LuminaireParams params =
       MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
   luminaire_params_ = Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
   options_ = options;
   pixel_count_ = gbuffer.pixel_count();
   next_ = 0;
-  const std::size_t images = luminaire.geometry().grid.count();
-  const std::size_t batch =
-      std::clamp(kScratchBytes / (images * sizeof(float)) / kBatchUnit, std::size_t{1},
-                 (pixel_count_ + kBatchUnit - 1) / kBatchUnit) *
-      kBatchUnit;
-  if (batch != batch_ || scratch_.bytes() != batch * images * sizeof(float))
-    scratch_ = Buffer(device_, batch * images * sizeof(float));
-  batch_ = batch;
-  auto& kernel = gbuffer.glossy() ? glossy_ : diffuse_;
-  if (!kernel)
-    kernel.emplace(Program::Build(device_, "kernels/windowed.cl",
-                                  fmt::format("-D GLOSSY={}", gbuffer.glossy() ? 1 : 0)),
-                   kernel_name_);
-  return *kernel;
+  const auto& grid = luminaire.geometry().grid;
+  rows_ = static_cast<std::size_t>(grid.height);
+  axes_ = rows_ + static_cast<std::size_t>(grid.width);
+  const std::size_t images = grid.count();
+  const std::size_t bytes_per_pixel = axes_ * sizeof(cl_int4) + images * sizeof(float);
+  const std::size_t scratch = device_.info().is_cpu ? kCpuScratchBytes : kScratchBytes;
+  batch_ = std::clamp(scratch / bytes_per_pixel / kBatchUnit, std::size_t{1},
+                      (pixel_count_ + kBatchUnit - 1) / kBatchUnit) *
+           kBatchUnit;
+  const auto ensure = [&](Buffer& buffer, std::size_t bytes) {
+    if (buffer.bytes() != bytes) buffer = Buffer(device_, bytes);
+  };
+  ensure(spans_, batch_ * axes_ * sizeof(cl_int4));
+  ensure(masses_, batch_ * images * sizeof(float));
+  const bool glossy = gbuffer.glossy();
+  auto kernel = kernels_.find(glossy);
+  if (kernel == kernels_.end())
+    kernel = kernels_
+                 .emplace(glossy, Kernel(Program::Build(device_, path_,
+                                                        fmt::format("-D GLOSSY={} {}", int{glossy},
+                                                                    build_options_)),
+                                         kernel_name_))
+                 .first;
+  return kernel->second;
 }
 
-bool WindowSampler::NextBatch() {
+bool WindowSampler::NextBatch(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
+                              const Buffer& seen) {
   if (next_ >= pixel_count_) return false;
   SamplingParams params{};
   params.samples = options_.samples_per_pixel;
@@ -70,9 +103,23 @@ bool WindowSampler::NextBatch() {
   params.begin = static_cast<int>(next_);
   params.end = static_cast<int>(std::min(next_ + batch_, pixel_count_));
   params.scratch_stride = static_cast<int>(batch_);
+  params.basis_share = options_.knobs.basis_share;
+  params.systematic = options_.knobs.systematic;
+  params.secant = options_.knobs.secant;
+  params.depth = options_.knobs.depth;
+  params.decorrelated = options_.knobs.decorrelated;
+  params.digital = options_.knobs.sequence == Sequence::kSobol;
+  params.sequence = static_cast<std::uint32_t>(options_.samples_per_pixel) + 1;
   // A buffer of its own per launch: earlier launches may still read theirs.
   sampling_params_ = Buffer::From(device_, std::span<const SamplingParams>(&params, 1));
   next_ += batch_;
+  const Buffer none;
+  window_spans_.Set(luminaire_params_, sampling_params_, gbuffer.position, spans_)
+      .Enqueue({batch_, 2}, {kBatchUnit});
+  window_masses_
+      .Set(luminaire_params_, sampling_params_, luminaire.sat(), luminaire.sat_scale(),
+           masses_are_seen_ ? seen : none, spans_, masses_)
+      .Enqueue({batch_, rows_}, {kBatchUnit});
   return true;
 }
 

@@ -1,8 +1,8 @@
-// Runs the kernels of kernels/windowed.cl over a G-buffer, in batches that bound their scratch
-// memory. Internal to estimators/.
+// Runs kernels on windows over a G-buffer, in batches that bound their scratch memory. Internal to
+// estimators/.
 #pragma once
 
-#include <optional>
+#include <map>
 #include <string>
 
 #include "render/estimators/estimator.h"
@@ -10,13 +10,20 @@
 
 namespace luxfield::render {
 
+// Kernels that start with LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS and
+// WINDOW_ARGUMENTS (kernels/window_lighting.clh).
 class WindowSampler {
  public:
-  // `kernel`: "Windowed", "Thesis" or "VisibleShare".
-  WindowSampler(const Device& device, const std::string& kernel);
+  // `kernel` of the embedded source `path`. With `masses_are_seen` the masses of windows count what
+  // shadow maps leave visible.
+  WindowSampler(const Device& device, const std::string& path, const std::string& kernel,
+                const std::string& build_options = {}, bool masses_are_seen = true);
 
-  // Enqueues the kernel for every pixel; `outputs` are its arguments behind SAMPLING_ARGUMENTS.
-  // InputError if the luminaire has no tables or an option makes no sense.
+  // InputError for an option that makes no sense.
+  static void CheckOptions(const EstimatorOptions& options);
+
+  // Enqueues the kernel for every pixel; `outputs` are its remaining arguments. InputError if the
+  // luminaire has no tables or an option makes no sense.
   template <typename... Outputs>
   void Run(const std::string& estimator, const GBuffer& gbuffer, const Visibility& visibility,
            const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
@@ -25,12 +32,12 @@ class WindowSampler {
     const Buffer none;
     const DeviceBvh* bvh = visibility.bvh;
     const Buffer seen = visibility.maps ? visibility.maps->SeeCells(gbuffer) : Buffer();
-    while (NextBatch()) {
+    while (NextBatch(gbuffer, luminaire, seen)) {
       kernel
           .Set(luminaire_params_, sampling_params_, luminaire.images(), luminaire.sat(),
                luminaire.sat_scale(), gbuffer.position, gbuffer.normal, gbuffer.albedo,
                gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none, bvh ? bvh->triangles : none,
-               seen, scratch_, outputs...)
+               seen, spans_, masses_, outputs...)
           .Enqueue(batch_);
     }
   }
@@ -40,14 +47,17 @@ class WindowSampler {
   Kernel& Begin(const std::string& estimator, const GBuffer& gbuffer,
                 const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
                 const EstimatorOptions& options);
-  bool NextBatch();  // false when all pixels are enqueued
+  // Enqueues the windows of the next batch; false when all pixels are done.
+  bool NextBatch(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire, const Buffer& seen);
 
   Device device_;
-  std::string kernel_name_;
-  std::optional<Kernel> diffuse_, glossy_;
+  std::string path_, kernel_name_, build_options_;
+  bool masses_are_seen_;
+  Kernel window_spans_, window_masses_;
+  std::map<bool, Kernel> kernels_;  // by GLOSSY
   EstimatorOptions options_;
-  std::size_t pixel_count_ = 0, next_ = 0, batch_ = 0;
-  Buffer luminaire_params_, sampling_params_, scratch_;
+  std::size_t pixel_count_ = 0, next_ = 0, batch_ = 0, axes_ = 0, rows_ = 0;
+  Buffer luminaire_params_, sampling_params_, spans_, masses_;
 };
 
 }  // namespace luxfield::render

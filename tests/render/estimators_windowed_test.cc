@@ -14,6 +14,7 @@
 #include "render/kernels/bvh_types.clh"
 #include "render/kernels/sampling_types.clh"
 #include "tests/render/estimator_fixture.h"
+#include "tests/render/sampling_fixture.h"
 #include "tests/render/structured_luminaires.h"
 
 namespace luxfield::render {
@@ -22,106 +23,8 @@ namespace {
 using lightfield::BasisKind;
 using lightfield::Vec3;
 
-constexpr std::uint64_t kSeed = 20140202;
-
-struct LitLuminaire {
-  lightfield::LightField field;
-  preprocess::Tables tables;
-  LuminaireOnDevice on_device;
-
-  LitLuminaire(const Device& device, const lightfield::LightField& f)
-      : field(f),
-        tables(preprocess::BuildTables(field, "test.lf.exr", std::string(64, '0'))),
-        on_device(device, field, {.sat = &tables}) {}
-};
-
-std::vector<SurfacePoint> FacingReceivers(double delta, int count, double near = 0.2,
-                                          double far = 4) {
-  core::Random random(kSeed, 3);
-  std::vector<SurfacePoint> points;
-  for (int k = 0; k < count; ++k) {
-    const double D = near * std::pow(far / near, random.Uniform());
-    const Vec3 p{0.2 * (delta + D) * (random.Uniform() - 0.5),
-                 0.2 * (delta + D) * (random.Uniform() - 0.5), delta + D};
-    points.push_back(
-        RoundToFloat({p, Normalized(Vec3{random.Uniform() - 0.5, random.Uniform() - 0.5,
-                                         -0.3 - random.Uniform()})}));
-  }
-  return points;
-}
-
-double Luminance(const std::array<double, 3>& c) {
-  return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
-}
-double Luminance(const cl_float4& c) { return 0.2126 * c.s[0] + 0.7152 * c.s[1] + 0.0722 * c.s[2]; }
-
-std::vector<double> ExactLuminance(const lightfield::LightField& field,
-                                   const std::vector<SurfacePoint>& points) {
-  std::vector<double> exact;
-  for (const auto& [p, n] : points)
-    exact.push_back(Luminance(lightfield::ExactIrradiance(field, p, n)));
-  return exact;
-}
-
-struct SeedStatistics {
-  std::vector<double> mean, standard_error, reported_variance;
-};
-
-SeedStatistics OverSeeds(const Device& device, Estimator& estimator, const GBuffer& gbuffer,
-                         const LuminaireOnDevice& luminaire, EstimatorOptions options, int seeds,
-                         const DeviceBvh* bvh = nullptr) {
-  const std::size_t count = gbuffer.pixel_count();
-  std::vector<double> sum(count), square(count), reported(count);
-  for (int seed = 0; seed < seeds; ++seed) {
-    options.seed = kSeed + seed;
-    const Lit lit = LightGBuffer(device, estimator, gbuffer, luminaire, options, bvh);
-    for (std::size_t k = 0; k < count; ++k) {
-      const double value = Luminance(lit.irradiance[k]);
-      sum[k] += value;
-      square[k] += value * value;
-      reported[k] += double{lit.variance[k]} / seeds;
-    }
-  }
-  SeedStatistics statistics;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double mean = sum[k] / seeds;
-    statistics.mean.push_back(mean);
-    statistics.standard_error.push_back(
-        std::sqrt(std::max(0.0, square[k] / seeds - mean * mean) / (seeds - 1)));
-    statistics.reported_variance.push_back(reported[k]);
-  }
-  return statistics;
-}
-
-// |sum of errors| in pooled standard errors, and the mean of squared t over the pixels (1 + 2 /
-// (seeds - 3) expected).
-void ExpectUnbiased(const SeedStatistics& statistics, const std::vector<double>& exact, int seeds,
-                    const char* what) {
-  double error = 0, variance = 0, t_square = 0;
-  int pixels = 0;
-  for (std::size_t k = 0; k < exact.size(); ++k) {
-    if (statistics.standard_error[k] == 0) {
-      EXPECT_NEAR(statistics.mean[k], exact[k], 1e-5 * std::abs(exact[k])) << what;
-      continue;
-    }
-    const double difference = statistics.mean[k] - exact[k];
-    error += difference;
-    variance += statistics.standard_error[k] * statistics.standard_error[k];
-    t_square += std::pow(difference / statistics.standard_error[k], 2);
-    ++pixels;
-  }
-  const double expected = (seeds - 1.0) / (seeds - 3.0);
-  std::printf(
-      "%s: pooled error %.2f standard errors, mean t^2 %.3f over %d pixels (expected %.3f)\n", what,
-      error / std::sqrt(variance), t_square / pixels, pixels, expected);
-  EXPECT_GT(pixels, 0);
-  EXPECT_LT(std::abs(error), 3 * std::sqrt(variance)) << what;
-  // The variance of t^2 is about 2.3 at 64 seeds; six standard deviations of its mean.
-  EXPECT_LT(t_square / pixels, expected + 6 * std::sqrt(2.5 / pixels)) << what;
-}
-
 TEST(Windowed, IsUnbiasedWhereThesisIsNot) {
-  std::printf("seeds from %llu\n", static_cast<unsigned long long>(kSeed));
+  std::printf("seeds from %llu\n", static_cast<unsigned long long>(kSamplingSeed));
   const Device device = Device::Open();
   const auto windowed = MakeEstimator("windowed", device), thesis = MakeEstimator("thesis", device);
   const auto points = FacingReceivers(0.3, 128);
@@ -130,7 +33,7 @@ TEST(Windowed, IsUnbiasedWhereThesisIsNot) {
     for (const int images : {1, 3}) {
       LuminaireShape shape;
       shape.grid_width = shape.grid_height = images;
-      const LitLuminaire luminaire(device, StructuredLuminaire(kind, shape, kSeed));
+      const LitLuminaire luminaire(device, StructuredLuminaire(kind, shape, kSamplingSeed));
       const auto exact = ExactLuminance(luminaire.field, points);
       EstimatorOptions options;
       options.samples_per_pixel = 48;
@@ -165,7 +68,7 @@ TEST(Windowed, AllBasesColourAndBoundedImages) {
       LuminaireShape shape;
       shape.basis = lightfield::Basis::Make(kind);
       shape.channels = 3;
-      const LitLuminaire luminaire(device, StructuredLuminaire("facets", shape, kSeed));
+      const LitLuminaire luminaire(device, StructuredLuminaire("facets", shape, kSamplingSeed));
       EstimatorOptions options;
       options.samples_per_pixel = 32;
       options.max_samples_per_image = bound;
@@ -184,7 +87,7 @@ TEST(Windowed, ExtremeReceiversAndWindows) {
       shape.delta_m = delta;
       shape.width = texels;
       shape.height = texels;
-      const LitLuminaire luminaire(device, StructuredLuminaire("grain", shape, kSeed));
+      const LitLuminaire luminaire(device, StructuredLuminaire("grain", shape, kSamplingSeed));
       std::vector<SurfacePoint> points;
       for (const double D :
            {0.0, 1e-9, 1e-6, 1e-3, 0.1, 100.0, 1e6, -0.01 * delta, -0.5 * delta, -0.9 * delta})
@@ -197,10 +100,10 @@ TEST(Windowed, ExtremeReceiversAndWindows) {
         EstimatorOptions options;
         options.samples_per_pixel = samples;
         const auto statistics =
-            OverSeeds(device, *windowed, gbuffer, luminaire.on_device, options, 64);
+            OverSeeds(device, *windowed, gbuffer, luminaire.on_device, options, 256);
         const std::string what = "delta " + std::to_string(delta) + ", " + std::to_string(texels) +
                                  " texels, K " + std::to_string(samples);
-        ExpectUnbiased(statistics, exact, 64, what.c_str());
+        ExpectUnbiased(statistics, exact, 256, what.c_str());
       }
     }
 }
@@ -209,7 +112,7 @@ TEST(Windowed, TakesExactlyKSamplesAndNoneInTheDark) {
   const Device device = Device::Open();
   const auto windowed = MakeEstimator("windowed", device);
   LuminaireShape shape;
-  const LitLuminaire luminaire(device, StructuredLuminaire("noise", shape, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("noise", shape, kSamplingSeed));
   auto points = FacingReceivers(0.3, 60);
   points.push_back({{0, 0, -1}, {0, 0, 1}});    // behind
   points.push_back({{500, 0, 1}, {-1, 0, 0}});  // every window off the image
@@ -230,14 +133,14 @@ TEST(Windowed, ContributionsAreBounded) {
   const Device device = Device::Open();
   const auto windowed = MakeEstimator("windowed", device);
   LuminaireShape shape;
-  const LitLuminaire luminaire(device, StructuredLuminaire("noise", shape, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("noise", shape, kSamplingSeed));
   const auto points = FacingReceivers(0.3, 50);
   const GBuffer gbuffer = MakeGBuffer(device, points);
   const auto& g = luminaire.field.geometry;
   for (int seed = 0; seed < 100; ++seed) {
     EstimatorOptions options;
     options.samples_per_pixel = 1;
-    options.seed = kSeed + seed;
+    options.seed = kSamplingSeed + seed;
     const Lit lit = LightGBuffer(device, *windowed, gbuffer, luminaire.on_device, options);
     for (std::size_t k = 0; k < points.size(); ++k) {
       // A (integral of C over the windows, on F) times the largest Phi |u - p| delta^2 / z^3; A <=
@@ -255,7 +158,7 @@ TEST(Windowed, ContributionsAreBounded) {
 TEST(Windowed, ReportedVarianceCoversTheScatter) {
   const Device device = Device::Open();
   const auto windowed = MakeEstimator("windowed", device);
-  const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSamplingSeed));
   const auto points = FacingReceivers(0.3, 60);
   EstimatorOptions options;
   options.samples_per_pixel = 64;
@@ -276,7 +179,7 @@ TEST(Windowed, ReportedVarianceCoversTheScatter) {
 TEST(Windowed, StreamsSeedsAndTilesAreWhatTheySay) {
   const Device device = Device::Open();
   const auto windowed = MakeEstimator("windowed", device);
-  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSamplingSeed));
   const auto points = FacingReceivers(0.3, 96);
   EstimatorOptions options;
   options.samples_per_pixel = 16;
@@ -300,9 +203,10 @@ TEST(Windowed, StreamsSeedsAndTilesAreWhatTheySay) {
 
 TEST(Windowed, WorkGroupSizeDoesNotMatter) {
   const Device device = Device::Open();
-  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSamplingSeed));
   const auto points = FacingReceivers(0.3, 100);
   const GBuffer gbuffer = MakeGBuffer(device, points);
+  const auto& grid = luminaire.field.geometry.grid;
   const auto params =
       MakeLuminaireParams(luminaire.field.geometry, luminaire.on_device.row_stride(), {});
   SamplingParams sampling{};
@@ -310,32 +214,67 @@ TEST(Windowed, WorkGroupSizeDoesNotMatter) {
   sampling.seed_lo = 5;
   sampling.end = 100;
   sampling.scratch_stride = 128;
-  const Program program = Program::Build(device, "kernels/windowed.cl");
+  const Program windows = Program::Build(device, "kernels/window_masses.cl"),
+                program = Program::Build(device, "kernels/windowed.cl");
   const Buffer none,
       device_params = Buffer::From(device, std::span<const LuminaireParams>(&params, 1)),
       device_sampling = Buffer::From(device, std::span<const SamplingParams>(&sampling, 1));
+  const std::size_t axes = grid.width + grid.height, rows = grid.height;
   std::vector<cl_float4> first;
   for (const std::size_t group : {1, 7, 64, 128}) {
-    const Buffer scratch(device, 128 * 4 * luminaire.tables.count());
+    const Buffer spans(device, 128 * axes * sizeof(cl_int4)),
+        masses(device, 128 * sizeof(float) * luminaire.tables.count());
     Lighting lighting(device, gbuffer);
-    Kernel kernel(program, "Windowed");
-    kernel
+    Kernel(windows, "WindowSpans")
+        .Set(device_params, device_sampling, gbuffer.position, spans)
+        .Enqueue({100, 2}, {group});
+    Kernel(windows, "WindowMasses")
+        .Set(device_params, device_sampling, luminaire.on_device.sat(),
+             luminaire.on_device.sat_scale(), none, spans, masses)
+        .Enqueue({100, rows}, {group});
+    Kernel(program, "Windowed")
         .Set(device_params, device_sampling, luminaire.on_device.images(),
              luminaire.on_device.sat(), luminaire.on_device.sat_scale(), gbuffer.position,
-             gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye, none, none, none, scratch,
-             lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples)
+             gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye, none, none, none, spans,
+             masses, lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples)
         .Enqueue({100}, {group});
     const auto result = lighting.irradiance.Download<cl_float4>();
     if (first.empty()) first = result;
-    for (int k = 0; k < 100; ++k) EXPECT_EQ(result[k].s[1], first[k].s[1]) << group;
+    for (int k = 0; k < 100; ++k) {
+      EXPECT_GT(result[k].s[1], 0) << k;
+      EXPECT_EQ(result[k].s[1], first[k].s[1]) << group;
+    }
   }
+}
+
+// More pixels than one batch of scratch memory takes: their light is that of a tile of their own.
+TEST(Windowed, BatchesDoNotMatter) {
+  const Device device = Device::Open();
+  const auto windowed = MakeEstimator("windowed", device);
+  LuminaireShape shape;
+  shape.grid_width = shape.grid_height = 7;
+  shape.width = shape.height = 8;
+  const LitLuminaire luminaire(device, StructuredLuminaire("rings", shape, kSamplingSeed));
+  constexpr std::size_t kPixels = 24000, kTail = 500;
+  const auto some = FacingReceivers(0.3, kTail);
+  std::vector<SurfacePoint> points;
+  while (points.size() < kPixels) points.insert(points.end(), some.begin(), some.end());
+  EstimatorOptions options;
+  options.samples_per_pixel = 1;
+  const auto whole =
+      LightGBuffer(device, *windowed, MakeGBuffer(device, points), luminaire.on_device, options);
+  options.first_pixel = kPixels - kTail;
+  const auto tail =
+      LightGBuffer(device, *windowed, MakeGBuffer(device, some), luminaire.on_device, options);
+  for (std::size_t k = 0; k < kTail; ++k)
+    EXPECT_EQ(tail.irradiance[k].s[0], whole.irradiance[kPixels - kTail + k].s[0]) << k;
 }
 
 // In a glossy G-buffer a Lambertian surface shows albedo / pi times its irradiance, and the
 // variance is that of what it shows.
 TEST(Windowed, LambertianSurfacesOfAGlossyGBufferShowTheirAlbedo) {
   const Device device = Device::Open();
-  const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSamplingSeed));
   const auto windowed = MakeEstimator("windowed", device);
   const auto points = FacingReceivers(0.3, 50);
   const GBuffer diffuse = MakeGBuffer(device, points);
@@ -387,7 +326,7 @@ TEST(Windowed, ShadowsBlockAllNoneOrPart) {
   const Device device = Device::Open();
   const auto windowed = MakeEstimator("windowed", device), exact = MakeEstimator("exact", device);
   LuminaireShape shape;
-  const LitLuminaire luminaire(device, StructuredLuminaire("facets", shape, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("facets", shape, kSamplingSeed));
   const auto points = FacingReceivers(0.3, 64, 0.5, 2);
   const GBuffer gbuffer = MakeGBuffer(device, points);
   EstimatorOptions options;
@@ -450,7 +389,7 @@ TEST(Windowed, ShadowsBlockAllNoneOrPart) {
 TEST(Windowed, BadOptionsAndMissingTablesAreRefused) {
   const Device device = Device::Open();
   const auto windowed = MakeEstimator("windowed", device);
-  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSamplingSeed));
   const LuminaireOnDevice bare(device, luminaire.field);
   const GBuffer gbuffer = MakeGBuffer(device, FacingReceivers(0.3, 2));
   EstimatorOptions options;

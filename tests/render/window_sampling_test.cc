@@ -16,6 +16,7 @@ namespace {
 constexpr std::uint64_t kSeed = 20140303;
 
 const char* const kKernel = R"(
+#include "kernels/basis_sampling.clh"
 #include "kernels/random.clh"
 #include "kernels/window_sampling.clh"
 
@@ -35,17 +36,40 @@ __kernel void Draw(__constant const LuminaireParams* luminaire, __global const u
   if (!(*mass > 0.0f)) return;
   const uint4 bits = Philox((uint4)((uint)k, 0u, 0u, 0u), (uint2)(seed, 0u));
   const float2 xi = given ? given[k] : (float2)(UnitFloat(bits.x), UnitFloat(bits.y));
-  const Prefix marginal = ColumnPrefix(image, columns + 1, column_span, row_span);
+  const Marginal marginal = MakeMarginal(image, columns + 1, column_span, row_span);
   const WindowSample sample = SampleWindow(image, columns + 1, &x_axis, &y_axis, &marginal, column_span, row_span,
                                            (float)cells, xi);
   texel[k] = (int2)(sample.column, sample.row);
   y[k] = sample.y;
 }
 
+// Places drawn uniformly from a window, as Draw.
+__kernel void DrawUniform(__constant const LuminaireParams* luminaire, float4 p, int i, int j, uint seed,
+                          __global int2* texel, __global float2* fraction) {
+  const int k = get_global_id(0), cells = luminaire->basis.cells;
+  const Axis x_axis = MakeAxis(&luminaire->axis[0], luminaire->delta, p.x, p.z);
+  const Axis y_axis = MakeAxis(&luminaire->axis[1], luminaire->delta, p.y, p.z);
+  const uint4 bits = Philox((uint4)((uint)k, 0u, 0u, 0u), (uint2)(seed, 0u));
+  const Place column = UniformPlace(MakeSpan(&x_axis, i, cells, luminaire->axis[0].texels), UnitFloat(bits.x));
+  const Place row = UniformPlace(MakeSpan(&y_axis, j, cells, luminaire->axis[1].texels), UnitFloat(bits.y));
+  texel[k] = (int2)(column.texel, row.texel);
+  fraction[k] = (float2)(column.fraction, row.fraction);
+}
+
+// y of the basis function for given xi; B(y), and the place of y on the image.
+__kernel void DrawBasis(__constant const LuminaireParams* luminaire, __global const float* xi, __global float* y,
+                        __global float* value) {
+  const int k = get_global_id(0);
+  y[k] = InvertBasis(&luminaire->basis, BasisArea(&luminaire->basis), xi[k]);
+  value[k] = BasisValue(&luminaire->basis, y[k]);
+}
+
 __kernel void RandomWords(uint seed_lo, uint seed_hi, __global uint4* words, __global float2* points) {
   const uint k = get_global_id(0);
   words[k] = Philox((uint4)(k, 1u, 2u, 3u), (uint2)(seed_lo, seed_hi));
-  points[k] = ShiftedSequence(k, (uint2)(0x9ABCDEF0u, 0x12345678u));
+  uint2 point = (uint2)(0u, 0u);
+  for (uint n = 0; n < k; ++n) point = NextPoint(point, n);
+  points[k] = ShiftPoint(point, (uint2)(0x9ABCDEF0u, 0x12345678u));
 }
 )";
 
@@ -208,6 +232,99 @@ TEST(WindowSampling, EndsOfTheUnitIntervalStayOnLitTexels) {
     }
   }
   EXPECT_GT(lit, 20);
+}
+
+// Uniform places: every texel as often as it is seen, partly seen texels at the window's and the
+// image's edges included.
+TEST(WindowSampling, UniformPlacesFollowWhatIsSeen) {
+  const Device device = Device::Open();
+  const Program program = Program::BuildText(device, kKernel, "window_sampling_test.cl");
+  constexpr int kCount = 200000;
+  for (const lightfield::Vec3 p :
+       {lightfield::Vec3{0.1, 0.05, 1.2}, lightfield::Vec3{0.55, 0.2, 1.2},
+        lightfield::Vec3{0.02, 0.03, 0.22}, lightfield::Vec3{0.0113, 0.0113, 0.301}}) {
+    const auto field = EmptyLuminaire({.spacing_m = 0.02});
+    const auto& g = field.geometry;
+    const auto params = MakeLuminaireParams(g, g.lattice.width, {});
+    Buffer texel(device, kCount * sizeof(cl_int2)), fraction(device, kCount * sizeof(cl_float2));
+    const cl_float4 at{
+        {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 0}};
+    Kernel(program, "DrawUniform")
+        .Set(Buffer::From(device, std::span<const LuminaireParams>(&params, 1)), at, cl_int{1},
+             cl_int{1}, static_cast<cl_uint>(kSeed), texel, fraction)
+        .Enqueue({kCount}, {64});
+    const Window window = WindowOf(g, p, 1, 1);
+    std::vector<double> expected(g.lattice.width * g.lattice.height), observed(expected.size());
+    double total = 0;
+    for (int r = 0; r < g.lattice.height; ++r)
+      for (int c = 0; c < g.lattice.width; ++c)
+        total += expected[r * g.lattice.width + c] =
+            Overlap(c, c + 1, window.c0, window.c1) * Overlap(r, r + 1, window.r0, window.r1);
+    for (const auto& t : texel.Download<cl_int2>()) ++observed[t.s[1] * g.lattice.width + t.s[0]];
+    double mean = 0;
+    for (const auto& f : fraction.Download<cl_float2>()) mean += (f.s[0] + f.s[1]) / 2 / kCount;
+    // 1/2 in whole and partly seen texels alike: places lie in the seen part.
+    EXPECT_NEAR(mean, 0.5, 5 * std::sqrt(1 / 12.0 / (2 * kCount)));
+    double chi = 0;
+    int bins = 0;
+    for (std::size_t k = 0; k < expected.size(); ++k) {
+      const double e = expected[k] / total * kCount;
+      if (e == 0) {
+        EXPECT_EQ(observed[k], 0) << k;
+      }
+      if (e < 5) continue;
+      chi += (observed[k] - e) * (observed[k] - e) / e;
+      ++bins;
+    }
+    std::printf("uniform, z = %.3f m: chi^2 %.1f of %d bins\n", p.z, chi, bins);
+    EXPECT_LT(chi, bins - 1 + 5 * std::sqrt(2.0 * std::max(bins - 1, 1)) + 1e-6);
+  }
+}
+
+// Inversion of every basis against its integral in double: the share of the area below y is xi.
+TEST(WindowSampling, BasisFunctionsAreInvertedExactly) {
+  using lightfield::BasisKind;
+  const Device device = Device::Open();
+  const Program program = Program::BuildText(device, kKernel, "window_sampling_test.cl");
+  core::Random random(kSeed, 1);
+  std::vector<float> xi{0.0f, 0x1p-149f, 0x1p-24f, 1e-4f, 0.5f, 1 - 0x1p-12f, 1 - 0x1p-24f};
+  while (xi.size() < 4096) xi.push_back(random.UniformFloat());
+  for (const auto& basis :
+       {lightfield::Basis::Make(BasisKind::kBox), lightfield::Basis::Make(BasisKind::kBilinear),
+        lightfield::Basis::Make(BasisKind::kQuadratic),
+        lightfield::Basis::Make(BasisKind::kQuadratic, -1),
+        lightfield::Basis::Make(BasisKind::kQuadratic, 1),
+        lightfield::Basis::Make(BasisKind::kBspline2)}) {
+    const auto field = EmptyLuminaire({.basis = basis});
+    const auto params = MakeLuminaireParams(field.geometry, field.geometry.lattice.width, {});
+    Buffer y(device, xi.size() * sizeof(float)), value(device, xi.size() * sizeof(float));
+    Kernel(program, "DrawBasis")
+        .Set(Buffer::From(device, std::span<const LuminaireParams>(&params, 1)),
+             Buffer::From(device, xi), y, value)
+        .Enqueue({xi.size()}, {64});
+    const auto at = y.Download<float>(), b = value.Download<float>();
+    // Simpson is exact for quadratic pieces.
+    const auto integral = [&](double end) {
+      double sum = 0;
+      for (int k = 0; k < basis.cells; ++k) {
+        const double lo = k, hi = std::clamp(end, lo, k + 1.0);
+        const auto f = [&](double u) {
+          const double t = u - k;
+          return basis.c[k][0] + t * (basis.c[k][1] + t * basis.c[k][2]);
+        };
+        sum += (hi - lo) / 6 * (f(lo) + 4 * f(0.5 * (lo + hi)) + f(hi));
+      }
+      return sum;
+    };
+    const double area = integral(basis.cells);
+    for (std::size_t k = 0; k < xi.size(); ++k) {
+      ASSERT_GE(at[k], 0);
+      ASSERT_LE(at[k], basis.cells);
+      // Rounding of the cell's area and of y, whose last place B turns into area.
+      EXPECT_NEAR(integral(at[k]) / area, xi[k], 6e-7) << basis.name() << " " << xi[k];
+      EXPECT_GE(b[k], -1e-6) << basis.name();
+    }
+  }
 }
 
 TEST(WindowSampling, RandomWordsAreCoresAndPointsAreStratified) {

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "render/estimators/estimator.h"
 
 namespace luxfield::study {
 namespace {

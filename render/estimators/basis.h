@@ -1,0 +1,15 @@
+// Integration over F: points on the support of each basis function drawn from Phi_m by inversion,
+// images in proportion to their windows' mass M_m, which bounds an image's light by M_m times the
+// largest Phi_m (n . (u - p))+ (THEORY.md 6, special cases). The integrand is regular for every
+// receiver with z > 0: near I, on it and between the planes. Best where C hardly varies in a
+// window; contributions grow with max C / mean C in it.
+#pragma once
+
+#include "render/estimators/estimator.h"
+
+namespace luxfield::render {
+
+const EstimatorTraits& BasisTraits();
+std::unique_ptr<Estimator> MakeBasis(const Device& device);
+
+}  // namespace luxfield::render

@@ -1,0 +1,85 @@
+#include "render/estimators/knobs.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "core/error.h"
+
+namespace luxfield::render {
+namespace {
+
+constexpr int kMaxDepth = 64;
+
+// Index of `value` among `choices`.
+int Choice(const std::string& name, const std::string& value,
+           const std::vector<std::string>& choices) {
+  const auto it = std::find(choices.begin(), choices.end(), value);
+  if (it == choices.end())
+    throw InputError(
+        fmt::format("knob {} = '{}'; use one of {}", name, value, fmt::join(choices, ", ")));
+  return static_cast<int>(it - choices.begin());
+}
+
+template <typename T>
+T Number(const std::string& name, const std::string& text) {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size())
+    throw InputError(fmt::format("knob {} = '{}' is no number", name, text));
+  return value;
+}
+
+}  // namespace
+
+void Knobs::Set(const std::string& assignment) {
+  const auto equals = assignment.find('=');
+  const std::string name = assignment.substr(0, equals),
+                    value = equals == std::string::npos ? "" : assignment.substr(equals + 1);
+  if (name == "basis-share")
+    basis_share = Number<float>(name, value);
+  else if (name == "allocation")
+    systematic = Choice(name, value, {"rounded", "systematic"}) == 1;
+  else if (name == "inversion")
+    secant = Choice(name, value, {"bisection", "secant"}) == 1;
+  else if (name == "depth")
+    depth = Number<int>(name, value);
+  else if (name == "correlation")
+    decorrelated = Choice(name, value, {"shared", "decorrelated"}) == 1;
+  else if (name == "sequence")
+    sequence = static_cast<Sequence>(Choice(name, value, {"halton", "sobol", "mersenne"}));
+  else
+    throw InputError(fmt::format(
+        "unknown knob '{}'; use basis-share, allocation, inversion, depth, correlation or sequence",
+        name));
+  Validate();
+}
+
+std::string Knobs::Text() const {
+  static constexpr const char* kSequences[] = {"halton", "sobol", "mersenne"};
+  return fmt::format(
+      "basis-share={} allocation={} inversion={} depth={} correlation={} sequence={}", basis_share,
+      systematic ? "systematic" : "rounded", secant ? "secant" : "bisection", depth,
+      decorrelated ? "decorrelated" : "shared", kSequences[static_cast<int>(sequence)]);
+}
+
+void Knobs::Validate() const {
+  if (!(basis_share >= 0 && basis_share <= 1))
+    throw InputError(fmt::format("knob basis-share = {} must lie in [0, 1]", basis_share));
+  if (depth < 0 || depth > kMaxDepth)
+    throw InputError(fmt::format("knob depth = {} must lie in [0, {}]", depth, kMaxDepth));
+}
+
+std::vector<std::string> KnobHelp() {
+  return {
+      "windowed  basis-share=0..1                share of the samples drawn from Phi (0.5)",
+      "thesis    allocation=rounded|systematic   samples per image",
+      "thesis    inversion=bisection|secant      search in the CDFs",
+      "thesis    depth=0..64                     steps before a straight line, 0: to the texel",
+      "thesis    correlation=shared|decorrelated one sequence for all, or shifted per pixel, image",
+      "thesis    sequence=halton|sobol|mersenne  sobol is scrambled"};
+}
+
+}  // namespace luxfield::render

@@ -1,0 +1,38 @@
+// Settings of single sampling estimators, by name (THEORY.md 6, 11).
+//
+//   estimator   knob          values
+//   windowed    basis-share   0 to 1: share of the samples drawn from Phi_m, the rest from C
+//   thesis      allocation    rounded | systematic
+//   thesis      inversion     bisection | secant (regula falsi)
+//   thesis      depth         steps of the inversion before a straight line; 0: to the texel
+//   thesis      correlation   shared | decorrelated: a shift per pixel and image
+//   thesis      sequence      halton | sobol (scrambled) | mersenne (MT19937)
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace luxfield::render {
+
+enum class Sequence { kHalton, kSobol, kMersenne };
+
+struct Knobs {
+  float basis_share = 0.5f;
+  bool systematic = false;
+  bool secant = false;
+  int depth = 0;
+  bool decorrelated = false;
+  Sequence sequence = Sequence::kHalton;
+
+  // "depth=3". InputError for an unknown name or value.
+  void Set(const std::string& assignment);
+  // All of them as "name=value", separated by spaces.
+  std::string Text() const;
+  // InputError naming the knob that is out of range.
+  void Validate() const;
+};
+
+// One line per knob for a verb's help: "thesis  sequence=halton|sobol|mersenne  ...".
+std::vector<std::string> KnobHelp();
+
+}  // namespace luxfield::render

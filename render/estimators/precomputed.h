@@ -1,0 +1,13 @@
+// Precomputed light importance sampling, a baseline of the thesis (THEORY.md 6, 11): images and
+// texels drawn from one distribution over all C, wherever the receiver is; what misses the windows
+// is lost. Its contributions are unbounded as receivers approach I: on I itself nothing arrives.
+#pragma once
+
+#include "render/estimators/estimator.h"
+
+namespace luxfield::render {
+
+const EstimatorTraits& PrecomputedTraits();
+std::unique_ptr<Estimator> MakePrecomputed(const Device& device);
+
+}  // namespace luxfield::render

@@ -1,0 +1,15 @@
+// Samplers without what their samples are drawn for, so that benches can time the draw.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "render/estimators/estimator.h"
+
+namespace luxfield::render {
+
+// The sampler of estimator "windowed", "uniform", "basis" or "precomputed" alone: draws its samples
+// and adds them up unshaded. InputError on other names.
+std::unique_ptr<Estimator> MakeSampleDraws(const std::string& sampler, const Device& device);
+
+}  // namespace luxfield::render

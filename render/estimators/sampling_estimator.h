@@ -1,0 +1,18 @@
+// An estimator that is one kernel over windows. Internal to estimators/.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "render/estimators/window_sampler.h"
+
+namespace luxfield::render {
+
+// `kernel` of `path`, with LIGHTING_ARGUMENTS behind those of WindowSampler. The traits must
+// outlive the estimator.
+std::unique_ptr<Estimator> MakeSamplingEstimator(const Device& device,
+                                                 const EstimatorTraits& traits,
+                                                 const std::string& path, const std::string& kernel,
+                                                 const std::string& build_options = {});
+
+}  // namespace luxfield::render

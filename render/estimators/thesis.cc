@@ -1,0 +1,53 @@
+#include "render/estimators/thesis.h"
+
+#include "render/estimators/sequences.h"
+#include "render/estimators/window_sampler.h"
+
+namespace luxfield::render {
+namespace {
+
+class Thesis : public Estimator {
+ public:
+  explicit Thesis(const Device& device)
+      : device_(device), sampler_(device, "kernels/thesis.cl", "Thesis", {}, false) {}
+
+  const EstimatorTraits& traits() const override { return ThesisTraits(); }
+
+  void Light(const GBuffer& gbuffer, const Visibility& visibility,
+             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+             const EstimatorOptions& options, Lighting& lighting) override {
+    RequireShadows(traits(), visibility);
+    WindowSampler::CheckOptions(options);
+    // An image gets K samples at most, and one more where systematic sums round up.
+    const auto sequence = Buffer::From(
+        device_, MakeSequence(options.knobs.sequence, options.samples_per_pixel + 1, options.seed));
+    sampler_.Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
+                 sequence, lighting.irradiance, lighting.reflected, lighting.variance,
+                 lighting.samples);
+  }
+
+ private:
+  Device device_;
+  WindowSampler sampler_;
+};
+
+}  // namespace
+
+const EstimatorTraits& ThesisTraits() {
+  static const EstimatorTraits traits{
+      .name = "thesis",
+      .needs = {.sat = true},
+      .needs_non_negative = true,
+      .any_brdf = true,
+      .map_shadows = true,
+      .guarantee =
+          "the estimator as the thesis prints it, a baseline: biased by tens of per cent on "
+          "structured images; the variance it reports does not contain the bias"};
+  return traits;
+}
+
+std::unique_ptr<Estimator> MakeThesis(const Device& device) {
+  return std::make_unique<Thesis>(device);
+}
+
+}  // namespace luxfield::render

@@ -1,0 +1,118 @@
+// What tests of sampling estimators share: a lit luminaire, receivers, z-tests over seeds.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "lightfield/light_vector.h"
+#include "preprocess/tables.h"
+#include "tests/render/estimator_fixture.h"
+#include "tests/render/structured_luminaires.h"
+
+namespace luxfield::render {
+
+inline constexpr std::uint64_t kSamplingSeed = 20140202;
+
+struct LitLuminaire {
+  lightfield::LightField field;
+  preprocess::Tables tables;
+  LuminaireOnDevice on_device;
+
+  LitLuminaire(const Device& device, const lightfield::LightField& f)
+      : field(f),
+        tables(preprocess::BuildTables(field, "test.lf.exr", std::string(64, '0'))),
+        on_device(device, field, {.sat = &tables}) {}
+};
+
+inline std::vector<SurfacePoint> FacingReceivers(double delta, int count, double near = 0.2,
+                                                 double far = 4) {
+  core::Random random(kSamplingSeed, 3);
+  std::vector<SurfacePoint> points;
+  for (int k = 0; k < count; ++k) {
+    const double D = near * std::pow(far / near, random.Uniform());
+    const lightfield::Vec3 p{0.2 * (delta + D) * (random.Uniform() - 0.5),
+                             0.2 * (delta + D) * (random.Uniform() - 0.5), delta + D};
+    points.push_back(
+        RoundToFloat({p, Normalized(lightfield::Vec3{random.Uniform() - 0.5, random.Uniform() - 0.5,
+                                                     -0.3 - random.Uniform()})}));
+  }
+  return points;
+}
+
+inline double Luminance(const std::array<double, 3>& c) {
+  return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+}
+inline double Luminance(const cl_float4& c) {
+  return 0.2126 * c.s[0] + 0.7152 * c.s[1] + 0.0722 * c.s[2];
+}
+
+inline std::vector<double> ExactLuminance(const lightfield::LightField& field,
+                                          const std::vector<SurfacePoint>& points) {
+  std::vector<double> exact;
+  for (const auto& [p, n] : points)
+    exact.push_back(Luminance(lightfield::ExactIrradiance(field, p, n)));
+  return exact;
+}
+
+struct SeedStatistics {
+  std::vector<double> mean, standard_error, reported_variance;
+};
+
+inline SeedStatistics OverSeeds(const Device& device, Estimator& estimator, const GBuffer& gbuffer,
+                                const LuminaireOnDevice& luminaire, EstimatorOptions options,
+                                int seeds, const DeviceBvh* bvh = nullptr) {
+  const std::size_t count = gbuffer.pixel_count();
+  std::vector<double> sum(count), square(count), reported(count);
+  for (int seed = 0; seed < seeds; ++seed) {
+    options.seed = kSamplingSeed + seed;
+    const Lit lit = LightGBuffer(device, estimator, gbuffer, luminaire, options, bvh);
+    for (std::size_t k = 0; k < count; ++k) {
+      const double value = Luminance(lit.irradiance[k]);
+      sum[k] += value;
+      square[k] += value * value;
+      reported[k] += double{lit.variance[k]} / seeds;
+    }
+  }
+  SeedStatistics statistics;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double mean = sum[k] / seeds;
+    statistics.mean.push_back(mean);
+    statistics.standard_error.push_back(
+        std::sqrt(std::max(0.0, square[k] / seeds - mean * mean) / (seeds - 1)));
+    statistics.reported_variance.push_back(reported[k]);
+  }
+  return statistics;
+}
+
+// |sum of errors| in pooled standard errors, and the mean of squared t over the pixels (1 + 2 /
+// (seeds - 3) expected).
+inline void ExpectUnbiased(const SeedStatistics& statistics, const std::vector<double>& exact,
+                           int seeds, const char* what) {
+  double error = 0, variance = 0, t_square = 0;
+  int pixels = 0;
+  for (std::size_t k = 0; k < exact.size(); ++k) {
+    if (statistics.standard_error[k] == 0) {
+      EXPECT_NEAR(statistics.mean[k], exact[k], 1e-5 * std::abs(exact[k])) << what;
+      continue;
+    }
+    const double difference = statistics.mean[k] - exact[k];
+    error += difference;
+    variance += statistics.standard_error[k] * statistics.standard_error[k];
+    t_square += std::pow(difference / statistics.standard_error[k], 2);
+    ++pixels;
+  }
+  const double expected = (seeds - 1.0) / (seeds - 3.0);
+  std::printf(
+      "%s: pooled error %.2f standard errors, mean t^2 %.3f over %d pixels (expected %.3f)\n", what,
+      error / std::sqrt(variance), t_square / pixels, pixels, expected);
+  EXPECT_GT(pixels, 0);
+  EXPECT_LT(std::abs(error), 3 * std::sqrt(variance)) << what;
+  // The variance of t^2 is about 2.3 at 64 seeds; six standard deviations of its mean.
+  EXPECT_LT(t_square / pixels, expected + 6 * std::sqrt(2.5 / pixels)) << what;
+}
+
+}  // namespace luxfield::render
