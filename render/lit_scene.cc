@@ -107,6 +107,10 @@ void LitScene::Require(const TableNeeds& needs, double volume_error) {
       light_field.on_device.Add(device_, {.sat = &tables});
       light_field.reference = tables.reference;
     }
+    if (needs.cells && !light_field.on_device.has_cells()) {
+      const auto cells = preprocess::BuildCellTables(light_field.field, light_field.file.string());
+      light_field.on_device.Add(device_, {.cells = &cells});
+    }
     if (needs.volume &&
         !(light_field.volume_error > 0 && light_field.volume_error <= volume_error)) {
       const preprocess::VolumeForError built = BuildVolume(light_field, volume_error);

@@ -40,10 +40,11 @@ class LitScene {
   LitScene(const Device& device, const scene::Scene& scene);
 
   // Uploads what is needed and not there yet: a SAT is read where the scene names tables or
-  // X.tab.exr lies beside the light field X.lf.exr, and built otherwise; a light-vector volume is
-  // built over what the camera sees, for a relative RMSE of `volume_error`, where there is none as
-  // good. Throws InputError for tables that cannot be read or belong to another light field, and
-  // for light fields that tables cannot be built from (negative C).
+  // X.tab.exr lies beside the light field X.lf.exr, and built otherwise; tables of cells are
+  // built; a light-vector volume is built over what the camera sees, for a relative RMSE of
+  // `volume_error`, where there is none as good. Throws InputError for tables that cannot be read
+  // or belong to another light field, and for light fields that tables cannot be built from
+  // (negative C).
   void Require(const TableNeeds& needs, double volume_error = 2e-3);
 
   // The estimator of that name, made when first asked for: its kernels are then built once for all

@@ -110,13 +110,15 @@ nlohmann::json BenchNearfield(const BenchNearfieldOptions& options) {
   const core::Stopwatch stopwatch;
   const auto tables = preprocess::BuildTables(field, "synthetic car2", std::string(64, '0'));
   const double tables_core_s = stopwatch.CoreSeconds();
+  const auto cells = preprocess::BuildCellTables(field, "synthetic car2");
+  const double cells_core_s = stopwatch.CoreSeconds() - tables_core_s;
   const auto gbuffer = RoadGBuffer(device, options.width, options.height);
   const auto receivers = render::ReceiversOf(gbuffer, {});
   const core::Stopwatch volume_stopwatch;
   const auto volume = preprocess::BuildForReceivers(field, receivers);
   const double volume_core_s = volume_stopwatch.CoreSeconds();
-  const render::LuminaireOnDevice luminaire(device, field,
-                                            {.sat = &tables, .volume = &volume.volume});
+  const render::LuminaireOnDevice luminaire(
+      device, field, {.sat = &tables, .cells = &cells, .volume = &volume.volume});
 
   const Pixels pixels{gbuffer.position.Download<cl_float4>(), gbuffer.normal.Download<cl_float4>()};
   std::vector<std::size_t> chosen;
@@ -150,6 +152,7 @@ nlohmann::json BenchNearfield(const BenchNearfieldOptions& options) {
                       {"channels", field.geometry.channels},
                       {"threads", device.info().compute_units},
                       {"build_core_s", traits.needs.sat      ? tables_core_s
+                                       : traits.needs.cells  ? cells_core_s
                                        : traits.needs.volume ? volume_core_s
                                                              : 0.0},
                       {"fps", 1 / timing.wall_s},

@@ -45,7 +45,8 @@ nlohmann::json BenchSampling(const BenchSamplingOptions& options) {
   const auto device = render::Device::Open(options.device, options.threads);
   const auto field = SyntheticCar2(options.car2);
   const auto tables = preprocess::BuildTables(field, "synthetic car2", std::string(64, '0'));
-  const render::LuminaireOnDevice luminaire(device, field, {.sat = &tables});
+  const auto cells = preprocess::BuildCellTables(field, "synthetic car2");
+  const render::LuminaireOnDevice luminaire(device, field, {.sat = &tables, .cells = &cells});
   const auto gbuffer = RoadGBuffer(device, options.width, options.height);
   double pixels = 0;
   for (const auto& position : gbuffer.position.Download<cl_float4>()) pixels += position.s[3] != 0;
@@ -58,8 +59,8 @@ nlohmann::json BenchSampling(const BenchSamplingOptions& options) {
   const float mixed = render::Knobs{}.basis_share;
   nlohmann::json rows = nlohmann::json::array();
   for (const Case& c : {Case{"windowed", "windowed", 0}, Case{"windowed, mixed", "windowed", mixed},
-                        Case{"uniform", "uniform", mixed}, Case{"basis", "basis", mixed},
-                        Case{"precomputed", "precomputed", mixed}}) {
+                        Case{"cells", "cells", mixed}, Case{"uniform", "uniform", mixed},
+                        Case{"basis", "basis", mixed}, Case{"precomputed", "precomputed", mixed}}) {
     render::EstimatorOptions few, many;
     few.knobs.basis_share = many.knobs.basis_share = c.basis_share;
     few.samples_per_pixel = options.few;

@@ -48,7 +48,8 @@ class Bench {
         device_(render::Device::Open(options.device, options.threads)),
         field_(SyntheticCar2(options.lamp)),
         tables_(preprocess::BuildTables(field_, "synthetic car1", std::string(64, '0'))),
-        luminaire_(device_, field_, {.sat = &tables_}),
+        cell_tables_(preprocess::BuildCellTables(field_, "synthetic car1")),
+        luminaire_(device_, field_, {.sat = &tables_, .cells = &cell_tables_}),
         scene_(render::UploadScene(device_, OccluderScene())),
         gbuffer_(device_, options.width, options.height) {
     estimators_["exact"] = render::MakeEstimator("exact", device_);
@@ -179,6 +180,7 @@ class Bench {
   render::Device device_;
   lightfield::LightField field_;
   preprocess::Tables tables_;
+  preprocess::CellTables cell_tables_;
   render::LuminaireOnDevice luminaire_;
   render::DeviceScene scene_;
   render::GBuffer gbuffer_;

@@ -152,12 +152,13 @@ CostModel Calibrate(const render::Device& device, std::vector<CalibrationRun>* r
   for (const CalibrationSetting& setting : settings) {
     const auto field = SyntheticCar2(setting.lamp);
     const auto tables = preprocess::BuildTables(field, "calibration lamp", std::string(64, '0'));
+    const auto cells = preprocess::BuildCellTables(field, "calibration lamp");
     const auto gbuffer = RoadGBuffer(device, setting.width, setting.height);
     // Looking up costs the same whatever the resolution.
     const auto volume = preprocess::BuildForReceivers(field, render::ReceiversOf(gbuffer, {}),
                                                       {.max_rel_error = 0.1});
-    const render::LuminaireOnDevice luminaire(device, field,
-                                              {.sat = &tables, .volume = &volume.volume});
+    const render::LuminaireOnDevice luminaire(
+        device, field, {.sat = &tables, .cells = &cells, .volume = &volume.volume});
     const auto positions = gbuffer.position.Download<cl_float4>();
     for (const auto& [name, estimator] : estimators) {
       const auto& traits = estimator->traits();

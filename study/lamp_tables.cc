@@ -12,6 +12,7 @@ LampTables BuildLampTables(const lightfield::LightField& field, const render::GB
   const core::Stopwatch stopwatch;
   LampTables tables;
   if (needs.sat) tables.sat = preprocess::BuildTables(field, "lamp", std::string(64, '0'));
+  if (needs.cells) tables.cells = preprocess::BuildCellTables(field, "lamp");
   if (needs.volume)
     tables.volume = preprocess::BuildForReceivers(field, render::ReceiversOf(gbuffer, {}),
                                                   {.max_rel_error = volume_error})

@@ -10,11 +10,14 @@ namespace luxfield::study {
 
 struct LampTables {
   std::optional<preprocess::Tables> sat;
+  std::optional<preprocess::CellTables> cells;
   std::optional<preprocess::LightVectorVolume> volume;
   double core_s = 0;  // CPU time of building them
 
   render::LuminaireTables view() const {
-    return {.sat = sat ? &*sat : nullptr, .volume = volume ? &*volume : nullptr};
+    return {.sat = sat ? &*sat : nullptr,
+            .cells = cells ? &*cells : nullptr,
+            .volume = volume ? &*volume : nullptr};
   }
 };
 

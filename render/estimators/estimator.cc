@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "render/estimators/basis.h"
+#include "render/estimators/cells.h"
 #include "render/estimators/exact.h"
 #include "render/estimators/gloss.h"
 #include "render/estimators/precomputed.h"
@@ -82,6 +83,7 @@ std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& 
   if (name == VolumeTraits().name) return MakeVolume(device);
   if (name == GlossTraits().name) return MakeGloss(device);
   if (name == WindowedTraits().name) return MakeWindowed(device);
+  if (name == CellsTraits().name) return MakeCells(device);
   if (name == BasisTraits().name) return MakeBasis(device);
   if (name == UniformTraits().name) return MakeUniform(device);
   if (name == PrecomputedTraits().name) return MakePrecomputed(device);
@@ -92,7 +94,7 @@ std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& 
 }
 
 std::vector<EstimatorTraits> EstimatorList() {
-  return {ExactTraits(), VolumeTraits(),  GlossTraits(),       WindowedTraits(),
+  return {ExactTraits(), VolumeTraits(),  GlossTraits(),       WindowedTraits(), CellsTraits(),
           BasisTraits(), UniformTraits(), PrecomputedTraits(), ThesisTraits()};
 }
 

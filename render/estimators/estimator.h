@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "lightfield/light_field.h"
+#include "preprocess/cell_tables.h"
 #include "preprocess/light_vector_volume.h"
 #include "preprocess/tables.h"
 #include "render/device.h"
@@ -29,6 +30,7 @@ class ShadowMaps;  // render/shadow_maps.h
 // traits say.
 struct LuminaireTables {
   const preprocess::Tables* sat = nullptr;
+  const preprocess::CellTables* cells = nullptr;
   const preprocess::LightVectorVolume* volume = nullptr;
 };
 
@@ -54,6 +56,10 @@ class LuminaireOnDevice {
   // scale.
   const Buffer& sat() const { return sat_; }
   const Buffer& sat_scale() const { return sat_scale_; }
+  // The same per knot cell (preprocess::CellTables).
+  bool has_cells() const { return static_cast<bool>(cell_sat_); }
+  const Buffer& cell_sat() const { return cell_sat_; }
+  const Buffer& cell_scale() const { return cell_scale_; }
   bool has_volume() const { return static_cast<bool>(volume_params_); }
   // VolumeParams, and float4 coefficients (preprocess::LightVectorVolume); the latter null if the
   // volume has no nodes.
@@ -63,7 +69,7 @@ class LuminaireOnDevice {
  private:
   lightfield::LuminaireGeometry geometry_;
   int row_stride_ = 0;
-  Buffer images_, sat_, sat_scale_, volume_params_, volume_;
+  Buffer images_, sat_, sat_scale_, cell_sat_, cell_scale_, volume_params_, volume_;
 };
 
 struct EstimatorOptions {
@@ -80,6 +86,7 @@ struct EstimatorOptions {
 // Which tables an estimator reads; the renderer builds those that no file holds.
 struct TableNeeds {
   bool sat = false;
+  bool cells = false;
   bool volume = false;
 };
 

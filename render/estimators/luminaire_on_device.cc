@@ -46,15 +46,25 @@ VolumeParams MakeVolumeParams(const preprocess::LightVectorVolume& volume) {
   return params;
 }
 
-std::vector<std::uint64_t> PadRows(const preprocess::Tables& tables) {
-  const std::size_t width = tables.width + 1, stride = SatStride(tables.width),
-                    rows = tables.sat.size() / width;
+// Summed-area tables of (width + 1) columns, rows padded to SatStride.
+Buffer UploadSat(const Device& device, const char* what, const std::vector<std::uint64_t>& sat,
+                 int table_width) {
+  const std::size_t width = table_width + 1, stride = SatStride(table_width),
+                    rows = sat.size() / width;
+  RequireRoom(device, what, rows * stride * sizeof(std::uint64_t));
   std::vector<std::uint64_t> padded(rows * stride, 0);
   core::ParallelFor(rows, 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row)
-      std::copy_n(tables.sat.data() + row * width, width, padded.data() + row * stride);
+      std::copy_n(sat.data() + row * width, width, padded.data() + row * stride);
   });
-  return padded;
+  return Buffer::From(device, padded);
+}
+
+// 2^62 quanta of each table as a luminance.
+Buffer UploadScale(const Device& device, const std::vector<int>& exponents) {
+  std::vector<float> scale(exponents.size());
+  for (std::size_t k = 0; k < scale.size(); ++k) scale[k] = std::ldexp(1.0f, 62 - exponents[k]);
+  return Buffer::From(device, scale);
 }
 
 }  // namespace
@@ -75,13 +85,12 @@ LuminaireOnDevice::LuminaireOnDevice(const Device& device, const lightfield::Lig
 
 void LuminaireOnDevice::Add(const Device& device, const LuminaireTables& tables) {
   if (tables.sat) {
-    const std::vector<std::uint64_t> sat = PadRows(*tables.sat);
-    RequireRoom(device, "tables", sat.size() * sizeof(std::uint64_t));
-    sat_ = Buffer::From(device, sat);
-    std::vector<float> scale(tables.sat->exponent.size());
-    for (std::size_t m = 0; m < scale.size(); ++m)
-      scale[m] = std::ldexp(1.0f, 62 - tables.sat->exponent[m]);
-    sat_scale_ = Buffer::From(device, scale);
+    sat_ = UploadSat(device, "tables", tables.sat->sat, tables.sat->width);
+    sat_scale_ = UploadScale(device, tables.sat->exponent);
+  }
+  if (tables.cells) {
+    cell_sat_ = UploadSat(device, "cell tables", tables.cells->sat, tables.cells->width);
+    cell_scale_ = UploadScale(device, tables.cells->exponent);
   }
   if (tables.volume) {
     RequireRoom(device, "light-vector volume", tables.volume->bytes());

@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "render/estimators/basis.h"
+#include "render/estimators/cells.h"
 #include "render/estimators/precomputed.h"
 #include "render/estimators/sampling_estimator.h"
 #include "render/estimators/uniform.h"
@@ -13,6 +14,8 @@ std::unique_ptr<Estimator> MakeSampleDraws(const std::string& sampler, const Dev
   const std::string only = "-D DRAWS_ONLY=1 ";
   if (sampler == "windowed")
     return MakeSamplingEstimator(device, WindowedTraits(), "kernels/windowed.cl", "Windowed", only);
+  if (sampler == "cells")
+    return MakeSamplingEstimator(device, CellsTraits(), "kernels/cells.cl", "Cells", only);
   if (sampler == "uniform")
     return MakeSamplingEstimator(device, UniformTraits(), "kernels/windowed.cl", "Windowed",
                                  only + "-D PROPOSAL=UNIFORM");
@@ -23,7 +26,7 @@ std::unique_ptr<Estimator> MakeSampleDraws(const std::string& sampler, const Dev
     return MakeSamplingEstimator(device, PrecomputedTraits(), "kernels/precomputed.cl",
                                  "Precomputed", only);
   throw InputError("there is no sampler '" + sampler +
-                   "'; use windowed, uniform, basis or precomputed");
+                   "'; use windowed, cells, uniform, basis or precomputed");
 }
 
 }  // namespace luxfield::render

@@ -8,8 +8,8 @@
 
 namespace luxfield::render {
 
-// The sampler of estimator "windowed", "uniform", "basis" or "precomputed" alone: draws its samples
-// and adds them up unshaded. InputError on other names.
+// The sampler of estimator "windowed", "cells", "uniform", "basis" or "precomputed" alone: draws
+// its samples and adds them up unshaded. InputError on other names.
 std::unique_ptr<Estimator> MakeSampleDraws(const std::string& sampler, const Device& device);
 
 }  // namespace luxfield::render

@@ -7,7 +7,9 @@ class SamplingEstimator : public Estimator {
  public:
   SamplingEstimator(const Device& device, const EstimatorTraits& traits, const std::string& path,
                     const std::string& kernel, const std::string& build_options)
-      : traits_(traits), sampler_(device, path, kernel, build_options) {}
+      : traits_(traits),
+        sampler_(device, path, kernel, build_options, /*masses_are_seen=*/true,
+                 traits.needs.cells ? WindowsOf::kCells : WindowsOf::kImages) {}
 
   const EstimatorTraits& traits() const override { return traits_; }
 

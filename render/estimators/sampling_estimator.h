@@ -1,4 +1,5 @@
-// An estimator that is one kernel over windows. Internal to estimators/.
+// An estimator that is one kernel over windows: those of cells where its traits need them. Internal
+// to estimators/.
 #pragma once
 
 #include <memory>

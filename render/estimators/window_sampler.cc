@@ -19,15 +19,25 @@ constexpr int kMaxTexels = (1 << 16) - 1;  // PackSpan
 constexpr int kMaxSamples =
     1 << 20;  // cumulative expectations stay exact to 1/16 sample in float32
 
+// The knot cells of a luminaire as the images of another: they have a box for a basis.
+LuminaireParams CellsAsImages(LuminaireParams params) {
+  for (AxisParams& axis : params.axis) axis.count += params.basis.cells - 1;
+  params.basis = {};
+  params.basis.cells = 1;
+  params.basis.left[0][0] = params.basis.right[0][0] = 1;
+  return params;
+}
+
 }  // namespace
 
 WindowSampler::WindowSampler(const Device& device, const std::string& path,
                              const std::string& kernel, const std::string& build_options,
-                             bool masses_are_seen)
+                             bool masses_are_seen, WindowsOf windows_of)
     : device_(device),
       path_(path),
       kernel_name_(kernel),
       build_options_(build_options),
+      windows_of_(windows_of),
       masses_are_seen_(masses_are_seen),
       window_spans_(Program::Build(device, "kernels/window_masses.cl"), "WindowSpans"),
       window_masses_(Program::Build(device, "kernels/window_masses.cl"), "WindowMasses") {}
@@ -46,7 +56,7 @@ Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffe
                              const LuminaireOnDevice& luminaire,
                              const scene::Pose& world_from_luminaire,
                              const EstimatorOptions& options) {
-  if (!luminaire.has_sat())
+  if (!Sat(luminaire))
     throw InputError(fmt::format(
         "estimator '{}' needs sampling tables; make them with 'luxfield preprocess' and name "
         "them beside the light field",
@@ -61,14 +71,16 @@ Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffe
   const LuminaireParams params =
       MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
   luminaire_params_ = Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
+  const LuminaireParams windows = windows_of_ == WindowsOf::kCells ? CellsAsImages(params) : params;
+  window_params_ = Buffer::From(device_, std::span<const LuminaireParams>(&windows, 1));
   options_ = options;
   pixel_count_ = gbuffer.pixel_count();
   next_ = 0;
-  const auto& grid = luminaire.geometry().grid;
-  rows_ = static_cast<std::size_t>(grid.height);
-  axes_ = rows_ + static_cast<std::size_t>(grid.width);
-  const std::size_t images = grid.count();
-  const std::size_t bytes_per_pixel = axes_ * sizeof(cl_int4) + images * sizeof(float);
+  const auto columns = static_cast<std::size_t>(windows.axis[0].count);
+  rows_ = static_cast<std::size_t>(windows.axis[1].count);
+  axes_ = columns + rows_;
+  const std::size_t mass_bytes = columns * rows_ * sizeof(float);
+  const std::size_t bytes_per_pixel = axes_ * sizeof(cl_int4) + mass_bytes;
   const std::size_t scratch = device_.info().is_cpu ? kCpuScratchBytes : kScratchBytes;
   batch_ = std::clamp(scratch / bytes_per_pixel / kBatchUnit, std::size_t{1},
                       (pixel_count_ + kBatchUnit - 1) / kBatchUnit) *
@@ -77,7 +89,7 @@ Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffe
     if (buffer.bytes() != bytes) buffer = Buffer(device_, bytes);
   };
   ensure(spans_, batch_ * axes_ * sizeof(cl_int4));
-  ensure(masses_, batch_ * images * sizeof(float));
+  ensure(masses_, batch_ * mass_bytes);
   const bool glossy = gbuffer.glossy();
   auto kernel = kernels_.find(glossy);
   if (kernel == kernels_.end())
@@ -114,10 +126,10 @@ bool WindowSampler::NextBatch(const GBuffer& gbuffer, const LuminaireOnDevice& l
   sampling_params_ = Buffer::From(device_, std::span<const SamplingParams>(&params, 1));
   next_ += batch_;
   const Buffer none;
-  window_spans_.Set(luminaire_params_, sampling_params_, gbuffer.position, spans_)
+  window_spans_.Set(window_params_, sampling_params_, gbuffer.position, spans_)
       .Enqueue({batch_, 2}, {kBatchUnit});
   window_masses_
-      .Set(luminaire_params_, sampling_params_, luminaire.sat(), luminaire.sat_scale(),
+      .Set(window_params_, sampling_params_, Sat(luminaire), SatScale(luminaire),
            masses_are_seen_ ? seen : none, spans_, masses_)
       .Enqueue({batch_, rows_}, {kBatchUnit});
   return true;

@@ -10,6 +10,9 @@
 
 namespace luxfield::render {
 
+// What has a window each per receiver, and a table: images, or knot cells on F.
+enum class WindowsOf { kImages, kCells };
+
 // Kernels that start with LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS and
 // WINDOW_ARGUMENTS (kernels/window_lighting.clh).
 class WindowSampler {
@@ -17,7 +20,8 @@ class WindowSampler {
   // `kernel` of the embedded source `path`. With `masses_are_seen` the masses of windows count what
   // shadow maps leave visible.
   WindowSampler(const Device& device, const std::string& path, const std::string& kernel,
-                const std::string& build_options = {}, bool masses_are_seen = true);
+                const std::string& build_options = {}, bool masses_are_seen = true,
+                WindowsOf windows_of = WindowsOf::kImages);
 
   // InputError for an option that makes no sense.
   static void CheckOptions(const EstimatorOptions& options);
@@ -31,18 +35,25 @@ class WindowSampler {
     Kernel& kernel = Begin(estimator, gbuffer, luminaire, world_from_luminaire, options);
     const Buffer none;
     const DeviceBvh* bvh = visibility.bvh;
+    const Buffer &sat = Sat(luminaire), &sat_scale = SatScale(luminaire);
     const Buffer seen = visibility.maps ? visibility.maps->SeeCells(gbuffer) : Buffer();
     while (NextBatch(gbuffer, luminaire, seen)) {
       kernel
-          .Set(luminaire_params_, sampling_params_, luminaire.images(), luminaire.sat(),
-               luminaire.sat_scale(), gbuffer.position, gbuffer.normal, gbuffer.albedo,
-               gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none, bvh ? bvh->triangles : none,
-               seen, spans_, masses_, outputs...)
+          .Set(luminaire_params_, sampling_params_, luminaire.images(), sat, sat_scale,
+               gbuffer.position, gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye,
+               bvh ? bvh->nodes : none, bvh ? bvh->triangles : none, seen, spans_, masses_,
+               outputs...)
           .Enqueue(batch_);
     }
   }
 
  private:
+  const Buffer& Sat(const LuminaireOnDevice& luminaire) const {
+    return windows_of_ == WindowsOf::kCells ? luminaire.cell_sat() : luminaire.sat();
+  }
+  const Buffer& SatScale(const LuminaireOnDevice& luminaire) const {
+    return windows_of_ == WindowsOf::kCells ? luminaire.cell_scale() : luminaire.sat_scale();
+  }
   // The kernel for the G-buffer's surfaces, built when first asked for.
   Kernel& Begin(const std::string& estimator, const GBuffer& gbuffer,
                 const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
@@ -52,12 +63,13 @@ class WindowSampler {
 
   Device device_;
   std::string path_, kernel_name_, build_options_;
+  WindowsOf windows_of_;
   bool masses_are_seen_;
   Kernel window_spans_, window_masses_;
   std::map<bool, Kernel> kernels_;  // by GLOSSY
   EstimatorOptions options_;
   std::size_t pixel_count_ = 0, next_ = 0, batch_ = 0, axes_ = 0, rows_ = 0;
-  Buffer luminaire_params_, sampling_params_, spans_, masses_;
+  Buffer luminaire_params_, window_params_, sampling_params_, spans_, masses_;
 };
 
 }  // namespace luxfield::render

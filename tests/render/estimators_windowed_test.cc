@@ -11,7 +11,6 @@
 #include "lightfield/light_vector.h"
 #include "render/estimators/luminaire_params.h"
 #include "render/kernels/brdf_types.clh"
-#include "render/kernels/bvh_types.clh"
 #include "render/kernels/sampling_types.clh"
 #include "tests/render/estimator_fixture.h"
 #include "tests/render/sampling_fixture.h"
@@ -300,26 +299,6 @@ TEST(Windowed, LambertianSurfacesOfAGlossyGBufferShowTheirAlbedo) {
     EXPECT_NEAR(variance_l[k], variance_e[k] * y * y / (std::numbers::pi * std::numbers::pi),
                 1e-3 * variance_l[k]);
   }
-}
-
-// One quadrilateral in the plane z = `z`, x from x0 to x1, |y| < 10, as a BVH of one leaf.
-DeviceBvh Blocker(const Device& device, float x0, float x1, float z) {
-  BvhNode node{};
-  node.lower0[0] = x0;
-  node.upper0[0] = x1;
-  node.lower0[1] = -10;
-  node.upper0[1] = 10;
-  node.lower0[2] = node.upper0[2] = z;
-  node.child0 = ~(0 * 16 + 2);
-  for (int axis = 0; axis < 3; ++axis) {
-    node.lower1[axis] = 1;  // empty
-    node.upper1[axis] = -1;
-  }
-  node.child1 = ~0;
-  const BvhTriangle triangles[2] = {{{x0, -10, z}, 0, {x1, -10, z}, 0, {x0, 10, z}, 0},
-                                    {{x1, -10, z}, 1, {x1, 10, z}, 0, {x0, 10, z}, 0}};
-  return {Buffer::From(device, std::span<const BvhNode>(&node, 1)),
-          Buffer::From(device, std::span<const BvhTriangle>(triangles))};
 }
 
 TEST(Windowed, ShadowsBlockAllNoneOrPart) {

@@ -10,6 +10,7 @@
 
 #include "lightfield/light_vector.h"
 #include "preprocess/tables.h"
+#include "render/kernels/bvh_types.clh"
 #include "tests/render/estimator_fixture.h"
 #include "tests/render/structured_luminaires.h"
 
@@ -62,30 +63,47 @@ struct SeedStatistics {
   std::vector<double> mean, standard_error, reported_variance;
 };
 
+// Sums over seeds, pixel by pixel.
+class SeedSums {
+ public:
+  explicit SeedSums(std::size_t pixels) : sum_(pixels), square_(pixels), reported_(pixels) {}
+
+  void Add(const std::vector<cl_float4>& values, const std::vector<float>& variance) {
+    for (std::size_t k = 0; k < sum_.size(); ++k) {
+      const double value = Luminance(values[k]);
+      sum_[k] += value;
+      square_[k] += value * value;
+      reported_[k] += double{variance[k]};
+    }
+    ++seeds_;
+  }
+  SeedStatistics Statistics() const {
+    SeedStatistics statistics;
+    for (std::size_t k = 0; k < sum_.size(); ++k) {
+      const double mean = sum_[k] / seeds_;
+      statistics.mean.push_back(mean);
+      statistics.standard_error.push_back(
+          std::sqrt(std::max(0.0, square_[k] / seeds_ - mean * mean) / (seeds_ - 1)));
+      statistics.reported_variance.push_back(reported_[k] / seeds_);
+    }
+    return statistics;
+  }
+
+ private:
+  int seeds_ = 0;
+  std::vector<double> sum_, square_, reported_;
+};
+
 inline SeedStatistics OverSeeds(const Device& device, Estimator& estimator, const GBuffer& gbuffer,
                                 const LuminaireOnDevice& luminaire, EstimatorOptions options,
                                 int seeds, const DeviceBvh* bvh = nullptr) {
-  const std::size_t count = gbuffer.pixel_count();
-  std::vector<double> sum(count), square(count), reported(count);
+  SeedSums sums(gbuffer.pixel_count());
   for (int seed = 0; seed < seeds; ++seed) {
     options.seed = kSamplingSeed + seed;
     const Lit lit = LightGBuffer(device, estimator, gbuffer, luminaire, options, bvh);
-    for (std::size_t k = 0; k < count; ++k) {
-      const double value = Luminance(lit.irradiance[k]);
-      sum[k] += value;
-      square[k] += value * value;
-      reported[k] += double{lit.variance[k]} / seeds;
-    }
+    sums.Add(lit.irradiance, lit.variance);
   }
-  SeedStatistics statistics;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double mean = sum[k] / seeds;
-    statistics.mean.push_back(mean);
-    statistics.standard_error.push_back(
-        std::sqrt(std::max(0.0, square[k] / seeds - mean * mean) / (seeds - 1)));
-    statistics.reported_variance.push_back(reported[k]);
-  }
-  return statistics;
+  return sums.Statistics();
 }
 
 // |sum of errors| in pooled standard errors, and the mean of squared t over the pixels (1 + 2 /
@@ -113,6 +131,26 @@ inline void ExpectUnbiased(const SeedStatistics& statistics, const std::vector<d
   EXPECT_LT(std::abs(error), 3 * std::sqrt(variance)) << what;
   // The variance of t^2 is about 2.3 at 64 seeds; six standard deviations of its mean.
   EXPECT_LT(t_square / pixels, expected + 6 * std::sqrt(2.5 / pixels)) << what;
+}
+
+// One quadrilateral in the plane z = `z`, x from x0 to x1, |y| < 10, as a BVH of one leaf.
+inline DeviceBvh Blocker(const Device& device, float x0, float x1, float z) {
+  BvhNode node{};
+  node.lower0[0] = x0;
+  node.upper0[0] = x1;
+  node.lower0[1] = -10;
+  node.upper0[1] = 10;
+  node.lower0[2] = node.upper0[2] = z;
+  node.child0 = ~(0 * 16 + 2);
+  for (int axis = 0; axis < 3; ++axis) {
+    node.lower1[axis] = 1;  // empty
+    node.upper1[axis] = -1;
+  }
+  node.child1 = ~0;
+  const BvhTriangle triangles[2] = {{{x0, -10, z}, 0, {x1, -10, z}, 0, {x0, 10, z}, 0},
+                                    {{x1, -10, z}, 1, {x1, 10, z}, 0, {x0, 10, z}, 0}};
+  return {Buffer::From(device, std::span<const BvhNode>(&node, 1)),
+          Buffer::From(device, std::span<const BvhTriangle>(triangles))};
 }
 
 }  // namespace luxfield::render
