@@ -18,8 +18,8 @@ TEST(BenchSampling, RowsAreComplete) {
   options.height = 24;
   options.repeats = 1;
   const auto rows = BenchSampling(options);
-  ASSERT_EQ(rows.size(), 5u);
-  for (const char* sampler : {"windowed", "uniform", "basis", "precomputed"})
+  ASSERT_EQ(rows.size(), 6u);
+  for (const char* sampler : {"windowed", "cells", "uniform", "basis", "precomputed"})
     EXPECT_EQ(std::count_if(rows.begin(), rows.end(),
                             [&](const auto& row) { return row["sampler"] == sampler; }),
               1);
