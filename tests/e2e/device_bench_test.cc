@@ -95,9 +95,11 @@ class KernelCheck : public testing::Test {
   // `program` with a simulated device, every complaint in the file "log".
   Outcome RunChecked(const std::vector<std::string>& program, bool pattern,
                      const std::string& tuning = {}) const {
-    // Inlining by force leaves annotations that Oclgrind 21.10 does not know.
+    // Inlining leaves annotations that Oclgrind 21.10 does not know.
     const std::string options =
-        std::string("-Dalways_inline=noinline -ftrivial-auto-var-init=") +
+        std::string(
+            "-Dalways_inline=noinline -Dinline=__attribute__((noinline)) "
+            "-ftrivial-auto-var-init=") +
         (pattern ? "pattern"
                  : "zero -enable-trivial-auto-var-init-zero-knowing-it-will-be-removed-from-clang");
     // A cache of its own: other build options, the same device.
