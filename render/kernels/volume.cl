@@ -70,6 +70,13 @@ inline __attribute__((always_inline)) float4 Interpolate(__global const float* c
          fma((float4)(x.weight.z), sum.s89ab, x.weight.w * sum.scdef);
 }
 
+// Columns of luminaire_from_world, then the luminaire's place: what MakeReceiver computes, without
+// taking rows apart.
+inline float4 InFrame(float16 columns, float4 v) {
+  return fma(columns.s0123, (float4)(v.x),
+             fma(columns.s4567, (float4)(v.y), columns.s89ab * v.z));
+}
+
 // Adds the irradiance of every pixel whose horizon does not cut the luminaire and that the volume
 // covers. The other pixels that may see light are listed, in no order: left[0] that the volume does
 // not cover from left[2] on, left[1] whose horizon cuts from the end down.
@@ -79,19 +86,20 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
                                __global const float4* positions, __global const float4* normals,
                                int pixel_count, __global const float4* ratio,
                                __global float4* irradiance, __global float* variance,
-                               __global int* left) {
+                               __global int* left, float16 columns, float4 origin_lo) {
   const int pixel = get_global_id(0);
-  if (pixel >= pixel_count || positions[pixel].w == 0.0f) return;
-  const Receiver receiver = MakeReceiver(luminaire, positions[pixel].xyz, normals[pixel].xyz);
-  const float3 n = receiver.normal;
-  const float z = receiver.p.z;
-  if (!(z > 0.0f)) return;
-  const float x = receiver.p.x - volume->centre[0], y = receiver.p.y - volume->centre[1];
+  const float4 position = positions[pixel < pixel_count ? pixel : 0];
+  if (pixel >= pixel_count || position.w == 0.0f) return;
+  const float4 p = InFrame(columns, (position - columns.scdef) - origin_lo);
+  if (!(p.z > 0.0f)) return;
+  const float z = fmax(p.z, luminaire->min_z);
+  const float x = p.x - volume->centre[0], y = p.y - volume->centre[1];
   const float tau = luminaire->delta.hi / z, a_x = tau * x, a_y = tau * y;
   const float shrink = fabs(1.0f - tau);
   if (!MeetsImages(volume, 0, a_x, shrink) || !MeetsImages(volume, 1, a_y, shrink)) return;
 
   // n . (u - p) over the supports is height +- spread.
+  const float4 n = InFrame(columns, normals[pixel]);
   const float height = -(n.x * x + n.y * y + n.z * z);
   const float spread = fabs(n.x) * volume->extent[0] + fabs(n.y) * volume->extent[1];
   if (height + spread <= 0.0f) return;

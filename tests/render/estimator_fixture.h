@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "render/estimators/estimator.h"
+#include "render/kernels/bvh_types.clh"
 
 namespace luxfield::render {
 
@@ -49,6 +50,26 @@ inline Lit LightGBuffer(const Device& device, Estimator& estimator, const GBuffe
   return {lighting.irradiance.Download<cl_float4>(),
           gbuffer.glossy() ? lighting.reflected.Download<cl_float4>() : std::vector<cl_float4>(),
           lighting.variance.Download<float>(), lighting.samples.Download<cl_uint>()};
+}
+
+// One quadrilateral in the plane z = `z`, x from x0 to x1, |y| < 10, as a BVH of one leaf.
+inline DeviceBvh Blocker(const Device& device, float x0, float x1, float z) {
+  BvhNode node{};
+  node.lower0[0] = x0;
+  node.upper0[0] = x1;
+  node.lower0[1] = -10;
+  node.upper0[1] = 10;
+  node.lower0[2] = node.upper0[2] = z;
+  node.child0 = ~(0 * 16 + 2);
+  for (int axis = 0; axis < 3; ++axis) {
+    node.lower1[axis] = 1;  // empty
+    node.upper1[axis] = -1;
+  }
+  node.child1 = ~0;
+  const BvhTriangle triangles[2] = {{{x0, -10, z}, 0, {x1, -10, z}, 0, {x0, 10, z}, 0},
+                                    {{x1, -10, z}, 1, {x1, 10, z}, 0, {x0, 10, z}, 0}};
+  return {Buffer::From(device, std::span<const BvhNode>(&node, 1)),
+          Buffer::From(device, std::span<const BvhTriangle>(triangles))};
 }
 
 }  // namespace luxfield::render

@@ -160,6 +160,66 @@ TEST(Volume, WithoutNodesItIsExact) {
     EXPECT_NEAR(lit.irradiance[k].s[0], judge.irradiance[k].s[0], 1e-5f * judge.irradiance[k].s[0]);
 }
 
+// In a pose, as a check of the frames; the estimate from some pixels against the error of all.
+TEST(Volume, EstimatesItsOwnErrorAtSomePixels) {
+  const Device device = Device::Open();
+  const auto volume = MakeEstimator("volume", device), exact = MakeEstimator("exact", device);
+  const auto field = StructuredLuminaire("facets", {.channels = 3}, kSeed);
+  const auto points = Receivers(4000);
+  const auto built =
+      preprocess::BuildForReceivers(field, AsReceivers(points), {.max_rel_error = 5e-3}, 300);
+  const LuminaireOnDevice luminaire(device, field, {.volume = &built.volume});
+  const scene::Pose pose = scene::Translation({3, -2, 5}) * scene::RotationXyz({20, -35, 50});
+  std::vector<SurfacePoint> world;
+  for (const auto& [p, n] : points)
+    world.push_back(RoundToFloat({pose.Point(p), Normalized(pose.Vector(n))}));
+  const GBuffer gbuffer = MakeGBuffer(device, world);
+  const Lit lit = LightGBuffer(device, *volume, gbuffer, luminaire, {}, nullptr, pose);
+  const double all = RelativeRmse(field, points, lit);
+  int within = 0;
+  constexpr int kDraws = 20;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const SampledError some = ErrorAtPixels(device, *volume, *exact, gbuffer, luminaire, pose, 500,
+                                            kSeed + static_cast<std::uint64_t>(draw));
+    EXPECT_EQ(some.pixels, 500u);
+    EXPECT_GT(some.sigma, 0);
+    within += std::abs(some.rel_rmse - all) < 2 * some.sigma;
+    if (draw < 3)
+      std::printf("error %.2e, estimated %.2e +- %.1e\n", all, some.rel_rmse, some.sigma);
+  }
+  // 2 sigma hold 95 % of a normal distribution; a few bright pixels make this one skew.
+  EXPECT_GE(within, 15);
+}
+
+// The same share of the same rays, seed by seed, times an irradiance that is nearly the same.
+TEST(Volume, ShadowsAreThoseOfExact) {
+  const Device device = Device::Open();
+  const auto volume = MakeEstimator("volume", device), exact = MakeEstimator("exact", device);
+  const auto field = StructuredLuminaire("rings", {}, kSeed);
+  const auto points = Receivers(200);
+  const auto tables = preprocess::BuildTables(field, "test", std::string(64, '0'));
+  const auto built = preprocess::BuildForReceivers(field, AsReceivers(points));
+  const LuminaireOnDevice luminaire(device, field, {.sat = &tables, .volume = &built.volume});
+  const DeviceBvh half = Blocker(device, 0, 10, 1e-4f);  // over half of the lamp
+  const GBuffer gbuffer = MakeGBuffer(device, points);
+  EstimatorOptions options;
+  options.samples_per_pixel = 16;
+  const Lit lit = LightGBuffer(device, *volume, gbuffer, luminaire, options, &half),
+            judge = LightGBuffer(device, *exact, gbuffer, luminaire, options, &half),
+            open = LightGBuffer(device, *exact, gbuffer, luminaire, options);
+  double sum = 0, squares = 0;
+  int shadowed = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    sum += judge.irradiance[k].s[0];
+    squares += std::pow(lit.irradiance[k].s[0] - judge.irradiance[k].s[0], 2);
+    shadowed += judge.irradiance[k].s[0] < 0.9f * open.irradiance[k].s[0];
+    EXPECT_NEAR(lit.variance[k], judge.variance[k], 0.05 * judge.variance[k] + 1e-12);
+    EXPECT_EQ(lit.samples[k], judge.samples[k]);
+  }
+  EXPECT_GT(shadowed, 100);
+  EXPECT_LT(std::sqrt(squares * static_cast<double>(points.size())) / sum, 3 * built.rel_error);
+}
+
 TEST(Volume, IsRefusedWhereThereIsNone) {
   const Device device = Device::Open();
   const LuminaireOnDevice luminaire(device, StructuredLuminaire("facets", {}, kSeed));
