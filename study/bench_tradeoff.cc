@@ -84,7 +84,7 @@ std::vector<Knobs> KnobsOf(const render::EstimatorTraits& traits, bool shadows) 
                        [maps](render::RenderOptions& o) { o.shadows = maps; }});
   if (traits.name == "thesis" || traits.name == "windowed")
     knobs.push_back({"k_max=7", [](render::RenderOptions& o) { o.max_samples_per_image = 7; }});
-  if (traits.error_is_asked)
+  if (traits.error_is_asked && !shadows)  // their noise hides it
     for (const double error : {1e-2, 5e-4})
       knobs.push_back({fmt::format("approximation_error={}", error),
                        [error](render::RenderOptions& o) { o.approximation_error = error; }});
