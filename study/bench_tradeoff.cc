@@ -51,7 +51,9 @@ Reference MakeReference(core::Image a, core::Image b) {
 }
 
 // core::Compare against the mean, but with squared errors as (x - a)(x - b): the halves' own noise
-// then averages out instead of adding to the error of x.
+// then averages out instead of adding to the error of x. What is left of it can exceed a small
+// error or make it negative; an error below the reference's own cannot be told and is stated as
+// that.
 core::Difference Compare(const core::Image& x, const Reference& reference) {
   core::Difference difference = core::Compare(x, reference.mean);
   const double mean = difference.mean_reference, eps = 1e-4 * mean * mean;
@@ -64,7 +66,8 @@ core::Difference Compare(const core::Image& x, const Reference& reference) {
     if (square != 0) relative += square / (r * r + eps);
   }
   const auto count = static_cast<double>(x.data.size());
-  difference.rel_rmse = squares > 0 ? std::sqrt(squares / count) / mean : 0;
+  const double rmse = std::sqrt(std::max(squares, 0.0) / count);
+  difference.rel_rmse = std::max(mean > 0 ? rmse / mean : 0, reference.rel_rmse);
   difference.rel_mse = std::max(relative / count, 0.0);
   return difference;
 }

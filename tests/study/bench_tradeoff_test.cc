@@ -128,6 +128,8 @@ TEST_F(BenchTradeoffTest, RowsHoldEveryEstimatorAndTheirErrorsFall) {
   const json traced = find("windowed", "on", 16);
   EXPECT_GT(traced.value("reference_rel_rmse", 0.0), 0);
   EXPECT_LT(traced.value("reference_rel_rmse", 1.0), 0.5 * traced.value("rel_rmse", 0.0));
+  for (const auto& row : rows)
+    EXPECT_GE(row["rel_rmse"].get<double>(), row["reference_rel_rmse"].get<double>());
 }
 
 TEST_F(BenchTradeoffTest, RefusesWhatMakesNoSense) {
