@@ -80,7 +80,11 @@ inline Totals LightThesis(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene sce
   if (!(total > 0.0f)) return totals;
   const int secant = sampling->secant, depth = sampling->depth;
   const float cells = (float)luminaire->basis.cells;
-  const Span one_row = {.begin = 0, .end = 1, .first = 1.0f, .inner = 0.0f, .last = 0.0f};
+  Span one_row;  // field by field: Oclgrind loses aggregate initialisers
+  one_row.begin = 0;
+  one_row.end = 1;
+  one_row.first = 1.0f;
+  one_row.inner = one_row.last = 0.0f;
   const uint4 words = PixelWords(sampling, pixel);
   Allocation allocation = StartAllocation(sampling, total, UnitFloat(words.x));
   int m = 0;

@@ -10,7 +10,6 @@
 
 #include "lightfield/light_vector.h"
 #include "preprocess/tables.h"
-#include "render/kernels/bvh_types.clh"
 #include "tests/render/estimator_fixture.h"
 #include "tests/render/structured_luminaires.h"
 
@@ -131,26 +130,6 @@ inline void ExpectUnbiased(const SeedStatistics& statistics, const std::vector<d
   EXPECT_LT(std::abs(error), 3 * std::sqrt(variance)) << what;
   // The variance of t^2 is about 2.3 at 64 seeds; six standard deviations of its mean.
   EXPECT_LT(t_square / pixels, expected + 6 * std::sqrt(2.5 / pixels)) << what;
-}
-
-// One quadrilateral in the plane z = `z`, x from x0 to x1, |y| < 10, as a BVH of one leaf.
-inline DeviceBvh Blocker(const Device& device, float x0, float x1, float z) {
-  BvhNode node{};
-  node.lower0[0] = x0;
-  node.upper0[0] = x1;
-  node.lower0[1] = -10;
-  node.upper0[1] = 10;
-  node.lower0[2] = node.upper0[2] = z;
-  node.child0 = ~(0 * 16 + 2);
-  for (int axis = 0; axis < 3; ++axis) {
-    node.lower1[axis] = 1;  // empty
-    node.upper1[axis] = -1;
-  }
-  node.child1 = ~0;
-  const BvhTriangle triangles[2] = {{{x0, -10, z}, 0, {x1, -10, z}, 0, {x0, 10, z}, 0},
-                                    {{x1, -10, z}, 1, {x1, 10, z}, 0, {x0, 10, z}, 0}};
-  return {Buffer::From(device, std::span<const BvhNode>(&node, 1)),
-          Buffer::From(device, std::span<const BvhTriangle>(triangles))};
 }
 
 }  // namespace luxfield::render
