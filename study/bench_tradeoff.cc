@@ -100,6 +100,7 @@ std::vector<Knobs> KnobsOf(const render::EstimatorTraits& traits, bool shadows) 
   if (traits.name == "windowed") {
     add("basis-share=0");
     add("basis-share=0.9");
+    add("brdf-share=0");
   }
   if (traits.name == "thesis") {
     add("allocation=systematic correlation=decorrelated sequence=sobol");

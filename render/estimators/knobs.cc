@@ -40,6 +40,8 @@ void Knobs::Set(const std::string& assignment) {
                     value = equals == std::string::npos ? "" : assignment.substr(equals + 1);
   if (name == "basis-share")
     basis_share = Number<float>(name, value);
+  else if (name == "brdf-share")
+    brdf_share = Number<float>(name, value);
   else if (name == "allocation")
     systematic = Choice(name, value, {"rounded", "systematic"}) == 1;
   else if (name == "inversion")
@@ -51,23 +53,27 @@ void Knobs::Set(const std::string& assignment) {
   else if (name == "sequence")
     sequence = static_cast<Sequence>(Choice(name, value, {"halton", "sobol", "mersenne"}));
   else
-    throw InputError(fmt::format(
-        "unknown knob '{}'; use basis-share, allocation, inversion, depth, correlation or sequence",
-        name));
+    throw InputError(
+        fmt::format("unknown knob '{}'; use basis-share, brdf-share, allocation, inversion, depth, "
+                    "correlation or sequence",
+                    name));
   Validate();
 }
 
 std::string Knobs::Text() const {
   static constexpr const char* kSequences[] = {"halton", "sobol", "mersenne"};
   return fmt::format(
-      "basis-share={} allocation={} inversion={} depth={} correlation={} sequence={}", basis_share,
-      systematic ? "systematic" : "rounded", secant ? "secant" : "bisection", depth,
-      decorrelated ? "decorrelated" : "shared", kSequences[static_cast<int>(sequence)]);
+      "basis-share={} brdf-share={} allocation={} inversion={} depth={} correlation={} sequence={}",
+      basis_share, brdf_share, systematic ? "systematic" : "rounded",
+      secant ? "secant" : "bisection", depth, decorrelated ? "decorrelated" : "shared",
+      kSequences[static_cast<int>(sequence)]);
 }
 
 void Knobs::Validate() const {
   if (!(basis_share >= 0 && basis_share <= 1))
     throw InputError(fmt::format("knob basis-share = {} must lie in [0, 1]", basis_share));
+  if (!(brdf_share >= 0 && brdf_share <= 1))
+    throw InputError(fmt::format("knob brdf-share = {} must lie in [0, 1]", brdf_share));
   if (depth < 0 || depth > kMaxDepth)
     throw InputError(fmt::format("knob depth = {} must lie in [0, {}]", depth, kMaxDepth));
 }
@@ -75,6 +81,7 @@ void Knobs::Validate() const {
 std::vector<std::string> KnobHelp() {
   return {
       "windowed  basis-share=0..1                share of the samples drawn from Phi (0.5)",
+      "windowed  brdf-share=0..1                 share that follows narrow lobes (0.5)",
       "thesis    allocation=rounded|systematic   samples per image",
       "thesis    inversion=bisection|secant      search in the CDFs",
       "thesis    depth=0..64                     steps before a straight line, 0: to the texel",

@@ -2,6 +2,8 @@
 //
 //   estimator   knob          values
 //   windowed    basis-share   0 to 1: share of the samples drawn from Phi_m, the rest from C
+//   windowed    brdf-share    0 to 1: share of the samples that follow a glossy BRDF whose lobe is
+//                             narrow against the lamp; fewer and none where it is broad
 //   thesis      allocation    rounded | systematic
 //   thesis      inversion     bisection | secant (regula falsi)
 //   thesis      depth         steps of the inversion before a straight line; 0: to the texel
@@ -18,6 +20,7 @@ enum class Sequence { kHalton, kSobol, kMersenne };
 
 struct Knobs {
   float basis_share = 0.5f;
+  float brdf_share = 0.5f;
   bool systematic = false;
   bool secant = false;
   int depth = 0;

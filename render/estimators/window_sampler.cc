@@ -116,6 +116,7 @@ bool WindowSampler::NextBatch(const GBuffer& gbuffer, const LuminaireOnDevice& l
   params.end = static_cast<int>(std::min(next_ + batch_, pixel_count_));
   params.scratch_stride = static_cast<int>(batch_);
   params.basis_share = options_.knobs.basis_share;
+  params.brdf_share = options_.knobs.brdf_share;
   params.systematic = options_.knobs.systematic;
   params.secant = options_.knobs.secant;
   params.depth = options_.knobs.depth;

@@ -99,7 +99,7 @@ inline Totals LightCells(__constant const LuminaireParams* luminaire,
   const int brdf_samples = BrdfSamples(sampling, surface);
   const uint4 words = PixelWords(sampling, pixel);
   Allocation allocation =
-      AllocateSome(sampling, sampling->samples - brdf_samples, total, UnitFloat(words.x));
+      StartAllocation(sampling, sampling->samples - brdf_samples, total, UnitFloat(words.x));
   // One sequence over all cells: neighbours get points that complete each other.
   uint2 point = (uint2)(0u, 0u);
   int k = 0, cell = 0;

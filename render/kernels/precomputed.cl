@@ -45,7 +45,7 @@ inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface, Scen
     total += ImageTotal(luminaire, sat + m * sat_size, sat_scale[m]);
   if (!(total > 0.0f)) return totals;
   const uint4 words = PixelWords(sampling, pixel);
-  Allocation allocation = StartAllocation(sampling, total, UnitFloat(words.x));
+  Allocation allocation = StartAllocation(sampling, sampling->samples, total, UnitFloat(words.x));
   const Span columns = WholeSpan(width), rows = WholeSpan(height);
   int m = 0;
   for (int j = 0; j < luminaire->axis[1].count; ++j)

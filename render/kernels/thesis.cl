@@ -86,7 +86,7 @@ inline Totals LightThesis(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene sce
   one_row.first = 1.0f;
   one_row.inner = one_row.last = 0.0f;
   const uint4 words = PixelWords(sampling, pixel);
-  Allocation allocation = StartAllocation(sampling, total, UnitFloat(words.x));
+  Allocation allocation = StartAllocation(sampling, sampling->samples, total, UnitFloat(words.x));
   int m = 0;
   for (int j = 0; j < luminaire->axis[1].count; ++j)
     for (int i = 0; i < luminaire->axis[0].count; ++i, ++m) {

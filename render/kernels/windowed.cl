@@ -8,6 +8,10 @@
 // PROPOSAL = MASS_AND_BASIS: p = (1 - b) C / M + b Phi / area, one-sample balance heuristic (Veach
 // 1997) of what follows C, good where a window holds structure, and what follows Phi, good where C
 // hardly varies in it. BASIS: b = 1. UNIFORM: p is constant over what is seen of the window.
+//
+// Where a surface is glossy, K_b of the samples follow its BRDF instead (brdf_sampling.clh); with q
+// the density of their points in units of h^2, the balance heuristic replaces nbar_m p by
+// nbar_m p + K_b q.
 #include "kernels/window_lighting.clh"
 
 #define MASS_AND_BASIS 0
@@ -17,19 +21,30 @@
 #define PROPOSAL MASS_AND_BASIS
 #endif
 
-// Draws y and returns C Phi / (M p); 0 off the image.
+#if GLOSSY && PROPOSAL == MASS_AND_BASIS
+#define FOLLOW_BRDF 1
+#include "kernels/brdf_sampling.clh"
+#else
+#define FOLLOW_BRDF 0
+#endif
+
+// Draws y; returns C Phi, 0 off the image, and `density` = M p. Both may be in units of Y(C) if
+// `ratio_only`.
 inline float3 DrawSample(LUMINAIRE_ARGUMENTS, const Surface* surface, const Window* window,
-                         const Marginal* marginal, float mass, float2 xi, float2* y) {
+                         const Marginal* marginal, float mass, bool ratio_only, float2 xi,
+                         float2* y, float* density) {
   const float cells = (float)luminaire->basis.cells;
 #if PROPOSAL == UNIFORM
   const Place column = UniformPlace(window->columns, xi.x), row = UniformPlace(window->rows, xi.y);
   *y = (float2)(SupportCoordinate(&surface->x, window->columns, column, cells),
                 SupportCoordinate(&surface->y, window->rows, row, cells));
+  *density = mass / SeenArea(window);
   return TexelValue(luminaire, images, window->m, column.texel, row.texel) *
-         (BasisProduct(luminaire, *y) * SeenArea(window) / mass);
+         BasisProduct(luminaire, *y);
 #else
   const float share = PROPOSAL == BASIS ? 1.0f : sampling->basis_share;
   int column, row;
+  *density = 1.0f;
   if (xi.x < share) {
     const float area = BasisArea(&luminaire->basis);
     *y = (float2)(InvertBasis(&luminaire->basis, area, xi.x / share),
@@ -47,11 +62,10 @@ inline float3 DrawSample(LUMINAIRE_ARGUMENTS, const Surface* surface, const Wind
     *y = sample.y;
   }
   const float phi = BasisProduct(luminaire, *y);
-  if (share == 0.0f) return phi * Chroma(luminaire, images, window->m, column, row);
-  const float area = BasisArea(&luminaire->basis);
+  if (share == 0.0f && ratio_only) return phi * Chroma(luminaire, images, window->m, column, row);
   const float3 value = TexelValue(luminaire, images, window->m, column, row);
-  const float density = (1.0f - share) * Luminance(value) + share * mass * phi / (area * area);
-  return density > 0.0f ? value * (phi / density) : (float3)(0.0f);
+  *density = MixedDensity(luminaire, share, mass, Luminance(value), phi);
+  return value * phi;
 #endif
 }
 
@@ -61,7 +75,16 @@ inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene sc
   const float total = TotalMass(luminaire, windows);
   if (!(total > 0.0f)) return totals;
   const uint4 words = PixelWords(sampling, pixel);
-  Allocation allocation = StartAllocation(sampling, total, UnitFloat(words.x));
+#if FOLLOW_BRDF
+  const int brdf_samples = BrdfSamples(luminaire, sampling, surface);
+#else
+  const int brdf_samples = 0;
+#endif
+  Allocation allocation =
+      StartAllocation(sampling, sampling->samples - brdf_samples, total, UnitFloat(words.x));
+#if FOLLOW_BRDF
+  AddBrdfSamples(LUMINAIRE, surface, scene, windows, &allocation, brdf_samples, words, &totals);
+#endif
   int m = 0;
   for (int j = 0; j < luminaire->axis[1].count; ++j)
     for (int i = 0; i < luminaire->axis[0].count; ++i, ++m) {
@@ -70,7 +93,8 @@ inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene sc
       const int count = Allot(&allocation, mass, &weight);
       if (count == 0) continue;
       const Window window = LoadWindow(luminaire, sat, surface, windows, m, i, j);
-      const float window_mass = mass / ImageVisibility(luminaire, windows.seen, i, j);
+      const float visibility = ImageVisibility(luminaire, windows.seen, i, j);
+      const float window_mass = mass / visibility;
       Marginal marginal;
       if (PROPOSAL == MASS_AND_BASIS)
         marginal = MakeMarginal(window.sat, window.sat_width, window.columns, window.rows);
@@ -78,10 +102,18 @@ inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene sc
       uint2 point = (uint2)(0u, 0u);
       for (int k = 0; k < count; ++k) {
         float2 y;
-        const float3 light = weight * DrawSample(LUMINAIRE, surface, &window, &marginal,
-                                                 window_mass, ShiftPoint(point, shift), &y);
+        float density;
+        const float3 flux = DrawSample(LUMINAIRE, surface, &window, &marginal, window_mass,
+                                       brdf_samples == 0, ShiftPoint(point, shift), &y, &density);
         point = NextPoint(point, (uint)k);
-        AddLight(luminaire, surface, scene, ToLamp(luminaire, surface, i, j, y), light, &totals);
+        const float3 to_lamp = ToLamp(luminaire, surface, i, j, y);
+        density *= visibility / weight;  // nbar p
+#if FOLLOW_BRDF
+        if (brdf_samples > 0)
+          density += (float)brdf_samples * BrdfDensity(luminaire, surface, to_lamp);
+#endif
+        AddLight(luminaire, surface, scene, to_lamp,
+                 density > 0.0f ? flux * (visibility / density) : (float3)(0.0f), &totals);
       }
     }
   return totals;

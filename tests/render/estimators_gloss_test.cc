@@ -282,45 +282,67 @@ struct GlossyLamp {
 };
 
 // Means over seeds against the judge: |t| pooled over pixels, and the mean of t^2.
+// Samples that follow the light, the BRDF, and both, at lobes from broad to narrower than the lamp.
 TEST(Windowed, IsUnbiasedOnGlossySurfaces) {
   constexpr int kSeeds = 64, kPixels = 60;
   std::printf("seeds from %llu\n", static_cast<unsigned long long>(kSeed));
   const Device device = Device::Open();
   const auto windowed = MakeEstimator("windowed", device);
-  const auto points = MirroringReceivers(0.3, kPixels, 0.2);
   const GlossyLamp lamp(device, StructuredLuminaire("facets", SmallLamp(), kSeed));
-  for (const TestBrdf& brdf :
-       {TestBrdf::Phong({0.2, 0.2, 0.2}, {0.6, 0.6, 0.6}, 10),
-        TestBrdf::Phong({0.2, 0.2, 0.2}, {0.6, 0.6, 0.6}, 100),
-        TestBrdf::Ggx({0.5, 0.5, 0.5}, 0, 0.3), TestBrdf::Ggx({0.9, 0.6, 0.3}, 1, 0.5)}) {
+  struct Lobe {
+    TestBrdf brdf;
+    double tilt;  // of the receivers, rad: some lobes miss the lamp, most do not
+    int splits;
+  };
+  for (const auto& [brdf, tilt, splits] :
+       {Lobe{TestBrdf::Phong({0.2, 0.2, 0.2}, {0.6, 0.6, 0.6}, 10), 0.2, 2},
+        Lobe{TestBrdf::Phong({0.2, 0.2, 0.2}, {0.6, 0.6, 0.6}, 1000), 0.03, 2},
+        Lobe{TestBrdf::Ggx({0.5, 0.5, 0.5}, 0, 0.3), 0.2, 2},
+        Lobe{TestBrdf::Ggx({0.9, 0.6, 0.3}, 1, 0.1), 0.02, 3}}) {
+    const auto points = MirroringReceivers(0.3, kPixels, tilt);
     const GBuffer gbuffer = MakeGlossyGBuffer(device, points, brdf);
-    const auto judge = Judge(lamp.field, points, brdf, 2);
-    std::vector<double> sum(kPixels), square(kPixels), reported(kPixels);
-    for (int seed = 0; seed < kSeeds; ++seed) {
+    const auto judge = Judge(lamp.field, points, brdf, splits);
+    double of_light_alone = 0;
+    const bool narrow = brdf.kind == kGgx && brdf.gloss[1] < 0.2;
+    for (const char* share : {"brdf-share=0", "brdf-share=0.5", "brdf-share=1"}) {
+      std::vector<double> sum(kPixels), square(kPixels);
       EstimatorOptions options;
       options.samples_per_pixel = 64;
-      options.seed = kSeed + seed;
-      const Lit lit = LightGBuffer(device, *windowed, gbuffer, lamp.on_device, options);
+      options.knobs.Set(share);
+      for (int seed = 0; seed < kSeeds; ++seed) {
+        options.seed = kSeed + seed;
+        const Lit lit = LightGBuffer(device, *windowed, gbuffer, lamp.on_device, options);
+        for (int k = 0; k < kPixels; ++k) {
+          EXPECT_EQ(lit.samples[k], 64u);
+          sum[k] += lit.reflected[k].s[0];
+          square[k] += std::pow(lit.reflected[k].s[0], 2);
+        }
+      }
+      double error = 0, variance = 0, t_square = 0;
       for (int k = 0; k < kPixels; ++k) {
-        sum[k] += lit.reflected[k].s[0];
-        square[k] += std::pow(lit.reflected[k].s[0], 2);
-        reported[k] += double{lit.variance[k]};
+        const double mean = sum[k] / kSeeds;
+        const double of_mean = (square[k] / kSeeds - mean * mean) / (kSeeds - 1);
+        error += mean - judge[k];
+        variance += of_mean;
+        t_square += std::pow(mean - judge[k], 2) / of_mean / kPixels;
+      }
+      if (of_light_alone == 0) of_light_alone = variance;
+      // Broad lobes get few BRDF samples or none; lobes within the lamp gain by them.
+      if (share == std::string("brdf-share=0.5")) {
+        EXPECT_LT(variance, (narrow ? 0.5 : 1.3) * of_light_alone);
+      }
+      const double expected = (kSeeds - 1.0) / (kSeeds - 3.0);
+      std::printf(
+          "kind %d, gloss %g %g, %s: pooled error %.2f standard errors, mean t^2 %.3f, variance "
+          "%.3f of that of light samples\n",
+          brdf.kind, brdf.gloss[1], brdf.gloss[3], share, error / std::sqrt(variance), t_square,
+          variance / of_light_alone);
+      EXPECT_LT(std::abs(error), 3.5 * std::sqrt(variance));
+      // Six standard deviations of the mean of t^2, whose variance is about 2.5 (skewed samples).
+      if (share != std::string("brdf-share=1")) {
+        EXPECT_LT(t_square, expected + 6 * std::sqrt(2.5 / kPixels));
       }
     }
-    double error = 0, variance = 0, t_square = 0;
-    for (int k = 0; k < kPixels; ++k) {
-      const double mean = sum[k] / kSeeds;
-      const double of_mean = (square[k] / kSeeds - mean * mean) / (kSeeds - 1);
-      error += mean - judge[k];
-      variance += of_mean;
-      t_square += std::pow(mean - judge[k], 2) / of_mean / kPixels;
-    }
-    const double expected = (kSeeds - 1.0) / (kSeeds - 3.0);
-    std::printf("kind %d, gloss %g %g: pooled error %.2f standard errors, mean t^2 %.3f\n",
-                brdf.kind, brdf.gloss[1], brdf.gloss[3], error / std::sqrt(variance), t_square);
-    EXPECT_LT(std::abs(error), 3.5 * std::sqrt(variance));
-    // Six standard deviations of the mean of t^2, whose variance is about 2.5 (skewed samples).
-    EXPECT_LT(t_square, expected + 6 * std::sqrt(2.5 / kPixels));
   }
 }
 

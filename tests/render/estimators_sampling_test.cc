@@ -285,10 +285,11 @@ TEST(Knobs, AreReadCheckedAndPrinted) {
   knobs.Set("sequence=mersenne");
   knobs.Set("basis-share=0.125");
   EXPECT_EQ(knobs.Text(),
-            "basis-share=0.125 allocation=rounded inversion=bisection depth=3 correlation=shared "
+            "basis-share=0.125 brdf-share=0.5 allocation=rounded inversion=bisection depth=3 "
+            "correlation=shared "
             "sequence=mersenne");
-  for (const char* wrong : {"depth", "depth=-1", "depth=3x", "basis-share=1.5", "basis-share=nan",
-                            "sequence=sobo", "colour=red", ""})
+  for (const char* wrong : {"depth", "depth=-1", "depth=3x", "basis-share=1.5", "brdf-share=-1",
+                            "basis-share=nan", "sequence=sobo", "colour=red", ""})
     EXPECT_THROW(knobs.Set(wrong), InputError) << wrong;
 }
 
