@@ -5,24 +5,17 @@
 namespace luxfield::render {
 
 const EstimatorTraits& BasisTraits() {
-  static const EstimatorTraits traits{
-      .name = "basis",
-      .needs = {.sat = true},
-      .needs_non_negative = true,
-      .any_brdf = true,
-      .map_shadows = true,
-      .unbiased = true,
-      .unbiased_with_shadows = true,
-      .guarantee =
-          "unbiased for receivers at any distance: points drawn from Phi on the filter plane; "
-          "nearly free of noise where windows are smaller than a texel, noisy where they hold "
-          "structure"};
+  static const EstimatorTraits traits = SamplingTraits(
+      "basis",
+      "unbiased for receivers at any distance: points drawn from Phi on the filter plane; "
+      "nearly free of noise where windows are smaller than a texel, noisy where they hold "
+      "structure");
   return traits;
 }
 
-std::unique_ptr<Estimator> MakeBasis(const Device& device) {
+std::unique_ptr<Estimator> MakeBasis(const Device& device, const std::string& build_options) {
   return MakeSamplingEstimator(device, BasisTraits(), "kernels/windowed.cl", "Windowed",
-                               "-D PROPOSAL=BASIS");
+                               "-D PROPOSAL=BASIS " + build_options);
 }
 
 }  // namespace luxfield::render

@@ -5,11 +5,14 @@
 // window; contributions grow with max C / mean C in it.
 #pragma once
 
+#include <string>
+
 #include "render/estimators/estimator.h"
 
 namespace luxfield::render {
 
 const EstimatorTraits& BasisTraits();
-std::unique_ptr<Estimator> MakeBasis(const Device& device);
+// `build_options` are added to those of its kernels.
+std::unique_ptr<Estimator> MakeBasis(const Device& device, const std::string& build_options = {});
 
 }  // namespace luxfield::render

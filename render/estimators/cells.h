@@ -10,11 +10,14 @@
 // v_m E_m with v_m the mean of V_c (thesis 4.5.2).
 #pragma once
 
+#include <string>
+
 #include "render/estimators/estimator.h"
 
 namespace luxfield::render {
 
 const EstimatorTraits& CellsTraits();
-std::unique_ptr<Estimator> MakeCells(const Device& device);
+// `build_options` are added to those of its kernels.
+std::unique_ptr<Estimator> MakeCells(const Device& device, const std::string& build_options = {});
 
 }  // namespace luxfield::render

@@ -3,11 +3,15 @@
 // is lost. Its contributions are unbounded as receivers approach I: on I itself nothing arrives.
 #pragma once
 
+#include <string>
+
 #include "render/estimators/estimator.h"
 
 namespace luxfield::render {
 
 const EstimatorTraits& PrecomputedTraits();
-std::unique_ptr<Estimator> MakePrecomputed(const Device& device);
+// `build_options` are added to those of its kernels.
+std::unique_ptr<Estimator> MakePrecomputed(const Device& device,
+                                           const std::string& build_options = {});
 
 }  // namespace luxfield::render

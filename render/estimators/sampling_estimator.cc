@@ -28,6 +28,18 @@ class SamplingEstimator : public Estimator {
 
 }  // namespace
 
+EstimatorTraits SamplingTraits(const std::string& name, const std::string& guarantee,
+                               const TableNeeds& needs) {
+  return {.name = name,
+          .needs = needs,
+          .needs_non_negative = true,
+          .any_brdf = true,
+          .map_shadows = true,
+          .unbiased = true,
+          .unbiased_with_shadows = true,
+          .guarantee = guarantee};
+}
+
 std::unique_ptr<Estimator> MakeSamplingEstimator(const Device& device,
                                                  const EstimatorTraits& traits,
                                                  const std::string& path, const std::string& kernel,

@@ -9,6 +9,10 @@
 
 namespace luxfield::render {
 
+// Of a sampler that claims no bias, takes any BRDF and all shadows, and needs C >= 0.
+EstimatorTraits SamplingTraits(const std::string& name, const std::string& guarantee,
+                               const TableNeeds& needs = {.sat = true});
+
 // `kernel` of `path`, with LIGHTING_ARGUMENTS behind those of WindowSampler. The traits must
 // outlive the estimator.
 std::unique_ptr<Estimator> MakeSamplingEstimator(const Device& device,

@@ -5,23 +5,16 @@
 namespace luxfield::render {
 
 const EstimatorTraits& UniformTraits() {
-  static const EstimatorTraits traits{
-      .name = "uniform",
-      .needs = {.sat = true},
-      .needs_non_negative = true,
-      .any_brdf = true,
-      .map_shadows = true,
-      .unbiased = true,
-      .unbiased_with_shadows = true,
-      .guarantee =
-          "a baseline: uniform points in each image's window, images in proportion to their "
-          "windows' mass; unbiased, noisy where windows hold structure"};
+  static const EstimatorTraits traits = SamplingTraits(
+      "uniform",
+      "a baseline: uniform points in each image's window, images in proportion to their "
+      "windows' mass; unbiased, noisy where windows hold structure");
   return traits;
 }
 
-std::unique_ptr<Estimator> MakeUniform(const Device& device) {
+std::unique_ptr<Estimator> MakeUniform(const Device& device, const std::string& build_options) {
   return MakeSamplingEstimator(device, UniformTraits(), "kernels/windowed.cl", "Windowed",
-                               "-D PROPOSAL=UNIFORM");
+                               "-D PROPOSAL=UNIFORM " + build_options);
 }
 
 }  // namespace luxfield::render

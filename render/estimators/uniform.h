@@ -3,11 +3,14 @@
 // that lies on the image; contributions grow with max C / mean C in a window.
 #pragma once
 
+#include <string>
+
 #include "render/estimators/estimator.h"
 
 namespace luxfield::render {
 
 const EstimatorTraits& UniformTraits();
-std::unique_ptr<Estimator> MakeUniform(const Device& device);
+// `build_options` are added to those of its kernels.
+std::unique_ptr<Estimator> MakeUniform(const Device& device, const std::string& build_options = {});
 
 }  // namespace luxfield::render

@@ -9,11 +9,15 @@
 // luminaire.
 #pragma once
 
+#include <string>
+
 #include "render/estimators/estimator.h"
 
 namespace luxfield::render {
 
 const EstimatorTraits& WindowedTraits();
-std::unique_ptr<Estimator> MakeWindowed(const Device& device);
+// `build_options` are added to those of its kernels.
+std::unique_ptr<Estimator> MakeWindowed(const Device& device,
+                                        const std::string& build_options = {});
 
 }  // namespace luxfield::render
