@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "render/estimators/luminaire_params.h"
-#include "render/estimators/window_sampler.h"
+#include "render/estimators/visible_share.h"
 #include "render/shadow_maps.h"
 
 namespace luxfield::render {
@@ -11,7 +11,8 @@ namespace {
 
 class Exact : public Estimator {
  public:
-  explicit Exact(const Device& device) : device_(device), all_seen_(device, "-D SHADOW_MAPS=0") {}
+  explicit Exact(const Device& device)
+      : device_(device), all_seen_(device, "-D SHADOW_MAPS=0"), share_(device) {}
 
   const EstimatorTraits& traits() const override { return ExactTraits(); }
 
@@ -24,14 +25,11 @@ class Exact : public Estimator {
         MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
     const Buffer device_params =
         Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
-    Buffer share;  // null: everything is visible
-    if (visibility.bvh) {
-      share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
-      if (!sampler_) sampler_.emplace(device_, "kernels/windowed.cl", "VisibleShare");
-      sampler_->Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
-                    share, /*shown_share=*/Buffer(), lighting.samples);
-    }
-    Buffer seen;  // by shadow maps; null: likewise
+    const Buffer share = share_
+                             .Trace(traits().name, gbuffer, visibility, luminaire,
+                                    world_from_luminaire, options, lighting.samples)
+                             .irradiance;
+    Buffer seen;  // by shadow maps; null: everything is visible
     if (visibility.maps) {
       seen = visibility.maps->SeeCells(gbuffer);
       if (!by_maps_) by_maps_.emplace(device_, "-D SHADOW_MAPS=1");
@@ -61,9 +59,8 @@ class Exact : public Estimator {
 
   Device device_;
   Kernels all_seen_;
-  // Built when they are first used: for shadow maps, and for traced shadows.
-  std::optional<Kernels> by_maps_;
-  std::optional<WindowSampler> sampler_;
+  std::optional<Kernels> by_maps_;  // built when they are first used
+  VisibleShare share_;
 };
 
 }  // namespace

@@ -7,14 +7,14 @@
 #include "core/error.h"
 #include "render/estimators/exact.h"
 #include "render/estimators/luminaire_params.h"
-#include "render/estimators/window_sampler.h"
+#include "render/estimators/visible_share.h"
 
 namespace luxfield::render {
 namespace {
 
 class Gloss : public Estimator {
  public:
-  explicit Gloss(const Device& device) : device_(device) {}
+  explicit Gloss(const Device& device) : device_(device), share_(device) {}
 
   const EstimatorTraits& traits() const override { return GlossTraits(); }
 
@@ -33,14 +33,8 @@ class Gloss : public Estimator {
     }
     if (!kernel_)
       kernel_.emplace(Program::Build(device_, "kernels/gloss.cl", "-D GLOSSY=1"), "Gloss");
-    Buffer share, shown_share;  // null: everything is visible
-    if (visibility.bvh) {
-      share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
-      shown_share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
-      if (!sampler_) sampler_.emplace(device_, "kernels/windowed.cl", "VisibleShare");
-      sampler_->Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
-                    share, shown_share, lighting.samples);
-    }
+    const auto share = share_.Trace(traits().name, gbuffer, visibility, luminaire,
+                                    world_from_luminaire, options, lighting.samples);
     const LuminaireParams params =
         MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
     const Buffer device_params =
@@ -48,8 +42,8 @@ class Gloss : public Estimator {
     kernel_
         ->Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, gbuffer.albedo,
               gbuffer.gloss, gbuffer.eye, static_cast<cl_int>(gbuffer.pixel_count()),
-              options.max_error, share, shown_share, lighting.irradiance, lighting.reflected,
-              lighting.variance)
+              options.max_error, share.irradiance, share.reflected, lighting.irradiance,
+              lighting.reflected, lighting.variance)
         .Enqueue({gbuffer.pixel_count()}, {kGroup});
   }
 
@@ -59,7 +53,7 @@ class Gloss : public Estimator {
   Device device_;
   std::unique_ptr<Estimator> exact_;
   std::optional<Kernel> kernel_;
-  std::optional<WindowSampler> sampler_;  // built when shadows are first asked for
+  VisibleShare share_;
 };
 
 }  // namespace

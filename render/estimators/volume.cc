@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "core/error.h"
 #include "core/random.h"
 #include "render/estimators/exact.h"
 #include "render/estimators/luminaire_params.h"
 #include "render/estimators/pixel_list.h"
-#include "render/estimators/window_sampler.h"
+#include "render/estimators/visible_share.h"
 
 namespace luxfield::render {
 namespace {
@@ -23,7 +22,8 @@ class Volume : public Estimator {
         whole_(program_, "VolumeIrradiance"),
         cut_(program_, "VolumeCutIrradiance"),
         exact_(MakeExact(device)),
-        list_(device) {}
+        list_(device),
+        share_(device) {}
 
   const EstimatorTraits& traits() const override { return VolumeTraits(); }
 
@@ -40,13 +40,10 @@ class Volume : public Estimator {
         MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
     const Buffer device_params =
         Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
-    Buffer share;  // null: everything is visible
-    if (visibility.bvh) {
-      share = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
-      if (!sampler_) sampler_.emplace(device_, "kernels/windowed.cl", "VisibleShare");
-      sampler_->Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
-                    share, /*shown_share=*/Buffer(), lighting.samples);
-    }
+    const Buffer share = share_
+                             .Trace(traits().name, gbuffer, visibility, luminaire,
+                                    world_from_luminaire, options, lighting.samples)
+                             .irradiance;
     const std::size_t left_bytes = (2 + gbuffer.pixel_count()) * sizeof(cl_int);
     if (left_.bytes() != left_bytes) left_ = Buffer(device_, left_bytes);
     std::array<cl_int, 2> left{};  // not covered by the volume, cut by the horizon
@@ -93,7 +90,7 @@ class Volume : public Estimator {
   std::unique_ptr<Estimator> exact_;
   PixelList list_;
   Buffer left_;
-  std::optional<WindowSampler> sampler_;  // built when shadows are first asked for
+  VisibleShare share_;
 };
 
 }  // namespace
