@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "core/random.h"
 #include "render/estimators/exact.h"
 #include "render/estimators/luminaire_params.h"
 #include "render/estimators/pixel_list.h"
@@ -127,55 +126,6 @@ std::vector<preprocess::Receiver> ReceiversOf(const GBuffer& gbuffer,
                          luminaire_from_world.Vector({n[0], n[1], n[2]})});
   }
   return receivers;
-}
-
-SampledError ErrorAtPixels(const Device& device, Estimator& estimator, Estimator& reference,
-                           const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
-                           const scene::Pose& world_from_luminaire, std::size_t count,
-                           std::uint64_t seed) {
-  const auto position = gbuffer.position.Download<cl_float4>();
-  std::vector<cl_int> pixels;
-  for (std::size_t k = 0; k < position.size(); ++k)
-    if (position[k].s[3] != 0) pixels.push_back(static_cast<cl_int>(k));
-  SampledError error;
-  error.pixels = std::min(count, pixels.size());
-  if (error.pixels == 0) return error;
-  core::Random random(seed, 0);
-  for (std::size_t k = 0; k < error.pixels; ++k)
-    std::swap(pixels[k],
-              pixels[k + static_cast<std::size_t>(random.Uniform() *
-                                                  static_cast<double>(pixels.size() - k))]);
-  pixels.resize(error.pixels);
-  std::sort(pixels.begin(), pixels.end());
-  PixelList list(device);
-  const GBuffer some = list.Gather(gbuffer, pixels);
-  Lighting lit(device, some), judge(device, some);
-  estimator.Light(some, {}, luminaire, world_from_luminaire, {}, lit);
-  reference.Light(some, {}, luminaire, world_from_luminaire, {}, judge);
-  const auto a = lit.irradiance.Download<cl_float4>(), b = judge.irradiance.Download<cl_float4>();
-
-  const double n = static_cast<double>(error.pixels);
-  double sum = 0, sum2 = 0, squares = 0, squares2 = 0;
-  for (std::size_t k = 0; k < error.pixels; ++k) {
-    double value = 0, square = 0;
-    for (int c = 0; c < 3; ++c) {
-      const double difference = static_cast<double>(a[k].s[c]) - static_cast<double>(b[k].s[c]);
-      value += static_cast<double>(b[k].s[c]) / 3;
-      square += difference * difference / 3;
-    }
-    sum += value;
-    sum2 += value * value;
-    squares += square;
-    squares2 += square * square;
-  }
-  const auto relative_sigma = [&](double s, double s2) {  // of a mean, over the mean
-    return s != 0 ? std::sqrt(std::max(0.0, s2 / (s * s) - 1 / n)) : 0;
-  };
-  if (!(sum > 0)) return error;
-  error.rel_rmse = std::sqrt(squares * n) / sum;
-  error.sigma =
-      error.rel_rmse * std::hypot(relative_sigma(squares, squares2) / 2, relative_sigma(sum, sum2));
-  return error;
 }
 
 }  // namespace luxfield::render

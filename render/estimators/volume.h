@@ -19,18 +19,4 @@ std::unique_ptr<Estimator> MakeVolume(const Device& device);
 std::vector<preprocess::Receiver> ReceiversOf(const GBuffer& gbuffer,
                                               const scene::Pose& world_from_luminaire);
 
-// An error estimated at some pixels.
-struct SampledError {
-  double rel_rmse = 0;     // RMSE over the mean of the reference (THEORY.md 10), all channels
-  double sigma = 0;        // standard deviation of rel_rmse over draws of the pixels
-  std::size_t pixels = 0;  // that it was measured at
-};
-
-// How far an estimator without noise is from another, without shadows, at `count` pixels drawn from
-// those of the G-buffer that hit something: the volume's own error, with `exact` for reference.
-SampledError ErrorAtPixels(const Device& device, Estimator& estimator, Estimator& reference,
-                           const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
-                           const scene::Pose& world_from_luminaire, std::size_t count,
-                           std::uint64_t seed);
-
 }  // namespace luxfield::render

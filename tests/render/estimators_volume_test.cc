@@ -160,12 +160,12 @@ TEST(Volume, WithoutNodesItIsExact) {
     EXPECT_NEAR(lit.irradiance[k].s[0], judge.irradiance[k].s[0], 1e-5f * judge.irradiance[k].s[0]);
 }
 
-// In a pose, as a check of the frames; the estimate from some pixels against the error of all.
-TEST(Volume, EstimatesItsOwnErrorAtSomePixels) {
+// As a check of the frames: the volume is in the luminaire's, the receivers in the world's.
+TEST(Volume, LightsFromAPose) {
   const Device device = Device::Open();
-  const auto volume = MakeEstimator("volume", device), exact = MakeEstimator("exact", device);
+  const auto volume = MakeEstimator("volume", device);
   const auto field = StructuredLuminaire("facets", {.channels = 3}, kSeed);
-  const auto points = Receivers(4000);
+  const auto points = Receivers(1000);
   const auto built =
       preprocess::BuildForReceivers(field, AsReceivers(points), {.max_rel_error = 5e-3}, 300);
   const LuminaireOnDevice luminaire(device, field, {.volume = &built.volume});
@@ -173,22 +173,9 @@ TEST(Volume, EstimatesItsOwnErrorAtSomePixels) {
   std::vector<SurfacePoint> world;
   for (const auto& [p, n] : points)
     world.push_back(RoundToFloat({pose.Point(p), Normalized(pose.Vector(n))}));
-  const GBuffer gbuffer = MakeGBuffer(device, world);
-  const Lit lit = LightGBuffer(device, *volume, gbuffer, luminaire, {}, nullptr, pose);
-  const double all = RelativeRmse(field, points, lit);
-  int within = 0;
-  constexpr int kDraws = 20;
-  for (int draw = 0; draw < kDraws; ++draw) {
-    const SampledError some = ErrorAtPixels(device, *volume, *exact, gbuffer, luminaire, pose, 500,
-                                            kSeed + static_cast<std::uint64_t>(draw));
-    EXPECT_EQ(some.pixels, 500u);
-    EXPECT_GT(some.sigma, 0);
-    within += std::abs(some.rel_rmse - all) < 2 * some.sigma;
-    if (draw < 3)
-      std::printf("error %.2e, estimated %.2e +- %.1e\n", all, some.rel_rmse, some.sigma);
-  }
-  // 2 sigma hold 95 % of a normal distribution; a few bright pixels make this one skew.
-  EXPECT_GE(within, 15);
+  const Lit lit =
+      LightGBuffer(device, *volume, MakeGBuffer(device, world), luminaire, {}, nullptr, pose);
+  EXPECT_LT(RelativeRmse(field, points, lit), 5e-3);
 }
 
 // The same share of the same rays, seed by seed, times an irradiance that is nearly the same.
