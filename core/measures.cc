@@ -37,6 +37,13 @@ double AverageLuminance(const Image& image) {
 
 }  // namespace
 
+Image LuminanceImage(const Image& image) {
+  Image luminance(image.width, image.height, 1);
+  for (std::size_t i = 0; i < image.plane_size(); ++i)
+    luminance.data[i] = static_cast<float>(Luminance(PixelOf(image, i)));
+  return luminance;
+}
+
 Image LabDifference(const Image& a, const Image& b) {
   RequireComparable(a, b);
   const double average = AverageLuminance(b);

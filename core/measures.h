@@ -19,6 +19,9 @@ struct Difference {
 // Throws InputError if sizes differ or a value is not finite.
 Difference Compare(const Image& a, const Image& b);
 
+// The luminance of each pixel, 1 channel (core/colour.h); of 1 or 3 channels.
+Image LuminanceImage(const Image& image);
+
 // Per-pixel CIE 1976 difference, the picture behind mean_lab.
 Image LabDifference(const Image& a, const Image& b);
 

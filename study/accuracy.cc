@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/colour.h"
 #include "core/error.h"
 #include "core/measures.h"
 #include "core/parallel.h"
@@ -26,17 +25,6 @@ constexpr double kWorthAVolume_s = 2;
 constexpr double kApproximationShare = 0.5;  // of the target, asked of volumes and gloss
 constexpr double kAim = 0.9;                 // of the target
 
-double PictureLuminance(const core::Image& image, std::size_t pixel) {
-  return core::Luminance({image.plane(0)[pixel], image.plane(1)[pixel], image.plane(2)[pixel]});
-}
-
-core::Image LuminanceImage(const core::Image& image) {
-  core::Image luminance(image.width, image.height, 1);
-  for (std::size_t i = 0; i < luminance.data.size(); ++i)
-    luminance.data[i] = static_cast<float>(PictureLuminance(image, i));
-  return luminance;
-}
-
 // Mean variance and mean luminance over the pixels, and how far the former may be off.
 struct Noise {
   double mean_luminance = 0, mean_variance = 0;
@@ -54,13 +42,14 @@ struct Noise {
 
 Noise NoiseOf(const render::Frame& frame) {
   Noise noise;
+  const core::Image luminances = core::LuminanceImage(frame.radiance);
   double sum = 0, squares = 0, luminance = 0;
   const std::size_t count = frame.variance.data.size();
   for (std::size_t i = 0; i < count; ++i) {
     const double v = frame.variance.data[i];
     sum += v;
     squares += v * v;
-    luminance += PictureLuminance(frame.radiance, i);
+    luminance += luminances.data[i];
   }
   noise.mean_variance = sum / static_cast<double>(count);
   noise.mean_luminance = luminance / static_cast<double>(count);
@@ -148,17 +137,10 @@ class Chooser {
   }
 
   bool IsWanted(const render::EstimatorTraits& traits) const {
-    if (!costs_.Knows(traits.name)) return false;
-    if (scene_.geometry().glossy && !traits.any_brdf) return false;
-    // `gloss` lights Lambertian scenes as `exact` does.
-    if (!scene_.geometry().glossy && traits.any_brdf && traits.noise_free) return false;
-    if (!request_.estimators.empty() &&
-        std::find(request_.estimators.begin(), request_.estimators.end(), traits.name) ==
-            request_.estimators.end())
-      return false;
-    if (Shadowed() && !traits.traced_shadows) return false;
-    if (traits.noise_free && !Shadowed() && !(traits.rel_error > 0)) return false;
-    return traits.unbiased || traits.noise_free;
+    const auto& names = request_.estimators;
+    return costs_.Knows(traits.name) &&
+           StatesItsError(traits, scene_.geometry().glossy, Shadowed()) &&
+           (names.empty() || std::find(names.begin(), names.end(), traits.name) != names.end());
   }
 
   render::RenderOptions PilotOptions(const std::string& estimator, int samples, int passes) const {
@@ -202,7 +184,7 @@ class Chooser {
   Candidate Measure(const render::EstimatorTraits& traits) {
     Candidate candidate;
     candidate.setting.estimator = traits.name;
-    candidate.samples = !traits.noise_free || Shadowed();
+    candidate.samples = TakesSamples(traits, Shadowed());
     const int passes = candidate.samples ? kPilotPasses : 1;
     const double tables_before_s = scene_.tables_core_s();
     // The first pilot also warms the kernels up; the second one is timed.
@@ -374,8 +356,19 @@ AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
   return result;
 }
 
+bool TakesSamples(const render::EstimatorTraits& traits, bool shadows) {
+  return !traits.noise_free || shadows;
+}
+
+bool StatesItsError(const render::EstimatorTraits& traits, bool glossy, bool shadows) {
+  if (glossy ? !traits.any_brdf : traits.any_brdf && traits.noise_free) return false;
+  if (shadows && !traits.traced_shadows) return false;
+  return TakesSamples(traits, shadows) ? traits.unbiased || traits.noise_free
+                                       : traits.rel_error > 0;
+}
+
 double LuminanceError(const core::Image& picture, const core::Image& reference) {
-  return core::Compare(LuminanceImage(picture), LuminanceImage(reference)).rel_rmse;
+  return core::Compare(core::LuminanceImage(picture), core::LuminanceImage(reference)).rel_rmse;
 }
 
 }  // namespace luxfield::study

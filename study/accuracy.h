@@ -44,6 +44,14 @@ struct AccurateFrame {
   double choosing_s = 0;            // wall time of pilots
 };
 
+// Whether an estimator takes light samples for a picture with shadows, or without.
+bool TakesSamples(const render::EstimatorTraits& traits, bool shadows);
+
+// Whether an error can be asked of an estimator on glossy or Lambertian surfaces: its samples are
+// unbiased and show their variance, or it takes none and states a bound. `exact` stands for
+// those that are the same as `exact` on Lambertian surfaces.
+bool StatesItsError(const render::EstimatorTraits& traits, bool glossy, bool shadows);
+
 // Throws InputError for requests that cannot be served (an estimator that does not state its error,
 // glossy surfaces where none of the estimators takes them), DeviceError, Interrupted.
 AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,

@@ -7,95 +7,82 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/progress.h"
 #include "scene/scene.h"
 #include "study/accuracy.h"
+#include "study/reference_picture.h"
 
 namespace luxfield::study {
 namespace {
 
-constexpr int kSweep[] = {8, 16, 32, 64, 128, 256, 512, 1024};
-constexpr int kReferencePass = 1 << 12;  // its passes are no picture's
+using nlohmann::json;
 
-struct Reference {
-  core::Image radiance;
-  double error = 0;  // relative RMSE of its luminance
-};
+constexpr int kSweep[] = {4, 16, 64, 256, 1024};
+constexpr int kRuns = 2;  // that the faster counts of
+constexpr double kResolved = 0.2;
 
-bool TakesSamples(const render::EstimatorTraits& traits, bool shadows) {
-  return !traits.noise_free || shadows;
-}
-
-std::vector<render::EstimatorTraits> Candidates(const render::LitScene& scene,
-                                                const CostModel& costs, bool shadows) {
-  std::vector<render::EstimatorTraits> candidates;
-  for (const auto& traits : render::EstimatorList())
-    if (costs.Knows(traits.name) &&
-        (scene.geometry().glossy ? traits.any_brdf : !(traits.any_brdf && traits.noise_free)) &&
-        (traits.unbiased || traits.noise_free) &&
-        (TakesSamples(traits, shadows) ? !shadows || traits.traced_shadows : traits.rel_error > 0))
-      candidates.push_back(traits);
-  return candidates;
-}
-
-// `exact` where it has no noise, else two halves of an unbiased estimator.
-Reference MakeReference(render::LitScene& scene, render::RenderOptions picture, int samples) {
-  picture.first_pass = kReferencePass;
-  if (picture.shadows == render::Shadows::kNone && !scene.geometry().glossy) {
-    picture.estimator = "exact";
-    return {render::Renderer(scene, picture).Render().radiance, 1e-6};
-  }
-  picture.estimator = "windowed";
-  picture.samples_per_pixel = samples / 2;
-  const auto first = render::Renderer(scene, picture).Render();
-  picture.first_pass = kReferencePass + 1;
-  const auto second = render::Renderer(scene, picture).Render();
-  return {render::MeanFrame(first, 1, second, 1).radiance,
-          0.5 * LuminanceError(first.radiance, second.radiance)};
+// The lamps' own tables serve any picture: they are no part of a picture's time, as those of
+// volumes are, which are made for what the camera sees.
+render::LitScene WithLampTables(const render::Device& device, const scene::Scene& scene) {
+  render::LitScene lit(device, scene);
+  lit.Require({.sat = true, .cells = true});
+  return lit;
 }
 
 struct Fixed {
   std::string estimator;
-  double samples = 0, seconds = std::numeric_limits<double>::infinity();
+  double samples = 0, core_s = std::numeric_limits<double>::infinity();
 };
 
-// The time at which a setting's error falls to the target: log-log between neighbouring points of
-// its sweep, by the last two beyond it.
-std::optional<Fixed> CheapestWithin(const std::string& estimator, const std::vector<double>& spp,
-                                    const std::vector<double>& errors,
-                                    const std::vector<double>& seconds, double target) {
-  if (errors.front() <= target) return Fixed{estimator, spp.front(), seconds.front()};
+struct Series {
+  std::string estimator;
+  std::vector<double> spp, errors, core_s;
+};
+
+// Where the series' error falls to the target: log-log between neighbouring points, by the last two
+// beyond them.
+std::optional<Fixed> CheapestWithin(const Series& series, double target) {
+  const auto& [estimator, spp, errors, core_s] = series;
+  if (errors.front() <= target) return Fixed{estimator, spp.front(), core_s.front()};
   for (std::size_t k = 1; k < errors.size(); ++k) {
     if (errors[k] > target && k + 1 < errors.size()) continue;
     const double slope = std::log(errors[k] / errors[k - 1]) / std::log(spp[k] / spp[k - 1]);
     if (!(slope < 0)) continue;
-    const double ratio = std::pow(target / errors[k - 1], 1 / slope);  // of the samples
-    const double per_sample_s = (seconds[k] - seconds[k - 1]) / (spp[k] - spp[k - 1]);
-    const double samples = spp[k - 1] * ratio;
+    const double samples = spp[k - 1] * std::pow(target / errors[k - 1], 1 / slope);
+    const double per_sample_s = (core_s[k] - core_s[k - 1]) / (spp[k] - spp[k - 1]);
     return Fixed{estimator, samples,
-                 seconds[k - 1] + std::max(0.0, per_sample_s) * (samples - spp[k - 1])};
+                 core_s[k - 1] + std::max(0.0, per_sample_s) * (samples - spp[k - 1])};
   }
   return std::nullopt;
 }
 
-// Every candidate's errors and times over the sample counts.
+// Every estimator's errors and times over the sample counts, up to the time of the best so far that
+// reaches the least target.
 class Sweep {
  public:
-  Sweep(render::LitScene& scene, const CostModel& costs, const render::RenderOptions& picture,
-        const Reference& reference) {
+  Sweep(render::LitScene lit, const render::RenderOptions& picture,
+        const ReferencePicture& reference, double least_target) {
     const bool shadows = picture.shadows != render::Shadows::kNone;
-    for (const auto& traits : Candidates(scene, costs, shadows)) {
+    for (const auto& traits : render::EstimatorList()) {
+      if (!StatesItsError(traits, lit.geometry().glossy, shadows)) continue;
       render::RenderOptions options = picture;
       options.estimator = traits.name;
+      const double tables_before_s = lit.tables_core_s();
+      render::Renderer(lit, options).Render();  // compiles and builds
+      const double tables_s = lit.tables_core_s() - tables_before_s;
       Series series{traits.name, {}, {}, {}};
       for (const int samples : kSweep) {
         options.samples_per_pixel = samples;
-        render::Renderer renderer(scene, options);
-        if (samples == kSweep[0]) renderer.Render();  // compiles and touches memory
+        render::Renderer renderer(lit, options);
+        double core_s = std::numeric_limits<double>::infinity();
+        for (int run = 1; run < kRuns; ++run)
+          core_s = std::min(core_s, renderer.Render().times.lighting_core_s);
         const auto frame = renderer.Render();
         series.spp.push_back(samples);
-        series.seconds.push_back(frame.times.lighting_s);
-        series.errors.push_back(LuminanceError(frame.radiance, reference.radiance));
-        if (!TakesSamples(traits, shadows)) break;
+        series.core_s.push_back(tables_s + std::min(core_s, frame.times.lighting_core_s));
+        series.errors.push_back(Compare(core::LuminanceImage(frame.radiance), reference).rel_rmse);
+        if (!TakesSamples(traits, shadows) || series.core_s.back() > Best(least_target).core_s)
+          break;
       }
       series_.push_back(std::move(series));
     }
@@ -104,66 +91,92 @@ class Sweep {
   Fixed Best(double target) const {
     Fixed best;
     for (const auto& series : series_) {
-      const auto fixed =
-          CheapestWithin(series.estimator, series.spp, series.errors, series.seconds, target);
-      if (fixed && fixed->seconds < best.seconds) best = *fixed;
+      const auto fixed = CheapestWithin(series, target);
+      if (fixed && fixed->core_s < best.core_s) best = *fixed;
     }
     return best;
   }
 
  private:
-  struct Series {
-    std::string estimator;
-    std::vector<double> spp, errors, seconds;
-  };
   std::vector<Series> series_;
 };
 
+struct Case {
+  const scene::Scene& scene;
+  bool shadows = false, glossy = false;
+};
+
+void AddRows(const render::Device& device, const CostModel& costs,
+             const BenchAccuracyOptions& options, const Case& c, json& rows) {
+  AccuracyRequest request;
+  request.picture.shadows = c.shadows ? render::Shadows::kTraced : render::Shadows::kNone;
+  request.picture.width = options.width;
+  request.picture.height = options.height;
+  const auto& targets = c.shadows ? options.shadowed_targets : options.targets;
+  const double least = *std::min_element(targets.begin(), targets.end());
+  render::LitScene lit = WithLampTables(device, c.scene);
+  const ReferencePicture reference = LuminanceOf(
+      RenderReference(lit, request.picture, options.reference_samples, kResolved * least));
+  const Sweep sweep(WithLampTables(device, c.scene), request.picture, reference, least);
+  const double lamp_tables_s = lit.tables_core_s();
+  for (const double target : targets) {
+    const Fixed best = sweep.Best(target);
+    for (int k = 0; k < options.seeds; ++k) {
+      request.rel_error = target;
+      request.picture.seed = options.seed + static_cast<std::uint64_t>(k);
+      const auto result = RenderToAccuracy(lit, costs, request);
+      const auto& times = result.frame.times;
+      const double error = Compare(core::LuminanceImage(result.frame.radiance), reference).rel_rmse;
+      const bool has_volume = lit.EstimatorNamed(result.chosen.estimator).traits().needs.volume;
+      const double core_s =
+          times.lighting_core_s + (has_volume ? lit.tables_core_s() - lamp_tables_s : 0);
+      const bool found = std::isfinite(best.core_s);
+      rows.push_back({{"scene", c.scene.file.stem().string()},
+                      {"shadows", c.shadows ? "on" : "off"},
+                      {"surface", c.glossy ? "glossy" : "diffuse"},
+                      {"asked", target},
+                      {"seed", request.picture.seed},
+                      {"estimated", result.estimated_error},
+                      {"true", error},
+                      {"kept", error <= target},
+                      {"resolved", reference.rel_rmse <= kResolved * target},
+                      {"met", result.met},
+                      {"estimator", result.chosen.estimator},
+                      {"spp", result.chosen.samples_per_pixel},
+                      {"core_s", core_s},
+                      {"lighting_s", times.lighting_s},
+                      {"choosing_s", result.choosing_s},
+                      {"best_fixed", best.estimator},
+                      {"best_fixed_spp", best.samples},
+                      {"best_fixed_core_s", found ? json(best.core_s) : json()},
+                      {"time_ratio", found ? json(core_s / best.core_s) : json()},
+                      {"reference_error", reference.rel_rmse}});
+    }
+  }
+}
+
 }  // namespace
 
-nlohmann::json BenchAccuracy(const BenchAccuracyOptions& options) {
-  if (options.scenes.empty() || options.targets.empty() || options.seeds < 1)
+json BenchAccuracy(const BenchAccuracyOptions& options) {
+  if (options.scenes.empty() || options.targets.empty() || options.shadowed_targets.empty() ||
+      options.seeds < 1)
     throw InputError("bench accuracy: give at least one scene, one target and one seed");
   const auto device = render::Device::Open(options.device, options.threads);
+  core::Progress progress("bench accuracy", 4 * options.scenes.size());
   const CostModel costs = Calibrate(device);
-  nlohmann::json rows = nlohmann::json::array();
+  json rows = json::array();
   for (const auto& path : options.scenes) {
-    render::LitScene scene(device, scene::ReadScene(path));
-    for (const bool shadows : options.shadows) {
-      AccuracyRequest request;
-      request.picture.shadows = shadows ? render::Shadows::kTraced : render::Shadows::kNone;
-      request.picture.width = options.width;
-      request.picture.height = options.height;
-      const Reference reference = MakeReference(scene, request.picture, options.reference_samples);
-      const Sweep sweep(scene, costs, request.picture, reference);
-      for (const double target : options.targets) {
-        const Fixed best = sweep.Best(target);
-        for (int seed = 0; seed < options.seeds; ++seed) {
-          request.rel_error = target;
-          request.picture.seed = options.seed + static_cast<std::uint64_t>(seed);
-          const auto result = RenderToAccuracy(scene, costs, request);
-          const double against = LuminanceError(result.frame.radiance, reference.radiance);
-          const double error =
-              std::sqrt(std::max(0.0, against * against - reference.error * reference.error));
-          const double seconds = result.frame.times.lighting_s;
-          rows.push_back({{"scene", path.stem().string()},
-                          {"shadows", shadows},
-                          {"asked", target},
-                          {"estimated", result.estimated_error},
-                          {"true", error},
-                          {"kept", error <= target},
-                          {"met", result.met},
-                          {"estimator", result.chosen.estimator},
-                          {"spp", result.chosen.samples_per_pixel},
-                          {"lighting_s", seconds},
-                          {"best_fixed", best.estimator},
-                          {"best_fixed_spp", best.samples},
-                          {"best_fixed_s", best.seconds},
-                          {"time_ratio", seconds / best.seconds},
-                          {"reference_error", reference.error}});
-        }
+    const scene::Scene scene = scene::ReadScene(path);
+    scene::Scene diffuse = scene;
+    scene::MakeLambertian(diffuse.geometry);
+    const auto& materials = scene.geometry.materials;
+    const bool is_glossy = std::any_of(materials.begin(), materials.end(), scene::IsGlossy);
+    for (const bool shadows : {false, true})
+      for (const bool glossy : {false, true}) {
+        if (!glossy || is_glossy)
+          AddRows(device, costs, options, {glossy ? scene : diffuse, shadows, glossy}, rows);
+        progress.Advance();
       }
-    }
   }
   return rows;
 }

@@ -6,26 +6,21 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <sstream>
 
 #include "core/error.h"
-#include "core/measures.h"
-#include "core/parallel.h"
 #include "core/progress.h"
-#include "core/stopwatch.h"
-#include "lightfield/light_vector.h"
 #include "render/lit_scene.h"
 #include "render/renderer.h"
+#include "study/reference_picture.h"
 
 namespace luxfield::study {
 namespace {
 
 using nlohmann::json;
 
-constexpr std::uint64_t kSeed = 3, kReferenceSeed = 1000;
+constexpr std::uint64_t kSeed = 3;
 constexpr int kMostRuns = 3;
 constexpr double kEnough_s = 1;  // of timing one setting
 
@@ -33,44 +28,6 @@ struct Case {
   std::string scene;
   bool shadows = false, glossy = false;
 };
-
-// Two unbiased pictures of independent samples, or twice the closed form.
-struct Reference {
-  core::Image a, b;
-  core::Image mean;
-  double rel_rmse = 0;  // standard error of the mean
-};
-
-Reference MakeReference(core::Image a, core::Image b) {
-  Reference reference{std::move(a), std::move(b), {}, 0};
-  reference.mean = reference.a;
-  for (std::size_t i = 0; i < reference.mean.data.size(); ++i)
-    reference.mean.data[i] = 0.5f * (reference.a.data[i] + reference.b.data[i]);
-  reference.rel_rmse = 0.5 * core::Compare(reference.a, reference.b).rel_rmse;
-  return reference;
-}
-
-// core::Compare against the mean, but with squared errors as (x - a)(x - b): the halves' own noise
-// then averages out instead of adding to the error of x. What is left of it can exceed a small
-// error or make it negative; an error below the reference's own cannot be told and is stated as
-// that.
-core::Difference Compare(const core::Image& x, const Reference& reference) {
-  core::Difference difference = core::Compare(x, reference.mean);
-  const double mean = difference.mean_reference, eps = 1e-4 * mean * mean;
-  double squares = 0, relative = 0;
-  for (std::size_t i = 0; i < x.data.size(); ++i) {
-    const double square =
-        (double{x.data[i]} - reference.a.data[i]) * (double{x.data[i]} - reference.b.data[i]);
-    squares += square;
-    const double r = reference.mean.data[i];
-    if (square != 0) relative += square / (r * r + eps);
-  }
-  const auto count = static_cast<double>(x.data.size());
-  const double rmse = std::sqrt(std::max(squares, 0.0) / count);
-  difference.rel_rmse = std::max(mean > 0 ? rmse / mean : 0, reference.rel_rmse);
-  difference.rel_mse = std::max(relative / count, 0.0);
-  return difference;
-}
 
 // A value of an estimator's knobs; the samples come on top.
 struct Knobs {
@@ -120,80 +77,8 @@ render::RenderOptions PictureOptions(const BenchTradeoffOptions& options, const 
   return picture;
 }
 
-// The light of the closed form in double on the surfaces that the renderer sees.
-Reference ClosedForm(const render::LitScene& scene, const BenchTradeoffOptions& options) {
-  scene::Camera camera = scene.camera();
-  camera.width = options.width;
-  camera.height = options.height;
-  render::GBuffer gbuffer(scene.device(), options.width, options.height);
-  render::PrimaryVisibility(scene.device())
-      .Render(scene.geometry(), camera, 0, {0.5, 0.5}, gbuffer)
-      .Wait();
-  const auto position = gbuffer.position.Download<cl_float4>();
-  const auto normal = gbuffer.normal.Download<cl_float4>();
-  const auto albedo = gbuffer.albedo.Download<cl_float4>();
-  core::Image radiance(options.width, options.height, 3);
-  core::ParallelFor(gbuffer.pixel_count(), 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (position[i].s[3] == 0) continue;
-      std::array<double, 3> sum{};
-      for (const auto& luminaire : scene.luminaires()) {
-        const scene::Pose luminaire_from_world = luminaire.world_from_luminaire.Inverse();
-        const auto& p = position[i].s;
-        const auto& n = normal[i].s;
-        const auto e = lightfield::ExactIrradiance(luminaire.light_field->field,
-                                                   luminaire_from_world.Point({p[0], p[1], p[2]}),
-                                                   luminaire_from_world.Vector({n[0], n[1], n[2]}));
-        for (int c = 0; c < 3; ++c) sum[c] += luminaire.scale * e[c];
-      }
-      for (int c = 0; c < 3; ++c)
-        radiance.plane(c)[i] =
-            static_cast<float>(double{albedo[i].s[c]} * std::numbers::inv_pi * sum[c]);
-    }
-  });
-  return MakeReference(radiance, radiance);
-}
-
 bool Serves(const render::EstimatorTraits& traits, const Case& c) {
   return traits.any_brdf || !c.glossy;
-}
-
-// The unbiased estimator with the least variance times time, from a pilot.
-std::string ReferenceEstimator(render::LitScene& scene, const BenchTradeoffOptions& options,
-                               const Case& c) {
-  std::string best;
-  double least = std::numeric_limits<double>::infinity();
-  for (const auto& traits : render::EstimatorList()) {
-    if (!Serves(traits, c) || !(c.shadows ? traits.unbiased_with_shadows : traits.unbiased))
-      continue;
-    auto picture = PictureOptions(options, c);
-    picture.estimator = traits.name;
-    picture.samples_per_pixel = 256;
-    picture.passes = 8;
-    const render::Frame frame = render::Renderer(scene, picture).Render();
-    double variance = 0;
-    for (const float v : frame.variance.data) variance += v;
-    if (variance * frame.times.lighting_s < least) {
-      least = variance * frame.times.lighting_s;
-      best = traits.name;
-    }
-  }
-  if (best.empty())
-    throw InputError(fmt::format("bench tradeoff: no estimator is unbiased for {}{} surfaces",
-                                 c.glossy ? "glossy" : "diffuse", c.shadows ? " shadowed" : ""));
-  return best;
-}
-
-Reference Sampled(render::LitScene& scene, const BenchTradeoffOptions& options, const Case& c) {
-  auto picture = PictureOptions(options, c);
-  picture.estimator = ReferenceEstimator(scene, options, c);
-  picture.samples_per_pixel = options.reference_samples / 2;
-  std::array<core::Image, 2> halves;
-  for (int k = 0; k < 2; ++k) {
-    picture.seed = kReferenceSeed + k;
-    halves[k] = render::Renderer(scene, picture).Render().radiance;
-  }
-  return MakeReference(std::move(halves[0]), std::move(halves[1]));
 }
 
 struct Measured {
@@ -221,15 +106,12 @@ class SceneBench {
  public:
   SceneBench(const render::Device& device, const scene::Scene& scene,
              const BenchTradeoffOptions& options, Case c)
-      : device_(device),
-        scene_(scene),
-        options_(options),
-        case_(std::move(c)),
-        lit_(device, scene) {}
+      : device_(device), scene_(scene), options_(options), case_(std::move(c)) {}
 
   void AddRows(json& rows) {
-    const Reference reference =
-        case_.shadows || case_.glossy ? Sampled(lit_, options_, case_) : ClosedForm(lit_, options_);
+    render::LitScene judged(device_, scene_);
+    const ReferencePicture reference =
+        RenderReference(judged, PictureOptions(options_, case_), options_.reference_samples);
     for (const auto& traits : render::EstimatorList()) {
       const bool wanted = options_.estimators.empty() ||
                           std::find(options_.estimators.begin(), options_.estimators.end(),
@@ -249,7 +131,7 @@ class SceneBench {
 
  private:
   json Row(render::LitScene& lit, const render::EstimatorTraits& traits, const Knobs& knobs,
-           int spp, const Reference& reference) const {
+           int spp, const ReferencePicture& reference) const {
     auto picture = PictureOptions(options_, case_);
     picture.estimator = traits.name;
     picture.samples_per_pixel = std::max(spp, 1);
@@ -288,7 +170,6 @@ class SceneBench {
   const scene::Scene& scene_;
   const BenchTradeoffOptions& options_;
   Case case_;
-  render::LitScene lit_;
 };
 
 void Check(const BenchTradeoffOptions& options) {

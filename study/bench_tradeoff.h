@@ -31,12 +31,9 @@ struct BenchTradeoffOptions {
 // G-buffer after compilation, the best of up to three runs; build_core_s is the CPU time of the
 // tables that the estimator asks for. Errors are of the picture's radiance (core/measures.h).
 //
-// References: diffuse without shadows, the closed form in double (lightfield::ExactIrradiance);
-// else the mean of two independent halves of the unbiased estimator that is cheapest there at equal
-// variance. Against halves a and b the squared error of x is the mean of (x - a)(x - b), to which
-// their own noise adds nothing on average, and rel_rmse is no less than their standard error.
-// reference_rel_rmse is half their difference, the standard error of their mean; `resolved` says
-// whether the row's own error is ten times that or more (THEORY.md 10).
+// References, and errors against them: study/reference_picture.h. reference_rel_rmse is the
+// reference's own; `resolved` says whether the row's error is ten times that or more (THEORY.md
+// 10).
 //
 // Throws InputError (an unknown estimator, a scene or lamp that is not there), DeviceError,
 // Interrupted.

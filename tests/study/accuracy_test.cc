@@ -8,44 +8,10 @@
 
 #include "core/error.h"
 #include "core/progress.h"
-#include "lightfield/light_field.h"
+#include "tests/study/small_scene.h"
 
 namespace luxfield::study {
 namespace {
-
-// A soft beam, so that no few pixels hold all the noise.
-lightfield::LightField SoftLamp() {
-  lightfield::LuminaireGeometry geometry;
-  geometry.delta_m = 0.1;
-  geometry.grid = lightfield::BasisGrid::Centred(
-      lightfield::Basis::Make(lightfield::BasisKind::kBspline2), 4, 3, 0.02);
-  geometry.lattice = {32, 32, -0.16, 0.16, 0.01, 0.01};
-  lightfield::LightField field(geometry);
-  for (int m = 0; m < geometry.grid.count(); ++m)
-    for (int row = 0; row < 32; ++row)
-      for (int column = 0; column < 32; ++column) {
-        const auto s = geometry.lattice.centre(row, column);
-        field.image(m, 0)[static_cast<std::size_t>(row) * 32 + column] =
-            static_cast<float>((1 + m) * std::exp(-40 * (s.x * s.x + s.y * s.y)));
-      }
-  return field;
-}
-
-// The lamp over a floor with a box on it.
-scene::Scene LampOverFloor() {
-  const std::filesystem::path file =
-      std::filesystem::path(testing::TempDir()) / "luxfield_accuracy.lf.exr";
-  lightfield::WriteLightField(file, SoftLamp());
-  scene::Scene scene;
-  scene.geometry.materials.emplace_back();
-  scene::AppendQuad({-3, -1, 0}, {6, 0, 0}, {0, 8, 0}, 0, scene.geometry);
-  scene::AppendBox(scene::Translation({0.2, 2.5, 0.2}) * scene::Scaling({0.4, 0.4, 0.4}), 0,
-                   scene.geometry);
-  scene.camera = scene::Camera::LookAt({-1, -1, 1.5}, {0, 2.5, 0.2}, {0, 0, 1}, 50, 40, 30);
-  scene.luminaires.push_back(
-      {"lamp", file, {}, scene::LookAt({0, 0, 0.6}, {0, 5, 0.3}, {0, 0, 1}), 1});
-  return scene;
-}
 
 // Made-up times; pilots correct them.
 CostModel MadeUpCosts() {
@@ -97,6 +63,30 @@ TEST_F(AccuracyTest, TheCheapestSettingIsTaken) {
   EXPECT_LE(result.considered[0].predicted_s, result.considered[1].predicted_s);
   EXPECT_TRUE(result.met);
   EXPECT_LE(result.estimated_error, 0.01);
+}
+
+TEST(StatesItsError, FollowsTheTraits) {
+  for (const auto& traits : render::EstimatorList())
+    for (const bool shadows : {false, true}) {
+      const bool unbiased = shadows ? traits.unbiased_with_shadows : traits.unbiased;
+      if (unbiased && !traits.noise_free) {
+        EXPECT_TRUE(StatesItsError(traits, true, shadows)) << traits.name;
+        EXPECT_TRUE(StatesItsError(traits, false, shadows)) << traits.name;
+      }
+      if (traits.name == "thesis") {
+        EXPECT_FALSE(StatesItsError(traits, false, shadows));
+      }
+      if (traits.name == "exact" || traits.name == "volume") {
+        EXPECT_TRUE(StatesItsError(traits, false, shadows));
+        EXPECT_FALSE(StatesItsError(traits, true, shadows));
+        EXPECT_EQ(TakesSamples(traits, shadows), shadows);
+      }
+      // The same as exact on Lambertian surfaces.
+      if (traits.name == "gloss") {
+        EXPECT_TRUE(StatesItsError(traits, true, shadows));
+        EXPECT_FALSE(StatesItsError(traits, false, shadows));
+      }
+    }
 }
 
 // A time is turned into samples, more time into more of them.
