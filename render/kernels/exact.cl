@@ -10,8 +10,7 @@
 // windows.
 // Windows are walked in chunks of kChunk x kChunk texels and kBasis x kBasis images, so any size
 // fits.
-#include "kernels/horizon.clh"
-#include "kernels/shadow_maps.clh"
+#include "kernels/cut_horizon.clh"
 #include "kernels/texel_weights.clh"
 
 enum { kBasis = SHARED > 1 ? 12 : 4 };
@@ -22,17 +21,19 @@ typedef struct Pixel {
   Axis axis[2];
 } Pixel;
 
-// Texels that the pixels see basis function `i` through, together.
-inline int2 JoinedTexels(__constant const LuminaireParams* luminaire, const Pixel* pixels,
-                         int count, int dimension, int i) {
-  int begin = INT_MAX, end = INT_MIN;
-  for (int k = 0; k < count; ++k) {
-    const Axis* axis = &pixels[k].axis[dimension];
-    const int a = AxisTexel(axis, i), b = AxisTexel(axis, i + luminaire->basis.cells);
-    begin = min(begin, min(a, b));
-    end = max(end, max(a, b));
+// The first and the last texel that knot q lies in, over the pixels.
+inline int2 KnotTexels(const Pixel* pixels, int count, int dimension, int q) {
+  int2 texels = AxisTexel(&pixels[0].axis[dimension], q);
+  for (int k = 1; k < count; ++k) {
+    const int texel = AxisTexel(&pixels[k].axis[dimension], q);
+    texels = (int2)(min(texels.x, texel), max(texels.y, texel));
   }
-  return TexelsBetween(begin, end, luminaire->axis[dimension].texels);
+  return texels;
+}
+
+// Texels that the pixels see between two knots, together.
+inline int2 JoinedTexels(int2 knot_a, int2 knot_b, int texels) {
+  return TexelsBetween(min(knot_a.x, knot_b.x), max(knot_a.y, knot_b.y), texels);
 }
 
 // True if lighting the pixels together touches at most half as many texels again as the smallest of
@@ -40,10 +41,12 @@ inline int2 JoinedTexels(__constant const LuminaireParams* luminaire, const Pixe
 inline bool ShareWindows(__constant const LuminaireParams* luminaire, const Pixel* pixels,
                          int count) {
   for (int dimension = 0; dimension < 2; ++dimension) {
-    const int middle = luminaire->axis[dimension].count / 2;
-    const int2 joined = JoinedTexels(luminaire, pixels, count, dimension, middle);
+    const int middle = luminaire->axis[dimension].count / 2, end = middle + luminaire->basis.cells,
+              texels = luminaire->axis[dimension].texels;
+    const int2 joined = JoinedTexels(KnotTexels(pixels, count, dimension, middle),
+                                     KnotTexels(pixels, count, dimension, end), texels);
     for (int k = 0; k < count; ++k) {
-      const int2 own = JoinedTexels(luminaire, pixels + k, 1, dimension, middle);
+      const int2 own = AxisTexels(&pixels[k].axis[dimension], middle, end, texels);
       if (2 * (joined.y - joined.x) > 3 * (own.y - own.x) + 8) return false;
     }
   }
@@ -55,9 +58,13 @@ inline bool ShareWindows(__constant const LuminaireParams* luminaire, const Pixe
 inline bool MakeBlock(__constant const LuminaireParams* luminaire, const Pixel* pixels,
                       int pixel_count, int dimension, int first, int count, int chunk,
                       TexelWeights weights[SHARED][kBasis]) {
+  const int cells = luminaire->basis.cells;
+  int2 knots[kBasis + kMaxCells];
+  for (int q = 0; q < count + cells; ++q)
+    knots[q] = KnotTexels(pixels, pixel_count, dimension, first + q);
   bool any = false;
   for (int i = 0; i < count; ++i) {
-    int2 range = JoinedTexels(luminaire, pixels, pixel_count, dimension, first + i);
+    int2 range = JoinedTexels(knots[i], knots[i + cells], luminaire->axis[dimension].texels);
     range.x += chunk * kChunk;
     range.y = max(min(range.y, range.x + kChunk), range.x);
     any |= range.x < range.y;
@@ -230,8 +237,7 @@ __kernel void ExactIrradiance(__constant const LuminaireParams* luminaire,
                   variance);
 }
 
-// The same for the pixels whose horizon does: texel by texel, cut texels clipped and integrated
-// exactly.
+// The same for the pixels whose horizon does, cut texels clipped and integrated exactly.
 __kernel void ExactCutIrradiance(__constant const LuminaireParams* luminaire,
                                  __global const float* images, __global const float4* positions,
                                  __global const float4* normals, int pixel_count,
@@ -241,12 +247,8 @@ __kernel void ExactCutIrradiance(__constant const LuminaireParams* luminaire,
   if (pixel >= pixel_count || positions[pixel].w == 0.0f) return;
   const Receiver receiver = MakeReceiver(luminaire, positions[pixel].xyz, normals[pixel].xyz);
   if (!(receiver.p.z > 0.0f) || WholeHorizon(luminaire, &receiver) != kCut) return;
-  const Axis x = MakeAxis(&luminaire->axis[0], luminaire->delta, receiver.p.x, receiver.p.z);
-  const Axis y = MakeAxis(&luminaire->axis[1], luminaire->delta, receiver.p.y, receiver.p.z);
-  float sum[3] = {0.0f, 0.0f, 0.0f};
-  for (int j = 0; j < luminaire->axis[1].count; ++j)
-    for (int i = 0; i < luminaire->axis[0].count; ++i)
-      LightCutImage(luminaire, images, &receiver, &x, &y, i, j,
-                    ImageVisibility(luminaire, SeenByPixel(luminaire, seen, pixel), i, j), sum);
+  float sum[3];
+  LightCutPixel(luminaire, images, &receiver, SeenByPixel(luminaire, seen, pixel), /*clip=*/true,
+                sum);
   AddIrradiance(luminaire, receiver.p.z, sum, pixel, ratio, irradiance, variance);
 }

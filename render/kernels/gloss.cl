@@ -1,6 +1,6 @@
-// Reflected light without samples (THEORY.md 7.4): the u-cells of F, cut into parts where the BRDF's
-// lobe is narrow, each with the exact moments of what all images send through it and the BRDF
-// towards its centroid.
+// Reflected light without samples (THEORY.md 7.4): the u-cells of F, cut into parts where the
+// BRDF's lobe is narrow, each with the exact moments of what all images send through it and the
+// BRDF towards its centroid.
 //
 //   L = sum over pieces  delta^2 / z^3 h^2 f_r(w) (k M00 + n_x h M10 + n_y h M01),
 //   M_ab = integral over the piece of sum_m C_m(s(y)) Phi_m(y) (x - x_c)^a (y - y_c)^b dx dy,
@@ -28,13 +28,15 @@ inline Knot MakePartKnot(const Axis* axis, int cell, int part, int parts) {
   return KnotAt(axis->first + cell * axis->step + (axis->step / parts) * part);
 }
 
-// Weights of the texels `first` .. of one axis of a piece for the basis function that begins at knot
-// `function`: integral B dy and, about the piece's middle, integral (y - y_c) B dy.
+// Weights of the texels `first` .. of one axis of a piece for the basis function that begins at
+// knot `function`: integral B dy and, about the piece's middle, integral (y - y_c) B dy.
 inline void PieceWeights(__constant const BasisParams* basis, const Axis* axis, int function,
                          int cell, int part, int parts, Knot near, Knot far, int first,
                          Lanes* zeroth, Lanes* moment) {
   const float length = 1.0f / (float)parts;
-  const SeenPart seen = SeePart(axis, near, far, (float)first, length);
+  const bool forward = axis->step >= 0;
+  const SeenPart seen =
+      SeePart(axis, forward ? near : far, forward ? far : near, (float)first, length);
   // B is evaluated from that end of the cell which lies nearer to the rim of the support.
   const int k = cell - function;
   const bool rising = 2 * k < basis->cells;
@@ -135,8 +137,8 @@ inline void AddEnergy(__constant const LuminaireParams* luminaire, const Surface
     // Negative coefficients may pull a centroid out of its piece.
     const float2 y = part * ((float2)((float)piece->a + 0.5f, (float)piece->b + 0.5f) +
                              clamp(at[channel], -0.5f, 0.5f));
-    const float3 f = EvaluateBrdf(&surface->brdf,
-                                  normalize(ToLamp(luminaire, surface, piece->i, piece->j, y)));
+    const float3 f =
+        EvaluateBrdf(&surface->brdf, normalize(ToLamp(luminaire, surface, piece->i, piece->j, y)));
     const float factor[3] = {f.x, f.y, f.z};
     for (int c = 0; c < 3; ++c)
       if (luminaire->channels == 1 || c == channel) {
@@ -159,8 +161,7 @@ inline void LightPiece(__constant const LuminaireParams* luminaire, __global con
   float energy[3];
   float2 at[3];
   for (int channel = 0; channel < luminaire->channels; ++channel) {
-    const float m00 = moments.m00[channel], m10 = moments.m10[channel],
-                m01 = moments.m01[channel];
+    const float m00 = moments.m00[channel], m10 = moments.m10[channel], m01 = moments.m01[channel];
     energy[channel] = centre * m00 + horizon->along_x * m10 + horizon->along_y * m01;
     at[channel] =
         m00 != 0.0f ? (float2)(m10, m01) * ((float)piece->parts / m00) : (float2)(0.0f, 0.0f);
@@ -176,16 +177,16 @@ inline void LightCutPiece(__constant const LuminaireParams* luminaire, __global 
   __constant const BasisParams* basis = &luminaire->basis;
   const float part = 1.0f / (float)piece->parts;
   const float2 corner = part * (float2)((float)piece->a, (float)piece->b);
-  const int2 columns = WindowTexels(MakeKnot(&surface->x, piece->i), MakeKnot(&surface->x, piece->i + 1),
-                                    luminaire->axis[0].texels),
-             rows = WindowTexels(MakeKnot(&surface->y, piece->j), MakeKnot(&surface->y, piece->j + 1),
-                                 luminaire->axis[1].texels);
+  const int2 columns = WindowTexels(MakeKnot(&surface->x, piece->i),
+                                    MakeKnot(&surface->x, piece->i + 1), luminaire->axis[0].texels),
+             rows = WindowTexels(MakeKnot(&surface->y, piece->j),
+                                 MakeKnot(&surface->y, piece->j + 1), luminaire->axis[1].texels);
   const size_t stride = luminaire->row_stride, plane = luminaire->axis[1].texels * stride;
   float energy[3] = {0.0f, 0.0f, 0.0f};
   float2 at[3] = {(float2)(0.0f), (float2)(0.0f), (float2)(0.0f)};
   for (int row = rows.x; row < rows.y; ++row) {
-    const float2 y = clamp(SupportInterval(&surface->y, piece->j, (float)row, 1.0f), corner.y,
-                           corner.y + part);
+    const float2 y =
+        clamp(SupportInterval(&surface->y, piece->j, (float)row, 1.0f), corner.y, corner.y + part);
     for (int column = columns.x; column < columns.y && y.x < y.y; ++column) {
       const float2 x = clamp(SupportInterval(&surface->x, piece->i, (float)column, 1.0f), corner.x,
                              corner.x + part);
@@ -198,9 +199,8 @@ inline void LightCutPiece(__constant const LuminaireParams* luminaire, __global 
           const int i = piece->i - k, j = piece->j - l;
           if (i < 0 || i >= luminaire->axis[0].count || j < 0 || j >= luminaire->axis[1].count)
             continue;
-          const float weight =
-              ClippedCell(basis->left[k], basis->left[l], x.x, x.y, y.x, y.y, horizon->at_corner,
-                          horizon->along_x, horizon->along_y);
+          const float weight = ClippedCell(basis->left[k], basis->left[l], x.x, x.y, y.x, y.y,
+                                           horizon->at_corner, horizon->along_x, horizon->along_y);
           __global const float* texel =
               images + ((size_t)j * luminaire->axis[0].count + i) * luminaire->channels * plane +
               row * stride + column;
@@ -225,8 +225,7 @@ inline int PartsOfCell(__constant const LuminaireParams* luminaire, const Surfac
   const float3 to_lamp = ToLamp(luminaire, surface, i, j, (float2)(0.5f, 0.5f));
   // From the nearest point of the cell: before F a cell may fill the hemisphere.
   const float h = luminaire->axis[0].spacing.hi;
-  const float3 nearest =
-      (float3)(fmax(fabs(to_lamp.xy) - 0.5f * h, (float2)(0.0f)), to_lamp.z);
+  const float3 nearest = (float3)(fmax(fabs(to_lamp.xy) - 0.5f * h, (float2)(0.0f)), to_lamp.z);
   const float side = h / length(nearest);
   const float curvature = RelativeCurvature(&surface->brdf, normalize(to_lamp), 0.7071f * side);
   return clamp((int)ceil(side * sqrt(curvature / (24.0f * max_error))), 1, (int)kMostParts);
@@ -256,8 +255,8 @@ __kernel void Gloss(__constant const LuminaireParams* luminaire, __global const 
       for (int b = 0; b < parts; ++b)
         for (int a = 0; a < parts; ++a) {
           const Piece piece = {i, j, parts, a, b};
-          const int side = SideOf(&horizon, part * (float)a, part * (float)(a + 1),
-                                  part * (float)b, part * (float)(b + 1));
+          const int side = SideOf(&horizon, part * (float)a, part * (float)(a + 1), part * (float)b,
+                                  part * (float)(b + 1));
           if (side == kAbove)
             LightPiece(luminaire, images, &surface, &horizon, &piece, &strip, &totals);
           else if (side == kCut)

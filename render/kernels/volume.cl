@@ -4,7 +4,7 @@
 //
 // with B0, B1 tricubic in (a_x, a_y, tau): 64 float4 coefficients per channel, read as 16 rows of
 // four.
-#include "kernels/horizon.clh"
+#include "kernels/cut_horizon.clh"
 #include "kernels/volume_types.clh"
 
 // Cubic B-spline weights of coefficients k .. k + 3 at k + f.
@@ -135,79 +135,18 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
 }
 
 // Adds the irradiance of the `count` pixels at the end of `left`, whose horizon cuts the luminaire.
-// A texel that the horizon crosses counts with max(0, integral of Phi g) in place of the integral of
-// Phi max(0, g), g = n . (u - p): too little by at most an eighth of the rise of g over the texel.
-// With texels of size d on F that is below 0.18 d / z |J| times the share of the light that they
-// pass: some 1e-5 |J| where the images are fine. Columns in lanes, all else as for `exact`.
+// Texels that the horizon crosses are not clipped (cut_horizon.clh).
 __kernel void VolumeCutIrradiance(__constant const LuminaireParams* luminaire,
                                   __global const float* images, __global const float4* positions,
                                   __global const float4* normals, int pixel_count,
                                   __global const float4* ratio, __global float4* irradiance,
                                   __global float* variance, __global const int* left, int count) {
-  enum { kBasisRows = 12 };
   if ((int)get_global_id(0) >= count) return;
   const int pixel = left[1 + pixel_count - (int)get_global_id(0)];
   const Receiver receiver = MakeReceiver(luminaire, positions[pixel].xyz, normals[pixel].xyz);
-  const Axis x = MakeAxis(&luminaire->axis[0], luminaire->delta, receiver.p.x, receiver.p.z),
-             y = MakeAxis(&luminaire->axis[1], luminaire->delta, receiver.p.y, receiver.p.z);
-  const Line g_x = LineAlong(luminaire, &receiver, &x, 0),
-             g_y = LineAlong(luminaire, &receiver, &y, 1);
-  __constant const BasisParams* basis = &luminaire->basis;
-  const int functions_x = luminaire->axis[0].count, functions_y = luminaire->axis[1].count;
-  const size_t plane = (size_t)luminaire->axis[1].texels * luminaire->row_stride;
-  const float cells = (float)basis->cells;
-  TexelWeights rows[kBasisRows], columns;
-  Lanes sum[3] = {0.0f, 0.0f, 0.0f};
-  for (int j_begin = 0; j_begin < functions_y; j_begin += kBasisRows) {
-    const int j_count = min(functions_y - j_begin, (int)kBasisRows);
-    for (int row_chunk = 0;; ++row_chunk) {
-      bool any = false;
-      for (int k = 0; k < j_count; ++k) {
-        const int j = j_begin + k;
-        const int2 window = WindowTexels(MakeKnot(&y, j), MakeKnot(&y, j + basis->cells),
-                                         luminaire->axis[1].texels);
-        const int first = min(window.x + row_chunk * kChunk, window.y);
-        rows[k].range = (int2)(first, min(first + kChunk, window.y));
-        any |= first < window.y;
-      }
-      if (!any) break;
-      MakeTexelWeights(basis, &y, g_y, j_begin, j_count, rows);
-      for (int i = 0; i < functions_x; ++i) {
-        const int2 window = WindowTexels(MakeKnot(&x, i), MakeKnot(&x, i + basis->cells),
-                                         luminaire->axis[0].texels);
-        for (int c = window.x; c < window.y; c += kChunk) {
-          columns.range = (int2)(c, min(c + kChunk, window.y));
-          MakeTexelWeights(basis, &x, g_x, i, 1, &columns);
-          const int vectors = (columns.range.y - c + kLanes - 1) / kLanes;
-          for (int k = 0; k < j_count; ++k) {
-            const Horizon horizon =
-                HorizonAtBasis(luminaire, &receiver, &x, &y, i, j_begin + k);
-            if (SideOf(&horizon, 0.0f, cells, 0.0f, cells) == kBelow) continue;
-            for (int channel = 0; channel < luminaire->channels; ++channel) {
-              const size_t image = (size_t)(j_begin + k) * functions_x + i;
-              __global const float* texels =
-                  images + (image * luminaire->channels + channel) * plane +
-                  (size_t)rows[k].range.x * luminaire->row_stride + c;
-              for (int v = 0; v < vectors; ++v) {
-                const Lanes zeroth = columns.zeroth[1 + v], facing = columns.facing[1 + v];
-                __global const float* texel = texels + v * kLanes;
-                Lanes part = 0.0f;
-                for (int r = 0; r < rows[k].range.y - rows[k].range.x; ++r) {
-                  const Lanes weight = fma(facing, (Lanes)(Zeroth(&rows[k])[r]),
-                                           zeroth * Facing(&rows[k])[r]);
-                  part = fma(Larger(weight, (Lanes)(0.0f)), vload8(0, texel), part);
-                  texel += luminaire->row_stride;
-                }
-                sum[channel] += part;
-              }
-            }
-          }
-        }
-      }
-    }
-  }
-  const float total[3] = {SumLanes(sum[0]), SumLanes(sum[1]), SumLanes(sum[2])};
-  AddIrradiance(luminaire, receiver.p.z, total, pixel, ratio, irradiance, variance);
+  float sum[3];
+  LightCutPixel(luminaire, images, &receiver, 0, /*clip=*/false, sum);
+  AddIrradiance(luminaire, receiver.p.z, sum, pixel, ratio, irradiance, variance);
 }
 
 // Receivers `pixels[0 .. count - 1]` as a G-buffer of their own.
