@@ -18,7 +18,7 @@
 namespace luxfield::render {
 
 struct RenderOptions {
-  std::string estimator = "windowed";  // a name of EstimatorList()
+  std::string estimator = "cells";  // a name of EstimatorList()
   int samples_per_pixel = 200;  // light samples per pixel over all luminaires and pixel samples
   int width = 0, height = 0;    // of the picture, 0: the scene's
   int antialias = 1;            // surface points per pixel; 1: the pixel's centre

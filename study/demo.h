@@ -18,7 +18,7 @@ struct DemoOptions {
   std::filesystem::path lab, plan, scene;
   std::filesystem::path folder;  // every file of the run; must be new, empty, or an earlier demo's
   std::optional<std::uint64_t> seed;
-  std::string estimator = "windowed";
+  std::string estimator = "cells";
   int samples_per_pixel = 200;
   std::string device;
   int threads = 0;
