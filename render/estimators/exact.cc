@@ -68,7 +68,7 @@ class Exact : public Estimator {
 const EstimatorTraits& ExactTraits() {
   static const EstimatorTraits traits{
       .name = "exact",
-      .needs_for_shadows = {.sat = true},
+      .needs_for_shadows = {.cells = true},
       .map_shadows = true,
       .unbiased = true,
       .noise_free = true,

@@ -61,7 +61,7 @@ class Gloss : public Estimator {
 const EstimatorTraits& GlossTraits() {
   static const EstimatorTraits traits{
       .name = "gloss",
-      .needs_for_shadows = {.sat = true},
+      .needs_for_shadows = {.cells = true},
       .any_brdf = true,
       .noise_free = true,
       .rel_error = EstimatorOptions().max_error,

@@ -1,6 +1,6 @@
 // The share of a luminaire's light that reaches a receiver past what shadow rays meet: with it
 // estimators without noise get traced shadows (THEORY.md 7, per image). A ratio of two sums over
-// the same samples, consistent but not unbiased. Internal to estimators/.
+// the same samples of `cells`, consistent but not unbiased. Internal to estimators/.
 #pragma once
 
 #include <optional>

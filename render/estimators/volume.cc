@@ -98,7 +98,7 @@ const EstimatorTraits& VolumeTraits() {
   static const EstimatorTraits traits{
       .name = "volume",
       .needs = {.volume = true},
-      .needs_for_shadows = {.sat = true},
+      .needs_for_shadows = {.cells = true},
       .noise_free = true,
       .rel_error = preprocess::VolumeOptions{}.max_rel_error,
       .error_is_asked = true,

@@ -58,9 +58,9 @@ Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffe
                              const EstimatorOptions& options) {
   if (!Sat(luminaire))
     throw InputError(fmt::format(
-        "estimator '{}' needs sampling tables; make them with 'luxfield preprocess' and name "
-        "them beside the light field",
-        estimator));
+        "estimator '{}' needs sampling tables of the luminaire's {} and it has none; build them "
+        "from its light field",
+        estimator, windows_of_ == WindowsOf::kCells ? "cells" : "images"));
   CheckOptions(options);
   const auto& lattice = luminaire.geometry().lattice;
   if (std::max(lattice.width, lattice.height) > kMaxTexels)

@@ -142,3 +142,41 @@ __kernel void Cells(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS, WIN
                                    sampling->first_pixel + (uint)pixel, windows);
   StoreTotals(luminaire, &surface, totals, pixel, LIGHTING);
 }
+
+// The visible share of `light` per channel, and the variance of the luminance's share (of a ratio
+// of sums, to first order); squares are of luminances, one per sample.
+inline float4 ShareOf(float3 visible, float visible_square, float3 light, float square, int count) {
+  const float luminance = Luminance(light);
+  if (!(luminance > 0.0f)) return (float4)(1.0f, 1.0f, 1.0f, 0.0f);
+  const float ratio = Luminance(visible) / luminance, n = (float)count;
+  const float spread = (1.0f - 2.0f * ratio) * visible_square + ratio * ratio * square;
+  return (float4)(light.x > 0.0f ? visible.x / light.x : ratio,
+                  light.y > 0.0f ? visible.y / light.y : ratio,
+                  light.z > 0.0f ? visible.z / light.z : ratio,
+                  count > 1 ? fmax(spread, 0.0f) / (luminance * luminance) * (n / (n - 1.0f))
+                            : 1.0f);
+}
+
+// Visible shares of the irradiance and, where surfaces are glossy, of the reflected radiance.
+__kernel void VisibleShare(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS,
+                           WINDOW_ARGUMENTS, __global float4* share, __global float4* shown_share,
+                           __global uint* samples) {
+  const int item = get_global_id(0), pixel = sampling->begin + item;
+  if (pixel >= sampling->end) return;
+  share[pixel] = (float4)(1.0f, 1.0f, 1.0f, 0.0f);
+  if (shown_share) shown_share[pixel] = share[pixel];
+  Surface surface;
+  if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
+  const CellTables tables = MakeCellTables(luminaire, sat, sat_scale);
+  const Scene scene = {nodes, triangles};
+  const Windows windows = {spans + item, masses + item, sampling->scratch_stride};
+  const Totals totals = LightCells(luminaire, sampling, images, &tables, &surface, scene,
+                                   sampling->first_pixel + (uint)pixel, windows);
+  samples[pixel] += (uint)totals.count;
+  share[pixel] =
+      ShareOf(totals.visible, totals.visible_square, totals.light, totals.square, totals.count);
+#if GLOSSY
+  shown_share[pixel] = ShareOf(totals.reflected, totals.shown_square, totals.unshadowed,
+                               totals.unshadowed_square, totals.count);
+#endif
+}

@@ -102,8 +102,7 @@ TEST(CellsGloss, IsUnbiasedWithHalfTheSamplesFromTheBrdf) {
   shape.width = 37;
   shape.height = 29;
   const auto field = StructuredLuminaire("facets", shape, kSeed);
-  const auto tables = preprocess::BuildCellTables(field, "test.lf.exr");
-  const LuminaireOnDevice luminaire(device, field, {.cells = &tables});
+  const LitLuminaire luminaire(device, field);
   std::vector<double> irradiance;
   for (const auto& [p, n] : points)
     irradiance.push_back(lightfield::ExactIrradiance(field, p, n)[0]);
@@ -111,7 +110,7 @@ TEST(CellsGloss, IsUnbiasedWithHalfTheSamplesFromTheBrdf) {
     const GBuffer gbuffer = GlossyGBuffer(device, points, brdf);
     const auto judge = Judge(field, points, brdf, splits);
     for (const int samples : {1, 2, 64}) {
-      const Shown shown = ShownOverSeeds(device, *cells, gbuffer, luminaire, samples, 64);
+      const Shown shown = ShownOverSeeds(device, *cells, gbuffer, luminaire.on_device, samples, 64);
       const std::string what = std::string(name) + ", K " + std::to_string(samples);
       ExpectUnbiased(shown.radiance, judge, 64, what.c_str());
       ExpectUnbiased(shown.irradiance, irradiance, 64, (what + ", irradiance").c_str());
@@ -125,15 +124,13 @@ TEST(CellsGloss, BrdfSamplesTameNarrowLobes) {
   const auto cells = MakeEstimator("cells", device), windowed = MakeEstimator("windowed", device);
   const auto points = MirroringReceivers(40);
   const auto field = StructuredLuminaire("facets", {}, kSeed);
-  const auto tables = preprocess::BuildCellTables(field, "test.lf.exr");
-  const auto image_tables = preprocess::BuildTables(field, "test.lf.exr", std::string(64, '0'));
-  const LuminaireOnDevice luminaire(device, field, {.sat = &image_tables, .cells = &tables});
+  const LitLuminaire luminaire(device, field);
   const TestBrdf brdf = TestBrdf::Ggx({0.5, 0.5, 0.5}, 1, 0.1);
   const GBuffer gbuffer = GlossyGBuffer(device, points, brdf);
   double error[2] = {};
   for (const int which : {0, 1}) {
     const Shown shown =
-        ShownOverSeeds(device, which ? *cells : *windowed, gbuffer, luminaire, 64, 64,
+        ShownOverSeeds(device, which ? *cells : *windowed, gbuffer, luminaire.on_device, 64, 64,
                        0);  // the knob of windowed
     for (std::size_t k = 0; k < points.size(); ++k)
       error[which] += 64 * std::pow(shown.radiance.standard_error[k], 2);

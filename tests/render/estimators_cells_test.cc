@@ -20,17 +20,6 @@ using lightfield::Vec3;
 
 constexpr std::uint64_t kSeed = kSamplingSeed;
 
-struct LitByCells {
-  lightfield::LightField field;
-  preprocess::CellTables tables;
-  LuminaireOnDevice on_device;
-
-  LitByCells(const Device& device, const lightfield::LightField& f)
-      : field(f),
-        tables(preprocess::BuildCellTables(field, "test.lf.exr")),
-        on_device(device, field, {.cells = &tables}) {}
-};
-
 LuminaireShape ShapeOf(const Basis& basis, int channels = 1) {
   LuminaireShape shape;
   shape.basis = basis;
@@ -50,8 +39,8 @@ TEST(Cells, IsUnbiasedForEveryBasisAndColour) {
         Basis::Make(BasisKind::kBspline2)})
     for (const char* kind : {"rings", "facets", "filament"})
       for (const int channels : {1, 3}) {
-        const LitByCells luminaire(device,
-                                   StructuredLuminaire(kind, ShapeOf(basis, channels), kSeed));
+        const LitLuminaire luminaire(device,
+                                     StructuredLuminaire(kind, ShapeOf(basis, channels), kSeed));
         EstimatorOptions options;
         options.samples_per_pixel = 24;
         const std::string what =
@@ -71,7 +60,7 @@ TEST(Cells, ReachesLightAtTheCornersOfCellsAndAtTheHorizon) {
   lightfield::LightField field = EmptyLuminaire(shape);
   for (int m = 0; m < field.geometry.grid.count(); ++m)
     field.image(m, 0)[(3 + m) * 12 + 9 - m] = m % 2 ? 1.0f : 1e-8f;
-  const LitByCells luminaire(device, field);
+  const LitLuminaire luminaire(device, field);
   auto points = FacingReceivers(0.3, 100, 0.1, 0.6);
   for (int k = 0; k < 40; ++k) {  // the plane through p and (0.01 k - 0.2, 0, 0) m
     const Vec3 p{0.05 * (k % 7) - 0.15, 0.02 * (k % 5), 0.5};
@@ -96,7 +85,7 @@ TEST(Cells, ExtremeReceiversAndWindows) {
       shape.delta_m = delta;
       shape.width = texels;
       shape.height = texels;
-      const LitByCells luminaire(device, StructuredLuminaire("grain", shape, kSeed));
+      const LitLuminaire luminaire(device, StructuredLuminaire("grain", shape, kSeed));
       std::vector<SurfacePoint> points;
       for (const double D :
            {0.0, 1e-9, 1e-6, 1e-3, 0.1, 100.0, 1e6, -0.01 * delta, -0.5 * delta, -0.9 * delta})
@@ -130,7 +119,7 @@ TEST(Cells, EightDecades) {
   core::Random random(kSeed, 5);
   for (std::size_t k = 0; k < field.data.size(); ++k)
     field.data[k] = static_cast<float>((k % 64 < 32 ? 1e-8 : 1.0) * (0.5 + random.Uniform()));
-  const LitByCells luminaire(device, field);
+  const LitLuminaire luminaire(device, field);
   // The lamp, 83 mm wide, is seen through 38 to 62 mm of I: x < 0 through dark texels alone.
   std::vector<SurfacePoint> points;
   for (int k = 0; k < 40; ++k) {
@@ -155,7 +144,7 @@ TEST(Cells, EightDecades) {
 TEST(Cells, TakesExactlyKSamplesAndNoneInTheDark) {
   const Device device = Device::Open();
   const auto cells = MakeEstimator("cells", device);
-  const LitByCells luminaire(device, StructuredLuminaire("noise", {}, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("noise", {}, kSeed));
   auto points = FacingReceivers(0.3, 60);
   points.push_back({{0, 0, -1}, {0, 0, 1}});    // behind
   points.push_back({{500, 0, 1}, {-1, 0, 0}});  // every window off the image
@@ -171,7 +160,7 @@ TEST(Cells, TakesExactlyKSamplesAndNoneInTheDark) {
       EXPECT_EQ(lit.irradiance[k].s[0], 0);
     }
   }
-  const LitByCells dark(device, EmptyLuminaire({}));
+  const LitLuminaire dark(device, EmptyLuminaire({}));
   for (const auto& e :
        LightGBuffer(device, *cells, MakeGBuffer(device, points), dark.on_device).irradiance)
     EXPECT_EQ(e.s[0], 0);
@@ -183,11 +172,11 @@ TEST(Cells, ContributionsAreBounded) {
   const Device device = Device::Open();
   const auto cells = MakeEstimator("cells", device);
   LuminaireShape shape;
-  const LitByCells luminaire(device, StructuredLuminaire("noise", shape, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("noise", shape, kSeed));
   const auto points = FacingReceivers(0.3, 50);
   const GBuffer gbuffer = MakeGBuffer(device, points);
   const auto& g = luminaire.field.geometry;
-  const double area = luminaire.tables.count() * shape.spacing_m * shape.spacing_m;
+  const double area = luminaire.cells.count() * shape.spacing_m * shape.spacing_m;
   for (int seed = 0; seed < 100; ++seed) {
     EstimatorOptions options;
     options.samples_per_pixel = 1;
@@ -213,7 +202,7 @@ TEST(Cells, ConstantImagesHaveTheVarianceOfTheRim) {
   shape.grid_width = shape.grid_height = 7;
   lightfield::LightField field = EmptyLuminaire(shape);
   std::fill(field.data.begin(), field.data.end(), 1.0f);
-  const LitByCells luminaire(device, field);
+  const LitLuminaire luminaire(device, field);
   const std::vector<SurfacePoint> points(8192, SurfacePoint{{0.01, 0.02, 2}, {0, 0, -1}});
   EstimatorOptions options;
   options.samples_per_pixel = 1;
@@ -234,7 +223,7 @@ TEST(Cells, ConstantImagesHaveTheVarianceOfTheRim) {
 TEST(Cells, ReportedVarianceCoversTheScatter) {
   const Device device = Device::Open();
   const auto cells = MakeEstimator("cells", device);
-  const LitByCells luminaire(device, StructuredLuminaire("facets", {}, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSeed));
   const auto points = FacingReceivers(0.3, 60);
   EstimatorOptions options;
   options.samples_per_pixel = 64;
@@ -252,7 +241,7 @@ TEST(Cells, ReportedVarianceCoversTheScatter) {
 TEST(Cells, ResultsDoNotDependOnBatchesAndTiles) {
   const Device device = Device::Open();
   const auto cells = MakeEstimator("cells", device);
-  const LitByCells luminaire(device, StructuredLuminaire("rings", {}, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSeed));
   const auto points = FacingReceivers(0.3, 96);
   EstimatorOptions options;
   options.samples_per_pixel = 16;
@@ -274,7 +263,7 @@ TEST(Cells, ResultsDoNotDependOnBatchesAndTiles) {
 TEST(Cells, ShadowsBlockAllOrNone) {
   const Device device = Device::Open();
   const auto cells = MakeEstimator("cells", device);
-  const LitByCells luminaire(device, StructuredLuminaire("facets", {}, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSeed));
   const auto points = FacingReceivers(0.3, 64, 0.5, 2);
   const GBuffer gbuffer = MakeGBuffer(device, points);
   const DeviceBvh all = Blocker(device, -10, 10, 0.1f), none = Blocker(device, 20, 30, 0.1f);
@@ -293,7 +282,7 @@ TEST(Cells, ShadowsBlockAllOrNone) {
 TEST(Cells, ShadowMapsCountCellByCell) {
   const Device device = Device::Open();
   const auto cells = MakeEstimator("cells", device);
-  const LitByCells luminaire(device, StructuredLuminaire("facets", {}, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSeed));
   const auto points = FacingReceivers(0.3, 48, 0.5, 2);
   const GBuffer gbuffer = MakeGBuffer(device, points);
   const DeviceBvh half = Blocker(device, 0, 10, 0.01f);
@@ -309,7 +298,7 @@ TEST(Cells, ShadowMapsCountCellByCell) {
     VisitLight(luminaire.field, p, 1, [&](double flux, Vec3 to_lamp) {
       const int a = static_cast<int>((p.x + to_lamp.x - g.grid.u0_m) / g.grid.spacing_m),
                 b = static_cast<int>((p.y + to_lamp.y - g.grid.v0_m) / g.grid.spacing_m);
-      const int cell = b * luminaire.tables.grid_width + a;
+      const int cell = b * luminaire.cells.grid_width + a;
       const double light = flux * std::max(0.0, Dot(n, to_lamp));
       open += light;
       if (seen[k * words + cell / 32] >> (cell % 32) & 1) sum += light;
@@ -338,7 +327,7 @@ TEST(Cells, BatchesDoNotMatter) {
   LuminaireShape shape;
   shape.grid_width = shape.grid_height = 7;
   shape.width = shape.height = 8;
-  const LitByCells luminaire(device, StructuredLuminaire("rings", shape, kSeed));
+  const LitLuminaire luminaire(device, StructuredLuminaire("rings", shape, kSeed));
   constexpr std::size_t kPixels = 24000, kTail = 500;
   const auto some = FacingReceivers(0.3, kTail);
   std::vector<SurfacePoint> points;
@@ -361,7 +350,7 @@ TEST(Cells, WorkGroupSizeDoesNotMatter) {
   std::vector<cl_float4> first;
   for (const char* group : {"group=1", "group=7", "group=64", "group=128"}) {
     const Device cut = device.WithTuning(ParseTuning(group, device.tuning()));
-    const LitByCells luminaire(cut, field);
+    const LitLuminaire luminaire(cut, field);
     const auto lit = LightGBuffer(cut, *MakeEstimator("cells", cut), MakeGBuffer(cut, points),
                                   luminaire.on_device)
                          .irradiance;

@@ -11,8 +11,7 @@
 #include "scene/bvh.h"
 #include "tests/render/brdf_by_formula.h"
 #include "tests/render/brute_force.h"
-#include "tests/render/estimator_fixture.h"
-#include "tests/render/structured_luminaires.h"
+#include "tests/render/sampling_fixture.h"
 
 namespace luxfield::render {
 namespace {
@@ -270,17 +269,6 @@ TEST(Gloss, NegativeCoefficientsKeepTheIrradianceExact) {
   }
 }
 
-struct GlossyLamp {
-  lightfield::LightField field;
-  preprocess::Tables tables;
-  LuminaireOnDevice on_device;
-
-  GlossyLamp(const Device& device, const lightfield::LightField& f)
-      : field(f),
-        tables(preprocess::BuildTables(field, "test.lf.exr", std::string(64, '0'))),
-        on_device(device, field, {.sat = &tables}) {}
-};
-
 // Means over seeds against the judge: |t| pooled over pixels, and the mean of t^2.
 // Samples that follow the light, the BRDF, and both, at lobes from broad to narrower than the lamp.
 TEST(Windowed, IsUnbiasedOnGlossySurfaces) {
@@ -288,7 +276,7 @@ TEST(Windowed, IsUnbiasedOnGlossySurfaces) {
   std::printf("seeds from %llu\n", static_cast<unsigned long long>(kSeed));
   const Device device = Device::Open();
   const auto windowed = MakeEstimator("windowed", device);
-  const GlossyLamp lamp(device, StructuredLuminaire("facets", SmallLamp(), kSeed));
+  const LitLuminaire lamp(device, StructuredLuminaire("facets", SmallLamp(), kSeed));
   struct Lobe {
     TestBrdf brdf;
     double tilt;  // of the receivers, rad: some lobes miss the lamp, most do not
@@ -350,7 +338,7 @@ TEST(Windowed, IsUnbiasedOnGlossySurfaces) {
 TEST(Gloss, ShadowsTendToThoseOfWindowed) {
   const Device device = Device::Open();
   const auto gloss = MakeEstimator("gloss", device), windowed = MakeEstimator("windowed", device);
-  const GlossyLamp lamp(device, StructuredLuminaire("rings", SmallLamp(), kSeed));
+  const LitLuminaire lamp(device, StructuredLuminaire("rings", SmallLamp(), kSeed));
   scene::Geometry geometry;
   geometry.materials = {{"screen"}};
   scene::AppendQuad({0.003, -1, 0.2}, {1, 0, 0}, {0, 2, 0}, 0, geometry);
@@ -375,9 +363,26 @@ TEST(Gloss, ShadowsTendToThoseOfWindowed) {
   EXPECT_GT(half, 10);
 }
 
+// Traced shadows of estimators without noise are drawn by `cells`, whose tables they need.
+TEST(Gloss, ShadowsNeedTheTablesOfCells) {
+  const Device device = Device::Open();
+  const LitLuminaire lamp(device, StructuredLuminaire("rings", SmallLamp(), kSeed));
+  const LuminaireOnDevice of_images(device, lamp.field, {.sat = &lamp.tables}),
+      of_cells(device, lamp.field, {.cells = &lamp.cells});
+  const DeviceBvh bvh = Blocker(device, 0, 10, 1e-4f);
+  const GBuffer gbuffer = MakeGBuffer(device, MirroringReceivers(0.3, 4, 0.1).points);
+  for (const char* name : {"exact", "gloss"}) {
+    const auto estimator = MakeEstimator(name, device);
+    EXPECT_FALSE(estimator->traits().needs_for_shadows.sat) << name;
+    EXPECT_THROW(LightGBuffer(device, *estimator, gbuffer, of_images, {}, &bvh), InputError);
+    EXPECT_NO_THROW(LightGBuffer(device, *estimator, gbuffer, of_cells, {}, &bvh)) << name;
+    EXPECT_NO_THROW(LightGBuffer(device, *estimator, gbuffer, of_images)) << name;
+  }
+}
+
 TEST(Gloss, WrongInputIsNamed) {
   const Device device = Device::Open();
-  const GlossyLamp lamp(device, StructuredLuminaire("rings", SmallLamp(), kSeed));
+  const LitLuminaire lamp(device, StructuredLuminaire("rings", SmallLamp(), kSeed));
   const auto points = MirroringReceivers(0.3, 4, 0.1);
   const GBuffer gbuffer =
       MakeGlossyGBuffer(device, points, TestBrdf::Phong({0.2, 0.2, 0.2}, {0.6, 0.6, 0.6}, 50));

@@ -184,9 +184,9 @@ TEST(Volume, ShadowsAreThoseOfExact) {
   const auto volume = MakeEstimator("volume", device), exact = MakeEstimator("exact", device);
   const auto field = StructuredLuminaire("rings", {}, kSeed);
   const auto points = Receivers(200);
-  const auto tables = preprocess::BuildTables(field, "test", std::string(64, '0'));
+  const auto cells = preprocess::BuildCellTables(field, "test");
   const auto built = preprocess::BuildForReceivers(field, AsReceivers(points));
-  const LuminaireOnDevice luminaire(device, field, {.sat = &tables, .volume = &built.volume});
+  const LuminaireOnDevice luminaire(device, field, {.cells = &cells, .volume = &built.volume});
   const DeviceBvh half = Blocker(device, 0, 10, 1e-4f);  // over half of the lamp
   const GBuffer gbuffer = MakeGBuffer(device, points);
   EstimatorOptions options;

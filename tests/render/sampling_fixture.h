@@ -20,12 +20,14 @@ inline constexpr std::uint64_t kSamplingSeed = 20140202;
 struct LitLuminaire {
   lightfield::LightField field;
   preprocess::Tables tables;
+  preprocess::CellTables cells;
   LuminaireOnDevice on_device;
 
   LitLuminaire(const Device& device, const lightfield::LightField& f)
       : field(f),
         tables(preprocess::BuildTables(field, "test.lf.exr", std::string(64, '0'))),
-        on_device(device, field, {.sat = &tables}) {}
+        cells(preprocess::BuildCellTables(field, "test.lf.exr")),
+        on_device(device, field, {.sat = &tables, .cells = &cells}) {}
 };
 
 inline std::vector<SurfacePoint> FacingReceivers(double delta, int count, double near = 0.2,
