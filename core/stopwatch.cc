@@ -2,6 +2,9 @@
 
 #include <time.h>
 
+#include <algorithm>
+#include <cstddef>
+
 namespace luxfield::core {
 namespace {
 
@@ -18,5 +21,11 @@ Stopwatch::Stopwatch() : wall_s_(Now(CLOCK_MONOTONIC)), core_s_(Now(CLOCK_PROCES
 double Stopwatch::WallSeconds() const { return Now(CLOCK_MONOTONIC) - wall_s_; }
 
 double Stopwatch::CoreSeconds() const { return Now(CLOCK_PROCESS_CPUTIME_ID) - core_s_; }
+
+double Median(std::vector<double> seconds) {
+  const auto middle = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
+  std::nth_element(seconds.begin(), middle, seconds.end());
+  return *middle;
+}
 
 }  // namespace luxfield::core

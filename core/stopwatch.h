@@ -1,6 +1,8 @@
 // Wall and CPU time since construction.
 #pragma once
 
+#include <vector>
+
 namespace luxfield::core {
 
 class Stopwatch {
@@ -12,5 +14,8 @@ class Stopwatch {
  private:
   double wall_s_, core_s_;
 };
+
+// The middle one of repeated timings, of an even number the longer; there must be one.
+double Median(std::vector<double> seconds);
 
 }  // namespace luxfield::core

@@ -22,7 +22,8 @@ set(device_bench_sources
     render/shadow_maps.cc
     scene/transform.cc
     study/bench_nearfield.cc
-    study/car2.cc)
+    study/car2.cc
+    study/lamp_tables.cc)
 # A new estimator and its tables are part of the bench without a line here; reading and writing files is not.
 file(GLOB device_bench_estimators CONFIGURE_DEPENDS RELATIVE ${CMAKE_SOURCE_DIR}
      preprocess/*.cc render/estimators/*.cc)

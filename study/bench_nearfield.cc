@@ -12,20 +12,13 @@
 #include "core/random.h"
 #include "core/stopwatch.h"
 #include "lightfield/light_vector.h"
-#include "preprocess/tables.h"
 #include "render/estimators/estimator.h"
-#include "render/estimators/volume.h"
+#include "study/lamp_tables.h"
 
 namespace luxfield::study {
 namespace {
 
 constexpr std::uint64_t kSeed = 11;
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 struct Pixels {
   std::vector<cl_float4> position, normal;
@@ -87,9 +80,9 @@ Timing Time(const render::Device& device, render::Estimator& estimator,
     device_s.push_back(0);
     for (const auto& kernel : timing.kernels) device_s.back() += kernel.device_s;
   }
-  timing.wall_s = Median(wall_s);
-  timing.core_s = Median(core_s);
-  timing.device_s = Median(device_s);
+  timing.wall_s = core::Median(wall_s);
+  timing.core_s = core::Median(core_s);
+  timing.device_s = core::Median(device_s);
   timing.irradiance = lighting.irradiance.Download<cl_float4>();
   for (const cl_uint n : lighting.samples.Download<cl_uint>()) timing.samples += n;
   return timing;
@@ -107,18 +100,7 @@ nlohmann::json BenchNearfield(const BenchNearfieldOptions& options) {
   for (const auto& name : options.estimators)
     render::MakeEstimator(name, device);  // refuses unknown names
   const auto field = SyntheticCar2(options.car2);
-  const core::Stopwatch stopwatch;
-  const auto tables = preprocess::BuildTables(field, "synthetic car2", std::string(64, '0'));
-  const double tables_core_s = stopwatch.CoreSeconds();
-  const auto cells = preprocess::BuildCellTables(field, "synthetic car2");
-  const double cells_core_s = stopwatch.CoreSeconds() - tables_core_s;
   const auto gbuffer = RoadGBuffer(device, options.width, options.height);
-  const auto receivers = render::ReceiversOf(gbuffer, {});
-  const core::Stopwatch volume_stopwatch;
-  const auto volume = preprocess::BuildForReceivers(field, receivers);
-  const double volume_core_s = volume_stopwatch.CoreSeconds();
-  const render::LuminaireOnDevice luminaire(
-      device, field, {.sat = &tables, .cells = &cells, .volume = &volume.volume});
 
   const Pixels pixels{gbuffer.position.Download<cl_float4>(), gbuffer.normal.Download<cl_float4>()};
   std::vector<std::size_t> chosen;
@@ -139,6 +121,8 @@ nlohmann::json BenchNearfield(const BenchNearfieldOptions& options) {
             options.estimators.end())
       continue;
     const auto estimator = render::MakeEstimator(traits.name, device);
+    const LampTables tables = BuildLampTables(field, gbuffer, traits.needs);
+    const render::LuminaireOnDevice luminaire(device, field, tables.view());
     for (const int samples : traits.noise_free ? std::vector<int>{0} : options.samples_per_pixel) {
       const Timing timing =
           Time(device, *estimator, gbuffer, luminaire, std::max(samples, 1), options.repeats);
@@ -151,10 +135,7 @@ nlohmann::json BenchNearfield(const BenchNearfieldOptions& options) {
                       {"images", field.geometry.grid.count()},
                       {"channels", field.geometry.channels},
                       {"threads", device.info().compute_units},
-                      {"build_core_s", traits.needs.sat      ? tables_core_s
-                                       : traits.needs.cells  ? cells_core_s
-                                       : traits.needs.volume ? volume_core_s
-                                                             : 0.0},
+                      {"build_core_s", tables.core_s},
                       {"fps", 1 / timing.wall_s},
                       {"core_s", timing.core_s},
                       {"device_s", timing.device_s},

@@ -5,8 +5,8 @@
 
 #include "core/error.h"
 #include "core/stopwatch.h"
-#include "preprocess/tables.h"
 #include "render/estimators/sample_draws.h"
+#include "study/lamp_tables.h"
 
 namespace luxfield::study {
 namespace {
@@ -44,10 +44,9 @@ nlohmann::json BenchSampling(const BenchSamplingOptions& options) {
         "number of samples above the smaller");
   const auto device = render::Device::Open(options.device, options.threads);
   const auto field = SyntheticCar2(options.car2);
-  const auto tables = preprocess::BuildTables(field, "synthetic car2", std::string(64, '0'));
-  const auto cells = preprocess::BuildCellTables(field, "synthetic car2");
-  const render::LuminaireOnDevice luminaire(device, field, {.sat = &tables, .cells = &cells});
   const auto gbuffer = RoadGBuffer(device, options.width, options.height);
+  const LampTables tables = BuildLampTables(field, gbuffer, {.sat = true, .cells = true});
+  const render::LuminaireOnDevice luminaire(device, field, tables.view());
   double pixels = 0;
   for (const auto& position : gbuffer.position.Download<cl_float4>()) pixels += position.s[3] != 0;
   const Bench bench{device, gbuffer, luminaire, options.repeats};

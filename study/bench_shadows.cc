@@ -11,11 +11,11 @@
 #include "core/error.h"
 #include "core/measures.h"
 #include "core/stopwatch.h"
-#include "preprocess/tables.h"
 #include "render/device_scene.h"
 #include "render/estimators/estimator.h"
 #include "render/film.h"
 #include "render/shadow_maps.h"
+#include "study/lamp_tables.h"
 
 namespace luxfield::study {
 namespace {
@@ -47,9 +47,7 @@ class Bench {
       : options_(options),
         device_(render::Device::Open(options.device, options.threads)),
         field_(SyntheticCar2(options.lamp)),
-        tables_(preprocess::BuildTables(field_, "synthetic car1", std::string(64, '0'))),
-        cell_tables_(preprocess::BuildCellTables(field_, "synthetic car1")),
-        luminaire_(device_, field_, {.sat = &tables_, .cells = &cell_tables_}),
+        luminaire_(device_, field_),
         scene_(render::UploadScene(device_, OccluderScene())),
         gbuffer_(device_, options.width, options.height) {
     estimators_["exact"] = render::MakeEstimator("exact", device_);
@@ -59,6 +57,12 @@ class Bench {
     const auto camera = scene::Camera::LookAt({0.7, 0.9, -1.2}, {0, -0.35, 2.6}, {0, 1, 0}, 42,
                                               options.width, options.height);
     render::PrimaryVisibility(device_).Render(scene_, camera, 0, {0.5, 0.5}, gbuffer_).Wait();
+    render::TableNeeds needs{.sat = true, .cells = true};
+    for (const auto& [name, estimator] : estimators_)
+      needs.volume = needs.volume || estimator->traits().needs.volume;
+    const LampTables tables = BuildLampTables(field_, gbuffer_, needs);
+    luminaire_.Add(device_, tables.view());
+    reference_positions_ = render::ReferencePositions(field_.geometry, tables.sat->reference);
   }
 
   nlohmann::json Run() {
@@ -113,9 +117,8 @@ class Bench {
   }
 
   void ReportMaps(Shadows shadows, int size) {
-    const auto lights = shadows == Shadows::kMaps
-                            ? render::CellCentres(field_)
-                            : render::ReferencePositions(field_.geometry, tables_.reference);
+    const auto lights =
+        shadows == Shadows::kMaps ? render::CellCentres(field_) : reference_positions_;
     // Once for the compiler, once for the clock.
     render::ShadowMaps(device_, field_.geometry, lights, {}, scene_.bvh,
                        render::ShadowMaps::kMinSize);
@@ -179,12 +182,11 @@ class Bench {
   BenchShadowsOptions options_;
   render::Device device_;
   lightfield::LightField field_;
-  preprocess::Tables tables_;
-  preprocess::CellTables cell_tables_;
   render::LuminaireOnDevice luminaire_;
   render::DeviceScene scene_;
   render::GBuffer gbuffer_;
   std::map<std::string, std::unique_ptr<render::Estimator>> estimators_;
+  std::vector<render::CellLight> reference_positions_;
   core::Image reference_;
   double core_s_ = 0;  // of the last picture
   nlohmann::json rows_ = nlohmann::json::array();

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "core/stopwatch.h"
 #include "reconstruct/gram_solve.h"
 
 namespace luxfield::study {
@@ -18,15 +18,9 @@ namespace {
 
 template <typename Work>
 double Seconds(Work&& work) {
-  const auto start = std::chrono::steady_clock::now();
+  const core::Stopwatch stopwatch;
   work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return stopwatch.WallSeconds();
 }
 
 template <typename Storage, typename Work>
@@ -60,13 +54,13 @@ nlohmann::json Row(const reconstruct::GramSolver& solver, const BenchSolveOption
     }));
     solve_s.push_back(Seconds([&] { solver.Solve<Storage, Work>(in.data(), out.data(), pixels); }));
   }
-  const double wall_s = Median(solve_s);
+  const double wall_s = core::Median(solve_s);
   const double bytes = 2.0 * static_cast<double>(irradiance.size() * sizeof(Storage));
   return {{"case", fmt::format("{} images {} x {} x {}, {}", count, options.size, options.size,
                                options.channels, precision)},
           {"wall_s", wall_s},
           {"gb_per_s", bytes / wall_s * 1e-9},
-          {"copy_ratio", wall_s / Median(copy_s)}};
+          {"copy_ratio", wall_s / core::Median(copy_s)}};
 }
 
 }  // namespace

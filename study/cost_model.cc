@@ -10,12 +10,11 @@
 #include "core/json.h"
 #include "core/stopwatch.h"
 #include "preprocess/scene_receivers.h"
-#include "preprocess/tables.h"
 #include "render/device_scene.h"
 #include "render/estimators/estimator.h"
-#include "render/estimators/volume.h"
 #include "scene/bvh.h"
 #include "study/car2.h"
+#include "study/lamp_tables.h"
 
 namespace luxfield::study {
 namespace {
@@ -151,14 +150,11 @@ CostModel Calibrate(const render::Device& device, std::vector<CalibrationRun>* r
       {{11, 9, 256, 1}, 128, 96, 64, false}, {{11, 9, 64, 1}, 128, 96, 64, true}};
   for (const CalibrationSetting& setting : settings) {
     const auto field = SyntheticCar2(setting.lamp);
-    const auto tables = preprocess::BuildTables(field, "calibration lamp", std::string(64, '0'));
-    const auto cells = preprocess::BuildCellTables(field, "calibration lamp");
     const auto gbuffer = RoadGBuffer(device, setting.width, setting.height);
-    // Looking up costs the same whatever the resolution.
-    const auto volume = preprocess::BuildForReceivers(field, render::ReceiversOf(gbuffer, {}),
-                                                      {.max_rel_error = 0.1});
-    const render::LuminaireOnDevice luminaire(
-        device, field, {.sat = &tables, .cells = &cells, .volume = &volume.volume});
+    // Looking up the volume costs the same whatever its resolution.
+    const LampTables tables =
+        BuildLampTables(field, gbuffer, {.sat = true, .cells = true, .volume = true}, 0.1);
+    const render::LuminaireOnDevice luminaire(device, field, tables.view());
     const auto positions = gbuffer.position.Download<cl_float4>();
     for (const auto& [name, estimator] : estimators) {
       const auto& traits = estimator->traits();
