@@ -18,6 +18,32 @@ inline Span WholeSpan(int texels) {
   return span;
 }
 
+// An image to draw from, all of it.
+typedef struct WholeImage {
+  __global const ulong* sat;
+  int sat_width;
+  Span columns, rows;
+  Marginal marginal;
+} WholeImage;
+
+inline WholeImage MakeWholeImage(__global const ulong* sat, int width, int height) {
+  WholeImage image;
+  image.sat = sat;
+  image.sat_width = SatStride(width);
+  image.columns = WholeSpan(width);
+  image.rows = WholeSpan(height);
+  image.marginal = MakeMarginal(sat, image.sat_width, image.columns, image.rows);
+  return image;
+}
+
+// A place with density C.
+inline void DrawPlace(const WholeImage* image, float2 xi, Place* column, Place* row) {
+  *column = InvertMarginal(&image->marginal, image->columns, xi.x);
+  const Conditional conditional =
+      MakeConditional(image->sat, image->sat_width, column->texel, image->rows);
+  *row = InvertConditional(&conditional, image->rows, xi.y);
+}
+
 // y of a place, measured from the support's lower end at `knot`.
 inline float CoordinateFrom(const Axis* axis, Knot knot, Place place) {
   const float texels = (place.fraction - knot.fraction) - (knot.whole - (float)place.texel);
@@ -38,33 +64,30 @@ inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface, Scen
   const float cells = (float)luminaire->basis.cells;
   const int width = luminaire->axis[0].texels, height = luminaire->axis[1].texels;
   const int images_count = luminaire->axis[0].count * luminaire->axis[1].count;
-  const int sat_width = SatStride(width);
-  const size_t sat_size = (size_t)sat_width * (height + 1);
+  const size_t sat_size = (size_t)SatStride(width) * (height + 1);
   float total = 0.0f;
   for (int m = 0; m < images_count; ++m)
     total += ImageTotal(luminaire, sat + m * sat_size, sat_scale[m]);
   if (!(total > 0.0f)) return totals;
   const uint4 words = PixelWords(sampling, pixel);
   Allocation allocation = StartAllocation(sampling, sampling->samples, total, UnitFloat(words.x));
-  const Span columns = WholeSpan(width), rows = WholeSpan(height);
   int m = 0;
   for (int j = 0; j < luminaire->axis[1].count; ++j)
     for (int i = 0; i < luminaire->axis[0].count; ++i, ++m) {
-      __global const ulong* image = sat + m * sat_size;
+      __global const ulong* image_sat = sat + m * sat_size;
       float weight;
-      const int count = Allot(&allocation, ImageTotal(luminaire, image, sat_scale[m]), &weight);
+      const int count = Allot(&allocation, ImageTotal(luminaire, image_sat, sat_scale[m]), &weight);
       if (count == 0) continue;
       weight *= ImageVisibility(luminaire, seen_by_pixel, i, j);
-      const Marginal marginal = MakeMarginal(image, sat_width, columns, rows);
+      const WholeImage image = MakeWholeImage(image_sat, width, height);
       const Knot x_knot = MakeKnot(&surface->x, i), y_knot = MakeKnot(&surface->y, j);
       const uint2 shift = ImageShift(words, m);
       uint2 point = (uint2)(0u, 0u);
       for (int k = 0; k < count; ++k) {
         const float2 xi = ShiftPoint(point, shift);
         point = NextPoint(point, (uint)k);
-        const Place column = InvertMarginal(&marginal, columns, xi.x);
-        const Conditional conditional = MakeConditional(image, sat_width, column.texel, rows);
-        const Place row = InvertConditional(&conditional, rows, xi.y);
+        Place column, row;
+        DrawPlace(&image, xi, &column, &row);
         const float2 y = (float2)(CoordinateFrom(&surface->x, x_knot, column),
                                   CoordinateFrom(&surface->y, y_knot, row));
         float3 light = (float3)(0.0f);

@@ -8,6 +8,7 @@
 #include "render/device.h"
 #include "render/estimators/estimator.h"
 #include "render/estimators/luminaire_params.h"
+#include "tests/render/chi_squared.h"
 #include "tests/render/structured_luminaires.h"
 
 namespace luxfield::render {
@@ -157,26 +158,8 @@ TEST(CellSampling, ChiSquaredAgainstTheDensity) {
         ASSERT_NEAR(draws.density[k], density(c, r), 1e-6 * density(c, r));
         ASSERT_GT(draws.density[k], 0);
       }
-      double chi = 0, pooled_expected = 0, pooled_observed = 0;
-      int bins = 0;
-      for (std::size_t k = 0; k < expected.size(); ++k) {
-        const double e = expected[k] / total * kCount;
-        if (e < 10) {  // pooled
-          pooled_expected += e;
-          pooled_observed += observed[k];
-          continue;
-        }
-        chi += (observed[k] - e) * (observed[k] - e) / e;
-        ++bins;
-      }
-      if (pooled_expected > 0) {
-        chi += std::pow(pooled_observed - pooled_expected, 2) / std::max(pooled_expected, 1.0);
-        ++bins;
-      }
-      const double z = (chi - (bins - 1)) / std::sqrt(2.0 * std::max(bins - 1, 1));
-      std::printf("%s, z = %.3f m: chi^2 %.1f of %d bins, %.2f standard deviations\n",
-                  shape.basis.name().c_str(), p.z, chi, bins, z);
-      EXPECT_LT(z, 5);
+      const std::string what = shape.basis.name() + ", z = " + std::to_string(p.z) + " m";
+      EXPECT_LT(ChiSquaredDeviations(expected, observed, what), 5);
     }
 }
 

@@ -6,7 +6,6 @@
 
 #include <cstdio>
 
-#include "core/error.h"
 #include "render/shadow_maps.h"
 #include "tests/render/brute_force.h"
 #include "tests/render/sampling_fixture.h"
@@ -141,29 +140,20 @@ TEST(Cells, EightDecades) {
   EXPECT_LT(exact[0], 1e-7 * exact[1]);
 }
 
-TEST(Cells, TakesExactlyKSamplesAndNoneInTheDark) {
+TEST(Cells, TurnedAwayOrWithoutLightTakesNoSample) {
   const Device device = Device::Open();
   const auto cells = MakeEstimator("cells", device);
-  const LitLuminaire luminaire(device, StructuredLuminaire("noise", {}, kSeed));
-  auto points = FacingReceivers(0.3, 60);
-  points.push_back({{0, 0, -1}, {0, 0, 1}});    // behind
-  points.push_back({{500, 0, 1}, {-1, 0, 0}});  // every window off the image
-  points.push_back({{0, 0, 1}, {0, 0, 1}});     // turned away
-  for (const int samples : {1, 7, 200}) {
-    EstimatorOptions options;
-    options.samples_per_pixel = samples;
-    const Lit lit =
-        LightGBuffer(device, *cells, MakeGBuffer(device, points), luminaire.on_device, options);
-    for (int k = 0; k < 60; ++k) EXPECT_EQ(lit.samples[k], static_cast<cl_uint>(samples)) << k;
-    for (int k = 60; k < 63; ++k) {
+  const LitLuminaire luminaire(device, StructuredLuminaire("noise", {}, kSeed)),
+      dark(device, EmptyLuminaire({}));
+  const SurfacePoint away{{0, 0, 1}, {0, 0, 1}};
+  for (const Lit& lit :
+       {LightGBuffer(device, *cells, MakeGBuffer(device, {away}), luminaire.on_device),
+        LightGBuffer(device, *cells, MakeGBuffer(device, FacingReceivers(0.3, 60)),
+                     dark.on_device)})
+    for (std::size_t k = 0; k < lit.samples.size(); ++k) {
       EXPECT_EQ(lit.samples[k], 0u);
       EXPECT_EQ(lit.irradiance[k].s[0], 0);
     }
-  }
-  const LitLuminaire dark(device, EmptyLuminaire({}));
-  for (const auto& e :
-       LightGBuffer(device, *cells, MakeGBuffer(device, points), dark.on_device).irradiance)
-    EXPECT_EQ(e.s[0], 0);
 }
 
 // One sample shows at most 4 q A (cells.h), A = sum of w M over the cells, here bounded by the
@@ -218,46 +208,6 @@ TEST(Cells, ConstantImagesHaveTheVarianceOfTheRim) {
               expected);
   // The scatter of 8192 squares, and 0.2 % of cosine over the lamp.
   EXPECT_NEAR(variance, expected, 0.1 * expected);
-}
-
-TEST(Cells, ReportedVarianceCoversTheScatter) {
-  const Device device = Device::Open();
-  const auto cells = MakeEstimator("cells", device);
-  const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSeed));
-  const auto points = FacingReceivers(0.3, 60);
-  EstimatorOptions options;
-  options.samples_per_pixel = 64;
-  const auto statistics =
-      OverSeeds(device, *cells, MakeGBuffer(device, points), luminaire.on_device, options, 64);
-  double scatter = 0;
-  for (std::size_t k = 0; k < points.size(); ++k)
-    scatter +=
-        64 * std::pow(statistics.standard_error[k], 2) / statistics.reported_variance[k] / 60;
-  std::printf("scatter / reported variance: %.2f\n", scatter);
-  EXPECT_LT(scatter, 1.1);
-  EXPECT_GT(scatter, 0.02);
-}
-
-TEST(Cells, ResultsDoNotDependOnBatchesAndTiles) {
-  const Device device = Device::Open();
-  const auto cells = MakeEstimator("cells", device);
-  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSeed));
-  const auto points = FacingReceivers(0.3, 96);
-  EstimatorOptions options;
-  options.samples_per_pixel = 16;
-  const auto run = [&](const std::vector<SurfacePoint>& some) {
-    return LightGBuffer(device, *cells, MakeGBuffer(device, some), luminaire.on_device, options)
-        .irradiance;
-  };
-  const auto whole = run(points);
-  const auto same = [](const cl_float4& a, const cl_float4& b) { return a.s[0] == b.s[0]; };
-  options.first_pixel = 40;
-  const auto tile = run({points.begin() + 40, points.end()});
-  for (std::size_t k = 0; k < tile.size(); ++k) EXPECT_TRUE(same(tile[k], whole[k + 40])) << k;
-  options.first_pixel = 0;
-  EXPECT_TRUE(std::equal(whole.begin(), whole.end(), run(points).begin(), same));
-  options.stream = 1;
-  EXPECT_FALSE(std::equal(whole.begin(), whole.end(), run(points).begin(), same));
 }
 
 TEST(Cells, ShadowsBlockAllOrNone) {
@@ -318,53 +268,6 @@ TEST(Cells, ShadowMapsCountCellByCell) {
     sums.Add(lighting.irradiance.Download<cl_float4>(), lighting.variance.Download<float>());
   }
   ExpectUnbiased(sums.Statistics(), judge, 64, "half blocked, by maps");
-}
-
-// In a launch of many batches a pixel gets what it gets alone.
-TEST(Cells, BatchesDoNotMatter) {
-  const Device device = Device::Open();
-  const auto cells = MakeEstimator("cells", device);
-  LuminaireShape shape;
-  shape.grid_width = shape.grid_height = 7;
-  shape.width = shape.height = 8;
-  const LitLuminaire luminaire(device, StructuredLuminaire("rings", shape, kSeed));
-  constexpr std::size_t kPixels = 24000, kTail = 500;
-  const auto some = FacingReceivers(0.3, kTail);
-  std::vector<SurfacePoint> points;
-  while (points.size() < kPixels) points.insert(points.end(), some.begin(), some.end());
-  EstimatorOptions options;
-  options.samples_per_pixel = 1;
-  const auto whole =
-      LightGBuffer(device, *cells, MakeGBuffer(device, points), luminaire.on_device, options);
-  options.first_pixel = kPixels - kTail;
-  const auto tail =
-      LightGBuffer(device, *cells, MakeGBuffer(device, some), luminaire.on_device, options);
-  for (std::size_t k = 0; k < kTail; ++k)
-    EXPECT_EQ(tail.irradiance[k].s[0], whole.irradiance[kPixels - kTail + k].s[0]) << k;
-}
-
-TEST(Cells, WorkGroupSizeDoesNotMatter) {
-  const Device device = Device::Open();
-  const auto field = StructuredLuminaire("rings", {}, kSeed);
-  const auto points = FacingReceivers(0.3, 100);
-  std::vector<cl_float4> first;
-  for (const char* group : {"group=1", "group=7", "group=64", "group=128"}) {
-    const Device cut = device.WithTuning(ParseTuning(group, device.tuning()));
-    const LitLuminaire luminaire(cut, field);
-    const auto lit = LightGBuffer(cut, *MakeEstimator("cells", cut), MakeGBuffer(cut, points),
-                                  luminaire.on_device)
-                         .irradiance;
-    if (first.empty()) first = lit;
-    for (std::size_t k = 0; k < points.size(); ++k) EXPECT_EQ(lit[k].s[1], first[k].s[1]) << group;
-  }
-}
-
-TEST(Cells, MissingTablesAreRefused) {
-  const Device device = Device::Open();
-  const auto cells = MakeEstimator("cells", device);
-  const LuminaireOnDevice bare(device, StructuredLuminaire("rings", {}, kSeed));
-  EXPECT_THROW(LightGBuffer(device, *cells, MakeGBuffer(device, FacingReceivers(0.3, 2)), bare),
-               InputError);
 }
 
 }  // namespace

@@ -279,6 +279,13 @@ TEST(Thesis, SequencesAreWhatTheirNamesSay) {
   }
 }
 
+TEST(EstimatorList, NamesMakeTheirEstimators) {
+  const Device device = Device::Open();
+  EXPECT_THROW(MakeEstimator("precise", device), InputError);
+  for (const auto& traits : EstimatorList())
+    EXPECT_EQ(MakeEstimator(traits.name, device)->traits().name, traits.name);
+}
+
 TEST(Knobs, AreReadCheckedAndPrinted) {
   Knobs knobs;
   knobs.Set("depth=3");

@@ -1,17 +1,12 @@
-// `windowed` is unbiased and bounded on images where `thesis` is biased; shadows, streams,
-// extremes.
+// `windowed` is unbiased and bounded on images where `thesis` is biased; shadows, extremes.
 #include "render/estimators/windowed.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <functional>
 
-#include "core/error.h"
 #include "lightfield/light_vector.h"
-#include "render/estimators/luminaire_params.h"
 #include "render/kernels/brdf_types.clh"
-#include "render/kernels/sampling_types.clh"
 #include "tests/render/estimator_fixture.h"
 #include "tests/render/sampling_fixture.h"
 #include "tests/render/structured_luminaires.h"
@@ -107,27 +102,6 @@ TEST(Windowed, ExtremeReceiversAndWindows) {
     }
 }
 
-TEST(Windowed, TakesExactlyKSamplesAndNoneInTheDark) {
-  const Device device = Device::Open();
-  const auto windowed = MakeEstimator("windowed", device);
-  LuminaireShape shape;
-  const LitLuminaire luminaire(device, StructuredLuminaire("noise", shape, kSamplingSeed));
-  auto points = FacingReceivers(0.3, 60);
-  points.push_back({{0, 0, -1}, {0, 0, 1}});    // behind
-  points.push_back({{500, 0, 1}, {-1, 0, 0}});  // every window off the image
-  for (const int samples : {1, 7, 200}) {
-    EstimatorOptions options;
-    options.samples_per_pixel = samples;
-    const Lit lit =
-        LightGBuffer(device, *windowed, MakeGBuffer(device, points), luminaire.on_device, options);
-    for (int k = 0; k < 60; ++k) EXPECT_EQ(lit.samples[k], static_cast<cl_uint>(samples)) << k;
-    for (int k = 60; k < 62; ++k) {
-      EXPECT_EQ(lit.samples[k], 0u);
-      EXPECT_EQ(lit.irradiance[k].s[0], 0);
-    }
-  }
-}
-
 TEST(Windowed, ContributionsAreBounded) {
   const Device device = Device::Open();
   const auto windowed = MakeEstimator("windowed", device);
@@ -152,121 +126,6 @@ TEST(Windowed, ContributionsAreBounded) {
       EXPECT_LE(lit.irradiance[k].s[0], bound);
     }
   }
-}
-
-TEST(Windowed, ReportedVarianceCoversTheScatter) {
-  const Device device = Device::Open();
-  const auto windowed = MakeEstimator("windowed", device);
-  const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSamplingSeed));
-  const auto points = FacingReceivers(0.3, 60);
-  EstimatorOptions options;
-  options.samples_per_pixel = 64;
-  const auto statistics =
-      OverSeeds(device, *windowed, MakeGBuffer(device, points), luminaire.on_device, options, 64);
-  double scatter = 0, reported = 0;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    scatter +=
-        64 * std::pow(statistics.standard_error[k], 2) / statistics.reported_variance[k] / 60;
-    reported += statistics.reported_variance[k];
-  }
-  std::printf("scatter / reported variance: %.2f\n", scatter);
-  EXPECT_GT(reported, 0);
-  EXPECT_LT(scatter, 1.1);
-  EXPECT_GT(scatter, 0.05);
-}
-
-TEST(Windowed, StreamsSeedsAndTilesAreWhatTheySay) {
-  const Device device = Device::Open();
-  const auto windowed = MakeEstimator("windowed", device);
-  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSamplingSeed));
-  const auto points = FacingReceivers(0.3, 96);
-  EstimatorOptions options;
-  options.samples_per_pixel = 16;
-  const auto run = [&](const std::vector<SurfacePoint>& some) {
-    return LightGBuffer(device, *windowed, MakeGBuffer(device, some), luminaire.on_device, options)
-        .irradiance;
-  };
-  const auto whole = run(points);
-  const auto same = [](const cl_float4& a, const cl_float4& b) { return a.s[0] == b.s[0]; };
-  options.first_pixel = 40;
-  const auto tile = run({points.begin() + 40, points.end()});
-  for (std::size_t k = 0; k < tile.size(); ++k) EXPECT_TRUE(same(tile[k], whole[k + 40])) << k;
-  options.first_pixel = 0;
-  EXPECT_TRUE(std::equal(whole.begin(), whole.end(), run(points).begin(), same));
-  options.stream = 1;
-  EXPECT_FALSE(std::equal(whole.begin(), whole.end(), run(points).begin(), same));
-  options.stream = 0;
-  options.seed += std::uint64_t{1} << 40;
-  EXPECT_FALSE(std::equal(whole.begin(), whole.end(), run(points).begin(), same));
-}
-
-TEST(Windowed, WorkGroupSizeDoesNotMatter) {
-  const Device device = Device::Open();
-  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSamplingSeed));
-  const auto points = FacingReceivers(0.3, 100);
-  const GBuffer gbuffer = MakeGBuffer(device, points);
-  const auto& grid = luminaire.field.geometry.grid;
-  const auto params =
-      MakeLuminaireParams(luminaire.field.geometry, luminaire.on_device.row_stride(), {});
-  SamplingParams sampling{};
-  sampling.samples = 20;
-  sampling.seed_lo = 5;
-  sampling.end = 100;
-  sampling.scratch_stride = 128;
-  const Program windows = Program::Build(device, "kernels/window_masses.cl"),
-                program = Program::Build(device, "kernels/windowed.cl");
-  const Buffer none,
-      device_params = Buffer::From(device, std::span<const LuminaireParams>(&params, 1)),
-      device_sampling = Buffer::From(device, std::span<const SamplingParams>(&sampling, 1));
-  const std::size_t axes = grid.width + grid.height, rows = grid.height;
-  std::vector<cl_float4> first;
-  for (const std::size_t group : {1, 7, 64, 128}) {
-    const Buffer spans(device, 128 * axes * sizeof(cl_int4)),
-        masses(device, 128 * sizeof(float) * luminaire.tables.count());
-    Lighting lighting(device, gbuffer);
-    Kernel(windows, "WindowSpans")
-        .Set(device_params, device_sampling, gbuffer.position, spans)
-        .Enqueue({100, 2}, {group});
-    Kernel(windows, "WindowMasses")
-        .Set(device_params, device_sampling, luminaire.on_device.sat(),
-             luminaire.on_device.sat_scale(), none, spans, masses)
-        .Enqueue({100, rows}, {group});
-    Kernel(program, "Windowed")
-        .Set(device_params, device_sampling, luminaire.on_device.images(),
-             luminaire.on_device.sat(), luminaire.on_device.sat_scale(), gbuffer.position,
-             gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye, none, none, none, spans,
-             masses, lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples)
-        .Enqueue({100}, {group});
-    const auto result = lighting.irradiance.Download<cl_float4>();
-    if (first.empty()) first = result;
-    for (int k = 0; k < 100; ++k) {
-      EXPECT_GT(result[k].s[1], 0) << k;
-      EXPECT_EQ(result[k].s[1], first[k].s[1]) << group;
-    }
-  }
-}
-
-// More pixels than one batch of scratch memory takes: their light is that of a tile of their own.
-TEST(Windowed, BatchesDoNotMatter) {
-  const Device device = Device::Open();
-  const auto windowed = MakeEstimator("windowed", device);
-  LuminaireShape shape;
-  shape.grid_width = shape.grid_height = 7;
-  shape.width = shape.height = 8;
-  const LitLuminaire luminaire(device, StructuredLuminaire("rings", shape, kSamplingSeed));
-  constexpr std::size_t kPixels = 24000, kTail = 500;
-  const auto some = FacingReceivers(0.3, kTail);
-  std::vector<SurfacePoint> points;
-  while (points.size() < kPixels) points.insert(points.end(), some.begin(), some.end());
-  EstimatorOptions options;
-  options.samples_per_pixel = 1;
-  const auto whole =
-      LightGBuffer(device, *windowed, MakeGBuffer(device, points), luminaire.on_device, options);
-  options.first_pixel = kPixels - kTail;
-  const auto tail =
-      LightGBuffer(device, *windowed, MakeGBuffer(device, some), luminaire.on_device, options);
-  for (std::size_t k = 0; k < kTail; ++k)
-    EXPECT_EQ(tail.irradiance[k].s[0], whole.irradiance[kPixels - kTail + k].s[0]) << k;
 }
 
 // In a glossy G-buffer a Lambertian surface shows albedo / pi times its irradiance, and the
@@ -363,24 +222,6 @@ TEST(Windowed, ShadowsBlockAllNoneOrPart) {
   }
   std::printf("exact with shadows: relative RMSE %.2e at 4000 samples\n", std::sqrt(square) / mean);
   EXPECT_LT(std::sqrt(square), 0.02 * mean);
-}
-
-TEST(Windowed, BadOptionsAndMissingTablesAreRefused) {
-  const Device device = Device::Open();
-  const auto windowed = MakeEstimator("windowed", device);
-  const LitLuminaire luminaire(device, StructuredLuminaire("rings", {}, kSamplingSeed));
-  const LuminaireOnDevice bare(device, luminaire.field);
-  const GBuffer gbuffer = MakeGBuffer(device, FacingReceivers(0.3, 2));
-  EstimatorOptions options;
-  EXPECT_THROW(LightGBuffer(device, *windowed, gbuffer, bare, options), InputError);
-  options.samples_per_pixel = 0;
-  EXPECT_THROW(LightGBuffer(device, *windowed, gbuffer, luminaire.on_device, options), InputError);
-  options.samples_per_pixel = 8;
-  options.max_samples_per_image = -1;
-  EXPECT_THROW(LightGBuffer(device, *windowed, gbuffer, luminaire.on_device, options), InputError);
-  EXPECT_THROW(MakeEstimator("precise", device), InputError);
-  for (const auto& traits : EstimatorList())
-    EXPECT_EQ(MakeEstimator(traits.name, device)->traits().name, traits.name);
 }
 
 }  // namespace
