@@ -27,6 +27,27 @@ void PrintError(const std::string& message) {
   fmt::print(stderr, "{}\n", message);
 }
 
+// What is wrong, and where help is: of the verb, or of the name behind it. A name that a group does
+// not have is refused with those it has.
+std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error) {
+  std::string verbs;
+  const CLI::App* verb = &app;
+  while (!verb->get_subcommands().empty()) {
+    verb = verb->get_subcommands().front();
+    verbs += verb->get_name() + " ";
+  }
+  std::string what = error.what();
+  const auto choices = verb->get_subcommands({});
+  if (verb != &app && !choices.empty()) {
+    const auto wrong = verb->remaining();
+    what = wrong.empty() ? fmt::format("'{}' needs a name", verb->get_name())
+                         : fmt::format("'{}' does not know '{}'", verb->get_name(), wrong.front());
+    for (std::size_t k = 0; k < choices.size(); ++k)
+      what += (k == 0 ? "; use one of " : ", ") + choices[k]->get_name();
+  }
+  return fmt::format("{}; see `luxfield {}--help`", what, verbs);
+}
+
 }  // namespace
 
 Program::Program()
@@ -44,7 +65,18 @@ Program::Program()
 }
 
 CLI::App& Program::AddVerb(const std::string& name, const std::string& description, Action action) {
-  CLI::App* verb = app_.add_subcommand(name, description);
+  return AddVerb(app_, name, description, std::move(action));
+}
+
+CLI::App& Program::AddGroup(const std::string& name, const std::string& description) {
+  CLI::App* group = app_.add_subcommand(name, description);
+  group->require_subcommand(1);
+  return *group;
+}
+
+CLI::App& Program::AddVerb(CLI::App& group, const std::string& name, const std::string& description,
+                           Action action) {
+  CLI::App* verb = group.add_subcommand(name, description);
   verb->option_defaults()->always_capture_default();
   verb->add_option("--json", common_.json_file, "Write the figures to this JSON file as well")
       ->capture_default_str();
@@ -53,10 +85,7 @@ CLI::App& Program::AddVerb(const std::string& name, const std::string& descripti
   verb->add_option("--threads", common_.threads, "CPU threads, 0 for all cores")
       ->check(CLI::Range(0, 4096));
   verb->add_flag("--quiet", common_.quiet, "No progress on stderr");
-  verb->callback([this, name, action = std::move(action)] {
-    chosen_ = action;
-    chosen_name_ = name;
-  });
+  verb->callback([this, action = std::move(action)] { chosen_ = action; });
   return *verb;
 }
 
@@ -73,9 +102,7 @@ int Program::Run(int argc, char** argv) {
     } catch (const CLI::Success& success) {
       return app_.exit(success);  // --help, --version
     } catch (const CLI::ParseError& error) {
-      const auto* verb = app_.get_subcommands().empty() ? nullptr : app_.get_subcommands().front();
-      PrintError(fmt::format("{}; see `luxfield {}--help`", error.what(),
-                             verb ? verb->get_name() + " " : ""));
+      PrintError(ParseErrorText(app_, error));
       return 2;
     }
     core::SetThreads(common_.threads);
@@ -84,7 +111,7 @@ int Program::Run(int argc, char** argv) {
     const auto start = std::chrono::steady_clock::now();
     core::Json result = chosen_();
     if (!common_.json_file.empty()) {
-      result["verb"] = chosen_name_;
+      result["verb"] = app_.get_subcommands().front()->get_name();
       result["version"] = LUXFIELD_VERSION;
       result["wall_s"] =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

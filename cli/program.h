@@ -33,13 +33,16 @@ class Program {
   // A verb with the common options; the caller adds its own and hands over the action. Options must
   // be captured by shared_ptr: they are filled in after the verb is declared.
   CLI::App& AddVerb(const std::string& name, const std::string& description, Action action);
+  // A verb that is followed by a name of its own, and these names, likewise.
+  CLI::App& AddGroup(const std::string& name, const std::string& description);
+  CLI::App& AddVerb(CLI::App& group, const std::string& name, const std::string& description,
+                    Action action);
   const Common& common() const { return common_; }
 
  private:
   CLI::App app_;
   Common common_;
   Action chosen_;
-  std::string chosen_name_;
 };
 
 // Verbs, a file each (cli/verb_*.cc).

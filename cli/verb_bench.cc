@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <sstream>
 
 #include "cli/program.h"
@@ -71,9 +70,21 @@ core::Json Finish(const core::Json& rows, const std::string& device,
   return {{"rows", rows}, {"device", device}, {"threads", core::Threads()}};
 }
 
+// The same of a bench on an OpenCL device; `how` are its options.
+template <typename Options>
+core::Json FinishOnDevice(const core::Json& rows, const Options& how,
+                          const std::vector<std::string>& columns = {}) {
+  return Finish(rows, render::Device::Open(how.device, how.threads).info().name, columns);
+}
+
+struct CalibrateOptions {
+  std::string device;
+  int threads = 0;
+};
+
 // Measures the cost model, stores it and shows how well it fits.
-core::Json Calibrate(const std::string& device_name, int threads) {
-  const auto device = render::Device::Open(device_name, threads);
+core::Json Calibrate(const CalibrateOptions& how) {
+  const auto device = render::Device::Open(how.device, how.threads);
   std::vector<study::CalibrationRun> runs;
   const auto model = study::Calibrate(device, &runs);
   const auto file = study::StoreCostModel(device, model);
@@ -98,10 +109,10 @@ core::Json Calibrate(const std::string& device_name, int threads) {
 core::Json Tradeoff(const study::BenchTradeoffOptions& how, const std::filesystem::path& folder) {
   const core::Json rows = study::BenchTradeoff(how);
   const auto files = WriteTradeoff(rows, folder);
-  core::Json result =
-      Finish(rows, render::Device::Open(how.device, how.threads).info().name,
-             {"scene", "shadows", "surface", "estimator", "spp", "knobs", "core_s", "fps",
-              "build_core_s", "rel_rmse", "rel_mse", "mean_lab", "bias", "resolved", "pareto"});
+  core::Json result = FinishOnDevice(
+      rows, how,
+      {"scene", "shadows", "surface", "estimator", "spp", "knobs", "core_s", "fps", "build_core_s",
+       "rel_rmse", "rel_mse", "mean_lab", "bias", "resolved", "pareto"});
   for (const auto& file : files) fmt::print("{}\n", file.string());
   study::ThesisTableOptions thesis;
   thesis.device = how.device;
@@ -115,9 +126,9 @@ core::Json Tradeoff(const study::BenchTradeoffOptions& how, const std::filesyste
 core::Json Accuracy(const study::BenchAccuracyOptions& how) {
   const core::Json rows = study::BenchAccuracy(how);
   core::Json result =
-      Finish(rows, render::Device::Open(how.device, how.threads).info().name,
-             {"scene", "shadows", "asked", "estimated", "true", "kept", "estimator", "spp",
-              "lighting_s", "best_fixed", "best_fixed_spp", "best_fixed_s", "time_ratio"});
+      FinishOnDevice(rows, how,
+                     {"scene", "shadows", "asked", "estimated", "true", "kept", "estimator", "spp",
+                      "lighting_s", "best_fixed", "best_fixed_spp", "best_fixed_s", "time_ratio"});
   int kept = 0;
   std::vector<double> ratios;
   for (const auto& row : rows) {
@@ -135,149 +146,156 @@ core::Json Accuracy(const study::BenchAccuracyOptions& how) {
   return result;
 }
 
-struct Options {
-  std::string name, lab = "data/labs/small.toml", plan = "data/plans/small.toml", folder, device;
-  int seeds = 20;
-  std::vector<int> samples;
-  std::vector<std::string> scenes, estimators;
-  std::optional<int> width, height, reference_samples;
+core::Json Errors(study::BenchErrorsOptions how) {
+  const bool temporary = how.folder.empty();
+  if (temporary)
+    how.folder = std::filesystem::temp_directory_path() /
+                 fmt::format("luxfield-bench-errors-{}", ::getpid());
+  const core::Json rows = study::BenchErrors(how);
+  if (temporary) std::filesystem::remove_all(how.folder);
+  return Finish(rows, CpuName());
+}
+
+template <typename Options>
+struct Bench {
+  CLI::App& app;
+  Options& how;
 };
 
-study::BenchTradeoffOptions TradeoffOptions(const Options& options, int threads) {
-  study::BenchTradeoffOptions how;
-  how.device = options.device;
-  how.threads = threads;
-  how.estimators = options.estimators;
-  if (!options.scenes.empty()) how.scenes.assign(options.scenes.begin(), options.scenes.end());
-  if (!options.samples.empty()) how.samples_per_pixel = options.samples;
-  how.width = options.width.value_or(how.width);
-  how.height = options.height.value_or(how.height);
-  how.reference_samples = options.reference_samples.value_or(how.reference_samples);
-  return how;
+// A bench on an OpenCL device: `run` gets its options, which the caller makes settable, with the
+// device and the threads asked for.
+template <typename Options, typename Run>
+Bench<Options> AddDeviceBench(Program& program, CLI::App& benches, const std::string& name,
+                              const std::string& description, Run run) {
+  auto how = std::make_shared<Options>();
+  CLI::App& app = program.AddVerb(benches, name, description, [how, run, &program] {
+    how->threads = program.common().threads;
+    return run(*how);
+  });
+  app.add_option("--device", how->device, "OpenCL device (default: the first)");
+  return {app, *how};
+}
+
+void AddSize(CLI::App& app, int& width, int& height) {
+  app.add_option("--width", width, "Picture width, pixels")->check(CLI::Range(1, 16384));
+  app.add_option("--height", height, "Picture height, pixels")->check(CLI::Range(1, 16384));
+}
+
+void AddSamples(CLI::App& app, std::vector<int>& samples) {
+  app.add_option("--spp", samples, "Samples per pixel to try");
+}
+
+void AddEstimators(CLI::App& app, std::vector<std::string>& estimators) {
+  if (estimators.empty())
+    app.add_option("--estimator", estimators, "Estimators (default: all)")->default_str("");
+  else
+    app.add_option("--estimator", estimators, "Estimators");
+}
+
+void AddReferenceSamples(CLI::App& app, int& samples) {
+  app.add_option("--reference-spp", samples, "Samples per pixel of sampled references")
+      ->check(CLI::Range(2, 1 << 24));
+}
+
+void AddScenes(CLI::App& app, std::vector<std::filesystem::path>& scenes) {
+  app.add_option("--scene", scenes, "scene.toml files, lit by the lamps of `./run lamps`");
+}
+
+void AddNearfield(Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<study::BenchNearfieldOptions>(
+      program, benches, "nearfield", "Estimators against closed form and time",
+      [](const auto& o) { return FinishOnDevice(study::BenchNearfield(o), o); });
+  AddSize(app, how.width, how.height);
+  AddSamples(app, how.samples_per_pixel);
+  AddEstimators(app, how.estimators);
+}
+
+void AddSampling(Program& program, CLI::App& benches) {
+  AddDeviceBench<study::BenchSamplingOptions>(
+      program, benches, "sampling", "What it costs to draw a light sample",
+      [](const auto& o) { return FinishOnDevice(study::BenchSampling(o), o); });
+}
+
+void AddShadows(Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<study::BenchShadowsOptions>(
+      program, benches, "shadows", "Shadow maps and traced shares against traced samples",
+      [](const auto& o) { return FinishOnDevice(study::BenchShadows(o), o); });
+  AddSize(app, how.width, how.height);
+  AddSamples(app, how.samples_per_pixel);
+  AddEstimators(app, how.estimators);
+  AddReferenceSamples(app, how.reference_samples);
+  app.add_option("--folder", how.pictures, "Where pictures go (default: nowhere)");
+}
+
+void AddErrors(Program& program, CLI::App& benches) {
+  auto how = std::make_shared<study::BenchErrorsOptions>();
+  how->lab = "data/labs/small.toml";
+  how->plan = "data/plans/small.toml";
+  CLI::App& app =
+      program.AddVerb(benches, "errors",
+                      "Does the propagated sigma of C hold, and what does each systematic error do",
+                      [how, &program] {
+                        how->seed = program.common().seed.value_or(1);
+                        return Errors(*how);
+                      });
+  app.add_option("--lab", how->lab, "The lab.toml whose [errors.*] state the sizes");
+  app.add_option("--plan", how->plan, "The plan.toml");
+  app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
+  app.add_option("--seeds", how->seeds, "Sessions with random sources alone")
+      ->check(CLI::Range(2, 10000));
+}
+
+void AddTradeoff(Program& program, CLI::App& benches) {
+  auto folder = std::make_shared<std::filesystem::path>("out/tradeoff");
+  const auto [app, how] = AddDeviceBench<study::BenchTradeoffOptions>(
+      program, benches, "tradeoff", "Error against time for every estimator and knob",
+      [folder](const auto& o) { return Tradeoff(o, *folder); });
+  AddScenes(app, how.scenes);
+  AddSize(app, how.width, how.height);
+  AddSamples(app, how.samples_per_pixel);
+  AddEstimators(app, how.estimators);
+  AddReferenceSamples(app, how.reference_samples);
+  app.add_option("--folder", *folder, "Where CSV and plots go");
+}
+
+void AddAccuracy(Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<study::BenchAccuracyOptions>(
+      program, benches, "accuracy",
+      "Are errors asked for kept, and at which time against the best fixed setting",
+      [&program](auto& o) {
+        o.seed = program.common().seed.value_or(1);
+        return Accuracy(o);
+      });
+  how.scenes = study::BenchTradeoffOptions{}.scenes;
+  AddScenes(app, how.scenes);
+  AddSize(app, how.width, how.height);
+  AddReferenceSamples(app, how.reference_samples);
+}
+
+void AddScale(Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<study::BenchScaleOptions>(
+      program, benches, "scale", "Time and memory against images, resolution and receivers",
+      [](const auto& o) { return FinishOnDevice(study::BenchScale(o), o); });
+  AddEstimators(app, how.estimators);
+  app.add_option("--spp", how.samples_per_pixel, "Samples per pixel");
 }
 
 }  // namespace
 
 void AddBench(Program& program) {
-  auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb(
-      "bench", "Measure luxfield itself, or this machine", [options, &program]() -> core::Json {
-        if (options->name == "solve") return Finish(study::BenchSolve({}), CpuName());
-        if (options->name == "calibrate")
-          return Calibrate(options->device, program.common().threads);
-        if (options->name == "nearfield") {
-          study::BenchNearfieldOptions how;
-          how.device = options->device;
-          how.threads = program.common().threads;
-          how.width = options->width.value_or(how.width);
-          how.height = options->height.value_or(how.height);
-          if (!options->samples.empty()) how.samples_per_pixel = options->samples;
-          how.estimators = options->estimators;
-          return Finish(study::BenchNearfield(how),
-                        render::Device::Open(how.device, how.threads).info().name);
-        }
-        if (options->name == "accuracy") {
-          study::BenchAccuracyOptions how;
-          how.device = options->device;
-          how.threads = program.common().threads;
-          how.width = options->width.value_or(how.width);
-          how.height = options->height.value_or(how.height);
-          how.seed = program.common().seed.value_or(1);
-          how.reference_samples = options->reference_samples.value_or(how.reference_samples);
-          if (options->scenes.empty())
-            how.scenes = study::BenchTradeoffOptions{}.scenes;
-          else
-            how.scenes.assign(options->scenes.begin(), options->scenes.end());
-          return Accuracy(how);
-        }
-        if (options->name == "scale") {
-          study::BenchScaleOptions how;
-          how.device = options->device;
-          how.threads = program.common().threads;
-          how.estimators = options->estimators;
-          if (!options->samples.empty()) how.samples_per_pixel = options->samples.front();
-          return Finish(study::BenchScale(how),
-                        render::Device::Open(how.device, how.threads).info().name);
-        }
-        if (options->name == "tradeoff")
-          return Tradeoff(TradeoffOptions(*options, program.common().threads),
-                          options->folder.empty() ? "out/tradeoff" : options->folder);
-        if (options->name == "sampling") {
-          study::BenchSamplingOptions how;
-          how.device = options->device;
-          how.threads = program.common().threads;
-          return Finish(study::BenchSampling(how),
-                        render::Device::Open(how.device, how.threads).info().name);
-        }
-        if (options->name == "shadows") {
-          study::BenchShadowsOptions how;
-          how.device = options->device;
-          how.threads = program.common().threads;
-          how.width = options->width.value_or(how.width);
-          how.height = options->height.value_or(how.height);
-          how.reference_samples = options->reference_samples.value_or(how.reference_samples);
-          if (!options->estimators.empty()) how.estimators = options->estimators;
-          if (!options->samples.empty()) how.samples_per_pixel = options->samples;
-          how.pictures = options->folder;
-          return Finish(study::BenchShadows(how),
-                        render::Device::Open(how.device, how.threads).info().name);
-        }
-        study::BenchErrorsOptions how;
-        how.lab = options->lab;
-        how.plan = options->plan;
-        how.folder = options->folder.empty()
-                         ? std::filesystem::temp_directory_path() /
-                               fmt::format("luxfield-bench-errors-{}", ::getpid())
-                         : std::filesystem::path(options->folder);
-        how.seeds = options->seeds;
-        how.seed = program.common().seed.value_or(1);
-        const core::Json rows = study::BenchErrors(how);
-        if (options->folder.empty()) std::filesystem::remove_all(how.folder);
-        return Finish(rows, CpuName());
-      });
-  verb.add_option(
-          "NAME", options->name,
-          "solve: the Gram solve against a memory copy; nearfield: estimators against closed form "
-          "and time;\n"
-          "sampling: what it costs to draw a light sample;\n"
-          "shadows: shadow maps and traced shares against traced samples;\n"
-          "errors: does the propagated sigma of C hold, and what each systematic error does;\n"
-          "tradeoff: error against time for every estimator and knob, over the scenes of `./run "
-          "lamps`;\n"
-          "calibrate: what estimators cost on a device, stored for render --error and --time;\n"
-          "accuracy: are errors asked for kept, and at which time against the best fixed setting;\n"
-          "scale: time and memory against images, resolution and receivers")
-      ->required()
-      ->check(CLI::IsMember({"solve", "nearfield", "sampling", "shadows", "errors", "tradeoff",
-                             "calibrate", "accuracy", "scale"}));
-  verb.add_option("--lab", options->lab, "errors: the lab.toml whose [errors.*] state the sizes");
-  verb.add_option("--plan", options->plan, "errors: the plan.toml");
-  verb.add_option(
-      "--folder", options->folder,
-      "errors: scratch folder (default: a temporary one); tradeoff: where CSV and plots go "
-      "(default: out/tradeoff); shadows: where pictures go (default: nowhere)");
-  verb.add_option("--seeds", options->seeds, "errors: sessions with random sources alone")
-      ->check(CLI::Range(2, 10000));
-  verb.add_option(
-      "--scene", options->scenes,
-      "tradeoff, accuracy: scene.toml files (default: garage, wall, street, hall of data/scenes)");
-  verb.add_option("--estimator", options->estimators,
-                  "nearfield, tradeoff, shadows: estimators (default: all; all; exact windowed)");
-  verb.add_option("--reference-spp", options->reference_samples,
-                  "tradeoff, shadows: samples per pixel of sampled references (default: 4096)")
-      ->check(CLI::Range(2, 1 << 24));
-  verb.add_option("--spp", options->samples,
-                  "nearfield, tradeoff, shadows: samples per pixel to try (default: 50 200; 50 200 "
-                  "1000; 16 50 200)");
-  verb.add_option("--width", options->width,
-                  "nearfield, tradeoff, shadows: picture width, pixels (default: 1024; 128; 256)")
-      ->check(CLI::Range(1, 16384));
-  verb.add_option("--height", options->height,
-                  "nearfield, tradeoff, shadows: picture height, pixels (default: 768; 96; 192)")
-      ->check(CLI::Range(1, 16384));
-  verb.add_option("--device", options->device,
-                  "nearfield, sampling, tradeoff, shadows, calibrate: OpenCL device (default: the "
-                  "first)");
+  CLI::App& benches = program.AddGroup("bench", "Measure luxfield itself, or this machine");
+  program.AddVerb(benches, "solve", "The Gram solve against a memory copy",
+                  [] { return Finish(study::BenchSolve({}), CpuName()); });
+  AddNearfield(program, benches);
+  AddSampling(program, benches);
+  AddShadows(program, benches);
+  AddErrors(program, benches);
+  AddTradeoff(program, benches);
+  AddDeviceBench<CalibrateOptions>(
+      program, benches, "calibrate",
+      "What estimators cost on a device, stored for render --error and --time", Calibrate);
+  AddAccuracy(program, benches);
+  AddScale(program, benches);
 }
 
 }  // namespace luxfield::cli

@@ -14,11 +14,32 @@ TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
   EXPECT_EQ(outcome.exit_code, 0);
   for (const char* verb :
        {"devices", "plan", "capture", "verify", "simulate", "merge", "reconstruct", "import",
-        "preprocess", "render", "info", "compare", "bench"}) {
+        "preprocess", "render", "info", "compare", "demo"}) {
     EXPECT_NE(outcome.out.find(verb), std::string::npos) << verb;
     const Outcome help = RunLuxfield({verb, "--help"}, folder);
     EXPECT_EQ(help.exit_code, 0) << verb;
     EXPECT_NE(help.out.find("--json"), std::string::npos) << verb;
+  }
+}
+
+TEST(CommandLine, EveryBenchHasItsOwnHelpAndOthersAreRefusedByName) {
+  const auto folder = FreshFolder("bench_help");
+  const Outcome all = RunLuxfield({"bench", "--help"}, folder);
+  EXPECT_EQ(all.exit_code, 0);
+  const Outcome wrong = RunLuxfield({"bench", "everything", "--spp", "3"}, folder),
+                none = RunLuxfield({"bench"}, folder);
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(wrong.err.find("'everything'"), std::string::npos) << wrong.err;
+  for (const std::string bench : {"solve", "nearfield", "sampling", "shadows", "errors", "tradeoff",
+                                  "calibrate", "accuracy", "scale"}) {
+    EXPECT_NE(all.out.find(bench), std::string::npos) << bench;
+    EXPECT_NE(wrong.err.find(bench), std::string::npos) << wrong.err;
+    EXPECT_NE(none.err.find(bench), std::string::npos) << none.err;
+    const Outcome help = RunLuxfield({"bench", bench, "--help"}, folder);
+    EXPECT_EQ(help.exit_code, 0) << bench;
+    EXPECT_NE(help.out.find("--json"), std::string::npos) << bench;
+    EXPECT_EQ(help.out.find("--seeds") != std::string::npos, bench == "errors") << bench;
   }
 }
 
@@ -33,6 +54,9 @@ TEST(CommandLine, WrongArgumentsExitTwoWithOneLine) {
         {"calibrate"},
         {"view", "scene.toml"},
         {"compare", "a.exr"},
+        {"bench"},
+        {"bench", "no-such-bench"},
+        {"bench", "solve", "--width", "8"},
         {"merge", "--threads", "-3", "s", "-o", "x.meas.exr"}}) {
     const Outcome outcome = RunLuxfield(arguments, folder);
     EXPECT_EQ(outcome.exit_code, 2)
