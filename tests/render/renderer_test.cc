@@ -377,8 +377,10 @@ TEST_F(RendererTest, FramesDoNotDependOnTheNumberOfThreads) {
 
 TEST_F(RendererTest, TablesThatNoFileHoldsAreBuilt) {
   const LightField lamp = Lamp(3);
-  const Frame with = RenderWith(Floor({Above(WriteLamp("with", lamp), 0, 1)}), {});
-  const Frame without = RenderWith(Floor({Above(WriteLamp("without", lamp, false), 0, 1)}), {});
+  const auto options = Unshadowed("windowed");
+  const Frame with = RenderWith(Floor({Above(WriteLamp("with", lamp), 0, 1)}), options);
+  const Frame without =
+      RenderWith(Floor({Above(WriteLamp("without", lamp, false), 0, 1)}), options);
   EXPECT_GT(*std::max_element(with.radiance.data.begin(), with.radiance.data.end()), 0);
   EXPECT_EQ(with.radiance.data, without.radiance.data);
 }
@@ -399,7 +401,7 @@ TEST_F(RendererTest, WrongInputIsNamed) {
   auto other = scene;
   WriteLamp("other", Lamp(1, lightfield::FluxUnit::kWatt));
   other.luminaires[0].tables = Temporary("other.tab.exr");
-  EXPECT_THAT([&] { RenderWith(other, {}); },
+  EXPECT_THAT([&] { RenderWith(other, Unshadowed("windowed")); },
               ThrowsMessage<InputError>(HasSubstr("other.tab.exr")));
   const auto watts = WriteLamp("watts", Lamp(1, lightfield::FluxUnit::kWatt), false);
   EXPECT_THAT(
