@@ -98,6 +98,10 @@ preprocess::VolumeForError LitScene::BuildVolume(const LoadedLightField& light_f
                                        {.max_rel_error = max_rel_error});
 }
 
+void LitScene::DropVolumes() {
+  for (auto& luminaire : luminaires_) luminaire.light_field->volume_error = 0;
+}
+
 void LitScene::Require(const TableNeeds& needs, double volume_error) {
   const core::Stopwatch stopwatch;
   for (const auto& luminaire : luminaires_) {

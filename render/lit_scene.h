@@ -47,6 +47,9 @@ class LitScene {
   // (negative C).
   void Require(const TableNeeds& needs, double volume_error = 2e-3);
 
+  // Forgets the volumes: the next picture that needs one builds it anew, as if it were the first.
+  void DropVolumes();
+
   // The estimator of that name, made when first asked for: its kernels are then built once for all
   // pictures of the scene. InputError on unknown names.
   Estimator& EstimatorNamed(const std::string& name);

@@ -43,4 +43,8 @@ struct BenchAccuracyOptions {
 // Throws InputError, DeviceError, Interrupted.
 nlohmann::json BenchAccuracy(const BenchAccuracyOptions& options);
 
+// {"resolved", "kept" (of the resolved rows), "unresolved", "timed" (rows with a time_ratio),
+// "within_twice_the_time", "median_time_ratio", "worst_time_ratio"} (0 where none is timed).
+nlohmann::json AccuracySummary(const nlohmann::json& rows);
+
 }  // namespace luxfield::study
