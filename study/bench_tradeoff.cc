@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 
 #include "core/error.h"
@@ -117,14 +118,16 @@ class SceneBench {
                           std::find(options_.estimators.begin(), options_.estimators.end(),
                                     traits.name) != options_.estimators.end();
       if (!wanted || !Serves(traits, case_) || (case_.shadows && !traits.traced_shadows)) continue;
+      std::optional<render::LitScene> lit;
       for (const Knobs& knobs : KnobsOf(traits, case_.shadows)) {
         auto picture = PictureOptions(options_, case_);
         knobs.apply(picture);
         const bool samples = !traits.noise_free || picture.shadows == render::Shadows::kTraced;
-        // A scene that holds no tables yet, so that the time of building them shows.
-        render::LitScene lit(device_, scene_);
+        // A scene that holds none of the tables that depend on it, so that the time of building
+        // them shows.
+        if (!lit || traits.error_is_asked) lit.emplace(device_, scene_);
         for (const int spp : samples ? options_.samples_per_pixel : std::vector<int>{0})
-          rows.push_back(Row(lit, traits, knobs, spp, reference));
+          rows.push_back(Row(*lit, traits, knobs, spp, reference));
       }
     }
   }
