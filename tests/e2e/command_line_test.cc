@@ -39,7 +39,7 @@ TEST(CommandLine, EveryBenchHasItsOwnHelpAndOthersAreRefusedByName) {
     const Outcome help = RunLuxfield({"bench", bench, "--help"}, folder);
     EXPECT_EQ(help.exit_code, 0) << bench;
     EXPECT_NE(help.out.find("--json"), std::string::npos) << bench;
-    EXPECT_EQ(help.out.find("--seeds") != std::string::npos, bench == "errors") << bench;
+    EXPECT_EQ(help.out.find("--plan") != std::string::npos, bench == "errors") << bench;
   }
 }
 
