@@ -105,6 +105,7 @@ DeviceInfo Describe(cl_device_id id, int index) {
   info.max_work_group_size = Get<std::size_t>(id, CL_DEVICE_MAX_WORK_GROUP_SIZE);
   info.global_memory_bytes = Get<cl_ulong>(id, CL_DEVICE_GLOBAL_MEM_SIZE);
   info.max_allocation_bytes = Get<cl_ulong>(id, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
+  info.native_float_lanes = static_cast<int>(Get<cl_uint>(id, CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT));
   info.has_exact_divide = (Get<cl_device_fp_config>(id, CL_DEVICE_SINGLE_FP_CONFIG) &
                            CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
   info.has_fp64 = Get<cl_device_fp_config>(id, CL_DEVICE_DOUBLE_FP_CONFIG) != 0;

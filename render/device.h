@@ -35,6 +35,7 @@ struct DeviceInfo {
   std::size_t max_work_group_size = 0;
   std::uint64_t global_memory_bytes = 0, max_allocation_bytes = 0;
   bool has_fp64 = false;
+  int native_float_lanes = 1;     // floats of its widest vector instruction
   bool has_exact_divide = false;  // -cl-fp32-correctly-rounded-divide-sqrt
 };
 

@@ -11,18 +11,19 @@
 namespace luxfield::render {
 
 std::string DeviceTuning::BuildOptions() const {
-  return fmt::format("-D PIXELS={} -D SHARED={}{}", pixels_per_item, shared_loads,
-                     exact_divide ? " -cl-fp32-correctly-rounded-divide-sqrt" : "");
+  return fmt::format("-D PIXELS={} -D SHARED={} -D LANES={}{}", pixels_per_item, shared_loads,
+                     lanes, exact_divide ? " -cl-fp32-correctly-rounded-divide-sqrt" : "");
 }
 
 std::string DeviceTuning::Text() const {
-  return fmt::format("group={},pixels={},shared={},divide={}", group_size, pixels_per_item,
-                     shared_loads, static_cast<int>(exact_divide));
+  return fmt::format("group={},pixels={},shared={},lanes={},divide={}", group_size, pixels_per_item,
+                     shared_loads, lanes, static_cast<int>(exact_divide));
 }
 
 DeviceTuning TuningOf(const DeviceInfo& info) {
   DeviceTuning tuning;
   tuning.exact_divide = info.has_exact_divide;
+  if (!info.is_cpu || info.native_float_lanes < 8) tuning.lanes = 4;
   if (!info.is_cpu) {
     tuning.group_size = 64;
     tuning.pixels_per_item = tuning.shared_loads = 1;
@@ -53,6 +54,8 @@ DeviceTuning ParseTuning(const std::string& text, const DeviceTuning& base) {
       tuning.pixels_per_item = value;
     else if (name == "shared")
       tuning.shared_loads = value;
+    else if (name == "lanes")
+      tuning.lanes = value;
     else if (name == "divide")
       tuning.exact_divide = value != 0;
     else
@@ -61,6 +64,8 @@ DeviceTuning ParseTuning(const std::string& text, const DeviceTuning& base) {
   if (tuning.group_size < 1 || tuning.group_size > 4096) refuse("group must be 1 to 4096");
   if (tuning.shared_loads != 1 && tuning.shared_loads != 2 && tuning.shared_loads != 4)
     refuse("shared must be 1, 2 or 4");
+  if (tuning.lanes != 4 && tuning.lanes != 8 && tuning.lanes != 16)
+    refuse("lanes must be 4, 8 or 16");
   if (tuning.pixels_per_item < 1 || tuning.pixels_per_item > 64 ||
       tuning.pixels_per_item % tuning.shared_loads != 0)
     refuse("pixels must be 1 to 64, a multiple of shared");

@@ -7,6 +7,7 @@
 //   group_size         32: enough to spread over threads      64: a multiple of every wave in use
 //   pixels_per_item    32: reuse cached windows per channel   1
 //   shared_loads       4 pixels lit from the same loads       1: registers are dearer than loads
+//   lanes              8, or 4 where its vectors are short   4: a 16-byte load per work-item
 //   exact_divide       wherever the device offers it: quotients equal on all devices
 //
 // No kernel uses double: what float32 cannot hold is a pair of floats or 64-bit fixed point.
@@ -20,16 +21,17 @@ namespace luxfield::render {
 struct DeviceInfo;
 
 struct DeviceTuning {
-  int group_size = 32;      // work-items of a one-dimensional group; a kernel's own limit bounds it
-  int pixels_per_item = 32;  // `exact`: a multiple of shared_loads
-  int shared_loads = 4;     // `exact`: 1, 2 or 4
+  int group_size = 32;  // work-items of a one-dimensional group; a kernel's own limit bounds it
+  int pixels_per_item = 32;   // `exact`: a multiple of shared_loads
+  int shared_loads = 4;       // `exact`: 1, 2 or 4
+  int lanes = 8;              // texels at once in closed forms: 4, 8 or 16
   bool exact_divide = false;  // correctly rounded division
 
   bool operator==(const DeviceTuning&) const = default;
 
-  // For clBuildProgram: -D PIXELS and SHARED, and the division.
+  // For clBuildProgram: -D PIXELS, SHARED and LANES, and the division.
   std::string BuildOptions() const;
-  // "group=64,pixels=32,shared=4,divide=1", as ParseTuning reads it.
+  // "group=64,pixels=32,shared=4,lanes=8,divide=1", as ParseTuning reads it.
   std::string Text() const;
 };
 

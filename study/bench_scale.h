@@ -13,7 +13,7 @@ struct BenchScaleOptions {
   std::vector<int> grids{3, 5, 8, 12, 20};  // square grids: 9 to 400 images
   std::vector<int> sizes{64, 128, 256, 512, 1024};
   std::vector<double> megapixels{0.1, 0.3, 1, 3, 10};
-  int samples_per_pixel = 50;
+  int samples_per_pixel = 16;
   std::string device;
   int threads = 0;
 };

@@ -82,7 +82,7 @@ inline bool MakeBlock(__constant const LuminaireParams* luminaire, const Pixel* 
 
 // sum_r C(r, c) Y_r and sum_r C(r, c) Gy_r of up to kChunk columns.
 typedef struct Sums {
-  Lanes y0, y1, y2, g0, g1, g2;
+  Lanes zeroth[kVectors], facing[kVectors];
 } Sums;
 
 // What is seen of an image: share[pixel][row of the grid], where there are shadow maps.
@@ -92,27 +92,24 @@ typedef struct Sums {
 #define SHARE(k, j) 1.0f
 #endif
 
-inline void AddRow(Lanes t0, Lanes t1, Lanes t2, const TexelWeights* rows, float share, int r,
-                   int vectors, Sums* sums) {
+__attribute__((always_inline)) inline void AddRow(const Lanes* texels, const TexelWeights* rows,
+                                                  float share, int r, const int vectors,
+                                                  Sums* sums) {
   const Lanes y = share * Zeroth(rows)[r], g = share * Facing(rows)[r];
-  sums->y0 = fma(t0, y, sums->y0);
-  sums->g0 = fma(t0, g, sums->g0);
-  if (vectors > 1) {
-    sums->y1 = fma(t1, y, sums->y1);
-    sums->g1 = fma(t1, g, sums->g1);
-  }
-  if (vectors > 2) {
-    sums->y2 = fma(t2, y, sums->y2);
-    sums->g2 = fma(t2, g, sums->g2);
+#pragma unroll
+  for (int v = 0; v < vectors; ++v) {
+    sums->zeroth[v] = fma(texels[v], y, sums->zeroth[v]);
+    sums->facing[v] = fma(texels[v], g, sums->facing[v]);
   }
 }
 
-inline Lanes AcrossColumns(const Sums* sums, const TexelWeights* columns, int vectors) {
-  const Lanes* x = columns->zeroth;
-  const Lanes* g = columns->facing;
-  Lanes sum = x[1] * sums->g0 + g[1] * sums->y0;
-  if (vectors > 1) sum += x[2] * sums->g1 + g[2] * sums->y1;
-  if (vectors > 2) sum += x[3] * sums->g2 + g[3] * sums->y2;
+__attribute__((always_inline)) inline Lanes AcrossColumns(const Sums* sums,
+                                                          const TexelWeights* columns,
+                                                          const int vectors) {
+  Lanes sum = 0.0f;
+#pragma unroll
+  for (int v = 0; v < vectors; ++v)
+    sum += columns->zeroth[v + 1] * sums->facing[v] + columns->facing[v + 1] * sums->zeroth[v];
   return sum;
 }
 
@@ -127,13 +124,14 @@ __attribute__((always_inline)) inline void LightColumn(
     const int2 range = rows[0][j].range;
     __global const float* texel = image + (size_t)range.x * row_stride;
     for (int r = 0; r < range.y - range.x; ++r, texel += row_stride) {
-      const Lanes t0 = vload8(0, texel), t1 = vectors > 1 ? vload8(1, texel) : 0.0f,
-                  t2 = vectors > 2 ? vload8(2, texel) : 0.0f;
-      AddRow(t0, t1, t2, &rows[0][j], SHARE(0, j), r, vectors, &s0);
-      if (pixels > 1) AddRow(t0, t1, t2, &rows[1][j], SHARE(1, j), r, vectors, &s1);
+      Lanes texels[kVectors];
+#pragma unroll
+      for (int v = 0; v < vectors; ++v) texels[v] = LoadLanes(texel + v * kLanes);
+      AddRow(texels, &rows[0][j], SHARE(0, j), r, vectors, &s0);
+      if (pixels > 1) AddRow(texels, &rows[1][j], SHARE(1, j), r, vectors, &s1);
       if (pixels > 2) {
-        AddRow(t0, t1, t2, &rows[2][j], SHARE(2, j), r, vectors, &s2);
-        AddRow(t0, t1, t2, &rows[3][j], SHARE(3, j), r, vectors, &s3);
+        AddRow(texels, &rows[2][j], SHARE(2, j), r, vectors, &s2);
+        AddRow(texels, &rows[3][j], SHARE(3, j), r, vectors, &s3);
       }
     }
   }
@@ -185,9 +183,22 @@ __attribute__((always_inline)) inline void LightPixels(__constant const Luminair
               case 2:
                 LIGHT_COLUMN(2);
                 break;
+#if LANES < 16
               case 3:
                 LIGHT_COLUMN(3);
                 break;
+#endif
+#if LANES < 8
+              case 4:
+                LIGHT_COLUMN(4);
+                break;
+              case 5:
+                LIGHT_COLUMN(5);
+                break;
+              case 6:
+                LIGHT_COLUMN(6);
+                break;
+#endif
             }
           }
     }

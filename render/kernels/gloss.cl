@@ -74,8 +74,8 @@ inline void FillStrip(__constant const LuminaireParams* luminaire, const Axis* a
       Lanes zeroth, moment;
       PieceWeights(&luminaire->basis, axis, function, piece->j, piece->b, piece->parts, near, far,
                    first + e, &zeroth, &moment);
-      vstore8(zeroth, 0, strip->zeroth[k] + e);
-      vstore8(moment, 0, strip->moment[k] + e);
+      ((UnalignedLanes*)(strip->zeroth[k] + e))->lanes = zeroth;
+      ((UnalignedLanes*)(strip->moment[k] + e))->lanes = moment;
     }
   }
 }
@@ -113,7 +113,7 @@ inline Moments SumPiece(__constant const LuminaireParams* luminaire, __global co
             __global const float* texel =
                 images + (m * channels + channel) * plane + r_begin * stride + c;
             for (int r = 0; r < r_count; ++r, texel += stride) {
-              const Lanes value = vload8(0, texel);
+              const Lanes value = LoadLanes(texel);
               column0 = fma(value, (Lanes)(strip->zeroth[l][r]), column0);
               column1 = fma(value, (Lanes)(strip->moment[l][r]), column1);
             }

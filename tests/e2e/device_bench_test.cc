@@ -123,7 +123,8 @@ class KernelCheck : public testing::Test {
 
 TEST_F(KernelCheck, EstimatorsHaveNoRacesStayInBoundsAndReadWhatWasWritten) {
   // Kernels as cut for a GPU and for a CPU; NaN is refused by the bench's own comparison.
-  for (const std::string tuning : {"group=8,pixels=1,shared=1", "group=8,pixels=8,shared=4"}) {
+  for (const std::string tuning :
+       {"group=8,pixels=1,shared=1,lanes=4", "group=8,pixels=8,shared=4"}) {
     nlohmann::json rows[2];
     for (const bool pattern : {false, true}) {
       const Outcome outcome = RunChecked(Command({}, kTiny), pattern, tuning);
@@ -156,7 +157,7 @@ luminaire = [{file = "lamp.lf.exr", position = [0, 0, 0.5], look_at = [0, 3, 0]}
       const Outcome outcome =
           RunChecked({BuiltProgram("luxfield").string(), "render", "scene.toml", "-o", "out.exr",
                       "--estimator", traits.name, "--spp", "4"},
-                     pattern, "group=4,pixels=1,shared=1");
+                     pattern, "group=4,pixels=1,shared=1,lanes=4");
       ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
       EXPECT_EQ(ReadText(folder_ / "log"), "") << traits.name;
       pictures[pattern] = ReadText(folder_ / "out.exr");

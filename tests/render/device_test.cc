@@ -235,12 +235,17 @@ TEST_F(DeviceTest, BufferTransfersCheckTheirSizes) {
 TEST(Tuning, FollowsTheDeviceAndCanBeChanged) {
   DeviceInfo info;
   info.is_cpu = true;
+  info.native_float_lanes = 4;
+  EXPECT_EQ(TuningOf(info).lanes, 4);
+  info.native_float_lanes = 16;
   const DeviceTuning cpu = TuningOf(info);
+  EXPECT_EQ(cpu.lanes, 8);
   EXPECT_GT(cpu.pixels_per_item, 1);
   info.is_cpu = false;
   const DeviceTuning gpu = TuningOf(info);
   EXPECT_EQ(gpu.pixels_per_item, 1);
   EXPECT_EQ(gpu.group_size % 64, 0);
+  EXPECT_EQ(gpu.lanes, 4);
   EXPECT_THAT(gpu.BuildOptions(), testing::Not(testing::HasSubstr("rounded-divide")));
   info.has_exact_divide = true;
   EXPECT_THAT(TuningOf(info).BuildOptions(), testing::HasSubstr("rounded-divide"));
@@ -249,7 +254,7 @@ TEST(Tuning, FollowsTheDeviceAndCanBeChanged) {
   EXPECT_EQ(ParseTuning("group=8", cpu).group_size, 8);
   for (const char* wrong :
        {"group=0", "group", "group=", "group=8x", "wave=3", "pixels=6", "pixels=0,shared=0",
-        "pixels=9,shared=3", "=", ",", "group=99999999999"})
+        "pixels=9,shared=3", "lanes=3", "=", ",", "group=99999999999"})
     EXPECT_THROW(ParseTuning(wrong, cpu), InputError) << wrong;
 
   ::setenv("LUXFIELD_TUNING", "group=4", 1);
