@@ -4,13 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <optional>
 
 #include "core/error.h"
 #include "core/measures.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "core/stopwatch.h"
+#include "study/picture_noise.h"
 
 namespace luxfield::study {
 namespace {
@@ -18,96 +22,20 @@ namespace {
 constexpr int kPilotPixels = 3072;
 constexpr int kPilotPasses = 4;
 constexpr int kPilotSamples[2] = {8, 32};  // of a pass
+// The pilot of the setting that is about to be taken: larger, but no more than a share of the
+// picture.
+constexpr double kCheckPixels = 16384, kCheckShare = 0.25;
+constexpr double kCheckedRange = 2;  // either way of the samples that were checked
 // The fewest that show their variance: a pass gains more from stratification the larger it is, and
 // has costs of its own.
 constexpr int kPasses = 2;
-constexpr double kExtrapolate = 2;  // that is needed beyond this many times the samples of the last
 constexpr int kMaxRounds = 12;
 constexpr int kMaxSamples = 1 << 20;
-constexpr double kMinPower = 0.8, kMaxPower = 2;  // of the variance over the samples
-constexpr double kVolumeChannel_core_s = 0.6;     // to build, measured on 25 to 99 images of 256^2
+constexpr double kSteepest = 2;                // power of the samples by which variances may fall
+constexpr double kVolumeChannel_core_s = 0.6;  // to build, measured on 25 to 99 images of 256^2
 // Of the target, asked of volumes and gloss; less where noise comes on top.
 constexpr double kApproximationShare = 0.5, kApproximationShareOfNoisy = 0.25;
-constexpr double kAim = 0.93;  // of the target, so that one round is mostly enough
-
-// Mean variance and mean luminance over the pixels, and how far the former may be off: variances v
-// of `degrees` of freedom each, from the spread between passes.
-struct Noise {
-  double mean_luminance = 0, mean_variance = 0;
-  double effective_pixels = 0;  // (sum v)^2 / sum v^2 of the true ones; E v^2 is 1 + 2 / degrees
-                                // times theirs where noise is normal
-  int degrees = 1;
-
-  double RelativeError() const {
-    return mean_luminance > 0 ? std::sqrt(mean_variance) / mean_luminance : 0;
-  }
-  // The true squared error exceeds this many times the estimate in 5 % of cases: both the sum of
-  // squared errors and the sum of variances scatter.
-  double Margin() const {
-    return 1 + 1.645 * std::sqrt(2 / effective_pixels * (1 + 1.0 / degrees));
-  }
-};
-
-Noise NoiseOf(const render::Frame& frame, int degrees) {
-  Noise noise;
-  noise.degrees = degrees;
-  const core::Image luminances = core::LuminanceImage(frame.radiance);
-  double sum = 0, squares = 0, luminance = 0;
-  const std::size_t count = frame.variance.data.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const double v = frame.variance.data[i];
-    sum += v;
-    squares += v * v;
-    luminance += luminances.data[i];
-  }
-  noise.mean_variance = sum / static_cast<double>(count);
-  noise.mean_luminance = luminance / static_cast<double>(count);
-  noise.effective_pixels =
-      squares > 0 ? (1 + 2.0 / degrees) * sum * sum / squares : static_cast<double>(count);
-  return noise;
-}
-
-// v(k), the mean variance of a pass of k samples: log-log between measured points, with the slopes
-// of the outer ones beyond them.
-struct VarianceLaw {
-  std::map<double, double> points;  // k -> v > 0
-  double scale = 1;                 // of the picture's variance over the pilots'
-  double mean_luminance = 0;
-
-  void Add(double k, double v) {
-    if (v > 0) points[k] = v;
-  }
-  bool Reaches(double k) const {
-    return points.empty() || (k <= kExtrapolate * points.rbegin()->first &&
-                              k >= points.begin()->first / kExtrapolate);
-  }
-  double Of(double k) const {
-    if (points.empty()) return 0;
-    auto right = points.upper_bound(k);
-    if (right == points.end()) --right;
-    if (right == points.begin() && points.size() > 1) ++right;
-    const auto left = right == points.begin() ? right : std::prev(right);
-    const double power = left == right ? 1
-                                       : std::clamp(std::log(left->second / right->second) /
-                                                        std::log(right->first / left->first),
-                                                    kMinPower, kMaxPower);
-    const auto& near = k < right->first ? *left : *right;
-    return scale * near.second * std::pow(k / near.first, -power);
-  }
-  // Of the mean of kPasses passes with `samples` in all.
-  double VarianceOf(double samples) const { return Of(samples / kPasses) / kPasses; }
-  double ErrorOf(double samples) const {
-    return mean_luminance > 0 ? std::sqrt(VarianceOf(samples)) / mean_luminance : 0;
-  }
-  double SamplesFor(double rel_error) const {
-    double low = kPasses, high = kMaxSamples;
-    while (high > 1.01 * low) {
-      const double middle = std::sqrt(low * high);
-      (ErrorOf(middle) > rel_error ? low : high) = middle;
-    }
-    return high;
-  }
-};
+constexpr double kAim = 0.93;  // of the target, in rounds after the first
 
 // What is asked of estimators that approximate.
 double ApproximationError(const AccuracyRequest& request) {
@@ -130,7 +58,28 @@ struct Candidate {
   double build_s = 0;              // of tables that only this picture needs
   LightingWork work_of_one;        // of the picture, one sample per pixel
   double cost_correction = 1;      // pilot's time over the model's
-  double margin = 1;               // Noise::Margin of the picture
+  double mean_luminance = 0;
+  double margin = 1;     // PictureNoise::Margin expected of the picture
+  double spread = 0;     // of the logarithm of the picture's variance about the law's
+  double checked_k = 0;  // samples per pass of the pilot that the law is anchored at
+
+  // Of kPasses passes with `taken` samples in all, over the squared mean luminance.
+  double RelativeVariance(double taken) const {
+    return mean_luminance > 0
+               ? law.Of(taken / kPasses) / kPasses / (mean_luminance * mean_luminance)
+               : 0;
+  }
+};
+
+// A picture of `pixels` at most, of the same shape.
+struct Size {
+  int width, height;
+  Size Within(double pixels) const {
+    const double shrink = std::min(1.0, std::sqrt(pixels / Pixels()));
+    return {std::max(1, static_cast<int>(std::lround(width * shrink))),
+            std::max(1, static_cast<int>(std::lround(height * shrink)))};
+  }
+  double Pixels() const { return static_cast<double>(width) * height; }
 };
 
 class Chooser {
@@ -138,12 +87,11 @@ class Chooser {
   Chooser(render::LitScene& scene, const CostModel& costs, const AccuracyRequest& request)
       : scene_(scene), costs_(costs), request_(request) {
     const auto& camera = scene.camera();
-    width_ = request.picture.width > 0 ? request.picture.width : camera.width;
-    height_ = request.picture.height > 0 ? request.picture.height : camera.height;
-    const double shrink =
-        std::min(1.0, std::sqrt(kPilotPixels / (static_cast<double>(width_) * height_)));
-    pilot_width_ = std::max(1, static_cast<int>(std::lround(width_ * shrink)));
-    pilot_height_ = std::max(1, static_cast<int>(std::lround(height_ * shrink)));
+    picture_ = {request.picture.width > 0 ? request.picture.width : camera.width,
+                request.picture.height > 0 ? request.picture.height : camera.height};
+    pilot_ = picture_.Within(kPilotPixels);
+    check_ = picture_.Within(
+        std::max<double>(kPilotPixels, std::min(kCheckPixels, kCheckShare * picture_.Pixels())));
   }
 
   std::vector<Candidate> Choose() {
@@ -152,8 +100,7 @@ class Chooser {
       for (const auto& traits : render::EstimatorList()) {
         if (!IsWanted(traits) || traits.needs.volume != interpolating) continue;
         if (interpolating && !IsWorthAVolume(traits, candidates)) continue;
-        candidates.push_back(Measure(traits));
-        Predict(candidates.back());
+        if (auto candidate = Measure(traits, candidates)) candidates.push_back(*candidate);
       }
     if (request_.rel_error)
       std::erase_if(candidates, [&](const Candidate& candidate) {
@@ -180,16 +127,33 @@ class Chooser {
                      });
   }
 
-  // Samples far beyond those of the pilots are tried, since variances do not follow power laws that
-  // far. False if there was nothing to try.
+  // A larger pilot at the samples that are about to be taken. False if there was one already.
   bool Check(Candidate& candidate) {
-    const int of_pass = candidate.setting.samples_per_pixel / kPasses;
-    if (!candidate.samples || candidate.law.Reaches(of_pass)) return false;
-    const Noise noise =
-        NoiseOf(Pilot(candidate.setting.estimator, of_pass, kPilotPasses), kPilotPasses - 1);
-    candidate.law.Add(of_pass, noise.mean_variance * kPilotPasses);
+    const double k = static_cast<double>(candidate.setting.samples_per_pixel) / kPasses;
+    if (!candidate.samples ||
+        (k <= kCheckedRange * candidate.checked_k && k >= candidate.checked_k / kCheckedRange))
+      return false;
+    const int of_pass = static_cast<int>(k);
+    Learn(candidate, check_, of_pass,
+          Pilot(candidate.setting.estimator, check_, of_pass, kPilotPasses));
+    candidate.checked_k = k;
     Predict(candidate);
     return true;
+  }
+
+  // What a pilot tells of the picture's noise. Its pixels' mean variance is off the picture's by
+  // the draw of pixels and by the scatter of their variances, the picture's own by the latter.
+  void Learn(Candidate& candidate, const Size& size, int of_pass,
+             const render::Frame& pilot) const {
+    PictureNoise noise = NoiseOf(pilot, kPilotPasses - 1);
+    const double pilot_pixels = noise.effective_pixels;
+    candidate.mean_luminance = noise.mean_luminance;
+    candidate.law.Anchor(of_pass, noise.mean_variance * kPilotPasses);
+    noise.effective_pixels *= picture_.Pixels() / size.Pixels();
+    noise.degrees = kPasses - 1;
+    candidate.margin = noise.Margin();
+    candidate.spread = std::sqrt((1 + 2.0 / (kPilotPasses - 1)) / pilot_pixels +
+                                 2.0 / (kPasses - 1) / noise.effective_pixels);
   }
 
   // The volume of this view pays where it saves more than it takes to build; for a time asked for,
@@ -219,12 +183,13 @@ class Chooser {
            (names.empty() || std::find(names.begin(), names.end(), traits.name) != names.end());
   }
 
-  render::RenderOptions PilotOptions(const std::string& estimator, int samples, int passes) const {
+  render::RenderOptions PilotOptions(const std::string& estimator, const Size& size, int samples,
+                                     int passes) const {
     render::RenderOptions options = request_.picture;
     options.estimator = estimator;
     if (request_.rel_error) options.approximation_error = ApproximationError(request_);
-    options.width = pilot_width_;
-    options.height = pilot_height_;
+    options.width = size.width;
+    options.height = size.height;
     options.antialias = 1;
     options.passes = passes;
     options.samples_per_pixel = samples * passes;
@@ -233,8 +198,8 @@ class Chooser {
     return options;
   }
 
-  render::Frame Pilot(const std::string& estimator, int samples, int passes) {
-    return render::Renderer(scene_, PilotOptions(estimator, samples, passes)).Render();
+  render::Frame Pilot(const std::string& estimator, const Size& size, int samples, int passes) {
+    return render::Renderer(scene_, PilotOptions(estimator, size, samples, passes)).Render();
   }
 
   LightingWork PictureWork(const render::Frame& pilot, int samples, double pixels) const {
@@ -257,47 +222,60 @@ class Chooser {
     return sum;
   }
 
-  Candidate Measure(const render::EstimatorTraits& traits) {
+  // Empty where the first pilot shows that others are cheaper, whatever the second one says.
+  std::optional<Candidate> Measure(const render::EstimatorTraits& traits,
+                                   const std::vector<Candidate>& others) {
     Candidate candidate;
     candidate.setting.estimator = traits.name;
     candidate.samples = TakesSamples(traits, Shadowed());
     const int passes = candidate.samples ? kPilotPasses : 1;
     const double tables_before_s = scene_.tables_core_s();
     // The first pilot also warms the kernels up; the second one is timed.
-    const Noise first = NoiseOf(Pilot(traits.name, kPilotSamples[0], passes), kPilotPasses - 1);
-    const render::Frame pilot = Pilot(traits.name, kPilotSamples[1], passes);
-    const Noise second = NoiseOf(pilot, kPilotPasses - 1);
-    const double pilot_pixels = static_cast<double>(pilot_width_) * pilot_height_;
-    const double picture_pixels =
-        static_cast<double>(width_) * height_ * request_.picture.antialias;
-    candidate.work_of_one = PictureWork(pilot, 1, picture_pixels);
-    const double model_s =
-        costs_.Seconds(traits.name, PictureWork(pilot, kPilotSamples[1] * passes, pilot_pixels));
-    if (model_s > 0) candidate.cost_correction = pilot.times.lighting_s / model_s;
-    if (candidate.samples) {
-      candidate.law.mean_luminance = second.mean_luminance;
-      Noise of_picture = second;
-      of_picture.effective_pixels *= picture_pixels / pilot_pixels;
-      of_picture.degrees = kPasses - 1;
-      candidate.margin = of_picture.Margin();
-      candidate.law.Add(kPilotSamples[0], first.mean_variance * kPilotPasses);
-      candidate.law.Add(kPilotSamples[1], second.mean_variance * kPilotPasses);
-    }
-    candidate.interpolation_error = traits.error_is_asked
-                                        ? PilotOptions(traits.name, 1, 1).approximation_error
-                                        : traits.rel_error;
+    const render::Frame first = Pilot(traits.name, pilot_, kPilotSamples[0], passes);
+    candidate.work_of_one = PictureWork(first, 1, picture_.Pixels() * request_.picture.antialias);
+    candidate.interpolation_error =
+        traits.error_is_asked ? PilotOptions(traits.name, pilot_, 1, 1).approximation_error
+                              : traits.rel_error;
     if (traits.needs.volume) {
       // Tables for one picture count as its time, spread over the cores that build them.
       if (request_.rel_error)
         candidate.build_s = (scene_.tables_core_s() - tables_before_s) / core::Threads();
       candidate.interpolation_error = InterpolationError(traits.name);
     }
+    if (candidate.samples) {
+      const double v = NoiseOf(first, kPilotPasses - 1).mean_variance * kPilotPasses;
+      candidate.law.Add(kPilotSamples[0], v);
+      candidate.law.Add(2 * kPilotSamples[0], v / std::pow(2, kSteepest));
+      Learn(candidate, pilot_, kPilotSamples[0], first);
+      Predict(candidate);
+      if (request_.rel_error && IsBeaten(candidate, others)) return std::nullopt;
+    }
+    const render::Frame second = Pilot(traits.name, pilot_, kPilotSamples[1], passes);
+    if (candidate.samples) {
+      const double v = NoiseOf(first, kPilotPasses - 1).mean_variance * kPilotPasses;
+      candidate.law = {};
+      candidate.law.Add(kPilotSamples[0], v);
+      candidate.law.Add(kPilotSamples[1],
+                        NoiseOf(second, kPilotPasses - 1).mean_variance * kPilotPasses);
+      Learn(candidate, pilot_, kPilotSamples[1], second);
+    }
+    const double model_s =
+        passes *
+        costs_.Seconds(traits.name, PictureWork(second, kPilotSamples[1], pilot_.Pixels()));
+    if (model_s > 0) candidate.cost_correction = second.times.lighting_s / model_s;
+    Predict(candidate);
     return candidate;
+  }
+
+  static bool IsBeaten(const Candidate& candidate, const std::vector<Candidate>& others) {
+    return std::any_of(others.begin(), others.end(), [&](const Candidate& other) {
+      return other.setting.predicted_s < candidate.setting.predicted_s;
+    });
   }
 
   // Against `exact`, at the pilot's pixels.
   double InterpolationError(const std::string& estimator) {
-    render::RenderOptions options = PilotOptions(estimator, 1, 1);
+    render::RenderOptions options = PilotOptions(estimator, pilot_, 1, 1);
     options.shadows = render::Shadows::kNone;
     const auto interpolated = render::Renderer(scene_, options).Render();
     options.estimator = "exact";
@@ -329,9 +307,7 @@ class Chooser {
     const int least = kPasses * static_cast<int>(scene_.luminaires().size());
     double samples = 0;
     if (request_.rel_error) {
-      samples = candidate.law.SamplesFor(
-          kAim * NoiseShare(*request_.rel_error, candidate.interpolation_error) /
-          std::sqrt(candidate.margin));
+      samples = CheapestSamples(candidate, least, seconds);
     } else {
       const double least_s = seconds(least), per_sample_s = (seconds(2 * least) - least_s) / least;
       samples =
@@ -341,13 +317,37 @@ class Chooser {
         std::clamp(samples, static_cast<double>(least), static_cast<double>(kMaxSamples)));
     setting.predicted_s = seconds(setting.samples_per_pixel);
     setting.predicted_error =
-        std::hypot(candidate.law.ErrorOf(setting.samples_per_pixel), candidate.interpolation_error);
+        std::hypot(std::sqrt(candidate.RelativeVariance(setting.samples_per_pixel)),
+                   candidate.interpolation_error);
+  }
+
+  // Samples of the first round whose time, with that of a second one as often as it is needed, is
+  // least: the picture's variance is taken as log-normal about the law's.
+  double CheapestSamples(const Candidate& candidate, double least,
+                         const std::function<double(double)>& seconds) const {
+    const double allowed =
+        std::pow(NoiseShare(*request_.rel_error, candidate.interpolation_error), 2) /
+        candidate.margin;
+    double best = kMaxSamples, best_s = std::numeric_limits<double>::infinity();
+    for (double samples = least; samples < kMaxSamples; samples *= 1.05) {
+      const double noise = candidate.RelativeVariance(samples);
+      const double missing = noise > 0 ? 0.5 * std::erfc(std::log(allowed / noise) /
+                                                         (std::numbers::sqrt2 * candidate.spread))
+                                       : 0;
+      const double expected_s = seconds(samples) + missing * seconds(std::max(least, samples / 4));
+      if (missing < 0.5 && expected_s < best_s) {
+        best = samples;
+        best_s = expected_s;
+      }
+      if (missing < 1e-3) break;
+    }
+    return best;
   }
 
   render::LitScene& scene_;
   const CostModel& costs_;
   const AccuracyRequest& request_;
-  int width_ = 0, height_ = 0, pilot_width_ = 0, pilot_height_ = 0;
+  Size picture_{}, pilot_{}, check_{};
 };
 
 // Renders rounds of kPasses passes and merges them by their samples, which keeps the mean unbiased.
@@ -365,15 +365,15 @@ void RefineUntilMet(render::LitScene& scene, render::RenderOptions options, cons
     options.samples_per_pixel = static_cast<int>(
         std::clamp(wanted, static_cast<double>(least), static_cast<double>(kMaxSamples)));
     const render::Frame frame = render::Renderer(scene, options).Render();
-    const double expected = law.VarianceOf(options.samples_per_pixel);
-    if (expected > 0) law.scale *= NoiseOf(frame, kPasses - 1).mean_variance / expected;
+    law.Anchor(options.samples_per_pixel / static_cast<double>(kPasses),
+               NoiseOf(frame, kPasses - 1).mean_variance * kPasses);
     result.frame = taken == 0
                        ? frame
                        : render::MeanFrame(result.frame, taken, frame, options.samples_per_pixel);
     taken += options.samples_per_pixel;
     passes += kPasses;
     result.chosen.samples_per_pixel = taken;
-    const Noise noise = NoiseOf(result.frame, (round + 1) * (kPasses - 1));
+    const PictureNoise noise = NoiseOf(result.frame, (round + 1) * (kPasses - 1));
     result.estimated_error = std::hypot(noise.RelativeError(), chosen.interpolation_error);
     if (!rel_error) {
       result.met = true;
@@ -387,9 +387,9 @@ void RefineUntilMet(render::LitScene& scene, render::RenderOptions options, cons
     // The smallest further round whose samples bring the merged variance down to the aim.
     const double aim = kAim * kAim * allowed;
     for (wanted = std::max(least, taken / 4);; wanted *= 1.1) {
-      const double merged =
-          (std::pow(taken, 2) * noise.mean_variance + wanted * wanted * law.VarianceOf(wanted)) /
-          std::pow(taken + wanted, 2);
+      const double merged = (std::pow(taken, 2) * noise.mean_variance +
+                             wanted * wanted * law.Of(wanted / kPasses) / kPasses) /
+                            std::pow(taken + wanted, 2);
       if (merged <= aim || wanted >= kMaxSamples) break;
     }
   }

@@ -2,11 +2,11 @@
 //
 // The error is the relative RMSE of the picture's luminance: RMS of Y - Y_true over all pixels over
 // the mean of Y_true (THEORY.md 10). A small picture of the same view, the pilot, measures what the
-// scene does to each estimator: the variance v(k) of a pass of k samples, a power law through two
-// points. The cost model (cost_model.h) says what k costs. The cheapest setting whose predicted
-// error meets the target is taken and its own variance, from the spread between passes, decides
-// whether more passes are needed; a noise-free estimator states the error that it was measured to
-// have.
+// scene does to each estimator: the variance v(k) of a pass of k samples (picture_noise.h). The
+// cost model (cost_model.h) says what k costs. The setting that is expected to meet the target
+// soonest is tried in a larger pilot and taken, in two passes; its own variance, from the spread
+// between them, decides whether more are needed. A noise-free estimator states the error that it
+// was measured to have.
 #pragma once
 
 #include <optional>
@@ -37,11 +37,13 @@ struct Setting {
 
 struct AccurateFrame {
   render::Frame frame;
-  Setting chosen;                   // samples_per_pixel as finally taken
-  std::vector<Setting> considered;  // best setting of each estimator, cheapest first
-  double estimated_error = 0;       // of the frame
-  bool met = false;                 // the target, with the estimate's own uncertainty (2 sigma)
-  double choosing_s = 0;            // wall time of pilots
+  Setting chosen;  // samples_per_pixel as finally taken
+  // Best setting of each estimator, cheapest first, without those that are clearly dearer than
+  // another.
+  std::vector<Setting> considered;
+  double estimated_error = 0;  // of the frame
+  bool met = false;            // the target, with the estimate's own uncertainty (2 sigma)
+  double choosing_s = 0;       // wall time of pilots
 };
 
 // Whether an estimator takes light samples for a picture with shadows, or without.

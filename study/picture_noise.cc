@@ -1,0 +1,64 @@
+#include "study/picture_noise.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/measures.h"
+
+namespace luxfield::study {
+namespace {
+
+constexpr double kMinPower = 0.8, kMaxPower = 2;
+constexpr double kFewPixels = 200;
+
+}  // namespace
+
+double PictureNoise::RelativeError() const {
+  return mean_luminance > 0 ? std::sqrt(mean_variance) / mean_luminance : 0;
+}
+
+double PictureNoise::Margin() const {
+  return std::exp(1.645 * std::sqrt(2 / effective_pixels * (1 + 1.0 / degrees)));
+}
+
+PictureNoise NoiseOf(const render::Frame& frame, int degrees) {
+  double sum = 0, squares = 0, luminance = 0;
+  for (const float v : frame.variance.data) {
+    sum += v;
+    squares += double{v} * v;
+  }
+  for (const float y : core::LuminanceImage(frame.radiance).data) luminance += y;
+  const auto count = static_cast<double>(frame.variance.data.size());
+  PictureNoise noise;
+  noise.mean_luminance = luminance / count;
+  noise.mean_variance = sum / count;
+  const double seen = squares > 0 ? sum * sum / squares : count;
+  noise.effective_pixels = std::min(count, seen * (1 + 2.0 / degrees * seen / (seen + kFewPixels)));
+  noise.degrees = degrees;
+  return noise;
+}
+
+void VarianceLaw::Add(double k, double v) {
+  if (v > 0) points[k] = v;
+}
+
+double VarianceLaw::Of(double k) const {
+  if (points.empty()) return 0;
+  auto right = points.upper_bound(k);
+  if (right == points.end()) --right;
+  if (right == points.begin() && points.size() > 1) ++right;
+  const auto left = right == points.begin() ? right : std::prev(right);
+  const double power = left == right ? 1
+                                     : std::clamp(std::log(left->second / right->second) /
+                                                      std::log(right->first / left->first),
+                                                  kMinPower, kMaxPower);
+  const auto& [near_k, near_v] = k < right->first ? *left : *right;
+  return scale * near_v * std::pow(k / near_k, -power);
+}
+
+void VarianceLaw::Anchor(double k, double v) {
+  const double expected = Of(k);
+  if (expected > 0 && v > 0) scale *= v / expected;
+}
+
+}  // namespace luxfield::study
