@@ -13,7 +13,7 @@ struct BenchTradeoffOptions {
   std::vector<std::filesystem::path> scenes{"data/scenes/garage.toml", "data/scenes/wall.toml",
                                             "data/scenes/street.toml", "data/scenes/hall.toml"};
   std::vector<std::string> estimators;                // empty: all
-  std::vector<int> samples_per_pixel{50, 200, 1000};  // over all luminaires of a scene
+  std::vector<int> samples_per_pixel{16, 64, 256};  // over all luminaires of a scene
   int width = 128, height = 96;                       // of the pictures
   int reference_samples = 4096;                       // per pixel, both halves together
   std::string device;                                 // as --device
