@@ -11,6 +11,7 @@
 #include "scene/scene.h"
 #include "study/accuracy.h"
 #include "study/reference_picture.h"
+#include "study/scene_cases.h"
 
 namespace luxfield::study {
 namespace {
@@ -101,23 +102,19 @@ class Sweep {
   std::vector<Series> series_;
 };
 
-struct Case {
-  const scene::Scene& scene;
-  bool shadows = false, glossy = false;
-};
-
 void AddRows(const render::Device& device, const CostModel& costs,
-             const BenchAccuracyOptions& options, const Case& c, json& rows) {
+             const BenchAccuracyOptions& options, const scene::Scene& scene, const SceneCase& c,
+             json& rows) {
   AccuracyRequest request;
   request.picture.shadows = c.shadows ? render::Shadows::kTraced : render::Shadows::kNone;
   request.picture.width = options.width;
   request.picture.height = options.height;
   const auto& targets = c.shadows ? options.shadowed_targets : options.targets;
   const double least = *std::min_element(targets.begin(), targets.end());
-  render::LitScene lit = WithLampTables(device, c.scene);
+  render::LitScene lit = WithLampTables(device, scene);
   const ReferencePicture reference = LuminanceOf(
       RenderReference(lit, request.picture, options.reference_samples, kResolved * least));
-  const Sweep sweep(WithLampTables(device, c.scene), request.picture, reference, least);
+  const Sweep sweep(WithLampTables(device, scene), request.picture, reference, least);
   for (const double target : targets) {
     const Fixed best = sweep.Best(target);
     for (int k = 0; k < options.seeds; ++k) {
@@ -132,7 +129,7 @@ void AddRows(const render::Device& device, const CostModel& costs,
       const double core_s =
           times.lighting_core_s + (has_volume ? lit.tables_core_s() - tables_before_s : 0);
       const bool found = std::isfinite(best.core_s);
-      rows.push_back({{"scene", c.scene.file.stem().string()},
+      rows.push_back({{"scene", scene.file.stem().string()},
                       {"shadows", c.shadows ? "on" : "off"},
                       {"surface", c.glossy ? "glossy" : "diffuse"},
                       {"asked", target},
@@ -163,22 +160,20 @@ json BenchAccuracy(const BenchAccuracyOptions& options) {
       options.seeds < 1)
     throw InputError("bench accuracy: give at least one scene, one target and one seed");
   const auto device = render::Device::Open(options.device, options.threads);
-  core::Progress progress("bench accuracy", 4 * options.scenes.size());
+  std::vector<scene::Scene> scenes;
+  std::size_t cases = 0;
+  for (const auto& path : options.scenes) {
+    scenes.push_back(scene::ReadScene(path));
+    cases += CasesOf(scenes.back()).size();
+  }
+  core::Progress progress("bench accuracy", cases);
   const CostModel costs = Calibrate(device);
   json rows = json::array();
-  for (const auto& path : options.scenes) {
-    const scene::Scene scene = scene::ReadScene(path);
-    scene::Scene diffuse = scene;
-    scene::MakeLambertian(diffuse.geometry);
-    const auto& materials = scene.geometry.materials;
-    const bool is_glossy = std::any_of(materials.begin(), materials.end(), scene::IsGlossy);
-    for (const bool shadows : {false, true})
-      for (const bool glossy : {false, true}) {
-        if (!glossy || is_glossy)
-          AddRows(device, costs, options, {glossy ? scene : diffuse, shadows, glossy}, rows);
-        progress.Advance();
-      }
-  }
+  for (const scene::Scene& scene : scenes)
+    for (const SceneCase& c : CasesOf(scene)) {
+      AddRows(device, costs, options, SceneOf(scene, c), c, rows);
+      progress.Advance();
+    }
   return rows;
 }
 

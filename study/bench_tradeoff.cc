@@ -15,6 +15,7 @@
 #include "render/lit_scene.h"
 #include "render/renderer.h"
 #include "study/reference_picture.h"
+#include "study/scene_cases.h"
 
 namespace luxfield::study {
 namespace {
@@ -24,11 +25,6 @@ using nlohmann::json;
 constexpr std::uint64_t kSeed = 3;
 constexpr int kMostRuns = 3;
 constexpr double kEnough_s = 1;  // of timing one setting
-
-struct Case {
-  std::string scene;
-  bool shadows = false, glossy = false;
-};
 
 // A value of an estimator's knobs; the samples come on top.
 struct Knobs {
@@ -69,7 +65,7 @@ std::vector<Knobs> KnobsOf(const render::EstimatorTraits& traits, bool shadows) 
   return knobs;
 }
 
-render::RenderOptions PictureOptions(const BenchTradeoffOptions& options, const Case& c) {
+render::RenderOptions PictureOptions(const BenchTradeoffOptions& options, const SceneCase& c) {
   render::RenderOptions picture;
   picture.width = options.width;
   picture.height = options.height;
@@ -78,7 +74,7 @@ render::RenderOptions PictureOptions(const BenchTradeoffOptions& options, const 
   return picture;
 }
 
-bool Serves(const render::EstimatorTraits& traits, const Case& c) {
+bool Serves(const render::EstimatorTraits& traits, const SceneCase& c) {
   return traits.any_brdf || !c.glossy;
 }
 
@@ -107,8 +103,8 @@ Measured Measure(render::LitScene& scene, const render::RenderOptions& picture) 
 class SceneBench {
  public:
   SceneBench(const render::Device& device, const scene::Scene& scene,
-             const BenchTradeoffOptions& options, Case c)
-      : device_(device), scene_(scene), options_(options), case_(std::move(c)) {}
+             const BenchTradeoffOptions& options, SceneCase c)
+      : device_(device), scene_(scene), options_(options), case_(c) {}
 
   void AddRows(json& rows) {
     render::LitScene judged(device_, scene_);
@@ -151,7 +147,7 @@ class SceneBench {
       images += geometry.grid.count();
       channels = std::max(channels, geometry.channels);
     }
-    return {{"scene", case_.scene},
+    return {{"scene", scene_.file.stem().string()},
             {"shadows", case_.shadows ? "on" : "off"},
             {"surface", case_.glossy ? "glossy" : "diffuse"},
             {"estimator", traits.name},
@@ -176,7 +172,7 @@ class SceneBench {
   const render::Device& device_;
   const scene::Scene& scene_;
   const BenchTradeoffOptions& options_;
-  Case case_;
+  SceneCase case_;
 };
 
 void Check(const BenchTradeoffOptions& options) {
@@ -210,21 +206,15 @@ json BenchTradeoff(const BenchTradeoffOptions& options) {
     CheckLamps(scenes.back());
   }
   json rows = json::array();
-  core::Progress progress("bench tradeoff", 4 * scenes.size());
-  for (const scene::Scene& scene : scenes) {
-    scene::Scene diffuse = scene;
-    scene::MakeLambertian(diffuse.geometry);
-    const auto& materials = scene.geometry.materials;
-    const bool is_glossy = std::any_of(materials.begin(), materials.end(), scene::IsGlossy);
-    for (const bool shadows : {false, true})
-      for (const bool glossy : {false, true}) {
-        if (!glossy || is_glossy)
-          SceneBench(device, glossy ? scene : diffuse, options,
-                     {scene.file.stem().string(), shadows, glossy})
-              .AddRows(rows);
-        progress.Advance();
-      }
-  }
+  std::size_t cases = 0;
+  for (const scene::Scene& scene : scenes) cases += CasesOf(scene).size();
+  core::Progress progress("bench tradeoff", cases);
+  for (const scene::Scene& scene : scenes)
+    for (const SceneCase& c : CasesOf(scene)) {
+      const scene::Scene lit = SceneOf(scene, c);
+      SceneBench(device, lit, options, c).AddRows(rows);
+      progress.Advance();
+    }
   MarkPareto(rows);
   return rows;
 }
