@@ -81,7 +81,7 @@ void Knobs::Validate() const {
 std::vector<std::string> KnobHelp() {
   return {
       "windowed  basis-share=0..1                share of the samples drawn from Phi (0.5)",
-      "windowed  brdf-share=0..1                 share that follows narrow lobes (0.5)",
+      "windowed, cells  brdf-share=0..1          share that follows narrow lobes (0.5)",
       "thesis    allocation=rounded|systematic   samples per image",
       "thesis    inversion=bisection|secant      search in the CDFs",
       "thesis    depth=0..64                     steps before a straight line, 0: to the texel",

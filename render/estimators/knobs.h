@@ -2,8 +2,8 @@
 //
 //   estimator   knob          values
 //   windowed    basis-share   0 to 1: share of the samples drawn from Phi_m, the rest from C
-//   windowed    brdf-share    0 to 1: share of the samples that follow a glossy BRDF whose lobe is
-//                             narrow against the lamp; fewer and none where it is broad
+//   windowed,   brdf-share    0 to 1: share of the samples that follow a glossy BRDF whose lobe is
+//   cells                     narrow against the lamp; fewer and none where it is broad
 //   thesis      allocation    rounded | systematic
 //   thesis      inversion     bisection | secant (regula falsi)
 //   thesis      depth         steps of the inversion before a straight line; 0: to the texel

@@ -1,14 +1,23 @@
-// Sampling of knot cells (THEORY.md 6, correction 3): cells are allotted samples in proportion to the
-// mass of their windows times the receiver's cosine towards them, points in a cell are drawn with
-// density Q / M, and every sample evaluates all images that shine through the cell.
+// Sampling of knot cells (THEORY.md 6, correction 3): cells are allotted samples in proportion to
+// the mass of their windows times the receiver's cosine, and every sample evaluates all images that
+// shine through the cell.
 //
 //   E = delta^2 / z^3 h^2 sum_k sum_m C_m Phi_m(y_k) (n . (u_k - p))+ V / N(y_k),
-//   N(y) = K w_ab Q_ab(s(y)) / sum w M    expected samples per dy^2
+//   N(y) = nbar_ab p_ab(y) + K_b q(y),   nbar_ab = (K - K_b) w_ab M_ab / sum w M
 //
-// Glossy receivers draw half of their samples from the BRDF instead and add their expectation to N
-// (the balance heuristic of Veach and Guibas 1995): N(y) = K/2 w Q / sum w M + K/2 p(w) h^2 z / r^3,
-// r = |u - p|.
-#include "kernels/cells.clh"
+// are the expected samples per dy^2. Points of a cell follow the table Q, which knows the images'
+// structure and takes y as unknown, or the fit P (cell_fit.clh), which knows y and takes the images
+// as constant: p = (1 - f) Q / M + f P / integral P, the balance heuristic of Veach and Guibas
+// 1995. Where a surface is glossy, K_b of the samples follow its BRDF with density q
+// (brdf_sampling.clh).
+#include "kernels/cell_fit.clh"
+
+#if GLOSSY
+#include "kernels/brdf_sampling.clh"
+#endif
+
+// The most that a fit is trusted where a window holds more than one texel.
+#define MOST_FITTED 0.9f
 
 inline float WeightedTotal(__constant const LuminaireParams* luminaire, const CellTables* tables,
                            const Surface* surface, Windows windows) {
@@ -20,71 +29,115 @@ inline float WeightedTotal(__constant const LuminaireParams* luminaire, const Ce
   return total;
 }
 
-inline int BrdfSamples(__constant const SamplingParams* sampling, const Surface* surface) {
-#if GLOSSY
-  return surface->brdf.kind == kLambert ? 0 : sampling->samples / 2;
-#else
-  return 0;
-#endif
+// How points of a cell are drawn.
+typedef struct CellProposal {
+  Window window;
+  CellFit fit;
+  float fit_share;  // f
+  float mass;       // M
+  float expected;   // nbar
+} CellProposal;
+
+// Through one texel the fit is the light itself. Else it is trusted as far as its integral agrees
+// with the table's, which is that of the whole window.
+inline float FitShare(const CellFit* fit, const Window* window, float mass) {
+  if (!(fit->total > 0.0f)) return 0.0f;
+  if (window->columns.end - window->columns.begin == 1 &&
+      window->rows.end - window->rows.begin == 1)
+    return 1.0f;
+  const float ratio = fit->total * fit->width.x * fit->width.y / mass;
+  return MOST_FITTED * fmin(ratio, 1.0f / ratio);
 }
 
-// Expected samples of the BRDF per dy^2 at u - p.
-inline float BrdfExpectation(__constant const LuminaireParams* luminaire, const Surface* surface,
-                             int brdf_samples, float3 to_lamp) {
-#if GLOSSY
-  if (brdf_samples == 0) return 0.0f;
-  const float h = luminaire->axis[0].spacing.hi, inverse_r = 1.0f / length(to_lamp);
-  const float h_over_r = h * inverse_r;
-  return (float)brdf_samples * BrdfPdf(&surface->brdf, to_lamp * inverse_r) *
-         (h_over_r * h_over_r * (surface->receiver.p.z * inverse_r));
-#else
-  return 0.0f;
-#endif
+inline CellProposal MakeCellProposal(__constant const LuminaireParams* luminaire,
+                                     __global const float* images, const CellTables* tables,
+                                     const Surface* surface, Windows windows, int2 cell, float mass,
+                                     float expected) {
+  CellProposal proposal;
+  proposal.window = LoadCellWindow(tables, surface, windows, cell);
+  proposal.fit = MakeCellFit(luminaire, images, surface, &proposal.window);
+  proposal.fit_share = FitShare(&proposal.fit, &proposal.window, mass);
+  proposal.mass = mass;
+  proposal.expected = expected;
+  return proposal;
 }
 
-// Adds a sample at a point of a cell, its texel given; `weight` is M / nbar of the cell.
+// nbar p(y).
+inline float CellExpectation(const CellTables* tables, const CellProposal* proposal,
+                             WindowSample at) {
+  float density = 0.0f;
+  if (proposal->fit_share < 1.0f)
+    density = (1.0f - proposal->fit_share) / proposal->mass *
+              CellDensity(tables, proposal->window.m, at.column, at.row);
+  if (proposal->fit_share > 0.0f) density += proposal->fit_share * FitDensity(&proposal->fit, at.y);
+  return proposal->expected * density;
+}
+
+inline WindowSample DrawCellPoint(__constant const LuminaireParams* luminaire,
+                                  const Surface* surface, const CellProposal* proposal,
+                                  const Marginal* marginal, float2 xi) {
+  const Window* window = &proposal->window;
+  const float share = proposal->fit_share;
+  if (xi.x >= share) {
+    xi.x = (xi.x - share) / (1.0f - share);
+    return SampleWindow(window->sat, window->sat_width, &surface->x, &surface->y, marginal,
+                        window->columns, window->rows, 1.0f, xi);
+  }
+  xi.x /= share;
+  const Span c = window->columns, r = window->rows;
+  WindowSample at;
+  at.y = DrawFit(&proposal->fit, xi);
+  // What is seen ends at the window's texels, rounding or not.
+  at.column = clamp(TexelAt(&surface->x, c.low, luminaire->axis[0].texels, at.y.x, 1.0f), c.begin,
+                    c.end - 1);
+  at.row = clamp(TexelAt(&surface->y, r.low, luminaire->axis[1].texels, at.y.y, 1.0f), r.begin,
+                 r.end - 1);
+  return at;
+}
+
+// Adds a sample at a point of a cell.
 inline void AddCellSample(__constant const LuminaireParams* luminaire, __global const float* images,
                           const CellTables* tables, const Surface* surface, Scene scene,
-                          int brdf_samples, int a, int b, WindowSample at, float cosine,
-                          float weight, Totals* totals) {
-  const float density = CellDensity(tables, b * tables->cells.x + a, at.column, at.row);
+                          int brdf_samples, const CellProposal* proposal, WindowSample at,
+                          Totals* totals) {
+  const int a = proposal->window.i, b = proposal->window.j;
   const float3 to_lamp = ToLamp(luminaire, surface, a, b, at.y);
-  const float expected = cosine * density / weight +
-                         BrdfExpectation(luminaire, surface, brdf_samples, to_lamp);
+  float expected = CellExpectation(tables, proposal, at);
+#if GLOSSY
+  if (brdf_samples > 0) expected += (float)brdf_samples * BrdfDensity(luminaire, surface, to_lamp);
+#endif
   const float3 flux = CellFlux(luminaire, images, a, b, at.column, at.row, at.y);
-  AddLight(luminaire, surface, scene, to_lamp, density > 0.0f ? flux / expected : (float3)(0.0f),
+  AddLight(luminaire, surface, scene, to_lamp, expected > 0.0f ? flux / expected : (float3)(0.0f),
            totals);
 }
 
 #if GLOSSY
-// Draws from the BRDF. A direction that misses the lamp's cells, their windows or the upper side of
-// the surface is a sample of no light, and so is one into a cell that shadow maps hide.
+// Samples that follow the BRDF. A direction that misses the lamp's cells, their windows or the
+// upper side of the surface is a sample of no light, and so is one into a cell that shadow maps
+// hide.
 inline void AddBrdfSamples(__constant const LuminaireParams* luminaire,
                            __global const float* images, const CellTables* tables,
                            const Surface* surface, Scene scene, Windows windows,
-                           const Allocation* allocation, int brdf_samples, uint4 words,
-                           Totals* totals) {
-  uint2 point = (uint2)(0u, 0u);
-  for (int k = 0; k < brdf_samples; ++k) {
-    // Stratified: the parts of a BRDF get runs of the sequence.
-    const float select =
-        fmin(((float)k + UnitFloat(words.z)) / (float)brdf_samples, BELOW_ONE);
-    float3 direction;
-    const bool up = SampleBrdf(&surface->brdf, ShiftPoint(point, words.xy), select, &direction);
-    point = NextPoint(point, (uint)k);
-    WindowSample at;
+                           const Allocation* allocation, int count, uint4 words, Totals* totals) {
+  BrdfDraws draws = StartBrdfDraws(count, words, tables->cells.x * tables->cells.y);
+  for (int k = 0; k < count; ++k) {
+    float3 to_lamp;
     int2 cell;
+    WindowSample at;
     float cosine = 0.0f, mass = 0.0f;
-    if (up && CellAlong(luminaire, tables, surface, direction, &cell, &at)) {
+    if (NextBrdfDraw(&draws, surface, k, &to_lamp) &&
+        CellAlong(luminaire, tables, surface, to_lamp, &cell, &at)) {
       cosine = CellCosine(luminaire, surface, cell.x, cell.y);
-      mass = cosine * windows.masses[(size_t)(cell.y * tables->cells.x + cell.x) * windows.stride];
+      mass = windows.masses[(size_t)(cell.y * tables->cells.x + cell.x) * windows.stride];
     }
-    if (!(mass > 0.0f)) {
+    if (!(cosine * mass > 0.0f)) {
       ++totals->count;
       continue;
     }
-    AddCellSample(luminaire, images, tables, surface, scene, brdf_samples, cell.x, cell.y, at,
-                  cosine, SampleWeight(allocation, mass), totals);
+    const CellProposal proposal =
+        MakeCellProposal(luminaire, images, tables, surface, windows, cell, mass,
+                         ExpectedSamples(allocation, cosine * mass));
+    AddCellSample(luminaire, images, tables, surface, scene, count, &proposal, at, totals);
   }
 }
 #endif
@@ -96,36 +149,41 @@ inline Totals LightCells(__constant const LuminaireParams* luminaire,
   Totals totals = NoLight();
   const float total = WeightedTotal(luminaire, tables, surface, windows);
   if (!(total > 0.0f)) return totals;
-  const int brdf_samples = BrdfSamples(sampling, surface);
   const uint4 words = PixelWords(sampling, pixel);
+#if GLOSSY
+  const int brdf_samples = BrdfSamples(luminaire, sampling, surface);
+#else
+  const int brdf_samples = 0;
+#endif
   Allocation allocation =
       StartAllocation(sampling, sampling->samples - brdf_samples, total, UnitFloat(words.x));
   // One sequence over all cells: neighbours get points that complete each other.
   uint2 point = (uint2)(0u, 0u);
-  int k = 0, cell = 0;
+  int k = 0;
   for (int b = 0; b < tables->cells.y; ++b)
-    for (int a = 0; a < tables->cells.x; ++a, ++cell) {
-      const float cosine = CellCosine(luminaire, surface, a, b);
+    for (int a = 0; a < tables->cells.x; ++a) {
+      const float mass = windows.masses[(size_t)(b * tables->cells.x + a) * windows.stride],
+                  weighted = CellCosine(luminaire, surface, a, b) * mass;
       float weight;
-      const int end =
-          k + Allot(&allocation, cosine * windows.masses[(size_t)cell * windows.stride], &weight);
+      const int end = k + Allot(&allocation, weighted, &weight);
       if (end == k) continue;
-      const Window window = LoadCellWindow(tables, surface, windows, cell, a, b);
-      const Marginal marginal =
-          MakeMarginal(window.sat, window.sat_width, window.columns, window.rows);
+      const CellProposal proposal = MakeCellProposal(luminaire, images, tables, surface, windows,
+                                                     (int2)(a, b), mass, weighted / weight);
+      const Window* window = &proposal.window;
+      Marginal marginal;
+      if (proposal.fit_share < 1.0f)
+        marginal = MakeMarginal(window->sat, window->sat_width, window->columns, window->rows);
       for (; k < end; ++k) {
         const WindowSample at =
-            SampleWindow(window.sat, window.sat_width, &surface->x, &surface->y, &marginal,
-                         window.columns, window.rows, 1.0f, ShiftPoint(point, words.yz));
+            DrawCellPoint(luminaire, surface, &proposal, &marginal, ShiftPoint(point, words.yz));
         point = NextPoint(point, (uint)k);
-        AddCellSample(luminaire, images, tables, surface, scene, brdf_samples, a, b, at, cosine,
-                      weight, &totals);
+        AddCellSample(luminaire, images, tables, surface, scene, brdf_samples, &proposal, at,
+                      &totals);
       }
     }
 #if GLOSSY
-  if (brdf_samples > 0)
-    AddBrdfSamples(luminaire, images, tables, surface, scene, windows, &allocation, brdf_samples,
-                   MoreWords(sampling, pixel, 1u), &totals);
+  AddBrdfSamples(luminaire, images, tables, surface, scene, windows, &allocation, brdf_samples,
+                 words, &totals);
 #endif
   return totals;
 }

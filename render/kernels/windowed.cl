@@ -9,9 +9,11 @@
 // 1997) of what follows C, good where a window holds structure, and what follows Phi, good where C
 // hardly varies in it. BASIS: b = 1. UNIFORM: p is constant over what is seen of the window.
 //
-// Where a surface is glossy, K_b of the samples follow its BRDF instead (brdf_sampling.clh); with q
-// the density of their points in units of h^2, the balance heuristic replaces nbar_m p by
-// nbar_m p + K_b q.
+// Where a surface is glossy, K_b of the samples follow its BRDF instead with density q
+// (brdf_sampling.clh): the balance heuristic replaces nbar_m p by nbar_m p + K_b q, and a sample of
+// the BRDF adds all images whose support covers its point,
+//
+//   delta^2 / z^3 h^2 sum_m v_m C_m Phi_m / (nbar_m p_m + K_b q) (n . (u - p))+ V
 #include "kernels/window_lighting.clh"
 
 #define MASS_AND_BASIS 0
@@ -68,6 +70,56 @@ inline float3 DrawSample(LUMINAIRE_ARGUMENTS, const Surface* surface, const Wind
   return value * phi;
 #endif
 }
+
+#if FOLLOW_BRDF
+// The sum over images at the point `at` on F, in units of h from the lower corner of all supports,
+// with `brdf_density` = K_b q there.
+inline float3 LightOfPoint(LUMINAIRE_ARGUMENTS, const Surface* surface, Windows windows,
+                           const Allocation* allocation, float2 at, float brdf_density) {
+  const int cells = luminaire->basis.cells, columns = luminaire->axis[0].count,
+            rows = luminaire->axis[1].count;
+  float3 light = (float3)(0.0f);
+  if (!(at.x >= 0.0f && at.x < (float)(columns + cells) && at.y >= 0.0f &&
+        at.y < (float)(rows + cells)))
+    return light;
+  const int cell_i = (int)at.x, cell_j = (int)at.y;
+  for (int j = max(cell_j - cells + 1, 0); j <= min(cell_j, rows - 1); ++j)
+    for (int i = max(cell_i - cells + 1, 0); i <= min(cell_i, columns - 1); ++i) {
+      const int m = j * columns + i;
+      const float mass = windows.masses[(size_t)m * windows.stride];
+      const float2 y = at - (float2)((float)i, (float)j);
+      const int column = TexelAt(&surface->x, LowKnot(&surface->x, i, cells),
+                                 luminaire->axis[0].texels, y.x, (float)cells),
+                row = TexelAt(&surface->y, LowKnot(&surface->y, j, cells),
+                              luminaire->axis[1].texels, y.y, (float)cells);
+      if (!(mass > 0.0f) || column < 0 || row < 0) continue;
+      const float visibility = ImageVisibility(luminaire, windows.seen, i, j),
+                  window_mass = mass / visibility;
+      const float phi = BasisProduct(luminaire, y);
+      const float3 value = TexelValue(luminaire, images, m, column, row);
+      const float light_density =
+          ExpectedSamples(allocation, mass) / window_mass *
+          MixedDensity(luminaire, sampling->basis_share, window_mass, Luminance(value), phi);
+      light += value * (visibility * phi / (light_density + brdf_density));
+    }
+  return light;
+}
+
+inline void AddBrdfSamples(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene scene,
+                           Windows windows, const Allocation* allocation, int count, uint4 words,
+                           Totals* totals) {
+  BrdfDraws draws =
+      StartBrdfDraws(count, words, luminaire->axis[0].count * luminaire->axis[1].count);
+  for (int k = 0; k < count; ++k) {
+    float3 to_lamp, light = (float3)(0.0f);
+    if (NextBrdfDraw(&draws, surface, k, &to_lamp))
+      light = LightOfPoint(LUMINAIRE, surface, windows, allocation,
+                           LampCoordinate(luminaire, surface, to_lamp),
+                           (float)count * BrdfDensity(luminaire, surface, to_lamp));
+    AddLight(luminaire, surface, scene, to_lamp, light, totals);
+  }
+}
+#endif
 
 inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene scene, uint pixel,
                            Windows windows) {
