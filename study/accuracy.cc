@@ -26,9 +26,7 @@ constexpr int kPilotSamples[2] = {8, 32};  // of a pass
 // picture.
 constexpr double kCheckPixels = 16384, kCheckShare = 0.25;
 constexpr double kCheckedRange = 2;  // either way of the samples that were checked
-// The fewest that show their variance: a pass gains more from stratification the larger it is, and
-// has costs of its own.
-constexpr int kPasses = 2;
+constexpr int kLeastSamples = 2;     // of a luminaire, to show a variance
 constexpr int kMaxRounds = 12;
 constexpr int kMaxSamples = 1 << 20;
 constexpr double kSteepest = 2;                // power of the samples by which variances may fall
@@ -53,22 +51,36 @@ double NoiseShare(double rel_error, double approximation) {
 struct Candidate {
   Setting setting;
   bool samples = false;  // takes samples here
-  VarianceLaw law;
+  VarianceLaw law;       // of the picture
+  double pilot_k = 0;    // samples of the pilot that the law is anchored at
+  // True variance over what one pass of pilot_k samples states, and the variance of its logarithm.
+  double stated_factor = 1, stated_log_variance = 0;
   double interpolation_error = 0;  // of noise-free parts; relative RMSE
   double build_s = 0;              // of tables that only this picture needs
   LightingWork work_of_one;        // of the picture, one sample per pixel
-  double cost_correction = 1;      // pilot's time over the model's
+  // Pilot's time over the model's, of what no sample changes and of samples.
+  double fixed_correction = 1, sample_correction = 1;
   double mean_luminance = 0;
   double margin = 1;     // PictureNoise::Margin expected of the picture
   double spread = 0;     // of the logarithm of the picture's variance about the law's
-  double checked_k = 0;  // samples per pass of the pilot that the law is anchored at
+  bool checked = false;  // by a larger pilot
 
-  // Of kPasses passes with `taken` samples in all, over the squared mean luminance.
-  double RelativeVariance(double taken) const {
-    return mean_luminance > 0
-               ? law.Of(taken / kPasses) / kPasses / (mean_luminance * mean_luminance)
-               : 0;
+  // True variance over what one pass of k samples states, which takes them as independent and so
+  // falls as 1 / k.
+  double StatedFactor(double k) const {
+    const double there = law.Of(pilot_k) * pilot_k;
+    return there > 0 ? stated_factor * law.Of(k) * k / there : 1;
   }
+  // Of a picture of k samples, over the squared mean luminance.
+  double RelativeVariance(double k) const {
+    return mean_luminance > 0 ? law.Of(k) / (mean_luminance * mean_luminance) : 0;
+  }
+};
+
+// What pilots of one size and k samples per pass show.
+struct Pilots {
+  render::Frame spread;  // kPilotPasses passes
+  render::Frame one;     // one pass, other samples
 };
 
 // A picture of `pixels` at most, of the same shape.
@@ -129,31 +141,40 @@ class Chooser {
 
   // A larger pilot at the samples that are about to be taken. False if there was one already.
   bool Check(Candidate& candidate) {
-    const double k = static_cast<double>(candidate.setting.samples_per_pixel) / kPasses;
-    if (!candidate.samples ||
-        (k <= kCheckedRange * candidate.checked_k && k >= candidate.checked_k / kCheckedRange))
+    const int k = candidate.setting.samples_per_pixel;
+    if (!candidate.samples || (candidate.checked && k <= kCheckedRange * candidate.pilot_k &&
+                               k >= candidate.pilot_k / kCheckedRange))
       return false;
-    const int of_pass = static_cast<int>(k);
-    Learn(candidate, check_, of_pass,
-          Pilot(candidate.setting.estimator, check_, of_pass, kPilotPasses));
-    candidate.checked_k = k;
+    const Pilots pilots = RunPilots(candidate.setting.estimator, check_, k);
+    Learn(candidate, check_, k, pilots);
+    const double expected_s =
+        Corrected(candidate, PictureWork(pilots.one, k, check_.Pixels()), /*samples=*/1);
+    if (expected_s > 0) {
+      const double correction = pilots.one.times.lighting_s / expected_s;
+      candidate.fixed_correction *= correction;
+      candidate.sample_correction *= correction;
+    }
+    candidate.checked = true;
     Predict(candidate);
     return true;
   }
 
-  // What a pilot tells of the picture's noise. Its pixels' mean variance is off the picture's by
-  // the draw of pixels and by the scatter of their variances, the picture's own by the latter.
-  void Learn(Candidate& candidate, const Size& size, int of_pass,
-             const render::Frame& pilot) const {
-    PictureNoise noise = NoiseOf(pilot, kPilotPasses - 1);
-    const double pilot_pixels = noise.effective_pixels;
-    candidate.mean_luminance = noise.mean_luminance;
-    candidate.law.Anchor(of_pass, noise.mean_variance * kPilotPasses);
+  // What pilots tell of the picture's noise. Their pixels' mean variance is off the picture's by
+  // the draw of pixels, the factor between stated and true variance by the scatter of the passes.
+  void Learn(Candidate& candidate, const Size& size, int k, const Pilots& pilots) const {
+    const PictureNoise spread = NoiseOf(pilots.spread, kPilotPasses - 1);
+    PictureNoise noise = NoiseOf(pilots.one, std::max(1, k - 1));
+    candidate.mean_luminance = spread.mean_luminance;
+    candidate.law.Anchor(k, spread.mean_variance * kPilotPasses);
+    candidate.pilot_k = k;
+    if (noise.mean_variance > 0 && spread.mean_variance > 0) {
+      candidate.stated_factor = spread.mean_variance * kPilotPasses / noise.mean_variance;
+      candidate.stated_log_variance = 2.0 / (kPilotPasses - 1) / spread.effective_pixels;
+    }
+    candidate.spread = std::sqrt((1 + 2.0 / (kPilotPasses - 1)) / spread.effective_pixels);
     noise.effective_pixels *= picture_.Pixels() / size.Pixels();
-    noise.degrees = kPasses - 1;
+    noise.scale_log_variance = candidate.stated_log_variance;
     candidate.margin = noise.Margin();
-    candidate.spread = std::sqrt((1 + 2.0 / (kPilotPasses - 1)) / pilot_pixels +
-                                 2.0 / (kPasses - 1) / noise.effective_pixels);
   }
 
   // The volume of this view pays where it saves more than it takes to build; for a time asked for,
@@ -193,13 +214,17 @@ class Chooser {
     options.antialias = 1;
     options.passes = passes;
     options.samples_per_pixel = samples * passes;
-    // Numbers that no pass of the picture has.
-    options.first_pass = (1 << 16) - passes;
+    // Numbers that no pass of the picture has, nor pilots of another number of passes.
+    options.first_pass = (1 << 16) - 2 * passes;
     return options;
   }
 
   render::Frame Pilot(const std::string& estimator, const Size& size, int samples, int passes) {
     return render::Renderer(scene_, PilotOptions(estimator, size, samples, passes)).Render();
+  }
+
+  Pilots RunPilots(const std::string& estimator, const Size& size, int samples) {
+    return {Pilot(estimator, size, samples, kPilotPasses), Pilot(estimator, size, samples, 1)};
   }
 
   LightingWork PictureWork(const render::Frame& pilot, int samples, double pixels) const {
@@ -228,11 +253,13 @@ class Chooser {
     Candidate candidate;
     candidate.setting.estimator = traits.name;
     candidate.samples = TakesSamples(traits, Shadowed());
-    const int passes = candidate.samples ? kPilotPasses : 1;
     const double tables_before_s = scene_.tables_core_s();
-    // The first pilot also warms the kernels up; the second one is timed.
-    const render::Frame first = Pilot(traits.name, pilot_, kPilotSamples[0], passes);
-    candidate.work_of_one = PictureWork(first, 1, picture_.Pixels() * request_.picture.antialias);
+    // The first pilot also warms the kernels up; those of one pass are timed.
+    Pilots first;
+    first.spread =
+        Pilot(traits.name, pilot_, kPilotSamples[0], candidate.samples ? kPilotPasses : 1);
+    candidate.work_of_one =
+        PictureWork(first.spread, 1, picture_.Pixels() * request_.picture.antialias);
     candidate.interpolation_error =
         traits.error_is_asked ? PilotOptions(traits.name, pilot_, 1, 1).approximation_error
                               : traits.rel_error;
@@ -242,29 +269,46 @@ class Chooser {
         candidate.build_s = (scene_.tables_core_s() - tables_before_s) / core::Threads();
       candidate.interpolation_error = InterpolationError(traits.name);
     }
-    if (candidate.samples) {
-      const double v = NoiseOf(first, kPilotPasses - 1).mean_variance * kPilotPasses;
-      candidate.law.Add(kPilotSamples[0], v);
-      candidate.law.Add(2 * kPilotSamples[0], v / std::pow(2, kSteepest));
-      Learn(candidate, pilot_, kPilotSamples[0], first);
+    first.one = Pilot(traits.name, pilot_, kPilotSamples[0], 1);
+    if (!candidate.samples) {
+      Time(candidate, first.one, first.one);
       Predict(candidate);
-      if (request_.rel_error && IsBeaten(candidate, others)) return std::nullopt;
+      return candidate;
     }
-    const render::Frame second = Pilot(traits.name, pilot_, kPilotSamples[1], passes);
-    if (candidate.samples) {
-      const double v = NoiseOf(first, kPilotPasses - 1).mean_variance * kPilotPasses;
-      candidate.law = {};
-      candidate.law.Add(kPilotSamples[0], v);
-      candidate.law.Add(kPilotSamples[1],
-                        NoiseOf(second, kPilotPasses - 1).mean_variance * kPilotPasses);
-      Learn(candidate, pilot_, kPilotSamples[1], second);
-    }
-    const double model_s =
-        passes *
-        costs_.Seconds(traits.name, PictureWork(second, kPilotSamples[1], pilot_.Pixels()));
-    if (model_s > 0) candidate.cost_correction = second.times.lighting_s / model_s;
+    const double v = NoiseOf(first.spread, kPilotPasses - 1).mean_variance * kPilotPasses;
+    candidate.law.Add(kPilotSamples[0], v);
+    candidate.law.Add(2 * kPilotSamples[0], v / std::pow(2, kSteepest));
+    Learn(candidate, pilot_, kPilotSamples[0], first);
+    Predict(candidate);
+    if (request_.rel_error && IsBeaten(candidate, others)) return std::nullopt;
+    const Pilots second = RunPilots(traits.name, pilot_, kPilotSamples[1]);
+    candidate.law = {};
+    candidate.law.Add(kPilotSamples[0], v);
+    candidate.law.Add(kPilotSamples[1],
+                      NoiseOf(second.spread, kPilotPasses - 1).mean_variance * kPilotPasses);
+    Learn(candidate, pilot_, kPilotSamples[1], second);
+    Time(candidate, first.one, second.one);
     Predict(candidate);
     return candidate;
+  }
+
+  // Corrects the model by passes of few and of many samples; by both alike where they are one, or
+  // where the clock does not tell them apart.
+  void Time(Candidate& candidate, const render::Frame& few, const render::Frame& many) const {
+    const auto model_s = [&](double samples) {
+      return Seconds(candidate.setting.estimator, PictureWork(few, 1, pilot_.Pixels()), samples);
+    };
+    const int* k = kPilotSamples;
+    const double fixed_model_s = model_s(0), sample_model_s = model_s(1) - model_s(0),
+                 sample_s = (many.times.lighting_s - few.times.lighting_s) / (k[1] - k[0]),
+                 fixed_s = few.times.lighting_s - k[0] * sample_s;
+    if (candidate.samples && sample_s > 0 && fixed_s > 0 && fixed_model_s > 0 &&
+        sample_model_s > 0) {
+      candidate.fixed_correction = fixed_s / fixed_model_s;
+      candidate.sample_correction = sample_s / sample_model_s;
+    } else if (const double all_s = model_s(candidate.samples ? k[1] : 0); all_s > 0) {
+      candidate.fixed_correction = candidate.sample_correction = many.times.lighting_s / all_s;
+    }
   }
 
   static bool IsBeaten(const Candidate& candidate, const std::vector<Candidate>& others) {
@@ -283,28 +327,33 @@ class Chooser {
                           render::Renderer(scene_, options).Render().radiance);
   }
 
-  // By the cost model, of the work of one sample per pixel times `samples` in kPasses passes; 0
-  // where none are taken.
+  // By the cost model, of the work of one sample per pixel times `samples`.
   double Seconds(const std::string& estimator, LightingWork work, double samples) const {
-    const double passes = samples > 0 ? kPasses : 1;
-    work.samples *= samples / passes;
-    work.rays *= samples / passes;
-    return passes * costs_.Seconds(estimator, work);
+    work.samples *= samples;
+    work.rays *= samples;
+    return costs_.Seconds(estimator, work);
+  }
+
+  // The same as pilots correct it.
+  double Corrected(const Candidate& candidate, const LightingWork& work, double samples) const {
+    const auto& estimator = candidate.setting.estimator;
+    const double fixed_s = Seconds(estimator, work, 0);
+    return candidate.fixed_correction * fixed_s +
+           candidate.sample_correction * (Seconds(estimator, work, samples) - fixed_s);
   }
 
   // Samples, time and error of the candidate's best setting.
   void Predict(Candidate& candidate) const {
     auto& setting = candidate.setting;
     const auto seconds = [&](double samples) {
-      return candidate.build_s +
-             candidate.cost_correction * Seconds(setting.estimator, candidate.work_of_one, samples);
+      return candidate.build_s + Corrected(candidate, candidate.work_of_one, samples);
     };
     if (!candidate.samples) {
       setting.predicted_s = seconds(0);
       setting.predicted_error = candidate.interpolation_error;
       return;
     }
-    const int least = kPasses * static_cast<int>(scene_.luminaires().size());
+    const int least = kLeastSamples * static_cast<int>(scene_.luminaires().size());
     double samples = 0;
     if (request_.rel_error) {
       samples = CheapestSamples(candidate, least, seconds);
@@ -350,30 +399,28 @@ class Chooser {
   Size picture_{}, pilot_{}, check_{};
 };
 
-// Renders rounds of kPasses passes and merges them by their samples, which keeps the mean unbiased.
-// The picture's own variance, not the pilot's, says whether the first round is enough.
+// Renders rounds and merges them by their samples, which keeps the mean unbiased. The variance that
+// the picture states, as pilots correct it, says whether the first round is enough.
 void RefineUntilMet(render::LitScene& scene, render::RenderOptions options, const Candidate& chosen,
                     std::optional<double> rel_error, AccurateFrame& result) {
-  const int lights = static_cast<int>(scene.luminaires().size());
-  const int least = kPasses * lights;
+  const int least = kLeastSamples * static_cast<int>(scene.luminaires().size());
   VarianceLaw law = chosen.law;
   double wanted = chosen.setting.samples_per_pixel;
-  int taken = 0, passes = 0;
+  int taken = 0;
   for (int round = 0;; ++round) {
-    options.first_pass = passes;
-    options.passes = kPasses;
+    options.first_pass = round;
     options.samples_per_pixel = static_cast<int>(
         std::clamp(wanted, static_cast<double>(least), static_cast<double>(kMaxSamples)));
-    const render::Frame frame = render::Renderer(scene, options).Render();
-    law.Anchor(options.samples_per_pixel / static_cast<double>(kPasses),
-               NoiseOf(frame, kPasses - 1).mean_variance * kPasses);
-    result.frame = taken == 0
-                       ? frame
-                       : render::MeanFrame(result.frame, taken, frame, options.samples_per_pixel);
-    taken += options.samples_per_pixel;
-    passes += kPasses;
+    const int k = options.samples_per_pixel;
+    render::Frame frame = render::Renderer(scene, options).Render();
+    const auto factor = static_cast<float>(chosen.StatedFactor(k));
+    for (float& v : frame.variance.data) v *= factor;
+    law.Anchor(k, NoiseOf(frame, 1).mean_variance);
+    result.frame = taken == 0 ? frame : render::MeanFrame(result.frame, taken, frame, k);
+    taken += k;
     result.chosen.samples_per_pixel = taken;
-    const PictureNoise noise = NoiseOf(result.frame, (round + 1) * (kPasses - 1));
+    PictureNoise noise = NoiseOf(result.frame, std::max(1, taken - 1));
+    noise.scale_log_variance = chosen.stated_log_variance;
     result.estimated_error = std::hypot(noise.RelativeError(), chosen.interpolation_error);
     if (!rel_error) {
       result.met = true;
@@ -387,9 +434,9 @@ void RefineUntilMet(render::LitScene& scene, render::RenderOptions options, cons
     // The smallest further round whose samples bring the merged variance down to the aim.
     const double aim = kAim * kAim * allowed;
     for (wanted = std::max(least, taken / 4);; wanted *= 1.1) {
-      const double merged = (std::pow(taken, 2) * noise.mean_variance +
-                             wanted * wanted * law.Of(wanted / kPasses) / kPasses) /
-                            std::pow(taken + wanted, 2);
+      const double merged =
+          (std::pow(taken, 2) * noise.mean_variance + wanted * wanted * law.Of(wanted)) /
+          std::pow(taken + wanted, 2);
       if (merged <= aim || wanted >= kMaxSamples) break;
     }
   }

@@ -2,11 +2,12 @@
 //
 // The error is the relative RMSE of the picture's luminance: RMS of Y - Y_true over all pixels over
 // the mean of Y_true (THEORY.md 10). A small picture of the same view, the pilot, measures what the
-// scene does to each estimator: the variance v(k) of a pass of k samples (picture_noise.h). The
-// cost model (cost_model.h) says what k costs. The setting that is expected to meet the target
-// soonest is tried in a larger pilot and taken, in two passes; its own variance, from the spread
-// between them, decides whether more are needed. A noise-free estimator states the error that it
-// was measured to have.
+// scene does to each estimator: the variance v(k) of a pass of k samples, from the spread of four,
+// and how far it falls below what one pass states of itself, which takes samples as independent
+// (picture_noise.h). The cost model (cost_model.h), corrected by the pilot's times, says what k
+// costs. The setting that is expected to meet the target soonest is tried in a larger pilot and
+// taken, in one pass; the variance that it states, so corrected, decides whether more are needed. A
+// noise-free estimator states the error that it was measured to have.
 #pragma once
 
 #include <optional>

@@ -10,6 +10,8 @@ namespace {
 
 constexpr double kMinPower = 0.8, kMaxPower = 2;
 constexpr double kFewPixels = 200;
+// Samples scatter more than normal noise: 1.645 holds in 93 % of pictures of 16 to 600 samples.
+constexpr double kMarginSigmas = 1.9;
 
 }  // namespace
 
@@ -18,7 +20,8 @@ double PictureNoise::RelativeError() const {
 }
 
 double PictureNoise::Margin() const {
-  return std::exp(1.645 * std::sqrt(2 / effective_pixels * (1 + 1.0 / degrees)));
+  return std::exp(kMarginSigmas *
+                  std::sqrt(2 / effective_pixels * (1 + 1.0 / degrees) + scale_log_variance));
 }
 
 PictureNoise NoiseOf(const render::Frame& frame, int degrees) {

@@ -7,20 +7,21 @@
 
 namespace luxfield::study {
 
-// Of the luminance, from the spread between a frame's passes.
+// Of the luminance, as a frame states it: from the spread between its passes, or within one.
 struct PictureNoise {
   double mean_luminance = 0;
   double mean_variance = 0;  // of a pixel; the expected squared error of the frame
   // About (sum v)^2 / sum v^2 over the pixels' true variances v: how many pixels of equal noise
   // would let the sum scatter as much.
   double effective_pixels = 0;
-  int degrees = 1;  // of freedom of a pixel's variance: passes - 1
+  int degrees = 1;  // of freedom of a pixel's variance: passes - 1, or samples - 1 of one pass
+  double scale_log_variance = 0;  // of a factor that all variances were corrected by
 
   double RelativeError() const;  // expected RMSE over the mean luminance
   // The true mean squared error is at most this many times mean_variance in about 95 % of cases (92
   // to 98 with 20 to 2000 effective pixels): of n of them the squared errors' sum scatters by
   // sqrt(2 / n) of itself, that of variances by sqrt(2 / (n degrees)), if noise is normal, and the
-  // logarithm of their ratio is about normal.
+  // logarithm of their ratio, with that of the factor, is about normal.
   double Margin() const;
 };
 
