@@ -25,8 +25,12 @@ constexpr int kPilotSamples[2] = {8, 32};  // of a pass
 // The pilot of the setting that is about to be taken: larger, but no more than a share of the
 // picture.
 constexpr double kCheckPixels = 16384, kCheckShare = 0.25;
+constexpr int kCheckPasses = 8;
 constexpr double kCheckedRange = 2;  // either way of the samples that were checked
 constexpr int kLeastSamples = 2;     // of a luminaire, to show a variance
+// A round takes at least what costs this share of its fixed part: hardly any time, against rounds
+// that estimates from a few samples make necessary.
+constexpr double kNearlyFree = 0.15;
 constexpr int kMaxRounds = 12;
 constexpr int kMaxSamples = 1 << 20;
 constexpr double kSteepest = 2;                // power of the samples by which variances may fall
@@ -61,9 +65,10 @@ struct Candidate {
   // Pilot's time over the model's, of what no sample changes and of samples.
   double fixed_correction = 1, sample_correction = 1;
   double mean_luminance = 0;
-  double margin = 1;     // PictureNoise::Margin expected of the picture
-  double spread = 0;     // of the logarithm of the picture's variance about the law's
-  bool checked = false;  // by a larger pilot
+  double margin = 1;             // PictureNoise::Margin expected of the picture
+  double spread = 0;             // of the logarithm of the picture's variance about the law's
+  bool checked = false;          // by a larger pilot
+  double least = kLeastSamples;  // samples of a round
 
   // True variance over what one pass of k samples states, which takes them as independent and so
   // falls as 1 / k.
@@ -79,7 +84,8 @@ struct Candidate {
 
 // What pilots of one size and k samples per pass show.
 struct Pilots {
-  render::Frame spread;  // kPilotPasses passes
+  int passes = kPilotPasses;
+  render::Frame spread;  // `passes` passes
   render::Frame one;     // one pass, other samples
 };
 
@@ -145,7 +151,7 @@ class Chooser {
     if (!candidate.samples || (candidate.checked && k <= kCheckedRange * candidate.pilot_k &&
                                k >= candidate.pilot_k / kCheckedRange))
       return false;
-    const Pilots pilots = RunPilots(candidate.setting.estimator, check_, k);
+    const Pilots pilots = RunPilots(candidate.setting.estimator, check_, k, kCheckPasses);
     Learn(candidate, check_, k, pilots);
     const double expected_s =
         Corrected(candidate, PictureWork(pilots.one, k, check_.Pixels()), /*samples=*/1);
@@ -162,17 +168,19 @@ class Chooser {
   // What pilots tell of the picture's noise. Their pixels' mean variance is off the picture's by
   // the draw of pixels, the factor between stated and true variance by the scatter of the passes.
   void Learn(Candidate& candidate, const Size& size, int k, const Pilots& pilots) const {
-    const PictureNoise spread = NoiseOf(pilots.spread, kPilotPasses - 1);
+    const PictureNoise spread = NoiseOf(pilots.spread, pilots.passes - 1);
     PictureNoise noise = NoiseOf(pilots.one, std::max(1, k - 1));
     candidate.mean_luminance = spread.mean_luminance;
-    candidate.law.Anchor(k, spread.mean_variance * kPilotPasses);
+    candidate.law.Anchor(k, spread.mean_variance * pilots.passes);
     candidate.pilot_k = k;
     if (noise.mean_variance > 0 && spread.mean_variance > 0) {
-      candidate.stated_factor = spread.mean_variance * kPilotPasses / noise.mean_variance;
-      candidate.stated_log_variance = 2.0 / (kPilotPasses - 1) / spread.effective_pixels;
+      candidate.stated_factor = spread.mean_variance * pilots.passes / noise.mean_variance;
+      candidate.stated_log_variance = 2.0 / (pilots.passes - 1) / spread.effective_pixels;
     }
-    candidate.spread = std::sqrt((1 + 2.0 / (kPilotPasses - 1)) / spread.effective_pixels);
     noise.effective_pixels *= picture_.Pixels() / size.Pixels();
+    candidate.spread = std::sqrt((1 + 2.0 / (pilots.passes - 1)) / spread.effective_pixels +
+                                 2.0 / std::max(1, k - 1) / noise.effective_pixels);
+    noise.scale = candidate.stated_factor;
     noise.scale_log_variance = candidate.stated_log_variance;
     candidate.margin = noise.Margin();
   }
@@ -223,8 +231,8 @@ class Chooser {
     return render::Renderer(scene_, PilotOptions(estimator, size, samples, passes)).Render();
   }
 
-  Pilots RunPilots(const std::string& estimator, const Size& size, int samples) {
-    return {Pilot(estimator, size, samples, kPilotPasses), Pilot(estimator, size, samples, 1)};
+  Pilots RunPilots(const std::string& estimator, const Size& size, int samples, int passes) {
+    return {passes, Pilot(estimator, size, samples, passes), Pilot(estimator, size, samples, 1)};
   }
 
   LightingWork PictureWork(const render::Frame& pilot, int samples, double pixels) const {
@@ -281,7 +289,7 @@ class Chooser {
     Learn(candidate, pilot_, kPilotSamples[0], first);
     Predict(candidate);
     if (request_.rel_error && IsBeaten(candidate, others)) return std::nullopt;
-    const Pilots second = RunPilots(traits.name, pilot_, kPilotSamples[1]);
+    const Pilots second = RunPilots(traits.name, pilot_, kPilotSamples[1], kPilotPasses);
     candidate.law = {};
     candidate.law.Add(kPilotSamples[0], v);
     candidate.law.Add(kPilotSamples[1],
@@ -353,17 +361,20 @@ class Chooser {
       setting.predicted_error = candidate.interpolation_error;
       return;
     }
-    const int least = kLeastSamples * static_cast<int>(scene_.luminaires().size());
-    double samples = 0;
+    const double fixed_s = seconds(0), per_sample_s = seconds(1) - fixed_s,
+                 shown = kLeastSamples * static_cast<double>(scene_.luminaires().size());
+    double samples = kMaxSamples;
+    candidate.least = shown;
     if (request_.rel_error) {
-      samples = CheapestSamples(candidate, least, seconds);
-    } else {
-      const double least_s = seconds(least), per_sample_s = (seconds(2 * least) - least_s) / least;
-      samples =
-          per_sample_s > 0 ? least + (*request_.time_s - least_s) / per_sample_s : kMaxSamples;
+      if (per_sample_s > 0)
+        candidate.least = std::clamp(kNearlyFree * (fixed_s - candidate.build_s) / per_sample_s,
+                                     shown, double{kMaxSamples});
+      samples = CheapestSamples(candidate, seconds);
+    } else if (per_sample_s > 0) {
+      samples = (*request_.time_s - fixed_s) / per_sample_s;
     }
-    setting.samples_per_pixel = static_cast<int>(
-        std::clamp(samples, static_cast<double>(least), static_cast<double>(kMaxSamples)));
+    setting.samples_per_pixel =
+        static_cast<int>(std::clamp(samples, candidate.least, double{kMaxSamples}));
     setting.predicted_s = seconds(setting.samples_per_pixel);
     setting.predicted_error =
         std::hypot(std::sqrt(candidate.RelativeVariance(setting.samples_per_pixel)),
@@ -372,18 +383,19 @@ class Chooser {
 
   // Samples of the first round whose time, with that of a second one as often as it is needed, is
   // least: the picture's variance is taken as log-normal about the law's.
-  double CheapestSamples(const Candidate& candidate, double least,
+  double CheapestSamples(const Candidate& candidate,
                          const std::function<double(double)>& seconds) const {
     const double allowed =
         std::pow(NoiseShare(*request_.rel_error, candidate.interpolation_error), 2) /
         candidate.margin;
     double best = kMaxSamples, best_s = std::numeric_limits<double>::infinity();
-    for (double samples = least; samples < kMaxSamples; samples *= 1.05) {
+    for (double samples = candidate.least; samples < kMaxSamples; samples *= 1.05) {
       const double noise = candidate.RelativeVariance(samples);
       const double missing = noise > 0 ? 0.5 * std::erfc(std::log(allowed / noise) /
                                                          (std::numbers::sqrt2 * candidate.spread))
                                        : 0;
-      const double expected_s = seconds(samples) + missing * seconds(std::max(least, samples / 4));
+      const double expected_s =
+          seconds(samples) + missing * seconds(std::max(candidate.least, samples / 4));
       if (missing < 0.5 && expected_s < best_s) {
         best = samples;
         best_s = expected_s;
@@ -403,14 +415,13 @@ class Chooser {
 // the picture states, as pilots correct it, says whether the first round is enough.
 void RefineUntilMet(render::LitScene& scene, render::RenderOptions options, const Candidate& chosen,
                     std::optional<double> rel_error, AccurateFrame& result) {
-  const int least = kLeastSamples * static_cast<int>(scene.luminaires().size());
   VarianceLaw law = chosen.law;
   double wanted = chosen.setting.samples_per_pixel;
   int taken = 0;
   for (int round = 0;; ++round) {
     options.first_pass = round;
-    options.samples_per_pixel = static_cast<int>(
-        std::clamp(wanted, static_cast<double>(least), static_cast<double>(kMaxSamples)));
+    options.samples_per_pixel =
+        static_cast<int>(std::clamp(wanted, chosen.least, double{kMaxSamples}));
     const int k = options.samples_per_pixel;
     render::Frame frame = render::Renderer(scene, options).Render();
     const auto factor = static_cast<float>(chosen.StatedFactor(k));
@@ -420,6 +431,7 @@ void RefineUntilMet(render::LitScene& scene, render::RenderOptions options, cons
     taken += k;
     result.chosen.samples_per_pixel = taken;
     PictureNoise noise = NoiseOf(result.frame, std::max(1, taken - 1));
+    noise.scale = factor;
     noise.scale_log_variance = chosen.stated_log_variance;
     result.estimated_error = std::hypot(noise.RelativeError(), chosen.interpolation_error);
     if (!rel_error) {
@@ -433,7 +445,7 @@ void RefineUntilMet(render::LitScene& scene, render::RenderOptions options, cons
     if (result.met || round == kMaxRounds || taken >= kMaxSamples) return;
     // The smallest further round whose samples bring the merged variance down to the aim.
     const double aim = kAim * kAim * allowed;
-    for (wanted = std::max(least, taken / 4);; wanted *= 1.1) {
+    for (wanted = std::max(chosen.least, 0.25 * taken);; wanted *= 1.1) {
       const double merged =
           (std::pow(taken, 2) * noise.mean_variance + wanted * wanted * law.Of(wanted)) /
           std::pow(taken + wanted, 2);

@@ -36,9 +36,10 @@ struct BenchAccuracyOptions {
 // core_s is the CPU time of lighting the picture that is handed out, with that of the tables which
 // only this view can use (light-vector volumes); those of the lamp are made before. best_fixed is
 // the estimator and number of samples, in one pass, whose core_s is least among those whose true
-// error is within the target by a sweep over sample counts, interpolated between them: a setting
-// that nobody can know beforehand. time_ratio = core_s / best_fixed_core_s, null where no setting
-// of the sweep gets there. choosing_s is the wall time of the pilots, spent before.
+// error, RMS over four seeds, is within the target by a sweep over sample counts, interpolated
+// between them: a setting that nobody can know beforehand. time_ratio = core_s / best_fixed_core_s,
+// null where no setting of the sweep gets there. choosing_s is the wall time of the pilots, spent
+// before.
 //
 // Throws InputError, DeviceError, Interrupted.
 nlohmann::json BenchAccuracy(const BenchAccuracyOptions& options);

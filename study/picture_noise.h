@@ -15,13 +15,16 @@ struct PictureNoise {
   // would let the sum scatter as much.
   double effective_pixels = 0;
   int degrees = 1;  // of freedom of a pixel's variance: passes - 1, or samples - 1 of one pass
-  double scale_log_variance = 0;  // of a factor that all variances were corrected by
+  // A factor that all variances were corrected by, and the variance of its logarithm. Without it
+  // they are bounds where it is below 1.
+  double scale = 1, scale_log_variance = 0;
 
   double RelativeError() const;  // expected RMSE over the mean luminance
   // The true mean squared error is at most this many times mean_variance in about 95 % of cases (92
   // to 98 with 20 to 2000 effective pixels): of n of them the squared errors' sum scatters by
-  // sqrt(2 / n) of itself, that of variances by sqrt(2 / (n degrees)), if noise is normal, and the
-  // logarithm of their ratio, with that of the factor, is about normal.
+  // sqrt(2 / n) of itself, that of variances by sqrt(2 / (n degrees)), if noise is normal; with the
+  // factor's scatter their ratio is about chi-squared over its degrees of freedom (Wilson and
+  // Hilferty 1931).
   double Margin() const;
 };
 

@@ -9,6 +9,9 @@
 namespace luxfield::render {
 namespace {
 
+// Of pixels that cores light one after another.
+constexpr int kTileRows = 32;
+
 class Exact : public Estimator {
  public:
   explicit Exact(const Device& device)
@@ -36,11 +39,15 @@ class Exact : public Estimator {
     }
     Kernels& kernels = visibility.maps ? *by_maps_ : all_seen_;
     const auto count = static_cast<cl_int>(gbuffer.pixel_count());
-    const std::size_t pixels = device_.tuning().pixels_per_item;
+    const auto whole_times = [](int parts, int of) {
+      return static_cast<std::size_t>((parts + of - 1) / of);
+    };
     kernels.whole
-        .Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
-             seen, lighting.irradiance, lighting.variance)
-        .Enqueue((gbuffer.pixel_count() + pixels - 1) / pixels);
+        .Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal,
+             cl_int{gbuffer.width}, cl_int{gbuffer.height}, cl_int{kTileRows}, share, seen,
+             lighting.irradiance, lighting.variance)
+        .Enqueue(whole_times(gbuffer.width, device_.tuning().pixels_per_item) *
+                 whole_times(gbuffer.height, kTileRows) * kTileRows);
     kernels.cut
         .Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
              seen, lighting.irradiance, lighting.variance)

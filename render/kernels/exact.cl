@@ -207,15 +207,23 @@ __attribute__((always_inline)) inline void LightPixels(__constant const Luminair
 // Adds the irradiance of every pixel whose horizon does not cut the luminaire. `ratio` (may be
 // null): visible share per channel and the variance of the luminance share. `seen`: the cells that
 // shadow maps show; null unless SHADOW_MAPS.
+//
+// Work-items light runs of PIXELS pixels of a row and follow each other down `tile_rows` rows, then
+// along them: what neighbouring rows see is still in a core's cache.
 __kernel void ExactIrradiance(__constant const LuminaireParams* luminaire,
                               __global const float* images, __global const float4* positions,
-                              __global const float4* normals, int pixel_count,
+                              __global const float4* normals, int width, int height, int tile_rows,
                               __global const float4* ratio, __global const uint* seen,
                               __global float4* irradiance, __global float* variance) {
-  const int first = get_global_id(0) * PIXELS;
+  const int tile_items = tile_rows * ((width + PIXELS - 1) / PIXELS), item = get_global_id(0),
+            in_tile = item % tile_items;
+  const int row = item / tile_items * tile_rows + in_tile % tile_rows,
+            column = in_tile / tile_rows * PIXELS;
+  if (row >= height) return;
+  const int first = row * width + column, end_of_run = row * width + min(column + PIXELS, width);
   Pixel pixels[PIXELS];
   int count = 0;
-  for (int index = first; index < min(first + PIXELS, pixel_count); ++index) {
+  for (int index = first; index < end_of_run; ++index) {
     if (positions[index].w == 0.0f) continue;
     Pixel pixel;
     pixel.index = index;

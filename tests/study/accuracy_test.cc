@@ -26,7 +26,8 @@ class AccuracyTest : public testing::Test {
   static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
 };
 
-// Over targets and seeds the true error must lie within the target in 95 % of cases.
+// Over targets and seeds the true error must lie within the target in 95 % of cases: three standard
+// deviations below that are allowed.
 TEST_F(AccuracyTest, ErrorsAskedForAreKept) {
   render::LitScene scene(render::Device::Open(), LampOverFloor());
   AccuracyRequest request;
@@ -36,7 +37,7 @@ TEST_F(AccuracyTest, ErrorsAskedForAreKept) {
   request.estimators = {"windowed"};
   int runs = 0, kept = 0;
   for (const double target : {0.1, 0.05, 0.02})
-    for (int seed = 1; seed <= 4; ++seed) {
+    for (int seed = 1; seed <= 10; ++seed) {
       request.rel_error = target;
       request.picture.seed = static_cast<std::uint64_t>(seed);
       const auto result = RenderToAccuracy(scene, MadeUpCosts(), request);
@@ -48,7 +49,7 @@ TEST_F(AccuracyTest, ErrorsAskedForAreKept) {
                   result.estimated_error, error, result.chosen.samples_per_pixel, seed);
       EXPECT_GT(result.estimated_error, 0.3 * target);  // not bought by far too many samples
     }
-  EXPECT_GE(kept, 0.95 * runs - 1);
+  EXPECT_GE(kept, 0.95 * runs - 3 * std::sqrt(0.95 * 0.05 * runs));
 }
 
 TEST_F(AccuracyTest, TheCheapestSettingIsTaken) {

@@ -67,6 +67,22 @@ TEST(PictureNoise, MarginHoldsInNinetyFivePercent) {
   }
 }
 
+// Variances that are scaled down by a factor of which nothing is known are bounded by what they
+// were.
+TEST(PictureNoise, DoubtfulFactorsAreNotTrusted) {
+  PictureNoise noise;
+  noise.effective_pixels = 50;
+  noise.degrees = 1000;
+  const double plain = noise.Margin();
+  noise.scale = 0.25;
+  EXPECT_DOUBLE_EQ(noise.Margin(), plain);
+  noise.scale_log_variance = 0.01;
+  EXPECT_GT(noise.Margin(), plain);
+  EXPECT_LT(noise.Margin(), 1.5 * plain);
+  noise.scale_log_variance = 100;
+  EXPECT_DOUBLE_EQ(noise.Margin(), 4 * plain);
+}
+
 TEST(VarianceLaw, FollowsItsPoints) {
   VarianceLaw law;
   EXPECT_EQ(law.Of(3), 0);
