@@ -26,11 +26,15 @@ constexpr int kPilotSamples[2] = {8, 32};  // of a pass
 // picture.
 constexpr double kCheckPixels = 16384, kCheckShare = 0.25;
 constexpr int kCheckPasses = 8;
+constexpr int kMaxChecks = 4;        // of a candidate: each may ask for other samples
 constexpr double kCheckedRange = 2;  // either way of the samples that were checked
 constexpr int kLeastSamples = 2;     // of a luminaire, to show a variance
 // A round takes at least what costs this share of its fixed part: hardly any time, against rounds
 // that estimates from a few samples make necessary.
 constexpr double kNearlyFree = 0.15;
+// Where a pilot hardly knows the variance, as a pixel or two hold it, the first round takes at most
+// this many times its fixed part and lets the picture tell.
+constexpr double kDoubtfulSpread = 1, kDoubtfulShare = 1;
 constexpr int kMaxRounds = 12;
 constexpr int kMaxSamples = 1 << 20;
 constexpr double kSteepest = 2;                // power of the samples by which variances may fall
@@ -67,7 +71,7 @@ struct Candidate {
   double mean_luminance = 0;
   double margin = 1;             // PictureNoise::Margin expected of the picture
   double spread = 0;             // of the logarithm of the picture's variance about the law's
-  bool checked = false;          // by a larger pilot
+  int checks = 0;                // by larger pilots
   double least = kLeastSamples;  // samples of a round
 
   // True variance over what one pass of k samples states, which takes them as independent and so
@@ -148,8 +152,9 @@ class Chooser {
   // A larger pilot at the samples that are about to be taken. False if there was one already.
   bool Check(Candidate& candidate) {
     const int k = candidate.setting.samples_per_pixel;
-    if (!candidate.samples || (candidate.checked && k <= kCheckedRange * candidate.pilot_k &&
-                               k >= candidate.pilot_k / kCheckedRange))
+    if (!candidate.samples || candidate.checks == kMaxChecks ||
+        (candidate.checks > 0 && k <= kCheckedRange * candidate.pilot_k &&
+         k >= candidate.pilot_k / kCheckedRange))
       return false;
     const Pilots pilots = RunPilots(candidate.setting.estimator, check_, k, kCheckPasses);
     Learn(candidate, check_, k, pilots);
@@ -160,7 +165,7 @@ class Chooser {
       candidate.fixed_correction *= correction;
       candidate.sample_correction *= correction;
     }
-    candidate.checked = true;
+    ++candidate.checks;
     Predict(candidate);
     return true;
   }
@@ -373,9 +378,11 @@ class Chooser {
     } else if (per_sample_s > 0) {
       samples = (*request_.time_s - fixed_s) / per_sample_s;
     }
-    setting.samples_per_pixel =
-        static_cast<int>(std::clamp(samples, candidate.least, double{kMaxSamples}));
-    setting.predicted_s = seconds(setting.samples_per_pixel);
+    samples = std::clamp(samples, candidate.least, double{kMaxSamples});
+    setting.predicted_s = seconds(samples);
+    if (request_.rel_error && candidate.spread > kDoubtfulSpread && per_sample_s > 0)
+      samples = std::clamp(kDoubtfulShare * fixed_s / per_sample_s, candidate.least, samples);
+    setting.samples_per_pixel = static_cast<int>(samples);
     setting.predicted_error =
         std::hypot(std::sqrt(candidate.RelativeVariance(setting.samples_per_pixel)),
                    candidate.interpolation_error);
