@@ -53,31 +53,38 @@ inline bool ShareWindows(__constant const LuminaireParams* luminaire, const Pixe
   return true;
 }
 
-// Weights of `count` basis functions from `first` on for the `chunk`-th kChunk texels of their
-// windows, per pixel. False if no window is that long.
-inline bool MakeBlock(__constant const LuminaireParams* luminaire, const Pixel* pixels,
-                      int pixel_count, int dimension, int first, int count, int chunk,
-                      TexelWeights weights[SHARED][kBasis]) {
+// The texels that the pixels see through `count` basis functions from `first` on, together.
+// Returns the number of chunks of kChunk texels that the longest of these windows takes.
+inline int JoinedWindows(__constant const LuminaireParams* luminaire, const Pixel* pixels,
+                         int pixel_count, int dimension, int first, int count,
+                         int2 windows[kBasis]) {
   const int cells = luminaire->basis.cells;
   int2 knots[kBasis + kMaxCells];
   for (int q = 0; q < count + cells; ++q)
     knots[q] = KnotTexels(pixels, pixel_count, dimension, first + q);
-  bool any = false;
+  int longest = 0;
   for (int i = 0; i < count; ++i) {
-    int2 range = JoinedTexels(knots[i], knots[i + cells], luminaire->axis[dimension].texels);
-    range.x += chunk * kChunk;
-    range.y = max(min(range.y, range.x + kChunk), range.x);
-    any |= range.x < range.y;
-    for (int k = 0; k < pixel_count; ++k) weights[k][i].range = range;
+    windows[i] = JoinedTexels(knots[i], knots[i + cells], luminaire->axis[dimension].texels);
+    longest = max(longest, windows[i].y - windows[i].x);
   }
-  if (!any) return false;
+  return (longest + kChunk - 1) / kChunk;
+}
+
+// Weights of `count` basis functions from `first` on for the `chunk`-th kChunk texels of their
+// windows, per pixel.
+inline void MakeBlock(__constant const LuminaireParams* luminaire, const Pixel* pixels,
+                      int pixel_count, int dimension, int first, int count,
+                      const int2 windows[kBasis], int chunk, TexelWeights weights[SHARED][kBasis]) {
   for (int k = 0; k < pixel_count; ++k) {
+    for (int i = 0; i < count; ++i) {
+      const int begin = windows[i].x + chunk * kChunk;
+      weights[k][i].range = (int2)(begin, clamp(windows[i].y, begin, begin + kChunk));
+    }
     const Axis* axis = &pixels[k].axis[dimension];
-    MakeTexelWeights(&luminaire->basis, axis,
+    MakeTexelWeights(&luminaire->basis, *axis,
                      LineAlong(luminaire, &pixels[k].receiver, axis, dimension), first, count,
                      weights[k]);
   }
-  return true;
 }
 
 // sum_r C(r, c) Y_r and sum_r C(r, c) Gy_r of up to kChunk columns.
@@ -159,8 +166,14 @@ __attribute__((always_inline)) inline void LightPixels(__constant const Luminair
     for (int i_begin = 0; i_begin < width; i_begin += kBasis) {
       const int j_count = min((int)kBasis, height - j_begin),
                 i_count = min((int)kBasis, width - i_begin);
-      for (int c = 0; MakeBlock(luminaire, pixels, count, 0, i_begin, i_count, c, columns); ++c)
-        for (int r = 0; MakeBlock(luminaire, pixels, count, 1, j_begin, j_count, r, rows); ++r)
+      int2 across[kBasis], down[kBasis];
+      const int column_chunks =
+                    JoinedWindows(luminaire, pixels, count, 0, i_begin, i_count, across),
+                row_chunks = JoinedWindows(luminaire, pixels, count, 1, j_begin, j_count, down);
+      for (int c = 0; c < column_chunks; ++c) {
+        MakeBlock(luminaire, pixels, count, 0, i_begin, i_count, across, c, columns);
+        for (int r = 0; r < row_chunks; ++r) {
+          MakeBlock(luminaire, pixels, count, 1, j_begin, j_count, down, r, rows);
           for (int i = 0; i < i_count; ++i) {
             const int2 range = columns[0][i].range;
 #if SHADOW_MAPS
@@ -201,6 +214,8 @@ __attribute__((always_inline)) inline void LightPixels(__constant const Luminair
 #endif
             }
           }
+        }
+      }
     }
 }
 
