@@ -1,0 +1,26 @@
+// Radiance pictures (.hdr, .pic, .rgbe): "The RADIANCE File Formats" (G. Ward, LBNL) and "Real
+// Pixels" (Ward, Graphics Gems II, 1991, II.5). What is read and what is refused:
+// docs/formats/environment.md.
+#pragma once
+
+#include <filesystem>
+
+#include "core/image.h"
+
+namespace luxfield::core {
+
+// The picture as seen (row 0 on top, column 0 at the left, whatever the file's scanline order),
+// three channels of linear Rec. 709 in the radiance of the scene:
+//
+//   value = (mantissa + 0.5) / 256 * 2^(exponent - 128) / (EXPOSURE COLORCORR);   0 where exponent
+//   = 0
+//
+// The half is Radiance's own: its writer truncates, so the middle of the step is unbiased. The
+// worst error of the largest channel is 1/256 relative. Values reach 1.7e38: nothing is clipped.
+//
+// Throws InputError naming file, field and value: another FORMAT (32-bit_rle_xyze for one), GAMMA
+// other than 1, PRIMARIES other than Rec. 709's or Radiance's own, no resolution line, more than
+// 2^27 pixels, a run that leaves its scanline, a file that ends early.
+Image ReadRadianceHdr(const std::filesystem::path& path);
+
+}  // namespace luxfield::core
