@@ -1,0 +1,70 @@
+// Environment pictures to cube maps, with their energy.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/image.h"
+#include "lightfield/cube_map.h"
+#include "lightfield/environment_layouts.h"
+
+namespace luxfield::lightfield {
+
+// A texel of the picture stands for constant radiance over the solid angle it covers. A cube texel
+// t receives the mean over its own:
+//
+//   L_t = (1 / dw_t) sum_s Omega_ts (Omega_s / sum_t' Omega_t's) L_s
+//
+// Omega_ts is the solid angle of the overlap of s and t: the outline of s, as a polygon of great
+// circles (environment_layouts.h), clipped against the faces and texels of the cube, in closed form
+// and in double. Omega_s is the exact solid angle of s, so that the sum over the cube of L dw
+// equals the sum over the picture of L Omega for every channel, whatever the picture: what polygons
+// leave out at curved edges is given back to the texel it belongs to. That leaves two roundings to
+// float, of weight and of radiance: 2^-23 of the energy at most. A constant comes out constant to
+// partition_error().
+//
+// The weights depend on sizes and layout only: build once, use for every frame of a sequence. They
+// take 8 bytes for each overlap, three to four a texel of the finer side; building takes 20 for a
+// while.
+class CubeResampler {
+ public:
+  // Throws InputError if a size is below 1, a disc layout is not square, a cube is not N x 6 N, or
+  // the cube has more than 2^31 texels.
+  CubeResampler(EnvironmentLayout layout, TexelRegistration registration, int width, int height,
+                int face_size);
+
+  // `picture` of 3 channels, or 1 that stands for all three. Throws InputError for another size.
+  // Sums in double. Directions that the picture does not show are black.
+  CubeMap operator()(const core::Image& picture) const;
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  int face_size() const { return face_size_; }
+  std::size_t overlap_count() const { return overlaps_.size(); }
+  // Exact solid angle of each texel of the picture, sr, row-major: 0 outside of a disc.
+  const std::vector<double>& source_solid_angles() const { return source_solid_angles_; }
+  // Largest |sum_s weight_ts - 1| over cube texels that the picture covers.
+  double partition_error() const { return partition_error_; }
+
+ private:
+  bool IsCovered(EnvironmentLayout layout, std::size_t texel) const;
+
+  struct Overlap {
+    std::uint32_t source;
+    float weight;
+  };
+
+  int width_, height_, face_size_;
+  std::vector<double> source_solid_angles_;
+  std::vector<std::size_t> first_;  // of each cube texel in overlaps_, and the end
+  std::vector<Overlap> overlaps_;
+  double partition_error_ = 0;
+};
+
+// The face size at which the cube's texels are about as large as the picture's: height of a
+// cube's face, width / 4 of latitude-longitude and angular map, width / 2 of mirror ball and
+// fisheye; at least 1.
+int DefaultFaceSize(EnvironmentLayout layout, int width);
+
+}  // namespace luxfield::lightfield
