@@ -1,0 +1,171 @@
+#include "capture/frame_taker.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/preflight.h"
+#include "core/error.h"
+#include "core/json.h"
+#include "core/progress.h"
+
+namespace luxfield::capture {
+
+using core::FrameKind;
+using core::FrameRecord;
+using core::Json;
+
+FrameTaker::FrameTaker(hal::Devices& devices, core::SessionWriter& session,
+                       const std::vector<double>& ladder_s, int max_attempts,
+                       const CaptureOptions& options, CaptureSummary& summary)
+    : devices_(devices),
+      session_(session),
+      ladder_s_(ladder_s),
+      max_attempts_(max_attempts),
+      options_(options),
+      summary_(summary),
+      usable_(UsablePixels(devices.camera->capabilities(), devices.rig.camera)) {}
+
+void FrameTaker::SelectShutter(const std::string& position) {
+  if (devices_.shutter) devices_.shutter->Select(position, Deadline(devices_, 5));
+}
+void FrameTaker::SelectChannel(int channel) {
+  if (devices_.colour)
+    devices_.colour->Select(devices_.colour->positions().at(channel), Deadline(devices_, 5));
+}
+void FrameTaker::SelectPrint(int print) {
+  if (devices_.print)
+    devices_.print->Select(devices_.print->positions().at(print), Deadline(devices_, 5));
+}
+
+void FrameTaker::Home() {
+  devices_.stage->Home(Deadline(devices_, 300));
+  const hal::StagePosition where = devices_.stage->Where();
+  if (!where.homed)
+    throw hal::HardwareError(hal::Fault::kNotHomed, devices_.stage->identity(), "home",
+                             "is not homed after homing", "check its reference switches");
+  session_.Append("home", {{"u_m", where.readback.x}, {"v_m", where.readback.y}});
+}
+
+void FrameTaker::MoveTo(hal::Vec2 centre) {
+  const hal::StageLimits limits = devices_.stage->limits();
+  const double longest = std::max(limits.max.x - limits.min.x, limits.max.y - limits.min.y);
+  devices_.stage->MoveTo(centre,
+                         Deadline(devices_, longest / limits.speed_m_per_s + limits.settle_s));
+}
+
+void FrameTaker::Configure(int rung) {
+  const double wanted = ladder_s_[rung];
+  applied_ = devices_.camera->Configure({wanted}, Deadline(devices_, 5));
+  // Half a step of the camera is rounding; more is a refusal that would falsify the bracket.
+  const double step = devices_.camera->capabilities().exposure_step_s;
+  if (std::abs(applied_.exposure_s - wanted) > 0.5 * step + 0.01 * wanted)
+    throw hal::HardwareError(
+        hal::Fault::kRefused, devices_.camera->identity(), "configure",
+        fmt::format("asked for {} s, reads back {} s", wanted, applied_.exposure_s),
+        "choose exposures the camera has");
+}
+
+hal::Frame FrameTaker::Expose() {
+  const double exposure = applied_.exposure_s + devices_.camera->capabilities().readout_s;
+  return devices_.camera->Expose(Deadline(devices_, exposure));
+}
+
+FrameStatistics FrameTaker::Statistics(const core::RawFrame& frame) const {
+  return Measure(frame, usable_, devices_.rig.camera);
+}
+
+double FrameTaker::ReadMonitor() {
+  return devices_.monitor ? devices_.monitor->Read(Deadline(devices_, 1)).value : 0;
+}
+
+// Why a frame cannot be what was asked for; empty if it can. Checks against the one taken before.
+std::string FrameTaker::Distrust(const Shot& shot, double asked_at_s) const {
+  const hal::Frame& frame = shot.frame;
+  if (frame.frame_id <= last_id_)
+    return fmt::format("stale: frame id {} after {}", frame.frame_id, last_id_);
+  if (frame.t_start_s < asked_at_s) return "stale: exposed before it was asked for";
+  if (frame.settings.settings_epoch != applied_.settings_epoch ||
+      frame.settings.exposure_s != applied_.exposure_s)
+    return fmt::format("taken at {} s, not at {} s", frame.settings.exposure_s,
+                       applied_.exposure_s);
+  // Without noise equal scenes give equal frames, and so does a sensor that is saturated all over.
+  const bool noisy = devices_.rig.camera.read_noise_dn > 0 &&
+                     shot.statistics.brightest_dn != shot.statistics.mean_dn;
+  if (noisy && frame.image.dn == last_image_.dn && frame.image.value == last_image_.value)
+    return "stale: equal to the frame before";
+  return {};
+}
+
+Shot FrameTaker::Shoot(const FrameRecord& place, const Doubt& doubt) {
+  for (int attempt = 0;; ++attempt) {
+    StopIfAsked();
+    const double before = ReadMonitor(), asked = devices_.clock->MonotonicSeconds();
+    Shot shot{Expose(), {}, 0, false, {}, attempt};
+    shot.meter = 0.5 * (before + ReadMonitor());
+    shot.statistics = Statistics(shot.frame.image);
+    shot.reason = Distrust(shot, asked);
+    const bool fresh = shot.reason.empty();
+    if (fresh) shot.reason = doubt(shot);
+    if (fresh) {
+      last_id_ = shot.frame.frame_id;
+      last_image_ = shot.frame.image;
+    }
+    if (shot.reason.empty()) return shot;
+    if (attempt + 1 == max_attempts_) {
+      if (!fresh)  // a stale frame or one with wrong settings is no measurement at all
+        throw hal::HardwareError(
+            hal::Fault::kProtocol, devices_.camera->identity(), "expose",
+            fmt::format("{} attempts gave no fresh frame ({})", attempt + 1, shot.reason),
+            "reconnect the camera and resume");
+      shot.flagged = true;
+      return shot;
+    }
+    ++summary_.rejected;
+    session_.Append("frame_rejected", {{"reason", shot.reason},
+                                       {"i", place.i},
+                                       {"j", place.j},
+                                       {"exposure_index", place.exposure_index},
+                                       {"attempt", attempt}});
+  }
+}
+
+void FrameTaker::Commit(FrameRecord record, const Shot& shot) {
+  record.requested_exposure_s = ladder_s_[record.exposure_index];
+  record.exposure_s = shot.frame.settings.exposure_s;
+  const hal::StagePosition where = devices_.stage->Where();
+  record.stage_u_m = where.readback.x;
+  record.stage_v_m = where.readback.y;
+  record.t_start_s = shot.frame.t_start_s;
+  record.meter = record.kind == FrameKind::kDark ? 0 : shot.meter;
+  record.attempt = shot.attempt;
+  record.flagged = shot.flagged;
+  Json checks = ToJson(shot.statistics);
+  if (shot.flagged) checks["flag"] = shot.reason;
+  session_.CommitFrame(record, shot.frame.image, checks);
+  ++summary_.frames;
+  summary_.flagged += shot.flagged;
+  if (options_.on_frame) options_.on_frame(summary_);
+}
+
+void FrameTaker::Pause(const std::string& reason) {
+  session_.Append("paused", {{"reason", reason}});
+}
+
+void FrameTaker::PauseIfAsked(int count) {
+  if (core::InterruptCount() < count) return;
+  Pause(count == 1 ? "asked to pause" : "asked to stop");
+  throw Interrupted(fmt::format("{}: paused after {} new frames; continue with --resume",
+                                session_.folder().string(), summary_.frames));
+}
+
+// Between two frames of a bracket only the second Ctrl-C counts.
+void FrameTaker::StopIfAsked() {
+  if (core::InterruptCount() < 2) return;
+  devices_.camera->Abort();
+  devices_.stage->Stop();
+  PauseIfAsked(2);
+}
+
+}  // namespace luxfield::capture

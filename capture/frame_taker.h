@@ -1,0 +1,75 @@
+// The devices of a rig and the session they fill, for every kind of capture: settings that are read
+// back, frames that are checked and taken again, stops between them.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "capture/capture.h"
+#include "capture/frame_check.h"
+#include "core/session_writer.h"
+
+namespace luxfield::capture {
+
+struct Shot {
+  hal::Frame frame;
+  FrameStatistics statistics;
+  double meter = 0;
+  bool flagged = false;
+  std::string reason;  // of the flag
+  int attempt = 0;
+};
+
+class FrameTaker {
+ public:
+  // `summary` counts frames, rejected and flagged ones; `ladder_s` are the exposures that rungs
+  // name. All must outlive the taker.
+  FrameTaker(hal::Devices& devices, core::SessionWriter& session,
+             const std::vector<double>& ladder_s, int max_attempts, const CaptureOptions& options,
+             CaptureSummary& summary);
+
+  // Selectors that a rig lacks are passed over.
+  void SelectShutter(const std::string& position);
+  void SelectChannel(int channel);
+  void SelectPrint(int print);
+  // Home and stand still; the journal's `home`.
+  void Home();
+  void MoveTo(hal::Vec2 centre);
+  // Exposure time of a rung; HardwareError if the camera reads back another.
+  void Configure(int rung);
+  double exposure_s() const { return applied_.exposure_s; }
+  hal::Frame Expose();
+  FrameStatistics Statistics(const core::RawFrame& frame) const;
+  const std::vector<char>& usable() const { return usable_; }
+
+  // Exposes with the present settings until a frame passes, at most max_attempts times; a frame
+  // that is not fresh after them is a HardwareError, one that `doubt` objects to (its sentence, or
+  // empty) is flagged. `place` only names the frame in the journal.
+  using Doubt = std::function<std::string(const Shot&)>;
+  Shot Shoot(const core::FrameRecord& place, const Doubt& doubt);
+  // One more frame of the session; the record's exposure_index is the rung.
+  void Commit(core::FrameRecord record, const Shot& shot);
+
+  void Pause(const std::string& reason);
+  // Interrupted once core::InterruptCount() has reached `count`; the session can be resumed.
+  void PauseIfAsked(int count);
+
+ private:
+  double ReadMonitor();
+  std::string Distrust(const Shot& shot, double asked_at_s) const;
+  void StopIfAsked();
+
+  hal::Devices& devices_;
+  core::SessionWriter& session_;
+  const std::vector<double>& ladder_s_;
+  const int max_attempts_;
+  const CaptureOptions& options_;
+  CaptureSummary& summary_;
+  std::vector<char> usable_;
+  hal::AppliedSettings applied_;
+  std::uint64_t last_id_ = 0;
+  core::RawFrame last_image_;
+};
+
+}  // namespace luxfield::capture
