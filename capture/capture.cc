@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "capture/capture_sensor.h"
 #include "capture/frame_taker.h"
 #include "capture/preflight.h"
 #include "capture/session_description.h"
@@ -291,14 +292,8 @@ Json ToJson(const CaptureSummary& s) {
 CaptureSummary RunCapture(const Plan& plan, hal::Devices& devices,
                           const std::filesystem::path& folder, const CaptureOptions& options) {
   const ExpandedPlan expanded = ExpandPlan(plan, devices);
-  CheckDiskAndSafety(expanded, devices, folder);
-  const Json plan_json = ToJson(expanded);
-  const bool resume = options.resume && core::SessionWriter::HasSession(folder);
-  const SessionDescription description = DescribeSession(devices);
-  core::SessionWriter session =
-      resume ? core::SessionWriter::Resume(folder, plan_json, *devices.clock)
-             : core::SessionWriter::Create(folder, plan_json, description.session,
-                                           description.files, *devices.clock);
+  CheckDiskAndSafety(DryRun(expanded, devices).bytes, devices, folder);
+  core::SessionWriter session = OpenSession(folder, ToJson(expanded), devices, options.resume);
   if (session.journal_says_sealed()) {
     session.Seal("complete");
     CaptureSummary summary;
@@ -308,21 +303,33 @@ CaptureSummary RunCapture(const Plan& plan, hal::Devices& devices,
   return Run(expanded, devices, session, options).Capture();
 }
 
+namespace {
+
+int MissingPositions(const core::SessionReader& reader, const std::string& file) {
+  std::set<std::pair<int, int>> there;
+  for (const FrameRecord& record : reader.frames())
+    if (record.kind == FrameKind::kPosition) there.insert({record.i, record.j});
+  int missing = 0;
+  for (const Json& p : core::Field<Json>(reader.plan(), "positions", file))
+    missing += !there.contains({core::Field<int>(p, "i", file), core::Field<int>(p, "j", file)});
+  return missing;
+}
+
+}  // namespace
+
 core::SessionCheck VerifySession(const std::filesystem::path& folder) {
   core::SessionCheck check = core::VerifySession(folder);
   try {
     const core::SessionReader reader(folder);
-    std::set<std::pair<int, int>> there;
-    for (const FrameRecord& record : reader.frames())
-      if (record.kind == FrameKind::kPosition) there.insert({record.i, record.j});
     const std::string file = (folder / "plan.json").string();
-    int missing = 0;
-    for (const Json& p : core::Field<Json>(reader.plan(), "positions", file))
-      missing += !there.contains({core::Field<int>(p, "i", file), core::Field<int>(p, "j", file)});
+    const int missing = reader.plan().value("kind", "light-field") == "sensor"
+                            ? MissingSensorFrames(reader)
+                            : MissingPositions(reader, file);
     if (missing > 0)
-      check.problems.push_back(fmt::format("{}: {} of {} positions are missing; resume the capture",
-                                           folder.string(), missing,
-                                           reader.plan()["positions"].size()));
+      check.problems.push_back(
+          fmt::format("{}: {} of the plan's positions or frames are missing; "
+                      "resume the capture",
+                      folder.string(), missing));
   } catch (const InputError& error) {
     if (check.problems.empty()) check.problems.push_back(error.what());
   }

@@ -42,7 +42,7 @@ CaptureSummary RunCapture(const Plan& plan, hal::Devices& devices,
                           const std::filesystem::path& session_folder,
                           const CaptureOptions& options = {});
 
-// core::VerifySession, and whether every planned position is there.
+// core::VerifySession, and whether every planned position, or frame of a sensor plan, is there.
 core::SessionCheck VerifySession(const std::filesystem::path& session_folder);
 
 }  // namespace luxfield::capture

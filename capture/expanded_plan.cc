@@ -40,32 +40,6 @@ void RequireSame(const Plan& plan, const hal::RigDescription& rig) {
     fail("plan.channels", std::to_string(plan.geometry.channels), std::to_string(channels));
 }
 
-std::vector<double> Ladder(const ExposurePolicy& policy, double rig_pwm_hz,
-                           const hal::CameraCapabilities& camera, const std::string& name) {
-  const double pwm_hz = policy.pwm_hz > 0 ? policy.pwm_hz : rig_pwm_hz;
-  std::vector<double> ladder;
-  // Counted in whole steps, so that rounding cannot lose the last rung.
-  const double steps = std::log(policy.max_s / policy.min_s) / std::log(policy.ratio);
-  for (int step = 0; step <= steps + 1e-9; ++step) {
-    const double t = policy.min_s * std::pow(policy.ratio, step);
-    // A whole number of PWM periods has no beat; at least one.
-    const double snapped = pwm_hz > 0 ? std::max(1.0, std::round(t * pwm_hz)) / pwm_hz : t;
-    if (ladder.empty() || snapped > ladder.back() * 1.05) ladder.push_back(snapped);
-  }
-  const std::string plan = fmt::format("plan \"{}\"", name);
-  if (ladder.front() < camera.min_exposure_s)
-    throw InputError(plan,
-                     fmt::format("exposure.min_s gives {} s, the camera starts at {} s",
-                                 ladder.front(), camera.min_exposure_s),
-                     "raise it");
-  if (ladder.back() > camera.max_exposure_s)
-    throw InputError(plan,
-                     fmt::format("exposure.max_s gives {} s, the camera ends at {} s",
-                                 ladder.back(), camera.max_exposure_s),
-                     "lower it");
-  return ladder;
-}
-
 std::vector<PlannedPosition> Positions(const Plan& plan) {
   const auto& grid = plan.geometry.grid;
   std::vector<PlannedPosition> positions;
@@ -85,12 +59,39 @@ std::vector<PlannedPosition> Positions(const Plan& plan) {
 
 }  // namespace
 
+std::vector<double> MakeLadder(double min_s, double max_s, double ratio, double pwm_hz,
+                               const hal::CameraCapabilities& camera, const std::string& name) {
+  std::vector<double> ladder;
+  // Counted in whole steps, so that rounding cannot lose the last rung.
+  const double steps = std::log(max_s / min_s) / std::log(ratio);
+  for (int step = 0; step <= steps + 1e-9; ++step) {
+    const double t = min_s * std::pow(ratio, step);
+    // A whole number of PWM periods has no beat; at least one.
+    const double snapped = pwm_hz > 0 ? std::max(1.0, std::round(t * pwm_hz)) / pwm_hz : t;
+    if (ladder.empty() || snapped > ladder.back() * 1.05) ladder.push_back(snapped);
+  }
+  const std::string plan = fmt::format("plan \"{}\"", name);
+  if (ladder.front() < camera.min_exposure_s)
+    throw InputError(plan,
+                     fmt::format("exposure.min_s gives {} s, the camera starts at {} s",
+                                 ladder.front(), camera.min_exposure_s),
+                     "raise it");
+  if (ladder.back() > camera.max_exposure_s)
+    throw InputError(plan,
+                     fmt::format("exposure.max_s gives {} s, the camera ends at {} s",
+                                 ladder.back(), camera.max_exposure_s),
+                     "lower it");
+  return ladder;
+}
+
 ExpandedPlan ExpandPlan(const Plan& plan, const hal::Devices& devices) {
   RequireSame(plan, devices.rig);
   ExpandedPlan expanded;
   expanded.plan = plan;
+  const ExposurePolicy& e = plan.exposure;
   expanded.ladder_s =
-      Ladder(plan.exposure, devices.rig.pwm_hz, devices.camera->capabilities(), plan.name);
+      MakeLadder(e.min_s, e.max_s, e.ratio, e.pwm_hz > 0 ? e.pwm_hz : devices.rig.pwm_hz,
+                 devices.camera->capabilities(), plan.name);
   expanded.positions = Positions(plan);
   const auto& grid = plan.geometry.grid;
   expanded.reference = grid.centre(grid.width / 2, grid.height / 2);
@@ -159,6 +160,11 @@ core::Json ToJson(const ExpandedPlan& e) {
           {"positions", positions}};
 }
 
+std::uint64_t FrameBytes(const hal::CameraCapabilities& camera) {
+  return std::uint64_t{4096} +
+         static_cast<std::uint64_t>(camera.width) * camera.height * (camera.bits == 32 ? 4u : 2u);
+}
+
 CaptureEstimate DryRun(const ExpandedPlan& e, const hal::Devices& devices) {
   const hal::CameraCapabilities camera = devices.camera->capabilities();
   const hal::StageLimits stage = devices.stage->limits();
@@ -190,10 +196,7 @@ CaptureEstimate DryRun(const ExpandedPlan& e, const hal::Devices& devices) {
     if (plan.reference.every > 0 && n % plan.reference.every == 0) go(e.reference);
     go(e.positions[n].centre);
   }
-  const std::uint64_t frame_bytes = std::uint64_t{4096} + static_cast<std::uint64_t>(camera.width) *
-                                                              camera.height *
-                                                              (camera.bits == 32 ? 4u : 2u);
-  estimate.bytes = frame_bytes * static_cast<std::uint64_t>(estimate.frames);
+  estimate.bytes = FrameBytes(camera) * static_cast<std::uint64_t>(estimate.frames);
 
   // A texel is measured where the inverse of image_from_sensor puts its centre on the sensor.
   const auto& h = devices.rig.image_from_sensor;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <vector>
 
 #include "capture/plan.h"
@@ -27,6 +28,12 @@ struct ExpandedPlan {
 // InputError naming the plan's field.
 ExpandedPlan ExpandPlan(const Plan& plan, const hal::Devices& devices);
 
+// min_s, min_s * ratio, ... up to max_s, as whole periods of pwm_hz where that is above 0; times
+// that come within 5 % of the one before are left out. Throws InputError naming exposure.min_s or
+// max_s of the plan of that name outside the camera's range.
+std::vector<double> MakeLadder(double min_s, double max_s, double ratio, double pwm_hz,
+                               const hal::CameraCapabilities& camera, const std::string& plan_name);
+
 // plan.json (docs/formats/session.md).
 nlohmann::json ToJson(const ExpandedPlan& expanded);
 
@@ -40,6 +47,8 @@ struct CaptureEstimate {
   double off_sensor_share =
       0;  // of the lattice's texels, over all positions: unknown to the reconstruction
 };
+// Of a frame's file, at most.
+std::uint64_t FrameBytes(const hal::CameraCapabilities& camera);
 CaptureEstimate DryRun(const ExpandedPlan& expanded, const hal::Devices& devices);
 
 }  // namespace luxfield::capture

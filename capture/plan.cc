@@ -59,8 +59,28 @@ void ReadExposure(const core::Config& config, ExposurePolicy& e) {
 
 Plan ReadPlan(const std::filesystem::path& path) { return ReadPlan(core::Config::FromFile(path)); }
 
+WarmUpPolicy ReadWarmUp(const core::Config& config) {
+  WarmUpPolicy w;
+  if (const auto warm_up = config.OptionalTable("warm_up")) {
+    w.window_s = warm_up->Number("window_s", w.window_s, {0, 1e5});
+    w.interval_s = warm_up->Number("interval_s", w.interval_s, {0.01, 1e4});
+    w.variation = warm_up->Number("variation", w.variation, {1e-9, 1});
+    w.max_wait_s = warm_up->Number("max_wait_s", w.max_wait_s, {w.window_s, 1e6});
+  }
+  return w;
+}
+
+PlanKind ReadPlanKind(const core::Config& config) {
+  return config.Table("plan").Choice("kind", {"light-field", "sensor"}, "light-field") == "sensor"
+             ? PlanKind::kSensor
+             : PlanKind::kLightField;
+}
+
 Plan ReadPlan(const core::Config& config) {
   Plan plan;
+  if (ReadPlanKind(config) == PlanKind::kSensor)
+    config.Table("plan").Fail("kind", "= \"sensor\" measures a camera, not a light field",
+                              "give a plan of light fields here");
   const core::Config head = config.Table("plan");
   plan.name = head.Text("name", "unnamed plan");
   plan.geometry.channels = head.Integer("channels", 1, 1, 3);
@@ -79,13 +99,7 @@ Plan ReadPlan(const core::Config& config) {
     plan.reference.every = reference->Integer("every", plan.reference.every, 0, 100000);
     plan.reference.max_drift = reference->Number("max_drift", plan.reference.max_drift, {1e-6, 10});
   }
-  if (const auto warm_up = config.OptionalTable("warm_up")) {
-    WarmUpPolicy& w = plan.warm_up;
-    w.window_s = warm_up->Number("window_s", w.window_s, {0, 1e5});
-    w.interval_s = warm_up->Number("interval_s", w.interval_s, {0.01, 1e4});
-    w.variation = warm_up->Number("variation", w.variation, {1e-9, 1});
-    w.max_wait_s = warm_up->Number("max_wait_s", w.max_wait_s, {w.window_s, 1e6});
-  }
+  plan.warm_up = ReadWarmUp(config);
   config.Finish();
   plan.geometry.Validate(config.file());
   return plan;

@@ -60,4 +60,11 @@ struct Plan {
 Plan ReadPlan(const std::filesystem::path& path);
 Plan ReadPlan(const core::Config& config);
 
+// [warm_up] of any kind of plan; the defaults where it is absent.
+WarmUpPolicy ReadWarmUp(const core::Config& config);
+
+// plan.kind: what a plan.toml measures. A sensor plan is read by ReadSensorPlan (sensor_plan.h).
+enum class PlanKind { kLightField, kSensor };
+PlanKind ReadPlanKind(const core::Config& config);
+
 }  // namespace luxfield::capture

@@ -15,15 +15,14 @@ double Deadline(hal::Devices& devices, double duration_s) {
   return devices.clock->MonotonicSeconds() + 1.5 * duration_s + kMargin_s;
 }
 
-void CheckDiskAndSafety(const ExpandedPlan& plan, hal::Devices& devices,
+void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,
                         const std::filesystem::path& folder) {
   // The folder may not exist yet: ask its nearest ancestor.
   std::filesystem::path existing = std::filesystem::absolute(folder);
   while (!std::filesystem::exists(existing) && existing.has_relative_path())
     existing = existing.parent_path();
   const auto free = std::filesystem::space(existing).available;
-  const auto needed =
-      static_cast<std::uint64_t>(1.3 * static_cast<double>(DryRun(plan, devices).bytes));
+  const auto needed = static_cast<std::uint64_t>(1.3 * static_cast<double>(bytes));
   if (free < needed)
     throw DeviceError(fmt::format(
         "{}: {} MiB are free, the capture may need {} MiB; free space or choose another disk",

@@ -1,15 +1,16 @@
 // What is looked at before the first exposure counts.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
-#include "capture/expanded_plan.h"
+#include "capture/plan.h"
 
 namespace luxfield::capture {
 
-// Throws DeviceError if the disk has less than 1.3 times the estimate free, or a safety input is
+// Throws DeviceError if the disk has less than 1.3 times `bytes` free, or a safety input is
 // active.
-void CheckDiskAndSafety(const ExpandedPlan& plan, hal::Devices& devices,
+void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,
                         const std::filesystem::path& folder);
 
 // Switches the lamp on and waits until the monitor's readings stay within the plan's variation over

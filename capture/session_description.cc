@@ -63,4 +63,13 @@ SessionDescription DescribeSession(const hal::Devices& devices) {
   return description;
 }
 
+core::SessionWriter OpenSession(const std::filesystem::path& folder, const nlohmann::json& plan,
+                                const hal::Devices& devices, bool resume) {
+  if (resume && core::SessionWriter::HasSession(folder))
+    return core::SessionWriter::Resume(folder, plan, *devices.clock);
+  const SessionDescription description = DescribeSession(devices);
+  return core::SessionWriter::Create(folder, plan, description.session, description.files,
+                                     *devices.clock);
+}
+
 }  // namespace luxfield::capture

@@ -1,11 +1,13 @@
 // session.json: the rig as it was (docs/formats/session.md).
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/session_writer.h"
 #include "hal/devices.h"
 
 namespace luxfield::capture {
@@ -15,6 +17,11 @@ struct SessionDescription {
   std::vector<std::pair<std::string, std::string>> files;  // beside session.json: name, bytes
 };
 SessionDescription DescribeSession(const hal::Devices& devices);
+
+// A new session of this plan, or the one in the folder where `resume` is set and there is one.
+// Throws as core::SessionWriter does.
+core::SessionWriter OpenSession(const std::filesystem::path& folder, const nlohmann::json& plan,
+                                const hal::Devices& devices, bool resume);
 
 nlohmann::json DescribeDevices(const hal::Devices& devices);  // role -> identity
 

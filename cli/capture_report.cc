@@ -32,4 +32,19 @@ core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices
           {"exposures_s", expanded.ladder_s}};
 }
 
+core::Json PrintDryRun(const capture::ExpandedSensorPlan& expanded, const hal::Devices& devices) {
+  const auto estimate = capture::DryRun(expanded, devices);
+  fmt::print("{}: flats and darks of {} exposure times, {} pair{} of each\n", expanded.plan.name,
+             expanded.ladder_s.size(), expanded.plan.pairs, expanded.plan.pairs == 1 ? "" : "s");
+  fmt::print("  exposures    {:.4g} s\n", fmt::join(expanded.ladder_s, ", "));
+  fmt::print("  frames       {} flats, {} darks ({})\n", estimate.flats, estimate.darks,
+             FormatBytes(double(estimate.bytes)));
+  fmt::print("  time         {} after warm-up\n", core::FormatDuration(estimate.duration_s));
+  return {{"flats", estimate.flats},
+          {"darks", estimate.darks},
+          {"bytes", estimate.bytes},
+          {"duration_s", estimate.duration_s},
+          {"exposures_s", expanded.ladder_s}};
+}
+
 }  // namespace luxfield::cli

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "capture/expanded_plan.h"
+#include "capture/sensor_plan.h"
 #include "core/json.h"
 #include "hal/devices.h"
 
@@ -9,5 +10,7 @@ namespace luxfield::cli {
 
 // Prints positions, exposure ladder, duration, stage path and bytes; returns them for --json.
 core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices& devices);
+
+core::Json PrintDryRun(const capture::ExpandedSensorPlan& expanded, const hal::Devices& devices);
 
 }  // namespace luxfield::cli

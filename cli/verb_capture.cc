@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "capture/capture.h"
+#include "capture/capture_sensor.h"
 #include "cli/capture_report.h"
 #include "cli/program.h"
 #include "core/progress.h"
@@ -17,8 +18,25 @@ struct Options {
   bool resume = false, dry_run = false, accept_drift = false;
 };
 
+core::Json RunSensor(const capture::SensorPlan& plan, hal::Devices& devices,
+                     const Options& options) {
+  if (options.dry_run) return PrintDryRun(capture::ExpandPlan(plan, devices), devices);
+  capture::CaptureOptions how;
+  how.resume = options.resume;
+  const auto summary = capture::RunSensorCapture(plan, devices, options.session, how);
+  fmt::print("{}: {} flats and darks, {} taken again; {} on the rig\n", options.session,
+             summary.frames, summary.rejected, core::FormatDuration(summary.rig_s));
+  return {{"frames", summary.frames}, {"rejected", summary.rejected}, {"rig_s", summary.rig_s}};
+}
+
 core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
-  const capture::Plan plan = capture::ReadPlan(options.plan);
+  const core::Config config = core::Config::FromFile(options.plan);
+  if (capture::ReadPlanKind(config) == capture::PlanKind::kSensor) {
+    const capture::SensorPlan plan = capture::ReadSensorPlan(config);
+    hal::Devices devices = hal::MakeDevices(options.lab, seed);
+    return RunSensor(plan, devices, options);
+  }
+  const capture::Plan plan = capture::ReadPlan(config);
   hal::Devices devices = hal::MakeDevices(options.lab, seed);
   const auto expanded = capture::ExpandPlan(plan, devices);
   if (options.dry_run) return PrintDryRun(expanded, devices);

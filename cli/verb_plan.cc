@@ -16,9 +16,11 @@ struct Options {
 };
 
 core::Json Run(const Options& options) {
-  const capture::Plan plan = capture::ReadPlan(options.plan);
+  const core::Config config = core::Config::FromFile(options.plan);
   const hal::Devices devices = hal::MakeDevices(options.lab);
-  return PrintDryRun(capture::ExpandPlan(plan, devices), devices);
+  if (capture::ReadPlanKind(config) == capture::PlanKind::kSensor)
+    return PrintDryRun(capture::ExpandPlan(capture::ReadSensorPlan(config), devices), devices);
+  return PrintDryRun(capture::ExpandPlan(capture::ReadPlan(config), devices), devices);
 }
 
 }  // namespace
