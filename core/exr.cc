@@ -2,6 +2,7 @@
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
+#include <OpenEXR/ImfEnvmapAttribute.h>
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -58,6 +59,12 @@ Imf::Slice MakeSlice(Imf::PixelType type, const void* pixels, int width, std::si
                     element * width);
 }
 
+std::string EnvmapName(Imf::Envmap value) {
+  if (value == Imf::ENVMAP_LATLONG) return "latlong";
+  if (value == Imf::ENVMAP_CUBE) return "cube";
+  return fmt::format("unknown ({})", static_cast<int>(value));
+}
+
 ExrAttributes ReadAttributes(const Imf::Header& header) {
   ExrAttributes attributes;
   for (auto it = header.begin(); it != header.end(); ++it) {
@@ -70,6 +77,8 @@ ExrAttributes ReadAttributes(const Imf::Header& header) {
       attributes[it.name()] = d->value();
     if (const auto* s = dynamic_cast<const Imf::StringAttribute*>(&attribute))
       attributes[it.name()] = s->value();
+    if (const auto* e = dynamic_cast<const Imf::EnvmapAttribute*>(&attribute))
+      attributes[it.name()] = EnvmapName(e->value());
   }
   return attributes;
 }

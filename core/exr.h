@@ -54,7 +54,9 @@ class ExrReader {
     int height = 0;
     std::vector<std::string> channels;  // sorted as in the file
     std::vector<bool> channel_is_uint;
-    ExrAttributes attributes;  // int, float/double and string attributes; others are left out
+    // int, float/double and string attributes; an envmap attribute as "latlong", "cube" or
+    // "unknown (N)"; others are left out.
+    ExrAttributes attributes;
   };
   const std::vector<Part>& parts() const;
   const std::filesystem::path& path() const;

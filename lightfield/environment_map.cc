@@ -1,0 +1,150 @@
+#include "lightfield/environment_map.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <string>
+
+#include "core/error.h"
+#include "core/exr.h"
+#include "core/radiance_hdr.h"
+#include "lightfield/environment_resampling.h"
+
+namespace luxfield::lightfield {
+namespace {
+
+bool IsOpenExr(const std::filesystem::path& path) {
+  std::array<char, 4> magic{};
+  std::ifstream(path, std::ios::binary).read(magic.data(), magic.size());
+  return magic == std::array<char, 4>{'\x76', '\x2f', '\x31', '\x01'};
+}
+
+// The layout an OpenEXR file's envmap attribute tells.
+std::optional<EnvironmentLayout> AttributeLayout(const core::ExrReader& reader) {
+  const auto& attributes = reader.parts().front().attributes;
+  if (!attributes.contains("envmap")) return {};
+  const std::string value = reader.GetString(0, "envmap");
+  if (value == "latlong") return EnvironmentLayout::kLatitudeLongitude;
+  if (value == "cube") return EnvironmentLayout::kCube;
+  throw InputError(reader.path().string(), fmt::format("attribute envmap = {} is not known", value),
+                   "remove it and name the layout");
+}
+
+core::Image ReadOpenExr(const std::filesystem::path& path, const core::ExrReader& reader) {
+  if (reader.has_channel(0, "RY") || reader.has_channel(0, "BY"))
+    throw InputError(path.string(), "channels RY, BY (luminance and chroma) are not read",
+                     "convert the picture to channels R, G, B");
+  return core::ReadExrImage(path);
+}
+
+EnvironmentLayout LayoutOfShape(const std::filesystem::path& path, const core::Image& image) {
+  if (image.width == 2 * image.height) return EnvironmentLayout::kLatitudeLongitude;
+  if (image.height == 6 * image.width) return EnvironmentLayout::kCube;
+  throw InputError(
+      path.string(),
+      fmt::format("its {} x {} pixels do not tell the layout", image.width, image.height),
+      fmt::format("name it with --layout: {}", EnvironmentLayoutNames()));
+}
+
+void CheckShape(const std::filesystem::path& path, const EnvironmentPicture& picture) {
+  const int width = picture.image.width, height = picture.image.height;
+  const auto name = EnvironmentLayoutName(picture.layout);
+  if (picture.layout == EnvironmentLayout::kCube) {
+    if (height != 6 * width)
+      throw InputError(path.string(), fmt::format("{} x {} pixels are no {}", width, height, name),
+                       "six squares belong one below the other, N wide and 6 N high");
+  } else if (picture.layout != EnvironmentLayout::kLatitudeLongitude && width != height) {
+    throw InputError(path.string(), fmt::format("{} x {} pixels are no {}", width, height, name),
+                     "crop it to the square around the disc");
+  }
+}
+
+double PixelSolidAngle(const EnvironmentPicture& picture, const TexelEdges& edges, int row,
+                       int column) {
+  return PictureRectangleSolidAngle(picture.layout, edges.x[column], edges.x[column + 1],
+                                    edges.y[row], edges.y[row + 1]);
+}
+
+TexelEdges EdgesOf(const EnvironmentPicture& picture) {
+  return MakeTexelEdges(picture.layout, picture.registration, picture.image.width,
+                        picture.image.height);
+}
+
+void CheckRadiance(const std::filesystem::path& path, const EnvironmentPicture& picture) {
+  const core::Image& image = picture.image;
+  const TexelEdges edges = EdgesOf(picture);
+  for (int channel = 0; channel < image.channels; ++channel)
+    for (int row = 0; row < image.height; ++row)
+      for (int column = 0; column < image.width; ++column) {
+        const float value = image.at(channel, row, column);
+        if (std::isfinite(value) && value >= 0) continue;
+        if (PixelSolidAngle(picture, edges, row, column) > 0)
+          throw InputError(
+              path.string(),
+              fmt::format("row {}, column {} of channel {} holds {}", row, column,
+                          image.channels == 1 ? "Y" : std::string(1, "RGB"[channel]), value),
+              "radiance must be finite and not negative: mend the pixel");
+      }
+}
+
+}  // namespace
+
+EnvironmentPicture ReadEnvironmentPicture(const std::filesystem::path& path,
+                                          std::optional<EnvironmentLayout> named) {
+  EnvironmentPicture picture;
+  std::optional<EnvironmentLayout> attribute;
+  if (IsOpenExr(path)) {
+    const core::ExrReader reader(path);
+    attribute = AttributeLayout(reader);
+    picture.image = ReadOpenExr(path, reader);
+  } else {
+    picture.image = core::ReadRadianceHdr(path);
+  }
+  if (attribute && named && *attribute != *named)
+    throw InputError(path.string(),
+                     fmt::format("its envmap attribute says {}, not {}",
+                                 EnvironmentLayoutName(*attribute), EnvironmentLayoutName(*named)),
+                     "leave the layout out");
+  if (attribute) {
+    picture.layout = *attribute;
+    picture.registration = TexelRegistration::kNodes;
+  } else {
+    picture.layout = named ? *named : LayoutOfShape(path, picture.image);
+  }
+  CheckShape(path, picture);
+  CheckRadiance(path, picture);
+  return picture;
+}
+
+CubeMap MakeCubeMap(const EnvironmentPicture& picture, int face_size) {
+  const core::Image& image = picture.image;
+  if (face_size == 0) face_size = DefaultFaceSize(picture.layout, image.width);
+  return CubeResampler(picture.layout, picture.registration, image.width, image.height,
+                       face_size)(image);
+}
+
+BrightestPixel FindBrightestPixel(const EnvironmentPicture& picture) {
+  const core::Image& image = picture.image;
+  const TexelEdges edges = EdgesOf(picture);
+  BrightestPixel brightest;
+  double largest = -1;
+  for (int row = 0; row < image.height; ++row)
+    for (int column = 0; column < image.width; ++column) {
+      core::Rgb radiance;
+      for (int c = 0; c < 3; ++c) radiance[c] = image.at(image.channels == 3 ? c : 0, row, column);
+      const double luminance = core::Luminance(radiance);
+      if (!(luminance > largest)) continue;
+      const double solid_angle = PixelSolidAngle(picture, edges, row, column);
+      const auto centre = DirectionFromPicture(
+          picture.layout,
+          {0.5 * (edges.x[column] + edges.x[column + 1]), 0.5 * (edges.y[row] + edges.y[row + 1])});
+      if (!centre || !(solid_angle > 0)) continue;
+      largest = luminance;
+      brightest = {row, column, radiance, centre->direction, solid_angle};
+    }
+  return brightest;
+}
+
+}  // namespace luxfield::lightfield
