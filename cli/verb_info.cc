@@ -6,11 +6,13 @@
 #include <memory>
 
 #include "capture/plan.h"
+#include "cli/info_environment.h"
 #include "cli/program.h"
 #include "core/config.h"
 #include "core/exr.h"
 #include "core/session_store.h"
 #include "hal/devices.h"
+#include "lightfield/environment_layouts.h"
 #include "lightfield/light_field.h"
 #include "lightfield/measurements.h"
 #include "lightfield/ray_file.h"
@@ -232,27 +234,43 @@ std::string LowerCase(std::string text) {
   return text;
 }
 
-Json Info(const std::string& path) {
+// Of OpenEXR files only those that say so: most are pictures.
+bool IsEnvironment(const std::string& path, const std::string& name) {
+  for (const char* radiance : {".hdr", ".rgbe", ".pic"})
+    if (name.ends_with(radiance)) return true;
+  return name.ends_with(".exr") &&
+         core::ExrReader(path).parts().front().attributes.contains("envmap");
+}
+
+Json Info(const std::string& path, const std::string& layout) {
   const std::string name = LowerCase(path);
+  if (!layout.empty()) return InfoEnvironment(path, layout);
   if (std::filesystem::is_directory(path)) return InfoSession(path);
   if (name.ends_with(".lf.exr")) return InfoLightField(path);
   if (name.ends_with(".meas.exr")) return InfoMeasurements(path);
   if (name.ends_with(".tab.exr")) return InfoTables(path);
+  if (IsEnvironment(path, name)) return InfoEnvironment(path, layout);
   if (name.ends_with(".exr")) return InfoPicture(path);
   if (name.ends_with(".tm25ray")) return InfoRays(path);
   if (name.ends_with(".toml")) return InfoToml(path);
-  throw InputError(path, "is of no kind this verb knows",
-                   "give a session folder, .lf.exr, .meas.exr, .tab.exr, .exr, .tm25ray or .toml");
+  throw InputError(
+      path, "is of no kind this verb knows",
+      "give a session folder, .lf.exr, .meas.exr, .tab.exr, .exr, .hdr, .tm25ray or .toml");
 }
 
 }  // namespace
 
 void AddInfo(Program& program) {
   auto path = std::make_shared<std::string>();
+  auto layout = std::make_shared<std::string>();
   CLI::App& verb = program.AddVerb("info", "What a file or session is, and whether it is whole",
-                                   [path] { return Info(*path); });
+                                   [path, layout] { return Info(*path, *layout); });
   verb.add_option("FILE", *path, "Any file luxfield reads or writes, or a session folder")
       ->required();
+  verb.add_option("--layout", *layout,
+                  fmt::format("Read a picture as an environment map: {} (default: an OpenEXR "
+                              "file's envmap attribute; .hdr of 2 : 1 and 1 : 6 by their shape)",
+                              lightfield::EnvironmentLayoutNames()));
 }
 
 }  // namespace luxfield::cli
