@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/radiance_hdr.h"
+#include "lightfield/disc_layout.h"
 #include "lightfield/environment_resampling.h"
 
 namespace luxfield::lightfield {
@@ -55,7 +56,7 @@ void CheckShape(const std::filesystem::path& path, const EnvironmentPicture& pic
     if (height != 6 * width)
       throw InputError(path.string(), fmt::format("{} x {} pixels are no {}", width, height, name),
                        "six squares belong one below the other, N wide and 6 N high");
-  } else if (picture.layout != EnvironmentLayout::kLatitudeLongitude && width != height) {
+  } else if (FindDisc(picture.layout) && width != height) {
     throw InputError(path.string(), fmt::format("{} x {} pixels are no {}", width, height, name),
                      "crop it to the square around the disc");
   }

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "lightfield/disc_layout.h"
 #include "lightfield/spherical_polygon.h"
 
 namespace luxfield::lightfield {
@@ -109,10 +110,7 @@ void CheckSizes(EnvironmentLayout layout, int width, int height, int face_size) 
     throw InputError(fmt::format(
         "a cube picture has {} x {} pixels; it must be a strip of six squares, N wide and 6 N high",
         width, height));
-  const bool disc = layout == EnvironmentLayout::kAngularMap ||
-                    layout == EnvironmentLayout::kMirrorBall ||
-                    layout == EnvironmentLayout::kFisheyeHemisphere;
-  if (disc && width != height)
+  if (FindDisc(layout) && width != height)
     throw InputError(
         fmt::format("a {} picture has {} x {} pixels; it must be square, crop it to the disc", name,
                     width, height));

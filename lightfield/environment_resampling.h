@@ -25,8 +25,9 @@ namespace luxfield::lightfield {
 // partition_error().
 //
 // The weights depend on sizes and layout only: build once, use for every frame of a sequence. They
-// take 8 bytes for each overlap, three to four a texel of the finer side; building takes 20 for a
-// while.
+// take 8 bytes for each overlap, three to four a texel of the finer side; building takes up to 32
+// more for a while. Latitude-longitude 1024 x 512 to 6 x 256^2: 1.4 core-seconds to build, 7 ms a
+// frame.
 class CubeResampler {
  public:
   // Throws InputError if a size is below 1, a disc layout is not square, a cube is not N x 6 N, or
