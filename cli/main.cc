@@ -7,6 +7,7 @@ int main(int argc, char** argv) {
   AddPlan(program);
   AddCapture(program);
   AddVerify(program);
+  AddCalibrate(program);
   AddMerge(program);
   AddReconstruct(program);
   AddImport(program);

@@ -51,6 +51,7 @@ void AddSimulate(Program& program);
 void AddPlan(Program& program);
 void AddCapture(Program& program);
 void AddVerify(Program& program);
+void AddCalibrate(Program& program);
 void AddMerge(Program& program);
 void AddReconstruct(Program& program);
 void AddImport(Program& program);

@@ -10,7 +10,8 @@ namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string session, output, estimator = "inverse-variance", lamp_level = "first-reference";
+  std::string session, output, estimator = "inverse-variance", lamp_level = "first-reference",
+                               calibration;
   bool skip_hashes = false;
 };
 
@@ -19,6 +20,7 @@ core::Json Run(const Options& options) {
   const core::SessionReader session(options.session);
   reconstruct::MergeSessionOptions how;
   how.check_hashes = !options.skip_hashes;
+  how.calibration = options.calibration;
   how.merge.estimator = options.estimator == "poisson" ? reconstruct::Estimator::kPoisson
                                                        : reconstruct::Estimator::kInverseVariance;
   how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
@@ -60,6 +62,9 @@ void AddMerge(Program& program) {
                   "or at the level where "
                   "its monitor reads 1")
       ->check(CLI::IsMember({"first-reference", "monitor"}));
+  verb.add_option("--calibration", options->calibration,
+                  "A sensor's .cal.json (`calibrate sensor`) in place of the gain, noise, black "
+                  "level, dark current, PRNU and saturation that the session states");
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }

@@ -11,6 +11,7 @@
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "reconstruct/register_images.h"
+#include "reconstruct/sensor_calibration_file.h"
 #include "reconstruct/session_plan.h"
 
 namespace luxfield::reconstruct {
@@ -47,6 +48,8 @@ class SessionMerger {
         plan_(ReadSessionPlan(session)),
         registration_(plan_.image_from_sensor, plan_.sensor.width, plan_.sensor.height,
                       plan_.geometry.lattice) {
+    if (!options_.calibration.empty())
+      calibration_sha256_ = ApplySensorCalibration(options_.calibration, plan_.sensor);
     for (const double responsivity : plan_.sensor.responsivity_e_per_s_per_w_m2) {
       const double per_rate = 1 / (responsivity * plan_.albedo * plan_.filter_scale);
       std::vector<float>& image = irradiance_per_rate_.emplace_back();
@@ -88,6 +91,7 @@ class SessionMerger {
         {"session_plan", session_.plan_id()},
         {"merge_estimator",
          options_.merge.estimator == Estimator::kPoisson ? "poisson" : "inverse-variance"}};
+    if (!calibration_sha256_.empty()) result.provenance["sensor_calibration"] = calibration_sha256_;
     const auto& grid = plan_.geometry.grid;
     core::Progress progress("merge", static_cast<std::uint64_t>(grid.count()));
     for (int j = 0; j < grid.height; ++j)
@@ -287,6 +291,7 @@ class SessionMerger {
   std::vector<double> print_factor_;   // of each print of a position
   std::map<double, DarkFrame> darks_;  // by exposure time
   LampDrift drift_;
+  std::string calibration_sha256_;
   MergeSessionSummary summary_;
 };
 

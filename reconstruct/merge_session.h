@@ -1,6 +1,7 @@
 // A capture session -> measurements: darks, lamp drift, exposure merge, registration (THEORY.md 3).
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -23,6 +24,9 @@ struct MergeSessionOptions {
   MergeOptions merge;
   LampLevel lamp_level = LampLevel::kFirstReference;
   bool check_hashes = true;  // of every frame, against the journal
+  // A sensor's *.cal.json to use in place of session.json's figures (sensor_calibration_file.h);
+  // empty: session.json's.
+  std::filesystem::path calibration;
 };
 
 struct MergeSessionSummary {

@@ -15,10 +15,12 @@
 #include "core/progress.h"
 #include "core/session_writer.h"
 #include "reconstruct/reconstruct.h"
+#include "reconstruct/sensor_calibration_file.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
+namespace fs = std::filesystem;
 using core::FrameKind;
 using core::FrameRecord;
 using core::RawFrame;
@@ -262,6 +264,29 @@ TEST_F(MergeSessionTest, SubtractsDarkFrames) {
   MergeSessionSummary summary;
   EXPECT_LT(WorstError(Merge("darks", c, &summary), 9.0 / 16), 2e-6);
   EXPECT_EQ(summary.dark_frames, 6);
+}
+
+TEST_F(MergeSessionTest, TakesACalibrationInPlaceOfTheStatedFigures) {
+  Case c;
+  const core::SessionReader session(Capture("calibration", c));
+  SensorCalibration calibration;
+  calibration.width = calibration.height = kSensor;
+  calibration.bits = 32;
+  // Half the stated gain: twice the electrons per DN. The black level and dark signal in DN stay.
+  calibration.transfer.gain_dn_per_e = {0.25, 0};
+  calibration.transfer.offset_dn = {100, 0};
+  calibration.transfer.dark_current_e_per_s = {6, 0};
+  calibration.prnu = {0.5, 0};
+  MergeSessionOptions options;
+  options.calibration = fs::path(testing::TempDir()) / "luxfield_merge.cal.json";
+  WriteSensorCalibration(options.calibration, calibration);
+  const lightfield::Measurements m = MergeSession(session, options);
+  EXPECT_LT(WorstError(m, 2 * 9.0 / 16), 2e-6);
+  EXPECT_GT(m.positions[0].sigma[0], 0.2f * m.positions[0].irradiance[0]);
+  EXPECT_EQ(m.provenance.at("sensor_calibration"), core::Sha256OfFile(options.calibration));
+  calibration.width = kSensor + 1;
+  WriteSensorCalibration(options.calibration, calibration);
+  EXPECT_THROW(MergeSession(session, options), InputError);
 }
 
 TEST_F(MergeSessionTest, DividesByTheAlbedoOfTheReflector) {
