@@ -183,7 +183,16 @@ SensorCalibration CalibrateSensor(std::span<const CalibrationPair> pairs) {
 }
 
 SensorCalibration CalibrateSensor(const core::SessionReader& session, bool check_hashes) {
-  SensorCalibration result = CalibrateSensor(PairsOfSession(session, check_hashes));
+  const std::vector<CalibrationPair> pairs = PairsOfSession(session, check_hashes);
+  SensorCalibration result;
+  try {
+    result = CalibrateSensor(pairs);
+  } catch (const InputError& error) {
+    // What frames show knows no file; frames that cannot be read have named theirs.
+    const std::string folder = session.folder().string(), what = error.what();
+    if (what.starts_with(folder)) throw;
+    throw InputError(fmt::format("{}: {}", folder, what));
+  }
   const std::string file = (session.folder() / "session.json").string();
   result.bits =
       core::Field<int>(core::Field<core::Json>(session.session(), "camera", file), "bits", file);

@@ -134,6 +134,7 @@ INSTANTIATE_TEST_SUITE_P(
         Reader{"reconstruct", {"reconstruct", "@", "-o", "output.lf.exr"}, ".meas.exr"},
         Reader{"merge", {"merge", "@", "-o", "output.meas.exr"}, ".session"},
         Reader{"verify", {"verify", "@"}, ".session"},
+        Reader{"calibrate", {"calibrate", "sensor", "@", "-o", "output.cal.json"}, ".session"},
         Reader{"render", {"render", "@", "-o", "output.exr"}, ".toml"},
         Reader{"render_lf",
                {"render", SourceFile("data/scenes/demo.toml"), "--light-field", "@", "-o",

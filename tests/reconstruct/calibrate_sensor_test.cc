@@ -181,6 +181,8 @@ TEST_F(CalibrateSensorTest, NamesWhatASessionLacks) {
       ADD_FAILURE() << part << " was accepted";
     } catch (const InputError& error) {
       EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("luxfield_calibrate_lacks"), std::string::npos)
+          << error.what();
     }
   };
   Options no_darks, no_flats, no_pairs, uneven;
