@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "core/colour.h"
@@ -16,6 +17,7 @@ namespace {
 
 // Bands bound the device memory, and the time until Ctrl-C is heard.
 constexpr int kBandPixels = 1 << 16;
+constexpr int kMaxSamples = 1 << 24;
 
 // Point k of n in the pixel: Hammersley, in the middle of its strata; the centre if n = 1.
 lightfield::Vec2 PixelSample(int k, int n) {
@@ -44,7 +46,7 @@ void RenderOptions::Validate() const {
       throw InputError(fmt::format("{} = {} must lie in [{}, {}]; choose a value in that range",
                                    name, value, min, max));
   };
-  check("samples per pixel", samples_per_pixel, 1, 1 << 24);
+  check("samples per pixel", samples_per_pixel, 1, kMaxSamples);
   check("pixel samples for antialiasing", antialias, 1, 1024);
   check("picture width", width, 0, 16384);
   check("picture height", height, 0, 16384);
@@ -53,6 +55,7 @@ void RenderOptions::Validate() const {
   check("shadow map size", shadow_map_size, ShadowMaps::kMinSize, ShadowMaps::kMaxSize);
   check("approximation error", approximation_error, 1e-5, 1);
   check("samples per image", static_cast<double>(max_samples_per_image), 0, 1e9);
+  for (const float density : sample_density.data) check("sample density", density, 1e-3, 1e3);
 }
 
 std::string IrradianceUnitName(lightfield::FluxUnit unit) {
@@ -123,6 +126,7 @@ Frame Renderer::Render() {
       {"seed", std::to_string(options_.seed)},
       {"shadows", ShadowsName(options_.shadows)},
       {"shadow_map_size", std::to_string(options_.shadow_map_size)},
+      {"sample_density", options_.sample_density.data.empty() ? "even" : "uneven"},
       {"max_samples_per_image", fmt::format("{}", options_.max_samples_per_image)},
       {"approximation_error", fmt::format("{}", options_.approximation_error)},
       {"knobs", options_.knobs.Text()},
@@ -163,6 +167,29 @@ Frame Renderer::Render() {
   return frame;
 }
 
+std::vector<Renderer::EquallySampled> Renderer::BySamples(const std::vector<cl_float4>& position,
+                                                          int first_row) const {
+  std::vector<EquallySampled> parts;
+  const core::Image& density = options_.sample_density;
+  if (density.data.empty()) {
+    parts.push_back({});
+    return parts;
+  }
+  std::map<float, std::vector<cl_float4>> positions;
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    if (position[i].s[3] == 0) continue;
+    const int pixel = static_cast<int>(i), row = first_row + pixel / camera_.width,
+              column = pixel % camera_.width;
+    auto& part = positions[density.at(0, row * density.height / camera_.height,
+                                      column * density.width / camera_.width)];
+    part.resize(position.size(), cl_float4{});
+    part[i] = position[i];
+  }
+  for (const auto& [value, part] : positions)
+    parts.push_back({value, Buffer::From(scene_.device(), part)});
+  return parts;
+}
+
 void Renderer::RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, int pixel_sample,
                           Frame& frame) {
   const core::Stopwatch stopwatch;
@@ -186,13 +213,14 @@ void Renderer::RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, i
     }
   }
 
+  std::vector<EquallySampled> parts = BySamples(position, first_row);
   const int passes = options_.passes;
   // Mean and squared deviations of the luminance over the passes (Welford 1962).
   std::vector<double> mean(gbuffer.pixel_count(), 0.0), squares(gbuffer.pixel_count(), 0.0);
   for (int pass = 0; pass < passes; ++pass) {
     core::ThrowIfInterrupted();
     const BandLight light =
-        LightBand(gbuffer, albedo, first_row, pixel_sample, pass, lighting, frame.times);
+        LightBand(gbuffer, parts, albedo, first_row, pixel_sample, pass, lighting, frame.times);
     for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
       const std::size_t out = first + i;
       const auto& radiance = light.radiance[i].s;
@@ -213,7 +241,7 @@ void Renderer::RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, i
       frame.variance.data[first + i] += static_cast<float>(squares[i] / (passes * (passes - 1.0)));
 }
 
-Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
+Renderer::BandLight Renderer::LightBand(GBuffer& gbuffer, std::vector<EquallySampled>& parts,
                                         const std::vector<cl_float4>& albedo, int first_row,
                                         int pixel_sample, int pass, Lighting& lighting,
                                         RenderTimes& times) {
@@ -222,11 +250,9 @@ Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
                   std::vector<cl_float4>(pixels, cl_float4{}), std::vector<float>(pixels, 0.0f),
                   std::vector<float>(pixels, 0.0f)};
   const int lights = static_cast<int>(scene_.luminaires().size());
-  const int pixel_share = Share(options_.samples_per_pixel, pixel_sample, options_.antialias);
   for (int l = 0; l < lights; ++l) {
     const PlacedLuminaire& luminaire = scene_.luminaires()[l];
     EstimatorOptions options;
-    options.samples_per_pixel = Share(Share(pixel_share, pass, options_.passes), l, lights);
     options.seed = options_.seed;
     options.stream = static_cast<std::uint32_t>(
         ((options_.first_pass + pass) * options_.antialias + pixel_sample) * lights + l);
@@ -239,8 +265,16 @@ Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
     scene_.device().Finish();
 
     const core::Stopwatch stopwatch;
-    estimator_.Light(gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
-                     luminaire.world_from_luminaire, options, lighting);
+    for (EquallySampled& part : parts) {
+      const auto samples = static_cast<int>(
+          std::lround(std::min(part.density * options_.samples_per_pixel, double{kMaxSamples})));
+      const int pixel_share = Share(samples, pixel_sample, options_.antialias);
+      options.samples_per_pixel = Share(Share(pixel_share, pass, options_.passes), l, lights);
+      if (part.position) std::swap(gbuffer.position, part.position);
+      estimator_.Light(gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
+                       luminaire.world_from_luminaire, options, lighting);
+      if (part.position) std::swap(gbuffer.position, part.position);
+    }
     scene_.device().Finish();
     times.lighting_s += stopwatch.WallSeconds();
     times.lighting_core_s += stopwatch.CoreSeconds();
@@ -269,6 +303,13 @@ Renderer::BandLight Renderer::LightBand(const GBuffer& gbuffer,
   return light;
 }
 
+void AddTimes(const RenderTimes& times, RenderTimes& to) {
+  to.gbuffer_s += times.gbuffer_s;
+  to.lighting_s += times.lighting_s;
+  to.lighting_core_s += times.lighting_core_s;
+  for (const KernelTime& kernel : times.kernels) AddKernelTime(kernel, to.kernels);
+}
+
 Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b) {
   Frame mean = frame_a;
   const double weight_a = a / (a + b), weight_b = b / (a + b);
@@ -280,10 +321,7 @@ Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b) 
   blend(mean.irradiance, frame_b.irradiance, weight_a, weight_b);
   blend(mean.variance, frame_b.variance, weight_a * weight_a, weight_b * weight_b);
   blend(mean.samples, frame_b.samples, 1, 1);
-  mean.times.gbuffer_s += frame_b.times.gbuffer_s;
-  mean.times.lighting_s += frame_b.times.lighting_s;
-  for (const KernelTime& kernel : frame_b.times.kernels) AddKernelTime(kernel, mean.times.kernels);
-  mean.times.lighting_core_s += frame_b.times.lighting_core_s;
+  AddTimes(frame_b.times, mean.times);
   return mean;
 }
 

@@ -19,9 +19,13 @@ namespace luxfield::render {
 
 struct RenderOptions {
   std::string estimator = "cells";  // a name of EstimatorList()
-  int samples_per_pixel = 200;  // light samples per pixel over all luminaires and pixel samples
-  int width = 0, height = 0;    // of the picture, 0: the scene's
-  int antialias = 1;            // surface points per pixel; 1: the pixel's centre
+  int samples_per_pixel = 200;      // light samples per pixel over all luminaires and pixel samples
+  int width = 0, height = 0;        // of the picture, 0: the scene's
+  // Samples of a pixel over samples_per_pixel: one channel of any size, stretched over the picture;
+  // empty: 1 everywhere. Pixels of equal density are lit together, so it should have few values.
+  // It must not depend on the samples it governs, or the picture is biased (Kirk and Arvo 1991).
+  core::Image sample_density;
+  int antialias = 1;  // surface points per pixel; 1: the pixel's centre
   // Independent passes that the samples are split over. With two or more, the variance is taken
   // from the spread between passes, which the samples' stratification lowers too; with one, from
   // the spread of samples as if they were independent, which overstates it.
@@ -65,6 +69,8 @@ struct Frame {
 std::string IrradianceUnitName(lightfield::FluxUnit unit);
 std::string RadianceUnitName(lightfield::FluxUnit unit);
 
+void AddTimes(const RenderTimes& times, RenderTimes& to);
+
 // The mean of two independent frames of the same view with the weights a and b, for instance their
 // samples.
 Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b);
@@ -87,11 +93,21 @@ class Renderer {
     std::vector<float> variance, samples;  // variance as the estimator states it
   };
 
+  // Pixels of a band that take the same number of samples: their positions, the others marked as
+  // having hit nothing. Null: all of the G-buffer's.
+  struct EquallySampled {
+    double density = 1;
+    Buffer position;
+  };
+
+  std::vector<EquallySampled> BySamples(const std::vector<cl_float4>& position,
+                                        int first_row) const;
   void RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, int pixel_sample,
                   Frame& frame);
   Visibility VisibilityOf(std::size_t luminaire) const;
-  BandLight LightBand(const GBuffer& gbuffer, const std::vector<cl_float4>& albedo, int first_row,
-                      int pixel_sample, int pass, Lighting& lighting, RenderTimes& times);
+  BandLight LightBand(GBuffer& gbuffer, std::vector<EquallySampled>& parts,
+                      const std::vector<cl_float4>& albedo, int first_row, int pixel_sample,
+                      int pass, Lighting& lighting, RenderTimes& times);
 
   const LitScene& scene_;
   RenderOptions options_;

@@ -305,6 +305,44 @@ TEST_F(RendererTest, VarianceOfPassesIsTheErrorSquared) {
   }
 }
 
+// A density changes how many samples a pixel takes and nothing else: every pixel is that of an even
+// picture of its own number of samples, to the bit where pixels do not share sums.
+TEST_F(RendererTest, SampleDensityDealsOutSamples) {
+  const auto file = WriteLamp("density", Lamp(3));
+  const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
+  for (const char* estimator : {"windowed", "cells", "exact"}) {
+    auto options = Unshadowed(estimator);
+    options.shadows = Shadows::kTraced;
+    options.antialias = 2;
+    options.passes = 3;
+    const auto even = [&](int samples) {
+      options.samples_per_pixel = samples;
+      return RenderWith(scene, options);
+    };
+    const Frame few = even(24), many = even(192);
+    const double rounding = std::string(estimator) == "exact" ? 1e-5 : 0;
+    options.samples_per_pixel = 48;
+    options.sample_density = core::Image(2, 1, 1);
+    options.sample_density.data = {0.5f, 4.0f};
+    const Frame dealt = RenderWith(scene, options);
+    options.sample_density = {};
+    for (const auto image : {&Frame::radiance, &Frame::irradiance, &Frame::variance,
+                             &Frame::samples, &Frame::coverage})
+      for (int c = 0; c < (dealt.*image).channels; ++c)
+        for (int row = 0; row < dealt.height; ++row)
+          for (int column = 0; column < dealt.width; ++column) {
+            const float expected =
+                ((column < dealt.width / 2 ? few : many).*image).at(c, row, column);
+            EXPECT_NEAR((dealt.*image).at(c, row, column), expected, rounding * expected)
+                << estimator << " " << c << " " << row << " " << column;
+          }
+  }
+  auto options = Unshadowed("windowed");
+  options.sample_density = core::Image(1, 1, 1);
+  EXPECT_THAT([&] { RenderWith(scene, options); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("sample density = 0")));
+}
+
 TEST_F(RendererTest, ShadowsHideAndSpare) {
   const auto file = WriteLamp("shadow", Lamp(1));
   auto scene = Floor({Above(file, 0, 1)});
