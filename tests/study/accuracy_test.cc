@@ -52,6 +52,37 @@ TEST_F(AccuracyTest, ErrorsAskedForAreKept) {
   EXPECT_GE(kept, 0.95 * runs - 3 * std::sqrt(0.95 * 0.05 * runs));
 }
 
+// Of as many samples, those that are dealt out by the noise leave less of it.
+TEST_F(AccuracyTest, SamplesGoWhereTheNoiseIs) {
+  render::LitScene scene(render::Device::Open(), LampOverFloor());
+  AccuracyRequest request;
+  request.picture.shadows = render::Shadows::kNone;
+  request.picture.estimator = "exact";
+  const auto reference = render::Renderer(scene, request.picture).Render();
+  request.estimators = {"windowed"};
+  request.rel_error = 0.02;
+  double dealt = 0, even = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    request.picture.seed = seed;
+    const auto result = RenderToAccuracy(scene, MadeUpCosts(), request);
+    double samples = 0, hits = 0;
+    for (std::size_t i = 0; i < result.frame.samples.data.size(); ++i) {
+      samples += result.frame.samples.data[i];
+      hits += result.frame.coverage.data[i] > 0;
+    }
+    EXPECT_NEAR(result.chosen.samples_per_pixel, samples / hits, 0.02 * samples / hits + 1);
+    render::RenderOptions picture = request.picture;
+    picture.estimator = "windowed";
+    picture.samples_per_pixel = result.chosen.samples_per_pixel;
+    const auto frame = render::Renderer(scene, picture).Render();
+    dealt += std::pow(LuminanceError(result.frame.radiance, reference.radiance), 2);
+    even += std::pow(LuminanceError(frame.radiance, reference.radiance), 2);
+  }
+  std::printf("squared error of dealt samples over that of even ones: %.3f, seeds 1 to 8\n",
+              dealt / even);
+  EXPECT_LT(dealt, 0.8 * even);
+}
+
 TEST_F(AccuracyTest, TheCheapestSettingIsTaken) {
   render::LitScene scene(render::Device::Open(), LampOverFloor());
   AccuracyRequest request;

@@ -1,0 +1,441 @@
+#include "study/choose_setting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace luxfield::study {
+namespace {
+
+constexpr int kPilotPixels = 3072;
+constexpr int kPilotPasses = 4;
+constexpr int kPilotSamples[2] = {8, 32};  // of a pass
+// The pilot of the setting that is about to be taken: larger, but no more than a share of the
+// picture.
+constexpr double kCheckPixels = 16384, kCheckShare = 0.25;
+constexpr int kCheckPasses = 8;
+constexpr int kMaxChecks = 4;        // of a candidate: each may ask for other samples
+constexpr double kCheckedRange = 2;  // either way of the samples that were checked
+constexpr int kLeastSamples = 2;     // of a luminaire, to show a variance
+// A round takes at least what costs this share of its fixed part: hardly any time, against rounds
+// that estimates from a few samples make necessary.
+constexpr double kNearlyFree = 0.15;
+// Where a pilot hardly knows the variance, as a pixel or two hold it, the first round takes at most
+// this many times its fixed part and lets the picture tell.
+constexpr double kDoubtfulSpread = 1, kDoubtfulShare = 1;
+constexpr double kSteepest = 2;                // power of the samples by which variances may fall
+constexpr double kVolumeChannel_core_s = 0.6;  // to build, measured on 25 to 99 images of 256^2
+// The pilot that says where samples go: of a share of the picture's time, if that buys more pixels
+// than the first pilots have. What it finds makes samples fewer, of which every pixel needs some.
+constexpr double kDensityShare = 0.05, kLeastDensity = 0.125;
+constexpr int kDensitySamples = 8, kDensityPasses = 4, kDensityRounds = 2;
+constexpr int kPassNumbers = 1 << 16, kDensityFirstPass = kPassNumbers - 64;
+// Of the target, asked of volumes and gloss; less where noise comes on top.
+constexpr double kApproximationShare = 0.5, kApproximationShareOfNoisy = 0.25;
+
+// What pilots of one size and k samples per pass show.
+struct Pilots {
+  int passes = kPilotPasses;
+  render::Frame spread;  // `passes` passes
+  render::Frame one;     // one pass, other samples
+};
+
+// A picture of `pixels` at most, of the same shape.
+struct Size {
+  int width, height;
+  Size Within(double pixels) const {
+    const double shrink = std::min(1.0, std::sqrt(pixels / Pixels()));
+    return {std::max(1, static_cast<int>(std::lround(width * shrink))),
+            std::max(1, static_cast<int>(std::lround(height * shrink)))};
+  }
+  double Pixels() const { return static_cast<double>(width) * height; }
+};
+
+class Chooser {
+ public:
+  Chooser(render::LitScene& scene, const CostModel& costs, const AccuracyRequest& request)
+      : scene_(scene), costs_(costs), request_(request) {
+    const auto& camera = scene.camera();
+    picture_ = {request.picture.width > 0 ? request.picture.width : camera.width,
+                request.picture.height > 0 ? request.picture.height : camera.height};
+    pilot_ = picture_.Within(kPilotPixels);
+    check_ = picture_.Within(
+        std::max<double>(kPilotPixels, std::min(kCheckPixels, kCheckShare * picture_.Pixels())));
+  }
+
+  std::vector<Candidate> Choose() {
+    std::vector<Candidate> candidates;
+    for (const bool interpolating : {false, true})
+      for (const auto& traits : render::EstimatorList()) {
+        if (!IsWanted(traits) || traits.needs.volume != interpolating) continue;
+        if (interpolating && !IsWorthAVolume(traits, candidates)) continue;
+        if (auto candidate = Measure(traits, candidates)) candidates.push_back(*candidate);
+      }
+    if (request_.rel_error)
+      std::erase_if(candidates, [&](const Candidate& candidate) {
+        return candidate.interpolation_error > kAim * *request_.rel_error;
+      });
+    if (candidates.empty())
+      throw InputError(
+          "no estimator that states its error can light this scene; name one with --estimator and "
+          "its samples with --spp");
+    Sort(candidates);
+    while (request_.rel_error && Check(candidates.front())) Sort(candidates);
+    return candidates;
+  }
+
+ private:
+  bool Shadowed() const { return request_.picture.shadows != render::Shadows::kNone; }
+
+  void Sort(std::vector<Candidate>& candidates) const {
+    const bool by_time = request_.time_s.has_value();
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [&](const Candidate& a, const Candidate& b) {
+                       return by_time ? a.setting.predicted_error < b.setting.predicted_error
+                                      : a.setting.predicted_s < b.setting.predicted_s;
+                     });
+  }
+
+  // A larger pilot at the samples that are about to be taken. False if there was one already.
+  bool Check(Candidate& candidate) {
+    if (candidate.samples && candidate.checks == 0) DealOutBetter(candidate);
+    const int k = candidate.setting.samples_per_pixel;
+    if (!candidate.samples || candidate.checks == kMaxChecks ||
+        (candidate.checks > 0 && k <= kCheckedRange * candidate.pilot_k &&
+         k >= candidate.pilot_k / kCheckedRange))
+      return false;
+    const Pilots pilots =
+        RunPilots(candidate.setting.estimator, check_, k, kCheckPasses, candidate.density.density);
+    Learn(candidate, check_, k, pilots);
+    const double expected_s =
+        Corrected(candidate, PictureWork(pilots.one, k, check_.Pixels()), /*samples=*/1);
+    if (expected_s > 0) {
+      const double correction = pilots.one.times.lighting_s / expected_s;
+      candidate.fixed_correction *= correction;
+      candidate.sample_correction *= correction;
+    }
+    ++candidate.checks;
+    Predict(candidate);
+    return true;
+  }
+
+  // Samples go where a pilot finds the noise.
+  void DealOut(Candidate& candidate, const render::Frame& pilot) const {
+    const double even_scale = candidate.law.scale / candidate.density.variance;
+    for (int i = 0; i < kDensityRounds; ++i) {
+      candidate.density =
+          DensityFrom(pilot, candidate.LeastDensity(candidate.setting.samples_per_pixel));
+      candidate.law.scale = even_scale * candidate.density.variance;
+      Predict(candidate);
+    }
+  }
+
+  // The same by a larger pilot, where the picture's time is worth it.
+  void DealOutBetter(Candidate& candidate) {
+    const double pass_s =
+        candidate.build_s + Corrected(candidate, candidate.work_of_one, kDensitySamples);
+    const Size size = picture_.Within(
+        std::min(1.0, kDensityShare * candidate.setting.predicted_s / (kDensityPasses * pass_s)) *
+        picture_.Pixels());
+    if (size.Pixels() <= pilot_.Pixels()) return;
+    render::RenderOptions options =
+        PilotOptions(candidate.setting.estimator, size, kDensitySamples, kDensityPasses);
+    options.first_pass = kDensityFirstPass;
+    DealOut(candidate, render::Renderer(scene_, options).Render());
+  }
+
+  // What pilots tell of the picture's noise. Their pixels' mean variance is off the picture's by
+  // the draw of pixels, the factor between stated and true variance by the scatter of the passes.
+  void Learn(Candidate& candidate, const Size& size, int k, const Pilots& pilots) const {
+    const PictureNoise spread = NoiseOf(pilots.spread, pilots.passes - 1);
+    PictureNoise noise = NoiseOf(pilots.one, std::max(1, k - 1));
+    candidate.mean_luminance = spread.mean_luminance;
+    candidate.law.Anchor(k, spread.mean_variance * pilots.passes);
+    candidate.pilot_k = k;
+    if (noise.mean_variance > 0 && spread.mean_variance > 0) {
+      candidate.stated_factor = spread.mean_variance * pilots.passes / noise.mean_variance;
+      candidate.stated_log_variance = 2.0 / (pilots.passes - 1) / spread.effective_pixels;
+    }
+    noise.effective_pixels *= picture_.Pixels() / size.Pixels();
+    candidate.spread = std::sqrt((1 + 2.0 / (pilots.passes - 1)) / spread.effective_pixels +
+                                 2.0 / std::max(1, k - 1) / noise.effective_pixels);
+    noise.scale = candidate.stated_factor;
+    noise.scale_log_variance = candidate.stated_log_variance;
+    candidate.margin = noise.Margin();
+  }
+
+  // The volume of this view pays where it saves more than it takes to build; for a time asked for,
+  // where nothing else is noise-free in it.
+  bool IsWorthAVolume(const render::EstimatorTraits& volume,
+                      const std::vector<Candidate>& others) const {
+    if (!request_.rel_error)
+      return std::none_of(others.begin(), others.end(), [&](const Candidate& other) {
+        return !other.samples && other.setting.predicted_s <= *request_.time_s;
+      });
+    int channels = 0;
+    for (const auto& luminaire : scene_.luminaires())
+      channels += luminaire.light_field->field.geometry.channels;
+    const double build_s = kVolumeChannel_core_s * channels / core::Threads();
+    return std::none_of(others.begin(), others.end(), [&](const Candidate& other) {
+      const auto& setting = other.setting;
+      return setting.predicted_error <= *request_.rel_error &&
+             setting.predicted_s <
+                 build_s + Seconds(volume.name, other.work_of_one, setting.samples_per_pixel);
+    });
+  }
+
+  bool IsWanted(const render::EstimatorTraits& traits) const {
+    const auto& names = request_.estimators;
+    return costs_.Knows(traits.name) &&
+           StatesItsError(traits, scene_.geometry().glossy, Shadowed()) &&
+           (names.empty() || std::find(names.begin(), names.end(), traits.name) != names.end());
+  }
+
+  render::RenderOptions PilotOptions(const std::string& estimator, const Size& size, int samples,
+                                     int passes, const core::Image& density = {}) const {
+    render::RenderOptions options = request_.picture;
+    options.sample_density = density;
+    options.estimator = estimator;
+    if (request_.rel_error) options.approximation_error = ApproximationError(request_);
+    options.width = size.width;
+    options.height = size.height;
+    options.antialias = 1;
+    options.passes = passes;
+    options.samples_per_pixel = samples * passes;
+    // Numbers that no pass of the picture has, nor pilots of another number of passes.
+    options.first_pass = kPassNumbers - 2 * passes;
+    return options;
+  }
+
+  render::Frame Pilot(const std::string& estimator, const Size& size, int samples, int passes,
+                      const core::Image& density = {}) {
+    return render::Renderer(scene_, PilotOptions(estimator, size, samples, passes, density))
+        .Render();
+  }
+
+  Pilots RunPilots(const std::string& estimator, const Size& size, int samples, int passes,
+                   const core::Image& density = {}) {
+    return {passes, Pilot(estimator, size, samples, passes, density),
+            Pilot(estimator, size, samples, 1, density)};
+  }
+
+  LightingWork PictureWork(const render::Frame& pilot, int samples, double pixels) const {
+    std::vector<cl_float4> positions(pilot.coverage.data.size());
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      positions[i] = {{pilot.position.plane(0)[i], pilot.position.plane(1)[i],
+                       pilot.position.plane(2)[i], pilot.coverage.data[i]}};
+    const double scale = pixels / static_cast<double>(positions.size());
+    LightingWork sum;
+    for (const auto& luminaire : scene_.luminaires()) {
+      const auto work = WorkOf(positions, luminaire.light_field->field.geometry,
+                               luminaire.world_from_luminaire, samples, Shadowed());
+      sum.pixels += scale * work.pixels;
+      sum.images += scale * work.images;
+      sum.texels += scale * work.texels;
+      // Samples are counted over all luminaires.
+      sum.samples += scale * work.samples / static_cast<double>(scene_.luminaires().size());
+      sum.rays += scale * work.rays / static_cast<double>(scene_.luminaires().size());
+    }
+    return sum;
+  }
+
+  // Empty where the first pilot shows that others are cheaper, whatever the second one says.
+  std::optional<Candidate> Measure(const render::EstimatorTraits& traits,
+                                   const std::vector<Candidate>& others) {
+    Candidate candidate;
+    candidate.setting.estimator = traits.name;
+    candidate.samples = TakesSamples(traits, Shadowed());
+    const double tables_before_s = scene_.tables_core_s();
+    // The first pilot also warms the kernels up; those of one pass are timed.
+    Pilots first;
+    first.spread =
+        Pilot(traits.name, pilot_, kPilotSamples[0], candidate.samples ? kPilotPasses : 1);
+    candidate.work_of_one =
+        PictureWork(first.spread, 1, picture_.Pixels() * request_.picture.antialias);
+    candidate.interpolation_error =
+        traits.error_is_asked ? PilotOptions(traits.name, pilot_, 1, 1).approximation_error
+                              : traits.rel_error;
+    if (traits.needs.volume) {
+      // Tables for one picture count as its time, spread over the cores that build them.
+      if (request_.rel_error)
+        candidate.build_s = (scene_.tables_core_s() - tables_before_s) / core::Threads();
+      candidate.interpolation_error = InterpolationError(traits.name);
+    }
+    first.one = Pilot(traits.name, pilot_, kPilotSamples[0], 1);
+    if (!candidate.samples) {
+      Time(candidate, first.one, first.one);
+      Predict(candidate);
+      return candidate;
+    }
+    const double v = NoiseOf(first.spread, kPilotPasses - 1).mean_variance * kPilotPasses;
+    candidate.law.Add(kPilotSamples[0], v);
+    candidate.law.Add(2 * kPilotSamples[0], v / std::pow(2, kSteepest));
+    Learn(candidate, pilot_, kPilotSamples[0], first);
+    Predict(candidate);
+    DealOut(candidate, first.spread);
+    if (request_.rel_error && IsBeaten(candidate, others)) return std::nullopt;
+    const Pilots second = RunPilots(traits.name, pilot_, kPilotSamples[1], kPilotPasses);
+    candidate.law = {};
+    candidate.density = {};
+    candidate.law.Add(kPilotSamples[0], v);
+    candidate.law.Add(kPilotSamples[1],
+                      NoiseOf(second.spread, kPilotPasses - 1).mean_variance * kPilotPasses);
+    Learn(candidate, pilot_, kPilotSamples[1], second);
+    Time(candidate, first.one, second.one);
+    Predict(candidate);
+    DealOut(candidate, second.spread);
+    return candidate;
+  }
+
+  // Corrects the model by passes of few and of many samples; by both alike where they are one, or
+  // where the clock does not tell them apart.
+  void Time(Candidate& candidate, const render::Frame& few, const render::Frame& many) const {
+    const auto model_s = [&](double samples) {
+      return Seconds(candidate.setting.estimator, PictureWork(few, 1, pilot_.Pixels()), samples);
+    };
+    const int* k = kPilotSamples;
+    const double fixed_model_s = model_s(0), sample_model_s = model_s(1) - model_s(0),
+                 sample_s = (many.times.lighting_s - few.times.lighting_s) / (k[1] - k[0]),
+                 fixed_s = few.times.lighting_s - k[0] * sample_s;
+    if (candidate.samples && sample_s > 0 && fixed_s > 0 && fixed_model_s > 0 &&
+        sample_model_s > 0) {
+      candidate.fixed_correction = fixed_s / fixed_model_s;
+      candidate.sample_correction = sample_s / sample_model_s;
+    } else if (const double all_s = model_s(candidate.samples ? k[1] : 0); all_s > 0) {
+      candidate.fixed_correction = candidate.sample_correction = many.times.lighting_s / all_s;
+    }
+  }
+
+  static bool IsBeaten(const Candidate& candidate, const std::vector<Candidate>& others) {
+    return std::any_of(others.begin(), others.end(), [&](const Candidate& other) {
+      return other.setting.predicted_s < candidate.setting.predicted_s;
+    });
+  }
+
+  // Against `exact`, at the pilot's pixels.
+  double InterpolationError(const std::string& estimator) {
+    render::RenderOptions options = PilotOptions(estimator, pilot_, 1, 1);
+    options.shadows = render::Shadows::kNone;
+    const auto interpolated = render::Renderer(scene_, options).Render();
+    options.estimator = "exact";
+    return LuminanceError(interpolated.radiance,
+                          render::Renderer(scene_, options).Render().radiance);
+  }
+
+  // By the cost model, of the work of one sample per pixel times `samples`.
+  double Seconds(const std::string& estimator, LightingWork work, double samples) const {
+    work.samples *= samples;
+    work.rays *= samples;
+    return costs_.Seconds(estimator, work);
+  }
+
+  // The same as pilots correct it.
+  double Corrected(const Candidate& candidate, const LightingWork& work, double samples) const {
+    const auto& estimator = candidate.setting.estimator;
+    const double fixed_s = Seconds(estimator, work, 0);
+    return candidate.fixed_correction * fixed_s +
+           candidate.sample_correction *
+               (Seconds(estimator, work, candidate.density.mean * samples) - fixed_s);
+  }
+
+  // Samples, time and error of the candidate's best setting.
+  void Predict(Candidate& candidate) const {
+    auto& setting = candidate.setting;
+    const auto seconds = [&](double samples) {
+      return candidate.build_s + Corrected(candidate, candidate.work_of_one, samples);
+    };
+    if (!candidate.samples) {
+      setting.predicted_s = seconds(0);
+      setting.predicted_error = candidate.interpolation_error;
+      return;
+    }
+    const double fixed_s = seconds(0), per_sample_s = seconds(1) - fixed_s,
+                 shown = kLeastSamples * static_cast<double>(scene_.luminaires().size());
+    double samples = kMaxSamples;
+    candidate.least = shown;
+    if (request_.rel_error) {
+      if (per_sample_s > 0)
+        candidate.least = std::clamp(kNearlyFree * (fixed_s - candidate.build_s) / per_sample_s,
+                                     shown, double{kMaxSamples});
+      samples = CheapestSamples(candidate, seconds);
+    } else if (per_sample_s > 0) {
+      samples = (*request_.time_s - fixed_s) / per_sample_s;
+    }
+    samples = std::clamp(samples, candidate.least, double{kMaxSamples});
+    setting.predicted_s = seconds(samples);
+    if (request_.rel_error && candidate.spread > kDoubtfulSpread && per_sample_s > 0)
+      samples = std::clamp(kDoubtfulShare * fixed_s / per_sample_s, candidate.least, samples);
+    setting.samples_per_pixel = static_cast<int>(samples);
+    setting.predicted_error =
+        std::hypot(std::sqrt(candidate.RelativeVariance(setting.samples_per_pixel)),
+                   candidate.interpolation_error);
+  }
+
+  // Samples of the first round whose time, with that of a second one as often as it is needed, is
+  // least: the picture's variance is taken as log-normal about the law's.
+  double CheapestSamples(const Candidate& candidate,
+                         const std::function<double(double)>& seconds) const {
+    const double allowed =
+        std::pow(NoiseShare(*request_.rel_error, candidate.interpolation_error), 2) /
+        candidate.margin;
+    double best = kMaxSamples, best_s = std::numeric_limits<double>::infinity();
+    for (double samples = candidate.least; samples < kMaxSamples; samples *= 1.05) {
+      const double noise = candidate.RelativeVariance(samples);
+      const double missing = noise > 0 ? 0.5 * std::erfc(std::log(allowed / noise) /
+                                                         (std::numbers::sqrt2 * candidate.spread))
+                                       : 0;
+      const double expected_s =
+          seconds(samples) + missing * seconds(std::max(candidate.least, samples / 4));
+      if (missing < 0.5 && expected_s < best_s) {
+        best = samples;
+        best_s = expected_s;
+      }
+      if (missing < 1e-3) break;
+    }
+    return best;
+  }
+
+  render::LitScene& scene_;
+  const CostModel& costs_;
+  const AccuracyRequest& request_;
+  Size picture_{}, pilot_{}, check_{};
+};
+
+}  // namespace
+
+// What is asked of estimators that approximate.
+double ApproximationError(const AccuracyRequest& request) {
+  return *request.rel_error * (request.picture.shadows == render::Shadows::kNone
+                                   ? kApproximationShare
+                                   : kApproximationShareOfNoisy);
+}
+
+// What an approximation leaves of an error for noise.
+double NoiseShare(double rel_error, double approximation) {
+  return std::sqrt(std::max(0.01 * rel_error * rel_error,
+                            rel_error * rel_error - approximation * approximation));
+}
+
+double Candidate::LeastDensity(double k) const { return std::clamp(least / k, kLeastDensity, 1.0); }
+
+double Candidate::StatedFactor(double k) const {
+  const double there = law.Of(pilot_k) * pilot_k;
+  return there > 0 ? stated_factor * law.Of(k) * k / there : 1;
+}
+
+double Candidate::RelativeVariance(double k) const {
+  return mean_luminance > 0 ? law.Of(k) / (mean_luminance * mean_luminance) : 0;
+}
+
+std::vector<Candidate> ChooseSetting(render::LitScene& scene, const CostModel& costs,
+                                     const AccuracyRequest& request) {
+  return Chooser(scene, costs, request).Choose();
+}
+
+}  // namespace luxfield::study

@@ -1,0 +1,58 @@
+// Which estimator, with how many samples and where: what pilots of a scene make of the cost model.
+#pragma once
+
+#include <vector>
+
+#include "render/renderer.h"
+#include "study/accuracy.h"
+#include "study/cost_model.h"
+#include "study/picture_noise.h"
+#include "study/sample_density.h"
+
+namespace luxfield::study {
+
+constexpr int kMaxSamples = 1 << 20;  // of a pixel
+constexpr double kAim = 0.93;         // of the target, in rounds after the first
+
+// What is asked of estimators that approximate.
+double ApproximationError(const AccuracyRequest& request);
+
+// What an approximation leaves of an error for noise.
+double NoiseShare(double rel_error, double approximation);
+
+// An estimator, and what pilots tell of it for the picture.
+struct Candidate {
+  Setting setting;
+  bool samples = false;   // takes samples here
+  VarianceLaw law;        // of the picture
+  double pilot_k = 0;     // samples of the pilot that the law is anchored at
+  SampleDensity density;  // samples are those of density 1 throughout
+  // True variance over what one pass of pilot_k samples states, and the variance of its logarithm.
+  double stated_factor = 1, stated_log_variance = 0;
+  double interpolation_error = 0;  // of noise-free parts; relative RMSE
+  double build_s = 0;              // of tables that only this picture needs
+  LightingWork work_of_one;        // of the picture, one sample per pixel
+  // Pilot's time over the model's, of what no sample changes and of samples.
+  double fixed_correction = 1, sample_correction = 1;
+  double mean_luminance = 0;
+  double margin = 1;  // PictureNoise::Margin expected of the picture
+  double spread = 0;  // of the logarithm of the picture's variance about the law's
+  int checks = 0;     // by larger pilots
+  double least = 1;   // samples of a round
+
+  // The least density, if samples are `k`: every pixel needs some, and some cost hardly anything.
+  double LeastDensity(double k) const;
+
+  // True variance over what one pass of k samples states, which takes them as independent and so
+  // falls as 1 / k.
+  double StatedFactor(double k) const;
+  // Of a picture of k samples, over the squared mean luminance.
+  double RelativeVariance(double k) const;
+};
+
+// Candidates that state their error, best first, the first of them checked by a larger pilot.
+// Throws InputError if there is none, DeviceError, Interrupted.
+std::vector<Candidate> ChooseSetting(render::LitScene& scene, const CostModel& costs,
+                                     const AccuracyRequest& request);
+
+}  // namespace luxfield::study
