@@ -133,7 +133,8 @@ Frame Renderer::Render() {
       {"device", scene_.device().info().name}});
   for (core::Image* image : {&frame.radiance, &frame.irradiance, &frame.normal, &frame.position})
     *image = core::Image(frame.width, frame.height, 3);
-  for (core::Image* image : {&frame.coverage, &frame.variance, &frame.samples})
+  for (core::Image* image :
+       {&frame.coverage, &frame.variance, &frame.stated_variance, &frame.samples})
     *image = core::Image(frame.width, frame.height, 1);
 
   scene_.device().TakeKernelTimes();  // what ran before is not this frame's
@@ -161,6 +162,7 @@ Frame Renderer::Render() {
       if (hits > 0) frame.irradiance.data[c * count + i] /= hits;
     }
     frame.variance.data[i] /= samples * samples;
+    frame.stated_variance.data[i] /= samples * samples;
     frame.coverage.data[i] /= samples;
   }
   frame.times.kernels = scene_.device().TakeKernelTimes();
@@ -230,6 +232,8 @@ void Renderer::RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, i
         frame.radiance.data[c * plane + out] += radiance[c] / static_cast<float>(passes);
       }
       frame.samples.data[out] += light.samples[i];
+      frame.stated_variance.data[out] +=
+          light.variance[i] / (static_cast<float>(passes) * static_cast<float>(passes));
       if (passes == 1) frame.variance.data[out] += light.variance[i];
       const double deviation = core::Luminance({radiance[0], radiance[1], radiance[2]}) - mean[i];
       mean[i] += deviation / (pass + 1);
@@ -320,6 +324,7 @@ Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b) 
   blend(mean.radiance, frame_b.radiance, weight_a, weight_b);
   blend(mean.irradiance, frame_b.irradiance, weight_a, weight_b);
   blend(mean.variance, frame_b.variance, weight_a * weight_a, weight_b * weight_b);
+  blend(mean.stated_variance, frame_b.stated_variance, weight_a * weight_a, weight_b * weight_b);
   blend(mean.samples, frame_b.samples, 1, 1);
   AddTimes(frame_b.times, mean.times);
   return mean;

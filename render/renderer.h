@@ -60,7 +60,10 @@ struct Frame {
   core::Image position;    // xyz, world, metres
   core::Image coverage;    // share of the pixel samples that hit
   core::Image variance;    // estimated variance of the luminance of `radiance`
-  core::Image samples;     // light samples taken
+  // The same as passes state it of themselves, taking samples as independent; `variance` of one
+  // pass.
+  core::Image stated_variance;
+  core::Image samples;  // light samples taken
   RenderTimes times;
   lightfield::Provenance provenance;  // options and the SHA-256 of the files that were read
 };

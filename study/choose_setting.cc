@@ -39,13 +39,6 @@ constexpr int kPassNumbers = 1 << 16, kDensityFirstPass = kPassNumbers - 64;
 // Of the target, asked of volumes and gloss; less where noise comes on top.
 constexpr double kApproximationShare = 0.5, kApproximationShareOfNoisy = 0.25;
 
-// What pilots of one size and k samples per pass show.
-struct Pilots {
-  int passes = kPilotPasses;
-  render::Frame spread;  // `passes` passes
-  render::Frame one;     // one pass, other samples
-};
-
 // A picture of `pixels` at most, of the same shape.
 struct Size {
   int width, height;
@@ -110,13 +103,13 @@ class Chooser {
         (candidate.checks > 0 && k <= kCheckedRange * candidate.pilot_k &&
          k >= candidate.pilot_k / kCheckedRange))
       return false;
-    const Pilots pilots =
-        RunPilots(candidate.setting.estimator, check_, k, kCheckPasses, candidate.density.density);
-    Learn(candidate, check_, k, pilots);
+    const render::Frame pilot =
+        Pilot(candidate.setting.estimator, check_, k, kCheckPasses, candidate.density.density);
+    Learn(candidate, check_, k, pilot, kCheckPasses);
     const double expected_s =
-        Corrected(candidate, PictureWork(pilots.one, k, check_.Pixels()), /*samples=*/1);
+        Corrected(candidate, PictureWork(pilot, k, check_.Pixels()), /*samples=*/1);
     if (expected_s > 0) {
-      const double correction = pilots.one.times.lighting_s / expected_s;
+      const double correction = pilot.times.lighting_s / kCheckPasses / expected_s;
       candidate.fixed_correction *= correction;
       candidate.sample_correction *= correction;
     }
@@ -150,21 +143,25 @@ class Chooser {
     DealOut(candidate, render::Renderer(scene_, options).Render());
   }
 
-  // What pilots tell of the picture's noise. Their pixels' mean variance is off the picture's by
-  // the draw of pixels, the factor between stated and true variance by the scatter of the passes.
-  void Learn(Candidate& candidate, const Size& size, int k, const Pilots& pilots) const {
-    const PictureNoise spread = NoiseOf(pilots.spread, pilots.passes - 1);
-    PictureNoise noise = NoiseOf(pilots.one, std::max(1, k - 1));
+  // What a pilot of several passes of k samples tells of the picture's noise. Its pixels' mean
+  // variance is off the picture's by the draw of pixels, the factor between stated and true
+  // variance by the scatter of the passes.
+  void Learn(Candidate& candidate, const Size& size, int k, const render::Frame& pilot,
+             int passes) const {
+    const PictureNoise spread = NoiseOf(pilot, passes - 1);
+    PictureNoise noise =
+        NoiseOf(pilot, passes * std::max(1, k - 1), &render::Frame::stated_variance);
     candidate.mean_luminance = spread.mean_luminance;
-    candidate.law.Anchor(k, spread.mean_variance * pilots.passes);
+    candidate.law.Anchor(k, spread.mean_variance * passes);
     candidate.pilot_k = k;
     if (noise.mean_variance > 0 && spread.mean_variance > 0) {
-      candidate.stated_factor = spread.mean_variance * pilots.passes / noise.mean_variance;
-      candidate.stated_log_variance = 2.0 / (pilots.passes - 1) / spread.effective_pixels;
+      candidate.stated_factor = spread.mean_variance / noise.mean_variance;
+      candidate.stated_log_variance = 2.0 / (passes - 1) / spread.effective_pixels;
     }
+    noise.degrees = std::max(1, k - 1);
     noise.effective_pixels *= picture_.Pixels() / size.Pixels();
-    candidate.spread = std::sqrt((1 + 2.0 / (pilots.passes - 1)) / spread.effective_pixels +
-                                 2.0 / std::max(1, k - 1) / noise.effective_pixels);
+    candidate.spread = std::sqrt((1 + 2.0 / (passes - 1)) / spread.effective_pixels +
+                                 2.0 / noise.degrees / noise.effective_pixels);
     noise.scale = candidate.stated_factor;
     noise.scale_log_variance = candidate.stated_log_variance;
     candidate.margin = noise.Margin();
@@ -219,12 +216,6 @@ class Chooser {
         .Render();
   }
 
-  Pilots RunPilots(const std::string& estimator, const Size& size, int samples, int passes,
-                   const core::Image& density = {}) {
-    return {passes, Pilot(estimator, size, samples, passes, density),
-            Pilot(estimator, size, samples, 1, density)};
-  }
-
   LightingWork PictureWork(const render::Frame& pilot, int samples, double pixels) const {
     std::vector<cl_float4> positions(pilot.coverage.data.size());
     for (std::size_t i = 0; i < positions.size(); ++i)
@@ -253,11 +244,9 @@ class Chooser {
     candidate.samples = TakesSamples(traits, Shadowed());
     const double tables_before_s = scene_.tables_core_s();
     // The first pilot also warms the kernels up; those of one pass are timed.
-    Pilots first;
-    first.spread =
+    const render::Frame first =
         Pilot(traits.name, pilot_, kPilotSamples[0], candidate.samples ? kPilotPasses : 1);
-    candidate.work_of_one =
-        PictureWork(first.spread, 1, picture_.Pixels() * request_.picture.antialias);
+    candidate.work_of_one = PictureWork(first, 1, picture_.Pixels() * request_.picture.antialias);
     candidate.interpolation_error =
         traits.error_is_asked ? PilotOptions(traits.name, pilot_, 1, 1).approximation_error
                               : traits.rel_error;
@@ -267,48 +256,47 @@ class Chooser {
         candidate.build_s = (scene_.tables_core_s() - tables_before_s) / core::Threads();
       candidate.interpolation_error = InterpolationError(traits.name);
     }
-    first.one = Pilot(traits.name, pilot_, kPilotSamples[0], 1);
+    const double few_s = Pilot(traits.name, pilot_, kPilotSamples[0], 1).times.lighting_s;
     if (!candidate.samples) {
-      Time(candidate, first.one, first.one);
+      Time(candidate, first, few_s, few_s);
       Predict(candidate);
       return candidate;
     }
-    const double v = NoiseOf(first.spread, kPilotPasses - 1).mean_variance * kPilotPasses;
+    const double v = NoiseOf(first, kPilotPasses - 1).mean_variance * kPilotPasses;
     candidate.law.Add(kPilotSamples[0], v);
     candidate.law.Add(2 * kPilotSamples[0], v / std::pow(2, kSteepest));
-    Learn(candidate, pilot_, kPilotSamples[0], first);
+    Learn(candidate, pilot_, kPilotSamples[0], first, kPilotPasses);
     Predict(candidate);
-    DealOut(candidate, first.spread);
+    DealOut(candidate, first);
     if (request_.rel_error && IsBeaten(candidate, others)) return std::nullopt;
-    const Pilots second = RunPilots(traits.name, pilot_, kPilotSamples[1], kPilotPasses);
+    const render::Frame second = Pilot(traits.name, pilot_, kPilotSamples[1], kPilotPasses);
     candidate.law = {};
     candidate.density = {};
     candidate.law.Add(kPilotSamples[0], v);
     candidate.law.Add(kPilotSamples[1],
-                      NoiseOf(second.spread, kPilotPasses - 1).mean_variance * kPilotPasses);
-    Learn(candidate, pilot_, kPilotSamples[1], second);
-    Time(candidate, first.one, second.one);
+                      NoiseOf(second, kPilotPasses - 1).mean_variance * kPilotPasses);
+    Learn(candidate, pilot_, kPilotSamples[1], second, kPilotPasses);
+    Time(candidate, first, few_s, second.times.lighting_s / kPilotPasses);
     Predict(candidate);
-    DealOut(candidate, second.spread);
+    DealOut(candidate, second);
     return candidate;
   }
 
-  // Corrects the model by passes of few and of many samples; by both alike where they are one, or
-  // where the clock does not tell them apart.
-  void Time(Candidate& candidate, const render::Frame& few, const render::Frame& many) const {
+  // Corrects the model by what passes of few and of many samples take, lit like `pilot`; by both
+  // alike where they are one, or where the clock does not tell them apart.
+  void Time(Candidate& candidate, const render::Frame& pilot, double few_s, double many_s) const {
     const auto model_s = [&](double samples) {
-      return Seconds(candidate.setting.estimator, PictureWork(few, 1, pilot_.Pixels()), samples);
+      return Seconds(candidate.setting.estimator, PictureWork(pilot, 1, pilot_.Pixels()), samples);
     };
     const int* k = kPilotSamples;
     const double fixed_model_s = model_s(0), sample_model_s = model_s(1) - model_s(0),
-                 sample_s = (many.times.lighting_s - few.times.lighting_s) / (k[1] - k[0]),
-                 fixed_s = few.times.lighting_s - k[0] * sample_s;
+                 sample_s = (many_s - few_s) / (k[1] - k[0]), fixed_s = few_s - k[0] * sample_s;
     if (candidate.samples && sample_s > 0 && fixed_s > 0 && fixed_model_s > 0 &&
         sample_model_s > 0) {
       candidate.fixed_correction = fixed_s / fixed_model_s;
       candidate.sample_correction = sample_s / sample_model_s;
     } else if (const double all_s = model_s(candidate.samples ? k[1] : 0); all_s > 0) {
-      candidate.fixed_correction = candidate.sample_correction = many.times.lighting_s / all_s;
+      candidate.fixed_correction = candidate.sample_correction = many_s / all_s;
     }
   }
 

@@ -33,14 +33,15 @@ double PictureNoise::Margin() const {
                   ChiSquaredBound(relative_variance) / std::min(scale, 1.0));
 }
 
-PictureNoise NoiseOf(const render::Frame& frame, int degrees) {
+PictureNoise NoiseOf(const render::Frame& frame, int degrees,
+                     core::Image render::Frame::*variance) {
   double sum = 0, squares = 0, luminance = 0;
-  for (const float v : frame.variance.data) {
+  for (const float v : (frame.*variance).data) {
     sum += v;
     squares += double{v} * v;
   }
   for (const float y : core::LuminanceImage(frame.radiance).data) luminance += y;
-  const auto count = static_cast<double>(frame.variance.data.size());
+  const auto count = static_cast<double>((frame.*variance).data.size());
   PictureNoise noise;
   noise.mean_luminance = luminance / count;
   noise.mean_variance = sum / count;

@@ -31,7 +31,8 @@ struct PictureNoise {
 // Estimated variances v have E v^2 = (1 + 2 / degrees) (E v)^2 if noise is normal, which
 // effective_pixels takes off; less so where few pixels hold the noise and a lucky draw of those
 // would make them seem many.
-PictureNoise NoiseOf(const render::Frame& frame, int degrees);
+PictureNoise NoiseOf(const render::Frame& frame, int degrees,
+                     core::Image render::Frame::*variance = &render::Frame::variance);
 
 // v(k), the mean variance of a pass of k samples: log-log between measured points, with the slopes
 // of the outer ones beyond them, of which no power law asks more than of 0.8 to 2.
