@@ -343,6 +343,32 @@ TEST_F(RendererTest, SampleDensityDealsOutSamples) {
               testing::ThrowsMessage<InputError>(testing::HasSubstr("sample density = 0")));
 }
 
+// Passes together state what they state alone.
+TEST_F(RendererTest, PassesKeepWhatTheyStateThemselves) {
+  const auto file = WriteLamp("stated", Lamp(3));
+  const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
+  auto options = Unshadowed("windowed");
+  options.samples_per_pixel = 20;
+  const Frame first = RenderWith(scene, options);
+  EXPECT_EQ(first.stated_variance.data, first.variance.data);
+  options.first_pass = 1;
+  const Frame second = RenderWith(scene, options);
+  options.first_pass = 0;
+  options.passes = 2;
+  options.samples_per_pixel = 40;
+  const Frame both = RenderWith(scene, options);
+  const Frame mean = MeanFrame(first, 20, second, 20);
+  double between = 0, stated = 0;
+  for (std::size_t i = 0; i < both.variance.data.size(); ++i) {
+    const float expected = (first.variance.data[i] + second.variance.data[i]) / 4;
+    EXPECT_NEAR(both.stated_variance.data[i], expected, 1e-6 * expected);
+    EXPECT_NEAR(mean.stated_variance.data[i], expected, 1e-6 * expected);
+    between += both.variance.data[i];
+    stated += both.stated_variance.data[i];
+  }
+  EXPECT_LT(between, stated);  // stratified
+}
+
 TEST_F(RendererTest, ShadowsHideAndSpare) {
   const auto file = WriteLamp("shadow", Lamp(1));
   auto scene = Floor({Above(file, 0, 1)});
