@@ -269,11 +269,15 @@ Renderer::BandLight Renderer::LightBand(GBuffer& gbuffer, std::vector<EquallySam
     scene_.device().Finish();
 
     const core::Stopwatch stopwatch;
+    const auto share_of = [&](double samples) {
+      const int all = static_cast<int>(std::lround(std::min(samples, double{kMaxSamples})));
+      return Share(Share(Share(all, pixel_sample, options_.antialias), pass, options_.passes), l,
+                   lights);
+    };
     for (EquallySampled& part : parts) {
-      const auto samples = static_cast<int>(
-          std::lround(std::min(part.density * options_.samples_per_pixel, double{kMaxSamples})));
-      const int pixel_share = Share(samples, pixel_sample, options_.antialias);
-      options.samples_per_pixel = Share(Share(pixel_share, pass, options_.passes), l, lights);
+      // No density takes the second sample away, without which there is no variance to state.
+      options.samples_per_pixel = std::max(share_of(part.density * options_.samples_per_pixel),
+                                           std::min(2, share_of(options_.samples_per_pixel)));
       if (part.position) std::swap(gbuffer.position, part.position);
       estimator_.Light(gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
                        luminaire.world_from_luminaire, options, lighting);

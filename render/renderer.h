@@ -23,6 +23,7 @@ struct RenderOptions {
   int width = 0, height = 0;        // of the picture, 0: the scene's
   // Samples of a pixel over samples_per_pixel: one channel of any size, stretched over the picture;
   // empty: 1 everywhere. Pixels of equal density are lit together, so it should have few values.
+  // None takes less than two samples of a luminaire and pass where even pixels take two.
   // It must not depend on the samples it governs, or the picture is biased (Kirk and Arvo 1991).
   core::Image sample_density;
   int antialias = 1;  // surface points per pixel; 1: the pixel's centre

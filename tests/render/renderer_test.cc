@@ -338,7 +338,14 @@ TEST_F(RendererTest, SampleDensityDealsOutSamples) {
           }
   }
   auto options = Unshadowed("windowed");
+  options.samples_per_pixel = 8;
+  const Frame even = RenderWith(scene, options);
   options.sample_density = core::Image(1, 1, 1);
+  options.sample_density.data = {0.01f};
+  const Frame thin = RenderWith(scene, options);
+  for (std::size_t i = 0; i < thin.samples.data.size(); ++i)
+    EXPECT_EQ(thin.samples.data[i], even.samples.data[i] / 2) << "two of each lamp";
+  options.sample_density.data = {0};
   EXPECT_THAT([&] { RenderWith(scene, options); },
               testing::ThrowsMessage<InputError>(testing::HasSubstr("sample density = 0")));
 }
