@@ -11,13 +11,17 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "lightfield/light_vector.h"
+#include "study/sample_density.h"
 
 namespace luxfield::study {
 namespace {
 
 constexpr std::uint64_t kReferenceSeed = 0x7265666572656e63;  // nobody counts up to it
 constexpr int kPilotSamples = 256, kPilotPasses = 8;
-constexpr int kPilotShrink = 3;    // of each side
+constexpr int kPilotShrink = 3;  // of each side
+// The pilot that deals out samples, of the picture's size; no pixel gets less than half.
+constexpr int kDealSamples = 64, kDealPasses = 8;
+constexpr double kLeastDensity = 0.5;
 constexpr double kPrudence = 1.5;  // on the pilot's variance, which misses rare bright samples
 
 // The light of the closed form on the surfaces that the renderer sees.
@@ -116,10 +120,16 @@ ReferencePicture RenderReference(render::LitScene& scene, const render::RenderOp
   if (picture.shadows == render::Shadows::kNone && !scene.geometry().glossy)
     return ClosedForm(scene, picture);
   const Unbiased best = BestUnbiased(scene, picture);
-  if (rel_rmse > 0)
-    samples = static_cast<int>(std::min<double>(
-        samples, kPrudence * kPilotSamples * best.rel_variance / (rel_rmse * rel_rmse)));
   picture.estimator = best.estimator;
+  picture.passes = kDealPasses;
+  picture.samples_per_pixel = kDealSamples;
+  const SampleDensity density =
+      DensityFrom(render::Renderer(scene, picture).Render(), kLeastDensity);
+  if (rel_rmse > 0)
+    samples =
+        static_cast<int>(std::min<double>(samples, kPrudence * density.variance * kPilotSamples *
+                                                       best.rel_variance / (rel_rmse * rel_rmse)));
+  picture.sample_density = density.density;
   picture.passes = 1;
   picture.samples_per_pixel = std::max(1, samples / 2);
   picture.seed = kReferenceSeed + 1;

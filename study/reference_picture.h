@@ -22,9 +22,9 @@ ReferencePicture MakeReference(core::Image a, core::Image b);
 // the pixels' centres. Lambertian without shadows: the closed form (lightfield::ExactIrradiance, in
 // double) on the surfaces that the renderer sees. Else halves of `samples` per pixel together, by
 // the unbiased estimator whose variance times core-seconds a pilot finds least; their random
-// numbers are no other picture's. With rel_rmse above 0, fewer samples where the pilot expects them
-// to reach that error of the luminance. Throws InputError (shadow maps have no reference),
-// DeviceError, Interrupted.
+// numbers are no other picture's. They are dealt out by the noise (sample_density.h). With rel_rmse
+// above 0, fewer samples where the pilot expects them to reach that error of the luminance. Throws
+// InputError (shadow maps have no reference), DeviceError, Interrupted.
 ReferencePicture RenderReference(render::LitScene& scene, const render::RenderOptions& picture,
                                  int samples, double rel_rmse = 0);
 
