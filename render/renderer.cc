@@ -143,11 +143,14 @@ Frame Renderer::Render() {
   core::Progress progress("render", static_cast<std::uint64_t>(bands) * options_.antialias);
   for (int band = 0; band < bands; ++band) {
     const int first_row = band * band_rows;
-    GBuffer gbuffer(scene_.device(), frame.width, std::min(band_rows, frame.height - first_row),
-                    scene_.geometry().glossy);
-    Lighting lighting(scene_.device(), gbuffer);
+    EquallySampled all;
+    all.first_pixel =
+        static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(frame.width);
+    all.gbuffer = GBuffer(scene_.device(), frame.width,
+                          std::min(band_rows, frame.height - first_row), scene_.geometry().glossy);
+    all.lighting = Lighting(scene_.device(), all.gbuffer);
     for (int k = 0; k < options_.antialias; ++k) {
-      RenderBand(first_row, gbuffer, lighting, k, frame);
+      RenderBand(first_row, all, k, frame);
       progress.Advance();
     }
   }
@@ -169,31 +172,52 @@ Frame Renderer::Render() {
   return frame;
 }
 
-std::vector<Renderer::EquallySampled> Renderer::BySamples(const std::vector<cl_float4>& position,
+std::vector<Renderer::EquallySampled> Renderer::BySamples(const GBuffer& gbuffer,
+                                                          const std::vector<cl_float4>& position,
+                                                          const std::vector<cl_float4>& normal,
+                                                          const std::vector<cl_float4>& albedo,
                                                           int first_row) const {
-  std::vector<EquallySampled> parts;
   const core::Image& density = options_.sample_density;
-  if (density.data.empty()) {
-    parts.push_back({});
-    return parts;
-  }
-  std::map<float, std::vector<cl_float4>> positions;
+  std::map<float, std::vector<std::size_t>> pixels;
   for (std::size_t i = 0; i < position.size(); ++i) {
     if (position[i].s[3] == 0) continue;
     const int pixel = static_cast<int>(i), row = first_row + pixel / camera_.width,
               column = pixel % camera_.width;
-    auto& part = positions[density.at(0, row * density.height / camera_.height,
-                                      column * density.width / camera_.width)];
-    part.resize(position.size(), cl_float4{});
-    part[i] = position[i];
+    pixels[density.at(0, row * density.height / camera_.height,
+                      column * density.width / camera_.width)]
+        .push_back(i);
   }
-  for (const auto& [value, part] : positions)
-    parts.push_back({value, Buffer::From(scene_.device(), part)});
+  std::vector<cl_float4> gloss;
+  if (gbuffer.glossy()) gloss = gbuffer.gloss.Download<cl_float4>();
+  auto first_pixel =
+      static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(camera_.width);
+  std::vector<EquallySampled> parts;
+  for (auto& [value, of_part] : pixels) {
+    const auto packed = [&](const std::vector<cl_float4>& values) {
+      std::vector<cl_float4> own;
+      for (const std::size_t i : of_part) own.push_back(values[i]);
+      return Buffer::From(scene_.device(), own);
+    };
+    EquallySampled part;
+    part.density = value;
+    part.first_pixel = first_pixel;
+    part.gbuffer.width = static_cast<int>(of_part.size());
+    part.gbuffer.height = 1;
+    part.gbuffer.eye = gbuffer.eye;
+    part.gbuffer.position = packed(position);
+    part.gbuffer.normal = packed(normal);
+    part.gbuffer.albedo = packed(albedo);
+    if (gbuffer.glossy()) part.gbuffer.gloss = packed(gloss);
+    part.lighting = Lighting(scene_.device(), part.gbuffer);
+    part.pixels = std::move(of_part);
+    first_pixel += static_cast<std::uint32_t>(part.gbuffer.width);
+    parts.push_back(std::move(part));
+  }
   return parts;
 }
 
-void Renderer::RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, int pixel_sample,
-                          Frame& frame) {
+void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample, Frame& frame) {
+  GBuffer& gbuffer = band.gbuffer;
   const core::Stopwatch stopwatch;
   primary_
       .Render(scene_.geometry(), camera_, first_row, PixelSample(pixel_sample, options_.antialias),
@@ -215,14 +239,19 @@ void Renderer::RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, i
     }
   }
 
-  std::vector<EquallySampled> parts = BySamples(position, first_row);
+  std::vector<EquallySampled> parts;
+  if (!options_.sample_density.data.empty())
+    parts = BySamples(gbuffer, position, normal, albedo, first_row);
   const int passes = options_.passes;
   // Mean and squared deviations of the luminance over the passes (Welford 1962).
   std::vector<double> mean(gbuffer.pixel_count(), 0.0), squares(gbuffer.pixel_count(), 0.0);
   for (int pass = 0; pass < passes; ++pass) {
     core::ThrowIfInterrupted();
-    const BandLight light =
-        LightBand(gbuffer, parts, albedo, first_row, pixel_sample, pass, lighting, frame.times);
+    BandLight light(gbuffer.pixel_count());
+    if (options_.sample_density.data.empty())
+      LightPart(band, albedo, pixel_sample, pass, light, frame.times);
+    for (EquallySampled& part : parts)
+      LightPart(part, albedo, pixel_sample, pass, light, frame.times);
     for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
       const std::size_t out = first + i;
       const auto& radiance = light.radiance[i].s;
@@ -245,70 +274,60 @@ void Renderer::RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, i
       frame.variance.data[first + i] += static_cast<float>(squares[i] / (passes * (passes - 1.0)));
 }
 
-Renderer::BandLight Renderer::LightBand(GBuffer& gbuffer, std::vector<EquallySampled>& parts,
-                                        const std::vector<cl_float4>& albedo, int first_row,
-                                        int pixel_sample, int pass, Lighting& lighting,
-                                        RenderTimes& times) {
-  const std::size_t pixels = gbuffer.pixel_count();
-  BandLight light{std::vector<cl_float4>(pixels, cl_float4{}),
-                  std::vector<cl_float4>(pixels, cl_float4{}), std::vector<float>(pixels, 0.0f),
-                  std::vector<float>(pixels, 0.0f)};
+void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo,
+                         int pixel_sample, int pass, BandLight& light, RenderTimes& times) {
   const int lights = static_cast<int>(scene_.luminaires().size());
   for (int l = 0; l < lights; ++l) {
     const PlacedLuminaire& luminaire = scene_.luminaires()[l];
+    const auto share_of = [&](double samples) {
+      const int all = static_cast<int>(std::lround(std::min(samples, double{kMaxSamples})));
+      return Share(Share(Share(all, pixel_sample, options_.antialias), pass, options_.passes), l,
+                   lights);
+    };
     EstimatorOptions options;
+    // No density takes the second sample away, without which there is no variance to state.
+    options.samples_per_pixel = std::max(share_of(part.density * options_.samples_per_pixel),
+                                         std::min(2, share_of(options_.samples_per_pixel)));
     options.seed = options_.seed;
     options.stream = static_cast<std::uint32_t>(
         ((options_.first_pass + pass) * options_.antialias + pixel_sample) * lights + l);
     options.max_samples_per_image = options_.max_samples_per_image;
     options.max_error = static_cast<float>(options_.approximation_error);
     options.knobs = options_.knobs;
-    options.first_pixel =
-        static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(gbuffer.width);
-    lighting.Clear();
+    options.first_pixel = part.first_pixel;
+    part.lighting.Clear();
     scene_.device().Finish();
 
     const core::Stopwatch stopwatch;
-    const auto share_of = [&](double samples) {
-      const int all = static_cast<int>(std::lround(std::min(samples, double{kMaxSamples})));
-      return Share(Share(Share(all, pixel_sample, options_.antialias), pass, options_.passes), l,
-                   lights);
-    };
-    for (EquallySampled& part : parts) {
-      // No density takes the second sample away, without which there is no variance to state.
-      options.samples_per_pixel = std::max(share_of(part.density * options_.samples_per_pixel),
-                                           std::min(2, share_of(options_.samples_per_pixel)));
-      if (part.position) std::swap(gbuffer.position, part.position);
-      estimator_.Light(gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
-                       luminaire.world_from_luminaire, options, lighting);
-      if (part.position) std::swap(gbuffer.position, part.position);
-    }
+    estimator_.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
+                     luminaire.world_from_luminaire, options, part.lighting);
     scene_.device().Finish();
     times.lighting_s += stopwatch.WallSeconds();
     times.lighting_core_s += stopwatch.CoreSeconds();
 
     const auto scale = static_cast<float>(luminaire.scale);
-    const auto irradiance = lighting.irradiance.Download<cl_float4>();
-    const auto variance = lighting.variance.Download<float>();
-    const auto samples = lighting.samples.Download<cl_uint>();
+    const auto irradiance = part.lighting.irradiance.Download<cl_float4>();
+    const auto variance = part.lighting.variance.Download<float>();
+    const auto samples = part.lighting.samples.Download<cl_uint>();
+    const bool glossy = part.gbuffer.glossy();
     std::vector<cl_float4> reflected;
-    if (gbuffer.glossy()) reflected = lighting.reflected.Download<cl_float4>();
-    for (std::size_t i = 0; i < pixels; ++i) {
+    if (glossy) reflected = part.lighting.reflected.Download<cl_float4>();
+    for (std::size_t k = 0; k < irradiance.size(); ++k) {
+      const std::size_t i = part.pixels.empty() ? k : part.pixels[k];
       const auto& rho = albedo[i].s;
       for (int c = 0; c < 3; ++c) {
-        const float e = scale * irradiance[i].s[c];
+        const float e = scale * irradiance[k].s[c];
         light.irradiance[i].s[c] += e;
-        light.radiance[i].s[c] += gbuffer.glossy() ? scale * reflected[i].s[c]
-                                                   : rho[c] * std::numbers::inv_pi_v<float> * e;
+        light.radiance[i].s[c] +=
+            glossy ? scale * reflected[k].s[c] : rho[c] * std::numbers::inv_pi_v<float> * e;
       }
       // Of the irradiance, where surfaces are Lambertian: seen through the albedo's luminance.
       const double shown =
-          gbuffer.glossy() ? 1.0 : core::Luminance({rho[0], rho[1], rho[2]}) * std::numbers::inv_pi;
-      light.variance[i] += static_cast<float>(scale * scale * shown * shown * variance[i]);
-      light.samples[i] += static_cast<float>(samples[i]);
+          glossy ? 1.0 : core::Luminance({rho[0], rho[1], rho[2]}) * std::numbers::inv_pi;
+      light.variance[i] += static_cast<float>(scale * scale * shown * shown * variance[k]);
+      light.samples[i] += static_cast<float>(samples[k]);
     }
   }
-  return light;
 }
 
 void AddTimes(const RenderTimes& times, RenderTimes& to) {

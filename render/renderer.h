@@ -93,25 +93,35 @@ class Renderer {
  private:
   // What one pass shows of a band: sums over the luminaires, per pixel.
   struct BandLight {
+    explicit BandLight(std::size_t pixels)
+        : radiance(pixels, cl_float4{}),
+          irradiance(pixels, cl_float4{}),
+          variance(pixels, 0.0f),
+          samples(pixels, 0.0f) {}
     std::vector<cl_float4> radiance, irradiance;
     std::vector<float> variance, samples;  // variance as the estimator states it
   };
 
-  // Pixels of a band that take the same number of samples: their positions, the others marked as
-  // having hit nothing. Null: all of the G-buffer's.
+  // Pixels that are lit together with the same number of samples.
   struct EquallySampled {
     double density = 1;
-    Buffer position;
+    std::vector<std::size_t> pixels;  // of the band; empty: all of them
+    std::uint32_t first_pixel = 0;    // of the random streams
+    GBuffer gbuffer;                  // of these pixels alone, one after the other
+    Lighting lighting;
   };
 
-  std::vector<EquallySampled> BySamples(const std::vector<cl_float4>& position,
-                                        int first_row) const;
-  void RenderBand(int first_row, GBuffer& gbuffer, Lighting& lighting, int pixel_sample,
-                  Frame& frame);
+  // The parts of a band by sample_density. They have G-buffers of their own, so that work-items
+  // next to each other have the same to do.
+  std::vector<EquallySampled> BySamples(const GBuffer& gbuffer,
+                                        const std::vector<cl_float4>& position,
+                                        const std::vector<cl_float4>& normal,
+                                        const std::vector<cl_float4>& albedo, int first_row) const;
+  void RenderBand(int first_row, EquallySampled& band, int pixel_sample, Frame& frame);
   Visibility VisibilityOf(std::size_t luminaire) const;
-  BandLight LightBand(GBuffer& gbuffer, std::vector<EquallySampled>& parts,
-                      const std::vector<cl_float4>& albedo, int first_row, int pixel_sample,
-                      int pass, Lighting& lighting, RenderTimes& times);
+  // Adds the light of one pass.
+  void LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo, int pixel_sample,
+                 int pass, BandLight& light, RenderTimes& times);
 
   const LitScene& scene_;
   RenderOptions options_;
