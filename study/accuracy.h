@@ -5,9 +5,10 @@
 // scene does to each estimator: the variance v(k) of a pass of k samples, from the spread of four,
 // and how far it falls below what one pass states of itself, which takes samples as independent
 // (picture_noise.h). The cost model (cost_model.h), corrected by the pilot's times, says what k
-// costs. The setting that is expected to meet the target soonest is tried in a larger pilot and
-// taken, in one pass; the variance that it states, so corrected, decides whether more are needed. A
-// noise-free estimator states the error that it was measured to have.
+// costs. Samples are dealt out over the pixels by the noise that pilots find (sample_density.h).
+// The setting that is expected to meet the target soonest is tried in a larger pilot and taken, in
+// one pass (choose_setting.h); the variance that it states, so corrected, decides whether more are
+// needed. A noise-free estimator states the error that it was measured to have.
 #pragma once
 
 #include <optional>
@@ -32,13 +33,13 @@ struct AccuracyRequest {
 // An estimator with its samples, and what is expected of it.
 struct Setting {
   std::string estimator;
-  int samples_per_pixel = 0;  // 0: takes none
+  int samples_per_pixel = 0;  // mean over the pixels; 0: takes none
   double predicted_s = 0, predicted_error = 0;
 };
 
 struct AccurateFrame {
   render::Frame frame;
-  Setting chosen;  // samples_per_pixel as finally taken
+  Setting chosen;  // samples_per_pixel as the frame has them
   // Best setting of each estimator, cheapest first, without those that are clearly dearer than
   // another.
   std::vector<Setting> considered;
