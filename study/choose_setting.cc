@@ -25,7 +25,7 @@ constexpr double kCheckedRange = 2;  // either way of the samples that were chec
 constexpr int kLeastSamples = 2;     // of a luminaire, to show a variance
 // A round takes at least what costs this share of its fixed part: hardly any time, against rounds
 // that estimates from a few samples make necessary.
-constexpr double kNearlyFree = 0.15;
+constexpr double kNearlyFree = 0.3;
 // Where a pilot hardly knows the variance, as a pixel or two hold it, the first round takes at most
 // this many times its fixed part and lets the picture tell.
 constexpr double kDoubtfulSpread = 1, kDoubtfulShare = 1;
