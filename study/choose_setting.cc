@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/progress.h"
 
 namespace luxfield::study {
 namespace {
@@ -63,10 +64,14 @@ class Chooser {
   }
 
   std::vector<Candidate> Choose() {
+    // In place of the pilots' own.
+    core::Progress progress("pilots", render::EstimatorList().size() + 1);
     std::vector<Candidate> candidates;
     for (const bool interpolating : {false, true})
       for (const auto& traits : render::EstimatorList()) {
-        if (!IsWanted(traits) || traits.needs.volume != interpolating) continue;
+        if (traits.needs.volume != interpolating) continue;
+        progress.Advance(1, traits.name);
+        if (!IsWanted(traits)) continue;
         if (interpolating && !IsWorthAVolume(traits, candidates)) continue;
         if (auto candidate = Measure(traits, candidates)) candidates.push_back(*candidate);
       }
@@ -80,6 +85,7 @@ class Chooser {
           "its samples with --spp");
     Sort(candidates);
     while (request_.rel_error && Check(candidates.front())) Sort(candidates);
+    progress.Advance();
     return candidates;
   }
 
