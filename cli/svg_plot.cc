@@ -135,7 +135,7 @@ std::string EscapeXml(const std::string& text) {
 }
 
 std::string SvgPlot(const Plot& plot) {
-  const double left = 70, right = plot.width - 16, bottom = plot.height - 48;
+  const double left = 70, right = plot.width - 30, bottom = plot.height - 48;
   const auto legend = LegendPlaces(plot, left, right);
   const double top = 15 + (legend.empty() ? 41 : legend.back().y);
   std::vector<const std::vector<double>*> xs, ys;
