@@ -118,6 +118,16 @@ double Basis::DualValue(double x_from_centre) const {
   return 3 * (1 - x) * (1 - b * x);
 }
 
+std::array<double, 2> Basis::DualPeaks() const {
+  // Per axis the function is largest at its centre and lowest in the middle of its negative lobe (1
+  // - |x|)(1 - b|x|), |x| in (1/b, 1): at (1 + 1/b) / 2. The 2-D function is positive where both
+  // factors agree in sign.
+  const double high = DualValue(0);
+  const double b = (10 - 5 * a) / (5 - 2 * a);
+  const double low = b > 1 ? DualValue(0.5 * (1 + 1 / b)) : 0;
+  return {std::max(high * high, low * low), -low * high};
+}
+
 BasisGrid BasisGrid::Centred(const Basis& basis, int width, int height, double spacing_m) {
   BasisGrid grid;
   grid.basis = basis;

@@ -59,6 +59,9 @@ struct Basis {
   // - b|x|), b = (10 - 5a)/(5 - 2a), x from the centre of the support, in [-1, 1]; <Phi*_i, Phi_m>
   // = delta_im. Only for kBilinear (a = 0) and kQuadratic; InputError otherwise.
   double DualValue(double x_from_centre) const;
+  // Largest value of +Phi* and of -Phi* in 2-D, the scales of the two dual prints (9 and 0.919 at a
+  // = 1/2): T(+-) = max(+-Phi*, 0) / peak, E = peak(+) E(+) - peak(-) E(-).
+  std::array<double, 2> DualPeaks() const;
 
   bool operator==(const Basis&) const = default;
 };

@@ -21,17 +21,7 @@ constexpr double kMaxCompression = 1040;
 
 BasisGrid ReadGrid(const core::ExrReader& reader, int part) {
   BasisGrid grid;
-  const std::string name = reader.GetString(part, "luxfield:basis");
-  try {
-    grid.basis = name == "quadratic"
-                     ? Basis::FromName(name, reader.GetDouble(part, "luxfield:basis_a"))
-                     : Basis::FromName(name);
-  } catch (const InputError& error) {
-    const std::string what = error.what();
-    throw InputError(what.starts_with(reader.path().string())
-                         ? what
-                         : fmt::format("{}: luxfield:basis: {}", reader.path().string(), what));
-  }
+  grid.basis = ReadBasis(reader, part);
   grid.width = reader.GetInt(part, "luxfield:basis_width");
   grid.height = reader.GetInt(part, "luxfield:basis_height");
   grid.u0_m = reader.GetDouble(part, "luxfield:u0_m");
@@ -100,6 +90,41 @@ std::span<const std::string> ChannelNames(int channels) {
   return kColour;
 }
 
+core::ExrAttributes BasisAttributes(const Basis& basis) {
+  core::ExrAttributes attributes{{"luxfield:basis", basis.name()}};
+  if (basis.kind == BasisKind::kQuadratic) attributes["luxfield:basis_a"] = basis.a;
+  return attributes;
+}
+
+Basis ReadBasis(const core::ExrReader& reader, int part) {
+  const std::string name = reader.GetString(part, "luxfield:basis");
+  try {
+    return name == "quadratic" ? Basis::FromName(name, reader.GetDouble(part, "luxfield:basis_a"))
+                               : Basis::FromName(name);
+  } catch (const InputError& error) {
+    const std::string what = error.what();
+    throw InputError(what.starts_with(reader.path().string())
+                         ? what
+                         : fmt::format("{}: luxfield:basis: {}", reader.path().string(), what));
+  }
+}
+
+core::ExrAttributes ProvenanceAttributes(const Provenance& provenance) {
+  core::ExrAttributes attributes;
+  for (const auto& [name, value] : provenance)
+    attributes[fmt::format("{}{}", kProvenancePrefix, name)] = value;
+  return attributes;
+}
+
+Provenance ReadProvenance(const core::ExrReader& reader, int part) {
+  Provenance provenance;
+  for (const auto& [name, value] : reader.parts()[part].attributes)
+    if (name.starts_with(kProvenancePrefix))
+      if (const auto* text = std::get_if<std::string>(&value))
+        provenance[name.substr(kProvenancePrefix.size())] = *text;
+  return provenance;
+}
+
 core::ExrAttributes GeometryAttributes(const ExrKind& kind, const LuminaireGeometry& geometry,
                                        const Provenance& provenance) {
   const BasisGrid& grid = geometry.grid;
@@ -109,7 +134,6 @@ core::ExrAttributes GeometryAttributes(const ExrKind& kind, const LuminaireGeome
       {"luxfield:version", kVersion},
       {"luxfield:unit", FluxUnitName(geometry.unit)},
       {"luxfield:delta_m", geometry.delta_m},
-      {"luxfield:basis", grid.basis.name()},
       {"luxfield:basis_width", grid.width},
       {"luxfield:basis_height", grid.height},
       {"luxfield:u0_m", grid.u0_m},
@@ -120,9 +144,8 @@ core::ExrAttributes GeometryAttributes(const ExrKind& kind, const LuminaireGeome
       {"luxfield:ds_m", lattice.ds_m},
       {"luxfield:dt_m", lattice.dt_m},
   };
-  if (grid.basis.kind == BasisKind::kQuadratic) attributes["luxfield:basis_a"] = grid.basis.a;
-  for (const auto& [name, value] : provenance)
-    attributes[fmt::format("{}{}", kProvenancePrefix, name)] = value;
+  attributes.merge(BasisAttributes(grid.basis));
+  attributes.merge(ProvenanceAttributes(provenance));
   return attributes;
 }
 
@@ -161,10 +184,7 @@ ExrGeometry ReadGeometry(const core::ExrReader& reader, const ExrKind& kind) {
                      "the file is truncated or damaged: make it anew");
 
   out.parts = FindParts(reader, kind, geometry);
-  for (const auto& [name, value] : reader.parts()[first].attributes)
-    if (name.starts_with(kProvenancePrefix))
-      if (const auto* text = std::get_if<std::string>(&value))
-        out.provenance[name.substr(kProvenancePrefix.size())] = *text;
+  out.provenance = ReadProvenance(reader, first);
   return out;
 }
 

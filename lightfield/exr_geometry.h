@@ -1,4 +1,4 @@
-// The geometry and provenance attributes that *.lf.exr and *.meas.exr share
+// The geometry and provenance attributes that *.lf.exr, *.meas.exr and *.filter.exr share
 // (docs/formats/light-field.md). Internal to lightfield/.
 #pragma once
 
@@ -22,6 +22,12 @@ inline constexpr ExrKind kMeasurementsKind{"measurements", "E", "E."};
 std::string PartName(const ExrKind& kind, int i, int j);  // "C.JJ.II"
 // "Y" or "R", "G", "B".
 std::span<const std::string> ChannelNames(int channels);
+
+// Shared with *.filter.exr: the basis, and provenance.
+core::ExrAttributes BasisAttributes(const Basis& basis);
+Basis ReadBasis(const core::ExrReader& reader, int part);
+core::ExrAttributes ProvenanceAttributes(const Provenance& provenance);
+Provenance ReadProvenance(const core::ExrReader& reader, int part);
 
 // Attributes of the first part; basis functions elsewhere are known by their part's name.
 core::ExrAttributes GeometryAttributes(const ExrKind& kind, const LuminaireGeometry& geometry,

@@ -34,6 +34,9 @@ struct Measurement {
   std::vector<float> sigma;  // standard deviation of irradiance
   std::vector<float> count;  // effective number of exposures that entered, per pixel [row][column]
   std::vector<std::uint32_t> mask;  // MeasurementFlag bits, per pixel [row][column] (any channel)
+  // Where the filter's centre was, by the stage's read-back, minus the grid's centre(i, j). The
+  // images are registered already; the displacement changes what part of F was seen.
+  Vec2 displacement_m{};
 };
 
 // What filter made the images: `basis` prints (Phi itself), or `dual` pairs already combined to

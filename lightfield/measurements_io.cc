@@ -16,6 +16,24 @@ constexpr std::uint32_t kKnownFlags = kOffSensor | kSaturated | kTooDark | kDefe
 std::string IrradianceChannel(const std::string& colour) { return "E." + colour; }
 std::string SigmaChannel(const std::string& colour) { return "sigma." + colour; }
 
+constexpr const char* kDisplacementU = "luxfield:displacement_u_m";
+constexpr const char* kDisplacementV = "luxfield:displacement_v_m";
+
+// Both attributes or none; at most one spacing.
+Vec2 ReadDisplacement(const core::ExrReader& reader, int part, double spacing_m) {
+  const auto& attributes = reader.parts()[part].attributes;
+  if (!attributes.contains(kDisplacementU) && !attributes.contains(kDisplacementV)) return {};
+  const Vec2 displacement{reader.GetDouble(part, kDisplacementU),
+                          reader.GetDouble(part, kDisplacementV)};
+  if (!(std::abs(displacement.x) <= spacing_m && std::abs(displacement.y) <= spacing_m))
+    throw InputError(
+        reader.path().string(),
+        fmt::format("part '{}' is displaced by ({}, {}) m, more than the spacing {} m",
+                    reader.parts()[part].name, displacement.x, displacement.y, spacing_m),
+        "merge the session again");
+  return displacement;
+}
+
 // Planes of one position must have the geometry's size: a mistake of the caller.
 void RequireSizes(const Measurements& measurements) {
   const LuminaireGeometry& geometry = measurements.geometry;
@@ -50,6 +68,7 @@ Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeome
     RequireFinite(reader, reader.parts()[part].name, names[k], planes[k],
                   names[k].starts_with("E."));
 
+  position.displacement_m = ReadDisplacement(reader, part, geometry.grid.spacing_m);
   position.mask = reader.ReadUint(part, "mask");
   for (const std::uint32_t flags : position.mask)
     if (flags & ~kKnownFlags)
@@ -85,10 +104,13 @@ void WriteMeasurements(const std::filesystem::path& path, const Measurements& me
       }
       part.channels.push_back({"count", std::span(position.count)});
       part.channels.push_back({"mask", std::span(position.mask)});
+      if (position.displacement_m.x != 0 || position.displacement_m.y != 0)
+        part.attributes = {{kDisplacementU, position.displacement_m.x},
+                           {kDisplacementV, position.displacement_m.y}};
       parts.push_back(std::move(part));
     }
   core::ExrAttributes& attributes = parts.front().attributes;
-  attributes = GeometryAttributes(kMeasurementsKind, geometry, measurements.provenance);
+  attributes.merge(GeometryAttributes(kMeasurementsKind, geometry, measurements.provenance));
   attributes["luxfield:filter"] =
       std::string(measurements.filter == FilterKind::kBasis ? "basis" : "dual");
   attributes["luxfield:filter_scale"] = measurements.filter_scale;

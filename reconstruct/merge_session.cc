@@ -58,15 +58,8 @@ class SessionMerger {
         image.push_back(static_cast<float>(per_rate / v));
     }
     if (plan_.filter == FilterKind::kDual) {
-      // Largest and smallest value of the 1-D dual filter, hence the peaks of the two 2-D prints.
-      double largest = 0, smallest = 0;
-      constexpr int kSteps = 20000;  // the minimum is flat: its error is below 1e-8
-      for (int n = 0; n <= kSteps; ++n) {
-        const double value = plan_.geometry.grid.basis.DualValue(static_cast<double>(n) / kSteps);
-        largest = std::max(largest, value);
-        smallest = std::min(smallest, value);
-      }
-      print_factor_ = {std::max(largest * largest, smallest * smallest), largest * smallest};
+      const auto peaks = plan_.geometry.grid.basis.DualPeaks();
+      print_factor_ = {peaks[0], -peaks[1]};
     } else {
       print_factor_ = {1};
     }
@@ -243,6 +236,7 @@ class SessionMerger {
     position.count.assign(texels, 0);
     position.mask.assign(texels, 0);
     std::vector<double> value(texels), variance(texels);
+    const double share = 1.0 / (channels * prints);
     for (int channel = 0; channel < channels; ++channel) {
       std::fill(value.begin(), value.end(), 0.0);
       std::fill(variance.begin(), variance.end(), 0.0);
@@ -251,14 +245,18 @@ class SessionMerger {
         if (bracket == brackets.end()) {
           ++summary_.missing_positions;
           Measurement missing = std::move(position);
+          missing.displacement_m = {};
           std::fill(missing.irradiance.begin(), missing.irradiance.end(), 0.0f);
           std::fill(missing.sigma.begin(), missing.sigma.end(), 0.0f);
           std::fill(missing.count.begin(), missing.count.end(), 0.0f);
           std::fill(missing.mask.begin(), missing.mask.end(), lightfield::kOffSensor);
           return missing;
         }
-        const RegisteredImage image = registration_.Apply(
-            MergeBracket(bracket->second), irradiance_per_rate_[channel], Centre(bracket->second));
+        const Vec2 centre = Centre(bracket->second);
+        position.displacement_m =
+            position.displacement_m + share * (centre - plan_.geometry.grid.centre(i, j));
+        const RegisteredImage image = registration_.Apply(MergeBracket(bracket->second),
+                                                          irradiance_per_rate_[channel], centre);
         const double factor = print_factor_[print];
         const bool first = channel == 0 && print == 0;
         for (std::size_t p = 0; p < texels; ++p) {
@@ -273,6 +271,10 @@ class SessionMerger {
         position.sigma[channel * texels + p] = static_cast<float>(std::sqrt(variance[p]));
       }
     }
+    // Rounding of the planned centres is no displacement.
+    const Vec2 off = position.displacement_m;
+    if (std::hypot(off.x, off.y) < 1e-9 * plan_.geometry.grid.spacing_m)
+      position.displacement_m = {};
     for (std::size_t p = 0; p < texels; ++p) {
       if (!(position.mask[p] & lightfield::kUnknownMask)) continue;
       position.count[p] = 0;

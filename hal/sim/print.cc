@@ -7,16 +7,6 @@
 
 namespace luxfield::hal::sim {
 
-double DualPeak(const lightfield::Basis& basis, int print) {
-  // Per axis the function is largest at its centre and lowest in the middle of its negative lobe (1
-  // - |x|)(1 - b|x|), |x| in (1/b, 1): at (1 + 1/b) / 2. The 2-D function is positive where both
-  // factors agree in sign.
-  const double high = basis.DualValue(0);
-  const double b = (10 - 5 * basis.a) / (5 - 2 * basis.a);
-  const double low = b > 1 ? basis.DualValue(0.5 * (1 + 1 / b)) : 0;
-  return print == 0 ? std::max(high * high, low * low) : -low * high;
-}
-
 FilterPrint::FilterPrint(const lightfield::Basis& basis, double spacing_m, double scale, bool dual,
                          const PrintErrors& errors, std::uint64_t seed)
     : basis_(basis),
@@ -25,8 +15,7 @@ FilterPrint::FilterPrint(const lightfield::Basis& basis, double spacing_m, doubl
       dual_(dual),
       errors_(errors),
       seed_(seed) {
-  if (dual)
-    for (const int print : {0, 1}) peak_[print] = DualPeak(basis, print);
+  if (dual) peak_ = basis.DualPeaks();
 }
 
 double FilterPrint::half_width_m() const {

@@ -1,6 +1,7 @@
 // The printed filter: what its transmittance really is.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "lightfield/basis.h"
@@ -40,10 +41,7 @@ class FilterPrint {
   bool dual_;
   PrintErrors errors_;
   std::uint64_t seed_;
-  double peak_[2] = {1, 1};
+  std::array<double, 2> peak_{1, 1};
 };
-
-// Largest value of +Phi* and of -Phi* in 2-D, the scales of the two dual prints.
-double DualPeak(const lightfield::Basis& basis, int print);
 
 }  // namespace luxfield::hal::sim

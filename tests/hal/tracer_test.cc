@@ -173,15 +173,15 @@ TEST(FilterPrint, ErrorsAreAsStated) {
 // are 9 and 0.919.
 TEST(FilterPrint, DualPrintsCombineToTheDualFilter) {
   const Basis basis = Basis::Make(BasisKind::kQuadratic, 0.5);
-  EXPECT_NEAR(DualPeak(basis, 0), 9, 1e-12);
-  EXPECT_NEAR(DualPeak(basis, 1), 0.919, 1e-3);
+  EXPECT_NEAR(basis.DualPeaks()[0], 9, 1e-12);
+  EXPECT_NEAR(basis.DualPeaks()[1], 0.919, 1e-3);
   const FilterPrint print(basis, 0.01, 1, true, {}, 0);
   for (double x = -0.0095; x < 0.01; x += 0.0012)
     for (double y = -0.0095; y < 0.01; y += 0.0013) {
       const double plus = print.Transmittance({x, y}, 0), minus = print.Transmittance({x, y}, 1);
       EXPECT_LE(plus, 1);
       EXPECT_LE(minus, 1);
-      EXPECT_NEAR(DualPeak(basis, 0) * plus - DualPeak(basis, 1) * minus,
+      EXPECT_NEAR(basis.DualPeaks()[0] * plus - basis.DualPeaks()[1] * minus,
                   basis.DualValue(x / 0.01) * basis.DualValue(y / 0.01), 1e-12);
     }
 }

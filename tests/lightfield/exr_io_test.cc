@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/error.h"
 #include "core/file.h"
 #include "lightfield/light_field.h"
 #include "lightfield/measurements.h"
@@ -80,6 +81,7 @@ TEST(MeasurementsFile, RoundTripIsBitExact) {
     Measurements out =
         RandomMeasurements(SmallGeometry(Basis::Make(BasisKind::kQuadratic), channels), 34);
     out.filter = FilterKind::kDual;
+    out.positions[1].displacement_m = {1e-5, -2.5e-6};
     const auto path = UniquePath(".meas.exr");
     WriteMeasurements(path, out);
     const Measurements back = ReadMeasurements(path);
@@ -93,8 +95,18 @@ TEST(MeasurementsFile, RoundTripIsBitExact) {
       ExpectSameBits(back.positions[m].sigma, out.positions[m].sigma);
       ExpectSameBits(back.positions[m].count, out.positions[m].count);
       EXPECT_EQ(back.positions[m].mask, out.positions[m].mask);
+      EXPECT_EQ(back.positions[m].displacement_m.x, out.positions[m].displacement_m.x);
+      EXPECT_EQ(back.positions[m].displacement_m.y, out.positions[m].displacement_m.y);
     }
   }
+}
+
+TEST(MeasurementsFile, RefusesADisplacementOfMoreThanASpacing) {
+  Measurements out = RandomMeasurements(SmallGeometry(Basis::Make(BasisKind::kBspline2), 1), 36);
+  out.positions[2].displacement_m = {1.01 * out.geometry.grid.spacing_m, 0};
+  const auto path = UniquePath(".meas.exr");
+  WriteMeasurements(path, out);
+  EXPECT_THROW(ReadMeasurements(path), InputError);
 }
 
 TEST(MeasurementsFile, EqualInputsGiveEqualBytes) {

@@ -1,0 +1,115 @@
+#include "lightfield/measured_filter.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/exr.h"
+#include "core/file.h"
+
+namespace luxfield::lightfield {
+namespace {
+
+std::filesystem::path File(const std::string& name) {
+  return std::filesystem::path(testing::TempDir()) / name;
+}
+
+MeasuredFilter Sample(FilterKind kind) {
+  MeasuredFilter filter;
+  filter.filter = kind;
+  filter.basis =
+      Basis::Make(kind == FilterKind::kDual ? BasisKind::kQuadratic : BasisKind::kBspline2);
+  filter.spacing_m = 0.0165;
+  filter.filter_scale = kind == FilterKind::kDual ? 1 : 16.0 / 9;
+  filter.lattice = {7, 5, -0.02, 0.015, 0.04 / 7, 0.006};
+  for (int print = 0; print < (kind == FilterKind::kDual ? 2 : 1); ++print) {
+    MeasuredPrint& p = filter.prints.emplace_back();
+    for (int k = 0; k < 35; ++k) {
+      p.transmittance.push_back(static_cast<float>(0.02 * k - 0.01 + 0.1 * print));
+      p.sigma.push_back(static_cast<float>(0.001 + 1e-5 * k));
+    }
+  }
+  filter.shift_m = {3e-5, -2e-5};
+  filter.rotation_rad = 3e-4;
+  filter.shift_sigma_m = 1e-7;
+  filter.rotation_sigma_rad = 2e-6;
+  filter.provenance = {{"sheet", "abc"}};
+  return filter;
+}
+
+void ExpectEqual(const MeasuredFilter& a, const MeasuredFilter& b) {
+  EXPECT_EQ(a.filter, b.filter);
+  EXPECT_EQ(a.basis, b.basis);
+  EXPECT_EQ(a.spacing_m, b.spacing_m);
+  EXPECT_EQ(a.filter_scale, b.filter_scale);
+  EXPECT_EQ(a.lattice, b.lattice);
+  EXPECT_EQ(a.shift_m.x, b.shift_m.x);
+  EXPECT_EQ(a.shift_m.y, b.shift_m.y);
+  EXPECT_EQ(a.rotation_rad, b.rotation_rad);
+  EXPECT_EQ(a.shift_sigma_m, b.shift_sigma_m);
+  EXPECT_EQ(a.rotation_sigma_rad, b.rotation_sigma_rad);
+  EXPECT_EQ(a.provenance, b.provenance);
+  ASSERT_EQ(a.prints.size(), b.prints.size());
+  for (std::size_t k = 0; k < a.prints.size(); ++k) {
+    EXPECT_EQ(a.prints[k].transmittance, b.prints[k].transmittance);
+    EXPECT_EQ(a.prints[k].sigma, b.prints[k].sigma);
+  }
+}
+
+TEST(MeasuredFilter, FileBringsBackEveryField) {
+  for (const FilterKind kind : {FilterKind::kBasis, FilterKind::kDual}) {
+    const auto file = File("round_trip.filter.exr");
+    const MeasuredFilter filter = Sample(kind);
+    WriteMeasuredFilter(file, filter);
+    ExpectEqual(ReadMeasuredFilter(file), filter);
+    const std::string bytes = core::ReadFile(file);
+    WriteMeasuredFilter(file, filter);
+    EXPECT_EQ(core::ReadFile(file), bytes);
+  }
+}
+
+// Phi* of an ideal pair is the dual function itself, of an ideal print Phi.
+TEST(MeasuredFilter, FactorsUndoTheScaleOfThePrints) {
+  MeasuredFilter filter = Sample(FilterKind::kDual);
+  const auto factors = filter.factors();
+  ASSERT_EQ(factors.size(), 2u);
+  EXPECT_NEAR(factors[0], 9, 1e-12);
+  EXPECT_NEAR(factors[1], -0.919, 1e-3);
+  filter = Sample(FilterKind::kBasis);
+  EXPECT_DOUBLE_EQ(filter.factors().at(0), 9.0 / 16);
+}
+
+template <typename Change>
+std::string RefusalOf(Change change) {
+  MeasuredFilter filter = Sample(FilterKind::kBasis);
+  change(filter);
+  const auto file = File("refused.filter.exr");
+  try {
+    WriteMeasuredFilter(file, filter);
+    ReadMeasuredFilter(file);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(MeasuredFilter, RefusesWhatMakesNoSense) {
+  using testing::HasSubstr;
+  EXPECT_THAT(RefusalOf([](auto& f) { f.spacing_m = 0; }), HasSubstr("luxfield:spacing_m = 0"));
+  EXPECT_THAT(RefusalOf([](auto& f) { f.filter_scale = NAN; }), HasSubstr("filter_scale"));
+  EXPECT_THAT(RefusalOf([](auto& f) { f.lattice.ds_m = -1; }), HasSubstr("luxfield:dx_m = -1"));
+  EXPECT_THAT(RefusalOf([](auto& f) { f.rotation_sigma_rad = -1; }), HasSubstr("rotation_sigma"));
+  EXPECT_THAT(RefusalOf([](auto& f) { f.prints[0].transmittance[3] = NAN; }),
+              HasSubstr("channel 'T' holds nan at row 0, column 3"));
+  EXPECT_THAT(RefusalOf([](auto& f) { f.prints[0].sigma[8] = -1; }), HasSubstr("row 1, column 1"));
+  EXPECT_THAT(RefusalOf([](auto& f) { f.prints[0].transmittance[3] = 2.5f; }),
+              HasSubstr("transmittance 2.5"));
+  core::WriteExrImage(File("picture.filter.exr"), core::Image(2, 2, 1));
+  EXPECT_THROW(ReadMeasuredFilter(File("picture.filter.exr")), InputError);
+}
+
+}  // namespace
+}  // namespace luxfield::lightfield
