@@ -122,10 +122,14 @@ class SessionMerger {
     }
   }
 
+  const DarkFrame* DarkAt(double exposure_s) const {
+    const auto dark = darks_.find(exposure_s);
+    return dark == darks_.end() ? nullptr : &dark->second;
+  }
+
   // Dark signal and black level of a pixel at an exposure time, DN.
   double Dark(double exposure_s, std::size_t pixel) const {
-    const auto dark = darks_.find(exposure_s);
-    if (dark != darks_.end()) return dark->second.mean_dn[pixel];
+    if (const DarkFrame* dark = DarkAt(exposure_s)) return dark->mean_dn[pixel];
     const SensorModel& sensor = plan_.sensor;
     return sensor.black_dn + sensor.gain_dn_per_e * sensor.dark_current_e_per_s * exposure_s;
   }
@@ -150,7 +154,7 @@ class SessionMerger {
       const RawFrame frame = session_.ReadFrame(record, options_.check_hashes);
       Series& series = all[{record.channel, record.exposure_s, record.attenuation}];
       const bool is_first = series.pixels.empty();
-      if (is_first) series.pixels = ReferencePixels(frame);
+      if (is_first) series.pixels = ReferencePixels(plan_.sensor, frame);
       double sum = 0;
       for (const std::size_t pixel : series.pixels)
         sum += frame.at(pixel) - Dark(record.exposure_s, pixel);
@@ -171,39 +175,42 @@ class SessionMerger {
       throw InputError(session_.folder().string(), "has no reference frames with monitor readings",
                        "refer to the first reference frame instead");
     const double level = by_monitor ? monitor / static_cast<double>(points.size()) : 1;
-    for (const auto& [record, ratio] : points)
+    std::vector<MergedReference> references;
+    for (const auto& [record, ratio] : points) {
       drift_.Add(record->epoch, record->channel, record->t_start_s + record->exposure_s / 2,
                  ratio * level);
-  }
-
-  std::vector<std::size_t> ReferencePixels(const RawFrame& frame) const {
-    const double black = plan_.sensor.black_dn, range = plan_.sensor.saturation_dn - black;
-    std::vector<std::size_t> bright, usable;
-    for (std::size_t p = 0; p < frame.size(); ++p) {
-      const double level = (frame.at(p) - black) / range;
-      if (level < 0.8) usable.push_back(p);
-      if (level < 0.8 && level > 0.05) bright.push_back(p);
+      const Series& series = all.at({record->channel, record->exposure_s, record->attenuation});
+      references.push_back(
+          {record, &series.pixels, ratio * series.first, DarkAt(record->exposure_s)});
     }
-    return bright.empty() ? usable : bright;
+    if (options_.observer) options_.observer->OnReferences(references, drift_);
   }
 
-  MergedFrame MergeBracket(const Records& records) {
+  // The bracket's merged pixels and where its filter was.
+  std::pair<MergedFrame, Vec2> MergeBracket(const Records& records) {
     const std::vector<RawFrame> frames = ReadFrames(session_, records, options_.check_hashes);
     std::vector<Exposure> exposures;
     for (std::size_t n = 0; n < records.size(); ++n) {
       const FrameRecord& record = *records[n];
-      const auto dark = darks_.find(record.exposure_s);
       const double factor =
           drift_.Factor(record.epoch, record.channel, record.t_start_s + record.exposure_s / 2);
-      exposures.push_back({&frames[n], record.exposure_s, record.attenuation, factor,
-                           dark == darks_.end() ? nullptr : &dark->second});
+      exposures.push_back(
+          {&frames[n], record.exposure_s, record.attenuation, factor, DarkAt(record.exposure_s)});
       const bool first = summary_.frames++ == 0;
       summary_.least_lamp_factor = first ? factor : std::min(summary_.least_lamp_factor, factor);
       summary_.largest_lamp_factor =
           first ? factor : std::max(summary_.largest_lamp_factor, factor);
       summary_.flagged_frames += record.flagged;
     }
-    return MergeExposures(plan_.sensor, exposures, options_.merge);
+    std::pair<MergedFrame, Vec2> result{MergeExposures(plan_.sensor, exposures, options_.merge),
+                                        Centre(records)};
+    if (options_.observer) {
+      const FrameRecord& first = *records[0];
+      options_.observer->OnBracket({first.i, first.j, first.print, first.channel, records,
+                                    exposures, result.first, irradiance_per_rate_[first.channel],
+                                    result.second});
+    }
+    return result;
   }
 
   // Where the filter's centre was, by the stage's read-back.
@@ -252,11 +259,11 @@ class SessionMerger {
           std::fill(missing.mask.begin(), missing.mask.end(), lightfield::kOffSensor);
           return missing;
         }
-        const Vec2 centre = Centre(bracket->second);
+        const auto [merged, centre] = MergeBracket(bracket->second);
         position.displacement_m =
             position.displacement_m + share * (centre - plan_.geometry.grid.centre(i, j));
-        const RegisteredImage image = registration_.Apply(MergeBracket(bracket->second),
-                                                          irradiance_per_rate_[channel], centre);
+        const RegisteredImage image =
+            registration_.Apply(merged, irradiance_per_rate_[channel], centre);
         const double factor = print_factor_[print];
         const bool first = channel == 0 && print == 0;
         for (std::size_t p = 0; p < texels; ++p) {
@@ -303,16 +310,34 @@ void LampDrift::Add(int epoch, int channel, double time_s, double factor) {
   series_[{epoch, channel}][time_s] = factor;
 }
 
-double LampDrift::Factor(int epoch, int channel, double time_s) const {
+std::vector<LampDrift::Share> LampDrift::Shares(int epoch, int channel, double time_s) const {
   const auto found = series_.find({epoch, channel});
-  if (found == series_.end()) return 1;
+  if (found == series_.end()) return {};
   const std::map<double, double>& series = found->second;
   const auto after = series.lower_bound(time_s);
-  if (after == series.begin()) return after->second;
+  if (after == series.begin()) return {{after->first, after->second, 1}};
   const auto before = std::prev(after);
-  if (after == series.end()) return before->second;
+  if (after == series.end()) return {{before->first, before->second, 1}};
   const double share = (time_s - before->first) / (after->first - before->first);
-  return before->second + share * (after->second - before->second);
+  return {{before->first, before->second, 1 - share}, {after->first, after->second, share}};
+}
+
+double LampDrift::Factor(int epoch, int channel, double time_s) const {
+  const std::vector<Share> shares = Shares(epoch, channel, time_s);
+  double factor = shares.empty() ? 1 : 0;
+  for (const Share& share : shares) factor += share.share * share.factor;
+  return factor;
+}
+
+std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const RawFrame& frame) {
+  const double black = sensor.black_dn, range = sensor.saturation_dn - black;
+  std::vector<std::size_t> bright, usable;
+  for (std::size_t p = 0; p < frame.size(); ++p) {
+    const double level = (frame.at(p) - black) / range;
+    if (level < 0.8) usable.push_back(p);
+    if (level < 0.8 && level > 0.05) bright.push_back(p);
+  }
+  return bright.empty() ? usable : bright;
 }
 
 Measurements MergeSession(const core::SessionReader& session, const MergeSessionOptions& options,

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,35 @@ enum class LampLevel {
   kMonitorUnity  // the lamp at which its monitor reads 1: for monitors relative to a nominal level
 };
 
+// A drift reference as the lamp's level was taken from it.
+struct MergedReference {
+  const core::FrameRecord* record = nullptr;
+  const std::vector<std::size_t>* pixels = nullptr;  // that were summed
+  double signal_dn = 0;                              // their sum less darks
+  const DarkFrame* dark = nullptr;                   // null: the sensor model's
+};
+
+// One position, print and channel on the sensor's own pixels.
+struct MergedBracket {
+  int i = 0, j = 0, print = 0, channel = 0;
+  std::span<const core::FrameRecord* const> records;
+  std::span<const Exposure> exposures;  // one per record
+  const MergedFrame& merged;
+  std::span<const float> irradiance_per_rate;  // as Registration::Apply takes it
+  lightfield::Vec2 centre_m;
+};
+
+class LampDrift;
+
+// Sees what MergeSession has at hand on its way, in the order of the positions; for error budgets.
+class MergeObserver {
+ public:
+  virtual ~MergeObserver() = default;
+  virtual void OnReferences(std::span<const MergedReference> references,
+                            const LampDrift& drift) = 0;
+  virtual void OnBracket(const MergedBracket& bracket) = 0;
+};
+
 struct MergeSessionOptions {
   MergeOptions merge;
   LampLevel lamp_level = LampLevel::kFirstReference;
@@ -27,6 +57,7 @@ struct MergeSessionOptions {
   // A sensor's *.cal.json to use in place of session.json's figures (sensor_calibration_file.h);
   // empty: session.json's.
   std::filesystem::path calibration;
+  MergeObserver* observer = nullptr;
 };
 
 struct MergeSessionSummary {
@@ -48,9 +79,18 @@ class LampDrift {
   void Add(int epoch, int channel, double time_s, double factor);
   double Factor(int epoch, int channel, double time_s) const;
 
+  // The references that Factor is interpolated from, and their shares, which sum to 1; none: empty.
+  struct Share {
+    double time_s = 0, factor = 0, share = 0;
+  };
+  std::vector<Share> Shares(int epoch, int channel, double time_s) const;
+
  private:
   std::map<std::pair<int, int>, std::map<double, double>> series_;
 };
+
+// The pixels of the first reference frame that LampDrift's sums run over.
+std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const core::RawFrame& frame);
 
 // E_ij on the plan's lattice, divided by the filter's scale; dual prints combined to E = peak(+)
 // E(+) - peak(-) E(-). On the `lensless` rig E = X / (v R) with X the merged electrons per second,

@@ -196,16 +196,10 @@ Registration::Registration(const std::array<double, 9>& image_from_sensor, int s
     }
 }
 
-RegisteredImage Registration::Apply(const MergedFrame& merged,
-                                    std::span<const float> irradiance_per_rate,
-                                    Vec2 centre_m) const {
-  const std::size_t texels = static_cast<std::size_t>(lattice_.width) * lattice_.height;
-  RegisteredImage image;
-  image.value.assign(texels, 0);
-  image.sigma.assign(texels, 0);
-  image.count.assign(texels, 0);
-  image.mask.assign(texels, 0);
-
+// Calls body(texel, overlaps) for every texel, in parallel over rows; overlaps(add) calls
+// add(pixel, share of the texel's area) for every pixel that covers a part of it.
+template <typename Body>
+void Registration::ForEachTexel(Vec2 centre_m, Body&& body) const {
   if (axis_aligned_) {
     const auto& h = image_from_sensor_;
     std::vector<double> columns, rows;
@@ -217,16 +211,15 @@ RegisteredImage Registration::Apply(const MergedFrame& merged,
                along_t = OverlapWeights(rows, sensor_height_);
     core::ParallelFor(lattice_.height, 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t r = begin; r < end; ++r)
-        for (int c = 0; c < lattice_.width; ++c) {
-          Texel texel(merged, irradiance_per_rate);
-          for (std::size_t y = 0; y < along_t[r].weights.size(); ++y)
-            for (std::size_t x = 0; x < along_s[c].weights.size(); ++x)
-              texel.Add((along_t[r].first + y) * sensor_width_ + along_s[c].first + x,
-                        along_t[r].weights[y] * along_s[c].weights[x]);
-          texel.Store(r * lattice_.width + c, &image);
-        }
+        for (int c = 0; c < lattice_.width; ++c)
+          body(r * lattice_.width + c, [&](auto&& add) {
+            for (std::size_t y = 0; y < along_t[r].weights.size(); ++y)
+              for (std::size_t x = 0; x < along_s[c].weights.size(); ++x)
+                add((along_t[r].first + y) * sensor_width_ + along_s[c].first + x,
+                    along_t[r].weights[y] * along_s[c].weights[x]);
+          });
     });
-    return image;
+    return;
   }
 
   core::ParallelFor(lattice_.height, 16, [&](std::size_t begin, std::size_t end) {
@@ -235,7 +228,6 @@ RegisteredImage Registration::Apply(const MergedFrame& merged,
         const Vec2 low{lattice_.s_of_column(c) - centre_m.x,
                        lattice_.t_of_row(static_cast<double>(r) + 1) - centre_m.y};
         const Vec2 high{low.x + lattice_.ds_m, low.y + lattice_.dt_m};
-        Texel texel(merged, irradiance_per_rate);
         double min_x = sensor_width_, max_x = 0, min_y = sensor_height_, max_y = 0;
         bool finite = true;
         for (const Vec2 q : {low, Vec2{high.x, low.y}, high, Vec2{low.x, high.y}}) {
@@ -246,7 +238,10 @@ RegisteredImage Registration::Apply(const MergedFrame& merged,
           min_y = std::min(min_y, p.y / p.w);
           max_y = std::max(max_y, p.y / p.w);
         }
-        if (finite && max_x > 0 && max_y > 0 && min_x < sensor_width_ && min_y < sensor_height_) {
+        body(r * lattice_.width + c, [&](auto&& add) {
+          if (!(finite && max_x > 0 && max_y > 0 && min_x < sensor_width_ &&
+                min_y < sensor_height_))
+            return;
           const int first_x = static_cast<int>(std::max(min_x - kSnap, 0.0));
           const int first_y = static_cast<int>(std::max(min_y - kSnap, 0.0));
           const int end_x =
@@ -259,14 +254,39 @@ RegisteredImage Registration::Apply(const MergedFrame& merged,
               const Vec2* top = &corners_m_[static_cast<std::size_t>(y) * (sensor_width_ + 1) + x];
               const Vec2* bottom = top + sensor_width_ + 1;
               const double overlap = OverlapArea({top[0], top[1], bottom[1], bottom[0]}, low, high);
-              if (overlap > 0)
-                texel.Add(static_cast<std::size_t>(y) * sensor_width_ + x, overlap / area);
+              if (overlap > 0) add(static_cast<std::size_t>(y) * sensor_width_ + x, overlap / area);
             }
-        }
-        texel.Store(r * lattice_.width + c, &image);
+        });
       }
   });
+}
+
+RegisteredImage Registration::Apply(const MergedFrame& merged,
+                                    std::span<const float> irradiance_per_rate,
+                                    Vec2 centre_m) const {
+  const std::size_t texels = static_cast<std::size_t>(lattice_.width) * lattice_.height;
+  RegisteredImage image;
+  image.value.assign(texels, 0);
+  image.sigma.assign(texels, 0);
+  image.count.assign(texels, 0);
+  image.mask.assign(texels, 0);
+  ForEachTexel(centre_m, [&](std::size_t k, auto&& overlaps) {
+    Texel texel(merged, irradiance_per_rate);
+    overlaps([&](std::size_t pixel, double share) { texel.Add(pixel, share); });
+    texel.Store(k, &image);
+  });
   return image;
+}
+
+std::vector<std::vector<PixelShare>> Registration::Overlaps(Vec2 centre_m) const {
+  std::vector<std::vector<PixelShare>> result(static_cast<std::size_t>(lattice_.width) *
+                                              lattice_.height);
+  ForEachTexel(centre_m, [&](std::size_t k, auto&& overlaps) {
+    overlaps([&](std::size_t pixel, double share) {
+      result[k].push_back({static_cast<std::uint32_t>(pixel), share});
+    });
+  });
+  return result;
 }
 
 }  // namespace luxfield::reconstruct

@@ -28,6 +28,11 @@ struct RegisteredImage {
   std::vector<std::uint32_t> mask;  // lightfield::MeasurementFlag; unknown texels hold 0
 };
 
+struct PixelShare {
+  std::uint32_t pixel = 0;
+  double share = 0;  // of the texel's area, w_p above
+};
+
 class Registration {
  public:
   // image_from_sensor: 3 x 3 row-major, (column, row, 1) with pixel edges at whole numbers ->
@@ -46,7 +51,13 @@ class Registration {
   RegisteredImage Apply(const MergedFrame& merged, std::span<const float> irradiance_per_rate,
                         lightfield::Vec2 centre_m) const;
 
+  // The pixels that Apply would take for each texel, defective or not.
+  std::vector<std::vector<PixelShare>> Overlaps(lightfield::Vec2 centre_m) const;
+
  private:
+  template <typename Body>
+  void ForEachTexel(lightfield::Vec2 centre_m, Body&& body) const;
+
   std::array<double, 9> image_from_sensor_, sensor_from_image_;
   int sensor_width_, sensor_height_;
   lightfield::Lattice lattice_;
