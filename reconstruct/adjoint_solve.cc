@@ -1,0 +1,61 @@
+#include "reconstruct/adjoint_solve.h"
+
+#include <map>
+
+#include "core/error.h"
+#include "reconstruct/gram_solve.h"
+#include "reconstruct/missing_data.h"
+
+namespace luxfield::reconstruct {
+
+using lightfield::Measurements;
+using lightfield::Weights;
+
+Weights AdjointSolve(const Measurements& measurements, const Weights& coefficient_weights) {
+  if (measurements.filter != lightfield::FilterKind::kBasis)
+    throw InputError("the error budget of dual filters is not built; take `basis` filters");
+  const auto& geometry = measurements.geometry;
+  const std::size_t texels = geometry.plane_size(), values = texels * geometry.channels;
+  const int images = geometry.grid.count();
+  const GramSolver solver(geometry.grid);
+  Weights weights(coefficient_weights.size());
+  std::vector<const double*> in;
+  std::vector<double*> out;
+  for (int m = 0; m < images; ++m) {
+    in.push_back(coefficient_weights.data() + static_cast<std::size_t>(m) * values);
+    out.push_back(weights.data() + static_cast<std::size_t>(m) * values);
+  }
+  solver.Solve<double, double>(in.data(), out.data(), values);
+
+  // Texels with unknown positions: their own matrix, one per set of known positions.
+  std::map<std::vector<bool>, std::vector<std::size_t>> incomplete;
+  for (std::size_t p = 0; p < texels; ++p) {
+    std::vector<bool> known(static_cast<std::size_t>(images));
+    bool complete = true;
+    for (int m = 0; m < images; ++m) {
+      known[m] = !(measurements.positions[m].mask[p] & lightfield::kUnknownMask);
+      complete &= known[m];
+    }
+    if (!complete) incomplete[known].push_back(p);
+  }
+  for (const auto& [known, pixels] : incomplete) {
+    const MinimumNormWeights inverse(solver, known);
+    const std::vector<double> dense = inverse.Dense();
+    const std::size_t width = inverse.rows_u().size(), columns = width * inverse.rows_v().size();
+    for (const std::size_t p : pixels)
+      for (int channel = 0; channel < geometry.channels; ++channel) {
+        const std::size_t at = channel * texels + p;
+        for (int m = 0; m < images; ++m) out[m][at] = 0;
+        for (std::size_t k = 0; k < columns; ++k) {
+          double sum = 0;
+          for (int m = 0; m < images; ++m) sum += dense[m * columns + k] * in[m][at];
+          const int row =
+              geometry.grid.index(inverse.rows_u()[k % width], inverse.rows_v()[k / width]);
+          if (known[row]) out[row][at] = sum;  // the columns of gaps are 0 but for rounding
+        }
+      }
+  }
+  return weights;
+}
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,20 @@
+// The solve of reconstruct.h run backwards: from weights of the coefficients to weights of the
+// irradiances (THEORY.md 4).
+//
+//   Q = sum q C,  C = P E   =>   Q = sum w E,  w = P^T q,
+//
+// P = G_v^-1 (x) G_u^-1 per texel, symmetric, and the smallest-norm solution's matrix where
+// positions are unknown (missing_data.h). Double throughout.
+#pragma once
+
+#include "lightfield/linear_functional.h"
+#include "lightfield/measurements.h"
+
+namespace luxfield::reconstruct {
+
+// Weights of measurements.positions[m].irradiance, laid out as LightField::data; 0 for unknown
+// values. Throws InputError for dual filters.
+lightfield::Weights AdjointSolve(const lightfield::Measurements& measurements,
+                                 const lightfield::Weights& coefficient_weights);
+
+}  // namespace luxfield::reconstruct
