@@ -4,6 +4,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "core/image.h"
 
@@ -22,5 +24,13 @@ namespace luxfield::core {
 // other than 1, PRIMARIES other than Rec. 709's or Radiance's own, no resolution line, more than
 // 2^27 pixels, a run that leaves its scanline, a file that ends early.
 Image ReadRadianceHdr(const std::filesystem::path& path);
+
+// Writes three channels, or one three times, as plain pixels of 4 bytes, atomically: mantissas are
+// truncated as the reader's half step expects, so that the largest channel of a pixel comes back
+// within 1/256 and the others within 1/256 of the largest. `comments` become header lines "# ...".
+// Throws InputError for values that are negative, not finite or from 2^127 on: the format has none;
+// values below 2^-128 become 0. Throws DeviceError.
+void WriteRadianceHdr(const std::filesystem::path& path, const Image& image,
+                      const std::vector<std::string>& comments = {});
 
 }  // namespace luxfield::core

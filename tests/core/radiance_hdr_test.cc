@@ -280,5 +280,47 @@ TEST(RadianceHdr, MutatedAndTruncatedFilesEndInAPictureOrAnInputError) {
   EXPECT_LT(refused, 1500);
 }
 
+// ---- writing ----------------------------------------------------------------------------------
+
+TEST(WriteRadianceHdr, ComesBackWithinItsStep) {
+  constexpr std::uint64_t kSeed = 11;
+  SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+  Random random(kSeed, 0);
+  Image image(37, 19, 3);
+  for (float& value : image.data)
+    value = static_cast<float>(std::pow(10.0, -20 + 50 * random.Uniform()));
+  for (int c = 0; c < 3; ++c) image.at(c, 3, 4) = 0;
+  image.at(0, 5, 6) = 0x1.fffffep126f, image.at(1, 5, 6) = 1, image.at(2, 5, 6) = 0;
+  const auto path = Scratch("written.hdr");
+  WriteRadianceHdr(path, image, {"a comment"});
+  const Image back = ReadRadianceHdr(path);
+  ASSERT_EQ(back.width, 37);
+  ASSERT_EQ(back.height, 19);
+  double bias = 0;
+  for (int row = 0; row < 19; ++row)
+    for (int column = 0; column < 37; ++column) {
+      const float largest =
+          std::max({image.at(0, row, column), image.at(1, row, column), image.at(2, row, column)});
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(back.at(c, row, column), image.at(c, row, column), largest / 256);
+        if (image.at(c, row, column) == largest && largest > 0)
+          bias += (back.at(c, row, column) / largest - 1) / (37 * 19);
+      }
+    }
+  EXPECT_NEAR(bias, 0, 4 * 0.0017 / std::sqrt(37 * 19));  // a step of 1/256 to 1/128 even over it
+  EXPECT_EQ(back.at(0, 3, 4), 0);
+  EXPECT_NE(ReadFile(path).find("# a comment\n"), std::string::npos);
+  std::filesystem::remove(path);
+}
+
+TEST(WriteRadianceHdr, RefusesWhatTheFormatHasNoPlaceFor) {
+  for (const float bad : {-1e-9f, NAN, INFINITY, 0x1p127f}) {
+    Image image(1, 1, 1);
+    image.data[0] = bad;
+    EXPECT_THROW(WriteRadianceHdr(Scratch("never.hdr"), image), InputError) << bad;
+    EXPECT_FALSE(std::filesystem::exists(Scratch("never.hdr")));
+  }
+}
+
 }  // namespace
 }  // namespace luxfield::core
