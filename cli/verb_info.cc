@@ -13,6 +13,7 @@
 #include "core/session_store.h"
 #include "hal/devices.h"
 #include "lightfield/environment_layouts.h"
+#include "lightfield/environment_map.h"
 #include "lightfield/light_field.h"
 #include "lightfield/measurements.h"
 #include "lightfield/ray_file.h"
@@ -238,8 +239,7 @@ std::string LowerCase(std::string text) {
 bool IsEnvironment(const std::string& path, const std::string& name) {
   for (const char* radiance : {".hdr", ".rgbe", ".pic"})
     if (name.ends_with(radiance)) return true;
-  return name.ends_with(".exr") &&
-         core::ExrReader(path).parts().front().attributes.contains("envmap");
+  return name.ends_with(".exr") && lightfield::SaysEnvironmentLayout(core::ExrReader(path));
 }
 
 Json Info(const std::string& path, const std::string& layout) {

@@ -22,15 +22,34 @@ bool IsOpenExr(const std::filesystem::path& path) {
   return magic == std::array<char, 4>{'\x76', '\x2f', '\x31', '\x01'};
 }
 
-// The layout an OpenEXR file's envmap attribute tells.
-std::optional<EnvironmentLayout> AttributeLayout(const core::ExrReader& reader) {
+constexpr const char* kLayoutAttribute = "luxfield:layout";
+
+// The layout and registration an OpenEXR file's attributes tell.
+struct AttributeLayout {
+  const char* attribute;
+  EnvironmentLayout layout;
+  TexelRegistration registration;
+};
+std::optional<AttributeLayout> ReadAttributeLayout(const core::ExrReader& reader) {
   const auto& attributes = reader.parts().front().attributes;
-  if (!attributes.contains("envmap")) return {};
-  const std::string value = reader.GetString(0, "envmap");
-  if (value == "latlong") return EnvironmentLayout::kLatitudeLongitude;
-  if (value == "cube") return EnvironmentLayout::kCube;
-  throw InputError(reader.path().string(), fmt::format("attribute envmap = {} is not known", value),
-                   "remove it and name the layout");
+  const auto unknown = [&](const char* attribute, const std::string& value) {
+    return InputError(reader.path().string(),
+                      fmt::format("attribute {} = {} is not known", attribute, value),
+                      "remove it and name the layout");
+  };
+  if (attributes.contains("envmap")) {
+    const std::string value = reader.GetString(0, "envmap");
+    if (value != "latlong" && value != "cube") throw unknown("envmap", value);
+    return AttributeLayout{
+        "envmap",
+        value == "cube" ? EnvironmentLayout::kCube : EnvironmentLayout::kLatitudeLongitude,
+        TexelRegistration::kNodes};
+  }
+  if (!attributes.contains(kLayoutAttribute)) return {};
+  const std::string value = reader.GetString(0, kLayoutAttribute);
+  const auto layout = EnvironmentLayoutFromName(value);
+  if (!layout) throw unknown(kLayoutAttribute, value);
+  return AttributeLayout{kLayoutAttribute, *layout, TexelRegistration::kCells};
 }
 
 core::Image ReadOpenExr(const std::filesystem::path& path, const core::ExrReader& reader) {
@@ -95,28 +114,40 @@ void CheckRadiance(const std::filesystem::path& path, const EnvironmentPicture& 
 EnvironmentPicture ReadEnvironmentPicture(const std::filesystem::path& path,
                                           std::optional<EnvironmentLayout> named) {
   EnvironmentPicture picture;
-  std::optional<EnvironmentLayout> attribute;
+  std::optional<AttributeLayout> attribute;
   if (IsOpenExr(path)) {
     const core::ExrReader reader(path);
-    attribute = AttributeLayout(reader);
+    attribute = ReadAttributeLayout(reader);
     picture.image = ReadOpenExr(path, reader);
   } else {
     picture.image = core::ReadRadianceHdr(path);
   }
-  if (attribute && named && *attribute != *named)
-    throw InputError(path.string(),
-                     fmt::format("its envmap attribute says {}, not {}",
-                                 EnvironmentLayoutName(*attribute), EnvironmentLayoutName(*named)),
-                     "leave the layout out");
+  if (attribute && named && attribute->layout != *named)
+    throw InputError(
+        path.string(),
+        fmt::format("its {} attribute says {}, not {}", attribute->attribute,
+                    EnvironmentLayoutName(attribute->layout), EnvironmentLayoutName(*named)),
+        "leave the layout out");
   if (attribute) {
-    picture.layout = *attribute;
-    picture.registration = TexelRegistration::kNodes;
+    picture.layout = attribute->layout;
+    picture.registration = attribute->registration;
   } else {
     picture.layout = named ? *named : LayoutOfShape(path, picture.image);
   }
   CheckShape(path, picture);
   CheckRadiance(path, picture);
   return picture;
+}
+
+bool SaysEnvironmentLayout(const core::ExrReader& reader) {
+  const auto& attributes = reader.parts().front().attributes;
+  return attributes.contains("envmap") || attributes.contains(kLayoutAttribute);
+}
+
+void WriteEnvironmentPicture(const std::filesystem::path& path, const core::Image& image,
+                             EnvironmentLayout layout, core::ExrAttributes attributes) {
+  attributes[kLayoutAttribute] = std::string(EnvironmentLayoutName(layout));
+  core::WriteExrImage(path, image, attributes);
 }
 
 CubeMap MakeCubeMap(const EnvironmentPicture& picture, int face_size) {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/colour.h"
+#include "core/exr.h"
 #include "core/image.h"
 #include "lightfield/cube_map.h"
 #include "lightfield/environment_layouts.h"
@@ -21,8 +22,9 @@ struct EnvironmentPicture {
 
 // Reads a Radiance picture (core/radiance_hdr.h) or channels R, G, B or Y of an OpenEXR file's
 // first part, at full resolution where there are several. The layout is, in this order: an OpenEXR
-// `envmap` attribute's (pixels registered as kNodes), the one that is named, latitude-longitude for
-// a picture twice as wide as high, cube for one six times as high as wide.
+// `envmap` attribute's (pixels registered as kNodes), that of the attribute `luxfield:layout`, the
+// one that is named, latitude-longitude for a picture twice as wide as high, cube for one six times
+// as high as wide.
 //
 // Throws InputError naming the file: a shape that tells no layout and none named; an attribute that
 // contradicts the name or is unknown; a disc that is not square or a cube that is not 1 : 6;
@@ -30,6 +32,14 @@ struct EnvironmentPicture {
 // disc is not looked at).
 EnvironmentPicture ReadEnvironmentPicture(const std::filesystem::path& path,
                                           std::optional<EnvironmentLayout> named = {});
+
+// Whether an OpenEXR file says that it is an environment map: by one of the two attributes.
+bool SaysEnvironmentLayout(const core::ExrReader& reader);
+
+// Writes a picture of 1 or 3 channels, its pixels equal rectangles (kCells), as OpenEXR FLOAT with
+// the attribute `luxfield:layout`. Throws DeviceError.
+void WriteEnvironmentPicture(const std::filesystem::path& path, const core::Image& image,
+                             EnvironmentLayout layout, core::ExrAttributes attributes = {});
 
 // The picture as a cube map (CubeResampler); face_size 0 is DefaultFaceSize. For a sequence build
 // one CubeResampler instead.
