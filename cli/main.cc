@@ -4,6 +4,7 @@ int main(int argc, char** argv) {
   luxfield::cli::Program program;
   AddDevices(program);
   AddSimulate(program);
+  AddSky(program);
   AddPlan(program);
   AddCapture(program);
   AddVerify(program);

@@ -48,6 +48,7 @@ class Program {
 // Verbs, a file each (cli/verb_*.cc).
 void AddDevices(Program& program);
 void AddSimulate(Program& program);
+void AddSky(Program& program);
 void AddPlan(Program& program);
 void AddCapture(Program& program);
 void AddVerify(Program& program);

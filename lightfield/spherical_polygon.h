@@ -27,4 +27,11 @@ Vec3 PolygonVectorIrradiance(std::span<const Vec3> polygon);
 // polygon may come out with edges that double back, which the integrals above do not see).
 void ClipByPlane(std::span<const Vec3> polygon, Vec3 n, std::vector<Vec3>& clipped);
 
+// Signed solid angle of what a polygon has in common with the cap of angular radius `radius` < pi /
+// 2 around `axis` (unit), which is counter-clockwise: the sum over the edges of what the triangle
+// (axis, a, b) has in common with the cap, in closed form a triangle where the edge runs inside and
+// a sector (1 - cos radius) times the azimuth around the axis where it runs outside. 0 below three
+// vertices; polygons that tile share the cap to 1e-15 of it.
+double CapOverlapSolidAngle(std::span<const Vec3> polygon, Vec3 axis, double radius);
+
 }  // namespace luxfield::lightfield

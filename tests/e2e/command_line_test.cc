@@ -14,7 +14,7 @@ TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
   EXPECT_EQ(outcome.exit_code, 0);
   for (const char* verb :
        {"devices", "plan", "capture", "verify", "simulate", "merge", "reconstruct", "import",
-        "preprocess", "render", "info", "compare", "demo"}) {
+        "preprocess", "render", "info", "compare", "demo", "sky"}) {
     EXPECT_NE(outcome.out.find(verb), std::string::npos) << verb;
     const Outcome help = RunLuxfield({verb, "--help"}, folder);
     EXPECT_EQ(help.exit_code, 0) << verb;
@@ -58,7 +58,11 @@ TEST(CommandLine, WrongArgumentsExitTwoWithOneLine) {
         {"bench"},
         {"bench", "no-such-bench"},
         {"bench", "solve", "--width", "8"},
-        {"merge", "--threads", "-3", "s", "-o", "x.meas.exr"}}) {
+        {"merge", "--threads", "-3", "s", "-o", "x.meas.exr"},
+        {"sky", "--latitude", "48", "--date", "2024-06-21", "--time", "23:00", "-o", "night.exr"},
+        {"sky", "--latitude", "48", "--date", "21.6.2024", "-o", "x.exr"},
+        {"sky", "--latitude", "80", "--date", "2024-12-21", "--day", "-o", "night"},
+        {"sky", "--latitude", "48", "--date", "2024-06-21", "-o", "x.png"}}) {
     const Outcome outcome = RunLuxfield(arguments, folder);
     EXPECT_EQ(outcome.exit_code, 2)
         << (arguments.empty() ? "" : arguments[0]) << ": " << outcome.err;

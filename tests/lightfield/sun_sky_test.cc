@@ -1,0 +1,316 @@
+// The sun's place, the atmosphere's light and the picture of both, against published values and
+// hand calculation.
+#include "lightfield/sun_sky.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "lightfield/environment_map.h"
+#include "lightfield/environment_resampling.h"
+#include "lightfield/spherical_polygon.h"
+
+namespace luxfield::lightfield {
+namespace {
+
+using testing::HasSubstr;
+using enum EnvironmentLayout;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kDegree = kPi / 180;
+
+UtcTime At(std::string_view date, std::string_view time) {
+  return ParseDate(date, "date") + ParseTimeOfDay(time, "time");
+}
+
+SunPosition SunAt(double elevation_deg, double azimuth_deg = 180, double distance_au = 1) {
+  return {elevation_deg, elevation_deg, azimuth_deg, distance_au};
+}
+
+// Reda and Andreas, NREL/TP-560-34302 (2004), appendix A.5: 17 October 2003, 12:30:30 at UTC-7,
+// 39.742476 N, 105.1786 W. Their refraction is for 820 mbar, hence the geometric elevation here.
+TEST(SunPosition, IsThatOfTheSolarPositionAlgorithm) {
+  const SunPosition sun = FindSun({39.742476, -105.1786}, At("2003-10-17", "19:30:30"));
+  EXPECT_NEAR(sun.elevation_deg, 39.872046, 0.01);
+  EXPECT_NEAR(sun.azimuth_deg, 194.340241, 0.01);
+  EXPECT_NEAR(sun.distance_au, 0.9965422974, 1e-4);
+  const Vec3 w = sun.direction();
+  EXPECT_NEAR(w.z, std::sin(sun.apparent_elevation_deg * kDegree), 1e-12);
+  EXPECT_LT(w.y, 0);  // in the south
+  EXPECT_LT(w.x, 0);  // past noon in the west
+  // Refraction at 40 degrees and on the horizon: 1.2' and 0.5 degrees.
+  EXPECT_NEAR(sun.apparent_elevation_deg - sun.elevation_deg, 1.2 / 60, 0.2 / 60);
+}
+
+TEST(SunPosition, TurnsWithTheYear) {
+  // The instants of 2024 by the Astronomical Almanac: equinox 20 March 03:06, solstices 20 June
+  // 20:51 and 21 December 09:21, perihelion 3 January. At the pole the elevation is the
+  // declination.
+  EXPECT_NEAR(FindSun({90, 0}, At("2024-03-20", "03:06")).elevation_deg, 0, 0.01);
+  EXPECT_NEAR(FindSun({90, 0}, At("2024-06-20", "20:51")).elevation_deg, 23.436, 0.01);
+  EXPECT_NEAR(FindSun({-90, 0}, At("2024-12-21", "09:21")).elevation_deg, 23.436, 0.01);
+  EXPECT_NEAR(FindSun({0, 0}, At("2024-01-03", "01:00")).distance_au, 0.98331, 1e-4);
+  EXPECT_NEAR(2 * FindSun({0, 0}, At("2024-01-03", "01:00")).angular_radius_deg(), 0.542, 1e-3);
+  EXPECT_NEAR(2 * FindSun({0, 0}, At("2024-07-05", "05:00")).angular_radius_deg(), 0.524, 1e-3);
+}
+
+TEST(SunPosition, RisesAndSets) {
+  // NREL's example again: 06:12:43 on the 17th and 17:20:19 local time, which is the sunset of that
+  // date in UTC, the 16th's; for the upper rim at 0.8333 degrees below the horizon. Our centre at
+  // apparent 0 is at geometric -0.56, 88 s later at 15 degrees an hour and this latitude.
+  const Daylight day = FindDaylight({39.742476, -105.1786}, ParseDate("2003-10-17", ""));
+  const Daylight before = FindDaylight({39.742476, -105.1786}, ParseDate("2003-10-16", ""));
+  EXPECT_NEAR(double((day.begin - At("2003-10-17", "13:12:43")).count()), 88, 8);
+  EXPECT_NEAR(double((At("2003-10-17", "00:20:19") - before.end).count()), 88, 8);
+  for (const UtcTime t : {day.begin, day.end})
+    EXPECT_NEAR(FindSun({39.742476, -105.1786}, t).apparent_elevation_deg, 0, 0.01);
+  // Midnight sun and polar night.
+  const Daylight arctic = FindDaylight({80, 20}, ParseDate("2024-06-21", ""));
+  EXPECT_EQ(arctic.end - arctic.begin, std::chrono::hours(24));
+  EXPECT_THROW(FindDaylight({80, 20}, ParseDate("2024-12-21", "")), InputError);
+}
+
+TEST(SunPosition, RefusesWhatIsNoPlaceOrTime) {
+  EXPECT_THROW(FindSun({90.1, 0}, At("2024-01-01", "00:00")), InputError);
+  EXPECT_THROW(FindSun({0, NAN}, At("2024-01-01", "00:00")), InputError);
+  EXPECT_THROW(FindSun({0, 0}, At("1949-12-31", "23:59")), InputError);
+  EXPECT_THROW(FindSun({0, 0}, At("2051-01-01", "00:00")), InputError);
+  for (const char* date : {"2024-02-30", "2024-2-03", "24-02-03", "", "2024-06-21 "})
+    EXPECT_THROW(ParseDate(date, "--date"), InputError) << date;
+  for (const char* time : {"24:00", "12:60", "12:00:60", "1:00", "12", "12:00:00:00"})
+    EXPECT_THROW(ParseTimeOfDay(time, "--time"), InputError) << time;
+  EXPECT_EQ(FormatUtc(At("2024-02-29", "23:05:09")), "2024-02-29T23:05:09Z");
+}
+
+// "Recommended practice for the calculation of daylight availability", IES RP-21, J. Illum. Eng.
+// Soc. 13 (1984) 381, for clear skies: direct normal 127.5 klx exp(-0.21 / sin h), sky on the
+// horizontal 0.8 + 15.5 sqrt(sin h) klx, averages of measurements. Turbidity 2.
+TEST(ClearSky, IsWhatTheStandardFormulasSay) {
+  for (const double h : {10.0, 20.0, 30.0, 45.0, 60.0, 75.0, 90.0}) {
+    const double sine = std::sin(h * kDegree);
+    const ClearSky clear = FindClearSky(SunAt(h), 2, 0.2);
+    const double direct = 127500 * std::exp(-0.21 / sine);
+    const double diffuse = 800 + 15500 * std::sqrt(sine);
+    std::printf("  h %2.0f: direct %6.1f klx (IES %6.1f), diffuse %5.1f klx (IES %5.1f)\n", h,
+                core::Luminance(clear.direct_normal) / 1e3, direct / 1e3,
+                core::Luminance(clear.diffuse_horizontal) / 1e3, diffuse / 1e3);
+    EXPECT_NEAR(core::Luminance(clear.direct_normal) / direct, 1, 0.03);
+    EXPECT_NEAR(core::Luminance(clear.diffuse_horizontal) / diffuse, 1, 0.15);
+  }
+  // Luminous solar constant: 133.1 klx by the WRC spectrum (Darula, Kittler and Gueymard, Solar
+  // Energy 79, 2005: 133.3).
+  EXPECT_NEAR(core::Luminance(ExtraterrestrialIlluminance()), 133300, 0.005 * 133300);
+}
+
+// One wavelength by hand: with the spectrum's own transmittances at 550 nm the luminance of the
+// direct light cannot be far off, as the eye peaks there. Air mass 2, turbidity 3.
+TEST(ClearSky, FollowsItsTransmittances) {
+  const double elevation = 29.92;  // Kasten and Young: 1.9998
+  const double beta = 0.04608 * 3 - 0.04586, thickness = beta * std::pow(0.55, -1.3);
+  const double um4 = 0.55 * 0.55 * 0.55 * 0.55;
+  const double t = std::exp(-2 / (um4 * (115.6406 - 1.335 / (0.55 * 0.55)))) *
+                   std::exp(-2 * thickness) * std::exp(-0.085 * 0.35 * 1.98);
+  const double ratio = core::Luminance(FindClearSky(SunAt(elevation), 3, 0).direct_normal) /
+                       core::Luminance(ExtraterrestrialIlluminance());
+  EXPECT_NEAR(ratio / t, 1, 0.03);
+  // More aerosol: less sun, more sky. Nearer sun: more of both. Lower: redder.
+  const ClearSky hazy = FindClearSky(SunAt(elevation), 6, 0),
+                 clear = FindClearSky(SunAt(elevation), 3, 0);
+  EXPECT_LT(hazy.direct_normal[1], clear.direct_normal[1]);
+  EXPECT_GT(hazy.diffuse_horizontal[1], clear.diffuse_horizontal[1]);
+  const ClearSky near = FindClearSky(SunAt(elevation, 180, 0.98331), 3, 0);
+  EXPECT_NEAR(near.direct_normal[1] / clear.direct_normal[1], 1 / (0.98331 * 0.98331), 1e-9);
+  const ClearSky low = FindClearSky(SunAt(2), 3, 0);
+  EXPECT_GT(low.direct_normal[0] / low.direct_normal[2],
+            5 * clear.direct_normal[0] / clear.direct_normal[2]);
+  EXPECT_GT(clear.diffuse_horizontal[2], clear.diffuse_horizontal[0]);  // blue
+}
+
+TEST(ClearSky, RefusesNightAndWhatIsOutOfReach) {
+  EXPECT_THROW(FindClearSky(SunAt(-0.01), 3, 0), InputError);
+  EXPECT_THROW(FindClearSky(SunAt(10), 1.7, 0), InputError);
+  EXPECT_THROW(FindClearSky(SunAt(10), 10.1, 0), InputError);
+  EXPECT_THROW(FindClearSky(SunAt(10), NAN, 0), InputError);
+  EXPECT_THROW(FindClearSky(SunAt(10), 3, 1.01), InputError);
+  for (const double c : FindClearSky(SunAt(0), 10, 0).direct_normal) EXPECT_GE(c, 0);
+}
+
+// Luminance ratios by Perez' formula with Preetham's coefficients at T = 2.5, the sun at 40
+// degrees, computed by hand: A = -1.01623, B = -0.46101, C = 5.2684, D = -2.27545, E = 0.20287.
+TEST(SunSky, LuminanceFollowsThePublishedPattern) {
+  const auto f = [](double theta_deg, double gamma_deg) {
+    const double gamma = gamma_deg * kDegree;
+    return (1 - 1.01623 * std::exp(-0.46101 / std::cos(theta_deg * kDegree))) *
+           (1 + 5.2684 * std::exp(-2.27545 * gamma) + 0.20287 * std::cos(gamma) * std::cos(gamma));
+  };
+  const SunSky sky(SunAt(40), 2.5, 0.2);
+  const auto luminance = [&](double elevation_deg, double azimuth_deg) {
+    SunPosition p = SunAt(elevation_deg, azimuth_deg);
+    return core::Luminance(sky.Radiance(p.direction()));
+  };
+  const double zenith = luminance(90, 0);
+  const struct {
+    double elevation, azimuth, gamma;
+  } points[] = {{40, 180, 0},
+                {60, 180, 20},
+                {20, 180, 20},
+                {20, 0, 120},
+                {70, 0, 70},
+                // cos gamma = sin 40 sin 40 for a quarter turn at the sun's height
+                {40, 90, std::acos(std::pow(std::sin(40 * kDegree), 2)) / kDegree}};
+  for (const auto& p : points)
+    EXPECT_NEAR(luminance(p.elevation, p.azimuth) / zenith, f(90 - p.elevation, p.gamma) / f(0, 50),
+                2e-4 * f(90 - p.elevation, p.gamma) / f(0, 50))
+        << p.elevation << " " << p.azimuth;
+  // The zenith's chromaticity, x and y by hand: theta = 0.872665 rad, T = 2.5.
+  const core::Rgb c = sky.Radiance({0, 0, 1});
+  const double big_x = 0.412391 * c[0] + 0.357584 * c[1] + 0.180481 * c[2],
+               big_y = 0.212639 * c[0] + 0.715169 * c[1] + 0.072192 * c[2],
+               big_z = 0.019331 * c[0] + 0.119195 * c[1] + 0.950532 * c[2];
+  EXPECT_NEAR(big_x / (big_x + big_y + big_z), 0.24158, 1e-4);
+  EXPECT_NEAR(big_y / (big_x + big_y + big_z), 0.24605, 1e-4);
+}
+
+// A latitude-longitude picture is summed pixel by pixel, nothing of the model in it.
+core::Rgb HorizontalIlluminance(const core::Image& image) {
+  core::Rgb sum{};
+  for (int row = 0; row < image.height / 2; ++row) {
+    const double t0 = kPi * row / image.height, t1 = kPi * (row + 1) / image.height;
+    const double projected = kPi * (std::cos(2 * t0) - std::cos(2 * t1)) / 2 / image.width;
+    for (int column = 0; column < image.width; ++column)
+      for (int k = 0; k < 3; ++k) sum[k] += projected * image.at(k, row, column);
+  }
+  return sum;
+}
+
+TEST(SunSky, PictureHoldsTheEnergyOfSkyAndSun) {
+  for (const double elevation : {8.0, 33.0, 77.0}) {
+    SCOPED_TRACE(elevation);
+    const SunSky sky(SunAt(elevation, 200), 3, 0.2);
+    const core::Image image = sky.Picture(kLatitudeLongitude, 128);
+    const core::Rgb sum = HorizontalIlluminance(image);
+    // A pixel of 1.4 degrees moves the sun by up to half of it: its share of the cosine.
+    const double moved = 0.5 * kPi / 128 * std::cos(elevation * kDegree);
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(sum[k], sky.global_horizontal()[k],
+                  moved * sky.direct_normal()[k] + 2e-3 * sky.diffuse_horizontal()[k]);
+    // And the sun's own, the picture without it taken away.
+    const CubeResampler resampler(kLatitudeLongitude, TexelRegistration::kCells, 256, 128, 8);
+    double energy = 0;
+    for (int row = 0; row < 128; ++row)
+      for (int column = 0; column < 256; ++column) {
+        const double solid_angle = resampler.source_solid_angles()[row * 256 + column];
+        const Vec3 w =
+            DirectionFromPicture(kLatitudeLongitude, {(column + 0.5) / 256, (row + 0.5) / 128})
+                ->direction;
+        const double angle = std::acos(std::min(1.0, Dot(w, sky.sun_direction())));
+        // Within a tenth of the sun: what the sky leaves there is known to a promille.
+        if (angle < 0.05) energy += solid_angle * (image.at(1, row, column) - sky.Radiance(w)[1]);
+      }
+    const double disc = 2 * kPi * (1 - std::cos(sky.sun_angular_radius()));
+    EXPECT_NEAR(energy / (disc * sky.sun_radiance()[1]), 1, 1e-3);
+  }
+}
+
+TEST(SunSky, TheDiscKeepsItsEnergyAtEverySizeAndLayout) {
+  const SunSky sky(FindSun({48.1, 11.6}, At("2024-03-05", "10:10")), 2.2, 0);
+  const double disc = 2 * kPi * (1 - std::cos(sky.sun_angular_radius()));
+  const struct {
+    EnvironmentLayout layout;
+    int height;
+  } cases[] = {{kLatitudeLongitude, 32}, {kLatitudeLongitude, 301}, {kCube, 6 * 50},
+               {kAngularMap, 97},        {kMirrorBall, 64},         {kFisheyeHemisphere, 211},
+               {kFisheyeHemisphere, 600}};
+  for (const auto& c : cases) {
+    SCOPED_TRACE(testing::Message() << EnvironmentLayoutName(c.layout) << " " << c.height);
+    const core::Image image = sky.Picture(c.layout, c.height);
+    const TexelEdges edges =
+        MakeTexelEdges(c.layout, TexelRegistration::kCells, image.width, image.height);
+    // The sky is 1e5 times darker: what is above it is the sun.
+    double energy = 0;
+    float peak = 0;
+    for (int row = 0; row < image.height; ++row)
+      for (int column = 0; column < image.width; ++column) {
+        const float value = image.at(0, row, column);
+        peak = std::max(peak, value);
+        if (value < 30000) continue;
+        energy += value * PictureRectangleSolidAngle(c.layout, edges.x[column], edges.x[column + 1],
+                                                     edges.y[row], edges.y[row + 1]);
+      }
+    // Sky in the sun's pixels, pixels that it only touches: what the threshold leaves.
+    EXPECT_NEAR(energy / (disc * sky.sun_radiance()[0]), 1, 2e-2);
+    EXPECT_GT(peak, 65504);
+    EXPECT_LT(peak, 1.01 * sky.sun_radiance()[0]);
+  }
+  // Resolved: pixels inside of the disc hold its radiance, 1.6e9 cd/m2 outside of the atmosphere.
+  const core::Image fine = sky.Picture(kFisheyeHemisphere, 1200);
+  const float peak = *std::max_element(fine.data.begin(), fine.data.begin() + fine.plane_size());
+  EXPECT_NEAR(peak / sky.sun_radiance()[0], 1, 1e-4);
+  EXPECT_GT(core::Luminance(sky.sun_radiance()), 1e9);
+  EXPECT_LT(core::Luminance(sky.sun_radiance()), 2e9);
+}
+
+TEST(SunSky, TheHorizonCutsTheDisc) {
+  const SunSky sky(SunAt(0, 90), 2, 0.5);
+  const core::Image image = sky.Picture(kLatitudeLongitude, 256);
+  double above = 0, below = 0;
+  for (int row = 0; row < 256; ++row)
+    for (int column = 100; column < 150; ++column)  // +x, east, a quarter from the left edge
+      (row < 128 ? above : below) +=
+          image.at(0, row, column) * PictureRectangleSolidAngle(kLatitudeLongitude, column / 512.0,
+                                                                (column + 1) / 512.0, row / 256.0,
+                                                                (row + 1) / 256.0);
+  const double disc = 2 * kPi * (1 - std::cos(sky.sun_angular_radius()));
+  EXPECT_NEAR(above, 0.5 * disc * sky.sun_radiance()[0], 1e-6 * above);  // no sky left at 0 degrees
+  EXPECT_NEAR(below, 0, 1e-9 * above);                                   // the border at z = 6e-17
+}
+
+TEST(SunSky, RefusesSizes) {
+  const SunSky sky(SunAt(30), 3, 0);
+  for (const int height : {0, -5, 31, 8193})
+    EXPECT_THROW(sky.Picture(kLatitudeLongitude, height), InputError) << height;
+  EXPECT_THROW(sky.Picture(kCube, 200), InputError);
+  EXPECT_EQ(sky.Picture(kCube, 192).width, 32);
+}
+
+TEST(CapOverlap, TilesTheCapAndMatchesTheClosedForms) {
+  constexpr std::uint64_t kSeed = 3;
+  SCOPED_TRACE(testing::Message() << "seed " << kSeed);
+  core::Random random(kSeed, 0);
+  for (int trial = 0; trial < 200; ++trial) {
+    const double z = 2 * random.Uniform() - 1, phi = 2 * kPi * random.Uniform();
+    const double s = std::sqrt(1 - z * z);
+    const Vec3 axis = {s * std::cos(phi), s * std::sin(phi), z};
+    const double radius = std::pow(10.0, -3 + 3.1 * random.Uniform());  // to 1.26
+    const double cap = 4 * kPi * std::pow(std::sin(radius / 2), 2);
+    // The faces of the cube in 2 x 2 pieces tile the sphere, hence the cap.
+    double sum = 0;
+    for (const CubeFace& face : kCubeFaces)
+      for (int piece = 0; piece < 4; ++piece) {
+        const double x = piece % 2 - 1, y = piece / 2 - 1;
+        const auto at = [&](double a, double b) {
+          return face.axis + a * face.right + b * face.up;
+        };
+        const Vec3 quad[] = {at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y)};
+        const double part = CapOverlapSolidAngle(quad, axis, radius);
+        EXPECT_GE(part, -1e-14 * cap);
+        EXPECT_LE(part, std::min(cap, PolygonSolidAngle(quad)) * (1 + 1e-12));
+        sum += part;
+      }
+    EXPECT_NEAR(sum / cap, 1, 1e-12) << radius;
+    // A hemisphere's border through the axis halves it: an octant-like triangle with its corner on
+    // the axis holds the angle's share.
+    const Vec3 u = Normalized(Cross(axis, std::abs(axis.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0}));
+    const Vec3 v = Cross(axis, u);
+    const double wedge = 0.1 + 2 * random.Uniform();
+    const Vec3 triangle[] = {axis, u, std::cos(wedge) * u + std::sin(wedge) * v};
+    EXPECT_NEAR(CapOverlapSolidAngle(triangle, axis, radius) / (cap * wedge / (2 * kPi)), 1, 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace luxfield::lightfield
