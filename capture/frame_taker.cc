@@ -25,7 +25,17 @@ FrameTaker::FrameTaker(hal::Devices& devices, core::SessionWriter& session,
       max_attempts_(max_attempts),
       options_(options),
       summary_(summary),
-      usable_(UsablePixels(devices.camera->capabilities(), devices.rig.camera)) {}
+      usable_(UsablePixels(devices.camera->capabilities(), devices.rig.camera)),
+      guard_(devices) {}
+
+void FrameTaker::RequireSafe() {
+  try {
+    guard_.ThrowIfUnsafe();
+  } catch (const hal::HardwareError& error) {
+    Pause(error.what());
+    throw;
+  }
+}
 
 void FrameTaker::SelectShutter(const std::string& position) {
   if (devices_.shutter) devices_.shutter->Select(position, Deadline(devices_, 5));
@@ -40,7 +50,9 @@ void FrameTaker::SelectPrint(int print) {
 }
 
 void FrameTaker::Home() {
+  RequireSafe();
   devices_.stage->Home(Deadline(devices_, 300));
+  RequireSafe();
   const hal::StagePosition where = devices_.stage->Where();
   if (!where.homed)
     throw hal::HardwareError(hal::Fault::kNotHomed, devices_.stage->identity(), "home",
@@ -49,6 +61,7 @@ void FrameTaker::Home() {
 }
 
 void FrameTaker::MoveTo(hal::Vec2 centre) {
+  RequireSafe();
   const hal::StageLimits limits = devices_.stage->limits();
   const double longest = std::max(limits.max.x - limits.min.x, limits.max.y - limits.min.y);
   devices_.stage->MoveTo(centre,
@@ -69,7 +82,10 @@ void FrameTaker::Configure(int rung) {
 
 hal::Frame FrameTaker::Expose() {
   const double exposure = applied_.exposure_s + devices_.camera->capabilities().readout_s;
-  return devices_.camera->Expose(Deadline(devices_, exposure));
+  RequireSafe();
+  hal::Frame frame = devices_.camera->Expose(Deadline(devices_, exposure));
+  RequireSafe();  // the lamp may have gone off during the exposure
+  return frame;
 }
 
 FrameStatistics FrameTaker::Statistics(const core::RawFrame& frame) const {

@@ -1,5 +1,7 @@
 // The devices of a rig and the session they fill, for every kind of capture: settings that are read
-// back, frames that are checked and taken again, stops between them.
+// back, frames that are checked and taken again, stops between them. While a taker lives, a trip of
+// the safety inputs stops the stage and switches the lamp off (hal/safety_guard.h); what the taker
+// was to do then pauses the session and throws HardwareError(kStopped). It can be resumed.
 #pragma once
 
 #include <functional>
@@ -9,6 +11,7 @@
 #include "capture/capture.h"
 #include "capture/frame_check.h"
 #include "core/session_writer.h"
+#include "hal/safety_guard.h"
 
 namespace luxfield::capture {
 
@@ -56,6 +59,7 @@ class FrameTaker {
   void PauseIfAsked(int count);
 
  private:
+  void RequireSafe();
   double ReadMonitor();
   std::string Distrust(const Shot& shot, double asked_at_s) const;
   void StopIfAsked();
@@ -67,6 +71,7 @@ class FrameTaker {
   const CaptureOptions& options_;
   CaptureSummary& summary_;
   std::vector<char> usable_;
+  hal::SafetyGuard guard_;
   hal::AppliedSettings applied_;
   std::uint64_t last_id_ = 0;
   core::RawFrame last_image_;

@@ -28,11 +28,9 @@ void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,
         "{}: {} MiB are free, the capture may need {} MiB; free space or choose another disk",
         folder.string(), free >> 20, needed >> 20));
   if (!devices.inputs) return;
-  const hal::InputState state = devices.inputs->State();
-  if (state.emergency_stop || state.door_open)
-    throw DeviceError(
-        fmt::format("{}: {}; clear it and start again", devices.inputs->identity(),
-                    state.emergency_stop ? "the emergency stop is active" : "the door is open"));
+  if (const hal::InputState state = devices.inputs->State(); !state.safe())
+    throw DeviceError(fmt::format("{}: {}; clear it and start again", devices.inputs->identity(),
+                                  hal::Describe(state)));
 }
 
 WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices) {

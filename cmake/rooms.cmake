@@ -52,9 +52,10 @@ function(luxfield_program folder name)
   endif()
 endfunction()
 
-# luxfield_tests(FOLDER USES lib... [DEPENDS target...]): tests/FOLDER/*_test.cc as one program, one ctest entry.
+# luxfield_tests(FOLDER USES lib... [DEPENDS target...] [UNDER program]): tests/FOLDER/*_test.cc as one program, one ctest entry,
+# run by another program if one is named.
 function(luxfield_tests folder)
-  cmake_parse_arguments(ARG "" "" "USES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "" "UNDER" "USES;DEPENDS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/${folder}/*.cc)
   if(NOT sources)
     return()
@@ -71,6 +72,6 @@ function(luxfield_tests folder)
       endif()
     endforeach()
   endif()
-  add_test(NAME ${folder} COMMAND ${program} WORKING_DIRECTORY ${CMAKE_BINARY_DIR})
+  add_test(NAME ${folder} COMMAND ${ARG_UNDER} $<TARGET_FILE:${program}> WORKING_DIRECTORY ${CMAKE_BINARY_DIR})
   set_tests_properties(${folder} PROPERTIES TIMEOUT 1200)
 endfunction()

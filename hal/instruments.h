@@ -1,6 +1,7 @@
 // The smaller devices of a rig.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,7 +35,7 @@ class Meter {
 };
 
 struct SupplyState {
-  double voltage_v = 0, current_a = 0;
+  double voltage_v = 0, current_a = 0;  // NaN: not measured
   bool output = false;
 };
 
@@ -50,14 +51,26 @@ class Supply {
 struct InputState {
   bool emergency_stop = false;  // pressed, or its wire is broken
   bool door_open = false;
+  bool limit = false;      // the stage stands on a limit switch
+  std::string unreadable;  // why the inputs cannot be read; counts as an emergency stop
+
+  bool safe() const { return !emergency_stop && !door_open && !limit && unreadable.empty(); }
 };
+// What is wrong, in words: "the emergency stop is active"; empty where it is safe.
+std::string Describe(const InputState& state);
 
 // Safety inputs, debounced. They are observed here; the emergency stop cuts power in hardware.
 class Inputs {
  public:
+  // Called from a thread of the inputs' own, and short: what it does delays what it is told of.
+  using Action = std::function<void(const InputState&)>;
+
   virtual ~Inputs() = default;
   virtual std::string identity() const = 0;
   virtual InputState State() = 0;
+  // Calls `action` once whenever the inputs turn from safe to unsafe, and at once where they are
+  // unsafe now. An empty action ends it, and returns after the last call has.
+  virtual void OnTrip(Action action) = 0;
 };
 
 }  // namespace luxfield::hal

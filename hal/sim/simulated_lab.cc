@@ -200,6 +200,7 @@ class SimInputs : public Inputs {
  public:
   std::string identity() const override { return "simulated safety inputs"; }
   InputState State() override { return {}; }
+  void OnTrip(Action) override {}  // they never trip
 };
 
 RigDescription Describe(const World& world) {

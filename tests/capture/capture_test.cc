@@ -201,6 +201,67 @@ TEST_F(Capture, ResumeNeedsTheSamePlan) {
   EXPECT_THROW(RunCapture(other, second, folder, options), InputError);
 }
 
+// Safety inputs that a test presses.
+class PressedInputs : public hal::Inputs {
+ public:
+  std::string identity() const override { return "test inputs"; }
+  hal::InputState State() override { return state_; }
+  void OnTrip(Action action) override { action_ = std::move(action); }
+  void Press(bool pressed) {
+    const bool trips = pressed && state_.safe();
+    state_.emergency_stop = pressed;
+    if (trips && action_) action_(state_);
+  }
+
+ private:
+  hal::InputState state_;
+  Action action_;
+};
+
+TEST_F(Capture, AnEmergencyStopEndsInADarkLampAndASessionThatCanBeResumed) {
+  const auto folder = NewFolder("stopped");
+  Plan plan = TestPlan();
+  plan.exposure.repeats = 3;
+  Devices first = SimulatedLab(Noisy().Config()).MakeDevices();
+  auto owned = std::make_unique<PressedInputs>();
+  PressedInputs& inputs = *owned;
+  first.inputs = std::move(owned);
+  CaptureOptions options;
+  // Pressed within a bracket and released at once: the session has stopped all the same.
+  options.on_frame = [&](const CaptureSummary& s) {
+    if (s.positions != 2) return;
+    inputs.Press(true);
+    EXPECT_FALSE(first.supply->State().output);
+    inputs.Press(false);
+  };
+  try {
+    RunCapture(plan, first, folder, options);
+    FAIL();
+  } catch (const hal::HardwareError& error) {
+    EXPECT_EQ(error.fault, hal::Fault::kStopped);
+    EXPECT_THAT(error.what(), HasSubstr("the emergency stop is active"));
+  }
+  const auto pauses = RecordsOf(folder, "paused");
+  ASSERT_EQ(pauses.size(), 1u);
+  EXPECT_THAT(pauses[0]["reason"].get<std::string>(), HasSubstr("emergency stop"));
+  options = {};
+  options.resume = true;
+  Devices second = SimulatedLab(Noisy().Config()).MakeDevices();
+  EXPECT_EQ(RunCapture(plan, second, folder, options).positions, 4);
+  EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
+}
+
+TEST_F(Capture, NothingBeginsWhileTheEmergencyStopIsActive) {
+  const auto folder = NewFolder("pressed");
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  auto inputs = std::make_unique<PressedInputs>();
+  inputs->Press(true);
+  devices.inputs = std::move(inputs);
+  EXPECT_THROW(RunCapture(TestPlan(), devices, folder), DeviceError);
+  EXPECT_FALSE(devices.supply->State().output);
+  EXPECT_FALSE(devices.stage->Where().homed);
+}
+
 // A camera that misbehaves on chosen exposures.
 class FaultyCamera : public hal::Camera {
  public:

@@ -1,0 +1,45 @@
+#include "hal/gpiod/gpio_error.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace luxfield::hal::gpiod {
+
+std::string ChipPath(const std::string& chip) {
+  return chip.starts_with('/') ? chip : "/dev/" + chip;
+}
+
+HardwareError GpioError(const std::string& chip, const std::string& operation, int error) {
+  const auto make = [&](Fault fault, const char* remedy) {
+    return HardwareError(fault, ChipPath(chip), operation, std::strerror(error), remedy);
+  };
+  switch (error) {
+    case ENOENT:
+    case ENODEV:
+      return make(Fault::kDisconnected, "plug the adapter in, or name the right chip in lab.toml");
+    case EBUSY:
+      return make(Fault::kRefused, "end the program that holds the line (see gpioinfo)");
+    case EACCES:
+    case EPERM:
+      return make(Fault::kRefused, "let your user open the chip, by its group or a udev rule");
+    case ENXIO:
+      return make(Fault::kRefused, "its pin cannot detect edges: wire the input to one that can");
+    case EINVAL:
+    case EOPNOTSUPP:
+      return make(Fault::kRefused, "the chip cannot do that: check bias and direction in lab.toml");
+    default:
+      return make(Fault::kProtocol, "check the adapter and its cable");
+  }
+}
+
+HardwareError NoSuchLine(const std::string& chip, const std::string& line,
+                         const std::string& available) {
+  return {Fault::kRefused, ChipPath(chip), fmt::format("find line {}", line),
+          "the chip has no such line",
+          available.empty() ? std::string("name it by its offset: the chip names none")
+                            : fmt::format("choose one of {}", available)};
+}
+
+}  // namespace luxfield::hal::gpiod

@@ -1,0 +1,57 @@
+#include "hal/safety_guard.h"
+
+#include <fmt/format.h>
+
+namespace luxfield::hal {
+namespace {
+
+constexpr double kSwitchOff_s = 1;
+
+}  // namespace
+
+SafetyGuard::SafetyGuard(Devices& devices) : devices_(devices) {
+  if (devices_.inputs) devices_.inputs->OnTrip([this](const InputState& state) { Stop(state); });
+}
+
+SafetyGuard::~SafetyGuard() {
+  if (devices_.inputs) devices_.inputs->OnTrip({});
+}
+
+void SafetyGuard::Stop(const InputState& state) {
+  std::vector<std::string> failures;
+  const auto attempt = [&failures](auto&& action) {
+    try {
+      action();
+    } catch (const std::exception& error) {
+      failures.emplace_back(error.what());
+    }
+  };
+  attempt([this] { devices_.stage->Stop(); });
+  if (devices_.supply)
+    attempt([this] {
+      devices_.supply->SetOutput(false, devices_.clock->MonotonicSeconds() + kSwitchOff_s);
+    });
+  const std::lock_guard lock(mutex_);
+  tripped_ = Describe(state);
+  failures_ = std::move(failures);
+}
+
+void SafetyGuard::ThrowIfUnsafe() {
+  if (!devices_.inputs) return;
+  std::string what = Describe(devices_.inputs->State());
+  std::vector<std::string> failures;
+  {
+    const std::lock_guard lock(mutex_);
+    if (what.empty()) what = tripped_;
+    failures = failures_;
+  }
+  if (what.empty()) return;
+  if (!failures.empty())
+    what += fmt::format(", and not everything could be stopped: {}", fmt::join(failures, "; "));
+  HardwareError error(Fault::kStopped, devices_.inputs->identity(), "watch", what,
+                      "make the lab safe, clear the input, and resume the session");
+  error.position_lost = true;
+  throw error;
+}
+
+}  // namespace luxfield::hal

@@ -1,0 +1,36 @@
+// What happens when a safety input trips: the stage stops, the lamp goes off.
+#pragma once
+
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "hal/devices.h"
+
+namespace luxfield::hal {
+
+// While it lives, a trip of devices.inputs calls stage->Stop() and then supply->SetOutput(false)
+// from the inputs' thread, whatever the program is doing: both have to be safe to call from another
+// thread. The devices must outlive the guard. Without inputs it does nothing.
+class SafetyGuard {
+ public:
+  explicit SafetyGuard(Devices& devices);
+  ~SafetyGuard();
+  SafetyGuard(const SafetyGuard&) = delete;
+  SafetyGuard& operator=(const SafetyGuard&) = delete;
+
+  // HardwareError(kStopped) if an input is unsafe now, or has been since this object was made; it
+  // says what tripped and what could not be stopped. Called before anything moves, lights or
+  // exposes.
+  void ThrowIfUnsafe();
+
+ private:
+  void Stop(const InputState& state);
+
+  Devices& devices_;
+  std::mutex mutex_;
+  std::string tripped_;
+  std::vector<std::string> failures_;  // of Stop
+};
+
+}  // namespace luxfield::hal

@@ -1,0 +1,70 @@
+// A GPIO chip that exists under umockdev only: the kernel's side of both versions of its interface,
+// for the real libgpiod. Answers come from umockdev's own thread. Run the test program under
+// umockdev-wrapper.
+#pragma once
+
+#include <umockdev.h>
+
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace luxfield::hal::gpiod {
+
+class FakeGpioChip {
+ public:
+  explicit FakeGpioChip(std::vector<std::string> names);
+  ~FakeGpioChip();
+  FakeGpioChip(const FakeGpioChip&) = delete;
+  FakeGpioChip& operator=(const FakeGpioChip&) = delete;
+
+  static constexpr const char* kPath = "/dev/gpiochip0";
+
+  // Drives an input pin; queues an edge where the level changes, as the kernel does: 16 at most.
+  void SetPin(const std::string& line, bool high);
+  bool Pin(const std::string& line);
+  // Waits until a pin has a level; false if it does not within 10 s.
+  bool AwaitPin(const std::string& line, bool high);
+  // Levels that an output pin was set to, in order, its first value included.
+  std::vector<bool> History(const std::string& line);
+
+  void HoldElsewhere(const std::string& line);  // as if another program had requested it
+  void StickPin(const std::string& line);       // an output that does not follow
+  void FailReads(int error);                    // every read of levels from now on; 0: none
+
+ private:
+  struct Request {
+    std::vector<unsigned> offsets;
+    bool active_low = false;
+    bool version2 = false;
+    std::string fifo;  // of its edges
+    unsigned queued = 0;
+  };
+
+  static gboolean OnChip(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
+  static gboolean OnRequest(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
+  gboolean AnswerChip(UMockdevIoctlClient* client);
+  gboolean AnswerRequest(UMockdevIoctlClient* client, Request& request);
+  int Open(Request request, bool edges);
+  int CheckFree(unsigned offset) const;
+  unsigned OffsetOf(const std::string& line) const;
+  void WriteOutput(unsigned offset, bool high);
+  int ReadError() const { return read_error_; }
+
+  std::vector<std::string> names_;
+  UMockdevTestbed* testbed_;
+  std::vector<UMockdevIoctlBase*> handlers_;
+
+  std::mutex mutex_;  // of what follows
+  std::condition_variable changed_;
+  std::vector<bool> pins_, held_, stuck_;
+  std::vector<std::vector<bool>> history_;
+  std::deque<Request> requests_;
+  std::map<UMockdevIoctlBase*, std::size_t> request_of_;
+  int read_error_ = 0;
+};
+
+}  // namespace luxfield::hal::gpiod
