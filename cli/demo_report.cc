@@ -168,12 +168,9 @@ core::Json WriteDemoReport(const std::filesystem::path& folder, const DemoResult
   page.Heading("Reconstruction");
   std::vector<std::vector<std::string>> solve{{"", ""}};
   const auto& report = result.reconstruction;
-  if (report.condition)
-    solve.push_back(
-        {"condition number of the 2-D Gram matrix", fmt::format("{:.4g}", *report.condition)});
-  if (report.noise_gain)
-    solve.push_back(
-        {"gain of white noise, units of 1/h^2", fmt::format("{:.3g}", *report.noise_gain)});
+  solve.push_back({"condition number of the system", fmt::format("{:.4g}", report.condition)});
+  solve.push_back(
+      {"gain of white noise, units of 1/h^2", fmt::format("{:.3g}", report.noise_gain)});
   solve.push_back({"random error expected, sqrt(sum sigma^2 / sum C^2)",
                    Percent(report.coefficients.sigma_relative)});
   solve.push_back({"negative energy before the non-negative solve",

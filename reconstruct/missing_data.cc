@@ -5,8 +5,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <string>
-#include <unordered_map>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -20,71 +18,42 @@ using Map = Eigen::Map<const RowMatrix>;
 
 constexpr double kMostMultiplications = 2e11;  // about two minutes of one core
 
-// Pseudo-inverse A^T (A A^T)^-1 of the given rows of the Gram matrix, and (A A^T)^-1.
-void InvertRows(const GramAxis& axis, const std::vector<int>& rows, std::vector<double>* inverse,
-                std::vector<double>* normal) {
-  const Map gram(axis.gram.data(), axis.count, axis.count);
-  const RowMatrix a = gram(rows, Eigen::all);
-  const RowMatrix q = (a * a.transpose()).llt().solve(RowMatrix::Identity(a.rows(), a.rows()));
-  const RowMatrix p = a.transpose() * q;
+// Pseudo-inverse A^T (A A^T)^-1 of the given rows A of a square matrix, and (A A^T)^-1.
+void InvertRows(const std::vector<double>& matrix, int size, const std::vector<int>& rows,
+                std::vector<double>* inverse, std::vector<double>* normal) {
+  const RowMatrix a = Map(matrix.data(), size, size)(rows, Eigen::all);
+  RowMatrix p, q;
+  if (a.rows() == size) {  // without squaring the condition number
+    p = a.partialPivLu().inverse();
+    q = p.transpose() * p;
+  } else {
+    q = (a * a.transpose()).llt().solve(RowMatrix::Identity(a.rows(), a.rows()));
+    p = a.transpose() * q;
+  }
   inverse->assign(p.data(), p.data() + p.size());
   normal->assign(q.data(), q.data() + q.size());
 }
-
-struct Group {  // pixels with the same known set
-  std::vector<bool> known;
-  std::vector<std::uint32_t> pixels;
-};
-
-std::vector<Group> GroupPixels(const std::uint32_t* const* unknown, std::size_t pixels,
-                               int images) {
-  std::unordered_map<std::string, std::size_t> index;
-  std::vector<Group> groups;
-  std::string key(static_cast<std::size_t>(images), '0');
-  for (std::size_t p = 0; p < pixels; ++p) {
-    bool complete = true;
-    for (int m = 0; m < images; ++m) {
-      key[m] = unknown[m][p] != 0 ? '0' : '1';
-      complete &= unknown[m][p] == 0;
-    }
-    if (complete) continue;
-    const auto [entry, inserted] = index.try_emplace(key, groups.size());
-    if (inserted) {
-      Group& group = groups.emplace_back();
-      for (const char c : key) group.known.push_back(c == '1');
-    }
-    groups[entry->second].pixels.push_back(static_cast<std::uint32_t>(p));
-  }
-  return groups;
-}
-
-struct Images {
-  std::size_t pixels;
-  int channels;
-  const float* const* irradiance;
-  const float* const* sigma;
-  float* const* coefficients;
-  float* const* coefficient_sigma;
-};
 
 std::vector<double> Squares(std::vector<double> values) {
   for (double& x : values) x *= x;
   return values;
 }
 
-void SolveProduct(const GramSolver& solver, const Group& group, const MinimumNormWeights& weights,
-                  const Images& images) {
+void SolveProduct(const SeparableSystem& system, const PixelGroup& group,
+                  const MinimumNormWeights& weights, const PixelImages& images) {
   using Product = SeparableProduct<double>;
-  const int width = solver.u().count, height = solver.v().count;
+  const int width = system.width, height = system.height;
   const int columns = static_cast<int>(weights.rows_u().size()),
             rows = static_cast<int>(weights.rows_v().size());
   const Product value(weights.inverse_u(), width, columns, weights.inverse_v(), height, rows);
   const Product variance(Squares(weights.inverse_u()), width, columns, Squares(weights.inverse_v()),
                          height, rows);
+  const std::vector<double> prior_share = weights.PriorShare();
+  const double rank = static_cast<double>(rows) * columns;
   const std::size_t total = group.pixels.size() * images.channels;
   core::ParallelFor(total, 8 * Product::kLanes, [&](std::size_t begin, std::size_t end) {
     std::vector<double> in(value.input_size()), scratch(value.scratch_size()),
-        out(value.output_size());
+        out(value.output_size()), tau2(Product::kLanes);
     for (std::size_t first = begin; first < end; first += Product::kLanes) {
       const std::size_t lanes = std::min(Product::kLanes, end - first);
       const auto address = [&](std::size_t k) {
@@ -92,7 +61,7 @@ void SolveProduct(const GramSolver& solver, const Group& group, const MinimumNor
         return item / group.pixels.size() * images.pixels +
                group.pixels[item % group.pixels.size()];
       };
-      const auto gather = [&](const float* const* from, bool square) {
+      const auto gather = [&](std::span<const float* const> from, bool square) {
         for (int j = 0; j < rows; ++j)
           for (int i = 0; i < columns; ++i) {
             const float* image = from[weights.rows_v()[j] * width + weights.rows_u()[i]];
@@ -103,59 +72,38 @@ void SolveProduct(const GramSolver& solver, const Group& group, const MinimumNor
             }
           }
       };
-      const auto scatter = [&](float* const* to, bool root) {
-        for (int m = 0; m < width * height; ++m)
-          for (std::size_t k = 0; k < lanes; ++k) {
-            const double x = out[m * Product::kLanes + k];
-            to[m][address(k)] = static_cast<float>(root ? std::sqrt(x) : x);
-          }
-      };
       gather(images.irradiance, false);
       value.Apply(in.data(), scratch.data(), out.data());
-      scatter(images.coefficients, false);
+      std::fill(tau2.begin(), tau2.end(), 0.0);
+      for (int m = 0; m < width * height; ++m)
+        for (std::size_t k = 0; k < lanes; ++k) {
+          const double c = out[m * Product::kLanes + k];
+          tau2[k] += c * c / rank;
+          images.coefficients[m][address(k)] = static_cast<float>(c);
+        }
       gather(images.sigma, true);
       variance.Apply(in.data(), scratch.data(), out.data());
-      scatter(images.coefficient_sigma, true);
+      for (int m = 0; m < width * height; ++m)
+        for (std::size_t k = 0; k < lanes; ++k)
+          images.coefficient_sigma[m][address(k)] = static_cast<float>(
+              std::sqrt(out[m * Product::kLanes + k] + tau2[k] * prior_share[m]));
     }
   });
 }
 
-void SolveWithGaps(const GramSolver& solver, const Group& group, const MinimumNormWeights& weights,
-                   const Images& images) {
-  const int width = solver.u().count, count = solver.count();
-  const std::vector<double> dense = weights.Dense();
-  const std::size_t columns = weights.rows_u().size(), known = columns * weights.rows_v().size();
-  std::vector<bool> gap(known, false);
-  for (const int d : weights.gaps()) gap[d] = true;
-  std::vector<int> image;  // of each column of the weights
-  for (const int j : weights.rows_v())
-    for (const int i : weights.rows_u()) image.push_back(j * width + i);
-  std::vector<double> e(known), variance(known);
-  for (const std::uint32_t pixel : group.pixels)
-    for (int channel = 0; channel < images.channels; ++channel) {
-      const std::size_t address = channel * images.pixels + pixel;
-      for (std::size_t k = 0; k < known; ++k) {
-        e[k] = gap[k] ? 0 : images.irradiance[image[k]][address];
-        const double sigma = gap[k] ? 0 : images.sigma[image[k]][address];
-        variance[k] = sigma * sigma;
-      }
-      for (int m = 0; m < count; ++m) {
-        double sum = 0, squares = 0;
-        for (std::size_t k = 0; k < known; ++k) {
-          const double weight = dense[m * known + k];
-          sum += weight * e[k];
-          squares += weight * weight * variance[k];
-        }
-        images.coefficients[m][address] = static_cast<float>(sum);
-        images.coefficient_sigma[m][address] = static_cast<float>(std::sqrt(squares));
-      }
-    }
+[[noreturn]] void FailTooManySets(std::size_t pixels, std::size_t sets, double multiplications) {
+  throw InputError(fmt::format(
+      "{} pixels miss filter positions in {} different ways that are not whole rows and "
+      "columns, too many to solve densely ({:.1e} multiplications); use a sensor that "
+      "covers the lattice, or a smaller lattice",
+      pixels, sets, multiplications));
 }
 
 }  // namespace
 
-MinimumNormWeights::MinimumNormWeights(const GramSolver& solver, const std::vector<bool>& known)
-    : width_(solver.u().count), height_(solver.v().count) {
+MinimumNormWeights::MinimumNormWeights(const SeparableSystem& system,
+                                       const std::vector<bool>& known)
+    : system_(system), width_(system.width), height_(system.height) {
   std::vector<bool> in_u(width_, false), in_v(height_, false);
   for (int m = 0; m < width_ * height_; ++m)
     if (known[m]) in_u[m % width_] = in_v[m / width_] = true;
@@ -167,11 +115,29 @@ MinimumNormWeights::MinimumNormWeights(const GramSolver& solver, const std::vect
   const int columns = static_cast<int>(rows_u_.size()), rows = static_cast<int>(rows_v_.size());
   for (int k = 0; k < columns * rows; ++k)
     if (!known[rows_v_[k / columns] * width_ + rows_u_[k % columns]]) gaps_.push_back(k);
-  InvertRows(solver.u(), rows_u_, &inverse_u_, &normal_u_);
-  InvertRows(solver.v(), rows_v_, &inverse_v_, &normal_v_);
+  InvertRows(system.u, width_, rows_u_, &inverse_u_, &normal_u_);
+  InvertRows(system.v, height_, rows_v_, &inverse_v_, &normal_v_);
 }
 
-std::vector<double> MinimumNormWeights::Dense() const {
+std::vector<double> MinimumNormWeights::PriorShare() const {
+  // Diagonal of the axis' projection on its known rows.
+  const auto determined = [](const std::vector<double>& inverse, const std::vector<double>& matrix,
+                             const std::vector<int>& rows, int size) {
+    std::vector<double> diagonal(size, 0.0);
+    for (int i = 0; i < size; ++i)
+      for (std::size_t k = 0; k < rows.size(); ++k)
+        diagonal[i] += inverse[i * rows.size() + k] * matrix[rows[k] * size + i];
+    return diagonal;
+  };
+  const auto u = determined(inverse_u_, system_.u, rows_u_, width_),
+             v = determined(inverse_v_, system_.v, rows_v_, height_);
+  std::vector<double> share;
+  for (int j = 0; j < height_; ++j)
+    for (int i = 0; i < width_; ++i) share.push_back(std::clamp(1 - u[i] * v[j], 0.0, 1.0));
+  return share;
+}
+
+PixelWeights MinimumNormWeights::Dense() const {
   const int columns = static_cast<int>(rows_u_.size()), rows = static_cast<int>(rows_v_.size());
   const int known = columns * rows, gap_count = static_cast<int>(gaps_.size());
   RowMatrix p(width_ * height_, known);
@@ -192,28 +158,46 @@ std::vector<double> MinimumNormWeights::Dense() const {
     const RowMatrix p_d = p(Eigen::all, gaps_);
     p.noalias() -= p_d * q_dd.llt().solve(q_d);
   }
-  return {p.data(), p.data() + p.size()};
+
+  PixelWeights result;
+  std::vector<int> kept;  // columns of p that are known
+  for (int k = 0; k < known; ++k)
+    if (!std::binary_search(gaps_.begin(), gaps_.end(), k)) {
+      kept.push_back(k);
+      result.known.push_back(rows_v_[k / columns] * width_ + rows_u_[k % columns]);
+    }
+  result.rank = static_cast<int>(kept.size());
+  const RowMatrix weights = p(Eigen::all, kept);
+  result.weights.assign(weights.data(), weights.data() + weights.size());
+  for (int m = 0; m < width_ * height_; ++m) {
+    double determined = 0;
+    for (std::size_t k = 0; k < kept.size(); ++k) {
+      const int row = result.known[k];
+      determined += weights(m, static_cast<Eigen::Index>(k)) *
+                    system_.u[row % width_ * width_ + m % width_] *
+                    system_.v[row / width_ * height_ + m / width_];
+    }
+    result.prior_share.push_back(std::clamp(1 - determined, 0.0, 1.0));
+  }
+  return result;
 }
 
-IncompletePixels SolveIncomplete(const GramSolver& solver, const std::uint32_t* const* unknown,
-                                 std::size_t pixels, int channels, const float* const* irradiance,
-                                 const float* const* sigma, float* const* coefficients,
-                                 float* const* coefficient_sigma) {
-  const Images images{pixels, channels, irradiance, sigma, coefficients, coefficient_sigma};
-  const std::vector<Group> groups = GroupPixels(unknown, pixels, solver.count());
+IncompletePixels SolveIncomplete(const SeparableSystem& system,
+                                 std::span<const std::uint32_t* const> unknown,
+                                 const PixelImages& images, bool with_complete) {
+  const std::vector<PixelGroup> groups = GroupPixels(unknown, images.pixels, with_complete);
+  const double count = static_cast<double>(system.width) * system.height;
   IncompletePixels result;
-  std::vector<const Group*> products, gapped;
+  std::vector<const PixelGroup*> products, gapped;
+  std::span<const std::uint32_t> empty;
   double multiplications = 0;
-  for (const Group& group : groups) {
-    result.incomplete += group.pixels.size();
-    const MinimumNormWeights weights(solver, group.known);
+  for (const PixelGroup& group : groups) {
+    if (std::find(group.known.begin(), group.known.end(), false) != group.known.end())
+      result.incomplete += group.pixels.size();
+    const MinimumNormWeights weights(system, group.known);
     if (weights.rows_u().empty()) {
-      result.unknown += group.pixels.size();
-      for (int m = 0; m < solver.count(); ++m)
-        for (const std::uint32_t pixel : group.pixels)
-          for (int channel = 0; channel < channels; ++channel)
-            coefficients[m][channel * pixels + pixel] =
-                coefficient_sigma[m][channel * pixels + pixel] = 0;
+      result.unknown = group.pixels.size();
+      empty = group.pixels;
     } else if (weights.is_product()) {
       products.push_back(&group);
     } else {
@@ -222,24 +206,20 @@ IncompletePixels SolveIncomplete(const GramSolver& solver, const std::uint32_t* 
       const double known = static_cast<double>(weights.rows_u().size() * weights.rows_v().size());
       const double gap_count = static_cast<double>(weights.gaps().size());
       multiplications +=
-          known * (gap_count * gap_count + solver.count() * (gap_count + 1.0)) +
-          2.0 * known * solver.count() * static_cast<double>(group.pixels.size() * channels);
+          known * (gap_count * gap_count + count * (gap_count + 1.0)) +
+          2.0 * known * count * static_cast<double>(group.pixels.size() * images.channels);
     }
   }
   if (multiplications > kMostMultiplications)
-    throw InputError(
-        fmt::format("{} pixels miss filter positions in {} different ways that are not whole rows "
-                    "and columns, too many to solve "
-                    "densely ({:.1e} multiplications); use a sensor that covers the lattice, or a "
-                    "smaller lattice",
-                    result.with_gaps, gapped.size(), multiplications));
+    FailTooManySets(result.with_gaps, gapped.size(), multiplications);
 
-  for (const Group* group : products)
-    SolveProduct(solver, *group, MinimumNormWeights(solver, group->known), images);
+  for (const PixelGroup* group : products)
+    SolveProduct(system, *group, MinimumNormWeights(system, group->known), images);
   core::ParallelFor(gapped.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t g = begin; g < end; ++g)
-      SolveWithGaps(solver, *gapped[g], MinimumNormWeights(solver, gapped[g]->known), images);
+      ApplyWeights(MinimumNormWeights(system, gapped[g]->known).Dense(), gapped[g]->pixels, images);
   });
+  FillUnknown(empty, images);
   return result;
 }
 

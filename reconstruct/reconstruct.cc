@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "reconstruct/filter_system.h"
+#include "reconstruct/general_solve.h"
 #include "reconstruct/gram_solve.h"
 #include "reconstruct/separable_product.h"
 
@@ -37,10 +40,40 @@ void CheckShape(const Measurements& measurements) {
   }
 }
 
+// Measurements that can be solved together.
+void CheckTogether(std::span<const Measurements> all, const ReconstructOptions& options) {
+  if (all.empty()) throw InputError("no measurements to reconstruct from; name a .meas.exr");
+  for (const Measurements& measurements : all) {
+    CheckShape(measurements);
+    if (!(measurements.geometry == all[0].geometry) || measurements.filter != all[0].filter)
+      throw InputError(
+          "measurements of different geometries or filters cannot be solved together; capture them "
+          "with one plan");
+    if (!options.filter) continue;
+    const auto& filter = *options.filter;
+    if (filter.filter != measurements.filter ||
+        std::abs(filter.filter_scale - measurements.filter_scale) > 1e-9 * filter.filter_scale)
+      throw InputError(
+          "measured filter",
+          fmt::format("is {} of scale {}, the measurements were taken with {} of scale {}",
+                      filter.filter == FilterKind::kDual ? "a dual pair" : "a basis print",
+                      filter.filter_scale,
+                      measurements.filter == FilterKind::kDual ? "a dual pair" : "a basis print",
+                      measurements.filter_scale),
+          "measure the filter that the session was taken with");
+  }
+}
+
 struct Pointers {
-  std::vector<const float*> irradiance, sigma;
-  std::vector<const std::uint32_t*> mask;
+  std::vector<const float*> irradiance, sigma;  // per measurement
+  std::vector<std::vector<std::uint32_t>> unknown_store;
+  std::vector<const std::uint32_t*> unknown;  // mask bits under which nothing is known
   std::vector<float*> coefficients, coefficient_sigma;
+
+  PixelImages Images(const lightfield::LuminaireGeometry& geometry) const {
+    return {geometry.plane_size(), geometry.channels, irradiance, sigma,
+            coefficients,          coefficient_sigma};
+  }
 };
 
 // sigma(C) of complete pixels: variances through the squared inverse matrices.
@@ -86,7 +119,6 @@ void PropagateSigma(const GramSolver& solver, const Pointers& images, std::size_
 
 void CountFlags(const Measurements& measurements, Reconstruction* result) {
   const std::size_t texels = measurements.geometry.plane_size();
-  result->unknown_positions.assign(texels, 0);
   for (const Measurement& position : measurements.positions)
     for (std::size_t p = 0; p < texels; ++p) {
       const std::uint32_t mask = position.mask[p];
@@ -99,12 +131,19 @@ void CountFlags(const Measurements& measurements, Reconstruction* result) {
     }
 }
 
-void SolveBasis(const Measurements& measurements, const ReconstructOptions& options,
-                const Pointers& images, Reconstruction* result) {
-  const auto& geometry = measurements.geometry;
-  const std::size_t texels = geometry.plane_size(), values = texels * geometry.channels;
-  const GramSolver solver(geometry.grid);
+bool IsDisplaced(const Measurements& measurements) {
+  return std::any_of(measurements.positions.begin(), measurements.positions.end(),
+                     [](const Measurement& position) {
+                       return position.displacement_m.x != 0 || position.displacement_m.y != 0;
+                     });
+}
+
+void SolveAtPlannedPlaces(const lightfield::LuminaireGeometry& geometry, const GramSolver& solver,
+                          const ReconstructOptions& options, const Pointers& images,
+                          Reconstruction* result) {
+  const std::size_t values = geometry.plane_size() * geometry.channels;
   const double h2 = geometry.grid.spacing_m * geometry.grid.spacing_m;
+  result->report.solve = "gram";
   result->report.condition = solver.condition();
   result->report.noise_gain = solver.noise_gain() * h2;
   result->report.worst_gain = solver.worst_gain() * h2;
@@ -113,29 +152,59 @@ void SolveBasis(const Measurements& measurements, const ReconstructOptions& opti
   else
     solver.Solve<float, float>(images.irradiance.data(), images.coefficients.data(), values);
   PropagateSigma(solver, images, values);
+  const SeparableSystem system{solver.u().count, solver.v().count, solver.u().gram,
+                               solver.v().gram};
+  result->report.incomplete = SolveIncomplete(system, images.unknown, images.Images(geometry));
+}
 
-  std::vector<std::vector<std::uint32_t>> unknown_store;
-  std::vector<const std::uint32_t*> unknown = images.mask;
-  for (std::size_t m = 0; m < unknown.size(); ++m) {
-    std::vector<std::uint32_t>& bits = unknown_store.emplace_back(measurements.positions[m].mask);
-    for (std::uint32_t& mask : bits) mask &= lightfield::kUnknownMask;
-    unknown[m] = bits.data();
+void SolveForwardModel(std::span<const Measurements> all, const ReconstructOptions& options,
+                       const Pointers& images, Reconstruction* result) {
+  const auto& geometry = all[0].geometry;
+  const auto& grid = geometry.grid;
+  std::vector<lightfield::Vec2> centres;
+  for (const Measurements& measurements : all)
+    for (int m = 0; m < grid.count(); ++m)
+      centres.push_back(grid.centre(m % grid.width, m / grid.width) +
+                        measurements.positions[m].displacement_m);
+  const FilterSystem system(grid, options.filter, centres);
+  const double h2 = grid.spacing_m * grid.spacing_m;
+  result->report.condition = system.condition();
+  result->report.noise_gain = system.noise_gain() * h2;
+  result->report.worst_gain = system.worst_gain() * h2;
+  if (options.filter) result->report.filter_noise = system.matrix_noise();
+  if (const auto separable = system.Separable(options.separable_tolerance)) {
+    result->report.solve = "separable";
+    result->report.incomplete =
+        SolveIncomplete(*separable, images.unknown, images.Images(geometry), true);
+  } else {
+    result->report.solve = "general";
+    result->report.incomplete = SolveGeneral(system, images.unknown, images.Images(geometry));
   }
-  result->report.incomplete = SolveIncomplete(
-      solver, unknown.data(), texels, geometry.channels, images.irradiance.data(),
-      images.sigma.data(), images.coefficients.data(), images.coefficient_sigma.data());
+}
+
+void SolveBasis(std::span<const Measurements> all, const ReconstructOptions& options,
+                const Pointers& images, Reconstruction* result) {
+  const auto& geometry = all[0].geometry;
+  const GramSolver solver(geometry.grid);
+  if (all.size() == 1 && !options.filter && !IsDisplaced(all[0]))
+    SolveAtPlannedPlaces(geometry, solver, options, images, result);
+  else
+    SolveForwardModel(all, options, images, result);
   result->report.coefficients = Statistics(result->coefficients, result->sigma);
   if (options.non_negative)
-    result->report.non_negative = ProjectNonNegative(solver, images.coefficients.data(), values);
+    result->report.non_negative = ProjectNonNegative(solver, images.coefficients.data(),
+                                                     geometry.plane_size() * geometry.channels);
 }
 
 void SolveDual(const Measurements& measurements, const ReconstructOptions& options,
-               Reconstruction* result) {
+               const Pointers& all, Reconstruction* result) {
   if (options.non_negative)
     throw InputError(
         "--non-negative: dual filters need no solve that could be constrained; merge a session "
         "taken with `basis` "
         "filters, or clamp the coefficients where they are used");
+  result->report.solve = "none";
+  result->report.condition = result->report.noise_gain = result->report.worst_gain = 1;
   const auto& geometry = measurements.geometry;
   const std::size_t texels = geometry.plane_size();
   const double scale = 1 / (geometry.grid.spacing_m * geometry.grid.spacing_m);
@@ -152,38 +221,69 @@ void SolveDual(const Measurements& measurements, const ReconstructOptions& optio
       }
     }
   }
-  for (const std::uint16_t unknown : result->unknown_positions) {
-    result->report.incomplete.incomplete += unknown > 0;
-    result->report.incomplete.unknown += unknown == images;
+  // An unknown coefficient is 0 give or take the pixel's others (the prior of pixel_weights.h).
+  std::vector<std::uint32_t> nothing_known;
+  for (std::size_t p = 0; p < texels; ++p) {
+    const int unknown = result->unknown_positions[p];
+    if (unknown == 0) continue;
+    ++result->report.incomplete.incomplete;
+    if (unknown == images) nothing_known.push_back(static_cast<std::uint32_t>(p));
+    for (int channel = 0; channel < geometry.channels && unknown < images; ++channel) {
+      double squares = 0;
+      for (int m = 0; m < images; ++m) {
+        const double c = result->coefficients.image(m, channel)[p];
+        squares += c * c;
+      }
+      for (int m = 0; m < images; ++m)
+        if (measurements.positions[m].mask[p] & lightfield::kUnknownMask)
+          result->sigma.image(m, channel)[p] =
+              static_cast<float>(std::sqrt(squares / (images - unknown)));
+    }
   }
+  result->report.incomplete.unknown = nothing_known.size();
+  FillUnknown(nothing_known, all.Images(geometry));
   result->report.coefficients = Statistics(result->coefficients, result->sigma);
 }
 
 }  // namespace
 
-Reconstruction Reconstruct(const Measurements& measurements, const ReconstructOptions& options) {
-  CheckShape(measurements);
+Reconstruction Reconstruct(std::span<const Measurements> all, const ReconstructOptions& options) {
+  CheckTogether(all, options);
+  const auto& geometry = all[0].geometry;
   Reconstruction result;
-  result.coefficients = LightField(measurements.geometry);
-  result.coefficients.provenance = measurements.provenance;
+  result.coefficients = LightField(geometry);
+  result.coefficients.provenance = all[0].provenance;
   result.sigma = result.coefficients;
-  result.report.images = measurements.geometry.grid.count();
-  CountFlags(measurements, &result);
-  if (measurements.filter == FilterKind::kDual) {
-    SolveDual(measurements, options, &result);
-    return result;
-  }
+  result.report.images = geometry.grid.count();
+  result.unknown_positions.assign(geometry.plane_size(), 0);
+  for (const Measurements& measurements : all) CountFlags(measurements, &result);
   Pointers images;
-  for (int m = 0; m < measurements.geometry.grid.count(); ++m) {
-    const Measurement& position = measurements.positions[m];
-    images.irradiance.push_back(position.irradiance.data());
-    images.sigma.push_back(position.sigma.data());
-    images.mask.push_back(position.mask.data());
+  for (const Measurements& measurements : all)
+    for (const Measurement& position : measurements.positions) {
+      images.irradiance.push_back(position.irradiance.data());
+      images.sigma.push_back(position.sigma.data());
+      std::vector<std::uint32_t>& bits = images.unknown_store.emplace_back(position.mask);
+      for (std::uint32_t& mask : bits) mask &= lightfield::kUnknownMask;
+      images.unknown.push_back(bits.data());
+    }
+  for (int m = 0; m < geometry.grid.count(); ++m) {
     images.coefficients.push_back(result.coefficients.image(m, 0).data());
     images.coefficient_sigma.push_back(result.sigma.image(m, 0).data());
   }
-  SolveBasis(measurements, options, images, &result);
+  if (all[0].filter == FilterKind::kDual && !options.filter) {
+    if (all.size() > 1)
+      throw InputError(
+          "several measurements with dual filters are solved together only with --filter, the "
+          "filter as measured; name one .meas.exr");
+    SolveDual(all[0], options, images, &result);
+  } else {
+    SolveBasis(all, options, images, &result);
+  }
   return result;
+}
+
+Reconstruction Reconstruct(const Measurements& measurements, const ReconstructOptions& options) {
+  return Reconstruct(std::span(&measurements, 1), options);
 }
 
 }  // namespace luxfield::reconstruct

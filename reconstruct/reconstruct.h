@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "lightfield/light_field.h"
+#include "lightfield/measured_filter.h"
 #include "lightfield/measurements.h"
 #include "reconstruct/report.h"
 
@@ -15,24 +17,34 @@ enum class Precision { kFloat, kDouble };  // of the sweeps; E and C are float32
 struct ReconstructOptions {
   Precision precision = Precision::kFloat;
   bool non_negative = false;  // project on C >= 0, keeping every texel's flux (non_negative.h)
+  // The filter as it was measured; null: ideal filters.
+  const lightfield::MeasuredFilter* filter = nullptr;
+  // A system this close to a separable one (Frobenius norm, relative) is solved as separable: C is
+  // off by about as much, in the worst mode by the condition number times it.
+  double separable_tolerance = 1e-6;
 };
 
 struct Reconstruction {
   lightfield::LightField coefficients;  // C, W sr^-1 m^-4 (or lm, or relative)
   // Standard deviation of C, propagated from the measurements' sigma as independent between
   // positions: per pixel sum over mn of (G^-1)^2 sigma_mn^2. It belongs to the least-squares
-  // solution also where C >= 0 was asked for.
+  // solution also where C >= 0 was asked for. Where positions were unknown it holds the variance of
+  // the prior as well (reconstruct/pixel_weights.h).
   lightfield::LightField sigma;
-  // Filter positions that were unknown, per texel [row][column]; where > 0, C is the one of
-  // smallest norm among those that fit what is known (reconstruct/missing_data.h), and where all
-  // were unknown C = 0 and sigma = 0 say nothing.
+  // Measurements that were unknown, per texel [row][column]; where > 0 and too few are left, C is
+  // the one of smallest norm among those that fit what is known; where all were unknown C = 0.
   std::vector<std::uint16_t> unknown_positions;
   ReconstructionReport report;
 };
 
-// `basis` filters: the Gram solve. `dual` filters: C_ij = E_ij / h^2 (THEORY.md 3), no solve, and
-// unknown values stay unknown. Throws InputError if the measurements do not fit their geometry, or
-// as GramSolver and SolveIncomplete do.
+// `basis` filters at their places: the Gram solve. Measured filters, displaced positions or several
+// measurements of one geometry: the forward model <Phi*_r, Phi_m> (filter_system.h), by its
+// separable factors where it has them, in double. `dual` filters without a measured one: C_ij =
+// E_ij / h^2 (THEORY.md 3), no solve, at the planned places, and unknown values stay unknown.
+// Throws InputError if the measurements do not fit their geometry, each other or the filter, or as
+// GramSolver, FilterSystem, SolveIncomplete and SolveGeneral do.
+Reconstruction Reconstruct(std::span<const lightfield::Measurements> measurements,
+                           const ReconstructOptions& options = {});
 Reconstruction Reconstruct(const lightfield::Measurements& measurements,
                            const ReconstructOptions& options = {});
 

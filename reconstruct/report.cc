@@ -35,6 +35,10 @@ CoefficientStatistics Statistics(const lightfield::LightField& coefficients,
 
 nlohmann::json ToJson(const ReconstructionReport& report) {
   nlohmann::json json{{"images", report.images},
+                      {"solve", report.solve},
+                      {"condition", report.condition},
+                      {"noise_gain", report.noise_gain},
+                      {"worst_gain", report.worst_gain},
                       {"negative_energy", report.coefficients.negative_energy},
                       {"c_min", report.coefficients.min},
                       {"c_max", report.coefficients.max},
@@ -49,9 +53,7 @@ nlohmann::json ToJson(const ReconstructionReport& report) {
                         {"saturated", report.saturated},
                         {"too_dark", report.too_dark},
                         {"defect", report.defect}}}};
-  if (report.condition) json["condition"] = *report.condition;
-  if (report.noise_gain) json["noise_gain"] = *report.noise_gain;
-  if (report.worst_gain) json["worst_gain"] = *report.worst_gain;
+  if (report.filter_noise) json["filter_noise"] = *report.filter_noise;
   if (report.non_negative)
     json["non_negative"] = {{"pixels", report.non_negative->pixels},
                             {"unconverged", report.non_negative->unconverged},

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <string>
 
 #include "lightfield/light_field.h"
 #include "lightfield/measurements.h"
@@ -26,11 +27,14 @@ struct CoefficientStatistics {
 struct ReconstructionReport {
   int images = 0;
   CoefficientStatistics coefficients;
-  // Absent for dual filters, which need no solve.
-  std::optional<double> condition;   // of the 2-D Gram matrix
-  std::optional<double> noise_gain;  // of white noise, in units of 1 / h^2
-  std::optional<double> worst_gain;  // of the alternating mode, in units of 1 / h^2
-  IncompletePixels incomplete;       // texels
+  // "gram": the banded Gram solve; "separable", "general": the forward model with measured filters,
+  // displaced positions or several measurements; "none": dual filters.
+  std::string solve;
+  double condition = 0;                // of the 2-D system; 1 for dual filters without a solve
+  double noise_gain = 0;               // of white noise, in units of 1 / h^2
+  double worst_gain = 0;               // of the worst mode, in units of 1 / h^2
+  std::optional<double> filter_noise;  // relative, of the system (FilterSystem::matrix_noise)
+  IncompletePixels incomplete;         // texels
   // Texels x positions that carry each flag.
   std::size_t off_sensor = 0, saturated = 0, too_dark = 0, defect = 0;
   std::optional<NonNegativeSummary> non_negative;

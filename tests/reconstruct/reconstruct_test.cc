@@ -137,9 +137,7 @@ TEST(Reconstruct, PropagatesSigmaAsMonteCarloDoes) {
   EXPECT_NEAR(mean_ratio, 1, 0.02);
 }
 
-// Minimum norm by a complete orthogonal decomposition of the dense rows: another algorithm.
-Eigen::VectorXd PseudoInverse(const LuminaireGeometry& g, const std::vector<int>& known,
-                              const Eigen::VectorXd& e) {
+Matrix Rows(const LuminaireGeometry& g, const std::vector<int>& known) {
   const std::vector<double> gu =
       lightfield::GramMatrix(g.grid.basis, g.grid.width, g.grid.spacing_m);
   const std::vector<double> gv =
@@ -149,7 +147,13 @@ Eigen::VectorXd PseudoInverse(const LuminaireGeometry& g, const std::vector<int>
     for (int n = 0; n < g.grid.count(); ++n)
       a(k, n) = gu[known[k] % g.grid.width * g.grid.width + n % g.grid.width] *
                 gv[known[k] / g.grid.width * g.grid.height + n / g.grid.width];
-  return a.completeOrthogonalDecomposition().solve(e);
+  return a;
+}
+
+// Minimum norm by a complete orthogonal decomposition of the dense rows: another algorithm.
+Eigen::VectorXd PseudoInverse(const LuminaireGeometry& g, const std::vector<int>& known,
+                              const Eigen::VectorXd& e) {
+  return Rows(g, known).completeOrthogonalDecomposition().solve(e);
 }
 
 TEST(Reconstruct, TakesTheSmallestCoefficientsWherePositionsAreMissing) {
@@ -174,6 +178,14 @@ TEST(Reconstruct, TakesTheSmallestCoefficientsWherePositionsAreMissing) {
   EXPECT_EQ(result.report.incomplete.with_gaps, 3u);
   EXPECT_EQ(result.report.incomplete.unknown, 1u);
   EXPECT_EQ(result.report.too_dark, 1u);
+  // Mean square of C over all texels but the one of which nothing is known.
+  double prior[3] = {};
+  for (int channel = 0; channel < 3; ++channel)
+    for (int m = 0; m < 30; ++m)
+      for (std::size_t p = 0; p < g.plane_size(); ++p)
+        if (p != 4)
+          prior[channel] += std::pow(double{result.coefficients.image(m, channel)[p]}, 2) /
+                            (30.0 * static_cast<double>(g.plane_size() - 1));
   for (std::size_t p = 0; p < 6; ++p) {
     std::vector<int> known;
     for (int m = 0; m < 30; ++m)
@@ -189,8 +201,17 @@ TEST(Reconstruct, TakesTheSmallestCoefficientsWherePositionsAreMissing) {
         EXPECT_NEAR(result.coefficients.image(m, channel)[p], c(m),
                     1e-5 * c.lpNorm<Eigen::Infinity>())
             << "pixel " << p << ", image " << m;
-      // sigma: rows of the dense pseudo-inverse, one unit vector at a time.
+      // sigma: rows of the dense pseudo-inverse, one unit vector at a time, and of the prior what
+      // its projection leaves open. With nothing known that is all of it.
       Eigen::VectorXd variance = Eigen::VectorXd::Zero(30);
+      if (known.empty()) {
+        variance.setConstant(prior[channel]);
+      } else if (known.size() < 30) {
+        const Matrix rows = Rows(g, known);
+        const Matrix open = Matrix::Identity(30, 30) -
+                            Matrix(rows.completeOrthogonalDecomposition().pseudoInverse()) * rows;
+        variance = c.squaredNorm() / static_cast<double>(known.size()) * open.diagonal();
+      }
       for (std::size_t k = 0; k < known.size(); ++k) {
         const double sigma = measurements.positions[known[k]].sigma[channel * g.plane_size() + p];
         const Eigen::VectorXd column =
@@ -239,7 +260,12 @@ TEST(Reconstruct, LeavesDualMeasurementsAsTheyAre) {
   EXPECT_EQ(result.coefficients.image(2, 0)[7], 0);
   EXPECT_EQ(result.unknown_positions[7], 1);
   EXPECT_EQ(result.report.incomplete.incomplete, 1u);
-  EXPECT_FALSE(result.report.condition.has_value());
+  EXPECT_EQ(result.report.solve, "none");
+  EXPECT_EQ(result.report.condition, 1);
+  // The missing one is 0, give or take the texel's others.
+  double squares = 0;
+  for (int m = 0; m < 12; ++m) squares += std::pow(double{result.coefficients.image(m, 0)[7]}, 2);
+  EXPECT_NEAR(result.sigma.image(2, 0)[7], std::sqrt(squares / 11), 1e-5 * std::sqrt(squares));
   EXPECT_THROW(Reconstruct(measurements, {Precision::kFloat, true}), InputError);
 }
 

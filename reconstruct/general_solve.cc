@@ -1,0 +1,125 @@
+#include "reconstruct/general_solve.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace luxfield::reconstruct {
+namespace {
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+constexpr double kMostMultiplications = 2e12;  // about ten minutes of one core
+
+// (A^T w A)^-1 and its right-hand side pixel by pixel. The rows' weights are scaled by their
+// largest so that small units stay inside the range of the factors.
+void SolveWeighted(const RowMatrix& a, const PixelGroup& group, const PixelImages& images) {
+  std::vector<int> known;
+  for (std::size_t r = 0; r < group.known.size(); ++r)
+    if (group.known[r]) known.push_back(static_cast<int>(r));
+  const RowMatrix rows = a(known, Eigen::all);
+  const auto count = static_cast<Eigen::Index>(known.size()), coefficients = a.cols();
+  const std::size_t total = group.pixels.size() * images.channels;
+  core::ParallelFor(total, 16, [&](std::size_t begin, std::size_t end) {
+    Eigen::VectorXd e(count), w(count);
+    RowMatrix weighted(count, coefficients);
+    for (std::size_t item = begin; item < end; ++item) {
+      const std::size_t at =
+          item / group.pixels.size() * images.pixels + group.pixels[item % group.pixels.size()];
+      double least = std::numeric_limits<double>::infinity();
+      for (Eigen::Index r = 0; r < count; ++r)
+        least = std::min<double>(least, images.sigma[known[r]][at]);
+      if (!(least > 0))
+        throw InputError(
+            "measurements: a standard deviation of 0 cannot weigh one measurement against another; "
+            "merge the sessions again with the camera's noise model");
+      for (Eigen::Index r = 0; r < count; ++r) {
+        const double relative = least / images.sigma[known[r]][at];
+        e(r) = images.irradiance[known[r]][at];
+        w(r) = relative * relative;
+      }
+      weighted = w.asDiagonal() * rows;
+      const Eigen::LLT<RowMatrix> normal(rows.transpose() * weighted);
+      const Eigen::VectorXd c = normal.solve(weighted.transpose() * e);
+      const RowMatrix inverse = normal.solve(RowMatrix::Identity(coefficients, coefficients));
+      for (Eigen::Index m = 0; m < coefficients; ++m) {
+        images.coefficients[m][at] = static_cast<float>(c(m));
+        images.coefficient_sigma[m][at] = static_cast<float>(least * std::sqrt(inverse(m, m)));
+      }
+    }
+  });
+}
+
+PixelWeights InverseWeights(const FilterSystem& system) {
+  PixelWeights weights;
+  for (int r = 0; r < system.rows(); ++r) weights.known.push_back(r);
+  weights.weights = system.PseudoInverse();
+  weights.prior_share.assign(system.columns(), 0);
+  weights.rank = system.columns();
+  return weights;
+}
+
+}  // namespace
+
+IncompletePixels SolveGeneral(const FilterSystem& system,
+                              std::span<const std::uint32_t* const> unknown,
+                              const PixelImages& images) {
+  const int rows = system.rows(), columns = system.columns();
+  const std::vector<double> dense = system.Dense();
+  const std::vector<PixelGroup> groups = GroupPixels(unknown, images.pixels, true);
+  const auto complete = [&](const PixelGroup& group) {
+    return std::find(group.known.begin(), group.known.end(), false) == group.known.end();
+  };
+  IncompletePixels result;
+  std::vector<const PixelGroup*> weighted, incomplete;
+  double multiplications = 0;
+  const double n = columns;
+  for (const PixelGroup& group : groups) {
+    const double values = static_cast<double>(group.pixels.size()) * images.channels;
+    const auto known = std::count(group.known.begin(), group.known.end(), true);
+    if (!complete(group)) result.incomplete += group.pixels.size();
+    if (complete(group) && rows == columns) {
+      ApplyWeights(InverseWeights(system), group.pixels, images);
+    } else if (known >= columns) {
+      weighted.push_back(&group);
+      multiplications += values * n * n * (n / 3 + static_cast<double>(known));
+    } else if (known > 0) {
+      incomplete.push_back(&group);
+      multiplications += n * n * n + 2 * n * static_cast<double>(known) * values;
+    } else {
+      result.unknown = group.pixels.size();
+    }
+  }
+  if (multiplications > kMostMultiplications)
+    throw InputError(fmt::format(
+        "the general solve of {} coefficients with {} measurements in {} different known sets "
+        "would take {:.1e} multiplications, more than {:.0e}; use a smaller lattice",
+        columns, rows, groups.size(), multiplications, kMostMultiplications));
+
+  const Eigen::Map<const RowMatrix> a(dense.data(), rows, columns);
+  for (const PixelGroup* group : weighted) {
+    // Known measurements may be many and still leave a coefficient open.
+    const PixelWeights weights =
+        complete(*group) ? InverseWeights(system) : MinimumNorm(dense, columns, group->known);
+    if (weights.rank == columns)
+      SolveWeighted(a, *group, images);
+    else
+      ApplyWeights(weights, group->pixels, images);
+  }
+  core::ParallelFor(incomplete.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t g = begin; g < end; ++g)
+      ApplyWeights(MinimumNorm(dense, columns, incomplete[g]->known), incomplete[g]->pixels,
+                   images);
+  });
+  for (const PixelGroup& group : groups)
+    if (std::find(group.known.begin(), group.known.end(), true) == group.known.end())
+      FillUnknown(group.pixels, images);
+  return result;
+}
+
+}  // namespace luxfield::reconstruct
