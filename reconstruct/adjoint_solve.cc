@@ -39,19 +39,16 @@ Weights AdjointSolve(const Measurements& measurements, const Weights& coefficien
     if (!complete) incomplete[known].push_back(p);
   }
   for (const auto& [known, pixels] : incomplete) {
-    const MinimumNormWeights inverse(solver, known);
-    const std::vector<double> dense = inverse.Dense();
-    const std::size_t width = inverse.rows_u().size(), columns = width * inverse.rows_v().size();
+    const PixelWeights inverse = MinimumNormWeights(GramSystem(solver), known).Dense();
+    const std::size_t columns = inverse.known.size();
     for (const std::size_t p : pixels)
       for (int channel = 0; channel < geometry.channels; ++channel) {
         const std::size_t at = channel * texels + p;
         for (int m = 0; m < images; ++m) out[m][at] = 0;
         for (std::size_t k = 0; k < columns; ++k) {
           double sum = 0;
-          for (int m = 0; m < images; ++m) sum += dense[m * columns + k] * in[m][at];
-          const int row =
-              geometry.grid.index(inverse.rows_u()[k % width], inverse.rows_v()[k / width]);
-          if (known[row]) out[row][at] = sum;  // the columns of gaps are 0 but for rounding
+          for (int m = 0; m < images; ++m) sum += inverse.weights[m * columns + k] * in[m][at];
+          out[inverse.known[k]][at] = sum;
         }
       }
   }

@@ -101,6 +101,10 @@ void SolveProduct(const SeparableSystem& system, const PixelGroup& group,
 
 }  // namespace
 
+SeparableSystem GramSystem(const GramSolver& solver) {
+  return {solver.u().count, solver.v().count, solver.u().gram, solver.v().gram};
+}
+
 MinimumNormWeights::MinimumNormWeights(const SeparableSystem& system,
                                        const std::vector<bool>& known)
     : system_(system), width_(system.width), height_(system.height) {

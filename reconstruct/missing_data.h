@@ -18,9 +18,13 @@
 #include <vector>
 
 #include "reconstruct/filter_system.h"
+#include "reconstruct/gram_solve.h"
 #include "reconstruct/pixel_weights.h"
 
 namespace luxfield::reconstruct {
+
+// Ideal filters at their planned places.
+SeparableSystem GramSystem(const GramSolver& solver);
 
 // Known irradiances of one kind of pixel, and how to solve it.
 class MinimumNormWeights {

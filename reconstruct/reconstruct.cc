@@ -152,9 +152,8 @@ void SolveAtPlannedPlaces(const lightfield::LuminaireGeometry& geometry, const G
   else
     solver.Solve<float, float>(images.irradiance.data(), images.coefficients.data(), values);
   PropagateSigma(solver, images, values);
-  const SeparableSystem system{solver.u().count, solver.v().count, solver.u().gram,
-                               solver.v().gram};
-  result->report.incomplete = SolveIncomplete(system, images.unknown, images.Images(geometry));
+  result->report.incomplete =
+      SolveIncomplete(GramSystem(solver), images.unknown, images.Images(geometry));
 }
 
 void SolveForwardModel(std::span<const Measurements> all, const ReconstructOptions& options,
