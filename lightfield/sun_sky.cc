@@ -36,6 +36,8 @@ constexpr double kZenithY[3][4] = {{0.00275, -0.00610, 0.00317, 0},
                                    {-0.04214, 0.08970, -0.04153, 0.00516},
                                    {0.15346, -0.26756, 0.06670, 0.26688}};
 
+double AngleBetween(Vec3 a, Vec3 b) { return std::atan2(Length(Cross(a, b)), Dot(a, b)); }
+
 struct PictureSize {
   int width, height, side;
 };
@@ -109,7 +111,7 @@ core::Rgb SunSky::global_horizontal() const {
 
 core::Rgb SunSky::SkyColour(Vec3 direction) const {
   const double cos_gamma = std::clamp(Dot(direction, sun_direction_), -1.0, 1.0);
-  const double gamma = std::atan2(Length(Cross(direction, sun_direction_)), cos_gamma);
+  const double gamma = AngleBetween(direction, sun_direction_);
   const double x = x_(direction.z, gamma, cos_gamma), y = y_(direction.z, gamma, cos_gamma);
   const double luminance = luminance_(direction.z, gamma, cos_gamma);
   const core::Rgb xyz = {luminance * x / y, luminance, luminance * (1 - x - y) / y};
@@ -135,20 +137,18 @@ core::Image SunSky::Picture(EnvironmentLayout layout, int height) const {
     const double a = p.x - 0.5, b = p.y - 0.5, shrink = 0.5 * (1 - 1e-12) / std::hypot(a, b);
     return *DirectionFromPicture(layout, {0.5 + shrink * a, 0.5 + shrink * b});
   };
+  // Whether a pixel lies beyond the disc: by a bound of half its diagonal, twice over.
   const auto far_from_sun = [&](double x0, double x1, double y0, double y1) {
-    if (is_disc &&
-        !(DirectionFromPicture(layout, {x0, y0}) && DirectionFromPicture(layout, {x1, y0}) &&
-          DirectionFromPicture(layout, {x0, y1}) && DirectionFromPicture(layout, {x1, y1})))
-      return false;
     const Vec3 centre = at({0.5 * (x0 + x1), 0.5 * (y0 + y1)}).direction;
-    double extent = 0;
-    for (const Vec2 corner : {Vec2{x0, y0}, Vec2{x1, y0}, Vec2{x0, y1}, Vec2{x1, y1}}) {
-      const Vec3 w = at(corner).direction;
-      extent = std::max(extent, std::atan2(Length(Cross(w, centre)), Dot(w, centre)));
+    double extent = 2.5 / size.side;
+    if (is_disc) {
+      for (const Vec2 corner : {Vec2{x0, y0}, Vec2{x1, y0}, Vec2{x0, y1}, Vec2{x1, y1}}) {
+        const auto shown = DirectionFromPicture(layout, corner);
+        if (!shown) return false;  // on the rim
+        extent = std::max(extent, AngleBetween(shown->direction, centre));
+      }
     }
-    const double angle =
-        std::atan2(Length(Cross(sun_direction_, centre)), Dot(sun_direction_, centre));
-    return angle > sun_radius_ + 2 * extent;
+    return AngleBetween(sun_direction_, centre) > sun_radius_ + 2 * extent;
   };
 
   core::ParallelFor(size.height, 4, [&](std::size_t begin, std::size_t end) {
