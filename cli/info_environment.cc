@@ -2,12 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
+#include "cli/program.h"
 #include "core/error.h"
+#include "core/progress.h"
+#include "core/stopwatch.h"
 #include "lightfield/environment_map.h"
+#include "lightfield/environment_sequence.h"
 
 namespace luxfield::cli {
 namespace {
@@ -65,6 +70,50 @@ core::Json InfoEnvironment(const std::string& path, const std::string& layout) {
             {"direction", {w.x, w.y, w.z}},
             {"elevation_deg", elevation_deg},
             {"solid_angle_sr", brightest.solid_angle_sr}}}};
+}
+
+core::Json InfoEnvironmentSequence(const std::string& path, const std::string& layout) {
+  lightfield::EnvironmentSequence sequence(path, {Layout(layout)});
+  const std::size_t count = sequence.frames().size();
+  std::vector<double> up;
+  core::Rgb mean{};
+  double streaming_s = 0;
+  {
+    core::Progress progress("frames", count);
+    lightfield::CubeMap cube;
+    core::Stopwatch watch;
+    while (sequence.Next(cube)) {
+      streaming_s += watch.WallSeconds();
+      core::ThrowIfInterrupted();
+      const core::Rgb radiance = lightfield::MeanRadiance(cube);
+      for (std::size_t k = 0; k < 3; ++k) mean[k] += radiance[k] / double(count);
+      up.push_back(core::Luminance(lightfield::Irradiance(cube, {0, 0, 1})));
+      progress.Advance();
+      watch = core::Stopwatch();
+    }
+  }
+  const auto [least, most] = std::minmax_element(up.begin(), up.end());
+  const int size = sequence.face_size();
+  const double cube_bytes = 72.0 * size * size;
+  fmt::print("{}: environment sequence, {} frames, {} to {}\n", path, count,
+             sequence.frames().front().filename().string(),
+             sequence.frames().back().filename().string());
+  fmt::print("  frames       {} x {}, {}; as cube maps 6 faces of {} x {}, {} each\n",
+             sequence.width(), sequence.height(), EnvironmentLayoutName(sequence.layout()), size,
+             size, FormatBytes(cube_bytes));
+  fmt::print("  radiance     mean R G B {}\n", Colour(mean));
+  fmt::print("  irradiance   facing up (+z) luminance {:.6g} (frame {}) to {:.6g} (frame {})\n",
+             *least, least - up.begin(), *most, most - up.begin());
+  fmt::print("  streaming    {:.1f} ms a frame waited for\n", 1e3 * streaming_s / double(count));
+  return {{"kind", "environment sequence"},
+          {"frames", count},
+          {"layout", EnvironmentLayoutName(sequence.layout())},
+          {"width", sequence.width()},
+          {"height", sequence.height()},
+          {"face_size", size},
+          {"mean_radiance", mean},
+          {"irradiance_up", up},
+          {"streaming_s", streaming_s}};
 }
 
 }  // namespace luxfield::cli

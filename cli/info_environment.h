@@ -12,4 +12,7 @@ namespace luxfield::cli {
 // tells it.
 core::Json InfoEnvironment(const std::string& path, const std::string& layout);
 
+// The same of a folder or list of frames: their number, size and light, and how fast they stream.
+core::Json InfoEnvironmentSequence(const std::string& path, const std::string& layout);
+
 }  // namespace luxfield::cli

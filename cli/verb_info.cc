@@ -242,10 +242,19 @@ bool IsEnvironment(const std::string& path, const std::string& name) {
   return name.ends_with(".exr") && lightfield::SaysEnvironmentLayout(core::ExrReader(path));
 }
 
+// Also one that has lost some of its files.
+bool IsSession(const std::filesystem::path& folder) {
+  for (const char* file : {"journal.jsonl", "session.json", "plan.json"})
+    if (std::filesystem::exists(folder / file)) return true;
+  return false;
+}
+
 Json Info(const std::string& path, const std::string& layout) {
   const std::string name = LowerCase(path);
+  if (IsSession(path)) return InfoSession(path);
+  if (std::filesystem::is_directory(path) || name.ends_with(".txt"))
+    return InfoEnvironmentSequence(path, layout);
   if (!layout.empty()) return InfoEnvironment(path, layout);
-  if (std::filesystem::is_directory(path)) return InfoSession(path);
   if (name.ends_with(".lf.exr")) return InfoLightField(path);
   if (name.ends_with(".meas.exr")) return InfoMeasurements(path);
   if (name.ends_with(".tab.exr")) return InfoTables(path);
@@ -255,7 +264,8 @@ Json Info(const std::string& path, const std::string& layout) {
   if (name.ends_with(".toml")) return InfoToml(path);
   throw InputError(
       path, "is of no kind this verb knows",
-      "give a session folder, .lf.exr, .meas.exr, .tab.exr, .exr, .hdr, .tm25ray or .toml");
+      "give a session folder, a folder or .txt list of .hdr or .exr frames, .lf.exr, .meas.exr, "
+      ".tab.exr, .exr, .hdr, .tm25ray or .toml");
 }
 
 }  // namespace
@@ -265,7 +275,10 @@ void AddInfo(Program& program) {
   auto layout = std::make_shared<std::string>();
   CLI::App& verb = program.AddVerb("info", "What a file or session is, and whether it is whole",
                                    [path, layout] { return Info(*path, *layout); });
-  verb.add_option("FILE", *path, "Any file luxfield reads or writes, or a session folder")
+  verb.add_option(
+          "FILE", *path,
+          "Any file luxfield reads or writes, a session folder, or a folder or .txt list of "
+          "environment frames")
       ->required();
   verb.add_option("--layout", *layout,
                   fmt::format("Read a picture as an environment map: {} (default: an OpenEXR "
