@@ -118,13 +118,23 @@ Shot FrameTaker::Shoot(const FrameRecord& place, const Doubt& doubt) {
   for (int attempt = 0;; ++attempt) {
     StopIfAsked();
     const double before = ReadMonitor(), asked = devices_.clock->MonotonicSeconds();
-    Shot shot{Expose(), {}, 0, false, {}, attempt};
-    shot.meter = 0.5 * (before + ReadMonitor());
-    shot.statistics = Statistics(shot.frame.image);
-    shot.reason = Distrust(shot, asked);
-    const bool fresh = shot.reason.empty();
-    if (fresh) shot.reason = doubt(shot);
+    Shot shot;
+    shot.attempt = attempt;
+    bool fresh = false;
+    try {
+      shot.frame = Expose();
+    } catch (const hal::HardwareError& error) {
+      if (error.fault != hal::Fault::kIncomplete) throw;
+      shot.reason = error.what();
+    }
+    if (shot.reason.empty()) {
+      shot.meter = 0.5 * (before + ReadMonitor());
+      shot.statistics = Statistics(shot.frame.image);
+      shot.reason = Distrust(shot, asked);
+      fresh = shot.reason.empty();
+    }
     if (fresh) {
+      shot.reason = doubt(shot);
       last_id_ = shot.frame.frame_id;
       last_image_ = shot.frame.image;
     }

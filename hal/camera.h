@@ -37,7 +37,7 @@ struct Frame {
   AppliedSettings settings;    // those this frame was really taken with
   std::uint64_t frame_id = 0;  // grows with every exposure; the same id twice is a stale frame
   double t_start_s = 0, t_end_s = 0;  // of the exposure, rig clock
-  double temperature_c = 0;
+  double temperature_c = 0;           // of the sensor; NaN: not measured
 };
 
 class Camera {

@@ -8,7 +8,7 @@ namespace luxfield::hal {
 
 std::string FaultName(Fault fault) {
   static constexpr std::array kNames = {"timeout",   "refused", "disconnected", "out of range",
-                                        "not homed", "stopped", "protocol"};
+                                        "not homed", "stopped", "protocol",     "incomplete"};
   return kNames[static_cast<std::size_t>(fault)];
 }
 

@@ -15,6 +15,7 @@ enum class Fault {
   kNotHomed,      // the stage does not know where it is
   kStopped,       // emergency stop, door, or Stop() from another thread
   kProtocol,      // the device answered nonsense
+  kIncomplete,    // a frame arrived damaged and was thrown away; another may be taken
 };
 std::string FaultName(Fault fault);
 

@@ -310,6 +310,12 @@ TEST_F(Capture, StaleAndWrongFramesAreTakenAgain) {
        [](int n, hal::Frame& f, const hal::Frame& old) {
          if (n % 10 == 9) f = old;
        }},
+      {"packets lost",
+       [](int n, hal::Frame&, const hal::Frame&) {
+         if (n % 10 == 9)
+           throw hal::HardwareError(hal::Fault::kIncomplete, "camera", "expose", "packets lost",
+                                    "check the network");
+       }},
       {"equal to the frame before",
        [](int n, hal::Frame& f, const hal::Frame& old) {
          if (n % 10 == 9) f.image = old.image;

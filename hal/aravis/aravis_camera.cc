@@ -1,0 +1,395 @@
+#include "hal/aravis/aravis_camera.h"
+
+#if LUXFIELD_ARAVIS
+
+#include <arv.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "hal/aravis/pixel_format.h"
+#include "hal/error.h"
+
+namespace luxfield::hal::aravis {
+namespace {
+
+constexpr double kOpen_s = 20;       // discovery, the camera's description, a dozen registers
+constexpr int kBuffers = 4;          // one is filled, the others take what was in flight
+constexpr guint64 kPop_us = 20'000;  // how often a waiting exposure looks for an abort
+constexpr double kUsPerS = 1e6;
+
+template <typename T>
+struct Unref {
+  void operator()(T* object) const { g_object_unref(object); }
+};
+template <typename T>
+using Owned = std::unique_ptr<T, Unref<T>>;
+
+// A GError, and what it means.
+class Result {
+ public:
+  Result(std::string device, std::string operation)
+      : device_(std::move(device)), operation_(std::move(operation)) {}
+  ~Result() { g_clear_error(&error_); }
+  Result(const Result&) = delete;
+  Result& operator=(const Result&) = delete;
+
+  operator GError**() {
+    g_clear_error(&error_);
+    return &error_;
+  }
+  void ThrowIfFailed() const {
+    if (!error_) return;
+    Fault fault = Fault::kProtocol;
+    const char* remedy = "check cable and power, then reconnect the camera";
+    if (error_->domain == ARV_DEVICE_ERROR) switch (error_->code) {
+        case ARV_DEVICE_ERROR_NOT_CONNECTED:
+        case ARV_DEVICE_ERROR_NOT_FOUND:
+          fault = Fault::kDisconnected;
+          break;
+        case ARV_DEVICE_ERROR_TIMEOUT:
+          fault = Fault::kTimeout;
+          break;
+        case ARV_DEVICE_ERROR_NOT_CONTROLLER:
+          fault = Fault::kRefused;
+          remedy = "end the program that controls the camera";
+          break;
+        case ARV_DEVICE_ERROR_FEATURE_NOT_FOUND:
+        case ARV_DEVICE_ERROR_INVALID_PARAMETER:
+        case ARV_DEVICE_ERROR_WRONG_FEATURE:
+          fault = Fault::kRefused;
+          remedy = "choose a setting that the camera has";
+          break;
+        default:
+          break;
+      }
+    throw HardwareError(fault, device_, operation_, error_->message, remedy);
+  }
+
+ private:
+  std::string device_, operation_;
+  GError* error_ = nullptr;
+};
+
+HardwareError Refused(const std::string& device, const std::string& operation,
+                      const std::string& problem) {
+  return {Fault::kRefused, device, operation, problem, "choose a setting that the camera has"};
+}
+
+}  // namespace
+
+// All that calls use, so that one that hangs may outlive the camera object.
+struct AravisCamera::Session {
+  std::string name;
+  Owned<ArvCamera> camera;
+  Owned<ArvStream> stream;
+  PixelFormat format;
+  ArvPixelFormat raw_format = 0;
+  std::atomic<bool> lost = false, aborted = false;
+  std::optional<guint64> last_block;
+  bool has_temperature = false;
+
+  ~Session() {
+    if (!camera) return;
+    // The device lives on in the library's hands for a moment: it must not call back into here.
+    g_signal_handlers_disconnect_by_data(arv_camera_get_device(camera.get()), this);
+    if (stream && !lost) arv_camera_stop_acquisition(camera.get(), nullptr);
+  }
+
+  void Open(const AravisOptions& options);
+  CameraCapabilities SetUp(const AravisOptions& options);
+  double SetExposure(double exposure_us);
+  Frame Expose(core::Clock& clock, double deadline_s);
+
+ private:
+  void SetGain(double gain);
+  void SetRegion(const std::optional<Region>& region);
+  void Start();
+  Owned<ArvBuffer> Pop(core::Clock& clock, double deadline_s);
+  core::RawFrame Read(ArvBuffer* buffer) const;
+};
+
+void AravisCamera::Session::Open(const AravisOptions& options) {
+  Result result(name, "open");
+  camera.reset(arv_camera_new(options.id.empty() ? nullptr : options.id.c_str(), result));
+  result.ThrowIfFailed();
+  if (!camera)
+    throw HardwareError(Fault::kDisconnected, name, "open", "no such camera answers",
+                        "check cable, power and network; `luxfield devices` lists what is there");
+  // Both live as long as the camera.
+  const char* vendor = arv_camera_get_vendor_name(camera.get(), result);
+  const char* model = arv_camera_get_model_name(camera.get(), result);
+  const char* serial = arv_camera_get_device_serial_number(camera.get(), result);
+  const auto text = [](const char* s) { return s ? s : "?"; };
+  name = fmt::format("{} {} {}", text(vendor), text(model), text(serial));
+  g_signal_connect(arv_camera_get_device(camera.get()), "control-lost",
+                   G_CALLBACK(+[](ArvDevice*, gpointer session) {
+                     static_cast<Session*>(session)->lost = true;
+                   }),
+                   this);
+}
+
+CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
+  Result result(name, "set up");
+  const auto found = FindPixelFormat(options.pixel_format);
+  if (!found)
+    throw Refused(name, "set up",
+                  fmt::format("pixel format \"{}\" is not read; those that are: {}",
+                              options.pixel_format, PixelFormatNames()));
+  format = *found;
+  arv_camera_set_pixel_format_from_string(camera.get(), options.pixel_format.c_str(), result);
+  result.ThrowIfFailed();
+  const char* set = arv_camera_get_pixel_format_as_string(camera.get(), result);
+  result.ThrowIfFailed();
+  if (!set || format.name != set)
+    throw Refused(name, "set up",
+                  fmt::format("pixel format {} reads back as {}", format.name, set ? set : "none"));
+  raw_format = arv_camera_get_pixel_format(camera.get(), result);
+  result.ThrowIfFailed();
+  has_temperature = arv_camera_is_feature_available(camera.get(), "DeviceTemperature", nullptr);
+  if (arv_camera_is_exposure_auto_available(camera.get(), nullptr)) {
+    arv_camera_set_exposure_time_auto(camera.get(), ARV_AUTO_OFF, result);
+    result.ThrowIfFailed();
+  }
+  if (arv_camera_is_gain_auto_available(camera.get(), nullptr)) {
+    arv_camera_set_gain_auto(camera.get(), ARV_AUTO_OFF, result);
+    result.ThrowIfFailed();
+  }
+  SetGain(options.gain_db);
+  SetRegion(options.region);
+
+  CameraCapabilities capabilities;
+  capabilities.bits = format.bits;
+  capabilities.readout_s = options.readout_s;
+  int x = 0, y = 0;
+  arv_camera_get_region(camera.get(), &x, &y, &capabilities.width, &capabilities.height, result);
+  result.ThrowIfFailed();
+  double least_us = 0, most_us = 0;
+  arv_camera_get_exposure_time_bounds(camera.get(), &least_us, &most_us, result);
+  result.ThrowIfFailed();
+  capabilities.min_exposure_s = least_us / kUsPerS;
+  capabilities.max_exposure_s = most_us / kUsPerS;
+  // Cameras without a step say a tiny number.
+  const double step_us = arv_camera_get_float_increment(camera.get(), "ExposureTime", nullptr);
+  if (step_us > 1e-3 && step_us < most_us) capabilities.exposure_step_s = step_us / kUsPerS;
+
+  if (!options.packet_socket && arv_camera_is_gv_device(camera.get()))
+    arv_camera_gv_set_stream_options(camera.get(), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+  arv_camera_set_acquisition_mode(camera.get(), ARV_ACQUISITION_MODE_CONTINUOUS, result);
+  result.ThrowIfFailed();
+  arv_camera_set_trigger(camera.get(), "Software", result);
+  result.ThrowIfFailed();
+  Start();
+  return capabilities;
+}
+
+void AravisCamera::Session::SetGain(double gain) {
+  Result result(name, "set gain");
+  if (!arv_camera_is_gain_available(camera.get(), nullptr)) {
+    if (gain != 0) throw Refused(name, "set gain", "the camera's gain cannot be set");
+    return;
+  }
+  double least = 0, most = 0;
+  arv_camera_get_gain_bounds(camera.get(), &least, &most, result);
+  result.ThrowIfFailed();
+  if (!(gain >= least && gain <= most))
+    throw HardwareError(Fault::kOutOfRange, name, "set gain",
+                        fmt::format("{} is not within {} to {}", gain, least, most),
+                        "choose a gain that the camera has");
+  arv_camera_set_gain(camera.get(), gain, result);
+  result.ThrowIfFailed();
+  const double set = arv_camera_get_gain(camera.get(), result);
+  result.ThrowIfFailed();
+  // Registers hold steps of the gain; half a hundredth of a decibel is 0.06 % of the signal.
+  if (std::abs(set - gain) > 0.005)
+    throw Refused(name, "set gain", fmt::format("asked for {}, reads back {}", gain, set));
+}
+
+void AravisCamera::Session::SetRegion(const std::optional<Region>& region) {
+  Result result(name, "set region");
+  int width = 0, height = 0;
+  arv_camera_get_sensor_size(camera.get(), &width, &height, result);
+  result.ThrowIfFailed();
+  const Region wanted = region.value_or(Region{0, 0, width, height});
+  if (wanted.x < 0 || wanted.y < 0 || wanted.width < 1 || wanted.height < 1 ||
+      wanted.x + wanted.width > width || wanted.y + wanted.height > height)
+    throw HardwareError(
+        Fault::kOutOfRange, name, "set region",
+        fmt::format("{} x {} pixels at ({}, {}) are not within the sensor of {} x {}", wanted.width,
+                    wanted.height, wanted.x, wanted.y, width, height),
+        "choose a region of the sensor");
+  arv_camera_set_region(camera.get(), wanted.x, wanted.y, wanted.width, wanted.height, result);
+  result.ThrowIfFailed();
+  Region set;
+  arv_camera_get_region(camera.get(), &set.x, &set.y, &set.width, &set.height, result);
+  result.ThrowIfFailed();
+  if (set.x != wanted.x || set.y != wanted.y || set.width != wanted.width ||
+      set.height != wanted.height)
+    throw Refused(
+        name, "set region",
+        fmt::format("asked for {} x {} at ({}, {}), reads back {} x {} at ({}, {})", wanted.width,
+                    wanted.height, wanted.x, wanted.y, set.width, set.height, set.x, set.y));
+}
+
+void AravisCamera::Session::Start() {
+  Result result(name, "start");
+  stream.reset(arv_camera_create_stream(camera.get(), nullptr, nullptr, result));
+  result.ThrowIfFailed();
+  if (!stream)
+    throw HardwareError(Fault::kProtocol, name, "start", "the camera gives no stream",
+                        "reconnect the camera");
+  const guint payload = arv_camera_get_payload(camera.get(), result);
+  result.ThrowIfFailed();
+  for (int k = 0; k < kBuffers; ++k)
+    arv_stream_push_buffer(stream.get(), arv_buffer_new_allocate(payload));
+  arv_camera_start_acquisition(camera.get(), result);
+  result.ThrowIfFailed();
+}
+
+double AravisCamera::Session::SetExposure(double exposure_us) {
+  Result result(name, "configure");
+  arv_camera_set_exposure_time(camera.get(), exposure_us, result);
+  result.ThrowIfFailed();
+  const double set_us = arv_camera_get_exposure_time(camera.get(), result);
+  result.ThrowIfFailed();
+  return set_us;
+}
+
+Frame AravisCamera::Session::Expose(core::Clock& clock, double deadline_s) {
+  Result result(name, "expose");
+  while (ArvBuffer* stale = arv_stream_try_pop_buffer(stream.get()))
+    arv_stream_push_buffer(stream.get(), stale);
+  Frame frame;
+  frame.t_start_s = clock.MonotonicSeconds();
+  arv_camera_software_trigger(camera.get(), result);
+  result.ThrowIfFailed();
+  Owned<ArvBuffer> buffer = Pop(clock, deadline_s);
+  const ArvBufferStatus status = arv_buffer_get_status(buffer.get());
+  const guint64 block = arv_buffer_get_frame_id(buffer.get());
+  const bool fresh = block != last_block;
+  last_block = block;
+  const auto give_back = [this](Owned<ArvBuffer>& owned) {
+    arv_stream_push_buffer(stream.get(), owned.release());
+  };
+  if (status != ARV_BUFFER_STATUS_SUCCESS || !fresh) {
+    give_back(buffer);
+    throw HardwareError(
+        Fault::kIncomplete, name, "expose",
+        status == ARV_BUFFER_STATUS_SUCCESS ? fmt::format("frame {} came again", block)
+        : status == ARV_BUFFER_STATUS_SIZE_MISMATCH
+            ? std::string("the frame is larger than the camera said")
+            : std::string("packets of the frame were lost and not sent again"),
+        "use a network of the camera's own, with jumbo frames and a large receive buffer");
+  }
+  frame.image = Read(buffer.get());
+  give_back(buffer);
+  frame.temperature_c = std::numeric_limits<double>::quiet_NaN();
+  if (has_temperature) {
+    frame.temperature_c = arv_camera_get_float(camera.get(), "DeviceTemperature", result);
+    result.ThrowIfFailed();
+  }
+  return frame;
+}
+
+Owned<ArvBuffer> AravisCamera::Session::Pop(core::Clock& clock, double deadline_s) {
+  for (;;) {
+    if (ArvBuffer* buffer = arv_stream_timeout_pop_buffer(stream.get(), kPop_us))
+      return Owned<ArvBuffer>(buffer);
+    if (lost)
+      throw HardwareError(Fault::kDisconnected, name, "expose", "the camera stopped answering",
+                          "check cable and power, then resume");
+    if (aborted)
+      throw HardwareError(Fault::kStopped, name, "expose", "was stopped", "resume the session");
+    if (clock.MonotonicSeconds() >= deadline_s)
+      throw HardwareError(Fault::kTimeout, name, "expose", "no frame came by the deadline",
+                          "check the network, then resume");
+  }
+}
+
+core::RawFrame AravisCamera::Session::Read(ArvBuffer* buffer) const {
+  if (const ArvPixelFormat sent = arv_buffer_get_image_pixel_format(buffer); sent != raw_format)
+    throw HardwareError(
+        Fault::kProtocol, name, "expose",
+        fmt::format("a frame of pixel format 0x{:08x} came, not {}", sent, format.name),
+        "end other programs that change the camera's settings");
+  std::size_t size = 0;
+  const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(buffer, &size));
+  int x_padding = 0, y_padding = 0;
+  arv_buffer_get_image_padding(buffer, &x_padding, &y_padding);
+  const int width = arv_buffer_get_image_width(buffer),
+            height = arv_buffer_get_image_height(buffer);
+  return Unpack(format, {data, size}, width, height,
+                BytesPerRow(format, width) + static_cast<std::size_t>(x_padding));
+}
+
+std::vector<AravisDevice> ListAravisDevices() {
+  arv_update_device_list();
+  const auto text = [](const char* s) { return std::string(s ? s : ""); };
+  std::vector<AravisDevice> devices;
+  for (unsigned k = 0; k < arv_get_n_devices(); ++k)
+    devices.push_back({text(arv_get_device_id(k)), text(arv_get_device_vendor(k)),
+                       text(arv_get_device_model(k)), text(arv_get_device_serial_nbr(k)),
+                       text(arv_get_device_address(k)), text(arv_get_device_protocol(k))});
+  return devices;
+}
+
+AravisCamera::AravisCamera(const AravisOptions& options, std::shared_ptr<core::Clock> clock)
+    : clock_(std::move(clock)), session_(std::make_shared<Session>()) {
+  session_->name = options.id.empty() ? "camera" : options.id;
+  caller_.emplace(session_->name, clock_);
+  const double deadline_s = clock_->MonotonicSeconds() + kOpen_s;
+  capabilities_ = caller_->Call("open", deadline_s, [session = session_, options] {
+    session->Open(options);
+    return session->SetUp(options);
+  });
+  identity_ = session_->name;
+}
+
+AravisCamera::~AravisCamera() { session_->aborted = true; }
+
+AppliedSettings AravisCamera::Configure(const CameraSettings& settings, double deadline_s) {
+  const double wanted = settings.exposure_s;
+  // Cameras, aravis' own among them, take exposures outside of the bounds that they state.
+  if (!(wanted >= capabilities_.min_exposure_s && wanted <= capabilities_.max_exposure_s))
+    throw HardwareError(Fault::kOutOfRange, identity_, "configure",
+                        fmt::format("{} s is not within {} s to {} s", wanted,
+                                    capabilities_.min_exposure_s, capabilities_.max_exposure_s),
+                        "choose exposures the camera has");
+  const double set_us = caller_->Call("configure", deadline_s, [session = session_, wanted] {
+    return session->SetExposure(kUsPerS * wanted);
+  });
+  const double set = set_us / kUsPerS;
+  const double step = std::max(capabilities_.exposure_step_s, 1e-6);  // registers count at least us
+  if (std::abs(set - wanted) > step + 0.01 * wanted)
+    throw Refused(identity_, "configure",
+                  fmt::format("asked for {} s, reads back {} s", wanted, set));
+  applied_ = {set, applied_.settings_epoch + 1};
+  return applied_;
+}
+
+Frame AravisCamera::Expose(double deadline_s) {
+  if (applied_.settings_epoch == 0)
+    throw HardwareError(Fault::kRefused, identity_, "expose", "no exposure time was set",
+                        "configure it first");
+  session_->aborted = false;
+  // It gives up by itself a moment before the caller would.
+  const double give_up_s = deadline_s - 2 * static_cast<double>(kPop_us) / kUsPerS;
+  Frame frame =
+      caller_->Call("expose", deadline_s, [session = session_, clock = clock_, give_up_s] {
+        return session->Expose(*clock, give_up_s);
+      });
+  frame.settings = applied_;
+  frame.frame_id = ++frames_;
+  frame.t_end_s = frame.t_start_s + applied_.exposure_s;
+  return frame;
+}
+
+void AravisCamera::Abort() { session_->aborted = true; }
+
+}  // namespace luxfield::hal::aravis
+
+#endif

@@ -1,0 +1,69 @@
+// GigE Vision and USB3 Vision cameras, through aravis 0.8 and GenICam's standard features (SFNC).
+//
+// The camera runs with a software trigger: one trigger, one frame. Automatic exposure and gain are
+// switched off. A frame carries the camera's own exposure time, read back when it was set; frames
+// that were in flight before a trigger are thrown away, and the camera's block id has to be a new
+// one.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/clock.h"
+#include "hal/camera.h"
+#include "hal/deadline_caller.h"
+
+namespace luxfield::hal::aravis {
+
+struct Region {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
+struct AravisOptions {
+  std::string id;  // as `luxfield devices` lists it; empty: the only camera there is
+  std::string pixel_format = "Mono16";
+  double gain_db = 0;            // the camera's Gain feature, in its own unit (dB with most)
+  std::optional<Region> region;  // absent: the whole sensor
+  double readout_s = 0.05;       // from the end of an exposure to the next trigger
+  // Frames through a packet socket, which root has by default: less work for the kernel, but it
+  // sees nothing on a loopback interface.
+  bool packet_socket = true;
+};
+
+struct AravisDevice {
+  std::string id, vendor, model, serial, address, protocol;
+};
+// Cameras that answer on the network and USB now. Takes about a second.
+std::vector<AravisDevice> ListAravisDevices();
+
+class AravisCamera : public Camera {
+ public:
+  // Throws HardwareError: kDisconnected where there is no such camera, kRefused where another
+  // program controls it or a setting does not read back, kOutOfRange for gain or region.
+  AravisCamera(const AravisOptions& options, std::shared_ptr<core::Clock> clock);
+  ~AravisCamera() override;
+
+  std::string identity() const override { return identity_; }
+  CameraCapabilities capabilities() const override { return capabilities_; }
+  AppliedSettings Configure(const CameraSettings& settings, double deadline_s) override;
+  // kIncomplete where packets stayed lost though they were asked for again, kDisconnected where the
+  // camera has not answered its heartbeat.
+  Frame Expose(double deadline_s) override;
+  // An exposure that waits in another thread ends with kStopped.
+  void Abort() override;
+
+ private:
+  struct Session;
+
+  std::shared_ptr<core::Clock> clock_;
+  std::shared_ptr<Session> session_;
+  std::string identity_;
+  CameraCapabilities capabilities_;
+  AppliedSettings applied_;
+  std::uint64_t frames_ = 0;
+  std::optional<DeadlineCaller> caller_;  // last: ends before what its calls use
+};
+
+}  // namespace luxfield::hal::aravis
