@@ -1,0 +1,63 @@
+// USBTMC instruments over libusb (USB Test and Measurement Class 1.0; USB488 subclass).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/scpi/message_channel.h"
+
+namespace luxfield::hal::usbtmc {
+
+// What an instrument does not do as the standard says. FindQuirks knows some by their numbers; all
+// are off for any other.
+struct Quirks {
+  bool no_clear = false;  // INITIATE_CLEAR hangs it: it is not cleared when it is opened
+  bool any_tag = false;   // replies may carry a stale tag
+};
+Quirks FindQuirks(std::uint16_t vendor, std::uint16_t product);
+
+struct UsbTmcOptions {
+  std::uint16_t vendor = 0, product = 0;
+  std::string serial;  // empty: the only one with these numbers
+};
+
+struct UsbTmcDevice {
+  std::uint16_t vendor = 0, product = 0;
+  std::string serial;   // empty where it cannot be opened
+  std::string problem;  // why not
+};
+std::vector<UsbTmcDevice> ListUsbTmcDevices();
+
+// One message out, one message in. A read that finds no answer by its deadline aborts the transfer
+// as the class asks (INITIATE_ABORT_BULK_IN, drain, CHECK_ABORT_BULK_IN_STATUS), without which many
+// instruments stay dead. Calls end by their deadline but for that sequence, at most 0.5 s.
+class UsbTmc : public MessageChannel {
+ public:
+  // Detaches a kernel driver while it is open. HardwareError: kDisconnected, kRefused (permission,
+  // another program, several of them).
+  explicit UsbTmc(const UsbTmcOptions& options);
+  UsbTmc(const UsbTmcOptions& options, Quirks quirks);
+  ~UsbTmc() override;
+
+  const std::string& name() const override { return name_; }
+  void Write(std::string_view message, SteadyTime deadline) override;
+  std::string Read(SteadyTime deadline) override;
+
+ private:
+  struct Usb;
+
+  void Clear();
+  void AbortOut();
+  void AbortIn();
+  void DrainIn();
+  std::vector<std::uint8_t> ReadTransfer(std::uint32_t max_size, SteadyTime deadline);
+
+  std::string name_;
+  Quirks quirks_;
+  std::unique_ptr<Usb> usb_;
+  std::uint8_t tag_ = 0;
+};
+
+}  // namespace luxfield::hal::usbtmc

@@ -1,0 +1,151 @@
+#include "hal/scpi/scpi.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "hal/error.h"
+#include "hal/usbtmc/usbtmc.h"
+#include "tests/usbtmc/fake_instrument.h"
+
+namespace luxfield::hal::scpi {
+namespace {
+
+using testing::HasSubstr;
+using usbtmc::FakeInstrument;
+
+TEST(ScpiNumbers, AsInstrumentsWriteThem) {
+  EXPECT_EQ(ParseNumber("+1.23400E+02"), 123.4);
+  EXPECT_EQ(ParseNumber(" -0.5\r\n"), -0.5);
+  EXPECT_EQ(ParseNumber("7"), 7);
+  EXPECT_EQ(ParseNumber(".25"), 0.25);
+  EXPECT_EQ(ParseNumber("9.9E37"), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(ParseNumber("-9.90000000E+37"), -std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(std::isnan(*ParseNumber("9.91E37")));
+  for (const char* text :
+       {"", "-", "+", "inf", "nan", "-inf", "1,2", "1 2", "++1", "0x10", "1e999"})
+    EXPECT_FALSE(ParseNumber(text)) << text;
+}
+
+TEST(ScpiErrors, AreCodeAndText) {
+  EXPECT_EQ(ParseError("+0,\"No error\"")->code, 0);
+  EXPECT_EQ(ParseError("-113,\"Undefined header\"\n")->text, "Undefined header");
+  EXPECT_EQ(ParseError("0")->code, 0);
+  for (const char* text : {"", "\"No error\"", "x,1", "1.5,\"\"", "99999999999,\"\""})
+    EXPECT_FALSE(ParseError(text)) << text;
+}
+
+TEST(ScpiParsers, AnyBytesEndInAValueOrNone) {
+  const unsigned seed = 99;
+  SCOPED_TRACE(seed);
+  std::mt19937 generator(seed);
+  constexpr std::string_view kLikely = "0123456789+-.eE,\" \n\t";
+  int numbers = 0;
+  for (int trial = 0; trial < 100'000; ++trial) {
+    std::string text(generator() % 12, ' ');
+    for (char& c : text)
+      c = generator() % 8 ? kLikely[generator() % kLikely.size()] : static_cast<char>(generator());
+    numbers += ParseNumber(text).has_value();
+    if (const auto entry = ParseError(text)) {
+      ASSERT_LE(entry->text.size(), 60u);
+    }
+  }
+  EXPECT_GT(numbers, 100);
+}
+
+// A supply of 0 to 30 V that knows what it is told.
+class Supply {
+ public:
+  std::string Answer(const std::string& message) {
+    const std::string line = message.substr(0, message.find('\n'));
+    if (line == "*IDN?") return "ACME,PS30,1,2.0\n";
+    if (line == "*CLS") return error_.clear(), "";
+    if (line == "SYST:ERR?")
+      return error_.empty() ? "+0,\"No error\"\n" : std::exchange(error_, "") + "\n";
+    if (line == "VOLT?") return fmt::format("{:+.6E}\n", volt_);
+    if (line == "CURR?") return fmt::format("{:+.6E}\n", current_);
+    if (line == "OUTP?") return on_ ? "1\n" : "0\n";
+    if (line == "MEAS:VOLT?") return fmt::format("{:+.6E}\n", on_ ? volt_ : 0);
+    if (line == "MEAS:CURR?") return fmt::format("{:+.6E}\n", on_ ? 0.5 * current_ : 0);
+    if (line == "READ?") return "9.90000000E+37\n";
+    if (line == "OUTP ON" || line == "OUTP OFF") return on_ = line.ends_with("ON"), "";
+    if (line.starts_with("VOLT ")) {
+      const double value = std::stod(line.substr(5));
+      if (value > 30)
+        error_ = "-222,\"Data out of range\"";
+      else
+        volt_ = value;
+      return "";
+    }
+    if (line.starts_with("CURR ")) return current_ = std::stod(line.substr(5)), "";
+    error_ = "-113,\"Undefined header\"";
+    return "";
+  }
+  bool on() const { return on_; }
+
+ private:
+  double volt_ = 0, current_ = 0;
+  bool on_ = false;
+  std::string error_ = "-410,\"Query INTERRUPTED\"";  // of who used it before
+};
+
+class Scpi : public testing::Test {
+ protected:
+  std::unique_ptr<MessageChannel> Channel() {
+    return std::make_unique<usbtmc::UsbTmc>(
+        usbtmc::UsbTmcOptions{FakeInstrument::kVendor, FakeInstrument::kProduct, {}});
+  }
+  double Soon() { return clock_->MonotonicSeconds() + 5; }
+
+  Supply supply_;
+  FakeInstrument instrument_{
+      [this](const std::string& message) { return supply_.Answer(message); }};
+  std::shared_ptr<core::Clock> clock_ = std::make_shared<core::SystemClock>();
+};
+
+TEST_F(Scpi, ASupplySetsReadsBackMeasuresAndSwitchesOffWhatItSwitchedOn) {
+  {
+    ScpiSupply supply(Channel(), {12.5, 2, 0.005}, clock_, Soon());
+    EXPECT_EQ(supply.identity(), "ACME,PS30,1,2.0");
+    EXPECT_FALSE(supply.State().output);
+    const SupplyState on = supply.SetOutput(true, Soon());
+    EXPECT_TRUE(on.output);
+    EXPECT_DOUBLE_EQ(on.voltage_v, 12.5);
+    EXPECT_DOUBLE_EQ(on.current_a, 1);
+  }
+  EXPECT_FALSE(supply_.on());
+}
+
+TEST_F(Scpi, ASupplyThatWasOnBeforeIsLeftOn) {
+  supply_.Answer("OUTP ON\n");
+  { ScpiSupply supply(Channel(), {12.5, 2, 0.005}, clock_, Soon()); }
+  EXPECT_TRUE(supply_.on());
+}
+
+TEST_F(Scpi, WhatTheInstrumentRefusesIsToldAndNothingIsSwitchedOn) {
+  ScpiSupply supply(Channel(), {48, 2, 0.005}, clock_, Soon());
+  try {
+    supply.SetOutput(true, Soon());
+    FAIL();
+  } catch (const HardwareError& error) {
+    EXPECT_EQ(error.fault, Fault::kRefused);
+    EXPECT_THAT(error.what(), HasSubstr("VOLT 48"));
+    EXPECT_THAT(error.what(), HasSubstr("-222 Data out of range"));
+  }
+  EXPECT_FALSE(supply_.on());
+}
+
+TEST_F(Scpi, AMeterSaysWhenItIsOverRange) {
+  ScpiMeter meter(Channel(), {"READ?", "lx"}, clock_, Soon());
+  const Reading reading = meter.Read(Soon());
+  EXPECT_TRUE(reading.over_range);
+  EXPECT_EQ(reading.unit, "lx");
+  ScpiMeter other(Channel(), {"MEAS:CURR?", "A"}, clock_, Soon());
+  EXPECT_FALSE(other.Read(Soon()).over_range);
+}
+
+}  // namespace
+}  // namespace luxfield::hal::scpi

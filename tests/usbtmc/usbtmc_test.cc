@@ -1,0 +1,130 @@
+#include "hal/usbtmc/usbtmc.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "hal/error.h"
+#include "tests/usbtmc/fake_instrument.h"
+
+namespace luxfield::hal::usbtmc {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::string Echo(const std::string& message) {
+  if (message == "*IDN?\n") return "ACME,LightMeter,7,1.0\n";
+  if (message == "LONG?\n") return std::string(5000, 'x') + "\n";
+  return {};
+}
+
+class UsbTmcDeviceTest : public testing::Test {
+ protected:
+  UsbTmcOptions Options() const { return {FakeInstrument::kVendor, FakeInstrument::kProduct, {}}; }
+  template <typename Action>
+  static HardwareError ErrorOf(Action&& action) {
+    try {
+      action();
+    } catch (const HardwareError& error) {
+      return error;
+    }
+    ADD_FAILURE() << "nothing was thrown";
+    return {Fault::kProtocol, "", "", "", ""};
+  }
+  std::string Ask(UsbTmc& device, const std::string& query, double seconds = 5) {
+    device.Write(query + "\n", SecondsFromNow(seconds));
+    return device.Read(SecondsFromNow(seconds));
+  }
+
+  FakeInstrument instrument_{Echo};
+};
+
+TEST_F(UsbTmcDeviceTest, IsListedOpenedClearedAndAnswers) {
+  const auto devices = ListUsbTmcDevices();
+  ASSERT_EQ(devices.size(), 1u);
+  EXPECT_EQ(devices[0].vendor, FakeInstrument::kVendor);
+  EXPECT_EQ(devices[0].serial, "7");
+  UsbTmc device(Options());
+  EXPECT_EQ(instrument_.clears(), 1);
+  EXPECT_EQ(Ask(device, "*IDN?"), "ACME,LightMeter,7,1.0");
+  EXPECT_EQ(Ask(device, "*IDN?"), "ACME,LightMeter,7,1.0");
+  EXPECT_THAT(instrument_.messages(), ElementsAre("*IDN?\n", "*IDN?\n"));
+}
+
+TEST_F(UsbTmcDeviceTest, LongRepliesComeInSeveralTransfers) {
+  UsbTmc device(Options());
+  for (const std::size_t at_once : {511u, 500u, 1024u}) {
+    instrument_.Set({.at_once = at_once});
+    EXPECT_EQ(Ask(device, "LONG?"), std::string(5000, 'x'));
+  }
+}
+
+TEST_F(UsbTmcDeviceTest, AMuteInstrumentTimesOutAndAnswersAfterwards) {
+  UsbTmc device(Options());
+  instrument_.Set({.mute = true});
+  const auto begin = std::chrono::steady_clock::now();
+  const HardwareError error = ErrorOf([&] { Ask(device, "*IDN?", 0.1); });
+  EXPECT_EQ(error.fault, Fault::kTimeout);
+  EXPECT_THAT(error.what(), HasSubstr("1209:0001"));
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(100));
+  EXPECT_EQ(instrument_.aborts(), 1);
+  instrument_.Set({});
+  EXPECT_EQ(Ask(device, "LONG?"), std::string(5000, 'x')) << "not the reply that came too late";
+}
+
+TEST_F(UsbTmcDeviceTest, StaleTagsAreRefusedUnlessKnown) {
+  UsbTmc device(Options());
+  instrument_.Set({.stale_tag = true});
+  EXPECT_EQ(ErrorOf([&] { Ask(device, "*IDN?"); }).fault, Fault::kProtocol);
+  EXPECT_EQ(instrument_.aborts(), 1);
+  Quirks quirks;
+  quirks.any_tag = true;
+  quirks.no_clear = true;
+  const int clears = instrument_.clears();
+  instrument_.Set({});
+  UsbTmc known(Options(), quirks);
+  EXPECT_EQ(instrument_.clears(), clears);
+  instrument_.Set({.stale_tag = true});
+  EXPECT_EQ(Ask(known, "*IDN?"), "ACME,LightMeter,7,1.0");
+}
+
+TEST_F(UsbTmcDeviceTest, ACutReplyIsNoReply) {
+  UsbTmc device(Options());
+  instrument_.Set({.cut = true});
+  EXPECT_EQ(ErrorOf([&] { Ask(device, "*IDN?"); }).fault, Fault::kProtocol);
+  instrument_.Set({});
+  EXPECT_EQ(Ask(device, "*IDN?"), "ACME,LightMeter,7,1.0");
+}
+
+TEST_F(UsbTmcDeviceTest, AStalledEndpointIsClearedForTheNextMessage) {
+  UsbTmc device(Options());
+  instrument_.Set({.stall_out = true});
+  EXPECT_EQ(ErrorOf([&] { Ask(device, "*IDN?"); }).fault, Fault::kProtocol);
+  EXPECT_EQ(Ask(device, "*IDN?"), "ACME,LightMeter,7,1.0");
+}
+
+TEST_F(UsbTmcDeviceTest, APulledCableIsDisconnected) {
+  UsbTmc device(Options());
+  instrument_.Unplug();
+  EXPECT_EQ(ErrorOf([&] { Ask(device, "*IDN?"); }).fault, Fault::kDisconnected);
+}
+
+TEST_F(UsbTmcDeviceTest, AnInstrumentThatIsNotThere) {
+  UsbTmcOptions options = Options();
+  options.product = 2;
+  EXPECT_EQ(ErrorOf([&] { UsbTmc device(options); }).fault, Fault::kDisconnected);
+  options = Options();
+  options.serial = "8";
+  EXPECT_EQ(ErrorOf([&] { UsbTmc device(options); }).fault, Fault::kDisconnected);
+  options.serial = "7";
+  EXPECT_NO_THROW(UsbTmc device(options));
+}
+
+TEST(UsbTmcQuirks, AreOffButForTheInstrumentsThatHaveThem) {
+  EXPECT_TRUE(FindQuirks(0x1ab1, 0x0e11).no_clear);
+  EXPECT_FALSE(FindQuirks(0x1313, 0x8078).no_clear);
+  EXPECT_FALSE(FindQuirks(0x1313, 0x8078).any_tag);
+}
+
+}  // namespace
+}  // namespace luxfield::hal::usbtmc
