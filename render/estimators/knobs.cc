@@ -12,6 +12,10 @@ namespace luxfield::render {
 namespace {
 
 constexpr int kMaxDepth = 64;
+const std::vector<std::string> kAllocations{"rounded", "systematic"},
+    kInversions{"bisection", "secant"}, kCorrelations{"shared", "decorrelated"},
+    kSequences{"halton", "sobol", "mersenne"}, kBalances{"cosine", "uniform", "energy", "none"},
+    kSets{"shared", "interleaved", "scrambled"};
 
 // Index of `value` among `choices`.
 int Choice(const std::string& name, const std::string& value,
@@ -43,30 +47,45 @@ void Knobs::Set(const std::string& assignment) {
   else if (name == "brdf-share")
     brdf_share = Number<float>(name, value);
   else if (name == "allocation")
-    systematic = Choice(name, value, {"rounded", "systematic"}) == 1;
+    systematic = Choice(name, value, kAllocations) == 1;
   else if (name == "inversion")
-    secant = Choice(name, value, {"bisection", "secant"}) == 1;
+    secant = Choice(name, value, kInversions) == 1;
   else if (name == "depth")
     depth = Number<int>(name, value);
   else if (name == "correlation")
-    decorrelated = Choice(name, value, {"shared", "decorrelated"}) == 1;
+    decorrelated = Choice(name, value, kCorrelations) == 1;
   else if (name == "sequence")
-    sequence = static_cast<Sequence>(Choice(name, value, {"halton", "sobol", "mersenne"}));
+    sequence = static_cast<Sequence>(Choice(name, value, kSequences));
+  else if (name == "environment-balance")
+    environment.balance = static_cast<TileBalance>(Choice(name, value, kBalances));
+  else if (name == "environment-tiles")
+    environment.tiles = Number<int>(name, value);
+  else if (name == "environment-sets")
+    environment.sets = static_cast<SampleSets>(Choice(name, value, kSets));
+  else if (name == "environment-brdf-share")
+    environment.brdf_share = Number<float>(name, value);
+  else if (name == "environment-compensation")
+    environment.compensation = Number<float>(name, value);
   else
     throw InputError(
         fmt::format("unknown knob '{}'; use basis-share, brdf-share, allocation, inversion, depth, "
-                    "correlation or sequence",
+                    "correlation, sequence, or environment-balance, -tiles, -sets, -brdf-share or "
+                    "-compensation",
                     name));
   Validate();
 }
 
 std::string Knobs::Text() const {
-  static constexpr const char* kSequences[] = {"halton", "sobol", "mersenne"};
   return fmt::format(
       "basis-share={} brdf-share={} allocation={} inversion={} depth={} correlation={} sequence={}",
-      basis_share, brdf_share, systematic ? "systematic" : "rounded",
-      secant ? "secant" : "bisection", depth, decorrelated ? "decorrelated" : "shared",
-      kSequences[static_cast<int>(sequence)]);
+      basis_share, brdf_share, kAllocations[systematic], kInversions[secant], depth,
+      kCorrelations[decorrelated], kSequences[static_cast<int>(sequence)]);
+}
+
+std::string EnvironmentKnobs::Text() const {
+  return fmt::format("balance={} tiles={} sets={} brdf-share={} compensation={}",
+                     kBalances[static_cast<int>(balance)], tiles, kSets[static_cast<int>(sets)],
+                     brdf_share, compensation);
 }
 
 void Knobs::Validate() const {
@@ -76,6 +95,9 @@ void Knobs::Validate() const {
     throw InputError(fmt::format("knob brdf-share = {} must lie in [0, 1]", brdf_share));
   if (depth < 0 || depth > kMaxDepth)
     throw InputError(fmt::format("knob depth = {} must lie in [0, {}]", depth, kMaxDepth));
+  if (!(environment.brdf_share >= 0 && environment.brdf_share <= 1))
+    throw InputError(
+        fmt::format("knob environment-brdf-share = {} must lie in [0, 1]", environment.brdf_share));
 }
 
 std::vector<std::string> KnobHelp() {
@@ -86,7 +108,14 @@ std::vector<std::string> KnobHelp() {
       "thesis    inversion=bisection|secant      search in the CDFs",
       "thesis    depth=0..64                     steps before a straight line, 0: to the texel",
       "thesis    correlation=shared|decorrelated one sequence for all, or shifted per pixel, image",
-      "thesis    sequence=halton|sobol|mersenne  sobol is scrambled"};
+      "thesis    sequence=halton|sobol|mersenne  sobol is scrambled",
+      "the environment map:",
+      "  environment-balance=cosine|uniform|energy|none    how samples are shared out to faces",
+      "  environment-tiles=1..16                           tiles along a face, each as a face (1)",
+      "  environment-sets=shared|interleaved|scrambled     samples of all pixels, of every fourth "
+      "one each way, or of each",
+      "  environment-brdf-share=0..1                       share that follows the BRDF (0.5)",
+      "  environment-compensation=0..1                     of the mean, left to the BRDF (0)"};
 }
 
 }  // namespace luxfield::render

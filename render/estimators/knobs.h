@@ -9,6 +9,8 @@
 //   thesis      depth         steps of the inversion before a straight line; 0: to the texel
 //   thesis      correlation   shared | decorrelated: a shift per pixel and image
 //   thesis      sequence      halton | sobol (scrambled) | mersenne (MT19937)
+//   the environment map       environment-balance, -tiles, -sets, -brdf-share, -compensation:
+//                             estimators/environment.h and environment_light.h
 #pragma once
 
 #include <string>
@@ -18,6 +20,20 @@ namespace luxfield::render {
 
 enum class Sequence { kHalton, kSobol, kMersenne };
 
+enum class TileBalance { kCosine, kUniform, kEnergy, kNone };  // EnvironmentBalance of the kernels
+enum class SampleSets { kShared, kInterleaved, kScrambled };
+
+struct EnvironmentKnobs {
+  TileBalance balance = TileBalance::kCosine;
+  int tiles = 1;  // along each side of a face
+  SampleSets sets = SampleSets::kScrambled;
+  float brdf_share = 0.5f;
+  float compensation = 0;
+
+  // All of them as "name=value", separated by spaces.
+  std::string Text() const;
+};
+
 struct Knobs {
   float basis_share = 0.5f;
   float brdf_share = 0.5f;
@@ -26,10 +42,11 @@ struct Knobs {
   int depth = 0;
   bool decorrelated = false;
   Sequence sequence = Sequence::kHalton;
+  EnvironmentKnobs environment{};
 
   // "depth=3". InputError for an unknown name or value.
   void Set(const std::string& assignment);
-  // All of them as "name=value", separated by spaces.
+  // All but the environment map's as "name=value", separated by spaces.
   std::string Text() const;
   // InputError naming the knob that is out of range.
   void Validate() const;

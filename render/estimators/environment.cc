@@ -1,0 +1,117 @@
+#include "render/estimators/environment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "render/kernels/environment_types.clh"
+#include "render/kernels/sampling_types.clh"
+
+namespace luxfield::render {
+namespace {
+
+constexpr char kPath[] = "kernels/environment.cl";
+constexpr int kInterleaved = 4;       // sets along each axis
+constexpr int kMaxSamples = 1 << 20;  // counts stay exact to 1/16 sample in float32
+constexpr std::size_t kDrawGroup = 16;
+constexpr std::size_t kMaxSetBytes = std::size_t{256} << 20;
+
+SamplingParams MakeSampling(const EstimatorOptions& options, std::size_t pixels) {
+  SamplingParams params{};
+  params.samples = options.samples_per_pixel;
+  params.seed_lo = static_cast<std::uint32_t>(options.seed);
+  params.seed_hi = static_cast<std::uint32_t>(options.seed >> 32);
+  params.stream = options.stream;
+  params.first_pixel = options.first_pixel;
+  params.end = static_cast<int>(pixels);
+  return params;
+}
+
+EnvironmentSampling MakeEnvironmentSampling(const EstimatorOptions& options, int width) {
+  const EnvironmentKnobs& knobs = options.knobs.environment;
+  EnvironmentSampling params{};
+  params.balance = static_cast<int>(knobs.balance);
+  params.brdf_samples = static_cast<int>(
+      std::ceil(double{knobs.brdf_share} * static_cast<double>(options.samples_per_pixel)));
+  const int light_samples = options.samples_per_pixel - params.brdf_samples;
+  params.light_samples = static_cast<float>(light_samples);
+  params.capacity = light_samples;
+  params.sets_per_side = knobs.sets == SampleSets::kInterleaved ? kInterleaved : 1;
+  params.width = width;
+  return params;
+}
+
+}  // namespace
+
+EnvironmentEstimator::EnvironmentEstimator(const Device& device, const std::string& build_options)
+    : device_(device),
+      build_options_(build_options),
+      draw_sets_(Program::Build(device, kPath, "-D GLOSSY=0 " + build_options), "DrawSets") {}
+
+Kernel& EnvironmentEstimator::KernelFor(bool glossy) {
+  auto kernel = kernels_.find(glossy);
+  if (kernel == kernels_.end())
+    kernel = kernels_
+                 .emplace(glossy, Kernel(Program::Build(device_, kPath,
+                                                        fmt::format("-D GLOSSY={} {}", int{glossy},
+                                                                    build_options_)),
+                                         "LightEnvironment"))
+                 .first;
+  return kernel->second;
+}
+
+void EnvironmentEstimator::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
+                                 const EnvironmentLight& light, const EstimatorOptions& options,
+                                 Lighting& lighting) {
+  options.knobs.Validate();
+  if (options.samples_per_pixel < 1 || options.samples_per_pixel > kMaxSamples)
+    throw InputError(fmt::format("samples per pixel = {} must be 1 to {}",
+                                 options.samples_per_pixel, kMaxSamples));
+  const SamplingParams sampling = MakeSampling(options, gbuffer.pixel_count());
+  const EnvironmentSampling own = MakeEnvironmentSampling(options, gbuffer.width);
+  if (light.options().compensation > 0 && own.brdf_samples == 0)
+    throw InputError(
+        "environment map: MIS compensation leaves light to samples that follow the BRDF, and there "
+        "are none; raise environment-brdf-share or set environment-compensation to 0");
+  const Buffer sampling_params =
+      Buffer::From(device_, std::span<const SamplingParams>(&sampling, 1));
+  const Buffer own_params = Buffer::From(device_, std::span<const EnvironmentSampling>(&own, 1));
+
+  Buffer draws;
+  if (options.knobs.environment.sets != SampleSets::kScrambled && own.capacity > 0) {
+    const std::size_t ranges = own.balance == kBalanceNone ? 1 : light.tile_count();
+    const std::size_t sets =
+        static_cast<std::size_t>(own.sets_per_side) * own.sets_per_side * ranges;
+    const std::size_t bytes = sets * own.capacity * sizeof(EnvironmentDraw);
+    if (bytes > kMaxSetBytes)
+      throw InputError(fmt::format(
+          "environment map: sample sets of {} samples for {} tiles take {:.0f} MiB, more than {}; "
+          "use fewer samples or tiles, or environment-sets=scrambled",
+          own.capacity, light.tile_count(), static_cast<double>(bytes) / 0x1p20,
+          kMaxSetBytes >> 20));
+    draws = Buffer(device_, bytes);
+    draw_sets_
+        .Set(light.params(), light.texels(), light.row_starts(), light.column_starts(),
+             light.energies(), light.corners(), sampling_params, own_params, draws)
+        .Enqueue({static_cast<std::size_t>(own.capacity), sets}, {kDrawGroup});
+  }
+  const Buffer none;
+  KernelFor(gbuffer.glossy())
+      .Set(light.params(), light.texels(), light.row_starts(), light.column_starts(),
+           light.energies(), light.corners(), gbuffer.position, gbuffer.normal, gbuffer.albedo,
+           gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none, bvh ? bvh->triangles : none,
+           sampling_params, own_params, draws, lighting.irradiance, lighting.reflected,
+           lighting.variance, lighting.samples)
+      .Enqueue(gbuffer.pixel_count());
+}
+
+const std::string& EnvironmentEstimator::Guarantee() {
+  static const std::string guarantee =
+      "the environment's light, unbiased for any BRDF, with and without shadows; half of the "
+      "samples follow the map and half the BRDF";
+  return guarantee;
+}
+
+}  // namespace luxfield::render
