@@ -175,7 +175,7 @@ core::Json Run(Options options, const Common& common) {
 void AddRender(Program& program) {
   auto options = std::make_shared<Options>();
   CLI::App& verb = program.AddVerb(
-      "render", "Light a scene with measured luminaires",
+      "render", "Light a scene with measured luminaires and environment maps",
       [options, &program]() -> core::Json { return Run(*options, program.common()); });
   std::vector<std::string> names;
   std::string guarantees;
@@ -183,6 +183,7 @@ void AddRender(Program& program) {
     names.push_back(traits.name);
     guarantees += fmt::format("  {:<10} {}\n", traits.name, traits.guarantee);
   }
+  guarantees += fmt::format("  besides    {}\n", render::EnvironmentEstimator::Guarantee());
   std::string knobs;
   for (const auto& line : render::KnobHelp()) knobs += "  " + line + "\n";
   verb.footer("Estimators:\n" + guarantees + "\nKnobs:\n" + knobs);
@@ -193,7 +194,7 @@ void AddRender(Program& program) {
       ->check(CLI::IsMember(names))
       ->each([options](const std::string&) { options->estimator_given = true; });
   verb.add_option("--spp", options->render.samples_per_pixel,
-                  "Light samples per pixel over all luminaires")
+                  "Light samples per pixel over all luminaires and the environment")
       ->each([options](const std::string&) { options->samples_given = true; });
   verb.add_option("--error", options->error,
                   "Instead of --spp: the relative RMSE of the luminance to reach, as 0.5%; "
@@ -208,9 +209,11 @@ void AddRender(Program& program) {
                   "Most samples per coefficient image and pixel, 0 for no bound");
   verb.add_option("--knob", options->knobs,
                   "A setting of the estimator as name=value, see below; may be repeated");
-  verb.add_option("--shadows", options->shadows,
-                  "none; traced: a ray per light sample; maps: shadow maps from the luminaire's "
-                  "filter plane; thesis-maps: from its image plane, as published")
+  verb.add_option(
+          "--shadows", options->shadows,
+          "none; traced: a ray per light sample; maps: shadow maps from the luminaire's "
+          "filter plane; thesis-maps: from its image plane, as published. An environment's are "
+          "traced, or none")
       ->check(CLI::IsMember({"none", "traced", "maps", "thesis-maps"}));
   verb.add_option("--shadow-map-size", options->render.shadow_map_size,
                   "Texels along each side of a shadow map")

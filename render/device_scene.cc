@@ -119,12 +119,8 @@ DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry) {
           std::any_of(geometry.materials.begin(), geometry.materials.end(), scene::IsGlossy)};
 }
 
-PrimaryVisibility::PrimaryVisibility(const Device& device)
-    : kernel_(Program::Build(device, "kernels/gbuffer.cl"), "PrimaryRays") {}
-
-Event PrimaryVisibility::Render(const DeviceScene& scene, const scene::Camera& camera,
-                                int first_row, lightfield::Vec2 sample, GBuffer& gbuffer,
-                                WorkSize local) {
+PinholeCamera MakePinhole(const scene::Camera& camera, int width, int first_row, int rows,
+                          lightfield::Vec2 sample) {
   const auto corner = camera.Direction(0, 0);
   PinholeCamera pinhole{};
   Store(camera.position, pinhole.position);
@@ -133,9 +129,20 @@ Event PrimaryVisibility::Render(const DeviceScene& scene, const scene::Camera& c
   Store(camera.Direction(0, 1) - corner, pinhole.down);
   pinhole.sample_x = static_cast<float>(sample.x);
   pinhole.sample_y = static_cast<float>(sample.y);
-  pinhole.width = gbuffer.width;
+  pinhole.width = width;
   pinhole.first_row = first_row;
-  pinhole.rows = gbuffer.height;
+  pinhole.rows = rows;
+  return pinhole;
+}
+
+PrimaryVisibility::PrimaryVisibility(const Device& device)
+    : kernel_(Program::Build(device, "kernels/gbuffer.cl"), "PrimaryRays") {}
+
+Event PrimaryVisibility::Render(const DeviceScene& scene, const scene::Camera& camera,
+                                int first_row, lightfield::Vec2 sample, GBuffer& gbuffer,
+                                WorkSize local) {
+  const PinholeCamera pinhole =
+      MakePinhole(camera, gbuffer.width, first_row, gbuffer.height, sample);
   kernel_.Set(pinhole, scene.bvh.nodes, scene.bvh.triangles, scene.shading, scene.materials,
               scene.texels, gbuffer.position, gbuffer.normal, gbuffer.albedo, gbuffer.gloss);
   gbuffer.eye = {{pinhole.position[0], pinhole.position[1], pinhole.position[2], 1}};

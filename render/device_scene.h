@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/gbuffer.h"
+#include "render/kernels/gbuffer_types.clh"
 #include "scene/bvh.h"
 #include "scene/scene.h"
 
@@ -19,6 +20,11 @@ struct DeviceScene {
 // 32-bit numbers, DeviceError if the device cannot hold it.
 DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry);
 DeviceBvh UploadBvh(const Device& device, const scene::Geometry& geometry, const scene::Bvh& bvh);
+
+// A camera as kernels see it (kernels/gbuffer_types.clh): rows [first_row, first_row + rows) of its
+// picture; `sample` is the place in every pixel, (0.5, 0.5) its centre.
+PinholeCamera MakePinhole(const scene::Camera& camera, int width, int first_row, int rows,
+                          lightfield::Vec2 sample);
 
 // Fills G-buffers with one ray per pixel. Positions are interpolated from the corners of the hit
 // triangle (error some 2e-7 of its coordinates); normals are interpolated where the mesh has them,

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/stopwatch.h"
+#include "lightfield/environment_map.h"
 #include "preprocess/table_io.h"
 #include "render/estimators/volume.h"
 
@@ -40,6 +41,7 @@ preprocess::Tables ReadOrBuildTables(const LoadedLightField& light_field) {
 LitScene::LitScene(const Device& device, const scene::Scene& scene)
     : device_(device), camera_(scene.camera), geometry_(UploadScene(device, scene.geometry)) {
   if (!scene.file.empty()) provenance_["scene_sha256"] = core::Sha256OfFile(scene.file);
+  if (scene.environment) LoadEnvironment(*scene.environment);
   std::map<std::pair<std::filesystem::path, std::filesystem::path>,
            std::shared_ptr<LoadedLightField>>
       loaded;
@@ -50,6 +52,26 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene)
         {luminaire.name, light_field, luminaire.world_from_luminaire, luminaire.scale});
     provenance_[fmt::format("{} sha256", luminaire.name)] = light_field->sha256;
   }
+}
+
+void LitScene::LoadEnvironment(const scene::Environment& environment) {
+  const auto picture = lightfield::ReadEnvironmentPicture(environment.file, environment.layout);
+  const lightfield::CubeMap map = lightfield::MakeCubeMap(picture, environment.face_size);
+  environment_.emplace(EnvironmentLight(device_, map.face_size), environment.scale);
+  environment_->light.SetPose(environment.world_from_environment);
+  environment_->light.Show(map);
+  provenance_["environment sha256"] = core::Sha256OfFile(environment.file);
+}
+
+void LitScene::RequireEnvironment(const EnvironmentTableOptions& options) {
+  const core::Stopwatch stopwatch;
+  if (environment_) environment_->light.SetOptions(options);
+  tables_core_s_ += stopwatch.CoreSeconds();
+}
+
+EnvironmentEstimator& LitScene::environment_estimator() {
+  if (!environment_estimator_) environment_estimator_.emplace(device_);
+  return *environment_estimator_;
 }
 
 std::shared_ptr<LoadedLightField> LitScene::Load(const scene::Luminaire& luminaire) {

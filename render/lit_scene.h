@@ -5,12 +5,15 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "lightfield/light_field.h"
 #include "render/device_scene.h"
+#include "render/environment_light.h"
+#include "render/estimators/environment.h"
 #include "render/estimators/estimator.h"
 #include "scene/scene.h"
 
@@ -33,10 +36,17 @@ struct PlacedLuminaire {
   double scale = 1;
 };
 
+// The scene's environment map.
+struct PlacedEnvironment {
+  EnvironmentLight light;
+  double scale = 1;
+};
+
 class LitScene {
  public:
-  // Reads the light fields; one that several luminaires share is read and uploaded once. Throws
-  // InputError for files that cannot be read and luminaires of different units; DeviceError.
+  // Reads the environment map and the light fields; one that several luminaires share is read and
+  // uploaded once. Throws InputError for files that cannot be read and luminaires of different
+  // units; DeviceError.
   LitScene(const Device& device, const scene::Scene& scene);
 
   // Uploads what is needed and not there yet: a SAT is read where the scene names tables or
@@ -47,6 +57,9 @@ class LitScene {
   // (negative C).
   void Require(const TableNeeds& needs, double volume_error = 2e-3);
 
+  // Makes the environment's tables as `options` ask for, if there is an environment.
+  void RequireEnvironment(const EnvironmentTableOptions& options);
+
   // Forgets the volumes: the next picture that needs one builds it anew, as if it were the first.
   void DropVolumes();
 
@@ -56,14 +69,20 @@ class LitScene {
 
   const Device& device() const { return device_; }
   const scene::Camera& camera() const { return camera_; }
+  // What lights with the environment, made when first asked for.
+  EnvironmentEstimator& environment_estimator();
+
   const DeviceScene& geometry() const { return geometry_; }
   const std::vector<PlacedLuminaire>& luminaires() const { return luminaires_; }
+  // Null if the scene has none.
+  const PlacedEnvironment* environment() const { return environment_ ? &*environment_ : nullptr; }
   lightfield::FluxUnit unit() const { return unit_; }
   // SHA-256 of the scene's and the light fields' files.
   const lightfield::Provenance& provenance() const { return provenance_; }
   double tables_core_s() const { return tables_core_s_; }  // CPU time spent on building tables
 
  private:
+  void LoadEnvironment(const scene::Environment& environment);
   std::shared_ptr<LoadedLightField> Load(const scene::Luminaire& luminaire);
   preprocess::VolumeForError BuildVolume(const LoadedLightField& light_field,
                                          double max_rel_error) const;
@@ -72,6 +91,8 @@ class LitScene {
   scene::Camera camera_;
   DeviceScene geometry_;
   std::vector<PlacedLuminaire> luminaires_;
+  std::optional<PlacedEnvironment> environment_;
+  std::optional<EnvironmentEstimator> environment_estimator_;
   lightfield::FluxUnit unit_ = lightfield::FluxUnit::kRelative;
   lightfield::Provenance provenance_;
   std::map<std::string, std::unique_ptr<Estimator>> estimators_;

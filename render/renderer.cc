@@ -94,6 +94,11 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
   RequireShadows(estimator_.traits(), options.shadows);
   if (options.shadows == Shadows::kTraced)
     scene.Require(estimator_.traits().needs_for_shadows, options.approximation_error);
+  if (scene.environment()) {
+    const EnvironmentKnobs& knobs = options.knobs.environment;
+    scene.RequireEnvironment({knobs.tiles, knobs.compensation});
+    background_.emplace(scene.device());
+  }
   if (options.shadows == Shadows::kThesisMaps) scene.Require({.sat = true});  // reference positions
   if (options.shadows == Shadows::kMaps || options.shadows == Shadows::kThesisMaps)
     for (const auto& luminaire : scene.luminaires()) {
@@ -131,6 +136,7 @@ Frame Renderer::Render() {
       {"approximation_error", fmt::format("{}", options_.approximation_error)},
       {"knobs", options_.knobs.Text()},
       {"device", scene_.device().info().name}});
+  if (scene_.environment()) frame.provenance["environment"] = options_.knobs.environment.Text();
   for (core::Image* image : {&frame.radiance, &frame.irradiance, &frame.normal, &frame.position})
     *image = core::Image(frame.width, frame.height, 3);
   for (core::Image* image :
@@ -218,12 +224,11 @@ std::vector<Renderer::EquallySampled> Renderer::BySamples(const GBuffer& gbuffer
 
 void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample, Frame& frame) {
   GBuffer& gbuffer = band.gbuffer;
+  const lightfield::Vec2 sample = PixelSample(pixel_sample, options_.antialias);
   const core::Stopwatch stopwatch;
-  primary_
-      .Render(scene_.geometry(), camera_, first_row, PixelSample(pixel_sample, options_.antialias),
-              gbuffer)
-      .Wait();
+  primary_.Render(scene_.geometry(), camera_, first_row, sample, gbuffer).Wait();
   frame.times.gbuffer_s += stopwatch.WallSeconds();
+  ShowBackground(first_row, gbuffer, sample, frame);
 
   const auto position = gbuffer.position.Download<cl_float4>();
   const auto normal = gbuffer.normal.Download<cl_float4>();
@@ -276,58 +281,95 @@ void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample,
 
 void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo,
                          int pixel_sample, int pass, BandLight& light, RenderTimes& times) {
-  const int lights = static_cast<int>(scene_.luminaires().size());
-  for (int l = 0; l < lights; ++l) {
+  const int luminaires = static_cast<int>(scene_.luminaires().size());
+  const PlacedEnvironment* environment = scene_.environment();
+  const int lights = luminaires + (environment ? 1 : 0);
+  for (int l = 0; l < luminaires; ++l) {
     const PlacedLuminaire& luminaire = scene_.luminaires()[l];
-    const auto share_of = [&](double samples) {
-      const int all = static_cast<int>(std::lround(std::min(samples, double{kMaxSamples})));
-      return Share(Share(Share(all, pixel_sample, options_.antialias), pass, options_.passes), l,
-                   lights);
-    };
-    EstimatorOptions options;
-    // No density takes the second sample away, without which there is no variance to state.
-    options.samples_per_pixel = std::max(share_of(part.density * options_.samples_per_pixel),
-                                         std::min(2, share_of(options_.samples_per_pixel)));
-    options.seed = options_.seed;
-    options.stream = static_cast<std::uint32_t>(
-        ((options_.first_pass + pass) * options_.antialias + pixel_sample) * lights + l);
-    options.max_samples_per_image = options_.max_samples_per_image;
-    options.max_error = static_cast<float>(options_.approximation_error);
-    options.knobs = options_.knobs;
-    options.first_pixel = part.first_pixel;
-    part.lighting.Clear();
-    scene_.device().Finish();
-
-    const core::Stopwatch stopwatch;
-    estimator_.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
-                     luminaire.world_from_luminaire, options, part.lighting);
-    scene_.device().Finish();
-    times.lighting_s += stopwatch.WallSeconds();
-    times.lighting_core_s += stopwatch.CoreSeconds();
-
-    const auto scale = static_cast<float>(luminaire.scale);
-    const auto irradiance = part.lighting.irradiance.Download<cl_float4>();
-    const auto variance = part.lighting.variance.Download<float>();
-    const auto samples = part.lighting.samples.Download<cl_uint>();
-    const bool glossy = part.gbuffer.glossy();
-    std::vector<cl_float4> reflected;
-    if (glossy) reflected = part.lighting.reflected.Download<cl_float4>();
-    for (std::size_t k = 0; k < irradiance.size(); ++k) {
-      const std::size_t i = part.pixels.empty() ? k : part.pixels[k];
-      const auto& rho = albedo[i].s;
-      for (int c = 0; c < 3; ++c) {
-        const float e = scale * irradiance[k].s[c];
-        light.irradiance[i].s[c] += e;
-        light.radiance[i].s[c] +=
-            glossy ? scale * reflected[k].s[c] : rho[c] * std::numbers::inv_pi_v<float> * e;
-      }
-      // Of the irradiance, where surfaces are Lambertian: seen through the albedo's luminance.
-      const double shown =
-          glossy ? 1.0 : core::Luminance({rho[0], rho[1], rho[2]}) * std::numbers::inv_pi;
-      light.variance[i] += static_cast<float>(scale * scale * shown * shown * variance[k]);
-      light.samples[i] += static_cast<float>(samples[k]);
-    }
+    AddLight(
+        part, albedo, pixel_sample, pass, l, lights, luminaire.scale,
+        [&](const EstimatorOptions& options) {
+          estimator_.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
+                           luminaire.world_from_luminaire, options, part.lighting);
+        },
+        light, times);
   }
+  if (environment)
+    AddLight(
+        part, albedo, pixel_sample, pass, luminaires, lights, environment->scale,
+        [&](const EstimatorOptions& options) {
+          scene_.environment_estimator().Light(
+              part.gbuffer, options_.shadows == Shadows::kNone ? nullptr : &scene_.geometry().bvh,
+              environment->light, options, part.lighting);
+        },
+        light, times);
+}
+
+template <typename Light>
+void Renderer::AddLight(EquallySampled& part, const std::vector<cl_float4>& albedo,
+                        int pixel_sample, int pass, int number, int lights, double scale,
+                        const Light& light, BandLight& sum, RenderTimes& times) {
+  const auto share_of = [&](double samples) {
+    const int all = static_cast<int>(std::lround(std::min(samples, double{kMaxSamples})));
+    return Share(Share(Share(all, pixel_sample, options_.antialias), pass, options_.passes), number,
+                 lights);
+  };
+  EstimatorOptions options;
+  // No density takes the second sample away, without which there is no variance to state.
+  options.samples_per_pixel = std::max(share_of(part.density * options_.samples_per_pixel),
+                                       std::min(2, share_of(options_.samples_per_pixel)));
+  options.seed = options_.seed;
+  options.stream = static_cast<std::uint32_t>(
+      ((options_.first_pass + pass) * options_.antialias + pixel_sample) * lights + number);
+  options.max_samples_per_image = options_.max_samples_per_image;
+  options.max_error = static_cast<float>(options_.approximation_error);
+  options.knobs = options_.knobs;
+  options.first_pixel = part.first_pixel;
+  part.lighting.Clear();
+  scene_.device().Finish();
+
+  const core::Stopwatch stopwatch;
+  light(options);
+  scene_.device().Finish();
+  times.lighting_s += stopwatch.WallSeconds();
+  times.lighting_core_s += stopwatch.CoreSeconds();
+
+  const auto factor = static_cast<float>(scale);
+  const auto irradiance = part.lighting.irradiance.Download<cl_float4>();
+  const auto variance = part.lighting.variance.Download<float>();
+  const auto samples = part.lighting.samples.Download<cl_uint>();
+  const bool glossy = part.gbuffer.glossy();
+  std::vector<cl_float4> reflected;
+  if (glossy) reflected = part.lighting.reflected.Download<cl_float4>();
+  for (std::size_t k = 0; k < irradiance.size(); ++k) {
+    const std::size_t i = part.pixels.empty() ? k : part.pixels[k];
+    const auto& rho = albedo[i].s;
+    for (int c = 0; c < 3; ++c) {
+      const float e = factor * irradiance[k].s[c];
+      sum.irradiance[i].s[c] += e;
+      sum.radiance[i].s[c] +=
+          glossy ? factor * reflected[k].s[c] : rho[c] * std::numbers::inv_pi_v<float> * e;
+    }
+    // Of the irradiance, where surfaces are Lambertian: seen through the albedo's luminance.
+    const double shown =
+        glossy ? 1.0 : core::Luminance({rho[0], rho[1], rho[2]}) * std::numbers::inv_pi;
+    sum.variance[i] += static_cast<float>(factor * factor * shown * shown * variance[k]);
+    sum.samples[i] += static_cast<float>(samples[k]);
+  }
+}
+
+void Renderer::ShowBackground(int first_row, const GBuffer& gbuffer, lightfield::Vec2 sample,
+                              Frame& frame) {
+  const PlacedEnvironment* environment = scene_.environment();
+  if (!environment) return;
+  const auto background =
+      background_->Render(environment->light, camera_, first_row, sample, gbuffer);
+  const std::size_t plane = frame.coverage.plane_size(),
+                    first = static_cast<std::size_t>(first_row) * frame.width;
+  for (std::size_t i = 0; i < background.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      frame.radiance.data[c * plane + first + i] +=
+          static_cast<float>(environment->scale) * background[i].s[c];
 }
 
 void AddTimes(const RenderTimes& times, RenderTimes& to) {

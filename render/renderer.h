@@ -1,17 +1,20 @@
-// From a scene to a lit picture: primary visibility, then every luminaire through an estimator.
+// From a scene to a lit picture: primary visibility, then every luminaire through an estimator,
+// then the environment map.
 //
-//   L(pixel) = sum over luminaires of scale * L_o(p),   L_o = albedo / pi * E_n(p) on Lambertian
-//   surfaces (THEORY.md 6 and 7)
+//   L(pixel) = sum over lights of scale * L_o(p),   L_o = albedo / pi * E_n(p) on Lambertian
+//   surfaces (THEORY.md 6, 7 and 8); the environment's own radiance where nothing was hit
 //
 // Light that reached them over other surfaces is not counted.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/image.h"
 #include "lightfield/light_field.h"
+#include "render/environment_background.h"
 #include "render/lit_scene.h"
 #include "render/shadow_maps.h"
 
@@ -19,7 +22,7 @@ namespace luxfield::render {
 
 struct RenderOptions {
   std::string estimator = "cells";  // a name of EstimatorList()
-  int samples_per_pixel = 200;      // light samples per pixel over all luminaires and pixel samples
+  int samples_per_pixel = 200;      // light samples per pixel over all lights and pixel samples
   int width = 0, height = 0;        // of the picture, 0: the scene's
   // Samples of a pixel over samples_per_pixel: one channel of any size, stretched over the picture;
   // empty: 1 everywhere. Pixels of equal density are lit together, so it should have few values.
@@ -33,8 +36,8 @@ struct RenderOptions {
   int passes = 1;
   int first_pass = 0;  // passes of the same seed and different numbers draw independently
   std::uint64_t seed = 1;
-  Shadows shadows = Shadows::kTraced;
-  int shadow_map_size = 192;  // texels along each side of a shadow map
+  Shadows shadows = Shadows::kTraced;  // the environment's are traced, or none
+  int shadow_map_size = 192;           // texels along each side of a shadow map
   // Relative error asked of what approximates without noise: the volume's table, gloss.
   double approximation_error = 2e-3;
   float max_samples_per_image = 0;  // K_max of THEORY.md 6.2; 0: no bound
@@ -51,7 +54,8 @@ struct RenderTimes {
   std::vector<KernelTime> kernels;  // device time of all of them
 };
 
-// What a camera sees. Images are height x width, row 0 on top; black where nothing was hit.
+// What a camera sees. Images are height x width, row 0 on top; black where nothing was hit, but for
+// the radiance of an environment.
 struct Frame {
   int width = 0, height = 0;
   lightfield::FluxUnit unit = lightfield::FluxUnit::kRelative;
@@ -91,7 +95,7 @@ class Renderer {
   Frame Render();
 
  private:
-  // What one pass shows of a band: sums over the luminaires, per pixel.
+  // What one pass shows of a band: sums over the lights, per pixel.
   struct BandLight {
     explicit BandLight(std::size_t pixels)
         : radiance(pixels, cl_float4{}),
@@ -118,17 +122,25 @@ class Renderer {
                                         const std::vector<cl_float4>& normal,
                                         const std::vector<cl_float4>& albedo, int first_row) const;
   void RenderBand(int first_row, EquallySampled& band, int pixel_sample, Frame& frame);
+  void ShowBackground(int first_row, const GBuffer& gbuffer, lightfield::Vec2 sample, Frame& frame);
   Visibility VisibilityOf(std::size_t luminaire) const;
   // Adds the light of one pass.
   void LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo, int pixel_sample,
                  int pass, BandLight& light, RenderTimes& times);
 
-  const LitScene& scene_;
+  // Lights a part with light number `light` of `lights` by light(options), and adds `scale` of it.
+  template <typename Light>
+  void AddLight(EquallySampled& part, const std::vector<cl_float4>& albedo, int pixel_sample,
+                int pass, int number, int lights, double scale, const Light& light, BandLight& sum,
+                RenderTimes& times);
+
+  LitScene& scene_;
   RenderOptions options_;
   scene::Camera camera_;
   Estimator& estimator_;
   std::vector<ShadowMaps> shadow_maps_;  // one set per luminaire; empty: none are asked for
   PrimaryVisibility primary_;
+  std::optional<EnvironmentBackground> background_;  // of scenes with an environment
 };
 
 }  // namespace luxfield::render

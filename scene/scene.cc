@@ -22,6 +22,7 @@ using lightfield::Normalized;
 
 constexpr double kLargest_m = 1e6;  // float32 resolves 6 cm there
 constexpr int kMaxPixels = 16384;
+constexpr int kMaxFaceSize = 8192;
 constexpr double kLargestExponent = 1e6;  // a lobe of 0.06 degrees; float32 directions resolve it
 
 Vec3 ToVec3(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
@@ -207,6 +208,24 @@ std::vector<Luminaire> ReadLuminaires(const Config& root) {
   return luminaires;
 }
 
+std::optional<Environment> ReadEnvironment(const Config& root) {
+  const auto table = root.OptionalTable("environment");
+  if (!table) return {};
+  Environment environment;
+  environment.file = table->Path("file");
+  if (table->Has("layout")) {
+    const std::string name = table->Text("layout");
+    environment.layout = lightfield::EnvironmentLayoutFromName(name);
+    if (!environment.layout)
+      table->Fail("layout", fmt::format("= '{}' is unknown", name),
+                  "use one of " + lightfield::EnvironmentLayoutNames());
+  }
+  environment.world_from_environment = RotationXyz(GetVec3(*table, "rotate_deg", {0, 0, 0}));
+  environment.scale = table->Number("scale", 1, {0, 1e12});
+  environment.face_size = table->Integer("face_size", 0, 0, kMaxFaceSize);
+  return environment;
+}
+
 // Calls apply(luminaire, path) for the luminaires that each entry names.
 template <typename Apply>
 void Override(const std::map<std::string, std::filesystem::path>& paths, const std::string& file,
@@ -252,13 +271,11 @@ Scene ReadScene(const std::filesystem::path& path, const SceneOverrides& overrid
           fmt::format("a picture of {} pixels along one side cannot be rendered; choose 1 to {}",
                       *size, kMaxPixels));
   const Config root = Config::FromFile(path);
-  if (root.Has("environment"))
-    root.Fail("environment", "is not supported: environment maps do not light scenes yet",
-              "remove it and light the scene with [[luminaire]]");
   Scene scene;
   scene.file = path;
   scene.camera = ReadCamera(root, overrides);
   scene.luminaires = ReadLuminaires(root);
+  scene.environment = ReadEnvironment(root);
   GeometryReader(root, scene.geometry).Read();
   root.Finish();
   Override(overrides.light_fields, path.string(), scene.luminaires,

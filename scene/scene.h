@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "lightfield/environment_layouts.h"
 #include "scene/geometry.h"
 #include "scene/transform.h"
 
@@ -37,11 +38,20 @@ struct Luminaire {
   double scale = 1;  // multiplies its light
 };
 
+struct Environment {
+  std::filesystem::path file;                           // .hdr or .exr
+  std::optional<lightfield::EnvironmentLayout> layout;  // empty: the file's
+  Pose world_from_environment;                          // a rotation
+  double scale = 1;                                     // multiplies its radiance
+  int face_size = 0;  // texels along a face of its cube map, 0: as fine as the picture
+};
+
 struct Scene {
   std::filesystem::path file;
   Geometry geometry;
   Camera camera;
   std::vector<Luminaire> luminaires;
+  std::optional<Environment> environment;
 };
 
 // What the command line changes. Luminaires are named as in the file, "*" means all of them; paths
@@ -53,7 +63,8 @@ struct SceneOverrides {
 };
 
 // Reads a scene and its meshes. A light field given anew drops the file's tables, which belong to
-// another. Luminaire files are not opened here. Throws InputError naming file and field.
+// another. Files of luminaires and environments are not opened here. Throws InputError naming file
+// and field.
 Scene ReadScene(const std::filesystem::path& path, const SceneOverrides& overrides = {});
 
 }  // namespace luxfield::scene

@@ -135,6 +135,11 @@ void AccuracyRequest::Validate() const {
 AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
                                const AccuracyRequest& request) {
   request.Validate();
+  if (scene.environment())
+    throw InputError(
+        "samples are not predicted for environment maps, so that no error or time can be asked of "
+        "a "
+        "scene with one; name its samples");
   AccurateFrame result;
   const core::Stopwatch stopwatch;
   const std::vector<Candidate> candidates = ChooseSetting(scene, costs, request);

@@ -1,5 +1,6 @@
 // Primary visibility: one ray per pixel, the surface point, its normal towards the camera, how it
 // reflects.
+#include "kernels/pinhole.clh"
 #include "render/kernels/bvh.clh"
 #include "render/kernels/gbuffer_types.clh"
 
@@ -69,9 +70,7 @@ __kernel void PrimaryRays(PinholeCamera camera, __global const BvhNode* nodes,
   if (column >= camera.width || row >= camera.rows) return;
   const int pixel = row * camera.width + column;
   const float3 origin = vload3(0, camera.position);
-  const float3 direction =
-      vload3(0, camera.corner) + ((float)column + camera.sample_x) * vload3(0, camera.right) +
-      ((float)(camera.first_row + row) + camera.sample_y) * vload3(0, camera.down);
+  const float3 direction = PixelDirection(&camera, column, row);
   const Hit hit = Intersect(nodes, triangles, origin, direction, 0.0f, MAXFLOAT);
   if (hit.triangle < 0) {
     positions[pixel] = normals[pixel] = albedos[pixel] = (float4)(0.0f);

@@ -101,6 +101,26 @@ TEST(Scene, MaterialErrorsNameTheField) {
               ThrowsMessage<InputError>(HasSubstr("no.png")));
 }
 
+TEST(Scene, ReadsAnEnvironment) {
+  EXPECT_FALSE(ReadScene(Write(kCamera)).environment);
+  const auto plain = ReadScene(Write(std::string(kCamera) + "[environment]\nfile = \"sky.hdr\"\n"));
+  ASSERT_TRUE(plain.environment);
+  EXPECT_EQ(plain.environment->file, std::filesystem::path(testing::TempDir()) / "sky.hdr");
+  EXPECT_FALSE(plain.environment->layout);
+  EXPECT_EQ(plain.environment->scale, 1);
+  EXPECT_EQ(plain.environment->face_size, 0);
+  EXPECT_EQ(plain.environment->world_from_environment.Vector({1, 2, 3}).y, 2);
+  const auto all =
+      ReadScene(Write(std::string(kCamera) +
+                      "[environment]\nfile = \"/a/ball.exr\"\nlayout = \"mirror-ball\"\n"
+                      "rotate_deg = [0, 0, 90]\nscale = 0.25\nface_size = 64\n"));
+  EXPECT_EQ(all.environment->file, "/a/ball.exr");
+  EXPECT_EQ(all.environment->layout, lightfield::EnvironmentLayout::kMirrorBall);
+  EXPECT_EQ(all.environment->scale, 0.25);
+  EXPECT_EQ(all.environment->face_size, 64);
+  EXPECT_NEAR(all.environment->world_from_environment.Vector({1, 0, 0}).y, 1, 1e-15);
+}
+
 TEST(Scene, ReadsLuminairesAndOverridesThem) {
   const std::string text =
       std::string(kCamera) +
@@ -152,7 +172,17 @@ TEST(Scene, AnEmptyWorldIsLegal) {
 TEST(Scene, ErrorsNameFileAndField) {
   ExpectError("environment = \"sky.hdr\"\n",
               {"camera.environment"});  // inside [camera]: unknown key
-  ExpectError("[environment]\nfile = \"sky.hdr\"\n", {"environment", "not supported"});
+  const auto environment = [](const std::string& keys) {
+    return "[environment]\nfile = \"sky.hdr\"\n" + keys;
+  };
+  ExpectError("[environment]\n", {"environment.file"});
+  ExpectError(environment("layout = \"panorama\"\n"),
+              {"environment.layout", "panorama", "latitude-longitude"});
+  ExpectError(environment("scale = -1\n"), {"environment.scale", "-1"});
+  ExpectError(environment("face_size = 8193\n"), {"environment.face_size", "8193"});
+  ExpectError(environment("face_size = 1.5\n"), {"environment.face_size"});
+  ExpectError(environment("rotate_deg = [0, 90]\n"), {"environment.rotate_deg"});
+  ExpectError(environment("position = [0, 0, 0]\n"), {"position"});
   ExpectError("zoom = 2\n", {"camera.zoom"});
   ExpectError("[[quad]]\ncorner = [0, 0]\n", {"quad", "corner"});
   ExpectError("[[box]]\nsize = [1, 1, 1]\nmaterial = \"gold\"\n", {"box", "material", "gold"});
