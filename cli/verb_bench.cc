@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "render/device.h"
 #include "study/bench_accuracy.h"
+#include "study/bench_environment.h"
 #include "study/bench_errors.h"
 #include "study/bench_nearfield.h"
 #include "study/bench_sampling.h"
@@ -138,6 +139,18 @@ core::Json Accuracy(const study::BenchAccuracyOptions& how) {
       summary["median_time_ratio"].get<double>(), summary["worst_time_ratio"].get<double>(),
       summary["within_twice_the_time"].get<int>(), summary["timed"].get<int>());
   result["summary"] = summary;
+  return result;
+}
+
+// Four tables, one below the other.
+core::Json Environment(const study::BenchEnvironmentOptions& how) {
+  core::Json result = study::BenchEnvironment(how);
+  for (const char* part : {"maps", "balance", "speed", "tables"}) {
+    PrintRows(result[part], {});
+    fmt::print("\n");
+  }
+  result["device"] = render::Device::Open(how.device, how.threads).info().name;
+  result["threads"] = core::Threads();
   return result;
 }
 
@@ -279,6 +292,23 @@ void AddScale(Program& program, CLI::App& benches) {
   app.add_option("--spp", how.samples_per_pixel, "Samples per pixel");
 }
 
+void AddEnvironment(Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<study::BenchEnvironmentOptions>(
+      program, benches, "environment",
+      "Environment maps: densities, errors of ways to share out samples, speed", Environment);
+  app.add_option("--map", how.maps,
+                 "Radiance and OpenEXR pictures (default: a sun and sky of ours)")
+      ->default_str("");
+  app.add_option("--face-size", how.face_size, "Texels along each face of the cube maps");
+  AddSize(app, how.width, how.height);
+  AddSamples(app, how.samples_per_pixel);
+  AddReferenceSamples(app, how.reference_samples);
+  app.add_option("--seeds", how.seeds, "Pictures that errors are averaged over")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--repeats", how.repeats, "The least time counts, 0: nothing is timed")
+      ->check(CLI::Range(0, 1000));
+}
+
 }  // namespace
 
 void AddBench(Program& program) {
@@ -288,6 +318,7 @@ void AddBench(Program& program) {
   AddNearfield(program, benches);
   AddSampling(program, benches);
   AddShadows(program, benches);
+  AddEnvironment(program, benches);
   AddErrors(program, benches);
   AddTradeoff(program, benches);
   AddDeviceBench<CalibrateOptions>(

@@ -42,7 +42,9 @@ class EnvironmentLight {
   // Uploads the radiance of a frame and makes its tables. Enqueues and returns; the map may go.
   // Throws InputError for another face size and for radiance that is not in [0, kMaxRadiance].
   void Show(const lightfield::CubeMap& frame);
-  // Makes the tables of the frame that is shown with other options.
+  // Makes the tables of the frame that is shown anew, as Show() does.
+  void MakeTables();
+  // The same with other options.
   void SetOptions(const EnvironmentTableOptions& options);
   // Rotates the map; the translation does not matter.
   void SetPose(const scene::Pose& world_from_environment);
@@ -67,7 +69,6 @@ class EnvironmentLight {
  private:
   void PlaceTiles();  // what depends on the options alone
   void UploadParams();
-  void MakeTables();
 
   Device device_;
   int face_size_;

@@ -1,0 +1,46 @@
+// `luxfield bench environment`: environment maps as light sources, how right, how noisy, how fast.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace luxfield::study {
+
+struct BenchEnvironmentOptions {
+  std::vector<std::filesystem::path> maps;  // empty: a sun and sky of ours (lightfield/sun_sky.h)
+  int face_size = 256;                      // texels along a face of the cube maps
+  int width = 1024, height = 768;           // of the pictures that are timed
+  std::vector<int> samples_per_pixel{64, 256, 600};  // of them
+  int error_width = 192, error_height = 144;         // of the pictures whose errors are compared
+  int reference_samples = 8192;  // per pixel of both halves of a reference together
+  int seeds = 8;                 // pictures that errors are averaged over
+  int repeats = 3;               // the least time counts; 0: nothing is timed
+  std::string device;            // as --device
+  int threads = 0;               // of an OpenCL CPU device, 0: all
+};
+
+// An object of rows:
+//
+// "maps", for each map and strategy: "map", "strategy", "pdf_error", the largest |integral of the
+// density over a tile - 1|; of 24 orientations "z_mean_square" and "z_worst", the irradiance's
+// errors against lightfield::Irradiance in standard errors, over independent samples.
+//
+// "balance", three balls on a floor (study/ball_scene.h) under each map, without shadows: "map",
+// "surface" (lambert, glossy), "balance", "tiles", "sets", "compensation", "spp", "rel_rmse" and
+// "mean_lab" of the radiance over the pixels that hit something, "useful", the share of samples
+// above the horizon in directions where there is light, "samples", those taken per pixel, and
+// "core_s". References are two halves of independent samples; "reference_rel_rmse" is their own
+// error.
+//
+// "speed", under the first map: "surface", "shadows", "sets", "spp", "samples_per_s" (wall time),
+// "core_ns_per_sample", "fps".
+//
+// "tables": "face_size", "tiles", "tables_ms" (wall time), "core_ms", both of the tables alone, and
+// "upload_ms", of checking and uploading a frame.
+//
+// Throws InputError, DeviceError.
+nlohmann::json BenchEnvironment(const BenchEnvironmentOptions& options = {});
+
+}  // namespace luxfield::study
