@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   AddCapture(program);
   AddVerify(program);
   AddCalibrate(program);
+  AddFilter(program);
   AddMerge(program);
   AddReconstruct(program);
   AddImport(program);

@@ -53,6 +53,7 @@ void AddPlan(Program& program);
 void AddCapture(Program& program);
 void AddVerify(Program& program);
 void AddCalibrate(Program& program);
+void AddFilter(Program& program);
 void AddMerge(Program& program);
 void AddReconstruct(Program& program);
 void AddImport(Program& program);

@@ -156,6 +156,14 @@ void ReadErrors(const core::Config& config, LabDescription& lab) {
 
 }  // namespace
 
+FilterPrint LabDescription::Print() const {
+  constexpr std::uint64_t kPrintSeed = 0x7072696E74;
+  using lightfield::FilterKind;
+  return {lightfield::FilterSheet::Make(dual ? FilterKind::kDual : FilterKind::kBasis, basis,
+                                        spacing_m, filter_scale),
+          print_errors, seed ^ kPrintSeed};
+}
+
 LabDescription ReadLab(const core::Config& config, std::optional<std::uint64_t> seed) {
   LabDescription lab;
   const core::Config head = config.Table("lab");

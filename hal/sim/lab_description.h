@@ -30,6 +30,8 @@ struct LabDescription {
   double filter_scale = 1;
   bool dual = false;
   PrintErrors print_errors;
+  // The print in the rig, with its errors; the same one on every bench of the lab.
+  FilterPrint Print() const;
 
   std::shared_ptr<const Lamp> lamp;
   LampTime lamp_time;

@@ -7,31 +7,14 @@
 
 namespace luxfield::hal::sim {
 
-FilterPrint::FilterPrint(const lightfield::Basis& basis, double spacing_m, double scale, bool dual,
-                         const PrintErrors& errors, std::uint64_t seed)
-    : basis_(basis),
-      spacing_m_(spacing_m),
-      scale_(scale),
-      dual_(dual),
-      errors_(errors),
-      seed_(seed) {
-  if (dual) peak_ = basis.DualPeaks();
-}
+FilterPrint::FilterPrint(const lightfield::FilterSheet& sheet, const PrintErrors& errors,
+                         std::uint64_t seed)
+    : sheet_(sheet), errors_(errors), seed_(seed) {}
 
 double FilterPrint::half_width_m() const {
-  return 0.5 * basis_.cells * spacing_m_ +
-         std::max(std::abs(errors_.shift_m.x), std::abs(errors_.shift_m.y)) +
-         basis_.cells * spacing_m_ * std::abs(errors_.rotation_rad);
-}
-
-double FilterPrint::Ideal(Vec2 offset, int print) const {
-  const double x = offset.x / spacing_m_, y = offset.y / spacing_m_;
-  if (dual_) {
-    const double value = basis_.DualValue(x) * basis_.DualValue(y);
-    return peak_[print] > 0 ? std::max(print == 0 ? value : -value, 0.0) / peak_[print] : 0;
-  }
-  const double centre = 0.5 * basis_.cells;
-  return scale_ * basis_.Value(x + centre) * basis_.Value(y + centre);
+  const double support = sheet_.basis.cells * sheet_.spacing_m;
+  return 0.5 * support + std::max(std::abs(errors_.shift_m.x), std::abs(errors_.shift_m.y)) +
+         support * std::abs(errors_.rotation_rad);
 }
 
 // Value noise: independent normals on a square lattice, interpolated; scaled to unit variance on
@@ -49,16 +32,29 @@ double FilterPrint::Grain(Vec2 offset) const {
                 (1 - fx) * fy * knot(0, 1) + fx * fy * knot(1, 1));
 }
 
-double FilterPrint::Transmittance(Vec2 offset, int print) const {
+Vec2 FilterPrint::OnSheet(Vec2 offset) const {
   const double c = std::cos(errors_.rotation_rad), s = std::sin(errors_.rotation_rad);
   const Vec2 shifted = offset - errors_.shift_m;
-  const Vec2 own{c * shifted.x + s * shifted.y, -s * shifted.x + c * shifted.y};
-  double value = Ideal(own, print);
+  return {c * shifted.x + s * shifted.y, -s * shifted.x + c * shifted.y};
+}
+
+double FilterPrint::WithErrors(double ideal, Vec2 own) const {
+  double value = ideal;
   if (value <= 0) return 0;
   if (errors_.density_gamma != 0) value = std::pow(value, 1 + errors_.density_gamma);
   value *= 1 + errors_.density;
   if (errors_.grain > 0) value *= std::max(0.0, 1 + errors_.grain * Grain(own));
   return value;
+}
+
+double FilterPrint::Transmittance(Vec2 offset, int print) const {
+  const Vec2 own = OnSheet(offset);
+  return WithErrors(sheet_.FilterTransmittance(own, print), own);
+}
+
+double FilterPrint::SheetTransmittance(Vec2 offset, int print) const {
+  const Vec2 own = OnSheet(offset);
+  return WithErrors(sheet_.Transmittance(own, print), own);
 }
 
 }  // namespace luxfield::hal::sim

@@ -1,10 +1,9 @@
 // The printed filter: what its transmittance really is.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
-#include "lightfield/basis.h"
+#include "lightfield/filter_sheet.h"
 
 namespace luxfield::hal::sim {
 
@@ -19,29 +18,30 @@ struct PrintErrors {
   double grain_size_m = 1e-3;  // ... with this correlation length
 };
 
-// Transmittance of a print of Phi (or of one part of the dual basis function) about its axis:
+// A print of Phi (or of one part of the dual basis function) and of the sheet around it:
 //   basis  T = scale B(x/h) B(y/h)
 //   dual   T(+-) = max(+-Phi*, 0) / peak(+-)          (THEORY 3)
 class FilterPrint {
  public:
-  FilterPrint(const lightfield::Basis& basis, double spacing_m, double scale, bool dual,
-              const PrintErrors& errors, std::uint64_t seed);
+  FilterPrint(const lightfield::FilterSheet& sheet, const PrintErrors& errors, std::uint64_t seed);
 
-  // At an offset from the filter's axis; `print` 0 is the positive part, 1 the negative one.
+  const lightfield::FilterSheet& sheet() const { return sheet_; }
+  // At an offset from the filter's axis; `print` 0 is the positive part, 1 the negative one. Opaque
+  // beyond the filter: what stands in the luminaire's light.
   double Transmittance(Vec2 offset_m, int print) const;
-  // T is 0 further than this from the axis, per coordinate.
+  // Of the whole sheet, marks and wedge included: what a photograph shows.
+  double SheetTransmittance(Vec2 offset_m, int print) const;
+  // T of the filter is 0 further than this from the axis, per coordinate.
   double half_width_m() const;
 
  private:
-  double Ideal(Vec2 offset_m, int print) const;
+  Vec2 OnSheet(Vec2 offset_m) const;
+  double WithErrors(double ideal, Vec2 own) const;
   double Grain(Vec2 offset_m) const;
 
-  lightfield::Basis basis_;
-  double spacing_m_, scale_;
-  bool dual_;
+  lightfield::FilterSheet sheet_;
   PrintErrors errors_;
   std::uint64_t seed_;
-  std::array<double, 2> peak_{1, 1};
 };
 
 }  // namespace luxfield::hal::sim

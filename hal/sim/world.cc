@@ -10,7 +10,7 @@
 namespace luxfield::hal::sim {
 namespace {
 
-constexpr std::uint64_t kStageStream = 3, kShutterStream = 4, kPrintSeed = 0x7072696E74;
+constexpr std::uint64_t kStageStream = 3, kShutterStream = 4;
 constexpr int kPointsPerAxis = 3;  // per sensor pixel, reflector rig
 
 // Where the sensor's outline lies on I, about the filter's axis.
@@ -27,10 +27,7 @@ void FootprintBounds(const LabDescription& lab, Vec2& low, Vec2& high) {
 }  // namespace
 
 World::World(LabDescription lab)
-    : lab_(std::move(lab)),
-      sensor_(lab_.sensor, lab_.seed),
-      print_model_(lab_.basis, lab_.spacing_m, lab_.filter_scale, lab_.dual, lab_.print_errors,
-                   lab_.seed ^ kPrintSeed) {
+    : lab_(std::move(lab)), sensor_(lab_.sensor, lab_.seed), print_model_(lab_.Print()) {
   visit_ = NextVisit(setpoint_, visit_counts_);
 }
 

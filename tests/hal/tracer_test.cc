@@ -34,8 +34,14 @@ TraceOptions Options(int u_samples) {
   return o;
 }
 
+lightfield::FilterSheet Sheet(const Basis& basis, double spacing_m, double scale, bool dual) {
+  using lightfield::FilterKind;
+  return lightfield::FilterSheet::Make(dual ? FilterKind::kDual : FilterKind::kBasis, basis,
+                                       spacing_m, scale);
+}
+
 TransmittanceFunction IdealPrint(double h) {
-  const FilterPrint print(Basis::Make(BasisKind::kBspline2), h, 1, false, {}, 0);
+  const FilterPrint print(Sheet(Basis::Make(BasisKind::kBspline2), h, 1, false), {}, 0);
   return [print](Vec2 offset, int index) { return print.Transmittance(offset, index); };
 }
 
@@ -125,8 +131,8 @@ TEST(Tracer, SubSamplesAreTheTexelsMean) {
 // spacing in 1-D.
 TEST(FilterPrint, AShiftOfOnePercentChangesItBy135Percent) {
   const Basis basis = Basis::Make(BasisKind::kBspline2);
-  const FilterPrint ideal(basis, 1, 1, false, {}, 0),
-      shifted(basis, 1, 1, false, {{0.01, 0}, 0, 0, 0, 0, 1}, 0);
+  const FilterPrint ideal(Sheet(basis, 1, 1, false), {}, 0),
+      shifted(Sheet(basis, 1, 1, false), {{0.01, 0}, 0, 0, 0, 0, 1}, 0);
   double difference = 0, norm = 0;
   for (int k = 0; k < 4000; ++k) {
     const Vec2 x{-2 + 0.001 * (k + 0.5), 0};
@@ -138,23 +144,24 @@ TEST(FilterPrint, AShiftOfOnePercentChangesItBy135Percent) {
 
 TEST(FilterPrint, ErrorsAreAsStated) {
   const Basis basis = Basis::Make(BasisKind::kBspline2);
-  const FilterPrint ideal(basis, 1, 16.0 / 9, false, {}, 3);
+  const FilterPrint ideal(Sheet(basis, 1, 16.0 / 9, false), {}, 3);
   EXPECT_NEAR(ideal.Transmittance({0, 0}, 0), 1, 1e-12);
   EXPECT_EQ(ideal.Transmittance({1.5, 0}, 0), 0);
   PrintErrors errors;
   errors.density = 0.03;
-  EXPECT_NEAR(FilterPrint(basis, 1, 1, false, errors, 3).Transmittance({0.3, 0.2}, 0),
+  EXPECT_NEAR(FilterPrint(Sheet(basis, 1, 1, false), errors, 3).Transmittance({0.3, 0.2}, 0),
               1.03 * basis.Value(1.8) * basis.Value(1.7), 1e-12);
   errors = {};
   errors.rotation_rad =
       0.1;  // a square filter turned: its corner direction gains, its side direction stays
-  EXPECT_NEAR(FilterPrint(basis, 1, 1, false, errors, 3).Transmittance({0.3, 0}, 0),
+  EXPECT_NEAR(FilterPrint(Sheet(basis, 1, 1, false), errors, 3).Transmittance({0.3, 0}, 0),
               basis.Value(1.5 + 0.3 * std::cos(0.1)) * basis.Value(1.5 - 0.3 * std::sin(0.1)),
               1e-12);
   errors = {};
   errors.grain = 0.02;
   errors.grain_size_m = 0.01;
-  const FilterPrint grainy(basis, 1, 1, false, errors, 3), flat(basis, 1, 1, false, {}, 3);
+  const FilterPrint grainy(Sheet(basis, 1, 1, false), errors, 3),
+      flat(Sheet(basis, 1, 1, false), {}, 3);
   double sum = 0, squares = 0;
   int count = 0;
   for (double x = -1; x < 1; x += 0.0171)
@@ -175,7 +182,7 @@ TEST(FilterPrint, DualPrintsCombineToTheDualFilter) {
   const Basis basis = Basis::Make(BasisKind::kQuadratic, 0.5);
   EXPECT_NEAR(basis.DualPeaks()[0], 9, 1e-12);
   EXPECT_NEAR(basis.DualPeaks()[1], 0.919, 1e-3);
-  const FilterPrint print(basis, 0.01, 1, true, {}, 0);
+  const FilterPrint print(Sheet(basis, 0.01, 1, true), {}, 0);
   for (double x = -0.0095; x < 0.01; x += 0.0012)
     for (double y = -0.0095; y < 0.01; y += 0.0013) {
       const double plus = print.Transmittance({x, y}, 0), minus = print.Transmittance({x, y}, 1);
