@@ -10,6 +10,17 @@ std::string RigKindName(RigKind kind) {
   return kind == RigKind::kLensless ? "lensless" : "reflector";
 }
 
+std::vector<std::string> TargetNames(const CalibrationTargets& targets) {
+  std::vector<std::string> names = {"none"};
+  if (targets.board) {
+    names.push_back("board on image plane");
+    for (int k = 1; k <= targets.board_poses; ++k) names.push_back(fmt::format("board {}", k));
+  }
+  names.push_back("mask");
+  names.push_back("mask on spacer");
+  return names;
+}
+
 Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed) {
   const core::Config config = core::Config::FromFile(lab_toml);
   const core::Config lab = config.Table("lab");

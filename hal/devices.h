@@ -20,6 +20,7 @@
 #include "hal/instruments.h"
 #include "hal/stage.h"
 #include "lightfield/basis.h"
+#include "lightfield/chessboard.h"
 
 namespace luxfield::hal {
 
@@ -39,6 +40,16 @@ struct CameraCalibration {
   std::optional<core::Image> vignetting;              // relative sensitivity
 };
 
+// What calibrates the geometry (docs/guide.md).
+struct CalibrationTargets {
+  using Chessboard = lightfield::Chessboard;
+  std::optional<Chessboard> board;  // on a flat sheet, in front of the camera; reflector rig
+  int board_poses = 0;              // beside the one on I
+  Chessboard mask;            // a transparency in the filter's holder, behind it a small source
+  double spacer_m = 0;        // lifts the mask towards the source
+  double spacer_shift_m = 0;  // rms per axis by which the mask lands beside its place on it
+};
+
 // What stands in the light: the print, and where the image forms.
 struct RigDescription {
   RigKind kind = RigKind::kLensless;
@@ -50,8 +61,12 @@ struct RigDescription {
   double filter_scale = 1;
   std::array<double, 9> image_from_sensor{};  // row-major, docs/formats/session.md
   double pwm_hz = 0;                          // of the lamp; 0: none
+  std::optional<CalibrationTargets> targets;
   CameraCalibration camera;
 };
+
+// "none", the lamp and its filter; "board on image plane", "board 1", ... "mask", "mask on spacer".
+std::vector<std::string> TargetNames(const CalibrationTargets& targets);
 
 // The filter centres a session is going to visit, in order, repeats included.
 struct VisitPlan {
@@ -66,6 +81,7 @@ struct Devices {
   std::unique_ptr<Stage> stage;
   std::unique_ptr<Selector> shutter;  // "open", "closed": for darks
   std::unique_ptr<Selector> print;    // "plus", "minus"; null where there is one print
+  std::unique_ptr<Selector> target;   // TargetNames: what stands in the light; null: none there is
   std::unique_ptr<Selector> colour;   // "Y", or "R", "G", "B"; null for one channel
   std::unique_ptr<Meter> monitor;     // lamp monitor; may be null
   std::unique_ptr<Supply> supply;     // may be null: the lamp is on

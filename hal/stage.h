@@ -12,7 +12,8 @@ using lightfield::Vec2;
 struct StageLimits {
   Vec2 min, max;  // metres, of the filter's centre in the luminaire frame
   double speed_m_per_s = 0;
-  double settle_s = 0;  // after a move, until vibration is gone
+  double settle_s = 0;         // after a move, until vibration is gone
+  double repeatability_m = 0;  // rms per axis of one arrival, as its maker states it; 0: unknown
 };
 
 struct StagePosition {

@@ -7,6 +7,8 @@
 namespace luxfield::hal::sim {
 namespace {
 
+using lightfield::Chessboard;
+
 constexpr double kTiny = std::numeric_limits<double>::min();
 
 // Every error source is a table [errors.NAME] with its own switch. `read` sees the table whether it
@@ -25,7 +27,7 @@ void ReadRigAndFilter(const core::Config& config, LabDescription& lab) {
   const core::Config rig = config.Table("rig");
   lab.rig = rig.Choice("kind", {"lensless", "reflector"}) == "reflector" ? RigKind::kReflector
                                                                          : RigKind::kLensless;
-  lab.delta_m = rig.Number("delta_m", {1e-4, 100});
+  lab.geometry.delta_m = rig.Number("delta_m", {1e-4, 100});
   if (lab.rig == RigKind::kReflector) lab.albedo = rig.Number("albedo", {1e-3, 1});
 
   const core::Config filter = config.Table("filter");
@@ -66,6 +68,22 @@ void ReadCamera(const core::Config& config, LabDescription& lab) {
     lab.pitch_m = camera.Number("pitch_m", {1e-7, 1});
     const double x = 0.5 * sensor.width * lab.pitch_m, y = 0.5 * sensor.height * lab.pitch_m;
     corners = {{{-x, y}, {x, y}, {x, -y}, {-x, -y}}};
+  } else if (const auto lens = camera.OptionalTable("lens")) {
+    lab.geometry.camera = ReadLens(*lens, sensor.width, sensor.height);
+    lab.target_light.blur_px = lens->Number("blur_px", lab.target_light.blur_px, {0.1, 10});
+    lab.geometry.image_from_sensor =
+        ImageFromSensor(*lab.geometry.camera, sensor.width, sensor.height, *lens);
+    const auto& h = lab.geometry.image_from_sensor;
+    const double w = sensor.width, height = sensor.height;
+    const lightfield::Vec2 p[4] = {Apply(h, 0, 0), Apply(h, w, 0), Apply(h, w, height),
+                                   Apply(h, 0, height)};
+    double area = 0;
+    for (int k = 0; k < 4; ++k) {
+      const lightfield::Vec2 a = p[k], b = p[(k + 1) % 4];
+      area += 0.5 * (b.x * a.y - a.x * b.y);
+    }
+    lab.pitch_m = std::sqrt(std::abs(area) / (w * height));
+    return;
   } else {
     const auto c = camera.Numbers("corners_m", 8);
     for (int k = 0; k < 4; ++k) corners[k] = {c[2 * k], c[2 * k + 1]};
@@ -80,7 +98,41 @@ void ReadCamera(const core::Config& config, LabDescription& lab) {
     }
     lab.pitch_m = std::sqrt(area / (static_cast<double>(sensor.width) * sensor.height));
   }
-  lab.image_from_sensor = FromCorners(sensor.width, sensor.height, corners);
+  lab.geometry.image_from_sensor = FromCorners(sensor.width, sensor.height, corners);
+}
+
+// [targets]: what calibrates the geometry, and how it is lit.
+void ReadTargets(const core::Config& config, LabDescription& lab) {
+  const auto table = config.OptionalTable("targets");
+  if (!table) return;
+  const core::Config& c = *table;
+  CalibrationTargets targets;
+  const auto chessboard = [&](const char* name) {
+    const core::Config t = c.Table(name);
+    const Chessboard board{t.Integer("columns", 3, 100), t.Integer("rows", 3, 100),
+                           t.Number("pitch_m", {1e-6, 1})};
+    if ((board.columns + board.rows) % 2 == 0)
+      t.Fail("columns", "and rows must be an odd and an even number",
+             "or a half turn of the chessboard could not be seen");
+    return board;
+  };
+  if (lab.geometry.camera) {
+    targets.board = chessboard("board");
+    targets.board_poses = c.Integer("board_poses", 12, 1, 100);
+    lab.target_light.room_irradiance = c.Number("room_irradiance", {kTiny, 1e9});
+  } else if (lab.rig == RigKind::kReflector) {
+    c.Fail("board", "needs a camera with a place and a lens", "give [camera.lens] for corners_m");
+  }
+  targets.mask = chessboard("mask");
+  targets.spacer_m = c.Number("spacer_m", {1e-4, 10});
+  targets.spacer_shift_m = c.Number("spacer_shift_m", 0, {0, 1e-3});
+  const auto source = c.Numbers("source_m", 3);
+  lab.target_light.source_m = {source[0], source[1], source[2]};
+  if (!(source[2] < -targets.spacer_m))
+    c.Fail("source_m", "lies before the mask on its spacer", "move it back: z below -spacer_m");
+  lab.target_light.source_rms_m = c.Number("source_rms_m", 2e-4, {1e-9, 1e-2});
+  lab.target_light.source_intensity = c.Number("source_intensity", {kTiny, 1e9});
+  lab.targets = targets;
 }
 
 void ReadErrors(const core::Config& config, LabDescription& lab) {
@@ -130,6 +182,9 @@ void ReadErrors(const core::Config& config, LabDescription& lab) {
     set(on, lab.lamp_time.pwm_hz, c.Number("hz", {1, 1e6}));
     set(on, lab.lamp_time.pwm_duty, c.Number("duty", {1e-3, 1}));
   });
+  source("geometry", [&](const core::Config& c, bool on) {
+    ReadGeometryErrors(c, on, sensor.width, sensor.height, lab.geometry);
+  });
   source("stage", [&](const core::Config& c, bool on) {
     set(on, lab.stage_repeatability_m, c.Number("repeatability_m", {kTiny, 1e-2}));
   });
@@ -177,10 +232,11 @@ LabDescription ReadLab(const core::Config& config, std::optional<std::uint64_t> 
   ReadRigAndFilter(config, lab);
   const core::Config lamp = config.Table("lamp");
   lab.lamp = MakeLamp(lamp, lab.channels);
-  if (const auto* field = lab.lamp->field(); field && field->geometry.delta_m != lab.delta_m)
+  if (const auto* field = lab.lamp->field();
+      field && field->geometry.delta_m != lab.geometry.delta_m)
     lamp.Fail("file",
               "has delta = " + std::to_string(field->geometry.delta_m) + " m, the rig " +
-                  std::to_string(lab.delta_m),
+                  std::to_string(lab.geometry.delta_m),
               "set rig.delta_m to the file's");
   ReadCamera(config, lab);
 
@@ -201,7 +257,10 @@ LabDescription ReadLab(const core::Config& config, std::optional<std::uint64_t> 
   } else {
     lab.memory_bytes = std::size_t{1} << 30;
   }
+  lab.stated = lab.geometry;
   ReadErrors(config, lab);
+  lab.stage.repeatability_m = lab.stage_repeatability_m;
+  ReadTargets(config, lab);
   return lab;
 }
 

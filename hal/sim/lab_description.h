@@ -7,13 +7,22 @@
 
 #include "core/config.h"
 #include "hal/devices.h"
-#include "hal/sim/homography.h"
+#include "hal/sim/bench_geometry.h"
 #include "hal/sim/lamp.h"
 #include "hal/sim/lamp_time.h"
 #include "hal/sim/print.h"
 #include "hal/sim/sensor.h"
 
 namespace luxfield::hal::sim {
+
+// How the calibration targets are lit, and what the camera sees of them.
+struct TargetLight {
+  double room_irradiance = 1;             // on the board, W m^-2 (or lx, or relative)
+  double source_intensity = 1;            // of the small source behind the mask, W sr^-1 (...)
+  lightfield::Vec3 source_m{0, 0, -0.4};  // from the filter's centre, stage at (0, 0)
+  double source_rms_m = 2e-4;             // of its Gaussian disc, per axis
+  double blur_px = 0.5;                   // rms of the camera's point spread
+};
 
 struct LabDescription {
   std::string name;
@@ -22,7 +31,8 @@ struct LabDescription {
   int channels = 1;
 
   RigKind rig = RigKind::kLensless;
-  double delta_m = 0;
+  BenchGeometry geometry;  // as it is
+  BenchGeometry stated;    // as session.json has it
   double albedo = 1;
 
   lightfield::Basis basis = lightfield::Basis::Make(lightfield::BasisKind::kBspline2);
@@ -38,7 +48,6 @@ struct LabDescription {
 
   SensorModel sensor;
   double pitch_m = 0;  // of the pixels on I; for the reflector rig their mean
-  Homography image_from_sensor{};
   bool vignetting_calibrated = true, hot_pixels_calibrated = true;
   double min_exposure_s = 0, max_exposure_s = 0, exposure_step_s = 0, readout_s = 0;
   double shutter_jitter_s = 0;  // rms difference of the real exposure from the one read back
@@ -47,6 +56,9 @@ struct LabDescription {
   double stage_repeatability_m = 0;  // rms per axis and move; the encoder does not see it
   double stray_share = 0;            // of each image's mean irradiance, spread evenly over it
   double monitor_noise = 0;          // relative, rms
+
+  std::optional<CalibrationTargets> targets;  // as the lab states them
+  TargetLight target_light;
 
   int u_samples_per_cell = 3, s_samples_per_pixel = 1;
   std::size_t memory_bytes = 0;

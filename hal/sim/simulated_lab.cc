@@ -207,13 +207,14 @@ RigDescription Describe(const World& world) {
   const LabDescription& lab = world.lab();
   RigDescription rig;
   rig.kind = lab.rig;
-  rig.delta_m = lab.delta_m;
+  rig.delta_m = lab.stated.delta_m;
   rig.albedo = lab.albedo;
   rig.dual = lab.dual;
   rig.basis = lab.basis;
   rig.spacing_m = lab.spacing_m;
   rig.filter_scale = lab.filter_scale;
-  rig.image_from_sensor = lab.image_from_sensor;
+  rig.image_from_sensor = lab.stated.image_from_sensor;
+  rig.targets = lab.targets;
   rig.pwm_hz = lab.lamp_time.pwm_hz;
   const SensorModel& sensor = lab.sensor;
   CameraCalibration& camera = rig.camera;
@@ -258,6 +259,10 @@ Devices SimulatedLab::MakeDevices() const {
     devices.colour = std::make_unique<SimSelector>(
         world_, "simulated colour wheel", std::vector<std::string>{"R", "G", "B"},
         [](World& world, int at) { world.channel = at; });
+  if (world_->lab().targets)
+    devices.target = std::make_unique<SimSelector>(world_, "simulated target holder",
+                                                   TargetNames(*world_->lab().targets),
+                                                   [](World& world, int at) { world.target = at; });
   devices.monitor = std::make_unique<SimMonitor>(world_);
   devices.supply = std::make_unique<SimSupply>(world_);
   devices.inputs = std::make_unique<SimInputs>();

@@ -30,17 +30,17 @@ Eigen::MatrixXd InverseGram(const lightfield::Basis& basis, int count, double sp
 std::vector<std::vector<float>> SimulatedLab::true_irradiance(
     const lightfield::LuminaireGeometry& geometry) const {
   const LabDescription& lab = world_->lab();
-  if (geometry.delta_m != lab.delta_m)
+  if (geometry.delta_m != lab.geometry.delta_m)
     throw InputError(lab.name,
                      fmt::format("has delta = {} m, the truth is asked for delta = {} m",
-                                 lab.delta_m, geometry.delta_m),
+                                 lab.geometry.delta_m, geometry.delta_m),
                      "use the lab's");
   const auto& grid = geometry.grid;
   std::vector<FilterPose> poses;
   for (int j = 0; j < grid.height; ++j)
     for (int i = 0; i < grid.width; ++i) poses.push_back({grid.centre(i, j), 0});
   TraceOptions options;
-  options.delta_m = lab.delta_m;
+  options.delta_m = lab.geometry.delta_m;
   options.cell_m = grid.spacing_m;
   options.cell_origin = {grid.u0_m, grid.v0_m};
   options.u_samples_per_cell = lab.u_samples_per_cell;

@@ -6,21 +6,28 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "hal/sim/targets.h"
 
 namespace luxfield::hal::sim {
 namespace {
 
-constexpr std::uint64_t kStageStream = 3, kShutterStream = 4;
+constexpr std::uint64_t kStageStream = 3, kShutterStream = 4, kSpacerStream = 7;
 constexpr int kPointsPerAxis = 3;  // per sensor pixel, reflector rig
 
 // Where the sensor's outline lies on I, about the filter's axis.
 void FootprintBounds(const LabDescription& lab, Vec2& low, Vec2& high) {
+  // With distortion the outline bulges: its corners and points between them.
+  constexpr int kSteps = 16;
   const double w = lab.sensor.width, h = lab.sensor.height;
-  low = high = Apply(lab.image_from_sensor, 0, 0);
-  for (const auto& [x, y] : {std::pair{w, 0.0}, std::pair{w, h}, std::pair{0.0, h}}) {
-    const Vec2 q = Apply(lab.image_from_sensor, x, y);
-    low = {std::min(low.x, q.x), std::min(low.y, q.y)};
-    high = {std::max(high.x, q.x), std::max(high.y, q.y)};
+  low = high = lab.geometry.ImageFromSensor(0, 0);
+  for (int k = 0; k <= kSteps; ++k) {
+    const double x = w * k / kSteps, y = h * k / kSteps;
+    for (const auto& [column, row] :
+         {std::pair{x, 0.0}, std::pair{x, h}, std::pair{0.0, y}, std::pair{w, y}}) {
+      const Vec2 q = lab.geometry.ImageFromSensor(column, row);
+      low = {std::min(low.x, q.x), std::min(low.y, q.y)};
+      high = {std::max(high.x, q.x), std::max(high.y, q.y)};
+    }
   }
 }
 
@@ -38,8 +45,8 @@ World::Visit World::NextVisit(Vec2 setpoint, std::map<Visit, int>& counts) const
 }
 
 Vec2 World::ActualCentre(const Visit& visit) const {
-  const Vec2 nominal{static_cast<double>(visit.u_nm) * 1e-9,
-                     static_cast<double>(visit.v_nm) * 1e-9};
+  const Vec2 nominal = lab_.geometry.FilterCentre(
+      {static_cast<double>(visit.u_nm) * 1e-9, static_cast<double>(visit.v_nm) * 1e-9});
   if (lab_.stage_repeatability_m == 0) return nominal;
   const auto place = static_cast<std::uint64_t>(visit.u_nm) * 0x9E3779B97F4A7C15u +
                      static_cast<std::uint64_t>(visit.v_nm);
@@ -141,7 +148,7 @@ void World::TraceBatch(const std::vector<Visit>& visits) {
           {b.column0 - all.column0, b.row0 - all.row0, b.column1 - b.column0, b.row1 - b.row0});
     }
   TraceOptions options;
-  options.delta_m = lab_.delta_m;
+  options.delta_m = lab_.geometry.delta_m;
   options.cell_m = lab_.spacing_m;
   const double half_support = 0.5 * lab_.basis.cells * lab_.spacing_m;
   options.cell_origin = {static_cast<double>(visits.front().u_nm) * 1e-9 - half_support,
@@ -179,7 +186,7 @@ std::vector<float> World::Resample(const Traced& traced, Vec2 centre, int plane)
   if (lab_.rig == RigKind::kLensless) {
     // Pixels and texels have one size: a pixel overlaps two texels per axis, and the overlaps are
     // the same everywhere.
-    const Vec2 corner = centre + Apply(lab_.image_from_sensor, 0, 0);
+    const Vec2 corner = centre + lab_.geometry.ImageFromSensor(0, 0);
     const double x = lattice_.column_of_s(corner.x) - window.column,
                  y = lattice_.row_of_t(corner.y) - window.row;
     const auto split = [](double value, int& whole, double& fraction) {
@@ -208,8 +215,8 @@ std::vector<float> World::Resample(const Traced& traced, Vec2 centre, int plane)
         for (int n = 0; n < kPointsPerAxis * kPointsPerAxis; ++n) {
           const int across = n % kPointsPerAxis, down = n / kPointsPerAxis;
           const Vec2 s =
-              centre + Apply(lab_.image_from_sensor, column + (across + 0.5) / kPointsPerAxis,
-                             row + (down + 0.5) / kPointsPerAxis);
+              centre + lab_.geometry.ImageFromSensor(column + (across + 0.5) / kPointsPerAxis,
+                                                     row + (down + 0.5) / kPointsPerAxis);
           const double x = lattice_.column_of_s(s.x) - window.column - 0.5,
                        y = lattice_.row_of_t(s.y) - window.row - 0.5;
           const double x0 = std::floor(x), y0 = std::floor(y);
@@ -222,9 +229,27 @@ std::vector<float> World::Resample(const Traced& traced, Vec2 centre, int plane)
   return pixels;
 }
 
+std::vector<float> World::TargetIrradiance() const {
+  const Vec2 moved = ActualCentre(visit_);
+  const auto& axes = lab_.geometry.stage_axes;
+  const Vec2 setpoint{static_cast<double>(visit_.u_nm) * 1e-9,
+                      static_cast<double>(visit_.v_nm) * 1e-9};
+  core::Random random(lab_.seed, kSpacerStream);
+  const double across = random.Normal(), up = random.Normal();
+  return PictureOfTarget(lab_,
+                         {target,
+                          {-moved.x, -moved.y, -(axes[0].z * setpoint.x + axes[1].z * setpoint.y)},
+                          lab_.targets->spacer_shift_m * Vec2{across, up}});
+}
+
 const std::vector<float>& World::PixelIrradiance() {
-  const PixelKey key{visit_, print, lab_.lamp->traced_channels() > 1 ? channel : 0};
+  const PixelKey key{visit_, print, lab_.lamp->traced_channels() > 1 ? channel : 0, target};
   if (pixel_key_ == key) return pixels_;
+  if (target != 0) {
+    pixels_ = TargetIrradiance();
+    pixel_key_ = key;
+    return pixels_;
+  }
   const Traced& traced = Trace(visit_);
   pixels_ = Resample(traced, ActualCentre(visit_), key.plane);
   const double mean =
@@ -249,11 +274,12 @@ core::RawFrame World::Expose(double exposure_s, std::uint64_t frame_id) {
     real_exposure_s = std::max(0.0, exposure_s + lab_.shutter_jitter_s * random.Normal());
   }
   static const std::vector<float> kNoLight;
-  const bool lit = shutter_open && lamp_on_since_;
-  const double factor = lit ? lab_.lamp_time.MeanFactor(
-                                  clock_->MonotonicSeconds() - *lamp_on_since_, real_exposure_s) *
-                                  lab_.lamp->channel_factor(channel)
-                            : 0;
+  const bool lit = shutter_open && (lamp_on_since_ || target != 0);
+  const double factor = target != 0 ? 1
+                        : lit       ? lab_.lamp_time.MeanFactor(
+                                    clock_->MonotonicSeconds() - *lamp_on_since_, real_exposure_s) *
+                                    lab_.lamp->channel_factor(channel)
+                              : 0;
   core::RawFrame frame =
       sensor_.Expose(lit ? PixelIrradiance() : kNoLight, factor, channel, real_exposure_s, stream);
   clock_->SleepSeconds(exposure_s + lab_.readout_s);

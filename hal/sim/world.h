@@ -32,6 +32,7 @@ class World {
   bool shutter_open = true;
   int print = 0;
   int channel = 0;
+  int target = 0;  // index into TargetNames: a calibration target in place of lamp and print
 
   // Starts now; returns when the clock has passed the exposure. `frame_id` numbers the exposure.
   core::RawFrame Expose(double exposure_s, std::uint64_t frame_id);
@@ -57,6 +58,7 @@ class World {
   std::size_t BytesPerVisit() const;
   // Mean irradiance on I over each pixel at the present visit, print and channel.
   const std::vector<float>& PixelIrradiance();
+  std::vector<float> TargetIrradiance() const;
   std::vector<float> Resample(const Traced& traced, Vec2 centre, int plane) const;
 
   LabDescription lab_;
@@ -75,7 +77,7 @@ class World {
 
   struct PixelKey {
     Visit visit;
-    int print = 0, plane = 0;
+    int print = 0, plane = 0, target = 0;
     bool operator==(const PixelKey&) const = default;
   };
   std::optional<PixelKey> pixel_key_;
