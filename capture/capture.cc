@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "capture/capture_geometry.h"
 #include "capture/capture_sensor.h"
 #include "capture/frame_taker.h"
 #include "capture/preflight.h"
@@ -322,9 +323,10 @@ core::SessionCheck VerifySession(const std::filesystem::path& folder) {
   try {
     const core::SessionReader reader(folder);
     const std::string file = (folder / "plan.json").string();
-    const int missing = reader.plan().value("kind", "light-field") == "sensor"
-                            ? MissingSensorFrames(reader)
-                            : MissingPositions(reader, file);
+    const std::string kind = reader.plan().value("kind", "light-field");
+    const int missing = kind == "sensor"     ? MissingSensorFrames(reader)
+                        : kind == "geometry" ? MissingGeometryFrames(reader)
+                                             : MissingPositions(reader, file);
     if (missing > 0)
       check.problems.push_back(
           fmt::format("{}: {} of the plan's positions or frames are missing; "

@@ -49,6 +49,11 @@ void FrameTaker::SelectPrint(int print) {
     devices_.print->Select(devices_.print->positions().at(print), Deadline(devices_, 5));
 }
 
+void FrameTaker::SelectTarget(const std::string& target) {
+  constexpr double kByHand_s = 3600;
+  if (devices_.target) devices_.target->Select(target, Deadline(devices_, kByHand_s));
+}
+
 void FrameTaker::Home() {
   RequireSafe();
   devices_.stage->Home(Deadline(devices_, 300));

@@ -36,6 +36,7 @@ class FrameTaker {
   void SelectShutter(const std::string& position);
   void SelectChannel(int channel);
   void SelectPrint(int print);
+  void SelectTarget(const std::string& target);
   // Home and stand still; the journal's `home`.
   void Home();
   void MoveTo(hal::Vec2 centre);

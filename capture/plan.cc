@@ -71,15 +71,16 @@ WarmUpPolicy ReadWarmUp(const core::Config& config) {
 }
 
 PlanKind ReadPlanKind(const core::Config& config) {
-  return config.Table("plan").Choice("kind", {"light-field", "sensor"}, "light-field") == "sensor"
-             ? PlanKind::kSensor
-             : PlanKind::kLightField;
+  const std::string kind =
+      config.Table("plan").Choice("kind", {"light-field", "sensor", "geometry"}, "light-field");
+  if (kind == "sensor") return PlanKind::kSensor;
+  return kind == "geometry" ? PlanKind::kGeometry : PlanKind::kLightField;
 }
 
 Plan ReadPlan(const core::Config& config) {
   Plan plan;
-  if (ReadPlanKind(config) == PlanKind::kSensor)
-    config.Table("plan").Fail("kind", "= \"sensor\" measures a camera, not a light field",
+  if (ReadPlanKind(config) != PlanKind::kLightField)
+    config.Table("plan").Fail("kind", "calibrates a lab, and measures no light field",
                               "give a plan of light fields here");
   const core::Config head = config.Table("plan");
   plan.name = head.Text("name", "unnamed plan");

@@ -63,8 +63,9 @@ Plan ReadPlan(const core::Config& config);
 // [warm_up] of any kind of plan; the defaults where it is absent.
 WarmUpPolicy ReadWarmUp(const core::Config& config);
 
-// plan.kind: what a plan.toml measures. A sensor plan is read by ReadSensorPlan (sensor_plan.h).
-enum class PlanKind { kLightField, kSensor };
+// plan.kind: what a plan.toml measures. A sensor plan is read by ReadSensorPlan (sensor_plan.h), one
+// of the geometry by ReadGeometryPlan (geometry_plan.h).
+enum class PlanKind { kLightField, kSensor, kGeometry };
 PlanKind ReadPlanKind(const core::Config& config);
 
 }  // namespace luxfield::capture

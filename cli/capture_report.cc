@@ -47,4 +47,21 @@ core::Json PrintDryRun(const capture::ExpandedSensorPlan& expanded, const hal::D
           {"exposures_s", expanded.ladder_s}};
 }
 
+core::Json PrintDryRun(const capture::ExpandedGeometryPlan& expanded, const hal::Devices& devices) {
+  const auto estimate = capture::DryRun(expanded, devices);
+  fmt::print("{}: where the parts of the lab stand\n", expanded.plan.name);
+  for (const auto& view : expanded.views)
+    fmt::print("  {:<24} stage at ({:.6g}, {:.6g}) m\n", view.target, view.setpoint.x,
+               view.setpoint.y);
+  fmt::print("  frames       {} of the board, {} of the mask ({})\n", estimate.boards,
+             estimate.masks, FormatBytes(double(estimate.bytes)));
+  fmt::print("  time         {} and the handling of the targets\n",
+             core::FormatDuration(estimate.duration_s));
+  return {{"boards", estimate.boards},
+          {"masks", estimate.masks},
+          {"bytes", estimate.bytes},
+          {"duration_s", estimate.duration_s},
+          {"exposures_s", expanded.ladder_s}};
+}
+
 }  // namespace luxfield::cli

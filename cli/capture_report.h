@@ -2,6 +2,7 @@
 #pragma once
 
 #include "capture/expanded_plan.h"
+#include "capture/geometry_plan.h"
 #include "capture/sensor_plan.h"
 #include "core/json.h"
 #include "hal/devices.h"
@@ -12,5 +13,6 @@ namespace luxfield::cli {
 core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices& devices);
 
 core::Json PrintDryRun(const capture::ExpandedSensorPlan& expanded, const hal::Devices& devices);
+core::Json PrintDryRun(const capture::ExpandedGeometryPlan& expanded, const hal::Devices& devices);
 
 }  // namespace luxfield::cli

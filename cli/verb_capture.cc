@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "capture/capture.h"
+#include "capture/capture_geometry.h"
 #include "capture/capture_sensor.h"
 #include "cli/capture_report.h"
 #include "cli/program.h"
@@ -29,12 +30,28 @@ core::Json RunSensor(const capture::SensorPlan& plan, hal::Devices& devices,
   return {{"frames", summary.frames}, {"rejected", summary.rejected}, {"rig_s", summary.rig_s}};
 }
 
+core::Json RunGeometry(const capture::GeometryPlan& plan, hal::Devices& devices,
+                       const Options& options) {
+  if (options.dry_run) return PrintDryRun(capture::ExpandPlan(plan, devices), devices);
+  capture::CaptureOptions how;
+  how.resume = options.resume;
+  const auto summary = capture::RunGeometryCapture(plan, devices, options.session, how);
+  fmt::print("{}: {} frames of calibration targets; {} on the rig\n", options.session,
+             summary.frames, core::FormatDuration(summary.rig_s));
+  return {{"frames", summary.frames}, {"rejected", summary.rejected}, {"rig_s", summary.rig_s}};
+}
+
 core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
   const core::Config config = core::Config::FromFile(options.plan);
   if (capture::ReadPlanKind(config) == capture::PlanKind::kSensor) {
     const capture::SensorPlan plan = capture::ReadSensorPlan(config);
     hal::Devices devices = hal::MakeDevices(options.lab, seed);
     return RunSensor(plan, devices, options);
+  }
+  if (capture::ReadPlanKind(config) == capture::PlanKind::kGeometry) {
+    const capture::GeometryPlan plan = capture::ReadGeometryPlan(config);
+    hal::Devices devices = hal::MakeDevices(options.lab, seed);
+    return RunGeometry(plan, devices, options);
   }
   const capture::Plan plan = capture::ReadPlan(config);
   hal::Devices devices = hal::MakeDevices(options.lab, seed);

@@ -20,6 +20,8 @@ core::Json Run(const Options& options) {
   const hal::Devices devices = hal::MakeDevices(options.lab);
   if (capture::ReadPlanKind(config) == capture::PlanKind::kSensor)
     return PrintDryRun(capture::ExpandPlan(capture::ReadSensorPlan(config), devices), devices);
+  if (capture::ReadPlanKind(config) == capture::PlanKind::kGeometry)
+    return PrintDryRun(capture::ExpandPlan(capture::ReadGeometryPlan(config), devices), devices);
   return PrintDryRun(capture::ExpandPlan(capture::ReadPlan(config), devices), devices);
 }
 

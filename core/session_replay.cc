@@ -13,8 +13,8 @@
 namespace luxfield::core {
 namespace {
 
-constexpr std::array<const char*, 4> kKindNames = {"position", "dark", "flat", "reference"};
-constexpr std::array<const char*, 4> kKindFolders = {"frames", "darks", "flats", "refs"};
+constexpr std::array kKindNames = {"position", "dark", "flat", "reference", "target"};
+constexpr std::array kKindFolders = {"frames", "darks", "flats", "refs", "targets"};
 constexpr const char* kRemedy = "run `luxfield verify --salvage` on the session";
 
 FrameKind KindFromName(const std::string& name, const std::string& where) {

@@ -13,7 +13,7 @@
 namespace luxfield::core {
 
 std::string FrameKindName(FrameKind kind);    // "position", "dark", "flat", "reference"
-std::string FrameKindFolder(FrameKind kind);  // "frames", "darks", "flats", "refs"
+std::string FrameKindFolder(FrameKind kind);  // "frames", "darks", "flats", "refs", "targets"
 
 // The fields of a `frame` line, as in FrameRecord; `where` names file and line in errors
 // (InputError).

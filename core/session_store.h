@@ -5,7 +5,7 @@
 //   journal.jsonl   append-only; each line {"seq", "prev", "type", ..., "crc32c"}: `prev` = SHA-256
 //   of the previous line,
 //                   `crc32c` last: 8 hex digits over the bytes before `,"crc32c"`
-//   frames/ darks/ flats/ refs/   one 16-bit uncompressed TIFF per frame
+//   frames/ darks/ flats/ refs/ targets/   one 16-bit uncompressed TIFF per frame
 //   manifest.json   every file with size and SHA-256, written when the session is sealed
 //
 // A frame exists only if its journal line is valid and its hash matches. Commit: temporary file,
@@ -23,12 +23,12 @@
 
 namespace luxfield::core {
 
-enum class FrameKind { kPosition, kDark, kFlat, kReference };
+enum class FrameKind { kPosition, kDark, kFlat, kReference, kTarget };
 
 // A committed frame, as its journal line has it.
 struct FrameRecord {
   FrameKind kind = FrameKind::kPosition;
-  int i = -1, j = -1;  // filter position (kPosition), else -1
+  int i = -1, j = -1;  // filter position (kPosition), view of the plan in i (kTarget), else -1
   int channel = 0;     // colour filter: 0 for luminance or R, 1 G, 2 B
   int print = 0;       // dual filters: 0 the positive part, 1 the negative; else 0
   int exposure_index = 0, repeat = 0, attempt = 0;
@@ -46,7 +46,8 @@ struct FrameRecord {
 
 // A session opened for reading: the journal replayed, only committed frames. Of each filter
 // position the frames of the last epoch in which its bracket was finished (journal:
-// position_complete) and of each planned frame the last attempt; all darks, flats and references.
+// position_complete) and of each planned frame the last attempt; all darks, flats, references
+// and targets.
 // Throws InputError naming file and line for damage other than a torn last line; a torn last line
 // is damage too once the session is sealed.
 class SessionReader {

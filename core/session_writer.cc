@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kFrameFolders = {"frames", "darks", "flats", "refs"};
+constexpr std::array kFrameFolders = {"frames", "darks", "flats", "refs", "targets"};
 
 // As core/file.h names them.
 bool IsTemporary(const fs::path& path) {
@@ -37,8 +37,8 @@ void MakeFolder(const fs::path& folder) {
 // Leftovers of a killed Create are overwritten; anything else belongs to somebody.
 void RefuseForeignFiles(const fs::path& folder,
                         const std::vector<std::pair<std::string, std::string>>& extra) {
-  std::set<std::string> ours = {"plan.json", "session.json", "journal.jsonl", "LOCK",
-                                "frames",    "darks",        "flats",         "refs"};
+  std::set<std::string> ours = {"plan.json", "session.json", "journal.jsonl", "LOCK",   "frames",
+                                "darks",     "flats",        "refs",          "targets"};
   for (const auto& [name, bytes] : extra) ours.insert(name);
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();

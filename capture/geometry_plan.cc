@@ -1,0 +1,114 @@
+#include "capture/geometry_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "capture/expanded_plan.h"
+#include "core/error.h"
+#include "core/json.h"
+
+namespace luxfield::capture {
+
+GeometryPlan ReadGeometryPlan(const std::filesystem::path& path) {
+  return ReadGeometryPlan(core::Config::FromFile(path));
+}
+
+GeometryPlan ReadGeometryPlan(const core::Config& config) {
+  GeometryPlan plan;
+  const core::Config head = config.Table("plan");
+  if (ReadPlanKind(config) != PlanKind::kGeometry)
+    head.Fail("kind", "is not \"geometry\"", "give a plan that calibrates the geometry");
+  plan.name = head.Text("name", "unnamed plan");
+  plan.poses = head.Integer("poses", plan.poses, 2, 100);
+  plan.step_m = config.Table("stage").Number("step_m", {1e-6, 10});
+  const core::Config exposure = config.Table("exposure");
+  plan.min_s = exposure.Number("min_s", {1e-9, 1e4});
+  plan.max_s = exposure.Number("max_s", {plan.min_s, 1e5});
+  plan.saturation_share = exposure.Number("saturation_share", plan.saturation_share, {0.1, 0.95});
+  plan.max_attempts = exposure.Integer("max_attempts", plan.max_attempts, 1, 100);
+  config.Finish();
+  return plan;
+}
+
+ExpandedGeometryPlan ExpandPlan(const GeometryPlan& plan, const hal::Devices& devices) {
+  const std::string what = fmt::format("plan \"{}\"", plan.name);
+  if (!devices.rig.targets || !devices.target)
+    throw InputError(what, "calibrates the geometry, but the lab has no targets",
+                     "describe its board and mask in [targets] of lab.toml");
+  ExpandedGeometryPlan expanded;
+  expanded.plan = plan;
+  expanded.targets = *devices.rig.targets;
+  expanded.ladder_s = MakeLadder(plan.min_s, plan.max_s, 2, devices.rig.pwm_hz,
+                                 devices.camera->capabilities(), plan.name);
+  const hal::StageLimits limits = devices.stage->limits();
+  expanded.stage_repeatability_m = limits.repeatability_m;
+  if (expanded.targets.board) {
+    if (plan.poses > expanded.targets.board_poses)
+      throw InputError(what,
+                       fmt::format("plan.poses = {}, the lab's board has {}", plan.poses,
+                                   expanded.targets.board_poses),
+                       "lower plan.poses");
+    expanded.targets.board_poses = plan.poses;
+  }
+  const double step = plan.step_m;
+  const std::vector<std::string> names = hal::TargetNames(expanded.targets);
+  for (const std::string& target : names) {
+    if (target.starts_with("board")) expanded.views.push_back({target, {0, 0}});
+    if (!target.starts_with("mask")) continue;
+    for (const hal::Vec2 at : {hal::Vec2{0, 0}, hal::Vec2{step, 0}, hal::Vec2{-step, 0},
+                               hal::Vec2{0, step}, hal::Vec2{0, -step}}) {
+      if (at.x < limits.min.x || at.x > limits.max.x || at.y < limits.min.y || at.y > limits.max.y)
+        throw InputError(what,
+                         fmt::format("stage.step_m = {} leaves the stage's [{}, {}] x [{}, {}] m",
+                                     step, limits.min.x, limits.max.x, limits.min.y, limits.max.y),
+                         "lower it");
+      expanded.views.push_back({target, at});
+    }
+  }
+  return expanded;
+}
+
+nlohmann::json ToJson(const ExpandedGeometryPlan& e) {
+  const auto chessboard = [](const lightfield::Chessboard& c) {
+    return core::Json{{"columns", c.columns}, {"rows", c.rows}, {"pitch_m", c.pitch_m}};
+  };
+  core::Json views = core::Json::array();
+  for (const GeometryView& view : e.views)
+    views.push_back({{"target", view.target}, {"u_m", view.setpoint.x}, {"v_m", view.setpoint.y}});
+  core::Json targets = {{"mask", chessboard(e.targets.mask)},
+                        {"spacer_m", e.targets.spacer_m},
+                        {"spacer_shift_m", e.targets.spacer_shift_m}};
+  if (e.targets.board) targets["board"] = chessboard(*e.targets.board);
+  return {{"kind", "geometry"},
+          {"name", e.plan.name},
+          {"targets", targets},
+          {"stage", {{"repeatability_m", e.stage_repeatability_m}}},
+          {"exposure",
+           {{"ladder_s", e.ladder_s},
+            {"saturation_share", e.plan.saturation_share},
+            {"max_attempts", e.plan.max_attempts}}},
+          {"views", views}};
+}
+
+GeometryCaptureEstimate DryRun(const ExpandedGeometryPlan& e, const hal::Devices& devices) {
+  const hal::CameraCapabilities camera = devices.camera->capabilities();
+  const hal::StageLimits stage = devices.stage->limits();
+  GeometryCaptureEstimate estimate;
+  hal::Vec2 at{0, 0};
+  for (const GeometryView& view : e.views) {
+    ++(view.target.starts_with("board") ? estimate.boards : estimate.masks);
+    const double way = std::max(std::abs(view.setpoint.x - at.x), std::abs(view.setpoint.y - at.y));
+    if (way > 0) estimate.duration_s += way / stage.speed_m_per_s + stage.settle_s;
+    at = view.setpoint;
+  }
+  // At most the whole ladder, downwards, before the first frame of a kind of target fits.
+  const auto frames = static_cast<double>(e.views.size());
+  estimate.duration_s += frames * (e.ladder_s.back() + camera.readout_s) +
+                         3 * std::accumulate(e.ladder_s.begin(), e.ladder_s.end(), 0.0);
+  estimate.bytes = FrameBytes(camera) * e.views.size();
+  return estimate;
+}
+
+}  // namespace luxfield::capture
