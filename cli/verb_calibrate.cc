@@ -5,6 +5,7 @@
 
 #include "cli/calibrate_report.h"
 #include "cli/program.h"
+#include "cli/verb_calibrate.h"
 #include "reconstruct/sensor_calibration_file.h"
 
 namespace luxfield::cli {
@@ -31,7 +32,10 @@ core::Json RunSensor(const Options& options) {
 }  // namespace
 
 void AddCalibrate(Program& program) {
-  CLI::App& group = program.AddGroup("calibrate", "Calibrate parts of a lab: sensor");
+  CLI::App& group =
+      program.AddGroup("calibrate", "Calibrate parts of a lab: sensor, geometry, flat field");
+  AddCalibrateGeometry(program, group);
+  AddCalibrateFlatField(program, group);
   auto options = std::make_shared<Options>();
   CLI::App& verb = program.AddVerb(
       group, "sensor",

@@ -10,8 +10,9 @@ namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string session, output, estimator = "inverse-variance", lamp_level = "first-reference",
-                               calibration;
+  std::string session, output, estimator = "inverse-variance", lamp_level = "first-reference";
+  std::string flat_field;
+  std::vector<std::string> calibrations;
   bool skip_hashes = false;
 };
 
@@ -20,7 +21,8 @@ core::Json Run(const Options& options) {
   const core::SessionReader session(options.session);
   reconstruct::MergeSessionOptions how;
   how.check_hashes = !options.skip_hashes;
-  how.calibration = options.calibration;
+  how.flat_field = options.flat_field;
+  how.calibrations.assign(options.calibrations.begin(), options.calibrations.end());
   how.merge.estimator = options.estimator == "poisson" ? reconstruct::Estimator::kPoisson
                                                        : reconstruct::Estimator::kInverseVariance;
   how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
@@ -62,9 +64,16 @@ void AddMerge(Program& program) {
                   "or at the level where "
                   "its monitor reads 1")
       ->check(CLI::IsMember({"first-reference", "monitor"}));
-  verb.add_option("--calibration", options->calibration,
-                  "A sensor's .cal.json (`calibrate sensor`) in place of the gain, noise, black "
-                  "level, dark current, PRNU and saturation that the session states");
+  verb.add_option(
+      "--calibration", options->calibrations,
+      "A .cal.json: a sensor's (`calibrate sensor`) in place of the gain, noise, black "
+      "level, dark current, PRNU and saturation that the session states; the geometry's "
+      "(`calibrate geometry`) in place of its delta, image_from_sensor and stage axes; "
+      "or one of each");
+  verb.add_option(
+      "--flat-field", options->flat_field,
+      "A .flat.exr (`calibrate flat-field`) in place of the vignetting that the session "
+      "holds; its sigma takes the place of PRNU");
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }

@@ -10,6 +10,8 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/progress.h"
+#include "reconstruct/flat_field.h"
+#include "reconstruct/geometry_calibration_file.h"
 #include "reconstruct/register_images.h"
 #include "reconstruct/sensor_calibration_file.h"
 #include "reconstruct/session_plan.h"
@@ -40,16 +42,31 @@ std::vector<RawFrame> ReadFrames(const core::SessionReader& session, const Recor
   return frames;
 }
 
+// The plan with what the calibrations say in place of it. Throws InputError for two of one kind.
+SessionPlan Calibrated(SessionPlan plan, const MergeSessionOptions& options,
+                       std::map<std::string, std::string>& provenance) {
+  for (const std::filesystem::path& path : options.calibrations) {
+    const bool geometry = IsGeometryCalibration(path);
+    const auto [entry, is_new] =
+        provenance.try_emplace(geometry ? "geometry_calibration" : "sensor_calibration");
+    if (!is_new)
+      throw InputError(path.string(), "is the second calibration of its kind", "give one of each");
+    entry->second =
+        geometry ? ApplyGeometryCalibration(path, plan) : ApplySensorCalibration(path, plan.sensor);
+  }
+  if (!options.flat_field.empty())
+    provenance["flat_field"] = ApplyFlatField(options.flat_field, plan.sensor);
+  return plan;
+}
+
 class SessionMerger {
  public:
   SessionMerger(const core::SessionReader& session, const MergeSessionOptions& options)
       : session_(session),
         options_(options),
-        plan_(ReadSessionPlan(session)),
+        plan_(Calibrated(ReadSessionPlan(session), options, provenance_)),
         registration_(plan_.image_from_sensor, plan_.sensor.width, plan_.sensor.height,
-                      plan_.geometry.lattice) {
-    if (!options_.calibration.empty())
-      calibration_sha256_ = ApplySensorCalibration(options_.calibration, plan_.sensor);
+                      plan_.geometry.lattice, plan_.lens) {
     for (const double responsivity : plan_.sensor.responsivity_e_per_s_per_w_m2) {
       const double per_rate = 1 / (responsivity * plan_.albedo * plan_.filter_scale);
       std::vector<float>& image = irradiance_per_rate_.emplace_back();
@@ -84,7 +101,7 @@ class SessionMerger {
         {"session_plan", session_.plan_id()},
         {"merge_estimator",
          options_.merge.estimator == Estimator::kPoisson ? "poisson" : "inverse-variance"}};
-    if (!calibration_sha256_.empty()) result.provenance["sensor_calibration"] = calibration_sha256_;
+    result.provenance.insert(provenance_.begin(), provenance_.end());
     const auto& grid = plan_.geometry.grid;
     core::Progress progress("merge", static_cast<std::uint64_t>(grid.count()));
     for (int j = 0; j < grid.height; ++j)
@@ -213,7 +230,7 @@ class SessionMerger {
     return result;
   }
 
-  // Where the filter's centre was, by the stage's read-back.
+  // Where the filter's centre was, by the stage's read-back and its calibrated axes.
   Vec2 Centre(const Records& records) {
     Vec2 centre;
     for (const FrameRecord* record : records)
@@ -230,7 +247,7 @@ class SessionMerger {
                                    records[0]->i, records[0]->j, centre.x, centre.y, displacement,
                                    planned.x, planned.y),
                        "home the stage and retake the position");
-    return centre;
+    return centre.x * plan_.stage_axes[0] + centre.y * plan_.stage_axes[1];
   }
 
   Measurement MergePosition(int i, int j,
@@ -293,6 +310,7 @@ class SessionMerger {
 
   const core::SessionReader& session_;
   MergeSessionOptions options_;
+  std::map<std::string, std::string> provenance_;  // of calibrations: before plan_, which fills it
   SessionPlan plan_;
   Registration registration_;
   std::vector<std::vector<float>>
@@ -300,7 +318,6 @@ class SessionMerger {
   std::vector<double> print_factor_;   // of each print of a position
   std::map<double, DarkFrame> darks_;  // by exposure time
   LampDrift drift_;
-  std::string calibration_sha256_;
   MergeSessionSummary summary_;
 };
 

@@ -54,9 +54,10 @@ struct MergeSessionOptions {
   MergeOptions merge;
   LampLevel lamp_level = LampLevel::kFirstReference;
   bool check_hashes = true;  // of every frame, against the journal
-  // A sensor's *.cal.json to use in place of session.json's figures (sensor_calibration_file.h);
-  // empty: session.json's.
-  std::filesystem::path calibration;
+  // *.cal.json to use in place of what session.json and plan.json say: a sensor's
+  // (sensor_calibration_file.h), the geometry's (geometry_calibration_file.h), either or both.
+  std::vector<std::filesystem::path> calibrations;
+  std::filesystem::path flat_field;  // *.flat.exr in place of vignetting and PRNU; empty: none
   MergeObserver* observer = nullptr;
 };
 

@@ -157,11 +157,13 @@ double OverlapArea(const std::array<Vec2, 4>& quad, Vec2 low, Vec2 high) {
 }  // namespace
 
 Registration::Registration(const std::array<double, 9>& image_from_sensor, int sensor_width,
-                           int sensor_height, const Lattice& lattice)
+                           int sensor_height, const Lattice& lattice,
+                           const std::optional<lightfield::Lens>& lens)
     : image_from_sensor_(image_from_sensor),
       sensor_width_(sensor_width),
       sensor_height_(sensor_height),
-      lattice_(lattice) {
+      lattice_(lattice),
+      lens_(lens) {
   using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   Matrix matrix(image_from_sensor.data());
   const char* const remedy = "calibrate image_from_sensor again";
@@ -186,12 +188,14 @@ Registration::Registration(const std::array<double, 9>& image_from_sensor, int s
   std::copy_n(inverse.data(), 9, sensor_from_image_.data());
 
   const auto& h = image_from_sensor_;
-  axis_aligned_ = h[1] == 0 && h[3] == 0 && h[6] == 0 && h[7] == 0;
+  axis_aligned_ = !lens_ && h[1] == 0 && h[3] == 0 && h[6] == 0 && h[7] == 0;
   if (axis_aligned_) return;
   corners_m_.reserve(static_cast<std::size_t>(sensor_width + 1) * (sensor_height + 1));
   for (int row = 0; row <= sensor_height; ++row)
     for (int column = 0; column <= sensor_width; ++column) {
-      const Homogeneous q = Map(h, column, row);
+      const Vec2 pixel{static_cast<double>(column), static_cast<double>(row)};
+      const Vec2 straight = lens_ ? lens_->Straight(pixel) : pixel;
+      const Homogeneous q = Map(h, straight.x, straight.y);
       corners_m_.push_back({q.x / q.w, q.y / q.w});
     }
 }
@@ -233,10 +237,17 @@ void Registration::ForEachTexel(Vec2 centre_m, Body&& body) const {
         for (const Vec2 q : {low, Vec2{high.x, low.y}, high, Vec2{low.x, high.y}}) {
           const Homogeneous p = Map(sensor_from_image_, q.x, q.y);
           finite &= p.w > 0;
-          min_x = std::min(min_x, p.x / p.w);
-          max_x = std::max(max_x, p.x / p.w);
-          min_y = std::min(min_y, p.y / p.w);
-          max_y = std::max(max_y, p.y / p.w);
+          const Vec2 straight{p.x / p.w, p.y / p.w};
+          const Vec2 pixel = lens_ ? lens_->Bent(straight) : straight;
+          min_x = std::min(min_x, pixel.x);
+          max_x = std::max(max_x, pixel.x);
+          min_y = std::min(min_y, pixel.y);
+          max_y = std::max(max_y, pixel.y);
+        }
+        // The texel's edges bulge through a lens: by less than a pixel and a part of their length.
+        if (lens_) {
+          const double bulge = 1 + 0.05 * std::max(max_x - min_x, max_y - min_y);
+          min_x -= bulge, min_y -= bulge, max_x += bulge, max_y += bulge;
         }
         body(r * lattice_.width + c, [&](auto&& add) {
           if (!(finite && max_x > 0 && max_y > 0 && min_x < sensor_width_ &&

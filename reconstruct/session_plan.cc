@@ -64,8 +64,8 @@ SessionPlan ReadSessionPlan(const core::SessionReader& session) {
     result.filter_scale = Positive(filter, "scale", plan_file);
 
   const Json rig = Field<Json>(session.plan(), "rig", plan_file);
-  if (Choice(rig, "kind", "lensless", "reflector", plan_file) == "reflector")
-    result.albedo = Positive(rig, "albedo", plan_file);
+  result.rig = Choice(rig, "kind", "lensless", "reflector", plan_file);
+  if (result.rig == "reflector") result.albedo = Positive(rig, "albedo", plan_file);
 
   const Json calibration = Field<Json>(session.session(), "calibration", session_file);
   result.image_from_sensor =

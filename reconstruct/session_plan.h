@@ -2,8 +2,11 @@
 #pragma once
 
 #include <array>
+#include <optional>
+#include <string>
 
 #include "core/session_store.h"
+#include "lightfield/lens.h"
 #include "lightfield/measurements.h"
 #include "reconstruct/noise_model.h"
 
@@ -13,8 +16,13 @@ struct SessionPlan {
   lightfield::LuminaireGeometry geometry;
   lightfield::FilterKind filter = lightfield::FilterKind::kBasis;
   double filter_scale = 1;
-  double albedo = 1;  // of the reflector; 1 on the lensless rig
-  std::array<double, 9> image_from_sensor{};
+  double albedo = 1;                          // of the reflector; 1 on the lensless rig
+  std::string rig;                            // "lensless" or "reflector"
+  std::array<double, 9> image_from_sensor{};  // of pixel positions freed from the lens' distortion
+  std::optional<lightfield::Lens> lens;  // from a calibration of the geometry; else none is known
+  // How far the filter moves against the luminaire per metre of the stage's read-back along u and
+  // v.
+  std::array<lightfield::Vec2, 2> stage_axes{{{1, 0}, {0, 1}}};
   SensorModel sensor;
 };
 

@@ -278,14 +278,15 @@ TEST_F(MergeSessionTest, TakesACalibrationInPlaceOfTheStatedFigures) {
   calibration.transfer.dark_current_e_per_s = {6, 0};
   calibration.prnu = {0.5, 0};
   MergeSessionOptions options;
-  options.calibration = fs::path(testing::TempDir()) / "luxfield_merge.cal.json";
-  WriteSensorCalibration(options.calibration, calibration);
+  const fs::path file = fs::path(testing::TempDir()) / "luxfield_merge.cal.json";
+  options.calibrations = {file};
+  WriteSensorCalibration(file, calibration);
   const lightfield::Measurements m = MergeSession(session, options);
   EXPECT_LT(WorstError(m, 2 * 9.0 / 16), 2e-6);
   EXPECT_GT(m.positions[0].sigma[0], 0.2f * m.positions[0].irradiance[0]);
-  EXPECT_EQ(m.provenance.at("sensor_calibration"), core::Sha256OfFile(options.calibration));
+  EXPECT_EQ(m.provenance.at("sensor_calibration"), core::Sha256OfFile(file));
   calibration.width = kSensor + 1;
-  WriteSensorCalibration(options.calibration, calibration);
+  WriteSensorCalibration(file, calibration);
   EXPECT_THROW(MergeSession(session, options), InputError);
 }
 

@@ -1,0 +1,11 @@
+// Verbs of the group `calibrate`, a file each; verb_calibrate.cc holds the group and `sensor`.
+#pragma once
+
+#include "cli/program.h"
+
+namespace luxfield::cli {
+
+void AddCalibrateGeometry(Program& program, CLI::App& group);
+void AddCalibrateFlatField(Program& program, CLI::App& group);
+
+}  // namespace luxfield::cli

@@ -1,0 +1,16 @@
+// Simulated labs with random geometry, for the calibration of it.
+#pragma once
+
+#include <string>
+
+#include "hal/sim/lab_description.h"
+
+namespace luxfield {
+
+// lab.toml of a bench whose parts stand beside where it says they do, by amounts of a lab that was
+// set up by hand.
+std::string RandomBench(bool reflector, std::uint64_t seed);
+
+hal::sim::LabDescription DescribeBench(const std::string& toml);
+
+}  // namespace luxfield
