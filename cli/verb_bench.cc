@@ -13,8 +13,10 @@
 #include "core/parallel.h"
 #include "render/device.h"
 #include "study/bench_accuracy.h"
+#include "study/bench_conditioning.h"
 #include "study/bench_environment.h"
 #include "study/bench_errors.h"
+#include "study/bench_filters.h"
 #include "study/bench_nearfield.h"
 #include "study/bench_sampling.h"
 #include "study/bench_scale.h"
@@ -154,14 +156,17 @@ core::Json Environment(const study::BenchEnvironmentOptions& how) {
   return result;
 }
 
-core::Json Errors(study::BenchErrorsOptions how) {
+// A bench with sessions on disk: in its folder, or in a temporary one.
+template <typename Options>
+core::Json InFolder(core::Json (*bench)(const Options&), Options how,
+                    const std::vector<std::string>& columns = {}) {
   const bool temporary = how.folder.empty();
   if (temporary)
-    how.folder = std::filesystem::temp_directory_path() /
-                 fmt::format("luxfield-bench-errors-{}", ::getpid());
-  const core::Json rows = study::BenchErrors(how);
+    how.folder =
+        std::filesystem::temp_directory_path() / fmt::format("luxfield-bench-{}", ::getpid());
+  const core::Json rows = bench(how);
   if (temporary) std::filesystem::remove_all(how.folder);
-  return Finish(rows, CpuName());
+  return Finish(rows, CpuName(), columns);
 }
 
 template <typename Options>
@@ -244,13 +249,45 @@ void AddErrors(Program& program, CLI::App& benches) {
                       "Does the propagated sigma of C hold, and what does each systematic error do",
                       [how, &program] {
                         how->seed = program.common().seed.value_or(1);
-                        return Errors(*how);
+                        return InFolder(study::BenchErrors, *how);
                       });
   app.add_option("--lab", how->lab, "The lab.toml whose [errors.*] state the sizes");
   app.add_option("--plan", how->plan, "The plan.toml");
   app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
   app.add_option("--seeds", how->seeds, "Sessions with random sources alone")
       ->check(CLI::Range(2, 10000));
+}
+
+void AddFilters(Program& program, CLI::App& benches) {
+  auto how = std::make_shared<study::BenchFiltersOptions>();
+  how->lab = "data/labs/small.toml";
+  how->plan = "data/plans/small.toml";
+  CLI::App& app = program.AddVerb(
+      benches, "filters", "Error of C from a print that errs, ideal filter assumed and as measured",
+      [how, &program] {
+        how->seed = program.common().seed.value_or(1);
+        return InFolder(
+            study::BenchFilters, *how,
+            {"case", "rel_rmse", "rel_l2", "over_floor", "solve", "condition", "noise_gain"});
+      });
+  app.add_option("--lab", how->lab, "The lab.toml");
+  app.add_option("--plan", how->plan, "The plan.toml");
+  app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
+  app.add_option("--registration", how->registration, "Shift of the print, spacings");
+  app.add_option("--density", how->density, "Relative error of its transmittance");
+  app.add_option("--pixels", how->pixels, "Side of the photographs of the filter")
+      ->check(CLI::Range(64, 8192));
+}
+
+void AddConditioning(Program& program, CLI::App& benches) {
+  auto how = std::make_shared<study::BenchConditioningOptions>();
+  CLI::App& app = program.AddVerb(
+      benches, "conditioning", "Condition numbers of the solve beside predicted ones", [how] {
+        return Finish(study::BenchConditioning(*how), CpuName(),
+                      {"case", "filters", "condition", "predicted", "noise_gain", "c_error",
+                       "from_prior", "answer"});
+      });
+  app.add_option("--filters", how->counts, "Filters per axis to try");
 }
 
 void AddTradeoff(Program& program, CLI::App& benches) {
@@ -320,6 +357,8 @@ void AddBench(Program& program) {
   AddShadows(program, benches);
   AddEnvironment(program, benches);
   AddErrors(program, benches);
+  AddFilters(program, benches);
+  AddConditioning(program, benches);
   AddTradeoff(program, benches);
   AddDeviceBench<CalibrateOptions>(
       program, benches, "calibrate",

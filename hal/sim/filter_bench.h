@@ -1,0 +1,43 @@
+// The bench where a lab's filter is photographed without the luminaire (LAB.md 4.3; THEORY 3): its
+// holder before an even light, and a camera that somebody put there by hand.
+#pragma once
+
+#include "hal/sim/homography.h"
+#include "hal/sim/lab_description.h"
+
+namespace luxfield::hal::sim {
+
+class FilterBench {
+ public:
+  // What is in the holder, or a closed shutter.
+  enum class View { kDark, kLight, kPlus, kMinus };  // a basis filter is kPlus
+
+  // The lab's print and camera model, with `pixels` x `pixels` of them. The light falls off by some
+  // per cent over the sheet; the camera sees the holder askew, drawn from the seed. A photograph's
+  // light is off by 0.3 % rms from the last one's.
+  FilterBench(const LabDescription& lab, int pixels);
+
+  const Sensor& sensor() const { return sensor_; }
+  const lightfield::FilterSheet& sheet() const { return print_.sheet(); }
+  // The truth: holder coordinates of sensor positions (column, row).
+  const Homography& holder_from_sensor() const { return holder_from_sensor_; }
+  const FilterPrint& print() const { return print_; }
+  // Exposure time that fills three quarters of a pixel with the bare light.
+  double exposure_s() const { return exposure_s_; }
+
+  // `number` tells exposures of equal settings apart.
+  core::RawFrame Expose(View view, double exposure_s, int number) const;
+
+ private:
+  // Relative irradiance per pixel, the mean over 4 x 4 points.
+  std::vector<float> Irradiance(View view) const;
+
+  FilterPrint print_;
+  Sensor sensor_;
+  std::uint64_t seed_;
+  double exposure_s_;
+  Homography holder_from_sensor_;
+  std::vector<std::vector<float>> irradiance_;  // by View, empty for kDark
+};
+
+}  // namespace luxfield::hal::sim

@@ -1,0 +1,65 @@
+#include "study/bench_filters.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "study/bench_conditioning.h"
+
+namespace luxfield::study {
+namespace {
+
+// The claim at the size of a test: 1 % registration and 2 % density error.
+TEST(BenchFilters, MeasuredFiltersBringTheErrorBackToTheNoiseFloor) {
+  BenchFiltersOptions options;
+  options.lab = LUXFIELD_SOURCE_DIR "/data/labs/small.toml";
+  options.plan = LUXFIELD_SOURCE_DIR "/data/plans/small.toml";
+  options.folder = std::filesystem::path(testing::TempDir()) / "luxfield_bench_filters";
+  options.pixels = 256;
+  const nlohmann::json rows = BenchFilters(options);
+  std::filesystem::remove_all(options.folder);
+  ASSERT_EQ(rows.size(), 3u);
+  for (const auto& row : rows)
+    printf("%-42s rel_l2 %.4f, %.3f of the floor\n", row["case"].get<std::string>().c_str(),
+           row["rel_l2"].get<double>(), row["over_floor"].get<double>());
+  // The density error alone is 2 %.
+  EXPECT_GT(rows[1]["rel_l2"].get<double>(), 0.02);
+  EXPECT_GT(rows[1]["over_floor"].get<double>(), 1.5);
+  EXPECT_LT(rows[2]["over_floor"].get<double>(), 1.1);
+  EXPECT_GT(rows[2]["condition"].get<double>(), 1);
+}
+
+TEST(BenchConditioning, ConditionNumbersAreThePredictedOnes) {
+  BenchConditioningOptions options;
+  options.counts = {1, 2, 7, 16};
+  int refused = 0, told = 0;
+  for (const auto& row : BenchConditioning(options)) {
+    const std::string answer = row["answer"], name = row["case"];
+    if (answer != "solved") {
+      ++refused;
+      EXPECT_NE(answer.find("sit in one place"), std::string::npos) << answer;
+      continue;
+    }
+    ++told;
+    const double predicted = row["predicted"];
+    // Midpoint sums are good to 1e-8 of an entry, that is 1e-8 times itself of a condition number;
+    // positions 1e-6 off change theirs by about as much.
+    const double tolerance = std::min(1e-7 * predicted, 1e-4) +
+                             (name == "spacing 1e-6 too wide, assumed right" ? 1e-4 : 0);
+    EXPECT_NEAR(row["condition"].get<double>() / predicted, 1, tolerance) << name;
+    // Float-free: rounding and 1e-8 of quadrature, times the condition number.
+    EXPECT_LT(row["c_error"].get<double>(),
+              name == "spacing 1e-6 too wide, assumed right" ? 1e-3 : 1e-6 * predicted)
+        << name;
+  }
+  EXPECT_EQ(refused, 2);
+  EXPECT_EQ(told, 8 + 4 + 2 + 4);
+  options.counts = {0};
+  EXPECT_THROW(BenchConditioning(options), InputError);
+}
+
+}  // namespace
+}  // namespace luxfield::study
