@@ -18,21 +18,22 @@ constexpr const char* kFormat = "luxfield filter sheet";
 constexpr int kVersion = 1, kWedgeSteps = 21;
 constexpr double kWedgeDensityStep = 0.15;
 
-bool Inside(const Disc& disc, Vec2 p) {
+bool Inside(const RegistrationMark& disc, Vec2 p) {
   const Vec2 d = p - disc.centre_m;
   return d.x * d.x + d.y * d.y <= disc.radius_m * disc.radius_m;
 }
 
-Json ToJson(const std::vector<Disc>& discs) {
+Json ToJson(const std::vector<RegistrationMark>& discs) {
   Json json = Json::array();
-  for (const Disc& disc : discs)
+  for (const RegistrationMark& disc : discs)
     json.push_back(
         {{"x_m", disc.centre_m.x}, {"y_m", disc.centre_m.y}, {"radius_m", disc.radius_m}});
   return json;
 }
 
-std::vector<Disc> DiscsFromJson(const Json& json, const std::string& key, const std::string& file) {
-  std::vector<Disc> discs;
+std::vector<RegistrationMark> DiscsFromJson(const Json& json, const std::string& key,
+                                            const std::string& file) {
+  std::vector<RegistrationMark> discs;
   for (const Json& disc : Field<Json>(json, key, file)) {
     discs.push_back({{Field<double>(disc, "x_m", file), Field<double>(disc, "y_m", file)},
                      Field<double>(disc, "radius_m", file)});
@@ -157,7 +158,8 @@ double FilterSheet::Transmittance(Vec2 offset, int print) const {
   if (std::abs(offset.x) <= support && std::abs(offset.y) <= support)
     return FilterTransmittance(offset, print);
   if (const WedgeStep* step = StepAt(offset)) return step->code;
-  return std::any_of(marks.begin(), marks.end(), [&](const Disc& d) { return Inside(d, offset); })
+  return std::any_of(marks.begin(), marks.end(),
+                     [&](const RegistrationMark& d) { return Inside(d, offset); })
              ? 1
              : 0;
 }

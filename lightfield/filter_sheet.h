@@ -13,7 +13,7 @@
 
 namespace luxfield::lightfield {
 
-struct Disc {
+struct RegistrationMark {
   Vec2 centre_m;
   double radius_m = 0;
 };
@@ -46,10 +46,11 @@ struct FilterSheet {
   Basis basis;
   double spacing_m = 0;
   double filter_scale = 1;
-  double half_m = 0;               // half the sheet's side; it fills the holder's window
-  std::vector<Disc> marks;         // clear discs of the print: one per corner, one more top left
-  std::vector<WedgeStep> wedge;    // 21 steps of 0.15 in density under the identity
-  std::vector<Disc> holder_marks;  // holes of the opaque holder, outside the sheet
+  double half_m = 0;  // half the sheet's side; it fills the holder's window
+  std::vector<RegistrationMark>
+      marks;                     // clear discs of the print: one per corner, one more top left
+  std::vector<WedgeStep> wedge;  // 21 steps of 0.15 in density under the identity
+  std::vector<RegistrationMark> holder_marks;  // holes of the opaque holder, outside the sheet
 
   // With S = n h the support: half_m = 0.7 S, marks of radius S / 50 at (+-0.58 S, +-0.58 S),
   // holder marks at 0.8 S: corners and middles of the sides. Throws InputError for a scale outside

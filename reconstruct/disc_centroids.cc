@@ -13,7 +13,7 @@
 namespace luxfield::reconstruct {
 namespace {
 
-using lightfield::Disc;
+using lightfield::RegistrationMark;
 using lightfield::Vec2;
 using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
@@ -81,7 +81,7 @@ Homography FitHomography(std::span<const Vec2> sensor, std::span<const Vec2> pla
 }
 
 std::vector<std::optional<Vec2>> FindDiscs(const Picture& picture, double half_m,
-                                           std::span<const Disc> marks) {
+                                           std::span<const RegistrationMark> marks) {
   std::vector<float> sorted;
   for (const float value : picture.value)
     if (std::isfinite(value)) sorted.push_back(value);
@@ -111,7 +111,7 @@ std::vector<std::optional<Vec2>> FindDiscs(const Picture& picture, double half_m
   const Vec2 middle = position(square);
   const double pixels_per_m = std::sqrt(area(square)) / (2 * half_m);
   std::vector<std::optional<Vec2>> found;
-  for (const Disc& mark : marks) {
+  for (const RegistrationMark& mark : marks) {
     const Vec2 expected{middle.x + pixels_per_m * mark.centre_m.x,
                         middle.y - pixels_per_m * mark.centre_m.y};
     const double disc = std::numbers::pi * std::pow(mark.radius_m * pixels_per_m, 2);
@@ -131,7 +131,7 @@ std::vector<std::optional<Vec2>> FindDiscs(const Picture& picture, double half_m
 }
 
 Centroid MeasureDisc(const Picture& picture, const Homography& plane_from_sensor,
-                     const Disc& expected) {
+                     const RegistrationMark& expected) {
   const Homography& h = plane_from_sensor;
   const Matrix3 inverse = Matrix3(h.data()).inverse();
   const Vec2 middle = Map(inverse, expected.centre_m);

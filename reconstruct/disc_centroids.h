@@ -30,8 +30,8 @@ Homography FitHomography(std::span<const lightfield::Vec2> sensor,
 // with the discs around it, roughly upright: components brighter than a third of the picture's, by
 // their size and nearest to where the square puts them. Absent where there is none. InputError
 // without such a square.
-std::vector<std::optional<lightfield::Vec2>> FindDiscs(const Picture& picture, double half_m,
-                                                       std::span<const lightfield::Disc> marks);
+std::vector<std::optional<lightfield::Vec2>> FindDiscs(
+    const Picture& picture, double half_m, std::span<const lightfield::RegistrationMark> marks);
 
 struct Centroid {
   lightfield::Vec2 centre_m;
@@ -43,6 +43,6 @@ struct Centroid {
 // pixels weighed by their area on the plane: free of the bias of circles under perspective. A slope
 // g of the light over the disc moves it by g r^2 / 4.
 Centroid MeasureDisc(const Picture& picture, const Homography& plane_from_sensor,
-                     const lightfield::Disc& expected);
+                     const lightfield::RegistrationMark& expected);
 
 }  // namespace luxfield::reconstruct

@@ -14,10 +14,10 @@
 namespace luxfield::reconstruct {
 namespace {
 
-using lightfield::Disc;
 using lightfield::FilterSheet;
 using lightfield::Lattice;
 using lightfield::MeasuredFilter;
+using lightfield::RegistrationMark;
 using lightfield::Vec2;
 
 constexpr const char* kFile = "photographs";
@@ -44,7 +44,7 @@ Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light, doub
   const auto found = FindDiscs(light, sheet.half_m, sheet.holder_marks);
   std::vector<Vec2> sensor, plane;
   for (std::size_t k = 0; k < found.size(); ++k) {
-    const Disc& mark = sheet.holder_marks[k];
+    const RegistrationMark& mark = sheet.holder_marks[k];
     if (!found[k])
       throw InputError(kFile,
                        fmt::format("the light shows no hole of the holder near ({:.4g}, {:.4g}) mm",
@@ -57,14 +57,14 @@ Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light, doub
   for (int round = 0; round < 2; ++round) {
     std::vector<Vec2> targets;
     for (std::size_t k = 0; k < sensor.size(); ++k) {
-      const Disc& mark = sheet.holder_marks[k];
+      const RegistrationMark& mark = sheet.holder_marks[k];
       const Vec2 centroid = MeasureDisc(light, h, mark).centre_m;
       targets.push_back(Apply(h, sensor[k]) + (mark.centre_m - centroid));
     }
     h = FitHomography(sensor, targets);
   }
   double square = 0;
-  for (const Disc& mark : sheet.holder_marks) {
+  for (const RegistrationMark& mark : sheet.holder_marks) {
     const double off = Norm(MeasureDisc(light, h, mark).centre_m - mark.centre_m);
     square += off * off / static_cast<double>(sheet.holder_marks.size());
   }
@@ -82,7 +82,7 @@ Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light, doub
 double LightRatio(const FilterSheet& sheet, const Homography& h, const Picture& light,
                   const Picture& print) {
   double with = 0, without = 0;
-  for (const Disc& mark : sheet.holder_marks) {
+  for (const RegistrationMark& mark : sheet.holder_marks) {
     with += MeasureDisc(print, h, mark).light;
     without += MeasureDisc(light, h, mark).light;
   }
@@ -119,7 +119,7 @@ MergedFrame Transmittance(const MergedFrame& light, const MergedFrame& print, do
 void LocatePrint(const FilterSheet& sheet, const Homography& h, const Picture& transmittance,
                  PrintReading* reading) {
   std::vector<Centroid> seen;
-  for (const Disc& mark : sheet.marks) {
+  for (const RegistrationMark& mark : sheet.marks) {
     // Marks may be off by more than their radius: a first look reaches farther.
     const Centroid coarse = MeasureDisc(transmittance, h, {mark.centre_m, 1.5 * mark.radius_m});
     const Centroid fine = MeasureDisc(transmittance, h, {coarse.centre_m, mark.radius_m});

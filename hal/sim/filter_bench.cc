@@ -56,7 +56,7 @@ std::vector<float> FilterBench::Irradiance(View view) const {
     if (std::abs(p.x) < sheet.half_m && std::abs(p.y) < sheet.half_m)
       return view == View::kLight ? 1 : print_.SheetTransmittance(p, view == View::kMinus);
     const bool hole = std::any_of(sheet.holder_marks.begin(), sheet.holder_marks.end(),
-                                  [&](const lightfield::Disc& d) {
+                                  [&](const lightfield::RegistrationMark& d) {
                                     const Vec2 q = p - d.centre_m;
                                     return q.x * q.x + q.y * q.y <= d.radius_m * d.radius_m;
                                   });
