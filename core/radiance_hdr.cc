@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/primaries.h"
 
 namespace luxfield::core {
 namespace {
@@ -30,9 +31,9 @@ constexpr int kMinComponentRuns = 8, kMaxComponentRuns = 0x7fff;
 
 // Red, green, blue, white as x, y. Radiance's own are what a file without PRIMARIES means by the
 // specification; such files are Rec. 709 in practice, and both are read as that.
-using Primaries = std::array<double, 8>;
-constexpr Primaries kRec709 = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
-constexpr Primaries kRadiance = {0.64, 0.33, 0.29, 0.60, 0.15, 0.06, 0.3333, 0.3333};
+constexpr std::array<double, 8> kRec709Line = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
+constexpr std::array<double, 8> kRadianceLine = {0.64, 0.33, 0.29,   0.60,
+                                                 0.15, 0.06, 0.3333, 0.3333};
 
 std::string Printable(std::string_view text) {
   std::string shown(text.substr(0, 60));
@@ -72,8 +73,9 @@ class Reader {
       for (int i = 0; i < fast_.length; ++i) {
         const int along_slow = Position(slow_, k), along_fast = Position(fast_, i);
         const int row = rows ? along_slow : along_fast, column = rows ? along_fast : along_slow;
+        const Rgb rgb = Decode(scanline[i]);
         for (int channel = 0; channel < 3; ++channel)
-          image.at(channel, row, column) = Decode(scanline[i], channel);
+          image.at(channel, row, column) = static_cast<float>(rgb[channel]);
       }
     }
     return image;
@@ -127,9 +129,10 @@ class Reader {
         return line.substr(name.size() + 1);
       };
       if (const auto format = value_of("FORMAT")) {
-        if (*format != "32-bit_rle_rgbe")
+        is_xyz_ = *format == "32-bit_rle_xyze";
+        if (!is_xyz_ && *format != "32-bit_rle_rgbe")
           Fail(fmt::format("FORMAT = '{}' is not read", Printable(*format)),
-               "convert the picture to 32-bit_rle_rgbe");
+               "convert the picture to 32-bit_rle_rgbe or 32-bit_rle_xyze");
       } else if (const auto exposure = value_of("EXPOSURE")) {
         Divide(Numbers("EXPOSURE", *exposure, 1), "EXPOSURE");
       } else if (const auto correction = value_of("COLORCORR")) {
@@ -139,7 +142,7 @@ class Reader {
           Fail(fmt::format("GAMMA = {} is not read", Printable(*gamma)),
                "store the picture linearly, with GAMMA=1");
       } else if (const auto primaries = value_of("PRIMARIES")) {
-        CheckPrimaries(Numbers("PRIMARIES", *primaries, 8));
+        TakePrimaries(Numbers("PRIMARIES", *primaries, 8));
       }
     }
   }
@@ -155,15 +158,20 @@ class Reader {
     }
   }
 
-  void CheckPrimaries(const std::vector<double>& given) {
+  void TakePrimaries(const std::vector<double>& given) {
     // Eight zeros is how a well-known editor says that it does not know.
-    const auto is = [&](const Primaries& known) {
+    const auto is = [&](const std::array<double, 8>& known) {
       return std::equal(given.begin(), given.end(), known.begin(),
                         [](double a, double b) { return std::abs(a - b) <= 0.002; });
     };
-    if (!is(kRec709) && !is(kRadiance) && !is(Primaries{}))
-      Fail(fmt::format("PRIMARIES = {} are not Rec. 709's", fmt::join(given, " ")),
-           "convert the picture to linear Rec. 709");
+    from_primaries_.reset();
+    if (is(kRec709Line) || is(kRadianceLine) || is({})) return;
+    try {
+      from_primaries_ = Rec709FromRgb(
+          {{given[0], given[1]}, {given[2], given[3]}, {given[4], given[5]}, {given[6], given[7]}});
+    } catch (const InputError& error) {
+      Fail(fmt::format("PRIMARIES: {}", error.what()), "mend that header line");
+    }
   }
 
   void ReadResolution() {
@@ -262,12 +270,16 @@ class Reader {
     }
   }
 
-  float Decode(const Rgbe& pixel, int channel) const {
-    if (pixel[3] == 0) return 0;
-    const double value = scale_[channel] * std::ldexp(pixel[channel] + 0.5, pixel[3] - 136);
-    const auto stored = static_cast<float>(value);
-    if (!std::isfinite(stored)) FailScanline("is too bright for its EXPOSURE");
-    return stored;
+  Rgb Decode(const Rgbe& pixel) const {
+    if (pixel[3] == 0) return {};
+    Rgb value;
+    for (std::size_t k = 0; k < 3; ++k)
+      value[k] = scale_[k] * std::ldexp(pixel[k] + 0.5, pixel[3] - 136);
+    if (is_xyz_) value = IntoGamut(Rec709FromXyz(value));
+    if (!is_xyz_ && from_primaries_) value = IntoGamut(Apply(*from_primaries_, value));
+    for (const double v : value)
+      if (!std::isfinite(static_cast<float>(v))) FailScanline("is too bright for its EXPOSURE");
+    return value;
   }
 
   std::filesystem::path path_;
@@ -276,6 +288,8 @@ class Reader {
   std::array<double, 3> scale_ = {1, 1, 1};
   Axis slow_, fast_;  // scanline by scanline, and along each
   bool plain_ = false;
+  bool is_xyz_ = false;
+  std::optional<Matrix3> from_primaries_;
   int line_ = 0;
 };
 

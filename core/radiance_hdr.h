@@ -19,10 +19,13 @@ namespace luxfield::core {
 //
 // The half is Radiance's own: its writer truncates, so the middle of the step is unbiased. The
 // worst error of the largest channel is 1/256 relative. Values reach 1.7e38: nothing is clipped.
+// XYZE pixels are tristimulus values: they become Rec. 709 by the plain matrix. RGB of other
+// PRIMARIES than Rec. 709's or Radiance's own is adapted to D65 (Rec709FromRgb). Of both, colours
+// outside of Rec. 709 are mixed with grey (IntoGamut).
 //
-// Throws InputError naming file, field and value: another FORMAT (32-bit_rle_xyze for one), GAMMA
-// other than 1, PRIMARIES other than Rec. 709's or Radiance's own, no resolution line, more than
-// 2^27 pixels, a run that leaves its scanline, a file that ends early.
+// Throws InputError naming file, field and value: another FORMAT, GAMMA other than 1, PRIMARIES
+// that span no colours, no resolution line, more than 2^27 pixels, a run that leaves its scanline,
+// a file that ends early.
 Image ReadRadianceHdr(const std::filesystem::path& path);
 
 // Writes three channels, or one three times, as plain pixels of 4 bytes, atomically: mantissas are

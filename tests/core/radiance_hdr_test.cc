@@ -157,11 +157,12 @@ TEST(RadianceHdr, WhatIsNotReadIsRefusedByName) {
   EXPECT_EQ(with("GAMMA=1.0"), "accepted");
   EXPECT_EQ(with("PRIMARIES=0 0 0 0 0 0 0 0"), "accepted");
   EXPECT_EQ(with("PRIMARIES=0.640 0.330 0.290 0.600 0.150 0.060 0.333 0.333"), "accepted");
-  EXPECT_THAT(with("PRIMARIES=0.708 0.292 0.170 0.797 0.131 0.046 0.3127 0.3290"),
+  EXPECT_EQ(with("PRIMARIES=0.708 0.292 0.170 0.797 0.131 0.046 0.3127 0.3290"), "accepted");
+  EXPECT_THAT(with("PRIMARIES=0.708 0.292 0.708 0.292 0.131 0.046 0.3127 0.3290"),
               HasSubstr("0.708"));
   EXPECT_THAT(with("PRIMARIES=0.64 0.33"), HasSubstr("8 numbers"));
   EXPECT_THAT(with("GAMMA=2.2"), HasSubstr("GAMMA = 2.2"));
-  EXPECT_THAT(with("FORMAT=32-bit_rle_xyze"), HasSubstr("32-bit_rle_xyze"));
+  EXPECT_THAT(with("FORMAT=32-bit_rle_luv"), HasSubstr("32-bit_rle_luv"));
   for (const char* bad : {"0", "-1", "nan", "inf", "one", "", "1e400"})
     EXPECT_THAT(with(std::string("EXPOSURE=") + bad), HasSubstr("EXPOSURE")) << bad;
   EXPECT_THAT(with("COLORCORR=1 1"), HasSubstr("COLORCORR"));
@@ -278,6 +279,40 @@ TEST(RadianceHdr, MutatedAndTruncatedFilesEndInAPictureOrAnInputError) {
   }
   EXPECT_GT(refused, 300);
   EXPECT_LT(refused, 1500);
+}
+
+// ---- other colour spaces ------------------------------------------------------------------------
+
+TEST(RadianceHdr, TristimulusValuesBecomeRec709) {
+  // Mantissas of the largest step so that truncation stays below 1/400; exponent 136 is 2^8 / 256.
+  const auto read = [](int x, int y, int z) {
+    return Read("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n" + Pixel(x, y, z, 136));
+  };
+  // The D65 white (0.9505, 1, 1.0891) is grey; the matrix of IEC 61966-2-1 by hand for another.
+  const Image white = read(209, 220, 239);  // with the half step 209.5 : 220.5 : 239.5
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(white.data[c], 220.5, 1.5);
+  const Image colour = read(120, 110, 60);
+  EXPECT_NEAR(colour.data[0], 3.2406 * 120.5 - 1.5372 * 110.5 - 0.4986 * 60.5, 0.05);
+  EXPECT_NEAR(colour.data[1], -0.9689 * 120.5 + 1.8758 * 110.5 + 0.0415 * 60.5, 0.05);
+  EXPECT_NEAR(colour.data[2], 0.0557 * 120.5 - 0.2040 * 110.5 + 1.0570 * 60.5, 0.05);
+  // A spectral green is outside of Rec. 709: nothing negative, Y kept.
+  const Image green = read(20, 200, 10);
+  EXPECT_GE(*std::min_element(green.data.begin(), green.data.end()), 0);
+  EXPECT_NEAR(0.2126 * green.data[0] + 0.7152 * green.data[1] + 0.0722 * green.data[2], 200.5, 0.1);
+}
+
+TEST(RadianceHdr, OtherPrimariesBecomeRec709) {
+  const auto read = [](int r, int g, int b) {
+    return Read(
+        Header("-Y 1 +X 1", "PRIMARIES=0.708 0.292 0.170 0.797 0.131 0.046 0.3127 0.3290\n") +
+        Pixel(r, g, b, 136));
+  };
+  const Image white = read(100, 100, 100);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(white.data[c], 100.5, 1e-3);
+  const Image colour = read(120, 110, 90);  // the matrix of ITU-R BT.2087
+  EXPECT_NEAR(colour.data[0], 1.6605 * 120.5 - 0.5876 * 110.5 - 0.0728 * 90.5, 0.05);
+  EXPECT_NEAR(colour.data[1], -0.1246 * 120.5 + 1.1329 * 110.5 - 0.0083 * 90.5, 0.05);
+  EXPECT_NEAR(colour.data[2], -0.0182 * 120.5 - 0.1006 * 110.5 + 1.1187 * 90.5, 0.05);
 }
 
 // ---- writing ----------------------------------------------------------------------------------
