@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "core/exr.h"
@@ -57,6 +59,52 @@ core::Image ReadOpenExr(const std::filesystem::path& path, const core::ExrReader
     throw InputError(path.string(), "channels RY, BY (luminance and chroma) are not read",
                      "convert the picture to channels R, G, B");
   return core::ReadExrImage(path);
+}
+
+// A square of an unfolded cube: where it lies, in squares, and what it shows.
+struct CrossCell {
+  int column, row;
+  Vec3 axis, right, up;
+};
+constexpr Vec3 kForward = {0, -1, 0}, kBackward = {0, 1, 0}, kRight = {-1, 0, 0}, kLeft = {1, 0, 0},
+               kUp = {0, 0, 1}, kDown = {0, 0, -1};
+// The viewer's front in the middle of the crossbar, its neighbours folded out around it.
+constexpr std::array<CrossCell, 5> kCrossOfBoth = {{{1, 0, kUp, kRight, kBackward},
+                                                    {0, 1, kLeft, kForward, kUp},
+                                                    {1, 1, kForward, kRight, kUp},
+                                                    {2, 1, kRight, kBackward, kUp},
+                                                    {1, 2, kDown, kRight, kForward}}};
+constexpr CrossCell kBackOfVertical = {1, 3, kBackward, kRight, kDown},
+                    kBackOfHorizontal = {3, 1, kBackward, kLeft, kUp};
+
+bool IsCross(const core::Image& image) {
+  return (3 * image.height == 4 * image.width && image.width % 3 == 0) ||
+         (4 * image.height == 3 * image.width && image.width % 4 == 0);
+}
+
+// The squares of a cross in the order and orientation of the strip, pixel by pixel.
+core::Image StripOfCross(const core::Image& cross) {
+  const bool vertical = cross.height > cross.width;
+  const int n = cross.width / (vertical ? 3 : 4);
+  std::vector<CrossCell> cells(kCrossOfBoth.begin(), kCrossOfBoth.end());
+  cells.push_back(vertical ? kBackOfVertical : kBackOfHorizontal);
+  core::Image strip(n, 6 * n, cross.channels);
+  for (int row = 0; row < strip.height; ++row)
+    for (int column = 0; column < n; ++column) {
+      const Vec3 w = DirectionFromPicture(EnvironmentLayout::kCube,
+                                          {(column + 0.5) / n, (row + 0.5) / strip.height})
+                         ->direction;
+      const CrossCell& cell = *std::max_element(
+          cells.begin(), cells.end(),
+          [w](const auto& a, const auto& b) { return Dot(a.axis, w) < Dot(b.axis, w); });
+      const double x = Dot(cell.right, w) / Dot(cell.axis, w),
+                   y = Dot(cell.up, w) / Dot(cell.axis, w);
+      const int from_column = cell.column * n + static_cast<int>(0.5 * (1 + x) * n),
+                from_row = cell.row * n + static_cast<int>(0.5 * (1 - y) * n);
+      for (int channel = 0; channel < cross.channels; ++channel)
+        strip.at(channel, row, column) = cross.at(channel, from_row, from_column);
+    }
+  return strip;
 }
 
 EnvironmentLayout LayoutOfShape(const std::filesystem::path& path, const core::Image& image) {
@@ -132,6 +180,9 @@ EnvironmentPicture ReadEnvironmentPicture(const std::filesystem::path& path,
     picture.layout = attribute->layout;
     picture.registration = attribute->registration;
   } else {
+    if (IsCross(picture.image) &&
+        named.value_or(EnvironmentLayout::kCube) == EnvironmentLayout::kCube)
+      picture.image = StripOfCross(picture.image);
     picture.layout = named ? *named : LayoutOfShape(path, picture.image);
   }
   CheckShape(path, picture);
@@ -148,6 +199,20 @@ void WriteEnvironmentPicture(const std::filesystem::path& path, const core::Imag
                              EnvironmentLayout layout, core::ExrAttributes attributes) {
   attributes[kLayoutAttribute] = std::string(EnvironmentLayoutName(layout));
   core::WriteExrImage(path, image, attributes);
+}
+
+core::Image CubeStrip(const CubeMap& cube) {
+  const int n = cube.face_size;
+  core::Image strip(n, 6 * n, 3);
+  for (int row = 0; row < strip.height; ++row)
+    for (int column = 0; column < n; ++column) {
+      const auto shown = DirectionFromPicture(EnvironmentLayout::kCube,
+                                              {(column + 0.5) / n, (row + 0.5) / strip.height});
+      const std::size_t texel = cube.texel_of(shown->direction);
+      for (int channel = 0; channel < 3; ++channel)
+        strip.at(channel, row, column) = cube.data[3 * texel + channel];
+    }
+  return strip;
 }
 
 CubeMap MakeCubeMap(const EnvironmentPicture& picture, int face_size) {

@@ -24,7 +24,8 @@ struct EnvironmentPicture {
 // first part, at full resolution where there are several. The layout is, in this order: an OpenEXR
 // `envmap` attribute's (pixels registered as kNodes), that of the attribute `luxfield:layout`, the
 // one that is named, latitude-longitude for a picture twice as wide as high, cube for one six times
-// as high as wide.
+// as high as wide and for the crosses of 3 : 4 and 4 : 3, which become such a strip, pixel by
+// pixel.
 //
 // Throws InputError naming the file: a shape that tells no layout and none named; an attribute that
 // contradicts the name or is unknown; a disc that is not square or a cube that is not 1 : 6;
@@ -40,6 +41,9 @@ bool SaysEnvironmentLayout(const core::ExrReader& reader);
 // the attribute `luxfield:layout`. Throws DeviceError.
 void WriteEnvironmentPicture(const std::filesystem::path& path, const core::Image& image,
                              EnvironmentLayout layout, core::ExrAttributes attributes = {});
+
+// A cube map as a picture of layout kCube: MakeCubeMap of it is the map again, texel by texel.
+core::Image CubeStrip(const CubeMap& cube);
 
 // The picture as a cube map (CubeResampler); face_size 0 is DefaultFaceSize. For a sequence build
 // one CubeResampler instead.

@@ -119,6 +119,64 @@ TEST(EnvironmentMap, ValuesAboveTheRangeOfHalfSurvive) {
   EXPECT_NEAR(MeanRadiance(MakeCubeMap(picture))[1] / (128.5 * 16777216), 1, 1e-6);
 }
 
+// What a viewer sees who faces -y and turns: to the left, straight on, right, up, down, behind.
+TEST(EnvironmentMap, CrossesAreUnfoldedAroundWhatIsAhead) {
+  constexpr int kSize = 5;
+  const Vec3 front = {0, -1, 0}, right = {-1, 0, 0}, up = {0, 0, 1};
+  const auto minus = [](Vec3 v) { return -1.0 * v; };
+  // Paper folded around the head: going over an edge turns the view by a quarter about it.
+  struct Square {
+    int column, row;
+    Vec3 axis, right, up;
+  };
+  const Square middle = {1, 1, front, right, up};
+  const auto over = [&](const Square& from, int dx, int dy) {
+    Square to = {from.column + dx, from.row + dy, from.axis, from.right, from.up};
+    if (dx == 1) to.axis = from.right, to.right = minus(from.axis);
+    if (dx == -1) to.axis = minus(from.right), to.right = from.axis;
+    if (dy == 1) to.axis = minus(from.up), to.up = from.axis;
+    if (dy == -1) to.axis = from.up, to.up = minus(from.axis);
+    return to;
+  };
+  for (const bool vertical : {true, false}) {
+    SCOPED_TRACE(vertical);
+    const Square right_one = over(middle, 1, 0), below = over(middle, 0, 1);
+    const Square squares[] = {middle,
+                              right_one,
+                              over(middle, -1, 0),
+                              over(middle, 0, -1),
+                              below,
+                              vertical ? over(below, 0, 1) : over(right_one, 1, 0)};
+    core::Image image(kSize * (vertical ? 3 : 4), kSize * (vertical ? 4 : 3), 3);
+    for (const Square& s : squares)
+      for (int row = 0; row < kSize; ++row)
+        for (int column = 0; column < kSize; ++column) {
+          const double x = -1 + (2 * column + 1.0) / kSize, y = 1 - (2 * row + 1.0) / kSize;
+          const Vec3 w = Normalized(s.axis + x * s.right + y * s.up);
+          const float values[] = {float(2 + w.x), float(2 + w.y), float(2 + w.z)};
+          for (int c = 0; c < 3; ++c)
+            image.at(c, s.row * kSize + row, s.column * kSize + column) = values[c];
+        }
+    const auto path = UniquePath(".exr");
+    core::WriteExrImage(path, image);
+    const auto picture = ReadEnvironmentPicture(path);
+    EXPECT_EQ(picture.layout, kCube);
+    EXPECT_EQ(picture.image.width, kSize);
+    const CubeMap cube = MakeCubeMap(picture, kSize);
+    for (int face = 0; face < 6; ++face)
+      for (int row = 0; row < kSize; ++row)
+        for (int column = 0; column < kSize; ++column) {
+          const Vec3 w = Normalized(
+              CubeVector({face, -1 + (2 * column + 1.0) / kSize, 1 - (2 * row + 1.0) / kSize}));
+          EXPECT_NEAR(cube.at(face, row, column, 0), 2 + w.x, 1e-5);
+          EXPECT_NEAR(cube.at(face, row, column, 1), 2 + w.y, 1e-5);
+          EXPECT_NEAR(cube.at(face, row, column, 2), 2 + w.z, 1e-5);
+        }
+    EXPECT_EQ(Refusal(path, kCube), "accepted");
+    EXPECT_NE(Refusal(path, kMirrorBall), "accepted");
+  }
+}
+
 // ---- maps of other authors --------------------------------------------------------------------
 
 std::filesystem::path DataFolder() {
