@@ -3,10 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 
 #include "core/error.h"
+#include "core/exr.h"
 #include "core/progress.h"
 #include "tests/study/small_scene.h"
 
@@ -151,6 +154,16 @@ TEST_F(AccuracyTest, WrongRequestsAreNamed) {
   request.estimators = {"thesis"};
   EXPECT_THAT([&] { RenderToAccuracy(scene, MadeUpCosts(), request); },
               ThrowsMessage<InputError>(HasSubstr("states its error")));
+  request.estimators.clear();
+  const auto sky = std::filesystem::path(testing::TempDir()) / "luxfield_even_sky.exr";
+  core::Image even(8, 4, 3);
+  std::fill(even.data.begin(), even.data.end(), 1.0f);
+  core::WriteExrImage(sky, even);
+  scene::Scene under_the_sky = LampOverFloor();
+  under_the_sky.environment = scene::Environment{sky, {}, {}, 1, 0};
+  render::LitScene with_environment(render::Device::Open(), under_the_sky);
+  EXPECT_THAT([&] { RenderToAccuracy(with_environment, MadeUpCosts(), request); },
+              ThrowsMessage<InputError>(HasSubstr("environment maps")));
 }
 
 // Fitted times must follow the measured ones: the model is for choosing, a factor of 2 is its
