@@ -1,12 +1,18 @@
-// luxfield filter print -o NAME
+// luxfield filter print -o NAME; measure -o X.filter.exr; photograph LAB -o NAME
 #include <fmt/format.h>
 
 #include <cmath>
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "capture/print_filter.h"
 #include "cli/program.h"
+#include "core/file.h"
 #include "hal/devices.h"
+#include "reconstruct/measure_filter.h"
+#include "reconstruct/photograph.h"
+#include "study/filter_photographs.h"
 
 namespace luxfield::cli {
 namespace {
@@ -52,10 +58,107 @@ core::Json RunPrint(const PrintVerb& options) {
   return {{"files", names}, {"dpi", how.dpi}, {"side_m", 2 * sheet.half_m}};
 }
 
+struct MeasureVerb {
+  std::string sheet, light, output, tone;
+  std::vector<std::string> prints;
+};
+
+core::Json RunMeasure(const MeasureVerb& options) {
+  RequireExtension(options.output, ".filter.exr", "--output");
+  if (!options.tone.empty()) RequireExtension(options.tone, ".tone.toml", "--tone");
+  const FilterSheet sheet = lightfield::ReadFilterSheet(options.sheet);
+  const auto light = reconstruct::ReadPhotograph(options.light);
+  std::vector<reconstruct::MergedFrame> prints;
+  for (const std::string& file : options.prints)
+    prints.push_back(reconstruct::ReadPhotograph(file));
+  reconstruct::FilterReadings readings;
+  auto filter = reconstruct::MeasureFilter(sheet, light, prints, &readings);
+  filter.provenance["sheet_sha256"] = core::Sha256OfFile(options.sheet);
+  filter.provenance["light_sha256"] = core::Sha256OfFile(options.light);
+  for (std::size_t k = 0; k < options.prints.size(); ++k)
+    filter.provenance[fmt::format("print{}_sha256", k)] = core::Sha256OfFile(options.prints[k]);
+  lightfield::WriteMeasuredFilter(options.output, filter);
+  if (!options.tone.empty()) lightfield::WriteToneTable(options.tone, readings.Tone());
+  fmt::print("{}: {} x {} texels of {:.4g} mm\n", options.output, filter.lattice.width,
+             filter.lattice.height, 1e3 * filter.lattice.ds_m);
+  fmt::print("  holder                holes {:.3g} um rms from their places; pixels of {:.4g} mm\n",
+             1e6 * readings.holder_residual_m, 1e3 * readings.pixel_m);
+  for (std::size_t k = 0; k < readings.prints.size(); ++k) {
+    const auto& print = readings.prints[k];
+    fmt::print(
+        "  print {}               off by ({:.4g}, {:.4g}) um +- {:.2g}, turned by {:.4g} mrad +- "
+        "{:.2g}; light {:.5f} of the bare one's\n",
+        k + 1, 1e6 * print.shift_m.x, 1e6 * print.shift_m.y, 1e6 * print.shift_sigma_m,
+        1e3 * print.rotation_rad, 1e3 * print.rotation_sigma_rad, print.light_ratio);
+    if (!print.wedge.empty())
+      fmt::print("  wedge                 {} steps, density {:.4f} to {:.3f}\n", print.wedge.size(),
+                 print.wedge.front().density, print.wedge.back().density);
+  }
+  return reconstruct::ToJson(readings);
+}
+
+struct PhotographVerb {
+  std::string lab, name;
+  int pixels = 1024;
+};
+
+core::Json RunPhotograph(const PhotographVerb& options, std::optional<std::uint64_t> seed) {
+  const auto photographs = study::PhotographFilter(options.lab, seed, options.pixels);
+  core::Json files = core::Json::array();
+  const auto write = [&](const std::string& ending, const auto& write_file) {
+    const std::string file = options.name + ending;
+    write_file(file);
+    fmt::print("{}\n", file);
+    files.push_back(file);
+  };
+  write(".sheet.json",
+        [&](const auto& file) { lightfield::WriteFilterSheet(file, photographs.sheet); });
+  write(".light.exr",
+        [&](const auto& file) { reconstruct::WritePhotograph(file, photographs.light); });
+  const bool dual = photographs.prints.size() == 2;
+  for (std::size_t k = 0; k < photographs.prints.size(); ++k)
+    write(!dual ? ".print.exr" : (k == 0 ? ".plus.exr" : ".minus.exr"),
+          [&](const auto& file) { reconstruct::WritePhotograph(file, photographs.prints[k]); });
+  return {{"files", files}};
+}
+
+void AddMeasure(Program& program, CLI::App& group) {
+  auto options = std::make_shared<MeasureVerb>();
+  CLI::App& verb = program.AddVerb(
+      group, "measure",
+      "Turn photographs of a printed filter, taken without the luminaire, into its transmittance",
+      [options] { return RunMeasure(*options); });
+  verb.add_option("--sheet", options->sheet, "The .sheet.json of `luxfield filter print`")
+      ->required();
+  verb.add_option("--light", options->light, "Photograph of the holder without the print (.exr)")
+      ->required();
+  verb.add_option("--print", options->prints,
+                  "Photograph with the print (.exr); of a dual pair the plus and the minus part")
+      ->required();
+  verb.add_option("-o,--output", options->output, "The .filter.exr to write")->required();
+  verb.add_option("--tone", options->tone,
+                  "Also write the printer's .tone.toml, from the step wedge of the first print");
+}
+
+void AddPhotograph(Program& program, CLI::App& group) {
+  auto options = std::make_shared<PhotographVerb>();
+  CLI::App& verb = program.AddVerb(
+      group, "photograph",
+      "Photograph the filter of a simulated lab on its bench, with the lab's print errors and "
+      "noise",
+      [options, &program] { return RunPhotograph(*options, program.common().seed); });
+  verb.add_option("LAB", options->lab, "The lab.toml")->required();
+  verb.add_option("-o,--output", options->name,
+                  "NAME of NAME.sheet.json, NAME.light.exr and NAME.print.exr (or .plus, .minus)")
+      ->required();
+  verb.add_option("--pixels", options->pixels, "Side of the photographs")
+      ->check(CLI::Range(64, 8192));
+}
+
 }  // namespace
 
 void AddFilter(Program& program) {
-  CLI::App& group = program.AddGroup("filter", "Print optical filters");
+  CLI::App& group = program.AddGroup("filter", "Print optical filters, and measure them");
   auto print = std::make_shared<PrintVerb>();
   CLI::App& verb = program.AddVerb(
       group, "print",
@@ -75,6 +178,8 @@ void AddFilter(Program& program) {
   verb.add_option("--dpi", print->dpi, "Resolution of the printer, pixels per inch");
   verb.add_option("--tone", print->tone,
                   "The printer's .tone.toml (default: codes print as they are)");
+  AddMeasure(program, group);
+  AddPhotograph(program, group);
 }
 
 }  // namespace luxfield::cli

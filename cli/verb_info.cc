@@ -15,6 +15,7 @@
 #include "lightfield/environment_layouts.h"
 #include "lightfield/environment_map.h"
 #include "lightfield/light_field.h"
+#include "lightfield/measured_filter.h"
 #include "lightfield/measurements.h"
 #include "lightfield/ray_file.h"
 #include "preprocess/table_io.h"
@@ -153,6 +154,27 @@ Json InfoRays(const std::string& path) {
   return json;
 }
 
+Json InfoFilter(const std::string& path) {
+  const lightfield::MeasuredFilter filter = lightfield::ReadMeasuredFilter(path);
+  const auto& lattice = filter.lattice;
+  fmt::print("{}: measured filter, {} of {}, spacing {:.6g} mm, scale {:.6g}\n", path,
+             filter.prints.size() == 2 ? "a dual pair" : "a print", filter.basis.name(),
+             1e3 * filter.spacing_m, filter.filter_scale);
+  fmt::print("  texels       {} x {} of {:.4g} x {:.4g} mm\n", lattice.width, lattice.height,
+             1e3 * lattice.ds_m, 1e3 * lattice.dt_m);
+  fmt::print(
+      "  its marks    off by ({:.4g}, {:.4g}) um +- {:.2g}, turned by {:.4g} mrad +- {:.2g}\n",
+      1e6 * filter.shift_m.x, 1e6 * filter.shift_m.y, 1e6 * filter.shift_sigma_m,
+      1e3 * filter.rotation_rad, 1e3 * filter.rotation_sigma_rad);
+  return {{"kind", "filter"},
+          {"basis", filter.basis.name()},
+          {"spacing_m", filter.spacing_m},
+          {"prints", filter.prints.size()},
+          {"shift_x_m", filter.shift_m.x},
+          {"shift_y_m", filter.shift_m.y},
+          {"rotation_rad", filter.rotation_rad}};
+}
+
 Json InfoPicture(const std::string& path) {
   const core::ExrReader reader(path);
   fmt::print("{}: OpenEXR, {} part{}\n", path, reader.parts().size(),
@@ -258,6 +280,7 @@ Json Info(const std::string& path, const std::string& layout) {
   if (name.ends_with(".lf.exr")) return InfoLightField(path);
   if (name.ends_with(".meas.exr")) return InfoMeasurements(path);
   if (name.ends_with(".tab.exr")) return InfoTables(path);
+  if (name.ends_with(".filter.exr")) return InfoFilter(path);
   if (IsEnvironment(path, name)) return InfoEnvironment(path, layout);
   if (name.ends_with(".exr")) return InfoPicture(path);
   if (name.ends_with(".tm25ray")) return InfoRays(path);
@@ -265,7 +288,7 @@ Json Info(const std::string& path, const std::string& layout) {
   throw InputError(
       path, "is of no kind this verb knows",
       "give a session folder, a folder or .txt list of .hdr or .exr frames, .lf.exr, .meas.exr, "
-      ".tab.exr, .exr, .hdr, .tm25ray or .toml");
+      ".tab.exr, .filter.exr, .exr, .hdr, .tm25ray or .toml");
 }
 
 }  // namespace
