@@ -14,6 +14,11 @@ struct StageLimits {
   double speed_m_per_s = 0;
   double settle_s = 0;         // after a move, until vibration is gone
   double repeatability_m = 0;  // rms per axis of one arrival, as its maker states it; 0: unknown
+  double resolution_m = 0;     // the read-back is within this of the target; 0: equal
+
+  bool Contain(Vec2 centre_m) const {  // false for what is not a number
+    return centre_m.x >= min.x && centre_m.x <= max.x && centre_m.y >= min.y && centre_m.y <= max.y;
+  }
 };
 
 struct StagePosition {

@@ -97,8 +97,7 @@ class SimStage : public Stage {
     if (!homed_)
       throw HardwareError(Fault::kNotHomed, identity(), "move",
                           "the stage does not know where it is", "home it first");
-    if (!(centre.x >= limit.min.x && centre.x <= limit.max.x && centre.y >= limit.min.y &&
-          centre.y <= limit.max.y))
+    if (!limit.Contain(centre))
       throw HardwareError(Fault::kOutOfRange, identity(), "move",
                           fmt::format("({}, {}) m is outside [{}, {}] x [{}, {}]", centre.x,
                                       centre.y, limit.min.x, limit.max.x, limit.min.y, limit.max.y),

@@ -1,0 +1,46 @@
+// Runs a fake device behind a pseudo terminal: whoever opens port() talks to it as to a serial
+// port.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "tests/fakes/fake_device.h"
+
+namespace luxfield::fakes {
+
+class PtyHost {
+ public:
+  // The device lives `speed_up` times faster than the wall clock.
+  explicit PtyHost(std::unique_ptr<FakeDevice> device, double speed_up = 1);
+  ~PtyHost();
+  PtyHost(const PtyHost&) = delete;
+  PtyHost& operator=(const PtyHost&) = delete;
+
+  const std::string& port() const { return port_; }
+  // Between two of the device's steps.
+  bool Suffer(std::string_view event);
+  // A frozen device takes and says nothing; its line stays open and its motion goes on.
+  void Freeze(bool frozen);
+  // Looks at the device between two of its steps.
+  void Inspect(const std::function<void(FakeDevice&)>& look);
+
+ private:
+  void Run();
+  void Wake();
+
+  std::unique_ptr<FakeDevice> device_;
+  double speed_up_;
+  int master_ = -1, slave_ = -1, wake_ = -1;
+  std::string port_;
+  std::mutex mutex_;
+  bool frozen_ = false;
+  std::atomic<bool> ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace luxfield::fakes

@@ -1,0 +1,213 @@
+// What is particular to the Grbl driver; what every stage has to do is in stage_conformance.cc.
+#include "hal/grbl/grbl_stage.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <functional>
+
+#include "hal/transport/faulty_stream.h"
+#include "hal/transport/open_port.h"
+#include "hal/transport/scripted_stream.h"
+#include "tests/fakes/grbl_machine.h"
+#include "tests/fakes/pty_host.h"
+
+namespace luxfield::hal::grbl {
+namespace {
+
+using testing::HasSubstr;
+
+const std::shared_ptr<core::Clock> kClock = std::make_shared<core::SystemClock>();
+double In(double seconds) { return kClock->MonotonicSeconds() + seconds; }
+
+StageSetup TestSetup() {
+  StageSetup setup;
+  setup.limits = {{-0.08, -0.06}, {0.08, 0.06}, 0.1, 0, 0};
+  setup.axes = {Axis{0, 1, -100}, Axis{1, -1, -100}};
+  return setup;
+}
+
+const std::map<int, double> kQuick = {{110, 12000}, {111, 12000}, {120, 4000}, {121, 4000},
+                                      {24, 3000},   {25, 60000},  {26, 5}};
+
+std::map<int, double> Quick(std::map<int, double> more) {
+  more.insert(kQuick.begin(), kQuick.end());
+  return more;
+}
+
+std::string ErrorOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const HardwareError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string ErrorOfConnecting(const std::map<int, double>& settings, const StageSetup& setup) {
+  fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(Quick(settings)));
+  return ErrorOf([&] { GrblStage stage(OpenSerialPort(host.port(), 115200), setup, kClock); });
+}
+
+TEST(GrblStage, RefusesAMachineThatIsNotTheLabs) {
+  EXPECT_EQ(ErrorOfConnecting({}, TestSetup()), "no error");
+  EXPECT_THAT(ErrorOfConnecting({{13, 1}}, TestSetup()), HasSubstr("$13=0"));
+  EXPECT_THAT(ErrorOfConnecting({{22, 0}}, TestSetup()), HasSubstr("$22=1"));
+  EXPECT_THAT(ErrorOfConnecting({{20, 0}}, TestSetup()), HasSubstr("$20=1"));
+  EXPECT_THAT(ErrorOfConnecting({{130, 150}}, TestSetup()), HasSubstr("$130"));
+  EXPECT_THAT(ErrorOfConnecting({{111, 600}}, TestSetup()), HasSubstr("$111"));
+  StageSetup setup = TestSetup();
+  setup.axes[1].origin_mm = -50;  // v up to 0.06 m would end at +10 mm
+  EXPECT_THAT(ErrorOfConnecting({}, setup), HasSubstr("origin_m"));
+}
+
+TEST(GrblStage, SilenceIsNotGrbl) {
+  fakes::PtyHost host(std::make_unique<fakes::GrblMachine>());
+  host.Freeze(true);
+  EXPECT_THAT(
+      ErrorOf([&] { GrblStage stage(OpenSerialPort(host.port(), 115200), TestSetup(), kClock); }),
+      HasSubstr("timeout"));
+}
+
+// The machine goes where the axes' map says, and keeps the lab's speed.
+TEST(GrblStage, MapsTheFilterPlaneOntoTheMachine) {
+  fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick));
+  GrblStage stage(OpenSerialPort(host.port(), 115200), TestSetup(), kClock);
+  EXPECT_THAT(stage.identity(), testing::AllOf(HasSubstr("1.1h"), HasSubstr(host.port())));
+  stage.Home(In(20));
+  stage.MoveTo({0.025, 0.012}, In(20));
+  host.Inspect([](fakes::FakeDevice& device) {
+    const auto& at = dynamic_cast<fakes::GrblMachine&>(device).motion().position();
+    EXPECT_NEAR(at[0], -75, 1e-6);
+    EXPECT_NEAR(at[1], -112, 1e-6);
+  });
+}
+
+// A process that died left the machine moving, or locked by an alarm: connecting brings it to rest.
+TEST(GrblStage, ConnectingHaltsWhatStillMoves) {
+  fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick));
+  {
+    GrblStage stage(OpenSerialPort(host.port(), 115200), TestSetup(), kClock);
+    stage.Home(In(20));
+  }
+  {
+    const auto port = OpenSerialPort(host.port(), 115200);
+    port->Write("G1X-180F2000\n", SecondsFromNow(1));
+    LineReader lines(*port);
+    while (lines.Next(SecondsFromNow(1)) != "ok") {
+    }
+    // Half a line, cut off by the death of its sender: never to be executed.
+    port->Write("G1X-1", SecondsFromNow(1));
+  }
+  GrblStage stage(OpenSerialPort(host.port(), 115200), TestSetup(), kClock);
+  const auto rest = [&] {
+    double x = 0;
+    host.Inspect([&](fakes::FakeDevice& device) {
+      const auto& motion = dynamic_cast<fakes::GrblMachine&>(device).motion();
+      EXPECT_TRUE(motion.empty());
+      x = motion.position()[0];
+    });
+    return x;
+  };
+  EXPECT_GT(rest(), -180);
+  EXPECT_FALSE(stage.Where().homed) << "another process' homing is not ours";
+  host.Suffer("limit switch");
+  EXPECT_FALSE(stage.Where().homed);
+  stage.Home(In(20));
+  EXPECT_TRUE(stage.Where().homed);
+}
+
+// gnea/grbl#773: an `ok` behind ALARM:9 must not be taken for a homed machine.
+TEST(GrblStage, AFailedHomingIsAnError) {
+  fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick));
+  GrblStage stage(OpenSerialPort(host.port(), 115200), TestSetup(), kClock);
+  host.Suffer("cut switches");
+  EXPECT_THAT(ErrorOf([&] { stage.Home(In(20)); }),
+              testing::AllOf(HasSubstr("ALARM:9"), HasSubstr("switch"), HasSubstr("not homed")));
+  EXPECT_FALSE(stage.Where().homed);
+}
+
+// The conversation of a connection, a homing and a move, to the byte; then the transcript of a
+// limit switch (gnea/grbl#757). Reports follow interface.md.
+TEST(GrblStage, SpeaksAsTheDocumentsSay) {
+  const std::string welcome = "\r\nGrbl 1.1h ['$' for help]\r\n", reset = "\x18";
+  const auto report = [](const std::string& state, const std::string& position) {
+    return Exchange{"?", "<" + state + "|MPos:" + position + ",0.000|FS:0,0>\r\n"};
+  };
+  std::string settings;
+  for (const auto& [number, value] : std::map<int, double>{{13, 0}, {20, 1}, {22, 1}, {23, 0}})
+    settings += fmt::format("${}={:.0f}\r\n", number, value);
+  for (const int axis : {0, 1, 2})
+    settings += fmt::format("${}=250.000\r\n${}=6000.000\r\n${}=200.000\r\n", 100 + axis,
+                            110 + axis, 130 + axis);
+  settings += "$27=1.000\r\nok\r\n";
+  auto script = std::make_unique<ScriptedStream>(
+      std::deque<Exchange>{{"", welcome + "[MSG:'$H'|'$X' to unlock]\r\n"},
+                           {"!", ""},
+                           report("Alarm", "0.000,0.000"),
+                           {reset, welcome + "[MSG:'$H'|'$X' to unlock]\r\n"},
+                           {"?", "<Alarm|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000>\r\n"},
+                           {"$I\n", "[VER:1.1h.20190825:]\r\n[OPT:V,15,128]\r\nok\r\n"},
+                           {"$$\n", settings},
+                           {"$H\n", "ok\r\n"},
+                           report("Idle", "-1.000,-1.000"),
+                           report("Idle", "-1.000,-1.000"),
+                           {"G21G90G94G53G1X-75.0000Y-112.0000F6000.000\n", "ok\r\n"},
+                           {"G4P0.01\n", "ok\r\n"},
+                           report("Idle", "-75.000,-112.000"),
+                           report("Idle", "-75.000,-112.000"),
+                           {"G21G90G94G53G1X-100.0000Y-100.0000F6000.000\n",
+                            "ok\r\nALARM:1\r\n[MSG:Reset to continue]\r\n"},
+                           {"!", ""}});
+  const ScriptedStream& peer = *script;
+  GrblStage stage(std::move(script), TestSetup(), kClock);
+  stage.Home(In(5));
+  stage.MoveTo({0.025, 0.012}, In(5));
+  EXPECT_THAT(ErrorOf([&] { stage.MoveTo({0, 0}, In(5)); }), HasSubstr("ALARM:1"));
+  EXPECT_TRUE(peer.finished());
+}
+
+// However the line damages the bytes, the driver never claims a position that the machine does not
+// have, and ends every call in time.
+TEST(GrblStage, ABadLineNeverLeadsToAWrongPosition) {
+  constexpr std::uint64_t kSeed = 4;
+  int moved = 0, refused = 0;
+  for (std::uint64_t trial = 0; trial < 8; ++trial) {
+    SCOPED_TRACE(fmt::format("seed {} trial {}", kSeed, trial));
+    fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick), 4);
+    LineFaults faults;
+    const double rate = 0.004;
+    faults.drop = trial % 4 == 0 ? rate : 0;
+    faults.duplicate = trial % 4 == 1 ? rate : 0;
+    faults.garble = trial % 4 == 2 ? rate : 0;
+    faults.truncate = trial % 4 == 3 ? 0.05 : 0;
+    faults.hang = trial % 4 == 3 ? 0.002 : 0;
+    faults.delay = 0.1;
+    try {
+      GrblStage stage(std::make_unique<FaultyStream>(OpenSerialPort(host.port(), 115200), faults,
+                                                     faults, kSeed + trial),
+                      TestSetup(), kClock);
+      stage.Home(In(2));
+      for (int k = 0; k < 5; ++k) {
+        const Vec2 target{0.01 * (k % 3), -0.012 * (k % 2)};
+        stage.MoveTo(target, In(1));
+        ++moved;
+        host.Inspect([&](fakes::FakeDevice& device) {
+          const auto& motion = dynamic_cast<fakes::GrblMachine&>(device).motion();
+          EXPECT_TRUE(motion.empty());
+          EXPECT_NEAR(motion.position()[0], -100 + 1000 * target.x, 0.005);
+          EXPECT_NEAR(motion.position()[1], -100 - 1000 * target.y, 0.005);
+        });
+      }
+    } catch (const HardwareError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(moved, 0);
+  EXPECT_GT(refused, 0) << "the line was too good to show anything";
+}
+
+}  // namespace
+}  // namespace luxfield::hal::grbl
