@@ -27,12 +27,14 @@ Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::ui
   const std::string driver = lab.Text("driver");
   if (driver != "sim")
     lab.Fail("driver", "is not built in this version",
-             "use \"sim\", the only driver `luxfield devices` lists");
+             "use \"sim\"; [stage] takes other drivers that `luxfield devices` lists");
   return sim::SimulatedLab(config, seed).MakeDevices();
 }
 
 std::vector<DriverInfo> Drivers() {
-  return {{"sim", "the simulated lab: lamp, filter, stage and camera as one world"}};
+  return {{"sim", "the simulated lab: lamp, filter, stage and camera as one world"},
+          {"grbl", "stage: Grbl 1.1 over a serial port or TCP"},
+          {"zaber", "stage: two Zaber axes, ASCII protocol, over a serial port or TCP"}};
 }
 
 }  // namespace luxfield::hal

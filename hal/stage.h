@@ -39,6 +39,9 @@ class Stage {
   // limits, kNotHomed before Home.
   virtual void MoveTo(Vec2 centre_m, double deadline_s) = 0;
   virtual StagePosition Where() = 0;
+  // From any thread, and at once: it does not wait for the end of the motion. The Home or MoveTo
+  // under way ends with kStopped when the stage stands still; where none is, the next one does,
+  // before it moves, so that no stop is lost to a race.
   virtual void Stop() = 0;
 };
 

@@ -14,7 +14,6 @@ constexpr char kStatusQuery = '?', kFeedHold = '!', kReset = 0x18;
 
 constexpr double kConnect_s = 5;     // a board that restarts on opening takes two
 constexpr double kAnswer_s = 1;      // for a status report; the documents say 5 to 20 ms
-constexpr double kStop_s = 5;        // to slow down and restart
 constexpr double kQuestion_s = 0.2;  // between questions: at most 5 a second
 constexpr double kLook_s = 0.02;     // between looks at a stop from another thread
 constexpr int kPatience = 5;         // reports of standing elsewhere before that is believed
@@ -38,41 +37,18 @@ bool IsMoving(const Status& status) {
 
 }  // namespace
 
-class GrblStage::Turn {
- public:
-  explicit Turn(GrblStage& stage) : stage_(stage), lock_(stage.turn_) {}
-  Turn(GrblStage& stage, std::try_to_lock_t)
-      : stage_(stage), lock_(stage.turn_, std::try_to_lock) {}
-  ~Turn() {
-    if (!lock_) return;
-    lock_.unlock();
-    try {
-      stage_.FinishStop();
-    } catch (const HardwareError&) {  // the stage is marked suspect; the next operation says so
-    }
-  }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
-  bool taken() const { return lock_.owns_lock(); }
-
- private:
-  GrblStage& stage_;
-  std::unique_lock<std::mutex> lock_;
-};
-
 GrblStage::GrblStage(std::unique_ptr<ByteStream> stream, const StageSetup& setup,
                      std::shared_ptr<core::Clock> clock)
-    : stream_(std::move(stream)),
+    : ControllerStage(setup.limits, std::move(clock)),
+      stream_(std::move(stream)),
       reader_(*stream_),
-      setup_(setup),
-      clock_(std::move(clock)),
+      axes_(setup.axes),
+      feed_mm_per_min_(setup.limits.speed_m_per_s * 60000),
       identity_("Grbl stage on " + stream_->name()) {
-  const Operation connect{"connect", SecondsFromNow(kConnect_s)};
-  Guarded(connect, [&] {
-    Halt(connect);
+  Connect(kConnect_s, [&](const Operation& connect) {
     for (const Message& message : Command(connect, "$I"))
       if (const auto* info = std::get_if<Feedback>(&message)) {
-        std::string_view text = info->text;
+        const std::string& text = info->text;
         if (text.starts_with("VER:")) controller_.version = text.substr(4, text.find(':', 4) - 4);
         if (text.starts_with("OPT:"))
           controller_.forced_origin = text.substr(0, text.find(',')).find('Z') != text.npos;
@@ -80,38 +56,15 @@ GrblStage::GrblStage(std::unique_ptr<ByteStream> stream, const StageSetup& setup
     for (const Message& message : Command(connect, "$$"))
       if (const auto* setting = std::get_if<Setting>(&message))
         controller_.settings[setting->number] = setting->value;
-    CheckController(controller_, setup_, identity_);
+    CheckController(controller_, setup, identity_);
   });
   identity_ = fmt::format("Grbl {} stage on {}", controller_.version, stream_->name());
-  for (const Axis& axis : setup_.axes)
-    setup_.limits.resolution_m = std::max(setup_.limits.resolution_m,
-                                          1e-3 * controller_.StepMm(axis.machine_axis, identity_));
+  SetResolution(1e-3 * std::max(controller_.StepMm(axes_[0].machine_axis, identity_),
+                                controller_.StepMm(axes_[1].machine_axis, identity_)));
 }
 
-HardwareError GrblStage::Failure(const Operation& operation, Fault fault,
-                                 const std::string& problem, const std::string& remedy) const {
-  return {fault, identity_, operation.name, problem, remedy};
-}
-
-// Whatever goes wrong costs the position, but for a stop that says it has kept it. A machine that
-// may still be moving is told to hold.
-template <typename Work>
-void GrblStage::Guarded(const Operation& operation, Work&& work) {
-  try {
-    work();
-    return;
-  } catch (HardwareError& error) {
-    if (error.fault == Fault::kStopped && !error.position_lost) throw;
-    error.position_lost = true;
-    SetHomed(false);
-    suspect_ = true;
-    try {
-      SendRealtime(homing_ ? kReset : kFeedHold, operation.deadline);
-    } catch (const HardwareError&) {  // it cannot be told more than it could be asked
-    }
-    homing_ = false;
-    throw;
-  }
+void GrblStage::SendStop(bool homing, SteadyTime deadline) {
+  SendRealtime(homing ? kReset : kFeedHold, deadline);
 }
 
 void GrblStage::SendRealtime(char command, SteadyTime deadline) {
@@ -125,11 +78,9 @@ std::optional<Message> GrblStage::Listen(const Operation& operation, SteadyTime 
   Message message = ParseMessage(*line);
   if (const auto* alarm = std::get_if<Alarm>(&message)) {
     const Meaning meaning = AlarmMeaning(alarm->code);
-    HardwareError error = Failure(operation, stop_requested_ ? Fault::kStopped : meaning.fault,
-                                  fmt::format("ALARM:{}, {}", alarm->code, meaning.problem),
-                                  std::string(meaning.remedy));
-    error.position_lost = true;
-    throw error;
+    throw Failure(operation, stop_requested() ? Fault::kStopped : meaning.fault,
+                  fmt::format("ALARM:{}, {}", alarm->code, meaning.problem),
+                  std::string(meaning.remedy), true);
   }
   if (std::holds_alternative<Welcome>(message))
     throw Failure(operation, Fault::kNotHomed, "the controller has restarted",
@@ -185,10 +136,9 @@ Status GrblStage::AskStatus(const Operation& operation) {
 }
 
 // Brings machine and controller to rest: feed hold, the wait for its end, reset, welcome. Where no
-// report comes (critical alarm, homing, silence) the reset comes at once. True if the position was
-// known before and has been kept.
+// report comes (critical alarm, homing, silence) the reset comes after a second.
 bool GrblStage::Halt(const Operation& operation) {
-  bool kept = !suspect_ && homed();
+  bool kept = true;
   const auto hear = [&](SteadyTime until) -> std::optional<Message> {
     const auto line = reader_.Next(std::min(until, operation.deadline));
     if (!line) return {};
@@ -229,33 +179,19 @@ bool GrblStage::Halt(const Operation& operation) {
       break;
     }
   }
-  suspect_ = false;
   work_offset_.reset();  // the first report after a reset has it
-  if (AskStatus(operation).state == State::kAlarm) kept = false;
-  SetHomed(kept);
-  return kept;
-}
-
-void GrblStage::ThrowIfStopped(const Operation& operation) {
-  if (!stop_requested_.exchange(false)) return;
-  const bool kept = Halt(operation);
-  HardwareError error = Failure(operation, Fault::kStopped, "stopped on request",
-                                kept ? "move it again when it is safe" : "home the stage");
-  error.position_lost = !kept;
-  throw error;
+  return AskStatus(operation).state != State::kAlarm && kept;
 }
 
 // Somebody at the machine has stopped it, or an alarm has, unheard.
 void GrblStage::CheckUndisturbed(const Operation& operation, const Status& status) const {
-  const bool locked = status.state == State::kAlarm && !homing_;
+  const bool locked = status.state == State::kAlarm && !homing();
   const bool held =
       status.state == State::kHold || status.state == State::kDoor || status.state == State::kSleep;
-  if (stop_requested_ || (!locked && !held)) return;
-  HardwareError error = Failure(operation, locked ? Fault::kNotHomed : Fault::kStopped,
-                                "the controller says " + StateName(status.state),
-                                "clear door, feed hold and switches, then home");
-  error.position_lost = true;
-  throw error;
+  if (stop_requested() || (!locked && !held)) return;
+  throw Failure(operation, locked ? Fault::kNotHomed : Fault::kStopped,
+                "the controller says " + StateName(status.state),
+                "clear door, feed hold and switches, then home", true);
 }
 
 void GrblStage::WaitUntilStandingAt(const Operation& operation,
@@ -269,7 +205,7 @@ void GrblStage::WaitUntilStandingAt(const Operation& operation,
     bool near = status.state == State::kIdle;
     for (int k = 0; k < 2; ++k)
       near = near && std::abs(at_mm[k] - target_mm[k]) <=
-                         controller_.StepMm(setup_.axes[k].machine_axis, identity_) + kRounding_mm;
+                         controller_.StepMm(axes_[k].machine_axis, identity_) + kRounding_mm;
     there = near ? there + 1 : 0;
     if (near) continue;
     if (status.state == State::kIdle && ++elsewhere == kPatience)
@@ -283,99 +219,33 @@ void GrblStage::WaitUntilStandingAt(const Operation& operation,
   }
 }
 
-void GrblStage::Home(double deadline_s) {
-  const Turn turn(*this);
-  const Operation home{"home", OnSteadyClock(deadline_s, *clock_)};
-  Guarded(home, [&] {
-    SetHomed(false);
-    if (suspect_) Halt(home);
-    homing_ = true;
-    Command(home, "$H");
-    homing_ = false;
-    // An `ok` alone proves nothing: a failed cycle sends one behind its alarm.
-    std::array<double, 2> switches_mm;
-    for (int k = 0; k < 2; ++k)
-      switches_mm[k] = controller_.HomeMm(setup_.axes[k].machine_axis, identity_);
-    WaitUntilStandingAt(home, switches_mm);
-    SetHomed(true);
-    const std::lock_guard lock(known_mutex_);
-    known_.setpoint = known_.readback;
-  });
+void GrblStage::DriveHome(const Operation& operation) {
+  Command(operation, "$H");
+  // An `ok` alone proves nothing: a failed cycle sends one behind its alarm.
+  WaitUntilStandingAt(operation, {controller_.HomeMm(axes_[0].machine_axis, identity_),
+                                  controller_.HomeMm(axes_[1].machine_axis, identity_)});
 }
 
-void GrblStage::MoveTo(Vec2 centre, double deadline_s) {
-  const Turn turn(*this);
-  const Operation move{"move", OnSteadyClock(deadline_s, *clock_)};
-  const StageLimits& limits = setup_.limits;
-  if (!homed()) {
-    HardwareError error =
-        Failure(move, Fault::kNotHomed, "it does not know where it is", "home it first");
-    error.position_lost = true;
-    throw error;
+void GrblStage::DriveTo(const Operation& operation, Vec2 centre) {
+  const std::array target_mm = {axes_[0].MachineMm(centre.x), axes_[1].MachineMm(centre.y)};
+  Command(operation,
+          fmt::format("G21G90G94G53G1{}{:.4f}{}{:.4f}F{:.3f}", "XYZ"[axes_[0].machine_axis],
+                      target_mm[0], "XYZ"[axes_[1].machine_axis], target_mm[1], feed_mm_per_min_));
+  Command(operation, "G4P0.01");
+  WaitUntilStandingAt(operation, target_mm);
+}
+
+void GrblStage::AskPosition(const Operation& operation) {
+  while (Listen(operation, Now())) {
   }
-  if (!limits.Contain(centre))
-    throw Failure(move, Fault::kOutOfRange,
-                  fmt::format("({}, {}) m is outside [{}, {}] x [{}, {}]", centre.x, centre.y,
-                              limits.min.x, limits.max.x, limits.min.y, limits.max.y),
-                  "choose a smaller grid or another stage");
-  Guarded(move, [&] {
-    {
-      const std::lock_guard lock(known_mutex_);
-      known_.setpoint = centre;
-    }
-    const std::array target_mm = {setup_.axes[0].MachineMm(centre.x),
-                                  setup_.axes[1].MachineMm(centre.y)};
-    Command(move,
-            fmt::format("G21G90G94G53G1{}{:.4f}{}{:.4f}F{:.3f}", "XYZ"[setup_.axes[0].machine_axis],
-                        target_mm[0], "XYZ"[setup_.axes[1].machine_axis], target_mm[1],
-                        limits.speed_m_per_s * 60000));
-    Command(move, "G4P0.01");
-    WaitUntilStandingAt(move, target_mm);
-    if (clock_->MonotonicSeconds() + limits.settle_s > deadline_s)
-      throw Failure(move, Fault::kTimeout, "arrived without the time left to settle",
-                    "allow more time");
-    clock_->SleepSeconds(limits.settle_s);
-  });
-}
-
-StagePosition GrblStage::Where() {
-  if (const Turn turn(*this, std::try_to_lock); turn.taken() && !suspect_) {
-    const Operation read{"read position", SecondsFromNow(kAnswer_s)};
-    try {
-      Guarded(read, [&] {
-        while (Listen(read, Now())) {
-        }
-        CheckUndisturbed(read, AskStatus(read));
-      });
-    } catch (const HardwareError& error) {  // a lost position is an answer, silence is none
-      if (error.fault == Fault::kTimeout || error.fault == Fault::kDisconnected) throw;
-    }
-  }
-  const std::lock_guard lock(known_mutex_);
-  return known_;
-}
-
-void GrblStage::Stop() {
-  stop_requested_ = true;
-  SendRealtime(homing_ ? kReset : kFeedHold, SecondsFromNow(kAnswer_s));
-  FinishStop();
-}
-
-void GrblStage::FinishStop() {
-  while (stop_requested_) {
-    const std::unique_lock turn(turn_, std::try_to_lock);
-    if (!turn) return;  // the operation under way sees to it, at its end if not before
-    if (!stop_requested_.exchange(false)) return;
-    const Operation stop{"stop", SecondsFromNow(kStop_s)};
-    Guarded(stop, [&] { Halt(stop); });
-  }
+  CheckUndisturbed(operation, AskStatus(operation));
 }
 
 std::optional<std::array<double, 2>> GrblStage::MachineMm(const Status& status) const {
   if (status.work_position && !work_offset_) return {};
   std::array<double, 2> at;
   for (int k = 0; k < 2; ++k) {
-    const int axis = setup_.axes[k].machine_axis;
+    const int axis = axes_[k].machine_axis;
     at[k] = status.position[axis] + (status.work_position ? (*work_offset_)[axis] : 0);
   }
   return at;
@@ -383,21 +253,8 @@ std::optional<std::array<double, 2>> GrblStage::MachineMm(const Status& status) 
 
 void GrblStage::Remember(const Status& status) {
   if (status.work_offset) work_offset_ = status.work_offset;
-  const auto at_mm = MachineMm(status);
-  const std::lock_guard lock(known_mutex_);
-  known_.moving = IsMoving(status);
-  if (at_mm)
-    known_.readback = {setup_.axes[0].Metres((*at_mm)[0]), setup_.axes[1].Metres((*at_mm)[1])};
-}
-
-bool GrblStage::homed() const {
-  const std::lock_guard lock(known_mutex_);
-  return known_.homed;
-}
-
-void GrblStage::SetHomed(bool homed) {
-  const std::lock_guard lock(known_mutex_);
-  known_.homed = homed;
+  if (const auto at_mm = MachineMm(status))
+    Heard({axes_[0].Metres((*at_mm)[0]), axes_[1].Metres((*at_mm)[1])}, IsMoving(status));
 }
 
 }  // namespace luxfield::hal::grbl

@@ -240,14 +240,7 @@ LabDescription ReadLab(const core::Config& config, std::optional<std::uint64_t> 
               "set rig.delta_m to the file's");
   ReadCamera(config, lab);
 
-  const core::Config stage = config.Table("stage");
-  const auto low = stage.Numbers("min_m", 2), high = stage.Numbers("max_m", 2);
-  lab.stage.min = {low[0], low[1]};
-  lab.stage.max = {high[0], high[1]};
-  if (low[0] >= high[0] || low[1] >= high[1])
-    stage.Fail("max_m", "must lie above min_m in both axes");
-  lab.stage.speed_m_per_s = stage.Number("speed_m_per_s", 0.02, {1e-6, 100});
-  lab.stage.settle_s = stage.Number("settle_s", 0.5, {0, 100});
+  lab.stage = ReadStage(config.Table("stage"));
 
   if (const auto sampling = config.OptionalTable("sampling")) {
     lab.u_samples_per_cell = sampling->Integer("u_per_cell", lab.u_samples_per_cell, 1, 64);

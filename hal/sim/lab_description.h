@@ -12,6 +12,7 @@
 #include "hal/sim/lamp_time.h"
 #include "hal/sim/print.h"
 #include "hal/sim/sensor.h"
+#include "hal/stage_options.h"
 
 namespace luxfield::hal::sim {
 
@@ -52,7 +53,7 @@ struct LabDescription {
   double min_exposure_s = 0, max_exposure_s = 0, exposure_step_s = 0, readout_s = 0;
   double shutter_jitter_s = 0;  // rms difference of the real exposure from the one read back
 
-  StageLimits stage;
+  StageOptions stage;
   double stage_repeatability_m = 0;  // rms per axis and move; the encoder does not see it
   double stray_share = 0;            // of each image's mean irradiance, spread evenly over it
   double monitor_noise = 0;          // relative, rms

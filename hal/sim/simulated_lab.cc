@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "core/random.h"
+#include "hal/sim/followed_stage.h"
 #include "hal/sim/world.h"
 
 namespace luxfield::hal::sim {
@@ -85,15 +87,16 @@ class SimStage : public Stage {
   explicit SimStage(Shared world) : world_(std::move(world)) {}
 
   std::string identity() const override { return "simulated stage"; }
-  StageLimits limits() const override { return world_->lab().stage; }
+  StageLimits limits() const override { return world_->lab().stage.limits; }
 
   void Home(double deadline_s) override {
+    ThrowIfStopped("home");
     Travel({0, 0}, deadline_s, "home");
     homed_ = true;
   }
 
   void MoveTo(Vec2 centre, double deadline_s) override {
-    const StageLimits& limit = world_->lab().stage;
+    const StageLimits& limit = world_->lab().stage.limits;
     if (!homed_)
       throw HardwareError(Fault::kNotHomed, identity(), "move",
                           "the stage does not know where it is", "home it first");
@@ -102,17 +105,24 @@ class SimStage : public Stage {
                           fmt::format("({}, {}) m is outside [{}, {}] x [{}, {}]", centre.x,
                                       centre.y, limit.min.x, limit.max.x, limit.min.y, limit.max.y),
                           "choose a smaller grid or another stage");
+    ThrowIfStopped("move");
     Travel(centre, deadline_s, "move");
   }
 
   StagePosition Where() override {
     return {world_->stage_setpoint(), world_->stage_setpoint(), homed_, false};
   }
-  void Stop() override {}
+  void Stop() override { stop_requested_ = true; }
 
  private:
+  void ThrowIfStopped(const char* operation) {
+    if (stop_requested_.exchange(false))
+      throw HardwareError(Fault::kStopped, identity(), operation, "stopped on request",
+                          "move it again when it is safe");
+  }
+
   void Travel(Vec2 to, double deadline_s, const char* operation) {
-    const StageLimits& limit = world_->lab().stage;
+    const StageLimits& limit = world_->lab().stage.limits;
     const Vec2 way = to - world_->stage_setpoint();
     const double longest = std::max(std::abs(way.x), std::abs(way.y));
     if (longest > 0)
@@ -123,6 +133,7 @@ class SimStage : public Stage {
 
   Shared world_;
   bool homed_ = false;
+  std::atomic<bool> stop_requested_ = false;
 };
 
 class SimSelector : public Selector {
@@ -246,7 +257,10 @@ Devices SimulatedLab::MakeDevices() const {
   devices.clock = world_->clock();
   devices.rig = Describe(*world_);
   devices.camera = std::make_unique<SimCamera>(world_);
-  devices.stage = std::make_unique<SimStage>(world_);
+  if (const StageOptions& stage = world_->lab().stage; stage.port.empty())
+    devices.stage = std::make_unique<SimStage>(world_);
+  else
+    devices.stage = Follow(OpenStage(stage, devices.clock), world_);
   devices.shutter = std::make_unique<SimSelector>(
       world_, "simulated shutter", std::vector<std::string>{"open", "closed"},
       [](World& world, int at) { world.shutter_open = at == 0; });

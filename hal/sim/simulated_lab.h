@@ -20,7 +20,8 @@ class SimulatedLab {
                         std::optional<std::uint64_t> seed = {});
   explicit SimulatedLab(const core::Config& config, std::optional<std::uint64_t> seed = {});
 
-  // All devices belong to this lab's one world and clock; a capture takes them all.
+  // All devices belong to this lab's one world and clock; a capture takes them all. Opens the stage
+  // where lab.toml names a real one (HardwareError); its moves then take real time.
   Devices MakeDevices() const;
 
   // The light field that an ideal measurement with this geometry has to give: a `lightfield` lamp

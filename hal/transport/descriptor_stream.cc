@@ -3,6 +3,8 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -33,6 +35,8 @@ bool WaitFor(int descriptor, short events, SteadyTime deadline) {
 DescriptorStream::DescriptorStream(int descriptor, std::string name)
     : descriptor_(descriptor), name_(std::move(name)) {
   ::fcntl(descriptor_, F_SETFL, ::fcntl(descriptor_, F_GETFL) | O_NONBLOCK);
+  struct stat status {};
+  is_socket_ = ::fstat(descriptor_, &status) == 0 && S_ISSOCK(status.st_mode);
 }
 
 DescriptorStream::~DescriptorStream() { ::close(descriptor_); }
@@ -56,7 +60,9 @@ std::size_t DescriptorStream::Read(std::span<char> buffer, SteadyTime deadline) 
 
 void DescriptorStream::Write(std::string_view bytes, SteadyTime deadline) {
   while (!bytes.empty()) {
-    const ssize_t put = ::write(descriptor_, bytes.data(), bytes.size());
+    // A socket that its peer has closed must not end the program with a signal.
+    const ssize_t put = is_socket_ ? ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL)
+                                   : ::write(descriptor_, bytes.data(), bytes.size());
     if (put >= 0) {
       bytes.remove_prefix(static_cast<std::size_t>(put));
       continue;

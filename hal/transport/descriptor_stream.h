@@ -21,6 +21,7 @@ class DescriptorStream : public ByteStream {
   [[noreturn]] void Fail(const char* operation, int error) const;
 
   int descriptor_;
+  bool is_socket_ = false;
   std::string name_;
 };
 

@@ -7,10 +7,12 @@
 #include <cstdlib>
 #include <iostream>
 #include <map>
+#include <memory>
 #include <string>
 
 #include "tests/fakes/grbl_machine.h"
 #include "tests/fakes/pty_host.h"
+#include "tests/fakes/zaber_chain.h"
 
 int main(int argc, char** argv) {
   using namespace luxfield::fakes;
@@ -25,11 +27,14 @@ int main(int argc, char** argv) {
       settings[std::atoi(word.c_str())] = std::atof(word.c_str() + equals + 1);
   }
   const std::string kind = argc > 1 ? argv[1] : "";
-  if (kind != "grbl") {
-    std::cerr << "usage: fake_device grbl [--speed-up F] [NUMBER=VALUE ...]\n";
+  std::unique_ptr<FakeDevice> device;
+  if (kind == "grbl") device = std::make_unique<GrblMachine>(settings);
+  if (kind == "zaber") device = std::make_unique<ZaberChain>();
+  if (!device) {
+    std::cerr << "usage: fake_device grbl|zaber [--speed-up F] [NUMBER=VALUE ...]\n";
     return 2;
   }
-  PtyHost host(std::make_unique<GrblMachine>(settings), speed_up);
+  PtyHost host(std::move(device), speed_up);
   std::cout << host.port() << std::endl;
   for (std::string line; std::getline(std::cin, line);) {
     if (line == "freeze" || line == "thaw")

@@ -88,7 +88,7 @@ void PtyHost::Run() {
 
     const std::lock_guard lock(mutex_);
     const auto now = Clock::now();
-    device_->Advance(speed_up_ * std::chrono::duration<double>(now - last).count());
+    if (active) device_->Advance(speed_up_ * std::chrono::duration<double>(now - last).count());
     last = now;
     if (got > 0 && !frozen_) device_->Receive({bytes.data(), static_cast<std::size_t>(got)});
     device_->Advance(0);

@@ -144,15 +144,20 @@ TEST_P(StageConformance, AFrozenDeviceEndsInATypedError) {
   ExpectUsableAgain();
 }
 
-TEST_P(StageConformance, StopAtRestChangesNothing) {
-  stage().Stop();
-  EXPECT_FALSE(stage().Where().homed);
+TEST_P(StageConformance, AStopAtRestEndsTheNextMove) {
   stage().Home(In(kLong_s));
   stage().MoveTo(At(0.5, 0.5), In(kLong_s));
   stage().Stop();
   ExpectAt(At(0.5, 0.5));
+  const auto error = ErrorOf([&] { stage().MoveTo(At(0.6, 0.5), In(kLong_s)); });
+  ASSERT_TRUE(error) << "the stop was lost";
+  EXPECT_EQ(error->fault, Fault::kStopped) << error->what();
+  ExpectAt(At(0.5, 0.5));
   stage().MoveTo(At(0.55, 0.5), In(kLong_s));
   ExpectAt(At(0.55, 0.5));
+  stage().Stop();
+  EXPECT_TRUE(ErrorOf([&] { stage().Home(In(kLong_s)); }));
+  stage().Home(In(kLong_s));
 }
 
 TEST_P(StageConformance, StopFromAnotherThreadBreaksAMoveOff) {
@@ -204,6 +209,8 @@ TEST_P(StageConformance, StopsAtAnyInstant) {
   }
   done = true;
   stopper.join();
+  stage().Stop();  // the last one may, or may not, be waiting for its move
+  EXPECT_TRUE(ErrorOf([&] { stage().Home(In(kLong_s)); }));
   ExpectUsableAgain();
 }
 

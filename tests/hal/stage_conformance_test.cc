@@ -5,8 +5,10 @@
 
 #include "hal/grbl/grbl_stage.h"
 #include "hal/transport/open_port.h"
+#include "hal/zaber/zaber_stage.h"
 #include "tests/fakes/grbl_machine.h"
 #include "tests/fakes/pty_host.h"
+#include "tests/fakes/zaber_chain.h"
 #include "tests/hal/test_lab.h"
 
 namespace luxfield::hal {
@@ -66,6 +68,17 @@ class GrblBench : public FakeBench {
   }
 };
 
+class ZaberBench : public FakeBench {
+ public:
+  ZaberBench() : FakeBench(std::make_unique<fakes::ZaberChain>(true), 3) {
+    zaber::StageSetup setup;
+    setup.limits = kLimits;
+    setup.axes = {zaber::Axis{1, 1, 1, 0.1, 5e-8}, zaber::Axis{2, 1, -1, 0.1, 5e-8}};
+    stage_ = std::make_unique<zaber::ZaberStage>(OpenPort(host_.port(), 115200, SecondsFromNow(1)),
+                                                 setup, clock_);
+  }
+};
+
 INSTANTIATE_TEST_SUITE_P(
     All, StageConformance,
     testing::Values(
@@ -74,7 +87,8 @@ INSTANTIATE_TEST_SUITE_P(
         StageDriver{"grbl_homing_low_reporting_work_positions",
                     [] {
                       return std::make_unique<GrblBench>(std::map<int, double>{{23, 3}, {10, 0}});
-                    }}),
+                    }},
+        StageDriver{"zaber", [] { return std::make_unique<ZaberBench>(); }}),
     NameOfDriver);
 
 }  // namespace

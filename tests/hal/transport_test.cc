@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sys/socket.h>
@@ -92,7 +93,6 @@ TEST(Transport, AClosedLineIsDisconnected) {
   line.far.reset();
   std::array<char, 8> bytes;
   EXPECT_EQ(FaultOf([&] { line.near->Read(bytes, Soon()); }), Fault::kDisconnected);
-  ::signal(SIGPIPE, SIG_IGN);
   EXPECT_EQ(FaultOf([&] { line.near->Write("x", Soon()); }), Fault::kDisconnected);
 }
 
@@ -129,6 +129,29 @@ TEST(Transport, SignalsDoNotDisturb) {
   reader.join();
   ::sigaction(SIGUSR1, &before, nullptr);
   EXPECT_EQ(got, text);
+}
+
+TEST(Transport, TcpIsAPortToo) {
+  const int listener = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(::bind(listener, reinterpret_cast<sockaddr*>(&address), size), 0);
+  ASSERT_EQ(::listen(listener, 1), 0);
+  ::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size);
+  const std::string name = "tcp:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+  const auto near = OpenPort(name, 0, Later());
+  EXPECT_EQ(near->name(), name);
+  auto far = std::make_unique<DescriptorStream>(::accept(listener, nullptr, nullptr), "far");
+  ::close(listener);
+  near->Write("?", Later());
+  EXPECT_EQ(ReadAll(*far, 1), "?");
+  far->Write("<Idle>", Later());
+  EXPECT_EQ(ReadAll(*near, 6), "<Idle>");
+  far.reset();
+  std::array<char, 8> bytes;
+  EXPECT_EQ(FaultOf([&] { near->Read(bytes, Later()); }), Fault::kDisconnected);
 }
 
 TEST(Transport, LinesAreCutAtLineFeeds) {

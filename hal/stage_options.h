@@ -1,0 +1,30 @@
+// The [stage] of a lab.toml (docs/formats/lab-and-plan.md), and the driver it names.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "core/clock.h"
+#include "core/config.h"
+#include "hal/grbl/machine.h"
+#include "hal/stage.h"
+#include "hal/zaber/zaber_stage.h"
+
+namespace luxfield::hal {
+
+struct StageOptions {
+  StageLimits limits;
+  std::string port;  // of a real stage; empty where it is simulated
+  int baud = 115200;
+  std::variant<std::monostate, grbl::StageSetup, zaber::StageSetup> setup;
+};
+
+// Throws InputError naming file and field.
+StageOptions ReadStage(const core::Config& stage);
+
+// The real stage; `clock` is that of the deadlines. HardwareError where it does not answer or is
+// not the stage described. `options.port` must not be empty.
+std::unique_ptr<Stage> OpenStage(const StageOptions& options, std::shared_ptr<core::Clock> clock);
+
+}  // namespace luxfield::hal
