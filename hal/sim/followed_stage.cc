@@ -14,7 +14,11 @@ class FollowedStage : public Stage {
       : real_(std::move(real)), world_(std::move(world)) {}
 
   std::string identity() const override { return real_->identity(); }
-  StageLimits limits() const override { return real_->limits(); }
+  StageLimits limits() const override {
+    StageLimits limits = real_->limits();
+    limits.repeatability_m = world_->lab().stage.limits.repeatability_m;
+    return limits;
+  }
   void Home(double deadline_s) override {
     Move([&] { real_->Home(deadline_s); });
   }

@@ -252,7 +252,7 @@ LabDescription ReadLab(const core::Config& config, std::optional<std::uint64_t> 
   }
   lab.stated = lab.geometry;
   ReadErrors(config, lab);
-  lab.stage.repeatability_m = lab.stage_repeatability_m;
+  lab.stage.limits.repeatability_m = lab.stage_repeatability_m;
   ReadTargets(config, lab);
   return lab;
 }
