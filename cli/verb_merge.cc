@@ -28,10 +28,9 @@ core::Json Run(const Options& options) {
   how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
                                                    : reconstruct::LampLevel::kFirstReference;
   reconstruct::MergeSessionSummary summary;
-  const auto measurements = reconstruct::MergeSession(session, how, &summary);
-  lightfield::WriteMeasurements(options.output, measurements);
+  reconstruct::MergeSessionToFile(session, options.output, how, &summary);
   fmt::print("{}: irradiance behind {} filters from {} frames\n", options.output,
-             measurements.positions.size(), summary.frames);
+             summary.positions, summary.frames);
   fmt::print("  lamp level            {:.5f} to {:.5f} of {} ({} reference frames), divided out\n",
              summary.least_lamp_factor, summary.largest_lamp_factor,
              options.lamp_level == "monitor" ? "the monitor's unity" : "its first reference",

@@ -83,38 +83,61 @@ ExrAttributes ReadAttributes(const Imf::Header& header) {
   return attributes;
 }
 
+// What OpenEXR throws while it writes `path`, as our error.
+template <typename Work>
+void OrDeviceError(const std::filesystem::path& path, Work&& work) {
+  try {
+    work();
+  } catch (const std::exception& error) {
+    throw DeviceError(fmt::format("{}: cannot write: {}; free space or choose another folder",
+                                  path.string(), FirstLine(error.what())));
+  }
+}
+
 }  // namespace
 
 void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> parts,
               ExrCompression compression) {
+  WriteExr(path, parts, compression, [&](int part) {
+    std::vector<ExrPixels> pixels;
+    for (const auto& channel : parts[part].channels) pixels.push_back(channel.pixels);
+    return pixels;
+  });
+}
+
+void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> parts,
+              ExrCompression compression,
+              const std::function<std::vector<ExrPixels>(int part)>& pixels) {
   std::vector<Imf::Header> headers;
   headers.reserve(parts.size());
   for (const auto& part : parts) headers.push_back(MakeHeader(part, compression));
   // All parts of a file share one display window; their data windows may differ.
   for (auto& header : headers) header.displayWindow() = headers.front().displayWindow();
   WriteAtomically(path, [&](const std::filesystem::path& temporary) {
-    try {
-      Imf::MultiPartOutputFile file(temporary.c_str(), headers.data(),
-                                    static_cast<int>(headers.size()), false, Threads());
-      for (int i = 0; i < static_cast<int>(parts.size()); ++i) {
-        const ExrPartView& part = parts[i];
+    std::unique_ptr<Imf::MultiPartOutputFile> file;
+    OrDeviceError(path, [&] {
+      file = std::make_unique<Imf::MultiPartOutputFile>(
+          temporary.c_str(), headers.data(), static_cast<int>(headers.size()), false, Threads());
+    });
+    for (int i = 0; i < static_cast<int>(parts.size()); ++i) {
+      const ExrPartView& part = parts[i];
+      const std::vector<ExrPixels> planes = pixels(i);
+      OrDeviceError(path, [&] {
         Imf::FrameBuffer buffer;
-        for (const auto& channel : part.channels) {
-          if (const auto* f = std::get_if<std::span<const float>>(&channel.pixels))
-            buffer.insert(channel.name,
-                          MakeSlice(Imf::FLOAT, f->data(), part.width, sizeof(float)));
+        for (std::size_t n = 0; n < planes.size(); ++n) {
+          const std::string& name = part.channels[n].name;
+          if (const auto* f = std::get_if<std::span<const float>>(&planes[n]))
+            buffer.insert(name, MakeSlice(Imf::FLOAT, f->data(), part.width, sizeof(float)));
           else
-            buffer.insert(channel.name, MakeSlice(Imf::UINT, std::get<1>(channel.pixels).data(),
-                                                  part.width, sizeof(std::uint32_t)));
+            buffer.insert(name, MakeSlice(Imf::UINT, std::get<1>(planes[n]).data(), part.width,
+                                          sizeof(std::uint32_t)));
         }
-        Imf::OutputPart output(file, i);
+        Imf::OutputPart output(*file, i);
         output.setFrameBuffer(buffer);
         output.writePixels(part.height);
-      }
-    } catch (const std::exception& error) {
-      throw DeviceError(fmt::format("{}: cannot write: {}; free space or choose another folder",
-                                    path.string(), FirstLine(error.what())));
+      });
     }
+    OrDeviceError(path, [&] { file.reset(); });
   });
 }
 

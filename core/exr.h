@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -18,10 +19,13 @@ namespace luxfield::core {
 using ExrValue = std::variant<int, double, std::string>;
 using ExrAttributes = std::map<std::string, ExrValue>;
 
-// A channel to write; the pixels (row-major, width x height) stay the caller's and are not copied.
+// A channel's pixels, row-major, width x height.
+using ExrPixels = std::variant<std::span<const float>, std::span<const std::uint32_t>>;
+
+// A channel to write; the pixels stay the caller's and are not copied.
 struct ExrChannelView {
   std::string name;
-  std::variant<std::span<const float>, std::span<const std::uint32_t>> pixels;
+  ExrPixels pixels;
 };
 
 struct ExrPartView {
@@ -38,6 +42,12 @@ enum class ExrCompression { kNone, kZip };  // kZip: about 40 MB/s a core; kNone
 // host name. Throws DeviceError.
 void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> parts,
               ExrCompression compression = ExrCompression::kZip);
+// The same for parts whose pixels are made one part at a time: those of `parts` only say the type,
+// and pixels(part) is called once for each, in order; what it returns is read until the next call.
+// What it throws is passed on, and no file is left.
+void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> parts,
+              ExrCompression compression,
+              const std::function<std::vector<ExrPixels>(int part)>& pixels);
 
 // An open file. Every error (missing, not EXR, truncated, wrong channel type) is an InputError
 // naming the file.

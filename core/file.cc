@@ -108,6 +108,9 @@ void ReadInPieces(const std::filesystem::path& path,
 
 std::string ReadFile(const std::filesystem::path& path) {
   std::string bytes;
+  std::error_code unknown;  // the size is only a hint
+  const auto size = std::filesystem::file_size(path, unknown);
+  if (!unknown) bytes.reserve(size);
   ReadInPieces(path, [&](std::string_view piece) { bytes.append(piece); });
   return bytes;
 }

@@ -22,10 +22,12 @@ enum MeasurementFlag : std::uint32_t {
   kDefect = 8,         // mostly hot or dead pixels
   kPartlyDefect = 16,  // less than half of it hot or dead: the value is the mean of the rest, and
                        // sigma holds what the rest says about the gap
+  kBelowBlack = 32,    // far below the camera's black level, or so near 0 DN in every exposure that
+                       // doesn't saturate that the ADC clips the noise: unknown
 };
-// Values under kOffSensor, kSaturated or kDefect are unknown (stored as 0) and must not enter a
-// solve.
-constexpr std::uint32_t kUnknownMask = kOffSensor | kSaturated | kDefect;
+// Values under kOffSensor, kSaturated, kDefect or kBelowBlack are unknown (stored as 0) and must
+// not enter a solve.
+constexpr std::uint32_t kUnknownMask = kOffSensor | kSaturated | kDefect | kBelowBlack;
 
 // One filter position: planar [channel][row][column] on geometry.lattice. E in W m^-2 (or lm m^-2,
 // or relative).
@@ -53,6 +55,11 @@ struct Measurements {
 };
 
 void WriteMeasurements(const std::filesystem::path& path, const Measurements& measurements);
+// The same, one position in memory at a time: the positions of `header` have nothing but their
+// displacement, and next(m), called once for each m in order, returns the rest. What it throws is
+// passed on, and no file is left.
+void WriteMeasurements(const std::filesystem::path& path, const Measurements& header,
+                       const std::function<Measurement(int m)>& next);
 Measurements ReadMeasurements(const std::filesystem::path& path);
 
 }  // namespace luxfield::lightfield

@@ -11,7 +11,8 @@
 namespace luxfield::lightfield {
 namespace {
 
-constexpr std::uint32_t kKnownFlags = kOffSensor | kSaturated | kTooDark | kDefect | kPartlyDefect;
+constexpr std::uint32_t kKnownFlags =
+    kOffSensor | kSaturated | kTooDark | kDefect | kPartlyDefect | kBelowBlack;
 
 std::string IrradianceChannel(const std::string& colour) { return "E." + colour; }
 std::string SigmaChannel(const std::string& colour) { return "sigma." + colour; }
@@ -34,16 +35,43 @@ Vec2 ReadDisplacement(const core::ExrReader& reader, int part, double spacing_m)
   return displacement;
 }
 
+core::ExrAttributes DisplacementAttributes(const Measurement& position) {
+  if (position.displacement_m.x == 0 && position.displacement_m.y == 0) return {};
+  return {{kDisplacementU, position.displacement_m.x}, {kDisplacementV, position.displacement_m.y}};
+}
+
 // Planes of one position must have the geometry's size: a mistake of the caller.
-void RequireSizes(const Measurements& measurements) {
-  const LuminaireGeometry& geometry = measurements.geometry;
+void RequireSizes(const Measurement& position, const LuminaireGeometry& geometry) {
   const std::size_t plane = geometry.plane_size(), all = plane * geometry.channels;
-  if (measurements.positions.size() != static_cast<std::size_t>(geometry.grid.count()))
-    throw std::logic_error("measurements: number of positions differs from the basis grid");
-  for (const Measurement& position : measurements.positions)
-    if (position.irradiance.size() != all || position.sigma.size() != all ||
-        position.count.size() != plane || position.mask.size() != plane)
-      throw std::logic_error("measurements: a plane's size differs from the lattice");
+  if (position.irradiance.size() != all || position.sigma.size() != all ||
+      position.count.size() != plane || position.mask.size() != plane)
+    throw std::logic_error("measurements: a plane's size differs from the lattice");
+}
+
+// The pixels of a part, in the order of Channels.
+std::vector<core::ExrPixels> Pixels(const Measurement& position,
+                                    const LuminaireGeometry& geometry) {
+  const std::size_t plane = geometry.plane_size();
+  std::vector<core::ExrPixels> pixels;
+  for (int channel = 0; channel < geometry.channels; ++channel) {
+    pixels.emplace_back(std::span(position.irradiance).subspan(channel * plane, plane));
+    pixels.emplace_back(std::span(position.sigma).subspan(channel * plane, plane));
+  }
+  pixels.emplace_back(std::span(position.count));
+  pixels.emplace_back(std::span(position.mask));
+  return pixels;
+}
+
+// The channels of a part, without pixels.
+std::vector<core::ExrChannelView> Channels(const LuminaireGeometry& geometry) {
+  std::vector<core::ExrChannelView> channels;
+  for (const std::string& colour : ChannelNames(geometry.channels)) {
+    channels.push_back({IrradianceChannel(colour), std::span<const float>()});
+    channels.push_back({SigmaChannel(colour), std::span<const float>()});
+  }
+  channels.push_back({"count", std::span<const float>()});
+  channels.push_back({"mask", std::span<const std::uint32_t>()});
+  return channels;
 }
 
 Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeometry& geometry) {
@@ -79,42 +107,44 @@ Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeome
   return position;
 }
 
+// pixels(m): of position m, valid until the next call.
+void Write(const std::filesystem::path& path, const Measurements& header,
+           const std::function<std::vector<core::ExrPixels>(int m)>& pixels) {
+  const LuminaireGeometry& geometry = header.geometry;
+  geometry.Validate(path.string());
+  if (header.positions.size() != static_cast<std::size_t>(geometry.grid.count()))
+    throw std::logic_error("measurements: number of positions differs from the basis grid");
+  std::vector<core::ExrPartView> parts;
+  for (int j = 0; j < geometry.grid.height; ++j)
+    for (int i = 0; i < geometry.grid.width; ++i)
+      parts.push_back({PartName(kMeasurementsKind, i, j), geometry.lattice.width,
+                       geometry.lattice.height, Channels(geometry),
+                       DisplacementAttributes(header.positions[geometry.grid.index(i, j)])});
+  core::ExrAttributes& attributes = parts.front().attributes;
+  attributes.merge(GeometryAttributes(kMeasurementsKind, geometry, header.provenance));
+  attributes["luxfield:filter"] =
+      std::string(header.filter == FilterKind::kBasis ? "basis" : "dual");
+  attributes["luxfield:filter_scale"] = header.filter_scale;
+  core::WriteExr(path, parts, core::ExrCompression::kNone, pixels);
+}
+
 }  // namespace
 
 void WriteMeasurements(const std::filesystem::path& path, const Measurements& measurements) {
-  const LuminaireGeometry& geometry = measurements.geometry;
-  geometry.Validate(path.string());
-  RequireSizes(measurements);
-  const auto colours = ChannelNames(geometry.channels);
-  const std::size_t plane = geometry.plane_size();
-  std::vector<core::ExrPartView> parts;
-  for (int j = 0; j < geometry.grid.height; ++j)
-    for (int i = 0; i < geometry.grid.width; ++i) {
-      const Measurement& position = measurements.positions[geometry.grid.index(i, j)];
-      core::ExrPartView part{PartName(kMeasurementsKind, i, j),
-                             geometry.lattice.width,
-                             geometry.lattice.height,
-                             {},
-                             {}};
-      for (int channel = 0; channel < geometry.channels; ++channel) {
-        part.channels.push_back({IrradianceChannel(colours[channel]),
-                                 std::span(position.irradiance).subspan(channel * plane, plane)});
-        part.channels.push_back({SigmaChannel(colours[channel]),
-                                 std::span(position.sigma).subspan(channel * plane, plane)});
-      }
-      part.channels.push_back({"count", std::span(position.count)});
-      part.channels.push_back({"mask", std::span(position.mask)});
-      if (position.displacement_m.x != 0 || position.displacement_m.y != 0)
-        part.attributes = {{kDisplacementU, position.displacement_m.x},
-                           {kDisplacementV, position.displacement_m.y}};
-      parts.push_back(std::move(part));
-    }
-  core::ExrAttributes& attributes = parts.front().attributes;
-  attributes.merge(GeometryAttributes(kMeasurementsKind, geometry, measurements.provenance));
-  attributes["luxfield:filter"] =
-      std::string(measurements.filter == FilterKind::kBasis ? "basis" : "dual");
-  attributes["luxfield:filter_scale"] = measurements.filter_scale;
-  core::WriteExr(path, parts, core::ExrCompression::kNone);
+  for (const Measurement& position : measurements.positions)
+    RequireSizes(position, measurements.geometry);
+  Write(path, measurements,
+        [&](int m) { return Pixels(measurements.positions[m], measurements.geometry); });
+}
+
+void WriteMeasurements(const std::filesystem::path& path, const Measurements& header,
+                       const std::function<Measurement(int)>& next) {
+  Measurement position;
+  Write(path, header, [&](int m) {
+    position = next(m);
+    RequireSizes(position, header.geometry);
+    return Pixels(position, header.geometry);
+  });
 }
 
 Measurements ReadMeasurements(const std::filesystem::path& path) {

@@ -12,8 +12,9 @@
 //   all exposures: it stays out of w_i)
 //
 // The weights come from the merged estimate, never from a sample's own noisy value, which would be
-// biased low. So does the decision that a sample is too near saturation: starting with the longest
-// exposure, a sample leaves while the merged X (itself included) predicts a value within
+// biased low; X solves sum k_i (y_i - d_i - k_i X) / var_i(X) = 0, whose bias is of second order
+// in 1 / electrons. So does the decision that a sample is too near saturation: starting with the
+// longest exposure, a sample leaves while the merged X (itself included) predicts a value within
 // `saturation_margin` standard deviations of clipping. The efficient estimate is uncorrelated with
 // what the shorter exposures add to it, hence deciding by it leaves no bias.
 #pragma once
@@ -34,7 +35,20 @@ struct DarkFrame {
   std::vector<float> mean_dn;  // per pixel
 };
 
-// Throws InputError for no frames or frames of different sizes.
+// Adds up dark frames one at a time. Sums in double: of whole numbers exact.
+class DarkSum {
+ public:
+  explicit DarkSum(double exposure_s);
+  void Add(const core::RawFrame& frame);  // throws InputError for a frame of another size
+  DarkFrame Mean() const;                 // throws InputError for no frames
+
+ private:
+  double exposure_s_;
+  int width_ = 0, height_ = 0, count_ = 0;
+  std::vector<double> sum_dn_;
+};
+
+// The same of frames at hand.
 DarkFrame AverageDarks(std::span<const core::RawFrame> frames, double exposure_s);
 
 struct Exposure {
@@ -49,28 +63,40 @@ enum class Estimator { kPoisson, kInverseVariance };
 
 struct MergeOptions {
   Estimator estimator = Estimator::kInverseVariance;
-  double saturation_margin =
-      5;  // standard deviations below clipping that a sample's predicted value must keep
-  double too_dark_sigmas =
-      1;  // X below so many of its own standard deviations (without PRNU) is flagged kTooDark
-  int max_iterations =
-      20;  // of the inverse variance; it stops earlier when X changes by less than 1e-9 of sigma
+  double saturation_margin = 5;  // standard deviations that a sample's predicted value must keep
+                                 // from clipping, at saturation and at 0 DN
+  // X below so many of its own standard deviations (without PRNU) is flagged kTooDark: 3 leave one
+  // pixel without light in 740 unflagged.
+  double too_dark_sigmas = 3;
+  // Newton steps of the inverse variance, at least 1. It stops earlier, after the first step below
+  // 1e-3 sigma: the next one would be about the square of that.
+  int max_iterations = 20;
 };
 
 struct MergedFrame {
   int width = 0, height = 0;
   std::vector<float> rate_e_per_s;  // negative values kept
   std::vector<float> sigma_e_per_s;
-  std::vector<float> count;  // effective number of exposures, (sum w)^2 / sum w^2
-  std::vector<std::uint32_t>
-      mask;  // lightfield::MeasurementFlag: kSaturated, kTooDark, kDefect; unknown pixels hold 0
+  std::vector<float> count;         // effective number of exposures, (sum w)^2 / sum w^2
+  std::vector<std::uint32_t> mask;  // lightfield::MeasurementFlag: kSaturated, kBelowBlack,
+                                    // kTooDark, kDefect; unknown pixels hold 0
 };
 
 // Samples that clip (y >= saturation_dn, or not finite) are dilated by one pixel for blooming and
-// have weight zero; a pixel left without samples is kSaturated. Arithmetic per pixel in double;
-// parallel over pixels. Throws InputError if a frame or dark frame does not have the sensor's size,
-// or an exposure, attenuation or lamp factor is not above 0.
+// have weight zero. So have, of cameras that count in whole numbers, samples that X predicts within
+// the margin of 0 DN, where the ADC clips what read noise takes below, and samples with less than
+// 0.5 DN of noise beside a longer one: rounding is noise only where noise dithers it. A pixel left
+// without samples is kSaturated or, if a sample was too near 0 DN, kBelowBlack; so is one whose X
+// is negative by twice the margin: such a black level is wrong. Arithmetic in float32 on residuals
+// y - d - k X; rounding and stopping change X by less than 1e-4 sigma + 1e-6 X and sigma by less
+// than 1e-3 of itself. Vectorised and parallel over pixels; the result doesn't depend on the
+// threads. Every sample is read once (2 bytes, and 4 of its dark frame's mean), 16 bytes a pixel
+// are written. Throws InputError if a frame or dark frame does not have the sensor's size, or an
+// exposure, attenuation or lamp factor is not above 0.
 MergedFrame MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposures,
                            const MergeOptions& options = {});
+// The same into planes that are used again.
+void MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposures,
+                    const MergeOptions& options, MergedFrame* merged);
 
 }  // namespace luxfield::reconstruct

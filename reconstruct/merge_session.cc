@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <tuple>
 
 #include "core/error.h"
-#include "core/parallel.h"
 #include "core/progress.h"
+#include "reconstruct/bracket_reader.h"
 #include "reconstruct/flat_field.h"
 #include "reconstruct/geometry_calibration_file.h"
 #include "reconstruct/register_images.h"
@@ -30,17 +31,8 @@ using lightfield::Vec2;
 constexpr double kLargestDisplacement =
     0.1;  // spacings; a filter 0.01 off changes by 1.35 % (LAB.md)
 
-using Records = std::vector<const FrameRecord*>;
-
-std::vector<RawFrame> ReadFrames(const core::SessionReader& session, const Records& records,
-                                 bool check_hashes) {
-  std::vector<RawFrame> frames(records.size());
-  core::ParallelFor(records.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n)
-      frames[n] = session.ReadFrame(*records[n], check_hashes);
-  });
-  return frames;
-}
+using Records = BracketRecords;
+using BracketKey = std::tuple<int, int, int, int>;  // j, i, print, channel
 
 // The plan with what the calibrations say in place of it. Throws InputError for two of one kind.
 SessionPlan Calibrated(SessionPlan plan, const MergeSessionOptions& options,
@@ -66,7 +58,8 @@ class SessionMerger {
         options_(options),
         plan_(Calibrated(ReadSessionPlan(session), options, provenance_)),
         registration_(plan_.image_from_sensor, plan_.sensor.width, plan_.sensor.height,
-                      plan_.geometry.lattice, plan_.lens) {
+                      plan_.geometry.lattice, plan_.lens),
+        progress_("merge", static_cast<std::uint64_t>(plan_.geometry.grid.count())) {
     for (const double responsivity : plan_.sensor.responsivity_e_per_s_per_w_m2) {
       const double per_rate = 1 / (responsivity * plan_.albedo * plan_.filter_scale);
       std::vector<float>& image = irradiance_per_rate_.emplace_back();
@@ -80,19 +73,13 @@ class SessionMerger {
     } else {
       print_factor_ = {1};
     }
-  }
-
-  Measurements Merge() {
     AverageAllDarks();
     MeasureDrift();
-    std::map<std::tuple<int, int, int, int>, Records>
-        brackets;  // (position m, print, channel) and which
-    for (const FrameRecord& record : session_.frames()) {
-      if (record.kind != FrameKind::kPosition) continue;
-      Require(record);
-      brackets[{record.j, record.i, record.print, record.channel}].push_back(&record);
-    }
+    QueueBrackets();
+  }
 
+  // What the positions belong to, and where the stage stood at each.
+  Measurements Header() {
     Measurements result;
     result.geometry = plan_.geometry;
     result.filter = plan_.filter;
@@ -103,14 +90,19 @@ class SessionMerger {
          options_.merge.estimator == Estimator::kPoisson ? "poisson" : "inverse-variance"}};
     result.provenance.insert(provenance_.begin(), provenance_.end());
     const auto& grid = plan_.geometry.grid;
-    core::Progress progress("merge", static_cast<std::uint64_t>(grid.count()));
-    for (int j = 0; j < grid.height; ++j)
-      for (int i = 0; i < grid.width; ++i) {
-        core::ThrowIfInterrupted();
-        result.positions.push_back(MergePosition(i, j, brackets));
-        progress.Advance();
-      }
+    for (int m = 0; m < grid.count(); ++m)
+      result.positions.emplace_back().displacement_m = Displacement(m % grid.width, m / grid.width);
     return result;
+  }
+
+  // Position m; to be asked for in order, each once.
+  Measurement Next(int m) {
+    core::ThrowIfInterrupted();
+    const auto& grid = plan_.geometry.grid;
+    ++summary_.positions;
+    Measurement position = MergePosition(m % grid.width, m / grid.width);
+    progress_.Advance();
+    return position;
   }
 
   const MergeSessionSummary& summary() const { return summary_; }
@@ -128,14 +120,42 @@ class SessionMerger {
           "run `luxfield verify` on the session");
   }
 
+  // Sorts the frames into brackets and starts to read those of positions that have all of theirs.
+  void QueueBrackets() {
+    for (const FrameRecord& record : session_.frames()) {
+      if (record.kind != FrameKind::kPosition) continue;
+      Require(record);
+      brackets_[{record.j, record.i, record.print, record.channel}].push_back(&record);
+    }
+    std::vector<Records> queue;
+    const auto& grid = plan_.geometry.grid;
+    for (int m = 0; m < grid.count(); ++m)
+      for (const BracketKey& key : WholePosition(m % grid.width, m / grid.width))
+        queue.push_back(brackets_.at(key));
+    reader_.emplace(session_, std::move(queue), options_.check_hashes);
+  }
+
+  // The position's brackets in the order they are merged; empty if one was not taken.
+  std::vector<BracketKey> WholePosition(int i, int j) const {
+    std::vector<BracketKey> keys;
+    for (int channel = 0; channel < plan_.geometry.channels; ++channel)
+      for (int print = 0; print < static_cast<int>(print_factor_.size()); ++print) {
+        keys.emplace_back(j, i, print, channel);
+        if (!brackets_.contains(keys.back())) return {};
+      }
+    return keys;
+  }
+
   void AverageAllDarks() {
     std::map<double, Records> by_exposure;
     for (const FrameRecord& record : session_.frames())
       if (record.kind == FrameKind::kDark) by_exposure[record.exposure_s].push_back(&record);
     for (const auto& [exposure_s, records] : by_exposure) {
       summary_.dark_frames += static_cast<int>(records.size());
-      darks_[exposure_s] =
-          AverageDarks(ReadFrames(session_, records, options_.check_hashes), exposure_s);
+      DarkSum sum(exposure_s);
+      for (const FrameRecord* record : records)
+        sum.Add(session_.ReadFrame(*record, options_.check_hashes));
+      darks_[exposure_s] = sum.Mean();
     }
   }
 
@@ -203,9 +223,9 @@ class SessionMerger {
     if (options_.observer) options_.observer->OnReferences(references, drift_);
   }
 
-  // The bracket's merged pixels and where its filter was.
-  std::pair<MergedFrame, Vec2> MergeBracket(const Records& records) {
-    const std::vector<RawFrame> frames = ReadFrames(session_, records, options_.check_hashes);
+  // Merges the next bracket of the queue into merged_; where its filter was.
+  Vec2 MergeBracket(const Records& records) {
+    const std::vector<RawFrame> frames = reader_->Next();
     std::vector<Exposure> exposures;
     for (std::size_t n = 0; n < records.size(); ++n) {
       const FrameRecord& record = *records[n];
@@ -219,15 +239,15 @@ class SessionMerger {
           first ? factor : std::max(summary_.largest_lamp_factor, factor);
       summary_.flagged_frames += record.flagged;
     }
-    std::pair<MergedFrame, Vec2> result{MergeExposures(plan_.sensor, exposures, options_.merge),
-                                        Centre(records)};
+    MergeExposures(plan_.sensor, exposures, options_.merge, &merged_);
+    const Vec2 centre = Centre(records);
     if (options_.observer) {
       const FrameRecord& first = *records[0];
       options_.observer->OnBracket({first.i, first.j, first.print, first.channel, records,
-                                    exposures, result.first, irradiance_per_rate_[first.channel],
-                                    result.second});
+                                    exposures, merged_, irradiance_per_rate_[first.channel],
+                                    centre});
     }
-    return result;
+    return centre;
   }
 
   // Where the filter's centre was, by the stage's read-back and its calibrated axes.
@@ -250,8 +270,18 @@ class SessionMerger {
     return centre.x * plan_.stage_axes[0] + centre.y * plan_.stage_axes[1];
   }
 
-  Measurement MergePosition(int i, int j,
-                            const std::map<std::tuple<int, int, int, int>, Records>& brackets) {
+  // The mean of the position's brackets; 0 if one was not taken.
+  Vec2 Displacement(int i, int j) {
+    const std::vector<BracketKey> keys = WholePosition(i, j);
+    Vec2 off;
+    for (const BracketKey& key : keys)
+      off = off + (1.0 / static_cast<double>(keys.size())) *
+                      (Centre(brackets_.at(key)) - plan_.geometry.grid.centre(i, j));
+    // Rounding of the planned centres is no displacement.
+    return std::hypot(off.x, off.y) < 1e-9 * plan_.geometry.grid.spacing_m ? Vec2{} : off;
+  }
+
+  Measurement MergePosition(int i, int j) {
     const std::size_t texels = plan_.geometry.plane_size();
     const int channels = plan_.geometry.channels, prints = static_cast<int>(print_factor_.size());
     Measurement position;
@@ -259,28 +289,20 @@ class SessionMerger {
     position.sigma.assign(texels * channels, 0);
     position.count.assign(texels, 0);
     position.mask.assign(texels, 0);
+    if (WholePosition(i, j).empty()) {
+      ++summary_.missing_positions;
+      std::fill(position.mask.begin(), position.mask.end(), lightfield::kOffSensor);
+      return position;
+    }
+    position.displacement_m = Displacement(i, j);
     std::vector<double> value(texels), variance(texels);
-    const double share = 1.0 / (channels * prints);
     for (int channel = 0; channel < channels; ++channel) {
       std::fill(value.begin(), value.end(), 0.0);
       std::fill(variance.begin(), variance.end(), 0.0);
       for (int print = 0; print < prints; ++print) {
-        const auto bracket = brackets.find({j, i, print, channel});
-        if (bracket == brackets.end()) {
-          ++summary_.missing_positions;
-          Measurement missing = std::move(position);
-          missing.displacement_m = {};
-          std::fill(missing.irradiance.begin(), missing.irradiance.end(), 0.0f);
-          std::fill(missing.sigma.begin(), missing.sigma.end(), 0.0f);
-          std::fill(missing.count.begin(), missing.count.end(), 0.0f);
-          std::fill(missing.mask.begin(), missing.mask.end(), lightfield::kOffSensor);
-          return missing;
-        }
-        const auto [merged, centre] = MergeBracket(bracket->second);
-        position.displacement_m =
-            position.displacement_m + share * (centre - plan_.geometry.grid.centre(i, j));
+        const Vec2 centre = MergeBracket(brackets_.at({j, i, print, channel}));
         const RegisteredImage image =
-            registration_.Apply(merged, irradiance_per_rate_[channel], centre);
+            registration_.Apply(merged_, irradiance_per_rate_[channel], centre);
         const double factor = print_factor_[print];
         const bool first = channel == 0 && print == 0;
         for (std::size_t p = 0; p < texels; ++p) {
@@ -295,10 +317,6 @@ class SessionMerger {
         position.sigma[channel * texels + p] = static_cast<float>(std::sqrt(variance[p]));
       }
     }
-    // Rounding of the planned centres is no displacement.
-    const Vec2 off = position.displacement_m;
-    if (std::hypot(off.x, off.y) < 1e-9 * plan_.geometry.grid.spacing_m)
-      position.displacement_m = {};
     for (std::size_t p = 0; p < texels; ++p) {
       if (!(position.mask[p] & lightfield::kUnknownMask)) continue;
       position.count[p] = 0;
@@ -318,7 +336,11 @@ class SessionMerger {
   std::vector<double> print_factor_;   // of each print of a position
   std::map<double, DarkFrame> darks_;  // by exposure time
   LampDrift drift_;
+  std::map<BracketKey, Records> brackets_;
+  std::optional<BracketReader> reader_;
+  MergedFrame merged_;  // of the bracket at hand
   MergeSessionSummary summary_;
+  core::Progress progress_;
 };
 
 }  // namespace
@@ -360,13 +382,22 @@ std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const RawFra
 Measurements MergeSession(const core::SessionReader& session, const MergeSessionOptions& options,
                           MergeSessionSummary* summary) {
   SessionMerger merger(session, options);
-  Measurements result = merger.Merge();
+  Measurements result = merger.Header();
+  for (int m = 0; m < result.geometry.grid.count(); ++m) result.positions[m] = merger.Next(m);
   if (summary) *summary = merger.summary();
   return result;
 }
 
+void MergeSessionToFile(const core::SessionReader& session, const std::filesystem::path& output,
+                        const MergeSessionOptions& options, MergeSessionSummary* summary) {
+  SessionMerger merger(session, options);
+  lightfield::WriteMeasurements(output, merger.Header(), [&](int m) { return merger.Next(m); });
+  if (summary) *summary = merger.summary();
+}
+
 nlohmann::json ToJson(const MergeSessionSummary& summary) {
-  return {{"frames", summary.frames},
+  return {{"positions", summary.positions},
+          {"frames", summary.frames},
           {"flagged_frames", summary.flagged_frames},
           {"dark_frames", summary.dark_frames},
           {"reference_frames", summary.reference_frames},

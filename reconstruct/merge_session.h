@@ -62,6 +62,7 @@ struct MergeSessionOptions {
 };
 
 struct MergeSessionSummary {
+  int positions = 0;       // of the plan
   int frames = 0;          // of filter positions that were merged
   int flagged_frames = 0;  // of these, kept by capture although a check failed
   int dark_frames = 0, reference_frames = 0;
@@ -97,12 +98,21 @@ std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const core::
 // E(+) - peak(-) E(-). On the `lensless` rig E = X / (v R) with X the merged electrons per second,
 // R the channel's responsivity and v the vignetting; on the `reflector` rig divided by the albedo
 // as well (docs/formats/session.md). sigma holds noise and PRNU; errors of the lamp factor, the
-// calibration and the stage are not in it. Holds one position's frames at a time. Throws InputError
-// naming file and field for what the session lacks or contradicts, a stage read-back more than a
-// tenth of a spacing from its plan, and Interrupted.
+// calibration and the stage are not in it. Holds two brackets of frames at a time: one is merged
+// while the next is read. Throws InputError naming file and field for what the session lacks or
+// contradicts, a stage read-back more than a tenth of a spacing from its plan, and Interrupted.
 lightfield::Measurements MergeSession(const core::SessionReader& session,
                                       const MergeSessionOptions& options = {},
                                       MergeSessionSummary* summary = nullptr);
+
+// The same written to a .meas.exr position by position: memory does not grow with the session's
+// length. It holds about 40 bytes a sensor pixel (sums of dark frames, merged planes, calibration,
+// corners behind a homography), 8 more per exposure time (two frames, the darks' mean) and one
+// position: 0.5 GB for 8 exposures at 4 megapixels. Bytes as WriteMeasurements(output,
+// MergeSession(...)).
+void MergeSessionToFile(const core::SessionReader& session, const std::filesystem::path& output,
+                        const MergeSessionOptions& options = {},
+                        MergeSessionSummary* summary = nullptr);
 
 // Keys as the fields above.
 nlohmann::json ToJson(const MergeSessionSummary& summary);

@@ -3,10 +3,13 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "lightfield/measurements.h"
+#include "reconstruct/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -25,10 +28,80 @@ Homogeneous Map(const std::array<double, 9>& h, double x, double y) {
   return {h[0] * x + h[1] * y + h[2], h[3] * x + h[4] * y + h[5], h[6] * x + h[7] * y + h[8]};
 }
 
+// Sums of every pixel column over the rows that one row of texels covers.
+struct ColumnSums {
+  std::vector<double> covered, unknown, bright, value, square, variance, count;
+  std::vector<std::uint32_t> flags;
+
+  explicit ColumnSums(int width) : flags(width) {
+    for (auto* sum : {&covered, &unknown, &bright, &value, &square, &variance, &count})
+      sum->resize(width);
+  }
+  void Clear() {
+    for (auto* sum : {&covered, &unknown, &bright, &value, &square, &variance, &count})
+      std::fill(sum->begin(), sum->end(), 0.0);
+    std::fill(flags.begin(), flags.end(), 0u);
+  }
+};
+
+// Adds columns [begin, end) of a sensor row, each with the row's weight.
+LUXFIELD_SIMD_CLONES void AddRow(const MergedFrame& merged, std::span<const float> scale,
+                                 std::size_t row, double weight, int begin, int end,
+                                 ColumnSums* sums) {
+  const std::size_t first = row * merged.width;
+  const float* const rate = merged.rate_e_per_s.data() + first;
+  const float* const sigma = merged.sigma_e_per_s.data() + first;
+  const float* const count = merged.count.data() + first;
+  const std::uint32_t* const mask = merged.mask.data() + first;
+  const bool one_scale = scale.size() == 1;
+  const float* const scales = one_scale ? nullptr : scale.data() + first;
+  const double common = scale[0];
+  double* const covered = sums->covered.data();
+  double* const unknown = sums->unknown.data();
+  double* const bright = sums->bright.data();
+  double* const value_sum = sums->value.data();
+  double* const square = sums->square.data();
+  double* const variance = sums->variance.data();
+  double* const count_sum = sums->count.data();
+  std::uint32_t* const flags = sums->flags.data();
+  const auto add = [&](int x, double per_rate) __attribute__((always_inline)) {
+    const std::uint32_t bad = mask[x] & lightfield::kUnknownMask;
+    const double share = bad ? 0.0 : weight;
+    const double value = per_rate * rate[x];
+    const double deviation = share * per_rate * sigma[x];
+    covered[x] += share;
+    unknown[x] += weight - share;
+    bright[x] += mask[x] & lightfield::kTooDark ? 0.0 : share;
+    value_sum[x] += share * value;
+    square[x] += share * value * value;
+    variance[x] += deviation * deviation;
+    count_sum[x] += share * count[x];
+    flags[x] |= bad;
+  };
+  if (one_scale) {
+    LUXFIELD_INDEPENDENT
+    for (int x = begin; x < end; ++x) add(x, common);
+  } else {
+    LUXFIELD_INDEPENDENT
+    for (int x = begin; x < end; ++x) add(x, scales[x]);
+  }
+}
+
 // Collects what touches one texel.
 class Texel {
  public:
   Texel(const MergedFrame& merged, std::span<const float> scale) : merged_(merged), scale_(scale) {}
+
+  void AddColumn(const ColumnSums& sums, int x, double weight) {
+    covered_ += weight * sums.covered[x];
+    unknown_ += weight * sums.unknown[x];
+    bright_ += weight * sums.bright[x];
+    value_ += weight * sums.value[x];
+    square_ += weight * sums.square[x];
+    variance_ += weight * weight * sums.variance[x];
+    count_ += weight * sums.count[x];
+    flags_ |= sums.flags[x];
+  }
 
   void Add(std::size_t pixel, double weight) {
     const std::uint32_t mask = merged_.mask[pixel];
@@ -97,10 +170,38 @@ std::vector<AxisWeights> OverlapWeights(const std::vector<double>& edges, int pi
   return result;
 }
 
+// First and one past the last pixel that any texel covers.
+std::pair<int, int> Range(const std::vector<AxisWeights>& texels) {
+  std::pair<int, int> range{std::numeric_limits<int>::max(), 0};
+  for (const AxisWeights& axis : texels) {
+    if (axis.weights.empty()) continue;
+    range.first = std::min(range.first, axis.first);
+    range.second = std::max(range.second, axis.first + static_cast<int>(axis.weights.size()));
+  }
+  return range;
+}
+
 double Snapped(double edge) {
   const double nearest = std::round(edge);
   return std::abs(edge - nearest) < kSnap ? nearest : edge;
 }
+
+// Overlaps along both axes for a mapping without rotation or perspective.
+struct AlignedWeights {
+  std::vector<AxisWeights> along_s, along_t;
+
+  AlignedWeights(const std::array<double, 9>& image_from_sensor, int sensor_width,
+                 int sensor_height, const Lattice& lattice, Vec2 centre_m) {
+    const auto& h = image_from_sensor;
+    std::vector<double> columns, rows;
+    for (int c = 0; c <= lattice.width; ++c)
+      columns.push_back(Snapped(((lattice.s_of_column(c) - centre_m.x) * h[8] - h[2]) / h[0]));
+    for (int r = 0; r <= lattice.height; ++r)
+      rows.push_back(Snapped(((lattice.t_of_row(r) - centre_m.y) * h[8] - h[5]) / h[4]));
+    along_s = OverlapWeights(columns, sensor_width);
+    along_t = OverlapWeights(rows, sensor_height);
+  }
+};
 
 // A convex polygon of at most 8 corners: a quadrilateral clipped by a rectangle.
 struct Polygon {
@@ -205,14 +306,9 @@ Registration::Registration(const std::array<double, 9>& image_from_sensor, int s
 template <typename Body>
 void Registration::ForEachTexel(Vec2 centre_m, Body&& body) const {
   if (axis_aligned_) {
-    const auto& h = image_from_sensor_;
-    std::vector<double> columns, rows;
-    for (int c = 0; c <= lattice_.width; ++c)
-      columns.push_back(Snapped(((lattice_.s_of_column(c) - centre_m.x) * h[8] - h[2]) / h[0]));
-    for (int r = 0; r <= lattice_.height; ++r)
-      rows.push_back(Snapped(((lattice_.t_of_row(r) - centre_m.y) * h[8] - h[5]) / h[4]));
-    const auto along_s = OverlapWeights(columns, sensor_width_),
-               along_t = OverlapWeights(rows, sensor_height_);
+    const AlignedWeights weights(image_from_sensor_, sensor_width_, sensor_height_, lattice_,
+                                 centre_m);
+    const auto& [along_s, along_t] = weights;
     core::ParallelFor(lattice_.height, 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t r = begin; r < end; ++r)
         for (int c = 0; c < lattice_.width; ++c)
@@ -272,6 +368,32 @@ void Registration::ForEachTexel(Vec2 centre_m, Body&& body) const {
   });
 }
 
+// Pixel columns first, over the rows of a texel, side by side; then texels from their columns.
+void Registration::ApplyAligned(const MergedFrame& merged,
+                                std::span<const float> irradiance_per_rate, Vec2 centre_m,
+                                RegisteredImage* image) const {
+  const AlignedWeights weights(image_from_sensor_, sensor_width_, sensor_height_, lattice_,
+                               centre_m);
+  const std::pair<int, int> seen = Range(weights.along_s);
+  core::ParallelFor(lattice_.height, 16, [&](std::size_t begin, std::size_t end) {
+    ColumnSums sums(sensor_width_);
+    for (std::size_t r = begin; r < end; ++r) {
+      const AxisWeights& rows = weights.along_t[r];
+      sums.Clear();
+      for (std::size_t y = 0; y < rows.weights.size(); ++y)
+        AddRow(merged, irradiance_per_rate, rows.first + y, rows.weights[y], seen.first,
+               seen.second, &sums);
+      for (int c = 0; c < lattice_.width; ++c) {
+        const AxisWeights& columns = weights.along_s[c];
+        Texel texel(merged, irradiance_per_rate);
+        for (std::size_t x = 0; x < columns.weights.size(); ++x)
+          texel.AddColumn(sums, columns.first + static_cast<int>(x), columns.weights[x]);
+        texel.Store(r * lattice_.width + c, image);
+      }
+    }
+  });
+}
+
 RegisteredImage Registration::Apply(const MergedFrame& merged,
                                     std::span<const float> irradiance_per_rate,
                                     Vec2 centre_m) const {
@@ -281,6 +403,10 @@ RegisteredImage Registration::Apply(const MergedFrame& merged,
   image.sigma.assign(texels, 0);
   image.count.assign(texels, 0);
   image.mask.assign(texels, 0);
+  if (axis_aligned_) {
+    ApplyAligned(merged, irradiance_per_rate, centre_m, &image);
+    return image;
+  }
   ForEachTexel(centre_m, [&](std::size_t k, auto&& overlaps) {
     Texel texel(merged, irradiance_per_rate);
     overlaps([&](std::size_t pixel, double share) { texel.Add(pixel, share); });

@@ -61,6 +61,8 @@ class Registration {
  private:
   template <typename Body>
   void ForEachTexel(lightfield::Vec2 centre_m, Body&& body) const;
+  void ApplyAligned(const MergedFrame& merged, std::span<const float> irradiance_per_rate,
+                    lightfield::Vec2 centre_m, RegisteredImage* image) const;
 
   std::array<double, 9> image_from_sensor_, sensor_from_image_;
   int sensor_width_, sensor_height_;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -21,16 +20,6 @@ constexpr int kGrid = 5, kSize = 128;
 constexpr double kMegapixels = 0.05;
 constexpr int kMostRuns = 3;
 constexpr double kEnough_s = 2;  // of timing one size
-
-// The largest resident set since the last call, MiB; 0 where the system does not say (Linux does).
-double TakePeakMib() {
-  double peak_mib = 0;
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);)
-    if (line.starts_with("VmHWM:")) peak_mib = std::stod(line.substr(6)) / 1024;
-  std::ofstream("/proc/self/clear_refs") << "5";  // resets VmHWM
-  return peak_mib;
-}
 
 struct Case {
   std::string what;
@@ -52,7 +41,7 @@ std::vector<Case> Cases(const BenchScaleOptions& options) {
 
 nlohmann::json Measure(const render::Device& device, const Case& c, const std::string& name,
                        int samples_per_pixel) {
-  TakePeakMib();
+  core::TakePeakMib();
   const auto estimator = render::MakeEstimator(name, device);
   const auto& traits = estimator->traits();
   const int width = static_cast<int>(std::lround(std::sqrt(c.megapixels * 1e6 * 4 / 3)));
@@ -80,9 +69,13 @@ nlohmann::json Measure(const render::Device& device, const Case& c, const std::s
     core_s = std::min(core_s, stopwatch.CoreSeconds());
     spent_s += stopwatch.WallSeconds();
   }
-  return {{"what", c.what},           {"estimator", name}, {"size", c.size},
-          {"wall_s", wall_s},         {"core_s", core_s},  {"build_core_s", tables.core_s},
-          {"peak_mib", TakePeakMib()}};
+  return {{"what", c.what},
+          {"estimator", name},
+          {"size", c.size},
+          {"wall_s", wall_s},
+          {"core_s", core_s},
+          {"build_core_s", tables.core_s},
+          {"peak_mib", core::TakePeakMib()}};
 }
 
 double Slope(const std::vector<double>& x, const std::vector<double>& y) {

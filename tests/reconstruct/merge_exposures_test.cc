@@ -158,6 +158,81 @@ TEST(MergeExposures, HoldsFrom8To16Bits) {
   }
 }
 
+// The estimating equation solved in double by the plain fixed point of Granados et al. 2010.
+double FixedPoint(const SensorModel& sensor, const std::vector<double>& times_s,
+                  const std::vector<double>& signal_dn, double* sigma) {
+  const double g = sensor.gain_dn_per_e,
+               other = sensor.read_noise_dn * sensor.read_noise_dn + 1.0 / 12;
+  double x = 0, k_sum = 0;
+  for (std::size_t n = 0; n < times_s.size(); ++n) {
+    x += signal_dn[n];
+    k_sum += g * times_s[n];
+  }
+  x /= k_sum;
+  for (int iteration = 0; iteration < 200; ++iteration) {
+    double numerator = 0, weights = 0;
+    for (std::size_t n = 0; n < times_s.size(); ++n) {
+      const double k = g * times_s[n], variance = g * k * std::max(x, 0.0) + other;
+      numerator += k * signal_dn[n] / variance;
+      weights += k * k / variance;
+    }
+    x = numerator / weights;
+    *sigma = 1 / std::sqrt(weights);
+  }
+  return x;
+}
+
+TEST(MergeExposures, SolvesTheEstimatingEquationToItsStatedRounding) {
+  // 8 exposures over 14 stops, light over 17; sizes that fill no vector.
+  SensorModel sensor = Camera();
+  sensor.width = 61;
+  sensor.height = 37;
+  std::vector<double> times_s;
+  for (int n = 0; n < 8; ++n) times_s.push_back(std::ldexp(4.0, -2 * n));
+  for (int stop = 0; stop <= 17; ++stop) {
+    const double x = 30 * std::ldexp(1.0, stop);
+    std::vector<double> clear_s;  // no sample of these comes near saturation
+    for (const double t : times_s)
+      if (0.42 * t * x < 13000) clear_s.push_back(t);
+    const Bracket bracket =
+        TakeBracket(sensor, x, clear_s, 1000 + 10 * static_cast<std::uint64_t>(stop));
+    const MergedFrame merged = MergeExposures(sensor, bracket.exposures);
+    for (std::size_t p = 0; p < merged.mask.size(); ++p) {
+      std::vector<double> signal_dn;
+      for (const RawFrame& frame : bracket.frames) signal_dn.push_back(frame.at(p) - 512.0);
+      double sigma = 0;
+      const double expected = FixedPoint(sensor, clear_s, signal_dn, &sigma);
+      ASSERT_NEAR(merged.rate_e_per_s[p], expected, 1e-4 * sigma + 1e-6 * std::abs(expected))
+          << "stop " << stop << ", pixel " << p;
+      ASSERT_NEAR(merged.sigma_e_per_s[p] / sigma, 1, 1e-3);
+    }
+  }
+}
+
+TEST(MergeExposures, DoesNotTrustWhatIsTooCoarseOrClippedAtZero) {
+  // 20 electrons per DN and hardly any read noise: 1 s of 30 electrons per second is always 1 or 2
+  // DN, so that rounding is a bias; 4 s of it have the shot noise to dither.
+  SensorModel coarse = Camera();
+  coarse.gain_dn_per_e = 0.05;
+  coarse.read_noise_dn = 0.1;
+  const Bracket bracket = TakeBracket(coarse, 30, kTimes, 2000);
+  const Statistics s = Summarise(MergeExposures(coarse, bracket.exposures));
+  const double n = static_cast<double>(s.count);
+  EXPECT_LT(std::abs(s.mean - 30), 4 * s.spread / std::sqrt(n));
+  // Black level 4 DN, read noise 3.3: short exposures lose what the noise takes below 0.
+  SensorModel low = Camera();
+  low.black_dn = 4;
+  const Statistics t = Summarise(MergeExposures(low, TakeBracket(low, 30, kTimes, 2100).exposures));
+  EXPECT_EQ(t.count, static_cast<std::size_t>(kSize) * kSize);
+  EXPECT_LT(std::abs(t.mean - 30), 4 * t.spread / std::sqrt(static_cast<double>(t.count)));
+  // Too little light for such a camera: flagged, never a number.
+  const MergedFrame dark = MergeExposures(low, TakeBracket(low, 1, kTimes, 2200).exposures);
+  for (std::size_t p = 0; p < dark.mask.size(); ++p) {
+    ASSERT_EQ(dark.mask[p], lightfield::kBelowBlack);
+    ASSERT_EQ(dark.rate_e_per_s[p], 0);
+  }
+}
+
 // One pixel among equal ones, exact numbers.
 RawFrame Flat(const SensorModel& sensor, double dn) {
   RawFrame frame{sensor.width, sensor.height, {}, {}};
@@ -200,12 +275,17 @@ TEST(MergeExposures, FlagsWhatClipsEverywhereAndInventsNothing) {
 
 TEST(MergeExposures, KeepsNegativeValuesAndSinglePhotons) {
   const SensorModel sensor = Camera(3);
-  const RawFrame below = Flat(sensor, 500), one_photon = Flat(sensor, 513);
-  const std::vector<Exposure> dark{{&below, 2, 1, 1, nullptr}};
+  const RawFrame dim = Flat(sensor, 500), one_photon = Flat(sensor, 513);
+  const std::vector<Exposure> dark{{&dim, 2, 1, 1, nullptr}};
   const MergedFrame negative = MergeExposures(sensor, dark);
   EXPECT_NEAR(negative.rate_e_per_s[0], -12 / 0.84, 1e-5);
   EXPECT_EQ(negative.mask[0], lightfield::kTooDark);
   EXPECT_NEAR(negative.sigma_e_per_s[0], std::sqrt(3.34 * 3.34 + 1.0 / 12) / 0.84, 1e-5);
+  const RawFrame nothing = Flat(sensor, 0);  // 150 standard deviations below the black level
+  const std::vector<Exposure> wrong{{&nothing, 2, 1, 1, nullptr}};
+  const MergedFrame below = MergeExposures(sensor, wrong);
+  EXPECT_EQ(below.mask[4], lightfield::kBelowBlack);
+  EXPECT_EQ(below.rate_e_per_s[4], 0);
   const std::vector<Exposure> photon{{&one_photon, 1, 1, 1, nullptr}};
   const MergedFrame single = MergeExposures(sensor, photon);
   EXPECT_NEAR(single.rate_e_per_s[0], 1 / 0.42, 1e-5);
@@ -236,10 +316,10 @@ TEST(MergeExposures, SubtractsDarksAndCarriesTheirVariance) {
   SensorModel sensor = Camera(60);
   sensor.dark_current_e_per_s = 200;
   constexpr int kDarks = 4;
-  std::vector<RawFrame> dark_frames;
+  DarkSum sum(2);
   for (int n = 0; n < kDarks; ++n)
-    dark_frames.push_back(Expose(sensor, 0, 2, 500 + static_cast<std::uint64_t>(n)));
-  const DarkFrame dark = AverageDarks(dark_frames, 2);
+    sum.Add(Expose(sensor, 0, 2, 500 + static_cast<std::uint64_t>(n)));
+  const DarkFrame dark = sum.Mean();
   EXPECT_EQ(dark.count, kDarks);
   const RawFrame frame = Expose(sensor, 500, 2, 600);
   const std::vector<Exposure> with{{&frame, 2, 1, 1, &dark}}, without{{&frame, 2, 1, 1, nullptr}};
@@ -283,8 +363,10 @@ TEST(MergeExposures, RefusesWhatCannotBe) {
   EXPECT_THROW(merge({&frame, 0, 1, 1, nullptr}), InputError);
   EXPECT_THROW(merge({&frame, 1, -1, 1, nullptr}), InputError);
   EXPECT_THROW(merge({&frame, 1, 1, NAN, nullptr}), InputError);
-  EXPECT_THROW(AverageDarks({}, 1), InputError);
-  EXPECT_THROW(AverageDarks(std::vector<RawFrame>{frame, small}, 1), InputError);
+  DarkSum sum(1);
+  EXPECT_THROW(sum.Mean(), InputError);
+  sum.Add(frame);
+  EXPECT_THROW(sum.Add(small), InputError);
 }
 
 nlohmann::json CameraJson() {

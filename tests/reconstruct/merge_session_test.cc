@@ -208,6 +208,22 @@ double WorstError(const lightfield::Measurements& m, double factor) {
   return worst;
 }
 
+TEST_F(MergeSessionTest, WritesPositionByPositionTheSameFile) {
+  Case c;
+  c.references = c.darks = true;
+  c.missing_i = 1;
+  c.displaced_m = 1e-5;
+  const core::SessionReader session(Capture("stream", c));
+  const fs::path folder = testing::TempDir();
+  MergeSessionSummary whole, streamed;
+  lightfield::WriteMeasurements(folder / "whole.meas.exr", MergeSession(session, {}, &whole));
+  MergeSessionToFile(session, folder / "streamed.meas.exr", {}, &streamed);
+  EXPECT_EQ(core::ReadFile(folder / "whole.meas.exr"),
+            core::ReadFile(folder / "streamed.meas.exr"));
+  EXPECT_EQ(ToJson(whole), ToJson(streamed));
+  EXPECT_EQ(streamed.missing_positions, 2);
+}
+
 TEST_F(MergeSessionTest, BringsBackTheIrradianceOfAnExactCamera) {
   MergeSessionSummary summary;
   const lightfield::Measurements m = Merge("exact", {}, &summary);

@@ -1,0 +1,38 @@
+// Reads exposure brackets of a session while those before them are merged.
+#pragma once
+
+#include <future>
+#include <vector>
+
+#include "core/session_store.h"
+
+namespace luxfield::reconstruct {
+
+// The frames of one bracket, as the journal has them.
+using BracketRecords = std::vector<const core::FrameRecord*>;
+
+// One bracket is read ahead, by a thread of its own, so that the disk works while the processor
+// does; with a single thread allowed (core::Threads) each is read when it is asked for. Memory
+// holds two brackets, whatever the session's length.
+class BracketReader {
+ public:
+  // The brackets in the order they will be asked for. check_hashes: as SessionReader::ReadFrame.
+  BracketReader(const core::SessionReader& session, std::vector<BracketRecords> brackets,
+                bool check_hashes);
+  ~BracketReader();  // waits for the reading thread
+
+  // The frames of the next bracket, in the order of its records. Throws what ReadFrame throws.
+  std::vector<core::RawFrame> Next();
+
+ private:
+  std::vector<core::RawFrame> Read(std::size_t bracket) const;
+  void ReadAhead();
+
+  const core::SessionReader& session_;
+  std::vector<BracketRecords> brackets_;
+  bool check_hashes_;
+  std::size_t next_ = 0;
+  std::future<std::vector<core::RawFrame>> ahead_;
+};
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,72 @@
+// Pixels merged side by side: the arithmetic of merge_exposures.h on vectors.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/raw_frame.h"
+#include "reconstruct/merge_exposures.h"
+
+namespace luxfield::reconstruct {
+
+// Pixels merged together. Their samples, 8 exposures of them, stay in the first-level cache.
+constexpr std::size_t kMergeLanes = 64;
+using MergeLanes = std::array<float, kMergeLanes>;
+
+// What is the same for all pixels of an exposure. Light is counted in DN of the longest exposure,
+// x = X k_0, so that floats hold the weights of exposures 17 stops apart.
+struct MergeScale {
+  float k;                                  // k_i / k_0
+  float gain_k;                             // DN of shot noise variance per x
+  float dark_dn = 0, expected_dark_dn = 0;  // black level and dark signal; the latter alone
+  float dark_variance = 0;                  // of the subtracted dark value, DN^2
+  float warm_dn = 0;                        // a measured dark value above this tells a warm pixel
+};
+
+struct MergeModel {
+  float gain = 1, read_variance = 0;
+  float saturation_dn = 0;
+  float margin_squared = 0, too_dark_squared = 0;
+  float prnu = 0;
+  bool low_black = false;   // the ADC may clip dark samples at 0 DN
+  bool undithered = false;  // dark samples may have less noise than rounding needs
+  int max_iterations = 0;
+  bool poisson = false;
+  double k0 = 1;  // DN per electron per second of the longest exposure
+};
+
+// The samples of kMergeLanes pixels. An excluded one has signal 0 and an infinite variance, hence
+// the weight 0.
+struct MergeTile {
+  struct Exposure {
+    MergeLanes signal;          // y - d, DN
+    MergeLanes other_variance;  // all but the light's shot noise, DN^2
+    MergeLanes headroom;        // saturation - d, DN
+  };
+  std::vector<Exposure> exposures;
+  std::vector<std::size_t> used;                    // exposures with a sample that isn't excluded
+  MergeLanes x, weights, squares;                   // the estimate, sum w, sum w^2
+  std::array<std::uint32_t, kMergeLanes> at_floor;  // 1: a sample was excluded for being near 0 DN
+
+  explicit MergeTile(std::size_t count) : exposures(count) {}
+};
+
+// Loads the samples of pixels [pixel, pixel + count) of an exposure, but those that
+// excluded[0 .. count) marks; lanes beyond are excluded. Returns whether any is left.
+bool LoadSamples(const Exposure& exposure, const std::uint8_t* excluded, std::size_t pixel,
+                 std::size_t count, const MergeScale& scale, const MergeModel& model,
+                 MergeTile::Exposure& to);
+
+// Estimates x from tile.used, the longest exposure first, and excludes on the way what saturates or
+// is biased in the dark.
+void EstimateMergeTile(std::span<const MergeScale> scales, const MergeModel& model,
+                       MergeTile& tile);
+
+// Values, sigmas and flags of the tile's first `count` pixels from `pixel` on; a pixel that has a
+// flag keeps it alone.
+void StoreMergeTile(const MergeModel& model, const MergeTile& tile, std::size_t pixel,
+                    std::size_t count, MergedFrame* merged);
+
+}  // namespace luxfield::reconstruct

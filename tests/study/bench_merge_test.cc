@@ -1,0 +1,49 @@
+#include "study/bench_merge.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/progress.h"
+
+namespace luxfield::study {
+namespace {
+
+TEST(BenchMerge, MergesItsSessionFourWays) {
+  core::Progress::SetQuiet(true);
+  BenchMergeOptions options;
+  options.grid_width = 2;
+  options.grid_height = 9;
+  options.exposures = 3;
+  options.sensor = 100;
+  options.lattice = 20;
+  options.folder = std::filesystem::path(testing::TempDir()) / "luxfield_bench_merge";
+  for (const bool reflector : {false, true}) {
+    options.reflector = reflector;
+    const nlohmann::json rows = BenchMerge(options);
+    ASSERT_EQ(rows.size(), 4u);
+    EXPECT_EQ(rows[0]["case"], "from disk");
+    EXPECT_EQ(rows[0]["positions"], 18);
+    EXPECT_EQ(rows[3]["positions"], 4);
+    for (const auto& row : rows) {
+      // Every position's frames, 4 darks of each exposure time, a reference per row of positions.
+      const int positions = row["positions"], frames = positions * 3 + 12 + positions / 2;
+      EXPECT_NEAR(row["gb"].get<double>(), frames * 2e-5, 1e-12);
+      EXPECT_NEAR(row["mpix_per_s"].get<double>() * row["wall_s"].get<double>(), frames * 0.01,
+                  1e-9);
+      EXPECT_GT(row["copy_ratio"].get<double>(), 1);
+      EXPECT_GT(row["peak_mib"].get<double>(), 0);
+    }
+    EXPECT_TRUE(std::filesystem::is_empty(options.folder));
+  }
+}
+
+TEST(BenchMerge, RefusesNothing) {
+  BenchMergeOptions options;
+  options.exposures = 0;
+  EXPECT_THROW(BenchMerge(options), InputError);
+}
+
+}  // namespace
+}  // namespace luxfield::study
