@@ -16,8 +16,11 @@
 #include "study/bench_conditioning.h"
 #include "study/bench_environment.h"
 #include "study/bench_errors.h"
+#include "study/bench_exposures.h"
 #include "study/bench_filters.h"
+#include "study/bench_merge.h"
 #include "study/bench_nearfield.h"
+#include "study/bench_rigs.h"
 #include "study/bench_sampling.h"
 #include "study/bench_scale.h"
 #include "study/bench_shadows.h"
@@ -256,6 +259,53 @@ void AddErrors(Program& program, CLI::App& benches) {
   app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
   app.add_option("--seeds", how->seeds, "Sessions with random sources alone")
       ->check(CLI::Range(2, 10000));
+  app.add_flag("--random-only", how->random_only, "Only the check of sigma");
+}
+
+void AddMergeBench(Program& program, CLI::App& benches) {
+  auto how = std::make_shared<study::BenchMergeOptions>();
+  CLI::App& app =
+      program.AddVerb(benches, "merge", "How fast a session is merged, against disk and memory",
+                      [how] { return InFolder(study::BenchMerge, *how); });
+  app.add_option("--grid-width", how->grid_width, "Filter positions along u")
+      ->check(CLI::Range(1, 64));
+  app.add_option("--grid-height", how->grid_height, "Filter positions along v")
+      ->check(CLI::Range(1, 64));
+  app.add_option("--exposures", how->exposures, "Exposures of a bracket")->check(CLI::Range(1, 16));
+  app.add_option("--sensor", how->sensor, "Sensor side, pixels")->check(CLI::Range(16, 16384));
+  app.add_option("--lattice", how->lattice, "Image side on I, texels")->check(CLI::Range(1, 4096));
+  app.add_flag("--reflector", how->reflector, "See I at an angle, through a homography");
+  app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
+}
+
+void AddExposures(Program& program, CLI::App& benches) {
+  auto how = std::make_shared<study::BenchExposuresOptions>();
+  CLI::App& app = program.AddVerb(
+      benches, "exposures", "Bias and spread of merged exposures against the Cramer-Rao bound",
+      [how, &program] {
+        how->seed = program.common().seed.value_or(1);
+        return Finish(study::BenchExposures(*how), CpuName(),
+                      {"sensor", "e_per_s", "used", "bias", "bias_se", "spread_ratio",
+                       "sigma_ratio", "case", "flagged", "unknown"});
+      });
+  app.add_option("--pixels", how->pixels, "Pixels of every figure")->check(CLI::Range(2, 1 << 26));
+  app.add_option("--stops", how->stops, "Range of the scene from 30 electrons per second up")
+      ->check(CLI::Range(1, 30));
+  app.add_option("--per-stop", how->per_stop, "Levels per stop")->check(CLI::Range(1, 100));
+}
+
+void AddRigs(Program& program, CLI::App& benches) {
+  auto how = std::make_shared<study::BenchRigsOptions>();
+  CLI::App& app = program.AddVerb(
+      benches, "rigs", "Noise of C and radiance behind single and dual filters", [how, &program] {
+        how->seed = program.common().seed.value_or(1);
+        return Finish(study::BenchRigs(*how), CpuName(),
+                      {"noise", "rig", "sigma_c", "spread_c", "spread_l", "c_ratio", "l_ratio"});
+      });
+  app.add_option("--grid-width", how->grid_width, "Filter positions along u")
+      ->check(CLI::Range(3, 64));
+  app.add_option("--grid-height", how->grid_height, "Filter positions along v")
+      ->check(CLI::Range(3, 64));
 }
 
 void AddFilters(Program& program, CLI::App& benches) {
@@ -350,8 +400,12 @@ void AddEnvironment(Program& program, CLI::App& benches) {
 
 void AddBench(Program& program) {
   CLI::App& benches = program.AddGroup("bench", "Measure luxfield itself, or this machine");
-  program.AddVerb(benches, "solve", "The Gram solve against a memory copy",
-                  [] { return Finish(study::BenchSolve({}), CpuName()); });
+  program.AddVerb(benches, "solve",
+                  "The Gram solve against a memory copy, and the non-negative one", [] {
+                    return Finish(study::BenchSolve({}), CpuName(),
+                                  {"case", "wall_s", "gb_per_s", "copy_ratio", "iterations",
+                                   "kkt_residual", "signed_error", "clamped_error", "error"});
+                  });
   AddNearfield(program, benches);
   AddSampling(program, benches);
   AddShadows(program, benches);
@@ -359,6 +413,9 @@ void AddBench(Program& program) {
   AddErrors(program, benches);
   AddFilters(program, benches);
   AddConditioning(program, benches);
+  AddMergeBench(program, benches);
+  AddExposures(program, benches);
+  AddRigs(program, benches);
   AddTradeoff(program, benches);
   AddDeviceBench<CalibrateOptions>(
       program, benches, "calibrate",

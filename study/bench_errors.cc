@@ -117,6 +117,7 @@ nlohmann::json BenchErrors(const BenchErrorsOptions& options) {
   for (const auto& name : kRandomSources)
     if (has(name)) random.push_back(name);
   over_seeds("random", random);
+  if (options.random_only) return rows;
   over_seeds("realistic", sources);
 
   const auto alone = [&](const std::string& name, const std::vector<std::string>& enabled) {

@@ -15,6 +15,7 @@ struct BenchErrorsOptions {
   std::filesystem::path folder;     // scratch; sessions are deleted as they are used up
   int seeds = 20;
   std::uint64_t seed = 1;
+  bool random_only = false;  // leaves out all rows but `random`
 };
 
 // Rows: `random`, one session per seed with photon noise, read noise, dark current, PRNU and

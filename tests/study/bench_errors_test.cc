@@ -1,0 +1,41 @@
+#include "study/bench_errors.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/progress.h"
+
+namespace luxfield::study {
+namespace {
+
+const std::filesystem::path kData = std::filesystem::path(LUXFIELD_SOURCE_DIR) / "data";
+
+class BenchErrorsTest : public testing::TestWithParam<const char*> {};
+
+TEST_P(BenchErrorsTest, SigmaIsTheSpreadOverSeeds) {
+  core::Progress::SetQuiet(true);
+  const std::string name = GetParam();
+  BenchErrorsOptions options;
+  options.lab = kData / "labs" / (name + ".toml");
+  options.plan = kData / "plans" / (name + ".toml");
+  options.folder = std::filesystem::path(testing::TempDir()) / ("luxfield_bench_errors_" + name);
+  options.seeds = 3;
+  options.seed = 11;
+  options.random_only = true;
+  const nlohmann::json rows = BenchErrors(options);
+  ASSERT_EQ(rows.size(), 1u);
+  const nlohmann::json random = rows[0];
+  EXPECT_EQ(random["case"], "random");
+  SCOPED_TRACE(random.dump());
+  // 2 x 20480 degrees of freedom, correlated within a session through its lamp factor.
+  EXPECT_NEAR(random["sigma_ratio"].get<double>(), 1, 0.1);
+  for (const char* quarter : {"sigma_ratio_q2", "sigma_ratio_q3", "sigma_ratio_q4"})
+    EXPECT_NEAR(random[quarter].get<double>(), 1, 0.1);
+  std::filesystem::remove_all(options.folder);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rigs, BenchErrorsTest, testing::Values("small", "small-dual"));
+
+}  // namespace
+}  // namespace luxfield::study
