@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   AddFilter(program);
   AddMerge(program);
   AddReconstruct(program);
+  AddBudget(program);
   AddImport(program);
   AddPreprocess(program);
   AddRender(program);

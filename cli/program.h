@@ -56,6 +56,7 @@ void AddCalibrate(Program& program);
 void AddFilter(Program& program);
 void AddMerge(Program& program);
 void AddReconstruct(Program& program);
+void AddBudget(Program& program);
 void AddImport(Program& program);
 void AddPreprocess(Program& program);
 void AddRender(Program& program);

@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "render/device.h"
 #include "study/bench_accuracy.h"
+#include "study/bench_budget.h"
 #include "study/bench_conditioning.h"
 #include "study/bench_environment.h"
 #include "study/bench_errors.h"
@@ -340,6 +341,22 @@ void AddConditioning(Program& program, CLI::App& benches) {
   app.add_option("--filters", how->counts, "Filters per axis to try");
 }
 
+void AddBudget(Program& program, CLI::App& benches) {
+  auto how = std::make_shared<study::BenchBudgetOptions>();
+  CLI::App& app = program.AddVerb(benches, "budget",
+                                  "The error budget against many simulated labs, source by source",
+                                  [how, &program] {
+                                    how->seed = program.common().seed.value_or(1);
+                                    return InFolder(study::BenchBudget, *how);
+                                  });
+  app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
+  app.add_option("--runs", how->runs, "Labs per source")->check(CLI::Range(2, 100000));
+  app.add_option("--budgets", how->budgets, "Labs whose budgets make the prediction")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--source", how->sources, "Sources to judge (default: all, and totals)")
+      ->default_str("");
+}
+
 void AddTradeoff(Program& program, CLI::App& benches) {
   auto folder = std::make_shared<std::filesystem::path>("out/tradeoff");
   const auto [app, how] = AddDeviceBench<study::BenchTradeoffOptions>(
@@ -411,6 +428,7 @@ void AddBench(Program& program) {
   AddShadows(program, benches);
   AddEnvironment(program, benches);
   AddErrors(program, benches);
+  AddBudget(program, benches);
   AddFilters(program, benches);
   AddConditioning(program, benches);
   AddMergeBench(program, benches);

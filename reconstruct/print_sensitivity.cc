@@ -45,16 +45,13 @@ PrintSensitivity::PrintSensitivity(const lightfield::Basis& basis, double spacin
     axis_.product.push_back(spacing_m * basis.Gram(a));
     // <B', B(. - a)> = d/de <B(. + e), B(. - a)> = d/de Gram(a + e)
     axis_.slope.push_back((basis.Gram(a + kStep) - basis.Gram(a - kStep)) / (2 * kStep));
-    double logarithm = 0, moment = 0;
+    double logarithm = 0;
     for (int k = 0; k < n * kMidpoints; ++k) {
       const double x = (k + 0.5) / kMidpoints, value = basis.Value(x);
       if (value <= 0) continue;
-      const double product = value * basis.Value(x - a) / kMidpoints;
-      logarithm += std::log(value) * product;
-      moment += (x - 0.5 * n) * product;
+      logarithm += std::log(value) * value * basis.Value(x - a) / kMidpoints;
     }
     axis_.logarithm.push_back(spacing_m * logarithm);
-    axis_.moment.push_back(spacing_m * spacing_m * moment);
   }
 }
 
@@ -68,10 +65,6 @@ double PrintSensitivity::Contract(const LagSums& lags, const std::vector<double>
 
 lightfield::Vec2 PrintSensitivity::Shift(const LagSums& lags) const {
   return {-Contract(lags, axis_.slope, axis_.product), -Contract(lags, axis_.product, axis_.slope)};
-}
-
-double PrintSensitivity::Rotation(const LagSums& lags) const {
-  return Contract(lags, axis_.slope, axis_.moment) - Contract(lags, axis_.moment, axis_.slope);
 }
 
 double PrintSensitivity::Density(const LagSums& lags) const {

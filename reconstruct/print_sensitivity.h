@@ -38,8 +38,6 @@ class PrintSensitivity {
 
   // dQ per metre that the print, or the filter with it, is off along u and v.
   lightfield::Vec2 Shift(const LagSums& lags) const;
-  // Per radian about the print's axis.
-  double Rotation(const LagSums& lags) const;
   // Per relative error of the transmittance: sum w E itself.
   double Density(const LagSums& lags) const;
   // Per gamma of T -> T^(1 + gamma), T ln T.
@@ -50,7 +48,7 @@ class PrintSensitivity {
 
  private:
   struct Axis {
-    std::vector<double> product, slope, logarithm, moment;  // B B, dB/dx B, B ln B B, x B B
+    std::vector<double> product, slope, logarithm;  // B B, dB/dx B, B ln B B
   };
   double Contract(const LagSums& lags, const std::vector<double>& u,
                   const std::vector<double>& v) const;

@@ -10,10 +10,21 @@ namespace luxfield::study {
 // Names of all [errors.*] tables of a lab file.
 std::vector<std::string> ErrorSources(const std::filesystem::path& lab);
 
+// errors.SOURCE.KEY of a lab file, put in place of what it says.
+struct LabNumbers {
+  std::string source, key;
+  std::vector<double> values;  // one: a number, more: an array
+};
+
 // Writes `lab` to `variant` with only the named error sources enabled (those the file lacks are
 // refused). `ideal` also switches quantisation and saturation off. The lamp's file, if it has one,
 // keeps naming the same file.
 void WriteLabVariant(const std::filesystem::path& lab, const std::vector<std::string>& enabled,
-                     bool ideal, const std::filesystem::path& variant);
+                     bool ideal, const std::filesystem::path& variant,
+                     const std::vector<LabNumbers>& numbers = {});
+
+// errors.SOURCE.KEY as the lab file has it, whether enabled or not; absent: empty.
+std::vector<double> ReadLabNumbers(const std::filesystem::path& lab, const std::string& source,
+                                   const std::string& key);
 
 }  // namespace luxfield::study

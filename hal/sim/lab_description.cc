@@ -177,6 +177,8 @@ void ReadErrors(const core::Config& config, LabDescription& lab) {
     set(on, lab.lamp_time.drift_per_hour, c.Number("per_hour", 0, {-0.5, 0.5}));
     set(on, lab.lamp_time.drift_amplitude, c.Number("amplitude", 0, {0, 0.5}));
     set(on, lab.lamp_time.drift_period_s, c.Number("period_s", 1800, {1, 1e6}));
+    set(on, lab.lamp_time.drift_phase_rad,
+        c.Number("phase_deg", 0, {-360, 360}) * std::numbers::pi / 180);
   });
   source("pwm", [&](const core::Config& c, bool on) {
     set(on, lab.lamp_time.pwm_hz, c.Number("hz", {1, 1e6}));

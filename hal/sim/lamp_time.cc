@@ -10,7 +10,7 @@ double LampTime::MeanFactor(double start_s, double duration_s) const {
   const double t = start_s + 0.5 * duration_s;
   double factor = 1 + warm_up_excess * std::exp(-t / warm_up_tau_s);
   factor *= 1 + drift_per_hour * t / 3600 +
-            drift_amplitude * std::sin(2 * std::numbers::pi * t / drift_period_s);
+            drift_amplitude * std::sin(2 * std::numbers::pi * t / drift_period_s + drift_phase_rad);
   if (pwm_hz > 0 && duration_s > 0) {
     // Time on since an arbitrary period's start, as a function of phase in periods.
     const auto on = [&](double periods) {

@@ -78,11 +78,6 @@ TEST_F(Print, DerivativesAreThoseOfQuadrature) {
   const lightfield::Vec2 shift = sensitivity.Shift(lags);
   EXPECT_NEAR(shift.x * kSpacing_m, (shifted(h, 0) - shifted(-h, 0)) / 2e-3, tolerance);
   EXPECT_NEAR(shift.y * kSpacing_m, (shifted(0, h) - shifted(0, -h)) / 2e-3, tolerance);
-  const auto rotated = [&](double angle) {
-    const double c = std::cos(angle), s = std::sin(angle);
-    return Quantity([=](double x, double y) { return Ideal(c * x + s * y, c * y - s * x); });
-  };
-  EXPECT_NEAR(sensitivity.Rotation(lags), (rotated(1e-3) - rotated(-1e-3)) / 2e-3, tolerance);
   const auto toned = [&](double gamma) {
     return Quantity([=](double x, double y) {
       const double t = kScale * Ideal(x, y);

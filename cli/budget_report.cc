@@ -1,0 +1,101 @@
+#include "cli/budget_report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "cli/html_page.h"
+#include "cli/svg_bars.h"
+#include "core/file.h"
+
+namespace luxfield::cli {
+namespace {
+
+using reconstruct::ErrorBudget;
+using reconstruct::ErrorSource;
+using reconstruct::kErrorSources;
+using reconstruct::QuantityBudget;
+
+const char* const kNotStated = "not stated";
+
+std::string Percent(double sigma, double value) {
+  return value != 0 ? fmt::format("{:.3g} %", 100 * sigma / std::abs(value))
+                    : fmt::format("{:.3g}", sigma);
+}
+
+// "0.32 %" of a source, or that nobody states it; nothing for a meter that was not used.
+std::string Share(const QuantityBudget& quantity, int source) {
+  const auto& sigma = quantity.sigma[static_cast<std::size_t>(source)];
+  return sigma ? Percent(*sigma, quantity.value) : kNotStated;
+}
+
+std::vector<int> SourcesOf(const ErrorBudget& budget) {
+  std::vector<int> sources;
+  for (int s = 0; s < kErrorSources; ++s)
+    if (budget.scale || s != static_cast<int>(ErrorSource::kMeter)) sources.push_back(s);
+  return sources;
+}
+
+std::string NameOf(int source) {
+  return reconstruct::ErrorSourceName(static_cast<ErrorSource>(source));
+}
+
+std::string ValueText(const QuantityBudget& quantity) {
+  return fmt::format("{:.5g} +- {:.2g} {} ({})", quantity.value, quantity.Total(), quantity.unit,
+                     Percent(quantity.Total(), quantity.value));
+}
+
+std::vector<const QuantityBudget*> All(const ErrorBudget& budget) {
+  std::vector<const QuantityBudget*> all;
+  for (const auto& quantity : budget.quantities) all.push_back(&quantity);
+  if (budget.scale) all.push_back(&budget.scale->factor);
+  return all;
+}
+
+std::string ScaleText(const reconstruct::MeterScale& scale) {
+  double largest = 0;
+  for (const double r : scale.residuals) largest = std::max(largest, std::abs(r));
+  return fmt::format(
+      "light meter: {} readings, factor {}; largest residual {:.2g} %, chi^2 {:.3g} of {}",
+      scale.residuals.size(), ValueText(scale.factor), 100 * largest, scale.chi_squared,
+      scale.degrees);
+}
+
+}  // namespace
+
+void PrintErrorBudget(const ErrorBudget& budget) {
+  for (const QuantityBudget* quantity : All(budget)) {
+    fmt::print("{}: {}\n", quantity->name, ValueText(*quantity));
+    for (const int s : SourcesOf(budget))
+      fmt::print("  {:<16}{:>12}\n", NameOf(s), Share(*quantity, s));
+  }
+  if (budget.scale) fmt::print("{}\n", ScaleText(*budget.scale));
+}
+
+void WriteBudgetReport(const ErrorBudget& budget, const std::string& session,
+                       const std::filesystem::path& html) {
+  HtmlPage page("Error budget");
+  page.Paragraph(fmt::format(
+      "Session {}. Standard deviations; the total is the root of the sum of squares of the sources "
+      "whose sizes are stated.",
+      session));
+  if (budget.scale) page.Paragraph(ScaleText(*budget.scale));
+  std::vector<std::vector<std::string>> table{{"quantity", "value", "unit", "sigma", "relative"}};
+  for (const QuantityBudget* q : All(budget))
+    table.push_back({q->name, fmt::format("{:.5g}", q->value), q->unit,
+                     fmt::format("{:.2g}", q->Total()), Percent(q->Total(), q->value)});
+  page.Table(table);
+  for (const QuantityBudget* q : All(budget)) {
+    std::vector<Bar> bars;
+    for (const int s : SourcesOf(budget)) {
+      const auto& sigma = q->sigma[static_cast<std::size_t>(s)];
+      bars.push_back({NameOf(s), sigma, Share(*q, s)});
+    }
+    bars.push_back({"total", q->Total(), Percent(q->Total(), q->value), true});
+    page.Heading(q->name);
+    page.Raw(SvgBars(ValueText(*q), bars));
+  }
+  core::WriteFileAtomically(html, page.Text());
+}
+
+}  // namespace luxfield::cli

@@ -1,0 +1,64 @@
+// luxfield budget SESSION [--uncertainty BUDGET.toml]
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "cli/budget_report.h"
+#include "cli/program.h"
+
+namespace luxfield::cli {
+namespace {
+
+struct Options {
+  std::string session, settings, report, lamp_level = "first-reference", calibration;
+  std::vector<std::vector<double>> at;
+  bool skip_hashes = false;
+};
+
+core::Json Run(const Options& options) {
+  if (!options.report.empty()) RequireExtension(options.report, ".html", "--report");
+  reconstruct::BudgetSettings settings;
+  if (!options.settings.empty())
+    settings = reconstruct::ReadBudgetSettings(core::Config::FromFile(options.settings));
+  for (const auto& p : options.at)
+    settings.receivers.push_back(
+        {fmt::format("irradiance at ({:.4g}, {:.4g}, {:.4g})", p[0], p[1], p[2]),
+         {p[0], p[1], p[2]},
+         {0, 0, -1}});
+  reconstruct::MergeSessionOptions how;
+  how.check_hashes = !options.skip_hashes;
+  how.calibration = options.calibration;
+  how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
+                                                   : reconstruct::LampLevel::kFirstReference;
+  const auto budget =
+      reconstruct::ComputeErrorBudget(core::SessionReader(options.session), settings, how);
+  PrintErrorBudget(budget);
+  if (!options.report.empty()) WriteBudgetReport(budget, options.session, options.report);
+  return reconstruct::ToJson(budget);
+}
+
+}  // namespace
+
+void AddBudget(Program& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App& verb = program.AddVerb(
+      "budget",
+      "Where the uncertainty of radiance, flux and irradiance comes from: noise, exposure, drift, "
+      "stage, filter, stray light, light meter",
+      [options] { return Run(*options); });
+  verb.add_option("SESSION", options->session, "The session folder")->required();
+  verb.add_option("--uncertainty", options->settings,
+                  "A budget.toml: sizes of errors that the session cannot know, quantities, light "
+                  "meter (docs/formats/budget.md)");
+  verb.add_option("--at", options->at,
+                  "X Y Z in metres: also the irradiance there, facing the lamp (repeatable)")
+      ->expected(3);
+  verb.add_option("--report", options->report, "An .html page with a bar chart per quantity");
+  verb.add_option("--lamp-level", options->lamp_level, "As of merge")
+      ->check(CLI::IsMember({"first-reference", "monitor"}));
+  verb.add_option("--calibration", options->calibration, "As of merge: a sensor's .cal.json");
+  verb.add_flag("--skip-hashes", options->skip_hashes,
+                "Do not check every frame against the journal's SHA-256");
+}
+
+}  // namespace luxfield::cli

@@ -1,0 +1,59 @@
+// budget.toml (docs/formats/budget.md): which quantities, and how large the errors are that a
+// session cannot know.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/config.h"
+#include "lightfield/geometry.h"
+
+namespace luxfield::reconstruct {
+
+// Standard deviations; absent: nobody states it.
+struct ErrorSizes {
+  std::optional<double> shutter_jitter_s;
+  std::optional<double> lamp_wander;  // relative, covariance lamp_wander^2 cos(2 pi t / period)
+  double lamp_wander_period_s = 0;
+  std::optional<double> monitor;  // relative, per reading
+  std::optional<double> stage_m;  // per axis and arrival
+  std::optional<double> print_shift_m;
+  std::optional<double> density, density_gamma;
+  std::optional<double> grain;  // relative
+  double grain_area_m2 = 0;     // integral of its autocorrelation
+  std::optional<double> stray_share;
+};
+
+struct RayAsked {
+  std::string name;
+  lightfield::Vec2 u_m, s_m;
+};
+
+struct ReceiverAsked {
+  std::string name;
+  lightfield::Vec3 p_m, normal{0, 0, -1};  // unit
+};
+
+struct MeterReading {
+  ReceiverAsked at;
+  double value = 0, sigma = 0;
+};
+
+struct Meter {
+  double calibration = 0;  // relative, common to all readings
+  std::vector<MeterReading> readings;
+};
+
+struct BudgetSettings {
+  ErrorSizes sizes;
+  std::vector<RayAsked> rays;
+  std::vector<ReceiverAsked> receivers;
+  std::optional<Meter> meter;
+};
+
+// Throws InputError naming file and field.
+BudgetSettings ReadBudgetSettings(const core::Config& config);
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,220 @@
+#include "reconstruct/error_budget.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "reconstruct/adjoint_solve.h"
+#include "reconstruct/error_propagation.h"
+#include "reconstruct/reconstruct.h"
+#include "reconstruct/sensor_calibration_file.h"
+
+namespace luxfield::reconstruct {
+namespace {
+
+using lightfield::LightField;
+using lightfield::LuminaireGeometry;
+using lightfield::Vec3;
+using lightfield::Weights;
+
+constexpr std::array<const char*, kErrorSources> kNames = {
+    "photon noise", "read noise", "PRNU",          "shutter", "lamp drift",  "monitor",    "stage",
+    "print shift",  "density",    "density gamma", "grain",   "stray light", "light meter"};
+
+struct Asked {
+  std::string name, unit;
+  double value = 0;
+  Weights weights;
+};
+
+std::string RadianceUnit(lightfield::FluxUnit unit) {
+  switch (unit) {
+    case lightfield::FluxUnit::kWatt:
+      return "W/(sr m^2)";
+    case lightfield::FluxUnit::kLumen:
+      return "cd/m^2";
+    case lightfield::FluxUnit::kRelative:
+      break;
+  }
+  return "relative";
+}
+
+std::string IrradianceUnit(lightfield::FluxUnit unit) {
+  switch (unit) {
+    case lightfield::FluxUnit::kWatt:
+      return "W/m^2";
+    case lightfield::FluxUnit::kLumen:
+      return "lx";
+    case lightfield::FluxUnit::kRelative:
+      break;
+  }
+  return "relative";
+}
+
+// The ray through the middle of the largest coefficient, and two receivers on the axis.
+void AskWhatIsUsual(const LightField& field, BudgetSettings* settings) {
+  const LuminaireGeometry& g = field.geometry;
+  const auto largest = static_cast<std::size_t>(
+      std::max_element(field.data.begin(), field.data.end()) - field.data.begin());
+  const auto texel = static_cast<int>(largest % g.plane_size());
+  const auto m = static_cast<int>(largest / (g.plane_size() * g.channels));
+  settings->rays.push_back({"radiance at the largest coefficient",
+                            g.grid.centre(m % g.grid.width, m / g.grid.width),
+                            g.lattice.centre(texel / g.lattice.width, texel % g.lattice.width)});
+  for (const double distance_m : {1.0, 10.0})
+    settings->receivers.push_back({fmt::format("irradiance on the axis at {} m", distance_m),
+                                   {0, 0, g.delta_m + distance_m},
+                                   {0, 0, -1}});
+}
+
+std::vector<Asked> Ask(const LightField& field, BudgetSettings settings) {
+  if (settings.rays.empty() && settings.receivers.empty()) AskWhatIsUsual(field, &settings);
+  const LuminaireGeometry& g = field.geometry;
+  std::vector<Asked> quantities;
+  quantities.push_back({"flux", lightfield::FluxUnitName(g.unit), 0, FluxWeights(g)});
+  for (const RayAsked& ray : settings.rays)
+    quantities.push_back({ray.name, RadianceUnit(g.unit), 0, RadianceWeights(g, ray.u_m, ray.s_m)});
+  for (const ReceiverAsked& at : settings.receivers)
+    quantities.push_back(
+        {at.name, IrradianceUnit(g.unit), 0, IrradianceWeights(g, at.p_m, at.normal)});
+  for (Asked& q : quantities) q.value = Apply(q.weights, field);
+  return quantities;
+}
+
+// Multiplies all quantities by the factor the meter asks for, as linear forms: what factor and
+// quantity have in common cancels. Returns the factor, whose weights are those of its own error.
+struct Scaled {
+  Asked factor;
+  double meter_relative = 0;
+  MeterScale scale;
+};
+
+Scaled ScaleByMeter(const LightField& field, const Meter& meter, std::vector<Asked>* quantities) {
+  Scaled result;
+  double numerator = 0, denominator = 0;
+  std::vector<Weights> weights;
+  std::vector<double> values;
+  for (const MeterReading& reading : meter.readings) {
+    weights.push_back(IrradianceWeights(field.geometry, reading.at.p_m, reading.at.normal));
+    values.push_back(Apply(weights.back(), field));
+    const double a = 1 / (reading.sigma * reading.sigma), e = values.back();
+    if (!(e > 0))
+      throw InputError(
+          fmt::format("the meter's reading '{}' is {}, but the session shows no light "
+                      "there; correct its place",
+                      reading.at.name, reading.value));
+    numerator += a * reading.value * e;
+    denominator += a * e * e;
+  }
+  const double factor = numerator / denominator;
+  // d log(factor) per dE: -a E / sum a E^2 where R = factor E.
+  Weights common(field.data.size(), 0.0);
+  for (std::size_t n = 0; n < weights.size(); ++n) {
+    const MeterReading& reading = meter.readings[n];
+    const double share = values[n] / (reading.sigma * reading.sigma * denominator);
+    for (std::size_t k = 0; k < common.size(); ++k) common[k] += share * weights[n][k];
+    const double residual = reading.value / (factor * values[n]) - 1;
+    result.scale.residuals.push_back(residual);
+    const double by_sigma = (reading.value - factor * values[n]) / reading.sigma;
+    result.scale.chi_squared += by_sigma * by_sigma;
+  }
+  result.scale.degrees = static_cast<int>(values.size()) - 1;
+  result.meter_relative = std::hypot(meter.calibration, 1 / (factor * std::sqrt(denominator)));
+  for (Asked& q : *quantities) {
+    for (std::size_t k = 0; k < common.size(); ++k)
+      q.weights[k] = factor * (q.weights[k] - q.value * common[k]);
+    q.value *= factor;
+  }
+  for (double& w : common) w *= -factor;
+  result.factor = {"scale factor", "1", factor, std::move(common)};
+  return result;
+}
+
+}  // namespace
+
+const char* ErrorSourceName(ErrorSource source) { return kNames[static_cast<std::size_t>(source)]; }
+
+double QuantityBudget::Total() const {
+  double sum = 0;
+  for (const auto& s : sigma) sum += s.value_or(0) * s.value_or(0);
+  return std::sqrt(sum);
+}
+
+ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetSettings& settings,
+                               const MergeSessionOptions& how) {
+  SessionPlan plan = ReadSessionPlan(session);
+  if (!how.calibration.empty()) ApplySensorCalibration(how.calibration, plan.sensor);
+  const auto measurements = MergeSession(session, how);
+  ReconstructOptions in_double;
+  in_double.precision = Precision::kDouble;
+  const LightField field = Reconstruct(measurements, in_double).coefficients;
+
+  std::vector<Asked> quantities = Ask(field, settings);
+  std::optional<Scaled> scaled;
+  if (settings.meter) {
+    scaled = ScaleByMeter(field, *settings.meter, &quantities);
+    quantities.push_back(std::move(scaled->factor));
+  }
+  std::vector<Weights> weights;
+  for (const Asked& q : quantities) weights.push_back(AdjointSolve(measurements, q.weights));
+  ErrorPropagation propagation({session, plan, how, measurements, field}, std::move(weights));
+  MergeSessionOptions observed = how;
+  observed.observer = &propagation;
+  observed.check_hashes = false;
+  MergeSession(session, observed);
+
+  ErrorBudget budget;
+  for (std::size_t q = 0; q < quantities.size(); ++q) {
+    QuantityBudget& result = budget.quantities.emplace_back();
+    result.name = quantities[q].name;
+    result.unit = quantities[q].unit;
+    result.value = quantities[q].value;
+    result.sigma = propagation.Sigma(q, settings.sizes);
+    if (scaled)
+      result.sigma[static_cast<std::size_t>(ErrorSource::kMeter)] =
+          scaled->meter_relative * std::abs(result.value);
+  }
+  if (scaled) {
+    scaled->scale.factor = std::move(budget.quantities.back());
+    budget.quantities.pop_back();
+    budget.scale = std::move(scaled->scale);
+  }
+  return budget;
+}
+
+namespace {
+
+nlohmann::json ToJson(const QuantityBudget& quantity) {
+  nlohmann::json sources;
+  for (int s = 0; s < kErrorSources; ++s) {
+    const auto& sigma = quantity.sigma[static_cast<std::size_t>(s)];
+    sources[kNames[static_cast<std::size_t>(s)]] =
+        sigma ? nlohmann::json(*sigma) : nlohmann::json();
+  }
+  const double total = quantity.Total();
+  return {{"name", quantity.name},
+          {"unit", quantity.unit},
+          {"value", quantity.value},
+          {"sigma", total},
+          {"relative", quantity.value != 0 ? total / std::abs(quantity.value) : 0},
+          {"sources", sources}};
+}
+
+}  // namespace
+
+nlohmann::json ToJson(const ErrorBudget& budget) {
+  nlohmann::json quantities = nlohmann::json::array();
+  for (const QuantityBudget& quantity : budget.quantities) quantities.push_back(ToJson(quantity));
+  nlohmann::json json{{"quantities", quantities}};
+  if (budget.scale)
+    json["scale"] = {{"factor", ToJson(budget.scale->factor)},
+                     {"residuals", budget.scale->residuals},
+                     {"chi_squared", budget.scale->chi_squared},
+                     {"degrees", budget.scale->degrees}};
+  return json;
+}
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,80 @@
+// Where the uncertainty of a quantity comes from (docs/theory.md, "Error budget").
+//
+// Radiance, irradiance and flux are linear in C, C is linear in E, E in the merged pixels, and the
+// merged pixels are linear in every small error of the lab: each source is a sum over its
+// independent causes of (dQ / d cause)^2 sigma^2, with dQ / d cause by the adjoint of the whole
+// chain. What causes share is kept: a dark frame serves all positions, PRNU sits on the same
+// pixels, a reference scales every frame after it, one print makes all images.
+//
+// First order: errors small enough that their squares do not matter. Arithmetic in double on
+// float32 measurements. Memory: per quantity a double per coefficient and per sensor pixel and
+// exposure time. The session is merged twice.
+#pragma once
+
+#include <array>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/session_store.h"
+#include "reconstruct/budget_settings.h"
+#include "reconstruct/merge_session.h"
+
+namespace luxfield::reconstruct {
+
+enum class ErrorSource {
+  kPhotonNoise,   // shot noise of the light, in positions and references
+  kReadNoise,     // read noise, rounding, shot noise of the dark current, and the averaged darks
+  kPrnu,          // the same pixels in every position
+  kShutter,       // real exposure times
+  kLampDrift,     // what interpolation between references does not follow
+  kMonitor,       // readings of the lamp monitor, where they state the level
+  kStage,         // arrivals, of positions and references
+  kPrintShift,    // the print in its holder
+  kDensity,       // of the print
+  kDensityGamma,  //
+  kGrain,         //
+  kStrayLight,    //
+  kMeter,         // the light meter's readings and calibration
+};
+constexpr int kErrorSources = 13;
+
+// "photon noise" ...
+const char* ErrorSourceName(ErrorSource source);
+
+struct QuantityBudget {
+  std::string name, unit;
+  double value = 0;
+  // Standard deviations in the quantity's unit, by source; absent: its size is not stated.
+  std::array<std::optional<double>, kErrorSources> sigma{};
+
+  double Total() const;  // root of the sum of squares of what is stated
+  const std::optional<double>& of(ErrorSource source) const {
+    return sigma[static_cast<std::size_t>(source)];
+  }
+};
+
+// The factor that light meter readings ask for: sum R E / sigma^2 over sum E^2 / sigma^2.
+struct MeterScale {
+  QuantityBudget factor;
+  std::vector<double> residuals;  // R / (factor E) - 1 of every reading
+  double chi_squared = 0;         // of the residuals by the readings' own sigma
+  int degrees = 0;
+};
+
+struct ErrorBudget {
+  std::vector<QuantityBudget> quantities;
+  std::optional<MeterScale> scale;
+};
+
+// `how.observer` must be null. Throws what merging and solving throw, and InputError for dual
+// filters and receivers that see a part of the filter plane only.
+ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetSettings& settings,
+                               const MergeSessionOptions& how = {});
+
+// {"quantities": [{"name", "unit", "value", "sigma", "relative", "sources": {name: sigma or
+// null}}], "scale": {...}}
+nlohmann::json ToJson(const ErrorBudget& budget);
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,84 @@
+// What a merge shows of the causes of errors, carried to quantities Q = sum w E; see
+// error_budget.h.
+#pragma once
+
+#include <complex>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "reconstruct/error_budget.h"
+#include "reconstruct/print_sensitivity.h"
+#include "reconstruct/session_plan.h"
+
+namespace luxfield::reconstruct {
+
+// Everything a propagation starts from; all must outlive it.
+struct PropagationInput {
+  const core::SessionReader& session;
+  const SessionPlan& plan;  // the sensor's calibration applied
+  const MergeSessionOptions& how;
+  const lightfield::Measurements& measurements;
+  const lightfield::LightField& coefficients;
+};
+
+class ErrorPropagation : public MergeObserver {
+ public:
+  // `weights`: w of every quantity (AdjointSolve).
+  ErrorPropagation(const PropagationInput& input, std::vector<lightfield::Weights> weights);
+
+  void OnReferences(std::span<const MergedReference> references, const LampDrift& drift) override;
+  void OnBracket(const MergedBracket& bracket) override;
+
+  // Standard deviations of quantity q; kMeter stays absent. To be asked after the merge.
+  std::array<std::optional<double>, kErrorSources> Sigma(std::size_t q,
+                                                         const ErrorSizes& sizes) const;
+
+ private:
+  // A reference frame: what remains of it when the merge is over.
+  struct Reference {
+    const core::FrameRecord* record = nullptr;
+    std::vector<std::size_t> pixels;
+    double signal_dn = 0, factor = 1;
+    int darks = 0;
+    std::size_t first = 0;  // index of its series' first
+    double monitor_share = 0;
+    lightfield::Vec2 log_signal_per_m;
+  };
+  // dQ per relative error of one frame's light.
+  struct FrameTerm {
+    const core::FrameRecord* record = nullptr;
+    double light = 0;
+  };
+  struct Sums {
+    lightfield::Weights weights;
+    double photon_variance = 0, read_variance = 0;
+    std::map<double, std::vector<double>> dark;  // by exposure time: dQ per DN of the mean dark
+    std::vector<double> pixel;                   // dQ per relative sensitivity
+    std::vector<FrameTerm> frames;
+    double stray = 0;  // dQ per share
+    std::vector<LagSums> lags;
+    std::vector<lightfield::Vec2> position_per_m;
+  };
+  // dQ per relative error of every reference's sum and every reference's monitor reading.
+  struct ReferenceTerms {
+    std::vector<double> signal, meter;
+  };
+
+  ReferenceTerms Terms(const Sums& sums) const;
+  double ReadVariance(const Sums& sums, const ReferenceTerms& terms) const;
+  double ShutterVariance(const Sums& sums, const ReferenceTerms& terms) const;
+  double DriftVariance(const Sums& sums, const ReferenceTerms& terms, double period_s) const;
+  double StageVariance(const Sums& sums, const ReferenceTerms& terms) const;
+  double own_variance_dn2(double exposure_s) const;
+
+  PropagationInput input_;
+  PrintSensitivity print_;
+  std::vector<Sums> sums_;
+  std::vector<Reference> references_;
+  LampDrift drift_;
+  std::map<const core::FrameRecord*, int> visit_;  // arrivals of the stage
+};
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,111 @@
+#include "reconstruct/stage_sensitivity.h"
+
+#include <cmath>
+
+namespace luxfield::reconstruct {
+namespace {
+
+using lightfield::Lattice;
+using lightfield::Vec2;
+
+// d/ds and d/dt at a texel from its neighbours; one-sided or 0 where they are not known.
+template <typename Value, typename Known>
+Vec2 Gradient(const Lattice& lattice, int row, int column, Value&& value, Known&& known) {
+  const auto slope = [&](int dr, int dc, double step_m) {
+    const auto there = [&](int sign) {
+      const int r = row + sign * dr, c = column + sign * dc;
+      return r >= 0 && r < lattice.height && c >= 0 && c < lattice.width && known(r, c);
+    };
+    const int ahead = there(1), behind = there(-1);
+    if (ahead + behind == 0) return 0.0;
+    return (value(row + ahead * dr, column + ahead * dc) -
+            value(row - behind * dr, column - behind * dc)) /
+           ((ahead + behind) * step_m);
+  };
+  return {slope(0, 1, lattice.ds_m), slope(-1, 0, lattice.dt_m)};
+}
+
+}  // namespace
+
+Vec2 PositionSensitivity(const lightfield::Measurements& measurements,
+                         const lightfield::Weights& weights, int m, const PrintSensitivity& print,
+                         const LagSums& lags_of_m) {
+  const auto& geometry = measurements.geometry;
+  const Lattice& lattice = geometry.lattice;
+  const auto& position = measurements.positions[m];
+  Vec2 sum = print.Shift(lags_of_m);
+  for (int channel = 0; channel < geometry.channels; ++channel) {
+    const float* e = position.irradiance.data() + channel * geometry.plane_size();
+    const double* w = weights.data() + (static_cast<std::size_t>(m) * geometry.channels + channel) *
+                                           geometry.plane_size();
+    const auto at = [&](int row, int column) {
+      return static_cast<std::size_t>(row) * lattice.width + column;
+    };
+    for (int row = 0; row < lattice.height; ++row)
+      for (int column = 0; column < lattice.width; ++column) {
+        const double weight = w[at(row, column)];
+        if (weight == 0) continue;
+        sum = sum + weight * Gradient(
+                                 lattice, row, column,
+                                 [&](int r, int c) { return double{e[at(r, c)]}; },
+                                 [&](int r, int c) {
+                                   return !(position.mask[at(r, c)] & lightfield::kUnknownMask);
+                                 });
+      }
+  }
+  return sum;
+}
+
+Vec2 ReferenceSensitivity(const lightfield::LightField& coefficients, const SessionPlan& plan,
+                          const MergedReference& reference) {
+  const auto& geometry = coefficients.geometry;
+  const auto& grid = geometry.grid;
+  const Lattice& lattice = geometry.lattice;
+  const Vec2 centre{reference.record->stage_u_m, reference.record->stage_v_m};
+  // E behind the filter there, and what it changes by with the filter alone.
+  constexpr double kStep = 1e-4;  // spacings
+  std::vector<double> e(geometry.plane_size()), du(e.size()), dv(e.size());
+  for (int j = 0; j < grid.height; ++j)
+    for (int i = 0; i < grid.width; ++i) {
+      const Vec2 off = (1 / grid.spacing_m) * (grid.centre(i, j) - centre);
+      const auto gram = [&](double x) { return grid.basis.Gram(x); };
+      const auto slope = [&](double x) {
+        return -(gram(x + kStep) - gram(x - kStep)) / (2 * kStep * grid.spacing_m);
+      };
+      const double g = gram(off.x) * gram(off.y), gu = slope(off.x) * gram(off.y),
+                   gv = gram(off.x) * slope(off.y);
+      if (g == 0 && gu == 0 && gv == 0) continue;
+      const auto c = coefficients.image(grid.index(i, j), reference.record->channel);
+      for (std::size_t k = 0; k < e.size(); ++k) {
+        e[k] += g * c[k];
+        du[k] += gu * c[k];
+        dv[k] += gv * c[k];
+      }
+    }
+  double signal = 0;
+  Vec2 change;
+  const auto& h = plan.image_from_sensor;
+  for (const std::size_t pixel : *reference.pixels) {
+    const auto x = static_cast<double>(pixel % plan.sensor.width) + 0.5,
+               y = static_cast<double>(pixel / plan.sensor.width) + 0.5;
+    const double w = h[6] * x + h[7] * y + h[8];
+    const Vec2 s =
+        centre + Vec2{(h[0] * x + h[1] * y + h[2]) / w, (h[3] * x + h[4] * y + h[5]) / w};
+    const double column = std::floor(lattice.column_of_s(s.x)),
+                 row = std::floor(lattice.row_of_t(s.y));
+    if (!(column >= 0 && column < lattice.width && row >= 0 && row < lattice.height)) continue;
+    const auto k = static_cast<std::size_t>(row * lattice.width + column);
+    const double v = plan.sensor.vignetting.empty() ? 1 : plan.sensor.vignetting[pixel];
+    signal += v * e[k];
+    change =
+        change +
+        v * (Vec2{du[k], dv[k]} +
+             Gradient(
+                 lattice, static_cast<int>(row), static_cast<int>(column),
+                 [&](int r, int c) { return e[static_cast<std::size_t>(r) * lattice.width + c]; },
+                 [](int, int) { return true; }));
+  }
+  return signal > 0 ? (1 / signal) * change : Vec2{};
+}
+
+}  // namespace luxfield::reconstruct

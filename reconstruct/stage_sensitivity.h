@@ -1,0 +1,29 @@
+// What it does that the rig stands beside the place its read-back states (THEORY.md 3).
+//
+// Filter and image move together by e: E is measured behind Phi(u - c - e) at s + e and taken for
+// the one at c and s. To first order E changes by e . (dE/dc + dE/ds), dE/dc from the
+// reconstructed C (print_sensitivity.h), dE/ds by differences of neighbouring texels: structure
+// finer than two texels is smoothed over.
+#pragma once
+
+#include <span>
+
+#include "lightfield/linear_functional.h"
+#include "lightfield/measurements.h"
+#include "reconstruct/merge_session.h"
+#include "reconstruct/print_sensitivity.h"
+#include "reconstruct/session_plan.h"
+
+namespace luxfield::reconstruct {
+
+// dQ per metre along u and v that the rig was off at position m, for Q = sum weights E.
+lightfield::Vec2 PositionSensitivity(const lightfield::Measurements& measurements,
+                                     const lightfield::Weights& weights, int m,
+                                     const PrintSensitivity& print, const LagSums& lags_of_m);
+
+// d log(signal) per metre of a drift reference: its pixels' sum as the reconstructed lamp gives it.
+// {} where the lattice shows the reference's pixels no light.
+lightfield::Vec2 ReferenceSensitivity(const lightfield::LightField& coefficients,
+                                      const SessionPlan& plan, const MergedReference& reference);
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,31 @@
+// `luxfield bench budget`: is the error budget what many simulated labs show?
+//
+// The judge shares nothing with the propagation: every run simulates a lab, captures it, merges,
+// reconstructs and evaluates the closed forms. Sources are judged alone and all together, each over
+// `runs` labs with their own noise, patterns and fixed errors; deviations are from the same lab
+// without errors (no noise, no ADC), so a bias counts as an error. The prediction is the root mean
+// square of the budgets of `budgets` further labs with every source on.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace luxfield::study {
+
+struct BenchBudgetOptions {
+  std::filesystem::path folder;  // scratch
+  int runs = 400;
+  int budgets = 10;
+  std::uint64_t seed = 1;
+  std::vector<std::string> sources;  // empty: all, and "total"
+};
+
+// Rows: source, quantity, runs, value (without errors), predicted and observed (standard
+// deviations in its unit), ratio (predicted over observed), error (relative standard error of
+// observed, 1 / sqrt(2 runs)), share (observed over value).
+nlohmann::json BenchBudget(const BenchBudgetOptions& options);
+
+}  // namespace luxfield::study

@@ -1,0 +1,231 @@
+#include "study/budget_lab.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/file.h"
+#include "core/random.h"
+#include "lightfield/light_field.h"
+#include "reconstruct/error_budget.h"
+
+namespace luxfield::study {
+namespace {
+
+constexpr double kDelta_m = 0.3, kSpacing_m = 0.03, kPixel_m = 0.01;
+// The simulated grain: bilinear between knots, unit variance; the integral of its autocorrelation
+// is (3/2)^2 knots.
+constexpr double kGrainArea = 2.25;
+
+constexpr const char* kRig = R"([rig]
+kind = "lensless"
+delta_m = 0.3
+[filter]
+kind = "basis"
+basis = "bspline2"
+spacing_m = 0.03
+scale = 1.7777777777777777
+)";
+
+constexpr const char* kLab = R"([lab]
+driver = "sim"
+name = "error budget"
+seed = 1
+{}
+[lamp]
+kind = "lightfield"
+file = "lamp.lf.exr"
+[camera]
+width = 32
+height = 32
+pitch_m = 0.01
+bits = 16
+black_dn = 1000
+saturation_dn = 64000
+gain_dn_per_e = 0.64
+responsivity_e_per_s_per_w_m2 = [2000]
+min_exposure_s = 1e-4
+max_exposure_s = 10
+readout_s = 0.05
+[stage]
+min_m = [-0.1, -0.1]
+max_m = [0.1, 0.1]
+speed_m_per_s = 0.05
+settle_s = 0.5
+[sampling]
+u_per_cell = 6
+[errors.photon_noise]
+[errors.read_noise]
+rms_dn = 40
+[errors.dark_current]
+e_per_s = 100
+[errors.prnu]
+rms = 0.01
+[errors.shutter]
+jitter_s = 2e-5
+[errors.drift]
+amplitude = 0.02
+period_s = 25
+[errors.monitor_noise]
+relative = 0.003
+[errors.stage]
+repeatability_m = 1e-4
+[errors.registration]
+shift_m = [2e-4, 2e-4]
+[errors.density]
+relative = 0.005
+gamma = 0.01
+grain = 0.05
+grain_size_m = 0.005
+[errors.stray_light]
+share = 0.003
+)";
+
+constexpr const char* kPlan = R"([plan]
+name = "error budget"
+unit = "lm"
+channels = 1
+dark_repeats = 2
+{}
+[grid]
+width = 3
+height = 3
+[lattice]
+width = 16
+height = 16
+ds_m = 0.015
+[exposure]
+min_s = 0.004
+max_s = 0.3
+ratio = 4
+relevant_share = 0.05
+mean_tolerance = 0.2
+[reference]
+every = 3
+max_drift = 0.5
+[warm_up]
+window_s = 5
+interval_s = 1
+variation = 0.5
+)";
+
+// Broad bumps, each image its own, and no symmetry that would hide an error.
+lightfield::LightField Lamp() {
+  lightfield::LuminaireGeometry g;
+  g.delta_m = kDelta_m;
+  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(lightfield::BasisKind::kBspline2),
+                                          3, 3, kSpacing_m);
+  constexpr int kSize = 44;
+  g.lattice = {kSize, kSize, -0.5 * kSize * kPixel_m, 0.5 * kSize * kPixel_m, kPixel_m, kPixel_m};
+  g.unit = lightfield::FluxUnit::kLumen;
+  lightfield::LightField field(g);
+  for (int m = 0; m < g.grid.count(); ++m) {
+    const double x = 0.05 * (m % 3 - 1) + 0.02, y = 0.04 * (m / 3 - 1) - 0.03,
+                 peak = 1e6 * (1 + 0.35 * ((m * 5) % 9));
+    auto image = field.image(m, 0);
+    for (std::size_t k = 0; k < image.size(); ++k) {
+      const auto s = g.lattice.centre(static_cast<int>(k) / kSize, static_cast<int>(k) % kSize);
+      const double r = std::hypot(s.x - x, s.y - y) / 0.08;
+      image[k] = static_cast<float>(peak * (0.05 + std::exp(-0.5 * r * r)));
+    }
+  }
+  return field;
+}
+
+}  // namespace
+
+void WriteBudgetLab(const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  lightfield::WriteLightField(folder / "lamp.lf.exr", Lamp());
+  core::WriteFileAtomically(folder / "lab.toml", fmt::format(kLab, kRig));
+  core::WriteFileAtomically(folder / "plan.toml", fmt::format(kPlan, kRig));
+}
+
+void AskOfBudgetLab(reconstruct::BudgetSettings* settings) {
+  settings->rays = {{"bright ray", {0.004, -0.007}, {0.0225, -0.0375}},
+                    {"dim ray", {-0.041, 0.018}, {-0.0825, 0.0675}}};
+  settings->receivers = {{"axis, 1 m", {0, 0, kDelta_m + 1}, {0, 0, -1}},
+                         {"near, aside",
+                          {0.08, 0.05, kDelta_m + 0.15},
+                          lightfield::Normalized(lightfield::Vec3{-0.2, 0, -1})}};
+}
+
+reconstruct::ErrorSizes SizesOfLab(const std::filesystem::path& lab) {
+  reconstruct::ErrorSizes sizes;
+  const auto number = [&](const char* source, const char* key) {
+    const auto values = ReadLabNumbers(lab, source, key);
+    double square = 0;
+    for (const double v : values) square += v * v;
+    return values.empty() ? 0 : std::sqrt(square / static_cast<double>(values.size()));
+  };
+  sizes.shutter_jitter_s = number("shutter", "jitter_s");
+  sizes.lamp_wander = number("drift", "amplitude") / std::numbers::sqrt2;
+  sizes.lamp_wander_period_s = number("drift", "period_s");
+  // A frame's figure is the mean of a reading before it and one after it.
+  sizes.monitor = number("monitor_noise", "relative") / std::numbers::sqrt2;
+  sizes.stage_m = number("stage", "repeatability_m");
+  sizes.print_shift_m = number("registration", "shift_m");
+  sizes.density = number("density", "relative");
+  sizes.density_gamma = number("density", "gamma");
+  sizes.grain = number("density", "grain");
+  const double grain_size_m = number("density", "grain_size_m");
+  sizes.grain_area_m2 = kGrainArea * grain_size_m * grain_size_m;
+  sizes.stray_share = number("stray_light", "share");
+  return sizes;
+}
+
+std::vector<BudgetCase> BudgetCases() {
+  using reconstruct::ErrorSource;
+  using reconstruct::ErrorSourceName;
+  const auto one = [](ErrorSource source, std::vector<std::string> enabled) {
+    return BudgetCase{ErrorSourceName(source), std::move(enabled)};
+  };
+  return {one(ErrorSource::kPhotonNoise, {"photon_noise"}),
+          one(ErrorSource::kReadNoise, {"read_noise", "dark_current"}),
+          one(ErrorSource::kPrnu, {"prnu"}),
+          one(ErrorSource::kShutter, {"shutter"}),
+          one(ErrorSource::kLampDrift, {"drift"}),
+          one(ErrorSource::kMonitor, {"monitor_noise"}),
+          one(ErrorSource::kStage, {"stage"}),
+          one(ErrorSource::kPrintShift, {"registration"}),
+          one(ErrorSource::kDensity, {"density"}),
+          one(ErrorSource::kDensityGamma, {"density"}),
+          one(ErrorSource::kGrain, {"density"}),
+          one(ErrorSource::kStrayLight, {"stray_light"}),
+          {"total",
+           {"photon_noise", "read_noise", "dark_current", "prnu", "shutter", "drift",
+            "monitor_noise", "stage", "registration", "density", "stray_light"}}};
+}
+
+std::vector<LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes, const std::string& source,
+                                   std::uint64_t seed, int run) {
+  using reconstruct::ErrorSource;
+  core::Random random(seed, 0x62756467, static_cast<std::uint32_t>(run));
+  const auto draw = [&](ErrorSource of, const std::optional<double>& size) {
+    const double normal = random.Normal();  // drawn in any case: the order of draws is fixed
+    return source == "total" || source == reconstruct::ErrorSourceName(of)
+               ? normal * size.value_or(0)
+               : 0;
+  };
+  const double dx = draw(ErrorSource::kPrintShift, sizes.print_shift_m),
+               dy = draw(ErrorSource::kPrintShift, sizes.print_shift_m),
+               density = draw(ErrorSource::kDensity, sizes.density),
+               gamma = draw(ErrorSource::kDensityGamma, sizes.density_gamma),
+               stray = draw(ErrorSource::kStrayLight, sizes.stray_share),
+               sine = draw(ErrorSource::kLampDrift, sizes.lamp_wander),
+               cosine = draw(ErrorSource::kLampDrift, sizes.lamp_wander);
+  const bool grain =
+      source == "total" || source == reconstruct::ErrorSourceName(ErrorSource::kGrain);
+  constexpr double kDegrees = 180 / std::numbers::pi, kLeastShare = 1e-9;
+  return {{"registration", "shift_m", {dx, dy}},
+          {"density", "relative", {density}},
+          {"density", "gamma", {gamma}},
+          {"density", "grain", {grain ? sizes.grain.value_or(0) : 0}},
+          {"stray_light", "share", {std::max(kLeastShare, std::abs(stray))}},
+          {"drift", "amplitude", {std::hypot(sine, cosine)}},
+          {"drift", "phase_deg", {std::atan2(cosine, sine) * kDegrees}}};
+}
+
+}  // namespace luxfield::study

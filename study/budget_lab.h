@@ -1,0 +1,40 @@
+// A small lab for Monte-Carlo runs of the error budget: 3 x 3 filters, 32 x 32 pixels, a lamp that
+// is smooth and lies in the span of the basis, every error source with its size, large enough to
+// be seen alone and small enough to be of first order.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "reconstruct/budget_settings.h"
+#include "study/lab_variant.h"
+
+namespace luxfield::study {
+
+// Writes lab.toml, plan.toml and the lamp into `folder`.
+void WriteBudgetLab(const std::filesystem::path& folder);
+
+// What a budget of that lab is asked: a bright and a dim ray, two receivers, and the flux.
+void AskOfBudgetLab(reconstruct::BudgetSettings* settings);
+
+// The sizes that the [errors.*] of a lab file state, as standard deviations over many labs: what is
+// a fixed error of one lab (registration, density, stray light, the lamp's wander) is taken as one
+// draw.
+reconstruct::ErrorSizes SizesOfLab(const std::filesystem::path& lab);
+
+// Sources as the budget has them and what to switch on for each.
+struct BudgetCase {
+  std::string name;                  // as ErrorSourceName, or "total"
+  std::vector<std::string> enabled;  // [errors.*] tables
+};
+std::vector<BudgetCase> BudgetCases();
+
+// The errors of run `run`: fixed errors drawn from their sizes, those of `source` alone ("total":
+// all). Normal; stray light is the absolute value of one; the wander a sine of Rayleigh amplitude
+// and even phase.
+std::vector<LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes, const std::string& source,
+                                   std::uint64_t seed, int run);
+
+}  // namespace luxfield::study

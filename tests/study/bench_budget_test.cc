@@ -1,0 +1,67 @@
+#include "study/bench_budget.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/error.h"
+#include "core/progress.h"
+
+namespace luxfield::study {
+namespace {
+
+std::filesystem::path Scratch() {
+  return std::filesystem::path(testing::TempDir()) /
+         ("luxfield_bench_budget_" + std::to_string(getpid()));
+}
+
+// Quantile of chi^2 / degrees by Wilson and Hilferty (1931), good to 1 % here.
+double ChiSquaredShare(int degrees, double z) {
+  const double v = 2.0 / (9.0 * degrees);
+  return std::pow(1 - v + z * std::sqrt(v), 3);
+}
+
+// A sample of what `luxfield bench budget` runs 400 times. The mean square over n labs of a
+// normal error is chi^2 of n degrees; its bounds are those of 1e-5 a side, 15 figures. Nothing is
+// added for the prediction, whose own error (3 budgets, 4 % at most) lies far inside.
+TEST(BenchBudget, PredictionsHoldInSimulatedLabs) {
+  core::Progress::SetQuiet(true);
+  BenchBudgetOptions options;
+  options.folder = Scratch();
+  options.runs = 20;
+  options.budgets = 3;
+  options.seed = 20261122;
+  options.sources = {"photon noise", "print shift", "total"};
+  std::printf("seed %llu\n", static_cast<unsigned long long>(options.seed));
+  const nlohmann::json rows = BenchBudget(options);
+  std::filesystem::remove_all(options.folder);
+  constexpr double kZ = 4.265;
+  const double low = ChiSquaredShare(options.runs, -kZ), high = ChiSquaredShare(options.runs, kZ);
+  std::set<std::string> quantities;
+  for (const auto& row : rows) {
+    const double observed = row["observed"], predicted = row["predicted"];
+    quantities.insert(row["quantity"].get<std::string>());
+    EXPECT_GT(predicted, 0);
+    const double share = observed * observed / (predicted * predicted);
+    EXPECT_TRUE(share > low && share < high) << row.dump();
+  }
+  EXPECT_EQ(quantities.size(), 5u);
+  EXPECT_EQ(rows.size(), 15u);
+}
+
+TEST(BenchBudget, RefusesSourcesThatItDoesNotKnow) {
+  BenchBudgetOptions options;
+  options.folder = Scratch();
+  options.sources = {"photon noise", "moonlight"};
+  EXPECT_THROW(BenchBudget(options), InputError);
+  options.sources = {};
+  options.runs = 1;
+  EXPECT_THROW(BenchBudget(options), InputError);
+}
+
+}  // namespace
+}  // namespace luxfield::study
