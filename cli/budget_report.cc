@@ -16,11 +16,12 @@ using reconstruct::ErrorSource;
 using reconstruct::kErrorSources;
 using reconstruct::QuantityBudget;
 
-const char* const kNotStated = "not stated";
+const char *const kNotStated = "not stated", *const kTruncation = "basis";
 
 std::string Percent(double sigma, double value) {
-  return value != 0 ? fmt::format("{:.3g} %", 100 * sigma / std::abs(value))
-                    : fmt::format("{:.3g}", sigma);
+  if (value == 0) return fmt::format("{:.3g}", sigma);
+  const double relative = sigma / std::abs(value);
+  return fmt::format("{:.3g} %", relative < 1e-12 ? 0 : 100 * relative);  // rounding is no error
 }
 
 // "0.32 %" of a source, or that nobody states it; nothing for a meter that was not used.
@@ -41,7 +42,8 @@ std::string NameOf(int source) {
 }
 
 std::string ValueText(const QuantityBudget& quantity) {
-  return fmt::format("{:.5g} +- {:.2g} {} ({})", quantity.value, quantity.Total(), quantity.unit,
+  return fmt::format("{:.5g} +- {:.2g}{}{} ({})", quantity.value, quantity.Total(),
+                     quantity.unit.empty() ? "" : " ", quantity.unit,
                      Percent(quantity.Total(), quantity.value));
 }
 
@@ -68,6 +70,9 @@ void PrintErrorBudget(const ErrorBudget& budget) {
     fmt::print("{}: {}\n", quantity->name, ValueText(*quantity));
     for (const int s : SourcesOf(budget))
       fmt::print("  {:<16}{:>12}\n", NameOf(s), Share(*quantity, s));
+    if (quantity->truncation)
+      fmt::print("  {:<16}{:>12}  at most, as far as a session can tell; not in the total\n",
+                 kTruncation, Percent(*quantity->truncation, quantity->value));
   }
   if (budget.scale) fmt::print("{}\n", ScaleText(*budget.scale));
 }
@@ -77,7 +82,7 @@ void WriteBudgetReport(const ErrorBudget& budget, const std::string& session,
   HtmlPage page("Error budget");
   page.Paragraph(fmt::format(
       "Session {}. Standard deviations; the total is the root of the sum of squares of the sources "
-      "whose sizes are stated.",
+      "whose sizes are stated. \"basis\": how far a basis of twice the spacing is from this one.",
       session));
   if (budget.scale) page.Paragraph(ScaleText(*budget.scale));
   std::vector<std::vector<std::string>> table{{"quantity", "value", "unit", "sigma", "relative"}};
@@ -92,6 +97,9 @@ void WriteBudgetReport(const ErrorBudget& budget, const std::string& session,
       bars.push_back({NameOf(s), sigma, Share(*q, s)});
     }
     bars.push_back({"total", q->Total(), Percent(q->Total(), q->value), true});
+    if (q->truncation)
+      bars.push_back(
+          {kTruncation, {}, "at most " + Percent(*q->truncation, q->value) + ", not in the total"});
     page.Heading(q->name);
     page.Raw(SvgBars(ValueText(*q), bars));
   }

@@ -23,6 +23,7 @@ ErrorSizes ReadSizes(const Config& table) {
     sizes.lamp_wander_period_s = table.Number("lamp_wander_period_s", {1e-3, 1e9});
   sizes.monitor = Size(table, "monitor", kHalf);
   sizes.stage_m = Size(table, "stage_m", kLargestLength_m);
+  sizes.image_shift_m = Size(table, "image_shift_m", kLargestLength_m);
   sizes.print_shift_m = Size(table, "print_shift_m", kLargestLength_m);
   sizes.density = Size(table, "density", kHalf);
   sizes.density_gamma = Size(table, "density_gamma", kHalf);

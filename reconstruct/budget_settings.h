@@ -19,7 +19,7 @@ struct ErrorSizes {
   double lamp_wander_period_s = 0;
   std::optional<double> monitor;  // relative, per reading
   std::optional<double> stage_m;  // per axis and arrival
-  std::optional<double> print_shift_m;
+  std::optional<double> image_shift_m, print_shift_m;
   std::optional<double> density, density_gamma;
   std::optional<double> grain;  // relative
   double grain_area_m2 = 0;     // integral of its autocorrelation

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/colour.h"
 #include "core/error.h"
 #include "reconstruct/adjoint_solve.h"
+#include "reconstruct/basis_truncation.h"
 #include "reconstruct/error_propagation.h"
 #include "reconstruct/reconstruct.h"
 #include "reconstruct/sensor_calibration_file.h"
@@ -21,13 +23,15 @@ using lightfield::Vec3;
 using lightfield::Weights;
 
 constexpr std::array<const char*, kErrorSources> kNames = {
-    "photon noise", "read noise", "PRNU",          "shutter", "lamp drift",  "monitor",    "stage",
-    "print shift",  "density",    "density gamma", "grain",   "stray light", "light meter"};
+    "photon noise",  "read noise", "PRNU",        "shutter",     "lamp drift",
+    "monitor",       "stage",      "image shift", "print shift", "density",
+    "density gamma", "grain",      "stray light", "light meter"};
 
 struct Asked {
   std::string name, unit;
   double value = 0;
   Weights weights;
+  std::optional<double> truncation;
 };
 
 std::string RadianceUnit(lightfield::FluxUnit unit) {
@@ -70,17 +74,39 @@ void AskWhatIsUsual(const LightField& field, BudgetSettings* settings) {
                                    {0, 0, -1}});
 }
 
+// Root mean square over 5 x 5 rays within a spacing on F: one ray may lie where the two happen to
+// agree.
+double RayTruncation(const LightField& fine, const LightField& coarse, const RayAsked& ray) {
+  constexpr int kHalf = 2;
+  double sum = 0;
+  for (int y = -kHalf; y <= kHalf; ++y)
+    for (int x = -kHalf; x <= kHalf; ++x) {
+      const double step_m = fine.geometry.grid.spacing_m / kHalf;
+      const auto u = ray.u_m + step_m * lightfield::Vec2{1.0 * x, 1.0 * y};
+      const double off = core::Luminance(Radiance(fine, u, ray.s_m)) -
+                         core::Luminance(Radiance(coarse, u, ray.s_m));
+      sum += off * off;
+    }
+  return std::sqrt(sum) / (2 * kHalf + 1);
+}
+
 std::vector<Asked> Ask(const LightField& field, BudgetSettings settings) {
   if (settings.rays.empty() && settings.receivers.empty()) AskWhatIsUsual(field, &settings);
   const LuminaireGeometry& g = field.geometry;
   std::vector<Asked> quantities;
-  quantities.push_back({"flux", lightfield::FluxUnitName(g.unit), 0, FluxWeights(g)});
+  quantities.push_back({"flux", lightfield::FluxUnitName(g.unit), 0, FluxWeights(g), {}});
   for (const RayAsked& ray : settings.rays)
-    quantities.push_back({ray.name, RadianceUnit(g.unit), 0, RadianceWeights(g, ray.u_m, ray.s_m)});
+    quantities.push_back(
+        {ray.name, RadianceUnit(g.unit), 0, RadianceWeights(g, ray.u_m, ray.s_m), {}});
   for (const ReceiverAsked& at : settings.receivers)
     quantities.push_back(
-        {at.name, IrradianceUnit(g.unit), 0, IrradianceWeights(g, at.p_m, at.normal)});
+        {at.name, IrradianceUnit(g.unit), 0, IrradianceWeights(g, at.p_m, at.normal), {}});
   for (Asked& q : quantities) q.value = Apply(q.weights, field);
+  if (const auto coarse = Coarsened(field)) {
+    for (Asked& q : quantities) q.truncation = std::abs(q.value - Apply(q.weights, *coarse));
+    for (std::size_t n = 0; n < settings.rays.size(); ++n)
+      quantities[1 + n].truncation = RayTruncation(field, *coarse, settings.rays[n]);
+  }
   return quantities;
 }
 
@@ -122,14 +148,19 @@ Scaled ScaleByMeter(const LightField& field, const Meter& meter, std::vector<Ask
     result.scale.chi_squared += by_sigma * by_sigma;
   }
   result.scale.degrees = static_cast<int>(values.size()) - 1;
-  result.meter_relative = std::hypot(meter.calibration, 1 / (factor * std::sqrt(denominator)));
+  double readings = 1 / (factor * std::sqrt(denominator));
+  const double degrees = result.scale.degrees, chi_squared = result.scale.chi_squared;
+  if (degrees > 0 && chi_squared > degrees + 4 * std::sqrt(2 * degrees))
+    readings *= std::sqrt(chi_squared / degrees);
+  result.meter_relative = std::hypot(meter.calibration, readings);
   for (Asked& q : *quantities) {
     for (std::size_t k = 0; k < common.size(); ++k)
       q.weights[k] = factor * (q.weights[k] - q.value * common[k]);
     q.value *= factor;
+    if (q.truncation) *q.truncation *= factor;
   }
   for (double& w : common) w *= -factor;
-  result.factor = {"scale factor", "1", factor, std::move(common)};
+  result.factor = {"scale factor", "", factor, std::move(common), {}};
   return result;
 }
 
@@ -172,6 +203,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
     result.name = quantities[q].name;
     result.unit = quantities[q].unit;
     result.value = quantities[q].value;
+    result.truncation = quantities[q].truncation;
     result.sigma = propagation.Sigma(q, settings.sizes);
     if (scaled)
       result.sigma[static_cast<std::size_t>(ErrorSource::kMeter)] =
@@ -195,12 +227,14 @@ nlohmann::json ToJson(const QuantityBudget& quantity) {
         sigma ? nlohmann::json(*sigma) : nlohmann::json();
   }
   const double total = quantity.Total();
-  return {{"name", quantity.name},
-          {"unit", quantity.unit},
-          {"value", quantity.value},
-          {"sigma", total},
-          {"relative", quantity.value != 0 ? total / std::abs(quantity.value) : 0},
-          {"sources", sources}};
+  return {
+      {"name", quantity.name},
+      {"unit", quantity.unit},
+      {"value", quantity.value},
+      {"sigma", total},
+      {"relative", quantity.value != 0 ? total / std::abs(quantity.value) : 0},
+      {"truncation", quantity.truncation ? nlohmann::json(*quantity.truncation) : nlohmann::json()},
+      {"sources", sources}};
 }
 
 }  // namespace

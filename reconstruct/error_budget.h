@@ -6,6 +6,10 @@
 // chain. What causes share is kept: a dark frame serves all positions, PRNU sits on the same
 // pixels, a reference scales every frame after it, one print makes all images.
 //
+// Values come from the full solve; sensitivities are those of filters at their planned places,
+// which read-backs within a tenth of a spacing change by as much times the relative change of C
+// from filter to filter.
+//
 // First order: errors small enough that their squares do not matter. Arithmetic in double on
 // float32 measurements. Memory: per quantity a double per coefficient and per sensor pixel and
 // exposure time. The session is merged twice.
@@ -31,6 +35,7 @@ enum class ErrorSource {
   kLampDrift,     // what interpolation between references does not follow
   kMonitor,       // readings of the lamp monitor, where they state the level
   kStage,         // arrivals, of positions and references
+  kImageShift,    // image_from_sensor against the filter's axis
   kPrintShift,    // the print in its holder
   kDensity,       // of the print
   kDensityGamma,  //
@@ -38,7 +43,7 @@ enum class ErrorSource {
   kStrayLight,    //
   kMeter,         // the light meter's readings and calibration
 };
-constexpr int kErrorSources = 13;
+constexpr int kErrorSources = 14;
 
 // "photon noise" ...
 const char* ErrorSourceName(ErrorSource source);
@@ -48,6 +53,11 @@ struct QuantityBudget {
   double value = 0;
   // Standard deviations in the quantity's unit, by source; absent: its size is not stated.
   std::array<std::optional<double>, kErrorSources> sigma{};
+
+  // What the basis may lose of the lamp, at most as far as a session can tell (basis_truncation.h);
+  // for a ray the root mean square over the spacing around it on F. Not in the total. Absent: no
+  // coarser basis to compare with.
+  std::optional<double> truncation;
 
   double Total() const;  // root of the sum of squares of what is stated
   const std::optional<double>& of(ErrorSource source) const {
@@ -59,7 +69,9 @@ struct QuantityBudget {
 struct MeterScale {
   QuantityBudget factor;
   std::vector<double> residuals;  // R / (factor E) - 1 of every reading
-  double chi_squared = 0;         // of the residuals by the readings' own sigma
+  // Of the residuals by the readings' own sigma; where it exceeds the degrees by 4 standard
+  // deviations, the readings' share of the error grows by sqrt(chi_squared / degrees).
+  double chi_squared = 0;
   int degrees = 0;
 };
 
@@ -73,8 +85,8 @@ struct ErrorBudget {
 ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetSettings& settings,
                                const MergeSessionOptions& how = {});
 
-// {"quantities": [{"name", "unit", "value", "sigma", "relative", "sources": {name: sigma or
-// null}}], "scale": {...}}
+// {"quantities": [{"name", "unit", "value", "sigma", "relative", "truncation": number or null,
+// "sources": {name: sigma or null}}], "scale": {...}}
 nlohmann::json ToJson(const ErrorBudget& budget);
 
 }  // namespace luxfield::reconstruct

@@ -8,7 +8,6 @@
 #include "core/parallel.h"
 #include "reconstruct/merge_shares.h"
 #include "reconstruct/register_images.h"
-#include "reconstruct/stage_sensitivity.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -46,6 +45,12 @@ double SumOfSquares(const std::vector<double>& values) {
   return sum;
 }
 
+// |per_m|^2 without what noise adds to it on average.
+double SquareWithoutNoise(const ImageSlope& slope) {
+  return slope.per_m.x * slope.per_m.x + slope.per_m.y * slope.per_m.y - slope.variance.x -
+         slope.variance.y;
+}
+
 }  // namespace
 
 ErrorPropagation::ErrorPropagation(const PropagationInput& input,
@@ -63,8 +68,11 @@ ErrorPropagation::ErrorPropagation(const PropagationInput& input,
     sums.pixel.assign(pixels, 0);
     for (int m = 0; m < positions; ++m) {
       sums.lags.push_back(SumLags(input.coefficients, sums.weights, m));
-      sums.position_per_m.push_back(
-          PositionSensitivity(input.measurements, sums.weights, m, print_, sums.lags.back()));
+      ImageSlope image = ImageSensitivity(input.measurements, sums.weights, m);
+      sums.image.per_m = sums.image.per_m + image.per_m;
+      sums.image.variance = sums.image.variance + image.variance;
+      image.per_m = image.per_m + print_.Shift(sums.lags.back());
+      sums.position.push_back(image);
     }
   }
 }
@@ -254,20 +262,22 @@ double ErrorPropagation::DriftVariance(const Sums& sums, const ReferenceTerms& t
 }
 
 double ErrorPropagation::StageVariance(const Sums& sums, const ReferenceTerms& terms) const {
-  std::map<int, Vec2> by_visit;
+  std::map<int, ImageSlope> by_visit;
   std::map<int, int> visit_of_position;
   for (const FrameTerm& frame : sums.frames)
     visit_of_position[input_.plan.geometry.grid.index(frame.record->i, frame.record->j)] =
         visit_.at(frame.record);
-  for (const auto& [m, visit] : visit_of_position)
-    by_visit[visit] = by_visit[visit] + sums.position_per_m[m];
+  for (const auto& [m, visit] : visit_of_position) {
+    by_visit[visit].per_m = by_visit[visit].per_m + sums.position[m].per_m;
+    by_visit[visit].variance = by_visit[visit].variance + sums.position[m].variance;
+  }
   for (std::size_t j = 0; j < references_.size(); ++j) {
-    Vec2& sum = by_visit[visit_.at(references_[j].record)];
+    Vec2& sum = by_visit[visit_.at(references_[j].record)].per_m;
     sum = sum + terms.signal[j] * references_[j].log_signal_per_m;
   }
   double variance = 0;
-  for (const auto& [visit, g] : by_visit) variance += g.x * g.x + g.y * g.y;
-  return variance;
+  for (const auto& [visit, slope] : by_visit) variance += SquareWithoutNoise(slope);
+  return std::max(variance, 0.0);
 }
 
 std::array<std::optional<double>, kErrorSources> ErrorPropagation::Sigma(
@@ -292,6 +302,8 @@ std::array<std::optional<double>, kErrorSources> ErrorPropagation::Sigma(
   const bool by_monitor = input_.how.lamp_level == LampLevel::kMonitorUnity;
   set(ErrorSource::kMonitor, by_monitor ? sizes.monitor : 0, std::sqrt(SumOfSquares(terms.meter)));
   set(ErrorSource::kStage, sizes.stage_m, std::sqrt(StageVariance(sums, terms)));
+  set(ErrorSource::kImageShift, sizes.image_shift_m,
+      std::sqrt(std::max(SquareWithoutNoise(sums.image), 0.0)));
   LagSums lags;
   for (const LagSums& of_position : sums.lags) lags += of_position;
   const Vec2 shift = print_.Shift(lags);

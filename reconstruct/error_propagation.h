@@ -11,6 +11,7 @@
 #include "reconstruct/error_budget.h"
 #include "reconstruct/print_sensitivity.h"
 #include "reconstruct/session_plan.h"
+#include "reconstruct/stage_sensitivity.h"
 
 namespace luxfield::reconstruct {
 
@@ -59,7 +60,8 @@ class ErrorPropagation : public MergeObserver {
     std::vector<FrameTerm> frames;
     double stray = 0;  // dQ per share
     std::vector<LagSums> lags;
-    std::vector<lightfield::Vec2> position_per_m;
+    ImageSlope image;                  // of all positions together
+    std::vector<ImageSlope> position;  // of the whole rig
   };
   // dQ per relative error of every reference's sum and every reference's monitor reading.
   struct ReferenceTerms {

@@ -1,6 +1,8 @@
 #include "reconstruct/stage_sensitivity.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace luxfield::reconstruct {
 namespace {
@@ -8,52 +10,65 @@ namespace {
 using lightfield::Lattice;
 using lightfield::Vec2;
 
-// d/ds and d/dt at a texel from its neighbours; one-sided or 0 where they are not known.
-template <typename Value, typename Known>
-Vec2 Gradient(const Lattice& lattice, int row, int column, Value&& value, Known&& known) {
-  const auto slope = [&](int dr, int dc, double step_m) {
-    const auto there = [&](int sign) {
-      const int r = row + sign * dr, c = column + sign * dc;
-      return r >= 0 && r < lattice.height && c >= 0 && c < lattice.width && known(r, c);
-    };
-    const int ahead = there(1), behind = there(-1);
-    if (ahead + behind == 0) return 0.0;
-    return (value(row + ahead * dr, column + ahead * dc) -
-            value(row - behind * dr, column - behind * dc)) /
-           ((ahead + behind) * step_m);
+// (value[ahead] - value[behind]) per_m: a texel's slope from its neighbours, one-sided or 0 where
+// they are not known.
+struct Difference {
+  std::size_t ahead = 0, behind = 0;
+  double per_m = 0;
+};
+
+template <typename Known>
+Difference Across(const Lattice& lattice, int row, int column, int dr, int dc, double step_m,
+                  Known&& known) {
+  const auto there = [&](int sign) {
+    const int r = row + sign * dr, c = column + sign * dc;
+    return r >= 0 && r < lattice.height && c >= 0 && c < lattice.width && known(r, c);
   };
-  return {slope(0, 1, lattice.ds_m), slope(-1, 0, lattice.dt_m)};
+  const auto at = [&](int steps) {
+    return static_cast<std::size_t>(row + steps * dr) * lattice.width + column + steps * dc;
+  };
+  const int ahead = there(1), behind = there(-1);
+  return {at(ahead), at(-behind), ahead + behind ? 1 / ((ahead + behind) * step_m) : 0};
 }
 
 }  // namespace
 
-Vec2 PositionSensitivity(const lightfield::Measurements& measurements,
-                         const lightfield::Weights& weights, int m, const PrintSensitivity& print,
-                         const LagSums& lags_of_m) {
+ImageSlope ImageSensitivity(const lightfield::Measurements& measurements,
+                            const lightfield::Weights& weights, int m) {
   const auto& geometry = measurements.geometry;
   const Lattice& lattice = geometry.lattice;
   const auto& position = measurements.positions[m];
-  Vec2 sum = print.Shift(lags_of_m);
+  const auto known = [&](int row, int column) {
+    return !(position.mask[static_cast<std::size_t>(row) * lattice.width + column] &
+             lightfield::kUnknownMask);
+  };
+  // The slope as weights of E, so that its noise is known too.
+  std::vector<Vec2> slope(geometry.plane_size());
+  ImageSlope result;
   for (int channel = 0; channel < geometry.channels; ++channel) {
-    const float* e = position.irradiance.data() + channel * geometry.plane_size();
     const double* w = weights.data() + (static_cast<std::size_t>(m) * geometry.channels + channel) *
                                            geometry.plane_size();
-    const auto at = [&](int row, int column) {
-      return static_cast<std::size_t>(row) * lattice.width + column;
-    };
+    std::fill(slope.begin(), slope.end(), Vec2{});
     for (int row = 0; row < lattice.height; ++row)
       for (int column = 0; column < lattice.width; ++column) {
-        const double weight = w[at(row, column)];
+        const double weight = w[static_cast<std::size_t>(row) * lattice.width + column];
         if (weight == 0) continue;
-        sum = sum + weight * Gradient(
-                                 lattice, row, column,
-                                 [&](int r, int c) { return double{e[at(r, c)]}; },
-                                 [&](int r, int c) {
-                                   return !(position.mask[at(r, c)] & lightfield::kUnknownMask);
-                                 });
+        const Difference s = Across(lattice, row, column, 0, 1, lattice.ds_m, known),
+                         t = Across(lattice, row, column, -1, 0, lattice.dt_m, known);
+        slope[s.ahead].x += weight * s.per_m;
+        slope[s.behind].x -= weight * s.per_m;
+        slope[t.ahead].y += weight * t.per_m;
+        slope[t.behind].y -= weight * t.per_m;
       }
+    for (std::size_t k = 0; k < slope.size(); ++k) {
+      const double e = position.irradiance[channel * slope.size() + k],
+                   sigma = position.sigma[channel * slope.size() + k];
+      const Vec2 g = slope[k];
+      result.per_m = result.per_m + e * g;
+      result.variance = result.variance + sigma * sigma * Vec2{g.x * g.x, g.y * g.y};
+    }
   }
-  return sum;
+  return result;
 }
 
 Vec2 ReferenceSensitivity(const lightfield::LightField& coefficients, const SessionPlan& plan,
@@ -97,13 +112,13 @@ Vec2 ReferenceSensitivity(const lightfield::LightField& coefficients, const Sess
     const auto k = static_cast<std::size_t>(row * lattice.width + column);
     const double v = plan.sensor.vignetting.empty() ? 1 : plan.sensor.vignetting[pixel];
     signal += v * e[k];
+    const auto slope = [&](int dr, int dc, double step_m) {
+      const Difference d = Across(lattice, static_cast<int>(row), static_cast<int>(column), dr, dc,
+                                  step_m, [](int, int) { return true; });
+      return (e[d.ahead] - e[d.behind]) * d.per_m;
+    };
     change =
-        change +
-        v * (Vec2{du[k], dv[k]} +
-             Gradient(
-                 lattice, static_cast<int>(row), static_cast<int>(column),
-                 [&](int r, int c) { return e[static_cast<std::size_t>(r) * lattice.width + c]; },
-                 [](int, int) { return true; }));
+        change + v * Vec2{du[k] + slope(0, 1, lattice.ds_m), dv[k] + slope(-1, 0, lattice.dt_m)};
   }
   return signal > 0 ? (1 / signal) * change : Vec2{};
 }

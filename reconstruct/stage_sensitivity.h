@@ -11,15 +11,18 @@
 #include "lightfield/linear_functional.h"
 #include "lightfield/measurements.h"
 #include "reconstruct/merge_session.h"
-#include "reconstruct/print_sensitivity.h"
 #include "reconstruct/session_plan.h"
 
 namespace luxfield::reconstruct {
 
-// dQ per metre along u and v that the rig was off at position m, for Q = sum weights E.
-lightfield::Vec2 PositionSensitivity(const lightfield::Measurements& measurements,
-                                     const lightfield::Weights& weights, int m,
-                                     const PrintSensitivity& print, const LagSums& lags_of_m);
+// sum over texels of weights dE/ds at position m, for Q = sum weights E: dQ per metre that the
+// image alone was taken from another place, along s and t; and its variance from the noise of E, by
+// which its square is too large.
+struct ImageSlope {
+  lightfield::Vec2 per_m, variance;
+};
+ImageSlope ImageSensitivity(const lightfield::Measurements& measurements,
+                            const lightfield::Weights& weights, int m);
 
 // d log(signal) per metre of a drift reference: its pixels' sum as the reconstructed lamp gives it.
 // {} where the lattice shows the reference's pixels no light.

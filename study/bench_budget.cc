@@ -14,6 +14,7 @@
 #include "study/budget_lab.h"
 #include "study/chain.h"
 #include "study/lab_variant.h"
+#include "study/truncation_rows.h"
 
 namespace luxfield::study {
 namespace {
@@ -37,7 +38,9 @@ class MonteCarlo {
     WriteBudgetLab(options.folder);
     settings_.sizes = SizesOfLab(Lab());
     AskOfBudgetLab(&settings_);
-    truth_ = Evaluate(Run("without errors", {}, true, options.seed, 0, false), settings_);
+    const LightField truth = Run({"without errors", {}}, true, options.seed, 0, false);
+    truth_ = Evaluate(truth, settings_);
+    true_readings_ = Readings(truth);
   }
 
   const std::vector<double>& truth() const { return truth_; }
@@ -47,8 +50,12 @@ class MonteCarlo {
     std::vector<double> squares(truth_.size());
     for (int run = 0; run < options_.runs; ++run) {
       core::ThrowIfInterrupted();
-      const auto values =
-          Evaluate(Run(what.name, what.enabled, false, options_.seed, run, false), settings_);
+      const LightField field = Run(what, false, options_.seed, run, false);
+      auto values = Evaluate(field, settings_);
+      if (what.scaled) {
+        const double factor = MeterFactor(field, run);
+        for (double& value : values) value *= factor;
+      }
       for (std::size_t q = 0; q < values.size(); ++q)
         squares[q] += (values[q] - truth_[q]) * (values[q] - truth_[q]) / options_.runs;
       progress.Advance();
@@ -59,14 +66,19 @@ class MonteCarlo {
   // Mean squares of the predicted sigma, by source name; names of the quantities.
   std::map<std::string, std::vector<double>> Predict(std::vector<std::string>* names) const {
     std::map<std::string, std::vector<double>> squares;
-    const BudgetCase all = BudgetCases().back();
+    const std::vector<BudgetCase> cases = BudgetCases();
+    const BudgetCase &all = cases.back(), &scaled = cases[cases.size() - 2];
     for (int run = 0; run < options_.budgets; ++run) {
       core::ThrowIfInterrupted();
-      Run(all.name, all.enabled, false, options_.seed + kBudgetSeeds, run, true);
+      Run(all, false, options_.seed + kBudgetSeeds, run, true);
       reconstruct::MergeSessionOptions how;
       how.lamp_level = reconstruct::LampLevel::kMonitorUnity;
-      const auto budget = reconstruct::ComputeErrorBudget(
-          core::SessionReader(options_.folder / "session"), settings_, how);
+      const core::SessionReader session(options_.folder / "session");
+      const auto budget = reconstruct::ComputeErrorBudget(session, settings_, how);
+      auto with_meter = settings_;
+      with_meter.meter = MeterOfBudgetLab();
+      ReadMeter(&*with_meter.meter, true_readings_, options_.seed + kBudgetSeeds, run);
+      const auto budget_with_meter = reconstruct::ComputeErrorBudget(session, with_meter, how);
       names->clear();
       for (std::size_t q = 0; q < budget.quantities.size(); ++q) {
         const auto& quantity = budget.quantities[q];
@@ -76,10 +88,15 @@ class MonteCarlo {
           all_quantities.resize(budget.quantities.size());
           all_quantities[q] += sigma * sigma / options_.budgets;
         };
-        for (int s = 0; s < reconstruct::kErrorSources; ++s)
-          add(reconstruct::ErrorSourceName(static_cast<reconstruct::ErrorSource>(s)),
-              quantity.sigma[static_cast<std::size_t>(s)].value_or(0));
+        const auto& by_meter = budget_with_meter.quantities[q];
+        constexpr auto kMeter = reconstruct::ErrorSource::kMeter;
+        for (int s = 0; s < reconstruct::kErrorSources; ++s) {
+          const auto source = static_cast<reconstruct::ErrorSource>(s);
+          add(reconstruct::ErrorSourceName(source),
+              (source == kMeter ? by_meter : quantity).of(source).value_or(0));
+        }
         add(all.name, quantity.Total());
+        add(scaled.name, by_meter.Total());
       }
     }
     return squares;
@@ -88,10 +105,32 @@ class MonteCarlo {
  private:
   std::filesystem::path Lab() const { return options_.folder / "lab.toml"; }
 
-  LightField Run(const std::string& source, const std::vector<std::string>& enabled, bool ideal,
-                 std::uint64_t seed, int run, bool keep_session) const {
+  std::vector<double> Readings(const LightField& field) const {
+    std::vector<double> values;
+    for (const auto& reading : MeterOfBudgetLab().readings)
+      values.push_back(ExactIrradiance(field, reading.at.p_m, reading.at.normal)[0]);
+    return values;
+  }
+
+  // What the readings of a run say the field is to be multiplied by: least squares, weighted.
+  double MeterFactor(const LightField& field, int run) const {
+    auto meter = MeterOfBudgetLab();
+    ReadMeter(&meter, true_readings_, options_.seed, run);
+    const auto seen = Readings(field);
+    double above = 0, below = 0;
+    for (std::size_t n = 0; n < seen.size(); ++n) {
+      const double weight = std::pow(meter.readings[n].sigma, -2);
+      above += weight * seen[n] * meter.readings[n].value;
+      below += weight * seen[n] * seen[n];
+    }
+    return above / below;
+  }
+
+  LightField Run(const BudgetCase& what, bool ideal, std::uint64_t seed, int run,
+                 bool keep_session) const {
     const auto variant = options_.folder / "variant.toml";
-    WriteLabVariant(Lab(), enabled, ideal, variant, DrawErrors(settings_.sizes, source, seed, run));
+    WriteLabVariant(Lab(), what.enabled, ideal, variant,
+                    DrawErrors(settings_.sizes, what.name, seed, run));
     std::filesystem::remove_all(options_.folder / "session");
     ChainOptions chain;
     chain.lab = variant;
@@ -99,12 +138,17 @@ class MonteCarlo {
     chain.folder = options_.folder;
     chain.seed = seed + static_cast<std::uint64_t>(run);
     chain.keep_session = keep_session;
+    const auto shift = DrawImageShift(settings_.sizes, what.name, seed, run);
+    chain.misstate = [shift](hal::RigDescription& rig) {
+      rig.image_from_sensor[2] += shift.x;  // affine: w is 1
+      rig.image_from_sensor[5] += shift.y;
+    };
     return RunChain(chain).reconstruction.coefficients;
   }
 
   const BenchBudgetOptions& options_;
   reconstruct::BudgetSettings settings_;
-  std::vector<double> truth_;
+  std::vector<double> truth_, true_readings_;
 };
 
 }  // namespace
@@ -118,12 +162,18 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
     if (options.sources.empty() ||
         std::find(options.sources.begin(), options.sources.end(), c.name) != options.sources.end())
       cases.push_back(c);
-  if (cases.size() < options.sources.size())
+  const auto asked = [&](const std::string& name) {
+    return std::find(options.sources.begin(), options.sources.end(), name) != options.sources.end();
+  };
+  const bool basis = options.sources.empty() || asked(kBasisSource);
+  if (cases.size() + (asked(kBasisSource) ? 1 : 0) < options.sources.size())
     throw InputError("--source: one is not a source of the budget; leave it out to see them all");
+  core::Json rows = core::Json::array();
+  if (basis) rows = TruncationRows(options.folder, options.runs, options.seed);
+  if (cases.empty()) return rows;
   const MonteCarlo lab(options);
   std::vector<std::string> names;
   auto predicted = lab.Predict(&names);
-  core::Json rows = core::Json::array();
   core::Progress progress("labs", cases.size() * static_cast<std::uint64_t>(options.runs));
   for (const BudgetCase& c : cases) {
     const auto observed = lab.Observe(c, progress);

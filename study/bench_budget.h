@@ -23,6 +23,11 @@ struct BenchBudgetOptions {
   std::vector<std::string> sources;  // empty: all, and "total"
 };
 
+// Source "basis": random lamps with structure down to a quarter of a spacing, their projections on
+// 7 x 7 basis functions by the simulated lab's own quadrature (no propagation, no Gram function),
+// and what a basis of twice the spacing would have lost beside what this one loses. There
+// `predicted` is a bound, and `within` the share of lamps that keep it.
+//
 // Rows: source, quantity, runs, value (without errors), predicted and observed (standard
 // deviations in its unit), ratio (predicted over observed), error (relative standard error of
 // observed, 1 / sqrt(2 runs)), share (observed over value).

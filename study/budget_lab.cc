@@ -19,6 +19,10 @@ constexpr double kDelta_m = 0.3, kSpacing_m = 0.03, kPixel_m = 0.01;
 // is (3/2)^2 knots.
 constexpr double kGrainArea = 2.25;
 
+constexpr const char *kTotal = "total", *kScaledTotal = "total, scaled by the meter";
+
+bool IsTotal(const std::string& source) { return source == kTotal || source == kScaledTotal; }
+
 constexpr const char* kRig = R"([rig]
 kind = "lensless"
 delta_m = 0.3
@@ -166,6 +170,7 @@ reconstruct::ErrorSizes SizesOfLab(const std::filesystem::path& lab) {
   // A frame's figure is the mean of a reading before it and one after it.
   sizes.monitor = number("monitor_noise", "relative") / std::numbers::sqrt2;
   sizes.stage_m = number("stage", "repeatability_m");
+  sizes.image_shift_m = kImageShift_m;
   sizes.print_shift_m = number("registration", "shift_m");
   sizes.density = number("density", "relative");
   sizes.density_gamma = number("density", "gamma");
@@ -176,12 +181,34 @@ reconstruct::ErrorSizes SizesOfLab(const std::filesystem::path& lab) {
   return sizes;
 }
 
+reconstruct::Meter MeterOfBudgetLab() {
+  reconstruct::Meter meter;
+  meter.calibration = 0.01;
+  for (const lightfield::Vec3 p : {lightfield::Vec3{0, 0, 1}, {0.3, 0.1, 1.2}, {-0.2, 0.2, 0.8}})
+    meter.readings.push_back({{"", p, {0, 0, -1}}, 0, 0});
+  return meter;
+}
+
+void ReadMeter(reconstruct::Meter* meter, const std::vector<double>& irradiance, std::uint64_t seed,
+               int run) {
+  core::Random random(seed, 0x6D65746572, static_cast<std::uint32_t>(run));
+  const double calibration = meter->calibration * random.Normal();
+  for (std::size_t n = 0; n < irradiance.size(); ++n) {
+    reconstruct::MeterReading& reading = meter->readings[n];
+    reading.sigma = 0.008 * irradiance[n];
+    reading.value = irradiance[n] * (1 + calibration) + reading.sigma * random.Normal();
+  }
+}
+
 std::vector<BudgetCase> BudgetCases() {
   using reconstruct::ErrorSource;
   using reconstruct::ErrorSourceName;
   const auto one = [](ErrorSource source, std::vector<std::string> enabled) {
     return BudgetCase{ErrorSourceName(source), std::move(enabled)};
   };
+  const std::vector<std::string> all = {"photon_noise", "read_noise", "dark_current",  "prnu",
+                                        "shutter",      "drift",      "monitor_noise", "stage",
+                                        "registration", "density",    "stray_light"};
   return {one(ErrorSource::kPhotonNoise, {"photon_noise"}),
           one(ErrorSource::kReadNoise, {"read_noise", "dark_current"}),
           one(ErrorSource::kPrnu, {"prnu"}),
@@ -189,14 +216,24 @@ std::vector<BudgetCase> BudgetCases() {
           one(ErrorSource::kLampDrift, {"drift"}),
           one(ErrorSource::kMonitor, {"monitor_noise"}),
           one(ErrorSource::kStage, {"stage"}),
+          one(ErrorSource::kImageShift, {}),
           one(ErrorSource::kPrintShift, {"registration"}),
           one(ErrorSource::kDensity, {"density"}),
           one(ErrorSource::kDensityGamma, {"density"}),
           one(ErrorSource::kGrain, {"density"}),
           one(ErrorSource::kStrayLight, {"stray_light"}),
-          {"total",
-           {"photon_noise", "read_noise", "dark_current", "prnu", "shutter", "drift",
-            "monitor_noise", "stage", "registration", "density", "stray_light"}}};
+          {ErrorSourceName(ErrorSource::kMeter), {}, true},
+          {kScaledTotal, all, true},
+          {kTotal, all}};
+}
+
+lightfield::Vec2 DrawImageShift(const reconstruct::ErrorSizes& sizes, const std::string& source,
+                                std::uint64_t seed, int run) {
+  if (!IsTotal(source) && source != ErrorSourceName(reconstruct::ErrorSource::kImageShift))
+    return {};
+  core::Random random(seed, 0x696D616765, static_cast<std::uint32_t>(run));
+  const double x = random.Normal(), y = random.Normal();
+  return sizes.image_shift_m.value_or(0) * lightfield::Vec2{x, y};
 }
 
 std::vector<LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes, const std::string& source,
@@ -205,9 +242,8 @@ std::vector<LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes, const s
   core::Random random(seed, 0x62756467, static_cast<std::uint32_t>(run));
   const auto draw = [&](ErrorSource of, const std::optional<double>& size) {
     const double normal = random.Normal();  // drawn in any case: the order of draws is fixed
-    return source == "total" || source == reconstruct::ErrorSourceName(of)
-               ? normal * size.value_or(0)
-               : 0;
+    return IsTotal(source) || source == reconstruct::ErrorSourceName(of) ? normal * size.value_or(0)
+                                                                         : 0;
   };
   const double dx = draw(ErrorSource::kPrintShift, sizes.print_shift_m),
                dy = draw(ErrorSource::kPrintShift, sizes.print_shift_m),
@@ -216,8 +252,7 @@ std::vector<LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes, const s
                stray = draw(ErrorSource::kStrayLight, sizes.stray_share),
                sine = draw(ErrorSource::kLampDrift, sizes.lamp_wander),
                cosine = draw(ErrorSource::kLampDrift, sizes.lamp_wander);
-  const bool grain =
-      source == "total" || source == reconstruct::ErrorSourceName(ErrorSource::kGrain);
+  const bool grain = IsTotal(source) || source == reconstruct::ErrorSourceName(ErrorSource::kGrain);
   constexpr double kDegrees = 180 / std::numbers::pi, kLeastShare = 1e-9;
   return {{"registration", "shift_m", {dx, dy}},
           {"density", "relative", {density}},

@@ -24,14 +24,28 @@ void AskOfBudgetLab(reconstruct::BudgetSettings* settings);
 // draw.
 reconstruct::ErrorSizes SizesOfLab(const std::filesystem::path& lab);
 
+// Of image_from_sensor; a lab file cannot state what the lab does not know.
+constexpr double kImageShift_m = 3e-4;
+
 // Sources as the budget has them and what to switch on for each.
 struct BudgetCase {
-  std::string name;                  // as ErrorSourceName, or "total"
+  std::string name;                  // as ErrorSourceName, "total", or "total, scaled by the meter"
   std::vector<std::string> enabled;  // [errors.*] tables
+  bool scaled = false;               // by the light meter
 };
 std::vector<BudgetCase> BudgetCases();
 
-// The errors of run `run`: fixed errors drawn from their sizes, those of `source` alone ("total":
+// How far off image_from_sensor is in run `run`; normal.
+lightfield::Vec2 DrawImageShift(const reconstruct::ErrorSizes& sizes, const std::string& source,
+                                std::uint64_t seed, int run);
+
+// Three readings of a meter: of the given irradiances without errors, or as drawn for a run (their
+// own errors independent, the calibration's common), both normal.
+reconstruct::Meter MeterOfBudgetLab();
+void ReadMeter(reconstruct::Meter* meter, const std::vector<double>& irradiance, std::uint64_t seed,
+               int run);
+
+// The errors of run `run`: fixed errors drawn from their sizes, those of `source` alone (totals:
 // all). Normal; stray light is the absolute value of one; the wander a sine of Rayleigh amplitude
 // and even phase.
 std::vector<LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes, const std::string& source,

@@ -14,6 +14,7 @@ ChainResult RunChain(const ChainOptions& options) {
   {
     const capture::Plan plan = capture::ReadPlan(options.plan);
     hal::Devices devices = hal::MakeDevices(options.lab, options.seed);
+    if (options.misstate) options.misstate(devices.rig);
     result.capture = capture::RunCapture(plan, devices, session_folder);
   }
   result.capture_s = watch.WallSeconds();

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -20,6 +21,7 @@ struct ChainOptions {
   std::filesystem::path folder;  // session/, NAME.meas.exr and NAME.signed.lf.exr are written here
   std::string name = "chain";
   std::optional<std::uint64_t> seed;
+  std::function<void(hal::RigDescription&)> misstate;  // what the rig tells of itself, made wrong
   bool keep_session = true;  // false: the session folder is deleted after the merge
 };
 
