@@ -148,11 +148,7 @@ Scaled ScaleByMeter(const LightField& field, const Meter& meter, std::vector<Ask
     result.scale.chi_squared += by_sigma * by_sigma;
   }
   result.scale.degrees = static_cast<int>(values.size()) - 1;
-  double readings = 1 / (factor * std::sqrt(denominator));
-  const double degrees = result.scale.degrees, chi_squared = result.scale.chi_squared;
-  if (degrees > 0 && chi_squared > degrees + 4 * std::sqrt(2 * degrees))
-    readings *= std::sqrt(chi_squared / degrees);
-  result.meter_relative = std::hypot(meter.calibration, readings);
+  result.meter_relative = std::hypot(meter.calibration, 1 / (factor * std::sqrt(denominator)));
   for (Asked& q : *quantities) {
     for (std::size_t k = 0; k < common.size(); ++k)
       q.weights[k] = factor * (q.weights[k] - q.value * common[k]);

@@ -69,8 +69,8 @@ struct QuantityBudget {
 struct MeterScale {
   QuantityBudget factor;
   std::vector<double> residuals;  // R / (factor E) - 1 of every reading
-  // Of the residuals by the readings' own sigma; where it exceeds the degrees by 4 standard
-  // deviations, the readings' share of the error grows by sqrt(chi_squared / degrees).
+  // Of the residuals by the readings' own sigma alone. Far above the degrees: the readings and the
+  // session contradict each other beyond it, and the residuals are the better sigma.
   double chi_squared = 0;
   int degrees = 0;
 };
