@@ -10,7 +10,8 @@ namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string session, settings, report, lamp_level = "first-reference", calibration;
+  std::string session, settings, report, lamp_level = "first-reference", flat_field;
+  std::vector<std::string> calibrations;
   std::vector<std::vector<double>> at;
   bool skip_hashes = false;
 };
@@ -27,7 +28,8 @@ core::Json Run(const Options& options) {
          {0, 0, -1}});
   reconstruct::MergeSessionOptions how;
   how.check_hashes = !options.skip_hashes;
-  how.calibration = options.calibration;
+  how.flat_field = options.flat_field;
+  how.calibrations.assign(options.calibrations.begin(), options.calibrations.end());
   how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
                                                    : reconstruct::LampLevel::kFirstReference;
   const auto budget =
@@ -56,7 +58,8 @@ void AddBudget(Program& program) {
   verb.add_option("--report", options->report, "An .html page with a bar chart per quantity");
   verb.add_option("--lamp-level", options->lamp_level, "As of merge")
       ->check(CLI::IsMember({"first-reference", "monitor"}));
-  verb.add_option("--calibration", options->calibration, "As of merge: a sensor's .cal.json");
+  verb.add_option("--calibration", options->calibrations, "As of merge: a .cal.json");
+  verb.add_option("--flat-field", options->flat_field, "As of merge: a .flat.exr");
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }

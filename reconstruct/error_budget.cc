@@ -12,7 +12,6 @@
 #include "reconstruct/basis_truncation.h"
 #include "reconstruct/error_propagation.h"
 #include "reconstruct/reconstruct.h"
-#include "reconstruct/sensor_calibration_file.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -172,8 +171,7 @@ double QuantityBudget::Total() const {
 
 ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetSettings& settings,
                                const MergeSessionOptions& how) {
-  SessionPlan plan = ReadSessionPlan(session);
-  if (!how.calibration.empty()) ApplySensorCalibration(how.calibration, plan.sensor);
+  const SessionPlan plan = CalibratedPlan(session, how);
   const auto measurements = MergeSession(session, how);
   ReconstructOptions in_double;
   in_double.precision = Precision::kDouble;

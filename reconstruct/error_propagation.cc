@@ -121,7 +121,7 @@ void ErrorPropagation::OnBracket(const MergedBracket& bracket) {
     return bracket.irradiance_per_rate[bracket.irradiance_per_rate.size() == 1 ? 0 : p];
   };
   const Registration registration(input_.plan.image_from_sensor, sensor.width, sensor.height,
-                                  geometry.lattice);
+                                  geometry.lattice, input_.plan.lens);
   const auto overlaps = registration.Overlaps(bracket.centre_m);
   double mean = 0;
   std::size_t seen = 0;

@@ -368,6 +368,11 @@ double LampDrift::Factor(int epoch, int channel, double time_s) const {
   return factor;
 }
 
+SessionPlan CalibratedPlan(const core::SessionReader& session, const MergeSessionOptions& options) {
+  std::map<std::string, std::string> provenance;
+  return Calibrated(ReadSessionPlan(session), options, provenance);
+}
+
 std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const RawFrame& frame) {
   const double black = sensor.black_dn, range = sensor.saturation_dn - black;
   std::vector<std::size_t> bright, usable;

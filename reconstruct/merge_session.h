@@ -12,6 +12,7 @@
 #include "core/session_store.h"
 #include "lightfield/measurements.h"
 #include "reconstruct/merge_exposures.h"
+#include "reconstruct/session_plan.h"
 
 namespace luxfield::reconstruct {
 
@@ -90,6 +91,9 @@ class LampDrift {
  private:
   std::map<std::pair<int, int>, std::map<double, double>> series_;
 };
+
+// The session's plan with what options.calibrations and options.flat_field say in place of it.
+SessionPlan CalibratedPlan(const core::SessionReader& session, const MergeSessionOptions& options);
 
 // The pixels of the first reference frame that LampDrift's sums run over.
 std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const core::RawFrame& frame);

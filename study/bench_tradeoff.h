@@ -12,12 +12,12 @@ namespace luxfield::study {
 struct BenchTradeoffOptions {
   std::vector<std::filesystem::path> scenes{"data/scenes/garage.toml", "data/scenes/wall.toml",
                                             "data/scenes/street.toml", "data/scenes/hall.toml"};
-  std::vector<std::string> estimators;              // empty: all
+  std::vector<std::string> estimators;                // empty: all
   std::vector<int> samples_per_pixel{16, 64, 256};  // over all luminaires of a scene
-  int width = 128, height = 96;                     // of the pictures
-  int reference_samples = 4096;                     // per pixel, both halves together
-  std::string device;                               // as --device
-  int threads = 0;                                  // of an OpenCL CPU device, 0: all
+  int width = 128, height = 96;                       // of the pictures
+  int reference_samples = 4096;                       // per pixel, both halves together
+  std::string device;                                 // as --device
+  int threads = 0;                                    // of an OpenCL CPU device, 0: all
 };
 
 // Rows {"scene", "shadows", "surface", "estimator", "spp", "knobs", "width", "height", "images",
