@@ -241,10 +241,10 @@ TEST(HostileExr, UnknownMaskBitsAreRefused) {
   const std::size_t n = m.geometry.plane_size();
   m.positions.assign(12, {std::vector<float>(n), std::vector<float>(n), std::vector<float>(n),
                           std::vector<std::uint32_t>(n)});
-  m.positions[5].mask[7] = 32;
+  m.positions[5].mask[7] = 64;
   const auto path = UniquePath(".meas.exr");
   WriteMeasurements(path, m);
-  EXPECT_THAT(Refusal(Kinds()[1], path), HasSubstr("0x20"));
+  EXPECT_THAT(Refusal(Kinds()[1], path), HasSubstr("0x40"));
 }
 
 TEST(HostileExr, NoFileFolderEmptyGarbageAndOtherFormats) {
