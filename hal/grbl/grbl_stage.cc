@@ -83,8 +83,9 @@ std::optional<Message> GrblStage::Listen(const Operation& operation, SteadyTime 
                   std::string(meaning.remedy), true);
   }
   if (std::holds_alternative<Welcome>(message))
-    throw Failure(operation, Fault::kNotHomed, "the controller has restarted",
-                  "check its power and reset button, then home");
+    throw Failure(operation, stop_requested() ? Fault::kStopped : Fault::kNotHomed,
+                  "the controller has restarted", "check its power and reset button, then home",
+                  true);
   if (const auto* status = std::get_if<Status>(&message)) Remember(*status);
   return message;
 }

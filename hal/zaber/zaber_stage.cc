@@ -143,10 +143,11 @@ void ZaberStage::Pause(const Operation& operation) {
 
 void ZaberStage::DriveHome(const Operation& operation) {
   for (const Axis& axis : axes_) Ask(operation, axis, "home");
-  do {
+  for (bool busy = true; busy;) {
     Pause(operation);
-    ThrowIfStopped(operation);
-  } while (Look(operation, false));
+    busy = Look(operation, false);
+    ThrowIfStopped(operation);  // behind the look: a stop is why it may be idle
+  }
   for (const Axis& axis : axes_)
     if (const Reply status = Ask(operation, axis, ""); status.warning != "--")
       throw Failure(operation, Fault::kNotHomed,
@@ -159,10 +160,11 @@ void ZaberStage::DriveTo(const Operation& operation, Vec2 centre) {
   const std::array target = {axes_[0].Microsteps(centre.x), axes_[1].Microsteps(centre.y)};
   Look(operation, false);  // nothing moves that has lost its reference
   for (int k = 0; k < 2; ++k) Ask(operation, axes_[k], fmt::format("move abs {}", target[k]));
-  do {
+  for (bool busy = true; busy;) {
     Pause(operation);
-    ThrowIfStopped(operation);
-  } while (Look(operation, false));
+    busy = Look(operation, false);
+    ThrowIfStopped(operation);  // behind the look: a stop is why it may be idle
+  }
   for (int k = 0; k < 2; ++k)
     if (const double at = AskNumber(operation, axes_[k], "pos");
         std::abs(at - static_cast<double>(target[k])) > 0.5)
