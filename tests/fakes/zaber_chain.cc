@@ -113,7 +113,7 @@ void ZaberChain::Start(Axis& axis, double target, bool homing) {
   axis.target = target;
   axis.moving = true;
   axis.homing = homing;
-  axis.interrupted = axis.tripped = false;
+  axis.interrupted = false;
 }
 
 std::string ZaberChain::Obey(Axis& axis, int device, std::string_view text) {

@@ -181,6 +181,11 @@ class ToyBench : public StageBench {
   }
   bool Restart() override { return host_.Suffer("power cycle"); }
   bool HitLimitSwitch() override { return host_.Suffer("limit switch"); }
+  bool InMotion() override {
+    bool moves = false;
+    host_.Inspect([&](fakes::FakeDevice& device) { moves = device.active(); });
+    return moves;
+  }
 
  private:
   fakes::PtyHost host_{std::make_unique<ToyController>()};

@@ -64,7 +64,7 @@ std::thread StageConformance::MoveAcross(std::optional<HardwareError>& error) {
     error = ErrorOf([&] { stage().MoveTo(At(1, 1), In(kLong_s)); });
     *ended = true;
   });
-  while (!*ended && !stage().Where().moving) std::this_thread::yield();
+  while (!*ended && !bench_->InMotion()) std::this_thread::yield();
   EXPECT_FALSE(*ended) << "the move was never seen";
   return mover;
 }
@@ -174,7 +174,7 @@ TEST_P(StageConformance, StopFromAnotherThreadBreaksAMoveOff) {
   EXPECT_EQ(first.readback.x, second.readback.x);
   EXPECT_EQ(first.homed, !error->position_lost);
   const double way = At(1, 1).x - At(0, 0).x;
-  EXPECT_GT(first.readback.x, At(0, 0).x);
+  EXPECT_GE(first.readback.x, At(0, 0).x - stage().limits().resolution_m);
   EXPECT_LT(first.readback.x, At(1, 1).x - 0.05 * way);
   ExpectUsableAgain();
 }

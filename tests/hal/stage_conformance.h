@@ -31,6 +31,8 @@ class StageBench {
   virtual bool Freeze(bool /*frozen*/) { return false; }
   virtual bool Restart() { return false; }         // it loses power and comes back
   virtual bool HitLimitSwitch() { return false; }  // whatever it is doing
+  // Whether the device itself moves, known sooner than by its driver's reports.
+  virtual bool InMotion() { return stage().Where().moving; }
   // Whether a move takes real time, so that another thread can break it off.
   virtual bool moves_in_real_time() const { return true; }
 };

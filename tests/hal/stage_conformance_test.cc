@@ -35,6 +35,11 @@ class FakeBench : public StageBench {
   }
   bool Restart() override { return host_.Suffer("power cycle"); }
   bool HitLimitSwitch() override { return host_.Suffer("limit switch"); }
+  bool InMotion() override {
+    bool moves = false;
+    host_.Inspect([&](fakes::FakeDevice& device) { moves = device.active(); });
+    return moves;
+  }
 
  protected:
   FakeBench(std::unique_ptr<fakes::FakeDevice> device, double speed_up)
