@@ -1,6 +1,7 @@
 #include "study/bench_errors.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
@@ -19,7 +20,8 @@ TEST_P(BenchErrorsTest, SigmaIsTheSpreadOverSeeds) {
   BenchErrorsOptions options;
   options.lab = kData / "labs" / (name + ".toml");
   options.plan = kData / "plans" / (name + ".toml");
-  options.folder = std::filesystem::path(testing::TempDir()) / ("luxfield_bench_errors_" + name);
+  options.folder = std::filesystem::path(testing::TempDir()) /
+                   ("luxfield_bench_errors_" + name + std::to_string(::getpid()));
   options.seeds = 3;
   options.seed = 11;
   options.random_only = true;

@@ -1,6 +1,7 @@
 #include "study/bench_merge.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
@@ -18,7 +19,8 @@ TEST(BenchMerge, MergesItsSessionFourWays) {
   options.exposures = 3;
   options.sensor = 100;
   options.lattice = 20;
-  options.folder = std::filesystem::path(testing::TempDir()) / "luxfield_bench_merge";
+  options.folder = std::filesystem::path(testing::TempDir()) /
+                   ("luxfield_bench_merge_" + std::to_string(::getpid()));
   for (const bool reflector : {false, true}) {
     options.reflector = reflector;
     const nlohmann::json rows = BenchMerge(options);
