@@ -87,10 +87,7 @@ class Run {
       if (plan_.reference.every > 0) visits.filter_centres.push_back(expanded_.reference);
       devices_.announce(visits);
     }
-    const WarmUp warm_up = WaitForLamp(plan_.warm_up, devices_);
-    session_.Append("warm_up", {{"waited_s", warm_up.waited_s},
-                                {"variation", warm_up.variation},
-                                {"meter", warm_up.meter}});
+    taker_.WarmUpLamp(plan_.warm_up);
     CheckDarkLevel();
   }
 

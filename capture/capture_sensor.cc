@@ -114,10 +114,7 @@ CaptureSummary RunSensorCapture(const SensorPlan& plan, hal::Devices& devices,
     const hal::StagePosition where = devices.stage->Where();
     devices.announce({session.epoch(), {where.readback}});
   }
-  const WarmUp warm_up = WaitForLamp(plan.warm_up, devices);
-  session.Append(
-      "warm_up",
-      {{"waited_s", warm_up.waited_s}, {"variation", warm_up.variation}, {"meter", warm_up.meter}});
+  taker.WarmUpLamp(plan.warm_up);
   taker.SelectPrint(0);
   taker.SelectShutter("open");
   for (int channel = 0; channel < plan.channels; ++channel) {

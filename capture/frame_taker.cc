@@ -28,13 +28,27 @@ FrameTaker::FrameTaker(hal::Devices& devices, core::SessionWriter& session,
       usable_(UsablePixels(devices.camera->capabilities(), devices.rig.camera)),
       guard_(devices) {}
 
-void FrameTaker::RequireSafe() {
+// Runs an action; where the safety inputs end it, the journal says that the session pauses.
+template <typename Action>
+void FrameTaker::PauseWhereStopped(Action&& action) {
   try {
-    guard_.ThrowIfUnsafe();
+    action();
   } catch (const hal::HardwareError& error) {
-    Pause(error.what());
+    if (error.fault == hal::Fault::kStopped) Pause(error.what());
     throw;
   }
+}
+
+void FrameTaker::RequireSafe() {
+  PauseWhereStopped([this] { guard_.ThrowIfUnsafe(); });
+}
+
+void FrameTaker::WarmUpLamp(const WarmUpPolicy& policy) {
+  WarmUp warm_up;
+  PauseWhereStopped([&] { warm_up = WaitForLamp(policy, devices_, guard_); });
+  session_.Append(
+      "warm_up",
+      {{"waited_s", warm_up.waited_s}, {"variation", warm_up.variation}, {"meter", warm_up.meter}});
 }
 
 void FrameTaker::SelectShutter(const std::string& position) {

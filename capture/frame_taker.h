@@ -37,6 +37,8 @@ class FrameTaker {
   void SelectChannel(int channel);
   void SelectPrint(int print);
   void SelectTarget(const std::string& target);
+  // Lamp on and stable (WaitForLamp); the journal's `warm_up`.
+  void WarmUpLamp(const WarmUpPolicy& policy);
   // Home and stand still; the journal's `home`.
   void Home();
   void MoveTo(hal::Vec2 centre);
@@ -60,6 +62,8 @@ class FrameTaker {
   void PauseIfAsked(int count);
 
  private:
+  template <typename Action>
+  void PauseWhereStopped(Action&& action);
   void RequireSafe();
   double ReadMonitor();
   std::string Distrust(const Shot& shot, double asked_at_s) const;

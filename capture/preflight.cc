@@ -33,9 +33,9 @@ void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,
                                   hal::Describe(state)));
 }
 
-WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices) {
+WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices, hal::SafetyGuard& guard) {
   if (devices.supply) {
-    const hal::SupplyState state = devices.supply->SetOutput(true, Deadline(devices, 1));
+    const hal::SupplyState state = guard.SwitchLampOn(Deadline(devices, 1));
     if (!state.output)
       throw DeviceError(
           fmt::format("{}: stays off; check its fuse and interlock", devices.supply->identity()));
@@ -49,6 +49,7 @@ WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices) {
   std::deque<hal::Reading> window;
   for (;;) {
     const hal::Reading reading = devices.monitor->Read(Deadline(devices, 1));
+    guard.ThrowIfUnsafe();  // before the reading is judged: the lamp may just have gone off
     if (reading.over_range || !(reading.value > 0))
       throw DeviceError(fmt::format("{}: reads {} {}; check the lamp and the monitor's range",
                                     devices.monitor->identity(), reading.value, reading.unit));

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "capture/plan.h"
+#include "hal/safety_guard.h"
 
 namespace luxfield::capture {
 
@@ -19,7 +20,7 @@ void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,
 struct WarmUp {
   double waited_s = 0, variation = 0, meter = 0;
 };
-WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices);
+WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices, hal::SafetyGuard& guard);
 
 // Deadlines of the operations: duration plus this, absolute on the rig's clock.
 double Deadline(hal::Devices& devices, double duration_s);

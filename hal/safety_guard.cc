@@ -54,4 +54,17 @@ void SafetyGuard::ThrowIfUnsafe() {
   throw error;
 }
 
+SupplyState SafetyGuard::SwitchLampOn(double deadline_s) {
+  ThrowIfUnsafe();
+  const SupplyState state = devices_.supply->SetOutput(true, deadline_s);
+  try {
+    ThrowIfUnsafe();
+  } catch (const HardwareError&) {
+    // The trip's own order may have gone out before this one's.
+    devices_.supply->SetOutput(false, devices_.clock->MonotonicSeconds() + kSwitchOff_s);
+    throw;
+  }
+  return state;
+}
+
 }  // namespace luxfield::hal

@@ -24,6 +24,10 @@ class SafetyGuard {
   // exposes.
   void ThrowIfUnsafe();
 
+  // Switches the supply on where that is allowed. A trip that comes meanwhile wins: the lamp is off
+  // when HardwareError(kStopped) arrives.
+  SupplyState SwitchLampOn(double deadline_s);
+
  private:
   void Stop(const InputState& state);
 

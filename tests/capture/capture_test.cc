@@ -251,6 +251,80 @@ TEST_F(Capture, AnEmergencyStopEndsInADarkLampAndASessionThatCanBeResumed) {
   EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
 }
 
+// A lamp supply that lets a test act before it obeys.
+class WatchedSupply : public hal::Supply {
+ public:
+  WatchedSupply(std::unique_ptr<hal::Supply> supply, std::function<void(bool on)> before)
+      : supply_(std::move(supply)), before_(std::move(before)) {}
+  std::string identity() const override { return supply_->identity(); }
+  hal::SupplyState SetOutput(bool on, double deadline_s) override {
+    before_(on);
+    return supply_->SetOutput(on, deadline_s);
+  }
+  hal::SupplyState State() override { return supply_->State(); }
+
+ private:
+  std::unique_ptr<hal::Supply> supply_;
+  std::function<void(bool on)> before_;
+};
+
+// A monitor that lets a test act before each reading.
+class WatchedMonitor : public hal::Meter {
+ public:
+  WatchedMonitor(std::unique_ptr<hal::Meter> meter, std::function<void()> before)
+      : meter_(std::move(meter)), before_(std::move(before)) {}
+  std::string identity() const override { return meter_->identity(); }
+  hal::Reading Read(double deadline_s) override {
+    before_();
+    return meter_->Read(deadline_s);
+  }
+
+ private:
+  std::unique_ptr<hal::Meter> meter_;
+  std::function<void()> before_;
+};
+
+TEST_F(Capture, AnEmergencyStopWhileTheLampIsSwitchedOnLeavesItOff) {
+  const auto folder = NewFolder("lit");
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  auto inputs = std::make_unique<PressedInputs>();
+  // The worst moment: the guard has switched the lamp off before the order to switch it on goes
+  // out.
+  devices.supply =
+      std::make_unique<WatchedSupply>(std::move(devices.supply), [pressed = inputs.get()](bool on) {
+        if (on) pressed->Press(true);
+      });
+  devices.inputs = std::move(inputs);
+  try {
+    RunCapture(TestPlan(), devices, folder);
+    FAIL();
+  } catch (const hal::HardwareError& error) {
+    EXPECT_EQ(error.fault, hal::Fault::kStopped) << error.what();
+  }
+  EXPECT_FALSE(devices.supply->State().output);
+  EXPECT_EQ(RecordsOf(folder, "paused").size(), 1u);
+}
+
+TEST_F(Capture, AnEmergencyStopDuringWarmUpIsToldAsOne) {
+  const auto folder = NewFolder("warm");
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  auto inputs = std::make_unique<PressedInputs>();
+  int readings = 0;
+  devices.monitor = std::make_unique<WatchedMonitor>(std::move(devices.monitor),
+                                                     [pressed = inputs.get(), &readings] {
+                                                       if (++readings == 3) pressed->Press(true);
+                                                     });
+  devices.inputs = std::move(inputs);
+  try {
+    RunCapture(TestPlan(), devices, folder);
+    FAIL();
+  } catch (const hal::HardwareError& error) {
+    EXPECT_EQ(error.fault, hal::Fault::kStopped) << error.what();
+  }
+  EXPECT_FALSE(devices.supply->State().output);
+  EXPECT_EQ(RecordsOf(folder, "paused").size(), 1u);
+}
+
 TEST_F(Capture, NothingBeginsWhileTheEmergencyStopIsActive) {
   const auto folder = NewFolder("pressed");
   Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
