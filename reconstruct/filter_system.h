@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "lightfield/measured_filter.h"
+#include "reconstruct/gram_solve.h"
 
 namespace luxfield::reconstruct {
 
@@ -27,12 +28,12 @@ struct SeparableSystem {
 class FilterSystem {
  public:
   static constexpr int kMostCoefficients = 4096;
-  static constexpr double kLargestCondition = 1e9;
 
   // Ideal filters Phi where `filter` is null. At least as many rows as grid.count(), which is at
   // most kMostCoefficients. Throws InputError naming the filter's field that does not fit the grid,
   // the two rows that see through filters in one place where the system is singular for that
-  // reason, or its condition number.
+  // reason, or its condition number above kLargestCondition (its root where there are more rows:
+  // the normal equations square it).
   FilterSystem(const lightfield::BasisGrid& grid, const lightfield::MeasuredFilter* filter,
                std::span<const lightfield::Vec2> centres_m);
   ~FilterSystem();

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -14,8 +15,6 @@ namespace luxfield::reconstruct {
 namespace {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-constexpr double kLargestCondition = 1e9;
 
 static_assert(lightfield::Basis::kMaxCells <= 3, "the sweeps below hold two bands");
 
@@ -162,10 +161,19 @@ double GramAxis::noise_gain() const {
 }
 
 GramSolver::GramSolver(const lightfield::BasisGrid& grid)
-    : u_(GramAxis::Factor(lightfield::GramMatrix(grid.basis, grid.width, grid.spacing_m),
-                          grid.width, "u")),
-      v_(GramAxis::Factor(lightfield::GramMatrix(grid.basis, grid.height, grid.spacing_m),
-                          grid.height, "v")) {}
+    : GramSolver(GramAxis::Factor(lightfield::GramMatrix(grid.basis, grid.width, grid.spacing_m),
+                                  grid.width, "u"),
+                 GramAxis::Factor(lightfield::GramMatrix(grid.basis, grid.height, grid.spacing_m),
+                                  grid.height, "v")) {}
+
+GramSolver::GramSolver(GramAxis u, GramAxis v) : u_(std::move(u)), v_(std::move(v)) {
+  if (!(condition() <= kLargestCondition))
+    throw InputError(fmt::format(
+        "the filters cannot be told apart (condition number {:.3g}: {:.3g} along u times {:.3g} "
+        "along v, at most {:.0e} can be solved); leave out the outer filters if a border clips "
+        "most of their supports, else space them by their basis' spacing",
+        condition(), u_.condition(), v_.condition(), kLargestCondition));
+}
 
 template <typename Storage, typename Work>
 void GramSolver::Solve(const Storage* const* irradiance, Storage* const* coefficients,

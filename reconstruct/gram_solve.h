@@ -9,12 +9,14 @@
 
 #include <cstddef>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "lightfield/basis.h"
 
 namespace luxfield::reconstruct {
+
+// Of a system as a whole: above it double precision has lost all but 6 digits.
+constexpr double kLargestCondition = 1e9;
 
 // One axis: its Gram matrix, factorised in double.
 struct GramAxis {
@@ -27,8 +29,7 @@ struct GramAxis {
 
   // Factorises a symmetric count x count matrix of bandwidth <= 2. Throws InputError naming the
   // axis, and the two filters where two sit in one place, if it is not symmetric, wider than its
-  // band, not finite or singular (eigenvalue ratio above 1e9, where double precision has lost all
-  // but 6 digits).
+  // band, not finite or singular (eigenvalue ratio above kLargestCondition).
   static GramAxis Factor(std::vector<double> gram, int count, const std::string& axis);
 
   double condition() const { return largest_eigenvalue / smallest_eigenvalue; }
@@ -40,7 +41,8 @@ struct GramAxis {
 class GramSolver {
  public:
   explicit GramSolver(const lightfield::BasisGrid& grid);
-  GramSolver(GramAxis u, GramAxis v) : u_(std::move(u)), v_(std::move(v)) {}
+  // Throws InputError with the condition numbers where their product is above kLargestCondition.
+  GramSolver(GramAxis u, GramAxis v);
 
   const GramAxis& u() const { return u_; }
   const GramAxis& v() const { return v_; }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "core/error.h"
@@ -190,6 +191,29 @@ TEST(GramSolver, RefusesTwoFiltersInOnePlaceByName) {
     EXPECT_STREQ(error.what(),
                  "filters 1 and 2 along u sit in one place: the Gram matrix is singular; move or "
                  "drop one of them");
+  }
+}
+
+// A border that clips `cut` spacings of the outer supports, 11 x 9 filters. Each axis alone would
+// pass at 2.9 spacings: the product decides.
+GramSolver Clipped(double cut) {
+  const auto axis = [cut](int count, const char* name) {
+    return GramAxis::Factor(lightfield::GramMatrixClipped(Basis::Make(BasisKind::kBspline2), count,
+                                                          1, cut, count + 2 - cut),
+                            count, name);
+  };
+  return GramSolver(axis(11, "u"), axis(9, "v"));
+}
+
+TEST(GramSolver, RefusesWhatOnlyBothAxesTogetherMakeSingular) {
+  EXPECT_LT(Clipped(1.9).condition(), kLargestCondition);
+  try {
+    Clipped(2.9);
+    FAIL() << "a system of condition 7e12 was accepted";
+  } catch (const InputError& error) {
+    const std::string what = error.what();
+    EXPECT_NE(what.find("e+12"), std::string::npos) << what;
+    EXPECT_NE(what.find("leave out the outer filters"), std::string::npos) << what;
   }
 }
 
