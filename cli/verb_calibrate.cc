@@ -32,10 +32,11 @@ core::Json RunSensor(const Options& options) {
 }  // namespace
 
 void AddCalibrate(Program& program) {
-  CLI::App& group =
-      program.AddGroup("calibrate", "Calibrate parts of a lab: sensor, geometry, flat field");
+  CLI::App& group = program.AddGroup(
+      "calibrate", "Calibrate parts of a lab: sensor, response, geometry, flat field");
   AddCalibrateGeometry(program, group);
   AddCalibrateFlatField(program, group);
+  AddCalibrateResponse(program, group);
   auto options = std::make_shared<Options>();
   CLI::App& verb = program.AddVerb(
       group, "sensor",

@@ -1,8 +1,10 @@
-// luxfield merge SESSION -o X.meas.exr
+// luxfield merge SESSION -o X.meas.exr, merge IMAGES... -o X.exr --calibration X.cal.json
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 
+#include "cli/merge_pictures.h"
 #include "cli/program.h"
 #include "reconstruct/merge_session.h"
 
@@ -10,27 +12,28 @@ namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string session, output, estimator = "inverse-variance", lamp_level = "first-reference";
-  std::string flat_field;
-  std::vector<std::string> calibrations;
-  bool skip_hashes = false;
+  std::vector<std::filesystem::path> inputs;
+  std::string output, estimator = "inverse-variance", lamp_level = "first-reference", flat_field;
+  std::vector<std::filesystem::path> calibrations;
+  std::vector<double> exposures_s;
+  bool skip_hashes = false, estimate_exposures = false;
 };
 
-core::Json Run(const Options& options) {
+core::Json MergeSessionFolder(const Options& options) {
   RequireExtension(options.output, ".meas.exr", "--output");
-  const core::SessionReader session(options.session);
+  const core::SessionReader session(options.inputs[0]);
   reconstruct::MergeSessionOptions how;
   how.check_hashes = !options.skip_hashes;
   how.flat_field = options.flat_field;
-  how.calibrations.assign(options.calibrations.begin(), options.calibrations.end());
+  how.calibrations = options.calibrations;
   how.merge.estimator = options.estimator == "poisson" ? reconstruct::Estimator::kPoisson
                                                        : reconstruct::Estimator::kInverseVariance;
   how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
                                                    : reconstruct::LampLevel::kFirstReference;
   reconstruct::MergeSessionSummary summary;
   reconstruct::MergeSessionToFile(session, options.output, how, &summary);
-  fmt::print("{}: irradiance behind {} filters from {} frames\n", options.output,
-             summary.positions, summary.frames);
+  fmt::print("{}: irradiance behind {} filters from {} frames\n", options.output, summary.positions,
+             summary.frames);
   fmt::print("  lamp level            {:.5f} to {:.5f} of {} ({} reference frames), divided out\n",
              summary.least_lamp_factor, summary.largest_lamp_factor,
              options.lamp_level == "monitor" ? "the monitor's unity" : "its first reference",
@@ -45,15 +48,44 @@ core::Json Run(const Options& options) {
   return reconstruct::ToJson(summary);
 }
 
+// Whether any of the options was given that only the other kind of input has.
+void RefuseOptions(const CLI::App& verb, const std::vector<std::string>& names, const char* kind) {
+  for (const std::string& name : names)
+    if (verb.count(name))
+      throw InputError(fmt::format("{} is not for {}; leave it out", name, kind));
+}
+
+core::Json Run(const Options& options, const CLI::App& verb) {
+  if (options.inputs.size() == 1 && !std::filesystem::is_regular_file(options.inputs[0])) {
+    RefuseOptions(verb, {"--exposure", "--estimate-exposures"}, "a session");
+    return MergeSessionFolder(options);
+  }
+  RefuseOptions(verb, {"--estimator", "--lamp-level", "--flat-field", "--skip-hashes"}, "pictures");
+  if (options.calibrations.size() != 1)
+    throw InputError(
+        "pictures merge through their camera's response; give --calibration X.cal.json, one, from "
+        "`luxfield calibrate response`");
+  return MergePictures({options.inputs, options.exposures_s, options.calibrations[0],
+                        options.output, options.estimate_exposures});
+}
+
 }  // namespace
 
 void AddMerge(Program& program) {
   auto options = std::make_shared<Options>();
+  auto verb_itself = std::make_shared<CLI::App*>();
   CLI::App& verb = program.AddVerb(
-      "merge", "Merge the exposure brackets of a session into irradiance with error bars",
-      [options] { return Run(*options); });
-  verb.add_option("SESSION", options->session, "The session folder")->required();
-  verb.add_option("-o,--output", options->output, "The .meas.exr to write")->required();
+      "merge",
+      "Merge the exposure brackets of a session into irradiance, or a stack of pictures into "
+      "radiance, with error bars",
+      [options, verb_itself] { return Run(*options, **verb_itself); });
+  *verb_itself = &verb;
+  verb.add_option("INPUT", options->inputs,
+                  "The session folder, or PNG, JPEG or TIFF pictures of one scene with different "
+                  "exposure times")
+      ->required();
+  verb.add_option("-o,--output", options->output, "The .meas.exr to write; for pictures an .exr")
+      ->required();
   verb.add_option("--estimator", options->estimator,
                   "inverse-variance: iterated, needs the camera's noise model; poisson: sums of "
                   "counts over sums of times")
@@ -68,11 +100,16 @@ void AddMerge(Program& program) {
       "A .cal.json: a sensor's (`calibrate sensor`) in place of the gain, noise, black "
       "level, dark current, PRNU and saturation that the session states; the geometry's "
       "(`calibrate geometry`) in place of its delta, image_from_sensor and stage axes; "
-      "or one of each");
+      "or one of each; for pictures their camera's response (`calibrate response`)");
   verb.add_option(
       "--flat-field", options->flat_field,
       "A .flat.exr (`calibrate flat-field`) in place of the vignetting that the session "
       "holds; its sigma takes the place of PRNU");
+  verb.add_option("--exposure", options->exposures_s,
+                  "Of pictures: exposure times in seconds, one for each (default: their Exif)")
+      ->delimiter(',');
+  verb.add_flag("--estimate-exposures", options->estimate_exposures,
+                "Of pictures: find the ratios of their exposures from the pixels they share");
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }
