@@ -1,6 +1,7 @@
 #include "core/exr.h"
 
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfChromaticitiesAttribute.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfEnvmapAttribute.h>
 #include <OpenEXR/ImfFloatAttribute.h>
@@ -65,6 +66,11 @@ std::string EnvmapName(Imf::Envmap value) {
   return fmt::format("unknown ({})", static_cast<int>(value));
 }
 
+std::string ChromaticitiesText(const Imf::Chromaticities& c) {
+  return fmt::format("{} {} {} {} {} {} {} {}", c.red.x, c.red.y, c.green.x, c.green.y, c.blue.x,
+                     c.blue.y, c.white.x, c.white.y);
+}
+
 ExrAttributes ReadAttributes(const Imf::Header& header) {
   ExrAttributes attributes;
   for (auto it = header.begin(); it != header.end(); ++it) {
@@ -79,6 +85,8 @@ ExrAttributes ReadAttributes(const Imf::Header& header) {
       attributes[it.name()] = s->value();
     if (const auto* e = dynamic_cast<const Imf::EnvmapAttribute*>(&attribute))
       attributes[it.name()] = EnvmapName(e->value());
+    if (const auto* c = dynamic_cast<const Imf::ChromaticitiesAttribute*>(&attribute))
+      attributes[it.name()] = ChromaticitiesText(c->value());
   }
   return attributes;
 }

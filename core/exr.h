@@ -64,8 +64,8 @@ class ExrReader {
     int height = 0;
     std::vector<std::string> channels;  // sorted as in the file
     std::vector<bool> channel_is_uint;
-    // int, float/double and string attributes; an envmap attribute as "latlong", "cube" or
-    // "unknown (N)"; others are left out.
+    // int, float/double and string attributes; an envmap as "latlong", "cube" or "unknown (N)",
+    // chromaticities as x and y of red, green, blue and white, spaced; others are left out.
     ExrAttributes attributes;
   };
   const std::vector<Part>& parts() const;

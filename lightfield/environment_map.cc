@@ -6,11 +6,13 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
 #include "core/exr.h"
+#include "core/primaries.h"
 #include "core/radiance_hdr.h"
 #include "lightfield/disc_layout.h"
 #include "lightfield/environment_resampling.h"
@@ -59,6 +61,37 @@ core::Image ReadOpenExr(const std::filesystem::path& path, const core::ExrReader
     throw InputError(path.string(), "channels RY, BY (luminance and chroma) are not read",
                      "convert the picture to channels R, G, B");
   return core::ReadExrImage(path);
+}
+
+// Linear Rec. 709 of the R, G, B that the file's `chromaticities` define; none where they are Rec.
+// 709's or absent.
+std::optional<core::Matrix3> Rec709OfFile(const core::ExrReader& reader) {
+  if (!reader.parts().front().attributes.contains("chromaticities")) return {};
+  core::Primaries p;
+  std::istringstream text(reader.GetString(0, "chromaticities"));
+  double distance = 0;
+  for (const auto& [given, known] :
+       {std::pair{&p.red, core::kRec709.red}, std::pair{&p.green, core::kRec709.green},
+        std::pair{&p.blue, core::kRec709.blue}, std::pair{&p.white, core::kRec709.white}}) {
+    text >> given->x >> given->y;
+    distance = std::max({distance, std::abs(given->x - known.x), std::abs(given->y - known.y)});
+  }
+  if (distance <= 1e-3) return {};  // as writers round them
+  try {
+    return core::Rec709FromRgb(p);
+  } catch (const InputError& error) {
+    throw InputError(reader.path().string(), fmt::format("chromaticities: {}", error.what()),
+                     "mend or remove the attribute");
+  }
+}
+
+// Pixels that show something are not negative, and stay so.
+void BringToRec709(const core::Matrix3& rec709_from_rgb, core::Image& image) {
+  for (std::size_t k = 0; k < image.plane_size(); ++k) {
+    const core::Rgb rgb = core::IntoGamut(
+        core::Apply(rec709_from_rgb, {image.plane(0)[k], image.plane(1)[k], image.plane(2)[k]}));
+    for (int c = 0; c < 3; ++c) image.plane(c)[k] = static_cast<float>(rgb[c]);
+  }
 }
 
 // A square of an unfolded cube: where it lies, in squares, and what it shows.
@@ -163,9 +196,11 @@ EnvironmentPicture ReadEnvironmentPicture(const std::filesystem::path& path,
                                           std::optional<EnvironmentLayout> named) {
   EnvironmentPicture picture;
   std::optional<AttributeLayout> attribute;
+  std::optional<core::Matrix3> rec709_from_rgb;
   if (IsOpenExr(path)) {
     const core::ExrReader reader(path);
     attribute = ReadAttributeLayout(reader);
+    rec709_from_rgb = Rec709OfFile(reader);
     picture.image = ReadOpenExr(path, reader);
   } else {
     picture.image = core::ReadRadianceHdr(path);
@@ -187,6 +222,8 @@ EnvironmentPicture ReadEnvironmentPicture(const std::filesystem::path& path,
   }
   CheckShape(path, picture);
   CheckRadiance(path, picture);
+  if (rec709_from_rgb && picture.image.channels == 3)
+    BringToRec709(*rec709_from_rgb, picture.image);
   return picture;
 }
 

@@ -21,7 +21,8 @@ struct EnvironmentPicture {
 };
 
 // Reads a Radiance picture (core/radiance_hdr.h) or channels R, G, B or Y of an OpenEXR file's
-// first part, at full resolution where there are several. The layout is, in this order: an OpenEXR
+// first part, at full resolution where there are several; a `chromaticities` attribute's R, G, B
+// become Rec. 709, white staying white (core/primaries.h). The layout is, in this order: an OpenEXR
 // `envmap` attribute's (pixels registered as kNodes), that of the attribute `luxfield:layout`, the
 // one that is named, latitude-longitude for a picture twice as wide as high, cube for one six times
 // as high as wide and for the crosses of 3 : 4 and 4 : 3, which become such a strip, pixel by

@@ -119,6 +119,53 @@ TEST(EnvironmentMap, ValuesAboveTheRangeOfHalfSurvive) {
   EXPECT_NEAR(MeanRadiance(MakeCubeMap(picture))[1] / (128.5 * 16777216), 1, 1e-6);
 }
 
+std::filesystem::path WriteWithChromaticities(const Imf::Chromaticities& chromaticities,
+                                              const Imf::Rgba& pixel,
+                                              Imf::RgbaChannels channels = Imf::WRITE_RGB) {
+  Imf::Header header(4, 2);
+  Imf::addChromaticities(header, chromaticities);
+  const auto path = UniquePath(".exr");
+  const std::vector<Imf::Rgba> pixels(8, pixel);
+  Imf::RgbaOutputFile file(path.c_str(), header, channels);
+  file.setFrameBuffer(pixels.data(), 1, 4);
+  file.writePixels(2);
+  return path;
+}
+
+// Known answers: the matrix of ITU-R BT.2407 for Rec. 2020 (white D65 in both); white of ACES stays
+// white.
+TEST(EnvironmentMap, ChromaticitiesBecomeRec709) {
+  const Imf::Chromaticities rec2020({0.708f, 0.292f}, {0.170f, 0.797f}, {0.131f, 0.046f},
+                                    {0.3127f, 0.3290f}),
+      aces({0.7347f, 0.2653f}, {0, 1}, {0.0001f, -0.077f}, {0.32168f, 0.33767f});
+  const Imf::Chromaticities nonsense({0.3f, 0.3f}, {0.3f, 0.3f}, {0.3f, 0.3f}, {0.3f, 0.3f});
+  const auto first = [](const std::filesystem::path& path) {
+    const core::Image image = ReadEnvironmentPicture(path).image;
+    return core::Rgb{image.plane(0)[7], image.plane(1)[7], image.plane(2)[7]};
+  };
+  const core::Rgb colour = first(WriteWithChromaticities(rec2020, Imf::Rgba(0.5f, 0.75f, 0.625f)));
+  const double expected[] = {1.6605 * 0.5 - 0.5876 * 0.75 - 0.0728 * 0.625,
+                             -0.1246 * 0.5 + 1.1329 * 0.75 - 0.0083 * 0.625,
+                             -0.0182 * 0.5 - 0.1006 * 0.75 + 1.1187 * 0.625};
+  for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(colour[c], expected[c], 3e-4) << c;
+  // Out of reach: not negative, and as bright as it was (Rec. 2020's Y of green is 0.6780).
+  const core::Rgb green = first(WriteWithChromaticities(rec2020, Imf::Rgba(0, 1, 0)));
+  EXPECT_NEAR(*std::min_element(green.begin(), green.end()), 0, 1e-6);
+  EXPECT_NEAR(core::Luminance(green), 0.6780, 3e-4);
+  const core::Rgb white = first(WriteWithChromaticities(aces, Imf::Rgba(2, 2, 2)));
+  for (const double value : white) EXPECT_NEAR(value, 2, 1e-5);
+  // Rec. 709's own change nothing, to the bit.
+  const core::Rgb own =
+      first(WriteWithChromaticities(Imf::Chromaticities(), Imf::Rgba(0.125f, 1, 0)));
+  EXPECT_EQ(own, (core::Rgb{0.125, 1, 0}));
+  // Nonsense and luminance-chroma pictures are refused by name.
+  EXPECT_THAT(Refusal(WriteWithChromaticities(nonsense, Imf::Rgba(1, 1, 1))),
+              HasSubstr("chromaticities"));
+  EXPECT_THAT(
+      Refusal(WriteWithChromaticities(Imf::Chromaticities(), Imf::Rgba(1, 1, 1), Imf::WRITE_YC)),
+      HasSubstr("RY, BY"));
+}
+
 // What a viewer sees who faces -y and turns: to the left, straight on, right, up, down, behind.
 TEST(EnvironmentMap, CrossesAreUnfoldedAroundWhatIsAhead) {
   constexpr int kSize = 5;
