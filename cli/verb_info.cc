@@ -14,6 +14,7 @@
 #include "hal/devices.h"
 #include "lightfield/environment_layouts.h"
 #include "lightfield/environment_map.h"
+#include "lightfield/environment_sequence.h"
 #include "lightfield/light_field.h"
 #include "lightfield/measured_filter.h"
 #include "lightfield/measurements.h"
@@ -274,8 +275,7 @@ bool IsSession(const std::filesystem::path& folder) {
 Json Info(const std::string& path, const std::string& layout) {
   const std::string name = LowerCase(path);
   if (IsSession(path)) return InfoSession(path);
-  if (std::filesystem::is_directory(path) || name.ends_with(".txt"))
-    return InfoEnvironmentSequence(path, layout);
+  if (lightfield::IsEnvironmentSequence(path)) return InfoEnvironmentSequence(path, layout);
   if (!layout.empty()) return InfoEnvironment(path, layout);
   if (name.ends_with(".lf.exr")) return InfoLightField(path);
   if (name.ends_with(".meas.exr")) return InfoMeasurements(path);

@@ -2,13 +2,16 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
 
 #include "cli/program.h"
 #include "core/colour.h"
+#include "core/error.h"
 #include "core/exr.h"
+#include "core/stopwatch.h"
 #include "render/display.h"
 #include "render/film.h"
 #include "render/renderer.h"
@@ -93,29 +96,8 @@ std::map<std::string, std::filesystem::path> ParseAssignments(
   return assignments;
 }
 
-core::Json Run(Options options, const Common& common) {
-  RequireExtension(options.output, ".exr", "--output");
-  for (const auto* png : {&options.png, &options.radiance_map, &options.irradiance_map})
-    if (!png->empty()) RequireExtension(*png, ".png", "a picture's name");
-  scene::SceneOverrides overrides;
-  overrides.light_fields = ParseAssignments(options.light_fields);
-  overrides.tables = ParseAssignments(options.tables);
-  overrides.width = options.width;
-  overrides.height = options.height;
-  options.render.shadows = render::ShadowsFromName(options.shadows);
-  options.render.seed = common.seed.value_or(1);
-  for (const auto& knob : options.knobs) options.render.knobs.Set(knob);
-  options.render.Validate();
-  const scene::Scene scene = scene::ReadScene(options.scene, overrides);
-  const render::Device device = render::Device::Open(options.device, common.threads);
-  render::LitScene lit(device, scene);
-  std::optional<study::AccurateFrame> accurate;
-  if (!options.error.empty() || !options.time.empty()) {
-    accurate = RenderToTarget(lit, options);
-    options.render.estimator = accurate->chosen.estimator;
-  }
-  const render::Frame frame =
-      accurate ? accurate->frame : render::Renderer(lit, options.render).Render();
+// The files that the options name.
+void WritePictures(const render::Frame& frame, const Options& options) {
   render::WriteFrame(options.output, frame);
   render::ToneMapping mapping;
   mapping.exposure = options.exposure;
@@ -133,7 +115,9 @@ core::Json Run(Options options, const Common& common) {
         render::IrradianceUnitName(frame.unit), scale);
   if (!options.display.empty())
     render::Display(options.display).Show(options.output, frame.radiance);
+}
 
+core::Json Describe(const render::Frame& frame, const Options& options, const std::string& device) {
   double samples = 0, variance = 0, radiance = 0;
   for (std::size_t k = 0; k < frame.samples.data.size(); ++k) {
     samples += frame.samples.data[k];
@@ -144,7 +128,7 @@ core::Json Run(Options options, const Common& common) {
   const auto pixels = static_cast<double>(frame.samples.data.size());
   const double noise = radiance > 0 ? std::sqrt(variance * pixels) / radiance : 0;
   fmt::print("{}: {} x {}, {} on {}, {}\n", options.output, frame.width, frame.height,
-             options.render.estimator, device.info().name, "shadows: " + options.shadows);
+             options.render.estimator, device, "shadows: " + options.shadows);
   fmt::print(
       "  light samples         {:.4g} in all; estimated noise {:.3g} % of the mean radiance "
       "(RMS)\n",
@@ -154,12 +138,77 @@ core::Json Run(Options options, const Common& common) {
   core::Json json{{"width", frame.width},
                   {"height", frame.height},
                   {"estimator", options.render.estimator},
-                  {"device", device.info().name},
+                  {"device", device},
                   {"light_samples", samples},
                   {"estimated_rel_rmse", noise},
                   {"gbuffer_s", frame.times.gbuffer_s},
                   {"lighting_s", frame.times.lighting_s},
                   {"kernels", frame.times.kernels}};
+  return json;
+}
+
+// X.exr of frame 7 is X_0007.exr.
+std::string Numbered(const std::string& name, std::size_t frame) {
+  if (name.empty()) return name;
+  const std::filesystem::path path(name);
+  return (path.parent_path() /
+          fmt::format("{}_{:04}{}", path.stem().string(), frame, path.extension().string()))
+      .string();
+}
+
+// Every frame of the environment's sequence as a picture of its own.
+core::Json RenderSequence(render::LitScene& scene, const Options& options) {
+  render::Renderer renderer(scene, options.render);
+  core::Json frames = core::Json::array();
+  const core::Stopwatch stopwatch;
+  for (bool more = true; more; more = scene.NextFrame()) {
+    Options numbered = options;
+    for (std::string* name :
+         {&numbered.output, &numbered.png, &numbered.radiance_map, &numbered.irradiance_map})
+      *name = Numbered(*name, frames.size());
+    const render::Frame frame = renderer.Render();
+    WritePictures(frame, numbered);
+    frames.push_back(Describe(frame, numbered, scene.device().info().name));
+  }
+  const double fps = static_cast<double>(frames.size()) / stopwatch.WallSeconds();
+  fmt::print("{} frames, {:.3g} a second with reading, tables and files\n", frames.size(), fps);
+  return {{"frames", frames}, {"fps", fps}};
+}
+
+core::Json Run(Options options, const Common& common) {
+  RequireExtension(options.output, ".exr", "--output");
+  for (const auto* png : {&options.png, &options.radiance_map, &options.irradiance_map})
+    if (!png->empty()) RequireExtension(*png, ".png", "a picture's name");
+  scene::SceneOverrides overrides;
+  overrides.light_fields = ParseAssignments(options.light_fields);
+  overrides.tables = ParseAssignments(options.tables);
+  overrides.width = options.width;
+  overrides.height = options.height;
+  options.render.shadows = render::ShadowsFromName(options.shadows);
+  options.render.seed = common.seed.value_or(1);
+  for (const auto& knob : options.knobs) options.render.knobs.Set(knob);
+  options.render.Validate();
+  const scene::Scene scene = scene::ReadScene(options.scene, overrides);
+  const render::Device device = render::Device::Open(options.device, common.threads);
+  render::LitScene lit(device, scene);
+  if (lit.frame_count() > 1) {
+    for (const auto& [option, value] :
+         {std::pair{"--error", options.error}, std::pair{"--time", options.time},
+          std::pair{"--reference", options.reference}})
+      if (!value.empty())
+        throw InputError(options.scene, "its environment is a sequence of frames",
+                         fmt::format("drop {}, which is for one picture", option));
+    return RenderSequence(lit, options);
+  }
+  std::optional<study::AccurateFrame> accurate;
+  if (!options.error.empty() || !options.time.empty()) {
+    accurate = RenderToTarget(lit, options);
+    options.render.estimator = accurate->chosen.estimator;
+  }
+  const render::Frame frame =
+      accurate ? accurate->frame : render::Renderer(lit, options.render).Render();
+  WritePictures(frame, options);
+  core::Json json = Describe(frame, options, device.info().name);
   if (accurate) json["accuracy"] = Describe(*accurate, options);
   if (!options.reference.empty()) {
     const double error =

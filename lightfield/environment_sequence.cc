@@ -87,6 +87,10 @@ bool NaturallyBefore(std::string_view a, std::string_view b) {
   return a.empty();
 }
 
+bool IsEnvironmentSequence(const std::filesystem::path& path) {
+  return std::filesystem::is_directory(path) || path.extension() == ".txt";
+}
+
 std::vector<std::filesystem::path> ListEnvironmentFrames(const std::filesystem::path& path) {
   return std::filesystem::is_directory(path) ? FramesOfFolder(path) : FramesOfList(path);
 }

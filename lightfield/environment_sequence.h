@@ -17,6 +17,9 @@ namespace luxfield::lightfield {
 // in leading zeros only keep the order of their characters.
 bool NaturallyBefore(std::string_view a, std::string_view b);
 
+// Whether a path names a sequence and not one picture: a folder, or a list (.txt).
+bool IsEnvironmentSequence(const std::filesystem::path& path);
+
 // The frames of a folder, its .hdr, .rgbe, .pic and .exr files in natural order, or of a list: a
 // text file with a path a line, relative to it, in its own order; empty lines and those that begin
 // with # are skipped. Throws InputError naming folder or line: no frames, no such file.

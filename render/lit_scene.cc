@@ -55,12 +55,40 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene)
 }
 
 void LitScene::LoadEnvironment(const scene::Environment& environment) {
-  const auto picture = lightfield::ReadEnvironmentPicture(environment.file, environment.layout);
-  const lightfield::CubeMap map = lightfield::MakeCubeMap(picture, environment.face_size);
-  environment_.emplace(EnvironmentLight(device_, map.face_size), environment.scale);
+  std::optional<lightfield::EnvironmentSequence> sequence;
+  std::filesystem::path file = environment.file;
+  lightfield::CubeMap map;
+  if (lightfield::IsEnvironmentSequence(file)) {
+    sequence.emplace(
+        file, lightfield::EnvironmentSequenceOptions{environment.layout, environment.face_size});
+    file = sequence->frames().front();
+    sequence->Next(map);
+  } else {
+    map = lightfield::MakeCubeMap(lightfield::ReadEnvironmentPicture(file, environment.layout),
+                                  environment.face_size);
+  }
+  environment_.emplace(PlacedEnvironment{EnvironmentLight(device_, map.face_size),
+                                         environment.scale, std::move(sequence)});
   environment_->light.SetPose(environment.world_from_environment);
+  ShowEnvironment(map, file);
+}
+
+void LitScene::ShowEnvironment(const lightfield::CubeMap& map, const std::filesystem::path& file) {
   environment_->light.Show(map);
-  provenance_["environment sha256"] = core::Sha256OfFile(environment.file);
+  provenance_["environment file"] = file.filename().string();
+  provenance_["environment sha256"] = core::Sha256OfFile(file);
+}
+
+std::size_t LitScene::frame_count() const {
+  return environment_ && environment_->sequence ? environment_->sequence->frames().size() : 1;
+}
+
+bool LitScene::NextFrame() {
+  lightfield::CubeMap map;
+  if (!environment_ || !environment_->sequence || !environment_->sequence->Next(map)) return false;
+  ++environment_->frame;
+  ShowEnvironment(map, environment_->sequence->frames()[environment_->frame]);
+  return true;
 }
 
 void LitScene::RequireEnvironment(const EnvironmentTableOptions& options) {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "lightfield/environment_sequence.h"
 #include "lightfield/light_field.h"
 #include "render/device_scene.h"
 #include "render/environment_light.h"
@@ -36,10 +37,12 @@ struct PlacedLuminaire {
   double scale = 1;
 };
 
-// The scene's environment map.
+// The scene's environment map, or the frame shown of its sequence.
 struct PlacedEnvironment {
   EnvironmentLight light;
   double scale = 1;
+  std::optional<lightfield::EnvironmentSequence> sequence;  // none: a single map
+  std::size_t frame = 0;                                    // of the sequence, from 0
 };
 
 class LitScene {
@@ -59,6 +62,12 @@ class LitScene {
 
   // Makes the environment's tables as `options` ask for, if there is an environment.
   void RequireEnvironment(const EnvironmentTableOptions& options);
+
+  // Pictures that the scene's environment makes of it: frames of a sequence, else 1.
+  std::size_t frame_count() const;
+  // Shows the next frame of the environment's sequence, which a thread read meanwhile, its tables
+  // made anew; false after the last. Throws InputError as EnvironmentSequence::Next.
+  bool NextFrame();
 
   // Forgets the volumes: the next picture that needs one builds it anew, as if it were the first.
   void DropVolumes();
@@ -83,6 +92,7 @@ class LitScene {
 
  private:
   void LoadEnvironment(const scene::Environment& environment);
+  void ShowEnvironment(const lightfield::CubeMap& map, const std::filesystem::path& file);
   std::shared_ptr<LoadedLightField> Load(const scene::Luminaire& luminaire);
   preprocess::VolumeForError BuildVolume(const LoadedLightField& light_field,
                                          double max_rel_error) const;

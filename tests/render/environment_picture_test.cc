@@ -1,6 +1,7 @@
 // Pictures of scenes under environment maps.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -187,6 +188,43 @@ TEST_F(EnvironmentPicture, PassesAndTilesKeepTheMean) {
                 difference / std::sqrt(variance));
     EXPECT_LT(std::abs(difference), 4 * std::sqrt(variance));
   }
+}
+
+// Frame k of a sequence looks as the scene with that frame's file alone.
+TEST_F(EnvironmentPicture, ASequenceShowsOneFrameAfterTheOther) {
+  const auto folder = std::filesystem::path(testing::TempDir()) /
+                      ("luxfield_sky_sequence_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  constexpr int kFrames = 3;
+  const auto name = [&](int frame) { return folder / ("sky_" + std::to_string(frame) + ".exr"); };
+  for (int frame = 0; frame < kFrames; ++frame) {
+    core::Image image(64, 32, 3);
+    for (std::size_t k = 0; k < image.data.size(); ++k)
+      image.data[k] = 0.1f + static_cast<float>((k * (7 + frame)) % 32);
+    core::WriteExrImage(name(frame), image);
+  }
+  LitScene lit(Device::Open(), Block(folder));
+  EXPECT_EQ(lit.frame_count(), std::size_t{kFrames});
+  const RenderOptions options = Options(Shadows::kTraced, 16);
+  Renderer renderer(lit, options);
+  std::vector<float> before;
+  for (int frame = 0; frame < kFrames; ++frame) {
+    if (frame > 0) {
+      ASSERT_TRUE(lit.NextFrame());
+    }
+    const Frame streamed = renderer.Render(), alone = RenderWith(Block(name(frame)), options);
+    EXPECT_EQ(streamed.radiance.data, alone.radiance.data) << frame;
+    EXPECT_NE(streamed.radiance.data, before) << frame;
+    EXPECT_EQ(streamed.provenance.at("environment file"), name(frame).filename().string());
+    EXPECT_EQ(streamed.provenance.at("environment sha256"),
+              alone.provenance.at("environment sha256"));
+    before = streamed.radiance.data;
+  }
+  EXPECT_FALSE(lit.NextFrame());
+  LitScene single(Device::Open(), Block(name(0)));
+  EXPECT_EQ(single.frame_count(), 1u);
+  EXPECT_FALSE(single.NextFrame());
+  std::filesystem::remove_all(folder);
 }
 
 TEST_F(EnvironmentPicture, WrongInputIsNamed) {
