@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "core/colour.h"
@@ -11,6 +12,8 @@
 #include "reconstruct/adjoint_solve.h"
 #include "reconstruct/basis_truncation.h"
 #include "reconstruct/error_propagation.h"
+#include "reconstruct/geometry_calibration_file.h"
+#include "reconstruct/geometry_uncertainty.h"
 #include "reconstruct/reconstruct.h"
 
 namespace luxfield::reconstruct {
@@ -22,16 +25,27 @@ using lightfield::Vec3;
 using lightfield::Weights;
 
 constexpr std::array<const char*, kErrorSources> kNames = {
-    "photon noise",  "read noise", "PRNU",        "shutter",     "lamp drift",
-    "monitor",       "stage",      "image shift", "print shift", "density",
-    "density gamma", "grain",      "stray light", "light meter"};
+    "photon noise", "read noise",    "PRNU",        "shutter",     "lamp drift",
+    "monitor",      "stage",         "image shift", "geometry",    "print shift",
+    "density",      "density gamma", "grain",       "stray light", "light meter"};
 
 struct Asked {
   std::string name, unit;
   double value = 0;
   Weights weights;
   std::optional<double> truncation;
+  double per_delta = 0;  // dQ per metre of the plane distance, coefficients as they are
 };
+
+double PerDelta(const LightField& field,
+                const std::function<Weights(const LuminaireGeometry&)>& weights) {
+  constexpr double kStep = 1e-4;  // relative; the error of a central difference is its square
+  LuminaireGeometry above = field.geometry, below = field.geometry;
+  above.delta_m *= 1 + kStep;
+  below.delta_m *= 1 - kStep;
+  return (Apply(weights(above), field) - Apply(weights(below), field)) /
+         (above.delta_m - below.delta_m);
+}
 
 std::string RadianceUnit(lightfield::FluxUnit unit) {
   switch (unit) {
@@ -93,14 +107,20 @@ std::vector<Asked> Ask(const LightField& field, BudgetSettings settings) {
   if (settings.rays.empty() && settings.receivers.empty()) AskWhatIsUsual(field, &settings);
   const LuminaireGeometry& g = field.geometry;
   std::vector<Asked> quantities;
-  quantities.push_back({"flux", lightfield::FluxUnitName(g.unit), 0, FluxWeights(g), {}});
+  const auto ask = [&](const std::string& name, const std::string& unit, auto&& weights) {
+    Asked& q = quantities.emplace_back(Asked{name, unit, 0, weights(g), {}});
+    q.value = Apply(q.weights, field);
+    q.per_delta = PerDelta(field, weights);
+  };
+  ask("flux", lightfield::FluxUnitName(g.unit), lightfield::FluxWeights);
   for (const RayAsked& ray : settings.rays)
-    quantities.push_back(
-        {ray.name, RadianceUnit(g.unit), 0, RadianceWeights(g, ray.u_m, ray.s_m), {}});
+    ask(ray.name, RadianceUnit(g.unit), [&](const LuminaireGeometry& geometry) {
+      return RadianceWeights(geometry, ray.u_m, ray.s_m);
+    });
   for (const ReceiverAsked& at : settings.receivers)
-    quantities.push_back(
-        {at.name, IrradianceUnit(g.unit), 0, IrradianceWeights(g, at.p_m, at.normal), {}});
-  for (Asked& q : quantities) q.value = Apply(q.weights, field);
+    ask(at.name, IrradianceUnit(g.unit), [&](const LuminaireGeometry& geometry) {
+      return IrradianceWeights(geometry, at.p_m, at.normal);
+    });
   if (const auto coarse = Coarsened(field)) {
     for (Asked& q : quantities) q.truncation = std::abs(q.value - Apply(q.weights, *coarse));
     for (std::size_t n = 0; n < settings.rays.size(); ++n)
@@ -121,10 +141,14 @@ Scaled ScaleByMeter(const LightField& field, const Meter& meter, std::vector<Ask
   Scaled result;
   double numerator = 0, denominator = 0;
   std::vector<Weights> weights;
-  std::vector<double> values;
+  std::vector<double> values, per_delta;
   for (const MeterReading& reading : meter.readings) {
-    weights.push_back(IrradianceWeights(field.geometry, reading.at.p_m, reading.at.normal));
+    const auto at = [&](const LuminaireGeometry& geometry) {
+      return IrradianceWeights(geometry, reading.at.p_m, reading.at.normal);
+    };
+    weights.push_back(at(field.geometry));
     values.push_back(Apply(weights.back(), field));
+    per_delta.push_back(PerDelta(field, at));
     const double a = 1 / (reading.sigma * reading.sigma), e = values.back();
     if (!(e > 0))
       throw InputError(
@@ -137,10 +161,12 @@ Scaled ScaleByMeter(const LightField& field, const Meter& meter, std::vector<Ask
   const double factor = numerator / denominator;
   // d log(factor) per dE: -a E / sum a E^2 where R = factor E.
   Weights common(field.data.size(), 0.0);
+  double common_per_delta = 0;
   for (std::size_t n = 0; n < weights.size(); ++n) {
     const MeterReading& reading = meter.readings[n];
     const double share = values[n] / (reading.sigma * reading.sigma * denominator);
     for (std::size_t k = 0; k < common.size(); ++k) common[k] += share * weights[n][k];
+    common_per_delta += share * per_delta[n];
     const double residual = reading.value / (factor * values[n]) - 1;
     result.scale.residuals.push_back(residual);
     const double by_sigma = (reading.value - factor * values[n]) / reading.sigma;
@@ -151,12 +177,32 @@ Scaled ScaleByMeter(const LightField& field, const Meter& meter, std::vector<Ask
   for (Asked& q : *quantities) {
     for (std::size_t k = 0; k < common.size(); ++k)
       q.weights[k] = factor * (q.weights[k] - q.value * common[k]);
+    q.per_delta = factor * (q.per_delta - q.value * common_per_delta);
     q.value *= factor;
     if (q.truncation) *q.truncation *= factor;
   }
   for (double& w : common) w *= -factor;
-  result.factor = {"scale factor", "", factor, std::move(common), {}};
+  result.factor = {"scale factor", "", factor, std::move(common), {}, -factor * common_per_delta};
   return result;
+}
+
+// Of every quantity; nothing where the geometry is as the session states it.
+std::optional<std::vector<double>> GeometrySigmas(const MergeSessionOptions& how,
+                                                  const lightfield::Measurements& measurements,
+                                                  const LightField& field,
+                                                  const std::vector<Asked>& quantities,
+                                                  const std::vector<Weights>& weights) {
+  const auto file =
+      std::find_if(how.calibrations.begin(), how.calibrations.end(), IsGeometryCalibration);
+  if (file == how.calibrations.end()) return {};
+  const GeometryUncertainty geometry(*file);
+  const PrintSensitivity print(field.geometry.grid.basis, field.geometry.grid.spacing_m,
+                               measurements.filter_scale);
+  std::vector<double> sigmas;
+  for (std::size_t q = 0; q < quantities.size(); ++q)
+    sigmas.push_back(std::sqrt(GeometryVariance(geometry, measurements, field, weights[q], print,
+                                                quantities[q].per_delta)));
+  return sigmas;
 }
 
 }  // namespace
@@ -185,6 +231,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
   }
   std::vector<Weights> weights;
   for (const Asked& q : quantities) weights.push_back(AdjointSolve(measurements, q.weights));
+  const auto by_geometry = GeometrySigmas(how, measurements, field, quantities, weights);
   ErrorPropagation propagation({session, plan, how, measurements, field}, std::move(weights));
   MergeSessionOptions observed = how;
   observed.observer = &propagation;
@@ -199,6 +246,8 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
     result.value = quantities[q].value;
     result.truncation = quantities[q].truncation;
     result.sigma = propagation.Sigma(q, settings.sizes);
+    if (by_geometry)
+      result.sigma[static_cast<std::size_t>(ErrorSource::kGeometry)] = (*by_geometry)[q];
     if (scaled)
       result.sigma[static_cast<std::size_t>(ErrorSource::kMeter)] =
           scaled->meter_relative * std::abs(result.value);

@@ -36,6 +36,7 @@ enum class ErrorSource {
   kMonitor,       // readings of the lamp monitor, where they state the level
   kStage,         // arrivals, of positions and references
   kImageShift,    // image_from_sensor against the filter's axis
+  kGeometry,      // what a calibration of the geometry states of itself
   kPrintShift,    // the print in its holder
   kDensity,       // of the print
   kDensityGamma,  //
@@ -43,7 +44,7 @@ enum class ErrorSource {
   kStrayLight,    //
   kMeter,         // the light meter's readings and calibration
 };
-constexpr int kErrorSources = 14;
+constexpr int kErrorSources = 15;
 
 // "photon noise" ...
 const char* ErrorSourceName(ErrorSource source);

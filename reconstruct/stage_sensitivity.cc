@@ -33,8 +33,9 @@ Difference Across(const Lattice& lattice, int row, int column, int dr, int dc, d
 
 }  // namespace
 
-ImageSlope ImageSensitivity(const lightfield::Measurements& measurements,
-                            const lightfield::Weights& weights, int m) {
+ImageChange ChangeOfImage(const lightfield::Measurements& measurements,
+                          const lightfield::Weights& weights, int m,
+                          std::span<const Vec2> displacement_m) {
   const auto& geometry = measurements.geometry;
   const Lattice& lattice = geometry.lattice;
   const auto& position = measurements.positions[m];
@@ -42,33 +43,39 @@ ImageSlope ImageSensitivity(const lightfield::Measurements& measurements,
     return !(position.mask[static_cast<std::size_t>(row) * lattice.width + column] &
              lightfield::kUnknownMask);
   };
-  // The slope as weights of E, so that its noise is known too.
-  std::vector<Vec2> slope(geometry.plane_size());
-  ImageSlope result;
+  // The change as weights of E, so that its noise is known too.
+  std::vector<double> change(geometry.plane_size());
+  ImageChange result;
   for (int channel = 0; channel < geometry.channels; ++channel) {
     const double* w = weights.data() + (static_cast<std::size_t>(m) * geometry.channels + channel) *
                                            geometry.plane_size();
-    std::fill(slope.begin(), slope.end(), Vec2{});
+    std::fill(change.begin(), change.end(), 0.0);
     for (int row = 0; row < lattice.height; ++row)
       for (int column = 0; column < lattice.width; ++column) {
-        const double weight = w[static_cast<std::size_t>(row) * lattice.width + column];
-        if (weight == 0) continue;
-        const Difference s = Across(lattice, row, column, 0, 1, lattice.ds_m, known),
-                         t = Across(lattice, row, column, -1, 0, lattice.dt_m, known);
-        slope[s.ahead].x += weight * s.per_m;
-        slope[s.behind].x -= weight * s.per_m;
-        slope[t.ahead].y += weight * t.per_m;
-        slope[t.behind].y -= weight * t.per_m;
+        const std::size_t k = static_cast<std::size_t>(row) * lattice.width + column;
+        if (w[k] == 0) continue;
+        const auto add = [&](const Difference& d, double by_m) {
+          change[d.ahead] += w[k] * d.per_m * by_m;
+          change[d.behind] -= w[k] * d.per_m * by_m;
+        };
+        add(Across(lattice, row, column, 0, 1, lattice.ds_m, known), displacement_m[k].x);
+        add(Across(lattice, row, column, -1, 0, lattice.dt_m, known), displacement_m[k].y);
       }
-    for (std::size_t k = 0; k < slope.size(); ++k) {
-      const double e = position.irradiance[channel * slope.size() + k],
-                   sigma = position.sigma[channel * slope.size() + k];
-      const Vec2 g = slope[k];
-      result.per_m = result.per_m + e * g;
-      result.variance = result.variance + sigma * sigma * Vec2{g.x * g.x, g.y * g.y};
+    for (std::size_t k = 0; k < change.size(); ++k) {
+      const double sigma = change[k] * position.sigma[channel * change.size() + k];
+      result.value += change[k] * position.irradiance[channel * change.size() + k];
+      result.variance += sigma * sigma;
     }
   }
   return result;
+}
+
+ImageSlope ImageSensitivity(const lightfield::Measurements& measurements,
+                            const lightfield::Weights& weights, int m) {
+  const std::size_t texels = measurements.geometry.plane_size();
+  const ImageChange s = ChangeOfImage(measurements, weights, m, std::vector<Vec2>(texels, {1, 0})),
+                    t = ChangeOfImage(measurements, weights, m, std::vector<Vec2>(texels, {0, 1}));
+  return {{s.value, t.value}, {s.variance, t.variance}};
 }
 
 Vec2 ReferenceSensitivity(const lightfield::LightField& coefficients, const SessionPlan& plan,

@@ -15,9 +15,18 @@
 
 namespace luxfield::reconstruct {
 
+// How Q = sum weights E changes where texel k of the image at position m was taken from
+// displacement_m[k] beside its place; and the variance of that from the noise of E, by which its
+// square is too large.
+struct ImageChange {
+  double value = 0, variance = 0;
+};
+ImageChange ChangeOfImage(const lightfield::Measurements& measurements,
+                          const lightfield::Weights& weights, int m,
+                          std::span<const lightfield::Vec2> displacement_m);
+
 // sum over texels of weights dE/ds at position m, for Q = sum weights E: dQ per metre that the
-// image alone was taken from another place, along s and t; and its variance from the noise of E, by
-// which its square is too large.
+// image alone was taken from another place, along s and t, and its variance.
 struct ImageSlope {
   lightfield::Vec2 per_m, variance;
 };

@@ -73,6 +73,7 @@ class MonteCarlo {
       Run(all, false, options_.seed + kBudgetSeeds, run, true);
       reconstruct::MergeSessionOptions how;
       how.lamp_level = reconstruct::LampLevel::kMonitorUnity;
+      how.calibrations = {Geometry()};
       const core::SessionReader session(options_.folder / "session");
       const auto budget = reconstruct::ComputeErrorBudget(session, settings_, how);
       auto with_meter = settings_;
@@ -104,6 +105,7 @@ class MonteCarlo {
 
  private:
   std::filesystem::path Lab() const { return options_.folder / "lab.toml"; }
+  std::filesystem::path Geometry() const { return options_.folder / "geometry.cal.json"; }
 
   std::vector<double> Readings(const LightField& field) const {
     std::vector<double> values;
@@ -138,11 +140,8 @@ class MonteCarlo {
     chain.folder = options_.folder;
     chain.seed = seed + static_cast<std::uint64_t>(run);
     chain.keep_session = keep_session;
-    const auto shift = DrawImageShift(settings_.sizes, what.name, seed, run);
-    chain.misstate = [shift](hal::RigDescription& rig) {
-      rig.image_from_sensor[2] += shift.x;  // affine: w is 1
-      rig.image_from_sensor[5] += shift.y;
-    };
+    WriteGeometryOfRun(Geometry(), settings_.sizes, what.name, seed, run);
+    chain.calibrations = {Geometry()};
     return RunChain(chain).reconstruction.coefficients;
   }
 

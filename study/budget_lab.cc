@@ -10,11 +10,13 @@
 #include "core/random.h"
 #include "lightfield/light_field.h"
 #include "reconstruct/error_budget.h"
+#include "reconstruct/geometry_calibration_file.h"
 
 namespace luxfield::study {
 namespace {
 
 constexpr double kDelta_m = 0.3, kSpacing_m = 0.03, kPixel_m = 0.01;
+constexpr int kSensor = 32;
 // The simulated grain: bilinear between knots, unit variance; the integral of its autocorrelation
 // is (3/2)^2 knots.
 constexpr double kGrainArea = 2.25;
@@ -217,6 +219,7 @@ std::vector<BudgetCase> BudgetCases() {
           one(ErrorSource::kMonitor, {"monitor_noise"}),
           one(ErrorSource::kStage, {"stage"}),
           one(ErrorSource::kImageShift, {}),
+          one(ErrorSource::kGeometry, {}),
           one(ErrorSource::kPrintShift, {"registration"}),
           one(ErrorSource::kDensity, {"density"}),
           one(ErrorSource::kDensityGamma, {"density"}),
@@ -227,13 +230,60 @@ std::vector<BudgetCase> BudgetCases() {
           {kTotal, all}};
 }
 
-lightfield::Vec2 DrawImageShift(const reconstruct::ErrorSizes& sizes, const std::string& source,
-                                std::uint64_t seed, int run) {
-  if (!IsTotal(source) && source != ErrorSourceName(reconstruct::ErrorSource::kImageShift))
-    return {};
+void WriteGeometryOfRun(const std::filesystem::path& file, const reconstruct::ErrorSizes& sizes,
+                        const std::string& source, std::uint64_t seed, int run) {
+  using reconstruct::ErrorSource;
+  const auto is = [&](ErrorSource of) {
+    return IsTotal(source) || source == reconstruct::ErrorSourceName(of);
+  };
   core::Random random(seed, 0x696D616765, static_cast<std::uint32_t>(run));
-  const double x = random.Normal(), y = random.Normal();
-  return sizes.image_shift_m.value_or(0) * lightfield::Vec2{x, y};
+  const auto draw = [&](ErrorSource of) {
+    const double normal = random.Normal();
+    return is(of) ? normal : 0;
+  };
+  const double image_shift_m = sizes.image_shift_m.value_or(0);
+  const double shift_s_m = image_shift_m * draw(ErrorSource::kImageShift),
+               shift_t_m = image_shift_m * draw(ErrorSource::kImageShift);
+
+  reconstruct::GeometryCalibration calibration;
+  reconstruct::Geometry& g = calibration.geometry;
+  g.parameters = {{"sensor_s", "m", 0, 4e-4},      {"sensor_t", "m", 0, 3e-4},
+                  {"sensor_turn", "rad", 0, 4e-3}, {"delta", "m", kDelta_m, 1.5e-3},
+                  {"stage_scale_u", "1", 1, 6e-3}, {"stage_scale_v", "1", 1, 5e-3},
+                  {"stage_turn", "rad", 0, 5e-3},  {"stage_skew", "rad", 0, 6e-3}};
+  constexpr double kOwn = 0.8, kNext = 0.6;
+  const std::size_t count = g.parameters.size();
+  std::vector<double> normal(count);
+  for (double& z : normal) z = draw(ErrorSource::kGeometry);
+  for (std::size_t r = 0; r < count; ++r)
+    for (std::size_t c = 0; c < count; ++c) {
+      const bool neighbours = (r + 1) % count == c || (c + 1) % count == r;
+      g.covariance.push_back((r == c       ? 1
+                              : neighbours ? kOwn * kNext
+                                           : 0) *
+                             g.parameters[r].sigma * g.parameters[c].sigma);
+    }
+  for (std::size_t k = 0; k < count; ++k)
+    g.parameters[k].value +=
+        g.parameters[k].sigma * (kOwn * normal[k] + kNext * normal[(k + 1) % count]);
+
+  const auto value = [&](std::size_t k) { return g.parameters[k].value; };
+  const double c = std::cos(value(2)), s = std::sin(value(2)), half = 0.5 * kSensor * kPixel_m;
+  g.width = g.height = kSensor;
+  g.image_from_sensor = {kPixel_m * c,
+                         kPixel_m * s,
+                         value(0) + shift_s_m - half * (c + s),
+                         kPixel_m * s,
+                         -kPixel_m * c,
+                         value(1) + shift_t_m - half * (s - c),
+                         0,
+                         0,
+                         1};
+  g.delta_m = value(3);
+  g.stage_axes = {
+      {{value(4) * std::cos(value(6)), value(4) * std::sin(value(6)), 0},
+       {-value(5) * std::sin(value(6) + value(7)), value(5) * std::cos(value(6) + value(7)), 0}}};
+  reconstruct::WriteGeometryCalibration(file, calibration);
 }
 
 std::vector<LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes, const std::string& source,

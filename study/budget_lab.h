@@ -27,6 +27,12 @@ reconstruct::ErrorSizes SizesOfLab(const std::filesystem::path& lab);
 // Of image_from_sensor; a lab file cannot state what the lab does not know.
 constexpr double kImageShift_m = 3e-4;
 
+// The geometry's calibration that run `run` is merged with: the truth, off by an image shift and by
+// errors of its parameters, normal with the covariance that the file states (neighbours correlate
+// by 0.48).
+void WriteGeometryOfRun(const std::filesystem::path& file, const reconstruct::ErrorSizes& sizes,
+                        const std::string& source, std::uint64_t seed, int run);
+
 // Sources as the budget has them and what to switch on for each.
 struct BudgetCase {
   std::string name;                  // as ErrorSourceName, "total", or "total, scaled by the meter"
@@ -34,10 +40,6 @@ struct BudgetCase {
   bool scaled = false;               // by the light meter
 };
 std::vector<BudgetCase> BudgetCases();
-
-// How far off image_from_sensor is in run `run`; normal.
-lightfield::Vec2 DrawImageShift(const reconstruct::ErrorSizes& sizes, const std::string& source,
-                                std::uint64_t seed, int run);
 
 // Three readings of a meter: of the given irradiances without errors, or as drawn for a run (their
 // own errors independent, the calibration's common), both normal.

@@ -14,7 +14,6 @@ ChainResult RunChain(const ChainOptions& options) {
   {
     const capture::Plan plan = capture::ReadPlan(options.plan);
     hal::Devices devices = hal::MakeDevices(options.lab, options.seed);
-    if (options.misstate) options.misstate(devices.rig);
     result.capture = capture::RunCapture(plan, devices, session_folder);
   }
   result.capture_s = watch.WallSeconds();
@@ -22,6 +21,7 @@ ChainResult RunChain(const ChainOptions& options) {
 
   const auto measurements_file = options.folder / (options.name + ".meas.exr");
   reconstruct::MergeSessionOptions how;
+  how.calibrations = options.calibrations;
   how.lamp_level =
       reconstruct::LampLevel::kMonitorUnity;  // the truth is the lamp at its nominal level
   result.measurements =

@@ -4,10 +4,10 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "capture/capture.h"
 #include "lightfield/light_field.h"
@@ -21,7 +21,7 @@ struct ChainOptions {
   std::filesystem::path folder;  // session/, NAME.meas.exr and NAME.signed.lf.exr are written here
   std::string name = "chain";
   std::optional<std::uint64_t> seed;
-  std::function<void(hal::RigDescription&)> misstate;  // what the rig tells of itself, made wrong
+  std::vector<std::filesystem::path> calibrations;  // as of merge
   bool keep_session = true;  // false: the session folder is deleted after the merge
 };
 
