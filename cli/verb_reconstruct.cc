@@ -1,11 +1,13 @@
 // luxfield reconstruct X.meas.exr -o X.lf.exr
 #include <fmt/format.h>
 
+#include <charconv>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "cli/program.h"
+#include "core/error.h"
 #include "core/file.h"
 #include "reconstruct/reconstruct.h"
 
@@ -14,9 +16,28 @@ namespace {
 
 struct Options {
   std::vector<std::string> measurements;
-  std::string output, sigma, filter;
+  std::string output, sigma, filter, regularise;
   bool double_precision = false, non_negative = false;
 };
+
+// A number, or nothing for "auto".
+std::optional<double> Lambda(const std::string& text) {
+  if (text == "auto") return {};
+  double lambda = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), lambda);
+  if (error != std::errc{} || end != text.data() + text.size())
+    throw InputError(
+        fmt::format("--regularise '{}' is neither a number nor `auto`; give one of them", text));
+  return lambda;
+}
+
+void PrintRegularisation(const reconstruct::RegularisationSummary& r) {
+  fmt::print(
+      "  regularised           lambda {:.4g}{}: noise {:.3g} % of the RMS of C ({:.3g} % without), "
+      "bias {:.3g} % (estimated; at most {:.3g} %), of the flux {:+.2g} %\n",
+      r.lambda, r.chosen ? ", of least estimated error" : "", 100 * r.noise, 100 * r.noise_before,
+      100 * r.bias, 100 * r.worst_bias, 100 * r.flux_bias);
+}
 
 core::Json Run(const Options& options) {
   RequireExtension(options.output, ".lf.exr", "--output");
@@ -34,10 +55,16 @@ core::Json Run(const Options& options) {
   std::optional<lightfield::MeasuredFilter> filter;
   if (!options.filter.empty()) filter = lightfield::ReadMeasuredFilter(options.filter);
   how.filter = filter ? &*filter : nullptr;
+  how.regularise = !options.regularise.empty();
+  if (how.regularise) how.lambda = Lambda(options.regularise);
   auto result = reconstruct::Reconstruct(measurements, how);
   auto& provenance = result.coefficients.provenance;
   provenance["measurements_sha256"] = source;
   provenance["non_negative"] = options.non_negative ? "yes" : "no";
+  if (result.report.regularisation)
+    provenance["regularised"] =
+        fmt::format("lambda {:.6g}, bias {:.3g} of the RMS of C",
+                    result.report.regularisation->lambda, result.report.regularisation->bias);
   if (filter) provenance["filter_sha256"] = core::Sha256OfFile(options.filter);
   lightfield::WriteLightField(options.output, result.coefficients);
   if (!options.sigma.empty()) {
@@ -65,6 +92,7 @@ core::Json Run(const Options& options) {
     fmt::print("  non-negative solve    {} pixels, {} iterations at most, {} above the tolerance\n",
                report.non_negative->pixels, report.non_negative->iterations,
                report.non_negative->unconverged);
+  if (report.regularisation) PrintRegularisation(*report.regularisation);
   if (report.incomplete.incomplete)
     fmt::print(
         "  incomplete texels     {} of which {} with nothing known: smallest-norm solution, "
@@ -92,6 +120,10 @@ void AddReconstruct(Program& program) {
                   "Write the standard deviation of C as a light field too (.lf.exr)");
   verb.add_flag("--non-negative", options->non_negative,
                 "Solve with C >= 0, as the sampling estimators need");
+  verb.add_option("--regularise", options->regularise,
+                  "Coefficients smoother from filter to filter than the data ask for: lambda, or "
+                  "`auto` for the one of least estimated error. The report states the bias; "
+                  "--sigma holds the noise alone");
   verb.add_flag("--double", options->double_precision,
                 "Sweep in double precision instead of float");
 }

@@ -179,13 +179,16 @@ void SolveForwardModel(std::span<const Measurements> all, const ReconstructOptio
     result->report.solve = "general";
     result->report.incomplete = SolveGeneral(system, images.unknown, images.Images(geometry));
   }
+  if (options.regularise)
+    result->report.regularisation =
+        Regularise(system, grid, options.lambda, images.unknown, images.Images(geometry));
 }
 
 void SolveBasis(std::span<const Measurements> all, const ReconstructOptions& options,
                 const Pointers& images, Reconstruction* result) {
   const auto& geometry = all[0].geometry;
   const GramSolver solver(geometry.grid);
-  if (all.size() == 1 && !options.filter && !IsDisplaced(all[0]))
+  if (all.size() == 1 && !options.filter && !options.regularise && !IsDisplaced(all[0]))
     SolveAtPlannedPlaces(geometry, solver, options, images, result);
   else
     SolveForwardModel(all, options, images, result);
@@ -197,6 +200,10 @@ void SolveBasis(std::span<const Measurements> all, const ReconstructOptions& opt
 
 void SolveDual(const Measurements& measurements, const ReconstructOptions& options,
                const Pointers& all, Reconstruction* result) {
+  if (options.regularise)
+    throw InputError(
+        "--regularise: dual filters give C without a solve; merge a session taken with `basis` "
+        "filters");
   if (options.non_negative)
     throw InputError(
         "--non-negative: dual filters need no solve that could be constrained; merge a session "
@@ -248,6 +255,10 @@ void SolveDual(const Measurements& measurements, const ReconstructOptions& optio
 
 Reconstruction Reconstruct(std::span<const Measurements> all, const ReconstructOptions& options) {
   CheckTogether(all, options);
+  if (options.regularise && options.non_negative)
+    throw InputError(
+        "--regularise with --non-negative: the bias of both together cannot be stated; ask for one "
+        "of them");
   const auto& geometry = all[0].geometry;
   Reconstruction result;
   result.coefficients = LightField(geometry);

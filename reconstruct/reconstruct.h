@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,14 +23,18 @@ struct ReconstructOptions {
   // A system this close to a separable one (Frobenius norm, relative) is solved as separable: C is
   // off by about as much, in the worst mode by the condition number times it.
   double separable_tolerance = 1e-6;
+  // Smoother C at the price of a bias that the report states (regularise.h).
+  bool regularise = false;
+  std::optional<double> lambda{};  // absent: the one of least estimated error
 };
 
 struct Reconstruction {
   lightfield::LightField coefficients;  // C, W sr^-1 m^-4 (or lm, or relative)
   // Standard deviation of C, propagated from the measurements' sigma as independent between
   // positions: per pixel sum over mn of (G^-1)^2 sigma_mn^2. It belongs to the least-squares
-  // solution also where C >= 0 was asked for. Where positions were unknown it holds the variance of
-  // the prior as well (reconstruct/pixel_weights.h).
+  // solution also where C >= 0 was asked for, and knows nothing of a regularisation's bias. Where
+  // positions were unknown it holds the variance of the prior as well
+  // (reconstruct/pixel_weights.h).
   lightfield::LightField sigma;
   // Measurements that were unknown, per texel [row][column]; where > 0 and too few are left, C is
   // the one of smallest norm among those that fit what is known; where all were unknown C = 0.
@@ -42,7 +47,7 @@ struct Reconstruction {
 // separable factors where it has them, in double. `dual` filters without a measured one: C_ij =
 // E_ij / h^2 (THEORY.md 3), no solve, at the planned places, and unknown values stay unknown.
 // Throws InputError if the measurements do not fit their geometry, each other or the filter, or as
-// GramSolver, FilterSystem, SolveIncomplete and SolveGeneral do.
+// GramSolver, FilterSystem, SolveIncomplete, SolveGeneral and Regularise do.
 Reconstruction Reconstruct(std::span<const lightfield::Measurements> measurements,
                            const ReconstructOptions& options = {});
 Reconstruction Reconstruct(const lightfield::Measurements& measurements,

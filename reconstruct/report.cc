@@ -59,6 +59,18 @@ nlohmann::json ToJson(const ReconstructionReport& report) {
                             {"unconverged", report.non_negative->unconverged},
                             {"iterations", report.non_negative->iterations},
                             {"worst_residual", report.non_negative->worst_residual}};
+  if (report.regularisation) {
+    const RegularisationSummary& r = *report.regularisation;
+    json["regularisation"] = {{"lambda", r.lambda},
+                              {"chosen", r.chosen},
+                              {"noise_before", r.noise_before},
+                              {"noise", r.noise},
+                              {"bias", r.bias},
+                              {"flux_bias", r.flux_bias},
+                              {"worst_bias", r.worst_bias},
+                              {"noise_gain", r.noise_gain},
+                              {"texels", r.texels}};
+  }
   return json;
 }
 

@@ -12,10 +12,11 @@
 #include "reconstruct/gram_solve.h"
 #include "reconstruct/missing_data.h"
 #include "reconstruct/non_negative.h"
+#include "reconstruct/regularise.h"
 
 namespace luxfield::reconstruct {
 
-// Of the least-squares solution, before any non-negative projection.
+// Of the least-squares solution, regularised or not, before any non-negative projection.
 struct CoefficientStatistics {
   double negative_energy = 0;  // sum of |C < 0| over sum of C > 0; 0 if all C are 0
   double min = 0, max = 0, mean = 0;
@@ -38,6 +39,7 @@ struct ReconstructionReport {
   // Texels x positions that carry each flag.
   std::size_t off_sensor = 0, saturated = 0, too_dark = 0, defect = 0;
   std::optional<NonNegativeSummary> non_negative;
+  std::optional<RegularisationSummary> regularisation;
 };
 
 CoefficientStatistics Statistics(const lightfield::LightField& coefficients,
