@@ -245,6 +245,11 @@ double OverlapArea(const std::array<Vec2, 4>& quad, Vec2 low, Vec2 high) {
     max_y = std::max(max_y, q.y);
   }
   if (max_x <= low.x || min_x >= high.x || max_y <= low.y || min_y >= high.y) return 0;
+  if (min_x >= low.x && max_x <= high.x && min_y >= low.y && max_y <= high.y) {
+    // Nothing to clip: half the cross product of the diagonals.
+    const Vec2 a = quad[2] - quad[0], b = quad[3] - quad[1];
+    return 0.5 * std::abs(a.x * b.y - a.y * b.x);
+  }
   Polygon polygon;
   polygon.count = 4;
   std::copy(quad.begin(), quad.end(), polygon.corner.begin());
