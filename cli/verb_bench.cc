@@ -276,6 +276,10 @@ void AddMergeBench(Program& program, CLI::App& benches) {
   app.add_option("--sensor", how->sensor, "Sensor side, pixels")->check(CLI::Range(16, 16384));
   app.add_option("--lattice", how->lattice, "Image side on I, texels")->check(CLI::Range(1, 4096));
   app.add_flag("--reflector", how->reflector, "See I at an angle, through a homography");
+  app.add_flag("--keep", how->keep,
+               "Keep the sessions in --folder, and start with those that an earlier run kept");
+  app.add_option("--case", how->cases, "Cases whose names start so (default: all)")
+      ->default_str("");
   app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
 }
 

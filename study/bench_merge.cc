@@ -110,6 +110,14 @@ RawFrame Expose(const BenchMergeOptions& options, double exposure_s, bool lit,
   return frame;
 }
 
+bool IsThere(const BenchMergeOptions& options, int grid_height,
+             const std::filesystem::path& folder) {
+  if (!std::filesystem::exists(folder / "manifest.json")) return false;
+  const core::SessionReader session(folder);
+  return session.sealed() && session.plan() == Plan(options, grid_height) &&
+         session.session() == Session(options);
+}
+
 // All positions hold equal frames, each in a file of its own.
 void WriteSession(const BenchMergeOptions& options, int grid_height,
                   const std::filesystem::path& folder) {
@@ -233,28 +241,42 @@ json BenchMerge(const BenchMergeOptions& options) {
                     {"peak_mib", core::TakePeakMib()}});
   };
 
-  const auto folder = options.folder / "session";
-  std::filesystem::remove_all(folder);
-  WriteSession(options, options.grid_height, folder);
-  {
-    const core::SessionReader session(folder);
-    const auto files = Files(session);
-    DropFromCache(files);
-    const double disk_s = ReadAll(files);
-    DropFromCache(files);
-    run("from disk", session, true, disk_s);
-    run("cached", session, true, disk_s);
-    run("cached, hashes not checked", session, false, disk_s);
-  }
-  std::filesystem::remove_all(folder);
-  const int few = (options.grid_height + 7) / 8;
-  WriteSession(options, few, folder);
-  {
-    const core::SessionReader session(folder);
-    const double disk_s = ReadAll(Files(session));
-    run("cached, an eighth of the positions", session, true, disk_s);
-  }
-  std::filesystem::remove_all(folder);
+  const auto asked = [&](const std::string& name) {
+    return options.cases.empty() ||
+           std::any_of(options.cases.begin(), options.cases.end(),
+                       [&](const std::string& start) { return name.starts_with(start); });
+  };
+  // Runs the cases asked for of one session.
+  struct Case {
+    const char* name;
+    bool cached, check_hashes;
+  };
+  const auto merge = [&](const std::string& name, int grid_height, std::vector<Case> cases) {
+    std::erase_if(cases, [&](const Case& c) { return !asked(c.name); });
+    if (cases.empty()) return;
+    const auto folder = options.folder / name;
+    if (!IsThere(options, grid_height, folder)) {
+      std::filesystem::remove_all(folder);
+      WriteSession(options, grid_height, folder);
+    }
+    {
+      const core::SessionReader session(folder);
+      const auto files = Files(session);
+      DropFromCache(files);
+      const double disk_s = ReadAll(files);
+      for (const Case& c : cases) {
+        if (!c.cached) DropFromCache(files);
+        run(c.name, session, c.check_hashes, disk_s);
+      }
+    }
+    if (!options.keep) std::filesystem::remove_all(folder);
+  };
+  merge("session", options.grid_height,
+        {{"from disk", false, true},
+         {"cached", true, true},
+         {"cached, hashes not checked", true, false}});
+  merge("few", (options.grid_height + 7) / 8, {{"cached, an eighth of the positions", true, true}});
+  if (rows.empty()) throw InputError("--case: none of the cases has such a name; leave it out");
   std::filesystem::remove(options.folder / "bench.meas.exr");
   return rows;
 }

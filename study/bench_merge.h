@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
 
 namespace luxfield::study {
 
@@ -14,6 +16,10 @@ struct BenchMergeOptions {
   int lattice = 300;                     // square images on I
   bool reflector = false;                // through a homography in place of an aligned sensor
   std::filesystem::path folder;          // scratch: 2 bytes a pixel of every frame
+  // Keeps the sessions, and starts with those that an earlier run kept: writing them durably takes
+  // longer than merging them.
+  bool keep = false;
+  std::vector<std::string> cases;  // those whose names start so; empty: all
 };
 
 // Makes a session (a scene of 17 stops, dark frames of every exposure time, references) and merges
@@ -31,7 +37,8 @@ struct BenchMergeOptions {
 //   peak_mib      largest resident set of the process while it merges
 //
 // Least: every frame is read once (gb), the rest is small; hashing costs gb over 1.8 GB/s a core
-// with SHA instructions. Throws InputError if an option is below 1, DeviceError for the disk.
+// with SHA instructions. Throws InputError if an option is below 1 or no case is asked for,
+// DeviceError for the disk.
 nlohmann::json BenchMerge(const BenchMergeOptions& options);
 
 }  // namespace luxfield::study

@@ -41,6 +41,34 @@ TEST(BenchMerge, MergesItsSessionFourWays) {
   }
 }
 
+TEST(BenchMerge, StartsWithTheSessionThatAnEarlierRunKept) {
+  core::Progress::SetQuiet(true);
+  BenchMergeOptions options;
+  options.grid_width = options.grid_height = 2;
+  options.exposures = 2;
+  options.sensor = 64;
+  options.lattice = 10;
+  options.keep = true;
+  options.cases = {"cached, hashes"};
+  options.folder = std::filesystem::path(testing::TempDir()) /
+                   ("luxfield_bench_merge_kept_" + std::to_string(::getpid()));
+  const auto manifest = options.folder / "session" / "manifest.json";
+  const nlohmann::json rows = BenchMerge(options);
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_EQ(rows[0]["case"], "cached, hashes not checked");
+  EXPECT_FALSE(std::filesystem::exists(options.folder / "few"));
+  const auto written = std::filesystem::last_write_time(manifest);
+  BenchMerge(options);
+  EXPECT_EQ(std::filesystem::last_write_time(manifest), written);
+  // A session of other options is written anew.
+  options.sensor = 80;
+  EXPECT_NEAR(BenchMerge(options)[0]["mpix"].get<double>(), 0.0064, 1e-12);
+  EXPECT_NE(std::filesystem::last_write_time(manifest), written);
+  options.cases = {"uncached"};
+  EXPECT_THROW(BenchMerge(options), InputError);
+  std::filesystem::remove_all(options.folder);
+}
+
 TEST(BenchMerge, RefusesNothing) {
   BenchMergeOptions options;
   options.exposures = 0;
