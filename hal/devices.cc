@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "hal/built_drivers.h"
+#include "hal/device_lab.h"
 #include "hal/sim/simulated_lab.h"
 
 namespace luxfield::hal {
@@ -24,17 +26,22 @@ std::vector<std::string> TargetNames(const CalibrationTargets& targets) {
 Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed) {
   const core::Config config = core::Config::FromFile(lab_toml);
   const core::Config lab = config.Table("lab");
-  const std::string driver = lab.Text("driver");
-  if (driver != "sim")
-    lab.Fail("driver", "is not built in this version",
-             "use \"sim\"; [stage] takes other drivers that `luxfield devices` lists");
-  return sim::SimulatedLab(config, seed).MakeDevices();
+  if (lab.Choice("driver", {"sim", "devices"}) == "sim")
+    return sim::SimulatedLab(config, seed).MakeDevices();
+  return OpenDevices(ReadDeviceLab(config));
 }
 
 std::vector<DriverInfo> Drivers() {
-  return {{"sim", "the simulated lab: lamp, filter, stage and camera as one world"},
-          {"grbl", "stage: Grbl 1.1 over a serial port or TCP"},
-          {"zaber", "stage: two Zaber axes, ASCII protocol, over a serial port or TCP"}};
+  std::vector<DriverInfo> drivers = {
+      {"sim", "the simulated lab: lamp, filter, stage and camera as one world"},
+      {"grbl", "stage: Grbl 1.1 over a serial port or TCP"},
+      {"zaber", "stage: two Zaber axes, ASCII protocol, over a serial port or TCP"},
+      {"usbtmc", "SCPI lamp supply and light meter on USB"}};
+  if (kHasAravis) drivers.push_back({"aravis", "GigE Vision and USB3 Vision cameras"});
+  if (kHasGpiod)
+    drivers.push_back(
+        {"gpiod", "GPIO lines: safety inputs, shutter, print changer, colour wheel, lamp relay"});
+  return drivers;
 }
 
 }  // namespace luxfield::hal

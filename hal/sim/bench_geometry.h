@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "core/config.h"
-#include "hal/sim/homography.h"
+#include "hal/homography.h"
 #include "lightfield/lens.h"
 
 namespace luxfield::hal::sim {

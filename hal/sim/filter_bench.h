@@ -2,7 +2,7 @@
 // holder before an even light, and a camera that somebody put there by hand.
 #pragma once
 
-#include "hal/sim/homography.h"
+#include "hal/homography.h"
 #include "hal/sim/lab_description.h"
 
 namespace luxfield::hal::sim {

@@ -4,6 +4,8 @@
 #include <limits>
 #include <numbers>
 
+#include "hal/rig_options.h"
+
 namespace luxfield::hal::sim {
 namespace {
 
@@ -23,24 +25,14 @@ bool ErrorSource(const core::Config& errors, const char* name, bool ideal, Read&
   return on;
 }
 
-void ReadRigAndFilter(const core::Config& config, LabDescription& lab) {
-  const core::Config rig = config.Table("rig");
-  lab.rig = rig.Choice("kind", {"lensless", "reflector"}) == "reflector" ? RigKind::kReflector
-                                                                         : RigKind::kLensless;
-  lab.geometry.delta_m = rig.Number("delta_m", {1e-4, 100});
-  if (lab.rig == RigKind::kReflector) lab.albedo = rig.Number("albedo", {1e-3, 1});
-
-  const core::Config filter = config.Table("filter");
-  lab.dual = filter.Choice("kind", {"basis", "dual"}, "basis") == "dual";
-  const std::string basis =
-      filter.Choice("basis", {"box", "bilinear", "quadratic", "bspline2"}, "bspline2");
-  const double a = basis == "quadratic" ? filter.Number("basis_a", 0.5, {-1, 1}) : 0;
-  lab.basis = lightfield::Basis::FromName(basis, a);
-  if (lab.dual && basis != "quadratic" && basis != "bilinear")
-    filter.Fail("basis", "has no dual filter", "choose quadratic or bilinear, or kind = \"basis\"");
-  lab.spacing_m = filter.Number("spacing_m", {1e-6, 10});
-  const double peak = lab.basis.Peak() * lab.basis.Peak();
-  lab.filter_scale = lab.dual ? 1 : filter.Number("scale", 1, {kTiny, 1 / peak * (1 + 1e-12)});
+void TakeRig(const RigDescription& rig, LabDescription& lab) {
+  lab.rig = rig.kind;
+  lab.geometry.delta_m = rig.delta_m;
+  lab.albedo = rig.albedo;
+  lab.dual = rig.dual;
+  lab.basis = rig.basis;
+  lab.spacing_m = rig.spacing_m;
+  lab.filter_scale = rig.filter_scale;
 }
 
 void ReadCamera(const core::Config& config, LabDescription& lab) {
@@ -66,8 +58,7 @@ void ReadCamera(const core::Config& config, LabDescription& lab) {
   std::array<lightfield::Vec2, 4> corners;
   if (lab.rig == RigKind::kLensless) {
     lab.pitch_m = camera.Number("pitch_m", {1e-7, 1});
-    const double x = 0.5 * sensor.width * lab.pitch_m, y = 0.5 * sensor.height * lab.pitch_m;
-    corners = {{{-x, y}, {x, y}, {x, -y}, {-x, -y}}};
+    corners = CornersOfPixels(lab.pitch_m, sensor.width, sensor.height);
   } else if (const auto lens = camera.OptionalTable("lens")) {
     lab.geometry.camera = ReadLens(*lens, sensor.width, sensor.height);
     lab.target_light.blur_px = lens->Number("blur_px", lab.target_light.blur_px, {0.1, 10});
@@ -85,15 +76,10 @@ void ReadCamera(const core::Config& config, LabDescription& lab) {
     lab.pitch_m = std::sqrt(std::abs(area) / (w * height));
     return;
   } else {
-    const auto c = camera.Numbers("corners_m", 8);
-    for (int k = 0; k < 4; ++k) corners[k] = {c[2 * k], c[2 * k + 1]};
-    // Clockwise as seen from the receivers, and convex, or rays would cross.
+    corners = ReadCorners(camera);
     double area = 0;
     for (int k = 0; k < 4; ++k) {
-      const auto a = corners[k], b = corners[(k + 1) % 4], d = corners[(k + 2) % 4];
-      if ((b.x - a.x) * (d.y - b.y) - (b.y - a.y) * (d.x - b.x) >= 0)
-        camera.Fail("corners_m", "must be a convex quadrilateral",
-                    "give top left, top right, bottom right, bottom left");
+      const auto a = corners[k], b = corners[(k + 1) % 4];
       area += 0.5 * (b.x * a.y - a.x * b.y);
     }
     lab.pitch_m = std::sqrt(area / (static_cast<double>(sensor.width) * sensor.height));
@@ -224,14 +210,15 @@ FilterPrint LabDescription::Print() const {
 LabDescription ReadLab(const core::Config& config, std::optional<std::uint64_t> seed) {
   LabDescription lab;
   const core::Config head = config.Table("lab");
-  head.Text("driver");
+  if (head.Text("driver") != "sim")
+    head.Fail("driver", "is not that of a simulated lab", "use a lab.toml with driver = \"sim\"");
   lab.name = head.Text("name", "simulated lab");
   lab.ideal = head.Boolean("ideal", false);
   const int file_seed = head.Integer("seed", 1, 0, std::numeric_limits<int>::max());
   lab.seed = seed.value_or(static_cast<std::uint64_t>(file_seed));
   lab.channels = head.Integer("channels", 1, 1, 3);
   if (lab.channels == 2) head.Fail("channels", "must be 1 (luminance) or 3 (R, G, B)");
-  ReadRigAndFilter(config, lab);
+  TakeRig(ReadRig(config), lab);
   const core::Config lamp = config.Table("lamp");
   lab.lamp = MakeLamp(lamp, lab.channels);
   if (const auto* field = lab.lamp->field();

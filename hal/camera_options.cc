@@ -1,0 +1,94 @@
+#include "hal/camera_options.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "hal/aravis/pixel_format.h"
+#include "hal/built_drivers.h"
+
+namespace luxfield::hal {
+namespace {
+
+constexpr double kTiny = std::numeric_limits<double>::min();
+
+aravis::AravisOptions ReadAravis(const core::Config& camera) {
+  aravis::AravisOptions options;
+  options.id = camera.Text("id", "");
+  options.pixel_format = camera.Text("pixel_format", options.pixel_format);
+  options.gain_db = camera.Number("gain_db", 0, {-100, 100});
+  if (camera.Has("region_px")) {
+    const auto r = camera.Numbers("region_px", 4);
+    for (const double value : r)
+      if (value < 0 || value > 1e6 || value != static_cast<int>(value))
+        camera.Fail("region_px", "must be whole numbers of pixels", "give x, y, width, height");
+    options.region = {static_cast<int>(r[0]), static_cast<int>(r[1]), static_cast<int>(r[2]),
+                      static_cast<int>(r[3])};
+  }
+  options.readout_s = camera.Number("readout_s", options.readout_s, {0, 100});
+  options.packet_socket = camera.Boolean("packet_socket", options.packet_socket);
+  return options;
+}
+
+CameraCalibration ReadCalibration(const core::Config& camera, int channels, double full_scale_dn) {
+  CameraCalibration c;
+  c.black_dn = camera.Number("black_dn", 0, {0, full_scale_dn - 1});
+  c.saturation_dn = camera.Number("saturation_dn", full_scale_dn, {c.black_dn + 1, full_scale_dn});
+  c.gain_dn_per_e = camera.Number("gain_dn_per_e", {kTiny, 1e6});
+  c.read_noise_dn = camera.Number("read_noise_dn", {0, 1e4});
+  c.dark_current_e_per_s = camera.Number("dark_current_e_per_s", 0, {0, 1e9});
+  c.prnu = camera.Number("prnu", 0, {0, 0.2});
+  c.responsivity_e_per_s_per_w_m2 =
+      camera.Numbers("responsivity_e_per_s_per_w_m2", static_cast<std::size_t>(channels));
+  for (const double r : c.responsivity_e_per_s_per_w_m2)
+    if (!(r > 0)) camera.Fail("responsivity_e_per_s_per_w_m2", "must be above 0 in every channel");
+  const auto defects = camera.Numbers("defects", 0, {});
+  for (const double value : defects)
+    if (defects.size() % 2 != 0 || value < 0 || value > 1e6 || value != static_cast<int>(value))
+      camera.Fail("defects", "must be pairs of whole numbers",
+                  "give row, column, row, column, ...");
+  for (std::size_t k = 0; k < defects.size(); k += 2)
+    c.defects.emplace_back(static_cast<int>(defects[k]), static_cast<int>(defects[k + 1]));
+  return c;
+}
+
+}  // namespace
+
+CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels) {
+  camera.Choice("driver", {"aravis"});
+  RequireBuilt(camera, kHasAravis, "libaravis-dev");
+  CameraOptions options;
+  options.aravis = ReadAravis(camera);
+  const auto format = aravis::FindPixelFormat(options.aravis.pixel_format);
+  if (!format)
+    camera.Fail("pixel_format", "is \"" + options.aravis.pixel_format + "\", which is not read",
+                "choose one of " + aravis::PixelFormatNames());
+  if (camera.Has("image_from_sensor")) {
+    const auto h = camera.Numbers("image_from_sensor", 9);
+    std::copy(h.begin(), h.end(), options.image_plane.emplace<Homography>().begin());
+  } else if (rig == RigKind::kReflector || camera.Has("corners_m")) {
+    options.image_plane = ReadCorners(camera);
+  } else {
+    options.image_plane = PixelPitch{camera.Number("pitch_m", {1e-7, 1})};
+  }
+  options.calibration = ReadCalibration(camera, channels, (1 << format->bits) - 1);
+  return options;
+}
+
+std::unique_ptr<Camera> OpenCamera(const CameraOptions& options,
+                                   std::shared_ptr<core::Clock> clock) {
+  if constexpr (kHasAravis)
+    return std::make_unique<aravis::AravisCamera>(options.aravis, std::move(clock));
+  else
+    return nullptr;  // ReadCamera has refused it
+}
+
+Homography ImageFromSensor(const CameraOptions& options, const CameraCapabilities& capabilities) {
+  if (const auto* map = std::get_if<Homography>(&options.image_plane)) return *map;
+  const auto* pixels = std::get_if<PixelPitch>(&options.image_plane);
+  return FromCorners(capabilities.width, capabilities.height,
+                     pixels
+                         ? CornersOfPixels(pixels->pitch_m, capabilities.width, capabilities.height)
+                         : std::get<Corners>(options.image_plane));
+}
+
+}  // namespace luxfield::hal

@@ -1,0 +1,132 @@
+#include "hal/device_lab.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "core/error.h"
+#include "hal/devices.h"
+
+namespace luxfield::hal {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class DeviceLabFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* driver : {"aravis", "gpiod"}) {
+      const auto drivers = Drivers();
+      if (std::none_of(drivers.begin(), drivers.end(),
+                       [&](const DriverInfo& info) { return info.name == driver; }))
+        GTEST_SKIP() << driver << " is not built in";
+    }
+    std::ifstream file(LUXFIELD_SOURCE_DIR "/data/labs/bench.toml");
+    text_.assign(std::istreambuf_iterator<char>(file), {});
+  }
+  // The example with a piece of it replaced.
+  core::Config With(const std::string& from, const std::string& to) const {
+    std::string text = text_;
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return core::Config::FromString(text.replace(at, from.size(), to), "lab.toml");
+  }
+  std::string ErrorWith(const std::string& from, const std::string& to) const {
+    try {
+      ReadDeviceLab(With(from, to));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    ADD_FAILURE() << "was accepted: " << to;
+    return {};
+  }
+
+  std::string text_;
+};
+
+TEST_F(DeviceLabFile, SaysWhatItSays) {
+  const DeviceLab lab = ReadDeviceLab(With("prnu", "prnu"));
+  EXPECT_EQ(lab.rig.delta_m, 0.3);
+  EXPECT_EQ(lab.rig.pwm_hz, 1000);
+  EXPECT_EQ(lab.camera.aravis.id, "Aravis-Fake-LUX1");
+  ASSERT_TRUE(lab.camera.aravis.region);
+  EXPECT_EQ(lab.camera.aravis.region->width, 84);
+  EXPECT_EQ(lab.rig.camera.read_noise_dn, 1.6);
+  EXPECT_THAT(lab.rig.camera.defects, ElementsAre(std::pair{3, 17}, std::pair{40, 2}));
+  EXPECT_EQ(lab.stage.port, "/dev/ttyUSB0");
+  ASSERT_TRUE(lab.inputs.door);
+  EXPECT_EQ(lab.inputs.door->bias, gpiod::Bias::kPullUp);
+  EXPECT_FALSE(lab.inputs.limit);
+  ASSERT_EQ(lab.shutter.positions.size(), 2u);
+  EXPECT_EQ(lab.shutter.positions[0].name, "closed") << "where it goes when it is opened";
+  EXPECT_FALSE(lab.shutter.positions[0].output);
+  EXPECT_FALSE(lab.print);
+  ASSERT_TRUE(lab.supply && lab.monitor);
+  EXPECT_EQ(std::get<UsbSupplyOptions>(*lab.supply).supply.voltage_v, 12);
+  EXPECT_EQ(lab.monitor->instrument.product, 2);
+}
+
+TEST_F(DeviceLabFile, TheMiddleOfACentredSensorIsTheAxis) {
+  const DeviceLab lab = ReadDeviceLab(With("prnu", "prnu"));
+  CameraCapabilities capabilities;
+  capabilities.width = 84;
+  capabilities.height = 80;
+  const Homography map = ImageFromSensor(lab.camera, capabilities);
+  EXPECT_NEAR(Apply(map, 42, 40).x, 0, 1e-12);
+  EXPECT_NEAR(Apply(map, 42, 40).y, 0, 1e-12);
+  EXPECT_NEAR(Apply(map, 0, 0).x, -42 * 0.00825, 1e-12);
+  EXPECT_NEAR(Apply(map, 0, 0).y, 40 * 0.00825, 1e-12) << "row 0 on top";
+}
+
+TEST_F(DeviceLabFile, ARelayInPlaceOfASupply) {
+  const DeviceLab lab = ReadDeviceLab(
+      With("[supply]\ndriver = \"usbtmc\"\nvendor = 0x1209\nproduct = 0x0001\nvoltage_v = "
+           "12\ncurrent_a = 2",
+           "[supply]\ndriver = \"gpiod\"\nlamp = {line = \"7\", active_low = true}"));
+  const auto& relay = std::get<RelayOptions>(*lab.supply);
+  EXPECT_EQ(relay.chip, "gpiochip0");
+  EXPECT_EQ(relay.lamp.line, "7");
+  EXPECT_TRUE(relay.lamp.active_low);
+}
+
+TEST_F(DeviceLabFile, WhatMakesNoSenseIsRefusedByFileAndField) {
+  struct Case {
+    const char *from, *to, *field;
+  };
+  for (const Case& c : std::initializer_list<Case>{
+           {"driver = \"aravis\"", "driver = \"gphoto2\"", "camera.driver"},
+           {"region_px = [0, 0, 84, 80]", "region_px = [0, 0, 84.5, 80]", "camera.region_px"},
+           {"id = ", "pixel_format = \"RGB8\"\nid = ", "camera.pixel_format"},
+           {"gain_dn_per_e = 0.16\n", "", "camera.gain_dn_per_e"},
+           {"read_noise_dn = 1.6\n", "", "camera.read_noise_dn"},
+           {"pitch_m = 0.00825\n", "", "camera.pitch_m"},
+           {"defects = [3, 17, ", "defects = [17, ", "camera.defects"},
+           {"black_dn = 400", "black_dn = 400\nexposure = 1", "camera.exposure"},
+           {"driver = \"grbl\"\nport = \"/dev/ttyUSB0\"\nv_axis = \"-y\"\norigin_m = [-0.15, "
+            "-0.15]",
+            "driver = \"sim\"", "stage.driver"},
+           {"[inputs]", "[input]", "inputs"},
+           {"line = \"e-stop\", bias = \"pull-up\"", "line = \"e-stop\", bias = \"up\"",
+            "inputs.emergency_stop.bias"},
+           {"line = \"e-stop\"", "name = \"e-stop\"", "inputs.emergency_stop.line"},
+           {"[shutter]", "[blind]", "shutter"},
+           {"open = {output = {line = \"shutter\"}}", "open = {}", "shutter.open"},
+           {"open = {output", "open = {sensor = {line = \"1\"}, output", "shutter.open"},
+           {"voltage_v = 12\n", "", "supply.voltage_v"},
+           {"product = 0x0002", "product = 0x0002\nunits = \"lx\"", "monitor.units"},
+           {"kind = \"basis\"\nbasis = \"bspline2\"", "kind = \"dual\"\nbasis = \"quadratic\"",
+            "print"},
+           {"name = \"small bench\"", "channels = 2", "lab.channels"},
+       }) {
+    const std::string error = ErrorWith(c.from, c.to);
+    EXPECT_THAT(error, HasSubstr("lab.toml")) << c.to;
+    EXPECT_THAT(error, HasSubstr(c.field)) << c.to;
+  }
+}
+
+}  // namespace
+}  // namespace luxfield::hal
