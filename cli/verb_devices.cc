@@ -1,24 +1,23 @@
 // luxfield devices: what luxfield can drive and compute on.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <algorithm>
-#include <cmath>
 #include <memory>
+#include <utility>
 
+#include "cli/device_tests.h"
 #include "cli/program.h"
 #include "core/config.h"
-#include "core/error.h"
+#include "hal/attached.h"
+#include "hal/device_lab.h"
 #include "hal/devices.h"
 #include "hal/identify_port.h"
-#include "hal/safety_guard.h"
 #include "hal/stage_options.h"
 #include "hal/transport/open_port.h"
 #include "render/device.h"
 
 namespace luxfield::cli {
 namespace {
-
-constexpr double kHome_s = 600, kMove_s = 600;  // deadlines of a test
 
 struct Options {
   std::string lab;
@@ -50,33 +49,86 @@ void PrintStage(hal::Stage& stage) {
   fmt::print(", {}\n", stage.Where().homed ? "homed" : "not homed");
 }
 
+// The devices of a lab; of a lab of real ones also which do not open, and why.
+struct OpenedLab {
+  hal::Devices devices;
+  std::vector<std::pair<std::string, hal::HardwareError>> refused;  // by role
+};
+
+OpenedLab OpenLab(const std::string& lab) {
+  const core::Config config = core::Config::FromFile(lab);
+  OpenedLab opened;
+  if (config.Table("lab").Text("driver") == "devices")
+    opened.devices = hal::OpenDevices(
+        hal::ReadDeviceLab(config), [&](const std::string& role, const hal::HardwareError& error) {
+          opened.refused.emplace_back(role, error);
+        });
+  else
+    opened.devices = hal::MakeDevices(lab);
+  return opened;
+}
+
 core::Json PrintLab(const std::string& lab) {
   core::Json json;
   // A port is asked before its driver takes it, so that a driver that fails has its reason.
   const core::Config config = core::Config::FromFile(lab);
-  if (const auto stage = hal::ReadStage(config.Table("stage")); !stage.port.empty())
-    json["ports"][stage.port] = PrintIdentification(stage.port, stage.baud);
-  const hal::Devices devices = hal::MakeDevices(lab);
-  const auto& camera = *devices.camera;
-  const auto capabilities = camera.capabilities();
+  if (const auto stage = hal::ReadStage(config.Table("stage")); !stage.port.empty()) try {
+      json["ports"][stage.port] = PrintIdentification(stage.port, stage.baud);
+    } catch (const hal::HardwareError&) {
+      fmt::print("  cannot be asked, as is told below\n");
+    }
+  const OpenedLab opened = OpenLab(lab);
+  const hal::Devices& devices = opened.devices;
   fmt::print("devices of {}\n", lab);
-  fmt::print("  camera       {}: {} x {}, {} bit, exposures {:.3g} to {:.3g} s\n",
-             camera.identity(), capabilities.width, capabilities.height, capabilities.bits,
-             capabilities.min_exposure_s, capabilities.max_exposure_s);
-  PrintStage(*devices.stage);
-  const auto print = [](const char* role, const auto& device) {
-    if (device) fmt::print("  {:<12} {}\n", role, device->identity());
+  if (devices.camera) {
+    const auto capabilities = devices.camera->capabilities();
+    fmt::print("  camera       {}: {} x {}, {} bit, exposures {:.3g} to {:.3g} s\n",
+               devices.camera->identity(), capabilities.width, capabilities.height,
+               capabilities.bits, capabilities.min_exposure_s, capabilities.max_exposure_s);
+    json["camera"] = devices.camera->identity();
+  }
+  if (devices.stage) {
+    PrintStage(*devices.stage);
+    json["stage"] = devices.stage->identity();
+  }
+  const auto print = [&json](const char* role, const auto& device) {
+    if (!device) return;
+    fmt::print("  {:<12} {}\n", role, device->identity());
+    json[role] = device->identity();
   };
-  print("shutter", devices.shutter);
-  print("print", devices.print);
-  print("colour", devices.colour);
+  const auto print_selector = [&json](const char* role, const auto& selector) {
+    if (!selector) return;
+    fmt::print("  {:<12} {}: {}\n", role, selector->identity(),
+               fmt::join(selector->positions(), ", "));
+    json[role] = selector->identity();
+  };
+  print_selector("shutter", devices.shutter);
+  print_selector("print", devices.print);
+  print_selector("colour", devices.colour);
   print("monitor", devices.monitor);
   print("supply", devices.supply);
   print("inputs", devices.inputs);
   fmt::print("  rig          {}, delta {:.6g} m\n", hal::RigKindName(devices.rig.kind),
              devices.rig.delta_m);
-  json["camera"] = camera.identity();
-  json["stage"] = devices.stage->identity();
+  for (const auto& [role, error] : opened.refused)
+    fmt::print("  {:<12} does not open: {}\n", role, error.what());
+  if (!opened.refused.empty()) throw opened.refused.front().second;
+  return json;
+}
+
+core::Json PrintAttached() {
+  core::Json json = core::Json::array();
+  const auto devices = hal::AttachedDevices();
+  fmt::print("devices attached, with the driver that takes them\n");
+  for (const auto& device : devices) {
+    fmt::print("  {:<12} {}{}{}{}\n", device.driver, device.name, device.what.empty() ? "" : ": ",
+               device.what, device.refused.empty() ? "" : "; refused: " + device.refused);
+    json.push_back({{"driver", device.driver},
+                    {"name", device.name},
+                    {"what", device.what},
+                    {"refused", device.refused}});
+  }
+  if (devices.empty()) fmt::print("  none\n");
   return json;
 }
 
@@ -87,6 +139,7 @@ core::Json Run(const Options& options) {
     fmt::print("  {:<12} {}\n", driver.name, driver.what);
     json["drivers"].push_back(driver.name);
   }
+  json["attached"] = PrintAttached();
   fmt::print("serial ports attached (--port asks one who it is)\n");
   const auto ports = hal::AttachedSerialPorts();
   for (const std::string& port : ports) fmt::print("  {}\n", port);
@@ -104,65 +157,10 @@ core::Json Run(const Options& options) {
   return json;
 }
 
-// Homes, then visits the corners of a square about the middle of the limits.
-core::Json TestStage(hal::Devices& devices, double reach_m) {
-  hal::SafetyGuard guard(devices);
-  hal::Stage& stage = *devices.stage;
-  core::Clock& clock = *devices.clock;
-  const hal::StageLimits limits = stage.limits();
-  const hal::Vec2 middle = 0.5 * (limits.min + limits.max);
-  const double reach = std::min({reach_m, limits.max.x - middle.x, limits.max.y - middle.y});
-  fmt::print("{}: homes at its reference marks, then stays within {:.4g} m of ({:.4g}, {:.4g}) m\n",
-             stage.identity(), reach, middle.x, middle.y);
-  guard.ThrowIfUnsafe();
-  stage.Home(clock.MonotonicSeconds() + kHome_s);
-  fmt::print("{:>20} {:>20} {:>10} {:>8}\n", "target (m)", "read back (m)", "off by", "seconds");
-  core::Json rows;
-  for (const auto& [u, v] : {std::pair{0, 0}, {-1, -1}, {1, -1}, {1, 1}, {-1, 1}, {0, 0}}) {
-    const hal::Vec2 target = middle + reach * hal::Vec2{double(u), double(v)};
-    guard.ThrowIfUnsafe();
-    const double start = clock.MonotonicSeconds();
-    stage.MoveTo(target, start + kMove_s);
-    const double seconds = clock.MonotonicSeconds() - start;
-    const hal::Vec2 at = stage.Where().readback;
-    const double off_m = std::hypot(at.x - target.x, at.y - target.y);
-    fmt::print("({:8.5f}, {:8.5f}) ({:8.5f}, {:8.5f}) {:7.2f} um {:8.2f}\n", target.x, target.y,
-               at.x, at.y, 1e6 * off_m, seconds);
-    rows.push_back({{"u_m", target.x}, {"v_m", target.y}, {"off_m", off_m}, {"move_s", seconds}});
-  }
-  return {{"stage", stage.identity()}, {"reach_m", reach}, {"rows", rows}};
-}
-
-// One exposure, the shortest there is; lamp and shutter stay as they are.
-core::Json TestCamera(hal::Devices& devices) {
-  hal::Camera& camera = *devices.camera;
-  core::Clock& clock = *devices.clock;
-  const auto capabilities = camera.capabilities();
-  camera.Configure({capabilities.min_exposure_s}, clock.MonotonicSeconds() + 10);
-  const hal::Frame frame =
-      camera.Expose(clock.MonotonicSeconds() + 10 + capabilities.min_exposure_s);
-  double sum = 0, most = 0;
-  for (std::size_t k = 0; k < frame.image.size(); ++k) {
-    sum += frame.image.at(k);
-    most = std::max(most, double(frame.image.at(k)));
-  }
-  const double mean = sum / double(frame.image.size());
-  fmt::print("{}: frame {} of {} s: mean {:.1f} DN, brightest {:.1f} DN\n", camera.identity(),
-             frame.frame_id, frame.settings.exposure_s, mean, most);
-  return {{"camera", camera.identity()},
-          {"exposure_s", frame.settings.exposure_s},
-          {"mean_dn", mean},
-          {"brightest_dn", most}};
-}
-
 core::Json Test(const Options& options) {
-  const double reach_m =
-      ParseQuantity(options.reach, "--reach", {{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}});
-  if (options.device != "stage" && options.device != "camera")
-    throw InputError(
-        fmt::format("there is no test of \"{}\"; test stage or camera", options.device));
-  hal::Devices devices = hal::MakeDevices(options.test_lab);
-  return options.device == "stage" ? TestStage(devices, reach_m) : TestCamera(devices);
+  return TestDevice(
+      options.device, options.test_lab,
+      ParseQuantity(options.reach, "--reach", {{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}}));
 }
 
 }  // namespace
@@ -178,10 +176,13 @@ void AddDevices(Program& program) {
       "--port", options->port,
       "Ask a serial port (or tcp:HOST:PORT) which driver is its device's; nothing moves");
   verb.add_option("--baud", options->baud, "Rate of --port");
-  *test = verb.add_subcommand("test", "Move the stage, or expose with the camera, within bounds");
+  *test = verb.add_subcommand("test", "Move, light or expose with one device, within bounds");
   (*test)->fallthrough();
   (*test)->option_defaults()->always_capture_default();
-  (*test)->add_option("NAME", options->device, "stage or camera")->required();
+  (*test)
+      ->add_option("NAME", options->device,
+                   fmt::format("One of {}", fmt::join(TestableDevices(), ", ")))
+      ->required();
   (*test)->add_option("LAB", options->test_lab, "Its lab.toml")->required();
   (*test)->add_option(
       "--reach", options->reach,

@@ -22,6 +22,9 @@ struct LineSettings {
   Bias bias = Bias::kAsIs;
 };
 
+// Its label and how many lines it has: "pinctrl-bcm2711, 58 lines".
+std::string DescribeChip(const std::string& chip);
+
 // Input lines with edge detection, held until destruction.
 class InputLines {
  public:

@@ -2,6 +2,7 @@
 
 #if LUXFIELD_LIBGPIOD == 1
 
+#include <fmt/format.h>
 #include <gpiod.h>
 #include <poll.h>
 
@@ -53,6 +54,12 @@ int Flags(const LineSettings& settings) {
 }
 
 }  // namespace
+
+std::string DescribeChip(const std::string& chip) {
+  const Chip opened = Open(chip);
+  return fmt::format("{}, {} lines", gpiod_chip_label(opened.get()),
+                     gpiod_chip_num_lines(opened.get()));
+}
 
 struct InputLines::Request {
   std::string chip_name;

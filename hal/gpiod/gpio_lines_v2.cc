@@ -2,6 +2,7 @@
 
 #if LUXFIELD_LIBGPIOD == 2
 
+#include <fmt/format.h>
 #include <gpiod.h>
 
 #include <array>
@@ -40,10 +41,16 @@ Chip Open(const std::string& name) {
   return chip;
 }
 
-unsigned NumberOfLines(const Chip& chip, const std::string& name) {
-  const Owned<gpiod_chip_info, gpiod_chip_info_free> info(gpiod_chip_get_info(chip.get()));
+using ChipInfo = Owned<gpiod_chip_info, gpiod_chip_info_free>;
+
+ChipInfo InfoOf(const Chip& chip, const std::string& name) {
+  ChipInfo info(gpiod_chip_get_info(chip.get()));
   if (!info) throw GpioError(name, "open", errno);
-  return static_cast<unsigned>(gpiod_chip_info_get_num_lines(info.get()));
+  return info;
+}
+
+unsigned NumberOfLines(const Chip& chip, const std::string& name) {
+  return static_cast<unsigned>(gpiod_chip_info_get_num_lines(InfoOf(chip, name).get()));
 }
 
 unsigned FindOffset(const Chip& chip, const std::string& chip_name, const std::string& line) {
@@ -93,6 +100,12 @@ LineRequest RequestLines(const Chip& chip, const std::string& chip_name,
 }
 
 }  // namespace
+
+std::string DescribeChip(const std::string& chip) {
+  const ChipInfo info = InfoOf(Open(chip), chip);
+  return fmt::format("{}, {} lines", gpiod_chip_info_get_label(info.get()),
+                     gpiod_chip_info_get_num_lines(info.get()));
+}
 
 struct InputLines::Request {
   std::string chip_name;

@@ -1,0 +1,53 @@
+#include "hal/attached.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "hal/aravis/aravis_camera.h"
+#include "hal/built_drivers.h"
+#include "hal/error.h"
+#include "hal/gpiod/gpio_lines.h"
+#include "hal/usbtmc/usbtmc.h"
+
+namespace luxfield::hal {
+namespace {
+
+void AddGpioChips(std::vector<AttachedDevice>& devices) {
+  std::vector<std::string> paths;
+  std::error_code none;  // a system without /dev has no chips
+  for (const auto& entry : std::filesystem::directory_iterator("/dev", none))
+    if (entry.path().filename().string().starts_with("gpiochip")) paths.push_back(entry.path());
+  std::sort(paths.begin(), paths.end());
+  for (const std::string& path : paths) {
+    AttachedDevice device{"gpiod", path, {}, {}};
+    try {
+      device.what = gpiod::DescribeChip(path);
+    } catch (const HardwareError& error) {
+      device.refused = error.what();
+    }
+    devices.push_back(std::move(device));
+  }
+}
+
+}  // namespace
+
+std::vector<AttachedDevice> AttachedDevices() {
+  std::vector<AttachedDevice> devices;
+  if constexpr (kHasAravis)
+    for (const auto& camera : aravis::ListAravisDevices())
+      devices.push_back({"aravis",
+                         camera.id,
+                         fmt::format("{} {} {}, {} at {}", camera.vendor, camera.model,
+                                     camera.serial, camera.protocol, camera.address),
+                         {}});
+  for (const auto& instrument : usbtmc::ListUsbTmcDevices())
+    devices.push_back(
+        {"usbtmc", fmt::format("{:04x}:{:04x}", instrument.vendor, instrument.product),
+         instrument.serial.empty() ? "" : "serial " + instrument.serial, instrument.problem});
+  if constexpr (kHasGpiod) AddGpioChips(devices);
+  return devices;
+}
+
+}  // namespace luxfield::hal
