@@ -23,8 +23,8 @@ int Checked(int result, const char* what) {
 
 }  // namespace
 
-PtyHost::PtyHost(std::unique_ptr<FakeDevice> device, double speed_up)
-    : device_(std::move(device)), speed_up_(speed_up) {
+PtyHost::PtyHost(std::unique_ptr<FakeDevice> device, double speed_up, Look after_step)
+    : device_(std::move(device)), speed_up_(speed_up), after_step_(std::move(after_step)) {
   master_ = Checked(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC), "posix_openpt");
   Checked(::grantpt(master_), "grantpt");
   Checked(::unlockpt(master_), "unlockpt");
@@ -67,7 +67,7 @@ void PtyHost::Freeze(bool frozen) {
   Wake();
 }
 
-void PtyHost::Inspect(const std::function<void(FakeDevice&)>& look) {
+void PtyHost::Inspect(const Look& look) {
   const std::lock_guard lock(mutex_);
   look(*device_);
 }
@@ -92,6 +92,7 @@ void PtyHost::Run() {
     last = now;
     if (got > 0 && !frozen_) device_->Receive({bytes.data(), static_cast<std::size_t>(got)});
     device_->Advance(0);
+    if (after_step_) after_step_(*device_);
     std::string said = device_->Transmit();
     if (frozen_) said.clear();
     out += said;

@@ -15,8 +15,11 @@ namespace luxfield::fakes {
 
 class PtyHost {
  public:
-  // The device lives `speed_up` times faster than the wall clock.
-  explicit PtyHost(std::unique_ptr<FakeDevice> device, double speed_up = 1);
+  using Look = std::function<void(FakeDevice&)>;
+
+  // The device lives `speed_up` times faster than the wall clock. `after_step` sees it after each
+  // of its steps, before what it says of them goes out.
+  explicit PtyHost(std::unique_ptr<FakeDevice> device, double speed_up = 1, Look after_step = {});
   ~PtyHost();
   PtyHost(const PtyHost&) = delete;
   PtyHost& operator=(const PtyHost&) = delete;
@@ -27,7 +30,7 @@ class PtyHost {
   // A frozen device takes and says nothing; its line stays open and its motion goes on.
   void Freeze(bool frozen);
   // Looks at the device between two of its steps.
-  void Inspect(const std::function<void(FakeDevice&)>& look);
+  void Inspect(const Look& look);
 
  private:
   void Run();
@@ -35,6 +38,7 @@ class PtyHost {
 
   std::unique_ptr<FakeDevice> device_;
   double speed_up_;
+  Look after_step_;
   int master_ = -1, slave_ = -1, wake_ = -1;
   std::string port_;
   std::mutex mutex_;

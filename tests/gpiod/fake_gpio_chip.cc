@@ -54,8 +54,15 @@ void CopyName(char (&to)[GPIO_MAX_NAME_SIZE], const std::string& from) {
 }  // namespace
 
 FakeGpioChip::FakeGpioChip(std::vector<std::string> names)
+    : FakeGpioChip(umockdev_testbed_new(), std::move(names)) {
+  g_object_unref(testbed_);  // the other constructor holds it too
+  others_ = false;
+}
+
+FakeGpioChip::FakeGpioChip(UMockdevTestbed* testbed, std::vector<std::string> names)
     : names_(std::move(names)),
-      testbed_(umockdev_testbed_new()),
+      testbed_(UMOCKDEV_TESTBED(g_object_ref(testbed))),
+      others_(true),
       pins_(names_.size()),
       held_(names_.size()),
       stuck_(names_.size()),
@@ -84,9 +91,22 @@ unsigned FakeGpioChip::OffsetOf(const std::string& line) const {
   return static_cast<unsigned>(found - names_.begin());
 }
 
+void FakeGpioChip::Couple(const std::string& output, const std::string& sensor) {
+  const std::lock_guard lock(mutex_);
+  coupled_[OffsetOf(output)] = OffsetOf(sensor);
+}
+
+void FakeGpioChip::OnOutput(std::function<void(const std::string&, bool)> action) {
+  const std::lock_guard lock(mutex_);
+  on_output_ = std::move(action);
+}
+
 void FakeGpioChip::SetPin(const std::string& line, bool high) {
   const std::lock_guard lock(mutex_);
-  const unsigned offset = OffsetOf(line);
+  Drive(OffsetOf(line), high);
+}
+
+void FakeGpioChip::Drive(unsigned offset, bool high) {
   if (pins_[offset] == high) return;
   pins_[offset] = high;
   timespec now{};
@@ -156,6 +176,9 @@ void FakeGpioChip::FailReads(int error) {
 void FakeGpioChip::WriteOutput(unsigned offset, bool high) {
   history_[offset].push_back(high);
   if (!stuck_[offset]) pins_[offset] = high;
+  if (const auto coupled = coupled_.find(offset); coupled != coupled_.end())
+    Drive(coupled->second, high);
+  if (on_output_) on_output_(names_[offset], high);
   changed_.notify_all();
 }
 
@@ -188,7 +211,7 @@ int FakeGpioChip::Open(Request request, bool edges) {
   g_signal_connect(handler, "handle-ioctl", G_CALLBACK(OnRequest), this);
   umockdev_testbed_attach_ioctl(testbed_, device.c_str(), handler, &error);
   Check(error);
-  return open(device.c_str(), O_RDWR | O_CLOEXEC);
+  return others_ ? -2 - static_cast<int>(number) : open(device.c_str(), O_RDWR | O_CLOEXEC);
 }
 
 gboolean FakeGpioChip::OnChip(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self) {
@@ -237,7 +260,7 @@ gboolean FakeGpioChip::AnswerChip(UMockdevIoctlClient* client) {
           for (std::size_t k = 0; k < request.offsets.size(); ++k)
             WriteOutput(request.offsets[k], (r.default_values[k] != 0) != request.active_low);
         r.fd = Open(std::move(request), false);
-        return r.fd < 0 ? errno : 0;
+        return r.fd == -1 ? errno : 0;
       });
     case GPIO_GET_LINEEVENT_IOCTL:
       return Reply<gpioevent_request>(client, [&](gpioevent_request& r) {
@@ -246,7 +269,7 @@ gboolean FakeGpioChip::AnswerChip(UMockdevIoctlClient* client) {
         request.offsets = {r.lineoffset};
         request.active_low = r.handleflags & GPIOHANDLE_REQUEST_ACTIVE_LOW;
         r.fd = Open(std::move(request), true);
-        return r.fd < 0 ? errno : 0;
+        return r.fd == -1 ? errno : 0;
       });
     case GPIO_V2_GET_LINE_IOCTL:
       return Reply<gpio_v2_line_request>(client, [&](gpio_v2_line_request& r) {
@@ -267,7 +290,7 @@ gboolean FakeGpioChip::AnswerChip(UMockdevIoctlClient* client) {
           for (std::size_t k = 0; k < request.offsets.size(); ++k)
             WriteOutput(request.offsets[k], ((values >> k & 1) != 0) != request.active_low);
         r.fd = Open(std::move(request), (flags & GPIO_V2_LINE_FLAG_INPUT) != 0);
-        return r.fd < 0 ? errno : 0;
+        return r.fd == -1 ? errno : 0;
       });
     default:
       return FALSE;

@@ -1,12 +1,13 @@
 // A GPIO chip that exists under umockdev only: the kernel's side of both versions of its interface,
-// for the real libgpiod. Answers come from umockdev's own thread. Run the test program under
-// umockdev-wrapper.
+// for the real libgpiod, in this process or in a child of it. Answers come from umockdev's own
+// thread. Run the test program under umockdev-wrapper.
 #pragma once
 
 #include <umockdev.h>
 
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
@@ -17,6 +18,9 @@ namespace luxfield::hal::gpiod {
 class FakeGpioChip {
  public:
   explicit FakeGpioChip(std::vector<std::string> names);
+  // On a testbed with other devices, for programs in other processes: these have
+  // line_descriptors.cc preloaded, before umockdev's own library.
+  FakeGpioChip(UMockdevTestbed* testbed, std::vector<std::string> names);
   ~FakeGpioChip();
   FakeGpioChip(const FakeGpioChip&) = delete;
   FakeGpioChip& operator=(const FakeGpioChip&) = delete;
@@ -30,6 +34,12 @@ class FakeGpioChip {
   bool AwaitPin(const std::string& line, bool high);
   // Levels that an output pin was set to, in order, its first value included.
   std::vector<bool> History(const std::string& line);
+
+  // What the outputs drive: `sensor` follows `output` at once.
+  void Couple(const std::string& output, const std::string& sensor);
+  // Told of every output that is set, before the program that sets it goes on. It must not call
+  // this chip.
+  void OnOutput(std::function<void(const std::string& line, bool high)> action);
 
   void HoldElsewhere(const std::string& line);  // as if another program had requested it
   void StickPin(const std::string& line);       // an output that does not follow
@@ -48,7 +58,9 @@ class FakeGpioChip {
   static gboolean OnRequest(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
   gboolean AnswerChip(UMockdevIoctlClient* client);
   gboolean AnswerRequest(UMockdevIoctlClient* client, Request& request);
+  // A descriptor of this process, or for others the number of a node, -2 - number.
   int Open(Request request, bool edges);
+  void Drive(unsigned offset, bool high);
   int CheckFree(unsigned offset) const;
   unsigned OffsetOf(const std::string& line) const;
   void WriteOutput(unsigned offset, bool high);
@@ -56,12 +68,15 @@ class FakeGpioChip {
 
   std::vector<std::string> names_;
   UMockdevTestbed* testbed_;
+  bool others_;  // programs in other processes
   std::vector<UMockdevIoctlBase*> handlers_;
 
   std::mutex mutex_;  // of what follows
   std::condition_variable changed_;
   std::vector<bool> pins_, held_, stuck_;
   std::vector<std::vector<bool>> history_;
+  std::map<unsigned, unsigned> coupled_;
+  std::function<void(const std::string&, bool)> on_output_;
   std::deque<Request> requests_;
   std::map<UMockdevIoctlBase*, std::size_t> request_of_;
   int read_error_ = 0;

@@ -1,10 +1,11 @@
 #include "tests/usbtmc/fake_instrument.h"
 
+#include <fmt/format.h>
 #include <sys/ioctl.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
+#include <cstddef>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
@@ -12,30 +13,25 @@
 namespace luxfield::hal::usbtmc {
 namespace {
 
-// Device 1209:0001 with a serial number, one configuration, one USBTMC/USB488 interface with a bulk
-// endpoint each way of 512 bytes.
-constexpr std::uint8_t kDescriptors[] = {18,   1,    0x00, 0x02, 0,    0,    0, 64,   0x09,
-                                         0x12, 0x01, 0x00, 0x00, 0x01, 0,    0, 3,    1,   //
-                                         9,    2,    32,   0,    1,    1,    0, 0x80, 50,  //
-                                         9,    4,    0,    0,    2,    0xfe, 3, 1,    0,   //
-                                         7,    5,    0x81, 2,    0x00, 0x02, 0,            //
-                                         7,    5,    0x02, 2,    0x00, 0x02, 0};
-constexpr const char* kPath = "/dev/bus/usb/001/002";
-constexpr const char* kSysPath = "/sys/devices/pci0000:00/usb1/1-1";
-
-std::string Record() {
+// Device 1209:PRODUCT with a serial number, one configuration, one USBTMC/USB488 interface with a
+// bulk endpoint each way of 512 bytes.
+std::string Record(int product, const std::string& path, const std::string& sys_path) {
+  const std::uint8_t descriptors[] = {
+      18,   1,    0x00, 0x02, 0,    0,    0, 64,   0x09, 0x12, static_cast<std::uint8_t>(product),
+      0x00, 0x00, 0x01, 0,    0,    3,    1,            //
+      9,    2,    32,   0,    1,    1,    0, 0x80, 50,  //
+      9,    4,    0,    0,    2,    0xfe, 3, 1,    0,   //
+      7,    5,    0x81, 2,    0x00, 0x02, 0,            //
+      7,    5,    0x02, 2,    0x00, 0x02, 0};
   std::string hex;
-  for (const std::uint8_t byte : kDescriptors) {
-    char digits[3];
-    std::snprintf(digits, sizeof digits, "%02X", byte);
-    hex += digits;
-  }
-  return "P: /devices/pci0000:00/usb1/1-1\nN: bus/usb/001/002\nE: DEVNAME=/dev/bus/usb/001/002\n"
-         "E: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\nE: BUSNUM=001\nE: DEVNUM=002\nE: MAJOR=189\n"
-         "E: MINOR=1\nA: busnum=1\\n\nA: devnum=2\\n\nA: speed=480\\n\nA: "
-         "bConfigurationValue=1\\n\n"
-         "A: idVendor=1209\\n\nA: idProduct=0001\\n\nA: dev=189:1\\n\nH: descriptors=" +
-         hex + "\n\n";
+  for (const std::uint8_t byte : descriptors) hex += fmt::format("{:02X}", byte);
+  return fmt::format(
+      "P: {}\nN: {}\nE: DEVNAME={}\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\nE: BUSNUM=001\nE: "
+      "DEVNUM={:03}\nE: MAJOR=189\nE: MINOR={}\nA: busnum=1\\n\nA: devnum={}\\n\nA: "
+      "speed=480\\n\nA: bConfigurationValue=1\\n\nA: idVendor=1209\\n\nA: "
+      "idProduct={:04x}\\n\nA: dev=189:{}\\n\nH: descriptors={}\n\n",
+      sys_path.substr(std::strlen("/sys")), path.substr(std::strlen("/dev/")), path, product + 1,
+      product, product + 1, product, product, hex);
 }
 
 void Check(GError* error) {
@@ -45,23 +41,49 @@ void Check(GError* error) {
   throw std::runtime_error("umockdev: " + what);
 }
 
+// umockdev's copy of what an ioctl's argument points to; written back when the ioctl completes.
+class Resolved {
+ public:
+  Resolved(UMockdevIoctlData* argument, std::size_t size)
+      : data_(umockdev_ioctl_data_resolve(argument, 0, size, nullptr)) {}
+  ~Resolved() { g_clear_object(&data_); }
+  Resolved(const Resolved&) = delete;
+  Resolved& operator=(const Resolved&) = delete;
+
+  explicit operator bool() const { return data_ != nullptr; }
+  UMockdevIoctlData* get() const { return data_; }
+  UMockdevIoctlData* operator->() const { return data_; }
+
+ private:
+  UMockdevIoctlData* data_;
+};
+
 }  // namespace
 
 FakeInstrument::FakeInstrument(std::function<std::string(const std::string&)> answer)
-    : answer_(std::move(answer)),
-      testbed_(umockdev_testbed_new()),
+    : FakeInstrument(umockdev_testbed_new(), kProduct, std::move(answer)) {
+  g_object_unref(testbed_);  // the other constructor holds it too
+}
+
+FakeInstrument::FakeInstrument(UMockdevTestbed* testbed, int product,
+                               std::function<std::string(const std::string&)> answer)
+    : path_(fmt::format("/dev/bus/usb/001/{:03}", product + 1)),
+      sys_path_(fmt::format("/sys/devices/pci0000:00/usb1/1-{}", product)),
+      answer_(std::move(answer)),
+      testbed_(UMOCKDEV_TESTBED(g_object_ref(testbed))),
       handler_(umockdev_ioctl_base_new()) {
   GError* error = nullptr;
-  umockdev_testbed_add_from_string(testbed_, Record().c_str(), &error);
+  umockdev_testbed_add_from_string(testbed_, Record(product, path_, sys_path_).c_str(), &error);
   Check(error);
   g_signal_connect(handler_, "handle-ioctl", G_CALLBACK(OnIoctl), this);
-  umockdev_testbed_attach_ioctl(testbed_, kPath, handler_, &error);
+  umockdev_testbed_attach_ioctl(testbed_, path_.c_str(), handler_, &error);
   Check(error);
 }
 
 FakeInstrument::~FakeInstrument() {
   g_object_unref(handler_);
   g_object_unref(testbed_);
+  Forget();
 }
 
 void FakeInstrument::Set(const Faults& faults) {
@@ -74,7 +96,15 @@ void FakeInstrument::Unplug() {
     const std::lock_guard lock(mutex_);
     gone_ = true;
   }
-  umockdev_testbed_uevent(testbed_, kSysPath, "remove");
+  umockdev_testbed_uevent(testbed_, sys_path_.c_str(), "remove");
+}
+
+void FakeInstrument::Plug() {
+  {
+    const std::lock_guard lock(mutex_);
+    gone_ = false;
+  }
+  umockdev_testbed_uevent(testbed_, sys_path_.c_str(), "add");
 }
 
 std::vector<std::string> FakeInstrument::messages() {
@@ -91,84 +121,119 @@ int FakeInstrument::aborts() {
 }
 
 gboolean FakeInstrument::OnIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self) {
-  // The client is this very process: its pointers are good here.
-  void* argument = *reinterpret_cast<void**>(umockdev_ioctl_client_get_arg(client)->data);
   const int error = static_cast<FakeInstrument*>(self)->Answer(
-      umockdev_ioctl_client_get_request(client), argument);
+      umockdev_ioctl_client_get_request(client), umockdev_ioctl_client_get_arg(client));
   umockdev_ioctl_client_complete(client, error ? -1 : 0, error);
   return TRUE;
 }
 
-int FakeInstrument::Answer(unsigned long request, void* argument) {
+int FakeInstrument::Answer(unsigned long request, UMockdevIoctlData* argument) {
   const std::lock_guard lock(mutex_);
   if (gone_ && request != USBDEVFS_REAPURBNDELAY && request != USBDEVFS_RELEASEINTERFACE &&
       request != USBDEVFS_DISCARDURB)
     return ENODEV;
   switch (request) {
-    case USBDEVFS_GET_CAPABILITIES:
-      *static_cast<unsigned*>(argument) = USBDEVFS_CAP_BULK_CONTINUATION |
-                                          USBDEVFS_CAP_NO_PACKET_SIZE_LIM |
-                                          USBDEVFS_CAP_REAP_AFTER_DISCONNECT;
+    case USBDEVFS_GET_CAPABILITIES: {
+      const Resolved answer(argument, sizeof(std::uint32_t));
+      if (!answer) return EFAULT;
+      const std::uint32_t capabilities = USBDEVFS_CAP_BULK_CONTINUATION |
+                                         USBDEVFS_CAP_NO_PACKET_SIZE_LIM |
+                                         USBDEVFS_CAP_REAP_AFTER_DISCONNECT;
+      std::memcpy(answer->data, &capabilities, sizeof capabilities);
       return 0;
+    }
     case USBDEVFS_GETDRIVER:
     case USBDEVFS_IOCTL:  // detach a driver: there is none
       return ENODATA;
     case USBDEVFS_CLEAR_HALT:
       faults_.stall_out = false;
       return 0;
-    case USBDEVFS_GET_SPEED:
     case USBDEVFS_CLAIMINTERFACE:
     case USBDEVFS_DISCONNECT_CLAIM:
+      Forget();  // what a program left that was killed
+      return 0;
+    case USBDEVFS_GET_SPEED:
     case USBDEVFS_RELEASEINTERFACE:
     case USBDEVFS_SETCONFIGURATION:
       return 0;
     case USBDEVFS_SUBMITURB:
-      return Submit(static_cast<usbdevfs_urb*>(argument));
-    case USBDEVFS_DISCARDURB: {
-      const auto found = std::find(waiting_.begin(), waiting_.end(), argument);
-      if (found == waiting_.end()) return EINVAL;
-      Finish(*found, -ENOENT, 0);
-      waiting_.erase(found);
-      return 0;
-    }
+      return Submit(argument);
+    case USBDEVFS_DISCARDURB:
+      return Discard(argument);
     case USBDEVFS_REAPURB:
     case USBDEVFS_REAPURBNDELAY:
-      if (gone_)
-        for (; !waiting_.empty(); waiting_.pop_front()) Finish(waiting_.front(), -ESHUTDOWN, 0);
-      if (done_.empty()) return gone_ ? ENODEV : EAGAIN;
-      *static_cast<void**>(argument) = done_.front();
-      done_.pop_front();
-      return 0;
+      return Reap(argument);
     default:
       return ENOTTY;
   }
 }
 
-void FakeInstrument::Finish(usbdevfs_urb* urb, int status, std::size_t size) {
-  urb->status = status;
-  urb->actual_length = static_cast<int>(size);
-  done_.push_back(urb);
+void FakeInstrument::Forget() {
+  for (std::deque<Transfer>* queue : {&done_, &waiting_}) {
+    for (Transfer& transfer : *queue) {
+      g_clear_object(&transfer.buffer);
+      g_object_unref(transfer.urb);
+    }
+    queue->clear();
+  }
 }
 
-int FakeInstrument::Submit(usbdevfs_urb* urb) {
-  if (urb->type == USBDEVFS_URB_TYPE_CONTROL) return Control(urb);
-  if (urb->endpoint & 0x80) {
-    waiting_.push_back(urb);
-    ServeIn();
-    return 0;
-  }
-  if (faults_.stall_out) {
-    Finish(urb, -EPIPE, 0);
-    return 0;
-  }
-  Out(static_cast<const std::uint8_t*>(urb->buffer), static_cast<std::size_t>(urb->buffer_length));
-  Finish(urb, 0, static_cast<std::size_t>(urb->buffer_length));
-  ServeIn();
+int FakeInstrument::Reap(UMockdevIoctlData* argument) {
+  if (gone_)
+    for (; !waiting_.empty(); waiting_.pop_front()) Finish(waiting_.front(), -ESHUTDOWN, 0);
+  if (done_.empty()) return gone_ ? ENODEV : EAGAIN;
+  const Resolved answer(argument, sizeof(void*));
+  if (!answer) return EFAULT;
+  const Transfer transfer = done_.front();
+  done_.pop_front();
+  umockdev_ioctl_data_set_ptr(answer.get(), 0, transfer.urb);  // writes URB and buffer back
+  if (transfer.buffer) g_object_unref(transfer.buffer);
+  g_object_unref(transfer.urb);
   return 0;
 }
 
-int FakeInstrument::Control(usbdevfs_urb* urb) {
-  auto* bytes = static_cast<std::uint8_t*>(urb->buffer);
+int FakeInstrument::Discard(UMockdevIoctlData* argument) {
+  gulong address = 0;
+  std::memcpy(&address, argument->data, sizeof address);
+  const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const Transfer& transfer) {
+    return transfer.urb->client_addr == address;
+  });
+  if (found == waiting_.end()) return EINVAL;
+  Finish(*found, -ENOENT, 0);
+  waiting_.erase(found);
+  return 0;
+}
+
+void FakeInstrument::Finish(const Transfer& transfer, int status, std::size_t size) {
+  transfer.fields()->status = status;
+  transfer.fields()->actual_length = static_cast<int>(size);
+  done_.push_back(transfer);
+}
+
+int FakeInstrument::Submit(UMockdevIoctlData* argument) {
+  Transfer transfer;
+  transfer.urb = umockdev_ioctl_data_resolve(argument, 0, sizeof(usbdevfs_urb), nullptr);
+  if (!transfer.urb) return EFAULT;
+  transfer.buffer = umockdev_ioctl_data_resolve(transfer.urb, offsetof(usbdevfs_urb, buffer),
+                                                transfer.size(), nullptr);
+  const usbdevfs_urb& urb = *transfer.fields();
+  if (urb.type == USBDEVFS_URB_TYPE_CONTROL) {
+    Control(transfer);
+  } else if (urb.endpoint & 0x80) {
+    waiting_.push_back(transfer);
+    ServeIn();
+  } else if (faults_.stall_out) {
+    Finish(transfer, -EPIPE, 0);
+  } else {
+    Out(transfer.bytes(), transfer.size());
+    Finish(transfer, 0, transfer.size());
+    ServeIn();
+  }
+  return 0;
+}
+
+void FakeInstrument::Control(const Transfer& transfer) {
+  std::uint8_t* bytes = transfer.bytes();
   std::vector<std::uint8_t> answer;
   if (bytes[0] == 0xa1 && bytes[1] == 7) {
     answer.assign(24, 0);
@@ -196,14 +261,12 @@ int FakeInstrument::Control(usbdevfs_urb* urb) {
     answer = bytes[2] == 0 ? std::vector<std::uint8_t>{4, 3, 9, 4}
                            : std::vector<std::uint8_t>{4, 3, '7', 0};
   } else {
-    Finish(urb, -EPIPE, 0);
-    return 0;
+    Finish(transfer, -EPIPE, 0);
+    return;
   }
-  const std::size_t size =
-      std::min<std::size_t>(answer.size(), static_cast<std::size_t>(urb->buffer_length) - 8);
+  const std::size_t size = std::min<std::size_t>(answer.size(), transfer.size() - 8);
   std::memcpy(bytes + 8, answer.data(), size);
-  Finish(urb, 0, size);
-  return 0;
+  Finish(transfer, 0, size);
 }
 
 void FakeInstrument::Out(const std::uint8_t* bytes, std::size_t size) {
@@ -222,7 +285,7 @@ void FakeInstrument::Out(const std::uint8_t* bytes, std::size_t size) {
 
 void FakeInstrument::ServeIn() {
   if (faults_.mute || !requested_ || reply_.empty() || waiting_.empty()) return;
-  usbdevfs_urb* urb = waiting_.front();
+  const Transfer in = waiting_.front();
   waiting_.pop_front();
   const std::size_t size = std::min<std::size_t>({reply_.size(), room_, faults_.at_once});
   const std::uint8_t tag = faults_.stale_tag ? tag_before_ : tag_;
@@ -235,8 +298,8 @@ void FakeInstrument::ServeIn() {
   if (faults_.cut) transfer.pop_back();
   reply_.erase(0, size);
   requested_ = false;
-  std::memcpy(urb->buffer, transfer.data(), transfer.size());
-  Finish(urb, 0, transfer.size());
+  std::memcpy(in.bytes(), transfer.data(), transfer.size());
+  Finish(in, 0, transfer.size());
 }
 
 }  // namespace luxfield::hal::usbtmc

@@ -1,5 +1,6 @@
 // A USBTMC instrument that exists under umockdev only: the kernel's usbfs and the instrument behind
-// it, for the real libusb in the same process. Run the test program under umockdev-wrapper.
+// it, for the real libusb in this process and in its children. Run the test program under
+// umockdev-wrapper.
 #pragma once
 
 #include <linux/usbdevice_fs.h>
@@ -19,6 +20,9 @@ class FakeInstrument {
 
   // `answer` gives the reply to a message, empty: none.
   explicit FakeInstrument(std::function<std::string(const std::string&)> answer);
+  // On a testbed with other devices, with a product number of its own: 1 to 99.
+  FakeInstrument(UMockdevTestbed* testbed, int product,
+                 std::function<std::string(const std::string&)> answer);
   ~FakeInstrument();
   FakeInstrument(const FakeInstrument&) = delete;
   FakeInstrument& operator=(const FakeInstrument&) = delete;
@@ -32,20 +36,34 @@ class FakeInstrument {
   };
   void Set(const Faults& faults);
   void Unplug();
+  void Plug();  // in again
 
   std::vector<std::string> messages();  // that came, in order
   int clears();                         // INITIATE_CLEAR
   int aborts();                         // INITIATE_ABORT_BULK_IN
 
  private:
+  // A transfer that a program submitted: umockdev's copies of its URB and of its buffer.
+  struct Transfer {
+    UMockdevIoctlData *urb = nullptr, *buffer = nullptr;
+
+    usbdevfs_urb* fields() const { return reinterpret_cast<usbdevfs_urb*>(urb->data); }
+    std::uint8_t* bytes() const { return buffer ? buffer->data : nullptr; }
+    std::size_t size() const { return static_cast<std::size_t>(fields()->buffer_length); }
+  };
+
   static gboolean OnIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self);
-  int Answer(unsigned long request, void* argument);
-  int Submit(usbdevfs_urb* urb);
-  int Control(usbdevfs_urb* urb);
+  int Answer(unsigned long request, UMockdevIoctlData* argument);
+  int Submit(UMockdevIoctlData* argument);
+  int Reap(UMockdevIoctlData* argument);
+  int Discard(UMockdevIoctlData* argument);
+  void Control(const Transfer& transfer);
   void Out(const std::uint8_t* bytes, std::size_t size);
   void ServeIn();
-  void Finish(usbdevfs_urb* urb, int status, std::size_t size);
+  void Finish(const Transfer& transfer, int status, std::size_t size);
+  void Forget();
 
+  std::string path_, sys_path_;
   std::function<std::string(const std::string&)> answer_;
   UMockdevTestbed* testbed_;
   UMockdevIoctlBase* handler_;
@@ -53,7 +71,7 @@ class FakeInstrument {
   std::mutex mutex_;  // of what follows
   Faults faults_;
   bool gone_ = false;
-  std::deque<usbdevfs_urb*> done_, waiting_;
+  std::deque<Transfer> done_, waiting_;
   std::string reply_;
   bool requested_ = false;
   std::uint8_t tag_ = 0, tag_before_ = 0;

@@ -1,6 +1,5 @@
 #include "hal/scpi/scpi.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +9,7 @@
 #include "hal/error.h"
 #include "hal/usbtmc/usbtmc.h"
 #include "tests/usbtmc/fake_instrument.h"
+#include "tests/usbtmc/fake_supply.h"
 
 namespace luxfield::hal::scpi {
 namespace {
@@ -56,42 +56,6 @@ TEST(ScpiParsers, AnyBytesEndInAValueOrNone) {
   EXPECT_GT(numbers, 100);
 }
 
-// A supply of 0 to 30 V that knows what it is told.
-class Supply {
- public:
-  std::string Answer(const std::string& message) {
-    const std::string line = message.substr(0, message.find('\n'));
-    if (line == "*IDN?") return "ACME,PS30,1,2.0\n";
-    if (line == "*CLS") return error_.clear(), "";
-    if (line == "SYST:ERR?")
-      return error_.empty() ? "+0,\"No error\"\n" : std::exchange(error_, "") + "\n";
-    if (line == "VOLT?") return fmt::format("{:+.6E}\n", volt_);
-    if (line == "CURR?") return fmt::format("{:+.6E}\n", current_);
-    if (line == "OUTP?") return on_ ? "1\n" : "0\n";
-    if (line == "MEAS:VOLT?") return fmt::format("{:+.6E}\n", on_ ? volt_ : 0);
-    if (line == "MEAS:CURR?") return fmt::format("{:+.6E}\n", on_ ? 0.5 * current_ : 0);
-    if (line == "READ?") return "9.90000000E+37\n";
-    if (line == "OUTP ON" || line == "OUTP OFF") return on_ = line.ends_with("ON"), "";
-    if (line.starts_with("VOLT ")) {
-      const double value = std::stod(line.substr(5));
-      if (value > 30)
-        error_ = "-222,\"Data out of range\"";
-      else
-        volt_ = value;
-      return "";
-    }
-    if (line.starts_with("CURR ")) return current_ = std::stod(line.substr(5)), "";
-    error_ = "-113,\"Undefined header\"";
-    return "";
-  }
-  bool on() const { return on_; }
-
- private:
-  double volt_ = 0, current_ = 0;
-  bool on_ = false;
-  std::string error_ = "-410,\"Query INTERRUPTED\"";  // of who used it before
-};
-
 class Scpi : public testing::Test {
  protected:
   std::unique_ptr<MessageChannel> Channel() {
@@ -100,7 +64,7 @@ class Scpi : public testing::Test {
   }
   double Soon() { return clock_->MonotonicSeconds() + 5; }
 
-  Supply supply_;
+  FakeSupply supply_;
   FakeInstrument instrument_{
       [this](const std::string& message) { return supply_.Answer(message); }};
   std::shared_ptr<core::Clock> clock_ = std::make_shared<core::SystemClock>();

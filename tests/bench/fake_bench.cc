@@ -1,0 +1,175 @@
+#include "tests/bench/fake_bench.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+
+#include "core/config.h"
+#include "hal/sim/lab_description.h"
+#include "tests/e2e/program.h"
+#include "tests/fakes/grbl_machine.h"
+
+namespace luxfield::bench {
+namespace {
+
+constexpr const char* kSerial = "LUXBENCH";
+constexpr int kSupplyProduct = 1, kMeterProduct = 2;
+constexpr double kOrigin_mm = -150;  // machine coordinates of the filter's central place
+constexpr double kSpeedUp = 20;      // of the stage
+
+// A controller with 300 mm of travel that homes fast.
+std::unique_ptr<fakes::FakeDevice> Controller() {
+  return std::make_unique<fakes::GrblMachine>(std::map<int, double>{{110, 6000},
+                                                                    {111, 6000},
+                                                                    {120, 1000},
+                                                                    {121, 1000},
+                                                                    {24, 1000},
+                                                                    {25, 6000},
+                                                                    {130, 300},
+                                                                    {131, 300}});
+}
+
+// The carriage has the controller's coordinates once that is homed; y runs against v.
+void PlaceFilter(fakes::FakeDevice& device, fakes::BenchState& state) {
+  const auto& at = dynamic_cast<fakes::GrblMachine&>(device).motion().carriage();
+  state.u_m = 1e-3 * (at[0] - kOrigin_mm);
+  state.v_m = -1e-3 * (at[1] - kOrigin_mm);
+}
+
+}  // namespace
+
+FakeBench::FakeBench(const std::filesystem::path& folder, const std::filesystem::path& world)
+    : world_(world),
+      state_file_(folder / "bench.state"),
+      state_(state_file_, true),
+      lamp_time_(hal::sim::ReadLab(core::Config::FromFile(world), {}).lamp_time),
+      testbed_(umockdev_testbed_new()),
+      stage_(Controller(), kSpeedUp,
+             [this](fakes::FakeDevice& device) { PlaceFilter(device, *state_); }),
+      chip_(testbed_, {"e-stop", "door", "shutter", "plus", "minus", "at-plus", "at-minus"}),
+      supply_(std::make_unique<hal::usbtmc::FakeInstrument>(
+          testbed_, kSupplyProduct,
+          [this](const std::string& message) { return AnswerSupply(message); })),
+      meter_(std::make_unique<hal::usbtmc::FakeInstrument>(
+          testbed_, kMeterProduct,
+          [this](const std::string& message) { return AnswerMeter(message); })) {
+  chip_.Couple("plus", "at-plus");
+  chip_.Couple("minus", "at-minus");
+  chip_.OnOutput([this](const std::string& line, bool high) {
+    if (line == "shutter") state_->shutter_open = high;
+    if (high && (line == "plus" || line == "minus")) state_->print = line == "minus";
+  });
+  // For the programs that are started from here on.
+  if (const char* preload = std::getenv("LD_PRELOAD")) preload_before_ = preload;
+  setenv("LD_PRELOAD",
+         (e2e::BuiltProgram("line_descriptors.so").string() + ":" + preload_before_).c_str(), 1);
+  StartCamera();
+}
+
+FakeBench::~FakeBench() {
+  if (camera_ > 0) KillCamera();
+  setenv("LD_PRELOAD", preload_before_.c_str(), 1);
+  g_object_unref(testbed_);
+}
+
+std::string FakeBench::CameraKeys() const {
+  return fmt::format("driver = \"aravis\"\nid = \"Aravis-Fake-{}\"\npacket_socket = false\n",
+                     kSerial);
+}
+
+std::string FakeBench::StageKeys() const {
+  return fmt::format("driver = \"grbl\"\nport = \"{}\"\nv_axis = \"-y\"\norigin_m = [{}, {}]\n",
+                     stage_.port(), 1e-3 * kOrigin_mm, 1e-3 * kOrigin_mm);
+}
+
+std::string FakeBench::OtherTables() const {
+  return fmt::format(R"([inputs]
+driver = "gpiod"
+emergency_stop = {{line = "e-stop", bias = "pull-up"}}
+door = {{line = "door", bias = "pull-up"}}
+[shutter]
+driver = "gpiod"
+closed = {{}}
+open = {{output = {{line = "shutter"}}}}
+[print]
+driver = "gpiod"
+plus = {{output = {{line = "plus"}}, sensor = {{line = "at-plus"}}}}
+minus = {{output = {{line = "minus"}}, sensor = {{line = "at-minus"}}}}
+[supply]
+driver = "usbtmc"
+vendor = {0}
+product = {1}
+voltage_v = 12
+current_a = 2
+[monitor]
+driver = "usbtmc"
+vendor = {0}
+product = {2}
+)",
+                     hal::usbtmc::FakeInstrument::kVendor, kSupplyProduct, kMeterProduct);
+}
+
+void FakeBench::StartCamera() {
+  std::array<int, 2> in{}, out{};
+  ASSERT_EQ(pipe2(in.data(), O_CLOEXEC), 0);
+  ASSERT_EQ(pipe2(out.data(), O_CLOEXEC), 0);
+  const std::string program = e2e::BuiltProgram("fake_camera").string();
+  camera_ = fork();
+  if (camera_ == 0) {
+    dup2(in[0], STDIN_FILENO);
+    dup2(out[1], STDOUT_FILENO);
+    unsetenv("LD_PRELOAD");
+    execl(program.c_str(), program.c_str(), kSerial, world_.c_str(), state_file_.c_str(), nullptr);
+    _exit(127);
+  }
+  close(in[0]);
+  close(out[1]);
+  camera_input_ = in[1];
+  std::string ready;
+  for (char c = 0; read(out[0], &c, 1) == 1 && c != '\n';) ready += c;
+  close(out[0]);
+  ASSERT_EQ(ready, "ready");
+}
+
+void FakeBench::KillCamera() {
+  kill(camera_, SIGKILL);
+  waitpid(camera_, nullptr, 0);
+  close(camera_input_);
+  camera_ = 0;
+}
+
+bool FakeBench::stage_moves() {
+  bool moves = false;
+  stage_.Inspect([&](fakes::FakeDevice& device) {
+    moves = dynamic_cast<fakes::GrblMachine&>(device).motion().speed() > 0;
+  });
+  return moves;
+}
+
+std::string FakeBench::AnswerSupply(const std::string& message) {
+  const bool before = supply_model_.on();
+  std::string answer = supply_model_.Answer(message);
+  if (supply_model_.on() != before)
+    state_->lamp_on_since_s = supply_model_.on() ? fakes::SteadySeconds() : fakes::BenchState::kOff;
+  return answer;
+}
+
+std::string FakeBench::AnswerMeter(const std::string& message) {
+  if (message.starts_with("*IDN?")) return "ACME,LightMeter,7,1.0\n";
+  if (message.starts_with("READ?")) {
+    const double since_s = state_->lamp_on_since_s;
+    return fmt::format("{:+.6E}\n",
+                       since_s == fakes::BenchState::kOff
+                           ? 0.0
+                           : lamp_time_.MeanFactor(fakes::SteadySeconds() - since_s, 0));
+  }
+  return {};
+}
+
+}  // namespace luxfield::bench

@@ -1,0 +1,66 @@
+// A bench of fake devices for the whole program: camera, stage, contacts, shutter, print changer,
+// lamp supply and light meter, which together are the lab of a simulated lab.toml.
+//
+// The camera is a process of its own, aravis' GigE Vision server; the stage is a Grbl controller
+// behind a pty; GPIO chip and USB instruments are umockdev's. Programs that are started while the
+// bench stands reach them all. The test program runs under umockdev-wrapper.
+#pragma once
+
+#include <sys/types.h>
+#include <umockdev.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hal/sim/lamp_time.h"
+#include "tests/fakes/bench_state.h"
+#include "tests/fakes/pty_host.h"
+#include "tests/gpiod/fake_gpio_chip.h"
+#include "tests/usbtmc/fake_instrument.h"
+#include "tests/usbtmc/fake_supply.h"
+
+namespace luxfield::bench {
+
+class FakeBench {
+ public:
+  // Files of the bench go into `folder`; `world` is the simulated lab that the camera sees.
+  FakeBench(const std::filesystem::path& folder, const std::filesystem::path& world);
+  ~FakeBench();
+  FakeBench(const FakeBench&) = delete;
+  FakeBench& operator=(const FakeBench&) = delete;
+
+  // The tables [camera] (its driver's keys), [stage] ... [monitor] of a lab.toml that names these
+  // devices.
+  std::string CameraKeys() const;
+  std::string StageKeys() const;
+  std::string OtherTables() const;
+
+  void StartCamera();
+  void KillCamera();  // SIGKILL
+  void PressEmergencyStop(bool pressed) { chip_.SetPin("e-stop", pressed); }
+  void OpenDoor(bool open) { chip_.SetPin("door", open); }
+  hal::usbtmc::FakeInstrument& meter() { return *meter_; }
+  bool lamp_on() const { return state_->lamp_on_since_s != fakes::BenchState::kOff; }
+  std::uint64_t exposures() const { return state_->exposures; }
+  bool stage_moves();
+
+ private:
+  std::string AnswerSupply(const std::string& message);
+  std::string AnswerMeter(const std::string& message);
+
+  std::filesystem::path world_, state_file_;
+  fakes::SharedBenchState state_;
+  hal::sim::LampTime lamp_time_;
+  UMockdevTestbed* testbed_;
+  fakes::PtyHost stage_;
+  hal::gpiod::FakeGpioChip chip_;
+  hal::scpi::FakeSupply supply_model_;
+  std::unique_ptr<hal::usbtmc::FakeInstrument> supply_, meter_;
+  std::string preload_before_;
+  pid_t camera_ = 0;
+  int camera_input_ = -1;
+};
+
+}  // namespace luxfield::bench

@@ -1,0 +1,318 @@
+// Whole sessions: the program against a camera, a stage, GPIO lines and USB instruments of other
+// processes, which are the same lab that the simulated drivers compute.
+//
+//   LUXFIELD_BENCH=large umockdev-wrapper build/release/bench_test
+//
+// measures 5 x 4 positions in place of 3 x 2.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "lightfield/light_field.h"
+#include "tests/bench/fake_bench.h"
+#include "tests/e2e/program.h"
+
+namespace luxfield::bench {
+namespace {
+
+using e2e::Outcome;
+using testing::HasSubstr;
+using Json = nlohmann::json;
+namespace fs = std::filesystem;
+
+bool IsLarge() {
+  const char* size = std::getenv("LUXFIELD_BENCH");
+  return size && std::string(size) == "large";
+}
+
+constexpr const char* kRig = R"([rig]
+kind = "lensless"
+delta_m = 0.3
+[filter]
+kind = "dual"
+basis = "quadratic"
+spacing_m = 0.032
+)";
+
+constexpr const char* kStage = R"(min_m = [-0.1, -0.1]
+max_m = [0.1, 0.1]
+speed_m_per_s = 0.05
+settle_s = 0.05
+)";
+
+// Figures of the camera that both labs state.
+constexpr const char* kCamera = R"(pitch_m = 0.008
+black_dn = 400
+saturation_dn = 16000
+gain_dn_per_e = 0.16
+responsivity_e_per_s_per_w_m2 = [24000]
+)";
+
+std::string SimulatedLab() {
+  return fmt::format(R"([lab]
+driver = "sim"
+seed = 1
+{}[lamp]
+kind = "headlight"
+[camera]
+width = 64
+height = 64
+bits = 14
+min_exposure_s = 1e-5
+max_exposure_s = 10
+exposure_step_s = 1e-6
+{}[stage]
+{}[sampling]
+u_per_cell = 4
+[errors.photon_noise]
+[errors.read_noise]
+rms_dn = 1.6
+[errors.dark_current]
+e_per_s = 5
+[errors.warm_up]
+excess = 0.002
+tau_s = 10
+[errors.drift]
+per_hour = -0.05
+)",
+                     kRig, kCamera, kStage);
+}
+
+std::string RealLab(const FakeBench& bench) {
+  return fmt::format(R"([lab]
+driver = "devices"
+{}[camera]
+{}region_px = [0, 0, 64, 64]
+read_noise_dn = 1.6
+dark_current_e_per_s = 5
+{}[stage]
+{}{}{})",
+                     kRig, bench.CameraKeys(), kCamera, bench.StageKeys(), kStage,
+                     bench.OtherTables());
+}
+
+std::string Plan() {
+  return fmt::format(R"([plan]
+name = "bench"
+unit = "lm"
+dark_repeats = 3
+{}[grid]
+width = {}
+height = {}
+[lattice]
+width = 24
+height = 24
+ds_m = 0.016
+[exposure]
+min_s = 1e-4
+max_s = 0.0625
+ratio = 5
+[reference]
+every = 3
+max_drift = 0.05
+[warm_up]
+window_s = 0.5
+interval_s = 0.1
+variation = 0.002
+max_wait_s = 30
+)",
+                     kRig, IsLarge() ? 5 : 3, IsLarge() ? 4 : 2);
+}
+
+struct Field {
+  lightfield::LightField value, sigma;
+};
+
+// Of two measurements of one light field: the mean of their squared difference over its variance,
+// and how many values that is the mean of.
+struct Agreement {
+  double chi_squared = 0;  // per degree of freedom
+  int degrees = 0;
+};
+Agreement Compare(const Field& a, const Field& b) {
+  Agreement agreement;
+  for (std::size_t k = 0; k < a.value.data.size(); ++k) {
+    const double variance =
+        std::pow(double(a.sigma.data[k]), 2) + std::pow(double(b.sigma.data[k]), 2);
+    if (!(variance > 0)) continue;
+    agreement.chi_squared +=
+        std::pow(double(a.value.data[k]) - double(b.value.data[k]), 2) / variance;
+    ++agreement.degrees;
+  }
+  agreement.chi_squared /= agreement.degrees;
+  return agreement;
+}
+
+class Bench : public testing::Test {
+ protected:
+  void SetUp() override {
+    e2e::WriteText(folder_ / "plan.toml", Plan());
+    e2e::WriteText(folder_ / "simulated.toml", SimulatedLab());
+    bench_.emplace(folder_, folder_ / "simulated.toml");
+    e2e::WriteText(folder_ / "real.toml", RealLab(*bench_));
+  }
+  void TearDown() override {
+    bench_.reset();
+    if (!HasFailure()) fs::remove_all(folder_);
+  }
+
+  Outcome Run(const std::vector<std::string>& arguments) {
+    return e2e::RunLuxfield(arguments, folder_);
+  }
+  void RunWell(const std::vector<std::string>& arguments) {
+    const Outcome outcome = Run(arguments);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  std::vector<std::string> Capture(bool resume = false) const {
+    std::vector<std::string> words = {"capture", "plan.toml", "real.session",
+                                      "--lab",   "real.toml", "--quiet"};
+    if (resume) words.emplace_back("--resume");
+    return words;
+  }
+  Field Reconstruct(const std::string& session) {
+    RunWell({"merge", session, "-o", session + ".meas.exr", "--quiet"});
+    RunWell({"reconstruct", session + ".meas.exr", "-o", session + ".lf.exr", "--sigma",
+             session + ".sigma.lf.exr", "--quiet"});
+    return {lightfield::ReadLightField(folder_ / (session + ".lf.exr")),
+            lightfield::ReadLightField(folder_ / (session + ".sigma.lf.exr"))};
+  }
+  // The light field of the real session against that of the simulated drivers, whose noise is
+  // another one.
+  void ExpectTheSimulatedLightField() {
+    RunWell({"verify", "real.session"});
+    RunWell({"capture", "plan.toml", "sim.session", "--lab", "simulated.toml", "--seed", "2",
+             "--quiet"});
+    const Agreement agreement = Compare(Reconstruct("real.session"), Reconstruct("sim.session"));
+    // Chi-squared per degree scatters by sqrt(2 / n).
+    const double scatter = std::sqrt(2.0 / agreement.degrees);
+    fmt::print("{} values: chi-squared per degree of freedom {:.4f} (scatter {:.4f})\n",
+               agreement.degrees, agreement.chi_squared, scatter);
+    EXPECT_GT(agreement.degrees, 1000);
+    EXPECT_NEAR(agreement.chi_squared, 1, 5 * scatter);
+  }
+  // Captures, and lets something happen once that many more exposures were taken.
+  Outcome CaptureUntil(int exposures, bool resume, const std::function<void()>& accident) {
+    const std::uint64_t until = bench_->exposures() + static_cast<std::uint64_t>(exposures);
+    std::atomic<bool> ended = false;
+    std::thread watcher([&] {
+      while (!ended && bench_->exposures() < until) std::this_thread::yield();
+      if (!ended) accident();
+    });
+    const Outcome outcome = Run(Capture(resume));
+    ended = true;
+    watcher.join();
+    return outcome;
+  }
+
+  fs::path folder_ =
+      e2e::FreshFolder(testing::UnitTest::GetInstance()->current_test_info()->name());
+  std::optional<FakeBench> bench_;
+};
+
+TEST_F(Bench, ASessionGivesTheLightFieldOfTheSimulatedDrivers) {
+  const double start = fakes::SteadySeconds();
+  RunWell(Capture());
+  fmt::print("captured in {:.1f} s, {} exposures\n", fakes::SteadySeconds() - start,
+             bench_->exposures());
+  EXPECT_FALSE(bench_->lamp_on()) << "the lamp goes off with the program";
+  ExpectTheSimulatedLightField();
+}
+
+TEST_F(Bench, ResumesAfterEmergencyStopDeadCameraAndPulledCable) {
+  constexpr int kDarks = 3 * 5;  // exposures before the first position
+  double lamp_off_ms = 0;
+  const Outcome stopped = CaptureUntil(kDarks + 5, false, [&] {
+    const double pressed_s = fakes::SteadySeconds();
+    bench_->PressEmergencyStop(true);
+    while (bench_->lamp_on()) std::this_thread::yield();
+    lamp_off_ms = 1e3 * (fakes::SteadySeconds() - pressed_s);
+  });
+  fmt::print("lamp off {:.1f} ms after the emergency stop\n", lamp_off_ms);
+  EXPECT_EQ(stopped.exit_code, 3);
+  EXPECT_THAT(stopped.err, HasSubstr("the emergency stop is active"));
+  EXPECT_FALSE(bench_->stage_moves());
+  EXPECT_THAT(e2e::ReadText(folder_ / "real.session" / "journal.jsonl"),
+              HasSubstr(R"("type":"paused")"));
+  const Outcome refused = Run(Capture(true));
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("make the lab safe"));
+  EXPECT_FALSE(bench_->lamp_on());
+  bench_->PressEmergencyStop(false);
+
+  const Outcome dead = CaptureUntil(kDarks + 10, true, [&] { bench_->KillCamera(); });
+  EXPECT_EQ(dead.exit_code, 3);
+  EXPECT_THAT(dead.err, HasSubstr("Aravis Fake"));
+  EXPECT_THAT(dead.err, HasSubstr("; check "));
+  EXPECT_FALSE(bench_->lamp_on());
+  bench_->StartCamera();
+
+  const Outcome unplugged = CaptureUntil(kDarks + 10, true, [&] { bench_->meter().Unplug(); });
+  EXPECT_EQ(unplugged.exit_code, 3);
+  EXPECT_THAT(unplugged.err, HasSubstr("1209:0002"));
+  EXPECT_THAT(unplugged.err, HasSubstr("check power and cable, then resume"));
+  EXPECT_FALSE(bench_->lamp_on());
+  bench_->meter().Plug();
+
+  RunWell(Capture(true));
+  ExpectTheSimulatedLightField();
+}
+
+TEST_F(Bench, DevicesSaysWhatIsAttachedWhoTakesItAndWhyNot) {
+  const Outcome all = Run({"devices", "real.toml"});
+  EXPECT_EQ(all.exit_code, 0) << all.err;
+  for (const char* line :
+       {"aravis       Aravis-Fake-LUXBENCH: Aravis Fake LUXBENCH, GigEVision at 127.0.0.1",
+        "usbtmc       1209:0001: serial 7", "usbtmc       1209:0002: serial 7",
+        "gpiod        /dev/gpiochip0: fake, 7 lines", "grbl         takes it: Grbl",
+        "camera       Aravis Fake LUXBENCH: 64 x 64, 16 bit",
+        "shutter      shutter on /dev/gpiochip0: closed, open",
+        "print        print changer on /dev/gpiochip0: plus, minus", "monitor      ACME,LightMeter",
+        "supply       ACME,PS30", "inputs       safety inputs on"})
+    EXPECT_THAT(all.out, HasSubstr(line));
+
+  bench_->meter().Unplug();
+  const Outcome without = Run({"devices", "real.toml"});
+  EXPECT_EQ(without.exit_code, 3);
+  EXPECT_THAT(without.out, HasSubstr("monitor      does not open: 1209:0002"));
+  EXPECT_THAT(without.out, HasSubstr("camera       Aravis Fake LUXBENCH: 64 x 64"));
+}
+
+TEST_F(Bench, DeviceTestsStayWithinTheirBounds) {
+  const auto test = [&](const std::string& name) {
+    const Outcome outcome =
+        Run({"devices", "test", name, "real.toml", "--reach", "2mm", "--json", "test.json"});
+    EXPECT_EQ(outcome.exit_code, 0) << name << ": " << outcome.err;
+    return Json::parse(e2e::ReadText(folder_ / "test.json"));
+  };
+  for (const char* selector : {"shutter", "print"})
+    for (const Json& row : test(selector).at("rows"))
+      EXPECT_EQ(row.at("position"), row.at("read_back"));
+  for (const Json& row : test("stage").at("rows"))
+    EXPECT_LE(std::abs(row.at("u_m").get<double>()), 0.002 + 1e-12);
+  EXPECT_NEAR(test("camera").at("mean_dn"), 400, 2) << "dark behind the closed shutter";
+  EXPECT_EQ(test("monitor").at("readings"), (std::vector<double>{0, 0, 0, 0, 0}));
+  const Json lamp = test("lamp");
+  EXPECT_EQ(lamp.at("voltage_v"), 12);
+  EXPECT_EQ(lamp.at("off"), true);
+  EXPECT_FALSE(bench_->lamp_on());
+
+  bench_->OpenDoor(true);
+  EXPECT_EQ(test("inputs").at("door_open"), true);
+  for (const char* name : {"lamp", "stage", "shutter"}) {
+    const Outcome refused = Run({"devices", "test", name, "real.toml"});
+    EXPECT_EQ(refused.exit_code, 3);
+    EXPECT_THAT(refused.err, HasSubstr("the door is open"));
+  }
+  EXPECT_EQ(Run({"devices", "test", "colour", "simulated.toml"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace luxfield::bench

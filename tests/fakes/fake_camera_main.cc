@@ -1,0 +1,96 @@
+// fake_camera SERIAL LAB STATE: aravis' own GigE Vision camera on 127.0.0.1, which sees the
+// simulated lab of LAB where the devices of a bench have put it (bench_state.h). An exposure takes
+// its time. Prints "ready", and ends with its input.
+#include <arv.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <iostream>
+#include <string>
+#include <thread>
+
+#include "core/config.h"
+#include "hal/sim/world.h"
+#include "tests/fakes/bench_state.h"
+
+namespace luxfield::fakes {
+namespace {
+
+class Camera {
+ public:
+  Camera(const char* lab, const char* state)
+      : world_(hal::sim::ReadLab(core::Config::FromFile(lab), {})), state_(state, false) {}
+
+  static void Fill(ArvBuffer* buffer, void* self, guint32 exposure_us, guint32, ArvPixelFormat) {
+    static_cast<Camera*>(self)->Expose(buffer, 1e-6 * exposure_us);
+  }
+
+ private:
+  void Arrange() {
+    const double since_s = state_->lamp_on_since_s;
+    core::SimulatedClock& clock = *world_.clock();
+    if (since_s != lamp_on_since_s_) {
+      world_.SwitchLamp(false);
+      world_.SwitchLamp(since_s != BenchState::kOff);
+      switched_on_s_ = clock.MonotonicSeconds();
+      lamp_on_since_s_ = since_s;
+    }
+    // The lamp's age is what its output depends on.
+    if (since_s != BenchState::kOff)
+      clock.SleepSeconds(switched_on_s_ + SteadySeconds() - since_s - clock.MonotonicSeconds());
+    world_.MoveStage({state_->u_m, state_->v_m});
+    world_.shutter_open = state_->shutter_open;
+    world_.print = state_->print;
+  }
+
+  void Expose(ArvBuffer* buffer, double exposure_s) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(exposure_s);
+    Arrange();
+    const core::RawFrame frame = world_.Expose(exposure_s, ++state_->exposures);
+    std::size_t size = 0;  // within the callback the buffer does not know it yet
+    auto* out = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &size)));
+    const auto pixels = static_cast<std::size_t>(arv_buffer_get_image_width(buffer)) *
+                        static_cast<std::size_t>(arv_buffer_get_image_height(buffer));
+    std::memset(out, 0, 2 * pixels);
+    std::memcpy(out, frame.dn.data(), 2 * std::min(pixels, frame.dn.size()));
+    std::this_thread::sleep_until(end);
+  }
+
+  hal::sim::World world_;
+  SharedBenchState state_;
+  double lamp_on_since_s_ = BenchState::kOff;
+  double switched_on_s_ = 0;  // on the simulated clock
+};
+
+int Serve(const char* serial, const char* lab, const char* state) {
+  Camera camera(lab, state);
+  ArvGvFakeCamera* server = arv_gv_fake_camera_new("127.0.0.1", serial);
+  if (!server || !arv_gv_fake_camera_is_running(server)) {
+    std::cerr << "cannot serve on 127.0.0.1\n";
+    return 1;
+  }
+  arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(server), Camera::Fill,
+                                   &camera);
+  std::cout << "ready" << std::endl;
+  for (std::string line; std::getline(std::cin, line);) {
+  }
+  g_object_unref(server);
+  return 0;
+}
+
+}  // namespace
+}  // namespace luxfield::fakes
+
+int main(int argc, char** argv) {
+  if (argc != 4) {
+    std::cerr << "usage: fake_camera SERIAL LAB STATE\n";
+    return 2;
+  }
+  try {
+    return luxfield::fakes::Serve(argv[1], argv[2], argv[3]);
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << "\n";
+    return 1;
+  }
+}
