@@ -7,6 +7,8 @@
 #include "cli/program.h"
 #include "core/exr.h"
 #include "core/measures.h"
+#include "lightfield/environment_compare.h"
+#include "lightfield/environment_map.h"
 #include "lightfield/light_field.h"
 #include "render/film.h"
 
@@ -15,6 +17,7 @@ namespace {
 
 struct Options {
   std::string a, b, difference;
+  int face_size = 0;  // environment maps; 0: pictures or light fields
 };
 
 bool IsLightField(const std::string& path) { return path.ends_with(".lf.exr"); }
@@ -33,7 +36,33 @@ core::Image Stack(const std::string& path) {
   return image;
 }
 
+core::Json CompareMaps(const Options& options) {
+  if (!options.difference.empty())
+    throw InputError("--difference is of pictures; drop it or --environment");
+  const auto map = [&](const std::string& path) {
+    return MakeCubeMap(lightfield::ReadEnvironmentPicture(path), options.face_size);
+  };
+  const auto difference = lightfield::CompareEnvironments(map(options.a), map(options.b));
+  fmt::print("{} against {} (reference), as cube maps of 6 x {} x {}\n", options.a, options.b,
+             options.face_size, options.face_size);
+  fmt::print("  relative        {:.6g}   (integral of |a-b| over that of b)\n",
+             difference.relative);
+  if (difference.turned)
+    fmt::print(
+        "  turned          {:.6g}   (the least of a turned or mirrored, as b is not itself)\n",
+        *difference.turned);
+  fmt::print("  mean radiance   {:.6g}   (largest over the channels)\n", difference.mean);
+  fmt::print("  irradiance      {:.6g}   (largest of 24 orientations, over the mean)\n",
+             difference.irradiance);
+  core::Json json{{"relative", difference.relative},
+                  {"mean", difference.mean},
+                  {"irradiance", difference.irradiance}};
+  if (difference.turned) json["turned"] = *difference.turned;
+  return json;
+}
+
 core::Json Compare(const Options& options) {
+  if (options.face_size > 0) return CompareMaps(options);
   if (IsLightField(options.a) != IsLightField(options.b))
     throw InputError(
         fmt::format("{} and {} are of different kinds; compare two light fields or two pictures",
@@ -73,6 +102,10 @@ void AddCompare(Program& program) {
                       [options] { return Compare(*options); });
   verb.add_option("A", options->a, "EXR picture or .lf.exr")->required();
   verb.add_option("B", options->b, "The reference, of the same kind and size")->required();
+  verb.add_option("--environment", options->face_size,
+                  "Both are environment maps, of any layouts: compare them as cube maps of so many "
+                  "texels along a face")
+      ->check(CLI::Range(1, 8192));
   verb.add_option(
       "-d,--difference", options->difference,
       "Write the difference picture: .exr holds A - B, .png the Lab difference in false colour");
