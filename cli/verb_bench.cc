@@ -151,9 +151,16 @@ core::Json Accuracy(const study::BenchAccuracyOptions& how) {
 // Four tables, one below the other.
 core::Json Environment(const study::BenchEnvironmentOptions& how) {
   core::Json result = study::BenchEnvironment(how);
-  for (const char* part : {"maps", "balance", "speed", "tables"}) {
+  for (const char* part : {"maps", "balance", "thesis", "speed", "tables", "sequence"}) {
+    if (result[part].empty()) continue;
     PrintRows(result[part], {});
     fmt::print("\n");
+  }
+  if (!result["maps"].empty()) {
+    const core::Json& all = result["maps"].back();
+    fmt::print("{} z-values: chi-squared {:.1f}, {:+.2f} standard deviations\n",
+               all["z_values"].get<int>(), all["chi_squared"].get<double>(),
+               all["sigmas"].get<double>());
   }
   result["device"] = render::Device::Open(how.device, how.threads).info().name;
   result["threads"] = core::Threads();
@@ -407,6 +414,12 @@ void AddEnvironment(Program& program, CLI::App& benches) {
   app.add_option("--map", how.maps,
                  "Radiance and OpenEXR pictures (default: a sun and sky of ours)")
       ->default_str("");
+  app.add_option("--part", how.parts,
+                 "What to run of maps, balance, speed and tables (default: all)")
+      ->default_str("")
+      ->check(CLI::IsMember({"maps", "balance", "speed", "tables"}));
+  app.add_option("--sequence", how.sequence,
+                 "Folder or list of frames to time, one after the other (luxfield sky --day)");
   app.add_option("--face-size", how.face_size, "Texels along each face of the cube maps");
   AddSize(app, how.width, how.height);
   AddSamples(app, how.samples_per_pixel);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "core/colour.h"
@@ -15,6 +16,7 @@
 #include "render/device_scene.h"
 #include "render/estimators/environment.h"
 #include "study/ball_scene.h"
+#include "study/bench_environment_sequence.h"
 #include "study/reference_picture.h"
 
 namespace luxfield::study {
@@ -27,7 +29,8 @@ using render::SampleSets;
 using render::TileBalance;
 
 constexpr std::uint64_t kSeed = 3, kReferenceSeed = 1003;
-constexpr int kOrientations = 24, kCopies = 4096, kOrientationSamples = 64;
+constexpr int kOrientations = 24, kOrientationSamples = 64;
+constexpr int kCopies = 4096, kSeedsOfSets = 256;  // for each orientation
 
 struct Map {
   std::string name;
@@ -129,65 +132,141 @@ double PdfError(const render::EnvironmentLight& light) {
   return worst;
 }
 
-// Unit vectors spread over the sphere, kCopies of each.
+// Unit vectors spread over the sphere, rounded as kernels see them.
 std::vector<cl_float4> Orientations() {
   std::vector<cl_float4> normals;
   for (int k = 0; k < kOrientations; ++k) {
     const double z = 1 - (2 * k + 1.0) / kOrientations, r = std::sqrt(1 - z * z),
                  phi = 0.3 + k * std::numbers::pi * (3 - std::sqrt(5.0));
-    const cl_float4 n{{static_cast<float>(r * std::cos(phi)), static_cast<float>(r * std::sin(phi)),
-                       static_cast<float>(z), 0}};
-    normals.insert(normals.end(), kCopies, n);
+    normals.push_back({{static_cast<float>(r * std::cos(phi)),
+                        static_cast<float>(r * std::sin(phi)), static_cast<float>(z), 0}});
   }
   return normals;
 }
 
-nlohmann::json MapRows(Bench& bench, const Map& map) {
-  const auto normals = Orientations();
-  render::GBuffer gbuffer(bench.device(), static_cast<int>(normals.size()), 1);
-  gbuffer.normal.Upload(std::span<const cl_float4>(normals));
-  const std::vector<cl_float4> origin(normals.size(), cl_float4{{0, 0, 0, 1}});
-  gbuffer.position.Upload(std::span<const cl_float4>(origin));
-  std::vector<double> exact;
-  for (int k = 0; k < kOrientations; ++k) {
-    const auto& n = normals[static_cast<std::size_t>(k) * kCopies].s;
-    exact.push_back(core::Luminance(Irradiance(map.cube, {n[0], n[1], n[2]})));
-  }
-  nlohmann::json rows = nlohmann::json::array();
-  const auto scrambled = SampleSets::kScrambled;
-  for (const Setting& setting :
-       {Setting{"cosine", {TileBalance::kCosine, 1, scrambled}, kOrientationSamples},
-        Setting{"cosine, 4 x 4 tiles", {TileBalance::kCosine, 4, scrambled}, kOrientationSamples},
-        Setting{"uniform", {TileBalance::kUniform, 1, scrambled}, kOrientationSamples},
-        Setting{"energy", {TileBalance::kEnergy, 1, scrambled}, kOrientationSamples},
-        Setting{"none", {TileBalance::kNone, 1, scrambled}, kOrientationSamples},
-        Setting{"compensated", {TileBalance::kCosine, 1, scrambled, 0.5f, 1}, kOrientationSamples},
-        Setting{"light alone", {TileBalance::kCosine, 1, scrambled, 0}, kOrientationSamples}}) {
-    const auto light = Show(bench, map.cube, setting.knobs);
-    const auto lit = bench.Light(gbuffer, light, setting, kSeed).light;
-    double squares = 0, worst = 0;
-    for (int k = 0; k < kOrientations; ++k) {
-      double mean = 0, deviations = 0;
-      for (int copy = 0; copy < kCopies; ++copy) {
-        const auto& e = lit[static_cast<std::size_t>(k) * kCopies + copy].s;
-        const double value = core::Luminance({e[0], e[1], e[2]}), difference = value - mean;
-        mean += difference / (copy + 1);
-        deviations += difference * (value - mean);
+// The same, each turned the shortest way that lays a corner of the cube on the horizon.
+std::vector<cl_float4> EdgeOrientations() {
+  std::vector<cl_float4> normals = Orientations();
+  for (cl_float4& normal : normals) {
+    const Vec3 n{normal.s[0], normal.s[1], normal.s[2]};
+    Vec3 nearest = Normalized(Vec3{1, 1, 1});
+    for (const double x : {-1.0, 1.0})
+      for (const double y : {-1.0, 1.0}) {  // opposite corners share a plane
+        const Vec3 corner = Normalized(Vec3{x, y, 1});
+        if (std::abs(Dot(n, corner)) < std::abs(Dot(n, nearest))) nearest = corner;
       }
-      // Rounding of float32 sums, where there is hardly any noise.
-      const double scatter =
-          std::hypot(std::sqrt(deviations / (kCopies - 1.0) / kCopies), 1e-6 * exact[k]);
-      const double z = scatter > 0 ? (mean - exact[k]) / scatter : 0;
-      squares += z * z;
-      worst = std::max(worst, std::abs(z));
+    const Vec3 turned = Normalized(n - Dot(n, nearest) * nearest);
+    normal = {{static_cast<float>(turned.x), static_cast<float>(turned.y),
+               static_cast<float>(turned.z), 0}};
+  }
+  return normals;
+}
+
+// Pixels and seeds that draw independently: pixels with samples of their own are as good as seeds,
+// and so are the sets of 4 x 4 pixels.
+struct Copies {
+  int width, height, seeds;
+};
+Copies CopiesOf(SampleSets sets) {
+  if (sets == SampleSets::kScrambled) return {kCopies, 1, 1};
+  if (sets == SampleSets::kInterleaved) return {4, 4, kSeedsOfSets};
+  return {1, 1, kSeedsOfSets};
+}
+
+// Luminance of the irradiance, drawn independently so many times for each normal.
+using Draws = std::vector<std::vector<double>>;
+Draws DrawIrradiance(Bench& bench, const render::EnvironmentLight& light, const Setting& setting,
+                     const std::vector<cl_float4>& normals) {
+  const auto [width, height, seeds] = CopiesOf(setting.knobs.sets);
+  const std::size_t pixels = static_cast<std::size_t>(width) * height;
+  const cl_float4 origin{{0, 0, 0, 1}};
+  Draws draws(normals.size());
+  for (std::size_t k = 0; k < normals.size(); ++k) {
+    render::GBuffer gbuffer(bench.device(), width, height);
+    gbuffer.normal.Upload(std::span<const cl_float4>(std::vector(pixels, normals[k])));
+    gbuffer.position.Upload(std::span<const cl_float4>(std::vector(pixels, origin)));
+    for (int seed = 0; seed < seeds; ++seed)
+      for (const auto& e : bench.Light(gbuffer, light, setting, kSeed + k * seeds + seed).light)
+        draws[k].push_back(core::Luminance({e.s[0], e.s[1], e.s[2]}));
+  }
+  return draws;
+}
+
+// Errors of the means against the texel sums, in standard errors.
+std::vector<double> ZValues(const CubeMap& map, const std::vector<cl_float4>& normals,
+                            const Draws& draws) {
+  std::vector<double> z;
+  for (std::size_t k = 0; k < normals.size(); ++k) {
+    const auto& n = normals[k].s;
+    const double exact = core::Luminance(Irradiance(map, {n[0], n[1], n[2]}));
+    double mean = 0, deviations = 0;
+    int count = 0;
+    for (const double value : draws[k]) {
+      const double difference = value - mean;
+      mean += difference / ++count;
+      deviations += difference * (value - mean);
     }
+    // Rounding of float32 sums, where there is hardly any noise.
+    const double scatter = std::hypot(std::sqrt(deviations / (count - 1.0) / count), 1e-6 * exact);
+    z.push_back(scatter > 0 ? (mean - exact) / scatter : 0);
+  }
+  return z;
+}
+
+double SumOfSquares(const std::vector<double>& z) {
+  return std::inner_product(z.begin(), z.end(), z.begin(), 0.0);
+}
+double Worst(const std::vector<double>& z) {
+  double worst = 0;
+  for (const double value : z) worst = std::max(worst, std::abs(value));
+  return worst;
+}
+
+// Rows of a map; its z-values are appended to `pool`, those on edges to `edge_pool`.
+nlohmann::json MapRows(Bench& bench, const Map& map, std::vector<double>& pool,
+                       std::vector<double>& edge_pool) {
+  const auto normals = Orientations(), edges = EdgeOrientations();
+  const auto scrambled = SampleSets::kScrambled;
+  nlohmann::json rows = nlohmann::json::array();
+  for (const auto& [name, knobs] : std::initializer_list<std::pair<const char*, EnvironmentKnobs>>{
+           {"cosine", {TileBalance::kCosine, 1, scrambled}},
+           {"cosine, 4 x 4 tiles", {TileBalance::kCosine, 4, scrambled}},
+           {"uniform", {TileBalance::kUniform, 1, scrambled}},
+           {"energy", {TileBalance::kEnergy, 1, scrambled}},
+           {"none", {TileBalance::kNone, 1, scrambled}},
+           {"compensated", {TileBalance::kCosine, 1, scrambled, 0.5f, 1}},
+           {"light alone", {TileBalance::kCosine, 1, scrambled, 0}},
+           {"cosine, shared", {TileBalance::kCosine, 1, SampleSets::kShared}},
+           {"cosine, interleaved", {TileBalance::kCosine, 1, SampleSets::kInterleaved}}}) {
+    const Setting setting{name, knobs, kOrientationSamples};
+    const auto light = Show(bench, map.cube, knobs);
+    const auto z = ZValues(map.cube, normals, DrawIrradiance(bench, light, setting, normals)),
+               edge_z = ZValues(map.cube, edges, DrawIrradiance(bench, light, setting, edges));
+    pool.insert(pool.end(), z.begin(), z.end());
+    edge_pool.insert(edge_pool.end(), edge_z.begin(), edge_z.end());
     rows.push_back({{"map", map.name},
                     {"strategy", setting.name},
                     {"pdf_error", PdfError(light)},
-                    {"z_mean_square", squares / kOrientations},
-                    {"z_worst", worst}});
+                    {"z_mean_square", SumOfSquares(z) / kOrientations},
+                    {"z_worst", Worst(z)},
+                    {"edge_z_mean_square", SumOfSquares(edge_z) / kOrientations},
+                    {"edge_z_worst", Worst(edge_z)}});
   }
   return rows;
+}
+
+nlohmann::json PooledRow(const std::vector<double>& z, const std::vector<double>& edge_z) {
+  const double sum = SumOfSquares(z) + SumOfSquares(edge_z);
+  const auto count = static_cast<double>(z.size() + edge_z.size());
+  return {{"map", "all"},
+          {"strategy", "all"},
+          {"z_mean_square", SumOfSquares(z) / static_cast<double>(z.size())},
+          {"z_worst", Worst(z)},
+          {"edge_z_mean_square", SumOfSquares(edge_z) / static_cast<double>(edge_z.size())},
+          {"edge_z_worst", Worst(edge_z)},
+          {"z_values", z.size() + edge_z.size()},
+          {"chi_squared", sum},
+          {"sigmas", (sum - count) / std::sqrt(2 * count)}};
 }
 
 struct View {
@@ -279,6 +358,33 @@ nlohmann::json BalanceRows(Bench& bench, const Map& map, const BenchEnvironmentO
   return rows;
 }
 
+nlohmann::json ThesisRows(const nlohmann::json& balance) {
+  nlohmann::json rows = nlohmann::json::array();
+  const auto is = [](const nlohmann::json& row, const char* name, int samples) {
+    return row["balance"] == name && row["spp"] == samples && row["tiles"] == 1 &&
+           row["compensation"] == 0;
+  };
+  for (const auto& even : balance) {
+    if (!is(even, "uniform", 180)) continue;
+    for (const auto& balanced : balance) {
+      if (!is(balanced, "cosine", 60) || balanced["map"] != even["map"] ||
+          balanced["surface"] != even["surface"] || balanced["sets"] != even["sets"])
+        continue;
+      const auto ratio = [&](const char* what) {
+        return balanced[what].get<double>() / even[what].get<double>();
+      };
+      rows.push_back({{"map", even["map"]},
+                      {"surface", even["surface"]},
+                      {"sets", even["sets"]},
+                      {"error_ratio", ratio("rel_rmse")},
+                      {"lab_ratio", ratio("mean_lab")},
+                      {"useful_60", balanced["useful"]},
+                      {"useful_180", even["useful"]}});
+    }
+  }
+  return rows;
+}
+
 nlohmann::json SpeedRows(Bench& bench, const Map& map, const BenchEnvironmentOptions& options) {
   nlohmann::json rows = nlohmann::json::array();
   for (const bool glossy : {false, true}) {
@@ -348,16 +454,27 @@ nlohmann::json BenchEnvironment(const BenchEnvironmentOptions& options) {
         "reference at least 2");
   if (options.face_size % 4 != 0)
     throw InputError("bench environment: the face size must be a multiple of 4, for its tiles");
+  const auto wanted = [&](const char* part) {
+    const auto& parts = options.parts;
+    return parts.empty() || std::find(parts.begin(), parts.end(), part) != parts.end();
+  };
   Bench bench(render::Device::Open(options.device, options.threads));
   const std::vector<Map> maps = ReadMaps(options);
   const nlohmann::json none = nlohmann::json::array();
-  nlohmann::json result{{"maps", none}, {"balance", none}};
+  nlohmann::json result{{"maps", none}, {"balance", none}, {"speed", none}, {"tables", none}};
+  std::vector<double> z, edge_z;
   for (const Map& map : maps) {
-    for (const auto& row : MapRows(bench, map)) result["maps"].push_back(row);
-    for (const auto& row : BalanceRows(bench, map, options)) result["balance"].push_back(row);
+    if (wanted("maps"))
+      for (const auto& row : MapRows(bench, map, z, edge_z)) result["maps"].push_back(row);
+    if (wanted("balance"))
+      for (const auto& row : BalanceRows(bench, map, options)) result["balance"].push_back(row);
   }
-  result["speed"] = options.repeats > 0 ? SpeedRows(bench, maps.front(), options) : none;
-  result["tables"] = options.repeats > 0 ? TableRows(bench, options) : none;
+  if (wanted("maps")) result["maps"].push_back(PooledRow(z, edge_z));
+  result["thesis"] = ThesisRows(result["balance"]);
+  if (wanted("speed") && options.repeats > 0)
+    result["speed"] = SpeedRows(bench, maps.front(), options);
+  if (wanted("tables") && options.repeats > 0) result["tables"] = TableRows(bench, options);
+  result["sequence"] = options.sequence.empty() ? none : SequenceRows(bench.device(), options);
   return result;
 }
 

@@ -2,13 +2,18 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "core/error.h"
+#include "core/exr.h"
+#include "core/progress.h"
 
 namespace luxfield::study {
 namespace {
@@ -26,11 +31,18 @@ TEST(BenchEnvironment, BalancingIsWorthIt) {
   const auto result = BenchEnvironment(options);
   ASSERT_GE(result["maps"].size(), 6u);
   for (const auto& row : result["maps"]) {
-    EXPECT_LT(row["pdf_error"].get<double>(), 1e-5) << row;
-    EXPECT_LT(row["z_worst"].get<double>(), 5) << row;
-    // 24 squares of normal numbers: 1 +- 0.29.
-    EXPECT_LT(row["z_mean_square"].get<double>(), 2.5) << row;
+    EXPECT_LT(row.value("pdf_error", 0.0), 1e-5) << row;
+    for (const std::string kind : {"", "edge_"}) {
+      EXPECT_LT(row[kind + "z_worst"].get<double>(), 5) << row;
+      // 24 squares of normal numbers: 1 +- 0.29.
+      EXPECT_LT(row[kind + "z_mean_square"].get<double>(), 2.5) << row;
+    }
   }
+  const auto& all = result["maps"].back();
+  std::printf("chi-squared %.1f of %d z-values, %+.2f standard deviations\n",
+              all["chi_squared"].get<double>(), all["z_values"].get<int>(),
+              all["sigmas"].get<double>());
+  EXPECT_LT(std::abs(all["sigmas"].get<double>()), 4);
   std::map<std::string, double> error, useful;
   for (const auto& row : result["balance"]) {
     if (row["surface"] != "lambert" || row["sets"] != "scrambled" || row["tiles"] != 1 ||
@@ -45,6 +57,41 @@ TEST(BenchEnvironment, BalancingIsWorthIt) {
   EXPECT_LT(error.at("cosine 60"), 0.8 * error.at("uniform 60"));
   EXPECT_GT(useful.at("cosine 60"), useful.at("uniform 60") + 0.1);
   EXPECT_LT(error.at("uniform 180"), error.at("uniform 60"));
+  ASSERT_EQ(result["thesis"].size(), 4u);  // two surfaces, two kinds of sets
+  for (const auto& row : result["thesis"]) {
+    if (row["surface"] != "lambert" || row["sets"] != "scrambled") continue;
+    EXPECT_NEAR(row["error_ratio"].get<double>(), error.at("cosine 60") / error.at("uniform 180"),
+                1e-12);
+  }
+}
+
+TEST(BenchEnvironment, ASequenceIsRenderedToItsEnd) {
+  const auto folder =
+      std::filesystem::path(testing::TempDir()) / ("bench_sky_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  for (const char* name : {"a.exr", "b.exr", "c.exr"}) {
+    core::Image even(32, 16, 3);
+    std::fill(even.data.begin(), even.data.end(), 2.0f);
+    core::WriteExrImage(folder / name, even);
+  }
+  core::Progress::SetQuiet(true);
+  BenchEnvironmentOptions options;
+  options.parts = {"tables"};
+  options.repeats = 0;
+  options.face_size = 16;
+  options.width = 32;
+  options.height = 24;
+  options.samples_per_pixel = {8};
+  options.sequence = folder;
+  const auto result = BenchEnvironment(options);
+  EXPECT_TRUE(result["maps"].empty());
+  EXPECT_TRUE(result["tables"].empty());
+  ASSERT_EQ(result["sequence"].size(), 2u);  // without and with shadows
+  for (const auto& row : result["sequence"]) {
+    EXPECT_EQ(row["frames"], 3);
+    EXPECT_GT(row["fps"].get<double>(), 0);
+  }
+  std::filesystem::remove_all(folder);
 }
 
 TEST(BenchEnvironment, WrongOptionsAreNamed) {
