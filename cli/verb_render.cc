@@ -45,6 +45,7 @@ study::AccurateFrame RenderToTarget(render::LitScene& scene, const Options& opti
     request.time_s = ParseQuantity(options.time, "--time", {{"s", 1}, {"ms", 1e-3}});
   if (options.estimator_given) request.estimators = {options.render.estimator};
   request.Validate();
+  if (scene.luminaires().empty()) return study::RenderToAccuracy(scene, {}, request);
   auto costs = study::StoredCostModel(scene.device());
   if (!costs) {
     fmt::print(stderr, "measuring what estimators cost on {} (once; see 'bench calibrate')\n",

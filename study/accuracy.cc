@@ -10,6 +10,7 @@
 #include "core/measures.h"
 #include "core/stopwatch.h"
 #include "study/choose_setting.h"
+#include "study/environment_accuracy.h"
 
 namespace luxfield::study {
 namespace {
@@ -135,11 +136,12 @@ void AccuracyRequest::Validate() const {
 AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
                                const AccuracyRequest& request) {
   request.Validate();
+  if (scene.environment() && scene.luminaires().empty())
+    return RenderEnvironmentToAccuracy(scene, request);
   if (scene.environment())
     throw InputError(
-        "samples are not predicted for environment maps, so that no error or time can be asked of "
-        "a "
-        "scene with one; name its samples");
+        "samples are not predicted for luminaires and an environment map together, so that no "
+        "error or time can be asked of a scene with both; name its samples");
   AccurateFrame result;
   const core::Stopwatch stopwatch;
   const std::vector<Candidate> candidates = ChooseSetting(scene, costs, request);

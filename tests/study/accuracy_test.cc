@@ -11,6 +11,8 @@
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/progress.h"
+#include "lightfield/environment_map.h"
+#include "study/ball_scene.h"
 #include "tests/study/small_scene.h"
 
 namespace luxfield::study {
@@ -163,7 +165,66 @@ TEST_F(AccuracyTest, WrongRequestsAreNamed) {
   under_the_sky.environment = scene::Environment{sky, {}, {}, 1, 0};
   render::LitScene with_environment(render::Device::Open(), under_the_sky);
   EXPECT_THAT([&] { RenderToAccuracy(with_environment, MadeUpCosts(), request); },
-              ThrowsMessage<InputError>(HasSubstr("environment maps")));
+              ThrowsMessage<InputError>(HasSubstr("luminaires and an environment")));
+}
+
+// Under a sky alone: the true picture is in closed form, albedo / pi times the texel sum.
+TEST_F(AccuracyTest, ErrorsAskedForUnderASkyAreKept) {
+  const auto sky = std::filesystem::path(testing::TempDir()) / "luxfield_bright_sky.exr";
+  core::Image picture(64, 32, 3);
+  for (int row = 0; row < 32; ++row)
+    for (int column = 0; column < 64; ++column)
+      for (int c = 0; c < 3; ++c)
+        picture.at(c, row, column) = 1 + 0.01f * static_cast<float>(column) +
+                                     (std::hypot(column - 40, row - 6) < 3 ? 30.0f : 0.0f);
+  core::WriteExrImage(sky, picture);
+  scene::Scene balls = BallScene(48, 36);
+  scene::MakeLambertian(balls.geometry);
+  balls.environment.emplace();
+  balls.environment->file = sky;
+  balls.environment->face_size = 16;
+  render::LitScene scene(render::Device::Open(), balls);
+  const auto map = lightfield::MakeCubeMap(lightfield::ReadEnvironmentPicture(sky), 16);
+
+  AccuracyRequest request;
+  request.picture.shadows = render::Shadows::kNone;
+  request.picture.samples_per_pixel = 16;
+  render::Frame exact = render::Renderer(scene, request.picture).Render();
+  for (int row = 0; row < exact.height; ++row)
+    for (int column = 0; column < exact.width; ++column) {
+      if (exact.coverage.at(0, row, column) == 0) continue;
+      const core::Rgb e =
+          Irradiance(map, {exact.normal.at(0, row, column), exact.normal.at(1, row, column),
+                           exact.normal.at(2, row, column)});
+      for (int c = 0; c < 3; ++c)
+        exact.radiance.at(c, row, column) *=
+            static_cast<float>(e[c] / exact.irradiance.at(c, row, column));
+    }
+  int runs = 0, kept = 0;
+  for (const double target : {0.03, 0.01, 0.004})
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+      request.rel_error = target;
+      request.picture.seed = seed;
+      const auto result = RenderToAccuracy(scene, {}, request);
+      EXPECT_TRUE(result.met);
+      const double error = LuminanceError(result.frame.radiance, exact.radiance);
+      ++runs;
+      kept += error <= target ? 1 : 0;
+      std::printf("asked %.3f, estimated %.4f, true %.4f, %d samples, seed %d\n", target,
+                  result.estimated_error, error, result.chosen.samples_per_pixel,
+                  static_cast<int>(seed));
+      EXPECT_GT(result.estimated_error, 0.3 * target);  // not bought by far too many samples
+    }
+  EXPECT_GE(kept, 0.95 * runs - 3 * std::sqrt(0.95 * 0.05 * runs));
+
+  request.rel_error.reset();
+  request.time_s = 0.05;
+  const auto quick = RenderToAccuracy(scene, {}, request);
+  EXPECT_TRUE(quick.met);
+  EXPECT_GE(quick.chosen.samples_per_pixel, 8);
+  request.picture.knobs.environment.sets = render::SampleSets::kShared;
+  EXPECT_THAT([&] { RenderToAccuracy(scene, {}, request); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("scrambled")));
 }
 
 // Fitted times must follow the measured ones: the model is for choosing, a factor of 2 is its
