@@ -296,9 +296,10 @@ void AddExposures(Program& program, CLI::App& benches) {
       benches, "exposures", "Bias and spread of merged exposures against the Cramer-Rao bound",
       [how, &program] {
         how->seed = program.common().seed.value_or(1);
-        return Finish(study::BenchExposures(*how), CpuName(),
-                      {"sensor", "e_per_s", "used", "bias", "bias_se", "spread_ratio",
-                       "sigma_ratio", "case", "flagged", "unknown"});
+        return Finish(
+            study::BenchExposures(*how), CpuName(),
+            {"sensor", "e_per_s", "used", "bias", "bias_se", "spread_ratio", "sigma_ratio", "case",
+             "flagged", "unknown", "bias_kept", "bias_zeroed", "bias_dropped"});
       });
   app.add_option("--pixels", how->pixels, "Pixels of every figure")->check(CLI::Range(2, 1 << 26));
   app.add_option("--stops", how->stops, "Range of the scene from 30 electrons per second up")

@@ -3,81 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <optional>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "lightfield/measurements.h"
+#include "reconstruct/dark_codes.h"
+#include "reconstruct/excluded_samples.h"
 #include "reconstruct/merge_tile.h"
-#include "reconstruct/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {
-
-constexpr int kBandRows = 8;  // a thread's piece: the band of every frame stays in its cache
-
-template <typename T>
-LUXFIELD_INLINE void MarkClipped(const T* y, int width, float saturation_dn, std::uint8_t* out) {
-  LUXFIELD_INDEPENDENT
-  for (int column = 0; column < width; ++column) {
-    const float value = static_cast<float>(y[column]);
-    out[column] = static_cast<std::uint8_t>(
-        (value < saturation_dn ? 0 : 1) | (value >= std::numeric_limits<float>::lowest() ? 0 : 1));
-  }
-}
-
-LUXFIELD_SIMD_CLONES void MarkClippedRow(const core::RawFrame& frame, int row, float saturation_dn,
-                                         std::uint8_t* out) {
-  const std::size_t first = static_cast<std::size_t>(row) * frame.width;
-  if (frame.value.empty())
-    MarkClipped(frame.dn.data() + first, frame.width, saturation_dn, out);
-  else
-    MarkClipped(frame.value.data() + first, frame.width, saturation_dn, out);
-}
-
-// out[column] |= a clipped pixel among the 9 around; rows have a spare byte at each end.
-LUXFIELD_SIMD_CLONES void Dilate(const std::uint8_t* above, const std::uint8_t* middle,
-                                 const std::uint8_t* below, int width, std::uint8_t* either,
-                                 std::uint8_t* out) {
-  LUXFIELD_INDEPENDENT
-  for (int column = 0; column < width + 2; ++column)
-    either[column] = above[column] | middle[column] | below[column];
-  LUXFIELD_INDEPENDENT
-  for (int column = 0; column < width; ++column)
-    out[column] |= either[column] | either[column + 1] | either[column + 2];
-}
-
-// Which samples of a frame's rows [begin, end) have weight zero: clipped, neighbour of one that is,
-// or a defect of the sensor.
-class ExcludedRows {
- public:
-  explicit ExcludedRows(int width)
-      : width_(width), clipped_((kBandRows + 2) * stride(), 0), either_(stride(), 0) {}
-
-  void Find(const core::RawFrame& frame, float saturation_dn, int begin, int end,
-            const std::uint32_t* mask, std::vector<std::uint8_t>& excluded) {
-    for (int row = begin - 1; row <= end; ++row) {
-      std::uint8_t* to = clipped_.data() + (row - begin + 1) * stride() + 1;
-      if (row < 0 || row >= frame.height)
-        std::fill_n(to, width_, std::uint8_t{0});
-      else
-        MarkClippedRow(frame, row, saturation_dn, to);
-    }
-    for (int row = begin; row < end; ++row) {
-      std::uint8_t* to = excluded.data() + static_cast<std::size_t>(row - begin) * width_;
-      for (int column = 0; column < width_; ++column)
-        to[column] = mask[static_cast<std::size_t>(row) * width_ + column] ? 1 : 0;
-      const std::uint8_t* above = clipped_.data() + (row - begin) * stride();
-      Dilate(above, above + stride(), above + 2 * stride(), width_, either_.data(), to);
-    }
-  }
-
- private:
-  std::size_t stride() const { return static_cast<std::size_t>(width_) + 2; }
-  int width_;
-  std::vector<std::uint8_t> clipped_, either_;
-};
 
 void Check(const SensorModel& sensor, std::span<const Exposure> exposures) {
   if (exposures.empty())
@@ -141,6 +79,42 @@ MergeScale MakeMergeScale(const SensorModel& sensor, const Exposure& exposure,
   return scale;
 }
 
+// Pixels of the tile for which samples that tell something were left out in the dark, with what
+// those tell (dark_codes.h).
+void RefineInTheDark(const DarkCodes& codes, const SensorModel& sensor,
+                     std::span<const Exposure> sorted, std::span<const MergeScale> scales,
+                     const MergeModel& model, const ExcludedSamples& excluded, std::size_t pixel,
+                     std::size_t count, MergeTile& tile) {
+  constexpr double kWorthIt = 0.01;  // of the light
+  // Below 0.3 DN of noise in the longest the codes hardly follow the light: the equation's root
+  // would be as good as anywhere.
+  constexpr double kFollows = 0.3 * 0.3 + 1.0 / 12;
+  std::vector<DarkCodes::Sample> samples;
+  for (std::size_t l = 0; l < count; ++l) {
+    if (!(tile.dark_k[l] > 0 && tile.weights[l] > 0)) continue;
+    samples.clear();
+    double k = 0;
+    const double x = tile.x[l], light = std::max(x, 0.0);
+    for (std::size_t n = 0; n < sorted.size(); ++n) {
+      if (excluded.Of(n) && excluded.Of(n)[pixel + l]) continue;
+      const MergeScale& scale = scales[n];
+      const double room = model.saturation_dn - scale.dark_dn - scale.k * x;
+      const double variance =
+          scale.gain_k * light + model.gain * scale.expected_dark_dn + model.read_variance;
+      if (!(room > 0 && room * room > model.margin_squared * variance)) continue;
+      if (samples.empty() && variance < kFollows) break;
+      samples.push_back({sorted[n].frame->at(pixel + l), scale.k / sensor.gain_dn_per_e,
+                         sensor.dark_current_e_per_s * sorted[n].exposure_s});
+      k += scale.k;
+    }
+    if (samples.empty() || tile.dark_k[l] < kWorthIt * k) continue;
+    const DarkCodes::Estimate estimate = codes.Solve(samples, x);
+    tile.x[l] = static_cast<float>(estimate.x);
+    tile.weights[l] = static_cast<float>(estimate.information);
+    tile.squares[l] = static_cast<float>(estimate.squared_weights);
+  }
+}
+
 }  // namespace
 
 DarkSum::DarkSum(double exposure_s) : exposure_s_(exposure_s) {}
@@ -190,31 +164,33 @@ void MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposur
   for (const auto& [row, column] : sensor.defects)
     merged->mask[static_cast<std::size_t>(row) * width + column] = lightfield::kDefect;
 
-  const std::size_t bands = (static_cast<std::size_t>(height) + kBandRows - 1) / kBandRows;
-  core::ParallelFor(bands, 4, [&](std::size_t first, std::size_t last) {
+  const ExcludedSamples excluded(sensor, sorted);
+  // What measured darks are worth where they clip or do not dither is not known.
+  const bool stated_darks = std::none_of(sorted.begin(), sorted.end(),
+                                         [](const Exposure& e) { return e.dark != nullptr; });
+  std::optional<DarkCodes> codes;
+  if (stated_darks && !model.poisson && (model.low_black || model.undithered))
+    codes.emplace(sensor, options.saturation_margin);
+  const std::size_t tiles = (pixels + kMergeLanes - 1) / kMergeLanes;
+  core::ParallelFor(tiles, 128, [&](std::size_t begin, std::size_t end) {
     MergeTile tile(sorted.size());
-    ExcludedRows rows(width);
-    std::vector<std::vector<std::uint8_t>> excluded(
-        sorted.size(), std::vector<std::uint8_t>(static_cast<std::size_t>(kBandRows) * width));
-    for (std::size_t band = first; band < last; ++band) {
-      const int begin = static_cast<int>(band) * kBandRows,
-                end = std::min(begin + kBandRows, height);
-      for (std::size_t n = 0; n < sorted.size(); ++n)
-        rows.Find(*sorted[n].frame, model.saturation_dn, begin, end, merged->mask.data(),
-                  excluded[n]);
-      // A band is one run of pixels.
-      const std::size_t run = static_cast<std::size_t>(begin) * width;
-      const std::size_t length = static_cast<std::size_t>(end - begin) * width;
-      for (std::size_t offset = 0; offset < length; offset += kMergeLanes) {
-        const std::size_t count = std::min(kMergeLanes, length - offset), pixel = run + offset;
-        tile.used.clear();
-        for (std::size_t n = 0; n < sorted.size(); ++n)
-          if (LoadSamples(sorted[n], excluded[n].data() + offset, pixel, count, scales[n], model,
-                          tile.exposures[n]))
-            tile.used.push_back(n);
-        EstimateMergeTile(scales, model, tile);
-        StoreMergeTile(model, tile, pixel, count, merged);
+    std::array<std::uint8_t, kMergeLanes> left_out;
+    for (std::size_t pixel = begin * kMergeLanes; pixel < std::min(end * kMergeLanes, pixels);
+         pixel += kMergeLanes) {
+      const std::size_t count = std::min(kMergeLanes, pixels - pixel);
+      tile.used.clear();
+      for (std::size_t n = 0; n < sorted.size(); ++n) {
+        const std::uint8_t* const of_frame = excluded.Of(n);
+        for (std::size_t l = 0; l < count; ++l)
+          left_out[l] = merged->mask[pixel + l] || (of_frame && of_frame[pixel + l]) ? 1 : 0;
+        if (LoadSamples(sorted[n], left_out.data(), pixel, count, scales[n], model,
+                        tile.exposures[n]))
+          tile.used.push_back(n);
       }
+      EstimateMergeTile(scales, model, tile);
+      if (codes)
+        RefineInTheDark(*codes, sensor, sorted, scales, model, excluded, pixel, count, tile);
+      StoreMergeTile(model, tile, pixel, count, merged);
     }
   });
 }

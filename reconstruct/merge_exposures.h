@@ -82,17 +82,21 @@ struct MergedFrame {
                                     // kTooDark, kDefect; unknown pixels hold 0
 };
 
-// Samples that clip (y >= saturation_dn, or not finite) are dilated by one pixel for blooming and
-// have weight zero. So have, of cameras that count in whole numbers, samples that X predicts within
-// the margin of 0 DN, where the ADC clips what read noise takes below, and samples with less than
-// 0.5 DN of noise beside a longer one: rounding is noise only where noise dithers it. A pixel left
-// without samples is kSaturated or, if a sample was too near 0 DN, kBelowBlack; so is one whose X
-// is negative by twice the margin: such a black level is wrong. Arithmetic in float32 on residuals
-// y - d - k X; rounding and stopping change X by less than 1e-4 sigma + 1e-6 X and sigma by less
-// than 1e-3 of itself. Vectorised and parallel over pixels; the result doesn't depend on the
-// threads. Every sample is read once (2 bytes, and 4 of its dark frame's mean), 16 bytes a pixel
-// are written. Throws InputError if a frame or dark frame does not have the sensor's size, or an
-// exposure, attenuation or lamp factor is not above 0.
+// Samples that clip (y >= saturation_dn, or not finite), their neighbours and what their overflow
+// reaches (excluded_samples.h) have weight zero. So have, of cameras that count in whole numbers,
+// samples that X predicts within the margin of 0 DN, where the ADC clips what read noise takes
+// below, and samples with less than 0.5 DN of noise beside a longer one: rounding is noise only
+// where noise dithers it. Where all darks are the sensor model's, such samples enter after all, by
+// the exact moments of their codes (dark_codes.h).
+//
+// A pixel left without samples is kSaturated or, if a sample was too near 0 DN, kBelowBlack; so is
+// one whose X is negative by twice the margin: such a black level is wrong. Arithmetic in float32
+// on residuals y - d - k X; rounding and stopping change X by less than 1e-4 sigma + 1e-6 X and
+// sigma by less than 1e-3 of itself. Vectorised and parallel over pixels; the result doesn't depend
+// on the threads. Every sample is read twice (2 bytes, and once 4 of its dark frame's mean), 16
+// bytes a pixel are written, and a byte a pixel of every frame that clips. Throws InputError if a
+// frame or dark frame does not have the sensor's size, or an exposure, attenuation or lamp factor
+// is not above 0.
 MergedFrame MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposures,
                            const MergeOptions& options = {});
 // The same into planes that are used again.

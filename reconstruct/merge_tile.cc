@@ -192,6 +192,7 @@ LUXFIELD_INLINE bool ExcludeBiasedInTheDark(std::span<const MergeScale> scales,
       e.signal[l] = out ? 0 : e.signal[l];
       e.other_variance[l] = out ? kExcluded : e.other_variance[l];
       tile.at_floor[l] |= in & low;
+      tile.dark_k[l] += out ? scales[n].k : 0;
       longer[l] |= in & ~out & 1u;
       any |= out;
     }
@@ -215,6 +216,7 @@ LUXFIELD_SIMD_CLONES void EstimateMergeTile(std::span<const MergeScale> scales,
                                             const MergeModel& model, MergeTile& tile) {
   const bool dark_checks = model.low_black || model.undithered;
   tile.at_floor.fill(0);
+  tile.dark_k.fill(0);
   do {
     if (model.poisson)
       PoissonEstimate(scales, tile);

@@ -49,6 +49,7 @@ struct MergeTile {
   std::vector<std::size_t> used;                    // exposures with a sample that isn't excluded
   MergeLanes x, weights, squares;                   // the estimate, sum w, sum w^2
   std::array<std::uint32_t, kMergeLanes> at_floor;  // 1: a sample was excluded for being near 0 DN
+  MergeLanes dark_k;  // sum of k of the samples that were excluded for being biased in the dark
 
   explicit MergeTile(std::size_t count) : exposures(count) {}
 };

@@ -122,6 +122,26 @@ json FlagRow(const char* sensor, const char* name, const reconstruct::MergedFram
   return {{"sensor", sensor}, {"case", name}, {"flagged", flagged / n}, {"unknown", unknown / n}};
 }
 
+// What the mean is off `x` per standard deviation of a pixel, if pixels that are too dark keep
+// their number, hold 0, or are left out.
+void AddDarkBias(const reconstruct::MergedFrame& merged, double x, json* row) {
+  double kept = 0, bright = 0, n = 0, bright_n = 0, variance = 0;
+  for (std::size_t p = 0; p < merged.mask.size(); ++p) {
+    if (merged.mask[p] & lightfield::kUnknownMask) continue;
+    kept += merged.rate_e_per_s[p];
+    variance += std::pow(merged.sigma_e_per_s[p], 2);
+    ++n;
+    if (merged.mask[p] & lightfield::kTooDark) continue;
+    bright += merged.rate_e_per_s[p];
+    ++bright_n;
+  }
+  if (n == 0) return;  // no number at all
+  const double sigma = std::sqrt(variance / n);
+  (*row)["bias_kept"] = (kept / n - x) / sigma;
+  (*row)["bias_zeroed"] = (bright / n - x) / sigma;
+  (*row)["bias_dropped"] = bright_n > 0 ? json((bright / bright_n - x) / sigma) : json();
+}
+
 // Every pixel has exactly `electrons` in the longest exposure and none in the others.
 reconstruct::MergedFrame Exactly(const SensorModel& sensor, double electrons) {
   std::vector<RawFrame> frames;
@@ -205,8 +225,10 @@ json BenchExposures(const BenchExposuresOptions& options) {
     }
     for (const double x : {300.0, 3e4}) level(x);
     // One electron per pixel in the longest exposure on average, noise and all; then exactly one.
-    rows.push_back(FlagRow(camera.name, "one photon, noisy",
-                           Simulate(camera.model, 1 / Exposure_s(0), options.seed, ++stream)));
+    const double photon = 1 / Exposure_s(0);
+    const auto dim = Simulate(camera.model, photon, options.seed, ++stream);
+    rows.push_back(FlagRow(camera.name, "one photon, noisy", dim));
+    AddDarkBias(dim, photon, &rows.back());
     rows.push_back(FlagRow(camera.name, "one photon, exactly", Exactly(camera.model, 1)));
     rows.push_back(FlagRow(camera.name, "all saturated", Exactly(camera.model, 1e9)));
     rows.push_back(FlagRow(camera.name, "black above signal", BlackAboveSignal(camera.model)));

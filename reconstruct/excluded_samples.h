@@ -1,0 +1,61 @@
+// Which samples of a bracket hold charge that is not theirs: clipped ones overflow.
+//
+// A clipped sample and its 8 neighbours are left out always. Beyond, charge runs along columns
+// (and, in light that spreads within the chip, along rows) as far as it runs: from every end of a
+// run of clipped samples outwards, samples are compared with what the shorter exposures predict,
+//
+//   e = y - d - k X,   var(e) = var(y) + k^2 var(X)      (X: Poisson estimate of the shorter ones)
+//
+// and while the sum of e over the next 4 exceeds 3 standard deviations and 0.2 % of the light (an
+// exposure time's error), the tail goes on. Twice as far as it is seen is left out: of a tail that
+// falls exponentially from A at its start, what stays in is then below sigma^2 / A. First columns,
+// then rows, from what columns left out too. A tail that is left out by chance (one end in 700)
+// costs some weight.
+//
+// Shortest frames first: where they lost samples there is little left to compare longer ones with.
+// But what ran over in a shorter exposure runs over in a longer one, r times as much and so ln(r)
+// decay lengths farther: its tail is left out there too, grown by ln(r) / 5 of its length, and the
+// comparison begins where it ends.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "reconstruct/merge_exposures.h"
+
+namespace luxfield::reconstruct {
+
+class ExcludedSamples {
+ public:
+  // The exposures, longest first, must outlive this. One byte a pixel is kept of every frame with a
+  // clipped sample; every frame is read once. Parallel over rows; the result does not depend on the
+  // threads.
+  ExcludedSamples(const SensorModel& sensor, std::span<const Exposure> longest_first);
+
+  // Per pixel: not 0 is left out. Null: no sample of frame n is.
+  const std::uint8_t* Of(std::size_t n) const {
+    return planes_[n].empty() ? nullptr : planes_[n].data();
+  }
+
+ private:
+  struct Excess {
+    double value = 0, variance = 0, light = 0;  // DN; variance 0: nothing to compare with
+  };
+  bool AnyClipped(std::size_t n) const;
+  void MarkClipped(std::size_t n);  // into clipped_, with their neighbours into planes_[n]
+  void FollowColumns(std::size_t n);
+  void FollowRows(std::size_t n);
+  void FollowTail(std::size_t n, std::size_t from, std::ptrdiff_t step, int room);
+  Excess ExcessAt(std::size_t n, std::size_t pixel) const;
+  double OtherVariance(const Exposure& exposure) const;
+  double Signal(const Exposure& exposure, std::size_t pixel) const;
+
+  const SensorModel& sensor_;
+  std::span<const Exposure> exposures_;
+  std::vector<double> k_;  // DN per electron per second of each
+  std::vector<std::vector<std::uint8_t>> planes_;
+  std::vector<std::uint8_t> clipped_;  // of the frame at hand
+};
+
+}  // namespace luxfield::reconstruct

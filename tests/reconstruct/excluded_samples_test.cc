@@ -1,0 +1,146 @@
+#include "reconstruct/excluded_samples.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "core/random.h"
+#include "lightfield/measurements.h"
+
+namespace luxfield::reconstruct {
+namespace {
+
+using core::RawFrame;
+
+constexpr int kWidth = 48, kHeight = 128, kSpotRow = 64, kSpotColumn = 24;
+constexpr double kField_e_per_s = 3000, kSpot_e_per_s = 3e7;
+
+SensorModel Camera() {
+  SensorModel sensor;
+  sensor.width = kWidth;
+  sensor.height = kHeight;
+  sensor.bits = 14;
+  sensor.gain_dn_per_e = 0.42;
+  sensor.read_noise_dn = 3.34;
+  sensor.black_dn = 512;
+  sensor.saturation_dn = 16383;
+  return sensor;
+}
+
+bool InSpot(int row, int column) {
+  return std::abs(row - kSpotRow) <= 1 && std::abs(column - kSpotColumn) <= 1;
+}
+
+// A spot of 3 x 3 pixels in an even field. `share` of what its pixels cannot hold runs along the
+// column, falling to 1 / e over 5 pixels.
+RawFrame Expose(const SensorModel& sensor, double exposure_s, double share, std::uint64_t seed,
+                std::uint64_t stream) {
+  const double full = (sensor.saturation_dn - sensor.black_dn) / sensor.gain_dn_per_e;
+  const double q = std::exp(-1.0 / 5);
+  std::vector<double> electrons, collected;
+  for (int p = 0; p < kWidth * kHeight; ++p) {
+    core::Random random(seed, stream, static_cast<std::uint32_t>(p));
+    electrons.push_back(random.Poisson(
+        exposure_s * (InSpot(p / kWidth, p % kWidth) ? kSpot_e_per_s : kField_e_per_s)));
+  }
+  collected = electrons;
+  for (int from = 0; from < kWidth * kHeight; ++from) {
+    const double over = std::max(0.0, electrons[from] - full);
+    if (over == 0) continue;
+    for (int row = 0; row < kHeight; ++row) {
+      const int distance = std::abs(row - from / kWidth);
+      if (distance > 0)
+        collected[row * kWidth + from % kWidth] +=
+            0.5 * share * over * (1 - q) * std::pow(q, distance - 1);
+    }
+  }
+  RawFrame frame{kWidth, kHeight, {}, {}};
+  for (int p = 0; p < kWidth * kHeight; ++p) {
+    core::Random random(seed, 1000 + stream, static_cast<std::uint32_t>(p));
+    const double y = sensor.black_dn + sensor.gain_dn_per_e * collected[p] +
+                     sensor.read_noise_dn * random.Normal();
+    frame.dn.push_back(
+        static_cast<std::uint16_t>(std::clamp(std::round(y), 0.0, sensor.saturation_dn)));
+  }
+  return frame;
+}
+
+struct Bracket {
+  std::vector<RawFrame> frames;
+  std::vector<Exposure> exposures;
+};
+
+Bracket Take(const SensorModel& sensor, double share, std::uint64_t seed) {
+  Bracket bracket;
+  for (std::uint64_t n = 0; n < 7; ++n)
+    bracket.frames.push_back(
+        Expose(sensor, std::ldexp(4.0, -2 * static_cast<int>(n)), share, seed, n));
+  for (int n = 0; n < 7; ++n)
+    bracket.exposures.push_back({&bracket.frames[n], std::ldexp(4.0, -2 * n), 1, 1, nullptr});
+  return bracket;
+}
+
+TEST(ExcludedSamples, LeavesOutTheColumnThatOverflowReaches) {
+  // The spot of the longest exposure holds 1.2e8 electrons where 38000 fit: the column gets 1e6 a
+  // pixel, falling, which is the field's own after 20 pixels and its noise after 45.
+  const SensorModel sensor = Camera();
+  constexpr int kRuns = 20;
+  double pulls = 0, squares = 0, n = 0, largest = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    const Bracket bracket = Take(sensor, 0.3, 50 + static_cast<std::uint64_t>(run));
+    const MergedFrame merged = MergeExposures(sensor, bracket.exposures);
+    for (int row = 0; row < kHeight; ++row)
+      for (int column = kSpotColumn - 1; column <= kSpotColumn + 1; ++column) {
+        const std::size_t p = static_cast<std::size_t>(row) * kWidth + column;
+        // The spot's neighbours are left out of every exposure that clips there.
+        if (merged.mask[p] & lightfield::kUnknownMask || std::abs(row - kSpotRow) <= 2) continue;
+        const double pull = (merged.rate_e_per_s[p] - kField_e_per_s) / merged.sigma_e_per_s[p];
+        pulls += pull;
+        squares += pull * pull;
+        largest = std::max(largest, std::abs(pull));
+        ++n;
+      }
+  }
+  std::printf("overflowed columns: mean pull %.3f, rms %.3f, largest %.2f (%g pixels)\n", pulls / n,
+              std::sqrt(squares / n), largest, n);
+  EXPECT_LT(std::abs(pulls / n), 0.05);
+  EXPECT_LT(std::sqrt(squares / n), 1.05);
+  EXPECT_LT(largest, 5.5);
+}
+
+TEST(ExcludedSamples, WithoutOverflowLittleElseIsLeftOut) {
+  const SensorModel sensor = Camera();
+  double beyond = 0, samples = 0;
+  for (std::uint64_t seed = 200; seed < 220; ++seed) {
+    const Bracket bracket = Take(sensor, 0, seed);
+    const ExcludedSamples excluded(sensor, bracket.exposures);
+    for (std::size_t n = 0; n < bracket.frames.size(); ++n) {
+      if (!excluded.Of(n)) continue;
+      for (int p = 0; p < kWidth * kHeight; ++p) {
+        const bool near =
+            std::abs(p / kWidth - kSpotRow) <= 2 && std::abs(p % kWidth - kSpotColumn) <= 2;
+        if (near) {
+          EXPECT_NE(excluded.Of(n)[p], 0);
+        } else {
+          beyond += excluded.Of(n)[p] != 0;
+          ++samples;
+        }
+      }
+    }
+  }
+  // 12 ends a frame, each passing by chance one time in 700, 8 samples then.
+  EXPECT_LT(beyond / samples, 1e-3);
+}
+
+TEST(ExcludedSamples, FramesWithoutAClippedSampleCostNoPlane) {
+  const SensorModel sensor = Camera();
+  const RawFrame frame = Expose(sensor, 1e-4, 0, 1, 1);
+  const std::vector<Exposure> one{{&frame, 1e-4, 1, 1, nullptr}};
+  EXPECT_EQ(ExcludedSamples(sensor, one).Of(0), nullptr);
+}
+
+}  // namespace
+}  // namespace luxfield::reconstruct
