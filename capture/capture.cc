@@ -8,6 +8,7 @@
 #include <set>
 
 #include "capture/capture_geometry.h"
+#include "capture/capture_glare.h"
 #include "capture/capture_sensor.h"
 #include "capture/frame_taker.h"
 #include "capture/preflight.h"
@@ -210,7 +211,7 @@ class Run {
     taker_.MoveTo(p.centre);
     for (int print = 0; print < expanded_.prints; ++print) {
       taker_.SelectPrint(print);
-      for (int channel = 0; channel < plan_.geometry.channels; ++channel) {
+      for (int channel = 0; channel < expanded_.channels_in_turn; ++channel) {
         taker_.SelectChannel(channel);
         TakeBracket(p, print, channel);
       }
@@ -222,7 +223,7 @@ class Run {
     taker_.PauseIfAsked(1);
     taker_.MoveTo(expanded_.reference);
     taker_.SelectPrint(0);
-    for (int channel = 0; channel < plan_.geometry.channels; ++channel) {
+    for (int channel = 0; channel < expanded_.channels_in_turn; ++channel) {
       taker_.SelectChannel(channel);
       FrameRecord record;
       record.kind = FrameKind::kReference;
@@ -323,6 +324,7 @@ core::SessionCheck VerifySession(const std::filesystem::path& folder) {
     const std::string kind = reader.plan().value("kind", "light-field");
     const int missing = kind == "sensor"     ? MissingSensorFrames(reader)
                         : kind == "geometry" ? MissingGeometryFrames(reader)
+                        : kind == "glare"    ? MissingGlareFrames(reader)
                                              : MissingPositions(reader, file);
     if (missing > 0)
       check.problems.push_back(

@@ -1,11 +1,9 @@
 #include "capture/capture_geometry.h"
 
-#include <fmt/format.h>
-
 #include <set>
 
+#include "capture/below_saturation.h"
 #include "capture/expanded_plan.h"
-#include "capture/frame_taker.h"
 #include "capture/preflight.h"
 #include "capture/session_description.h"
 #include "core/error.h"
@@ -26,31 +24,6 @@ std::set<int> ViewsIn(const Records& records) {
   for (const FrameRecord& record : records)
     if (record.kind == FrameKind::kTarget) views.insert(record.i);
   return views;
-}
-
-// A frame of the view with the longest exposure that keeps it below saturation_share.
-Shot ShootBelowSaturation(const ExpandedGeometryPlan& expanded, FrameTaker& taker,
-                          const hal::CameraCalibration& camera, const GeometryView& view,
-                          FrameRecord& record) {
-  const double range = camera.saturation_dn - camera.black_dn;
-  for (int rung = static_cast<int>(expanded.ladder_s.size()) - 1; rung >= 0; --rung) {
-    taker.Configure(rung);
-    record.exposure_index = rung;
-    Shot shot = taker.Shoot(record, [](const Shot&) { return std::string(); });
-    const double share = (shot.statistics.brightest_dn - camera.black_dn) / range;
-    if (share > expanded.plan.saturation_share) continue;
-    constexpr double kLeast = 0.1;
-    if (share < kLeast)
-      throw InputError(fmt::format("plan \"{}\"", expanded.plan.name),
-                       fmt::format("{} shows {:.2g} of the sensor's range in {} s", view.target,
-                                   share, taker.exposure_s()),
-                       "raise the light, or exposure.max_s");
-    return shot;
-  }
-  throw InputError(
-      fmt::format("plan \"{}\"", expanded.plan.name),
-      fmt::format("{} is too bright even at {} s", view.target, expanded.ladder_s.front()),
-      "dim the light, or lower exposure.min_s");
 }
 
 }  // namespace
@@ -83,7 +56,8 @@ CaptureSummary RunGeometryCapture(const GeometryPlan& plan, hal::Devices& device
     FrameRecord record;
     record.kind = FrameKind::kTarget;
     record.i = n;
-    const Shot shot = ShootBelowSaturation(expanded, taker, devices.rig.camera, view, record);
+    const Shot shot = ShootBelowSaturation(taker, expanded.ladder_s, plan.saturation_share,
+                                           devices.rig.camera, plan.name, view.target, record);
     taker.Commit(record, shot);
   }
   taker.SelectTarget("none");

@@ -96,6 +96,7 @@ ExpandedPlan ExpandPlan(const Plan& plan, const hal::Devices& devices) {
   const auto& grid = plan.geometry.grid;
   expanded.reference = grid.centre(grid.width / 2, grid.height / 2);
   expanded.prints = plan.dual ? 2 : 1;
+  expanded.channels_in_turn = devices.rig.camera.cfa.empty() ? plan.geometry.channels : 1;
   const hal::StageLimits limits = devices.stage->limits();
   for (const PlannedPosition& p : expanded.positions)
     if (p.centre.x < limits.min.x || p.centre.x > limits.max.x || p.centre.y < limits.min.y ||
@@ -169,7 +170,7 @@ CaptureEstimate DryRun(const ExpandedPlan& e, const hal::Devices& devices) {
   const hal::CameraCapabilities camera = devices.camera->capabilities();
   const hal::StageLimits stage = devices.stage->limits();
   const Plan& plan = e.plan;
-  const int rungs = static_cast<int>(e.ladder_s.size()), channels = plan.geometry.channels;
+  const int rungs = static_cast<int>(e.ladder_s.size()), channels = e.channels_in_turn;
   const double ladder_s =
       std::accumulate(e.ladder_s.begin(), e.ladder_s.end(), 0.0) + rungs * camera.readout_s;
 

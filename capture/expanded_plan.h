@@ -21,6 +21,7 @@ struct ExpandedPlan {
   std::vector<PlannedPosition> positions;  // in the order they are visited
   hal::Vec2 reference;                     // where drift is measured: the grid's central position
   int prints = 1;
+  int channels_in_turn = 1;  // brackets of a position and print; one takes all of a colour mosaic's
 };
 
 // Checks the plan against the rig: same rig kind, delta, basis, spacing, print scale, channels,

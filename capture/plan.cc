@@ -71,9 +71,10 @@ WarmUpPolicy ReadWarmUp(const core::Config& config) {
 }
 
 PlanKind ReadPlanKind(const core::Config& config) {
-  const std::string kind =
-      config.Table("plan").Choice("kind", {"light-field", "sensor", "geometry"}, "light-field");
+  const std::string kind = config.Table("plan").Choice(
+      "kind", {"light-field", "sensor", "geometry", "glare"}, "light-field");
   if (kind == "sensor") return PlanKind::kSensor;
+  if (kind == "glare") return PlanKind::kGlare;
   return kind == "geometry" ? PlanKind::kGeometry : PlanKind::kLightField;
 }
 

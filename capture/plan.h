@@ -63,9 +63,10 @@ Plan ReadPlan(const core::Config& config);
 // [warm_up] of any kind of plan; the defaults where it is absent.
 WarmUpPolicy ReadWarmUp(const core::Config& config);
 
-// plan.kind: what a plan.toml measures. A sensor plan is read by ReadSensorPlan (sensor_plan.h), one
-// of the geometry by ReadGeometryPlan (geometry_plan.h).
-enum class PlanKind { kLightField, kSensor, kGeometry };
+// plan.kind: what a plan.toml measures. A sensor plan is read by ReadSensorPlan (sensor_plan.h),
+// one of the geometry by ReadGeometryPlan (geometry_plan.h), one of the glare by ReadGlarePlan
+// (glare_plan.h).
+enum class PlanKind { kLightField, kSensor, kGeometry, kGlare };
 PlanKind ReadPlanKind(const core::Config& config);
 
 }  // namespace luxfield::capture

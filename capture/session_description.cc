@@ -52,6 +52,7 @@ SessionDescription DescribeSession(const hal::Devices& devices) {
                            {"prnu", c.prnu},
                            {"responsivity_e_per_s_per_w_m2", c.responsivity_e_per_s_per_w_m2},
                            {"defects", c.defects}};
+  if (!c.cfa.empty()) camera["cfa"] = c.cfa;
   if (c.vignetting) {
     camera["vignetting"] = "vignetting.exr";
     description.files.emplace_back("vignetting.exr", ExrBytes(*c.vignetting));

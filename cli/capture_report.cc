@@ -64,4 +64,19 @@ core::Json PrintDryRun(const capture::ExpandedGeometryPlan& expanded, const hal:
           {"exposures_s", expanded.ladder_s}};
 }
 
+core::Json PrintDryRun(const capture::ExpandedGlarePlan& expanded, const hal::Devices& devices) {
+  const auto estimate = capture::DryRun(expanded, devices);
+  fmt::print("{}: veiling glare, a light trap in {} places\n", expanded.plan.name,
+             expanded.targets.size());
+  fmt::print("  frames       {}, {} darks ({})\n", estimate.frames, estimate.darks,
+             FormatBytes(double(estimate.bytes)));
+  fmt::print("  time         at most {} and the handling of the trap\n",
+             core::FormatDuration(estimate.duration_s));
+  return {{"frames", estimate.frames},
+          {"darks", estimate.darks},
+          {"bytes", estimate.bytes},
+          {"duration_s", estimate.duration_s},
+          {"exposures_s", expanded.ladder_s}};
+}
+
 }  // namespace luxfield::cli

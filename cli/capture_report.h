@@ -3,6 +3,7 @@
 
 #include "capture/expanded_plan.h"
 #include "capture/geometry_plan.h"
+#include "capture/glare_plan.h"
 #include "capture/sensor_plan.h"
 #include "core/json.h"
 #include "hal/devices.h"
@@ -14,5 +15,6 @@ core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices
 
 core::Json PrintDryRun(const capture::ExpandedSensorPlan& expanded, const hal::Devices& devices);
 core::Json PrintDryRun(const capture::ExpandedGeometryPlan& expanded, const hal::Devices& devices);
+core::Json PrintDryRun(const capture::ExpandedGlarePlan& expanded, const hal::Devices& devices);
 
 }  // namespace luxfield::cli

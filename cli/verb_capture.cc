@@ -5,6 +5,7 @@
 
 #include "capture/capture.h"
 #include "capture/capture_geometry.h"
+#include "capture/capture_glare.h"
 #include "capture/capture_sensor.h"
 #include "cli/capture_report.h"
 #include "cli/program.h"
@@ -41,6 +42,16 @@ core::Json RunGeometry(const capture::GeometryPlan& plan, hal::Devices& devices,
   return {{"frames", summary.frames}, {"rejected", summary.rejected}, {"rig_s", summary.rig_s}};
 }
 
+core::Json RunGlare(const capture::GlarePlan& plan, hal::Devices& devices, const Options& options) {
+  if (options.dry_run) return PrintDryRun(capture::ExpandPlan(plan, devices), devices);
+  capture::CaptureOptions how;
+  how.resume = options.resume;
+  const auto summary = capture::RunGlareCapture(plan, devices, options.session, how);
+  fmt::print("{}: {} frames of the light trap and darks; {} on the rig\n", options.session,
+             summary.frames, core::FormatDuration(summary.rig_s));
+  return {{"frames", summary.frames}, {"rejected", summary.rejected}, {"rig_s", summary.rig_s}};
+}
+
 core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
   const core::Config config = core::Config::FromFile(options.plan);
   if (capture::ReadPlanKind(config) == capture::PlanKind::kSensor) {
@@ -52,6 +63,11 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
     const capture::GeometryPlan plan = capture::ReadGeometryPlan(config);
     hal::Devices devices = hal::MakeDevices(options.lab, seed);
     return RunGeometry(plan, devices, options);
+  }
+  if (capture::ReadPlanKind(config) == capture::PlanKind::kGlare) {
+    const capture::GlarePlan plan = capture::ReadGlarePlan(config);
+    hal::Devices devices = hal::MakeDevices(options.lab, seed);
+    return RunGlare(plan, devices, options);
   }
   const capture::Plan plan = capture::ReadPlan(config);
   hal::Devices devices = hal::MakeDevices(options.lab, seed);

@@ -22,6 +22,8 @@ core::Json Run(const Options& options) {
     return PrintDryRun(capture::ExpandPlan(capture::ReadSensorPlan(config), devices), devices);
   if (capture::ReadPlanKind(config) == capture::PlanKind::kGeometry)
     return PrintDryRun(capture::ExpandPlan(capture::ReadGeometryPlan(config), devices), devices);
+  if (capture::ReadPlanKind(config) == capture::PlanKind::kGlare)
+    return PrintDryRun(capture::ExpandPlan(capture::ReadGlarePlan(config), devices), devices);
   return PrintDryRun(capture::ExpandPlan(capture::ReadPlan(config), devices), devices);
 }
 

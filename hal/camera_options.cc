@@ -51,6 +51,13 @@ CameraCalibration ReadCalibration(const core::Config& camera, int channels, doub
   return c;
 }
 
+// The mosaic of a Bayer format, as core/cfa.h has it: the format names the first row's colours.
+std::string MosaicOf(const std::string& pixel_format) {
+  if (!pixel_format.starts_with("Bayer")) return "";
+  const std::string row = pixel_format.substr(5, 2);
+  return row == "RG" ? "RGGB" : row == "GR" ? "GRBG" : row == "GB" ? "GBRG" : "BGGR";
+}
+
 }  // namespace
 
 CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels) {
@@ -71,6 +78,9 @@ CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels) 
     options.image_plane = PixelPitch{camera.Number("pitch_m", {1e-7, 1})};
   }
   options.calibration = ReadCalibration(camera, channels, (1 << format->bits) - 1);
+  options.calibration.cfa = MosaicOf(options.aravis.pixel_format);
+  if (!options.calibration.cfa.empty() && channels != 3)
+    camera.Fail("pixel_format", "is of a colour mosaic", "set lab.channels = 3");
   return options;
 }
 

@@ -36,7 +36,7 @@ DeviceLab ReadDeviceLab(const core::Config& config) {
   lab.shutter = ReadSelector(config.Table("shutter"), "shutter", {"closed", "open"});
   if (lab.rig.dual)
     lab.print = ReadSelector(config.Table("print"), "print changer", {"plus", "minus"});
-  if (channels == 3)
+  if (channels == 3 && lab.rig.camera.cfa.empty())
     lab.colour = ReadSelector(config.Table("colour"), "colour wheel", {"R", "G", "B"});
   if (const auto supply = config.OptionalTable("supply")) lab.supply = ReadSupply(*supply);
   if (const auto monitor = config.OptionalTable("monitor")) lab.monitor = ReadMonitor(*monitor);

@@ -20,6 +20,7 @@ std::vector<std::string> TargetNames(const CalibrationTargets& targets) {
   }
   names.push_back("mask");
   names.push_back("mask on spacer");
+  for (int k = 1; k <= targets.traps; ++k) names.push_back(fmt::format("trap {}", k));
   return names;
 }
 

@@ -36,11 +36,12 @@ struct CameraCalibration {
   double dark_current_e_per_s = 0;
   double prnu = 0;
   std::vector<double> responsivity_e_per_s_per_w_m2;  // per channel
-  std::vector<std::pair<int, int>> defects;           // (row, column)
-  std::optional<core::Image> vignetting;              // relative sensitivity
+  std::string cfa;  // colour mosaic (core/cfa.h): all channels in one frame; empty: none
+  std::vector<std::pair<int, int>> defects;  // (row, column)
+  std::optional<core::Image> vignetting;     // relative sensitivity
 };
 
-// What calibrates the geometry (docs/guide.md).
+// What calibrates the geometry, and the veiling glare (docs/guide.md).
 struct CalibrationTargets {
   using Chessboard = lightfield::Chessboard;
   std::optional<Chessboard> board;  // on a flat sheet, in front of the camera; reflector rig
@@ -48,6 +49,7 @@ struct CalibrationTargets {
   Chessboard mask;            // a transparency in the filter's holder, behind it a small source
   double spacer_m = 0;        // lifts the mask towards the source
   double spacer_shift_m = 0;  // rms per axis by which the mask lands beside its place on it
+  int traps = 0;              // places of the light trap on I, evenly lit; reflector rig
 };
 
 // What stands in the light: the print, and where the image forms.
@@ -65,7 +67,8 @@ struct RigDescription {
   CameraCalibration camera;
 };
 
-// "none", the lamp and its filter; "board on image plane", "board 1", ... "mask", "mask on spacer".
+// "none", the lamp and its filter; "board on image plane", "board 1", ... "mask", "mask on spacer",
+// "trap 1", ...
 std::vector<std::string> TargetNames(const CalibrationTargets& targets);
 
 // The filter centres a session is going to visit, in order, repeats included.

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/cfa.h"
 #include "hal/rig_options.h"
 
 namespace luxfield::hal::sim {
@@ -43,6 +44,11 @@ void ReadCamera(const core::Config& config, LabDescription& lab) {
   sensor.responsivity = camera.Numbers("responsivity_e_per_s_per_w_m2", lab.channels);
   for (const double r : sensor.responsivity)
     if (!(r > 0)) camera.Fail("responsivity_e_per_s_per_w_m2", "must be above 0 in every channel");
+  sensor.cfa = camera.Text("cfa", "");
+  if (!sensor.cfa.empty() && !core::IsBayer(sensor.cfa))
+    camera.Fail("cfa", "must be RGGB, BGGR, GRBG or GBRG", "leave it out for a camera without one");
+  if (!sensor.cfa.empty() && lab.channels != 3)
+    camera.Fail("cfa", "sees three colours", "set lab.channels = 3");
   sensor.gain_dn_per_e = camera.Number("gain_dn_per_e", 1, {kTiny, 1e6});
   sensor.black_dn = camera.Number("black_dn", 0, {0, 60000});
   const int bits = camera.Integer("bits", 12, 8, 16);
@@ -118,6 +124,13 @@ void ReadTargets(const core::Config& config, LabDescription& lab) {
     c.Fail("source_m", "lies before the mask on its spacer", "move it back: z below -spacer_m");
   lab.target_light.source_rms_m = c.Number("source_rms_m", 2e-4, {1e-9, 1e-2});
   lab.target_light.source_intensity = c.Number("source_intensity", {kTiny, 1e9});
+  if (const auto trap = c.OptionalTable("trap")) {
+    if (lab.rig == RigKind::kLensless)
+      c.Fail("trap", "needs a camera with a lens", "leave it out: without a lens nothing veils");
+    targets.traps = trap->Integer("places", 3, 1, 100);
+    lab.target_light.trap_radius_m = trap->Number("radius_m", {1e-6, 10});
+    lab.target_light.room_irradiance = c.Number("room_irradiance", {kTiny, 1e9});
+  }
   lab.targets = targets;
 }
 
@@ -153,7 +166,8 @@ void ReadErrors(const core::Config& config, LabDescription& lab) {
     lab.vignetting_calibrated = c.Boolean("calibrated", true);
   });
   source("shutter", [&](const core::Config& c, bool on) {
-    set(on, lab.shutter_jitter_s, c.Number("jitter_s", {kTiny, 1}));
+    set(on, lab.shutter_jitter_s, c.Number("jitter_s", 0, {0, 1}));
+    set(on, lab.shutter_offset_s, c.Number("offset_s", 0, {-1, 1}));
   });
   source("warm_up", [&](const core::Config& c, bool on) {
     set(on, lab.lamp_time.warm_up_excess, c.Number("excess", {-0.9, 10}));
@@ -191,6 +205,14 @@ void ReadErrors(const core::Config& config, LabDescription& lab) {
   });
   source("stray_light", [&](const core::Config& c, bool on) {
     set(on, lab.stray_share, c.Number("share", {kTiny, 1}));
+  });
+  source("blooming", [&](const core::Config& c, bool on) {
+    set(on, sensor.blooming_share, c.Number("share", {kTiny, 1}));
+    set(on, sensor.blooming_px, c.Number("reach_px", {0.1, 1e4}));
+  });
+  source("glare", [&](const core::Config& c, bool on) {
+    set(on, lab.glare.share, c.Number("share", {kTiny, 0.5}));
+    set(on, lab.glare.reach_px, c.Number("reach_px", {0.5, 1e5}));
   });
   source("monitor_noise", [&](const core::Config& c, bool on) {
     set(on, lab.monitor_noise, c.Number("relative", {kTiny, 0.5}));

@@ -8,6 +8,7 @@
 #include "core/config.h"
 #include "hal/devices.h"
 #include "hal/sim/bench_geometry.h"
+#include "hal/sim/glare.h"
 #include "hal/sim/lamp.h"
 #include "hal/sim/lamp_time.h"
 #include "hal/sim/print.h"
@@ -23,6 +24,7 @@ struct TargetLight {
   lightfield::Vec3 source_m{0, 0, -0.4};  // from the filter's centre, stage at (0, 0)
   double source_rms_m = 2e-4;             // of its Gaussian disc, per axis
   double blur_px = 0.5;                   // rms of the camera's point spread
+  double trap_radius_m = 0;               // of the light trap, a black disc
 };
 
 struct LabDescription {
@@ -51,12 +53,14 @@ struct LabDescription {
   double pitch_m = 0;  // of the pixels on I; for the reflector rig their mean
   bool vignetting_calibrated = true, hot_pixels_calibrated = true;
   double min_exposure_s = 0, max_exposure_s = 0, exposure_step_s = 0, readout_s = 0;
-  double shutter_jitter_s = 0;  // rms difference of the real exposure from the one read back
+  // The real exposure less the one read back: always, and rms about that.
+  double shutter_offset_s = 0, shutter_jitter_s = 0;
 
   StageOptions stage;
   double stage_repeatability_m = 0;  // rms per axis and move; the encoder does not see it
   double stray_share = 0;            // of each image's mean irradiance, spread evenly over it
-  double monitor_noise = 0;          // relative, rms
+  Glare glare;
+  double monitor_noise = 0;  // relative, rms
 
   std::optional<CalibrationTargets> targets;  // as the lab states them
   TargetLight target_light;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "core/cfa.h"
 #include "core/parallel.h"
 #include "core/random.h"
 
@@ -63,17 +64,30 @@ core::RawFrame Sensor::Expose(const std::vector<float>& irradiance, double lamp_
     frame.dn.resize(frame.size());
   else
     frame.value.resize(frame.size());
-  const double electrons_per_irradiance = exposure_s * lamp_factor * model_.responsivity[channel];
+  const double exposure_factor = exposure_s * lamp_factor;
+  const auto responsivity = [&](std::size_t k) {
+    if (model_.cfa.empty()) return model_.responsivity[channel];
+    return model_.responsivity[core::CfaChannel(model_.cfa, static_cast<int>(k / model_.width),
+                                                static_cast<int>(k % model_.width))];
+  };
+  std::vector<double> collected(frame.size()), noise_dn(frame.size());
   core::ParallelFor(frame.size(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       double electrons = exposure_s * dark_[k];
       if (!irradiance.empty())
-        electrons += electrons_per_irradiance * sensitivity_[k] * irradiance[k];
+        electrons += exposure_factor * responsivity(k) * sensitivity_[k] * irradiance[k];
       core::Random random(seed_, kFirstExposure + stream, static_cast<std::uint32_t>(k));
       if (model_.photon_noise) electrons = random.Poisson(electrons);
-      double dn = model_.gain_dn_per_e * electrons + model_.black_dn;
-      if (model_.read_noise_dn > 0) dn += model_.read_noise_dn * random.Normal();
-      dn = std::min(dn, model_.saturation_dn);
+      collected[k] = electrons;
+      if (model_.read_noise_dn > 0) noise_dn[k] = model_.read_noise_dn * random.Normal();
+    }
+  });
+  if (model_.blooming_share > 0) AddOverflow(collected);
+  core::ParallelFor(frame.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const double dn =
+          std::min(model_.gain_dn_per_e * collected[k] + model_.black_dn + noise_dn[k],
+                   model_.saturation_dn);
       if (adc)
         frame.dn[k] = static_cast<std::uint16_t>(std::clamp(std::floor(dn + 0.5), 0.0, 65535.0));
       else
@@ -81,6 +95,22 @@ core::RawFrame Sensor::Expose(const std::vector<float>& irradiance, double lamp_
     }
   });
   return frame;
+}
+
+void Sensor::AddOverflow(std::vector<double>& electrons) const {
+  const double full = (model_.saturation_dn - model_.black_dn) / model_.gain_dn_per_e,
+               q = std::exp(-1 / model_.blooming_px), first = 0.5 * model_.blooming_share * (1 - q);
+  const std::vector<double> collected = electrons;
+  for (int column = 0; column < model_.width; ++column)
+    for (const int step : {1, -1}) {
+      double passing = 0;
+      for (int n = 0; n < model_.height; ++n) {
+        const int row = step > 0 ? n : model_.height - 1 - n;
+        const std::size_t k = static_cast<std::size_t>(row) * model_.width + column;
+        electrons[k] += passing;
+        passing = q * passing + first * std::max(collected[k] - full, 0.0);
+      }
+    }
 }
 
 }  // namespace luxfield::hal::sim

@@ -1,10 +1,14 @@
 // The simulated sensor: electrons and numbers (THEORY 3).
 //
-//   electrons ~ Poisson(t (1 + prnu_k) v_k R E'_k + t dark_k),   DN = clip(round(gain electrons +
-//   black + read noise))
+//   electrons ~ Poisson(t (1 + prnu_k) v_k R E'_k + t dark_k),   DN = clip(round(gain (electrons +
+//   overflow) + black + read noise))
+//
+// with overflow, n pixels up or down the column from a pixel with x electrons more than saturation
+// shows, blooming_share x (1 - q) / 2 q^(n - 1), q = exp(-1 / blooming_px).
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -20,12 +24,15 @@ struct SensorModel {
   double saturation_dn = 0;  // nothing is above
   double gain_dn_per_e = 1;
   std::vector<double> responsivity;  // electrons per second and W m^-2 (or lx), per channel
+  std::string cfa;                   // colour mosaic (core/cfa.h); empty: none
   // Error sources; 0 is off.
   bool photon_noise = false;
   double read_noise_dn = 0;
   double dark_current_e_per_s = 0;
-  double prnu = 0;        // rms of a fixed pattern
-  double vignetting = 0;  // loss in the corners: v = 1 - loss (r / r_corner)^2
+  double prnu = 0;            // rms of a fixed pattern
+  double vignetting = 0;      // loss in the corners: v = 1 - loss (r / r_corner)^2
+  double blooming_share = 0;  // of the electrons above saturation: what goes into the column
+  double blooming_px = 1;     // over which that falls to 1 / e, upwards and downwards alike
   int hot_pixels = 0;
   double hot_current_e_per_s = 0;
 };
@@ -38,13 +45,15 @@ class Sensor {
   const std::vector<std::pair<int, int>>& hot_pixels() const { return hot_; }  // (row, column)
   core::Image Vignetting() const;  // the relative sensitivity v_k
 
-  // One exposure. `irradiance` is E' per pixel at the lamp's mean power during it, empty for a
-  // closed shutter. The noise depends on (seed, stream, pixel) only.
+  // One exposure. `irradiance` is E' per pixel at the lamp's mean power during it, of the colour
+  // that the pixel sees, empty for a closed shutter; `channel` is that of a sensor without a
+  // mosaic. The noise depends on (seed, stream, pixel) only.
   core::RawFrame Expose(const std::vector<float>& irradiance, double lamp_factor, int channel,
                         double exposure_s, std::uint64_t stream) const;
 
  private:
   double VignettingAt(int row, int column) const;
+  void AddOverflow(std::vector<double>& electrons) const;
 
   SensorModel model_;
   std::uint64_t seed_;

@@ -235,6 +235,7 @@ RigDescription Describe(const World& world) {
   camera.dark_current_e_per_s = sensor.dark_current_e_per_s;
   camera.prnu = sensor.prnu;
   camera.responsivity_e_per_s_per_w_m2 = sensor.responsivity;
+  camera.cfa = sensor.cfa;
   if (lab.hot_pixels_calibrated) camera.defects = world.sensor().hot_pixels();
   if (sensor.vignetting > 0 && lab.vignetting_calibrated)
     camera.vignetting = world.sensor().Vignetting();
@@ -268,7 +269,7 @@ Devices SimulatedLab::MakeDevices() const {
     devices.print = std::make_unique<SimSelector>(world_, "simulated print changer",
                                                   std::vector<std::string>{"plus", "minus"},
                                                   [](World& world, int at) { world.print = at; });
-  if (world_->lab().channels == 3)
+  if (world_->lab().channels == 3 && world_->lab().sensor.cfa.empty())
     devices.colour = std::make_unique<SimSelector>(
         world_, "simulated colour wheel", std::vector<std::string>{"R", "G", "B"},
         [](World& world, int at) { world.channel = at; });

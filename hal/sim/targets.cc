@@ -13,7 +13,7 @@ namespace {
 
 using lightfield::Chessboard;
 
-constexpr std::uint64_t kBoardStream = 6;
+constexpr std::uint64_t kBoardStream = 6, kTrapStream = 8;
 constexpr int kPointsPerAxis = 3;
 constexpr double kWhite = 0.9, kBlack = 0.04, kSurround = 0.25;  // albedo of the sheet
 constexpr double kClear = 0.9, kOpaque = 1e-3;                   // transmittance of the mask
@@ -197,6 +197,33 @@ std::vector<float> PictureOfMask(const LabDescription& lab, const TargetShot& sh
   return light;
 }
 
+// The screen under even light, with a hole that gives nothing back.
+std::vector<float> PictureOfTrap(const LabDescription& lab, int trap) {
+  const int width = lab.sensor.width, height = lab.sensor.height;
+  core::Random random(lab.seed, kTrapStream, static_cast<std::uint32_t>(trap));
+  const double column = (0.2 + 0.6 * random.Uniform()) * width,
+               row = (0.2 + 0.6 * random.Uniform()) * height;
+  const Vec2 centre = lab.geometry.ImageFromSensor(column, row);
+  const double radius = lab.target_light.trap_radius_m;
+  const auto light = static_cast<float>(lab.albedo * lab.target_light.room_irradiance);
+  std::vector<float> picture(static_cast<std::size_t>(width) * height);
+  core::ParallelFor(height, 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r)
+      for (int c = 0; c < width; ++c) {
+        int lit = 0;
+        for (int k = 0; k < kPointsPerAxis * kPointsPerAxis; ++k) {
+          const Vec2 q = lab.geometry.ImageFromSensor(
+              c + (k % kPointsPerAxis + 0.5) / kPointsPerAxis,
+              static_cast<double>(r) + (k / kPointsPerAxis + 0.5) / kPointsPerAxis);
+          lit += std::hypot(q.x - centre.x, q.y - centre.y) > radius;
+        }
+        picture[r * width + c] =
+            light * static_cast<float>(lit) / (kPointsPerAxis * kPointsPerAxis);
+      }
+  });
+  return picture;
+}
+
 }  // namespace
 
 BoardPose PoseOfBoard(const LabDescription& lab, int board_number) {
@@ -252,6 +279,7 @@ BoardPose PoseOfBoard(const LabDescription& lab, int board_number) {
 std::vector<float> PictureOfTarget(const LabDescription& lab, const TargetShot& shot) {
   const int boards = lab.targets->board ? lab.targets->board_poses + 1 : 0;
   if (shot.target <= boards) return PictureOfBoard(lab, shot.target - 1);
+  if (shot.target > boards + 2) return PictureOfTrap(lab, shot.target - boards - 3);
   return PictureOfMask(lab, shot, shot.target == boards + 2);
 }
 

@@ -1,5 +1,5 @@
-// Pictures of the calibration targets: a chessboard sheet before the camera, and the shadow of a
-// chessboard transparency that a small source throws on I.
+// Pictures of the calibration targets: a chessboard sheet before the camera, the shadow of a
+// chessboard transparency that a small source throws on I, and a light trap on an evenly lit I.
 //
 // A target is a plane, so that each picture is a chessboard under one projective map of the lens'
 // rays. The pattern is blurred in closed form, along each of its axes by the camera's point spread

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/cfa.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "hal/sim/targets.h"
@@ -245,20 +246,44 @@ std::vector<float> World::TargetIrradiance() const {
 const std::vector<float>& World::PixelIrradiance() {
   const PixelKey key{visit_, print, lab_.lamp->traced_channels() > 1 ? channel : 0, target};
   if (pixel_key_ == key) return pixels_;
-  if (target != 0) {
-    pixels_ = TargetIrradiance();
-    pixel_key_ = key;
-    return pixels_;
-  }
-  const Traced& traced = Trace(visit_);
-  pixels_ = Resample(traced, ActualCentre(visit_), key.plane);
-  const double mean =
-      std::accumulate(pixels_.begin(), pixels_.end(), 0.0) / static_cast<double>(pixels_.size());
-  const auto stray = static_cast<float>(lab_.stray_share * mean);
-  const auto albedo = static_cast<float>(lab_.rig == RigKind::kReflector ? lab_.albedo : 1.0);
-  for (float& pixel : pixels_) pixel = albedo * (pixel + stray);
+  pixel_key_.reset();
+  pixels_ = LightOf(key.plane);
+  if (!lab_.sensor.cfa.empty() && target == 0) TakeMosaic();  // targets are white
   pixel_key_ = key;
   return pixels_;
+}
+
+void World::TakeMosaic() {
+  const int width = lab_.sensor.width;
+  for (int colour = 0; colour < lab_.channels; ++colour) {
+    const std::vector<float> light = lab_.lamp->traced_channels() > 1 ? LightOf(colour) : pixels_;
+    const auto factor = static_cast<float>(lab_.lamp->channel_factor(colour));
+    for (std::size_t k = 0; k < light.size(); ++k)
+      if (core::CfaChannel(lab_.sensor.cfa, static_cast<int>(k / width),
+                           static_cast<int>(k % width)) == colour)
+        pixels_[k] = factor * light[k];
+  }
+}
+
+std::vector<float> World::LightOf(int plane) {
+  std::vector<float> pixels;
+  if (target != 0) {
+    pixels = TargetIrradiance();
+  } else {
+    pixels = Resample(Trace(visit_), ActualCentre(visit_), plane);
+    const auto albedo = static_cast<float>(lab_.rig == RigKind::kReflector ? lab_.albedo : 1.0);
+    for (float& pixel : pixels) pixel *= albedo;
+  }
+  AddStrayLight(pixels);
+  return pixels;
+}
+
+void World::AddStrayLight(std::vector<float>& pixels) const {
+  const double mean =
+      std::accumulate(pixels.begin(), pixels.end(), 0.0) / static_cast<double>(pixels.size());
+  const auto stray = static_cast<float>(lab_.stray_share * mean);
+  for (float& pixel : pixels) pixel += stray;
+  if (lab_.glare.share > 0) lab_.glare.Veil(lab_.sensor.width, lab_.sensor.height, pixels);
 }
 
 double World::LampFactor() const {
@@ -268,18 +293,19 @@ double World::LampFactor() const {
 
 core::RawFrame World::Expose(double exposure_s, std::uint64_t frame_id) {
   const std::uint64_t stream = (static_cast<std::uint64_t>(epoch_) << 32) + frame_id;
-  double real_exposure_s = exposure_s;
-  if (lab_.shutter_jitter_s > 0) {
-    core::Random random(lab_.seed ^ kShutterStream, stream);
-    real_exposure_s = std::max(0.0, exposure_s + lab_.shutter_jitter_s * random.Normal());
-  }
+  double real_exposure_s = exposure_s + lab_.shutter_offset_s;
+  if (lab_.shutter_jitter_s > 0)
+    real_exposure_s +=
+        lab_.shutter_jitter_s * core::Random(lab_.seed ^ kShutterStream, stream).Normal();
+  real_exposure_s = std::max(0.0, real_exposure_s);
   static const std::vector<float> kNoLight;
   const bool lit = shutter_open && (lamp_on_since_ || target != 0);
-  const double factor = target != 0 ? 1
-                        : lit       ? lab_.lamp_time.MeanFactor(
-                                    clock_->MonotonicSeconds() - *lamp_on_since_, real_exposure_s) *
-                                    lab_.lamp->channel_factor(channel)
-                              : 0;
+  double factor = lit ? 1 : 0;
+  if (lit && target == 0) {
+    factor =
+        lab_.lamp_time.MeanFactor(clock_->MonotonicSeconds() - *lamp_on_since_, real_exposure_s);
+    if (lab_.sensor.cfa.empty()) factor *= lab_.lamp->channel_factor(channel);
+  }
   core::RawFrame frame =
       sensor_.Expose(lit ? PixelIrradiance() : kNoLight, factor, channel, real_exposure_s, stream);
   clock_->SleepSeconds(exposure_s + lab_.readout_s);

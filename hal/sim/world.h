@@ -56,9 +56,13 @@ class World {
   const Traced& Trace(const Visit& visit);
   void TraceBatch(const std::vector<Visit>& visits);
   std::size_t BytesPerVisit() const;
-  // Mean irradiance on I over each pixel at the present visit, print and channel.
+  // What each pixel sees at the present visit, print and channel; of a mosaic, in its own colour.
   const std::vector<float>& PixelIrradiance();
+  void TakeMosaic();  // puts every pixel's own colour in place of the first traced one
+  // Mean irradiance on I over each pixel, of one plane of the lamp's traced channels.
+  std::vector<float> LightOf(int plane);
   std::vector<float> TargetIrradiance() const;
+  void AddStrayLight(std::vector<float>& pixels) const;
   std::vector<float> Resample(const Traced& traced, Vec2 centre, int plane) const;
 
   LabDescription lab_;

@@ -1,0 +1,104 @@
+#include "capture/capture_glare.h"
+
+#include <algorithm>
+#include <map>
+
+#include "capture/below_saturation.h"
+#include "capture/expanded_plan.h"
+#include "capture/preflight.h"
+#include "capture/session_description.h"
+#include "core/json.h"
+#include "core/progress.h"
+
+namespace luxfield::capture {
+namespace {
+
+using core::FrameKind;
+using core::FrameRecord;
+using core::Json;
+
+// How many frames there are of every place, and darks of every exposure time used.
+struct Taken {
+  std::map<int, int> places;
+  std::map<int, int> darks;  // by rung; 0 where a place has frames but none is dark
+
+  template <typename Records>
+  explicit Taken(const Records& records) {
+    for (const FrameRecord& record : records) {
+      if (record.kind == FrameKind::kTarget) {
+        ++places[record.i];
+        darks.try_emplace(record.exposure_index, 0);
+      } else if (record.kind == FrameKind::kDark) {
+        ++darks[record.exposure_index];
+      }
+    }
+  }
+};
+
+}  // namespace
+
+CaptureSummary RunGlareCapture(const GlarePlan& plan, hal::Devices& devices,
+                               const std::filesystem::path& folder, const CaptureOptions& options) {
+  const ExpandedGlarePlan expanded = ExpandPlan(plan, devices);
+  CheckDiskAndSafety(DryRun(expanded, devices).bytes, devices, folder);
+  core::SessionWriter session = OpenSession(folder, ToJson(expanded), devices, options.resume);
+  CaptureSummary summary;
+  if (session.journal_says_sealed()) {
+    session.Seal("complete");
+    return summary;
+  }
+  const double start = devices.clock->MonotonicSeconds();
+  FrameTaker taker(devices, session, expanded.ladder_s, plan.max_attempts, options, summary);
+  session.StartEpoch(DescribeDevices(devices));
+  taker.Home();
+  taker.SelectShutter("open");
+  Taken taken(session.committed_frames());
+  core::Progress progress("capture", expanded.targets.size());
+  for (int n = 0; n < static_cast<int>(expanded.targets.size()); ++n) {
+    progress.Advance();
+    if (taken.places[n] >= plan.repeats) continue;
+    taker.PauseIfAsked(1);
+    taker.SelectTarget(expanded.targets[n]);
+    FrameRecord record;
+    record.kind = FrameKind::kTarget;
+    record.i = n;
+    Shot shot = ShootBelowSaturation(taker, expanded.ladder_s, plan.saturation_share,
+                                     devices.rig.camera, plan.name, expanded.targets[n], record);
+    for (record.repeat = 0;; ++record.repeat) {
+      taker.Commit(record, shot);
+      if (record.repeat + 1 == plan.repeats) break;
+      shot = taker.Shoot(record, [](const Shot&) { return std::string(); });
+    }
+    taken.darks.try_emplace(record.exposure_index, 0);
+  }
+  taker.SelectTarget("none");
+  taker.SelectShutter("closed");
+  for (const auto& [rung, there] : taken.darks) {
+    taker.Configure(rung);
+    for (int repeat = there; repeat < plan.repeats; ++repeat) {
+      FrameRecord record;
+      record.kind = FrameKind::kDark;
+      record.exposure_index = rung;
+      record.repeat = repeat;
+      taker.Commit(record, taker.Shoot(record, [](const Shot&) { return std::string(); }));
+    }
+  }
+  taker.SelectShutter("open");
+  session.Seal("complete");
+  summary.rig_s = devices.clock->MonotonicSeconds() - start;
+  return summary;
+}
+
+int MissingGlareFrames(const core::SessionReader& session) {
+  const std::string file = (session.folder() / "plan.json").string();
+  const int repeats =
+      core::Field<int>(core::Field<Json>(session.plan(), "exposure", file), "repeats", file);
+  const auto places = static_cast<int>(core::Field<Json>(session.plan(), "views", file).size());
+  Taken taken(session.frames());
+  int missing = 0;
+  for (int n = 0; n < places; ++n) missing += std::max(0, repeats - taken.places[n]);
+  for (const auto& [rung, there] : taken.darks) missing += std::max(0, repeats - there);
+  return missing;
+}
+
+}  // namespace luxfield::capture
