@@ -33,9 +33,10 @@ core::Json RunSensor(const Options& options) {
 
 void AddCalibrate(Program& program) {
   CLI::App& group = program.AddGroup(
-      "calibrate", "Calibrate parts of a lab: sensor, response, geometry, flat field");
+      "calibrate", "Calibrate parts of a lab: sensor, response, geometry, flat field, glare");
   AddCalibrateGeometry(program, group);
   AddCalibrateFlatField(program, group);
+  AddCalibrateGlare(program, group);
   AddCalibrateResponse(program, group);
   auto options = std::make_shared<Options>();
   CLI::App& verb = program.AddVerb(

@@ -7,6 +7,7 @@ namespace luxfield::cli {
 
 void AddCalibrateGeometry(Program& program, CLI::App& group);
 void AddCalibrateFlatField(Program& program, CLI::App& group);
+void AddCalibrateGlare(Program& program, CLI::App& group);
 void AddCalibrateResponse(Program& program, CLI::App& group);
 
 }  // namespace luxfield::cli

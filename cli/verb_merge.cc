@@ -26,6 +26,7 @@ core::Json MergeSessionFolder(const Options& options) {
   how.check_hashes = !options.skip_hashes;
   how.flat_field = options.flat_field;
   how.calibrations = options.calibrations;
+  how.estimate_exposures = options.estimate_exposures;
   how.merge.estimator = options.estimator == "poisson" ? reconstruct::Estimator::kPoisson
                                                        : reconstruct::Estimator::kInverseVariance;
   how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
@@ -40,6 +41,12 @@ core::Json MergeSessionFolder(const Options& options) {
              summary.reference_frames);
   fmt::print("  stage                 at most {:.2g} spacings off its plan by its own encoder\n",
              summary.largest_displacement);
+  for (const auto& rung : summary.exposures)
+    fmt::print("  exposure {:>10.6g} s {}\n", rung.exposure_s,
+               rung.known
+                   ? fmt::format("estimated {:.7g} +- {:.2g} s", rung.ratio.value * rung.exposure_s,
+                                 rung.ratio.sigma * rung.exposure_s)
+                   : "shares no pixels with the others: taken as it is");
   if (summary.flagged_frames)
     fmt::print("  flagged frames        {} (kept by capture although a check failed)\n",
                summary.flagged_frames);
@@ -57,7 +64,7 @@ void RefuseOptions(const CLI::App& verb, const std::vector<std::string>& names, 
 
 core::Json Run(const Options& options, const CLI::App& verb) {
   if (options.inputs.size() == 1 && !std::filesystem::is_regular_file(options.inputs[0])) {
-    RefuseOptions(verb, {"--exposure", "--estimate-exposures"}, "a session");
+    RefuseOptions(verb, {"--exposure"}, "a session");
     return MergeSessionFolder(options);
   }
   RefuseOptions(verb, {"--estimator", "--lamp-level", "--flat-field", "--skip-hashes"}, "pictures");
@@ -100,7 +107,8 @@ void AddMerge(Program& program) {
       "A .cal.json: a sensor's (`calibrate sensor`) in place of the gain, noise, black "
       "level, dark current, PRNU and saturation that the session states; the geometry's "
       "(`calibrate geometry`) in place of its delta, image_from_sensor and stage axes; "
-      "or one of each; for pictures their camera's response (`calibrate response`)");
+      "or one of each; and the glare's (`calibrate glare`), which is stated in the file and not "
+      "subtracted; for pictures their camera's response (`calibrate response`)");
   verb.add_option(
       "--flat-field", options->flat_field,
       "A .flat.exr (`calibrate flat-field`) in place of the vignetting that the session "
@@ -109,7 +117,7 @@ void AddMerge(Program& program) {
                   "Of pictures: exposure times in seconds, one for each (default: their Exif)")
       ->delimiter(',');
   verb.add_flag("--estimate-exposures", options->estimate_exposures,
-                "Of pictures: find the ratios of their exposures from the pixels they share");
+                "Find the exposure times (of pictures: their ratios) from the pixels they share");
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }

@@ -11,6 +11,7 @@
 #include "core/file.h"
 #include "core/json.h"
 #include "core/progress.h"
+#include "reconstruct/noise_model.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -183,6 +184,9 @@ SensorCalibration CalibrateSensor(std::span<const CalibrationPair> pairs) {
 }
 
 SensorCalibration CalibrateSensor(const core::SessionReader& session, bool check_hashes) {
+  const std::string file = (session.folder() / "session.json").string();
+  const auto camera = core::Field<core::Json>(session.session(), "camera", file);
+  RefuseMosaic(camera, file, "the sensor's calibration");
   const std::vector<CalibrationPair> pairs = PairsOfSession(session, check_hashes);
   SensorCalibration result;
   try {
@@ -193,9 +197,7 @@ SensorCalibration CalibrateSensor(const core::SessionReader& session, bool check
     if (what.starts_with(folder)) throw;
     throw InputError(fmt::format("{}: {}", folder, what));
   }
-  const std::string file = (session.folder() / "session.json").string();
-  result.bits =
-      core::Field<int>(core::Field<core::Json>(session.session(), "camera", file), "bits", file);
+  result.bits = core::Field<int>(camera, "bits", file);
   std::string hashes;
   for (const FrameRecord& record : session.frames()) hashes += record.sha256;
   result.provenance = {{"session_plan", session.plan_id()},

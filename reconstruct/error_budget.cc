@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "reconstruct/adjoint_solve.h"
 #include "reconstruct/basis_truncation.h"
+#include "reconstruct/calibrate_glare.h"
 #include "reconstruct/error_propagation.h"
 #include "reconstruct/geometry_calibration_file.h"
 #include "reconstruct/geometry_uncertainty.h"
@@ -205,6 +206,16 @@ std::optional<std::vector<double>> GeometrySigmas(const MergeSessionOptions& how
   return sigmas;
 }
 
+// What settings leave open and calibrations say: the veiling glare as stray light.
+ErrorSizes KnownSizes(const BudgetSettings& settings, const MergeSessionOptions& how,
+                      const SensorModel& sensor) {
+  ErrorSizes sizes = settings.sizes;
+  for (const std::filesystem::path& path : how.calibrations)
+    if (!sizes.stray_share && IsGlareCalibration(path))
+      sizes.stray_share = std::abs(ReadGlareCalibration(path, sensor).share);
+  return sizes;
+}
+
 }  // namespace
 
 const char* ErrorSourceName(ErrorSource source) { return kNames[static_cast<std::size_t>(source)]; }
@@ -238,6 +249,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
   observed.check_hashes = false;
   MergeSession(session, observed);
 
+  const ErrorSizes sizes = KnownSizes(settings, how, plan.sensor);
   ErrorBudget budget;
   for (std::size_t q = 0; q < quantities.size(); ++q) {
     QuantityBudget& result = budget.quantities.emplace_back();
@@ -245,7 +257,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
     result.unit = quantities[q].unit;
     result.value = quantities[q].value;
     result.truncation = quantities[q].truncation;
-    result.sigma = propagation.Sigma(q, settings.sizes);
+    result.sigma = propagation.Sigma(q, sizes);
     if (by_geometry)
       result.sigma[static_cast<std::size_t>(ErrorSource::kGeometry)] = (*by_geometry)[q];
     if (scaled)

@@ -217,6 +217,7 @@ FlatField MeasureFlatField(const core::SessionReader& session,
                            const std::filesystem::path& sensor_calibration, bool check_hashes) {
   const std::string file = (session.folder() / "session.json").string();
   const auto camera = core::Field<core::Json>(session.session(), "camera", file);
+  RefuseMosaic(camera, file, "the flat field");
   const auto responsivity =
       core::Field<std::vector<double>>(camera, "responsivity_e_per_s_per_w_m2", file);
   SensorModel sensor =

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <tuple>
@@ -11,9 +12,11 @@
 #include "core/error.h"
 #include "core/progress.h"
 #include "reconstruct/bracket_reader.h"
+#include "reconstruct/calibrate_glare.h"
 #include "reconstruct/flat_field.h"
 #include "reconstruct/geometry_calibration_file.h"
 #include "reconstruct/register_images.h"
+#include "reconstruct/register_mosaic.h"
 #include "reconstruct/sensor_calibration_file.h"
 #include "reconstruct/session_plan.h"
 
@@ -38,6 +41,13 @@ using BracketKey = std::tuple<int, int, int, int>;  // j, i, print, channel
 SessionPlan Calibrated(SessionPlan plan, const MergeSessionOptions& options,
                        std::map<std::string, std::string>& provenance) {
   for (const std::filesystem::path& path : options.calibrations) {
+    if (IsGlareCalibration(path)) {
+      const StatedGlare glare = ReadGlareCalibration(path, plan.sensor);
+      provenance["glare_calibration"] = glare.sha256;
+      provenance["glare_share"] = fmt::format("{:.3g} +- {:.1g}", glare.share, glare.share_sigma);
+      provenance["glare_bound"] = fmt::format("{:.3g}", glare.bound);
+      continue;
+    }
     const bool geometry = IsGeometryCalibration(path);
     const auto [entry, is_new] =
         provenance.try_emplace(geometry ? "geometry_calibration" : "sensor_calibration");
@@ -67,6 +77,14 @@ class SessionMerger {
       for (const float v : plan_.sensor.vignetting)
         image.push_back(static_cast<float>(per_rate / v));
     }
+    if (!plan_.sensor.cfa.empty()) {
+      if (options_.observer)
+        throw InputError(session_.folder().string(),
+                         "is of a camera with a colour mosaic, whose error budget is not built",
+                         "ask for the budget of a camera with a filter wheel");
+      mosaic_.emplace(plan_.image_from_sensor, plan_.sensor.width, plan_.sensor.height,
+                      plan_.geometry.lattice, plan_.lens, plan_.sensor.cfa, irradiance_per_rate_);
+    }
     if (plan_.filter == FilterKind::kDual) {
       const auto peaks = plan_.geometry.grid.basis.DualPeaks();
       print_factor_ = {peaks[0], -peaks[1]};
@@ -76,6 +94,7 @@ class SessionMerger {
     AverageAllDarks();
     MeasureDrift();
     QueueBrackets();
+    if (options_.estimate_exposures) EstimateExposures();
   }
 
   // What the positions belong to, and where the stage stood at each.
@@ -89,6 +108,7 @@ class SessionMerger {
         {"merge_estimator",
          options_.merge.estimator == Estimator::kPoisson ? "poisson" : "inverse-variance"}};
     result.provenance.insert(provenance_.begin(), provenance_.end());
+    if (options_.estimate_exposures) result.provenance["exposures"] = "estimated";
     const auto& grid = plan_.geometry.grid;
     for (int m = 0; m < grid.count(); ++m)
       result.positions.emplace_back().displacement_m = Displacement(m % grid.width, m / grid.width);
@@ -111,7 +131,7 @@ class SessionMerger {
   void Require(const FrameRecord& record) const {
     const auto& grid = plan_.geometry.grid;
     if (record.i < 0 || record.i >= grid.width || record.j < 0 || record.j >= grid.height ||
-        record.channel < 0 || record.channel >= plan_.geometry.channels || record.print < 0 ||
+        record.channel < 0 || record.channel >= ChannelsInTurn() || record.print < 0 ||
         record.print >= static_cast<int>(print_factor_.size()))
       throw InputError(
           (session_.folder() / "journal.jsonl").string(),
@@ -135,10 +155,13 @@ class SessionMerger {
     reader_.emplace(session_, std::move(queue), options_.check_hashes);
   }
 
+  // A bracket each; one of a colour mosaic holds all channels.
+  int ChannelsInTurn() const { return mosaic_ ? 1 : plan_.geometry.channels; }
+
   // The position's brackets in the order they are merged; empty if one was not taken.
   std::vector<BracketKey> WholePosition(int i, int j) const {
     std::vector<BracketKey> keys;
-    for (int channel = 0; channel < plan_.geometry.channels; ++channel)
+    for (int channel = 0; channel < ChannelsInTurn(); ++channel)
       for (int print = 0; print < static_cast<int>(print_factor_.size()); ++print) {
         keys.emplace_back(j, i, print, channel);
         if (!brackets_.contains(keys.back())) return {};
@@ -223,16 +246,51 @@ class SessionMerger {
     if (options_.observer) options_.observer->OnReferences(references, drift_);
   }
 
-  // Merges the next bracket of the queue into merged_; where its filter was.
-  Vec2 MergeBracket(const Records& records) {
-    const std::vector<RawFrame> frames = reader_->Next();
+  double LampFactor(const FrameRecord& record) const {
+    return drift_.Factor(record.epoch, record.channel, record.t_start_s + record.exposure_s / 2);
+  }
+
+  std::vector<Exposure> ExposuresOf(const Records& records,
+                                    const std::vector<RawFrame>& frames) const {
     std::vector<Exposure> exposures;
     for (std::size_t n = 0; n < records.size(); ++n) {
       const FrameRecord& record = *records[n];
-      const double factor =
-          drift_.Factor(record.epoch, record.channel, record.t_start_s + record.exposure_s / 2);
-      exposures.push_back(
-          {&frames[n], record.exposure_s, record.attenuation, factor, DarkAt(record.exposure_s)});
+      const double ratio = session_exposures_ ? session_exposures_->Ratio(record) : 1;
+      exposures.push_back({&frames[n], ratio * record.exposure_s, record.attenuation,
+                           LampFactor(record), DarkAt(record.exposure_s)});
+    }
+    return exposures;
+  }
+
+  // From brackets spread over the session.
+  void EstimateExposures() {
+    constexpr std::size_t kBrackets = 16;
+    SessionExposures estimate(session_.frames());
+    const std::size_t step =
+        std::max<std::size_t>(1, (brackets_.size() + kBrackets - 1) / kBrackets);
+    std::size_t number = 0;
+    for (const auto& [key, records] : brackets_) {
+      if (number++ % step != 0) continue;
+      core::ThrowIfInterrupted();
+      std::vector<RawFrame> frames;
+      for (const FrameRecord* record : records)
+        frames.push_back(session_.ReadFrame(*record, options_.check_hashes));
+      const std::vector<Exposure> exposures = ExposuresOf(records, frames);
+      MergeExposures(plan_.sensor, exposures, options_.merge, &merged_);
+      estimate.Add(plan_.sensor, records, exposures, options_.merge, merged_);
+    }
+    estimate.Solve();
+    summary_.exposures = estimate.rungs();
+    session_exposures_ = std::move(estimate);
+  }
+
+  // Merges the next bracket of the queue into merged_; where its filter was.
+  Vec2 MergeBracket(const Records& records) {
+    const std::vector<RawFrame> frames = reader_->Next();
+    const std::vector<Exposure> exposures = ExposuresOf(records, frames);
+    for (std::size_t n = 0; n < records.size(); ++n) {
+      const FrameRecord& record = *records[n];
+      const double factor = exposures[n].lamp_factor;
       const bool first = summary_.frames++ == 0;
       summary_.least_lamp_factor = first ? factor : std::min(summary_.least_lamp_factor, factor);
       summary_.largest_lamp_factor =
@@ -247,6 +305,8 @@ class SessionMerger {
                                     exposures, merged_, irradiance_per_rate_[first.channel],
                                     centre});
     }
+    if (session_exposures_)
+      session_exposures_->WidenSigma(plan_.sensor, records, exposures, options_.merge, &merged_);
     return centre;
   }
 
@@ -295,27 +355,30 @@ class SessionMerger {
       return position;
     }
     position.displacement_m = Displacement(i, j);
-    std::vector<double> value(texels), variance(texels);
-    for (int channel = 0; channel < channels; ++channel) {
-      std::fill(value.begin(), value.end(), 0.0);
-      std::fill(variance.begin(), variance.end(), 0.0);
+    position.count.assign(texels, std::numeric_limits<float>::max());
+    std::vector<double> value(texels * channels), variance(texels * channels);
+    const auto add = [&](int channel, int print, const RegisteredImage& image) {
+      const double factor = print_factor_[print];
+      for (std::size_t p = 0; p < texels; ++p) {
+        value[channel * texels + p] += factor * image.value[p];
+        variance[channel * texels + p] += factor * factor * image.sigma[p] * image.sigma[p];
+        position.count[p] = std::min(position.count[p], image.count[p]);
+        position.mask[p] |= image.mask[p];
+      }
+    };
+    for (int channel = 0; channel < ChannelsInTurn(); ++channel)
       for (int print = 0; print < prints; ++print) {
         const Vec2 centre = MergeBracket(brackets_.at({j, i, print, channel}));
-        const RegisteredImage image =
-            registration_.Apply(merged_, irradiance_per_rate_[channel], centre);
-        const double factor = print_factor_[print];
-        const bool first = channel == 0 && print == 0;
-        for (std::size_t p = 0; p < texels; ++p) {
-          value[p] += factor * image.value[p];
-          variance[p] += factor * factor * image.sigma[p] * image.sigma[p];
-          position.count[p] = first ? image.count[p] : std::min(position.count[p], image.count[p]);
-          position.mask[p] |= image.mask[p];
+        if (mosaic_) {
+          for (int colour = 0; colour < channels; ++colour)
+            add(colour, print, mosaic_->Apply(merged_, colour, centre));
+        } else {
+          add(channel, print, registration_.Apply(merged_, irradiance_per_rate_[channel], centre));
         }
       }
-      for (std::size_t p = 0; p < texels; ++p) {
-        position.irradiance[channel * texels + p] = static_cast<float>(value[p]);
-        position.sigma[channel * texels + p] = static_cast<float>(std::sqrt(variance[p]));
-      }
+    for (std::size_t k = 0; k < value.size(); ++k) {
+      position.irradiance[k] = static_cast<float>(value[k]);
+      position.sigma[k] = static_cast<float>(std::sqrt(variance[k]));
     }
     for (std::size_t p = 0; p < texels; ++p) {
       if (!(position.mask[p] & lightfield::kUnknownMask)) continue;
@@ -331,6 +394,7 @@ class SessionMerger {
   std::map<std::string, std::string> provenance_;  // of calibrations: before plan_, which fills it
   SessionPlan plan_;
   Registration registration_;
+  std::optional<MosaicRegistration> mosaic_;  // of a sensor with a colour mosaic
   std::vector<std::vector<float>>
       irradiance_per_rate_;            // per channel: one entry, or one per sensor pixel
   std::vector<double> print_factor_;   // of each print of a position
@@ -338,7 +402,8 @@ class SessionMerger {
   LampDrift drift_;
   std::map<BracketKey, Records> brackets_;
   std::optional<BracketReader> reader_;
-  MergedFrame merged_;  // of the bracket at hand
+  std::optional<SessionExposures> session_exposures_;  // none: as read back
+  MergedFrame merged_;                                 // of the bracket at hand
   MergeSessionSummary summary_;
   core::Progress progress_;
 };
@@ -401,7 +466,15 @@ void MergeSessionToFile(const core::SessionReader& session, const std::filesyste
 }
 
 nlohmann::json ToJson(const MergeSessionSummary& summary) {
-  return {{"positions", summary.positions},
+  nlohmann::json exposures = nlohmann::json::array();
+  for (const RungExposure& rung : summary.exposures)
+    exposures.push_back({{"read_back_s", rung.exposure_s},
+                         {"attenuation", rung.attenuation},
+                         {"ratio", rung.ratio.value},
+                         {"ratio_sigma", rung.ratio.sigma},
+                         {"known", rung.known}});
+  return {{"exposures", exposures},
+          {"positions", summary.positions},
           {"frames", summary.frames},
           {"flagged_frames", summary.flagged_frames},
           {"dark_frames", summary.dark_frames},

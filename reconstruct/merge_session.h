@@ -12,6 +12,7 @@
 #include "core/session_store.h"
 #include "lightfield/measurements.h"
 #include "reconstruct/merge_exposures.h"
+#include "reconstruct/session_exposures.h"
 #include "reconstruct/session_plan.h"
 
 namespace luxfield::reconstruct {
@@ -59,6 +60,8 @@ struct MergeSessionOptions {
   // (sensor_calibration_file.h), the geometry's (geometry_calibration_file.h), either or both.
   std::vector<std::filesystem::path> calibrations;
   std::filesystem::path flat_field;  // *.flat.exr in place of vignetting and PRNU; empty: none
+  // Exposure times from the frames (session_exposures.h) instead of the camera's word.
+  bool estimate_exposures = false;
   MergeObserver* observer = nullptr;
 };
 
@@ -69,7 +72,8 @@ struct MergeSessionSummary {
   int dark_frames = 0, reference_frames = 0;
   int missing_positions = 0;  // of the plan, without frames: unknown everywhere (kOffSensor)
   double least_lamp_factor = 1, largest_lamp_factor = 1;  // over the frames of filter positions
-  double largest_displacement = 0;  // of a stage read-back from its plan, in basis spacings
+  double largest_displacement = 0;      // of a stage read-back from its plan, in basis spacings
+  std::vector<RungExposure> exposures;  // estimated; empty: taken as read back
 };
 
 // The lamp's level over the level chosen, from reference frames: the sum
@@ -101,10 +105,11 @@ std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const core::
 // E_ij on the plan's lattice, divided by the filter's scale; dual prints combined to E = peak(+)
 // E(+) - peak(-) E(-). On the `lensless` rig E = X / (v R) with X the merged electrons per second,
 // R the channel's responsivity and v the vignetting; on the `reflector` rig divided by the albedo
-// as well (docs/formats/session.md). sigma holds noise and PRNU; errors of the lamp factor, the
-// calibration and the stage are not in it. Holds two brackets of frames at a time: one is merged
-// while the next is read. Throws InputError naming file and field for what the session lacks or
-// contradicts, a stage read-back more than a tenth of a spacing from its plan, and Interrupted.
+// as well (docs/formats/session.md). sigma holds noise, PRNU and the errors of estimated exposure
+// times; errors of the lamp factor, the calibration and the stage are not in it. Holds two brackets
+// of frames at a time: one is merged while the next is read. Throws InputError naming file and
+// field for what the session lacks or contradicts, a stage read-back more than a tenth of a spacing
+// from its plan, and Interrupted.
 lightfield::Measurements MergeSession(const core::SessionReader& session,
                                       const MergeSessionOptions& options = {},
                                       MergeSessionSummary* summary = nullptr);

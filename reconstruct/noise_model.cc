@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/cfa.h"
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/json.h"
@@ -80,6 +81,15 @@ SensorModel ReadSensorModel(const core::Json& camera, const std::string& file,
           file, fmt::format("camera.responsivity_e_per_s_per_w_m2 = {} must be above 0", value),
           "correct the camera's calibration");
 
+  if (camera.contains("cfa")) {
+    sensor.cfa = core::Field<std::string>(camera, "cfa", file);
+    if (!core::IsBayer(sensor.cfa))
+      throw InputError(file, fmt::format("camera.cfa = '{}' is unknown", sensor.cfa),
+                       "use RGGB, BGGR, GRBG or GBRG");
+    if (channels != 3)
+      throw InputError(file, fmt::format("camera.cfa sees three colours, the plan {}", channels),
+                       "capture with plan.channels = 3");
+  }
   if (camera.contains("defects"))
     for (const auto& [row, column] :
          core::Field<std::vector<std::pair<int, int>>>(camera, "defects", file)) {
@@ -94,6 +104,15 @@ SensorModel ReadSensorModel(const core::Json& camera, const std::string& file,
   if (camera.contains("vignetting") && !camera["vignetting"].is_null())
     ReadVignetting(core::Field<std::string>(camera, "vignetting", file), file, folder, &sensor);
   return sensor;
+}
+
+void RefuseMosaic(const core::Json& camera, const std::string& file, const std::string& what) {
+  if (camera.contains("cfa"))
+    throw InputError(file,
+                     fmt::format("camera.cfa = '{}': {} of a camera with a colour mosaic is not "
+                                 "built",
+                                 core::Field<std::string>(camera, "cfa", file), what),
+                     "use the figures that its session states");
 }
 
 }  // namespace luxfield::reconstruct

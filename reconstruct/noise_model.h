@@ -22,7 +22,8 @@ struct SensorModel {
   double prnu = 0;               // relative standard deviation of the pixels' sensitivity
   double dark_current_e_per_s = 0;
   std::vector<double>
-      responsivity_e_per_s_per_w_m2;         // per channel: electrons per second at 1 W m^-2
+      responsivity_e_per_s_per_w_m2;  // per channel: electrons per second at 1 W m^-2
+  std::string cfa;  // colour mosaic (core/cfa.h): one frame holds all channels; empty: none
   std::vector<std::pair<int, int>> defects;  // (row, column)
   std::vector<float> vignetting;             // relative sensitivity per pixel; empty: 1 everywhere
 
@@ -34,5 +35,8 @@ struct SensorModel {
 // image is relative to `folder`. Throws InputError naming file, field and value.
 SensorModel ReadSensorModel(const nlohmann::json& camera, const std::string& file,
                             const std::filesystem::path& folder, int channels);
+
+// Throws InputError if the camera has a colour mosaic, for `what` cannot take one yet.
+void RefuseMosaic(const nlohmann::json& camera, const std::string& file, const std::string& what);
 
 }  // namespace luxfield::reconstruct

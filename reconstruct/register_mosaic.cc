@@ -1,0 +1,107 @@
+#include "reconstruct/register_mosaic.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/cfa.h"
+#include "core/error.h"
+#include "lightfield/measurements.h"
+
+namespace luxfield::reconstruct {
+namespace {
+
+using lightfield::Vec2;
+
+// image_from_sensor after sensor = 2 plane + offset.
+std::array<double, 9> ImageFromPlane(const std::array<double, 9>& h, Vec2 offset) {
+  std::array<double, 9> result;
+  for (int r = 0; r < 3; ++r) {
+    const double* row = &h[3 * r];
+    result[3 * r] = 2 * row[0];
+    result[3 * r + 1] = 2 * row[1];
+    result[3 * r + 2] = row[0] * offset.x + row[1] * offset.y + row[2];
+  }
+  return result;
+}
+
+std::optional<lightfield::Lens> OfPlane(std::optional<lightfield::Lens> lens, Vec2 offset) {
+  if (lens) {
+    lens->focal_px = 0.5 * lens->focal_px;
+    lens->centre_px = 0.5 * (lens->centre_px - offset);
+  }
+  return lens;
+}
+
+// Every second value of every second row, from (row, column) on.
+template <typename T>
+std::vector<T> Thinned(const std::vector<T>& from, int width, int height, int row, int column) {
+  std::vector<T> to;
+  to.reserve(static_cast<std::size_t>((width + 1) / 2) * ((height + 1) / 2));
+  for (int r = row; r < height; r += 2)
+    for (int c = column; c < width; c += 2)
+      to.push_back(from[static_cast<std::size_t>(r) * width + c]);
+  return to;
+}
+
+MergedFrame Thinned(const MergedFrame& merged, int row, int column) {
+  const int width = merged.width, height = merged.height;
+  const auto thinned = [&](const auto& plane) {
+    return Thinned(plane, width, height, row, column);
+  };
+  return {(width - column + 1) / 2,      (height - row + 1) / 2, thinned(merged.rate_e_per_s),
+          thinned(merged.sigma_e_per_s), thinned(merged.count),  thinned(merged.mask)};
+}
+
+// The mean of two images of the same light.
+RegisteredImage Mean(const RegisteredImage& a, const RegisteredImage& b) {
+  RegisteredImage mean = a;
+  for (std::size_t p = 0; p < mean.value.size(); ++p) {
+    const std::uint32_t either = a.mask[p] | b.mask[p], both = a.mask[p] & b.mask[p];
+    mean.mask[p] = (either & ~std::uint32_t{lightfield::kTooDark}) | (both & lightfield::kTooDark);
+    const bool known = !(mean.mask[p] & lightfield::kUnknownMask);
+    mean.value[p] = known ? 0.5f * (a.value[p] + b.value[p]) : 0;
+    mean.sigma[p] = known ? 0.5f * std::hypot(a.sigma[p], b.sigma[p]) : 0;
+    mean.count[p] = known ? 0.5f * (a.count[p] + b.count[p]) : 0;
+  }
+  return mean;
+}
+
+}  // namespace
+
+MosaicRegistration::MosaicRegistration(const std::array<double, 9>& image_from_sensor,
+                                       int sensor_width, int sensor_height,
+                                       const lightfield::Lattice& lattice,
+                                       const std::optional<lightfield::Lens>& lens,
+                                       const std::string& cfa,
+                                       const std::vector<std::vector<float>>& irradiance_per_rate) {
+  if (sensor_width < 2 || sensor_height < 2)
+    throw InputError(
+        fmt::format("a sensor of {} x {} pixels has no colour mosaic; correct camera.cfa",
+                    sensor_width, sensor_height));
+  for (int row = 0; row < 2; ++row)
+    for (int column = 0; column < 2; ++column) {
+      const int channel = core::CfaChannel(cfa, row, column);
+      const Vec2 offset{column - 0.5, row - 0.5};
+      const std::vector<float>& scale = irradiance_per_rate[channel];
+      sites_.push_back(
+          {row, column, channel,
+           Registration(ImageFromPlane(image_from_sensor, offset), (sensor_width - column + 1) / 2,
+                        (sensor_height - row + 1) / 2, lattice, OfPlane(lens, offset)),
+           scale.size() == 1 ? scale : Thinned(scale, sensor_width, sensor_height, row, column)});
+    }
+}
+
+RegisteredImage MosaicRegistration::Apply(const MergedFrame& merged, int channel,
+                                          Vec2 centre_m) const {
+  std::optional<RegisteredImage> image;
+  for (const Site& site : sites_) {
+    if (site.channel != channel) continue;
+    RegisteredImage one = site.registration.Apply(Thinned(merged, site.row, site.column),
+                                                  site.irradiance_per_rate, centre_m);
+    image = image ? Mean(*image, one) : std::move(one);
+  }
+  return std::move(*image);
+}
+
+}  // namespace luxfield::reconstruct

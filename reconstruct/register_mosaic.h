@@ -1,0 +1,41 @@
+// A colour mosaic's merged pixels -> the luminaire's lattice, channel by channel, never demosaiced.
+//
+// The pixels of one colour site (row, column parities p, q) make a plane of half the resolution
+// whose pixel (R, C) is centred on the sensor's (2 R + p + 1/2, 2 C + q + 1/2): it stands for the 2
+// x 2 pixels about that point, sensor = 2 plane + (p, q) - 1/2. Each site is registered through its
+// own mapping (register_images.h), so that channels half a pixel apart land where they were seen; G
+// is the mean of its two sites. Against a sensor that sees every colour everywhere a texel's value
+// differs by what the image bends within two pixels, and by aliasing where texels are smaller.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "reconstruct/register_images.h"
+
+namespace luxfield::reconstruct {
+
+class MosaicRegistration {
+ public:
+  // As Registration; `cfa` as core/cfa.h has it. irradiance_per_rate: per channel one entry, or one
+  // per sensor pixel. Throws InputError as Registration does, and for a sensor below 2 x 2 pixels.
+  MosaicRegistration(const std::array<double, 9>& image_from_sensor, int sensor_width,
+                     int sensor_height, const lightfield::Lattice& lattice,
+                     const std::optional<lightfield::Lens>& lens, const std::string& cfa,
+                     const std::vector<std::vector<float>>& irradiance_per_rate);
+
+  // Channel 0 R, 1 G, 2 B for the filter centred on centre_m. Of G sigma is that of the mean, the
+  // mask joins both sites' (kTooDark where both are).
+  RegisteredImage Apply(const MergedFrame& merged, int channel, lightfield::Vec2 centre_m) const;
+
+ private:
+  struct Site {
+    int row, column, channel;
+    Registration registration;
+    std::vector<float> irradiance_per_rate;
+  };
+  std::vector<Site> sites_;
+};
+
+}  // namespace luxfield::reconstruct

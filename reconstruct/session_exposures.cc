@@ -1,0 +1,127 @@
+#include "reconstruct/session_exposures.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "reconstruct/merge_shares.h"
+
+namespace luxfield::reconstruct {
+namespace {
+
+constexpr std::size_t kPixelsOfABracket = 2048;
+
+std::vector<RungExposure> RungsOf(std::span<const core::FrameRecord> frames) {
+  std::vector<RungExposure> rungs;
+  for (const core::FrameRecord& record : frames) {
+    if (record.kind != core::FrameKind::kPosition) continue;
+    const bool there = std::any_of(rungs.begin(), rungs.end(), [&](const RungExposure& rung) {
+      return rung.exposure_s == record.exposure_s && rung.attenuation == record.attenuation;
+    });
+    if (!there) rungs.push_back({record.exposure_s, record.attenuation, {1, 0}, false});
+  }
+  std::stable_sort(rungs.begin(), rungs.end(), [](const RungExposure& a, const RungExposure& b) {
+    return a.exposure_s * a.attenuation > b.exposure_s * b.attenuation;
+  });
+  return rungs;
+}
+
+// Light less dark signal of one sample, in electrons per second.
+double Value(const SensorModel& sensor, const Exposure& exposure, double k, std::size_t pixel) {
+  const double dark = exposure.dark
+                          ? exposure.dark->mean_dn[pixel]
+                          : sensor.black_dn + sensor.gain_dn_per_e * sensor.dark_current_e_per_s *
+                                                  exposure.exposure_s;
+  return (exposure.frame->at(pixel) - dark) / k;
+}
+
+}  // namespace
+
+SessionExposures::SessionExposures(std::span<const core::FrameRecord> frames)
+    : rungs_(RungsOf(frames)) {}
+
+std::size_t SessionExposures::Rung(const core::FrameRecord& record) const {
+  const auto found = std::find_if(rungs_.begin(), rungs_.end(), [&](const RungExposure& rung) {
+    return rung.exposure_s == record.exposure_s && rung.attenuation == record.attenuation;
+  });
+  return static_cast<std::size_t>(found - rungs_.begin());
+}
+
+void SessionExposures::Add(const SensorModel& sensor,
+                           std::span<const core::FrameRecord* const> records,
+                           std::span<const Exposure> exposures, const MergeOptions& options,
+                           const MergedFrame& merged) {
+  const MergeShares shares(sensor, exposures, options, merged);
+  std::vector<SampleShare> of_pixel;
+  Pixels& bracket = brackets_.emplace_back();
+  const std::size_t pixels = merged.mask.size(),
+                    step = std::max<std::size_t>(1, pixels / kPixelsOfABracket);
+  for (std::size_t p = step / 2; p < pixels; p += step) {
+    if (merged.mask[p] != 0) continue;
+    shares.At(p, &of_pixel);
+    std::vector<RungSample>& samples = bracket.emplace_back();
+    for (std::size_t n = 0; n < records.size(); ++n) {
+      const SampleShare& s = of_pixel[n];
+      if (s.share > 0)
+        samples.push_back({static_cast<int>(Rung(*records[n])), Value(sensor, exposures[n], s.k, p),
+                           s.photon_variance + s.own_variance + s.dark_variance});
+    }
+  }
+}
+
+ExposureRatios::Result SessionExposures::SolveWithout(std::size_t bracket) const {
+  ExposureRatios ratios(static_cast<int>(rungs_.size()));
+  for (std::size_t b = 0; b < brackets_.size(); ++b)
+    if (b != bracket)
+      for (const std::vector<RungSample>& pixel : brackets_[b]) ratios.Add(pixel);
+  return ratios.Solve(0);
+}
+
+void SessionExposures::Solve() {
+  const std::size_t count = brackets_.size();
+  const ExposureRatios::Result all = SolveWithout(count);
+  std::vector<ExposureRatios::Result> without;
+  for (std::size_t b = 0; b < count; ++b) without.push_back(SolveWithout(b));
+  for (std::size_t j = 0; j < rungs_.size(); ++j) {
+    RungExposure& rung = rungs_[j];
+    rung.ratio = all.ratio[j];
+    rung.known = all.known[j];
+    double n = 0, sum = 0, squares = 0;  // of the jackknife, about the ratio of all
+    for (const ExposureRatios::Result& result : without) {
+      if (!result.known[j]) continue;
+      const double off = result.ratio[j].value - rung.ratio.value;
+      ++n;
+      sum += off;
+      squares += off * off;
+    }
+    if (n < 2) continue;
+    const double variance = (n - 1) / n * (squares - sum * sum / n);
+    rung.ratio.sigma = std::max(rung.ratio.sigma, std::sqrt(std::max(variance, 0.0)));
+  }
+}
+
+void SessionExposures::WidenSigma(const SensorModel& sensor,
+                                  std::span<const core::FrameRecord* const> records,
+                                  std::span<const Exposure> exposures, const MergeOptions& options,
+                                  MergedFrame* merged) const {
+  std::vector<double> variance;  // of each record's ratio
+  for (const core::FrameRecord* record : records) {
+    const Quantity& ratio = rungs_[Rung(*record)].ratio;
+    variance.push_back(std::pow(ratio.sigma / ratio.value, 2));
+  }
+  const MergeShares shares(sensor, exposures, options, *merged);
+  core::ParallelFor(merged->mask.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    std::vector<SampleShare> of_pixel;
+    for (std::size_t p = begin; p < end; ++p) {
+      if (!(merged->sigma_e_per_s[p] > 0)) continue;
+      shares.At(p, &of_pixel);
+      double sum = 0;
+      for (std::size_t n = 0; n < variance.size(); ++n)
+        sum += of_pixel[n].share * of_pixel[n].share * variance[n];
+      merged->sigma_e_per_s[p] = static_cast<float>(
+          std::hypot(merged->sigma_e_per_s[p], merged->rate_e_per_s[p] * std::sqrt(sum)));
+    }
+  });
+}
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,127 @@
+// Veiling glare from a simulated lab's light trap against the lab's own figures.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "capture/capture_glare.h"
+#include "core/progress.h"
+#include "hal/sim/simulated_lab.h"
+#include "reconstruct/calibrate_glare.h"
+
+namespace luxfield::study {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kLab = R"(
+[lab]
+driver = "sim"
+seed = 4
+[rig]
+kind = "reflector"
+delta_m = 0.3
+albedo = 0.9
+[filter]
+spacing_m = 0.03
+[lamp]
+kind = "square"
+side_m = 0.1
+radiance = 100
+[camera]
+width = 160
+height = 120
+bits = 14
+black_dn = 400
+saturation_dn = 16000
+gain_dn_per_e = 0.16
+responsivity_e_per_s_per_w_m2 = [1200]
+min_exposure_s = 1e-4
+max_exposure_s = 10
+[camera.lens]
+focal_px = [190, 190]
+position_m = [0.2, 0.1, -0.75]
+[stage]
+min_m = [-0.1, -0.1]
+max_m = [0.1, 0.1]
+speed_m_per_s = 0.05
+settle_s = 0.5
+[targets]
+spacer_m = 0.05
+source_m = [0, 0, -0.3]
+source_intensity = 20
+room_irradiance = 30
+[targets.board]
+columns = 4
+rows = 3
+pitch_m = 0.01
+[targets.mask]
+columns = 4
+rows = 3
+pitch_m = 0.01
+[targets.trap]
+radius_m = 0.06
+places = 3
+[errors.photon_noise]
+[errors.read_noise]
+rms_dn = 1.6
+[errors.dark_current]
+e_per_s = 5
+[errors.vignetting]
+corner_loss = 0.2
+)";
+
+reconstruct::GlareCalibration Measure(const std::string& errors, const std::string& name) {
+  core::Progress::SetQuiet(true);
+  core::SetInterruptCountForTest(0);
+  const fs::path folder = fs::path(testing::TempDir()) / ("luxfield_glare_" + name);
+  fs::remove_all(folder);
+  hal::Devices devices =
+      hal::sim::SimulatedLab(core::Config::FromString(kLab + errors, "lab.toml")).MakeDevices();
+  const auto plan = capture::ReadGlarePlan(core::Config::FromString(
+      "[plan]\nkind = \"glare\"\n[exposure]\nmin_s = 0.01\nmax_s = 10\nrepeats = 8\n",
+      "plan.toml"));
+  capture::RunGlareCapture(plan, devices, folder);
+  auto glare = reconstruct::CalibrateGlare(core::SessionReader(folder));
+  fs::remove_all(folder);
+  return glare;
+}
+
+TEST(Glare, EvenStrayLightIsFoundAsTheShareItIs) {
+  constexpr double kShare = 8e-4;
+  const auto glare = Measure("[errors.stray_light]\nshare = 8e-4\n", "even");
+  // The share is of the image's mean with the veil in it.
+  EXPECT_NEAR(glare.share, kShare / (1 + kShare), 4 * glare.share_sigma);
+  EXPECT_LT(glare.share_sigma, 0.02 * kShare);
+  const auto none = Measure("", "none");
+  EXPECT_LT(std::abs(none.share), 4 * none.share_sigma);
+  std::printf("stray light 0.08 %% of the mean: %.5f %% +- %.5f %%; none: %.5f %% +- %.5f %%\n",
+              100 * glare.share, 100 * glare.share_sigma, 100 * none.share, 100 * none.share_sigma);
+}
+
+TEST(Glare, TheBoundHoldsForLightFromBeyondTheTrap) {
+  const auto glare = Measure("[errors.glare]\nshare = 0.02\nreach_px = 30\n", "near");
+  // What the kernel brings to the middle of the trap from the picture beyond a radius.
+  const double a = std::exp(-1.0 / 30);
+  const auto k = [&](double n) { return (1 - a) / (1 + a) * std::pow(a, std::abs(n)); };
+  double largest_beyond = 0;
+  for (const auto& place : glare.places) {
+    double beyond = 0;
+    for (int row = 0; row < glare.height; ++row)
+      for (int column = 0; column < glare.width; ++column) {
+        const double x = column + 0.5 - place.column, y = row + 0.5 - place.row;
+        if (std::hypot(x, y) > place.radius_px) beyond += 0.02 * k(x) * k(y);
+      }
+    EXPECT_GT(place.bound, beyond);
+    largest_beyond = std::max(largest_beyond, beyond);
+  }
+  std::printf(
+      "glare of 2 %% over 30 px: the trap shows %.3f %%; from beyond %.1f px come %.3f %% at "
+      "most, bound %.3f %%\n",
+      100 * glare.share, glare.radius_px, 100 * largest_beyond, 100 * glare.bound);
+  EXPECT_LT(glare.bound, 0.02);
+}
+
+}  // namespace
+}  // namespace luxfield::study
