@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
   AddVerify(program);
   AddCalibrate(program);
   AddFilter(program);
+  AddProbe(program);
   AddMerge(program);
   AddReconstruct(program);
   AddBudget(program);

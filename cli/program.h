@@ -54,6 +54,7 @@ void AddCapture(Program& program);
 void AddVerify(Program& program);
 void AddCalibrate(Program& program);
 void AddFilter(Program& program);
+void AddProbe(Program& program);
 void AddMerge(Program& program);
 void AddReconstruct(Program& program);
 void AddBudget(Program& program);

@@ -31,4 +31,7 @@ std::string EncodeTiff(const RawFrame& frame);
 // else than one complete uncompressed 16-bit unsigned or 32-bit float channel.
 RawFrame DecodeTiff(std::string_view bytes, const std::string& file);
 
+// The same of one or three interleaved channels (RGB), a frame each.
+std::vector<RawFrame> DecodeTiffChannels(std::string_view bytes, const std::string& file);
+
 }  // namespace luxfield::core

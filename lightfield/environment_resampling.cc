@@ -18,15 +18,44 @@ constexpr double kOutlineTolerance = 1e-6;
 // Small pictures are cut finer, so that no outline comes near a hemisphere.
 constexpr int kLeastRectanglesPerSide = 32;
 
-struct Piece {
-  std::uint32_t target, source;
-  double solid_angle;
-};
+void CheckFaceSize(int face_size) {
+  if (face_size < 1 || face_size > 16384)
+    throw InputError(
+        fmt::format("cube face size {} is out of reach; choose 1 to 16384", face_size));
+}
+
+void CheckSizes(EnvironmentLayout layout, int width, int height, int face_size) {
+  const auto name = EnvironmentLayoutName(layout);
+  if (width < 1 || height < 1)
+    throw InputError(
+        fmt::format("a {} picture has {} x {} pixels; give at least one", name, width, height));
+  if (layout == EnvironmentLayout::kCube && height != 6 * width)
+    throw InputError(fmt::format(
+        "a cube picture has {} x {} pixels; it must be a strip of six squares, N wide and 6 N high",
+        width, height));
+  if (FindDisc(layout) && width != height)
+    throw InputError(
+        fmt::format("a {} picture has {} x {} pixels; it must be square, crop it to the disc", name,
+                    width, height));
+  CheckFaceSize(face_size);
+}
+
+// Each of `edges`' intervals cut into `parts`.
+std::vector<double> Divided(const std::vector<double>& edges, int parts) {
+  std::vector<double> fine;
+  for (std::size_t k = 0; k + 1 < edges.size(); ++k)
+    for (int part = 0; part < parts; ++part)
+      fine.push_back(edges[k] + (edges[k + 1] - edges[k]) * part / parts);
+  fine.push_back(edges.back());
+  return fine;
+}
+
+}  // namespace
 
 // Shares the solid angle of spherical polygons among the texels of a cube map.
-class CubeClipper {
+class CubeResampler::Clipper {
  public:
-  explicit CubeClipper(int face_size) : size_(face_size) {}
+  explicit Clipper(int face_size) : size_(face_size) {}
 
   // Appends {texel, source, solid angle of the overlap}.
   void Share(std::span<const Vec3> outline, std::uint32_t source, std::vector<Piece>& pieces) {
@@ -101,36 +130,6 @@ class CubeClipper {
   std::vector<Vec3> polygon_, clipped_, projected_, row_, column_, face_;
 };
 
-void CheckSizes(EnvironmentLayout layout, int width, int height, int face_size) {
-  const auto name = EnvironmentLayoutName(layout);
-  if (width < 1 || height < 1)
-    throw InputError(
-        fmt::format("a {} picture has {} x {} pixels; give at least one", name, width, height));
-  if (layout == EnvironmentLayout::kCube && height != 6 * width)
-    throw InputError(fmt::format(
-        "a cube picture has {} x {} pixels; it must be a strip of six squares, N wide and 6 N high",
-        width, height));
-  if (FindDisc(layout) && width != height)
-    throw InputError(
-        fmt::format("a {} picture has {} x {} pixels; it must be square, crop it to the disc", name,
-                    width, height));
-  if (face_size < 1 || face_size > 16384)
-    throw InputError(
-        fmt::format("cube face size {} is out of reach; choose 1 to 16384", face_size));
-}
-
-// Each of `edges`' intervals cut into `parts`.
-std::vector<double> Divided(const std::vector<double>& edges, int parts) {
-  std::vector<double> fine;
-  for (std::size_t k = 0; k + 1 < edges.size(); ++k)
-    for (int part = 0; part < parts; ++part)
-      fine.push_back(edges[k] + (edges[k + 1] - edges[k]) * part / parts);
-  fine.push_back(edges.back());
-  return fine;
-}
-
-}  // namespace
-
 CubeResampler::CubeResampler(EnvironmentLayout layout, TexelRegistration registration, int width,
                              int height, int face_size)
     : width_(width), height_(height), face_size_(face_size) {
@@ -144,7 +143,7 @@ CubeResampler::CubeResampler(EnvironmentLayout layout, TexelRegistration registr
   source_solid_angles_.resize(std::size_t(width) * height);
   std::vector<std::vector<Piece>> rows(height);
   core::ParallelFor(height, 4, [&](std::size_t begin, std::size_t end) {
-    CubeClipper clipper(face_size);
+    Clipper clipper(face_size);
     std::vector<Vec3> outline;
     for (std::size_t row = begin; row < end; ++row)
       for (int column = 0; column < width; ++column) {
@@ -167,8 +166,35 @@ CubeResampler::CubeResampler(EnvironmentLayout layout, TexelRegistration registr
       }
   });
 
-  // Sort by target, sources in their order within it: counting sort.
-  const std::vector<double> texel_angles = TexelSolidAngles(face_size);
+  Sort(rows);
+  for (std::size_t t = 0; t < coverage_.size(); ++t)
+    if (IsCovered(layout, t))
+      partition_error_ = std::max(partition_error_, std::abs(double(coverage_[t]) - 1));
+}
+
+CubeResampler::CubeResampler(int width, int height, int face_size, const Outline& outline)
+    : width_(width), height_(height), face_size_(face_size) {
+  CheckFaceSize(face_size);
+  source_solid_angles_.resize(std::size_t(width) * height);
+  std::vector<std::vector<Piece>> rows(height);
+  core::ParallelFor(height, 4, [&](std::size_t begin, std::size_t end) {
+    Clipper clipper(face_size);
+    std::vector<Vec3> polygon;
+    for (std::size_t row = begin; row < end; ++row)
+      for (int column = 0; column < width; ++column) {
+        const std::size_t source = row * width + column;
+        polygon.clear();
+        outline(static_cast<int>(row), column, polygon);
+        source_solid_angles_[source] = std::abs(PolygonSolidAngle(polygon));
+        clipper.Share(polygon, static_cast<std::uint32_t>(source), rows[row]);
+      }
+  });
+  Sort(rows);
+}
+
+// By target, sources in their order within it: counting sort.
+void CubeResampler::Sort(std::vector<std::vector<Piece>>& rows) {
+  const std::vector<double> texel_angles = TexelSolidAngles(face_size_);
   first_.assign(std::size_t{6} * texel_angles.size() + 1, 0);
   for (const auto& row : rows)
     for (const Piece& piece : row) ++first_[piece.target + 1];
@@ -184,9 +210,7 @@ CubeResampler::CubeResampler(EnvironmentLayout layout, TexelRegistration registr
     }
     std::vector<Piece>().swap(row);
   }
-  for (std::size_t t = 0; t < covered.size(); ++t)
-    if (IsCovered(layout, t))
-      partition_error_ = std::max(partition_error_, std::abs(covered[t] - 1));
+  coverage_.assign(covered.begin(), covered.end());
 }
 
 // A fisheye covers the texels above the horizon.
@@ -196,7 +220,8 @@ bool CubeResampler::IsCovered(EnvironmentLayout layout, std::size_t texel) const
          (face < 4 && 2 * (row + 1) <= std::size_t(face_size_));
 }
 
-CubeMap CubeResampler::operator()(const core::Image& picture) const {
+template <typename Weight>
+CubeMap CubeResampler::Sum(const core::Image& picture, Weight weight_of) const {
   if (picture.width != width_ || picture.height != height_ ||
       (picture.channels != 1 && picture.channels != 3))
     throw InputError(
@@ -209,10 +234,11 @@ CubeMap CubeResampler::operator()(const core::Image& picture) const {
     for (std::size_t t = begin; t < end; ++t) {
       double r = 0, g = 0, b = 0;
       for (std::size_t k = first_[t]; k < first_[t + 1]; ++k) {
-        const auto [source, weight] = overlaps_[k];
-        r += double(weight) * red[source];
-        g += double(weight) * green[source];
-        b += double(weight) * blue[source];
+        const double weight = weight_of(overlaps_[k].weight);
+        const std::uint32_t source = overlaps_[k].source;
+        r += weight * red[source];
+        g += weight * green[source];
+        b += weight * blue[source];
       }
       cube.data[3 * t] = static_cast<float>(r);
       cube.data[3 * t + 1] = static_cast<float>(g);
@@ -220,6 +246,14 @@ CubeMap CubeResampler::operator()(const core::Image& picture) const {
     }
   });
   return cube;
+}
+
+CubeMap CubeResampler::operator()(const core::Image& picture) const {
+  return Sum(picture, [](double weight) { return weight; });
+}
+
+CubeMap CubeResampler::Variance(const core::Image& variance) const {
+  return Sum(variance, [](double weight) { return weight * weight; });
 }
 
 int DefaultFaceSize(EnvironmentLayout layout, int width) {

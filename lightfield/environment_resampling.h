@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "core/image.h"
@@ -35,9 +36,19 @@ class CubeResampler {
   CubeResampler(EnvironmentLayout layout, TexelRegistration registration, int width, int height,
                 int face_size);
 
+  // A picture whose pixels show any part of the sphere: outline(row, column, polygon) makes the
+  // unit directions around a pixel, less than a hemisphere, in either sense, empty where the pixel
+  // shows nothing; it is called from several threads. What the outlines leave uncovered is in
+  // coverage().
+  using Outline = std::function<void(int row, int column, std::vector<Vec3>& polygon)>;
+  CubeResampler(int width, int height, int face_size, const Outline& outline);
+
   // `picture` of 3 channels, or 1 that stands for all three. Throws InputError for another size.
   // Sums in double. Directions that the picture does not show are black.
   CubeMap operator()(const core::Image& picture) const;
+  // sum_s weight_ts^2 V_s: the variance of each texel where V is that of pixels independent of each
+  // other. Neighbouring texels share pixels: theirs are not.
+  CubeMap Variance(const core::Image& variance) const;
 
   int width() const { return width_; }
   int height() const { return height_; }
@@ -47,9 +58,19 @@ class CubeResampler {
   const std::vector<double>& source_solid_angles() const { return source_solid_angles_; }
   // Largest |sum_s weight_ts - 1| over cube texels that the picture covers.
   double partition_error() const { return partition_error_; }
+  // sum_s weight_ts: the share of each cube texel that the picture shows.
+  const std::vector<float>& coverage() const { return coverage_; }
 
  private:
+  struct Piece {
+    std::uint32_t target, source;
+    double solid_angle;
+  };
+  class Clipper;
   bool IsCovered(EnvironmentLayout layout, std::size_t texel) const;
+  void Sort(std::vector<std::vector<Piece>>& rows);
+  template <typename Weight>
+  CubeMap Sum(const core::Image& picture, Weight weight) const;
 
   struct Overlap {
     std::uint32_t source;
@@ -60,6 +81,7 @@ class CubeResampler {
   std::vector<double> source_solid_angles_;
   std::vector<std::size_t> first_;  // of each cube texel in overlaps_, and the end
   std::vector<Overlap> overlaps_;
+  std::vector<float> coverage_;
   double partition_error_ = 0;
 };
 

@@ -1,0 +1,73 @@
+// luxfield probe PROBE.toml -o X.exr
+#include <fmt/format.h>
+
+#include <memory>
+#include <numbers>
+
+#include "cli/program.h"
+#include "core/colour.h"
+#include "reconstruct/probe.h"
+
+namespace luxfield::cli {
+namespace {
+
+struct Options {
+  std::string description, output;
+  int face_size = 0;
+  bool no_fill = false;
+};
+
+core::Json Run(const Options& options) {
+  RequireExtension(options.output, ".exr", "--output");
+  const auto description = reconstruct::ReadProbeDescription(options.description);
+  const auto probe = reconstruct::MakeProbe(reconstruct::MergeProbe(description), description,
+                                            {options.face_size, !options.no_fill});
+  reconstruct::WriteProbe(options.output, probe, description);
+
+  const auto& rim = probe.rim;
+  const core::Rgb up = lightfield::Irradiance(probe.radiance, {0, 0, 1});
+  const core::Rgb mean = lightfield::MeanRadiance(probe.radiance);
+  constexpr double kSphere = 4 * std::numbers::pi;
+  fmt::print("{}: cube map of 6 x {} x {} from {} exposures\n", options.output,
+             probe.radiance.face_size, probe.radiance.face_size, description.exposures.size());
+  fmt::print(
+      "  rim          centre ({:.3f} +- {:.3f}, {:.3f} +- {:.3f}), radius {:.3f} +- {:.3f} "
+      "pixels; seen on {} of {} rays, residual {:.3f}\n",
+      rim.circle.x, rim.sigma.x, rim.circle.y, rim.sigma.y, rim.circle.radius, rim.sigma.radius,
+      rim.used, rim.rays, rim.residual_px);
+  fmt::print("  shown        {:.3f} sr by {} pixels, {:.2f} % of the sphere; {:.2f} % filled\n",
+             probe.seen_sr, probe.used_pixels, 100 * probe.seen_sr / kSphere,
+             100 * probe.filled_sr / kSphere);
+  fmt::print("  radiance     mean luminance {:.6g} {}; irradiance facing up {:.6g}\n",
+             core::Luminance(mean), description.unit, core::Luminance(up));
+  if (probe.clamped_share > 0)
+    fmt::print("  negative     texels set to 0 add {:.2g} of the energy\n", probe.clamped_share);
+  return {{"face_size", probe.radiance.face_size},
+          {"rim_px", {rim.circle.x, rim.circle.y, rim.circle.radius}},
+          {"rim_sigma_px", {rim.sigma.x, rim.sigma.y, rim.sigma.radius}},
+          {"rays", rim.rays},
+          {"used_rays", rim.used},
+          {"seen_sr", probe.seen_sr},
+          {"filled_sr", probe.filled_sr},
+          {"clamped_share", probe.clamped_share},
+          {"mean_radiance", mean},
+          {"irradiance_up", up}};
+}
+
+}  // namespace
+
+void AddProbe(Program& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App& verb = program.AddVerb(
+      "probe", "A bracketed photograph of a mirroring ball or a fisheye sky as an environment map",
+      [options] { return Run(*options); });
+  verb.add_option("PROBE", options->description, "The probe.toml (docs/formats/probe.md)")
+      ->required();
+  verb.add_option("-o,--output", options->output, "The .exr to write")->required();
+  verb.add_option("--face-size", options->face_size,
+                  "Texels along a side of a cube face, 0 for half of the rim's radius in pixels")
+      ->check(CLI::Range(0, 16384));
+  verb.add_flag("--no-fill", options->no_fill, "Leave black what a ball does not show");
+}
+
+}  // namespace luxfield::cli

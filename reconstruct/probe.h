@@ -1,0 +1,55 @@
+// A bracketed photograph of a mirroring ball or a fisheye sky -> environment map with its standard
+// deviation (THEORY.md 3 and 8; docs/formats/probe.md).
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+#include "core/image.h"
+#include "lightfield/cube_map.h"
+#include "reconstruct/probe_description.h"
+#include "reconstruct/rim_fit.h"
+
+namespace luxfield::reconstruct {
+
+// The exposures merged (reconstruct/merge_exposures.h) and scaled: radiance and its standard
+// deviation, 1 or 3 channels, the whole picture. Negative values kept.
+struct ProbePicture {
+  core::Image radiance, sigma;
+  core::Image unknown;  // 1 channel: not 0 where a channel is saturated in every exposure
+};
+
+// Throws InputError naming the file: pictures of different sizes or numbers of channels.
+ProbePicture MergeProbe(const ProbeDescription& description);
+
+struct Probe {
+  RimFit rim;
+  lightfield::CubeMap radiance;  // not negative
+  // Of each texel, from what merging says of the pixels: they are independent but for PRNU, which
+  // is independent between pixels too. Filled texels: the spread around the hole.
+  lightfield::CubeMap sigma;
+  std::vector<float> coverage;  // share of each texel that the photograph shows; 0 if filled
+  double seen_sr = 0;           // solid angle of the pixels used
+  double filled_sr = 0;         // of texels that no pixel shows and that were filled
+  std::size_t used_pixels = 0;
+  // Share of the energy, by luminance, that cutting negative texels off added.
+  double clamped_share = 0;
+};
+
+struct ProbeOptions {
+  int face_size = 0;  // 0: half of the rim's radius, in pixels; the ball shows the sphere in pi r^2
+  bool fill = true;   // of a ball: what no pixel shows, from its neighbours
+};
+
+// `file` names the picture in errors. Throws InputError as FitRim, and if a pixel inside the rim is
+// unknown, naming the exposure that lets through least; if the rim's margin leaves no pixels; if
+// the mask has another size.
+Probe MakeProbe(const ProbePicture& picture, const ProbeDescription& description,
+                const ProbeOptions& options = {});
+
+// As OpenEXR FLOAT in layout `cube` (docs/formats/probe.md, "The output").
+void WriteProbe(const std::filesystem::path& path, const Probe& probe,
+                const ProbeDescription& description);
+
+}  // namespace luxfield::reconstruct

@@ -1,0 +1,42 @@
+// probe.toml: the pictures of a light probe and how they were taken (docs/formats/probe.md).
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/colour.h"
+#include "core/raw_frame.h"
+#include "reconstruct/noise_model.h"
+#include "reconstruct/probe_optics.h"
+
+namespace luxfield::reconstruct {
+
+struct ProbeExposure {
+  std::vector<std::filesystem::path> files;  // one, or one for each channel
+  double exposure_s = 0;
+  double attenuation = 1;
+};
+
+struct ProbeDescription {
+  std::filesystem::path file;
+  ProbeOptics optics;  // the pinhole's principal point is that of the file; none: the middle
+  bool has_principal_point = false;
+  core::Rgb radiance_per_rate = {1, 1, 1};  // of one electron per second, reflectance divided out
+  std::string unit;
+  double margin_px = 2;
+  std::optional<std::filesystem::path> mask;
+  std::optional<Circle> start;
+  SensorModel sensor;  // without a size
+  std::vector<ProbeExposure> exposures;
+};
+
+// Throws InputError naming file and field.
+ProbeDescription ReadProbeDescription(const std::filesystem::path& path);
+
+// The picture of an exposure, a frame for each of its channels: 1 or 3. Throws InputError naming
+// the file: neither TIFF nor OpenEXR, channels of different sizes.
+std::vector<core::RawFrame> ReadProbePicture(const ProbeExposure& exposure);
+
+}  // namespace luxfield::reconstruct
