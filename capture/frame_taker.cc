@@ -43,6 +43,18 @@ void FrameTaker::RequireSafe() {
   PauseWhereStopped([this] { guard_.ThrowIfUnsafe(); });
 }
 
+// A trip ends what the stage is doing; the error then is what tripped.
+template <typename Action>
+void FrameTaker::Drive(Action&& action) {
+  RequireSafe();
+  try {
+    action();
+  } catch (const hal::HardwareError& error) {
+    if (error.fault == hal::Fault::kStopped) RequireSafe();
+    throw;
+  }
+}
+
 void FrameTaker::WarmUpLamp(const WarmUpPolicy& policy) {
   WarmUp warm_up;
   PauseWhereStopped([&] { warm_up = WaitForLamp(policy, devices_, guard_); });
@@ -69,8 +81,7 @@ void FrameTaker::SelectTarget(const std::string& target) {
 }
 
 void FrameTaker::Home() {
-  RequireSafe();
-  devices_.stage->Home(Deadline(devices_, 300));
+  Drive([this] { devices_.stage->Home(Deadline(devices_, 300)); });
   RequireSafe();
   const hal::StagePosition where = devices_.stage->Where();
   if (!where.homed)
@@ -80,11 +91,12 @@ void FrameTaker::Home() {
 }
 
 void FrameTaker::MoveTo(hal::Vec2 centre) {
-  RequireSafe();
   const hal::StageLimits limits = devices_.stage->limits();
   const double longest = std::max(limits.max.x - limits.min.x, limits.max.y - limits.min.y);
-  devices_.stage->MoveTo(centre,
-                         Deadline(devices_, longest / limits.speed_m_per_s + limits.settle_s));
+  Drive([&] {
+    devices_.stage->MoveTo(centre,
+                           Deadline(devices_, longest / limits.speed_m_per_s + limits.settle_s));
+  });
 }
 
 void FrameTaker::Configure(int rung) {

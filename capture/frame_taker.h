@@ -64,6 +64,8 @@ class FrameTaker {
  private:
   template <typename Action>
   void PauseWhereStopped(Action&& action);
+  template <typename Action>
+  void Drive(Action&& action);
   void RequireSafe();
   double ReadMonitor();
   std::string Distrust(const Shot& shot, double asked_at_s) const;

@@ -19,7 +19,7 @@
 #include "core/progress.h"
 #include "core/random.h"
 #include "core/session_writer.h"
-#include "tests/hal/test_lab.h"
+#include "tests/capture/capture_fixture.h"
 
 namespace luxfield::capture {
 namespace {
@@ -29,48 +29,6 @@ using hal::Devices;
 using hal::sim::SimulatedLab;
 using hal::sim::TestLab;
 using testing::HasSubstr;
-
-constexpr const char* kPlan =
-    "[plan]\ndark_repeats = 1\n[rig]\nkind = \"lensless\"\ndelta_m = 0.25\n[filter]\nspacing_m = "
-    "0.02\n[grid]\nwidth = 3\n"
-    "height = 2\n[lattice]\nwidth = 8\nheight = 8\nds_m = 0.02\n[exposure]\nmin_s = 0.01\nmax_s = "
-    "3\nratio = 4\n"
-    "relevant_share = 0.01\n[reference]\nevery = 4\nmax_drift = 0.05\n[warm_up]\nwindow_s = "
-    "10\ninterval_s = 1\n";
-
-Plan TestPlan() { return ReadPlan(core::Config::FromString(kPlan, "plan.toml")); }
-
-TestLab Noisy() {
-  TestLab lab;
-  lab.lab = "seed = 5";
-  lab.errors = "[errors.photon_noise]\n[errors.read_noise]\nrms_dn = 2\n";
-  return lab;
-}
-
-fs::path NewFolder(const std::string& name) {
-  static int counter = 0;
-  const auto path =
-      fs::path(testing::TempDir()) / fmt::format("capture_{}_{}_{}", name, ::getpid(), counter++);
-  fs::remove_all(path);
-  return path;
-}
-
-class Capture : public testing::Test {
- protected:
-  void SetUp() override {
-    core::Progress::SetQuiet(true);
-    core::SetInterruptCountForTest(0);
-  }
-  void TearDown() override { core::SetInterruptCountForTest(0); }
-};
-
-std::vector<core::Json> RecordsOf(const fs::path& folder, const std::string& type) {
-  std::vector<core::Json> found;
-  const core::SessionReader reader(folder);
-  for (const auto& record : reader.journal())
-    if (record["type"] == type) found.push_back(record);
-  return found;
-}
 
 TEST_F(Capture, MakesAWholeSession) {
   const auto folder = NewFolder("whole");
@@ -199,141 +157,6 @@ TEST_F(Capture, ResumeNeedsTheSamePlan) {
   options.resume = true;
   Devices second = SimulatedLab(Noisy().Config()).MakeDevices();
   EXPECT_THROW(RunCapture(other, second, folder, options), InputError);
-}
-
-// Safety inputs that a test presses.
-class PressedInputs : public hal::Inputs {
- public:
-  std::string identity() const override { return "test inputs"; }
-  hal::InputState State() override { return state_; }
-  void OnTrip(Action action) override { action_ = std::move(action); }
-  void Press(bool pressed) {
-    const bool trips = pressed && state_.safe();
-    state_.emergency_stop = pressed;
-    if (trips && action_) action_(state_);
-  }
-
- private:
-  hal::InputState state_;
-  Action action_;
-};
-
-TEST_F(Capture, AnEmergencyStopEndsInADarkLampAndASessionThatCanBeResumed) {
-  const auto folder = NewFolder("stopped");
-  Plan plan = TestPlan();
-  plan.exposure.repeats = 3;
-  Devices first = SimulatedLab(Noisy().Config()).MakeDevices();
-  auto owned = std::make_unique<PressedInputs>();
-  PressedInputs& inputs = *owned;
-  first.inputs = std::move(owned);
-  CaptureOptions options;
-  // Pressed within a bracket and released at once: the session has stopped all the same.
-  options.on_frame = [&](const CaptureSummary& s) {
-    if (s.positions != 2) return;
-    inputs.Press(true);
-    EXPECT_FALSE(first.supply->State().output);
-    inputs.Press(false);
-  };
-  try {
-    RunCapture(plan, first, folder, options);
-    FAIL();
-  } catch (const hal::HardwareError& error) {
-    EXPECT_EQ(error.fault, hal::Fault::kStopped);
-    EXPECT_THAT(error.what(), HasSubstr("the emergency stop is active"));
-  }
-  const auto pauses = RecordsOf(folder, "paused");
-  ASSERT_EQ(pauses.size(), 1u);
-  EXPECT_THAT(pauses[0]["reason"].get<std::string>(), HasSubstr("emergency stop"));
-  options = {};
-  options.resume = true;
-  Devices second = SimulatedLab(Noisy().Config()).MakeDevices();
-  EXPECT_EQ(RunCapture(plan, second, folder, options).positions, 4);
-  EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
-}
-
-// A lamp supply that lets a test act before it obeys.
-class WatchedSupply : public hal::Supply {
- public:
-  WatchedSupply(std::unique_ptr<hal::Supply> supply, std::function<void(bool on)> before)
-      : supply_(std::move(supply)), before_(std::move(before)) {}
-  std::string identity() const override { return supply_->identity(); }
-  hal::SupplyState SetOutput(bool on, double deadline_s) override {
-    before_(on);
-    return supply_->SetOutput(on, deadline_s);
-  }
-  hal::SupplyState State() override { return supply_->State(); }
-
- private:
-  std::unique_ptr<hal::Supply> supply_;
-  std::function<void(bool on)> before_;
-};
-
-// A monitor that lets a test act before each reading.
-class WatchedMonitor : public hal::Meter {
- public:
-  WatchedMonitor(std::unique_ptr<hal::Meter> meter, std::function<void()> before)
-      : meter_(std::move(meter)), before_(std::move(before)) {}
-  std::string identity() const override { return meter_->identity(); }
-  hal::Reading Read(double deadline_s) override {
-    before_();
-    return meter_->Read(deadline_s);
-  }
-
- private:
-  std::unique_ptr<hal::Meter> meter_;
-  std::function<void()> before_;
-};
-
-TEST_F(Capture, AnEmergencyStopWhileTheLampIsSwitchedOnLeavesItOff) {
-  const auto folder = NewFolder("lit");
-  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
-  auto inputs = std::make_unique<PressedInputs>();
-  // The worst moment: the guard has switched the lamp off before the order to switch it on goes
-  // out.
-  devices.supply =
-      std::make_unique<WatchedSupply>(std::move(devices.supply), [pressed = inputs.get()](bool on) {
-        if (on) pressed->Press(true);
-      });
-  devices.inputs = std::move(inputs);
-  try {
-    RunCapture(TestPlan(), devices, folder);
-    FAIL();
-  } catch (const hal::HardwareError& error) {
-    EXPECT_EQ(error.fault, hal::Fault::kStopped) << error.what();
-  }
-  EXPECT_FALSE(devices.supply->State().output);
-  EXPECT_EQ(RecordsOf(folder, "paused").size(), 1u);
-}
-
-TEST_F(Capture, AnEmergencyStopDuringWarmUpIsToldAsOne) {
-  const auto folder = NewFolder("warm");
-  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
-  auto inputs = std::make_unique<PressedInputs>();
-  int readings = 0;
-  devices.monitor = std::make_unique<WatchedMonitor>(std::move(devices.monitor),
-                                                     [pressed = inputs.get(), &readings] {
-                                                       if (++readings == 3) pressed->Press(true);
-                                                     });
-  devices.inputs = std::move(inputs);
-  try {
-    RunCapture(TestPlan(), devices, folder);
-    FAIL();
-  } catch (const hal::HardwareError& error) {
-    EXPECT_EQ(error.fault, hal::Fault::kStopped) << error.what();
-  }
-  EXPECT_FALSE(devices.supply->State().output);
-  EXPECT_EQ(RecordsOf(folder, "paused").size(), 1u);
-}
-
-TEST_F(Capture, NothingBeginsWhileTheEmergencyStopIsActive) {
-  const auto folder = NewFolder("pressed");
-  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
-  auto inputs = std::make_unique<PressedInputs>();
-  inputs->Press(true);
-  devices.inputs = std::move(inputs);
-  EXPECT_THROW(RunCapture(TestPlan(), devices, folder), DeviceError);
-  EXPECT_FALSE(devices.supply->State().output);
-  EXPECT_FALSE(devices.stage->Where().homed);
 }
 
 // A camera that misbehaves on chosen exposures.
