@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -17,7 +18,10 @@
 namespace luxfield::hal::aravis {
 namespace {
 
-constexpr double kOpen_s = 20;       // discovery, the camera's description, a dozen registers
+constexpr double kOpen_s = 20;  // discovery, the camera's description, a dozen registers
+constexpr double kHeartbeat_s =
+    6;  // a camera that hears nothing from its controller is free after 3
+constexpr gulong kAgain_us = 200'000;
 constexpr int kBuffers = 4;          // one is filled, the others take what was in flight
 constexpr guint64 kPop_us = 20'000;  // how often a waiting exposure looks for an abort
 constexpr double kUsPerS = 1e6;
@@ -106,6 +110,8 @@ struct AravisCamera::Session {
   Frame Expose(core::Clock& clock, double deadline_s);
 
  private:
+  void Connect(const AravisOptions& options);
+  bool Controls() const;
   void SetGain(double gain);
   void SetRegion(const std::optional<Region>& region);
   void Start();
@@ -113,13 +119,35 @@ struct AravisCamera::Session {
   core::RawFrame Read(ArvBuffer* buffer) const;
 };
 
-void AravisCamera::Session::Open(const AravisOptions& options) {
+void AravisCamera::Session::Connect(const AravisOptions& options) {
   Result result(name, "open");
   camera.reset(arv_camera_new(options.id.empty() ? nullptr : options.id.c_str(), result));
   result.ThrowIfFailed();
   if (!camera)
     throw HardwareError(Fault::kDisconnected, name, "open", "no such camera answers",
                         "check cable, power and network; `luxfield devices` lists what is there");
+}
+
+// Whether our writes count; on USB there is nobody else.
+bool AravisCamera::Session::Controls() const {
+  if (!arv_camera_is_gv_device(camera.get())) return true;
+  return arv_gv_device_is_controller(ARV_GV_DEVICE(arv_camera_get_device(camera.get())));
+}
+
+void AravisCamera::Session::Open(const AravisOptions& options) {
+  // A program that was killed keeps a camera on the network until that misses its heartbeat.
+  const auto give_up =
+      std::chrono::steady_clock::now() + std::chrono::duration<double>(kHeartbeat_s);
+  for (;;) {
+    Connect(options);
+    if (Controls()) break;
+    if (std::chrono::steady_clock::now() >= give_up)
+      throw HardwareError(Fault::kRefused, name, "open", "another program controls it",
+                          "end the program that controls the camera");
+    camera.reset();
+    g_usleep(kAgain_us);
+  }
+  Result result(name, "open");
   // Both live as long as the camera.
   const char* vendor = arv_camera_get_vendor_name(camera.get(), result);
   const char* model = arv_camera_get_model_name(camera.get(), result);
@@ -134,6 +162,8 @@ void AravisCamera::Session::Open(const AravisOptions& options) {
 }
 
 CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
+  // What a killed program has left going: its frames go elsewhere, and settings may be locked.
+  arv_camera_stop_acquisition(camera.get(), nullptr);
   Result result(name, "set up");
   const auto found = FindPixelFormat(options.pixel_format);
   if (!found)

@@ -40,6 +40,7 @@ std::vector<AravisDevice> ListAravisDevices();
 
 class AravisCamera : public Camera {
  public:
+  // Waits some seconds for a camera that a killed program still holds.
   // Throws HardwareError: kDisconnected where there is no such camera, kRefused where another
   // program controls it or a setting does not read back, kOutOfRange for gain or region.
   AravisCamera(const AravisOptions& options, std::shared_ptr<core::Clock> clock);

@@ -168,6 +168,16 @@ TEST_F(Aravis, ACameraThatIsNotThereIsDisconnected) {
   EXPECT_EQ(error.fault, Fault::kDisconnected);
 }
 
+TEST_F(Aravis, ACameraThatAnotherProgramControlsIsRefused) {
+  ASSERT_NO_FATAL_FAILURE(StartServer());
+  AravisCamera camera(Options(), clock_);
+  const HardwareError error = ErrorOf([&] { AravisCamera(Options(), clock_); });
+  EXPECT_EQ(error.fault, Fault::kRefused);
+  EXPECT_THAT(error.what(), HasSubstr("another program controls it"));
+  camera.Configure({0.002}, Soon(10));
+  EXPECT_EQ(camera.Expose(Soon(10)).image.size(), 96u * 64u) << "it is not disturbed";
+}
+
 TEST_F(Aravis, LostPacketsNeverMakeAWrongFrame) {
   ASSERT_NO_FATAL_FAILURE(StartForeignServer(40));
   const auto camera = OpenWhenItAnswers();
