@@ -91,7 +91,7 @@ ExcludedSamples::ExcludedSamples(const SensorModel& sensor, std::span<const Expo
     FollowColumns(n);
     FollowRows(n);
   }
-  clipped_ = {};
+  clipped_.reset();
 }
 
 bool ExcludedSamples::AnyClipped(std::size_t n) const {
@@ -108,17 +108,16 @@ bool ExcludedSamples::AnyClipped(std::size_t n) const {
 
 void ExcludedSamples::MarkClipped(std::size_t n) {
   const int width = sensor_.width, height = sensor_.height;
-  clipped_.resize(static_cast<std::size_t>(width) * height);
-  planes_[n].resize(clipped_.size());
+  const std::size_t pixels = static_cast<std::size_t>(width) * height;
+  if (!clipped_) clipped_ = std::make_unique_for_overwrite<std::uint8_t[]>(pixels);
+  planes_[n] = std::make_unique_for_overwrite<std::uint8_t[]>(pixels);
   const auto mark = [&](int row, std::uint8_t* out) {
     MarkRow(*exposures_[n].frame, static_cast<std::size_t>(row) * width, width,
             sensor_.saturation_dn, out);
   };
   core::ParallelFor(height, kGrainRows, [&](std::size_t first, std::size_t last) {
     const auto begin = static_cast<int>(first), end = static_cast<int>(last);
-    const auto at = [&](int row) {
-      return clipped_.data() + static_cast<std::size_t>(row) * width;
-    };
+    const auto at = [&](int row) { return clipped_.get() + static_cast<std::size_t>(row) * width; };
     // The rows beside these are another piece's to keep.
     std::vector<std::uint8_t> above(width), below(width);
     if (begin > 0) mark(begin - 1, above.data());
@@ -127,7 +126,7 @@ void ExcludedSamples::MarkClipped(std::size_t n) {
     for (int row = begin; row < end; ++row)
       Dilate(row > begin ? at(row - 1) : above.data(), at(row),
              row + 1 < end ? at(row + 1) : below.data(), width,
-             planes_[n].data() + static_cast<std::size_t>(row) * width);
+             planes_[n].get() + static_cast<std::size_t>(row) * width);
   });
 }
 
@@ -137,7 +136,7 @@ void ExcludedSamples::FollowColumns(std::size_t n) {
   core::ParallelFor(height, kGrainRows, [&](std::size_t begin, std::size_t end) {
     std::vector<std::uint8_t> ends(width);
     for (auto row = static_cast<int>(begin); row < static_cast<int>(end); ++row) {
-      const std::uint8_t* const here = clipped_.data() + static_cast<std::size_t>(row) * width;
+      const std::uint8_t* const here = clipped_.get() + static_cast<std::size_t>(row) * width;
       const std::uint8_t* const above = row > 0 ? here - width : beyond.data();
       const std::uint8_t* const below = row + 1 < height ? here + width : beyond.data();
       MarkEnds(above, here, below, width, ends.data());
@@ -157,7 +156,7 @@ void ExcludedSamples::FollowRows(std::size_t n) {
     std::uint8_t* const seed = seeds.data() + 1;
     for (std::size_t row = begin; row < end; ++row) {
       const std::size_t first = row * width;
-      JoinTails(clipped_.data() + first, planes_[n].data() + first, width, seed);
+      JoinTails(clipped_.get() + first, planes_[n].get() + first, width, seed);
       MarkEnds(seed - 1, seed, seed + 1, width, ends.data());
       for (int column = 0; (column = NextEnd(ends, column)) < width; ++column) {
         if (!seed[column - 1]) FollowTail(n, first + column, -1, column);
@@ -174,7 +173,7 @@ void ExcludedSamples::FollowTail(std::size_t n, std::size_t from, std::ptrdiff_t
   };
   // What ran over in the next shorter exposure runs over in this one, and farther.
   int inherited = 0;
-  const bool shorter = n + 1 < planes_.size() && !planes_[n + 1].empty();
+  const bool shorter = n + 1 < planes_.size() && planes_[n + 1];
   while (shorter && inherited < room && planes_[n + 1][pixel(inherited + 1)] & kTail) ++inherited;
   int reach = inherited;
   if (inherited > 0)
@@ -215,7 +214,7 @@ ExcludedSamples::Excess ExcludedSamples::ExcessAt(std::size_t n, std::size_t pix
   if (clipped_[pixel]) return {};
   double signal = 0, k = 0, other = 0;
   for (std::size_t m = n + 1; m < exposures_.size(); ++m) {
-    if (!(k_[m] < k_[n]) || (!planes_[m].empty() && planes_[m][pixel])) continue;
+    if (!(k_[m] < k_[n]) || (planes_[m] && planes_[m][pixel])) continue;
     signal += Signal(exposures_[m], pixel);
     k += k_[m];
     other += OtherVariance(exposures_[m]);

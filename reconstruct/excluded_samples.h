@@ -18,7 +18,9 @@
 // comparison begins where it ends.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -34,9 +36,7 @@ class ExcludedSamples {
   ExcludedSamples(const SensorModel& sensor, std::span<const Exposure> longest_first);
 
   // Per pixel: not 0 is left out. Null: no sample of frame n is.
-  const std::uint8_t* Of(std::size_t n) const {
-    return planes_[n].empty() ? nullptr : planes_[n].data();
-  }
+  const std::uint8_t* Of(std::size_t n) const { return planes_[n].get(); }
 
  private:
   struct Excess {
@@ -54,8 +54,8 @@ class ExcludedSamples {
   const SensorModel& sensor_;
   std::span<const Exposure> exposures_;
   std::vector<double> k_;  // DN per electron per second of each
-  std::vector<std::vector<std::uint8_t>> planes_;
-  std::vector<std::uint8_t> clipped_;  // of the frame at hand
+  std::vector<std::unique_ptr<std::uint8_t[]>> planes_;
+  std::unique_ptr<std::uint8_t[]> clipped_;  // of the frame at hand
 };
 
 }  // namespace luxfield::reconstruct

@@ -13,9 +13,20 @@
 #include "reconstruct/dark_codes.h"
 #include "reconstruct/excluded_samples.h"
 #include "reconstruct/merge_tile.h"
+#include "reconstruct/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {
+
+// out[l] = 1 for a pixel that is a defect or, where there is a plane, left out by it.
+LUXFIELD_SIMD_CLONES void LeaveOut(const std::uint32_t* defect, const std::uint8_t* plane,
+                                   std::size_t count, std::uint8_t* out) {
+  LUXFIELD_INDEPENDENT
+  for (std::size_t l = 0; l < count; ++l) out[l] = defect[l] != 0;
+  if (!plane) return;
+  LUXFIELD_INDEPENDENT
+  for (std::size_t l = 0; l < count; ++l) out[l] |= plane[l] != 0;
+}
 
 void Check(const SensorModel& sensor, std::span<const Exposure> exposures) {
   if (exposures.empty())
@@ -181,8 +192,8 @@ void MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposur
       tile.used.clear();
       for (std::size_t n = 0; n < sorted.size(); ++n) {
         const std::uint8_t* const of_frame = excluded.Of(n);
-        for (std::size_t l = 0; l < count; ++l)
-          left_out[l] = merged->mask[pixel + l] || (of_frame && of_frame[pixel + l]) ? 1 : 0;
+        LeaveOut(merged->mask.data() + pixel, of_frame ? of_frame + pixel : nullptr, count,
+                 left_out.data());
         if (LoadSamples(sorted[n], left_out.data(), pixel, count, scales[n], model,
                         tile.exposures[n]))
           tile.used.push_back(n);
