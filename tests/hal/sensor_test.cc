@@ -137,5 +137,29 @@ TEST(Sensor, NoiseDependsOnSeedAndStreamOnly) {
   EXPECT_NE(sensor.Expose({}, 0, 0, 1, 5).value, Sensor(m, kSeed + 1).Expose({}, 0, 0, 1, 5).value);
 }
 
+TEST(Sensor, OverflowRunsAlongTheColumn) {
+  SensorModel m = Quiet();
+  m.blooming_share = 0.4;
+  m.blooming_px = 3;
+  const double full = (m.saturation_dn - m.black_dn) / m.gain_dn_per_e;  // 7800 electrons
+  constexpr int kRow = 60, kColumn = 70;
+  std::vector<float> light = Uniform(m, 0);
+  // 10 full wells, and 2 in the pixel above.
+  light[kRow * m.width + kColumn] = static_cast<float>(10 * full / 1000);
+  light[(kRow - 1) * m.width + kColumn] = static_cast<float>(2 * full / 1000);
+  const auto frame = Sensor(m, kSeed).Expose(light, 1, 0, 1, 0);
+  const double q = std::exp(-1.0 / 3);
+  for (int row = 0; row < m.height; ++row)
+    for (int column = 0; column < m.width; ++column) {
+      double electrons = light[row * m.width + column] * 1000.0;
+      for (const auto& [from, over] : {std::pair(kRow, 9 * full), std::pair(kRow - 1, full)})
+        if (column == kColumn && row != from)
+          electrons += 0.5 * 0.4 * over * (1 - q) * std::pow(q, std::abs(row - from) - 1);
+      EXPECT_NEAR(frame.value[row * m.width + column],
+                  std::min(m.black_dn + m.gain_dn_per_e * electrons, m.saturation_dn), 2e-3)
+          << row << ", " << column;
+    }
+}
+
 }  // namespace
 }  // namespace luxfield::hal::sim
