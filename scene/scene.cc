@@ -21,6 +21,8 @@ using lightfield::Length;
 using lightfield::Normalized;
 
 constexpr double kLargest_m = 1e6;  // float32 resolves 6 cm there
+constexpr double kSmallestLight_m = 1e-6;
+constexpr double kBrightest = 1e12;
 constexpr int kMaxPixels = 16384;
 constexpr int kMaxFaceSize = 8192;
 constexpr double kLargestExponent = 1e6;  // a lobe of 0.06 degrees; float32 directions resolve it
@@ -208,6 +210,42 @@ std::vector<Luminaire> ReadLuminaires(const Config& root) {
   return luminaires;
 }
 
+std::vector<AreaLight> ReadAreaLights(const Config& root) {
+  std::vector<AreaLight> lights;
+  std::set<std::string> names;
+  for (const Config& table : root.Tables("light")) {
+    AreaLight light;
+    light.name = table.Text("name", fmt::format("light {}", lights.size() + 1));
+    if (!names.insert(light.name).second)
+      table.Fail("name", "is taken", "give each light its own name");
+    const auto radiance = table.Numbers("radiance", 3);
+    for (int c = 0; c < 3; ++c) {
+      if (!(radiance[c] >= 0 && radiance[c] <= kBrightest))
+        table.Fail("radiance", fmt::format("= {} is outside [0, {:g}]", radiance[c], kBrightest),
+                   "choose a value in that range");
+      light.radiance[c] = radiance[c];
+    }
+    if (table.Choice("kind", {"rectangle", "sphere"}) == "rectangle") {
+      const auto size = table.Numbers("size", 2);
+      for (const double side : size)
+        if (!(side >= kSmallestLight_m && side <= kLargest_m))
+          table.Fail(
+              "size",
+              fmt::format("= {} is outside [{:g}, {:g}] m", side, kSmallestLight_m, kLargest_m),
+              "give the rectangle's two sides");
+      light.width_m = size[0];
+      light.height_m = size[1];
+      light.world_from_light = GetPose(table);
+    } else {
+      light.kind = AreaLightKind::kSphere;
+      light.radius_m = table.Number("radius", {kSmallestLight_m, kLargest_m});
+      light.world_from_light = Translation(GetPoint(table, "position"));
+    }
+    lights.push_back(std::move(light));
+  }
+  return lights;
+}
+
 std::optional<Environment> ReadEnvironment(const Config& root) {
   const auto table = root.OptionalTable("environment");
   if (!table) return {};
@@ -275,6 +313,7 @@ Scene ReadScene(const std::filesystem::path& path, const SceneOverrides& overrid
   scene.file = path;
   scene.camera = ReadCamera(root, overrides);
   scene.luminaires = ReadLuminaires(root);
+  scene.area_lights = ReadAreaLights(root);
   scene.environment = ReadEnvironment(root);
   GeometryReader(root, scene.geometry).Read();
   root.Finish();

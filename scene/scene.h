@@ -2,6 +2,7 @@
 // world frame.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -38,6 +39,19 @@ struct Luminaire {
   double scale = 1;  // multiplies its light
 };
 
+enum class AreaLightKind { kRectangle, kSphere };
+
+// Of one radiance L, everywhere and in all directions of its outer side. Neither seen nor in the
+// way.
+struct AreaLight {
+  std::string name;
+  AreaLightKind kind = AreaLightKind::kRectangle;
+  std::array<double, 3> radiance{};  // linear Rec. 709, in the luminaires' unit / (sr m^2)
+  Pose world_from_light;             // origin: its centre; the rectangle shines along +z
+  double width_m = 0, height_m = 0;  // rectangle: along x and y
+  double radius_m = 0;               // sphere
+};
+
 struct Environment {
   std::filesystem::path file;                           // .hdr or .exr
   std::optional<lightfield::EnvironmentLayout> layout;  // empty: the file's
@@ -51,6 +65,7 @@ struct Scene {
   Geometry geometry;
   Camera camera;
   std::vector<Luminaire> luminaires;
+  std::vector<AreaLight> area_lights;
   std::optional<Environment> environment;
 };
 

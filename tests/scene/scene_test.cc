@@ -163,6 +163,48 @@ TEST(Scene, ReadsLuminairesAndOverridesThem) {
   EXPECT_THROW(ReadScene(Write(text), overrides), InputError);
 }
 
+TEST(Scene, ReadsAreaLights) {
+  const auto scene =
+      ReadScene(Write(std::string(kCamera) +
+                      "[[light]]\nkind = \"rectangle\"\nradiance = [1, 2, 3]\nsize = [0.5, 2]\n"
+                      "position = [1, 2, 3]\nlook_at = [1, 2, 0]\nup = [0, 1, 0]\n"
+                      "[[light]]\nname = \"sun\"\nkind = \"sphere\"\nradiance = [1e6, 1e6, 0]\n"
+                      "radius = 0.25\nposition = [4, 5, 6]\n"));
+  ASSERT_EQ(scene.area_lights.size(), 2u);
+  const AreaLight &rectangle = scene.area_lights[0], &sphere = scene.area_lights[1];
+  EXPECT_EQ(rectangle.name, "light 1");
+  EXPECT_EQ(rectangle.kind, AreaLightKind::kRectangle);
+  EXPECT_THAT(rectangle.radiance, testing::ElementsAre(1, 2, 3));
+  EXPECT_EQ(rectangle.width_m, 0.5);
+  EXPECT_EQ(rectangle.height_m, 2);
+  EXPECT_NEAR(rectangle.world_from_light.Vector({0, 0, 1}).z, -1, 1e-15);
+  EXPECT_NEAR(rectangle.world_from_light.Vector({0, 1, 0}).y, 1, 1e-15);
+  EXPECT_EQ(rectangle.world_from_light.Point({}).z, 3);
+  EXPECT_EQ(sphere.name, "sun");
+  EXPECT_EQ(sphere.kind, AreaLightKind::kSphere);
+  EXPECT_EQ(sphere.radius_m, 0.25);
+  EXPECT_EQ(sphere.world_from_light.Point({}).y, 5);
+}
+
+TEST(Scene, AreaLightErrorsNameTheField) {
+  const auto light = [](const std::string& keys) {
+    return "[[light]]\nposition = [0, 0, 1]\n" + keys;
+  };
+  const std::string white = "radiance = [1, 1, 1]\n", rectangle = "kind = \"rectangle\"\n",
+                    sphere = "kind = \"sphere\"\n";
+  ExpectError(light(white + "kind = \"disc\"\n"), {"light", "kind", "disc", "sphere"});
+  ExpectError(light(white + rectangle), {"light", "size"});
+  ExpectError(light(white + rectangle + "size = [1, 0]\n"), {"size", "= 0"});
+  ExpectError(light(white + rectangle + "size = [1, 1]\nradius = 1\n"), {"radius"});
+  ExpectError(light(white + sphere), {"light", "radius"});
+  ExpectError(light(white + sphere + "radius = -1\n"), {"radius", "-1"});
+  ExpectError(light(white + sphere + "radius = 1\nrotate_deg = [0, 0, 0]\n"), {"rotate_deg"});
+  ExpectError(light("radiance = [1, -2, 1]\nradius = 1\n" + sphere), {"radiance", "-2"});
+  ExpectError(light(white + sphere + "radius = 1\nname = \"a\"\n") +
+                  light(white + sphere + "radius = 1\nname = \"a\"\n"),
+              {"name", "taken"});
+}
+
 TEST(Scene, AnEmptyWorldIsLegal) {
   const auto scene = ReadScene(Write(kCamera));
   EXPECT_TRUE(scene.geometry.triangles.empty());
