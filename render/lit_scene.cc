@@ -39,8 +39,13 @@ preprocess::Tables ReadOrBuildTables(const LoadedLightField& light_field) {
 }  // namespace
 
 LitScene::LitScene(const Device& device, const scene::Scene& scene)
-    : device_(device), camera_(scene.camera), geometry_(UploadScene(device, scene.geometry)) {
+    : device_(device),
+      camera_(scene.camera),
+      geometry_(UploadScene(device, scene.geometry)),
+      two_strategies_(device) {
   if (!scene.file.empty()) provenance_["scene_sha256"] = core::Sha256OfFile(scene.file);
+  for (const auto& light : scene.area_lights)
+    area_lights_.push_back(UploadAreaLight(device, light));
   if (scene.environment) LoadEnvironment(*scene.environment);
   std::map<std::pair<std::filesystem::path, std::filesystem::path>,
            std::shared_ptr<LoadedLightField>>

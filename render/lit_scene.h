@@ -12,10 +12,12 @@
 
 #include "lightfield/environment_sequence.h"
 #include "lightfield/light_field.h"
+#include "render/area_light.h"
 #include "render/device_scene.h"
 #include "render/environment_light.h"
 #include "render/estimators/environment.h"
 #include "render/estimators/estimator.h"
+#include "render/estimators/two_strategies.h"
 #include "scene/scene.h"
 
 namespace luxfield::render {
@@ -78,11 +80,14 @@ class LitScene {
 
   const Device& device() const { return device_; }
   const scene::Camera& camera() const { return camera_; }
+  // What lights with the area lights.
+  TwoStrategies& two_strategies() { return two_strategies_; }
   // What lights with the environment, made when first asked for.
   EnvironmentEstimator& environment_estimator();
 
   const DeviceScene& geometry() const { return geometry_; }
   const std::vector<PlacedLuminaire>& luminaires() const { return luminaires_; }
+  const std::vector<AreaLightOnDevice>& area_lights() const { return area_lights_; }
   // Null if the scene has none.
   const PlacedEnvironment* environment() const { return environment_ ? &*environment_ : nullptr; }
   lightfield::FluxUnit unit() const { return unit_; }
@@ -101,6 +106,8 @@ class LitScene {
   scene::Camera camera_;
   DeviceScene geometry_;
   std::vector<PlacedLuminaire> luminaires_;
+  std::vector<AreaLightOnDevice> area_lights_;
+  TwoStrategies two_strategies_;
   std::optional<PlacedEnvironment> environment_;
   std::optional<EnvironmentEstimator> environment_estimator_;
   lightfield::FluxUnit unit_ = lightfield::FluxUnit::kRelative;

@@ -91,6 +91,7 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
   if (options.width > 0) camera_.width = options.width;
   if (options.height > 0) camera_.height = options.height;
   scene.Require(estimator_.traits().needs, options.approximation_error);
+  if (options.knobs.strategies.everywhere) scene.Require({.cells = true});
   RequireShadows(estimator_.traits(), options.shadows);
   if (options.shadows == Shadows::kTraced)
     scene.Require(estimator_.traits().needs_for_shadows, options.approximation_error);
@@ -136,6 +137,8 @@ Frame Renderer::Render() {
       {"approximation_error", fmt::format("{}", options_.approximation_error)},
       {"knobs", options_.knobs.Text()},
       {"device", scene_.device().info().name}});
+  if (!scene_.area_lights().empty() || options_.knobs.strategies.everywhere)
+    frame.provenance["strategies"] = options_.knobs.strategies.Text();
   if (scene_.environment()) frame.provenance["environment"] = options_.knobs.environment.Text();
   for (core::Image* image : {&frame.radiance, &frame.irradiance, &frame.normal, &frame.position})
     *image = core::Image(frame.width, frame.height, 3);
@@ -281,26 +284,43 @@ void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample,
 
 void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo,
                          int pixel_sample, int pass, BandLight& light, RenderTimes& times) {
-  const int luminaires = static_cast<int>(scene_.luminaires().size());
+  const int luminaires = static_cast<int>(scene_.luminaires().size()),
+            area_lights = static_cast<int>(scene_.area_lights().size());
   const PlacedEnvironment* environment = scene_.environment();
-  const int lights = luminaires + (environment ? 1 : 0);
+  const int lights = luminaires + area_lights + (environment ? 1 : 0);
+  const DeviceBvh* bvh = options_.shadows == Shadows::kNone ? nullptr : &scene_.geometry().bvh;
+  TwoStrategies& two_strategies = scene_.two_strategies();
+  const bool everywhere = options_.knobs.strategies.everywhere;
   for (int l = 0; l < luminaires; ++l) {
     const PlacedLuminaire& luminaire = scene_.luminaires()[l];
     AddLight(
         part, albedo, pixel_sample, pass, l, lights, luminaire.scale,
         [&](const EstimatorOptions& options) {
-          estimator_.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
-                           luminaire.world_from_luminaire, options, part.lighting);
+          if (everywhere)
+            two_strategies.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
+                                 luminaire.world_from_luminaire, options, part.lighting);
+          else
+            estimator_.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
+                             luminaire.world_from_luminaire, options, part.lighting);
         },
         light, times);
   }
+  for (int l = 0; l < area_lights; ++l)
+    AddLight(
+        part, albedo, pixel_sample, pass, luminaires + l, lights, 1,
+        [&](const EstimatorOptions& options) {
+          two_strategies.Light(part.gbuffer, bvh, scene_.area_lights()[l], options, part.lighting);
+        },
+        light, times);
   if (environment)
     AddLight(
-        part, albedo, pixel_sample, pass, luminaires, lights, environment->scale,
+        part, albedo, pixel_sample, pass, lights - 1, lights, environment->scale,
         [&](const EstimatorOptions& options) {
-          scene_.environment_estimator().Light(
-              part.gbuffer, options_.shadows == Shadows::kNone ? nullptr : &scene_.geometry().bvh,
-              environment->light, options, part.lighting);
+          if (everywhere)
+            two_strategies.Light(part.gbuffer, bvh, environment->light, options, part.lighting);
+          else
+            scene_.environment_estimator().Light(part.gbuffer, bvh, environment->light, options,
+                                                 part.lighting);
         },
         light, times);
 }

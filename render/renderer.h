@@ -1,5 +1,5 @@
 // From a scene to a lit picture: primary visibility, then every luminaire through an estimator,
-// then the environment map.
+// then area lights and the environment map.
 //
 //   L(pixel) = sum over lights of scale * L_o(p),   L_o = albedo / pi * E_n(p) on Lambertian
 //   surfaces (THEORY.md 6, 7 and 8); the environment's own radiance where nothing was hit
@@ -36,7 +36,7 @@ struct RenderOptions {
   int passes = 1;
   int first_pass = 0;  // passes of the same seed and different numbers draw independently
   std::uint64_t seed = 1;
-  Shadows shadows = Shadows::kTraced;  // the environment's are traced, or none
+  Shadows shadows = Shadows::kTraced;  // of other lights than luminaires: traced, or none
   int shadow_map_size = 192;           // texels along each side of a shadow map
   // Relative error asked of what approximates without noise: the volume's table, gloss.
   double approximation_error = 2e-3;

@@ -6,28 +6,16 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "render/estimators/sampling_params.h"
 #include "render/kernels/environment_types.clh"
-#include "render/kernels/sampling_types.clh"
 
 namespace luxfield::render {
 namespace {
 
 constexpr char kPath[] = "kernels/environment.cl";
-constexpr int kInterleaved = 4;       // sets along each axis
-constexpr int kMaxSamples = 1 << 20;  // counts stay exact to 1/16 sample in float32
+constexpr int kInterleaved = 4;  // sets along each axis
 constexpr std::size_t kDrawGroup = 16;
 constexpr std::size_t kMaxSetBytes = std::size_t{256} << 20;
-
-SamplingParams MakeSampling(const EstimatorOptions& options, std::size_t pixels) {
-  SamplingParams params{};
-  params.samples = options.samples_per_pixel;
-  params.seed_lo = static_cast<std::uint32_t>(options.seed);
-  params.seed_hi = static_cast<std::uint32_t>(options.seed >> 32);
-  params.stream = options.stream;
-  params.first_pixel = options.first_pixel;
-  params.end = static_cast<int>(pixels);
-  return params;
-}
 
 EnvironmentSampling MakeEnvironmentSampling(const EstimatorOptions& options, int width) {
   const EnvironmentKnobs& knobs = options.knobs.environment;
@@ -65,11 +53,8 @@ Kernel& EnvironmentEstimator::KernelFor(bool glossy) {
 void EnvironmentEstimator::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
                                  const EnvironmentLight& light, const EstimatorOptions& options,
                                  Lighting& lighting) {
-  options.knobs.Validate();
-  if (options.samples_per_pixel < 1 || options.samples_per_pixel > kMaxSamples)
-    throw InputError(fmt::format("samples per pixel = {} must be 1 to {}",
-                                 options.samples_per_pixel, kMaxSamples));
-  const SamplingParams sampling = MakeSampling(options, gbuffer.pixel_count());
+  SamplingParams sampling = MakeSamplingParams(options);
+  sampling.end = static_cast<int>(gbuffer.pixel_count());
   const EnvironmentSampling own = MakeEnvironmentSampling(options, gbuffer.width);
   if (light.options().compensation > 0 && own.brdf_samples == 0)
     throw InputError(

@@ -7,6 +7,7 @@
 #include <charconv>
 
 #include "core/error.h"
+#include "render/kernels/sampling_types.clh"
 
 namespace luxfield::render {
 namespace {
@@ -15,7 +16,8 @@ constexpr int kMaxDepth = 64;
 const std::vector<std::string> kAllocations{"rounded", "systematic"},
     kInversions{"bisection", "secant"}, kCorrelations{"shared", "decorrelated"},
     kSequences{"halton", "sobol", "mersenne"}, kBalances{"cosine", "uniform", "energy", "none"},
-    kSets{"shared", "interleaved", "scrambled"};
+    kSets{"shared", "interleaved", "scrambled"}, kStrategiesFor{"area-lights", "all"},
+    kStrategies{"balance", "power", "maximum", "light", "brdf", "fixed", "second-order", "newton"};
 
 // Index of `value` among `choices`.
 int Choice(const std::string& name, const std::string& value,
@@ -56,6 +58,14 @@ void Knobs::Set(const std::string& assignment) {
     decorrelated = Choice(name, value, kCorrelations) == 1;
   else if (name == "sequence")
     sequence = static_cast<Sequence>(Choice(name, value, kSequences));
+  else if (name == "strategies")
+    strategies.strategies = static_cast<Strategies>(Choice(name, value, kStrategies));
+  else if (name == "strategies-for")
+    strategies.everywhere = Choice(name, value, kStrategiesFor) == 1;
+  else if (name == "light-share")
+    strategies.light_share = Number<float>(name, value);
+  else if (name == "pilot")
+    strategies.pilot = Number<int>(name, value);
   else if (name == "environment-balance")
     environment.balance = static_cast<TileBalance>(Choice(name, value, kBalances));
   else if (name == "environment-tiles")
@@ -69,7 +79,8 @@ void Knobs::Set(const std::string& assignment) {
   else
     throw InputError(
         fmt::format("unknown knob '{}'; use basis-share, brdf-share, allocation, inversion, depth, "
-                    "correlation, sequence, or environment-balance, -tiles, -sets, -brdf-share or "
+                    "correlation, sequence, strategies, strategies-for, light-share, pilot, or "
+                    "environment-balance, -tiles, -sets, -brdf-share or "
                     "-compensation",
                     name));
   Validate();
@@ -80,6 +91,16 @@ std::string Knobs::Text() const {
       "basis-share={} brdf-share={} allocation={} inversion={} depth={} correlation={} sequence={}",
       basis_share, brdf_share, kAllocations[systematic], kInversions[secant], depth,
       kCorrelations[decorrelated], kSequences[static_cast<int>(sequence)]);
+}
+
+bool IsAdaptive(Strategies strategies) {
+  return strategies == Strategies::kSecondOrder || strategies == Strategies::kNewton;
+}
+
+std::string StrategyKnobs::Text() const {
+  return fmt::format("strategies={} strategies-for={} light-share={} pilot={}",
+                     kStrategies[static_cast<int>(strategies)], kStrategiesFor[everywhere],
+                     light_share, pilot);
 }
 
 std::string EnvironmentKnobs::Text() const {
@@ -95,6 +116,12 @@ void Knobs::Validate() const {
     throw InputError(fmt::format("knob brdf-share = {} must lie in [0, 1]", brdf_share));
   if (depth < 0 || depth > kMaxDepth)
     throw InputError(fmt::format("knob depth = {} must lie in [0, {}]", depth, kMaxDepth));
+  if (!(strategies.light_share >= 0 && strategies.light_share <= 1))
+    throw InputError(
+        fmt::format("knob light-share = {} must lie in [0, 1]", strategies.light_share));
+  if (strategies.pilot < 2 || strategies.pilot > kMaxPilot || strategies.pilot % 2 != 0)
+    throw InputError(fmt::format("knob pilot = {} must be even and lie in [2, {}]",
+                                 strategies.pilot, int{kMaxPilot}));
   if (!(environment.brdf_share >= 0 && environment.brdf_share <= 1))
     throw InputError(
         fmt::format("knob environment-brdf-share = {} must lie in [0, 1]", environment.brdf_share));
@@ -109,6 +136,13 @@ std::vector<std::string> KnobHelp() {
       "thesis    depth=0..64                     steps before a straight line, 0: to the texel",
       "thesis    correlation=shared|decorrelated one sequence for all, or shifted per pixel, image",
       "thesis    sequence=halton|sobol|mersenne  sobol is scrambled",
+      "area lights:",
+      "  strategies=balance|power|maximum|light|brdf|fixed|second-order|newton   how samples that "
+      "follow a light and those that follow the BRDF are shared out and combined (newton)",
+      "  strategies-for=area-lights|all                    also for luminaires and environment, "
+      "instead of their estimators (area-lights)",
+      "  light-share=0..1                                  of fixed, samples that follow the light",
+      "  pilot=2..64                                       samples that choose the share (64)",
       "the environment map:",
       "  environment-balance=cosine|uniform|energy|none    how samples are shared out to faces",
       "  environment-tiles=1..16                           tiles along a face, each as a face (1)",

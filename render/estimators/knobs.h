@@ -9,6 +9,8 @@
 //   thesis      depth         steps of the inversion before a straight line; 0: to the texel
 //   thesis      correlation   shared | decorrelated: a shift per pixel and image
 //   thesis      sequence      halton | sobol (scrambled) | mersenne (MT19937)
+//   two strategies            strategies, strategies-for, light-share, pilot:
+//                             estimators/two_strategies.h
 //   the environment map       environment-balance, -tiles, -sets, -brdf-share, -compensation:
 //                             estimators/environment.h and environment_light.h
 #pragma once
@@ -22,6 +24,22 @@ enum class Sequence { kHalton, kSobol, kMersenne };
 
 enum class TileBalance { kCosine, kUniform, kEnergy, kNone };  // EnvironmentBalance of the kernels
 enum class SampleSets { kShared, kInterleaved, kScrambled };
+
+// What decides on samples that follow a light or the BRDF (estimators/two_strategies.h).
+enum class Strategies { kBalance, kPower, kMaximum, kLight, kBrdf, kFixed, kSecondOrder, kNewton };
+
+// Whether the share of samples is chosen by a pilot.
+bool IsAdaptive(Strategies strategies);
+
+struct StrategyKnobs {
+  Strategies strategies = Strategies::kNewton;
+  bool everywhere = false;  // else for area lights alone: other lights have estimators of their own
+  float light_share = 0.5f;  // kFixed
+  int pilot = 64;            // samples; at most half of all
+
+  // All of them as "name=value", separated by spaces.
+  std::string Text() const;
+};
 
 struct EnvironmentKnobs {
   TileBalance balance = TileBalance::kCosine;
@@ -42,11 +60,12 @@ struct Knobs {
   int depth = 0;
   bool decorrelated = false;
   Sequence sequence = Sequence::kHalton;
+  StrategyKnobs strategies{};
   EnvironmentKnobs environment{};
 
   // "depth=3". InputError for an unknown name or value.
   void Set(const std::string& assignment);
-  // All but the environment map's as "name=value", separated by spaces.
+  // All but the strategies' and the environment map's as "name=value", separated by spaces.
   std::string Text() const;
   // InputError naming the knob that is out of range.
   void Validate() const;

@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 #include "render/estimators/luminaire_params.h"
-#include "render/kernels/sampling_types.clh"
+#include "render/estimators/sampling_params.h"
 
 namespace luxfield::render {
 namespace {
@@ -16,8 +16,6 @@ constexpr std::size_t kCpuScratchBytes = std::size_t{8} << 20,
                       kScratchBytes = std::size_t{128} << 20;
 constexpr std::size_t kBatchUnit = 64;     // pixels: rows of scratch memory begin on cache lines
 constexpr int kMaxTexels = (1 << 16) - 1;  // PackSpan
-constexpr int kMaxSamples =
-    1 << 20;  // cumulative expectations stay exact to 1/16 sample in float32
 
 // The knot cells of a luminaire as the images of another: they have a box for a basis.
 LuminaireParams CellsAsImages(LuminaireParams params) {
@@ -43,13 +41,10 @@ WindowSampler::WindowSampler(const Device& device, const std::string& path,
       window_masses_(Program::Build(device, "kernels/window_masses.cl"), "WindowMasses") {}
 
 void WindowSampler::CheckOptions(const EstimatorOptions& options) {
-  if (options.samples_per_pixel < 1 || options.samples_per_pixel > kMaxSamples)
-    throw InputError(fmt::format("samples per pixel = {} must be 1 to {}",
-                                 options.samples_per_pixel, kMaxSamples));
+  MakeSamplingParams(options);
   if (!(options.max_samples_per_image >= 0))
     throw InputError(fmt::format("samples per image = {} must be above 0, or 0 for no bound",
                                  options.max_samples_per_image));
-  options.knobs.Validate();
 }
 
 Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffer,
@@ -105,13 +100,8 @@ Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffe
 bool WindowSampler::NextBatch(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
                               const Buffer& seen) {
   if (next_ >= pixel_count_) return false;
-  SamplingParams params{};
-  params.samples = options_.samples_per_pixel;
+  SamplingParams params = MakeSamplingParams(options_);
   params.max_per_image = options_.max_samples_per_image;
-  params.seed_lo = static_cast<std::uint32_t>(options_.seed);
-  params.seed_hi = static_cast<std::uint32_t>(options_.seed >> 32);
-  params.stream = options_.stream;
-  params.first_pixel = options_.first_pixel;
   params.begin = static_cast<int>(next_);
   params.end = static_cast<int>(std::min(next_ + batch_, pixel_count_));
   params.scratch_stride = static_cast<int>(batch_);

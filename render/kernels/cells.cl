@@ -5,95 +5,13 @@
 //   E = delta^2 / z^3 h^2 sum_k sum_m C_m Phi_m(y_k) (n . (u_k - p))+ V / N(y_k),
 //   N(y) = nbar_ab p_ab(y) + K_b q(y),   nbar_ab = (K - K_b) w_ab M_ab / sum w M
 //
-// are the expected samples per dy^2. Points of a cell follow the table Q, which knows the images'
-// structure and takes y as unknown, or the fit P (cell_fit.clh), which knows y and takes the images
-// as constant: p = (1 - f) Q / M + f P / integral P, the balance heuristic of Veach and Guibas
-// 1995. Where a surface is glossy, K_b of the samples follow its BRDF with density q
-// (brdf_sampling.clh).
-#include "kernels/cell_fit.clh"
+// are the expected samples per dy^2, p that of cell_proposal.clh. Where a surface is glossy, K_b of
+// the samples follow its BRDF with density q (brdf_sampling.clh).
+#include "kernels/cell_proposal.clh"
 
 #if GLOSSY
 #include "kernels/brdf_sampling.clh"
 #endif
-
-// The most that a fit is trusted where a window holds more than one texel.
-#define MOST_FITTED 0.9f
-
-inline float WeightedTotal(__constant const LuminaireParams* luminaire, const CellTables* tables,
-                           const Surface* surface, Windows windows) {
-  float total = 0.0f;
-  int cell = 0;
-  for (int b = 0; b < tables->cells.y; ++b)
-    for (int a = 0; a < tables->cells.x; ++a, ++cell)
-      total += CellCosine(luminaire, surface, a, b) * windows.masses[(size_t)cell * windows.stride];
-  return total;
-}
-
-// How points of a cell are drawn.
-typedef struct CellProposal {
-  Window window;
-  CellFit fit;
-  float fit_share;  // f
-  float mass;       // M
-  float expected;   // nbar
-} CellProposal;
-
-// Through one texel the fit is the light itself. Else it is trusted as far as its integral agrees
-// with the table's, which is that of the whole window.
-inline float FitShare(const CellFit* fit, const Window* window, float mass) {
-  if (!(fit->total > 0.0f)) return 0.0f;
-  if (window->columns.end - window->columns.begin == 1 &&
-      window->rows.end - window->rows.begin == 1)
-    return 1.0f;
-  const float ratio = fit->total * fit->width.x * fit->width.y / mass;
-  return MOST_FITTED * fmin(ratio, 1.0f / ratio);
-}
-
-inline CellProposal MakeCellProposal(__constant const LuminaireParams* luminaire,
-                                     __global const float* images, const CellTables* tables,
-                                     const Surface* surface, Windows windows, int2 cell, float mass,
-                                     float expected) {
-  CellProposal proposal;
-  proposal.window = LoadCellWindow(tables, surface, windows, cell);
-  proposal.fit = MakeCellFit(luminaire, images, surface, &proposal.window);
-  proposal.fit_share = FitShare(&proposal.fit, &proposal.window, mass);
-  proposal.mass = mass;
-  proposal.expected = expected;
-  return proposal;
-}
-
-// nbar p(y).
-inline float CellExpectation(const CellTables* tables, const CellProposal* proposal,
-                             WindowSample at) {
-  float density = 0.0f;
-  if (proposal->fit_share < 1.0f)
-    density = (1.0f - proposal->fit_share) / proposal->mass *
-              CellDensity(tables, proposal->window.m, at.column, at.row);
-  if (proposal->fit_share > 0.0f) density += proposal->fit_share * FitDensity(&proposal->fit, at.y);
-  return proposal->expected * density;
-}
-
-inline WindowSample DrawCellPoint(__constant const LuminaireParams* luminaire,
-                                  const Surface* surface, const CellProposal* proposal,
-                                  const Marginal* marginal, float2 xi) {
-  const Window* window = &proposal->window;
-  const float share = proposal->fit_share;
-  if (xi.x >= share) {
-    xi.x = (xi.x - share) / (1.0f - share);
-    return SampleWindow(window->sat, window->sat_width, &surface->x, &surface->y, marginal,
-                        window->columns, window->rows, 1.0f, xi);
-  }
-  xi.x /= share;
-  const Span c = window->columns, r = window->rows;
-  WindowSample at;
-  at.y = DrawFit(&proposal->fit, xi);
-  // What is seen ends at the window's texels, rounding or not.
-  at.column = clamp(TexelAt(&surface->x, c.low, luminaire->axis[0].texels, at.y.x, 1.0f), c.begin,
-                    c.end - 1);
-  at.row = clamp(TexelAt(&surface->y, r.low, luminaire->axis[1].texels, at.y.y, 1.0f), r.begin,
-                 r.end - 1);
-  return at;
-}
 
 // Adds a sample at a point of a cell.
 inline void AddCellSample(__constant const LuminaireParams* luminaire, __global const float* images,

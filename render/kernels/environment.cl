@@ -6,9 +6,8 @@
 // (balance heuristic, Veach 1997). beta sums to N_f: no bias, and no jump where N_f passes a whole
 // number.
 #include "kernels/brdf_draws.clh"
-#include "kernels/bvh.clh"
 #include "kernels/environment_sampling.clh"
-#include "kernels/totals.clh"
+#include "kernels/lit_point.clh"
 
 // 1: samples are counted only where they can bring light: above the horizon and of density above 0.
 #ifndef COUNT_USEFUL
@@ -39,52 +38,13 @@ __kernel void DrawSets(ENVIRONMENT_ARGUMENTS, __constant const SamplingParams* s
   draw->weight = sample.weight;
 }
 
-// A G-buffer pixel in the map's frame.
-typedef struct EnvironmentReceiver {
-  float3 position, normal;  // world
-  Brdf brdf;                // the map's frame
-} EnvironmentReceiver;
-
-inline EnvironmentReceiver MakeEnvironmentReceiver(const Environment* environment, SURFACE_ARGUMENTS,
-                                                   int pixel) {
-  EnvironmentReceiver receiver;
-  receiver.position = positions[pixel].xyz;
-  receiver.normal = normals[pixel].xyz;
-  receiver.brdf.kind = kLambert;  // for irradiance: its density is asked for, not its colour
-  receiver.brdf.albedo = (float3)(1.0f);
-  receiver.brdf.gloss = (float4)(0.0f);
-  receiver.brdf.normal = EnvironmentFromWorld(environment, receiver.normal);
-  receiver.brdf.to_eye = receiver.brdf.normal;
-#if GLOSSY
-  const float4 albedo = albedos[pixel];
-  receiver.brdf.kind = (int)albedo.w;
-  receiver.brdf.albedo = albedo.xyz;
-  receiver.brdf.gloss = glosses[pixel];
-  receiver.brdf.to_eye =
-      EnvironmentFromWorld(environment, normalize(eye.xyz - receiver.position));
-#endif
-  return receiver;
-}
-
 // Adds a sample that counts `share` times where samples are `density` a steradian.
-inline void AddEnvironmentLight(const Environment* environment, const EnvironmentReceiver* receiver,
-                                Scene scene, float3 direction, float3 radiance, float share,
-                                float density, Totals* totals) {
-  const float cosine = dot(receiver->brdf.normal, direction);
-  if (!COUNT_USEFUL) ++totals->count;
-  if (!(cosine > 0.0f && density > 0.0f)) return;
-  if (COUNT_USEFUL) ++totals->count;
-  Contribution sample;
-  sample.light = radiance * (share * cosine / density);
-#if GLOSSY
-  sample.reflected = sample.light * EvaluateBrdf(&receiver->brdf, direction);
-#endif
-  AddToUnshadowed(sample, totals);
-  if (scene.nodes &&
-      Occluded(scene.nodes, scene.triangles, ShadowOrigin(receiver->position, receiver->normal),
-               WorldFromEnvironment(environment, direction), 0.0f, MAXFLOAT))
-    return;
-  AddToVisible(sample, totals);
+inline void AddEnvironmentLight(const LitPoint* receiver, Scene scene, float3 direction,
+                                float3 radiance, float share, float density, Totals* totals) {
+  const bool useful = dot(receiver->brdf.normal, direction) > 0.0f && density > 0.0f;
+  if (useful || !COUNT_USEFUL) ++totals->count;
+  if (useful)
+    AddIncident(receiver, scene, direction, MAXFLOAT, radiance, share / density, totals);
 }
 
 // `draws` null: every pixel draws samples of its own.
@@ -96,7 +56,7 @@ __kernel void LightEnvironment(ENVIRONMENT_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_A
   if (pixel >= sampling->end || positions[pixel].w == 0.0f) return;
   const Environment environment = ENVIRONMENT;
   const Scene scene = {nodes, triangles};
-  const EnvironmentReceiver receiver = MakeEnvironmentReceiver(&environment, SURFACE(pixel));
+  const LitPoint receiver = MakeLitPoint(environment.params->rotation, SURFACE(pixel));
   const float3 normal = receiver.brdf.normal;
   const int balance = environment_sampling->balance, capacity = environment_sampling->capacity,
             ranges = RangeCount(&environment, balance),
@@ -134,7 +94,7 @@ __kernel void LightEnvironment(ENVIRONMENT_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_A
       }
       const float density = density_scale * sample.weight +
                             brdf_count * BrdfPdf(&receiver.brdf, sample.direction);
-      AddEnvironmentLight(&environment, &receiver, scene, sample.direction, sample.radiance,
+      AddEnvironmentLight(&receiver, scene, sample.direction, sample.radiance,
                           fmin(count - (float)i, 1.0f), density, &totals);
     }
   }
@@ -149,7 +109,7 @@ __kernel void LightEnvironment(ENVIRONMENT_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_A
     const float density = per_preference * light.weight *
                               TilePreference(&environment, balance, light.tile, normal) +
                           brdf_count * BrdfPdf(&receiver.brdf, direction);
-    AddEnvironmentLight(&environment, &receiver, scene, direction, light.radiance, 1.0f, density,
+    AddEnvironmentLight(&receiver, scene, direction, light.radiance, 1.0f, density,
                         &totals);
   }
   StoreScaled(&totals, 1.0f, pixel, LIGHTING);

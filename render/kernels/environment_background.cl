@@ -1,5 +1,6 @@
 // The environment as a camera sees it behind a scene.
 #include "kernels/environment_sampling.clh"
+#include "kernels/frame.clh"
 #include "kernels/pinhole.clh"
 
 // Radiance where rays hit nothing, 0 elsewhere.
@@ -13,5 +14,5 @@ __kernel void Background(ENVIRONMENT_ARGUMENTS, PinholeCamera camera,
   const Environment environment = ENVIRONMENT;
   const float3 direction = PixelDirection(&camera, column, row);
   radiance[pixel].xyz =
-      EnvironmentAt(&environment, EnvironmentFromWorld(&environment, direction)).radiance;
+      EnvironmentAt(&environment, LocalFromWorld(environment.params->rotation, direction)).radiance;
 }

@@ -1,0 +1,77 @@
+// Lights a G-buffer with samples of two strategies, those that follow a light and those that follow
+// the BRDF (THEORY.md 9).
+//
+//   E(n) = integral of L(w) (n . w)+ V(w) dw,   L_o = the same with f_r(w) under the integral
+//
+// Of samples_per_pixel N, alpha_l N follow the light with density p_l and the rest the BRDF with
+// density p_b, for every pixel and light by itself. Options::knobs.strategies:
+//
+//   strategies     alpha_l   a sample counts
+//   balance        1/2       f / (N p), p = alpha_l p_l + (1 - alpha_l) p_b (Veach and Guibas 1995)
+//   power          1/2       by the power heuristic, exponent 2
+//   maximum        1/2       by the maximum heuristic
+//   light, brdf    1, 0      f / (N p_l), f / (N p_b)
+//   fixed          given     as balance
+//   second-order   chosen    as balance
+//   newton         chosen    as balance
+//
+// A chosen alpha_l lies in [0.025, 0.975] and comes from a pilot of at most half of the samples,
+// drawn half and half; second-order takes the thesis' formula, newton the least second moment of
+// the pilot's samples (kernels/light_share.clh). The pilot counts in the result. All are unbiased.
+//
+// Of lights:
+//
+//   rectangle     p_l uniform over the solid angle it is seen under, over its area where that is
+//                 below 0.01 sr
+//   sphere        p_l uniform over its cone
+//   environment   p_l by its tables, tiles by knobs.environment.balance; samples are the pixel's
+//   own
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "render/area_light.h"
+#include "render/environment_light.h"
+#include "render/estimators/estimator.h"
+#include "render/estimators/window_sampler.h"
+
+namespace luxfield::render {
+
+class TwoStrategies {
+ public:
+  explicit TwoStrategies(const Device& device) : device_(device) {}
+
+  // Adds the light for every pixel that hit something; `bvh` null: everything is visible.
+  // `light_share`, if it is not null, receives alpha_l of those pixels, floats. Enqueues and
+  // returns. Reads samples_per_pixel, seed, stream, first_pixel, knobs.strategies and
+  // knobs.environment. A pixel's result does not depend on how pixels are split over calls. Throws
+  // InputError for options that make no sense, DeviceError.
+  void Light(const GBuffer& gbuffer, const DeviceBvh* bvh, const AreaLightOnDevice& light,
+             const EstimatorOptions& options, Lighting& lighting, const Buffer& light_share = {});
+  // Besides for an environment whose tables leave light to BRDF samples where there are none, and
+  // for sample sets that pixels share.
+  void Light(const GBuffer& gbuffer, const DeviceBvh* bvh, const EnvironmentLight& light,
+             const EstimatorOptions& options, Lighting& lighting, const Buffer& light_share = {});
+  // Besides for a luminaire without tables of cells, and a bound of samples per image.
+  void Light(const GBuffer& gbuffer, const Visibility& visibility,
+             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+             const EstimatorOptions& options, Lighting& lighting, const Buffer& light_share = {});
+
+ private:
+  Kernel& KernelFor(const std::string& light, bool glossy, const EstimatorOptions& options);
+
+  Device device_;
+  std::map<std::pair<std::string, std::string>, Kernel> kernels_;  // by light and build options
+  std::map<std::string, WindowSampler> samplers_;                  // of luminaires, by the latter
+};
+
+// How the samples that follow the map are shared out to its faces (lightfield/cube_map.h) by
+// TileBalance::kCosine: six numbers a pixel, of sum 1; 0 where nothing was hit and where no lit
+// tile is preferred.
+std::vector<float> EnvironmentFaceShares(const Device& device, const GBuffer& gbuffer,
+                                         const EnvironmentLight& light);
+
+}  // namespace luxfield::render
