@@ -5,31 +5,12 @@
 #include <algorithm>
 #include <map>
 
+#include "cli/csv.h"
 #include "cli/svg_plot.h"
 #include "core/file.h"
 
 namespace luxfield::cli {
 namespace {
-
-// Fields with a comma or a quote are quoted (RFC 4180).
-std::string Csv(const core::Json& rows) {
-  std::string text;
-  const auto cell = [](const core::Json& value) {
-    const std::string plain = value.is_string() ? value.get<std::string>() : value.dump();
-    if (plain.find_first_of(",\"\n") == std::string::npos) return plain;
-    std::string quoted = "\"";
-    for (const char c : plain) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return quoted + "\"";
-  };
-  if (rows.empty()) return text;
-  for (const auto& [key, value] : rows.front().items()) text += (text.empty() ? "" : ",") + key;
-  for (const auto& row : rows) {
-    std::string line;
-    for (const auto& [key, value] : row.items()) line += (line.empty() ? "" : ",") + cell(value);
-    text += "\n" + line;
-  }
-  return text + "\n";
-}
 
 // Rows of one scene, one kind of shadows and one surface.
 Plot TradeoffPlot(const std::vector<const core::Json*>& rows,

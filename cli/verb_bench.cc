@@ -9,6 +9,7 @@
 
 #include "cli/program.h"
 #include "cli/tradeoff_report.h"
+#include "cli/verb_bench_balance.h"
 #include "core/file.h"
 #include "core/parallel.h"
 #include "render/device.h"
@@ -445,6 +446,7 @@ void AddBench(Program& program) {
   AddSampling(program, benches);
   AddShadows(program, benches);
   AddEnvironment(program, benches);
+  AddBenchBalance(program, benches);
   AddErrors(program, benches);
   AddBudget(program, benches);
   AddFilters(program, benches);

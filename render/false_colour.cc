@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 
 #include "core/colour.h"
@@ -48,23 +49,23 @@ double RoundUp125(double value) {
   return 10 * decade;
 }
 
-void PaintPixels(cairo_surface_t* surface, const core::Image& image, FalseColourScale scale) {
+// 0xAARRGGBB of every pixel.
+void PaintPixels(cairo_surface_t* surface, const core::Image& image,
+                 const std::function<std::uint32_t(std::size_t pixel)>& argb) {
   cairo_surface_flush(surface);
   unsigned char* data = cairo_image_surface_get_data(surface);
   const int stride = cairo_image_surface_get_stride(surface);
   for (int row = 0; row < image.height; ++row) {
     auto* line = reinterpret_cast<std::uint32_t*>(data + static_cast<std::size_t>(row) * stride);
-    for (int column = 0; column < image.width; ++column) {
-      const double value = LuminanceOf(image, static_cast<std::size_t>(row) * image.width + column);
-      line[column] = value > 0 ? Argb(core::FalseColour(Position(value, scale))) : 0xFF000000u;
-    }
+    for (int column = 0; column < image.width; ++column)
+      line[column] = argb(static_cast<std::size_t>(row) * image.width + column);
   }
   cairo_surface_mark_dirty(surface);
 }
 
 struct Tick {
-  double value = 0;
-  bool labelled = false;
+  double position = 0;  // 0 at the lower end of the bar
+  std::string label;    // may be empty
 };
 
 // 1, 2, 5 of every decade, labelled as far as the labels fit `length` pixels; the ends of a scale
@@ -81,14 +82,15 @@ std::vector<Tick> MakeTicks(FalseColourScale scale, double length) {
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double value = factor * std::pow(10.0, decade);
       if (value < scale.min * 0.999 || value > scale.max * 1.001) continue;
-      ticks.push_back({value, label_all || (factor == 1.0 && decade % every == 0)});
+      const bool labelled = label_all || (factor == 1.0 && decade % every == 0);
+      ticks.push_back({Position(value, scale), labelled ? TickLabel(value) : std::string()});
     }
-  if (ticks.size() < 2) ticks = {{scale.min, true}, {scale.max, true}};
+  if (ticks.size() < 2) ticks = {{0, TickLabel(scale.min)}, {1, TickLabel(scale.max)}};
   return ticks;
 }
 
-void DrawLegend(cairo_t* cairo, double left, double height, const std::string& quantity,
-                const std::string& unit, FalseColourScale scale) {
+void DrawTitle(cairo_t* cairo, double left, double height, const std::string& quantity,
+               const std::string& unit) {
   cairo_set_source_rgb(cairo, 1, 1, 1);
   cairo_rectangle(cairo, left, 0, kLegendWidth, height);
   cairo_fill(cairo);
@@ -99,31 +101,72 @@ void DrawLegend(cairo_t* cairo, double left, double height, const std::string& q
   cairo_show_text(cairo, quantity.c_str());
   cairo_move_to(cairo, left + 6, 34);
   cairo_show_text(cairo, unit.c_str());
+}
 
+void DrawBar(cairo_t* cairo, double left, double height,
+             const std::function<core::Rgb(double position)>& colour_at,
+             const std::vector<Tick>& ticks) {
   const double top = kTitleHeight + kMargin, bottom = height - kMargin, bar = left + 10;
   for (int i = 0; i < bottom - top; ++i) {
     const double y = top + i;
-    const auto colour = core::FalseColour((bottom - y - 0.5) / (bottom - top));
+    const auto colour = colour_at((bottom - y - 0.5) / (bottom - top));
     cairo_set_source_rgb(cairo, colour[0], colour[1], colour[2]);
     cairo_rectangle(cairo, bar, y, kBarWidth, 1);
     cairo_fill(cairo);
   }
   cairo_set_source_rgb(cairo, 0, 0, 0);
   cairo_set_line_width(cairo, 1);
-  for (const Tick& tick : MakeTicks(scale, bottom - top)) {
-    const double y = bottom - Position(tick.value, scale) * (bottom - top);
+  for (const Tick& tick : ticks) {
+    const double y = bottom - tick.position * (bottom - top);
     cairo_move_to(cairo, bar + kBarWidth, y);
-    cairo_line_to(cairo, bar + kBarWidth + (tick.labelled ? 7 : 4), y);
+    cairo_line_to(cairo, bar + kBarWidth + (tick.label.empty() ? 4 : 7), y);
     cairo_stroke(cairo);
-    if (!tick.labelled) continue;
     cairo_move_to(cairo, bar + kBarWidth + 10, y + 0.35 * kFontSize);
-    cairo_show_text(cairo, TickLabel(tick.value).c_str());
+    cairo_show_text(cairo, tick.label.c_str());
+  }
+}
+
+void DrawKeys(cairo_t* cairo, double left, const std::vector<ColourKey>& keys) {
+  double y = kTitleHeight;
+  for (const ColourKey& key : keys) {
+    cairo_set_source_rgb(cairo, key.colour[0], key.colour[1], key.colour[2]);
+    cairo_rectangle(cairo, left + 10, y, kBarWidth, kFontSize);
+    cairo_fill(cairo);
+    cairo_set_source_rgb(cairo, 0, 0, 0);
+    cairo_move_to(cairo, left + 16 + kBarWidth, y + 0.85 * kFontSize);
+    cairo_show_text(cairo, key.name.c_str());
+    y += 1.5 * kFontSize;
   }
 }
 
 cairo_status_t Append(void* closure, const unsigned char* data, unsigned length) {
   static_cast<std::string*>(closure)->append(reinterpret_cast<const char*>(data), length);
   return CAIRO_STATUS_SUCCESS;
+}
+
+double BarLength(double height) { return height - kTitleHeight - 2 * kMargin; }
+
+// A PNG of the picture's pixels and, right of it, what draw_legend(cairo, height) draws.
+void WriteWithLegend(const std::filesystem::path& path, const core::Image& image,
+                     const std::function<std::uint32_t(std::size_t pixel)>& argb,
+                     const std::function<void(cairo_t* cairo, double height)>& draw_legend) {
+  const int width = image.width + kLegendWidth, height = std::max(image.height, kLeastHeight);
+  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, width, height),
+                        &cairo_surface_destroy);
+  const Context cairo(cairo_create(surface.get()), &cairo_destroy);
+  cairo_set_source_rgb(cairo.get(), 1, 1, 1);
+  cairo_paint(cairo.get());
+  if (cairo_status(cairo.get()) != CAIRO_STATUS_SUCCESS)
+    throw DeviceError(fmt::format("{}: drawing {} x {} pixels failed: {}", path.string(), width,
+                                  height, cairo_status_to_string(cairo_status(cairo.get()))));
+  PaintPixels(surface.get(), image, argb);
+  draw_legend(cairo.get(), height);
+  std::string png;
+  const cairo_status_t status = cairo_surface_write_to_png_stream(surface.get(), Append, &png);
+  if (status != CAIRO_STATUS_SUCCESS || cairo_status(cairo.get()) != CAIRO_STATUS_SUCCESS)
+    throw DeviceError(fmt::format("{}: the PNG encoder failed: {}", path.string(),
+                                  cairo_status_to_string(status)));
+  core::WriteFileAtomically(path, png);
 }
 
 }  // namespace
@@ -152,23 +195,53 @@ void WriteFalseColour(const std::filesystem::path& path, const core::Image& imag
     throw InputError(
         fmt::format("the false-colour scale {} to {} is impossible; choose 0 < min < max",
                     scale.min, scale.max));
-  const int width = image.width + kLegendWidth, height = std::max(image.height, kLeastHeight);
-  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, width, height),
-                        &cairo_surface_destroy);
-  const Context cairo(cairo_create(surface.get()), &cairo_destroy);
-  cairo_set_source_rgb(cairo.get(), 1, 1, 1);
-  cairo_paint(cairo.get());
-  if (cairo_status(cairo.get()) != CAIRO_STATUS_SUCCESS)
-    throw DeviceError(fmt::format("{}: drawing {} x {} pixels failed: {}", path.string(), width,
-                                  height, cairo_status_to_string(cairo_status(cairo.get()))));
-  PaintPixels(surface.get(), image, scale);
-  DrawLegend(cairo.get(), image.width, height, quantity, unit, scale);
-  std::string png;
-  const cairo_status_t status = cairo_surface_write_to_png_stream(surface.get(), Append, &png);
-  if (status != CAIRO_STATUS_SUCCESS || cairo_status(cairo.get()) != CAIRO_STATUS_SUCCESS)
-    throw DeviceError(fmt::format("{}: the PNG encoder failed: {}", path.string(),
-                                  cairo_status_to_string(status)));
-  core::WriteFileAtomically(path, png);
+  WriteWithLegend(
+      path, image,
+      [&](std::size_t pixel) {
+        const double value = LuminanceOf(image, pixel);
+        return value > 0 ? Argb(core::FalseColour(Position(value, scale))) : 0xFF000000u;
+      },
+      [&](cairo_t* cairo, double height) {
+        DrawTitle(cairo, image.width, height, quantity, unit);
+        DrawBar(cairo, image.width, height, &core::FalseColour,
+                MakeTicks(scale, BarLength(height)));
+      });
+}
+
+void WriteColourScale(const std::filesystem::path& path, const core::Image& image,
+                      const std::string& quantity, const std::string& unit,
+                      const ColourScale& scale) {
+  constexpr int kSteps = 4;
+  std::vector<Tick> ticks;
+  for (int k = 0; k <= kSteps; ++k) {
+    const double position = static_cast<double>(k) / kSteps;
+    ticks.push_back({position, fmt::format("{:.3g}", std::lerp(scale.min, scale.max, position))});
+  }
+  WriteWithLegend(
+      path, image,
+      [&](std::size_t pixel) {
+        const double value = image.data[pixel];
+        return std::isnan(value) ? 0xFF000000u
+                                 : Argb(scale.colour(std::clamp(
+                                       (value - scale.min) / (scale.max - scale.min), 0.0, 1.0)));
+      },
+      [&](cairo_t* cairo, double height) {
+        DrawTitle(cairo, image.width, height, quantity, unit);
+        DrawBar(cairo, image.width, height, scale.colour, ticks);
+      });
+}
+
+void WriteColourKeys(const std::filesystem::path& path, const core::Image& image,
+                     const std::string& quantity, const std::vector<ColourKey>& keys) {
+  WriteWithLegend(
+      path, image,
+      [&](std::size_t pixel) {
+        return Argb({image.plane(0)[pixel], image.plane(1)[pixel], image.plane(2)[pixel]});
+      },
+      [&](cairo_t* cairo, double height) {
+        DrawTitle(cairo, image.width, height, quantity, "");
+        DrawKeys(cairo, image.width, keys);
+      });
 }
 
 }  // namespace luxfield::render

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "core/colour.h"
 #include "core/image.h"
 #include "render/renderer.h"
 
@@ -48,6 +51,29 @@ FalseColourScale AutomaticScale(const core::Image& values);
 void WriteFalseColour(const std::filesystem::path& path, const core::Image& image,
                       const std::string& quantity, const std::string& unit,
                       FalseColourScale scale = {});
+
+// A linear scale of colours, display values in [0, 1]; `position` goes from 0 at min to 1 at max.
+struct ColourScale {
+  double min = 0, max = 1;
+  std::function<core::Rgb(double position)> colour;
+};
+
+// The single channel of `image` in these colours with a legend on the right: values beyond the
+// scale take its ends' colours, NaN is black. The PNG is as wide and high as WriteFalseColour's.
+// Throws DeviceError.
+void WriteColourScale(const std::filesystem::path& path, const core::Image& image,
+                      const std::string& quantity, const std::string& unit,
+                      const ColourScale& scale);
+
+// A colour and what it stands for.
+struct ColourKey {
+  std::string name;
+  core::Rgb colour{};
+};
+
+// Three channels of display values in [0, 1] as they are, and the keys on the right; likewise.
+void WriteColourKeys(const std::filesystem::path& path, const core::Image& image,
+                     const std::string& quantity, const std::vector<ColourKey>& keys);
 
 // "0.002", "50", "2000", "1e+06": as the legend writes them.
 std::string TickLabel(double value);

@@ -136,6 +136,10 @@ void AccuracyRequest::Validate() const {
 AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
                                const AccuracyRequest& request) {
   request.Validate();
+  if (!scene.area_lights().empty())
+    throw InputError(
+        "samples are not predicted for area lights, so that no error or time can be asked of a "
+        "scene with them; name its samples");
   if (scene.environment() && scene.luminaires().empty())
     return RenderEnvironmentToAccuracy(scene, request);
   if (scene.environment())

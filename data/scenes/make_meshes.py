@@ -386,7 +386,28 @@ def car():
     m.write("car")
 
 
+def serpent():
+    """A coiled serpent with a crest, 1.3 m wide and 0.9 m tall: surfaces of all directions, folds that hide each other."""
+    m = Mesh()
+    path, radius = [], []
+    for k in range(73):
+        t = k / 72
+        turn, lift = 4.2 * math.pi * t, 0.11 + 0.62 * t ** 1.5
+        reach = 0.52 - 0.34 * t
+        path.append((reach * math.cos(turn), reach * math.sin(turn), lift + 0.03 * math.sin(9 * turn)))
+        radius.append(0.015 + 0.095 * math.sin(math.pi * min(1, 0.06 + t * 1.02)) ** 0.5)
+    m.tube("bronze", path, radius, 12)
+    for k in range(4, 68, 3):  # crest
+        x, y, z = path[k]
+        r = radius[k]
+        m.tube("bronze", [(x, y, z + 0.8 * r), (x, y, z + r + 0.05)], [0.025, 0.004], 5)
+    x, y, z = path[-1]
+    m.sphere("bronze", (x, y, z + 0.03), (0.09, 0.12, 0.08), 18)
+    m.write("serpent")
+
+
 if __name__ == "__main__":
+    serpent()
     motorbike()
     column()
     statue()

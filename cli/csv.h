@@ -1,0 +1,14 @@
+// Rows of a bench as comma-separated values.
+#pragma once
+
+#include <string>
+
+#include "core/json.h"
+
+namespace luxfield::cli {
+
+// A line of the first row's keys, then a line a row; fields with a comma or a quote are quoted (RFC
+// 4180). Empty without rows. All rows must have the same keys.
+std::string Csv(const core::Json& rows);
+
+}  // namespace luxfield::cli

@@ -1,0 +1,59 @@
+// `luxfield bench balance`: what it is worth to choose, for every pixel and light, how many samples
+// follow the light and how many the BRDF (THEORY.md 9).
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace luxfield::study {
+
+struct BenchBalanceOptions {
+  std::vector<std::filesystem::path> scenes{"data/scenes/balance/five-lights.toml",
+                                            "data/scenes/balance/serpent-sun-behind.toml",
+                                            "data/scenes/balance/serpent-sun-front.toml",
+                                            "data/scenes/balance/occluded-ground.toml",
+                                            "data/scenes/balance/plates.toml",
+                                            "data/scenes/balance/near-plates.toml",
+                                            "data/scenes/balance/diffuse.toml",
+                                            "data/scenes/balance/mirror.toml",
+                                            "data/scenes/balance/mixed.toml",
+                                            "data/scenes/balance/corner.toml",
+                                            "data/scenes/balance/noon-balls.toml"};
+  int width = 64, height = 48;
+  int samples_per_light = 256;    // per pixel
+  int pilot = 64;                 // of them, where a share is chosen
+  int seeds = 8;                  // pictures of each strategy, at least 4
+  int reference_samples = 16000;  // per pixel and light
+  bool shadows = true;
+  bool search = true;  // shares of the light by search, the same for all pixels and for each
+  std::string device;  // as --device
+  int threads = 0;     // of an OpenCL CPU device, 0: all
+};
+
+// An object of rows:
+//
+// "rows", for each scene and strategy (balance, power, maximum, light_only, brdf_only,
+// alpha_second_order, alpha_newton): "scene", "strategy", "spp", "rel_variance", the mean over the
+// pixels that hit something of var / (b^2 + eps), var the variance of the luminance over seeds, b
+// the reference, eps = (0.01 mean b)^2; its standard error over seeds "rel_variance_se";
+// "mean_lab", against the reference; "core_s" and "wall_s", the least of lighting; "samples_per_s"
+// of wall time; "efficiency" = 1 / (rel_variance core_s) and "rel_efficiency", of which that of
+// balance is 1; and at the time that balance takes, the samples scaled by measured time:
+// "equal_time_spp", "equal_time_rel_variance", "equal_time_lab". "reference_rel_rmse" is the
+// reference's own error.
+//
+// "search": "scene", "rel_variance" of the best share of all pixels alike ("best_share"), of the
+// best of each ("of_each_pixel", chosen on half of the seeds by the variance over 3 x 3 pixels and
+// judged on the other), and of "second_order" and "newton", those of the samples that their pilot
+// left: (N^2 v - M N v_balance) / (N (N - M)), v their row's.
+//
+// "claims": the thesis' efficiency better than balance, power and maximum on every scene: "scene",
+// "over_balance", "over_power", "over_maximum", rel_efficiency of newton over theirs, their
+// standard errors "..._se", and "holds".
+//
+// Throws InputError, DeviceError.
+nlohmann::json BenchBalance(const BenchBalanceOptions& options = {});
+
+}  // namespace luxfield::study

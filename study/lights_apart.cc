@@ -1,0 +1,115 @@
+#include "study/lights_apart.h"
+
+#include <numbers>
+
+#include "core/error.h"
+#include "core/stopwatch.h"
+
+namespace luxfield::study {
+
+LightsApart::LightsApart(const render::Device& device, const scene::Scene& scene, bool shadows)
+    : scene_(device, scene), shadows_(shadows) {
+  for (const auto& luminaire : scene.luminaires) names_.push_back(luminaire.name);
+  for (const auto& light : scene.area_lights) names_.push_back(light.name);
+  if (scene.environment) names_.push_back("environment");
+  if (names_.empty())
+    throw InputError(scene.file.string(), "holds no light", "add a [[light]] or an [environment]");
+  scene_.Require({.cells = true});
+  gbuffer_ =
+      render::GBuffer(device, scene.camera.width, scene.camera.height, scene_.geometry().glossy);
+  render::PrimaryVisibility(device)
+      .Render(scene_.geometry(), scene.camera, 0, {0.5, 0.5}, gbuffer_)
+      .Wait();
+  lighting_ = render::Lighting(device, gbuffer_);
+  albedo_ = gbuffer_.albedo.Download<cl_float4>();
+  const auto position = gbuffer_.position.Download<cl_float4>();
+  for (std::size_t k = 0; k < position.size(); ++k)
+    if (position[k].s[3] != 0) hit_.push_back(k);
+}
+
+double LightsApart::ScaleOf(std::size_t light) const {
+  if (light < scene_.luminaires().size()) return scene_.luminaires()[light].scale;
+  if (light < scene_.luminaires().size() + scene_.area_lights().size()) return 1;
+  return scene_.environment()->scale;
+}
+
+void LightsApart::LightOne(std::size_t light, const StrategySetting& setting, std::uint64_t seed,
+                           const render::Buffer& light_share) {
+  render::EstimatorOptions options;
+  options.samples_per_pixel = setting.samples_per_light;
+  options.seed = seed;
+  options.stream = static_cast<std::uint32_t>(light);
+  options.knobs.strategies.strategies = setting.strategies;
+  options.knobs.strategies.light_share = setting.light_share;
+  options.knobs.strategies.pilot = setting.pilot;
+  const render::DeviceBvh* bvh = shadows_ ? &scene_.geometry().bvh : nullptr;
+  render::TwoStrategies& estimator = scene_.two_strategies();
+  const std::size_t luminaires = scene_.luminaires().size(),
+                    area_lights = scene_.area_lights().size();
+  if (light < luminaires) {
+    const auto& luminaire = scene_.luminaires()[light];
+    estimator.Light(gbuffer_, {.bvh = bvh}, luminaire.light_field->on_device,
+                    luminaire.world_from_luminaire, options, lighting_, light_share);
+  } else if (light < luminaires + area_lights) {
+    estimator.Light(gbuffer_, bvh, scene_.area_lights()[light - luminaires], options, lighting_,
+                    light_share);
+  } else {
+    estimator.Light(gbuffer_, bvh, scene_.environment()->light, options, lighting_, light_share);
+  }
+}
+
+core::Image LightsApart::Radiance(double scale) const {
+  const bool glossy = gbuffer_.glossy();
+  const auto light = (glossy ? lighting_.reflected : lighting_.irradiance).Download<cl_float4>();
+  core::Image image(static_cast<int>(hit_.size()), 1, 3);
+  for (std::size_t k = 0; k < hit_.size(); ++k)
+    for (int c = 0; c < 3; ++c) {
+      const double shown = glossy ? 1.0 : double{albedo_[hit_[k]].s[c]} * std::numbers::inv_pi;
+      image.plane(c)[k] = static_cast<float>(scale * shown * double{light[hit_[k]].s[c]});
+    }
+  return image;
+}
+
+LightsApart::Picture LightsApart::Light(const StrategySetting& setting, std::uint64_t seed) {
+  Picture picture;
+  picture.radiance = core::Image(static_cast<int>(hit_.size()), 1, 3);
+  for (std::size_t light = 0; light < names_.size(); ++light) {
+    lighting_.Clear();
+    scene_.device().Finish();
+    const core::Stopwatch stopwatch;
+    LightOne(light, setting, seed, {});
+    scene_.device().Finish();
+    picture.wall_s += stopwatch.WallSeconds();
+    picture.core_s += stopwatch.CoreSeconds();
+    const core::Image part = Radiance(ScaleOf(light));
+    for (std::size_t k = 0; k < part.data.size(); ++k) picture.radiance.data[k] += part.data[k];
+  }
+  return picture;
+}
+
+std::vector<LightsApart::Part> LightsApart::LightParts(const StrategySetting& setting,
+                                                       std::uint64_t seed) {
+  std::vector<Part> parts;
+  const render::Buffer shares(scene_.device(), gbuffer_.pixel_count() * sizeof(float));
+  for (std::size_t light = 0; light < names_.size(); ++light) {
+    lighting_.Clear();
+    LightOne(light, setting, seed, shares);
+    Part part{Radiance(ScaleOf(light)), core::Image(static_cast<int>(hit_.size()), 1, 1)};
+    const auto all = shares.Download<float>();
+    for (std::size_t k = 0; k < hit_.size(); ++k) part.light_share.data[k] = all[hit_[k]];
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+core::Image LightsApart::FaceShares() {
+  if (!scene_.environment()) return {};
+  const auto shares =
+      render::EnvironmentFaceShares(scene_.device(), gbuffer_, scene_.environment()->light);
+  core::Image image(static_cast<int>(hit_.size()), 1, 6);
+  for (std::size_t k = 0; k < hit_.size(); ++k)
+    for (int face = 0; face < 6; ++face) image.plane(face)[k] = shares[6 * hit_[k] + face];
+  return image;
+}
+
+}  // namespace luxfield::study
