@@ -2,8 +2,10 @@
 
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 
+#include "core/error.h"
 #include "core/exr.h"
 #include "core/file.h"
 
@@ -12,11 +14,14 @@ namespace {
 
 // The bytes of an image file: sessions write all their files themselves, whole or not at all.
 std::string ExrBytes(const core::Image& image) {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("luxfield-vignetting-" + std::to_string(::getpid()) + ".exr");
+  // A folder of our own: nobody can have put a link at the file's name.
+  std::string folder = (std::filesystem::temp_directory_path() / "luxfield-XXXXXX").string();
+  if (!::mkdtemp(folder.data()))
+    throw DeviceError(folder + ": cannot create the folder; free space or set TMPDIR");
+  const auto path = std::filesystem::path(folder) / "vignetting.exr";
   core::WriteExrImage(path, image);
   std::string bytes = core::ReadFile(path);
-  std::filesystem::remove(path);
+  std::filesystem::remove_all(folder);
   return bytes;
 }
 

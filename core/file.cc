@@ -120,6 +120,20 @@ void SyncFolder(const std::filesystem::path& folder) {
   if (directory.get() < 0 || ::fsync(directory.get()) != 0) FailWriting(folder, "sync folder");
 }
 
+void MakeFolder(const std::filesystem::path& folder, Access access) {
+  if (std::filesystem::is_directory(folder)) return;
+  const auto named = folder.has_filename() ? folder : folder.parent_path();  // "session/"
+  const auto above = FolderOf(named);
+  MakeFolder(above);
+  if (::mkdir(named.c_str(), access == Access::kPrivate ? 0700 : 0777) != 0)
+    FailWriting(named, "create the folder");
+  SyncFolder(above);
+}
+
+void RemoveFile(const std::filesystem::path& path) {
+  if (::unlink(path.c_str()) != 0 && errno != ENOENT) FailWriting(path, "remove");
+}
+
 void WriteAtomically(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path&)>& write) {
   const auto temporary = TemporaryBeside(path);
@@ -139,9 +153,10 @@ void WriteAtomically(const std::filesystem::path& path,
   }
 }
 
-void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes) {
+void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes, Access access) {
   WriteAtomically(path, [&](const std::filesystem::path& temporary) {
-    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC,
+                                 access == Access::kPrivate ? 0600 : 0666));
     if (file.get() < 0) FailWriting(path, "create");
     WriteAll(file.get(), bytes, path);
   });

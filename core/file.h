@@ -21,13 +21,24 @@ void ReadInPieces(const std::filesystem::path& path,
 // Writes `bytes` so that `path` holds either its old content or all of the new one, also after a
 // crash: temporary file in the same folder, fsync, rename, fsync of the folder. Throws DeviceError
 // (disk full, read-only ...); the temporary file is removed.
-void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
+// A private file is its owner's alone (0600).
+enum class Access { kUmask, kPrivate };
+void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes,
+                         Access access = Access::kUmask);
 
 // The same for writers that need a path of their own (OpenEXR, TIFF, PNG): `write` is called with
 // a temporary path beside `path` and with the same extension; when it returns the file is made
 // durable and renamed. When it throws, the temporary file is removed and the exception passed on.
 void WriteAtomically(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path& temporary)>& write);
+
+// Makes a folder, and those above it that are missing, so that they outlive a crash; nothing where
+// it exists. kPrivate: 0700, those above it as the umask has them. Throws DeviceError.
+void MakeFolder(const std::filesystem::path& folder, Access access = Access::kUmask);
+
+// Removes a file, or a link and not what it leads to; nothing where there is none. Throws
+// DeviceError. Not durable before the folder is synced.
+void RemoveFile(const std::filesystem::path& path);
 
 // Makes a rename in `folder` durable.
 void SyncFolder(const std::filesystem::path& folder);

@@ -15,7 +15,7 @@ namespace luxfield::core {
 
 FolderLock::FolderLock(const std::filesystem::path& folder) {
   const auto path = folder / "LOCK";
-  fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600);
   if (fd_ < 0)
     throw DeviceError(fmt::format("{}: cannot create: {}; check the folder's permissions",
                                   path.string(), std::strerror(errno)));

@@ -55,28 +55,31 @@ bool ParseJournalLine(std::string_view line, Json& record) {
 }
 
 JournalContent ReadJournal(const std::filesystem::path& path) {
-  const std::string bytes = ReadFile(path);
+  return ParseJournal(ReadFile(path), path.string());
+}
+
+JournalContent ParseJournal(std::string_view bytes, const std::string& file) {
   JournalContent content;
   content.head = NoLine();
   std::size_t begin = 0;
   while (begin < bytes.size()) {
     const std::size_t end = bytes.find('\n', begin);
-    const bool last = end == std::string::npos || end + 1 == bytes.size();
+    const bool last = end == std::string_view::npos || end + 1 == bytes.size();
     const std::string_view line =
-        std::string_view(bytes).substr(begin, end == std::string::npos ? end : end - begin);
+        bytes.substr(begin, end == std::string_view::npos ? end : end - begin);
     Json record;
-    const bool valid = end != std::string::npos && ParseJournalLine(line, record);
+    const bool valid = end != std::string_view::npos && ParseJournalLine(line, record);
     if (!valid && last) {
       content.torn = true;
       return content;
     }
     const std::size_t number = content.records.size() + 1;
     const char* remedy = "run `luxfield verify --salvage` on the session to keep what is intact";
-    if (!valid) throw InputError(path.string(), fmt::format("line {} is damaged", number), remedy);
+    if (!valid) throw InputError(file, fmt::format("line {} is damaged", number), remedy);
     if (record["seq"].get<std::uint64_t>() != number - 1 ||
         record["prev"].get<std::string>() != content.head)
       throw InputError(
-          path.string(),
+          file,
           fmt::format("line {} does not continue line {} (seq or prev differ)", number, number - 1),
           remedy);
     content.head = Sha256(line);
@@ -88,14 +91,14 @@ JournalContent ReadJournal(const std::filesystem::path& path) {
 }
 
 JournalWriter::JournalWriter(const std::filesystem::path& path) : path_(path), head_(NoLine()) {
-  fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
+  fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0600);
   if (fd_ < 0) FailWriting(path, "create");
   SyncFolder(path.parent_path());
 }
 
 JournalWriter::JournalWriter(const std::filesystem::path& path, const JournalContent& content)
     : path_(path), seq_(content.records.size()), head_(content.head) {
-  fd_ = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  fd_ = ::open(path.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC);
   if (fd_ < 0) FailWriting(path, "open");
   if (content.torn &&
       (::ftruncate(fd_, static_cast<off_t>(content.valid_bytes)) != 0 || ::fdatasync(fd_) != 0))

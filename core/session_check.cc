@@ -10,6 +10,8 @@
 #include "core/folder_lock.h"
 #include "core/journal.h"
 #include "core/json.h"
+#include "core/manifest.h"
+#include "core/session_path.h"
 #include "core/session_replay.h"
 
 namespace luxfield::core {
@@ -17,33 +19,45 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Empty if the file is there with this hash, else what is wrong.
-std::string FileProblem(const fs::path& path, const std::string& sha256) {
+// Empty if the session's file is there with this hash, else what is wrong.
+std::string FileProblem(const fs::path& folder, const std::string& name,
+                        const std::string& sha256) {
+  fs::path path;
+  try {
+    path = SessionFile(folder, name, folder.string());
+  } catch (const InputError& error) {
+    return error.what();
+  }
   if (!fs::is_regular_file(path)) return fmt::format("{}: is missing", path.string());
   if (Sha256OfFile(path) != sha256)
     return fmt::format("{}: differs from what was committed (SHA-256)", path.string());
   return {};
 }
 
+// What the journal's first line vouches for: name, SHA-256.
+std::vector<std::pair<std::string, std::string>> DescribingFiles(const SessionState& state) {
+  auto files = state.other_files;
+  files.emplace_back("plan.json", state.plan_sha256);
+  files.emplace_back("session.json", state.session_sha256);
+  return files;
+}
+
 void CheckManifest(const fs::path& folder, const JournalContent& journal, SessionCheck& check) {
   const auto path = folder / "manifest.json";
   try {
-    const Json manifest = ReadJson(path);
-    if (Field<std::string>(manifest, "journal_head", path.string()) != journal.head)
+    const Manifest manifest = ParseManifest(ReadFile(path), path.string());
+    if (manifest.journal_head != journal.head)
       check.problems.push_back(
           fmt::format("{}: journal_head is not the journal's last line", path.string()));
     std::set<std::string> listed;
-    for (const Json& entry : Field<Json>(manifest, "files", path.string())) {
-      const auto name = Field<std::string>(entry, "file", path.string());
-      listed.insert(name);
-      const auto problem =
-          FileProblem(folder / name, Field<std::string>(entry, "sha256", path.string()));
-      const auto bytes = Field<std::uint64_t>(entry, "bytes", path.string());
+    for (const ManifestFile& file : manifest.files) {
+      listed.insert(file.name);
+      const auto problem = FileProblem(folder, file.name, file.sha256);
       if (!problem.empty())
         check.problems.push_back(problem);
-      else if (fs::file_size(folder / name) != bytes)
+      else if (fs::file_size(folder / file.name) != file.bytes)
         check.problems.push_back(
-            fmt::format("{}: {} is listed with {} bytes", path.string(), name, bytes));
+            fmt::format("{}: {} is listed with {} bytes", path.string(), file.name, file.bytes));
     }
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
       const std::string name = fs::relative(entry.path(), folder).string();
@@ -86,14 +100,13 @@ SessionCheck VerifySession(const fs::path& folder) {
         fmt::format("{}: {}", folder.string(),
                     has_manifest ? "has a manifest although the journal is not sealed"
                                  : "was sealed but manifest.json is missing; --resume writes it"));
-  for (const auto& [name, sha256] :
-       {std::pair{"plan.json", state.plan_sha256}, std::pair{"session.json", state.session_sha256}})
-    if (const auto problem = FileProblem(folder / name, sha256); !problem.empty())
+  for (const auto& [name, sha256] : DescribingFiles(state))
+    if (const auto problem = FileProblem(folder, name, sha256); !problem.empty())
       check.problems.push_back(problem);
   SessionState intact = state;
   intact.committed.clear();
   for (const FrameRecord& record : state.committed) {
-    const auto problem = FileProblem(folder / record.file, record.sha256);
+    const auto problem = FileProblem(folder, record.file, record.sha256);
     if (!problem.empty()) {
       check.problems.push_back(problem);
       continue;
@@ -132,7 +145,7 @@ SalvageResult SalvageSession(const fs::path& folder) {
     if (type == "sealed") continue;
     if (type == "frame") {
       const FrameRecord frame = FrameFromJson(record, path.string());
-      if (!FileProblem(folder / frame.file, frame.sha256).empty()) {
+      if (!FileProblem(folder, frame.file, frame.sha256).empty()) {
         ++result.frames_lost;
         continue;
       }
@@ -145,9 +158,8 @@ SalvageResult SalvageSession(const fs::path& folder) {
                      "line 1 (session_open) is lost; no frame can be trusted without it",
                      "capture the session anew");
   const SessionState state = ReplayJournal(kept, path.string());
-  for (const auto& [name, sha256] :
-       {std::pair{"plan.json", state.plan_sha256}, std::pair{"session.json", state.session_sha256}})
-    if (const auto problem = FileProblem(folder / name, sha256); !problem.empty())
+  for (const auto& [name, sha256] : DescribingFiles(state))
+    if (const auto problem = FileProblem(folder, name, sha256); !problem.empty())
       throw InputError(problem + "; restore it from a copy, nothing can be salvaged without it");
 
   std::string journal, prev(64, '0');
@@ -162,9 +174,9 @@ SalvageResult SalvageSession(const fs::path& folder) {
   result.lines_kept = static_cast<int>(kept.size());
   for (int n = 1; result.old_journal.empty() || fs::exists(result.old_journal); ++n)
     result.old_journal = folder / fmt::format("journal.damaged-{}.jsonl", n);
-  WriteFileAtomically(result.old_journal, bytes);
-  fs::remove(folder / "manifest.json");
-  WriteFileAtomically(path, journal);
+  WriteFileAtomically(result.old_journal, bytes, Access::kPrivate);
+  RemoveFile(SessionFile(folder, "manifest.json", folder.string()));
+  WriteFileAtomically(path, journal, Access::kPrivate);
   return result;
 }
 

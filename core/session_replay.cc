@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "core/json.h"
+#include "core/session_path.h"
 
 namespace luxfield::core {
 namespace {
@@ -21,15 +22,6 @@ FrameKind KindFromName(const std::string& name, const std::string& where) {
   for (std::size_t k = 0; k < kKindNames.size(); ++k)
     if (name == kKindNames[k]) return static_cast<FrameKind>(k);
   throw InputError(where, fmt::format("kind = \"{}\" is not a frame kind", name), kRemedy);
-}
-
-// Journals come from other machines: a file name must stay inside the session.
-void CheckFileName(const std::string& file, const std::string& where) {
-  const std::filesystem::path path(file);
-  const bool climbs =
-      std::any_of(path.begin(), path.end(), [](const auto& part) { return part == ".."; });
-  if (file.empty() || path.is_absolute() || climbs)
-    throw InputError(where, fmt::format("file = \"{}\" leaves the session folder", file), kRemedy);
 }
 
 }  // namespace
@@ -80,7 +72,7 @@ FrameRecord FrameFromJson(const Json& json, const std::string& where) {
   r.flagged = Field<bool>(json, "flagged", where);
   r.file = Field<std::string>(json, "file", where);
   r.sha256 = Field<std::string>(json, "sha256", where);
-  CheckFileName(r.file, where);
+  CheckSessionFileName(r.file, where);
   const auto require = [&](bool good, const char* field, double value) {
     if (!good)
       throw InputError(where, fmt::format("{} = {} makes no sense", field, value), kRemedy);
@@ -159,6 +151,11 @@ SessionState ReplayJournal(const std::vector<Json>& records, const std::string& 
     if (type == "session_open") {
       state.plan_sha256 = Field<std::string>(record, "plan_sha256", where);
       state.session_sha256 = Field<std::string>(record, "session_sha256", where);
+      for (const auto& [name, sha256] :
+           Field<std::map<std::string, std::string>>(record, "files", where)) {
+        CheckSessionFileName(name, where);
+        state.other_files.emplace_back(name, sha256);
+      }
     } else if (type == "epoch_start") {
       state.last_epoch = Field<int>(record, "epoch", where);
     } else if (type == "frame") {

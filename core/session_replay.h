@@ -22,7 +22,8 @@ FrameRecord FrameFromJson(const nlohmann::json& json, const std::string& where);
 
 struct SessionState {
   std::string plan_sha256, session_sha256;  // of plan.json and session.json, from the first line
-  std::vector<FrameRecord> committed;       // every frame line, in order
+  std::vector<std::pair<std::string, std::string>> other_files;  // beside them: name, SHA-256
+  std::vector<FrameRecord> committed;                            // every frame line, in order
   // Brackets that were finished: position, epoch and how many frames belong to it (attempts
   // counted).
   struct Bracket {

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/journal.h"
 #include "core/json.h"
+#include "core/session_path.h"
 #include "core/session_replay.h"
 
 namespace luxfield::core {
@@ -60,7 +61,7 @@ bool SessionReader::sealed() const { return impl_->state.sealed && impl_->has_ma
 std::string SessionReader::plan_id() const { return impl_->state.plan_sha256; }
 
 RawFrame SessionReader::ReadFrame(const FrameRecord& record, bool check_hash) const {
-  const auto path = impl_->folder / record.file;
+  const auto path = SessionFile(impl_->folder, record.file, impl_->folder.string());
   const std::string bytes = ReadFile(path);
   if (check_hash && Sha256(bytes) != record.sha256)
     throw InputError(path.string(), "differs from the frame that was committed (SHA-256)",

@@ -11,6 +11,8 @@
 #include "core/folder_lock.h"
 #include "core/journal.h"
 #include "core/json.h"
+#include "core/manifest.h"
+#include "core/session_path.h"
 #include "core/session_replay.h"
 
 namespace luxfield::core {
@@ -26,12 +28,19 @@ bool IsTemporary(const fs::path& path) {
   return name.starts_with(".") && name.find(".tmp") != std::string::npos;
 }
 
-void MakeFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error)
-    throw DeviceError(
-        fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
+void WritePrivate(const fs::path& path, std::string_view bytes) {
+  WriteFileAtomically(path, bytes, Access::kPrivate);
+}
+
+// What is written to has to be inside the session.
+void RefuseLinks(const fs::path& folder) {
+  for (const char* name : {"plan.json", "session.json", "journal.jsonl", "manifest.json", "LOCK",
+                           "frames", "darks", "flats", "refs", "targets"})
+    SessionFile(folder, name, folder.string());
+}
+
+void MakeFrameFolders(const fs::path& folder) {
+  for (const char* name : kFrameFolders) MakeFolder(folder / name, Access::kPrivate);
 }
 
 // Leftovers of a killed Create are overwritten; anything else belongs to somebody.
@@ -58,11 +67,11 @@ void RemoveOrphans(const fs::path& folder, const SessionState& state) {
   for (const char* name : kFrameFolders)
     if (fs::is_directory(folder / name))
       for (const auto& entry : fs::directory_iterator(folder / name))
-        if (!known.contains(fs::path(name) / entry.path().filename()))
+        if (!entry.is_directory() && !known.contains(fs::path(name) / entry.path().filename()))
           orphans.push_back(entry.path());
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.is_regular_file() && IsTemporary(entry.path())) orphans.push_back(entry.path());
-  for (const auto& path : orphans) fs::remove_all(path);
+  for (const auto& path : orphans) RemoveFile(path);
 }
 
 std::string FrameFileName(const FrameRecord& r) {
@@ -101,22 +110,22 @@ SessionWriter SessionWriter::Create(const fs::path& folder, const Json& plan, co
   if (fs::exists(folder) && !fs::is_directory(folder))
     throw InputError(folder.string(), "is a file, not a folder",
                      "choose another name for the session");
-  MakeFolder(folder);
+  MakeFolder(folder, Access::kPrivate);
+  RefuseLinks(folder);
   if (HasSession(folder))
     throw InputError(folder.string(), "already holds a session",
                      "continue it with --resume or choose another folder");
   RefuseForeignFiles(folder, extra);
   auto impl = std::make_unique<Impl>(folder, clock);
-  for (const char* name : kFrameFolders) MakeFolder(folder / name);
+  MakeFrameFolders(folder);
   RemoveOrphans(folder, {});
-  for (const auto& [name, bytes] : extra) WriteFileAtomically(folder / name, bytes);
+  for (const auto& [name, bytes] : extra) WritePrivate(folder / name, bytes);
   const std::string plan_bytes = plan.dump(2) + "\n", session_bytes = session.dump(2) + "\n";
-  WriteFileAtomically(folder / "plan.json", plan_bytes);
-  WriteFileAtomically(folder / "session.json", session_bytes);
+  WritePrivate(folder / "plan.json", plan_bytes);
+  WritePrivate(folder / "session.json", session_bytes);
   impl->state.plan_sha256 = Sha256(plan_bytes);
   impl->state.session_sha256 = Sha256(session_bytes);
-  fs::remove(folder /
-             "journal.jsonl");  // of a Create that was killed before its first line was whole
+  RemoveFile(folder / "journal.jsonl");  // of a Create killed before its first line was whole
   impl->journal = std::make_unique<JournalWriter>(folder / "journal.jsonl");
   SessionWriter writer(std::move(impl));
   Json hashes = Json::object();
@@ -133,6 +142,7 @@ SessionWriter SessionWriter::Resume(const fs::path& folder, const Json& plan, Cl
   if (!fs::exists(path))
     throw InputError(folder.string(), "is not a session: it has no journal.jsonl",
                      "capture it without --resume");
+  RefuseLinks(folder);
   auto impl = std::make_unique<Impl>(folder, clock);
   if (fs::exists(folder / "manifest.json"))
     throw InputError(folder.string(), "is sealed: nothing is left to capture",
@@ -141,7 +151,7 @@ SessionWriter SessionWriter::Resume(const fs::path& folder, const Json& plan, Cl
   if (content.records
           .empty()) {  // killed while the first line was written: nothing was captured yet
     impl.reset();
-    fs::remove(path);
+    RemoveFile(path);
     throw InputError(folder.string(), "holds no frame yet", "capture it without --resume");
   }
   impl->state = ReplayJournal(content.records, path.string());
@@ -154,6 +164,7 @@ SessionWriter SessionWriter::Resume(const fs::path& folder, const Json& plan, Cl
   if (Sha256(plan.dump(2) + "\n") != impl->state.plan_sha256)
     throw InputError((folder / "plan.json").string(), "is another plan than the one given",
                      "resume with the plan the session was started with");
+  MakeFrameFolders(folder);
   RemoveOrphans(folder, impl->state);
   for (const FrameRecord& record : impl->state.committed) impl->files.insert(record.file);
   impl->journal = std::make_unique<JournalWriter>(path, content);
@@ -184,7 +195,7 @@ FrameRecord SessionWriter::CommitFrame(FrameRecord record, const RawFrame& frame
   while (impl_->files.contains(record.file = FrameFileName(record))) ++record.attempt;
   const std::string bytes = EncodeTiff(frame);
   record.sha256 = Sha256(bytes);
-  WriteFileAtomically(impl_->folder / record.file, bytes);
+  WritePrivate(impl_->folder / record.file, bytes);
   Json fields = FrameToJson(record);
   fields["bytes"] = bytes.size();
   fields["checks"] = checks;
@@ -218,7 +229,6 @@ void SessionWriter::Seal(const std::string& status) {
     Append("sealed", {{"status", status}, {"frames", impl_->files.size()}});
     impl_->state.sealed = true;
   }
-  Json files = Json::array();
   std::vector<std::string> names = {"plan.json", "session.json", "journal.jsonl"};
   for (const auto& entry : fs::directory_iterator(impl_->folder)) {
     const std::string name = entry.path().filename().string();
@@ -228,12 +238,11 @@ void SessionWriter::Seal(const std::string& status) {
   }
   names.insert(names.end(), impl_->files.begin(), impl_->files.end());
   std::sort(names.begin(), names.end());
+  Manifest manifest{impl_->journal->head(), {}};
   for (const auto& name : names)
-    files.push_back({{"file", name},
-                     {"bytes", fs::file_size(impl_->folder / name)},
-                     {"sha256", Sha256OfFile(impl_->folder / name)}});
-  WriteJson(impl_->folder / "manifest.json",
-            {{"journal_head", impl_->journal->head()}, {"files", files}});
+    manifest.files.push_back(
+        {name, fs::file_size(impl_->folder / name), Sha256OfFile(impl_->folder / name)});
+  WritePrivate(impl_->folder / "manifest.json", FormatManifest(manifest));
 }
 
 }  // namespace luxfield::core

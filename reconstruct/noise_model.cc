@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/json.h"
+#include "core/session_path.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -24,7 +25,7 @@ double Number(const core::Json& camera, const std::string& key, const std::strin
 
 void ReadVignetting(const std::string& name, const std::string& file,
                     const std::filesystem::path& folder, SensorModel* sensor) {
-  const std::filesystem::path path = folder / name;
+  const std::filesystem::path path = core::SessionFile(folder, name, file);
   const core::Image image = core::ReadExrImage(path);
   if (image.width != sensor->width || image.height != sensor->height || image.channels != 1)
     throw InputError(

@@ -9,7 +9,10 @@
 #include "capture/expanded_plan.h"
 #include "capture/frame_check.h"
 #include "core/error.h"
+#include "core/file.h"
 #include "core/json.h"
+#include "tests/fuzz/plan_file.h"
+#include "tests/fuzz/seeded.h"
 #include "tests/hal/test_lab.h"
 
 namespace luxfield::capture {
@@ -70,6 +73,13 @@ TEST(Plan, EveryMistakeNamesFileAndField) {
   expect(with(&PlanText::exposure, "min_s = 0.1\nmax_s = 1\nratio = 16"), "exposure.ratio");
   expect(with(&PlanText::exposure, "min_s = 0.1\nmax_s = 1\nrepeat = 2"), "exposure.repeat");
   expect(with(&PlanText::more, "[warm_up]\nwindow_s = 100\nmax_wait_s = 10"), "warm_up.max_wait_s");
+}
+
+TEST(Plan, FilesSurviveASampleOfFuzzing) {
+  std::vector<std::string> files;
+  for (const char* name : {"small", "sensor", "geometry"})
+    files.push_back(core::ReadFile(fmt::format(LUXFIELD_SOURCE_DIR "/data/plans/{}.toml", name)));
+  fuzz::Seeded(fuzz::PlanFile, files, 4000);
 }
 
 TEST(Plan, MustFitTheLab) {

@@ -19,6 +19,9 @@
 #include "core/random.h"
 #include "core/session_check.h"
 #include "core/session_writer.h"
+#include "tests/core/small_session.h"
+#include "tests/fuzz/seeded.h"
+#include "tests/fuzz/session_files.h"
 
 namespace luxfield::core {
 namespace {
@@ -32,41 +35,6 @@ fs::path NewFolder(const std::string& name) {
       fs::path(testing::TempDir()) / fmt::format("session_{}_{}_{}", name, ::getpid(), counter++);
   fs::remove_all(path);
   return path;
-}
-
-RawFrame TestFrame(int position, int exposure) {
-  RawFrame frame;
-  frame.width = 5;
-  frame.height = 3;
-  for (int pixel = 0; pixel < 15; ++pixel)
-    frame.dn.push_back(static_cast<std::uint16_t>(1000 * position + 100 * exposure + pixel));
-  return frame;
-}
-
-const Json kPlan = {{"positions", 3}};
-const Json kSession = {{"camera", {{"bits", 12}}}};
-constexpr int kPositions = 3, kExposures = 2;
-
-void CaptureRest(SessionWriter& writer) {
-  if (writer.journal_says_sealed()) return writer.Seal("done");
-  writer.StartEpoch({{"camera", "test"}});
-  FrameRecord dark;
-  dark.kind = FrameKind::kDark;
-  dark.exposure_s = dark.requested_exposure_s = 0.1;
-  writer.CommitFrame(dark, TestFrame(9, 0), {});
-  for (int i = 0; i < kPositions; ++i) {
-    if (writer.PositionComplete(i, 0)) continue;
-    for (int e = 0; e < kExposures; ++e) {
-      FrameRecord record;
-      record.i = i;
-      record.j = 0;
-      record.exposure_index = e;
-      record.exposure_s = record.requested_exposure_s = 0.1 * (1 << e);
-      writer.CommitFrame(record, TestFrame(i, e), {{"mean_dn", 1.5}});
-    }
-    writer.CompletePosition(i, 0);
-  }
-  writer.Seal("done");
 }
 
 fs::path WholeSession(const std::string& name) {
@@ -142,10 +110,7 @@ TEST(SessionStore, WhatIsWrittenIsRead) {
   ASSERT_EQ(reader.frames().size(), 1u + kPositions * kExposures);
   for (const FrameRecord& record : reader.frames()) {
     const RawFrame frame = reader.ReadFrame(record);
-    const RawFrame expected = record.kind == FrameKind::kDark
-                                  ? TestFrame(9, 0)
-                                  : TestFrame(record.i, record.exposure_index);
-    EXPECT_EQ(frame.dn, expected.dn);
+    EXPECT_EQ(frame.dn, ExpectedFrame(record).dn);
   }
   const SessionCheck check = VerifySession(folder);
   EXPECT_THAT(check.problems, testing::IsEmpty());
@@ -377,6 +342,87 @@ TEST(SessionStore, HostileRecordsAreInputErrors) {
   EXPECT_THAT(with_line("session_open", {}), HasSubstr("one session_open"));
 }
 
+TEST(SessionStore, IsPrivate) {
+  const auto folder = WholeSession("private");
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    EXPECT_EQ(entry.status().permissions() & (fs::perms::group_all | fs::perms::others_all),
+              fs::perms::none)
+        << entry.path();
+  EXPECT_EQ(fs::status(folder).permissions(), fs::perms::owner_all);
+}
+
+// On resume a session is written to and cleaned up: links must not lead either elsewhere.
+TEST(SessionStore, LinksInASessionAreRefusedAndTheirTargetsUntouched) {
+  const auto outside = NewFolder("outside");
+  for (const char* name : {"frames", "LOCK", "journal.jsonl", "plan.json"}) {
+    SCOPED_TRACE(name);
+    fs::remove_all(outside);
+    fs::create_directories(outside);
+    Overwrite(outside / "letter.txt", "dear");
+    const auto folder = WholeSession("links");
+    fs::remove(folder / "manifest.json");
+    fs::rename(folder / name, outside / name);
+    fs::create_symlink(outside / name, folder / name);
+    std::vector<std::pair<fs::path, std::string>> before;
+    for (const auto& entry : fs::recursive_directory_iterator(outside))
+      if (entry.is_regular_file()) before.emplace_back(entry.path(), ReadFile(entry.path()));
+    SimulatedClock clock;
+    EXPECT_THAT(MessageOf([&] { SessionWriter::Resume(folder, kPlan, clock); }),
+                HasSubstr("symbolic link"));
+    for (const auto& [path, bytes] : before) EXPECT_EQ(ReadFile(path), bytes) << path;
+  }
+}
+
+TEST(SessionStore, AFrameBehindALinkIsNotRead) {
+  const auto folder = WholeSession("link_frame");
+  const std::string name =
+      "frames/i001_j000_print0_channel0_exposure01_repeat0_epoch0_attempt0.tif";
+  const auto elsewhere = NewFolder("elsewhere");
+  fs::rename(folder / name, elsewhere);
+  fs::create_symlink(elsewhere, folder / name);
+  EXPECT_THAT(VerifySession(folder).problems, testing::Contains(HasSubstr("symbolic link")));
+  const SessionReader reader(folder);
+  for (const auto& record : reader.frames())
+    if (record.file == name) {
+      EXPECT_THAT(MessageOf([&] { reader.ReadFrame(record); }), HasSubstr("symbolic link"));
+    }
+}
+
+TEST(SessionStore, AManifestThatNamesFilesOutsideIsReported) {
+  const auto folder = WholeSession("escape");
+  Json manifest = ReadJson(folder / "manifest.json");
+  manifest["files"].push_back({{"file", "../../../etc/passwd"}, {"bytes", 1}, {"sha256", ""}});
+  Overwrite(folder / "manifest.json", manifest.dump());
+  EXPECT_THAT(VerifySession(folder).problems,
+              testing::Contains(HasSubstr("leaves the session folder")));
+}
+
+TEST(SessionStore, FilesBesideSessionJsonAreVouchedFor) {
+  const auto folder = NewFolder("beside");
+  SimulatedClock clock;
+  {
+    auto writer = SessionWriter::Create(folder, kPlan, kSession, {{"map.exr", "bytes"}}, clock);
+    CaptureRest(writer);
+  }
+  fs::remove(folder / "manifest.json");
+  Overwrite(folder / "map.exr", "other");
+  EXPECT_THAT(VerifySession(folder).problems, testing::Contains(HasSubstr("map.exr: differs")));
+}
+
+// The files of a session as they are written: what fuzzing begins from.
+std::string FileOfWholeSession(const char* name) {
+  const auto folder = WholeSession("fuzz");
+  return ReadFile(folder / name);
+}
+
+TEST(SessionStore, JournalsSurviveASampleOfFuzzing) {
+  fuzz::Seeded(fuzz::SessionJournal, {FileOfWholeSession("journal.jsonl")}, 4000);
+}
+
+TEST(SessionStore, ManifestsSurviveASampleOfFuzzing) {
+  fuzz::Seeded(fuzz::SessionManifest, {FileOfWholeSession("manifest.json")}, 4000);
+}
+
 // RLIMIT_FSIZE stands in for a full disk: the write fails half way with EFBIG.
 TEST(SessionStore, ADiskThatFillsUpIsADeviceErrorAndLosesNothing) {
   const auto folder = NewFolder("full");
@@ -418,16 +464,8 @@ bool CaptureKilledAt(const fs::path& folder, int step) {
     SetStorageHookForTest([&](std::string_view) {
       if (count++ == step) ::kill(::getpid(), SIGKILL);
     });
-    SimulatedClock clock;
     try {
-      if (fs::exists(folder / "manifest.json")) ::_exit(0);  // killed after the last step
-      if (SessionWriter::HasSession(folder)) {
-        auto writer = SessionWriter::Resume(folder, kPlan, clock);
-        CaptureRest(writer);
-      } else {
-        auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
-        CaptureRest(writer);
-      }
+      Capture(folder);
     } catch (...) {
       ::_exit(1);
     }
