@@ -1,0 +1,186 @@
+// Sessions on a disk that fails: every call of the commit path refused in turn, the power cut after
+// every call. Killing the process (tests/core, tests/capture) cannot show a missing fsync, as
+// the system still writes what a killed process had written.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <map>
+#include <set>
+
+#include "core/error.h"
+#include "core/session_check.h"
+#include "core/session_replay.h"
+#include "tests/core/small_session.h"
+#include "tests/storage/disk_calls.h"
+#include "tests/storage/power_failure.h"
+
+namespace luxfield::disk {
+namespace {
+
+namespace fs = std::filesystem;
+using core::Capture;
+
+// In memory where that is possible: real syncs of a real disk are slow, and prove nothing here.
+fs::path NewFolder() {
+  static int counter = 0;
+  const fs::path memory = "/dev/shm";
+  const auto path = (fs::is_directory(memory) ? memory : fs::path(testing::TempDir())) /
+                    fmt::format("luxfield_storage_{}_{}", ::getpid(), counter++);
+  fs::remove_all(path);
+  fs::create_directories(path);
+  return path;
+}
+
+// What the program was told is done is there, and right.
+void ExpectKept(const fs::path& session, const std::set<std::string>& done) {
+  if (done.empty()) return;
+  ASSERT_TRUE(core::SessionWriter::HasSession(session));
+  const core::SessionReader reader(session);
+  EXPECT_TRUE(reader.sealed() || !done.contains("sealed"));
+  std::set<std::string> there = {"sealed"};
+  for (std::size_t n = 0; n < reader.journal().size(); ++n) {
+    if (reader.journal()[n]["type"] != "frame") continue;
+    const auto record = core::FrameFromJson(reader.journal()[n], "journal");
+    EXPECT_EQ(reader.ReadFrame(record).dn, core::ExpectedFrame(record).dn) << record.file;
+    there.insert(record.file);
+  }
+  EXPECT_TRUE(std::includes(there.begin(), there.end(), done.begin(), done.end()))
+      << "lost of: " << testing::PrintToString(done);
+}
+
+// The session can be gone on with, and is whole then.
+void ExpectResumes(const fs::path& session, const std::set<std::string>& done) {
+  ExpectKept(session, done);
+  ASSERT_NO_THROW(Capture(session));
+  ExpectKept(session, done);
+  const core::SessionCheck check = core::VerifySession(session);
+  EXPECT_THAT(check.problems, testing::IsEmpty());
+  EXPECT_TRUE(check.sealed);
+  EXPECT_EQ(check.positions, core::kPositions);
+}
+
+struct FaultCase {
+  const char* name;
+  Fault fault;
+};
+
+class AFailingDisk : public testing::TestWithParam<FaultCase> {};
+
+TEST_P(AFailingDisk, LosesNothingAndTheSessionResumes) {
+  std::map<std::string, int> failed;
+  int ended = 0;
+  for (int n = 0;; ++n) {
+    const auto folder = NewFolder();
+    std::set<std::string> done;
+    FailCall(n, GetParam().fault);
+    try {
+      Capture(folder / "session", [&](const std::string& what) { done.insert(what); });
+    } catch (const Error& error) {  // typed, and tells what to do
+      EXPECT_THAT(error.what(), testing::HasSubstr(";"));
+      ++ended;
+    }
+    const Reached reached = ClearFault();
+    SCOPED_TRACE(fmt::format("call {}, {}", n, reached.failed));
+    ExpectResumes(folder / "session", done);
+    fs::remove_all(folder);
+    if (HasFailure()) return;
+    if (reached.failed.empty()) break;
+    ++failed[reached.failed];
+  }
+  int calls = 0;
+  for (const auto& [name, count] : failed) {
+    fmt::print("{} {}, ", count, name);
+    calls += count;
+  }
+  fmt::print("{}: {} of {} ended the capture, all resumed\n", GetParam().name, ended, calls);
+  EXPECT_GT(failed["write"], 15);
+  EXPECT_GT(failed["fsync"], 15);
+  EXPECT_GT(failed["fdatasync"], 10);
+}
+
+INSTANTIATE_TEST_SUITE_P(Storage, AFailingDisk,
+                         testing::Values(FaultCase{"EIO", {EIO}}, FaultCase{"ENOSPC", {ENOSPC}},
+                                         FaultCase{"EINTR", {EINTR}},
+                                         FaultCase{"EROFS_from_then_on", {EROFS, true}},
+                                         FaultCase{"ENOSPC_from_then_on", {ENOSPC, true}}),
+                         [](const auto& fault_case) { return fault_case.param.name; });
+
+// Every write comes back short, or interrupted: no reason to end.
+TEST(Storage, ShortAndInterruptedWritesAreFinished) {
+  for (const int error : {0, EINTR})
+    for (int n = 0;; ++n) {
+      const auto folder = NewFolder();
+      FailCall(n, {error});
+      Reached reached;
+      std::string ended;
+      try {
+        Capture(folder / "session");
+        reached = ClearFault();
+      } catch (const Error& failure) {
+        reached = ClearFault();
+        ended = failure.what();
+      }
+      if (reached.failed == "write" || reached.failed.empty()) {
+        EXPECT_EQ(ended, "");
+        EXPECT_THAT(core::VerifySession(folder / "session").problems, testing::IsEmpty());
+        ExpectKept(folder / "session", {"sealed"});
+      }
+      fs::remove_all(folder);
+      if (reached.failed.empty()) break;
+    }
+}
+
+// LUXFIELD_CRASHES=n tries n random outcomes of every instant instead of 2.
+TEST(Storage, PowerFailsAnywhere) {
+  const char* wanted = std::getenv("LUXFIELD_CRASHES");
+  const int outcomes = wanted ? std::atoi(wanted) : 2;
+  constexpr std::uint64_t kSeed = 20261122;
+  SCOPED_TRACE(fmt::format("seed {}", kSeed));
+  const auto root = NewFolder();
+  const auto calls = Record(root, [&] { Capture(root / "lamp/session", Mark); });
+  fs::remove_all(root);
+  core::Random random(kSeed, 0);
+  int crashes = 0;
+  std::set<std::string> done;
+  for (std::size_t count = 0; count <= calls.size(); ++count) {
+    if (count > 0 && calls[count - 1].kind == Call::Kind::kMark)
+      done.insert(calls[count - 1].bytes);
+    std::vector<Unsynced> cases = {Unsynced::kLost, Unsynced::kKept, Unsynced::kOnlyNamesKept,
+                                   Unsynced::kOnlyBytesKept};
+    cases.insert(cases.end(), static_cast<std::size_t>(outcomes), Unsynced::kRandom);
+    for (const Unsynced unsynced : cases) {
+      SCOPED_TRACE(fmt::format("after call {} of {}, case {}", count, calls.size(), int(unsynced)));
+      const auto folder = NewFolder();
+      FailPower(calls, count, unsynced, random, folder);
+      ExpectResumes(folder / "lamp/session", done);
+      fs::remove_all(folder);
+      ++crashes;
+      if (HasFailure()) return;
+    }
+  }
+  fmt::print("{} disk calls, {} power failures survived\n", calls.size(), crashes);
+  EXPECT_EQ(done.size(), 1u + core::kPositions * core::kExposures + 1);
+}
+
+// The proof can fail: a commit whose folder is never synced loses the frame it said was done.
+TEST(Storage, AMissingSyncIsFound) {
+  const auto root = NewFolder();
+  auto calls = Record(root, [&] { Capture(root / "lamp/session", Mark); });
+  fs::remove_all(root);
+  std::erase_if(calls, [](const Call& call) {
+    return call.kind == Call::Kind::kSync && call.path.ends_with("frames");
+  });
+  core::Random random(1, 0);
+  const auto folder = NewFolder();
+  FailPower(calls, calls.size(), Unsynced::kLost, random, folder);
+  EXPECT_THAT(core::VerifySession(folder / "lamp/session").problems,
+              testing::Contains(testing::HasSubstr("is missing")));
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace luxfield::disk
