@@ -134,16 +134,12 @@ class Run {
     taker_.SelectShutter("open");
   }
 
-  // Brightest signal in DN per second, from frames that only serve to find it: from the middle of
-  // the ladder down while anything is saturated, up while nothing stands out of the noise.
+  // Brightest signal in DN per second, from frames that only serve to find it.
   double ProbeRate(const FrameRecord& place) {
-    const hal::CameraCalibration& c = rig_.camera;
-    const int top = static_cast<int>(expanded_.ladder_s.size()) - 1;
-    const double dim =
-        c.black_dn + std::max(20 * c.read_noise_dn, 0.02 * (c.saturation_dn - c.black_dn));
-    bool came_down = false;
-    for (int rung = top / 2;;) {
-      taker_.Configure(rung);
+    const ProbeWalk walk{static_cast<int>(expanded_.ladder_s.size()) - 1, plan_.exposure,
+                         rig_.camera};
+    for (Probe probe = walk.First();;) {
+      taker_.Configure(probe.rung);
       const Shot shot = taker_.Shoot(place, [](const Shot&) { return std::string(); });
       const FrameStatistics& s = shot.statistics;
       session_.Append("probe", {{"i", place.i},
@@ -153,15 +149,9 @@ class Run {
                                 {"exposure_s", taker_.exposure_s()},
                                 {"brightest_dn", s.brightest_dn},
                                 {"saturated_share", s.saturated_share}});
-      const bool saturated = s.brightest_dn >= plan_.exposure.saturation_share * c.saturation_dn;
-      if (saturated && rung > 0) {
-        --rung;
-        came_down = true;
-      } else if (!saturated && !came_down && s.brightest_dn < dim && rung < top) {
-        ++rung;
-      } else {
-        return std::max(0.0, s.brightest_dn - c.black_dn) / taker_.exposure_s();
-      }
+      const auto next = walk.Next(probe, s.brightest_dn);
+      if (!next) return std::max(0.0, s.brightest_dn - rig_.camera.black_dn) / taker_.exposure_s();
+      probe = *next;
     }
   }
 

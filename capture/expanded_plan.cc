@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "capture/capture_time.h"
 #include "core/error.h"
 #include "core/json.h"
 #include "core/random.h"
@@ -168,7 +169,6 @@ std::uint64_t FrameBytes(const hal::CameraCapabilities& camera) {
 
 CaptureEstimate DryRun(const ExpandedPlan& e, const hal::Devices& devices) {
   const hal::CameraCapabilities camera = devices.camera->capabilities();
-  const hal::StageLimits stage = devices.stage->limits();
   const Plan& plan = e.plan;
   const int rungs = static_cast<int>(e.ladder_s.size()), channels = e.channels_in_turn;
   const double ladder_s =
@@ -177,26 +177,15 @@ CaptureEstimate DryRun(const ExpandedPlan& e, const hal::Devices& devices) {
   CaptureEstimate estimate;
   estimate.positions = static_cast<int>(e.positions.size());
   const int brackets = estimate.positions * e.prints * channels;
-  const int references =
-      plan.reference.every > 0
-          ? (estimate.positions + plan.reference.every - 1) / plan.reference.every + 1
-          : 0;
+  const int references = ReferenceCount(plan, estimate.positions);
   estimate.frames = brackets * rungs * plan.exposure.repeats + 2 * plan.dark_repeats * rungs +
                     references * channels;
   estimate.duration_s = brackets * (plan.exposure.repeats + 1) * ladder_s +
                         2 * plan.dark_repeats * ladder_s +
                         references * channels * e.ladder_s.front();
-  hal::Vec2 at = devices.stage->Where().setpoint;
-  const auto go = [&](hal::Vec2 to) {
-    const double way = std::max(std::abs(to.x - at.x), std::abs(to.y - at.y));
-    if (way > 0) estimate.duration_s += way / stage.speed_m_per_s + stage.settle_s;
-    estimate.stage_path_m += std::hypot(to.x - at.x, to.y - at.y);
-    at = to;
-  };
-  for (std::size_t n = 0; n < e.positions.size(); ++n) {
-    if (plan.reference.every > 0 && n % plan.reference.every == 0) go(e.reference);
-    go(e.positions[n].centre);
-  }
+  const StageTravel travel = TravelOf(e, devices.stage->limits(), devices.stage->Where().setpoint);
+  estimate.duration_s += travel.duration_s;
+  estimate.stage_path_m = travel.path_m;
   estimate.bytes = FrameBytes(camera) * static_cast<std::uint64_t>(estimate.frames);
 
   // A texel is measured where the inverse of image_from_sensor puts its centre on the sensor.

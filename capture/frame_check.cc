@@ -68,6 +68,17 @@ Rungs ChooseRungs(double rate, const std::vector<double>& ladder_s, const Exposu
   return rungs;
 }
 
+std::optional<Probe> ProbeWalk::Next(const Probe& probe, double brightest_dn) const {
+  const hal::CameraCalibration& c = calibration;
+  if (brightest_dn >= policy.saturation_share * c.saturation_dn)
+    return probe.rung > 0 ? std::optional(Probe{probe.rung - 1, true}) : std::nullopt;
+  const double dim =
+      c.black_dn + std::max(20 * c.read_noise_dn, 0.02 * (c.saturation_dn - c.black_dn));
+  if (!probe.came_down && brightest_dn < dim && probe.rung < top)
+    return Probe{probe.rung + 1, false};
+  return std::nullopt;
+}
+
 std::optional<double> LevelRatio(const core::RawFrame& frame, double exposure_s,
                                  const core::RawFrame& shorter, double shorter_exposure_s,
                                  const std::vector<char>& usable, const hal::CameraCalibration& c,

@@ -35,6 +35,22 @@ struct Rungs {
 Rungs ChooseRungs(double rate_dn_per_s, const std::vector<double>& ladder_s,
                   const ExposurePolicy& policy, const hal::CameraCalibration& calibration);
 
+// Frames that find how bright a place is, before its bracket: from the middle of the ladder down
+// while anything is saturated, up while nothing stands out of the noise.
+struct Probe {
+  int rung = 0;
+  bool came_down = false;
+};
+struct ProbeWalk {
+  int top = 0;  // the ladder's last rung
+  const ExposurePolicy& policy;
+  const hal::CameraCalibration& calibration;
+
+  Probe First() const { return {top / 2, false}; }
+  // After a frame with this brightest pixel; nothing: it is good enough.
+  std::optional<Probe> Next(const Probe& probe, double brightest_dn) const;
+};
+
 // Level of `frame` over that of `shorter`, divided by the ratio of their exposures, over pixels
 // that both show well; 1 if all is right. Nothing if too few pixels do (100) or their noise is
 // above a tenth of `tolerance`.
