@@ -22,6 +22,7 @@
 #include "study/bench_filters.h"
 #include "study/bench_merge.h"
 #include "study/bench_nearfield.h"
+#include "study/bench_plan.h"
 #include "study/bench_rigs.h"
 #include "study/bench_sampling.h"
 #include "study/bench_scale.h"
@@ -370,6 +371,27 @@ void AddBudget(Program& program, CLI::App& benches) {
       ->default_str("");
 }
 
+void AddPlanBench(Program& program, CLI::App& benches) {
+  auto how = std::make_shared<study::BenchPlanOptions>();
+  CLI::App& app = program.AddVerb(
+      benches, "plan", "Plans for a target: errors and times of captures against predicted ones",
+      [how, &program] {
+        how->seed = program.common().seed.value_or(1);
+        return InFolder(
+            study::BenchPlan, *how,
+            {"target", "sources", "family", "positions", "spacing_mm", "truncation", "noise",
+             "predicted", "observed", "ratio", "ratio_se", "capture_s", "rig_s", "wall_s"});
+      });
+  app.add_option("--lab", how->lab, "The simulated lab");
+  app.add_option("--plan", how->plan, "What the search leaves alone");
+  app.add_option("--scene", how->scene, "Whose picture the errors are of");
+  app.add_option("--target", how->targets, "Relative errors to plan for");
+  app.add_option("--runs", how->runs, "Captures of each")->check(CLI::Range(1, 1000));
+  app.add_option("--texels", how->texels, "As of plan")->check(CLI::Range(4, 1024));
+  app.add_option("--receivers", how->receivers, "As of plan")->check(CLI::Range(10, 100000));
+  app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
+}
+
 void AddTradeoff(Program& program, CLI::App& benches) {
   auto folder = std::make_shared<std::filesystem::path>("out/tradeoff");
   const auto [app, how] = AddDeviceBench<study::BenchTradeoffOptions>(
@@ -454,6 +476,7 @@ void AddBench(Program& program) {
   AddMergeBench(program, benches);
   AddExposures(program, benches);
   AddRigs(program, benches);
+  AddPlanBench(program, benches);
   AddTradeoff(program, benches);
   AddDeviceBench<CalibrateOptions>(
       program, benches, "calibrate",

@@ -1,10 +1,13 @@
 // luxfield plan PLAN --lab LAB: what a capture would do, without a device moving.
+// luxfield plan [PLAN] --lab LAB --max-error 1% --scene S: the capture that a scene needs.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <memory>
 
 #include "capture/capture.h"
 #include "cli/capture_report.h"
+#include "cli/plan_report.h"
 #include "cli/program.h"
 #include "hal/devices.h"
 
@@ -13,9 +16,15 @@ namespace {
 
 struct Options {
   std::string plan, lab;
+  std::string max_error, scene, output, report;
+  int texels = study::CapturePlannerOptions{}.texels,
+      receivers = study::CapturePlannerOptions{}.receivers;
+  bool no_capture = false;
 };
 
-core::Json Run(const Options& options) {
+core::Json DryRun(const Options& options) {
+  if (options.plan.empty())
+    throw InputError("PLAN is missing; name a plan.toml, or ask for one with --max-error");
   const core::Config config = core::Config::FromFile(options.plan);
   const hal::Devices devices = hal::MakeDevices(options.lab);
   if (capture::ReadPlanKind(config) == capture::PlanKind::kSensor)
@@ -27,15 +36,97 @@ core::Json Run(const Options& options) {
   return PrintDryRun(capture::ExpandPlan(capture::ReadPlan(config), devices), devices);
 }
 
+// Goes with what is in it, whatever happens.
+struct ScratchFolder {
+  std::filesystem::path path =
+      std::filesystem::temp_directory_path() / fmt::format("luxfield-plan-{}", ::getpid());
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+};
+
+// X.lab.toml of X.toml: the lab with the plan's filters in its holder.
+std::filesystem::path LabBeside(const std::string& plan_toml) {
+  return std::filesystem::path(plan_toml).replace_extension(".lab.toml");
+}
+
+core::Json ForTarget(const Options& options, std::uint64_t seed) {
+  if (options.scene.empty())
+    throw InputError("--max-error needs a --scene: the error is that of its picture");
+  if (!options.output.empty()) RequireExtension(options.output, ".toml", "--output");
+  if (!options.report.empty()) RequireExtension(options.report, ".html", "--report");
+  study::PlanForTargetOptions target;
+  target.max_rel_error = ParseQuantity(options.max_error, "--max-error", {{"%", 0.01}});
+  if (!(target.max_rel_error > 0 && target.max_rel_error < 1))
+    throw InputError(fmt::format("--max-error {} is not between 0 and 100 %", options.max_error));
+  target.capture = !options.no_capture;
+  target.seed = seed;
+  const ScratchFolder scratch;
+  target.folder = scratch.path;
+
+  study::CapturePlannerOptions how;
+  how.lab = options.lab;
+  how.scene = options.scene;
+  how.texels = options.texels;
+  how.receivers = options.receivers;
+  how.seed = seed;
+  if (!options.plan.empty()) how.base = capture::ReadPlan(std::filesystem::path(options.plan));
+  how.base.name =
+      std::filesystem::path(options.scene).stem().string() + " within " + options.max_error;
+  const study::CapturePlanner planner(how);
+  const study::PlanForTarget answer = study::FindPlan(planner, target);
+
+  const PlanQuestion question{options.lab, options.scene, target.max_rel_error,
+                              planner.truth_error(), planner.samples_error()};
+  core::Json json = PrintPlanForTarget(question, answer);
+  if (!options.report.empty()) WritePlanReport(question, answer, options.report);
+  if (!answer.recommended)
+    throw InputError(fmt::format("--max-error {}: {}", options.max_error, answer.limit));
+  if (!options.output.empty()) {
+    const auto lab = LabBeside(options.output);
+    planner.WritePlanAndLab(*answer.recommended, options.output, lab);
+    fmt::print("{}: the plan; {}: the lab with its filter\n", options.output, lab.string());
+  }
+  return json;
+}
+
 }  // namespace
 
 void AddPlan(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb =
-      program.AddVerb("plan", "Expand a plan against a lab: positions, exposures, time, bytes",
-                      [options] { return Run(*options); });
-  verb.add_option("PLAN", options->plan, "The plan.toml")->required();
+  CLI::App& verb = program.AddVerb(
+      "plan",
+      "Expand a plan against a lab: positions, exposures, time, bytes; or find the plan that a "
+      "scene needs for an error",
+      [options, &program] {
+        return options->max_error.empty() ? DryRun(*options)
+                                          : ForTarget(*options, program.common().seed.value_or(1));
+      });
+  verb.add_option("PLAN", options->plan,
+                  "The plan.toml; with --max-error what the search leaves alone: unit, darks, "
+                  "references, warm-up");
   verb.add_option("--lab", options->lab, "The lab.toml it is for")->required();
+  verb.add_option("--max-error", options->max_error,
+                  "Largest relative RMSE of the irradiance of the scene's picture, 1%: finds the "
+                  "fastest plan on the simulated lab");
+  verb.add_option("--scene", options->scene,
+                  "With --max-error: the scene.toml that the lab's lamp is to light");
+  verb.add_option("-o,--output", options->output,
+                  "With --max-error: the plan.toml to write; X.lab.toml, the lab with its filter, "
+                  "beside it");
+  verb.add_option("--report", options->report,
+                  "With --max-error: an .html page with the curve of time against accuracy, which "
+                  "is also written as .svg");
+  verb.add_option("--texels", options->texels,
+                  "With --max-error: texels along the longer side of the images, at most")
+      ->check(CLI::Range(4, 1024));
+  verb.add_option("--receivers", options->receivers,
+                  "With --max-error: places of the picture that errors are taken over, per "
+                  "luminaire")
+      ->check(CLI::Range(10, 100000));
+  verb.add_flag("--no-capture", options->no_capture,
+                "With --max-error: by prediction alone, without a simulated capture");
 }
 
 }  // namespace luxfield::cli

@@ -4,6 +4,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "core/error.h"
@@ -21,6 +22,17 @@ toml::table Parse(const std::filesystem::path& lab) {
         fmt::format("line {}: {}", error.source().begin.line, std::string(error.description())),
         "mend the TOML syntax there");
   }
+}
+
+// The variant may lie in another folder.
+void Write(toml::table table, const std::filesystem::path& lab,
+           const std::filesystem::path& variant) {
+  if (toml::table* lamp = table["lamp"].as_table())
+    if (const auto file = (*lamp)["file"].value<std::string>())
+      lamp->insert_or_assign("file", std::filesystem::absolute(lab.parent_path() / *file).string());
+  std::ostringstream text;
+  text << table << '\n';
+  core::WriteFileAtomically(variant, text.str());
 }
 
 }  // namespace
@@ -61,12 +73,28 @@ void WriteLabVariant(const std::filesystem::path& lab, const std::vector<std::st
     }
   }
   if (toml::table* head = table["lab"].as_table()) head->insert_or_assign("ideal", ideal);
-  if (toml::table* lamp = table["lamp"].as_table())
-    if (const auto file = (*lamp)["file"].value<std::string>())
-      lamp->insert_or_assign("file", std::filesystem::absolute(lab.parent_path() / *file).string());
-  std::ostringstream text;
-  text << table << '\n';
-  core::WriteFileAtomically(variant, text.str());
+  Write(std::move(table), lab, variant);
+}
+
+void WriteLabWithFilter(const std::filesystem::path& lab, const LabFilter& filter,
+                        const std::filesystem::path& variant) {
+  constexpr std::int64_t kFewest = 3, kMost = 64;  // what the simulated lab takes
+  toml::table table = Parse(lab);
+  const double before_m = table["filter"]["spacing_m"].value_or(filter.spacing_m);
+  const auto nodes = static_cast<double>(table["sampling"]["u_per_cell"].value_or(kFewest));
+  toml::table filters{{"kind", filter.dual ? "dual" : "basis"},
+                      {"basis", filter.basis.name()},
+                      {"spacing_m", filter.spacing_m}};
+  if (filter.basis.kind == lightfield::BasisKind::kQuadratic)
+    filters.insert_or_assign("basis_a", filter.basis.a);
+  if (!filter.dual) filters.insert_or_assign("scale", filter.scale);
+  table.insert_or_assign("filter", std::move(filters));
+  toml::table sampling =
+      table["sampling"].as_table() ? *table["sampling"].as_table() : toml::table{};
+  const auto wanted = static_cast<std::int64_t>(std::ceil(nodes * filter.spacing_m / before_m));
+  sampling.insert_or_assign("u_per_cell", std::clamp(wanted, kFewest, kMost));
+  table.insert_or_assign("sampling", std::move(sampling));
+  Write(std::move(table), lab, variant);
 }
 
 std::vector<double> ReadLabNumbers(const std::filesystem::path& lab, const std::string& source,

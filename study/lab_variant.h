@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "lightfield/basis.h"
+
 namespace luxfield::study {
 
 // Names of all [errors.*] tables of a lab file.
@@ -22,6 +24,16 @@ struct LabNumbers {
 void WriteLabVariant(const std::filesystem::path& lab, const std::vector<std::string>& enabled,
                      bool ideal, const std::filesystem::path& variant,
                      const std::vector<LabNumbers>& numbers = {});
+
+// Writes `lab` to `variant` with another filter in its holder, and its light sampled about as
+// finely per metre of F as before (sampling.u_per_cell). As above for the lamp's file.
+struct LabFilter {
+  bool dual = false;
+  lightfield::Basis basis;
+  double spacing_m = 0, scale = 1;
+};
+void WriteLabWithFilter(const std::filesystem::path& lab, const LabFilter& filter,
+                        const std::filesystem::path& variant);
 
 // errors.SOURCE.KEY as the lab file has it, whether enabled or not; absent: empty.
 std::vector<double> ReadLabNumbers(const std::filesystem::path& lab, const std::string& source,

@@ -1,0 +1,26 @@
+// What `plan --max-error` shows: a table on the terminal, a page with the curve of capture time
+// against accuracy.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/json.h"
+#include "study/plan_for_target.h"
+
+namespace luxfield::cli {
+
+// What was asked, and what the answer's numbers are good to.
+struct PlanQuestion {
+  std::string lab, scene;
+  double max_rel_error = 0;
+  double truth_error = 0, samples_error = 0;
+};
+
+core::Json PrintPlanForTarget(const PlanQuestion& question, const study::PlanForTarget& answer);
+
+// X.html, and X.svg beside it with the curve alone.
+void WritePlanReport(const PlanQuestion& question, const study::PlanForTarget& answer,
+                     const std::filesystem::path& html);
+
+}  // namespace luxfield::cli

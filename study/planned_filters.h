@@ -1,0 +1,48 @@
+// What filters on a grid would measure of a sampled lamp, and what that measurement would give a
+// scene: the error that the model leaves, and how noise of the images gets into it.
+#pragma once
+
+#include <vector>
+
+#include "lightfield/light_field.h"
+#include "preprocess/light_vector_volume.h"
+#include "study/relative_error.h"
+#include "study/sampled_lamp.h"
+
+namespace luxfield::study {
+
+struct PlannedFilters {
+  bool dual = false;
+  lightfield::BasisGrid grid;
+  lightfield::Lattice lattice;  // whole texels of the sampled lamp's
+
+  // Prints with full transmittance at the peak: 1 / peak^2, 1 for dual filters.
+  double print_scale() const;
+  int prints() const { return dual ? 2 : 1; }
+  // E_ij = sum over prints of factor * the print's image (THEORY.md 3).
+  std::vector<double> print_factors() const;
+};
+
+// Irradiance on I behind every print at every position, images[print][m * texels + texel], with the
+// lamp constant over the cells of its samples: separable integrals of the filters over the cells,
+// rounded to float32, sums in float32 (1e-5 of an image's largest value).
+std::vector<std::vector<float>> FilterImages(const SampledLamp& samples,
+                                             const PlannedFilters& filters);
+
+// Of the irradiances that a picture's receivers get from the light field reconstructed from the
+// images, Q_r = sum w_r E (THEORY.md 4 and 7):
+struct FilterJudgement {
+  RelativeError truncation;  // of Q_r against the truth
+  // [m * texels + texel]: mean over receivers of w_r^2, over the squared mean of the truth. Summed
+  // with the variances of E it is the squared relative RMSE that noise adds.
+  std::vector<float> noise_weight;
+};
+
+// `truth` per receiver. The weights are those of the closed form through the inverse Gram matrices
+// (the dual filters' 1 / h^2), separable per receiver, in double. A receiver whose horizon cuts the
+// supports is taken as if it did not; one that faces away is dark.
+FilterJudgement Judge(const std::vector<std::vector<float>>& images, const PlannedFilters& filters,
+                      double delta_m, const std::vector<preprocess::Receiver>& receivers,
+                      const std::vector<double>& truth);
+
+}  // namespace luxfield::study
