@@ -30,7 +30,6 @@ using render::TileBalance;
 
 constexpr std::uint64_t kSeed = 3, kReferenceSeed = 1003;
 constexpr int kOrientations = 24, kOrientationSamples = 64;
-constexpr int kCopies = 4096, kSeedsOfSets = 256;  // for each orientation
 
 struct Map {
   std::string name;
@@ -163,21 +162,21 @@ std::vector<cl_float4> EdgeOrientations() {
 }
 
 // Pixels and seeds that draw independently: pixels with samples of their own are as good as seeds,
-// and so are the sets of 4 x 4 pixels.
+// and so are the sets of 4 x 4 pixels. Seeds cost a launch each.
 struct Copies {
   int width, height, seeds;
 };
-Copies CopiesOf(SampleSets sets) {
-  if (sets == SampleSets::kScrambled) return {kCopies, 1, 1};
-  if (sets == SampleSets::kInterleaved) return {4, 4, kSeedsOfSets};
-  return {1, 1, kSeedsOfSets};
+Copies CopiesOf(SampleSets sets, int copies) {
+  if (sets == SampleSets::kScrambled) return {copies, 1, 1};
+  if (sets == SampleSets::kInterleaved) return {4, 4, copies / 16};
+  return {1, 1, copies / 16};
 }
 
 // Luminance of the irradiance, drawn independently so many times for each normal.
 using Draws = std::vector<std::vector<double>>;
 Draws DrawIrradiance(Bench& bench, const render::EnvironmentLight& light, const Setting& setting,
-                     const std::vector<cl_float4>& normals) {
-  const auto [width, height, seeds] = CopiesOf(setting.knobs.sets);
+                     const std::vector<cl_float4>& normals, int copies) {
+  const auto [width, height, seeds] = CopiesOf(setting.knobs.sets, copies);
   const std::size_t pixels = static_cast<std::size_t>(width) * height;
   const cl_float4 origin{{0, 0, 0, 1}};
   Draws draws(normals.size());
@@ -223,7 +222,7 @@ double Worst(const std::vector<double>& z) {
 }
 
 // Rows of a map; its z-values are appended to `pool`, those on edges to `edge_pool`.
-nlohmann::json MapRows(Bench& bench, const Map& map, std::vector<double>& pool,
+nlohmann::json MapRows(Bench& bench, const Map& map, int copies, std::vector<double>& pool,
                        std::vector<double>& edge_pool) {
   const auto normals = Orientations(), edges = EdgeOrientations();
   const auto scrambled = SampleSets::kScrambled;
@@ -240,8 +239,10 @@ nlohmann::json MapRows(Bench& bench, const Map& map, std::vector<double>& pool,
            {"cosine, interleaved", {TileBalance::kCosine, 1, SampleSets::kInterleaved}}}) {
     const Setting setting{name, knobs, kOrientationSamples};
     const auto light = Show(bench, map.cube, knobs);
-    const auto z = ZValues(map.cube, normals, DrawIrradiance(bench, light, setting, normals)),
-               edge_z = ZValues(map.cube, edges, DrawIrradiance(bench, light, setting, edges));
+    const auto z = ZValues(map.cube, normals,
+                           DrawIrradiance(bench, light, setting, normals, copies)),
+               edge_z =
+                   ZValues(map.cube, edges, DrawIrradiance(bench, light, setting, edges, copies));
     pool.insert(pool.end(), z.begin(), z.end());
     edge_pool.insert(edge_pool.end(), edge_z.begin(), edge_z.end());
     rows.push_back({{"map", map.name},
@@ -448,9 +449,10 @@ nlohmann::json TableRows(const Bench& bench, const BenchEnvironmentOptions& opti
 nlohmann::json BenchEnvironment(const BenchEnvironmentOptions& options) {
   if (std::min({options.face_size, options.width, options.height, options.error_width,
                 options.error_height, options.seeds}) < 1 ||
-      options.repeats < 0 || options.reference_samples < 2)
+      options.copies < 32 || options.repeats < 0 || options.reference_samples < 2)
     throw InputError(
-        "bench environment: sizes and seeds must be at least 1, repeats at least 0, samples of a "
+        "bench environment: sizes and seeds must be at least 1, copies at least 32, repeats at "
+        "least 0, samples of a "
         "reference at least 2");
   if (options.face_size % 4 != 0)
     throw InputError("bench environment: the face size must be a multiple of 4, for its tiles");
@@ -465,7 +467,8 @@ nlohmann::json BenchEnvironment(const BenchEnvironmentOptions& options) {
   std::vector<double> z, edge_z;
   for (const Map& map : maps) {
     if (wanted("maps"))
-      for (const auto& row : MapRows(bench, map, z, edge_z)) result["maps"].push_back(row);
+      for (const auto& row : MapRows(bench, map, options.copies, z, edge_z))
+        result["maps"].push_back(row);
     if (wanted("balance"))
       for (const auto& row : BalanceRows(bench, map, options)) result["balance"].push_back(row);
   }

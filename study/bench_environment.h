@@ -17,6 +17,9 @@ struct BenchEnvironmentOptions {
   int width = 1024, height = 768;                    // of the pictures that are timed
   std::vector<int> samples_per_pixel{64, 256, 600};  // of them
   int error_width = 192, error_height = 144;         // of the pictures whose errors are compared
+  // Independent draws of the irradiance for each orientation; a 16th as many seeds of shared and
+  // interleaved sets.
+  int copies = 4096;
   int reference_samples = 8192;  // per pixel of both halves of a reference together
   int seeds = 8;                 // pictures that errors are averaged over
   int repeats = 3;               // the least time counts; 0: nothing is timed

@@ -23,6 +23,7 @@ namespace {
 TEST(BenchEnvironment, BalancingIsWorthIt) {
   BenchEnvironmentOptions options;
   options.face_size = 32;
+  options.copies = 1024;
   options.error_width = 32;
   options.error_height = 24;
   options.reference_samples = 2048;
