@@ -1,5 +1,5 @@
-// A photograph of a mirroring ball, ray-traced and taken by the simulated sensor through ND
-// filters, becomes the map that lit it: files, merge, fit, resampling.
+// A photograph of a mirroring ball or through a fisheye, ray-traced and taken by the simulated
+// sensor through ND filters, becomes the map that lit it: files, merge, fit, resampling.
 #include "reconstruct/probe.h"
 
 #include <fmt/format.h>
@@ -30,14 +30,15 @@ using testing::HasSubstr;
 
 constexpr double kPi = std::numbers::pi;
 constexpr int kWidth = 260, kHeight = 240;
-constexpr double kReflectance = 0.7;
+constexpr double kReflectance = 0.7;  // of the ball; the fisheye lets as much through
 constexpr reconstruct::Circle kTruth = {127.37, 122.81, 96.2};
 constexpr double kDistance = 0.9, kRadius = 0.05;  // metres
 
-enum class View { kBallFarAway, kBallNear };
+enum class View { kBallFarAway, kBallNear, kFisheye };
 
-// Soft light in texels of 3.75 degrees, and one of them a sun 2^17 times as bright.
-CubeMap TrueMap() {
+// Soft light in texels of 3.75 degrees, and one of them a sun 2^17 times as bright. What a fisheye
+// does not show is black.
+CubeMap TrueMap(View view) {
   CubeMap cube(24);
   for (int face = 0; face < 6; ++face)
     for (int row = 0; row < 24; ++row)
@@ -46,20 +47,28 @@ CubeMap TrueMap() {
             lightfield::CubeVector({face, -1 + (column + 0.5) / 12, 1 - (row + 0.5) / 12}));
         for (int c = 0; c < 3; ++c)
           cube.at(face, row, column, c) = static_cast<float>(
-              100 * (1 + 0.5 * w.z + 0.3 * w.x * w.y + 0.15 * std::sin(3 * w.y)));
+              view == View::kFisheye && w.z < 0
+                  ? 0
+                  : 100 * (1 + 0.5 * w.z + 0.3 * w.x * w.y + 0.15 * std::sin(3 * w.y)));
       }
   const std::size_t sun = cube.texel_of({0.5, 0.55, 0.67});
   for (std::size_t c = 0; c < 3; ++c) cube.data[3 * sun + c] = 100 * 131072.0f;
   return cube;
 }
 
-// The camera looks towards -y: -x to its right, +z up. Which texel a point of the picture shows,
-// and by how much of its radiance: by the ball, or past it.
+// The camera looks towards -y: -x to its right, +z up; the fisheye's up, +y on top. Which texel a
+// point of the picture shows, and by how much of its radiance: by the ball, or past it.
 struct Seen {
   std::size_t texel;
   double share;
 };
 Seen Trace(const CubeMap& cube, View view, Vec2 p) {
+  if (view == View::kFisheye) {
+    const double x = (p.x - kTruth.x) / kTruth.radius, y = (kTruth.y - p.y) / kTruth.radius;
+    const double q = std::hypot(x, y), slope = q > 0 ? std::sin(kPi / 2 * q) / q : 0;
+    if (q > 1) return {0, 0};
+    return {cube.texel_of({-slope * x, slope * y, std::cos(kPi / 2 * q)}), kReflectance};
+  }
   if (view == View::kBallFarAway) {  // parallel rays, straight on beside the ball
     const double x = (p.x - kTruth.x) / kTruth.radius, y = (kTruth.y - p.y) / kTruth.radius;
     const double q = x * x + y * y;
@@ -130,11 +139,17 @@ std::filesystem::path Shoot(const std::filesystem::path& folder, const std::vect
   model.photon_noise = true, model.read_noise_dn = 6, model.prnu = 0.004;
   const hal::sim::Sensor sensor(model, seed);
   std::ofstream toml(folder / "probe.toml");
-  toml << fmt::format(
-      "[probe]\nkind = \"mirror-ball\"\nreflectance = [{}]\nradiance_per_rate = [{}]\n",
-      kReflectance, 1 / kElectronsPerRadiance);
+  if (view == View::kFisheye)
+    toml << fmt::format("[probe]\nkind = \"fisheye\"\nradiance_per_rate = [{}]\n",
+                        1 / (kElectronsPerRadiance * kReflectance));
+  else
+    toml << fmt::format(
+        "[probe]\nkind = \"mirror-ball\"\nreflectance = [{}]\nradiance_per_rate = [{}]\n",
+        kReflectance, 1 / kElectronsPerRadiance);
   toml << "[camera]\ngain_dn_per_e = 1.5\nsaturation_dn = 60000\nblack_dn = 500\n"
           "read_noise_dn = 6\nprnu = 0.004\n";
+  if (view == View::kFisheye)
+    toml << "[lens]\nfield_of_view_deg = 180\nprojection = \"equidistant\"\n";
   if (view == View::kBallNear)
     toml << fmt::format("[perspective]\ndistance_m = {}\ndiameter_m = {}\n", kDistance,
                         2 * kRadius);
@@ -178,13 +193,13 @@ double IrradianceSigma(const reconstruct::Probe& probe, const reconstruct::Probe
   return std::sqrt(variance + filled * filled);
 }
 
-class ProbeOfABall : public testing::TestWithParam<View> {};
+class ProbeOf : public testing::TestWithParam<View> {};
 
-TEST_P(ProbeOfABall, LightsAsTheMapThatItShows) {
+TEST_P(ProbeOf, LightsAsTheMapThatItShows) {
   const View view = GetParam();
   const std::uint64_t seed = 5 + static_cast<int>(view);
   SCOPED_TRACE(testing::Message() << "seed " << seed);
-  const CubeMap truth = TrueMap();
+  const CubeMap truth = TrueMap(view);
   const ScratchFolder folder;
   const auto description = reconstruct::ReadProbeDescription(
       Shoot(folder.path(), Photograph(truth, view), view, seed, true));
@@ -221,8 +236,13 @@ TEST_P(ProbeOfABall, LightsAsTheMapThatItShows) {
   EXPECT_LT(worst_relative, 0.01);
   // The sun is in the map, above what HALF holds.
   EXPECT_GT(*std::max_element(probe.radiance.data.begin(), probe.radiance.data.end()), 1e6f);
-  // But for what the hole's border texels show a part of.
-  EXPECT_NEAR(probe.seen_sr + probe.filled_sr, 4 * kPi, 0.25);
+  // But for what the hole's border texels show a part of, or the fisheye's margin of two pixels and
+  // a pixel's diagonal.
+  if (view == View::kFisheye) {
+    EXPECT_NEAR(probe.seen_sr, 2 * kPi, 2 * kPi * std::sin(kPi / 2 * 3.5 / kTruth.radius));
+  } else {
+    EXPECT_NEAR(probe.seen_sr + probe.filled_sr, 4 * kPi, 0.25);
+  }
   // The sky, texel by texel, but for what touches the sun.
   double squares = 0, weights = 0;
   const auto angles = lightfield::TexelSolidAngles(probe.radiance.face_size);
@@ -257,13 +277,14 @@ TEST_P(ProbeOfABall, LightsAsTheMapThatItShows) {
   EXPECT_TRUE(reader.has_channel(0, "coverage.Y"));
 }
 
-INSTANTIATE_TEST_SUITE_P(FarAndNear, ProbeOfABall,
-                         testing::Values(View::kBallFarAway, View::kBallNear));
+INSTANTIATE_TEST_SUITE_P(BallsAndSky, ProbeOf,
+                         testing::Values(View::kBallFarAway, View::kBallNear, View::kFisheye));
 
 TEST(Probe, RefusesASunThatSaturatesEverywhere) {
   const ScratchFolder folder;
-  const auto description = reconstruct::ReadProbeDescription(Shoot(
-      folder.path(), Photograph(TrueMap(), View::kBallFarAway), View::kBallFarAway, 1, false));
+  const auto description = reconstruct::ReadProbeDescription(
+      Shoot(folder.path(), Photograph(TrueMap(View::kBallFarAway), View::kBallFarAway),
+            View::kBallFarAway, 1, false));
   const auto picture = reconstruct::MergeProbe(description);
   try {
     reconstruct::MakeProbe(picture, description);
