@@ -21,8 +21,8 @@ using reconstruct::ResponseCalibration;
 struct Options {
   std::vector<std::filesystem::path> images;
   std::vector<double> exposures_s;
-  std::string output, report, method = "debevec-1997";
-  int samples = 1000;
+  std::string output, report, method = "debevec";
+  int samples = 2000;
 };
 
 std::string ChannelName(const ResponseCalibration& calibration, std::size_t channel) {
@@ -86,7 +86,7 @@ core::Json Run(const Options& options) {
   if (!options.report.empty()) RequireExtension(options.report, ".html", "--report");
   const auto stack = reconstruct::ReadPictureStack(options.images, options.exposures_s);
   reconstruct::CalibrateResponseOptions how;
-  how.method = reconstruct::ResponseMethodFromName(options.method);
+  how.fit.method = reconstruct::ResponseMethodFromName(options.method);
   how.samples = options.samples;
   ResponseCalibration calibration = reconstruct::CalibrateResponse(stack, how);
   std::string hashes;
@@ -117,8 +117,11 @@ void AddCalibrateResponse(Program& program, CLI::App& group) {
                   "Exposure times in seconds, one for each picture (default: their Exif)")
       ->delimiter(',');
   verb.add_option("--method", options->method,
-                  "debevec-1997: Debevec & Malik as published, of 8-bit pictures");
-  verb.add_option("--samples", options->samples, "Histogram levels")
+                  "debevec (smooth), robertson (not smoothed), polynomial, or debevec-1997 as "
+                  "published, of 8-bit pictures, to compare with")
+      ->check(CLI::IsMember({"debevec", "robertson", "polynomial", "debevec-1997"}));
+  verb.add_option("--samples", options->samples,
+                  "Pixels of flat places a channel; histogram levels of debevec-1997")
       ->check(CLI::Range(200, 100000));
   verb.add_option("--report", options->report, "An .html page with curves, errors and noise");
 }

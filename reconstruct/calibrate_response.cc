@@ -9,7 +9,6 @@
 #include "core/json.h"
 #include "core/parallel.h"
 #include "reconstruct/merge_stack.h"
-#include "reconstruct/published_response.h"
 #include "reconstruct/response_noise.h"
 
 namespace luxfield::reconstruct {
@@ -23,22 +22,23 @@ constexpr int kVersion = 1;
 constexpr int kNoisePixels = 20000, kNoiseBins = 16, kNoiseRounds = 4;
 
 const std::pair<ResponseMethod, const char*> kMethods[] = {
+    {ResponseMethod::kDebevecMalik, "debevec"},
+    {ResponseMethod::kRobertson, "robertson"},
+    {ResponseMethod::kPolynomial, "polynomial"},
     {ResponseMethod::kPublished, "debevec-1997"}};
 
-// Noise of single pixels about their own merged radiance, from that of blocks on.
+// Noise of any pixels about their own merged radiance, from that of the fit's samples on.
 void MeasurePixelNoise(const PictureStack& stack, int channel, ResponseCurve& curve) {
   const ResponseSamples pixels = PixelSamples(stack, channel, curve.saturation_code, kNoisePixels);
   std::vector<double> exposures_s;
   for (const StackPicture& picture : stack.pictures) exposures_s.push_back(picture.exposure_s);
-  for (double& noise : curve.noise) noise *= 3;
   for (int round = 0; round < kNoiseRounds; ++round) {
     ResponseMerger merger(curve, stack.bits);
     std::vector<ExposureResidual> residuals;
-    std::vector<std::uint8_t> usable(pixels.exposures);
     for (int i = 0; i < pixels.count(); ++i) {
-      const std::size_t first = static_cast<std::size_t>(i) * pixels.exposures;
-      for (int j = 0; j < pixels.exposures; ++j) usable[j] = pixels.code[first + j] > 0;
-      const auto codes = std::span(pixels.each).subspan(first, pixels.exposures);
+      const std::size_t first = pixels.index(i, 0);
+      const auto codes = std::span(pixels.code).subspan(first, pixels.exposures);
+      const auto usable = std::span(pixels.usable).subspan(first, pixels.exposures);
       const PixelRadiance merged = merger.Merge(codes, usable, exposures_s);
       if (merged.mask || merger.samples().size() < 2) continue;
       double weights = 0;
@@ -69,6 +69,7 @@ Json ChannelJson(const FittedResponse& channel) {
           {"noise_code", curve.noise_code},
           {"noise_relative", curve.noise},
           {"samples", channel.samples},
+          {"order", channel.order},
           {"fit_chi_squared", channel.chi_squared},
           {"fit_degrees", channel.degrees}};
 }
@@ -126,23 +127,26 @@ std::vector<ResponseCurve> ResponseCalibration::curves() const {
 
 ResponseCalibration CalibrateResponse(const PictureStack& stack,
                                       const CalibrateResponseOptions& options) {
-  if (stack.bits != 8)
+  const bool published = options.fit.method == ResponseMethod::kPublished;
+  if (published && stack.bits != 8)
     throw InputError(
         fmt::format("method debevec-1997 takes histograms of 8-bit pictures, these have {} bits; "
-                    "give pictures of 8 bits",
+                    "use another method",
                     stack.bits));
   ResponseCalibration result;
   result.bits = stack.bits;
-  result.method = options.method;
+  result.method = options.fit.method;
   for (const StackPicture& picture : stack.pictures)
     result.exposures_s.push_back(picture.exposure_s);
   result.channels.resize(stack.channels);
-  constexpr double kReferenceCode = 128;
+  const double saturation = FindSaturationCode(stack), reference = std::ceil(saturation / 2);
   core::ParallelFor(stack.channels, 1, [&](std::size_t begin, std::size_t end) {
     for (auto channel = static_cast<int>(begin); channel < static_cast<int>(end); ++channel) {
-      result.channels[channel] = FitPublishedResponse(
-          HistogramSamples(stack, channel, options.samples), result.exposures_s, kReferenceCode,
-          fmt::format("channel {}", channel));
+      const ResponseSamples samples =
+          published ? HistogramSamples(stack, channel, options.samples)
+                    : FlatSamples(stack, channel, saturation, options.samples);
+      result.channels[channel] = FitResponse(samples, result.exposures_s, saturation, reference,
+                                             options.fit, fmt::format("channel {}", channel));
       MeasurePixelNoise(stack, channel, result.channels[channel].curve);
     }
   });
@@ -158,7 +162,8 @@ std::string ResponseMethodName(ResponseMethod method) {
 ResponseMethod ResponseMethodFromName(const std::string& name) {
   for (const auto& [method, known] : kMethods)
     if (known == name) return method;
-  throw InputError(fmt::format("response method '{}' is not built; use debevec-1997", name));
+  throw InputError(fmt::format(
+      "response method '{}' is unknown; use debevec, robertson, polynomial or debevec-1997", name));
 }
 
 Json ToJson(const ResponseCalibration& calibration) {

@@ -8,21 +8,19 @@
 #include <string>
 #include <vector>
 
-#include "reconstruct/fitted_response.h"
+#include "reconstruct/fit_response.h"
 #include "reconstruct/picture_stack.h"
 
 namespace luxfield::reconstruct {
 
-enum class ResponseMethod { kPublished };
-
 struct CalibrateResponseOptions {
-  ResponseMethod method = ResponseMethod::kPublished;
-  int samples = 1000;  // levels of the histograms
+  FitResponseOptions fit;
+  int samples = 2000;  // pixels of flat blocks a channel; kPublished: levels of the histograms
 };
 
 struct ResponseCalibration {
   int bits = 8;
-  ResponseMethod method = ResponseMethod::kPublished;
+  ResponseMethod method = ResponseMethod::kDebevecMalik;
   std::vector<double> exposures_s;
   std::vector<FittedResponse> channels;  // R, G, B or grey; noise of a pixel
   std::map<std::string, std::string> provenance;
@@ -31,8 +29,8 @@ struct ResponseCalibration {
 };
 
 // Fits every channel; the noise is then measured on some 20000 single pixels, chosen without
-// looking at them. Throws what FitPublishedResponse throws, and InputError for 16-bit pictures or
-// where too few pixels are usable in two pictures to tell their noise.
+// looking at them. Throws what FitResponse throws, and InputError for histograms of 16-bit pictures
+// or where too few pixels are usable in two pictures to tell their noise.
 ResponseCalibration CalibrateResponse(const PictureStack& stack,
                                       const CalibrateResponseOptions& options);
 

@@ -13,6 +13,7 @@ struct FittedResponse {
   double chi_squared = 0;
   double degrees = 0;  // codes less radiances less the parameters that the data fix
   int samples = 0;     // that took part
+  int order = 0;       // of a polynomial
 };
 
 constexpr int kLeastResponseSamples = 50;

@@ -181,7 +181,7 @@ ExposureRatios::Result EstimateExposures(const PictureStack& stack,
     std::vector<RungSample> rungs;
     for (int i = 0; i < pixels.count(); ++i) {
       const auto codes =
-          std::span(pixels.each).subspan(static_cast<std::size_t>(i) * exposures, exposures);
+          std::span(pixels.code).subspan(pixels.index(i, 0), exposures);
       const PixelRadiance merged = merger.Merge(codes, usable, exposures_s);
       if (merged.mask) continue;
       rungs.clear();

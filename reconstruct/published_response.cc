@@ -29,8 +29,9 @@ std::vector<std::vector<Observation>> CollectObservations(const ResponseSamples&
   for (int i = 0; i < samples.count(); ++i) {
     std::vector<Observation> place;
     for (int j = 0; j < samples.exposures; ++j) {
-      const int code = std::max(0, static_cast<int>(samples.at(i, j)));
-      if (const double w = Hat(code); w > 0)
+      const std::size_t n = samples.index(i, j);
+      const int code = samples.code[n];
+      if (const double w = samples.usable[n] ? Hat(code) : 0; w > 0)
         place.push_back({code, std::log(exposures_s[j]), w * w});
     }
     if (place.size() >= 2) places.push_back(std::move(place));

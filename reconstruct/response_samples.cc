@@ -12,8 +12,8 @@ constexpr int kBlock = 3;
 struct Block {
   double sum = 0;     // of the exposures' mean codes, clipped ones included
   double spread = 0;  // of the usable exposures, largest less smallest code
-  std::vector<float> code;
-  std::vector<std::uint16_t> each;
+  std::vector<std::uint16_t> code;
+  std::vector<std::uint8_t> usable;
 };
 
 Block MeasureBlock(const PictureStack& stack, int channel, double saturation_code, int row,
@@ -26,23 +26,18 @@ Block MeasureBlock(const PictureStack& stack, int channel, double saturation_cod
     for (int r = row; r < row + kBlock; ++r)
       for (int c = column; c < column + kBlock; ++c) {
         const std::uint16_t code = plane[static_cast<std::size_t>(r) * stack.width + c];
-        block.each.push_back(code);
         sum += code;
         least = std::min(least, code);
         largest = std::max(largest, code);
       }
-    const double mean = sum / (kBlock * kBlock);
     const bool usable = least > 0 && largest < saturation_code;
-    block.sum += mean;
+    block.sum += sum / (kBlock * kBlock);
     if (usable) block.spread += largest - least;
-    block.code.push_back(usable ? static_cast<float>(mean) : -1.0f);
+    block.code.push_back(
+        plane[static_cast<std::size_t>(row + kBlock / 2) * stack.width + column + kBlock / 2]);
+    block.usable.push_back(usable);
   }
   return block;
-}
-
-int UsableExposures(const Block& block) {
-  return static_cast<int>(
-      std::count_if(block.code.begin(), block.code.end(), [](float code) { return code > 0; }));
 }
 
 }  // namespace
@@ -62,20 +57,20 @@ double FindSaturationCode(const PictureStack& stack) {
   return count >= kPile ? largest : std::ldexp(1.0, stack.bits) - 1;
 }
 
-ResponseSamples BlockSamples(const PictureStack& stack, int channel, double saturation_code,
-                             int count) {
+ResponseSamples FlatSamples(const PictureStack& stack, int channel, double saturation_code,
+                            int count) {
   std::vector<Block> blocks;
   for (int row = 0; row + kBlock <= stack.height; row += kBlock)
     for (int column = 0; column + kBlock <= stack.width; column += kBlock) {
       Block block = MeasureBlock(stack, channel, saturation_code, row, column);
-      if (UsableExposures(block) >= 2) blocks.push_back(std::move(block));
+      if (std::count(block.usable.begin(), block.usable.end(), 1) >= 2)
+        blocks.push_back(std::move(block));
     }
-  ResponseSamples samples{static_cast<int>(stack.pictures.size()), kBlock * kBlock, {}, {}};
+  ResponseSamples samples{static_cast<int>(stack.pictures.size()), {}, {}};
   if (blocks.empty()) return samples;
   const auto [least, largest] = std::minmax_element(
       blocks.begin(), blocks.end(), [](const Block& a, const Block& b) { return a.sum < b.sum; });
   const double low = least->sum, range = largest->sum - low + 1e-9;
-  // Ten flattest blocks of each part.
   constexpr int kPerPart = 10;
   const int parts = std::max(1, count / kPerPart);
   std::vector<std::vector<const Block*>> by_part(parts);
@@ -86,7 +81,7 @@ ResponseSamples BlockSamples(const PictureStack& stack, int channel, double satu
                      [](const Block* a, const Block* b) { return a->spread < b->spread; });
     for (std::size_t n = 0; n < std::min<std::size_t>(kPerPart, part.size()); ++n) {
       samples.code.insert(samples.code.end(), part[n]->code.begin(), part[n]->code.end());
-      samples.each.insert(samples.each.end(), part[n]->each.begin(), part[n]->each.end());
+      samples.usable.insert(samples.usable.end(), part[n]->usable.begin(), part[n]->usable.end());
     }
   }
   return samples;
@@ -94,7 +89,7 @@ ResponseSamples BlockSamples(const PictureStack& stack, int channel, double satu
 
 ResponseSamples PixelSamples(const PictureStack& stack, int channel, double saturation_code,
                              int count) {
-  ResponseSamples samples{static_cast<int>(stack.pictures.size()), 1, {}, {}};
+  ResponseSamples samples{static_cast<int>(stack.pictures.size()), {}, {}};
   const std::size_t pixels = stack.plane_size();
   // A step that has no factor in common with the width visits all columns.
   std::size_t step = std::max<std::size_t>(1, pixels / static_cast<std::size_t>(count));
@@ -102,17 +97,17 @@ ResponseSamples PixelSamples(const PictureStack& stack, int channel, double satu
   for (std::size_t p = 0; p < pixels; p += step)
     for (std::size_t k = 0; k < stack.pictures.size(); ++k) {
       const std::uint16_t code = stack.plane(k, channel)[p];
-      samples.code.push_back(code > 0 && code < saturation_code ? code : -1.0f);
-      samples.each.push_back(code);
+      samples.code.push_back(code);
+      samples.usable.push_back(code > 0 && code < saturation_code);
     }
   return samples;
 }
 
 ResponseSamples HistogramSamples(const PictureStack& stack, int channel, int count) {
   constexpr int kCodes = 256;
-  ResponseSamples samples{static_cast<int>(stack.pictures.size()), 1, {}, {}};
+  ResponseSamples samples{static_cast<int>(stack.pictures.size()), {}, {}};
   samples.code.resize(static_cast<std::size_t>(count) * samples.exposures);
-  samples.each.resize(samples.code.size());
+  samples.usable.assign(samples.code.size(), 1);
   for (int k = 0; k < samples.exposures; ++k) {
     std::vector<double> cumulative(kCodes, 0.0);
     for (const std::uint16_t code : stack.plane(k, channel))
@@ -123,9 +118,7 @@ ResponseSamples HistogramSamples(const PictureStack& stack, int channel, int cou
       const auto nearest =
           std::min_element(cumulative.begin(), cumulative.end(),
                            [u](double a, double b) { return std::abs(a - u) < std::abs(b - u); });
-      const std::size_t at = static_cast<std::size_t>(n) * samples.exposures + k;
-      samples.each[at] = static_cast<std::uint16_t>(nearest - cumulative.begin());
-      samples.code[at] = samples.each[at];
+      samples.code[samples.index(n, k)] = static_cast<std::uint16_t>(nearest - cumulative.begin());
     }
   }
   return samples;

@@ -9,13 +9,12 @@ namespace luxfield::reconstruct {
 
 struct ResponseSamples {
   int exposures = 0;
-  int pixels = 1;                   // that make one sample
-  std::vector<float> code;          // [sample][exposure], their mean; negative: cannot be used
-  std::vector<std::uint16_t> each;  // [sample][exposure][pixel]
+  std::vector<std::uint16_t> code;   // [sample][exposure]
+  std::vector<std::uint8_t> usable;  // likewise; 0: black or saturated
 
   int count() const { return exposures ? static_cast<int>(code.size()) / exposures : 0; }
-  double at(int sample, int exposure) const {
-    return code[static_cast<std::size_t>(sample) * exposures + exposure];
+  std::size_t index(int sample, int exposure) const {
+    return static_cast<std::size_t>(sample) * exposures + exposure;
   }
 };
 
@@ -23,12 +22,13 @@ struct ResponseSamples {
 // 12 bits in files of 16), else the files' own.
 double FindSaturationCode(const PictureStack& stack);
 
-// Blocks of 3 x 3 pixels, at most about `count` of them, spread evenly over the sum of their codes,
-// and in each part of it the flattest: edges that move between pictures or ring from compression
-// tell nothing. A block's mean and its spread are independent, so flatness does not select noise.
-// Not usable: a block with a pixel at 0 or saturated.
-ResponseSamples BlockSamples(const PictureStack& stack, int channel, double saturation_code,
-                             int count);
+// Middle pixels of flat blocks of 3 x 3, at most about `count`, spread evenly over the sum of their
+// codes, and in each part of it those of the flattest blocks: edges that move between pictures or
+// ring from compression tell nothing. Flatness has no sign, so it selects no noise of one. Single
+// pixels and no means, which would smear the curve over the codes of a block. Not usable: exposures
+// with a pixel of the block at 0 or saturated.
+ResponseSamples FlatSamples(const PictureStack& stack, int channel, double saturation_code,
+                            int count);
 
 // `count` single pixels, chosen evenly over the picture without looking at them.
 ResponseSamples PixelSamples(const PictureStack& stack, int channel, double saturation_code,

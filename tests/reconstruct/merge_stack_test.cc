@@ -96,6 +96,24 @@ TEST(MergeStack, IsUnbiasedAndStatesItsSpread) {
   }
 }
 
+TEST(MergeStack, CalibratedAndMergedAgreeWithTheTruthWithinSigma) {
+  const TestCamera camera = CurvedCamera(11);
+  const auto scene = TestScene(240, 160, 2e-3, 4.5);
+  const std::vector<double> exposures = {0.01, 0.03, 0.1, 0.25, 1, 3.5};
+  const PictureStack stack = TakeStack(camera, scene, 240, exposures);
+  CalibrateResponseOptions options;
+  options.samples = 4000;
+  const auto calibration = CalibrateResponse(stack, options);
+  const auto curves = calibration.curves();
+  const MergedPicture merged = MergeStack(stack, curves);
+  const Judged judged =
+      Judge(merged, scene, camera.expose(curves[0].reference_code / camera.full_code()));
+  std::cout << fmt::format("calibrated: bias {:+.4f} %, chi^2 {:.3f} a pixel (seed 11)\n",
+                           100 * judged.bias, judged.chi_squared);
+  EXPECT_LT(std::abs(judged.bias), 5e-3);  // the reference node's own error is 0.1 to 0.2 %
+  EXPECT_NEAR(judged.chi_squared, 1, 0.25);
+}
+
 TEST(MergeStack, SaturatedAndDarkAreFlaggedNeverANumber) {
   const TestCamera camera = CurvedCamera(3);
   const ResponseCurve curve = TrueCurve(camera);

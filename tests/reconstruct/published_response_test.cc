@@ -5,35 +5,21 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <iostream>
 
-#include "npy.h"
+#include "frobisher.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-namespace fs = std::filesystem;
-
-fs::path DataFile(const std::string& name) {
-  const char* folder = std::getenv("LUXFIELD_TEST_DATA");
-  return fs::path(folder ? folder : LUXFIELD_SOURCE_DIR "/../shared/data") / "hdr_colour" / name;
-}
-
 // colour-hdri's solution on a Canon 5D Mark II's JPEGs.
 TEST(PublishedResponse, AgreesWithForeignCurvesOfTheFrobisherStack) {
-  if (!fs::exists(DataFile("calibration__test_g_solve_g_0.npy")))
-    GTEST_SKIP() << "no Frobisher stack in " << DataFile("");
-  std::vector<fs::path> files;
-  for (const int n : {2600, 2601, 2602})
-    files.push_back(DataFile(fmt::format("frobisher_001__IMG_{}.jpg", n)));
-  const PictureStack stack = ReadPictureStack(files, {});
+  if (!FrobisherExists()) GTEST_SKIP() << "no Frobisher stack in " << FrobisherFile("");
+  const PictureStack stack = FrobisherStack();
   const std::vector<double> exposures = {0.125, 1, 8};
   for (std::size_t k = 0; k < 3; ++k) ASSERT_EQ(stack.pictures[k].exposure_s, exposures[k]);
   for (int channel = 0; channel < 3; ++channel) {
-    const auto expected =
-        ReadNpy(DataFile(fmt::format("calibration__test_g_solve_g_{}.npy", channel)));
+    const auto expected = FrobisherCurve(channel);
     ASSERT_EQ(expected.size(), 256u);
     const auto curve =
         FitPublishedResponse(HistogramSamples(stack, channel, 1000), exposures, 128, "Frobisher")
@@ -53,16 +39,16 @@ TEST(PublishedResponse, AgreesWithForeignCurvesOfTheFrobisherStack) {
 TEST(PublishedResponse, RefusesWhatSettlesNoCurve) {
   const std::vector<double> times = {1, 2};
   // Nothing but black and white.
-  EXPECT_THROW(
-      FitPublishedResponse({2, 1, std::vector<float>(400, -1.0f), std::vector<std::uint16_t>(400)},
-                           times, 128, "test"),
-      InputError);
+  EXPECT_THROW(FitPublishedResponse(
+                   {2, std::vector<std::uint16_t>(400, 255), std::vector<std::uint8_t>(400, 0)},
+                   times, 128, "test"),
+               InputError);
   // Codes that fall with exposure.
-  ResponseSamples falling{2, 1, {}, {}};
+  ResponseSamples falling{2, {}, {}};
   for (int n = 0; n < 200; ++n)
     for (const int code : {230 - n, 200 - n}) {
-      falling.code.push_back(static_cast<float>(code));
-      falling.each.push_back(static_cast<std::uint16_t>(code));
+      falling.code.push_back(static_cast<std::uint16_t>(code));
+      falling.usable.push_back(1);
     }
   EXPECT_THROW(FitPublishedResponse(falling, times, 128, "test"), InputError);
 }

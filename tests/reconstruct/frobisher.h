@@ -1,0 +1,39 @@
+// The Frobisher stack, a Canon 5D Mark II's JPEGs of 1/8, 1 and 8 s, and colour-hdri's response
+// curves of it, where the test data are.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/npy.h"
+#include "reconstruct/picture_stack.h"
+
+namespace luxfield::reconstruct {
+
+inline std::filesystem::path FrobisherFile(const std::string& name) {
+  const char* folder = std::getenv("LUXFIELD_TEST_DATA");
+  return std::filesystem::path(folder ? folder : LUXFIELD_SOURCE_DIR "/../shared/data") /
+         "hdr_colour" / name;
+}
+
+// g at codes 0 to 255.
+inline std::vector<double> FrobisherCurve(int channel) {
+  return core::ReadNpy(FrobisherFile(fmt::format("calibration__test_g_solve_g_{}.npy", channel)));
+}
+
+inline bool FrobisherExists() {
+  return std::filesystem::exists(FrobisherFile("calibration__test_g_solve_g_0.npy"));
+}
+
+inline PictureStack FrobisherStack() {
+  std::vector<std::filesystem::path> files;
+  for (const int n : {2600, 2601, 2602})
+    files.push_back(FrobisherFile(fmt::format("frobisher_001__IMG_{}.jpg", n)));
+  return ReadPictureStack(files, {});
+}
+
+}  // namespace luxfield::reconstruct
