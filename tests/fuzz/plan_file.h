@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "capture/geometry_plan.h"
+#include "capture/glare_plan.h"
 #include "capture/plan.h"
 #include "capture/sensor_plan.h"
 #include "core/error.h"
@@ -29,6 +30,9 @@ inline void PlanFile(std::string_view input) {
         break;
       case capture::PlanKind::kGeometry:
         capture::ReadGeometryPlan(config);
+        break;
+      case capture::PlanKind::kGlare:
+        capture::ReadGlarePlan(config);
         break;
     }
   } catch (const InputError&) {
