@@ -28,6 +28,7 @@
 #include "study/bench_scale.h"
 #include "study/bench_shadows.h"
 #include "study/bench_solve.h"
+#include "study/bench_stacks.h"
 #include "study/bench_tradeoff.h"
 #include "study/cost_model.h"
 #include "study/thesis_table.h"
@@ -169,17 +170,34 @@ core::Json Environment(const study::BenchEnvironmentOptions& how) {
   return result;
 }
 
-// A bench with sessions on disk: in its folder, or in a temporary one.
+// A bench with files on disk: in its folder, or in a temporary one.
 template <typename Options>
-core::Json InFolder(core::Json (*bench)(const Options&), Options how,
-                    const std::vector<std::string>& columns = {}) {
+core::Json RunInFolder(core::Json (*bench)(const Options&), Options how) {
   const bool temporary = how.folder.empty();
   if (temporary)
     how.folder =
         std::filesystem::temp_directory_path() / fmt::format("luxfield-bench-{}", ::getpid());
-  const core::Json rows = bench(how);
+  core::Json result = bench(how);
   if (temporary) std::filesystem::remove_all(how.folder);
-  return Finish(rows, CpuName(), columns);
+  return result;
+}
+
+template <typename Options>
+core::Json InFolder(core::Json (*bench)(const Options&), Options how,
+                    const std::vector<std::string>& columns = {}) {
+  return Finish(RunInFolder(bench, how), CpuName(), columns);
+}
+
+// Two tables.
+core::Json Stacks(const study::BenchStacksOptions& how) {
+  core::Json result = RunInFolder(study::BenchStacks, how);
+  PrintRows(result["merges"], {"stack", "merger", "rms", "median", "seen", "invented", "sigma",
+                               "calibrate_s", "merge_s", "refused"});
+  fmt::print("\n");
+  PrintRows(result["curves"], {"channel", "fit", "from", "to", "rms", "in_sigma", "steps"});
+  result["device"] = CpuName();
+  result["threads"] = core::Threads();
+  return result;
 }
 
 template <typename Options>
@@ -344,6 +362,22 @@ void AddFilters(Program& program, CLI::App& benches) {
       ->check(CLI::Range(64, 8192));
 }
 
+void AddStacks(Program& program, CLI::App& benches) {
+  auto how = std::make_shared<study::BenchStacksOptions>();
+  CLI::App& app = program.AddVerb(
+      benches, "stacks", "Response curves and merges of picture stacks beside other programs'",
+      [how, &program] {
+        how->seed = program.common().seed.value_or(1);
+        return Stacks(*how);
+      });
+  app.add_option("--width", how->width, "Of the simulated stacks, pixels")
+      ->check(CLI::Range(64, 16384));
+  app.add_option("--height", how->height, "The same")->check(CLI::Range(16, 16384));
+  app.add_option("--frobisher", how->frobisher,
+                 "A folder with the Frobisher stack and its expected curves (default: none)");
+  app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
+}
+
 void AddConditioning(Program& program, CLI::App& benches) {
   auto how = std::make_shared<study::BenchConditioningOptions>();
   CLI::App& app = program.AddVerb(
@@ -473,6 +507,7 @@ void AddBench(Program& program) {
   AddBudget(program, benches);
   AddFilters(program, benches);
   AddConditioning(program, benches);
+  AddStacks(program, benches);
   AddMergeBench(program, benches);
   AddExposures(program, benches);
   AddRigs(program, benches);

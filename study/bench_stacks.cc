@@ -1,0 +1,257 @@
+#include "study/bench_stacks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/npy.h"
+#include "core/parallel.h"
+#include "core/random.h"
+#include "core/stopwatch.h"
+#include "reconstruct/calibrate_response.h"
+#include "reconstruct/merge_stack.h"
+#include "study/foreign_mergers.h"
+
+namespace luxfield::study {
+namespace {
+
+using nlohmann::json;
+using reconstruct::PictureStack;
+using reconstruct::ResponseCurve;
+using reconstruct::ResponseMethod;
+
+constexpr double kFull_e = 20000, kReadNoise_e = 6, kLeastSeen_e = 200;
+constexpr double kExposures_s[] = {0.01, 0.03, 0.1, 0.25, 1, 3.5};
+constexpr ResponseMethod kOurs[] = {ResponseMethod::kDebevecMalik, ResponseMethod::kRobertson,
+                                    ResponseMethod::kPolynomial};
+
+// Share of saturation -> share of the largest code: a power with a toe and a shoulder.
+double Develop(double share) {
+  const double y = std::pow(share, 0.6);
+  return y / (y + 0.45 * (1 - y));
+}
+
+// In exposures that saturate, per second.
+std::vector<double> Ramp(int width, int height) {
+  std::vector<double> radiance;
+  for (int row = 0; row < height; ++row)
+    for (int column = 0; column < width; ++column)
+      radiance.push_back(1e-3 * std::pow(10.0, 5.5 * (column + 0.5) / width));
+  return radiance;
+}
+
+PictureStack TakeStack(const BenchStacksOptions& options, int bits,
+                       const std::vector<double>& radiance) {
+  PictureStack stack{options.width, options.height, 1, bits, {}};
+  for (const double exposure_s : kExposures_s) {
+    std::vector<std::uint16_t> code(radiance.size());
+    const std::size_t picture = stack.pictures.size();
+    core::ParallelFor(code.size(), 4096, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) {
+        core::Random random(options.seed, picture, static_cast<std::uint32_t>(p));
+        const double electrons = random.Poisson(kFull_e * exposure_s * radiance[p]) +
+                                 kReadNoise_e * random.Normal(),
+                     share = Develop(std::clamp(electrons / kFull_e, 0.0, 1.0));
+        code[p] = static_cast<std::uint16_t>(std::round(share * ((1 << bits) - 1)));
+      }
+    });
+    stack.pictures.push_back({exposure_s, std::move(code)});
+  }
+  return stack;
+}
+
+// What a merger is judged by: radiance of the pixels to look at, 0 elsewhere, and those that no
+// merger can know.
+struct Truth {
+  std::vector<double> radiance;
+  std::vector<bool> saturated;
+};
+
+Truth TruthOf(const std::vector<double>& radiance) {
+  Truth truth{std::vector<double>(radiance.size(), 0.0), {}};
+  const auto [least, most] = std::minmax_element(std::begin(kExposures_s), std::end(kExposures_s));
+  for (std::size_t p = 0; p < radiance.size(); ++p) {
+    if (radiance[p] * *most * kFull_e > kLeastSeen_e && radiance[p] * *least < 0.97)
+      truth.radiance[p] = radiance[p];
+    truth.saturated.push_back(radiance[p] * *least > 1.1);
+  }
+  return truth;
+}
+
+// `sigma` empty: none is stated. What is not finite and above 0 is no number.
+void Judge(const std::vector<float>& radiance, std::span<const float> sigma, const Truth& truth,
+           json& row) {
+  std::vector<double> ratios;
+  double seen = 0, saturated = 0, invented = 0;
+  const auto number = [&](std::size_t p) { return std::isfinite(radiance[p]) && radiance[p] > 0; };
+  for (std::size_t p = 0; p < radiance.size(); ++p) {
+    seen += truth.radiance[p] > 0;
+    saturated += truth.saturated[p];
+    invented += truth.saturated[p] && number(p);
+    if (truth.radiance[p] > 0 && number(p)) ratios.push_back(radiance[p] / truth.radiance[p]);
+  }
+  const double scale = core::Median(ratios);
+  std::vector<double> errors;
+  double squares = 0;
+  for (const double ratio : ratios) {
+    errors.push_back(std::abs(ratio / scale - 1));
+    squares += std::pow(std::min(errors.back(), 1.0), 2);
+  }
+  const auto count = static_cast<double>(ratios.size());
+  row["rms"] = 100 * std::sqrt(squares / count);
+  row["median"] = 100 * core::Median(errors);
+  row["seen"] = 100 * count / seen;
+  if (saturated > 0) row["invented"] = 100 * invented / saturated;
+  if (sigma.empty()) return;
+  double in_sigma = 0;
+  for (std::size_t p = 0; p < radiance.size(); ++p)
+    if (truth.radiance[p] > 0 && number(p))
+      in_sigma += std::pow((radiance[p] / scale - truth.radiance[p]) * scale / sigma[p], 2);
+  row["sigma"] = std::sqrt(in_sigma / count);
+}
+
+struct OurMerge {
+  std::vector<float> radiance, sigma;
+  double calibrate_s = 0, merge_s = 0;
+};
+
+PictureStack OneChannel(const PictureStack& stack, int channel) {
+  PictureStack one{stack.width, stack.height, 1, stack.bits, {}};
+  for (std::size_t k = 0; k < stack.pictures.size(); ++k) {
+    const auto plane = stack.plane(k, channel);
+    one.pictures.push_back({stack.pictures[k].exposure_s, {plane.begin(), plane.end()}});
+  }
+  return one;
+}
+
+OurMerge MergeWithOurs(const PictureStack& grey, ResponseMethod method) {
+  OurMerge result;
+  reconstruct::CalibrateResponseOptions how;
+  how.fit.method = method;
+  const core::Stopwatch calibration;
+  const auto curves = reconstruct::CalibrateResponse(grey, how).curves();
+  result.calibrate_s = calibration.WallSeconds();
+  const core::Stopwatch merging;
+  auto merged = reconstruct::MergeStack(grey, curves);
+  result.merge_s = merging.WallSeconds();
+  result.radiance = std::move(merged.radiance.data);
+  result.sigma = std::move(merged.sigma.data);
+  return result;
+}
+
+// `truth` empty: the first of our merges, its flagged pixels left out.
+void CompareMergers(const std::string& name, const PictureStack& grey, Truth truth,
+                    const std::filesystem::path& folder, json& rows) {
+  const bool by_ours = truth.radiance.empty();
+  for (const ResponseMethod method : kOurs) {
+    const OurMerge ours = MergeWithOurs(grey, method);
+    if (truth.radiance.empty()) {
+      truth.radiance.assign(ours.radiance.begin(), ours.radiance.end());
+      truth.saturated.assign(ours.radiance.size(), false);
+    }
+    json row = {{"stack", name},
+                {"merger", "ours " + reconstruct::ResponseMethodName(method)},
+                {"calibrate_s", ours.calibrate_s},
+                {"merge_s", ours.merge_s}};
+    Judge(ours.radiance, by_ours ? std::span<const float>{} : ours.sigma, truth, row);
+    rows.push_back(row);
+  }
+  for (const ForeignMerge& other : MergeWithOthers(grey, 0, folder)) {
+    json row = {{"stack", name}, {"merger", other.name}};
+    if (other.refused.empty()) {
+      row["calibrate_s"] = other.calibrate_s;
+      row["merge_s"] = other.merge_s;
+      Judge(other.radiance, {}, truth, row);
+    } else {
+      row["refused"] = other.refused;
+    }
+    rows.push_back(row);
+  }
+}
+
+// g at codes `from` to `to`, 0 at 128, beside an expected one at all codes.
+struct ComparedCurve {
+  std::string fit;
+  int from = 10, to = 245;
+  std::vector<double> g = std::vector<double>(256, 0.0), sigma;  // sigma empty: not stated
+};
+
+ComparedCurve Ours(const PictureStack& grey, ResponseMethod method) {
+  reconstruct::CalibrateResponseOptions how;
+  how.fit.method = method;
+  const ResponseCurve curve = reconstruct::CalibrateResponse(grey, how).curves()[0];
+  ComparedCurve result{.fit = "ours " + reconstruct::ResponseMethodName(method), .sigma = {}};
+  result.from = std::max(result.from, static_cast<int>(curve.low_code()));
+  result.to = std::min(result.to, static_cast<int>(curve.high_code()));
+  if (method != ResponseMethod::kPublished) result.sigma.assign(256, 0.0);
+  for (int z = result.from; z <= result.to; ++z) {
+    result.g[z] = curve.LogExposure(z) - curve.LogExposure(128);
+    if (!result.sigma.empty()) result.sigma[z] = curve.Sigma(z);
+  }
+  return result;
+}
+
+json CompareCurves(const std::string& channel, const ComparedCurve& curve,
+                   const std::vector<double>& expected) {
+  double squares = 0, in_sigma = 0, count = 0, steps = 0, step_count = 0;
+  for (int z = curve.from; z <= curve.to; ++z) {
+    const double difference = curve.g[z] - expected[z];
+    squares += difference * difference;
+    ++count;
+    if (!curve.sigma.empty() && z != 128) in_sigma += std::pow(difference / curve.sigma[z], 2);
+    int brighter = z;
+    while (brighter <= curve.to && expected[brighter] - expected[z] < std::log(8)) ++brighter;
+    if (brighter > curve.to) continue;
+    steps += std::pow(curve.g[brighter] - expected[brighter] - difference, 2);
+    ++step_count;
+  }
+  json row = {{"channel", channel},
+              {"fit", curve.fit},
+              {"from", curve.from},
+              {"to", curve.to},
+              {"rms", std::sqrt(squares / count)}};
+  if (!curve.sigma.empty()) row["in_sigma"] = std::sqrt(in_sigma / count);
+  row["steps"] = std::sqrt(steps / std::max(step_count, 1.0));
+  return row;
+}
+
+void Frobisher(const BenchStacksOptions& options, json& merges, json& curves) {
+  std::vector<std::filesystem::path> files;
+  for (const int number : {2600, 2601, 2602})
+    files.push_back(options.frobisher / fmt::format("frobisher_001__IMG_{}.jpg", number));
+  const PictureStack stack = reconstruct::ReadPictureStack(files, {});
+  for (int channel = 0; channel < 3; ++channel) {
+    const std::string name(1, "RGB"[channel]);
+    const PictureStack grey = OneChannel(stack, channel);
+    const auto expected = core::ReadNpy(options.frobisher /
+                                        fmt::format("calibration__test_g_solve_g_{}.npy", channel));
+    for (const ResponseMethod method : {ResponseMethod::kPublished, ResponseMethod::kDebevecMalik,
+                                        ResponseMethod::kRobertson, ResponseMethod::kPolynomial})
+      curves.push_back(CompareCurves(name, Ours(grey, method), expected));
+    for (const ForeignMerge& other : MergeWithOthers(grey, 0, options.folder)) {
+      if (other.curve.empty()) continue;
+      ComparedCurve curve{.fit = other.name, .sigma = {}};
+      for (int z = 0; z < 256; ++z)
+        curve.g[z] = std::log(std::max(other.curve[z], 1e-12) / other.curve[128]);
+      curves.push_back(CompareCurves(name, curve, expected));
+    }
+    if (channel == 0) CompareMergers("Frobisher R", grey, {}, options.folder, merges);
+  }
+}
+
+}  // namespace
+
+json BenchStacks(const BenchStacksOptions& options) {
+  std::filesystem::create_directories(options.folder);
+  json merges = json::array(), curves = json::array();
+  const std::vector<double> radiance = Ramp(options.width, options.height);
+  for (const int bits : {8, 16})
+    CompareMergers(fmt::format("{} bit", bits), TakeStack(options, bits, radiance),
+                   TruthOf(radiance), options.folder, merges);
+  if (!options.frobisher.empty()) Frobisher(options, merges, curves);
+  return {{"merges", merges}, {"curves", curves}};
+}
+
+}  // namespace luxfield::study

@@ -1,0 +1,40 @@
+// `luxfield bench stacks`: response curves and merges of picture stacks beside other programs'.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+
+namespace luxfield::study {
+
+struct BenchStacksOptions {
+  int width = 640, height = 320;    // of the simulated stacks
+  std::filesystem::path frobisher;  // folder with the Frobisher stack's pictures, and expected
+                                    // curves; empty: left out
+  std::filesystem::path folder;     // scratch
+  std::uint64_t seed = 1;
+};
+
+// {merges, curves}. Rows of `merges`, one for each stack and merger:
+//
+//   stack        `8 bit`, `16 bit`: six pictures of 0.01 to 3.5 s of a grey ramp over 5.5 decades
+//                by a simulated camera (20000 electrons, read noise 6, a curve with toe and
+//                shoulder); `Frobisher R`: the red channel of three JPEGs
+//   merger       `ours debevec`, `ours robertson`, `ours polynomial`, and MergeWithOthers'
+//   rms, median  error in %, relative to the truth after the one scale that makes the median ratio
+//                1, of the pixels that the camera sees: at least 200 electrons in the longest
+//                exposure and below 97 % of saturation in the shortest. rms holds errors up to
+//                100 %. Frobisher: to `ours debevec`, as far as that holds numbers
+//   seen         share of those pixels that got a number, %
+//   invented     share of pixels saturated in every exposure that got one, %
+//   sigma        of ours: rms of error / sigma, the curve's share included
+//   calibrate_s, merge_s   wall time; pfstools does both in one
+//   refused      why there is no picture
+//
+// Rows of `curves`, one for each of Frobisher's channels and fit: `rms` difference of g to the
+// expected curve over the calibrated codes from 10 on, `in_sigma` the same in its own standard
+// errors, `steps` the rms difference of the step of g from a code to the one 8 times brighter,
+// which the pictures show, and the codes `from` and `to` compared.
+nlohmann::json BenchStacks(const BenchStacksOptions& options = {});
+
+}  // namespace luxfield::study
