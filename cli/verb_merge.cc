@@ -69,9 +69,9 @@ core::Json Run(const Options& options, const CLI::App& verb) {
   }
   RefuseOptions(verb, {"--estimator", "--lamp-level", "--flat-field", "--skip-hashes"}, "pictures");
   if (options.calibrations.size() != 1)
-    throw InputError(
-        "pictures merge through their camera's response; give --calibration X.cal.json, one, from "
-        "`luxfield calibrate response`");
+    throw InputError(options.inputs.front().string(),
+                     "is no session's folder, and pictures merge through their camera's response",
+                     "give --calibration X.cal.json, one, from `luxfield calibrate response`");
   return MergePictures({options.inputs, options.exposures_s, options.calibrations[0],
                         options.output, options.estimate_exposures});
 }
