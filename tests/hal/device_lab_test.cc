@@ -72,9 +72,9 @@ TEST_F(DeviceLabFile, SaysWhatItSays) {
 
 TEST_F(DeviceLabFile, ABayerFormatIsAMosaicOfAllChannels) {
   const std::string id = "id = \"Aravis-Fake-LUX1\"", bayer = id + "\npixel_format = \"BayerGR12\"";
+  text_.replace(text_.find("saturation_dn = 16000"), 21, "saturation_dn = 4000");
   EXPECT_THAT(ErrorWith(id, bayer), HasSubstr("colour mosaic"));
   text_.replace(text_.find(id), id.size(), bayer);
-  text_.replace(text_.find("saturation_dn = 16000"), 21, "saturation_dn = 4000");
   text_.replace(text_.find("= [1200]"), 8, "= [1200, 1300, 900]");
   const DeviceLab lab = ReadDeviceLab(With("[lab]", "[lab]\nchannels = 3"));
   EXPECT_EQ(lab.rig.camera.cfa, "GRBG");
