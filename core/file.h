@@ -21,8 +21,7 @@ void ReadInPieces(const std::filesystem::path& path,
 // Writes `bytes` so that `path` holds either its old content or all of the new one, also after a
 // crash: temporary file in the same folder, fsync, rename, fsync of the folder. Throws DeviceError
 // (disk full, read-only ...); the temporary file is removed.
-// A private file is its owner's alone (0600).
-enum class Access { kUmask, kPrivate };
+enum class Access { kUmask, kPrivate };  // private: the owner's alone (0600, folders 0700)
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes,
                          Access access = Access::kUmask);
 
@@ -33,7 +32,7 @@ void WriteAtomically(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path& temporary)>& write);
 
 // Makes a folder, and those above it that are missing, so that they outlive a crash; nothing where
-// it exists. kPrivate: 0700, those above it as the umask has them. Throws DeviceError.
+// it exists. Those above it are as the umask has them. Throws DeviceError.
 void MakeFolder(const std::filesystem::path& folder, Access access = Access::kUmask);
 
 // Removes a file, or a link and not what it leads to; nothing where there is none. Throws

@@ -34,6 +34,7 @@ struct JournalContent {
 // Reads and checks the whole chain. A damaged or unfinished last line is what a crash leaves: it is
 // left out and `torn` set. Damage elsewhere throws InputError naming the line.
 JournalContent ReadJournal(const std::filesystem::path& path);
+// The same of a file's bytes; `file` names it in errors.
 JournalContent ParseJournal(std::string_view bytes, const std::string& file);
 
 // Appends lines, each durable (fdatasync) when Append returns. After a failed Append the object
