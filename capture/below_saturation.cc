@@ -14,7 +14,7 @@ Shot ShootBelowSaturation(FrameTaker& taker, const std::vector<double>& ladder_s
   for (int rung = static_cast<int>(ladder_s.size()) - 1; rung >= 0; --rung) {
     taker.Configure(rung);
     record.exposure_index = rung;
-    Shot shot = taker.Shoot(record, [](const Shot&) { return std::string(); });
+    Shot shot = taker.Shoot(record);
     const double share = (shot.statistics.brightest_dn - camera.black_dn) / range;
     if (share > saturation_share) continue;
     constexpr double kLeast = 0.1;

@@ -11,8 +11,7 @@
 #include "capture/capture_glare.h"
 #include "capture/capture_sensor.h"
 #include "capture/frame_taker.h"
-#include "capture/preflight.h"
-#include "capture/session_description.h"
+#include "capture/take_session.h"
 #include "core/error.h"
 #include "core/json.h"
 #include "core/progress.h"
@@ -29,21 +28,17 @@ using core::Json;
 class Run {
  public:
   Run(const ExpandedPlan& expanded, hal::Devices& devices, core::SessionWriter& session,
-      const CaptureOptions& options)
+      FrameTaker& taker, CaptureSummary& summary, const CaptureOptions& options)
       : expanded_(expanded),
         plan_(expanded.plan),
         devices_(devices),
         rig_(devices.rig),
         session_(session),
         options_(options),
-        taker_(devices, session, expanded.ladder_s, expanded.plan.exposure.max_attempts, options,
-               summary_) {
-    summary_.positions_total = static_cast<int>(expanded.positions.size());
-  }
+        taker_(taker),
+        summary_(summary) {}
 
-  CaptureSummary Capture() {
-    const double start = devices_.clock->MonotonicSeconds();
-    session_.StartEpoch(DescribeDevices(devices_));
+  void Capture() {
     RecallReferences();
     const auto pending = Pending();
     Prepare(pending);
@@ -61,9 +56,6 @@ class Run {
     }
     if (every > 0 && !pending.empty()) TakeReference();
     TakeDarks(plan_.dark_repeats);
-    session_.Seal("complete");
-    summary_.rig_s = devices_.clock->MonotonicSeconds() - start;
-    return summary_;
   }
 
  private:
@@ -74,9 +66,8 @@ class Run {
     return pending;
   }
 
-  // Home, tell the rig what is coming, warm up, look at the dark level.
+  // Tell the rig what is coming, warm up, look at the dark level.
   void Prepare(const std::vector<PlannedPosition>& pending) {
-    taker_.Home();
     if (devices_.announce) {
       hal::VisitPlan visits;
       visits.epoch = session_.epoch();
@@ -128,7 +119,7 @@ class Run {
         record.kind = FrameKind::kDark;
         record.exposure_index = rung;
         record.repeat = first_repeat + repeat;
-        taker_.Commit(record, taker_.Shoot(record, [](const Shot&) { return std::string(); }));
+        taker_.Commit(record, taker_.Shoot(record));
       }
     }
     taker_.SelectShutter("open");
@@ -140,7 +131,7 @@ class Run {
                          rig_.camera};
     for (Probe probe = walk.First();;) {
       taker_.Configure(probe.rung);
-      const Shot shot = taker_.Shoot(place, [](const Shot&) { return std::string(); });
+      const Shot shot = taker_.Shoot(place);
       const FrameStatistics& s = shot.statistics;
       session_.Append("probe", {{"i", place.i},
                                 {"j", place.j},
@@ -224,7 +215,7 @@ class Run {
             ChooseRungs(ProbeRate(record), expanded_.ladder_s, plan_.exposure, rig_.camera).first;
       record.exposure_index = reference_rung_[channel];
       taker_.Configure(record.exposure_index);
-      const Shot shot = taker_.Shoot(record, [](const Shot&) { return std::string(); });
+      const Shot shot = taker_.Shoot(record);
       taker_.Commit(record, shot);
       const double rate =
           (shot.statistics.mean_dn - rig_.camera.black_dn) / shot.frame.settings.exposure_s;
@@ -255,8 +246,8 @@ class Run {
   const hal::RigDescription& rig_;
   core::SessionWriter& session_;
   const CaptureOptions& options_;
-  CaptureSummary summary_;
-  FrameTaker taker_;
+  FrameTaker& taker_;
+  CaptureSummary& summary_;
 
   std::map<int, int> reference_rung_;  // by channel
   std::map<int, double> first_reference_rate_;
@@ -281,15 +272,12 @@ Json ToJson(const CaptureSummary& s) {
 CaptureSummary RunCapture(const Plan& plan, hal::Devices& devices,
                           const std::filesystem::path& folder, const CaptureOptions& options) {
   const ExpandedPlan expanded = ExpandPlan(plan, devices);
-  CheckDiskAndSafety(DryRun(expanded, devices).bytes, devices, folder);
-  core::SessionWriter session = OpenSession(folder, ToJson(expanded), devices, options.resume);
-  if (session.journal_says_sealed()) {
-    session.Seal("complete");
-    CaptureSummary summary;
-    summary.positions_total = static_cast<int>(expanded.positions.size());
-    return summary;
-  }
-  return Run(expanded, devices, session, options).Capture();
+  const SessionToTake what{ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s,
+                           plan.exposure.max_attempts, static_cast<int>(expanded.positions.size())};
+  return TakeSession(what, devices, folder, options,
+                     [&](core::SessionWriter& session, FrameTaker& taker, CaptureSummary& summary) {
+                       Run(expanded, devices, session, taker, summary, options).Capture();
+                     });
 }
 
 namespace {

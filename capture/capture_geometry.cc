@@ -4,8 +4,7 @@
 
 #include "capture/below_saturation.h"
 #include "capture/expanded_plan.h"
-#include "capture/preflight.h"
-#include "capture/session_description.h"
+#include "capture/take_session.h"
 #include "core/error.h"
 #include "core/json.h"
 #include "core/progress.h"
@@ -26,24 +25,11 @@ std::set<int> ViewsIn(const Records& records) {
   return views;
 }
 
-}  // namespace
-
-CaptureSummary RunGeometryCapture(const GeometryPlan& plan, hal::Devices& devices,
-                                  const std::filesystem::path& folder,
-                                  const CaptureOptions& options) {
-  const ExpandedGeometryPlan expanded = ExpandPlan(plan, devices);
-  CheckDiskAndSafety(DryRun(expanded, devices).bytes, devices, folder);
-  core::SessionWriter session = OpenSession(folder, ToJson(expanded), devices, options.resume);
-  CaptureSummary summary;
-  if (session.journal_says_sealed()) {
-    session.Seal("complete");
-    return summary;
-  }
-  const double start = devices.clock->MonotonicSeconds();
+// What the session lacks.
+void TakePending(const ExpandedGeometryPlan& expanded, hal::Devices& devices,
+                const core::SessionWriter& session, FrameTaker& taker) {
+  const GeometryPlan& plan = expanded.plan;
   const std::set<int> there = ViewsIn(session.committed_frames());
-  FrameTaker taker(devices, session, expanded.ladder_s, plan.max_attempts, options, summary);
-  session.StartEpoch(DescribeDevices(devices));
-  taker.Home();
   taker.SelectShutter("open");
   core::Progress progress("capture", expanded.views.size());
   for (int n = 0; n < static_cast<int>(expanded.views.size()); ++n) {
@@ -61,9 +47,20 @@ CaptureSummary RunGeometryCapture(const GeometryPlan& plan, hal::Devices& device
     taker.Commit(record, shot);
   }
   taker.SelectTarget("none");
-  session.Seal("complete");
-  summary.rig_s = devices.clock->MonotonicSeconds() - start;
-  return summary;
+}
+
+}  // namespace
+
+CaptureSummary RunGeometryCapture(const GeometryPlan& plan, hal::Devices& devices,
+                                  const std::filesystem::path& folder,
+                                  const CaptureOptions& options) {
+  const ExpandedGeometryPlan expanded = ExpandPlan(plan, devices);
+  return TakeSession(
+      {ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s, plan.max_attempts},
+      devices, folder, options,
+      [&](core::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
+        TakePending(expanded, devices, session, taker);
+      });
 }
 
 int MissingGeometryFrames(const core::SessionReader& session) {

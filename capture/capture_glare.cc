@@ -5,8 +5,7 @@
 
 #include "capture/below_saturation.h"
 #include "capture/expanded_plan.h"
-#include "capture/preflight.h"
-#include "capture/session_description.h"
+#include "capture/take_session.h"
 #include "core/json.h"
 #include "core/progress.h"
 
@@ -35,22 +34,10 @@ struct Taken {
   }
 };
 
-}  // namespace
-
-CaptureSummary RunGlareCapture(const GlarePlan& plan, hal::Devices& devices,
-                               const std::filesystem::path& folder, const CaptureOptions& options) {
-  const ExpandedGlarePlan expanded = ExpandPlan(plan, devices);
-  CheckDiskAndSafety(DryRun(expanded, devices).bytes, devices, folder);
-  core::SessionWriter session = OpenSession(folder, ToJson(expanded), devices, options.resume);
-  CaptureSummary summary;
-  if (session.journal_says_sealed()) {
-    session.Seal("complete");
-    return summary;
-  }
-  const double start = devices.clock->MonotonicSeconds();
-  FrameTaker taker(devices, session, expanded.ladder_s, plan.max_attempts, options, summary);
-  session.StartEpoch(DescribeDevices(devices));
-  taker.Home();
+// What the session lacks.
+void TakePending(const ExpandedGlarePlan& expanded, hal::Devices& devices,
+                const core::SessionWriter& session, FrameTaker& taker) {
+  const GlarePlan& plan = expanded.plan;
   taker.SelectShutter("open");
   Taken taken(session.committed_frames());
   core::Progress progress("capture", expanded.targets.size());
@@ -67,7 +54,7 @@ CaptureSummary RunGlareCapture(const GlarePlan& plan, hal::Devices& devices,
     for (record.repeat = 0;; ++record.repeat) {
       taker.Commit(record, shot);
       if (record.repeat + 1 == plan.repeats) break;
-      shot = taker.Shoot(record, [](const Shot&) { return std::string(); });
+      shot = taker.Shoot(record);
     }
     taken.darks.try_emplace(record.exposure_index, 0);
   }
@@ -80,13 +67,23 @@ CaptureSummary RunGlareCapture(const GlarePlan& plan, hal::Devices& devices,
       record.kind = FrameKind::kDark;
       record.exposure_index = rung;
       record.repeat = repeat;
-      taker.Commit(record, taker.Shoot(record, [](const Shot&) { return std::string(); }));
+      taker.Commit(record, taker.Shoot(record));
     }
   }
   taker.SelectShutter("open");
-  session.Seal("complete");
-  summary.rig_s = devices.clock->MonotonicSeconds() - start;
-  return summary;
+}
+
+}  // namespace
+
+CaptureSummary RunGlareCapture(const GlarePlan& plan, hal::Devices& devices,
+                               const std::filesystem::path& folder, const CaptureOptions& options) {
+  const ExpandedGlarePlan expanded = ExpandPlan(plan, devices);
+  return TakeSession(
+      {ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s, plan.max_attempts},
+      devices, folder, options,
+      [&](core::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
+        TakePending(expanded, devices, session, taker);
+      });
 }
 
 int MissingGlareFrames(const core::SessionReader& session) {

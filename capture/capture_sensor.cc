@@ -8,8 +8,7 @@
 
 #include "capture/expanded_plan.h"
 #include "capture/frame_taker.h"
-#include "capture/preflight.h"
-#include "capture/session_description.h"
+#include "capture/take_session.h"
 #include "core/error.h"
 #include "core/json.h"
 #include "core/progress.h"
@@ -41,8 +40,6 @@ FrameKey KeyOf(const FrameRecord& record) {
   return {record.kind, record.channel, record.exposure_index, record.repeat};
 }
 
-const FrameTaker::Doubt kNoDoubt = [](const Shot&) { return std::string(); };
-
 // Exposure time that fills the sensor on average, from the longest exposure without a saturated
 // pixel.
 double TimeToFill(const ExpandedSensorPlan& expanded, FrameTaker& taker,
@@ -52,7 +49,7 @@ double TimeToFill(const ExpandedSensorPlan& expanded, FrameTaker& taker,
     FrameRecord place;
     place.channel = channel;
     place.exposure_index = rung;
-    const FrameStatistics s = taker.Shoot(place, kNoDoubt).statistics;
+    const FrameStatistics s = taker.Shoot(place).statistics;
     if (s.saturated_share > 0) continue;
     const double signal = s.mean_dn - camera.black_dn,
                  range = camera.saturation_dn - camera.black_dn;
@@ -87,29 +84,16 @@ void CheckLadder(const ExpandedSensorPlan& expanded, double fill_s, int channel)
                   0.01 * fill_s, 1.4 * fill_s));
 }
 
-}  // namespace
-
-CaptureSummary RunSensorCapture(const SensorPlan& plan, hal::Devices& devices,
-                                const std::filesystem::path& folder,
-                                const CaptureOptions& options) {
-  const ExpandedSensorPlan expanded = ExpandPlan(plan, devices);
-  CheckDiskAndSafety(DryRun(expanded, devices).bytes, devices, folder);
-  core::SessionWriter session = OpenSession(folder, ToJson(expanded), devices, options.resume);
-  CaptureSummary summary;
-  if (session.journal_says_sealed()) {
-    session.Seal("complete");
-    return summary;
-  }
-  const double start = devices.clock->MonotonicSeconds();
+// What the session lacks.
+void TakePending(const ExpandedSensorPlan& expanded, hal::Devices& devices,
+                const core::SessionWriter& session, FrameTaker& taker) {
+  const SensorPlan& plan = expanded.plan;
   std::set<FrameKey> there;
   for (const FrameRecord& record : session.committed_frames()) there.insert(KeyOf(record));
   std::vector<FrameKey> pending =
       PlannedFrames(plan.channels, static_cast<int>(expanded.ladder_s.size()), plan.pairs);
   std::erase_if(pending, [&](const FrameKey& key) { return there.contains(key); });
 
-  FrameTaker taker(devices, session, expanded.ladder_s, plan.max_attempts, options, summary);
-  session.StartEpoch(DescribeDevices(devices));
-  taker.Home();
   if (devices.announce) {
     const hal::StagePosition where = devices.stage->Where();
     devices.announce({session.epoch(), {where.readback}});
@@ -133,13 +117,24 @@ CaptureSummary RunSensorCapture(const SensorPlan& plan, hal::Devices& devices,
     record.channel = channel;
     record.exposure_index = rung;
     record.repeat = repeat;
-    taker.Commit(record, taker.Shoot(record, kNoDoubt));
+    taker.Commit(record, taker.Shoot(record));
     progress.Advance();
   }
   taker.SelectShutter("open");
-  session.Seal("complete");
-  summary.rig_s = devices.clock->MonotonicSeconds() - start;
-  return summary;
+}
+
+}  // namespace
+
+CaptureSummary RunSensorCapture(const SensorPlan& plan, hal::Devices& devices,
+                                const std::filesystem::path& folder,
+                                const CaptureOptions& options) {
+  const ExpandedSensorPlan expanded = ExpandPlan(plan, devices);
+  return TakeSession(
+      {ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s, plan.max_attempts},
+      devices, folder, options,
+      [&](core::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
+        TakePending(expanded, devices, session, taker);
+      });
 }
 
 int MissingSensorFrames(const core::SessionReader& session) {

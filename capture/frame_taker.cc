@@ -165,7 +165,7 @@ Shot FrameTaker::Shoot(const FrameRecord& place, const Doubt& doubt) {
       fresh = shot.reason.empty();
     }
     if (fresh) {
-      shot.reason = doubt(shot);
+      if (doubt) shot.reason = doubt(shot);
       last_id_ = shot.frame.frame_id;
       last_image_ = shot.frame.image;
     }

@@ -53,7 +53,7 @@ class FrameTaker {
   // that is not fresh after them is a HardwareError, one that `doubt` objects to (its sentence, or
   // empty) is flagged. `place` only names the frame in the journal.
   using Doubt = std::function<std::string(const Shot&)>;
-  Shot Shoot(const core::FrameRecord& place, const Doubt& doubt);
+  Shot Shoot(const core::FrameRecord& place, const Doubt& doubt = {});
   // One more frame of the session; the record's exposure_index is the rung.
   void Commit(core::FrameRecord record, const Shot& shot);
 
