@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "cli/budget_report.h"
 #include "cli/program.h"
@@ -10,7 +11,7 @@ namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string session, settings, report, lamp_level = "first-reference", flat_field;
+  std::string session, settings, report, lamp_level = "first-reference", flat_field, filter;
   std::vector<std::string> calibrations;
   std::vector<std::vector<double>> at;
   bool skip_hashes = false;
@@ -32,8 +33,10 @@ core::Json Run(const Options& options) {
   how.calibrations.assign(options.calibrations.begin(), options.calibrations.end());
   how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
                                                    : reconstruct::LampLevel::kFirstReference;
-  const auto budget =
-      reconstruct::ComputeErrorBudget(core::SessionReader(options.session), settings, how);
+  std::optional<lightfield::MeasuredFilter> filter;
+  if (!options.filter.empty()) filter = lightfield::ReadMeasuredFilter(options.filter);
+  const auto budget = reconstruct::ComputeErrorBudget(core::SessionReader(options.session),
+                                                      settings, how, filter ? &*filter : nullptr);
   PrintErrorBudget(budget);
   if (!options.report.empty()) WriteBudgetReport(budget, options.session, options.report);
   return reconstruct::ToJson(budget);
@@ -60,6 +63,7 @@ void AddBudget(Program& program) {
       ->check(CLI::IsMember({"first-reference", "monitor"}));
   verb.add_option("--calibration", options->calibrations, "As of merge: a .cal.json");
   verb.add_option("--flat-field", options->flat_field, "As of merge: a .flat.exr");
+  verb.add_option("--filter", options->filter, "As of reconstruct: a .filter.exr");
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }

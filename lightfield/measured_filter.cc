@@ -11,7 +11,7 @@
 namespace luxfield::lightfield {
 namespace {
 
-constexpr int kVersion = 1, kMaxTexelsPerAxis = 16384;
+constexpr int kVersion = 2, kMaxTexelsPerAxis = 16384;
 constexpr const char* kRemedy = "make the file anew with `luxfield filter measure`";
 
 std::vector<std::string> PartNames(FilterKind filter) {
@@ -41,6 +41,7 @@ void MeasuredFilter::Validate(const std::string& file) const {
   positive("luxfield:filter_scale", filter_scale);
   positive("luxfield:dx_m", lattice.ds_m);
   positive("luxfield:dy_m", lattice.dt_m);
+  positive("luxfield:sum_sigma_ratio", sum_sigma_ratio);
   const auto finite = [&](const char* field, double value) {
     RequireNumber(file, field, value, true, "finite");
   };
@@ -50,7 +51,9 @@ void MeasuredFilter::Validate(const std::string& file) const {
   finite("luxfield:shift_y_m", shift_m.y);
   finite("luxfield:rotation_rad", rotation_rad);
   for (const auto& [field, value] : {std::pair{"luxfield:shift_sigma_m", shift_sigma_m},
-                                     std::pair{"luxfield:rotation_sigma_rad", rotation_sigma_rad}})
+                                     std::pair{"luxfield:rotation_sigma_rad", rotation_sigma_rad},
+                                     std::pair{"luxfield:position_sigma_m", position_sigma_m},
+                                     std::pair{"luxfield:level_sigma", level_sigma}})
     RequireNumber(file, field, value, value >= 0, "at least 0");
   for (const int size : {lattice.width, lattice.height})
     if (size < 1 || size > kMaxTexelsPerAxis)
@@ -92,6 +95,9 @@ void WriteMeasuredFilter(const std::filesystem::path& path, const MeasuredFilter
       {"luxfield:rotation_rad", filter.rotation_rad},
       {"luxfield:shift_sigma_m", filter.shift_sigma_m},
       {"luxfield:rotation_sigma_rad", filter.rotation_sigma_rad},
+      {"luxfield:position_sigma_m", filter.position_sigma_m},
+      {"luxfield:level_sigma", filter.level_sigma},
+      {"luxfield:sum_sigma_ratio", filter.sum_sigma_ratio},
   };
   parts.front().attributes.merge(BasisAttributes(filter.basis));
   parts.front().attributes.merge(ProvenanceAttributes(filter.provenance));
@@ -130,6 +136,9 @@ MeasuredFilter ReadMeasuredFilter(const std::filesystem::path& path) {
   filter.rotation_rad = number("luxfield:rotation_rad");
   filter.shift_sigma_m = number("luxfield:shift_sigma_m");
   filter.rotation_sigma_rad = number("luxfield:rotation_sigma_rad");
+  filter.position_sigma_m = number("luxfield:position_sigma_m");
+  filter.level_sigma = number("luxfield:level_sigma");
+  filter.sum_sigma_ratio = number("luxfield:sum_sigma_ratio");
   filter.provenance = ReadProvenance(reader, first);
   filter.Validate(file);
 

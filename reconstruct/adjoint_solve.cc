@@ -11,7 +11,8 @@ namespace luxfield::reconstruct {
 using lightfield::Measurements;
 using lightfield::Weights;
 
-Weights AdjointSolve(const Measurements& measurements, const Weights& coefficient_weights) {
+Weights AdjointSolve(const Measurements& measurements, const Weights& coefficient_weights,
+                     const FilterSystem* system) {
   if (measurements.filter != lightfield::FilterKind::kBasis)
     throw InputError("the error budget of dual filters is not built; take `basis` filters");
   const auto& geometry = measurements.geometry;
@@ -25,10 +26,10 @@ Weights AdjointSolve(const Measurements& measurements, const Weights& coefficien
     in.push_back(coefficient_weights.data() + static_cast<std::size_t>(m) * values);
     out.push_back(weights.data() + static_cast<std::size_t>(m) * values);
   }
-  solver.Solve<double, double>(in.data(), out.data(), values);
+  if (!system) solver.Solve<double, double>(in.data(), out.data(), values);
 
-  // Texels with unknown positions: their own matrix, one per set of known positions.
-  std::map<std::vector<bool>, std::vector<std::size_t>> incomplete;
+  // The others by their own matrix, one per set of known positions.
+  std::map<std::vector<bool>, std::vector<std::size_t>> dense;
   for (std::size_t p = 0; p < texels; ++p) {
     std::vector<bool> known(static_cast<std::size_t>(images));
     bool complete = true;
@@ -36,10 +37,12 @@ Weights AdjointSolve(const Measurements& measurements, const Weights& coefficien
       known[m] = !(measurements.positions[m].mask[p] & lightfield::kUnknownMask);
       complete &= known[m];
     }
-    if (!complete) incomplete[known].push_back(p);
+    if (!complete || system) dense[known].push_back(p);
   }
-  for (const auto& [known, pixels] : incomplete) {
-    const PixelWeights inverse = MinimumNormWeights(GramSystem(solver), known).Dense();
+  const std::vector<double> a = system ? system->Dense() : std::vector<double>{};
+  for (const auto& [known, pixels] : dense) {
+    const PixelWeights inverse = system ? MinimumNorm(a, images, known)
+                                        : MinimumNormWeights(GramSystem(solver), known).Dense();
     const std::size_t columns = inverse.known.size();
     for (const std::size_t p : pixels)
       for (int channel = 0; channel < geometry.channels; ++channel) {

@@ -3,18 +3,21 @@
 //
 //   Q = sum q C,  C = P E   =>   Q = sum w E,  w = P^T q,
 //
-// P = G_v^-1 (x) G_u^-1 per texel, symmetric, and the smallest-norm solution's matrix where
-// positions are unknown (missing_data.h). Double throughout.
+// P = G_v^-1 (x) G_u^-1 per texel, symmetric, or the inverse of the forward model, and the
+// smallest-norm solution's matrix where positions are unknown (missing_data.h). Double throughout.
 #pragma once
 
 #include "lightfield/linear_functional.h"
 #include "lightfield/measurements.h"
+#include "reconstruct/filter_system.h"
 
 namespace luxfield::reconstruct {
 
 // Weights of measurements.positions[m].irradiance, laid out as LightField::data; 0 for unknown
-// values. Throws InputError for dual filters.
+// values. `system`: of filters as measured, one row a position; null: ideal ones. Throws InputError
+// for dual filters.
 lightfield::Weights AdjointSolve(const lightfield::Measurements& measurements,
-                                 const lightfield::Weights& coefficient_weights);
+                                 const lightfield::Weights& coefficient_weights,
+                                 const FilterSystem* system = nullptr);
 
 }  // namespace luxfield::reconstruct

@@ -140,9 +140,10 @@ Centroid MeasureDisc(const Picture& picture, const Homography& plane_from_sensor
   struct Sample {
     Vec2 offset;
     double area, value, variance;
+    bool around;  // of the dark that is subtracted
   };
   std::vector<Sample> inside;
-  double dark = 0, dark_area = 0;
+  double dark = 0, dark_area = 0, all_area = 0;
   const int row0 = std::max(0, static_cast<int>(middle.y - reach)),
             row1 = std::min(picture.height, static_cast<int>(middle.y + reach) + 1),
             column0 = std::max(0, static_cast<int>(middle.x - reach)),
@@ -157,7 +158,8 @@ Centroid MeasureDisc(const Picture& picture, const Homography& plane_from_sensor
       const double distance = std::hypot(offset.x, offset.y) / expected.radius_m;
       if (distance > 2) continue;
       const double area = AreaFactor(h, p), sigma = picture.sigma[k];
-      inside.push_back({offset, area, value, sigma * sigma});
+      inside.push_back({offset, area, value, sigma * sigma, distance >= 1.6});
+      all_area += area;
       if (distance < 1.6) continue;
       dark += area * value;
       dark_area += area;
@@ -172,13 +174,16 @@ Centroid MeasureDisc(const Picture& picture, const Homography& plane_from_sensor
   }
   if (!(light > 0)) return {expected.centre_m, 0, 0};
   const Vec2 shift = (1 / light) * moment;
-  double variance = 0;
+  double variance = 0, light_variance = 0;
   for (const Sample& s : inside) {
     const Vec2 d = s.offset - shift;
     variance += 0.5 * (d.x * d.x + d.y * d.y) * s.area * s.area * s.variance;
+    const double share = s.area * (s.around ? 1 - all_area / dark_area : 1);
+    light_variance += share * share * s.variance;
   }
-  return {expected.centre_m + shift, std::sqrt(variance) / light,
-          light / (std::numbers::pi * expected.radius_m * expected.radius_m)};
+  const double disc_area = std::numbers::pi * expected.radius_m * expected.radius_m;
+  return {expected.centre_m + shift, std::sqrt(variance) / light, light / disc_area,
+          std::sqrt(light_variance) / disc_area};
 }
 
 }  // namespace luxfield::reconstruct

@@ -37,6 +37,7 @@ struct Centroid {
   lightfield::Vec2 centre_m;
   double sigma_m = 0;  // of either coordinate, from the picture's noise
   double light = 0;    // mean over the disc's area, above the dark around it
+  double light_sigma = 0;
 };
 
 // Centroid of the light within two radii of `expected` less the mean between 1.6 and 2 radii,

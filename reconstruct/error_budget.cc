@@ -13,6 +13,8 @@
 #include "reconstruct/basis_truncation.h"
 #include "reconstruct/calibrate_glare.h"
 #include "reconstruct/error_propagation.h"
+#include "reconstruct/filter_noise.h"
+#include "reconstruct/filter_system.h"
 #include "reconstruct/geometry_calibration_file.h"
 #include "reconstruct/geometry_uncertainty.h"
 #include "reconstruct/reconstruct.h"
@@ -26,9 +28,9 @@ using lightfield::Vec3;
 using lightfield::Weights;
 
 constexpr std::array<const char*, kErrorSources> kNames = {
-    "photon noise", "read noise",    "PRNU",        "shutter",     "lamp drift",
-    "monitor",      "stage",         "image shift", "geometry",    "print shift",
-    "density",      "density gamma", "grain",       "stray light", "light meter"};
+    "photon noise", "read noise",   "PRNU",        "shutter",     "lamp drift", "monitor",
+    "stage",        "image shift",  "geometry",    "print shift", "density",    "density gamma",
+    "grain",        "filter noise", "stray light", "light meter"};
 
 struct Asked {
   std::string name, unit;
@@ -216,6 +218,30 @@ ErrorSizes KnownSizes(const BudgetSettings& settings, const MergeSessionOptions&
   return sizes;
 }
 
+// The sizes of the print's errors, with those of its measurement.
+ErrorSizes WithFilter(ErrorSizes sizes, const lightfield::MeasuredFilter& filter) {
+  sizes.print_shift_m = std::hypot(sizes.print_shift_m.value_or(0), filter.position_sigma_m);
+  sizes.density = std::hypot(sizes.density.value_or(0), filter.level_sigma);
+  sizes.density_gamma = sizes.density_gamma.value_or(0);
+  sizes.grain = sizes.grain.value_or(0);
+  return sizes;
+}
+
+// At the planned places, as all sensitivities are.
+FilterSystem SystemOf(const lightfield::BasisGrid& grid, const lightfield::MeasuredFilter& filter) {
+  std::vector<lightfield::Vec2> centres;
+  for (int m = 0; m < grid.count(); ++m)
+    centres.push_back(grid.centre(m % grid.width, m / grid.width));
+  return FilterSystem(grid, &filter, centres);
+}
+
+double FilterNoise(const LightField& field, const lightfield::MeasuredFilter& filter,
+                   const Weights& weights) {
+  LagSums lags;
+  for (int m = 0; m < field.geometry.grid.count(); ++m) lags += SumLags(field, weights, m);
+  return std::sqrt(FilterNoiseVariance(filter, lags));
+}
+
 }  // namespace
 
 const char* ErrorSourceName(ErrorSource source) { return kNames[static_cast<std::size_t>(source)]; }
@@ -227,11 +253,13 @@ double QuantityBudget::Total() const {
 }
 
 ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetSettings& settings,
-                               const MergeSessionOptions& how) {
+                               const MergeSessionOptions& how,
+                               const lightfield::MeasuredFilter* filter) {
   const SessionPlan plan = CalibratedPlan(session, how);
   const auto measurements = MergeSession(session, how);
   ReconstructOptions in_double;
   in_double.precision = Precision::kDouble;
+  in_double.filter = filter;
   const LightField field = Reconstruct(measurements, in_double).coefficients;
 
   std::vector<Asked> quantities = Ask(field, settings);
@@ -240,8 +268,14 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
     scaled = ScaleByMeter(field, *settings.meter, &quantities);
     quantities.push_back(std::move(scaled->factor));
   }
+  std::optional<FilterSystem> system;
+  if (filter) system.emplace(SystemOf(field.geometry.grid, *filter));
   std::vector<Weights> weights;
-  for (const Asked& q : quantities) weights.push_back(AdjointSolve(measurements, q.weights));
+  std::vector<double> filter_noise;
+  for (const Asked& q : quantities) {
+    weights.push_back(AdjointSolve(measurements, q.weights, system ? &*system : nullptr));
+    if (filter) filter_noise.push_back(FilterNoise(field, *filter, weights.back()));
+  }
   const auto by_geometry = GeometrySigmas(how, measurements, field, quantities, weights);
   ErrorPropagation propagation({session, plan, how, measurements, field}, std::move(weights));
   MergeSessionOptions observed = how;
@@ -249,7 +283,8 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
   observed.check_hashes = false;
   MergeSession(session, observed);
 
-  const ErrorSizes sizes = KnownSizes(settings, how, plan.sensor);
+  ErrorSizes sizes = KnownSizes(settings, how, plan.sensor);
+  if (filter) sizes = WithFilter(sizes, *filter);
   ErrorBudget budget;
   for (std::size_t q = 0; q < quantities.size(); ++q) {
     QuantityBudget& result = budget.quantities.emplace_back();
@@ -258,6 +293,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
     result.value = quantities[q].value;
     result.truncation = quantities[q].truncation;
     result.sigma = propagation.Sigma(q, sizes);
+    if (filter) result.sigma[static_cast<std::size_t>(ErrorSource::kFilterNoise)] = filter_noise[q];
     if (by_geometry)
       result.sigma[static_cast<std::size_t>(ErrorSource::kGeometry)] = (*by_geometry)[q];
     if (scaled)

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "core/session_store.h"
+#include "lightfield/measured_filter.h"
 #include "reconstruct/budget_settings.h"
 #include "reconstruct/merge_session.h"
 
@@ -41,10 +42,11 @@ enum class ErrorSource {
   kDensity,       // of the print
   kDensityGamma,  //
   kGrain,         //
+  kFilterNoise,   // of the photographs of a filter used as measured
   kStrayLight,    //
   kMeter,         // the light meter's readings and calibration
 };
-constexpr int kErrorSources = 15;
+constexpr int kErrorSources = 16;
 
 // "photon noise" ...
 const char* ErrorSourceName(ErrorSource source);
@@ -81,10 +83,13 @@ struct ErrorBudget {
   std::optional<MeterScale> scale;
 };
 
-// `how.observer` must be null. Throws what merging and solving throw, and InputError for dual
+// `how.observer` must be null. With a filter as measured, its own uncertainties of place and level
+// join those that the settings state of the print, and what they do not state of its tone and grain
+// is none: both were measured. Throws what merging and solving throw, and InputError for dual
 // filters and receivers that see a part of the filter plane only.
 ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetSettings& settings,
-                               const MergeSessionOptions& how = {});
+                               const MergeSessionOptions& how = {},
+                               const lightfield::MeasuredFilter* filter = nullptr);
 
 // {"quantities": [{"name", "unit", "value", "sigma", "relative", "truncation": number or null,
 // "sources": {name: sigma or null}}], "scale": {...}}

@@ -32,7 +32,8 @@ class ErrorPropagation : public MergeObserver {
   void OnReferences(std::span<const MergedReference> references, const LampDrift& drift) override;
   void OnBracket(const MergedBracket& bracket) override;
 
-  // Standard deviations of quantity q; kMeter and kGeometry stay absent. To be asked after the merge.
+  // Standard deviations of quantity q; kMeter, kGeometry and kFilterNoise
+  // stay absent. To be asked after the merge.
   std::array<std::optional<double>, kErrorSources> Sigma(std::size_t q,
                                                          const ErrorSizes& sizes) const;
 

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <tuple>
+#include <utility>
 
 #include "core/error.h"
 #include "reconstruct/disc_centroids.h"
@@ -38,9 +41,23 @@ Values KnownPixels(const MergedFrame& photograph) {
 
 double Norm(Vec2 v) { return std::hypot(v.x, v.y); }
 
+// Standard deviation of a coordinate of the axis from holes whose coordinates have 1: first-order
+// least squares for a homography seen upright.
+double AxisSigma(const FilterSheet& sheet) {
+  Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
+  for (const RegistrationMark& mark : sheet.holder_marks) {
+    const double x = mark.centre_m.x / sheet.half_m, y = mark.centre_m.y / sheet.half_m;
+    Eigen::Matrix<double, 2, 8> row;
+    row << x, y, 1, 0, 0, 0, -x * x, -x * y, 0, 0, 0, x, y, 1, -x * y, -y * y;
+    normal += row.transpose() * row;
+  }
+  return std::sqrt(normal.inverse()(2, 2));
+}
+
 // The camera's homography from the holder's holes; the second round takes their centroids on the
 // plane instead of in the picture, where perspective shifts circles.
-Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light, double* residual_m) {
+Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light, double* residual_m,
+                            double* axis_sigma_m) {
   const auto found = FindDiscs(light, sheet.half_m, sheet.holder_marks);
   std::vector<Vec2> sensor, plane;
   for (std::size_t k = 0; k < found.size(); ++k) {
@@ -63,12 +80,20 @@ Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light, doub
     }
     h = FitHomography(sensor, targets);
   }
-  double square = 0;
+  const auto holes = static_cast<double>(sheet.holder_marks.size());
+  double square = 0, variance = 0;
   for (const RegistrationMark& mark : sheet.holder_marks) {
-    const double off = Norm(MeasureDisc(light, h, mark).centre_m - mark.centre_m);
-    square += off * off / static_cast<double>(sheet.holder_marks.size());
+    const Centroid hole = MeasureDisc(light, h, mark);
+    const double off = Norm(hole.centre_m - mark.centre_m);
+    square += off * off / holes;
+    variance += hole.sigma_m * hole.sigma_m / holes;
   }
   *residual_m = std::sqrt(square);
+  // Of a hole's coordinates: noise, unless the holes contradict each other by far more (8 holes
+  // leave 8 degrees of freedom, of which chi^2 exceeds 20 once in 100 times).
+  const double degrees = 2 * holes - 8;
+  const double seen = degrees > 0 ? square * holes / degrees : 0;
+  *axis_sigma_m = AxisSigma(sheet) * std::sqrt(seen > 2.5 * variance ? seen : variance);
   if (!(*residual_m <= kLargestResidual * sheet.spacing_m))
     throw InputError(kFile,
                      fmt::format("the holes of the holder lie {:.3g} mm rms from their places, at "
@@ -78,18 +103,23 @@ Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light, doub
   return h;
 }
 
-// The print through the holes over the light alone.
-double LightRatio(const FilterSheet& sheet, const Homography& h, const Picture& light,
-                  const Picture& print) {
-  double with = 0, without = 0;
+// The print through the holes over the light alone, and its standard deviation.
+std::pair<double, double> LightRatio(const FilterSheet& sheet, const Homography& h,
+                                     const Picture& light, const Picture& print) {
+  double with = 0, without = 0, with_variance = 0, without_variance = 0;
   for (const RegistrationMark& mark : sheet.holder_marks) {
-    with += MeasureDisc(print, h, mark).light;
-    without += MeasureDisc(light, h, mark).light;
+    const Centroid a = MeasureDisc(print, h, mark), b = MeasureDisc(light, h, mark);
+    with += a.light;
+    with_variance += a.light_sigma * a.light_sigma;
+    without += b.light;
+    without_variance += b.light_sigma * b.light_sigma;
   }
   if (!(with > 0.05 * without && with < 20 * without))
     throw InputError(kFile, "the holder's holes are not where the light alone showed them",
                      "leave camera and holder where they are between the photographs");
-  return with / without;
+  const double ratio = with / without;
+  return {ratio, ratio * std::hypot(std::sqrt(with_variance) / with,
+                                    std::sqrt(without_variance) / without)};
 }
 
 // T per pixel, unknown where the light is below a twentieth of its upper level: on the holder.
@@ -234,6 +264,27 @@ lightfield::MeasuredPrint ToTexels(const Homography& h, const MergedFrame& trans
   return {std::move(image.value), std::move(image.sigma)};
 }
 
+// Standard deviation of the integral over the texels by the pixels over that by the texels.
+double SumSigmaRatio(const Homography& h, const MergedFrame& transmittance, const Lattice& lattice,
+                     const lightfield::MeasuredPrint& print) {
+  double by_pixels = 0, by_texels = 0;
+  for (int row = 0; row < transmittance.height; ++row)
+    for (int column = 0; column < transmittance.width; ++column) {
+      const Vec2 q = Apply(h, {column + 0.5, row + 0.5});
+      const double c = lattice.column_of_s(q.x), r = lattice.row_of_t(q.y);
+      if (!(c >= 0 && c < lattice.width && r >= 0 && r < lattice.height)) continue;
+      const Vec2 right = Apply(h, {column + 1.5, row + 0.5}) - q,
+                 down = Apply(h, {column + 0.5, row + 1.5}) - q;
+      const double area = right.x * down.y - right.y * down.x;
+      const double sigma =
+          area *
+          transmittance.sigma_e_per_s[static_cast<std::size_t>(row) * transmittance.width + column];
+      by_pixels += sigma * sigma;
+    }
+  for (const float sigma : print.sigma) by_texels += std::pow(lattice.texel_area_m2() * sigma, 2);
+  return by_texels > 0 ? std::sqrt(by_pixels / by_texels) : 1;
+}
+
 }  // namespace
 
 lightfield::ToneTable FilterReadings::Tone() const {
@@ -265,11 +316,13 @@ nlohmann::json ToJson(const FilterReadings& readings) {
                       {"rotation_sigma_rad", p.rotation_sigma_rad},
                       {"mark_residual_m", p.mark_residual_m},
                       {"light_ratio", p.light_ratio},
+                      {"light_ratio_sigma", p.light_ratio_sigma},
                       {"wedge", wedge}});
   }
   return {{"holder_from_sensor", readings.holder_from_sensor},
           {"pixel_m", readings.pixel_m},
           {"holder_residual_m", readings.holder_residual_m},
+          {"axis_sigma_m", readings.axis_sigma_m},
           {"prints", prints}};
 }
 
@@ -287,7 +340,8 @@ MeasuredFilter MeasureFilter(const FilterSheet& sheet, const MergedFrame& light,
   r = {};
   const Values light_values = KnownPixels(light);
   const Picture light_picture = light_values.View(light);
-  r.holder_from_sensor = HolderFromSensor(sheet, light_picture, &r.holder_residual_m);
+  r.holder_from_sensor =
+      HolderFromSensor(sheet, light_picture, &r.holder_residual_m, &r.axis_sigma_m);
   const Homography& h = r.holder_from_sensor;
   const Vec2 middle{0.5 * light.width, 0.5 * light.height};
   const Vec2 right = Apply(h, middle + Vec2{1, 0}) - Apply(h, middle),
@@ -303,18 +357,25 @@ MeasuredFilter MeasureFilter(const FilterSheet& sheet, const MergedFrame& light,
   for (const MergedFrame& print : prints) {
     PrintReading& reading = r.prints.emplace_back();
     const Values values = KnownPixels(print);
-    reading.light_ratio = LightRatio(sheet, h, light_picture, values.View(print));
+    std::tie(reading.light_ratio, reading.light_ratio_sigma) =
+        LightRatio(sheet, h, light_picture, values.View(print));
+    filter.level_sigma =
+        std::max(filter.level_sigma, reading.light_ratio_sigma / reading.light_ratio);
     const MergedFrame transmittance = Transmittance(light, print, reading.light_ratio);
     const Values known = KnownPixels(transmittance);
     LocatePrint(sheet, h, known.View(transmittance), &reading);
     reading.wedge = ReadWedge(sheet, h, transmittance, reading);
     filter.prints.push_back(ToTexels(h, transmittance, filter.lattice));
+    const double ratio = SumSigmaRatio(h, transmittance, filter.lattice, filter.prints.back());
+    filter.sum_sigma_ratio =
+        filter.prints.size() == 1 ? ratio : std::max(filter.sum_sigma_ratio, ratio);
   }
   const PrintReading& first = r.prints.front();
   filter.shift_m = first.shift_m;
   filter.rotation_rad = first.rotation_rad;
   filter.shift_sigma_m = first.shift_sigma_m;
   filter.rotation_sigma_rad = first.rotation_sigma_rad;
+  filter.position_sigma_m = r.axis_sigma_m;
   return filter;
 }
 

@@ -36,6 +36,7 @@ struct PrintReading {
   double shift_sigma_m = 0, rotation_sigma_rad = 0;
   double mark_residual_m = 0;  // rms of the marks after shift and rotation
   double light_ratio = 0;      // of the photographs, in the holder's holes
+  double light_ratio_sigma = 0;
   std::vector<WedgeReading> wedge;
 };
 
@@ -43,6 +44,7 @@ struct FilterReadings {
   std::array<double, 9> holder_from_sensor{};  // row-major, metres
   double pixel_m = 0;                          // mean side of a pixel on the filter
   double holder_residual_m = 0;                // rms of the holes
+  double axis_sigma_m = 0;                     // of where they put the axis, either coordinate
   std::vector<PrintReading> prints;
 
   // The printer's tone table from the first print's wedge: steps whose density is above the last

@@ -13,6 +13,7 @@
 #include "reconstruct/error_budget.h"
 #include "study/budget_lab.h"
 #include "study/chain.h"
+#include "study/filter_rows.h"
 #include "study/lab_variant.h"
 #include "study/truncation_rows.h"
 
@@ -23,15 +24,6 @@ using lightfield::LightField;
 
 constexpr std::uint64_t kBudgetSeeds = 1u << 20;  // apart from those of the runs
 
-// The quantities by the closed forms, in the order of the budget.
-std::vector<double> Evaluate(const LightField& field, const reconstruct::BudgetSettings& asked) {
-  std::vector<double> values{TotalFlux(field)[0]};
-  for (const auto& ray : asked.rays) values.push_back(Radiance(field, ray.u_m, ray.s_m)[0]);
-  for (const auto& at : asked.receivers)
-    values.push_back(ExactIrradiance(field, at.p_m, at.normal)[0]);
-  return values;
-}
-
 class MonteCarlo {
  public:
   explicit MonteCarlo(const BenchBudgetOptions& options) : options_(options) {
@@ -39,7 +31,7 @@ class MonteCarlo {
     settings_.sizes = SizesOfLab(Lab());
     AskOfBudgetLab(&settings_);
     const LightField truth = Run({"without errors", {}}, true, options.seed, 0, false);
-    truth_ = Evaluate(truth, settings_);
+    truth_ = QuantitiesOf(truth, settings_);
     true_readings_ = Readings(truth);
   }
 
@@ -51,7 +43,7 @@ class MonteCarlo {
     for (int run = 0; run < options_.runs; ++run) {
       core::ThrowIfInterrupted();
       const LightField field = Run(what, false, options_.seed, run, false);
-      auto values = Evaluate(field, settings_);
+      auto values = QuantitiesOf(field, settings_);
       if (what.scaled) {
         const double factor = MeterFactor(field, run);
         for (double& value : values) value *= factor;
@@ -164,11 +156,15 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
   const auto asked = [&](const std::string& name) {
     return std::find(options.sources.begin(), options.sources.end(), name) != options.sources.end();
   };
-  const bool basis = options.sources.empty() || asked(kBasisSource);
-  if (cases.size() + (asked(kBasisSource) ? 1 : 0) < options.sources.size())
+  const bool basis = options.sources.empty() || asked(kBasisSource),
+             filter = options.sources.empty() || asked(kFilterSource);
+  if (cases.size() + asked(kBasisSource) + asked(kFilterSource) < options.sources.size())
     throw InputError("--source: one is not a source of the budget; leave it out to see them all");
   core::Json rows = core::Json::array();
   if (basis) rows = TruncationRows(options.folder, options.runs, options.seed);
+  if (filter)
+    for (auto& row : FilterRows(options.folder, options.runs, options.budgets, options.seed))
+      rows.push_back(row);
   if (cases.empty()) return rows;
   const MonteCarlo lab(options);
   std::vector<std::string> names;
@@ -178,15 +174,7 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
     const auto observed = lab.Observe(c, progress);
     for (std::size_t q = 0; q < names.size(); ++q) {
       const double p = std::sqrt(predicted[c.name][q]), o = std::sqrt(observed[q]);
-      rows.push_back({{"source", c.name},
-                      {"quantity", names[q]},
-                      {"runs", options.runs},
-                      {"value", lab.truth()[q]},
-                      {"predicted", p},
-                      {"observed", o},
-                      {"ratio", p / o},
-                      {"error", 1 / std::sqrt(2.0 * options.runs)},
-                      {"share", o / std::abs(lab.truth()[q])}});
+      rows.push_back(BudgetRow(c.name, names[q], options.runs, lab.truth()[q], p, o));
     }
   }
   return rows;

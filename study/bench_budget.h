@@ -28,6 +28,8 @@ struct BenchBudgetOptions {
 // and what a basis of twice the spacing would have lost beside what this one loses. There
 // `predicted` is a bound, and `within` the share of lamps that keep it.
 //
+// Source "measured filter": photographs of a print (filter_rows.h).
+//
 // Rows: source, quantity, runs, value (without errors), predicted and observed (standard
 // deviations in its unit), ratio (predicted over observed), error (relative standard error of
 // observed, 1 / sqrt(2 runs)), share (observed over value).

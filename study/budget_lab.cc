@@ -7,8 +7,10 @@
 #include <numbers>
 
 #include "core/file.h"
+#include "core/json.h"
 #include "core/random.h"
 #include "lightfield/light_field.h"
+#include "lightfield/light_vector.h"
 #include "reconstruct/error_budget.h"
 #include "reconstruct/geometry_calibration_file.h"
 
@@ -156,6 +158,28 @@ void AskOfBudgetLab(reconstruct::BudgetSettings* settings) {
                          {"near, aside",
                           {0.08, 0.05, kDelta_m + 0.15},
                           lightfield::Normalized(lightfield::Vec3{-0.2, 0, -1})}};
+}
+
+std::vector<double> QuantitiesOf(const lightfield::LightField& field,
+                                 const reconstruct::BudgetSettings& asked) {
+  std::vector<double> values{TotalFlux(field)[0]};
+  for (const auto& ray : asked.rays) values.push_back(Radiance(field, ray.u_m, ray.s_m)[0]);
+  for (const auto& at : asked.receivers)
+    values.push_back(ExactIrradiance(field, at.p_m, at.normal)[0]);
+  return values;
+}
+
+nlohmann::json BudgetRow(const std::string& source, const std::string& quantity, int runs,
+                         double value, double predicted, double observed) {
+  return {{"source", source},
+          {"quantity", quantity},
+          {"runs", runs},
+          {"value", value},
+          {"predicted", predicted},
+          {"observed", observed},
+          {"ratio", predicted / observed},
+          {"error", 1 / std::sqrt(2.0 * runs)},
+          {"share", observed / std::abs(value)}};
 }
 
 reconstruct::ErrorSizes SizesOfLab(const std::filesystem::path& lab) {

@@ -5,9 +5,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "lightfield/light_field.h"
 #include "reconstruct/budget_settings.h"
 #include "study/lab_variant.h"
 
@@ -18,6 +20,14 @@ void WriteBudgetLab(const std::filesystem::path& folder);
 
 // What a budget of that lab is asked: a bright and a dim ray, two receivers, and the flux.
 void AskOfBudgetLab(reconstruct::BudgetSettings* settings);
+
+// The quantities by the closed forms, in the order of the budget.
+std::vector<double> QuantitiesOf(const lightfield::LightField& field,
+                                 const reconstruct::BudgetSettings& asked);
+
+// A row of `bench budget` (bench_budget.h).
+nlohmann::json BudgetRow(const std::string& source, const std::string& quantity, int runs,
+                         double value, double predicted, double observed);
 
 // The sizes that the [errors.*] of a lab file state, as standard deviations over many labs: what is
 // a fixed error of one lab (registration, density, stray light, the lamp's wander) is taken as one

@@ -26,7 +26,7 @@ double ChiSquaredShare(int degrees, double z) {
 }
 
 // A sample of what `luxfield bench budget` runs 400 times. The mean square over n labs of a
-// normal error is chi^2 of n degrees; its bounds are those of 1e-5 a side, 20 figures. Nothing is
+// normal error is chi^2 of n degrees; its bounds are those of 1e-5 a side, 25 figures. Nothing is
 // added for the prediction, whose own error (3 budgets, 4 % at most) lies far inside.
 TEST(BenchBudget, PredictionsHoldInSimulatedLabs) {
   core::Progress::SetQuiet(true);
@@ -35,7 +35,7 @@ TEST(BenchBudget, PredictionsHoldInSimulatedLabs) {
   options.runs = 20;
   options.budgets = 3;
   options.seed = 20261122;
-  options.sources = {"photon noise", "geometry", "print shift", "total"};
+  options.sources = {"photon noise", "geometry", "print shift", "measured filter", "total"};
   std::printf("seed %llu\n", static_cast<unsigned long long>(options.seed));
   const nlohmann::json rows = BenchBudget(options);
   std::filesystem::remove_all(options.folder);
@@ -50,7 +50,7 @@ TEST(BenchBudget, PredictionsHoldInSimulatedLabs) {
     EXPECT_TRUE(share > low && share < high) << row.dump();
   }
   EXPECT_EQ(quantities.size(), 5u);
-  EXPECT_EQ(rows.size(), 20u);
+  EXPECT_EQ(rows.size(), 25u);
 }
 
 TEST(BenchBudget, RefusesSourcesThatItDoesNotKnow) {

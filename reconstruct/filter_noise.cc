@@ -1,0 +1,59 @@
+#include "reconstruct/filter_noise.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace luxfield::reconstruct {
+namespace {
+
+// Integrals over each texel of B(x - a), a = 1 - n ... n - 1; x in spacings from the print's lower
+// corner.
+std::vector<std::vector<double>> TexelIntegrals(const lightfield::Basis& basis,
+                                                const std::vector<double>& edges) {
+  std::vector<std::vector<double>> result;
+  for (int a = 1 - basis.cells; a < basis.cells; ++a) {
+    std::vector<double>& of_lag = result.emplace_back();
+    for (std::size_t t = 0; t + 1 < edges.size(); ++t) {
+      const auto [low, high] = std::minmax(edges[t], edges[t + 1]);
+      of_lag.push_back(basis.Integral(low - a, high - a));
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+double FilterNoiseVariance(const lightfield::MeasuredFilter& filter, const LagSums& lags) {
+  const auto& lattice = filter.lattice;
+  const double h = filter.spacing_m, half = 0.5 * filter.basis.cells;
+  std::vector<double> columns, rows;
+  for (int c = 0; c <= lattice.width; ++c) columns.push_back(lattice.s_of_column(c) / h + half);
+  for (int r = 0; r <= lattice.height; ++r) rows.push_back(lattice.t_of_row(r) / h + half);
+  const auto u = TexelIntegrals(filter.basis, columns), v = TexelIntegrals(filter.basis, rows);
+  const int n = filter.basis.cells;
+  const std::vector<double> factors = filter.factors();
+  double variance = 0;
+  std::vector<double> along_v(u.size());
+  for (int r = 0; r < lattice.height; ++r) {
+    for (std::size_t a = 0; a < u.size(); ++a) {
+      along_v[a] = 0;
+      for (std::size_t b = 0; b < v.size(); ++b)
+        along_v[a] += lags.at(static_cast<int>(a) + 1 - n, static_cast<int>(b) + 1 - n) *
+                      v[b][static_cast<std::size_t>(r)];
+    }
+    for (int c = 0; c < lattice.width; ++c) {
+      double s = 0;
+      for (std::size_t a = 0; a < u.size(); ++a)
+        s += along_v[a] * u[a][static_cast<std::size_t>(c)];
+      for (std::size_t k = 0; k < factors.size(); ++k) {
+        const double change =
+            h * h * factors[k] * s *
+            filter.prints[k].sigma[static_cast<std::size_t>(r) * lattice.width + c];
+        variance += change * change;
+      }
+    }
+  }
+  return variance * filter.sum_sigma_ratio * filter.sum_sigma_ratio;
+}
+
+}  // namespace luxfield::reconstruct
