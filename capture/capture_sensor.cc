@@ -9,6 +9,7 @@
 #include "capture/expanded_plan.h"
 #include "capture/frame_taker.h"
 #include "capture/take_session.h"
+#include "core/cfa.h"
 #include "core/error.h"
 #include "core/json.h"
 #include "core/progress.h"
@@ -40,16 +41,28 @@ FrameKey KeyOf(const FrameRecord& record) {
   return {record.kind, record.channel, record.exposure_index, record.repeat};
 }
 
-// Exposure time that fills the sensor on average, from the longest exposure without a saturated
-// pixel.
+// The usable pixels that see a channel: of a mosaic those of its colour.
+std::vector<char> PixelsOfChannel(const FrameTaker& taker, const hal::CameraCapabilities& camera,
+                                  const std::string& cfa, int channel) {
+  std::vector<char> pixels = taker.usable();
+  if (cfa.empty()) return pixels;
+  for (int row = 0; row < camera.height; ++row)
+    for (int column = 0; column < camera.width; ++column)
+      if (core::CfaChannel(cfa, row, column) != channel)
+        pixels[static_cast<std::size_t>(row) * camera.width + column] = 0;
+  return pixels;
+}
+
+// Exposure time that fills `pixels` on average, from the longest exposure without a saturated one.
 double TimeToFill(const ExpandedSensorPlan& expanded, FrameTaker& taker,
-                  const hal::CameraCalibration& camera, int channel) {
+                  const std::vector<char>& pixels, const hal::CameraCalibration& camera,
+                  int channel) {
   for (int rung = static_cast<int>(expanded.ladder_s.size()) - 1; rung >= 0; --rung) {
     taker.Configure(rung);
     FrameRecord place;
-    place.channel = channel;
+    place.channel = channel % expanded.channels_in_turn;
     place.exposure_index = rung;
-    const FrameStatistics s = taker.Shoot(place).statistics;
+    const FrameStatistics s = Measure(taker.Shoot(place).frame.image, pixels, camera);
     if (s.saturated_share > 0) continue;
     const double signal = s.mean_dn - camera.black_dn,
                  range = camera.saturation_dn - camera.black_dn;
@@ -66,32 +79,53 @@ double TimeToFill(const ExpandedSensorPlan& expanded, FrameTaker& taker,
                    "dim the light, or lower exposure.min_s and max_s");
 }
 
-void CheckLadder(const ExpandedSensorPlan& expanded, double fill_s, int channel) {
+// `full_s` fills the brightest channel that a frame shows: from there on the frame does not count.
+void CheckLadder(const ExpandedSensorPlan& expanded, double fill_s, double full_s, int channel) {
   constexpr int kLevels = 6;
   const auto levels =
       std::count_if(expanded.ladder_s.begin(), expanded.ladder_s.end(),
-                    [&](double t) { return t > 0.05 * fill_s && t < 0.95 * fill_s; });
-  const bool saturates = expanded.ladder_s.back() >= 1.1 * fill_s;
+                    [&](double t) { return t > 0.05 * fill_s && t < 0.95 * full_s; });
+  const bool saturates = expanded.ladder_s.back() >= 1.1 * full_s;
   if (levels >= kLevels && saturates) return;
+  const std::string until =
+      full_s == fill_s ? "that"
+                       : fmt::format("the {:.3g} s that fill its brightest colour", full_s);
   throw InputError(
       fmt::format("plan \"{}\"", expanded.plan.name),
       fmt::format(
-          "channel {} fills the sensor in {:.3g} s: {} of its exposures lie between 5 % and "
-          "95 % of that, {} are needed, and the longest ({} s) {} saturate it",
-          channel, fill_s, levels, kLevels, expanded.ladder_s.back(),
+          "channel {} fills the sensor in {:.3g} s: {} of its exposures lie between 5 % of that "
+          "and 95 % of {}, {} are needed, and the longest ({} s) {} saturate it",
+          channel, fill_s, levels, until, kLevels, expanded.ladder_s.back(),
           saturates ? "does" : "does not"),
-      fmt::format("set exposure.min_s = {:.3g} and max_s = {:.3g}, or change the light",
-                  0.01 * fill_s, 1.4 * fill_s));
+      fmt::format("set exposure.min_s = {:.3g} and max_s = {:.3g}, take more levels, or change the "
+                  "light",
+                  0.01 * full_s, 1.4 * full_s));
+}
+
+void CheckLight(const ExpandedSensorPlan& expanded, FrameTaker& taker,
+                const hal::Devices& devices) {
+  const hal::CameraCalibration& camera = devices.rig.camera;
+  std::vector<double> fill_s;
+  for (int channel = 0; channel < expanded.plan.channels; ++channel) {
+    taker.SelectChannel(channel % expanded.channels_in_turn);
+    const std::vector<char> pixels =
+        PixelsOfChannel(taker, devices.camera->capabilities(), camera.cfa, channel);
+    fill_s.push_back(TimeToFill(expanded, taker, pixels, camera, channel));
+  }
+  const double brightest_s = *std::min_element(fill_s.begin(), fill_s.end());
+  for (int channel = 0; channel < expanded.plan.channels; ++channel)
+    CheckLadder(expanded, fill_s[channel], camera.cfa.empty() ? fill_s[channel] : brightest_s,
+                channel);
 }
 
 // What the session lacks.
 void TakePending(const ExpandedSensorPlan& expanded, hal::Devices& devices,
-                const core::SessionWriter& session, FrameTaker& taker) {
+                 const core::SessionWriter& session, FrameTaker& taker) {
   const SensorPlan& plan = expanded.plan;
   std::set<FrameKey> there;
   for (const FrameRecord& record : session.committed_frames()) there.insert(KeyOf(record));
-  std::vector<FrameKey> pending =
-      PlannedFrames(plan.channels, static_cast<int>(expanded.ladder_s.size()), plan.pairs);
+  std::vector<FrameKey> pending = PlannedFrames(
+      expanded.channels_in_turn, static_cast<int>(expanded.ladder_s.size()), plan.pairs);
   std::erase_if(pending, [&](const FrameKey& key) { return there.contains(key); });
 
   if (devices.announce) {
@@ -101,10 +135,7 @@ void TakePending(const ExpandedSensorPlan& expanded, hal::Devices& devices,
   taker.WarmUpLamp(plan.warm_up);
   taker.SelectPrint(0);
   taker.SelectShutter("open");
-  for (int channel = 0; channel < plan.channels; ++channel) {
-    taker.SelectChannel(channel);
-    CheckLadder(expanded, TimeToFill(expanded, taker, devices.rig.camera, channel), channel);
-  }
+  CheckLight(expanded, taker, devices);
 
   core::Progress progress("capture", pending.size());
   for (const auto& [kind, channel, rung, repeat] : pending) {
@@ -144,9 +175,12 @@ int MissingSensorFrames(const core::SessionReader& session) {
   std::set<FrameKey> there;
   for (const FrameRecord& record : session.frames()) there.insert(KeyOf(record));
   int missing = 0;
-  for (const FrameKey& key :
-       PlannedFrames(core::Field<int>(session.plan(), "channels", file),
-                     static_cast<int>(ladder.size()), core::Field<int>(exposure, "pairs", file)))
+  const auto camera =
+      core::Field<Json>(session.session(), "camera", (session.folder() / "session.json").string());
+  const int channels_in_turn =
+      camera.contains("cfa") ? 1 : core::Field<int>(session.plan(), "channels", file);
+  for (const FrameKey& key : PlannedFrames(channels_in_turn, static_cast<int>(ladder.size()),
+                                           core::Field<int>(exposure, "pairs", file)))
     missing += !there.contains(key);
   return missing;
 }

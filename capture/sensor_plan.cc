@@ -73,8 +73,8 @@ SensorCaptureEstimate DryRun(const ExpandedSensorPlan& e, const hal::Devices& de
   const int frames = 2 * e.plan.pairs;  // of each exposure time
   SensorCaptureEstimate estimate;
   estimate.darks = frames * rungs;
-  estimate.flats = estimate.darks * e.plan.channels;
-  estimate.duration_s = frames * (1 + e.plan.channels) * ladder_s;
+  estimate.flats = estimate.darks * e.channels_in_turn;
+  estimate.duration_s = frames * (1 + e.channels_in_turn) * ladder_s;
   estimate.bytes = FrameBytes(camera) * static_cast<std::uint64_t>(estimate.darks + estimate.flats);
   return estimate;
 }

@@ -30,6 +30,7 @@ SensorPlan ReadSensorPlan(const core::Config& config);
 struct ExpandedSensorPlan {
   SensorPlan plan;
   std::vector<double> ladder_s;  // rising
+  int channels_in_turn = 1;      // flats of each exposure; one shows all colours of a mosaic
 };
 
 // Throws InputError for exposures outside the camera's or channels that the rig does not have.

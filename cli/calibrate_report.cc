@@ -55,7 +55,9 @@ std::vector<Row> Rows(const reconstruct::Linearity& l) {
 }
 
 std::string Name(const SensorCalibration& c, const ChannelCalibration& channel) {
-  return c.channels.size() == 1 ? "sensor" : fmt::format("channel {}", channel.channel);
+  if (c.channels.size() == 1) return "sensor";
+  if (!channel.site) return fmt::format("channel {}", channel.channel);
+  return fmt::format("channel {}, site {} of the mosaic's cell", channel.channel, *channel.site);
 }
 
 Plot TransferPlot(const ChannelCalibration& channel, const std::string& name) {

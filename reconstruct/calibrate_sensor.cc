@@ -4,14 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <tuple>
 
+#include "core/cfa.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/json.h"
 #include "core/progress.h"
-#include "reconstruct/noise_model.h"
+#include "reconstruct/mosaic_sites.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -23,49 +25,88 @@ using Pixels = std::vector<std::pair<int, int>>;
 
 constexpr double kLargestOutlierShare = 0.01;
 
-void Mask(const Pixels& pixels, int width, PixelMask& mask) {
-  for (const auto& [row, column] : pixels) mask[static_cast<std::size_t>(row) * width + column] = 0;
+// Frames of a pair by site; PixelMask of each.
+using SitePair = std::pair<std::vector<RawFrame>, std::vector<RawFrame>>;
+using SiteMasks = std::vector<PixelMask>;
+
+SitePair ReadSites(const CalibrationPair& pair, const std::string& cfa) {
+  auto [a, b] = pair.read();
+  return {SplitSites(std::move(a), cfa), SplitSites(std::move(b), cfa)};
 }
 
-void CheckShare(const Pixels& outliers, const RawFrame& frame, const char* what) {
-  const double share = static_cast<double>(outliers.size()) / static_cast<double>(frame.size());
-  if (share > kLargestOutlierShare)
-    throw InputError(fmt::format(
-        "{:.2g} % of the pixels stand out of their neighbours in the {}; light the sensor evenly "
-        "for flats, shut all light out for darks",
-        100 * share, what));
+// What stands out of its neighbours of the same site, as the sensor's pixels; out of the masks.
+Pixels MaskOutliers(const SitePair& frames, const std::vector<int>& sites, const std::string& cfa,
+                    const char* what, SiteMasks& masks) {
+  Pixels found;
+  for (const int site : sites) {
+    const RawFrame &a = frames.first[site], &b = frames.second[site];
+    const Pixels outliers = FindOutliers(a, b);
+    const double share = static_cast<double>(outliers.size()) / static_cast<double>(a.size());
+    if (share > kLargestOutlierShare)
+      throw InputError(fmt::format(
+          "{:.2g} % of the pixels stand out of their neighbours in the {}; light the sensor evenly "
+          "for flats, shut all light out for darks",
+          100 * share, what));
+    for (const auto& [row, column] : outliers) {
+      std::uint8_t& counts = masks[site][static_cast<std::size_t>(row) * a.width + column];
+      if (counts) found.push_back(PixelOfSite(cfa, site, row, column));
+      counts = 0;
+    }
+  }
+  return found;
 }
 
+// Of every pair its sites' statistics, whose channel is the pair's or, of a mosaic, the site.
 std::vector<PairStatistics> MeasureAll(std::span<const CalibrationPair> pairs,
-                                       const PixelMask& mask) {
+                                       const std::string& cfa, const SiteMasks& masks) {
   std::vector<PairStatistics> result;
   core::Progress progress("measure", pairs.size());
   for (const CalibrationPair& pair : pairs) {
     core::ThrowIfInterrupted();
-    const auto [a, b] = pair.read();
-    PairStatistics statistics = MeasurePair(a, b, mask);
-    statistics.dark = pair.dark;
-    statistics.channel = pair.channel;
-    statistics.exposure_s = pair.exposure_s;
-    statistics.meter_a = pair.meter_a;
-    statistics.meter_b = pair.meter_b;
-    result.push_back(statistics);
+    const auto [a, b] = ReadSites(pair, cfa);
+    for (int site = 0; site < SitesOf(cfa); ++site) {
+      PairStatistics statistics = MeasurePair(a[site], b[site], masks[site]);
+      statistics.dark = pair.dark;
+      statistics.channel = cfa.empty() ? pair.channel : site;
+      statistics.exposure_s = pair.exposure_s;
+      statistics.meter_a = pair.meter_a;
+      statistics.meter_b = pair.meter_b;
+      result.push_back(statistics);
+    }
     progress.Advance();
   }
   return result;
 }
 
-// The pair of flats with the most light below saturation.
+// Fits all statistics; of a mosaic once more without the flats at which another site is saturated.
+PhotonTransfer FitAll(std::vector<PairStatistics>& statistics, const std::string& cfa) {
+  PhotonTransfer transfer = FitPhotonTransfer(statistics);
+  if (cfa.empty()) return transfer;
+  double saturates_s = std::numeric_limits<double>::infinity();
+  for (const TransferPoint& point : transfer.points)
+    if (point.saturated) saturates_s = std::min(saturates_s, point.exposure_s);
+  bool overflown = false;
+  for (std::size_t k = 0; k < statistics.size(); ++k) {
+    PairStatistics& pair = statistics[k];
+    pair.overflown = !pair.dark && pair.exposure_s >= saturates_s && !transfer.points[k].saturated;
+    overflown = overflown || pair.overflown;
+  }
+  return overflown ? FitPhotonTransfer(statistics) : transfer;
+}
+
+// The pair of flats with the most light below saturation, by its channel's statistics.
 const CalibrationPair* BrightestBelowSaturation(std::span<const CalibrationPair> pairs,
                                                 std::span<const PairStatistics> statistics,
                                                 const PhotonTransfer& transfer, int channel) {
+  const std::size_t sites = statistics.size() / pairs.size();
   const CalibrationPair* best = nullptr;
   double brightest = 0;
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    if (pairs[k].dark || pairs[k].channel != channel || transfer.points[k].saturated) continue;
-    if (best && statistics[k].mean() <= brightest) continue;
-    best = &pairs[k];
-    brightest = statistics[k].mean();
+  for (std::size_t k = 0; k < statistics.size(); ++k) {
+    const PairStatistics& s = statistics[k];
+    if (s.dark || s.channel != channel || transfer.points[k].saturated) continue;
+    if (best && s.mean() <= brightest) continue;
+    best = &pairs[k / sites];
+    brightest = s.mean();
   }
   return best;
 }
@@ -85,6 +126,31 @@ std::vector<PairStatistics> OfChannel(std::span<const PairStatistics> all, int c
   for (const PairStatistics& pair : all)
     if (pair.dark || pair.channel == channel) result.push_back(pair);
   return result;
+}
+
+// One channel, or one site of a mosaic.
+ChannelCalibration CalibrateChannel(std::span<const CalibrationPair> pairs,
+                                    std::span<const PairStatistics> statistics,
+                                    const PhotonTransfer& of_all, int channel,
+                                    const std::string& cfa, const SiteMasks& masks) {
+  ChannelCalibration c;
+  c.channel = channel;
+  const int site = cfa.empty() ? 0 : channel;
+  if (!cfa.empty()) {
+    c.channel = core::CfaChannel(cfa, site / 2, site % 2);
+    c.site = site;
+  }
+  const std::vector<PairStatistics> own = OfChannel(statistics, channel);
+  c.transfer = FitPhotonTransfer(own);
+  c.linearity = MeasureLinearity(own, c.transfer, channel);
+  const auto* flat = BrightestBelowSaturation(pairs, statistics, of_all, channel);
+  const SitePair flats = ReadSites(*flat, cfa),
+                 darks = ReadSites(DarkNearest(pairs, flat->exposure_s), cfa);
+  const PatternVariance prnu = MeasurePrnuSquared(
+      flats.first[site], flats.second[site], darks.first[site], darks.second[site], masks[site]);
+  c.prnu_squared = {prnu.value, prnu.sigma};
+  c.prnu = RootOf(c.prnu_squared);
+  return c;
 }
 
 }  // namespace
@@ -121,62 +187,55 @@ std::vector<CalibrationPair> PairsOfSession(const core::SessionReader& session, 
   return pairs;
 }
 
-SensorCalibration CalibrateSensor(std::span<const CalibrationPair> pairs) {
+SensorCalibration CalibrateSensor(std::span<const CalibrationPair> pairs, const std::string& cfa) {
   const CalibrationPair* longest_dark = nullptr;
-  std::set<int> channels;
+  std::set<int> channels;  // of a mosaic: sites
+  std::vector<int> sites;
+  for (int site = 0; site < SitesOf(cfa); ++site) sites.push_back(site);
   for (const CalibrationPair& pair : pairs) {
     if (!pair.dark) channels.insert(pair.channel);
     if (pair.dark && (!longest_dark || pair.exposure_s > longest_dark->exposure_s))
       longest_dark = &pair;
   }
+  if (!cfa.empty()) channels = {sites.begin(), sites.end()};
   if (!longest_dark)
     throw InputError("no dark frames; a sensor is calibrated from flats and darks");
   SensorCalibration result;
-  PixelMask mask;
+  SiteMasks masks;
   {
-    const auto [a, b] = longest_dark->read();
+    auto [a, b] = longest_dark->read();
     result.width = a.width;
     result.height = a.height;
     if (!a.value.empty()) result.bits = 32;
-    result.hot = FindOutliers(a, b);
-    CheckShare(result.hot, a, "darks");
-    mask.assign(a.size(), 1);
-    Mask(result.hot, a.width, mask);
+    const SitePair darks{SplitSites(std::move(a), cfa), SplitSites(std::move(b), cfa)};
+    for (const RawFrame& frame : darks.first) masks.emplace_back(frame.size(), 1);
+    result.hot = MaskOutliers(darks, sites, cfa, "darks", masks);
   }
-  std::vector<PairStatistics> statistics = MeasureAll(pairs, mask);
-  result.transfer = FitPhotonTransfer(statistics);
-  std::set<std::pair<int, int>> dead;
+  std::sort(result.hot.begin(), result.hot.end());
+  std::vector<PairStatistics> statistics = MeasureAll(pairs, cfa, masks);
+  result.transfer = FitAll(statistics, cfa);
   for (const int channel : channels) {
     const auto* flat = BrightestBelowSaturation(pairs, statistics, result.transfer, channel);
     if (!flat) continue;
-    const auto [a, b] = flat->read();
-    const Pixels found = FindOutliers(a, b);
-    CheckShare(found, a, "flats");
-    for (const auto& pixel : found)
-      if (mask[static_cast<std::size_t>(pixel.first) * a.width + pixel.second]) dead.insert(pixel);
+    const int site = cfa.empty() ? 0 : channel;
+    const Pixels dead = MaskOutliers(ReadSites(*flat, cfa), {site}, cfa, "flats", masks);
+    result.dead.insert(result.dead.end(), dead.begin(), dead.end());
   }
-  result.dead.assign(dead.begin(), dead.end());
-  if (!dead.empty()) {
-    Mask(result.dead, result.width, mask);
-    statistics = MeasureAll(pairs, mask);
-    result.transfer = FitPhotonTransfer(statistics);
+  std::sort(result.dead.begin(), result.dead.end());
+  if (!result.dead.empty()) {
+    statistics = MeasureAll(pairs, cfa, masks);
+    result.transfer = FitAll(statistics, cfa);
   }
   for (const int channel : channels) {
-    ChannelCalibration c;
-    c.channel = channel;
-    const std::vector<PairStatistics> own = OfChannel(statistics, channel);
-    c.transfer = FitPhotonTransfer(own);
-    c.linearity = MeasureLinearity(own, c.transfer, channel);
-    const auto* flat = BrightestBelowSaturation(pairs, statistics, result.transfer, channel);
-    const auto [flat_a, flat_b] = flat->read();
-    const auto [dark_a, dark_b] = DarkNearest(pairs, flat->exposure_s).read();
-    const PatternVariance prnu = MeasurePrnuSquared(flat_a, flat_b, dark_a, dark_b, mask);
-    c.prnu_squared = {prnu.value, prnu.sigma};
-    c.prnu = RootOf(c.prnu_squared);
+    ChannelCalibration c =
+        CalibrateChannel(pairs, statistics, result.transfer, channel, cfa, masks);
     const auto n = static_cast<double>(channels.size());
     result.prnu_squared.value += c.prnu_squared.value / n;
-    // The channels see the same pixels: their errors need not be independent.
-    result.prnu_squared.sigma += c.prnu_squared.sigma / n;
+    // A mosaic's sites are different pixels. Channels of a wheel are seen by the same ones: their
+    // errors need not be independent.
+    const double sigma = c.prnu_squared.sigma / n;
+    result.prnu_squared.sigma = cfa.empty() ? result.prnu_squared.sigma + sigma
+                                            : std::hypot(result.prnu_squared.sigma, sigma);
     result.channels.push_back(std::move(c));
   }
   result.prnu = RootOf(result.prnu_squared);
@@ -186,11 +245,11 @@ SensorCalibration CalibrateSensor(std::span<const CalibrationPair> pairs) {
 SensorCalibration CalibrateSensor(const core::SessionReader& session, bool check_hashes) {
   const std::string file = (session.folder() / "session.json").string();
   const auto camera = core::Field<core::Json>(session.session(), "camera", file);
-  RefuseMosaic(camera, file, "the sensor's calibration");
+  const std::string cfa = ReadCfa(camera, file);
   const std::vector<CalibrationPair> pairs = PairsOfSession(session, check_hashes);
   SensorCalibration result;
   try {
-    result = CalibrateSensor(pairs);
+    result = CalibrateSensor(pairs, cfa);
   } catch (const InputError& error) {
     // What frames show knows no file; frames that cannot be read have named theirs.
     const std::string folder = session.folder().string(), what = error.what();

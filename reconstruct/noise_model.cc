@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "core/cfa.h"
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/json.h"
 #include "core/session_path.h"
+#include "reconstruct/mosaic_sites.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -82,15 +82,10 @@ SensorModel ReadSensorModel(const core::Json& camera, const std::string& file,
           file, fmt::format("camera.responsivity_e_per_s_per_w_m2 = {} must be above 0", value),
           "correct the camera's calibration");
 
-  if (camera.contains("cfa")) {
-    sensor.cfa = core::Field<std::string>(camera, "cfa", file);
-    if (!core::IsBayer(sensor.cfa))
-      throw InputError(file, fmt::format("camera.cfa = '{}' is unknown", sensor.cfa),
-                       "use RGGB, BGGR, GRBG or GBRG");
-    if (channels != 3)
-      throw InputError(file, fmt::format("camera.cfa sees three colours, the plan {}", channels),
-                       "capture with plan.channels = 3");
-  }
+  sensor.cfa = ReadCfa(camera, file);
+  if (!sensor.cfa.empty() && channels != 3)
+    throw InputError(file, fmt::format("camera.cfa sees three colours, the plan {}", channels),
+                     "capture with plan.channels = 3");
   if (camera.contains("defects"))
     for (const auto& [row, column] :
          core::Field<std::vector<std::pair<int, int>>>(camera, "defects", file)) {

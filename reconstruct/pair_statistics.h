@@ -33,6 +33,7 @@ using PixelMask = std::vector<std::uint8_t>;
 struct PairStatistics {
   bool dark = false;  // shutter closed
   int channel = 0;
+  bool overflown = false;  // of a mosaic: another colour of the frames is saturated
   double exposure_s = 0;
   double meter_a = 0, meter_b = 0;  // lamp monitor during each frame; 0: none
   std::size_t pixels = 0;
@@ -50,7 +51,7 @@ struct PairStatistics {
   }
 };
 
-// Fills all but dark, channel, exposure_s and the meters. Throws InputError for frames that differ
+// Fills all but dark, channel, overflown, exposure_s and the meters. Throws InputError for frames that differ
 // in size or kind of number or do not have the mask's size, and for fewer than 100 pixels.
 PairStatistics MeasurePair(const core::RawFrame& a, const core::RawFrame& b, const PixelMask& mask);
 

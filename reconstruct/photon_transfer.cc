@@ -109,8 +109,10 @@ std::optional<Quantity> MarkSaturated(std::span<const PairStatistics> pairs,
                                       std::vector<TransferPoint>& points) {
   std::optional<Quantity> lowest;
   std::set<int> channels;
-  for (const PairStatistics& pair : pairs)
-    if (!pair.dark) channels.insert(pair.channel);
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    points[k].saturated = pairs[k].overflown;
+    if (!pairs[k].dark) channels.insert(pairs[k].channel);
+  }
   for (const int channel : channels) {
     std::vector<PairStatistics> flats;
     for (const PairStatistics& pair : pairs)
@@ -122,7 +124,7 @@ std::optional<Quantity> MarkSaturated(std::span<const PairStatistics> pairs,
       const PairStatistics& pair = pairs[k];
       if (pair.dark || pair.channel != channel) continue;
       const double mean = std::max(pair.mean_a, pair.mean_b);
-      points[k].saturated = pair.max_dn >= saturation->value ||
+      points[k].saturated = pair.overflown || pair.max_dn >= saturation->value ||
                             mean + kSaturationSigmas * Spread(pair) >= saturation->value;
     }
   }

@@ -19,7 +19,8 @@
 // What it leaves out, and why that does not bias:
 //  - Pairs near saturation: mean + 6 s >= saturation (s: spread over the pixels of one frame) or a
 //    sample at saturation. s and mean come from all pixels, so the choice does not follow the noise
-//    that it would select.
+//    that it would select. Of a mosaic also those in which another colour is saturated: its
+//    overflow reaches the neighbours.
 //  - Pairs whose V - 1/12 is below 0.49 DN^2, from the variance equations only: below 0.7 DN of
 //    noise rounding errors are no longer uniform (they change V by 3e-4 at 0.7 DN, 20 % at 0.4 DN).
 //    Read noise then follows from the intercept of brighter pairs, or stays unresolved. Offset and

@@ -105,6 +105,7 @@ Json ToJson(const SensorCalibration& c) {
   for (const ChannelCalibration& channel : c.channels) {
     Json json = TransferJson(channel.transfer);
     json["channel"] = channel.channel;
+    if (channel.site) json["site"] = *channel.site;
     Put(json, "prnu", channel.prnu);
     Put(json, "prnu_squared", channel.prnu_squared);
     json["linearity"] = LinearityJson(channel.linearity);

@@ -121,6 +121,34 @@ TEST_F(CaptureSensor, NamesTheExposuresThatALadderShouldHave) {
   EXPECT_THAT(refusal(MakePlan(0.01, 20), Bench()), HasSubstr("the camera ends at"));
 }
 
+TEST_F(CaptureSensor, OneFlatShowsAllColoursOfAMosaic) {
+  TestLab bench = Bench();
+  bench.lab += "\nchannels = 3";
+  bench.camera += "\ncfa = \"RGGB\"";
+  std::string lab = bench.Toml();
+  lab.replace(lab.find("[1000]"), 6, "[500, 1000, 800]");
+  const SimulatedLab mosaic(core::Config::FromString(lab, "lab.toml"));
+  const auto plan = [](double max_s, int levels) {
+    std::string text = PlanText(0.01, max_s, levels);
+    text.insert(text.find("[exposure]"), "channels = 3\n");
+    return ReadSensorPlan(core::Config::FromString(text, "plan.toml"));
+  };
+  const auto folder = NewFolder();
+  Devices devices = mosaic.MakeDevices();
+  EXPECT_EQ(RunSensorCapture(plan(1.5, 16), devices, folder).frames, 64);
+  EXPECT_TRUE(VerifySession(folder).problems.empty());
+  const core::SessionReader session(folder);
+  for (const auto& frame : session.frames()) EXPECT_EQ(frame.channel, 0);
+  // Red fills in twice the time: only levels up to green's saturation count.
+  try {
+    RunSensorCapture(plan(3, 10), devices, NewFolder());
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("channel 0 fills the sensor in 2"));
+    EXPECT_THAT(error.what(), HasSubstr("that fill its brightest colour"));
+  }
+}
+
 TEST_F(CaptureSensor, PlansSayWhatTheyAre) {
   const auto config = [](const std::string& text) {
     return core::Config::FromString(text, "plan.toml");

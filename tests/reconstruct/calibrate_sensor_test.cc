@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -40,15 +41,17 @@ struct Options {
   bool darks = true, flats = true;
   int frames_of_pair = 2;
   int levels = 10;
+  std::string cfa;
 };
 
 fs::path Write(const std::string& name, const Options& o) {
   const fs::path folder = fs::path(testing::TempDir()) / ("luxfield_calibrate_" + name);
   fs::remove_all(folder);
   core::SimulatedClock clock;
-  const nlohmann::json session = {
+  nlohmann::json session = {
       {"camera",
        {{"width", o.sensor.width}, {"height", o.sensor.height}, {"bits", o.sensor.bits}}}};
+  if (!o.cfa.empty()) session["camera"]["cfa"] = o.cfa;
   auto writer =
       core::SessionWriter::Create(folder, {{"kind", "sensor"}, {"name", name}}, session, {}, clock);
   writer.StartEpoch(nlohmann::json::object());
@@ -114,6 +117,46 @@ TEST_F(CalibrateSensorTest, FindsTheSensorAndItsBadPixels) {
   // Three channels' flats hold more than one's.
   EXPECT_LT(c.transfer.gain_e_per_dn.sigma, 0.7 * c.channels[0].transfer.gain_e_per_dn.sigma);
   EXPECT_EQ(c.provenance.at("session_plan"), session.plan_id());
+}
+
+TEST_F(CalibrateSensorTest, TakesAMosaicSiteBySite) {
+  Options o;
+  o.sensor.width = 121;  // one column more of sites 0 and 2
+  o.sensor.cell = {0.5, 1, 0.97, 0.7};
+  o.sensor.hot = {5, 3000, 12099};
+  o.sensor.dead = {777, 4444};
+  o.cfa = "RGGB";
+
+  const SensorCalibration c = CalibrateSensor(core::SessionReader(Write("mosaic", o)));
+  EXPECT_EQ(c.width, 121);
+  EXPECT_EQ(c.hot, (std::vector<std::pair<int, int>>{{0, 5}, {24, 96}, {99, 120}}));
+  EXPECT_EQ(c.dead, (std::vector<std::pair<int, int>>{{6, 51}, {36, 88}}));
+  ASSERT_EQ(c.channels.size(), 4u);
+  std::vector<const PhotonTransfer*> all{&c.transfer};
+  for (int site = 0; site < 4; ++site) {
+    const ChannelCalibration& channel = c.channels[site];
+    EXPECT_EQ(channel.site, site);
+    EXPECT_EQ(channel.channel, (std::array{0, 1, 1, 2}[site]));
+    all.push_back(&channel.transfer);
+    ExpectWithin(channel.prnu_squared, 1e-4, 4, "PRNU^2");
+    EXPECT_LT(std::abs(channel.linearity.largest.deviation), 4 * channel.linearity.largest.sigma);
+    // Where the brightest site is saturated nothing counts.
+    double longest_s = 0;
+    for (const TransferPoint& point : channel.transfer.points)
+      if (!point.dark && !point.saturated) longest_s = std::max(longest_s, point.exposure_s);
+    EXPECT_LT(longest_s, 1);
+  }
+  for (const PhotonTransfer* t : all) {
+    ExpectWithin(t->gain_e_per_dn, 2.5, 4, "gain");
+    ExpectWithin(t->read_noise_e, 5, 4, "read noise");
+    ExpectWithin(t->dark_current_e_per_s, 10, 4, "dark current");
+    ExpectWithin(t->offset_dn, 100, 4, "offset");
+  }
+  EXPECT_EQ(c.transfer.saturation_dn->value, 4095);
+  EXPECT_LT(c.transfer.gain_e_per_dn.sigma, 0.7 * c.channels[0].transfer.gain_e_per_dn.sigma);
+  EXPECT_EQ(ToJson(c).at("channels").at(3).at("site"), 3);
+  o.cfa = "RGBG";
+  EXPECT_THROW(CalibrateSensor(core::SessionReader(Write("mosaic", o))), InputError);
 }
 
 TEST_F(CalibrateSensorTest, FilesAreReproducibleAndReplaceASensorsFigures) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -27,6 +28,7 @@ struct TestSensor {
   double exposure_offset_s = 0;    // the shutter opens so much longer than it says
   std::vector<std::size_t> hot{};  // 30000 electrons per second more
   std::vector<std::size_t> dead{};
+  std::array<double, 4> cell{1, 1, 1, 1};  // sensitivity of a mosaic's 2 x 2 sites
 
   double full_dn() const { return std::ldexp(1.0, bits) - 1; }
   double full_e() const { return (full_dn() - black_dn) * gain_e_per_dn; }
@@ -41,9 +43,9 @@ struct TestSensor {
       const double sensitivity =
           (1 - 0.5 * shading * (x * x + y * y)) *
           (1 + prnu * core::Random(seed, 1, static_cast<std::uint32_t>(p)).Normal());
-      double mean = exposure_s * dark_e_per_s + std::max(0.0, exposure_s + exposure_offset_s) *
-                                                    lamp * light_e_per_s *
-                                                    std::max(0.0, sensitivity);
+      double mean = exposure_s * dark_e_per_s +
+                    std::max(0.0, exposure_s + exposure_offset_s) * lamp * light_e_per_s *
+                        cell[p / width % 2 * 2 + p % width % 2] * std::max(0.0, sensitivity);
       if (std::binary_search(hot.begin(), hot.end(), p)) mean += 30000 * exposure_s;
       if (std::binary_search(dead.begin(), dead.end(), p)) mean = 0;
       core::Random random(seed, 100 + stream, static_cast<std::uint32_t>(p));

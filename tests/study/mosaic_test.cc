@@ -9,7 +9,6 @@
 #include "core/error.h"
 #include "core/progress.h"
 #include "hal/sim/simulated_lab.h"
-#include "reconstruct/calibrate_sensor.h"
 #include "reconstruct/error_budget.h"
 #include "reconstruct/merge_session.h"
 
@@ -147,7 +146,6 @@ TEST(Mosaic, StatesItsNoise) {
   // frames and references are common to positions. 6 standard deviations.
   EXPECT_NEAR(chi_squared / degrees, 1, 6 * std::sqrt(2 / degrees));
   EXPECT_THROW(reconstruct::ComputeErrorBudget(session, {}), InputError);
-  EXPECT_THROW(reconstruct::CalibrateSensor(session), InputError);
   fs::remove_all(folder);
   fs::remove_all(truth_folder);
 }
