@@ -1,11 +1,13 @@
 // The chain as a user runs it, verb by verb, on the small simulated lab.
 #include <gtest/gtest.h>
-#include <set>
 
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "program.h"
+#include "study/lab_variant.h"
 
 namespace luxfield::e2e {
 namespace {
@@ -87,6 +89,45 @@ TEST_F(Chain, FromLabToPicture) {
   EXPECT_LT(windowed.value("rel_rmse", 1e9), 0.5);
   // Unbiased: the mean over 3072 pixels of 400 samples each lies far closer than one pixel does.
   EXPECT_LT(std::abs(windowed.value("bias", 1e9)), 0.02);
+}
+
+// Noise and a shutter that opens 50 us too long are all that is wrong with the lab.
+TEST_F(Chain, EstimatedExposureTimesBringCBackToItsNoise) {
+  constexpr double kOffset_s = 5e-5;
+  const auto capture = [&](const std::string& name, std::vector<std::string> errors, bool ideal) {
+    study::WriteLabVariant(lab_, errors, ideal, folder_ / (name + ".toml"),
+                           {{"shutter", "jitter_s", {0}}, {"shutter", "offset_s", {kOffset_s}}});
+    Run({"capture", plan_, name, "--lab", name + ".toml"});
+  };
+  capture("ideal", {}, true);
+  capture("right", {"photon_noise", "read_noise"}, false);
+  capture("wrong", {"photon_noise", "read_noise", "shutter"}, false);
+  Json merged;
+  const auto error = [&](const std::string& session, const std::string& name,
+                         const std::vector<std::string>& options) {
+    std::vector<std::string> merge = {"merge", session, "-o", name + ".meas.exr"};
+    merge.insert(merge.end(), options.begin(), options.end());
+    merged = Run(merge);
+    Run({"reconstruct", name + ".meas.exr", "-o", name + ".lf.exr"});
+    return Run({"compare", name + ".lf.exr", "truth.lf.exr"}).value("rel_rmse", 1e9);
+  };
+  Run({"merge", "ideal", "-o", "truth.meas.exr"});
+  Run({"reconstruct", "truth.meas.exr", "-o", "truth.lf.exr"});
+  const double noise = error("right", "noise", {}), stated = error("wrong", "stated", {}),
+               estimated = error("wrong", "estimated", {"--estimate-exposures"});
+  std::printf("RMSE of C over its mean: noise %.4f, shutter believed %.4f, estimated %.4f\n", noise,
+              stated, estimated);
+  EXPECT_GT(stated, 3 * noise);
+  EXPECT_LT(estimated, 1.1 * noise);
+  for (const auto& rung : merged.at("exposures")) {
+    const double exposure_s = rung.at("read_back_s"), sigma = rung.at("ratio_sigma"),
+                 longest_s = merged.at("exposures").front().at("read_back_s"),
+                 ratio = (1 + kOffset_s / exposure_s) / (1 + kOffset_s / longest_s);
+    std::printf("  %10.6g s: ratio %.6f +- %.6f, true %.6f\n", exposure_s,
+                rung.at("ratio").get<double>(), sigma, ratio);
+    if (!rung.at("known").get<bool>()) continue;
+    EXPECT_NEAR(rung.at("ratio").get<double>(), ratio, 4 * sigma + 1e-12);
+  }
 }
 
 TEST_F(Chain, EqualInputsGiveEqualBytes) {

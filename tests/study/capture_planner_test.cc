@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -11,10 +10,10 @@
 #include "capture/expanded_plan.h"
 #include "core/error.h"
 #include "core/file.h"
-#include "core/progress.h"
 #include "lightfield/light_field.h"
 #include "study/bench_plan.h"
 #include "study/plan_for_target.h"
+#include "tests/study/lab_session.h"
 
 namespace luxfield::study {
 namespace {
@@ -48,7 +47,7 @@ look_at = [0, 3, 0.6]
 )";
 
 // A dim lamp before a camera of few, noisy pixels: noise and basis both matter.
-constexpr const char* kLab = R"([lab]
+const std::string kLab = std::string(R"([lab]
 driver = "sim"
 name = "plan from a target"
 seed = 1
@@ -75,11 +74,6 @@ min_exposure_s = 1e-4
 max_exposure_s = 20
 exposure_step_s = 1e-5
 readout_s = 0.05
-[stage]
-min_m = [-0.1, -0.1]
-max_m = [0.1, 0.1]
-speed_m_per_s = 0.05
-settle_s = 0.5
 [sampling]
 u_per_cell = 10
 [errors.photon_noise]
@@ -91,7 +85,7 @@ e_per_s = 100
 rms = 0.005
 [errors.density]
 relative = 0.01
-)";
+)") + kStage;
 
 // Spots on F whose places and sizes change over I, in a basis much finer than any plan's.
 lightfield::LightField SpottedLamp() {
@@ -122,13 +116,10 @@ lightfield::LightField SpottedLamp() {
 class CapturePlannerTest : public testing::Test {
  protected:
   CapturePlannerTest() {
-    core::Progress::SetQuiet(true);
-    std::filesystem::create_directories(folder_);
     core::WriteFileAtomically(folder_ / "scene.toml", kScene);
     core::WriteFileAtomically(folder_ / "lab.toml", kLab);
     lightfield::WriteLightField(folder_ / "lamp.lf.exr", SpottedLamp());
   }
-  ~CapturePlannerTest() override { std::filesystem::remove_all(folder_); }
 
   CapturePlannerOptions Options() const {
     CapturePlannerOptions options;
@@ -142,8 +133,8 @@ class CapturePlannerTest : public testing::Test {
     return options;
   }
 
-  const std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) /
-                                        ("luxfield_capture_planner_" + std::to_string(getpid()));
+  const ScratchFolder scratch_{"capture_planner"};
+  const std::filesystem::path& folder_ = scratch_.path();
 };
 
 TEST_F(CapturePlannerTest, EveryFamilyTradesTimeForAccuracy) {

@@ -3,19 +3,15 @@
 
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
 #include "capture/capture_glare.h"
-#include "core/progress.h"
-#include "hal/sim/simulated_lab.h"
 #include "reconstruct/calibrate_glare.h"
+#include "tests/study/lab_session.h"
 
 namespace luxfield::study {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr const char* kLab = R"(
+const std::string kLab = std::string(R"(
 [lab]
 driver = "sim"
 seed = 4
@@ -32,21 +28,10 @@ radiance = 100
 [camera]
 width = 160
 height = 120
-bits = 14
-black_dn = 400
-saturation_dn = 16000
-gain_dn_per_e = 0.16
 responsivity_e_per_s_per_w_m2 = [1200]
-min_exposure_s = 1e-4
-max_exposure_s = 10
-[camera.lens]
+)") + kCameraCodes + R"([camera.lens]
 focal_px = [190, 190]
 position_m = [0.2, 0.1, -0.75]
-[stage]
-min_m = [-0.1, -0.1]
-max_m = [0.1, 0.1]
-speed_m_per_s = 0.05
-settle_s = 0.5
 [targets]
 spacer_m = 0.05
 source_m = [0, 0, -0.3]
@@ -63,29 +48,20 @@ pitch_m = 0.01
 [targets.trap]
 radius_m = 0.06
 places = 3
-[errors.photon_noise]
-[errors.read_noise]
-rms_dn = 1.6
 [errors.dark_current]
 e_per_s = 5
 [errors.vignetting]
 corner_loss = 0.2
-)";
+)" + kStage + kCameraNoise;
 
 reconstruct::GlareCalibration Measure(const std::string& errors, const std::string& name) {
-  core::Progress::SetQuiet(true);
-  core::SetInterruptCountForTest(0);
-  const fs::path folder = fs::path(testing::TempDir()) / ("luxfield_glare_" + name);
-  fs::remove_all(folder);
-  hal::Devices devices =
-      hal::sim::SimulatedLab(core::Config::FromString(kLab + errors, "lab.toml")).MakeDevices();
+  const ScratchFolder folder("glare_" + name);
+  hal::Devices devices = DevicesOf(kLab + errors);
   const auto plan = capture::ReadGlarePlan(core::Config::FromString(
       "[plan]\nkind = \"glare\"\n[exposure]\nmin_s = 0.01\nmax_s = 10\nrepeats = 8\n",
       "plan.toml"));
-  capture::RunGlareCapture(plan, devices, folder);
-  auto glare = reconstruct::CalibrateGlare(core::SessionReader(folder));
-  fs::remove_all(folder);
-  return glare;
+  capture::RunGlareCapture(plan, devices, folder.path());
+  return reconstruct::CalibrateGlare(core::SessionReader(folder.path()));
 }
 
 TEST(Glare, EvenStrayLightIsFoundAsTheShareItIs) {

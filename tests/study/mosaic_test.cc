@@ -3,19 +3,14 @@
 
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
-#include "capture/capture.h"
 #include "core/error.h"
-#include "core/progress.h"
-#include "hal/sim/simulated_lab.h"
 #include "reconstruct/error_budget.h"
 #include "reconstruct/merge_session.h"
+#include "tests/study/lab_session.h"
 
 namespace luxfield::study {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::string Lab(const std::string& camera, bool ideal) {
   return std::string("[lab]\ndriver = \"sim\"\nseed = 9\nchannels = 3\nideal = ") +
@@ -35,24 +30,10 @@ colour = [1, 0.7, 0.3]
 width = 96
 height = 96
 pitch_m = 0.004
-bits = 14
-black_dn = 400
-saturation_dn = 16000
-gain_dn_per_e = 0.16
 responsivity_e_per_s_per_w_m2 = [900, 1200, 700]
-min_exposure_s = 1e-4
-max_exposure_s = 100
 )" + camera +
-         R"([stage]
-min_m = [-0.1, -0.1]
-max_m = [0.1, 0.1]
-speed_m_per_s = 0.05
-settle_s = 0.5
-[sampling]
+         kCameraCodes + kStage + kCameraNoise + R"([sampling]
 u_per_cell = 16
-[errors.photon_noise]
-[errors.read_noise]
-rms_dn = 1.6
 [errors.vignetting]
 corner_loss = 0.2
 )";
@@ -84,25 +65,12 @@ every = 4
 window_s = 10
 )";
 
-fs::path Capture(const std::string& name, const std::string& lab) {
-  core::Progress::SetQuiet(true);
-  core::SetInterruptCountForTest(0);
-  const fs::path folder = fs::path(testing::TempDir()) / ("luxfield_mosaic_" + name);
-  fs::remove_all(folder);
-  hal::Devices devices =
-      hal::sim::SimulatedLab(core::Config::FromString(lab, "lab.toml")).MakeDevices();
-  capture::RunCapture(capture::ReadPlan(core::Config::FromString(kPlan, "plan.toml")), devices,
-                      folder);
-  EXPECT_TRUE(capture::VerifySession(folder).problems.empty());
-  return folder;
-}
-
 TEST(Mosaic, AgreesWithAColourWheelUpToItsResolution) {
-  const fs::path wheel_folder = Capture("wheel", Lab("", true));
-  const fs::path mosaic_folder = Capture("bayer", Lab("cfa = \"GRBG\"\n", true));
-  const core::SessionReader session(mosaic_folder);
+  const LabSession colour_wheel("mosaic_wheel", Lab("", true), kPlan),
+      bayer("mosaic_bayer", Lab("cfa = \"GRBG\"\n", true), kPlan);
+  const core::SessionReader session = bayer.Read();
   for (const core::FrameRecord& record : session.frames()) EXPECT_EQ(record.channel, 0);
-  const auto wheel = reconstruct::MergeSession(core::SessionReader(wheel_folder)),
+  const auto wheel = reconstruct::MergeSession(colour_wheel.Read()),
              mosaic = reconstruct::MergeSession(session);
   double sum = 0, squares = 0, total = 0, n = 0;
   for (std::size_t m = 0; m < wheel.positions.size(); ++m)
@@ -122,16 +90,14 @@ TEST(Mosaic, AgreesWithAColourWheelUpToItsResolution) {
   // pixel of misplacement would be some 3 %.
   EXPECT_LT(rms, 5e-3);
   EXPECT_LT(std::abs(sum / total), 1e-3);
-  fs::remove_all(wheel_folder);
-  fs::remove_all(mosaic_folder);
 }
 
 TEST(Mosaic, StatesItsNoise) {
-  const fs::path folder = Capture("noisy", Lab("cfa = \"RGGB\"\n", false)),
-                 truth_folder = Capture("noiseless", Lab("cfa = \"RGGB\"\n", true));
-  const core::SessionReader session(folder);
+  const LabSession noisy_lab("mosaic_noisy", Lab("cfa = \"RGGB\"\n", false), kPlan),
+      ideal_lab("mosaic_noiseless", Lab("cfa = \"RGGB\"\n", true), kPlan);
+  const core::SessionReader session = noisy_lab.Read();
   const auto noisy = reconstruct::MergeSession(session),
-             truth = reconstruct::MergeSession(core::SessionReader(truth_folder));
+             truth = reconstruct::MergeSession(ideal_lab.Read());
   double chi_squared = 0, degrees = 0;
   for (std::size_t m = 0; m < noisy.positions.size(); ++m)
     for (std::size_t k = 0; k < noisy.positions[m].irradiance.size(); ++k) {
@@ -146,8 +112,6 @@ TEST(Mosaic, StatesItsNoise) {
   // frames and references are common to positions. 6 standard deviations.
   EXPECT_NEAR(chi_squared / degrees, 1, 6 * std::sqrt(2 / degrees));
   EXPECT_THROW(reconstruct::ComputeErrorBudget(session, {}), InputError);
-  fs::remove_all(folder);
-  fs::remove_all(truth_folder);
 }
 
 }  // namespace
