@@ -41,18 +41,18 @@ class Fit {
     joint_.StartRadiances(spline_);
     double smoothness = kFirstSmoothness;
     for (int round = 0; round < kRounds; ++round) {
-      joint_.Step(spline_, ResponseLikelihood::kLog, smoothness);
+      if (!joint_.Step(spline_, ResponseLikelihood::kLog, smoothness)) throw NoSolution(what_);
       Tabulate(spline_);
       const CurveInformation information = joint_.Information(spline_, smoothness);
       Reweigh(spline_);
       if (round > 0) smoothness = EvidentSmoothness(spline_, information, smoothness);
     }
-    return Settle(spline_, ResponseLikelihood::kLog, smoothness);
+    return Settled(spline_, ResponseLikelihood::kLog, smoothness);
   }
 
   // After Smooth().
   FittedResponse Robertson() {
-    return Settle(spline_, ResponseLikelihood::kExposure, kHardlySmooth);
+    return Settled(spline_, ResponseLikelihood::kExposure, kHardlySmooth);
   }
 
   // After Smooth(), whose result is `start`.
@@ -63,12 +63,13 @@ class Fit {
     for (int order = 1, idle = 0; order <= options_.max_order && idle < 2; ++order) {
       PolynomialResponse polynomial(order, start);
       Fit trial = *this;
-      FittedResponse fit = trial.Settle(polynomial, ResponseLikelihood::kExposure, 0);
-      fit.order = order;
-      if (fit.curve.low_code() > start.low_code() || fit.curve.high_code() < start.high_code())
+      auto fit = trial.Settle(polynomial, ResponseLikelihood::kExposure, 0);
+      if (!fit || fit->curve.low_code() > start.low_code() ||
+          fit->curve.high_code() < start.high_code())
         continue;
-      const double codes = fit.degrees + fit.samples + order,
-                   bic = fit.chi_squared + order * std::log(codes);
+      fit->order = order;
+      const double codes = fit->degrees + fit->samples + order,
+                   bic = fit->chi_squared + order * std::log(codes);
       ++idle;
       if (best && bic >= best_bic) continue;
       best_bic = bic;
@@ -164,13 +165,21 @@ class Fit {
                       kMostSmoothness);
   }
 
-  // Steps with weights and choice as they are, then the result.
-  FittedResponse Settle(ResponseModel& model, ResponseLikelihood likelihood, double smoothness) {
+  FittedResponse Settled(ResponseModel& model, ResponseLikelihood likelihood, double smoothness) {
+    auto result = Settle(model, likelihood, smoothness);
+    if (!result) throw NoSolution(what_);
+    return *std::move(result);
+  }
+
+  // Steps with weights and choice as they are, then the result; none: the least squares have no
+  // solution.
+  std::optional<FittedResponse> Settle(ResponseModel& model, ResponseLikelihood likelihood,
+                                       double smoothness) {
     CurveInformation information;
     for (int pass = 0; pass < kPasses; ++pass) {
       Predict();
       const std::vector<double> before = curve_.log_exposure;
-      joint_.Step(model, likelihood, smoothness);
+      if (!joint_.Step(model, likelihood, smoothness)) return std::nullopt;
       Tabulate(model);
       information = joint_.Information(model, smoothness);
       SetSigma(model, information);

@@ -18,4 +18,11 @@ InputError NoRisingCurve(const std::string& what, double reference_code) {
       what, reference_code));
 }
 
+InputError NoSolution(const std::string& what) {
+  return InputError(fmt::format(
+      "{}: the least squares for its response curve have no solution; check the exposure times, "
+      "and add pictures in which the scene is neither dark nor bright",
+      what));
+}
+
 }  // namespace luxfield::reconstruct

@@ -20,5 +20,6 @@ constexpr int kLeastResponseSamples = 50;
 
 InputError TooFewResponseSamples(const std::string& what, std::size_t samples);
 InputError NoRisingCurve(const std::string& what, double reference_code);
+InputError NoSolution(const std::string& what);
 
 }  // namespace luxfield::reconstruct

@@ -1,6 +1,5 @@
 #include "reconstruct/geometry_fit.h"
 
-#include <ceres/ceres.h>
 #include <ceres/rotation.h>
 #include <fmt/format.h>
 
@@ -13,6 +12,7 @@
 #include "core/error.h"
 #include "reconstruct/geometry_figures.h"
 #include "reconstruct/geometry_start.h"
+#include "reconstruct/least_squares.h"
 #include "reconstruct/shadow.h"
 
 namespace luxfield::reconstruct {
@@ -230,10 +230,7 @@ class Fit {
     options.function_tolerance = 1e-14;
     options.gradient_tolerance = 1e-14;
     options.parameter_tolerance = 1e-13;
-    options.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, problem_.get(), &summary);
-    if (!summary.IsSolutionUsable())
+    if (SolveLeastSquares(options, problem_.get()) != ceres::CONVERGENCE)
       throw InputError("calibration", "the geometry's fit does not converge",
                        "check that the targets are those that the plan names");
   }

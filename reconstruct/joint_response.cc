@@ -1,11 +1,12 @@
 #include "reconstruct/joint_response.h"
 
-#include <ceres/ceres.h>
 #include <ceres/normal_prior.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "reconstruct/least_squares.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -47,20 +48,19 @@ class CodeResidual : public ceres::CostFunction {
   const double weight_, value_, log_t_;
 };
 
-void Run(ceres::Problem& problem, const double* curve) {
+bool Run(ceres::Problem& problem, const double* curve) {
   ceres::Solver::Options how;
   how.linear_solver_type = ceres::DENSE_SCHUR;
   how.max_num_iterations = 20;
   how.function_tolerance = 1e-9;
   how.initial_trust_region_radius = 1e8;  // nearly linear: no damping
-  how.logging_type = ceres::SILENT;
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   std::vector<double*> blocks;
   problem.GetParameterBlocks(&blocks);
   for (double* block : blocks) ordering->AddElementToGroup(block, block == curve ? 1 : 0);
   how.linear_solver_ordering = ordering;
-  ceres::Solver::Summary summary;
-  ceres::Solve(how, &problem, &summary);
+  // A step whose iterations ran out goes on in the next one.
+  return SolveLeastSquares(how, &problem) != ceres::FAILURE;
 }
 
 }  // namespace
@@ -115,7 +115,7 @@ void JointResponse::StartRadiances(const ResponseModel& model) {
   });
 }
 
-void JointResponse::Step(ResponseModel& model, ResponseLikelihood likelihood, double smoothness) {
+bool JointResponse::Step(ResponseModel& model, ResponseLikelihood likelihood, double smoothness) {
   ceres::HuberLoss huber(huber_sigmas_);
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -136,8 +136,9 @@ void JointResponse::Step(ResponseModel& model, ResponseLikelihood likelihood, do
                                -model.parameters),
         nullptr, step.data());
   }
-  Run(problem, step.data());
+  if (!Run(problem, step.data())) return false;
   model.parameters += step;
+  return true;
 }
 
 double JointResponse::RobustWeight(const ResponseModel& model, const CodeObservation& o) const {

@@ -54,7 +54,8 @@ class JointResponse {
   void StartRadiances(const ResponseModel& model);
   // One step of model.parameters and radiances, by Ceres with the radiances as Schur complement.
   // `smoothness` s: the prior of g is that of a g_uu that is white noise of standard deviation s.
-  void Step(ResponseModel& model, ResponseLikelihood likelihood, double smoothness);
+  // False, and nothing changed: no step is downhill, as where the samples leave parameters open.
+  bool Step(ResponseModel& model, ResponseLikelihood likelihood, double smoothness);
   // Also sets leverages.
   CurveInformation Information(const ResponseModel& model, double smoothness);
 

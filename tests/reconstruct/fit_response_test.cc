@@ -186,6 +186,12 @@ TEST(FitResponse, RefusesWhatSettlesNoCurve) {
     options.method = method;
     EXPECT_THROW(FitResponse(black, times, 255, 128, options, "test"), InputError);
     EXPECT_THROW(FitResponse(falling, times, 255, 128, options, "test"), InputError);
+    try {
+      FitResponse(falling, std::vector<double>{0, 2}, 255, 128, options, "test");
+      ADD_FAILURE() << "an exposure of 0 s was fitted";
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("no solution"), std::string::npos) << error.what();
+    }
   }
 }
 
