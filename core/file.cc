@@ -94,7 +94,7 @@ void ReadInPieces(const std::filesystem::path& path,
   struct stat status {};
   if (::fstat(file.get(), &status) != 0 || S_ISDIR(status.st_mode))
     throw InputError(path.string(), "is a folder, not a file", "name a file");
-  std::string buffer(1 << 20, '\0');
+  std::string buffer(1 << 18, '\0');  // stays in the second-level cache
   for (;;) {
     const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
     if (count < 0 && errno == EINTR) continue;

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "core/error.h"
+#include "core/frame_file.h"
 
 namespace luxfield::core {
 namespace {
@@ -66,6 +67,57 @@ TiffFile Open(MemoryFile& file, const std::string& name, const char* mode) {
                   &TIFFClose);
 }
 
+// All samples, interleaved, into one plane of `pixels`; returns how many a pixel has.
+int ReadPixels(std::string_view bytes, const std::string& file, RawFrame* pixels) {
+  const auto fail = [&](const std::string& problem) {
+    throw InputError(file, problem,
+                     "restore the frame, or run `luxfield verify --salvage` on its session");
+  };
+  MemoryFile memory;
+  memory.read = bytes;
+  const TiffFile tiff = Open(memory, file, "rm");
+  if (!tiff) fail("is not a TIFF file or is truncated");
+  std::uint32_t width = 0, height = 0;
+  std::uint16_t bits = 0, samples = 1, format = SAMPLEFORMAT_UINT, compression = COMPRESSION_NONE,
+                planes = PLANARCONFIG_CONTIG;
+  TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &width);
+  TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &height);
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_BITSPERSAMPLE, &bits);
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_SAMPLESPERPIXEL, &samples);
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_SAMPLEFORMAT, &format);
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_COMPRESSION, &compression);
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_PLANARCONFIG, &planes);
+  const bool is_float = format == SAMPLEFORMAT_IEEEFP && bits == 32;
+  if ((samples != 1 && samples != 3) || planes != PLANARCONFIG_CONTIG ||
+      compression != COMPRESSION_NONE || TIFFIsTiled(tiff.get()) ||
+      !(is_float || (format == SAMPLEFORMAT_UINT && bits == 16)))
+    fail(
+        fmt::format("has {} samples of {} bits, format {}, compression {}; frames are one "
+                    "uncompressed channel, or three, of 16-bit "
+                    "unsigned or 32-bit float samples",
+                    samples, bits, format, compression));
+  const std::uint64_t needed = std::uint64_t{width} * height * samples * (is_float ? 4u : 2u);
+  if (width == 0 || height == 0 || width > 65536 || height > 65536 || needed > bytes.size())
+    fail(fmt::format("claims {} x {} pixels but holds {} bytes", width, height, bytes.size()));
+
+  pixels->width = static_cast<int>(width);
+  pixels->height = static_cast<int>(height);
+  pixels->dn.resize(is_float ? 0 : needed / 2);
+  pixels->value.resize(is_float ? needed / 4 : 0);
+  char* const target = is_float ? reinterpret_cast<char*>(pixels->value.data())
+                                : reinterpret_cast<char*>(pixels->dn.data());
+  std::uint64_t filled = 0;
+  for (std::uint32_t strip = 0; strip < TIFFNumberOfStrips(tiff.get()) && filled < needed;
+       ++strip) {
+    const tmsize_t count = TIFFReadEncodedStrip(tiff.get(), strip, target + filled,
+                                                static_cast<tmsize_t>(needed - filled));
+    if (count <= 0) break;
+    filled += static_cast<std::uint64_t>(count);
+  }
+  if (filled != needed) fail(fmt::format("is truncated: {} of {} bytes of pixels", filled, needed));
+  return samples;
+}
+
 }  // namespace
 
 std::string EncodeTiff(const RawFrame& frame) {
@@ -102,70 +154,32 @@ std::string EncodeTiff(const RawFrame& frame) {
 }
 
 RawFrame DecodeTiff(std::string_view bytes, const std::string& file) {
-  std::vector<RawFrame> channels = DecodeTiffChannels(bytes, file);
-  if (channels.size() != 1)
+  RawFrame frame;
+  DecodeTiff(bytes, file, &frame);
+  return frame;
+}
+
+void DecodeTiff(std::string_view bytes, const std::string& file, RawFrame* frame) {
+  if (ReadPixels(bytes, file, frame) != 1)
     throw InputError(file, "has 3 samples a pixel; frames are one channel",
                      "restore the frame, or run `luxfield verify --salvage` on its session");
-  return std::move(channels.front());
 }
 
 std::vector<RawFrame> DecodeTiffChannels(std::string_view bytes, const std::string& file) {
-  const auto fail = [&](const std::string& problem) {
-    throw InputError(file, problem,
-                     "restore the frame, or run `luxfield verify --salvage` on its session");
-  };
-  MemoryFile memory;
-  memory.read = bytes;
-  const TiffFile tiff = Open(memory, file, "rm");
-  if (!tiff) fail("is not a TIFF file or is truncated");
-  std::uint32_t width = 0, height = 0;
-  std::uint16_t bits = 0, samples = 1, format = SAMPLEFORMAT_UINT, compression = COMPRESSION_NONE,
-                planes = PLANARCONFIG_CONTIG;
-  TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &width);
-  TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &height);
-  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_BITSPERSAMPLE, &bits);
-  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_SAMPLESPERPIXEL, &samples);
-  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_SAMPLEFORMAT, &format);
-  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_COMPRESSION, &compression);
-  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_PLANARCONFIG, &planes);
-  const bool is_float = format == SAMPLEFORMAT_IEEEFP && bits == 32;
-  if ((samples != 1 && samples != 3) || planes != PLANARCONFIG_CONTIG ||
-      compression != COMPRESSION_NONE || TIFFIsTiled(tiff.get()) ||
-      !(is_float || (format == SAMPLEFORMAT_UINT && bits == 16)))
-    fail(
-        fmt::format("has {} samples of {} bits, format {}, compression {}; frames are one "
-                    "uncompressed channel, or three, of 16-bit "
-                    "unsigned or 32-bit float samples",
-                    samples, bits, format, compression));
-  const std::uint64_t needed = std::uint64_t{width} * height * samples * (is_float ? 4u : 2u);
-  if (width == 0 || height == 0 || width > 65536 || height > 65536 || needed > bytes.size())
-    fail(fmt::format("claims {} x {} pixels but holds {} bytes", width, height, bytes.size()));
-
-  std::vector<std::uint16_t> dn(is_float ? 0 : needed / 2);
-  std::vector<float> value(is_float ? needed / 4 : 0);
-  char* const target =
-      is_float ? reinterpret_cast<char*>(value.data()) : reinterpret_cast<char*>(dn.data());
-  std::uint64_t filled = 0;
-  for (std::uint32_t strip = 0; strip < TIFFNumberOfStrips(tiff.get()) && filled < needed;
-       ++strip) {
-    const tmsize_t count = TIFFReadEncodedStrip(tiff.get(), strip, target + filled,
-                                                static_cast<tmsize_t>(needed - filled));
-    if (count <= 0) break;
-    filled += static_cast<std::uint64_t>(count);
+  RawFrame pixels;
+  const auto samples = static_cast<std::size_t>(ReadPixels(bytes, file, &pixels));
+  std::vector<RawFrame> channels;
+  if (samples == 1) {
+    channels.push_back(std::move(pixels));
+    return channels;
   }
-  if (filled != needed) fail(fmt::format("is truncated: {} of {} bytes of pixels", filled, needed));
-  std::vector<RawFrame> channels(samples);
   for (std::size_t c = 0; c < samples; ++c) {
-    RawFrame& frame = channels[c];
-    frame.width = static_cast<int>(width);
-    frame.height = static_cast<int>(height);
-    if (samples == 1) {
-      frame.dn = std::move(dn);
-      frame.value = std::move(value);
-      continue;
-    }
-    for (std::size_t k = c; k < dn.size(); k += samples) frame.dn.push_back(dn[k]);
-    for (std::size_t k = c; k < value.size(); k += samples) frame.value.push_back(value[k]);
+    RawFrame& frame = channels.emplace_back();
+    frame.width = pixels.width;
+    frame.height = pixels.height;
+    for (std::size_t k = c; k < pixels.dn.size(); k += samples) frame.dn.push_back(pixels.dn[k]);
+    for (std::size_t k = c; k < pixels.value.size(); k += samples)
+      frame.value.push_back(pixels.value[k]);
   }
   return channels;
 }

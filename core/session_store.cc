@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "core/error.h"
+#include "core/frame_file.h"
 #include "core/journal.h"
 #include "core/json.h"
-#include "core/session_path.h"
 #include "core/session_replay.h"
 
 namespace luxfield::core {
@@ -61,12 +61,10 @@ bool SessionReader::sealed() const { return impl_->state.sealed && impl_->has_ma
 std::string SessionReader::plan_id() const { return impl_->state.plan_sha256; }
 
 RawFrame SessionReader::ReadFrame(const FrameRecord& record, bool check_hash) const {
-  const auto path = SessionFile(impl_->folder, record.file, impl_->folder.string());
-  const std::string bytes = ReadFile(path);
-  if (check_hash && Sha256(bytes) != record.sha256)
-    throw InputError(path.string(), "differs from the frame that was committed (SHA-256)",
-                     "restore it from a copy, or run `luxfield verify --salvage` on the session");
-  return DecodeTiff(bytes, path.string());
+  std::string bytes;
+  RawFrame frame;
+  core::ReadFrame(*this, record, check_hash, &bytes, &frame);
+  return frame;
 }
 
 }  // namespace luxfield::core

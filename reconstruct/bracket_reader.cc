@@ -1,5 +1,8 @@
 #include "reconstruct/bracket_reader.h"
 
+#include <algorithm>
+
+#include "core/frame_file.h"
 #include "core/parallel.h"
 
 namespace luxfield::reconstruct {
@@ -14,8 +17,9 @@ BracketReader::~BracketReader() {
   if (ahead_.valid()) ahead_.wait();
 }
 
-std::vector<core::RawFrame> BracketReader::Next() {
-  std::vector<core::RawFrame> frames = ahead_.get();
+std::span<const core::RawFrame> BracketReader::Next() {
+  ahead_.get();
+  const std::span<const core::RawFrame> frames(frames_[next_ % 2].data(), brackets_[next_].size());
   ++next_;
   ReadAhead();
   return frames;
@@ -24,17 +28,18 @@ std::vector<core::RawFrame> BracketReader::Next() {
 void BracketReader::ReadAhead() {
   if (next_ == brackets_.size()) return;
   const auto how = core::Threads() > 1 ? std::launch::async : std::launch::deferred;
-  ahead_ = std::async(how, [this, bracket = next_] { return Read(bracket); });
+  ahead_ = std::async(how, [this, bracket = next_] { Read(bracket); });
 }
 
-std::vector<core::RawFrame> BracketReader::Read(std::size_t bracket) const {
+void BracketReader::Read(std::size_t bracket) {
   const BracketRecords& records = brackets_[bracket];
-  std::vector<core::RawFrame> frames(records.size());
+  std::vector<core::RawFrame>& frames = frames_[bracket % 2];
+  frames.resize(std::max(frames.size(), records.size()));  // never shorter: memory stays
+  bytes_.resize(std::max(bytes_.size(), records.size()));
   core::ParallelFor(records.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n)
-      frames[n] = session_.ReadFrame(*records[n], check_hashes_);
+      core::ReadFrame(session_, *records[n], check_hashes_, &bytes_[n], &frames[n]);
   });
-  return frames;
 }
 
 }  // namespace luxfield::reconstruct

@@ -1,7 +1,10 @@
 // Reads exposure brackets of a session while those before them are merged.
 #pragma once
 
+#include <array>
 #include <future>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "core/session_store.h"
@@ -13,7 +16,8 @@ using BracketRecords = std::vector<const core::FrameRecord*>;
 
 // One bracket is read ahead, by a thread of its own, so that the disk works while the processor
 // does; with a single thread allowed (core::Threads) each is read when it is asked for. Memory
-// holds two brackets, whatever the session's length.
+// holds two brackets and the bytes of one's files, and is used again, whatever the session's
+// length.
 class BracketReader {
  public:
   // The brackets in the order they will be asked for. check_hashes: as SessionReader::ReadFrame.
@@ -21,18 +25,21 @@ class BracketReader {
                 bool check_hashes);
   ~BracketReader();  // waits for the reading thread
 
-  // The frames of the next bracket, in the order of its records. Throws what ReadFrame throws.
-  std::vector<core::RawFrame> Next();
+  // The frames of the next bracket, in the order of its records; they stay until the next call.
+  // Throws what ReadFrame throws.
+  std::span<const core::RawFrame> Next();
 
  private:
-  std::vector<core::RawFrame> Read(std::size_t bracket) const;
+  void Read(std::size_t bracket);
   void ReadAhead();
 
   const core::SessionReader& session_;
   std::vector<BracketRecords> brackets_;
   bool check_hashes_;
   std::size_t next_ = 0;
-  std::future<std::vector<core::RawFrame>> ahead_;
+  std::array<std::vector<core::RawFrame>, 2> frames_;  // of brackets in turn
+  std::vector<std::string> bytes_;                     // of the files being read
+  std::future<void> ahead_;
 };
 
 }  // namespace luxfield::reconstruct

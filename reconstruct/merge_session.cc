@@ -251,7 +251,7 @@ class SessionMerger {
   }
 
   std::vector<Exposure> ExposuresOf(const Records& records,
-                                    const std::vector<RawFrame>& frames) const {
+                                    std::span<const RawFrame> frames) const {
     std::vector<Exposure> exposures;
     for (std::size_t n = 0; n < records.size(); ++n) {
       const FrameRecord& record = *records[n];
@@ -286,7 +286,7 @@ class SessionMerger {
 
   // Merges the next bracket of the queue into merged_; where its filter was.
   Vec2 MergeBracket(const Records& records) {
-    const std::vector<RawFrame> frames = reader_->Next();
+    const std::span<const RawFrame> frames = reader_->Next();
     const std::vector<Exposure> exposures = ExposuresOf(records, frames);
     for (std::size_t n = 0; n < records.size(); ++n) {
       const FrameRecord& record = *records[n];

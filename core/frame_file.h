@@ -1,0 +1,20 @@
+// Frames read one after the other into memory that is used again: the kernel clears fresh memory
+// page by page, which takes longer than reading a frame that is cached.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "core/raw_frame.h"
+#include "core/session_store.h"
+
+namespace luxfield::core {
+
+// DecodeTiff(bytes, file) into `frame`, which keeps its memory where that is large enough.
+void DecodeTiff(std::string_view bytes, const std::string& file, RawFrame* frame);
+
+// session.ReadFrame(record, check_hash) into `frame`; `bytes` is scratch.
+void ReadFrame(const SessionReader& session, const FrameRecord& record, bool check_hash,
+               std::string* bytes, RawFrame* frame);
+
+}  // namespace luxfield::core
