@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "core/parallel.h"
@@ -12,169 +12,174 @@
 namespace luxfield::reconstruct {
 namespace {
 
-constexpr std::uint8_t kNeighbour = 1, kTail = 2;
 constexpr int kWindow = 4;
 constexpr double kSigmas = 3, kExposureError = 0.002;
 constexpr double kDecays = 5;  // decay lengths that a tail which was left out is taken to hold
 constexpr int kGrainRows = 32;
+constexpr std::uint64_t kAll = ~std::uint64_t{0};
 
-// Sets 1 where a sample is clipped or not a number; whether any is.
+// Clipped, or not a number.
+LUXFIELD_INLINE bool Clips(float value, float saturation_dn) {
+  return !(value < saturation_dn) || !(value >= std::numeric_limits<float>::lowest());
+}
+
+// Most words have no clipped sample, which the largest of them tells.
+LUXFIELD_INLINE bool AnyClips(const std::uint16_t* y, float saturation_dn) {
+  std::uint16_t largest = 0;
+  for (int l = 0; l < kBitsOfWord; ++l) largest = std::max(largest, y[l]);
+  return Clips(largest, saturation_dn);
+}
+
+LUXFIELD_INLINE bool AnyClips(const float* y, float saturation_dn) {
+  std::uint32_t any = 0;
+  for (int l = 0; l < kBitsOfWord; ++l) any |= Clips(y[l], saturation_dn) ? 1u : 0u;
+  return any != 0;
+}
+
 template <typename T>
-LUXFIELD_INLINE bool MarkRun(const T* y, std::size_t count, float saturation_dn,
-                             std::uint8_t* out) {
-  std::uint8_t any = 0;
-  LUXFIELD_INDEPENDENT
-  for (std::size_t p = 0; p < count; ++p) {
-    const float value = static_cast<float>(y[p]);
-    out[p] = static_cast<std::uint8_t>((value < saturation_dn ? 0 : 1) |
-                                       (value >= std::numeric_limits<float>::lowest() ? 0 : 1));
-    any |= out[p];
+LUXFIELD_INLINE std::uint64_t ClippedBits(const T* y, int count, float saturation_dn) {
+  std::uint64_t bits = 0;
+  for (int l = 0; l < count; ++l)
+    bits |= std::uint64_t{Clips(static_cast<float>(y[l]), saturation_dn)} << l;
+  return bits;
+}
+
+template <typename T>
+LUXFIELD_INLINE bool MarkRun(const T* y, int width, float saturation_dn, std::uint64_t* bits) {
+  std::uint64_t any = 0;
+  for (int column = 0; column < width; column += kBitsOfWord, y += kBitsOfWord, ++bits) {
+    if (width - column < kBitsOfWord)
+      *bits = ClippedBits(y, width - column, saturation_dn);
+    else if (AnyClips(y, saturation_dn))
+      *bits = ClippedBits(y, kBitsOfWord, saturation_dn);
+    any |= *bits;
   }
   return any != 0;
 }
 
-LUXFIELD_SIMD_CLONES bool MarkRow(const core::RawFrame& frame, std::size_t first, std::size_t count,
-                                  double saturation_dn, std::uint8_t* out) {
+// Sets the bits of a row's clipped samples; whether there are any.
+LUXFIELD_SIMD_CLONES bool MarkRow(const core::RawFrame& frame, int row, double saturation_dn,
+                                  std::uint64_t* bits) {
   const auto saturation = static_cast<float>(saturation_dn);
-  return frame.value.empty() ? MarkRun(frame.dn.data() + first, count, saturation, out)
-                             : MarkRun(frame.value.data() + first, count, saturation, out);
+  const std::size_t first = static_cast<std::size_t>(row) * frame.width;
+  return frame.value.empty() ? MarkRun(frame.dn.data() + first, frame.width, saturation, bits)
+                             : MarkRun(frame.value.data() + first, frame.width, saturation, bits);
 }
 
-// out[column] = kNeighbour where a pixel of the three rows is clipped among the 9 around.
-LUXFIELD_SIMD_CLONES void Dilate(const std::uint8_t* above, const std::uint8_t* middle,
-                                 const std::uint8_t* below, int width, std::uint8_t* out) {
-  const auto any = [&](int column) __attribute__((always_inline)) {
-    return static_cast<std::uint8_t>(above[column] | middle[column] | below[column]);
-  };
-  out[0] = static_cast<std::uint8_t>(any(0) | any(std::min(1, width - 1)));
-  LUXFIELD_INDEPENDENT
-  for (int column = 1; column < width - 1; ++column)
-    out[column] = static_cast<std::uint8_t>(any(column - 1) | any(column) | any(column + 1));
-  out[width - 1] = static_cast<std::uint8_t>(any(width - 1) | any(std::max(width - 2, 0)));
+// The bits of the columns before and after those of word w; `beyond` stands for what lies beside
+// the row's first and last column.
+std::uint64_t Before(const std::uint64_t* bits, int w, bool beyond) {
+  return bits[w] << 1 | (w > 0 ? bits[w - 1] >> (kBitsOfWord - 1) : std::uint64_t{beyond});
 }
 
-// 1 where a run of seeds ends: a seed without one on either side.
-LUXFIELD_SIMD_CLONES void MarkEnds(const std::uint8_t* before, const std::uint8_t* seed,
-                                   const std::uint8_t* after, int width, std::uint8_t* ends) {
-  LUXFIELD_INDEPENDENT
-  for (int column = 0; column < width; ++column)
-    ends[column] = seed[column] & static_cast<std::uint8_t>(~(before[column] & after[column]));
+std::uint64_t After(const std::uint64_t* bits, int w, int width, bool beyond) {
+  const int last = (width - 1) % kBitsOfWord;
+  return bits[w] >> 1 | (w + 1 < PixelBits::WordsOfRow(width) ? bits[w + 1] << (kBitsOfWord - 1)
+                                                              : std::uint64_t{beyond} << last);
 }
 
-LUXFIELD_SIMD_CLONES void JoinTails(const std::uint8_t* clipped, const std::uint8_t* plane,
-                                    int width, std::uint8_t* seed) {
-  LUXFIELD_INDEPENDENT
-  for (int column = 0; column < width; ++column)
-    seed[column] = clipped[column] | (plane[column] & kTail ? 1 : 0);
+template <typename Body>
+void ForRows(int height, const Body& body) {
+  core::ParallelFor(height, kGrainRows, [&](std::size_t begin, std::size_t end) {
+    for (auto row = static_cast<int>(begin); row < static_cast<int>(end); ++row) body(row);
+  });
 }
 
-// The first end from `column` on, or the width; eight at a time where there is none.
-int NextEnd(const std::vector<std::uint8_t>& ends, int column) {
-  const auto width = static_cast<int>(ends.size());
-  for (std::uint64_t eight = 0; width - column >= 8; column += 8) {
-    std::memcpy(&eight, ends.data() + column, 8);
-    if (eight != 0) break;
-  }
-  while (column < width && ends[column] == 0) ++column;
-  return column;
+// body(bit) for those that are set.
+template <typename Body>
+void ForBits(std::uint64_t bits, const Body& body) {
+  for (; bits != 0; bits &= bits - 1) body(std::countr_zero(bits));
 }
 
 }  // namespace
 
 ExcludedSamples::ExcludedSamples(const SensorModel& sensor, std::span<const Exposure> longest_first)
-    : sensor_(sensor), exposures_(longest_first), planes_(longest_first.size()) {
+    : sensor_(sensor),
+      exposures_(longest_first),
+      left_out_(longest_first.size()),
+      tails_(longest_first.size()) {
   for (const Exposure& e : exposures_)
     k_.push_back(sensor.gain_dn_per_e * e.exposure_s * e.attenuation * e.lamp_factor);
   for (std::size_t n = exposures_.size(); n-- > 0;) {
-    if (!AnyClipped(n)) continue;
-    MarkClipped(n);
+    if (!MarkClipped(n)) continue;
+    tails_[n] = PixelBits(sensor.width, sensor.height);
     FollowColumns(n);
     FollowRows(n);
+    JoinNeighboursAndTails(n);
   }
-  clipped_.reset();
 }
 
-bool ExcludedSamples::AnyClipped(std::size_t n) const {
-  const std::size_t width = static_cast<std::size_t>(sensor_.width);
+bool ExcludedSamples::MarkClipped(std::size_t n) {
+  clipped_ = PixelBits(sensor_.width, sensor_.height);
   std::atomic<bool> any = false;
-  core::ParallelFor(sensor_.height, kGrainRows, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::uint8_t> row(width);
-    for (; begin < end && !any; ++begin)
-      if (MarkRow(*exposures_[n].frame, begin * width, width, sensor_.saturation_dn, row.data()))
-        any = true;
+  ForRows(sensor_.height, [&](int row) {
+    if (MarkRow(*exposures_[n].frame, row, sensor_.saturation_dn, clipped_.row(row))) any = true;
   });
   return any;
 }
 
-void ExcludedSamples::MarkClipped(std::size_t n) {
-  const int width = sensor_.width, height = sensor_.height;
-  const std::size_t pixels = static_cast<std::size_t>(width) * height;
-  if (!clipped_) clipped_ = std::make_unique_for_overwrite<std::uint8_t[]>(pixels);
-  planes_[n] = std::make_unique_for_overwrite<std::uint8_t[]>(pixels);
-  const auto mark = [&](int row, std::uint8_t* out) {
-    MarkRow(*exposures_[n].frame, static_cast<std::size_t>(row) * width, width,
-            sensor_.saturation_dn, out);
-  };
-  core::ParallelFor(height, kGrainRows, [&](std::size_t first, std::size_t last) {
-    const auto begin = static_cast<int>(first), end = static_cast<int>(last);
-    const auto at = [&](int row) { return clipped_.get() + static_cast<std::size_t>(row) * width; };
-    // The rows beside these are another piece's to keep.
-    std::vector<std::uint8_t> above(width), below(width);
-    if (begin > 0) mark(begin - 1, above.data());
-    if (end < height) mark(end, below.data());
-    for (int row = begin; row < end; ++row) mark(row, at(row));
-    for (int row = begin; row < end; ++row)
-      Dilate(row > begin ? at(row - 1) : above.data(), at(row),
-             row + 1 < end ? at(row + 1) : below.data(), width,
-             planes_[n].get() + static_cast<std::size_t>(row) * width);
+void ExcludedSamples::JoinNeighboursAndTails(std::size_t n) {
+  const int width = sensor_.width, height = sensor_.height, words = clipped_.words_of_row();
+  left_out_[n] = PixelBits(width, height);
+  ForRows(height, [&](int row) {
+    std::vector<std::uint64_t> three(clipped_.row(row), clipped_.row(row) + words);
+    for (const int beside : {row - 1, row + 1})
+      if (beside >= 0 && beside < height)
+        for (int w = 0; w < words; ++w) three[w] |= clipped_.row(beside)[w];
+    std::uint64_t* const out = left_out_[n].row(row);
+    for (int w = 0; w < words; ++w)
+      out[w] = three[w] | Before(three.data(), w, false) | After(three.data(), w, width, false) |
+               tails_[n].row(row)[w];
+    out[words - 1] &= PixelBits::LastWord(width);
   });
 }
 
 void ExcludedSamples::FollowColumns(std::size_t n) {
-  const int width = sensor_.width, height = sensor_.height;
-  const std::vector<std::uint8_t> beyond(width, 1);
-  core::ParallelFor(height, kGrainRows, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::uint8_t> ends(width);
-    for (auto row = static_cast<int>(begin); row < static_cast<int>(end); ++row) {
-      const std::uint8_t* const here = clipped_.get() + static_cast<std::size_t>(row) * width;
-      const std::uint8_t* const above = row > 0 ? here - width : beyond.data();
-      const std::uint8_t* const below = row + 1 < height ? here + width : beyond.data();
-      MarkEnds(above, here, below, width, ends.data());
-      for (int column = 0; (column = NextEnd(ends, column)) < width; ++column) {
-        const std::size_t pixel = static_cast<std::size_t>(row) * width + column;
-        if (!above[column]) FollowTail(n, pixel, -width, row);
-        if (!below[column]) FollowTail(n, pixel, width, height - 1 - row);
-      }
+  const int height = sensor_.height;
+  ForRows(height, [&](int row) {
+    for (int w = 0; w < clipped_.words_of_row(); ++w) {
+      const std::uint64_t here = clipped_.row(row)[w],
+                          above = row > 0 ? clipped_.row(row - 1)[w] : kAll,
+                          below = row + 1 < height ? clipped_.row(row + 1)[w] : kAll;
+      ForBits(here & ~above, [&](int bit) {
+        FollowTail(n, {row, w * kBitsOfWord + bit}, {-1, 0}, row);
+      });
+      ForBits(here & ~below, [&](int bit) {
+        FollowTail(n, {row, w * kBitsOfWord + bit}, {1, 0}, height - 1 - row);
+      });
     }
   });
 }
 
 void ExcludedSamples::FollowRows(std::size_t n) {
-  const int width = sensor_.width;
-  core::ParallelFor(sensor_.height, kGrainRows, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::uint8_t> seeds(width + 2, 1), ends(width);  // a spare one at either end
-    std::uint8_t* const seed = seeds.data() + 1;
-    for (std::size_t row = begin; row < end; ++row) {
-      const std::size_t first = row * width;
-      JoinTails(clipped_.get() + first, planes_[n].get() + first, width, seed);
-      MarkEnds(seed - 1, seed, seed + 1, width, ends.data());
-      for (int column = 0; (column = NextEnd(ends, column)) < width; ++column) {
-        if (!seed[column - 1]) FollowTail(n, first + column, -1, column);
-        if (!seed[column + 1]) FollowTail(n, first + column, 1, width - 1 - column);
-      }
+  const int width = sensor_.width, words = clipped_.words_of_row();
+  ForRows(sensor_.height, [&](int row) {
+    std::vector<std::uint64_t> seeds(clipped_.row(row), clipped_.row(row) + words);
+    for (int w = 0; w < words; ++w) seeds[w] |= tails_[n].row(row)[w];
+    for (int w = 0; w < words; ++w) {
+      ForBits(seeds[w] & ~Before(seeds.data(), w, true), [&](int bit) {
+        const int column = w * kBitsOfWord + bit;
+        FollowTail(n, {row, column}, {0, -1}, column);
+      });
+      ForBits(seeds[w] & ~After(seeds.data(), w, width, true), [&](int bit) {
+        const int column = w * kBitsOfWord + bit;
+        FollowTail(n, {row, column}, {0, 1}, width - 1 - column);
+      });
     }
   });
 }
 
 // From a seed outwards over at most `room` pixels; the first one is the seed's neighbour.
-void ExcludedSamples::FollowTail(std::size_t n, std::size_t from, std::ptrdiff_t step, int room) {
-  const auto pixel = [&](int distance) {
-    return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(from) + distance * step);
+void ExcludedSamples::FollowTail(std::size_t n, Pixel seed, Pixel step, int room) {
+  const auto at = [&](int distance) {
+    return Pixel{seed.row + distance * step.row, seed.column + distance * step.column};
   };
   // What ran over in the next shorter exposure runs over in this one, and farther.
   int inherited = 0;
-  const bool shorter = n + 1 < planes_.size() && planes_[n + 1];
-  while (shorter && inherited < room && planes_[n + 1][pixel(inherited + 1)] & kTail) ++inherited;
+  const bool shorter = n + 1 < tails_.size() && tails_[n + 1];
+  while (shorter && inherited < room &&
+         tails_[n + 1].at(at(inherited + 1).row, at(inherited + 1).column))
+    ++inherited;
   int reach = inherited;
   if (inherited > 0)
     reach += static_cast<int>(std::ceil(inherited * std::log(k_[n] / k_[n + 1]) / kDecays));
@@ -182,7 +187,7 @@ void ExcludedSamples::FollowTail(std::size_t n, std::size_t from, std::ptrdiff_t
   for (int first = std::max(2, inherited + 1); first <= room; ++first) {
     Excess sum;
     for (int d = first; d < first + kWindow && d <= room; ++d) {
-      const Excess here = ExcessAt(n, pixel(d));
+      const Excess here = ExcessAt(n, at(d));
       sum.value += here.value;
       sum.variance += here.variance;
       sum.light += here.light;
@@ -190,8 +195,11 @@ void ExcludedSamples::FollowTail(std::size_t n, std::size_t from, std::ptrdiff_t
     if (!(sum.value > kSigmas * std::sqrt(sum.variance) + kExposureError * sum.light)) break;
     reach = std::max(reach, 2 * (first + kWindow - 1));
   }
-  for (int d = 1; d <= std::min(reach, room); ++d)
-    std::atomic_ref(planes_[n][pixel(d)]).fetch_or(kTail, std::memory_order_relaxed);
+  for (int d = 1; d <= std::min(reach, room); ++d) {
+    const Pixel p = at(d);
+    std::atomic_ref(tails_[n].row(p.row)[p.column / kBitsOfWord])
+        .fetch_or(std::uint64_t{1} << (p.column % kBitsOfWord), std::memory_order_relaxed);
+  }
 }
 
 double ExcludedSamples::Signal(const Exposure& exposure, std::size_t pixel) const {
@@ -210,11 +218,12 @@ double ExcludedSamples::OtherVariance(const Exposure& exposure) const {
   return exposure.dark ? variance * (1 + 1.0 / exposure.dark->count) : variance;
 }
 
-ExcludedSamples::Excess ExcludedSamples::ExcessAt(std::size_t n, std::size_t pixel) const {
-  if (clipped_[pixel]) return {};
+ExcludedSamples::Excess ExcludedSamples::ExcessAt(std::size_t n, Pixel p) const {
+  if (clipped_.at(p.row, p.column)) return {};
+  const std::size_t pixel = static_cast<std::size_t>(p.row) * sensor_.width + p.column;
   double signal = 0, k = 0, other = 0;
   for (std::size_t m = n + 1; m < exposures_.size(); ++m) {
-    if (!(k_[m] < k_[n]) || (planes_[m] && planes_[m][pixel])) continue;
+    if (!(k_[m] < k_[n]) || At(m, p.row, p.column)) continue;
     signal += Signal(exposures_[m], pixel);
     k += k_[m];
     other += OtherVariance(exposures_[m]);

@@ -20,42 +20,50 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "reconstruct/merge_exposures.h"
+#include "reconstruct/pixel_bits.h"
 
 namespace luxfield::reconstruct {
 
 class ExcludedSamples {
  public:
-  // The exposures, longest first, must outlive this. One byte a pixel is kept of every frame with a
-  // clipped sample; every frame is read once. Parallel over rows; the result does not depend on the
-  // threads.
+  // The exposures, longest first, must outlive this. Two bits a pixel are kept of every frame with
+  // a clipped sample; every frame is read once. Parallel over rows; the result does not depend on
+  // the threads.
   ExcludedSamples(const SensorModel& sensor, std::span<const Exposure> longest_first);
 
-  // Per pixel: not 0 is left out. Null: no sample of frame n is.
-  const std::uint8_t* Of(std::size_t n) const { return planes_[n].get(); }
+  // Of word w of a row (pixel_bits.h) of frame n: 1 is left out.
+  std::uint64_t Word(std::size_t n, int row, int w) const {
+    return left_out_[n] ? left_out_[n].row(row)[w] : 0;
+  }
+  bool At(std::size_t n, int row, int column) const {
+    return left_out_[n] && left_out_[n].at(row, column);
+  }
 
  private:
+  struct Pixel {
+    int row = 0, column = 0;
+  };
   struct Excess {
     double value = 0, variance = 0, light = 0;  // DN; variance 0: nothing to compare with
   };
-  bool AnyClipped(std::size_t n) const;
-  void MarkClipped(std::size_t n);  // into clipped_, with their neighbours into planes_[n]
+  bool MarkClipped(std::size_t n);  // into clipped_; whether any is
   void FollowColumns(std::size_t n);
   void FollowRows(std::size_t n);
-  void FollowTail(std::size_t n, std::size_t from, std::ptrdiff_t step, int room);
-  Excess ExcessAt(std::size_t n, std::size_t pixel) const;
+  void JoinNeighboursAndTails(std::size_t n);
+  void FollowTail(std::size_t n, Pixel seed, Pixel step, int room);
+  Excess ExcessAt(std::size_t n, Pixel p) const;
   double OtherVariance(const Exposure& exposure) const;
   double Signal(const Exposure& exposure, std::size_t pixel) const;
 
   const SensorModel& sensor_;
   std::span<const Exposure> exposures_;
-  std::vector<double> k_;  // DN per electron per second of each
-  std::vector<std::unique_ptr<std::uint8_t[]>> planes_;
-  std::unique_ptr<std::uint8_t[]> clipped_;  // of the frame at hand
+  std::vector<double> k_;                    // DN per electron per second of each
+  std::vector<PixelBits> left_out_, tails_;  // of each, where a sample is clipped
+  PixelBits clipped_;                        // of the frame at hand
 };
 
 }  // namespace luxfield::reconstruct

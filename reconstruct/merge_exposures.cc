@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -13,19 +12,17 @@
 #include "reconstruct/dark_codes.h"
 #include "reconstruct/excluded_samples.h"
 #include "reconstruct/merge_tile.h"
-#include "reconstruct/simd.h"
+#include "reconstruct/pixel_bits.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-// out[l] = 1 for a pixel that is a defect or, where there is a plane, left out by it.
-LUXFIELD_SIMD_CLONES void LeaveOut(const std::uint32_t* defect, const std::uint8_t* plane,
-                                   std::size_t count, std::uint8_t* out) {
-  LUXFIELD_INDEPENDENT
-  for (std::size_t l = 0; l < count; ++l) out[l] = defect[l] != 0;
-  if (!plane) return;
-  LUXFIELD_INDEPENDENT
-  for (std::size_t l = 0; l < count; ++l) out[l] |= plane[l] != 0;
+// A plane of a frame or a sum of them, in pieces of whole cache lines.
+template <typename Body>
+void ForPixels(std::size_t pixels, const Body& body) {
+  core::ParallelFor(pixels, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) body(p);
+  });
 }
 
 void Check(const SensorModel& sensor, std::span<const Exposure> exposures) {
@@ -94,8 +91,8 @@ MergeScale MakeMergeScale(const SensorModel& sensor, const Exposure& exposure,
 // those tell (dark_codes.h).
 void RefineInTheDark(const DarkCodes& codes, const SensorModel& sensor,
                      std::span<const Exposure> sorted, std::span<const MergeScale> scales,
-                     const MergeModel& model, const ExcludedSamples& excluded, std::size_t pixel,
-                     std::size_t count, MergeTile& tile) {
+                     const MergeModel& model, const ExcludedSamples& excluded, int row, int w,
+                     std::size_t pixel, std::size_t count, MergeTile& tile) {
   constexpr double kWorthIt = 0.01;  // of the light
   // Below 0.3 DN of noise in the longest the codes hardly follow the light: the equation's root
   // would be as good as anywhere.
@@ -107,7 +104,7 @@ void RefineInTheDark(const DarkCodes& codes, const SensorModel& sensor,
     double k = 0;
     const double x = tile.x[l], light = std::max(x, 0.0);
     for (std::size_t n = 0; n < sorted.size(); ++n) {
-      if (excluded.Of(n) && excluded.Of(n)[pixel + l]) continue;
+      if (excluded.Word(n, row, w) >> l & 1) continue;
       const MergeScale& scale = scales[n];
       const double room = model.saturation_dn - scale.dark_dn - scale.k * x;
       const double variance =
@@ -140,14 +137,17 @@ void DarkSum::Add(const core::RawFrame& frame) {
     throw InputError(
         fmt::format("dark frames of {} s have different sizes; retake them", exposure_s_));
   ++count_;
-  for (std::size_t p = 0; p < sum_dn_.size(); ++p) sum_dn_[p] += frame.at(p);
+  if (frame.value.empty())
+    ForPixels(sum_dn_.size(), [&](std::size_t p) { sum_dn_[p] += frame.dn[p]; });
+  else
+    ForPixels(sum_dn_.size(), [&](std::size_t p) { sum_dn_[p] += frame.value[p]; });
 }
 
 DarkFrame DarkSum::Mean() const {
   if (count_ == 0) throw InputError("no dark frame to average");
-  DarkFrame dark{exposure_s_, count_, {}};
-  dark.mean_dn.reserve(sum_dn_.size());
-  for (const double value : sum_dn_) dark.mean_dn.push_back(static_cast<float>(value / count_));
+  DarkFrame dark{exposure_s_, count_, std::vector<float>(sum_dn_.size())};
+  ForPixels(sum_dn_.size(),
+            [&](std::size_t p) { dark.mean_dn[p] = static_cast<float>(sum_dn_[p] / count_); });
   return dark;
 }
 
@@ -171,9 +171,10 @@ void MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposur
   const std::size_t pixels = static_cast<std::size_t>(width) * height;
   for (auto* plane : {&merged->rate_e_per_s, &merged->sigma_e_per_s, &merged->count})
     plane->resize(pixels);
-  merged->mask.assign(pixels, 0);
+  merged->mask.resize(pixels);
+  PixelBits defects(width, height);
   for (const auto& [row, column] : sensor.defects)
-    merged->mask[static_cast<std::size_t>(row) * width + column] = lightfield::kDefect;
+    defects.row(row)[column / kBitsOfWord] |= std::uint64_t{1} << (column % kBitsOfWord);
 
   const ExcludedSamples excluded(sensor, sorted);
   // What measured darks are worth where they clip or do not dither is not known.
@@ -182,28 +183,27 @@ void MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposur
   std::optional<DarkCodes> codes;
   if (stated_darks && !model.poisson && (model.low_black || model.undithered))
     codes.emplace(sensor, options.saturation_margin);
-  const std::size_t tiles = (pixels + kMergeLanes - 1) / kMergeLanes;
-  core::ParallelFor(tiles, 128, [&](std::size_t begin, std::size_t end) {
-    MergeTile tile(sorted.size());
-    std::array<std::uint8_t, kMergeLanes> left_out;
-    for (std::size_t pixel = begin * kMergeLanes; pixel < std::min(end * kMergeLanes, pixels);
-         pixel += kMergeLanes) {
-      const std::size_t count = std::min(kMergeLanes, pixels - pixel);
-      tile.used.clear();
-      for (std::size_t n = 0; n < sorted.size(); ++n) {
-        const std::uint8_t* const of_frame = excluded.Of(n);
-        LeaveOut(merged->mask.data() + pixel, of_frame ? of_frame + pixel : nullptr, count,
-                 left_out.data());
-        if (LoadSamples(sorted[n], left_out.data(), pixel, count, scales[n], model,
-                        tile.exposures[n]))
-          tile.used.push_back(n);
-      }
-      EstimateMergeTile(scales, model, tile);
-      if (codes)
-        RefineInTheDark(*codes, sensor, sorted, scales, model, excluded, pixel, count, tile);
-      StoreMergeTile(model, tile, pixel, count, merged);
-    }
-  });
+  const auto words = static_cast<std::size_t>(defects.words_of_row());
+  core::ParallelFor(
+      words * static_cast<std::size_t>(height), 128, [&](std::size_t begin, std::size_t end) {
+        MergeTile tile(sorted.size());
+        for (; begin < end; ++begin) {
+          const auto row = static_cast<int>(begin / words), w = static_cast<int>(begin % words);
+          const int first = w * kBitsOfWord, count = std::min(kBitsOfWord, width - first);
+          const std::size_t pixel = static_cast<std::size_t>(row) * width + first;
+          const std::uint64_t defect = defects.row(row)[w];
+          tile.used.clear();
+          for (std::size_t n = 0; n < sorted.size(); ++n)
+            if (LoadSamples(sorted[n], excluded.Word(n, row, w) | defect, pixel, count, scales[n],
+                            model, tile.exposures[n]))
+              tile.used.push_back(n);
+          EstimateMergeTile(scales, model, tile);
+          if (codes)
+            RefineInTheDark(*codes, sensor, sorted, scales, model, excluded, row, w, pixel, count,
+                            tile);
+          StoreMergeTile(model, tile, defect, pixel, count, merged);
+        }
+      });
 }
 
 MergedFrame MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposures,

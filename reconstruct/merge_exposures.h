@@ -94,7 +94,7 @@ struct MergedFrame {
 // on residuals y - d - k X; rounding and stopping change X by less than 1e-4 sigma + 1e-6 X and
 // sigma by less than 1e-3 of itself. Vectorised and parallel over pixels; the result doesn't depend
 // on the threads. Every sample is read twice (2 bytes, and once 4 of its dark frame's mean), 16
-// bytes a pixel are written, and a byte a pixel of every frame that clips. Throws InputError if a
+// bytes a pixel are written, and two bits a pixel of every frame that clips. Throws InputError if a
 // frame or dark frame does not have the sensor's size, or an exposure, attenuation or lamp factor
 // is not above 0.
 MergedFrame MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposures,

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "core/error.h"
+#include "core/frame_file.h"
 #include "core/progress.h"
 #include "reconstruct/bracket_reader.h"
 #include "reconstruct/calibrate_glare.h"
@@ -170,14 +171,23 @@ class SessionMerger {
   }
 
   void AverageAllDarks() {
+    constexpr std::size_t kDarksAtOnce = 4;
+    std::vector<Records> pieces;
     std::map<double, Records> by_exposure;
     for (const FrameRecord& record : session_.frames())
       if (record.kind == FrameKind::kDark) by_exposure[record.exposure_s].push_back(&record);
     for (const auto& [exposure_s, records] : by_exposure) {
       summary_.dark_frames += static_cast<int>(records.size());
+      for (std::size_t first = 0; first < records.size(); first += kDarksAtOnce)
+        pieces.emplace_back(records.begin() + static_cast<std::ptrdiff_t>(first),
+                            records.begin() + static_cast<std::ptrdiff_t>(
+                                                  std::min(first + kDarksAtOnce, records.size())));
+    }
+    BracketReader reader(session_, std::move(pieces), options_.check_hashes);
+    for (const auto& [exposure_s, records] : by_exposure) {
       DarkSum sum(exposure_s);
-      for (const FrameRecord* record : records)
-        sum.Add(session_.ReadFrame(*record, options_.check_hashes));
+      for (std::size_t first = 0; first < records.size(); first += kDarksAtOnce)
+        for (const RawFrame& frame : reader.Next()) sum.Add(frame);
       darks_[exposure_s] = sum.Mean();
     }
   }
@@ -206,12 +216,14 @@ class SessionMerger {
       double ratio;
     };
     std::vector<Point> points;
+    std::string bytes;
+    RawFrame frame;
     double monitor =
         0;  // sum of readings over ratios: the reading at the first reference, averaged
     for (const FrameRecord& record : session_.frames()) {
       if (record.kind != FrameKind::kReference) continue;
       ++summary_.reference_frames;
-      const RawFrame frame = session_.ReadFrame(record, options_.check_hashes);
+      core::ReadFrame(session_, record, options_.check_hashes, &bytes, &frame);
       Series& series = all[{record.channel, record.exposure_s, record.attenuation}];
       const bool is_first = series.pixels.empty();
       if (is_first) series.pixels = ReferencePixels(plan_.sensor, frame);
@@ -268,14 +280,14 @@ class SessionMerger {
     SessionExposures estimate(session_.frames());
     const std::size_t step =
         std::max<std::size_t>(1, (brackets_.size() + kBrackets - 1) / kBrackets);
+    std::vector<Records> chosen;
     std::size_t number = 0;
-    for (const auto& [key, records] : brackets_) {
-      if (number++ % step != 0) continue;
+    for (const auto& [key, records] : brackets_)
+      if (number++ % step == 0) chosen.push_back(records);
+    BracketReader reader(session_, chosen, options_.check_hashes);
+    for (const Records& records : chosen) {
       core::ThrowIfInterrupted();
-      std::vector<RawFrame> frames;
-      for (const FrameRecord* record : records)
-        frames.push_back(session_.ReadFrame(*record, options_.check_hashes));
-      const std::vector<Exposure> exposures = ExposuresOf(records, frames);
+      const std::vector<Exposure> exposures = ExposuresOf(records, reader.Next());
       MergeExposures(plan_.sensor, exposures, options_.merge, &merged_);
       estimate.Add(plan_.sensor, records, exposures, options_.merge, merged_);
     }

@@ -11,23 +11,28 @@ namespace {
 
 constexpr float kExcluded = std::numeric_limits<float>::infinity();
 
+// Asks for the samples of the next tile, to be there when this one is merged: two streams of every
+// exposure are more than the processor follows by itself.
 template <typename T>
-LUXFIELD_INLINE bool LoadRun(const T* y, const float* dark, const std::uint8_t* excluded,
+LUXFIELD_INLINE void PrefetchNext(const T* from) {
+  constexpr std::size_t kCacheLine = 64;
+  const char* const next = reinterpret_cast<const char*>(from + kMergeLanes);
+  for (std::size_t b = 0; b < kMergeLanes * sizeof(T); b += kCacheLine)
+    __builtin_prefetch(next + b);
+}
+
+template <typename T>
+LUXFIELD_INLINE void LoadRun(const T* y, const float* dark, std::uint64_t excluded,
                              std::size_t count, const MergeScale& scale, const MergeModel& model,
                              MergeTile::Exposure& to) {
   std::array<float, kMergeLanes> value, dark_dn;
-  std::array<std::uint32_t, kMergeLanes> out;
-  LUXFIELD_INDEPENDENT
-  for (std::size_t l = 0; l < kMergeLanes; ++l) {
-    value[l] = 0;
-    dark_dn[l] = scale.dark_dn;
-    out[l] = 1;
-  }
+  value.fill(0);
+  dark_dn.fill(scale.dark_dn);
+  PrefetchNext(y);
+  if (dark) PrefetchNext(dark);
   if (count == kMergeLanes) {
     LUXFIELD_INDEPENDENT
     for (std::size_t l = 0; l < kMergeLanes; ++l) value[l] = static_cast<float>(y[l]);
-    LUXFIELD_INDEPENDENT
-    for (std::size_t l = 0; l < kMergeLanes; ++l) out[l] = excluded[l];
     if (dark) {
       LUXFIELD_INDEPENDENT
       for (std::size_t l = 0; l < kMergeLanes; ++l) dark_dn[l] = dark[l];
@@ -35,27 +40,28 @@ LUXFIELD_INLINE bool LoadRun(const T* y, const float* dark, const std::uint8_t* 
   } else {
     LUXFIELD_INDEPENDENT
     for (std::size_t l = 0; l < count; ++l) value[l] = static_cast<float>(y[l]);
-    LUXFIELD_INDEPENDENT
-    for (std::size_t l = 0; l < count; ++l) out[l] = excluded[l];
     if (dark) {
       LUXFIELD_INDEPENDENT
       for (std::size_t l = 0; l < count; ++l) dark_dn[l] = dark[l];
     }
   }
-  std::uint32_t all_out = 1;
   LUXFIELD_INDEPENDENT
   for (std::size_t l = 0; l < kMergeLanes; ++l) {
     // A warm pixel's shot noise; where the dark value does not tell one, the model's mean is the
     // better guess.
     const float warm = dark_dn[l] - scale.warm_dn;
     const float expected = warm > scale.expected_dark_dn ? warm : scale.expected_dark_dn;
-    const float variance = model.gain * expected + model.read_variance + scale.dark_variance;
-    to.signal[l] = out[l] ? 0 : value[l] - dark_dn[l];
-    to.other_variance[l] = out[l] ? kExcluded : variance;
+    to.signal[l] = value[l] - dark_dn[l];
+    to.other_variance[l] = model.gain * expected + model.read_variance + scale.dark_variance;
     to.headroom[l] = model.saturation_dn - dark_dn[l];
-    all_out &= out[l];
   }
-  return !all_out;
+  if (excluded == 0) return;
+  LUXFIELD_INDEPENDENT
+  for (std::size_t l = 0; l < kMergeLanes; ++l) {
+    const bool out = excluded >> l & 1;
+    to.signal[l] = out ? 0 : to.signal[l];
+    to.other_variance[l] = out ? kExcluded : to.other_variance[l];
+  }
 }
 
 // x = sum s / sum k: the Poisson estimate, and where the iteration starts.
@@ -202,14 +208,19 @@ LUXFIELD_INLINE bool ExcludeBiasedInTheDark(std::span<const MergeScale> scales,
 
 }  // namespace
 
-LUXFIELD_SIMD_CLONES bool LoadSamples(const Exposure& exposure, const std::uint8_t* excluded,
+LUXFIELD_SIMD_CLONES bool LoadSamples(const Exposure& exposure, std::uint64_t excluded,
                                       std::size_t pixel, std::size_t count, const MergeScale& scale,
                                       const MergeModel& model, MergeTile::Exposure& to) {
+  constexpr std::uint64_t kAll = ~std::uint64_t{0};
+  if (count < kMergeLanes) excluded |= kAll << count;
+  if (excluded == kAll) return false;
   const core::RawFrame& frame = *exposure.frame;
   const float* const dark_dn = exposure.dark ? exposure.dark->mean_dn.data() + pixel : nullptr;
-  return frame.value.empty()
-             ? LoadRun(frame.dn.data() + pixel, dark_dn, excluded, count, scale, model, to)
-             : LoadRun(frame.value.data() + pixel, dark_dn, excluded, count, scale, model, to);
+  if (frame.value.empty())
+    LoadRun(frame.dn.data() + pixel, dark_dn, excluded, count, scale, model, to);
+  else
+    LoadRun(frame.value.data() + pixel, dark_dn, excluded, count, scale, model, to);
+  return true;
 }
 
 LUXFIELD_SIMD_CLONES void EstimateMergeTile(std::span<const MergeScale> scales,
@@ -227,8 +238,8 @@ LUXFIELD_SIMD_CLONES void EstimateMergeTile(std::span<const MergeScale> scales,
 }
 
 LUXFIELD_SIMD_CLONES void StoreMergeTile(const MergeModel& model, const MergeTile& tile,
-                                         std::size_t pixel, std::size_t count,
-                                         MergedFrame* merged) {
+                                         std::uint64_t defects, std::size_t pixel,
+                                         std::size_t count, MergedFrame* merged) {
   float* const rate = merged->rate_e_per_s.data() + pixel;
   float* const sigma = merged->sigma_e_per_s.data() + pixel;
   float* const samples = merged->count.data() + pixel;
@@ -254,14 +265,15 @@ LUXFIELD_SIMD_CLONES void StoreMergeTile(const MergeModel& model, const MergeTil
     counts[l] = known ? samples_used : 0;
     const std::uint32_t unknown =
         tile.at_floor[l] | below ? lightfield::kBelowBlack : lightfield::kSaturated;
-    flags[l] = known ? dark_flag : unknown;
+    const std::uint32_t own = known ? dark_flag : unknown;
+    flags[l] = defects >> l & 1 ? lightfield::kDefect : own;
   }
   LUXFIELD_INDEPENDENT
   for (std::size_t l = 0; l < count; ++l) {
     rate[l] = rates[l];
     sigma[l] = sigmas[l];
     samples[l] = counts[l];
-    mask[l] = mask[l] ? mask[l] : flags[l];
+    mask[l] = flags[l];
   }
 }
 

@@ -8,11 +8,13 @@
 
 #include "core/raw_frame.h"
 #include "reconstruct/merge_exposures.h"
+#include "reconstruct/pixel_bits.h"
 
 namespace luxfield::reconstruct {
 
-// Pixels merged together. Their samples, 8 exposures of them, stay in the first-level cache.
-constexpr std::size_t kMergeLanes = 64;
+// Pixels merged together: those of a word of a row (pixel_bits.h). Their samples, 8 exposures of
+// them, stay in the first-level cache.
+constexpr std::size_t kMergeLanes = kBitsOfWord;
 using MergeLanes = std::array<float, kMergeLanes>;
 
 // What is the same for all pixels of an exposure. Light is counted in DN of the longest exposure,
@@ -54,9 +56,9 @@ struct MergeTile {
   explicit MergeTile(std::size_t count) : exposures(count) {}
 };
 
-// Loads the samples of pixels [pixel, pixel + count) of an exposure, but those that
-// excluded[0 .. count) marks; lanes beyond are excluded. Returns whether any is left.
-bool LoadSamples(const Exposure& exposure, const std::uint8_t* excluded, std::size_t pixel,
+// Loads the samples of pixels [pixel, pixel + count) of an exposure, but those whose bit of
+// `excluded` is 1; lanes beyond are excluded. False, and nothing is loaded: all are excluded.
+bool LoadSamples(const Exposure& exposure, std::uint64_t excluded, std::size_t pixel,
                  std::size_t count, const MergeScale& scale, const MergeModel& model,
                  MergeTile::Exposure& to);
 
@@ -65,9 +67,9 @@ bool LoadSamples(const Exposure& exposure, const std::uint8_t* excluded, std::si
 void EstimateMergeTile(std::span<const MergeScale> scales, const MergeModel& model,
                        MergeTile& tile);
 
-// Values, sigmas and flags of the tile's first `count` pixels from `pixel` on; a pixel that has a
-// flag keeps it alone.
-void StoreMergeTile(const MergeModel& model, const MergeTile& tile, std::size_t pixel,
-                    std::size_t count, MergedFrame* merged);
+// Values, sigmas and flags of the tile's first `count` pixels from `pixel` on; those whose bit of
+// `defects` is 1, excluded from every exposure, get that flag alone.
+void StoreMergeTile(const MergeModel& model, const MergeTile& tile, std::uint64_t defects,
+                    std::size_t pixel, std::size_t count, MergedFrame* merged);
 
 }  // namespace luxfield::reconstruct

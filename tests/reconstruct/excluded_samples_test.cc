@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <vector>
 
 #include "core/random.h"
@@ -111,6 +112,10 @@ TEST(ExcludedSamples, LeavesOutTheColumnThatOverflowReaches) {
   EXPECT_LT(largest, 5.5);
 }
 
+bool Clipped(const RawFrame& frame) {
+  return *std::max_element(frame.dn.begin(), frame.dn.end()) >= 16383;
+}
+
 TEST(ExcludedSamples, WithoutOverflowLittleElseIsLeftOut) {
   const SensorModel sensor = Camera();
   double beyond = 0, samples = 0;
@@ -118,14 +123,15 @@ TEST(ExcludedSamples, WithoutOverflowLittleElseIsLeftOut) {
     const Bracket bracket = Take(sensor, 0, seed);
     const ExcludedSamples excluded(sensor, bracket.exposures);
     for (std::size_t n = 0; n < bracket.frames.size(); ++n) {
-      if (!excluded.Of(n)) continue;
+      if (!Clipped(bracket.frames[n])) continue;
       for (int p = 0; p < kWidth * kHeight; ++p) {
+        const bool out = excluded.At(n, p / kWidth, p % kWidth);
         const bool near =
             std::abs(p / kWidth - kSpotRow) <= 2 && std::abs(p % kWidth - kSpotColumn) <= 2;
         if (near) {
-          EXPECT_NE(excluded.Of(n)[p], 0);
+          EXPECT_TRUE(out);
         } else {
-          beyond += excluded.Of(n)[p] != 0;
+          beyond += out;
           ++samples;
         }
       }
@@ -135,11 +141,35 @@ TEST(ExcludedSamples, WithoutOverflowLittleElseIsLeftOut) {
   EXPECT_LT(beyond / samples, 1e-3);
 }
 
-TEST(ExcludedSamples, FramesWithoutAClippedSampleCostNoPlane) {
-  const SensorModel sensor = Camera();
-  const RawFrame frame = Expose(sensor, 1e-4, 0, 1, 1);
-  const std::vector<Exposure> one{{&frame, 1e-4, 1, 1, nullptr}};
-  EXPECT_EQ(ExcludedSamples(sensor, one).Of(0), nullptr);
+// Samples that clip here and there in one frame, where nothing tells how far they run over: they
+// and their neighbours are left out, at the sensor's borders and across those of words too.
+TEST(ExcludedSamples, NeighboursOfClippedSamples) {
+  for (const int width : {1, 2, 63, 64, 65, 130}) {
+    constexpr int kRows = 40;
+    SensorModel sensor = Camera();
+    sensor.width = width;
+    sensor.height = kRows;
+    RawFrame whole{width, kRows, std::vector<std::uint16_t>(width * kRows, 600), {}};
+    RawFrame real{width, kRows, {}, std::vector<float>(width * kRows, 600.0f)};
+    core::Random random(77, static_cast<std::uint64_t>(width));
+    for (int k = 0; k < 12; ++k) {
+      const auto p = static_cast<std::size_t>(random.Uniform() * width * kRows);
+      whole.dn[p] = k % 2 == 0 ? 16383 : 65535;
+      real.value[p] = k % 2 == 0 ? 16383.0f : std::numeric_limits<float>::quiet_NaN();
+    }
+    for (const RawFrame* frame : {&whole, &real}) {
+      const std::vector<Exposure> one{{frame, 1, 1, 1, nullptr}};
+      const ExcludedSamples excluded(sensor, one);
+      for (int row = 0; row < kRows; ++row)
+        for (int column = 0; column < width; ++column) {
+          bool near = false;
+          for (int r = std::max(row - 1, 0); r <= std::min(row + 1, kRows - 1); ++r)
+            for (int c = std::max(column - 1, 0); c <= std::min(column + 1, width - 1); ++c)
+              near |= !(frame->at(static_cast<std::size_t>(r) * width + c) < 16383);
+          EXPECT_EQ(excluded.At(0, row, column), near) << width << ": " << row << ", " << column;
+        }
+    }
+  }
 }
 
 }  // namespace
