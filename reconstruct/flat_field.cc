@@ -11,6 +11,7 @@
 #include "core/file.h"
 #include "core/json.h"
 #include "core/progress.h"
+#include "reconstruct/mosaic_sites.h"
 #include "reconstruct/sensor_calibration_file.h"
 
 namespace luxfield::reconstruct {
@@ -22,8 +23,8 @@ constexpr double kDarkest = 0.1, kBrightest = 0.8;  // of the sensor's range, me
 struct Sums {
   std::vector<double> signal, variance;
   std::vector<char> usable;
-  double mean = 0;  // sum of the frames' means over usable pixels
-  int flats = 0;
+  std::vector<double> mean;  // per site: sum of the frames' means over its usable pixels
+  std::vector<int> flats;    // per site
 };
 
 // Mean of the darks of the exposure nearest to t, and how many they are. PairsOfSession sees to it
@@ -51,31 +52,44 @@ Dark DarkOf(std::span<const CalibrationPair> pairs, double exposure_s) {
   return dark;
 }
 
+// Site of the sensor's k-th pixel.
+int SiteOf(const SensorModel& sensor, std::size_t k) {
+  return reconstruct::SiteOf(sensor.cfa, static_cast<int>(k) / sensor.width,
+                             static_cast<int>(k) % sensor.width);
+}
+
 double FloorVariance(const SensorModel& sensor) {
   return sensor.read_noise_dn * sensor.read_noise_dn + sensor.quantisation_variance_dn2();
 }
 
-// Whether the flat counts.
-bool Add(const core::RawFrame& flat, const Dark& dark, const SensorModel& sensor, Sums& sums) {
-  double mean = 0, count = 0;
+// Adds one to `used` of the sites for which the flat counts.
+void Add(const core::RawFrame& flat, const Dark& dark, const SensorModel& sensor, Sums& sums,
+         std::vector<double>& used) {
+  std::vector<double> mean(used.size()), count(used.size());
   for (std::size_t k = 0; k < flat.size(); ++k) {
     if (!sums.usable[k]) continue;
-    mean += flat.at(k) - dark.mean_dn[k];
-    ++count;
+    const int site = SiteOf(sensor, k);
+    mean[site] += flat.at(k) - dark.mean_dn[k];
+    ++count[site];
   }
-  mean /= std::max(1.0, count);
   const double range = sensor.saturation_dn - sensor.black_dn;
-  if (mean < kDarkest * range || mean > kBrightest * range) return false;
+  for (std::size_t site = 0; site < mean.size(); ++site) mean[site] /= std::max(1.0, count[site]);
+  if (*std::max_element(mean.begin(), mean.end()) > kBrightest * range) return;
+  const auto counts = [&](int site) { return mean[site] >= kDarkest * range; };
   const double floor = FloorVariance(sensor);
   for (std::size_t k = 0; k < flat.size(); ++k) {
+    if (!counts(SiteOf(sensor, k))) continue;
     if (flat.at(k) >= sensor.saturation_dn) sums.usable[k] = 0;
     const double signal = flat.at(k) - dark.mean_dn[k];
     sums.signal[k] += signal;
     sums.variance[k] += floor + sensor.gain_dn_per_e * std::max(0.0, signal);
   }
-  sums.mean += mean;
-  ++sums.flats;
-  return true;
+  for (int site = 0; site < static_cast<int>(mean.size()); ++site) {
+    if (!counts(site)) continue;
+    sums.mean[site] += mean[site];
+    ++sums.flats[site];
+    ++used[site];
+  }
 }
 
 // Terms x^i y^j, i + j <= degree, on [-1, 1]^2: Legendre polynomials keep the matrix well behaved.
@@ -151,7 +165,9 @@ Surface ChooseSurface(const FlatField& field, const std::vector<char>& usable) {
 
 FlatField MeasureFlatField(std::span<const CalibrationPair> pairs, const SensorModel& sensor) {
   const std::size_t size = static_cast<std::size_t>(sensor.width) * sensor.height;
-  Sums sums{std::vector<double>(size), std::vector<double>(size), std::vector<char>(size, 1)};
+  const int sites = SitesOf(sensor.cfa);
+  Sums sums{std::vector<double>(size), std::vector<double>(size), std::vector<char>(size, 1),
+            std::vector<double>(sites), std::vector<int>(sites)};
   for (const auto& [row, column] : sensor.defects)
     sums.usable[static_cast<std::size_t>(row) * sensor.width + column] = 0;
   std::map<double, std::vector<const CalibrationPair*>> flats;
@@ -161,54 +177,66 @@ FlatField MeasureFlatField(std::span<const CalibrationPair> pairs, const SensorM
   for (const auto& [exposure_s, of_exposure] : flats) {
     core::ThrowIfInterrupted();
     const Dark dark = DarkOf(pairs, exposure_s);
-    double used = 0;
+    std::vector<double> used(sites);
     for (const CalibrationPair* pair : of_exposure) {
       const auto [a, b] = pair->read();
-      used += Add(a, dark, sensor, sums);
-      used += Add(b, dark, sensor, sums);
+      Add(a, dark, sensor, sums, used);
+      Add(b, dark, sensor, sums, used);
     }
     // One dark under all of them: its error adds up.
-    for (double& variance : sums.variance)
-      variance += used * used * FloorVariance(sensor) / dark.frames;
+    for (std::size_t k = 0; k < size; ++k)
+      sums.variance[k] +=
+          std::pow(used[SiteOf(sensor, k)], 2) * FloorVariance(sensor) / dark.frames;
     progress.Advance();
   }
-  if (sums.flats == 0)
-    throw InputError(
-        "no flat has a mean between a tenth and eight tenths of the sensor's range; "
-        "plan more exposures between");
+  for (int site = 0; site < sites; ++site)
+    if (sums.flats[site] == 0)
+      throw InputError(fmt::format(
+          "no flat has a mean between a tenth and eight tenths of the sensor's range{}; plan more "
+          "exposures between",
+          sites == 1 ? ""
+                     : fmt::format(" in site {} of the mosaic, and no other site above", site)));
   FlatField field;
   field.width = sensor.width;
   field.height = sensor.height;
-  field.flats = sums.flats;
+  field.flats = *std::min_element(sums.flats.begin(), sums.flats.end());
   field.sensitivity.resize(size);
   field.sigma.resize(size);
   for (std::size_t k = 0; k < size; ++k) {
-    field.sensitivity[k] = static_cast<float>(sums.signal[k] / sums.mean);
-    field.sigma[k] = static_cast<float>(std::sqrt(sums.variance[k]) / sums.mean);
+    const double mean = sums.mean[SiteOf(sensor, k)];
+    field.sensitivity[k] = static_cast<float>(sums.signal[k] / mean);
+    field.sigma[k] = static_cast<float>(std::sqrt(sums.variance[k]) / mean);
   }
-  const Surface surface = ChooseSurface(field, sums.usable);
-  field.degree = surface.degree;
-  std::vector<double> smooth(size);
-  double residual = 0, noise = 0, count = 0;
-  for (std::size_t k = 0; k < size; ++k) {
-    const auto row = static_cast<int>(k) / field.width, column = static_cast<int>(k) % field.width;
-    smooth[k] = surface.At(Place(column, field.width), Place(row, field.height));
-    if (!sums.usable[k]) continue;
-    residual += std::pow(field.sensitivity[k] / smooth[k] - 1, 2);
-    noise += std::pow(field.sigma[k] / smooth[k], 2);
-    ++count;
+  std::vector<double> smooth(size), middle(sites);
+  double residual = 0, noise = 0, count = 0, terms = 0;
+  for (int site = 0; site < sites; ++site) {
+    std::vector<char> usable = sums.usable;
+    for (std::size_t k = 0; k < size; ++k) usable[k] = usable[k] && SiteOf(sensor, k) == site;
+    const Surface surface = ChooseSurface(field, usable);
+    field.degree = std::max(field.degree, surface.degree);
+    middle[site] = surface.At(0, 0);
+    terms += static_cast<double>(surface.coefficients.size());
+    for (std::size_t k = 0; k < size; ++k) {
+      if (SiteOf(sensor, k) != site) continue;
+      const auto row = static_cast<int>(k) / field.width,
+                 column = static_cast<int>(k) % field.width;
+      smooth[k] = surface.At(Place(column, field.width), Place(row, field.height));
+      if (!usable[k]) continue;
+      residual += std::pow(field.sensitivity[k] / smooth[k] - 1, 2);
+      noise += std::pow(field.sigma[k] / smooth[k], 2);
+      ++count;
+    }
   }
-  residual /= count - static_cast<double>(surface.coefficients.size());
+  residual /= count - terms;
   noise /= count;
   field.noise = std::sqrt(noise);
   field.pattern = std::sqrt(std::max(0.0, residual - noise));
   field.measured = field.noise < field.pattern;
-  const double middle = surface.At(0, 0);
   for (std::size_t k = 0; k < size; ++k) {
     const bool keep = field.measured && sums.usable[k];
-    field.sensitivity[k] = static_cast<float>((keep ? field.sensitivity[k] : smooth[k]) / middle);
-    field.sigma[k] =
-        static_cast<float>((keep ? field.sigma[k] : field.pattern * smooth[k]) / middle);
+    const double one = middle[SiteOf(sensor, k)];
+    field.sensitivity[k] = static_cast<float>((keep ? field.sensitivity[k] : smooth[k]) / one);
+    field.sigma[k] = static_cast<float>((keep ? field.sigma[k] : field.pattern * smooth[k]) / one);
   }
   return field;
 }
@@ -217,7 +245,6 @@ FlatField MeasureFlatField(const core::SessionReader& session,
                            const std::filesystem::path& sensor_calibration, bool check_hashes) {
   const std::string file = (session.folder() / "session.json").string();
   const auto camera = core::Field<core::Json>(session.session(), "camera", file);
-  RefuseMosaic(camera, file, "the flat field");
   const auto responsivity =
       core::Field<std::vector<double>>(camera, "responsivity_e_per_s_per_w_m2", file);
   SensorModel sensor =

@@ -9,6 +9,10 @@
 // 4, 6 or 8: the first whose successor lowers chi^2 by less than three times what its terms would
 // by chance) is fitted to m; what it leaves beyond noise is the pattern, PRNU.
 //
+// Of a colour mosaic every site (mosaic_sites.h) has means, middle and polynomial of its own:
+// colours differ in level, and lenses shade them differently. A flat counts for a site if no other
+// site is above eight tenths.
+//
 // Which of both is the better estimate is a matter of light: the measured map errs by its noise,
 // the polynomial by the pattern it cannot have. The smaller one is taken, and said. A source that
 // is not even goes into either in full: it cannot be told from vignetting.
@@ -27,17 +31,18 @@ namespace luxfield::reconstruct {
 
 struct FlatField {
   int width = 0, height = 0;
-  std::vector<float> sensitivity, sigma;  // relative, 1 in the middle of the polynomial
-  bool measured = false;                  // else the polynomial
-  int degree = 0;
-  double noise = 0;    // rms of the measured map's sigma over the polynomial
-  double pattern = 0;  // rms of the pixels over the polynomial, less 1, noise subtracted
-  int flats = 0;
+  // Relative, 1 in the middle of the polynomial (of a mosaic: of the site's own).
+  std::vector<float> sensitivity, sigma;
+  bool measured = false;  // else the polynomial
+  int degree = 0;         // the sites' largest
+  double noise = 0;       // rms of the measured map's sigma over the polynomial
+  double pattern = 0;     // rms of the pixels over the polynomial, less 1, noise subtracted
+  int flats = 0;          // the sites' fewest
   std::map<std::string, std::string> provenance;
 };
 
 // From the pairs of a session of kind "sensor" (PairsOfSession). Defects of the sensor take the
-// polynomial. Throws InputError without flats in that range.
+// polynomial. Throws InputError without flats in that range, of every site.
 FlatField MeasureFlatField(std::span<const CalibrationPair> pairs, const SensorModel& sensor);
 
 // The same for a session, with its provenance. With a sensor's *.cal.json its noise and defects,

@@ -5,23 +5,9 @@
 #include "core/cfa.h"
 #include "core/error.h"
 #include "core/json.h"
+#include "reconstruct/merge_exposures.h"
 
 namespace luxfield::reconstruct {
-namespace {
-
-template <typename Value>
-std::vector<Value> PixelsOfSite(const std::vector<Value>& pixels, int width, int height, int site) {
-  std::vector<Value> own;
-  if (pixels.empty()) return own;
-  own.reserve(pixels.size() / 4 + static_cast<std::size_t>(width));
-  for (int row = site / 2; row < height; row += 2)
-    for (int column = site % 2; column < width; column += 2)
-      own.push_back(pixels[static_cast<std::size_t>(row) * width + column]);
-  return own;
-}
-
-}  // namespace
-
 std::string ReadCfa(const core::Json& camera, const std::string& file) {
   if (!camera.contains("cfa")) return {};
   const auto cfa = core::Field<std::string>(camera, "cfa", file);
@@ -32,6 +18,13 @@ std::string ReadCfa(const core::Json& camera, const std::string& file) {
 }
 
 int SitesOf(const std::string& cfa) { return cfa.empty() ? 1 : 4; }
+
+MergedFrame PixelsOfSite(const MergedFrame& merged, int site) {
+  const int width = merged.width, height = merged.height;
+  const auto own = [&](const auto& plane) { return PixelsOfSite(plane, width, height, site); };
+  return {(width + 1 - site % 2) / 2, (height + 1 - site / 2) / 2, own(merged.rate_e_per_s),
+          own(merged.sigma_e_per_s),  own(merged.count),           own(merged.mask)};
+}
 
 std::vector<core::RawFrame> SplitSites(core::RawFrame frame, const std::string& cfa) {
   std::vector<core::RawFrame> sites;

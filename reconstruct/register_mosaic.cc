@@ -7,6 +7,7 @@
 #include "core/cfa.h"
 #include "core/error.h"
 #include "lightfield/measurements.h"
+#include "reconstruct/mosaic_sites.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -31,26 +32,6 @@ std::optional<lightfield::Lens> OfPlane(std::optional<lightfield::Lens> lens, Ve
     lens->centre_px = 0.5 * (lens->centre_px - offset);
   }
   return lens;
-}
-
-// Every second value of every second row, from (row, column) on.
-template <typename T>
-std::vector<T> Thinned(const std::vector<T>& from, int width, int height, int row, int column) {
-  std::vector<T> to;
-  to.reserve(static_cast<std::size_t>((width + 1) / 2) * ((height + 1) / 2));
-  for (int r = row; r < height; r += 2)
-    for (int c = column; c < width; c += 2)
-      to.push_back(from[static_cast<std::size_t>(r) * width + c]);
-  return to;
-}
-
-MergedFrame Thinned(const MergedFrame& merged, int row, int column) {
-  const int width = merged.width, height = merged.height;
-  const auto thinned = [&](const auto& plane) {
-    return Thinned(plane, width, height, row, column);
-  };
-  return {(width - column + 1) / 2,      (height - row + 1) / 2, thinned(merged.rate_e_per_s),
-          thinned(merged.sigma_e_per_s), thinned(merged.count),  thinned(merged.mask)};
 }
 
 // The mean of two images of the same light.
@@ -79,17 +60,17 @@ MosaicRegistration::MosaicRegistration(const std::array<double, 9>& image_from_s
     throw InputError(
         fmt::format("a sensor of {} x {} pixels has no colour mosaic; correct camera.cfa",
                     sensor_width, sensor_height));
-  for (int row = 0; row < 2; ++row)
-    for (int column = 0; column < 2; ++column) {
-      const int channel = core::CfaChannel(cfa, row, column);
-      const Vec2 offset{column - 0.5, row - 0.5};
-      const std::vector<float>& scale = irradiance_per_rate[channel];
-      sites_.push_back(
-          {row, column, channel,
-           Registration(ImageFromPlane(image_from_sensor, offset), (sensor_width - column + 1) / 2,
-                        (sensor_height - row + 1) / 2, lattice, OfPlane(lens, offset)),
-           scale.size() == 1 ? scale : Thinned(scale, sensor_width, sensor_height, row, column)});
-    }
+  for (int site = 0; site < SitesOf(cfa); ++site) {
+    const auto [row, column] = PixelOfSite(cfa, site, 0, 0);
+    const int channel = core::CfaChannel(cfa, row, column);
+    const Vec2 offset{column - 0.5, row - 0.5};
+    const std::vector<float>& scale = irradiance_per_rate[channel];
+    sites_.push_back(
+        {site, channel,
+         Registration(ImageFromPlane(image_from_sensor, offset), (sensor_width - column + 1) / 2,
+                      (sensor_height - row + 1) / 2, lattice, OfPlane(lens, offset)),
+         scale.size() == 1 ? scale : PixelsOfSite(scale, sensor_width, sensor_height, site)});
+  }
 }
 
 RegisteredImage MosaicRegistration::Apply(const MergedFrame& merged, int channel,
@@ -97,7 +78,7 @@ RegisteredImage MosaicRegistration::Apply(const MergedFrame& merged, int channel
   std::optional<RegisteredImage> image;
   for (const Site& site : sites_) {
     if (site.channel != channel) continue;
-    RegisteredImage one = site.registration.Apply(Thinned(merged, site.row, site.column),
+    RegisteredImage one = site.registration.Apply(PixelsOfSite(merged, site.site),
                                                   site.irradiance_per_rate, centre_m);
     image = image ? Mean(*image, one) : std::move(one);
   }

@@ -31,7 +31,7 @@ class MosaicRegistration {
 
  private:
   struct Site {
-    int row, column, channel;
+    int site, channel;
     Registration registration;
     std::vector<float> irradiance_per_rate;
   };

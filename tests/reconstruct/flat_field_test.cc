@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <iostream>
 
@@ -76,19 +77,32 @@ SensorModel Sensor() {
   return sensor;
 }
 
-// chi^2 per pixel of the map against the truth, with the map's scale to it free: only relative
-// sensitivity can be known.
-double ChiSquared(const FlatField& field, const std::vector<double>& truth) {
-  double above = 0, below = 0;
+int SiteOfPixel(std::size_t k) { return static_cast<int>(k / kWidth % 2 * 2 + k % kWidth % 2); }
+
+// The map's scale against the truth (only relative sensitivity can be known), over all pixels or
+// one site's, and its chi^2 per pixel with that scale.
+struct Comparison {
+  double scale = 0, chi_squared = 0;
+};
+Comparison Compare(const FlatField& field, const std::vector<double>& truth, int site = -1) {
+  double above = 0, below = 0, pixels = 0;
+  const auto counts = [&](std::size_t k) { return site < 0 || SiteOfPixel(k) == site; };
   for (std::size_t k = 0; k < truth.size(); ++k) {
+    if (!counts(k)) continue;
     const double weight = 1 / (static_cast<double>(field.sigma[k]) * field.sigma[k]);
     above += weight * field.sensitivity[k] * truth[k];
     below += weight * truth[k] * truth[k];
+    ++pixels;
   }
   double sum = 0;
   for (std::size_t k = 0; k < truth.size(); ++k)
-    sum += std::pow((field.sensitivity[k] - above / below * truth[k]) / field.sigma[k], 2);
-  return sum / static_cast<double>(truth.size() - 1);
+    if (counts(k))
+      sum += std::pow((field.sensitivity[k] - above / below * truth[k]) / field.sigma[k], 2);
+  return {above / below, sum / (pixels - 1)};
+}
+
+double ChiSquared(const FlatField& field, const std::vector<double>& truth) {
+  return Compare(field, truth).chi_squared;
 }
 
 TEST(FlatField, TakesTheMeasuredMapWherePatternIsAboveItsNoise) {
@@ -113,6 +127,43 @@ TEST(FlatField, TakesThePolynomialWhereNoiseIsAbovePattern) {
             << field.degree << "\n";
   // The pattern's square is what is left of one five times as large, to some 7 %.
   EXPECT_NEAR(chi, 1, 0.35);
+}
+
+TEST(FlatField, EverySiteOfAMosaicHasItsOwnLevelAndShading) {
+  // Level of each site, and how far its colour's shading is moved.
+  constexpr std::array<double, 4> kLevel = {0.5, 1, 0.97, 0.7}, kMoved_px = {4, 0, 0, -3};
+  auto truth = Truth(0.01, 11);
+  std::vector<double> sensitivity(truth.size());  // 1 in the middle, but for PRNU
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    const std::size_t column = k % kWidth, row = k / kWidth;
+    const int site = SiteOfPixel(k);
+    const auto shading = [&](double x_px, double y_px) {
+      const double x = (x_px - 52) / 90, y = (y_px - 38) / 90;
+      return std::pow(1 + x * x + y * y, -2);
+    };
+    const double x = static_cast<double>(column) + 0.5, y = static_cast<double>(row) + 0.5;
+    truth[k] *= shading(x + kMoved_px[site], y) / shading(x, y);
+    sensitivity[k] = truth[k] / shading(0.5 * kWidth + kMoved_px[site], 0.5 * kHeight);
+    truth[k] *= kLevel[site];
+  }
+  SensorModel sensor = Sensor();
+  sensor.cfa = "RGGB";
+  const FlatField field = MeasureFlatField(Pairs(truth, 12, 6000, 12), sensor);
+  EXPECT_TRUE(field.measured);
+  EXPECT_GE(field.flats, 16);  // red is too dark in the dimmest
+  EXPECT_NEAR(field.pattern, 0.01,
+              4.5 * 0.011 / std::sqrt(2.0 * static_cast<double>(truth.size())));
+  const double pixels = 0.25 * static_cast<double>(truth.size());
+  for (int site = 0; site < 4; ++site) {
+    const Comparison c = Compare(field, sensitivity, site);
+    std::cout << "site " << site << ": chi^2 per pixel " << c.chi_squared << ", scale " << c.scale
+              << "\n";
+    EXPECT_NEAR(c.chi_squared, 1, 4.5 * std::sqrt(2 / pixels));
+    // A polynomial's middle is some three times as uncertain as a mean.
+    EXPECT_NEAR(c.scale, 1, 4.5 * 3 * 0.011 / std::sqrt(pixels));
+  }
+  sensor.saturation_dn = 40000;
+  EXPECT_THROW(MeasureFlatField(Pairs(truth, 1, 6000, 12), sensor), InputError);
 }
 
 TEST(FlatField, GoesThroughItsFileAndReplacesVignettingAndPrnu) {
