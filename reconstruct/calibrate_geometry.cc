@@ -109,7 +109,6 @@ GeometryCalibration CalibrateGeometry(const core::SessionReader& session, bool c
   const Json calibration = Field<Json>(session.session(), "calibration", session_file);
   const auto stated = Field<std::array<double, 9>>(calibration, "image_from_sensor", session_file);
   const Json camera = Field<Json>(session.session(), "camera", session_file);
-  RefuseMosaic(camera, session_file, "the geometry's calibration");
   const SensorModel sensor = ReadSensorModel(
       camera, session_file, session.folder(),
       static_cast<int>(Field<Json>(camera, "responsivity_e_per_s_per_w_m2", session_file).size()));

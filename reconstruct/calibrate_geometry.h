@@ -19,7 +19,8 @@ struct GeometryCalibration {
 };
 
 // Finds the targets, fits, and where there is a lens finds every corner once more with edges
-// straightened by it and fits again. One frame at a time is in memory. Of session.json the camera's
+// straightened by it and fits again. Of a colour mosaic the green pixels are used: the geometry is
+// green light's. One frame at a time is in memory. Of session.json the camera's
 // noise and defects and the side and pitch of image_from_sensor are used. Throws InputError for a
 // session of another kind, and as FitGeometry.
 GeometryCalibration CalibrateGeometry(const core::SessionReader& session, bool check_hashes = true);

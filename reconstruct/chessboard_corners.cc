@@ -7,6 +7,7 @@
 #include <numbers>
 #include <opencv2/calib3d.hpp>
 
+#include "core/cfa.h"
 #include "core/parallel.h"
 
 namespace luxfield::reconstruct {
@@ -182,6 +183,25 @@ std::vector<Corner> Refine(const SignalImage& image, const std::vector<Corner>& 
   return result;
 }
 
+void KeepGreen(const std::string& cfa, SignalImage& image) {
+  const std::vector<float> seen = image.signal_dn;
+  for (int row = 0; row < image.height; ++row)
+    for (int column = 0; column < image.width; ++column) {
+      if (core::CfaChannel(cfa, row, column) == 1) continue;
+      float sum = 0;
+      int greens = 0;
+      for (const auto& [down, right] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+        const int r = row + down, c = column + right;
+        if (r < 0 || c < 0 || r >= image.height || c >= image.width) continue;
+        sum += seen[static_cast<std::size_t>(r) * image.width + c];
+        ++greens;
+      }
+      const std::size_t k = static_cast<std::size_t>(row) * image.width + column;
+      image.signal_dn[k] = sum / static_cast<float>(greens);
+      image.usable[k] = 0;
+    }
+}
+
 }  // namespace
 
 double SignalImage::Variance(double signal) const {
@@ -204,6 +224,7 @@ SignalImage MakeSignalImage(const core::RawFrame& frame, const SensorModel& sens
   }
   for (const auto& [row, column] : sensor.defects)
     image.usable[static_cast<std::size_t>(row) * frame.width + column] = 0;
+  if (!sensor.cfa.empty()) KeepGreen(sensor.cfa, image);
   return image;
 }
 

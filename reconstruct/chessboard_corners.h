@@ -35,11 +35,14 @@ struct Corner {
 struct SignalImage {
   int width = 0, height = 0;
   std::vector<float> signal_dn;
-  std::vector<char> usable;  // neither defective nor saturated
+  std::vector<char> usable;  // neither defective nor saturated, of a mosaic green
   double gain_dn_per_e = 1, floor_variance_dn2 = 1, prnu = 0;
 
   double Variance(double signal) const;
 };
+// Of a colour mosaic only the green pixels count, where they are: half of all, evenly spread, of
+// one colour, so that neither interpolation nor a lens' lateral colour moves a corner. The others
+// show the mean of the greens around them, for OpenCV's search.
 SignalImage MakeSignalImage(const core::RawFrame& frame, const SensorModel& sensor);
 
 // Corner (i, j) near `start`, with the steps on the image to (i + 1, j) and (i, j + 1). Nothing

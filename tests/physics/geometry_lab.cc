@@ -51,6 +51,16 @@ std::string RandomBench(bool reflector, std::uint64_t seed) {
       errors, reflector ? 0.08 : 0.06, reflector ? 0.010 : 0.006);
 }
 
+std::string WithMosaic(std::string toml) {
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    toml.replace(toml.find(from), from.size(), to);
+  };
+  replace("[lab]\n", "[lab]\nchannels = 3\n");
+  replace("responsivity_e_per_s_per_w_m2 = [1200]\n",
+          "cfa = \"GRBG\"\nresponsivity_e_per_s_per_w_m2 = [900, 1200, 700]\n");
+  return toml;
+}
+
 hal::sim::LabDescription DescribeBench(const std::string& toml) {
   return hal::sim::ReadLab(core::Config::FromString(toml, "lab.toml"), {});
 }

@@ -11,6 +11,9 @@ namespace luxfield {
 // set up by hand.
 std::string RandomBench(bool reflector, std::uint64_t seed);
 
+// The same bench with a colour mosaic before its sensor.
+std::string WithMosaic(std::string toml);
+
 hal::sim::LabDescription DescribeBench(const std::string& toml);
 
 }  // namespace luxfield
