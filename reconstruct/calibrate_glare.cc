@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/json.h"
 #include "lightfield/measurements.h"
+#include "reconstruct/mosaic_sites.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -124,6 +125,31 @@ GlarePlace MeasureGlare(const MergedFrame& merged, const std::vector<float>& sen
   return place;
 }
 
+GlarePlace MeasureGlare(const MergedFrame& merged, const std::vector<float>& sensitivity,
+                        const std::string& cfa, const std::string& what) {
+  if (cfa.empty()) return MeasureGlare(merged, sensitivity, what);
+  GlarePlace place;
+  const int sites = SitesOf(cfa);
+  for (int site = 0; site < sites; ++site) {
+    const GlarePlace one = MeasureGlare(
+        PixelsOfSite(merged, site),
+        sensitivity.size() == 1 ? sensitivity
+                                : PixelsOfSite(sensitivity, merged.width, merged.height, site),
+        what);
+    // The middle of a site's pixel (row, column) is the sensor's (2 row + site / 2 + 1/2, ...).
+    place.column += (2 * one.column + site % 2 - 0.5) / sites;
+    place.row += (2 * one.row + site / 2 - 0.5) / sites;
+    place.pixels += one.pixels;
+    place.radius_px = std::max(place.radius_px, 2 * one.radius_px);
+    place.share += one.share / sites;
+    place.share_sigma = std::hypot(place.share_sigma, one.share_sigma / sites);
+    if (one.bound < place.bound) continue;
+    place.bound = one.bound;
+    place.bound_sigma = one.bound_sigma;
+  }
+  return place;
+}
+
 GlareCalibration CalibrateGlare(const core::SessionReader& session, bool check_hashes) {
   const std::string plan_file = (session.folder() / "plan.json").string();
   if (session.plan().value("kind", "light-field") != "glare")
@@ -131,7 +157,6 @@ GlareCalibration CalibrateGlare(const core::SessionReader& session, bool check_h
                      "capture data/plans/glare.toml and give its session");
   const Json camera =
       Field<Json>(session.session(), "camera", (session.folder() / "session.json").string());
-  RefuseMosaic(camera, (session.folder() / "session.json").string(), "the veiling glare");
   const auto channels =
       static_cast<int>(camera.value("responsivity_e_per_s_per_w_m2", Json::array()).size());
   SensorModel sensor = ReadSensorModel(camera, (session.folder() / "session.json").string(),
@@ -160,7 +185,7 @@ GlareCalibration CalibrateGlare(const core::SessionReader& session, bool check_h
     for (std::size_t n = 0; n < records.size(); ++n)
       exposures.push_back({&frames[n], records[n]->exposure_s, records[n]->attenuation, 1,
                            &darks.at(records[n]->exposure_s)});
-    result.places.push_back(MeasureGlare(MergeExposures(sensor, exposures), sensitivity,
+    result.places.push_back(MeasureGlare(MergeExposures(sensor, exposures), sensitivity, sensor.cfa,
                                          (session.folder() / records[0]->file).string()));
   }
   if (result.places.empty())

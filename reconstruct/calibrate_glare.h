@@ -10,6 +10,9 @@
 //   max(E):
 //                    the core sees all of the field beyond radius_px, and some of the nearer
 //
+// Of a colour mosaic every site (mosaic_sites.h) is a picture: the share is their mean, the bound
+// that of the site that is veiled most.
+//
 // The trap is the largest region of pixels below half the median that does not touch the border;
 // its core are the pixels more than 2/3 of the way in from its edge.
 #pragma once
@@ -38,6 +41,10 @@ struct GlarePlace {
 // its core is smaller than 3 x 3 pixels.
 GlarePlace MeasureGlare(const MergedFrame& merged, const std::vector<float>& sensitivity,
                         const std::string& what);
+
+// The same of a camera with a colour mosaic (core/cfa.h); as above where `cfa` is empty.
+GlarePlace MeasureGlare(const MergedFrame& merged, const std::vector<float>& sensitivity,
+                        const std::string& cfa, const std::string& what);
 
 struct GlareCalibration {
   int width = 0, height = 0;

@@ -54,9 +54,21 @@ e_per_s = 5
 corner_loss = 0.2
 )" + kStage + kCameraNoise;
 
-reconstruct::GlareCalibration Measure(const std::string& errors, const std::string& name) {
+// kLab with a colour mosaic before the sensor.
+std::string Mosaic() {
+  std::string lab = kLab;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    lab.replace(lab.find(from), from.size(), to);
+  };
+  replace("[lab]\n", "[lab]\nchannels = 3\n");
+  replace("m2 = [1200]\n", "m2 = [900, 1200, 700]\ncfa = \"BGGR\"\n");
+  return lab;
+}
+
+reconstruct::GlareCalibration Measure(const std::string& errors, const std::string& name,
+                                      const std::string& lab = kLab) {
   const ScratchFolder folder("glare_" + name);
-  hal::Devices devices = DevicesOf(kLab + errors);
+  hal::Devices devices = DevicesOf(lab + errors);
   const auto plan = capture::ReadGlarePlan(core::Config::FromString(
       "[plan]\nkind = \"glare\"\n[exposure]\nmin_s = 0.01\nmax_s = 10\nrepeats = 8\n",
       "plan.toml"));
@@ -74,6 +86,25 @@ TEST(Glare, EvenStrayLightIsFoundAsTheShareItIs) {
   EXPECT_LT(std::abs(none.share), 4 * none.share_sigma);
   std::printf("stray light 0.08 %% of the mean: %.5f %% +- %.5f %%; none: %.5f %% +- %.5f %%\n",
               100 * glare.share, 100 * glare.share_sigma, 100 * none.share, 100 * none.share_sigma);
+}
+
+TEST(Glare, OfAMosaicIsThatOfItsSites) {
+  constexpr double kShare = 8e-4;
+  const std::string stray = "[errors.stray_light]\nshare = 8e-4\n";
+  const auto mosaic = Measure(stray, "mosaic", Mosaic()), mono = Measure(stray, "mono");
+  EXPECT_NEAR(mosaic.share, kShare / (1 + kShare), 4 * mosaic.share_sigma);
+  EXPECT_LT(mosaic.share_sigma, 0.02 * kShare);
+  ASSERT_EQ(mosaic.places.size(), mono.places.size());
+  for (std::size_t k = 0; k < mono.places.size(); ++k) {
+    EXPECT_NEAR(mosaic.places[k].column, mono.places[k].column, 1);
+    EXPECT_NEAR(mosaic.places[k].row, mono.places[k].row, 1);
+    EXPECT_NEAR(mosaic.places[k].radius_px, mono.places[k].radius_px, 4);
+    EXPECT_NEAR(mosaic.places[k].bound, mono.places[k].bound,
+                4 * std::hypot(mosaic.places[k].bound_sigma, mono.places[k].bound_sigma) +
+                    0.05 * mono.places[k].bound);
+  }
+  std::printf("mosaic, stray light 0.08 %% of the mean: %.5f %% +- %.5f %%\n", 100 * mosaic.share,
+              100 * mosaic.share_sigma);
 }
 
 TEST(Glare, TheBoundHoldsForLightFromBeyondTheTrap) {
