@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "capture/capture_filter.h"
 #include "capture/capture_geometry.h"
 #include "capture/capture_glare.h"
 #include "capture/capture_sensor.h"
@@ -303,6 +304,7 @@ core::SessionCheck VerifySession(const std::filesystem::path& folder) {
     const int missing = kind == "sensor"     ? MissingSensorFrames(reader)
                         : kind == "geometry" ? MissingGeometryFrames(reader)
                         : kind == "glare"    ? MissingGlareFrames(reader)
+                        : kind == "filter"   ? MissingFilterFrames(reader)
                                              : MissingPositions(reader, file);
     if (missing > 0)
       check.problems.push_back(

@@ -72,9 +72,10 @@ WarmUpPolicy ReadWarmUp(const core::Config& config) {
 
 PlanKind ReadPlanKind(const core::Config& config) {
   const std::string kind = config.Table("plan").Choice(
-      "kind", {"light-field", "sensor", "geometry", "glare"}, "light-field");
+      "kind", {"light-field", "sensor", "geometry", "glare", "filter"}, "light-field");
   if (kind == "sensor") return PlanKind::kSensor;
   if (kind == "glare") return PlanKind::kGlare;
+  if (kind == "filter") return PlanKind::kFilter;
   return kind == "geometry" ? PlanKind::kGeometry : PlanKind::kLightField;
 }
 

@@ -65,8 +65,8 @@ WarmUpPolicy ReadWarmUp(const core::Config& config);
 
 // plan.kind: what a plan.toml measures. A sensor plan is read by ReadSensorPlan (sensor_plan.h),
 // one of the geometry by ReadGeometryPlan (geometry_plan.h), one of the glare by ReadGlarePlan
-// (glare_plan.h).
-enum class PlanKind { kLightField, kSensor, kGeometry, kGlare };
+// (glare_plan.h), one of the printed filter by ReadFilterPlan (filter_plan.h).
+enum class PlanKind { kLightField, kSensor, kGeometry, kGlare, kFilter };
 PlanKind ReadPlanKind(const core::Config& config);
 
 }  // namespace luxfield::capture

@@ -79,4 +79,19 @@ core::Json PrintDryRun(const capture::ExpandedGlarePlan& expanded, const hal::De
           {"exposures_s", expanded.ladder_s}};
 }
 
+core::Json PrintDryRun(const capture::ExpandedFilterPlan& expanded, const hal::Devices& devices) {
+  const auto estimate = capture::DryRun(expanded, devices);
+  fmt::print("{}: photographs of a filter, the empty holder and {} print{}\n", expanded.plan.name,
+             expanded.views.size() - 1, expanded.views.size() == 2 ? "" : "s");
+  fmt::print("  frames       {}, {} darks ({})\n", estimate.frames, estimate.darks,
+             FormatBytes(double(estimate.bytes)));
+  fmt::print("  time         at most {} and the handling of the prints\n",
+             core::FormatDuration(estimate.duration_s));
+  return {{"frames", estimate.frames},
+          {"darks", estimate.darks},
+          {"bytes", estimate.bytes},
+          {"duration_s", estimate.duration_s},
+          {"exposures_s", expanded.ladder_s}};
+}
+
 }  // namespace luxfield::cli

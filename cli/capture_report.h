@@ -2,6 +2,7 @@
 #pragma once
 
 #include "capture/expanded_plan.h"
+#include "capture/filter_plan.h"
 #include "capture/geometry_plan.h"
 #include "capture/glare_plan.h"
 #include "capture/sensor_plan.h"
@@ -16,5 +17,6 @@ core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices
 core::Json PrintDryRun(const capture::ExpandedSensorPlan& expanded, const hal::Devices& devices);
 core::Json PrintDryRun(const capture::ExpandedGeometryPlan& expanded, const hal::Devices& devices);
 core::Json PrintDryRun(const capture::ExpandedGlarePlan& expanded, const hal::Devices& devices);
+core::Json PrintDryRun(const capture::ExpandedFilterPlan& expanded, const hal::Devices& devices);
 
 }  // namespace luxfield::cli

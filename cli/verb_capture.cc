@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "capture/capture.h"
+#include "capture/capture_filter.h"
 #include "capture/capture_geometry.h"
 #include "capture/capture_glare.h"
 #include "capture/capture_sensor.h"
@@ -52,6 +53,17 @@ core::Json RunGlare(const capture::GlarePlan& plan, hal::Devices& devices, const
   return {{"frames", summary.frames}, {"rejected", summary.rejected}, {"rig_s", summary.rig_s}};
 }
 
+core::Json RunFilter(const capture::FilterPlan& plan, hal::Devices& devices,
+                     const Options& options) {
+  if (options.dry_run) return PrintDryRun(capture::ExpandPlan(plan, devices), devices);
+  capture::CaptureOptions how;
+  how.resume = options.resume;
+  const auto summary = capture::RunFilterCapture(plan, devices, options.session, how);
+  fmt::print("{}: {} frames of the filter and darks; {} on the rig\n", options.session,
+             summary.frames, core::FormatDuration(summary.rig_s));
+  return {{"frames", summary.frames}, {"rejected", summary.rejected}, {"rig_s", summary.rig_s}};
+}
+
 core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
   const core::Config config = core::Config::FromFile(options.plan);
   if (capture::ReadPlanKind(config) == capture::PlanKind::kSensor) {
@@ -68,6 +80,11 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
     const capture::GlarePlan plan = capture::ReadGlarePlan(config);
     hal::Devices devices = hal::MakeDevices(options.lab, seed);
     return RunGlare(plan, devices, options);
+  }
+  if (capture::ReadPlanKind(config) == capture::PlanKind::kFilter) {
+    const capture::FilterPlan plan = capture::ReadFilterPlan(config);
+    hal::Devices devices = hal::MakeDevices(options.lab, seed);
+    return RunFilter(plan, devices, options);
   }
   const capture::Plan plan = capture::ReadPlan(config);
   hal::Devices devices = hal::MakeDevices(options.lab, seed);

@@ -1,7 +1,8 @@
-// luxfield filter print -o NAME; measure -o X.filter.exr; photograph LAB -o NAME
+// luxfield filter print -o NAME; measure SESSION -o X.filter.exr; photograph LAB -o NAME
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "cli/program.h"
 #include "core/file.h"
 #include "hal/devices.h"
+#include "reconstruct/filter_session.h"
 #include "reconstruct/measure_filter.h"
 #include "reconstruct/photograph.h"
 #include "study/filter_photographs.h"
@@ -59,24 +61,48 @@ core::Json RunPrint(const PrintVerb& options) {
 }
 
 struct MeasureVerb {
-  std::string sheet, light, output, tone;
+  std::string session, calibration, sheet, light, output, tone;
   std::vector<std::string> prints;
+  bool skip_hashes = false;
 };
+
+// Of the session, or of files; `made_of` gets their hashes.
+reconstruct::FilterPhotographs PhotographsOf(const MeasureVerb& options,
+                                             std::map<std::string, std::string>& made_of) {
+  reconstruct::FilterPhotographs photographs;
+  if (!options.session.empty()) {
+    if (!options.light.empty() || !options.prints.empty())
+      throw InputError("filter measure takes SESSION, or --light and --print, not both");
+    photographs = reconstruct::ReadFilterSession(
+        core::SessionReader(options.session), options.calibration, !options.skip_hashes, &made_of);
+  } else {
+    if (options.sheet.empty() || options.light.empty() || options.prints.empty())
+      throw InputError("filter measure needs SESSION, or --sheet, --light and --print");
+    if (!options.calibration.empty())
+      throw InputError("--calibration goes with SESSION: photographs bring their own noise");
+    photographs.light = reconstruct::ReadPhotograph(options.light);
+    made_of["light_sha256"] = core::Sha256OfFile(options.light);
+    for (std::size_t k = 0; k < options.prints.size(); ++k) {
+      photographs.prints.push_back(reconstruct::ReadPhotograph(options.prints[k]));
+      made_of[fmt::format("print{}_sha256", k)] = core::Sha256OfFile(options.prints[k]);
+    }
+  }
+  if (!options.sheet.empty()) {
+    photographs.sheet = lightfield::ReadFilterSheet(options.sheet);
+    made_of["sheet_sha256"] = core::Sha256OfFile(options.sheet);
+  }
+  return photographs;
+}
 
 core::Json RunMeasure(const MeasureVerb& options) {
   RequireExtension(options.output, ".filter.exr", "--output");
   if (!options.tone.empty()) RequireExtension(options.tone, ".tone.toml", "--tone");
-  const FilterSheet sheet = lightfield::ReadFilterSheet(options.sheet);
-  const auto light = reconstruct::ReadPhotograph(options.light);
-  std::vector<reconstruct::MergedFrame> prints;
-  for (const std::string& file : options.prints)
-    prints.push_back(reconstruct::ReadPhotograph(file));
+  std::map<std::string, std::string> made_of;
+  const auto photographs = PhotographsOf(options, made_of);
   reconstruct::FilterReadings readings;
-  auto filter = reconstruct::MeasureFilter(sheet, light, prints, &readings);
-  filter.provenance["sheet_sha256"] = core::Sha256OfFile(options.sheet);
-  filter.provenance["light_sha256"] = core::Sha256OfFile(options.light);
-  for (std::size_t k = 0; k < options.prints.size(); ++k)
-    filter.provenance[fmt::format("print{}_sha256", k)] = core::Sha256OfFile(options.prints[k]);
+  auto filter = reconstruct::MeasureFilter(photographs.sheet, photographs.light, photographs.prints,
+                                           &readings);
+  filter.provenance.insert(made_of.begin(), made_of.end());
   lightfield::WriteMeasuredFilter(options.output, filter);
   if (!options.tone.empty()) lightfield::WriteToneTable(options.tone, readings.Tone());
   fmt::print("{}: {} x {} texels of {:.4g} mm\n", options.output, filter.lattice.width,
@@ -128,13 +154,18 @@ void AddMeasure(Program& program, CLI::App& group) {
       group, "measure",
       "Turn photographs of a printed filter, taken without the luminaire, into its transmittance",
       [options] { return RunMeasure(*options); });
-  verb.add_option("--sheet", options->sheet, "The .sheet.json of `luxfield filter print`")
-      ->required();
-  verb.add_option("--light", options->light, "Photograph of the holder without the print (.exr)")
-      ->required();
+  verb.add_option(
+      "SESSION", options->session,
+      "The session folder (plan of kind \"filter\"); without it --sheet, --light, --print");
+  verb.add_option("--calibration", options->calibration,
+                  "The sensor's .cal.json, for the noise of SESSION; without it the session's");
+  verb.add_flag("--skip-hashes", options->skip_hashes,
+                "Do not check every frame of SESSION against the journal's SHA-256");
+  verb.add_option("--sheet", options->sheet,
+                  "The .sheet.json of `luxfield filter print`; with SESSION in place of its own");
+  verb.add_option("--light", options->light, "Photograph of the holder without the print (.exr)");
   verb.add_option("--print", options->prints,
-                  "Photograph with the print (.exr); of a dual pair the plus and the minus part")
-      ->required();
+                  "Photograph with the print (.exr); of a dual pair the plus and the minus part");
   verb.add_option("-o,--output", options->output, "The .filter.exr to write")->required();
   verb.add_option("--tone", options->tone,
                   "Also write the printer's .tone.toml, from the step wedge of the first print");

@@ -33,6 +33,8 @@ core::Json DryRun(const Options& options) {
     return PrintDryRun(capture::ExpandPlan(capture::ReadGeometryPlan(config), devices), devices);
   if (capture::ReadPlanKind(config) == capture::PlanKind::kGlare)
     return PrintDryRun(capture::ExpandPlan(capture::ReadGlarePlan(config), devices), devices);
+  if (capture::ReadPlanKind(config) == capture::PlanKind::kFilter)
+    return PrintDryRun(capture::ExpandPlan(capture::ReadFilterPlan(config), devices), devices);
   return PrintDryRun(capture::ExpandPlan(capture::ReadPlan(config), devices), devices);
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/config.h"
+#include "core/file.h"
 #include "core/json.h"
 
 namespace luxfield::lightfield {
@@ -171,8 +172,11 @@ void WriteFilterSheet(const std::filesystem::path& path, const FilterSheet& shee
 }
 
 FilterSheet ReadFilterSheet(const std::filesystem::path& path) {
-  const std::string file = path.string();
-  const Json json = core::ReadJson(path);
+  return ParseFilterSheet(core::ReadFile(path), path.string());
+}
+
+FilterSheet ParseFilterSheet(const std::string& text, const std::string& file) {
+  const Json json = core::ParseJson(text, file);
   if (const auto format = Field<std::string>(json, "format", file); format != kFormat)
     throw InputError(file, fmt::format("format = '{}' is not '{}'", format, kFormat),
                      "give the .sheet.json that `luxfield filter print` wrote");

@@ -74,6 +74,7 @@ struct FilterSheet {
 // *.sheet.json.
 void WriteFilterSheet(const std::filesystem::path& path, const FilterSheet& sheet);
 FilterSheet ReadFilterSheet(const std::filesystem::path& path);
+FilterSheet ParseFilterSheet(const std::string& text, const std::string& file);
 std::string SheetText(const FilterSheet& sheet);  // the same JSON on one line
 
 }  // namespace luxfield::lightfield

@@ -10,6 +10,7 @@
 #include "core/json.h"
 #include "lightfield/measurements.h"
 #include "reconstruct/mosaic_sites.h"
+#include "reconstruct/session_views.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -45,14 +46,6 @@ cv::Mat LargestInside(const cv::Mat& dark) {
       best = label;
   }
   return best == 0 ? cv::Mat() : cv::Mat(labels == best);
-}
-
-DarkFrame DarkOf(const core::SessionReader& session, double exposure_s, bool check_hashes) {
-  DarkSum sum(exposure_s);
-  for (const core::FrameRecord& record : session.frames())
-    if (record.kind == core::FrameKind::kDark && record.exposure_s == exposure_s)
-      sum.Add(session.ReadFrame(record, check_hashes));
-  return sum.Mean();
 }
 
 }  // namespace
@@ -165,27 +158,14 @@ GlareCalibration CalibrateGlare(const core::SessionReader& session, bool check_h
   const std::vector<float> sensitivity =
       sensor.vignetting.empty() ? std::vector<float>{1} : sensor.vignetting;
 
-  std::map<int, std::vector<const core::FrameRecord*>> by_place;
-  for (const core::FrameRecord& record : session.frames())
-    if (record.kind == core::FrameKind::kTarget) by_place[record.i].push_back(&record);
   GlareCalibration result;
   result.width = sensor.width;
   result.height = sensor.height;
   std::string hashes;
-  for (const auto& [number, records] : by_place) {
-    std::vector<core::RawFrame> frames;
-    std::map<double, DarkFrame> darks;
-    for (const core::FrameRecord* record : records) {
-      frames.push_back(session.ReadFrame(*record, check_hashes));
-      hashes += record->sha256;
-      if (!darks.contains(record->exposure_s))
-        darks[record->exposure_s] = DarkOf(session, record->exposure_s, check_hashes);
-    }
-    std::vector<Exposure> exposures;
-    for (std::size_t n = 0; n < records.size(); ++n)
-      exposures.push_back({&frames[n], records[n]->exposure_s, records[n]->attenuation, 1,
-                           &darks.at(records[n]->exposure_s)});
-    result.places.push_back(MeasureGlare(MergeExposures(sensor, exposures), sensitivity, sensor.cfa,
+  for (const auto& [number, records] : FramesByView(session)) {
+    for (const core::FrameRecord* record : records) hashes += record->sha256;
+    result.places.push_back(MeasureGlare(MergeView(session, records, sensor, check_hashes),
+                                         sensitivity, sensor.cfa,
                                          (session.folder() / records[0]->file).string()));
   }
   if (result.places.empty())

@@ -4,19 +4,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <vector>
 
 #include "hal/sim/filter_bench.h"
-#include "lightfield/filter_sheet.h"
-#include "reconstruct/merge_exposures.h"
+#include "reconstruct/filter_session.h"
 
 namespace luxfield::study {
 
-struct FilterPhotographs {
-  lightfield::FilterSheet sheet;
-  reconstruct::MergedFrame light;
-  std::vector<reconstruct::MergedFrame> prints;  // 1, or plus and minus
-};
+using reconstruct::FilterPhotographs;
 
 // 1, 8 and 64 times the exposure that the bare light asks for, four frames each (of the light alone
 // only the first), four darks of every time; merged with the camera's noise model.

@@ -29,8 +29,7 @@ class FilterBench {
   core::RawFrame Expose(View view, double exposure_s, int number) const;
 
  private:
-  // Relative irradiance per pixel, the mean over 4 x 4 points.
-  std::vector<float> Irradiance(View view) const;
+  std::vector<float> Irradiance(View view) const;  // relative, per pixel
 
   FilterPrint print_;
   Sensor sensor_;
@@ -39,5 +38,9 @@ class FilterBench {
   Homography holder_from_sensor_;
   std::vector<std::vector<float>> irradiance_;  // by View, empty for kDark
 };
+
+// The same bench with the lab's own camera, as [filter.bench] of lab.toml has it: E' of its pixels,
+// the mean over 4 x 4 points of each.
+std::vector<float> PictureOfFilter(const LabDescription& lab, FilterBench::View view);
 
 }  // namespace luxfield::hal::sim

@@ -265,6 +265,8 @@ LabDescription ReadLab(const core::Config& config, std::optional<std::uint64_t> 
   ReadErrors(config, lab);
   lab.stage.limits.repeatability_m = lab.stage_repeatability_m;
   ReadTargets(config, lab);
+  if (const auto bench = config.Table("filter").OptionalTable("bench"))
+    lab.filter_bench_irradiance = bench->Number("irradiance", {kTiny, 1e9});
   return lab;
 }
 

@@ -64,6 +64,7 @@ struct LabDescription {
 
   std::optional<CalibrationTargets> targets;  // as the lab states them
   TargetLight target_light;
+  std::optional<double> filter_bench_irradiance;  // E' behind the filter's empty holder
 
   int u_samples_per_cell = 3, s_samples_per_pixel = 1;
   std::size_t memory_bytes = 0;

@@ -8,6 +8,7 @@
 
 #include "core/random.h"
 #include "hal/sim/followed_stage.h"
+#include "hal/sim/targets.h"
 #include "hal/sim/world.h"
 
 namespace luxfield::hal::sim {
@@ -273,10 +274,10 @@ Devices SimulatedLab::MakeDevices() const {
     devices.colour = std::make_unique<SimSelector>(
         world_, "simulated colour wheel", std::vector<std::string>{"R", "G", "B"},
         [](World& world, int at) { world.channel = at; });
-  if (world_->lab().targets)
-    devices.target = std::make_unique<SimSelector>(world_, "simulated target holder",
-                                                   TargetNames(*world_->lab().targets),
-                                                   [](World& world, int at) { world.target = at; });
+  if (auto targets = TargetPositions(world_->lab()); targets.size() > 1)
+    devices.target =
+        std::make_unique<SimSelector>(world_, "simulated target holder", std::move(targets),
+                                      [](World& world, int at) { world.target = at; });
   devices.monitor = std::make_unique<SimMonitor>(world_);
   devices.supply = std::make_unique<SimSupply>(world_);
   devices.inputs = std::make_unique<SimInputs>();

@@ -7,6 +7,8 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "hal/filter_views.h"
+#include "hal/sim/filter_bench.h"
 
 namespace luxfield::hal::sim {
 namespace {
@@ -276,7 +278,20 @@ BoardPose PoseOfBoard(const LabDescription& lab, int board_number) {
                    "lower targets.board.pitch_m");
 }
 
+std::vector<std::string> TargetPositions(const LabDescription& lab) {
+  std::vector<std::string> names{"none"};
+  if (lab.targets) names = TargetNames(*lab.targets);
+  if (lab.filter_bench_irradiance)
+    for (const std::string& view : FilterViewNames(lab.dual)) names.push_back(view);
+  return names;
+}
+
 std::vector<float> PictureOfTarget(const LabDescription& lab, const TargetShot& shot) {
+  const std::string name = TargetPositions(lab)[static_cast<std::size_t>(shot.target)];
+  if (name == "filter minus") return PictureOfFilter(lab, FilterBench::View::kMinus);
+  if (name.starts_with("filter "))
+    return PictureOfFilter(
+        lab, name == "filter holder" ? FilterBench::View::kLight : FilterBench::View::kPlus);
   const int boards = lab.targets->board ? lab.targets->board_poses + 1 : 0;
   if (shot.target <= boards) return PictureOfBoard(lab, shot.target - 1);
   if (shot.target > boards + 2) return PictureOfTrap(lab, shot.target - boards - 3);

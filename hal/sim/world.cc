@@ -237,10 +237,11 @@ std::vector<float> World::TargetIrradiance() const {
                       static_cast<double>(visit_.v_nm) * 1e-9};
   core::Random random(lab_.seed, kSpacerStream);
   const double across = random.Normal(), up = random.Normal();
+  const double spread = lab_.targets ? lab_.targets->spacer_shift_m : 0;
   return PictureOfTarget(lab_,
                          {target,
                           {-moved.x, -moved.y, -(axes[0].z * setpoint.x + axes[1].z * setpoint.y)},
-                          lab_.targets->spacer_shift_m * Vec2{across, up}});
+                          spread * Vec2{across, up}});
 }
 
 const std::vector<float>& World::PixelIrradiance() {

@@ -32,7 +32,7 @@ class World {
   bool shutter_open = true;
   int print = 0;
   int channel = 0;
-  int target = 0;  // index into TargetNames: a calibration target in place of lamp and print
+  int target = 0;  // index into TargetPositions: a calibration target in place of lamp and print
 
   // Starts now; returns when the clock has passed the exposure. `frame_id` numbers the exposure.
   core::RawFrame Expose(double exposure_s, std::uint64_t frame_id);

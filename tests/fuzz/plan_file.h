@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "capture/filter_plan.h"
 #include "capture/geometry_plan.h"
 #include "capture/glare_plan.h"
 #include "capture/plan.h"
@@ -33,6 +34,9 @@ inline void PlanFile(std::string_view input) {
         break;
       case capture::PlanKind::kGlare:
         capture::ReadGlarePlan(config);
+        break;
+      case capture::PlanKind::kFilter:
+        capture::ReadFilterPlan(config);
         break;
     }
   } catch (const InputError&) {

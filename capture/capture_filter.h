@@ -1,0 +1,21 @@
+// The photographs of a filter plan -> session (docs/formats/session.md).
+#pragma once
+
+#include <filesystem>
+
+#include "capture/capture.h"
+#include "capture/filter_plan.h"
+#include "core/session_store.h"
+
+namespace luxfield::capture {
+
+// The empty holder in an exposure that it chooses, every print in that one and in those 8 times as
+// long, and darks of each. Errors and resuming as RunCapture: what is there is not taken again.
+CaptureSummary RunFilterCapture(const FilterPlan& plan, hal::Devices& devices,
+                                const std::filesystem::path& folder,
+                                const CaptureOptions& options = {});
+
+// Frames of the plan that the session does not hold.
+int MissingFilterFrames(const core::SessionReader& session);
+
+}  // namespace luxfield::capture

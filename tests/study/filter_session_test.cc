@@ -1,0 +1,101 @@
+// A printed filter photographed as a session and measured, against the print of the simulated lab.
+#include "reconstruct/filter_session.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "capture/capture_filter.h"
+#include "core/error.h"
+#include "hal/sim/lab_description.h"
+#include "reconstruct/measure_filter.h"
+#include "tests/study/lab_session.h"
+
+namespace luxfield::study {
+namespace {
+
+using lightfield::Vec2;
+
+const std::string kLab = std::string(R"(
+[lab]
+driver = "sim"
+[rig]
+kind = "lensless"
+delta_m = 0.3
+[filter]
+spacing_m = 0.02
+scale = 1.7777777777777777
+[filter.bench]
+irradiance = 5500
+[lamp]
+kind = "square"
+side_m = 0.06
+radiance = 1000
+[camera]
+pitch_m = 0.01
+width = 360
+height = 320
+responsivity_e_per_s_per_w_m2 = [1000]
+)") + kCameraCodes + R"([errors.prnu]
+rms = 0.01
+[errors.vignetting]
+corner_loss = 0.2
+[errors.dark_current]
+e_per_s = 5
+[errors.registration]
+shift_m = [2e-4, -1.5e-4]
+rotation_deg = 0.3
+[errors.density]
+relative = -0.02
+gamma = 0.05
+)" + kStage + kCameraNoise;
+
+TEST(FilterSession, MeasuresThePrintWithinItsSigma) {
+  const ScratchFolder folder("filter_session");
+  hal::Devices devices = DevicesOf(kLab);
+  capture::RunFilterCapture(
+      capture::ReadFilterPlan(core::Config::FromString(
+          "[plan]\nkind = \"filter\"\n[exposure]\nmin_s = 0.01\nmax_s = 1.28\n", "plan.toml")),
+      devices, folder.path());
+  const core::SessionReader session(folder.path());
+  std::map<std::string, std::string> provenance;
+  const auto photographs = reconstruct::ReadFilterSession(session, {}, true, &provenance);
+  EXPECT_EQ(provenance.at("session_plan"), session.plan_id());
+  reconstruct::FilterReadings readings;
+  const auto filter = reconstruct::MeasureFilter(photographs.sheet, photographs.light,
+                                                 photographs.prints, &readings);
+
+  const hal::sim::FilterPrint print =
+      hal::sim::ReadLab(core::Config::FromString(kLab, "lab.toml"), {}).Print();
+  double difference = 0, sum = 0, square = 0, count = 0;
+  for (int row = 0; row < filter.lattice.height; ++row)
+    for (int column = 0; column < filter.lattice.width; ++column) {
+      double truth = 0;
+      for (int k = 0; k < 16; ++k)
+        truth += print.SheetTransmittance({filter.lattice.s_of_column(column + (k % 4 + 0.5) / 4),
+                                           filter.lattice.t_of_row(row + (k / 4 + 0.5) / 4)},
+                                          0) /
+                 16;
+      const std::size_t at = static_cast<std::size_t>(row) * filter.lattice.width + column;
+      const double d = filter.prints[0].transmittance[at] - truth;
+      difference += d;
+      sum += truth;
+      if (truth < 0.1) continue;  // where noise is above the curvature over a pixel
+      square += std::pow(d / filter.prints[0].sigma[at], 2);
+      ++count;
+    }
+  const Vec2 off = readings.prints[0].shift_m - Vec2{2e-4, -1.5e-4};
+  std::printf("level %.5f %% off, z %.3f rms; shift off by (%.2f, %.2f) um +- %.2f um\n",
+              100 * difference / sum, std::sqrt(square / count), 1e6 * off.x, 1e6 * off.y,
+              1e6 * readings.prints[0].shift_sigma_m);
+  // The light's level is known to the noise of the holes, 0.01 %; texels share pixels and the
+  // picture is a little smoother than the print.
+  EXPECT_NEAR(difference / sum, 0, 5e-4);
+  EXPECT_NEAR(std::sqrt(square / count), 1, 0.15);
+  EXPECT_LT(std::hypot(off.x, off.y), 4 * readings.prints[0].shift_sigma_m + 2e-6);
+  EXPECT_GE(readings.prints[0].wedge.size(), 15u);
+}
+
+}  // namespace
+}  // namespace luxfield::study
