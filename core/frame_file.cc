@@ -10,6 +10,8 @@ void ReadFrame(const SessionReader& session, const FrameRecord& record, bool che
                std::string* bytes, RawFrame* frame) {
   const auto path = SessionFile(session.folder(), record.file, session.folder().string());
   bytes->clear();
+  std::error_code unknown;  // the size is only a hint
+  if (const auto size = std::filesystem::file_size(path, unknown); !unknown) bytes->reserve(size);
   ReadInPieces(path, [&](std::string_view piece) { bytes->append(piece); });
   if (check_hash && Sha256(*bytes) != record.sha256)
     throw InputError(path.string(), "differs from the frame that was committed (SHA-256)",

@@ -98,8 +98,15 @@ ExcludedSamples::ExcludedSamples(const SensorModel& sensor, std::span<const Expo
       exposures_(longest_first),
       left_out_(longest_first.size()),
       tails_(longest_first.size()) {
-  for (const Exposure& e : exposures_)
-    k_.push_back(sensor.gain_dn_per_e * e.exposure_s * e.attenuation * e.lamp_factor);
+  const double gain = sensor.gain_dn_per_e;
+  for (const Exposure& e : exposures_) {
+    const double dark_dn = gain * sensor.dark_current_e_per_s * e.exposure_s,
+                 variance = sensor.read_noise_dn * sensor.read_noise_dn +
+                            sensor.quantisation_variance_dn2() + gain * dark_dn;
+    k_.push_back(gain * e.exposure_s * e.attenuation * e.lamp_factor);
+    other_variance_.push_back(e.dark ? variance * (1 + 1.0 / e.dark->count) : variance);
+    dark_dn_.push_back(sensor.black_dn + dark_dn);
+  }
   for (std::size_t n = exposures_.size(); n-- > 0;) {
     if (!MarkClipped(n)) continue;
     tails_[n] = PixelBits(sensor.width, sensor.height);
@@ -202,20 +209,9 @@ void ExcludedSamples::FollowTail(std::size_t n, Pixel seed, Pixel step, int room
   }
 }
 
-double ExcludedSamples::Signal(const Exposure& exposure, std::size_t pixel) const {
-  const double dark = exposure.dark ? exposure.dark->mean_dn[pixel]
-                                    : sensor_.black_dn + sensor_.gain_dn_per_e *
-                                                             sensor_.dark_current_e_per_s *
-                                                             exposure.exposure_s;
-  return exposure.frame->at(pixel) - dark;
-}
-
-double ExcludedSamples::OtherVariance(const Exposure& exposure) const {
-  const double gain = sensor_.gain_dn_per_e;
-  const double variance = sensor_.read_noise_dn * sensor_.read_noise_dn +
-                          sensor_.quantisation_variance_dn2() +
-                          gain * gain * sensor_.dark_current_e_per_s * exposure.exposure_s;
-  return exposure.dark ? variance * (1 + 1.0 / exposure.dark->count) : variance;
+double ExcludedSamples::Signal(std::size_t n, std::size_t pixel) const {
+  const Exposure& e = exposures_[n];
+  return e.frame->at(pixel) - (e.dark ? e.dark->mean_dn[pixel] : dark_dn_[n]);
 }
 
 ExcludedSamples::Excess ExcludedSamples::ExcessAt(std::size_t n, Pixel p) const {
@@ -224,16 +220,15 @@ ExcludedSamples::Excess ExcludedSamples::ExcessAt(std::size_t n, Pixel p) const 
   double signal = 0, k = 0, other = 0;
   for (std::size_t m = n + 1; m < exposures_.size(); ++m) {
     if (!(k_[m] < k_[n]) || At(m, p.row, p.column)) continue;
-    signal += Signal(exposures_[m], pixel);
+    signal += Signal(m, pixel);
     k += k_[m];
-    other += OtherVariance(exposures_[m]);
+    other += other_variance_[m];
   }
   if (!(k > 0)) return {};
   const double x = signal / k, light = std::max(x, 0.0), gain = sensor_.gain_dn_per_e;
-  const double variance = gain * k_[n] * light + OtherVariance(exposures_[n]),
+  const double variance = gain * k_[n] * light + other_variance_[n],
                of_prediction = (gain * k * light + other) / (k * k);
-  return {Signal(exposures_[n], pixel) - k_[n] * x, variance + k_[n] * k_[n] * of_prediction,
-          k_[n] * light};
+  return {Signal(n, pixel) - k_[n] * x, variance + k_[n] * k_[n] * of_prediction, k_[n] * light};
 }
 
 }  // namespace luxfield::reconstruct

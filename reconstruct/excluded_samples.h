@@ -56,12 +56,13 @@ class ExcludedSamples {
   void JoinNeighboursAndTails(std::size_t n);
   void FollowTail(std::size_t n, Pixel seed, Pixel step, int room);
   Excess ExcessAt(std::size_t n, Pixel p) const;
-  double OtherVariance(const Exposure& exposure) const;
-  double Signal(const Exposure& exposure, std::size_t pixel) const;
+  double Signal(std::size_t n, std::size_t pixel) const;  // DN
 
   const SensorModel& sensor_;
   std::span<const Exposure> exposures_;
-  std::vector<double> k_;                    // DN per electron per second of each
+  // Of each exposure: DN per electron per second, variance but for the light's shot noise (DN^2),
+  // and the sensor model's dark value.
+  std::vector<double> k_, other_variance_, dark_dn_;
   std::vector<PixelBits> left_out_, tails_;  // of each, where a sample is clipped
   PixelBits clipped_;                        // of the frame at hand
 };

@@ -69,10 +69,11 @@ LUXFIELD_INLINE void SumEstimate(std::span<const MergeScale> scales, MergeTile& 
   MergeLanes signal{}, k{};
   for (const std::size_t n : tile.used) {
     const MergeTile::Exposure& e = tile.exposures[n];
+    const float own_k = scales[n].k;  // loaded here: a load on a condition is not vectorised
     LUXFIELD_INDEPENDENT
     for (std::size_t l = 0; l < kMergeLanes; ++l) {
       signal[l] += e.signal[l];
-      k[l] += e.other_variance[l] < kExcluded ? scales[n].k : 0;
+      k[l] += e.other_variance[l] < kExcluded ? own_k : 0;
     }
   }
   LUXFIELD_INDEPENDENT
@@ -126,15 +127,18 @@ LUXFIELD_INLINE void InverseVarianceEstimate(std::span<const MergeScale> scales,
       }
     }
     std::uint32_t moving = 0;
+    const float gain = model.gain;
     LUXFIELD_INDEPENDENT
     for (std::size_t l = 0; l < kMergeLanes; ++l) {
-      const float weights = tile.weights[l];
+      const float weights = tile.weights[l], x = tile.x[l];
       // The weights' own change with x; bounded, should samples contradict each other.
-      const float change = tile.x[l] > 0 ? model.gain * slope[l] : 0;
+      const float own_change = gain * slope[l];
+      const float change = x > 0 ? own_change : 0;
       const float low = change > -0.5f * weights ? change : -0.5f * weights;
       const float bounded = low < weights ? low : weights;
-      const float step = weights > 0 ? residual[l] / (weights + bounded) : 0;
-      tile.x[l] += step;
+      const float newton = residual[l] / (weights + bounded);
+      const float step = weights > 0 ? newton : 0;
+      tile.x[l] = x + step;
       moving |= step * step * weights > kConverged ? 1u : 0u;
     }
     if (!moving) break;
