@@ -116,9 +116,9 @@ lightfield::Measurements MergeSession(const core::SessionReader& session,
 
 // The same written to a .meas.exr position by position: memory does not grow with the session's
 // length. It holds about 40 bytes a sensor pixel (sums of dark frames, merged planes, calibration,
-// corners behind a homography), 8 more per exposure time (two frames, the darks' mean) and one
-// position: 0.5 GB for 8 exposures at 4 megapixels. Bytes as WriteMeasurements(output,
-// MergeSession(...)).
+// corners behind a homography), 10 more per exposure time (two frames, a file's bytes, the darks'
+// mean) and one position: 0.5 GB for 8 exposures at 4 megapixels. Bytes as
+// WriteMeasurements(output, MergeSession(...)).
 void MergeSessionToFile(const core::SessionReader& session, const std::filesystem::path& output,
                         const MergeSessionOptions& options = {},
                         MergeSessionSummary* summary = nullptr);
