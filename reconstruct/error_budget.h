@@ -6,6 +6,9 @@
 // chain. What causes share is kept: a dark frame serves all positions, PRNU sits on the same
 // pixels, a reference scales every frame after it, one print makes all images.
 //
+// Of a colour mosaic a frame holds all channels: pixels, exposures, references and places are
+// common to them.
+//
 // Values come from the full solve; sensitivities are those of filters at their planned places,
 // which read-backs within a tenth of a spacing change by as much times the relative change of C
 // from filter to filter.

@@ -7,7 +7,8 @@
 
 #include "core/parallel.h"
 #include "reconstruct/merge_shares.h"
-#include "reconstruct/register_images.h"
+#include "reconstruct/mosaic_sites.h"
+#include "reconstruct/register_mosaic.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -109,28 +110,47 @@ void ErrorPropagation::OnReferences(std::span<const MergedReference> references,
         input_.how.lamp_level == LampLevel::kMonitorUnity ? r.monitor_share / level : 0;
 }
 
+std::vector<ErrorPropagation::Seen> ErrorPropagation::SeenBy(const MergedBracket& bracket) const {
+  const SensorModel& sensor = input_.plan.sensor;
+  const auto& lattice = input_.plan.geometry.lattice;
+  std::vector<Seen> seen;
+  if (sensor.cfa.empty()) {
+    const Registration registration(input_.plan.image_from_sensor, sensor.width, sensor.height,
+                                    lattice, input_.plan.lens);
+    seen.push_back({bracket.channel, 1, registration.Overlaps(bracket.centre_m)});
+    return seen;
+  }
+  const int channels = input_.plan.geometry.channels;
+  const MosaicRegistration registration(input_.plan.image_from_sensor, sensor.width, sensor.height,
+                                        lattice, input_.plan.lens, sensor.cfa,
+                                        std::vector<std::vector<float>>(channels, {1}));
+  for (int channel = 0; channel < channels; ++channel) {
+    auto sites = registration.Overlaps(channel, bracket.centre_m);
+    for (auto& overlaps : sites)
+      seen.push_back({channel, 1 / static_cast<double>(sites.size()), std::move(overlaps)});
+  }
+  return seen;
+}
+
 void ErrorPropagation::OnBracket(const MergedBracket& bracket) {
   const auto& geometry = input_.plan.geometry;
   const SensorModel& sensor = input_.plan.sensor;
   const int m = geometry.grid.index(bracket.i, bracket.j);
-  const std::size_t start =
-      (static_cast<std::size_t>(m) * geometry.channels + bracket.channel) * geometry.plane_size();
   const MergedFrame& merged = bracket.merged;
   const auto known = [&](std::size_t p) { return !(merged.mask[p] & lightfield::kUnknownMask); };
   const auto scale = [&](std::size_t p) {
     return bracket.irradiance_per_rate[bracket.irradiance_per_rate.size() == 1 ? 0 : p];
   };
-  const Registration registration(input_.plan.image_from_sensor, sensor.width, sensor.height,
-                                  geometry.lattice, input_.plan.lens);
-  const auto overlaps = registration.Overlaps(bracket.centre_m);
-  double mean = 0;
-  std::size_t seen = 0;
+  // Means of the channels that the frames show.
+  std::vector<double> mean(static_cast<std::size_t>(geometry.channels)), count(mean.size());
   for (std::size_t p = 0; p < merged.rate_e_per_s.size(); ++p)
     if (known(p)) {
-      mean += double{scale(p)} * merged.rate_e_per_s[p];
-      ++seen;
+      const int channel = sensor.cfa.empty() ? bracket.channel : ChannelOfPixel(sensor, p);
+      mean[channel] += double{scale(p)} * merged.rate_e_per_s[p];
+      ++count[channel];
     }
-  mean /= static_cast<double>(std::max<std::size_t>(seen, 1));
+  for (std::size_t c = 0; c < mean.size(); ++c) mean[c] /= std::max(count[c], 1.0);
+  const std::vector<Seen> all = SeenBy(bracket);
 
   const MergeShares merge(sensor, bracket.exposures, input_.how.merge, merged);
   core::ParallelFor(sums_.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -139,16 +159,18 @@ void ErrorPropagation::OnBracket(const MergedBracket& bracket) {
     for (std::size_t q = begin; q < end; ++q) {
       Sums& sums = sums_[q];
       std::fill(by_rate.begin(), by_rate.end(), 0.0);
-      for (std::size_t k = 0; k < overlaps.size(); ++k) {
-        const double w = sums.weights[start + k];
-        if (w == 0) continue;
-        double covered = 0;
-        for (const PixelShare& o : overlaps[k])
-          if (known(o.pixel)) covered += o.share;
-        for (const PixelShare& o : overlaps[k])
-          if (known(o.pixel)) by_rate[o.pixel] += w * o.share / covered * scale(o.pixel);
-        sums.stray += w * mean;
-      }
+      for (const Seen& seen : all)
+        for (std::size_t k = 0; k < seen.overlaps.size(); ++k) {
+          const std::size_t image = static_cast<std::size_t>(m) * geometry.channels + seen.channel;
+          const double w = seen.share * sums.weights[image * geometry.plane_size() + k];
+          if (w == 0) continue;
+          double covered = 0;
+          for (const PixelShare& o : seen.overlaps[k])
+            if (known(o.pixel)) covered += o.share;
+          for (const PixelShare& o : seen.overlaps[k])
+            if (known(o.pixel)) by_rate[o.pixel] += w * o.share / covered * scale(o.pixel);
+          sums.stray += w * mean[seen.channel];
+        }
       std::vector<double> light(bracket.records.size());
       for (std::size_t p = 0; p < by_rate.size(); ++p) {
         if (by_rate[p] == 0) continue;

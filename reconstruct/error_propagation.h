@@ -10,6 +10,7 @@
 
 #include "reconstruct/error_budget.h"
 #include "reconstruct/print_sensitivity.h"
+#include "reconstruct/register_images.h"
 #include "reconstruct/session_plan.h"
 #include "reconstruct/stage_sensitivity.h"
 
@@ -64,6 +65,15 @@ class ErrorPropagation : public MergeObserver {
     ImageSlope image;                  // of all positions together
     std::vector<ImageSlope> position;  // of the whole rig
   };
+  // Pixels whose mean over each texel is (a share of) a channel's image.
+  struct Seen {
+    int channel = 0;
+    double share = 1;
+    std::vector<std::vector<PixelShare>> overlaps;
+  };
+  // A colour mosaic's bracket shows all channels, green by two sites.
+  std::vector<Seen> SeenBy(const MergedBracket& bracket) const;
+
   // dQ per relative error of every reference's sum and every reference's monitor reading.
   struct ReferenceTerms {
     std::vector<double> signal, meter;

@@ -16,6 +16,7 @@
 #include "reconstruct/calibrate_glare.h"
 #include "reconstruct/flat_field.h"
 #include "reconstruct/geometry_calibration_file.h"
+#include "reconstruct/mosaic_sites.h"
 #include "reconstruct/register_images.h"
 #include "reconstruct/register_mosaic.h"
 #include "reconstruct/sensor_calibration_file.h"
@@ -79,12 +80,9 @@ class SessionMerger {
         image.push_back(static_cast<float>(per_rate / v));
     }
     if (!plan_.sensor.cfa.empty()) {
-      if (options_.observer)
-        throw InputError(session_.folder().string(),
-                         "is of a camera with a colour mosaic, whose error budget is not built",
-                         "ask for the budget of a camera with a filter wheel");
       mosaic_.emplace(plan_.image_from_sensor, plan_.sensor.width, plan_.sensor.height,
                       plan_.geometry.lattice, plan_.lens, plan_.sensor.cfa, irradiance_per_rate_);
+      if (options_.observer) own_irradiance_per_rate_ = OwnIrradiancePerRate();
     }
     if (plan_.filter == FilterKind::kDual) {
       const auto peaks = plan_.geometry.grid.basis.DualPeaks();
@@ -154,6 +152,17 @@ class SessionMerger {
       for (const BracketKey& key : WholePosition(m % grid.width, m / grid.width))
         queue.push_back(brackets_.at(key));
     reader_.emplace(session_, std::move(queue), options_.check_hashes);
+  }
+
+  // Of every pixel of a mosaic in the colour that it sees.
+  std::vector<float> OwnIrradiancePerRate() const {
+    const SensorModel& sensor = plan_.sensor;
+    std::vector<float> own(static_cast<std::size_t>(sensor.width) * sensor.height);
+    for (std::size_t p = 0; p < own.size(); ++p) {
+      const std::vector<float>& of_colour = irradiance_per_rate_[ChannelOfPixel(sensor, p)];
+      own[p] = of_colour[of_colour.size() == 1 ? 0 : p];
+    }
+    return own;
   }
 
   // A bracket each; one of a colour mosaic holds all channels.
@@ -313,9 +322,9 @@ class SessionMerger {
     const Vec2 centre = Centre(records);
     if (options_.observer) {
       const FrameRecord& first = *records[0];
-      options_.observer->OnBracket({first.i, first.j, first.print, first.channel, records,
-                                    exposures, merged_, irradiance_per_rate_[first.channel],
-                                    centre});
+      options_.observer->OnBracket(
+          {first.i, first.j, first.print, first.channel, records, exposures, merged_,
+           mosaic_ ? own_irradiance_per_rate_ : irradiance_per_rate_[first.channel], centre});
     }
     if (session_exposures_)
       session_exposures_->WidenSigma(plan_.sensor, records, exposures, options_.merge, &merged_);
@@ -408,9 +417,10 @@ class SessionMerger {
   Registration registration_;
   std::optional<MosaicRegistration> mosaic_;  // of a sensor with a colour mosaic
   std::vector<std::vector<float>>
-      irradiance_per_rate_;            // per channel: one entry, or one per sensor pixel
-  std::vector<double> print_factor_;   // of each print of a position
-  std::map<double, DarkFrame> darks_;  // by exposure time
+      irradiance_per_rate_;                     // per channel: one entry, or one per sensor pixel
+  std::vector<float> own_irradiance_per_rate_;  // of a mosaic under an observer: per sensor pixel
+  std::vector<double> print_factor_;            // of each print of a position
+  std::map<double, DarkFrame> darks_;           // by exposure time
   LampDrift drift_;
   std::map<BracketKey, Records> brackets_;
   std::optional<BracketReader> reader_;

@@ -19,6 +19,11 @@ std::string ReadCfa(const core::Json& camera, const std::string& file) {
 
 int SitesOf(const std::string& cfa) { return cfa.empty() ? 1 : 4; }
 
+int ChannelOfPixel(const SensorModel& sensor, std::size_t k) {
+  return core::CfaChannel(sensor.cfa, static_cast<int>(k) / sensor.width,
+                          static_cast<int>(k) % sensor.width);
+}
+
 MergedFrame PixelsOfSite(const MergedFrame& merged, int site) {
   const int width = merged.width, height = merged.height;
   const auto own = [&](const auto& plane) { return PixelsOfSite(plane, width, height, site); };

@@ -24,6 +24,10 @@ inline int SiteOf(const std::string& cfa, int row, int column) {
   return cfa.empty() ? 0 : 2 * (row % 2) + column % 2;
 }
 
+// The colour that the k-th pixel of a mosaic sees.
+struct SensorModel;
+int ChannelOfPixel(const SensorModel& sensor, std::size_t k);
+
 // Where pixel (row, column) of a site stands on the sensor.
 inline std::pair<int, int> PixelOfSite(const std::string& cfa, int site, int row, int column) {
   if (cfa.empty()) return {row, column};

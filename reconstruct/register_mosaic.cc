@@ -55,7 +55,8 @@ MosaicRegistration::MosaicRegistration(const std::array<double, 9>& image_from_s
                                        const lightfield::Lattice& lattice,
                                        const std::optional<lightfield::Lens>& lens,
                                        const std::string& cfa,
-                                       const std::vector<std::vector<float>>& irradiance_per_rate) {
+                                       const std::vector<std::vector<float>>& irradiance_per_rate)
+    : cfa_(cfa), sensor_width_(sensor_width) {
   if (sensor_width < 2 || sensor_height < 2)
     throw InputError(
         fmt::format("a sensor of {} x {} pixels has no colour mosaic; correct camera.cfa",
@@ -83,6 +84,23 @@ RegisteredImage MosaicRegistration::Apply(const MergedFrame& merged, int channel
     image = image ? Mean(*image, one) : std::move(one);
   }
   return std::move(*image);
+}
+
+std::vector<std::vector<std::vector<PixelShare>>> MosaicRegistration::Overlaps(
+    int channel, Vec2 centre_m) const {
+  std::vector<std::vector<std::vector<PixelShare>>> sites;
+  for (const Site& site : sites_) {
+    if (site.channel != channel) continue;
+    auto& texels = sites.emplace_back(site.registration.Overlaps(centre_m));
+    const int own_width = (sensor_width_ + 1 - site.site % 2) / 2;
+    for (std::vector<PixelShare>& shares : texels)
+      for (PixelShare& share : shares) {
+        const auto own = static_cast<int>(share.pixel);
+        const auto [row, column] = PixelOfSite(cfa_, site.site, own / own_width, own % own_width);
+        share.pixel = static_cast<std::uint32_t>(row) * sensor_width_ + column;
+      }
+  }
+  return sites;
 }
 
 }  // namespace luxfield::reconstruct

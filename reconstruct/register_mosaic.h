@@ -29,12 +29,19 @@ class MosaicRegistration {
   // mask joins both sites' (kTooDark where both are).
   RegisteredImage Apply(const MergedFrame& merged, int channel, lightfield::Vec2 centre_m) const;
 
+  // The sites whose mean Apply takes for a channel: their sensor pixels for each texel, as
+  // Registration::Overlaps.
+  std::vector<std::vector<std::vector<PixelShare>>> Overlaps(int channel,
+                                                             lightfield::Vec2 centre_m) const;
+
  private:
   struct Site {
     int site, channel;
     Registration registration;
     std::vector<float> irradiance_per_rate;
   };
+  std::string cfa_;
+  int sensor_width_;
   std::vector<Site> sites_;
 };
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "reconstruct/mosaic_sites.h"
+
 namespace luxfield::reconstruct {
 namespace {
 
@@ -29,6 +31,39 @@ Difference Across(const Lattice& lattice, int row, int column, int dr, int dc, d
   };
   const int ahead = there(1), behind = there(-1);
   return {at(ahead), at(-behind), ahead + behind ? 1 / ((ahead + behind) * step_m) : 0};
+}
+
+// E of one channel behind the filter at `centre`, and what it changes by per metre of the filter
+// alone along u and v.
+struct ImageBehindFilter {
+  std::vector<double> e, du, dv;
+};
+
+ImageBehindFilter BehindFilter(const lightfield::LightField& coefficients, int channel,
+                               Vec2 centre) {
+  const auto& grid = coefficients.geometry.grid;
+  constexpr double kStep = 1e-4;  // spacings
+  const std::size_t texels = coefficients.geometry.plane_size();
+  ImageBehindFilter image{std::vector<double>(texels), std::vector<double>(texels),
+                          std::vector<double>(texels)};
+  for (int j = 0; j < grid.height; ++j)
+    for (int i = 0; i < grid.width; ++i) {
+      const Vec2 off = (1 / grid.spacing_m) * (grid.centre(i, j) - centre);
+      const auto gram = [&](double x) { return grid.basis.Gram(x); };
+      const auto slope = [&](double x) {
+        return -(gram(x + kStep) - gram(x - kStep)) / (2 * kStep * grid.spacing_m);
+      };
+      const double g = gram(off.x) * gram(off.y), gu = slope(off.x) * gram(off.y),
+                   gv = gram(off.x) * slope(off.y);
+      if (g == 0 && gu == 0 && gv == 0) continue;
+      const auto c = coefficients.image(grid.index(i, j), channel);
+      for (std::size_t k = 0; k < texels; ++k) {
+        image.e[k] += g * c[k];
+        image.du[k] += gu * c[k];
+        image.dv[k] += gv * c[k];
+      }
+    }
+  return image;
 }
 
 }  // namespace
@@ -80,36 +115,22 @@ ImageSlope ImageSensitivity(const lightfield::Measurements& measurements,
 
 Vec2 ReferenceSensitivity(const lightfield::LightField& coefficients, const SessionPlan& plan,
                           const MergedReference& reference) {
-  const auto& geometry = coefficients.geometry;
-  const auto& grid = geometry.grid;
-  const Lattice& lattice = geometry.lattice;
+  const Lattice& lattice = coefficients.geometry.lattice;
+  const SensorModel& sensor = plan.sensor;
   const Vec2 centre{reference.record->stage_u_m, reference.record->stage_v_m};
-  // E behind the filter there, and what it changes by with the filter alone.
-  constexpr double kStep = 1e-4;  // spacings
-  std::vector<double> e(geometry.plane_size()), du(e.size()), dv(e.size());
-  for (int j = 0; j < grid.height; ++j)
-    for (int i = 0; i < grid.width; ++i) {
-      const Vec2 off = (1 / grid.spacing_m) * (grid.centre(i, j) - centre);
-      const auto gram = [&](double x) { return grid.basis.Gram(x); };
-      const auto slope = [&](double x) {
-        return -(gram(x + kStep) - gram(x - kStep)) / (2 * kStep * grid.spacing_m);
-      };
-      const double g = gram(off.x) * gram(off.y), gu = slope(off.x) * gram(off.y),
-                   gv = gram(off.x) * slope(off.y);
-      if (g == 0 && gu == 0 && gv == 0) continue;
-      const auto c = coefficients.image(grid.index(i, j), reference.record->channel);
-      for (std::size_t k = 0; k < e.size(); ++k) {
-        e[k] += g * c[k];
-        du[k] += gu * c[k];
-        dv[k] += gv * c[k];
-      }
-    }
+  // Of a colour mosaic all channels, else the frame's own.
+  std::vector<ImageBehindFilter> images;
+  if (sensor.cfa.empty())
+    images.push_back(BehindFilter(coefficients, reference.record->channel, centre));
+  else
+    for (int channel = 0; channel < coefficients.geometry.channels; ++channel)
+      images.push_back(BehindFilter(coefficients, channel, centre));
   double signal = 0;
   Vec2 change;
   const auto& h = plan.image_from_sensor;
   for (const std::size_t pixel : *reference.pixels) {
-    const auto x = static_cast<double>(pixel % plan.sensor.width) + 0.5,
-               y = static_cast<double>(pixel / plan.sensor.width) + 0.5;
+    const auto x = static_cast<double>(pixel % sensor.width) + 0.5,
+               y = static_cast<double>(pixel / sensor.width) + 0.5;
     const double w = h[6] * x + h[7] * y + h[8];
     const Vec2 s =
         centre + Vec2{(h[0] * x + h[1] * y + h[2]) / w, (h[3] * x + h[4] * y + h[5]) / w};
@@ -117,9 +138,12 @@ Vec2 ReferenceSensitivity(const lightfield::LightField& coefficients, const Sess
                  row = std::floor(lattice.row_of_t(s.y));
     if (!(column >= 0 && column < lattice.width && row >= 0 && row < lattice.height)) continue;
     const auto k = static_cast<std::size_t>(row * lattice.width + column);
-    const double v = plan.sensor.vignetting.empty() ? 1 : plan.sensor.vignetting[pixel];
+    const int seen = sensor.cfa.empty() ? 0 : ChannelOfPixel(sensor, pixel);
+    const auto& [e, du, dv] = images[seen];
+    const double v = (sensor.vignetting.empty() ? 1 : sensor.vignetting[pixel]) *
+                     sensor.responsivity_e_per_s_per_w_m2[seen];
     signal += v * e[k];
-    const auto slope = [&](int dr, int dc, double step_m) {
+    const auto slope = [&, &e = e](int dr, int dc, double step_m) {
       const Difference d = Across(lattice, static_cast<int>(row), static_cast<int>(column), dr, dc,
                                   step_m, [](int, int) { return true; });
       return (e[d.ahead] - e[d.behind]) * d.per_m;
