@@ -10,7 +10,7 @@
 #include "core/measures.h"
 #include "core/stopwatch.h"
 #include "study/choose_setting.h"
-#include "study/environment_accuracy.h"
+#include "study/passes_accuracy.h"
 
 namespace luxfield::study {
 namespace {
@@ -136,16 +136,12 @@ void AccuracyRequest::Validate() const {
 AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
                                const AccuracyRequest& request) {
   request.Validate();
-  if (!scene.area_lights().empty())
+  const bool others = scene.environment() || !scene.area_lights().empty();
+  if (others && scene.luminaires().empty()) return RenderPassesToAccuracy(scene, request);
+  if (others)
     throw InputError(
-        "samples are not predicted for area lights, so that no error or time can be asked of a "
-        "scene with them; name its samples");
-  if (scene.environment() && scene.luminaires().empty())
-    return RenderEnvironmentToAccuracy(scene, request);
-  if (scene.environment())
-    throw InputError(
-        "samples are not predicted for luminaires and an environment map together, so that no "
-        "error or time can be asked of a scene with both; name its samples");
+        "samples are not predicted for luminaires together with an environment map or area lights, "
+        "so that no error or time can be asked of a scene with both; name its samples");
   AccurateFrame result;
   const core::Stopwatch stopwatch;
   const std::vector<Candidate> candidates = ChooseSetting(scene, costs, request);

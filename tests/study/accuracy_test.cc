@@ -7,12 +7,14 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <numbers>
 
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/progress.h"
 #include "lightfield/environment_map.h"
 #include "study/ball_scene.h"
+#include "tests/render/area_light_fixture.h"
 #include "tests/study/small_scene.h"
 
 namespace luxfield::study {
@@ -165,7 +167,7 @@ TEST_F(AccuracyTest, WrongRequestsAreNamed) {
   under_the_sky.environment = scene::Environment{sky, {}, {}, 1, 0};
   render::LitScene with_environment(render::Device::Open(), under_the_sky);
   EXPECT_THAT([&] { RenderToAccuracy(with_environment, MadeUpCosts(), request); },
-              ThrowsMessage<InputError>(HasSubstr("luminaires and an environment")));
+              ThrowsMessage<InputError>(HasSubstr("luminaires together with")));
 }
 
 // Under a sky alone: the true picture is in closed form, albedo / pi times the texel sum.
@@ -225,6 +227,66 @@ TEST_F(AccuracyTest, ErrorsAskedForUnderASkyAreKept) {
   request.picture.knobs.environment.sets = render::SampleSets::kShared;
   EXPECT_THAT([&] { RenderToAccuracy(scene, {}, request); },
               testing::ThrowsMessage<InputError>(testing::HasSubstr("scrambled")));
+}
+
+// Under a rectangle and a sphere: grey albedo / pi times the formulas for their irradiance.
+TEST_F(AccuracyTest, ErrorsAskedForUnderAreaLightsAreKept) {
+  scene::Scene balls = BallScene(48, 36);
+  scene::MakeLambertian(balls.geometry);
+  for (scene::Material& material : balls.geometry.materials) material.albedo = {0.5f, 0.5f, 0.5f};
+  scene::AreaLight rectangle, sphere;
+  rectangle.kind = scene::AreaLightKind::kRectangle;
+  rectangle.radiance = {6, 6, 6};
+  rectangle.width_m = 0.8;
+  rectangle.height_m = 0.5;
+  rectangle.world_from_light = scene::LookAt({-0.5, -0.4, 2}, {0, 0, 0.3}, {0, 1, 0});
+  sphere.kind = scene::AreaLightKind::kSphere;
+  sphere.radiance = {20, 20, 20};
+  sphere.radius_m = 0.1;
+  sphere.world_from_light = scene::Translation({1.5, -1.5, 1.5});
+  balls.area_lights = {rectangle, sphere};
+  render::LitScene scene(render::Device::Open(), balls);
+
+  AccuracyRequest request;
+  request.picture.shadows = render::Shadows::kNone;
+  request.picture.samples_per_pixel = 16;
+  const render::Frame sampled = render::Renderer(scene, request.picture).Render();
+  core::Image exact(48, 36, 3);
+  for (int row = 0; row < 36; ++row)
+    for (int column = 0; column < 48; ++column) {
+      if (sampled.coverage.at(0, row, column) == 0) continue;
+      const auto at = [&](const core::Image& image) {
+        return scene::Vec3{image.at(0, row, column), image.at(1, row, column),
+                           image.at(2, row, column)};
+      };
+      double irradiance = 0;
+      for (const auto& light : balls.area_lights)
+        irradiance += render::ExactIrradiance(light, {at(sampled.position), at(sampled.normal)});
+      for (int c = 0; c < 3; ++c)
+        exact.at(c, row, column) = static_cast<float>(0.5 / std::numbers::pi * irradiance);
+    }
+  int runs = 0, kept = 0;
+  for (const double target : {0.03, 0.01})
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+      request.rel_error = target;
+      request.picture.seed = seed;
+      const auto result = RenderToAccuracy(scene, {}, request);
+      EXPECT_TRUE(result.met);
+      const double error = LuminanceError(result.frame.radiance, exact);
+      ++runs;
+      kept += error <= target ? 1 : 0;
+      std::printf("asked %.3f, estimated %.4f, true %.4f, %d samples, seed %d\n", target,
+                  result.estimated_error, error, result.chosen.samples_per_pixel,
+                  static_cast<int>(seed));
+    }
+  EXPECT_GE(kept, 0.95 * runs - 3 * std::sqrt(0.95 * 0.05 * runs));
+
+  // A luminaire besides is refused by name.
+  scene::Scene with_lamp = LampOverFloor();
+  with_lamp.area_lights = {sphere};
+  render::LitScene both(render::Device::Open(), with_lamp);
+  EXPECT_THAT([&] { RenderToAccuracy(both, MadeUpCosts(), request); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("or area lights")));
 }
 
 // Fitted times must follow the measured ones: the model is for choosing, a factor of 2 is its

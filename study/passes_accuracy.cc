@@ -1,4 +1,4 @@
-#include "study/environment_accuracy.h"
+#include "study/passes_accuracy.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,17 +12,24 @@ namespace {
 
 constexpr double kPilotPixels = 3072;
 constexpr int kPasses = 4;
-constexpr int kPilotSamples[] = {8, 32};  // of a pass
+constexpr int kPilotSamples[] = {8, 32};  // of a pass and light
 constexpr int kPassNumbers = 1 << 16;     // Renderer's
 constexpr int kMaxRounds = 12;
 constexpr double kMaxSamples = 1 << 20;
 constexpr double kAim = 0.93;  // of the target
 
-render::RenderOptions WithSamples(render::RenderOptions options, double per_pass, int first_pass) {
+int LightsOf(const render::LitScene& scene) {
+  return static_cast<int>(scene.area_lights().size()) + (scene.environment() ? 1 : 0);
+}
+
+// Two samples at least for every light and surface point of a pass.
+render::RenderOptions WithSamples(render::RenderOptions options, int lights, double per_pass,
+                                  int first_pass) {
   options.passes = kPasses;
   options.first_pass = first_pass;
   options.samples_per_pixel =
-      kPasses * std::max(2, static_cast<int>(std::min(per_pass, kMaxSamples / kPasses)));
+      kPasses * std::max(2 * lights * options.antialias,
+                         static_cast<int>(std::min(per_pass, kMaxSamples / kPasses)));
   return options;
 }
 
@@ -37,7 +44,9 @@ Pilot TakePilot(render::LitScene& scene, const render::RenderOptions& picture, d
   const double shrink = std::min(1.0, std::sqrt(kPilotPixels / pixels));
   for (const int samples : kPilotSamples) {
     // Numbers that no pass of the picture has.
-    render::RenderOptions options = WithSamples(picture, samples, kPassNumbers - 2 * kPasses);
+    const int lights = LightsOf(scene);
+    render::RenderOptions options =
+        WithSamples(picture, lights, samples * lights, kPassNumbers - 2 * kPasses);
     options.width = std::max(1, static_cast<int>(std::lround(shrink * picture.width)));
     options.height = std::max(1, static_cast<int>(std::lround(shrink * picture.height)));
     options.antialias = 1;
@@ -46,7 +55,7 @@ Pilot TakePilot(render::LitScene& scene, const render::RenderOptions& picture, d
     pilot.pixels = static_cast<double>(options.width) * options.height;
     pilot.seconds_per_sample = frame.times.lighting_s / options.samples_per_pixel;
     pilot.noise = NoiseOf(frame, kPasses - 1);
-    pilot.pass.Add(samples, kPasses * pilot.noise.mean_variance);
+    pilot.pass.Add(samples * lights, kPasses * pilot.noise.mean_variance);
   }
   return pilot;
 }
@@ -61,8 +70,9 @@ double SamplesFor(const Pilot& pilot, double variance) {
 
 }  // namespace
 
-AccurateFrame RenderEnvironmentToAccuracy(render::LitScene& scene, const AccuracyRequest& request) {
-  if (request.picture.knobs.environment.sets != render::SampleSets::kScrambled)
+AccurateFrame RenderPassesToAccuracy(render::LitScene& scene, const AccuracyRequest& request) {
+  if (scene.environment() &&
+      request.picture.knobs.environment.sets != render::SampleSets::kScrambled)
     throw InputError(
         "errors of shared and interleaved samples are alike from pixel to pixel, so that no error "
         "or time can be asked of them; take environment-sets=scrambled or name the samples");
@@ -81,14 +91,15 @@ AccurateFrame RenderEnvironmentToAccuracy(render::LitScene& scene, const Accurac
                       ? kPasses * SamplesFor(pilot, kAim * kAim * allowed(pilot.noise))
                       : *request.time_s / s_per_sample;
   result.choosing_s = stopwatch.WallSeconds();
-  result.chosen.estimator = "environment";
+  result.chosen.estimator = scene.area_lights().empty() ? "environment" : "two strategies";
   result.chosen.predicted_s = wanted * s_per_sample;
   result.chosen.predicted_error = std::sqrt(pilot.pass.Of(wanted / kPasses) / kPasses) /
                                   std::max(pilot.noise.mean_luminance, 1e-30);
 
   double taken = 0;
   for (int round = 0;; ++round) {
-    const render::RenderOptions options = WithSamples(picture, wanted / kPasses, round * kPasses);
+    const render::RenderOptions options =
+        WithSamples(picture, LightsOf(scene), wanted / kPasses, round * kPasses);
     render::Frame frame = render::Renderer(scene, options).Render();
     if (round == 0)
       result.frame = std::move(frame);
