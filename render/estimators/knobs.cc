@@ -17,7 +17,8 @@ const std::vector<std::string> kAllocations{"rounded", "systematic"},
     kInversions{"bisection", "secant"}, kCorrelations{"shared", "decorrelated"},
     kSequences{"halton", "sobol", "mersenne"}, kBalances{"cosine", "uniform", "energy", "none"},
     kSets{"shared", "interleaved", "scrambled"}, kStrategiesFor{"area-lights", "all"},
-    kStrategies{"balance", "power", "maximum", "light", "brdf", "fixed", "second-order", "newton"};
+    kStrategies{"balance", "power",        "maximum", "light", "brdf",
+                "fixed",   "second-order", "newton",  "lobe",  "given"};
 
 // Index of `value` among `choices`.
 int Choice(const std::string& name, const std::string& value,
@@ -137,12 +138,15 @@ std::vector<std::string> KnobHelp() {
       "thesis    correlation=shared|decorrelated one sequence for all, or shifted per pixel, image",
       "thesis    sequence=halton|sobol|mersenne  sobol is scrambled",
       "area lights:",
-      "  strategies=balance|power|maximum|light|brdf|fixed|second-order|newton   how samples that "
-      "follow a light and those that follow the BRDF are shared out and combined (newton)",
+      "  strategies=balance|power|maximum|light|brdf|fixed|second-order|newton|lobe   how samples "
+      "that "
+      "follow a light and those that follow the BRDF are shared out and combined (lobe)",
       "  strategies-for=area-lights|all                    also for luminaires and environment, "
       "instead of their estimators (area-lights)",
       "  light-share=0..1                                  of fixed, samples that follow the light",
-      "  pilot=2..64                                       samples that choose the share (64)",
+      "  pilot=2..64                                       of second-order and newton, samples "
+      "that "
+      "choose the share (64)",
       "the environment map:",
       "  environment-balance=cosine|uniform|energy|none    how samples are shared out to faces",
       "  environment-tiles=1..16                           tiles along a face, each as a face (1)",

@@ -26,13 +26,24 @@ enum class TileBalance { kCosine, kUniform, kEnergy, kNone };  // EnvironmentBal
 enum class SampleSets { kShared, kInterleaved, kScrambled };
 
 // What decides on samples that follow a light or the BRDF (estimators/two_strategies.h).
-enum class Strategies { kBalance, kPower, kMaximum, kLight, kBrdf, kFixed, kSecondOrder, kNewton };
+enum class Strategies {
+  kBalance,
+  kPower,
+  kMaximum,
+  kLight,
+  kBrdf,
+  kFixed,
+  kSecondOrder,
+  kNewton,
+  kLobe,
+  kGiven
+};
 
 // Whether the share of samples is chosen by a pilot.
 bool IsAdaptive(Strategies strategies);
 
 struct StrategyKnobs {
-  Strategies strategies = Strategies::kNewton;
+  Strategies strategies = Strategies::kLobe;
   bool everywhere = false;  // else for area lights alone: other lights have estimators of their own
   float light_share = 0.5f;  // kFixed
   int pilot = 64;            // samples; at most half of all

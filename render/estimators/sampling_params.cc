@@ -42,7 +42,10 @@ SamplingParams MakeSamplingParams(const EstimatorOptions& options) {
   params.light_share = LightShareOf(knobs);
   if (IsAdaptive(knobs.strategies)) {
     params.pilot_samples = std::min(knobs.pilot, options.samples_per_pixel / 4 * 2);
-    params.newton_steps = knobs.strategies == Strategies::kNewton ? kNewtonSteps : 1;
+    const bool newton = knobs.strategies == Strategies::kNewton;
+    params.newton_steps = newton ? kNewtonSteps : 1;
+    params.guard =
+        newton && params.pilot_samples > 0 ? 1 / static_cast<float>(params.pilot_samples) : 0.0f;
   }
   return params;
 }

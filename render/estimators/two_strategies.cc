@@ -15,6 +15,7 @@ constexpr char kKernel[] = "TwoStrategies";
 int CombinationOf(Strategies strategies) {
   switch (strategies) {
     case Strategies::kPower:
+    case Strategies::kLobe:
       return 1;
     case Strategies::kMaximum:
       return 2;
@@ -27,12 +28,32 @@ int CombinationOf(Strategies strategies) {
   }
 }
 
+// SHARES of kernels/two_strategies.clh.
+int SharesOf(Strategies strategies) {
+  switch (strategies) {
+    case Strategies::kSecondOrder:
+    case Strategies::kNewton:
+      return 1;
+    case Strategies::kLobe:
+      return 2;
+    case Strategies::kGiven:
+      return 3;
+    default:
+      return 0;
+  }
+}
+
 std::string PathOf(const std::string& light) { return "kernels/two_strategies_" + light + ".cl"; }
 
 std::string BuildOptions(const EstimatorOptions& options) {
   const Strategies strategies = options.knobs.strategies.strategies;
-  return fmt::format("-D COMBINE={} -D ADAPTIVE={}", CombinationOf(strategies),
-                     int{IsAdaptive(strategies)});
+  return fmt::format("-D COMBINE={} -D SHARES={}", CombinationOf(strategies), SharesOf(strategies));
+}
+
+void RequireGivenShares(const EstimatorOptions& options, const Buffer& light_share) {
+  if (options.knobs.strategies.strategies == Strategies::kGiven && light_share.bytes() == 0)
+    throw InputError(
+        "strategies=given takes the share of every pixel from the caller; choose others");
 }
 
 SamplingParams ParamsFor(const GBuffer& gbuffer, const EstimatorOptions& options) {
@@ -59,6 +80,7 @@ Kernel& TwoStrategies::KernelFor(const std::string& light, bool glossy,
 void TwoStrategies::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
                           const AreaLightOnDevice& light, const EstimatorOptions& options,
                           Lighting& lighting, const Buffer& light_share) {
+  RequireGivenShares(options, light_share);
   const SamplingParams sampling = ParamsFor(gbuffer, options);
   const Buffer sampling_params =
                    Buffer::From(device_, std::span<const SamplingParams>(&sampling, 1)),
@@ -75,6 +97,7 @@ void TwoStrategies::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
 void TwoStrategies::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
                           const EnvironmentLight& light, const EstimatorOptions& options,
                           Lighting& lighting, const Buffer& light_share) {
+  RequireGivenShares(options, light_share);
   const EnvironmentKnobs& knobs = options.knobs.environment;
   const SamplingParams sampling = ParamsFor(gbuffer, options);
   if (knobs.sets != SampleSets::kScrambled)
@@ -106,6 +129,7 @@ void TwoStrategies::Light(const GBuffer& gbuffer, const Visibility& visibility,
                           Lighting& lighting, const Buffer& light_share) {
   if (options.max_samples_per_image > 0)
     throw InputError("two strategies know no bound of the samples per image; leave it 0");
+  RequireGivenShares(options, light_share);
   const std::string build_options = BuildOptions(options);
   auto sampler = samplers_.find(build_options);
   if (sampler == samplers_.end())

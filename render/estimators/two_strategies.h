@@ -14,10 +14,17 @@
 //   fixed          given     as balance
 //   second-order   chosen    as balance
 //   newton         chosen    as balance
+//   lobe           by lobe   as power
+//   given          the caller's, of every pixel: as balance
+//
+// By lobe: 1 where the light's density exceeds the largest P of the BRDF's samples, which bounds
+// every sample's weight, else 1 - (1 - p_l / P) / 2; 1/2 of lights whose density is uneven,
+// environment and luminaires. alpha_l N is a whole number then, and of `given`.
 //
 // A chosen alpha_l lies in [0.025, 0.975] and comes from a pilot of at most half of the samples,
 // drawn half and half; second-order takes the thesis' formula, newton the least second moment of
-// the pilot's samples (kernels/light_share.clh). The pilot counts in the result. All are unbiased.
+// the pilot's samples and two more that guard it (kernels/light_share.clh). The pilot counts in the
+// result. All are unbiased.
 //
 // Of lights:
 //
@@ -45,10 +52,10 @@ class TwoStrategies {
   explicit TwoStrategies(const Device& device) : device_(device) {}
 
   // Adds the light for every pixel that hit something; `bvh` null: everything is visible.
-  // `light_share`, if it is not null, receives alpha_l of those pixels, floats. Enqueues and
-  // returns. Reads samples_per_pixel, seed, stream, first_pixel, knobs.strategies and
-  // knobs.environment. A pixel's result does not depend on how pixels are split over calls. Throws
-  // InputError for options that make no sense, DeviceError.
+  // `light_share`, if it is not null, receives alpha_l of those pixels, floats; `given` reads them
+  // there. Enqueues and returns. Reads samples_per_pixel, seed, stream, first_pixel,
+  // knobs.strategies and knobs.environment. A pixel's result does not depend on how pixels are
+  // split over calls. Throws InputError for options that make no sense, DeviceError.
   void Light(const GBuffer& gbuffer, const DeviceBvh* bvh, const AreaLightOnDevice& light,
              const EstimatorOptions& options, Lighting& lighting, const Buffer& light_share = {});
   // Besides for an environment whose tables leave light to BRDF samples where there are none, and

@@ -121,7 +121,7 @@ inline Lit LightByArea(const Device& device, TwoStrategies& estimator, const GBu
 
 inline std::vector<Strategies> AllStrategies() {
   using enum Strategies;
-  return {kBalance, kPower, kMaximum, kLight, kBrdf, kFixed, kSecondOrder, kNewton};
+  return {kBalance, kPower, kMaximum, kLight, kBrdf, kFixed, kSecondOrder, kNewton, kLobe};
 }
 
 inline EstimatorOptions WithStrategies(Strategies strategies, int samples) {

@@ -22,11 +22,12 @@ using lightfield::Vec3;
 const char* const kShareKernel = R"(
 #include "kernels/light_share.clh"
 
-__kernel void Share(__global const float2* samples, int count, int steps, __global float* share) {
+__kernel void Share(__global const float2* samples, int count, int steps, float guard,
+                    __global float* share) {
   Pilot pilot;
   pilot.count = count;
   for (int k = 0; k < count; ++k) pilot.samples[k] = samples[get_global_id(0) * count + k];
-  share[get_global_id(0)] = BestLightShare(&pilot, steps);
+  share[get_global_id(0)] = BestLightShare(&pilot, steps, guard);
 }
 )";
 
@@ -54,7 +55,8 @@ double BestShare(const PilotSamples& pilot) {
 
 class ShareTest : public testing::Test {
  protected:
-  std::vector<float> Shares(const std::vector<PilotSamples>& pilots, int steps) const {
+  std::vector<float> Shares(const std::vector<PilotSamples>& pilots, int steps,
+                            float guard = 0) const {
     std::vector<cl_float2> samples;
     for (const auto& pilot : pilots)
       for (const auto& [square, x] : pilot)
@@ -62,7 +64,7 @@ class ShareTest : public testing::Test {
     const Buffer from = Buffer::From(device_, samples);
     Buffer shares(device_, pilots.size() * sizeof(float));
     Kernel(program_, "Share")
-        .Set(from, static_cast<cl_int>(pilots[0].size()), static_cast<cl_int>(steps), shares)
+        .Set(from, static_cast<cl_int>(pilots[0].size()), static_cast<cl_int>(steps), guard, shares)
         .Enqueue({pilots.size()}, {1});
     return shares.Download<float>();
   }
@@ -121,6 +123,31 @@ TEST_F(ShareTest, NewtonStepsEndAtTheLeastSecondMoment) {
   for (const int steps : {1, 10}) {
     EXPECT_EQ(Shares({PilotSamples(32, {0.0, 0.5})}, steps)[0], 0.5f);
     EXPECT_EQ(Shares({PilotSamples(32, {1.0, 0.0})}, steps)[0], 0.5f);
+  }
+}
+
+// A guarded share is the least of the sum that has two samples more.
+TEST_F(ShareTest, GuardedSharesKeepToWhatTheirPilotMayHaveMissed) {
+  constexpr int kSamples = 32;
+  constexpr float kGuard = 1.0f / kSamples;
+  // Only one strategy has density: (1 + t) / (1 - t) = sqrt(M + 1).
+  const double ratio = std::sqrt(kSamples + 1.0), share = ratio / (1 + ratio);
+  EXPECT_NEAR(Shares({PilotSamples(kSamples, {2.0, 1.0})}, 10, kGuard)[0], share, 1e-3);
+  EXPECT_NEAR(Shares({PilotSamples(kSamples, {2.0, -1.0})}, 10, kGuard)[0], 1 - share, 1e-3);
+  EXPECT_EQ(Shares({PilotSamples(kSamples, {0.0, 0.5})}, 10, kGuard)[0], 0.5f);
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kSamplingSeed));
+  core::Random random(kSamplingSeed, 6);
+  for (int k = 0; k < 50; ++k) {
+    PilotSamples pilot;
+    double sum = 0;
+    for (int i = 0; i < kSamples; ++i) {
+      pilot.push_back({std::exp(3 * random.Normal()), 2 * random.Uniform() - 1});
+      sum += pilot.back().first;
+    }
+    const float guarded = Shares({pilot}, 10, kGuard)[0];
+    pilot.push_back({sum / kSamples, 1.0});
+    pilot.push_back({sum / kSamples, -1.0});
+    EXPECT_NEAR(guarded, BestShare(pilot), 2e-3);
   }
 }
 
@@ -276,6 +303,25 @@ TEST(TwoStrategies, GlossySurfacesUnderARectangle) {
   }
 }
 
+TEST(TwoStrategies, GivenSharesAreUnbiased) {
+  const Device device = Device::Open();
+  TwoStrategies estimator(device);
+  constexpr int kCopies = 1024;
+  const SurfacePoint point = RoundToFloat({{0.1, 0.2, 0}, {0, 0, 1}});
+  const GBuffer gbuffer = MakeGBuffer(device, Repeated({point}, kCopies));
+  const EnvironmentLight light = MakeLight(device, NoiseMap(12));
+  const double exact = core::Luminance(Irradiance(NoiseMap(12), point.n));
+  for (const float share : {0.0f, 0.1f, 0.6f, 1.0f})
+    for (const int samples : {1, 7, 32}) {
+      const Buffer shares = Buffer::From(device, std::vector<float>(kCopies, share));
+      const Lit lit = LightBy(device, estimator, gbuffer, light,
+                              WithStrategies(Strategies::kGiven, samples), shares);
+      ExpectUnbiased(OverCopies(lit.irradiance, lit.variance, kCopies), {exact}, kCopies, "given",
+                     4.0 / (kCopies * samples));
+      for (const float value : shares.Download<float>()) ASSERT_EQ(value, share);
+    }
+}
+
 // THEORY.md 12: one texel is the sun, faces are black, the two densities agree, few samples.
 TEST(TwoStrategies, ExtremesHaveTheirAnswers) {
   const Device device = Device::Open();
@@ -327,6 +373,8 @@ TEST(TwoStrategies, WrongOptionsAreNamed) {
     LightBy(device, estimator, gbuffer, MakeLight(device, NoiseMap(4), options.knobs.environment),
             options);
   };
+  EXPECT_THAT([&] { light(WithStrategies(Strategies::kGiven, 8)); },
+              ThrowsMessage<InputError>(HasSubstr("strategies=given takes the share")));
   EXPECT_THAT([&] { light(WithStrategies(Strategies::kNewton, 0)); },
               ThrowsMessage<InputError>(HasSubstr("samples per pixel")));
   EstimatorOptions options = WithStrategies(Strategies::kLight, 8);
