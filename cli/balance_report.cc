@@ -50,6 +50,7 @@ std::vector<std::filesystem::path> WriteBalance(const core::Json& result,
   write("balance.csv", Csv(result["rows"]));
   if (!result["search"].empty()) write("search.csv", Csv(result["search"]));
   write("claims.csv", Csv(result["claims"]));
+  write("steps.csv", Csv(result["steps"]));
   write("balance.svg", SvgPlot(EfficiencyPlot(result["rows"])));
   return files;
 }

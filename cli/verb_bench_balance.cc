@@ -30,22 +30,32 @@ void Print(const core::Json& result) {
                row.value("mean_lab", 0.0), row.value("core_s", 0.0),
                row.value("rel_efficiency", 0.0), row.value("equal_time_lab", 0.0));
   if (!result["search"].empty())
-    fmt::print("\n{:<20} {:>6} {:>12} {:>13} {:>12} {:>10}   relative variance by search\n",
-               "scene", "share", "of all", "of each pixel", "second order", "Newton");
-  for (const auto& row : result["search"])
-    fmt::print("{:<20} {:>6.3f} {:>12.4g} {:>13.4g} {:>12.4g} {:>10.4g}\n", row.value("scene", ""),
-               row.value("best_share", 0.0), row.value("rel_variance", 0.0),
-               row.value("of_each_pixel", 0.0), row.value("second_order", 0.0),
-               row.value("newton", 0.0));
-  fmt::print("\nEfficiency of alpha_newton over that of ...; the thesis claims more than 1\n");
+    fmt::print(
+        "\nRelative variance by search\n{:<20} {:>6} {:>10} {:>10} {:>10} {:>10} {:>10} "
+        "{:>10} {:>10}\n",
+        "scene", "share", "of all", "each pixel", "known", "known,rest", "2nd order", "Newton",
+        "lobe");
+  for (const auto& row : result["search"]) {
+    fmt::print("{:<20} {:>6.3f}", row.value("scene", ""), row.value("best_share", 0.0));
+    for (const char* key :
+         {"rel_variance", "of_each_pixel", "known", "known_rest", "second_order", "newton", "lobe"})
+      fmt::print(" {:>10.4g}", row.value(key, 0.0));
+    fmt::print("\n");
+  }
+  fmt::print("\nRelative variance of Newton steps over the second-order formula's, less 1\n");
+  for (const auto& row : result["steps"])
+    fmt::print("{:<20} {:+.3f} +- {:.3f}, z {:+.1f}: {}\n", row.value("scene", ""),
+               row.value("newton_over_second_order", 0.0), row.value("se", 0.0),
+               row.value("z", 0.0), row.value("holds", false) ? "no worse than by noise" : "WORSE");
+  fmt::print("\nEfficiency over that of ...; the thesis claims more than 1\n");
   for (const auto& row : result["claims"])
     fmt::print(
-        "{:<20} balance {:.3f} +- {:.3f}, power {:.3f} +- {:.3f}, maximum {:.3f} +- {:.3f}: "
-        "{}\n",
-        row.value("scene", ""), row.value("over_balance", 0.0), row.value("over_balance_se", 0.0),
-        row.value("over_power", 0.0), row.value("over_power_se", 0.0),
-        row.value("over_maximum", 0.0), row.value("over_maximum_se", 0.0),
-        row.value("holds", false) ? "holds" : "FAILS");
+        "{:<20} {:<12} balance {:.3f} +- {:.3f}, power {:.3f} +- {:.3f}, maximum {:.3f} +- "
+        "{:.3f}: {}\n",
+        row.value("scene", ""), row.value("strategy", ""), row.value("over_balance", 0.0),
+        row.value("over_balance_se", 0.0), row.value("over_power", 0.0),
+        row.value("over_power_se", 0.0), row.value("over_maximum", 0.0),
+        row.value("over_maximum_se", 0.0), row.value("holds", false) ? "holds" : "FAILS");
 }
 
 core::Json Run(Options options) {

@@ -70,18 +70,28 @@ core::Image LightsApart::Radiance(double scale) const {
   return image;
 }
 
-LightsApart::Picture LightsApart::Light(const StrategySetting& setting, std::uint64_t seed) {
+render::Buffer LightsApart::Upload(const core::Image& light_share) const {
+  std::vector<float> shares(gbuffer_.pixel_count(), 0.5f);
+  for (std::size_t k = 0; k < hit_.size(); ++k) shares[hit_[k]] = light_share.data[k];
+  return render::Buffer::From(scene_.device(), shares);
+}
+
+LightsApart::Picture LightsApart::Light(const StrategySetting& setting, std::uint64_t seed,
+                                        std::span<const core::Image> light_shares) {
   Picture picture;
   picture.radiance = core::Image(static_cast<int>(hit_.size()), 1, 3);
   for (std::size_t light = 0; light < names_.size(); ++light) {
     lighting_.Clear();
+    const render::Buffer shares =
+        light_shares.empty() ? render::Buffer() : Upload(light_shares[light]);
     scene_.device().Finish();
     const core::Stopwatch stopwatch;
-    LightOne(light, setting, seed, {});
+    LightOne(light, setting, seed, shares);
     scene_.device().Finish();
     picture.wall_s += stopwatch.WallSeconds();
     picture.core_s += stopwatch.CoreSeconds();
-    const core::Image part = Radiance(ScaleOf(light));
+    picture.parts.push_back(Radiance(ScaleOf(light)));
+    const core::Image& part = picture.parts.back();
     for (std::size_t k = 0; k < part.data.size(); ++k) picture.radiance.data[k] += part.data[k];
   }
   return picture;

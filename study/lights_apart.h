@@ -2,6 +2,7 @@
 // a resident G-buffer: what benches and pictures of the balance between strategies are made from.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,7 @@
 namespace luxfield::study {
 
 struct StrategySetting {
-  render::Strategies strategies = render::Strategies::kNewton;
+  render::Strategies strategies = render::Strategies::kLobe;
   int samples_per_light = 256;  // per pixel
   float light_share = 0.5f;     // of kFixed
   int pilot = 64;
@@ -33,9 +34,12 @@ class LightsApart {
   struct Picture {
     // RGB, of the pixels that hit something: width hit().size(), height 1.
     core::Image radiance;
-    double wall_s = 0, core_s = 0;  // lighting alone
+    std::vector<core::Image> parts;  // of each light
+    double wall_s = 0, core_s = 0;   // lighting alone
   };
-  Picture Light(const StrategySetting& setting, std::uint64_t seed);
+  // Of Strategies::kGiven, `light_shares` are alpha_l of each light, as Part's.
+  Picture Light(const StrategySetting& setting, std::uint64_t seed,
+                std::span<const core::Image> light_shares = {});
 
   struct Part {
     core::Image radiance;     // of one light, as Picture's
@@ -50,6 +54,8 @@ class LightsApart {
  private:
   void LightOne(std::size_t light, const StrategySetting& setting, std::uint64_t seed,
                 const render::Buffer& light_share);
+  // Of a share for every pixel that hit something.
+  render::Buffer Upload(const core::Image& light_share) const;
   // What `lighting_` holds, times the light's scale.
   core::Image Radiance(double scale) const;
   double ScaleOf(std::size_t light) const;

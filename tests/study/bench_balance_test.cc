@@ -32,7 +32,7 @@ TEST(BenchBalance, ChosenSharesAvoidTheStrategyThatFails) {
   options.seeds = 6;
   options.reference_samples = 2000;
   const auto result = BenchBalance(options);
-  ASSERT_EQ(result["rows"].size(), 7u);
+  ASSERT_EQ(result["rows"].size(), 8u);
   std::map<std::string, double> variance;
   for (const auto& row : result["rows"]) {
     const auto strategy = row["strategy"].get<std::string>();
@@ -49,7 +49,12 @@ TEST(BenchBalance, ChosenSharesAvoidTheStrategyThatFails) {
   const auto& search = result["search"][0];
   EXPECT_LE(search["rel_variance"].get<double>(), 1.5 * variance.at("balance"));
   EXPECT_GT(search["of_each_pixel"].get<double>(), 0);
-  ASSERT_EQ(result["claims"].size(), 1u);
+  EXPECT_GT(search["known"].get<double>(), 0);
+  EXPECT_LT(search["known"].get<double>(), 1.5 * search["newton"].get<double>());
+  ASSERT_EQ(result["steps"].size(), 2u);
+  EXPECT_EQ(result["steps"][1]["scene"], "all");
+  EXPECT_TRUE(result["steps"][0]["holds"]) << result["steps"][0];
+  ASSERT_EQ(result["claims"].size(), 2u);
   EXPECT_TRUE(result["claims"][0]["holds"].is_boolean());
 }
 
