@@ -180,7 +180,7 @@ class SessionMerger {
   }
 
   void AverageAllDarks() {
-    constexpr std::size_t kDarksAtOnce = 4;
+    constexpr std::size_t kDarksAtOnce = 4;  // in memory, and as many read ahead
     std::vector<Records> pieces;
     std::map<double, Records> by_exposure;
     for (const FrameRecord& record : session_.frames())
