@@ -56,7 +56,8 @@ void SessionExposures::Add(const SensorModel& sensor,
   Pixels& bracket = brackets_.emplace_back();
   const std::size_t pixels = merged.mask.size(),
                     step = std::max<std::size_t>(1, pixels / kPixelsOfABracket);
-  for (std::size_t p = step / 2; p < pixels; p += step) {
+  // Other pixels in every bracket: all brackets share the noise of a pixel's dark frames.
+  for (std::size_t p = brackets_.size() % step; p < pixels; p += step) {
     if (merged.mask[p] != 0) continue;
     shares.At(p, &of_pixel);
     std::vector<RungSample>& samples = bracket.emplace_back();

@@ -1,0 +1,88 @@
+#include "reconstruct/session_exposures.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/random.h"
+
+namespace luxfield::reconstruct {
+namespace {
+
+using core::FrameRecord;
+using core::RawFrame;
+
+constexpr int kWidth = 256, kHeight = 128, kBrackets = 16;
+constexpr double kRate_e_per_s = 1600;
+const std::vector<double> kTimes_s = {1.0 / 64, 1.0 / 16, 1.0 / 4};
+
+SensorModel Camera() {
+  SensorModel sensor;
+  sensor.width = kWidth;
+  sensor.height = kHeight;
+  sensor.bits = 14;
+  sensor.gain_dn_per_e = 0.5;
+  sensor.read_noise_dn = 6;
+  sensor.black_dn = 512;
+  sensor.saturation_dn = 16383;
+  return sensor;
+}
+
+// Electrons and read noise together as one normal.
+RawFrame Expose(const SensorModel& sensor, double electrons, std::uint64_t seed,
+                std::uint32_t stream) {
+  RawFrame frame{kWidth, kHeight, {}, {}};
+  core::Random random(seed, stream);
+  const double mean = sensor.black_dn + sensor.gain_dn_per_e * electrons,
+               sigma =
+                   std::hypot(sensor.gain_dn_per_e * std::sqrt(electrons), sensor.read_noise_dn);
+  for (int p = 0; p < kWidth * kHeight; ++p)
+    frame.dn.push_back(static_cast<std::uint16_t>(std::round(mean + sigma * random.Normal())));
+  return frame;
+}
+
+// Dim light and one dark frame of each time, whose noise all brackets share and which is as large
+// as theirs together: chi-squared of the ratios, which are 1, per degree of freedom.
+double ChiSquared(std::uint64_t seed) {
+  const SensorModel sensor = Camera();
+  std::vector<DarkFrame> darks;
+  std::vector<FrameRecord> records;
+  for (std::size_t n = 0; n < kTimes_s.size(); ++n) {
+    const std::vector<RawFrame> one{Expose(sensor, 0, seed, 1000 + static_cast<unsigned>(n))};
+    darks.push_back(AverageDarks(one, kTimes_s[n]));
+    records.emplace_back().exposure_s = kTimes_s[n];
+  }
+  std::vector<const FrameRecord*> bracket;
+  for (const FrameRecord& record : records) bracket.push_back(&record);
+  SessionExposures estimate(records);
+  for (unsigned b = 0; b < kBrackets; ++b) {
+    std::vector<RawFrame> frames;
+    for (unsigned n = 0; n < kTimes_s.size(); ++n)
+      frames.push_back(Expose(sensor, kRate_e_per_s * kTimes_s[n], seed, 10 * b + n));
+    std::vector<Exposure> exposures;
+    for (std::size_t n = 0; n < frames.size(); ++n)
+      exposures.push_back({&frames[n], kTimes_s[n], 1, 1, &darks[n]});
+    estimate.Add(sensor, bracket, exposures, {}, MergeExposures(sensor, exposures));
+  }
+  estimate.Solve();
+  double chi_squared = 0, degrees = 0;
+  for (const RungExposure& rung : estimate.rungs()) {
+    if (rung.ratio.sigma == 0) continue;
+    chi_squared += std::pow((rung.ratio.value - 1) / rung.ratio.sigma, 2);
+    ++degrees;
+  }
+  return chi_squared / degrees;
+}
+
+TEST(SessionExposures, SigmaHoldsTheNoiseOfDarksThatAllBracketsShare) {
+  constexpr int kSeeds = 10;
+  double mean = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) mean += ChiSquared(seed) / kSeeds;
+  std::printf("chi-squared per degree of freedom %.2f\n", mean);
+  // Two ratios a seed, at worst as one.
+  EXPECT_NEAR(mean, 1, 4 * std::sqrt(2.0 / kSeeds));
+}
+
+}  // namespace
+}  // namespace luxfield::reconstruct
