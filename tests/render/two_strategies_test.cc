@@ -303,6 +303,38 @@ TEST(TwoStrategies, GlossySurfacesUnderARectangle) {
   }
 }
 
+// 1 - (1 - p_l / P) / 2 where the light's density p_l is below the largest of the BRDF's samples,
+// else 1.
+TEST(TwoStrategies, SharesByTheLobe) {
+  const Device device = Device::Open();
+  TwoStrategies estimator(device);
+  constexpr int kSamples = 1000;
+  const double pi = std::numbers::pi;
+  const auto share = [&](const TestBrdf& brdf, const scene::AreaLight& light) {
+    const std::vector<SurfacePoint> points{{{0, 0, 0}, {0, 0, 1}}};
+    GBuffer gbuffer = MakeGBuffer(device, points, true);
+    const cl_float4 albedo = brdf.AlbedoTexel(), gloss = brdf.GlossTexel();
+    gbuffer.albedo.Upload(std::span<const cl_float4>(&albedo, 1));
+    gbuffer.gloss.Upload(std::span<const cl_float4>(&gloss, 1));
+    gbuffer.eye = {{0, 0, 1, 1}};
+    const Buffer shares(device, sizeof(float));
+    LightByArea(device, estimator, gbuffer, light, WithStrategies(Strategies::kLobe, kSamples),
+                nullptr, shares);
+    return double{shares.Download<float>()[0]};
+  };
+  const scene::Pose down = scene::Translation({0, 0, 1}) * scene::RotationXyz({180, 0, 0});
+  EXPECT_EQ(share(TestBrdf{}, Rectangle(0.6, 0.4, down)), 1);
+  // Almost all of the hemisphere: p_l = 1 / (2 pi), P = 1 / pi.
+  EXPECT_NEAR(share(TestBrdf{}, Rectangle(1e4, 1e4, down)), 0.75, 1.0 / kSamples);
+  // A sphere of angle asin(0.2); a Phong lobe's densest sample, the diffuse part's share included.
+  const TestBrdf phong = TestBrdf::Phong({0.2, 0.2, 0.2}, {0.6, 0.6, 0.6}, 300);
+  const double density = 1 / (2 * pi * (1 - std::sqrt(1 - 0.2 * 0.2))),
+               peak = 0.25 / pi + 0.75 * 301 / (2 * pi);
+  EXPECT_NEAR(share(phong, Sphere(0.2, {0, 0, 1})), 1 - (1 - density / peak) / 2, 1.0 / kSamples);
+  EXPECT_NEAR(share(TestBrdf::Phong({0, 0, 0}, {1, 1, 1}, 2e4), Rectangle(1, 1, down)), 0.5,
+              1.0 / kSamples);
+}
+
 TEST(TwoStrategies, GivenSharesAreUnbiased) {
   const Device device = Device::Open();
   TwoStrategies estimator(device);
