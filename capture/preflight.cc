@@ -7,12 +7,28 @@
 
 #include "core/error.h"
 #include "core/progress.h"
+#include "hal/watchdog.h"
 
 namespace luxfield::capture {
+namespace {
+
+void Sleep(hal::Devices& devices, double duration_s) {
+  Deadline(devices, duration_s);  // the watchdog has to know
+  devices.clock->SleepSeconds(duration_s);
+}
+
+}  // namespace
 
 double Deadline(hal::Devices& devices, double duration_s) {
   constexpr double kMargin_s = 10;
-  return devices.clock->MonotonicSeconds() + 1.5 * duration_s + kMargin_s;
+  const double within_s = 1.5 * duration_s + kMargin_s;
+  if (devices.watchdog) devices.watchdog->Expect(within_s);
+  return devices.clock->MonotonicSeconds() + within_s;
+}
+
+void SwitchLampOff(hal::Devices& devices) {
+  if (devices.supply) devices.supply->SetOutput(false, Deadline(devices, 1));
+  if (devices.watchdog) devices.watchdog->Expect(hal::Watchdog::kUnbounded_s);
 }
 
 void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,
@@ -43,7 +59,7 @@ WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices, hal::Safet
   const double start = devices.clock->MonotonicSeconds();
   WarmUp result;
   if (!devices.monitor) {
-    devices.clock->SleepSeconds(policy.window_s);
+    Sleep(devices, policy.window_s);
     return {policy.window_s, 0, 0};
   }
   std::deque<hal::Reading> window;
@@ -72,7 +88,7 @@ WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices, hal::Safet
           devices.monitor->identity(), result.variation, policy.window_s,
           core::FormatDuration(result.waited_s)));
     core::ThrowIfInterrupted();
-    devices.clock->SleepSeconds(policy.interval_s);
+    Sleep(devices, policy.interval_s);
   }
 }
 

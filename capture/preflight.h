@@ -22,7 +22,11 @@ struct WarmUp {
 };
 WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices, hal::SafetyGuard& guard);
 
-// Deadlines of the operations: duration plus this, absolute on the rig's clock.
+// Of an operation that takes so long: half as much again and a margin, absolute on the rig's clock.
+// The watchdog expects the next one by then.
 double Deadline(hal::Devices& devices, double duration_s);
+
+// After the last exposure. The watchdog waits for nothing any more.
+void SwitchLampOff(hal::Devices& devices);
 
 }  // namespace luxfield::capture

@@ -22,6 +22,7 @@ CaptureSummary TakeSession(
   session.StartEpoch(DescribeDevices(devices));
   taker.Home();
   take(session, taker, summary);
+  SwitchLampOff(devices);  // before every file is read again
   session.Seal("complete");
   summary.rig_s = devices.clock->MonotonicSeconds() - start;
   return summary;

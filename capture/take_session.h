@@ -22,8 +22,8 @@ struct SessionToTake {
 };
 
 // Looks at disk and safety inputs, opens the session (options.resume: the one that is there),
-// begins an epoch, homes the stage, lets `take` take what the session lacks, and seals it. One that
-// is sealed but for its manifest gets that alone. Throws as RunCapture.
+// begins an epoch, homes the stage, lets `take` take what the session lacks, switches the lamp off
+// and seals it. One that is sealed but for its manifest gets that alone. Throws as RunCapture.
 CaptureSummary TakeSession(const SessionToTake& what, hal::Devices& devices,
                            const std::filesystem::path& folder, const CaptureOptions& options,
                            const std::function<void(core::SessionWriter& session, FrameTaker& taker,

@@ -4,6 +4,7 @@
 
 #include "hal/built_drivers.h"
 #include "hal/device_lab.h"
+#include "hal/safe_state.h"
 #include "hal/sim/simulated_lab.h"
 
 namespace luxfield::hal {
@@ -29,7 +30,12 @@ Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::ui
   const core::Config lab = config.Table("lab");
   if (lab.Choice("driver", {"sim", "devices"}) == "sim")
     return sim::SimulatedLab(config, seed).MakeDevices();
-  return OpenDevices(ReadDeviceLab(config));
+  const DeviceLab device_lab = ReadDeviceLab(config);
+  const auto watchdog =
+      StartWatchdog(device_lab);  // outlives what OpenDevices opens and fails with
+  Devices devices = OpenDevices(device_lab);
+  devices.watchdog = watchdog;
+  return devices;
 }
 
 std::vector<DriverInfo> Drivers() {

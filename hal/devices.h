@@ -24,6 +24,8 @@
 
 namespace luxfield::hal {
 
+class Watchdog;
+
 enum class RigKind { kLensless, kReflector };
 std::string RigKindName(RigKind kind);  // "lensless", "reflector"
 
@@ -78,6 +80,8 @@ struct VisitPlan {
 };
 
 struct Devices {
+  // Of a lab of real devices (hal/watchdog.h); may be null. First, so that it outlives the others.
+  std::shared_ptr<Watchdog> watchdog;
   std::shared_ptr<core::Clock> clock;
   RigDescription rig;
   std::unique_ptr<Camera> camera;
@@ -94,8 +98,9 @@ struct Devices {
   std::function<void(const VisitPlan&)> announce;
 };
 
-// Opens the devices of lab.toml. Throws InputError for a file that makes no sense, or a driver this
-// version does not have, HardwareError for a device that does not answer.
+// Opens the devices of lab.toml; if they are real, a watchdog is started before. Throws InputError
+// for a file that makes no sense, or a driver this version does not have, HardwareError for a
+// device that does not answer.
 Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed = {});
 
 // The drivers this program was built with, as `luxfield devices` lists them.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "hal/watchdog.h"
+
 namespace luxfield::hal {
 namespace {
 
@@ -37,6 +39,9 @@ void SafetyGuard::Stop(const InputState& state) {
 }
 
 void SafetyGuard::ThrowIfUnsafe() {
+  if (devices_.watchdog && !devices_.watchdog->alive())
+    throw HardwareError(Fault::kStopped, "watchdog", "watch", "its process has ended",
+                        "find out what ended it, then resume the session");
   if (!devices_.inputs) return;
   std::string what = Describe(devices_.inputs->State());
   std::vector<std::string> failures;

@@ -19,9 +19,9 @@ class SafetyGuard {
   SafetyGuard(const SafetyGuard&) = delete;
   SafetyGuard& operator=(const SafetyGuard&) = delete;
 
-  // HardwareError(kStopped) if an input is unsafe now, or has been since this object was made; it
-  // says what tripped and what could not be stopped. Called before anything moves, lights or
-  // exposes.
+  // HardwareError(kStopped) if the watchdog has ended, or an input is unsafe now or has been since
+  // this object was made; it says what tripped and what could not be stopped. Called before
+  // anything moves, lights or exposes.
   void ThrowIfUnsafe();
 
   // Switches the supply on where that is allowed. A trip that comes meanwhile wins: the lamp is off
