@@ -305,17 +305,24 @@ Frame AravisCamera::Session::Expose(core::Clock& clock, double deadline_s) {
   const auto give_back = [this](Owned<ArvBuffer>& owned) {
     arv_stream_push_buffer(stream.get(), owned.release());
   };
+  const auto incomplete = [this](const std::string& problem) {
+    return HardwareError(
+        Fault::kIncomplete, name, "expose", problem,
+        "use a network of the camera's own, with jumbo frames and a large receive buffer");
+  };
   if (status != ARV_BUFFER_STATUS_SUCCESS || !fresh) {
     give_back(buffer);
-    throw HardwareError(
-        Fault::kIncomplete, name, "expose",
-        status == ARV_BUFFER_STATUS_SUCCESS ? fmt::format("frame {} came again", block)
-        : status == ARV_BUFFER_STATUS_SIZE_MISMATCH
-            ? std::string("the frame is larger than the camera said")
-            : std::string("packets of the frame were lost and not sent again"),
-        "use a network of the camera's own, with jumbo frames and a large receive buffer");
+    throw incomplete(status == ARV_BUFFER_STATUS_SUCCESS ? fmt::format("frame {} came again", block)
+                     : status == ARV_BUFFER_STATUS_SIZE_MISMATCH
+                         ? std::string("the frame is larger than the camera said")
+                         : std::string("packets of the frame were lost and not sent again"));
   }
-  frame.image = Read(buffer.get());
+  try {
+    frame.image = Read(buffer.get());
+  } catch (const InputError& error) {  // packets that are too short pass for a whole frame
+    give_back(buffer);
+    throw incomplete(error.what());
+  }
   give_back(buffer);
   frame.temperature_c = std::numeric_limits<double>::quiet_NaN();
   if (has_temperature) {

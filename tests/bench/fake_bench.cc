@@ -52,7 +52,8 @@ FakeBench::FakeBench(const std::filesystem::path& folder, const std::filesystem:
       testbed_(umockdev_testbed_new()),
       stage_(Controller(), kSpeedUp,
              [this](fakes::FakeDevice& device) { PlaceFilter(device, *state_); }),
-      chip_(testbed_, {"e-stop", "door", "shutter", "plus", "minus", "at-plus", "at-minus"}),
+      chip_(testbed_,
+            {"e-stop", "door", "shutter", "plus", "minus", "at-plus", "at-minus", "lamp"}),
       supply_(std::make_unique<hal::usbtmc::FakeInstrument>(
           testbed_, kSupplyProduct,
           [this](const std::string& message) { return AnswerSupply(message); })),
@@ -63,6 +64,7 @@ FakeBench::FakeBench(const std::filesystem::path& folder, const std::filesystem:
   chip_.Couple("minus", "at-minus");
   chip_.OnOutput([this](const std::string& line, bool high) {
     if (line == "shutter") state_->shutter_open = high;
+    if (line == "lamp") SwitchLamp(high);
     if (high && (line == "plus" || line == "minus")) state_->print = line == "minus";
   });
   // For the programs that are started from here on.
@@ -88,7 +90,12 @@ std::string FakeBench::StageKeys() const {
                      stage_.port(), 1e-3 * kOrigin_mm, 1e-3 * kOrigin_mm);
 }
 
-std::string FakeBench::OtherTables() const {
+std::string FakeBench::OtherTables(bool relay) const {
+  const std::string supply =
+      relay ? std::string("driver = \"gpiod\"\nlamp = {line = \"lamp\"}\n")
+            : fmt::format(
+                  "driver = \"usbtmc\"\nvendor = {}\nproduct = {}\nvoltage_v = 12\ncurrent_a = 2\n",
+                  hal::usbtmc::FakeInstrument::kVendor, kSupplyProduct);
   return fmt::format(R"([inputs]
 driver = "gpiod"
 emergency_stop = {{line = "e-stop", bias = "pull-up"}}
@@ -102,20 +109,15 @@ driver = "gpiod"
 plus = {{output = {{line = "plus"}}, sensor = {{line = "at-plus"}}}}
 minus = {{output = {{line = "minus"}}, sensor = {{line = "at-minus"}}}}
 [supply]
+{}[monitor]
 driver = "usbtmc"
-vendor = {0}
-product = {1}
-voltage_v = 12
-current_a = 2
-[monitor]
-driver = "usbtmc"
-vendor = {0}
-product = {2}
+vendor = {}
+product = {}
 )",
-                     hal::usbtmc::FakeInstrument::kVendor, kSupplyProduct, kMeterProduct);
+                     supply, hal::usbtmc::FakeInstrument::kVendor, kMeterProduct);
 }
 
-void FakeBench::StartCamera() {
+void FakeBench::StartCamera(const std::string& network, int seed) {
   std::array<int, 2> in{}, out{};
   ASSERT_EQ(pipe2(in.data(), O_CLOEXEC), 0);
   ASSERT_EQ(pipe2(out.data(), O_CLOEXEC), 0);
@@ -125,6 +127,11 @@ void FakeBench::StartCamera() {
     dup2(in[0], STDIN_FILENO);
     dup2(out[1], STDOUT_FILENO);
     unsetenv("LD_PRELOAD");
+    if (!network.empty()) {
+      setenv("LD_PRELOAD", e2e::BuiltProgram("bad_network.so").c_str(), 1);
+      setenv("LUXFIELD_NETWORK", network.c_str(), 1);
+      setenv("LUXFIELD_NETWORK_SEED", std::to_string(seed).c_str(), 1);
+    }
     execl(program.c_str(), program.c_str(), kSerial, world_.c_str(), state_file_.c_str(), nullptr);
     _exit(127);
   }
@@ -152,11 +159,14 @@ bool FakeBench::stage_moves() {
   return moves;
 }
 
+void FakeBench::SwitchLamp(bool on) {
+  state_->lamp_on_since_s = on ? fakes::SteadySeconds() : fakes::BenchState::kOff;
+}
+
 std::string FakeBench::AnswerSupply(const std::string& message) {
   const bool before = supply_model_.on();
   std::string answer = supply_model_.Answer(message);
-  if (supply_model_.on() != before)
-    state_->lamp_on_since_s = supply_model_.on() ? fakes::SteadySeconds() : fakes::BenchState::kOff;
+  if (supply_model_.on() != before) SwitchLamp(supply_model_.on());
   return answer;
 }
 

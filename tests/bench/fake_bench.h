@@ -35,9 +35,12 @@ class FakeBench {
   // devices.
   std::string CameraKeys() const;
   std::string StageKeys() const;
-  std::string OtherTables() const;
+  // The lamp is switched by its supply, or by a relay.
+  std::string OtherTables(bool relay = false) const;
 
-  void StartCamera();
+  // Behind a network that drops, delays, duplicates or truncates what it sends, or hangs
+  // (tests/preload/bad_network.cc); "": a good one.
+  void StartCamera(const std::string& network = "", int seed = 1);
   void KillCamera();  // SIGKILL
   void PressEmergencyStop(bool pressed) { chip_.SetPin("e-stop", pressed); }
   void OpenDoor(bool open) { chip_.SetPin("door", open); }
@@ -47,6 +50,7 @@ class FakeBench {
   bool stage_moves();
 
  private:
+  void SwitchLamp(bool on);
   std::string AnswerSupply(const std::string& message);
   std::string AnswerMeter(const std::string& message);
 

@@ -10,6 +10,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
@@ -19,11 +20,15 @@
 
 #include "lightfield/light_field.h"
 #include "tests/bench/fake_bench.h"
+#include "tests/e2e/field_agreement.h"
 #include "tests/e2e/program.h"
 
 namespace luxfield::bench {
 namespace {
 
+using e2e::Agreement;
+using e2e::Compare;
+using e2e::Field;
 using e2e::Outcome;
 using testing::HasSubstr;
 using Json = nlohmann::json;
@@ -128,31 +133,6 @@ max_wait_s = 30
                      kRig, IsLarge() ? 5 : 3, IsLarge() ? 4 : 2);
 }
 
-struct Field {
-  lightfield::LightField value, sigma;
-};
-
-// Of two measurements of one light field: the mean of their squared difference over its variance,
-// and how many values that is the mean of.
-struct Agreement {
-  double chi_squared = 0;  // per degree of freedom
-  int degrees = 0;
-  double scatter() const { return std::sqrt(2.0 / degrees); }  // of chi_squared
-};
-Agreement Compare(const Field& a, const Field& b) {
-  Agreement agreement;
-  for (std::size_t k = 0; k < a.value.data.size(); ++k) {
-    const double variance =
-        std::pow(double(a.sigma.data[k]), 2) + std::pow(double(b.sigma.data[k]), 2);
-    if (!(variance > 0)) continue;
-    agreement.chi_squared +=
-        std::pow(double(a.value.data[k]) - double(b.value.data[k]), 2) / variance;
-    ++agreement.degrees;
-  }
-  agreement.chi_squared /= agreement.degrees;
-  return agreement;
-}
-
 class Bench : public testing::Test {
  protected:
   void SetUp() override {
@@ -214,6 +194,17 @@ class Bench : public testing::Test {
     ended = true;
     watcher.join();
     return outcome;
+  }
+
+  // From the session's lock: "pid N on HOST".
+  pid_t CapturePid() const {
+    return std::stoi(e2e::ReadText(folder_ / "real.session" / "LOCK").substr(4));
+  }
+  // Until the watchdog of a capture that was killed has switched the lamp off.
+  void AwaitWatchdog() const {
+    const double until = fakes::SteadySeconds() + 20;
+    while (bench_->lamp_on() && fakes::SteadySeconds() < until) std::this_thread::yield();
+    EXPECT_FALSE(bench_->lamp_on()) << "no watchdog";
   }
 
   fs::path folder_ =
@@ -279,16 +270,51 @@ TEST_F(Bench, ResumesAfterEmergencyStopDeadCameraPulledCableAndKilledProgram) {
   EXPECT_FALSE(bench_->lamp_on());
   bench_->meter().Plug();
 
-  // The supply keeps its output then; docs/safety.md says what that asks of the lab.
-  const Outcome killed = CaptureUntil(kDarks + 10, true, [&] {
-    // "pid N on HOST"
-    kill(std::stoi(e2e::ReadText(folder_ / "real.session" / "LOCK").substr(4)), SIGKILL);
-  });
+  const Outcome killed = CaptureUntil(kDarks + 10, true, [&] { kill(CapturePid(), SIGKILL); });
   EXPECT_EQ(killed.exit_code, 128 + SIGKILL);
+  AwaitWatchdog();
+
+  const Outcome hung = CaptureUntil(kDarks + 10, true, [&] { kill(CapturePid(), SIGSTOP); });
+  EXPECT_EQ(hung.exit_code, 128 + SIGKILL);
+  AwaitWatchdog();
 
   RunWell(Capture(true));
   EXPECT_FALSE(bench_->lamp_on());
   ExpectTheSimulatedLightField();
+}
+
+// LUXFIELD_FAULTS=n runs n sessions, each kind of fault in its turn, in place of 2.
+TEST_F(Bench, ABadNetworkCostsFramesAndRunsButNoLightField) {
+  constexpr std::array kKinds = {"drop", "truncate", "hang", "duplicate", "delay"};
+  constexpr int kSeed = 7;
+  const char* asked = std::getenv("LUXFIELD_FAULTS");
+  const int sessions = asked ? std::atoi(asked) : 2;
+  for (int n = 0; n < sessions; ++n) {
+    const char* kind = kKinds[static_cast<std::size_t>(n) % kKinds.size()];
+    SCOPED_TRACE(fmt::format("{}, seed {}", kind, kSeed + n));
+    fs::remove_all(folder_ / "real.session");
+    int failures = 0;
+    // The third run has a good network.
+    for (;; ++failures) {
+      ASSERT_LE(failures, 2) << "it fails on a good network as well";
+      bench_->KillCamera();
+      bench_->StartCamera(failures < 2 ? kind : "", kSeed + n);
+      const Outcome outcome = Run(Capture(true));
+      if (outcome.exit_code == 0) break;
+      EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+      EXPECT_THAT(outcome.err, HasSubstr("; ")) << "names no remedy";
+      EXPECT_FALSE(bench_->lamp_on());
+    }
+    const std::string journal = e2e::ReadText(folder_ / "real.session" / "journal.jsonl");
+    int rejected = 0;
+    for (auto at = journal.find("frame_rejected"); at != std::string::npos;
+         at = journal.find("frame_rejected", at + 1))
+      ++rejected;
+    fmt::print("{}: {} frames taken again, {} runs ended by an error and resumed\n", kind, rejected,
+               failures);
+    ExpectTheSimulatedLightField();
+    fs::remove_all(folder_ / "simulated.session");
+  }
 }
 
 TEST_F(Bench, DevicesSaysWhatIsAttachedWhoTakesItAndWhyNot) {
@@ -297,7 +323,7 @@ TEST_F(Bench, DevicesSaysWhatIsAttachedWhoTakesItAndWhyNot) {
   for (const char* line :
        {"aravis       Aravis-Fake-LUXBENCH: Aravis Fake LUXBENCH, GigEVision at 127.0.0.1",
         "usbtmc       1209:0001: serial 7", "usbtmc       1209:0002: serial 7",
-        "gpiod        /dev/gpiochip0: fake, 7 lines", "grbl         takes it: Grbl",
+        "gpiod        /dev/gpiochip0: fake, 8 lines", "grbl         takes it: Grbl",
         "camera       Aravis Fake LUXBENCH: 64 x 64, 16 bit",
         "shutter      shutter on /dev/gpiochip0: closed, open",
         "print        print changer on /dev/gpiochip0: plus, minus", "monitor      ACME,LightMeter",
