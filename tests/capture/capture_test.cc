@@ -3,21 +3,15 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <set>
 
 #include "core/error.h"
-#include "core/file.h"
 #include "core/json.h"
 #include "core/progress.h"
-#include "core/random.h"
 #include "core/session_writer.h"
 #include "tests/capture/capture_fixture.h"
 
@@ -334,65 +328,6 @@ TEST_F(Capture, DualPrintsAndColoursAreAllTaken) {
   for (const auto& r : reader.frames())
     if (r.kind == core::FrameKind::kPosition) taken.insert({r.i, r.j, r.print, r.channel});
   EXPECT_EQ(taken.size(), 6u * 2 * 3);
-}
-
-// The child of the test below: captures or resumes, and kills itself at the given storage step.
-TEST_F(Capture, DISABLED_ChildOfTheKillTest) {
-  const char* folder = std::getenv("LUXFIELD_KILL_FOLDER");
-  ASSERT_TRUE(folder);
-  int step = std::atoi(std::getenv("LUXFIELD_KILL_STEP"));
-  core::SetStorageHookForTest([&](std::string_view) {
-    if (step-- == 0) ::kill(::getpid(), SIGKILL);
-  });
-  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
-  CaptureOptions options;
-  options.resume = true;
-  RunCapture(TestPlan(), devices, folder, options);
-}
-
-bool KilledAt(const fs::path& folder, int step) {
-  const pid_t child = ::fork();
-  if (child == 0) {
-    ::setenv("LUXFIELD_KILL_FOLDER", folder.c_str(), 1);
-    ::setenv("LUXFIELD_KILL_STEP", std::to_string(step).c_str(), 1);
-    ::unsetenv("GTEST_OUTPUT");
-    const char* quiet = "/dev/null";
-    (void)!std::freopen(quiet, "w", stdout);
-    // A fresh program: threads do not survive a fork.
-    ::execl("/proc/self/exe", "capture_test", "--gtest_filter=Capture.DISABLED_ChildOfTheKillTest",
-            "--gtest_also_run_disabled_tests", static_cast<char*>(nullptr));
-    ::_exit(127);
-  }
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  EXPECT_TRUE(WIFSIGNALED(status) ? WTERMSIG(status) == SIGKILL : WEXITSTATUS(status) == 0)
-      << "step " << step;
-  return WIFSIGNALED(status);
-}
-
-// LUXFIELD_KILLS=n kills n times instead of 20.
-TEST_F(Capture, KilledAnywhereItResumesToAWholeSession) {
-  const char* wanted = std::getenv("LUXFIELD_KILLS");
-  const int kills_wanted = wanted ? std::atoi(wanted) : 20;
-  constexpr std::uint64_t kSeed = 1125;
-  SCOPED_TRACE(fmt::format("seed {}", kSeed));
-  int kills = 0;
-  for (int session = 0; kills < kills_wanted; ++session) {
-    const auto folder = NewFolder("killed");
-    core::Random random(kSeed, session);
-    bool finished = false;
-    for (int n = 0; n < 5 && !finished; ++n) {
-      finished = !KilledAt(folder, static_cast<int>(random.Uniform() * 150));
-      kills += !finished;
-    }
-    if (!finished) {
-      ASSERT_FALSE(KilledAt(folder, 1 << 30));
-    }
-    const core::SessionCheck check = VerifySession(folder);
-    EXPECT_THAT(check.problems, testing::IsEmpty()) << "session " << session;
-    EXPECT_EQ(check.positions, 6);
-    fs::remove_all(folder);
-  }
 }
 
 }  // namespace
