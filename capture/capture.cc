@@ -161,7 +161,7 @@ class Run {
                                 {"channel", channel},
                                 {"first", rungs.first},
                                 {"last", rungs.last}});
-    core::RawFrame shorter;
+    std::shared_ptr<const core::RawFrame> shorter;
     double shorter_exposure_s = 0;
     for (int rung = rungs.first; rung <= rungs.last; ++rung) {
       record.exposure_index = rung;
@@ -171,19 +171,19 @@ class Run {
           if (rung == rungs.first && shot.statistics.saturated_share > 0)
             return fmt::format("{:.3g} of the pixels saturated in the shortest exposure",
                                shot.statistics.saturated_share);
-          if (shorter.size() == 0) return {};
-          const auto ratio = LevelRatio(shot.frame.image, shot.frame.settings.exposure_s, shorter,
-                                        shorter_exposure_s, taker_.usable(), rig_.camera,
-                                        plan_.exposure.mean_tolerance);
+          if (!shorter) return {};
+          const auto ratio =
+              LevelRatio(*shot.image, shot.frame.settings.exposure_s, *shorter, shorter_exposure_s,
+                         taker_.usable(), rig_.camera, plan_.exposure.mean_tolerance);
           if (ratio && std::abs(*ratio - 1) > plan_.exposure.mean_tolerance)
             return fmt::format("level is {:.3g} of what the shorter exposure predicts", *ratio);
           return {};
         };
-        Shot shot = taker_.Shoot(record, doubt);
+        const Shot shot = taker_.Shoot(record, doubt);
         taker_.Commit(record, shot);
         if (record.repeat + 1 == plan_.exposure.repeats && !shot.flagged) {
           shorter_exposure_s = shot.frame.settings.exposure_s;
-          shorter = std::move(shot.frame.image);
+          shorter = shot.image;
         }
       }
     }

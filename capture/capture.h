@@ -24,7 +24,7 @@ nlohmann::json ToJson(const CaptureSummary& summary);
 struct CaptureOptions {
   bool resume = false;  // continue the session in the folder (or begin one if it holds none yet)
   bool accept_drift = false;  // go on although a reference is beyond the plan's max_drift
-  std::function<void(const CaptureSummary&)> on_frame;  // after every committed frame
+  std::function<void(const CaptureSummary&)> on_frame;  // after every frame handed to storage
 };
 
 // Captures everything the plan lacks and seals the session: warm-up, darks at every exposure time,

@@ -62,7 +62,7 @@ double TimeToFill(const ExpandedSensorPlan& expanded, FrameTaker& taker,
     FrameRecord place;
     place.channel = channel % expanded.channels_in_turn;
     place.exposure_index = rung;
-    const FrameStatistics s = Measure(taker.Shoot(place).frame.image, pixels, camera);
+    const FrameStatistics s = Measure(*taker.Shoot(place).image, pixels, camera);
     if (s.saturated_share > 0) continue;
     const double signal = s.mean_dn - camera.black_dn,
                  range = camera.saturation_dn - camera.black_dn;

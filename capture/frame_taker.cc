@@ -130,6 +130,7 @@ double FrameTaker::ReadMonitor() {
 // Why a frame cannot be what was asked for; empty if it can. Checks against the one taken before.
 std::string FrameTaker::Distrust(const Shot& shot, double asked_at_s) const {
   const hal::Frame& frame = shot.frame;
+  const core::RawFrame &image = *shot.image, &last = *last_image_;
   if (frame.frame_id <= last_id_)
     return fmt::format("stale: frame id {} after {}", frame.frame_id, last_id_);
   if (frame.t_start_s < asked_at_s) return "stale: exposed before it was asked for";
@@ -140,7 +141,7 @@ std::string FrameTaker::Distrust(const Shot& shot, double asked_at_s) const {
   // Without noise equal scenes give equal frames, and so does a sensor that is saturated all over.
   const bool noisy = devices_.rig.camera.read_noise_dn > 0 &&
                      shot.statistics.brightest_dn != shot.statistics.mean_dn;
-  if (noisy && frame.image.dn == last_image_.dn && frame.image.value == last_image_.value)
+  if (noisy && image.dn == last.dn && image.value == last.value)
     return "stale: equal to the frame before";
   return {};
 }
@@ -160,14 +161,15 @@ Shot FrameTaker::Shoot(const FrameRecord& place, const Doubt& doubt) {
     }
     if (shot.reason.empty()) {
       shot.meter = 0.5 * (before + ReadMonitor());
-      shot.statistics = Statistics(shot.frame.image);
+      shot.image = std::make_shared<core::RawFrame>(std::move(shot.frame.image));
+      shot.statistics = Statistics(*shot.image);
       shot.reason = Distrust(shot, asked);
       fresh = shot.reason.empty();
     }
     if (fresh) {
       if (doubt) shot.reason = doubt(shot);
       last_id_ = shot.frame.frame_id;
-      last_image_ = shot.frame.image;
+      last_image_ = shot.image;
     }
     if (shot.reason.empty()) return shot;
     if (attempt + 1 == max_attempts_) {
@@ -200,7 +202,7 @@ void FrameTaker::Commit(FrameRecord record, const Shot& shot) {
   record.flagged = shot.flagged;
   Json checks = ToJson(shot.statistics);
   if (shot.flagged) checks["flag"] = shot.reason;
-  session_.CommitFrame(record, shot.frame.image, checks);
+  session_.CommitFrameBehind(std::move(record), shot.image, std::move(checks));
   ++summary_.frames;
   summary_.flagged += shot.flagged;
   if (options_.on_frame) options_.on_frame(summary_);

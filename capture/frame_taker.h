@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,8 @@
 namespace luxfield::capture {
 
 struct Shot {
-  hal::Frame frame;
+  hal::Frame frame;  // but its pixels:
+  std::shared_ptr<const core::RawFrame> image;
   FrameStatistics statistics;
   double meter = 0;
   bool flagged = false;
@@ -54,7 +56,8 @@ class FrameTaker {
   // empty) is flagged. `place` only names the frame in the journal.
   using Doubt = std::function<std::string(const Shot&)>;
   Shot Shoot(const core::FrameRecord& place, const Doubt& doubt = {});
-  // One more frame of the session; the record's exposure_index is the rung.
+  // One more frame of the session, stored while the next one is taken; the record's exposure_index
+  // is the rung.
   void Commit(core::FrameRecord record, const Shot& shot);
 
   void Pause(const std::string& reason);
@@ -81,7 +84,7 @@ class FrameTaker {
   hal::SafetyGuard guard_;
   hal::AppliedSettings applied_;
   std::uint64_t last_id_ = 0;
-  core::RawFrame last_image_;
+  std::shared_ptr<const core::RawFrame> last_image_ = std::make_shared<core::RawFrame>();
 };
 
 }  // namespace luxfield::capture

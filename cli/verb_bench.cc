@@ -10,6 +10,7 @@
 #include "cli/program.h"
 #include "cli/tradeoff_report.h"
 #include "cli/verb_bench_balance.h"
+#include "cli/verb_bench_capture.h"
 #include "core/file.h"
 #include "core/parallel.h"
 #include "render/device.h"
@@ -503,6 +504,7 @@ void AddBench(Program& program) {
   AddShadows(program, benches);
   AddEnvironment(program, benches);
   AddBenchBalance(program, benches);
+  AddBenchCapture(program, benches);
   AddErrors(program, benches);
   AddBudget(program, benches);
   AddFilters(program, benches);

@@ -6,6 +6,7 @@
 #include <array>
 #include <set>
 
+#include "core/background_queue.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/folder_lock.h"
@@ -20,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kWaitingFrames = 8;  // a disk may take that many exposures for one
 constexpr std::array kFrameFolders = {"frames", "darks", "flats", "refs", "targets"};
 
 // As core/file.h names them.
@@ -92,7 +94,42 @@ struct SessionWriter::Impl {
   FolderLock lock;
   std::unique_ptr<JournalWriter> journal;
   SessionState state;
-  std::set<std::string> files;  // committed frames
+  std::set<std::string> files;  // frames, those that wait included
+  // Of frames to be stored; last, so that it is done before the rest goes. Whatever else reads or
+  // changes the journal or the state settles first.
+  BackgroundQueue behind{kWaitingFrames};
+
+  FrameRecord Named(FrameRecord record) {
+    record.epoch = state.last_epoch;
+    while (!files.insert(record.file = FrameFileName(record)).second) ++record.attempt;
+    return record;
+  }
+
+  Json Stamped(Json fields) {
+    fields["t_s"] = clock.MonotonicSeconds();
+    fields["utc"] = clock.UtcIso8601();
+    return fields;
+  }
+
+  void Append(const std::string& type, const Json& fields) {
+    if (state.sealed)
+      throw DeviceError(
+          fmt::format("{}: the session is sealed; nothing can be added", folder.string()));
+    journal->Append(type, fields);
+  }
+
+  // `stamped` has the time at which the frame came.
+  FrameRecord Store(FrameRecord record, const RawFrame& frame, const Json& checks, Json stamped) {
+    const std::string bytes = EncodeTiff(frame);
+    record.sha256 = Sha256(bytes);
+    WritePrivate(folder / record.file, bytes);
+    stamped.update(FrameToJson(record));
+    stamped["bytes"] = bytes.size();
+    stamped["checks"] = checks;
+    Append("frame", stamped);
+    state.committed.push_back(record);
+    return record;
+  }
 };
 
 SessionWriter::SessionWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -175,12 +212,14 @@ const fs::path& SessionWriter::folder() const { return impl_->folder; }
 int SessionWriter::epoch() const { return impl_->state.last_epoch; }
 bool SessionWriter::journal_says_sealed() const { return impl_->state.sealed; }
 const std::vector<FrameRecord>& SessionWriter::committed_frames() const {
+  impl_->behind.Settle();
   return impl_->state.committed;
 }
 const std::map<int, double>& SessionWriter::first_reference_rates() const {
   return impl_->state.first_reference_rates;
 }
 bool SessionWriter::PositionComplete(int i, int j) const {
+  impl_->behind.Settle();
   return impl_->state.BracketEpoch(i, j) >= 0;
 }
 
@@ -191,21 +230,22 @@ void SessionWriter::StartEpoch(const Json& devices) {
 
 FrameRecord SessionWriter::CommitFrame(FrameRecord record, const RawFrame& frame,
                                        const Json& checks) {
-  record.epoch = impl_->state.last_epoch;
-  while (impl_->files.contains(record.file = FrameFileName(record))) ++record.attempt;
-  const std::string bytes = EncodeTiff(frame);
-  record.sha256 = Sha256(bytes);
-  WritePrivate(impl_->folder / record.file, bytes);
-  Json fields = FrameToJson(record);
-  fields["bytes"] = bytes.size();
-  fields["checks"] = checks;
-  Append("frame", std::move(fields));
-  impl_->files.insert(record.file);
-  impl_->state.committed.push_back(record);
-  return record;
+  impl_->behind.Settle();
+  return impl_->Store(impl_->Named(std::move(record)), frame, checks,
+                      impl_->Stamped(Json::object()));
+}
+
+void SessionWriter::CommitFrameBehind(FrameRecord record, std::shared_ptr<const RawFrame> frame,
+                                      Json checks) {
+  // The clock stays with this thread: a simulated one is no other's.
+  impl_->behind.Push(
+      [impl = impl_.get(), record = impl_->Named(std::move(record)), frame = std::move(frame),
+       checks = std::move(checks),
+       stamped = impl_->Stamped(Json::object())] { impl->Store(record, *frame, checks, stamped); });
 }
 
 void SessionWriter::CompletePosition(int i, int j) {
+  impl_->behind.Settle();
   const int epoch = impl_->state.last_epoch;
   const auto& committed = impl_->state.committed;
   const auto frames = std::count_if(committed.begin(), committed.end(), [&](const FrameRecord& r) {
@@ -216,15 +256,12 @@ void SessionWriter::CompletePosition(int i, int j) {
 }
 
 void SessionWriter::Append(const std::string& type, Json fields) {
-  if (impl_->state.sealed)
-    throw DeviceError(
-        fmt::format("{}: the session is sealed; nothing can be added", impl_->folder.string()));
-  fields["t_s"] = impl_->clock.MonotonicSeconds();
-  fields["utc"] = impl_->clock.UtcIso8601();
-  impl_->journal->Append(type, fields);
+  impl_->behind.Settle();
+  impl_->Append(type, impl_->Stamped(std::move(fields)));
 }
 
 void SessionWriter::Seal(const std::string& status) {
+  impl_->behind.Settle();
   if (!impl_->state.sealed) {
     Append("sealed", {{"status", status}, {"frames", impl_->files.size()}});
     impl_->state.sealed = true;

@@ -14,8 +14,8 @@
 namespace luxfield::core {
 
 // One writer at a time: the session's LOCK file is held (flock) until destruction. Every method
-// that returns has made its effect durable. After a DeviceError nothing half-written counts: open
-// the session again with Resume.
+// that returns has made its effect durable, CommitFrameBehind excepted. After a DeviceError nothing
+// half-written counts: open the session again with Resume.
 class SessionWriter {
  public:
   // Whether there is something to resume: a journal with at least one complete line.
@@ -54,6 +54,11 @@ class SessionWriter {
   // epoch, file and sha256 (and raises attempt past what this epoch already has) and returns the
   // record as written.
   FrameRecord CommitFrame(FrameRecord record, const RawFrame& frame, const nlohmann::json& checks);
+  // The same on a thread of its own, while the caller takes more frames: it returns at once unless
+  // eight frames wait already, and every other method first waits for the commits and throws what
+  // went wrong with them.
+  void CommitFrameBehind(FrameRecord record, std::shared_ptr<const RawFrame> frame,
+                         nlohmann::json checks);
   void CompletePosition(int i, int j);
   // Any other event: adds t_s (monotonic) and utc.
   void Append(const std::string& type, nlohmann::json fields);

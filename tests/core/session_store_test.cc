@@ -424,6 +424,45 @@ TEST(SessionStore, ManifestsSurviveASampleOfFuzzing) {
 }
 
 // RLIMIT_FSIZE stands in for a full disk: the write fails half way with EFBIG.
+TEST(SessionStore, FramesCommittedBehindTheCallerAreThoseOfTheOthers) {
+  std::string journals[2];
+  for (const bool behind : {false, true}) {
+    const auto folder = NewFolder("behind");
+    SimulatedClock clock;
+    auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+    writer.StartEpoch({});
+    for (int e = 0; e < 20; ++e) {
+      clock.SleepSeconds(1);
+      FrameRecord record;
+      record.i = record.j = 0;
+      record.exposure_index = e;
+      record.exposure_s = record.requested_exposure_s = 0.1 * (e + 1);
+      if (behind)
+        writer.CommitFrameBehind(record, std::make_shared<RawFrame>(TestFrame(0, e)), {{"e", e}});
+      else
+        writer.CommitFrame(record, TestFrame(0, e), {{"e", e}});
+      if (e % 5 == 4) writer.Append("probe", {{"e", e}});
+    }
+    writer.CompletePosition(0, 0);
+    writer.Seal("done");
+    EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
+    journals[behind] = ReadFile(folder / "journal.jsonl");
+  }
+  EXPECT_EQ(journals[0], journals[1]);
+}
+
+TEST(SessionStore, AFrameThatCannotBeStoredBehindTheCallerIsToldByTheNextCall) {
+  const auto folder = NewFolder("behind");
+  SimulatedClock clock;
+  auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+  writer.StartEpoch({});
+  SetStorageHookForTest([](std::string_view) { throw DeviceError("the disk is full"); });
+  writer.CommitFrameBehind({}, std::make_shared<RawFrame>(TestFrame(0, 0)), {});
+  EXPECT_THROW(writer.CompletePosition(0, 0), DeviceError);
+  SetStorageHookForTest({});
+  EXPECT_TRUE(writer.committed_frames().empty());
+}
+
 TEST(SessionStore, ADiskThatFillsUpIsADeviceErrorAndLosesNothing) {
   const auto folder = NewFolder("full");
   const pid_t child = ::fork();

@@ -1,0 +1,49 @@
+// luxfield bench capture
+#include "cli/verb_bench_capture.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "study/bench_capture.h"
+
+namespace luxfield::cli {
+namespace {
+
+core::Json Run(const study::BenchCaptureOptions& options) {
+  const core::Json rows = study::BenchCapture(options);
+  for (const auto& row : rows) {
+    fmt::print("{:<9} {} frames of {:.1f} MB, ", row.value("case", ""), row.value("frames", 0),
+               row.value("frame_mb", 0.0));
+    if (row["missed"].is_null())
+      fmt::print("{:.2f} ms over their exposure, {:.1f} % of {} s", row.value("overhead_ms", 0.0),
+                 100 * row.value("overhead_share", 0.0), options.exposure_s);
+    else
+      fmt::print("{} exposures at {} a second missed", row.value("missed", 0), options.stream_fps);
+    fmt::print("; {:.0f} MiB, at the end {:.0f} MiB\n", row.value("first_mib", 0.0),
+               row.value("last_mib", 0.0));
+  }
+  return {{"rows", rows}};
+}
+
+}  // namespace
+
+void AddBenchCapture(Program& program, CLI::App& benches) {
+  auto options = std::make_shared<study::BenchCaptureOptions>();
+  options->folder = "out/capture";
+  CLI::App& verb = program.AddVerb(benches, "capture",
+                                   "What checks and storage add to the exposures of a fast camera",
+                                   [options] { return Run(*options); });
+  verb.add_option("--side", options->side, "Pixels of the square sensor")->capture_default_str();
+  verb.add_option("--exposures", options->exposures, "Frames of each of two exposure times")
+      ->capture_default_str();
+  verb.add_option("--exposure", options->exposure_s, "The shorter of them, s")
+      ->capture_default_str();
+  verb.add_option("--frames", options->stream_frames, "Frames of the camera with a fixed rate")
+      ->capture_default_str();
+  verb.add_option("--fps", options->stream_fps, "Its rate")->capture_default_str();
+  verb.add_option("--folder", options->folder, "Scratch, on the disk to be measured")
+      ->capture_default_str();
+}
+
+}  // namespace luxfield::cli

@@ -1,0 +1,59 @@
+#include "core/background_queue.h"
+
+#include <utility>
+
+namespace luxfield::core {
+
+BackgroundQueue::BackgroundQueue(std::size_t most) : most_(most), thread_([this] { Work(); }) {}
+
+BackgroundQueue::~BackgroundQueue() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void BackgroundQueue::ThrowWhatWentWrong() {
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+void BackgroundQueue::Push(std::function<void()> task) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return tasks_.size() <= most_; });
+  ThrowWhatWentWrong();
+  tasks_.push_back(std::move(task));
+  changed_.notify_all();
+}
+
+void BackgroundQueue::Settle() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return tasks_.empty(); });
+  ThrowWhatWentWrong();
+}
+
+void BackgroundQueue::Work() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [this] { return ending_ || !tasks_.empty(); });
+    if (tasks_.empty()) return;
+    const std::function<void()>& task = tasks_.front();
+    lock.unlock();
+    std::exception_ptr error;
+    try {
+      task();
+    } catch (...) {
+      error = std::current_exception();
+    }
+    lock.lock();
+    tasks_.pop_front();
+    if (error) {
+      error_ = error;
+      tasks_.clear();
+    }
+    changed_.notify_all();
+  }
+}
+
+}  // namespace luxfield::core

@@ -1,0 +1,34 @@
+// `luxfield bench capture`: what a capture adds to the exposures of a fast camera.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+
+namespace luxfield::study {
+
+struct BenchCaptureOptions {
+  int side = 2048;           // pixels, of a square 16-bit sensor
+  int exposures = 100;       // of each of two exposure times, for the overhead
+  double exposure_s = 0.1;   // the shorter; the other is twice as long
+  int stream_frames = 1000;  // of a camera that gives frames at a fixed rate
+  double stream_fps = 20;
+  std::filesystem::path folder;  // scratch, on the disk to be measured: 2 bytes a pixel and frame
+};
+
+// Captures two sessions, checks and storage and all, from a camera of this process whose frames are
+// ready when their exposure ends. Rows [{"case", "frames", "frame_mb", "overhead_ms",
+// "overhead_share", "missed", "first_mib", "last_mib"}]:
+//
+//   case `overhead`  a bracket of two exposure times. overhead_ms is what the time from frame to
+//                    frame exceeds the exposure by, the mean over the longer one, whose frames are
+//                    compared with the shorter as well; overhead_share is that over `exposure_s`,
+//                    the shorter one
+//   case `stream`    a camera that starts an exposure every 1 / stream_fps s, of four fifths of
+//                    that, whether it is asked or not: `missed` starts had to pass unused
+//   first_mib, last_mib   largest resident set over the second and the last tenth of the frames
+//
+// Least for a frame: read once to judge it, once to hash, once to write. Throws InputError for
+// options below 1.
+nlohmann::json BenchCapture(const BenchCaptureOptions& options);
+
+}  // namespace luxfield::study

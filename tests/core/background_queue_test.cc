@@ -1,0 +1,57 @@
+#include "core/background_queue.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <vector>
+
+namespace luxfield::core {
+namespace {
+
+TEST(BackgroundQueue, DoesEverythingInOrder) {
+  std::vector<int> done, expected;
+  {
+    BackgroundQueue queue(3);
+    for (int n = 0; n < 1000; ++n) {
+      queue.Push([&done, n] { done.push_back(n); });
+      expected.push_back(n);
+      if (n == 500) {
+        queue.Settle();
+        EXPECT_EQ(done, expected);
+      }
+    }
+  }
+  EXPECT_EQ(done, expected) << "the destructor does what waits";
+}
+
+TEST(BackgroundQueue, LetsNoMoreWaitThanItMay) {
+  std::atomic<int> waiting = 0, most = 0;
+  BackgroundQueue queue(2);
+  for (int n = 0; n < 1000; ++n) {
+    queue.Push([&] { --waiting; });
+    most = std::max(most.load(), ++waiting);
+  }
+  queue.Settle();
+  // Those that wait, and the one that is being done or has just been.
+  EXPECT_LE(most, 4);
+}
+
+TEST(BackgroundQueue, AnErrorIsThrownOnceAndDropsWhatWaits) {
+  BackgroundQueue queue(100);
+  int done = 0;
+  queue.Push([] { throw std::runtime_error("full"); });
+  EXPECT_THROW(
+      {
+        for (;;) queue.Push([&] { ++done; });
+      },
+      std::runtime_error);
+  queue.Settle();
+  const int before = done;
+  queue.Push([&] { ++done; });
+  queue.Settle();
+  EXPECT_EQ(done, before + 1);
+}
+
+}  // namespace
+}  // namespace luxfield::core

@@ -1,0 +1,41 @@
+#include "study/bench_capture.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/progress.h"
+
+namespace luxfield::study {
+namespace {
+
+TEST(BenchCapture, TakesEveryFrameOfBothSessions) {
+  core::Progress::SetQuiet(true);
+  BenchCaptureOptions options;
+  options.side = 32;
+  options.exposures = 12;
+  options.exposure_s = 0.002;
+  options.stream_frames = 20;
+  options.stream_fps = 100;
+  options.folder = std::filesystem::path(testing::TempDir()) /
+                   ("luxfield_bench_capture_" + std::to_string(::getpid()));
+  const nlohmann::json rows = BenchCapture(options);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0]["case"], "overhead");
+  EXPECT_EQ(rows[0]["frames"], 24);
+  EXPECT_GT(rows[0]["overhead_ms"].get<double>(), 0);
+  EXPECT_NEAR(rows[0]["overhead_share"].get<double>(), rows[0]["overhead_ms"].get<double>() / 2,
+              1e-9);
+  EXPECT_EQ(rows[1]["case"], "stream");
+  EXPECT_EQ(rows[1]["frames"], 20);
+  EXPECT_GE(rows[1]["missed"].get<int>(), 0);
+  EXPECT_GT(rows[1]["last_mib"].get<double>(), 0);
+  EXPECT_TRUE(std::filesystem::is_empty(options.folder));
+  options.side = 0;
+  EXPECT_THROW(BenchCapture(options), InputError);
+}
+
+}  // namespace
+}  // namespace luxfield::study
