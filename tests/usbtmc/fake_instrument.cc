@@ -91,6 +91,11 @@ void FakeInstrument::Set(const Faults& faults) {
   faults_ = faults;
 }
 
+void FakeInstrument::SetDamage(Damage action) {
+  const std::lock_guard lock(mutex_);
+  damage_ = std::move(action);
+}
+
 void FakeInstrument::Unplug() {
   {
     const std::lock_guard lock(mutex_);
@@ -298,6 +303,11 @@ void FakeInstrument::ServeIn() {
   if (faults_.cut) transfer.pop_back();
   reply_.erase(0, size);
   requested_ = false;
+  if (damage_ && !damage_(transfer)) {
+    waiting_.push_front(in);
+    return;
+  }
+  transfer.resize(std::min(transfer.size(), in.size()));
   std::memcpy(in.bytes(), transfer.data(), transfer.size());
   Finish(in, 0, transfer.size());
 }

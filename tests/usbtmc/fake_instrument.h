@@ -35,6 +35,10 @@ class FakeInstrument {
     bool cut = false;            // transfers end before their payload does
   };
   void Set(const Faults& faults);
+  // Lets `action` damage each transfer of a reply, called from umockdev's thread; false: it is
+  // lost.
+  using Damage = std::function<bool(std::vector<std::uint8_t>& transfer)>;
+  void SetDamage(Damage action);
   void Unplug();
   void Plug();  // in again
 
@@ -70,6 +74,7 @@ class FakeInstrument {
 
   std::mutex mutex_;  // of what follows
   Faults faults_;
+  Damage damage_;
   bool gone_ = false;
   std::deque<Transfer> done_, waiting_;
   std::string reply_;
