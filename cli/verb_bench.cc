@@ -402,6 +402,7 @@ void AddBudget(Program& program, CLI::App& benches) {
   app.add_option("--runs", how->runs, "Labs per source")->check(CLI::Range(2, 100000));
   app.add_option("--budgets", how->budgets, "Labs whose budgets make the prediction")
       ->check(CLI::Range(1, 1000));
+  app.add_flag("--dual", how->dual, "A rig with pairs of dual filters instead of single ones");
   app.add_option("--source", how->sources, "Sources to judge (default: all, and totals)")
       ->default_str("");
 }

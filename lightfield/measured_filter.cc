@@ -53,6 +53,7 @@ void MeasuredFilter::Validate(const std::string& file) const {
   for (const auto& [field, value] : {std::pair{"luxfield:shift_sigma_m", shift_sigma_m},
                                      std::pair{"luxfield:rotation_sigma_rad", rotation_sigma_rad},
                                      std::pair{"luxfield:position_sigma_m", position_sigma_m},
+                                     std::pair{"luxfield:stretch_sigma", stretch_sigma},
                                      std::pair{"luxfield:level_sigma", level_sigma}})
     RequireNumber(file, field, value, value >= 0, "at least 0");
   for (const int size : {lattice.width, lattice.height})
@@ -96,6 +97,7 @@ void WriteMeasuredFilter(const std::filesystem::path& path, const MeasuredFilter
       {"luxfield:shift_sigma_m", filter.shift_sigma_m},
       {"luxfield:rotation_sigma_rad", filter.rotation_sigma_rad},
       {"luxfield:position_sigma_m", filter.position_sigma_m},
+      {"luxfield:stretch_sigma", filter.stretch_sigma},
       {"luxfield:level_sigma", filter.level_sigma},
       {"luxfield:sum_sigma_ratio", filter.sum_sigma_ratio},
   };
@@ -137,6 +139,7 @@ MeasuredFilter ReadMeasuredFilter(const std::filesystem::path& path) {
   filter.shift_sigma_m = number("luxfield:shift_sigma_m");
   filter.rotation_sigma_rad = number("luxfield:rotation_sigma_rad");
   filter.position_sigma_m = number("luxfield:position_sigma_m");
+  filter.stretch_sigma = number("luxfield:stretch_sigma");
   filter.level_sigma = number("luxfield:level_sigma");
   filter.sum_sigma_ratio = number("luxfield:sum_sigma_ratio");
   filter.provenance = ReadProvenance(reader, first);

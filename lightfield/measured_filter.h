@@ -32,9 +32,10 @@ struct MeasuredFilter {
   Vec2 shift_m;
   double rotation_rad = 0, shift_sigma_m = 0, rotation_sigma_rad = 0;
   // What the photographs leave uncertain for all texels together: their place about the axis, of
-  // either coordinate; their level, relative; and the standard deviation of sums over neighbouring
-  // texels, which share pixels, over that of independent ones.
-  double position_sigma_m = 0, level_sigma = 0, sum_sigma_ratio = 1;
+  // either coordinate; every entry of the linear map of their places about it; their level,
+  // relative; and the standard deviation of sums over neighbouring texels, which share pixels, over
+  // that of independent ones.
+  double position_sigma_m = 0, stretch_sigma = 0, level_sigma = 0, sum_sigma_ratio = 1;
   Provenance provenance;
 
   // Phi* = sum over prints of factor * T: {1 / filter_scale}, or {peak(+), -peak(-)}.

@@ -2,7 +2,6 @@
 
 #include <map>
 
-#include "core/error.h"
 #include "reconstruct/gram_solve.h"
 #include "reconstruct/missing_data.h"
 
@@ -11,10 +10,26 @@ namespace luxfield::reconstruct {
 using lightfield::Measurements;
 using lightfield::Weights;
 
+namespace {
+
+// C = E / h^2 where it is known, else 0.
+Weights DualWeights(const Measurements& measurements, const Weights& coefficient_weights) {
+  const auto& geometry = measurements.geometry;
+  const double per_h2 = 1 / (geometry.grid.spacing_m * geometry.grid.spacing_m);
+  const std::size_t texels = geometry.plane_size(), values = texels * geometry.channels;
+  Weights weights(coefficient_weights.size());
+  for (std::size_t k = 0; k < weights.size(); ++k)
+    if (!(measurements.positions[k / values].mask[k % texels] & lightfield::kUnknownMask))
+      weights[k] = per_h2 * coefficient_weights[k];
+  return weights;
+}
+
+}  // namespace
+
 Weights AdjointSolve(const Measurements& measurements, const Weights& coefficient_weights,
                      const FilterSystem* system) {
-  if (measurements.filter != lightfield::FilterKind::kBasis)
-    throw InputError("the error budget of dual filters is not built; take `basis` filters");
+  if (measurements.filter == lightfield::FilterKind::kDual && !system)
+    return DualWeights(measurements, coefficient_weights);
   const auto& geometry = measurements.geometry;
   const std::size_t texels = geometry.plane_size(), values = texels * geometry.channels;
   const int images = geometry.grid.count();

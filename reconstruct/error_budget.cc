@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <nlohmann/json.hpp>
 
-#include "core/colour.h"
 #include "core/error.h"
 #include "reconstruct/adjoint_solve.h"
-#include "reconstruct/basis_truncation.h"
+#include "reconstruct/budget_quantities.h"
 #include "reconstruct/calibrate_glare.h"
 #include "reconstruct/error_propagation.h"
 #include "reconstruct/filter_noise.h"
@@ -23,8 +21,6 @@ namespace luxfield::reconstruct {
 namespace {
 
 using lightfield::LightField;
-using lightfield::LuminaireGeometry;
-using lightfield::Vec3;
 using lightfield::Weights;
 
 constexpr std::array<const char*, kErrorSources> kNames = {
@@ -32,175 +28,18 @@ constexpr std::array<const char*, kErrorSources> kNames = {
     "stage",        "image shift",  "geometry",    "print shift", "density",    "density gamma",
     "grain",        "filter noise", "stray light", "light meter"};
 
-struct Asked {
-  std::string name, unit;
-  double value = 0;
-  Weights weights;
-  std::optional<double> truncation;
-  double per_delta = 0;  // dQ per metre of the plane distance, coefficients as they are
-};
-
-double PerDelta(const LightField& field,
-                const std::function<Weights(const LuminaireGeometry&)>& weights) {
-  constexpr double kStep = 1e-4;  // relative; the error of a central difference is its square
-  LuminaireGeometry above = field.geometry, below = field.geometry;
-  above.delta_m *= 1 + kStep;
-  below.delta_m *= 1 - kStep;
-  return (Apply(weights(above), field) - Apply(weights(below), field)) /
-         (above.delta_m - below.delta_m);
-}
-
-std::string RadianceUnit(lightfield::FluxUnit unit) {
-  switch (unit) {
-    case lightfield::FluxUnit::kWatt:
-      return "W/(sr m^2)";
-    case lightfield::FluxUnit::kLumen:
-      return "cd/m^2";
-    case lightfield::FluxUnit::kRelative:
-      break;
-  }
-  return "relative";
-}
-
-std::string IrradianceUnit(lightfield::FluxUnit unit) {
-  switch (unit) {
-    case lightfield::FluxUnit::kWatt:
-      return "W/m^2";
-    case lightfield::FluxUnit::kLumen:
-      return "lx";
-    case lightfield::FluxUnit::kRelative:
-      break;
-  }
-  return "relative";
-}
-
-// The ray through the middle of the largest coefficient, and two receivers on the axis.
-void AskWhatIsUsual(const LightField& field, BudgetSettings* settings) {
-  const LuminaireGeometry& g = field.geometry;
-  const auto largest = static_cast<std::size_t>(
-      std::max_element(field.data.begin(), field.data.end()) - field.data.begin());
-  const auto texel = static_cast<int>(largest % g.plane_size());
-  const auto m = static_cast<int>(largest / (g.plane_size() * g.channels));
-  settings->rays.push_back({"radiance at the largest coefficient",
-                            g.grid.centre(m % g.grid.width, m / g.grid.width),
-                            g.lattice.centre(texel / g.lattice.width, texel % g.lattice.width)});
-  for (const double distance_m : {1.0, 10.0})
-    settings->receivers.push_back({fmt::format("irradiance on the axis at {} m", distance_m),
-                                   {0, 0, g.delta_m + distance_m},
-                                   {0, 0, -1}});
-}
-
-// Root mean square over 5 x 5 rays within a spacing on F: one ray may lie where the two happen to
-// agree.
-double RayTruncation(const LightField& fine, const LightField& coarse, const RayAsked& ray) {
-  constexpr int kHalf = 2;
-  double sum = 0;
-  for (int y = -kHalf; y <= kHalf; ++y)
-    for (int x = -kHalf; x <= kHalf; ++x) {
-      const double step_m = fine.geometry.grid.spacing_m / kHalf;
-      const auto u = ray.u_m + step_m * lightfield::Vec2{1.0 * x, 1.0 * y};
-      const double off = core::Luminance(Radiance(fine, u, ray.s_m)) -
-                         core::Luminance(Radiance(coarse, u, ray.s_m));
-      sum += off * off;
-    }
-  return std::sqrt(sum) / (2 * kHalf + 1);
-}
-
-std::vector<Asked> Ask(const LightField& field, BudgetSettings settings) {
-  if (settings.rays.empty() && settings.receivers.empty()) AskWhatIsUsual(field, &settings);
-  const LuminaireGeometry& g = field.geometry;
-  std::vector<Asked> quantities;
-  const auto ask = [&](const std::string& name, const std::string& unit, auto&& weights) {
-    Asked& q = quantities.emplace_back(Asked{name, unit, 0, weights(g), {}});
-    q.value = Apply(q.weights, field);
-    q.per_delta = PerDelta(field, weights);
-  };
-  ask("flux", lightfield::FluxUnitName(g.unit), lightfield::FluxWeights);
-  for (const RayAsked& ray : settings.rays)
-    ask(ray.name, RadianceUnit(g.unit), [&](const LuminaireGeometry& geometry) {
-      return RadianceWeights(geometry, ray.u_m, ray.s_m);
-    });
-  for (const ReceiverAsked& at : settings.receivers)
-    ask(at.name, IrradianceUnit(g.unit), [&](const LuminaireGeometry& geometry) {
-      return IrradianceWeights(geometry, at.p_m, at.normal);
-    });
-  if (const auto coarse = Coarsened(field)) {
-    for (Asked& q : quantities) q.truncation = std::abs(q.value - Apply(q.weights, *coarse));
-    for (std::size_t n = 0; n < settings.rays.size(); ++n)
-      quantities[1 + n].truncation = RayTruncation(field, *coarse, settings.rays[n]);
-  }
-  return quantities;
-}
-
-// Multiplies all quantities by the factor the meter asks for, as linear forms: what factor and
-// quantity have in common cancels. Returns the factor, whose weights are those of its own error.
-struct Scaled {
-  Asked factor;
-  double meter_relative = 0;
-  MeterScale scale;
-};
-
-Scaled ScaleByMeter(const LightField& field, const Meter& meter, std::vector<Asked>* quantities) {
-  Scaled result;
-  double numerator = 0, denominator = 0;
-  std::vector<Weights> weights;
-  std::vector<double> values, per_delta;
-  for (const MeterReading& reading : meter.readings) {
-    const auto at = [&](const LuminaireGeometry& geometry) {
-      return IrradianceWeights(geometry, reading.at.p_m, reading.at.normal);
-    };
-    weights.push_back(at(field.geometry));
-    values.push_back(Apply(weights.back(), field));
-    per_delta.push_back(PerDelta(field, at));
-    const double a = 1 / (reading.sigma * reading.sigma), e = values.back();
-    if (!(e > 0))
-      throw InputError(
-          fmt::format("the meter's reading '{}' is {}, but the session shows no light "
-                      "there; correct its place",
-                      reading.at.name, reading.value));
-    numerator += a * reading.value * e;
-    denominator += a * e * e;
-  }
-  const double factor = numerator / denominator;
-  // d log(factor) per dE: -a E / sum a E^2 where R = factor E.
-  Weights common(field.data.size(), 0.0);
-  double common_per_delta = 0;
-  for (std::size_t n = 0; n < weights.size(); ++n) {
-    const MeterReading& reading = meter.readings[n];
-    const double share = values[n] / (reading.sigma * reading.sigma * denominator);
-    for (std::size_t k = 0; k < common.size(); ++k) common[k] += share * weights[n][k];
-    common_per_delta += share * per_delta[n];
-    const double residual = reading.value / (factor * values[n]) - 1;
-    result.scale.residuals.push_back(residual);
-    const double by_sigma = (reading.value - factor * values[n]) / reading.sigma;
-    result.scale.chi_squared += by_sigma * by_sigma;
-  }
-  result.scale.degrees = static_cast<int>(values.size()) - 1;
-  result.meter_relative = std::hypot(meter.calibration, 1 / (factor * std::sqrt(denominator)));
-  for (Asked& q : *quantities) {
-    for (std::size_t k = 0; k < common.size(); ++k)
-      q.weights[k] = factor * (q.weights[k] - q.value * common[k]);
-    q.per_delta = factor * (q.per_delta - q.value * common_per_delta);
-    q.value *= factor;
-    if (q.truncation) *q.truncation *= factor;
-  }
-  for (double& w : common) w *= -factor;
-  result.factor = {"scale factor", "", factor, std::move(common), {}, -factor * common_per_delta};
-  return result;
-}
-
 // Of every quantity; nothing where the geometry is as the session states it.
 std::optional<std::vector<double>> GeometrySigmas(const MergeSessionOptions& how,
                                                   const lightfield::Measurements& measurements,
                                                   const LightField& field,
-                                                  const std::vector<Asked>& quantities,
+                                                  const std::vector<AskedQuantity>& quantities,
                                                   const std::vector<Weights>& weights) {
   const auto file =
       std::find_if(how.calibrations.begin(), how.calibrations.end(), IsGeometryCalibration);
   if (file == how.calibrations.end()) return {};
   const GeometryUncertainty geometry(*file);
-  const PrintSensitivity print(field.geometry.grid.basis, field.geometry.grid.spacing_m,
-                               measurements.filter_scale);
+  const PrintSensitivity print(measurements.filter, field.geometry.grid.basis,
+                               field.geometry.grid.spacing_m, measurements.filter_scale);
   std::vector<double> sigmas;
   for (std::size_t q = 0; q < quantities.size(); ++q)
     sigmas.push_back(std::sqrt(GeometryVariance(geometry, measurements, field, weights[q], print,
@@ -208,13 +47,16 @@ std::optional<std::vector<double>> GeometrySigmas(const MergeSessionOptions& how
   return sigmas;
 }
 
-// What settings leave open and calibrations say: the veiling glare as stray light.
+// What settings leave open and calibrations say: the veiling glare as stray light, its share and
+// what that may be off by.
 ErrorSizes KnownSizes(const BudgetSettings& settings, const MergeSessionOptions& how,
                       const SensorModel& sensor) {
   ErrorSizes sizes = settings.sizes;
   for (const std::filesystem::path& path : how.calibrations)
-    if (!sizes.stray_share && IsGlareCalibration(path))
-      sizes.stray_share = std::abs(ReadGlareCalibration(path, sensor).share);
+    if (!sizes.stray_share && IsGlareCalibration(path)) {
+      const StatedGlare glare = ReadGlareCalibration(path, sensor);
+      sizes.stray_share = std::hypot(glare.share, glare.share_sigma);
+    }
   return sizes;
 }
 
@@ -239,7 +81,7 @@ double FilterNoise(const LightField& field, const lightfield::MeasuredFilter& fi
                    const Weights& weights) {
   LagSums lags;
   for (int m = 0; m < field.geometry.grid.count(); ++m) lags += SumLags(field, weights, m);
-  return std::sqrt(FilterNoiseVariance(filter, lags));
+  return std::sqrt(TexelNoiseVariance(filter, lags) + StretchVariance(filter, lags));
 }
 
 }  // namespace
@@ -256,14 +98,19 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
                                const MergeSessionOptions& how,
                                const lightfield::MeasuredFilter* filter) {
   const SessionPlan plan = CalibratedPlan(session, how);
+  if (filter && plan.filter == lightfield::FilterKind::kDual)
+    throw InputError(
+        "--filter: the error budget of dual filters as measured is not built; leave it out for "
+        "that "
+        "of ideal ones");
   const auto measurements = MergeSession(session, how);
   ReconstructOptions in_double;
   in_double.precision = Precision::kDouble;
   in_double.filter = filter;
   const LightField field = Reconstruct(measurements, in_double).coefficients;
 
-  std::vector<Asked> quantities = Ask(field, settings);
-  std::optional<Scaled> scaled;
+  std::vector<AskedQuantity> quantities = AskQuantities(field, measurements.filter, settings);
+  std::optional<ScaledByMeter> scaled;
   if (settings.meter) {
     scaled = ScaleByMeter(field, *settings.meter, &quantities);
     quantities.push_back(std::move(scaled->factor));
@@ -272,7 +119,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
   if (filter) system.emplace(SystemOf(field.geometry.grid, *filter));
   std::vector<Weights> weights;
   std::vector<double> filter_noise;
-  for (const Asked& q : quantities) {
+  for (const AskedQuantity& q : quantities) {
     weights.push_back(AdjointSolve(measurements, q.weights, system ? &*system : nullptr));
     if (filter) filter_noise.push_back(FilterNoise(field, *filter, weights.back()));
   }

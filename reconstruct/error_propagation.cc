@@ -57,8 +57,9 @@ double SquareWithoutNoise(const ImageSlope& slope) {
 ErrorPropagation::ErrorPropagation(const PropagationInput& input,
                                    std::vector<lightfield::Weights> weights)
     : input_(input),
-      print_(input.plan.geometry.grid.basis, input.plan.geometry.grid.spacing_m,
+      print_(input.plan.filter, input.plan.geometry.grid.basis, input.plan.geometry.grid.spacing_m,
              input.plan.filter_scale),
+      print_factors_(PrintFactors(input.plan.filter, input.plan.geometry.grid.basis)),
       visit_(NumberVisits(input.session.frames())) {
   const int positions = input.plan.geometry.grid.count();
   const std::size_t pixels =
@@ -162,7 +163,8 @@ void ErrorPropagation::OnBracket(const MergedBracket& bracket) {
       for (const Seen& seen : all)
         for (std::size_t k = 0; k < seen.overlaps.size(); ++k) {
           const std::size_t image = static_cast<std::size_t>(m) * geometry.channels + seen.channel;
-          const double w = seen.share * sums.weights[image * geometry.plane_size() + k];
+          const double w = print_factors_[bracket.print] * seen.share *
+                           sums.weights[image * geometry.plane_size() + k];
           if (w == 0) continue;
           double covered = 0;
           for (const PixelShare& o : seen.overlaps[k])
@@ -285,7 +287,7 @@ double ErrorPropagation::DriftVariance(const Sums& sums, const ReferenceTerms& t
 
 double ErrorPropagation::StageVariance(const Sums& sums, const ReferenceTerms& terms) const {
   std::map<int, ImageSlope> by_visit;
-  std::map<int, int> visit_of_position;
+  std::map<int, int> visit_of_position;  // both prints of a pair are taken on one
   for (const FrameTerm& frame : sums.frames)
     visit_of_position[input_.plan.geometry.grid.index(frame.record->i, frame.record->j)] =
         visit_.at(frame.record);
@@ -328,8 +330,8 @@ std::array<std::optional<double>, kErrorSources> ErrorPropagation::Sigma(
       std::sqrt(std::max(SquareWithoutNoise(sums.image), 0.0)));
   LagSums lags;
   for (const LagSums& of_position : sums.lags) lags += of_position;
-  const Vec2 shift = print_.Shift(lags);
-  set(ErrorSource::kPrintShift, sizes.print_shift_m, std::hypot(shift.x, shift.y));
+  if (sizes.print_shift_m)
+    set(ErrorSource::kPrintShift, 1, std::sqrt(print_.ShiftVariance(lags, *sizes.print_shift_m)));
   set(ErrorSource::kDensity, sizes.density, print_.Density(lags));
   set(ErrorSource::kDensityGamma, sizes.density_gamma, print_.Gamma(lags));
   set(ErrorSource::kGrain, sizes.grain, print_.Grain(lags) * std::sqrt(sizes.grain_area_m2));

@@ -33,8 +33,8 @@ class ErrorPropagation : public MergeObserver {
   void OnReferences(std::span<const MergedReference> references, const LampDrift& drift) override;
   void OnBracket(const MergedBracket& bracket) override;
 
-  // Standard deviations of quantity q; kMeter, kGeometry and kFilterNoise
-  // stay absent. To be asked after the merge.
+  // Standard deviations of quantity q; kMeter, kGeometry and kFilterNoise stay absent. To be asked
+  // after the merge.
   std::array<std::optional<double>, kErrorSources> Sigma(std::size_t q,
                                                          const ErrorSizes& sizes) const;
 
@@ -88,6 +88,7 @@ class ErrorPropagation : public MergeObserver {
 
   PropagationInput input_;
   PrintSensitivity print_;
+  std::vector<double> print_factors_;
   std::vector<Sums> sums_;
   std::vector<Reference> references_;
   LampDrift drift_;

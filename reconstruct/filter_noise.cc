@@ -1,6 +1,7 @@
 #include "reconstruct/filter_noise.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace luxfield::reconstruct {
@@ -23,7 +24,7 @@ std::vector<std::vector<double>> TexelIntegrals(const lightfield::Basis& basis,
 
 }  // namespace
 
-double FilterNoiseVariance(const lightfield::MeasuredFilter& filter, const LagSums& lags) {
+double TexelNoiseVariance(const lightfield::MeasuredFilter& filter, const LagSums& lags) {
   const auto& lattice = filter.lattice;
   const double h = filter.spacing_m, half = 0.5 * filter.basis.cells;
   std::vector<double> columns, rows;
@@ -54,6 +55,14 @@ double FilterNoiseVariance(const lightfield::MeasuredFilter& filter, const LagSu
     }
   }
   return variance * filter.sum_sigma_ratio * filter.sum_sigma_ratio;
+}
+
+double StretchVariance(const lightfield::MeasuredFilter& filter, const LagSums& lags) {
+  const PrintSensitivity print(filter.filter, filter.basis, filter.spacing_m, filter.filter_scale);
+  double variance = 0;
+  for (const double per_entry : print.Stretch(lags))
+    variance += std::pow(per_entry * filter.stretch_sigma, 2);
+  return variance;
 }
 
 }  // namespace luxfield::reconstruct

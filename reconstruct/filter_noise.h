@@ -1,6 +1,7 @@
 // What the noise of a filter's photographs does to a quantity Q = sum w E (print_sensitivity.h):
 //
-//   dQ = h^2 sum over texels t of factor dT_t integral_t S(x) dx
+//   dQ = h^2 sum over texels t of factor dT_t integral_t S(x) dx, and
+//   dQ = Stretch . L, where the holder's holes put the texels at x + L x from the axis
 #pragma once
 
 #include "lightfield/measured_filter.h"
@@ -8,7 +9,8 @@
 
 namespace luxfield::reconstruct {
 
-// Variance of Q. Texels count as independent, but for the pixels they share: sum_sigma_ratio^2.
-double FilterNoiseVariance(const lightfield::MeasuredFilter& filter, const LagSums& lags);
+// Variances of Q. Texels count as independent, but for the pixels they share: sum_sigma_ratio^2.
+double TexelNoiseVariance(const lightfield::MeasuredFilter& filter, const LagSums& lags);
+double StretchVariance(const lightfield::MeasuredFilter& filter, const LagSums& lags);
 
 }  // namespace luxfield::reconstruct

@@ -41,9 +41,13 @@ Values KnownPixels(const MergedFrame& photograph) {
 
 double Norm(Vec2 v) { return std::hypot(v.x, v.y); }
 
-// Standard deviation of a coordinate of the axis from holes whose coordinates have 1: first-order
-// least squares for a homography seen upright.
-double AxisSigma(const FilterSheet& sheet) {
+// Standard deviations that holes whose coordinates have 1 leave of a coordinate of the axis and of
+// an entry of the linear map about it: first-order least squares for a homography seen upright. The
+// holder's symmetry makes all entries alike, and independent of each other and of the axis.
+struct HolderSigma {
+  double axis = 0, stretch_per_m = 0;
+};
+HolderSigma SigmaOfHolder(const FilterSheet& sheet) {
   Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
   for (const RegistrationMark& mark : sheet.holder_marks) {
     const double x = mark.centre_m.x / sheet.half_m, y = mark.centre_m.y / sheet.half_m;
@@ -51,13 +55,14 @@ double AxisSigma(const FilterSheet& sheet) {
     row << x, y, 1, 0, 0, 0, -x * x, -x * y, 0, 0, 0, x, y, 1, -x * y, -y * y;
     normal += row.transpose() * row;
   }
-  return std::sqrt(normal.inverse()(2, 2));
+  const Eigen::Matrix<double, 8, 8> covariance = normal.inverse();
+  return {std::sqrt(covariance(2, 2)), std::sqrt(covariance(0, 0)) / sheet.half_m};
 }
 
 // The camera's homography from the holder's holes; the second round takes their centroids on the
 // plane instead of in the picture, where perspective shifts circles.
-Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light, double* residual_m,
-                            double* axis_sigma_m) {
+Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light,
+                            FilterReadings* readings) {
   const auto found = FindDiscs(light, sheet.half_m, sheet.holder_marks);
   std::vector<Vec2> sensor, plane;
   for (std::size_t k = 0; k < found.size(); ++k) {
@@ -88,18 +93,22 @@ Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light, doub
     square += off * off / holes;
     variance += hole.sigma_m * hole.sigma_m / holes;
   }
-  *residual_m = std::sqrt(square);
+  readings->holder_residual_m = std::sqrt(square);
   // Of a hole's coordinates: noise, unless the holes contradict each other by far more (8 holes
   // leave 8 degrees of freedom, of which chi^2 exceeds 20 once in 100 times).
   const double degrees = 2 * holes - 8;
   const double seen = degrees > 0 ? square * holes / degrees : 0;
-  *axis_sigma_m = AxisSigma(sheet) * std::sqrt(seen > 2.5 * variance ? seen : variance);
-  if (!(*residual_m <= kLargestResidual * sheet.spacing_m))
-    throw InputError(kFile,
-                     fmt::format("the holes of the holder lie {:.3g} mm rms from their places, at "
-                                 "most {:.3g} mm are allowed",
-                                 1e3 * *residual_m, 1e3 * kLargestResidual * sheet.spacing_m),
-                     "use a lens without distortion from farther away, or measure the holder");
+  const double hole_sigma_m = std::sqrt(seen > 2.5 * variance ? seen : variance);
+  const HolderSigma sigma = SigmaOfHolder(sheet);
+  readings->axis_sigma_m = sigma.axis * hole_sigma_m;
+  readings->stretch_sigma = sigma.stretch_per_m * hole_sigma_m;
+  if (!(readings->holder_residual_m <= kLargestResidual * sheet.spacing_m))
+    throw InputError(
+        kFile,
+        fmt::format("the holes of the holder lie {:.3g} mm rms from their places, at "
+                    "most {:.3g} mm are allowed",
+                    1e3 * readings->holder_residual_m, 1e3 * kLargestResidual * sheet.spacing_m),
+        "use a lens without distortion from farther away, or measure the holder");
   return h;
 }
 
@@ -319,11 +328,10 @@ nlohmann::json ToJson(const FilterReadings& readings) {
                       {"light_ratio_sigma", p.light_ratio_sigma},
                       {"wedge", wedge}});
   }
-  return {{"holder_from_sensor", readings.holder_from_sensor},
-          {"pixel_m", readings.pixel_m},
-          {"holder_residual_m", readings.holder_residual_m},
-          {"axis_sigma_m", readings.axis_sigma_m},
-          {"prints", prints}};
+  return {
+      {"holder_from_sensor", readings.holder_from_sensor}, {"pixel_m", readings.pixel_m},
+      {"holder_residual_m", readings.holder_residual_m},   {"axis_sigma_m", readings.axis_sigma_m},
+      {"stretch_sigma", readings.stretch_sigma},           {"prints", prints}};
 }
 
 MeasuredFilter MeasureFilter(const FilterSheet& sheet, const MergedFrame& light,
@@ -340,8 +348,7 @@ MeasuredFilter MeasureFilter(const FilterSheet& sheet, const MergedFrame& light,
   r = {};
   const Values light_values = KnownPixels(light);
   const Picture light_picture = light_values.View(light);
-  r.holder_from_sensor =
-      HolderFromSensor(sheet, light_picture, &r.holder_residual_m, &r.axis_sigma_m);
+  r.holder_from_sensor = HolderFromSensor(sheet, light_picture, &r);
   const Homography& h = r.holder_from_sensor;
   const Vec2 middle{0.5 * light.width, 0.5 * light.height};
   const Vec2 right = Apply(h, middle + Vec2{1, 0}) - Apply(h, middle),
@@ -376,6 +383,7 @@ MeasuredFilter MeasureFilter(const FilterSheet& sheet, const MergedFrame& light,
   filter.shift_sigma_m = first.shift_sigma_m;
   filter.rotation_sigma_rad = first.rotation_sigma_rad;
   filter.position_sigma_m = r.axis_sigma_m;
+  filter.stretch_sigma = r.stretch_sigma;
   return filter;
 }
 

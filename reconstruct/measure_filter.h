@@ -45,6 +45,7 @@ struct FilterReadings {
   double pixel_m = 0;                          // mean side of a pixel on the filter
   double holder_residual_m = 0;                // rms of the holes
   double axis_sigma_m = 0;                     // of where they put the axis, either coordinate
+  double stretch_sigma = 0;                    // of an entry of the linear map about it
   std::vector<PrintReading> prints;
 
   // The printer's tone table from the first print's wedge: steps whose density is above the last

@@ -14,6 +14,7 @@
 #include "core/progress.h"
 #include "reconstruct/bracket_reader.h"
 #include "reconstruct/calibrate_glare.h"
+#include "reconstruct/filter_profile.h"
 #include "reconstruct/flat_field.h"
 #include "reconstruct/geometry_calibration_file.h"
 #include "reconstruct/mosaic_sites.h"
@@ -28,7 +29,6 @@ namespace {
 using core::FrameKind;
 using core::FrameRecord;
 using core::RawFrame;
-using lightfield::FilterKind;
 using lightfield::Measurement;
 using lightfield::Measurements;
 using lightfield::Vec2;
@@ -84,12 +84,7 @@ class SessionMerger {
                       plan_.geometry.lattice, plan_.lens, plan_.sensor.cfa, irradiance_per_rate_);
       if (options_.observer) own_irradiance_per_rate_ = OwnIrradiancePerRate();
     }
-    if (plan_.filter == FilterKind::kDual) {
-      const auto peaks = plan_.geometry.grid.basis.DualPeaks();
-      print_factor_ = {peaks[0], -peaks[1]};
-    } else {
-      print_factor_ = {1};
-    }
+    print_factor_ = PrintFactors(plan_.filter, plan_.geometry.grid.basis);
     AverageAllDarks();
     MeasureDrift();
     QueueBrackets();

@@ -8,7 +8,7 @@ namespace {
 // Midpoints per cell for integrands with a logarithm: error below 1e-6 of the integral (B ln B has
 // at worst x ln x ends).
 constexpr int kMidpoints = 1000;
-constexpr double kStep = 1e-4;  // spacings, for the derivative of the Gram function
+constexpr double kStep = 1e-4;  // spacings, for derivatives of overlaps
 
 }  // namespace
 
@@ -38,18 +38,31 @@ LagSums SumLags(const lightfield::LightField& coefficients, const lightfield::We
   return lags;
 }
 
-PrintSensitivity::PrintSensitivity(const lightfield::Basis& basis, double spacing_m, double scale)
-    : basis_(basis), spacing_m_(spacing_m), scale_(scale) {
+PrintSensitivity::PrintSensitivity(lightfield::FilterKind filter, const lightfield::Basis& basis,
+                                   double spacing_m, double scale)
+    : basis_(basis),
+      profile_(filter, basis),
+      spacing_m_(spacing_m),
+      peaks_(filter == lightfield::FilterKind::kDual ? basis.DualPeaks()
+                                                     : std::array<double, 2>{1 / scale, 1}) {
   const int n = basis.cells;
   for (int a = 1 - n; a < n; ++a) {
-    axis_.product.push_back(spacing_m * basis.Gram(a));
-    // <B', B(. - a)> = d/de <B(. + e), B(. - a)> = d/de Gram(a + e)
-    axis_.slope.push_back((basis.Gram(a + kStep) - basis.Gram(a - kStep)) / (2 * kStep));
+    const double overlap = profile_.Overlap(a), moment = profile_.Moment(a);
+    axis_.product.push_back(spacing_m * overlap);
+    axis_.moment.push_back(spacing_m * spacing_m * moment);
+    // <f', B(. - a)> = d/de <f(. + e), B(. - a)> = d/de Overlap(a + e), and likewise
+    // <x f', B(. - a)> = d/de [Moment(a + e) - e Overlap(a + e)] at e = 0.
+    const auto slope = [&](auto&& of) { return (of(a + kStep) - of(a - kStep)) / (2 * kStep); };
+    axis_.slope.push_back(slope([&](double x) { return profile_.Overlap(x); }));
+    axis_.moment_slope.push_back(spacing_m *
+                                 (slope([&](double x) { return profile_.Moment(x); }) - overlap));
+    axis_.plus.push_back(spacing_m * profile_.PartOverlap(1, a));
+    axis_.minus.push_back(spacing_m * profile_.PartOverlap(-1, a));
     double logarithm = 0;
     for (int k = 0; k < n * kMidpoints; ++k) {
-      const double x = (k + 0.5) / kMidpoints, value = basis.Value(x);
-      if (value <= 0) continue;
-      logarithm += std::log(value) * value * basis.Value(x - a) / kMidpoints;
+      const double x = (k + 0.5) / kMidpoints, value = profile_.Value(x);
+      if (value == 0) continue;
+      logarithm += std::log(std::abs(value)) * value * basis.Value(x - a) / kMidpoints;
     }
     axis_.logarithm.push_back(spacing_m * logarithm);
   }
@@ -67,13 +80,49 @@ lightfield::Vec2 PrintSensitivity::Shift(const LagSums& lags) const {
   return {-Contract(lags, axis_.slope, axis_.product), -Contract(lags, axis_.product, axis_.slope)};
 }
 
+// Gauss-Hermite, three nodes per axis: exact for the square of what is of second order in the
+// shift.
+double PrintSensitivity::ShiftVariance(const LagSums& lags, double sigma_m) const {
+  struct Node {
+    double weight;
+    std::vector<double> overlap;
+  };
+  std::vector<Node> nodes;
+  const int n = basis_.cells;
+  for (const int k : {-1, 0, 1}) {
+    Node& node = nodes.emplace_back(Node{k == 0 ? 2.0 / 3 : 1.0 / 6, {}});
+    const double shift = k * std::sqrt(3.0) * sigma_m / spacing_m_;
+    for (int a = 1 - n; a < n; ++a)
+      node.overlap.push_back(spacing_m_ * profile_.Overlap(a - shift));
+  }
+  const double at_rest = Density(lags);
+  double mean = 0;
+  for (const Node& u : nodes)
+    for (const Node& v : nodes)
+      mean += u.weight * v.weight * std::pow(Contract(lags, u.overlap, v.overlap) - at_rest, 2);
+  return mean;
+}
+
+// dPhi = -grad Phi . (L x).
+std::array<double, 4> PrintSensitivity::Stretch(const LagSums& lags) const {
+  return {-Contract(lags, axis_.moment_slope, axis_.product),
+          -Contract(lags, axis_.slope, axis_.moment), -Contract(lags, axis_.moment, axis_.slope),
+          -Contract(lags, axis_.product, axis_.moment_slope)};
+}
+
 double PrintSensitivity::Density(const LagSums& lags) const {
   return Contract(lags, axis_.product, axis_.product);
 }
 
+// T = |Phi| / peak, so that sum of peak T ln T, signed, is Phi ln|Phi| - |Phi| ln(peak), signed.
 double PrintSensitivity::Gamma(const LagSums& lags) const {
-  return std::log(scale_) * Density(lags) + Contract(lags, axis_.logarithm, axis_.product) +
-         Contract(lags, axis_.product, axis_.logarithm);
+  const double positive =
+      Contract(lags, axis_.plus, axis_.plus) + Contract(lags, axis_.minus, axis_.minus);
+  const double negative =
+      Contract(lags, axis_.plus, axis_.minus) + Contract(lags, axis_.minus, axis_.plus);
+  return Contract(lags, axis_.logarithm, axis_.product) +
+         Contract(lags, axis_.product, axis_.logarithm) - std::log(peaks_[0]) * positive +
+         std::log(peaks_[1]) * negative;
 }
 
 double PrintSensitivity::Grain(const LagSums& lags) const {
@@ -87,7 +136,7 @@ double PrintSensitivity::Grain(const LagSums& lags) const {
       for (int b = 1 - n; b < n; ++b)
         for (int a = 1 - n; a < n; ++a)
           s += lags.at(a, b) * basis_.Value(px - a) * basis_.Value(py - b);
-      const double h = basis_.Value(px) * basis_.Value(py) * s;
+      const double h = profile_.Value(px) * profile_.Value(py) * s;
       sum += h * h;
     }
   const double du = spacing_m_ / kPoints;

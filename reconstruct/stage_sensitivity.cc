@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "reconstruct/filter_profile.h"
 #include "reconstruct/mosaic_sites.h"
 
 namespace luxfield::reconstruct {
@@ -33,15 +34,17 @@ Difference Across(const Lattice& lattice, int row, int column, int dr, int dc, d
   return {at(ahead), at(-behind), ahead + behind ? 1 / ((ahead + behind) * step_m) : 0};
 }
 
-// E of one channel behind the filter at `centre`, and what it changes by per metre of the filter
-// alone along u and v.
+// Light of one channel behind the filter at `centre`, and what it changes by per metre of the
+// filter alone along u and v. Of a pair the positive print is in place: T is positive where both
+// factors have one sign.
 struct ImageBehindFilter {
   std::vector<double> e, du, dv;
 };
 
-ImageBehindFilter BehindFilter(const lightfield::LightField& coefficients, int channel,
-                               Vec2 centre) {
+ImageBehindFilter BehindFilter(const lightfield::LightField& coefficients,
+                               lightfield::FilterKind filter, int channel, Vec2 centre) {
   const auto& grid = coefficients.geometry.grid;
+  const FilterProfile profile(filter, grid.basis);
   constexpr double kStep = 1e-4;  // spacings
   const std::size_t texels = coefficients.geometry.plane_size();
   ImageBehindFilter image{std::vector<double>(texels), std::vector<double>(texels),
@@ -49,12 +52,16 @@ ImageBehindFilter BehindFilter(const lightfield::LightField& coefficients, int c
   for (int j = 0; j < grid.height; ++j)
     for (int i = 0; i < grid.width; ++i) {
       const Vec2 off = (1 / grid.spacing_m) * (grid.centre(i, j) - centre);
-      const auto gram = [&](double x) { return grid.basis.Gram(x); };
-      const auto slope = [&](double x) {
-        return -(gram(x + kStep) - gram(x - kStep)) / (2 * kStep * grid.spacing_m);
-      };
-      const double g = gram(off.x) * gram(off.y), gu = slope(off.x) * gram(off.y),
-                   gv = gram(off.x) * slope(off.y);
+      double g = 0, gu = 0, gv = 0;
+      for (const double sign : {1.0, -1.0}) {
+        const auto part = [&](double x) { return profile.PartOverlap(sign, x); };
+        const auto slope = [&](double x) {
+          return -(part(x + kStep) - part(x - kStep)) / (2 * kStep * grid.spacing_m);
+        };
+        g += part(off.x) * part(off.y);
+        gu += slope(off.x) * part(off.y);
+        gv += part(off.x) * slope(off.y);
+      }
       if (g == 0 && gu == 0 && gv == 0) continue;
       const auto c = coefficients.image(grid.index(i, j), channel);
       for (std::size_t k = 0; k < texels; ++k) {
@@ -121,10 +128,10 @@ Vec2 ReferenceSensitivity(const lightfield::LightField& coefficients, const Sess
   // Of a colour mosaic all channels, else the frame's own.
   std::vector<ImageBehindFilter> images;
   if (sensor.cfa.empty())
-    images.push_back(BehindFilter(coefficients, reference.record->channel, centre));
+    images.push_back(BehindFilter(coefficients, plan.filter, reference.record->channel, centre));
   else
     for (int channel = 0; channel < coefficients.geometry.channels; ++channel)
-      images.push_back(BehindFilter(coefficients, channel, centre));
+      images.push_back(BehindFilter(coefficients, plan.filter, channel, centre));
   double signal = 0;
   Vec2 change;
   const auto& h = plan.image_from_sensor;

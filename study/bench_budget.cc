@@ -27,7 +27,7 @@ constexpr std::uint64_t kBudgetSeeds = 1u << 20;  // apart from those of the run
 class MonteCarlo {
  public:
   explicit MonteCarlo(const BenchBudgetOptions& options) : options_(options) {
-    WriteBudgetLab(options.folder);
+    WriteBudgetLab(options.folder, options.dual);
     settings_.sizes = SizesOfLab(Lab());
     AskOfBudgetLab(&settings_);
     const LightField truth = Run({"without errors", {}}, true, options.seed, 0, false);
@@ -157,11 +157,15 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
     return std::find(options.sources.begin(), options.sources.end(), name) != options.sources.end();
   };
   const bool basis = options.sources.empty() || asked(kBasisSource),
-             filter = options.sources.empty() || asked(kFilterSource);
+             filter = (options.sources.empty() && !options.dual) || asked(kFilterSource);
+  if (options.dual && filter)
+    throw InputError(fmt::format(
+        "--source '{}': the budget of dual filters as measured is not built; leave out --dual",
+        kFilterSource));
   if (cases.size() + asked(kBasisSource) + asked(kFilterSource) < options.sources.size())
     throw InputError("--source: one is not a source of the budget; leave it out to see them all");
   core::Json rows = core::Json::array();
-  if (basis) rows = TruncationRows(options.folder, options.runs, options.seed);
+  if (basis) rows = TruncationRows(options.folder, options.runs, options.seed, options.dual);
   if (filter)
     for (auto& row : FilterRows(options.folder, options.runs, options.budgets, options.seed))
       rows.push_back(row);

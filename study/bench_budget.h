@@ -20,15 +20,14 @@ struct BenchBudgetOptions {
   int runs = 400;
   int budgets = 10;
   std::uint64_t seed = 1;
+  bool dual = false;                 // pairs of prints instead of one
   std::vector<std::string> sources;  // empty: all, and "total"
 };
 
-// Source "basis": random lamps with structure down to a quarter of a spacing, their projections on
-// 7 x 7 basis functions by the simulated lab's own quadrature (no propagation, no Gram function),
-// and what a basis of twice the spacing would have lost beside what this one loses. There
-// `predicted` is a bound, and `within` the share of lamps that keep it.
+// Source "basis": random lamps with structure down to a quarter of a spacing (truncation_rows.h).
+// There `predicted` is a bound, and `within` the share of lamps that keep it.
 //
-// Source "measured filter": photographs of a print (filter_rows.h).
+// Source "measured filter": photographs of a print (filter_rows.h); not with dual filters.
 //
 // Rows: source, quantity, runs, value (without errors), predicted and observed (standard
 // deviations in its unit), ratio (predicted over observed), error (relative standard error of

@@ -31,10 +31,14 @@ constexpr const char* kRig = R"([rig]
 kind = "lensless"
 delta_m = 0.3
 [filter]
-kind = "basis"
-basis = "bspline2"
 spacing_m = 0.03
+)";
+constexpr const char* kSingle = R"(kind = "basis"
+basis = "bspline2"
 scale = 1.7777777777777777
+)";
+constexpr const char* kDual = R"(kind = "dual"
+basis = "quadratic"
 )";
 
 constexpr const char* kLab = R"([lab]
@@ -120,11 +124,10 @@ variation = 0.5
 )";
 
 // Broad bumps, each image its own, and no symmetry that would hide an error.
-lightfield::LightField Lamp() {
+lightfield::LightField Lamp(lightfield::BasisKind basis) {
   lightfield::LuminaireGeometry g;
   g.delta_m = kDelta_m;
-  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(lightfield::BasisKind::kBspline2),
-                                          3, 3, kSpacing_m);
+  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(basis), 3, 3, kSpacing_m);
   constexpr int kSize = 44;
   g.lattice = {kSize, kSize, -0.5 * kSize * kPixel_m, 0.5 * kSize * kPixel_m, kPixel_m, kPixel_m};
   g.unit = lightfield::FluxUnit::kLumen;
@@ -144,11 +147,14 @@ lightfield::LightField Lamp() {
 
 }  // namespace
 
-void WriteBudgetLab(const std::filesystem::path& folder) {
+void WriteBudgetLab(const std::filesystem::path& folder, bool dual) {
+  using lightfield::BasisKind;
   std::filesystem::create_directories(folder);
-  lightfield::WriteLightField(folder / "lamp.lf.exr", Lamp());
-  core::WriteFileAtomically(folder / "lab.toml", fmt::format(kLab, kRig));
-  core::WriteFileAtomically(folder / "plan.toml", fmt::format(kPlan, kRig));
+  lightfield::WriteLightField(folder / "lamp.lf.exr",
+                              Lamp(dual ? BasisKind::kQuadratic : BasisKind::kBspline2));
+  const std::string rig = std::string(kRig) + (dual ? kDual : kSingle);
+  core::WriteFileAtomically(folder / "lab.toml", fmt::format(kLab, rig));
+  core::WriteFileAtomically(folder / "plan.toml", fmt::format(kPlan, rig));
 }
 
 void AskOfBudgetLab(reconstruct::BudgetSettings* settings) {

@@ -1,6 +1,7 @@
 // A small lab for Monte-Carlo runs of the error budget: 3 x 3 filters, 32 x 32 pixels, a lamp that
 // is smooth and lies in the span of the basis, every error source with its size, large enough to
-// be seen alone and small enough to be of first order.
+// be seen alone and small enough to be of first order. Its filters are `bspline2`, or dual pairs of
+// `quadratic` (a = 1/2).
 #pragma once
 
 #include <cstdint>
@@ -16,7 +17,7 @@
 namespace luxfield::study {
 
 // Writes lab.toml, plan.toml and the lamp into `folder`.
-void WriteBudgetLab(const std::filesystem::path& folder);
+void WriteBudgetLab(const std::filesystem::path& folder, bool dual);
 
 // What a budget of that lab is asked: a bright and a dim ray, two receivers, and the flux.
 void AskOfBudgetLab(reconstruct::BudgetSettings* settings);

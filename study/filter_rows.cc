@@ -20,6 +20,9 @@
 namespace luxfield::study {
 namespace {
 
+using hal::sim::FilterBench;
+using lightfield::MeasuredFilter;
+
 constexpr int kPixels = 320;  // of the photographs, a side
 // A tenth of the lab's full well: noise is to be seen above what texels round off.
 constexpr double kGain_dn_per_e = 6.4;
@@ -43,12 +46,29 @@ void WritePhotographingLab(const std::filesystem::path& lab, const std::filesyst
   core::WriteFileAtomically(variant, text.str());
 }
 
+// T over the ratio that the light really had between the photographs, not the one measured.
+MeasuredFilter AtKnownLevel(MeasuredFilter filter, const reconstruct::FilterReadings& readings,
+                            const FilterBench& bench) {
+  using View = FilterBench::View;
+  const double known = bench.Light(View::kPlus) / bench.Light(View::kLight),
+               factor = readings.prints[0].light_ratio / known;
+  for (float& t : filter.prints[0].transmittance) t = static_cast<float>(factor * t);
+  return filter;
+}
+
+// Mean squares of one kind of row, per quantity.
+struct Sums {
+  std::string source;
+  std::vector<reconstruct::ErrorSource> of;  // that `predicted` is the sum of
+  std::vector<double> predicted{}, observed{};
+};
+
 }  // namespace
 
 nlohmann::json FilterRows(const std::filesystem::path& folder, int runs, int budgets,
                           std::uint64_t seed) {
   using reconstruct::ErrorSource;
-  WriteBudgetLab(folder);
+  WriteBudgetLab(folder, false);
   const auto lab = folder / "lab.toml", variant = folder / "variant.toml",
              photographed = folder / "photographed.toml";
   WritePhotographingLab(lab, photographed);
@@ -71,38 +91,55 @@ nlohmann::json FilterRows(const std::filesystem::path& folder, int runs, int bud
   reconstruct::MergeSessionOptions how;
   how.lamp_level = reconstruct::LampLevel::kMonitorUnity;
 
-  std::vector<double> predicted(truth.size()), observed(truth.size());
-  std::vector<std::string> names;
-  core::Progress progress("photographs", static_cast<std::uint64_t>(runs));
-  for (int run = 0; run < runs; ++run) {
-    core::ThrowIfInterrupted();
-    const FilterPhotographs photographs =
-        PhotographFilter(photographed, seed + 1 + static_cast<std::uint64_t>(run), kPixels);
-    const auto filter =
-        reconstruct::MeasureFilter(photographs.sheet, photographs.light, photographs.prints);
+  Sums measured{kFilterSource,
+                {ErrorSource::kFilterNoise, ErrorSource::kPrintShift, ErrorSource::kDensity}};
+  Sums known{std::string(kFilterSource) + ", level known",
+             {ErrorSource::kFilterNoise, ErrorSource::kPrintShift}};
+  for (Sums* sums : {&measured, &known}) {
+    sums->predicted.resize(truth.size());
+    sums->observed.resize(truth.size());
+  }
+  const auto observe = [&](const MeasuredFilter& filter, Sums* sums) {
     reconstruct::ReconstructOptions solve;
     solve.filter = &filter;
     const auto values =
         QuantitiesOf(reconstruct::Reconstruct(measurements, solve).coefficients, settings);
     for (std::size_t q = 0; q < truth.size(); ++q)
-      observed[q] += std::pow(values[q] - truth[q], 2) / runs;
+      sums->observed[q] += std::pow(values[q] - truth[q], 2) / runs;
+  };
+  const auto predict = [&](const reconstruct::ErrorBudget& budget, Sums* sums) {
+    for (std::size_t q = 0; q < truth.size(); ++q)
+      for (const ErrorSource source : sums->of)
+        sums->predicted[q] +=
+            std::pow(budget.quantities[q].of(source).value_or(0), 2) / std::min(runs, budgets);
+  };
+  std::vector<std::string> names;
+  core::Progress progress("photographs", static_cast<std::uint64_t>(runs));
+  for (int run = 0; run < runs; ++run) {
+    core::ThrowIfInterrupted();
+    const FilterBench bench(hal::sim::ReadLab(core::Config::FromFile(photographed),
+                                              seed + 1 + static_cast<std::uint64_t>(run)),
+                            kPixels);
+    const FilterPhotographs photographs = PhotographFilter(bench);
+    reconstruct::FilterReadings readings;
+    const auto filter = reconstruct::MeasureFilter(photographs.sheet, photographs.light,
+                                                   photographs.prints, &readings);
+    observe(filter, &measured);
+    observe(AtKnownLevel(filter, readings, bench), &known);
     if (run < budgets) {
       const auto budget = reconstruct::ComputeErrorBudget(session, settings, how, &filter);
+      predict(budget, &measured);
+      predict(budget, &known);
       names.clear();
-      for (std::size_t q = 0; q < truth.size(); ++q) {
-        names.push_back(budget.quantities[q].name);
-        for (const ErrorSource source :
-             {ErrorSource::kFilterNoise, ErrorSource::kPrintShift, ErrorSource::kDensity})
-          predicted[q] +=
-              std::pow(budget.quantities[q].of(source).value_or(0), 2) / std::min(runs, budgets);
-      }
+      for (const auto& quantity : budget.quantities) names.push_back(quantity.name);
     }
     progress.Advance();
   }
   nlohmann::json rows = nlohmann::json::array();
-  for (std::size_t q = 0; q < truth.size(); ++q)
-    rows.push_back(BudgetRow(kFilterSource, names[q], runs, truth[q], std::sqrt(predicted[q]),
-                             std::sqrt(observed[q])));
+  for (const Sums& sums : {measured, known})
+    for (std::size_t q = 0; q < truth.size(); ++q)
+      rows.push_back(BudgetRow(sums.source, names[q], runs, truth[q], std::sqrt(sums.predicted[q]),
+                               std::sqrt(sums.observed[q])));
   return rows;
 }
 

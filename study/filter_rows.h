@@ -12,9 +12,12 @@ constexpr const char* kFilterSource = "measured filter";
 
 // One session without noise through a print that sits 0.2 mm beside its place, 2 % off in density.
 // Every run photographs the print anew, on a bench that stands otherwise, and reconstructs with
-// what `filter measure` makes of it. `predicted` are filter noise, print shift and density of the
-// budget together, mean square over `budgets` runs; `observed` is the deviation from what a
-// perfect print would have shown.
+// what `filter measure` makes of it. `observed` is the deviation from what a perfect print would
+// have shown, `predicted` what the budget states of the filter together, mean square over `budgets`
+// runs:
+//   "measured filter"               filter noise, print shift and density (the level)
+//   "measured filter, level known"  filter noise and print shift; T is put to the level of the
+//                                   light that the simulated bench had
 nlohmann::json FilterRows(const std::filesystem::path& folder, int runs, int budgets,
                           std::uint64_t seed);
 

@@ -9,11 +9,13 @@
 #include "core/random.h"
 #include "hal/sim/simulated_lab.h"
 #include "lightfield/light_vector.h"
+#include "lightfield/quadrature.h"
 #include "reconstruct/basis_truncation.h"
 
 namespace luxfield::study {
 namespace {
 
+using lightfield::BasisKind;
 using lightfield::LightField;
 using lightfield::Vec2;
 
@@ -48,11 +50,11 @@ max_m = [0.2, 0.2]
 u_per_cell = 12
 )";
 
-lightfield::LuminaireGeometry Geometry(int filters, double spacing_m) {
+lightfield::LuminaireGeometry Geometry(BasisKind basis, int filters, double spacing_m) {
   lightfield::LuminaireGeometry g;
   g.delta_m = kDelta_m;
-  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(lightfield::BasisKind::kBspline2),
-                                          filters, filters, spacing_m);
+  g.grid =
+      lightfield::BasisGrid::Centred(lightfield::Basis::Make(basis), filters, filters, spacing_m);
   g.lattice = {2, 2, -0.2, 0.2, 0.2, 0.2};
   g.unit = lightfield::FluxUnit::kLumen;
   return g;
@@ -60,7 +62,7 @@ lightfield::LuminaireGeometry Geometry(int filters, double spacing_m) {
 
 LightField RandomLamp(std::uint64_t seed, int number) {
   // Spots fade out inside the inner cells of the filters; knots lie on theirs.
-  LightField lamp(Geometry(kFilters * kFiner, kSpacing_m / kFiner));
+  LightField lamp(Geometry(BasisKind::kBspline2, kFilters * kFiner, kSpacing_m / kFiner));
   core::Random random(seed, 0x6C616D70, static_cast<std::uint32_t>(number));
   const int spots = 4 + static_cast<int>(random.Uniform() * 5);
   for (int k = 0; k < spots; ++k) {
@@ -80,32 +82,61 @@ LightField RandomLamp(std::uint64_t seed, int number) {
   return lamp;
 }
 
+LightField Projected(const LightField& lamp, const std::filesystem::path& folder) {
+  core::WriteFileAtomically(folder / "random.toml", kLab);
+  lightfield::WriteLightField(folder / "random.lf.exr", lamp);
+  return hal::sim::SimulatedLab(folder / "random.toml")
+      .truth(Geometry(BasisKind::kBspline2, kFilters, kSpacing_m));
+}
+
+// C = <Phi*, lamp> / h^2. The lamp is even over I, and a polynomial of degree 2 per axis between
+// its knots, which lie an even number of steps from the filters' middles: exact.
+LightField BehindDualFilters(const LightField& lamp) {
+  LightField field(Geometry(BasisKind::kQuadratic, kFilters, kSpacing_m));
+  const auto& grid = field.geometry.grid;
+  for (int j = 0; j < grid.height; ++j)
+    for (int i = 0; i < grid.width; ++i) {
+      const auto seen_at = [&](double x, double y) {
+        const Vec2 u = grid.centre(i, j) + kSpacing_m * Vec2{x, y};
+        return FluxDensity(lamp, u, {0, 0})[0] * grid.basis.DualValue(x) * grid.basis.DualValue(y);
+      };
+      const auto over_axis = [](auto&& f) {
+        double sum = 0;
+        for (int k = -2 * kFiner; k < 2 * kFiner; ++k)
+          sum += lightfield::Gauss3(0.5 * k / kFiner, 0.5 * (k + 1) / kFiner, f);
+        return sum;
+      };
+      const double c =
+          over_axis([&](double y) { return over_axis([&](double x) { return seen_at(x, y); }); });
+      for (float& texel : field.image(grid.index(i, j), 0)) texel = static_cast<float>(c);
+    }
+  return field;
+}
+
 struct Asked {
   const char* name;
   double (*value)(const LightField&);
 };
 
-constexpr Vec2 kRayThrough{0.05, 0.03};
-double Ray(const LightField& field, Vec2 u) { return Radiance(field, u, kRayThrough)[0]; }
+constexpr Vec2 kRayFrom{0.004, -0.009}, kRayThrough{0.05, 0.03};
 
-constexpr Asked kAsked[] = {{"ray",
-                             [](const LightField& f) {
-                               return Ray(f, {0.004, -0.009});
-                             }},
-                            {"flux", [](const LightField& f) { return TotalFlux(f)[0]; }},
-                            {"axis, 1 m",
-                             [](const LightField& f) {
-                               return ExactIrradiance(f, {0, 0, 1.3}, {0, 0, -1})[0];
-                             }},
-                            {"near, aside", [](const LightField& f) {
-                               return ExactIrradiance(f, {0.05, 0.03, 0.36}, {0, 0, -1})[0];
-                             }}};
+// The ray first: its bound is one of its own.
+constexpr Asked kAsked[] = {
+    {"ray", [](const LightField& f) { return Radiance(f, kRayFrom, kRayThrough)[0]; }},
+    {"flux", [](const LightField& f) { return TotalFlux(f)[0]; }},
+    {"axis, 1 m",
+     [](const LightField& f) {
+       return ExactIrradiance(f, {0, 0, 1.3}, {0, 0, -1})[0];
+     }},
+    {"near, aside", [](const LightField& f) {
+       return ExactIrradiance(f, {0.05, 0.03, 0.36}, {0, 0, -1})[0];
+     }}};
 
 }  // namespace
 
-nlohmann::json TruncationRows(const std::filesystem::path& folder, int lamps, std::uint64_t seed) {
+nlohmann::json TruncationRows(const std::filesystem::path& folder, int lamps, std::uint64_t seed,
+                              bool dual) {
   std::filesystem::create_directories(folder);
-  core::WriteFileAtomically(folder / "random.toml", kLab);
   struct Sums {
     double truth = 0, bound = 0, off = 0;
     int within = 0;
@@ -115,14 +146,14 @@ nlohmann::json TruncationRows(const std::filesystem::path& folder, int lamps, st
   for (int n = 0; n < lamps; ++n) {
     core::ThrowIfInterrupted();
     const LightField lamp = RandomLamp(seed, n);
-    lightfield::WriteLightField(folder / "random.lf.exr", lamp);
-    const LightField projected =
-        hal::sim::SimulatedLab(folder / "random.toml").truth(Geometry(kFilters, kSpacing_m));
-    const LightField coarse = reconstruct::Coarsened(projected).value();
+    const LightField seen = dual ? BehindDualFilters(lamp) : Projected(lamp, folder);
+    const reconstruct::BasisTruncation truncation(
+        seen, dual ? lightfield::FilterKind::kDual : lightfield::FilterKind::kBasis);
     for (std::size_t q = 0; q < sums.size(); ++q) {
-      const double truth = kAsked[q].value(lamp), value = kAsked[q].value(projected);
-      double bound = value - kAsked[q].value(coarse);
-      bound *= bound;
+      const double truth = kAsked[q].value(lamp), value = kAsked[q].value(seen);
+      const auto stated =
+          q == 0 ? truncation.BoundOfRay(kRayFrom, kRayThrough) : truncation.Bound(kAsked[q].value);
+      const double bound = std::pow(stated.value(), 2);
       const double off = (value - truth) * (value - truth);
       sums[q].truth += truth * truth / lamps;
       sums[q].bound += bound / lamps;

@@ -97,9 +97,11 @@ std::vector<float> FilterBench::Irradiance(View view) const {
   return Picture(print_, holder_from_sensor_, view, model.width, model.height, level);
 }
 
+double FilterBench::Light(View view) const { return LightOf(seed_, view); }
+
 core::RawFrame FilterBench::Expose(View view, double exposure_s, int number) const {
   const auto index = static_cast<std::uint64_t>(view);
-  return sensor_.Expose(irradiance_[index], LightOf(seed_, view), 0, exposure_s,
+  return sensor_.Expose(irradiance_[index], Light(view), 0, exposure_s,
                         index << 16 | static_cast<std::uint64_t>(number));
 }
 

@@ -22,6 +22,8 @@ class FilterBench {
   // The truth: holder coordinates of sensor positions (column, row).
   const Homography& holder_from_sensor() const { return holder_from_sensor_; }
   const FilterPrint& print() const { return print_; }
+  // The truth: the light of a photograph over the nominal one.
+  double Light(View view) const;
   // Exposure time that fills three quarters of a pixel with the bare light.
   double exposure_s() const { return exposure_s_; }
 

@@ -36,6 +36,7 @@ MeasuredFilter Sample(FilterKind kind) {
   filter.rotation_rad = 3e-4;
   filter.shift_sigma_m = 1e-7;
   filter.position_sigma_m = 2e-7;
+  filter.stretch_sigma = 4e-5;
   filter.level_sigma = 3e-4;
   filter.sum_sigma_ratio = 1.3;
   filter.rotation_sigma_rad = 2e-6;
@@ -54,6 +55,7 @@ void ExpectEqual(const MeasuredFilter& a, const MeasuredFilter& b) {
   EXPECT_EQ(a.rotation_rad, b.rotation_rad);
   EXPECT_EQ(a.shift_sigma_m, b.shift_sigma_m);
   EXPECT_EQ(a.position_sigma_m, b.position_sigma_m);
+  EXPECT_EQ(a.stretch_sigma, b.stretch_sigma);
   EXPECT_EQ(a.level_sigma, b.level_sigma);
   EXPECT_EQ(a.sum_sigma_ratio, b.sum_sigma_ratio);
   EXPECT_EQ(a.rotation_sigma_rad, b.rotation_sigma_rad);

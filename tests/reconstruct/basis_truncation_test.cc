@@ -13,6 +13,7 @@ namespace {
 using lightfield::Basis;
 using lightfield::BasisGrid;
 using lightfield::BasisKind;
+using lightfield::FilterKind;
 using lightfield::LightField;
 
 LightField Field(const Basis& basis, int width, int height) {
@@ -45,7 +46,7 @@ TEST(Coarsened, KeepsWhatTheCoarserBasisHas) {
       EXPECT_NEAR(FluxDensity(field, u, {0.001, 0})[0], basis.Value(x / 2) * basis.Value(0.5),
                   1e-6);
     }
-    const auto coarse = Coarsened(field);
+    const auto coarse = Coarsened(field, FilterKind::kBasis);
     ASSERT_TRUE(coarse);
     for (std::size_t k = 0; k < field.data.size(); ++k)
       EXPECT_NEAR(coarse->data[k], field.data[k], 1e-6);
@@ -60,9 +61,9 @@ TEST(Coarsened, IsAProjectionThatDropsFineStructure) {
   std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
   core::Random random(kSeed, 0);
   for (float& c : field.data) c = static_cast<float>(random.Normal());
-  const auto once = Coarsened(field);
+  const auto once = Coarsened(field, FilterKind::kBasis);
   ASSERT_TRUE(once);
-  const auto twice = Coarsened(*once);
+  const auto twice = Coarsened(*once, FilterKind::kBasis);
   for (std::size_t k = 0; k < field.data.size(); ++k)
     EXPECT_NEAR(twice->data[k], once->data[k], 1e-5);
 
@@ -70,13 +71,50 @@ TEST(Coarsened, IsAProjectionThatDropsFineStructure) {
     const auto m = static_cast<int>(k / 2);
     field.data[k] = (m % 9 + m / 9) % 2 ? 1.0f : -1.0f;
   }
-  const auto smooth = Coarsened(field);
+  const auto smooth = Coarsened(field, FilterKind::kBasis);
   EXPECT_LT(std::abs(smooth->image(field.geometry.grid.index(4, 3), 0)[0]), 0.05);
 }
 
+// Behind dual filters the projection is oblique, and one all the same.
+TEST(Coarsened, IsAProjectionBehindDualFilters) {
+  LightField field = Field(Basis::Make(BasisKind::kBilinear), 9, 8);
+  core::Random random(5, 0);
+  for (float& c : field.data) c = static_cast<float>(random.Normal());
+  const auto once = Coarsened(field, FilterKind::kDual);
+  ASSERT_TRUE(once);
+  const auto twice = Coarsened(*once, FilterKind::kDual);
+  double changed = 0;
+  for (std::size_t k = 0; k < field.data.size(); ++k) {
+    EXPECT_NEAR(twice->data[k], once->data[k], 1e-4);
+    changed += std::abs(once->data[k] - field.data[k]);
+  }
+  EXPECT_GT(changed, 1);
+}
+
+// An even lamp of 1 behind dual filters of a = 1/2: C = (integral of B*)^2 = (9/8)^2, which in its
+// own basis carries (9/8 5/6)^2 of the flux. Read as `bilinear` it is even.
+TEST(KeepingEvenLamps, PutsRightWhatQuadraticLoses) {
+  LightField field = Field(Basis::Make(BasisKind::kQuadratic, 0.5), 8, 8);
+  for (float& c : field.data) c = 81.0f / 64;
+  const LightField smooth = KeepingEvenLamps(field, FilterKind::kDual);
+  for (const lightfield::Vec2 u : {lightfield::Vec2{0, 0}, {0.003, -0.007}, {0.011, 0.02}})
+    EXPECT_NEAR(FluxDensity(smooth, u, {0.001, 0})[0], 1, 1e-6);
+  const BasisTruncation truncation(field, FilterKind::kDual);
+  const auto inner = [](const LightField& f) {  // the mean over an inner cell
+    double sum = 0;
+    for (int k = 0; k < 100; ++k)
+      sum +=
+          FluxDensity(f, {0.0002 * (k % 10 * 10 + 5), 0.0002 * (k / 10 * 10 + 5)}, {0.001, 0})[0] /
+          100;
+    return sum;
+  };
+  EXPECT_NEAR(inner(field), std::pow(9.0 / 8 * 5 / 6, 2), 2e-3);
+  EXPECT_GE(truncation.Bound(inner).value(), 1 - std::pow(9.0 / 8 * 5 / 6, 2) - 2e-3);
+}
+
 TEST(Coarsened, IsAbsentWhereThereIsNoCoarserBasis) {
-  EXPECT_FALSE(Coarsened(Field(Basis::Make(BasisKind::kQuadratic, 0.5), 8, 8)));
-  EXPECT_FALSE(Coarsened(Field(Basis::Make(BasisKind::kBspline2), 3, 8)));
+  EXPECT_FALSE(Coarsened(Field(Basis::Make(BasisKind::kQuadratic, 0.5), 8, 8), FilterKind::kBasis));
+  EXPECT_FALSE(Coarsened(Field(Basis::Make(BasisKind::kBspline2), 3, 8), FilterKind::kBasis));
 }
 
 }  // namespace

@@ -134,7 +134,7 @@ TEST(FilterNoise, IsWhatEveryTexelDoesToTheSolution) {
     variance += 0.25 * (above - below) * (above - below);
   }
   // Float32 coefficients, whose rounding is 1e-7 of sums that a texel moves by 1e-3; second order.
-  EXPECT_NEAR(std::sqrt(FilterNoiseVariance(filter, lags) / variance) / 1.25, 1, 2e-3);
+  EXPECT_NEAR(std::sqrt(TexelNoiseVariance(filter, lags) / variance) / 1.25, 1, 2e-3);
 }
 
 }  // namespace

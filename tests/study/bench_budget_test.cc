@@ -25,17 +25,27 @@ double ChiSquaredShare(int degrees, double z) {
   return std::pow(1 - v + z * std::sqrt(v), 3);
 }
 
+struct Sample {
+  const char* rig;
+  bool dual;
+  std::vector<std::string> sources;
+  std::size_t rows;
+};
+
 // A sample of what `luxfield bench budget` runs 400 times. The mean square over n labs of a
-// normal error is chi^2 of n degrees; its bounds are those of 1e-5 a side, 25 figures. Nothing is
+// normal error is chi^2 of n degrees; its bounds are those of 1e-5 a side, 55 figures. Nothing is
 // added for the prediction, whose own error (3 budgets, 4 % at most) lies far inside.
-TEST(BenchBudget, PredictionsHoldInSimulatedLabs) {
+class BenchBudgetTest : public testing::TestWithParam<Sample> {};
+
+TEST_P(BenchBudgetTest, PredictionsHoldInSimulatedLabs) {
   core::Progress::SetQuiet(true);
   BenchBudgetOptions options;
   options.folder = Scratch();
   options.runs = 20;
   options.budgets = 3;
   options.seed = 20261122;
-  options.sources = {"photon noise", "geometry", "print shift", "measured filter", "total"};
+  options.dual = GetParam().dual;
+  options.sources = GetParam().sources;
   std::printf("seed %llu\n", static_cast<unsigned long long>(options.seed));
   const nlohmann::json rows = BenchBudget(options);
   std::filesystem::remove_all(options.folder);
@@ -50,8 +60,18 @@ TEST(BenchBudget, PredictionsHoldInSimulatedLabs) {
     EXPECT_TRUE(share > low && share < high) << row.dump();
   }
   EXPECT_EQ(quantities.size(), 5u);
-  EXPECT_EQ(rows.size(), 25u);
+  EXPECT_EQ(rows.size(), GetParam().rows);
 }
+
+INSTANTIATE_TEST_SUITE_P(
+    Rigs, BenchBudgetTest,
+    testing::Values(
+        Sample{"Single",
+               false,
+               {"photon noise", "geometry", "print shift", "measured filter", "total"},
+               30},
+        Sample{"Dual", true, {"photon noise", "stage", "density gamma", "grain", "total"}, 25}),
+    [](const auto& test) { return test.param.rig; });
 
 TEST(BenchBudget, RefusesSourcesThatItDoesNotKnow) {
   BenchBudgetOptions options;

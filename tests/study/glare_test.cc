@@ -6,12 +6,13 @@
 
 #include "capture/capture_glare.h"
 #include "reconstruct/calibrate_glare.h"
+#include "reconstruct/error_budget.h"
 #include "tests/study/lab_session.h"
 
 namespace luxfield::study {
 namespace {
 
-const std::string kLab = std::string(R"(
+const std::string kQuietLab = std::string(R"(
 [lab]
 driver = "sim"
 seed = 4
@@ -48,11 +49,10 @@ pitch_m = 0.01
 [targets.trap]
 radius_m = 0.06
 places = 3
-[errors.dark_current]
-e_per_s = 5
 [errors.vignetting]
 corner_loss = 0.2
-)" + kStage + kCameraNoise;
+)" + kStage;
+const std::string kLab = kQuietLab + kCameraNoise + "[errors.dark_current]\ne_per_s = 5\n";
 
 // kLab with a colour mosaic before the sensor.
 std::string Mosaic() {
@@ -128,6 +128,76 @@ TEST(Glare, TheBoundHoldsForLightFromBeyondTheTrap) {
       "most, bound %.3f %%\n",
       100 * glare.share, glare.radius_px, 100 * largest_beyond, 100 * glare.bound);
   EXPECT_LT(glare.bound, 0.02);
+}
+
+constexpr const char* kLampPlan = R"(
+[plan]
+unit = "lm"
+[rig]
+kind = "reflector"
+albedo = 0.9
+delta_m = 0.3
+[filter]
+spacing_m = 0.03
+[grid]
+width = 3
+height = 3
+[lattice]
+width = 12
+height = 12
+ds_m = 0.02
+[exposure]
+min_s = 0.01
+max_s = 5
+ratio = 4
+[reference]
+every = 5
+max_drift = 0.05
+[warm_up]
+window_s = 5
+interval_s = 1
+variation = 0.01
+)";
+
+// From the trap to the budget: a lamp is measured on the bench whose veil the trap has shown, and
+// what the veil really does to every quantity (against the same bench without one) is the stray
+// light that the budget states. Rounding is the only noise.
+TEST(Glare, TheBudgetStatesWhatTheVeilDoes) {
+  const std::string veil = "[errors.stray_light]\nshare = 8e-3\n";
+  const ScratchFolder folder("glare_calibration");
+  const auto file = folder.path() / "glare.cal.json";
+  const auto glare = Measure(veil, "trap");
+  reconstruct::WriteGlareCalibration(file, glare);
+  reconstruct::BudgetSettings settings;
+  settings.rays = {{"ray", {0.004, -0.007}, {0.02, -0.03}}};
+  settings.receivers = {{"axis", {0, 0, 1.3}, {0, 0, -1}}};
+  reconstruct::MergeSessionOptions how;
+  const auto budget_of = [&](const std::string& errors, const char* name) {
+    const LabSession session(name, kQuietLab + errors, kLampPlan);
+    const auto provenance = reconstruct::MergeSession(session.Read(), how).provenance;
+    EXPECT_EQ(provenance.contains("glare_calibration"), !how.calibrations.empty());
+    return reconstruct::ComputeErrorBudget(session.Read(), settings, how);
+  };
+  constexpr auto kStray = reconstruct::ErrorSource::kStrayLight,
+                 kReadNoise = reconstruct::ErrorSource::kReadNoise;
+  const auto clear = budget_of("", "clear");
+  EXPECT_FALSE(clear.quantities[0].of(kStray));
+  how.calibrations = {file};
+  const auto veiled = budget_of(veil, "veiled");
+  ASSERT_EQ(veiled.quantities.size(), 3u);
+  for (std::size_t q = 0; q < 3; ++q) {
+    const double off = veiled.quantities[q].value - clear.quantities[q].value,
+                 stated = veiled.quantities[q].of(kStray).value();
+    // The share's own standard error is 0.2 % of it.
+    const double rounding = std::hypot(veiled.quantities[q].of(kReadNoise).value(),
+                                       clear.quantities[q].of(kReadNoise).value());
+    const double percent = 100 / clear.quantities[q].value;
+    std::printf("%s: the veil adds %.4f %%, stated %.4f %%, rounding %.4f %%\n",
+                clear.quantities[q].name.c_str(), percent * off, percent * stated,
+                percent * rounding);
+    EXPECT_NEAR(std::abs(off), stated, 0.01 * stated + 4 * rounding);
+    EXPECT_LT(rounding, 0.25 * stated);
+  }
 }
 
 }  // namespace
