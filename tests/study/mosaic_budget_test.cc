@@ -25,7 +25,7 @@ void Replace(std::string& text, const std::string& from, const std::string& to) 
 // The budget's lab with a Bayer sensor whose sites are as far apart as its pixels were, and a lamp
 // of three colours that differ from filter to filter.
 void WriteBayerLab(const fs::path& folder) {
-  WriteBudgetLab(folder);
+  WriteBudgetLab(folder, false);
   const lightfield::LightField grey = lightfield::ReadLightField(folder / "lamp.lf.exr");
   lightfield::LuminaireGeometry geometry = grey.geometry;
   geometry.channels = 3;
