@@ -58,20 +58,39 @@ std::vector<PlannedPosition> Positions(const Plan& plan) {
   return positions;
 }
 
+// Of the times that the camera has, the nearest by ratio; beyond them the time itself.
+double Available(double exposure_s, const hal::CameraCapabilities& camera) {
+  const auto& list = camera.exposures_s;
+  constexpr double kBeyond = 1.2;
+  if (list.empty() || exposure_s < list.front() / kBeyond || exposure_s > list.back() * kBeyond)
+    return exposure_s;
+  return *std::min_element(list.begin(), list.end(), [exposure_s](double a, double b) {
+    return std::abs(std::log(a / exposure_s)) < std::abs(std::log(b / exposure_s));
+  });
+}
+
 }  // namespace
 
 std::vector<double> MakeLadder(double min_s, double max_s, double ratio, double pwm_hz,
                                const hal::CameraCapabilities& camera, const std::string& name) {
+  const std::string plan = fmt::format("plan \"{}\"", name);
+  if (pwm_hz > 0 && !camera.exposures_s.empty())
+    throw InputError(
+        plan,
+        fmt::format("pulses at {} Hz need exposures of whole periods, the camera has a "
+                    "list of shutter speeds",
+                    pwm_hz),
+        "drive the lamp with direct current and leave pwm_hz out");
   std::vector<double> ladder;
   // Counted in whole steps, so that rounding cannot lose the last rung.
   const double steps = std::log(max_s / min_s) / std::log(ratio);
   for (int step = 0; step <= steps + 1e-9; ++step) {
     const double t = min_s * std::pow(ratio, step);
     // A whole number of PWM periods has no beat; at least one.
-    const double snapped = pwm_hz > 0 ? std::max(1.0, std::round(t * pwm_hz)) / pwm_hz : t;
+    const double snapped =
+        pwm_hz > 0 ? std::max(1.0, std::round(t * pwm_hz)) / pwm_hz : Available(t, camera);
     if (ladder.empty() || snapped > ladder.back() * 1.05) ladder.push_back(snapped);
   }
-  const std::string plan = fmt::format("plan \"{}\"", name);
   if (ladder.front() < camera.min_exposure_s)
     throw InputError(plan,
                      fmt::format("exposure.min_s gives {} s, the camera starts at {} s",

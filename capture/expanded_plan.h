@@ -29,9 +29,10 @@ struct ExpandedPlan {
 // InputError naming the plan's field.
 ExpandedPlan ExpandPlan(const Plan& plan, const hal::Devices& devices);
 
-// min_s, min_s * ratio, ... up to max_s, as whole periods of pwm_hz where that is above 0; times
-// that come within 5 % of the one before are left out. Throws InputError naming exposure.min_s or
-// max_s of the plan of that name outside the camera's range.
+// min_s, min_s * ratio, ... up to max_s, as whole periods of pwm_hz where that is above 0, or the
+// nearest of the camera's shutter speeds where it has a list; times that come within 5 % of the one
+// before are left out. Throws InputError naming exposure.min_s or max_s of the plan of that name
+// outside the camera's range, and for both periods and a list.
 std::vector<double> MakeLadder(double min_s, double max_s, double ratio, double pwm_hz,
                                const hal::CameraCapabilities& camera, const std::string& plan_name);
 

@@ -8,6 +8,7 @@
 #include "hal/aravis/aravis_camera.h"
 #include "hal/built_drivers.h"
 #include "hal/error.h"
+#include "hal/gphoto2/gphoto2_camera.h"
 #include "hal/gpiod/gpio_lines.h"
 #include "hal/usbtmc/usbtmc.h"
 
@@ -42,6 +43,9 @@ std::vector<AttachedDevice> AttachedDevices() {
                          fmt::format("{} {} {}, {} at {}", camera.vendor, camera.model,
                                      camera.serial, camera.protocol, camera.address),
                          {}});
+  if constexpr (kHasGphoto2)
+    for (const auto& camera : gphoto2::ListGphoto2Devices())
+      devices.push_back({"gphoto2", camera.port, camera.model, {}});
   for (const auto& instrument : usbtmc::ListUsbTmcDevices())
     devices.push_back(
         {"usbtmc", fmt::format("{:04x}:{:04x}", instrument.vendor, instrument.product),

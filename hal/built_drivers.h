@@ -9,6 +9,7 @@
 namespace luxfield::hal {
 
 inline constexpr bool kHasAravis = LUXFIELD_ARAVIS;
+inline constexpr bool kHasGphoto2 = LUXFIELD_GPHOTO2;
 #ifdef LUXFIELD_LIBGPIOD
 inline constexpr bool kHasGpiod = true;
 #else

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/raw_frame.h"
 
@@ -17,8 +18,9 @@ struct CameraCapabilities {
   int width = 0, height = 0;
   int bits = 16;  // 32: float DN without an ADC (ideal simulated camera)
   double min_exposure_s = 0, max_exposure_s = 0;
-  double exposure_step_s = 0;  // exposures are whole multiples; 0: any
-  double readout_s = 0;        // from the end of an exposure to the next possible start
+  double exposure_step_s = 0;            // exposures are whole multiples; 0: any
+  double readout_s = 0;                  // from the end of an exposure to the next possible start
+  std::vector<double> exposures_s = {};  // all there are, ascending; empty: any of the above
 };
 
 struct CameraSettings {

@@ -29,6 +29,25 @@ aravis::AravisOptions ReadAravis(const core::Config& camera) {
   return options;
 }
 
+gphoto2::Gphoto2Options ReadGphoto2(const core::Config& camera) {
+  gphoto2::Gphoto2Options options;
+  options.port = camera.Text("port", "");
+  const auto size = camera.Numbers("size_px", 2);
+  for (const double side : size)
+    if (side < 1 || side > 1e5 || side != static_cast<int>(side))
+      camera.Fail("size_px", "must be whole numbers of pixels", "give width, height");
+  options.width = static_cast<int>(size[0]);
+  options.height = static_cast<int>(size[1]);
+  options.bits = camera.Integer("bits", options.bits, 8, 16);
+  options.cfa = camera.Choice("mosaic", {"RGGB", "BGGR", "GRBG", "GBRG", "none"});
+  if (options.cfa == "none") options.cfa.clear();
+  options.shutter_speed = camera.Text("shutter_speed", options.shutter_speed);
+  for (const core::Config& setting : camera.Tables("setting"))
+    options.settings.emplace_back(setting.Text("name"), setting.Text("value"));
+  options.readout_s = camera.Number("readout_s", options.readout_s, {0, 100});
+  return options;
+}
+
 CameraCalibration ReadCalibration(const core::Config& camera, int channels, double full_scale_dn) {
   CameraCalibration c;
   c.black_dn = camera.Number("black_dn", 0, {0, full_scale_dn - 1});
@@ -61,14 +80,27 @@ std::string MosaicOf(const std::string& pixel_format) {
 }  // namespace
 
 CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels) {
-  camera.Choice("driver", {"aravis"});
-  RequireBuilt(camera, kHasAravis, "libaravis-dev");
   CameraOptions options;
-  options.aravis = ReadAravis(camera);
-  const auto format = aravis::FindPixelFormat(options.aravis.pixel_format);
-  if (!format)
-    camera.Fail("pixel_format", "is \"" + options.aravis.pixel_format + "\", which is not read",
-                "choose one of " + aravis::PixelFormatNames());
+  int bits = 0;
+  std::string cfa, mosaic_field = "pixel_format";
+  if (camera.Choice("driver", {"aravis", "gphoto2"}) == "aravis") {
+    RequireBuilt(camera, kHasAravis, "libaravis-dev");
+    const aravis::AravisOptions driver = ReadAravis(camera);
+    const auto format = aravis::FindPixelFormat(driver.pixel_format);
+    if (!format)
+      camera.Fail("pixel_format", "is \"" + driver.pixel_format + "\", which is not read",
+                  "choose one of " + aravis::PixelFormatNames());
+    bits = format->bits;
+    cfa = MosaicOf(driver.pixel_format);
+    options.driver = driver;
+  } else {
+    RequireBuilt(camera, kHasGphoto2, "libgphoto2-dev and libraw-dev");
+    const gphoto2::Gphoto2Options driver = ReadGphoto2(camera);
+    bits = driver.bits;
+    cfa = driver.cfa;
+    mosaic_field = "mosaic";
+    options.driver = driver;
+  }
   if (camera.Has("image_from_sensor")) {
     const auto h = camera.Numbers("image_from_sensor", 9);
     std::copy(h.begin(), h.end(), options.image_plane.emplace<Homography>().begin());
@@ -77,19 +109,23 @@ CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels) 
   } else {
     options.image_plane = PixelPitch{camera.Number("pitch_m", {1e-7, 1})};
   }
-  options.calibration = ReadCalibration(camera, channels, (1 << format->bits) - 1);
-  options.calibration.cfa = MosaicOf(options.aravis.pixel_format);
-  if (!options.calibration.cfa.empty() && channels != 3)
-    camera.Fail("pixel_format", "is of a colour mosaic", "set lab.channels = 3");
+  options.calibration = ReadCalibration(camera, channels, (1 << bits) - 1);
+  options.calibration.cfa = cfa;
+  if (!cfa.empty() && channels != 3)
+    camera.Fail(mosaic_field, "is of a colour mosaic", "set lab.channels = 3");
   return options;
 }
 
 std::unique_ptr<Camera> OpenCamera(const CameraOptions& options,
                                    std::shared_ptr<core::Clock> clock) {
+  // ReadCamera has refused drivers that are not built.
   if constexpr (kHasAravis)
-    return std::make_unique<aravis::AravisCamera>(options.aravis, std::move(clock));
-  else
-    return nullptr;  // ReadCamera has refused it
+    if (const auto* driver = std::get_if<aravis::AravisOptions>(&options.driver))
+      return std::make_unique<aravis::AravisCamera>(*driver, std::move(clock));
+  if constexpr (kHasGphoto2)
+    if (const auto* driver = std::get_if<gphoto2::Gphoto2Options>(&options.driver))
+      return std::make_unique<gphoto2::Gphoto2Camera>(*driver, std::move(clock));
+  return nullptr;
 }
 
 Homography ImageFromSensor(const CameraOptions& options, const CameraCapabilities& capabilities) {

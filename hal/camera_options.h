@@ -9,6 +9,7 @@
 #include "core/config.h"
 #include "hal/aravis/aravis_camera.h"
 #include "hal/devices.h"
+#include "hal/gphoto2/gphoto2_camera.h"
 #include "hal/homography.h"
 #include "hal/rig_options.h"
 
@@ -19,7 +20,7 @@ struct PixelPitch {
 };
 
 struct CameraOptions {
-  aravis::AravisOptions aravis;
+  std::variant<aravis::AravisOptions, gphoto2::Gphoto2Options> driver;
   std::variant<PixelPitch, Corners, Homography> image_plane;  // where the pixels lie on I
   CameraCalibration calibration;
 };

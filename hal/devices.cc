@@ -45,6 +45,7 @@ std::vector<DriverInfo> Drivers() {
       {"zaber", "stage: two Zaber axes, ASCII protocol, over a serial port or TCP"},
       {"usbtmc", "SCPI lamp supply and light meter on USB"}};
   if (kHasAravis) drivers.push_back({"aravis", "GigE Vision and USB3 Vision cameras"});
+  if (kHasGphoto2) drivers.push_back({"gphoto2", "still cameras over PTP, by their RAW files"});
   if (kHasGpiod)
     drivers.push_back(
         {"gpiod", "GPIO lines: safety inputs, shutter, print changer, colour wheel, lamp relay"});

@@ -63,10 +63,11 @@ PlanForTarget FindPlan(const CapturePlanner& planner, const PlanForTargetOptions
                     Described(best), LimitOf(best, planner.samples_error()));
   else
     result.limit = fmt::format(
-        "a simulated capture of {} has an error of {}, limited by what the bench gets wrong beside "
-        "noise and model (stage, print, lamp, stray light, shutter), {}: better the bench",
+        "a simulated capture of {} has an error of {}, of which {} is what the bench gets wrong "
+        "beside noise and model (stage, print, lamp, stray light, shutter); the least of noise and "
+        "model within reach is {}: better the bench",
         Described(*result.recommended), Percent(result.capture->error.value),
-        Percent(result.bench_error));
+        Percent(result.bench_error), Percent(best.error()));
   result.recommended.reset();
   return result;
 }

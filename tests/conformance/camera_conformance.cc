@@ -9,9 +9,13 @@ namespace {
 
 constexpr double kLong_s = 30;  // more than any operation of a bench takes
 
-// An exposure in the lower part of the camera's range, whole microseconds.
+// An exposure in the lower part of the camera's range: of its list, or whole microseconds.
 double SomeExposure(const CameraCapabilities& can, double factor) {
-  return 1e-6 * std::ceil(1e6 * std::max(can.min_exposure_s, 1e-3) * factor);
+  const double exposure_s = std::max(can.min_exposure_s, 1e-3) * factor;
+  const auto& list = can.exposures_s;
+  if (!list.empty())
+    return *std::min(std::lower_bound(list.begin(), list.end(), exposure_s), list.end() - 1);
+  return 1e-6 * std::ceil(1e6 * exposure_s);
 }
 
 }  // namespace

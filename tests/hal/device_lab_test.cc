@@ -52,9 +52,10 @@ TEST_F(DeviceLabFile, SaysWhatItSays) {
   const DeviceLab lab = ReadDeviceLab(With("prnu", "prnu"));
   EXPECT_EQ(lab.rig.delta_m, 0.3);
   EXPECT_EQ(lab.rig.pwm_hz, 1000);
-  EXPECT_EQ(lab.camera.aravis.id, "Aravis-Fake-LUX1");
-  ASSERT_TRUE(lab.camera.aravis.region);
-  EXPECT_EQ(lab.camera.aravis.region->width, 84);
+  const auto& camera = std::get<aravis::AravisOptions>(lab.camera.driver);
+  EXPECT_EQ(camera.id, "Aravis-Fake-LUX1");
+  ASSERT_TRUE(camera.region);
+  EXPECT_EQ(camera.region->width, 84);
   EXPECT_EQ(lab.rig.camera.read_noise_dn, 1.6);
   EXPECT_THAT(lab.rig.camera.defects, ElementsAre(std::pair{3, 17}, std::pair{40, 2}));
   EXPECT_EQ(lab.stage.port, "/dev/ttyUSB0");
@@ -109,7 +110,7 @@ TEST_F(DeviceLabFile, WhatMakesNoSenseIsRefusedByFileAndField) {
     const char *from, *to, *field;
   };
   for (const Case& c : std::initializer_list<Case>{
-           {"driver = \"aravis\"", "driver = \"gphoto2\"", "camera.driver"},
+           {"driver = \"aravis\"", "driver = \"gphoto\"", "camera.driver"},
            {"region_px = [0, 0, 84, 80]", "region_px = [0, 0, 84.5, 80]", "camera.region_px"},
            {"id = ", "pixel_format = \"RGB8\"\nid = ", "camera.pixel_format"},
            {"gain_dn_per_e = 0.16\n", "", "camera.gain_dn_per_e"},

@@ -1,0 +1,80 @@
+#include "hal/gphoto2/raw_file.h"
+
+#if LUXFIELD_GPHOTO2
+
+#include <fmt/format.h>
+#include <libraw/libraw.h>
+
+#include <cstring>
+#include <limits>
+#include <memory>
+
+#include "core/cfa.h"
+#include "hal/error.h"
+
+namespace luxfield::hal::gphoto2 {
+namespace {
+
+constexpr char kRemedy[] = "set the camera to full-size RAW ([camera.settings] in lab.toml)";
+
+HardwareError Damaged(const std::string& device, const std::string& problem) {
+  return {Fault::kIncomplete, device, "read RAW", problem, "check the cable, then resume"};
+}
+
+HardwareError NoSensorPicture(const std::string& device, const std::string& problem) {
+  return {Fault::kProtocol, device, "read RAW", problem, kRemedy};
+}
+
+std::string MosaicOf(LibRaw& raw, const std::string& device) {
+  if (raw.imgdata.idata.filters == 0) return "";
+  std::string cfa;
+  for (const int row : {0, 1})
+    for (const int column : {0, 1}) cfa += raw.imgdata.idata.cdesc[raw.COLOR(row, column)];
+  if (raw.imgdata.idata.filters < 1000 || !core::IsBayer(cfa))  // below: Foveon, X-Trans, Leaf
+    throw HardwareError(Fault::kProtocol, device, "read RAW",
+                        "the sensor's mosaic is not of Bayer's",
+                        "use a camera with a Bayer mosaic");
+  return cfa;
+}
+
+}  // namespace
+
+RawFile DecodeRawFile(std::string_view bytes, const std::string& device) {
+  const auto raw = std::make_unique<LibRaw>();  // a quarter of a megabyte
+  bool damaged = false;
+  raw->set_dataerror_handler(
+      [](void* flag, const char*, auto) { *static_cast<bool*>(flag) = true; }, &damaged);
+  const auto require = [&](int error) {
+    if (error == LIBRAW_FILE_UNSUPPORTED)
+      throw NoSensorPicture(device, "the camera sent a file that is no RAW");
+    if (error != LIBRAW_SUCCESS || damaged)
+      throw Damaged(device, damaged ? "the file is cut off" : LibRaw::strerror(error));
+  };
+  // The library does not write to what it reads.
+  require(raw->open_buffer(const_cast<char*>(bytes.data()), bytes.size()));
+  require(raw->unpack());
+  const libraw_data_t& data = raw->imgdata;
+  if (!data.rawdata.raw_image)
+    throw NoSensorPicture(device, "the camera sent a demosaiced or reduced picture");
+
+  RawFile file;
+  file.cfa = MosaicOf(*raw, device);
+  file.exposure_s = data.other.shutter > 0 ? data.other.shutter : 0;
+  const float temperature_c = data.makernotes.common.SensorTemperature;
+  file.temperature_c =
+      temperature_c > -273 ? temperature_c : std::numeric_limits<double>::quiet_NaN();
+  file.image.width = data.sizes.width;
+  file.image.height = data.sizes.height;
+  file.image.dn.resize(file.image.size());
+  for (int row = 0; row < file.image.height; ++row) {
+    const auto* from = reinterpret_cast<const std::uint8_t*>(data.rawdata.raw_image) +
+                       static_cast<std::size_t>(row + data.sizes.top_margin) * data.sizes.raw_pitch;
+    std::memcpy(&file.image.dn[static_cast<std::size_t>(row) * file.image.width],
+                from + 2 * data.sizes.left_margin, 2 * static_cast<std::size_t>(file.image.width));
+  }
+  return file;
+}
+
+}  // namespace luxfield::hal::gphoto2
+
+#endif

@@ -1,0 +1,36 @@
+// Serves a fake camera over PTP/IP (CIPA DC-005) on 127.0.0.1, one initiator after another.
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <thread>
+
+#include "tests/fakes/ptp_camera.h"
+
+namespace luxfield::fakes {
+
+class PtpIpHost {
+ public:
+  explicit PtpIpHost(PtpCamera& camera);
+  ~PtpIpHost();
+  PtpIpHost(const PtpIpHost&) = delete;
+  PtpIpHost& operator=(const PtpIpHost&) = delete;
+
+  const std::string& port() const { return port_; }  // as libgphoto2 names it
+  void Mute(bool mute) { mute_ = mute; }             // takes operations and answers none
+  void Drop();                                       // cuts the connection
+
+ private:
+  void Run();
+  void Serve(int commands, int events);
+  void SendEvents(int socket);
+
+  PtpCamera& camera_;
+  int listener_ = -1;
+  std::string port_;
+  std::atomic<bool> mute_ = false, ending_ = false, over_ = false;
+  std::atomic<int> commands_ = -1;
+  std::thread thread_;
+};
+
+}  // namespace luxfield::fakes

@@ -1,0 +1,191 @@
+#include "hal/gphoto2/gphoto2_camera.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <cmath>
+#include <thread>
+
+#include "hal/error.h"
+#include "tests/gphoto2/ptp_bench.h"
+
+namespace luxfield::hal::gphoto2 {
+namespace {
+
+using testing::HasSubstr;
+
+class StillCamera : public testing::Test {
+ protected:
+  double Soon(double seconds) const { return clock_->MonotonicSeconds() + seconds; }
+  template <typename Action>
+  static HardwareError ErrorOf(Action&& action) {
+    try {
+      action();
+    } catch (const HardwareError& error) {
+      return error;
+    }
+    ADD_FAILURE() << "nothing was thrown";
+    return {Fault::kProtocol, "", "", "", ""};
+  }
+  void ExpectFrame(const Frame& frame, double exposure_s) const {
+    ASSERT_EQ(frame.image.dn.size(), std::size_t{PtpBench::kWidth} * PtpBench::kHeight);
+    for (std::size_t k = 0; k < frame.image.dn.size(); ++k)
+      ASSERT_EQ(frame.image.dn[k], PtpBench::Pixel(k, exposure_s, bench_.camera.exposures())) << k;
+  }
+
+  PtpBench bench_;
+  std::shared_ptr<core::Clock> clock_ = std::make_shared<core::SystemClock>();
+};
+
+TEST_F(StillCamera, FramesCarryThePixelsOfTheExposureTheyWereAskedWith) {
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  EXPECT_THAT(camera.identity(), HasSubstr("LUX7"));
+  EXPECT_THAT(camera.capabilities().exposures_s,
+              testing::ElementsAre(1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2));
+  std::uint64_t last_id = 0;
+  for (const double exposure_s : {0.02, 0.001, 0.02, 0.02}) {
+    EXPECT_EQ(camera.Configure({exposure_s}, Soon(10)).exposure_s, exposure_s);
+    const Frame frame = camera.Expose(Soon(10));
+    EXPECT_GT(frame.frame_id, std::exchange(last_id, frame.frame_id));
+    EXPECT_TRUE(std::isnan(frame.temperature_c));
+    ExpectFrame(frame, exposure_s);
+  }
+  EXPECT_EQ(bench_.camera.files(), 0u) << "files stay in the camera until it is full";
+}
+
+TEST_F(StillCamera, StandardInputStaysOpen) {
+  ASSERT_NE(fcntl(STDIN_FILENO, F_GETFD), -1) << "the test itself needs it open";
+  { Gphoto2Camera camera(bench_.Options(), clock_); }
+  EXPECT_NE(fcntl(STDIN_FILENO, F_GETFD), -1);
+}
+
+TEST_F(StillCamera, OnlyItsOwnShutterSpeedsAreSet) {
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  const auto error = ErrorOf([&] { camera.Configure({0.03}, Soon(10)); });
+  EXPECT_EQ(error.fault, Fault::kOutOfRange);
+  EXPECT_THAT(error.what(), HasSubstr("0.03 s is none of the camera's shutter speeds"));
+}
+
+TEST_F(StillCamera, ASettingIsRepeatedUntilItReadsBack) {
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  bench_.camera.Set({.deaf = 2});
+  camera.Configure({0.05}, Soon(10));
+  ExpectFrame(camera.Expose(Soon(10)), 0.05);
+  bench_.camera.Set({.always_deaf = true});
+  const auto error = ErrorOf([&] { camera.Configure({0.01}, Soon(20)); });
+  EXPECT_EQ(error.fault, Fault::kRefused);
+  EXPECT_THAT(error.what(), HasSubstr("reads back"));
+}
+
+TEST_F(StillCamera, ABusyCameraIsAskedAgainAndNotForEver) {
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  camera.Configure({0.01}, Soon(10));
+  bench_.camera.Set({.busy = 3});
+  ExpectFrame(camera.Expose(Soon(10)), 0.01);
+  bench_.camera.Set({.busy = 1 << 30});
+  const double give_up_s = Soon(0.5);
+  EXPECT_EQ(ErrorOf([&] { camera.Expose(give_up_s); }).fault, Fault::kTimeout);
+  EXPECT_LT(clock_->MonotonicSeconds(), give_up_s + 0.5);
+}
+
+TEST_F(StillCamera, AFrameThatIsNotTheOneAskedForIsNotTaken) {
+  struct Case {
+    fakes::PtpCamera::Faults faults;
+    const char* problem;
+  };
+  for (const Case& c : {Case{{.again = true}, "came again"},
+                        Case{{.another_speed = true}, "the file says 0.001 s, set are 0.05 s"},
+                        Case{{.cut = 1000}, "cut off"}}) {
+    Gphoto2Camera camera(bench_.Options(), clock_);
+    camera.Configure({0.05}, Soon(10));
+    camera.Expose(Soon(10));
+    bench_.camera.Set(c.faults);
+    const auto error = ErrorOf([&] { camera.Expose(Soon(10)); });
+    EXPECT_EQ(error.fault, Fault::kIncomplete) << c.problem;
+    EXPECT_THAT(error.what(), HasSubstr(c.problem));
+    bench_.camera.Set({});
+    ExpectFrame(camera.Expose(Soon(10)), 0.05);
+  }
+}
+
+TEST_F(StillCamera, TheFileOfAnExposureThatWasGivenUpIsNotTheNextOnes) {
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  camera.Configure({0.2}, Soon(10));
+  EXPECT_EQ(ErrorOf([&] { camera.Expose(Soon(0.1)); }).fault, Fault::kTimeout);
+  camera.Configure({0.2}, Soon(10));
+  ExpectFrame(camera.Expose(Soon(10)), 0.2);
+  EXPECT_EQ(bench_.camera.exposures(), 2);
+  EXPECT_EQ(bench_.camera.files(), 0u);
+}
+
+TEST_F(StillCamera, AFrameThatNeverComesEndsByItsDeadline) {
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  camera.Configure({0.01}, Soon(10));
+  bench_.camera.Set({.lost = true});
+  EXPECT_EQ(ErrorOf([&] { camera.Expose(Soon(0.3)); }).fault, Fault::kTimeout);
+}
+
+TEST_F(StillCamera, AnAbortEndsAnExposureThatWaits) {
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  camera.Configure({0.2}, Soon(10));
+  const int before = bench_.camera.exposures();
+  std::thread aborter([&] {
+    while (bench_.camera.exposures() == before) std::this_thread::yield();
+    camera.Abort();
+  });
+  const auto error = ErrorOf([&] { camera.Expose(Soon(10)); });
+  aborter.join();
+  EXPECT_EQ(error.fault, Fault::kStopped);
+}
+
+TEST_F(StillCamera, ACutConnectionIsADisconnectedDevice) {
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  camera.Configure({0.01}, Soon(10));
+  bench_.host.Drop();
+  EXPECT_EQ(ErrorOf([&] { camera.Expose(Soon(10)); }).fault, Fault::kDisconnected);
+}
+
+TEST_F(StillCamera, AMuteCameraIsATimeoutByTheDeadline) {
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  bench_.host.Mute(true);
+  const double give_up_s = Soon(0.5);
+  EXPECT_EQ(ErrorOf([&] { camera.Configure({0.01}, give_up_s); }).fault, Fault::kTimeout);
+  EXPECT_LT(clock_->MonotonicSeconds(), give_up_s + 0.5);
+  bench_.host.Drop();  // lets the call end that still waits
+}
+
+TEST_F(StillCamera, WhatTheLabSaysOfFramesIsHeldAgainstThem) {
+  struct Case {
+    std::function<void(Gphoto2Options&)> change;
+    const char* problem;
+  };
+  for (const Case& c :
+       {Case{[](Gphoto2Options& o) { o.width = 96; }, "48 x 32 pixels came, the lab says 96 x 32"},
+        Case{[](Gphoto2Options& o) { o.cfa = "RGGB"; },
+             "mosaic is \"GRBG\", the lab says \"RGGB\""},
+        Case{[](Gphoto2Options& o) { o.bits = 10; }, "more than 10 bits hold"}}) {
+    Gphoto2Options options = bench_.Options();
+    c.change(options);
+    Gphoto2Camera camera(options, clock_);
+    camera.Configure({0.1}, Soon(10));
+    const auto error = ErrorOf([&] { camera.Expose(Soon(10)); });
+    EXPECT_EQ(error.fault, Fault::kProtocol);
+    EXPECT_THAT(error.what(), HasSubstr(c.problem));
+  }
+}
+
+TEST_F(StillCamera, SettingsThatTheCameraHasNotAreRefusedByName) {
+  Gphoto2Options options = bench_.Options();
+  options.settings = {{"imagefidelity", "RAW"}};
+  EXPECT_THAT(ErrorOf([&] { Gphoto2Camera camera(options, clock_); }).what(),
+              HasSubstr("has no setting \"imagefidelity\""));
+  options.settings = {{"iso", "123"}};
+  EXPECT_THAT(ErrorOf([&] { Gphoto2Camera camera(options, clock_); }).what(),
+              HasSubstr("\"iso\" cannot be \"123\"; it can be 100, 200, 400"));
+}
+
+}  // namespace
+}  // namespace luxfield::hal::gphoto2
