@@ -11,6 +11,7 @@
 
 #include "hal/error.h"
 #include "tests/gphoto2/ptp_bench.h"
+#include "tests/gphoto2/ptp_usb_host.h"
 
 namespace luxfield::hal::gphoto2 {
 namespace {
@@ -146,6 +147,27 @@ TEST_F(StillCamera, ACutConnectionIsADisconnectedDevice) {
   camera.Configure({0.01}, Soon(10));
   bench_.host.Drop();
   EXPECT_EQ(ErrorOf([&] { camera.Expose(Soon(10)); }).fault, Fault::kDisconnected);
+}
+
+TEST_F(StillCamera, OnUsbIsListedAndItsUnpluggingIsNamed) {
+  UMockdevTestbed* testbed = umockdev_testbed_new();
+  {
+    PtpUsbHost host(testbed, 6, bench_.camera);
+    const auto devices = ListGphoto2Devices();
+    ASSERT_EQ(devices.size(), 1u);
+    EXPECT_EQ(devices[0].port, host.port());
+    EXPECT_THAT(devices[0].model, HasSubstr("PTP"));
+    Gphoto2Options options = bench_.Options();
+    options.port = "usb:001,099";
+    EXPECT_EQ(ErrorOf([&] { Gphoto2Camera camera(options, clock_); }).fault, Fault::kDisconnected);
+    options.port = host.port();
+    Gphoto2Camera camera(options, clock_);
+    camera.Configure({0.02}, Soon(10));
+    ExpectFrame(camera.Expose(Soon(10)), 0.02);
+    host.Unplug();
+    EXPECT_EQ(ErrorOf([&] { camera.Expose(Soon(10)); }).fault, Fault::kDisconnected);
+  }
+  g_object_unref(testbed);
 }
 
 TEST_F(StillCamera, AMuteCameraIsATimeoutByTheDeadline) {
