@@ -44,8 +44,10 @@ void PlaceFilter(fakes::FakeDevice& device, fakes::BenchState& state) {
 
 }  // namespace
 
-FakeBench::FakeBench(const std::filesystem::path& folder, const std::filesystem::path& world)
-    : world_(world),
+FakeBench::FakeBench(const std::filesystem::path& folder, const std::filesystem::path& world,
+                     CameraKind camera)
+    : kind_(camera),
+      world_(world),
       state_file_(folder / "bench.state"),
       state_(state_file_, true),
       lamp_time_(hal::sim::ReadLab(core::Config::FromFile(world), {}).lamp_time),
@@ -81,8 +83,16 @@ FakeBench::~FakeBench() {
 }
 
 std::string FakeBench::CameraKeys() const {
-  return fmt::format("driver = \"aravis\"\nid = \"Aravis-Fake-{}\"\npacket_socket = false\n",
-                     kSerial);
+  const auto sensor = hal::sim::ReadLab(core::Config::FromFile(world_), {}).sensor;
+  if (kind_ == CameraKind::kStill)
+    return fmt::format(
+        "driver = \"gphoto2\"\nport = \"{}\"\nsize_px = [{}, {}]\nbits = {}\nmosaic = "
+        "\"none\"\nreadout_s = 0.2\nsetting = [{{name = \"iso\", value = \"200\"}}]\n",
+        camera_port_, sensor.width, sensor.height, sensor.bits);
+  return fmt::format(
+      "driver = \"aravis\"\nid = \"Aravis-Fake-{}\"\npacket_socket = false\nregion_px = [0, 0, "
+      "{}, {}]\n",
+      kSerial, sensor.width, sensor.height);
 }
 
 std::string FakeBench::StageKeys() const {
@@ -121,7 +131,9 @@ void FakeBench::StartCamera(const std::string& network, int seed) {
   std::array<int, 2> in{}, out{};
   ASSERT_EQ(pipe2(in.data(), O_CLOEXEC), 0);
   ASSERT_EQ(pipe2(out.data(), O_CLOEXEC), 0);
-  const std::string program = e2e::BuiltProgram("fake_camera").string();
+  const bool still = kind_ == CameraKind::kStill;
+  const std::string program =
+      e2e::BuiltProgram(still ? "fake_still_camera" : "fake_camera").string();
   camera_ = fork();
   if (camera_ == 0) {
     dup2(in[0], STDIN_FILENO);
@@ -132,16 +144,20 @@ void FakeBench::StartCamera(const std::string& network, int seed) {
       setenv("LUXFIELD_NETWORK", network.c_str(), 1);
       setenv("LUXFIELD_NETWORK_SEED", std::to_string(seed).c_str(), 1);
     }
-    execl(program.c_str(), program.c_str(), kSerial, world_.c_str(), state_file_.c_str(), nullptr);
+    if (still)
+      execl(program.c_str(), program.c_str(), world_.c_str(), state_file_.c_str(), nullptr);
+    else
+      execl(program.c_str(), program.c_str(), kSerial, world_.c_str(), state_file_.c_str(),
+            nullptr);
     _exit(127);
   }
   close(in[0]);
   close(out[1]);
   camera_input_ = in[1];
-  std::string ready;
-  for (char c = 0; read(out[0], &c, 1) == 1 && c != '\n';) ready += c;
+  camera_port_.clear();  // aravis' says "ready"
+  for (char c = 0; read(out[0], &c, 1) == 1 && c != '\n';) camera_port_ += c;
   close(out[0]);
-  ASSERT_EQ(ready, "ready");
+  ASSERT_NE(camera_port_, "");
 }
 
 void FakeBench::KillCamera() {

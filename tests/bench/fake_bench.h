@@ -1,7 +1,8 @@
 // A bench of fake devices for the whole program: camera, stage, contacts, shutter, print changer,
 // lamp supply and light meter, which together are the lab of a simulated lab.toml.
 //
-// The camera is a process of its own, aravis' GigE Vision server; the stage is a Grbl controller
+// The camera is a process of its own, aravis' GigE Vision server or a still camera on PTP/IP; the
+// stage is a Grbl controller
 // behind a pty; GPIO chip and USB instruments are umockdev's. Programs that are started while the
 // bench stands reach them all. The test program runs under umockdev-wrapper.
 #pragma once
@@ -23,10 +24,13 @@
 
 namespace luxfield::bench {
 
+enum class CameraKind { kMachineVision, kStill };
+
 class FakeBench {
  public:
   // Files of the bench go into `folder`; `world` is the simulated lab that the camera sees.
-  FakeBench(const std::filesystem::path& folder, const std::filesystem::path& world);
+  FakeBench(const std::filesystem::path& folder, const std::filesystem::path& world,
+            CameraKind camera);
   ~FakeBench();
   FakeBench(const FakeBench&) = delete;
   FakeBench& operator=(const FakeBench&) = delete;
@@ -54,6 +58,7 @@ class FakeBench {
   std::string AnswerSupply(const std::string& message);
   std::string AnswerMeter(const std::string& message);
 
+  CameraKind kind_;
   std::filesystem::path world_, state_file_;
   fakes::SharedBenchState state_;
   hal::sim::LampTime lamp_time_;
@@ -65,6 +70,7 @@ class FakeBench {
   std::string preload_before_;
   pid_t camera_ = 0;
   int camera_input_ = -1;
+  std::string camera_port_;  // what it says when it can be reached
 };
 
 }  // namespace luxfield::bench

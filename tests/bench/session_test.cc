@@ -96,8 +96,7 @@ std::string RealLab(const FakeBench& bench) {
   return fmt::format(R"([lab]
 driver = "devices"
 {}[camera]
-{}region_px = [0, 0, 64, 64]
-read_noise_dn = 1.6
+{}read_noise_dn = 1.6
 dark_current_e_per_s = 5
 {}[stage]
 {}{}{})",
@@ -138,7 +137,11 @@ class Bench : public testing::Test {
   void SetUp() override {
     e2e::WriteText(folder_ / "plan.toml", Plan());
     e2e::WriteText(folder_ / "simulated.toml", SimulatedLab());
-    bench_.emplace(folder_, folder_ / "simulated.toml");
+    Build(CameraKind::kMachineVision);
+  }
+  void Build(CameraKind camera) {
+    bench_.reset();
+    bench_.emplace(folder_, folder_ / "simulated.toml", camera);
     e2e::WriteText(folder_ / "real.toml", RealLab(*bench_));
   }
   void TearDown() override {
@@ -224,6 +227,13 @@ TEST_F(Bench, ASessionGivesTheLightFieldOfTheSimulatedDrivers) {
                  SimulatedLab() + "[errors.registration]\nshift_m = [5e-4, 0]\n");
   const Agreement shifted = AgreementWith("shifted");
   EXPECT_GT(shifted.chi_squared, 1 + 5 * shifted.scatter());
+}
+
+TEST_F(Bench, ASessionOfAStillCameraGivesItToo) {
+  Build(CameraKind::kStill);
+  RunWell(Capture());
+  fmt::print("{} exposures of a still camera\n", bench_->exposures());
+  ExpectTheSimulatedLightField();
 }
 
 TEST_F(Bench, ResumesAfterEmergencyStopDeadCameraPulledCableAndKilledProgram) {

@@ -10,68 +10,32 @@
 #include <string>
 #include <thread>
 
-#include "core/config.h"
-#include "hal/sim/world.h"
-#include "tests/fakes/bench_state.h"
+#include "tests/fakes/seen_lab.h"
 
 namespace luxfield::fakes {
 namespace {
 
-class Camera {
- public:
-  Camera(const char* lab, const char* state)
-      : world_(hal::sim::ReadLab(core::Config::FromFile(lab), {})), state_(state, false) {}
-
-  static void Fill(ArvBuffer* buffer, void* self, guint32 exposure_us, guint32, ArvPixelFormat) {
-    static_cast<Camera*>(self)->Expose(buffer, 1e-6 * exposure_us);
-  }
-
- private:
-  void Arrange() {
-    const double since_s = state_->lamp_on_since_s;
-    core::SimulatedClock& clock = *world_.clock();
-    if (since_s != lamp_on_since_s_) {
-      world_.SwitchLamp(false);
-      world_.SwitchLamp(since_s != BenchState::kOff);
-      switched_on_s_ = clock.MonotonicSeconds();
-      lamp_on_since_s_ = since_s;
-    }
-    // The lamp's age is what its output depends on.
-    if (since_s != BenchState::kOff)
-      clock.SleepSeconds(switched_on_s_ + SteadySeconds() - since_s - clock.MonotonicSeconds());
-    world_.MoveStage({state_->u_m, state_->v_m});
-    world_.shutter_open = state_->shutter_open;
-    world_.print = state_->print;
-  }
-
-  void Expose(ArvBuffer* buffer, double exposure_s) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(exposure_s);
-    Arrange();
-    const core::RawFrame frame = world_.Expose(exposure_s, ++state_->exposures);
-    std::size_t size = 0;  // within the callback the buffer does not know it yet
-    auto* out = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &size)));
-    const auto pixels = static_cast<std::size_t>(arv_buffer_get_image_width(buffer)) *
-                        static_cast<std::size_t>(arv_buffer_get_image_height(buffer));
-    std::memset(out, 0, 2 * pixels);
-    std::memcpy(out, frame.dn.data(), 2 * std::min(pixels, frame.dn.size()));
-    std::this_thread::sleep_until(end);
-  }
-
-  hal::sim::World world_;
-  SharedBenchState state_;
-  double lamp_on_since_s_ = BenchState::kOff;
-  double switched_on_s_ = 0;  // on the simulated clock
-};
+void Fill(ArvBuffer* buffer, void* seen, guint32 exposure_us, guint32, ArvPixelFormat) {
+  const double exposure_s = 1e-6 * exposure_us;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(exposure_s);
+  const core::RawFrame frame = static_cast<SeenLab*>(seen)->Expose(exposure_s);
+  std::size_t size = 0;  // within the callback the buffer does not know it yet
+  auto* out = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &size)));
+  const auto pixels = static_cast<std::size_t>(arv_buffer_get_image_width(buffer)) *
+                      static_cast<std::size_t>(arv_buffer_get_image_height(buffer));
+  std::memset(out, 0, 2 * pixels);
+  std::memcpy(out, frame.dn.data(), 2 * std::min(pixels, frame.dn.size()));
+  std::this_thread::sleep_until(end);
+}
 
 int Serve(const char* serial, const char* lab, const char* state) {
-  Camera camera(lab, state);
+  SeenLab seen(lab, state);
   ArvGvFakeCamera* server = arv_gv_fake_camera_new("127.0.0.1", serial);
   if (!server || !arv_gv_fake_camera_is_running(server)) {
     std::cerr << "cannot serve on 127.0.0.1\n";
     return 1;
   }
-  arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(server), Camera::Fill,
-                                   &camera);
+  arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(server), Fill, &seen);
   std::cout << "ready" << std::endl;
   for (std::string line; std::getline(std::cin, line);) {
   }
