@@ -71,7 +71,7 @@ class Watchdog : public testing::Test {
                                "width = 8\nheight = 8\nbits = 14\nmin_exposure_s = 1e-5\n"
                                "max_exposure_s = 10\n{}[stage]\n{}",
                                kCommon, kSensor, kTravel));
-    bench_.emplace(folder_, folder_ / "world.toml");
+    bench_.emplace(folder_, folder_ / "world.toml", CameraKind::kMachineVision);
     for (const bool relay : {false, true})
       e2e::WriteText(LabFile(relay),
                      fmt::format("[lab]\ndriver = \"devices\"\n{}[camera]\n{}read_noise_dn = "
