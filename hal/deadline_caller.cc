@@ -32,21 +32,21 @@ void DeadlineCaller::Run(const std::shared_ptr<Shared>& shared) {
   for (;;) {
     shared->changed.wait(lock, [&] { return shared->job || shared->end; });
     if (!shared->job) return;
-    const std::function<void()> job = std::exchange(shared->job, nullptr);
+    std::function<Deliver()> job = std::exchange(shared->job, nullptr);
     lock.unlock();
-    job();
+    const Deliver deliver = job();
+    job = nullptr;
     lock.lock();
     shared->busy_with.clear();
-    shared->changed.notify_all();
+    lock.unlock();
+    deliver();
+    lock.lock();
   }
 }
 
-void DeadlineCaller::Start(const std::string& operation, std::function<void()> job) {
+void DeadlineCaller::Start(const std::string& operation, std::function<Deliver()> job) {
   {
-    std::unique_lock lock(shared_->mutex);
-    // The call before has handed its result over, and may be about to say that it has ended.
-    shared_->changed.wait_for(lock, std::chrono::milliseconds(10),
-                              [this] { return shared_->busy_with.empty(); });
+    const std::lock_guard lock(shared_->mutex);
     if (!shared_->busy_with.empty())
       throw HardwareError(Fault::kTimeout, device_, operation,
                           fmt::format("still hangs in \"{}\"", shared_->busy_with),

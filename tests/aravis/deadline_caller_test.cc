@@ -24,6 +24,18 @@ TEST_F(DeadlineCalls, ReturnsAndThrowsWhatTheCallDoes) {
   EXPECT_EQ(caller.Call("add", Soon(10), [] { return 2 + 2; }), 4);
 }
 
+// The thread may be late in noticing that a call has ended: neither is the next call refused then,
+// nor does it still hold what the call owned.
+TEST_F(DeadlineCalls, IsReadyForTheNextCallWhenOneReturns) {
+  DeadlineCaller caller("device", clock_);
+  for (int k = 0; k < 20000; ++k) {
+    auto owned = std::make_shared<int>(k);
+    const std::weak_ptr<int> watched = owned;
+    ASSERT_EQ(caller.Call("give back", Soon(10), [owned = std::move(owned)] { return *owned; }), k);
+    ASSERT_TRUE(watched.expired()) << k;
+  }
+}
+
 TEST_F(DeadlineCalls, ACallThatHangsEndsByItsDeadlineAndBlocksTheDevice) {
   auto release = std::make_shared<std::promise<void>>();
   std::shared_future<void> released = release->get_future().share();
