@@ -154,6 +154,8 @@ void World::TraceBatch(const std::vector<Visit>& visits) {
   const double half_support = 0.5 * lab_.basis.cells * lab_.spacing_m;
   options.cell_origin = {static_cast<double>(visits.front().u_nm) * 1e-9 - half_support,
                          static_cast<double>(visits.front().v_nm) * 1e-9 - half_support};
+  // A dual filter jumps at its knots, and a jump that moves between two nodes is not seen at all.
+  if (lab_.dual) options.cell_origin = options.cell_origin + lab_.print_errors.shift_m;
   options.u_samples_per_cell = lab_.u_samples_per_cell;
   options.s_samples_per_texel = lab_.s_samples_per_pixel;
   auto images = TraceIrradiance(
