@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "hal/error.h"
 #include "hal/gphoto2/library.h"
@@ -70,18 +71,14 @@ class Gphoto2Camera::Session {
         },
         this);
   }
-  ~Session() {
-    if (!camera_) return;
-    const KeepStandardInput keep;
-    gp_camera_exit(camera_, context_.get());
-    gp_camera_unref(camera_);
-  }
+  ~Session() { Close(); }
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
   CameraCapabilities Open(double deadline_s);
   double SetExposure(double exposure_s, double deadline_s);
   Frame Expose(double exposure_s, double deadline_s);
+  void Close();
 
   std::string name;
   std::atomic<bool> aborted = false;
@@ -373,6 +370,14 @@ Frame Gphoto2Camera::Session::Expose(double exposure_s, double deadline_s) {
   return frame;
 }
 
+void Gphoto2Camera::Session::Close() {
+  if (!camera_) return;
+  aborted = false;  // the camera is to hear that it is let go
+  const KeepStandardInput keep;
+  gp_camera_exit(camera_, context_.get());
+  gp_camera_unref(std::exchange(camera_, nullptr));
+}
+
 std::vector<Gphoto2Device> ListGphoto2Devices() {
   const OwnedContext context(gp_context_new());
   const OwnedList found = DetectedCameras(context.get());
@@ -393,15 +398,15 @@ Gphoto2Camera::Gphoto2Camera(const Gphoto2Options& options, std::shared_ptr<core
 
 Gphoto2Camera::~Gphoto2Camera() {
   session_->aborted = true;
-  try {
-    caller_->Call("close", clock_->MonotonicSeconds() + kClose_s,
-                  [session = std::move(session_)]() mutable {
-                    session->aborted = false;  // the camera is to hear that it is let go
-                    session.reset();
-                  });
-  } catch (const HardwareError&) {
-    // It hangs, and ends with its call.
-  }
+  const double give_up_s = clock_->MonotonicSeconds() + kClose_s;
+  for (;;) try {
+      caller_->Call("close", give_up_s, [session = session_] { session->Close(); });
+      return;
+    } catch (const HardwareError&) {
+      // A call that hangs closes the camera when it ends, should it not do so in time.
+      if (clock_->MonotonicSeconds() >= give_up_s) return;
+      clock_->SleepSeconds(kAgain_s);
+    }
 }
 
 AppliedSettings Gphoto2Camera::Configure(const CameraSettings& settings, double deadline_s) {

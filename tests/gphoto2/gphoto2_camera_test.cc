@@ -176,7 +176,7 @@ TEST_F(StillCamera, AMuteCameraIsATimeoutByTheDeadline) {
   const double give_up_s = Soon(0.5);
   EXPECT_EQ(ErrorOf([&] { camera.Configure({0.01}, give_up_s); }).fault, Fault::kTimeout);
   EXPECT_LT(clock_->MonotonicSeconds(), give_up_s + 0.5);
-  bench_.host.Drop();  // lets the call end that still waits
+  bench_.host.Drop();  // lets the call end that still waits, and the camera be closed
 }
 
 TEST_F(StillCamera, WhatTheLabSaysOfFramesIsHeldAgainstThem) {
