@@ -67,7 +67,7 @@ max_m = [0.1, 0.1]
 speed_m_per_s = 0.05
 settle_s = 0.5
 [sampling]
-u_per_cell = 6
+u_per_cell = 12
 [errors.photon_noise]
 [errors.read_noise]
 rms_dn = 40
