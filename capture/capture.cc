@@ -12,6 +12,7 @@
 #include "capture/capture_glare.h"
 #include "capture/capture_sensor.h"
 #include "capture/frame_taker.h"
+#include "capture/session_description.h"
 #include "capture/take_session.h"
 #include "core/error.h"
 #include "core/json.h"
@@ -41,25 +42,36 @@ class Run {
 
   void Capture() {
     RecallReferences();
-    const auto pending = Pending();
-    Prepare(pending);
+    Announce(Pending());
+    taker_.WarmUpLamp(plan_.warm_up);
+    CheckDarkLevel();
+    while (!TakeEpoch()) {
+      WaitInsideBand();
+      session_.StartEpoch(DescribeDevices(devices_));
+      Announce(Pending());
+    }
+  }
+
+ private:
+  // All that the session lacks; false: a reference is outside the band, suspended.
+  bool TakeEpoch() {
+    const std::vector<PlannedPosition> pending = Pending();
     core::Progress progress("capture", pending.size());
     TakeDarks(0);
-    const int every = plan_.reference.every;
+    const auto every = static_cast<std::size_t>(plan_.reference.every);
     for (std::size_t n = 0; n < pending.size(); ++n) {
-      if (every > 0 && n % static_cast<std::size_t>(every) == 0) TakeReference();
+      if (every > 0 && n % every == 0 && !TakeReference()) return false;
       taker_.PauseIfAsked(1);
       TakePosition(pending[n]);
-      ++summary_.positions;
       progress.Advance(
           1, fmt::format("{} frames, {} rejected, {} flagged, lamp {:.4f}", summary_.frames,
                          summary_.rejected, summary_.flagged, lamp_ratio_));
     }
-    if (every > 0 && !pending.empty()) TakeReference();
+    if (every > 0 && !pending.empty() && !TakeReference()) return false;
     TakeDarks(plan_.dark_repeats);
+    return true;
   }
 
- private:
   std::vector<PlannedPosition> Pending() const {
     std::vector<PlannedPosition> pending;
     for (const PlannedPosition& p : expanded_.positions)
@@ -67,21 +79,18 @@ class Run {
     return pending;
   }
 
-  // Tell the rig what is coming, warm up, look at the dark level.
-  void Prepare(const std::vector<PlannedPosition>& pending) {
-    if (devices_.announce) {
-      hal::VisitPlan visits;
-      visits.epoch = session_.epoch();
-      for (std::size_t n = 0; n < pending.size(); ++n) {
-        if (plan_.reference.every > 0 && n % static_cast<std::size_t>(plan_.reference.every) == 0)
-          visits.filter_centres.push_back(expanded_.reference);
-        visits.filter_centres.push_back(pending[n].centre);
-      }
-      if (plan_.reference.every > 0) visits.filter_centres.push_back(expanded_.reference);
-      devices_.announce(visits);
+  // Tells the rig what is coming.
+  void Announce(const std::vector<PlannedPosition>& pending) {
+    if (!devices_.announce) return;
+    hal::VisitPlan visits;
+    visits.epoch = session_.epoch();
+    for (std::size_t n = 0; n < pending.size(); ++n) {
+      if (plan_.reference.every > 0 && n % static_cast<std::size_t>(plan_.reference.every) == 0)
+        visits.filter_centres.push_back(expanded_.reference);
+      visits.filter_centres.push_back(pending[n].centre);
     }
-    taker_.WarmUpLamp(plan_.warm_up);
-    CheckDarkLevel();
+    if (plan_.reference.every > 0) visits.filter_centres.push_back(expanded_.reference);
+    devices_.announce(visits);
   }
 
   void CheckDarkLevel() {
@@ -199,11 +208,19 @@ class Run {
       }
     }
     session_.CompletePosition(p.i, p.j);
+    finished_.insert({p.i, p.j});
+    summary_.positions = static_cast<int>(finished_.size());
   }
 
-  void TakeReference() {
-    taker_.PauseIfAsked(1);
-    taker_.MoveTo(expanded_.reference);
+  struct Reference {
+    FrameRecord record;
+    Shot shot;
+    double rate = 0, ratio = 1;  // mean signal, DN per second; over that of the first reference
+  };
+
+  // One frame per channel where the stage stands.
+  std::vector<Reference> ShootReference() {
+    std::vector<Reference> references;
     taker_.SelectPrint(0);
     for (int channel = 0; channel < expanded_.channels_in_turn; ++channel) {
       taker_.SelectChannel(channel);
@@ -217,28 +234,72 @@ class Run {
       record.exposure_index = reference_rung_[channel];
       taker_.Configure(record.exposure_index);
       const Shot shot = taker_.Shoot(record);
-      taker_.Commit(record, shot);
       const double rate =
           (shot.statistics.mean_dn - rig_.camera.black_dn) / shot.frame.settings.exposure_s;
       const double first = first_reference_rate_.try_emplace(channel, rate).first->second;
-      lamp_ratio_ = first > 0 ? rate / first : 1;
-      session_.Append("reference", {{"number", reference_number_},
-                                    {"channel", channel},
-                                    {"mean_rate", rate},
-                                    {"ratio", lamp_ratio_}});
+      references.push_back({record, shot, rate, first > 0 ? rate / first : 1});
+    }
+    return references;
+  }
+
+  static const Reference& FarthestOff(const std::vector<Reference>& references) {
+    return *std::max_element(references.begin(), references.end(),
+                             [](const Reference& a, const Reference& b) {
+                               return std::abs(a.ratio - 1) < std::abs(b.ratio - 1);
+                             });
+  }
+
+  // False: outside the band, and what was taken since the last one inside it no longer counts.
+  bool TakeReference() {
+    taker_.PauseIfAsked(1);
+    taker_.MoveTo(expanded_.reference);
+    const std::vector<Reference> references = ShootReference();
+    for (const Reference& r : references) {
+      lamp_ratio_ = r.ratio;
       summary_.lamp_ratio_min = std::min(summary_.lamp_ratio_min, lamp_ratio_);
       summary_.lamp_ratio_max = std::max(summary_.lamp_ratio_max, lamp_ratio_);
-      if (std::abs(lamp_ratio_ - 1) > plan_.reference.max_drift && !options_.accept_drift) {
-        taker_.Pause("drift");
-        throw DeviceError(
-            fmt::format("the lamp gives {:.4f} of its first reference, the plan allows a change of "
-                        "{}; let it settle and "
-                        "resume, or resume with --accept-drift",
-                        lamp_ratio_, plan_.reference.max_drift));
-      }
+      taker_.Commit(r.record, r.shot);
     }
     ++reference_number_;
     ++summary_.references;
+    const Reference& worst = FarthestOff(references);
+    if (std::abs(worst.ratio - 1) > plan_.reference.max_drift && !options_.accept_drift) {
+      for (const auto& position : session_.Suspend(
+               {{"reason", "drift"}, {"channel", worst.record.channel}, {"ratio", worst.ratio}}))
+        finished_.erase(position);
+      summary_.positions = static_cast<int>(finished_.size());
+      ++summary_.suspensions;
+      return false;
+    }
+    for (const Reference& r : references)
+      session_.AcceptReference({{"number", r.record.repeat},
+                                {"channel", r.record.channel},
+                                {"mean_rate", r.rate},
+                                {"ratio", r.ratio}});
+    return true;
+  }
+
+  // Suspended: looks at the reference, the stage at rest and the lamp on, until all its channels
+  // are inside the narrower band.
+  void WaitInsideBand() {
+    const ReferencePolicy& policy = plan_.reference;
+    const double start = devices_.clock->MonotonicSeconds();
+    for (;;) {
+      taker_.Rest(policy.interval_s);
+      const Reference worst = FarthestOff(ShootReference());
+      session_.Append("drift", {{"channel", worst.record.channel}, {"ratio", worst.ratio}});
+      const double waited_s = devices_.clock->MonotonicSeconds() - start;
+      if (std::abs(worst.ratio - 1) <= policy.resume_share * policy.max_drift) {
+        session_.Append("resumed", {{"waited_s", waited_s}});
+        return;
+      }
+      if (waited_s < policy.max_wait_s) continue;
+      taker_.Pause("drift");
+      throw DeviceError(fmt::format(
+          "the lamp gives {:.4f} of its first reference after {} of waiting, the plan goes on "
+          "within {}; let it settle and resume, or resume with --accept-drift",
+          worst.ratio, core::FormatDuration(waited_s), policy.resume_share * policy.max_drift));
+    }
   }
 
   const ExpandedPlan& expanded_;
@@ -254,6 +315,7 @@ class Run {
   std::map<int, double> first_reference_rate_;
   int reference_number_ = 0;
   double lamp_ratio_ = 1;
+  std::set<std::pair<int, int>> finished_;  // positions, in this run
 };
 
 }  // namespace
@@ -265,6 +327,7 @@ Json ToJson(const CaptureSummary& s) {
           {"rejected", s.rejected},
           {"flagged", s.flagged},
           {"references", s.references},
+          {"suspensions", s.suspensions},
           {"lamp_ratio_min", s.lamp_ratio_min},
           {"lamp_ratio_max", s.lamp_ratio_max},
           {"rig_s", s.rig_s}};

@@ -16,6 +16,7 @@ struct CaptureSummary {
   int positions_total = 0;  // of the plan
   int frames = 0, rejected = 0, flagged = 0;
   int references = 0;
+  int suspensions = 0;                            // for drift
   double lamp_ratio_min = 1, lamp_ratio_max = 1;  // references over the session's first
   double rig_s = 0;                               // time on the rig's clock
 };
@@ -23,13 +24,15 @@ nlohmann::json ToJson(const CaptureSummary& summary);
 
 struct CaptureOptions {
   bool resume = false;  // continue the session in the folder (or begin one if it holds none yet)
-  bool accept_drift = false;  // go on although a reference is beyond the plan's max_drift
+  bool accept_drift = false;  // whatever the references say: never suspend
   std::function<void(const CaptureSummary&)> on_frame;  // after every frame handed to storage
 };
 
 // Captures everything the plan lacks and seals the session: warm-up, darks at every exposure time,
 // then the positions with drift references between, darks again. A frame that fails its checks is
-// taken again at most max_attempts times, then kept and flagged.
+// taken again at most max_attempts times, then kept and flagged. A reference beyond max_drift
+// suspends the capture until one is within resume_share of that; a new epoch then begins with darks
+// and a reference, and what was taken since the last good reference is taken again.
 //
 // core::InterruptCount() 1 finishes the bracket at hand, 2 stops after the frame at hand; both
 // leave a session that can be resumed and throw Interrupted. On resume the stage is homed again and
@@ -37,7 +40,7 @@ struct CaptureOptions {
 // whole.
 //
 // Throws InputError (plan and rig disagree, folder in use or of another plan), DeviceError (disk
-// full, lamp not stable, drift), hal::HardwareError.
+// full, lamp not stable, drift for longer than reference.max_wait_s), hal::HardwareError.
 CaptureSummary RunCapture(const Plan& plan, hal::Devices& devices,
                           const std::filesystem::path& session_folder,
                           const CaptureOptions& options = {});

@@ -208,6 +208,18 @@ void FrameTaker::Commit(FrameRecord record, const Shot& shot) {
   if (options_.on_frame) options_.on_frame(summary_);
 }
 
+void FrameTaker::Rest(double duration_s) {
+  constexpr double kStep_s = 1;
+  const double end = devices_.clock->MonotonicSeconds() + duration_s;
+  for (;;) {
+    RequireSafe();
+    PauseIfAsked(1);
+    const double left = end - devices_.clock->MonotonicSeconds();
+    if (!(left > 0)) return;
+    Sleep(devices_, std::min(left, kStep_s));
+  }
+}
+
 void FrameTaker::Pause(const std::string& reason) {
   session_.Append("paused", {{"reason", reason}});
 }

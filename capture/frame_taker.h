@@ -60,6 +60,9 @@ class FrameTaker {
   // is the rung.
   void Commit(core::FrameRecord record, const Shot& shot);
 
+  // Stands still for so long; ends, as everything else, with a trip of the inputs and with Ctrl-C.
+  void Rest(double duration_s);
+
   void Pause(const std::string& reason);
   // Interrupted once core::InterruptCount() has reached `count`; the session can be resumed.
   void PauseIfAsked(int count);

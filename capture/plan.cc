@@ -99,8 +99,12 @@ Plan ReadPlan(const core::Config& config) {
   ReadGeometry(config, plan);
   ReadExposure(config.Table("exposure"), plan.exposure);
   if (const auto reference = config.OptionalTable("reference")) {
-    plan.reference.every = reference->Integer("every", plan.reference.every, 0, 100000);
-    plan.reference.max_drift = reference->Number("max_drift", plan.reference.max_drift, {1e-6, 10});
+    ReferencePolicy& r = plan.reference;
+    r.every = reference->Integer("every", r.every, 0, 100000);
+    r.max_drift = reference->Number("max_drift", r.max_drift, {1e-6, 10});
+    r.resume_share = reference->Number("resume_share", r.resume_share, {0.01, 1});
+    r.interval_s = reference->Number("interval_s", r.interval_s, {0.01, 1e4});
+    r.max_wait_s = reference->Number("max_wait_s", r.max_wait_s, {0, 1e6});
   }
   plan.warm_up = ReadWarmUp(config);
   config.Finish();

@@ -28,8 +28,12 @@ struct ExposurePolicy {
 };
 
 struct ReferencePolicy {
-  int every = 10;          // positions between two drift references; 0: none
-  double max_drift = 0.1;  // relative to the first reference; beyond it the session pauses
+  int every = 10;  // positions between two drift references; 0: none
+  // Relative to the first reference. Beyond it the capture is suspended: it looks again every
+  // interval_s, goes on within resume_share of it, and stops after max_wait_s.
+  double max_drift = 0.1;
+  double resume_share = 0.5;
+  double interval_s = 60, max_wait_s = 3600;
 };
 
 struct WarmUpPolicy {

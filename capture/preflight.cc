@@ -10,20 +10,17 @@
 #include "hal/watchdog.h"
 
 namespace luxfield::capture {
-namespace {
-
-void Sleep(hal::Devices& devices, double duration_s) {
-  Deadline(devices, duration_s);  // the watchdog has to know
-  devices.clock->SleepSeconds(duration_s);
-}
-
-}  // namespace
 
 double Deadline(hal::Devices& devices, double duration_s) {
   constexpr double kMargin_s = 10;
   const double within_s = 1.5 * duration_s + kMargin_s;
   if (devices.watchdog) devices.watchdog->Expect(within_s);
   return devices.clock->MonotonicSeconds() + within_s;
+}
+
+void Sleep(hal::Devices& devices, double duration_s) {
+  Deadline(devices, duration_s);
+  devices.clock->SleepSeconds(duration_s);
 }
 
 void SwitchLampOff(hal::Devices& devices) {

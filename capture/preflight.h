@@ -26,6 +26,9 @@ WarmUp WaitForLamp(const WarmUpPolicy& policy, hal::Devices& devices, hal::Safet
 // The watchdog expects the next one by then.
 double Deadline(hal::Devices& devices, double duration_s);
 
+// On the rig's clock; the watchdog is told.
+void Sleep(hal::Devices& devices, double duration_s);
+
 // After the last exposure. The watchdog waits for nothing any more.
 void SwitchLampOff(hal::Devices& devices);
 

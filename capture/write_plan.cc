@@ -55,8 +55,11 @@ void WritePlan(const std::filesystem::path& path, const Plan& plan) {
       "mean_tolerance = {}\n",
       e.min_s, e.max_s, e.ratio, e.pwm_hz, e.saturation_share, e.relevant_share, e.floor_sigmas,
       e.repeats, e.max_attempts, e.mean_tolerance);
-  text += fmt::format("\n[reference]\nevery = {}\nmax_drift = {}\n", plan.reference.every,
-                      plan.reference.max_drift);
+  const ReferencePolicy& r = plan.reference;
+  text += fmt::format(
+      "\n[reference]\nevery = {}\nmax_drift = {}\nresume_share = {}\ninterval_s = {}\n"
+      "max_wait_s = {}\n",
+      r.every, r.max_drift, r.resume_share, r.interval_s, r.max_wait_s);
   const WarmUpPolicy& w = plan.warm_up;
   text +=
       fmt::format("\n[warm_up]\nwindow_s = {}\ninterval_s = {}\nvariation = {}\nmax_wait_s = {}\n",

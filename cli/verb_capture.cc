@@ -117,7 +117,7 @@ void AddCapture(Program& program) {
   verb.add_flag("--dry-run", options->dry_run,
                 "Print the expanded plan, time and bytes; move and write nothing");
   verb.add_flag("--accept-drift", options->accept_drift,
-                "Go on although the lamp drifted beyond the plan's bound");
+                "Go on although the lamp drifts beyond the plan's bound, without suspending");
 }
 
 }  // namespace luxfield::cli

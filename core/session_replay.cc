@@ -107,6 +107,14 @@ int SessionState::BracketEpoch(int i, int j) const {
   return epoch;
 }
 
+void SessionState::Discard(const std::vector<std::pair<int, int>>& positions) {
+  std::erase_if(brackets, [&](const Bracket& bracket) {
+    return std::find(positions.begin(), positions.end(), std::pair(bracket.i, bracket.j)) !=
+           positions.end();
+  });
+  since_reference.clear();
+}
+
 std::vector<FrameRecord> SessionState::UsableFrames() const {
   // Whole brackets, as BracketEpoch has it, for all positions in one pass.
   std::map<std::tuple<int, int, int>, int> counts;
@@ -164,7 +172,11 @@ SessionState ReplayJournal(const std::vector<Json>& records, const std::string& 
       state.brackets.push_back({Field<int>(record, "i", where), Field<int>(record, "j", where),
                                 Field<int>(record, "epoch", where),
                                 Field<int>(record, "frames", where)});
+      state.since_reference.emplace_back(state.brackets.back().i, state.brackets.back().j);
+    } else if (type == "suspended") {
+      state.Discard(Field<std::vector<std::pair<int, int>>>(record, "retake", where));
     } else if (type == "reference") {
+      state.since_reference.clear();
       state.first_reference_rates.try_emplace(Field<int>(record, "channel", where),
                                               Field<double>(record, "mean_rate", where));
     } else if (type == "sealed") {

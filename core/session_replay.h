@@ -30,6 +30,8 @@ struct SessionState {
     int i = 0, j = 0, epoch = 0, frames = 0;
   };
   std::vector<Bracket> brackets;
+  // Positions finished since the last reference: what a drift found next makes doubtful.
+  std::vector<std::pair<int, int>> since_reference;
   std::map<int, double>
       first_reference_rates;  // per channel: mean_rate of the first reference record
   int last_epoch = -1;
@@ -38,6 +40,8 @@ struct SessionState {
   // The last epoch with a whole bracket at (i, j): finished, and all its frames are here; -1 if
   // there is none.
   int BracketEpoch(int i, int j) const;
+  // A suspension: brackets of these positions that are finished by now do not count any more.
+  void Discard(const std::vector<std::pair<int, int>>& positions);
   // What analysis uses: see SessionReader.
   std::vector<FrameRecord> UsableFrames() const;
 };

@@ -253,6 +253,20 @@ void SessionWriter::CompletePosition(int i, int j) {
   });
   Append("position_complete", {{"i", i}, {"j", j}, {"epoch", epoch}, {"frames", frames}});
   impl_->state.brackets.push_back({i, j, epoch, static_cast<int>(frames)});
+  impl_->state.since_reference.emplace_back(i, j);
+}
+
+void SessionWriter::AcceptReference(Json fields) {
+  Append("reference", std::move(fields));
+  impl_->state.since_reference.clear();
+}
+
+std::vector<std::pair<int, int>> SessionWriter::Suspend(Json fields) {
+  std::vector<std::pair<int, int>> retake = impl_->state.since_reference;
+  fields["retake"] = retake;
+  Append("suspended", std::move(fields));
+  impl_->state.Discard(retake);
+  return retake;
 }
 
 void SessionWriter::Append(const std::string& type, Json fields) {

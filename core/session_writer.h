@@ -60,6 +60,11 @@ class SessionWriter {
   void CommitFrameBehind(FrameRecord record, std::shared_ptr<const RawFrame> frame,
                          nlohmann::json checks);
   void CompletePosition(int i, int j);
+  // The journal's `reference`: what was finished before it is good.
+  void AcceptReference(nlohmann::json fields);
+  // The journal's `suspended`: positions finished since the last AcceptReference, of earlier runs
+  // too, are incomplete again and returned. They are to be taken in another epoch.
+  std::vector<std::pair<int, int>> Suspend(nlohmann::json fields);
   // Any other event: adds t_s (monotonic) and utc.
   void Append(const std::string& type, nlohmann::json fields);
   // Writes the sealed line and manifest.json. Nothing can be added afterwards.

@@ -266,32 +266,6 @@ TEST_F(Capture, AFrameThatStaysWrongIsKeptAndFlagged) {
   EXPECT_EQ(flagged, summary.flagged);
 }
 
-TEST_F(Capture, DriftBeyondThePlanPausesAndCanBeAccepted) {
-  const auto folder = NewFolder("drift");
-  TestLab lab = Noisy();
-  lab.errors += "[errors.drift]\nper_hour = 0.5\n";
-  Plan plan = TestPlan();
-  plan.reference.max_drift = 0.001;
-  plan.warm_up.variation = 0.1;
-  Devices devices = SimulatedLab(lab.Config()).MakeDevices();
-  EXPECT_THROW(
-      {
-        try {
-          RunCapture(plan, devices, folder);
-        } catch (const DeviceError& error) {
-          EXPECT_THAT(error.what(), HasSubstr("--accept-drift"));
-          throw;
-        }
-      },
-      DeviceError);
-  CaptureOptions options;
-  options.resume = options.accept_drift = true;
-  Devices again = SimulatedLab(lab.Config()).MakeDevices();
-  const CaptureSummary summary = RunCapture(plan, again, folder, options);
-  EXPECT_GT(summary.lamp_ratio_max - summary.lamp_ratio_min, 0.001);
-  EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
-}
-
 TEST_F(Capture, WaitsUntilTheLampIsWarm) {
   const auto folder = NewFolder("warm");
   TestLab lab = Noisy();

@@ -40,6 +40,10 @@ TEST_P(WritePlanTest, ReadPlanGivesThePlanBack) {
   EXPECT_EQ(back.exposure.relevant_share, plan.exposure.relevant_share);
   EXPECT_EQ(back.exposure.repeats, plan.exposure.repeats);
   EXPECT_EQ(back.reference.every, plan.reference.every);
+  EXPECT_EQ(back.reference.max_drift, plan.reference.max_drift);
+  EXPECT_EQ(back.reference.resume_share, plan.reference.resume_share);
+  EXPECT_EQ(back.reference.interval_s, plan.reference.interval_s);
+  EXPECT_EQ(back.reference.max_wait_s, plan.reference.max_wait_s);
   EXPECT_EQ(back.warm_up.variation, plan.warm_up.variation);
   const auto &g = back.geometry, &o = plan.geometry;
   EXPECT_EQ(g.delta_m, o.delta_m);
