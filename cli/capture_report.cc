@@ -7,6 +7,22 @@
 #include "core/progress.h"
 
 namespace luxfield::cli {
+namespace {
+
+// Of a plan whose targets are changed by hand.
+core::Json PrintFramesAndDarks(int frames, int darks, std::uint64_t bytes, double duration_s,
+                               const char* handled, const std::vector<double>& exposures_s) {
+  fmt::print("  frames       {}, {} darks ({})\n", frames, darks, FormatBytes(double(bytes)));
+  fmt::print("  time         at most {} and the handling of the {}\n",
+             core::FormatDuration(duration_s), handled);
+  return {{"frames", frames},
+          {"darks", darks},
+          {"bytes", bytes},
+          {"duration_s", duration_s},
+          {"exposures_s", exposures_s}};
+}
+
+}  // namespace
 
 core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices& devices) {
   const auto estimate = capture::DryRun(expanded, devices);
@@ -68,30 +84,16 @@ core::Json PrintDryRun(const capture::ExpandedGlarePlan& expanded, const hal::De
   const auto estimate = capture::DryRun(expanded, devices);
   fmt::print("{}: veiling glare, a light trap in {} places\n", expanded.plan.name,
              expanded.targets.size());
-  fmt::print("  frames       {}, {} darks ({})\n", estimate.frames, estimate.darks,
-             FormatBytes(double(estimate.bytes)));
-  fmt::print("  time         at most {} and the handling of the trap\n",
-             core::FormatDuration(estimate.duration_s));
-  return {{"frames", estimate.frames},
-          {"darks", estimate.darks},
-          {"bytes", estimate.bytes},
-          {"duration_s", estimate.duration_s},
-          {"exposures_s", expanded.ladder_s}};
+  return PrintFramesAndDarks(estimate.frames, estimate.darks, estimate.bytes, estimate.duration_s,
+                             "trap", expanded.ladder_s);
 }
 
 core::Json PrintDryRun(const capture::ExpandedFilterPlan& expanded, const hal::Devices& devices) {
   const auto estimate = capture::DryRun(expanded, devices);
   fmt::print("{}: photographs of a filter, the empty holder and {} print{}\n", expanded.plan.name,
              expanded.views.size() - 1, expanded.views.size() == 2 ? "" : "s");
-  fmt::print("  frames       {}, {} darks ({})\n", estimate.frames, estimate.darks,
-             FormatBytes(double(estimate.bytes)));
-  fmt::print("  time         at most {} and the handling of the prints\n",
-             core::FormatDuration(estimate.duration_s));
-  return {{"frames", estimate.frames},
-          {"darks", estimate.darks},
-          {"bytes", estimate.bytes},
-          {"duration_s", estimate.duration_s},
-          {"exposures_s", expanded.ladder_s}};
+  return PrintFramesAndDarks(estimate.frames, estimate.darks, estimate.bytes, estimate.duration_s,
+                             "prints", expanded.ladder_s);
 }
 
 }  // namespace luxfield::cli

@@ -21,73 +21,20 @@ struct Options {
   bool resume = false, dry_run = false, accept_drift = false;
 };
 
-core::Json RunSensor(const capture::SensorPlan& plan, hal::Devices& devices,
-                     const Options& options) {
+// A plan that only takes frames: of `what`, by run(plan, devices, session, how).
+template <typename FramesPlan, typename Capture>
+core::Json RunFrames(const FramesPlan& plan, hal::Devices& devices, const Options& options,
+                     const char* what, const Capture& run) {
   if (options.dry_run) return PrintDryRun(capture::ExpandPlan(plan, devices), devices);
   capture::CaptureOptions how;
   how.resume = options.resume;
-  const auto summary = capture::RunSensorCapture(plan, devices, options.session, how);
-  fmt::print("{}: {} flats and darks, {} taken again; {} on the rig\n", options.session,
-             summary.frames, summary.rejected, core::FormatDuration(summary.rig_s));
+  const auto summary = run(plan, devices, options.session, how);
+  fmt::print("{}: {} frames of {}, {} taken again; {} on the rig\n", options.session,
+             summary.frames, what, summary.rejected, core::FormatDuration(summary.rig_s));
   return {{"frames", summary.frames}, {"rejected", summary.rejected}, {"rig_s", summary.rig_s}};
 }
 
-core::Json RunGeometry(const capture::GeometryPlan& plan, hal::Devices& devices,
-                       const Options& options) {
-  if (options.dry_run) return PrintDryRun(capture::ExpandPlan(plan, devices), devices);
-  capture::CaptureOptions how;
-  how.resume = options.resume;
-  const auto summary = capture::RunGeometryCapture(plan, devices, options.session, how);
-  fmt::print("{}: {} frames of calibration targets; {} on the rig\n", options.session,
-             summary.frames, core::FormatDuration(summary.rig_s));
-  return {{"frames", summary.frames}, {"rejected", summary.rejected}, {"rig_s", summary.rig_s}};
-}
-
-core::Json RunGlare(const capture::GlarePlan& plan, hal::Devices& devices, const Options& options) {
-  if (options.dry_run) return PrintDryRun(capture::ExpandPlan(plan, devices), devices);
-  capture::CaptureOptions how;
-  how.resume = options.resume;
-  const auto summary = capture::RunGlareCapture(plan, devices, options.session, how);
-  fmt::print("{}: {} frames of the light trap and darks; {} on the rig\n", options.session,
-             summary.frames, core::FormatDuration(summary.rig_s));
-  return {{"frames", summary.frames}, {"rejected", summary.rejected}, {"rig_s", summary.rig_s}};
-}
-
-core::Json RunFilter(const capture::FilterPlan& plan, hal::Devices& devices,
-                     const Options& options) {
-  if (options.dry_run) return PrintDryRun(capture::ExpandPlan(plan, devices), devices);
-  capture::CaptureOptions how;
-  how.resume = options.resume;
-  const auto summary = capture::RunFilterCapture(plan, devices, options.session, how);
-  fmt::print("{}: {} frames of the filter and darks; {} on the rig\n", options.session,
-             summary.frames, core::FormatDuration(summary.rig_s));
-  return {{"frames", summary.frames}, {"rejected", summary.rejected}, {"rig_s", summary.rig_s}};
-}
-
-core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
-  const core::Config config = core::Config::FromFile(options.plan);
-  if (capture::ReadPlanKind(config) == capture::PlanKind::kSensor) {
-    const capture::SensorPlan plan = capture::ReadSensorPlan(config);
-    hal::Devices devices = hal::MakeDevices(options.lab, seed);
-    return RunSensor(plan, devices, options);
-  }
-  if (capture::ReadPlanKind(config) == capture::PlanKind::kGeometry) {
-    const capture::GeometryPlan plan = capture::ReadGeometryPlan(config);
-    hal::Devices devices = hal::MakeDevices(options.lab, seed);
-    return RunGeometry(plan, devices, options);
-  }
-  if (capture::ReadPlanKind(config) == capture::PlanKind::kGlare) {
-    const capture::GlarePlan plan = capture::ReadGlarePlan(config);
-    hal::Devices devices = hal::MakeDevices(options.lab, seed);
-    return RunGlare(plan, devices, options);
-  }
-  if (capture::ReadPlanKind(config) == capture::PlanKind::kFilter) {
-    const capture::FilterPlan plan = capture::ReadFilterPlan(config);
-    hal::Devices devices = hal::MakeDevices(options.lab, seed);
-    return RunFilter(plan, devices, options);
-  }
-  const capture::Plan plan = capture::ReadPlan(config);
-  hal::Devices devices = hal::MakeDevices(options.lab, seed);
+core::Json RunPositions(const capture::Plan& plan, hal::Devices& devices, const Options& options) {
   const auto expanded = capture::ExpandPlan(plan, devices);
   if (options.dry_run) return PrintDryRun(expanded, devices);
   capture::CaptureOptions how;
@@ -101,6 +48,38 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
       summary.flagged, summary.lamp_ratio_min, summary.lamp_ratio_max,
       core::FormatDuration(summary.rig_s));
   return capture::ToJson(summary);
+}
+
+core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
+  const core::Config config = core::Config::FromFile(options.plan);
+  const auto devices = [&] { return hal::MakeDevices(options.lab, seed); };
+  switch (capture::ReadPlanKind(config)) {
+    case capture::PlanKind::kSensor: {
+      const capture::SensorPlan plan = capture::ReadSensorPlan(config);
+      hal::Devices lab = devices();
+      return RunFrames(plan, lab, options, "flats and darks", capture::RunSensorCapture);
+    }
+    case capture::PlanKind::kGeometry: {
+      const capture::GeometryPlan plan = capture::ReadGeometryPlan(config);
+      hal::Devices lab = devices();
+      return RunFrames(plan, lab, options, "calibration targets", capture::RunGeometryCapture);
+    }
+    case capture::PlanKind::kGlare: {
+      const capture::GlarePlan plan = capture::ReadGlarePlan(config);
+      hal::Devices lab = devices();
+      return RunFrames(plan, lab, options, "the light trap and darks", capture::RunGlareCapture);
+    }
+    case capture::PlanKind::kFilter: {
+      const capture::FilterPlan plan = capture::ReadFilterPlan(config);
+      hal::Devices lab = devices();
+      return RunFrames(plan, lab, options, "the filter and darks", capture::RunFilterCapture);
+    }
+    case capture::PlanKind::kLightField:
+      break;
+  }
+  const capture::Plan plan = capture::ReadPlan(config);
+  hal::Devices lab = devices();
+  return RunPositions(plan, lab, options);
 }
 
 }  // namespace

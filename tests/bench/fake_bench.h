@@ -24,6 +24,26 @@
 
 namespace luxfield::bench {
 
+// What every lab.toml of the bench states, the simulated one and those of its devices.
+inline constexpr const char* kRig = R"([rig]
+kind = "lensless"
+delta_m = 0.3
+[filter]
+kind = "dual"
+basis = "quadratic"
+spacing_m = 0.032
+)";
+inline constexpr const char* kCamera = R"(pitch_m = 0.008
+black_dn = 400
+saturation_dn = 16000
+gain_dn_per_e = 0.16
+responsivity_e_per_s_per_w_m2 = [24000]
+)";
+inline constexpr const char* kTravel = R"(min_m = [-0.1, -0.1]
+max_m = [0.1, 0.1]
+speed_m_per_s = 0.05
+)";
+
 enum class CameraKind { kMachineVision, kStill };
 
 class FakeBench {

@@ -39,28 +39,7 @@ bool IsLarge() {
   return size && std::string(size) == "large";
 }
 
-constexpr const char* kRig = R"([rig]
-kind = "lensless"
-delta_m = 0.3
-[filter]
-kind = "dual"
-basis = "quadratic"
-spacing_m = 0.032
-)";
-
-constexpr const char* kStage = R"(min_m = [-0.1, -0.1]
-max_m = [0.1, 0.1]
-speed_m_per_s = 0.05
-settle_s = 0.05
-)";
-
-// Figures of the camera that both labs state.
-constexpr const char* kCamera = R"(pitch_m = 0.008
-black_dn = 400
-saturation_dn = 16000
-gain_dn_per_e = 0.16
-responsivity_e_per_s_per_w_m2 = [24000]
-)";
+const std::string kStage = std::string(kTravel) + "settle_s = 0.05\n";
 
 std::string SimulatedLab() {
   return fmt::format(R"([lab]

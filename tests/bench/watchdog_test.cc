@@ -29,25 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-constexpr const char* kCommon = R"([rig]
-kind = "lensless"
-delta_m = 0.3
-[filter]
-kind = "dual"
-basis = "quadratic"
-spacing_m = 0.032
-)";
-constexpr const char* kSensor = R"(pitch_m = 0.008
-black_dn = 400
-saturation_dn = 16000
-gain_dn_per_e = 0.16
-responsivity_e_per_s_per_w_m2 = [24000]
-)";
-constexpr const char* kTravel = R"(min_m = [-0.1, -0.1]
-max_m = [0.1, 0.1]
-speed_m_per_s = 0.05
-settle_s = 0
-)";
+const std::string kStage = std::string(kTravel) + "settle_s = 0\n";
 
 // The program that is killed: lights the lamp and moves the stage until the end of its days.
 TEST(WatchdogVictim, DISABLED_Runs) {
@@ -70,14 +52,14 @@ class Watchdog : public testing::Test {
                    fmt::format("[lab]\ndriver = \"sim\"\n{}[lamp]\nkind = \"headlight\"\n[camera]\n"
                                "width = 8\nheight = 8\nbits = 14\nmin_exposure_s = 1e-5\n"
                                "max_exposure_s = 10\n{}[stage]\n{}",
-                               kCommon, kSensor, kTravel));
+                               kRig, kCamera, kStage));
     bench_.emplace(folder_, folder_ / "world.toml", CameraKind::kMachineVision);
     for (const bool relay : {false, true})
       e2e::WriteText(LabFile(relay),
                      fmt::format("[lab]\ndriver = \"devices\"\n{}[camera]\n{}read_noise_dn = "
                                  "1.6\n{}[stage]\n{}{}{}",
-                                 kCommon, bench_->CameraKeys(), kSensor, bench_->StageKeys(),
-                                 kTravel, bench_->OtherTables(relay)));
+                                 kRig, bench_->CameraKeys(), kCamera, bench_->StageKeys(), kStage,
+                                 bench_->OtherTables(relay)));
   }
   void TearDown() override {
     bench_.reset();

@@ -28,79 +28,19 @@
 #include "program.h"
 #include "reconstruct/merge_session.h"
 #include "reconstruct/reconstruct.h"
+#include "tiny_session.h"
 
 namespace luxfield::e2e {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kLab = R"([lab]
-driver = "sim"
-seed = 5
-[rig]
-kind = "lensless"
-delta_m = 0.25
-[filter]
-spacing_m = 0.02
-[lamp]
-kind = "square"
-side_m = 0.06
-depth_m = 0.03
-radiance = 1000
-[camera]
-pitch_m = 0.01
-width = 32
-height = 24
-bits = 12
-black_dn = 100
-saturation_dn = 4000
-gain_dn_per_e = 0.5
-responsivity_e_per_s_per_w_m2 = [1000]
-min_exposure_s = 1e-4
-max_exposure_s = 10
-[stage]
-min_m = [-0.1, -0.1]
-max_m = [0.1, 0.1]
-speed_m_per_s = 0.05
-settle_s = 0.5
-[errors.photon_noise]
-[errors.read_noise]
-rms_dn = 2
-)";
-
-constexpr const char* kPlan = R"([plan]
-dark_repeats = 1
-[rig]
-kind = "lensless"
-delta_m = 0.25
-[filter]
-spacing_m = 0.02
-[grid]
-width = 3
-height = 3
-[lattice]
-width = 8
-height = 8
-ds_m = 0.02
-[exposure]
-min_s = 0.01
-max_s = 3
-ratio = 4
-relevant_share = 0.01
-[reference]
-every = 4
-max_drift = 0.05
-[warm_up]
-window_s = 10
-interval_s = 1
-)";
-
 class KilledCapture : public testing::Test {
  protected:
   void SetUp() override {
     core::Progress::SetQuiet(true);
-    WriteText(folder_ / "lab.toml", kLab);
-    WriteText(folder_ / "plan.toml", kPlan);
+    WriteText(folder_ / "lab.toml", TinyLab(0.05, 0.5));
+    WriteText(folder_ / "plan.toml", TinyPlan(3, 3));
     ASSERT_EQ(Wait(Start("undisturbed", {})), 0);
     undisturbed_ = FieldOf("undisturbed");
     whole_journal_ = fs::file_size(folder_ / "undisturbed" / "journal.jsonl");

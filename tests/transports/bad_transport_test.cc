@@ -31,6 +31,7 @@
 #include "reconstruct/merge_session.h"
 #include "reconstruct/reconstruct.h"
 #include "tests/e2e/field_agreement.h"
+#include "tests/e2e/tiny_session.h"
 #include "tests/fakes/grbl_machine.h"
 #include "tests/fakes/pty_host.h"
 #include "tests/fakes/zaber_chain.h"
@@ -49,62 +50,6 @@ constexpr double kSpeedUp = 20;  // of the stages
 constexpr double kStage_s = 4;   // deadlines, short: the fakes are quick
 constexpr double kInstrument_s = 0.3;
 constexpr int kDisturbed = 6;  // runs of a session; the next one has a good line
-
-constexpr const char* kRig = R"([rig]
-kind = "lensless"
-delta_m = 0.25
-[filter]
-spacing_m = 0.02
-)";
-constexpr const char* kLab = R"([lab]
-driver = "sim"
-seed = 5
-{}[lamp]
-kind = "square"
-side_m = 0.06
-depth_m = 0.03
-radiance = 1000
-[camera]
-pitch_m = 0.01
-width = 32
-height = 24
-bits = 12
-black_dn = 100
-saturation_dn = 4000
-gain_dn_per_e = 0.5
-responsivity_e_per_s_per_w_m2 = [1000]
-min_exposure_s = 1e-4
-max_exposure_s = 10
-[stage]
-min_m = [-0.1, -0.1]
-max_m = [0.1, 0.1]
-speed_m_per_s = 0.1
-settle_s = 0
-[errors.photon_noise]
-[errors.read_noise]
-rms_dn = 2
-)";
-constexpr const char* kPlan = R"([plan]
-dark_repeats = 1
-{}[grid]
-width = 3
-height = 2
-[lattice]
-width = 8
-height = 8
-ds_m = 0.02
-[exposure]
-min_s = 0.01
-max_s = 3
-ratio = 4
-relevant_share = 0.01
-[reference]
-every = 4
-max_drift = 0.05
-[warm_up]
-window_s = 10
-interval_s = 1
-)";
 
 enum class Kind { kDrop, kDelay, kDuplicate, kTruncate, kGarble, kHang };
 constexpr std::array kKindNames = {"drop", "delay", "duplicate", "truncate", "garble", "hang"};
@@ -361,8 +306,7 @@ class BadTransport : public testing::Test {
   }
 
   static hal::sim::SimulatedLab Lab() {
-    return hal::sim::SimulatedLab(
-        core::Config::FromString(fmt::format(fmt::runtime(kLab), kRig), "lab.toml"));
+    return hal::sim::SimulatedLab(core::Config::FromString(e2e::TinyLab(0.1, 0), "lab.toml"));
   }
 
   void Session(int number) {
@@ -416,8 +360,8 @@ class BadTransport : public testing::Test {
 
   const fs::path folder_ =
       fs::path(testing::TempDir()) / fmt::format("luxfield_transports_{}", ::getpid());
-  const capture::Plan plan_ = capture::ReadPlan(
-      core::Config::FromString(fmt::format(fmt::runtime(kPlan), kRig), "plan.toml"));
+  const capture::Plan plan_ =
+      capture::ReadPlan(core::Config::FromString(e2e::TinyPlan(3, 2), "plan.toml"));
   e2e::Field undisturbed_;
   InstrumentsOnUsb usb_;
   std::mutex tally_mutex_;
