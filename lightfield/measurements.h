@@ -15,10 +15,9 @@ namespace luxfield::lightfield {
 
 // Bits of the mask; 0 = a good value.
 enum MeasurementFlag : std::uint32_t {
-  kOffSensor = 1,  // s - c_ij fell off the sensor: unknown, not zero
-  kSaturated = 2,  // saturated in every exposure
-  kTooDark =
-      4,  // never above the noise floor: value and sigma are still the estimator's, but say little
+  kOffSensor = 1,      // s - c_ij fell off the sensor: unknown, not zero
+  kSaturated = 2,      // saturated in every exposure
+  kTooDark = 4,        // not detected (below): an estimate for solves, no number to report
   kDefect = 8,         // mostly hot or dead pixels
   kPartlyDefect = 16,  // less than half of it hot or dead: the value is the mean of the rest, and
                        // sigma holds what the rest says about the gap
@@ -29,10 +28,19 @@ enum MeasurementFlag : std::uint32_t {
 // not enter a solve.
 constexpr std::uint32_t kUnknownMask = kOffSensor | kSaturated | kDefect | kBelowBlack;
 
+// A value within 3 of its standard deviations of 0 is not detected: one photon, or none, is
+// nobody's measured number. 0.27 % of texels without light are detected by chance. Its estimate is
+// kept apart in the file, for solves: dropping what is dark by chance, or putting 0 for it, would
+// bias every mean over dark places, and with it C (`bench exposures`, case `one photon`).
+constexpr float kDetectionSigmas = 3;
+constexpr bool IsDetected(float value, float sigma) {
+  return (value < 0 ? -value : value) >= kDetectionSigmas * sigma;
+}
+
 // One filter position: planar [channel][row][column] on geometry.lattice. E in W m^-2 (or lm m^-2,
 // or relative).
 struct Measurement {
-  std::vector<float> irradiance;
+  std::vector<float> irradiance;  // detected or not
   std::vector<float> sigma;  // standard deviation of irradiance
   std::vector<float> count;  // effective number of exposures that entered, per pixel [row][column]
   std::vector<std::uint32_t> mask;  // MeasurementFlag bits, per pixel [row][column] (any channel)

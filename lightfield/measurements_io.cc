@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/error.h"
@@ -15,6 +17,7 @@ constexpr std::uint32_t kKnownFlags =
     kOffSensor | kSaturated | kTooDark | kDefect | kPartlyDefect | kBelowBlack;
 
 std::string IrradianceChannel(const std::string& colour) { return "E." + colour; }
+std::string UndetectedChannel(const std::string& colour) { return "undetected." + colour; }
 std::string SigmaChannel(const std::string& colour) { return "sigma." + colour; }
 
 constexpr const char* kDisplacementU = "luxfield:displacement_u_m";
@@ -48,13 +51,32 @@ void RequireSizes(const Measurement& position, const LuminaireGeometry& geometry
     throw std::logic_error("measurements: a plane's size differs from the lattice");
 }
 
+// Irradiance as in the file: what is no number is NaN; estimates of what is not detected stand
+// apart.
+struct Reported {
+  std::vector<float> number, undetected;
+
+  Reported(const Measurement& position, std::size_t plane)
+      : number(position.irradiance), undetected(number.size(), 0.0f) {
+    for (std::size_t k = 0; k < number.size(); ++k) {
+      const std::uint32_t mask = position.mask[k % plane];
+      const bool unknown = mask & kUnknownMask;
+      const bool dark = mask & kTooDark && !IsDetected(number[k], position.sigma[k]);
+      if (!unknown && !dark) continue;
+      if (!unknown) undetected[k] = number[k];
+      number[k] = std::numeric_limits<float>::quiet_NaN();
+    }
+  }
+};
+
 // The pixels of a part, in the order of Channels.
-std::vector<core::ExrPixels> Pixels(const Measurement& position,
+std::vector<core::ExrPixels> Pixels(const Measurement& position, const Reported& reported,
                                     const LuminaireGeometry& geometry) {
   const std::size_t plane = geometry.plane_size();
   std::vector<core::ExrPixels> pixels;
   for (int channel = 0; channel < geometry.channels; ++channel) {
-    pixels.emplace_back(std::span(position.irradiance).subspan(channel * plane, plane));
+    pixels.emplace_back(std::span(reported.number).subspan(channel * plane, plane));
+    pixels.emplace_back(std::span(reported.undetected).subspan(channel * plane, plane));
     pixels.emplace_back(std::span(position.sigma).subspan(channel * plane, plane));
   }
   pixels.emplace_back(std::span(position.count));
@@ -67,11 +89,22 @@ std::vector<core::ExrChannelView> Channels(const LuminaireGeometry& geometry) {
   std::vector<core::ExrChannelView> channels;
   for (const std::string& colour : ChannelNames(geometry.channels)) {
     channels.push_back({IrradianceChannel(colour), std::span<const float>()});
+    channels.push_back({UndetectedChannel(colour), std::span<const float>()});
     channels.push_back({SigmaChannel(colour), std::span<const float>()});
   }
   channels.push_back({"count", std::span<const float>()});
   channels.push_back({"mask", std::span<const std::uint32_t>()});
   return channels;
+}
+
+// Estimates to where the file holds no number and says why; unknown values become 0.
+void JoinEstimates(std::span<const float> undetected, Measurement& position) {
+  const std::size_t plane = position.mask.size();
+  for (std::size_t k = 0; k < position.irradiance.size(); ++k) {
+    const std::uint32_t mask = position.mask[k % plane];
+    if (!std::isnan(position.irradiance[k]) || !(mask & (kUnknownMask | kTooDark))) continue;
+    position.irradiance[k] = mask & kUnknownMask ? 0.0f : undetected[k];
+  }
 }
 
 Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeometry& geometry) {
@@ -80,22 +113,21 @@ Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeome
   position.irradiance.resize(plane * geometry.channels);
   position.sigma.resize(plane * geometry.channels);
   position.count.resize(plane);
+  std::vector<float> undetected(position.irradiance.size());
   const auto colours = ChannelNames(geometry.channels);
   std::vector<std::string> names;
   std::vector<std::span<float>> planes;
   for (int channel = 0; channel < geometry.channels; ++channel) {
     names.push_back(IrradianceChannel(colours[channel]));
     planes.push_back(std::span(position.irradiance).subspan(channel * plane, plane));
+    names.push_back(UndetectedChannel(colours[channel]));
+    planes.push_back(std::span(undetected).subspan(channel * plane, plane));
     names.push_back(SigmaChannel(colours[channel]));
     planes.push_back(std::span(position.sigma).subspan(channel * plane, plane));
   }
   names.emplace_back("count");
   planes.emplace_back(position.count);
   reader.ReadFloats(part, names, planes);
-  for (std::size_t k = 0; k < names.size(); ++k)
-    RequireFinite(reader, reader.parts()[part].name, names[k], planes[k],
-                  names[k].starts_with("E."));
-
   position.displacement_m = ReadDisplacement(reader, part, geometry.grid.spacing_m);
   position.mask = reader.ReadUint(part, "mask");
   for (const std::uint32_t flags : position.mask)
@@ -104,6 +136,11 @@ Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeome
                        fmt::format("part '{}', channel 'mask' holds unknown flags {:#x}",
                                    reader.parts()[part].name, flags),
                        "read it with the luxfield that wrote it");
+  JoinEstimates(undetected, position);
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const bool may_be_negative = names[k].starts_with("E.") || names[k].starts_with("undetected.");
+    RequireFinite(reader, reader.parts()[part].name, names[k], planes[k], may_be_negative);
+  }
   return position;
 }
 
@@ -133,17 +170,23 @@ void Write(const std::filesystem::path& path, const Measurements& header,
 void WriteMeasurements(const std::filesystem::path& path, const Measurements& measurements) {
   for (const Measurement& position : measurements.positions)
     RequireSizes(position, measurements.geometry);
-  Write(path, measurements,
-        [&](int m) { return Pixels(measurements.positions[m], measurements.geometry); });
+  std::optional<Reported> reported;
+  Write(path, measurements, [&](int m) {
+    const Measurement& position = measurements.positions[m];
+    reported.emplace(position, measurements.geometry.plane_size());
+    return Pixels(position, *reported, measurements.geometry);
+  });
 }
 
 void WriteMeasurements(const std::filesystem::path& path, const Measurements& header,
                        const std::function<Measurement(int)>& next) {
   Measurement position;
+  std::optional<Reported> reported;
   Write(path, header, [&](int m) {
     position = next(m);
     RequireSizes(position, header.geometry);
-    return Pixels(position, header.geometry);
+    reported.emplace(position, header.geometry.plane_size());
+    return Pixels(position, *reported, header.geometry);
   });
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/exr.h"
 #include "core/file.h"
 #include "lightfield/light_field.h"
 #include "lightfield/measurements.h"
@@ -27,13 +28,14 @@ Measurements RandomMeasurements(const LuminaireGeometry& geometry, std::uint64_t
   core::Random random(seed, 0);
   for (int m = 0; m < geometry.grid.count(); ++m) {
     Measurement position;
-    for (std::size_t k = 0; k < geometry.plane_size() * geometry.channels; ++k) {
-      position.irradiance.push_back(static_cast<float>(random.Normal()));
-      position.sigma.push_back(random.UniformFloat());
-    }
     for (std::size_t k = 0; k < geometry.plane_size(); ++k) {
       position.count.push_back(random.UniformFloat() * 5);
       position.mask.push_back(random() % 16);
+    }
+    for (std::size_t k = 0; k < geometry.plane_size() * geometry.channels; ++k) {
+      const bool unknown = position.mask[k % geometry.plane_size()] & kUnknownMask;
+      position.irradiance.push_back(unknown ? 0 : static_cast<float>(random.Normal()));
+      position.sigma.push_back(random.UniformFloat());
     }
     measurements.positions.push_back(position);
   }
@@ -99,6 +101,50 @@ TEST(MeasurementsFile, RoundTripIsBitExact) {
       EXPECT_EQ(back.positions[m].displacement_m.y, out.positions[m].displacement_m.y);
     }
   }
+}
+
+// What a viewer sees: a number only where light was detected.
+TEST(MeasurementsFile, HoldsNoNumberForWhatIsUnknownOrNotDetected) {
+  Measurements out = RandomMeasurements(SmallGeometry(Basis::Make(BasisKind::kBspline2), 3), 37);
+  Measurement& position = out.positions[0];
+  const std::size_t plane = out.geometry.plane_size();
+  // Texel 0 is bright in R, one photon in G, negative noise in B; texel 1 unknown; texel 2 a signed
+  // value of a pair of prints.
+  position.mask[0] = kTooDark;
+  position.mask[1] = kSaturated;
+  position.mask[2] = 0;
+  const auto set = [&](std::size_t k, float value) {
+    position.irradiance[k] = value;
+    position.sigma[k] = 0.5f;
+  };
+  for (const auto& [channel, value] : {std::pair(0, 7.0f), {1, 0.25f}, {2, -0.75f}}) {
+    set(channel * plane, value);
+    set(channel * plane + 1, 0);
+    set(channel * plane + 2, -3);
+  }
+  const auto path = UniquePath(".meas.exr");
+  WriteMeasurements(path, out);
+  core::ExrReader reader(path);
+  const auto read = [&](const char* channel) { return reader.ReadFloat(0, channel); };
+  EXPECT_EQ(read("E.R")[0], 7);
+  EXPECT_TRUE(std::isnan(read("E.G")[0]));
+  EXPECT_TRUE(std::isnan(read("E.B")[0]));
+  EXPECT_EQ(read("undetected.R")[0], 0);
+  EXPECT_EQ(read("undetected.G")[0], 0.25f);
+  EXPECT_EQ(read("undetected.B")[0], -0.75f);
+  for (const char* channel : {"E.R", "E.G", "E.B"}) {
+    EXPECT_TRUE(std::isnan(read(channel)[1]));
+    EXPECT_EQ(read(channel)[2], -3);
+  }
+}
+
+TEST(MeasurementsFile, RefusesNoNumberWithoutAReason) {
+  Measurements out = RandomMeasurements(SmallGeometry(Basis::Make(BasisKind::kBspline2), 1), 38);
+  out.positions[0].mask[3] = 0;
+  out.positions[0].irradiance[3] = std::numeric_limits<float>::quiet_NaN();
+  const auto path = UniquePath(".meas.exr");
+  WriteMeasurements(path, out);
+  EXPECT_THROW(ReadMeasurements(path), InputError);
 }
 
 TEST(MeasurementsFile, RefusesADisplacementOfMoreThanASpacing) {
