@@ -320,7 +320,7 @@ void AddExposures(Program& program, CLI::App& benches) {
         return Finish(
             study::BenchExposures(*how), CpuName(),
             {"sensor", "e_per_s", "used", "bias", "bias_se", "spread_ratio", "sigma_ratio", "case",
-             "flagged", "unknown", "bias_kept", "bias_zeroed", "bias_dropped"});
+             "flagged", "no_number", "bias_kept", "bias_zeroed", "bias_dropped"});
       });
   app.add_option("--pixels", how->pixels, "Pixels of every figure")->check(CLI::Range(2, 1 << 26));
   app.add_option("--stops", how->stops, "Range of the scene from 30 electrons per second up")

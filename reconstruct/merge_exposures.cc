@@ -54,7 +54,7 @@ MergeModel MakeMergeModel(const SensorModel& sensor, const Exposure& longest,
                                            sensor.quantisation_variance_dn2());
   model.saturation_dn = static_cast<float>(sensor.saturation_dn);
   model.margin_squared = static_cast<float>(options.saturation_margin * options.saturation_margin);
-  model.too_dark_squared = static_cast<float>(options.too_dark_sigmas * options.too_dark_sigmas);
+  model.too_dark_squared = lightfield::kDetectionSigmas * lightfield::kDetectionSigmas;
   model.prnu = static_cast<float>(sensor.prnu);
   const bool whole_numbers = sensor.bits < 32;
   const double dark_e = sensor.dark_current_e_per_s * longest.exposure_s;

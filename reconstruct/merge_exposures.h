@@ -20,10 +20,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/raw_frame.h"
+#include "lightfield/measurements.h"
 #include "reconstruct/noise_model.h"
 
 namespace luxfield::reconstruct {
@@ -65,9 +67,6 @@ struct MergeOptions {
   Estimator estimator = Estimator::kInverseVariance;
   double saturation_margin = 5;  // standard deviations that a sample's predicted value must keep
                                  // from clipping, at saturation and at 0 DN
-  // X below so many of its own standard deviations (without PRNU) is flagged kTooDark: 3 leave one
-  // pixel without light in 740 unflagged.
-  double too_dark_sigmas = 3;
   // Newton steps of the inverse variance, at least 1. It stops earlier, after the first step below
   // 1e-3 sigma: the next one would be about the square of that.
   int max_iterations = 20;
@@ -75,11 +74,17 @@ struct MergeOptions {
 
 struct MergedFrame {
   int width = 0, height = 0;
-  std::vector<float> rate_e_per_s;  // negative values kept
+  std::vector<float> rate_e_per_s;  // estimates: under kTooDark for further sums only
   std::vector<float> sigma_e_per_s;
   std::vector<float> count;         // effective number of exposures, (sum w)^2 / sum w^2
   std::vector<std::uint32_t> mask;  // lightfield::MeasurementFlag: kSaturated, kBelowBlack,
                                     // kTooDark, kDefect; unknown pixels hold 0
+
+  // What may be reported of a pixel; none where it is unknown or too dark.
+  std::optional<float> Number(std::size_t pixel) const {
+    if (mask[pixel] & (lightfield::kUnknownMask | lightfield::kTooDark)) return {};
+    return rate_e_per_s[pixel];
+  }
 };
 
 // Samples that clip (y >= saturation_dn, or not finite), their neighbours and what their overflow
@@ -89,14 +94,15 @@ struct MergedFrame {
 // where noise dithers it. Where all darks are the sensor model's, such samples enter after all, by
 // the exact moments of their codes (dark_codes.h).
 //
-// A pixel left without samples is kSaturated or, if a sample was too near 0 DN, kBelowBlack; so is
-// one whose X is negative by twice the margin: such a black level is wrong. Arithmetic in float32
-// on residuals y - d - k X; rounding and stopping change X by less than 1e-4 sigma + 1e-6 X and
-// sigma by less than 1e-3 of itself. Vectorised and parallel over pixels; the result doesn't depend
-// on the threads. Every sample is read twice (2 bytes, and once 4 of its dark frame's mean), 16
-// bytes a pixel are written, and two bits a pixel of every frame that clips. Throws InputError if a
-// frame or dark frame does not have the sensor's size, or an exposure, attenuation or lamp factor
-// is not above 0.
+// A pixel whose X is less than lightfield::kDetectionSigmas of its standard deviations (without
+// PRNU) above 0 is kTooDark. A pixel left without samples is kSaturated or, if a sample was too
+// near 0 DN, kBelowBlack; so is one whose X is negative by twice the margin: such a black level is
+// wrong. Arithmetic in float32 on residuals y - d - k X; rounding and stopping change X by less
+// than 1e-4 sigma + 1e-6 X and sigma by less than 1e-3 of itself. Vectorised and parallel over
+// pixels; the result doesn't depend on the threads. Every sample is read twice (2 bytes, and once 4
+// of its dark frame's mean), 16 bytes a pixel are written, and two bits a pixel of every frame that
+// clips. Throws InputError if a frame or dark frame does not have the sensor's size, or an
+// exposure, attenuation or lamp factor is not above 0.
 MergedFrame MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposures,
                            const MergeOptions& options = {});
 // The same into planes that are used again.

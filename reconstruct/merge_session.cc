@@ -396,11 +396,12 @@ class SessionMerger {
       position.irradiance[k] = static_cast<float>(value[k]);
       position.sigma[k] = static_cast<float>(std::sqrt(variance[k]));
     }
-    for (std::size_t p = 0; p < texels; ++p) {
-      if (!(position.mask[p] & lightfield::kUnknownMask)) continue;
-      position.count[p] = 0;
-      for (int channel = 0; channel < channels; ++channel)
-        position.irradiance[channel * texels + p] = position.sigma[channel * texels + p] = 0;
+    for (std::size_t k = 0; k < value.size(); ++k) {
+      std::uint32_t& mask = position.mask[k % texels];
+      if (mask & lightfield::kUnknownMask)
+        position.irradiance[k] = position.sigma[k] = position.count[k % texels] = 0;
+      else if (!lightfield::IsDetected(position.irradiance[k], position.sigma[k]))
+        mask |= lightfield::kTooDark;
     }
     return position;
   }

@@ -30,15 +30,14 @@ Homogeneous Map(const std::array<double, 9>& h, double x, double y) {
 
 // Sums of every pixel column over the rows that one row of texels covers.
 struct ColumnSums {
-  std::vector<double> covered, unknown, bright, value, square, variance, count;
+  std::vector<double> covered, unknown, value, square, variance, count;
   std::vector<std::uint32_t> flags;
 
   explicit ColumnSums(int width) : flags(width) {
-    for (auto* sum : {&covered, &unknown, &bright, &value, &square, &variance, &count})
-      sum->resize(width);
+    for (auto* sum : {&covered, &unknown, &value, &square, &variance, &count}) sum->resize(width);
   }
   void Clear() {
-    for (auto* sum : {&covered, &unknown, &bright, &value, &square, &variance, &count})
+    for (auto* sum : {&covered, &unknown, &value, &square, &variance, &count})
       std::fill(sum->begin(), sum->end(), 0.0);
     std::fill(flags.begin(), flags.end(), 0u);
   }
@@ -58,7 +57,6 @@ LUXFIELD_SIMD_CLONES void AddRow(const MergedFrame& merged, std::span<const floa
   const double common = scale[0];
   double* const covered = sums->covered.data();
   double* const unknown = sums->unknown.data();
-  double* const bright = sums->bright.data();
   double* const value_sum = sums->value.data();
   double* const square = sums->square.data();
   double* const variance = sums->variance.data();
@@ -71,7 +69,6 @@ LUXFIELD_SIMD_CLONES void AddRow(const MergedFrame& merged, std::span<const floa
     const double deviation = share * per_rate * sigma[x];
     covered[x] += share;
     unknown[x] += weight - share;
-    bright[x] += mask[x] & lightfield::kTooDark ? 0.0 : share;
     value_sum[x] += share * value;
     square[x] += share * value * value;
     variance[x] += deviation * deviation;
@@ -95,7 +92,6 @@ class Texel {
   void AddColumn(const ColumnSums& sums, int x, double weight) {
     covered_ += weight * sums.covered[x];
     unknown_ += weight * sums.unknown[x];
-    bright_ += weight * sums.bright[x];
     value_ += weight * sums.value[x];
     square_ += weight * sums.square[x];
     variance_ += weight * weight * sums.variance[x];
@@ -111,7 +107,6 @@ class Texel {
       return;
     }
     covered_ += weight;
-    if (!(mask & lightfield::kTooDark)) bright_ += weight;
     const double scale = scale_[scale_.size() == 1 ? 0 : pixel];
     const double value = scale * merged_.rate_e_per_s[pixel];
     value_ += weight * value;
@@ -131,7 +126,6 @@ class Texel {
       const double mean = value_ / covered_;
       gap_variance = unknown_ * unknown_ * 2 * std::max(square_ / covered_ - mean * mean, 0.0);
     }
-    if (mask == 0 && bright_ <= kNegligible) mask = lightfield::kTooDark;
     image->mask[texel] = mask;
     if (mask & lightfield::kUnknownMask) return;
     image->value[texel] = static_cast<float>(value_ / covered_);
@@ -143,8 +137,7 @@ class Texel {
  private:
   const MergedFrame& merged_;
   std::span<const float> scale_;
-  double covered_ = 0, unknown_ = 0, bright_ = 0, value_ = 0, square_ = 0, variance_ = 0,
-         count_ = 0;
+  double covered_ = 0, unknown_ = 0, value_ = 0, square_ = 0, variance_ = 0, count_ = 0;
   std::uint32_t flags_ = 0;
 };
 

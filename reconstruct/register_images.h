@@ -51,7 +51,8 @@ class Registration {
   // pixel of pixel edges count as equal, so aligned lattices are copied exactly. A texel is
   // kOffSensor if more than 1e-6 of it lies off the sensor; it carries kSaturated and kDefect of
   // every pixel it touches with more than that (kPartlyDefect instead of kDefect below half of its
-  // area), kTooDark if all of them do. Parallel over rows.
+  // area). What too dark pixels sum up to may well be detected: kTooDark is not passed on. Parallel
+  // over rows.
   RegisteredImage Apply(const MergedFrame& merged, std::span<const float> irradiance_per_rate,
                         lightfield::Vec2 centre_m) const;
 

@@ -38,8 +38,7 @@ std::optional<lightfield::Lens> OfPlane(std::optional<lightfield::Lens> lens, Ve
 RegisteredImage Mean(const RegisteredImage& a, const RegisteredImage& b) {
   RegisteredImage mean = a;
   for (std::size_t p = 0; p < mean.value.size(); ++p) {
-    const std::uint32_t either = a.mask[p] | b.mask[p], both = a.mask[p] & b.mask[p];
-    mean.mask[p] = (either & ~std::uint32_t{lightfield::kTooDark}) | (both & lightfield::kTooDark);
+    mean.mask[p] = a.mask[p] | b.mask[p];
     const bool known = !(mean.mask[p] & lightfield::kUnknownMask);
     mean.value[p] = known ? 0.5f * (a.value[p] + b.value[p]) : 0;
     mean.sigma[p] = known ? 0.5f * std::hypot(a.sigma[p], b.sigma[p]) : 0;

@@ -26,7 +26,7 @@ class MosaicRegistration {
                      const std::vector<std::vector<float>>& irradiance_per_rate);
 
   // Channel 0 R, 1 G, 2 B for the filter centred on centre_m. Of G sigma is that of the mean, the
-  // mask joins both sites' (kTooDark where both are).
+  // mask joins both sites'.
   RegisteredImage Apply(const MergedFrame& merged, int channel, lightfield::Vec2 centre_m) const;
 
   // The sites whose mean Apply takes for a channel: their sensor pixels for each texel, as

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 
 #include "core/error.h"
@@ -113,17 +114,18 @@ json Row(const Camera& camera, double x, const reconstruct::MergedFrame& merged)
 }
 
 json FlagRow(const char* sensor, const char* name, const reconstruct::MergedFrame& merged) {
-  double flagged = 0, unknown = 0;
-  for (const std::uint32_t mask : merged.mask) {
-    flagged += mask != 0;
-    unknown += (mask & lightfield::kUnknownMask) != 0;
+  double flagged = 0, no_number = 0;
+  for (std::size_t p = 0; p < merged.mask.size(); ++p) {
+    flagged += merged.mask[p] != 0;
+    no_number += !merged.Number(p);
   }
   const double n = static_cast<double>(merged.mask.size());
-  return {{"sensor", sensor}, {"case", name}, {"flagged", flagged / n}, {"unknown", unknown / n}};
+  return {
+      {"sensor", sensor}, {"case", name}, {"flagged", flagged / n}, {"no_number", no_number / n}};
 }
 
-// What the mean is off `x` per standard deviation of a pixel, if pixels that are too dark keep
-// their number, hold 0, or are left out.
+// What the mean is off `x` per standard deviation of a pixel, if the estimates of pixels that are
+// too dark enter, 0 in their place, or nothing.
 void AddDarkBias(const reconstruct::MergedFrame& merged, double x, json* row) {
   double kept = 0, bright = 0, n = 0, bright_n = 0, variance = 0;
   for (std::size_t p = 0; p < merged.mask.size(); ++p) {
@@ -131,9 +133,9 @@ void AddDarkBias(const reconstruct::MergedFrame& merged, double x, json* row) {
     kept += merged.rate_e_per_s[p];
     variance += std::pow(merged.sigma_e_per_s[p], 2);
     ++n;
-    if (merged.mask[p] & lightfield::kTooDark) continue;
-    bright += merged.rate_e_per_s[p];
-    ++bright_n;
+    const std::optional<float> number = merged.Number(p);
+    bright += number.value_or(0);
+    bright_n += number.has_value();
   }
   if (n == 0) return;  // no number at all
   const double sigma = std::sqrt(variance / n);

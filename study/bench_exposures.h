@@ -37,11 +37,12 @@ double FisherInformation(const reconstruct::SensorModel& sensor, double mean_e);
 //   bias, bias_se   mean / X - 1 and its standard error
 //   spread_ratio    standard deviation over the Cramer-Rao bound, standard error 1 / sqrt(2 pixels)
 //   sigma_ratio     standard deviation over the root mean square of the stated sigma
-// and for `one photon, noisy` (one electron a pixel on average in the longest exposure), `one photon,
-// exactly`, `all saturated` and `black above signal` (every sample clips at 0): flagged, unknown:
-// shares of pixels that carry a flag, and that carry no number. One photon keeps its number, with
-// its sigma: `bias_kept` is what the mean over all pixels is off the truth, in standard deviations
-// of a pixel, `bias_zeroed` if 0 stood for the flagged ones, `bias_dropped` if they were left out.
+// and for `one photon, noisy` (one electron a pixel on average in the longest exposure), `one
+// photon, exactly`, `all saturated` and `black above signal` (every sample clips at 0): flagged,
+// no_number: shares of pixels that carry a flag, and that report no number. The estimate of one
+// photon stays for sums: `bias_kept` is what the mean of the estimates is off the truth, in
+// standard deviations of a pixel, `bias_zeroed` if 0 stood for the flagged ones, `bias_dropped` if
+// they were left out.
 //
 // 8 exposures of 0.24 ms to 4 s. Poisson counts, Gaussian noise, rounding and clipping come from
 // code that shares nothing with the estimator. Throws InputError if an option is below 1.

@@ -273,23 +273,30 @@ TEST(MergeExposures, FlagsWhatClipsEverywhereAndInventsNothing) {
     }
 }
 
-TEST(MergeExposures, KeepsNegativeValuesAndSinglePhotons) {
+TEST(MergeExposures, EstimatesButReportsNoNegativeValuesAndSinglePhotons) {
   const SensorModel sensor = Camera(3);
   const RawFrame dim = Flat(sensor, 500), one_photon = Flat(sensor, 513);
   const std::vector<Exposure> dark{{&dim, 2, 1, 1, nullptr}};
   const MergedFrame negative = MergeExposures(sensor, dark);
   EXPECT_NEAR(negative.rate_e_per_s[0], -12 / 0.84, 1e-5);
   EXPECT_EQ(negative.mask[0], lightfield::kTooDark);
+  EXPECT_FALSE(negative.Number(0));
   EXPECT_NEAR(negative.sigma_e_per_s[0], std::sqrt(3.34 * 3.34 + 1.0 / 12) / 0.84, 1e-5);
   const RawFrame nothing = Flat(sensor, 0);  // 150 standard deviations below the black level
   const std::vector<Exposure> wrong{{&nothing, 2, 1, 1, nullptr}};
   const MergedFrame below = MergeExposures(sensor, wrong);
   EXPECT_EQ(below.mask[4], lightfield::kBelowBlack);
   EXPECT_EQ(below.rate_e_per_s[4], 0);
+  EXPECT_FALSE(below.Number(4));
   const std::vector<Exposure> photon{{&one_photon, 1, 1, 1, nullptr}};
   const MergedFrame single = MergeExposures(sensor, photon);
   EXPECT_NEAR(single.rate_e_per_s[0], 1 / 0.42, 1e-5);
   EXPECT_EQ(single.mask[0], lightfield::kTooDark);
+  EXPECT_FALSE(single.Number(0));
+  const RawFrame bright = Flat(sensor, 2000);
+  const std::vector<Exposure> detected{{&bright, 1, 1, 1, nullptr}};
+  const MergedFrame number = MergeExposures(sensor, detected);
+  EXPECT_EQ(number.Number(0), number.rate_e_per_s[0]);
 }
 
 TEST(MergeExposures, ScalesWithAttenuationAndLamp) {

@@ -56,9 +56,11 @@ TEST(BenchExposures, IsUnbiasedAndAsNoisyAsItMustBe) {
         EXPECT_LT(std::abs(row["bias_kept"].get<double>()), 5 / std::sqrt(options.pixels));
         EXPECT_GT(row["bias_dropped"].get<double>(), 3);  // what is left is above 3 sigma
       }
-      if (row["case"] == "all saturated" || row["case"] == "black above signal") {
-        EXPECT_EQ(row["unknown"], 1);
+      if (row["case"] != "one photon, noisy") {
+        EXPECT_EQ(row["flagged"], 1);
+        EXPECT_EQ(row["no_number"], 1);
       }
+      EXPECT_EQ(row["no_number"], row["flagged"]);
       continue;
     }
     ASSERT_EQ(row["used"], 1);
