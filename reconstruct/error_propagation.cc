@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <tuple>
 
 #include "core/parallel.h"
@@ -16,6 +17,10 @@ namespace {
 using core::FrameKind;
 using core::FrameRecord;
 using lightfield::Vec2;
+
+double IrradiancePerRate(const MergedBracket& bracket, std::size_t pixel) {
+  return bracket.irradiance_per_rate[bracket.irradiance_per_rate.size() == 1 ? 0 : pixel];
+}
 
 double MiddleOf(const FrameRecord& record) { return record.t_start_s + record.exposure_s / 2; }
 
@@ -71,8 +76,6 @@ ErrorPropagation::ErrorPropagation(const PropagationInput& input,
     for (int m = 0; m < positions; ++m) {
       sums.lags.push_back(SumLags(input.coefficients, sums.weights, m));
       ImageSlope image = ImageSensitivity(input.measurements, sums.weights, m);
-      sums.image.per_m = sums.image.per_m + image.per_m;
-      sums.image.variance = sums.image.variance + image.variance;
       image.per_m = image.per_m + print_.Shift(sums.lags.back());
       sums.position.push_back(image);
     }
@@ -111,14 +114,15 @@ void ErrorPropagation::OnReferences(std::span<const MergedReference> references,
         input_.how.lamp_level == LampLevel::kMonitorUnity ? r.monitor_share / level : 0;
 }
 
-std::vector<ErrorPropagation::Seen> ErrorPropagation::SeenBy(const MergedBracket& bracket) const {
+std::vector<ErrorPropagation::Seen> ErrorPropagation::SeenBy(const MergedBracket& bracket,
+                                                             Vec2 centre_m) const {
   const SensorModel& sensor = input_.plan.sensor;
   const auto& lattice = input_.plan.geometry.lattice;
   std::vector<Seen> seen;
   if (sensor.cfa.empty()) {
     const Registration registration(input_.plan.image_from_sensor, sensor.width, sensor.height,
                                     lattice, input_.plan.lens);
-    seen.push_back({bracket.channel, 1, registration.Overlaps(bracket.centre_m)});
+    seen.push_back({bracket.channel, 1, registration.Overlaps(centre_m)});
     return seen;
   }
   const int channels = input_.plan.geometry.channels;
@@ -126,11 +130,59 @@ std::vector<ErrorPropagation::Seen> ErrorPropagation::SeenBy(const MergedBracket
                                         lattice, input_.plan.lens, sensor.cfa,
                                         std::vector<std::vector<float>>(channels, {1}));
   for (int channel = 0; channel < channels; ++channel) {
-    auto sites = registration.Overlaps(channel, bracket.centre_m);
+    auto sites = registration.Overlaps(channel, centre_m);
     for (auto& overlaps : sites)
       seen.push_back({channel, 1 / static_cast<double>(sites.size()), std::move(overlaps)});
   }
   return seen;
+}
+
+void ErrorPropagation::AddRates(const Sums& sums, const MergedBracket& bracket,
+                                const std::vector<Seen>& all, std::vector<double>* by_rate) const {
+  const auto& geometry = input_.plan.geometry;
+  const auto known = [&](std::size_t p) {
+    return !(bracket.merged.mask[p] & lightfield::kUnknownMask);
+  };
+  const int m = geometry.grid.index(bracket.i, bracket.j);
+  for (const Seen& seen : all) {
+    const std::size_t image = static_cast<std::size_t>(m) * geometry.channels + seen.channel;
+    for (std::size_t k = 0; k < seen.overlaps.size(); ++k) {
+      const double w = print_factors_[bracket.print] * seen.share *
+                       sums.weights[image * geometry.plane_size() + k];
+      if (w == 0) continue;
+      double covered = 0;
+      for (const PixelShare& o : seen.overlaps[k])
+        if (known(o.pixel)) covered += o.share;
+      for (const PixelShare& o : seen.overlaps[k])
+        if (known(o.pixel))
+          (*by_rate)[o.pixel] += w * o.share / covered * IrradiancePerRate(bracket, o.pixel);
+    }
+  }
+}
+
+void ErrorPropagation::AddRegistrationSlopes(const MergedBracket& bracket,
+                                             const std::vector<Seen>& all) {
+  const MergedFrame& merged = bracket.merged;
+  const auto& lattice = input_.plan.geometry.lattice;
+  const double step_m = 1e-3 * std::min(lattice.ds_m, lattice.dt_m);
+  const std::array<Vec2, 4> steps = {Vec2{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    const std::vector<Seen> beside = SeenBy(bracket, bracket.centre_m + step_m * steps[n]);
+    core::ParallelFor(sums_.size(), 1, [&](std::size_t begin, std::size_t end) {
+      std::vector<double> here(merged.rate_e_per_s.size()), there(here.size());
+      for (std::size_t q = begin; q < end; ++q) {
+        Sums& sums = sums_[q];
+        std::fill(here.begin(), here.end(), 0.0);
+        std::fill(there.begin(), there.end(), 0.0);
+        AddRates(sums, bracket, all, &here);
+        AddRates(sums, bracket, beside, &there);
+        for (std::size_t p = 0; p < here.size(); ++p) {
+          const double per_m = (there[p] - here[p]) / step_m;
+          sums.registration[n] += per_m * merged.rate_e_per_s[p];
+        }
+      }
+    });
+  }
 }
 
 void ErrorPropagation::OnBracket(const MergedBracket& bracket) {
@@ -139,19 +191,17 @@ void ErrorPropagation::OnBracket(const MergedBracket& bracket) {
   const int m = geometry.grid.index(bracket.i, bracket.j);
   const MergedFrame& merged = bracket.merged;
   const auto known = [&](std::size_t p) { return !(merged.mask[p] & lightfield::kUnknownMask); };
-  const auto scale = [&](std::size_t p) {
-    return bracket.irradiance_per_rate[bracket.irradiance_per_rate.size() == 1 ? 0 : p];
-  };
   // Means of the channels that the frames show.
   std::vector<double> mean(static_cast<std::size_t>(geometry.channels)), count(mean.size());
   for (std::size_t p = 0; p < merged.rate_e_per_s.size(); ++p)
     if (known(p)) {
       const int channel = sensor.cfa.empty() ? bracket.channel : ChannelOfPixel(sensor, p);
-      mean[channel] += double{scale(p)} * merged.rate_e_per_s[p];
+      mean[channel] += IrradiancePerRate(bracket, p) * merged.rate_e_per_s[p];
       ++count[channel];
     }
   for (std::size_t c = 0; c < mean.size(); ++c) mean[c] /= std::max(count[c], 1.0);
-  const std::vector<Seen> all = SeenBy(bracket);
+  const std::vector<Seen> all = SeenBy(bracket, bracket.centre_m);
+  AddRegistrationSlopes(bracket, all);
 
   const MergeShares merge(sensor, bracket.exposures, input_.how.merge, merged);
   core::ParallelFor(sums_.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -160,19 +210,13 @@ void ErrorPropagation::OnBracket(const MergedBracket& bracket) {
     for (std::size_t q = begin; q < end; ++q) {
       Sums& sums = sums_[q];
       std::fill(by_rate.begin(), by_rate.end(), 0.0);
-      for (const Seen& seen : all)
-        for (std::size_t k = 0; k < seen.overlaps.size(); ++k) {
-          const std::size_t image = static_cast<std::size_t>(m) * geometry.channels + seen.channel;
-          const double w = print_factors_[bracket.print] * seen.share *
-                           sums.weights[image * geometry.plane_size() + k];
-          if (w == 0) continue;
-          double covered = 0;
-          for (const PixelShare& o : seen.overlaps[k])
-            if (known(o.pixel)) covered += o.share;
-          for (const PixelShare& o : seen.overlaps[k])
-            if (known(o.pixel)) by_rate[o.pixel] += w * o.share / covered * scale(o.pixel);
-          sums.stray += w * mean[seen.channel];
-        }
+      AddRates(sums, bracket, all, &by_rate);
+      for (const Seen& seen : all) {
+        const std::size_t image = static_cast<std::size_t>(m) * geometry.channels + seen.channel;
+        const double* const w = sums.weights.data() + image * geometry.plane_size();
+        const double of_image = std::accumulate(w, w + geometry.plane_size(), 0.0);
+        sums.stray += print_factors_[bracket.print] * seen.share * of_image * mean[seen.channel];
+      }
       std::vector<double> light(bracket.records.size());
       for (std::size_t p = 0; p < by_rate.size(); ++p) {
         if (by_rate[p] == 0) continue;
@@ -285,6 +329,13 @@ double ErrorPropagation::DriftVariance(const Sums& sums, const ReferenceTerms& t
   return variance;
 }
 
+double ErrorPropagation::ImageShiftVariance(const Sums& sums) const {
+  const auto& [right, left, up, down] = sums.registration;
+  // A kink has a mean, and the means of both axes add up.
+  return (right * right + left * left + up * up + down * down) / 2 +
+         (right + left) * (up + down) / std::numbers::pi;
+}
+
 double ErrorPropagation::StageVariance(const Sums& sums, const ReferenceTerms& terms) const {
   std::map<int, ImageSlope> by_visit;
   std::map<int, int> visit_of_position;  // both prints of a pair are taken on one
@@ -326,8 +377,7 @@ std::array<std::optional<double>, kErrorSources> ErrorPropagation::Sigma(
   const bool by_monitor = input_.how.lamp_level == LampLevel::kMonitorUnity;
   set(ErrorSource::kMonitor, by_monitor ? sizes.monitor : 0, std::sqrt(SumOfSquares(terms.meter)));
   set(ErrorSource::kStage, sizes.stage_m, std::sqrt(StageVariance(sums, terms)));
-  set(ErrorSource::kImageShift, sizes.image_shift_m,
-      std::sqrt(std::max(SquareWithoutNoise(sums.image), 0.0)));
+  set(ErrorSource::kImageShift, sizes.image_shift_m, std::sqrt(ImageShiftVariance(sums)));
   LagSums lags;
   for (const LagSums& of_position : sums.lags) lags += of_position;
   if (sizes.print_shift_m)

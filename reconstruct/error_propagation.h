@@ -2,6 +2,7 @@
 // error_budget.h.
 #pragma once
 
+#include <array>
 #include <complex>
 #include <map>
 #include <span>
@@ -54,6 +55,10 @@ class ErrorPropagation : public MergeObserver {
     const core::FrameRecord* record = nullptr;
     double light = 0;
   };
+  // dQ per metre by which all images are registered beside their place, towards +s, -s, +t and -t:
+  // where texels end on edges of pixels, the way back costs more or less than the way there. Exact
+  // for these frames, whose noise and pixels of unequal sensitivity are resampled as well.
+  using RegistrationSlopes = std::array<double, 4>;
   struct Sums {
     lightfield::Weights weights;
     double photon_variance = 0, read_variance = 0;
@@ -62,7 +67,7 @@ class ErrorPropagation : public MergeObserver {
     std::vector<FrameTerm> frames;
     double stray = 0;  // dQ per share
     std::vector<LagSums> lags;
-    ImageSlope image;                  // of all positions together
+    RegistrationSlopes registration{};
     std::vector<ImageSlope> position;  // of the whole rig
   };
   // Pixels whose mean over each texel is (a share of) a channel's image.
@@ -71,8 +76,13 @@ class ErrorPropagation : public MergeObserver {
     double share = 1;
     std::vector<std::vector<PixelShare>> overlaps;
   };
-  // A colour mosaic's bracket shows all channels, green by two sites.
-  std::vector<Seen> SeenBy(const MergedBracket& bracket) const;
+  // For the filter centred on centre_m. A colour mosaic's bracket shows all channels, green by two
+  // sites.
+  std::vector<Seen> SeenBy(const MergedBracket& bracket, lightfield::Vec2 centre_m) const;
+  // dQ per electron per second of every pixel.
+  void AddRates(const Sums& sums, const MergedBracket& bracket, const std::vector<Seen>& seen,
+                std::vector<double>* by_rate) const;
+  void AddRegistrationSlopes(const MergedBracket& bracket, const std::vector<Seen>& all);
 
   // dQ per relative error of every reference's sum and every reference's monitor reading.
   struct ReferenceTerms {
@@ -83,6 +93,7 @@ class ErrorPropagation : public MergeObserver {
   double ReadVariance(const Sums& sums, const ReferenceTerms& terms) const;
   double ShutterVariance(const Sums& sums, const ReferenceTerms& terms) const;
   double DriftVariance(const Sums& sums, const ReferenceTerms& terms, double period_s) const;
+  double ImageShiftVariance(const Sums& sums) const;  // per m^2 on each axis
   double StageVariance(const Sums& sums, const ReferenceTerms& terms) const;
   double own_variance_dn2(double exposure_s) const;
 

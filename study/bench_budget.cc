@@ -44,12 +44,16 @@ class MonteCarlo {
       core::ThrowIfInterrupted();
       const LightField field = Run(what, false, options_.seed, run, false);
       auto values = QuantitiesOf(field, settings_);
+      const auto truth =
+          what.beside_others
+              ? QuantitiesOf(Run(what, false, options_.seed, run, false, false), settings_)
+              : truth_;
       if (what.scaled) {
         const double factor = MeterFactor(field, run);
         for (double& value : values) value *= factor;
       }
       for (std::size_t q = 0; q < values.size(); ++q)
-        squares[q] += (values[q] - truth_[q]) * (values[q] - truth_[q]) / options_.runs;
+        squares[q] += (values[q] - truth[q]) * (values[q] - truth[q]) / options_.runs;
       progress.Advance();
     }
     return squares;
@@ -120,11 +124,12 @@ class MonteCarlo {
     return above / below;
   }
 
-  LightField Run(const BudgetCase& what, bool ideal, std::uint64_t seed, int run,
-                 bool keep_session) const {
+  LightField Run(const BudgetCase& what, bool ideal, std::uint64_t seed, int run, bool keep_session,
+                 bool miscalibrated = true) const {
     const auto variant = options_.folder / "variant.toml";
-    WriteLabVariant(Lab(), what.enabled, ideal, variant,
-                    DrawErrors(settings_.sizes, what.name, seed, run));
+    WriteLabVariant(
+        Lab(), what.enabled, ideal, variant,
+        DrawErrors(settings_.sizes, what.beside_others ? kTotal : what.name, seed, run));
     std::filesystem::remove_all(options_.folder / "session");
     ChainOptions chain;
     chain.lab = variant;
@@ -132,7 +137,7 @@ class MonteCarlo {
     chain.folder = options_.folder;
     chain.seed = seed + static_cast<std::uint64_t>(run);
     chain.keep_session = keep_session;
-    WriteGeometryOfRun(Geometry(), settings_.sizes, what.name, seed, run);
+    WriteGeometryOfRun(Geometry(), settings_.sizes, miscalibrated ? what.name : "none", seed, run);
     chain.calibrations = {Geometry()};
     return RunChain(chain).reconstruction.coefficients;
   }

@@ -3,7 +3,8 @@
 // The judge shares nothing with the propagation: every run simulates a lab, captures it, merges,
 // reconstructs and evaluates the closed forms. Sources are judged alone and all together, each over
 // `runs` labs with their own noise, patterns and fixed errors; deviations are from the same lab
-// without errors (no noise, no ADC), so a bias counts as an error. The prediction is the root mean
+// without errors (no noise, no ADC), so a bias counts as an error; those of an image shift are from
+// the same session, with all other errors, registered rightly. The prediction is the root mean
 // square of the budgets of `budgets` further labs with every source on.
 #pragma once
 
@@ -18,7 +19,7 @@ namespace luxfield::study {
 struct BenchBudgetOptions {
   std::filesystem::path folder;  // scratch
   int runs = 400;
-  int budgets = 10;
+  int budgets = 50;
   std::uint64_t seed = 1;
   bool dual = false;                 // pairs of prints instead of one
   std::vector<std::string> sources;  // empty: all, and "total"

@@ -23,7 +23,7 @@ constexpr int kSensor = 32;
 // is (3/2)^2 knots.
 constexpr double kGrainArea = 2.25;
 
-constexpr const char *kTotal = "total", *kScaledTotal = "total, scaled by the meter";
+constexpr const char* kScaledTotal = "total, scaled by the meter";
 
 bool IsTotal(const std::string& source) { return source == kTotal || source == kScaledTotal; }
 
@@ -248,7 +248,7 @@ std::vector<BudgetCase> BudgetCases() {
           one(ErrorSource::kLampDrift, {"drift"}),
           one(ErrorSource::kMonitor, {"monitor_noise"}),
           one(ErrorSource::kStage, {"stage"}),
-          one(ErrorSource::kImageShift, {}),
+          {ErrorSourceName(ErrorSource::kImageShift), all, false, true},
           one(ErrorSource::kGeometry, {}),
           one(ErrorSource::kPrintShift, {"registration"}),
           one(ErrorSource::kDensity, {"density"}),

@@ -44,11 +44,16 @@ constexpr double kImageShift_m = 3e-4;
 void WriteGeometryOfRun(const std::filesystem::path& file, const reconstruct::ErrorSizes& sizes,
                         const std::string& source, std::uint64_t seed, int run);
 
+constexpr const char* kTotal = "total";
+
 // Sources as the budget has them and what to switch on for each.
 struct BudgetCase {
-  std::string name;                  // as ErrorSourceName, "total", or "total, scaled by the meter"
+  std::string name;                  // as ErrorSourceName, kTotal, or "total, scaled by the meter"
   std::vector<std::string> enabled;  // [errors.*] tables
   bool scaled = false;               // by the light meter
+  // Deviations are not from the lab without errors but from the same session, with all its errors,
+  // without this one: images registered beside their place carry noise and pattern of other pixels.
+  bool beside_others = false;
 };
 std::vector<BudgetCase> BudgetCases();
 
