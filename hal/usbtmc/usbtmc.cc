@@ -298,10 +298,12 @@ std::vector<std::uint8_t> UsbTmc::ReadTransfer(std::uint32_t max_size, SteadyTim
   tag_ = NextTag(tag_);
   Bytes request = EncodeRequest(tag_, max_size);
   int moved = 0;
-  if (const int error =
-          libusb_bulk_transfer(usb_->handle.get(), usb_->endpoints.out, request.data(),
-                               static_cast<int>(request.size()), &moved, MillisecondsTo(deadline)))
+  if (const int error = libusb_bulk_transfer(usb_->handle.get(), usb_->endpoints.out,
+                                             request.data(), static_cast<int>(request.size()),
+                                             &moved, MillisecondsTo(deadline))) {
+    if (error != LIBUSB_ERROR_NO_DEVICE) AbortOut();
     throw UsbError(name_, "ask for the reply", error);
+  }
   // Whole packets, so that a device that sends more than it was asked for cannot overflow.
   const std::size_t packet = usb_->endpoints.packet,
                     room = (kHeaderBytes + max_size + 3 + packet) / packet * packet;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/usb/fake_usb_device.h"
+#include "tests/usbtmc/device_side.h"
 
 namespace luxfield::hal::usbtmc {
 
@@ -22,13 +23,7 @@ class FakeInstrument {
   FakeInstrument(const FakeInstrument&) = delete;
   FakeInstrument& operator=(const FakeInstrument&) = delete;
 
-  struct Faults {
-    bool mute = false;           // it takes requests and never answers
-    bool stall_out = false;      // it refuses messages, until its endpoint is cleared
-    bool stale_tag = false;      // replies carry the tag of the request before
-    std::size_t at_once = 1024;  // payload bytes in one transfer
-    bool cut = false;            // transfers end before their payload does
-  };
+  using Faults = DeviceSide::Faults;
   void Set(const Faults& faults);
   // Lets `action` damage each transfer of a reply, called from umockdev's thread; false: it is
   // lost.
@@ -43,20 +38,10 @@ class FakeInstrument {
 
  private:
   std::optional<usb::Bytes> Control(const std::uint8_t* request);
-  bool Out(const std::uint8_t* bytes, std::size_t size);
   std::optional<usb::Bytes> In(std::size_t room);
 
-  std::function<std::string(const std::string&)> answer_;
   UMockdevTestbed* testbed_;
-  // Under the lock of usb_:
-  Faults faults_;
-  Damage damage_;
-  std::string reply_;
-  bool requested_ = false;
-  std::uint8_t tag_ = 0, tag_before_ = 0;
-  std::uint32_t room_ = 0;
-  std::vector<std::string> messages_;
-  int clears_ = 0, aborts_ = 0;
+  DeviceSide side_;         // under the lock of usb_
   usb::FakeUsbDevice usb_;  // last: ends before what its endpoints touch
 };
 

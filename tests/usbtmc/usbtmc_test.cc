@@ -103,6 +103,14 @@ TEST_F(UsbTmcDeviceTest, AStalledEndpointIsClearedForTheNextMessage) {
   EXPECT_EQ(Ask(device, "*IDN?"), "ACME,LightMeter,7,1.0");
 }
 
+TEST_F(UsbTmcDeviceTest, SoIsOneThatStallsAfterTheMessage) {
+  UsbTmc device(Options());
+  device.Write("*IDN?\n", SecondsFromNow(5));
+  instrument_.Set({.stall_out = true});
+  EXPECT_EQ(ErrorOf([&] { device.Read(SecondsFromNow(5)); }).fault, Fault::kProtocol);
+  EXPECT_EQ(Ask(device, "*IDN?"), "ACME,LightMeter,7,1.0");
+}
+
 TEST_F(UsbTmcDeviceTest, APulledCableIsDisconnected) {
   UsbTmc device(Options());
   instrument_.Unplug();
