@@ -19,8 +19,6 @@ HardwareError GpioError(const std::string& chip, const std::string& operation, i
     case ENOENT:
     case ENODEV:
       return make(Fault::kDisconnected, "plug the adapter in, or name the right chip in lab.toml");
-    case EBUSY:
-      return make(Fault::kRefused, "end the program that holds the line (see gpioinfo)");
     case EACCES:
     case EPERM:
       return make(Fault::kRefused, "let your user open the chip, by its group or a udev rule");
@@ -32,6 +30,14 @@ HardwareError GpioError(const std::string& chip, const std::string& operation, i
     default:
       return make(Fault::kProtocol, "check the adapter and its cable");
   }
+}
+
+HardwareError LineHeld(const std::string& chip, const std::string& operation,
+                       const std::string& line, const std::string& holder) {
+  return {Fault::kRefused, ChipPath(chip), operation,
+          holder.empty() ? fmt::format("line {} is held by another program", line)
+                         : fmt::format("line {} is held by \"{}\"", line, holder),
+          "end the program that holds the line (see gpioinfo)"};
 }
 
 HardwareError NoSuchLine(const std::string& chip, const std::string& line,

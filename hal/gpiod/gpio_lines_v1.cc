@@ -53,6 +53,15 @@ int Flags(const LineSettings& settings) {
          (settings.active_low ? static_cast<int>(GPIOD_LINE_REQUEST_FLAG_ACTIVE_LOW) : 0);
 }
 
+// Why a request of a line was refused, by errno.
+HardwareError Refused(const std::string& chip, const std::string& operation,
+                      const std::string& name, gpiod_line* line) {
+  if (errno != EBUSY) return GpioError(chip, operation, errno);
+  gpiod_line_update(line);  // its user may have come since it was found
+  const char* holder = gpiod_line_consumer(line);
+  return LineHeld(chip, operation, name, holder ? holder : "");
+}
+
 }  // namespace
 
 std::string DescribeChip(const std::string& chip) {
@@ -74,7 +83,7 @@ InputLines::InputLines(const std::string& chip, const std::vector<LineSettings>&
   for (const LineSettings& settings : lines) {
     gpiod_line* line = Find(request_->chip, chip, settings.line);
     if (gpiod_line_request_both_edges_events_flags(line, kConsumer, Flags(settings)) != 0)
-      throw GpioError(chip, "request input line " + settings.line, errno);
+      throw Refused(chip, "request input line " + settings.line, settings.line, line);
     request_->lines.push_back(line);
   }
 }
@@ -121,7 +130,7 @@ OutputLine::OutputLine(const std::string& chip, const LineSettings& settings, bo
   request_->chip = Open(chip);
   request_->line = Find(request_->chip, chip, settings.line);
   if (gpiod_line_request_output_flags(request_->line, kConsumer, Flags(settings), active) != 0)
-    throw GpioError(chip, "request output line " + settings.line, errno);
+    throw Refused(chip, "request output line " + settings.line, settings.line, request_->line);
 }
 
 OutputLine::~OutputLine() = default;

@@ -84,19 +84,33 @@ Settings MakeSettings(const LineSettings& line) {
   return settings;
 }
 
+// A line to request.
+struct Wish {
+  std::string name;
+  unsigned offset;
+  Settings settings;
+};
+
 LineRequest RequestLines(const Chip& chip, const std::string& chip_name,
-                         const std::vector<unsigned>& offsets,
-                         const std::vector<Settings>& settings, const std::string& operation) {
+                         const std::vector<Wish>& wishes, const std::string& operation) {
   const LineConfig lines(gpiod_line_config_new());
   const RequestConfig config(gpiod_request_config_new());
   if (!lines || !config) throw std::bad_alloc();
   gpiod_request_config_set_consumer(config.get(), kConsumer);
-  for (std::size_t k = 0; k < offsets.size(); ++k)
-    if (gpiod_line_config_add_line_settings(lines.get(), &offsets[k], 1, settings[k].get()) != 0)
+  for (const Wish& wish : wishes)
+    if (gpiod_line_config_add_line_settings(lines.get(), &wish.offset, 1, wish.settings.get()) != 0)
       throw GpioError(chip_name, operation, errno);
   LineRequest request(gpiod_chip_request_lines(chip.get(), config.get(), lines.get()));
-  if (!request) throw GpioError(chip_name, operation, errno);
-  return request;
+  if (request) return request;
+  const int error = errno;
+  if (error == EBUSY)
+    for (const Wish& wish : wishes) {
+      const LineInfo info(gpiod_chip_get_line_info(chip.get(), wish.offset));
+      if (!info || !gpiod_line_info_is_used(info.get())) continue;
+      const char* holder = gpiod_line_info_get_consumer(info.get());
+      throw LineHeld(chip_name, operation, wish.name, holder ? holder : "");
+    }
+  throw GpioError(chip_name, operation, error);
 }
 
 }  // namespace
@@ -118,18 +132,19 @@ InputLines::InputLines(const std::string& chip_name, const std::vector<LineSetti
     : request_(std::make_unique<Request>()) {
   const Chip chip = Open(chip_name);
   request_->chip_name = chip_name;
-  std::vector<Settings> settings;
+  std::vector<Wish> wishes;
   std::string names;
   for (const LineSettings& line : lines) {
-    request_->offsets.push_back(FindOffset(chip, chip_name, line.line));
-    settings.push_back(MakeSettings(line));
-    gpiod_line_settings_set_direction(settings.back().get(), GPIOD_LINE_DIRECTION_INPUT);
-    gpiod_line_settings_set_edge_detection(settings.back().get(), GPIOD_LINE_EDGE_BOTH);
+    wishes.push_back({line.line, FindOffset(chip, chip_name, line.line), MakeSettings(line)});
+    request_->offsets.push_back(wishes.back().offset);
+    gpiod_line_settings* settings = wishes.back().settings.get();
+    gpiod_line_settings_set_direction(settings, GPIOD_LINE_DIRECTION_INPUT);
+    gpiod_line_settings_set_edge_detection(settings, GPIOD_LINE_EDGE_BOTH);
     if (!names.empty()) names += ", ";
     names += line.line;
   }
   request_->lines =
-      RequestLines(chip, chip_name, request_->offsets, settings,
+      RequestLines(chip, chip_name, wishes,
                    (lines.size() == 1 ? "request input line " : "request input lines ") + names);
   request_->edges.reset(gpiod_edge_event_buffer_new(kEdgesAtOnce));
   if (!request_->edges) throw std::bad_alloc();
@@ -172,13 +187,13 @@ OutputLine::OutputLine(const std::string& chip_name, const LineSettings& line, b
   const Chip chip = Open(chip_name);
   request_->chip_name = chip_name;
   request_->offset = FindOffset(chip, chip_name, line.line);
-  std::vector<Settings> settings;
-  settings.push_back(MakeSettings(line));
-  gpiod_line_settings_set_direction(settings[0].get(), GPIOD_LINE_DIRECTION_OUTPUT);
+  std::vector<Wish> wish;
+  wish.push_back({line.line, request_->offset, MakeSettings(line)});
+  gpiod_line_settings* settings = wish[0].settings.get();
+  gpiod_line_settings_set_direction(settings, GPIOD_LINE_DIRECTION_OUTPUT);
   gpiod_line_settings_set_output_value(
-      settings[0].get(), active ? GPIOD_LINE_VALUE_ACTIVE : GPIOD_LINE_VALUE_INACTIVE);
-  request_->line = RequestLines(chip, chip_name, {request_->offset}, settings,
-                                "request output line " + line.line);
+      settings, active ? GPIOD_LINE_VALUE_ACTIVE : GPIOD_LINE_VALUE_INACTIVE);
+  request_->line = RequestLines(chip, chip_name, wish, "request output line " + line.line);
 }
 
 OutputLine::~OutputLine() = default;

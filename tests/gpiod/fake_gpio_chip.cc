@@ -239,7 +239,9 @@ gboolean FakeGpioChip::AnswerChip(UMockdevIoctlClient* client) {
       return Reply<gpioline_info>(client, [&](gpioline_info& info) {
         if (info.line_offset >= names_.size()) return EINVAL;
         CopyName(info.name, names_[info.line_offset]);
-        info.flags = held_[info.line_offset] ? GPIOLINE_FLAG_KERNEL : 0;
+        if (!held_[info.line_offset]) return 0;
+        info.flags = GPIOLINE_FLAG_KERNEL;
+        CopyName(info.consumer, "gpiomon");
         return 0;
       });
     case GPIO_V2_GET_LINEINFO_IOCTL:
@@ -247,6 +249,9 @@ gboolean FakeGpioChip::AnswerChip(UMockdevIoctlClient* client) {
         if (info.offset >= names_.size()) return EINVAL;
         CopyName(info.name, names_[info.offset]);
         info.flags = GPIO_V2_LINE_FLAG_INPUT;
+        if (!held_[info.offset]) return 0;
+        info.flags |= GPIO_V2_LINE_FLAG_USED;
+        CopyName(info.consumer, "gpiomon");
         return 0;
       });
     case GPIO_GET_LINEHANDLE_IOCTL:

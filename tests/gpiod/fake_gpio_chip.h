@@ -41,7 +41,7 @@ class FakeGpioChip {
   // this chip.
   void OnOutput(std::function<void(const std::string& line, bool high)> action);
 
-  void HoldElsewhere(const std::string& line);  // as if another program had requested it
+  void HoldElsewhere(const std::string& line);  // as if gpiomon had requested it
   void StickPin(const std::string& line);       // an output that does not follow
   void FailReads(int error);                    // every read of levels from now on; 0: none
 

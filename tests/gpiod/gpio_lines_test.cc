@@ -78,7 +78,7 @@ TEST_F(GpioLines, RefusalsSayWhyAndWhatToDo) {
   const HardwareError busy = ErrorOf([] { InputLines("gpiochip0", {{"stop"}}); });
   EXPECT_EQ(busy.fault, Fault::kRefused);
   EXPECT_THAT(busy.what(), HasSubstr("request input line"));
-  EXPECT_THAT(busy.what(), HasSubstr("stop"));
+  EXPECT_THAT(busy.what(), HasSubstr("line stop is held by \"gpiomon\""));
   EXPECT_THAT(busy.what(), HasSubstr("end the program that holds the line"));
   const HardwareError missing = ErrorOf([] { InputLines("gpiochip0", {{"stopp"}}); });
   EXPECT_THAT(missing.what(), HasSubstr("choose one of shutter, lamp, stop, door"));
