@@ -52,10 +52,10 @@ function(luxfield_program folder name)
   endif()
 endfunction()
 
-# luxfield_tests(FOLDER USES lib... [DEPENDS target...] [UNDER program]): tests/FOLDER/*_test.cc as one program, one ctest entry,
-# run by another program if one is named.
+# luxfield_tests(FOLDER USES lib... [DEPENDS target...] [UNDER program [argument...]]): tests/FOLDER/*_test.cc as one program, one
+# ctest entry, run by another program if one is named.
 function(luxfield_tests folder)
-  cmake_parse_arguments(ARG "" "UNDER" "USES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "USES;DEPENDS;UNDER" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/${folder}/*.cc)
   if(NOT sources)
     return()
