@@ -13,6 +13,7 @@
 #include <cmath>
 
 #include "hal/error.h"
+#include "tests/hal/error_of.h"
 
 extern char** environ;
 
@@ -84,17 +85,6 @@ class Aravis : public testing::Test {
         if (clock_->MonotonicSeconds() > give_up_s) throw;
       }
   }
-  template <typename Action>
-  static HardwareError ErrorOf(Action&& action) {
-    try {
-      action();
-    } catch (const HardwareError& error) {
-      return error;
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return {Fault::kProtocol, "", "", "", ""};
-  }
-
   std::shared_ptr<core::Clock> clock_ = std::make_shared<core::SystemClock>();
   ArvGvFakeCamera* server_ = nullptr;
   pid_t foreign_ = 0;

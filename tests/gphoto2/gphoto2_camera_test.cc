@@ -12,6 +12,7 @@
 #include "hal/error.h"
 #include "tests/gphoto2/ptp_bench.h"
 #include "tests/gphoto2/ptp_usb_host.h"
+#include "tests/hal/error_of.h"
 
 namespace luxfield::hal::gphoto2 {
 namespace {
@@ -21,16 +22,6 @@ using testing::HasSubstr;
 class StillCamera : public testing::Test {
  protected:
   double Soon(double seconds) const { return clock_->MonotonicSeconds() + seconds; }
-  template <typename Action>
-  static HardwareError ErrorOf(Action&& action) {
-    try {
-      action();
-    } catch (const HardwareError& error) {
-      return error;
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return {Fault::kProtocol, "", "", "", ""};
-  }
   void ExpectFrame(const Frame& frame, double exposure_s) const {
     ASSERT_EQ(frame.image.dn.size(), std::size_t{PtpBench::kWidth} * PtpBench::kHeight);
     for (std::size_t k = 0; k < frame.image.dn.size(); ++k)

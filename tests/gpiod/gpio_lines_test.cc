@@ -6,6 +6,7 @@
 
 #include "hal/error.h"
 #include "tests/gpiod/fake_gpio_chip.h"
+#include "tests/hal/error_of.h"
 
 namespace luxfield::hal::gpiod {
 namespace {
@@ -21,17 +22,6 @@ class GpioLines : public testing::Test {
 bool Readable(int fd) {
   pollfd ready{fd, POLLIN, 0};
   return poll(&ready, 1, 0) == 1;
-}
-
-template <typename Action>
-HardwareError ErrorOf(Action&& action) {
-  try {
-    action();
-  } catch (const HardwareError& error) {
-    return error;
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return {Fault::kProtocol, "", "", "", ""};
 }
 
 TEST_F(GpioLines, ReadsLevelsByNameAndByOffset) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "hal/error.h"
+#include "tests/hal/error_of.h"
 #include "tests/usbtmc/fake_instrument.h"
 
 namespace luxfield::hal::usbtmc {
@@ -21,16 +22,6 @@ std::string Echo(const std::string& message) {
 class UsbTmcDeviceTest : public testing::Test {
  protected:
   UsbTmcOptions Options() const { return {FakeInstrument::kVendor, FakeInstrument::kProduct, {}}; }
-  template <typename Action>
-  static HardwareError ErrorOf(Action&& action) {
-    try {
-      action();
-    } catch (const HardwareError& error) {
-      return error;
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return {Fault::kProtocol, "", "", "", ""};
-  }
   std::string Ask(UsbTmc& device, const std::string& query, double seconds = 5) {
     device.Write(query + "\n", SecondsFromNow(seconds));
     return device.Read(SecondsFromNow(seconds));

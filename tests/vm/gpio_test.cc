@@ -18,6 +18,7 @@
 #include "hal/gpiod/line_selector.h"
 #include "hal/gpiod/safety_inputs.h"
 #include "hal/safety_guard.h"
+#include "tests/hal/error_of.h"
 #include "tests/vm/await.h"
 #include "tests/vm/gpio_sim.h"
 
@@ -56,17 +57,6 @@ std::vector<Edge> QueuedEdges(int fd) {
        poll(&ready, 1, 0) == 1 && read(fd, &edge, sizeof edge) == sizeof edge;)
     edges.push_back({TimeOf(edge), edge.id == GPIOEVENT_EVENT_RISING_EDGE});
   return edges;
-}
-
-template <typename Action>
-HardwareError ErrorOf(Action&& action) {
-  try {
-    action();
-  } catch (const HardwareError& error) {
-    return error;
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return {Fault::kProtocol, "", "", "", ""};
 }
 
 class KernelGpio : public testing::Test {

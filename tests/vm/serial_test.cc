@@ -16,6 +16,7 @@
 #include "hal/grbl/grbl_stage.h"
 #include "hal/safety_guard.h"
 #include "hal/transport/open_port.h"
+#include "tests/hal/error_of.h"
 #include "tests/vm/await.h"
 #include "tests/vm/gpio_sim.h"
 #include "tests/vm/serial_adapter.h"
@@ -67,17 +68,6 @@ class Wire {
  private:
   int file_;
 };
-
-template <typename Action>
-HardwareError ErrorOf(Action&& action) {
-  try {
-    action();
-  } catch (const HardwareError& error) {
-    return error;
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return {Fault::kProtocol, "", "", "", ""};
-}
 
 class KernelSerial : public testing::Test {
  protected:

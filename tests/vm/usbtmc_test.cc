@@ -11,6 +11,7 @@
 
 #include "hal/error.h"
 #include "hal/scpi/scpi.h"
+#include "tests/hal/error_of.h"
 #include "tests/vm/await.h"
 #include "tests/vm/usb_instrument.h"
 
@@ -32,16 +33,6 @@ class KernelUsb : public testing::Test {
   std::string Ask(UsbTmc& device, const std::string& query, double seconds = 30) {
     device.Write(query + "\n", SecondsFromNow(seconds));
     return device.Read(SecondsFromNow(seconds));
-  }
-  template <typename Action>
-  static HardwareError ErrorOf(Action&& action) {
-    try {
-      action();
-    } catch (const HardwareError& error) {
-      return error;
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return {Fault::kProtocol, "", "", "", ""};
   }
 
   vm::UsbInstrument instrument_;
