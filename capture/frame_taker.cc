@@ -190,10 +190,33 @@ Shot FrameTaker::Shoot(const FrameRecord& place, const Doubt& doubt) {
   }
 }
 
+// An answer that is not where the stage was sent to may be a garbled one: it takes two in a row
+// that agree.
+hal::StagePosition FrameTaker::WhereItStands() {
+  constexpr int kAnswers = 5;
+  constexpr double kRounding_m = 1e-9;
+  const double near_m = devices_.stage->limits().resolution_m + kRounding_m;
+  const auto agree = [&](hal::Vec2 a, hal::Vec2 b) {
+    return std::abs(a.x - b.x) <= near_m && std::abs(a.y - b.y) <= near_m;
+  };
+  hal::StagePosition where = devices_.stage->Where();
+  for (int n = 1; n < kAnswers; ++n) {
+    if (agree(where.readback, where.setpoint)) return where;
+    const hal::StagePosition again = devices_.stage->Where();
+    if (agree(where.readback, again.readback)) return again;
+    where = again;
+  }
+  throw hal::HardwareError(
+      hal::Fault::kProtocol, devices_.stage->identity(), "where",
+      fmt::format("{} answers in a row name different places, the last ({} m, {} m)", kAnswers,
+                  where.readback.x, where.readback.y),
+      "check its cable, home it and resume");
+}
+
 void FrameTaker::Commit(FrameRecord record, const Shot& shot) {
   record.requested_exposure_s = ladder_s_[record.exposure_index];
   record.exposure_s = shot.frame.settings.exposure_s;
-  const hal::StagePosition where = devices_.stage->Where();
+  const hal::StagePosition where = WhereItStands();
   record.stage_u_m = where.readback.x;
   record.stage_v_m = where.readback.y;
   record.t_start_s = shot.frame.t_start_s;

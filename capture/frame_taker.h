@@ -73,6 +73,7 @@ class FrameTaker {
   template <typename Action>
   void Drive(Action&& action);
   void RequireSafe();
+  hal::StagePosition WhereItStands();
   double ReadMonitor();
   std::string Distrust(const Shot& shot, double asked_at_s) const;
   void StopIfAsked();

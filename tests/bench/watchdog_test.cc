@@ -70,7 +70,7 @@ class Watchdog : public testing::Test {
 
   struct Trial {
     double dark_ms = 0, still_ms = 0;  // after the signal
-    std::string said;                  // by the watchdog
+    std::string said;                  // by the watchdog, and by the test program before
   };
   // Signals the victim some time after it has lit the lamp and set the stage going, and waits until
   // it and its watchdog have ended.
@@ -83,7 +83,7 @@ class Watchdog : public testing::Test {
       setenv("LUXFIELD_VICTIM_LAB", lab.c_str(), 1);
       unsetenv("GTEST_OUTPUT");
       dup2(err[1], STDERR_FILENO);
-      dup2(open("/dev/null", O_WRONLY), STDOUT_FILENO);
+      dup2(err[1], STDOUT_FILENO);  // of a victim that dies by itself, why
       // A fresh program: threads do not survive a fork.
       execl("/proc/self/exe", "bench_test", "--gtest_filter=WatchdogVictim.DISABLED_Runs",
             "--gtest_also_run_disabled_tests", static_cast<char*>(nullptr));

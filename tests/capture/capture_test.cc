@@ -304,5 +304,78 @@ TEST_F(Capture, DualPrintsAndColoursAreAllTaken) {
   EXPECT_EQ(taken.size(), 6u * 2 * 3);
 }
 
+// A stage one of whose answers is not what it said.
+class MisheardStage : public hal::Stage {
+ public:
+  using Mishear = std::function<hal::Vec2(int answer, hal::Vec2 place)>;
+  MisheardStage(std::unique_ptr<hal::Stage> stage, Mishear mishear)
+      : stage_(std::move(stage)), mishear_(std::move(mishear)) {}
+  std::string identity() const override { return stage_->identity(); }
+  hal::StageLimits limits() const override { return stage_->limits(); }
+  void Home(double deadline_s) override { stage_->Home(deadline_s); }
+  void MoveTo(hal::Vec2 centre, double deadline_s) override { stage_->MoveTo(centre, deadline_s); }
+  hal::StagePosition Where() override {
+    hal::StagePosition where = stage_->Where();
+    where.readback = mishear_(++answers_, where.readback);
+    return where;
+  }
+  void Stop() override { stage_->Stop(); }
+
+ private:
+  std::unique_ptr<hal::Stage> stage_;
+  Mishear mishear_;
+  int answers_ = 0;
+};
+
+TEST_F(Capture, AGarbledReadBackIsAskedForAgain) {
+  const auto folder = NewFolder("garbled");
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  devices.stage =
+      std::make_unique<MisheardStage>(std::move(devices.stage), [](int answer, hal::Vec2 place) {
+        return answer % 7 == 3 ? place + hal::Vec2{0, -0.2} : place;
+      });
+  RunCapture(TestPlan(), devices, folder);
+  const Plan plan = TestPlan();
+  const core::SessionReader reader(folder);
+  for (const auto& r : reader.frames()) {
+    if (r.kind != core::FrameKind::kPosition) continue;
+    const hal::Vec2 planned = plan.geometry.grid.centre(r.i, r.j);
+    EXPECT_NEAR(r.stage_u_m, planned.x, 1e-12);
+    EXPECT_NEAR(r.stage_v_m, planned.y, 1e-12);
+  }
+}
+
+// The stage really is somewhere else: two answers agree.
+TEST_F(Capture, AReadBackBesideTheTargetIsBelievedWhenItIsRepeated) {
+  const auto folder = NewFolder("beside");
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  devices.stage =
+      std::make_unique<MisheardStage>(std::move(devices.stage), [](int, hal::Vec2 place) {
+        return place + hal::Vec2{1e-4, 0};
+      });
+  RunCapture(TestPlan(), devices, folder);
+  const Plan plan = TestPlan();
+  const core::SessionReader reader(folder);
+  for (const auto& r : reader.frames())
+    if (r.kind == core::FrameKind::kPosition) {
+      EXPECT_NEAR(r.stage_u_m, plan.geometry.grid.centre(r.i, r.j).x + 1e-4, 1e-12);
+    }
+}
+
+TEST_F(Capture, AReadBackThatNeverAgreesEndsTheCapture) {
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  devices.stage =
+      std::make_unique<MisheardStage>(std::move(devices.stage), [](int answer, hal::Vec2 place) {
+        return place + hal::Vec2{1e-3 * answer, 0};
+      });
+  try {
+    RunCapture(TestPlan(), devices, NewFolder("never"));
+    FAIL();
+  } catch (const hal::HardwareError& error) {
+    EXPECT_EQ(error.fault, hal::Fault::kProtocol);
+    EXPECT_THAT(error.what(), HasSubstr("5 answers in a row name different places"));
+  }
+}
+
 }  // namespace
 }  // namespace luxfield::capture
