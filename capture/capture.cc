@@ -11,6 +11,7 @@
 #include "capture/capture_geometry.h"
 #include "capture/capture_glare.h"
 #include "capture/capture_sensor.h"
+#include "capture/flicker.h"
 #include "capture/frame_taker.h"
 #include "capture/session_description.h"
 #include "capture/take_session.h"
@@ -45,6 +46,7 @@ class Run {
     Announce(Pending());
     taker_.WarmUpLamp(plan_.warm_up);
     CheckDarkLevel();
+    CheckFlicker();
     while (!TakeEpoch()) {
       WaitInsideBand();
       session_.StartEpoch(DescribeDevices(devices_));
@@ -106,6 +108,54 @@ class Run {
                       "the shutter, keep "
                       "light out, or calibrate again",
                       devices_.camera->identity(), s.mean_dn, expected));
+  }
+
+  // Where the capture begins, at the exposure of the references: the shortest a bright place gets.
+  void CheckFlicker() {
+    constexpr int kFrames = 24;
+    const auto pending = Pending();
+    if (plan_.exposure.flicker == 0 || pending.empty()) return;
+    taker_.SelectShutter("open");
+    taker_.MoveTo(plan_.reference.every > 0 ? expanded_.reference : pending.front().centre);
+    taker_.SelectPrint(0);
+    taker_.SelectChannel(0);
+    FrameRecord record;
+    record.kind = FrameKind::kReference;
+    record.exposure_index = ReferenceRung(record);
+    taker_.Configure(record.exposure_index);
+    std::vector<double> level_dn;
+    for (int n = 0; n < kFrames; ++n) {
+      taker_.Rest(FlickerWait(n));
+      level_dn.push_back(taker_.Shoot(record).statistics.mean_dn);
+    }
+    const auto pixels = std::count(taker_.usable().begin(), taker_.usable().end(), 1);
+    const Scatter scatter = ScatterOf(level_dn, static_cast<double>(pixels), rig_.camera);
+    session_.Append("flicker", {{"exposure_s", taker_.exposure_s()},
+                                {"frames", kFrames},
+                                {"scatter", scatter.rms},
+                                {"noise", scatter.noise}});
+    if (!scatter.light)
+      throw DeviceError(fmt::format(
+          "{}: sees no light at the filter's first place, the lamp on and the shutter open; take "
+          "the lens cap off, look at lamp and shutter, or plan longer exposures",
+          devices_.camera->identity()));
+    if (!scatter.present || scatter.rms <= plan_.exposure.flicker) return;
+    const double hz = plan_.exposure.pwm_hz > 0 ? plan_.exposure.pwm_hz : rig_.pwm_hz;
+    throw DeviceError(fmt::format(
+        "the lamp flickers: frames of {:.6g} s differ by {:.2g} %, noise explains {:.2g} %, the "
+        "plan allows {:.2g} %; {}, drive it with direct current, or raise exposure.flicker, and "
+        "capture into another folder",
+        taker_.exposure_s(), 100 * scatter.rms, 100 * scatter.noise, 100 * plan_.exposure.flicker,
+        hz > 0 ? fmt::format("correct pwm_hz = {}, which is not its frequency", hz)
+               : "state its frequency as exposure.pwm_hz"));
+  }
+
+  // Exposures at which references compare.
+  int ReferenceRung(const FrameRecord& place) {
+    if (!reference_rung_.contains(place.channel))
+      reference_rung_[place.channel] =
+          ChooseRungs(ProbeRate(place), expanded_.ladder_s, plan_.exposure, rig_.camera).first;
+    return reference_rung_[place.channel];
   }
 
   // Reference exposures of earlier epochs: references compare only at equal exposure.
@@ -228,10 +278,7 @@ class Run {
       record.kind = FrameKind::kReference;
       record.channel = channel;
       record.repeat = reference_number_;
-      if (!reference_rung_.contains(channel))
-        reference_rung_[channel] =
-            ChooseRungs(ProbeRate(record), expanded_.ladder_s, plan_.exposure, rig_.camera).first;
-      record.exposure_index = reference_rung_[channel];
+      record.exposure_index = ReferenceRung(record);
       taker_.Configure(record.exposure_index);
       const Shot shot = taker_.Shoot(record);
       const double rate =

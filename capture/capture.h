@@ -28,11 +28,12 @@ struct CaptureOptions {
   std::function<void(const CaptureSummary&)> on_frame;  // after every frame handed to storage
 };
 
-// Captures everything the plan lacks and seals the session: warm-up, darks at every exposure time,
-// then the positions with drift references between, darks again. A frame that fails its checks is
-// taken again at most max_attempts times, then kept and flagged. A reference beyond max_drift
-// suspends the capture until one is within resume_share of that; a new epoch then begins with darks
-// and a reference, and what was taken since the last good reference is taken again.
+// Captures everything the plan lacks and seals the session: warm-up, dark level, a look for
+// flicker, darks at every exposure time, then the positions with drift references between, darks
+// again. A frame that fails its checks is taken again at most max_attempts times, then kept and
+// flagged. A reference beyond max_drift suspends the capture until one is within resume_share of
+// that; a new epoch then begins with darks and a reference, and what was taken since the last good
+// reference is taken again.
 //
 // core::InterruptCount() 1 finishes the bracket at hand, 2 stops after the frame at hand; both
 // leave a session that can be resumed and throw Interrupted. On resume the stage is homed again and
@@ -40,7 +41,8 @@ struct CaptureOptions {
 // whole.
 //
 // Throws InputError (plan and rig disagree, folder in use or of another plan), DeviceError (disk
-// full, lamp not stable, drift for longer than reference.max_wait_s), hal::HardwareError.
+// full, lamp not stable or flickering, drift for longer than reference.max_wait_s),
+// hal::HardwareError.
 CaptureSummary RunCapture(const Plan& plan, hal::Devices& devices,
                           const std::filesystem::path& session_folder,
                           const CaptureOptions& options = {});

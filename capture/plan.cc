@@ -53,6 +53,7 @@ void ReadExposure(const core::Config& config, ExposurePolicy& e) {
   e.repeats = config.Integer("repeats", e.repeats, 1, 1000);
   e.max_attempts = config.Integer("max_attempts", e.max_attempts, 1, 100);
   e.mean_tolerance = config.Number("mean_tolerance", e.mean_tolerance, {1e-6, 1});
+  e.flicker = config.Number("flicker", e.flicker, {0, 10});
 }
 
 }  // namespace

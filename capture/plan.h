@@ -25,6 +25,7 @@ struct ExposurePolicy {
   int max_attempts =
       3;  // a frame that fails its checks is taken again so often, then kept and flagged
   double mean_tolerance = 0.05;  // of a frame's level against what shorter frames predict
+  double flicker = 0;  // rms of equal frames' levels beyond noise (flicker.h); 0: not looked for
 };
 
 struct ReferencePolicy {
