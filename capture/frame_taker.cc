@@ -26,7 +26,8 @@ FrameTaker::FrameTaker(hal::Devices& devices, core::SessionWriter& session,
       options_(options),
       summary_(summary),
       usable_(UsablePixels(devices.camera->capabilities(), devices.rig.camera)),
-      guard_(devices) {}
+      guard_(devices),
+      clock_offset_s_(ClockOffset(*devices.clock)) {}
 
 // Runs an action; where the safety inputs end it, the journal says that the session pauses.
 template <typename Action>
@@ -90,7 +91,17 @@ void FrameTaker::Home() {
   session_.Append("home", {{"u_m", where.readback.x}, {"v_m", where.readback.y}});
 }
 
+// Records carry both clocks; where they part the journal says so.
+void FrameTaker::WatchClock() {
+  constexpr double kTolerance_s = 1;  // leap seconds and slewing stay below
+  const double offset_s = ClockOffset(*devices_.clock);
+  if (std::abs(offset_s - clock_offset_s_) <= kTolerance_s) return;
+  session_.Append("clock_jump", {{"by_s", offset_s - clock_offset_s_}});
+  clock_offset_s_ = offset_s;
+}
+
 void FrameTaker::MoveTo(hal::Vec2 centre) {
+  WatchClock();
   const hal::StageLimits limits = devices_.stage->limits();
   const double longest = std::max(limits.max.x - limits.min.x, limits.max.y - limits.min.y);
   Drive([&] {
@@ -225,6 +236,7 @@ void FrameTaker::Commit(FrameRecord record, const Shot& shot) {
   record.flagged = shot.flagged;
   Json checks = ToJson(shot.statistics);
   if (shot.flagged) checks["flag"] = shot.reason;
+  if (std::isfinite(shot.frame.temperature_c)) checks["temperature_c"] = shot.frame.temperature_c;
   session_.CommitFrameBehind(std::move(record), shot.image, std::move(checks));
   ++summary_.frames;
   summary_.flagged += shot.flagged;

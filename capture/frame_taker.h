@@ -77,6 +77,7 @@ class FrameTaker {
   double ReadMonitor();
   std::string Distrust(const Shot& shot, double asked_at_s) const;
   void StopIfAsked();
+  void WatchClock();
 
   hal::Devices& devices_;
   core::SessionWriter& session_;
@@ -87,6 +88,7 @@ class FrameTaker {
   std::vector<char> usable_;
   hal::SafetyGuard guard_;
   hal::AppliedSettings applied_;
+  double clock_offset_s_;
   std::uint64_t last_id_ = 0;
   std::shared_ptr<const core::RawFrame> last_image_ = std::make_shared<core::RawFrame>();
 };

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <ctime>
 #include <deque>
 
 #include "core/error.h"
@@ -26,6 +28,23 @@ void Sleep(hal::Devices& devices, double duration_s) {
 void SwitchLampOff(hal::Devices& devices) {
   if (devices.supply) devices.supply->SetOutput(false, Deadline(devices, 1));
   if (devices.watchdog) devices.watchdog->Expect(hal::Watchdog::kUnbounded_s);
+}
+
+double ClockOffset(core::Clock& clock) {
+  const std::string utc = clock.UtcIso8601();
+  const double monotonic_s = clock.MonotonicSeconds();
+  std::tm time{};
+  double seconds = 0;
+  if (std::sscanf(utc.c_str(), "%d-%d-%dT%d:%d:%lf", &time.tm_year, &time.tm_mon, &time.tm_mday,
+                  &time.tm_hour, &time.tm_min, &seconds) != 6 ||
+      time.tm_year < 2000)
+    throw DeviceError(fmt::format(
+        "the computer's clock says {}: nobody has set it, and the session's records would be dated "
+        "by it; set the time and start again",
+        utc));
+  time.tm_year -= 1900;
+  time.tm_mon -= 1;
+  return static_cast<double>(timegm(&time)) + seconds - monotonic_s;
 }
 
 void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,

@@ -9,6 +9,11 @@
 
 namespace luxfield::capture {
 
+// UTC less the rig's monotonic clock, in seconds: constant, but where somebody sets the time or the
+// computer sleeps. Throws DeviceError for a time before 2000, which nobody has set: the session's
+// records would be dated by it.
+double ClockOffset(core::Clock& clock);
+
 // Throws DeviceError if the disk has less than 1.3 times `bytes` free, or a safety input is
 // active.
 void CheckDiskAndSafety(std::uint64_t bytes, hal::Devices& devices,

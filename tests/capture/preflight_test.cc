@@ -1,0 +1,135 @@
+// What is refused before the first exposure counts; that nothing is refused otherwise the other
+// tests of captures show.
+#include "capture/preflight.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "tests/capture/capture_fixture.h"
+
+namespace luxfield::capture {
+namespace {
+
+using hal::Devices;
+using hal::sim::SimulatedLab;
+using testing::HasSubstr;
+
+// A rig's clock whose wall clock says something else.
+class OtherClock : public core::Clock {
+ public:
+  using Utc = std::function<std::string(double monotonic_s)>;
+  OtherClock(std::shared_ptr<core::Clock> clock, Utc utc)
+      : clock_(std::move(clock)), utc_(std::move(utc)) {}
+  double MonotonicSeconds() override { return clock_->MonotonicSeconds(); }
+  std::string UtcIso8601() override { return utc_(MonotonicSeconds()); }
+  void SleepSeconds(double seconds) override { clock_->SleepSeconds(seconds); }
+
+ private:
+  std::shared_ptr<core::Clock> clock_;
+  Utc utc_;
+};
+
+Devices With(OtherClock::Utc utc) {
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  devices.clock = std::make_shared<OtherClock>(devices.clock, std::move(utc));
+  return devices;
+}
+
+// Inputs that say one thing.
+class FixedInputs : public hal::Inputs {
+ public:
+  explicit FixedInputs(hal::InputState state) : state_(std::move(state)) {}
+  std::string identity() const override { return "safety inputs"; }
+  hal::InputState State() override { return state_; }
+  void OnTrip(Action) override {}
+
+ private:
+  hal::InputState state_;
+};
+
+std::string RefusalOf(Devices& devices) {
+  Plan plan = TestPlan();
+  plan.exposure.flicker = 0.005;
+  try {
+    RunCapture(plan, devices, NewFolder("preflight"));
+  } catch (const DeviceError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+class Preflight : public Capture {};
+
+TEST_F(Preflight, ALabInOrderIsNotRefused) {
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  EXPECT_EQ(RefusalOf(devices), "");
+}
+
+TEST_F(Preflight, AWrongBlackLevelIsNamed) {
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  devices.rig.camera.black_dn = 160;  // it is 100
+  EXPECT_THAT(RefusalOf(devices),
+              testing::AllOf(HasSubstr("the dark level is 100"), HasSubstr("says 160.0")));
+}
+
+TEST_F(Preflight, ALightLeakIsNamed) {
+  hal::sim::TestLab bright = Noisy();
+  bright.lamp = "kind = \"square\"\nside_m = 0.06\ndepth_m = 0.03\nradiance = 100000";
+  Devices devices = SimulatedLab(bright.Config()).MakeDevices();
+  devices.shutter = nullptr;  // so that darks are lit
+  EXPECT_THAT(RefusalOf(devices), HasSubstr("keep light out"));
+}
+
+TEST_F(Preflight, ALensCapIsNoticed) {
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  devices.shutter->Select("closed", HUGE_VAL);
+  devices.shutter = nullptr;  // nobody opens it
+  EXPECT_THAT(RefusalOf(devices), HasSubstr("take the lens cap off"));
+}
+
+TEST_F(Preflight, UnsafeInputsAreNamed) {
+  hal::InputState pressed, open;
+  pressed.emergency_stop = true;
+  open.door_open = true;
+  for (const auto& [state, name] :
+       {std::pair{pressed, "emergency stop"}, std::pair{open, "door"}}) {
+    Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+    devices.inputs = std::make_unique<FixedInputs>(state);
+    EXPECT_THAT(RefusalOf(devices), HasSubstr(name));
+  }
+}
+
+TEST_F(Preflight, ADiskThatCannotHoldASessionIsRefused) {
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  const auto free = std::filesystem::space(testing::TempDir()).available;
+  EXPECT_NO_THROW(CheckDiskAndSafety(free / 4, devices, NewFolder("space")));
+  EXPECT_THROW(CheckDiskAndSafety(free, devices, NewFolder("space")), DeviceError)
+      << "as much as is free is less than 1.3 times as much";
+}
+
+TEST_F(Preflight, AClockThatNobodySetIsRefused) {
+  Devices devices = With([](double) { return "1970-01-01T00:03:20.000Z"; });
+  EXPECT_THAT(RefusalOf(devices), HasSubstr("1970-01-01"));
+}
+
+TEST_F(Preflight, AClockThatJumpsIsJournalledOnce) {
+  const auto folder = NewFolder("jump");
+  Devices devices = With([](double t) {  // an hour on at 20 s
+    const int s = static_cast<int>(t);
+    return fmt::format("2026-11-21T{:02}:{:02}:{:02}.000Z", t < 20 ? 12 : 13, s / 60, s % 60);
+  });
+  RunCapture(TestPlan(), devices, folder);
+  const auto jumps = RecordsOf(folder, "clock_jump");
+  ASSERT_EQ(jumps.size(), 1u);
+  EXPECT_NEAR(jumps[0]["by_s"].get<double>(), 3600, 1);
+}
+
+TEST_F(Preflight, TheClocksOffsetIsInSeconds) {
+  core::SimulatedClock clock;
+  clock.SleepSeconds(123.5);
+  EXPECT_NEAR(ClockOffset(clock), 946684800, 1e-3);
+}
+
+}  // namespace
+}  // namespace luxfield::capture
