@@ -13,10 +13,12 @@
 #include "capture/capture_sensor.h"
 #include "capture/flicker.h"
 #include "capture/frame_taker.h"
+#include "capture/preflight.h"
 #include "capture/session_description.h"
 #include "capture/take_session.h"
 #include "core/error.h"
 #include "core/json.h"
+#include "core/pause.h"
 #include "core/progress.h"
 #include "core/session_writer.h"
 
@@ -47,31 +49,39 @@ class Run {
     taker_.WarmUpLamp(plan_.warm_up);
     CheckDarkLevel();
     CheckFlicker();
-    while (!TakeEpoch()) {
-      WaitInsideBand();
+    for (Epoch end = TakeEpoch(); end != Epoch::kComplete; end = TakeEpoch()) {
+      if (end == Epoch::kDrift)
+        WaitInsideBand();
+      else
+        WaitForUser();
       session_.StartEpoch(DescribeDevices(devices_));
       Announce(Pending());
     }
   }
 
  private:
-  // All that the session lacks; false: a reference is outside the band, suspended.
-  bool TakeEpoch() {
+  // How an epoch ends: the session is complete, a reference is outside the band, or the user wants
+  // to pause.
+  enum class Epoch { kComplete, kDrift, kPause };
+
+  // Takes all that the session lacks, as far as it comes.
+  Epoch TakeEpoch() {
     const std::vector<PlannedPosition> pending = Pending();
     core::Progress progress("capture", pending.size());
     TakeDarks(0);
     const auto every = static_cast<std::size_t>(plan_.reference.every);
     for (std::size_t n = 0; n < pending.size(); ++n) {
-      if (every > 0 && n % every == 0 && !TakeReference()) return false;
+      if (every > 0 && n % every == 0 && !TakeReference()) return Epoch::kDrift;
       taker_.PauseIfAsked(1);
+      if (core::PauseWanted()) return Epoch::kPause;
       TakePosition(pending[n]);
       progress.Advance(
           1, fmt::format("{} frames, {} rejected, {} flagged, lamp {:.4f}", summary_.frames,
                          summary_.rejected, summary_.flagged, lamp_ratio_));
     }
-    if (every > 0 && !pending.empty() && !TakeReference()) return false;
+    if (every > 0 && !pending.empty() && !TakeReference()) return Epoch::kDrift;
     TakeDarks(plan_.dark_repeats);
-    return true;
+    return Epoch::kComplete;
   }
 
   std::vector<PlannedPosition> Pending() const {
@@ -324,6 +334,17 @@ class Run {
                                 {"mean_rate", r.rate},
                                 {"ratio", r.ratio}});
     return true;
+  }
+
+  // Paused: the stage at rest, the lamp off, the inputs watched, until the user wants to go on.
+  void WaitForUser() {
+    taker_.Pause("asked to wait");
+    SwitchLampOff(devices_);
+    const double start = devices_.clock->MonotonicSeconds();
+    while (core::PauseWanted()) taker_.Rest(1);
+    session_.Append("resumed", {{"waited_s", devices_.clock->MonotonicSeconds() - start}});
+    taker_.WarmUpLamp(plan_.warm_up);
+    CheckDarkLevel();
   }
 
   // Suspended: looks at the reference, the stage at rest and the lamp on, until all its channels

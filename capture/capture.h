@@ -35,10 +35,11 @@ struct CaptureOptions {
 // that; a new epoch then begins with darks and a reference, and what was taken since the last good
 // reference is taken again.
 //
-// core::InterruptCount() 1 finishes the bracket at hand, 2 stops after the frame at hand; both
-// leave a session that can be resumed and throw Interrupted. On resume the stage is homed again and
-// a new epoch begins with darks and a reference; finished brackets stay, a broken one is retaken
-// whole.
+// While core::PauseWanted() the capture rests before the next position, the lamp off; it goes on
+// with warm-up and a new epoch. core::InterruptCount() 1 finishes the bracket at hand, 2 stops
+// after the frame at hand; both leave a session that can be resumed and throw Interrupted. On
+// resume the stage is homed again and a new epoch begins with darks and a reference; finished
+// brackets stay, a broken one is retaken whole.
 //
 // Throws InputError (plan and rig disagree, folder in use or of another plan), DeviceError (disk
 // full, lamp not stable or flickering, drift for longer than reference.max_wait_s),

@@ -10,6 +10,7 @@
 #include "capture/capture_sensor.h"
 #include "cli/capture_report.h"
 #include "cli/program.h"
+#include "core/pause.h"
 #include "core/progress.h"
 #include "hal/devices.h"
 
@@ -40,6 +41,7 @@ core::Json RunPositions(const capture::Plan& plan, hal::Devices& devices, const 
   capture::CaptureOptions how;
   how.resume = options.resume;
   how.accept_drift = options.accept_drift;
+  core::InstallPauseHandler();
   const auto summary = capture::RunCapture(plan, devices, options.session, how);
   fmt::print(
       "{}: {} of {} positions in {} frames, {} taken again, {} flagged; lamp {:.5f} to {:.5f} of "
@@ -86,9 +88,11 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
 
 void AddCapture(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb(
-      "capture", "Measure a plan into a session folder; Ctrl-C pauses, --resume goes on",
-      [options, &program] { return Run(*options, program.common().seed); });
+  CLI::App& verb =
+      program.AddVerb("capture",
+                      "Measure a plan into a session folder; Ctrl-Z pauses and goes on, Ctrl-C "
+                      "ends, --resume continues",
+                      [options, &program] { return Run(*options, program.common().seed); });
   verb.add_option("PLAN", options->plan, "The plan.toml")->required();
   verb.add_option("SESSION", options->session, "The session folder to write")->required();
   verb.add_option("--lab", options->lab, "The lab.toml with the devices")->required();
