@@ -48,7 +48,11 @@ bool ParseJournalLine(std::string_view line, Json& record) {
   const std::string_view body = line.substr(0, line.size() - kCrcTail);
   if (line.substr(body.size()) != fmt::format(R"(,"crc32c":"{:08x}"}})", Crc32c(body)))
     return false;
-  record = Json::parse(line, nullptr, /*allow_exceptions=*/false);
+  try {
+    record = ParseJson(line, {});
+  } catch (const InputError&) {
+    return false;
+  }
   return record.is_object() && record.contains("seq") && record["seq"].is_number_unsigned() &&
          record.contains("prev") && record["prev"].is_string() && record.contains("type") &&
          record["type"].is_string();

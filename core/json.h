@@ -3,9 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -14,9 +20,19 @@ namespace luxfield::core {
 
 using Json = nlohmann::json;  // keys sorted: equal content gives equal bytes
 
+constexpr int kDeepestJson = 100;
+
+// Values lie within that many others at most: copies and texts of one that is nested deeper, which
+// none of ours is, take a stack frame each.
 inline Json ParseJson(std::string_view text, const std::string& file) {
+  const auto shallow = [&file](int depth, Json::parse_event_t, Json&) {
+    if (depth > kDeepestJson)
+      throw InputError(file, fmt::format("values are nested more than {} deep", kDeepestJson),
+                       "restore it from its writer");
+    return true;
+  };
   try {
-    return Json::parse(text);
+    return Json::parse(text, shallow);
   } catch (const Json::exception& error) {
     throw InputError(file, fmt::format("not valid JSON ({})", error.what()),
                      "restore it from its writer");
@@ -31,19 +47,51 @@ inline void WriteJson(const std::filesystem::path& path, const Json& json) {
   WriteFileAtomically(path, json.dump(2) + "\n");
 }
 
-// json[key] as T; InputError naming file and key if absent or of another type.
+// Whether T can hold what the value says: converting a number that a whole T cannot hold gives
+// another one, or is undefined.
+template <typename T>
+struct CanHold {
+  static bool Check(const Json& value) {
+    if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
+      if (value.is_number_unsigned()) return std::in_range<T>(value.get<std::uint64_t>());
+      if (value.is_number_integer()) return std::in_range<T>(value.get<std::int64_t>());
+      if (!value.is_number_float()) return false;
+      constexpr double kExact = 9007199254740992.0;  // 2^53
+      const double number = value.get<double>();
+      return number >= -kExact && number <= kExact && number == std::trunc(number) &&
+             std::in_range<T>(static_cast<std::int64_t>(number));
+    }
+    return true;
+  }
+};
+template <typename T>
+struct CanHold<std::vector<T>> {
+  static bool Check(const Json& value) {
+    return value.is_array() && std::all_of(value.begin(), value.end(), CanHold<T>::Check);
+  }
+};
+template <typename A, typename B>
+struct CanHold<std::pair<A, B>> {
+  static bool Check(const Json& value) {
+    return value.is_array() && value.size() == 2 && CanHold<A>::Check(value[0]) &&
+           CanHold<B>::Check(value[1]);
+  }
+};
+
+// json[key] as T; InputError naming file and key if absent, of another type, or a number that T
+// cannot hold.
 template <typename T>
 T Field(const Json& json, const std::string& key, const std::string& file) {
   if (!json.is_object() || !json.contains(key))
     throw InputError(file, fmt::format("field '{}' is missing", key),
                      "restore the file from its writer");
   try {
-    return json.at(key).get<T>();
+    if (CanHold<T>::Check(json.at(key))) return json.at(key).get<T>();
   } catch (const Json::exception&) {
-    throw InputError(file,
-                     fmt::format("field '{}' = {} has the wrong type", key, json.at(key).dump()),
-                     "restore the file from its writer");
   }
+  throw InputError(file,
+                   fmt::format("field '{}' = {} has the wrong type", key, json.at(key).dump()),
+                   "restore the file from its writer");
 }
 
 }  // namespace luxfield::core

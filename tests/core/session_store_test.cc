@@ -11,6 +11,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <regex>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -420,7 +421,12 @@ TEST(SessionStore, JournalsSurviveASampleOfFuzzing) {
 }
 
 TEST(SessionStore, ManifestsSurviveASampleOfFuzzing) {
-  fuzz::Seeded(fuzz::SessionManifest, {FileOfWholeSession("manifest.json")}, 4000);
+  const std::string whole = FileOfWholeSession("manifest.json");
+  // Found by libFuzzer: a size that no file has.
+  const std::string huge = std::regex_replace(whole, std::regex("\"bytes\": [0-9]+"),
+                                              "\"bytes\": 299999999999999999999999999999990");
+  EXPECT_THROW(ParseManifest(huge, "manifest.json"), InputError);
+  fuzz::Seeded(fuzz::SessionManifest, {whole, huge}, 4000);
 }
 
 // RLIMIT_FSIZE stands in for a full disk: the write fails half way with EFBIG.
