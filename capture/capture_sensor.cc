@@ -42,20 +42,22 @@ FrameKey KeyOf(const FrameRecord& record) {
 }
 
 // The usable pixels that see a channel: of a mosaic those of its colour.
-std::vector<char> PixelsOfChannel(const FrameTaker& taker, const hal::CameraCapabilities& camera,
-                                  const std::string& cfa, int channel) {
-  std::vector<char> pixels = taker.usable();
-  if (cfa.empty()) return pixels;
-  for (int row = 0; row < camera.height; ++row)
-    for (int column = 0; column < camera.width; ++column)
-      if (core::CfaChannel(cfa, row, column) != channel)
-        pixels[static_cast<std::size_t>(row) * camera.width + column] = 0;
+std::vector<PixelRun> PixelsOfChannel(const FrameTaker& taker,
+                                      const hal::CameraCapabilities& camera, const std::string& cfa,
+                                      int channel) {
+  if (cfa.empty()) return taker.usable();
+  std::vector<PixelRun> pixels;
+  for (const PixelRun& run : taker.usable())
+    for (std::size_t k = run.begin; k < run.end; ++k)
+      if (core::CfaChannel(cfa, static_cast<int>(k / camera.width),
+                           static_cast<int>(k % camera.width)) == channel)
+        pixels.push_back({k, k + 1});
   return pixels;
 }
 
 // Exposure time that fills `pixels` on average, from the longest exposure without a saturated one.
 double TimeToFill(const ExpandedSensorPlan& expanded, FrameTaker& taker,
-                  const std::vector<char>& pixels, const hal::CameraCalibration& camera,
+                  const std::vector<PixelRun>& pixels, const hal::CameraCalibration& camera,
                   int channel) {
   for (int rung = static_cast<int>(expanded.ladder_s.size()) - 1; rung >= 0; --rung) {
     taker.Configure(rung);
@@ -108,7 +110,7 @@ void CheckLight(const ExpandedSensorPlan& expanded, FrameTaker& taker,
   std::vector<double> fill_s;
   for (int channel = 0; channel < expanded.plan.channels; ++channel) {
     taker.SelectChannel(channel % expanded.channels_in_turn);
-    const std::vector<char> pixels =
+    const std::vector<PixelRun> pixels =
         PixelsOfChannel(taker, devices.camera->capabilities(), camera.cfa, channel);
     fill_s.push_back(TimeToFill(expanded, taker, pixels, camera, channel));
   }

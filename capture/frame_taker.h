@@ -49,7 +49,7 @@ class FrameTaker {
   double exposure_s() const { return applied_.exposure_s; }
   hal::Frame Expose();
   FrameStatistics Statistics(const core::RawFrame& frame) const;
-  const std::vector<char>& usable() const { return usable_; }
+  const std::vector<PixelRun>& usable() const { return usable_; }
 
   // Exposes with the present settings until a frame passes, at most max_attempts times; a frame
   // that is not fresh after them is a HardwareError, one that `doubt` objects to (its sentence, or
@@ -85,7 +85,7 @@ class FrameTaker {
   const int max_attempts_;
   const CaptureOptions& options_;
   CaptureSummary& summary_;
-  std::vector<char> usable_;
+  std::vector<PixelRun> usable_;
   hal::SafetyGuard guard_;
   hal::AppliedSettings applied_;
   double clock_offset_s_;

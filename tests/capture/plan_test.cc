@@ -203,7 +203,7 @@ TEST(Exposures, LevelRatioSeesAWrongExposure) {
           static_cast<std::uint16_t>(std::min(4100.0, std::round(100 + 5.0 * k * exposure))));
     return f;
   };
-  const std::vector<char> usable(900, 1);
+  const std::vector<PixelRun> usable = {{0, 900}};
   const auto right = LevelRatio(frame(0.8), 0.8, frame(0.4), 0.4, usable, Calibration(), 0.1);
   ASSERT_TRUE(right);
   EXPECT_NEAR(*right, 1, 1e-3);
