@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <vector>
 
 #include "study/bench_capture.h"
 
@@ -20,8 +21,8 @@ core::Json Run(const study::BenchCaptureOptions& options) {
                  100 * row.value("overhead_share", 0.0), options.exposure_s);
     else
       fmt::print("{} exposures at {} a second missed", row.value("missed", 0), options.stream_fps);
-    fmt::print("; {:.0f} MiB, at the end {:.0f} MiB\n", row.value("first_mib", 0.0),
-               row.value("last_mib", 0.0));
+    fmt::print("; MiB over its tenths: {:.0f}\n",
+               fmt::join(row["peaks_mib"].get<std::vector<double>>(), " "));
   }
   return {{"rows", rows}};
 }

@@ -66,8 +66,8 @@ class Shutter : public hal::Selector {
   std::shared_ptr<View> view_;
 };
 
-// Frames are made beforehand, two of each exposure, and handed over during the exposure: what is
-// left is the wait.
+// Frames are made when an exposure is set, two of each, and handed over during the exposure: what
+// is left is the wait.
 class Camera : public hal::Camera {
  public:
   // Exposures start at whole multiples of `period_s`; 0: when they are asked for.
@@ -84,7 +84,9 @@ class Camera : public hal::Camera {
     return {side_, side_, 16, 1e-5, 100, 0, 0};
   }
   hal::AppliedSettings Configure(const hal::CameraSettings& settings, double) override {
-    return applied_ = {settings.exposure_s, applied_.settings_epoch + 1};
+    applied_ = {settings.exposure_s, applied_.settings_epoch + 1};
+    for (const std::uint64_t which : {0, 1}) Picture(which);
+    return applied_;
   }
   void Abort() override {}
 
@@ -160,7 +162,7 @@ capture::Plan OnePosition(const hal::RigDescription& rig, double shortest_s, int
 struct Run {
   std::vector<double> committed_s;  // when each frame of the position was handed to storage
   int missed = 0;
-  double first_mib = 0, last_mib = 0;
+  std::vector<double> peaks_mib;  // largest resident set over each tenth of the frames
 };
 
 Run Capture(const BenchCaptureOptions& options, double shortest_s, int rungs, int repeats,
@@ -186,12 +188,14 @@ Run Capture(const BenchCaptureOptions& options, double shortest_s, int rungs, in
   how.on_frame = [&](const capture::CaptureSummary& summary) {
     const int n = summary.frames - darks;  // of the position
     if (n < 1 || n > frames) return;
-    if (n == 1) camera.Forget();
+    if (n == 1) {
+      camera.Forget();
+      core::TakePeakMib();
+    }
     run.missed = camera.missed();
     run.committed_s.push_back(devices.clock->MonotonicSeconds());
-    if (n == frames / 10 || n == frames - frames / 10) core::TakePeakMib();
-    if (n == frames / 5) run.first_mib = core::TakePeakMib();
-    if (n == frames) run.last_mib = core::TakePeakMib();
+    if (n * 10 / frames > static_cast<int>(run.peaks_mib.size()))
+      run.peaks_mib.push_back(core::TakePeakMib());
   };
   capture::RunCapture(OnePosition(devices.rig, shortest_s, rungs, repeats), devices, folder, how);
   std::filesystem::remove_all(folder);
@@ -219,8 +223,7 @@ nlohmann::json BenchCapture(const BenchCaptureOptions& options) {
                     {"overhead_ms", 1e3 * overhead_s},
                     {"overhead_share", overhead_s / options.exposure_s},
                     {"missed", nullptr},
-                    {"first_mib", run.first_mib},
-                    {"last_mib", run.last_mib}});
+                    {"peaks_mib", run.peaks_mib}});
   }
   const double period_s = 1 / options.stream_fps;
   const Run run = Capture(options, 0.8 * period_s, 1, options.stream_frames, period_s);
@@ -230,8 +233,7 @@ nlohmann::json BenchCapture(const BenchCaptureOptions& options) {
                   {"overhead_ms", nullptr},
                   {"overhead_share", nullptr},
                   {"missed", run.missed},
-                  {"first_mib", run.first_mib},
-                  {"last_mib", run.last_mib}});
+                  {"peaks_mib", run.peaks_mib}});
   return rows;
 }
 

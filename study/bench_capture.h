@@ -17,7 +17,7 @@ struct BenchCaptureOptions {
 
 // Captures two sessions, checks and storage and all, from a camera of this process whose frames are
 // ready when their exposure ends. Rows [{"case", "frames", "frame_mb", "overhead_ms",
-// "overhead_share", "missed", "first_mib", "last_mib"}]:
+// "overhead_share", "missed", "peaks_mib"}]:
 //
 //   case `overhead`  a bracket of two exposure times. overhead_ms is what the time from frame to
 //                    frame exceeds the exposure by, the mean over the longer one, whose frames are
@@ -25,7 +25,7 @@ struct BenchCaptureOptions {
 //                    the shorter one
 //   case `stream`    a camera that starts an exposure every 1 / stream_fps s, of four fifths of
 //                    that, whether it is asked or not: `missed` starts had to pass unused
-//   first_mib, last_mib   largest resident set over the second and the last tenth of the frames
+//   peaks_mib        largest resident set over each tenth of the frames
 //
 // Least for a frame: read once to judge it, once to hash, once to write. Throws InputError for
 // options below 1.
