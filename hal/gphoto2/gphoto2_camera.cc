@@ -23,10 +23,11 @@ namespace {
 
 constexpr double kOpen_s = 30;  // a camera that wakes up, and its settings
 constexpr double kClose_s = 5;
-constexpr double kSetting_s = 5;   // until a setting reads back
-constexpr double kAgain_s = 0.05;  // until a busy camera is asked again
-constexpr double kLate_s = 5;      // a file may come after it was due
-constexpr int kEvent_ms = 20;      // how often a waiting exposure looks for an abort
+constexpr double kSetting_s = 5;                  // until a setting reads back
+constexpr double kAgain_s = 0.05;                 // until a busy camera is asked again
+constexpr double kLate_s = 5;                     // a file may come after it was due
+constexpr int kEvent_ms = 20;                     // how often a waiting exposure looks for an abort
+constexpr std::size_t kMostAttached = 32u << 20;  // bytes of previews and notes in a file
 // Marked speeds against the EXIF's: 1/60 is 1/64, and cameras write one or the other.
 constexpr double kMarkedAgainstTrue = 1.15;
 
@@ -46,11 +47,6 @@ class KeepStandardInput {
 
  private:
   int copy_;
-};
-
-struct Speed {
-  double exposure_s = 0;
-  std::string text;
 };
 
 }  // namespace
@@ -107,6 +103,12 @@ class Gphoto2Camera::Session {
   void Set(const std::string& key, const std::string& value, double deadline_s);
   std::pair<CameraEventType, std::optional<Place>> NextEvent(int wait_ms);
   Place WaitForFile(double deadline_s);
+  // Bounds of what a file may say of itself, before memory is taken for it.
+  std::size_t MostPixels() const {  // masked borders included, which are a few per cent
+    return 2 * static_cast<std::size_t>(options_.width) * options_.height;
+  }
+  std::size_t MostBytes() const { return 4 * MostPixels() + kMostAttached; }
+  void RequireSize(const Place& place) const;
   std::string Download(const Place& place);
   RawFile Checked(const std::string& bytes, double exposure_s) const;
 
@@ -114,7 +116,7 @@ class Gphoto2Camera::Session {
   std::shared_ptr<core::Clock> clock_;
   OwnedContext context_;
   ::Camera* camera_ = nullptr;
-  std::vector<Speed> speeds_;
+  std::vector<ShutterSpeed> speeds_;
   std::string last_file_;               // its bytes
   std::optional<double> owed_until_s_;  // a file of a trigger that was given up comes by then
 };
@@ -234,15 +236,12 @@ CameraCapabilities Gphoto2Camera::Session::Open(double deadline_s) {
     if (const auto text = TextOf(OwnedWidget(widget).get())) name += " " + *text;
   }
   for (const auto& [key, value] : options_.settings) Set(key, value, deadline_s);
-  for (const std::string& choice : ChoicesOf(Setting(options_.shutter_speed).get()))
-    if (const auto exposure_s = ParseShutterSpeed(choice)) speeds_.push_back({*exposure_s, choice});
+  speeds_ = ShutterSpeeds(ChoicesOf(Setting(options_.shutter_speed).get()));
   if (speeds_.empty())
     throw HardwareError(Fault::kRefused, name, "open",
                         fmt::format("\"{}\" has no shutter speeds", options_.shutter_speed),
                         "turn the camera's dial to manual, or name the setting that has them in "
                         "camera.shutter_speed");
-  std::sort(speeds_.begin(), speeds_.end(),
-            [](const Speed& a, const Speed& b) { return a.exposure_s < b.exposure_s; });
 
   CameraCapabilities capabilities;
   capabilities.width = options_.width;
@@ -250,13 +249,13 @@ CameraCapabilities Gphoto2Camera::Session::Open(double deadline_s) {
   capabilities.bits = options_.bits;
   capabilities.min_exposure_s = speeds_.front().exposure_s;
   capabilities.max_exposure_s = speeds_.back().exposure_s;
-  for (const Speed& speed : speeds_) capabilities.exposures_s.push_back(speed.exposure_s);
+  for (const ShutterSpeed& speed : speeds_) capabilities.exposures_s.push_back(speed.exposure_s);
   capabilities.readout_s = options_.readout_s;
   return capabilities;
 }
 
 double Gphoto2Camera::Session::SetExposure(double exposure_s, double deadline_s) {
-  const auto speed = std::find_if(speeds_.begin(), speeds_.end(), [&](const Speed& s) {
+  const auto speed = std::find_if(speeds_.begin(), speeds_.end(), [&](const ShutterSpeed& s) {
     return std::abs(s.exposure_s - exposure_s) <= 1e-6 * exposure_s;
   });
   if (speed == speeds_.end())
@@ -307,7 +306,20 @@ Gphoto2Camera::Session::Place Gphoto2Camera::Session::WaitForFile(double deadlin
   }
 }
 
+void Gphoto2Camera::Session::RequireSize(const Place& place) const {
+  CameraFileInfo info{};
+  Require(gp_camera_file_get_info(camera_, place.folder.c_str(), place.file.c_str(), &info,
+                                  context_.get()),
+          "download");
+  if ((info.file.fields & GP_FILE_INFO_SIZE) && info.file.size > MostBytes())
+    throw HardwareError(Fault::kProtocol, name, "download",
+                        fmt::format("a file of {} bytes came, {} x {} pixels take {} at most",
+                                    info.file.size, options_.width, options_.height, MostBytes()),
+                        "correct camera.size_px in lab.toml, or set the camera to RAW");
+}
+
 std::string Gphoto2Camera::Session::Download(const Place& place) {
+  RequireSize(place);
   CameraFile* file = nullptr;
   Require(gp_file_new(&file), "download");
   const OwnedFile owned(file);
@@ -327,7 +339,7 @@ RawFile Gphoto2Camera::Session::Checked(const std::string& bytes, double exposur
   if (bytes == last_file_)
     throw HardwareError(Fault::kIncomplete, name, "expose", "the frame before came again",
                         "power-cycle the camera if it goes on");
-  RawFile raw = DecodeRawFile(bytes, name);
+  RawFile raw = DecodeRawFile(bytes, name, MostPixels());
   const auto not_as_stated = [&](const std::string& problem, const std::string& remedy) {
     return HardwareError(Fault::kProtocol, name, "expose", problem, remedy);
   };

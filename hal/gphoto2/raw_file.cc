@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <libraw/libraw.h>
 
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -26,11 +27,13 @@ HardwareError NoSensorPicture(const std::string& device, const std::string& prob
 }
 
 std::string MosaicOf(LibRaw& raw, const std::string& device) {
-  if (raw.imgdata.idata.filters == 0) return "";
+  const unsigned filters = raw.imgdata.idata.filters;
+  if (filters == 0) return "";
   std::string cfa;
-  for (const int row : {0, 1})
-    for (const int column : {0, 1}) cfa += raw.imgdata.idata.cdesc[raw.COLOR(row, column)];
-  if (raw.imgdata.idata.filters < 1000 || !core::IsBayer(cfa))  // below: Foveon, X-Trans, Leaf
+  if (filters >= 1000)  // below: Foveon, X-Trans, Leaf
+    for (const int row : {0, 1})
+      for (const int column : {0, 1}) cfa += raw.imgdata.idata.cdesc[raw.COLOR(row, column)];
+  if (!core::IsBayer(cfa))
     throw HardwareError(Fault::kProtocol, device, "read RAW",
                         "the sensor's mosaic is not of Bayer's",
                         "use a camera with a Bayer mosaic");
@@ -39,7 +42,7 @@ std::string MosaicOf(LibRaw& raw, const std::string& device) {
 
 }  // namespace
 
-RawFile DecodeRawFile(std::string_view bytes, const std::string& device) {
+RawFile DecodeRawFile(std::string_view bytes, const std::string& device, std::size_t most_pixels) {
   const auto raw = std::make_unique<LibRaw>();  // a quarter of a megabyte
   bool damaged = false;
   raw->set_dataerror_handler(
@@ -52,25 +55,43 @@ RawFile DecodeRawFile(std::string_view bytes, const std::string& device) {
   };
   // The library does not write to what it reads.
   require(raw->open_buffer(const_cast<char*>(bytes.data()), bytes.size()));
+  const libraw_image_sizes_t& sizes = raw->imgdata.sizes;
+  if (const auto pixels = std::size_t{sizes.raw_width} * sizes.raw_height; pixels > most_pixels)
+    throw HardwareError(Fault::kProtocol, device, "read RAW",
+                        fmt::format("the file's sensor has {} x {} pixels, {} are expected at most",
+                                    sizes.raw_width, sizes.raw_height, most_pixels),
+                        "correct camera.size_px in lab.toml");
   require(raw->unpack());
-  const libraw_data_t& data = raw->imgdata;
+  return SensorPicture(*raw, device);
+}
+
+RawFile SensorPicture(LibRaw& unpacked, const std::string& device) {
+  const libraw_data_t& data = unpacked.imgdata;
+  const libraw_image_sizes_t& sizes = data.sizes;
   if (!data.rawdata.raw_image)
     throw NoSensorPicture(device, "the camera sent a demosaiced or reduced picture");
 
+  if (sizes.width == 0 || sizes.height == 0 || sizes.raw_pitch < 2u * sizes.raw_width ||
+      sizes.left_margin + sizes.width > sizes.raw_width ||
+      sizes.top_margin + sizes.height > sizes.raw_height)
+    throw Damaged(device, "the picture that the file states is not within its sensor");
+
   RawFile file;
-  file.cfa = MosaicOf(*raw, device);
-  file.exposure_s = data.other.shutter > 0 ? data.other.shutter : 0;
+  file.cfa = MosaicOf(unpacked, device);
+  const float exposure_s = data.other.shutter;
+  file.exposure_s = std::isfinite(exposure_s) && exposure_s > 0 ? exposure_s : 0;
   const float temperature_c = data.makernotes.common.SensorTemperature;
-  file.temperature_c =
-      temperature_c > -273 ? temperature_c : std::numeric_limits<double>::quiet_NaN();
-  file.image.width = data.sizes.width;
-  file.image.height = data.sizes.height;
+  file.temperature_c = std::isfinite(temperature_c) && temperature_c > -273
+                           ? temperature_c
+                           : std::numeric_limits<double>::quiet_NaN();
+  file.image.width = sizes.width;
+  file.image.height = sizes.height;
   file.image.dn.resize(file.image.size());
   for (int row = 0; row < file.image.height; ++row) {
     const auto* from = reinterpret_cast<const std::uint8_t*>(data.rawdata.raw_image) +
-                       static_cast<std::size_t>(row + data.sizes.top_margin) * data.sizes.raw_pitch;
+                       static_cast<std::size_t>(row + sizes.top_margin) * sizes.raw_pitch;
     std::memcpy(&file.image.dn[static_cast<std::size_t>(row) * file.image.width],
-                from + 2 * data.sizes.left_margin, 2 * static_cast<std::size_t>(file.image.width));
+                from + 2 * sizes.left_margin, 2 * static_cast<std::size_t>(file.image.width));
   }
   return file;
 }

@@ -6,6 +6,8 @@
 
 #include "core/raw_frame.h"
 
+class LibRaw;
+
 namespace luxfield::hal::gphoto2 {
 
 struct RawFile {
@@ -16,8 +18,13 @@ struct RawFile {
 };
 
 // Throws HardwareError, in the name of `device`: kIncomplete for a file that is cut off or damaged,
-// kProtocol for one that is no picture of a sensor (JPEG, sRAW, demosaiced) or whose mosaic is not
-// of Bayer's.
-RawFile DecodeRawFile(std::string_view bytes, const std::string& device);
+// kProtocol for one that is no picture of a sensor (JPEG, sRAW, demosaiced), whose mosaic is not
+// of Bayer's, or whose sensor has more than `most_pixels`, masked borders included: that is refused
+// before memory is taken for them.
+RawFile DecodeRawFile(std::string_view bytes, const std::string& device, std::size_t most_pixels);
+
+// The last step of it: what a file holds that LibRaw has unpacked. Throws likewise, kIncomplete
+// where the visible picture is not within the sensor.
+RawFile SensorPicture(LibRaw& unpacked, const std::string& device);
 
 }  // namespace luxfield::hal::gphoto2

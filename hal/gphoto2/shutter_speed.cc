@@ -1,5 +1,6 @@
 #include "hal/gphoto2/shutter_speed.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -26,8 +27,23 @@ std::optional<double> ParseShutterSpeed(std::string_view text) {
     const auto divisor = TakeNumber(&text);
     if (!divisor) return std::nullopt;
     *seconds /= *divisor;
+    if (!std::isfinite(*seconds) || *seconds <= 0) return std::nullopt;
   }
   return text.empty() || text == "s" || text == "\"" ? seconds : std::nullopt;
+}
+
+std::vector<ShutterSpeed> ShutterSpeeds(const std::vector<std::string>& choices) {
+  std::vector<ShutterSpeed> speeds;
+  for (const std::string& choice : choices)
+    if (const auto exposure_s = ParseShutterSpeed(choice)) speeds.push_back({*exposure_s, choice});
+  std::stable_sort(speeds.begin(), speeds.end(), [](const ShutterSpeed& a, const ShutterSpeed& b) {
+    return a.exposure_s < b.exposure_s;
+  });
+  const auto same = [](const ShutterSpeed& a, const ShutterSpeed& b) {
+    return a.exposure_s == b.exposure_s;
+  };
+  speeds.erase(std::unique(speeds.begin(), speeds.end(), same), speeds.end());
+  return speeds;
 }
 
 }  // namespace luxfield::hal::gphoto2

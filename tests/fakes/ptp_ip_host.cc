@@ -12,6 +12,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 namespace luxfield::fakes {
 namespace {
@@ -65,22 +66,6 @@ std::optional<Packet> Receive(int socket) {
   return packet;
 }
 
-bool Send(int socket, Kind kind, const std::string& body) {
-  std::string bytes;
-  Append(bytes, body.size() + 8, 4);
-  Append(bytes, kind, 4);
-  bytes += body;
-  const char* from = bytes.data();
-  std::size_t left = bytes.size();
-  while (left > 0) {
-    const ssize_t sent = send(socket, from, left, MSG_NOSIGNAL);
-    if (sent <= 0) return false;
-    from += sent;
-    left -= static_cast<std::size_t>(sent);
-  }
-  return true;
-}
-
 // The operation that a packet begins, with the data that may follow it.
 std::optional<PtpOperation> ReceiveOperation(int socket, const Packet& first) {
   PtpOperation operation;
@@ -96,21 +81,6 @@ std::optional<PtpOperation> ReceiveOperation(int socket, const Packet& first) {
     if (packet->kind == kEndData) break;
   }
   return operation;
-}
-
-bool SendReply(int socket, std::uint32_t transaction, const PtpReply& reply) {
-  if (reply.data) {
-    std::string start, data;
-    Append(start, transaction, 4);
-    Append(start, reply.data->size(), 8);
-    Append(data, transaction, 4);
-    if (!Send(socket, kStartData, start) || !Send(socket, kEndData, data + *reply.data))
-      return false;
-  }
-  std::string response;
-  Append(response, reply.code, 2);
-  Append(response, transaction, 4);
-  return Send(socket, kResponse, response);
 }
 
 }  // namespace
@@ -141,35 +111,87 @@ void PtpIpHost::Drop() {
   if (const int socket = commands_; socket >= 0) shutdown(socket, SHUT_RDWR);
 }
 
+// An initiator opens a connection for its commands, then one for events.
 void PtpIpHost::Run() {
+  int commands = -1;
   while (!ending_) {
-    const int commands = accept(listener_, nullptr, nullptr);
-    if (commands < 0) continue;
-    const auto hello = Receive(commands);
+    const int socket = accept(listener_, nullptr, nullptr);
+    if (socket < 0) continue;
+    const auto hello = Receive(socket);
     if (hello && hello->kind == kInitCommand) {
-      std::string ack;
-      Append(ack, 1, 4);               // number of the connection
-      ack += std::string(16, '\x2a');  // the camera's GUID
-      for (const char c : std::string_view("Fake PTP\0", 9))
-        Append(ack, static_cast<unsigned char>(c), 2);
-      Append(ack, 0x00010000, 4);
-      Send(commands, kInitCommandAck, ack);
-      const int events = accept(listener_, nullptr, nullptr);
-      if (events >= 0) {
-        if (const auto init = Receive(events); init && init->kind == kInitEvent) {
-          Send(events, kInitEventAck, {});
-          Serve(commands, events);
-        }
-        close(events);
-      }
+      if (commands >= 0) close(commands);
+      commands = socket;
+      Acknowledge(commands);
+      continue;
     }
-    close(commands);
+    if (hello && hello->kind == kInitEvent && commands >= 0) {
+      Send(socket, kInitEventAck, {});
+      Serve(commands, socket);
+      close(std::exchange(commands, -1));
+    }
+    close(socket);
   }
+  if (commands >= 0) close(commands);
+}
+
+void PtpIpHost::Acknowledge(int commands) {
+  std::string ack;
+  Append(ack, 1, 4);               // number of the connection
+  ack += std::string(16, '\x2a');  // the camera's GUID
+  for (const char c : std::string_view("Fake PTP\0", 9))
+    Append(ack, static_cast<unsigned char>(c), 2);
+  Append(ack, 0x00010000, 4);
+  Send(commands, kInitCommandAck, ack);
+}
+
+void PtpIpHost::SetDamage(Damage damage) {
+  const std::lock_guard lock(damage_mutex_);
+  damage_ = std::move(damage);
+}
+
+bool PtpIpHost::Send(int socket, std::uint32_t kind, const std::string& body) {
+  std::string bytes;
+  Append(bytes, body.size() + 8, 4);
+  Append(bytes, kind, 4);
+  bytes += body;
+  {
+    const std::lock_guard lock(damage_mutex_);
+    if (damage_) damage_(bytes);
+  }
+  const char* from = bytes.data();
+  std::size_t left = bytes.size();
+  while (left > 0) {
+    const ssize_t sent = send(socket, from, left, MSG_NOSIGNAL);
+    if (sent <= 0) return false;
+    from += sent;
+    left -= static_cast<std::size_t>(sent);
+  }
+  return true;
+}
+
+bool PtpIpHost::SendReply(int socket, std::uint32_t transaction, const PtpReply& reply) {
+  if (reply.data) {
+    std::string start, data;
+    Append(start, transaction, 4);
+    Append(start, reply.data->size(), 8);
+    Append(data, transaction, 4);
+    if (!Send(socket, kStartData, start) || !Send(socket, kEndData, data + *reply.data))
+      return false;
+  }
+  std::string response;
+  Append(response, reply.code, 2);
+  Append(response, transaction, 4);
+  return Send(socket, kResponse, response);
 }
 
 void PtpIpHost::Serve(int commands, int events) {
   over_ = false;
   commands_ = commands;
+  {
+    const std::lock_guard lock(damage_mutex_);
+    const timeval patience{0, damage_ ? 500'000 : 0};  // 0: for ever
+    setsockopt(commands, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  }
   std::thread sender([this, events] { SendEvents(events); });
   while (const auto packet = Receive(commands)) {
     if (packet->kind != kOperation) continue;

@@ -6,9 +6,14 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <iostream>
+#include <map>
 #include <thread>
 
+#include "core/random.h"
 #include "hal/error.h"
 #include "tests/gphoto2/ptp_bench.h"
 #include "tests/gphoto2/ptp_usb_host.h"
@@ -198,6 +203,70 @@ TEST_F(StillCamera, SettingsThatTheCameraHasNotAreRefusedByName) {
   options.settings = {{"iso", "123"}};
   EXPECT_THAT(ErrorOf([&] { Gphoto2Camera camera(options, clock_); }).what(),
               HasSubstr("\"iso\" cannot be \"123\"; it can be 100, 200, 400"));
+}
+
+// One reply, or some, of a camera that is damaged or means harm: lengths, counts and texts of any
+// value, packets that end early or go on.
+fakes::PtpIpHost::Damage Hostile(core::Random random) {
+  return [random, left = static_cast<int>(random() % 60)](std::string& packet) mutable {
+    if (left-- > 0) return;
+    left = static_cast<int>(random() % 20);
+    constexpr std::size_t kHead = 8;  // length and kind
+    const bool keeps_length = random() % 4 > 0;
+    for (std::uint32_t n = 1 + random() % 3; n > 0; --n) {
+      const std::size_t at =
+          keeps_length ? kHead + random() % (packet.size() - kHead + 1) : random() % packet.size();
+      switch (random() % 4) {
+        case 0:
+          packet.resize(at);
+          break;
+        case 1:
+          packet.insert(at, random() % 64, static_cast<char>(random()));
+          break;
+        case 2:
+          for (std::size_t k = at; k < std::min(at + 4, packet.size()); ++k) packet[k] = '\xff';
+          break;
+        default:
+          if (at < packet.size()) packet[at] = static_cast<char>(random());
+      }
+      packet.resize(std::max(packet.size(), kHead));
+    }
+    if (keeps_length)
+      for (int k = 0; k < 4; ++k) packet[k] = static_cast<char>(packet.size() >> 8 * k);
+  };
+}
+
+// LUXFIELD_FAULTS=n has n cameras in place of 12. LibGphoto2 reads the packets; what it makes of
+// them is a frame as the lab says or an error that names a remedy, and the next camera works.
+TEST_F(StillCamera, HostileRepliesEndInAnErrorOrAFrame) {
+  constexpr std::uint64_t kSeed = 20261122;
+  const char* asked = std::getenv("LUXFIELD_FAULTS");
+  const int cameras = asked ? std::atoi(asked) : 12;
+  int frames = 0;
+  std::map<Fault, int> errors;
+  for (int n = 0; n < cameras; ++n) {
+    SCOPED_TRACE("camera " + std::to_string(n) + ", seed " + std::to_string(kSeed));
+    bench_.host.SetDamage(Hostile(core::Random(kSeed, static_cast<std::uint64_t>(n))));
+    try {
+      Gphoto2Camera camera(bench_.Options(), clock_);
+      camera.Configure({0.001}, Soon(2));
+      const Frame frame = camera.Expose(Soon(2));
+      ASSERT_EQ(frame.image.dn.size(), std::size_t{PtpBench::kWidth} * PtpBench::kHeight);
+      ++frames;
+    } catch (const HardwareError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("; ")) << "names no remedy";
+      ++errors[error.fault];
+    }
+  }
+  std::cout << frames << " frames";
+  for (const auto& [fault, count] : errors)
+    std::cout << ", " << count << " of fault " << int(fault);
+  std::cout << "\n";
+  EXPECT_GT(errors.size(), 0u) << "the replies were too good to show anything";
+  bench_.host.SetDamage({});
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  camera.Configure({0.001}, Soon(10));
+  ExpectFrame(camera.Expose(Soon(10)), 0.001);
 }
 
 }  // namespace

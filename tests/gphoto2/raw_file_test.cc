@@ -11,13 +11,18 @@
 #include "hal/error.h"
 #include "hal/gphoto2/shutter_speed.h"
 #include "tests/fakes/dng.h"
+#include "tests/fuzz/seeded.h"
+#include "tests/fuzz/shutter_speeds.h"
+#include "tests/fuzz/still_camera_file.h"
 
 namespace luxfield::hal::gphoto2 {
 namespace {
 
-std::optional<Fault> FaultOf(const std::string& bytes) {
+constexpr std::size_t kMostPixels = 1 << 24;
+
+std::optional<Fault> FaultOf(const std::string& bytes, std::size_t most_pixels = kMostPixels) {
   try {
-    DecodeRawFile(bytes, "camera");
+    DecodeRawFile(bytes, "camera", most_pixels);
   } catch (const HardwareError& error) {
     return error.fault;
   }
@@ -33,6 +38,21 @@ TEST(ShutterSpeed, IsReadAsCamerasWriteIt) {
   for (const char* text : {"", "bulb", "Auto", "1/", "1/0", "/60", "-1", "0", "x 1/250", "1/60 x",
                            "nan", "inf", "1e400"})
     EXPECT_FALSE(ParseShutterSpeed(text)) << text;
+  const std::string huge(300, '9'), tiny = "0." + std::string(200, '0') + "1";
+  EXPECT_FALSE(ParseShutterSpeed(huge + "/" + tiny)) << "too long to be a number of seconds";
+  EXPECT_FALSE(ParseShutterSpeed(tiny + "/" + huge)) << "too short";
+}
+
+TEST(ShutterSpeed, ListsHoldEachOnceFromTheShortest) {
+  const auto speeds = ShutterSpeeds({"bulb", "2", "0.5", "1/2", "1/60", "Auto"});
+  ASSERT_EQ(speeds.size(), 3u);
+  EXPECT_EQ(speeds[0].text, "1/60");
+  EXPECT_EQ(speeds[1].text, "0.5");
+  EXPECT_EQ(speeds[2].exposure_s, 2);
+}
+
+TEST(ShutterSpeed, ListsSurviveASampleOfFuzzing) {
+  fuzz::Seeded(fuzz::ShutterSpeedList, {"1/60\n0.3\n30\n0.0166s\n2\"\nbulb\n", "1/8000\n1/2.5"});
 }
 
 TEST(RawFile, HoldsTheSensorsNumbersOfEveryMosaic) {
@@ -41,7 +61,7 @@ TEST(RawFile, HoldsTheSensorsNumbersOfEveryMosaic) {
     std::mt19937 random(17);
     for (int k = 0; k < negative.width * negative.height; ++k)
       negative.dn.push_back(static_cast<std::uint16_t>(random()));
-    const RawFile raw = DecodeRawFile(fakes::EncodeDng(negative), "camera");
+    const RawFile raw = DecodeRawFile(fakes::EncodeDng(negative), "camera", kMostPixels);
     EXPECT_EQ(raw.image.width, negative.width) << cfa;
     EXPECT_EQ(raw.image.height, negative.height);
     EXPECT_EQ(raw.image.dn, negative.dn);
@@ -58,13 +78,33 @@ TEST(RawFile, DamagedAndForeignFilesAreRefused) {
   EXPECT_TRUE(FaultOf(""));
 }
 
+TEST(RawFile, MoreThanTheLabsPixelsAreRefused) {
+  const fakes::Negative negative{26, 24, std::vector<std::uint16_t>(26 * 24, 900), "RGGB", 0.1};
+  EXPECT_FALSE(FaultOf(fakes::EncodeDng(negative), 26 * 24));
+  EXPECT_EQ(FaultOf(fakes::EncodeDng(negative), 26 * 24 - 1), Fault::kProtocol);
+}
+
+TEST(RawFile, SurvivesASampleOfFuzzing) {
+  std::vector<std::string> files;
+  for (const char* cfa : {"RGGB", ""})
+    files.push_back(fakes::EncodeDng({26, 24, std::vector<std::uint16_t>(26 * 24, 900), cfa, 0.1}));
+  fuzz::Seeded(fuzz::StillCameraFile, files, 4000);
+}
+
+TEST(RawFile, WhatLibRawMakesOfOneSurvivesASampleOfFuzzing) {
+  // 20 x 10 pixels from (3, 2) of 24 x 12, 48 bytes a row, and a mosaic of Bayer's.
+  const std::string found("\x14\0\x0a\0\x03\0\x02\0\x18\0\x0c\0\x30\0\0\0\x94\x94\x94\x94RGBG\0",
+                          25);
+  fuzz::Seeded(fuzz::StillCameraPicture, {found});
+}
+
 // A foreign camera's file, written by software that is not ours.
 TEST(RawFile, ReadsAForeignNegative) {
   const char* folder = std::getenv("LUXFIELD_TEST_DATA");
   const std::filesystem::path path =
       std::filesystem::path(folder ? folder : "../shared/data") / "raw/colorchart.dng";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
-  const RawFile raw = DecodeRawFile(core::ReadFile(path), "camera");
+  const RawFile raw = DecodeRawFile(core::ReadFile(path), "camera", kMostPixels);
   std::cout << raw.image.width << " x " << raw.image.height << ", " << raw.cfa << ", "
             << raw.exposure_s << " s\n";
   EXPECT_GT(raw.image.width, 100);
