@@ -49,6 +49,27 @@ class KeepStandardInput {
   int copy_;
 };
 
+// The library writes to closed sockets: the signal of that, which would end the program, is kept
+// from this thread, and taken.
+class NoPipeSignal {
+ public:
+  NoPipeSignal() {
+    sigemptyset(&pipe_);
+    sigaddset(&pipe_, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+  }
+  ~NoPipeSignal() {
+    constexpr timespec kAtOnce{};
+    if (!sigismember(&before_, SIGPIPE)) sigtimedwait(&pipe_, nullptr, &kAtOnce);
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  NoPipeSignal(const NoPipeSignal&) = delete;
+  NoPipeSignal& operator=(const NoPipeSignal&) = delete;
+
+ private:
+  sigset_t pipe_, before_;
+};
+
 }  // namespace
 
 // All that calls use, so that one that hangs may outlive the camera object.
@@ -386,6 +407,7 @@ void Gphoto2Camera::Session::Close() {
   if (!camera_) return;
   aborted = false;  // the camera is to hear that it is let go
   const KeepStandardInput keep;
+  const NoPipeSignal quiet;  // the thread may be that of a constructor which failed
   gp_camera_exit(camera_, context_.get());
   gp_camera_unref(std::exchange(camera_, nullptr));
 }
