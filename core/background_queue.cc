@@ -27,6 +27,11 @@ void BackgroundQueue::Push(std::function<void()> task) {
   changed_.notify_all();
 }
 
+bool BackgroundQueue::Waiting() {
+  const std::lock_guard lock(mutex_);
+  return tasks_.size() > 1;
+}
+
 void BackgroundQueue::Settle() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return tasks_.empty(); });

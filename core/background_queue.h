@@ -22,6 +22,8 @@ class BackgroundQueue {
 
   // Waits for room. Throws what an earlier task threw; nothing is done after that one.
   void Push(std::function<void()> task);
+  // Whether something waits for the task that is being done: for that task.
+  bool Waiting();
   // Waits until everything is done. Throws likewise, and the queue can be used again.
   void Settle();
 

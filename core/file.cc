@@ -11,57 +11,12 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "core/descriptor.h"
 #include "core/error.h"
+#include "core/staged_file.h"
 
 namespace luxfield::core {
 namespace {
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  int get() const { return fd_; }
-  int release() {
-    const int fd = fd_;
-    fd_ = -1;
-    return fd;
-  }
-
- private:
-  int fd_;
-};
-
-[[noreturn]] void FailWriting(const std::filesystem::path& path, const char* what) {
-  throw DeviceError(fmt::format("{}: cannot {}: {}; free space or choose another folder",
-                                path.string(), what, std::strerror(errno)));
-}
-
-void WriteAll(int fd, std::string_view bytes, const std::filesystem::path& path) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
-    if (written < 0) {
-      if (errno == EINTR) continue;
-      FailWriting(path, "write");
-    }
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-}
-
-std::filesystem::path FolderOf(const std::filesystem::path& path) {
-  const auto folder = path.parent_path();
-  return folder.empty() ? std::filesystem::path(".") : folder;
-}
-
-// Unique within the folder for this process; keeps the extension, since image writers go by it.
-std::filesystem::path TemporaryBeside(const std::filesystem::path& path) {
-  static std::atomic<unsigned> counter{0};
-  return FolderOf(path) / fmt::format(".{}.{}-{}.tmp{}", path.stem().string(), ::getpid(),
-                                      counter++, path.extension().string());
-}
 
 constexpr std::array<std::uint32_t, 256> MakeCrc32cTable() {
   std::array<std::uint32_t, 256> table{};
@@ -136,30 +91,11 @@ void RemoveFile(const std::filesystem::path& path) {
 
 void WriteAtomically(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path&)>& write) {
-  const auto temporary = TemporaryBeside(path);
-  try {
-    write(temporary);
-    StorageStep("temporary written");
-    Descriptor file(::open(temporary.c_str(), O_RDONLY | O_CLOEXEC));
-    if (file.get() < 0 || ::fsync(file.get()) != 0) FailWriting(path, "sync");
-    StorageStep("temporary synced");
-    if (::rename(temporary.c_str(), path.c_str()) != 0) FailWriting(path, "rename into place");
-    StorageStep("renamed");
-    SyncFolder(FolderOf(path));
-    StorageStep("folder synced");
-  } catch (...) {
-    ::unlink(temporary.c_str());
-    throw;
-  }
+  StagedFile(path, write).PutInPlace();
 }
 
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes, Access access) {
-  WriteAtomically(path, [&](const std::filesystem::path& temporary) {
-    const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC,
-                                 access == Access::kPrivate ? 0600 : 0666));
-    if (file.get() < 0) FailWriting(path, "create");
-    WriteAll(file.get(), bytes, path);
-  });
+  StagedFile(path, bytes, access).PutInPlace();
 }
 
 std::filesystem::path CacheFile(const std::string& name) {

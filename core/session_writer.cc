@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "core/background_queue.h"
 #include "core/error.h"
@@ -15,6 +17,7 @@
 #include "core/manifest.h"
 #include "core/session_path.h"
 #include "core/session_replay.h"
+#include "core/staged_file.h"
 
 namespace luxfield::core {
 namespace {
@@ -95,6 +98,14 @@ struct SessionWriter::Impl {
   std::unique_ptr<JournalWriter> journal;
   SessionState state;
   std::set<std::string> files;  // frames, those that wait included
+
+  // A frame whose file is not in place yet, nor in the journal.
+  struct Staged {
+    FrameRecord record;
+    StagedFile file;
+    Json line;
+  };
+  std::optional<Staged> last;  // of the frames behind the caller
   // Of frames to be stored; last, so that it is done before the rest goes. Whatever else reads or
   // changes the journal or the state settles first.
   BackgroundQueue behind{kWaitingFrames};
@@ -119,16 +130,39 @@ struct SessionWriter::Impl {
   }
 
   // `stamped` has the time at which the frame came.
-  FrameRecord Store(FrameRecord record, const RawFrame& frame, const Json& checks, Json stamped) {
+  Staged Stage(FrameRecord record, const RawFrame& frame, const Json& checks, Json stamped) const {
     const std::string bytes = EncodeTiff(frame);
     record.sha256 = Sha256(bytes);
-    WritePrivate(folder / record.file, bytes);
+    StagedFile file(folder / record.file, bytes, Access::kPrivate);
     stamped.update(FrameToJson(record));
     stamped["bytes"] = bytes.size();
     stamped["checks"] = checks;
-    Append("frame", stamped);
-    state.committed.push_back(record);
-    return record;
+    return {std::move(record), std::move(file), std::move(stamped)};
+  }
+
+  FrameRecord Finish(Staged frame) {
+    frame.file.PutInPlace();
+    Append("frame", frame.line);
+    state.committed.push_back(frame.record);
+    return std::move(frame.record);
+  }
+  void FinishLast() {
+    if (last) Finish(*std::exchange(last, std::nullopt));
+  }
+
+  // Behind the caller: while frames wait, the disk takes a frame's bytes as the next one is encoded
+  // and hashed, and is waited for after that.
+  void StoreBehind(FrameRecord record, const RawFrame& frame, const Json& checks, Json stamped) {
+    std::optional<Staged> next;
+    try {
+      next.emplace(Stage(std::move(record), frame, checks, std::move(stamped)));
+    } catch (...) {
+      FinishLast();
+      throw;
+    }
+    FinishLast();
+    last.emplace(*std::move(next));
+    if (!behind.Waiting()) FinishLast();
   }
 };
 
@@ -231,17 +265,18 @@ void SessionWriter::StartEpoch(const Json& devices) {
 FrameRecord SessionWriter::CommitFrame(FrameRecord record, const RawFrame& frame,
                                        const Json& checks) {
   impl_->behind.Settle();
-  return impl_->Store(impl_->Named(std::move(record)), frame, checks,
-                      impl_->Stamped(Json::object()));
+  return impl_->Finish(
+      impl_->Stage(impl_->Named(std::move(record)), frame, checks, impl_->Stamped(Json::object())));
 }
 
 void SessionWriter::CommitFrameBehind(FrameRecord record, std::shared_ptr<const RawFrame> frame,
                                       Json checks) {
   // The clock stays with this thread: a simulated one is no other's.
-  impl_->behind.Push(
-      [impl = impl_.get(), record = impl_->Named(std::move(record)), frame = std::move(frame),
-       checks = std::move(checks),
-       stamped = impl_->Stamped(Json::object())] { impl->Store(record, *frame, checks, stamped); });
+  impl_->behind.Push([impl = impl_.get(), record = impl_->Named(std::move(record)),
+                      frame = std::move(frame), checks = std::move(checks),
+                      stamped = impl_->Stamped(Json::object())] {
+    impl->StoreBehind(record, *frame, checks, stamped);
+  });
 }
 
 void SessionWriter::CompletePosition(int i, int j) {

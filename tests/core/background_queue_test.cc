@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <future>
 #include <stdexcept>
 #include <vector>
 
@@ -35,6 +36,20 @@ TEST(BackgroundQueue, LetsNoMoreWaitThanItMay) {
   queue.Settle();
   // Those that wait, and the one that is being done or has just been.
   EXPECT_LE(most, 4);
+}
+
+TEST(BackgroundQueue, ATaskSeesWhetherAnotherWaits) {
+  BackgroundQueue queue(10);
+  std::promise<void> all_pushed;
+  std::vector<bool> waiting;
+  for (int n = 0; n < 3; ++n)
+    queue.Push([&, n] {
+      if (n == 0) all_pushed.get_future().wait();
+      waiting.push_back(queue.Waiting());
+    });
+  all_pushed.set_value();
+  queue.Settle();
+  EXPECT_EQ(waiting, (std::vector<bool>{true, true, false}));
 }
 
 TEST(BackgroundQueue, AnErrorIsThrownOnceAndDropsWhatWaits) {

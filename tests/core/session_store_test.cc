@@ -11,7 +11,9 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <future>
 #include <regex>
+#include <utility>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -467,6 +469,39 @@ TEST(SessionStore, AFrameThatCannotBeStoredBehindTheCallerIsToldByTheNextCall) {
   EXPECT_THROW(writer.CompletePosition(0, 0), DeviceError);
   SetStorageHookForTest({});
   EXPECT_TRUE(writer.committed_frames().empty());
+}
+
+// The frame before is on its way to the disk when the one that fails comes: it is not lost.
+TEST(SessionStore, FramesBeforeOneThatCannotBeStoredBehindTheCallerAreCommitted) {
+  for (const std::string fails : {"temporary written", "renamed"}) {
+    const auto folder = NewFolder("behind");
+    SimulatedClock clock;
+    auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+    writer.StartEpoch({});
+    std::promise<void> all_wait;
+    bool first = true;
+    int seen = 0;
+    SetStorageHookForTest([&](std::string_view step) {
+      if (std::exchange(first, false)) all_wait.get_future().wait();
+      if (step == fails && ++seen == 3) throw DeviceError("the disk is full");
+    });
+    for (int e = 0; e < 5; ++e) {
+      FrameRecord record;
+      record.i = record.j = 0;
+      record.exposure_index = e;
+      record.exposure_s = record.requested_exposure_s = 1;
+      writer.CommitFrameBehind(record, std::make_shared<RawFrame>(TestFrame(0, e)), {});
+    }
+    all_wait.set_value();
+    EXPECT_THROW(writer.CompletePosition(0, 0), DeviceError);
+    SetStorageHookForTest({});
+    const auto& committed = writer.committed_frames();
+    ASSERT_EQ(committed.size(), 2u) << fails;
+    EXPECT_EQ(committed[0].exposure_index, 0);
+    EXPECT_EQ(committed[1].exposure_index, 1);
+    for (const auto& entry : fs::directory_iterator(folder / "frames"))
+      EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
+  }
 }
 
 TEST(SessionStore, ADiskThatFillsUpIsADeviceErrorAndLosesNothing) {

@@ -1,0 +1,44 @@
+// File descriptors, and what is said when the disk does not take something. Only for this folder.
+#pragma once
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "core/error.h"
+
+namespace luxfield::core {
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  int get() const { return fd_; }
+  int release() {
+    const int fd = fd_;
+    fd_ = -1;
+    return fd;
+  }
+
+ private:
+  int fd_;
+};
+
+[[noreturn]] inline void FailWriting(const std::filesystem::path& path, const char* what) {
+  throw DeviceError(fmt::format("{}: cannot {}: {}; free space or choose another folder",
+                                path.string(), what, std::strerror(errno)));
+}
+
+inline std::filesystem::path FolderOf(const std::filesystem::path& path) {
+  const auto folder = path.parent_path();
+  return folder.empty() ? std::filesystem::path(".") : folder;
+}
+
+}  // namespace luxfield::core
