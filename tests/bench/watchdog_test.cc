@@ -123,9 +123,18 @@ class Watchdog : public testing::Test {
   void ExpectSafe(int signal, const char* why, int trials) {
     constexpr std::uint64_t kSeed = 1422;
     std::vector<double> dark_ms, still_ms;
+    int void_trials = 0;
     for (int n = 0; n < trials; ++n) {
       core::Random random(kSeed, n);
-      const Trial trial = Strike(signal, n % 2, 0.5 * random.Uniform());
+      const double after_s = 0.5 * random.Uniform();
+      Trial trial = Strike(signal, n % 2, after_s);
+      // umockdev's library asserts now and then where two threads of the watchdog enter it at once:
+      // the fake has ended it. Such a trial says nothing.
+      for (; trial.said.find("libumockdev-preload.c") != std::string::npos; ++void_trials) {
+        const auto lab = hal::ReadDeviceLab(core::Config::FromFile(LabFile(n % 2)));
+        ASSERT_THAT(hal::MakeSafe(lab, 10), testing::IsEmpty());
+        trial = Strike(signal, n % 2, after_s);
+      }
       EXPECT_THAT(trial.said,
                   HasSubstr(fmt::format(
                       "{}; its watchdog switched the lamp off and stopped the stage", why)))
@@ -135,6 +144,8 @@ class Watchdog : public testing::Test {
       dark_ms.push_back(trial.dark_ms);
       still_ms.push_back(trial.still_ms);
     }
+    EXPECT_LE(void_trials, 1 + trials / 20);
+    if (void_trials > 0) fmt::print("{}: {} trials again, ended by the fake\n", why, void_trials);
     for (auto& [name, times] : {std::pair{"lamp off", &dark_ms}, {"stage at rest", &still_ms}}) {
       std::sort(times->begin(), times->end());
       fmt::print("{}: {} after a median of {:.0f} ms, worst {:.0f} ms ({} trials)\n", why, name,
