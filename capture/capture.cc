@@ -138,7 +138,8 @@ class Run {
       taker_.Rest(FlickerWait(n));
       level_dn.push_back(taker_.Shoot(record).statistics.mean_dn);
     }
-    const auto pixels = std::count(taker_.usable().begin(), taker_.usable().end(), 1);
+    std::size_t pixels = 0;
+    for (const PixelRun& run : taker_.usable()) pixels += run.end - run.begin;
     const Scatter scatter = ScatterOf(level_dn, static_cast<double>(pixels), rig_.camera);
     session_.Append("flicker", {{"exposure_s", taker_.exposure_s()},
                                 {"frames", kFrames},
