@@ -58,39 +58,56 @@ bool ParseJournalLine(std::string_view line, Json& record) {
          record["type"].is_string();
 }
 
+namespace {
+
+JournalEnd Visit(std::string_view bytes, const std::string& file, const SeeRecord& see) {
+  JournalEnd end;
+  end.head = NoLine();
+  std::size_t begin = 0;
+  while (begin < bytes.size()) {
+    const std::size_t newline = bytes.find('\n', begin);
+    const bool last = newline == std::string_view::npos || newline + 1 == bytes.size();
+    const std::string_view line =
+        bytes.substr(begin, newline == std::string_view::npos ? newline : newline - begin);
+    Json record;
+    const bool valid = newline != std::string_view::npos && ParseJournalLine(line, record);
+    if (!valid && last) {
+      end.torn = true;
+      return end;
+    }
+    const std::size_t number = end.lines + 1;
+    const char* remedy = "run `luxfield verify --salvage` on the session to keep what is intact";
+    if (!valid) throw InputError(file, fmt::format("line {} is damaged", number), remedy);
+    if (record["seq"].get<std::uint64_t>() != number - 1 ||
+        record["prev"].get<std::string>() != end.head)
+      throw InputError(
+          file,
+          fmt::format("line {} does not continue line {} (seq or prev differ)", number, number - 1),
+          remedy);
+    end.head = Sha256(line);
+    end.lines = number;
+    begin = newline + 1;
+    end.valid_bytes = begin;
+    see(std::move(record), number);
+  }
+  return end;
+}
+
+}  // namespace
+
+JournalEnd VisitJournal(const std::filesystem::path& path, const SeeRecord& see) {
+  return Visit(ReadFile(path), path.string(), see);
+}
+
 JournalContent ReadJournal(const std::filesystem::path& path) {
   return ParseJournal(ReadFile(path), path.string());
 }
 
 JournalContent ParseJournal(std::string_view bytes, const std::string& file) {
   JournalContent content;
-  content.head = NoLine();
-  std::size_t begin = 0;
-  while (begin < bytes.size()) {
-    const std::size_t end = bytes.find('\n', begin);
-    const bool last = end == std::string_view::npos || end + 1 == bytes.size();
-    const std::string_view line =
-        bytes.substr(begin, end == std::string_view::npos ? end : end - begin);
-    Json record;
-    const bool valid = end != std::string_view::npos && ParseJournalLine(line, record);
-    if (!valid && last) {
-      content.torn = true;
-      return content;
-    }
-    const std::size_t number = content.records.size() + 1;
-    const char* remedy = "run `luxfield verify --salvage` on the session to keep what is intact";
-    if (!valid) throw InputError(file, fmt::format("line {} is damaged", number), remedy);
-    if (record["seq"].get<std::uint64_t>() != number - 1 ||
-        record["prev"].get<std::string>() != content.head)
-      throw InputError(
-          file,
-          fmt::format("line {} does not continue line {} (seq or prev differ)", number, number - 1),
-          remedy);
-    content.head = Sha256(line);
+  static_cast<JournalEnd&>(content) = Visit(bytes, file, [&](Json&& record, std::size_t) {
     content.records.push_back(std::move(record));
-    begin = end + 1;
-    content.valid_bytes = begin;
-  }
+  });
   return content;
 }
 

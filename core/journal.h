@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
@@ -24,15 +25,22 @@ std::string FormatJournalLine(std::uint64_t seq, const std::string& prev, const 
 // Checks the CRC of a line (without newline) and parses it. Returns false for damage; never throws.
 bool ParseJournalLine(std::string_view line, nlohmann::json& record);
 
-struct JournalContent {
-  std::vector<nlohmann::json> records;
+// Where a journal ends.
+struct JournalEnd {
+  std::size_t lines = 0;          // valid ones
   std::string head;               // SHA-256 of the last valid line, 64 zeros if there is none
   std::uint64_t valid_bytes = 0;  // what follows is the torn last line
   bool torn = false;
 };
+struct JournalContent : JournalEnd {
+  std::vector<nlohmann::json> records;
+};
 
-// Reads and checks the whole chain. A damaged or unfinished last line is what a crash leaves: it is
-// left out and `torn` set. Damage elsewhere throws InputError naming the line.
+// Reads and checks the whole chain; `see` gets one record after the other with its line's number,
+// from 1. A damaged or unfinished last line is what a crash leaves: it is left out and `torn` set.
+// Damage elsewhere throws InputError naming the line.
+using SeeRecord = std::function<void(nlohmann::json&& record, std::size_t line)>;
+JournalEnd VisitJournal(const std::filesystem::path& path, const SeeRecord& see);
 JournalContent ReadJournal(const std::filesystem::path& path);
 // The same of a file's bytes; `file` names it in errors.
 JournalContent ParseJournal(std::string_view bytes, const std::string& file);

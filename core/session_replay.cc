@@ -146,43 +146,45 @@ std::vector<FrameRecord> SessionState::UsableFrames() const {
   return usable;
 }
 
+void ReplayRecord(const Json& record, std::size_t line, const std::string& file,
+                  SessionState& state) {
+  const std::string where = fmt::format("{} line {}", file, line);
+  const auto type = Field<std::string>(record, "type", where);
+  if ((line == 1) != (type == "session_open"))
+    throw InputError(
+        where, fmt::format("a journal begins with its one session_open record, this is {}", type),
+        kRemedy);
+  if (type == "session_open") {
+    state.plan_sha256 = Field<std::string>(record, "plan_sha256", where);
+    state.session_sha256 = Field<std::string>(record, "session_sha256", where);
+    for (const auto& [name, sha256] :
+         Field<std::map<std::string, std::string>>(record, "files", where)) {
+      CheckSessionFileName(name, where);
+      state.other_files.emplace_back(name, sha256);
+    }
+  } else if (type == "epoch_start") {
+    state.last_epoch = Field<int>(record, "epoch", where);
+  } else if (type == "frame") {
+    state.committed.push_back(FrameFromJson(record, where));
+  } else if (type == "position_complete") {
+    state.brackets.push_back({Field<int>(record, "i", where), Field<int>(record, "j", where),
+                              Field<int>(record, "epoch", where),
+                              Field<int>(record, "frames", where)});
+    state.since_reference.emplace_back(state.brackets.back().i, state.brackets.back().j);
+  } else if (type == "suspended") {
+    state.Discard(Field<std::vector<std::pair<int, int>>>(record, "retake", where));
+  } else if (type == "reference") {
+    state.since_reference.clear();
+    state.first_reference_rates.try_emplace(Field<int>(record, "channel", where),
+                                            Field<double>(record, "mean_rate", where));
+  } else if (type == "sealed") {
+    state.sealed = true;
+  }
+}
+
 SessionState ReplayJournal(const std::vector<Json>& records, const std::string& file) {
   SessionState state;
-  for (std::size_t n = 0; n < records.size(); ++n) {
-    const Json& record = records[n];
-    const std::string where = fmt::format("{} line {}", file, n + 1);
-    const auto type = Field<std::string>(record, "type", where);
-    if ((n == 0) != (type == "session_open"))
-      throw InputError(
-          where, fmt::format("a journal begins with its one session_open record, this is {}", type),
-          kRemedy);
-    if (type == "session_open") {
-      state.plan_sha256 = Field<std::string>(record, "plan_sha256", where);
-      state.session_sha256 = Field<std::string>(record, "session_sha256", where);
-      for (const auto& [name, sha256] :
-           Field<std::map<std::string, std::string>>(record, "files", where)) {
-        CheckSessionFileName(name, where);
-        state.other_files.emplace_back(name, sha256);
-      }
-    } else if (type == "epoch_start") {
-      state.last_epoch = Field<int>(record, "epoch", where);
-    } else if (type == "frame") {
-      state.committed.push_back(FrameFromJson(record, where));
-    } else if (type == "position_complete") {
-      state.brackets.push_back({Field<int>(record, "i", where), Field<int>(record, "j", where),
-                                Field<int>(record, "epoch", where),
-                                Field<int>(record, "frames", where)});
-      state.since_reference.emplace_back(state.brackets.back().i, state.brackets.back().j);
-    } else if (type == "suspended") {
-      state.Discard(Field<std::vector<std::pair<int, int>>>(record, "retake", where));
-    } else if (type == "reference") {
-      state.since_reference.clear();
-      state.first_reference_rates.try_emplace(Field<int>(record, "channel", where),
-                                              Field<double>(record, "mean_rate", where));
-    } else if (type == "sealed") {
-      state.sealed = true;
-    }
-  }
+  for (std::size_t n = 0; n < records.size(); ++n) ReplayRecord(records[n], n + 1, file, state);
   return state;
 }
 

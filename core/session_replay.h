@@ -46,7 +46,10 @@ struct SessionState {
   std::vector<FrameRecord> UsableFrames() const;
 };
 
-// Throws InputError naming `file` and the line for records that make no sense.
+// One record after the other, `line` from 1. Throws InputError naming `file` and the line for
+// records that make no sense.
+void ReplayRecord(const nlohmann::json& record, std::size_t line, const std::string& file,
+                  SessionState& state);
 SessionState ReplayJournal(const std::vector<nlohmann::json>& records, const std::string& file);
 
 }  // namespace luxfield::core

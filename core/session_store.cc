@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <mutex>
+
 #include "core/error.h"
 #include "core/frame_file.h"
 #include "core/journal.h"
@@ -13,10 +15,13 @@ namespace luxfield::core {
 struct SessionReader::Impl {
   std::filesystem::path folder;
   Json plan, session;
-  JournalContent journal;
   SessionState state;
   std::vector<FrameRecord> frames;
   bool has_manifest = false;
+  // Only few ask for it, and of a long session it is large.
+  std::size_t journal_lines = 0;
+  std::once_flag journal_read;
+  std::vector<Json> journal;
 };
 
 SessionReader::SessionReader(const std::filesystem::path& folder)
@@ -26,16 +31,18 @@ SessionReader::SessionReader(const std::filesystem::path& folder)
   if (!std::filesystem::exists(journal))
     throw InputError(folder.string(), "is not a session: it has no journal.jsonl",
                      "name a folder that `luxfield capture` made");
-  impl_->journal = ReadJournal(journal);
+  const JournalEnd end = VisitJournal(journal, [&](Json&& record, std::size_t line) {
+    ReplayRecord(record, line, journal.string(), impl_->state);
+  });
+  impl_->journal_lines = end.lines;
   impl_->has_manifest = std::filesystem::exists(folder / "manifest.json");
-  if (impl_->journal.torn && impl_->has_manifest)
-    throw InputError(journal.string(),
-                     fmt::format("line {} is damaged although the session was sealed",
-                                 impl_->journal.records.size() + 1),
-                     "run `luxfield verify --salvage` on the session to keep what is intact");
-  if (impl_->journal.records.empty())
+  if (end.torn && impl_->has_manifest)
+    throw InputError(
+        journal.string(),
+        fmt::format("line {} is damaged although the session was sealed", end.lines + 1),
+        "run `luxfield verify --salvage` on the session to keep what is intact");
+  if (end.lines == 0)
     throw InputError(journal.string(), "holds no complete line", "capture the session anew");
-  impl_->state = ReplayJournal(impl_->journal.records, journal.string());
   const auto read_checked = [&](const char* name, const std::string& sha256) {
     const auto path = folder / name;
     const std::string bytes = ReadFile(path);
@@ -56,7 +63,14 @@ const std::filesystem::path& SessionReader::folder() const { return impl_->folde
 const Json& SessionReader::plan() const { return impl_->plan; }
 const Json& SessionReader::session() const { return impl_->session; }
 const std::vector<FrameRecord>& SessionReader::frames() const { return impl_->frames; }
-const std::vector<Json>& SessionReader::journal() const { return impl_->journal.records; }
+const std::vector<Json>& SessionReader::journal() const {
+  std::call_once(impl_->journal_read, [this] {
+    impl_->journal = ReadJournal(impl_->folder / "journal.jsonl").records;
+    if (impl_->journal.size() > impl_->journal_lines)  // a capture goes on meanwhile
+      impl_->journal.resize(impl_->journal_lines);
+  });
+  return impl_->journal;
+}
 bool SessionReader::sealed() const { return impl_->state.sealed && impl_->has_manifest; }
 std::string SessionReader::plan_id() const { return impl_->state.plan_sha256; }
 
