@@ -318,6 +318,7 @@ class Run {
       summary_.lamp_ratio_max = std::max(summary_.lamp_ratio_max, lamp_ratio_);
       taker_.Commit(r.record, r.shot);
     }
+    taker_.LogSupply();
     ++reference_number_;
     ++summary_.references;
     const Reference& worst = FarthestOff(references);

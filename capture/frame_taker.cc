@@ -62,6 +62,16 @@ void FrameTaker::WarmUpLamp(const WarmUpPolicy& policy) {
   session_.Append(
       "warm_up",
       {{"waited_s", warm_up.waited_s}, {"variation", warm_up.variation}, {"meter", warm_up.meter}});
+  LogSupply();
+}
+
+void FrameTaker::LogSupply() {
+  if (!devices_.supply) return;
+  const hal::SupplyState state = devices_.supply->State();
+  Json fields = Json::object();
+  if (std::isfinite(state.voltage_v)) fields["voltage_v"] = state.voltage_v;
+  if (std::isfinite(state.current_a)) fields["current_a"] = state.current_a;
+  if (!fields.empty()) session_.Append("supply", fields);
 }
 
 void FrameTaker::SelectShutter(const std::string& position) {

@@ -39,8 +39,10 @@ class FrameTaker {
   void SelectChannel(int channel);
   void SelectPrint(int print);
   void SelectTarget(const std::string& target);
-  // Lamp on and stable (WaitForLamp); the journal's `warm_up`.
+  // Lamp on and stable (WaitForLamp); the journal's `warm_up` and `supply`.
   void WarmUpLamp(const WarmUpPolicy& policy);
+  // What the lamp's supply measures, where it does; the journal's `supply`.
+  void LogSupply();
   // Home and stand still; the journal's `home`.
   void Home();
   void MoveTo(hal::Vec2 centre);

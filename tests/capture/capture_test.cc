@@ -14,6 +14,7 @@
 #include "core/progress.h"
 #include "core/session_writer.h"
 #include "tests/capture/capture_fixture.h"
+#include "tests/capture/faulty_camera.h"
 
 namespace luxfield::capture {
 namespace {
@@ -153,36 +154,6 @@ TEST_F(Capture, ResumeNeedsTheSamePlan) {
   EXPECT_THROW(RunCapture(other, second, folder, options), InputError);
 }
 
-// A camera that misbehaves on chosen exposures.
-class FaultyCamera : public hal::Camera {
- public:
-  using Mischief = std::function<void(int exposure, hal::Frame& frame, const hal::Frame& previous)>;
-  FaultyCamera(std::unique_ptr<hal::Camera> camera, Mischief mischief)
-      : camera_(std::move(camera)), mischief_(std::move(mischief)) {}
-  std::string identity() const override { return "faulty camera"; }
-  hal::CameraCapabilities capabilities() const override { return camera_->capabilities(); }
-  hal::AppliedSettings Configure(const hal::CameraSettings& settings, double deadline_s) override {
-    auto applied = camera_->Configure(settings, deadline_s);
-    applied.exposure_s += refuse;
-    return applied;
-  }
-  hal::Frame Expose(double deadline_s) override {
-    hal::Frame frame = camera_->Expose(deadline_s);
-    const hal::Frame true_frame = frame;
-    mischief_(exposures_++, frame, previous_);
-    previous_ = true_frame;
-    return frame;
-  }
-  void Abort() override { camera_->Abort(); }
-  double refuse = 0;
-
- private:
-  std::unique_ptr<hal::Camera> camera_;
-  Mischief mischief_;
-  hal::Frame previous_;
-  int exposures_ = 0;
-};
-
 Devices WithMischief(FaultyCamera::Mischief mischief, double refuse = 0) {
   Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
   auto camera = std::make_unique<FaultyCamera>(std::move(devices.camera), std::move(mischief));
@@ -264,6 +235,28 @@ TEST_F(Capture, AFrameThatStaysWrongIsKeptAndFlagged) {
   const core::SessionReader reader(folder);
   for (const auto& record : reader.frames()) flagged += record.flagged;
   EXPECT_EQ(flagged, summary.flagged);
+}
+
+TEST_F(Capture, TheJournalHoldsTemperatureVoltageAndCurrent) {
+  const auto folder = NewFolder("temperature");
+  Devices devices = WithMischief([](int n, hal::Frame& f, const hal::Frame&) {
+    f.temperature_c = n % 2 == 0 ? 20 + n : std::nan("");
+  });
+  RunCapture(TestPlan(), devices, folder);
+  int told = 0, untold = 0;
+  for (const auto& record : RecordsOf(folder, "frame")) {
+    const auto& checks = record.at("checks");
+    ++(checks.contains("temperature_c") ? told : untold);
+    EXPECT_GE(checks.value("temperature_c", 20.0), 20);
+  }
+  EXPECT_GT(told, 5);
+  EXPECT_GT(untold, 5);
+  const auto supply = RecordsOf(folder, "supply");
+  EXPECT_EQ(supply.size(), 1 + RecordsOf(folder, "reference").size());
+  for (const auto& record : supply) {
+    EXPECT_EQ(record.at("voltage_v"), 12);
+    EXPECT_EQ(record.at("current_a"), 2);
+  }
 }
 
 TEST_F(Capture, WaitsUntilTheLampIsWarm) {
