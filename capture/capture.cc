@@ -7,12 +7,9 @@
 #include <optional>
 #include <set>
 
-#include "capture/capture_filter.h"
-#include "capture/capture_geometry.h"
-#include "capture/capture_glare.h"
-#include "capture/capture_sensor.h"
 #include "capture/flicker.h"
 #include "capture/frame_taker.h"
+#include "capture/missing_frames.h"
 #include "capture/preflight.h"
 #include "capture/session_description.h"
 #include "capture/take_session.h"
@@ -414,31 +411,11 @@ CaptureSummary RunCapture(const Plan& plan, hal::Devices& devices,
                      });
 }
 
-namespace {
-
-int MissingPositions(const core::SessionReader& reader, const std::string& file) {
-  std::set<std::pair<int, int>> there;
-  for (const FrameRecord& record : reader.frames())
-    if (record.kind == FrameKind::kPosition) there.insert({record.i, record.j});
-  int missing = 0;
-  for (const Json& p : core::Field<Json>(reader.plan(), "positions", file))
-    missing += !there.contains({core::Field<int>(p, "i", file), core::Field<int>(p, "j", file)});
-  return missing;
-}
-
-}  // namespace
-
 core::SessionCheck VerifySession(const std::filesystem::path& folder) {
   core::SessionCheck check = core::VerifySession(folder);
   try {
     const core::SessionReader reader(folder);
-    const std::string file = (folder / "plan.json").string();
-    const std::string kind = reader.plan().value("kind", "light-field");
-    const int missing = kind == "sensor"     ? MissingSensorFrames(reader)
-                        : kind == "geometry" ? MissingGeometryFrames(reader)
-                        : kind == "glare"    ? MissingGlareFrames(reader)
-                        : kind == "filter"   ? MissingFilterFrames(reader)
-                                             : MissingPositions(reader, file);
+    const int missing = MissingFrames(reader);
     if (missing > 0)
       check.problems.push_back(
           fmt::format("{}: {} of the plan's positions or frames are missing; "

@@ -19,4 +19,7 @@ class FolderLock {
   int fd_ = -1;
 };
 
+// Whether a process holds it now; creates nothing, and says no where it cannot tell.
+bool FolderInUse(const std::filesystem::path& folder);
+
 }  // namespace luxfield::core

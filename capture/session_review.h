@@ -1,0 +1,129 @@
+// How a session went, from its journal: what a reader needs to decide whether to trust it.
+//
+// Times are seconds since the session's first line: within an epoch by the rig's monotonic clock;
+// from one epoch to the next by UTC, or none where that goes back (simulated clocks begin anew).
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/session_check.h"
+
+namespace luxfield::capture {
+
+struct TimedValue {
+  double t_s = 0, value = 0;
+};
+using TimeSeries = std::vector<TimedValue>;
+
+// A journal line of a kind that does not come with every frame.
+struct SessionEvent {
+  double t_s = 0;
+  std::string utc, what;
+};
+
+// From one start or resumption of the capture to its end.
+struct ReviewedEpoch {
+  int number = 0;
+  double begin_s = 0, end_s = 0;
+  std::string utc;                                         // of its begin
+  int frames = 0;                                          // committed
+  bool paused = false, suspended = false, sealed = false;  // none: cut short, or it goes on
+  nlohmann::json devices;                                  // identities by role
+  TimeSeries committed;                                    // number of the session's frames so far
+};
+
+// Of all brackets (prints and channels) of a filter position; shares of the usable pixels.
+struct ReviewedPosition {
+  int i = 0, j = 0;
+  bool whole = false;  // has a finished bracket; what follows is of its frames
+  int frames = 0, rejected = 0, flagged = 0;
+  std::optional<double> saturated_share;  // in the shortest exposure: lost; largest of the brackets
+  std::optional<double> black_share;      // in the longest exposure: too dark; largest
+  std::optional<std::array<double, 2>> residual_m;  // stage: set point less read-back, u and v
+};
+
+// Frames of one exposure time, without darks and references.
+struct ReviewedExposure {
+  double exposure_s = 0;
+  int frames = 0, flagged = 0;
+  // Level above black over the range from black to saturation, of each frame's brightest pixel:
+  // least, median, largest; and of its mean: median. Absent where session.json states no range.
+  std::optional<std::array<double, 3>> brightest;
+  std::optional<double> mean;
+  double saturated_share = 0, black_share = 0;  // means over frames
+};
+
+struct RejectedReason {
+  std::string reason;  // with # for its numbers
+  std::string example;
+  int frames = 0;
+};
+
+struct SessionReview {
+  std::string name, kind;  // of the plan; "light-field", "sensor", ...
+  std::string plan_id;
+  bool sealed = false, torn = false;
+  bool in_use = false;        // a process holds the session's lock
+  int planned_positions = 0;  // light-field plans
+  int missing = 0;            // positions, or frames of plans of other kinds
+  int frames = 0;             // committed
+  int superseded = 0;         // of these: taken again in a later epoch, or of unfinished brackets
+  int flagged = 0, rejected = 0, probes = 0;
+  int rejected_elsewhere = 0;  // in darks, references and frames without a position
+  double bytes = 0;            // of committed frames
+  int files_missing = 0, files_other_size = 0;
+
+  double duration_s = 0;
+  std::vector<ReviewedEpoch> epochs;
+  std::vector<SessionEvent> events;
+
+  std::map<int, TimeSeries> reference_ratio;  // by channel: rate over the session's first
+  std::optional<double> max_drift;            // of that ratio from 1, as planned
+  TimeSeries suspended_ratio;                 // what it was seen to be while suspended
+  TimeSeries meter_ratio;                     // lamp monitor over its first reading, lit frames
+  // Reference over meter, at the references: what changed besides the lamp.
+  TimeSeries reference_over_meter;
+
+  std::vector<ReviewedExposure> exposures;  // rising
+  std::vector<ReviewedPosition> positions;  // in the plan's order
+  std::vector<RejectedReason> reasons;      // most frequent first
+  TimeSeries temperature_c;
+  double dark_exposure_s = 0;  // longest of the darks,
+  TimeSeries dark_dn;          // and their mean level above the calibrated black
+  TimeSeries voltage_v, current_a;
+  std::optional<double> spacing_m;  // of the positions
+
+  nlohmann::json camera, devices, software;  // session.json
+  std::optional<core::SessionCheck> check;   // where it was asked for
+};
+
+// Reads journal, plan.json and session.json, and of every frame's file the size; no pixels. The
+// memory it takes grows by some 300 bytes a frame. `verify` also checks every byte (VerifySession).
+// Throws InputError for a folder that is no session or whose journal is damaged.
+SessionReview ReviewSession(const std::filesystem::path& folder, bool verify = false);
+
+enum class Verdict { kGood, kLook, kBad };
+struct Judgement {
+  Verdict verdict = Verdict::kGood;
+  std::string text;  // one sentence
+};
+// The worst first, as far as that goes: wholeness, lamp, exposures, re-shoots, stage, temperature,
+// files.
+std::vector<Judgement> Judge(const SessionReview& review);
+
+// At most `count` spans of equal duration, those without a value left out.
+struct Bin {
+  double t_s = 0;  // mean
+  double mean = 0, min = 0, max = 0;
+};
+std::vector<Bin> Binned(const TimeSeries& series, int count);
+
+nlohmann::json ToJson(const SessionReview& review);
+
+}  // namespace luxfield::capture
