@@ -8,6 +8,7 @@ int main(int argc, char** argv) {
   AddPlan(program);
   AddCapture(program);
   AddVerify(program);
+  AddReport(program);
   AddCalibrate(program);
   AddFilter(program);
   AddProbe(program);

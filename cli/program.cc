@@ -15,7 +15,7 @@ namespace luxfield::cli {
 namespace {
 
 // Verbs of the design that this version does not have: refused by name instead of "unknown".
-constexpr std::array kAbsentVerbs = {"export", "view", "report"};
+constexpr std::array kAbsentVerbs = {"export", "view"};
 
 void PrintError(const std::string& message) {
   static const bool terminal = isatty(STDERR_FILENO);

@@ -52,6 +52,7 @@ void AddSky(Program& program);
 void AddPlan(Program& program);
 void AddCapture(Program& program);
 void AddVerify(Program& program);
+void AddReport(Program& program);
 void AddCalibrate(Program& program);
 void AddFilter(Program& program);
 void AddProbe(Program& program);

@@ -13,8 +13,8 @@ TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
   const Outcome outcome = RunLuxfield({"--help"}, folder);
   EXPECT_EQ(outcome.exit_code, 0);
   for (const char* verb :
-       {"devices", "plan", "capture", "verify", "simulate", "merge", "reconstruct", "import",
-        "preprocess", "render", "info", "compare", "demo", "sky"}) {
+       {"devices", "plan", "capture", "verify", "report", "simulate", "merge", "reconstruct",
+        "import", "preprocess", "render", "info", "compare", "demo", "sky"}) {
     EXPECT_NE(outcome.out.find(verb), std::string::npos) << verb;
     const Outcome help = RunLuxfield({verb, "--help"}, folder);
     EXPECT_EQ(help.exit_code, 0) << verb;
@@ -55,6 +55,7 @@ TEST(CommandLine, WrongArgumentsExitTwoWithOneLine) {
         {"calibrate"},
         {"view", "scene.toml"},
         {"compare", "a.exr"},
+        {"report", "s", "-o", "report.txt"},
         {"bench"},
         {"bench", "no-such-bench"},
         {"bench", "solve", "--width", "8"},
@@ -138,6 +139,7 @@ INSTANTIATE_TEST_SUITE_P(
         Reader{"reconstruct", {"reconstruct", "@", "-o", "output.lf.exr"}, ".meas.exr"},
         Reader{"merge", {"merge", "@", "-o", "output.meas.exr"}, ".session"},
         Reader{"verify", {"verify", "@"}, ".session"},
+        Reader{"report", {"report", "@", "-o", "output.html"}, ".session"},
         Reader{"calibrate", {"calibrate", "sensor", "@", "-o", "output.cal.json"}, ".session"},
         Reader{"render", {"render", "@", "-o", "output.exr"}, ".toml"},
         Reader{"render_lf",
