@@ -31,6 +31,11 @@ std::pair<double, double> RangeOf(const TimeSeries& series) {
   return {low->value, high->value};
 }
 
+std::string Range(double low, double high) {
+  const std::string from = fmt::format("{:.4g}", low), to = fmt::format("{:.4g}", high);
+  return from == to ? from : from + " to " + to;
+}
+
 // Largest departure from 1.
 double Departure(const TimeSeries& ratio) {
   const auto [low, high] = RangeOf(ratio);
@@ -82,23 +87,24 @@ void JudgeLamp(const SessionReview& r, std::vector<Judgement>& list) {
   if (!r.reference_ratio.empty()) {
     const bool beyond = r.max_drift && drift > *r.max_drift;
     std::string text =
-        fmt::format("The lamp {} {:.3g} % of its first reference",
-                    beyond ? "went beyond its bounds, by" : "stayed within", 100 * drift);
+        fmt::format("The lamp {} {:.3g} % {} its first reference",
+                    beyond ? "went" : "stayed within", 100 * drift, beyond ? "from" : "of");
     if (r.max_drift) text += fmt::format("; the plan allows {:.3g} %", 100 * *r.max_drift);
     list.push_back({beyond ? Verdict::kLook : Verdict::kGood, text + "."});
   }
   if (r.reference_over_meter.size() > 1) {
     const double apart = Departure(r.reference_over_meter);
     const bool far = r.max_drift && apart > *r.max_drift;
-    list.push_back({far ? Verdict::kLook : Verdict::kGood,
-                    fmt::format("References and light meter agree to {:.3g} %{}.", 100 * apart,
-                                far ? ": something besides the lamp changed" : "")});
+    list.push_back(
+        {far ? Verdict::kLook : Verdict::kGood,
+         fmt::format("References and light meter {} {:.3g} %{}.", far ? "part by" : "agree to",
+                     100 * apart, far ? ": something besides the lamp changed" : "")});
   }
   if (!r.current_a.empty()) {
     const auto [low, high] = RangeOf(r.current_a);
     const bool other = high - low > kOtherCurrent * std::abs(high);
     list.push_back({other ? Verdict::kLook : Verdict::kGood,
-                    fmt::format("The lamp's current was {:.4g} to {:.4g} A.", low, high)});
+                    fmt::format("The lamp's current was {} A.", Range(low, high))});
   }
 }
 

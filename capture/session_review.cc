@@ -211,8 +211,15 @@ class Reviewer {
     } else if (type == "drift") {
       review_.suspended_ratio.push_back({now_s_, Field<double>(record, "ratio", where_)});
     } else if (type == "resumed") {
-      AddEvent(utc, "goes on: inside the band again after " +
+      AddEvent(utc, "goes on after waiting " +
                         core::FormatDuration(Field<double>(record, "waited_s", where_)));
+    } else if (type == "flicker") {
+      AddEvent(utc, fmt::format("flicker: levels scatter by {:.2g} %, noise explains {:.2g} %",
+                                100 * Field<double>(record, "scatter", where_),
+                                100 * Field<double>(record, "noise", where_)));
+    } else if (type == "clock_jump") {
+      AddEvent(utc, fmt::format("the computer's time moved by {:.4g} s against its clock",
+                                Field<double>(record, "by_s", where_)));
     } else if (type == "warm_up") {
       AddEvent(utc, fmt::format("lamp warm after {}, varying by {:.2g} %",
                                 core::FormatDuration(Field<double>(record, "waited_s", where_)),

@@ -104,7 +104,7 @@ struct SessionReview {
 };
 
 // Reads journal, plan.json and session.json, and of every frame's file the size; no pixels. The
-// memory it takes grows by some 300 bytes a frame. `verify` also checks every byte (VerifySession).
+// memory it takes grows by some 2 kB a frame. `verify` also checks every byte (VerifySession).
 // Throws InputError for a folder that is no session or whose journal is damaged.
 SessionReview ReviewSession(const std::filesystem::path& folder, bool verify = false);
 

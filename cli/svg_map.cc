@@ -26,13 +26,18 @@ std::string Colour(double share) {
 std::string SvgMap(const CellMap& map) {
   int columns = 1, rows = 1;
   double largest = 0;
+  std::string most;
   for (const MapCell& cell : map.cells) {
     columns = std::max(columns, cell.column + 1);
     rows = std::max(rows, cell.row + 1);
-    largest = std::max(largest, cell.value.value_or(0));
+    if (cell.value.value_or(0) > largest) {
+      largest = *cell.value;
+      most = cell.text;
+    }
   }
   const double size = std::min(kLargestCell, kRoom / std::max(columns, rows));
-  const double width = std::max(kLeft + columns * size + 8, kLeft + 10.0 + 7.6 * map.title.size());
+  const double width = std::max(kLeft + columns * size + 8,
+                                kLeft + 10 + 8.8 * static_cast<double>(map.title.size()));
   const double height = kTop + rows * size + kBottom;
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" "
@@ -48,9 +53,10 @@ std::string SvgMap(const CellMap& map) {
     const double share = cell.value && largest > 0 ? *cell.value / largest : 0;
     svg += fmt::format(
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\" "
-        "stroke=\"#999\" stroke-width=\"0.5\"><title>{} {}, {} {}: {}</title></rect>\n",
-        x, y, size, size, cell.value ? Colour(share) : "url(#hatch)", EscapeXml(map.column_label),
-        cell.column, EscapeXml(map.row_label), cell.row, EscapeXml(cell.text));
+        "stroke=\"{}\" stroke-width=\"0.5\"><title>{} {}, {} {}: {}</title></rect>\n",
+        x, y, size, size, cell.value ? Colour(share) : "url(#hatch)",
+        size < kTextCell ? "none" : "#999", EscapeXml(map.column_label), cell.column,
+        EscapeXml(map.row_label), cell.row, EscapeXml(cell.text));
     if (size >= kTextCell && 6.2 * static_cast<double>(cell.text.size()) < size)
       svg += fmt::format(
           "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" font-size=\"10\" "
@@ -58,10 +64,15 @@ std::string SvgMap(const CellMap& map) {
           x + 0.5 * size, y + 0.5 * size + 4, share > 0.5 ? "white" : "#333", EscapeXml(cell.text));
   }
   svg += fmt::format(
-      "<text x=\"{:.1f}\" y=\"{:.1f}\">{} 0 to {}</text>"
+      "<rect x=\"{}\" y=\"{}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" "
+      "stroke=\"#999\"/>\n",
+      kLeft, kTop, columns * size, rows * size);
+  svg += fmt::format(
+      "<text x=\"{:.1f}\" y=\"{:.1f}\">{} 0 to {}{}</text>"
       "<text transform=\"translate({:.1f} {:.1f}) rotate(-90)\">{} 0 to {}</text>\n",
-      kLeft, kTop + rows * size + 18, EscapeXml(map.column_label), columns - 1, kLeft - 10,
-      kTop + rows * size, EscapeXml(map.row_label), rows - 1);
+      kLeft, kTop + rows * size + 18, EscapeXml(map.column_label), columns - 1,
+      most.empty() ? "; all 0" : "; darkest: " + EscapeXml(most), kLeft - 10, kTop + rows * size,
+      EscapeXml(map.row_label), rows - 1);
   return svg + "</svg>\n";
 }
 

@@ -1,0 +1,140 @@
+// luxfield report: a page and figures of a session, and what it refuses.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "tests/e2e/program.h"
+
+namespace luxfield::e2e {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using Json = nlohmann::json;
+namespace fs = std::filesystem;
+
+constexpr const char* kRig = R"([rig]
+kind = "lensless"
+delta_m = 0.25
+[filter]
+spacing_m = 0.02
+)";
+
+constexpr const char* kLab = R"([lab]
+driver = "sim"
+seed = 5
+[lamp]
+kind = "square"
+side_m = 0.06
+depth_m = 0.03
+radiance = 1000
+[camera]
+pitch_m = 0.01
+width = 32
+height = 24
+bits = 12
+black_dn = 100
+saturation_dn = 4000
+gain_dn_per_e = 0.5
+responsivity_e_per_s_per_w_m2 = [1000]
+min_exposure_s = 1e-4
+max_exposure_s = 10
+[stage]
+min_m = [-0.1, -0.1]
+max_m = [0.1, 0.1]
+[errors.photon_noise]
+[errors.read_noise]
+rms_dn = 2
+)";
+
+constexpr const char* kPlan = R"([plan]
+name = "<script>alert(1)</script> & \"more\""
+dark_repeats = 1
+[grid]
+width = 3
+height = 2
+[lattice]
+width = 8
+height = 8
+ds_m = 0.02
+[exposure]
+min_s = 0.01
+max_s = 3
+ratio = 4
+relevant_share = 0.01
+[reference]
+every = 4
+[warm_up]
+window_s = 10
+interval_s = 1
+)";
+
+class Report : public testing::Test {
+ protected:
+  void SetUp() override {
+    WriteText(folder_ / "lab.toml", std::string(kLab) + kRig);
+    WriteText(folder_ / "plan.toml", std::string(kPlan) + kRig);
+    const Outcome captured =
+        RunLuxfield({"capture", "plan.toml", "lamp.session", "--lab", "lab.toml"}, folder_);
+    ASSERT_EQ(captured.exit_code, 0) << captured.err;
+  }
+  void TearDown() override {
+    if (!HasFailure()) fs::remove_all(folder_);
+  }
+  Outcome Run(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words = {"report", "lamp.session", "-o", "r.html", "--json", "r.json"};
+    words.insert(words.end(), more.begin(), more.end());
+    return RunLuxfield(words, folder_);
+  }
+
+  const fs::path folder_ =
+      FreshFolder(testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(Report, IsOnePageThatNeedsNoOtherFile) {
+  const Outcome outcome = Run();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("Whole and sealed: all 6 positions"));
+  const std::string page = ReadText(folder_ / "r.html");
+  for (const char* heading : {"Timeline", "Lamp drift", "Exposures", "Re-shoots",
+                              "Temperature and dark level", "Stage", "Lamp supply", "Devices"})
+    EXPECT_THAT(page, HasSubstr(std::string("<h2>") + heading));
+  for (const char* outside : {"src=", "href=", "<link", "<script", "url(http", "@import"})
+    EXPECT_THAT(page, Not(HasSubstr(outside)));
+  EXPECT_THAT(page, HasSubstr("luxfield verify"));
+  const Json json = Json::parse(ReadText(folder_ / "r.json"));
+  EXPECT_EQ(json.at("missing"), 0);
+  EXPECT_EQ(json.at("positions").size(), 6u);
+  for (const Json& judgement : json.at("verdict"))
+    EXPECT_EQ(judgement.at("verdict"), "good") << judgement.dump();
+  EXPECT_FALSE(json.contains("verify")) << "nobody asked for it";
+}
+
+TEST_F(Report, ChecksEveryByteWhereAskedTo) {
+  const fs::path frame = fs::directory_iterator(folder_ / "lamp.session" / "frames")->path();
+  std::string bytes = ReadText(frame);
+  bytes.back() = static_cast<char>(bytes.back() ^ 1);
+  WriteText(frame, bytes);
+  ASSERT_EQ(Run().exit_code, 0);
+  EXPECT_THAT(ReadText(folder_ / "r.html"), Not(HasSubstr("differs from what was committed")));
+  ASSERT_EQ(Run({"--verify"}).exit_code, 0);
+  EXPECT_THAT(ReadText(folder_ / "r.html"), HasSubstr("differs from what was committed"));
+  EXPECT_FALSE(Json::parse(ReadText(folder_ / "r.json")).at("verify").at("problems").empty());
+}
+
+TEST_F(Report, RefusesADamagedJournalInOneSentence) {
+  const fs::path journal = folder_ / "lamp.session" / "journal.jsonl";
+  std::string text = ReadText(journal);
+  text[text.size() / 2] = static_cast<char>(text[text.size() / 2] ^ 1);
+  WriteText(journal, text);
+  const Outcome outcome = Run();
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("verify --salvage"));
+  EXPECT_FALSE(fs::exists(folder_ / "r.html"));
+}
+
+}  // namespace
+}  // namespace luxfield::e2e
