@@ -9,6 +9,7 @@ set(device_bench_sources
     core/error.cc
     core/file.cc
     core/measures.cc
+    core/staged_file.cc
     core/stopwatch.cc
     lightfield/basis.cc
     lightfield/light_field.cc
