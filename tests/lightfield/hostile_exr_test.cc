@@ -88,7 +88,7 @@ std::vector<Kind> Kinds() {
       if (kind.prefix[0] == 'C')
         part.channels = {{"Y"}};
       else
-        part.channels = {{"E.Y"}, {"sigma.Y"}, {"count"}, {"mask", true}};
+        part.channels = {{"E.Y"}, {"undetected.Y"}, {"sigma.Y"}, {"count"}, {"mask", true}};
       kind.good.parts.push_back(part);
     }
     kind.good.parts[0].attributes = Attributes(kind.name);
@@ -207,7 +207,7 @@ TEST(HostileExr, ChannelsMustExistAndHaveTheirType) {
                         for (auto& part : d.parts) part.channels[0].name = "R";
                       }),
               HasSubstr("'G'"));
-  for (std::size_t channel = 0; channel < 4; ++channel) {
+  for (std::size_t channel = 0; channel < 5; ++channel) {
     EXPECT_THAT(Spoiled(kinds[1],
                         [&](Draft& d) {
                           d.parts[2].channels.erase(d.parts[2].channels.begin() +
