@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/e2e/program.h"
+#include "tests/e2e/tiny_session.h"
 
 namespace luxfield::e2e {
 namespace {
@@ -15,67 +16,14 @@ using testing::Not;
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
 
-constexpr const char* kRig = R"([rig]
-kind = "lensless"
-delta_m = 0.25
-[filter]
-spacing_m = 0.02
-)";
-
-constexpr const char* kLab = R"([lab]
-driver = "sim"
-seed = 5
-[lamp]
-kind = "square"
-side_m = 0.06
-depth_m = 0.03
-radiance = 1000
-[camera]
-pitch_m = 0.01
-width = 32
-height = 24
-bits = 12
-black_dn = 100
-saturation_dn = 4000
-gain_dn_per_e = 0.5
-responsivity_e_per_s_per_w_m2 = [1000]
-min_exposure_s = 1e-4
-max_exposure_s = 10
-[stage]
-min_m = [-0.1, -0.1]
-max_m = [0.1, 0.1]
-[errors.photon_noise]
-[errors.read_noise]
-rms_dn = 2
-)";
-
-constexpr const char* kPlan = R"([plan]
-name = "<script>alert(1)</script> & \"more\""
-dark_repeats = 1
-[grid]
-width = 3
-height = 2
-[lattice]
-width = 8
-height = 8
-ds_m = 0.02
-[exposure]
-min_s = 0.01
-max_s = 3
-ratio = 4
-relevant_share = 0.01
-[reference]
-every = 4
-[warm_up]
-window_s = 10
-interval_s = 1
-)";
+constexpr const char* kHostileName = R"(name = "<script>alert(1)</script> & \"more\"")";
 
 class Report : public testing::Test {
  protected:
   void SetUp() override {
-    WriteText(folder_ / "lab.toml", std::string(kLab) + kRig);
-    WriteText(folder_ / "plan.toml", std::string(kPlan) + kRig);
+    WriteText(folder_ / "lab.toml", TinyLab(0.05, 0.5));
+    const std::string plan = TinyPlan(3, 2), table = "[plan]\n";
+    WriteText(folder_ / "plan.toml", table + kHostileName + "\n" + plan.substr(table.size()));
     const Outcome captured =
         RunLuxfield({"capture", "plan.toml", "lamp.session", "--lab", "lab.toml"}, folder_);
     ASSERT_EQ(captured.exit_code, 0) << captured.err;
