@@ -162,26 +162,27 @@ void ErrorPropagation::AddRates(const Sums& sums, const MergedBracket& bracket,
 
 void ErrorPropagation::AddRegistrationSlopes(const MergedBracket& bracket,
                                              const std::vector<Seen>& all) {
-  const MergedFrame& merged = bracket.merged;
   const auto& lattice = input_.plan.geometry.lattice;
   const double step_m = 1e-3 * std::min(lattice.ds_m, lattice.dt_m);
   const std::array<Vec2, 4> steps = {Vec2{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-  for (std::size_t n = 0; n < steps.size(); ++n) {
-    const std::vector<Seen> beside = SeenBy(bracket, bracket.centre_m + step_m * steps[n]);
+  // What the bracket adds to every quantity, registered so.
+  const auto parts = [&](const std::vector<Seen>& registered) {
+    const std::vector<float>& rate = bracket.merged.rate_e_per_s;
+    std::vector<double> part(sums_.size());
     core::ParallelFor(sums_.size(), 1, [&](std::size_t begin, std::size_t end) {
-      std::vector<double> here(merged.rate_e_per_s.size()), there(here.size());
       for (std::size_t q = begin; q < end; ++q) {
-        Sums& sums = sums_[q];
-        std::fill(here.begin(), here.end(), 0.0);
-        std::fill(there.begin(), there.end(), 0.0);
-        AddRates(sums, bracket, all, &here);
-        AddRates(sums, bracket, beside, &there);
-        for (std::size_t p = 0; p < here.size(); ++p) {
-          const double per_m = (there[p] - here[p]) / step_m;
-          sums.registration[n] += per_m * merged.rate_e_per_s[p];
-        }
+        std::vector<double> by_rate(rate.size());
+        AddRates(sums_[q], bracket, registered, &by_rate);
+        part[q] = std::inner_product(rate.begin(), rate.end(), by_rate.begin(), 0.0);
       }
     });
+    return part;
+  };
+  const std::vector<double> here = parts(all);
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    const std::vector<double> there = parts(SeenBy(bracket, bracket.centre_m + step_m * steps[n]));
+    for (std::size_t q = 0; q < sums_.size(); ++q)
+      sums_[q].registration[n] += (there[q] - here[q]) / step_m;
   }
 }
 
