@@ -1,6 +1,7 @@
 #include "tests/vm/serial_adapter.h"
 
 #include <fcntl.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <filesystem>
@@ -14,6 +15,12 @@ namespace {
 
 bool Present() { return std::filesystem::exists(SerialAdapter::kPort); }
 
+// The kernel makes the port's name a moment before the port can be opened.
+bool Ready() {
+  const int file = open(SerialAdapter::kPort, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  return file >= 0 && close(file) == 0;
+}
+
 int OpenMonitor() {
   const int file = open("/dev/vport0p1", O_RDWR | O_CLOEXEC);
   if (file < 0) throw std::system_error(errno, std::generic_category(), "QEMU's monitor");
@@ -24,7 +31,10 @@ int OpenMonitor() {
 
 SerialAdapter::SerialAdapter() : monitor_(OpenMonitor(), "QEMU's monitor"), replies_(monitor_) {
   Ask(R"({"execute": "qmp_capabilities"})");  // refused where an adapter before this one asked
-  if (!Present()) Plug();
+  if (!Present())
+    Plug();
+  else if (!Await(Ready))
+    throw std::runtime_error("the adapter does not open");
 }
 
 nlohmann::json SerialAdapter::Ask(const std::string& command) {
@@ -49,7 +59,7 @@ void SerialAdapter::Plug() {
                    {"driver": "usb-serial", "id": "stage", "chardev": "stage-line"}})")
         .contains("return");
   };
-  if (!Await(added) || !Await(Present)) throw std::runtime_error("the adapter is not seen");
+  if (!Await(added) || !Await(Ready)) throw std::runtime_error("the adapter is not seen");
 }
 
 }  // namespace luxfield::vm
