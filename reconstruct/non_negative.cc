@@ -14,11 +14,42 @@
 namespace luxfield::reconstruct {
 namespace {
 
-constexpr std::size_t kLanes =
-    32;  // pixels iterated together; a block ends when all of them have converged
+// Numbers that are worked on together; the compiler splits them into what registers hold.
+template <typename Number, int count>
+struct Pack {
+  typedef Number Type __attribute__((vector_size(count * sizeof(Number))));
+};
 
+// A pack for each coefficient. (A vector of bare packs would lose their alignment.)
+template <typename Number, int count>
+class PackVector {
+ public:
+  using Type = typename Pack<Number, count>::Type;
+  explicit PackVector(std::size_t size) : packs_(size) {}
+  std::size_t size() const { return packs_.size(); }
+  LUXFIELD_INLINE Type& operator[](std::size_t m) { return packs_[m].pack; }
+  LUXFIELD_INLINE const Type& operator[](std::size_t m) const { return packs_[m].pack; }
+
+ private:
+  struct alignas(count * sizeof(Number)) Aligned {
+    Type pack;
+  };
+  std::vector<Aligned> packs_;
+};
+
+// Pixels iterated together, until all of them have converged: a cache line of T.
 template <typename T>
-using Lanes = std::array<T, kLanes>;
+constexpr int kLanes = 64 / sizeof(T);
+template <typename T>
+using Lanes = typename Pack<T, kLanes<T>>::Type;
+template <typename T>
+using LanesVector = PackVector<T, kLanes<T>>;
+template <typename T>
+using Doubles = typename Pack<double, kLanes<T>>::Type;
+template <typename T>
+using DoublesVector = PackVector<double, kLanes<T>>;
+
+#define LUXFIELD_INLINE_LAMBDA __attribute__((always_inline))
 
 // The band of one Gram matrix: entry at offset -2 .. 2 of every row, zero outside.
 template <typename T>
@@ -34,192 +65,285 @@ struct Band {
   }
 };
 
-// The problem in z = C - C_0: minimise z^T G z / 2 over z >= -C_0 and, if keep_flux, sum z = 0.
+// The problem per pixel: minimise (C - C_0)^T G (C - C_0) / 2 over C >= 0 and, to keep the flux,
+// sum C = sum C_0.
 template <typename T>
-struct Workspace {
-  std::vector<Lanes<T>> start;    // C_0
-  std::vector<Lanes<T>> z, y;     // the iterate and the point of its next gradient
-  std::vector<Lanes<T>> along_u;  // G_u times one of them
-  std::vector<Lanes<T>> moved;    // one of them after a gradient step
-  Lanes<T> threshold{};           // of the last projection
-  explicit Workspace(int count) : start(count), z(count), y(count), along_u(count), moved(count) {}
+struct Problem {
+  Band<T> u, v;
+  T step, momentum, reciprocal_diagonal;
+
+  explicit Problem(const GramSolver& solver) : u(solver.u()), v(solver.v()) {
+    const double root = std::sqrt(solver.condition());
+    step = static_cast<T>(1 / (solver.u().largest_eigenvalue * solver.v().largest_eigenvalue));
+    momentum = static_cast<T>((root - 1) / (root + 1));
+    T diagonal_u = 0, diagonal_v = 0;
+    for (const auto& row : u.row) diagonal_u = std::max(diagonal_u, row[2]);
+    for (const auto& row : v.row) diagonal_v = std::max(diagonal_v, row[2]);
+    reciprocal_diagonal = 1 / (diagonal_u * diagonal_v);
+  }
 };
 
-// Elements n - 2 .. n + 2 of an axis of `count`, `stride` blocks apart. Beyond the ends the band
-// holds zeros, so that any block will do.
 template <typename T>
-LUXFIELD_INLINE std::array<const T*, 5> Neighbours(const Lanes<T>* middle, int n, int count,
-                                                   std::ptrdiff_t stride) {
-  std::array<const T*, 5> result;
-  for (int d = -2; d <= 2; ++d)
-    result[d + 2] = middle[n + d >= 0 && n + d < count ? d * stride : 0].data();
-  return result;
+struct Workspace {
+  LanesVector<T> irradiance;      // G C_0
+  LanesVector<T> iterate;         // C before the last step
+  LanesVector<T> moved;           // after it, not yet projected
+  Lanes<T> threshold{};           // of that projection: C = max(moved - threshold, 0)
+  LanesVector<T> trial;           // as `moved`, of the stopping rule
+  LanesVector<T> point, along_u;  // the last rows of the sweep at hand: C and G_u C
+  static constexpr int kRows = 5;
+
+  Workspace(int width, int height)
+      : irradiance(width * height),
+        iterate(width * height),
+        moved(width * height),
+        trial(width * height),
+        point(kRows * width),
+        along_u(kRows * width) {}
+};
+
+template <typename T>
+LUXFIELD_INLINE void AboveZero(Lanes<T>& x) {
+  x = x > 0 ? x : Lanes<T>{};
 }
 
-// moved = from - step G from, and what the projection with the threshold at hand would leave of C:
-// its sum and the number of entries above 0.
-template <typename T>
-LUXFIELD_INLINE void Move(const Band<T>& u, const Band<T>& v, T step,
-                          const std::vector<Lanes<T>>& from, Workspace<T>& w, Lanes<T>& sum,
-                          Lanes<T>& count) {
-  for (int j = 0; j < v.count; ++j)
-    for (int i = 0; i < u.count; ++i) {
-      const int m = j * u.count + i;
-      const auto x = Neighbours(&from[m], i, u.count, 1);
-      const std::array<T, 5> g = u.row[i];
-      T* const out = w.along_u[m].data();
-      LUXFIELD_INDEPENDENT
-      for (std::size_t k = 0; k < kLanes; ++k)
-        out[k] = g[0] * x[0][k] + g[1] * x[1][k] + g[2] * x[2][k] + g[3] * x[3][k] + g[4] * x[4][k];
-    }
-  sum.fill(0);
-  count.fill(0);
-  for (int j = 0; j < v.count; ++j)
-    for (int i = 0; i < u.count; ++i) {
-      const int m = j * u.count + i;
-      const auto x = Neighbours(&w.along_u[m], j, v.count, u.count);
-      const std::array<T, 5> g = v.row[j];
-      const T *const origin = from[m].data(), *const start = w.start[m].data();
-      T* const out = w.moved[m].data();
-      LUXFIELD_INDEPENDENT
-      for (std::size_t k = 0; k < kLanes; ++k) {
-        const T gradient =
-            g[0] * x[0][k] + g[1] * x[1][k] + g[2] * x[2][k] + g[3] * x[3][k] + g[4] * x[4][k];
-        const T moved = origin[k] - step * gradient;
-        const T above = moved + start[k] - w.threshold[k];
-        out[k] = moved;
-        sum[k] += above > 0 ? above : 0;
-        count[k] += above > 0 ? T{1} : T{0};
+// Calls give(m, C_m), which sets C_m, and take(m, C_m, (G C)_m), when (G C)_m is there, for every
+// m. One pass down the rows: what they share stays in the nearest cache.
+template <typename T, typename Give, typename Take>
+LUXFIELD_INLINE void SweepGram(const Band<T>& u, const Band<T>& v, Workspace<T>& w, Give&& give,
+                               Take&& take) {
+  const int width = u.count, height = v.count;
+  const auto ring = [=](int row) { return row % Workspace<T>::kRows * width; };
+  for (int below = 0; below < height + 2; ++below) {
+    if (below < height) {
+      const int here = ring(below);
+      for (int i = 0; i < width; ++i) give(below * width + i, w.point[here + i]);
+      Lanes<T> x0{}, x1{}, x2 = w.point[here], x3 = width > 1 ? w.point[here + 1] : Lanes<T>{};
+      for (int i = 0; i < width; ++i) {
+        const Lanes<T> x4 = i + 2 < width ? w.point[here + i + 2] : Lanes<T>{};
+        const std::array<T, 5>& g = u.row[i];
+        w.along_u[here + i] = g[0] * x0 + g[1] * x1 + g[2] * x2 + g[3] * x3 + g[4] * x4;
+        x0 = x1;
+        x1 = x2;
+        x2 = x3;
+        x3 = x4;
       }
     }
-}
-
-// One step of Newton's method on the convex piecewise linear sum_m max(moved + C_0 - t, 0) =
-// target, whose root t is the threshold of the projection on {C >= 0, sum C = target}. Where
-// nothing is above t it falls to where one entry could hold all.
-template <typename T>
-LUXFIELD_INLINE void StepThreshold(const Lanes<T>& target, const Lanes<T>& sum,
-                                   const Lanes<T>& count, Workspace<T>& w) {
-  Lanes<T> largest;
-  largest.fill(-std::numeric_limits<T>::infinity());
-  std::uint32_t empty = 0;
-  for (std::size_t k = 0; k < kLanes; ++k) empty |= count[k] > 0 ? 0u : 1u;
-  if (empty)
-    for (std::size_t m = 0; m < w.moved.size(); ++m)
-      for (std::size_t k = 0; k < kLanes; ++k) {
-        const T c = w.moved[m][k] + w.start[m][k];
-        largest[k] = c > largest[k] ? c : largest[k];
-      }
-  for (std::size_t k = 0; k < kLanes; ++k) {
-    const T newton = w.threshold[k] + (sum[k] - target[k]) / count[k];
-    const T fall = largest[k] - target[k];
-    w.threshold[k] = count[k] > 0 ? newton : fall;
+    const int j = below - 2;
+    if (j < 0) continue;
+    const std::array<T, 5>& g = v.row[j];
+    // Beyond the ends the band holds zeros, so that any row will do.
+    const auto neighbour = [=](int d) { return ring(j + d >= 0 && j + d < height ? j + d : j); };
+    const int r0 = neighbour(-2), r1 = neighbour(-1), r2 = ring(j), r3 = neighbour(1),
+              r4 = neighbour(2);
+    for (int i = 0; i < width; ++i) {
+      const Lanes<T> product = g[0] * w.along_u[r0 + i] + g[1] * w.along_u[r1 + i] +
+                               g[2] * w.along_u[r2 + i] + g[3] * w.along_u[r3 + i] +
+                               g[4] * w.along_u[r4 + i];
+      take(j * width + i, w.point[r2 + i], product);
+    }
   }
+}
+
+// What a projection by a threshold leaves: its sum and the number of entries above 0.
+template <typename T>
+struct Tally {
+  Lanes<T> sum{}, count{};
+  LUXFIELD_INLINE void Add(const Lanes<T>& difference) {
+    Lanes<T> above = difference;
+    count += above > 0 ? Lanes<T>{} + 1 : Lanes<T>{};
+    AboveZero<T>(above);
+    sum += above;
+  }
+};
+
+// One step of Newton's method on the convex piecewise linear sum_m max(moved_m - t, 0) = target,
+// whose root t is the threshold of the projection on {C >= 0, sum C = target}. Where nothing is
+// above t it falls to where one entry could hold all.
+template <typename T>
+LUXFIELD_INLINE void StepThreshold(const Lanes<T>& target, const Tally<T>& tally,
+                                   const LanesVector<T>& moved, Lanes<T>& threshold) {
+  Lanes<T> largest = Lanes<T>{} - std::numeric_limits<T>::infinity();
+  bool empty = false;
+  for (int k = 0; k < kLanes<T>; ++k) empty |= !(tally.count[k] > 0);
+  if (empty)
+    for (std::size_t m = 0; m < moved.size(); ++m)
+      largest = moved[m] > largest ? moved[m] : largest;
+  const Lanes<T> newton = threshold + (tally.sum - target) / tally.count;
+  threshold = tally.count > 0 ? newton : largest - target;
 }
 
 // Newton steps until the sum is within `tolerance` of its target before a step, which leaves the
 // square of that or nothing.
 template <typename T>
-LUXFIELD_INLINE void FindThreshold(const Lanes<T>& target, T tolerance, Lanes<T>& sum,
-                                   Lanes<T>& count, Workspace<T>& w) {
+LUXFIELD_INLINE void FindThreshold(const Lanes<T>& target, T tolerance, const Tally<T>& first,
+                                   const LanesVector<T>& moved, Lanes<T>& threshold) {
   constexpr int kMaxSteps = 50;
   constexpr T kRounding = 64 * std::numeric_limits<T>::epsilon();  // of sums of values up to 1
+  Tally<T> tally = first;
   for (int n = 0; n < kMaxSteps; ++n) {
-    std::uint32_t far = 0;
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      const T off = sum[k] - target[k], size = off < 0 ? -off : off;
-      far |= size <= tolerance * target[k] + kRounding ? 0u : 1u;
-    }
-    StepThreshold(target, sum, count, w);
+    bool far = false;
+    for (int k = 0; k < kLanes<T>; ++k)
+      far |= !(std::abs(tally.sum[k] - target[k]) <= tolerance * target[k] + kRounding);
+    StepThreshold(target, tally, moved, threshold);
     if (!far) return;
-    sum.fill(0);
-    count.fill(0);
-    for (std::size_t m = 0; m < w.moved.size(); ++m) {
-      LUXFIELD_INDEPENDENT
-      for (std::size_t k = 0; k < kLanes; ++k) {
-        const T above = w.moved[m][k] + w.start[m][k] - w.threshold[k];
-        sum[k] += above > 0 ? above : 0;
-        count[k] += above > 0 ? T{1} : T{0};
-      }
-    }
+    tally = {};
+    for (std::size_t m = 0; m < moved.size(); ++m) tally.Add(moved[m] - threshold);
   }
 }
 
-// y -> z' = P(y - step G y), y' = z' + momentum (z' - z). The threshold of P starts from the last
-// iteration's, from which one Newton step is nearly always enough.
+// irradiance = G C_0 of the C_0 in `moved`.
 template <typename T>
-LUXFIELD_INLINE void IterateOnce(const Band<T>& u, const Band<T>& v, T step, T momentum,
-                                 const Lanes<T>* target, Workspace<T>& w) {
+LUXFIELD_INLINE void FindIrradiance(const Problem<T>& problem, Workspace<T>& w) {
+  SweepGram(
+      problem.u, problem.v, w, [&](int m, Lanes<T>& c) LUXFIELD_INLINE_LAMBDA { c = w.moved[m]; },
+      [&](int m, const Lanes<T>&, const Lanes<T>& product)
+          LUXFIELD_INLINE_LAMBDA { w.irradiance[m] = product; });
+}
+
+// C = P(moved), y = C + momentum (C - C before), moved = y - step (G y - G C_0). The threshold of P
+// starts from the last iteration's, from which one Newton step is nearly always enough.
+template <typename T>
+LUXFIELD_INLINE void IterateOnce(const Problem<T>& problem, const Lanes<T>* target,
+                                 Workspace<T>& w) {
   constexpr T kNear = static_cast<T>(0.01);
-  Lanes<T> sum, count;
-  Move(u, v, step, w.y, w, sum, count);
-  if (target) FindThreshold(*target, kNear, sum, count, w);
-  for (std::size_t m = 0; m < w.z.size(); ++m) {
-    LUXFIELD_INDEPENDENT
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      const T start = w.start[m][k];
-      const T c = w.moved[m][k] + start - w.threshold[k];
-      const T next = c > 0 ? c - start : -start;
-      w.y[m][k] = next + momentum * (next - w.z[m][k]);
-      w.z[m][k] = next;
-    }
-  }
+  const Lanes<T> threshold = w.threshold;
+  Tally<T> tally;
+  SweepGram(
+      problem.u, problem.v, w,
+      [&](int m, Lanes<T>& y) LUXFIELD_INLINE_LAMBDA {
+        Lanes<T> c = w.moved[m] - threshold;
+        AboveZero<T>(c);
+        y = c + problem.momentum * (c - w.iterate[m]);
+        w.iterate[m] = c;
+      },
+      [&](int m, const Lanes<T>& y, const Lanes<T>& product) LUXFIELD_INLINE_LAMBDA {
+        const Lanes<T> moved = y - problem.step * (product - w.irradiance[m]);
+        w.moved[m] = moved;
+        tally.Add(moved - threshold);
+      });
+  if (target) FindThreshold(*target, kNear, tally, w.moved, w.threshold);
 }
 
-// Residual of the stopping rule at z, before the division by max |C_0|.
+// Residual of the stopping rule at C = P(moved), before the division by max |C_0|.
 template <typename T>
-LUXFIELD_INLINE void ResidualAt(const Band<T>& u, const Band<T>& v, T reciprocal_diagonal,
-                                const Lanes<T>* target, Workspace<T>& w, Lanes<T>& residual) {
-  const Lanes<T> before = w.threshold;
-  Lanes<T> sum, count;
-  Move(u, v, reciprocal_diagonal, w.z, w, sum, count);
-  if (target) FindThreshold(*target, T{0}, sum, count, w);
-  residual.fill(0);
-  for (std::size_t m = 0; m < w.z.size(); ++m) {
-    LUXFIELD_INDEPENDENT
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      const T c = w.moved[m][k] + w.start[m][k] - w.threshold[k];
-      const T projected = c > 0 ? c - w.start[m][k] : -w.start[m][k];
-      const T off = w.z[m][k] - projected, size = off < 0 ? -off : off;
-      residual[k] = size > residual[k] ? size : residual[k];
-    }
+LUXFIELD_INLINE void ResidualAt(const Problem<T>& problem, const Lanes<T>* target, Workspace<T>& w,
+                                Lanes<T>& residual) {
+  const Lanes<T> threshold = w.threshold;
+  Lanes<T> of_trial = threshold;
+  Tally<T> tally;
+  SweepGram(
+      problem.u, problem.v, w,
+      [&](int m, Lanes<T>& c) LUXFIELD_INLINE_LAMBDA {
+        c = w.moved[m] - threshold;
+        AboveZero<T>(c);
+      },
+      [&](int m, const Lanes<T>& c, const Lanes<T>& product) LUXFIELD_INLINE_LAMBDA {
+        const Lanes<T> moved = c - problem.reciprocal_diagonal * (product - w.irradiance[m]);
+        w.trial[m] = moved;
+        tally.Add(moved - of_trial);
+      });
+  if (target) FindThreshold(*target, T{0}, tally, w.trial, of_trial);
+  residual = Lanes<T>{};
+  for (std::size_t m = 0; m < w.trial.size(); ++m) {
+    Lanes<T> here = w.moved[m] - threshold, there = w.trial[m] - of_trial;
+    AboveZero<T>(here);
+    AboveZero<T>(there);
+    const Lanes<T> off = here > there ? here - there : there - here;
+    residual = off > residual ? off : residual;
   }
-  w.threshold = before;  // of another step length
 }
 
-LUXFIELD_SIMD_CLONES void Iterate(const Band<float>& u, const Band<float>& v, float step,
-                                  float momentum, const Lanes<float>* target, Workspace<float>& w) {
-  IterateOnce(u, v, step, momentum, target, w);
-}
-LUXFIELD_SIMD_CLONES void Iterate(const Band<double>& u, const Band<double>& v, double step,
-                                  double momentum, const Lanes<double>* target,
-                                  Workspace<double>& w) {
-  IterateOnce(u, v, step, momentum, target, w);
-}
-LUXFIELD_SIMD_CLONES void Residual(const Band<float>& u, const Band<float>& v,
-                                   float reciprocal_diagonal, const Lanes<float>* target,
-                                   Workspace<float>& w, Lanes<float>& residual) {
-  ResidualAt(u, v, reciprocal_diagonal, target, w, residual);
-}
-LUXFIELD_SIMD_CLONES void Residual(const Band<double>& u, const Band<double>& v,
-                                   double reciprocal_diagonal, const Lanes<double>* target,
-                                   Workspace<double>& w, Lanes<double>& residual) {
-  ResidualAt(u, v, reciprocal_diagonal, target, w, residual);
-}
-
-// The non-negative values nearest to c with exactly their target's sum: what rounding of the
+// C = P(moved), times `scale`, in double, and with exactly its target's sum: what rounding of the
 // iteration left is spread over the entries above 0.
-void FixSum(double target, std::vector<double>& c) {
-  for (int n = 0; n < 50; ++n) {
-    double sum = 0, count = 0;
-    for (const double x : c) {
-      sum += x;
-      count += x > 0;
-    }
-    if (count == 0 || std::abs(sum - target) <= 1e-13 * std::abs(target)) return;
-    const double off = (sum - target) / count;
-    for (double& x : c) x = x > 0 ? std::max(x - off, 0.0) : 0.0;
+template <typename T>
+LUXFIELD_INLINE void Finish(const Lanes<T>& scale, const Doubles<T>* sum, Workspace<T>& w,
+                            DoublesVector<T>& c) {
+  const std::size_t count = w.moved.size();
+  for (std::size_t m = 0; m < count; ++m) {
+    Lanes<T> value = w.moved[m] - w.threshold;
+    AboveZero<T>(value);
+    c[m] = __builtin_convertvector(value, Doubles<T>) * __builtin_convertvector(scale, Doubles<T>);
   }
+  constexpr int kMaxSteps = 50;
+  for (int n = 0; sum && n < kMaxSteps; ++n) {
+    Doubles<T> total{}, above{};
+    for (std::size_t m = 0; m < count; ++m) {
+      total += c[m];
+      above += c[m] > 0 ? Doubles<T>{} + 1 : Doubles<T>{};
+    }
+    bool far = false;
+    for (int k = 0; k < kLanes<T>; ++k)
+      far |= above[k] > 0 && std::abs(total[k] - (*sum)[k]) > 1e-13 * std::abs((*sum)[k]);
+    if (!far) return;
+    const Doubles<T> off = above > 0 ? (total - *sum) / above : Doubles<T>{};
+    for (std::size_t m = 0; m < count; ++m) {
+      const Doubles<T> mended = c[m] - off;
+      c[m] = c[m] > 0 && mended > 0 ? mended : Doubles<T>{};
+    }
+  }
+}
+
+// From C_0 in `moved` to C in `result`; the number of iterations.
+template <typename T>
+LUXFIELD_INLINE int SolveBlock(const Problem<T>& problem, const NonNegativeOptions& options,
+                               const Doubles<T>& flux, Workspace<T>& w, DoublesVector<T>& result,
+                               Lanes<T>& residual) {
+  // In units of the largest coefficient, so that floats neither overflow nor lose small ones.
+  Lanes<T> scale{};
+  for (std::size_t m = 0; m < w.moved.size(); ++m) {
+    const Lanes<T> size = w.moved[m] < 0 ? -w.moved[m] : w.moved[m];
+    scale = size > scale ? size : scale;
+  }
+  for (std::size_t m = 0; m < w.moved.size(); ++m) w.moved[m] /= scale;
+  const Doubles<T> scaled_flux = flux / __builtin_convertvector(scale, Doubles<T>);
+  const Lanes<T> target = __builtin_convertvector(scaled_flux, Lanes<T>);
+  const Lanes<T>* const kept = options.keep_flux ? &target : nullptr;
+  FindIrradiance(problem, w);
+  w.threshold = Lanes<T>{};
+  for (std::size_t m = 0; m < w.moved.size(); ++m) {
+    w.iterate[m] = w.moved[m];
+    AboveZero<T>(w.iterate[m]);
+  }
+
+  // A check costs more than an iteration. The first comes after three quarters of those that the
+  // momentum's rate says, the next when the rate since the last one says.
+  const double tolerance = options.tolerance;
+  const int first = static_cast<int>(
+      std::clamp(0.75 * std::log(tolerance) / std::log(double{problem.momentum}), 2.0, 1e9));
+  const double longest = std::max(2, first / 4);
+  int iteration = 0, wait = first;
+  double before = 1;
+  while (iteration < options.max_iterations) {
+    wait = std::min(wait, options.max_iterations - iteration);
+    for (int n = 0; n < wait; ++n) IterateOnce(problem, kept, w);
+    iteration += wait;
+    ResidualAt(problem, kept, w, residual);
+    double worst = 0;
+    bool converged = true;
+    for (int k = 0; k < kLanes<T>; ++k) {
+      worst = std::max(worst, double{residual[k]});
+      converged &= residual[k] <= static_cast<T>(tolerance);
+    }
+    if (converged) break;
+    const double log_rate = std::log(worst / before) / wait;
+    const double left = log_rate < 0 ? std::log(tolerance / worst) / log_rate : longest;
+    wait = static_cast<int>(std::clamp(std::ceil(left), 2.0, longest));
+    before = worst;
+  }
+  Finish<T>(scale, options.keep_flux ? &flux : nullptr, w, result);
+  return iteration;
+}
+
+LUXFIELD_SIMD_CLONES int Solve(const Problem<float>& problem, const NonNegativeOptions& options,
+                               const Doubles<float>& flux, Workspace<float>& w,
+                               DoublesVector<float>& result, Lanes<float>& residual) {
+  return SolveBlock<float>(problem, options, flux, w, result, residual);
+}
+LUXFIELD_SIMD_CLONES int Solve(const Problem<double>& problem, const NonNegativeOptions& options,
+                               const Doubles<double>& flux, Workspace<double>& w,
+                               DoublesVector<double>& result, Lanes<double>& residual) {
+  return SolveBlock<double>(problem, options, flux, w, result, residual);
 }
 
 // Which pixels have a negative coefficient, and the sum of all of theirs.
@@ -238,6 +362,7 @@ void FindNegative(T* const* coefficients, int count, std::size_t pixels, std::ve
 template <typename T>
 NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std::size_t pixels,
                            const NonNegativeOptions& options) {
+  constexpr std::size_t kPixels = kLanes<T>;
   const int count = solver.count();
   std::vector<char> flagged(pixels, 0);
   std::vector<double> sum(pixels, 0.0);
@@ -253,60 +378,30 @@ NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std
       negative.push_back(p);
   }
 
-  const Band<T> u(solver.u()), v(solver.v());
-  const double largest = solver.u().largest_eigenvalue * solver.v().largest_eigenvalue;
-  const double root = std::sqrt(solver.condition());
-  const T step = static_cast<T>(1 / largest), momentum = static_cast<T>((root - 1) / (root + 1));
-  T diagonal_u = 0, diagonal_v = 0;
-  for (const auto& row : u.row) diagonal_u = std::max(diagonal_u, row[2]);
-  for (const auto& row : v.row) diagonal_v = std::max(diagonal_v, row[2]);
-  const T reciprocal_diagonal = 1 / (diagonal_u * diagonal_v);
-
+  const Problem<T> problem(solver);
+  const auto tolerance = static_cast<T>(options.tolerance);
   std::mutex mutex;
-  const std::size_t blocks = (negative.size() + kLanes - 1) / kLanes;
+  const std::size_t blocks = (negative.size() + kPixels - 1) / kPixels;
   core::ParallelFor(blocks, 4, [&](std::size_t begin, std::size_t end) {
-    Workspace<T> w(count);
-    std::vector<double> result(count);
+    Workspace<T> w(problem.u.count, problem.v.count);
+    DoublesVector<T> result(count);
     for (std::size_t block = begin; block < end; ++block) {
-      const std::size_t* pixel = negative.data() + block * kLanes;
-      const std::size_t lanes = std::min(kLanes, negative.size() - block * kLanes);
-      Lanes<T> scale{}, residual{}, target;
-      w.threshold.fill(0);
-      // In units of the largest coefficient, so that floats neither overflow nor lose small ones.
+      const std::size_t lanes = std::min(kPixels, negative.size() - block * kPixels);
+      std::array<std::size_t, kPixels> pixel;  // the last block repeats its first
+      for (std::size_t k = 0; k < kPixels; ++k)
+        pixel[k] = negative[block * kPixels + (k < lanes ? k : 0)];
+      for (int m = 0; m < count; ++m)
+        for (std::size_t k = 0; k < kPixels; ++k) w.moved[m][k] = coefficients[m][pixel[k]];
+      Doubles<T> flux{};
+      for (std::size_t k = 0; k < kPixels; ++k) flux[k] = sum[pixel[k]];
+
+      Lanes<T> residual;
+      const int iterations = Solve(problem, options, flux, w, result, residual);
       for (int m = 0; m < count; ++m)
         for (std::size_t k = 0; k < lanes; ++k)
-          scale[k] = std::max(scale[k], std::abs(coefficients[m][pixel[k]]));
-      for (std::size_t k = 0; k < kLanes; ++k)
-        target[k] = k < lanes ? static_cast<T>(sum[pixel[k]] / scale[k]) : T{1};
-      for (int m = 0; m < count; ++m)
-        for (std::size_t k = 0; k < kLanes; ++k) {
-          const T c = k < lanes ? coefficients[m][pixel[k]] / scale[k] : T{0};
-          w.start[m][k] = c;
-          w.z[m][k] = w.y[m][k] = c < 0 ? -c : T{0};
-        }
-      const auto tolerance = static_cast<T>(options.tolerance);
-      const auto converged = [&] {
-        for (std::size_t k = 0; k < lanes; ++k)
-          if (!(residual[k] <= tolerance)) return false;
-        return true;
-      };
-      const Lanes<T>* const kept = options.keep_flux ? &target : nullptr;
-      int iteration = 0;
-      while (iteration < options.max_iterations) {
-        constexpr int kBetweenChecks = 8;
-        for (int n = 0; n < kBetweenChecks; ++n) Iterate(u, v, step, momentum, kept, w);
-        iteration += kBetweenChecks;
-        Residual(u, v, reciprocal_diagonal, kept, w, residual);
-        if (converged()) break;
-      }
-      for (std::size_t k = 0; k < lanes; ++k) {
-        for (int m = 0; m < count; ++m)
-          result[m] = std::max((double{w.start[m][k]} + w.z[m][k]) * scale[k], 0.0);
-        if (options.keep_flux) FixSum(sum[pixel[k]], result);
-        for (int m = 0; m < count; ++m) coefficients[m][pixel[k]] = static_cast<T>(result[m]);
-      }
+          coefficients[m][pixel[k]] = static_cast<T>(result[m][k]);
       const std::lock_guard lock(mutex);
-      summary.iterations = std::max(summary.iterations, iteration);
+      summary.iterations = std::max(summary.iterations, iterations);
       for (std::size_t k = 0; k < lanes; ++k) {
         summary.worst_residual = std::max(summary.worst_residual, double{residual[k]});
         summary.unconverged += !(residual[k] <= tolerance);

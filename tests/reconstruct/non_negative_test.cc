@@ -73,25 +73,29 @@ TEST(NonNegative, SatisfiesTheKktConditions) {
   }
 }
 
-TEST(NonNegative, AgreesWithTheBestOfAllActiveSets) {
-  const GramSolver solver = Solver(3, 3);
+class NonNegativeGrid : public testing::TestWithParam<std::pair<int, int>> {};
+
+TEST_P(NonNegativeGrid, AgreesWithTheBestOfAllActiveSets) {
+  const auto [width, height] = GetParam();
+  const int count = width * height;
+  const GramSolver solver = Solver(width, height);
   const Matrix gram = Dense(solver);
   constexpr std::size_t kPixels = 20;
-  const std::vector<double> start = RandomCoefficients(9, kPixels, 0);
+  const std::vector<double> start = RandomCoefficients(count, kPixels, 0);
   std::vector<double> c = start;
-  ProjectNonNegative(solver, Rows(c, 9).data(), kPixels, {false, 1e-10, 5000});
+  ProjectNonNegative(solver, Rows(c, count).data(), kPixels, {false, 1e-10, 5000});
   for (std::size_t p = 0; p < kPixels; ++p) {
-    Eigen::VectorXd c0(9);
-    for (int m = 0; m < 9; ++m) c0(m) = start[m * kPixels + p];
-    Eigen::VectorXd best = Eigen::VectorXd::Zero(9);
+    Eigen::VectorXd c0(count);
+    for (int m = 0; m < count; ++m) c0(m) = start[m * kPixels + p];
+    Eigen::VectorXd best = Eigen::VectorXd::Zero(count);
     double least = c0.dot(gram * c0);
-    for (int set = 1; set < 512; ++set) {
+    for (int set = 1; set < 1 << count; ++set) {
       std::vector<int> free;
-      for (int m = 0; m < 9; ++m)
+      for (int m = 0; m < count; ++m)
         if (set >> m & 1) free.push_back(m);
       const Matrix g = gram(free, free);
       const Eigen::VectorXd e = (gram * c0)(free);
-      Eigen::VectorXd x = Eigen::VectorXd::Zero(9);
+      Eigen::VectorXd x = Eigen::VectorXd::Zero(count);
       const Eigen::VectorXd solved = g.ldlt().solve(e);
       for (std::size_t k = 0; k < free.size(); ++k) x(free[k]) = solved(k);
       if (x.minCoeff() < 0) continue;
@@ -101,9 +105,13 @@ TEST(NonNegative, AgreesWithTheBestOfAllActiveSets) {
         best = x;
       }
     }
-    for (int m = 0; m < 9; ++m) EXPECT_NEAR(c[m * kPixels + p], best(m), 1e-7) << "pixel " << p;
+    for (int m = 0; m < count; ++m) EXPECT_NEAR(c[m * kPixels + p], best(m), 1e-7) << "pixel " << p;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Shapes, NonNegativeGrid,
+                         testing::Values(std::pair(1, 1), std::pair(2, 1), std::pair(1, 5),
+                                         std::pair(5, 1), std::pair(2, 4), std::pair(3, 3)));
 
 TEST(NonNegative, KeepsTheFluxAndSatisfiesTheKktConditions) {
   const GramSolver solver = Solver(11, 9);
