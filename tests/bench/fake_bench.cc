@@ -3,12 +3,17 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <net/if.h>
+#include <sched.h>
 #include <signal.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cstdlib>
+#include <stdexcept>
 
 #include "core/config.h"
 #include "hal/sim/lab_description.h"
@@ -35,6 +40,32 @@ std::unique_ptr<fakes::FakeDevice> Controller() {
                                                                     {131, 300}});
 }
 
+// Cameras of GigE Vision answer on one port, 3956: the loopback interface of this process and of
+// those it starts becomes their own, where the system lets it, so that several test programs can
+// run at a time. Before other threads exist: they stay where they are.
+void UseANetworkOfOurOwn() {
+  static const bool done = [] {
+    const uid_t user = getuid();
+    const gid_t group = getgid();
+    if (unshare(CLONE_NEWNET) != 0) {
+      if (unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) return false;
+      e2e::WriteText("/proc/self/setgroups", "deny");
+      e2e::WriteText("/proc/self/uid_map", fmt::format("{0} {0} 1", user));
+      e2e::WriteText("/proc/self/gid_map", fmt::format("{0} {0} 1", group));
+    }
+    ifreq loopback{};
+    loopback.ifr_name[0] = 'l';
+    loopback.ifr_name[1] = 'o';
+    loopback.ifr_flags = IFF_UP | IFF_RUNNING;
+    const int any = socket(AF_INET, SOCK_DGRAM, 0);
+    const bool up = ioctl(any, SIOCSIFFLAGS, &loopback) == 0;
+    close(any);
+    if (!up) throw std::runtime_error("the loopback interface stays down");
+    return true;
+  }();
+  (void)done;
+}
+
 // The carriage has the controller's coordinates once that is homed; y runs against v.
 void PlaceFilter(fakes::FakeDevice& device, fakes::BenchState& state) {
   const auto& at = dynamic_cast<fakes::GrblMachine&>(device).motion().carriage();
@@ -51,7 +82,7 @@ FakeBench::FakeBench(const std::filesystem::path& folder, const std::filesystem:
       state_file_(folder / "bench.state"),
       state_(state_file_, true),
       lamp_time_(hal::sim::ReadLab(core::Config::FromFile(world), {}).lamp_time),
-      testbed_(umockdev_testbed_new()),
+      testbed_((UseANetworkOfOurOwn(), umockdev_testbed_new())),
       stage_(Controller(), kSpeedUp,
              [this](fakes::FakeDevice& device) { PlaceFilter(device, *state_); }),
       chip_(testbed_,

@@ -62,8 +62,8 @@ class FakeBench {
   // The lamp is switched by its supply, or by a relay.
   std::string OtherTables(bool relay = false) const;
 
-  // Behind a network that drops, delays, duplicates or truncates what it sends, or hangs
-  // (tests/preload/bad_network.cc); "": a good one.
+  // Behind a network that drops, delays, duplicates, truncates or garbles what it sends, hangs or
+  // stalls (tests/preload/bad_network.cc); "": a good one.
   void StartCamera(const std::string& network = "", int seed = 1);
   void KillCamera();  // SIGKILL
   void PressEmergencyStop(bool pressed) { chip_.SetPin("e-stop", pressed); }
