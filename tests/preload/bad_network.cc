@@ -83,11 +83,11 @@ extern "C" ssize_t sendmsg(int socket, const msghdr* message, int flags) {
   Network& network = TheNetwork();
   const std::lock_guard lock(network.mutex);
   const ssize_t size = SizeOf(*message);
-  if (network.Silent(0.0003) || (network.Is("drop") && network.Strikes(0.01))) return size;
+  if (network.Silent(0.002) || (network.Is("drop") && network.Strikes(0.01))) return size;
   if (network.Is("delay") && network.Strikes(0.05)) std::this_thread::sleep_for(network.Delay());
   if (network.Is("duplicate") && network.Strikes(0.05)) next(socket, message, flags);
   const bool truncated = network.Is("truncate") && network.Strikes(0.01);
-  const bool garbled = network.Is("garble") && IsControl(socket) && network.Strikes(0.003);
+  const bool garbled = network.Is("garble") && IsControl(socket) && network.Strikes(0.01);
   if (message->msg_iovlen == 1 && (truncated || garbled)) {
     const iovec& whole = message->msg_iov[0];
     std::string bytes(static_cast<const char*>(whole.iov_base), whole.iov_len);
