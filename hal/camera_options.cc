@@ -25,7 +25,6 @@ aravis::AravisOptions ReadAravis(const core::Config& camera) {
                       static_cast<int>(r[3])};
   }
   options.readout_s = camera.Number("readout_s", options.readout_s, {0, 100});
-  options.packet_socket = camera.Boolean("packet_socket", options.packet_socket);
   return options;
 }
 

@@ -207,7 +207,8 @@ CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
   const double step_us = arv_camera_get_float_increment(camera.get(), "ExposureTime", nullptr);
   if (step_us > 1e-3 && step_us < most_us) capabilities.exposure_step_s = step_us / kUsPerS;
 
-  if (!options.packet_socket && arv_camera_is_gv_device(camera.get()))
+  // No filter of ours reaches a packet socket.
+  if (arv_camera_is_gv_device(camera.get()))
     arv_camera_gv_set_stream_options(camera.get(), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   arv_camera_set_acquisition_mode(camera.get(), ARV_ACQUISITION_MODE_CONTINUOUS, result);
   result.ThrowIfFailed();

@@ -27,9 +27,6 @@ struct AravisOptions {
   double gain_db = 0;            // the camera's Gain feature, in its own unit (dB with most)
   std::optional<Region> region;  // absent: the whole sensor
   double readout_s = 0.05;       // from the end of an exposure to the next trigger
-  // Frames through a packet socket, which root has by default: less work for the kernel, but it
-  // sees nothing on a loopback interface.
-  bool packet_socket = true;
 };
 
 struct AravisDevice {

@@ -72,7 +72,6 @@ class Aravis : public testing::Test {
     AravisOptions options;
     options.id = "Aravis-Fake-LUX1";
     options.region = Region{0, 0, 96, 64};
-    options.packet_socket = false;
     return options;
   }
   double Soon(double seconds) { return clock_->MonotonicSeconds() + seconds; }

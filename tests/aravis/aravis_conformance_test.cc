@@ -17,7 +17,6 @@ class AravisBench : public DeviceBench<Camera> {
     aravis::AravisOptions options;
     options.id = "Aravis-Fake-LUX2";
     options.region = aravis::Region{0, 0, 96, 64};
-    options.packet_socket = false;
     camera_.emplace(options, clock_);
   }
   ~AravisBench() override {

@@ -120,10 +120,8 @@ std::string FakeBench::CameraKeys() const {
         "driver = \"gphoto2\"\nport = \"{}\"\nsize_px = [{}, {}]\nbits = {}\nmosaic = "
         "\"none\"\nreadout_s = 0.2\nsetting = [{{name = \"iso\", value = \"200\"}}]\n",
         camera_port_, sensor.width, sensor.height, sensor.bits);
-  return fmt::format(
-      "driver = \"aravis\"\nid = \"Aravis-Fake-{}\"\npacket_socket = false\nregion_px = [0, 0, "
-      "{}, {}]\n",
-      kSerial, sensor.width, sensor.height);
+  return fmt::format("driver = \"aravis\"\nid = \"Aravis-Fake-{}\"\nregion_px = [0, 0, {}, {}]\n",
+                     kSerial, sensor.width, sensor.height);
 }
 
 std::string FakeBench::StageKeys() const {
