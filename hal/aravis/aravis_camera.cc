@@ -10,9 +10,11 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <system_error>
 #include <utility>
 
 #include "hal/aravis/pixel_format.h"
+#include "hal/aravis/stream_filter.h"
 #include "hal/error.h"
 
 namespace luxfield::hal::aravis {
@@ -25,6 +27,10 @@ constexpr gulong kAgain_us = 200'000;
 constexpr int kBuffers = 4;          // one is filled, the others take what was in flight
 constexpr guint64 kPop_us = 20'000;  // how often a waiting exposure looks for an abort
 constexpr double kUsPerS = 1e6;
+// aravis repeats a command that is not answered within 0.5 s, and a camera that has heard the first
+// one exposes twice.
+constexpr double kAnswer_s = 0.4;
+constexpr double kStray_s = 0.5;  // longer than aravis keeps a frame whose packets are missing
 
 template <typename T>
 struct Unref {
@@ -95,6 +101,8 @@ struct AravisCamera::Session {
   ArvPixelFormat raw_format = 0;
   std::atomic<bool> lost = false, aborted = false;
   std::optional<guint64> last_block;
+  double exposure_s = 0, readout_s = 0;
+  double stray_until_s = 0;  // until then a frame that nobody waits for may come
   bool has_temperature = false;
 
   ~Session() {
@@ -115,6 +123,9 @@ struct AravisCamera::Session {
   void SetGain(double gain);
   void SetRegion(const std::optional<Region>& region);
   void Start();
+  void FilterStream(guint payload);
+  void DiscardStrayFrames(core::Clock& clock, double deadline_s);
+  void Trigger(core::Clock& clock);
   Owned<ArvBuffer> Pop(core::Clock& clock, double deadline_s);
   core::RawFrame Read(ArvBuffer* buffer) const;
 };
@@ -194,7 +205,7 @@ CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
 
   CameraCapabilities capabilities;
   capabilities.bits = format.bits;
-  capabilities.readout_s = options.readout_s;
+  capabilities.readout_s = readout_s = options.readout_s;
   int x = 0, y = 0;
   arv_camera_get_region(camera.get(), &x, &y, &capabilities.width, &capabilities.height, result);
   result.ThrowIfFailed();
@@ -275,10 +286,35 @@ void AravisCamera::Session::Start() {
                         "reconnect the camera");
   const guint payload = arv_camera_get_payload(camera.get(), result);
   result.ThrowIfFailed();
+  if (arv_camera_is_gv_device(camera.get())) FilterStream(payload);
   for (int k = 0; k < kBuffers; ++k)
     arv_stream_push_buffer(stream.get(), arv_buffer_new_allocate(payload));
   arv_camera_start_acquisition(camera.get(), result);
   result.ThrowIfFailed();
+}
+
+void AravisCamera::Session::FilterStream(guint payload) {
+  Result result(name, "start");
+  const guint packet_size = arv_camera_gv_get_packet_size(camera.get(), result);
+  result.ThrowIfFailed();
+  constexpr guint kHeaders = 48;
+  if (payload == 0 || packet_size <= kHeaders)
+    throw HardwareError(
+        Fault::kProtocol, name, "start",
+        fmt::format("frames of {} bytes cannot come in packets of {} bytes", payload, packet_size),
+        "power-cycle the camera");
+  auto* device = ARV_GV_DEVICE(arv_camera_get_device(camera.get()));
+  const guint8* ip = g_inet_address_to_bytes(g_inet_socket_address_get_address(
+      G_INET_SOCKET_ADDRESS(arv_gv_device_get_device_address(device))));
+  const auto camera_ip = static_cast<std::uint32_t>(ip[0] << 24 | ip[1] << 16 | ip[2] << 8 | ip[3]);
+  try {
+    AttachToPort(arv_gv_stream_get_port(ARV_GV_STREAM(stream.get())),
+                 FrameFilter({camera_ip, packet_size, payload}));
+  } catch (const std::system_error& error) {
+    throw HardwareError(Fault::kRefused, name, "start",
+                        fmt::format("damaged packets cannot be kept out: {}", error.what()),
+                        "use a kernel with socket filters");
+  }
 }
 
 double AravisCamera::Session::SetExposure(double exposure_us) {
@@ -287,17 +323,16 @@ double AravisCamera::Session::SetExposure(double exposure_us) {
   result.ThrowIfFailed();
   const double set_us = arv_camera_get_exposure_time(camera.get(), result);
   result.ThrowIfFailed();
+  exposure_s = set_us / kUsPerS;
   return set_us;
 }
 
 Frame AravisCamera::Session::Expose(core::Clock& clock, double deadline_s) {
   Result result(name, "expose");
-  while (ArvBuffer* stale = arv_stream_try_pop_buffer(stream.get()))
-    arv_stream_push_buffer(stream.get(), stale);
+  DiscardStrayFrames(clock, deadline_s);
   Frame frame;
   frame.t_start_s = clock.MonotonicSeconds();
-  arv_camera_software_trigger(camera.get(), result);
-  result.ThrowIfFailed();
+  Trigger(clock);
   Owned<ArvBuffer> buffer = Pop(clock, deadline_s);
   const ArvBufferStatus status = arv_buffer_get_status(buffer.get());
   const guint64 block = arv_buffer_get_frame_id(buffer.get());
@@ -325,12 +360,37 @@ Frame AravisCamera::Session::Expose(core::Clock& clock, double deadline_s) {
     throw incomplete(error.what());
   }
   give_back(buffer);
+  stray_until_s = 0;
   frame.temperature_c = std::numeric_limits<double>::quiet_NaN();
   if (has_temperature) {
     frame.temperature_c = arv_camera_get_float(camera.get(), "DeviceTemperature", result);
     result.ThrowIfFailed();
   }
   return frame;
+}
+
+// After an exposure that failed its frame, or a second one, may still come: it would pass for that
+// of the next.
+void AravisCamera::Session::DiscardStrayFrames(core::Clock& clock, double deadline_s) {
+  const double until_s = std::min(stray_until_s, deadline_s);
+  while (clock.MonotonicSeconds() < until_s && !lost && !aborted)
+    if (ArvBuffer* buffer = arv_stream_timeout_pop_buffer(stream.get(), kPop_us))
+      arv_stream_push_buffer(stream.get(), buffer);
+  while (ArvBuffer* buffer = arv_stream_try_pop_buffer(stream.get()))
+    arv_stream_push_buffer(stream.get(), buffer);
+}
+
+void AravisCamera::Session::Trigger(core::Clock& clock) {
+  Result result(name, "expose");
+  const double asked_s = clock.MonotonicSeconds();
+  arv_camera_software_trigger(camera.get(), result);
+  const double answered_s = clock.MonotonicSeconds();
+  stray_until_s = answered_s + exposure_s + readout_s + kStray_s;
+  result.ThrowIfFailed();
+  if (answered_s - asked_s > kAnswer_s)
+    throw HardwareError(Fault::kIncomplete, name, "expose",
+                        "the answer to the trigger was late: it may have exposed twice",
+                        "use a network of the camera's own");
 }
 
 Owned<ArvBuffer> AravisCamera::Session::Pop(core::Clock& clock, double deadline_s) {

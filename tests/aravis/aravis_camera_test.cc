@@ -1,21 +1,52 @@
 // The driver against aravis' own GigE Vision camera, over UDP on the loopback interface.
 #include "hal/aravis/aravis_camera.h"
 
+#include <arpa/inet.h>
 #include <arv.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
+#include <cstring>
+#include <vector>
 
 #include "hal/error.h"
 #include "tests/hal/error_of.h"
 
 extern char** environ;
+
+namespace {
+std::atomic<int> writes_unanswered = 0;
+
+bool AcknowledgesAWrite(const msghdr& message) {
+  constexpr std::array<unsigned char, 2> kWriteRegisterAck = {0x00,
+                                                              0x83};  // GVCP, after the status
+  return message.msg_iovlen == 1 && message.msg_iov[0].iov_len >= 8 &&
+         std::memcmp(static_cast<const char*>(message.msg_iov[0].iov_base) + 2,
+                     kWriteRegisterAck.data(), kWriteRegisterAck.size()) == 0;
+}
+}  // namespace
+
+// Stands before the system's for all that this program sends: the next answers of the camera to
+// written registers are lost.
+extern "C" ssize_t sendmsg(int socket, const msghdr* message, int flags) {
+  if (writes_unanswered > 0 && AcknowledgesAWrite(*message)) {
+    --writes_unanswered;
+    return static_cast<ssize_t>(message->msg_iov[0].iov_len);
+  }
+  return syscall(SYS_sendmsg, socket, message, flags);
+}
 
 namespace luxfield::hal::aravis {
 namespace {
@@ -187,6 +218,98 @@ TEST_F(Aravis, LostPacketsNeverMakeAWrongFrame) {
     }
   fmt::print("{} whole frames, {} incomplete ones at 4 % of packets lost\n", whole, incomplete);
   EXPECT_GT(whole, 0);
+}
+
+// Where a camera is told the port that its packets go to (GigE Vision 1.2, bootstrap register
+// SCP0).
+constexpr guint32 kStreamPort = 0x0d00;
+// Bytes of an image's leader, and where aravis' camera begins to count its frames.
+constexpr std::size_t kLeaderSize = 44;
+constexpr std::uint16_t kFakeCamerasFirstFrame = 65401;
+enum Content : std::uint8_t { kLeader = 1, kTrailer = 2, kPayload = 3 };
+
+// Sends datagrams of GVSP to where the camera sends its own.
+class Forger {
+ public:
+  explicit Forger(ArvGvFakeCamera* server) : socket_(socket(AF_INET, SOCK_DGRAM, 0)) {
+    guint32 port = 0;
+    ArvFakeCamera* camera = arv_gv_fake_camera_get_fake_camera(server);
+    arv_fake_camera_read_register(camera, kStreamPort, &port);
+    to_.sin_family = AF_INET;
+    to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    to_.sin_port = htons(static_cast<std::uint16_t>(port));
+  }
+  ~Forger() { close(socket_); }
+  Forger(const Forger&) = delete;
+  Forger& operator=(const Forger&) = delete;
+
+  // A packet of so many bytes, header included.
+  void Send(std::uint16_t frame, Content content, std::uint16_t packet, std::size_t size) const {
+    std::vector<std::uint8_t> bytes(std::max<std::size_t>(size, 8), 0xee);
+    const std::array<int, 8> head = {0, 0, frame >> 8, frame, content, 0, packet >> 8, packet};
+    for (std::size_t k = 0; k < head.size(); ++k) bytes[k] = static_cast<std::uint8_t>(head[k]);
+    ASSERT_EQ(
+        sendto(socket_, bytes.data(), size, 0, reinterpret_cast<const sockaddr*>(&to_), sizeof to_),
+        static_cast<ssize_t>(size));
+  }
+
+ private:
+  int socket_;
+  sockaddr_in to_{};
+};
+
+// aravis would copy what an earlier frame has left where it receives, or beyond its buffer.
+TEST_F(Aravis, DamagedPacketsNeitherCorruptMemoryNorPassForPixels) {
+  ASSERT_NO_FATAL_FAILURE(StartServer());
+  AravisCamera camera(Options(), clock_);
+  const Forger forger(server_);
+  const auto expect_whole = [&](double exposure_s) {
+    camera.Configure({exposure_s}, Soon(10));
+    const Frame frame = camera.Expose(Soon(10));
+    const auto us = static_cast<guint32>(std::lround(1e6 * exposure_s));
+    ASSERT_EQ(frame.image.size(), 96u * 64u);
+    for (std::size_t p = 0; p < frame.image.size(); ++p)
+      ASSERT_EQ(frame.image.dn[p], Ramp(p % 96, us)) << p;
+  };
+  std::uint16_t frame = kFakeCamerasFirstFrame;
+  const auto expect_whole_after = [&](Content content, std::uint16_t packet, std::size_t size) {
+    SCOPED_TRACE(fmt::format("content {}, packet {}, {} bytes", content, packet, size));
+    for (const double exposure_s : {0.001, 0.002}) {
+      forger.Send(frame++, content, packet, size);
+      expect_whole(exposure_s);
+    }
+  };
+  for (const std::size_t size : {0, 4, 5, 7, 8, 500})
+    for (const std::uint16_t packet : std::array<std::uint16_t, 3>{0, 1, 4}) {
+      expect_whole_after(kPayload, packet, size);
+      expect_whole_after(kTrailer, packet, size);
+      if (packet != 0 || size < kLeaderSize) expect_whole_after(kLeader, packet, size);
+    }
+}
+
+// aravis gives the trigger again when its answer does not come, and the camera exposes twice: the
+// second frame is no answer to the next trigger.
+TEST_F(Aravis, ASecondFrameOfARepeatedTriggerIsNotTakenForTheNext) {
+  ASSERT_NO_FATAL_FAILURE(StartServer());
+  std::atomic<int> exposures = 0;
+  arv_fake_camera_set_fill_pattern(
+      arv_gv_fake_camera_get_fake_camera(server_),
+      [](ArvBuffer* buffer, void* count, guint32, guint32, ArvPixelFormat) {
+        std::size_t size = 0;
+        auto* out = static_cast<char*>(const_cast<void*>(arv_buffer_get_data(buffer, &size)));
+        std::memset(out, ++*static_cast<std::atomic<int>*>(count), 2 * 96 * 64);
+      },
+      &exposures);
+  AravisCamera camera(Options(), clock_);
+  camera.Configure({0.001}, Soon(10));
+  EXPECT_EQ(camera.Expose(Soon(10)).image.dn[0] & 0xff, 1);
+  writes_unanswered = 1;
+  const HardwareError error = ErrorOf([&] { camera.Expose(Soon(10)); });
+  EXPECT_EQ(error.fault, Fault::kIncomplete);
+  EXPECT_THAT(error.what(), HasSubstr("may have exposed twice"));
+  const int taken = camera.Expose(Soon(10)).image.dn[0] & 0xff;
+  EXPECT_EQ(exposures, 4);
+  EXPECT_EQ(taken, 4);
 }
 
 TEST_F(Aravis, AKilledCameraEndsByTheDeadline) {
