@@ -297,7 +297,11 @@ class BadNetwork : public Bench {
       e2e::WriteText(folder_ / "real.toml", RealLab(*bench_));  // its port may be another one
       const Outcome outcome = Run(Capture(true));
       if (outcome.exit_code == 0) break;
-      EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+      ASSERT_EQ(outcome.exit_code, 3)
+          << "run " << failures + 1 << " is neither whole nor ended by an error of a device"
+          << (fs::exists(folder_ / "real.session" / "manifest.json") ? ", its session is sealed"
+                                                                     : "")
+          << ": " << outcome.err;
       EXPECT_THAT(outcome.err, HasSubstr("; ")) << "names no remedy";
       fmt::print("  {}", outcome.err);
       EXPECT_FALSE(bench_->lamp_on());
