@@ -158,6 +158,11 @@ bool PtpIpHost::Send(int socket, std::uint32_t kind, const std::string& body) {
     const std::lock_guard lock(damage_mutex_);
     if (damage_) damage_(bytes);
   }
+  if (bytes.empty()) {
+    const linger reset{1, 0};  // sent when the socket is closed
+    setsockopt(socket, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
+    return false;
+  }
   const char* from = bytes.data();
   std::size_t left = bytes.size();
   while (left > 0) {

@@ -22,7 +22,8 @@ class PtpIpHost {
   const std::string& port() const { return port_; }  // as libgphoto2 names it
   void Mute(bool mute) { mute_ = mute; }             // takes operations and answers none
   void Drop();                                       // cuts the connection
-  // Changes packets on their way to the initiator. With damage set, the host hangs up when it is
+  // Changes packets on their way to the initiator; one that it empties resets the connection in its
+  // place. With damage set, the host hangs up when it is
   // asked nothing for half a second: an initiator may wait for what does not come.
   using Damage = std::function<void(std::string& packet)>;
   void SetDamage(Damage damage);

@@ -1,9 +1,10 @@
 #include "hal/gphoto2/gphoto2_camera.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -203,6 +204,25 @@ TEST_F(StillCamera, SettingsThatTheCameraHasNotAreRefusedByName) {
   options.settings = {{"iso", "123"}};
   EXPECT_THAT(ErrorOf([&] { Gphoto2Camera camera(options, clock_); }).what(),
               HasSubstr("\"iso\" cannot be \"123\"; it can be 100, 200, 400"));
+}
+
+// The library writes to the connection once more when the camera is closed.
+TEST_F(StillCamera, AConnectionThatIsResetWhileItIsOpenedEndsInAnError) {
+  signal(SIGPIPE, SIG_DFL);
+  bool opens = false;
+  for (int replies = 0; !opens; ++replies) {
+    SCOPED_TRACE(fmt::format("after {} packets", replies));
+    ASSERT_LT(replies, 1000);
+    bench_.host.SetDamage([left = replies](std::string& packet) mutable {
+      if (left-- == 0) packet.clear();
+    });
+    try {
+      const Gphoto2Camera camera(bench_.Options(), clock_);
+      opens = true;
+    } catch (const HardwareError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("; ")) << "names no remedy";
+    }
+  }
 }
 
 // One reply, or some, of a camera that is damaged or means harm: lengths, counts and texts of any
