@@ -6,9 +6,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <system_error>
 #include <utility>
@@ -27,6 +29,8 @@ constexpr gulong kAgain_us = 200'000;
 constexpr int kBuffers = 4;          // one is filled, the others take what was in flight
 constexpr guint64 kPop_us = 20'000;  // how often a waiting exposure looks for an abort
 constexpr double kUsPerS = 1e6;
+constexpr std::array<unsigned char, 8> kUnwritten = {0x5a, 0xc3, 0x3c, 0xa5,
+                                                     0x96, 0x69, 0x0f, 0xf1};
 // aravis repeats a command that is not answered within 0.5 s, and a camera that has heard the first
 // one exposes twice.
 constexpr double kAnswer_s = 0.4;
@@ -99,6 +103,8 @@ struct AravisCamera::Session {
   Owned<ArvStream> stream;
   PixelFormat format;
   ArvPixelFormat raw_format = 0;
+  Region region;
+  guint payload = 0;
   std::atomic<bool> lost = false, aborted = false;
   std::optional<guint64> last_block;
   double exposure_s = 0, readout_s = 0;
@@ -121,9 +127,29 @@ struct AravisCamera::Session {
   void Connect(const AravisOptions& options);
   bool Controls() const;
   void SetGain(double gain);
-  void SetRegion(const std::optional<Region>& region);
+  Region SetRegion(const std::optional<Region>& asked);
+  // What a register holds, for a number on which frames or their meaning depend: an answer may be
+  // damaged, so two in a row must agree.
+  template <typename Reading>
+  auto Agreed(const char* operation, const Reading& reading) const {
+    constexpr int kReadings = 5;
+    Result result(name, operation);
+    auto last = reading(result);
+    result.ThrowIfFailed();
+    for (int k = 1; k < kReadings; ++k) {
+      auto next = reading(result);
+      result.ThrowIfFailed();
+      if (next == last) return next;
+      last = next;
+    }
+    throw HardwareError(Fault::kProtocol, name, operation,
+                        "a register reads differently from one time to the next",
+                        "check the cable, then power-cycle the camera");
+  }
   void Start();
-  void FilterStream(guint payload);
+  void FilterStream();
+  void Offer(Owned<ArvBuffer> buffer);
+  char* EndOf(ArvBuffer* buffer) const;
   void DiscardStrayFrames(core::Clock& clock, double deadline_s);
   void Trigger(core::Clock& clock);
   Owned<ArvBuffer> Pop(core::Clock& clock, double deadline_s);
@@ -201,17 +227,18 @@ CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
     result.ThrowIfFailed();
   }
   SetGain(options.gain_db);
-  SetRegion(options.region);
+  region = SetRegion(options.region);
 
   CameraCapabilities capabilities;
+  capabilities.width = region.width;
+  capabilities.height = region.height;
   capabilities.bits = format.bits;
   capabilities.readout_s = readout_s = options.readout_s;
-  int x = 0, y = 0;
-  arv_camera_get_region(camera.get(), &x, &y, &capabilities.width, &capabilities.height, result);
-  result.ThrowIfFailed();
-  double least_us = 0, most_us = 0;
-  arv_camera_get_exposure_time_bounds(camera.get(), &least_us, &most_us, result);
-  result.ThrowIfFailed();
+  const auto [least_us, most_us] = Agreed("set up", [this](GError** error) {
+    std::pair<double, double> bounds;
+    arv_camera_get_exposure_time_bounds(camera.get(), &bounds.first, &bounds.second, error);
+    return bounds;
+  });
   capabilities.min_exposure_s = least_us / kUsPerS;
   capabilities.max_exposure_s = most_us / kUsPerS;
   // Cameras without a step say a tiny number.
@@ -251,12 +278,12 @@ void AravisCamera::Session::SetGain(double gain) {
     throw Refused(name, "set gain", fmt::format("asked for {}, reads back {}", gain, set));
 }
 
-void AravisCamera::Session::SetRegion(const std::optional<Region>& region) {
+Region AravisCamera::Session::SetRegion(const std::optional<Region>& asked) {
   Result result(name, "set region");
   int width = 0, height = 0;
   arv_camera_get_sensor_size(camera.get(), &width, &height, result);
   result.ThrowIfFailed();
-  const Region wanted = region.value_or(Region{0, 0, width, height});
+  const Region wanted = asked.value_or(Region{0, 0, width, height});
   if (wanted.x < 0 || wanted.y < 0 || wanted.width < 1 || wanted.height < 1 ||
       wanted.x + wanted.width > width || wanted.y + wanted.height > height)
     throw HardwareError(
@@ -266,15 +293,17 @@ void AravisCamera::Session::SetRegion(const std::optional<Region>& region) {
         "choose a region of the sensor");
   arv_camera_set_region(camera.get(), wanted.x, wanted.y, wanted.width, wanted.height, result);
   result.ThrowIfFailed();
-  Region set;
-  arv_camera_get_region(camera.get(), &set.x, &set.y, &set.width, &set.height, result);
-  result.ThrowIfFailed();
-  if (set.x != wanted.x || set.y != wanted.y || set.width != wanted.width ||
-      set.height != wanted.height)
+  const Region set = Agreed("set region", [this](GError** error) {
+    Region read;
+    arv_camera_get_region(camera.get(), &read.x, &read.y, &read.width, &read.height, error);
+    return read;
+  });
+  if (set != wanted)
     throw Refused(
         name, "set region",
         fmt::format("asked for {} x {} at ({}, {}), reads back {} x {} at ({}, {})", wanted.width,
                     wanted.height, wanted.x, wanted.y, set.width, set.height, set.x, set.y));
+  return set;
 }
 
 void AravisCamera::Session::Start() {
@@ -284,19 +313,18 @@ void AravisCamera::Session::Start() {
   if (!stream)
     throw HardwareError(Fault::kProtocol, name, "start", "the camera gives no stream",
                         "reconnect the camera");
-  const guint payload = arv_camera_get_payload(camera.get(), result);
-  result.ThrowIfFailed();
-  if (arv_camera_is_gv_device(camera.get())) FilterStream(payload);
-  for (int k = 0; k < kBuffers; ++k)
-    arv_stream_push_buffer(stream.get(), arv_buffer_new_allocate(payload));
+  payload = Agreed("start",
+                   [this](GError** error) { return arv_camera_get_payload(camera.get(), error); });
+  if (arv_camera_is_gv_device(camera.get())) FilterStream();
+  for (int k = 0; k < kBuffers; ++k) Offer(Owned<ArvBuffer>(arv_buffer_new_allocate(payload)));
   arv_camera_start_acquisition(camera.get(), result);
   result.ThrowIfFailed();
 }
 
-void AravisCamera::Session::FilterStream(guint payload) {
-  Result result(name, "start");
-  const guint packet_size = arv_camera_gv_get_packet_size(camera.get(), result);
-  result.ThrowIfFailed();
+void AravisCamera::Session::FilterStream() {
+  const guint packet_size = Agreed("start", [this](GError** error) {
+    return arv_camera_gv_get_packet_size(camera.get(), error);
+  });
   constexpr guint kHeaders = 48;
   if (payload == 0 || packet_size <= kHeaders)
     throw HardwareError(
@@ -321,8 +349,9 @@ double AravisCamera::Session::SetExposure(double exposure_us) {
   Result result(name, "configure");
   arv_camera_set_exposure_time(camera.get(), exposure_us, result);
   result.ThrowIfFailed();
-  const double set_us = arv_camera_get_exposure_time(camera.get(), result);
-  result.ThrowIfFailed();
+  const double set_us = Agreed("configure", [this](GError** error) {
+    return arv_camera_get_exposure_time(camera.get(), error);
+  });
   exposure_s = set_us / kUsPerS;
   return set_us;
 }
@@ -338,16 +367,13 @@ Frame AravisCamera::Session::Expose(core::Clock& clock, double deadline_s) {
   const guint64 block = arv_buffer_get_frame_id(buffer.get());
   const bool fresh = block != last_block;
   last_block = block;
-  const auto give_back = [this](Owned<ArvBuffer>& owned) {
-    arv_stream_push_buffer(stream.get(), owned.release());
-  };
   const auto incomplete = [this](const std::string& problem) {
     return HardwareError(
         Fault::kIncomplete, name, "expose", problem,
         "use a network of the camera's own, with jumbo frames and a large receive buffer");
   };
   if (status != ARV_BUFFER_STATUS_SUCCESS || !fresh) {
-    give_back(buffer);
+    Offer(std::move(buffer));
     throw incomplete(status == ARV_BUFFER_STATUS_SUCCESS ? fmt::format("frame {} came again", block)
                      : status == ARV_BUFFER_STATUS_SIZE_MISMATCH
                          ? std::string("the frame is larger than the camera said")
@@ -356,10 +382,10 @@ Frame AravisCamera::Session::Expose(core::Clock& clock, double deadline_s) {
   try {
     frame.image = Read(buffer.get());
   } catch (const InputError& error) {  // packets that are too short pass for a whole frame
-    give_back(buffer);
+    Offer(std::move(buffer));
     throw incomplete(error.what());
   }
-  give_back(buffer);
+  Offer(std::move(buffer));
   stray_until_s = 0;
   frame.temperature_c = std::numeric_limits<double>::quiet_NaN();
   if (has_temperature) {
@@ -369,15 +395,30 @@ Frame AravisCamera::Session::Expose(core::Clock& clock, double deadline_s) {
   return frame;
 }
 
+// To be filled. Its end is marked: aravis asks the camera for the packet size once, and what it
+// takes for a smaller one moves all pixels after the first packet.
+void AravisCamera::Session::Offer(Owned<ArvBuffer> buffer) {
+  if (char* end = EndOf(buffer.get())) std::memcpy(end, kUnwritten.data(), kUnwritten.size());
+  arv_stream_push_buffer(stream.get(), buffer.release());
+}
+
+// Where the mark stands; null in a frame that is shorter.
+char* AravisCamera::Session::EndOf(ArvBuffer* buffer) const {
+  if (payload < kUnwritten.size()) return nullptr;
+  std::size_t size = 0;  // of what was received, not of the buffer
+  const void* data = arv_buffer_get_data(buffer, &size);
+  return static_cast<char*>(const_cast<void*>(data)) + payload - kUnwritten.size();
+}
+
 // After an exposure that failed its frame, or a second one, may still come: it would pass for that
 // of the next.
 void AravisCamera::Session::DiscardStrayFrames(core::Clock& clock, double deadline_s) {
   const double until_s = std::min(stray_until_s, deadline_s);
   while (clock.MonotonicSeconds() < until_s && !lost && !aborted)
     if (ArvBuffer* buffer = arv_stream_timeout_pop_buffer(stream.get(), kPop_us))
-      arv_stream_push_buffer(stream.get(), buffer);
+      Offer(Owned<ArvBuffer>(buffer));
   while (ArvBuffer* buffer = arv_stream_try_pop_buffer(stream.get()))
-    arv_stream_push_buffer(stream.get(), buffer);
+    Offer(Owned<ArvBuffer>(buffer));
 }
 
 void AravisCamera::Session::Trigger(core::Clock& clock) {
@@ -420,6 +461,16 @@ core::RawFrame AravisCamera::Session::Read(ArvBuffer* buffer) const {
   arv_buffer_get_image_padding(buffer, &x_padding, &y_padding);
   const int width = arv_buffer_get_image_width(buffer),
             height = arv_buffer_get_image_height(buffer);
+  if (width != region.width || height != region.height)
+    throw HardwareError(Fault::kProtocol, name, "expose",
+                        fmt::format("a frame of {} x {} pixels came, not of {} x {}", width, height,
+                                    region.width, region.height),
+                        "end other programs that change the camera's settings");
+  if (const char* end = EndOf(buffer);
+      end && std::memcmp(end, kUnwritten.data(), kUnwritten.size()) == 0)
+    throw HardwareError(Fault::kProtocol, name, "expose",
+                        "the pixels of a frame lie before their places, and its end is missing",
+                        "check the cable, then resume");
   return Unpack(format, {data, size}, width, height,
                 BytesPerRow(format, width) + static_cast<std::size_t>(x_padding));
 }

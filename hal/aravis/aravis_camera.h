@@ -19,6 +19,8 @@ namespace luxfield::hal::aravis {
 
 struct Region {
   int x = 0, y = 0, width = 0, height = 0;
+
+  bool operator==(const Region&) const = default;
 };
 
 struct AravisOptions {
