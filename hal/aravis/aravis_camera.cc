@@ -226,6 +226,10 @@ CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
     arv_camera_set_gain_auto(camera.get(), ARV_AUTO_OFF, result);
     result.ThrowIfFailed();
   }
+  if (arv_camera_are_chunks_available(camera.get(), nullptr)) {  // a frame is its pixels alone
+    arv_camera_set_chunk_mode(camera.get(), false, result);
+    result.ThrowIfFailed();
+  }
   SetGain(options.gain_db);
   region = SetRegion(options.region);
 
@@ -402,9 +406,9 @@ void AravisCamera::Session::Offer(Owned<ArvBuffer> buffer) {
   arv_stream_push_buffer(stream.get(), buffer.release());
 }
 
-// Where the mark stands; null in a frame that is shorter.
+// Where the mark stands; null where there are no packets, or no room.
 char* AravisCamera::Session::EndOf(ArvBuffer* buffer) const {
-  if (payload < kUnwritten.size()) return nullptr;
+  if (!arv_camera_is_gv_device(camera.get()) || payload < kUnwritten.size()) return nullptr;
   std::size_t size = 0;  // of what was received, not of the buffer
   const void* data = arv_buffer_get_data(buffer, &size);
   return static_cast<char*>(const_cast<void*>(data)) + payload - kUnwritten.size();
