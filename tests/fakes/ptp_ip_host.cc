@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -115,6 +116,10 @@ void PtpIpHost::Drop() {
 void PtpIpHost::Run() {
   int commands = -1;
   while (!ending_) {
+    // An accept that waits holds the lowest free descriptor, which may be one that the program
+    // under test has just lost and wants back.
+    pollfd waiting{listener_, POLLIN, 0};
+    if (poll(&waiting, 1, -1) < 0) continue;
     const int socket = accept(listener_, nullptr, nullptr);
     if (socket < 0) continue;
     const auto hello = Receive(socket);
