@@ -11,6 +11,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace luxfield::core {
 namespace {
@@ -64,7 +65,7 @@ class HeaderScan {
       const auto size = Read<std::int32_t>();
       const std::streamoff value_at = stream_.tellg();
       if (size < 0 || static_cast<double>(value_at) + size > size_)
-        Fail(fmt::format("attribute '{}' claims {} bytes", Printable(name), size));
+        Fail(fmt::format("attribute '{}' claims {} bytes", Printable(name, 40), size));
       if (name == "dataWindow" && size == 16) {
         const auto box = Read<std::array<std::int32_t, 4>>();
         width = double{1} + box[2] - box[0];
@@ -92,13 +93,6 @@ class HeaderScan {
                                ? std::ceil(width / tile_width) * std::ceil(height / tile_height)
                                : std::ceil(height / kMostLinesPerChunk);
     return std::max(chunks, implied);
-  }
-
-  static std::string Printable(std::string name) {
-    name.resize(std::min<std::size_t>(name.size(), 40));
-    std::replace_if(
-        name.begin(), name.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-    return name;
   }
 
   std::filesystem::path path_;

@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/primaries.h"
+#include "core/printable.h"
 
 namespace luxfield::core {
 namespace {
@@ -34,13 +35,6 @@ constexpr int kMinComponentRuns = 8, kMaxComponentRuns = 0x7fff;
 constexpr std::array<double, 8> kRec709Line = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
 constexpr std::array<double, 8> kRadianceLine = {0.64, 0.33, 0.29,   0.60,
                                                  0.15, 0.06, 0.3333, 0.3333};
-
-std::string Printable(std::string_view text) {
-  std::string shown(text.substr(0, 60));
-  std::replace_if(
-      shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-  return shown;
-}
 
 // One axis of the resolution line: "-Y 512".
 struct Axis {

@@ -15,6 +15,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/printable.h"
 #include "hal/aravis/pixel_format.h"
 #include "hal/aravis/stream_filter.h"
 #include "hal/error.h"
@@ -189,7 +190,7 @@ void AravisCamera::Session::Open(const AravisOptions& options) {
   const char* vendor = arv_camera_get_vendor_name(camera.get(), result);
   const char* model = arv_camera_get_model_name(camera.get(), result);
   const char* serial = arv_camera_get_device_serial_number(camera.get(), result);
-  const auto text = [](const char* s) { return s ? s : "?"; };
+  const auto text = [](const char* s) { return core::Printable(s ? s : "?"); };
   name = fmt::format("{} {} {}", text(vendor), text(model), text(serial));
   g_signal_connect(arv_camera_get_device(camera.get()), "control-lost",
                    G_CALLBACK(+[](ArvDevice*, gpointer session) {

@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "core/printable.h"
 #include "hal/error.h"
 #include "hal/gphoto2/library.h"
 #include "hal/gphoto2/raw_file.h"
@@ -254,7 +255,7 @@ CameraCapabilities Gphoto2Camera::Session::Open(double deadline_s) {
   for (const char* key : {"cameramodel", "serialnumber"}) {
     CameraWidget* widget = nullptr;
     if (gp_camera_get_single_config(camera_, key, &widget, context_.get()) < GP_OK) continue;
-    if (const auto text = TextOf(OwnedWidget(widget).get())) name += " " + *text;
+    if (const auto text = TextOf(OwnedWidget(widget).get())) name += " " + core::Printable(*text);
   }
   for (const auto& [key, value] : options_.settings) Set(key, value, deadline_s);
   speeds_ = ShutterSpeeds(ChoicesOf(Setting(options_.shutter_speed).get()));

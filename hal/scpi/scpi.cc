@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/printable.h"
 #include "hal/error.h"
 
 namespace luxfield::hal::scpi {
@@ -21,14 +22,6 @@ std::string_view Trimmed(std::string_view text) {
   while (!text.empty() && blank(text.front())) text.remove_prefix(1);
   while (!text.empty() && blank(text.back())) text.remove_suffix(1);
   return text;
-}
-
-// Printable, and short enough for a message.
-std::string Shown(std::string_view text) {
-  std::string shown(text.substr(0, 60));
-  for (char& c : shown)
-    if (c < ' ' || c > '~') c = '?';
-  return shown;
 }
 
 }  // namespace
@@ -63,7 +56,7 @@ std::optional<ErrorEntry> ParseError(std::string_view text) {
     std::string_view words = Trimmed(text.substr(comma + 1));
     if (words.size() >= 2 && words.front() == '"' && words.back() == '"')
       words = words.substr(1, words.size() - 2);
-    entry.text = Shown(words);
+    entry.text = core::Printable(words);
   }
   return entry;
 }
@@ -71,7 +64,7 @@ std::optional<ErrorEntry> ParseError(std::string_view text) {
 Instrument::Instrument(std::unique_ptr<MessageChannel> channel, std::shared_ptr<core::Clock> clock,
                        double deadline_s)
     : channel_(std::move(channel)), clock_(std::move(clock)) {
-  identity_ = Shown(Trimmed(Query("*IDN?", deadline_s)));
+  identity_ = core::Printable(Trimmed(Query("*IDN?", deadline_s)));
   const std::lock_guard lock(mutex_);
   channel_->Write("*CLS\n", OnSteadyClock(deadline_s, *clock_));
 }
@@ -91,7 +84,7 @@ void Instrument::Command(const std::string& command, double deadline_s) {
     const auto entry = ParseError(answer);
     if (!entry)
       throw HardwareError(Fault::kProtocol, channel_->name(), command,
-                          fmt::format("answers SYST:ERR? with '{}'", Shown(answer)),
+                          fmt::format("answers SYST:ERR? with '{}'", core::Printable(answer)),
                           "check that it is a SCPI instrument");
     if (entry->code == 0) break;
     errors += fmt::format("{}{} {}", errors.empty() ? "" : ", ", entry->code, entry->text);
@@ -110,7 +103,7 @@ double Instrument::QueryNumber(const std::string& query, double deadline_s) {
   const std::string answer = Query(query, deadline_s);
   if (const auto value = ParseNumber(answer)) return *value;
   throw HardwareError(Fault::kProtocol, channel_->name(), query,
-                      fmt::format("answers '{}', which is no number", Shown(answer)),
+                      fmt::format("answers '{}', which is no number", core::Printable(answer)),
                       "check that it is a SCPI instrument that knows this query");
 }
 
@@ -144,7 +137,7 @@ bool ScpiSupply::Output(double deadline_s) {
   if (state == "1" || state == "ON") return true;
   if (state == "0" || state == "OFF") return false;
   throw HardwareError(Fault::kProtocol, identity(), "OUTP?",
-                      fmt::format("answers '{}'", Shown(answer)), "check the instrument");
+                      fmt::format("answers '{}'", core::Printable(answer)), "check the instrument");
 }
 
 SupplyState ScpiSupply::SetOutput(bool on, double deadline_s) {

@@ -83,6 +83,8 @@ void Fill(ArvBuffer* buffer, void*, guint32 exposure_us, guint32, ArvPixelFormat
   }
 }
 
+constexpr guint32 kModelName = 0x0068;  // of the bootstrap registers
+
 class Aravis : public testing::Test {
  protected:
   // In this process, so that the pixels are ours.
@@ -180,6 +182,17 @@ TEST_F(Aravis, WhatTheCameraCannotDoIsRefusedBeforeItIsAsked) {
   EXPECT_EQ(ErrorOf([&] { camera.Configure({2 * can.max_exposure_s}, Soon(10)); }).fault,
             Fault::kOutOfRange);
   EXPECT_EQ(ErrorOf([&] { camera.Expose(Soon(10)); }).fault, Fault::kRefused);
+}
+
+TEST_F(Aravis, ANameThatIsNoTextIsShownWithoutItsBytes) {
+  ASSERT_NO_FATAL_FAILURE(StartServer());
+  const std::string model = "\xd2\xb9\x1b[31m";
+  arv_fake_camera_write_memory(arv_gv_fake_camera_get_fake_camera(server_), kModelName,
+                               static_cast<guint32>(model.size()), model.data());
+  AravisOptions options = Options();
+  options.id.clear();  // its id has the name too
+  const AravisCamera camera(options, clock_);
+  EXPECT_THAT(camera.identity(), HasSubstr(" ???[31m "));
 }
 
 TEST_F(Aravis, NoFrameByTheDeadlineIsATimeout) {
