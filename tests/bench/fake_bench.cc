@@ -40,10 +40,21 @@ std::unique_ptr<fakes::FakeDevice> Controller() {
                                                                     {131, 300}});
 }
 
+bool SetLoopback(bool up) {
+  ifreq loopback{};
+  loopback.ifr_name[0] = 'l';
+  loopback.ifr_name[1] = 'o';
+  loopback.ifr_flags = static_cast<short>(up ? IFF_UP | IFF_RUNNING : 0);
+  const int any = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const bool done = ioctl(any, SIOCSIFFLAGS, &loopback) == 0;
+  close(any);
+  return done;
+}
+
 // Cameras of GigE Vision answer on one port, 3956: the loopback interface of this process and of
-// those it starts becomes their own, where the system lets it, so that several test programs can
-// run at a time. Before other threads exist: they stay where they are.
-void UseANetworkOfOurOwn() {
+// those it starts becomes their own, where the system lets it (false: it does not), so that several
+// test programs can run at a time. Before other threads exist: they stay where they are.
+bool UseANetworkOfOurOwn() {
   static const bool done = [] {
     const uid_t user = getuid();
     const gid_t group = getgid();
@@ -53,17 +64,10 @@ void UseANetworkOfOurOwn() {
       e2e::WriteText("/proc/self/uid_map", fmt::format("{0} {0} 1", user));
       e2e::WriteText("/proc/self/gid_map", fmt::format("{0} {0} 1", group));
     }
-    ifreq loopback{};
-    loopback.ifr_name[0] = 'l';
-    loopback.ifr_name[1] = 'o';
-    loopback.ifr_flags = IFF_UP | IFF_RUNNING;
-    const int any = socket(AF_INET, SOCK_DGRAM, 0);
-    const bool up = ioctl(any, SIOCSIFFLAGS, &loopback) == 0;
-    close(any);
-    if (!up) throw std::runtime_error("the loopback interface stays down");
+    if (!SetLoopback(true)) throw std::runtime_error("the loopback interface stays down");
     return true;
   }();
-  (void)done;
+  return done;
 }
 
 // The carriage has the controller's coordinates once that is homed; y runs against v.
@@ -188,6 +192,8 @@ void FakeBench::StartCamera(const std::string& network, int seed) {
   close(out[0]);
   ASSERT_NE(camera_port_, "");
 }
+
+bool FakeBench::SetLink(bool up) { return UseANetworkOfOurOwn() && SetLoopback(up); }
 
 void FakeBench::KillCamera() {
   kill(camera_, SIGKILL);

@@ -66,6 +66,8 @@ class FakeBench {
   // stalls (tests/preload/bad_network.cc); "": a good one.
   void StartCamera(const std::string& network = "", int seed = 1);
   void KillCamera();  // SIGKILL
+  // Cuts and mends the camera's link, an interface that is down and up; false: it is not ours.
+  bool SetLink(bool up);
   void PressEmergencyStop(bool pressed) { chip_.SetPin("e-stop", pressed); }
   void OpenDoor(bool open) { chip_.SetPin("door", open); }
   hal::usbtmc::FakeInstrument& meter() { return *meter_; }

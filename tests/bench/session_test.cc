@@ -215,7 +215,7 @@ TEST_F(Bench, ASessionOfAStillCameraGivesItToo) {
   ExpectTheSimulatedLightField();
 }
 
-TEST_F(Bench, ResumesAfterEmergencyStopDeadCameraPulledCableAndKilledProgram) {
+TEST_F(Bench, ResumesAfterEmergencyStopDeadCameraCutLinkPulledCableAndKilledProgram) {
   constexpr int kDarks = 3 * 5;  // exposures before the first position
   double stands_ms = 0, lamp_off_ms = 0;
   const Outcome stopped = CaptureUntil(kDarks + 5, false, [&] {
@@ -251,6 +251,17 @@ TEST_F(Bench, ResumesAfterEmergencyStopDeadCameraPulledCableAndKilledProgram) {
   EXPECT_THAT(dead.err, HasSubstr("; check "));
   EXPECT_FALSE(bench_->lamp_on());
   bench_->StartCamera();
+
+  if (bench_->SetLink(true)) {
+    const Outcome cut = CaptureUntil(kDarks + 10, true, [&] { bench_->SetLink(false); });
+    EXPECT_EQ(cut.exit_code, 3);
+    EXPECT_THAT(cut.err, HasSubstr("Aravis Fake"));
+    EXPECT_THAT(cut.err, HasSubstr("; check "));
+    EXPECT_FALSE(bench_->lamp_on());
+    bench_->SetLink(true);
+  } else {
+    fmt::print("no network of our own here: no link is cut\n");
+  }
 
   const Outcome unplugged = CaptureUntil(kDarks + 10, true, [&] { bench_->meter().Unplug(); });
   EXPECT_EQ(unplugged.exit_code, 3);
