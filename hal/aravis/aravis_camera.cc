@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "core/printable.h"
+#include "hal/aravis/device_clock.h"
 #include "hal/aravis/pixel_format.h"
 #include "hal/aravis/stream_filter.h"
 #include "hal/error.h"
@@ -109,6 +110,7 @@ struct AravisCamera::Session {
   std::atomic<bool> lost = false, aborted = false;
   std::optional<guint64> last_block;
   double exposure_s = 0, readout_s = 0;
+  DeviceClock device_clock;
   double stray_until_s = 0;  // until then a frame that nobody waits for may come
   bool has_temperature = false;
 
@@ -364,10 +366,10 @@ double AravisCamera::Session::SetExposure(double exposure_us) {
 Frame AravisCamera::Session::Expose(core::Clock& clock, double deadline_s) {
   Result result(name, "expose");
   DiscardStrayFrames(clock, deadline_s);
-  Frame frame;
-  frame.t_start_s = clock.MonotonicSeconds();
+  const double sent_s = clock.MonotonicSeconds();
   Trigger(clock);
   Owned<ArvBuffer> buffer = Pop(clock, deadline_s);
+  const double received_s = clock.MonotonicSeconds();
   const ArvBufferStatus status = arv_buffer_get_status(buffer.get());
   const guint64 block = arv_buffer_get_frame_id(buffer.get());
   const bool fresh = block != last_block;
@@ -384,6 +386,10 @@ Frame AravisCamera::Session::Expose(core::Clock& clock, double deadline_s) {
                          ? std::string("the frame is larger than the camera said")
                          : std::string("packets of the frame were lost and not sent again"));
   }
+  Frame frame;
+  frame.t_start_s =
+      device_clock.StartOf(arv_buffer_get_timestamp(buffer.get()), sent_s, received_s - exposure_s);
+  frame.t_end_s = frame.t_start_s + exposure_s;
   try {
     frame.image = Read(buffer.get());
   } catch (const InputError& error) {  // packets that are too short pass for a whole frame
@@ -538,7 +544,6 @@ Frame AravisCamera::Expose(double deadline_s) {
       });
   frame.settings = applied_;
   frame.frame_id = ++frames_;
-  frame.t_end_s = frame.t_start_s + applied_.exposure_s;
   return frame;
 }
 
