@@ -71,6 +71,10 @@ double Available(double exposure_s, const hal::CameraCapabilities& camera) {
 
 }  // namespace
 
+double PwmHz(const ExposurePolicy& exposure, const hal::RigDescription& rig) {
+  return exposure.measure_pwm || exposure.pwm_hz > 0 ? exposure.pwm_hz : rig.pwm_hz;
+}
+
 std::vector<double> MakeLadder(double min_s, double max_s, double ratio, double pwm_hz,
                                const hal::CameraCapabilities& camera, const std::string& name) {
   const std::string plan = fmt::format("plan \"{}\"", name);
@@ -109,9 +113,15 @@ ExpandedPlan ExpandPlan(const Plan& plan, const hal::Devices& devices) {
   ExpandedPlan expanded;
   expanded.plan = plan;
   const ExposurePolicy& e = plan.exposure;
+  const hal::CameraCapabilities camera = devices.camera->capabilities();
+  if (e.measure_pwm && !camera.exposures_s.empty())
+    throw InputError(
+        fmt::format("plan \"{}\"", plan.name),
+        "exposure.pwm_hz = \"measure\" needs exposures of any length, the camera has a "
+        "list of shutter speeds",
+        "drive the lamp with direct current and leave pwm_hz out");
   expanded.ladder_s =
-      MakeLadder(e.min_s, e.max_s, e.ratio, e.pwm_hz > 0 ? e.pwm_hz : devices.rig.pwm_hz,
-                 devices.camera->capabilities(), plan.name);
+      MakeLadder(e.min_s, e.max_s, e.ratio, PwmHz(e, devices.rig), camera, plan.name);
   expanded.positions = Positions(plan);
   const auto& grid = plan.geometry.grid;
   expanded.reference = grid.centre(grid.width / 2, grid.height / 2);
@@ -135,6 +145,15 @@ core::Json ToJson(const ExpandedPlan& e) {
   const auto& grid = geometry.grid;
   const auto& lattice = geometry.lattice;
   const auto& x = e.plan.exposure;
+  core::Json exposure = {{"ladder_s", e.ladder_s},
+                         {"saturation_share", x.saturation_share},
+                         {"relevant_share", x.relevant_share},
+                         {"floor_sigmas", x.floor_sigmas},
+                         {"repeats", x.repeats},
+                         {"max_attempts", x.max_attempts},
+                         {"mean_tolerance", x.mean_tolerance},
+                         {"flicker", x.flicker}};
+  if (x.measure_pwm) exposure["pwm_hz"] = x.pwm_hz;
   core::Json positions = core::Json::array();
   for (const PlannedPosition& p : e.positions)
     positions.push_back({{"i", p.i}, {"j", p.j}, {"u_m", p.centre.x}, {"v_m", p.centre.y}});
@@ -159,15 +178,7 @@ core::Json ToJson(const ExpandedPlan& e) {
             {"unit", lightfield::FluxUnitName(geometry.unit)}}},
           {"filter", {{"kind", e.plan.dual ? "dual" : "basis"}, {"scale", e.plan.filter_scale}}},
           {"rig", {{"kind", hal::RigKindName(e.plan.rig)}, {"albedo", e.plan.albedo}}},
-          {"exposure",
-           {{"ladder_s", e.ladder_s},
-            {"saturation_share", x.saturation_share},
-            {"relevant_share", x.relevant_share},
-            {"floor_sigmas", x.floor_sigmas},
-            {"repeats", x.repeats},
-            {"max_attempts", x.max_attempts},
-            {"mean_tolerance", x.mean_tolerance},
-            {"flicker", x.flicker}}},
+          {"exposure", exposure},
           {"reference",
            {{"every", e.plan.reference.every},
             {"max_drift", e.plan.reference.max_drift},

@@ -29,6 +29,9 @@ struct ExpandedPlan {
 // InputError naming the plan's field.
 ExpandedPlan ExpandPlan(const Plan& plan, const hal::Devices& devices);
 
+// The frequency whose whole periods the exposures are; 0: any.
+double PwmHz(const ExposurePolicy& exposure, const hal::RigDescription& rig);
+
 // min_s, min_s * ratio, ... up to max_s, as whole periods of pwm_hz where that is above 0, or the
 // nearest of the camera's shutter speeds where it has a list; times that come within 5 % of the one
 // before are left out. Throws InputError naming exposure.min_s or max_s of the plan of that name

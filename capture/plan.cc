@@ -46,7 +46,8 @@ void ReadExposure(const core::Config& config, ExposurePolicy& e) {
   e.min_s = config.Number("min_s", {1e-9, 1e4});
   e.max_s = config.Number("max_s", {e.min_s, 1e5});
   e.ratio = config.Number("ratio", e.ratio, {1.1, 8});
-  e.pwm_hz = config.Number("pwm_hz", e.pwm_hz, {0, 1e6});
+  e.measure_pwm = config.HasText("pwm_hz") && config.Choice("pwm_hz", {"measure"}) == "measure";
+  if (!e.measure_pwm) e.pwm_hz = config.Number("pwm_hz", e.pwm_hz, {0, 1e6});
   e.saturation_share = config.Number("saturation_share", e.saturation_share, {0.1, 1});
   e.relevant_share = config.Number("relevant_share", e.relevant_share, {1e-9, 1});
   e.floor_sigmas = config.Number("floor_sigmas", e.floor_sigmas, {0, 1000});
@@ -54,6 +55,9 @@ void ReadExposure(const core::Config& config, ExposurePolicy& e) {
   e.max_attempts = config.Integer("max_attempts", e.max_attempts, 1, 100);
   e.mean_tolerance = config.Number("mean_tolerance", e.mean_tolerance, {1e-6, 1});
   e.flicker = config.Number("flicker", e.flicker, {0, 10});
+  if (e.measure_pwm && e.flicker == 0)
+    config.Fail("pwm_hz", "needs exposure.flicker, by which frames may differ",
+                "add flicker = 0.005");
 }
 
 }  // namespace

@@ -16,6 +16,9 @@ struct ExposurePolicy {
   double min_s = 0, max_s = 0;
   double ratio = 4;   // at most 8: neighbouring exposures have to overlap
   double pwm_hz = 0;  // exposures become whole multiples of 1/pwm_hz; 0: the rig's own frequency
+  // pwm_hz is what the lamp is measured to have before the session begins (lamp_pulses.h), whatever
+  // the rig says; 0: not yet measured, or it does not pulse.
+  bool measure_pwm = false;
   double saturation_share =
       0.9;  // the shortest exposure keeps every pixel below this share of saturation
   double relevant_share = 1e-4;  // pixels above this share of the image's brightest one matter ...

@@ -53,8 +53,9 @@ void WritePlan(const std::filesystem::path& path, const Plan& plan) {
       "\n[exposure]\nmin_s = {}\nmax_s = {}\nratio = {}\npwm_hz = {}\nsaturation_share = {}\n"
       "relevant_share = {}\nfloor_sigmas = {}\nrepeats = {}\nmax_attempts = {}\n"
       "mean_tolerance = {}\nflicker = {}\n",
-      e.min_s, e.max_s, e.ratio, e.pwm_hz, e.saturation_share, e.relevant_share, e.floor_sigmas,
-      e.repeats, e.max_attempts, e.mean_tolerance, e.flicker);
+      e.min_s, e.max_s, e.ratio, e.measure_pwm ? "\"measure\"" : fmt::format("{}", e.pwm_hz),
+      e.saturation_share, e.relevant_share, e.floor_sigmas, e.repeats, e.max_attempts,
+      e.mean_tolerance, e.flicker);
   const ReferencePolicy& r = plan.reference;
   text += fmt::format(
       "\n[reference]\nevery = {}\nmax_drift = {}\nresume_share = {}\ninterval_s = {}\n"

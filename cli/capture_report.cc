@@ -30,7 +30,11 @@ core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices
   fmt::print("{}: {} x {} {} filters, spacing {:.6g} mm, delta {:.6g} m, images {} x {}\n",
              expanded.plan.name, g.grid.width, g.grid.height, g.grid.basis.name(),
              1e3 * g.grid.spacing_m, g.delta_m, g.lattice.width, g.lattice.height);
-  fmt::print("  exposures    {:.4g} s\n", fmt::join(expanded.ladder_s, ", "));
+  const bool snapped = expanded.plan.exposure.measure_pwm;
+  fmt::print("  exposures    {:.4g} s{}\n", fmt::join(expanded.ladder_s, ", "),
+             snapped
+                 ? ", to become whole periods of the frequency that the lamp is measured to have"
+                 : "");
   fmt::print("  positions    {}, stage path {:.3g} m\n", estimate.positions, estimate.stage_path_m);
   fmt::print("  frames       at most {} ({})\n", estimate.frames,
              FormatBytes(double(estimate.bytes)));
@@ -45,7 +49,8 @@ core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices
           {"duration_s", estimate.duration_s},
           {"stage_path_m", estimate.stage_path_m},
           {"off_sensor_share", estimate.off_sensor_share},
-          {"exposures_s", expanded.ladder_s}};
+          {"exposures_s", expanded.ladder_s},
+          {"measure_pwm", snapped}};
 }
 
 core::Json PrintDryRun(const capture::ExpandedSensorPlan& expanded, const hal::Devices& devices) {

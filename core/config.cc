@@ -88,6 +88,11 @@ void Config::Fail(std::string_view key, const std::string& problem,
 
 bool Config::Has(std::string_view key) const { return node_->Find(key) != nullptr; }
 
+bool Config::HasText(std::string_view key) const {
+  const toml::node* node = node_->Find(key);
+  return node && node->is_string();
+}
+
 double Config::Number(std::string_view key, Range range) const {
   const toml::node* node = node_->Find(key);
   if (!node) Fail(key, "is missing", "add it");

@@ -25,6 +25,7 @@ class Config {
   static Config FromString(std::string_view text, const std::string& name);
 
   bool Has(std::string_view key) const;
+  bool HasText(std::string_view key) const;
 
   // Without a fallback the key is required. Numbers must be finite and inside the closed range.
   double Number(std::string_view key, Range range = {}) const;

@@ -72,9 +72,7 @@ struct CapturePlanner::State {
 
   std::vector<PlannedCapture> PlansOf(const std::string& family, const PlannedFilters& filters);
   capture::Plan BasePlan(const PlannedFilters& filters) const;
-  double pwm_hz() const {
-    return options.base.exposure.pwm_hz > 0 ? options.base.exposure.pwm_hz : devices.rig.pwm_hz;
-  }
+  double pwm_hz() const { return capture::PwmHz(options.base.exposure, devices.rig); }
 };
 
 namespace {

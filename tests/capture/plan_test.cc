@@ -118,6 +118,20 @@ TEST(Plan, LadderIsWholePwmPeriods) {
   }
 }
 
+TEST(Plan, AFrequencyMayBeLeftToMeasuring) {
+  PlanText text;
+  text.exposure = "min_s = 0.0007\nmax_s = 1\npwm_hz = \"measure\"\nflicker = 0.005";
+  const Plan plan = text.Read();
+  EXPECT_TRUE(plan.exposure.measure_pwm);
+  hal::Devices devices = hal::sim::SimulatedLab(hal::sim::TestLab{}.Config()).MakeDevices();
+  devices.rig.pwm_hz = 120;
+  EXPECT_EQ(ExpandPlan(plan, devices).ladder_s.front(), 0.0007) << "not yet measured";
+  text.exposure = "min_s = 0.0007\nmax_s = 1\npwm_hz = \"measure\"";
+  EXPECT_THROW(text.Read(), InputError) << "without flicker nothing says what is too much";
+  text.exposure = "min_s = 0.0007\nmax_s = 1\npwm_hz = \"guess\"\nflicker = 0.005";
+  EXPECT_THROW(text.Read(), InputError);
+}
+
 TEST(Plan, ExpandsToEveryPositionOnceWithoutLongWays) {
   const hal::Devices devices = hal::sim::SimulatedLab(hal::sim::TestLab{}.Config()).MakeDevices();
   const ExpandedPlan expanded = ExpandPlan(PlanText{}.Read(), devices);

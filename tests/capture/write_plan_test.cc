@@ -21,6 +21,8 @@ TEST_P(WritePlanTest, ReadPlanGivesThePlanBack) {
   plan.name = "with \"quotes\" and a \\";
   plan.geometry.grid.u0_m += 0.0123;
   plan.exposure.repeats = 3;
+  plan.exposure.measure_pwm = plan.dual;
+  plan.exposure.flicker = 0.005;
   plan.order = Order::kRandom;
   plan.order_seed = 5;
   const auto file = std::filesystem::path(testing::TempDir()) /
@@ -39,6 +41,7 @@ TEST_P(WritePlanTest, ReadPlanGivesThePlanBack) {
   EXPECT_EQ(back.exposure.max_s, plan.exposure.max_s);
   EXPECT_EQ(back.exposure.relevant_share, plan.exposure.relevant_share);
   EXPECT_EQ(back.exposure.repeats, plan.exposure.repeats);
+  EXPECT_EQ(back.exposure.measure_pwm, plan.exposure.measure_pwm);
   EXPECT_EQ(back.reference.every, plan.reference.every);
   EXPECT_EQ(back.reference.max_drift, plan.reference.max_drift);
   EXPECT_EQ(back.reference.resume_share, plan.reference.resume_share);
