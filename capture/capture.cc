@@ -7,10 +7,11 @@
 #include <optional>
 #include <set>
 
-#include "capture/flicker.h"
 #include "capture/frame_taker.h"
+#include "capture/lamp_pulses.h"
 #include "capture/missing_frames.h"
 #include "capture/preflight.h"
+#include "capture/probe_rate.h"
 #include "capture/session_description.h"
 #include "capture/take_session.h"
 #include "core/error.h"
@@ -119,50 +120,25 @@ class Run {
 
   // Where the capture begins, at the exposure of the references: the shortest a bright place gets.
   void CheckFlicker() {
-    constexpr int kFrames = 24;
     const auto pending = Pending();
     if (plan_.exposure.flicker == 0 || pending.empty()) return;
-    taker_.SelectShutter("open");
-    taker_.MoveTo(plan_.reference.every > 0 ? expanded_.reference : pending.front().centre);
-    taker_.SelectPrint(0);
-    taker_.SelectChannel(0);
+    FaceLamp(taker_, plan_.reference.every > 0 ? expanded_.reference : pending.front().centre);
     FrameRecord record;
     record.kind = FrameKind::kReference;
     record.exposure_index = ReferenceRung(record);
-    taker_.Configure(record.exposure_index);
-    std::vector<double> level_dn;
-    for (int n = 0; n < kFrames; ++n) {
-      taker_.Rest(FlickerWait(n));
-      level_dn.push_back(taker_.Shoot(record).statistics.mean_dn);
-    }
-    std::size_t pixels = 0;
-    for (const PixelRun& run : taker_.usable()) pixels += run.end - run.begin;
-    const Scatter scatter = ScatterOf(level_dn, static_cast<double>(pixels), rig_.camera);
-    session_.Append("flicker", {{"exposure_s", taker_.exposure_s()},
-                                {"frames", kFrames},
-                                {"scatter", scatter.rms},
-                                {"noise", scatter.noise}});
-    if (!scatter.light)
-      throw DeviceError(fmt::format(
-          "{}: sees no light at the filter's first place, the lamp on and the shutter open; take "
-          "the lens cap off, look at lamp and shutter, or plan longer exposures",
-          devices_.camera->identity()));
-    if (!scatter.present || scatter.rms <= plan_.exposure.flicker) return;
-    const double hz = plan_.exposure.pwm_hz > 0 ? plan_.exposure.pwm_hz : rig_.pwm_hz;
-    throw DeviceError(fmt::format(
-        "the lamp flickers: frames of {:.6g} s differ by {:.2g} %, noise explains {:.2g} %, the "
-        "plan allows {:.2g} %; {}, drive it with direct current, or raise exposure.flicker, and "
-        "capture into another folder",
-        taker_.exposure_s(), 100 * scatter.rms, 100 * scatter.noise, 100 * plan_.exposure.flicker,
-        hz > 0 ? fmt::format("correct pwm_hz = {}, which is not its frequency", hz)
-               : "state its frequency as exposure.pwm_hz"));
+    const double stated_hz = PwmHz(plan_.exposure, rig_);
+    const LampPulses pulses =
+        LookForPulses(taker_, devices_, record, plan_.exposure.flicker, stated_hz > 0);
+    session_.Append("flicker", ToJson(pulses, stated_hz));
+    RequireSteadyFrames(pulses, stated_hz, plan_.exposure);
   }
 
   // Exposures at which references compare.
   int ReferenceRung(const FrameRecord& place) {
     if (!reference_rung_.contains(place.channel))
-      reference_rung_[place.channel] =
-          ChooseRungs(ProbeRate(place), expanded_.ladder_s, plan_.exposure, rig_.camera).first;
+      reference_rung_[place.channel] = ChooseRungs(ProbeRate(taker_, place, expanded_, rig_.camera),
+                                                   expanded_.ladder_s, plan_.exposure, rig_.camera)
+                                           .first;
     return reference_rung_[place.channel];
   }
 
@@ -193,35 +169,14 @@ class Run {
     taker_.SelectShutter("open");
   }
 
-  // Brightest signal in DN per second, from frames that only serve to find it.
-  double ProbeRate(const FrameRecord& place) {
-    const ProbeWalk walk{static_cast<int>(expanded_.ladder_s.size()) - 1, plan_.exposure,
-                         rig_.camera};
-    for (Probe probe = walk.First();;) {
-      taker_.Configure(probe.rung);
-      const Shot shot = taker_.Shoot(place);
-      const FrameStatistics& s = shot.statistics;
-      session_.Append("probe", {{"i", place.i},
-                                {"j", place.j},
-                                {"print", place.print},
-                                {"channel", place.channel},
-                                {"exposure_s", taker_.exposure_s()},
-                                {"brightest_dn", s.brightest_dn},
-                                {"saturated_share", s.saturated_share}});
-      const auto next = walk.Next(probe, s.brightest_dn);
-      if (!next) return std::max(0.0, s.brightest_dn - rig_.camera.black_dn) / taker_.exposure_s();
-      probe = *next;
-    }
-  }
-
   void TakeBracket(const PlannedPosition& p, int print, int channel) {
     FrameRecord record;
     record.i = p.i;
     record.j = p.j;
     record.print = print;
     record.channel = channel;
-    const Rungs rungs =
-        ChooseRungs(ProbeRate(record), expanded_.ladder_s, plan_.exposure, rig_.camera);
+    const Rungs rungs = ChooseRungs(ProbeRate(taker_, record, expanded_, rig_.camera),
+                                    expanded_.ladder_s, plan_.exposure, rig_.camera);
     session_.Append("bracket", {{"i", p.i},
                                 {"j", p.j},
                                 {"print", print},
@@ -402,7 +357,8 @@ Json ToJson(const CaptureSummary& s) {
 
 CaptureSummary RunCapture(const Plan& plan, hal::Devices& devices,
                           const std::filesystem::path& folder, const CaptureOptions& options) {
-  const ExpandedPlan expanded = ExpandPlan(plan, devices);
+  const ExpandedPlan expanded = ExpandPlan(
+      plan.exposure.measure_pwm ? WithPwmHz(plan, devices, folder, options) : plan, devices);
   const SessionToTake what{ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s,
                            plan.exposure.max_attempts, static_cast<int>(expanded.positions.size())};
   return TakeSession(what, devices, folder, options,

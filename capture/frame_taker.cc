@@ -16,7 +16,7 @@ using core::FrameKind;
 using core::FrameRecord;
 using core::Json;
 
-FrameTaker::FrameTaker(hal::Devices& devices, core::SessionWriter& session,
+FrameTaker::FrameTaker(hal::Devices& devices, core::SessionWriter* session,
                        const std::vector<double>& ladder_s, int max_attempts,
                        const CaptureOptions& options, CaptureSummary& summary)
     : devices_(devices),
@@ -56,10 +56,14 @@ void FrameTaker::Drive(Action&& action) {
   }
 }
 
+void FrameTaker::Note(const std::string& type, const Json& fields) {
+  if (session_) session_->Append(type, fields);
+}
+
 void FrameTaker::WarmUpLamp(const WarmUpPolicy& policy) {
   WarmUp warm_up;
   PauseWhereStopped([&] { warm_up = WaitForLamp(policy, devices_, guard_); });
-  session_.Append(
+  Note(
       "warm_up",
       {{"waited_s", warm_up.waited_s}, {"variation", warm_up.variation}, {"meter", warm_up.meter}});
   LogSupply();
@@ -71,7 +75,7 @@ void FrameTaker::LogSupply() {
   Json fields = Json::object();
   if (std::isfinite(state.voltage_v)) fields["voltage_v"] = state.voltage_v;
   if (std::isfinite(state.current_a)) fields["current_a"] = state.current_a;
-  if (!fields.empty()) session_.Append("supply", fields);
+  if (!fields.empty()) Note("supply", fields);
 }
 
 void FrameTaker::SelectShutter(const std::string& position) {
@@ -98,7 +102,7 @@ void FrameTaker::Home() {
   if (!where.homed)
     throw hal::HardwareError(hal::Fault::kNotHomed, devices_.stage->identity(), "home",
                              "is not homed after homing", "check its reference switches");
-  session_.Append("home", {{"u_m", where.readback.x}, {"v_m", where.readback.y}});
+  Note("home", {{"u_m", where.readback.x}, {"v_m", where.readback.y}});
 }
 
 // Records carry both clocks; where they part the journal says so.
@@ -106,7 +110,7 @@ void FrameTaker::WatchClock() {
   constexpr double kTolerance_s = 1;  // leap seconds and slewing stay below
   const double offset_s = ClockOffset(*devices_.clock);
   if (std::abs(offset_s - clock_offset_s_) <= kTolerance_s) return;
-  session_.Append("clock_jump", {{"by_s", offset_s - clock_offset_s_}});
+  Note("clock_jump", {{"by_s", offset_s - clock_offset_s_}});
   clock_offset_s_ = offset_s;
 }
 
@@ -120,8 +124,7 @@ void FrameTaker::MoveTo(hal::Vec2 centre) {
   });
 }
 
-void FrameTaker::Configure(int rung) {
-  const double wanted = ladder_s_[rung];
+void FrameTaker::ConfigureExposure(double wanted) {
   applied_ = devices_.camera->Configure({wanted}, Deadline(devices_, 5));
   // Half a step of the camera is rounding; more is a refusal that would falsify the bracket.
   const double step = devices_.camera->capabilities().exposure_step_s;
@@ -203,11 +206,11 @@ Shot FrameTaker::Shoot(const FrameRecord& place, const Doubt& doubt) {
       return shot;
     }
     ++summary_.rejected;
-    session_.Append("frame_rejected", {{"reason", shot.reason},
-                                       {"i", place.i},
-                                       {"j", place.j},
-                                       {"exposure_index", place.exposure_index},
-                                       {"attempt", attempt}});
+    Note("frame_rejected", {{"reason", shot.reason},
+                            {"i", place.i},
+                            {"j", place.j},
+                            {"exposure_index", place.exposure_index},
+                            {"attempt", attempt}});
   }
 }
 
@@ -247,7 +250,7 @@ void FrameTaker::Commit(FrameRecord record, const Shot& shot) {
   Json checks = ToJson(shot.statistics);
   if (shot.flagged) checks["flag"] = shot.reason;
   if (std::isfinite(shot.frame.temperature_c)) checks["temperature_c"] = shot.frame.temperature_c;
-  session_.CommitFrameBehind(std::move(record), shot.image, std::move(checks));
+  session_->CommitFrameBehind(std::move(record), shot.image, std::move(checks));
   ++summary_.frames;
   summary_.flagged += shot.flagged;
   if (options_.on_frame) options_.on_frame(summary_);
@@ -265,15 +268,14 @@ void FrameTaker::Rest(double duration_s) {
   }
 }
 
-void FrameTaker::Pause(const std::string& reason) {
-  session_.Append("paused", {{"reason", reason}});
-}
+void FrameTaker::Pause(const std::string& reason) { Note("paused", {{"reason", reason}}); }
 
 void FrameTaker::PauseIfAsked(int count) {
   if (core::InterruptCount() < count) return;
   Pause(count == 1 ? "asked to pause" : "asked to stop");
+  if (!session_) throw Interrupted("stopped before the session began; start again");
   throw Interrupted(fmt::format("{}: paused after {} new frames; continue with --resume",
-                                session_.folder().string(), summary_.frames));
+                                session_->folder().string(), summary_.frames));
 }
 
 // Between two frames of a bracket only the second Ctrl-C counts.

@@ -29,8 +29,8 @@ struct Shot {
 class FrameTaker {
  public:
   // `summary` counts frames, rejected and flagged ones; `ladder_s` are the exposures that rungs
-  // name. All must outlive the taker.
-  FrameTaker(hal::Devices& devices, core::SessionWriter& session,
+  // name. All must outlive the taker. Without a session nothing is journalled or committed.
+  FrameTaker(hal::Devices& devices, core::SessionWriter* session,
              const std::vector<double>& ladder_s, int max_attempts, const CaptureOptions& options,
              CaptureSummary& summary);
 
@@ -47,7 +47,8 @@ class FrameTaker {
   void Home();
   void MoveTo(hal::Vec2 centre);
   // Exposure time of a rung; HardwareError if the camera reads back another.
-  void Configure(int rung);
+  void Configure(int rung) { ConfigureExposure(ladder_s_[rung]); }
+  void ConfigureExposure(double exposure_s);
   double exposure_s() const { return applied_.exposure_s; }
   hal::Frame Expose();
   FrameStatistics Statistics(const core::RawFrame& frame) const;
@@ -61,6 +62,9 @@ class FrameTaker {
   // One more frame of the session, stored while the next one is taken; the record's exposure_index
   // is the rung.
   void Commit(core::FrameRecord record, const Shot& shot);
+
+  // A line of the session's journal.
+  void Note(const std::string& type, const nlohmann::json& fields);
 
   // Stands still for so long; ends, as everything else, with a trip of the inputs and with Ctrl-C.
   void Rest(double duration_s);
@@ -82,7 +86,7 @@ class FrameTaker {
   void WatchClock();
 
   hal::Devices& devices_;
-  core::SessionWriter& session_;
+  core::SessionWriter* session_;
   const std::vector<double>& ladder_s_;
   const int max_attempts_;
   const CaptureOptions& options_;

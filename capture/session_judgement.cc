@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/lamp_frequency.h"
 #include "capture/session_review.h"
 #include "core/json.h"
 #include "core/progress.h"
@@ -92,6 +93,15 @@ void JudgeLamp(const SessionReview& r, std::vector<Judgement>& list) {
     if (r.max_drift) text += fmt::format("; the plan allows {:.3g} %", 100 * *r.max_drift);
     list.push_back({beyond ? Verdict::kLook : Verdict::kGood, text + "."});
   }
+  if (r.pulses) {
+    const bool whole = r.pulses->whole_periods_of_hz > 0;
+    list.push_back(
+        {Verdict::kGood,
+         fmt::format("The lamp pulses at {}{}.", FormatHertz(r.pulses->hz, r.pulses->sigma_hz),
+                     whole ? fmt::format(", exposures are whole periods of {:.8g} Hz",
+                                         r.pulses->whole_periods_of_hz)
+                           : "")});
+  }
   if (r.reference_over_meter.size() > 1) {
     const double apart = Departure(r.reference_over_meter);
     const bool far = r.max_drift && apart > *r.max_drift;
@@ -152,7 +162,7 @@ void JudgeBench(const SessionReview& r, std::vector<Judgement>& list) {
     list.push_back(
         {high - low > kWarmer_K ? Verdict::kLook : Verdict::kGood,
          fmt::format(
-             "The sensor was at {:.3g} to {:.3g} degrees C{}.", low, high,
+             "The sensor was at {} degrees C{}.", Range(low, high),
              high - low > kWarmer_K ? ": darks of one end do not fit frames of the other" : "")});
   }
 }
@@ -233,6 +243,10 @@ Json ToJson(const SessionReview& r) {
                {"files_other_size", r.files_other_size},
                {"duration_s", r.duration_s},
                {"max_drift", Optional(r.max_drift)},
+               {"pulses", r.pulses ? Json{{"hz", r.pulses->hz},
+                                          {"sigma_hz", r.pulses->sigma_hz},
+                                          {"whole_periods_of_hz", r.pulses->whole_periods_of_hz}}
+                                   : Json()},
                {"suspended_ratio", SeriesJson(r.suspended_ratio)},
                {"meter_ratio", SeriesJson(r.meter_ratio)},
                {"reference_over_meter", SeriesJson(r.reference_over_meter)},

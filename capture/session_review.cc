@@ -10,6 +10,7 @@
 #include <unordered_set>
 
 #include "capture/capture.h"
+#include "capture/lamp_frequency.h"
 #include "capture/missing_frames.h"
 #include "core/folder_lock.h"
 #include "core/journal.h"
@@ -196,6 +197,21 @@ class Reviewer {
     review_.epochs.push_back(std::move(epoch));
   }
 
+  void Flicker(const Json& record, const std::string& utc) {
+    std::string text = fmt::format("flicker: levels scatter by {:.2g} %, noise explains {:.2g} %",
+                                   100 * Field<double>(record, "scatter", where_),
+                                   100 * Field<double>(record, "noise", where_));
+    const double stated_hz = Number(record, "stated_hz").value_or(0);
+    const double hz = Number(record, "hz").value_or(0);
+    const double sigma_hz = Number(record, "sigma_hz").value_or(0);
+    if (hz > 0 && sigma_hz > 0) {
+      review_.pulses = ReviewedPulses{hz, sigma_hz, stated_hz};
+      text += "; the lamp pulses at " + FormatHertz(hz, sigma_hz);
+    }
+    if (stated_hz > 0) text += fmt::format("; exposures are whole periods of {:.8g} Hz", stated_hz);
+    AddEvent(utc, text);
+  }
+
   void Event(const Json& record, const std::string& type, const std::string& utc) {
     if (type == "paused") {
       if (!review_.epochs.empty()) review_.epochs.back().paused = true;
@@ -214,9 +230,7 @@ class Reviewer {
       AddEvent(utc, "goes on after waiting " +
                         core::FormatDuration(Field<double>(record, "waited_s", where_)));
     } else if (type == "flicker") {
-      AddEvent(utc, fmt::format("flicker: levels scatter by {:.2g} %, noise explains {:.2g} %",
-                                100 * Field<double>(record, "scatter", where_),
-                                100 * Field<double>(record, "noise", where_)));
+      Flicker(record, utc);
     } else if (type == "clock_jump") {
       AddEvent(utc, fmt::format("the computer's time moved by {:.4g} s against its clock",
                                 Field<double>(record, "by_s", where_)));

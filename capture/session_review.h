@@ -59,6 +59,11 @@ struct ReviewedExposure {
   double saturated_share = 0, black_share = 0;  // means over frames
 };
 
+// Of the lamp, as measured last; what the exposures are whole periods of, 0: any.
+struct ReviewedPulses {
+  double hz = 0, sigma_hz = 0, whole_periods_of_hz = 0;
+};
+
 struct RejectedReason {
   std::string reason;  // with # for its numbers
   std::string example;
@@ -85,8 +90,9 @@ struct SessionReview {
 
   std::map<int, TimeSeries> reference_ratio;  // by channel: rate over the session's first
   std::optional<double> max_drift;            // of that ratio from 1, as planned
-  TimeSeries suspended_ratio;                 // what it was seen to be while suspended
-  TimeSeries meter_ratio;                     // lamp monitor over its first reading, lit frames
+  std::optional<ReviewedPulses> pulses;
+  TimeSeries suspended_ratio;  // what it was seen to be while suspended
+  TimeSeries meter_ratio;      // lamp monitor over its first reading, lit frames
   // Reference over meter, at the references: what changed besides the lamp.
   TimeSeries reference_over_meter;
 

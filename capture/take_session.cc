@@ -18,7 +18,7 @@ CaptureSummary TakeSession(
     return summary;
   }
   const double start = devices.clock->MonotonicSeconds();
-  FrameTaker taker(devices, session, what.ladder_s, what.max_attempts, options, summary);
+  FrameTaker taker(devices, &session, what.ladder_s, what.max_attempts, options, summary);
   session.StartEpoch(DescribeDevices(devices));
   taker.Home();
   take(session, taker, summary);

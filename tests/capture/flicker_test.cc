@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 #include "core/error.h"
 #include "core/random.h"
 #include "tests/capture/capture_fixture.h"
+#include "tests/capture/faulty_camera.h"
 
 namespace luxfield::capture {
 namespace {
@@ -89,17 +91,19 @@ TestLab Pulsing(double hz, double duty) {
   return lab;
 }
 
-// What ends the capture, and the scatter in its journal.
+// What ends the capture, and what its journal says.
 struct Outcome {
   std::string error;
-  double scatter = 0, exposure_s = 0;
+  double scatter = 0, exposure_s = 0, hz = 0, sigma_hz = 0;
 };
-Outcome CaptureOf(const TestLab& lab, double lab_states_hz, double plan_states_hz) {
+Outcome CaptureOf(const TestLab& lab, double lab_states_hz, double plan_states_hz,
+                  double longest_s = 3) {
   const auto folder = NewFolder("flicker");
   Devices devices = SimulatedLab(lab.Config()).MakeDevices();
   devices.rig.pwm_hz = lab_states_hz;
   Plan plan = TestPlan();
   plan.exposure.pwm_hz = plan_states_hz;
+  plan.exposure.max_s = longest_s;
   plan.exposure.flicker = 0.001;
   Outcome outcome;
   try {
@@ -111,36 +115,187 @@ Outcome CaptureOf(const TestLab& lab, double lab_states_hz, double plan_states_h
   EXPECT_EQ(records.size(), 1u);
   outcome.scatter = records.at(0)["scatter"];
   outcome.exposure_s = records.at(0)["exposure_s"];
+  outcome.hz = records.at(0).value("hz", 0.0);
+  outcome.sigma_hz = records.at(0).value("sigma_hz", 0.0);
   return outcome;
 }
 
 class FlickerCapture : public Capture {};
 
-TEST_F(FlickerCapture, AnUnstatedPulseIsFoundAndItsScatterMeasured) {
+TEST_F(FlickerCapture, AnUnstatedPulseIsFoundAndMeasured) {
   for (const auto& [hz, duty] : {std::pair{61.3, 0.3}, {97.0, 0.6}, {203.7, 0.05}}) {
     const Outcome o = CaptureOf(Pulsing(hz, duty), 0, 0);
-    EXPECT_THAT(o.error, testing::AllOf(HasSubstr("the lamp flickers"),
-                                        HasSubstr("state its frequency as exposure.pwm_hz")));
+    EXPECT_THAT(o.error, testing::AllOf(HasSubstr("the lamp flickers"), HasSubstr("it pulses at "),
+                                        HasSubstr("state it as exposure.pwm_hz")));
     const double expected = RmsOfPulses(hz * o.exposure_s, duty);
     EXPECT_NEAR(o.scatter, expected, expected * 4 * 0.5 * std::sqrt(3.0 / 23))
         << hz << " Hz, duty " << duty << ", " << o.exposure_s << " s";
+    EXPECT_NEAR(o.hz, hz, 5 * o.sigma_hz);
+    EXPECT_LT(o.sigma_hz, 1e-3 * hz);
   }
 }
 
-TEST_F(FlickerCapture, AWrongFrequencyIsRefusedAndTheRightOneIsNot) {
-  EXPECT_THAT(CaptureOf(Pulsing(61.3, 0.3), 0, 57).error, HasSubstr("correct pwm_hz = 57"));
-  EXPECT_THAT(CaptureOf(Pulsing(61.3, 0.3), 57, 0).error, HasSubstr("correct pwm_hz = 57"));
-  for (const double plan_hz : {0.0, 61.3}) {
-    const Outcome o = CaptureOf(Pulsing(61.3, 0.3), plan_hz > 0 ? 0 : 61.3, plan_hz);
-    EXPECT_EQ(o.error, "");
-    EXPECT_LT(o.scatter, 0.001);
-  }
+TEST_F(FlickerCapture, AWrongFrequencyIsRefusedWithTheMeasuredOneAndTheRightOneIsNot) {
+  for (const auto& [lab_hz, plan_hz] : {std::pair{0.0, 57.0}, {57.0, 0.0}})
+    EXPECT_THAT(CaptureOf(Pulsing(61.3, 0.3), lab_hz, plan_hz).error,
+                HasSubstr("pwm_hz = 57, but the lamp pulses at 61."));
+  // Twice it is the multiple of a half: exposures may be of whole odd halves.
+  EXPECT_THAT(CaptureOf(Pulsing(61.3, 0.3), 0, 122.6).error, HasSubstr("but the lamp pulses at"));
+  for (const double stated_hz : {61.3, 30.65})
+    for (const bool by_plan : {false, true}) {
+      const Outcome o =
+          CaptureOf(Pulsing(61.3, 0.3), by_plan ? 0 : stated_hz, by_plan ? stated_hz : 0);
+      EXPECT_EQ(o.error, "");
+      EXPECT_LT(o.scatter, 0.001);
+      EXPECT_NEAR(o.hz, 61.3, 5 * o.sigma_hz);
+    }
 }
 
 TEST_F(FlickerCapture, ALampThatIsAlwaysOnDoesNotFlicker) {
   const Outcome o = CaptureOf(Pulsing(61.3, 1), 0, 0);
   EXPECT_EQ(o.error, "");
   EXPECT_LT(o.scatter, 0.001);
+}
+
+// Close to whole periods frames scatter by (df / f) sqrt((1 - D) / D), however many they are.
+TEST_F(FlickerCapture, ExposuresNextToWholePeriodsScatterByTheFrequencysError) {
+  for (const auto& [hz, duty] : {std::pair{61.3, 0.3}, {97.0, 0.2}}) {
+    constexpr double kOff = 0.01;
+    const Outcome o = CaptureOf(Pulsing(hz, duty), 0, hz * (1 + kOff), 0.04);
+    EXPECT_THAT(o.error, HasSubstr("but the lamp pulses at"));
+    const double expected = kOff * std::sqrt((1 - duty) / duty);
+    EXPECT_NEAR(RmsOfPulses(hz * o.exposure_s, duty), expected, 0.15 * expected);
+    EXPECT_NEAR(o.scatter, expected, expected * 4 * 0.5 * std::sqrt(3.0 / 23));
+  }
+}
+
+Plan MeasuringPlan() {
+  Plan plan = TestPlan();
+  plan.exposure.measure_pwm = true;
+  plan.exposure.flicker = 0.002;
+  return plan;
+}
+
+std::vector<double> LadderOf(const std::filesystem::path& folder) {
+  return core::SessionReader(folder).plan().at("exposure").at("ladder_s");
+}
+
+void ExpectWholePeriods(const std::vector<double>& ladder_s, double hz, double within) {
+  for (const double exposure_s : ladder_s) {
+    const double periods = exposure_s * hz;
+    EXPECT_GE(periods, 1 - within);
+    EXPECT_NEAR(periods / std::round(periods), 1, within) << exposure_s << " s at " << hz << " Hz";
+  }
+}
+
+// Lamps at random: the exposures of the session are whole periods, and its frames scatter as the
+// error of the measured frequency lets them: at random phases by (df / f) sqrt((1 - D) / D).
+// LUXFIELD_LAMPS asks for more lamps.
+TEST_F(FlickerCapture, ExposuresBecomeWholePeriodsOfTheMeasuredFrequency) {
+  const char* asked = std::getenv("LUXFIELD_LAMPS");
+  const int lamps = asked ? std::atoi(asked) : 3;
+  for (int lamp = 0; lamp < lamps; ++lamp) {
+    core::Random random(77, static_cast<std::uint64_t>(lamp));
+    const double hz = 50 * std::pow(20, random.Uniform()), duty = 0.1 + 0.8 * random.Uniform();
+    SCOPED_TRACE(fmt::format("lamp {}: {} Hz, duty {}", lamp, hz, duty));
+    const auto folder = NewFolder("measured");
+    TestLab lab = Pulsing(hz, duty);  // bright: in the dim one noise hides the shortest ripples
+    lab.lamp = "kind = \"square\"\nside_m = 0.06\ndepth_m = 0.03\nradiance = 20000";
+    Devices devices = SimulatedLab(lab.Config()).MakeDevices();
+    devices.rig.pwm_hz = 333;  // measured all the same
+    const CaptureSummary summary = RunCapture(MeasuringPlan(), devices, folder);
+    EXPECT_EQ(summary.positions, 6);
+    const auto records = RecordsOf(folder, "flicker");
+    ASSERT_EQ(records.size(), 1u);
+    ASSERT_TRUE(records[0].contains("sigma_hz")) << records[0].dump();
+    const double planned_hz = core::SessionReader(folder).plan().at("exposure").at("pwm_hz");
+    const double stated_hz = records[0]["stated_hz"], found_hz = records[0]["hz"];
+    const double sigma_hz = records[0]["sigma_hz"], scatter = records[0]["scatter"];
+    EXPECT_EQ(stated_hz, planned_hz);
+    EXPECT_NEAR(found_hz, hz, 5 * sigma_hz);
+    EXPECT_NEAR(planned_hz, hz, 8 * sigma_hz);
+    ExpectWholePeriods(LadderOf(folder), hz, 8 * sigma_hz / hz);
+    const double ripple = std::abs(planned_hz / hz - 1) * std::sqrt((1 - duty) / duty);
+    const double noise = records[0]["noise"], s2 = noise * noise + ripple * ripple;
+    EXPECT_LT(scatter * scatter, s2 * (1 + 5 * std::sqrt(3.0 / 23)) - noise * noise);
+    std::filesystem::remove_all(folder);
+  }
+}
+
+TEST_F(FlickerCapture, ALampWithoutPulsesKeepsTheExposuresOfThePlan) {
+  const auto folder = NewFolder("steady");
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  Plan plan = MeasuringPlan();
+  RunCapture(plan, devices, folder);
+  plan.exposure.measure_pwm = false;
+  EXPECT_EQ(LadderOf(folder), ExpandPlan(plan, devices).ladder_s);
+  EXPECT_EQ(core::SessionReader(folder).plan().at("exposure").at("pwm_hz"), 0.0);
+}
+
+TEST_F(FlickerCapture, AResumedSessionKeepsItsExposuresAndMeasuresAgain) {
+  const auto folder = NewFolder("resumed");
+  CaptureOptions options;
+  options.on_frame = [](const CaptureSummary& s) {
+    if (s.positions == 2) core::SetInterruptCountForTest(1);
+  };
+  const auto capture = [&](const TestLab& lab) {
+    Devices devices = SimulatedLab(lab.Config()).MakeDevices();
+    RunCapture(MeasuringPlan(), devices, folder, options);
+  };
+  EXPECT_THROW(capture(Pulsing(317.3, 0.4)), Interrupted);
+  core::SetInterruptCountForTest(0);
+  const auto ladder_s = LadderOf(folder);
+  ExpectWholePeriods(ladder_s, 317.3, 1e-4);
+  options = {};
+  EXPECT_THROW(capture(Pulsing(317.3, 0.4)), InputError) << "without --resume it is another's";
+  options.resume = true;
+  try {
+    capture(Pulsing(322.9, 0.4));
+    FAIL() << "the lamp has changed";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("pulses at 322.9"), HasSubstr("wanders")));
+  }
+  capture(Pulsing(317.3, 0.4));
+  EXPECT_EQ(LadderOf(folder), ladder_s);
+  EXPECT_EQ(RecordsOf(folder, "flicker").size(), 3u);
+}
+
+// A camera that only says when it was asked: late by up to 20 ms.
+TEST_F(FlickerCapture, StartsThatAreToldTooInexactlyAreRefused) {
+  const auto folder = NewFolder("inexact");
+  Devices devices = SimulatedLab(Pulsing(517, 0.3).Config()).MakeDevices();
+  core::Random random(3, 1);
+  devices.camera = std::make_unique<FaultyCamera>(std::move(devices.camera),
+                                                  [&](int, hal::Frame& frame, const hal::Frame&) {
+                                                    frame.t_start_s += 0.02 * random.Uniform();
+                                                  });
+  Plan plan = MeasuringPlan();
+  plan.exposure.min_s = 0.0043;
+  try {
+    RunCapture(plan, devices, folder);
+    FAIL() << "takes it for steady";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(),
+                testing::AllOf(HasSubstr("its frequency cannot be told"),
+                               HasSubstr("known too inexactly"), HasSubstr("state it as")));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "plan.json"));
+}
+
+TEST_F(FlickerCapture, AListOfShutterSpeedsCannotFollowAFrequency) {
+  class Listed : public FaultyCamera {
+   public:
+    using FaultyCamera::FaultyCamera;
+    hal::CameraCapabilities capabilities() const override {
+      auto c = FaultyCamera::capabilities();
+      c.exposures_s = {0.01, 0.04, 0.16, 0.64, 2.5};
+      return c;
+    }
+  };
+  Devices devices = SimulatedLab(Pulsing(517, 0.3).Config()).MakeDevices();
+  devices.camera = std::make_unique<Listed>(std::move(devices.camera),
+                                            [](int, hal::Frame&, const hal::Frame&) {});
+  EXPECT_THROW(RunCapture(MeasuringPlan(), devices, NewFolder("listed")), InputError);
 }
 
 }  // namespace
