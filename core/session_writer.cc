@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <future>
+#include <iterator>
+#include <memory>
 #include <optional>
 #include <set>
 #include <utility>
@@ -106,6 +109,13 @@ struct SessionWriter::Impl {
     Json line;
   };
   std::optional<Staged> last;  // of the frames behind the caller
+
+  // A frame's file and its hash, which may take longer than the disk: two frames at a time.
+  struct Encoded {
+    std::string bytes, sha256;
+  };
+  BackgroundQueue encoders[2] = {BackgroundQueue(kWaitingFrames), BackgroundQueue(kWaitingFrames)};
+  unsigned encoder = 0;  // of the next frame
   // Of frames to be stored; last, so that it is done before the rest goes. Whatever else reads or
   // changes the journal or the state settles first.
   BackgroundQueue behind{kWaitingFrames};
@@ -129,13 +139,29 @@ struct SessionWriter::Impl {
     journal->Append(type, fields);
   }
 
+  static Encoded Encode(const RawFrame& frame) {
+    Encoded encoded{EncodeTiff(frame), {}};
+    encoded.sha256 = Sha256(encoded.bytes);
+    return encoded;
+  }
+  std::shared_future<Encoded> EncodeBehind(std::shared_ptr<const RawFrame> frame) {
+    const auto promise = std::make_shared<std::promise<Encoded>>();
+    encoders[encoder++ % std::size(encoders)].Push([promise, frame = std::move(frame)] {
+      try {
+        promise->set_value(Encode(*frame));
+      } catch (...) {
+        promise->set_exception(std::current_exception());
+      }
+    });
+    return promise->get_future().share();
+  }
+
   // `stamped` has the time at which the frame came.
-  Staged Stage(FrameRecord record, const RawFrame& frame, const Json& checks, Json stamped) const {
-    const std::string bytes = EncodeTiff(frame);
-    record.sha256 = Sha256(bytes);
-    StagedFile file(folder / record.file, bytes, Access::kPrivate);
+  Staged Stage(FrameRecord record, const Encoded& encoded, const Json& checks, Json stamped) const {
+    record.sha256 = encoded.sha256;
+    StagedFile file(folder / record.file, encoded.bytes, Access::kPrivate);
     stamped.update(FrameToJson(record));
-    stamped["bytes"] = bytes.size();
+    stamped["bytes"] = encoded.bytes.size();
     stamped["checks"] = checks;
     return {std::move(record), std::move(file), std::move(stamped)};
   }
@@ -150,12 +176,13 @@ struct SessionWriter::Impl {
     if (last) Finish(*std::exchange(last, std::nullopt));
   }
 
-  // Behind the caller: while frames wait, the disk takes a frame's bytes as the next one is encoded
-  // and hashed, and is waited for after that.
-  void StoreBehind(FrameRecord record, const RawFrame& frame, const Json& checks, Json stamped) {
+  // Behind the caller: while frames wait, the disk takes a frame's bytes as the next one's are
+  // handed to it, and is waited for after that.
+  void StoreBehind(FrameRecord record, const std::shared_future<Encoded>& encoded,
+                   const Json& checks, Json stamped) {
     std::optional<Staged> next;
     try {
-      next.emplace(Stage(std::move(record), frame, checks, std::move(stamped)));
+      next.emplace(Stage(std::move(record), encoded.get(), checks, std::move(stamped)));
     } catch (...) {
       FinishLast();
       throw;
@@ -265,17 +292,17 @@ void SessionWriter::StartEpoch(const Json& devices) {
 FrameRecord SessionWriter::CommitFrame(FrameRecord record, const RawFrame& frame,
                                        const Json& checks) {
   impl_->behind.Settle();
-  return impl_->Finish(
-      impl_->Stage(impl_->Named(std::move(record)), frame, checks, impl_->Stamped(Json::object())));
+  return impl_->Finish(impl_->Stage(impl_->Named(std::move(record)), Impl::Encode(frame), checks,
+                                    impl_->Stamped(Json::object())));
 }
 
 void SessionWriter::CommitFrameBehind(FrameRecord record, std::shared_ptr<const RawFrame> frame,
                                       Json checks) {
   // The clock stays with this thread: a simulated one is no other's.
   impl_->behind.Push([impl = impl_.get(), record = impl_->Named(std::move(record)),
-                      frame = std::move(frame), checks = std::move(checks),
+                      encoded = impl_->EncodeBehind(std::move(frame)), checks = std::move(checks),
                       stamped = impl_->Stamped(Json::object())] {
-    impl->StoreBehind(record, *frame, checks, stamped);
+    impl->StoreBehind(record, encoded, checks, stamped);
   });
 }
 
