@@ -54,7 +54,7 @@ class SessionWriter {
   // epoch, file and sha256 (and raises attempt past what this epoch already has) and returns the
   // record as written.
   FrameRecord CommitFrame(FrameRecord record, const RawFrame& frame, const nlohmann::json& checks);
-  // The same on a thread of its own, while the caller takes more frames: it returns at once unless
+  // The same on threads of its own, while the caller takes more frames: it returns at once unless
   // eight frames wait already, and every other method first waits for the commits and throws what
   // went wrong with them.
   void CommitFrameBehind(FrameRecord record, std::shared_ptr<const RawFrame> frame,

@@ -370,7 +370,7 @@ NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std
   NonNegativeSummary summary;
   std::vector<std::size_t> negative;
   for (std::size_t p = 0; p < pixels; ++p) {
-    if (!flagged[p]) continue;
+    if (!flagged[p] || !std::isfinite(sum[p])) continue;
     ++summary.pixels;
     if (options.keep_flux && !(sum[p] > 0))
       for (int m = 0; m < count; ++m) coefficients[m][p] = 0;
@@ -395,7 +395,7 @@ NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std
       Doubles<T> flux{};
       for (std::size_t k = 0; k < kPixels; ++k) flux[k] = sum[pixel[k]];
 
-      Lanes<T> residual;
+      Lanes<T> residual{};
       const int iterations = Solve(problem, options, flux, w, result, residual);
       for (int m = 0; m < count; ++m)
         for (std::size_t k = 0; k < lanes; ++k)

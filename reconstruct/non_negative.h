@@ -31,9 +31,10 @@ struct NonNegativeSummary {
 };
 
 // Replaces coefficients[m][p] (m = j * W + i, p < pixels) in place. Pixels without a negative
-// coefficient stay as they are, to the bit. Arithmetic in the type of the data, in units of the
-// pixel's largest |C_0|, which holds the residual of floats above some 1e-6; the flux is mended in
-// double. Vectorised and parallel over pixels: 21 operations a coefficient and iteration.
+// coefficient, and those with one that is no finite number, stay as they are, to the bit.
+// Arithmetic in the type of the data, in units of the pixel's largest |C_0|, which holds the
+// residual of floats above some 1e-6; the flux is mended in double. Vectorised and parallel over
+// pixels: 21 operations a coefficient and iteration.
 NonNegativeSummary ProjectNonNegative(const GramSolver& solver, float* const* coefficients,
                                       std::size_t pixels, const NonNegativeOptions& options = {});
 NonNegativeSummary ProjectNonNegative(const GramSolver& solver, double* const* coefficients,

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/random.h"
@@ -183,6 +184,31 @@ TEST(NonNegative, LeavesNonNegativePixelsAlone) {
     EXPECT_EQ(c[m * 3 + 2], before[m * 3 + 2]);
     EXPECT_GE(c[m * 3 + 1], 0);
   }
+}
+
+// Where there is no number there is none to invent, whatever the other coefficients are.
+TEST(NonNegative, APixelWithoutANumberStaysAsItIsAndLeavesItsNeighboursAlone) {
+  const GramSolver solver = Solver(11, 9);
+  constexpr std::size_t kPixels = 40;
+  for (const bool keep_flux : {true, false})
+    for (const double unknown :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+      std::vector<double> c = RandomCoefficients(99, kPixels, 0), alone = c;
+      for (int m = 0; m < 99; ++m) alone[m * kPixels + 5] = 0;  // nothing to do there
+      c[7 * kPixels + 5] = unknown;
+      const std::vector<double> before = c;
+      const NonNegativeOptions options{keep_flux};
+      ProjectNonNegative(solver, Rows(alone, 99).data(), kPixels, options);
+      const auto summary = ProjectNonNegative(solver, Rows(c, 99).data(), kPixels, options);
+      EXPECT_EQ(summary.unconverged, 0u);
+      for (std::size_t k = 0; k < c.size(); ++k) {
+        const double expected = k % kPixels == 5 ? before[k] : alone[k];
+        if (std::isnan(expected))
+          EXPECT_TRUE(std::isnan(c[k])) << "coefficient " << k;
+        else
+          EXPECT_EQ(c[k], expected) << "coefficient " << k;
+      }
+    }
 }
 
 TEST(NonNegative, ReportsWhatDidNotConverge) {
