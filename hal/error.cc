@@ -13,12 +13,14 @@ std::string FaultName(Fault fault) {
 }
 
 HardwareError::HardwareError(Fault fault_, const std::string& device_,
-                             const std::string& operation_, const std::string& problem,
-                             const std::string& remedy)
-    : DeviceError(fmt::format("{}: {}: {} ({}); {}", device_, operation_, problem,
-                              FaultName(fault_), remedy)),
+                             const std::string& operation_, const std::string& problem_,
+                             const std::string& remedy_)
+    : DeviceError(fmt::format("{}: {}: {} ({}); {}", device_, operation_, problem_,
+                              FaultName(fault_), remedy_)),
       fault(fault_),
       device(device_),
-      operation(operation_) {}
+      operation(operation_),
+      problem(problem_),
+      remedy(remedy_) {}
 
 }  // namespace luxfield::hal

@@ -26,7 +26,7 @@ class HardwareError : public DeviceError {
                 const std::string& problem, const std::string& remedy);
 
   Fault fault;
-  std::string device, operation;
+  std::string device, operation, problem, remedy;
   bool position_lost = false;  // the stage must be homed before anything else
 };
 

@@ -15,8 +15,8 @@
 
 #include "core/printable.h"
 #include "hal/error.h"
+#include "hal/gphoto2/decoder_process.h"
 #include "hal/gphoto2/library.h"
-#include "hal/gphoto2/raw_file.h"
 #include "hal/gphoto2/shutter_speed.h"
 
 namespace luxfield::hal::gphoto2 {
@@ -27,6 +27,7 @@ constexpr double kClose_s = 5;
 constexpr double kSetting_s = 5;                  // until a setting reads back
 constexpr double kAgain_s = 0.05;                 // until a busy camera is asked again
 constexpr double kLate_s = 5;                     // a file may come after it was due
+constexpr double kDecode_s = 20;                  // until a file is given up
 constexpr int kEvent_ms = 20;                     // how often a waiting exposure looks for an abort
 constexpr std::size_t kMostAttached = 32u << 20;  // bytes of previews and notes in a file
 // Marked speeds against the EXIF's: 1/60 is 1/64, and cameras write one or the other.
@@ -361,7 +362,8 @@ RawFile Gphoto2Camera::Session::Checked(const std::string& bytes, double exposur
   if (bytes == last_file_)
     throw HardwareError(Fault::kIncomplete, name, "expose", "the frame before came again",
                         "power-cycle the camera if it goes on");
-  RawFile raw = DecodeRawFile(bytes, name, MostPixels());
+  RawFile raw = DecodeApart([&] { return DecodeRawFile(bytes, name, MostPixels()); }, name,
+                            MostPixels(), kDecode_s);
   const auto not_as_stated = [&](const std::string& problem, const std::string& remedy) {
     return HardwareError(Fault::kProtocol, name, "expose", problem, remedy);
   };

@@ -20,7 +20,8 @@ struct RawFile {
 // Throws HardwareError, in the name of `device`: kIncomplete for a file that is cut off or damaged,
 // kProtocol for one that is no picture of a sensor (JPEG, sRAW, demosaiced), whose mosaic is not
 // of Bayer's, or whose sensor has more than `most_pixels`, masked borders included: that is refused
-// before memory is taken for them.
+// before memory is taken for them. There are bytes that bring LibRaw and so the process down:
+// decoder_process.h.
 RawFile DecodeRawFile(std::string_view bytes, const std::string& device, std::size_t most_pixels);
 
 // The last step of it: what a file holds that LibRaw has unpacked. Throws likewise, kIncomplete

@@ -85,8 +85,8 @@ std::string EncodeDng(const Negative& negative) {
   d.Add(258, Directory::kShort, {16});
   d.Add(259, Directory::kShort, {1});
   d.Add(262, Directory::kShort, {negative.cfa.empty() ? kLinear : kMosaic});
-  d.Add(271, Directory::kText, std::string("Luxfield\0", 9));
-  d.Add(272, Directory::kText, std::string("Fake\0", 5));
+  d.Add(271, Directory::kText, negative.make + '\0');
+  d.Add(272, Directory::kText, negative.model + '\0');
   d.Add(277, Directory::kShort, {1});
   d.Add(278, Directory::kLong, {height});
   d.Add(279, Directory::kLong, {2 * width * height});

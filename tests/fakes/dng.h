@@ -12,6 +12,7 @@ struct Negative {
   std::vector<std::uint16_t> dn;
   std::string cfa;  // "RGGB" ...; empty: no mosaic
   double exposure_s = 0;
+  std::string make = "Luxfield", model = "Fake";
 };
 
 std::string EncodeDng(const Negative& negative);

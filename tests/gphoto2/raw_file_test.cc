@@ -88,7 +88,7 @@ TEST(RawFile, SurvivesASampleOfFuzzing) {
   std::vector<std::string> files;
   for (const char* cfa : {"RGGB", ""})
     files.push_back(fakes::EncodeDng({26, 24, std::vector<std::uint16_t>(26 * 24, 900), cfa, 0.1}));
-  fuzz::Seeded(fuzz::StillCameraFile, files, 4000);
+  fuzz::Seeded(fuzz::StillCameraFile, files, 1000);
 }
 
 TEST(RawFile, WhatLibRawMakesOfOneSurvivesASampleOfFuzzing) {
