@@ -30,6 +30,8 @@ ErrorSizes ReadSizes(const Config& table) {
   sizes.grain = Size(table, "grain", kHalf);
   if (sizes.grain) sizes.grain_area_m2 = table.Number("grain_area_m2", {0, 1});
   sizes.stray_share = Size(table, "stray_share", 1);
+  if (table.Has("smallest_spot_m"))
+    sizes.smallest_spot_m = table.Number("smallest_spot_m", {1e-6, 1});
   return sizes;
 }
 

@@ -24,6 +24,7 @@ struct ErrorSizes {
   std::optional<double> grain;  // relative
   double grain_area_m2 = 0;     // integral of its autocorrelation
   std::optional<double> stray_share;
+  std::optional<double> smallest_spot_m;  // of the lamp on F: what the basis may lose of it
 };
 
 struct RayAsked {

@@ -71,12 +71,13 @@ TEST(MergeShares, AreTheMergesOwn) {
 
 TEST(BudgetSettings, WhatIsAbsentIsNotStated) {
   const auto settings = ReadBudgetSettings(core::Config::FromString(
-      "[uncertainty]\nstage_m = 5e-6\ndensity = 0\n"
+      "[uncertainty]\nstage_m = 5e-6\ndensity = 0\nsmallest_spot_m = 2e-3\n"
       "[[irradiance]]\np_m = [0, 0, 3]\nnormal = [0, -1, -1]\n"
       "[meter]\n[[meter.reading]]\np_m = [0, 0, 2]\nvalue = 3\nsigma = 0.1\n",
       "budget.toml"));
   EXPECT_EQ(settings.sizes.stage_m, 5e-6);
   EXPECT_EQ(settings.sizes.density, 0);
+  EXPECT_EQ(settings.sizes.smallest_spot_m, 2e-3);
   EXPECT_FALSE(settings.sizes.shutter_jitter_s);
   ASSERT_EQ(settings.receivers.size(), 1u);
   EXPECT_NEAR(settings.receivers[0].normal.z, -std::sqrt(0.5), 1e-15);
@@ -87,6 +88,7 @@ TEST(BudgetSettings, WhatIsAbsentIsNotStated) {
 TEST(BudgetSettings, RefusesWhatMakesNoSense) {
   for (const char* text :
        {"[uncertainty]\nstage = 1\n", "[uncertainty]\ndensity = -0.1\n",
+        "[uncertainty]\nsmallest_spot_m = 0\n",
         "[uncertainty]\nlamp_wander = 0.1\n", "[uncertainty]\ngrain = 0.1\n",
         "[[irradiance]]\np_m = [0, 0, -1]\n",
         "[[irradiance]]\np_m = [0, 0, 1]\nnormal = [0, 0, 0]\n", "[meter]\ncalibration = 0.01\n",
