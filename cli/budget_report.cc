@@ -16,7 +16,7 @@ using reconstruct::ErrorSource;
 using reconstruct::kErrorSources;
 using reconstruct::QuantityBudget;
 
-const char *const kNotStated = "not stated", *const kTruncation = "basis";
+const char* const kNotStated = "not stated";
 
 std::string Percent(double sigma, double value) {
   if (value == 0) return fmt::format("{:.3g}", sigma);
@@ -70,9 +70,6 @@ void PrintErrorBudget(const ErrorBudget& budget) {
     fmt::print("{}: {}\n", quantity->name, ValueText(*quantity));
     for (const int s : SourcesOf(budget))
       fmt::print("  {:<16}{:>12}\n", NameOf(s), Share(*quantity, s));
-    if (quantity->truncation)
-      fmt::print("  {:<16}{:>12}  at most, as far as a session can tell; not in the total\n",
-                 kTruncation, Percent(*quantity->truncation, quantity->value));
   }
   if (budget.scale) fmt::print("{}\n", ScaleText(*budget.scale));
 }
@@ -82,7 +79,7 @@ void WriteBudgetReport(const ErrorBudget& budget, const std::string& session,
   HtmlPage page("Error budget");
   page.Paragraph(fmt::format(
       "Session {}. Standard deviations; the total is the root of the sum of squares of the sources "
-      "whose sizes are stated. \"basis\": how far a basis of twice the spacing is from this one.",
+      "whose sizes are stated.",
       session));
   if (budget.scale) page.Paragraph(ScaleText(*budget.scale));
   std::vector<std::vector<std::string>> table{{"quantity", "value", "unit", "sigma", "relative"}};
@@ -97,9 +94,6 @@ void WriteBudgetReport(const ErrorBudget& budget, const std::string& session,
       bars.push_back({NameOf(s), sigma, Share(*q, s)});
     }
     bars.push_back({"total", q->Total(), Percent(q->Total(), q->value), true});
-    if (q->truncation)
-      bars.push_back(
-          {kTruncation, {}, "at most " + Percent(*q->truncation, q->value) + ", not in the total"});
     page.Heading(q->name);
     page.Raw(SvgBars(ValueText(*q), bars));
   }

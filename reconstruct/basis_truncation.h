@@ -1,54 +1,80 @@
 // What the basis does not resolve of a lamp.
 //
-// A session cannot see it: E determines C, and nothing is left over. But it can tell what a basis
-// of twice the spacing would have lost, for its functions are sums of ours (two-scale relation: 1,
-// 3, 3, 1 over 4 for `bspline2`), and details shrink from one spacing to the next unless the lamp
-// has as much structure below the spacing as above it. With Pi what filters of the coarser basis
-// would have made of the lamp (the least-squares projection, L2 on F, per texel; behind dual
-// filters the oblique one along the coarser dual functions)
+// A session cannot see it: E determines C, and nothing is left over. With a statement about the
+// lamp (ErrorSizes::smallest_spot_m) it can tell what the filters leave open of lamps that look
+// like this one (spot_posterior.h). Q(lamp) - Q(C) is a linear form of the lamp, per texel of I
+// rho = q - X^T P^T w: what Q takes of the lamp less what it takes of its measurement. It has a
+// mean, for filters and neighbours tell something of what the basis cannot hold, and a variance:
 //
-//   |Q(C) - Q(S)| + |Q(S) - Q(Pi S)|
+//   sigma^2 = (sum over texels of the means)^2 + (sum over texels of their standard deviations)^2
 //
-// stands for a bound of |Q(lamp) - Q(C)|. S = C but for `quadratic` with a above or below 0, which
-// cannot be even and loses of an even lamp the same share at any spacing (a = 1/2: 12 % of its flux
-// behind dual filters): S is what the same measurements give in `bilinear`, which can. Noise of C
-// enters the bound and makes it larger.
+// since the lamp's details are the same ones for all texels. C itself is left as it is. Texels of I
+// are pooled to at most 8 x 8, a ray has its own one. Lamps with finer or sharper structure than
+// stated lose more.
 #pragma once
 
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "lightfield/light_field.h"
+#include "lightfield/linear_functional.h"
 #include "lightfield/measurements.h"
+#include "reconstruct/spot_posterior.h"
 
 namespace luxfield::reconstruct {
 
-// S: C times the factor that makes an even lamp's coefficients 1, in a basis that sums up to 1.
-lightfield::LightField KeepingEvenLamps(const lightfield::LightField& field,
-                                        lightfield::FilterKind filter);
+// What is asked of a lamp: the weights of any grid's coefficients.
+struct LinearForm {
+  std::function<lightfield::Weights(const lightfield::LuminaireGeometry&)> weights;
+  // A ray's point on I: its texel alone counts, and weights are asked of a lattice of one texel,
+  // on whose size they must not depend.
+  std::optional<lightfield::Vec2> through_m;
+};
+struct Term {
+  double factor = 1;
+  LinearForm form;
+};
 
-// Pi C in the coefficients of the given field's own basis. Absent where no coarser basis lies in
-// the span (`quadratic` with a above or below 0) or an axis has no more functions than the coarser
-// basis would take (below 4 for `bspline2`).
-std::optional<lightfield::LightField> Coarsened(const lightfield::LightField& field,
-                                                lightfield::FilterKind filter);
+struct TruncationOptions {
+  double smallest_spot_m = 0;  // > 0
+  double relative_noise = 0;   // of what a filter sees, besides the photons'
+  // Whose `sigma` is the noise of what the filters saw; null: there is none.
+  const lightfield::Measurements* measurements = nullptr;
+};
 
 class BasisTruncation {
  public:
-  // `field` must outlive this.
-  BasisTruncation(const lightfield::LightField& field, lightfield::FilterKind filter);
+  // Three channels are their luminance. `field` must outlive this. Throws InputError naming
+  // smallest_spot_m where there are more than 1000 filters or more than 400 spots along an axis.
+  BasisTruncation(const lightfield::LightField& field, lightfield::FilterKind filter,
+                  const TruncationOptions& options);
+  BasisTruncation(const BasisTruncation&) = delete;
+  BasisTruncation& operator=(const BasisTruncation&) = delete;
 
-  using Quantity = std::function<double(const lightfield::LightField&)>;
-  // Absent where Pi S is.
-  std::optional<double> Bound(const Quantity& quantity) const;
-  // Of the radiance (of three channels its luminance): root mean square over 5 x 5 rays within a
-  // spacing on F, for one ray may lie where the fields happen to agree.
-  std::optional<double> BoundOfRay(lightfield::Vec2 u_m, lightfield::Vec2 s_m) const;
+  // Of the sum of the terms.
+  double Sigma(const std::vector<Term>& terms) const;
 
  private:
+  // Texels [row0, row1) x [column0, column1) of the lattice, taken together.
+  struct Texels {
+    int row0, row1, column0, column1;
+  };
+  struct Form {  // on a lattice of one or more texels, of the fine functions and of the field's own
+    lightfield::Weights fine, own;
+  };
+  std::optional<SpotPosterior> Posterior(const Texels& texels) const;
+  lightfield::LuminaireGeometry Fine(const lightfield::Lattice& lattice) const;
+  lightfield::LuminaireGeometry Own(const lightfield::Lattice& lattice) const;
+  Moments MomentsOf(const SpotPosterior& posterior, const Form& form, std::size_t texel,
+                    std::size_t texels) const;
+
   const lightfield::LightField& field_;
-  lightfield::LightField smooth_;
-  std::optional<lightfield::LightField> coarse_;
+  TruncationOptions options_;
+  int finer_;
+  SpotAxis u_, v_;
+  lightfield::Lattice pooled_;
+  std::vector<std::optional<SpotPosterior>> posteriors_;  // of its texels; none where all is dark
 };
 
 }  // namespace luxfield::reconstruct

@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "core/error.h"
-#include "reconstruct/basis_truncation.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -16,13 +14,12 @@ using lightfield::LightField;
 using lightfield::LuminaireGeometry;
 using lightfield::Weights;
 
-double PerDelta(const LightField& field,
-                const std::function<Weights(const LuminaireGeometry&)>& weights) {
+double PerDelta(const LightField& field, const LinearForm& form) {
   constexpr double kStep = 1e-4;  // relative; the error of a central difference is its square
   LuminaireGeometry above = field.geometry, below = field.geometry;
   above.delta_m *= 1 + kStep;
   below.delta_m *= 1 - kStep;
-  return (Apply(weights(above), field) - Apply(weights(below), field)) /
+  return (Apply(form.weights(above), field) - Apply(form.weights(below), field)) /
          (above.delta_m - below.delta_m);
 }
 
@@ -50,6 +47,13 @@ std::string IrradianceUnit(lightfield::FluxUnit unit) {
   return "relative";
 }
 
+LinearForm IrradianceAt(const ReceiverAsked& at) {
+  return {[at](const LuminaireGeometry& geometry) {
+            return IrradianceWeights(geometry, at.p_m, at.normal);
+          },
+          {}};
+}
+
 // The ray through the middle of the largest coefficient, and two receivers on the axis.
 void AskWhatIsUsual(const LightField& field, BudgetSettings* settings) {
   const LuminaireGeometry& g = field.geometry;
@@ -68,31 +72,28 @@ void AskWhatIsUsual(const LightField& field, BudgetSettings* settings) {
 
 }  // namespace
 
-std::vector<AskedQuantity> AskQuantities(const LightField& field, lightfield::FilterKind filter,
-                                         BudgetSettings settings) {
+std::vector<AskedQuantity> AskQuantities(const LightField& field, BudgetSettings settings) {
   if (settings.rays.empty() && settings.receivers.empty()) AskWhatIsUsual(field, &settings);
   const LuminaireGeometry& g = field.geometry;
-  const BasisTruncation truncation(field, filter);
   std::vector<AskedQuantity> quantities;
-  const auto ask = [&](const std::string& name, const std::string& unit, auto&& weights) {
-    AskedQuantity& q = quantities.emplace_back(AskedQuantity{name, unit, 0, weights(g), {}});
+  const auto ask = [&](const std::string& name, const std::string& unit, const LinearForm& form) {
+    AskedQuantity& q = quantities.emplace_back();
+    q.name = name;
+    q.unit = unit;
+    q.weights = form.weights(g);
     q.value = Apply(q.weights, field);
-    q.per_delta = PerDelta(field, weights);
-    q.truncation =
-        truncation.Bound([&](const LightField& f) { return Apply(weights(f.geometry), f); });
+    q.terms = {{1, form}};
+    q.per_delta = PerDelta(field, form);
   };
-  ask("flux", lightfield::FluxUnitName(g.unit), lightfield::FluxWeights);
+  ask("flux", lightfield::FluxUnitName(g.unit), {lightfield::FluxWeights, {}});
   for (const RayAsked& ray : settings.rays)
-    ask(ray.name, RadianceUnit(g.unit), [&](const LuminaireGeometry& geometry) {
-      return RadianceWeights(geometry, ray.u_m, ray.s_m);
-    });
+    ask(ray.name, RadianceUnit(g.unit),
+        {[ray](const LuminaireGeometry& geometry) {
+           return RadianceWeights(geometry, ray.u_m, ray.s_m);
+         },
+         ray.s_m});
   for (const ReceiverAsked& at : settings.receivers)
-    ask(at.name, IrradianceUnit(g.unit), [&](const LuminaireGeometry& geometry) {
-      return IrradianceWeights(geometry, at.p_m, at.normal);
-    });
-  for (std::size_t n = 0; n < settings.rays.size(); ++n)
-    quantities[1 + n].truncation =
-        truncation.BoundOfRay(settings.rays[n].u_m, settings.rays[n].s_m);
+    ask(at.name, IrradianceUnit(g.unit), IrradianceAt(at));
   return quantities;
 }
 
@@ -103,10 +104,8 @@ ScaledByMeter ScaleByMeter(const LightField& field, const Meter& meter,
   std::vector<Weights> weights;
   std::vector<double> values, per_delta;
   for (const MeterReading& reading : meter.readings) {
-    const auto at = [&](const LuminaireGeometry& geometry) {
-      return IrradianceWeights(geometry, reading.at.p_m, reading.at.normal);
-    };
-    weights.push_back(at(field.geometry));
+    const LinearForm at = IrradianceAt(reading.at);
+    weights.push_back(at.weights(field.geometry));
     values.push_back(Apply(weights.back(), field));
     per_delta.push_back(PerDelta(field, at));
     const double a = 1 / (reading.sigma * reading.sigma), e = values.back();
@@ -121,12 +120,14 @@ ScaledByMeter ScaleByMeter(const LightField& field, const Meter& meter,
   const double factor = numerator / denominator;
   // d log(factor) per dE: -a E / sum a E^2 where R = factor E.
   Weights common(field.data.size(), 0.0);
+  std::vector<Term> common_terms;
   double common_per_delta = 0;
   for (std::size_t n = 0; n < weights.size(); ++n) {
     const MeterReading& reading = meter.readings[n];
     const double share = values[n] / (reading.sigma * reading.sigma * denominator);
     for (std::size_t k = 0; k < common.size(); ++k) common[k] += share * weights[n][k];
     common_per_delta += share * per_delta[n];
+    common_terms.push_back({share, IrradianceAt(reading.at)});
     const double residual = reading.value / (factor * values[n]) - 1;
     result.scale.residuals.push_back(residual);
     const double by_sigma = (reading.value - factor * values[n]) / reading.sigma;
@@ -138,11 +139,19 @@ ScaledByMeter ScaleByMeter(const LightField& field, const Meter& meter,
     for (std::size_t k = 0; k < common.size(); ++k)
       q.weights[k] = factor * (q.weights[k] - q.value * common[k]);
     q.per_delta = factor * (q.per_delta - q.value * common_per_delta);
+    for (Term& term : q.terms) term.factor *= factor;
+    for (const Term& term : common_terms)
+      q.terms.push_back({-factor * q.value * term.factor, term.form});
     q.value *= factor;
-    if (q.truncation) *q.truncation *= factor;
   }
   for (double& w : common) w *= -factor;
-  result.factor = {"scale factor", "", factor, std::move(common), {}, -factor * common_per_delta};
+  for (Term& term : common_terms) term.factor *= -factor;
+  result.factor = {"scale factor",
+                   "",
+                   factor,
+                   std::move(common),
+                   std::move(common_terms),
+                   -factor * common_per_delta};
   return result;
 }
 

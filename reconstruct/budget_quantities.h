@@ -1,12 +1,11 @@
 // What an error budget is asked for (error_budget.h), as linear forms in the coefficients.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "lightfield/linear_functional.h"
-#include "lightfield/measurements.h"
+#include "reconstruct/basis_truncation.h"
 #include "reconstruct/error_budget.h"
 
 namespace luxfield::reconstruct {
@@ -14,15 +13,15 @@ namespace luxfield::reconstruct {
 struct AskedQuantity {
   std::string name, unit;
   double value = 0;
-  lightfield::Weights weights;       // of the coefficients
-  std::optional<double> truncation;  // QuantityBudget::truncation
-  double per_delta = 0;              // dQ per metre of the plane distance, coefficients as they are
+  lightfield::Weights weights;  // of the coefficients
+  std::vector<Term> terms;      // the same of any grid's coefficients (basis_truncation.h)
+  double per_delta = 0;         // dQ per metre of the plane distance, coefficients as they are
 };
 
 // The flux, then rays, then receivers; without either the radiance at the largest coefficient and
 // the irradiance on the axis 1 m and 10 m before I.
 std::vector<AskedQuantity> AskQuantities(const lightfield::LightField& field,
-                                         lightfield::FilterKind filter, BudgetSettings settings);
+                                         BudgetSettings settings);
 
 // Multiplies all quantities by the factor the meter asks for, as linear forms: what factor and
 // quantity have in common cancels.

@@ -26,7 +26,7 @@ using lightfield::Weights;
 constexpr std::array<const char*, kErrorSources> kNames = {
     "photon noise", "read noise",   "PRNU",        "shutter",     "lamp drift", "monitor",
     "stage",        "image shift",  "geometry",    "print shift", "density",    "density gamma",
-    "grain",        "filter noise", "stray light", "light meter"};
+    "grain",        "filter noise", "stray light", "light meter", "basis"};
 
 // Of every quantity; nothing where the geometry is as the session states it.
 std::optional<std::vector<double>> GeometrySigmas(const MergeSessionOptions& how,
@@ -77,6 +77,28 @@ FilterSystem SystemOf(const lightfield::BasisGrid& grid, const lightfield::Measu
   return FilterSystem(grid, &filter, centres);
 }
 
+// Errors that positions have each for itself, besides the photons', relative to what a filter sees:
+// about, for they only say how far the posterior may trust differences between neighbours.
+double PositionNoise(const ErrorSizes& sizes, double spacing_m) {
+  return std::hypot(sizes.lamp_wander.value_or(0), sizes.monitor.value_or(0),
+                    sizes.stage_m.value_or(0) / spacing_m);
+}
+
+// Of every quantity; nothing where nobody states how fine the lamp is.
+std::vector<std::optional<double>> BasisSigmas(const ErrorSizes& sizes,
+                                               const lightfield::Measurements& measurements,
+                                               const LightField& field,
+                                               const std::vector<AskedQuantity>& quantities) {
+  std::vector<std::optional<double>> sigmas(quantities.size());
+  if (!sizes.smallest_spot_m) return sigmas;
+  const BasisTruncation truncation(
+      field, measurements.filter,
+      {*sizes.smallest_spot_m, PositionNoise(sizes, field.geometry.grid.spacing_m), &measurements});
+  for (std::size_t q = 0; q < quantities.size(); ++q)
+    sigmas[q] = truncation.Sigma(quantities[q].terms);
+  return sigmas;
+}
+
 double FilterNoise(const LightField& field, const lightfield::MeasuredFilter& filter,
                    const Weights& weights) {
   LagSums lags;
@@ -109,7 +131,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
   in_double.filter = filter;
   const LightField field = Reconstruct(measurements, in_double).coefficients;
 
-  std::vector<AskedQuantity> quantities = AskQuantities(field, measurements.filter, settings);
+  std::vector<AskedQuantity> quantities = AskQuantities(field, settings);
   std::optional<ScaledByMeter> scaled;
   if (settings.meter) {
     scaled = ScaleByMeter(field, *settings.meter, &quantities);
@@ -123,6 +145,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
     weights.push_back(AdjointSolve(measurements, q.weights, system ? &*system : nullptr));
     if (filter) filter_noise.push_back(FilterNoise(field, *filter, weights.back()));
   }
+  const auto by_basis = BasisSigmas(settings.sizes, measurements, field, quantities);
   const auto by_geometry = GeometrySigmas(how, measurements, field, quantities, weights);
   ErrorPropagation propagation({session, plan, how, measurements, field}, std::move(weights));
   MergeSessionOptions observed = how;
@@ -138,8 +161,8 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
     result.name = quantities[q].name;
     result.unit = quantities[q].unit;
     result.value = quantities[q].value;
-    result.truncation = quantities[q].truncation;
     result.sigma = propagation.Sigma(q, sizes);
+    result.sigma[static_cast<std::size_t>(ErrorSource::kBasis)] = by_basis[q];
     if (filter) result.sigma[static_cast<std::size_t>(ErrorSource::kFilterNoise)] = filter_noise[q];
     if (by_geometry)
       result.sigma[static_cast<std::size_t>(ErrorSource::kGeometry)] = (*by_geometry)[q];
@@ -165,14 +188,12 @@ nlohmann::json ToJson(const QuantityBudget& quantity) {
         sigma ? nlohmann::json(*sigma) : nlohmann::json();
   }
   const double total = quantity.Total();
-  return {
-      {"name", quantity.name},
-      {"unit", quantity.unit},
-      {"value", quantity.value},
-      {"sigma", total},
-      {"relative", quantity.value != 0 ? total / std::abs(quantity.value) : 0},
-      {"truncation", quantity.truncation ? nlohmann::json(*quantity.truncation) : nlohmann::json()},
-      {"sources", sources}};
+  return {{"name", quantity.name},
+          {"unit", quantity.unit},
+          {"value", quantity.value},
+          {"sigma", total},
+          {"relative", quantity.value != 0 ? total / std::abs(quantity.value) : 0},
+          {"sources", sources}};
 }
 
 }  // namespace

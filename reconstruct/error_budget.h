@@ -48,8 +48,9 @@ enum class ErrorSource {
   kFilterNoise,   // of the photographs of a filter used as measured
   kStrayLight,    //
   kMeter,         // the light meter's readings and calibration
+  kBasis,         // what the basis does not resolve of the lamp (basis_truncation.h)
 };
-constexpr int kErrorSources = 16;
+constexpr int kErrorSources = 17;
 
 // "photon noise" ...
 const char* ErrorSourceName(ErrorSource source);
@@ -59,11 +60,6 @@ struct QuantityBudget {
   double value = 0;
   // Standard deviations in the quantity's unit, by source; absent: its size is not stated.
   std::array<std::optional<double>, kErrorSources> sigma{};
-
-  // What the basis may lose of the lamp, at most as far as a session can tell (basis_truncation.h);
-  // for a ray the root mean square over the spacing around it on F. Not in the total. Absent: no
-  // coarser basis to compare with.
-  std::optional<double> truncation;
 
   double Total() const;  // root of the sum of squares of what is stated
   const std::optional<double>& of(ErrorSource source) const {
@@ -94,8 +90,8 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
                                const MergeSessionOptions& how = {},
                                const lightfield::MeasuredFilter* filter = nullptr);
 
-// {"quantities": [{"name", "unit", "value", "sigma", "relative", "truncation": number or null,
-// "sources": {name: sigma or null}}], "scale": {...}}
+// {"quantities": [{"name", "unit", "value", "sigma", "relative", "sources": {name: sigma or
+// null}}], "scale": {...}}
 nlohmann::json ToJson(const ErrorBudget& budget);
 
 }  // namespace luxfield::reconstruct

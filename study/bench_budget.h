@@ -25,8 +25,9 @@ struct BenchBudgetOptions {
   std::vector<std::string> sources;  // empty: all, and "total"
 };
 
-// Source "basis": random lamps with structure down to a quarter of a spacing (truncation_rows.h).
-// There `predicted` is a bound, and `within` the share of lamps that keep it.
+// Sources "basis" and "total, with the basis": random lamps that no basis holds (truncation_rows.h,
+// spot_total_rows.h); deviations are from the lamps themselves, `value` is the root mean square of
+// theirs, and `error` comes from the spread of the squares.
 //
 // Source "measured filter": photographs of a print (filter_rows.h); not with dual filters.
 //

@@ -102,8 +102,8 @@ channels = 1
 dark_repeats = 2
 {}
 [grid]
-width = 3
-height = 3
+width = {}
+height = {}
 [lattice]
 width = 16
 height = 16
@@ -123,14 +123,22 @@ interval_s = 1
 variation = 0.5
 )";
 
-// Broad bumps, each image its own, and no symmetry that would hide an error.
-lightfield::LightField Lamp(lightfield::BasisKind basis) {
+// All of the geometry but the lattice.
+lightfield::LuminaireGeometry Planes(bool dual, int filters) {
+  using lightfield::BasisKind;
   lightfield::LuminaireGeometry g;
   g.delta_m = kDelta_m;
-  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(basis), 3, 3, kSpacing_m);
+  g.grid = lightfield::BasisGrid::Centred(
+      lightfield::Basis::Make(dual ? BasisKind::kQuadratic : BasisKind::kBspline2), filters,
+      filters, kSpacing_m);
+  g.unit = lightfield::FluxUnit::kLumen;
+  return g;
+}
+
+// Broad bumps, each image its own, and no symmetry that would hide an error. Three by three.
+lightfield::LightField Lamp(lightfield::LuminaireGeometry g) {
   constexpr int kSize = 44;
   g.lattice = {kSize, kSize, -0.5 * kSize * kPixel_m, 0.5 * kSize * kPixel_m, kPixel_m, kPixel_m};
-  g.unit = lightfield::FluxUnit::kLumen;
   lightfield::LightField field(g);
   for (int m = 0; m < g.grid.count(); ++m) {
     const double x = 0.05 * (m % 3 - 1) + 0.02, y = 0.04 * (m / 3 - 1) - 0.03,
@@ -147,14 +155,24 @@ lightfield::LightField Lamp(lightfield::BasisKind basis) {
 
 }  // namespace
 
-void WriteBudgetLab(const std::filesystem::path& folder, bool dual) {
-  using lightfield::BasisKind;
+lightfield::LuminaireGeometry WriteBudgetLab(const std::filesystem::path& folder, bool dual,
+                                             int filters) {
   std::filesystem::create_directories(folder);
-  lightfield::WriteLightField(folder / "lamp.lf.exr",
-                              Lamp(dual ? BasisKind::kQuadratic : BasisKind::kBspline2));
   const std::string rig = std::string(kRig) + (dual ? kDual : kSingle);
   core::WriteFileAtomically(folder / "lab.toml", fmt::format(kLab, rig));
-  core::WriteFileAtomically(folder / "plan.toml", fmt::format(kPlan, rig));
+  core::WriteFileAtomically(folder / "plan.toml", fmt::format(kPlan, rig, filters, filters));
+  constexpr int kTexels = 6;  // 0.09 m and two spacings beside it are on the sensor
+  constexpr double kTexel_m = 3 * kPixel_m;
+  lightfield::LuminaireGeometry g = Planes(dual, filters);
+  g.lattice = {kTexels,  kTexels, -0.5 * kTexels * kTexel_m, 0.5 * kTexels * kTexel_m,
+               kTexel_m, kTexel_m};
+  return g;
+}
+
+void WriteBudgetLab(const std::filesystem::path& folder, bool dual) {
+  constexpr int kFilters = 3;
+  WriteBudgetLab(folder, dual, kFilters);
+  lightfield::WriteLightField(folder / "lamp.lf.exr", Lamp(Planes(dual, kFilters)));
 }
 
 void AskOfBudgetLab(reconstruct::BudgetSettings* settings) {

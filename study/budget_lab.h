@@ -18,6 +18,10 @@ namespace luxfield::study {
 
 // Writes lab.toml, plan.toml and the lamp into `folder`.
 void WriteBudgetLab(const std::filesystem::path& folder, bool dual);
+// The same with filters x filters and without the lamp, lamp.lf.exr, which is to have the geometry
+// that is returned, or a finer grid: its texels begin and end where those of plan and camera do.
+lightfield::LuminaireGeometry WriteBudgetLab(const std::filesystem::path& folder, bool dual,
+                                             int filters);
 
 // What a budget of that lab is asked: a bright and a dim ray, two receivers, and the flux.
 void AskOfBudgetLab(reconstruct::BudgetSettings* settings);

@@ -1,16 +1,17 @@
 #include "study/truncation_rows.h"
 
-#include <cmath>
+#include <tuple>
 #include <vector>
 
 #include "core/file.h"
 #include "core/json.h"
 #include "core/progress.h"
-#include "core/random.h"
 #include "hal/sim/simulated_lab.h"
 #include "lightfield/light_vector.h"
 #include "lightfield/quadrature.h"
 #include "reconstruct/basis_truncation.h"
+#include "study/mean_squares.h"
+#include "study/spot_lamp.h"
 
 namespace luxfield::study {
 namespace {
@@ -18,9 +19,10 @@ namespace {
 using lightfield::BasisKind;
 using lightfield::LightField;
 using lightfield::Vec2;
+using lightfield::Vec3;
 
-constexpr double kDelta_m = 0.3, kSpacing_m = 0.03;
-constexpr int kFilters = 7, kFiner = 4;
+constexpr double kSpacing_m = 0.03;
+constexpr SpotLampOptions kSpots{kSpacing_m / 4, kSpacing_m, kSpacing_m, 0.15};
 
 constexpr const char* kLab = R"([lab]
 driver = "sim"
@@ -50,65 +52,44 @@ max_m = [0.2, 0.2]
 u_per_cell = 12
 )";
 
-lightfield::LuminaireGeometry Geometry(BasisKind basis, int filters, double spacing_m) {
+lightfield::LuminaireGeometry Geometry(bool dual) {
+  constexpr int kFilters = 7;
   lightfield::LuminaireGeometry g;
-  g.delta_m = kDelta_m;
-  g.grid =
-      lightfield::BasisGrid::Centred(lightfield::Basis::Make(basis), filters, filters, spacing_m);
+  g.delta_m = 0.3;
+  g.grid = lightfield::BasisGrid::Centred(
+      lightfield::Basis::Make(dual ? BasisKind::kQuadratic : BasisKind::kBspline2), kFilters,
+      kFilters, kSpacing_m);
   g.lattice = {2, 2, -0.2, 0.2, 0.2, 0.2};
   g.unit = lightfield::FluxUnit::kLumen;
   return g;
 }
 
-LightField RandomLamp(std::uint64_t seed, int number) {
-  // Spots fade out inside the inner cells of the filters; knots lie on theirs.
-  LightField lamp(Geometry(BasisKind::kBspline2, kFilters * kFiner, kSpacing_m / kFiner));
-  core::Random random(seed, 0x6C616D70, static_cast<std::uint32_t>(number));
-  const int spots = 4 + static_cast<int>(random.Uniform() * 5);
-  for (int k = 0; k < spots; ++k) {
-    const double inner = kSpacing_m;
-    const Vec2 centre{inner * (2 * random.Uniform() - 1), inner * (2 * random.Uniform() - 1)};
-    const double width = kSpacing_m * 0.25 * std::pow(4, random.Uniform()),
-                 peak = 1e6 * (0.2 + random.Uniform());
-    const auto& grid = lamp.geometry.grid;
-    for (int j = 0; j < grid.height; ++j)
-      for (int i = 0; i < grid.width; ++i) {
-        const Vec2 off = grid.centre(i, j) - centre;
-        const double value =
-            peak * std::exp(-0.5 * (off.x * off.x + off.y * off.y) / (width * width));
-        for (float& c : lamp.image(grid.index(i, j), 0)) c += static_cast<float>(value);
-      }
-  }
-  return lamp;
-}
-
 LightField Projected(const LightField& lamp, const std::filesystem::path& folder) {
   core::WriteFileAtomically(folder / "random.toml", kLab);
   lightfield::WriteLightField(folder / "random.lf.exr", lamp);
-  return hal::sim::SimulatedLab(folder / "random.toml")
-      .truth(Geometry(BasisKind::kBspline2, kFilters, kSpacing_m));
+  return hal::sim::SimulatedLab(folder / "random.toml").truth(Geometry(false));
 }
 
-// C = <Phi*, lamp> / h^2. The lamp is even over I, and a polynomial of degree 2 per axis between
-// its knots, which lie an even number of steps from the filters' middles: exact.
+// C = <Phi*, lamp> / h^2. The lamp is a polynomial of degree 2 per axis between its knots, which
+// lie an even number of steps from the filters' middles: exact.
 LightField BehindDualFilters(const LightField& lamp) {
-  LightField field(Geometry(BasisKind::kQuadratic, kFilters, kSpacing_m));
-  const auto& grid = field.geometry.grid;
-  for (int j = 0; j < grid.height; ++j)
-    for (int i = 0; i < grid.width; ++i) {
+  LightField field(Geometry(true));
+  const auto& [grid, lattice] = std::tie(field.geometry.grid, field.geometry.lattice);
+  const auto over_axis = [](auto&& f) {
+    double sum = 0;
+    for (int k = -8; k < 8; ++k) sum += lightfield::Gauss3(0.125 * k, 0.125 * (k + 1), f);
+    return sum;
+  };
+  for (int m = 0; m < grid.count(); ++m)
+    for (int texel = 0; texel < lattice.width * lattice.height; ++texel) {
+      const Vec2 centre = grid.centre(m % grid.width, m / grid.width),
+                 s = lattice.centre(texel / lattice.width, texel % lattice.width);
       const auto seen_at = [&](double x, double y) {
-        const Vec2 u = grid.centre(i, j) + kSpacing_m * Vec2{x, y};
-        return FluxDensity(lamp, u, {0, 0})[0] * grid.basis.DualValue(x) * grid.basis.DualValue(y);
+        return FluxDensity(lamp, centre + kSpacing_m * Vec2{x, y}, s)[0] * grid.basis.DualValue(x) *
+               grid.basis.DualValue(y);
       };
-      const auto over_axis = [](auto&& f) {
-        double sum = 0;
-        for (int k = -2 * kFiner; k < 2 * kFiner; ++k)
-          sum += lightfield::Gauss3(0.5 * k / kFiner, 0.5 * (k + 1) / kFiner, f);
-        return sum;
-      };
-      const double c =
-          over_axis([&](double y) { return over_axis([&](double x) { return seen_at(x, y); }); });
-      for (float& texel : field.image(grid.index(i, j), 0)) texel = static_cast<float>(c);
+      field.image(m, 0)[static_cast<std::size_t>(texel)] = static_cast<float>(
+          over_axis([&](double y) { return over_axis([&](double x) { return seen_at(x, y); }); }));
     }
   return field;
 }
@@ -116,64 +97,49 @@ LightField BehindDualFilters(const LightField& lamp) {
 struct Asked {
   const char* name;
   double (*value)(const LightField&);
+  reconstruct::LinearForm form;
 };
 
-constexpr Vec2 kRayFrom{0.004, -0.009}, kRayThrough{0.05, 0.03};
-
-// The ray first: its bound is one of its own.
-constexpr Asked kAsked[] = {
-    {"ray", [](const LightField& f) { return Radiance(f, kRayFrom, kRayThrough)[0]; }},
-    {"flux", [](const LightField& f) { return TotalFlux(f)[0]; }},
-    {"axis, 1 m",
-     [](const LightField& f) {
-       return ExactIrradiance(f, {0, 0, 1.3}, {0, 0, -1})[0];
-     }},
-    {"near, aside", [](const LightField& f) {
-       return ExactIrradiance(f, {0.05, 0.03, 0.36}, {0, 0, -1})[0];
-     }}};
+std::vector<Asked> AskedOfLamps() {
+  static constexpr Vec2 kRayFrom{0.004, -0.009}, kRayThrough{0.05, 0.03};
+  static constexpr Vec3 kAxis{0, 0, 1.3}, kNear{0.05, 0.03, 0.36}, kTowards{0, 0, -1};
+  const auto irradiance = [](Vec3 p) -> reconstruct::LinearForm {
+    return {[p](const auto& geometry) { return IrradianceWeights(geometry, p, kTowards); }, {}};
+  };
+  return {
+      {"ray",
+       [](const LightField& f) { return Radiance(f, kRayFrom, kRayThrough)[0]; },
+       {[](const auto& geometry) { return RadianceWeights(geometry, kRayFrom, kRayThrough); },
+        kRayThrough}},
+      {"flux", [](const LightField& f) { return TotalFlux(f)[0]; }, {lightfield::FluxWeights, {}}},
+      {"axis, 1 m", [](const LightField& f) { return ExactIrradiance(f, kAxis, kTowards)[0]; },
+       irradiance(kAxis)},
+      {"near, aside", [](const LightField& f) { return ExactIrradiance(f, kNear, kTowards)[0]; },
+       irradiance(kNear)}};
+}
 
 }  // namespace
 
 nlohmann::json TruncationRows(const std::filesystem::path& folder, int lamps, std::uint64_t seed,
                               bool dual) {
   std::filesystem::create_directories(folder);
-  struct Sums {
-    double truth = 0, bound = 0, off = 0;
-    int within = 0;
-  };
-  std::vector<Sums> sums(std::size(kAsked));
+  const std::vector<Asked> asked = AskedOfLamps();
+  MeanSquares squares(kBasisSource);
   core::Progress progress("lamps", static_cast<std::uint64_t>(lamps));
   for (int n = 0; n < lamps; ++n) {
     core::ThrowIfInterrupted();
-    const LightField lamp = RandomLamp(seed, n);
+    const LightField lamp = SpotLamp(Geometry(dual), kSpots, seed, n);
     const LightField seen = dual ? BehindDualFilters(lamp) : Projected(lamp, folder);
     const reconstruct::BasisTruncation truncation(
-        seen, dual ? lightfield::FilterKind::kDual : lightfield::FilterKind::kBasis);
-    for (std::size_t q = 0; q < sums.size(); ++q) {
-      const double truth = kAsked[q].value(lamp), value = kAsked[q].value(seen);
-      const auto stated =
-          q == 0 ? truncation.BoundOfRay(kRayFrom, kRayThrough) : truncation.Bound(kAsked[q].value);
-      const double bound = std::pow(stated.value(), 2);
-      const double off = (value - truth) * (value - truth);
-      sums[q].truth += truth * truth / lamps;
-      sums[q].bound += bound / lamps;
-      sums[q].off += off / lamps;
-      sums[q].within += off <= bound;
+        seen, dual ? lightfield::FilterKind::kDual : lightfield::FilterKind::kBasis,
+        {kSpots.smallest_m});
+    for (const Asked& what : asked) {
+      const double truth = what.value(lamp);
+      squares.Add(what.name, truth, truncation.Sigma({{1, what.form}}), what.value(seen) - truth);
     }
     progress.Advance();
   }
-  core::Json rows = core::Json::array();
-  for (std::size_t q = 0; q < sums.size(); ++q)
-    rows.push_back({{"source", kBasisSource},
-                    {"quantity", kAsked[q].name},
-                    {"runs", lamps},
-                    {"value", std::sqrt(sums[q].truth)},
-                    {"predicted", std::sqrt(sums[q].bound)},
-                    {"observed", std::sqrt(sums[q].off)},
-                    {"ratio", std::sqrt(sums[q].bound / sums[q].off)},
-                    {"within", static_cast<double>(sums[q].within) / lamps},
-                    {"share", std::sqrt(sums[q].off / sums[q].truth)}});
-  return rows;
+  return squares.Rows();
 }
 
 }  // namespace luxfield::study
