@@ -95,7 +95,7 @@ void WriteAtomically(const std::filesystem::path& path,
 }
 
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes, Access access) {
-  StagedFile(path, bytes, access).PutInPlace();
+  StagedFile(path, std::span(&bytes, 1), access).PutInPlace();
 }
 
 std::filesystem::path CacheFile(const std::string& name) {

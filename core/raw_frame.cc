@@ -4,67 +4,68 @@
 #include <tiffio.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
+#include <iterator>
+#include <limits>
 #include <memory>
 
 #include "core/error.h"
 #include "core/frame_file.h"
+#include "core/sha256.h"
 
 namespace luxfield::core {
 namespace {
 
-// A file in memory for libtiff: frames are hashed and written by our own code, which reports a full
-// disk.
+// A file in memory for libtiff.
 struct MemoryFile {
-  std::string written;
-  std::string_view read;
+  std::string_view bytes;
   std::uint64_t position = 0;
-  bool writing = false;
-
-  std::uint64_t size() const { return writing ? written.size() : read.size(); }
 };
 
 tmsize_t ReadMemory(thandle_t handle, void* buffer, tmsize_t size) {
   auto& file = *static_cast<MemoryFile*>(handle);
-  const std::string_view bytes = file.writing ? std::string_view(file.written) : file.read;
-  if (file.position >= bytes.size() || size <= 0) return 0;
+  if (file.position >= file.bytes.size() || size <= 0) return 0;
   const std::size_t count =
-      std::min<std::uint64_t>(static_cast<std::uint64_t>(size), bytes.size() - file.position);
-  std::memcpy(buffer, bytes.data() + file.position, count);
+      std::min<std::uint64_t>(static_cast<std::uint64_t>(size), file.bytes.size() - file.position);
+  std::memcpy(buffer, file.bytes.data() + file.position, count);
   file.position += count;
   return static_cast<tmsize_t>(count);
 }
 
-tmsize_t WriteMemory(thandle_t handle, void* buffer, tmsize_t size) {
-  auto& file = *static_cast<MemoryFile*>(handle);
-  if (!file.writing || size < 0) return -1;
-  const auto count = static_cast<std::size_t>(size);
-  if (file.written.size() < file.position + count) file.written.resize(file.position + count);
-  std::memcpy(file.written.data() + file.position, buffer, count);
-  file.position += count;
-  return size;
-}
+tmsize_t WriteNothing(thandle_t, void*, tmsize_t) { return -1; }
 
 toff_t SeekMemory(thandle_t handle, toff_t offset, int whence) {
   auto& file = *static_cast<MemoryFile*>(handle);
   if (whence == SEEK_SET) file.position = offset;
   if (whence == SEEK_CUR) file.position += offset;
-  if (whence == SEEK_END) file.position = file.size() + offset;
+  if (whence == SEEK_END) file.position = file.bytes.size() + offset;
   return file.position;
 }
 
 int CloseMemory(thandle_t) { return 0; }
-toff_t SizeOfMemory(thandle_t handle) { return static_cast<MemoryFile*>(handle)->size(); }
+toff_t SizeOfMemory(thandle_t handle) { return static_cast<MemoryFile*>(handle)->bytes.size(); }
 
 using TiffFile = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
 
-TiffFile Open(MemoryFile& file, const std::string& name, const char* mode) {
+TiffFile Open(MemoryFile& file, const std::string& name) {
   // libtiff prints to stderr by default; every failure here becomes one InputError instead.
   [[maybe_unused]] static const auto silent =
       (TIFFSetWarningHandler(nullptr), TIFFSetErrorHandler(nullptr));
-  return TiffFile(TIFFClientOpen(name.c_str(), mode, &file, &ReadMemory, &WriteMemory, &SeekMemory,
+  return TiffFile(TIFFClientOpen(name.c_str(), "rm", &file, &ReadMemory, &WriteNothing, &SeekMemory,
                                  &CloseMemory, &SizeOfMemory, nullptr, nullptr),
                   &TIFFClose);
+}
+
+constexpr std::uint32_t kTiffHead = 3 * kSha256Block;  // bytes
+
+struct TiffField {
+  std::uint16_t tag, type;
+  std::uint32_t value;  // of one; little-endian, a SHORT is the first half of a LONG
+};
+
+void AppendLittleEndian(std::string& to, std::uint64_t value, int bytes) {
+  for (int n = 0; n < bytes; ++n) to += static_cast<char>(value >> (8 * n));
 }
 
 // All samples, interleaved, into one plane of `pixels`; returns how many a pixel has.
@@ -73,9 +74,8 @@ int ReadPixels(std::string_view bytes, const std::string& file, RawFrame* pixels
     throw InputError(file, problem,
                      "restore the frame, or run `luxfield verify --salvage` on its session");
   };
-  MemoryFile memory;
-  memory.read = bytes;
-  const TiffFile tiff = Open(memory, file, "rm");
+  MemoryFile memory{bytes};
+  const TiffFile tiff = Open(memory, file);
   if (!tiff) fail("is not a TIFF file or is truncated");
   std::uint32_t width = 0, height = 0;
   std::uint16_t bits = 0, samples = 1, format = SAMPLEFORMAT_UINT, compression = COMPRESSION_NONE,
@@ -120,38 +120,58 @@ int ReadPixels(std::string_view bytes, const std::string& file, RawFrame* pixels
 
 }  // namespace
 
-std::string EncodeTiff(const RawFrame& frame) {
+std::string TiffHead(const RawFrame& frame) {
   const bool is_float = !frame.value.empty();
   const std::size_t count = is_float ? frame.value.size() : frame.dn.size();
   if (frame.width < 1 || frame.height < 1 || count != frame.size())
     throw DeviceError(
         fmt::format("a frame of {} x {} pixels came with {} values; the camera driver is at fault",
                     frame.width, frame.height, count));
-  MemoryFile memory;
-  memory.writing = true;
-  {
-    const TiffFile tiff = Open(memory, "frame", "wlm");  // classic little-endian, no memory map
-    if (!tiff) throw DeviceError("libtiff cannot create an image in memory; free memory");
-    TIFFSetField(tiff.get(), TIFFTAG_IMAGEWIDTH, frame.width);
-    TIFFSetField(tiff.get(), TIFFTAG_IMAGELENGTH, frame.height);
-    TIFFSetField(tiff.get(), TIFFTAG_SAMPLESPERPIXEL, 1);
-    TIFFSetField(tiff.get(), TIFFTAG_BITSPERSAMPLE, is_float ? 32 : 16);
-    TIFFSetField(tiff.get(), TIFFTAG_SAMPLEFORMAT,
-                 is_float ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT);
-    TIFFSetField(tiff.get(), TIFFTAG_COMPRESSION, COMPRESSION_NONE);
-    TIFFSetField(tiff.get(), TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
-    TIFFSetField(tiff.get(), TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
-    TIFFSetField(tiff.get(), TIFFTAG_ROWSPERSTRIP, frame.height);
-    // libtiff takes a mutable buffer because it may swap bytes in place; it does not here.
-    void* pixels = is_float ? static_cast<void*>(const_cast<float*>(frame.value.data()))
-                            : static_cast<void*>(const_cast<std::uint16_t*>(frame.dn.data()));
-    const auto bytes = static_cast<tmsize_t>(count * (is_float ? 4 : 2));
-    if (TIFFWriteEncodedStrip(tiff.get(), 0, pixels, bytes) != bytes ||
-        TIFFWriteDirectory(tiff.get()) != 1)
-      throw DeviceError("libtiff cannot encode a frame; free memory");
+  const std::size_t bytes = PixelBytes(frame).size();
+  if (bytes > std::numeric_limits<std::uint32_t>::max() - kTiffHead)
+    throw DeviceError(fmt::format(
+        "a frame of {} x {} pixels does not fit a TIFF file (4 GiB); choose a smaller region",
+        frame.width, frame.height));
+  const auto width = static_cast<std::uint32_t>(frame.width),
+             height = static_cast<std::uint32_t>(frame.height);
+  // Ascending by tag, as TIFF 6.0 asks.
+  const TiffField fields[] = {
+      {TIFFTAG_IMAGEWIDTH, TIFF_LONG, width},
+      {TIFFTAG_IMAGELENGTH, TIFF_LONG, height},
+      {TIFFTAG_BITSPERSAMPLE, TIFF_SHORT, is_float ? 32u : 16u},
+      {TIFFTAG_COMPRESSION, TIFF_SHORT, COMPRESSION_NONE},
+      {TIFFTAG_PHOTOMETRIC, TIFF_SHORT, PHOTOMETRIC_MINISBLACK},
+      {TIFFTAG_STRIPOFFSETS, TIFF_LONG, kTiffHead},
+      {TIFFTAG_SAMPLESPERPIXEL, TIFF_SHORT, 1},
+      {TIFFTAG_ROWSPERSTRIP, TIFF_LONG, height},
+      {TIFFTAG_STRIPBYTECOUNTS, TIFF_LONG, static_cast<std::uint32_t>(bytes)},
+      {TIFFTAG_PLANARCONFIG, TIFF_SHORT, PLANARCONFIG_CONTIG},
+      {TIFFTAG_SAMPLEFORMAT, TIFF_SHORT,
+       static_cast<std::uint32_t>(is_float ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT)},
+  };
+  constexpr std::uint32_t kDirectory = 8;  // where it begins
+  std::string head = "II";
+  AppendLittleEndian(head, 42, 2);
+  AppendLittleEndian(head, kDirectory, 4);
+  AppendLittleEndian(head, std::size(fields), 2);
+  for (const TiffField& field : fields) {
+    AppendLittleEndian(head, field.tag, 2);
+    AppendLittleEndian(head, field.type, 2);
+    AppendLittleEndian(head, 1, 4);
+    AppendLittleEndian(head, field.value, 4);
   }
-  return std::move(memory.written);
+  head.resize(kTiffHead);  // no further directory, and zeros up to the pixels
+  return head;
 }
+
+std::string_view PixelBytes(const RawFrame& frame) {
+  static_assert(std::endian::native == std::endian::little, "pixels are stored as they are");
+  if (!frame.value.empty())
+    return {reinterpret_cast<const char*>(frame.value.data()), frame.value.size() * sizeof(float)};
+  return {reinterpret_cast<const char*>(frame.dn.data()), frame.dn.size() * sizeof(std::uint16_t)};
+}
+
+std::string EncodeTiff(const RawFrame& frame) { return TiffHead(frame).append(PixelBytes(frame)); }
 
 RawFrame DecodeTiff(std::string_view bytes, const std::string& file) {
   RawFrame frame;

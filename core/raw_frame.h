@@ -24,8 +24,12 @@ struct RawFrame {
 };
 
 // The frame as the bytes of a TIFF file: little-endian, one strip, no compression, 16-bit unsigned
-// (dn) or 32-bit IEEE samples (value). Equal frames give equal bytes.
+// (dn) or 32-bit IEEE samples (value). Equal frames give equal bytes: a head of whole blocks of
+// SHA-256 and then the pixels as they are in memory. Throws DeviceError for a frame that is not
+// `width` x `height`, or of 4 GiB.
 std::string EncodeTiff(const RawFrame& frame);
+std::string TiffHead(const RawFrame& frame);
+std::string_view PixelBytes(const RawFrame& frame);
 
 // The reverse; reads any byte order and strip layout. Throws InputError naming `file` for anything
 // else than one complete uncompressed 16-bit unsigned or 32-bit float channel.

@@ -15,11 +15,13 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/folder_lock.h"
+#include "core/hash_queue.h"
 #include "core/journal.h"
 #include "core/json.h"
 #include "core/manifest.h"
 #include "core/session_path.h"
 #include "core/session_replay.h"
+#include "core/sha256.h"
 #include "core/staged_file.h"
 
 namespace luxfield::core {
@@ -27,7 +29,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kWaitingFrames = 8;  // a disk may take that many exposures for one
+// A disk may take many exposures for one; as many frames may be hashed together, and as many wait.
+constexpr std::size_t kWaitingFrames = 2 * kSha256Lanes;
 constexpr std::array kFrameFolders = {"frames", "darks", "flats", "refs", "targets"};
 
 // As core/file.h names them.
@@ -110,12 +113,14 @@ struct SessionWriter::Impl {
   };
   std::optional<Staged> last;  // of the frames behind the caller
 
-  // A frame's file and its hash, which may take longer than the disk: two frames at a time.
-  struct Encoded {
-    std::string bytes, sha256;
+  // What a frame's file is to hold.
+  struct FrameBytes {
+    std::string head;
+    std::shared_ptr<const RawFrame> frame;
+
+    Sha256Message message() const { return {head, PixelBytes(*frame)}; }
   };
-  BackgroundQueue encoders[2] = {BackgroundQueue(kWaitingFrames), BackgroundQueue(kWaitingFrames)};
-  unsigned encoder = 0;  // of the next frame
+  HashQueue hashes{kWaitingFrames};  // which may take longer than the disk
   // Of frames to be stored; last, so that it is done before the rest goes. Whatever else reads or
   // changes the journal or the state settles first.
   BackgroundQueue behind{kWaitingFrames};
@@ -139,29 +144,13 @@ struct SessionWriter::Impl {
     journal->Append(type, fields);
   }
 
-  static Encoded Encode(const RawFrame& frame) {
-    Encoded encoded{EncodeTiff(frame), {}};
-    encoded.sha256 = Sha256(encoded.bytes);
-    return encoded;
-  }
-  std::shared_future<Encoded> EncodeBehind(std::shared_ptr<const RawFrame> frame) {
-    const auto promise = std::make_shared<std::promise<Encoded>>();
-    encoders[encoder++ % std::size(encoders)].Push([promise, frame = std::move(frame)] {
-      try {
-        promise->set_value(Encode(*frame));
-      } catch (...) {
-        promise->set_exception(std::current_exception());
-      }
-    });
-    return promise->get_future().share();
-  }
-
   // `stamped` has the time at which the frame came.
-  Staged Stage(FrameRecord record, const Encoded& encoded, const Json& checks, Json stamped) const {
-    record.sha256 = encoded.sha256;
-    StagedFile file(folder / record.file, encoded.bytes, Access::kPrivate);
+  Staged Stage(FrameRecord record, const Sha256Message& bytes, std::string sha256,
+               const Json& checks, Json stamped) const {
+    record.sha256 = std::move(sha256);
+    StagedFile file(folder / record.file, std::array{bytes.head, bytes.body}, Access::kPrivate);
     stamped.update(FrameToJson(record));
-    stamped["bytes"] = encoded.bytes.size();
+    stamped["bytes"] = bytes.head.size() + bytes.body.size();
     stamped["checks"] = checks;
     return {std::move(record), std::move(file), std::move(stamped)};
   }
@@ -178,11 +167,12 @@ struct SessionWriter::Impl {
 
   // Behind the caller: while frames wait, the disk takes a frame's bytes as the next one's are
   // handed to it, and is waited for after that.
-  void StoreBehind(FrameRecord record, const std::shared_future<Encoded>& encoded,
-                   const Json& checks, Json stamped) {
+  void StoreBehind(FrameRecord record, const Sha256Message& bytes,
+                   const std::shared_future<std::string>& sha256, const Json& checks,
+                   Json stamped) {
     std::optional<Staged> next;
     try {
-      next.emplace(Stage(std::move(record), encoded.get(), checks, std::move(stamped)));
+      next.emplace(Stage(std::move(record), bytes, sha256.get(), checks, std::move(stamped)));
     } catch (...) {
       FinishLast();
       throw;
@@ -292,17 +282,21 @@ void SessionWriter::StartEpoch(const Json& devices) {
 FrameRecord SessionWriter::CommitFrame(FrameRecord record, const RawFrame& frame,
                                        const Json& checks) {
   impl_->behind.Settle();
-  return impl_->Finish(impl_->Stage(impl_->Named(std::move(record)), Impl::Encode(frame), checks,
+  const std::string head = TiffHead(frame);
+  const Sha256Message bytes{head, PixelBytes(frame)};
+  return impl_->Finish(impl_->Stage(impl_->Named(std::move(record)), bytes,
+                                    Sha256OfEach({&bytes, 1}).front(), checks,
                                     impl_->Stamped(Json::object())));
 }
 
 void SessionWriter::CommitFrameBehind(FrameRecord record, std::shared_ptr<const RawFrame> frame,
                                       Json checks) {
+  const auto bytes = std::make_shared<const Impl::FrameBytes>(TiffHead(*frame), std::move(frame));
   // The clock stays with this thread: a simulated one is no other's.
-  impl_->behind.Push([impl = impl_.get(), record = impl_->Named(std::move(record)),
-                      encoded = impl_->EncodeBehind(std::move(frame)), checks = std::move(checks),
-                      stamped = impl_->Stamped(Json::object())] {
-    impl->StoreBehind(record, encoded, checks, stamped);
+  impl_->behind.Push([impl = impl_.get(), record = impl_->Named(std::move(record)), bytes,
+                      sha256 = impl_->hashes.Push(bytes->message(), bytes),
+                      checks = std::move(checks), stamped = impl_->Stamped(Json::object())] {
+    impl->StoreBehind(record, bytes->message(), sha256, checks, stamped);
   });
 }
 

@@ -55,7 +55,7 @@ class SessionWriter {
   // record as written.
   FrameRecord CommitFrame(FrameRecord record, const RawFrame& frame, const nlohmann::json& checks);
   // The same on threads of its own, while the caller takes more frames: it returns at once unless
-  // eight frames wait already, and every other method first waits for the commits and throws what
+  // sixteen frames wait already, and every other method first waits for the commits and throws what
   // went wrong with them.
   void CommitFrameBehind(FrameRecord record, std::shared_ptr<const RawFrame> frame,
                          nlohmann::json checks);

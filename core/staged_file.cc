@@ -29,12 +29,12 @@ std::filesystem::path TemporaryBeside(const std::filesystem::path& path) {
 }
 
 // Failures name the file that it is to be.
-void WriteNew(const std::filesystem::path& temporary, std::string_view bytes, Access access,
-              const std::filesystem::path& path) {
+void WriteNew(const std::filesystem::path& temporary, std::span<const std::string_view> pieces,
+              Access access, const std::filesystem::path& path) {
   const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC,
                                access == Access::kPrivate ? 0600 : 0666));
   if (file.get() < 0) FailWriting(path, "create");
-  WriteAll(file.get(), bytes, path);
+  for (const std::string_view bytes : pieces) WriteAll(file.get(), bytes, path);
   // Only sooner than the sync would: what it says does not matter.
   ::sync_file_range(file.get(), 0, 0, SYNC_FILE_RANGE_WRITE);
 }
@@ -53,9 +53,10 @@ StagedFile::StagedFile(const std::filesystem::path& path,
   }
 }
 
-StagedFile::StagedFile(const std::filesystem::path& path, std::string_view bytes, Access access)
+StagedFile::StagedFile(const std::filesystem::path& path, std::span<const std::string_view> pieces,
+                       Access access)
     : StagedFile(path, [&](const std::filesystem::path& temporary) {
-        WriteNew(temporary, bytes, access, path);
+        WriteNew(temporary, pieces, access, path);
       }) {}
 
 StagedFile::StagedFile(StagedFile&& other) noexcept

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string_view>
 
 #include "core/file.h"
@@ -12,9 +13,10 @@ namespace luxfield::core {
 // A file beside the one that it is to be.
 class StagedFile {
  public:
-  // Writes the bytes to a temporary file in the folder of `path`; the disk begins with them. Throws
-  // DeviceError.
-  StagedFile(const std::filesystem::path& path, std::string_view bytes, Access access);
+  // Writes the bytes, one piece after the other, to a temporary file in the folder of `path`; the
+  // disk begins with them. Throws DeviceError.
+  StagedFile(const std::filesystem::path& path, std::span<const std::string_view> pieces,
+             Access access);
   // The same by a writer that needs a path of its own, with the extension of `path`.
   StagedFile(const std::filesystem::path& path,
              const std::function<void(const std::filesystem::path& temporary)>& write);
