@@ -1,8 +1,31 @@
 #include "core/background_queue.h"
 
+#include <pthread.h>
+#include <sched.h>
+#include <sys/resource.h>
+
+#include <algorithm>
 #include <utility>
 
 namespace luxfield::core {
+namespace {
+
+// The calling thread's. Linux' nice values are those of threads.
+void LowerPriority() {
+  constexpr int kNicer = 5;
+  int policy = SCHED_OTHER;
+  sched_param priority{};
+  ::pthread_getschedparam(::pthread_self(), &policy, &priority);
+  if (policy == SCHED_FIFO || policy == SCHED_RR) {
+    priority.sched_priority =
+        std::max(priority.sched_priority - 1, ::sched_get_priority_min(policy));
+    ::pthread_setschedparam(::pthread_self(), policy, &priority);
+  } else {
+    ::setpriority(PRIO_PROCESS, 0, ::getpriority(PRIO_PROCESS, 0) + kNicer);
+  }
+}
+
+}  // namespace
 
 BackgroundQueue::BackgroundQueue(std::size_t most) : most_(most), thread_([this] { Work(); }) {}
 
@@ -39,6 +62,7 @@ void BackgroundQueue::Settle() {
 }
 
 void BackgroundQueue::Work() {
+  LowerPriority();
   std::unique_lock lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return ending_ || !tasks_.empty(); });

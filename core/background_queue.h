@@ -11,7 +11,8 @@
 
 namespace luxfield::core {
 
-// One task after the other, on a thread of its own. Push and Settle are for one thread.
+// One task after the other, on a thread of its own, which gives way to the caller's: it has a lower
+// priority. Push and Settle are for one thread.
 class BackgroundQueue {
  public:
   // `most` tasks may wait for the one that is being done.

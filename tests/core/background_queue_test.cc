@@ -1,6 +1,8 @@
 #include "core/background_queue.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <future>
@@ -50,6 +52,18 @@ TEST(BackgroundQueue, ATaskSeesWhetherAnotherWaits) {
   all_pushed.set_value();
   queue.Settle();
   EXPECT_EQ(waiting, (std::vector<bool>{true, true, false}));
+}
+
+TEST(BackgroundQueue, ItsThreadGivesWayToTheCaller) {
+  const int caller = ::getpriority(PRIO_PROCESS, 0);
+  if (caller == 19 || ::sched_getscheduler(0) != SCHED_OTHER)
+    GTEST_SKIP() << "the test runs at the lowest priority, or at a real-time one";
+  int background = caller;
+  BackgroundQueue queue(1);
+  queue.Push([&] { background = ::getpriority(PRIO_PROCESS, 0); });
+  queue.Settle();
+  EXPECT_GT(background, caller);
+  EXPECT_EQ(::getpriority(PRIO_PROCESS, 0), caller);
 }
 
 TEST(BackgroundQueue, AnErrorIsThrownOnceAndDropsWhatWaits) {
