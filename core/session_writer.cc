@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <future>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <set>
@@ -336,19 +335,15 @@ void SessionWriter::Seal(const std::string& status) {
     Append("sealed", {{"status", status}, {"frames", impl_->files.size()}});
     impl_->state.sealed = true;
   }
-  std::vector<std::string> names = {"plan.json", "session.json", "journal.jsonl"};
-  for (const auto& entry : fs::directory_iterator(impl_->folder)) {
-    const std::string name = entry.path().filename().string();
-    if (entry.is_regular_file() && name != "LOCK" &&
-        std::find(names.begin(), names.end(), name) == names.end())
-      names.push_back(name);
-  }
-  names.insert(names.end(), impl_->files.begin(), impl_->files.end());
-  std::sort(names.begin(), names.end());
+  std::map<std::string, std::string> hashes;
+  for (const auto& entry : fs::directory_iterator(impl_->folder))
+    if (const std::string name = entry.path().filename().string();
+        entry.is_regular_file() && name != "LOCK")
+      hashes[name] = Sha256OfFile(entry.path());
+  for (const FrameRecord& frame : impl_->state.committed) hashes[frame.file] = frame.sha256;
   Manifest manifest{impl_->journal->head(), {}};
-  for (const auto& name : names)
-    manifest.files.push_back(
-        {name, fs::file_size(impl_->folder / name), Sha256OfFile(impl_->folder / name)});
+  for (const auto& [name, sha256] : hashes)
+    manifest.files.push_back({name, fs::file_size(impl_->folder / name), sha256});
   WritePrivate(impl_->folder / "manifest.json", FormatManifest(manifest));
 }
 

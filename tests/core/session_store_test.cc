@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <future>
@@ -19,6 +20,7 @@
 #include "core/file.h"
 #include "core/journal.h"
 #include "core/json.h"
+#include "core/manifest.h"
 #include "core/random.h"
 #include "core/session_check.h"
 #include "core/session_writer.h"
@@ -222,6 +224,26 @@ TEST(SessionStore, MissingAndForeignFramesAreReported) {
   Overwrite(folder / "frames/stranger.tif", bytes);
   EXPECT_THAT(VerifySession(folder).problems,
               testing::ElementsAre(HasSubstr("stranger.tif: is not in the manifest")));
+}
+
+TEST(SessionStore, TheManifestListsFramesAsTheyWereCommitted) {
+  const auto folder = NewFolder("listed");
+  SimulatedClock clock;
+  auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+  writer.StartEpoch({});
+  FrameRecord record;
+  record.i = record.j = 0;
+  record.exposure_s = record.requested_exposure_s = 1;
+  record = writer.CommitFrame(record, TestFrame(0, 0), {});
+  Overwrite(folder / record.file, "damaged since");
+  writer.Seal("done");
+  const Manifest manifest = ParseManifest(ReadFile(folder / "manifest.json"), "manifest.json");
+  const auto listed =
+      std::find_if(manifest.files.begin(), manifest.files.end(),
+                   [&](const ManifestFile& file) { return file.name == record.file; });
+  ASSERT_NE(listed, manifest.files.end());
+  EXPECT_EQ(listed->sha256, record.sha256);
+  EXPECT_THAT(VerifySession(folder).problems, testing::Contains(HasSubstr("SHA-256")));
 }
 
 TEST(SessionStore, SalvageKeepsWhatIsIntactAndTheRestIsRetaken) {
