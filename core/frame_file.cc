@@ -1,22 +1,65 @@
 #include "core/frame_file.h"
 
+#include <filesystem>
+#include <vector>
+
 #include "core/error.h"
 #include "core/file.h"
+#include "core/parallel.h"
 #include "core/session_path.h"
+#include "core/sha256.h"
 
 namespace luxfield::core {
+namespace {
 
-void ReadFrame(const SessionReader& session, const FrameRecord& record, bool check_hash,
-               std::string* bytes, RawFrame* frame) {
-  const auto path = SessionFile(session.folder(), record.file, session.folder().string());
+std::filesystem::path FrameFile(const SessionReader& session, const FrameRecord& record) {
+  return SessionFile(session.folder(), record.file, session.folder().string());
+}
+
+void ReadInto(const std::filesystem::path& path, std::string* bytes) {
   bytes->clear();
   std::error_code unknown;  // the size is only a hint
   if (const auto size = std::filesystem::file_size(path, unknown); !unknown) bytes->reserve(size);
   ReadInPieces(path, [&](std::string_view piece) { bytes->append(piece); });
-  if (check_hash && Sha256(*bytes) != record.sha256)
-    throw InputError(path.string(), "differs from the frame that was committed (SHA-256)",
-                     "restore it from a copy, or run `luxfield verify --salvage` on the session");
-  DecodeTiff(*bytes, path.string(), frame);
+}
+
+// As many at a time as are hashed together.
+void CheckHashes(const SessionReader& session, std::span<const FrameRecord* const> records,
+                 std::span<const std::string> bytes) {
+  ParallelFor(
+      records.size(), Sha256Together(records.size()), [&](std::size_t begin, std::size_t end) {
+        std::vector<Sha256Message> messages;
+        for (std::size_t n = begin; n < end; ++n) messages.push_back({{}, bytes[n]});
+        const auto hashes = Sha256OfEach(messages);
+        for (std::size_t n = begin; n < end; ++n)
+          if (hashes[n - begin] != records[n]->sha256)
+            throw InputError(
+                FrameFile(session, *records[n]).string(),
+                "differs from the frame that was committed (SHA-256)",
+                "restore it from a copy, or run `luxfield verify --salvage` on the session");
+      });
+}
+
+}  // namespace
+
+void ReadFrame(const SessionReader& session, const FrameRecord& record, bool check_hash,
+               std::string* bytes, RawFrame* frame) {
+  const FrameRecord* const records[] = {&record};
+  ReadFrames(session, records, check_hash, {bytes, 1}, {frame, 1});
+}
+
+void ReadFrames(const SessionReader& session, std::span<const FrameRecord* const> records,
+                bool check_hashes, std::span<std::string> bytes, std::span<RawFrame> frames) {
+  const auto for_each = [&](const auto& body) {
+    ParallelFor(records.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) body(n);
+    });
+  };
+  for_each([&](std::size_t n) { ReadInto(FrameFile(session, *records[n]), &bytes[n]); });
+  if (check_hashes) CheckHashes(session, records, bytes);
+  for_each([&](std::size_t n) {
+    DecodeTiff(bytes[n], FrameFile(session, *records[n]).string(), &frames[n]);
+  });
 }
 
 }  // namespace luxfield::core

@@ -2,6 +2,7 @@
 // page by page, which takes longer than reading a frame that is cached.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -16,5 +17,10 @@ void DecodeTiff(std::string_view bytes, const std::string& file, RawFrame* frame
 // session.ReadFrame(record, check_hash) into `frame`; `bytes` is scratch.
 void ReadFrame(const SessionReader& session, const FrameRecord& record, bool check_hash,
                std::string* bytes, RawFrame* frame);
+
+// The same for several frames, on all cores (core::Threads); their hashes are taken together
+// (core/sha256.h). As many scratches and frames as records.
+void ReadFrames(const SessionReader& session, std::span<const FrameRecord* const> records,
+                bool check_hashes, std::span<std::string> bytes, std::span<RawFrame> frames);
 
 }  // namespace luxfield::core

@@ -4,6 +4,9 @@
 
 #include <map>
 #include <set>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -11,6 +14,7 @@
 #include "core/journal.h"
 #include "core/json.h"
 #include "core/manifest.h"
+#include "core/parallel.h"
 #include "core/session_path.h"
 #include "core/session_replay.h"
 
@@ -34,25 +38,55 @@ std::string FileProblem(const fs::path& folder, const std::string& name,
   return {};
 }
 
-// What the journal's first line vouches for: name, SHA-256.
-std::vector<std::pair<std::string, std::string>> DescribingFiles(const SessionState& state) {
+// A file's name and the SHA-256 that it was committed with.
+using CommittedFile = std::pair<std::string, std::string>;
+
+// What the journal's first line vouches for.
+std::vector<CommittedFile> DescribingFiles(const SessionState& state) {
   auto files = state.other_files;
   files.emplace_back("plan.json", state.plan_sha256);
   files.emplace_back("session.json", state.session_sha256);
   return files;
 }
 
-void CheckManifest(const fs::path& folder, const JournalContent& journal, SessionCheck& check) {
+// FileProblem of the session's files, each of which is read once.
+class FileProblems {
+ public:
+  explicit FileProblems(const fs::path& folder) : folder_(folder) {}
+
+  // Looks at those that were not looked at yet, on all cores.
+  void Find(std::span<const CommittedFile> files) {
+    std::vector<decltype(problems_)::iterator> found;
+    for (const CommittedFile& file : files)
+      if (const auto [place, is_new] = problems_.try_emplace(file); is_new) found.push_back(place);
+    ParallelFor(found.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n)
+        found[n]->second = FileProblem(folder_, found[n]->first.first, found[n]->first.second);
+    });
+  }
+
+  const std::string& Of(const CommittedFile& file) const { return problems_.at(file); }
+
+ private:
+  const fs::path& folder_;
+  std::map<CommittedFile, std::string> problems_;
+};
+
+void CheckManifest(const fs::path& folder, const JournalContent& journal, FileProblems& files,
+                   SessionCheck& check) {
   const auto path = folder / "manifest.json";
   try {
     const Manifest manifest = ParseManifest(ReadFile(path), path.string());
     if (manifest.journal_head != journal.head)
       check.problems.push_back(
           fmt::format("{}: journal_head is not the journal's last line", path.string()));
+    std::vector<CommittedFile> committed;
+    for (const ManifestFile& file : manifest.files) committed.emplace_back(file.name, file.sha256);
+    files.Find(committed);
     std::set<std::string> listed;
     for (const ManifestFile& file : manifest.files) {
       listed.insert(file.name);
-      const auto problem = FileProblem(folder, file.name, file.sha256);
+      const auto& problem = files.Of({file.name, file.sha256});
       if (!problem.empty())
         check.problems.push_back(problem);
       else if (fs::file_size(folder / file.name) != file.bytes)
@@ -100,13 +134,18 @@ SessionCheck VerifySession(const fs::path& folder) {
         fmt::format("{}: {}", folder.string(),
                     has_manifest ? "has a manifest although the journal is not sealed"
                                  : "was sealed but manifest.json is missing; --resume writes it"));
-  for (const auto& [name, sha256] : DescribingFiles(state))
-    if (const auto problem = FileProblem(folder, name, sha256); !problem.empty())
-      check.problems.push_back(problem);
+  const auto describing = DescribingFiles(state);
+  auto committed = describing;
+  for (const FrameRecord& record : state.committed)
+    committed.emplace_back(record.file, record.sha256);
+  FileProblems files(folder);
+  files.Find(committed);
+  for (const CommittedFile& file : describing)
+    if (const auto& problem = files.Of(file); !problem.empty()) check.problems.push_back(problem);
   SessionState intact = state;
   intact.committed.clear();
   for (const FrameRecord& record : state.committed) {
-    const auto problem = FileProblem(folder, record.file, record.sha256);
+    const auto& problem = files.Of({record.file, record.sha256});
     if (!problem.empty()) {
       check.problems.push_back(problem);
       continue;
@@ -118,7 +157,7 @@ SessionCheck VerifySession(const fs::path& folder) {
   for (const FrameRecord& record : intact.UsableFrames())
     if (record.kind == FrameKind::kPosition) whole.insert({record.i, record.j});
   check.positions = static_cast<int>(whole.size());
-  if (has_manifest) CheckManifest(folder, journal, check);
+  if (has_manifest) CheckManifest(folder, journal, files, check);
   return check;
 }
 

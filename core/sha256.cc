@@ -134,10 +134,14 @@ const std::vector<Sha256Way>& Sha256Ways() {
   return ways;
 }
 
-std::vector<std::string> Sha256OfEach(std::span<const Sha256Message> messages) {
+std::size_t Sha256Together(std::size_t messages) {
   constexpr std::size_t kWorthLanes = 3;
-  return Sha256OfEach(messages,
-                      messages.size() < kWorthLanes ? Sha256Way::kOneByOne : Sha256Ways().front());
+  return messages < kWorthLanes || Sha256Ways().front() == Sha256Way::kOneByOne ? 1 : kSha256Lanes;
+}
+
+std::vector<std::string> Sha256OfEach(std::span<const Sha256Message> messages) {
+  return Sha256OfEach(
+      messages, Sha256Together(messages.size()) == 1 ? Sha256Way::kOneByOne : Sha256Ways().front());
 }
 
 std::vector<std::string> Sha256OfEach(std::span<const Sha256Message> messages, Sha256Way way) {

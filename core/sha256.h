@@ -26,6 +26,8 @@ std::vector<std::string> Sha256OfEach(std::span<const Sha256Message> messages);
 enum class Sha256Way { kOneByOne, kAvx2, kAvx512 };
 // Those that this processor has; the fastest for eight messages first.
 const std::vector<Sha256Way>& Sha256Ways();
+// How many of so many messages one thread had better hash together.
+std::size_t Sha256Together(std::size_t messages);
 // By one of them, however few the messages are.
 std::vector<std::string> Sha256OfEach(std::span<const Sha256Message> messages, Sha256Way way);
 

@@ -36,10 +36,8 @@ void BracketReader::Read(std::size_t bracket) {
   std::vector<core::RawFrame>& frames = frames_[bracket % 2];
   frames.resize(std::max(frames.size(), records.size()));  // never shorter: memory stays
   bytes_.resize(std::max(bytes_.size(), records.size()));
-  core::ParallelFor(records.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n)
-      core::ReadFrame(session_, *records[n], check_hashes_, &bytes_[n], &frames[n]);
-  });
+  core::ReadFrames(session_, records, check_hashes_, std::span(bytes_).first(records.size()),
+                   std::span(frames).first(records.size()));
 }
 
 }  // namespace luxfield::reconstruct

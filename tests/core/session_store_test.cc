@@ -14,10 +14,13 @@
 #include <fstream>
 #include <future>
 #include <regex>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/frame_file.h"
 #include "core/journal.h"
 #include "core/json.h"
 #include "core/manifest.h"
@@ -224,6 +227,38 @@ TEST(SessionStore, MissingAndForeignFramesAreReported) {
   Overwrite(folder / "frames/stranger.tif", bytes);
   EXPECT_THAT(VerifySession(folder).problems,
               testing::ElementsAre(HasSubstr("stranger.tif: is not in the manifest")));
+}
+
+TEST(SessionStore, OfFramesReadTogetherTheAlteredOneIsNamed) {
+  const auto folder = WholeSession("together");
+  const SessionReader reader(folder);
+  std::vector<const FrameRecord*> records;  // more than are hashed at a time
+  for (int round = 0; round < 2; ++round)
+    for (const FrameRecord& record : reader.frames()) records.push_back(&record);
+  ASSERT_GT(records.size(), kSha256Lanes);
+  std::vector<std::string> bytes(records.size());
+  std::vector<RawFrame> frames(records.size());
+  for (std::size_t count = 0; count <= records.size(); ++count) {
+    ReadFrames(reader, std::span(records).first(count), true, bytes, frames);
+    for (std::size_t n = 0; n < count; ++n)
+      EXPECT_EQ(frames[n].dn, ExpectedFrame(*records[n]).dn) << records[n]->file;
+  }
+  for (std::size_t bad = 0; bad < records.size() / 2; ++bad) {
+    const auto file = folder / records[bad]->file;
+    const std::string whole = ReadFile(file);
+    std::string altered = whole;
+    altered.back() = static_cast<char>(altered.back() ^ 1);
+    Overwrite(file, altered);
+    for (std::size_t count = 0; count <= records.size(); ++count) {
+      const auto read = [&](bool check) {
+        ReadFrames(reader, std::span(records).first(count), check, bytes, frames);
+      };
+      const bool named = MessageOf([&] { read(true); }).find(file.string()) != std::string::npos;
+      EXPECT_EQ(named, count > bad) << count << " frames, number " << bad;
+      EXPECT_NO_THROW(read(false));
+    }
+    Overwrite(file, whole);
+  }
 }
 
 TEST(SessionStore, TheManifestListsFramesAsTheyWereCommitted) {
