@@ -8,6 +8,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <map>
+#include <mutex>
 #include <optional>
 
 extern "C" {
@@ -40,6 +41,10 @@ struct Planned {
 };
 std::optional<Planned> g_planned;
 
+// Of the above: a session's frames are stored by threads of its own. It is held over the call
+// itself, so that what is recorded comes in the order in which it was done.
+std::mutex g_mutex;
+
 // Below the recorded root, or nothing.
 std::optional<std::string> Inside(const char* path) {
   if (!g_recording) return {};
@@ -67,6 +72,7 @@ bool Fails(const char* name, bool changes) {
 }
 
 int Sync(int fd, const char* name, int (*real)(int)) {
+  const std::lock_guard lock(g_mutex);
   if (Fails(name, true)) return -1;
   const int result = real(fd);
   if (const auto path = OpenAt(fd); path && result == 0) Note({Call::Kind::kSync, *path});
@@ -76,20 +82,29 @@ int Sync(int fd, const char* name, int (*real)(int)) {
 }  // namespace
 
 std::vector<Call> Record(const std::filesystem::path& root, const std::function<void()>& work) {
-  g_recording = Recording{root, {}, {}};
+  {
+    const std::lock_guard lock(g_mutex);
+    g_recording = Recording{root, {}, {}};
+  }
   work();
+  const std::lock_guard lock(g_mutex);
   std::vector<Call> calls = std::move(g_recording->calls);
   g_recording.reset();
   return calls;
 }
 
 void Mark(const std::string& text) {
+  const std::lock_guard lock(g_mutex);
   if (g_recording) Note({Call::Kind::kMark, {}, {}, text});
 }
 
-void FailCall(int n, const Fault& fault) { g_planned = Planned{n, fault, {}}; }
+void FailCall(int n, const Fault& fault) {
+  const std::lock_guard lock(g_mutex);
+  g_planned = Planned{n, fault, {}};
+}
 
 Reached ClearFault() {
+  const std::lock_guard lock(g_mutex);
   const Reached reached = g_planned->reached;
   g_planned.reset();
   return reached;
@@ -107,6 +122,7 @@ int __wrap_open(const char* path, int flags, ...) {
   va_start(arguments, flags);
   const mode_t mode = flags & O_CREAT ? va_arg(arguments, mode_t) : 0;
   va_end(arguments);
+  const std::lock_guard lock(g_mutex);
   if (Fails("open", flags & O_CREAT)) return -1;
   const auto inside = Inside(path);
   const bool creates = inside && (flags & O_CREAT) && ::access(path, F_OK) != 0;
@@ -119,16 +135,19 @@ int __wrap_open(const char* path, int flags, ...) {
 }
 
 int __wrap_close(int fd) {
+  const std::lock_guard lock(g_mutex);
   if (g_recording) g_recording->paths.erase(fd);
   return __real_close(fd);
 }
 
 ssize_t __wrap_read(int fd, void* bytes, size_t size) {
+  const std::lock_guard lock(g_mutex);
   if (Fails("read", false)) return -1;
   return __real_read(fd, bytes, size);
 }
 
 ssize_t __wrap_write(int fd, const void* bytes, size_t size) {
+  const std::lock_guard lock(g_mutex);
   if (Fails("write", true)) {
     if (errno != 0) return -1;
     size = (size + 1) / 2;
@@ -143,6 +162,7 @@ ssize_t __wrap_write(int fd, const void* bytes, size_t size) {
 }
 
 int __wrap_ftruncate(int fd, off_t size) {
+  const std::lock_guard lock(g_mutex);
   if (Fails("ftruncate", true)) return -1;
   const int result = __real_ftruncate(fd, size);
   if (const auto path = OpenAt(fd); path && result == 0)
@@ -154,6 +174,7 @@ int __wrap_fsync(int fd) { return Sync(fd, "fsync", __real_fsync); }
 int __wrap_fdatasync(int fd) { return Sync(fd, "fdatasync", __real_fdatasync); }
 
 int __wrap_rename(const char* from, const char* to) {
+  const std::lock_guard lock(g_mutex);
   if (Fails("rename", true)) return -1;
   const int result = __real_rename(from, to);
   if (const auto inside = Inside(from); inside && result == 0)
@@ -162,6 +183,7 @@ int __wrap_rename(const char* from, const char* to) {
 }
 
 int __wrap_unlink(const char* path) {
+  const std::lock_guard lock(g_mutex);
   if (Fails("unlink", true)) return -1;
   const int result = __real_unlink(path);
   if (const auto inside = Inside(path); inside && result == 0) Note({Call::Kind::kRemove, *inside});
@@ -169,6 +191,7 @@ int __wrap_unlink(const char* path) {
 }
 
 int __wrap_mkdir(const char* path, mode_t mode) {
+  const std::lock_guard lock(g_mutex);
   if (Fails("mkdir", true)) return -1;
   const int result = __real_mkdir(path, mode);
   if (const auto inside = Inside(path); inside && result == 0)
