@@ -96,6 +96,7 @@ void FrameTaker::SelectTarget(const std::string& target) {
 }
 
 void FrameTaker::Home() {
+  stands_at_.reset();
   Drive([this] { devices_.stage->Home(Deadline(devices_, 300)); });
   RequireSafe();
   const hal::StagePosition where = devices_.stage->Where();
@@ -116,6 +117,7 @@ void FrameTaker::WatchClock() {
 
 void FrameTaker::MoveTo(hal::Vec2 centre) {
   WatchClock();
+  stands_at_.reset();
   const hal::StageLimits limits = devices_.stage->limits();
   const double longest = std::max(limits.max.x - limits.min.x, limits.max.y - limits.min.y);
   Drive([&] {
@@ -214,8 +216,23 @@ Shot FrameTaker::Shoot(const FrameRecord& place, const Doubt& doubt) {
   }
 }
 
-// An answer that is not where the stage was sent to may be a garbled one: it takes two in a row
-// that agree.
+// Faults of a stage that has lost its position, whatever place it names.
+hal::HardwareError FrameTaker::Lost(hal::Fault fault, const std::string& problem) const {
+  hal::HardwareError error(fault, devices_.stage->identity(), "where", problem,
+                           "look what disturbed it, then resume, which homes it");
+  error.position_lost = true;
+  return error;
+}
+
+hal::StagePosition FrameTaker::AskStage() {
+  const hal::StagePosition where = devices_.stage->Where();
+  if (!where.homed) throw Lost(hal::Fault::kNotHomed, "has lost its position since it arrived");
+  return where;
+}
+
+// An answer that is not where the stage was sent to, or says that it moves, may be a garbled one:
+// it takes two in a row that agree. Frames of one place are of one place: a stage that stands
+// elsewhere than at the first of them has been displaced.
 hal::StagePosition FrameTaker::WhereItStands() {
   constexpr int kAnswers = 5;
   constexpr double kRounding_m = 1e-9;
@@ -223,18 +240,24 @@ hal::StagePosition FrameTaker::WhereItStands() {
   const auto agree = [&](hal::Vec2 a, hal::Vec2 b) {
     return std::abs(a.x - b.x) <= near_m && std::abs(a.y - b.y) <= near_m;
   };
-  hal::StagePosition where = devices_.stage->Where();
-  for (int n = 1; n < kAnswers; ++n) {
-    if (agree(where.readback, where.setpoint)) return where;
-    const hal::StagePosition again = devices_.stage->Where();
-    if (agree(where.readback, again.readback)) return again;
+  hal::StagePosition where = AskStage();
+  bool certain = !where.moving && agree(where.readback, where.setpoint);
+  for (int n = 1; !certain && n < kAnswers; ++n) {
+    const hal::StagePosition again = AskStage();
+    certain = !where.moving && !again.moving && agree(where.readback, again.readback);
     where = again;
   }
-  throw hal::HardwareError(
-      hal::Fault::kProtocol, devices_.stage->identity(), "where",
-      fmt::format("{} answers in a row name different places, the last ({} m, {} m)", kAnswers,
-                  where.readback.x, where.readback.y),
-      "check its cable, home it and resume");
+  if (!certain)
+    throw Lost(hal::Fault::kProtocol,
+               fmt::format("{} answers in a row do not name one place where it stands, the last "
+                           "({} m, {} m)",
+                           kAnswers, where.readback.x, where.readback.y));
+  if (!stands_at_) stands_at_ = where.readback;
+  if (!agree(where.readback, *stands_at_))
+    throw Lost(hal::Fault::kProtocol,
+               fmt::format("stands at ({} m, {} m), where it had arrived at ({} m, {} m)",
+                           where.readback.x, where.readback.y, stands_at_->x, stands_at_->y));
+  return where;
 }
 
 void FrameTaker::Commit(FrameRecord record, const Shot& shot) {

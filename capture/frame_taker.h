@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -60,7 +61,8 @@ class FrameTaker {
   using Doubt = std::function<std::string(const Shot&)>;
   Shot Shoot(const core::FrameRecord& place, const Doubt& doubt = {});
   // One more frame of the session, stored while the next one is taken; the record's exposure_index
-  // is the rung.
+  // is the rung. Throws HardwareError with position_lost, and keeps nothing, where the stage no
+  // longer knows where it is, or does not stand where it stood for the frames before.
   void Commit(core::FrameRecord record, const Shot& shot);
 
   // A line of the session's journal.
@@ -79,6 +81,8 @@ class FrameTaker {
   template <typename Action>
   void Drive(Action&& action);
   void RequireSafe();
+  hal::HardwareError Lost(hal::Fault fault, const std::string& problem) const;
+  hal::StagePosition AskStage();
   hal::StagePosition WhereItStands();
   double ReadMonitor();
   std::string Distrust(const Shot& shot, double asked_at_s) const;
@@ -95,6 +99,7 @@ class FrameTaker {
   hal::SafetyGuard guard_;
   hal::AppliedSettings applied_;
   double clock_offset_s_;
+  std::optional<hal::Vec2> stands_at_;  // of the first frame since the last move
   std::uint64_t last_id_ = 0;
   std::shared_ptr<const core::RawFrame> last_image_ = std::make_shared<core::RawFrame>();
 };

@@ -366,7 +366,7 @@ TEST_F(Capture, AReadBackThatNeverAgreesEndsTheCapture) {
     FAIL();
   } catch (const hal::HardwareError& error) {
     EXPECT_EQ(error.fault, hal::Fault::kProtocol);
-    EXPECT_THAT(error.what(), HasSubstr("5 answers in a row name different places"));
+    EXPECT_THAT(error.what(), HasSubstr("5 answers in a row do not name one place"));
   }
 }
 

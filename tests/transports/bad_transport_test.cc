@@ -153,6 +153,8 @@ class StageOnALine {
                                            [this] { return Carriage(); });
   }
 
+  bool Suffer(std::string_view event) { return host_.Suffer(event); }
+
  private:
   static constexpr double kMicrostep_m = 5e-8;
 
@@ -389,6 +391,45 @@ TEST_F(BadTransport, EverySessionResumesToTheSameLightField) {
     failures += tally.failures;
   }
   EXPECT_GT(failures, 0) << "the transports were too good to show anything";
+}
+
+// A controller that forgets where it stands while it stands there: its next answers still name the
+// place.
+TEST_F(BadTransport, AControllerDisturbedAtRestCostsItsBracketAndNothingElse) {
+  capture::Plan plan = plan_;
+  plan.exposure.repeats = 3;  // so that a bracket has frames left
+  for (const Transport transport : {Transport::kGrbl, Transport::kZaber})
+    for (const char* event : {"power cycle", "limit switch"}) {
+      const std::string name =
+          fmt::format("{} of {}", event, kTransportNames[static_cast<std::size_t>(transport)]);
+      SCOPED_TRACE(name);
+      const fs::path session = folder_ / name;
+      StageOnALine stage(transport);
+      int frames = 0;  // until it is struck: the first of the third position
+      capture::CaptureOptions options;
+      options.on_frame = [&](const capture::CaptureSummary& s) {
+        if (s.positions != 2 || frames > 0) return;
+        frames = s.frames;
+        EXPECT_TRUE(stage.Suffer(event));
+      };
+      try {
+        hal::Devices devices = Lab().MakeDevices();
+        devices.stage = stage.Open({}, kSeed, std::move(devices.stage));
+        capture::RunCapture(plan, devices, session, options);
+        ADD_FAILURE() << "the bracket went on";
+      } catch (const hal::HardwareError& error) {
+        EXPECT_EQ(error.fault, hal::Fault::kNotHomed) << error.what();
+        EXPECT_TRUE(error.position_lost);
+      }
+      EXPECT_EQ(capture::VerifySession(session).frames, frames);
+      options.resume = true;
+      hal::Devices devices = Lab().MakeDevices();
+      devices.stage = stage.Open({}, kSeed, std::move(devices.stage));
+      capture::RunCapture(plan, devices, session, options);
+      EXPECT_THAT(capture::VerifySession(session).problems, testing::IsEmpty());
+      const e2e::Agreement agreement = e2e::Compare(FieldOf(session), undisturbed_);
+      EXPECT_LT(agreement.chi_squared, 1 + 5 * agreement.scatter());
+    }
 }
 
 }  // namespace
