@@ -49,7 +49,7 @@ void AddBudget(Program& program) {
   CLI::App& verb = program.AddVerb(
       "budget",
       "Where the uncertainty of radiance, flux and irradiance comes from: noise, exposure, drift, "
-      "stage, filter, stray light, light meter",
+      "stage, geometry, filter, stray light, missing positions, light meter, basis",
       [options] { return Run(*options); });
   verb.add_option("SESSION", options->session, "The session folder")->required();
   verb.add_option("--uncertainty", options->settings,

@@ -102,7 +102,7 @@ std::optional<SpotPosterior> BasisTruncation::Posterior(const Texels& texels) co
   const BasisGrid& grid = g.grid;
   const double count = double(texels.row1 - texels.row0) * (texels.column1 - texels.column0),
                area_m2 = grid.spacing_m * grid.spacing_m;
-  MatrixXd c = MatrixXd::Zero(grid.width, grid.height), noise = c;
+  MatrixXd c = MatrixXd::Zero(grid.width, grid.height), noise = c, unseen = c;
   for (int j = 0; j < grid.height; ++j)
     for (int i = 0; i < grid.width; ++i) {
       const int m = grid.index(i, j);
@@ -113,13 +113,16 @@ std::optional<SpotPosterior> BasisTruncation::Posterior(const Texels& texels) co
           c(i, j) += LuminanceAt(field_.data, g, start, texel) / count;
           if (!options_.measurements) continue;
           // Of three channels as if their errors were one: the shares' sum of squares is less.
-          const auto& sigma = options_.measurements->positions[static_cast<std::size_t>(m)].sigma;
-          noise(i, j) += std::pow(LuminanceAt(sigma, g, 0, texel) / (count * area_m2), 2);
+          const auto& position = options_.measurements->positions[static_cast<std::size_t>(m)];
+          noise(i, j) += std::pow(LuminanceAt(position.sigma, g, 0, texel) / (count * area_m2), 2);
+          if (position.mask[texel] & lightfield::kUnknownMask) unseen(i, j) += 1 / count;
         }
     }
   if (c.isZero(0)) return {};
   const MatrixXd e = u_.overlap * c * v_.overlap.transpose();
   noise += (options_.relative_noise * e).cwiseAbs2();
+  // Where a position is missing, e is what C says and not what a filter saw.
+  noise += unseen.cwiseAbs2() * (e.squaredNorm() / static_cast<double>(e.size()));
   return SpotPosterior(u_, v_, c, noise);
 }
 

@@ -15,6 +15,7 @@
 #include "reconstruct/filter_system.h"
 #include "reconstruct/geometry_calibration_file.h"
 #include "reconstruct/geometry_uncertainty.h"
+#include "reconstruct/missing_positions.h"
 #include "reconstruct/reconstruct.h"
 
 namespace luxfield::reconstruct {
@@ -24,9 +25,12 @@ using lightfield::LightField;
 using lightfield::Weights;
 
 constexpr std::array<const char*, kErrorSources> kNames = {
-    "photon noise", "read noise",   "PRNU",        "shutter",     "lamp drift", "monitor",
-    "stage",        "image shift",  "geometry",    "print shift", "density",    "density gamma",
-    "grain",        "filter noise", "stray light", "light meter", "basis"};
+    "photon noise", "read noise",        "PRNU",
+    "shutter",      "lamp drift",        "monitor",
+    "stage",        "image shift",       "geometry",
+    "print shift",  "density",           "density gamma",
+    "grain",        "filter noise",      "stray light",
+    "light meter",  "missing positions", "basis"};
 
 // Of every quantity; nothing where the geometry is as the session states it.
 std::optional<std::vector<double>> GeometrySigmas(const MergeSessionOptions& how,
@@ -99,6 +103,20 @@ std::vector<std::optional<double>> BasisSigmas(const ErrorSizes& sizes,
   return sigmas;
 }
 
+std::vector<double> MissingSigmasOf(const lightfield::Measurements& measurements,
+                                    const LightField& field,
+                                    const std::vector<AskedQuantity>& quantities,
+                                    const std::vector<Weights>& weights,
+                                    const std::optional<FilterSystem>& system) {
+  std::vector<const Weights*> of_coefficients, of_irradiances;
+  for (std::size_t q = 0; q < quantities.size(); ++q) {
+    of_coefficients.push_back(&quantities[q].weights);
+    of_irradiances.push_back(&weights[q]);
+  }
+  return MissingSigmas(measurements, field, of_coefficients, of_irradiances,
+                       system ? &*system : nullptr);
+}
+
 double FilterNoise(const LightField& field, const lightfield::MeasuredFilter& filter,
                    const Weights& weights) {
   LagSums lags;
@@ -145,6 +163,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
     weights.push_back(AdjointSolve(measurements, q.weights, system ? &*system : nullptr));
     if (filter) filter_noise.push_back(FilterNoise(field, *filter, weights.back()));
   }
+  const auto by_missing = MissingSigmasOf(measurements, field, quantities, weights, system);
   const auto by_basis = BasisSigmas(settings.sizes, measurements, field, quantities);
   const auto by_geometry = GeometrySigmas(how, measurements, field, quantities, weights);
   ErrorPropagation propagation({session, plan, how, measurements, field}, std::move(weights));
@@ -162,6 +181,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
     result.unit = quantities[q].unit;
     result.value = quantities[q].value;
     result.sigma = propagation.Sigma(q, sizes);
+    result.sigma[static_cast<std::size_t>(ErrorSource::kMissing)] = by_missing[q];
     result.sigma[static_cast<std::size_t>(ErrorSource::kBasis)] = by_basis[q];
     if (filter) result.sigma[static_cast<std::size_t>(ErrorSource::kFilterNoise)] = filter_noise[q];
     if (by_geometry)

@@ -48,9 +48,10 @@ enum class ErrorSource {
   kFilterNoise,   // of the photographs of a filter used as measured
   kStrayLight,    //
   kMeter,         // the light meter's readings and calibration
+  kMissing,       // what positions that texels did not see leave open (missing_positions.h)
   kBasis,         // what the basis does not resolve of the lamp (basis_truncation.h)
 };
-constexpr int kErrorSources = 17;
+constexpr int kErrorSources = 18;
 
 // "photon noise" ...
 const char* ErrorSourceName(ErrorSource source);

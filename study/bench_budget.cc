@@ -15,6 +15,7 @@
 #include "study/chain.h"
 #include "study/filter_rows.h"
 #include "study/lab_variant.h"
+#include "study/missing_rows.h"
 #include "study/spot_total_rows.h"
 #include "study/truncation_rows.h"
 
@@ -163,19 +164,22 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
     return std::find(options.sources.begin(), options.sources.end(), name) != options.sources.end();
   };
   const bool basis = options.sources.empty() || asked(kBasisSource),
+             missing = options.sources.empty() || asked(kMissingSource),
              with_basis = options.sources.empty() || asked(kTotalWithBasis),
              filter = (options.sources.empty() && !options.dual) || asked(kFilterSource);
   if (options.dual && filter)
     throw InputError(fmt::format(
         "--source '{}': the budget of dual filters as measured is not built; leave out --dual",
         kFilterSource));
-  if (cases.size() + asked(kBasisSource) + asked(kTotalWithBasis) + asked(kFilterSource) <
+  if (cases.size() + asked(kMissingSource) + asked(kBasisSource) + asked(kTotalWithBasis) +
+          asked(kFilterSource) <
       options.sources.size())
     throw InputError("--source: one is not a source of the budget; leave it out to see them all");
   core::Json rows = core::Json::array();
   const auto add = [&](const nlohmann::json& more) {
     for (const auto& row : more) rows.push_back(row);
   };
+  if (missing) add(MissingRows(options.runs, options.seed, options.dual));
   if (basis) add(TruncationRows(options.folder, options.runs, options.seed, options.dual));
   if (with_basis) add(SpotTotalRows(options.folder, options.runs, options.seed, options.dual));
   if (filter) add(FilterRows(options.folder, options.runs, options.budgets, options.seed));

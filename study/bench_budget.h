@@ -29,6 +29,9 @@ struct BenchBudgetOptions {
 // spot_total_rows.h); deviations are from the lamps themselves, `value` is the root mean square of
 // theirs, and `error` comes from the spread of the squares.
 //
+// Source "missing positions": random lamps that some texels saw through a part of the filters only
+// (missing_rows.h); likewise.
+//
 // Source "measured filter": photographs of a print (filter_rows.h); not with dual filters.
 //
 // Rows: source, quantity, runs, value (without errors), predicted and observed (standard

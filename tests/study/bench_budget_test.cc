@@ -73,6 +73,23 @@ INSTANTIATE_TEST_SUITE_P(
         Sample{"Dual", true, {"photon noise", "stage", "density gamma", "grain", "total"}, 25}),
     [](const auto& test) { return test.param.rig; });
 
+// Random lamps whose coefficients are independent, as many as scatter by 8 % at most.
+TEST(BenchBudget, WhatMissingPositionsLeaveOpenIsForetold) {
+  core::Progress::SetQuiet(true);
+  for (const bool dual : {false, true}) {
+    BenchBudgetOptions options;
+    options.runs = 60;
+    options.seed = 20261124;
+    options.dual = dual;
+    options.sources = {"missing positions"};
+    std::printf("seed %llu\n", static_cast<unsigned long long>(options.seed));
+    const nlohmann::json rows = BenchBudget(options);
+    EXPECT_EQ(rows.size(), 5u);
+    for (const auto& row : rows)
+      EXPECT_LT(std::abs(std::log(row["ratio"].get<double>())), std::log(1.4)) << row.dump();
+  }
+}
+
 // A sample of the rows over random lamps. Their errors are far from normal: the root mean squares
 // of 40 and of 8 scatter by 25 % and by half. Totals without the basis are a tenth of what is seen
 // behind dual filters, and the loss of a basis of twice the spacing is 2.5 times that of this one.
