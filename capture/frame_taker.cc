@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "capture/preflight.h"
 #include "core/error.h"
@@ -149,8 +150,21 @@ FrameStatistics FrameTaker::Statistics(const core::RawFrame& frame) const {
   return Measure(frame, usable_, devices_.rig.camera);
 }
 
+// 0: no monitor. NaN where it tells nothing about the lamp.
 double FrameTaker::ReadMonitor() {
-  return devices_.monitor ? devices_.monitor->Read(Deadline(devices_, 1)).value : 0;
+  if (!devices_.monitor) return 0;
+  const hal::Reading reading = devices_.monitor->Read(Deadline(devices_, 1));
+  const bool sound = !reading.over_range && std::isfinite(reading.value) && reading.value >= 0;
+  return sound ? reading.value : std::numeric_limits<double>::quiet_NaN();
+}
+
+// The objection to a frame whose monitor reading says nothing; the reading is then "none".
+std::string FrameTaker::DoubtMonitor(const FrameRecord& place, Shot& shot) const {
+  if (!std::isnan(shot.meter)) return {};
+  shot.meter = 0;
+  if (place.kind == FrameKind::kDark) return {};
+  return fmt::format("{}: over range, below 0 or no number beside the exposure",
+                     devices_.monitor->identity());
 }
 
 // Why a frame cannot be what was asked for; empty if it can. Checks against the one taken before.
@@ -193,7 +207,8 @@ Shot FrameTaker::Shoot(const FrameRecord& place, const Doubt& doubt) {
       fresh = shot.reason.empty();
     }
     if (fresh) {
-      if (doubt) shot.reason = doubt(shot);
+      shot.reason = DoubtMonitor(place, shot);
+      if (shot.reason.empty() && doubt) shot.reason = doubt(shot);
       last_id_ = shot.frame.frame_id;
       last_image_ = shot.image;
     }

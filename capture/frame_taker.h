@@ -56,8 +56,10 @@ class FrameTaker {
   const std::vector<PixelRun>& usable() const { return usable_; }
 
   // Exposes with the present settings until a frame passes, at most max_attempts times; a frame
-  // that is not fresh after them is a HardwareError, one that `doubt` objects to (its sentence, or
-  // empty) is flagged. `place` only names the frame in the journal.
+  // that is not fresh after them is a HardwareError; one that `doubt` objects to (its sentence, or
+  // empty), or whose monitor was over range, below 0 or gave no number, is flagged, without a
+  // monitor's reading in the latter case. `place` names the frame in the journal, and of darks the
+  // monitor does not matter.
   using Doubt = std::function<std::string(const Shot&)>;
   Shot Shoot(const core::FrameRecord& place, const Doubt& doubt = {});
   // One more frame of the session, stored while the next one is taken; the record's exposure_index
@@ -85,6 +87,7 @@ class FrameTaker {
   hal::StagePosition AskStage();
   hal::StagePosition WhereItStands();
   double ReadMonitor();
+  std::string DoubtMonitor(const core::FrameRecord& place, Shot& shot) const;
   std::string Distrust(const Shot& shot, double asked_at_s) const;
   void StopIfAsked();
   void WatchClock();

@@ -167,6 +167,7 @@ SalvageResult SalvageSession(const fs::path& folder) {
   const FolderLock lock(folder);
   SalvageResult result;
   std::vector<Json> kept;
+  SessionState read;  // what the lines say that can be read
   std::set<std::uint64_t> seen;
   for (std::size_t begin = 0; begin < bytes.size();) {
     const std::size_t end = std::min(bytes.find('\n', begin), bytes.size());
@@ -182,8 +183,14 @@ SalvageResult SalvageSession(const fs::path& folder) {
     const auto type = record["type"].get<std::string>();
     if (kept.empty() && type != "session_open") break;
     if (type == "sealed") continue;
+    try {
+      ReplayRecord(record, kept.size() + 1, path.string(), read);
+    } catch (const InputError&) {  // whole, but it makes no sense
+      ++result.lines_lost;
+      continue;
+    }
     if (type == "frame") {
-      const FrameRecord frame = FrameFromJson(record, path.string());
+      const FrameRecord& frame = read.committed.back();
       if (!FileProblem(folder, frame.file, frame.sha256).empty()) {
         ++result.frames_lost;
         continue;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <tuple>
 
@@ -179,6 +180,33 @@ void ReplayRecord(const Json& record, std::size_t line, const std::string& file,
                                             Field<double>(record, "mean_rate", where));
   } else if (type == "sealed") {
     state.sealed = true;
+  }
+}
+
+void RequireReadable(const std::string& type, const Json& fields, std::size_t line,
+                     const std::string& file) {
+  const std::string what = fmt::format("{} line {} ({})", file, line, type);
+  const auto refuse = [&](const std::string& problem) {
+    throw DeviceError(
+        fmt::format("{}: {}, which no reader would take; nothing of it is written, the session can "
+                    "be resumed",
+                    what, problem));
+  };
+  const std::function<void(const Json&, const std::string&)> look = [&](const Json& value,
+                                                                        const std::string& name) {
+    if (value.is_number_float() && !std::isfinite(value.get<double>()))
+      refuse(fmt::format("{} = {} is no finite number", name, value.get<double>()));
+    if (value.is_structured())
+      for (const auto& [key, part] : value.items()) look(part, name + "." + key);
+  };
+  for (const auto& [key, value] : fields.items()) look(value, key);
+  Json record = fields;
+  record["type"] = type;
+  SessionState nothing;
+  try {
+    ReplayRecord(record, line, file, nothing);
+  } catch (const InputError& error) {
+    refuse(error.what());
   }
 }
 

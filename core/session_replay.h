@@ -50,6 +50,10 @@ struct SessionState {
 // records that make no sense.
 void ReplayRecord(const nlohmann::json& record, std::size_t line, const std::string& file,
                   SessionState& state);
+// For the writer, before it appends a record as that line: throws DeviceError where ReplayRecord
+// would refuse it, or where a number in it is not finite, which JSON cannot say.
+void RequireReadable(const std::string& type, const nlohmann::json& fields, std::size_t line,
+                     const std::string& file);
 SessionState ReplayJournal(const std::vector<nlohmann::json>& records, const std::string& file);
 
 }  // namespace luxfield::core

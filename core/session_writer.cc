@@ -140,8 +140,10 @@ struct SessionWriter::Impl {
     if (state.sealed)
       throw DeviceError(
           fmt::format("{}: the session is sealed; nothing can be added", folder.string()));
+    RequireReadable(type, fields, journal->next_seq() + 1, JournalName());
     journal->Append(type, fields);
   }
+  std::string JournalName() const { return (folder / "journal.jsonl").string(); }
 
   // `stamped` has the time at which the frame came.
   Staged Stage(FrameRecord record, const Sha256Message& bytes, std::string sha256,

@@ -79,7 +79,8 @@ class DisturbedCapture : public Capture {
     EXPECT_THAT(VerifySession(folder_).problems, testing::IsEmpty());
     int of_two_epochs = 0;
     std::map<std::pair<int, int>, int> epochs;
-    for (const auto& record : core::SessionReader(folder_).frames())
+    const core::SessionReader session(folder_);
+    for (const auto& record : session.frames())
       if (record.kind == core::FrameKind::kPosition)
         of_two_epochs +=
             epochs.try_emplace({record.i, record.j}, record.epoch).first->second != record.epoch;

@@ -12,9 +12,12 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <future>
+#include <limits>
 #include <regex>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -307,6 +310,85 @@ TEST(SessionStore, SalvageKeepsWhatIsIntactAndTheRestIsRetaken) {
   const SessionCheck check = VerifySession(folder);
   EXPECT_THAT(check.problems, testing::IsEmpty());
   EXPECT_EQ(check.positions, kPositions);
+}
+
+TEST(SessionStore, NothingIsWrittenThatNoReaderTakes) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto folder = NewFolder("readable");
+  SimulatedClock clock;
+  SessionWriter::Create(folder, kPlan, kSession, {}, clock).StartEpoch({});
+  using Spoil = std::function<void(FrameRecord&, Json & checks)>;
+  const std::vector<std::pair<std::string, Spoil>> cases = {
+      {"meter", [](FrameRecord& r, Json&) { r.meter = kNan; }},
+      {"meter", [](FrameRecord& r, Json&) { r.meter = kInfinity; }},
+      {"meter", [](FrameRecord& r, Json&) { r.meter = -1; }},
+      {"t_start_s", [](FrameRecord& r, Json&) { r.t_start_s = kNan; }},
+      {"stage_u_m", [](FrameRecord& r, Json&) { r.stage_u_m = kInfinity; }},
+      {"exposure_s", [](FrameRecord& r, Json&) { r.exposure_s = 0; }},
+      {"checks.mean_dn", [](FrameRecord&, Json& checks) { checks["mean_dn"] = -kInfinity; }}};
+  for (const auto& [field, spoil] : cases)
+    for (const bool behind : {false, true}) {
+      SCOPED_TRACE(field);
+      auto writer = SessionWriter::Resume(folder, kPlan, clock);
+      writer.StartEpoch({});
+      FrameRecord record;
+      record.i = record.j = 0;
+      record.exposure_s = record.requested_exposure_s = 1;
+      Json checks = Json::object();
+      spoil(record, checks);
+      try {
+        if (behind) {
+          writer.CommitFrameBehind(record, std::make_shared<RawFrame>(TestFrame(0, 0)), checks);
+          writer.CompletePosition(0, 0);
+        } else {
+          writer.CommitFrame(record, TestFrame(0, 0), checks);
+        }
+        FAIL() << "it was written";
+      } catch (const DeviceError& error) {
+        EXPECT_THAT(error.what(), HasSubstr(field));
+      }
+      EXPECT_THROW(writer.Append("drift", {{"ratio", kNan}}), DeviceError);
+      EXPECT_EQ(SessionReader(folder).frames().size(), 0u);
+    }
+  auto writer = SessionWriter::Resume(folder, kPlan, clock);
+  CaptureRest(writer);
+  EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
+}
+
+// Lines that are whole, and make no sense: a monitor over range, as earlier versions wrote it.
+TEST(SessionStore, SalvageDropsLinesThatMakeNoSense) {
+  for (const auto& [type, field, value] :
+       {std::tuple{"frame", "meter", Json()}, std::tuple{"frame", "meter", Json(-1)},
+        std::tuple{"position_complete", "frames", Json("two")}}) {
+    SCOPED_TRACE(fmt::format("{} {}", type, field));
+    const auto folder = WholeSession("senseless");
+    const auto journal = folder / "journal.jsonl";
+    std::vector<Json> records = ReadJournal(journal).records;
+    const auto struck =
+        std::find_if(records.rbegin(), records.rend(),
+                     [&, wanted = type](const Json& r) { return r["type"] == wanted; });
+    (*struck)[field] = value;
+    std::string lines, prev(64, '0');
+    for (std::size_t seq = 0; seq < records.size(); ++seq) {
+      Json fields = records[seq];
+      for (const char* key : {"seq", "prev", "type", "crc32c"}) fields.erase(key);
+      const std::string line = FormatJournalLine(seq, prev, records[seq]["type"], fields);
+      prev = Sha256(line);
+      lines += line + '\n';
+    }
+    Overwrite(journal, lines);
+    EXPECT_THROW(SessionReader{folder}, InputError);
+    const SalvageResult result = SalvageSession(folder);
+    EXPECT_EQ(result.lines_lost, 1);
+    EXPECT_EQ(result.frames_lost, 0);
+    SimulatedClock clock;
+    auto writer = SessionWriter::Resume(folder, kPlan, clock);
+    CaptureRest(writer);
+    const SessionCheck check = VerifySession(folder);
+    EXPECT_THAT(check.problems, testing::IsEmpty());
+    EXPECT_EQ(check.positions, kPositions);
+  }
 }
 
 TEST(SessionStore, ARetakenBracketReplacesTheBrokenOneWhole) {
