@@ -167,6 +167,46 @@ TEST_F(Aravis, EightBitsAsWell) {
   EXPECT_EQ(camera.Expose(Soon(10)).image.dn[7], Ramp(7, 100));
 }
 
+// Pixels that tell what the camera was set to: the ramp from the region's place on the sensor, plus
+// the gain.
+void FillAsSet(ArvBuffer* buffer, void*, guint32, guint32 gain, ArvPixelFormat) {
+  std::size_t size = 0;
+  auto* out = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &size)));
+  const auto width = static_cast<std::size_t>(arv_buffer_get_image_width(buffer)),
+             height = static_cast<std::size_t>(arv_buffer_get_image_height(buffer)),
+             x = static_cast<std::size_t>(arv_buffer_get_image_x(buffer)),
+             y = static_cast<std::size_t>(arv_buffer_get_image_y(buffer));
+  for (std::size_t p = 0; p < width * height; ++p)
+    out[p] = static_cast<std::uint8_t>(x + p % width + 2 * (y + p / width) + gain);
+}
+
+// Gain, region and mosaic reach the camera, not only its registers' read-back.
+TEST_F(Aravis, FramesAreOfTheGainRegionAndMosaicThatWereAskedFor) {
+  ASSERT_NO_FATAL_FAILURE(StartServer());
+  arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(server_), FillAsSet, nullptr);
+  constexpr int kX = 33, kY = 18, kWidth = 31, kHeight = 20;
+  for (const char* format : {"Mono8", "BayerRG8"})
+    for (const double gain_db : {7.0, 3.0, 0.0}) {
+      SCOPED_TRACE(fmt::format("{}, {} dB", format, gain_db));
+      AravisOptions options = Options();
+      options.pixel_format = format;
+      options.gain_db = gain_db;
+      options.region = Region{kX, kY, kWidth, kHeight};
+      AravisCamera camera(options, clock_);
+      EXPECT_EQ(camera.capabilities().width, kWidth);
+      EXPECT_EQ(camera.capabilities().height, kHeight);
+      camera.Configure({0.001}, Soon(10));
+      const core::RawFrame image = camera.Expose(Soon(10)).image;
+      ASSERT_EQ(image.width, kWidth);
+      ASSERT_EQ(image.dn.size(), std::size_t{kWidth} * kHeight);
+      for (int row = 0; row < kHeight; ++row)
+        for (int column = 0; column < kWidth; ++column)
+          ASSERT_EQ(image.dn[static_cast<std::size_t>(row * kWidth + column)],
+                    kX + column + 2 * (kY + row) + gain_db)
+              << column << ", " << row;
+    }
+}
+
 TEST_F(Aravis, WhatTheCameraCannotDoIsRefusedBeforeItIsAsked) {
   ASSERT_NO_FATAL_FAILURE(StartServer());
   AravisOptions format = Options(), region = Options(), gain = Options();
