@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "hal/aravis/aravis_camera.h"
+#include "tests/aravis/camera_answers.h"
 #include "tests/conformance/device_bench.h"
 
 namespace luxfield::hal {
@@ -20,11 +21,16 @@ class AravisBench : public DeviceBench<Camera> {
     camera_.emplace(options, clock_);
   }
   ~AravisBench() override {
+    aravis::cameras_are_mute = false;
     camera_.reset();
     g_object_unref(server_);
   }
   Camera& device() override { return *camera_; }
   core::Clock& clock() override { return *clock_; }
+  bool Mute(bool mute) override {
+    aravis::cameras_are_mute = mute;
+    return true;
+  }
 
  private:
   ArvGvFakeCamera* server_;

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <future>
 #include <limits>
 
 #include "tests/conformance/device_bench.h"
@@ -83,6 +85,60 @@ TEST_P(CameraConformance, AnExposureLongerThanItsDeadlineIsATimeoutAndNotTheEnd)
          In(0) < give_up_s) {
   }
   EXPECT_EQ(device().Expose(In(kLong_s)).settings.exposure_s, SomeExposure(can, 1));
+}
+
+TEST_P(CameraConformance, AMuteCameraIsAnErrorByTheDeadline) {
+  const CameraCapabilities can = device().capabilities();
+  device().Configure({SomeExposure(can, 1)}, In(kLong_s));
+  if (!bench_->Mute(true)) GTEST_SKIP() << "this bench cannot make it mute";
+  constexpr double kPatience_s = 1;
+  const auto is_loss = [](std::optional<Fault> fault) {
+    return fault == Fault::kTimeout || fault == Fault::kDisconnected;
+  };
+  EXPECT_TRUE(is_loss(FaultOf([&] { device().Expose(In(kPatience_s)); })));
+  EXPECT_TRUE(
+      is_loss(FaultOf([&] { device().Configure({SomeExposure(can, 2)}, In(kPatience_s)); })));
+  bench_->Mute(false);
+  // It is found again, or stays lost and says so; what was given up may take a moment to end.
+  const double give_up_s = In(kLong_s);
+  std::optional<Fault> fault;
+  do {
+    fault = FaultOf([&] {
+      device().Configure({SomeExposure(can, 5)}, In(kLong_s));
+      EXPECT_EQ(device().Expose(In(kLong_s)).settings.exposure_s, SomeExposure(can, 5));
+    });
+  } while (fault && fault != Fault::kDisconnected && In(0) < give_up_s);
+  EXPECT_TRUE(!fault || fault == Fault::kDisconnected) << int(*fault);
+}
+
+// One that nobody waits for is forgotten; one during an exposure ends it without a frame, unless
+// the frame is there already. The next exposure is a new one either way.
+TEST_P(CameraConformance, AnAbortEndsTheExposureAndNotTheNextOne) {
+  const CameraCapabilities can = device().capabilities();
+  const auto exposed = [&] {
+    device().Configure({SomeExposure(can, 1)}, In(kLong_s));
+    const double asked_s = In(0);
+    const Frame frame = device().Expose(In(kLong_s));
+    EXPECT_EQ(frame.settings.exposure_s, SomeExposure(can, 1));
+    EXPECT_GE(frame.t_start_s, asked_s);
+    return frame.frame_id;
+  };
+  const std::uint64_t first = exposed();
+  device().Abort();
+  const std::uint64_t second = exposed();
+  EXPECT_GT(second, first);
+  if (!bench_->in_real_time()) return;
+  device().Configure({SomeExposure(can, 500)}, In(kLong_s));
+  auto fault = std::async(std::launch::async,
+                          [&] { return FaultOf([&] { device().Expose(In(kLong_s)); }); });
+  while (fault.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready)
+    device().Abort();
+  EXPECT_EQ(fault.get().value_or(Fault::kStopped), Fault::kStopped);
+  const double give_up_s = In(kLong_s);  // what was broken off may take a moment to end
+  while (FaultOf([&] { device().Configure({SomeExposure(can, 1)}, In(kLong_s)); }) &&
+         In(0) < give_up_s) {
+  }
+  EXPECT_GT(exposed(), second);
 }
 
 }  // namespace luxfield::hal

@@ -10,6 +10,10 @@ class NetworkBench : public DeviceBench<Camera> {
  public:
   Camera& device() override { return camera_; }
   core::Clock& clock() override { return *clock_; }
+  bool Mute(bool mute) override {
+    bench_.host.Mute(mute);
+    return true;
+  }
 
  private:
   gphoto2::PtpBench bench_;
