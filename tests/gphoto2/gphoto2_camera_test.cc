@@ -257,13 +257,11 @@ fakes::PtpIpHost::Damage Hostile(core::Random random) {
 }
 
 // Libgphoto2 reads the packets; what it makes of them is a frame as the lab says or an error that
-// names a remedy, and the next camera works. LUXFIELD_FAULTS=n has n cameras. The suite has none: a
-// fault within the library ends the program.
+// names a remedy, and the next camera works. LUXFIELD_FAULTS=n has n cameras instead of 5.
 TEST_F(StillCamera, HostileRepliesEndInAnErrorOrAFrame) {
   constexpr std::uint64_t kSeed = 20261122;
   const char* asked = std::getenv("LUXFIELD_FAULTS");
-  if (!asked) GTEST_SKIP() << "LUXFIELD_FAULTS is not set";
-  const int cameras = std::atoi(asked);
+  const int cameras = asked ? std::atoi(asked) : 5;
   int frames = 0;
   std::map<Fault, int> errors;
   for (int n = 0; n < cameras; ++n) {
