@@ -45,7 +45,7 @@ void FrameTaker::RequireSafe() {
   PauseWhereStopped([this] { guard_.ThrowIfUnsafe(); });
 }
 
-// A trip ends what the stage is doing; the error then is what tripped.
+// A trip ends what a device is doing; the error then is what tripped.
 template <typename Action>
 void FrameTaker::Drive(Action&& action) {
   RequireSafe();
@@ -72,7 +72,8 @@ void FrameTaker::WarmUpLamp(const WarmUpPolicy& policy) {
 
 void FrameTaker::LogSupply() {
   if (!devices_.supply) return;
-  const hal::SupplyState state = devices_.supply->State();
+  hal::SupplyState state;
+  Drive([&] { state = devices_.supply->State(); });  // which gives way to a trip's order
   Json fields = Json::object();
   if (std::isfinite(state.voltage_v)) fields["voltage_v"] = state.voltage_v;
   if (std::isfinite(state.current_a)) fields["current_a"] = state.current_a;

@@ -61,12 +61,15 @@ void SafetyGuard::ThrowIfUnsafe() {
 
 SupplyState SafetyGuard::SwitchLampOn(double deadline_s) {
   ThrowIfUnsafe();
-  const SupplyState state = devices_.supply->SetOutput(true, deadline_s);
+  SupplyState state;
   try {
+    state = devices_.supply->SetOutput(true, deadline_s);
     ThrowIfUnsafe();
-  } catch (const HardwareError&) {
+  } catch (const HardwareError& error) {
+    if (error.fault != Fault::kStopped) throw;
     // The trip's own order may have gone out before this one's.
     devices_.supply->SetOutput(false, devices_.clock->MonotonicSeconds() + kSwitchOff_s);
+    ThrowIfUnsafe();  // rather than that the supply has given way
     throw;
   }
   return state;

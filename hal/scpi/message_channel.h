@@ -17,6 +17,9 @@ class MessageChannel {
   // One whole message, its line end left out. HardwareError(kTimeout) at the deadline; the channel
   // is in step again afterwards: a reply that comes late is not taken for the next one's.
   virtual std::string Read(SteadyTime deadline) = 0;
+  // From any thread. While it gives way, a Read that waits, and every later one, ends at once with
+  // HardwareError(kStopped), in step afterwards as at its deadline.
+  virtual void GiveWay(bool give_way) = 0;
 };
 
 }  // namespace luxfield::hal

@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kState_s = 2;   // of a reading that nobody gave a deadline
 constexpr int kMostErrors = 20;  // in an instrument's queue
+constexpr int kQueryErrors = -400, kMostQueryError = -499;
 constexpr double kInfinity = 9.9e37, kNotANumber = 9.91e37;
 
 std::string_view Trimmed(std::string_view text) {
@@ -65,8 +66,32 @@ Instrument::Instrument(std::unique_ptr<MessageChannel> channel, std::shared_ptr<
                        double deadline_s)
     : channel_(std::move(channel)), clock_(std::move(clock)) {
   identity_ = core::Printable(Trimmed(Query("*IDN?", deadline_s)));
-  const std::lock_guard lock(mutex_);
   channel_->Write("*CLS\n", OnSteadyClock(deadline_s, *clock_));
+}
+
+Instrument::Turn Instrument::Begin(const std::string& operation, SteadyTime deadline,
+                                   Urgency urgency) {
+  Turn urgent(urgent_, std::defer_lock), turn(turn_, std::defer_lock);
+  const auto take = [&](Turn& lock) {
+    if (!lock.try_lock_until(deadline))
+      throw HardwareError(Fault::kTimeout, channel_->name(), operation,
+                          "another call still waits for its answer",
+                          "check that the instrument is not waiting for a trigger");
+  };
+  if (urgency == Urgency::kOrdinary) {
+    take(turn);
+    return turn;
+  }
+  take(urgent);
+  channel_->GiveWay(true);
+  try {
+    take(turn);
+  } catch (const HardwareError&) {
+    channel_->GiveWay(false);
+    throw;
+  }
+  channel_->GiveWay(false);
+  return turn;
 }
 
 std::string Instrument::Ask(const std::string& query, SteadyTime deadline) {
@@ -74,9 +99,9 @@ std::string Instrument::Ask(const std::string& query, SteadyTime deadline) {
   return channel_->Read(deadline);
 }
 
-void Instrument::Command(const std::string& command, double deadline_s) {
-  const std::lock_guard lock(mutex_);
+void Instrument::Command(const std::string& command, double deadline_s, Urgency urgency) {
   const SteadyTime deadline = OnSteadyClock(deadline_s, *clock_);
+  const Turn turn = Begin(command, deadline, urgency);
   channel_->Write(command + "\n", deadline);
   std::string errors;
   for (int k = 0; k < kMostErrors; ++k) {
@@ -87,6 +112,8 @@ void Instrument::Command(const std::string& command, double deadline_s) {
                           fmt::format("answers SYST:ERR? with '{}'", core::Printable(answer)),
                           "check that it is a SCPI instrument");
     if (entry->code == 0) break;
+    // Of an answer that nobody waited for: no command has any.
+    if (entry->code <= kQueryErrors && entry->code >= kMostQueryError) continue;
     errors += fmt::format("{}{} {}", errors.empty() ? "" : ", ", entry->code, entry->text);
   }
   if (!errors.empty())
@@ -94,9 +121,10 @@ void Instrument::Command(const std::string& command, double deadline_s) {
                         "check the values in lab.toml against the instrument's manual");
 }
 
-std::string Instrument::Query(const std::string& query, double deadline_s) {
-  const std::lock_guard lock(mutex_);
-  return Ask(query, OnSteadyClock(deadline_s, *clock_));
+std::string Instrument::Query(const std::string& query, double deadline_s, Urgency urgency) {
+  const SteadyTime deadline = OnSteadyClock(deadline_s, *clock_);
+  const Turn turn = Begin(query, deadline, urgency);
+  return Ask(query, deadline);
 }
 
 double Instrument::QueryNumber(const std::string& query, double deadline_s) {
@@ -131,8 +159,8 @@ void ScpiSupply::SetLevel(const std::string& header, double value, double deadli
                         "choose a value within the supply's range");
 }
 
-bool ScpiSupply::Output(double deadline_s) {
-  const std::string answer = instrument_.Query("OUTP?", deadline_s);
+bool ScpiSupply::Output(double deadline_s, Urgency urgency) {
+  const std::string answer = instrument_.Query("OUTP?", deadline_s, urgency);
   const std::string_view state = Trimmed(answer);
   if (state == "1" || state == "ON") return true;
   if (state == "0" || state == "OFF") return false;
@@ -146,17 +174,19 @@ SupplyState ScpiSupply::SetOutput(bool on, double deadline_s) {
     SetLevel("CURR", options_.current_a, deadline_s);
     switched_on_ = true;
   }
-  instrument_.Command(on ? "OUTP ON" : "OUTP OFF", deadline_s);
-  if (Output(deadline_s) != on)
+  const Urgency urgency = on ? Urgency::kOrdinary : Urgency::kUrgent;
+  instrument_.Command(on ? "OUTP ON" : "OUTP OFF", deadline_s, urgency);
+  if (Output(deadline_s, urgency) != on)
     throw HardwareError(Fault::kRefused, identity(), on ? "switch on" : "switch off",
                         "the output does not read back as set",
                         "check the supply's protection and interlock");
   if (!on) switched_on_ = false;
-  return State();
+  return Measure(deadline_s);
 }
 
-SupplyState ScpiSupply::State() {
-  const double deadline_s = clock_->MonotonicSeconds() + kState_s;
+SupplyState ScpiSupply::State() { return Measure(clock_->MonotonicSeconds() + kState_s); }
+
+SupplyState ScpiSupply::Measure(double deadline_s) {
   return {instrument_.QueryNumber("MEAS:VOLT?", deadline_s),
           instrument_.QueryNumber("MEAS:CURR?", deadline_s), Output(deadline_s)};
 }

@@ -1,7 +1,8 @@
 // SCPI instruments: a supply and a meter over any MessageChannel (SCPI-99; IEEE 488.2).
 //
 // Every setting is followed by SYST:ERR? until it says 0 and read back; every call keeps its
-// deadline. Calls may come from any thread; they wait for each other.
+// deadline. Calls may come from any thread; they wait for each other, but for urgent ones: whoever
+// waits for an answer then gives up at once, with HardwareError(kStopped).
 #pragma once
 
 #include <atomic>
@@ -27,6 +28,8 @@ struct ErrorEntry {
 };
 std::optional<ErrorEntry> ParseError(std::string_view text);
 
+enum class Urgency { kOrdinary, kUrgent };
+
 class Instrument {
  public:
   // Asks *IDN?, clears old errors (*CLS).
@@ -36,17 +39,22 @@ class Instrument {
   const std::string& identity() const { return identity_; }  // maker, model, serial, firmware
 
   // HardwareError(kRefused) with what the instrument says of the command.
-  void Command(const std::string& command, double deadline_s);
-  std::string Query(const std::string& query, double deadline_s);
+  void Command(const std::string& command, double deadline_s, Urgency urgency = Urgency::kOrdinary);
+  std::string Query(const std::string& query, double deadline_s,
+                    Urgency urgency = Urgency::kOrdinary);
   // kProtocol if the answer is no number.
   double QueryNumber(const std::string& query, double deadline_s);
 
  private:
+  // Alone with the instrument while it is held; HardwareError(kTimeout) at the deadline.
+  using Turn = std::unique_lock<std::timed_mutex>;
+  Turn Begin(const std::string& operation, SteadyTime deadline, Urgency urgency);
   std::string Ask(const std::string& query, SteadyTime deadline);
 
   std::unique_ptr<MessageChannel> channel_;
   std::shared_ptr<core::Clock> clock_;
-  std::mutex mutex_;
+  std::timed_mutex turn_;
+  std::timed_mutex urgent_;  // held from giving way until the turn has come
   std::string identity_;
 };
 
@@ -65,12 +73,14 @@ class ScpiSupply : public Supply {
   ~ScpiSupply() override;
 
   std::string identity() const override { return instrument_.identity(); }
+  // To switch off is urgent: it does not wait for the answer to another call.
   SupplyState SetOutput(bool on, double deadline_s) override;
   SupplyState State() override;  // measured
 
  private:
   void SetLevel(const std::string& header, double value, double deadline_s);
-  bool Output(double deadline_s);
+  bool Output(double deadline_s, Urgency urgency = Urgency::kOrdinary);
+  SupplyState Measure(double deadline_s);
 
   Instrument instrument_;
   SupplyOptions options_;

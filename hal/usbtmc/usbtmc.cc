@@ -46,6 +46,10 @@ HardwareError UsbError(const std::string& device, const std::string& operation, 
       return make(Fault::kDisconnected, "check power and cable, then resume");
     case LIBUSB_ERROR_TIMEOUT:
       return make(Fault::kTimeout, "check that the instrument is not waiting for a trigger");
+    case LIBUSB_ERROR_INTERRUPTED:
+      return HardwareError(Fault::kStopped, device, operation,
+                           "gave way to an order that could not wait",
+                           "find out what was switched off, and why");
     case LIBUSB_ERROR_ACCESS:
       return make(Fault::kRefused, "let your user open the instrument by a udev rule");
     case LIBUSB_ERROR_BUSY:
@@ -256,7 +260,7 @@ void UsbTmc::AbortOut() {
 }
 
 // Reads and forgets up to the next short packet.
-void UsbTmc::DrainIn() {
+void UsbTmc::DrainIn() const {
   std::vector<std::uint8_t> buffer(usb_->endpoints.packet * 64);
   for (int transfer = 0; transfer < kMostChecks; ++transfer) {
     int got = 0;
@@ -266,10 +270,16 @@ void UsbTmc::DrainIn() {
   }
 }
 
-void UsbTmc::AbortIn() {
+void UsbTmc::BeginAbortIn() {
   std::array<std::uint8_t, 2> begun{};
-  if (usb_->Control(kToEndpoint, kInitiateAbortIn, tag_, usb_->endpoints.in, &begun) >= 1 &&
-      begun[0] == kSuccess) {
+  usb_->Control(kToEndpoint, kInitiateAbortIn, tag_, usb_->endpoints.in, &begun);
+  abort_in_ = begun[0] == kSuccess ? Abort::kBegun : Abort::kRefused;
+}
+
+void UsbTmc::EndAbortIn() {
+  const Abort abort = std::exchange(abort_in_, Abort::kNone);
+  if (abort == Abort::kNone) return;
+  if (abort == Abort::kBegun) {
     DrainIn();
     for (int check = 0; check < kMostChecks; ++check) {
       std::array<std::uint8_t, 8> status{};
@@ -294,7 +304,58 @@ void UsbTmc::Write(std::string_view message, SteadyTime deadline) {
   throw UsbError(name_, "write", error ? error : int{LIBUSB_ERROR_IO});
 }
 
+void UsbTmc::GiveWay(bool give_way) {
+  give_way_ = give_way;
+  if (give_way) libusb_interrupt_event_handler(usb_->context.get());
+}
+
+// libusb's own call that waits cannot be ended from another thread.
+int UsbTmc::BulkIn(std::vector<std::uint8_t>& bytes, int* moved, SteadyTime deadline) const {
+  struct TransferDeleter {
+    void operator()(libusb_transfer* transfer) const { libusb_free_transfer(transfer); }
+  };
+  const std::unique_ptr<libusb_transfer, TransferDeleter> transfer(libusb_alloc_transfer(0));
+  if (!transfer) return LIBUSB_ERROR_NO_MEM;
+  int completed = 0;
+  libusb_fill_bulk_transfer(
+      transfer.get(), usb_->handle.get(), usb_->endpoints.in, bytes.data(),
+      static_cast<int>(bytes.size()),
+      [](libusb_transfer* done) { *static_cast<int*>(done->user_data) = 1; }, &completed,
+      MillisecondsTo(deadline));
+  if (const int error = libusb_submit_transfer(transfer.get())) return error;
+  bool cancelled = false;
+  while (!completed) {
+    if (!cancelled && give_way_) {
+      libusb_cancel_transfer(transfer.get());
+      cancelled = true;
+    }
+    const int error = libusb_handle_events_completed(usb_->context.get(), &completed);
+    if (error && error != LIBUSB_ERROR_INTERRUPTED && !cancelled) {
+      libusb_cancel_transfer(transfer.get());
+      cancelled = true;
+    }
+  }
+  *moved = transfer->actual_length;
+  switch (transfer->status) {
+    case LIBUSB_TRANSFER_COMPLETED:
+      return 0;
+    case LIBUSB_TRANSFER_TIMED_OUT:
+      return LIBUSB_ERROR_TIMEOUT;
+    case LIBUSB_TRANSFER_CANCELLED:
+      return give_way_ ? LIBUSB_ERROR_INTERRUPTED : LIBUSB_ERROR_IO;
+    case LIBUSB_TRANSFER_STALL:
+      return LIBUSB_ERROR_PIPE;
+    case LIBUSB_TRANSFER_OVERFLOW:
+      return LIBUSB_ERROR_OVERFLOW;
+    case LIBUSB_TRANSFER_NO_DEVICE:
+      return LIBUSB_ERROR_NO_DEVICE;
+    default:
+      return LIBUSB_ERROR_IO;
+  }
+}
+
 std::vector<std::uint8_t> UsbTmc::ReadTransfer(std::uint32_t max_size, SteadyTime deadline) {
+  EndAbortIn();
   tag_ = NextTag(tag_);
   Bytes request = EncodeRequest(tag_, max_size);
   int moved = 0;
@@ -308,10 +369,11 @@ std::vector<std::uint8_t> UsbTmc::ReadTransfer(std::uint32_t max_size, SteadyTim
   const std::size_t packet = usb_->endpoints.packet,
                     room = (kHeaderBytes + max_size + 3 + packet) / packet * packet;
   std::vector<std::uint8_t> reply(room);
-  const int error = libusb_bulk_transfer(usb_->handle.get(), usb_->endpoints.in, reply.data(),
-                                         static_cast<int>(room), &moved, MillisecondsTo(deadline));
+  const int error = BulkIn(reply, &moved, deadline);
   if (error) {
-    if (error != LIBUSB_ERROR_NO_DEVICE) AbortIn();
+    if (error != LIBUSB_ERROR_NO_DEVICE) BeginAbortIn();
+    // What could not wait does not wait for the rest either, which concerns replies alone.
+    if (error != LIBUSB_ERROR_INTERRUPTED) EndAbortIn();
     throw UsbError(name_, "read the reply", error);
   }
   reply.resize(static_cast<std::size_t>(moved));
@@ -329,7 +391,8 @@ std::string UsbTmc::Read(SteadyTime deadline) {
     if (header.problem.empty() && message.size() + header.size > kMostMessage)
       header.problem = "the reply does not end";
     if (!header.problem.empty()) {
-      AbortIn();
+      BeginAbortIn();
+      EndAbortIn();
       throw HardwareError(Fault::kProtocol, name_, "read the reply", header.problem,
                           "switch the instrument off and on");
     }

@@ -1,6 +1,7 @@
 // USBTMC instruments over libusb (USB Test and Measurement Class 1.0; USB488 subclass).
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -44,20 +45,28 @@ class UsbTmc : public MessageChannel {
   const std::string& name() const override { return name_; }
   void Write(std::string_view message, SteadyTime deadline) override;
   std::string Read(SteadyTime deadline) override;
+  void GiveWay(bool give_way) override;
 
  private:
   struct Usb;
 
   void Clear();
   void AbortOut();
-  void AbortIn();
-  void DrainIn();
+  void BeginAbortIn();
+  void EndAbortIn();
+  void DrainIn() const;
   std::vector<std::uint8_t> ReadTransfer(std::uint32_t max_size, SteadyTime deadline);
+  // As libusb_bulk_transfer from the bulk-IN endpoint, and LIBUSB_ERROR_INTERRUPTED where it gives
+  // way.
+  int BulkIn(std::vector<std::uint8_t>& bytes, int* moved, SteadyTime deadline) const;
 
   std::string name_;
   Quirks quirks_;
   std::unique_ptr<Usb> usb_;
   std::uint8_t tag_ = 0;
+  enum class Abort { kNone, kBegun, kRefused };
+  Abort abort_in_ = Abort::kNone;  // to be ended before the next reply is asked for
+  std::atomic<bool> give_way_ = false;
 };
 
 }  // namespace luxfield::hal::usbtmc

@@ -89,8 +89,8 @@ FakeBench::FakeBench(const std::filesystem::path& folder, const std::filesystem:
       testbed_((UseANetworkOfOurOwn(), umockdev_testbed_new())),
       stage_(Controller(), kSpeedUp,
              [this](fakes::FakeDevice& device) { PlaceFilter(device, *state_); }),
-      chip_(testbed_,
-            {"e-stop", "door", "shutter", "plus", "minus", "at-plus", "at-minus", "lamp"}),
+      chip_(testbed_, {"e-stop", "door", "shutter", "plus", "minus", "at-plus", "at-minus", "lamp"},
+            hal::gpiod::FakeGpioChip::Users::kOtherProcesses),
       supply_(std::make_unique<hal::usbtmc::FakeInstrument>(
           testbed_, kSupplyProduct,
           [this](const std::string& message) { return AnswerSupply(message); })),

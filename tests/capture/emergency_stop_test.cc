@@ -69,18 +69,26 @@ TEST_F(Capture, AnEmergencyStopEndsInADarkLampAndASessionThatCanBeResumed) {
 // A lamp supply that lets a test act before it obeys.
 class WatchedSupply : public hal::Supply {
  public:
-  WatchedSupply(std::unique_ptr<hal::Supply> supply, std::function<void(bool on)> before)
-      : supply_(std::move(supply)), before_(std::move(before)) {}
+  WatchedSupply(
+      std::unique_ptr<hal::Supply> supply, std::function<void(bool on)> before,
+      std::function<void()> before_reading = [] {})
+      : supply_(std::move(supply)),
+        before_(std::move(before)),
+        before_reading_(std::move(before_reading)) {}
   std::string identity() const override { return supply_->identity(); }
   hal::SupplyState SetOutput(bool on, double deadline_s) override {
     before_(on);
     return supply_->SetOutput(on, deadline_s);
   }
-  hal::SupplyState State() override { return supply_->State(); }
+  hal::SupplyState State() override {
+    before_reading_();
+    return supply_->State();
+  }
 
  private:
   std::unique_ptr<hal::Supply> supply_;
   std::function<void(bool on)> before_;
+  std::function<void()> before_reading_;
 };
 
 // A monitor that lets a test act before each reading.
@@ -115,6 +123,30 @@ TEST_F(Capture, AnEmergencyStopWhileTheLampIsSwitchedOnLeavesItOff) {
     FAIL();
   } catch (const hal::HardwareError& error) {
     EXPECT_EQ(error.fault, hal::Fault::kStopped) << error.what();
+  }
+  EXPECT_FALSE(devices.supply->State().output);
+  EXPECT_EQ(RecordsOf(folder, "paused").size(), 1u);
+}
+
+// The supply is switched off at once, and whoever waits for its measurement gives way.
+TEST_F(Capture, AnEmergencyStopWhileTheSupplyIsAskedIsToldAsOne) {
+  const auto folder = NewFolder("asked");
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  auto inputs = std::make_unique<PressedInputs>();
+  devices.supply = std::make_unique<WatchedSupply>(
+      std::move(devices.supply), [](bool) {},
+      [pressed = inputs.get()] {
+        if (!pressed->State().safe()) return;
+        pressed->Press(true);
+        throw hal::HardwareError(hal::Fault::kStopped, "supply", "read", "gave way", "look why");
+      });
+  devices.inputs = std::move(inputs);
+  try {
+    RunCapture(TestPlan(), devices, folder);
+    FAIL();
+  } catch (const hal::HardwareError& error) {
+    EXPECT_EQ(error.fault, hal::Fault::kStopped);
+    EXPECT_THAT(error.what(), HasSubstr("the emergency stop is active"));
   }
   EXPECT_FALSE(devices.supply->State().output);
   EXPECT_EQ(RecordsOf(folder, "paused").size(), 1u);

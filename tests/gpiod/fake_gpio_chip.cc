@@ -54,15 +54,14 @@ void CopyName(char (&to)[GPIO_MAX_NAME_SIZE], const std::string& from) {
 }  // namespace
 
 FakeGpioChip::FakeGpioChip(std::vector<std::string> names)
-    : FakeGpioChip(umockdev_testbed_new(), std::move(names)) {
+    : FakeGpioChip(umockdev_testbed_new(), std::move(names), Users::kThisProcess) {
   g_object_unref(testbed_);  // the other constructor holds it too
-  others_ = false;
 }
 
-FakeGpioChip::FakeGpioChip(UMockdevTestbed* testbed, std::vector<std::string> names)
+FakeGpioChip::FakeGpioChip(UMockdevTestbed* testbed, std::vector<std::string> names, Users users)
     : names_(std::move(names)),
       testbed_(UMOCKDEV_TESTBED(g_object_ref(testbed))),
-      others_(true),
+      users_(users),
       pins_(names_.size()),
       held_(names_.size()),
       stuck_(names_.size()),
@@ -211,7 +210,8 @@ int FakeGpioChip::Open(Request request, bool edges) {
   g_signal_connect(handler, "handle-ioctl", G_CALLBACK(OnRequest), this);
   umockdev_testbed_attach_ioctl(testbed_, device.c_str(), handler, &error);
   Check(error);
-  return others_ ? -2 - static_cast<int>(number) : open(device.c_str(), O_RDWR | O_CLOEXEC);
+  return users_ == Users::kOtherProcesses ? -2 - static_cast<int>(number)
+                                          : open(device.c_str(), O_RDWR | O_CLOEXEC);
 }
 
 gboolean FakeGpioChip::OnChip(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self) {

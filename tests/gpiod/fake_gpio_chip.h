@@ -18,9 +18,10 @@ namespace luxfield::hal::gpiod {
 class FakeGpioChip {
  public:
   explicit FakeGpioChip(std::vector<std::string> names);
-  // On a testbed with other devices, for programs in other processes: these have
-  // line_descriptors.cc preloaded, before umockdev's own library.
-  FakeGpioChip(UMockdevTestbed* testbed, std::vector<std::string> names);
+  // On a testbed with other devices. Programs in other processes have line_descriptors.cc
+  // preloaded, before umockdev's own library.
+  enum class Users { kThisProcess, kOtherProcesses };
+  FakeGpioChip(UMockdevTestbed* testbed, std::vector<std::string> names, Users users);
   ~FakeGpioChip();
   FakeGpioChip(const FakeGpioChip&) = delete;
   FakeGpioChip& operator=(const FakeGpioChip&) = delete;
@@ -68,7 +69,7 @@ class FakeGpioChip {
 
   std::vector<std::string> names_;
   UMockdevTestbed* testbed_;
-  bool others_;  // programs in other processes
+  Users users_;
   std::vector<UMockdevIoctlBase*> handlers_;
 
   std::mutex mutex_;  // of what follows

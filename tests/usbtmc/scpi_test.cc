@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <future>
 #include <random>
 
 #include "hal/error.h"
 #include "hal/usbtmc/usbtmc.h"
+#include "tests/hal/error_of.h"
 #include "tests/usbtmc/fake_instrument.h"
 #include "tests/usbtmc/fake_supply.h"
 
@@ -100,6 +103,35 @@ TEST_F(Scpi, WhatTheInstrumentRefusesIsToldAndNothingIsSwitchedOn) {
     EXPECT_THAT(error.what(), HasSubstr("-222 Data out of range"));
   }
   EXPECT_FALSE(supply_.on());
+}
+
+// While one call waits for a measurement that does not come.
+TEST(ScpiSupply, CallsWaitForEachOtherUntilTheirDeadlineAndToSwitchOffDoesNotWait) {
+  const auto clock = std::make_shared<core::SystemClock>();
+  const auto in = [&](double seconds) { return clock->MonotonicSeconds() + seconds; };
+  std::promise<void> asked;
+  std::atomic<bool> slow = false;
+  FakeSupply model;
+  FakeInstrument instrument([&](const std::string& message) {
+    if (message == "OUTP OFF\n") slow = false;
+    if (!slow || !message.starts_with("MEAS:")) return model.Answer(message);
+    asked.set_value();
+    return std::string();
+  });
+  ScpiSupply supply(std::make_unique<usbtmc::UsbTmc>(usbtmc::UsbTmcOptions{
+                        FakeInstrument::kVendor, FakeInstrument::kProduct, {}}),
+                    {12.5, 2, 0.005}, clock, in(5));
+  supply.SetOutput(true, in(5));
+  slow = true;
+  auto reading = std::async(std::launch::async, [&] { return ErrorOf([&] { supply.State(); }); });
+  asked.get_future().wait();
+  const HardwareError late = ErrorOf([&] { supply.SetOutput(true, in(0.05)); });
+  EXPECT_EQ(late.fault, Fault::kTimeout);
+  EXPECT_THAT(late.what(), HasSubstr("another call"));
+  EXPECT_FALSE(supply.SetOutput(false, in(5)).output);
+  EXPECT_EQ(reading.get().fault, Fault::kStopped);
+  EXPECT_FALSE(model.on());
+  EXPECT_EQ(supply.State().voltage_v, 0);  // in step
 }
 
 TEST_F(Scpi, AMeterSaysWhenItIsOverRange) {
