@@ -19,12 +19,13 @@ struct BenchStacksOptions {
 //
 //   stack        `8 bit`, `16 bit`: six pictures of 0.01 to 3.5 s of a grey ramp over 5.5 decades
 //                by a simulated camera (20000 electrons, read noise 6, a curve with toe and
-//                shoulder); `Frobisher R`: the red channel of three JPEGs
+//                shoulder); `Frobisher R`, `G`, `B`: the channels of three JPEGs
 //   merger       `ours debevec`, `ours robertson`, `ours polynomial`, and MergeWithOthers'
 //   rms, median  error in %, relative to the truth after the one scale that makes the median ratio
 //                1, of the pixels that the camera sees: at least 200 electrons in the longest
 //                exposure and below 97 % of saturation in the shortest. rms holds errors up to
-//                100 %. Frobisher: to `ours debevec`, as far as that holds numbers
+//                100 %. Frobisher: relative to a plain weighted mean through the
+//                expected curve, of the pixels that one picture at least exposed to codes 10 to 245
 //   seen         share of those pixels that got a number, %
 //   invented     share of pixels saturated in every exposure that got one, %
 //   sigma        of ours: rms of error / sigma, the curve's share included
