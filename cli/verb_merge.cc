@@ -48,8 +48,12 @@ core::Json MergeSessionFolder(const Options& options) {
                                  rung.ratio.sigma * rung.exposure_s)
                    : "shares no pixels with the others: taken as it is");
   if (summary.flagged_frames)
-    fmt::print("  flagged frames        {} (kept by capture although a check failed)\n",
-               summary.flagged_frames);
+    fmt::print(
+        "  flagged frames        {} (kept by capture although a check failed); {} frames whose "
+        "level contradicts their bracket's left out, {} brackets with them\n",
+        summary.flagged_frames, summary.frames_left_out, summary.brackets_left_out);
+  if (summary.flagged_others)
+    fmt::print("  flagged darks, references  {}: left out\n", summary.flagged_others);
   if (summary.missing_positions)
     fmt::print("  missing positions     {}: unknown, not zero\n", summary.missing_positions);
   return reconstruct::ToJson(summary);

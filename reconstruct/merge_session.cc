@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/frame_file.h"
 #include "core/progress.h"
+#include "reconstruct/bracket_levels.h"
 #include "reconstruct/bracket_reader.h"
 #include "reconstruct/calibrate_glare.h"
 #include "reconstruct/filter_profile.h"
@@ -87,6 +88,8 @@ class SessionMerger {
     print_factor_ = PrintFactors(plan_.filter, plan_.geometry.grid.basis);
     AverageAllDarks();
     MeasureDrift();
+    SortIntoBrackets();
+    LeaveOutWrongLevels();
     QueueBrackets();
     if (options_.estimate_exposures) EstimateExposures();
   }
@@ -134,13 +137,58 @@ class SessionMerger {
           "run `luxfield verify` on the session");
   }
 
-  // Sorts the frames into brackets and starts to read those of positions that have all of theirs.
-  void QueueBrackets() {
+  void SortIntoBrackets() {
     for (const FrameRecord& record : session_.frames()) {
       if (record.kind != FrameKind::kPosition) continue;
       Require(record);
       brackets_[{record.j, record.i, record.print, record.channel}].push_back(&record);
+      summary_.flagged_frames += record.flagged;
     }
+  }
+
+  // Whether capture doubts the levels of a bracket's frames. A flag on the shortest exposure says
+  // that pixels are saturated, which the merge sees for itself.
+  static bool HasDoubtfulLevels(const Records& records) {
+    const auto shorter = [](const FrameRecord* a, const FrameRecord* b) {
+      return a->exposure_s < b->exposure_s;
+    };
+    const double shortest_s =
+        (*std::min_element(records.begin(), records.end(), shorter))->exposure_s;
+    return std::any_of(records.begin(), records.end(), [&](const FrameRecord* record) {
+      return record->flagged && record->exposure_s > shortest_s;
+    });
+  }
+
+  // Frames whose level contradicts their bracket's are left out, and brackets of which nothing is
+  // left: their positions are missing ones.
+  void LeaveOutWrongLevels() {
+    std::vector<BracketKey> keys;
+    std::vector<Records> doubtful;
+    for (const auto& [key, records] : brackets_)
+      if (HasDoubtfulLevels(records)) {
+        keys.push_back(key);
+        doubtful.push_back(records);
+      }
+    BracketReader reader(session_, doubtful, options_.check_hashes);
+    for (std::size_t n = 0; n < keys.size(); ++n) {
+      core::ThrowIfInterrupted();
+      const std::vector<Exposure> exposures = ExposuresOf(doubtful[n], reader.Next());
+      const std::vector<bool> out =
+          ContradictedFrames(plan_.sensor, exposures, plan_.level_tolerance);
+      Records left;
+      for (std::size_t k = 0; k < out.size(); ++k)
+        if (!out[k]) left.push_back(doubtful[n][k]);
+      summary_.frames_left_out += static_cast<int>(out.size() - left.size());
+      summary_.brackets_left_out += left.empty();
+      if (left.empty())
+        brackets_.erase(keys[n]);
+      else
+        brackets_[keys[n]] = std::move(left);
+    }
+  }
+
+  // Starts to read the brackets of positions that have all of theirs.
+  void QueueBrackets() {
     std::vector<Records> queue;
     const auto& grid = plan_.geometry.grid;
     for (int m = 0; m < grid.count(); ++m)
@@ -174,12 +222,34 @@ class SessionMerger {
     return keys;
   }
 
+  // A frame of that kind; darks and references that are flagged are counted and do not enter.
+  bool Enters(const FrameRecord& record, FrameKind kind) {
+    if (record.kind == kind && record.flagged) ++summary_.flagged_others;
+    return record.kind == kind && !record.flagged;
+  }
+
+  // Throws InputError where the lamp's level was looked at and every look was flagged: as if there
+  // had been no reference, the level would count as that of the first.
+  void RequireReferences() const {
+    std::map<std::pair<int, int>, bool> any_good;  // by epoch and channel
+    for (const FrameRecord& record : session_.frames())
+      if (record.kind == FrameKind::kReference)
+        any_good[{record.epoch, record.channel}] |= !record.flagged;
+    for (const auto& [key, good] : any_good)
+      if (!good)
+        throw InputError((session_.folder() / "journal.jsonl").string(),
+                         fmt::format("all reference frames of epoch {}, channel {} are flagged: "
+                                     "the lamp's level is not known",
+                                     key.first, key.second),
+                         "capture the session again");
+  }
+
   void AverageAllDarks() {
     constexpr std::size_t kDarksAtOnce = 4;  // in memory, and as many read ahead
     std::vector<Records> pieces;
     std::map<double, Records> by_exposure;
     for (const FrameRecord& record : session_.frames())
-      if (record.kind == FrameKind::kDark) by_exposure[record.exposure_s].push_back(&record);
+      if (Enters(record, FrameKind::kDark)) by_exposure[record.exposure_s].push_back(&record);
     for (const auto& [exposure_s, records] : by_exposure) {
       summary_.dark_frames += static_cast<int>(records.size());
       for (std::size_t first = 0; first < records.size(); first += kDarksAtOnce)
@@ -209,6 +279,7 @@ class SessionMerger {
   }
 
   void MeasureDrift() {
+    RequireReferences();
     // Frames compare with the first of the same channel and settings.
     struct Series {
       std::vector<std::size_t> pixels;
@@ -225,7 +296,7 @@ class SessionMerger {
     double monitor =
         0;  // sum of readings over ratios: the reading at the first reference, averaged
     for (const FrameRecord& record : session_.frames()) {
-      if (record.kind != FrameKind::kReference) continue;
+      if (!Enters(record, FrameKind::kReference)) continue;
       ++summary_.reference_frames;
       core::ReadFrame(session_, record, options_.check_hashes, &bytes, &frame);
       Series& series = all[{record.channel, record.exposure_s, record.attenuation}];
@@ -304,14 +375,12 @@ class SessionMerger {
   Vec2 MergeBracket(const Records& records) {
     const std::span<const RawFrame> frames = reader_->Next();
     const std::vector<Exposure> exposures = ExposuresOf(records, frames);
-    for (std::size_t n = 0; n < records.size(); ++n) {
-      const FrameRecord& record = *records[n];
-      const double factor = exposures[n].lamp_factor;
+    for (const Exposure& exposure : exposures) {
+      const double factor = exposure.lamp_factor;
       const bool first = summary_.frames++ == 0;
       summary_.least_lamp_factor = first ? factor : std::min(summary_.least_lamp_factor, factor);
       summary_.largest_lamp_factor =
           first ? factor : std::max(summary_.largest_lamp_factor, factor);
-      summary_.flagged_frames += record.flagged;
     }
     MergeExposures(plan_.sensor, exposures, options_.merge, &merged_);
     const Vec2 centre = Centre(records);
@@ -495,6 +564,9 @@ nlohmann::json ToJson(const MergeSessionSummary& summary) {
           {"positions", summary.positions},
           {"frames", summary.frames},
           {"flagged_frames", summary.flagged_frames},
+          {"frames_left_out", summary.frames_left_out},
+          {"brackets_left_out", summary.brackets_left_out},
+          {"flagged_others", summary.flagged_others},
           {"dark_frames", summary.dark_frames},
           {"reference_frames", summary.reference_frames},
           {"missing_positions", summary.missing_positions},

@@ -66,11 +66,15 @@ struct MergeSessionOptions {
 };
 
 struct MergeSessionSummary {
-  int positions = 0;       // of the plan
-  int frames = 0;          // of filter positions that were merged
-  int flagged_frames = 0;  // of these, kept by capture although a check failed
-  int dark_frames = 0, reference_frames = 0;
-  int missing_positions = 0;  // of the plan, without frames: unknown everywhere (kOffSensor)
+  int positions = 0;          // of the plan
+  int frames = 0;             // of filter positions that were merged
+  int flagged_frames = 0;     // of filter positions, kept by capture although a check failed
+  int frames_left_out = 0;    // whose level contradicts their bracket's (bracket_levels.h)
+  int brackets_left_out = 0;  // of which nothing was left
+  int flagged_others = 0;     // darks and references that are flagged: left out
+  int dark_frames = 0, reference_frames = 0;  // that entered
+  // Of the plan, without frames or with a bracket left out: unknown everywhere (kOffSensor).
+  int missing_positions = 0;
   double least_lamp_factor = 1, largest_lamp_factor = 1;  // over the frames of filter positions
   double largest_displacement = 0;      // of a stage read-back from its plan, in basis spacings
   std::vector<RungExposure> exposures;  // estimated; empty: taken as read back
@@ -107,9 +111,10 @@ std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const core::
 // R the channel's responsivity and v the vignetting; on the `reflector` rig divided by the albedo
 // as well (docs/formats/session.md). sigma holds noise, PRNU and the errors of estimated exposure
 // times; errors of the lamp factor, the calibration and the stage are not in it. Holds two brackets
-// of frames at a time: one is merged while the next is read. Throws InputError naming file and
-// field for what the session lacks or contradicts, a stage read-back more than a tenth of a spacing
-// from its plan, and Interrupted.
+// of frames at a time: one is merged while the next is read. Brackets that hold a flagged frame
+// beside a shorter one are read twice, to see which frames contradict the others. Throws InputError
+// naming file and field for what the session lacks or contradicts, a stage read-back more than a
+// tenth of a spacing from its plan, and Interrupted.
 lightfield::Measurements MergeSession(const core::SessionReader& session,
                                       const MergeSessionOptions& options = {},
                                       MergeSessionSummary* summary = nullptr);

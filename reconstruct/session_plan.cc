@@ -67,6 +67,10 @@ SessionPlan ReadSessionPlan(const core::SessionReader& session) {
   result.rig = Choice(rig, "kind", "lensless", "reflector", plan_file);
   if (result.rig == "reflector") result.albedo = Positive(rig, "albedo", plan_file);
 
+  const Json exposure = session.plan().value("exposure", Json::object());
+  if (exposure.contains("mean_tolerance"))
+    result.level_tolerance = Positive(exposure, "mean_tolerance", plan_file);
+
   const Json calibration = Field<Json>(session.session(), "calibration", session_file);
   result.image_from_sensor =
       Field<std::array<double, 9>>(calibration, "image_from_sensor", session_file);

@@ -23,6 +23,8 @@ struct SessionPlan {
   // How far the filter moves against the luminaire per metre of the stage's read-back along u and
   // v.
   std::array<lightfield::Vec2, 2> stage_axes{{{1, 0}, {0, 1}}};
+  // exposure.mean_tolerance: by how much the levels of a bracket's frames may differ, relative.
+  double level_tolerance = 0.05;
   SensorModel sensor;
 };
 

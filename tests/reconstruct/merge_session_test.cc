@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -93,6 +94,10 @@ struct Case {
   double warm_dn_per_s = 0;  // an extra dark signal that only dark frames know
   int missing_i = -1;        // column of positions that is not taken
   double displaced_m = 0;    // stage error, known to the read-back
+  std::vector<double> exposures_s = {1, 4};
+  // What a frame shows over what it should, and whether it is flagged.
+  std::function<double(const FrameRecord&)> level = [](const FrameRecord&) { return 1.0; };
+  std::function<bool(const FrameRecord&)> flagged = [](const FrameRecord&) { return false; };
 };
 
 // A camera that is exact: y = black + gain t (a E R + dark), as docs/formats/session.md has it.
@@ -138,7 +143,9 @@ std::filesystem::path Capture(const std::string& name, const Case& c) {
     record.exposure_s = record.requested_exposure_s = 2;
     record.t_start_s = now_s - 1;
     record.meter = c.lamp(now_s);
-    writer.CommitFrame(record, frame_of(2, [&](double, double) { return 30 * c.lamp(now_s); }),
+    record.flagged = c.flagged(record);
+    const double level = c.lamp(now_s) * c.level(record);
+    writer.CommitFrame(record, frame_of(2, [&](double, double) { return 30 * level; }),
                        json::object());
   };
   if (c.darks)
@@ -149,7 +156,9 @@ std::filesystem::path Capture(const std::string& name, const Case& c) {
         record.repeat = repeat;
         record.exposure_index = exposure_s == 1 ? 0 : exposure_s == 4 ? 1 : 2;
         record.exposure_s = record.requested_exposure_s = exposure_s;
-        writer.CommitFrame(record, frame_of(exposure_s, [](double, double) { return 0.0; }),
+        record.flagged = c.flagged(record);
+        const double light = c.level(record) - 1;
+        writer.CommitFrame(record, frame_of(exposure_s, [&](double, double) { return light; }),
                            json::object());
       }
   reference(0);
@@ -163,12 +172,15 @@ std::filesystem::path Capture(const std::string& name, const Case& c) {
       record.stage_v_m = -4e-3 + (j + 1.5) * kSpacing_m;
       for (record.channel = 0; record.channel < c.channels; ++record.channel)
         for (record.print = 0; record.print < c.prints; ++record.print)
-          for (record.exposure_index = 0; record.exposure_index < 2; ++record.exposure_index) {
-            record.exposure_s = record.requested_exposure_s = record.exposure_index == 0 ? 1 : 4;
+          for (std::size_t rung = 0; rung < c.exposures_s.size(); ++rung) {
+            record.exposure_index = static_cast<int>(rung);
+            record.exposure_s = record.requested_exposure_s = c.exposures_s[rung];
+            record.flagged = c.flagged(record);
             now_s += 10;
             record.t_start_s = now_s - record.exposure_s / 2;
             const auto e = [&](double q_s, double q_t) {
-              return c.lamp(now_s) * c.print(record.print) * (1 + record.channel) *
+              return c.level(record) * c.lamp(now_s) * c.print(record.print) *
+                     (1 + record.channel) *
                      Irradiance(i, j, record.stage_u_m + q_s, record.stage_v_m + q_t);
             };
             writer.CommitFrame(record, frame_of(record.exposure_s, e), json::object());
@@ -359,6 +371,132 @@ TEST_F(MergeSessionTest, MarksMissingPositionsAsUnknown) {
       EXPECT_EQ(mask, lightfield::kOffSensor);
   const Reconstruction result = Reconstruct(m);
   EXPECT_EQ(result.report.incomplete.incomplete, 120u);
+}
+
+// The frames that entered.
+class SeenFrames : public MergeObserver {
+ public:
+  void OnReferences(std::span<const MergedReference>, const LampDrift&) override {}
+  void OnBracket(const MergedBracket& bracket) override {
+    EXPECT_EQ(bracket.records.size(), bracket.exposures.size());
+    for (const FrameRecord* record : bracket.records) files.push_back(record->file);
+  }
+  std::vector<std::string> files;
+};
+
+bool IsOfPosition(const FrameRecord& record, int i, int j) {
+  return record.kind == FrameKind::kPosition && record.i == i && record.j == j;
+}
+
+TEST_F(MergeSessionTest, LeavesOutAFrameWhoseLevelContradictsTheOthers) {
+  // Whichever frame is wrong: capture sees the next longer one depart from it, or all longer ones
+  // where it is the first.
+  for (int wrong = 0; wrong < 3; ++wrong) {
+    Case c;
+    c.session["camera"]["saturation_dn"] = 1e5;
+    c.exposures_s = {1, 2, 4};
+    c.references = true;
+    c.level = [&](const FrameRecord& r) {
+      return IsOfPosition(r, 1, 0) && r.exposure_index == wrong ? 0.8 : 1.0;
+    };
+    EXPECT_GT(WorstError(Merge("level_unflagged", c), 9.0 / 16), 0.02) << wrong;
+    c.flagged = [&](const FrameRecord& r) {
+      return IsOfPosition(r, 1, 0) &&
+             (wrong == 0 ? r.exposure_index > 0 : r.exposure_index == wrong);
+    };
+    MergeSessionSummary summary;
+    const auto m = Merge("level", c, &summary);
+    EXPECT_LT(WorstError(m, 9.0 / 16), 1e-6) << wrong;
+    EXPECT_EQ(summary.flagged_frames, wrong == 0 ? 2 : 1);
+    EXPECT_EQ(summary.frames_left_out, 1);
+    EXPECT_EQ(summary.brackets_left_out, 0);
+    EXPECT_EQ(summary.missing_positions, 0);
+    EXPECT_EQ(summary.frames, 17);
+    for (const auto& position : m.positions) EXPECT_EQ(position.mask[0], 0u);
+    // What is carried through the merge for an error budget is of the same frames.
+    const core::SessionReader session(Capture("level_seen", c));
+    SeenFrames seen;
+    MergeSessionOptions options;
+    options.observer = &seen;
+    MergeSession(session, options);
+    std::size_t entered = 0;
+    for (const FrameRecord& r : session.frames()) {
+      if (r.kind != FrameKind::kPosition) continue;
+      const bool there =
+          std::find(seen.files.begin(), seen.files.end(), r.file) != seen.files.end();
+      EXPECT_EQ(there, c.level(r) == 1) << r.file;
+      entered += there;
+    }
+    EXPECT_EQ(entered, seen.files.size());
+  }
+}
+
+TEST_F(MergeSessionTest, APositionWhereNoFrameIsToBeBelievedIsMissing) {
+  // Two frames apart: either may be wrong. Behind dual prints the other print's bracket is whole.
+  Case c;
+  c.session["camera"]["saturation_dn"] = 1e5;
+  c.prints = 2;
+  c.plan["filter"] = {{"kind", "dual"}, {"scale", 1}};
+  c.plan["geometry"]["basis"] = "quadratic";
+  c.plan["geometry"]["u0_m"] = -4e-3;
+  c.plan["geometry"]["v0_m"] = -3e-3;
+  c.level = [](const FrameRecord& r) {
+    return IsOfPosition(r, 2, 1) && r.print == 1 && r.exposure_index == 1 ? 1.3 : 1.0;
+  };
+  c.flagged = [&](const FrameRecord& r) { return c.level(r) != 1; };
+  MergeSessionSummary summary;
+  const lightfield::Measurements m = Merge("level_missing", c, &summary);
+  EXPECT_EQ(summary.frames_left_out, 2);
+  EXPECT_EQ(summary.brackets_left_out, 1);
+  EXPECT_EQ(summary.missing_positions, 1);
+  for (int k = 0; k < 6; ++k)
+    for (const std::uint32_t mask : m.positions[k].mask)
+      EXPECT_EQ(mask, k == 5 ? std::uint32_t{lightfield::kOffSensor} : 0u) << k;
+  EXPECT_EQ(Reconstruct(m).report.incomplete.incomplete, 120u);
+}
+
+TEST_F(MergeSessionTest, AFlagForSaturationLeavesNothingOut) {
+  Case c;
+  c.exposures_s = {1, 2, 4};
+  c.session["camera"]["saturation_dn"] = 1500;  // the brightest pixels in the shortest exposure
+  c.flagged = [](const FrameRecord& r) {
+    return r.kind == FrameKind::kPosition && r.exposure_index == 0;
+  };
+  MergeSessionSummary summary;
+  const auto flagged = Merge("saturated_flagged", c, &summary);
+  EXPECT_EQ(summary.flagged_frames, 6);
+  EXPECT_EQ(summary.frames_left_out, 0);
+  EXPECT_EQ(summary.frames, 18);
+  c.flagged = [](const FrameRecord&) { return false; };
+  const auto plain = Merge("saturated", c);
+  for (std::size_t k = 0; k < plain.positions.size(); ++k) {
+    EXPECT_EQ(flagged.positions[k].irradiance, plain.positions[k].irradiance);
+    EXPECT_EQ(flagged.positions[k].mask, plain.positions[k].mask);
+  }
+}
+
+TEST_F(MergeSessionTest, FlaggedDarksAndReferencesDoNotEnter) {
+  Case c;
+  c.references = c.darks = true;
+  c.level = [](const FrameRecord& r) {
+    if (r.kind == FrameKind::kDark) return r.repeat == 1 ? 21.0 : 1.0;  // light got in
+    return r.kind == FrameKind::kReference && r.repeat == 1 ? 0.7 : 1.0;
+  };
+  EXPECT_GT(WorstError(Merge("others_unflagged", c), 9.0 / 16), 0.02);
+  c.flagged = [&](const FrameRecord& r) { return c.level(r) != 1; };
+  MergeSessionSummary summary;
+  EXPECT_LT(WorstError(Merge("others", c, &summary), 9.0 / 16), 1e-6);
+  EXPECT_EQ(summary.flagged_others, 4);
+  EXPECT_EQ(summary.dark_frames, 3);
+  EXPECT_EQ(summary.reference_frames, 2);
+  c.flagged = [](const FrameRecord& r) { return r.kind == FrameKind::kReference; };
+  try {
+    Merge("references_flagged", c);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("epoch 0, channel 0 are flagged"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST_F(MergeSessionTest, UsesTheReadBackAndRefusesAFilterOutOfPlace) {
