@@ -63,6 +63,18 @@ std::string ScaleText(const reconstruct::MeterScale& scale) {
       scale.degrees);
 }
 
+// What the lab wrote about its meter; empty: nothing.
+std::string MeterText(const reconstruct::Meter& meter) {
+  std::string text;
+  const auto add = [&](const char* name, const std::string& value) {
+    if (!value.empty()) text += fmt::format("{}{} {}", text.empty() ? "" : "; ", name, value);
+  };
+  add("serial number", meter.serial_number);
+  add("calibrated", meter.calibration_date);
+  add("V(lambda):", meter.v_lambda);
+  return text.empty() ? text : "Light meter: " + text;
+}
+
 }  // namespace
 
 void PrintErrorBudget(const ErrorBudget& budget) {
@@ -74,14 +86,15 @@ void PrintErrorBudget(const ErrorBudget& budget) {
   if (budget.scale) fmt::print("{}\n", ScaleText(*budget.scale));
 }
 
-void WriteBudgetReport(const ErrorBudget& budget, const std::string& session,
-                       const std::filesystem::path& html) {
+void WriteBudgetReport(const ErrorBudget& budget, const std::optional<reconstruct::Meter>& meter,
+                       const std::string& session, const std::filesystem::path& html) {
   HtmlPage page("Error budget");
   page.Paragraph(fmt::format(
       "Session {}. Standard deviations; the total is the root of the sum of squares of the sources "
       "whose sizes are stated.",
       session));
   if (budget.scale) page.Paragraph(ScaleText(*budget.scale));
+  if (const std::string text = meter ? MeterText(*meter) : ""; !text.empty()) page.Paragraph(text);
   std::vector<std::vector<std::string>> table{{"quantity", "value", "unit", "sigma", "relative"}};
   for (const QuantityBudget* q : All(budget))
     table.push_back({q->name, fmt::format("{:.5g}", q->value), q->unit,

@@ -2,15 +2,19 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
+#include "reconstruct/budget_settings.h"
 #include "reconstruct/error_budget.h"
 
 namespace luxfield::cli {
 
 void PrintErrorBudget(const reconstruct::ErrorBudget& budget);
 
-void WriteBudgetReport(const reconstruct::ErrorBudget& budget, const std::string& session,
+// `meter`: whose serial number, calibration and V(lambda) the page repeats.
+void WriteBudgetReport(const reconstruct::ErrorBudget& budget,
+                       const std::optional<reconstruct::Meter>& meter, const std::string& session,
                        const std::filesystem::path& html);
 
 }  // namespace luxfield::cli

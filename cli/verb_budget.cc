@@ -38,8 +38,14 @@ core::Json Run(const Options& options) {
   const auto budget = reconstruct::ComputeErrorBudget(core::SessionReader(options.session),
                                                       settings, how, filter ? &*filter : nullptr);
   PrintErrorBudget(budget);
-  if (!options.report.empty()) WriteBudgetReport(budget, options.session, options.report);
-  return reconstruct::ToJson(budget);
+  if (!options.report.empty())
+    WriteBudgetReport(budget, settings.meter, options.session, options.report);
+  core::Json json = reconstruct::ToJson(budget);
+  if (settings.meter)
+    json["scale"]["meter"] = {{"serial_number", settings.meter->serial_number},
+                              {"calibration_date", settings.meter->calibration_date},
+                              {"v_lambda", settings.meter->v_lambda}};
+  return json;
 }
 
 }  // namespace

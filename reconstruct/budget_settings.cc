@@ -56,6 +56,9 @@ ReceiverAsked ReadReceiver(const Config& table) {
 Meter ReadMeter(const Config& table) {
   Meter meter;
   meter.calibration = table.Number("calibration", 0, {0, 0.5});
+  meter.serial_number = table.Text("serial_number", "");
+  meter.calibration_date = table.Text("calibration_date", "");
+  meter.v_lambda = table.Text("v_lambda", "");
   for (const Config& reading : table.Tables("reading")) {
     MeterReading& r = meter.readings.emplace_back();
     r.at = ReadReceiver(reading);

@@ -44,6 +44,8 @@ struct MeterReading {
 
 struct Meter {
   double calibration = 0;  // relative, common to all readings
+  // As the lab writes them; for the report.
+  std::string serial_number, calibration_date, v_lambda;
   std::vector<MeterReading> readings;
 };
 

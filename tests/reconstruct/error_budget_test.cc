@@ -73,7 +73,9 @@ TEST(BudgetSettings, WhatIsAbsentIsNotStated) {
   const auto settings = ReadBudgetSettings(core::Config::FromString(
       "[uncertainty]\nstage_m = 5e-6\ndensity = 0\nsmallest_spot_m = 2e-3\n"
       "[[irradiance]]\np_m = [0, 0, 3]\nnormal = [0, -1, -1]\n"
-      "[meter]\n[[meter.reading]]\np_m = [0, 0, 2]\nvalue = 3\nsigma = 0.1\n",
+      "[meter]\nserial_number = \"T-10A 1234\"\ncalibration_date = \"2026-03-02\"\n"
+      "v_lambda = \"f1' 3 %\"\n"
+      "[[meter.reading]]\np_m = [0, 0, 2]\nvalue = 3\nsigma = 0.1\n",
       "budget.toml"));
   EXPECT_EQ(settings.sizes.stage_m, 5e-6);
   EXPECT_EQ(settings.sizes.density, 0);
@@ -83,14 +85,16 @@ TEST(BudgetSettings, WhatIsAbsentIsNotStated) {
   EXPECT_NEAR(settings.receivers[0].normal.z, -std::sqrt(0.5), 1e-15);
   ASSERT_TRUE(settings.meter);
   EXPECT_EQ(settings.meter->readings.size(), 1u);
+  EXPECT_EQ(settings.meter->serial_number, "T-10A 1234");
+  EXPECT_EQ(settings.meter->calibration_date, "2026-03-02");
+  EXPECT_EQ(settings.meter->v_lambda, "f1' 3 %");
 }
 
 TEST(BudgetSettings, RefusesWhatMakesNoSense) {
   for (const char* text :
        {"[uncertainty]\nstage = 1\n", "[uncertainty]\ndensity = -0.1\n",
-        "[uncertainty]\nsmallest_spot_m = 0\n",
-        "[uncertainty]\nlamp_wander = 0.1\n", "[uncertainty]\ngrain = 0.1\n",
-        "[[irradiance]]\np_m = [0, 0, -1]\n",
+        "[uncertainty]\nsmallest_spot_m = 0\n", "[uncertainty]\nlamp_wander = 0.1\n",
+        "[uncertainty]\ngrain = 0.1\n", "[[irradiance]]\np_m = [0, 0, -1]\n",
         "[[irradiance]]\np_m = [0, 0, 1]\nnormal = [0, 0, 0]\n", "[meter]\ncalibration = 0.01\n",
         "[meter]\n[[meter.reading]]\np_m = [0, 0, 2]\nvalue = 3\nsigma = 0\n"})
     EXPECT_THROW(ReadBudgetSettings(core::Config::FromString(text, "budget.toml")), InputError)
