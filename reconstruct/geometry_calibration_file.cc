@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -58,6 +60,23 @@ void RequireSame(const Json& json, const char* key, int of_session, const std::s
     throw InputError(
         file, fmt::format("{} = {}, but the session's camera has {}", key, value, of_session),
         "use the calibration of this lab");
+}
+
+double SigmaOfDelta(const Json& json, const std::string& file) {
+  for (const Json& parameter : Field<std::vector<Json>>(json, "parameters", file))
+    if (Field<std::string>(parameter, "name", file) == "delta")
+      return Field<double>(parameter, "sigma", file);
+  throw InputError(file, "parameters hold no 'delta'", "calibrate the geometry again");
+}
+
+TiltedPlanes ReadTilts(const Json& json, const std::array<std::array<double, 3>, 2>& axes,
+                       const std::string& file) {
+  using Pairs = std::vector<std::array<double, 2>>;
+  const auto tilt = Field<std::array<double, 2>>(json, "filter_tilt_rad", file);
+  TiltedPlanes tilts{{tilt[0], tilt[1]}, {axes[0][2], axes[1][2]}, SigmaOfDelta(json, file), 0};
+  for (const auto& sigma : Field<Pairs>(json, "place_sigma_m", file))
+    tilts.place_sigma_m = std::max({tilts.place_sigma_m, sigma[0], sigma[1]});
+  return tilts;
 }
 
 }  // namespace
@@ -134,6 +153,7 @@ std::string ApplyGeometryCalibration(const std::filesystem::path& path, SessionP
   plan.image_from_sensor = Field<std::array<double, 9>>(json, "image_from_sensor", file);
   const auto axes = Field<std::array<std::array<double, 3>, 2>>(json, "stage_axes", file);
   plan.stage_axes = {{{axes[0][0], axes[0][1]}, {axes[1][0], axes[1][1]}}};
+  plan.tilts = ReadTilts(json, axes, file);
   const Json lens = Field<Json>(json, "lens", file);
   if (!lens.is_null()) {
     const auto focal = Field<std::array<double, 2>>(lens, "focal_px", file);

@@ -19,10 +19,10 @@ void WriteGeometryCalibration(const std::filesystem::path& path,
 // Whether the file's `format` says so. Throws InputError for what is no JSON with a format.
 bool IsGeometryCalibration(const std::filesystem::path& path);
 
-// Puts the file's delta, image_from_sensor, lens and stage axes in place of the plan's. Returns the
-// file's SHA-256. Throws InputError naming file and field: not such a file, of another version, of
-// a sensor of another size or another kind of rig, or with a delta that is 10 % off the plan's:
-// that is another bench.
+// Puts the file's delta, image_from_sensor, lens and stage axes in place of the plan's, and its
+// tilts beside them (tilt_effect.h: what merging leaves out). Returns the file's SHA-256. Throws
+// InputError naming file and field: not such a file, of another version, of a sensor of another
+// size or another kind of rig, or with a delta that is 10 % off the plan's: that is another bench.
 std::string ApplyGeometryCalibration(const std::filesystem::path& path, SessionPlan& plan);
 
 }  // namespace luxfield::reconstruct

@@ -86,6 +86,7 @@ class SessionMerger {
       if (options_.observer) own_irradiance_per_rate_ = OwnIrradiancePerRate();
     }
     print_factor_ = PrintFactors(plan_.filter, plan_.geometry.grid.basis);
+    if (plan_.tilts) summary_.tilt = EffectOfTilts(plan_);
     AverageAllDarks();
     MeasureDrift();
     SortIntoBrackets();
@@ -572,7 +573,8 @@ nlohmann::json ToJson(const MergeSessionSummary& summary) {
           {"missing_positions", summary.missing_positions},
           {"least_lamp_factor", summary.least_lamp_factor},
           {"largest_lamp_factor", summary.largest_lamp_factor},
-          {"largest_displacement", summary.largest_displacement}};
+          {"largest_displacement", summary.largest_displacement},
+          {"tilt", summary.tilt ? ToJson(*summary.tilt) : nlohmann::json()}};
 }
 
 }  // namespace luxfield::reconstruct

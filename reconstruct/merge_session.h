@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "reconstruct/merge_exposures.h"
 #include "reconstruct/session_exposures.h"
 #include "reconstruct/session_plan.h"
+#include "reconstruct/tilt_effect.h"
 
 namespace luxfield::reconstruct {
 
@@ -78,6 +80,7 @@ struct MergeSessionSummary {
   double least_lamp_factor = 1, largest_lamp_factor = 1;  // over the frames of filter positions
   double largest_displacement = 0;      // of a stage read-back from its plan, in basis spacings
   std::vector<RungExposure> exposures;  // estimated; empty: taken as read back
+  std::optional<TiltEffect> tilt;       // of a calibrated geometry: what is not corrected
 };
 
 // The lamp's level over the level chosen, from reference frames: the sum

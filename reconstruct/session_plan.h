@@ -12,6 +12,14 @@
 
 namespace luxfield::reconstruct {
 
+// How far planes that merging takes as parallel are from it, as calibrated (geometry_fit.h).
+struct TiltedPlanes {
+  lightfield::Vec2 filter_tilt_rad;  // about s, then about t
+  lightfield::Vec2 stage_slopes;     // along z per metre of the stage's u and v
+  double delta_sigma_m = 0;
+  double place_sigma_m = 0;  // the largest, of the places on I that the sensor's corners see
+};
+
 struct SessionPlan {
   lightfield::LuminaireGeometry geometry;
   lightfield::FilterKind filter = lightfield::FilterKind::kBasis;
@@ -23,6 +31,7 @@ struct SessionPlan {
   // How far the filter moves against the luminaire per metre of the stage's read-back along u and
   // v.
   std::array<lightfield::Vec2, 2> stage_axes{{{1, 0}, {0, 1}}};
+  std::optional<TiltedPlanes> tilts;  // from a calibration of the geometry
   // exposure.mean_tolerance: by how much the levels of a bracket's frames may differ, relative.
   double level_tolerance = 0.05;
   SensorModel sensor;

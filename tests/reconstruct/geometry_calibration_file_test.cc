@@ -26,6 +26,7 @@ GeometryCalibration Example() {
   g.stage_axes = {{{1.001, 0.002, 0.003}, {-0.001, 0.999, 0.004}}};
   g.parameters = {{"delta", "m", 0.305, 1e-5}};
   g.covariance = {1e-10};
+  g.place_sigma_m = {{{1e-5, 2e-5}, {3e-5, 4e-5}, {}, {}, {}}};
   return c;
 }
 
@@ -45,6 +46,11 @@ TEST(GeometryCalibrationFile, TakesTheStatedGeometrysPlace) {
   SessionPlan plan = Plan();
   EXPECT_EQ(ApplyGeometryCalibration(file, plan), core::Sha256(core::ReadFile(file)));
   EXPECT_EQ(plan.geometry.delta_m, 0.305);
+  ASSERT_TRUE(plan.tilts);
+  EXPECT_EQ(plan.tilts->filter_tilt_rad.y, -0.002);
+  EXPECT_EQ(plan.tilts->stage_slopes.x, 0.003);
+  EXPECT_EQ(plan.tilts->delta_sigma_m, 1e-5);
+  EXPECT_EQ(plan.tilts->place_sigma_m, 4e-5);
   EXPECT_EQ(plan.image_from_sensor, Example().geometry.image_from_sensor);
   EXPECT_EQ(plan.stage_axes[1].x, -0.001);
   ASSERT_TRUE(plan.lens);
@@ -72,6 +78,8 @@ TEST(GeometryCalibrationFile, RefusesWhatIsOfAnotherLab) {
   refuses("is of a lensless rig", [](core::Json& j) { j["rig"] = "lensless"; });
   refuses("not within 10 %", [](core::Json& j) { j["delta_m"] = 0.4; });
   refuses("'stage_axes' is missing", [](core::Json& j) { j.erase("stage_axes"); });
+  refuses("'filter_tilt_rad' is missing", [](core::Json& j) { j.erase("filter_tilt_rad"); });
+  refuses("hold no 'delta'", [](core::Json& j) { j["parameters"] = core::Json::array(); });
   refuses("focal_px must be above 0", [](core::Json& j) { j["lens"]["focal_px"] = {0, 600}; });
 }
 
