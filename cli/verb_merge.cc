@@ -62,8 +62,8 @@ core::Json MergeSessionFolder(const Options& options) {
         "  flagged frames        {} (kept by capture although a check failed); {} frames whose "
         "level contradicts their bracket's left out, {} brackets with them\n",
         summary.flagged_frames, summary.frames_left_out, summary.brackets_left_out);
-  if (summary.flagged_others)
-    fmt::print("  flagged darks, references  {}: left out\n", summary.flagged_others);
+  if (summary.flagged_darks)
+    fmt::print("  flagged darks         {}: left out\n", summary.flagged_darks);
   if (summary.missing_positions)
     fmt::print("  missing positions     {}: unknown, not zero\n", summary.missing_positions);
   return reconstruct::ToJson(summary);

@@ -223,34 +223,17 @@ class SessionMerger {
     return keys;
   }
 
-  // A frame of that kind; darks and references that are flagged are counted and do not enter.
-  bool Enters(const FrameRecord& record, FrameKind kind) {
-    if (record.kind == kind && record.flagged) ++summary_.flagged_others;
-    return record.kind == kind && !record.flagged;
-  }
-
-  // Throws InputError where the lamp's level was looked at and every look was flagged: as if there
-  // had been no reference, the level would count as that of the first.
-  void RequireReferences() const {
-    std::map<std::pair<int, int>, bool> any_good;  // by epoch and channel
-    for (const FrameRecord& record : session_.frames())
-      if (record.kind == FrameKind::kReference)
-        any_good[{record.epoch, record.channel}] |= !record.flagged;
-    for (const auto& [key, good] : any_good)
-      if (!good)
-        throw InputError((session_.folder() / "journal.jsonl").string(),
-                         fmt::format("all reference frames of epoch {}, channel {} are flagged: "
-                                     "the lamp's level is not known",
-                                     key.first, key.second),
-                         "capture the session again");
-  }
-
   void AverageAllDarks() {
     constexpr std::size_t kDarksAtOnce = 4;  // in memory, and as many read ahead
     std::vector<Records> pieces;
     std::map<double, Records> by_exposure;
-    for (const FrameRecord& record : session_.frames())
-      if (Enters(record, FrameKind::kDark)) by_exposure[record.exposure_s].push_back(&record);
+    for (const FrameRecord& record : session_.frames()) {
+      if (record.kind != FrameKind::kDark) continue;
+      if (record.flagged)
+        ++summary_.flagged_darks;  // light may have got in
+      else
+        by_exposure[record.exposure_s].push_back(&record);
+    }
     for (const auto& [exposure_s, records] : by_exposure) {
       summary_.dark_frames += static_cast<int>(records.size());
       for (std::size_t first = 0; first < records.size(); first += kDarksAtOnce)
@@ -280,7 +263,6 @@ class SessionMerger {
   }
 
   void MeasureDrift() {
-    RequireReferences();
     // Frames compare with the first of the same channel and settings.
     struct Series {
       std::vector<std::size_t> pixels;
@@ -296,8 +278,9 @@ class SessionMerger {
     RawFrame frame;
     double monitor =
         0;  // sum of readings over ratios: the reading at the first reference, averaged
+    int readings = 0;
     for (const FrameRecord& record : session_.frames()) {
-      if (!Enters(record, FrameKind::kReference)) continue;
+      if (record.kind != FrameKind::kReference) continue;
       ++summary_.reference_frames;
       core::ReadFrame(session_, record, options_.check_hashes, &bytes, &frame);
       Series& series = all[{record.channel, record.exposure_s, record.attenuation}];
@@ -312,17 +295,21 @@ class SessionMerger {
                          "the reference frame shows no light",
                          "check lamp and shutter, and capture again");
       points.push_back({&record, sum / series.first});
-      if (options_.lamp_level == LampLevel::kMonitorUnity && !(record.meter > 0))
+      // A flag says that the monitor gave no reading beside a frame that is good.
+      const bool without_reading = record.flagged && record.meter == 0;
+      if (options_.lamp_level == LampLevel::kMonitorUnity && !without_reading &&
+          !(record.meter > 0))
         throw InputError((session_.folder() / "journal.jsonl").string(),
                          fmt::format("reference '{}' has no monitor reading", record.file),
                          "refer to the first reference frame instead");
       monitor += record.meter * series.first / sum;
+      readings += !without_reading;
     }
     const bool by_monitor = options_.lamp_level == LampLevel::kMonitorUnity;
-    if (by_monitor && points.empty())
+    if (by_monitor && readings == 0)
       throw InputError(session_.folder().string(), "has no reference frames with monitor readings",
                        "refer to the first reference frame instead");
-    const double level = by_monitor ? monitor / static_cast<double>(points.size()) : 1;
+    const double level = by_monitor ? monitor / readings : 1;
     std::vector<MergedReference> references;
     for (const auto& [record, ratio] : points) {
       drift_.Add(record->epoch, record->channel, record->t_start_s + record->exposure_s / 2,
@@ -567,7 +554,7 @@ nlohmann::json ToJson(const MergeSessionSummary& summary) {
           {"flagged_frames", summary.flagged_frames},
           {"frames_left_out", summary.frames_left_out},
           {"brackets_left_out", summary.brackets_left_out},
-          {"flagged_others", summary.flagged_others},
+          {"flagged_darks", summary.flagged_darks},
           {"dark_frames", summary.dark_frames},
           {"reference_frames", summary.reference_frames},
           {"missing_positions", summary.missing_positions},

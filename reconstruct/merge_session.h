@@ -73,7 +73,7 @@ struct MergeSessionSummary {
   int flagged_frames = 0;     // of filter positions, kept by capture although a check failed
   int frames_left_out = 0;    // whose level contradicts their bracket's (bracket_levels.h)
   int brackets_left_out = 0;  // of which nothing was left
-  int flagged_others = 0;     // darks and references that are flagged: left out
+  int flagged_darks = 0;      // left out
   int dark_frames = 0, reference_frames = 0;  // that entered
   // Of the plan, without frames or with a bracket left out: unknown everywhere (kOffSensor).
   int missing_positions = 0;

@@ -98,6 +98,7 @@ struct Case {
   // What a frame shows over what it should, and whether it is flagged.
   std::function<double(const FrameRecord&)> level = [](const FrameRecord&) { return 1.0; };
   std::function<bool(const FrameRecord&)> flagged = [](const FrameRecord&) { return false; };
+  std::function<bool(const FrameRecord&)> reading = [](const FrameRecord&) { return true; };
 };
 
 // A camera that is exact: y = black + gain t (a E R + dark), as docs/formats/session.md has it.
@@ -142,7 +143,7 @@ std::filesystem::path Capture(const std::string& name, const Case& c) {
     record.repeat = number;
     record.exposure_s = record.requested_exposure_s = 2;
     record.t_start_s = now_s - 1;
-    record.meter = c.lamp(now_s);
+    record.meter = c.reading(record) ? c.lamp(now_s) : 0;
     record.flagged = c.flagged(record);
     const double level = c.lamp(now_s) * c.level(record);
     writer.CommitFrame(record, frame_of(2, [&](double, double) { return 30 * level; }),
@@ -475,28 +476,39 @@ TEST_F(MergeSessionTest, AFlagForSaturationLeavesNothingOut) {
   }
 }
 
-TEST_F(MergeSessionTest, FlaggedDarksAndReferencesDoNotEnter) {
+TEST_F(MergeSessionTest, FlaggedDarksDoNotEnter) {
   Case c;
-  c.references = c.darks = true;
-  c.level = [](const FrameRecord& r) {
-    if (r.kind == FrameKind::kDark) return r.repeat == 1 ? 21.0 : 1.0;  // light got in
-    return r.kind == FrameKind::kReference && r.repeat == 1 ? 0.7 : 1.0;
+  c.darks = true;
+  c.level = [](const FrameRecord& r) {  // light gets in
+    return r.kind == FrameKind::kDark && r.repeat == 1 ? 21.0 : 1.0;
   };
-  EXPECT_GT(WorstError(Merge("others_unflagged", c), 9.0 / 16), 0.02);
+  EXPECT_GT(WorstError(Merge("dark_unflagged", c), 9.0 / 16), 0.02);
   c.flagged = [&](const FrameRecord& r) { return c.level(r) != 1; };
   MergeSessionSummary summary;
-  EXPECT_LT(WorstError(Merge("others", c, &summary), 9.0 / 16), 1e-6);
-  EXPECT_EQ(summary.flagged_others, 4);
+  EXPECT_LT(WorstError(Merge("dark_flagged", c, &summary), 9.0 / 16), 1e-6);
+  EXPECT_EQ(summary.flagged_darks, 3);
   EXPECT_EQ(summary.dark_frames, 3);
-  EXPECT_EQ(summary.reference_frames, 2);
+}
+
+TEST_F(MergeSessionTest, AReferenceWithoutAReadingTellsTheLampsLevelAllTheSame) {
+  Case c;
+  c.references = true;
+  c.lamp = [](double time_s) { return 1.05 + 4e-4 * (time_s - 1000); };
+  const auto all = core::SessionReader(Capture("readings", c));
+  MergeSessionOptions options;
+  options.lamp_level = LampLevel::kMonitorUnity;
+  EXPECT_LT(WorstError(MergeSession(all, options), 9.0 / 16), 2e-6);
+  c.flagged = [](const FrameRecord& r) { return r.kind == FrameKind::kReference && r.repeat == 1; };
+  c.reading = [](const FrameRecord& r) { return r.repeat != 1; };
+  const auto one_lacks = core::SessionReader(Capture("reading_lacks", c));
+  MergeSessionSummary summary;
+  EXPECT_LT(WorstError(MergeSession(one_lacks, options, &summary), 9.0 / 16), 2e-6);
+  EXPECT_EQ(summary.reference_frames, 3);
   c.flagged = [](const FrameRecord& r) { return r.kind == FrameKind::kReference; };
-  try {
-    Merge("references_flagged", c);
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("epoch 0, channel 0 are flagged"), std::string::npos)
-        << error.what();
-  }
+  c.reading = [](const FrameRecord&) { return false; };
+  const auto all_lack = core::SessionReader(Capture("readings_lack", c));
+  EXPECT_THROW(MergeSession(all_lack, options), InputError);
+  EXPECT_LT(WorstError(MergeSession(all_lack), 9.0 / 16 * 1.05), 2e-6);
 }
 
 TEST_F(MergeSessionTest, UsesTheReadBackAndRefusesAFilterOutOfPlace) {
