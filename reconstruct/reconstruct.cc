@@ -202,13 +202,8 @@ void SolveDual(const Measurements& measurements, const ReconstructOptions& optio
                const Pointers& all, Reconstruction* result) {
   if (options.regularise)
     throw InputError(
-        "--regularise: dual filters give C without a solve; merge a session taken with `basis` "
-        "filters");
-  if (options.non_negative)
-    throw InputError(
-        "--non-negative: dual filters need no solve that could be constrained; merge a session "
-        "taken with `basis` "
-        "filters, or clamp the coefficients where they are used");
+        "--regularise: dual filters give C without a solve; name the filter as measured with "
+        "--filter, or merge a session taken with `basis` filters");
   result->report.solve = "none";
   result->report.condition = result->report.noise_gain = result->report.worst_gain = 1;
   const auto& geometry = measurements.geometry;
@@ -249,6 +244,9 @@ void SolveDual(const Measurements& measurements, const ReconstructOptions& optio
   result->report.incomplete.unknown = nothing_known.size();
   FillUnknown(nothing_known, all.Images(geometry));
   result->report.coefficients = Statistics(result->coefficients, result->sigma);
+  if (options.non_negative)
+    result->report.non_negative = ProjectNonNegative(
+        GramSolver(geometry.grid), all.coefficients.data(), texels * geometry.channels);
 }
 
 }  // namespace

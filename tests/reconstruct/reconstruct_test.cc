@@ -266,7 +266,52 @@ TEST(Reconstruct, LeavesDualMeasurementsAsTheyAre) {
   double squares = 0;
   for (int m = 0; m < 12; ++m) squares += std::pow(double{result.coefficients.image(m, 0)[7]}, 2);
   EXPECT_NEAR(result.sigma.image(2, 0)[7], std::sqrt(squares / 11), 1e-5 * std::sqrt(squares));
-  EXPECT_THROW(Reconstruct(measurements, {Precision::kFloat, true}), InputError);
+}
+
+TEST(Reconstruct, ProjectsDualCoefficientsAsThoseOfASolve) {
+  // Noisy E of a lamp with dark filters: the nearest light field in the L2 norm over F with C >= 0
+  // and the flux of the texel obeys the Karush-Kuhn-Tucker conditions of the basis' Gram matrix.
+  const LuminaireGeometry g = Geometry(5, 4, 8, 1, BasisKind::kQuadratic);
+  constexpr int kImages = 20;
+  Measurements measurements = Measure(g);
+  measurements.filter = FilterKind::kDual;
+  core::Random random(kSeed, 9);
+  for (Measurement& position : measurements.positions)
+    for (float& e : position.irradiance) e = static_cast<float>(random.Normal() + 0.4);
+  const Reconstruction plain = Reconstruct(measurements),
+                       projected = Reconstruct(measurements, {Precision::kFloat, true});
+  ASSERT_TRUE(projected.report.non_negative);
+  EXPECT_EQ(projected.report.non_negative->unconverged, 0u);
+  EXPECT_GT(plain.report.coefficients.negative_energy, 0.1);
+  EXPECT_EQ(projected.report.coefficients.negative_energy,
+            plain.report.coefficients.negative_energy);
+  const auto gu = lightfield::GramMatrix(g.grid.basis, g.grid.width, g.grid.spacing_m),
+             gv = lightfield::GramMatrix(g.grid.basis, g.grid.height, g.grid.spacing_m);
+  Matrix gram(kImages, kImages);
+  for (int m = 0; m < kImages; ++m)
+    for (int n = 0; n < kImages; ++n) gram(m, n) = gu[m % 5 * 5 + n % 5] * gv[m / 5 * 4 + n / 5];
+  int projected_texels = 0;
+  for (std::size_t p = 0; p < g.plane_size(); ++p) {
+    Eigen::VectorXd x(kImages), x0(kImages);
+    for (int m = 0; m < kImages; ++m) {
+      x(m) = projected.coefficients.image(m, 0)[p];
+      x0(m) = plain.coefficients.image(m, 0)[p];
+    }
+    if (!(x0.sum() > 0)) continue;
+    ++projected_texels;
+    const double scale = x0.cwiseAbs().maxCoeff();
+    EXPECT_GE(x.minCoeff(), 0);
+    EXPECT_NEAR(x.sum(), x0.sum(), 1e-5 * x0.cwiseAbs().sum());
+    const Eigen::VectorXd gradient = gram * (x - x0) / gram.diagonal().maxCoeff();
+    const double multiplier = gradient.dot(x) / x.sum();
+    for (int m = 0; m < kImages; ++m) {
+      EXPECT_GE(gradient(m) - multiplier, -1e-4 * scale);
+      if (x(m) > 1e-3 * scale) {
+        EXPECT_NEAR(gradient(m), multiplier, 1e-4 * scale);
+      }
+    }
+  }
+  EXPECT_GT(projected_texels, 50);
 }
 
 TEST(Reconstruct, RefusesMeasurementsThatDoNotFitTheirGeometry) {

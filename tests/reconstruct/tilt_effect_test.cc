@@ -25,7 +25,7 @@ SessionPlan Plan(Vec2 tilt_rad, Vec2 slopes) {
 // E on I at q behind a filter of axes Ry(b) Rx(a) that is evenly lit, L = 1: flux from its elements
 // by the angles at both ends.
 double Irradiance(const lightfield::Basis& basis, double a, double b, Vec2 q) {
-  constexpr int kSteps = 120;
+  constexpr int kSteps = 40;
   const double step_m = basis.cells * kSpacing_m / kSteps;
   double sum = 0;
   for (int j = 0; j < kSteps; ++j)
