@@ -13,12 +13,22 @@
 namespace luxfield::reconstruct {
 namespace {
 
+// By the first bytes. Of other kinds, OpenEXR among them, OpenCV would write on stderr why it does
+// not read them.
+bool IsPngJpegOrTiff(const std::string& bytes) {
+  using namespace std::string_literals;
+  for (const std::string& magic : {"\x89PNG"s, "\xff\xd8\xff"s, "II*\0"s, "MM\0*"s})
+    if (bytes.starts_with(magic)) return true;
+  return false;
+}
+
 cv::Mat Decode(std::string bytes, const std::string& file) {
   cv::Mat picture;
   try {
     // imdecode reads only; OpenCV's matrix header has no const form.
     const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
-    picture = cv::imdecode(encoded, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
+    if (IsPngJpegOrTiff(bytes))
+      picture = cv::imdecode(encoded, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
     picture.release();
   }
