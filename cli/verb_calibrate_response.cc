@@ -30,22 +30,36 @@ std::string ChannelName(const ResponseCalibration& calibration, std::size_t chan
   return calibration.channels.size() == 1 ? "grey" : kNames[channel];
 }
 
-void Print(const ResponseCalibration& calibration) {
-  fmt::print("  {:<7}{:>8}{:>8}{:>9}{:>18}{:>26}\n", "", "codes", "to", "samples", "chi^2 of",
-             "error of I, % at quarters");
+// A head, and a row for every channel.
+std::vector<std::vector<std::string>> Rows(const ResponseCalibration& calibration) {
+  std::vector<std::vector<std::string>> rows{
+      {"", "codes", "to", "samples", "chi^2 of", "error of I, % at quarters"}};
   for (std::size_t k = 0; k < calibration.channels.size(); ++k) {
     const FittedResponse& c = calibration.channels[k];
     std::string errors;
     for (const double share : {0.25, 0.5, 0.75, 0.9})
-      errors += fmt::format("  {:.2g}", 100 * c.curve.Sigma(share * c.curve.saturation_code));
-    fmt::print("  {:<7}{:>8}{:>8}{:>9}{:>18}{:>26}\n", ChannelName(calibration, k),
-               c.curve.low_code(), c.curve.high_code(), c.samples,
-               fmt::format("{:.3g} of {:.0f}", c.chi_squared, c.degrees), errors);
+      errors += fmt::format("{}{:.2g}", errors.empty() ? "" : "  ",
+                            100 * c.curve.Sigma(share * c.curve.saturation_code));
+    rows.push_back({ChannelName(calibration, k), fmt::format("{}", c.curve.low_code()),
+                    fmt::format("{}", c.curve.high_code()), fmt::format("{}", c.samples),
+                    fmt::format("{:.3g} of {:.0f}", c.chi_squared, c.degrees), errors});
   }
+  return rows;
+}
+
+void Print(const ResponseCalibration& calibration) {
+  for (const auto& row : Rows(calibration))
+    fmt::print("  {:<7}{:>8}{:>8}{:>9}{:>18}{:>28}\n", row[0], row[1], row[2], row[3], row[4],
+               row[5]);
 }
 
 void WriteReport(const ResponseCalibration& calibration, const std::filesystem::path& html) {
   HtmlPage page("Response calibration");
+  page.Paragraph(fmt::format("{} bit, {} pictures of {:.4g} s to {:.4g} s, method {}.",
+                             calibration.bits, calibration.exposures_s.size(),
+                             calibration.exposures_s.front(), calibration.exposures_s.back(),
+                             reconstruct::ResponseMethodName(calibration.method)));
+  page.Table(Rows(calibration));
   Plot curves{.title = "Response",
               .x_label = "exposure, in that of the reference code",
               .y_label = "code",
