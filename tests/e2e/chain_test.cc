@@ -3,34 +3,18 @@
 
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <set>
 
-#include "program.h"
 #include "study/lab_variant.h"
+#include "tests/e2e/verb_test.h"
 
 namespace luxfield::e2e {
 namespace {
 
 using Json = nlohmann::json;
 
-class Chain : public testing::Test {
+class Chain : public VerbTest {
  protected:
-  void SetUp() override {
-    folder_ = FreshFolder(testing::UnitTest::GetInstance()->current_test_info()->name());
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  // Runs a verb that must succeed; returns its --json.
-  Json Run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.end(), {"--json", "figures.json", "--quiet"});
-    const Outcome outcome = RunLuxfield(arguments, folder_);
-    EXPECT_EQ(outcome.exit_code, 0) << arguments[0] << ": " << outcome.err;
-    return outcome.exit_code == 0 ? Json::parse(ReadText(folder_ / "figures.json"))
-                                  : Json::object();
-  }
-
-  std::filesystem::path folder_;
   const std::string lab_ = SourceFile("data/labs/small.toml"),
                     plan_ = SourceFile("data/plans/small.toml"),
                     scene_ = SourceFile("data/scenes/demo.toml");

@@ -1,46 +1,92 @@
 // The contract scripts rely on: exit codes, one sentence on stderr, nothing half-written.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
+#include <sstream>
 
 #include "program.h"
 
 namespace luxfield::e2e {
 namespace {
 
-TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
-  const auto folder = FreshFolder("help");
-  const Outcome outcome = RunLuxfield({"--help"}, folder);
-  EXPECT_EQ(outcome.exit_code, 0);
-  for (const char* verb :
-       {"devices", "plan", "capture", "verify", "report", "simulate", "merge", "reconstruct",
-        "import", "preprocess", "render", "info", "compare", "demo", "sky"}) {
-    EXPECT_NE(outcome.out.find(verb), std::string::npos) << verb;
-    const Outcome help = RunLuxfield({verb, "--help"}, folder);
-    EXPECT_EQ(help.exit_code, 0) << verb;
-    EXPECT_NE(help.out.find("--json"), std::string::npos) << verb;
+// Names that a --help lists under "Subcommands:", in its order.
+std::vector<std::string> Listed(const std::string& help) {
+  std::vector<std::string> names;
+  std::istringstream lines(help);
+  bool listing = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (listing && line.starts_with("  ") && line[2] != ' ')
+      names.push_back(line.substr(2, line.find(' ', 2) - 2));
+    if (line.empty()) listing = false;
+    if (line == "Subcommands:") listing = true;
   }
+  return names;
 }
 
-TEST(CommandLine, EveryBenchHasItsOwnHelpAndOthersAreRefusedByName) {
-  const auto folder = FreshFolder("bench_help");
-  const Outcome all = RunLuxfield({"bench", "--help"}, folder);
-  EXPECT_EQ(all.exit_code, 0);
-  const Outcome wrong = RunLuxfield({"bench", "everything", "--spp", "3"}, folder),
-                none = RunLuxfield({"bench"}, folder);
-  EXPECT_EQ(wrong.exit_code, 2);
-  EXPECT_EQ(none.exit_code, 2);
-  EXPECT_NE(wrong.err.find("'everything'"), std::string::npos) << wrong.err;
-  for (const std::string bench : {"solve", "nearfield", "sampling", "shadows", "errors", "tradeoff",
-                                  "calibrate", "accuracy", "scale"}) {
-    EXPECT_NE(all.out.find(bench), std::string::npos) << bench;
-    EXPECT_NE(wrong.err.find(bench), std::string::npos) << wrong.err;
-    EXPECT_NE(none.err.find(bench), std::string::npos) << none.err;
-    const Outcome help = RunLuxfield({"bench", bench, "--help"}, folder);
-    EXPECT_EQ(help.exit_code, 0) << bench;
-    EXPECT_NE(help.out.find("--json"), std::string::npos) << bench;
-    EXPECT_EQ(help.out.find("--plan") != std::string::npos, bench == "errors") << bench;
+using Names = std::vector<std::string>;
+
+// The verbs as a user knows them: one that gets lost, or that nobody lists here, is a failure.
+const Names kVerbs = {"devices", "simulate",    "sky",       "plan",   "capture",
+                      "verify",  "report",      "calibrate", "filter", "probe",
+                      "merge",   "reconstruct", "budget",    "import", "preprocess",
+                      "render",  "info",        "compare",   "bench",  "demo"};
+const std::map<std::string, Names> kGroups = {
+    {"calibrate", {"geometry", "flat-field", "glare", "response", "sensor"}},
+    {"filter", {"print", "measure", "photograph"}},
+    {"bench",
+     {"solve",  "nearfield", "sampling", "shadows",      "environment", "balance", "capture",
+      "errors", "budget",    "filters",  "conditioning", "stacks",      "merge",   "exposures",
+      "rigs",   "plan",      "tradeoff", "calibrate",    "accuracy",    "scale"}}};
+
+TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
+  const auto folder = FreshFolder("help");
+  const std::string readme = ReadText(SourceFile("README.md"));
+  const auto expect_help = [&](Names words) {
+    words.push_back("--help");
+    const Outcome help = RunLuxfield(words, folder);
+    EXPECT_EQ(help.exit_code, 0) << words[0];
+    return help.out;
+  };
+  EXPECT_THAT(Listed(expect_help({})), testing::UnorderedElementsAreArray(kVerbs));
+  for (const std::string& verb : kVerbs) {
+    EXPECT_NE(readme.find("`" + verb), std::string::npos) << verb << " is not in README.md";
+    const std::string help = expect_help({verb});
+    const auto group = kGroups.find(verb);
+    if (group == kGroups.end()) {
+      EXPECT_NE(help.find("--json"), std::string::npos) << verb;
+      continue;
+    }
+    EXPECT_THAT(Listed(help), testing::UnorderedElementsAreArray(group->second)) << verb;
+    for (const std::string& name : group->second) {
+      const std::string of_name = expect_help({verb, name});
+      EXPECT_NE(of_name.find("--json"), std::string::npos) << verb << " " << name;
+      // An option belongs to the benches that have a use for it, and to no other.
+      if (verb == "bench") {
+        EXPECT_EQ(of_name.find("--plan ") != std::string::npos,
+                  name == "errors" || name == "filters" || name == "plan")
+            << name;
+      }
+    }
   }
+  std::filesystem::remove_all(folder);
+}
+
+TEST(CommandLine, AGroupNamesWhatItHasWhereTheNameIsWrong) {
+  const auto folder = FreshFolder("group_help");
+  for (const auto& [group, names] : kGroups) {
+    const Outcome wrong = RunLuxfield({group, "everything", "--spp", "3"}, folder),
+                  none = RunLuxfield({group}, folder);
+    EXPECT_EQ(wrong.exit_code, 2);
+    EXPECT_EQ(none.exit_code, 2);
+    EXPECT_NE(wrong.err.find("'everything'"), std::string::npos) << wrong.err;
+    for (const std::string& name : names) {
+      EXPECT_NE(wrong.err.find(name), std::string::npos) << wrong.err;
+      EXPECT_NE(none.err.find(name), std::string::npos) << none.err;
+    }
+  }
+  std::filesystem::remove_all(folder);
 }
 
 TEST(CommandLine, WrongArgumentsExitTwoWithOneLine) {
@@ -141,6 +187,23 @@ INSTANTIATE_TEST_SUITE_P(
         Reader{"verify", {"verify", "@"}, ".session"},
         Reader{"report", {"report", "@", "-o", "output.html"}, ".session"},
         Reader{"calibrate", {"calibrate", "sensor", "@", "-o", "output.cal.json"}, ".session"},
+        Reader{"calibrate_geometry",
+               {"calibrate", "geometry", "@", "-o", "output.cal.json"},
+               ".session"},
+        Reader{"calibrate_glare", {"calibrate", "glare", "@", "-o", "output.cal.json"}, ".session"},
+        Reader{"calibrate_flat_field",
+               {"calibrate", "flat-field", "@", "-o", "output.flat.exr"},
+               ".session"},
+        Reader{"calibrate_response",
+               {"calibrate", "response", "@", "@", "-o", "output.cal.json", "--exposure", "1,2"},
+               ".png"},
+        Reader{"filter_measure", {"filter", "measure", "@", "-o", "output.filter.exr"}, ".session"},
+        Reader{"filter_print", {"filter", "print", "--lab", "@", "-o", "output"}, ".toml"},
+        Reader{"filter_tone",
+               {"filter", "print", "--spacing", "20mm", "--tone", "@", "-o", "output"},
+               ".tone.toml"},
+        Reader{"filter_photograph", {"filter", "photograph", "@", "-o", "output"}, ".toml"},
+        Reader{"budget", {"budget", "@", "--report", "output.html"}, ".session"},
         Reader{"render", {"render", "@", "-o", "output.exr"}, ".toml"},
         Reader{"render_lf",
                {"render", SourceFile("data/scenes/demo.toml"), "--light-field", "@", "-o",
