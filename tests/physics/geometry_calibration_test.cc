@@ -17,6 +17,7 @@
 #include "hal/sim/targets.h"
 #include "reconstruct/geometry_calibration_file.h"
 #include "reconstruct/merge_session.h"
+#include "tests/core/chi_squared.h"
 #include "tests/physics/geometry_lab.h"
 
 namespace luxfield {
@@ -147,9 +148,10 @@ void RecoverBenches(bool reflector, bool mosaic, int of_suite) {
       reflector ? "reflector" : "lensless", mosaic ? " with a colour mosaic" : "", labs, labs,
       per_degree, pool.parameters, pool.square / pool.parameters, board_px, board_factor, mask_px,
       mask_factor);
-  // 100 labs: the bound, 3 to 4 standard errors. A sample: 4.5 of its own.
-  const double bound = labs >= 100 ? 0.1 : 4.5 * std::sqrt(2.0 / pool.parameters);
-  EXPECT_NEAR(per_degree, 1, bound);
+  // 100 labs: the bound, 3 to 4 standard errors. A sample: its own chances.
+  const bool proof = labs >= 100;
+  EXPECT_GT(per_degree, proof ? 0.9 : ChiSquaredShare(pool.parameters, -kRareZ));
+  EXPECT_LT(per_degree, proof ? 1.1 : ChiSquaredShare(pool.parameters, kRareZ));
 }
 
 // Detection without noise, against where the corners really are: what is left is bias, of the

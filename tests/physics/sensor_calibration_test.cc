@@ -12,6 +12,7 @@
 #include "core/progress.h"
 #include "hal/sim/simulated_lab.h"
 #include "reconstruct/calibrate_sensor.h"
+#include "tests/core/chi_squared.h"
 
 namespace luxfield {
 namespace {
@@ -98,7 +99,8 @@ TEST(SensorCalibrationChain, FindsTheSimulatedCamera) {
   std::cout << "chi^2/dof " << pulls.chi_squared / pulls.count << " over " << pulls.count
             << " figures, linearity " << linearity / linearity_degrees << " (seeds 1 to " << kLabs
             << ")\n";
-  EXPECT_NEAR(pulls.chi_squared / pulls.count, 1, 4 * std::sqrt(2.0 / pulls.count));
+  EXPECT_GT(pulls.chi_squared / pulls.count, ChiSquaredShare(pulls.count, -kRareZ));
+  EXPECT_LT(pulls.chi_squared / pulls.count, ChiSquaredShare(pulls.count, kRareZ));
   // The light's scatter is estimated from some ten differences a lab: a looser bound.
   EXPECT_LT(linearity / linearity_degrees, 2);
 }
@@ -136,7 +138,9 @@ TEST(SensorCalibrationChain, FindsTheSimulatedCameraBehindAMosaic) {
     std::cout << name << ": chi^2/dof " << pulls.chi_squared / pulls.count << " over "
               << pulls.count << " figures (seeds 1 to " << kLabs << ")\n";
     // A mosaic's sites share the lamp and the darks: half as many independent figures.
-    EXPECT_NEAR(pulls.chi_squared / pulls.count, 1, 4 * std::sqrt(4.0 / pulls.count)) << name;
+    const double independent = 0.5 * pulls.count;
+    EXPECT_GT(pulls.chi_squared / pulls.count, ChiSquaredShare(independent, -kRareZ)) << name;
+    EXPECT_LT(pulls.chi_squared / pulls.count, ChiSquaredShare(independent, kRareZ)) << name;
   }
   std::cout << "linearity " << linearity / linearity_degrees << "\n";
   EXPECT_LT(linearity / linearity_degrees, 2);

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/progress.h"
+#include "tests/core/chi_squared.h"
 
 namespace luxfield::study {
 namespace {
@@ -17,12 +18,6 @@ namespace {
 std::filesystem::path Scratch() {
   return std::filesystem::path(testing::TempDir()) /
          ("luxfield_bench_budget_" + std::to_string(getpid()));
-}
-
-// Quantile of chi^2 / degrees by Wilson and Hilferty (1931), good to 1 % here.
-double ChiSquaredShare(int degrees, double z) {
-  const double v = 2.0 / (9.0 * degrees);
-  return std::pow(1 - v + z * std::sqrt(v), 3);
 }
 
 struct Sample {
@@ -49,8 +44,8 @@ TEST_P(BenchBudgetTest, PredictionsHoldInSimulatedLabs) {
   std::printf("seed %llu\n", static_cast<unsigned long long>(options.seed));
   const nlohmann::json rows = BenchBudget(options);
   std::filesystem::remove_all(options.folder);
-  constexpr double kZ = 4.265;
-  const double low = ChiSquaredShare(options.runs, -kZ), high = ChiSquaredShare(options.runs, kZ);
+  const double low = ChiSquaredShare(options.runs, -kRareZ),
+               high = ChiSquaredShare(options.runs, kRareZ);
   std::set<std::string> quantities;
   for (const auto& row : rows) {
     const double observed = row["observed"], predicted = row["predicted"];

@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 
 #include "core/error.h"
 #include "reconstruct/disc_centroids.h"
 #include "reconstruct/photograph.h"
 #include "study/filter_photographs.h"
+#include "tests/core/chi_squared.h"
 
 namespace luxfield::study {
 namespace {
@@ -96,9 +98,12 @@ TEST(MeasureFilter, ShiftIsWithinItsStandardDeviation) {
     const Vec2 off = filter.shift_m - Vec2{2e-4, -1.5e-4};
     square += (off.x * off.x + off.y * off.y) / (filter.shift_sigma_m * filter.shift_sigma_m);
   }
-  // Chi-squared of 12 degrees; 4 standard deviations above would be 32. The bench's picture is a
-  // mean over 4 x 4 points, whose discs are ragged by a few per cent of a pixel: allow twice.
-  EXPECT_LT(square, 64);
+  // Chi-squared of as many degrees as there are shifts. The bench's picture is a mean over 4 x 4
+  // points, whose discs are ragged by a few per cent of a pixel: allow twice.
+  constexpr int kDegrees = 2 * kBenches;
+  std::printf("shifts: chi^2 per degree %.3f of %d\n", square / kDegrees, kDegrees);
+  EXPECT_GT(square / kDegrees, ChiSquaredShare(kDegrees, -kRareZ));
+  EXPECT_LT(square / kDegrees, 2 * ChiSquaredShare(kDegrees, kRareZ));
 }
 
 TEST(MeasureFilter, WedgeTellsThePrintersTone) {
