@@ -1,15 +1,32 @@
 #include "capture/take_session.h"
 
+#include <algorithm>
+#include <system_error>
+
 #include "capture/preflight.h"
 #include "capture/session_description.h"
+#include "core/session_store.h"
 
 namespace luxfield::capture {
+
+std::uint64_t BytesToCome(std::uint64_t planned, const std::filesystem::path& folder) {
+  const core::SessionReader session(folder);
+  std::uint64_t kept = 0;
+  for (const core::FrameRecord& frame : session.frames()) {
+    if (frame.kind == core::FrameKind::kDark || frame.kind == core::FrameKind::kReference) continue;
+    std::error_code missing;  // verify tells
+    const std::uintmax_t bytes = std::filesystem::file_size(folder / frame.file, missing);
+    if (!missing) kept += bytes;
+  }
+  return planned - std::min(planned, kept);
+}
 
 CaptureSummary TakeSession(
     const SessionToTake& what, hal::Devices& devices, const std::filesystem::path& folder,
     const CaptureOptions& options,
     const std::function<void(core::SessionWriter&, FrameTaker&, CaptureSummary&)>& take) {
-  CheckDiskAndSafety(what.bytes, devices, folder);
+  const bool resumed = options.resume && core::SessionWriter::HasSession(folder);
+  if (!resumed) CheckDiskAndSafety(what.bytes, devices, folder);  // before a folder is made
   core::SessionWriter session = OpenSession(folder, what.plan, devices, options.resume);
   CaptureSummary summary;
   summary.positions_total = what.positions_total;
@@ -17,6 +34,7 @@ CaptureSummary TakeSession(
     session.Seal("complete");
     return summary;
   }
+  if (resumed) CheckDiskAndSafety(BytesToCome(what.bytes, folder), devices, folder);
   const double start = devices.clock->MonotonicSeconds();
   FrameTaker taker(devices, &session, what.ladder_s, what.max_attempts, options, summary);
   session.StartEpoch(DescribeDevices(devices));

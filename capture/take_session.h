@@ -21,6 +21,10 @@ struct SessionToTake {
   int positions_total = 0;  // of the summary
 };
 
+// What a resumed session may yet need of the bytes its plan needs: frames that stay are there
+// already. Darks and references are taken again.
+std::uint64_t BytesToCome(std::uint64_t planned, const std::filesystem::path& session_folder);
+
 // Looks at disk and safety inputs, opens the session (options.resume: the one that is there),
 // begins an epoch, homes the stage, lets `take` take what the session lacks, switches the lamp off
 // and seals it. One that is sealed but for its manifest gets that alone. Throws as RunCapture.

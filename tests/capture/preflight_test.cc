@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "capture/take_session.h"
 #include "core/error.h"
 #include "tests/capture/capture_fixture.h"
 
@@ -106,6 +107,41 @@ TEST_F(Preflight, ADiskThatCannotHoldASessionIsRefused) {
   EXPECT_NO_THROW(CheckDiskAndSafety(free / 4, devices, NewFolder("space")));
   EXPECT_THROW(CheckDiskAndSafety(free, devices, NewFolder("space")), DeviceError)
       << "as much as is free is less than 1.3 times as much";
+}
+
+// What is committed is there already: the disk has to take the rest.
+TEST_F(Preflight, AResumedSessionAsksForTheRoomThatItStillNeeds) {
+  const auto folder = NewFolder("rest");
+  CaptureOptions options;
+  options.on_frame = [](const CaptureSummary& s) {
+    if (s.positions == 2) core::SetInterruptCountForTest(2);
+  };
+  Devices first = SimulatedLab(Noisy().Config()).MakeDevices();
+  EXPECT_THROW(RunCapture(TestPlan(), first, folder, options), Interrupted);
+  core::SetInterruptCountForTest(0);
+  std::uint64_t kept = 0;
+  std::filesystem::path one;
+  const core::SessionReader session(folder);
+  for (const auto& frame : session.frames())
+    if (frame.kind == core::FrameKind::kPosition)
+      kept += std::filesystem::file_size(one = folder / frame.file);
+  ASSERT_GT(kept, 0u);
+  EXPECT_EQ(BytesToCome(kept + 1000, folder), 1000u);
+  EXPECT_EQ(BytesToCome(kept - 1, folder), 0u);
+
+  // A plan twice as large as the disk, of which one frame (a hole) is the most.
+  const std::uint64_t whole = 2 * std::filesystem::space(folder).available;
+  std::filesystem::resize_file(one, whole);
+  options = {};
+  options.resume = true;
+  const std::vector<double> ladder_s = {0.01};
+  const SessionToTake what{core::ReadJson(folder / "plan.json"), whole, ladder_s};
+  Devices second = SimulatedLab(Noisy().Config()).MakeDevices();
+  bool taken = false;
+  TakeSession(what, second, folder, options,
+              [&](core::SessionWriter&, FrameTaker&, CaptureSummary&) { taken = true; });
+  EXPECT_TRUE(taken);
+  std::filesystem::remove_all(folder);
 }
 
 TEST_F(Preflight, AClockThatNobodySetIsRefused) {
