@@ -393,8 +393,10 @@ RawFile Gphoto2Camera::Session::Checked(const std::string& bytes, double exposur
 Frame Gphoto2Camera::Session::Expose(double exposure_s, double deadline_s) {
   CatchUp(deadline_s);
   Frame frame;
-  frame.t_start_s = clock_->MonotonicSeconds();
-  Insist("expose", deadline_s, [&] { return gp_camera_trigger_capture(camera_, context_.get()); });
+  Insist("expose", deadline_s, [&] {
+    frame.t_start_s = clock_->MonotonicSeconds();  // of the trigger that it takes
+    return gp_camera_trigger_capture(camera_, context_.get());
+  });
   owed_until_s_ = clock_->MonotonicSeconds() + exposure_s + options_.readout_s + kLate_s;
   const Place place = WaitForFile(deadline_s);
   owed_until_s_.reset();

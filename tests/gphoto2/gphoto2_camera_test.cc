@@ -89,6 +89,17 @@ TEST_F(StillCamera, ABusyCameraIsAskedAgainAndNotForEver) {
   EXPECT_LT(clock_->MonotonicSeconds(), give_up_s + 0.5);
 }
 
+TEST_F(StillCamera, TheExposureBeginsWithTheTriggerThatABusyCameraTakes) {
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  camera.Configure({0.01}, Soon(10));
+  constexpr int kRefused = 10;
+  constexpr double kBetween_s = 0.05;  // the driver lets at least that pass between triggers
+  bench_.camera.Set({.busy = kRefused});
+  const double asked_s = clock_->MonotonicSeconds();
+  const Frame frame = camera.Expose(Soon(10));
+  EXPECT_GE(frame.t_start_s - asked_s, kRefused * kBetween_s);
+}
+
 TEST_F(StillCamera, AFrameThatIsNotTheOneAskedForIsNotTaken) {
   struct Case {
     fakes::PtpCamera::Faults faults;
