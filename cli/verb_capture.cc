@@ -41,7 +41,6 @@ core::Json RunPositions(const capture::Plan& plan, hal::Devices& devices, const 
   capture::CaptureOptions how;
   how.resume = options.resume;
   how.accept_drift = options.accept_drift;
-  core::InstallPauseHandler();
   const auto summary = capture::RunCapture(plan, devices, options.session, how);
   fmt::print(
       "{}: {} of {} positions in {} frames, {} taken again, {} flagged; lamp {:.5f} to {:.5f} of "
@@ -53,6 +52,9 @@ core::Json RunPositions(const capture::Plan& plan, hal::Devices& devices, const 
 }
 
 core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
+  // Before a watchdog is there: it would take a stopped process for a hang. Plans that only take
+  // frames do not pause.
+  core::InstallPauseHandler();
   const core::Config config = core::Config::FromFile(options.plan);
   const auto devices = [&] { return hal::MakeDevices(options.lab, seed); };
   switch (capture::ReadPlanKind(config)) {
@@ -90,8 +92,8 @@ void AddCapture(Program& program) {
   auto options = std::make_shared<Options>();
   CLI::App& verb =
       program.AddVerb("capture",
-                      "Measure a plan into a session folder; Ctrl-Z pauses and goes on, Ctrl-C "
-                      "ends, --resume continues",
+                      "Measure a plan into a session folder; Ctrl-Z pauses a light field and goes "
+                      "on, Ctrl-C ends, --resume continues",
                       [options, &program] { return Run(*options, program.common().seed); });
   verb.add_option("PLAN", options->plan, "The plan.toml")->required();
   verb.add_option("SESSION", options->session, "The session folder to write")->required();
