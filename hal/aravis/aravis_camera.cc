@@ -58,6 +58,7 @@ class Result {
     g_clear_error(&error_);
     return &error_;
   }
+  bool failed() const { return error_ != nullptr; }
   void ThrowIfFailed() const {
     if (!error_) return;
     Fault fault = Fault::kProtocol;
@@ -399,9 +400,9 @@ Frame AravisCamera::Session::Expose(core::Clock& clock, double deadline_s) {
   Offer(std::move(buffer));
   stray_until_s = 0;
   frame.temperature_c = std::numeric_limits<double>::quiet_NaN();
-  if (has_temperature) {
-    frame.temperature_c = arv_camera_get_float(camera.get(), "DeviceTemperature", result);
-    result.ThrowIfFailed();
+  if (has_temperature) {  // only reported: the frame is good without it
+    const double read_c = arv_camera_get_float(camera.get(), "DeviceTemperature", result);
+    if (!result.failed()) frame.temperature_c = read_c;
   }
   return frame;
 }
