@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
+
 #include "hal/built_drivers.h"
 #include "hal/device_lab.h"
 #include "hal/safe_state.h"
@@ -25,11 +27,27 @@ std::vector<std::string> TargetNames(const CalibrationTargets& targets) {
   return names;
 }
 
+namespace {
+
+// No watchdog: a simulated lab may compute for minutes between two operations.
+void WarnOfRealStage(const core::Config& simulated_lab) {
+  const StageOptions stage = ReadStage(simulated_lab.Table("stage"));
+  if (stage.port.empty()) return;
+  fmt::print(stderr,
+             "luxfield: the stage on {} is real and the rest of the lab simulated: no emergency "
+             "stop, door or watchdog is looked at; keep a hand on the machine's own stop\n",
+             stage.port);
+}
+
+}  // namespace
+
 Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed) {
   const core::Config config = core::Config::FromFile(lab_toml);
   const core::Config lab = config.Table("lab");
-  if (lab.Choice("driver", {"sim", "devices"}) == "sim")
+  if (lab.Choice("driver", {"sim", "devices"}) == "sim") {
+    WarnOfRealStage(config);
     return sim::SimulatedLab(config, seed).MakeDevices();
+  }
   const DeviceLab device_lab = ReadDeviceLab(config);
   const auto watchdog =
       StartWatchdog(device_lab);  // outlives what OpenDevices opens and fails with

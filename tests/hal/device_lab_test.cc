@@ -1,9 +1,12 @@
 #include "hal/device_lab.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 
@@ -103,6 +106,23 @@ TEST_F(DeviceLabFile, ARelayInPlaceOfASupply) {
   EXPECT_EQ(relay.chip, "gpiochip0");
   EXPECT_EQ(relay.lamp.line, "7");
   EXPECT_TRUE(relay.lamp.active_low);
+}
+
+TEST_F(DeviceLabFile, ARealStageInASimulatedLabIsAnnouncedBeforeItIsOpened) {
+  std::ifstream file(LUXFIELD_SOURCE_DIR "/data/labs/small.toml");
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  const auto at = text.find("[stage]\n");
+  ASSERT_NE(at, std::string::npos);
+  text.insert(at + 8,
+              "driver = \"grbl\"\nport = \"/dev/no-such-port\"\norigin_m = [-0.15, -0.15]\n");
+  const auto lab =
+      std::filesystem::path(testing::TempDir()) / fmt::format("mix{}.toml", ::getpid());
+  std::ofstream(lab) << text;
+  testing::internal::CaptureStderr();
+  EXPECT_THROW(MakeDevices(lab), HardwareError);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              testing::AllOf(HasSubstr("/dev/no-such-port is real"), HasSubstr("watchdog")));
+  std::filesystem::remove(lab);
 }
 
 TEST_F(DeviceLabFile, WhatMakesNoSenseIsRefusedByFileAndField) {
