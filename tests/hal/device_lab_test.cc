@@ -145,6 +145,8 @@ TEST_F(DeviceLabFile, WhatMakesNoSenseIsRefusedByFileAndField) {
            {"line = \"e-stop\", bias = \"pull-up\"", "line = \"e-stop\", bias = \"up\"",
             "inputs.emergency_stop.bias"},
            {"line = \"e-stop\"", "name = \"e-stop\"", "inputs.emergency_stop.line"},
+           {"emergency_stop = {line = \"e-stop\", bias = \"pull-up\"}\n", "",
+            "inputs.emergency_stop"},
            {"[shutter]", "[blind]", "shutter"},
            {"open = {output = {line = \"shutter\"}}", "open = {}", "shutter.open"},
            {"open = {output", "open = {sensor = {line = \"1\"}, output", "shutter.open"},
