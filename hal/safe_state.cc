@@ -54,10 +54,9 @@ std::shared_ptr<Watchdog> StartWatchdog(const DeviceLab& lab) {
   return std::make_shared<Watchdog>([lab, program = ::getpid()](const char* why) {
     const auto failures = MakeSafe(lab, kInsist_s);
     if (failures.empty())
-      fmt::print(stderr,
-                 "luxfield: process {} {}; its watchdog switched the lamp off and stopped "
-                 "the stage\n",
-                 program, why);
+      fmt::print(stderr, "luxfield: process {} {}; its watchdog {} the stage\n", program, why,
+                 lab.supply ? "switched the lamp off and stopped"
+                            : "has no [supply] to switch the lamp off with; it stopped");
     else
       fmt::print(stderr,
                  "luxfield: process {} {}; press the emergency stop: the watchdog could not "
