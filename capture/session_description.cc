@@ -1,13 +1,16 @@
 #include "capture/session_description.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
+#include <set>
 
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/file.h"
+#include "core/json.h"
 
 namespace luxfield::capture {
 namespace {
@@ -23,6 +26,43 @@ std::string ExrBytes(const core::Image& image) {
   std::string bytes = core::ReadFile(path);
   std::filesystem::remove_all(folder);
   return bytes;
+}
+
+std::string Shown(const nlohmann::json* value) {
+  constexpr std::size_t kMost = 80;
+  const std::string text = value ? value->dump() : "nothing";
+  return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
+}
+
+// Every field of both.
+void RequireSame(const nlohmann::json& then, const nlohmann::json& now, const std::string& name,
+                 const std::string& file) {
+  const auto find = [](const nlohmann::json& in, const std::string& key) {
+    const auto found = in.find(key);
+    return found == in.end() ? nullptr : &*found;
+  };
+  std::set<std::string> keys;
+  for (const auto& part : {then, now})
+    for (const auto& [key, value] : part.items()) keys.insert(key);
+  for (const std::string& key : keys) {
+    const nlohmann::json *was = find(then, key), *is = find(now, key);
+    const std::string field = name + "." + key;
+    if (was && is && was->is_object() && is->is_object())
+      RequireSame(*was, *is, field, file);
+    else if (!was || !is || *was != *is)
+      throw InputError(file,
+                       fmt::format("{} = {}, the lab given has {}", field, Shown(was), Shown(is)),
+                       "resume with the lab as it was, or capture into another folder");
+  }
+}
+
+// Frames of one session are of one camera, set up and calibrated in one way.
+void RequireSameRig(const std::filesystem::path& folder, const hal::Devices& devices) {
+  const std::string file = (folder / "session.json").string();
+  const nlohmann::json then = core::ReadJson(file),
+                       now = core::ParseJson(DescribeSession(devices).session.dump(), file);
+  for (const char* part : {"camera", "calibration"})
+    RequireSame(core::Field<nlohmann::json>(then, part, file), now.at(part), part, file);
 }
 
 }  // namespace
@@ -71,8 +111,11 @@ SessionDescription DescribeSession(const hal::Devices& devices) {
 
 core::SessionWriter OpenSession(const std::filesystem::path& folder, const nlohmann::json& plan,
                                 const hal::Devices& devices, bool resume) {
-  if (resume && core::SessionWriter::HasSession(folder))
-    return core::SessionWriter::Resume(folder, plan, *devices.clock);
+  if (resume && core::SessionWriter::HasSession(folder)) {
+    core::SessionWriter session = core::SessionWriter::Resume(folder, plan, *devices.clock);
+    RequireSameRig(folder, devices);
+    return session;
+  }
   const SessionDescription description = DescribeSession(devices);
   return core::SessionWriter::Create(folder, plan, description.session, description.files,
                                      *devices.clock);

@@ -1,0 +1,65 @@
+// With which lab a session goes on.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "core/error.h"
+#include "tests/capture/capture_fixture.h"
+
+namespace luxfield::capture {
+namespace {
+
+using hal::Devices;
+using testing::HasSubstr;
+
+class Resume : public Capture {
+ protected:
+  using Change = std::function<void(Devices&)>;
+
+  static Devices Lab(const Change& change) {
+    Devices devices = hal::sim::SimulatedLab(Noisy().Config()).MakeDevices();
+    change(devices);
+    return devices;
+  }
+  // A session broken off after two positions.
+  static std::filesystem::path Begun(const std::string& name, const Change& lab) {
+    const auto folder = NewFolder(name);
+    CaptureOptions options;
+    options.on_frame = [](const CaptureSummary& s) {
+      if (s.positions == 2) core::SetInterruptCountForTest(2);
+    };
+    Devices devices = Lab(lab);
+    EXPECT_THROW(RunCapture(TestPlan(), devices, folder, options), Interrupted);
+    core::SetInterruptCountForTest(0);
+    return folder;
+  }
+  static void GoOn(const std::filesystem::path& folder, const Change& lab) {
+    CaptureOptions options;
+    options.resume = true;
+    Devices devices = Lab(lab);
+    RunCapture(TestPlan(), devices, folder, options);
+    EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
+  }
+};
+
+TEST_F(Resume, IsRefusedWithAnotherCameraByField) {
+  const auto as_it_was = [](Devices&) {};
+  const auto folder = Begun("another", as_it_was);
+  const std::vector<std::pair<std::string, Change>> changes = {
+      {"camera.gain_dn_per_e = ", [](Devices& d) { d.rig.camera.gain_dn_per_e *= 2; }},
+      {"camera.defects = ", [](Devices& d) { d.rig.camera.defects.emplace_back(1, 2); }},
+      {"camera.cfa = nothing, the lab given has \"RGGB\"",
+       [](Devices& d) { d.rig.camera.cfa = "RGGB"; }},
+      {"calibration.image_from_sensor = ", [](Devices& d) { d.rig.image_from_sensor[2] += 1e-3; }}};
+  for (const auto& [problem, change] : changes) try {
+      GoOn(folder, change);
+      ADD_FAILURE() << "was resumed: " << problem;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("session.json"), HasSubstr(problem)));
+    }
+  GoOn(folder, as_it_was);
+}
+
+}  // namespace
+}  // namespace luxfield::capture
