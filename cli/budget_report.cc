@@ -58,7 +58,7 @@ std::string ScaleText(const reconstruct::MeterScale& scale) {
   double largest = 0;
   for (const double r : scale.residuals) largest = std::max(largest, std::abs(r));
   return fmt::format(
-      "light meter: {} readings, factor {}; largest residual {:.2g} %, chi^2 {:.3g} of {}",
+      "light meter: readings {}, factor {}; largest residual {:.2g} %, chi^2 {:.3g} of {}",
       scale.residuals.size(), ValueText(scale.factor), 100 * largest, scale.chi_squared,
       scale.degrees);
 }

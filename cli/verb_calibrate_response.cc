@@ -80,9 +80,12 @@ void WriteReport(const ResponseCalibration& calibration, const std::filesystem::
   for (std::size_t k = 0; k < calibration.channels.size(); ++k) {
     const auto& curve = calibration.channels[k].curve;
     const std::string name = ChannelName(calibration, k);
-    Series response{.name = name, .x = {}, .y = curve.code};
-    Series sigma{.name = name, .x = curve.code, .y = {}};
-    Series noise{.name = name + ", noise", .x = curve.noise_code, .y = {}, .lines = false};
+    constexpr int kRedGreenBlue[] = {1, 2, 0};  // the styles of these colours
+    const int style = calibration.channels.size() == 3 ? kRedGreenBlue[k] : static_cast<int>(k);
+    Series response{.name = name, .x = {}, .y = curve.code, .style = style};
+    Series sigma{.name = name, .x = curve.code, .y = {}, .style = style};
+    Series noise{
+        .name = name + ", noise", .x = curve.noise_code, .y = {}, .lines = false, .style = style};
     for (const double g : curve.log_exposure) response.x.push_back(std::exp(g));
     for (const double s : curve.sigma) sigma.y.push_back(100 * s);
     for (const double s : curve.noise) noise.y.push_back(100 * s);
