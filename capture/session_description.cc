@@ -34,7 +34,7 @@ std::string Shown(const nlohmann::json* value) {
   return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
 }
 
-// Every field of both.
+// Every field of both, but for settings, which an older session does not state.
 void RequireSame(const nlohmann::json& then, const nlohmann::json& now, const std::string& name,
                  const std::string& file) {
   const auto find = [](const nlohmann::json& in, const std::string& key) {
@@ -47,6 +47,7 @@ void RequireSame(const nlohmann::json& then, const nlohmann::json& now, const st
   for (const std::string& key : keys) {
     const nlohmann::json *was = find(then, key), *is = find(now, key);
     const std::string field = name + "." + key;
+    if (!was && key == "settings") continue;
     if (was && is && was->is_object() && is->is_object())
       RequireSame(*was, *is, field, file);
     else if (!was || !is || *was != *is)
@@ -98,6 +99,7 @@ SessionDescription DescribeSession(const hal::Devices& devices) {
                            {"responsivity_e_per_s_per_w_m2", c.responsivity_e_per_s_per_w_m2},
                            {"defects", c.defects}};
   if (!c.cfa.empty()) camera["cfa"] = c.cfa;
+  if (!devices.camera_settings.empty()) camera["settings"] = devices.camera_settings;
   if (c.vignetting) {
     camera["vignetting"] = "vignetting.exr";
     description.files.emplace_back("vignetting.exr", ExrBytes(*c.vignetting));

@@ -1,5 +1,7 @@
 #include "hal/camera_options.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -113,6 +115,21 @@ CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels) 
   if (!cfa.empty() && channels != 3)
     camera.Fail(mosaic_field, "is of a colour mosaic", "set lab.channels = 3");
   return options;
+}
+
+std::map<std::string, std::string> SettingsOf(const CameraOptions& options) {
+  if (const auto* aravis = std::get_if<aravis::AravisOptions>(&options.driver)) {
+    std::map<std::string, std::string> settings = {{"driver", "aravis"},
+                                                   {"pixel_format", aravis->pixel_format},
+                                                   {"gain_db", fmt::format("{}", aravis->gain_db)}};
+    if (const auto& r = aravis->region)
+      settings["region_px"] = fmt::format("{}, {}, {}, {}", r->x, r->y, r->width, r->height);
+    return settings;
+  }
+  std::map<std::string, std::string> settings = {{"driver", "gphoto2"}};
+  for (const auto& [name, value] : std::get<gphoto2::Gphoto2Options>(options.driver).settings)
+    settings["setting " + name] = value;
+  return settings;
 }
 
 std::unique_ptr<Camera> OpenCamera(const CameraOptions& options,

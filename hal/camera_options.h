@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
+#include <string>
 #include <variant>
 
 #include "core/clock.h"
@@ -27,6 +29,9 @@ struct CameraOptions {
 
 // Throws InputError naming file and field.
 CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels);
+
+// camera.settings of session.json (docs/formats/session.md).
+std::map<std::string, std::string> SettingsOf(const CameraOptions& options);
 
 // HardwareError where it does not answer or cannot be set as described.
 std::unique_ptr<Camera> OpenCamera(const CameraOptions& options,

@@ -82,6 +82,7 @@ Devices OpenDevices(const DeviceLab& lab, const OnRefusal& on_refusal) {
   if (lab.monitor) open("monitor", [&] { devices.monitor = OpenMonitor(*lab.monitor, clock); });
   open("camera", [&] {
     devices.camera = OpenCamera(lab.camera, clock);
+    devices.camera_settings = SettingsOf(lab.camera);
     devices.rig.image_from_sensor = ImageFromSensor(lab.camera, devices.camera->capabilities());
   });
   return devices;

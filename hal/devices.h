@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -85,6 +86,7 @@ struct Devices {
   std::shared_ptr<core::Clock> clock;
   RigDescription rig;
   std::unique_ptr<Camera> camera;
+  std::map<std::string, std::string> camera_settings;  // camera.settings of session.json
   std::unique_ptr<Stage> stage;
   std::unique_ptr<Selector> shutter;  // "open", "closed": for darks
   std::unique_ptr<Selector> print;    // "plus", "minus"; null where there is one print

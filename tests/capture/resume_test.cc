@@ -43,15 +43,45 @@ class Resume : public Capture {
   }
 };
 
+void Settings(Devices& devices, const std::string& gain_db) {
+  devices.camera_settings = {{"driver", "aravis"}, {"gain_db", gain_db}};
+}
+
 TEST_F(Resume, IsRefusedWithAnotherCameraByField) {
-  const auto as_it_was = [](Devices&) {};
+  const auto as_it_was = [](Devices& d) { Settings(d, "0"); };
   const auto folder = Begun("another", as_it_was);
   const std::vector<std::pair<std::string, Change>> changes = {
-      {"camera.gain_dn_per_e = ", [](Devices& d) { d.rig.camera.gain_dn_per_e *= 2; }},
-      {"camera.defects = ", [](Devices& d) { d.rig.camera.defects.emplace_back(1, 2); }},
+      {"camera.settings.gain_db = \"0\", the lab given has \"6\"",
+       [](Devices& d) { Settings(d, "6"); }},
+      {"camera.settings.gain_db = \"0\", the lab given has nothing",
+       [](Devices& d) {
+         d.camera_settings = {{"driver", "aravis"}};
+       }},
+      {"camera.settings.region_px = nothing, the lab given has \"1\"",
+       [](Devices& d) {
+         Settings(d, "0");
+         d.camera_settings["region_px"] = "1";
+       }},
+      {"camera.settings = ", [](Devices&) {}},
+      {"camera.gain_dn_per_e = ",
+       [](Devices& d) {
+         Settings(d, "0");
+         d.rig.camera.gain_dn_per_e *= 2;
+       }},
+      {"camera.defects = ",
+       [](Devices& d) {
+         Settings(d, "0");
+         d.rig.camera.defects.emplace_back(1, 2);
+       }},
       {"camera.cfa = nothing, the lab given has \"RGGB\"",
-       [](Devices& d) { d.rig.camera.cfa = "RGGB"; }},
-      {"calibration.image_from_sensor = ", [](Devices& d) { d.rig.image_from_sensor[2] += 1e-3; }}};
+       [](Devices& d) {
+         Settings(d, "0");
+         d.rig.camera.cfa = "RGGB";
+       }},
+      {"calibration.image_from_sensor = ", [](Devices& d) {
+         Settings(d, "0");
+         d.rig.image_from_sensor[2] += 1e-3;
+       }}};
   for (const auto& [problem, change] : changes) try {
       GoOn(folder, change);
       ADD_FAILURE() << "was resumed: " << problem;
@@ -59,6 +89,10 @@ TEST_F(Resume, IsRefusedWithAnotherCameraByField) {
       EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("session.json"), HasSubstr(problem)));
     }
   GoOn(folder, as_it_was);
+}
+
+TEST_F(Resume, TakesAnySettingsWhereTheSessionStatesNone) {
+  GoOn(Begun("older", [](Devices&) {}), [](Devices& d) { Settings(d, "6"); });
 }
 
 }  // namespace

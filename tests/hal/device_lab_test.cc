@@ -59,6 +59,10 @@ TEST_F(DeviceLabFile, SaysWhatItSays) {
   EXPECT_EQ(camera.id, "Aravis-Fake-LUX1");
   ASSERT_TRUE(camera.region);
   EXPECT_EQ(camera.region->width, 84);
+  EXPECT_THAT(SettingsOf(lab.camera),
+              ElementsAre(std::pair{"driver", "aravis"}, std::pair{"gain_db", "0"},
+                          std::pair{"pixel_format", camera.pixel_format},
+                          std::pair{"region_px", "0, 0, 84, 80"}));
   EXPECT_EQ(lab.rig.camera.read_noise_dn, 1.6);
   EXPECT_THAT(lab.rig.camera.defects, ElementsAre(std::pair{3, 17}, std::pair{40, 2}));
   EXPECT_EQ(lab.stage.port, "/dev/ttyUSB0");
