@@ -157,7 +157,10 @@ Texel MeanTexel(const Measurements& measurements, const LightField& field, int c
     const auto& mask = measurements.positions[static_cast<std::size_t>(m)].mask;
     double sum = 0, count = 0;
     for (std::size_t p = 0; p < image.size(); ++p)
-      if (!(mask[p] & lightfield::kUnknownMask)) sum += image[p], ++count;
+      if (!(mask[p] & lightfield::kUnknownMask)) {
+        sum += image[p];
+        ++count;
+      }
     mean.c.push_back(count > 0 ? sum / count : 0);
     mean.ones.push_back(count > 0 ? 1 : 0);
   }

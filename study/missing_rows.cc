@@ -78,10 +78,12 @@ Measurements Seen(const LightField& lamp, bool dual) {
       auto& position = measurements.positions[m];
       const int row = static_cast<int>(p) / g.lattice.width,
                 column = static_cast<int>(p) % g.lattice.width;
-      if (Missing(static_cast<int>(m) % kFilters, static_cast<int>(m) / kFilters, row, column))
-        position.mask[p] = lightfield::kOffSensor, position.sigma[p] = 0;
-      else
+      if (Missing(static_cast<int>(m) % kFilters, static_cast<int>(m) / kFilters, row, column)) {
+        position.mask[p] = lightfield::kOffSensor;
+        position.sigma[p] = 0;
+      } else {
         position.irradiance[p] = static_cast<float>(e[m]);
+      }
     }
   }
   return measurements;
