@@ -6,13 +6,16 @@
 #include <cmath>
 #include <map>
 
+#include "capture/capture.h"
 #include "core/error.h"
 #include "core/json.h"
 #include "core/progress.h"
+#include "hal/devices.h"
 #include "lightfield/light_vector.h"
 #include "reconstruct/error_budget.h"
+#include "reconstruct/merge_session.h"
+#include "reconstruct/reconstruct.h"
 #include "study/budget_lab.h"
-#include "study/chain.h"
 #include "study/filter_rows.h"
 #include "study/lab_variant.h"
 #include "study/missing_rows.h"
@@ -25,6 +28,7 @@ namespace {
 using lightfield::LightField;
 
 constexpr std::uint64_t kBudgetSeeds = 1u << 20;  // apart from those of the runs
+constexpr const char* kNone = "no error";         // of lab or geometry
 
 class MonteCarlo {
  public:
@@ -32,31 +36,31 @@ class MonteCarlo {
     WriteBudgetLab(options.folder, options.dual);
     settings_.sizes = SizesOfLab(Lab());
     AskOfBudgetLab(&settings_);
-    const LightField truth = Run({"without errors", {}}, true, options.seed, 0, false);
+    Capture({kNone, {}}, true, options.seed, 0);
+    const LightField truth = Reconstructed(kNone, options.seed, 0);
     truth_ = QuantitiesOf(truth, settings_);
     true_readings_ = Readings(truth);
   }
 
   const std::vector<double>& truth() const { return truth_; }
 
-  // Mean square deviations from the truth, per quantity.
-  std::vector<double> Observe(const BudgetCase& what, core::Progress& progress) const {
-    std::vector<double> squares(truth_.size());
+  // Mean square deviations from the truth, per case and quantity. The cases share every run's
+  // session: they are of one lab (LabOf).
+  std::vector<std::vector<double>> Observe(const std::vector<BudgetCase>& cases,
+                                           core::Progress& progress) const {
+    std::vector<std::vector<double>> squares(cases.size(), std::vector<double>(truth_.size()));
     for (int run = 0; run < options_.runs; ++run) {
       core::ThrowIfInterrupted();
-      const LightField field = Run(what, false, options_.seed, run, false);
-      auto values = QuantitiesOf(field, settings_);
-      const auto truth =
-          what.beside_others
-              ? QuantitiesOf(Run(what, false, options_.seed, run, false, false), settings_)
-              : truth_;
-      if (what.scaled) {
-        const double factor = MeterFactor(field, run);
-        for (double& value : values) value *= factor;
+      Capture(cases.front(), false, options_.seed, run);
+      for (std::size_t c = 0; c < cases.size(); ++c) {
+        const auto values = Observed(cases[c], run),
+                   truth = cases[c].beside_others
+                               ? QuantitiesOf(Reconstructed(kNone, options_.seed, run), settings_)
+                               : truth_;
+        for (std::size_t q = 0; q < values.size(); ++q)
+          squares[c][q] += (values[q] - truth[q]) * (values[q] - truth[q]) / options_.runs;
+        progress.Advance();
       }
-      for (std::size_t q = 0; q < values.size(); ++q)
-        squares[q] += (values[q] - truth[q]) * (values[q] - truth[q]) / options_.runs;
-      progress.Advance();
     }
     return squares;
   }
@@ -68,16 +72,15 @@ class MonteCarlo {
     const BudgetCase &all = cases.back(), &scaled = cases[cases.size() - 2];
     for (int run = 0; run < options_.budgets; ++run) {
       core::ThrowIfInterrupted();
-      Run(all, false, options_.seed + kBudgetSeeds, run, true);
-      reconstruct::MergeSessionOptions how;
-      how.lamp_level = reconstruct::LampLevel::kMonitorUnity;
-      how.calibrations = {Geometry()};
-      const core::SessionReader session(options_.folder / "session");
-      const auto budget = reconstruct::ComputeErrorBudget(session, settings_, how);
+      Capture(all, false, options_.seed + kBudgetSeeds, run);
+      WriteGeometryOfRun(Geometry(), settings_.sizes, all.name, options_.seed + kBudgetSeeds, run);
+      const core::SessionReader session(Session());
+      const auto budget = reconstruct::ComputeErrorBudget(session, settings_, HowToMerge());
       auto with_meter = settings_;
       with_meter.meter = MeterOfBudgetLab();
       ReadMeter(&*with_meter.meter, true_readings_, options_.seed + kBudgetSeeds, run);
-      const auto budget_with_meter = reconstruct::ComputeErrorBudget(session, with_meter, how);
+      const auto budget_with_meter =
+          reconstruct::ComputeErrorBudget(session, with_meter, HowToMerge());
       names->clear();
       for (std::size_t q = 0; q < budget.quantities.size(); ++q) {
         const auto& quantity = budget.quantities[q];
@@ -103,6 +106,7 @@ class MonteCarlo {
 
  private:
   std::filesystem::path Lab() const { return options_.folder / "lab.toml"; }
+  std::filesystem::path Session() const { return options_.folder / "session"; }
   std::filesystem::path Geometry() const { return options_.folder / "geometry.cal.json"; }
 
   std::vector<double> Readings(const LightField& field) const {
@@ -126,28 +130,59 @@ class MonteCarlo {
     return above / below;
   }
 
-  LightField Run(const BudgetCase& what, bool ideal, std::uint64_t seed, int run, bool keep_session,
-                 bool miscalibrated = true) const {
+  // The session of a run of a case, in place of the one before.
+  void Capture(const BudgetCase& what, bool ideal, std::uint64_t seed, int run) const {
     const auto variant = options_.folder / "variant.toml";
-    WriteLabVariant(
-        Lab(), what.enabled, ideal, variant,
-        DrawErrors(settings_.sizes, what.beside_others ? kTotal : what.name, seed, run));
-    std::filesystem::remove_all(options_.folder / "session");
-    ChainOptions chain;
-    chain.lab = variant;
-    chain.plan = options_.folder / "plan.toml";
-    chain.folder = options_.folder;
-    chain.seed = seed + static_cast<std::uint64_t>(run);
-    chain.keep_session = keep_session;
-    WriteGeometryOfRun(Geometry(), settings_.sizes, miscalibrated ? what.name : "none", seed, run);
-    chain.calibrations = {Geometry()};
-    return RunChain(chain).reconstruction.coefficients;
+    WriteLabVariant(Lab(), what.enabled, ideal, variant,
+                    DrawErrors(settings_.sizes, LabOf(what), seed, run));
+    std::filesystem::remove_all(Session());
+    hal::Devices devices = hal::MakeDevices(variant, seed + static_cast<std::uint64_t>(run));
+    capture::RunCapture(capture::ReadPlan(options_.folder / "plan.toml"), devices, Session());
+  }
+
+  // The session with a geometry that is off as in the runs of `source`.
+  LightField Reconstructed(const std::string& source, std::uint64_t seed, int run) const {
+    WriteGeometryOfRun(Geometry(), settings_.sizes, source, seed, run);
+    return reconstruct::Reconstruct(
+               reconstruct::MergeSession(core::SessionReader(Session()), HowToMerge()))
+        .coefficients;
+  }
+
+  std::vector<double> Observed(const BudgetCase& what, int run) const {
+    const LightField field = Reconstructed(what.name, options_.seed, run);
+    auto values = QuantitiesOf(field, settings_);
+    if (what.scaled) {
+      const double factor = MeterFactor(field, run);
+      for (double& value : values) value *= factor;
+    }
+    return values;
+  }
+
+  reconstruct::MergeSessionOptions HowToMerge() const {
+    reconstruct::MergeSessionOptions how;
+    how.lamp_level = reconstruct::LampLevel::kMonitorUnity;  // the truth is the lamp at its level
+    how.calibrations = {Geometry()};
+    return how;
   }
 
   const BenchBudgetOptions& options_;
   reconstruct::BudgetSettings settings_;
   std::vector<double> truth_, true_readings_;
 };
+
+// In groups of one lab, whose cases can share sessions.
+std::vector<std::vector<BudgetCase>> ByLab(const std::vector<BudgetCase>& cases) {
+  std::vector<std::vector<BudgetCase>> groups;
+  for (const BudgetCase& c : cases) {
+    const auto group = std::find_if(groups.begin(), groups.end(),
+                                    [&](const auto& g) { return LabOf(g.front()) == LabOf(c); });
+    if (group == groups.end())
+      groups.push_back({c});
+    else
+      group->push_back(c);
+  }
+  return groups;
+}
 
 }  // namespace
 
@@ -188,13 +223,15 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
   std::vector<std::string> names;
   auto predicted = lab.Predict(&names);
   core::Progress progress("labs", cases.size() * static_cast<std::uint64_t>(options.runs));
-  for (const BudgetCase& c : cases) {
-    const auto observed = lab.Observe(c, progress);
-    for (std::size_t q = 0; q < names.size(); ++q) {
-      const double p = std::sqrt(predicted[c.name][q]), o = std::sqrt(observed[q]);
-      rows.push_back(BudgetRow(c.name, names[q], options.runs, lab.truth()[q], p, o));
-    }
+  std::map<std::string, std::vector<double>> observed;
+  for (const auto& group : ByLab(cases)) {
+    auto squares = lab.Observe(group, progress);
+    for (std::size_t c = 0; c < group.size(); ++c) observed[group[c].name] = std::move(squares[c]);
   }
+  for (const BudgetCase& c : cases)
+    for (std::size_t q = 0; q < names.size(); ++q)
+      rows.push_back(BudgetRow(c.name, names[q], options.runs, lab.truth()[q],
+                               std::sqrt(predicted[c.name][q]), std::sqrt(observed[c.name][q])));
   return rows;
 }
 

@@ -278,6 +278,10 @@ std::vector<BudgetCase> BudgetCases() {
           {kTotal, all}};
 }
 
+std::string LabOf(const BudgetCase& what) {
+  return what.beside_others || IsTotal(what.name) ? kTotal : what.name;
+}
+
 void WriteGeometryOfRun(const std::filesystem::path& file, const reconstruct::ErrorSizes& sizes,
                         const std::string& source, std::uint64_t seed, int run) {
   using reconstruct::ErrorSource;

@@ -60,6 +60,8 @@ struct BudgetCase {
   bool beside_others = false;
 };
 std::vector<BudgetCase> BudgetCases();
+// Whose errors the lab of a case has: its own name, or kTotal. Cases of one are captured alike.
+std::string LabOf(const BudgetCase& what);
 
 // Three readings of a meter: of the given irradiances without errors, or as drawn for a run (their
 // own errors independent, the calibration's common), both normal.
