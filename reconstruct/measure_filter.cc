@@ -294,6 +294,35 @@ double SumSigmaRatio(const Homography& h, const MergedFrame& transmittance, cons
   return by_texels > 0 ? std::sqrt(by_pixels / by_texels) : 1;
 }
 
+// How much a print looks like part `part` of the sheet: its correlation with it, up to a factor.
+double Likeness(const FilterSheet& sheet, const Lattice& lattice,
+                const lightfield::MeasuredPrint& print, int part) {
+  double product = 0, square = 0;
+  for (int row = 0; row < lattice.height; ++row)
+    for (int column = 0; column < lattice.width; ++column) {
+      const double meant = sheet.FilterTransmittance(lattice.centre(row, column), part);
+      product +=
+          meant * print.transmittance[static_cast<std::size_t>(row) * lattice.width + column];
+      square += meant * meant;
+    }
+  return product / std::sqrt(square);
+}
+
+void RequireOrder(const FilterSheet& sheet, const MeasuredFilter& filter) {
+  constexpr const char* kParts[] = {"plus", "minus"};
+  for (int print = 0; print < sheet.prints(); ++print)
+    for (int part = 0; part < sheet.prints(); ++part) {
+      const auto& seen = filter.prints[static_cast<std::size_t>(print)];
+      if (Likeness(sheet, filter.lattice, seen, part) >
+          Likeness(sheet, filter.lattice, seen, print))
+        throw InputError(kFile,
+                         fmt::format("print {} of the pair looks like its {} part, not like the {} "
+                                     "part",
+                                     print + 1, kParts[part], kParts[print]),
+                         "give the plus part first, then the minus part");
+    }
+}
+
 }  // namespace
 
 lightfield::ToneTable FilterReadings::Tone() const {
@@ -377,6 +406,7 @@ MeasuredFilter MeasureFilter(const FilterSheet& sheet, const MergedFrame& light,
     filter.sum_sigma_ratio =
         filter.prints.size() == 1 ? ratio : std::max(filter.sum_sigma_ratio, ratio);
   }
+  RequireOrder(sheet, filter);
   const PrintReading& first = r.prints.front();
   filter.shift_m = first.shift_m;
   filter.rotation_rad = first.rotation_rad;

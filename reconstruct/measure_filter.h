@@ -59,7 +59,8 @@ constexpr double kLargestResidual = 0.005;  // of a hole, in spacings
 // `light` and `prints` are photographs of one camera in one place: electrons per second, or any
 // linear unit. The camera is upright within some 10 degrees. Texels are at most 64 a spacing and
 // not smaller than a pixel. Throws InputError naming what is missing: a hole of the holder, a mark
-// of the print (a sheet upside down or mirrored lacks one), unknown pixels on the filter.
+// of the print (a sheet upside down or mirrored lacks one), unknown pixels on the filter, parts of
+// a pair in the wrong order.
 lightfield::MeasuredFilter MeasureFilter(const lightfield::FilterSheet& sheet,
                                          const MergedFrame& light,
                                          std::span<const MergedFrame> prints,

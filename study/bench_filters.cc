@@ -22,6 +22,9 @@ namespace luxfield::study {
 namespace {
 
 constexpr double kGrain = 0.005;
+// Nodes of the simulated lab's quadrature over a filter's cell: a turned print's edges lie between
+// any, and what 4 of them miss of a dual pair is more than a measurement's noise.
+constexpr std::int64_t kNodes = 12;
 
 // The lab with random sources, the lamp from a light field, and a print with these errors.
 void WriteLab(const BenchFiltersOptions& options, const std::filesystem::path& lamp,
@@ -34,6 +37,10 @@ void WriteLab(const BenchFiltersOptions& options, const std::filesystem::path& l
   toml::table table = toml::parse(core::ReadFile(variant));
   table.insert_or_assign("lamp", toml::table{{"kind", "lightfield"},
                                              {"file", std::filesystem::absolute(lamp).string()}});
+  if (!table.contains("sampling")) table.insert("sampling", toml::table{});
+  toml::table& sampling = *table["sampling"].as_table();
+  sampling.insert_or_assign("u_per_cell",
+                            std::max(kNodes, sampling["u_per_cell"].value_or(kNodes)));
   if (errors) {
     const double shift_m = options.registration * spacing_m / std::numbers::sqrt2;
     if (!table.contains("errors")) table.insert("errors", toml::table{});

@@ -19,14 +19,15 @@ struct BenchFiltersOptions {
 };
 
 // The lamp is the lab's own as far as the basis can hold it (the true light field, C >= 0), so that
-// truth and reconstruction live in one space whatever the filter. Sessions with photon noise, read
-// noise, dark current and PRNU, the same random numbers in each:
+// truth and reconstruction live in one space whatever the filter; traced with 12 nodes a filter's
+// cell or the lab's own number, if that is more. Sessions with photon noise, read noise, dark
+// current and PRNU, the same random numbers in each:
 //   perfect print, ideal filter assumed        the noise floor
 //   print with the errors, ideal filter        what not measuring costs
 //   print with the errors, measured filter     photographs of the simulated bench -> MeasureFilter
 // Rows: case, rel_rmse, rel_l2 of C against the truth, over_floor (rel_l2 over that of the floor),
 // condition, noise_gain, solve; the last one also what the photographs found: shift_error_m of the
-// print and light_ratio.
+// print (of a pair the plus part's) and light_ratio.
 nlohmann::json BenchFilters(const BenchFiltersOptions& options);
 
 }  // namespace luxfield::study

@@ -90,18 +90,26 @@ TEST(MeasuredFilter, FactorsUndoTheScaleOfThePrints) {
   EXPECT_DOUBLE_EQ(filter.factors().at(0), 9.0 / 16);
 }
 
-template <typename Change>
-std::string RefusalOf(Change change) {
-  MeasuredFilter filter = Sample(FilterKind::kBasis);
-  change(filter);
-  const auto file = File("refused.filter.exr");
+std::string RefusalOfFile(const std::filesystem::path& file) {
   try {
-    WriteMeasuredFilter(file, filter);
     ReadMeasuredFilter(file);
   } catch (const InputError& error) {
     return error.what();
   }
   return "";
+}
+
+template <typename Change>
+std::string RefusalOf(Change change, FilterKind kind = FilterKind::kBasis) {
+  MeasuredFilter filter = Sample(kind);
+  change(filter);
+  const auto file = File("refused.filter.exr");
+  try {
+    WriteMeasuredFilter(file, filter);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return RefusalOfFile(file);
 }
 
 TEST(MeasuredFilter, RefusesWhatMakesNoSense) {
@@ -117,6 +125,42 @@ TEST(MeasuredFilter, RefusesWhatMakesNoSense) {
               HasSubstr("transmittance 2.5"));
   core::WriteExrImage(File("picture.filter.exr"), core::Image(2, 2, 1));
   EXPECT_THROW(ReadMeasuredFilter(File("picture.filter.exr")), InputError);
+}
+
+// A pair's file whose parts have these names and widths.
+std::filesystem::path PairOfParts(const std::vector<std::pair<std::string, int>>& parts) {
+  const auto file = File("parts.filter.exr");
+  WriteMeasuredFilter(file, Sample(FilterKind::kDual));
+  core::ExrAttributes attributes = core::ExrReader(file).parts()[0].attributes;
+  std::erase_if(attributes, [](const auto& a) { return !a.first.starts_with("luxfield:"); });
+  constexpr int kHeight = 5;
+  const std::vector<float> pixels(100, 0.5f);
+  std::vector<core::ExrPartView> views;
+  for (const auto& [name, width] : parts) {
+    const auto plane = std::span(pixels).first(static_cast<std::size_t>(width) * kHeight);
+    views.push_back({name, width, kHeight, {{"T", plane}, {"sigma", plane}}, {}});
+  }
+  views.front().attributes = attributes;
+  core::WriteExr(file, views);
+  return file;
+}
+
+TEST(MeasuredFilter, RefusesPairsThatAreNone) {
+  using testing::HasSubstr;
+  EXPECT_THAT(
+      RefusalOf([](auto& f) { f.basis = Basis::Make(BasisKind::kBspline2); }, FilterKind::kDual),
+      HasSubstr("basis 'bspline2' has no dual filter"));
+  EXPECT_THAT(RefusalOf([](auto& f) { f.prints[1].transmittance[9] = NAN; }, FilterKind::kDual),
+              HasSubstr("part 'T.minus'"));
+  EXPECT_THAT(RefusalOf([](auto& f) { f.prints[1].transmittance[9] = -1.5f; }, FilterKind::kDual),
+              HasSubstr("part 'T.minus' holds the transmittance -1.5"));
+  EXPECT_EQ(RefusalOfFile(PairOfParts({{"T.plus", 7}, {"T.minus", 7}})), "");
+  EXPECT_THAT(RefusalOfFile(PairOfParts({{"T.plus", 7}})), HasSubstr("has 1 parts, not 2"));
+  EXPECT_THAT(RefusalOfFile(PairOfParts({{"T.plus", 7}, {"T", 7}})), HasSubstr("luxfield:"));
+  EXPECT_THAT(RefusalOfFile(PairOfParts({{"T.plus", 7}, {"T.other", 7}})),
+              HasSubstr("part 'T.minus' is missing"));
+  EXPECT_THAT(RefusalOfFile(PairOfParts({{"T.plus", 7}, {"T.minus", 6}})),
+              HasSubstr("part 'T.minus' differs in size"));
 }
 
 }  // namespace

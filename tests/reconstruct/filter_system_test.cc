@@ -42,43 +42,89 @@ std::vector<Vec2> Centres(const BasisGrid& grid, double error_m = 0) {
   return centres;
 }
 
-// A print of Phi with errors, sampled as texel means by 4 x 4 points.
+// A print with errors, of Phi or of a part of its dual function.
 struct Print {
   Vec2 shift_m;
   double rotation_rad = 0, density = 0, gamma = 0;
 
   double operator()(const BasisGrid& grid, Vec2 x) const {
+    const Vec2 own = Own(grid, x);
+    const double half = 0.5 * grid.basis.cells;
+    return Printed(grid.basis.Value(own.x + half) * grid.basis.Value(own.y + half));
+  }
+  // Of `sign` times the dual function.
+  double Part(const BasisGrid& grid, Vec2 x, int sign) const {
+    const Vec2 own = Own(grid, x);
+    const double peak = grid.basis.DualPeaks()[sign > 0 ? 0 : 1];
+    const double dual = grid.basis.DualValue(own.x) * grid.basis.DualValue(own.y);
+    return Printed(std::max(sign * dual, 0.0) / peak);
+  }
+
+ private:
+  Vec2 Own(const BasisGrid& grid, Vec2 x) const {  // in spacings
     const double c = std::cos(rotation_rad), s = std::sin(rotation_rad);
     const Vec2 d = x - shift_m;
-    const double half = 0.5 * grid.basis.cells;
-    const double phi = grid.basis.Value((c * d.x + s * d.y) / grid.spacing_m + half) *
-                       grid.basis.Value((-s * d.x + c * d.y) / grid.spacing_m + half);
-    return (1 + density) * std::pow(phi, 1 + gamma);
+    return {(c * d.x + s * d.y) / grid.spacing_m, (-s * d.x + c * d.y) / grid.spacing_m};
+  }
+  double Printed(double meant) const { return (1 + density) * std::pow(meant, 1 + gamma); }
+};
+
+// The two prints of a pair, each with its own errors.
+struct Pair {
+  Print plus, minus;
+
+  double operator()(const BasisGrid& grid, Vec2 x) const {
+    const auto peaks = grid.basis.DualPeaks();
+    return peaks[0] * plus.Part(grid, x, 1) - peaks[1] * minus.Part(grid, x, -1);
   }
 };
 
-MeasuredFilter Measured(const BasisGrid& grid, const Print& print, int texels_per_spacing = 64) {
+MeasuredFilter OpenFilter(const BasisGrid& grid, int texels_per_spacing) {
   MeasuredFilter filter;
   filter.basis = grid.basis;
   filter.spacing_m = grid.spacing_m;
   const double texel_m = grid.spacing_m / texels_per_spacing;
   const int size = texels_per_spacing * (grid.basis.cells + 1);
   filter.lattice = {size, size, -0.5 * size * texel_m, 0.5 * size * texel_m, texel_m, texel_m};
-  auto& p = filter.prints.emplace_back();
-  for (int row = 0; row < size; ++row)
-    for (int column = 0; column < size; ++column) {
-      double sum = 0;
-      for (int k = 0; k < 16; ++k)
-        sum += print(grid, {filter.lattice.s_of_column(column + (k % 4 + 0.5) / 4),
-                            filter.lattice.t_of_row(row + (k / 4 + 0.5) / 4)});
-      p.transmittance.push_back(static_cast<float>(sum / 16));
-    }
-  p.sigma.assign(p.transmittance.size(), 0.001f);
   return filter;
 }
 
-// Entries by the midpoint rule over F, 200 points per spacing and axis.
-Matrix BruteForce(const BasisGrid& grid, const Print& print, const std::vector<Vec2>& centres) {
+// Texel means by 4 x 4 points.
+template <typename Transmittance>
+void AddPrint(const Transmittance& transmittance, MeasuredFilter* filter) {
+  auto& p = filter->prints.emplace_back();
+  const auto& lattice = filter->lattice;
+  for (int row = 0; row < lattice.height; ++row)
+    for (int column = 0; column < lattice.width; ++column) {
+      double sum = 0;
+      for (int k = 0; k < 16; ++k)
+        sum += transmittance(Vec2{lattice.s_of_column(column + (k % 4 + 0.5) / 4),
+                                  lattice.t_of_row(row + (k / 4 + 0.5) / 4)});
+      p.transmittance.push_back(static_cast<float>(sum / 16));
+    }
+  p.sigma.assign(p.transmittance.size(), 0.001f);
+}
+
+MeasuredFilter Measured(const BasisGrid& grid, const Print& print, int texels_per_spacing = 64) {
+  MeasuredFilter filter = OpenFilter(grid, texels_per_spacing);
+  AddPrint([&](Vec2 x) { return print(grid, x); }, &filter);
+  return filter;
+}
+
+MeasuredFilter Measured(const BasisGrid& grid, const Pair& pair, int texels_per_spacing = 64) {
+  MeasuredFilter filter = OpenFilter(grid, texels_per_spacing);
+  filter.filter = FilterKind::kDual;
+  AddPrint([&](Vec2 x) { return pair.plus.Part(grid, x, 1); }, &filter);
+  AddPrint([&](Vec2 x) { return pair.minus.Part(grid, x, -1); }, &filter);
+  return filter;
+}
+
+// Prints that err, each in its own way.
+const Pair kWrongPair{{{3e-4, -2e-4}, 0.01, 0.02, 0.05}, {{-1e-4, 2e-4}, -0.005, -0.03, 0.02}};
+
+// Entries by the midpoint rule over F, 200 points per spacing and axis, of a Print or a Pair.
+template <typename Filter>
+Matrix BruteForce(const BasisGrid& grid, const Filter& filter, const std::vector<Vec2>& centres) {
   Matrix a = Matrix::Zero(static_cast<Eigen::Index>(centres.size()), grid.count());
   constexpr int kPerSpacing = 200;
   const double step = grid.spacing_m / kPerSpacing, reach = 0.5 * (grid.basis.cells + 1);
@@ -88,7 +134,7 @@ Matrix BruteForce(const BasisGrid& grid, const Print& print, const std::vector<V
       for (int x = 0; x < points; ++x) {
         const Vec2 offset{-reach * grid.spacing_m + (x + 0.5) * step,
                           -reach * grid.spacing_m + (y + 0.5) * step};
-        const double t = print(grid, offset);
+        const double t = filter(grid, offset);
         if (t == 0) continue;
         const Vec2 u = centres[r] + offset;
         for (int m = 0; m < grid.count(); ++m)
@@ -114,11 +160,39 @@ TEST(FilterSystem, EntriesOfAMeasuredPrintAreItsInnerProducts) {
             1e-4 * expected.norm());
 }
 
+TEST(FilterSystem, EntriesOfAMeasuredPairAreTheInnerProductsOfItsDifference) {
+  for (const BasisKind kind : {BasisKind::kBilinear, BasisKind::kQuadratic}) {
+    const BasisGrid grid = Grid(3, 2, kind);
+    const std::vector<Vec2> centres = Centres(grid, 0.05 * kSpacing_m);
+    const MeasuredFilter filter = Measured(grid, kWrongPair);
+    const Matrix expected = BruteForce(grid, kWrongPair, centres);
+    // Texels of h / 64, again: (1/64)^2 / 12 times the integral of B*' B', 7.8 for quadratic, per
+    // axis: 3.2e-4 in all.
+    EXPECT_LT((Dense(FilterSystem(grid, &filter, centres)) - expected).norm(),
+              4e-4 * expected.norm());
+  }
+}
+
+// <Phi*_i, Phi_m> = h^2 delta_im: nothing to solve, whatever the number of filters.
+TEST(FilterSystem, AnIdealPairAsMeasuredIsTheIdentity) {
+  for (const BasisKind kind : {BasisKind::kBilinear, BasisKind::kQuadratic}) {
+    const BasisGrid grid = Grid(7, 5, kind);
+    const MeasuredFilter filter = Measured(grid, Pair{});
+    const FilterSystem system(grid, &filter, Centres(grid));
+    const double h2 = kSpacing_m * kSpacing_m;
+    const Matrix identity = Matrix::Identity(grid.count(), grid.count());
+    EXPECT_LT((Dense(system) / h2 - identity).norm(), 1e-3 * identity.norm());
+    EXPECT_NEAR(system.condition(), 1, 2e-3);
+    EXPECT_NEAR(system.noise_gain() * h2, 1, 1e-3);
+    EXPECT_TRUE(system.Separable(1e-6).has_value());
+  }
+}
+
 TEST(FilterSystem, DisplacedIdealFiltersOverlapAsClosedFormsSay) {
   for (const BasisKind kind : {BasisKind::kBilinear, BasisKind::kQuadratic, BasisKind::kBspline2}) {
     const BasisGrid grid = Grid(3, 3, kind);
     const std::vector<Vec2> centres = Centres(grid, 0.05 * kSpacing_m);
-    const Matrix expected = BruteForce(grid, {}, centres);
+    const Matrix expected = BruteForce(grid, Print{}, centres);
     EXPECT_LT((Dense(FilterSystem(grid, nullptr, centres)) - expected).norm(),
               3e-5 * expected.norm());
   }
@@ -126,7 +200,7 @@ TEST(FilterSystem, DisplacedIdealFiltersOverlapAsClosedFormsSay) {
 
 TEST(FilterSystem, SingularValuesAndInverseAgreeWithADenseDecomposition) {
   const BasisGrid grid = Grid(9, 7);
-  const MeasuredFilter filter = Measured(grid, {{2e-4, 1e-4}, 0.005, 0.02, 0.03}, 16);
+  const MeasuredFilter filter = Measured(grid, Print{{2e-4, 1e-4}, 0.005, 0.02, 0.03}, 16);
   std::vector<Vec2> centres = Centres(grid, 0.02 * kSpacing_m);
   for (const bool twice : {false, true}) {
     if (twice) {  // over-determined
@@ -178,24 +252,31 @@ TEST(FilterSystem, KnowsWhenItIsSeparable) {
 }
 
 // Noise of the texels, propagated, against its spread over 200 drawn filters.
-TEST(FilterSystem, MatrixNoiseIsTheSpreadOverNoisyPhotographs) {
-  const BasisGrid grid = Grid(3, 3);
-  MeasuredFilter filter = Measured(grid, {}, 8);
-  for (float& sigma : filter.prints[0].sigma) sigma = 0.05f;
+void ExpectMatrixNoiseIsItsSpread(const BasisGrid& grid, MeasuredFilter filter) {
+  constexpr float kSigma = 0.05f;
+  const std::vector<lightfield::MeasuredPrint> prints = filter.prints;
+  for (auto& print : filter.prints) std::fill(print.sigma.begin(), print.sigma.end(), kSigma);
   const FilterSystem clean(grid, &filter, Centres(grid));
   const Matrix a = Dense(clean);
-  const std::vector<float> transmittance = filter.prints[0].transmittance;
   double squares = 0;
   constexpr int kRuns = 200;
   for (int run = 0; run < kRuns; ++run) {
     core::Random random(kSeed, 100 + run);
-    for (std::size_t k = 0; k < transmittance.size(); ++k)
-      filter.prints[0].transmittance[k] =
-          transmittance[k] + static_cast<float>(0.05 * random.Normal());
+    for (std::size_t p = 0; p < prints.size(); ++p)
+      for (std::size_t k = 0; k < prints[p].transmittance.size(); ++k)
+        filter.prints[p].transmittance[k] =
+            prints[p].transmittance[k] + static_cast<float>(kSigma * random.Normal());
     squares += (Dense(FilterSystem(grid, &filter, Centres(grid))) - a).squaredNorm() / kRuns;
   }
   // Neighbouring entries share texels: count 200 runs of some 20 independent ones.
   EXPECT_NEAR(std::sqrt(squares) / a.norm() / clean.matrix_noise(), 1, 5 / std::sqrt(2.0 * 4000));
+}
+
+TEST(FilterSystem, MatrixNoiseIsTheSpreadOverNoisyPhotographs) {
+  ExpectMatrixNoiseIsItsSpread(Grid(3, 3), Measured(Grid(3, 3), Print{}, 8));
+  // Of a pair the noise of both, mostly that of the plus part: the factors' squares.
+  const BasisGrid dual = Grid(3, 3, BasisKind::kQuadratic);
+  ExpectMatrixNoiseIsItsSpread(dual, Measured(dual, Pair{}, 16));
 }
 
 std::string RefusalOf(const BasisGrid& grid, const MeasuredFilter* filter,
@@ -218,13 +299,13 @@ TEST(FilterSystem, RefusesByName) {
               HasSubstr("filter positions (1, 1) and (2, 1) sit in one place"));
   centres.pop_back();
   EXPECT_THAT(RefusalOf(grid, nullptr, centres), HasSubstr("11 filter positions for 12"));
-  MeasuredFilter filter = Measured(grid, {}, 8);
+  MeasuredFilter filter = Measured(grid, Print{}, 8);
   filter.spacing_m *= 1.001;
   EXPECT_THAT(RefusalOf(grid, &filter, Centres(grid)), HasSubstr("spacing 0.0165"));
-  filter = Measured(grid, {}, 8);
+  filter = Measured(grid, Print{}, 8);
   filter.basis = Basis::Make(BasisKind::kBox);
   EXPECT_THAT(RefusalOf(grid, &filter, Centres(grid)), HasSubstr("is of basis 'box'"));
-  filter = Measured(grid, {}, 8);
+  filter = Measured(grid, Print{}, 8);
   std::fill(filter.prints[0].transmittance.begin(), filter.prints[0].transmittance.end(), 0.0f);
   EXPECT_THAT(RefusalOf(grid, &filter, Centres(grid)), HasSubstr("opaque"));
 }
@@ -232,8 +313,9 @@ TEST(FilterSystem, RefusesByName) {
 // Measurements behind the given print at the given centres of a luminaire with C of its own per
 // texel, with relative noise.
 Measurements Measure(const BasisGrid& grid, const Matrix& a, const Matrix& c, int size,
-                     double noise, std::uint64_t stream) {
+                     double noise, std::uint64_t stream, FilterKind kind = FilterKind::kBasis) {
   Measurements result;
+  result.filter = kind;
   result.geometry.delta_m = 0.3;
   result.geometry.grid = grid;
   result.geometry.lattice = {size, size, -0.1, 0.1, 0.2 / size, 0.2 / size};
@@ -292,19 +374,43 @@ TEST(ReconstructWithFilter, BringsBackWhatDisplacedPrintsSaw) {
   }
 }
 
-TEST(ReconstructWithFilter, SigmaIsTheSpreadOnEveryPath) {
-  const BasisGrid grid = Grid(4, 3);
+// A pair that errs, and a stage that does: C = E / h^2 at the planned places is wrong, the forward
+// model of the difference is not.
+TEST(ReconstructWithFilter, BringsBackWhatAWrongPairSaw) {
+  const BasisGrid grid = Grid(5, 4, BasisKind::kQuadratic);
+  constexpr int kSize = 6;
+  const Matrix c = RandomCoefficients(grid, kSize, 25);
+  const MeasuredFilter filter = Measured(grid, kWrongPair, 32);
+  ReconstructOptions options;
+  options.filter = &filter;
+  for (const bool displaced : {false, true}) {
+    const auto centres = Centres(grid, displaced ? 0.02 * kSpacing_m : 0), planned = Centres(grid);
+    const FilterSystem system(grid, &filter, centres);
+    Measurements measurements = Measure(grid, Dense(system), c, kSize, 1e-9, 26, FilterKind::kDual);
+    for (std::size_t m = 0; m < planned.size(); ++m)
+      measurements.positions[m].displacement_m = centres[m] - planned[m];
+    const Reconstruction result = Reconstruct(measurements, options);
+    EXPECT_EQ(result.report.solve, "general");
+    EXPECT_LT(RelativeError(result, c), 1e-6);  // float E; the noise gain is about 1
+    EXPECT_NEAR(result.report.condition / system.condition(), 1, 1e-9);
+    EXPECT_LT(result.report.condition, 1.5);
+    const Reconstruction assumed = Reconstruct(measurements);
+    EXPECT_EQ(assumed.report.solve, "none");
+    EXPECT_GT(RelativeError(assumed, c), 0.02);
+  }
+}
+
+void ExpectSigmaIsTheSpread(const BasisGrid& grid, const MeasuredFilter& filter) {
   constexpr int kSize = 40;  // 1600 texels are so many runs
   const Matrix c = RandomCoefficients(grid, kSize, 30);
-  const MeasuredFilter filter = Measured(grid, {{3e-4, 0}, 0, 0.02, 0}, 16);
   ReconstructOptions options;
   options.filter = &filter;
   for (const bool displaced : {false, true}) {
     const auto centres = Centres(grid, displaced ? 0.02 * kSpacing_m : 0), planned = Centres(grid);
     std::vector<Measurements> all;
     for (int session = 0; session < 2; ++session) {
-      all.push_back(
-          Measure(grid, Dense(FilterSystem(grid, &filter, centres)), c, kSize, 0.01, 31 + session));
+      all.push_back(Measure(grid, Dense(FilterSystem(grid, &filter, centres)), c, kSize, 0.01,
+                            31 + session, filter.filter));
       for (std::size_t m = 0; m < planned.size(); ++m)
         all.back().positions[m].displacement_m = centres[m] - planned[m];
     }
@@ -324,6 +430,13 @@ TEST(ReconstructWithFilter, SigmaIsTheSpreadOnEveryPath) {
   }
 }
 
+TEST(ReconstructWithFilter, SigmaIsTheSpreadOnEveryPath) {
+  const BasisGrid grid = Grid(4, 3);
+  ExpectSigmaIsTheSpread(grid, Measured(grid, Print{{3e-4, 0}, 0, 0.02, 0}, 16));
+  const BasisGrid dual = Grid(4, 3, BasisKind::kQuadratic);
+  ExpectSigmaIsTheSpread(dual, Measured(dual, kWrongPair, 16));
+}
+
 TEST(ReconstructWithFilter, WeightsHalveTheErrorWhereOneSessionIsPoor) {
   const BasisGrid grid = Grid(4, 3);
   constexpr int kSize = 20;
@@ -337,42 +450,47 @@ TEST(ReconstructWithFilter, WeightsHalveTheErrorWhereOneSessionIsPoor) {
 }
 
 // The prior says how wrong the unknown parts are: C drawn from it, errors against sigma.
-TEST(ReconstructWithFilter, SigmaOfMissingPositionsCoversTheirError) {
-  const BasisGrid grid = Grid(6, 5);
+void ExpectSigmaCoversMissingPositions(const BasisGrid& grid, const MeasuredFilter* filter) {
   constexpr int kSize = 32;
   Matrix c(grid.count(), kSize * kSize);
   core::Random random(kSeed, 50);
   for (Eigen::Index k = 0; k < c.size(); ++k) c.data()[k] = 1000 * random.Normal();
-  const MeasuredFilter filter = Measured(grid, {{3e-4, 0}, 0.01, 0.02, 0}, 16);
-  for (const bool measured : {false, true}) {
-    const auto* used = measured ? &filter : nullptr;
-    Measurements measurements =
-        Measure(grid, Dense(FilterSystem(grid, used, Centres(grid))), c, kSize, 0.001, 51);
-    ReconstructOptions options;
-    options.filter = used;
-    for (std::size_t p = 0; p < kSize * kSize; ++p)
-      for (int m = 0; m < grid.count(); ++m)
-        if ((p % 3 == 0 && m % 6 < 2) || (p % 3 == 1 && (m * 7 + p) % 4 == 0 && m < 20)) {
-          measurements.positions[m].mask[p] = lightfield::kOffSensor;
-          measurements.positions[m].irradiance[p] = 0;
-        }
-    const Reconstruction result = Reconstruct(measurements, options);
-    EXPECT_EQ(result.report.solve, measured ? "general" : "gram");
-    EXPECT_GT(result.report.incomplete.incomplete, 600u);
-    double square = 0, count = 0;
-    for (std::size_t p = 0; p < kSize * kSize; ++p)
-      if (result.unknown_positions[p] > 0)
-        for (Eigen::Index m = 0; m < c.rows(); ++m) {
-          const std::size_t at = m * c.cols() + p;
-          const double d = (result.coefficients.data[at] - c(m, p)) / result.sigma.data[at];
-          square += d * d;
-          ++count;
-        }
-    // Some 680 texels with 4 to 10 unknown directions each; tau of 20 values scatters by
-    // 1/sqrt(40), which makes the mean of 1/tau^2 about a tenth more than 1.
-    EXPECT_GT(square / count, 0.9);
-    EXPECT_LT(square / count, 1.25);
-  }
+  Measurements measurements =
+      Measure(grid, Dense(FilterSystem(grid, filter, Centres(grid))), c, kSize, 0.001, 51,
+              filter ? filter->filter : FilterKind::kBasis);
+  ReconstructOptions options;
+  options.filter = filter;
+  for (std::size_t p = 0; p < kSize * kSize; ++p)
+    for (int m = 0; m < grid.count(); ++m)
+      if ((p % 3 == 0 && m % 6 < 2) || (p % 3 == 1 && (m * 7 + p) % 4 == 0 && m < 20)) {
+        measurements.positions[m].mask[p] = lightfield::kOffSensor;
+        measurements.positions[m].irradiance[p] = 0;
+      }
+  const Reconstruction result = Reconstruct(measurements, options);
+  EXPECT_EQ(result.report.solve, filter ? "general" : "gram");
+  EXPECT_GT(result.report.incomplete.incomplete, 600u);
+  double square = 0, count = 0;
+  for (std::size_t p = 0; p < kSize * kSize; ++p)
+    if (result.unknown_positions[p] > 0)
+      for (Eigen::Index m = 0; m < c.rows(); ++m) {
+        const std::size_t at = m * c.cols() + p;
+        const double d = (result.coefficients.data[at] - c(m, p)) / result.sigma.data[at];
+        square += d * d;
+        ++count;
+      }
+  // Some 680 texels with 4 to 10 unknown directions each; tau of 20 values scatters by
+  // 1/sqrt(40), which makes the mean of 1/tau^2 about a tenth more than 1.
+  EXPECT_GT(square / count, 0.9);
+  EXPECT_LT(square / count, 1.25);
+}
+
+TEST(ReconstructWithFilter, SigmaOfMissingPositionsCoversTheirError) {
+  const BasisGrid grid = Grid(6, 5), dual = Grid(6, 5, BasisKind::kQuadratic);
+  ExpectSigmaCoversMissingPositions(grid, nullptr);
+  const MeasuredFilter print = Measured(grid, Print{{3e-4, 0}, 0.01, 0.02, 0}, 16),
+                       pair = Measured(dual, kWrongPair, 16);
+  ExpectSigmaCoversMissingPositions(grid, &print);
+  ExpectSigmaCoversMissingPositions(dual, &pair);
 }
 
 TEST(ReconstructWithFilter, RefusesWhatDoesNotBelongTogether) {
@@ -380,11 +498,17 @@ TEST(ReconstructWithFilter, RefusesWhatDoesNotBelongTogether) {
   const Matrix c = RandomCoefficients(grid, 3, 60);
   const Matrix a = Dense(FilterSystem(grid, nullptr, Centres(grid)));
   std::vector<Measurements> all{Measure(grid, a, c, 3, 0.01, 61), Measure(grid, a, c, 3, 0.01, 62)};
-  MeasuredFilter filter = Measured(grid, {}, 8);
+  MeasuredFilter filter = Measured(grid, Print{}, 8);
   filter.filter_scale = 16.0 / 9;
   ReconstructOptions options;
   options.filter = &filter;
   EXPECT_THROW(Reconstruct(all[0], options), InputError);
+  // A pair for a session of single prints.
+  const BasisGrid dual = Grid(3, 3, BasisKind::kQuadratic);
+  const MeasuredFilter pair = Measured(dual, Pair{}, 8);
+  options.filter = &pair;
+  EXPECT_THROW(Reconstruct(Measure(dual, a, c, 3, 0.01, 63), options), InputError);
+  EXPECT_NO_THROW(Reconstruct(Measure(dual, a, c, 3, 0.01, 63, FilterKind::kDual), options));
   all[1].positions[3].sigma[2] = 0;
   EXPECT_THROW(Reconstruct(std::span(all)), InputError);
   all[1].geometry.lattice.ds_m *= 2;

@@ -182,6 +182,29 @@ TEST(MeasureFilter, RefusesByName) {
               HasSubstr("no hole of the holder near (-48, 48)"));
 }
 
+TEST(MeasureFilter, RefusesPairsInTheWrongOrderOrTwiceTheSame) {
+  const FilterPhotographs good = PhotographFilter(hal::sim::FilterBench(Lab("", true), kPixels));
+  const auto refusal = [&](std::size_t first, std::size_t second) {
+    const std::vector<reconstruct::MergedFrame> prints{good.prints[first], good.prints[second]};
+    try {
+      reconstruct::MeasureFilter(good.sheet, good.light, prints);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refusal(0, 1), "");
+  EXPECT_THAT(refusal(1, 0), HasSubstr("print 1 of the pair looks like its minus part"));
+  EXPECT_THAT(refusal(0, 0), HasSubstr("print 2 of the pair looks like its plus part"));
+  EXPECT_THAT(refusal(1, 1), HasSubstr("print 1 of the pair looks like its minus part"));
+  try {
+    reconstruct::MeasureFilter(good.sheet, good.light, std::span(good.prints).first(1));
+    ADD_FAILURE() << "half a pair was taken";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("1 of prints, the sheet has 2"));
+  }
+}
+
 TEST(MeasureFilter, PhotographsKeepTheirValuesOnDisk) {
   const FilterPhotographs p = PhotographFilter(hal::sim::FilterBench(Lab(""), 64));
   const auto file = std::filesystem::path(testing::TempDir()) / "photograph.exr";
