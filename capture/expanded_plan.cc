@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "capture/capture_time.h"
+#include "capture/stage_reach.h"
 #include "core/error.h"
 #include "core/json.h"
 #include "core/random.h"
@@ -127,16 +128,12 @@ ExpandedPlan ExpandPlan(const Plan& plan, const hal::Devices& devices) {
   expanded.reference = grid.centre(grid.width / 2, grid.height / 2);
   expanded.prints = plan.dual ? 2 : 1;
   expanded.channels_in_turn = devices.rig.camera.cfa.empty() ? plan.geometry.channels : 1;
-  const hal::StageLimits limits = devices.stage->limits();
+  const StageReach reach(plan.name, plan.stage, *devices.stage);
   for (const PlannedPosition& p : expanded.positions)
-    if (p.centre.x < limits.min.x || p.centre.x > limits.max.x || p.centre.y < limits.min.y ||
-        p.centre.y > limits.max.y)
-      throw InputError(fmt::format("plan \"{}\"", plan.name),
-                       fmt::format("grid position ({}, {}) at ({:.6g}, {:.6g}) m is outside the "
-                                   "stage's [{}, {}] x [{}, {}] m",
-                                   p.i, p.j, p.centre.x, p.centre.y, limits.min.x, limits.max.x,
-                                   limits.min.y, limits.max.y),
-                       "choose a smaller grid or another stage");
+    reach.Require(p.centre,
+                  fmt::format("grid position ({}, {}) at ({:.6g}, {:.6g}) m", p.i, p.j, p.centre.x,
+                              p.centre.y),
+                  "choose a smaller grid, or another stage or limits");
   return expanded;
 }
 
@@ -157,43 +154,46 @@ core::Json ToJson(const ExpandedPlan& e) {
   core::Json positions = core::Json::array();
   for (const PlannedPosition& p : e.positions)
     positions.push_back({{"i", p.i}, {"j", p.j}, {"u_m", p.centre.x}, {"v_m", p.centre.y}});
-  return {{"name", e.plan.name},
-          {"geometry",
-           {{"delta_m", geometry.delta_m},
-            {"basis", grid.basis.name()},
-            {"basis_a", grid.basis.a},
-            {"grid_width", grid.width},
-            {"grid_height", grid.height},
-            {"u0_m", grid.u0_m},
-            {"v0_m", grid.v0_m},
-            {"spacing_m", grid.spacing_m},
-            {"lattice",
-             {{"width", lattice.width},
-              {"height", lattice.height},
-              {"s0_m", lattice.s0_m},
-              {"t1_m", lattice.t1_m},
-              {"ds_m", lattice.ds_m},
-              {"dt_m", lattice.dt_m}}},
-            {"channels", geometry.channels},
-            {"unit", lightfield::FluxUnitName(geometry.unit)}}},
-          {"filter", {{"kind", e.plan.dual ? "dual" : "basis"}, {"scale", e.plan.filter_scale}}},
-          {"rig", {{"kind", hal::RigKindName(e.plan.rig)}, {"albedo", e.plan.albedo}}},
-          {"exposure", exposure},
-          {"reference",
-           {{"every", e.plan.reference.every},
-            {"max_drift", e.plan.reference.max_drift},
-            {"resume_share", e.plan.reference.resume_share},
-            {"interval_s", e.plan.reference.interval_s},
-            {"max_wait_s", e.plan.reference.max_wait_s},
-            {"u_m", e.reference.x},
-            {"v_m", e.reference.y}}},
-          {"warm_up",
-           {{"window_s", e.plan.warm_up.window_s},
-            {"interval_s", e.plan.warm_up.interval_s},
-            {"variation", e.plan.warm_up.variation},
-            {"max_wait_s", e.plan.warm_up.max_wait_s}}},
-          {"darks", {{"repeats", e.plan.dark_repeats}}},
-          {"positions", positions}};
+  core::Json json = {
+      {"name", e.plan.name},
+      {"geometry",
+       {{"delta_m", geometry.delta_m},
+        {"basis", grid.basis.name()},
+        {"basis_a", grid.basis.a},
+        {"grid_width", grid.width},
+        {"grid_height", grid.height},
+        {"u0_m", grid.u0_m},
+        {"v0_m", grid.v0_m},
+        {"spacing_m", grid.spacing_m},
+        {"lattice",
+         {{"width", lattice.width},
+          {"height", lattice.height},
+          {"s0_m", lattice.s0_m},
+          {"t1_m", lattice.t1_m},
+          {"ds_m", lattice.ds_m},
+          {"dt_m", lattice.dt_m}}},
+        {"channels", geometry.channels},
+        {"unit", lightfield::FluxUnitName(geometry.unit)}}},
+      {"filter", {{"kind", e.plan.dual ? "dual" : "basis"}, {"scale", e.plan.filter_scale}}},
+      {"rig", {{"kind", hal::RigKindName(e.plan.rig)}, {"albedo", e.plan.albedo}}},
+      {"exposure", exposure},
+      {"reference",
+       {{"every", e.plan.reference.every},
+        {"max_drift", e.plan.reference.max_drift},
+        {"resume_share", e.plan.reference.resume_share},
+        {"interval_s", e.plan.reference.interval_s},
+        {"max_wait_s", e.plan.reference.max_wait_s},
+        {"u_m", e.reference.x},
+        {"v_m", e.reference.y}}},
+      {"warm_up",
+       {{"window_s", e.plan.warm_up.window_s},
+        {"interval_s", e.plan.warm_up.interval_s},
+        {"variation", e.plan.warm_up.variation},
+        {"max_wait_s", e.plan.warm_up.max_wait_s}}},
+      {"darks", {{"repeats", e.plan.dark_repeats}}},
+      {"positions", positions}};
+  if (core::Json stage = ToJson(e.plan.stage); !stage.empty()) json["stage"] = std::move(stage);
+  return json;
 }
 
 std::uint64_t FrameBytes(const hal::CameraCapabilities& camera) {

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "capture/expanded_plan.h"
+#include "capture/stage_reach.h"
 #include "core/error.h"
 #include "core/json.h"
 
@@ -22,7 +23,9 @@ GeometryPlan ReadGeometryPlan(const core::Config& config) {
     head.Fail("kind", "is not \"geometry\"", "give a plan that calibrates the geometry");
   plan.name = head.Text("name", "unnamed plan");
   plan.poses = head.Integer("poses", plan.poses, 2, 100);
-  plan.step_m = config.Table("stage").Number("step_m", {1e-6, 10});
+  const core::Config stage = config.Table("stage");
+  plan.step_m = stage.Number("step_m", {1e-6, 10});
+  plan.stage = hal::ReadStageBounds(stage);
   const core::Config exposure = config.Table("exposure");
   plan.min_s = exposure.Number("min_s", {1e-9, 1e4});
   plan.max_s = exposure.Number("max_s", {plan.min_s, 1e5});
@@ -42,8 +45,8 @@ ExpandedGeometryPlan ExpandPlan(const GeometryPlan& plan, const hal::Devices& de
   expanded.targets = *devices.rig.targets;
   expanded.ladder_s = MakeLadder(plan.min_s, plan.max_s, 2, devices.rig.pwm_hz,
                                  devices.camera->capabilities(), plan.name);
-  const hal::StageLimits limits = devices.stage->limits();
-  expanded.stage_repeatability_m = limits.repeatability_m;
+  const StageReach reach(plan.name, plan.stage, *devices.stage);
+  expanded.stage_repeatability_m = devices.stage->limits().repeatability_m;
   if (expanded.targets.board) {
     if (plan.poses > expanded.targets.board_poses)
       throw InputError(what,
@@ -55,15 +58,15 @@ ExpandedGeometryPlan ExpandPlan(const GeometryPlan& plan, const hal::Devices& de
   const double step = plan.step_m;
   const std::vector<std::string> names = hal::TargetNames(expanded.targets);
   for (const std::string& target : names) {
-    if (target.starts_with("board")) expanded.views.push_back({target, {0, 0}});
+    if (target.starts_with("board")) {
+      reach.Require({0, 0}, target + " with the stage at (0, 0) m", "take wider limits");
+      expanded.views.push_back({target, {0, 0}});
+    }
     if (!target.starts_with("mask")) continue;
     for (const hal::Vec2 at : {hal::Vec2{0, 0}, hal::Vec2{step, 0}, hal::Vec2{-step, 0},
                                hal::Vec2{0, step}, hal::Vec2{0, -step}}) {
-      if (at.x < limits.min.x || at.x > limits.max.x || at.y < limits.min.y || at.y > limits.max.y)
-        throw InputError(what,
-                         fmt::format("stage.step_m = {} leaves the stage's [{}, {}] x [{}, {}] m",
-                                     step, limits.min.x, limits.max.x, limits.min.y, limits.max.y),
-                         "lower it");
+      reach.Require(at, fmt::format("stage.step_m = {}: ({:.6g}, {:.6g}) m", step, at.x, at.y),
+                    "lower it");
       expanded.views.push_back({target, at});
     }
   }
@@ -81,10 +84,12 @@ nlohmann::json ToJson(const ExpandedGeometryPlan& e) {
                         {"spacer_m", e.targets.spacer_m},
                         {"spacer_shift_m", e.targets.spacer_shift_m}};
   if (e.targets.board) targets["board"] = chessboard(*e.targets.board);
+  core::Json stage = ToJson(e.plan.stage);
+  stage["repeatability_m"] = e.stage_repeatability_m;
   return {{"kind", "geometry"},
           {"name", e.plan.name},
           {"targets", targets},
-          {"stage", {{"repeatability_m", e.stage_repeatability_m}}},
+          {"stage", stage},
           {"exposure",
            {{"ladder_s", e.ladder_s},
             {"saturation_share", e.plan.saturation_share},

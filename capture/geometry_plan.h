@@ -18,6 +18,7 @@ struct GeometryPlan {
   double min_s = 0, max_s = 0;    // a frame takes the longest exposure, in factors of 2, that ...
   double saturation_share = 0.8;  // ... keeps every pixel below this share of saturation
   int max_attempts = 3;
+  hal::StageBounds stage;  // to open the lab's devices with
 };
 
 // Throws InputError naming file and field.

@@ -112,6 +112,7 @@ Plan ReadPlan(const core::Config& config) {
     r.max_wait_s = reference->Number("max_wait_s", r.max_wait_s, {0, 1e6});
   }
   plan.warm_up = ReadWarmUp(config);
+  if (const auto stage = config.OptionalTable("stage")) plan.stage = hal::ReadStageBounds(*stage);
   config.Finish();
   plan.geometry.Validate(config.file());
   return plan;

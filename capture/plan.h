@@ -59,7 +59,8 @@ struct Plan {
   ExposurePolicy exposure;
   ReferencePolicy reference;
   WarmUpPolicy warm_up;
-  int dark_repeats = 4;  // per rung, at the start and again at the end
+  hal::StageBounds stage;  // to open the lab's devices with
+  int dark_repeats = 4;    // per rung, at the start and again at the end
   Order order = Order::kSerpentine;
   std::uint64_t order_seed = 1;
 };

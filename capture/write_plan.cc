@@ -65,6 +65,11 @@ void WritePlan(const std::filesystem::path& path, const Plan& plan) {
   text +=
       fmt::format("\n[warm_up]\nwindow_s = {}\ninterval_s = {}\nvariation = {}\nmax_wait_s = {}\n",
                   w.window_s, w.interval_s, w.variation, w.max_wait_s);
+  const hal::StageBounds& s = plan.stage;
+  if (s.min || s.max || s.speed_m_per_s) text += "\n[stage]\n";
+  if (s.min) text += fmt::format("min_m = [{}, {}]\n", s.min->x, s.min->y);
+  if (s.max) text += fmt::format("max_m = [{}, {}]\n", s.max->x, s.max->y);
+  if (s.speed_m_per_s) text += fmt::format("speed_m_per_s = {}\n", *s.speed_m_per_s);
   core::WriteFileAtomically(path, text);
 }
 

@@ -22,6 +22,16 @@ core::Json PrintFramesAndDarks(int frames, int darks, std::uint64_t bytes, doubl
           {"exposures_s", exposures_s}};
 }
 
+// What is in force of lab and plan.
+core::Json PrintStageLimits(const hal::Stage& stage) {
+  const hal::StageLimits limits = stage.limits();
+  fmt::print("  stage        stays within ({:.4g}, {:.4g}) to ({:.4g}, {:.4g}) m, {:.3g} m/s\n",
+             limits.min.x, limits.min.y, limits.max.x, limits.max.y, limits.speed_m_per_s);
+  return {{"min_m", {limits.min.x, limits.min.y}},
+          {"max_m", {limits.max.x, limits.max.y}},
+          {"speed_m_per_s", limits.speed_m_per_s}};
+}
+
 }  // namespace
 
 core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices& devices) {
@@ -36,6 +46,7 @@ core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices
                  ? ", to become whole periods of the frequency that the lamp is measured to have"
                  : "");
   fmt::print("  positions    {}, stage path {:.3g} m\n", estimate.positions, estimate.stage_path_m);
+  core::Json stage = PrintStageLimits(*devices.stage);
   fmt::print("  frames       at most {} ({})\n", estimate.frames,
              FormatBytes(double(estimate.bytes)));
   fmt::print("  time         at most {} after warm-up\n",
@@ -48,6 +59,7 @@ core::Json PrintDryRun(const capture::ExpandedPlan& expanded, const hal::Devices
           {"bytes", estimate.bytes},
           {"duration_s", estimate.duration_s},
           {"stage_path_m", estimate.stage_path_m},
+          {"stage", stage},
           {"off_sensor_share", estimate.off_sensor_share},
           {"exposures_s", expanded.ladder_s},
           {"measure_pwm", snapped}};
@@ -74,12 +86,14 @@ core::Json PrintDryRun(const capture::ExpandedGeometryPlan& expanded, const hal:
   for (const auto& view : expanded.views)
     fmt::print("  {:<24} stage at ({:.6g}, {:.6g}) m\n", view.target, view.setpoint.x,
                view.setpoint.y);
+  core::Json stage = PrintStageLimits(*devices.stage);
   fmt::print("  frames       {} of the board, {} of the mask ({})\n", estimate.boards,
              estimate.masks, FormatBytes(double(estimate.bytes)));
   fmt::print("  time         {} and the handling of the targets\n",
              core::FormatDuration(estimate.duration_s));
   return {{"boards", estimate.boards},
           {"masks", estimate.masks},
+          {"stage", stage},
           {"bytes", estimate.bytes},
           {"duration_s", estimate.duration_s},
           {"exposures_s", expanded.ladder_s}};

@@ -56,7 +56,9 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
   // frames do not pause.
   core::InstallPauseHandler();
   const core::Config config = core::Config::FromFile(options.plan);
-  const auto devices = [&] { return hal::MakeDevices(options.lab, seed); };
+  const auto devices = [&](const hal::StageBounds& stage = {}) {
+    return hal::MakeDevices(options.lab, seed, stage);
+  };
   switch (capture::ReadPlanKind(config)) {
     case capture::PlanKind::kSensor: {
       const capture::SensorPlan plan = capture::ReadSensorPlan(config);
@@ -65,7 +67,7 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
     }
     case capture::PlanKind::kGeometry: {
       const capture::GeometryPlan plan = capture::ReadGeometryPlan(config);
-      hal::Devices lab = devices();
+      hal::Devices lab = devices(plan.stage);
       return RunFrames(plan, lab, options, "calibration targets", capture::RunGeometryCapture);
     }
     case capture::PlanKind::kGlare: {
@@ -82,7 +84,7 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
       break;
   }
   const capture::Plan plan = capture::ReadPlan(config);
-  hal::Devices lab = devices();
+  hal::Devices lab = devices(plan.stage);
   return RunPositions(plan, lab, options);
 }
 

@@ -26,16 +26,26 @@ core::Json DryRun(const Options& options) {
   if (options.plan.empty())
     throw InputError("PLAN is missing; name a plan.toml, or ask for one with --max-error");
   const core::Config config = core::Config::FromFile(options.plan);
-  const hal::Devices devices = hal::MakeDevices(options.lab);
-  if (capture::ReadPlanKind(config) == capture::PlanKind::kSensor)
-    return PrintDryRun(capture::ExpandPlan(capture::ReadSensorPlan(config), devices), devices);
-  if (capture::ReadPlanKind(config) == capture::PlanKind::kGeometry)
-    return PrintDryRun(capture::ExpandPlan(capture::ReadGeometryPlan(config), devices), devices);
-  if (capture::ReadPlanKind(config) == capture::PlanKind::kGlare)
-    return PrintDryRun(capture::ExpandPlan(capture::ReadGlarePlan(config), devices), devices);
-  if (capture::ReadPlanKind(config) == capture::PlanKind::kFilter)
-    return PrintDryRun(capture::ExpandPlan(capture::ReadFilterPlan(config), devices), devices);
-  return PrintDryRun(capture::ExpandPlan(capture::ReadPlan(config), devices), devices);
+  const auto print = [&](const auto& plan, const hal::StageBounds& stage) {
+    const hal::Devices devices = hal::MakeDevices(options.lab, {}, stage);
+    return PrintDryRun(capture::ExpandPlan(plan, devices), devices);
+  };
+  switch (capture::ReadPlanKind(config)) {
+    case capture::PlanKind::kSensor:
+      return print(capture::ReadSensorPlan(config), {});
+    case capture::PlanKind::kGeometry: {
+      const capture::GeometryPlan plan = capture::ReadGeometryPlan(config);
+      return print(plan, plan.stage);
+    }
+    case capture::PlanKind::kGlare:
+      return print(capture::ReadGlarePlan(config), {});
+    case capture::PlanKind::kFilter:
+      return print(capture::ReadFilterPlan(config), {});
+    case capture::PlanKind::kLightField:
+      break;
+  }
+  const capture::Plan plan = capture::ReadPlan(config);
+  return print(plan, plan.stage);
 }
 
 // Goes with what is in it, whatever happens.

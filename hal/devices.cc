@@ -30,8 +30,7 @@ std::vector<std::string> TargetNames(const CalibrationTargets& targets) {
 namespace {
 
 // No watchdog: a simulated lab may compute for minutes between two operations.
-void WarnOfRealStage(const core::Config& simulated_lab) {
-  const StageOptions stage = ReadStage(simulated_lab.Table("stage"));
+void WarnOfRealStage(const StageOptions& stage) {
   if (stage.port.empty()) return;
   fmt::print(stderr,
              "luxfield: the stage on {} is real and the rest of the lab simulated: no emergency "
@@ -41,14 +40,20 @@ void WarnOfRealStage(const core::Config& simulated_lab) {
 
 }  // namespace
 
-Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed) {
+Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed,
+                    const StageBounds& plan) {
   const core::Config config = core::Config::FromFile(lab_toml);
   const core::Config lab = config.Table("lab");
-  if (lab.Choice("driver", {"sim", "devices"}) == "sim") {
-    WarnOfRealStage(config);
-    return sim::SimulatedLab(config, seed).MakeDevices();
+  const bool simulated = lab.Choice("driver", {"sim", "devices"}) == "sim";
+  const StageOptions stage = ReadStage(config.Table("stage"));
+  for (const std::string& sentence : Overruled(stage.limits, plan))
+    fmt::print(stderr, "luxfield: {}\n", sentence);
+  if (simulated) {
+    WarnOfRealStage(stage);
+    return sim::SimulatedLab(config, seed, plan).MakeDevices();
   }
-  const DeviceLab device_lab = ReadDeviceLab(config);
+  DeviceLab device_lab = ReadDeviceLab(config);
+  Tighten(device_lab.stage, plan);
   const auto watchdog =
       StartWatchdog(device_lab);  // outlives what OpenDevices opens and fails with
   Devices devices = OpenDevices(device_lab);

@@ -19,7 +19,7 @@
 #include "hal/camera.h"
 #include "hal/error.h"
 #include "hal/instruments.h"
-#include "hal/stage.h"
+#include "hal/stage_bounds.h"
 #include "lightfield/basis.h"
 #include "lightfield/chessboard.h"
 
@@ -100,10 +100,12 @@ struct Devices {
   std::function<void(const VisitPlan&)> announce;
 };
 
-// Opens the devices of lab.toml; if they are real, a watchdog is started before. Throws InputError
-// for a file that makes no sense, or a driver this version does not have, HardwareError for a
-// device that does not answer.
-Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed = {});
+// Opens the devices of lab.toml; if they are real, a watchdog is started before. The stage keeps
+// within `plan` too, which is told on stderr where it would allow more than the lab. Throws
+// InputError for a file that makes no sense, or a driver this version does not have, HardwareError
+// for a device that does not answer.
+Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed = {},
+                    const StageBounds& plan = {});
 
 // The drivers this program was built with, as `luxfield devices` lists them.
 struct DriverInfo {

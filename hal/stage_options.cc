@@ -84,6 +84,12 @@ StageOptions ReadStage(const core::Config& stage) {
   return options;
 }
 
+void Tighten(StageOptions& stage, const StageBounds& plan) {
+  stage.limits = Tightened(stage.limits, plan);
+  if (auto* setup = std::get_if<grbl::StageSetup>(&stage.setup)) setup->limits = stage.limits;
+  if (auto* setup = std::get_if<zaber::StageSetup>(&stage.setup)) setup->limits = stage.limits;
+}
+
 std::unique_ptr<Stage> OpenStage(const StageOptions& options, std::shared_ptr<core::Clock> clock) {
   auto port = OpenPort(options.port, options.baud, SecondsFromNow(kOpen_s));
   if (const auto* setup = std::get_if<grbl::StageSetup>(&options.setup))

@@ -8,7 +8,7 @@
 #include "core/clock.h"
 #include "core/config.h"
 #include "hal/grbl/machine.h"
-#include "hal/stage.h"
+#include "hal/stage_bounds.h"
 #include "hal/zaber/zaber_stage.h"
 
 namespace luxfield::hal {
@@ -22,6 +22,9 @@ struct StageOptions {
 
 // Throws InputError naming file and field.
 StageOptions ReadStage(const core::Config& stage);
+
+// Puts the tighter of both limits in place of the lab's. Throws as Tightened.
+void Tighten(StageOptions& stage, const StageBounds& plan);
 
 // The real stage; `clock` is that of the deadlines. HardwareError where it does not answer or is
 // not the stage described. `options.port` must not be empty.

@@ -119,7 +119,7 @@ CapturePlanner::CapturePlanner(const CapturePlannerOptions& options)
   if (s.lab.channels != 1)
     throw InputError(options.lab.string(), "lab.channels = 3 is not planned for",
                      "plan with the luminance alone: channels = 1");
-  s.devices = hal::sim::SimulatedLab(options.lab, options.seed).MakeDevices();
+  s.devices = hal::sim::SimulatedLab(options.lab, options.seed, options.base.stage).MakeDevices();
   const hal::CameraCapabilities camera = s.devices.camera->capabilities();
   s.times = capture::MeasureFrameTimes(s.devices);
   s.noise.camera = s.devices.rig.camera;

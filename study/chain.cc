@@ -13,7 +13,7 @@ ChainResult RunChain(const ChainOptions& options) {
   core::Stopwatch watch;
   {
     const capture::Plan plan = capture::ReadPlan(options.plan);
-    hal::Devices devices = hal::MakeDevices(options.lab, options.seed);
+    hal::Devices devices = hal::MakeDevices(options.lab, options.seed, plan.stage);
     result.capture = capture::RunCapture(plan, devices, session_folder);
   }
   result.capture_s = watch.WallSeconds();

@@ -245,14 +245,17 @@ RigDescription Describe(const World& world) {
 
 }  // namespace
 
-SimulatedLab::SimulatedLab(const core::Config& config, std::optional<std::uint64_t> seed) {
+SimulatedLab::SimulatedLab(const core::Config& config, std::optional<std::uint64_t> seed,
+                           const StageBounds& plan) {
   LabDescription lab = ReadLab(config, seed);
   config.Finish();
+  Tighten(lab.stage, plan);
   world_ = std::make_shared<World>(std::move(lab));
 }
 
-SimulatedLab::SimulatedLab(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed)
-    : SimulatedLab(core::Config::FromFile(lab_toml), seed) {}
+SimulatedLab::SimulatedLab(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed,
+                           const StageBounds& plan)
+    : SimulatedLab(core::Config::FromFile(lab_toml), seed, plan) {}
 
 Devices SimulatedLab::MakeDevices() const {
   Devices devices;

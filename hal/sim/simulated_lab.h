@@ -15,10 +15,12 @@ class World;
 
 class SimulatedLab {
  public:
-  // Throws InputError naming file and field. `seed` replaces the file's.
+  // Throws InputError naming file and field. `seed` replaces the file's, and the stage keeps within
+  // `plan` too.
   explicit SimulatedLab(const std::filesystem::path& lab_toml,
-                        std::optional<std::uint64_t> seed = {});
-  explicit SimulatedLab(const core::Config& config, std::optional<std::uint64_t> seed = {});
+                        std::optional<std::uint64_t> seed = {}, const StageBounds& plan = {});
+  explicit SimulatedLab(const core::Config& config, std::optional<std::uint64_t> seed = {},
+                        const StageBounds& plan = {});
 
   // All devices belong to this lab's one world and clock; a capture takes them all. Opens the stage
   // where lab.toml names a real one (HardwareError); its moves then take real time.

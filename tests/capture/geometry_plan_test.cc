@@ -5,6 +5,7 @@
 
 #include "capture/capture_geometry.h"
 #include "core/error.h"
+#include "core/json.h"
 #include "core/progress.h"
 #include "tests/hal/test_lab.h"
 
@@ -16,11 +17,11 @@ using hal::sim::SimulatedLab;
 using hal::sim::TestLab;
 using testing::HasSubstr;
 
-GeometryPlan MakePlan(double step_m = 0.02, double max_s = 1) {
+GeometryPlan MakePlan(double step_m = 0.02, double max_s = 1, const std::string& stage = "") {
   return ReadGeometryPlan(core::Config::FromString(
-      fmt::format("[plan]\nkind = \"geometry\"\nposes = 2\n[stage]\nstep_m = {}\n[exposure]\n"
-                  "min_s = 0.01\nmax_s = {}\n",
-                  step_m, max_s),
+      fmt::format("[plan]\nkind = \"geometry\"\nposes = 2\n[stage]\nstep_m = {}\n{}\n"
+                  "[exposure]\nmin_s = 0.01\nmax_s = {}\n",
+                  step_m, stage, max_s),
       "plan.toml"));
 }
 
@@ -64,13 +65,24 @@ TEST(GeometryPlan, RefusesWhatTheLabCannotDo) {
   EXPECT_THAT(Refusal([&] { ExpandPlan(MakePlan(), without.MakeDevices()); }),
               HasSubstr("has no targets"));
   EXPECT_THAT(Refusal([&] { ExpandPlan(MakePlan(0.2), lab.MakeDevices()); }),
-              HasSubstr("step_m = 0.2 leaves the stage's"));
+              HasSubstr("stage.step_m = 0.2: (0.2, 0) m is outside the stage's"));
   EXPECT_THAT(Refusal([&] { ExpandPlan(MakePlan(0.02, 100), lab.MakeDevices()); }),
               HasSubstr("max_s"));
   TestLab even = Bench();
   even.errors.replace(even.errors.find("rows = 3"), 8, "rows = 4");
   EXPECT_THAT(Refusal([&] { SimulatedLab twisted(even.Config()); }),
               HasSubstr("odd and an even number"));
+}
+
+TEST(GeometryPlan, KeepsWithinItsOwnLimits) {
+  const auto expand = [](const char* stage) {
+    const GeometryPlan plan = MakePlan(0.02, 1, stage);
+    return ToJson(ExpandPlan(plan, SimulatedLab(Bench().Config(), {}, plan.stage).MakeDevices()));
+  };
+  EXPECT_THAT(Refusal([&] { expand("max_m = [0.05, 0.01]"); }),
+              HasSubstr("stage.step_m = 0.02: (0, 0.02) m lies beyond stage.max_m = [0.05, 0.01]"));
+  EXPECT_EQ(expand("speed_m_per_s = 0.001").at("stage"),
+            (core::Json{{"repeatability_m", 1e-5}, {"speed_m_per_s", 0.001}}));
 }
 
 TEST(GeometryPlan, CapturesEveryViewOnceBelowSaturation) {

@@ -72,12 +72,15 @@ TEST(Plan, EveryMistakeNamesFileAndField) {
   expect(with(&PlanText::exposure, "min_s = 1\nmax_s = 0.1"), "exposure.max_s");
   expect(with(&PlanText::exposure, "min_s = 0.1\nmax_s = 1\nratio = 16"), "exposure.ratio");
   expect(with(&PlanText::exposure, "min_s = 0.1\nmax_s = 1\nrepeat = 2"), "exposure.repeat");
+  expect(with(&PlanText::more, "[stage]\nmin_m = [0, 0]\nmax_m = [0, 1]"), "stage.max_m");
+  expect(with(&PlanText::more, "[stage]\nspeed_m_per_s = -1"), "stage.speed_m_per_s");
+  expect(with(&PlanText::more, "[stage]\nsettle_s = 1"), "stage.settle_s");
   expect(with(&PlanText::more, "[warm_up]\nwindow_s = 100\nmax_wait_s = 10"), "warm_up.max_wait_s");
 }
 
 TEST(Plan, FilesSurviveASampleOfFuzzing) {
   std::vector<std::string> files;
-  for (const char* name : {"small", "sensor", "geometry"})
+  for (const char* name : {"bike", "sensor", "geometry"})
     files.push_back(core::ReadFile(fmt::format(LUXFIELD_SOURCE_DIR "/data/plans/{}.toml", name)));
   fuzz::Seeded(fuzz::PlanFile, files, 4000);
 }
@@ -100,6 +103,39 @@ TEST(Plan, MustFitTheLab) {
   expect(&PlanText::grid, "width = 12\nheight = 2", "grid position (0, 0) at (-0.11, -0.01)");
   expect(&PlanText::exposure, "min_s = 1e-5\nmax_s = 1", "exposure.min_s");
   expect(&PlanText::exposure, "min_s = 0.001\nmax_s = 100", "exposure.max_s");
+}
+
+// The grid is 3 x 2 places 0.02 m apart about the axis.
+TEST(Plan, KeepsWithinItsOwnLimitsAndTheLabs) {
+  const hal::sim::TestLab lab;
+  const auto expand = [&](const std::string& stage) {
+    PlanText text;
+    text.more = "[stage]\n" + stage;
+    const Plan plan = text.Read();
+    return ToJson(
+        ExpandPlan(plan, hal::sim::SimulatedLab(lab.Config(), {}, plan.stage).MakeDevices()));
+  };
+  const auto refusal = [&](const std::string& stage) { return MessageOf([&] { expand(stage); }); };
+  EXPECT_THAT(refusal("max_m = [0.019, 0.05]"),
+              HasSubstr("grid position (2, 0) at (0.02, -0.01) m lies beyond stage.max_m = "
+                        "[0.019, 0.05]"));
+  EXPECT_THAT(refusal("min_m = [-0.05, -0.005]"),
+              HasSubstr("grid position (0, 0) at (-0.02, -0.01) m lies beyond stage.min_m"));
+  EXPECT_THAT(refusal("min_m = [0.2, 0.2]"), HasSubstr("leaves nothing of the lab's"));
+  const core::Json json = expand("min_m = [-0.02, -0.01]\nmax_m = [0.02, 5]\nspeed_m_per_s = 0.01");
+  EXPECT_EQ(
+      json.at("stage"),
+      (core::Json{{"min_m", {-0.02, -0.01}}, {"max_m", {0.02, 5.0}}, {"speed_m_per_s", 0.01}}));
+  EXPECT_FALSE(expand("").contains("stage"));
+}
+
+TEST(Plan, NeedsALabThatWasOpenedWithItsLimits) {
+  const hal::Devices devices = hal::sim::SimulatedLab(hal::sim::TestLab{}.Config()).MakeDevices();
+  for (const char* stage : {"max_m = [0.05, 0.05]", "speed_m_per_s = 0.01"}) {
+    PlanText text;
+    text.more = std::string("[stage]\n") + stage;
+    EXPECT_THROW(ExpandPlan(text.Read(), devices), std::logic_error) << stage;
+  }
 }
 
 TEST(Plan, LadderIsWholePwmPeriods) {

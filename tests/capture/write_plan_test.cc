@@ -25,6 +25,7 @@ TEST_P(WritePlanTest, ReadPlanGivesThePlanBack) {
   plan.exposure.flicker = 0.005;
   plan.order = Order::kRandom;
   plan.order_seed = 5;
+  plan.stage = {"", {}, hal::Vec2{0.0123, 0.1}, 0.003};
   const auto file = std::filesystem::path(testing::TempDir()) /
                     (std::string("luxfield_write_plan_") + GetParam());
   WritePlan(file, plan);
@@ -48,6 +49,10 @@ TEST_P(WritePlanTest, ReadPlanGivesThePlanBack) {
   EXPECT_EQ(back.reference.interval_s, plan.reference.interval_s);
   EXPECT_EQ(back.reference.max_wait_s, plan.reference.max_wait_s);
   EXPECT_EQ(back.warm_up.variation, plan.warm_up.variation);
+  EXPECT_FALSE(back.stage.min);
+  ASSERT_TRUE(back.stage.max && back.stage.speed_m_per_s);
+  EXPECT_EQ(back.stage.max->x, 0.0123);
+  EXPECT_EQ(*back.stage.speed_m_per_s, 0.003);
   const auto &g = back.geometry, &o = plan.geometry;
   EXPECT_EQ(g.delta_m, o.delta_m);
   EXPECT_EQ(g.grid.basis, o.grid.basis);

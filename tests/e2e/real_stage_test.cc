@@ -175,6 +175,27 @@ TEST_F(RealStage, LabsThatMakeNoSense) {
       << "the truth needs no stage";
 }
 
+// The controller is sent at the plan's speed; what the plan would widen is said, and not done.
+TEST_F(RealStage, PlansTightenWhatTheLabAllows) {
+  const std::string plan = ReadText(folder_ / "plan.toml");
+  WriteText(folder_ / "slow.toml", plan + "\n[stage]\nmax_m = [5, 0.025]\nspeed_m_per_s = 0.004\n");
+  const Outcome dry = Run({"plan", "slow.toml", "--lab", "simulated.toml", "--json", "plan.json"});
+  EXPECT_EQ(dry.exit_code, 0) << dry.err;
+  EXPECT_THAT(dry.err, HasSubstr("slow.toml: stage.max_m = [5, 0.025] allows more than the lab's"));
+  EXPECT_THAT(dry.out, HasSubstr("0.025) m, 0.004 m/s"));
+  EXPECT_EQ(Json::parse(ReadText(folder_ / "plan.json")).at("stage").at("speed_m_per_s"), 0.004);
+
+  WriteText(folder_ / "narrow.toml", plan + "\n[stage]\nmax_m = [0.001, 0.05]\n");
+  for (const char* verb : {"plan", "capture"}) {
+    std::vector<std::string> words = {verb, "narrow.toml", "--lab", "simulated.toml"};
+    if (words[0] == "capture") words.insert(words.begin() + 2, "none.session");
+    const Outcome refused = Run(words);
+    EXPECT_EQ(refused.exit_code, 2) << verb;
+    EXPECT_THAT(refused.err, HasSubstr("lies beyond stage.max_m = [0.001, 0.05]")) << verb;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "none.session"));
+}
+
 // The stage reads back what the plan asks for to the nanometre, so the light is the same to the
 // bit.
 TEST_F(RealStage, CapturesAsTheSimulatedStageDoes) {
