@@ -1,9 +1,7 @@
 // luxfield reconstruct X.meas.exr -o X.lf.exr
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -39,14 +37,6 @@ void PrintRegularisation(const reconstruct::RegularisationSummary& r) {
       "bias {:.3g} % (estimated; at most {:.3g} %), of the flux {:+.2g} %\n",
       r.lambda, r.chosen ? ", of least estimated error" : "", 100 * r.noise, 100 * r.noise_before,
       100 * r.bias, 100 * r.worst_bias, 100 * r.flux_bias);
-}
-
-// Of the stage from its plan, in spacings.
-double LargestDisplacement(const lightfield::Measurements& measurements) {
-  double largest = 0;
-  for (const auto& position : measurements.positions)
-    largest = std::max(largest, std::hypot(position.displacement_m.x, position.displacement_m.y));
-  return largest / measurements.geometry.grid.spacing_m;
 }
 
 core::Json Run(const Options& options) {
@@ -93,11 +83,6 @@ core::Json Run(const Options& options) {
                                                  "photographs share",
                                                  100 * *report.filter_noise)
                                    : "");
-  if (report.solve == "none" && LargestDisplacement(measurements[0]) > 0)
-    fmt::print(
-        "  dual filters          taken at their planned places; the stage stood up to {:.2g} "
-        "spacings off\n",
-        LargestDisplacement(measurements[0]));
   fmt::print("  random error expected {:.3g} % of the RMS of C (median sigma {:.4g})\n",
              100 * report.coefficients.sigma_relative, report.coefficients.sigma_median);
   fmt::print("  negative energy       {:.3g} % of the positive{}\n",

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "reconstruct/filter_profile.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -100,13 +101,16 @@ Row MeasuredRow(const BasisGrid& grid, const MeasuredFilter& filter,
   return row;
 }
 
-Row IdealRow(const BasisGrid& grid, Vec2 centre) {
+Row IdealRow(const BasisGrid& grid, const FilterProfile& filter, Vec2 centre) {
   const double h = grid.spacing_m;
   const Vec2 origin = grid.centre(0, 0);
   const double x = (centre.x - origin.x) / h, y = (centre.y - origin.y) / h;
+  const auto overlap = [&](double offset) {
+    return std::abs(offset) < grid.basis.cells ? filter.Overlap(offset) : 0;
+  };
   std::vector<double> u, v;
-  for (int i = 0; i < grid.width; ++i) u.push_back(grid.basis.Gram(x - i));
-  for (int j = 0; j < grid.height; ++j) v.push_back(grid.basis.Gram(y - j));
+  for (int i = 0; i < grid.width; ++i) u.push_back(overlap(i - x));
+  for (int j = 0; j < grid.height; ++j) v.push_back(overlap(j - y));
   Row row;
   for (int j = 0; j < grid.height; ++j)
     for (int i = 0; i < grid.width; ++i)
@@ -245,7 +249,7 @@ struct FilterSystem::Impl {
 };
 
 FilterSystem::FilterSystem(const BasisGrid& grid, const MeasuredFilter* filter,
-                           std::span<const Vec2> centres_m)
+                           std::span<const Vec2> centres_m, lightfield::FilterKind kind)
     : impl_(std::make_unique<Impl>()) {
   const auto rows = static_cast<int>(centres_m.size()), columns = grid.count();
   if (columns > kMostCoefficients || rows < columns)
@@ -258,11 +262,13 @@ FilterSystem::FilterSystem(const BasisGrid& grid, const MeasuredFilter* filter,
     CheckFilter(grid, *filter);
     transmittance = Combine(*filter);
   }
+  std::optional<FilterProfile> ideal;
+  if (!filter) ideal.emplace(kind, grid.basis);
   std::vector<Row> all(centres_m.size());
   core::ParallelFor(all.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r)
       all[r] = filter ? MeasuredRow(grid, *filter, transmittance, centres_m[r])
-                      : IdealRow(grid, centres_m[r]);
+                      : IdealRow(grid, *ideal, centres_m[r]);
   });
   std::vector<Eigen::Triplet<double>> entries;
   double variance = 0;

@@ -29,13 +29,14 @@ class FilterSystem {
  public:
   static constexpr int kMostCoefficients = 4096;
 
-  // Ideal filters Phi where `filter` is null. At least as many rows as grid.count(), which is at
-  // most kMostCoefficients. Throws InputError naming the filter's field that does not fit the grid,
-  // the two rows that see through filters in one place where the system is singular for that
-  // reason, or its condition number above kLargestCondition (its root where there are more rows:
-  // the normal equations square it).
+  // Where `filter` is null ideal filters of `kind`: Phi, or the dual function Phi*. At least as
+  // many rows as grid.count(), which is at most kMostCoefficients. Throws InputError naming the
+  // filter's field that does not fit the grid, the two rows that see through filters in one place
+  // where the system is singular for that reason, or its condition number above kLargestCondition
+  // (its root where there are more rows: the normal equations square it).
   FilterSystem(const lightfield::BasisGrid& grid, const lightfield::MeasuredFilter* filter,
-               std::span<const lightfield::Vec2> centres_m);
+               std::span<const lightfield::Vec2> centres_m,
+               lightfield::FilterKind kind = lightfield::FilterKind::kBasis);
   ~FilterSystem();
   FilterSystem(FilterSystem&&) noexcept;
 

@@ -195,12 +195,9 @@ double GeometryVariance(const GeometryUncertainty& geometry, const Measurements&
                         double per_delta) {
   const auto& grid = measurements.geometry.grid;
   const Lattice& lattice = measurements.geometry.lattice;
-  // dQ per metre of the filter alone; behind dual filters C is that of the planned places, whatever
-  // the calibration says of them.
-  std::vector<Vec2> by_filter(static_cast<std::size_t>(grid.count()));
-  if (measurements.filter == lightfield::FilterKind::kBasis)
-    for (int m = 0; m < grid.count(); ++m)
-      by_filter[m] = print.Shift(SumLags(coefficients, weights, m));
+  std::vector<Vec2> by_filter;  // dQ per metre of the filter alone
+  for (int m = 0; m < grid.count(); ++m)
+    by_filter.push_back(print.Shift(SumLags(coefficients, weights, m)));
   const Vec2 first = grid.centre(0, 0), last = grid.centre(grid.width - 1, grid.height - 1),
              low = lattice.centre(lattice.height - 1, 0) - last,
              high = lattice.centre(0, lattice.width - 1) - first;

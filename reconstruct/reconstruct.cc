@@ -138,9 +138,9 @@ bool IsDisplaced(const Measurements& measurements) {
                      });
 }
 
-void SolveAtPlannedPlaces(const lightfield::LuminaireGeometry& geometry, const GramSolver& solver,
-                          const ReconstructOptions& options, const Pointers& images,
-                          Reconstruction* result) {
+void SolveBasis(const lightfield::LuminaireGeometry& geometry, const ReconstructOptions& options,
+                const Pointers& images, Reconstruction* result) {
+  const GramSolver solver(geometry.grid);
   const std::size_t values = geometry.plane_size() * geometry.channels;
   const double h2 = geometry.grid.spacing_m * geometry.grid.spacing_m;
   result->report.solve = "gram";
@@ -165,7 +165,7 @@ void SolveForwardModel(std::span<const Measurements> all, const ReconstructOptio
     for (int m = 0; m < grid.count(); ++m)
       centres.push_back(grid.centre(m % grid.width, m / grid.width) +
                         measurements.positions[m].displacement_m);
-  const FilterSystem system(grid, options.filter, centres);
+  const FilterSystem system(grid, options.filter, centres, all[0].filter);
   const double h2 = grid.spacing_m * grid.spacing_m;
   result->report.condition = system.condition();
   result->report.noise_gain = system.noise_gain() * h2;
@@ -184,26 +184,7 @@ void SolveForwardModel(std::span<const Measurements> all, const ReconstructOptio
         Regularise(system, grid, options.lambda, images.unknown, images.Images(geometry));
 }
 
-void SolveBasis(std::span<const Measurements> all, const ReconstructOptions& options,
-                const Pointers& images, Reconstruction* result) {
-  const auto& geometry = all[0].geometry;
-  const GramSolver solver(geometry.grid);
-  if (all.size() == 1 && !options.filter && !options.regularise && !IsDisplaced(all[0]))
-    SolveAtPlannedPlaces(geometry, solver, options, images, result);
-  else
-    SolveForwardModel(all, options, images, result);
-  result->report.coefficients = Statistics(result->coefficients, result->sigma);
-  if (options.non_negative)
-    result->report.non_negative = ProjectNonNegative(solver, images.coefficients.data(),
-                                                     geometry.plane_size() * geometry.channels);
-}
-
-void SolveDual(const Measurements& measurements, const ReconstructOptions& options,
-               const Pointers& all, Reconstruction* result) {
-  if (options.regularise)
-    throw InputError(
-        "--regularise: dual filters give C without a solve; name the filter as measured with "
-        "--filter, or merge a session taken with `basis` filters");
+void SolveDual(const Measurements& measurements, const Pointers& all, Reconstruction* result) {
   result->report.solve = "none";
   result->report.condition = result->report.noise_gain = result->report.worst_gain = 1;
   const auto& geometry = measurements.geometry;
@@ -243,10 +224,6 @@ void SolveDual(const Measurements& measurements, const ReconstructOptions& optio
   }
   result->report.incomplete.unknown = nothing_known.size();
   FillUnknown(nothing_known, all.Images(geometry));
-  result->report.coefficients = Statistics(result->coefficients, result->sigma);
-  if (options.non_negative)
-    result->report.non_negative = ProjectNonNegative(
-        GramSolver(geometry.grid), all.coefficients.data(), texels * geometry.channels);
 }
 
 }  // namespace
@@ -278,15 +255,17 @@ Reconstruction Reconstruct(std::span<const Measurements> all, const ReconstructO
     images.coefficients.push_back(result.coefficients.image(m, 0).data());
     images.coefficient_sigma.push_back(result.sigma.image(m, 0).data());
   }
-  if (all[0].filter == FilterKind::kDual && !options.filter) {
-    if (all.size() > 1)
-      throw InputError(
-          "several measurements with dual filters are solved together only with --filter, the "
-          "filter as measured; name one .meas.exr");
-    SolveDual(all[0], options, images, &result);
-  } else {
-    SolveBasis(all, options, images, &result);
-  }
+  if (all.size() > 1 || options.filter || options.regularise || IsDisplaced(all[0]))
+    SolveForwardModel(all, options, images, &result);
+  else if (all[0].filter == FilterKind::kDual)
+    SolveDual(all[0], images, &result);
+  else
+    SolveBasis(geometry, options, images, &result);
+  result.report.coefficients = Statistics(result.coefficients, result.sigma);
+  if (options.non_negative)
+    result.report.non_negative =
+        ProjectNonNegative(GramSolver(geometry.grid), images.coefficients.data(),
+                           geometry.plane_size() * geometry.channels);
   return result;
 }
 

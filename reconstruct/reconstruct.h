@@ -42,10 +42,10 @@ struct Reconstruction {
   ReconstructionReport report;
 };
 
-// `basis` filters at their places: the Gram solve. Measured filters, displaced positions or several
-// measurements of one geometry: the forward model <Phi*_r, Phi_m> (filter_system.h), by its
-// separable factors where it has them, in double. `dual` filters without a measured one: C_ij =
-// E_ij / h^2 (THEORY.md 3), no solve, at the planned places, and unknown values stay unknown.
+// `basis` filters at their places: the Gram solve. `dual` filters at theirs: C_ij = E_ij / h^2
+// (THEORY.md 3), no solve, and unknown values stay unknown. Measured filters, displaced positions,
+// several measurements of one geometry or a regularisation: the forward model <Phi*_r, Phi_m>
+// (filter_system.h), by its separable factors where it has them, in double.
 // Throws InputError if the measurements do not fit their geometry, each other or the filter, or as
 // GramSolver, FilterSystem, SolveIncomplete, SolveGeneral and Regularise do.
 Reconstruction Reconstruct(std::span<const lightfield::Measurements> measurements,

@@ -29,9 +29,9 @@ struct ReconstructionReport {
   int images = 0;
   CoefficientStatistics coefficients;
   // "gram": the banded Gram solve; "separable", "general": the forward model with measured filters,
-  // displaced positions or several measurements; "none": dual filters.
+  // displaced positions or several measurements; "none": dual filters at their places.
   std::string solve;
-  double condition = 0;                // of the 2-D system; 1 for dual filters without a solve
+  double condition = 0;                // of the 2-D system; 1 for "none"
   double noise_gain = 0;               // of white noise, in units of 1 / h^2
   double worst_gain = 0;               // of the worst mode, in units of 1 / h^2
   std::optional<double> filter_noise;  // relative, of the system (FilterSystem::matrix_noise)
