@@ -63,6 +63,10 @@ std::string ScaleText(const reconstruct::MeterScale& scale) {
       scale.degrees);
 }
 
+std::string TiltText(const reconstruct::TiltEffect& tilt) {
+  return "planes not parallel, in no row: " + TextOf(tilt);
+}
+
 // What the lab wrote about its meter; empty: nothing.
 std::string MeterText(const reconstruct::Meter& meter) {
   std::string text;
@@ -84,6 +88,7 @@ void PrintErrorBudget(const ErrorBudget& budget) {
       fmt::print("  {:<16}{:>12}\n", NameOf(s), Share(*quantity, s));
   }
   if (budget.scale) fmt::print("{}\n", ScaleText(*budget.scale));
+  if (budget.tilt) fmt::print("{}\n", TiltText(*budget.tilt));
 }
 
 void WriteBudgetReport(const ErrorBudget& budget, const std::optional<reconstruct::Meter>& meter,
@@ -95,6 +100,7 @@ void WriteBudgetReport(const ErrorBudget& budget, const std::optional<reconstruc
       session));
   if (budget.scale) page.Paragraph(ScaleText(*budget.scale));
   if (const std::string text = meter ? MeterText(*meter) : ""; !text.empty()) page.Paragraph(text);
+  if (budget.tilt) page.Paragraph(TiltText(*budget.tilt));
   std::vector<std::vector<std::string>> table{{"quantity", "value", "unit", "sigma", "relative"}};
   for (const QuantityBudget* q : All(budget))
     table.push_back({q->name, fmt::format("{:.5g}", q->value), q->unit,

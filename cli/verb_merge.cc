@@ -41,16 +41,7 @@ core::Json MergeSessionFolder(const Options& options) {
              summary.reference_frames);
   fmt::print("  stage                 at most {:.2g} spacings off its plan by its own encoder\n",
              summary.largest_displacement);
-  if (const auto& tilt = summary.tilt)
-    fmt::print(
-        "  planes not parallel   E off by up to {:.2g} % from the filter's tilt, the filter by "
-        "{:.2g} spacings from the stage's slope: not corrected{}\n",
-        100 * tilt->light, tilt->displacement,
-        tilt->BeyondStated()
-            ? fmt::format(", and more than the calibration's own uncertainty ({:.2g} %, {:.2g} "
-                          "spacings), which is what the error budget knows; shim filter and stage",
-                          100 * tilt->stated_light, tilt->stated_displacement)
-            : "");
+  if (summary.tilt) fmt::print("  planes not parallel   {}\n", TextOf(*summary.tilt));
   for (const auto& rung : summary.exposures)
     fmt::print("  exposure {:>10.6g} s {}\n", rung.exposure_s,
                rung.known

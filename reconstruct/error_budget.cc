@@ -190,6 +190,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
       result.sigma[static_cast<std::size_t>(ErrorSource::kMeter)] =
           scaled->meter_relative * std::abs(result.value);
   }
+  if (plan.tilts) budget.tilt = EffectOfTilts(plan);
   if (scaled) {
     scaled->scale.factor = std::move(budget.quantities.back());
     budget.quantities.pop_back();
@@ -227,6 +228,7 @@ nlohmann::json ToJson(const ErrorBudget& budget) {
                      {"residuals", budget.scale->residuals},
                      {"chi_squared", budget.scale->chi_squared},
                      {"degrees", budget.scale->degrees}};
+  if (budget.tilt) json["tilt"] = ToJson(*budget.tilt);
   return json;
 }
 

@@ -28,6 +28,7 @@
 #include "lightfield/measured_filter.h"
 #include "reconstruct/budget_settings.h"
 #include "reconstruct/merge_session.h"
+#include "reconstruct/tilt_effect.h"
 
 namespace luxfield::reconstruct {
 
@@ -81,6 +82,7 @@ struct MeterScale {
 struct ErrorBudget {
   std::vector<QuantityBudget> quantities;
   std::optional<MeterScale> scale;
+  std::optional<TiltEffect> tilt;  // of a calibrated geometry: in no quantity's sigma
 };
 
 // `how.observer` must be null. With a filter as measured, its own uncertainties of place and level
@@ -92,7 +94,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
                                const lightfield::MeasuredFilter* filter = nullptr);
 
 // {"quantities": [{"name", "unit", "value", "sigma", "relative", "sources": {name: sigma or
-// null}}], "scale": {...}}
+// null}}], "scale": {...}, "tilt": {...}}, the last two where they are there.
 nlohmann::json ToJson(const ErrorBudget& budget);
 
 }  // namespace luxfield::reconstruct

@@ -1,5 +1,7 @@
 #include "reconstruct/tilt_effect.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -30,6 +32,18 @@ TiltEffect EffectOfTilts(const SessionPlan& plan) {
       }
   }
   return effect;
+}
+
+std::string TextOf(const TiltEffect& effect) {
+  return fmt::format(
+      "E off by up to {:.2g} % from the filter's tilt, the filter by {:.2g} spacings from the "
+      "stage's slope: not corrected{}",
+      100 * effect.light, effect.displacement,
+      effect.BeyondStated()
+          ? fmt::format(", and more than the calibration's own uncertainty ({:.2g} %, {:.2g} "
+                        "spacings), which is what the error budget knows; shim filter and stage",
+                        100 * effect.stated_light, effect.stated_displacement)
+          : "");
 }
 
 nlohmann::json ToJson(const TiltEffect& effect) {

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 
 #include "reconstruct/session_plan.h"
 
@@ -28,6 +29,10 @@ struct TiltEffect {
 
 // Of plan.tilts, which must be there.
 TiltEffect EffectOfTilts(const SessionPlan& plan);
+
+// For people: how large, that it is not corrected, and what to do where it is beyond what is
+// stated.
+std::string TextOf(const TiltEffect& effect);
 
 // Keys as the fields above.
 nlohmann::json ToJson(const TiltEffect& effect);

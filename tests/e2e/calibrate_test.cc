@@ -305,6 +305,13 @@ TEST_F(Calibrate, Geometry) {
   const double u_m = 0.5 * 0.033;
   EXPECT_NEAR(calibrated.positions[1].displacement_m.x, 0.002 * u_m, 5e-6);
   EXPECT_NEAR(calibrated.positions[1].displacement_m.y, u_m * 0.2 * 3.14159 / 180, 5e-6);
+
+  // What merging leaves out of the tilted planes stands beside the budget.
+  const Json budget =
+      Run({"budget", "lamp", "--calibration", "bench.cal.json", "--report", "budget.html"});
+  EXPECT_GT(budget.at("tilt").at("light").get<double>(), 1e-4);
+  ExpectHolds(Page("budget.html"), "planes not parallel, in no row: E off by up to");
+  EXPECT_FALSE(Run({"budget", "lamp"}).contains("tilt"));
 }
 
 // Light strayed evenly: the veil that the share is exact for.

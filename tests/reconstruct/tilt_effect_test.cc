@@ -79,7 +79,13 @@ TEST(TiltEffect, OfASlopeIsWhereRaysPassTheFilter) {
 }
 
 TEST(TiltEffect, WithinWhatTheCalibrationStatesIsSaidToBe) {
-  EXPECT_FALSE(EffectOfTilts(Plan({1e-5, -2e-5}, {1e-5, 0})).BeyondStated());
+  const TiltEffect small = EffectOfTilts(Plan({1e-5, -2e-5}, {1e-5, 0})),
+                   large = EffectOfTilts(Plan({0.01, 0}, {}));
+  EXPECT_FALSE(small.BeyondStated());
+  EXPECT_EQ(TextOf(small).find("shim"), std::string::npos);
+  EXPECT_NE(TextOf(large).find("more than the calibration's own uncertainty (0.01 %"),
+            std::string::npos)
+      << TextOf(large);
 }
 
 }  // namespace
