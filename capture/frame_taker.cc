@@ -242,7 +242,9 @@ hal::HardwareError FrameTaker::Lost(hal::Fault fault, const std::string& problem
 
 hal::StagePosition FrameTaker::AskStage() {
   const hal::StagePosition where = devices_.stage->Where();
-  if (!where.homed) throw Lost(hal::Fault::kNotHomed, "has lost its position since it arrived");
+  if (!where.homed)
+    throw Lost(hal::Fault::kNotHomed, "has lost its position since it arrived" +
+                                          (where.lost.empty() ? "" : ": " + where.lost));
   return where;
 }
 

@@ -1,11 +1,14 @@
 #include "capture/take_session.h"
 
 #include <algorithm>
+#include <exception>
 #include <system_error>
 
 #include "capture/preflight.h"
 #include "capture/session_description.h"
+#include "core/json.h"
 #include "core/session_store.h"
+#include "hal/error.h"
 
 namespace luxfield::capture {
 
@@ -20,6 +23,21 @@ std::uint64_t BytesToCome(std::uint64_t planned, const std::filesystem::path& fo
   }
   return planned - std::min(planned, kept);
 }
+
+namespace {
+
+// What ended the run, for whoever reads the session later. A trip of the inputs the taker has
+// noted; a stage that was stopped without one was stopped at the machine.
+void NoteFailure(core::SessionWriter& session, const hal::HardwareError& error,
+                 const hal::Stage& stage) {
+  if (error.fault == hal::Fault::kStopped && error.device != stage.identity()) return;
+  try {
+    session.Append("paused", {{"reason", error.what()}});
+  } catch (const std::exception&) {  // the device's error is the one to tell
+  }
+}
+
+}  // namespace
 
 CaptureSummary TakeSession(
     const SessionToTake& what, hal::Devices& devices, const std::filesystem::path& folder,
@@ -38,8 +56,13 @@ CaptureSummary TakeSession(
   const double start = devices.clock->MonotonicSeconds();
   FrameTaker taker(devices, &session, what.ladder_s, what.max_attempts, options, summary);
   session.StartEpoch(DescribeDevices(devices));
-  taker.Home();
-  take(session, taker, summary);
+  try {
+    taker.Home();
+    take(session, taker, summary);
+  } catch (const hal::HardwareError& error) {
+    NoteFailure(session, error, *devices.stage);
+    throw;
+  }
   SwitchLampOff(devices);  // before every file is read again
   session.Seal("complete");
   summary.rig_s = devices.clock->MonotonicSeconds() - start;

@@ -46,7 +46,9 @@ void PrintStage(hal::Stage& stage) {
              stage.identity(), limits.min.x, limits.min.y, limits.max.x, limits.max.y,
              limits.speed_m_per_s);
   if (limits.resolution_m > 0) fmt::print(", steps of {:.3g} um", 1e6 * limits.resolution_m);
-  fmt::print(", {}\n", stage.Where().homed ? "homed" : "not homed");
+  const hal::StagePosition where = stage.Where();
+  fmt::print(", {}homed{}\n", where.homed ? "" : "not ",
+             where.lost.empty() ? "" : " (" + where.lost + ")");
 }
 
 // The devices of a lab; of a lab of real ones also which do not open, and why.

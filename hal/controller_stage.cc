@@ -29,7 +29,7 @@ void ControllerStage::Guarded(const Operation& operation, const std::function<vo
     if (error.fault == Fault::kStopped) stop_requested_ = false;  // it has been told
     if (error.fault == Fault::kStopped && !error.position_lost) throw;
     error.position_lost = true;
-    SetHomed(false);
+    LosePosition(error.problem);
     suspect_ = true;
     try {
       SendStop(was_homing, operation.deadline);
@@ -106,7 +106,7 @@ StagePosition ControllerStage::Where() {
     const Operation read{"read position", SecondsFromNow(kAnswer_s)};
     try {
       Guarded(read, [&] { AskPosition(read); });
-    } catch (const HardwareError& error) {
+    } catch (const HardwareError& error) {  // Known() has its reason
       if (error.fault == Fault::kTimeout || error.fault == Fault::kDisconnected) throw;
     }
   }
@@ -132,6 +132,14 @@ StagePosition ControllerStage::Known() const {
 void ControllerStage::SetHomed(bool homed) {
   const std::lock_guard lock(known_mutex_);
   known_.homed = homed;
+  if (homed) known_.lost.clear();
+}
+
+// The first cause counts: what follows it are its consequences.
+void ControllerStage::LosePosition(const std::string& why) {
+  const std::lock_guard lock(known_mutex_);
+  known_.homed = false;
+  if (known_.lost.empty()) known_.lost = why;
 }
 
 }  // namespace luxfield::hal

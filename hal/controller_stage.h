@@ -27,7 +27,8 @@ class ControllerStage : public Stage {
   void Home(double deadline_s) final;
   void MoveTo(Vec2 centre_m, double deadline_s) final;
   // Asks the controller, unless another thread drives: then what that one heard last. A lost
-  // position is an answer, silence an error (kTimeout within a second, kDisconnected).
+  // position is an answer that says why, silence an error (kTimeout within a second,
+  // kDisconnected).
   StagePosition Where() final;
   void Stop() final;
 
@@ -70,6 +71,7 @@ class ControllerStage : public Stage {
   void Restore(const Operation& operation);
   StagePosition Known() const;
   void SetHomed(bool homed);
+  void LosePosition(const std::string& why);
 
   StageLimits limits_;
   std::shared_ptr<core::Clock> clock_;

@@ -26,6 +26,7 @@ struct StagePosition {
   Vec2 readback;  // where the encoder says it is
   bool homed = false;
   bool moving = false;
+  std::string lost = {};  // what cost the position, until it is homed again; empty: nothing known
 };
 
 class Stage {

@@ -115,7 +115,21 @@ class DisturbedCapture : public Capture {
 TEST_F(DisturbedCapture, NoFrameIsKeptOnceThePositionIsLost) {
   ExpectNothingIsKept(
       "lost", [](StagePosition& where) { where.homed = false; }, hal::Fault::kNotHomed,
-      "has lost its position");
+      "has lost its position since it arrived (not homed);");
+}
+
+TEST_F(DisturbedCapture, WhatCostThePositionIsSaidAndJournalled) {
+  ExpectNothingIsKept(
+      "reason",
+      [](StagePosition& where) {
+        where.homed = false;
+        where.lost = "ALARM:1, a switch";
+      },
+      hal::Fault::kNotHomed,
+      "has lost its position since it arrived: ALARM:1, a switch (not homed);");
+  const auto pauses = RecordsOf(folder_, "paused");
+  ASSERT_EQ(pauses.size(), 1u);
+  EXPECT_THAT(pauses[0]["reason"].get<std::string>(), HasSubstr("ALARM:1, a switch"));
 }
 
 TEST_F(DisturbedCapture, NoFrameIsKeptOfAStageThatMoves) {

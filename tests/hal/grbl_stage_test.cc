@@ -119,6 +119,27 @@ TEST(GrblStage, ConnectingHaltsWhatStillMoves) {
   EXPECT_TRUE(stage.Where().homed);
 }
 
+// At rest nobody asks for an alarm's number but the next look, and only the first hears it.
+TEST(GrblStage, SaysWhatCostThePosition) {
+  fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick));
+  GrblStage stage(OpenSerialPort(host.port(), 115200), TestSetup(), kClock);
+  for (const auto& [event, reason] :
+       {std::pair{"limit switch", "ALARM:1"}, std::pair{"power cycle", "restarted"}}) {
+    stage.Home(In(20));
+    EXPECT_EQ(stage.Where().lost, "");
+    host.Suffer(event);
+    for (int look = 0; look < 2; ++look) {
+      const StagePosition where = stage.Where();
+      EXPECT_FALSE(where.homed);
+      EXPECT_THAT(where.lost, HasSubstr(reason));
+    }
+    ErrorOf([&] { stage.MoveTo({0, 0}, In(20)); });
+    EXPECT_THAT(stage.Where().lost, HasSubstr(reason)) << "the cause, not its consequences";
+  }
+  stage.Home(In(20));
+  EXPECT_EQ(stage.Where().lost, "");
+}
+
 // gnea/grbl#773: an `ok` behind ALARM:9 must not be taken for a homed machine.
 TEST(GrblStage, AFailedHomingIsAnError) {
   fakes::PtyHost host(std::make_unique<fakes::GrblMachine>(kQuick));

@@ -33,6 +33,7 @@ void StageConformance::ExpectAt(Vec2 target) {
   EXPECT_NEAR(where.readback.x, target.x, resolution);
   EXPECT_NEAR(where.readback.y, target.y, resolution);
   EXPECT_TRUE(where.homed);
+  EXPECT_EQ(where.lost, "");
   EXPECT_FALSE(where.moving);
 }
 
@@ -220,6 +221,7 @@ TEST_P(StageConformance, ARestartLosesThePosition) {
   stage().MoveTo(At(0.5, 0.5), In(kLong_s));
   if (!bench_->Restart()) GTEST_SKIP() << "this bench cannot restart";
   EXPECT_FALSE(stage().Where().homed);
+  EXPECT_NE(stage().Where().lost, "");
   ExpectUsableAgain();
 }
 
@@ -235,6 +237,7 @@ TEST_P(StageConformance, ARestartInAMoveEndsIt) {
   ASSERT_TRUE(error);
   EXPECT_TRUE(error->position_lost) << error->what();
   EXPECT_FALSE(stage().Where().homed);
+  EXPECT_NE(stage().Where().lost, "");
   ExpectUsableAgain();
 }
 
@@ -251,6 +254,7 @@ TEST_P(StageConformance, ALimitSwitchLosesThePosition) {
   EXPECT_EQ(error->fault, Fault::kStopped) << error->what();
   EXPECT_TRUE(error->position_lost);
   EXPECT_FALSE(stage().Where().homed);
+  EXPECT_NE(stage().Where().lost, "");
   ExpectUsableAgain();
 }
 

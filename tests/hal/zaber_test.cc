@@ -135,6 +135,22 @@ TEST(ZaberStage, MapsTheFilterPlaneOntoMicrosteps) {
   });
 }
 
+TEST(ZaberStage, SaysWhatCostThePosition) {
+  fakes::PtyHost host(std::make_unique<fakes::ZaberChain>(), 4);
+  ZaberStage stage(OpenSerialPort(host.port(), 115200), TestSetup(), kClock);
+  for (const auto& [event, reason] :
+       {std::pair{"limit switch", "warns FX"}, std::pair{"power cycle", "warns WR"}}) {
+    stage.Home(In(20));
+    EXPECT_EQ(stage.Where().lost, "");
+    host.Suffer(event);
+    for (int look = 0; look < 2; ++look) {
+      const StagePosition where = stage.Where();
+      EXPECT_FALSE(where.homed);
+      EXPECT_THAT(where.lost, HasSubstr(reason));
+    }
+  }
+}
+
 TEST(ZaberStage, RefusesAStageThatIsNotTheLabs) {
   fakes::PtyHost host(std::make_unique<fakes::ZaberChain>());
   const auto connecting = [&](const StageSetup& setup) {
