@@ -11,6 +11,7 @@
 #include "core/exr.h"
 #include "core/file.h"
 #include "core/json.h"
+#include "core/session_path.h"
 
 namespace luxfield::capture {
 namespace {
@@ -34,7 +35,7 @@ std::string Shown(const nlohmann::json* value) {
   return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
 }
 
-// Every field of both, but for settings, which an older session does not state.
+// Every field of both, but for camera.settings, which an older session does not state.
 void RequireSame(const nlohmann::json& then, const nlohmann::json& now, const std::string& name,
                  const std::string& file) {
   const auto find = [](const nlohmann::json& in, const std::string& key) {
@@ -57,6 +58,17 @@ void RequireSame(const nlohmann::json& then, const nlohmann::json& now, const st
   }
 }
 
+// session.json names the map; its pixels have to be the lab's.
+void RequireSameMap(const std::filesystem::path& folder, const nlohmann::json& session,
+                    const core::Image& now) {
+  const auto name = session.at("camera").at("vignetting").get<std::string>();
+  const core::Image then =
+      core::ReadExrImage(core::SessionFile(folder, name, (folder / "session.json").string()));
+  if (then.width != now.width || then.height != now.height || then.data != now.data)
+    throw InputError((folder / name).string(), "is another vignetting than that of the lab given",
+                     "resume with the lab as it was, or capture into another folder");
+}
+
 // Frames of one session are of one camera, set up and calibrated in one way.
 void RequireSameRig(const std::filesystem::path& folder, const hal::Devices& devices) {
   const std::string file = (folder / "session.json").string();
@@ -64,6 +76,9 @@ void RequireSameRig(const std::filesystem::path& folder, const hal::Devices& dev
                        now = core::ParseJson(DescribeSession(devices).session.dump(), file);
   for (const char* part : {"camera", "calibration"})
     RequireSame(core::Field<nlohmann::json>(then, part, file), now.at(part), part, file);
+  if (const auto files = then.find("lab_files"); files != then.end())  // an older one states none
+    RequireSame(*files, now.value("lab_files", nlohmann::json::object()), "lab_files", file);
+  if (devices.rig.camera.vignetting) RequireSameMap(folder, then, *devices.rig.camera.vignetting);
 }
 
 }  // namespace
@@ -108,6 +123,7 @@ SessionDescription DescribeSession(const hal::Devices& devices) {
                          {"calibration", {{"image_from_sensor", devices.rig.image_from_sensor}}},
                          {"devices", DescribeDevices(devices)},
                          {"software", {{"name", "luxfield"}, {"version", LUXFIELD_VERSION}}}};
+  if (!devices.lab_files.empty()) description.session["lab_files"] = devices.lab_files;
   return description;
 }
 

@@ -19,8 +19,8 @@ struct SessionDescription {
 SessionDescription DescribeSession(const hal::Devices& devices);
 
 // A new session of this plan, or the one in the folder where `resume` is set and there is one.
-// Throws as core::SessionWriter does, and InputError where camera or calibration are not those of
-// the session that is resumed (docs/formats/session.md).
+// Throws as core::SessionWriter does, and InputError where camera, calibration, vignetting or the
+// lab's files are not those of the session that is resumed (docs/formats/session.md).
 core::SessionWriter OpenSession(const std::filesystem::path& folder, const nlohmann::json& plan,
                                 const hal::Devices& devices, bool resume);
 

@@ -87,6 +87,7 @@ struct Devices {
   RigDescription rig;
   std::unique_ptr<Camera> camera;
   std::map<std::string, std::string> camera_settings;  // camera.settings of session.json
+  std::map<std::string, std::string> lab_files;        // of session.json: field, SHA-256
   std::unique_ptr<Stage> stage;
   std::unique_ptr<Selector> shutter;  // "open", "closed": for darks
   std::unique_ptr<Selector> print;    // "plus", "minus"; null where there is one print

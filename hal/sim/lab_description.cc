@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/cfa.h"
+#include "core/file.h"
 #include "hal/rig_options.h"
 
 namespace luxfield::hal::sim {
@@ -249,6 +250,7 @@ LabDescription ReadLab(const core::Config& config, std::optional<std::uint64_t> 
               "has delta = " + std::to_string(field->geometry.delta_m) + " m, the rig " +
                   std::to_string(lab.geometry.delta_m),
               "set rig.delta_m to the file's");
+  if (lab.lamp->field()) lab.files["lamp.file"] = core::Sha256OfFile(lamp.Path("file"));
   ReadCamera(config, lab);
 
   lab.stage = ReadStage(config.Table("stage"));

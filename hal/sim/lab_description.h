@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -47,6 +48,7 @@ struct LabDescription {
   FilterPrint Print() const;
 
   std::shared_ptr<const Lamp> lamp;
+  std::map<std::string, std::string> files;  // that lab.toml names: field, SHA-256
   LampTime lamp_time;
 
   SensorModel sensor;

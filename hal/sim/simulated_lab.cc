@@ -261,6 +261,7 @@ Devices SimulatedLab::MakeDevices() const {
   Devices devices;
   devices.clock = world_->clock();
   devices.rig = Describe(*world_);
+  devices.lab_files = world_->lab().files;
   devices.camera = std::make_unique<SimCamera>(world_);
   if (const StageOptions& stage = world_->lab().stage; stage.port.empty())
     devices.stage = std::make_unique<SimStage>(world_);

@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
+#include <map>
 
 #include "core/error.h"
 #include "tests/capture/capture_fixture.h"
@@ -93,6 +95,45 @@ TEST_F(Resume, IsRefusedWithAnotherCameraByField) {
 
 TEST_F(Resume, TakesAnySettingsWhereTheSessionStatesNone) {
   GoOn(Begun("older", [](Devices&) {}), [](Devices& d) { Settings(d, "6"); });
+}
+
+TEST_F(Resume, IsRefusedWhereTheVignettingIsAnother) {
+  const auto with = [](float corner) {
+    return [corner](Devices& d) {
+      core::Image& map = d.rig.camera.vignetting.emplace(32, 24, 1);
+      std::fill(map.data.begin(), map.data.end(), 1.0f);
+      map.data.back() = corner;
+    };
+  };
+  const auto folder = Begun("vignetting", with(0.9f));
+  try {
+    GoOn(folder, with(0.91f));
+    ADD_FAILURE() << "was resumed";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("vignetting.exr: is another vignetting"));
+  }
+  GoOn(folder, with(0.9f));
+}
+
+TEST_F(Resume, IsRefusedWhereAFileOfTheLabIsAnother) {
+  const auto with = [](const std::map<std::string, std::string>& files) {
+    return [files](Devices& d) { d.lab_files = files; };
+  };
+  const auto as_it_was = with({{"lamp.file", "aa"}});
+  const auto folder = Begun("files", as_it_was);
+  for (const auto& [files, found] :
+       {std::pair{std::map<std::string, std::string>{{"lamp.file", "bb"}}, "\"bb\""},
+        std::pair{std::map<std::string, std::string>{}, "nothing"}})
+    try {
+      GoOn(folder, with(files));
+      ADD_FAILURE() << "was resumed";
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("session.json: lab_files.lamp.file = \"aa\", the lab "
+                                          "given has " +
+                                          std::string(found)));
+    }
+  GoOn(folder, as_it_was);
+  GoOn(Begun("states none", [](Devices&) {}), as_it_was);
 }
 
 }  // namespace

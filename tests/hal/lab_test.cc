@@ -5,8 +5,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "core/error.h"
+#include "core/file.h"
 #include "hal/sim/world.h"
 #include "tests/hal/test_lab.h"
 
@@ -312,6 +314,9 @@ TEST(Truth, OfALightFieldLampIsTheFieldItself) {
   lab.lamp = "kind = \"lightfield\"\nfile = \"" + path.string() + "\"";
   const SimulatedLab simulated(lab.Config());
   EXPECT_EQ(simulated.truth(field.geometry).data, field.data);
+  const std::map<std::string, std::string> files = {{"lamp.file", core::Sha256OfFile(path)}};
+  EXPECT_EQ(simulated.MakeDevices().lab_files, files);
+  EXPECT_TRUE(SimulatedLab(TestLab{}.Config()).MakeDevices().lab_files.empty());
 
   // On a lattice twice as fine the projection has to find every texel four times.
   auto fine = field.geometry;
