@@ -89,6 +89,7 @@ nlohmann::json DescribeDevices(const hal::Devices& devices) {
   const auto add = [&](const char* role, const auto& device) {
     if (device) json[role] = device->identity();
   };
+  add("trigger", devices.trigger);
   add("shutter", devices.shutter);
   add("print", devices.print);
   add("colour", devices.colour);

@@ -70,6 +70,23 @@ core::Json TestCamera(hal::Devices& devices) {
           {"brightest_dn", most}};
 }
 
+// A few pulses, far enough apart to be seen. The lab's camera exposes to each; nobody takes the
+// frames.
+core::Json TestTrigger(hal::Devices& devices) {
+  constexpr int kPulses = 5;
+  constexpr double kApart_s = 0.5;
+  hal::SafetyGuard guard(devices);
+  hal::Trigger& trigger = *devices.trigger;
+  core::Clock& clock = *devices.clock;
+  fmt::print("{}: {} pulses, {} s apart\n", trigger.identity(), kPulses, kApart_s);
+  for (int k = 0; k < kPulses; ++k) {
+    if (k > 0) clock.SleepSeconds(kApart_s);
+    guard.ThrowIfUnsafe();
+    trigger.Pulse(clock.MonotonicSeconds() + kAnswer_s);
+  }
+  return {{"trigger", trigger.identity()}, {"pulses", kPulses}};
+}
+
 // Every position once, then back to the first.
 core::Json TestSelector(hal::Devices& devices, hal::Selector& selector) {
   hal::SafetyGuard guard(devices);
@@ -158,8 +175,8 @@ core::Json TestInputs(const std::string& lab_toml) {
 }  // namespace
 
 const std::vector<std::string>& TestableDevices() {
-  static const std::vector<std::string> names = {"stage",  "camera", "shutter", "print",
-                                                 "colour", "lamp",   "monitor", "inputs"};
+  static const std::vector<std::string> names = {"stage", "camera",  "shutter", "print", "colour",
+                                                 "lamp",  "monitor", "trigger", "inputs"};
   return names;
 }
 
@@ -182,6 +199,10 @@ core::Json TestDevice(const std::string& name, const std::string& lab_toml, doub
   if (name == "monitor") {
     has(devices.monitor);
     return TestMonitor(devices);
+  }
+  if (name == "trigger") {
+    has(devices.trigger);
+    return TestTrigger(devices);
   }
   has(devices.supply);
   return TestLamp(devices);

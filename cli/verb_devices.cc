@@ -108,6 +108,7 @@ core::Json PrintLab(const std::string& lab) {
   print_selector("print", devices.print);
   print_selector("colour", devices.colour);
   print("monitor", devices.monitor);
+  print("trigger", devices.trigger);
   print("supply", devices.supply);
   print("inputs", devices.inputs);
   fmt::print("  rig          {}, delta {:.6g} m\n", hal::RigKindName(devices.rig.kind),

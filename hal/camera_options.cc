@@ -27,6 +27,15 @@ aravis::AravisOptions ReadAravis(const core::Config& camera) {
                       static_cast<int>(r[3])};
   }
   options.readout_s = camera.Number("readout_s", options.readout_s, {0, 100});
+  if (camera.Has("trigger_source")) {
+    aravis::LineTrigger& trigger = options.line_trigger.emplace();
+    trigger.source = camera.Text("trigger_source");
+    if (trigger.source.empty() || trigger.source == "Software")
+      camera.Fail("trigger_source", "is \"" + trigger.source + "\", which is no input of a camera",
+                  "name the one that [trigger] is wired to, such as \"Line0\", or leave it out");
+    trigger.activation =
+        camera.Choice("trigger_activation", {"RisingEdge", "FallingEdge"}, trigger.activation);
+  }
   return options;
 }
 
@@ -124,6 +133,10 @@ std::map<std::string, std::string> SettingsOf(const CameraOptions& options) {
                                                    {"gain_db", fmt::format("{}", aravis->gain_db)}};
     if (const auto& r = aravis->region)
       settings["region_px"] = fmt::format("{}, {}, {}, {}", r->x, r->y, r->width, r->height);
+    if (const auto& line = aravis->line_trigger) {
+      settings["trigger_source"] = line->source;
+      settings["trigger_activation"] = line->activation;
+    }
     return settings;
   }
   std::map<std::string, std::string> settings = {{"driver", "gphoto2"}};
@@ -132,12 +145,17 @@ std::map<std::string, std::string> SettingsOf(const CameraOptions& options) {
   return settings;
 }
 
-std::unique_ptr<Camera> OpenCamera(const CameraOptions& options,
-                                   std::shared_ptr<core::Clock> clock) {
+bool NeedsTrigger(const CameraOptions& options) {
+  const auto* aravis = std::get_if<aravis::AravisOptions>(&options.driver);
+  return aravis && aravis->line_trigger;
+}
+
+std::unique_ptr<Camera> OpenCamera(const CameraOptions& options, std::shared_ptr<core::Clock> clock,
+                                   std::shared_ptr<Trigger> trigger) {
   // ReadCamera has refused drivers that are not built.
   if constexpr (kHasAravis)
     if (const auto* driver = std::get_if<aravis::AravisOptions>(&options.driver))
-      return std::make_unique<aravis::AravisCamera>(*driver, std::move(clock));
+      return std::make_unique<aravis::AravisCamera>(*driver, std::move(clock), std::move(trigger));
   if constexpr (kHasGphoto2)
     if (const auto* driver = std::get_if<gphoto2::Gphoto2Options>(&options.driver))
       return std::make_unique<gphoto2::Gphoto2Camera>(*driver, std::move(clock));

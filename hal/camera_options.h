@@ -33,9 +33,12 @@ CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels);
 // camera.settings of session.json (docs/formats/session.md).
 std::map<std::string, std::string> SettingsOf(const CameraOptions& options);
 
+// Whether a [trigger] has to be there.
+bool NeedsTrigger(const CameraOptions& options);
+
 // HardwareError where it does not answer or cannot be set as described.
-std::unique_ptr<Camera> OpenCamera(const CameraOptions& options,
-                                   std::shared_ptr<core::Clock> clock);
+std::unique_ptr<Camera> OpenCamera(const CameraOptions& options, std::shared_ptr<core::Clock> clock,
+                                   std::shared_ptr<Trigger> trigger);
 
 // image_from_sensor of session.json, for the frames that the opened camera gives.
 Homography ImageFromSensor(const CameraOptions& options, const CameraCapabilities& capabilities);

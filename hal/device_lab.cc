@@ -13,6 +13,14 @@ std::unique_ptr<Selector> OpenSelector(const gpiod::LineSelectorOptions& options
     return nullptr;  // ReadSelector has refused it
 }
 
+std::shared_ptr<Trigger> OpenTrigger(const gpiod::TriggerLineOptions& options,
+                                     const std::shared_ptr<core::Clock>& clock) {
+  if constexpr (kHasGpiod)
+    return std::make_shared<gpiod::TriggerLine>(options, clock);
+  else
+    return nullptr;  // ReadTrigger has refused it
+}
+
 }  // namespace
 
 DeviceLab ReadDeviceLab(const core::Config& config) {
@@ -38,6 +46,7 @@ DeviceLab ReadDeviceLab(const core::Config& config) {
     lab.print = ReadSelector(config.Table("print"), "print changer", {"plus", "minus"});
   if (channels == 3 && lab.rig.camera.cfa.empty())
     lab.colour = ReadSelector(config.Table("colour"), "colour wheel", {"R", "G", "B"});
+  if (NeedsTrigger(lab.camera)) lab.trigger = ReadTrigger(config.Table("trigger"));
   if (const auto supply = config.OptionalTable("supply")) lab.supply = ReadSupply(*supply);
   if (const auto monitor = config.OptionalTable("monitor")) lab.monitor = ReadMonitor(*monitor);
   config.Finish();
@@ -80,8 +89,9 @@ Devices OpenDevices(const DeviceLab& lab, const OnRefusal& on_refusal) {
   if (lab.colour) open("colour", [&] { devices.colour = OpenSelector(*lab.colour, clock); });
   open("stage", [&] { devices.stage = OpenStage(lab.stage, clock); });
   if (lab.monitor) open("monitor", [&] { devices.monitor = OpenMonitor(*lab.monitor, clock); });
+  if (lab.trigger) open("trigger", [&] { devices.trigger = OpenTrigger(*lab.trigger, clock); });
   open("camera", [&] {
-    devices.camera = OpenCamera(lab.camera, clock);
+    devices.camera = OpenCamera(lab.camera, clock, devices.trigger);
     devices.camera_settings = SettingsOf(lab.camera);
     devices.rig.image_from_sensor = ImageFromSensor(lab.camera, devices.camera->capabilities());
   });

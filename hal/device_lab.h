@@ -22,6 +22,7 @@ struct DeviceLab {
   gpiod::SafetyInputsOptions inputs;
   gpiod::LineSelectorOptions shutter;
   std::optional<gpiod::LineSelectorOptions> print, colour;
+  std::optional<gpiod::TriggerLineOptions> trigger;
   std::optional<LampSupplyOptions> supply;
   std::optional<UsbMeterOptions> monitor;
 };
@@ -36,7 +37,8 @@ std::unique_ptr<Inputs> OpenInputs(const DeviceLab& lab);
 // Told of a device that does not open: its role ("camera") and why.
 using OnRefusal = std::function<void(const std::string& role, const HardwareError& error)>;
 
-// Inputs, supply (switched off), shutter (closed), changers, stage, monitor, camera: in this order,
+// Inputs, supply (switched off), shutter (closed), changers, stage, monitor, trigger, camera: in
+// this order,
 // so that nothing opened later can do harm. Where an input is unsafe nothing else is opened:
 // HardwareError(kStopped). HardwareError where a device does not answer; those opened before are
 // closed again, the lamp off. With `on_refusal` such a device stays null and the next one follows.

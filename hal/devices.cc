@@ -71,7 +71,8 @@ std::vector<DriverInfo> Drivers() {
   if (kHasGphoto2) drivers.push_back({"gphoto2", "still cameras over PTP, by their RAW files"});
   if (kHasGpiod)
     drivers.push_back(
-        {"gpiod", "GPIO lines: safety inputs, shutter, print changer, colour wheel, lamp relay"});
+        {"gpiod",
+         "GPIO lines: safety inputs, shutter, print changer, colour wheel, trigger, lamp relay"});
   return drivers;
 }
 

@@ -20,6 +20,7 @@
 #include "hal/error.h"
 #include "hal/instruments.h"
 #include "hal/stage_bounds.h"
+#include "hal/trigger.h"
 #include "lightfield/basis.h"
 #include "lightfield/chessboard.h"
 
@@ -88,6 +89,7 @@ struct Devices {
   std::unique_ptr<Camera> camera;
   std::map<std::string, std::string> camera_settings;  // camera.settings of session.json
   std::map<std::string, std::string> lab_files;        // of session.json: field, SHA-256
+  std::shared_ptr<Trigger> trigger;  // of the camera, which has it too; null: it has its own
   std::unique_ptr<Stage> stage;
   std::unique_ptr<Selector> shutter;  // "open", "closed": for darks
   std::unique_ptr<Selector> print;    // "plus", "minus"; null where there is one print

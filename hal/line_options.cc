@@ -78,4 +78,13 @@ gpiod::LineSelectorOptions ReadSelector(const core::Config& selector, const std:
   return options;
 }
 
+gpiod::TriggerLineOptions ReadTrigger(const core::Config& trigger) {
+  RequireGpiod(trigger);
+  gpiod::TriggerLineOptions options;
+  options.chip = trigger.Text("chip", kChip);
+  options.output = ReadLine(trigger.Table("output"));
+  options.pulse_s = trigger.Number("pulse_s", options.pulse_s, {1e-5, 0.1});
+  return options;
+}
+
 }  // namespace luxfield::hal

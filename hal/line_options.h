@@ -8,6 +8,7 @@
 #include "core/config.h"
 #include "hal/gpiod/line_selector.h"
 #include "hal/gpiod/safety_inputs.h"
+#include "hal/gpiod/trigger_line.h"
 
 namespace luxfield::hal {
 
@@ -21,5 +22,8 @@ gpiod::SafetyInputsOptions ReadInputs(const core::Config& inputs);
 // it is opened.
 gpiod::LineSelectorOptions ReadSelector(const core::Config& selector, const std::string& name,
                                         const std::vector<std::string>& positions);
+
+// [trigger].
+gpiod::TriggerLineOptions ReadTrigger(const core::Config& trigger);
 
 }  // namespace luxfield::hal

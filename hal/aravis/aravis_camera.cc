@@ -63,6 +63,10 @@ class Result {
     if (!error_) return;
     Fault fault = Fault::kProtocol;
     const char* remedy = "check cable and power, then reconnect the camera";
+    if (error_->domain == ARV_GC_ERROR && error_->code == ARV_GC_ERROR_ENUM_ENTRY_NOT_FOUND) {
+      fault = Fault::kRefused;
+      remedy = "choose a setting that the camera has";
+    }
     if (error_->domain == ARV_DEVICE_ERROR) switch (error_->code) {
         case ARV_DEVICE_ERROR_NOT_CONNECTED:
         case ARV_DEVICE_ERROR_NOT_FOUND:
@@ -104,6 +108,7 @@ struct AravisCamera::Session {
   std::string name;
   Owned<ArvCamera> camera;
   Owned<ArvStream> stream;
+  std::shared_ptr<hal::Trigger> line;  // null: the camera's own command
   PixelFormat format;
   ArvPixelFormat raw_format = 0;
   Region region;
@@ -131,6 +136,8 @@ struct AravisCamera::Session {
   void Connect(const AravisOptions& options);
   bool Controls() const;
   void SetGain(double gain);
+  void SetTrigger(const std::optional<LineTrigger>& by_line);
+  void RequireReadBack(const char* feature, const std::string& value) const;
   Region SetRegion(const std::optional<Region>& asked);
   // What a register holds, for a number on which frames or their meaning depend: an answer may be
   // damaged, so two in a row must agree.
@@ -155,7 +162,8 @@ struct AravisCamera::Session {
   void Offer(Owned<ArvBuffer> buffer);
   char* EndOf(ArvBuffer* buffer) const;
   void DiscardStrayFrames(core::Clock& clock, double deadline_s);
-  void Trigger(core::Clock& clock);
+  void Trigger(core::Clock& clock, double deadline_s);
+  void TriggerBySoftware(core::Clock& clock);
   Owned<ArvBuffer> Pop(core::Clock& clock, double deadline_s);
   core::RawFrame Read(ArvBuffer* buffer) const;
 };
@@ -258,10 +266,33 @@ CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
     arv_camera_gv_set_stream_options(camera.get(), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   arv_camera_set_acquisition_mode(camera.get(), ARV_ACQUISITION_MODE_CONTINUOUS, result);
   result.ThrowIfFailed();
-  arv_camera_set_trigger(camera.get(), "Software", result);
-  result.ThrowIfFailed();
+  SetTrigger(options.line_trigger);
   Start();
   return capabilities;
+}
+
+// aravis sets selector FrameStart where a camera has it, mode, source and a rising edge.
+void AravisCamera::Session::SetTrigger(const std::optional<LineTrigger>& by_line) {
+  Result result(name, "set trigger");
+  arv_camera_set_trigger(camera.get(), by_line ? by_line->source.c_str() : "Software", result);
+  result.ThrowIfFailed();
+  if (!by_line) return;
+  arv_camera_set_string(camera.get(), "TriggerActivation", by_line->activation.c_str(), result);
+  result.ThrowIfFailed();
+  if (arv_camera_is_feature_available(camera.get(), "TriggerSelector", nullptr))
+    RequireReadBack("TriggerSelector", "FrameStart");
+  RequireReadBack("TriggerMode", "On");
+  RequireReadBack("TriggerSource", by_line->source);
+  RequireReadBack("TriggerActivation", by_line->activation);
+}
+
+void AravisCamera::Session::RequireReadBack(const char* feature, const std::string& value) const {
+  Result result(name, "set trigger");
+  const char* set = arv_camera_get_string(camera.get(), feature, result);
+  result.ThrowIfFailed();
+  if (!set || value != set)
+    throw Refused(name, "set trigger",
+                  fmt::format("{} {} reads back as {}", feature, value, set ? set : "none"));
 }
 
 void AravisCamera::Session::SetGain(double gain) {
@@ -368,7 +399,7 @@ Frame AravisCamera::Session::Expose(core::Clock& clock, double deadline_s) {
   Result result(name, "expose");
   DiscardStrayFrames(clock, deadline_s);
   const double sent_s = clock.MonotonicSeconds();
-  Trigger(clock);
+  Trigger(clock, deadline_s);
   Owned<ArvBuffer> buffer = Pop(clock, deadline_s);
   const double received_s = clock.MonotonicSeconds();
   const ArvBufferStatus status = arv_buffer_get_status(buffer.get());
@@ -433,12 +464,27 @@ void AravisCamera::Session::DiscardStrayFrames(core::Clock& clock, double deadli
     Offer(Owned<ArvBuffer>(buffer));
 }
 
-void AravisCamera::Session::Trigger(core::Clock& clock) {
+// However it ends, the camera may have heard it.
+void AravisCamera::Session::Trigger(core::Clock& clock, double deadline_s) {
+  struct Stray {
+    Session& session;
+    core::Clock& clock;
+    ~Stray() {
+      session.stray_until_s =
+          clock.MonotonicSeconds() + session.exposure_s + session.readout_s + kStray_s;
+    }
+  } const stray{*this, clock};
+  if (line)
+    line->Pulse(deadline_s);
+  else
+    TriggerBySoftware(clock);
+}
+
+void AravisCamera::Session::TriggerBySoftware(core::Clock& clock) {
   Result result(name, "expose");
   const double asked_s = clock.MonotonicSeconds();
   arv_camera_software_trigger(camera.get(), result);
   const double answered_s = clock.MonotonicSeconds();
-  stray_until_s = answered_s + exposure_s + readout_s + kStray_s;
   result.ThrowIfFailed();
   if (answered_s - asked_s > kAnswer_s)
     throw HardwareError(Fault::kIncomplete, name, "expose",
@@ -457,7 +503,9 @@ Owned<ArvBuffer> AravisCamera::Session::Pop(core::Clock& clock, double deadline_
       throw HardwareError(Fault::kStopped, name, "expose", "was stopped", "resume the session");
     if (clock.MonotonicSeconds() >= deadline_s)
       throw HardwareError(Fault::kTimeout, name, "expose", "no frame came by the deadline",
-                          "check the network, then resume");
+                          line ? "check the wire of " + line->identity() +
+                                     ", camera.trigger_source and the network, then resume"
+                               : "check the network, then resume");
   }
 }
 
@@ -498,9 +546,15 @@ std::vector<AravisDevice> ListAravisDevices() {
   return devices;
 }
 
-AravisCamera::AravisCamera(const AravisOptions& options, std::shared_ptr<core::Clock> clock)
+AravisCamera::AravisCamera(const AravisOptions& options, std::shared_ptr<core::Clock> clock,
+                           std::shared_ptr<Trigger> trigger)
     : clock_(std::move(clock)), session_(std::make_shared<Session>()) {
   session_->name = options.id.empty() ? "camera" : options.id;
+  if (options.line_trigger && !trigger)
+    throw HardwareError(Fault::kRefused, session_->name, "open",
+                        "the line that is to trigger it is not open",
+                        "mend what keeps the trigger from opening");
+  if (options.line_trigger) session_->line = std::move(trigger);
   caller_.emplace(session_->name, clock_);
   const double deadline_s = clock_->MonotonicSeconds() + kOpen_s;
   capabilities_ = caller_->Call("open", deadline_s, [session = session_, options] {

@@ -1,9 +1,9 @@
 // GigE Vision and USB3 Vision cameras, through aravis 0.8 and GenICam's standard features (SFNC).
 //
-// The camera runs with a software trigger: one trigger, one frame. Automatic exposure and gain are
-// switched off. A frame carries the camera's own exposure time, read back when it was set; frames
-// that were in flight before a trigger are thrown away, and the camera's block id has to be a new
-// one.
+// The camera runs with a trigger, by software or by a line: one trigger, one frame. Automatic
+// exposure and gain are switched off. A frame carries the camera's own exposure time, read back
+// when it was set; frames that were in flight before a trigger are thrown away, and the camera's
+// block id has to be a new one.
 #pragma once
 
 #include <memory>
@@ -14,6 +14,7 @@
 #include "core/clock.h"
 #include "hal/camera.h"
 #include "hal/deadline_caller.h"
+#include "hal/trigger.h"
 
 namespace luxfield::hal::aravis {
 
@@ -23,12 +24,20 @@ struct Region {
   bool operator==(const Region&) const = default;
 };
 
+struct LineTrigger {
+  std::string source;                     // the camera's input: "Line0", ...
+  std::string activation = "RisingEdge";  // of the input, by the pulse's first edge
+
+  bool operator==(const LineTrigger&) const = default;
+};
+
 struct AravisOptions {
   std::string id;  // as `luxfield devices` lists it; empty: the only camera there is
   std::string pixel_format = "Mono16";
   double gain_db = 0;            // the camera's Gain feature, in its own unit (dB with most)
   std::optional<Region> region;  // absent: the whole sensor
   double readout_s = 0.05;       // from the end of an exposure to the next trigger
+  std::optional<LineTrigger> line_trigger;  // absent: TriggerSoftware
 };
 
 struct AravisDevice {
@@ -40,9 +49,11 @@ std::vector<AravisDevice> ListAravisDevices();
 class AravisCamera : public Camera {
  public:
   // Waits some seconds for a camera that a killed program still holds.
-  // Throws HardwareError: kDisconnected where there is no such camera, kRefused where another
-  // program controls it or a setting does not read back, kOutOfRange for gain or region.
-  AravisCamera(const AravisOptions& options, std::shared_ptr<core::Clock> clock);
+  // With a line_trigger, `trigger` drives that line. Throws HardwareError: kDisconnected where
+  // there is no such camera, kRefused where another program controls it, a setting does not read
+  // back or the trigger is missing, kOutOfRange for gain or region.
+  AravisCamera(const AravisOptions& options, std::shared_ptr<core::Clock> clock,
+               std::shared_ptr<Trigger> trigger = {});
   ~AravisCamera() override;
 
   std::string identity() const override { return identity_; }

@@ -23,6 +23,7 @@
 
 #include "hal/error.h"
 #include "tests/aravis/camera_answers.h"
+#include "tests/fakes/line_input.h"
 #include "tests/hal/error_of.h"
 
 extern char** environ;
@@ -182,6 +183,61 @@ TEST_F(Aravis, EightBitsAsWell) {
   EXPECT_EQ(camera.capabilities().bits, 8);
   camera.Configure({100e-6}, Soon(10));
   EXPECT_EQ(camera.Expose(Soon(10)).image.dn[7], Ramp(7, 100));
+}
+
+// A line to the camera's Line0, which notes what edges found there.
+class Wire : public Trigger {
+ public:
+  explicit Wire(ArvGvFakeCamera* server) : camera_(arv_gv_fake_camera_get_fake_camera(server)) {}
+  std::string identity() const override { return "wire"; }
+  void Pulse(double) override { answered.push_back(!cut && fakes::RaiseLine0(camera_)); }
+
+  bool cut = false;
+  std::vector<bool> answered;
+
+ private:
+  ArvFakeCamera* camera_;
+};
+
+TEST_F(Aravis, ALineTriggersACameraThatIsArmed) {
+  ASSERT_NO_FATAL_FAILURE(StartServer());
+  const auto wire = std::make_shared<Wire>(server_);
+  wire->Pulse(0);
+  EXPECT_THAT(wire->answered, testing::ElementsAre(false)) << "nobody has armed it yet";
+  AravisOptions options = Options();
+  options.line_trigger = LineTrigger{"Line0"};
+  AravisCamera camera(options, clock_, wire);
+  EXPECT_EQ(wire->answered.size(), 1u) << "opening gives no pulse";
+  camera.Configure({0.002}, Soon(10));
+  for (std::size_t frames = 1; frames <= 3; ++frames) {
+    const double asked_s = clock_->MonotonicSeconds();
+    const Frame frame = camera.Expose(Soon(10));
+    EXPECT_GE(frame.t_start_s, asked_s);
+    EXPECT_EQ(frame.image.dn[7], Ramp(7, 2000));
+    ASSERT_EQ(wire->answered.size(), 1 + frames) << "one edge, one frame";
+    EXPECT_TRUE(wire->answered.back());
+  }
+  // A wire that is cut, and mended.
+  wire->cut = true;
+  const HardwareError error = ErrorOf([&] { camera.Expose(Soon(0.3)); });
+  EXPECT_EQ(error.fault, Fault::kTimeout);
+  EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("wire"), HasSubstr("camera.trigger_source")));
+  wire->cut = false;
+  EXPECT_EQ(camera.Expose(Soon(10)).image.dn[7], Ramp(7, 2000));
+}
+
+TEST_F(Aravis, ATriggerThatItDoesNotHaveIsRefused) {
+  ASSERT_NO_FATAL_FAILURE(StartServer());
+  const auto wire = std::make_shared<Wire>(server_);
+  AravisOptions options = Options();
+  for (const LineTrigger& trigger : {LineTrigger{"Line9"}, LineTrigger{"Line0", "FallingEdge"}}) {
+    options.line_trigger = trigger;
+    const HardwareError error = ErrorOf([&] { AravisCamera(options, clock_, wire); });
+    EXPECT_EQ(error.fault, Fault::kRefused) << error.what();
+  }
+  options.line_trigger = LineTrigger{"Line0"};
+  EXPECT_THAT(ErrorOf([&] { AravisCamera(options, clock_); }).what(),
+              HasSubstr("line that is to trigger it"));
 }
 
 // Pixels that tell what the camera was set to: the ramp from the region's place on the sensor, plus

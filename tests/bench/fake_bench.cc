@@ -89,8 +89,10 @@ FakeBench::FakeBench(const std::filesystem::path& folder, const std::filesystem:
       testbed_((UseANetworkOfOurOwn(), umockdev_testbed_new())),
       stage_(Controller(), kSpeedUp,
              [this](fakes::FakeDevice& device) { PlaceFilter(device, *state_); }),
-      chip_(testbed_, {"e-stop", "door", "shutter", "plus", "minus", "at-plus", "at-minus", "lamp"},
-            hal::gpiod::FakeGpioChip::Users::kOtherProcesses),
+      chip_(
+          testbed_,
+          {"e-stop", "door", "shutter", "plus", "minus", "at-plus", "at-minus", "lamp", "trigger"},
+          hal::gpiod::FakeGpioChip::Users::kOtherProcesses),
       supply_(std::make_unique<hal::usbtmc::FakeInstrument>(
           testbed_, kSupplyProduct,
           [this](const std::string& message) { return AnswerSupply(message); })),
@@ -102,6 +104,7 @@ FakeBench::FakeBench(const std::filesystem::path& folder, const std::filesystem:
   chip_.OnOutput([this](const std::string& line, bool high) {
     if (line == "shutter") state_->shutter_open = high;
     if (line == "lamp") SwitchLamp(high);
+    if (high && line == "trigger") RaiseCameraInput();
     if (high && (line == "plus" || line == "minus")) state_->print = line == "minus";
   });
   // For the programs that are started from here on.
@@ -191,6 +194,14 @@ void FakeBench::StartCamera(const std::string& network, int seed) {
   for (char c = 0; read(out[0], &c, 1) == 1 && c != '\n';) camera_port_ += c;
   close(out[0]);
   ASSERT_NE(camera_port_, "");
+}
+
+// The wire from the chip to the camera, which is another process.
+void FakeBench::RaiseCameraInput() {
+  ++pulses_;
+  constexpr std::string_view kEdge = "edge\n";
+  if (write(camera_input_, kEdge.data(), kEdge.size()) != static_cast<ssize_t>(kEdge.size()))
+    ADD_FAILURE() << "the camera's input is not to be reached";
 }
 
 bool FakeBench::SetLink(bool up) { return UseANetworkOfOurOwn() && SetLoopback(up); }

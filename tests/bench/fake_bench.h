@@ -10,6 +10,7 @@
 #include <sys/types.h>
 #include <umockdev.h>
 
+#include <atomic>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -56,8 +57,12 @@ class FakeBench {
   FakeBench& operator=(const FakeBench&) = delete;
 
   // The tables [camera] (its driver's keys), [stage] ... [monitor] of a lab.toml that names these
-  // devices.
+  // devices. A machine vision camera is triggered by its network, or by a line.
   std::string CameraKeys() const;
+  static constexpr const char* kLineKeys = "trigger_source = \"Line0\"\n";  // more of [camera]
+  static constexpr const char* kTrigger =
+      "[trigger]\ndriver = \"gpiod\"\noutput = {line = \"trigger\"}\n";
+  int trigger_pulses() { return pulses_; }
   std::string StageKeys() const;
   // The lamp is switched by its supply, or by a relay.
   std::string OtherTables(bool relay = false) const;
@@ -77,6 +82,7 @@ class FakeBench {
 
  private:
   void SwitchLamp(bool on);
+  void RaiseCameraInput();
   std::string AnswerSupply(const std::string& message);
   std::string AnswerMeter(const std::string& message);
 
@@ -92,6 +98,7 @@ class FakeBench {
   std::string preload_before_;
   pid_t camera_ = 0;
   int camera_input_ = -1;
+  std::atomic<int> pulses_ = 0;
   std::string camera_port_;  // what it says when it can be reached
 };
 

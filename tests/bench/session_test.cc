@@ -72,16 +72,17 @@ per_hour = -0.05
                      kRig, kCamera, kStage);
 }
 
-std::string RealLab(const FakeBench& bench) {
+std::string RealLab(const FakeBench& bench, bool by_line = false) {
   return fmt::format(R"([lab]
 driver = "devices"
 {}[camera]
-{}read_noise_dn = 1.6
+{}{}read_noise_dn = 1.6
 dark_current_e_per_s = 5
 {}[stage]
-{}{}{})",
-                     kRig, bench.CameraKeys(), kCamera, bench.StageKeys(), kStage,
-                     bench.OtherTables());
+{}{}{}{})",
+                     kRig, bench.CameraKeys(), by_line ? FakeBench::kLineKeys : "", kCamera,
+                     bench.StageKeys(), kStage, bench.OtherTables(),
+                     by_line ? FakeBench::kTrigger : "");
 }
 
 std::string Plan() {
@@ -214,6 +215,29 @@ TEST_F(Bench, ASessionOfAStillCameraGivesItToo) {
   RunWell(Capture());
   fmt::print("{} exposures of a still camera\n", bench_->exposures());
   ExpectTheSimulatedLightField();
+}
+
+// The camera is told by a GPIO line when to expose, and by nothing else.
+TEST_F(Bench, ASessionOfACameraThatALineTriggersGivesItToo) {
+  e2e::WriteText(folder_ / "real.toml", RealLab(*bench_, true));
+  RunWell(Capture());
+  fmt::print("{} exposures, {} pulses\n", bench_->exposures(), bench_->trigger_pulses());
+  EXPECT_EQ(bench_->trigger_pulses(), static_cast<int>(bench_->exposures()));
+  const Json session = Json::parse(e2e::ReadText(folder_ / "real.session" / "session.json"));
+  EXPECT_EQ(session.at("devices").at("trigger"), "trigger trigger on /dev/gpiochip0");
+  EXPECT_EQ(session.at("camera").at("settings").at("trigger_source"), "Line0");
+  ExpectTheSimulatedLightField();
+
+  const int before = bench_->trigger_pulses();
+  const Outcome tested = Run({"devices", "test", "trigger", "real.toml", "--json", "test.json"});
+  EXPECT_EQ(tested.exit_code, 0) << tested.err;
+  EXPECT_EQ(Json::parse(e2e::ReadText(folder_ / "test.json")).at("pulses"),
+            bench_->trigger_pulses() - before);
+  bench_->OpenDoor(true);
+  const Outcome refused = Run({"devices", "test", "trigger", "real.toml"});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("the door is open"));
+  EXPECT_EQ(bench_->trigger_pulses() - before, 5);
 }
 
 TEST_F(Bench, ResumesAfterEmergencyStopDeadCameraCutLinkPulledCableAndKilledProgram) {
@@ -361,7 +385,7 @@ TEST_F(Bench, DevicesSaysWhatIsAttachedWhoTakesItAndWhyNot) {
   for (const char* line :
        {"aravis       Aravis-Fake-LUXBENCH: Aravis Fake LUXBENCH, GigEVision at 127.0.0.1",
         "usbtmc       1209:0001: serial 7", "usbtmc       1209:0002: serial 7",
-        "gpiod        /dev/gpiochip0: fake, 8 lines", "grbl         takes it: Grbl",
+        "gpiod        /dev/gpiochip0: fake, 9 lines", "grbl         takes it: Grbl",
         "camera       Aravis Fake LUXBENCH: 64 x 64, 16 bit",
         "shutter      shutter on /dev/gpiochip0: closed, open",
         "print        print changer on /dev/gpiochip0: plus, minus", "monitor      ACME,LightMeter",

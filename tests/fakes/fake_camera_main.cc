@@ -1,6 +1,7 @@
 // fake_camera SERIAL LAB STATE: aravis' own GigE Vision camera on 127.0.0.1, which sees the
 // simulated lab of LAB where the devices of a bench have put it (bench_state.h). An exposure takes
-// its time. Prints "ready", and ends with its input.
+// its time. Prints "ready", and ends with its input; a line "edge" there is one at the camera's
+// input Line0.
 #include <arv.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "tests/fakes/line_input.h"
 #include "tests/fakes/seen_lab.h"
 
 namespace luxfield::fakes {
@@ -35,10 +37,11 @@ int Serve(const char* serial, const char* lab, const char* state) {
     std::cerr << "cannot serve on 127.0.0.1\n";
     return 1;
   }
-  arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(server), Fill, &seen);
+  ArvFakeCamera* camera = arv_gv_fake_camera_get_fake_camera(server);
+  arv_fake_camera_set_fill_pattern(camera, Fill, &seen);
   std::cout << "ready" << std::endl;
-  for (std::string line; std::getline(std::cin, line);) {
-  }
+  for (std::string line; std::getline(std::cin, line);)
+    if (line == "edge") RaiseLine0(camera);
   g_object_unref(server);
   return 0;
 }

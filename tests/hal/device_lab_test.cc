@@ -112,6 +112,37 @@ TEST_F(DeviceLabFile, ARelayInPlaceOfASupply) {
   EXPECT_TRUE(relay.lamp.active_low);
 }
 
+TEST_F(DeviceLabFile, ACameraThatALineTriggersHasOne) {
+  const std::string id = "id = \"Aravis-Fake-LUX1\"";
+  EXPECT_FALSE(ReadDeviceLab(With("prnu", "prnu")).trigger);
+  text_.replace(text_.find(id), id.size(), id + "\ntrigger_source = \"Line1\"");
+  EXPECT_THAT(ErrorWith("prnu", "prnu"), HasSubstr("trigger is missing"));
+  const std::string trigger =
+      "[trigger]\ndriver = \"gpiod\"\noutput = {line = \"9\", active_low = true}\n";
+  const DeviceLab lab = ReadDeviceLab(With("[stage]", trigger + "pulse_s = 0.01\n[stage]"));
+  ASSERT_TRUE(lab.trigger);
+  EXPECT_EQ(lab.trigger->chip, "gpiochip0");
+  EXPECT_EQ(lab.trigger->output.line, "9");
+  EXPECT_TRUE(lab.trigger->output.active_low);
+  EXPECT_EQ(lab.trigger->pulse_s, 0.01);
+  const auto settings = SettingsOf(lab.camera);
+  EXPECT_EQ(settings.at("trigger_source"), "Line1");
+  EXPECT_EQ(settings.at("trigger_activation"), "RisingEdge");
+  EXPECT_THAT(ErrorWith("[stage]", trigger + "pulse_s = 1\n[stage]"), HasSubstr("trigger.pulse_s"));
+  EXPECT_THAT(ErrorWith("[stage]", "[trigger]\ndriver = \"gpiod\"\n[stage]"),
+              HasSubstr("trigger.output"));
+  const std::string source = "trigger_source = \"Line1\"";
+  EXPECT_THAT(ErrorWith(source, "trigger_source = \"Software\""),
+              HasSubstr("camera.trigger_source"));
+  EXPECT_THAT(ErrorWith(source, source + "\ntrigger_activation = \"BothEdges\""),
+              HasSubstr("camera.trigger_activation"));
+  // Nobody asks for a trigger that no camera is triggered by.
+  text_.replace(text_.find(source), source.size(), "");
+  EXPECT_THAT(ErrorWith("[stage]", trigger + "[stage]"), HasSubstr("trigger"));
+  EXPECT_THAT(ErrorWith("prnu = 0.001", "prnu = 0.001\ntrigger_activation = \"RisingEdge\""),
+              HasSubstr("camera.trigger_activation"));
+}
+
 TEST_F(DeviceLabFile, ARealStageInASimulatedLabIsAnnouncedBeforeItIsOpened) {
   std::ifstream file(LUXFIELD_SOURCE_DIR "/data/labs/small.toml");
   std::string text(std::istreambuf_iterator<char>(file), {});
