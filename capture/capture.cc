@@ -220,7 +220,7 @@ class Run {
         TakeBracket(p, print, channel);
       }
     }
-    session_.CompletePosition(p.i, p.j);
+    taker_.CompletePosition(p.i, p.j);
     finished_.insert({p.i, p.j});
     summary_.positions = static_cast<int>(finished_.size());
   }

@@ -251,7 +251,7 @@ hal::StagePosition FrameTaker::AskStage() {
 // An answer that is not where the stage was sent to, or says that it moves, may be a garbled one:
 // it takes two in a row that agree. Frames of one place are of one place: a stage that stands
 // elsewhere than at the first of them has been displaced.
-hal::StagePosition FrameTaker::WhereItStands() {
+hal::Vec2 FrameTaker::WhereItStands() {
   constexpr int kAnswers = 5;
   constexpr double kRounding_m = 1e-9;
   const double near_m = devices_.stage->limits().resolution_m + kRounding_m;
@@ -275,15 +275,18 @@ hal::StagePosition FrameTaker::WhereItStands() {
     throw Lost(hal::Fault::kProtocol,
                fmt::format("stands at ({} m, {} m), where it had arrived at ({} m, {} m)",
                            where.readback.x, where.readback.y, stands_at_->x, stands_at_->y));
-  return where;
+  return where.readback;
 }
 
 void FrameTaker::Commit(FrameRecord record, const Shot& shot) {
   record.requested_exposure_s = ladder_s_[record.exposure_index];
   record.exposure_s = shot.frame.settings.exposure_s;
-  const hal::StagePosition where = WhereItStands();
-  record.stage_u_m = where.readback.x;
-  record.stage_v_m = where.readback.y;
+  // A bracket counts once CompletePosition has asked again: in between, controllers that answer a
+  // few times a second are left alone.
+  const bool ask = record.kind != FrameKind::kPosition || !stands_at_;
+  const hal::Vec2 where = ask ? WhereItStands() : *stands_at_;
+  record.stage_u_m = where.x;
+  record.stage_v_m = where.y;
   record.t_start_s = shot.frame.t_start_s;
   record.meter = record.kind == FrameKind::kDark ? 0 : shot.meter;
   record.attempt = shot.attempt;
@@ -295,6 +298,11 @@ void FrameTaker::Commit(FrameRecord record, const Shot& shot) {
   ++summary_.frames;
   summary_.flagged += shot.flagged;
   if (options_.on_frame) options_.on_frame(summary_);
+}
+
+void FrameTaker::CompletePosition(int i, int j) {
+  WhereItStands();
+  session_->CompletePosition(i, j);
 }
 
 void FrameTaker::Rest(double duration_s) {

@@ -64,8 +64,10 @@ class FrameTaker {
   Shot Shoot(const core::FrameRecord& place, const Doubt& doubt = {});
   // One more frame of the session, stored while the next one is taken; the record's exposure_index
   // is the rung. Throws HardwareError with position_lost, and keeps nothing, where the stage no
-  // longer knows where it is, or does not stand where it stood for the frames before.
+  // longer knows where it is, or does not stand where it stood for the frames before; of a position
+  // it is asked for the first frame and by CompletePosition, before which none of them counts.
   void Commit(core::FrameRecord record, const Shot& shot);
+  void CompletePosition(int i, int j);
 
   // A line of the session's journal.
   void Note(const std::string& type, const nlohmann::json& fields);
@@ -85,7 +87,7 @@ class FrameTaker {
   void RequireSafe();
   hal::HardwareError Lost(hal::Fault fault, const std::string& problem) const;
   hal::StagePosition AskStage();
-  hal::StagePosition WhereItStands();
+  hal::Vec2 WhereItStands();
   double ReadMonitor();
   std::string DoubtMonitor(const core::FrameRecord& place, Shot& shot) const;
   std::string Distrust(const Shot& shot, double asked_at_s) const;

@@ -2,9 +2,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
+#include <map>
 #include <memory>
+#include <set>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "hal/error.h"
 #include "tests/capture/capture_fixture.h"
@@ -12,6 +17,8 @@
 namespace luxfield::capture {
 namespace {
 
+using core::FrameKind;
+using core::FrameRecord;
 using hal::Devices;
 using hal::StagePosition;
 using hal::sim::SimulatedLab;
@@ -58,50 +65,63 @@ class DisturbedCapture : public Capture {
     RunCapture(plan_, devices, folder_, options);
   }
 
-  // Behind the darks and two positions: within the bracket of the third.
+  // How many frames an undisturbed capture has committed when the first one passes.
+  int FramesUntil(const std::function<bool(const FrameRecord&)>& passes) {
+    Run("whole", {}, -1);
+    const core::SessionReader session(folder_);
+    const auto& frames = session.frames();
+    return 1 +
+           static_cast<int>(std::find_if(frames.begin(), frames.end(), passes) - frames.begin());
+  }
+  // Of the session's third position.
   int WithinABracket() {
-    const auto whole = NewFolder("whole");
-    Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
-    int frames = 0;
-    CaptureOptions options;
-    options.on_frame = [&](const CaptureSummary& s) {
-      if (s.positions == 2 && frames == 0) frames = s.frames;
-    };
-    RunCapture(plan_, devices, whole, options);
-    return frames;
+    std::set<std::pair<int, int>> begun;
+    return FramesUntil([&](const FrameRecord& record) {
+      if (record.kind == FrameKind::kPosition) begun.insert({record.i, record.j});
+      return begun.size() == 3;
+    });
   }
 
-  void ExpectResumes() {
+  void ExpectResumes(int complete) {
     CaptureOptions options;
     options.resume = true;
     Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
-    EXPECT_EQ(RunCapture(plan_, devices, folder_, options).positions, 4);
+    EXPECT_EQ(RunCapture(plan_, devices, folder_, options).positions, 6 - complete);
     EXPECT_THAT(VerifySession(folder_).problems, testing::IsEmpty());
     int of_two_epochs = 0;
     std::map<std::pair<int, int>, int> epochs;
     const core::SessionReader session(folder_);
     for (const auto& record : session.frames())
-      if (record.kind == core::FrameKind::kPosition)
+      if (record.kind == FrameKind::kPosition)
         of_two_epochs +=
             epochs.try_emplace({record.i, record.j}, record.epoch).first->second != record.epoch;
     EXPECT_EQ(of_two_epochs, 0);
   }
 
-  void ExpectNothingIsKept(const std::string& name, const DisturbedStage::Disturbance& disturbance,
+  // After FramesUntil, disturbed once `frames` are committed: of what is taken then nothing counts.
+  void ExpectNothingCounts(int frames, const DisturbedStage::Disturbance& disturbance,
                            hal::Fault fault, const std::string& problem) {
-    const int frames = WithinABracket();
-    ASSERT_GT(frames, 0);
+    const auto undisturbed = core::SessionReader(folder_).frames();
+    ASSERT_LT(frames, undisturbed.size());
+    std::set<std::string> whole;  // their files, until then
+    for (int n = 0; n < frames; ++n) whole.insert(undisturbed[n].file);
     try {
-      Run(name, disturbance, frames);
-      FAIL() << "the bracket went on";
+      Run("disturbed", disturbance, frames);
+      FAIL() << "the capture went on";
     } catch (const hal::HardwareError& error) {
       EXPECT_EQ(error.fault, fault) << error.what();
       EXPECT_TRUE(error.position_lost);
       EXPECT_THAT(error.what(), HasSubstr(problem));
     }
-    EXPECT_EQ(RecordsOf(folder_, "frame").size(), static_cast<std::size_t>(frames));
-    EXPECT_EQ(RecordsOf(folder_, "position_complete").size(), 2u);
-    ExpectResumes();
+    const auto complete = static_cast<int>(RecordsOf(folder_, "position_complete").size());
+    std::set<std::pair<int, int>> positions;
+    const core::SessionReader disturbed(folder_);
+    for (const auto& record : disturbed.frames()) {
+      EXPECT_TRUE(whole.contains(record.file)) << record.file;
+      if (record.kind == FrameKind::kPosition) positions.insert({record.i, record.j});
+    }
+    EXPECT_EQ(positions.size(), complete);
+    ExpectResumes(complete);
   }
 
   Plan plan_ = [] {
@@ -112,15 +132,15 @@ class DisturbedCapture : public Capture {
   std::filesystem::path folder_;
 };
 
-TEST_F(DisturbedCapture, NoFrameIsKeptOnceThePositionIsLost) {
-  ExpectNothingIsKept(
-      "lost", [](StagePosition& where) { where.homed = false; }, hal::Fault::kNotHomed,
+TEST_F(DisturbedCapture, NothingCountsOnceThePositionIsLost) {
+  ExpectNothingCounts(
+      WithinABracket(), [](StagePosition& where) { where.homed = false; }, hal::Fault::kNotHomed,
       "has lost its position since it arrived (not homed);");
 }
 
 TEST_F(DisturbedCapture, WhatCostThePositionIsSaidAndJournalled) {
-  ExpectNothingIsKept(
-      "reason",
+  ExpectNothingCounts(
+      WithinABracket(),
       [](StagePosition& where) {
         where.homed = false;
         where.lost = "ALARM:1, a switch";
@@ -132,17 +152,28 @@ TEST_F(DisturbedCapture, WhatCostThePositionIsSaidAndJournalled) {
   EXPECT_THAT(pauses[0]["reason"].get<std::string>(), HasSubstr("ALARM:1, a switch"));
 }
 
-TEST_F(DisturbedCapture, NoFrameIsKeptOfAStageThatMoves) {
-  ExpectNothingIsKept(
-      "moving", [](StagePosition& where) { where.moving = true; }, hal::Fault::kProtocol,
+// No completion stands behind references: they are not committed at all. The first answer is the
+// one that completes the position before.
+TEST_F(DisturbedCapture, NoReferenceIsKeptOnceThePositionIsLost) {
+  const int frames = FramesUntil([references = 0](const FrameRecord& record) mutable {
+    return record.kind == FrameKind::kReference && ++references == 2;
+  });
+  ExpectNothingCounts(
+      frames - 1, [answers = 0](StagePosition& where) mutable { where.homed = ++answers == 1; },
+      hal::Fault::kNotHomed, "has lost its position");
+}
+
+TEST_F(DisturbedCapture, NothingCountsOfAStageThatMoves) {
+  ExpectNothingCounts(
+      WithinABracket(), [](StagePosition& where) { where.moving = true; }, hal::Fault::kProtocol,
       "do not name one place");
 }
 
 // Somebody turned the knob: it stands, and says where, but not where the bracket began.
-TEST_F(DisturbedCapture, NoFrameIsKeptOfAStageThatWasDisplaced) {
-  ExpectNothingIsKept(
-      "displaced", [](StagePosition& where) { where.readback.x += 1e-3; }, hal::Fault::kProtocol,
-      "where it had arrived");
+TEST_F(DisturbedCapture, NothingCountsOfAStageThatWasDisplaced) {
+  ExpectNothingCounts(
+      WithinABracket(), [](StagePosition& where) { where.readback.x += 1e-3; },
+      hal::Fault::kProtocol, "where it had arrived");
 }
 
 TEST_F(DisturbedCapture, OneGarbledAnswerIsAskedAgain) {
@@ -156,6 +187,20 @@ TEST_F(DisturbedCapture, OneGarbledAnswerIsAskedAgain) {
       WithinABracket());
   EXPECT_GT(answers, 4);
   EXPECT_THAT(VerifySession(folder_).problems, testing::IsEmpty());
+}
+
+// Controllers answer a few times a second (Grbl's document: five), cameras more often.
+TEST_F(DisturbedCapture, AStageIsAskedTwiceABracketWhateverItsLength) {
+  const auto answers_of = [this](int repeats) {
+    plan_.exposure.repeats = repeats;
+    int answers = 0;
+    Run(
+        "answers", [&](StagePosition&) { ++answers; }, 1);
+    return answers;
+  };
+  const int of_few = answers_of(1);
+  EXPECT_GT(of_few, 8);  // four positions
+  EXPECT_EQ(answers_of(5), of_few);
 }
 
 }  // namespace
