@@ -43,6 +43,9 @@ void AddBenchCapture(Program& program, CLI::App& benches) {
   verb.add_option("--frames", options->stream_frames, "Frames of the camera with a fixed rate")
       ->capture_default_str();
   verb.add_option("--fps", options->stream_fps, "Its rate")->capture_default_str();
+  verb.add_option("--stage", options->stage,
+                  "A lab.toml whose [stage] is real: it is homed and asked in every capture")
+      ->check(CLI::ExistingFile);
   verb.add_option("--folder", options->folder, "Scratch, on the disk to be measured")
       ->capture_default_str();
 }

@@ -14,13 +14,14 @@
 #include "core/random.h"
 #include "core/stopwatch.h"
 #include "hal/sim/simulated_lab.h"
+#include "hal/stage_options.h"
 
 namespace luxfield::study {
 namespace {
 
 constexpr double kBlack_dn = 400, kSaturation_dn = 60000, kGain = 0.16, kReadNoise_dn = 2;
 
-// Camera and stage aside, a lab like any other.
+// The camera aside, a lab like any other.
 constexpr const char* kLab = R"([lab]
 driver = "sim"
 [rig]
@@ -159,6 +160,15 @@ capture::Plan OnePosition(const hal::RigDescription& rig, double shortest_s, int
   return plan;
 }
 
+std::unique_ptr<hal::Stage> RealStage(const std::filesystem::path& lab_toml,
+                                      const std::shared_ptr<core::Clock>& clock) {
+  const hal::StageOptions stage = hal::ReadStage(core::Config::FromFile(lab_toml).Table("stage"));
+  if (stage.port.empty())
+    throw InputError(lab_toml.string(), "stage.driver: names no real stage",
+                     "name the lab of a real one, or leave --stage out");
+  return hal::OpenStage(stage, clock);
+}
+
 struct Run {
   std::vector<double> committed_s;  // when each frame of the position was handed to storage
   int missed = 0;
@@ -175,6 +185,7 @@ Run Capture(const BenchCaptureOptions& options, double shortest_s, int rungs, in
   devices.announce = {};
   devices.monitor.reset();  // its warm-up runs on the simulated clock
   devices.rig.camera.read_noise_dn = kReadNoise_dn;
+  if (options.stage) devices.stage = RealStage(*options.stage, devices.clock);
   const auto view = std::make_shared<View>();
   devices.shutter = std::make_unique<Shutter>(view);
   auto owned = std::make_unique<Camera>(options.side, shortest_s, period_s, devices.clock, view);

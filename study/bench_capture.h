@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 
 namespace luxfield::study {
 
@@ -12,6 +13,9 @@ struct BenchCaptureOptions {
   double exposure_s = 0.1;   // the shorter; the other is twice as long
   int stream_frames = 1000;  // of a camera that gives frames at a fixed rate
   double stream_fps = 20;
+  // A lab.toml whose [stage], a real one, takes the place of the simulated one: homed, sent to its
+  // middle and asked for where it stands, as in every capture.
+  std::optional<std::filesystem::path> stage;
   std::filesystem::path folder;  // scratch, on the disk to be measured: 2 bytes a pixel and frame
 };
 
@@ -27,8 +31,10 @@ struct BenchCaptureOptions {
 //                    that, whether it is asked or not: `missed` starts had to pass unused
 //   peaks_mib        largest resident set over each tenth of the frames
 //
+// Frames are copied once when they are handed over, which is what unpacking 16-bit pixels is. There
+// is no monitor: it would be read before and after each exposure, for as long as it takes.
 // Least for a frame: read once to judge it, once to hash, once to write. Throws InputError for
-// options below 1.
+// options below 1 and a lab without a real stage, HardwareError of that stage.
 nlohmann::json BenchCapture(const BenchCaptureOptions& options);
 
 }  // namespace luxfield::study

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -131,6 +132,25 @@ TEST_F(RealStage, DevicesSayWhoTakesThePort) {
   const Outcome asked = Run({"devices", "--port", zaber.port()});
   EXPECT_THAT(asked.out, HasSubstr("zaber        takes it: device 1: id 50001, 2: id 50002"));
   EXPECT_THAT(asked.out, HasSubstr("grbl         refuses it: no status report"));
+}
+
+TEST_F(RealStage, IsPartOfTheCaptureBench) {
+  FakeDevice grbl(kGrbl);
+  WriteGrblLab(grbl.port());
+  const std::vector<std::string> bench = {
+      "bench",  "capture", "--side",     "32",    "--frames", "20",        "--fps",       "100",
+      "--json", "b.json",  "--exposure", "0.002", "--stage",  "real.toml", "--exposures", "10"};
+  const Outcome measured = Run(bench);
+  EXPECT_EQ(measured.exit_code, 0) << measured.err;
+  EXPECT_EQ(Json::parse(ReadText(folder_ / "b.json")).at("rows").at(1).at("frames"), 20);
+  grbl.Tell("freeze");
+  EXPECT_EQ(Run(bench).exit_code, 3);
+  std::vector<std::string> simulated = bench;
+  std::replace(simulated.begin(), simulated.end(), std::string("real.toml"),
+               std::string("simulated.toml"));
+  const Outcome refused = Run(simulated);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("names no real stage"));
 }
 
 TEST_F(RealStage, TestsStayWithinTheirBounds) {
