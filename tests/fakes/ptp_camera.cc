@@ -78,6 +78,11 @@ std::size_t PtpCamera::files() const {
   return files_.size();
 }
 
+void PtpCamera::Leave(int pictures) {
+  const std::lock_guard lock(mutex_);
+  for (int n = 0; n < pictures; ++n) files_[static_cast<std::uint32_t>(++exposures_)] = "picture";
+}
+
 PtpReply PtpCamera::Execute(const PtpOperation& operation) {
   const std::lock_guard lock(mutex_);
   const std::uint32_t handle = operation.parameters[0];

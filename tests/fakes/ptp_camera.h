@@ -50,6 +50,7 @@ class PtpCamera {
   void Set(const Faults& faults);
   int exposures() const;
   std::size_t files() const;  // that lie in the camera
+  void Leave(int pictures);   // of somebody else's, in the camera
 
   PtpReply Execute(const PtpOperation& operation);
   // The next event, once its time has come; nothing when none has by `give_up` or Wake() was

@@ -122,6 +122,8 @@ void PtpIpHost::Run() {
     if (poll(&waiting, 1, -1) < 0) continue;
     const int socket = accept(listener_, nullptr, nullptr);
     if (socket < 0) continue;
+    const int at_once = 1;  // a reply's packets do not wait for one another's acknowledgement
+    setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &at_once, sizeof at_once);
     const auto hello = Receive(socket);
     if (hello && hello->kind == kInitCommand) {
       if (commands >= 0) close(commands);

@@ -236,6 +236,15 @@ TEST_F(StillCamera, AConnectionThatIsResetWhileItIsOpenedEndsInAnError) {
   }
 }
 
+// Libgphoto2 asks about every picture on the card before it hands over the first new one.
+TEST_F(StillCamera, APictureOfACardFullOfOthersIsTheOneJustTaken) {
+  bench_.camera.Leave(1000);
+  Gphoto2Camera camera(bench_.Options(), clock_);
+  camera.Configure({0.001}, Soon(10));
+  ExpectFrame(camera.Expose(Soon(10)), 0.001);
+  EXPECT_EQ(bench_.camera.files(), 1000u);
+}
+
 // One reply, or some, of a camera that is damaged or means harm: lengths, counts and texts of any
 // value, packets that end early or go on.
 fakes::PtpIpHost::Damage Hostile(core::Random random) {
