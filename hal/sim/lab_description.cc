@@ -169,6 +169,7 @@ void ReadErrors(const core::Config& config, LabDescription& lab) {
   source("shutter", [&](const core::Config& c, bool on) {
     set(on, lab.shutter_jitter_s, c.Number("jitter_s", 0, {0, 1}));
     set(on, lab.shutter_offset_s, c.Number("offset_s", 0, {-1, 1}));
+    set(on, lab.shutter_time_s, c.Number("time_s", 0, {0, 1}));
   });
   source("warm_up", [&](const core::Config& c, bool on) {
     set(on, lab.lamp_time.warm_up_excess, c.Number("excess", {-0.9, 10}));

@@ -56,7 +56,7 @@ struct LabDescription {
   bool vignetting_calibrated = true, hot_pixels_calibrated = true;
   double min_exposure_s = 0, max_exposure_s = 0, exposure_step_s = 0, readout_s = 0;
   // The real exposure less the one read back: always, and rms about that.
-  double shutter_offset_s = 0, shutter_jitter_s = 0;
+  double shutter_offset_s = 0, shutter_time_s = 0, shutter_jitter_s = 0;
 
   StageOptions stage;
   double stage_repeatability_m = 0;  // rms per axis and move; the encoder does not see it

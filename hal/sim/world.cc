@@ -1,6 +1,7 @@
 #include "hal/sim/world.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -12,7 +13,8 @@
 namespace luxfield::hal::sim {
 namespace {
 
-constexpr std::uint64_t kStageStream = 3, kShutterStream = 4, kSpacerStream = 7;
+constexpr std::uint64_t kStageStream = 3, kShutterStream = 4, kSpacerStream = 7,
+                        kShutterTimeStream = 9;
 constexpr int kPointsPerAxis = 3;  // per sensor pixel, reflector rig
 
 // Where the sensor's outline lies on I, about the filter's axis.
@@ -297,6 +299,10 @@ double World::LampFactor() const {
 core::RawFrame World::Expose(double exposure_s, std::uint64_t frame_id) {
   const std::uint64_t stream = (static_cast<std::uint64_t>(epoch_) << 32) + frame_id;
   double real_exposure_s = exposure_s + lab_.shutter_offset_s;
+  if (lab_.shutter_time_s > 0)
+    real_exposure_s += lab_.shutter_time_s * core::Random(lab_.seed ^ kShutterTimeStream,
+                                                          std::bit_cast<std::uint64_t>(exposure_s))
+                                                 .Normal();
   if (lab_.shutter_jitter_s > 0)
     real_exposure_s +=
         lab_.shutter_jitter_s * core::Random(lab_.seed ^ kShutterStream, stream).Normal();

@@ -210,6 +210,31 @@ TEST(Lab, ShutterJitterAndMonitorNoiseHaveTheirStatedSize) {
   EXPECT_NEAR(sum_monitor, 1, 4 * kMonitor / std::sqrt(kCount));
 }
 
+TEST(Lab, AWrongExposureTimeIsWrongAlikeWheneverItIsTaken) {
+  constexpr int kTimes = 200;
+  constexpr double kError_s = 0.002;
+  TestLab lab = WithError("shutter", "time_s = 0.002");
+  lab.camera = "pitch_m = 0.1\nwidth = 2\nheight = 2";
+  lab.lamp = "kind = \"square\"\nside_m = 0.06\nradiance = 10000";
+  Devices devices = SimulatedLab(lab.Config()).MakeDevices();
+  TestLab right = lab;
+  right.errors = "";
+  Devices without = SimulatedLab(right.Config()).MakeDevices();
+  devices.supply->SetOutput(true, kSoon);
+  without.supply->SetOutput(true, kSoon);
+  const auto signal = [](Devices& of, double exposure_s) {
+    of.camera->Configure({exposure_s}, kSoon);
+    return SignalOf(of.camera->Expose(kSoon).image);
+  };
+  double squares = 0;
+  for (int k = 0; k < kTimes; ++k) {
+    const double exposure_s = 0.03 + 1e-4 * k, once = signal(devices, exposure_s);
+    EXPECT_EQ(signal(devices, exposure_s), once);
+    squares += std::pow((once / signal(without, exposure_s) - 1) * exposure_s, 2) / kTimes;
+  }
+  EXPECT_NEAR(std::sqrt(squares) / kError_s, 1, 4 / std::sqrt(2.0 * kTimes));
+}
+
 TEST(Lab, StrayLightAddsItsShareEvenly) {
   TestLab clean;
   clean.lab = "";
