@@ -14,7 +14,7 @@ struct Options {
   std::string session, settings, report, lamp_level = "first-reference", flat_field, filter;
   std::vector<std::string> calibrations;
   std::vector<std::vector<double>> at;
-  bool skip_hashes = false;
+  bool skip_hashes = false, estimate_exposures = false;
 };
 
 core::Json Run(const Options& options) {
@@ -30,6 +30,7 @@ core::Json Run(const Options& options) {
   reconstruct::MergeSessionOptions how;
   how.check_hashes = !options.skip_hashes;
   how.flat_field = options.flat_field;
+  how.estimate_exposures = options.estimate_exposures;
   how.calibrations.assign(options.calibrations.begin(), options.calibrations.end());
   how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
                                                    : reconstruct::LampLevel::kFirstReference;
@@ -70,6 +71,8 @@ void AddBudget(Program& program) {
   verb.add_option("--calibration", options->calibrations, "As of merge: a .cal.json");
   verb.add_option("--flat-field", options->flat_field, "As of merge: a .flat.exr");
   verb.add_option("--filter", options->filter, "As of reconstruct: a .filter.exr");
+  verb.add_flag("--estimate-exposures", options->estimate_exposures,
+                "As of merge: exposure times from the frames");
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }

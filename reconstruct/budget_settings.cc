@@ -18,6 +18,7 @@ ErrorSizes ReadSizes(const Config& table) {
   constexpr double kLargestLength_m = 0.1, kHalf = 0.5;
   ErrorSizes sizes;
   sizes.shutter_jitter_s = Size(table, "shutter_jitter_s", 1);
+  sizes.exposure_time_s = Size(table, "exposure_time_s", 1);
   sizes.lamp_wander = Size(table, "lamp_wander", kHalf);
   if (sizes.lamp_wander)
     sizes.lamp_wander_period_s = table.Number("lamp_wander_period_s", {1e-3, 1e9});

@@ -15,7 +15,8 @@ namespace luxfield::reconstruct {
 // Standard deviations; absent: nobody states it.
 struct ErrorSizes {
   std::optional<double> shutter_jitter_s;
-  std::optional<double> lamp_wander;  // relative, covariance lamp_wander^2 cos(2 pi t / period)
+  std::optional<double> exposure_time_s;  // of each exposure time, in all its frames
+  std::optional<double> lamp_wander;      // relative, covariance lamp_wander^2 cos(2 pi t / period)
   double lamp_wander_period_s = 0;
   std::optional<double> monitor;  // relative, per reading
   std::optional<double> stage_m;  // per axis and arrival

@@ -25,12 +25,13 @@ using lightfield::LightField;
 using lightfield::Weights;
 
 constexpr std::array<const char*, kErrorSources> kNames = {
-    "photon noise", "read noise",        "PRNU",
-    "shutter",      "lamp drift",        "monitor",
-    "stage",        "image shift",       "geometry",
-    "print shift",  "density",           "density gamma",
-    "grain",        "filter noise",      "stray light",
-    "light meter",  "missing positions", "basis"};
+    "photon noise",  "read noise",     "PRNU",
+    "shutter",       "exposure times", "lamp drift",
+    "monitor",       "stage",          "image shift",
+    "geometry",      "print shift",    "density",
+    "density gamma", "grain",          "filter noise",
+    "stray light",   "light meter",    "missing positions",
+    "basis"};
 
 // Of every quantity; nothing where the geometry is as the session states it.
 std::optional<std::vector<double>> GeometrySigmas(const MergeSessionOptions& how,

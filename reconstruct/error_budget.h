@@ -33,26 +33,27 @@
 namespace luxfield::reconstruct {
 
 enum class ErrorSource {
-  kPhotonNoise,   // shot noise of the light, in positions and references
-  kReadNoise,     // read noise, rounding, shot noise of the dark current, and the averaged darks
-  kPrnu,          // the same pixels in every position
-  kShutter,       // real exposure times
-  kLampDrift,     // what interpolation between references does not follow
-  kMonitor,       // readings of the lamp monitor, where they state the level
-  kStage,         // arrivals, of positions and references
-  kImageShift,    // image_from_sensor against the filter's axis
-  kGeometry,      // what a calibration of the geometry states of itself
-  kPrintShift,    // the print in its holder
-  kDensity,       // of the print
-  kDensityGamma,  //
-  kGrain,         //
-  kFilterNoise,   // of the photographs of a filter used as measured
-  kStrayLight,    //
-  kMeter,         // the light meter's readings and calibration
-  kMissing,       // what positions that texels did not see leave open (missing_positions.h)
-  kBasis,         // what the basis does not resolve of the lamp (basis_truncation.h)
+  kPhotonNoise,    // shot noise of the light, in positions and references
+  kReadNoise,      // read noise, rounding, shot noise of the dark current, and the averaged darks
+  kPrnu,           // the same pixels in every position
+  kShutter,        // real exposure times, frame by frame
+  kExposureTimes,  // what is common to the frames of one exposure time
+  kLampDrift,      // what interpolation between references does not follow
+  kMonitor,        // readings of the lamp monitor, where they state the level
+  kStage,          // arrivals, of positions and references
+  kImageShift,     // image_from_sensor against the filter's axis
+  kGeometry,       // what a calibration of the geometry states of itself
+  kPrintShift,     // the print in its holder
+  kDensity,        // of the print
+  kDensityGamma,   //
+  kGrain,          //
+  kFilterNoise,    // of the photographs of a filter used as measured
+  kStrayLight,     //
+  kMeter,          // the light meter's readings and calibration
+  kMissing,        // what positions that texels did not see leave open (missing_positions.h)
+  kBasis,          // what the basis does not resolve of the lamp (basis_truncation.h)
 };
-constexpr int kErrorSources = 18;
+constexpr int kErrorSources = 19;
 
 // "photon noise" ...
 const char* ErrorSourceName(ErrorSource source);

@@ -232,19 +232,18 @@ void ErrorPropagation::OnBracket(const MergedBracket& bracket) {
           sums.read_variance += a * a * sample.own_variance;
           light[n] += a * x;
           if (sample.dark_variance > 0) {
-            std::vector<double>& dark = sums.dark[bracket.exposures[n].exposure_s];
+            std::vector<double>& dark = sums.dark[bracket.records[n]->exposure_s];
             dark.resize(by_rate.size());
             dark[p] += a / sample.k;
           }
         }
       }
-      for (std::size_t n = 0; n < light.size(); ++n)
-        sums.frames.push_back({bracket.records[n], light[n]});
+      for (std::size_t n = 0; n < light.size(); ++n) sums.light[bracket.records[n]] += light[n];
     }
   });
 }
 
-ErrorPropagation::ReferenceTerms ErrorPropagation::Terms(const Sums& sums) const {
+ErrorPropagation::ReferenceTerms ErrorPropagation::Terms(const FrameLights& lights) const {
   ReferenceTerms terms{std::vector<double>(references_.size()),
                        std::vector<double>(references_.size())};
   std::map<std::tuple<int, int, double>, std::size_t> at;
@@ -253,18 +252,17 @@ ErrorPropagation::ReferenceTerms ErrorPropagation::Terms(const Sums& sums) const
         MiddleOf(*references_[j].record)}] = j;
   double all = 0;
   // A frame's light is divided by factor = sum share_j S_j / S_first x level.
-  for (const FrameTerm& frame : sums.frames) {
-    const auto shares =
-        drift_.Shares(frame.record->epoch, frame.record->channel, MiddleOf(*frame.record));
+  for (const auto& [record, light] : lights) {
+    const auto shares = drift_.Shares(record->epoch, record->channel, MiddleOf(*record));
     double factor = 0;
     for (const auto& s : shares) factor += s.share * s.factor;
     for (const auto& s : shares) {
-      const std::size_t j = at.at({frame.record->epoch, frame.record->channel, s.time_s});
-      const double part = frame.light * s.share * s.factor / factor;
+      const std::size_t j = at.at({record->epoch, record->channel, s.time_s});
+      const double part = light * s.share * s.factor / factor;
       terms.signal[j] -= part;
       terms.signal[references_[j].first] += part;
     }
-    if (!shares.empty()) all += frame.light;
+    if (!shares.empty()) all += light;
   }
   // level = mean of meter_j S_first / S_j.
   for (std::size_t j = 0; j < references_.size(); ++j) {
@@ -291,23 +289,37 @@ double ErrorPropagation::ReadVariance(const Sums& sums, const ReferenceTerms& te
   }
   std::map<double, int> counts;
   for (const FrameRecord& record : input_.session.frames())
-    if (record.kind == FrameKind::kDark) ++counts[record.exposure_s];
+    if (record.kind == FrameKind::kDark && !record.flagged) ++counts[record.exposure_s];
   for (const auto& [exposure_s, values] : dark)
     variance += SumOfSquares(values) * own_variance_dn2(exposure_s) / counts.at(exposure_s);
   return variance;
 }
 
-double ErrorPropagation::ShutterVariance(const Sums& sums, const ReferenceTerms& terms) const {
+double ErrorPropagation::ShutterVariance(const FrameLights& lights,
+                                         const ReferenceTerms& terms) const {
   double per_s2 = 0;
   const auto add = [&](const FrameRecord& record, double light) {
     per_s2 += light * light / (record.exposure_s * record.exposure_s);
   };
-  for (const FrameTerm& frame : sums.frames) add(*frame.record, frame.light);
+  for (const auto& [record, light] : lights) add(*record, light);
   for (std::size_t j = 0; j < references_.size(); ++j) add(*references_[j].record, terms.signal[j]);
   return per_s2;
 }
 
-double ErrorPropagation::DriftVariance(const Sums& sums, const ReferenceTerms& terms,
+double ErrorPropagation::ExposureTimesVariance(const FrameLights& lights,
+                                               const ReferenceTerms& terms) const {
+  std::map<double, double> per_s;  // by exposure time
+  const auto add = [&](const FrameRecord& record, double light) {
+    per_s[record.exposure_s] += light / record.exposure_s;
+  };
+  for (const auto& [record, light] : lights) add(*record, light);
+  for (std::size_t j = 0; j < references_.size(); ++j) add(*references_[j].record, terms.signal[j]);
+  double per_s2 = 0;
+  for (const auto& [exposure_s, sum] : per_s) per_s2 += sum * sum;
+  return per_s2;
+}
+
+double ErrorPropagation::DriftVariance(const FrameLights& lights, const ReferenceTerms& terms,
                                        double period_s) const {
   // The clocks of two epochs do not compare: their wanders are taken as independent.
   std::map<int, std::complex<double>> wave;
@@ -315,15 +327,15 @@ double ErrorPropagation::DriftVariance(const Sums& sums, const ReferenceTerms& t
     wave[record.epoch] +=
         light * std::polar(1.0, 2 * std::numbers::pi * MiddleOf(record) / period_s);
   };
-  for (const FrameTerm& frame : sums.frames) add(*frame.record, frame.light);
+  for (const auto& [record, light] : lights) add(*record, light);
   for (std::size_t j = 0; j < references_.size(); ++j)
     add(*references_[j].record, terms.signal[j] + terms.meter[j]);
   // The result belongs to the lamp as it was at its first reference.
   if (input_.how.lamp_level == LampLevel::kFirstReference)
     for (const Reference& r : references_) {
       if (&r != &references_[r.first]) continue;
-      for (const FrameTerm& frame : sums.frames)
-        if (frame.record->channel == r.record->channel) add(*r.record, -frame.light);
+      for (const auto& [record, light] : lights)
+        if (record->channel == r.record->channel) add(*r.record, -light);
     }
   double variance = 0;
   for (const auto& [epoch, sum] : wave) variance += std::norm(sum);
@@ -340,9 +352,8 @@ double ErrorPropagation::ImageShiftVariance(const Sums& sums) const {
 double ErrorPropagation::StageVariance(const Sums& sums, const ReferenceTerms& terms) const {
   std::map<int, ImageSlope> by_visit;
   std::map<int, int> visit_of_position;  // both prints of a pair are taken on one
-  for (const FrameTerm& frame : sums.frames)
-    visit_of_position[input_.plan.geometry.grid.index(frame.record->i, frame.record->j)] =
-        visit_.at(frame.record);
+  for (const auto& [record, light] : sums.light)
+    visit_of_position[input_.plan.geometry.grid.index(record->i, record->j)] = visit_.at(record);
   for (const auto& [m, visit] : visit_of_position) {
     by_visit[visit].per_m = by_visit[visit].per_m + sums.position[m].per_m;
     by_visit[visit].variance = by_visit[visit].variance + sums.position[m].variance;
@@ -359,7 +370,14 @@ double ErrorPropagation::StageVariance(const Sums& sums, const ReferenceTerms& t
 std::array<std::optional<double>, kErrorSources> ErrorPropagation::Sigma(
     std::size_t q, const ErrorSizes& sizes) const {
   const Sums& sums = sums_[q];
-  const ReferenceTerms terms = Terms(sums);
+  FrameLights lights = sums.light;
+  double ratio_variance = 0;
+  if (exposures_) {
+    const ThroughRatios ratios = exposures_->Propagate(sums.light);
+    for (const auto& [record, light] : ratios.light) lights[record] += light;
+    ratio_variance = ratios.noise_variance;
+  }
+  const ReferenceTerms terms = Terms(lights);
   std::array<std::optional<double>, kErrorSources> sigma;
   const auto set = [&](ErrorSource source, const std::optional<double>& size, double sensitivity) {
     if (size) sigma[static_cast<std::size_t>(source)] = *size * std::abs(sensitivity);
@@ -371,10 +389,17 @@ std::array<std::optional<double>, kErrorSources> ErrorPropagation::Sigma(
   set(ErrorSource::kPhotonNoise, 1, std::sqrt(photon));
   set(ErrorSource::kReadNoise, 1, std::sqrt(ReadVariance(sums, terms)));
   set(ErrorSource::kPrnu, input_.plan.sensor.prnu, std::sqrt(SumOfSquares(sums.pixel)));
-  set(ErrorSource::kShutter, sizes.shutter_jitter_s, std::sqrt(ShutterVariance(sums, terms)));
+  set(ErrorSource::kShutter, sizes.shutter_jitter_s, std::sqrt(ShutterVariance(lights, terms)));
+  // Estimated, what is left is the noise of the estimates, and the longest time taken at its word.
+  const double of_times = std::sqrt(ExposureTimesVariance(lights, terms));
+  if (exposures_)
+    set(ErrorSource::kExposureTimes, 1,
+        std::hypot(sizes.exposure_time_s.value_or(0) * of_times, std::sqrt(ratio_variance)));
+  else
+    set(ErrorSource::kExposureTimes, sizes.exposure_time_s, of_times);
   if (sizes.lamp_wander)
     set(ErrorSource::kLampDrift, sizes.lamp_wander,
-        std::sqrt(DriftVariance(sums, terms, sizes.lamp_wander_period_s)));
+        std::sqrt(DriftVariance(lights, terms, sizes.lamp_wander_period_s)));
   const bool by_monitor = input_.how.lamp_level == LampLevel::kMonitorUnity;
   set(ErrorSource::kMonitor, by_monitor ? sizes.monitor : 0, std::sqrt(SumOfSquares(terms.meter)));
   set(ErrorSource::kStage, sizes.stage_m, std::sqrt(StageVariance(sums, terms)));

@@ -5,6 +5,7 @@
 #include <array>
 #include <complex>
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -32,6 +33,7 @@ class ErrorPropagation : public MergeObserver {
   ErrorPropagation(const PropagationInput& input, std::vector<lightfield::Weights> weights);
 
   void OnReferences(std::span<const MergedReference> references, const LampDrift& drift) override;
+  void OnExposures(const SessionExposures& exposures) override { exposures_ = exposures; }
   void OnBracket(const MergedBracket& bracket) override;
 
   // Standard deviations of quantity q; kMeter, kGeometry and kFilterNoise stay absent. To be asked
@@ -50,11 +52,7 @@ class ErrorPropagation : public MergeObserver {
     double monitor_share = 0;
     lightfield::Vec2 log_signal_per_m;
   };
-  // dQ per relative error of one frame's light.
-  struct FrameTerm {
-    const core::FrameRecord* record = nullptr;
-    double light = 0;
-  };
+  using FrameLights = std::map<const core::FrameRecord*, double>;  // dQ per relative error of each
   // dQ per metre by which all images are registered beside their place, towards +s, -s, +t and -t:
   // where texels end on edges of pixels, the way back costs more or less than the way there. Exact
   // for these frames, whose noise and pixels of unequal sensitivity are resampled as well.
@@ -64,8 +62,8 @@ class ErrorPropagation : public MergeObserver {
     double photon_variance = 0, read_variance = 0;
     std::map<double, std::vector<double>> dark;  // by exposure time: dQ per DN of the mean dark
     std::vector<double> pixel;                   // dQ per relative sensitivity
-    std::vector<FrameTerm> frames;
-    double stray = 0;  // dQ per share
+    FrameLights light;                           // with exposure times as they are taken
+    double stray = 0;                            // dQ per share
     std::vector<LagSums> lags;
     RegistrationSlopes registration{};
     std::vector<ImageSlope> position;  // of the whole rig
@@ -89,10 +87,12 @@ class ErrorPropagation : public MergeObserver {
     std::vector<double> signal, meter;
   };
 
-  ReferenceTerms Terms(const Sums& sums) const;
+  ReferenceTerms Terms(const FrameLights& lights) const;
   double ReadVariance(const Sums& sums, const ReferenceTerms& terms) const;
-  double ShutterVariance(const Sums& sums, const ReferenceTerms& terms) const;
-  double DriftVariance(const Sums& sums, const ReferenceTerms& terms, double period_s) const;
+  double ShutterVariance(const FrameLights& lights, const ReferenceTerms& terms) const;
+  double ExposureTimesVariance(const FrameLights& lights, const ReferenceTerms& terms) const;
+  double DriftVariance(const FrameLights& lights, const ReferenceTerms& terms,
+                       double period_s) const;
   double ImageShiftVariance(const Sums& sums) const;  // per m^2 on each axis
   double StageVariance(const Sums& sums, const ReferenceTerms& terms) const;
   double own_variance_dn2(double exposure_s) const;
@@ -103,6 +103,7 @@ class ErrorPropagation : public MergeObserver {
   std::vector<Sums> sums_;
   std::vector<Reference> references_;
   LampDrift drift_;
+  std::optional<SessionExposures> exposures_;      // none: as read back
   std::map<const core::FrameRecord*, int> visit_;  // arrivals of the stage
 };
 

@@ -76,6 +76,7 @@ ExposureRatios::Result ExposureRatios::Solve(int reference) const {
         }
       }
     }
+    result.information.assign(information.data(), information.data() + information.size());
     result.known = Linked(information, reference);
     int known = 0;
     for (int j = 0; j < rungs_; ++j) {

@@ -44,6 +44,7 @@ class ExposureRatios {
     std::vector<Quantity> ratio;  // r_j with its standard error; 1 and 0 for the reference
     std::vector<bool> known;      // false: no pixel links the rung to the reference; then 1
     double chi_squared = 0, degrees = 0;
+    std::vector<double> information;  // L, rungs x rungs, of all rungs
   };
   Result Solve(int reference) const;
 

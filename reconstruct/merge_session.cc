@@ -357,6 +357,7 @@ class SessionMerger {
     estimate.Solve();
     summary_.exposures = estimate.rungs();
     session_exposures_ = std::move(estimate);
+    if (options_.observer) options_.observer->OnExposures(*session_exposures_);
   }
 
   // Merges the next bracket of the queue into merged_; where its filter was.

@@ -51,6 +51,7 @@ class MergeObserver {
   virtual ~MergeObserver() = default;
   virtual void OnReferences(std::span<const MergedReference> references,
                             const LampDrift& drift) = 0;
+  virtual void OnExposures(const SessionExposures& exposures) = 0;  // where they are estimated
   virtual void OnBracket(const MergedBracket& bracket) = 0;
 };
 

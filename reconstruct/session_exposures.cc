@@ -1,5 +1,6 @@
 #include "reconstruct/session_exposures.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
@@ -53,14 +54,15 @@ void SessionExposures::Add(const SensorModel& sensor,
                            const MergedFrame& merged) {
   const MergeShares shares(sensor, exposures, options, merged);
   std::vector<SampleShare> of_pixel;
-  Pixels& bracket = brackets_.emplace_back();
+  Bracket& bracket = brackets_.emplace_back();
+  bracket.records.assign(records.begin(), records.end());
   const std::size_t pixels = merged.mask.size(),
                     step = std::max<std::size_t>(1, pixels / kPixelsOfABracket);
   // Other pixels in every bracket: all brackets share the noise of a pixel's dark frames.
   for (std::size_t p = brackets_.size() % step; p < pixels; p += step) {
     if (merged.mask[p] != 0) continue;
     shares.At(p, &of_pixel);
-    std::vector<RungSample>& samples = bracket.emplace_back();
+    std::vector<RungSample>& samples = bracket.pixels.emplace_back();
     for (std::size_t n = 0; n < records.size(); ++n) {
       const SampleShare& s = of_pixel[n];
       if (s.share > 0)
@@ -74,7 +76,7 @@ ExposureRatios::Result SessionExposures::SolveWithout(std::size_t bracket) const
   ExposureRatios ratios(static_cast<int>(rungs_.size()));
   for (std::size_t b = 0; b < brackets_.size(); ++b)
     if (b != bracket)
-      for (const std::vector<RungSample>& pixel : brackets_[b]) ratios.Add(pixel);
+      for (const std::vector<RungSample>& pixel : brackets_[b].pixels) ratios.Add(pixel);
   return ratios.Solve(0);
 }
 
@@ -83,6 +85,10 @@ void SessionExposures::Solve() {
   const ExposureRatios::Result all = SolveWithout(count);
   std::vector<ExposureRatios::Result> without;
   for (std::size_t b = 0; b < count; ++b) without.push_back(SolveWithout(b));
+  information_ = all.information;
+  for (std::size_t b = 0; b < count; ++b)
+    for (std::size_t k = 0; k < information_.size(); ++k)
+      brackets_[b].information.push_back(information_[k] - without[b].information[k]);
   for (std::size_t j = 0; j < rungs_.size(); ++j) {
     RungExposure& rung = rungs_[j];
     rung.ratio = all.ratio[j];
@@ -99,6 +105,38 @@ void SessionExposures::Solve() {
     const double variance = (n - 1) / n * (squares - sum * sum / n);
     rung.ratio.sigma = std::max(rung.ratio.sigma, std::sqrt(std::max(variance, 0.0)));
   }
+}
+
+ThroughRatios SessionExposures::Propagate(
+    const std::map<const core::FrameRecord*, double>& light) const {
+  const auto count = static_cast<Eigen::Index>(rungs_.size());
+  Eigen::VectorXd of_rung = Eigen::VectorXd::Zero(count);
+  for (const auto& [record, of_frame] : light)
+    of_rung[static_cast<Eigen::Index>(Rung(*record))] += of_frame;
+  // Ratios that are taken as they are, the first's among them, answer nothing.
+  Eigen::MatrixXd l = Eigen::Map<const Eigen::MatrixXd>(information_.data(), count, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    if (k > 0 && rungs_[static_cast<std::size_t>(k)].known) continue;
+    l.row(k).setZero();
+    l.col(k).setZero();
+    l(k, k) = 1;
+    of_rung[k] = 0;
+  }
+  const Eigen::VectorXd answer = -l.ldlt().solve(of_rung);
+  ThroughRatios result;
+  result.noise_variance = -answer.dot(of_rung);
+  for (const Bracket& bracket : brackets_) {
+    const Eigen::VectorXd by_rung =
+        Eigen::Map<const Eigen::MatrixXd>(bracket.information.data(), count, count) * answer;
+    // Frames of one rung in one bracket share its light.
+    std::map<std::size_t, double> frames;
+    for (const core::FrameRecord* record : bracket.records) ++frames[Rung(*record)];
+    for (const core::FrameRecord* record : bracket.records) {
+      const std::size_t rung = Rung(*record);
+      result.light[record] += by_rung[static_cast<Eigen::Index>(rung)] / frames[rung];
+    }
+  }
+  return result;
 }
 
 void SessionExposures::WidenSigma(const SensorModel& sensor,

@@ -10,8 +10,14 @@
 //
 // A merged pixel is X = sum share_n x_n, hence the ratios' errors change it by X sum share_n dr_n:
 // the same for all pixels that take the same shares, so averaging over pixels does not reduce it.
+//
+// To first order the ratios answer relative errors e_b of the light of bracket b's frames by
+// d ln r = L^-1 sum_b L_b e_b (L of exposure_ratios.h, L_b the part of bracket b's pixels), and the
+// pixels' noise by errors of covariance L^-1, independent of those of the merged pixels: X of
+// efficient weights is uncorrelated with x - X.
 #pragma once
 
+#include <map>
 #include <span>
 #include <vector>
 
@@ -25,6 +31,12 @@ struct RungExposure {
   double exposure_s = 0, attenuation = 1;  // read back
   Quantity ratio{1, 0};
   bool known = false;  // false: shares no pixel with the others; then as read back
+};
+
+// What estimated ratios do to a quantity.
+struct ThroughRatios {
+  std::map<const core::FrameRecord*, double> light;  // dQ per relative error of a frame's light
+  double noise_variance = 0;                         // of the pixels that the ratios come from
 };
 
 class SessionExposures {
@@ -41,19 +53,28 @@ class SessionExposures {
   const std::vector<RungExposure>& rungs() const { return rungs_; }
   double Ratio(const core::FrameRecord& record) const { return rungs_[Rung(record)].ratio.value; }
 
+  // Of a quantity that holds `light` of every frame, dQ per relative error of it with the ratios as
+  // they are. Added to it, what is common to a rung's frames cancels but for the first's.
+  ThroughRatios Propagate(const std::map<const core::FrameRecord*, double>& light) const;
+
   // sigma^2 += X^2 sum share_n^2 sigma(r_n)^2. Parallel over pixels.
   void WidenSigma(const SensorModel& sensor, std::span<const core::FrameRecord* const> records,
                   std::span<const Exposure> exposures, const MergeOptions& options,
                   MergedFrame* merged) const;
 
  private:
-  using Pixels = std::vector<std::vector<RungSample>>;  // of a bracket
+  struct Bracket {
+    std::vector<const core::FrameRecord*> records;
+    std::vector<std::vector<RungSample>> pixels;
+    std::vector<double> information;  // L_b, rungs x rungs
+  };
 
   std::size_t Rung(const core::FrameRecord& record) const;
   ExposureRatios::Result SolveWithout(std::size_t bracket) const;
 
   std::vector<RungExposure> rungs_;  // by falling exposure
-  std::vector<Pixels> brackets_;
+  std::vector<Bracket> brackets_;
+  std::vector<double> information_;  // L
 };
 
 }  // namespace luxfield::reconstruct

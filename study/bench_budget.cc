@@ -30,10 +30,26 @@ using lightfield::LightField;
 constexpr std::uint64_t kBudgetSeeds = 1u << 20;  // apart from those of the runs
 constexpr const char* kNone = "no error";         // of lab or geometry
 
+// In groups of one lab, whose cases can share sessions.
+std::vector<std::vector<BudgetCase>> ByLab(const std::vector<BudgetCase>& cases) {
+  std::vector<std::vector<BudgetCase>> groups;
+  for (const BudgetCase& c : cases) {
+    const auto group = std::find_if(groups.begin(), groups.end(),
+                                    [&](const auto& g) { return LabOf(g.front()) == LabOf(c); });
+    if (group == groups.end())
+      groups.push_back({c});
+    else
+      group->push_back(c);
+  }
+  return groups;
+}
+
+// One lab, and one way to take its exposure times.
 class MonteCarlo {
  public:
-  explicit MonteCarlo(const BenchBudgetOptions& options) : options_(options) {
-    WriteBudgetLab(options.folder, options.dual);
+  MonteCarlo(const BenchBudgetOptions& options, bool estimated)
+      : options_(options), estimated_(estimated) {
+    WriteBudgetLab(options.folder, options.dual, estimated ? Ladder::kLong : Ladder::kShort);
     settings_.sizes = SizesOfLab(Lab());
     AskOfBudgetLab(&settings_);
     Capture({kNone, {}}, true, options.seed, 0);
@@ -42,8 +58,25 @@ class MonteCarlo {
     true_readings_ = Readings(truth);
   }
 
-  const std::vector<double>& truth() const { return truth_; }
+  nlohmann::json Rows(const std::vector<BudgetCase>& cases) const {
+    std::vector<std::string> names;
+    auto predicted = Predict(&names);
+    core::Progress progress("labs", cases.size() * static_cast<std::uint64_t>(options_.runs));
+    nlohmann::json rows = nlohmann::json::array();
+    std::map<std::string, std::vector<double>> observed;
+    for (const auto& group : ByLab(cases)) {
+      auto squares = Observe(group, progress);
+      for (std::size_t c = 0; c < group.size(); ++c)
+        observed[group[c].name] = std::move(squares[c]);
+    }
+    for (const BudgetCase& c : cases)
+      for (std::size_t q = 0; q < names.size(); ++q)
+        rows.push_back(BudgetRow(c.Label(), names[q], options_.runs, truth_[q],
+                                 std::sqrt(predicted[c.name][q]), std::sqrt(observed[c.name][q])));
+    return rows;
+  }
 
+ private:
   // Mean square deviations from the truth, per case and quantity. The cases share every run's
   // session: they are of one lab (LabOf).
   std::vector<std::vector<double>> Observe(const std::vector<BudgetCase>& cases,
@@ -65,46 +98,50 @@ class MonteCarlo {
     return squares;
   }
 
-  // Mean squares of the predicted sigma, by source name; names of the quantities.
+  // Mean squares of the predicted sigma, by case; names of the quantities.
   std::map<std::string, std::vector<double>> Predict(std::vector<std::string>* names) const {
+    using reconstruct::ErrorSource;
     std::map<std::string, std::vector<double>> squares;
-    const std::vector<BudgetCase> cases = BudgetCases();
-    const BudgetCase &all = cases.back(), &scaled = cases[cases.size() - 2];
     for (int run = 0; run < options_.budgets; ++run) {
       core::ThrowIfInterrupted();
-      Capture(all, false, options_.seed + kBudgetSeeds, run);
-      WriteGeometryOfRun(Geometry(), settings_.sizes, all.name, options_.seed + kBudgetSeeds, run);
+      Capture({kTotal, AllErrors()}, false, options_.seed + kBudgetSeeds, run);
+      WriteGeometryOfRun(Geometry(), settings_.sizes, kTotal, options_.seed + kBudgetSeeds, run);
+      const auto how = HowToMerge(estimated_);
       const core::SessionReader session(Session());
-      const auto budget = reconstruct::ComputeErrorBudget(session, settings_, HowToMerge());
-      auto with_meter = settings_;
-      with_meter.meter = MeterOfBudgetLab();
-      ReadMeter(&*with_meter.meter, true_readings_, options_.seed + kBudgetSeeds, run);
-      const auto budget_with_meter =
-          reconstruct::ComputeErrorBudget(session, with_meter, HowToMerge());
+      const auto budget = reconstruct::ComputeErrorBudget(session, settings_, how);
+      // One row is judged by itself: with the meter; or, of estimated times, all but the longest,
+      // which cannot be wrong in a session whose noise is to be that of another.
+      auto other = settings_;
+      const ErrorSource apart = estimated_ ? ErrorSource::kExposureTimes : ErrorSource::kMeter;
+      if (estimated_) {
+        other.sizes.exposure_time_s.reset();
+      } else {
+        other.meter = MeterOfBudgetLab();
+        ReadMeter(&*other.meter, true_readings_, options_.seed + kBudgetSeeds, run);
+      }
+      const auto other_budget = reconstruct::ComputeErrorBudget(session, other, how);
       names->clear();
       for (std::size_t q = 0; q < budget.quantities.size(); ++q) {
         const auto& quantity = budget.quantities[q];
+        const auto& other_quantity = other_budget.quantities[q];
         names->push_back(quantity.name);
-        const auto add = [&](const std::string& source, double sigma) {
-          auto& all_quantities = squares[source];
+        const auto add = [&](const std::string& what, double sigma) {
+          auto& all_quantities = squares[what];
           all_quantities.resize(budget.quantities.size());
           all_quantities[q] += sigma * sigma / options_.budgets;
         };
-        const auto& by_meter = budget_with_meter.quantities[q];
-        constexpr auto kMeter = reconstruct::ErrorSource::kMeter;
         for (int s = 0; s < reconstruct::kErrorSources; ++s) {
-          const auto source = static_cast<reconstruct::ErrorSource>(s);
+          const auto source = static_cast<ErrorSource>(s);
           add(reconstruct::ErrorSourceName(source),
-              (source == kMeter ? by_meter : quantity).of(source).value_or(0));
+              (source == apart ? other_quantity : quantity).of(source).value_or(0));
         }
-        add(all.name, quantity.Total());
-        add(scaled.name, by_meter.Total());
+        add(kTotal, quantity.Total());
+        add(kScaledTotal, other_quantity.Total());
       }
     }
     return squares;
   }
 
- private:
   std::filesystem::path Lab() const { return options_.folder / "lab.toml"; }
   std::filesystem::path Session() const { return options_.folder / "session"; }
   std::filesystem::path Geometry() const { return options_.folder / "geometry.cal.json"; }
@@ -140,11 +177,13 @@ class MonteCarlo {
     capture::RunCapture(capture::ReadPlan(options_.folder / "plan.toml"), devices, Session());
   }
 
-  // The session with a geometry that is off as in the runs of `source`.
+  // The session with a geometry that is off as in the runs of `source`; kNone: with exposure times
+  // that are right as well.
   LightField Reconstructed(const std::string& source, std::uint64_t seed, int run) const {
     WriteGeometryOfRun(Geometry(), settings_.sizes, source, seed, run);
     return reconstruct::Reconstruct(
-               reconstruct::MergeSession(core::SessionReader(Session()), HowToMerge()))
+               reconstruct::MergeSession(core::SessionReader(Session()),
+                                         HowToMerge(estimated_ && source != kNone)))
         .coefficients;
   }
 
@@ -158,31 +197,19 @@ class MonteCarlo {
     return values;
   }
 
-  reconstruct::MergeSessionOptions HowToMerge() const {
+  reconstruct::MergeSessionOptions HowToMerge(bool estimated) const {
     reconstruct::MergeSessionOptions how;
     how.lamp_level = reconstruct::LampLevel::kMonitorUnity;  // the truth is the lamp at its level
     how.calibrations = {Geometry()};
+    how.estimate_exposures = estimated;
     return how;
   }
 
   const BenchBudgetOptions& options_;
+  bool estimated_;
   reconstruct::BudgetSettings settings_;
   std::vector<double> truth_, true_readings_;
 };
-
-// In groups of one lab, whose cases can share sessions.
-std::vector<std::vector<BudgetCase>> ByLab(const std::vector<BudgetCase>& cases) {
-  std::vector<std::vector<BudgetCase>> groups;
-  for (const BudgetCase& c : cases) {
-    const auto group = std::find_if(groups.begin(), groups.end(),
-                                    [&](const auto& g) { return LabOf(g.front()) == LabOf(c); });
-    if (group == groups.end())
-      groups.push_back({c});
-    else
-      group->push_back(c);
-  }
-  return groups;
-}
 
 }  // namespace
 
@@ -192,8 +219,8 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
                                  options.runs, options.budgets));
   std::vector<BudgetCase> cases;
   for (const BudgetCase& c : BudgetCases())
-    if (options.sources.empty() ||
-        std::find(options.sources.begin(), options.sources.end(), c.name) != options.sources.end())
+    if (options.sources.empty() || std::find(options.sources.begin(), options.sources.end(),
+                                             c.Label()) != options.sources.end())
       cases.push_back(c);
   const auto asked = [&](const std::string& name) {
     return std::find(options.sources.begin(), options.sources.end(), name) != options.sources.end();
@@ -218,20 +245,12 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
   if (basis) add(TruncationRows(options.folder, options.runs, options.seed, options.dual));
   if (with_basis) add(SpotTotalRows(options.folder, options.runs, options.seed, options.dual));
   if (filter) add(FilterRows(options.folder, options.runs, options.budgets, options.seed));
-  if (cases.empty()) return rows;
-  const MonteCarlo lab(options);
-  std::vector<std::string> names;
-  auto predicted = lab.Predict(&names);
-  core::Progress progress("labs", cases.size() * static_cast<std::uint64_t>(options.runs));
-  std::map<std::string, std::vector<double>> observed;
-  for (const auto& group : ByLab(cases)) {
-    auto squares = lab.Observe(group, progress);
-    for (std::size_t c = 0; c < group.size(); ++c) observed[group[c].name] = std::move(squares[c]);
+  for (const bool estimated : {false, true}) {
+    std::vector<BudgetCase> of_lab;
+    for (const BudgetCase& c : cases)
+      if (c.estimated == estimated) of_lab.push_back(c);
+    if (!of_lab.empty()) add(MonteCarlo(options, estimated).Rows(of_lab));
   }
-  for (const BudgetCase& c : cases)
-    for (std::size_t q = 0; q < names.size(); ++q)
-      rows.push_back(BudgetRow(c.name, names[q], options.runs, lab.truth()[q],
-                               std::sqrt(predicted[c.name][q]), std::sqrt(observed[c.name][q])));
   return rows;
 }
 

@@ -29,6 +29,10 @@ struct BenchBudgetOptions {
 // spot_total_rows.h); deviations are from the lamps themselves, `value` is the root mean square of
 // theirs, and `error` comes from the spread of the squares.
 //
+// "SOURCE, exposures estimated": of sessions with longer brackets, whose exposure times are found
+// from the frames. Deviations of the times themselves are from the same session, merged with the
+// times read back, which are right there.
+//
 // Source "missing positions": random lamps that some texels saw through a part of the filters only
 // (missing_rows.h); likewise.
 //

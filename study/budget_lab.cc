@@ -23,8 +23,6 @@ constexpr int kSensor = 32;
 // is (3/2)^2 knots.
 constexpr double kGrainArea = 2.25;
 
-constexpr const char* kScaledTotal = "total, scaled by the meter";
-
 bool IsTotal(const std::string& source) { return source == kTotal || source == kScaledTotal; }
 
 constexpr const char* kRig = R"([rig]
@@ -77,6 +75,7 @@ e_per_s = 100
 rms = 0.01
 [errors.shutter]
 jitter_s = 2e-5
+time_s = 5e-5
 [errors.drift]
 amplitude = 0.02
 period_s = 25
@@ -99,7 +98,7 @@ constexpr const char* kPlan = R"([plan]
 name = "error budget"
 unit = "lm"
 channels = 1
-dark_repeats = 2
+dark_repeats = {}
 {}
 [grid]
 width = {}
@@ -113,6 +112,7 @@ min_s = 0.004
 max_s = 0.3
 ratio = 4
 relevant_share = 0.05
+floor_sigmas = {}
 mean_tolerance = 0.2
 [reference]
 every = 3
@@ -156,11 +156,16 @@ lightfield::LightField Lamp(lightfield::LuminaireGeometry g) {
 }  // namespace
 
 lightfield::LuminaireGeometry WriteBudgetLab(const std::filesystem::path& folder, bool dual,
-                                             int filters) {
+                                             int filters, Ladder ladder) {
   std::filesystem::create_directories(folder);
+  // Of so few pixels all brackets look at the same ones for the exposures' ratios, and would share
+  // the noise of few dark frames; those of a camera look at others each.
+  const auto [dark_repeats, floor_sigmas] =
+      ladder == Ladder::kLong ? std::pair(16, 100) : std::pair(2, 5);
   const std::string rig = std::string(kRig) + (dual ? kDual : kSingle);
   core::WriteFileAtomically(folder / "lab.toml", fmt::format(kLab, rig));
-  core::WriteFileAtomically(folder / "plan.toml", fmt::format(kPlan, rig, filters, filters));
+  core::WriteFileAtomically(folder / "plan.toml",
+                            fmt::format(kPlan, dark_repeats, rig, filters, filters, floor_sigmas));
   constexpr int kTexels = 6;  // 0.09 m and two spacings beside it are on the sensor
   constexpr double kTexel_m = 3 * kPixel_m;
   lightfield::LuminaireGeometry g = Planes(dual, filters);
@@ -169,9 +174,9 @@ lightfield::LuminaireGeometry WriteBudgetLab(const std::filesystem::path& folder
   return g;
 }
 
-void WriteBudgetLab(const std::filesystem::path& folder, bool dual) {
+void WriteBudgetLab(const std::filesystem::path& folder, bool dual, Ladder ladder) {
   constexpr int kFilters = 3;
-  WriteBudgetLab(folder, dual, kFilters);
+  WriteBudgetLab(folder, dual, kFilters, ladder);
   lightfield::WriteLightField(folder / "lamp.lf.exr", Lamp(Planes(dual, kFilters)));
 }
 
@@ -215,6 +220,7 @@ reconstruct::ErrorSizes SizesOfLab(const std::filesystem::path& lab) {
     return values.empty() ? 0 : std::sqrt(square / static_cast<double>(values.size()));
   };
   sizes.shutter_jitter_s = number("shutter", "jitter_s");
+  sizes.exposure_time_s = number("shutter", "time_s");
   sizes.lamp_wander = number("drift", "amplitude") / std::numbers::sqrt2;
   sizes.lamp_wander_period_s = number("drift", "period_s");
   // A frame's figure is the mean of a reading before it and one after it.
@@ -250,19 +256,32 @@ void ReadMeter(reconstruct::Meter* meter, const std::vector<double>& irradiance,
   }
 }
 
+std::vector<std::string> AllErrors() {
+  return {"photon_noise",  "read_noise", "dark_current", "prnu",    "shutter",    "drift",
+          "monitor_noise", "stage",      "registration", "density", "stray_light"};
+}
+
 std::vector<BudgetCase> BudgetCases() {
   using reconstruct::ErrorSource;
   using reconstruct::ErrorSourceName;
   const auto one = [](ErrorSource source, std::vector<std::string> enabled) {
     return BudgetCase{ErrorSourceName(source), std::move(enabled)};
   };
-  const std::vector<std::string> all = {"photon_noise", "read_noise", "dark_current",  "prnu",
-                                        "shutter",      "drift",      "monitor_noise", "stage",
-                                        "registration", "density",    "stray_light"};
+  const auto estimated = [](BudgetCase what) {
+    what.estimated = true;
+    return what;
+  };
+  const std::vector<std::string> all = AllErrors();
   return {one(ErrorSource::kPhotonNoise, {"photon_noise"}),
           one(ErrorSource::kReadNoise, {"read_noise", "dark_current"}),
           one(ErrorSource::kPrnu, {"prnu"}),
           one(ErrorSource::kShutter, {"shutter"}),
+          one(ErrorSource::kExposureTimes, {"shutter"}),
+          estimated({ErrorSourceName(ErrorSource::kExposureTimes),
+                     {"photon_noise", "read_noise", "dark_current", "prnu"},
+                     false,
+                     true}),
+          estimated({kTotal, all}),
           one(ErrorSource::kLampDrift, {"drift"}),
           one(ErrorSource::kMonitor, {"monitor_noise"}),
           one(ErrorSource::kStage, {"stage"}),
@@ -279,7 +298,7 @@ std::vector<BudgetCase> BudgetCases() {
 }
 
 std::string LabOf(const BudgetCase& what) {
-  return what.beside_others || IsTotal(what.name) ? kTotal : what.name;
+  return (what.beside_others && !what.estimated) || IsTotal(what.name) ? kTotal : what.name;
 }
 
 void WriteGeometryOfRun(const std::filesystem::path& file, const reconstruct::ErrorSizes& sizes,
@@ -354,12 +373,17 @@ std::vector<LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes, const s
                stray = draw(ErrorSource::kStrayLight, sizes.stray_share),
                sine = draw(ErrorSource::kLampDrift, sizes.lamp_wander),
                cosine = draw(ErrorSource::kLampDrift, sizes.lamp_wander);
-  const bool grain = IsTotal(source) || source == reconstruct::ErrorSourceName(ErrorSource::kGrain);
+  // Errors that the lab draws for itself, where they are switched on.
+  const auto of_lab = [&](ErrorSource of, const std::optional<double>& size) {
+    return IsTotal(source) || source == reconstruct::ErrorSourceName(of) ? size.value_or(0) : 0;
+  };
   constexpr double kDegrees = 180 / std::numbers::pi, kLeastShare = 1e-9;
   return {{"registration", "shift_m", {dx, dy}},
           {"density", "relative", {density}},
           {"density", "gamma", {gamma}},
-          {"density", "grain", {grain ? sizes.grain.value_or(0) : 0}},
+          {"density", "grain", {of_lab(ErrorSource::kGrain, sizes.grain)}},
+          {"shutter", "jitter_s", {of_lab(ErrorSource::kShutter, sizes.shutter_jitter_s)}},
+          {"shutter", "time_s", {of_lab(ErrorSource::kExposureTimes, sizes.exposure_time_s)}},
           {"stray_light", "share", {std::max(kLeastShare, std::abs(stray))}},
           {"drift", "amplitude", {std::hypot(sine, cosine)}},
           {"drift", "phase_deg", {std::atan2(cosine, sine) * kDegrees}}};

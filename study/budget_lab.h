@@ -16,12 +16,16 @@
 
 namespace luxfield::study {
 
+// Of the exposures of a bracket: one or two that dark places need, or up to four, which share
+// enough pixels to find their times from.
+enum class Ladder { kShort, kLong };
+
 // Writes lab.toml, plan.toml and the lamp into `folder`.
-void WriteBudgetLab(const std::filesystem::path& folder, bool dual);
+void WriteBudgetLab(const std::filesystem::path& folder, bool dual, Ladder ladder = Ladder::kShort);
 // The same with filters x filters and without the lamp, lamp.lf.exr, which is to have the geometry
 // that is returned, or a finer grid: its texels begin and end where those of plan and camera do.
 lightfield::LuminaireGeometry WriteBudgetLab(const std::filesystem::path& folder, bool dual,
-                                             int filters);
+                                             int filters, Ladder ladder = Ladder::kShort);
 
 // What a budget of that lab is asked: a bright and a dim ray, two receivers, and the flux.
 void AskOfBudgetLab(reconstruct::BudgetSettings* settings);
@@ -48,20 +52,28 @@ constexpr double kImageShift_m = 3e-4;
 void WriteGeometryOfRun(const std::filesystem::path& file, const reconstruct::ErrorSizes& sizes,
                         const std::string& source, std::uint64_t seed, int run);
 
-constexpr const char* kTotal = "total";
+constexpr const char *kTotal = "total", *kScaledTotal = "total, scaled by the meter";
 
 // Sources as the budget has them and what to switch on for each.
 struct BudgetCase {
-  std::string name;                  // as ErrorSourceName, kTotal, or "total, scaled by the meter"
+  std::string name;                  // as ErrorSourceName, or one of the totals
   std::vector<std::string> enabled;  // [errors.*] tables
   bool scaled = false;               // by the light meter
   // Deviations are not from the lab without errors but from the same session, with all its errors,
-  // without this one: images registered beside their place carry noise and pattern of other pixels.
+  // without this one: images registered beside their place carry noise and pattern of other pixels,
+  // and estimated exposure times that of the pixels they come from.
   bool beside_others = false;
+  bool estimated = false;  // exposure times are estimated from the frames
+
+  // Of the row.
+  std::string Label() const { return name + (estimated ? ", exposures estimated" : ""); }
 };
 std::vector<BudgetCase> BudgetCases();
 // Whose errors the lab of a case has: its own name, or kTotal. Cases of one are captured alike.
 std::string LabOf(const BudgetCase& what);
+
+// All [errors.*] tables of the lab.
+std::vector<std::string> AllErrors();
 
 // Three readings of a meter: of the given irradiances without errors, or as drawn for a run (their
 // own errors independent, the calibration's common), both normal.

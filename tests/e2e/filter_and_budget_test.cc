@@ -333,7 +333,7 @@ stray_share = 5e-4
          {"photon noise", "read noise", "PRNU", "shutter", "lamp drift", "monitor", "stage",
           "print shift", "density", "density gamma", "grain", "stray light"})
       EXPECT_GT(quantity.at("sources").at(source).get<double>(), 0) << source;
-    for (const char* source : {"image shift", "geometry", "basis", "light meter"})
+    for (const char* source : {"exposure times", "image shift", "geometry", "basis", "light meter"})
       EXPECT_TRUE(quantity.at("sources").at(source).is_null()) << source;
   }
   const std::string page = ReadText(folder_ / "budget.html");
@@ -345,6 +345,13 @@ stray_share = 5e-4
                                        first.at("sigma").get<double>()),
                            std::string("stray light"), std::string("not stated")})
     EXPECT_NE(page.find(part), std::string::npos) << part;
+
+  // Exposure times from the frames: what is left of them is known without being stated.
+  const Json estimated = budget({"--uncertainty", "sizes.toml", "--estimate-exposures"});
+  const Json& flux_again = estimated.at("quantities")[0];
+  EXPECT_GT(flux_again.at("sources").at("exposure times").get<double>(), 0);
+  EXPECT_NEAR(flux_again.at("value").get<double>(), flux, 4 * flux_again.at("sigma").get<double>());
+  EXPECT_NE(flux_again.at("value"), first.at("value"));
 
   const Json scaled = budget({"--uncertainty", "meter.toml"});
   const Json& factor = scaled.at("scale").at("factor");

@@ -378,6 +378,7 @@ TEST_F(MergeSessionTest, MarksMissingPositionsAsUnknown) {
 class SeenFrames : public MergeObserver {
  public:
   void OnReferences(std::span<const MergedReference>, const LampDrift&) override {}
+  void OnExposures(const SessionExposures&) override {}
   void OnBracket(const MergedBracket& bracket) override {
     EXPECT_EQ(bracket.records.size(), bracket.exposures.size());
     for (const FrameRecord* record : bracket.records) files.push_back(record->file);

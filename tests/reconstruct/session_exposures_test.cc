@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <vector>
 
 #include "core/random.h"
 
@@ -82,6 +84,83 @@ TEST(SessionExposures, SigmaHoldsTheNoiseOfDarksThatAllBracketsShare) {
   std::printf("chi-squared per degree of freedom %.2f\n", mean);
   // Two ratios a seed, at worst as one.
   EXPECT_NEAR(mean, 1, 4 * std::sqrt(2.0 / kSeeds));
+}
+
+// Brackets of a ramp of light without noise, each of its own brightness; `light` of a frame, by
+// bracket and exposure, is multiplied in.
+struct RampSession {
+  static constexpr int kCount = 4;
+  std::vector<FrameRecord> records;  // bracket by bracket
+
+  RampSession() {
+    for (int b = 0; b < kCount; ++b)
+      for (const double time_s : kTimes_s) records.emplace_back().exposure_s = time_s;
+  }
+
+  SessionExposures Estimate(const std::vector<double>& light) const {
+    const SensorModel sensor = Camera();
+    SessionExposures estimate(records);
+    for (int b = 0; b < kCount; ++b) {
+      std::vector<const FrameRecord*> bracket;
+      std::vector<RawFrame> frames(kTimes_s.size());
+      for (std::size_t n = 0; n < kTimes_s.size(); ++n) {
+        const std::size_t at = b * kTimes_s.size() + n;
+        bracket.push_back(&records[at]);
+        frames[n] = {kWidth, kHeight, {}, {}};
+        for (int p = 0; p < kWidth * kHeight; ++p) {
+          const double rate = 2e4 * (1 + b) * (1 + 0.3 * p / (kWidth * kHeight));
+          frames[n].dn.push_back(static_cast<std::uint16_t>(
+              std::round(sensor.black_dn + sensor.gain_dn_per_e * rate * kTimes_s[n] * light[at])));
+        }
+      }
+      std::vector<Exposure> exposures;
+      for (std::size_t n = 0; n < frames.size(); ++n)
+        exposures.push_back({&frames[n], kTimes_s[n]});
+      estimate.Add(sensor, bracket, exposures, {}, MergeExposures(sensor, exposures));
+    }
+    estimate.Solve();
+    return estimate;
+  }
+};
+
+// A quantity's light of a frame is divided by the frame's ratio: the judge takes the ratios of
+// sessions in which one frame got more or less light, without the formulas.
+TEST(SessionExposures, CarryErrorsOfFramesToQuantities) {
+  const RampSession session;
+  const std::size_t count = session.records.size();
+  std::map<const FrameRecord*, double> light;
+  std::vector<double> even(count, 1);
+  for (std::size_t k = 0; k < count; ++k)
+    light[&session.records[k]] = 1 + 0.7 * static_cast<double>((5 * k) % 7);
+  const ThroughRatios ratios = session.Estimate(even).Propagate(light);
+  EXPECT_GT(ratios.noise_variance, 0);
+  const auto quantity = [&](const std::vector<double>& of_frames) {
+    const SessionExposures estimate = session.Estimate(of_frames);
+    double sum = 0;
+    for (const auto& [record, of_frame] : light)
+      sum -= of_frame * std::log(estimate.Ratio(*record));
+    return sum;
+  };
+  constexpr double kError = 0.02;
+  double largest = 0;
+  for (const auto& [record, of_frame] : ratios.light)
+    largest = std::max(largest, std::abs(of_frame));
+  for (std::size_t k = 0; k < count; ++k) {
+    std::vector<double> above = even, below = even;
+    above[k] += kError;
+    below[k] -= kError;
+    const double slope = (quantity(above) - quantity(below)) / (2 * kError);
+    EXPECT_NEAR(ratios.light.at(&session.records[k]), slope, 0.02 * largest) << k;
+  }
+  // What a rung's frames share is found, but for the longest's, at whose word all are taken.
+  std::map<double, double> of_time;
+  double all = 0;
+  for (const auto& [record, of_frame] : light) {
+    of_time[record->exposure_s] += of_frame + ratios.light.at(record);
+    all += of_frame;
+  }
+  for (const double time_s : kTimes_s)
+    EXPECT_NEAR(of_time.at(time_s), time_s == kTimes_s.back() ? all : 0, 1e-6 * all) << time_s;
 }
 
 }  // namespace

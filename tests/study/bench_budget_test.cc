@@ -30,7 +30,7 @@ struct Sample {
 };
 
 // A sample of what `luxfield bench budget` runs 400 times. The mean square over n labs of a
-// normal error is chi^2 of n degrees; its bounds are those of 1e-5 a side, 110 figures. Nothing is
+// normal error is chi^2 of n degrees; its bounds are those of 1e-5 a side, 125 figures. Nothing is
 // added for the prediction, whose own error (3 budgets, 6 % of the square) lies far inside.
 //
 // Not so for image shifts. Of a ray their slopes are mostly noise: a deviation is a product of
@@ -78,6 +78,11 @@ INSTANTIATE_TEST_SUITE_P(
                {"photon noise", "lamp drift", "monitor", "stage", "geometry", "density gamma",
                 "grain", "light meter", "total, scaled by the meter", "total"},
                50},
+        Sample{
+            "SingleExposureTimes",
+            false,
+            {"exposure times", "exposure times, exposures estimated", "total, exposures estimated"},
+            15},
         Sample{"SingleImageShift", false, {"image shift"}, 5, 36, 14, 13},
         Sample{"DualImageShift", true, {"image shift"}, 5, 36, 14, 13}),
     [](const auto& test) { return test.param.name; });
