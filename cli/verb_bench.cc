@@ -371,11 +371,12 @@ void AddStacks(Program& program, CLI::App& benches) {
         how->seed = program.common().seed.value_or(1);
         return Stacks(*how);
       });
-  app.add_option("--width", how->width, "Of the simulated stacks, pixels")
-      ->check(CLI::Range(64, 16384));
+  app.add_option("--width", how->width, "Of the simulated stacks, pixels; 0: leave them out")
+      ->check(CLI::Range(64, 16384) | CLI::Range(0, 0));
   app.add_option("--height", how->height, "The same")->check(CLI::Range(16, 16384));
   app.add_option("--frobisher", how->frobisher,
                  "A folder with the Frobisher stack and its expected curves (default: none)");
+  app.add_option("--channels", how->channels, "Of that stack");
   app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/error.h"
 #include "core/npy.h"
 #include "core/parallel.h"
 #include "core/random.h"
@@ -24,6 +25,7 @@ using reconstruct::ResponseMethod;
 
 constexpr double kFull_e = 20000, kReadNoise_e = 6, kLeastSeen_e = 200;
 constexpr double kExposures_s[] = {0.01, 0.03, 0.1, 0.25, 1, 3.5};
+constexpr std::string_view kChannels = "RGB";
 constexpr ResponseMethod kOurs[] = {ResponseMethod::kDebevecMalik, ResponseMethod::kRobertson,
                                     ResponseMethod::kPolynomial};
 
@@ -132,11 +134,6 @@ void Judge(const std::vector<float>& radiance, std::span<const float> sigma, con
   row["sigma"] = std::sqrt(in_sigma / count);
 }
 
-struct OurMerge {
-  std::vector<float> radiance, sigma;
-  double calibrate_s = 0, merge_s = 0;
-};
-
 PictureStack OneChannel(const PictureStack& stack, int channel) {
   PictureStack one{stack.width, stack.height, 1, stack.bits, {}};
   for (std::size_t k = 0; k < stack.pictures.size(); ++k) {
@@ -146,33 +143,48 @@ PictureStack OneChannel(const PictureStack& stack, int channel) {
   return one;
 }
 
-OurMerge MergeWithOurs(const PictureStack& grey, ResponseMethod method) {
-  OurMerge result;
+struct OurFit {
+  ResponseMethod method;
+  ResponseCurve curve;
+  double calibrate_s = 0;
+};
+
+OurFit Calibrate(const PictureStack& grey, ResponseMethod method) {
   reconstruct::CalibrateResponseOptions how;
   how.fit.method = method;
   const core::Stopwatch calibration;
-  const auto curves = reconstruct::CalibrateResponse(grey, how).curves();
-  result.calibrate_s = calibration.WallSeconds();
-  const core::Stopwatch merging;
-  auto merged = reconstruct::MergeStack(grey, curves);
-  result.merge_s = merging.WallSeconds();
-  result.radiance = std::move(merged.radiance.data);
-  result.sigma = std::move(merged.sigma.data);
-  return result;
+  ResponseCurve curve = reconstruct::CalibrateResponse(grey, how).curves()[0];
+  return {method, std::move(curve), calibration.WallSeconds()};
 }
 
-void CompareMergers(const std::string& name, const PictureStack& grey, const Truth& truth,
-                    const std::filesystem::path& folder, json& rows) {
-  for (const ResponseMethod method : kOurs) {
-    const OurMerge ours = MergeWithOurs(grey, method);
+// What ours and the others make of one stack.
+struct Mergers {
+  std::vector<OurFit> ours;
+  std::vector<ForeignMerge> others;
+};
+
+Mergers RunMergers(const PictureStack& grey, const std::filesystem::path& folder) {
+  Mergers mergers;
+  for (const ResponseMethod method : kOurs) mergers.ours.push_back(Calibrate(grey, method));
+  mergers.others = MergeWithOthers(grey, 0, folder);
+  return mergers;
+}
+
+void JudgeMergers(const std::string& name, const PictureStack& grey, const Truth& truth,
+                  const Mergers& mergers, json& rows) {
+  for (const OurFit& fit : mergers.ours) {
+    const core::Stopwatch merging;
+    const auto merged = reconstruct::MergeStack(grey, std::span(&fit.curve, 1));
     json row = {{"stack", name},
-                {"merger", "ours " + reconstruct::ResponseMethodName(method)},
-                {"calibrate_s", ours.calibrate_s},
-                {"merge_s", ours.merge_s}};
-    Judge(ours.radiance, truth.exact ? ours.sigma : std::span<const float>{}, truth, row);
+                {"merger", "ours " + reconstruct::ResponseMethodName(fit.method)},
+                {"calibrate_s", fit.calibrate_s},
+                {"merge_s", merging.WallSeconds()}};
+    Judge(merged.radiance.data,
+          truth.exact ? std::span<const float>(merged.sigma.data) : std::span<const float>{}, truth,
+          row);
     rows.push_back(row);
   }
-  for (const ForeignMerge& other : MergeWithOthers(grey, 0, folder)) {
+  for (const ForeignMerge& other : mergers.others) {
     json row = {{"stack", name}, {"merger", other.name}};
     if (other.refused.empty()) {
       row["calibrate_s"] = other.calibrate_s;
@@ -192,18 +204,23 @@ struct ComparedCurve {
   std::vector<double> g = std::vector<double>(256, 0.0), sigma;  // sigma empty: not stated
 };
 
-ComparedCurve Ours(const PictureStack& grey, ResponseMethod method) {
-  reconstruct::CalibrateResponseOptions how;
-  how.fit.method = method;
-  const ResponseCurve curve = reconstruct::CalibrateResponse(grey, how).curves()[0];
-  ComparedCurve result{.fit = "ours " + reconstruct::ResponseMethodName(method), .sigma = {}};
+ComparedCurve Ours(const OurFit& fit) {
+  const ResponseCurve& curve = fit.curve;
+  ComparedCurve result{.fit = "ours " + reconstruct::ResponseMethodName(fit.method), .sigma = {}};
   result.from = std::max(result.from, static_cast<int>(curve.low_code()));
   result.to = std::min(result.to, static_cast<int>(curve.high_code()));
-  if (method != ResponseMethod::kPublished) result.sigma.assign(256, 0.0);
+  if (fit.method != ResponseMethod::kPublished) result.sigma.assign(256, 0.0);
   for (int z = result.from; z <= result.to; ++z) {
     result.g[z] = curve.LogExposure(z) - curve.LogExposure(128);
     if (!result.sigma.empty()) result.sigma[z] = curve.Sigma(z);
   }
+  return result;
+}
+
+ComparedCurve Theirs(const ForeignMerge& other) {
+  ComparedCurve result{.fit = other.name, .sigma = {}};
+  for (int z = 0; z < 256; ++z)
+    result.g[z] = std::log(std::max(other.curve[z], 1e-12) / other.curve[128]);
   return result;
 }
 
@@ -236,35 +253,39 @@ void Frobisher(const BenchStacksOptions& options, json& merges, json& curves) {
   for (const int number : {2600, 2601, 2602})
     files.push_back(options.frobisher / fmt::format("frobisher_001__IMG_{}.jpg", number));
   const PictureStack stack = reconstruct::ReadPictureStack(files, {});
-  for (int channel = 0; channel < 3; ++channel) {
-    const std::string name(1, "RGB"[channel]);
+  for (const char letter : options.channels) {
+    const auto channel = static_cast<int>(kChannels.find(letter));
+    const std::string name(1, letter);
     const PictureStack grey = OneChannel(stack, channel);
     const auto expected = core::ReadNpy(options.frobisher /
                                         fmt::format("calibration__test_g_solve_g_{}.npy", channel));
-    for (const ResponseMethod method : {ResponseMethod::kPublished, ResponseMethod::kDebevecMalik,
-                                        ResponseMethod::kRobertson, ResponseMethod::kPolynomial})
-      curves.push_back(CompareCurves(name, Ours(grey, method), expected));
-    for (const ForeignMerge& other : MergeWithOthers(grey, 0, options.folder)) {
-      if (other.curve.empty()) continue;
-      ComparedCurve curve{.fit = other.name, .sigma = {}};
-      for (int z = 0; z < 256; ++z)
-        curve.g[z] = std::log(std::max(other.curve[z], 1e-12) / other.curve[128]);
-      curves.push_back(CompareCurves(name, curve, expected));
-    }
-    CompareMergers("Frobisher " + name, grey, ByExpectedCurve(grey, expected), options.folder,
-                   merges);
+    const Mergers mergers = RunMergers(grey, options.folder);
+    curves.push_back(
+        CompareCurves(name, Ours(Calibrate(grey, ResponseMethod::kPublished)), expected));
+    for (const OurFit& fit : mergers.ours)
+      curves.push_back(CompareCurves(name, Ours(fit), expected));
+    for (const ForeignMerge& other : mergers.others)
+      if (!other.curve.empty()) curves.push_back(CompareCurves(name, Theirs(other), expected));
+    JudgeMergers("Frobisher " + name, grey, ByExpectedCurve(grey, expected), mergers, merges);
   }
 }
 
 }  // namespace
 
 json BenchStacks(const BenchStacksOptions& options) {
+  for (const char letter : options.channels)
+    if (kChannels.find(letter) == std::string_view::npos)
+      throw InputError(
+          fmt::format("--channels = {} must be of the letters {}", options.channels, kChannels));
   std::filesystem::create_directories(options.folder);
   json merges = json::array(), curves = json::array();
   const std::vector<double> radiance = Ramp(options.width, options.height);
-  for (const int bits : {8, 16})
-    CompareMergers(fmt::format("{} bit", bits), TakeStack(options, bits, radiance),
-                   TruthOf(radiance), options.folder, merges);
+  for (const int bits : {8, 16}) {
+    if (radiance.empty()) continue;
+    const PictureStack stack = TakeStack(options, bits, radiance);
+    JudgeMergers(fmt::format("{} bit", bits), stack, TruthOf(radiance),
+                 RunMergers(stack, options.folder), merges);
+  }
   if (!options.frobisher.empty()) Frobisher(options, merges, curves);
   return {{"merges", merges}, {"curves", curves}};
 }

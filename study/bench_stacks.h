@@ -4,13 +4,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 
 namespace luxfield::study {
 
 struct BenchStacksOptions {
-  int width = 640, height = 320;    // of the simulated stacks
+  int width = 640, height = 320;    // of the simulated stacks; 0: they are left out
   std::filesystem::path frobisher;  // folder with the Frobisher stack's pictures, and expected
                                     // curves; empty: left out
+  std::string channels = "RGB";     // of the Frobisher stack
   std::filesystem::path folder;     // scratch
   std::uint64_t seed = 1;
 };
@@ -36,6 +38,8 @@ struct BenchStacksOptions {
 // expected curve over the calibrated codes from 10 on, `in_sigma` the same in its own standard
 // errors, `steps` the rms difference of the step of g from a code to the one 8 times brighter,
 // which the pictures show, and the codes `from` and `to` compared.
+//
+// Throws InputError for a channel that is not R, G or B, and what reading the pictures throws.
 nlohmann::json BenchStacks(const BenchStacksOptions& options = {});
 
 }  // namespace luxfield::study
