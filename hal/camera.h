@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct CameraCapabilities {
   double exposure_step_s = 0;            // exposures are whole multiples; 0: any
   double readout_s = 0;                  // from the end of an exposure to the next possible start
   std::vector<double> exposures_s = {};  // all there are, ascending; empty: any of the above
+  double min_gain_db = 0, max_gain_db = 0;  // equal: there is none to set
+  // What settings with choices can be, by their names in camera.settings of session.json.
+  std::map<std::string, std::vector<std::string>> choices = {};
 };
 
 struct CameraSettings {
@@ -45,7 +49,9 @@ struct Frame {
 class Camera {
  public:
   virtual ~Camera() = default;
-  virtual std::string identity() const = 0;  // maker, model, serial, firmware
+  virtual std::string identity() const = 0;  // maker, model, serial
+  // As the camera tells it; empty: it tells none.
+  virtual std::string firmware() const { return {}; }
   virtual CameraCapabilities capabilities() const = 0;
   // Sets and reads back. HardwareError(kOutOfRange) outside the capabilities, kRefused if the
   // camera stays elsewhere.

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <limits>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "core/printable.h"
@@ -105,7 +106,7 @@ HardwareError Refused(const std::string& device, const std::string& operation,
 
 // All that calls use, so that one that hangs may outlive the camera object.
 struct AravisCamera::Session {
-  std::string name;
+  std::string name, firmware;
   Owned<ArvCamera> camera;
   Owned<ArvStream> stream;
   std::shared_ptr<hal::Trigger> line;  // null: the camera's own command
@@ -135,9 +136,11 @@ struct AravisCamera::Session {
  private:
   void Connect(const AravisOptions& options);
   bool Controls() const;
-  void SetGain(double gain);
   void SetTrigger(const std::optional<LineTrigger>& by_line);
   void RequireReadBack(const char* feature, const std::string& value) const;
+  std::string Firmware() const;
+  std::vector<std::string> PixelFormats() const;
+  std::pair<double, double> SetGain(double gain);
   Region SetRegion(const std::optional<Region>& asked);
   // What a register holds, for a number on which frames or their meaning depend: an answer may be
   // damaged, so two in a row must agree.
@@ -203,11 +206,38 @@ void AravisCamera::Session::Open(const AravisOptions& options) {
   const char* serial = arv_camera_get_device_serial_number(camera.get(), result);
   const auto text = [](const char* s) { return core::Printable(s ? s : "?"); };
   name = fmt::format("{} {} {}", text(vendor), text(model), text(serial));
+  firmware = Firmware();
   g_signal_connect(arv_camera_get_device(camera.get()), "control-lost",
                    G_CALLBACK(+[](ArvDevice*, gpointer session) {
                      static_cast<Session*>(session)->lost = true;
                    }),
                    this);
+}
+
+// SFNC has a feature for it, which older cameras lack. Only reported: an answer that fails, or
+// differs when it is asked again, is none.
+std::string AravisCamera::Session::Firmware() const {
+  for (const char* feature : {"DeviceFirmwareVersion", "DeviceVersion"}) {
+    if (!arv_camera_is_feature_available(camera.get(), feature, nullptr)) continue;
+    const auto read = [&] {
+      const char* text = arv_camera_get_string(camera.get(), feature, nullptr);
+      return std::string(text ? text : "");
+    };
+    if (const std::string text = read(); !text.empty() && text == read())
+      return core::Printable(text);
+  }
+  return {};
+}
+
+// Those that frames are read of. Only listed.
+std::vector<std::string> AravisCamera::Session::PixelFormats() const {
+  guint count = 0;
+  const std::unique_ptr<const char*, decltype(&g_free)> names(
+      arv_camera_dup_available_pixel_formats_as_strings(camera.get(), &count, nullptr), g_free);
+  std::vector<std::string> formats;
+  for (guint k = 0; names && k < count; ++k)
+    if (const char* found = names.get()[k]; FindPixelFormat(found)) formats.emplace_back(found);
+  return formats;
 }
 
 CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
@@ -242,10 +272,10 @@ CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
     arv_camera_set_chunk_mode(camera.get(), false, result);
     result.ThrowIfFailed();
   }
-  SetGain(options.gain_db);
-  region = SetRegion(options.region);
-
   CameraCapabilities capabilities;
+  std::tie(capabilities.min_gain_db, capabilities.max_gain_db) = SetGain(options.gain_db);
+  capabilities.choices["pixel_format"] = PixelFormats();
+  region = SetRegion(options.region);
   capabilities.width = region.width;
   capabilities.height = region.height;
   capabilities.bits = format.bits;
@@ -295,11 +325,12 @@ void AravisCamera::Session::RequireReadBack(const char* feature, const std::stri
                   fmt::format("{} {} reads back as {}", feature, value, set ? set : "none"));
 }
 
-void AravisCamera::Session::SetGain(double gain) {
+// The bounds within which it can be set.
+std::pair<double, double> AravisCamera::Session::SetGain(double gain) {
   Result result(name, "set gain");
   if (!arv_camera_is_gain_available(camera.get(), nullptr)) {
     if (gain != 0) throw Refused(name, "set gain", "the camera's gain cannot be set");
-    return;
+    return {0, 0};
   }
   double least = 0, most = 0;
   arv_camera_get_gain_bounds(camera.get(), &least, &most, result);
@@ -315,6 +346,7 @@ void AravisCamera::Session::SetGain(double gain) {
   // Registers hold steps of the gain; half a hundredth of a decibel is 0.06 % of the signal.
   if (std::abs(set - gain) > 0.005)
     throw Refused(name, "set gain", fmt::format("asked for {}, reads back {}", gain, set));
+  return {least, most};
 }
 
 Region AravisCamera::Session::SetRegion(const std::optional<Region>& asked) {
@@ -562,6 +594,7 @@ AravisCamera::AravisCamera(const AravisOptions& options, std::shared_ptr<core::C
     return session->SetUp(options);
   });
   identity_ = session_->name;
+  firmware_ = session_->firmware;
 }
 
 AravisCamera::~AravisCamera() { session_->aborted = true; }

@@ -57,6 +57,7 @@ class AravisCamera : public Camera {
   ~AravisCamera() override;
 
   std::string identity() const override { return identity_; }
+  std::string firmware() const override { return firmware_; }
   CameraCapabilities capabilities() const override { return capabilities_; }
   AppliedSettings Configure(const CameraSettings& settings, double deadline_s) override;
   // kIncomplete where packets stayed lost though they were asked for again, kDisconnected where the
@@ -70,7 +71,7 @@ class AravisCamera : public Camera {
 
   std::shared_ptr<core::Clock> clock_;
   std::shared_ptr<Session> session_;
-  std::string identity_;
+  std::string identity_, firmware_;
   CameraCapabilities capabilities_;
   AppliedSettings applied_;
   std::uint64_t frames_ = 0;

@@ -99,7 +99,7 @@ class Gphoto2Camera::Session {
   Frame Expose(double exposure_s, double deadline_s);
   void Close();
 
-  std::string name;
+  std::string name, firmware;
   std::atomic<bool> aborted = false;
 
  private:
@@ -123,6 +123,7 @@ class Gphoto2Camera::Session {
   void Connect();
   void CatchUp(double deadline_s);
   OwnedWidget Setting(const std::string& key);
+  std::string Told(const char* key);
   void Set(const std::string& key, const std::string& value, double deadline_s);
   std::pair<CameraEventType, std::optional<Place>> NextEvent(int wait_ms);
   Place WaitForFile(double deadline_s);
@@ -213,6 +214,13 @@ OwnedWidget Gphoto2Camera::Session::Setting(const std::string& key) {
   return OwnedWidget(widget);
 }
 
+// What the camera says of itself; empty: nothing.
+std::string Gphoto2Camera::Session::Told(const char* key) {
+  CameraWidget* widget = nullptr;
+  if (gp_camera_get_single_config(camera_, key, &widget, context_.get()) < GP_OK) return {};
+  return core::Printable(TextOf(OwnedWidget(widget).get()).value_or(""));
+}
+
 // Cameras take a setting when they like: it is set again until it reads back.
 void Gphoto2Camera::Session::Set(const std::string& key, const std::string& value,
                                  double deadline_s) {
@@ -253,20 +261,21 @@ CameraCapabilities Gphoto2Camera::Session::Open(double deadline_s) {
   sigaddset(&pipe, SIGPIPE);
   pthread_sigmask(SIG_BLOCK, &pipe, nullptr);
   Connect();
-  for (const char* key : {"cameramodel", "serialnumber"}) {
-    CameraWidget* widget = nullptr;
-    if (gp_camera_get_single_config(camera_, key, &widget, context_.get()) < GP_OK) continue;
-    if (const auto text = TextOf(OwnedWidget(widget).get())) name += " " + core::Printable(*text);
+  for (const char* key : {"cameramodel", "serialnumber"})
+    if (const std::string text = Told(key); !text.empty()) name += " " + text;
+  firmware = Told("deviceversion");
+  CameraCapabilities capabilities;
+  for (const auto& [key, value] : options_.settings) {
+    Set(key, value, deadline_s);
+    auto choices = ChoicesOf(Setting(key).get());
+    if (!choices.empty()) capabilities.choices["setting " + key] = std::move(choices);
   }
-  for (const auto& [key, value] : options_.settings) Set(key, value, deadline_s);
   speeds_ = ShutterSpeeds(ChoicesOf(Setting(options_.shutter_speed).get()));
   if (speeds_.empty())
     throw HardwareError(Fault::kRefused, name, "open",
                         fmt::format("\"{}\" has no shutter speeds", options_.shutter_speed),
                         "turn the camera's dial to manual, or name the setting that has them in "
                         "camera.shutter_speed");
-
-  CameraCapabilities capabilities;
   capabilities.width = options_.width;
   capabilities.height = options_.height;
   capabilities.bits = options_.bits;
@@ -433,6 +442,7 @@ Gphoto2Camera::Gphoto2Camera(const Gphoto2Options& options, std::shared_ptr<core
   capabilities_ = caller_->Call(
       "open", deadline_s, [session = session_, deadline_s] { return session->Open(deadline_s); });
   identity_ = session_->name;
+  firmware_ = session_->firmware;
 }
 
 Gphoto2Camera::~Gphoto2Camera() {

@@ -47,6 +47,7 @@ class Gphoto2Camera : public Camera {
   ~Gphoto2Camera() override;
 
   std::string identity() const override { return identity_; }
+  std::string firmware() const override { return firmware_; }
   CameraCapabilities capabilities() const override { return capabilities_; }
   AppliedSettings Configure(const CameraSettings& settings, double deadline_s) override;
   // kIncomplete where the file is damaged or another frame's, kProtocol where it is not what the
@@ -60,7 +61,7 @@ class Gphoto2Camera : public Camera {
 
   std::shared_ptr<core::Clock> clock_;
   std::shared_ptr<Session> session_;
-  std::string identity_;
+  std::string identity_, firmware_;
   CameraCapabilities capabilities_;
   AppliedSettings applied_;
   std::uint64_t frames_ = 0;

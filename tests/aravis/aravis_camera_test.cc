@@ -101,7 +101,8 @@ void Fill(ArvBuffer* buffer, void*, guint32 exposure_us, guint32, ArvPixelFormat
   }
 }
 
-constexpr guint32 kModelName = 0x0068;  // of the bootstrap registers
+// Of the bootstrap registers.
+constexpr guint32 kModelName = 0x0068, kDeviceVersion = 0x0088;
 
 class Aravis : public testing::Test {
  protected:
@@ -306,6 +307,26 @@ TEST_F(Aravis, ANameThatIsNoTextIsShownWithoutItsBytes) {
   options.id.clear();  // its id has the name too
   const AravisCamera camera(options, clock_);
   EXPECT_THAT(camera.identity(), HasSubstr(" ???[31m "));
+}
+
+// The fake camera's description lacks the feature of the firmware, as those of older cameras do.
+TEST_F(Aravis, TheCameraTellsItsVersionAndWhatItCanBeSetTo) {
+  ASSERT_NO_FATAL_FAILURE(StartServer());
+  ArvFakeCamera* fake = arv_gv_fake_camera_get_fake_camera(server_);
+  std::array<char, 32> version{};
+  ASSERT_TRUE(arv_fake_camera_write_memory(fake, kDeviceVersion, version.size(), version.data()));
+  EXPECT_EQ(AravisCamera(Options(), clock_).firmware(), "");
+  const std::string text = "2.7\x1b";
+  std::copy(text.begin(), text.end(), version.begin());
+  ASSERT_TRUE(arv_fake_camera_write_memory(fake, kDeviceVersion, version.size(), version.data()));
+  const AravisCamera camera(Options(), clock_);
+  EXPECT_EQ(camera.firmware(), "2.7?");
+  const CameraCapabilities can = camera.capabilities();
+  EXPECT_EQ(can.min_gain_db, 0);
+  EXPECT_EQ(can.max_gain_db, 10);
+  EXPECT_THAT(can.choices.at("pixel_format"),
+              testing::AllOf(testing::Contains("Mono8"), testing::Contains("Mono16"),
+                             testing::Not(testing::Contains("RGB8"))));
 }
 
 TEST_F(Aravis, NoFrameByTheDeadlineIsATimeout) {

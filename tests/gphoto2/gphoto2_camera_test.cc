@@ -43,6 +43,9 @@ TEST_F(StillCamera, FramesCarryThePixelsOfTheExposureTheyWereAskedWith) {
   EXPECT_THAT(camera.identity(), HasSubstr("LUX7"));
   EXPECT_THAT(camera.capabilities().exposures_s,
               testing::ElementsAre(1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2));
+  EXPECT_THAT(camera.capabilities().choices.at("setting iso"),
+              testing::ElementsAre("100", "200", "400"));
+  EXPECT_EQ(camera.firmware(), "1.0");
   std::uint64_t last_id = 0;
   for (const double exposure_s : {0.02, 0.001, 0.02, 0.02}) {
     EXPECT_EQ(camera.Configure({exposure_s}, Soon(10)).exposure_s, exposure_s);
