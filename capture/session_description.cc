@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <set>
@@ -69,6 +70,22 @@ void RequireSameMap(const std::filesystem::path& folder, const nlohmann::json& s
                      "resume with the lab as it was, or capture into another folder");
 }
 
+// Nothing to refuse: a camera is mended by its maker, and what that changes is for people to judge.
+void WarnOfOtherFirmware(const nlohmann::json& then, const nlohmann::json& now) {
+  const auto firmware = [](const nlohmann::json& session) {
+    const auto devices = session.find("devices");
+    return devices != session.end() && devices->is_object()
+               ? devices->value("camera_firmware", nlohmann::json())
+               : nlohmann::json();
+  };
+  const nlohmann::json was = firmware(then), is = firmware(now);
+  if (!was.is_null() && !is.is_null() && was != is)
+    fmt::print(stderr,
+               "luxfield: the camera's firmware is {}, the session began with {}: hold the "
+               "references of the new epoch against those before\n",
+               Shown(&is), Shown(&was));
+}
+
 // Frames of one session are of one camera, set up and calibrated in one way.
 void RequireSameRig(const std::filesystem::path& folder, const hal::Devices& devices) {
   const std::string file = (folder / "session.json").string();
@@ -79,6 +96,7 @@ void RequireSameRig(const std::filesystem::path& folder, const hal::Devices& dev
   if (const auto files = then.find("lab_files"); files != then.end())  // an older one states none
     RequireSame(*files, now.value("lab_files", nlohmann::json::object()), "lab_files", file);
   if (devices.rig.camera.vignetting) RequireSameMap(folder, then, *devices.rig.camera.vignetting);
+  WarnOfOtherFirmware(then, now);
 }
 
 }  // namespace
@@ -86,6 +104,8 @@ void RequireSameRig(const std::filesystem::path& folder, const hal::Devices& dev
 nlohmann::json DescribeDevices(const hal::Devices& devices) {
   nlohmann::json json = {{"camera", devices.camera->identity()},
                          {"stage", devices.stage->identity()}};
+  if (const std::string firmware = devices.camera->firmware(); !firmware.empty())
+    json["camera_firmware"] = firmware;
   const auto add = [&](const char* role, const auto& device) {
     if (device) json[role] = device->identity();
   };

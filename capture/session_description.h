@@ -24,6 +24,6 @@ SessionDescription DescribeSession(const hal::Devices& devices);
 core::SessionWriter OpenSession(const std::filesystem::path& folder, const nlohmann::json& plan,
                                 const hal::Devices& devices, bool resume);
 
-nlohmann::json DescribeDevices(const hal::Devices& devices);  // role -> identity
+nlohmann::json DescribeDevices(const hal::Devices& devices);  // of session.json
 
 }  // namespace luxfield::capture

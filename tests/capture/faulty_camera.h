@@ -17,6 +17,7 @@ class FaultyCamera : public hal::Camera {
   FaultyCamera(std::unique_ptr<hal::Camera> camera, Mischief mischief)
       : camera_(std::move(camera)), mischief_(std::move(mischief)) {}
   std::string identity() const override { return "faulty camera"; }
+  std::string firmware() const override { return version; }
   hal::CameraCapabilities capabilities() const override { return camera_->capabilities(); }
   hal::AppliedSettings Configure(const hal::CameraSettings& settings, double deadline_s) override {
     auto applied = camera_->Configure(settings, deadline_s);
@@ -32,6 +33,7 @@ class FaultyCamera : public hal::Camera {
   }
   void Abort() override { camera_->Abort(); }
   double refuse = 0;
+  std::string version;
 
  private:
   std::unique_ptr<hal::Camera> camera_;

@@ -6,8 +6,10 @@
 #include <functional>
 #include <map>
 
+#include "capture/session_description.h"
 #include "core/error.h"
 #include "tests/capture/capture_fixture.h"
+#include "tests/capture/faulty_camera.h"
 
 namespace luxfield::capture {
 namespace {
@@ -91,6 +93,44 @@ TEST_F(Resume, IsRefusedWithAnotherCameraByField) {
       EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("session.json"), HasSubstr(problem)));
     }
   GoOn(folder, as_it_was);
+}
+
+void Firmware(Devices& devices, const std::string& version) {
+  auto camera = std::make_unique<FaultyCamera>(std::move(devices.camera),
+                                               [](int, hal::Frame&, const hal::Frame&) {});
+  camera->version = version;
+  devices.camera = std::move(camera);
+}
+
+TEST_F(Resume, WithAnotherFirmwareGoesOnAndTheJournalTellsWhichEpochsHaveIt) {
+  const auto folder = Begun("firmware", [](Devices& d) { Firmware(d, "1.2"); });
+  GoOn(folder, [](Devices& d) { Firmware(d, "1.3"); });
+  EXPECT_EQ(core::ReadJson(folder / "session.json").at("devices").at("camera_firmware"), "1.2");
+  const auto epochs = RecordsOf(folder, "epoch_start");
+  ASSERT_EQ(epochs.size(), 2u);
+  EXPECT_EQ(epochs[0].at("devices").at("camera_firmware"), "1.2");
+  EXPECT_EQ(epochs[1].at("devices").at("camera_firmware"), "1.3");
+}
+
+TEST_F(Resume, SaysOnceThatTheFirmwareIsAnother) {
+  const auto said = [](const std::string& first, const std::string& then) {
+    const auto folder = NewFolder("firmwares");
+    Devices before = Lab([&](Devices& d) { Firmware(d, first); });
+    Devices after = Lab([&](Devices& d) { Firmware(d, then); });
+    const auto plan = ToJson(ExpandPlan(TestPlan(), before));
+    OpenSession(folder, plan, before, false);
+    EXPECT_EQ(core::ReadJson(folder / "session.json").at("devices").contains("camera_firmware"),
+              !first.empty());
+    testing::internal::CaptureStderr();
+    OpenSession(folder, plan, after, true);
+    return testing::internal::GetCapturedStderr();
+  };
+  const std::string other = said("1.2", "1.3");
+  EXPECT_THAT(other, HasSubstr("firmware is \"1.3\", the session began with \"1.2\""));
+  EXPECT_EQ(std::count(other.begin(), other.end(), '\n'), 1);
+  EXPECT_EQ(said("1.2", "1.2"), "");
+  EXPECT_EQ(said("", "1.3"), "");
+  EXPECT_EQ(said("1.2", ""), "");
 }
 
 TEST_F(Resume, TakesAnySettingsWhereTheSessionStatesNone) {
