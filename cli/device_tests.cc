@@ -107,8 +107,8 @@ core::Json TestSelector(hal::Devices& devices, hal::Selector& selector) {
   return {{"selector", selector.identity()}, {"rows", rows}};
 }
 
-// On for two seconds at the lab's settings, then off, whatever happens between.
-core::Json TestLamp(hal::Devices& devices) {
+// The lamp, on for two seconds at the lab's settings, then off, whatever happens between.
+core::Json TestSupply(hal::Devices& devices) {
   hal::SafetyGuard guard(devices);
   hal::Supply& supply = *devices.supply;
   core::Clock& clock = *devices.clock;
@@ -175,8 +175,8 @@ core::Json TestInputs(const std::string& lab_toml) {
 }  // namespace
 
 const std::vector<std::string>& TestableDevices() {
-  static const std::vector<std::string> names = {"stage", "camera",  "shutter", "print", "colour",
-                                                 "lamp",  "monitor", "trigger", "inputs"};
+  static const std::vector<std::string> names = {"stage",  "camera",  "shutter", "print", "colour",
+                                                 "supply", "monitor", "trigger", "inputs"};
   return names;
 }
 
@@ -205,7 +205,7 @@ core::Json TestDevice(const std::string& name, const std::string& lab_toml, doub
     return TestTrigger(devices);
   }
   has(devices.supply);
-  return TestLamp(devices);
+  return TestSupply(devices);
 }
 
 }  // namespace luxfield::cli

@@ -8,7 +8,7 @@
 
 namespace luxfield::cli {
 
-// "stage", "camera", "shutter", "print", "colour", "lamp", "monitor", "trigger", "inputs".
+// "stage", "camera", "shutter", "print", "colour", "supply", "monitor", "trigger", "inputs".
 const std::vector<std::string>& TestableDevices();
 
 // Prints what it does and sees; the figures are what it returns. `reach_m` bounds the stage. Throws

@@ -40,7 +40,60 @@ core::Json PrintIdentification(const std::string& port, int baud) {
   return json;
 }
 
-void PrintStage(hal::Stage& stage) {
+// "NAME: WORD, WORD, ..." under a device, in lines of at most 80 columns.
+void PrintDetail(const std::string& name, const std::vector<std::string>& words) {
+  constexpr std::size_t kIndent = 17, kColumns = 80;
+  std::string line = std::string(kIndent, ' ') + name + ":";
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    const std::string word = words[k] + (k + 1 < words.size() ? "," : "");
+    if (line.size() + 1 + word.size() > kColumns) {
+      fmt::print("{}\n", line);
+      line = std::string(kIndent + 1, ' ');
+    }
+    line += " " + word;
+  }
+  fmt::print("{}\n", line);
+}
+
+core::Json PrintCamera(const hal::Camera& camera) {
+  const hal::CameraCapabilities can = camera.capabilities();
+  fmt::print("  camera       {}: {} x {}, {} bit, exposures {:.3g} to {:.3g} s\n",
+             camera.identity(), can.width, can.height, can.bits, can.min_exposure_s,
+             can.max_exposure_s);
+  core::Json json = {{"identity", camera.identity()},
+                     {"width_px", can.width},
+                     {"height_px", can.height},
+                     {"bits", can.bits},
+                     {"min_exposure_s", can.min_exposure_s},
+                     {"max_exposure_s", can.max_exposure_s}};
+  if (const std::string firmware = camera.firmware(); !firmware.empty()) {
+    PrintDetail("firmware", {firmware});
+    json["firmware"] = firmware;
+  }
+  if (can.exposure_step_s > 0) {
+    PrintDetail("exposure_step_s", {fmt::format("{:.6g}", can.exposure_step_s)});
+    json["exposure_step_s"] = can.exposure_step_s;
+  }
+  if (!can.exposures_s.empty()) {
+    std::vector<std::string> words;
+    for (const double exposure_s : can.exposures_s)
+      words.push_back(fmt::format("{:.6g}", exposure_s));
+    PrintDetail("exposures_s", words);
+    json["exposures_s"] = can.exposures_s;
+  }
+  if (can.max_gain_db > can.min_gain_db) {
+    PrintDetail("gain_db", {fmt::format("{:.6g} to {:.6g}", can.min_gain_db, can.max_gain_db)});
+    json["min_gain_db"] = can.min_gain_db;
+    json["max_gain_db"] = can.max_gain_db;
+  }
+  for (const auto& [setting, choices] : can.choices) {
+    PrintDetail(setting, choices);
+    json["choices"][setting] = choices;
+  }
+  return json;
+}
+
+core::Json PrintStage(hal::Stage& stage) {
   const hal::StageLimits limits = stage.limits();
   fmt::print("  stage        {}: ({:.4g}, {:.4g}) to ({:.4g}, {:.4g}) m, {:.3g} m/s",
              stage.identity(), limits.min.x, limits.min.y, limits.max.x, limits.max.y,
@@ -49,6 +102,13 @@ void PrintStage(hal::Stage& stage) {
   const hal::StagePosition where = stage.Where();
   fmt::print(", {}homed{}\n", where.homed ? "" : "not ",
              where.lost.empty() ? "" : " (" + where.lost + ")");
+  core::Json json = {
+      {"identity", stage.identity()},          {"min_m", {limits.min.x, limits.min.y}},
+      {"max_m", {limits.max.x, limits.max.y}}, {"speed_m_per_s", limits.speed_m_per_s},
+      {"settle_s", limits.settle_s},           {"repeatability_m", limits.repeatability_m},
+      {"resolution_m", limits.resolution_m},   {"homed", where.homed}};
+  if (!where.lost.empty()) json["lost"] = where.lost;
+  return json;
 }
 
 // The devices of a lab; of a lab of real ones also which do not open, and why.
@@ -82,27 +142,18 @@ core::Json PrintLab(const std::string& lab) {
   const OpenedLab opened = OpenLab(lab);
   const hal::Devices& devices = opened.devices;
   fmt::print("devices of {}\n", lab);
-  if (devices.camera) {
-    const auto capabilities = devices.camera->capabilities();
-    fmt::print("  camera       {}: {} x {}, {} bit, exposures {:.3g} to {:.3g} s\n",
-               devices.camera->identity(), capabilities.width, capabilities.height,
-               capabilities.bits, capabilities.min_exposure_s, capabilities.max_exposure_s);
-    json["camera"] = devices.camera->identity();
-  }
-  if (devices.stage) {
-    PrintStage(*devices.stage);
-    json["stage"] = devices.stage->identity();
-  }
+  if (devices.camera) json["camera"] = PrintCamera(*devices.camera);
+  if (devices.stage) json["stage"] = PrintStage(*devices.stage);
   const auto print = [&json](const char* role, const auto& device) {
     if (!device) return;
     fmt::print("  {:<12} {}\n", role, device->identity());
-    json[role] = device->identity();
+    json[role] = {{"identity", device->identity()}};
   };
   const auto print_selector = [&json](const char* role, const auto& selector) {
     if (!selector) return;
     fmt::print("  {:<12} {}: {}\n", role, selector->identity(),
                fmt::join(selector->positions(), ", "));
-    json[role] = selector->identity();
+    json[role] = {{"identity", selector->identity()}, {"positions", selector->positions()}};
   };
   print_selector("shutter", devices.shutter);
   print_selector("print", devices.print);

@@ -380,23 +380,37 @@ TEST_F(BadNetwork, CostsAStillCameraRunsButNoLightField) {
 }
 
 TEST_F(Bench, DevicesSaysWhatIsAttachedWhoTakesItAndWhyNot) {
-  const Outcome all = Run({"devices", "real.toml"});
+  const Outcome all = Run({"devices", "real.toml", "--json", "devices.json"});
   EXPECT_EQ(all.exit_code, 0) << all.err;
   for (const char* line :
        {"aravis       Aravis-Fake-LUXBENCH: Aravis Fake LUXBENCH, GigEVision at 127.0.0.1",
         "usbtmc       1209:0001: serial 7", "usbtmc       1209:0002: serial 7",
         "gpiod        /dev/gpiochip0: fake, 9 lines", "grbl         takes it: Grbl",
-        "camera       Aravis Fake LUXBENCH: 64 x 64, 16 bit",
-        "shutter      shutter on /dev/gpiochip0: closed, open",
+        "camera       Aravis Fake LUXBENCH: 64 x 64, 16 bit", "firmware: ", "gain_db: 0 to 10",
+        "pixel_format: BayerBG8, ", "shutter      shutter on /dev/gpiochip0: closed, open",
         "print        print changer on /dev/gpiochip0: plus, minus", "monitor      ACME,LightMeter",
         "supply       ACME,PS30", "inputs       safety inputs on"})
     EXPECT_THAT(all.out, HasSubstr(line));
+  const Json devices = Json::parse(e2e::ReadText(folder_ / "devices.json"));
+  EXPECT_EQ(devices.at("supply").at("identity"), "ACME,PS30,1,2.0");
+  EXPECT_EQ(devices.at("print").at("positions"), (std::vector<std::string>{"plus", "minus"}));
 
   bench_->meter().Unplug();
   const Outcome without = Run({"devices", "real.toml"});
   EXPECT_EQ(without.exit_code, 3);
   EXPECT_THAT(without.out, HasSubstr("monitor      does not open: 1209:0002"));
   EXPECT_THAT(without.out, HasSubstr("camera       Aravis Fake LUXBENCH: 64 x 64"));
+}
+
+TEST_F(Bench, DevicesListsTheShutterSpeedsOfAStillCamera) {
+  Build(CameraKind::kStill);
+  const Outcome all = Run({"devices", "real.toml", "--json", "devices.json"});
+  EXPECT_EQ(all.exit_code, 0) << all.err;
+  for (const char* detail : {"firmware: 1.0", "exposures_s: ", "setting iso: 100, 200, 400"})
+    EXPECT_THAT(all.out, HasSubstr(detail));
+  const Json camera = Json::parse(e2e::ReadText(folder_ / "devices.json")).at("camera");
+  EXPECT_EQ(camera.at("firmware"), "1.0");
+  EXPECT_GT(camera.at("exposures_s").size(), 2u);
 }
 
 TEST_F(Bench, DeviceTestsStayWithinTheirBounds) {
@@ -413,14 +427,14 @@ TEST_F(Bench, DeviceTestsStayWithinTheirBounds) {
     EXPECT_LE(std::abs(row.at("u_m").get<double>()), 0.002 + 1e-12);
   EXPECT_NEAR(test("camera").at("mean_dn"), 400, 2) << "dark behind the closed shutter";
   EXPECT_EQ(test("monitor").at("readings"), (std::vector<double>{0, 0, 0, 0, 0}));
-  const Json lamp = test("lamp");
+  const Json lamp = test("supply");
   EXPECT_EQ(lamp.at("voltage_v"), 12);
   EXPECT_EQ(lamp.at("off"), true);
   EXPECT_FALSE(bench_->lamp_on());
 
   bench_->OpenDoor(true);
   EXPECT_EQ(test("inputs").at("door_open"), true);
-  for (const char* name : {"lamp", "stage", "shutter"}) {
+  for (const char* name : {"supply", "stage", "shutter"}) {
     const Outcome refused = Run({"devices", "test", name, "real.toml"});
     EXPECT_EQ(refused.exit_code, 3);
     EXPECT_THAT(refused.err, HasSubstr("the door is open"));

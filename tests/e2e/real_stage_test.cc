@@ -167,7 +167,7 @@ TEST_F(RealStage, TestsStayWithinTheirBounds) {
     EXPECT_LE(row.at("off_m").get<double>(), 4e-6);  // a step
   }
   EXPECT_EQ(Run({"devices", "test", "camera", "simulated.toml"}).exit_code, 0);
-  EXPECT_EQ(Run({"devices", "test", "lamp", "simulated.toml"}).exit_code, 0);
+  EXPECT_EQ(Run({"devices", "test", "supply", "simulated.toml"}).exit_code, 0);
   EXPECT_EQ(Run({"devices", "test", "kettle", "simulated.toml"}).exit_code, 2);
 }
 
