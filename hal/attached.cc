@@ -1,6 +1,7 @@
 #include "hal/attached.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -46,10 +47,17 @@ std::vector<AttachedDevice> AttachedDevices() {
   if constexpr (kHasGphoto2)
     for (const auto& camera : gphoto2::ListGphoto2Devices())
       devices.push_back({"gphoto2", camera.port, camera.model, {}});
-  for (const auto& instrument : usbtmc::ListUsbTmcDevices())
-    devices.push_back(
-        {"usbtmc", fmt::format("{:04x}:{:04x}", instrument.vendor, instrument.product),
-         instrument.serial.empty() ? "" : "serial " + instrument.serial, instrument.problem});
+  for (const auto& instrument : usbtmc::ListUsbTmcDevices()) {
+    std::vector<std::string> words;
+    if (!instrument.serial.empty()) words.push_back("serial " + instrument.serial);
+    if (const auto quirks =
+            usbtmc::QuirkNames(usbtmc::FindQuirks(instrument.vendor, instrument.product));
+        !quirks.empty())
+      words.push_back("quirks " + quirks);
+    devices.push_back({"usbtmc",
+                       fmt::format("{:04x}:{:04x}", instrument.vendor, instrument.product),
+                       fmt::format("{}", fmt::join(words, "; ")), instrument.problem});
+  }
   if constexpr (kHasGpiod) AddGpioChips(devices);
   return devices;
 }

@@ -14,6 +14,12 @@ usbtmc::UsbTmcOptions ReadInstrument(const core::Config& table) {
   options.vendor = static_cast<std::uint16_t>(table.Integer("vendor", 1, 0xffff));
   options.product = static_cast<std::uint16_t>(table.Integer("product", 0, 0xffff));
   options.serial = table.Text("serial", "");
+  options.quirks = usbtmc::FindQuirks(options.vendor, options.product);
+  if (const auto quirks = table.OptionalTable("quirks")) {
+    options.quirks.no_clear = quirks->Boolean("no_clear", options.quirks.no_clear);
+    options.quirks.any_tag = quirks->Boolean("any_tag", options.quirks.any_tag);
+    options.quirks.one_header = quirks->Boolean("one_header", options.quirks.one_header);
+  }
   return options;
 }
 

@@ -1,11 +1,13 @@
 #include "hal/usbtmc/usbtmc.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <libusb.h>
 
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "hal/error.h"
@@ -152,12 +154,38 @@ struct UsbTmc::Usb {
   }
 };
 
-// Rigol's supplies, generators and oscilloscopes hang on INITIATE_CLEAR (python-usbtmc issue 62);
-// their vendor number is 1ab1.
-Quirks FindQuirks(std::uint16_t vendor, std::uint16_t) {
+// That some state RL1 (remote and local control) and do not have it is no matter here: it is never
+// asked for.
+Quirks FindQuirks(std::uint16_t vendor, std::uint16_t product) {
+  struct Row {
+    std::uint16_t vendor, product;
+    Quirks quirks;
+  };
+  constexpr std::uint16_t kRigol = 0x1ab1;
+  static constexpr std::array kRows = {
+      // DS1000Z, MSO1000Z: python-ivi/python-usbtmc, pull request 18.
+      Row{kRigol, 0x04ce, {.one_header = true}},
+      // DS1000 and DS2000: Linux 4.9, drivers/usb/class/usbtmc.c, usbtmc_id_quirk.
+      Row{kRigol, 0x0588, {.one_header = true}},
+      Row{kRigol, 0x04b0, {.one_header = true}},
+      // DHO800, DHO900: sigrokproject/libsigrok, pull request 246.
+      Row{kRigol, 0x044d, {.any_tag = true}},
+  };
   Quirks quirks;
-  quirks.no_clear = vendor == 0x1ab1;
+  for (const Row& row : kRows)
+    if (row.vendor == vendor && row.product == product) quirks = row.quirks;
+  // Seen of the DS1000Z (python-usbtmc, pull request 62), expected of the maker's others: what is
+  // not cleared at worst holds a reply that another program has left.
+  if (vendor == kRigol) quirks.no_clear = true;
   return quirks;
+}
+
+std::string QuirkNames(const Quirks& quirks) {
+  std::vector<std::string_view> names;
+  if (quirks.no_clear) names.emplace_back("no_clear");
+  if (quirks.any_tag) names.emplace_back("any_tag");
+  if (quirks.one_header) names.emplace_back("one_header");
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 std::vector<UsbTmcDevice> ListUsbTmcDevices() {
@@ -180,12 +208,9 @@ std::vector<UsbTmcDevice> ListUsbTmcDevices() {
 }
 
 UsbTmc::UsbTmc(const UsbTmcOptions& options)
-    : UsbTmc(options, FindQuirks(options.vendor, options.product)) {}
-
-UsbTmc::UsbTmc(const UsbTmcOptions& options, Quirks quirks)
     : name_(fmt::format("{:04x}:{:04x}{}", options.vendor, options.product,
                         options.serial.empty() ? "" : " " + options.serial)),
-      quirks_(quirks),
+      quirks_(options.quirks),
       usb_(std::make_unique<Usb>()) {
   usb_->context = MakeContext();
   int found = 0, error = 0;
@@ -354,7 +379,7 @@ int UsbTmc::BulkIn(std::vector<std::uint8_t>& bytes, int* moved, SteadyTime dead
   }
 }
 
-std::vector<std::uint8_t> UsbTmc::ReadTransfer(std::uint32_t max_size, SteadyTime deadline) {
+void UsbTmc::Request(std::uint32_t max_size, SteadyTime deadline) {
   EndAbortIn();
   tag_ = NextTag(tag_);
   Bytes request = EncodeRequest(tag_, max_size);
@@ -365,10 +390,15 @@ std::vector<std::uint8_t> UsbTmc::ReadTransfer(std::uint32_t max_size, SteadyTim
     if (error != LIBUSB_ERROR_NO_DEVICE) AbortOut();
     throw UsbError(name_, "ask for the reply", error);
   }
+}
+
+// One transfer.
+std::vector<std::uint8_t> UsbTmc::Receive(std::size_t max_size, SteadyTime deadline) {
   // Whole packets, so that a device that sends more than it was asked for cannot overflow.
   const std::size_t packet = usb_->endpoints.packet,
                     room = (kHeaderBytes + max_size + 3 + packet) / packet * packet;
   std::vector<std::uint8_t> reply(room);
+  int moved = 0;
   const int error = BulkIn(reply, &moved, deadline);
   if (error) {
     if (error != LIBUSB_ERROR_NO_DEVICE) BeginAbortIn();
@@ -383,8 +413,15 @@ std::vector<std::uint8_t> UsbTmc::ReadTransfer(std::uint32_t max_size, SteadyTim
 std::string UsbTmc::Read(SteadyTime deadline) {
   std::string message;
   for (;;) {
-    const std::vector<std::uint8_t> reply = ReadTransfer(kMostReply, deadline);
+    Request(kMostReply, deadline);
+    std::vector<std::uint8_t> reply = Receive(kMostReply, deadline);
     ReplyHeader header = ParseReply(reply, tag_, kMostReply, quirks_.any_tag);
+    while (quirks_.one_header && header.problem.empty() &&
+           reply.size() < kHeaderBytes + header.size) {
+      const auto more = Receive(kHeaderBytes + header.size - reply.size(), deadline);
+      if (more.empty()) break;
+      reply.insert(reply.end(), more.begin(), more.end());
+    }
     if (header.problem.empty() && reply.size() < kHeaderBytes + header.size)
       header.problem =
           fmt::format("{} of {} bytes of the reply came", reply.size() - kHeaderBytes, header.size);

@@ -11,17 +11,25 @@
 
 namespace luxfield::hal::usbtmc {
 
-// What an instrument does not do as the standard says. FindQuirks knows some by their numbers; all
-// are off for any other.
+// What an instrument does not do as the standard says.
 struct Quirks {
   bool no_clear = false;  // INITIATE_CLEAR hangs it: it is not cleared when it is opened
   bool any_tag = false;   // replies may carry a stale tag
+  // Only the first transfer of a reply has a header, for the whole of it and with EOM set; what is
+  // missing follows by itself, and to ask for it would start the reply again.
+  bool one_header = false;
+
+  bool operator==(const Quirks&) const = default;
 };
+// Those known of the instruments with these numbers; all off for any other.
 Quirks FindQuirks(std::uint16_t vendor, std::uint16_t product);
+// "no_clear, one_header": the names of lab.toml; empty: none.
+std::string QuirkNames(const Quirks& quirks);
 
 struct UsbTmcOptions {
   std::uint16_t vendor = 0, product = 0;
-  std::string serial;  // empty: the only one with these numbers
+  std::string serial = {};  // empty: the only one with these numbers
+  Quirks quirks = FindQuirks(vendor, product);
 };
 
 struct UsbTmcDevice {
@@ -39,7 +47,6 @@ class UsbTmc : public MessageChannel {
   // Detaches a kernel driver while it is open. HardwareError: kDisconnected, kRefused (permission,
   // another program, several of them).
   explicit UsbTmc(const UsbTmcOptions& options);
-  UsbTmc(const UsbTmcOptions& options, Quirks quirks);
   ~UsbTmc() override;
 
   const std::string& name() const override { return name_; }
@@ -55,7 +62,8 @@ class UsbTmc : public MessageChannel {
   void BeginAbortIn();
   void EndAbortIn();
   void DrainIn() const;
-  std::vector<std::uint8_t> ReadTransfer(std::uint32_t max_size, SteadyTime deadline);
+  void Request(std::uint32_t max_size, SteadyTime deadline);
+  std::vector<std::uint8_t> Receive(std::size_t max_size, SteadyTime deadline);
   // As libusb_bulk_transfer from the bulk-IN endpoint, and LIBUSB_ERROR_INTERRUPTED where it gives
   // way.
   int BulkIn(std::vector<std::uint8_t>& bytes, int* moved, SteadyTime deadline) const;

@@ -143,6 +143,18 @@ TEST_F(DeviceLabFile, ACameraThatALineTriggersHasOne) {
               HasSubstr("camera.trigger_activation"));
 }
 
+TEST_F(DeviceLabFile, QuirksOfAnInstrumentAreTheTablesUnlessNamed) {
+  const auto quirks = [&](const std::string& keys) {
+    const DeviceLab lab = ReadDeviceLab(With("vendor = 0x1209\nproduct = 0x0002", keys));
+    return usbtmc::QuirkNames(lab.monitor->instrument.quirks);
+  };
+  EXPECT_EQ(quirks("vendor = 0x1209\nproduct = 2"), "");
+  EXPECT_EQ(quirks("vendor = 0x1209\nproduct = 2\nquirks = {any_tag = true}"), "any_tag");
+  const std::string known = "vendor = 0x1ab1\nproduct = 0x04ce\n";
+  EXPECT_EQ(quirks(known), "no_clear, one_header");
+  EXPECT_EQ(quirks(known + "quirks = {no_clear = false, any_tag = true}"), "any_tag, one_header");
+}
+
 TEST_F(DeviceLabFile, ARealStageInASimulatedLabIsAnnouncedBeforeItIsOpened) {
   std::ifstream file(LUXFIELD_SOURCE_DIR "/data/labs/small.toml");
   std::string text(std::istreambuf_iterator<char>(file), {});
@@ -189,6 +201,9 @@ TEST_F(DeviceLabFile, WhatMakesNoSenseIsRefusedByFileAndField) {
            {"product = 0x0002", "product = 0x0002\nunits = \"lx\"", "monitor.units"},
            {"kind = \"basis\"\nbasis = \"bspline2\"", "kind = \"dual\"\nbasis = \"quadratic\"",
             "print"},
+           {"product = 0x0002", "product = 0x0002\nquirks = {no_clears = true}",
+            "monitor.quirks.no_clears"},
+           {"product = 0x0002", "product = 0x0002\nquirks = \"no_clear\"", "monitor.quirks"},
            {"name = \"small bench\"", "channels = 2", "lab.channels"},
        }) {
     const std::string error = ErrorWith(c.from, c.to);

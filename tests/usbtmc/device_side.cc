@@ -21,9 +21,11 @@ std::optional<DeviceSide::Bytes> DeviceSide::Control(const std::uint8_t* request
   if (is(0xa2, 2) || is(0xa2, 4)) return status(8);
   if (!is(0xa1, 5) && !is(0xa2, 3)) return std::nullopt;
   reply_.clear();
+  sent_ = 0;
   requested_ = false;
   if (is(0xa1, 5)) {
     ++clears_;
+    faults.mute = faults.mute || faults.dies_of_clear;
     return status(1);
   }
   ++aborts_;
@@ -37,6 +39,7 @@ bool DeviceSide::Out(const std::uint8_t* bytes, std::size_t size) {
   std::memcpy(&length, bytes + 4, 4);
   tag_before_ = std::exchange(tag_, bytes[1]);
   if (bytes[0] == 1 && size == (12 + length + 3) / 4 * 4) {
+    sent_ = 0;
     messages_.emplace_back(reinterpret_cast<const char*>(bytes) + 12, length);
     reply_ = answer_(messages_.back());  // one that nobody has read is gone, as IEEE 488.2 says
   } else if (bytes[0] == 2) {
@@ -46,14 +49,41 @@ bool DeviceSide::Out(const std::uint8_t* bytes, std::size_t size) {
   return true;
 }
 
-std::optional<DeviceSide::Bytes> DeviceSide::In() {
-  if (faults.mute || !requested_ || reply_.empty()) return std::nullopt;
-  const std::size_t size = std::min<std::size_t>({reply_.size(), room_, faults.at_once});
+DeviceSide::Bytes DeviceSide::Header(std::size_t size, bool end) const {
   const std::uint8_t tag = faults.stale_tag ? tag_before_ : tag_;
-  Bytes transfer = {2, tag, static_cast<std::uint8_t>(~tag), 0};
+  Bytes header = {2, tag, static_cast<std::uint8_t>(~tag), 0};
   for (int shift = 0; shift < 32; shift += 8)
-    transfer.push_back(static_cast<std::uint8_t>(size >> shift));
-  transfer.insert(transfer.end(), {std::uint8_t{size == reply_.size()}, 0, 0, 0});
+    header.push_back(static_cast<std::uint8_t>(size >> shift));
+  header.insert(header.end(), {std::uint8_t{end}, 0, 0, 0});
+  return header;
+}
+
+std::optional<DeviceSide::Bytes> DeviceSide::InWithOneHeader() {
+  if (!requested_ && sent_ == 0) return std::nullopt;
+  Bytes transfer;
+  if (requested_) {
+    transfer = Header(reply_.size(), true);
+    sent_ = 0;
+    requested_ = false;
+  }
+  const std::size_t size = std::min(reply_.size() - sent_, faults.at_once);
+  const auto begin = reply_.begin() + static_cast<std::ptrdiff_t>(sent_);
+  transfer.insert(transfer.end(), begin, begin + static_cast<std::ptrdiff_t>(size));
+  sent_ += size;
+  if (sent_ == reply_.size()) {
+    reply_.clear();
+    sent_ = 0;
+  }
+  if (damage && !damage(transfer)) return std::nullopt;
+  return transfer;
+}
+
+std::optional<DeviceSide::Bytes> DeviceSide::In() {
+  if (faults.mute || reply_.empty()) return std::nullopt;
+  if (faults.one_header) return InWithOneHeader();
+  if (!requested_) return std::nullopt;
+  const std::size_t size = std::min<std::size_t>({reply_.size(), room_, faults.at_once});
+  Bytes transfer = Header(size, size == reply_.size());
   transfer.insert(transfer.end(), reply_.begin(),
                   reply_.begin() + static_cast<std::ptrdiff_t>(size));
   if (faults.cut) transfer.pop_back();

@@ -20,6 +20,10 @@ class DeviceSide {
     bool stale_tag = false;      // replies carry the tag of the request before
     std::size_t at_once = 1024;  // payload bytes in one transfer
     bool cut = false;            // transfers end before their payload does
+    // Only the first transfer of a reply has a header, which states all of it; the rest follows by
+    // itself, and a request begins it again.
+    bool one_header = false;
+    bool dies_of_clear = false;  // it is mute after INITIATE_CLEAR
   };
 
   // `answer` gives the reply to a message, empty: none.
@@ -43,7 +47,11 @@ class DeviceSide {
 
  private:
   std::function<std::string(const std::string&)> answer_;
+  Bytes Header(std::size_t size, bool end) const;
+  std::optional<Bytes> InWithOneHeader();
+
   std::string reply_;
+  std::size_t sent_ = 0;  // of a reply with one header
   bool requested_ = false;
   std::uint8_t tag_ = 0, tag_before_ = 0;
   std::uint32_t room_ = 0;

@@ -21,7 +21,9 @@ std::string Echo(const std::string& message) {
 
 class UsbTmcDeviceTest : public testing::Test {
  protected:
-  UsbTmcOptions Options() const { return {FakeInstrument::kVendor, FakeInstrument::kProduct, {}}; }
+  UsbTmcOptions Options(Quirks quirks = {}) const {
+    return {FakeInstrument::kVendor, FakeInstrument::kProduct, {}, quirks};
+  }
   std::string Ask(UsbTmc& device, const std::string& query, double seconds = 5) {
     device.Write(query + "\n", SecondsFromNow(seconds));
     return device.Read(SecondsFromNow(seconds));
@@ -68,14 +70,40 @@ TEST_F(UsbTmcDeviceTest, StaleTagsAreRefusedUnlessKnown) {
   instrument_.Set({.stale_tag = true});
   EXPECT_EQ(ErrorOf([&] { Ask(device, "*IDN?"); }).fault, Fault::kProtocol);
   EXPECT_EQ(instrument_.aborts(), 1);
-  Quirks quirks;
-  quirks.any_tag = true;
-  quirks.no_clear = true;
-  const int clears = instrument_.clears();
-  instrument_.Set({});
-  UsbTmc known(Options(), quirks);
-  EXPECT_EQ(instrument_.clears(), clears);
-  instrument_.Set({.stale_tag = true});
+  UsbTmc known(Options({.any_tag = true}));
+  EXPECT_EQ(Ask(known, "*IDN?"), "ACME,LightMeter,7,1.0");
+}
+
+TEST_F(UsbTmcDeviceTest, WhatHangsOnAClearIsNotCleared) {
+  instrument_.Set({.dies_of_clear = true});
+  UsbTmc known(Options({.no_clear = true}));
+  EXPECT_EQ(Ask(known, "*IDN?"), "ACME,LightMeter,7,1.0");
+  EXPECT_EQ(instrument_.clears(), 0);
+  UsbTmc cleared(Options());
+  EXPECT_EQ(ErrorOf([&] { Ask(cleared, "*IDN?", 0.1); }).fault, Fault::kTimeout);
+}
+
+TEST_F(UsbTmcDeviceTest, RepliesWithOneHeaderAreReadToTheirEndWhereThatIsKnown) {
+  UsbTmc known(Options({.one_header = true}));
+  EXPECT_EQ(Ask(known, "LONG?"), std::string(5000, 'x')) << "of an instrument that does not";
+  for (const std::size_t at_once : {52u, 500u, 512u, 5001u}) {
+    SCOPED_TRACE(at_once);
+    instrument_.Set({.at_once = at_once, .one_header = true});
+    EXPECT_EQ(Ask(known, "LONG?"), std::string(5000, 'x'));
+    EXPECT_EQ(Ask(known, "*IDN?"), "ACME,LightMeter,7,1.0");
+  }
+  UsbTmc other(Options());
+  instrument_.Set({.at_once = 500, .one_header = true});
+  EXPECT_EQ(ErrorOf([&] { Ask(other, "LONG?"); }).fault, Fault::kProtocol);
+}
+
+TEST_F(UsbTmcDeviceTest, AReplyWithOneHeaderThatStopsIsATimeout) {
+  UsbTmc known(Options({.one_header = true}));
+  instrument_.Set({.at_once = 500, .one_header = true});
+  int transfers = 0;
+  instrument_.SetDamage([&](usb::Bytes&) { return ++transfers < 3; });
+  EXPECT_EQ(ErrorOf([&] { Ask(known, "LONG?", 0.1); }).fault, Fault::kTimeout);
+  instrument_.SetDamage({});
   EXPECT_EQ(Ask(known, "*IDN?"), "ACME,LightMeter,7,1.0");
 }
 
@@ -120,9 +148,16 @@ TEST_F(UsbTmcDeviceTest, AnInstrumentThatIsNotThere) {
 }
 
 TEST(UsbTmcQuirks, AreOffButForTheInstrumentsThatHaveThem) {
-  EXPECT_TRUE(FindQuirks(0x1ab1, 0x0e11).no_clear);
-  EXPECT_FALSE(FindQuirks(0x1313, 0x8078).no_clear);
-  EXPECT_FALSE(FindQuirks(0x1313, 0x8078).any_tag);
+  const auto names = [](std::uint16_t vendor, std::uint16_t product) {
+    return QuirkNames(FindQuirks(vendor, product));
+  };
+  EXPECT_EQ(names(0x1313, 0x8078), "");
+  EXPECT_EQ(names(0x1ab1, 0x0e11), "no_clear");
+  EXPECT_EQ(names(0x1ab1, 0x044d), "no_clear, any_tag");
+  for (const std::uint16_t product : std::initializer_list<std::uint16_t>{0x04ce, 0x0588, 0x04b0})
+    EXPECT_EQ(names(0x1ab1, product), "no_clear, one_header");
+  EXPECT_EQ(UsbTmcOptions({.vendor = 0x1ab1, .product = 0x04ce}).quirks,
+            FindQuirks(0x1ab1, 0x04ce));
 }
 
 }  // namespace
