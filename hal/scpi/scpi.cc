@@ -99,10 +99,28 @@ std::string Instrument::Ask(const std::string& query, SteadyTime deadline) {
   return channel_->Read(deadline);
 }
 
+// *OPC? is answered, by 1, when no operation is pending any more (IEEE 488.2, 10.19).
+void Instrument::AwaitSettled(const std::string& command, SteadyTime deadline) {
+  std::string answer;
+  try {
+    answer = Ask("*OPC?", deadline);
+  } catch (const HardwareError& error) {
+    if (error.fault != Fault::kTimeout) throw;
+    throw HardwareError(Fault::kTimeout, channel_->name(), command,
+                        "does not answer *OPC?: it has not settled by the deadline",
+                        "look at its display for a limit or a protection that has tripped");
+  }
+  if (ParseNumber(answer) != 1)
+    throw HardwareError(Fault::kProtocol, channel_->name(), command,
+                        fmt::format("answers *OPC? with '{}'", core::Printable(answer)),
+                        "check that it is a SCPI instrument");
+}
+
 void Instrument::Command(const std::string& command, double deadline_s, Urgency urgency) {
   const SteadyTime deadline = OnSteadyClock(deadline_s, *clock_);
   const Turn turn = Begin(command, deadline, urgency);
   channel_->Write(command + "\n", deadline);
+  if (urgency == Urgency::kOrdinary) AwaitSettled(command, deadline);
   std::string errors;
   for (int k = 0; k < kMostErrors; ++k) {
     const std::string answer = Ask("SYST:ERR?", deadline);

@@ -1,8 +1,9 @@
 // SCPI instruments: a supply and a meter over any MessageChannel (SCPI-99; IEEE 488.2).
 //
-// Every setting is followed by SYST:ERR? until it says 0 and read back; every call keeps its
-// deadline. Calls may come from any thread; they wait for each other, but for urgent ones: whoever
-// waits for an answer then gives up at once, with HardwareError(kStopped).
+// Every setting is followed by *OPC? until it has settled, SYST:ERR? until that says 0, and read
+// back; every call keeps its deadline. Only what is urgent does not wait for it to settle. Calls
+// may come from any thread; they wait for each other, but for urgent ones: whoever waits for an
+// answer then gives up at once, with HardwareError(kStopped).
 #pragma once
 
 #include <atomic>
@@ -38,7 +39,8 @@ class Instrument {
 
   const std::string& identity() const { return identity_; }  // maker, model, serial, firmware
 
-  // HardwareError(kRefused) with what the instrument says of the command.
+  // HardwareError: kRefused with what the instrument says of the command, kTimeout where it has not
+  // settled by the deadline.
   void Command(const std::string& command, double deadline_s, Urgency urgency = Urgency::kOrdinary);
   std::string Query(const std::string& query, double deadline_s,
                     Urgency urgency = Urgency::kOrdinary);
@@ -50,6 +52,7 @@ class Instrument {
   using Turn = std::unique_lock<std::timed_mutex>;
   Turn Begin(const std::string& operation, SteadyTime deadline, Urgency urgency);
   std::string Ask(const std::string& query, SteadyTime deadline);
+  void AwaitSettled(const std::string& command, SteadyTime deadline);
 
   std::unique_ptr<MessageChannel> channel_;
   std::shared_ptr<core::Clock> clock_;

@@ -134,6 +134,63 @@ TEST(ScpiSupply, CallsWaitForEachOtherUntilTheirDeadlineAndToSwitchOffDoesNotWai
   EXPECT_EQ(supply.State().voltage_v, 0);  // in step
 }
 
+// Answers as `model`, and *OPC? after `command` never.
+std::function<std::string(const std::string&)> NeverSettled(FakeSupply& model,
+                                                            const std::string& command) {
+  return [&model, command, last = std::string()](const std::string& message) mutable {
+    if (message == "*OPC?\n" && last == command + "\n") return std::string();
+    last = message;
+    return model.Answer(message);
+  };
+}
+
+TEST(ScpiSupply, WhatNeverSettlesIsATimeoutThatNamesItAndGoesDarkAgain) {
+  const auto clock = std::make_shared<core::SystemClock>();
+  const auto in = [&](double seconds) { return clock->MonotonicSeconds() + seconds; };
+  for (const std::string command : {"VOLT 12.5", "CURR 2", "OUTP ON"}) {
+    SCOPED_TRACE(command);
+    FakeSupply model;
+    FakeInstrument instrument(NeverSettled(model, command));
+    {
+      ScpiSupply supply(std::make_unique<usbtmc::UsbTmc>(usbtmc::UsbTmcOptions{
+                            FakeInstrument::kVendor, FakeInstrument::kProduct, {}}),
+                        {12.5, 2, 0.005}, clock, in(5));
+      const HardwareError error = ErrorOf([&] { supply.SetOutput(true, in(0.2)); });
+      EXPECT_EQ(error.fault, Fault::kTimeout);
+      EXPECT_THAT(error.what(), testing::AllOf(HasSubstr(command), HasSubstr("*OPC?")));
+      EXPECT_EQ(model.on(), command == "OUTP ON");
+      EXPECT_FALSE(supply.State().voltage_v > 12) << "in step, and not settled";
+    }
+    EXPECT_FALSE(model.on());
+  }
+}
+
+TEST(ScpiSupply, ToSwitchOffWaitsForNothingToSettle) {
+  const auto clock = std::make_shared<core::SystemClock>();
+  const auto in = [&](double seconds) { return clock->MonotonicSeconds() + seconds; };
+  FakeSupply model;
+  std::promise<void> asked;
+  std::atomic<bool> told = false;
+  FakeInstrument instrument(
+      [&, answer = NeverSettled(model, "OUTP ON")](const std::string& message) mutable {
+        std::string reply = answer(message);
+        if (message == "*OPC?\n" && reply.empty() && !told.exchange(true)) asked.set_value();
+        return reply;
+      });
+  ScpiSupply supply(std::make_unique<usbtmc::UsbTmc>(usbtmc::UsbTmcOptions{
+                        FakeInstrument::kVendor, FakeInstrument::kProduct, {}}),
+                    {12.5, 2, 0.005}, clock, in(5));
+  auto lighting = std::async(std::launch::async,
+                             [&] { return ErrorOf([&] { supply.SetOutput(true, in(60)); }); });
+  asked.get_future().wait();
+  EXPECT_FALSE(supply.SetOutput(false, in(5)).output);
+  EXPECT_EQ(lighting.get().fault, Fault::kStopped);
+  EXPECT_FALSE(model.on());
+  const auto messages = instrument.messages();
+  const auto off = std::find(messages.begin(), messages.end(), "OUTP OFF\n");
+  EXPECT_EQ(std::count(off, messages.end(), "*OPC?\n"), 0);
+}
+
 TEST_F(Scpi, AMeterSaysWhenItIsOverRange) {
   ScpiMeter meter(Channel(), {"READ?", "lx"}, clock_, Soon());
   const Reading reading = meter.Read(Soon());
