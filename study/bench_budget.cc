@@ -139,6 +139,30 @@ class MonteCarlo {
         add(kScaledTotal, other_quantity.Total());
       }
     }
+    if (!estimated_)
+      squares[reconstruct::ErrorSourceName(ErrorSource::kExposureTimes)] = PredictExposureTimes();
+    return squares;
+  }
+
+  // What wrong times do depends on the rungs that a place takes, which noise decides near a rung's
+  // edge: from sessions with their errors alone, as the observed ones are.
+  std::vector<double> PredictExposureTimes() const {
+    using reconstruct::ErrorSource;
+    const std::string name = reconstruct::ErrorSourceName(ErrorSource::kExposureTimes);
+    const auto cases = BudgetCases();
+    const auto own = std::find_if(cases.begin(), cases.end(),
+                                  [&](const BudgetCase& c) { return c.Label() == name; });
+    std::vector<double> squares(truth_.size());
+    for (int run = 0; run < options_.budgets; ++run) {
+      core::ThrowIfInterrupted();
+      Capture(*own, false, options_.seed + kBudgetSeeds, run);
+      WriteGeometryOfRun(Geometry(), settings_.sizes, name, options_.seed + kBudgetSeeds, run);
+      const auto budget = reconstruct::ComputeErrorBudget(core::SessionReader(Session()), settings_,
+                                                          HowToMerge(estimated_));
+      for (std::size_t q = 0; q < squares.size(); ++q)
+        squares[q] +=
+            std::pow(*budget.quantities[q].of(ErrorSource::kExposureTimes), 2) / options_.budgets;
+    }
     return squares;
   }
 
