@@ -9,7 +9,6 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <system_error>
@@ -17,8 +16,10 @@
 #include <utility>
 
 #include "core/printable.h"
+#include "hal/aravis/camera_features.h"
 #include "hal/aravis/device_clock.h"
 #include "hal/aravis/pixel_format.h"
+#include "hal/aravis/result.h"
 #include "hal/aravis/stream_filter.h"
 #include "hal/error.h"
 
@@ -45,62 +46,6 @@ struct Unref {
 };
 template <typename T>
 using Owned = std::unique_ptr<T, Unref<T>>;
-
-// A GError, and what it means.
-class Result {
- public:
-  Result(std::string device, std::string operation)
-      : device_(std::move(device)), operation_(std::move(operation)) {}
-  ~Result() { g_clear_error(&error_); }
-  Result(const Result&) = delete;
-  Result& operator=(const Result&) = delete;
-
-  operator GError**() {
-    g_clear_error(&error_);
-    return &error_;
-  }
-  bool failed() const { return error_ != nullptr; }
-  void ThrowIfFailed() const {
-    if (!error_) return;
-    Fault fault = Fault::kProtocol;
-    const char* remedy = "check cable and power, then reconnect the camera";
-    if (error_->domain == ARV_GC_ERROR && error_->code == ARV_GC_ERROR_ENUM_ENTRY_NOT_FOUND) {
-      fault = Fault::kRefused;
-      remedy = "choose a setting that the camera has";
-    }
-    if (error_->domain == ARV_DEVICE_ERROR) switch (error_->code) {
-        case ARV_DEVICE_ERROR_NOT_CONNECTED:
-        case ARV_DEVICE_ERROR_NOT_FOUND:
-          fault = Fault::kDisconnected;
-          break;
-        case ARV_DEVICE_ERROR_TIMEOUT:
-          fault = Fault::kTimeout;
-          break;
-        case ARV_DEVICE_ERROR_NOT_CONTROLLER:
-          fault = Fault::kRefused;
-          remedy = "end the program that controls the camera";
-          break;
-        case ARV_DEVICE_ERROR_FEATURE_NOT_FOUND:
-        case ARV_DEVICE_ERROR_INVALID_PARAMETER:
-        case ARV_DEVICE_ERROR_WRONG_FEATURE:
-          fault = Fault::kRefused;
-          remedy = "choose a setting that the camera has";
-          break;
-        default:
-          break;
-      }
-    throw HardwareError(fault, device_, operation_, error_->message, remedy);
-  }
-
- private:
-  std::string device_, operation_;
-  GError* error_ = nullptr;
-};
-
-HardwareError Refused(const std::string& device, const std::string& operation,
-                      const std::string& problem) {
-  return {Fault::kRefused, device, operation, problem, "choose a setting that the camera has"};
-}
 
 }  // namespace
 
@@ -136,30 +81,6 @@ struct AravisCamera::Session {
  private:
   void Connect(const AravisOptions& options);
   bool Controls() const;
-  void SetTrigger(const std::optional<LineTrigger>& by_line);
-  void RequireReadBack(const char* feature, const std::string& value) const;
-  std::string Firmware() const;
-  std::vector<std::string> PixelFormats() const;
-  std::pair<double, double> SetGain(double gain);
-  Region SetRegion(const std::optional<Region>& asked);
-  // What a register holds, for a number on which frames or their meaning depend: an answer may be
-  // damaged, so two in a row must agree.
-  template <typename Reading>
-  auto Agreed(const char* operation, const Reading& reading) const {
-    constexpr int kReadings = 5;
-    Result result(name, operation);
-    auto last = reading(result);
-    result.ThrowIfFailed();
-    for (int k = 1; k < kReadings; ++k) {
-      auto next = reading(result);
-      result.ThrowIfFailed();
-      if (next == last) return next;
-      last = next;
-    }
-    throw HardwareError(Fault::kProtocol, name, operation,
-                        "a register reads differently from one time to the next",
-                        "check the cable, then power-cycle the camera");
-  }
   void Start();
   void FilterStream();
   void Offer(Owned<ArvBuffer> buffer);
@@ -206,7 +127,7 @@ void AravisCamera::Session::Open(const AravisOptions& options) {
   const char* serial = arv_camera_get_device_serial_number(camera.get(), result);
   const auto text = [](const char* s) { return core::Printable(s ? s : "?"); };
   name = fmt::format("{} {} {}", text(vendor), text(model), text(serial));
-  firmware = Firmware();
+  firmware = Firmware(camera.get());
   g_signal_connect(arv_camera_get_device(camera.get()), "control-lost",
                    G_CALLBACK(+[](ArvDevice*, gpointer session) {
                      static_cast<Session*>(session)->lost = true;
@@ -214,49 +135,11 @@ void AravisCamera::Session::Open(const AravisOptions& options) {
                    this);
 }
 
-// SFNC has a feature for it, which older cameras lack. Only reported: an answer that fails, or
-// differs when it is asked again, is none.
-std::string AravisCamera::Session::Firmware() const {
-  for (const char* feature : {"DeviceFirmwareVersion", "DeviceVersion"}) {
-    if (!arv_camera_is_feature_available(camera.get(), feature, nullptr)) continue;
-    const auto read = [&] {
-      const char* text = arv_camera_get_string(camera.get(), feature, nullptr);
-      return std::string(text ? text : "");
-    };
-    if (const std::string text = read(); !text.empty() && text == read())
-      return core::Printable(text);
-  }
-  return {};
-}
-
-// Those that frames are read of. Only listed.
-std::vector<std::string> AravisCamera::Session::PixelFormats() const {
-  guint count = 0;
-  const std::unique_ptr<const char*, decltype(&g_free)> names(
-      arv_camera_dup_available_pixel_formats_as_strings(camera.get(), &count, nullptr), g_free);
-  std::vector<std::string> formats;
-  for (guint k = 0; names && k < count; ++k)
-    if (const char* found = names.get()[k]; FindPixelFormat(found)) formats.emplace_back(found);
-  return formats;
-}
-
 CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
   // What a killed program has left going: its frames go elsewhere, and settings may be locked.
   arv_camera_stop_acquisition(camera.get(), nullptr);
   Result result(name, "set up");
-  const auto found = FindPixelFormat(options.pixel_format);
-  if (!found)
-    throw Refused(name, "set up",
-                  fmt::format("pixel format \"{}\" is not read; those that are: {}",
-                              options.pixel_format, PixelFormatNames()));
-  format = *found;
-  arv_camera_set_pixel_format_from_string(camera.get(), options.pixel_format.c_str(), result);
-  result.ThrowIfFailed();
-  const char* set = arv_camera_get_pixel_format_as_string(camera.get(), result);
-  result.ThrowIfFailed();
-  if (!set || format.name != set)
-    throw Refused(name, "set up",
-                  fmt::format("pixel format {} reads back as {}", format.name, set ? set : "none"));
+  format = SetPixelFormat(camera.get(), name, options.pixel_format);
   raw_format = arv_camera_get_pixel_format(camera.get(), result);
   result.ThrowIfFailed();
   has_temperature = arv_camera_is_feature_available(camera.get(), "DeviceTemperature", nullptr);
@@ -273,14 +156,15 @@ CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
     result.ThrowIfFailed();
   }
   CameraCapabilities capabilities;
-  std::tie(capabilities.min_gain_db, capabilities.max_gain_db) = SetGain(options.gain_db);
-  capabilities.choices["pixel_format"] = PixelFormats();
-  region = SetRegion(options.region);
+  std::tie(capabilities.min_gain_db, capabilities.max_gain_db) =
+      SetGain(camera.get(), name, options.gain_db);
+  capabilities.choices["pixel_format"] = PixelFormats(camera.get());
+  region = SetRegion(camera.get(), name, options.region);
   capabilities.width = region.width;
   capabilities.height = region.height;
   capabilities.bits = format.bits;
   capabilities.readout_s = readout_s = options.readout_s;
-  const auto [least_us, most_us] = Agreed("set up", [this](GError** error) {
+  const auto [least_us, most_us] = Agreed(name, "set up", [this](GError** error) {
     std::pair<double, double> bounds;
     arv_camera_get_exposure_time_bounds(camera.get(), &bounds.first, &bounds.second, error);
     return bounds;
@@ -296,85 +180,9 @@ CameraCapabilities AravisCamera::Session::SetUp(const AravisOptions& options) {
     arv_camera_gv_set_stream_options(camera.get(), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   arv_camera_set_acquisition_mode(camera.get(), ARV_ACQUISITION_MODE_CONTINUOUS, result);
   result.ThrowIfFailed();
-  SetTrigger(options.line_trigger);
+  SetTrigger(camera.get(), name, options.line_trigger);
   Start();
   return capabilities;
-}
-
-// aravis sets selector FrameStart where a camera has it, mode, source and a rising edge.
-void AravisCamera::Session::SetTrigger(const std::optional<LineTrigger>& by_line) {
-  Result result(name, "set trigger");
-  arv_camera_set_trigger(camera.get(), by_line ? by_line->source.c_str() : "Software", result);
-  result.ThrowIfFailed();
-  if (!by_line) return;
-  arv_camera_set_string(camera.get(), "TriggerActivation", by_line->activation.c_str(), result);
-  result.ThrowIfFailed();
-  if (arv_camera_is_feature_available(camera.get(), "TriggerSelector", nullptr))
-    RequireReadBack("TriggerSelector", "FrameStart");
-  RequireReadBack("TriggerMode", "On");
-  RequireReadBack("TriggerSource", by_line->source);
-  RequireReadBack("TriggerActivation", by_line->activation);
-}
-
-void AravisCamera::Session::RequireReadBack(const char* feature, const std::string& value) const {
-  Result result(name, "set trigger");
-  const char* set = arv_camera_get_string(camera.get(), feature, result);
-  result.ThrowIfFailed();
-  if (!set || value != set)
-    throw Refused(name, "set trigger",
-                  fmt::format("{} {} reads back as {}", feature, value, set ? set : "none"));
-}
-
-// The bounds within which it can be set.
-std::pair<double, double> AravisCamera::Session::SetGain(double gain) {
-  Result result(name, "set gain");
-  if (!arv_camera_is_gain_available(camera.get(), nullptr)) {
-    if (gain != 0) throw Refused(name, "set gain", "the camera's gain cannot be set");
-    return {0, 0};
-  }
-  double least = 0, most = 0;
-  arv_camera_get_gain_bounds(camera.get(), &least, &most, result);
-  result.ThrowIfFailed();
-  if (!(gain >= least && gain <= most))
-    throw HardwareError(Fault::kOutOfRange, name, "set gain",
-                        fmt::format("{} is not within {} to {}", gain, least, most),
-                        "choose a gain that the camera has");
-  arv_camera_set_gain(camera.get(), gain, result);
-  result.ThrowIfFailed();
-  const double set = arv_camera_get_gain(camera.get(), result);
-  result.ThrowIfFailed();
-  // Registers hold steps of the gain; half a hundredth of a decibel is 0.06 % of the signal.
-  if (std::abs(set - gain) > 0.005)
-    throw Refused(name, "set gain", fmt::format("asked for {}, reads back {}", gain, set));
-  return {least, most};
-}
-
-Region AravisCamera::Session::SetRegion(const std::optional<Region>& asked) {
-  Result result(name, "set region");
-  int width = 0, height = 0;
-  arv_camera_get_sensor_size(camera.get(), &width, &height, result);
-  result.ThrowIfFailed();
-  const Region wanted = asked.value_or(Region{0, 0, width, height});
-  if (wanted.x < 0 || wanted.y < 0 || wanted.width < 1 || wanted.height < 1 ||
-      wanted.x + wanted.width > width || wanted.y + wanted.height > height)
-    throw HardwareError(
-        Fault::kOutOfRange, name, "set region",
-        fmt::format("{} x {} pixels at ({}, {}) are not within the sensor of {} x {}", wanted.width,
-                    wanted.height, wanted.x, wanted.y, width, height),
-        "choose a region of the sensor");
-  arv_camera_set_region(camera.get(), wanted.x, wanted.y, wanted.width, wanted.height, result);
-  result.ThrowIfFailed();
-  const Region set = Agreed("set region", [this](GError** error) {
-    Region read;
-    arv_camera_get_region(camera.get(), &read.x, &read.y, &read.width, &read.height, error);
-    return read;
-  });
-  if (set != wanted)
-    throw Refused(
-        name, "set region",
-        fmt::format("asked for {} x {} at ({}, {}), reads back {} x {} at ({}, {})", wanted.width,
-                    wanted.height, wanted.x, wanted.y, set.width, set.height, set.x, set.y));
-  return set;
 }
 
 void AravisCamera::Session::Start() {
@@ -384,7 +192,7 @@ void AravisCamera::Session::Start() {
   if (!stream)
     throw HardwareError(Fault::kProtocol, name, "start", "the camera gives no stream",
                         "reconnect the camera");
-  payload = Agreed("start",
+  payload = Agreed(name, "start",
                    [this](GError** error) { return arv_camera_get_payload(camera.get(), error); });
   if (arv_camera_is_gv_device(camera.get())) FilterStream();
   for (int k = 0; k < kBuffers; ++k) Offer(Owned<ArvBuffer>(arv_buffer_new_allocate(payload)));
@@ -393,7 +201,7 @@ void AravisCamera::Session::Start() {
 }
 
 void AravisCamera::Session::FilterStream() {
-  const guint packet_size = Agreed("start", [this](GError** error) {
+  const guint packet_size = Agreed(name, "start", [this](GError** error) {
     return arv_camera_gv_get_packet_size(camera.get(), error);
   });
   constexpr guint kHeaders = 48;
@@ -420,7 +228,7 @@ double AravisCamera::Session::SetExposure(double exposure_us) {
   Result result(name, "configure");
   arv_camera_set_exposure_time(camera.get(), exposure_us, result);
   result.ThrowIfFailed();
-  const double set_us = Agreed("configure", [this](GError** error) {
+  const double set_us = Agreed(name, "configure", [this](GError** error) {
     return arv_camera_get_exposure_time(camera.get(), error);
   });
   exposure_s = set_us / kUsPerS;
