@@ -411,6 +411,14 @@ std::vector<std::uint8_t> UsbTmc::Receive(std::size_t max_size, SteadyTime deadl
 }
 
 std::string UsbTmc::Read(SteadyTime deadline) {
+  // Each transfer has 1 ms at least: an instrument that goes on sending pieces is past it all the
+  // same.
+  const auto require_time = [&] {
+    if (std::chrono::steady_clock::now() < deadline) return;
+    BeginAbortIn();
+    EndAbortIn();
+    throw UsbError(name_, "read the reply", LIBUSB_ERROR_TIMEOUT);
+  };
   std::string message;
   for (;;) {
     Request(kMostReply, deadline);
@@ -418,6 +426,7 @@ std::string UsbTmc::Read(SteadyTime deadline) {
     ReplyHeader header = ParseReply(reply, tag_, kMostReply, quirks_.any_tag);
     while (quirks_.one_header && header.problem.empty() &&
            reply.size() < kHeaderBytes + header.size) {
+      require_time();
       const auto more = Receive(kHeaderBytes + header.size - reply.size(), deadline);
       if (more.empty()) break;
       reply.insert(reply.end(), more.begin(), more.end());
@@ -435,6 +444,7 @@ std::string UsbTmc::Read(SteadyTime deadline) {
     }
     message.append(reply.begin() + kHeaderBytes, reply.begin() + kHeaderBytes + header.size);
     if (header.end) break;
+    require_time();
   }
   while (message.ends_with('\n') || message.ends_with('\r')) message.pop_back();
   return message;

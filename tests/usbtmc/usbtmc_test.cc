@@ -107,6 +107,19 @@ TEST_F(UsbTmcDeviceTest, AReplyWithOneHeaderThatStopsIsATimeout) {
   EXPECT_EQ(Ask(known, "*IDN?"), "ACME,LightMeter,7,1.0");
 }
 
+TEST_F(UsbTmcDeviceTest, PiecesThatNeverEndEndWithTheDeadline) {
+  UsbTmc device(Options());
+  instrument_.Set({.at_once = 0});
+  constexpr int kMany = 100'000;
+  int pieces = 0;
+  instrument_.SetDamage([&](usb::Bytes&) { return ++pieces < kMany; });
+  EXPECT_EQ(ErrorOf([&] { Ask(device, "LONG?", 0.05); }).fault, Fault::kTimeout);
+  EXPECT_GT(pieces, 1);
+  EXPECT_LT(pieces, kMany);
+  instrument_.Set({});
+  EXPECT_EQ(Ask(device, "*IDN?"), "ACME,LightMeter,7,1.0");
+}
+
 TEST_F(UsbTmcDeviceTest, ACutReplyIsNoReply) {
   UsbTmc device(Options());
   instrument_.Set({.cut = true});
