@@ -34,6 +34,7 @@ LampSupplyOptions ReadSupply(const core::Config& supply) {
   options.instrument = ReadInstrument(supply);
   options.supply.voltage_v = supply.Number("voltage_v", {0, 1000});
   options.supply.current_a = supply.Number("current_a", {0, 1000});
+  options.supply.opc = supply.Boolean("opc", options.supply.opc);
   return options;
 }
 

@@ -63,8 +63,8 @@ std::optional<ErrorEntry> ParseError(std::string_view text) {
 }
 
 Instrument::Instrument(std::unique_ptr<MessageChannel> channel, std::shared_ptr<core::Clock> clock,
-                       double deadline_s)
-    : channel_(std::move(channel)), clock_(std::move(clock)) {
+                       double deadline_s, bool opc)
+    : channel_(std::move(channel)), clock_(std::move(clock)), opc_(opc) {
   identity_ = core::Printable(Trimmed(Query("*IDN?", deadline_s)));
   channel_->Write("*CLS\n", OnSteadyClock(deadline_s, *clock_));
 }
@@ -106,9 +106,11 @@ void Instrument::AwaitSettled(const std::string& command, SteadyTime deadline) {
     answer = Ask("*OPC?", deadline);
   } catch (const HardwareError& error) {
     if (error.fault != Fault::kTimeout) throw;
-    throw HardwareError(Fault::kTimeout, channel_->name(), command,
-                        "does not answer *OPC?: it has not settled by the deadline",
-                        "look at its display for a limit or a protection that has tripped");
+    throw HardwareError(
+        Fault::kTimeout, channel_->name(), command,
+        "does not answer *OPC?: it has not settled by the deadline",
+        "look at its display for a limit or a protection that has tripped; one that "
+        "does not know *OPC? takes opc = false in its table of lab.toml");
   }
   if (ParseNumber(answer) != 1)
     throw HardwareError(Fault::kProtocol, channel_->name(), command,
@@ -120,7 +122,7 @@ void Instrument::Command(const std::string& command, double deadline_s, Urgency 
   const SteadyTime deadline = OnSteadyClock(deadline_s, *clock_);
   const Turn turn = Begin(command, deadline, urgency);
   channel_->Write(command + "\n", deadline);
-  if (urgency == Urgency::kOrdinary) AwaitSettled(command, deadline);
+  if (opc_ && urgency == Urgency::kOrdinary) AwaitSettled(command, deadline);
   std::string errors;
   for (int k = 0; k < kMostErrors; ++k) {
     const std::string answer = Ask("SYST:ERR?", deadline);
@@ -155,7 +157,7 @@ double Instrument::QueryNumber(const std::string& query, double deadline_s) {
 
 ScpiSupply::ScpiSupply(std::unique_ptr<MessageChannel> channel, const SupplyOptions& options,
                        std::shared_ptr<core::Clock> clock, double deadline_s)
-    : instrument_(std::move(channel), clock, deadline_s),
+    : instrument_(std::move(channel), clock, deadline_s, options.opc),
       options_(options),
       clock_(std::move(clock)) {}
 

@@ -33,9 +33,9 @@ enum class Urgency { kOrdinary, kUrgent };
 
 class Instrument {
  public:
-  // Asks *IDN?, clears old errors (*CLS).
+  // Asks *IDN?, clears old errors (*CLS). Without `opc` it is never asked whether it has settled.
   Instrument(std::unique_ptr<MessageChannel> channel, std::shared_ptr<core::Clock> clock,
-             double deadline_s);
+             double deadline_s, bool opc = true);
 
   const std::string& identity() const { return identity_; }  // maker, model, serial, firmware
 
@@ -56,6 +56,7 @@ class Instrument {
 
   std::unique_ptr<MessageChannel> channel_;
   std::shared_ptr<core::Clock> clock_;
+  bool opc_;
   std::timed_mutex turn_;
   std::timed_mutex urgent_;  // held from giving way until the turn has come
   std::string identity_;
@@ -65,6 +66,7 @@ struct SupplyOptions {
   double voltage_v = 0, current_a = 0;  // set before the output is switched on
   // A set value must read back within this share, a resolution of any laboratory supply.
   double tolerance = 0.005;
+  bool opc = true;  // it knows *OPC?
 };
 
 // A laboratory supply (VOLT, CURR, OUTP, MEAS:VOLT?, MEAS:CURR?). It switches its output off when

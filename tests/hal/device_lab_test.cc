@@ -155,6 +155,14 @@ TEST_F(DeviceLabFile, QuirksOfAnInstrumentAreTheTablesUnlessNamed) {
   EXPECT_EQ(quirks(known + "quirks = {no_clear = false, any_tag = true}"), "any_tag, one_header");
 }
 
+TEST_F(DeviceLabFile, ASupplyMayNotKnowWhetherItHasSettled) {
+  const auto opc = [](const DeviceLab& lab) {
+    return std::get<UsbSupplyOptions>(*lab.supply).supply.opc;
+  };
+  EXPECT_TRUE(opc(ReadDeviceLab(With("voltage_v = 12", "voltage_v = 12"))));
+  EXPECT_FALSE(opc(ReadDeviceLab(With("voltage_v = 12", "voltage_v = 12\nopc = false"))));
+}
+
 TEST_F(DeviceLabFile, ARealStageInASimulatedLabIsAnnouncedBeforeItIsOpened) {
   std::ifstream file(LUXFIELD_SOURCE_DIR "/data/labs/small.toml");
   std::string text(std::istreambuf_iterator<char>(file), {});

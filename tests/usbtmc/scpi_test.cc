@@ -165,6 +165,19 @@ TEST(ScpiSupply, WhatNeverSettlesIsATimeoutThatNamesItAndGoesDarkAgain) {
   }
 }
 
+TEST(ScpiSupply, OneThatDoesNotKnowTheQuestionIsNotAskedWhetherItHasSettled) {
+  const auto clock = std::make_shared<core::SystemClock>();
+  FakeSupply model;
+  FakeInstrument instrument([&](const std::string& message) {
+    return message == "*OPC?\n" ? std::string() : model.Answer(message);
+  });
+  ScpiSupply supply(std::make_unique<usbtmc::UsbTmc>(usbtmc::UsbTmcOptions{
+                        FakeInstrument::kVendor, FakeInstrument::kProduct, {}}),
+                    {12.5, 2, 0.005, false}, clock, clock->MonotonicSeconds() + 5);
+  EXPECT_TRUE(supply.SetOutput(true, clock->MonotonicSeconds() + 5).output);
+  EXPECT_TRUE(model.on());
+}
+
 TEST(ScpiSupply, ToSwitchOffWaitsForNothingToSettle) {
   const auto clock = std::make_shared<core::SystemClock>();
   const auto in = [&](double seconds) { return clock->MonotonicSeconds() + seconds; };
