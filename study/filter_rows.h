@@ -13,7 +13,7 @@ constexpr const char* kFilterSource = "measured filter";
 // One session without noise through a print that sits 0.2 mm beside its place, 2 % off in density.
 // Every run photographs the print anew, on a bench that stands otherwise, and reconstructs with
 // what `filter measure` makes of it. `observed` is the deviation from what a perfect print would
-// have shown, `predicted` what the budget states of the filter together, mean square over `budgets`
+// have shown to the same camera, whose rounding is not the filter's; `predicted` what the budget states of the filter together, mean square over `budgets`
 // runs:
 //   "measured filter"               filter noise, print shift and density (the level)
 //   "measured filter, level known"  filter noise and print shift; T is put to the level of the
