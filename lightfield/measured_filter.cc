@@ -11,7 +11,7 @@
 namespace luxfield::lightfield {
 namespace {
 
-constexpr int kVersion = 2, kMaxTexelsPerAxis = 16384;
+constexpr int kVersion = 3, kMaxTexelsPerAxis = 16384;
 constexpr const char* kRemedy = "make the file anew with `luxfield filter measure`";
 
 std::vector<std::string> PartNames(FilterKind filter) {
@@ -50,11 +50,12 @@ void MeasuredFilter::Validate(const std::string& file) const {
   finite("luxfield:shift_x_m", shift_m.x);
   finite("luxfield:shift_y_m", shift_m.y);
   finite("luxfield:rotation_rad", rotation_rad);
-  for (const auto& [field, value] : {std::pair{"luxfield:shift_sigma_m", shift_sigma_m},
-                                     std::pair{"luxfield:rotation_sigma_rad", rotation_sigma_rad},
-                                     std::pair{"luxfield:position_sigma_m", position_sigma_m},
-                                     std::pair{"luxfield:stretch_sigma", stretch_sigma},
-                                     std::pair{"luxfield:level_sigma", level_sigma}})
+  for (const auto& [field, value] :
+       {std::pair{"luxfield:shift_sigma_m", shift_sigma_m},
+        std::pair{"luxfield:rotation_sigma_rad", rotation_sigma_rad},
+        std::pair{"luxfield:position_sigma_m", position_sigma_m},
+        std::pair{"luxfield:stretch_sigma", stretch_sigma},
+        std::pair{"luxfield:level_sigma", level_sigma}, std::pair{"luxfield:blur_m", blur_m}})
     RequireNumber(file, field, value, value >= 0, "at least 0");
   for (const int size : {lattice.width, lattice.height})
     if (size < 1 || size > kMaxTexelsPerAxis)
@@ -99,6 +100,7 @@ void WriteMeasuredFilter(const std::filesystem::path& path, const MeasuredFilter
       {"luxfield:position_sigma_m", filter.position_sigma_m},
       {"luxfield:stretch_sigma", filter.stretch_sigma},
       {"luxfield:level_sigma", filter.level_sigma},
+      {"luxfield:blur_m", filter.blur_m},
       {"luxfield:sum_sigma_ratio", filter.sum_sigma_ratio},
   };
   parts.front().attributes.merge(BasisAttributes(filter.basis));
@@ -141,6 +143,7 @@ MeasuredFilter ReadMeasuredFilter(const std::filesystem::path& path) {
   filter.position_sigma_m = number("luxfield:position_sigma_m");
   filter.stretch_sigma = number("luxfield:stretch_sigma");
   filter.level_sigma = number("luxfield:level_sigma");
+  filter.blur_m = number("luxfield:blur_m");
   filter.sum_sigma_ratio = number("luxfield:sum_sigma_ratio");
   filter.provenance = ReadProvenance(reader, first);
   filter.Validate(file);

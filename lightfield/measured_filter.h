@@ -36,6 +36,9 @@ struct MeasuredFilter {
   // relative; and the standard deviation of sums over neighbouring texels, which share pixels, over
   // that of independent ones.
   double position_sigma_m = 0, stretch_sigma = 0, level_sigma = 0, sum_sigma_ratio = 1;
+  // What the photographs' pixels blur T by, standard deviation along either axis; the texels' own
+  // size is not in it.
+  double blur_m = 0;
   Provenance provenance;
 
   // Phi* = sum over prints of factor * T: {1 / filter_scale}, or {peak(+), -peak(-)}.

@@ -39,6 +39,7 @@ MeasuredFilter Sample(FilterKind kind) {
   filter.stretch_sigma = 4e-5;
   filter.level_sigma = 3e-4;
   filter.sum_sigma_ratio = 1.3;
+  filter.blur_m = 7e-5;
   filter.rotation_sigma_rad = 2e-6;
   filter.provenance = {{"sheet", "abc"}};
   return filter;
@@ -58,6 +59,7 @@ void ExpectEqual(const MeasuredFilter& a, const MeasuredFilter& b) {
   EXPECT_EQ(a.stretch_sigma, b.stretch_sigma);
   EXPECT_EQ(a.level_sigma, b.level_sigma);
   EXPECT_EQ(a.sum_sigma_ratio, b.sum_sigma_ratio);
+  EXPECT_EQ(a.blur_m, b.blur_m);
   EXPECT_EQ(a.rotation_sigma_rad, b.rotation_sigma_rad);
   EXPECT_EQ(a.provenance, b.provenance);
   ASSERT_EQ(a.prints.size(), b.prints.size());
@@ -118,6 +120,7 @@ TEST(MeasuredFilter, RefusesWhatMakesNoSense) {
   EXPECT_THAT(RefusalOf([](auto& f) { f.filter_scale = NAN; }), HasSubstr("filter_scale"));
   EXPECT_THAT(RefusalOf([](auto& f) { f.lattice.ds_m = -1; }), HasSubstr("luxfield:dx_m = -1"));
   EXPECT_THAT(RefusalOf([](auto& f) { f.rotation_sigma_rad = -1; }), HasSubstr("rotation_sigma"));
+  EXPECT_THAT(RefusalOf([](auto& f) { f.blur_m = -1; }), HasSubstr("luxfield:blur_m = -1"));
   EXPECT_THAT(RefusalOf([](auto& f) { f.prints[0].transmittance[3] = NAN; }),
               HasSubstr("channel 'T' holds nan at row 0, column 3"));
   EXPECT_THAT(RefusalOf([](auto& f) { f.prints[0].sigma[8] = -1; }), HasSubstr("row 1, column 1"));
