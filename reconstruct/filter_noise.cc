@@ -4,21 +4,18 @@
 #include <cmath>
 #include <vector>
 
+#include "reconstruct/texel_weights.h"
+
 namespace luxfield::reconstruct {
 namespace {
 
-// Integrals over each texel of B(x - a), a = 1 - n ... n - 1; x in spacings from the print's lower
+// What each texel sees of B(x - a), a = 1 - n ... n - 1; x in spacings from the print's lower
 // corner.
-std::vector<std::vector<double>> TexelIntegrals(const lightfield::Basis& basis,
-                                                const std::vector<double>& edges) {
+std::vector<std::vector<double>> WeightsOfLags(const lightfield::MeasuredFilter& filter,
+                                               const std::vector<double>& edges) {
   std::vector<std::vector<double>> result;
-  for (int a = 1 - basis.cells; a < basis.cells; ++a) {
-    std::vector<double>& of_lag = result.emplace_back();
-    for (std::size_t t = 0; t + 1 < edges.size(); ++t) {
-      const auto [low, high] = std::minmax(edges[t], edges[t + 1]);
-      of_lag.push_back(basis.Integral(low - a, high - a));
-    }
-  }
+  for (int a = 1 - filter.basis.cells; a < filter.basis.cells; ++a)
+    result.push_back(TexelWeights(filter.basis, a, edges, filter.blur_m / filter.spacing_m));
   return result;
 }
 
@@ -30,7 +27,7 @@ double TexelNoiseVariance(const lightfield::MeasuredFilter& filter, const LagSum
   std::vector<double> columns, rows;
   for (int c = 0; c <= lattice.width; ++c) columns.push_back(lattice.s_of_column(c) / h + half);
   for (int r = 0; r <= lattice.height; ++r) rows.push_back(lattice.t_of_row(r) / h + half);
-  const auto u = TexelIntegrals(filter.basis, columns), v = TexelIntegrals(filter.basis, rows);
+  const auto u = WeightsOfLags(filter, columns), v = WeightsOfLags(filter, rows);
   const int n = filter.basis.cells;
   const std::vector<double> factors = filter.factors();
   double variance = 0;

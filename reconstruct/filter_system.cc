@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "reconstruct/filter_profile.h"
+#include "reconstruct/texel_weights.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -26,27 +27,28 @@ using Vector = Eigen::VectorXd;
 
 constexpr double kNothing = 1e-15;  // of h^2: entries below are rounding, not overlap
 
-// Integrals of the 1-D functions of an axis over texels: functions first .. first + n - 1 of texel
-// t are weights[t * n + k].
-struct TexelIntegrals {
+// What texels see of the 1-D functions of an axis: functions first .. first + n - 1 of texel t are
+// weights[t * n + k].
+struct AxisWeights {
   int first = 0, count = 0;  // functions that any texel meets
   std::vector<double> weights;
 };
 
 // edges_h: texel edges in units of h from the support corner of function 0, rising or falling.
-TexelIntegrals Integrate(const lightfield::Basis& basis, int functions,
-                         const std::vector<double>& edges_h) {
+AxisWeights WeightsAlong(const lightfield::Basis& basis, int functions,
+                         const std::vector<double>& edges_h, double blur_h) {
   const auto [low, high] = std::minmax(edges_h.front(), edges_h.back());
-  TexelIntegrals result;
+  AxisWeights result;
   result.first = std::clamp(static_cast<int>(std::floor(low)) - basis.cells, 0, functions);
   result.count =
       std::max(0, std::min(functions, static_cast<int>(std::floor(high)) + 1) - result.first);
-  for (std::size_t t = 0; t + 1 < edges_h.size(); ++t)
-    for (int k = 0; k < result.count; ++k) {
-      const auto [a, b] = std::minmax(edges_h[t], edges_h[t + 1]);
-      const int i = result.first + k;
-      result.weights.push_back(basis.Integral(a - i, b - i));
-    }
+  result.weights.resize((edges_h.size() - 1) * static_cast<std::size_t>(result.count));
+  for (int k = 0; k < result.count; ++k) {
+    const std::vector<double> of_texels = TexelWeights(basis, result.first + k, edges_h, blur_h);
+    for (std::size_t t = 0; t < of_texels.size(); ++t)
+      result.weights[t * static_cast<std::size_t>(result.count) + static_cast<std::size_t>(k)] =
+          of_texels[t];
+  }
   return result;
 }
 
@@ -83,8 +85,9 @@ Row MeasuredRow(const BasisGrid& grid, const MeasuredFilter& filter,
     u_edges.push_back((centre.x + lattice.s_of_column(c) - grid.u0_m) / h);
   for (int r = 0; r <= lattice.height; ++r)
     v_edges.push_back((centre.y + lattice.t_of_row(r) - grid.v0_m) / h);
-  const TexelIntegrals u = Integrate(grid.basis, grid.width, u_edges),
-                       v = Integrate(grid.basis, grid.height, v_edges);
+  const double blur = filter.blur_m / h;
+  const AxisWeights u = WeightsAlong(grid.basis, grid.width, u_edges, blur),
+                    v = WeightsAlong(grid.basis, grid.height, v_edges, blur);
   Row row;
   if (u.count == 0 || v.count == 0) return row;
   const Eigen::Map<const RowMatrix> x(u.weights.data(), lattice.width, u.count),

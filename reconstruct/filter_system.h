@@ -4,9 +4,8 @@
 //   E_r(s) = sum_m A_rm C_m(s),   A_rm = <Phi*(. - c_r), Phi_m>   [m^2]
 //
 // for measurement r behind the filter centred on c_r. A is sparse: a filter of n cells meets (2 n -
-// 1)^2 functions, one more per axis where it is displaced. Measured transmittances are constant
-// over their texels and Phi_m is integrated exactly over each, in double: texels of h / 64 make a
-// bspline2 Gram entry wrong by 4e-5 (their size squared over 12, times the integral of B'^2).
+// 1)^2 functions, one more per axis where it is displaced. What texels and pixels blur of measured
+// transmittances is taken back (texel_weights.h), in double.
 #pragma once
 
 #include <memory>

@@ -390,6 +390,8 @@ MeasuredFilter MeasureFilter(const FilterSheet& sheet, const MergedFrame& light,
   filter.spacing_m = sheet.spacing_m;
   filter.filter_scale = sheet.filter_scale;
   filter.lattice = FilterLattice(sheet, r.pixel_m);
+  // Means over pixels, spread evenly over them again: two boxes of variance pixel^2 / 12.
+  filter.blur_m = r.pixel_m / std::sqrt(6.0);
   for (const MergedFrame& print : prints) {
     PrintReading& reading = r.prints.emplace_back();
     const Values values = KnownPixels(print);
