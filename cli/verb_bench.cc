@@ -393,12 +393,14 @@ void AddConditioning(Program& program, CLI::App& benches) {
 
 void AddBudget(Program& program, CLI::App& benches) {
   auto how = std::make_shared<study::BenchBudgetOptions>();
-  CLI::App& app = program.AddVerb(benches, "budget",
-                                  "The error budget against many simulated labs, source by source",
-                                  [how, &program] {
-                                    how->seed = program.common().seed.value_or(1);
-                                    return InFolder(study::BenchBudget, *how);
-                                  });
+  CLI::App& app = program.AddVerb(
+      benches, "budget", "The error budget against many simulated labs, source by source",
+      [how, &program] {
+        how->seed = program.common().seed.value_or(1);
+        return InFolder(study::BenchBudget, *how,
+                        {"source", "quantity", "runs", "value", "predicted", "observed", "ratio",
+                         "error", "share", "bias"});
+      });
   app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
   app.add_option("--runs", how->runs, "Labs per source")->check(CLI::Range(2, 100000));
   app.add_option("--budgets", how->budgets, "Labs whose budgets make the prediction")

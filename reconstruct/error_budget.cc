@@ -65,10 +65,10 @@ ErrorSizes KnownSizes(const BudgetSettings& settings, const MergeSessionOptions&
   return sizes;
 }
 
-// The sizes of the print's errors, with those of its measurement.
+// The sizes of the print's errors, with that of its measured place.
 ErrorSizes WithFilter(ErrorSizes sizes, const lightfield::MeasuredFilter& filter) {
   sizes.print_shift_m = std::hypot(sizes.print_shift_m.value_or(0), filter.position_sigma_m);
-  sizes.density = std::hypot(sizes.density.value_or(0), filter.level_sigma);
+  sizes.density = sizes.density.value_or(0);
   sizes.density_gamma = sizes.density_gamma.value_or(0);
   sizes.grain = sizes.grain.value_or(0);
   return sizes;
@@ -118,11 +118,16 @@ std::vector<double> MissingSigmasOf(const lightfield::Measurements& measurements
                        system ? &*system : nullptr);
 }
 
-double FilterNoise(const LightField& field, const lightfield::MeasuredFilter& filter,
-                   const Weights& weights) {
+// What the photographs of a filter leave open of a quantity, its place aside.
+struct FilterSigma {
+  double noise = 0, level = 0;
+};
+FilterSigma SigmaOfFilter(const LightField& field, const lightfield::MeasuredFilter& filter,
+                          const Weights& weights) {
   LagSums lags;
   for (int m = 0; m < field.geometry.grid.count(); ++m) lags += SumLags(field, weights, m);
-  return std::sqrt(TexelNoiseVariance(filter, lags) + StretchVariance(filter, lags));
+  return {std::sqrt(TexelNoiseVariance(filter, lags) + StretchVariance(filter, lags)),
+          std::sqrt(LevelVariance(filter, lags))};
 }
 
 }  // namespace
@@ -139,11 +144,6 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
                                const MergeSessionOptions& how,
                                const lightfield::MeasuredFilter* filter) {
   const SessionPlan plan = CalibratedPlan(session, how);
-  if (filter && plan.filter == lightfield::FilterKind::kDual)
-    throw InputError(
-        "--filter: the error budget of dual filters as measured is not built; leave it out for "
-        "that "
-        "of ideal ones");
   const auto measurements = MergeSession(session, how);
   ReconstructOptions in_double;
   in_double.precision = Precision::kDouble;
@@ -159,10 +159,10 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
   std::optional<FilterSystem> system;
   if (filter) system.emplace(SystemOf(field.geometry.grid, *filter));
   std::vector<Weights> weights;
-  std::vector<double> filter_noise;
+  std::vector<FilterSigma> by_filter;
   for (const AskedQuantity& q : quantities) {
     weights.push_back(AdjointSolve(measurements, q.weights, system ? &*system : nullptr));
-    if (filter) filter_noise.push_back(FilterNoise(field, *filter, weights.back()));
+    if (filter) by_filter.push_back(SigmaOfFilter(field, *filter, weights.back()));
   }
   const auto by_missing = MissingSigmasOf(measurements, field, quantities, weights, system);
   const auto by_basis = BasisSigmas(settings.sizes, measurements, field, quantities);
@@ -184,7 +184,11 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
     result.sigma = propagation.Sigma(q, sizes);
     result.sigma[static_cast<std::size_t>(ErrorSource::kMissing)] = by_missing[q];
     result.sigma[static_cast<std::size_t>(ErrorSource::kBasis)] = by_basis[q];
-    if (filter) result.sigma[static_cast<std::size_t>(ErrorSource::kFilterNoise)] = filter_noise[q];
+    if (filter) {
+      result.sigma[static_cast<std::size_t>(ErrorSource::kFilterNoise)] = by_filter[q].noise;
+      auto& density = result.sigma[static_cast<std::size_t>(ErrorSource::kDensity)];
+      density = std::hypot(density.value_or(0), by_filter[q].level);
+    }
     if (by_geometry)
       result.sigma[static_cast<std::size_t>(ErrorSource::kGeometry)] = (*by_geometry)[q];
     if (scaled)

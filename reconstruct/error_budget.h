@@ -88,8 +88,8 @@ struct ErrorBudget {
 
 // `how.observer` must be null. With a filter as measured, its own uncertainties of place and level
 // join those that the settings state of the print, and what they do not state of its tone and grain
-// is none: both were measured. Throws what merging and solving throw, and InputError for dual
-// filters as measured and receivers that see a part of the filter plane only.
+// is none: both were measured. Throws what merging and solving throw, and InputError for receivers
+// that see a part of the filter plane only.
 ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetSettings& settings,
                                const MergeSessionOptions& how = {},
                                const lightfield::MeasuredFilter* filter = nullptr);

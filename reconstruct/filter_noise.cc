@@ -19,6 +19,10 @@ std::vector<std::vector<double>> WeightsOfLags(const lightfield::MeasuredFilter&
   return result;
 }
 
+PrintSensitivity Print(const lightfield::MeasuredFilter& filter) {
+  return {filter.filter, filter.basis, filter.spacing_m, filter.filter_scale};
+}
+
 }  // namespace
 
 double TexelNoiseVariance(const lightfield::MeasuredFilter& filter, const LagSums& lags) {
@@ -55,11 +59,17 @@ double TexelNoiseVariance(const lightfield::MeasuredFilter& filter, const LagSum
 }
 
 double StretchVariance(const lightfield::MeasuredFilter& filter, const LagSums& lags) {
-  const PrintSensitivity print(filter.filter, filter.basis, filter.spacing_m, filter.filter_scale);
   double variance = 0;
-  for (const double per_entry : print.Stretch(lags))
+  for (const double per_entry : Print(filter).Stretch(lags))
     variance += std::pow(per_entry * filter.stretch_sigma, 2);
   return variance;
+}
+
+double LevelVariance(const lightfield::MeasuredFilter& filter, const LagSums& lags) {
+  const auto [plus, minus] = Print(filter).DensityOfPrints(lags);
+  const double both = plus + minus;
+  return 0.5 * filter.level_sigma * filter.level_sigma *
+         (both * both + plus * plus + minus * minus);
 }
 
 }  // namespace luxfield::reconstruct

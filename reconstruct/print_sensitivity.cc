@@ -114,14 +114,16 @@ double PrintSensitivity::Density(const LagSums& lags) const {
   return Contract(lags, axis_.product, axis_.product);
 }
 
+std::array<double, 2> PrintSensitivity::DensityOfPrints(const LagSums& lags) const {
+  return {Contract(lags, axis_.plus, axis_.plus) + Contract(lags, axis_.minus, axis_.minus),
+          -Contract(lags, axis_.plus, axis_.minus) - Contract(lags, axis_.minus, axis_.plus)};
+}
+
 // T = |Phi| / peak, so that sum of peak T ln T, signed, is Phi ln|Phi| - |Phi| ln(peak), signed.
 double PrintSensitivity::Gamma(const LagSums& lags) const {
-  const double positive =
-      Contract(lags, axis_.plus, axis_.plus) + Contract(lags, axis_.minus, axis_.minus);
-  const double negative =
-      Contract(lags, axis_.plus, axis_.minus) + Contract(lags, axis_.minus, axis_.plus);
+  const auto [positive, negative] = DensityOfPrints(lags);
   return Contract(lags, axis_.logarithm, axis_.product) +
-         Contract(lags, axis_.product, axis_.logarithm) - std::log(peaks_[0]) * positive +
+         Contract(lags, axis_.product, axis_.logarithm) - std::log(peaks_[0]) * positive -
          std::log(peaks_[1]) * negative;
 }
 

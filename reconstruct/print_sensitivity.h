@@ -52,6 +52,9 @@ class PrintSensitivity {
   std::array<double, 4> Stretch(const LagSums& lags) const;
   // Per relative error of the transmittance: sum w E itself.
   double Density(const LagSums& lags) const;
+  // The same of each print of a pair: of max(Phi*, 0) and of -max(-Phi*, 0), which add up to
+  // Density; of a basis filter all is of the first.
+  std::array<double, 2> DensityOfPrints(const LagSums& lags) const;
   // Per gamma of T -> T^(1 + gamma), T ln T of every print.
   double Gamma(const LagSums& lags) const;
   // sqrt(integral (Phi S)^2 du), m^-1 Q: times sqrt(grain_area) and grain the standard deviation

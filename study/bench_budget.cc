@@ -252,11 +252,7 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
   const bool basis = options.sources.empty() || asked(kBasisSource),
              missing = options.sources.empty() || asked(kMissingSource),
              with_basis = options.sources.empty() || asked(kTotalWithBasis),
-             filter = (options.sources.empty() && !options.dual) || asked(kFilterSource);
-  if (options.dual && filter)
-    throw InputError(fmt::format(
-        "--source '{}': the budget of dual filters as measured is not built; leave out --dual",
-        kFilterSource));
+             filter = options.sources.empty() || asked(kFilterSource);
   if (cases.size() + asked(kMissingSource) + asked(kBasisSource) + asked(kTotalWithBasis) +
           asked(kFilterSource) <
       options.sources.size())
@@ -268,7 +264,8 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
   if (missing) add(MissingRows(options.runs, options.seed, options.dual));
   if (basis) add(TruncationRows(options.folder, options.runs, options.seed, options.dual));
   if (with_basis) add(SpotTotalRows(options.folder, options.runs, options.seed, options.dual));
-  if (filter) add(FilterRows(options.folder, options.runs, options.budgets, options.seed));
+  if (filter)
+    add(FilterRows(options.folder, options.runs, options.budgets, options.seed, options.dual));
   for (const bool estimated : {false, true}) {
     std::vector<BudgetCase> of_lab;
     for (const BudgetCase& c : cases)

@@ -36,11 +36,12 @@ struct BenchBudgetOptions {
 // Source "missing positions": random lamps that some texels saw through a part of the filters only
 // (missing_rows.h); likewise.
 //
-// Source "measured filter": photographs of a print (filter_rows.h); not with dual filters.
+// Source "measured filter": photographs of a print, or of a pair (filter_rows.h).
 //
 // Rows: source, quantity, runs, value (without errors), predicted and observed (standard
 // deviations in its unit), ratio (predicted over observed), error (relative standard error of
-// observed, 1 / sqrt(2 runs)), share (observed over value).
+// observed, 1 / sqrt(2 runs)), share (observed over value); of filters at their known level bias
+// (filter_rows.h).
 nlohmann::json BenchBudget(const BenchBudgetOptions& options);
 
 }  // namespace luxfield::study

@@ -255,6 +255,17 @@ TEST_F(PrintedPair, AsMeasuredBringsCBackToTheNoiseOfAPerfectOne) {
   EXPECT_GT(measured_.at("condition").get<double>(), 1);
   EXPECT_GT(assumed_, 2.5 * at_floor_);
   EXPECT_LT(found_, 1.1 * at_floor_);
+
+  const Json budget =
+      Run({"budget", "wrong", "--filter", "h.filter.exr", "--lamp-level", "monitor"});
+  const Json& flux = budget.at("quantities").at(0);
+  const double value = flux.at("value"), sigma = flux.at("sigma"),
+               truth = Run({"info", "lamp.lf.exr"}).at("flux").at(0);
+  std::printf("flux: %.6g +- %.2g, true %.6g\n", value, sigma, truth);
+  EXPECT_NEAR(value, truth, 4 * sigma);
+  EXPECT_LT(sigma, 0.01 * truth);
+  for (const char* source : {"filter noise", "print shift", "density"})
+    EXPECT_GT(flux.at("sources").at(source).get<double>(), 0) << source;
 }
 
 TEST_F(SmallLab, RegularisedSolveStatesItsBiasAndErrsLess) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -80,6 +81,11 @@ TEST_P(Print, DerivativesAreThoseOfQuadrature) {
   const double q = Quantity(ideal), h = 1e-3 * kSpacing_m,
                tolerance = (Dual() ? 2e-3 : 2e-4) * std::abs(q);
   EXPECT_NEAR(sensitivity.Density(lags), q, tolerance);
+  const auto [plus, minus] = sensitivity.DensityOfPrints(lags);
+  EXPECT_NEAR(plus, Quantity([&](double x, double y) { return std::max(Ideal(x, y), 0.0); }),
+              tolerance);
+  EXPECT_NEAR(minus, Quantity([&](double x, double y) { return std::min(Ideal(x, y), 0.0); }),
+              tolerance);
   const auto shifted = [&](double dx, double dy) {
     return Quantity([=, this](double x, double y) { return Ideal(x - dx, y - dy); });
   };

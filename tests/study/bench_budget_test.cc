@@ -76,8 +76,8 @@ INSTANTIATE_TEST_SUITE_P(
         Sample{"Dual",
                true,
                {"photon noise", "lamp drift", "monitor", "stage", "geometry", "density gamma",
-                "grain", "light meter", "total, scaled by the meter", "total"},
-               50},
+                "grain", "measured filter", "light meter", "total, scaled by the meter", "total"},
+               60},
         Sample{
             "SingleExposureTimes",
             false,
