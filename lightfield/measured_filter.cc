@@ -50,13 +50,15 @@ void MeasuredFilter::Validate(const std::string& file) const {
   finite("luxfield:shift_x_m", shift_m.x);
   finite("luxfield:shift_y_m", shift_m.y);
   finite("luxfield:rotation_rad", rotation_rad);
-  for (const auto& [field, value] :
-       {std::pair{"luxfield:shift_sigma_m", shift_sigma_m},
-        std::pair{"luxfield:rotation_sigma_rad", rotation_sigma_rad},
-        std::pair{"luxfield:position_sigma_m", position_sigma_m},
-        std::pair{"luxfield:stretch_sigma", stretch_sigma},
-        std::pair{"luxfield:level_sigma", level_sigma}, std::pair{"luxfield:blur_m", blur_m}})
+  for (const auto& [field, value] : {std::pair{"luxfield:shift_sigma_m", shift_sigma_m},
+                                     std::pair{"luxfield:rotation_sigma_rad", rotation_sigma_rad},
+                                     std::pair{"luxfield:position_sigma_m", position_sigma_m},
+                                     std::pair{"luxfield:stretch_sigma", stretch_sigma},
+                                     std::pair{"luxfield:level_sigma", level_sigma}})
     RequireNumber(file, field, value, value >= 0, "at least 0");
+  // Whoever takes it back does so to second order.
+  RequireNumber(file, "luxfield:blur_m", blur_m, blur_m >= 0 && blur_m <= spacing_m / 8,
+                "0 to an eighth of spacing_m");
   for (const int size : {lattice.width, lattice.height})
     if (size < 1 || size > kMaxTexelsPerAxis)
       throw InputError(

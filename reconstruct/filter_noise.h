@@ -1,6 +1,6 @@
 // What the noise of a filter's photographs does to a quantity Q = sum w E (print_sensitivity.h):
 //
-//   dQ = h^2 sum over texels t of factor dT_t integral_t S(x) dx, and
+//   dQ = h^2 sum over texels t of factor dT_t w_t, w the weights of S (texel_weights.h),
 //   dQ = Stretch . L, where the holder's holes put the texels at x + L x from the axis, and
 //   dQ = sum over prints of dQ_print (dl_print - dl), relative errors of the light in the holes
 #pragma once

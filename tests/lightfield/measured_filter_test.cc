@@ -121,6 +121,7 @@ TEST(MeasuredFilter, RefusesWhatMakesNoSense) {
   EXPECT_THAT(RefusalOf([](auto& f) { f.lattice.ds_m = -1; }), HasSubstr("luxfield:dx_m = -1"));
   EXPECT_THAT(RefusalOf([](auto& f) { f.rotation_sigma_rad = -1; }), HasSubstr("rotation_sigma"));
   EXPECT_THAT(RefusalOf([](auto& f) { f.blur_m = -1; }), HasSubstr("luxfield:blur_m = -1"));
+  EXPECT_THAT(RefusalOf([](auto& f) { f.blur_m = 0.2 * f.spacing_m; }), HasSubstr("an eighth"));
   EXPECT_THAT(RefusalOf([](auto& f) { f.prints[0].transmittance[3] = NAN; }),
               HasSubstr("channel 'T' holds nan at row 0, column 3"));
   EXPECT_THAT(RefusalOf([](auto& f) { f.prints[0].sigma[8] = -1; }), HasSubstr("row 1, column 1"));

@@ -119,6 +119,18 @@ MeasuredFilter Measured(const BasisGrid& grid, const Pair& pair, int texels_per_
   return filter;
 }
 
+// As pixels of three texels would show it: means over them, spread over them again.
+MeasuredFilter SeenByPixels(MeasuredFilter filter) {
+  for (auto& print : filter.prints)
+    for (const int step : {1, 1, filter.lattice.width, filter.lattice.width}) {
+      const auto sharp = print.transmittance;
+      for (std::size_t k = step; k + step < sharp.size(); ++k)
+        print.transmittance[k] = (sharp[k - step] + sharp[k] + sharp[k + step]) / 3;
+    }
+  filter.blur_m = std::sqrt(4.0 / 3) * filter.lattice.ds_m;
+  return filter;
+}
+
 // Prints that err, each in its own way.
 const Pair kWrongPair{{{3e-4, -2e-4}, 0.01, 0.02, 0.05}, {{-1e-4, 2e-4}, -0.005, -0.03, 0.02}};
 
@@ -158,6 +170,24 @@ TEST(FilterSystem, EntriesOfAMeasuredPrintAreItsInnerProducts) {
   // is taken back; the midpoint rule and the 16 points of a texel leave some 1e-6.
   EXPECT_LT((Dense(FilterSystem(grid, &filter, centres)) - expected).norm(),
             1e-5 * expected.norm());
+}
+
+// What is left is of fourth order, of the pair, where slopes of both functions jump, of third.
+TEST(FilterSystem, WhatPixelsBlurIsTakenBack) {
+  const BasisGrid grid = Grid(3, 2), of_pair = Grid(3, 2, BasisKind::kQuadratic);
+  const Print& print = kWrongPair.plus;
+  const auto error = [](const BasisGrid& g, const MeasuredFilter& seen, const auto& truth) {
+    const std::vector<Vec2> centres = Centres(g, 0.05 * kSpacing_m);
+    const Matrix a = BruteForce(g, truth, centres);
+    return (Dense(FilterSystem(g, &seen, centres)) - a).norm() / a.norm();
+  };
+  auto seen = SeenByPixels(Measured(grid, print)),
+       pair = SeenByPixels(Measured(of_pair, kWrongPair));
+  EXPECT_LT(error(grid, seen, print), 5e-6);
+  EXPECT_LT(error(of_pair, pair, kWrongPair), 8e-5);
+  seen.blur_m = pair.blur_m = 0;
+  EXPECT_NEAR(error(grid, seen, print), 5.2e-4, 1e-4);
+  EXPECT_NEAR(error(of_pair, pair, kWrongPair), 2.4e-3, 3e-4);
 }
 
 TEST(FilterSystem, EntriesOfAMeasuredPairAreTheInnerProductsOfItsDifference) {
