@@ -28,6 +28,7 @@
 #include "program.h"
 #include "reconstruct/merge_session.h"
 #include "reconstruct/reconstruct.h"
+#include "tests/core/memory_folder.h"
 #include "tiny_session.h"
 
 namespace luxfield::e2e {
@@ -112,12 +113,9 @@ class KilledCapture : public testing::Test {
     return {std::move(solved.coefficients), std::move(solved.sigma)};
   }
 
-  // Kills where the disk is that of the memory: the waits of a real one prove nothing here.
   const fs::path folder_ = [] {
     const char* name = testing::UnitTest::GetInstance()->current_test_info()->name();
-    const fs::path memory = "/dev/shm";
-    if (!fs::is_directory(memory)) return FreshFolder(name);
-    const fs::path folder = memory / fmt::format("luxfield_{}_{}", name, getpid());
+    const fs::path folder = MemoryFolder() / fmt::format("luxfield_{}_{}", name, getpid());
     fs::create_directories(folder);
     return folder;
   }();

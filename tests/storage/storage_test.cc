@@ -16,6 +16,7 @@
 #include "core/error.h"
 #include "core/session_check.h"
 #include "core/session_replay.h"
+#include "tests/core/memory_folder.h"
 #include "tests/core/small_session.h"
 #include "tests/storage/disk_calls.h"
 #include "tests/storage/power_failure.h"
@@ -27,12 +28,9 @@ namespace fs = std::filesystem;
 using core::Capture;
 using core::Commits;
 
-// In memory where that is possible: real syncs of a real disk are slow, and prove nothing here.
 fs::path NewFolder() {
   static int counter = 0;
-  const fs::path memory = "/dev/shm";
-  const auto path = (fs::is_directory(memory) ? memory : fs::path(testing::TempDir())) /
-                    fmt::format("luxfield_storage_{}_{}", ::getpid(), counter++);
+  const auto path = MemoryFolder() / fmt::format("luxfield_storage_{}_{}", ::getpid(), counter++);
   fs::remove_all(path);
   fs::create_directories(path);
   return path;

@@ -11,13 +11,13 @@
 #include "core/error.h"
 #include "core/progress.h"
 #include "tests/core/chi_squared.h"
+#include "tests/core/memory_folder.h"
 
 namespace luxfield::study {
 namespace {
 
 std::filesystem::path Scratch() {
-  return std::filesystem::path(testing::TempDir()) /
-         ("luxfield_bench_budget_" + std::to_string(getpid()));
+  return MemoryFolder() / ("luxfield_bench_budget_" + std::to_string(getpid()));
 }
 
 struct Sample {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -13,6 +12,7 @@
 #include "core/progress.h"
 #include "core/session_store.h"
 #include "hal/sim/simulated_lab.h"
+#include "tests/core/memory_folder.h"
 
 namespace luxfield::study {
 
@@ -20,8 +20,7 @@ namespace luxfield::study {
 class ScratchFolder {
  public:
   explicit ScratchFolder(const std::string& name)
-      : path_(std::filesystem::path(testing::TempDir()) /
-              fmt::format("luxfield_{}_{}", name, ::getpid())) {
+      : path_(MemoryFolder() / fmt::format("luxfield_{}_{}", name, ::getpid())) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
     core::Progress::SetQuiet(true);
