@@ -64,6 +64,7 @@ void FrameTaker::Note(const std::string& type, const Json& fields) {
 void FrameTaker::WarmUpLamp(const WarmUpPolicy& policy) {
   WarmUp warm_up;
   PauseWhereStopped([&] { warm_up = WaitForLamp(policy, devices_, guard_); });
+  lamp_variation_ = policy.variation;
   Note(
       "warm_up",
       {{"waited_s", warm_up.waited_s}, {"variation", warm_up.variation}, {"meter", warm_up.meter}});
@@ -159,13 +160,22 @@ double FrameTaker::ReadMonitor() {
   return sound ? reading.value : std::numeric_limits<double>::quiet_NaN();
 }
 
-// The objection to a frame whose monitor reading says nothing; the reading is then "none".
-std::string FrameTaker::DoubtMonitor(const FrameRecord& place, Shot& shot) const {
-  if (!std::isnan(shot.meter)) return {};
+// The frame's monitor reading, or the objection to it; the reading is then "none".
+std::string FrameTaker::JudgeMonitor(const FrameRecord& place, double before, double after,
+                                     Shot& shot) const {
   shot.meter = 0;
   if (place.kind == FrameKind::kDark) return {};
-  return fmt::format("{}: over range, below 0 or no number beside the exposure",
-                     devices_.monitor->identity());
+  if (std::isnan(before) || std::isnan(after))
+    return fmt::format("{}: over range, below 0 or no number beside the exposure",
+                       devices_.monitor->identity());
+  const double mean = 0.5 * (before + after);
+  if (std::abs(after - before) > lamp_variation_ * mean)
+    return fmt::format(
+        "{}: reads {} before the exposure and {} after it, more than a variation of {} apart: an "
+        "unsteady lamp or a damaged answer",
+        devices_.monitor->identity(), before, after, lamp_variation_);
+  shot.meter = mean;
+  return {};
 }
 
 // Why a frame cannot be what was asked for; empty if it can. Checks against the one taken before.
@@ -191,6 +201,7 @@ Shot FrameTaker::Shoot(const FrameRecord& place, const Doubt& doubt) {
   for (int attempt = 0;; ++attempt) {
     StopIfAsked();
     const double before = ReadMonitor(), asked = devices_.clock->MonotonicSeconds();
+    double after = 0;
     Shot shot;
     shot.attempt = attempt;
     bool fresh = false;
@@ -201,14 +212,14 @@ Shot FrameTaker::Shoot(const FrameRecord& place, const Doubt& doubt) {
       shot.reason = error.what();
     }
     if (shot.reason.empty()) {
-      shot.meter = 0.5 * (before + ReadMonitor());
+      after = ReadMonitor();
       shot.image = std::make_shared<core::RawFrame>(std::move(shot.frame.image));
       shot.statistics = Statistics(*shot.image);
       shot.reason = Distrust(shot, asked);
       fresh = shot.reason.empty();
     }
     if (fresh) {
-      shot.reason = DoubtMonitor(place, shot);
+      shot.reason = JudgeMonitor(place, before, after, shot);
       if (shot.reason.empty() && doubt) shot.reason = doubt(shot);
       last_id_ = shot.frame.frame_id;
       last_image_ = shot.image;

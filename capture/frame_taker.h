@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -57,8 +58,9 @@ class FrameTaker {
 
   // Exposes with the present settings until a frame passes, at most max_attempts times; a frame
   // that is not fresh after them is a HardwareError; one that `doubt` objects to (its sentence, or
-  // empty), or whose monitor was over range, below 0 or gave no number, is flagged, without a
-  // monitor's reading in the latter case. `place` names the frame in the journal, and of darks the
+  // empty), or whose monitor was over range, below 0 or gave no number, or read values before and
+  // after it that are further apart than the lamp may vary in its warm-up, is flagged, without a
+  // monitor's reading in the latter cases. `place` names the frame in the journal, and of darks the
   // monitor does not matter.
   using Doubt = std::function<std::string(const Shot&)>;
   Shot Shoot(const core::FrameRecord& place, const Doubt& doubt = {});
@@ -89,7 +91,8 @@ class FrameTaker {
   hal::StagePosition AskStage();
   hal::Vec2 WhereItStands();
   double ReadMonitor();
-  std::string DoubtMonitor(const core::FrameRecord& place, Shot& shot) const;
+  std::string JudgeMonitor(const core::FrameRecord& place, double before, double after,
+                           Shot& shot) const;
   std::string Distrust(const Shot& shot, double asked_at_s) const;
   void StopIfAsked();
   void WatchClock();
@@ -103,6 +106,8 @@ class FrameTaker {
   std::vector<PixelRun> usable_;
   hal::SafetyGuard guard_;
   hal::AppliedSettings applied_;
+  double lamp_variation_ =
+      std::numeric_limits<double>::infinity();  // relative; none before warm-up
   double clock_offset_s_;
   std::optional<hal::Vec2> stands_at_;  // of the first frame since the last move
   std::uint64_t last_id_ = 0;
