@@ -107,6 +107,7 @@ FakeBench::FakeBench(const std::filesystem::path& folder, const std::filesystem:
     if (high && line == "trigger") RaiseCameraInput();
     if (high && (line == "plus" || line == "minus")) state_->print = line == "minus";
   });
+  std::filesystem::remove(fakes::ExposureLogOf(state_file_));  // of a bench before
   // For the programs that are started from here on.
   if (const char* preload = std::getenv("LD_PRELOAD")) preload_before_ = preload;
   setenv("LD_PRELOAD",

@@ -15,9 +15,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "hal/sim/lamp_time.h"
 #include "tests/fakes/bench_state.h"
+#include "tests/fakes/exposure_log.h"
 #include "tests/fakes/pty_host.h"
 #include "tests/gpiod/fake_gpio_chip.h"
 #include "tests/usbtmc/fake_instrument.h"
@@ -78,6 +80,10 @@ class FakeBench {
   hal::usbtmc::FakeInstrument& meter() { return *meter_; }
   bool lamp_on() const { return state_->lamp_on_since_s != fakes::BenchState::kOff; }
   std::uint64_t exposures() const { return state_->exposures; }
+  // What the camera saw in each of them.
+  std::vector<fakes::SeenExposure> SeenExposures() const {
+    return fakes::ReadExposures(fakes::ExposureLogOf(state_file_));
+  }
   bool stage_moves();
 
  private:

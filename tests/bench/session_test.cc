@@ -22,6 +22,7 @@
 #include "lightfield/light_field.h"
 #include "tests/bench/fake_bench.h"
 #include "tests/e2e/field_agreement.h"
+#include "tests/e2e/frames_as_seen.h"
 #include "tests/e2e/program.h"
 
 namespace luxfield::bench {
@@ -162,6 +163,12 @@ class Bench : public testing::Test {
   }
   void ExpectTheSimulatedLightField() {
     RunWell({"verify", "real.session"});
+    const e2e::FramesAsSeen worst =
+        e2e::ExpectFramesAsSeen(folder_ / "real.session", bench_->SeenExposures());
+    fmt::print(
+        "{} frames are what the camera saw; at most {:.1e} of an exposure time, {:.2f} um, "
+        "{:.1f} ms and {:.1e} of the lamp beside\n",
+        worst.frames, worst.exposure, 1e6 * worst.place_m, 1e3 * worst.start_s, worst.meter);
     const Agreement agreement = AgreementWith("simulated");
     EXPECT_GT(agreement.degrees, 1000);
     EXPECT_NEAR(agreement.chi_squared, 1, 5 * agreement.scatter());

@@ -228,13 +228,18 @@ void GrblMachine::Work(double seconds) {
 
 bool GrblMachine::HomesLow(int axis) const { return (static_cast<int>(Set(23)) >> axis & 1) != 0; }
 
-bool GrblMachine::AtSwitch(int axis) const {
-  if (switches_cut_) return false;
+// The way an axis still has before it presses its switch, mm.
+double GrblMachine::ToSwitch(int axis) const {
   const double at = motion_.carriage()[axis];
-  return HomesLow(axis) ? at <= -Set(130 + axis) : at >= 0;
+  if (switches_cut_) return HUGE_VAL;
+  return HomesLow(axis) ? at + Set(130 + axis) : -at;
 }
 
+bool GrblMachine::AtSwitch(int axis) const { return ToSwitch(axis) <= 0; }
+
 // Seek, pull off, locate, pull off; each followed by the switches' debouncing. Constant speeds.
+// Grbl looks at the switches with every step; here an axis stops where it presses one, so that
+// the carriage is where the controller believes it is.
 void GrblMachine::Home(double seconds) {
   if (wait_s_ > 0) {
     wait_s_ -= seconds;
@@ -246,7 +251,8 @@ void GrblMachine::Home(double seconds) {
     if (homing_done_[axis]) continue;
     const double reach =
         approach ? (homing_phase_ == 0 ? 1.5 * Set(130 + axis) : 5 * Set(27)) : Set(27);
-    const double step = std::min(rate * seconds, reach - homing_way_[axis]);
+    double step = std::min(rate * seconds, reach - homing_way_[axis]);
+    if (approach && !AtSwitch(axis)) step = std::min(step, ToSwitch(axis));
     motion_.Shift(axis, (HomesLow(axis) == approach ? -1 : 1) * step);
     homing_way_[axis] += step;
     const bool end = homing_way_[axis] >= reach;

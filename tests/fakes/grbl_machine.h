@@ -54,6 +54,7 @@ class GrblMachine : public FakeDevice {
   int ExecuteBlock(const std::string& line);
   int PlanMove(const GrblMotion::Block& block);
 
+  double ToSwitch(int axis) const;
   bool AtSwitch(int axis) const;
   bool HomesLow(int axis) const;
 

@@ -1,20 +1,27 @@
 #include "tests/fakes/seen_lab.h"
 
 #include "core/config.h"
+#include "core/file.h"
 
 namespace luxfield::fakes {
 
 SeenLab::SeenLab(const std::filesystem::path& lab_toml, const std::filesystem::path& state)
     : lab_(hal::sim::ReadLab(core::Config::FromFile(lab_toml), {})),
       world_(lab_),
-      state_(state, false) {}
+      state_(state, false),
+      log_(ExposureLogOf(state)) {}
 
 core::RawFrame SeenLab::Expose(double exposure_s) {
-  Arrange();
-  return world_.Expose(exposure_s, ++state_->exposures);
+  SeenExposure seen = Arrange();
+  seen.exposure_s = exposure_s;
+  core::RawFrame frame = world_.Expose(exposure_s, ++state_->exposures);
+  seen.pixels_sha256 = core::Sha256(core::PixelBytes(frame));
+  AppendExposure(log_, seen);
+  return frame;
 }
 
-void SeenLab::Arrange() {
+SeenExposure SeenLab::Arrange() {
+  SeenExposure seen;
   const double since_s = state_->lamp_on_since_s;
   core::SimulatedClock& clock = *world_.clock();
   if (since_s != lamp_on_since_s_) {
@@ -23,12 +30,19 @@ void SeenLab::Arrange() {
     switched_on_s_ = clock.MonotonicSeconds();
     lamp_on_since_s_ = since_s;
   }
+  seen.start_s = SteadySeconds();
   // The lamp's age is what its output depends on.
-  if (since_s != BenchState::kOff)
-    clock.SleepSeconds(switched_on_s_ + SteadySeconds() - since_s - clock.MonotonicSeconds());
-  world_.MoveStage({state_->u_m, state_->v_m});
-  world_.shutter_open = state_->shutter_open;
-  world_.print = state_->print;
+  if (since_s != BenchState::kOff) {
+    const double age_s = seen.start_s - since_s;
+    seen.lamp = lab_.lamp_time.MeanFactor(age_s, 0);
+    clock.SleepSeconds(switched_on_s_ + age_s - clock.MonotonicSeconds());
+  }
+  seen.u_m = state_->u_m;
+  seen.v_m = state_->v_m;
+  world_.MoveStage({seen.u_m, seen.v_m});
+  world_.shutter_open = seen.shutter_open = state_->shutter_open;
+  world_.print = seen.print = state_->print;
+  return seen;
 }
 
 }  // namespace luxfield::fakes

@@ -5,6 +5,7 @@
 
 #include "hal/sim/world.h"
 #include "tests/fakes/bench_state.h"
+#include "tests/fakes/exposure_log.h"
 
 namespace luxfield::fakes {
 
@@ -12,16 +13,17 @@ class SeenLab {
  public:
   SeenLab(const std::filesystem::path& lab_toml, const std::filesystem::path& state);
 
-  // Counts the exposure; does not wait for its end.
+  // Counts and logs the exposure (exposure_log.h); does not wait for its end.
   core::RawFrame Expose(double exposure_s);
   const hal::sim::LabDescription& lab() const { return lab_; }
 
  private:
-  void Arrange();
+  SeenExposure Arrange();
 
   hal::sim::LabDescription lab_;
   hal::sim::World world_;
   SharedBenchState state_;
+  std::filesystem::path log_;
   double lamp_on_since_s_ = BenchState::kOff;
   double switched_on_s_ = 0;  // on the simulated clock
 };

@@ -21,6 +21,7 @@
 #include "capture/capture.h"
 #include "core/config.h"
 #include "core/error.h"
+#include "core/file.h"
 #include "core/progress.h"
 #include "core/random.h"
 #include "core/session_store.h"
@@ -34,7 +35,9 @@
 #include "reconstruct/merge_session.h"
 #include "reconstruct/reconstruct.h"
 #include "tests/e2e/field_agreement.h"
+#include "tests/e2e/frames_as_seen.h"
 #include "tests/e2e/tiny_session.h"
+#include "tests/fakes/exposure_log.h"
 #include "tests/fakes/grbl_machine.h"
 #include "tests/fakes/pty_host.h"
 #include "tests/fakes/zaber_chain.h"
@@ -52,6 +55,9 @@ constexpr int kWorkers = 8;      // most of a session is waiting
 constexpr double kSpeedUp = 20;  // of the stages
 constexpr double kStage_s = 4;   // deadlines, short: the fakes are quick
 constexpr double kInstrument_s = 0.3;
+// The scatter of chi-squared over that of as many independent values, which those of a pixel are
+// not: 400 undisturbed sessions of other noise gave 0.95 +- 0.10, at most 1.34.
+constexpr double kCorrelated = 1.45;
 constexpr int kDisturbed = 6;  // runs of a session; the next one has a good line
 
 enum class Kind { kDrop, kDelay, kDuplicate, kTruncate, kGarble, kHang };
@@ -115,6 +121,47 @@ class FollowedStage : public hal::Stage {
   Carriage carriage_;
 };
 
+// The lab's camera, which logs what it saw, and where.
+class WatchedCamera : public hal::Camera {
+ public:
+  // To be put in the place of the simulated lab's, before its stage and supply are replaced;
+  // `carriage`: where the filter stands.
+  WatchedCamera(hal::Devices& lab, std::function<Vec2()> carriage, fs::path log)
+      : camera_(std::move(lab.camera)),
+        shutter_(*lab.shutter),
+        supply_(*lab.supply),
+        carriage_(std::move(carriage)),
+        log_(std::move(log)) {}
+
+  std::string identity() const override { return camera_->identity(); }
+  hal::CameraCapabilities capabilities() const override { return camera_->capabilities(); }
+  hal::AppliedSettings Configure(const hal::CameraSettings& settings, double deadline_s) override {
+    return camera_->Configure(settings, deadline_s);
+  }
+  hal::Frame Expose(double deadline_s) override {
+    fakes::SeenExposure seen;
+    const Vec2 at = carriage_();
+    seen.u_m = at.x;
+    seen.v_m = at.y;
+    seen.shutter_open = shutter_.Current() == "open";
+    seen.lamp = supply_.State().output;
+    hal::Frame frame = camera_->Expose(deadline_s);
+    seen.exposure_s = frame.settings.exposure_s;
+    seen.start_s = frame.t_start_s;
+    seen.pixels_sha256 = core::Sha256(core::PixelBytes(frame.image));
+    fakes::AppendExposure(log_, seen);
+    return frame;
+  }
+  void Abort() override { camera_->Abort(); }
+
+ private:
+  std::unique_ptr<hal::Camera> camera_;
+  hal::Selector& shutter_;
+  hal::Supply& supply_;
+  std::function<Vec2()> carriage_;
+  fs::path log_;
+};
+
 // A controller on a pseudo terminal, which lives as long as its session.
 class StageOnALine {
  public:
@@ -158,9 +205,6 @@ class StageOnALine {
 
   bool Suffer(std::string_view event) { return host_.Suffer(event); }
 
- private:
-  static constexpr double kMicrostep_m = 5e-8;
-
   Vec2 Carriage() {
     Vec2 at;
     host_.Inspect([&](fakes::FakeDevice& device) {
@@ -174,6 +218,9 @@ class StageOnALine {
     });
     return at;
   }
+
+ private:
+  static constexpr double kMicrostep_m = 5e-8;
 
   Transport transport_;
   fakes::PtyHost host_;
@@ -294,7 +341,9 @@ e2e::Field FieldOf(const fs::path& session) {
 }
 
 struct Tally {
-  int sessions = 0, failures = 0;
+  int sessions = 0, failures = 0, frames = 0;
+  double place_m = 0, meter = 0;                  // worst
+  double chi_squared = 0, worst_chi_squared = 0;  // per degree of freedom; the sum, the worst
 };
 
 class BadTransport : public testing::Test {
@@ -302,7 +351,7 @@ class BadTransport : public testing::Test {
   void SetUp() override {
     core::Progress::SetQuiet(true);
     fs::create_directories(folder_);
-    hal::Devices devices = Lab().MakeDevices();
+    hal::Devices devices = Lab(kSeed).MakeDevices();
     capture::RunCapture(plan_, devices, folder_ / "undisturbed");
     undisturbed_ = FieldOf(folder_ / "undisturbed");
   }
@@ -310,8 +359,9 @@ class BadTransport : public testing::Test {
     if (!HasFailure()) fs::remove_all(folder_);
   }
 
-  static hal::sim::SimulatedLab Lab() {
-    return hal::sim::SimulatedLab(core::Config::FromString(e2e::TinyLab(0.1, 0), "lab.toml"));
+  // Its noise is that of `seed`.
+  static hal::sim::SimulatedLab Lab(std::uint64_t seed) {
+    return hal::sim::SimulatedLab(core::Config::FromString(e2e::TinyLab(0.1, 0), "lab.toml"), seed);
   }
 
   void Session(int number) {
@@ -323,6 +373,7 @@ class BadTransport : public testing::Test {
         kTransportNames[static_cast<std::size_t>(transport)], kSeed);
     SCOPED_TRACE(name);
     const fs::path session = folder_ / fmt::format("session{}", number);
+    const fs::path log = fakes::ExposureLogOf(session);
     std::unique_lock<std::mutex> usb;
     std::optional<StageOnALine> stage;
     if (transport == Transport::kUsbTmc)
@@ -335,9 +386,15 @@ class BadTransport : public testing::Test {
     for (;; ++failures) {
       const bool disturbed = failures < kDisturbed;
       ASSERT_LE(failures, kDisturbed) << "it fails on a good line as well";
-      const std::uint64_t seed = kSeed + 100 * static_cast<std::uint64_t>(number) + failures;
+      const std::uint64_t seed = kSeed + 100 * static_cast<std::uint64_t>(number) + failures + 1;
       try {
-        hal::Devices devices = Lab().MakeDevices();
+        hal::Devices devices = Lab(seed).MakeDevices();
+        devices.camera = std::make_unique<WatchedCamera>(
+            devices,
+            [&, simulated = devices.stage.get()] {
+              return stage ? stage->Carriage() : simulated->Where().readback;
+            },
+            log);
         if (stage)
           devices.stage = stage->Open(disturbed ? LineFaultsOf(transport, kind) : hal::LineFaults(),
                                       seed, std::move(devices.stage));
@@ -353,14 +410,21 @@ class BadTransport : public testing::Test {
     const auto check = capture::VerifySession(session);
     EXPECT_THAT(check.problems, testing::IsEmpty());
     EXPECT_EQ(check.positions, 6);
+    const e2e::FramesAsSeen seen = e2e::ExpectFramesAsSeen(session, fakes::ReadExposures(log));
     const e2e::Agreement agreement = e2e::Compare(FieldOf(session), undisturbed_);
     EXPECT_GT(agreement.degrees, 300);
-    EXPECT_LT(agreement.chi_squared, 1 + 5 * agreement.scatter());
+    EXPECT_LT(agreement.chi_squared, 1 + 5 * kCorrelated * agreement.scatter());
     fs::remove_all(session);
+    fs::remove(log);
     const std::lock_guard lock(tally_mutex_);
     Tally& tally = tally_[{transport, kind}];
     ++tally.sessions;
     tally.failures += failures;
+    tally.frames += seen.frames;
+    tally.place_m = std::max(tally.place_m, seen.place_m);
+    tally.meter = std::max(tally.meter, seen.meter);
+    tally.chi_squared += agreement.chi_squared;
+    tally.worst_chi_squared = std::max(tally.worst_chi_squared, agreement.chi_squared);
   }
 
   const fs::path folder_ =
@@ -388,9 +452,13 @@ TEST_F(BadTransport, EverySessionResumesToTheSameLightField) {
   for (std::thread& worker : workers) worker.join();
   int failures = 0;
   for (const auto& [what, tally] : tally_) {
-    fmt::print("{:>7} {:<10} {:4} sessions, {:4} runs ended by an error and resumed\n",
-               kTransportNames[static_cast<std::size_t>(what.first)],
-               kKindNames[static_cast<std::size_t>(what.second)], tally.sessions, tally.failures);
+    fmt::print(
+        "{:>7} {:<10} {:4} sessions, {:4} runs ended by an error and resumed, {:6} frames as seen, "
+        "at most {:.2f} um beside, monitor {:.1e}, chi-squared {:.3f}, worst {:.3f}\n",
+        kTransportNames[static_cast<std::size_t>(what.first)],
+        kKindNames[static_cast<std::size_t>(what.second)], tally.sessions, tally.failures,
+        tally.frames, 1e6 * tally.place_m, tally.meter, tally.chi_squared / tally.sessions,
+        tally.worst_chi_squared);
     failures += tally.failures;
   }
   EXPECT_GT(failures, 0) << "the transports were too good to show anything";
@@ -415,7 +483,7 @@ TEST_F(BadTransport, AControllerDisturbedAtRestCostsItsBracketAndNothingElse) {
         EXPECT_TRUE(stage.Suffer(event));
       };
       try {
-        hal::Devices devices = Lab().MakeDevices();
+        hal::Devices devices = Lab(kSeed + 1).MakeDevices();
         devices.stage = stage.Open({}, kSeed, std::move(devices.stage));
         capture::RunCapture(plan, devices, session, options);
         ADD_FAILURE() << "the bracket went on";
@@ -429,12 +497,12 @@ TEST_F(BadTransport, AControllerDisturbedAtRestCostsItsBracketAndNothingElse) {
         if (record.kind == core::FrameKind::kPosition) counted.insert({record.i, record.j});
       EXPECT_EQ(counted.size(), 2u);
       options.resume = true;
-      hal::Devices devices = Lab().MakeDevices();
+      hal::Devices devices = Lab(kSeed + 2).MakeDevices();
       devices.stage = stage.Open({}, kSeed, std::move(devices.stage));
       capture::RunCapture(plan, devices, session, options);
       EXPECT_THAT(capture::VerifySession(session).problems, testing::IsEmpty());
       const e2e::Agreement agreement = e2e::Compare(FieldOf(session), undisturbed_);
-      EXPECT_LT(agreement.chi_squared, 1 + 5 * agreement.scatter());
+      EXPECT_LT(agreement.chi_squared, 1 + 5 * kCorrelated * agreement.scatter());
     }
 }
 
