@@ -11,7 +11,7 @@ namespace luxfield::fakes {
 
 struct SeenExposure {
   double exposure_s = 0;
-  double start_s = 0;       // on the steady clock
+  double start_s = 0;       // on the clock of the session
   double u_m = 0, v_m = 0;  // where the filter's centre stood
   double lamp = 0;          // its output, as a monitor reads it; 0: off
   bool shutter_open = false;
