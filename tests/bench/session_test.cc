@@ -427,10 +427,12 @@ TEST_F(Bench, DeviceTestsStayWithinTheirBounds) {
     EXPECT_EQ(outcome.exit_code, 0) << name << ": " << outcome.err;
     return Json::parse(e2e::ReadText(folder_ / "test.json"));
   };
-  for (const char* selector : {"shutter", "print"})
-    for (const Json& row : test(selector).at("rows"))
-      EXPECT_EQ(row.at("position"), row.at("read_back"));
-  for (const Json& row : test("stage").at("rows"))
+  for (const char* selector : {"shutter", "print"}) {
+    const Json positions = test(selector);
+    for (const Json& row : positions.at("rows")) EXPECT_EQ(row.at("position"), row.at("read_back"));
+  }
+  const Json moves = test("stage");
+  for (const Json& row : moves.at("rows"))
     EXPECT_LE(std::abs(row.at("u_m").get<double>()), 0.002 + 1e-12);
   EXPECT_NEAR(test("camera").at("mean_dn"), 400, 2) << "dark behind the closed shutter";
   EXPECT_EQ(test("monitor").at("readings"), (std::vector<double>{0, 0, 0, 0, 0}));
