@@ -6,12 +6,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "lightfield/light_vector.h"
 #include "study/sample_density.h"
+#include "study/seen_surfaces.h"
 
 namespace luxfield::study {
 namespace {
@@ -26,33 +26,23 @@ constexpr double kPrudence = 1.5;  // on the pilot's variance, which misses rare
 
 // The light of the closed form on the surfaces that the renderer sees.
 ReferencePicture ClosedForm(const render::LitScene& scene, const render::RenderOptions& picture) {
-  scene::Camera camera = scene.camera();
-  if (picture.width > 0) camera.width = picture.width;
-  if (picture.height > 0) camera.height = picture.height;
-  render::GBuffer gbuffer(scene.device(), camera.width, camera.height);
-  render::PrimaryVisibility(scene.device())
-      .Render(scene.geometry(), camera, 0, {0.5, 0.5}, gbuffer)
-      .Wait();
-  const auto position = gbuffer.position.Download<cl_float4>();
-  const auto normal = gbuffer.normal.Download<cl_float4>();
-  const auto albedo = gbuffer.albedo.Download<cl_float4>();
-  core::Image radiance(camera.width, camera.height, 3);
-  core::ParallelFor(gbuffer.pixel_count(), 16, [&](std::size_t begin, std::size_t end) {
+  const SeenSurfaces seen = SeeSurfaces(scene, picture);
+  core::Image radiance(seen.width, seen.height, 3);
+  core::ParallelFor(seen.pixel_count(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (position[i].s[3] == 0) continue;
+      if (!seen.hit(i)) continue;
       std::array<double, 3> sum{};
       for (const auto& luminaire : scene.luminaires()) {
         const scene::Pose luminaire_from_world = luminaire.world_from_luminaire.Inverse();
-        const auto& p = position[i].s;
-        const auto& n = normal[i].s;
+        const auto& p = seen.position[i].s;
+        const auto& n = seen.normal[i].s;
         const auto e = lightfield::ExactIrradiance(luminaire.light_field->field,
                                                    luminaire_from_world.Point({p[0], p[1], p[2]}),
                                                    luminaire_from_world.Vector({n[0], n[1], n[2]}));
         for (int c = 0; c < 3; ++c) sum[c] += luminaire.scale * e[c];
       }
       for (int c = 0; c < 3; ++c)
-        radiance.plane(c)[i] =
-            static_cast<float>(double{albedo[i].s[c]} * std::numbers::inv_pi * sum[c]);
+        radiance.plane(c)[i] = static_cast<float>(seen.reflectance(i, c) * sum[c]);
     }
   });
   return MakeReference(radiance, radiance);

@@ -69,6 +69,8 @@ Rectangle LitRectangle(const hal::sim::Lamp& lamp, double delta_m, const Rectang
     throw InputError(
         "the lamp sends no light from about the stage's reach to what the scene shows; "
         "turn the scene's luminaire to it");
+  x0 = std::max(x0 - 1, 0), x1 = std::min(x1 + 1, kCells);
+  y0 = std::max(y0 - 1, 0), y1 = std::min(y1 + 1, kCells);
   return {search.x0 + x0 * du, search.x0 + x1 * du, search.y0 + y0 * dv, search.y0 + y1 * dv};
 }
 

@@ -14,8 +14,9 @@ struct Rectangle {
   double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
 };
 
-// The part of `search` on F that sends light through the lattice, to a sixty-fourth of its sides.
-// Throws InputError if none does.
+// The part of `search` on F that sends light through the lattice: whole cells of a sixty-fourth of
+// its sides, and one more around, for light that passes between the middles of cells. Throws
+// InputError if none does.
 Rectangle LitRectangle(const hal::sim::Lamp& lamp, double delta_m, const Rectangle& search,
                        const lightfield::Lattice& lattice);
 

@@ -1,0 +1,274 @@
+#include "study/traced_lamp.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/colour.h"
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/random.h"
+
+namespace luxfield::study {
+namespace {
+
+using lightfield::Dot;
+using lightfield::LightField;
+using lightfield::Vec2;
+using lightfield::Vec3;
+
+// Random numbers of different uses.
+enum Stream : std::uint64_t { kFields = 0x6669656C6473, kFilters = 0x66696C74657273 };
+
+Rectangle SupportsOf(const lightfield::BasisGrid& grid) {
+  return {grid.u0_m, grid.u0_m + (grid.width + grid.basis.cells - 1) * grid.spacing_m, grid.v0_m,
+          grid.v0_m + (grid.height + grid.basis.cells - 1) * grid.spacing_m};
+}
+
+Rectangle Around(const Rectangle& a, const Rectangle& b) {
+  return {std::min(a.x0, b.x0), std::max(a.x1, b.x1), std::min(a.y0, b.y0), std::max(a.y1, b.y1)};
+}
+
+Vec2 Within(const Rectangle& r, Vec2 share) {
+  return {r.x0 + share.x * (r.x1 - r.x0), r.y0 + share.y * (r.y1 - r.y0)};
+}
+
+double AreaOf(const Rectangle& r) { return (r.x1 - r.x0) * (r.y1 - r.y0); }
+
+Vec2 Shift(core::Random& random) {
+  const double x = random.Uniform();
+  return {x, random.Uniform()};
+}
+
+// Sums of a comparison, in whose squares a and b stand for the truth.
+struct Sums {
+  double square = 0, truth = 0, power = 0;
+
+  void Add(double value, double a, double b) {
+    square += (value - a) * (value - b);
+    truth += 0.5 * (a + b);
+    power += a * b;
+  }
+  StageError Error(double count) const {
+    const double least = std::max(square, 0.0);
+    return {std::sqrt(least / count) / (truth / count), std::sqrt(least / power)};
+  }
+};
+
+// Adds the field's flux density at u over a row of texels, [channel * width + column].
+void AddRow(const LightField& field, Vec2 u, int row, std::vector<double>* density) {
+  const auto& [grid, lattice] = std::tie(field.geometry.grid, field.geometry.lattice);
+  const auto width = static_cast<std::size_t>(lattice.width);
+  for (int m = 0; m < grid.count(); ++m) {
+    const double phi = grid.Phi(m % grid.width, m / grid.width, u);
+    if (phi == 0) continue;
+    for (int channel = 0; channel < field.geometry.channels; ++channel) {
+      const float* texels = field.image(m, channel).data() + static_cast<std::size_t>(row) * width;
+      double* out = density->data() + channel * width;
+      for (std::size_t k = 0; k < width; ++k) out[k] += phi * texels[k];
+    }
+  }
+}
+
+}  // namespace
+
+FibonacciLattice::FibonacciLattice(int least) : size_(1), step_(1) {
+  while (size_ < least) {
+    const int next = size_ + step_;
+    step_ = size_;
+    size_ = next;
+  }
+}
+
+Vec2 FibonacciLattice::Point(int k, Vec2 shift) const {
+  const auto along = [](double x) { return x - std::floor(x); };
+  return {along(shift.x + static_cast<double>(k) / size_),
+          along(shift.y + static_cast<double>(std::int64_t{k} * step_ % size_) / size_)};
+}
+
+TracedLamp::TracedLamp(const hal::sim::LabDescription& lab,
+                       const lightfield::LuminaireGeometry& geometry)
+    : lamp_(lab.lamp), delta_m_(geometry.delta_m), channels_(lab.channels) {
+  const Rectangle supports = SupportsOf(geometry.grid);
+  const double du = 0.5 * (supports.x1 - supports.x0), dv = 0.5 * (supports.y1 - supports.y0);
+  lit_ = {supports.x0 - du, supports.x1 + du, supports.y0 - dv, supports.y1 + dv};
+  for (int look = 0; look < 2; ++look)  // the second is finer
+    lit_ = LitRectangle(*lamp_, delta_m_, lit_, geometry.lattice);
+}
+
+void TracedLamp::FluxDensity(Vec2 u, double t_m, std::span<const double> s_m,
+                             std::span<double> density) const {
+  const std::size_t count = s_m.size();
+  const bool apart = lamp_->traced_channels() > 1;
+  if (lamp_->DarkAt(u)) {
+    std::fill(density.begin(), density.end(), 0.0);
+    return;
+  }
+  lamp_->Radiance(u, delta_m_, t_m, s_m, density.first(count * lamp_->traced_channels()));
+  const double delta2 = delta_m_ * delta_m_, dy = t_m - u.y;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double dx = s_m[k] - u.x, r2 = delta2 + dx * dx + dy * dy, share = delta2 / (r2 * r2),
+                 first = density[k];
+    for (int channel = 0; channel < channels_; ++channel) {
+      const double radiance = apart ? density[channel * count + k] : first;
+      density[channel * count + k] = share * radiance * lamp_->channel_factor(channel);
+    }
+  }
+}
+
+TracedLamp::Light TracedLamp::Irradiance(const preprocess::Receiver& receiver,
+                                         const FibonacciLattice& points, Vec2 shift,
+                                         const std::function<bool(Vec2)>& visible) const {
+  Light light;
+  const auto& [p, n] = receiver;
+  if (!(p.z > 0)) return light;
+  const double k_s = delta_m_ / p.z;
+  for (int k = 0; k < points.size(); ++k) {
+    const Vec2 u = Within(lit_, points.Point(k, shift));
+    const Vec3 way = Vec3{u.x, u.y, 0} - p;
+    const double towards = Dot(n, way);
+    if (!(towards > 0) || lamp_->DarkAt(u)) continue;
+    double radiance[3] = {};
+    const double s = u.x - k_s * way.x, t = u.y - k_s * way.y;
+    lamp_->Radiance(u, delta_m_, t, std::span(&s, 1),
+                    std::span(radiance, lamp_->traced_channels()));
+    if (radiance[0] == 0 && radiance[1] == 0 && radiance[2] == 0) continue;
+    const double r2 = Dot(way, way), weight = towards * p.z / (r2 * r2);
+    const bool seen = visible(u);
+    for (int channel = 0; channel < channels_; ++channel) {
+      const double e = weight * radiance[lamp_->traced_channels() > 1 ? channel : 0];
+      light.open[channel] += e;
+      if (seen) light.seen[channel] += e;
+    }
+  }
+  for (auto* sums : {&light.open, &light.seen})
+    for (int channel = 0; channel < 3; ++channel)
+      (*sums)[channel] = channel < channels_ ? (*sums)[channel] * lamp_->channel_factor(channel) *
+                                                   AreaOf(lit_) / points.size()
+                                             : (*sums)[0];
+  return light;
+}
+
+FieldsAgainstLamp CompareWithLamp(const std::vector<const LightField*>& fields,
+                                  const TracedLamp& lamp, std::uint64_t seed) {
+  const auto& geometry = fields.at(0)->geometry;
+  const auto& lattice = geometry.lattice;
+  Rectangle region = lamp.lit();
+  for (const LightField* field : fields) {
+    if (!(field->geometry.lattice == lattice) || field->geometry.channels != lamp.channels())
+      throw InputError("light fields of different lattices or channels are not compared together");
+    region = Around(region, SupportsOf(field->geometry.grid));
+  }
+  const FibonacciLattice points(233);
+  const auto width = static_cast<std::size_t>(lattice.width);
+  const std::size_t values = width * static_cast<std::size_t>(geometry.channels);
+  struct Row {
+    std::vector<Sums> of_fields;
+    core::Rgb flux[2] = {};  // of two shifts
+  };
+  std::vector<Row> rows(static_cast<std::size_t>(lattice.height));
+  core::ParallelFor(rows.size(), 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> s(width), truth(values), density(values);
+    for (std::size_t r = begin; r < end; ++r) {
+      core::Random random(seed, kFields, static_cast<std::uint32_t>(r));
+      rows[r].of_fields.resize(fields.size());
+      for (core::Rgb& flux : rows[r].flux) {
+        const Vec2 shift = Shift(random);
+        for (int k = 0; k < points.size(); ++k) {
+          const Vec2 u = Within(region, points.Point(k, shift)), within = Shift(random);
+          const double t = lattice.t_of_row(static_cast<double>(r) + within.y);
+          for (std::size_t c = 0; c < width; ++c)
+            s[c] = lattice.s_of_column(static_cast<double>(c) + within.x);
+          lamp.FluxDensity(u, t, s, truth);
+          for (std::size_t v = 0; v < values; ++v) flux[v / width] += truth[v];
+          for (std::size_t f = 0; f < fields.size(); ++f) {
+            std::fill(density.begin(), density.end(), 0.0);
+            AddRow(*fields[f], u, static_cast<int>(r), &density);
+            for (std::size_t v = 0; v < values; ++v)
+              rows[r].of_fields[f].Add(density[v], truth[v], truth[v]);
+          }
+        }
+      }
+    }
+  });
+
+  FieldsAgainstLamp result;
+  const double of_point = AreaOf(region) * lattice.texel_area_m2() / points.size();
+  double variance = 0;
+  std::vector<Sums> sums(fields.size());
+  const auto flux = [&](const core::Rgb& of_channels) {
+    return of_point * (geometry.channels == 1 ? of_channels[0] : core::Luminance(of_channels));
+  };
+  for (const Row& row : rows) {
+    const double a = flux(row.flux[0]), b = flux(row.flux[1]);
+    result.flux += 0.5 * (a + b);
+    variance += 0.25 * (a - b) * (a - b);
+    for (std::size_t f = 0; f < fields.size(); ++f) {
+      sums[f].square += row.of_fields[f].square;
+      sums[f].truth += row.of_fields[f].truth;
+      sums[f].power += row.of_fields[f].power;
+    }
+  }
+  result.flux_se = std::sqrt(variance);
+  const double count = 2.0 * points.size() * static_cast<double>(rows.size() * values);
+  for (const Sums& of_field : sums) result.errors.push_back(of_field.Error(count));
+  return result;
+}
+
+StageError IrradianceAgainstLamp(const lightfield::Measurements& measurements,
+                                 const TracedLamp& lamp, int texels, std::uint64_t seed) {
+  const auto& [grid, lattice] = std::tie(measurements.geometry.grid, measurements.geometry.lattice);
+  const int channels = measurements.geometry.channels;
+  const std::size_t plane = measurements.geometry.plane_size();
+  const bool dual = measurements.filter == lightfield::FilterKind::kDual;
+  const FibonacciLattice points(377);
+  const double half = 0.5 * grid.basis.cells;
+  const auto filter = [&](double x) {  // x from the middle, in spacings
+    return dual ? grid.basis.DualValue(x) : grid.basis.Value(x + half);
+  };
+  std::vector<Sums> of_texel(static_cast<std::size_t>(texels));
+  std::vector<char> known(of_texel.size());
+  core::ParallelFor(of_texel.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      core::Random random(seed, kFilters, static_cast<std::uint32_t>(n));
+      const auto m = std::min(static_cast<int>(random.Uniform() * grid.count()), grid.count() - 1);
+      const auto texel =
+          std::min(static_cast<std::size_t>(random.Uniform() * double(plane)), plane - 1);
+      const auto& position = measurements.positions[static_cast<std::size_t>(m)];
+      if (position.mask[texel] & lightfield::kUnknownMask) continue;
+      known[n] = 1;
+      const auto row = static_cast<double>(texel / lattice.width),
+                 column = static_cast<double>(texel % lattice.width);
+      const Vec2 centre = grid.centre(m % grid.width, m / grid.width);
+      std::array<std::array<double, 3>, 2> truth{};
+      for (auto& e : truth) {
+        const Vec2 shift = Shift(random);
+        for (int k = 0; k < points.size(); ++k) {
+          const Vec2 share = points.Point(k, shift),
+                     x{2 * half * (share.x - 0.5), 2 * half * (share.y - 0.5)},
+                     within = Shift(random);
+          const double s = lattice.s_of_column(column + within.x);
+          double density[3] = {};
+          lamp.FluxDensity(centre + grid.spacing_m * x, lattice.t_of_row(row + within.y),
+                           std::span(&s, 1), std::span(density, 3));
+          const double area = std::pow(2 * half * grid.spacing_m, 2) / points.size();
+          for (int channel = 0; channel < channels; ++channel)
+            e[channel] += density[channel] * filter(x.x) * filter(x.y) * area;
+        }
+      }
+      for (int channel = 0; channel < channels; ++channel)
+        of_texel[n].Add(position.irradiance[channel * plane + texel], truth[0][channel],
+                        truth[1][channel]);
+    }
+  });
+  Sums sums;
+  double count = 0;
+  for (std::size_t n = 0; n < of_texel.size(); ++n) {
+    sums.square += of_texel[n].square;
+    sums.truth += of_texel[n].truth;
+    sums.power += of_texel[n].power;
+    count += known[n] ? channels : 0;
+  }
+  return sums.Error(count);
+}
+
+}  // namespace luxfield::study
