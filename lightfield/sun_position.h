@@ -1,6 +1,7 @@
-// Where the sun stands: low-precision formulas of the Astronomical Almanac as given by Michalsky,
-// "The Astronomical Almanac's algorithm for approximate solar position (1950-2050)", Solar Energy
-// 40 (1988), with the Almanac's refraction: 0.01 degrees in these years.
+// Where the sun stands: the formulas of "low accuracy" of Meeus, "Astronomical Algorithms" (2nd ed.
+// 1998), chapters 12 and 25, the five largest perturbations of his "Astronomical Formulae for
+// Calculators" (1982), chapter 18, parallax, and Saemundsson's refraction: 0.004 degrees from 1950
+// to 2050, 0.006 with refraction above the horizon, at UT1.
 #pragma once
 
 #include <chrono>

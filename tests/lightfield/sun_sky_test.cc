@@ -46,6 +46,56 @@ TEST(SunPosition, IsThatOfTheSolarPositionAlgorithm) {
   EXPECT_NEAR(sun.apparent_elevation_deg - sun.elevation_deg, 1.2 / 60, 0.2 / 60);
 }
 
+// Geometric place and elevation seen at 1013.25 hPa and 15 degrees C, by libastro (the ephemeris of
+// XEphem, through PyEphem 4.2.1), whose own refraction differs by 0.002 degrees: random places and
+// times, then the sun within 1.1 degrees of the zenith, where the Almanac's refraction adds 0.010.
+TEST(SunPosition, IsThatOfAnEphemeris) {
+  const struct {
+    double latitude, longitude;
+    const char *date, *time;
+    double elevation, azimuth, apparent;
+  } rows[] = {
+      {-5.4700, 21.5200, "2013-05-17", "14:10:09", 30.4733, 296.3850, 30.5003},
+      {-5.5300, 127.8200, "1975-11-06", "01:57:13", 68.9229, 120.4754, 68.9291},
+      {-39.1000, 4.2900, "2035-09-23", "15:21:29", 25.4310, 292.4660, 25.4644},
+      {-23.1500, -147.3600, "2044-05-18", "00:19:51", 33.0662, 315.6270, 33.0906},
+      {15.6000, 34.3600, "2003-12-02", "05:15:30", 16.8994, 119.3022, 16.9515},
+      {-60.8900, -167.1600, "1982-12-06", "01:15:36", 44.9059, 313.0514, 44.9219},
+      {11.4900, 100.1200, "1994-05-30", "03:08:03", 57.5556, 67.4073, 57.5657},
+      {18.9600, -15.3600, "1987-11-10", "13:16:12", 53.1632, 192.3666, 53.1751},
+      {24.5600, -66.5000, "1981-04-04", "18:05:26", 60.2476, 235.0230, 60.2567},
+      {5.8500, 177.9900, "1955-09-10", "00:04:36", 89.4360, 159.5263, 89.4361},
+      {18.7500, 148.0200, "1972-05-13", "02:01:54", 89.3374, 124.1283, 89.3375},
+      {-21.1900, -8.8300, "1988-01-16", "12:45:25", 89.7941, 323.0254, 89.7942},
+      {12.6900, -140.2100, "2004-04-25", "21:17:21", 89.1103, 21.2020, 89.1106},
+      {20.0800, 133.6000, "2026-07-25", "03:08:15", 88.9902, 114.2369, 88.9905},
+      {10.2200, -47.6100, "2049-08-26", "15:11:43", 89.8416, 139.7806, 89.8417}};
+  for (const auto& row : rows) {
+    SCOPED_TRACE(row.date);
+    const SunPosition sun = FindSun({row.latitude, row.longitude}, At(row.date, row.time));
+    const Vec3 seen = SunAt(row.apparent, row.azimuth).direction();
+    EXPECT_LT(Length(sun.direction() - seen) / kDegree, 0.006);
+    EXPECT_NEAR(sun.elevation_deg, row.elevation, 0.004);
+  }
+}
+
+// Light from the zenith is not bent; below the horizon the lift stays what it is there.
+TEST(SunPosition, RefractionEndsInTheZenithAndOnTheHorizon) {
+  const auto lift = [](double latitude, std::string_view time) {
+    const SunPosition sun = FindSun({latitude, 0}, At("2024-06-20", time));
+    return std::pair{sun.elevation_deg, sun.apparent_elevation_deg - sun.elevation_deg};
+  };
+  const auto [zenith, none] = lift(23.436, "12:01:40");  // noon of 20 June, 0.4 degrees off at most
+  EXPECT_GT(zenith, 89.6);
+  EXPECT_NEAR(none, 0, 2e-4);
+  const auto [night, night_lift] = lift(23.436, "23:00");
+  const auto [dusk, dusk_lift] = lift(23.436, "19:00");
+  EXPECT_LT(night, -40);
+  EXPECT_LT(dusk, -1);
+  EXPECT_DOUBLE_EQ(night_lift, dusk_lift);
+  EXPECT_NEAR(night_lift, 34.0 / 60, 0.5 / 60);
+}
+
 TEST(SunPosition, TurnsWithTheYear) {
   // The instants of 2024 by the Astronomical Almanac: equinox 20 March 03:06, solstices 20 June
   // 20:51 and 21 December 09:21, perihelion 3 January. At the pole the elevation is the
