@@ -8,6 +8,7 @@
 #include "capture/plan.h"
 #include "cli/info_environment.h"
 #include "cli/program.h"
+#include "core/colour.h"
 #include "core/config.h"
 #include "core/exr.h"
 #include "core/session_store.h"
@@ -18,6 +19,7 @@
 #include "lightfield/light_field.h"
 #include "lightfield/measured_filter.h"
 #include "lightfield/measurements.h"
+#include "lightfield/posed_light_field.h"
 #include "lightfield/ray_file.h"
 #include "preprocess/table_io.h"
 #include "scene/scene.h"
@@ -58,8 +60,50 @@ Json GeometryJson(const lightfield::LuminaireGeometry& g) {
           {"unit", lightfield::FluxUnitName(g.unit)}};
 }
 
+// A file of several fields: each with the direction of its axis in the luminaire's frame.
+Json InfoLightFields(const std::string& path,
+                     const std::vector<lightfield::PosedLightField>& fields) {
+  const auto unit = lightfield::FluxUnitName(fields.front().field.geometry.unit);
+  const auto flux_of = [](const lightfield::LightField& field) {
+    const auto flux = lightfield::TotalFlux(field);
+    return field.geometry.channels == 3 ? core::Luminance({flux[0], flux[1], flux[2]}) : flux[0];
+  };
+  double flux = 0;
+  Json list = Json::array();
+  fmt::print("{}: light fields in {} directions\n", path, fields.size());
+  for (const auto& [name, pose, field] : fields) {
+    const auto axis = pose.Direction({0, 0, 1});
+    const auto& origin = pose.translation_m;
+    const auto [low, high] = std::minmax_element(field.data.begin(), field.data.end());
+    flux += flux_of(field);
+    fmt::print(
+        "  {:<12} towards ({:.4g}, {:.4g}, {:.4g}), F's origin at ({:.5g}, {:.5g}, {:.5g}) mm\n",
+        name, axis.x, axis.y, axis.z, 1e3 * origin.x, 1e3 * origin.y, 1e3 * origin.z);
+    PrintGeometry(field.geometry);
+    fmt::print("  C            {:.6g} to {:.6g} {} sr^-1 m^-4\n", *low, *high, unit);
+    fmt::print("  flux         {:.6g} {}\n", flux_of(field), unit);
+    Json json = GeometryJson(field.geometry);
+    json["name"] = name;
+    json["axis"] = {axis.x, axis.y, axis.z};
+    json["origin_m"] = {origin.x, origin.y, origin.z};
+    json["flux"] = lightfield::TotalFlux(field);
+    json["c_min"] = *low;
+    json["c_max"] = *high;
+    list.push_back(std::move(json));
+  }
+  fmt::print("  total flux   {:.6g} {}\n", flux, unit);
+  PrintProvenance(fields.front().field.provenance);
+  return {{"kind", "light fields"},
+          {"fields", std::move(list)},
+          {"flux", lightfield::TotalFlux(fields)},
+          {"unit", unit},
+          {"provenance", fields.front().field.provenance}};
+}
+
 Json InfoLightField(const std::string& path) {
-  const lightfield::LightField field = lightfield::ReadLightField(path);
+  const auto fields = lightfield::ReadLightFields(path);
+  if (fields.size() > 1 || !fields.front().name.empty()) return InfoLightFields(path, fields);
+  const lightfield::LightField& field = fields.front().field;
   const auto unit = lightfield::FluxUnitName(field.geometry.unit);
   const auto [low, high] = std::minmax_element(field.data.begin(), field.data.end());
   const auto flux = lightfield::TotalFlux(field);

@@ -54,7 +54,7 @@ std::vector<int> FindParts(const core::ExrReader& reader, const ExrKind& kind,
                            const LuminaireGeometry& geometry) {
   const std::string file = reader.path().string();
   const BasisGrid& grid = geometry.grid;
-  if (static_cast<int>(reader.parts().size()) != grid.count())
+  if (kind.alone && static_cast<int>(reader.parts().size()) != grid.count())
     throw InputError(file,
                      fmt::format("has {} parts where luxfield:basis_width x basis_height = {} x {}",
                                  reader.parts().size(), grid.width, grid.height),

@@ -10,11 +10,12 @@
 
 namespace luxfield::lightfield {
 
-// What distinguishes the two kinds of file.
+// What distinguishes the kinds of file.
 struct ExrKind {
   const char* name;         // luxfield:kind
   const char* part_prefix;  // parts are PREFIX.JJ.II
   const char* channel_prefix;
+  bool alone = true;  // the file holds no other parts
 };
 inline constexpr ExrKind kLightFieldKind{"light-field", "C", ""};
 inline constexpr ExrKind kMeasurementsKind{"measurements", "E", "E."};

@@ -8,6 +8,7 @@
 #include "core/file.h"
 #include "core/stopwatch.h"
 #include "lightfield/environment_map.h"
+#include "lightfield/posed_light_field.h"
 #include "preprocess/table_io.h"
 #include "render/estimators/volume.h"
 
@@ -24,6 +25,15 @@ std::filesystem::path TablesOf(const scene::Luminaire& luminaire) {
   if (path.extension() == ".lf") path.replace_extension();
   path += ".tab.exr";
   return std::filesystem::exists(path) ? path : std::filesystem::path();
+}
+
+scene::Pose ToPose(const lightfield::RigidPose& rigid) {
+  scene::Pose pose;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      pose.linear[row][column] = rigid.rotation[3 * row + column];
+  pose.translation = rigid.translation_m;
+  return pose;
 }
 
 preprocess::Tables ReadOrBuildTables(const LoadedLightField& light_field) {
@@ -47,15 +57,17 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene)
   for (const auto& light : scene.area_lights)
     area_lights_.push_back(UploadAreaLight(device, light));
   if (scene.environment) LoadEnvironment(*scene.environment);
-  std::map<std::pair<std::filesystem::path, std::filesystem::path>,
-           std::shared_ptr<LoadedLightField>>
+  std::map<std::pair<std::filesystem::path, std::filesystem::path>, std::vector<LoadedField>>
       loaded;
   for (const auto& luminaire : scene.luminaires) {
-    auto& light_field = loaded[{luminaire.light_field, luminaire.tables}];
-    if (!light_field) light_field = Load(luminaire);
-    luminaires_.push_back(
-        {luminaire.name, light_field, luminaire.world_from_luminaire, luminaire.scale});
-    provenance_[fmt::format("{} sha256", luminaire.name)] = light_field->sha256;
+    auto& fields = loaded[{luminaire.light_field, luminaire.tables}];
+    if (fields.empty()) fields = Load(luminaire);
+    for (const LoadedField& field : fields)
+      luminaires_.push_back(
+          {field.name.empty() ? luminaire.name : fmt::format("{} {}", luminaire.name, field.name),
+           field.light_field, luminaire.world_from_luminaire * field.luminaire_from_field,
+           luminaire.scale});
+    provenance_[fmt::format("{} sha256", luminaire.name)] = fields.front().light_field->sha256;
   }
 }
 
@@ -107,24 +119,36 @@ EnvironmentEstimator& LitScene::environment_estimator() {
   return *environment_estimator_;
 }
 
-std::shared_ptr<LoadedLightField> LitScene::Load(const scene::Luminaire& luminaire) {
-  auto field = lightfield::ReadLightField(luminaire.light_field);
-  const auto unit = field.geometry.unit;
+std::vector<LitScene::LoadedField> LitScene::Load(const scene::Luminaire& luminaire) {
+  auto fields = lightfield::ReadLightFields(luminaire.light_field);
+  const auto unit = fields.front().field.geometry.unit;
   if (!luminaires_.empty() && unit != unit_)
     throw InputError(luminaire.light_field.string(),
                      fmt::format("its unit is {}, that of the luminaires before it {}",
                                  FluxUnitName(unit), FluxUnitName(unit_)),
                      "light a scene with luminaires of one unit");
   unit_ = unit;
-  LuminaireOnDevice on_device(device_, field);
-  return std::make_shared<LoadedLightField>(
-      LoadedLightField{luminaire.light_field,
-                       TablesOf(luminaire),
-                       core::Sha256OfFile(luminaire.light_field),
-                       std::move(field),
-                       std::move(on_device),
-                       {},
-                       0});
+  const bool alone = fields.size() == 1 && fields.front().name.empty();
+  if (!alone && !luminaire.tables.empty())
+    throw InputError(luminaire.tables.string(),
+                     fmt::format("tables belong to one light field where {} holds {}",
+                                 luminaire.light_field.string(), fields.size()),
+                     "name no tables: they are built while the scene is loaded");
+  const std::string sha256 = core::Sha256OfFile(luminaire.light_field);
+  std::vector<LoadedField> loaded;
+  for (auto& posed : fields) {
+    LuminaireOnDevice on_device(device_, posed.field);
+    loaded.push_back({posed.name, ToPose(posed.luminaire_from_field),
+                      std::make_shared<LoadedLightField>(
+                          LoadedLightField{luminaire.light_field,
+                                           alone ? TablesOf(luminaire) : std::filesystem::path(),
+                                           sha256,
+                                           std::move(posed.field),
+                                           std::move(on_device),
+                                           {},
+                                           0})});
+  }
+  return loaded;
 }
 
 Estimator& LitScene::EstimatorNamed(const std::string& name) {

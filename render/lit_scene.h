@@ -22,7 +22,7 @@
 
 namespace luxfield::render {
 
-// A light field that one or several luminaires of the scene show.
+// A light field that one or several luminaires of the scene show, alone or with others of its file.
 struct LoadedLightField {
   std::filesystem::path file, tables_file;  // tables_file empty: none given
   std::string sha256;
@@ -49,9 +49,10 @@ struct PlacedEnvironment {
 
 class LitScene {
  public:
-  // Reads the environment map and the light fields; one that several luminaires share is read and
-  // uploaded once. Throws InputError for files that cannot be read and luminaires of different
-  // units; DeviceError.
+  // Reads the environment map and the light fields; a file that several luminaires share is read
+  // and uploaded once, and each of its fields becomes a luminaire ("NAME +z"). Throws InputError
+  // for files that cannot be read, luminaires of different units and tables of a file of several
+  // fields; DeviceError.
   LitScene(const Device& device, const scene::Scene& scene);
 
   // Uploads what is needed and not there yet: a SAT is read where the scene names tables or
@@ -98,7 +99,12 @@ class LitScene {
  private:
   void LoadEnvironment(const scene::Environment& environment);
   void ShowEnvironment(const lightfield::CubeMap& map, const std::filesystem::path& file);
-  std::shared_ptr<LoadedLightField> Load(const scene::Luminaire& luminaire);
+  struct LoadedField {
+    std::string name;
+    scene::Pose luminaire_from_field;
+    std::shared_ptr<LoadedLightField> light_field;
+  };
+  std::vector<LoadedField> Load(const scene::Luminaire& luminaire);
   preprocess::VolumeForError BuildVolume(const LoadedLightField& light_field,
                                          double max_rel_error) const;
 

@@ -18,6 +18,7 @@
 #include "core/progress.h"
 #include "core/random.h"
 #include "lightfield/light_vector.h"
+#include "lightfield/posed_light_field.h"
 #include "preprocess/table_io.h"
 #include "render/film.h"
 
@@ -179,6 +180,49 @@ TEST_F(RendererTest, TwoLuminairesAddUpToTheClosedForm) {
       EXPECT_EQ(frame.variance.at(0, row, column), 0);
     }
   EXPECT_GT(hits, 200);
+}
+
+// A file of two fields, one turned about the lamp's axis and back, is lit as their sum at both
+// placements of the scene; `tables` of one light field do not belong to it.
+TEST_F(RendererTest, AFileOfSeveralFieldsIsTheirSum) {
+  std::vector<lightfield::PosedLightField> fields(2);
+  fields[0] = {"+z", {}, Lamp(1)};
+  fields[1] = {"side", {{0, -1, 0, 1, 0, 0, 0, 0, 1}, {0.3, 0.1, -0.05}}, Lamp(1)};
+  for (float& value : fields[1].field.data) value *= 0.5f;
+  const auto file = Temporary("several.lf.exr");
+  WriteLightFields(file, fields);
+  auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
+  const Frame frame = RenderWith(scene, Unshadowed("exact"));
+  int hits = 0;
+  for (int row = 0; row < frame.height; ++row)
+    for (int column = 0; column < frame.width; ++column) {
+      if (frame.coverage.at(0, row, column) == 0) continue;
+      ++hits;
+      const Vec3 p{frame.position.at(0, row, column), frame.position.at(1, row, column),
+                   frame.position.at(2, row, column)};
+      double expected = 0, size = 0;
+      for (const auto& luminaire : scene.luminaires) {
+        const auto luminaire_from_world = luminaire.world_from_luminaire.Inverse();
+        for (const auto& posed : fields) {
+          const auto field_from_luminaire = posed.luminaire_from_field.Inverse();
+          const Vec3 local = field_from_luminaire.Point(luminaire_from_world.Point(p));
+          const Vec3 normal =
+              field_from_luminaire.Direction(luminaire_from_world.Vector({0, 0, 1}));
+          expected += luminaire.scale * ExactIrradiance(posed.field, local, normal)[0];
+          size += luminaire.scale * Length(ClosedFormLightVector(posed.field, local).j[0]);
+        }
+      }
+      EXPECT_NEAR(frame.irradiance.at(0, row, column), expected, 2e-5 * size);
+    }
+  EXPECT_GT(hits, 200);
+
+  LitScene lit(Device::Open(), scene);
+  ASSERT_EQ(lit.luminaires().size(), 4u);
+  EXPECT_EQ(lit.luminaires()[1].name, "lamp at -0.5 side");
+  EXPECT_EQ(lit.luminaires()[0].light_field, lit.luminaires()[2].light_field);  // uploaded once
+  scene.luminaires[0].tables =
+      WriteLamp("single", Lamp(1)).replace_extension().replace_extension(".tab.exr");
+  EXPECT_THROW(LitScene(Device::Open(), scene), InputError);
 }
 
 TEST_F(RendererTest, PixelSamplesAverageAndCoverEdges) {
