@@ -161,7 +161,8 @@ void AddSky(Program& program) {
   verb.add_option("--frames", options->frames, "Frames of --day")->check(CLI::Range(1, 9999));
   verb.add_option("--format", options->format, "Of the frames of --day")
       ->check(CLI::IsMember({"exr", "hdr"}));
-  verb.add_option("--turbidity", options->turbidity, "1.8 to 10: 2 very clear, 3 clear, 6 hazy");
+  verb.add_option("--turbidity", options->turbidity,
+                  "1 to 10: 1 no haze, 2 very clear, 3 clear, 6 hazy");
   verb.add_option("--ground-albedo", options->albedo, "0 to 1, of the ground below the horizon");
   verb.add_option("--height", options->height, "Rows of the picture");
   verb.add_option("--layout", options->layout, lightfield::EnvironmentLayoutNames());

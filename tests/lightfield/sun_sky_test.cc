@@ -54,22 +54,21 @@ TEST(SunPosition, IsThatOfAnEphemeris) {
     double latitude, longitude;
     const char *date, *time;
     double elevation, azimuth, apparent;
-  } rows[] = {
-      {-5.4700, 21.5200, "2013-05-17", "14:10:09", 30.4733, 296.3850, 30.5003},
-      {-5.5300, 127.8200, "1975-11-06", "01:57:13", 68.9229, 120.4754, 68.9291},
-      {-39.1000, 4.2900, "2035-09-23", "15:21:29", 25.4310, 292.4660, 25.4644},
-      {-23.1500, -147.3600, "2044-05-18", "00:19:51", 33.0662, 315.6270, 33.0906},
-      {15.6000, 34.3600, "2003-12-02", "05:15:30", 16.8994, 119.3022, 16.9515},
-      {-60.8900, -167.1600, "1982-12-06", "01:15:36", 44.9059, 313.0514, 44.9219},
-      {11.4900, 100.1200, "1994-05-30", "03:08:03", 57.5556, 67.4073, 57.5657},
-      {18.9600, -15.3600, "1987-11-10", "13:16:12", 53.1632, 192.3666, 53.1751},
-      {24.5600, -66.5000, "1981-04-04", "18:05:26", 60.2476, 235.0230, 60.2567},
-      {5.8500, 177.9900, "1955-09-10", "00:04:36", 89.4360, 159.5263, 89.4361},
-      {18.7500, 148.0200, "1972-05-13", "02:01:54", 89.3374, 124.1283, 89.3375},
-      {-21.1900, -8.8300, "1988-01-16", "12:45:25", 89.7941, 323.0254, 89.7942},
-      {12.6900, -140.2100, "2004-04-25", "21:17:21", 89.1103, 21.2020, 89.1106},
-      {20.0800, 133.6000, "2026-07-25", "03:08:15", 88.9902, 114.2369, 88.9905},
-      {10.2200, -47.6100, "2049-08-26", "15:11:43", 89.8416, 139.7806, 89.8417}};
+  } rows[] = {{-5.4700, 21.5200, "2013-05-17", "14:10:09", 30.4733, 296.3850, 30.5003},
+              {-5.5300, 127.8200, "1975-11-06", "01:57:13", 68.9229, 120.4754, 68.9291},
+              {-39.1000, 4.2900, "2035-09-23", "15:21:29", 25.4310, 292.4660, 25.4644},
+              {-23.1500, -147.3600, "2044-05-18", "00:19:51", 33.0662, 315.6270, 33.0906},
+              {15.6000, 34.3600, "2003-12-02", "05:15:30", 16.8994, 119.3022, 16.9515},
+              {-60.8900, -167.1600, "1982-12-06", "01:15:36", 44.9059, 313.0514, 44.9219},
+              {11.4900, 100.1200, "1994-05-30", "03:08:03", 57.5556, 67.4073, 57.5657},
+              {18.9600, -15.3600, "1987-11-10", "13:16:12", 53.1632, 192.3666, 53.1751},
+              {24.5600, -66.5000, "1981-04-04", "18:05:26", 60.2476, 235.0230, 60.2567},
+              {5.8500, 177.9900, "1955-09-10", "00:04:36", 89.4360, 159.5263, 89.4361},
+              {18.7500, 148.0200, "1972-05-13", "02:01:54", 89.3374, 124.1283, 89.3375},
+              {-21.1900, -8.8300, "1988-01-16", "12:45:25", 89.7941, 323.0254, 89.7942},
+              {12.6900, -140.2100, "2004-04-25", "21:17:21", 89.1103, 21.2020, 89.1106},
+              {20.0800, 133.6000, "2026-07-25", "03:08:15", 88.9902, 114.2369, 88.9905},
+              {10.2200, -47.6100, "2049-08-26", "15:11:43", 89.8416, 139.7806, 89.8417}};
   for (const auto& row : rows) {
     SCOPED_TRACE(row.date);
     const SunPosition sun = FindSun({row.latitude, row.longitude}, At(row.date, row.time));
@@ -134,95 +133,6 @@ TEST(SunPosition, RefusesWhatIsNoPlaceOrTime) {
   for (const char* time : {"24:00", "12:60", "12:00:60", "1:00", "12", "12:00:00:00"})
     EXPECT_THROW(ParseTimeOfDay(time, "--time"), InputError) << time;
   EXPECT_EQ(FormatUtc(At("2024-02-29", "23:05:09")), "2024-02-29T23:05:09Z");
-}
-
-// "Recommended practice for the calculation of daylight availability", IES RP-21, J. Illum. Eng.
-// Soc. 13 (1984) 381, for clear skies: direct normal 127.5 klx exp(-0.21 / sin h), sky on the
-// horizontal 0.8 + 15.5 sqrt(sin h) klx, averages of measurements. Turbidity 2.
-TEST(ClearSky, IsWhatTheStandardFormulasSay) {
-  for (const double h : {10.0, 20.0, 30.0, 45.0, 60.0, 75.0, 90.0}) {
-    const double sine = std::sin(h * kDegree);
-    const ClearSky clear = FindClearSky(SunAt(h), 2, 0.2);
-    const double direct = 127500 * std::exp(-0.21 / sine);
-    const double diffuse = 800 + 15500 * std::sqrt(sine);
-    std::printf("  h %2.0f: direct %6.1f klx (IES %6.1f), diffuse %5.1f klx (IES %5.1f)\n", h,
-                core::Luminance(clear.direct_normal) / 1e3, direct / 1e3,
-                core::Luminance(clear.diffuse_horizontal) / 1e3, diffuse / 1e3);
-    EXPECT_NEAR(core::Luminance(clear.direct_normal) / direct, 1, 0.03);
-    EXPECT_NEAR(core::Luminance(clear.diffuse_horizontal) / diffuse, 1, 0.15);
-  }
-  // Luminous solar constant: 133.1 klx by the WRC spectrum (Darula, Kittler and Gueymard, Solar
-  // Energy 79, 2005: 133.3).
-  EXPECT_NEAR(core::Luminance(ExtraterrestrialIlluminance()), 133300, 0.005 * 133300);
-}
-
-// One wavelength by hand: with the spectrum's own transmittances at 550 nm the luminance of the
-// direct light cannot be far off, as the eye peaks there. Air mass 2, turbidity 3.
-TEST(ClearSky, FollowsItsTransmittances) {
-  const double elevation = 29.92;  // Kasten and Young: 1.9998
-  const double beta = 0.04608 * 3 - 0.04586, thickness = beta * std::pow(0.55, -1.3);
-  const double um4 = 0.55 * 0.55 * 0.55 * 0.55;
-  const double t = std::exp(-2 / (um4 * (115.6406 - 1.335 / (0.55 * 0.55)))) *
-                   std::exp(-2 * thickness) * std::exp(-0.085 * 0.35 * 1.98);
-  const double ratio = core::Luminance(FindClearSky(SunAt(elevation), 3, 0).direct_normal) /
-                       core::Luminance(ExtraterrestrialIlluminance());
-  EXPECT_NEAR(ratio / t, 1, 0.03);
-  // More aerosol: less sun, more sky. Nearer sun: more of both. Lower: redder.
-  const ClearSky hazy = FindClearSky(SunAt(elevation), 6, 0),
-                 clear = FindClearSky(SunAt(elevation), 3, 0);
-  EXPECT_LT(hazy.direct_normal[1], clear.direct_normal[1]);
-  EXPECT_GT(hazy.diffuse_horizontal[1], clear.diffuse_horizontal[1]);
-  const ClearSky near = FindClearSky(SunAt(elevation, 180, 0.98331), 3, 0);
-  EXPECT_NEAR(near.direct_normal[1] / clear.direct_normal[1], 1 / (0.98331 * 0.98331), 1e-9);
-  const ClearSky low = FindClearSky(SunAt(2), 3, 0);
-  EXPECT_GT(low.direct_normal[0] / low.direct_normal[2],
-            5 * clear.direct_normal[0] / clear.direct_normal[2]);
-  EXPECT_GT(clear.diffuse_horizontal[2], clear.diffuse_horizontal[0]);  // blue
-}
-
-TEST(ClearSky, RefusesNightAndWhatIsOutOfReach) {
-  EXPECT_THROW(FindClearSky(SunAt(-0.01), 3, 0), InputError);
-  EXPECT_THROW(FindClearSky(SunAt(10), 1.7, 0), InputError);
-  EXPECT_THROW(FindClearSky(SunAt(10), 10.1, 0), InputError);
-  EXPECT_THROW(FindClearSky(SunAt(10), NAN, 0), InputError);
-  EXPECT_THROW(FindClearSky(SunAt(10), 3, 1.01), InputError);
-  for (const double c : FindClearSky(SunAt(0), 10, 0).direct_normal) EXPECT_GE(c, 0);
-}
-
-// Luminance ratios by Perez' formula with Preetham's coefficients at T = 2.5, the sun at 40
-// degrees, computed by hand: A = -1.01623, B = -0.46101, C = 5.2684, D = -2.27545, E = 0.20287.
-TEST(SunSky, LuminanceFollowsThePublishedPattern) {
-  const auto f = [](double theta_deg, double gamma_deg) {
-    const double gamma = gamma_deg * kDegree;
-    return (1 - 1.01623 * std::exp(-0.46101 / std::cos(theta_deg * kDegree))) *
-           (1 + 5.2684 * std::exp(-2.27545 * gamma) + 0.20287 * std::cos(gamma) * std::cos(gamma));
-  };
-  const SunSky sky(SunAt(40), 2.5, 0.2);
-  const auto luminance = [&](double elevation_deg, double azimuth_deg) {
-    SunPosition p = SunAt(elevation_deg, azimuth_deg);
-    return core::Luminance(sky.Radiance(p.direction()));
-  };
-  const double zenith = luminance(90, 0);
-  const struct {
-    double elevation, azimuth, gamma;
-  } points[] = {{40, 180, 0},
-                {60, 180, 20},
-                {20, 180, 20},
-                {20, 0, 120},
-                {70, 0, 70},
-                // cos gamma = sin 40 sin 40 for a quarter turn at the sun's height
-                {40, 90, std::acos(std::pow(std::sin(40 * kDegree), 2)) / kDegree}};
-  for (const auto& p : points)
-    EXPECT_NEAR(luminance(p.elevation, p.azimuth) / zenith, f(90 - p.elevation, p.gamma) / f(0, 50),
-                2e-4 * f(90 - p.elevation, p.gamma) / f(0, 50))
-        << p.elevation << " " << p.azimuth;
-  // The zenith's chromaticity, x and y by hand: theta = 0.872665 rad, T = 2.5.
-  const core::Rgb c = sky.Radiance({0, 0, 1});
-  const double big_x = 0.412391 * c[0] + 0.357584 * c[1] + 0.180481 * c[2],
-               big_y = 0.212639 * c[0] + 0.715169 * c[1] + 0.072192 * c[2],
-               big_z = 0.019331 * c[0] + 0.119195 * c[1] + 0.950532 * c[2];
-  EXPECT_NEAR(big_x / (big_x + big_y + big_z), 0.24158, 1e-4);
-  EXPECT_NEAR(big_y / (big_x + big_y + big_z), 0.24605, 1e-4);
 }
 
 // A latitude-longitude picture is summed pixel by pixel, nothing of the model in it.
@@ -307,16 +217,20 @@ TEST(SunSky, TheDiscKeepsItsEnergyAtEverySizeAndLayout) {
 TEST(SunSky, TheHorizonCutsTheDisc) {
   const SunSky sky(SunAt(0, 90), 2, 0.5);
   const core::Image image = sky.Picture(kLatitudeLongitude, 256);
+  // East, +x, is a quarter from the left edge. What is left without sky and ground is the sun.
   double above = 0, below = 0;
   for (int row = 0; row < 256; ++row)
-    for (int column = 100; column < 150; ++column)  // +x, east, a quarter from the left edge
-      (row < 128 ? above : below) +=
-          image.at(0, row, column) * PictureRectangleSolidAngle(kLatitudeLongitude, column / 512.0,
-                                                                (column + 1) / 512.0, row / 256.0,
-                                                                (row + 1) / 256.0);
+    for (int column = 124; column < 132; ++column) {
+      const Vec3 w =
+          DirectionFromPicture(kLatitudeLongitude, {(column + 0.5) / 512, (row + 0.5) / 256})
+              ->direction;
+      const double solid_angle = PictureRectangleSolidAngle(
+          kLatitudeLongitude, column / 512.0, (column + 1) / 512.0, row / 256.0, (row + 1) / 256.0);
+      (row < 128 ? above : below) += solid_angle * (image.at(0, row, column) - sky.Radiance(w)[0]);
+    }
   const double disc = 2 * kPi * (1 - std::cos(sky.sun_angular_radius()));
-  EXPECT_NEAR(above, 0.5 * disc * sky.sun_radiance()[0], 1e-6 * above);  // no sky left at 0 degrees
-  EXPECT_NEAR(below, 0, 1e-9 * above);                                   // the border at z = 6e-17
+  EXPECT_NEAR(above, 0.5 * disc * sky.sun_radiance()[0], 5e-3 * above);  // the sky in few nodes
+  EXPECT_NEAR(below, 0, 1e-6 * above);
 }
 
 TEST(SunSky, RefusesSizes) {

@@ -1,13 +1,9 @@
-#include "lightfield/clear_sky.h"
+#include "lightfield/sunlight.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
 #include "core/primaries.h"
 
 namespace luxfield::lightfield {
@@ -100,76 +96,37 @@ core::Rgb Seen(Spectrum spectrum) {
   return core::IntoGamut(core::Rec709FromXyz(xyz));
 }
 
-struct Transmittances {
-  double rayleigh, scattering, absorption, ozone, water, mixed;
-  double aerosol() const { return scattering * absorption; }
-};
-
 // At relative air mass `mass`; the sun's sine is for the ozone layer at 22 km.
-Transmittances Transmit(const Band& band, double turbidity, double mass, double sine) {
+double Transmittance(const Band& band, double turbidity, double mass, double sine) {
   const double um = band.nm / 1000;
-  const double thickness = (0.04608 * turbidity - 0.04586) * std::pow(um, -1.3);
-  const double albedo = 0.945 * std::exp(-0.095 * std::pow(std::log(um / 0.4), 2));
   constexpr double kOzoneHeight = 22.0 / 6370;
   const double ozone_mass = (1 + kOzoneHeight) / std::sqrt(sine * sine + 2 * kOzoneHeight);
   const double water = band.water * kWaterCm * mass, mixed = band.mixed * mass;
-  return {std::exp(-mass / (std::pow(um, 4) * (115.6406 - 1.335 / (um * um)))),
-          std::exp(-albedo * thickness * mass),
-          std::exp(-(1 - albedo) * thickness * mass),
-          std::exp(-band.ozone * kOzoneAtmCm * ozone_mass),
-          std::exp(-0.2385 * water / std::pow(1 + 20.07 * water, 0.45)),
-          std::exp(-1.41 * mixed / std::pow(1 + 118.93 * mixed, 0.45))};
-}
-
-// Share of the aerosol's scattered light that goes down, by the cosine of the light's zenith angle.
-double ForwardShare(double cosine) {
-  const double g = std::log(1 - 0.65);
-  const double a = g * (1.459 + g * (0.1595 + g * 0.4129));
-  const double b = g * (0.0783 + g * (-0.3824 - g * 0.5874));
-  return 1 - 0.5 * std::exp((a + b * cosine) * cosine);
+  const double thickness = mass * (RayleighThickness(um) + AerosolThickness(turbidity, um)) +
+                           band.ozone * kOzoneAtmCm * ozone_mass +
+                           0.2385 * water / std::pow(1 + 20.07 * water, 0.45) +
+                           1.41 * mixed / std::pow(1 + 118.93 * mixed, 0.45);
+  return std::exp(-thickness);
 }
 
 }  // namespace
 
-ClearSky FindClearSky(const SunPosition& sun, double turbidity, double ground_albedo) {
-  if (!(turbidity >= kLeastTurbidity && turbidity <= kLargestTurbidity))
-    throw InputError(
-        fmt::format("turbidity {} is out of reach; choose {} (very clear) to {} (hazy)", turbidity,
-                    kLeastTurbidity, kLargestTurbidity));
-  if (!(ground_albedo >= 0 && ground_albedo <= 1))
-    throw InputError(fmt::format("ground albedo {} must be from 0 to 1", ground_albedo));
+double RayleighThickness(double um) {
+  return 1 / (std::pow(um, 4) * (115.6406 - 1.335 / (um * um)));
+}
+
+double AerosolThickness(double turbidity, double um) {
+  return (0.04608 * turbidity - 0.04586) * std::pow(um, -1.3);
+}
+
+core::Rgb DirectNormalIlluminance(const SunPosition& sun, double turbidity) {
   const double elevation = sun.apparent_elevation_deg;
-  if (!(elevation >= 0))
-    throw InputError(fmt::format(
-        "the sun stands {:.2f} degrees below the horizon; the clear sky is known by day "
-        "only: choose another time",
-        -elevation));
   const double sine = std::sin(elevation * std::numbers::pi / 180);
   const double mass = 1 / (sine + 0.50572 * std::pow(elevation + 6.07995, -1.6364));
   const double nearness = 1 / (sun.distance_au * sun.distance_au);
-  constexpr double kReflectedMass = 1.8;  // of light that the ground sent up, by the model
-
-  const auto direct = [&](const Band& band) {
-    const Transmittances t = Transmit(band, turbidity, mass, sine);
-    return nearness * band.irradiance * t.rayleigh * t.aerosol() * t.ozone * t.water * t.mixed;
-  };
-  const auto diffuse = [&](const Band& band) {
-    const Transmittances t = Transmit(band, turbidity, mass, sine);
-    const double blue = band.nm <= 450 ? std::pow((band.nm + 550) / 1000, 1.8) : 1;
-    const double absorbed =
-        nearness * band.irradiance * sine * t.ozone * t.mixed * t.water * t.absorption;
-    const double rayleigh = absorbed * (1 - std::pow(t.rayleigh, 0.95)) * 0.5 * blue;
-    const double aerosol =
-        absorbed * std::pow(t.rayleigh, 1.5) * (1 - t.scattering) * ForwardShare(sine) * blue;
-    const Transmittances up = Transmit(band, turbidity, kReflectedMass, 1 / kReflectedMass);
-    const double sky_albedo = up.ozone * up.water * up.absorption *
-                              (0.5 * (1 - up.rayleigh) + (1 - ForwardShare(1 / kReflectedMass)) *
-                                                             up.rayleigh * (1 - up.scattering));
-    const double bounced = (direct(band) * sine + rayleigh + aerosol) * sky_albedo * ground_albedo *
-                           blue / (1 - sky_albedo * ground_albedo);
-    return rayleigh + aerosol + bounced;
-  };
-  return {Seen(direct), Seen(diffuse)};
+  return Seen([&](const Band& band) {
+    return nearness * band.irradiance * Transmittance(band, turbidity, mass, sine);
+  });
 }
 
 core::Rgb ExtraterrestrialIlluminance() {
