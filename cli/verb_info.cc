@@ -111,12 +111,18 @@ Json InfoLightField(const std::string& path) {
   fmt::print("{}: light field\n", path);
   PrintGeometry(field.geometry);
   fmt::print("  C            {:.6g} to {:.6g} {} sr^-1 m^-4\n", *low, *high, unit);
-  fmt::print("  flux         {:.6g} {} (channel 0), intensity on axis {:.6g} {}/sr\n", flux[0],
-             unit, axis[0], unit);
+  fmt::print(
+      "  flux         {:.6g} {}{}, intensity on axis {:.6g} {}/sr\n", core::Luminance(flux), unit,
+      field.geometry.channels == 3
+          ? fmt::format(" (luminance of R G B {:.6g} {:.6g} {:.6g})", flux[0], flux[1], flux[2])
+          : std::string(),
+      core::Luminance(axis), unit);
   PrintProvenance(field.provenance);
   Json json = GeometryJson(field.geometry);
   json["kind"] = "light field";
-  json["flux"] = flux;
+  json["flux"] = flux;  // of each channel
+  json["luminance_flux"] = core::Luminance(flux);
+  json["luminance_intensity_on_axis"] = core::Luminance(axis);
   json["c_min"] = *low;
   json["c_max"] = *high;
   json["provenance"] = field.provenance;
@@ -259,7 +265,16 @@ Json InfoScene(const std::string& path) {
   fmt::print("{}: scene\n", path);
   fmt::print("  triangles    {}\n  luminaires   {}\n  camera       {} x {}\n", triangles,
              scene.luminaires.size(), scene.camera.width, scene.camera.height);
-  return {{"kind", "scene"}, {"triangles", triangles}, {"luminaires", scene.luminaires.size()}};
+  Json left_out = Json::array();
+  for (const auto& [file, features] : scene.left_out) {
+    for (const std::string& feature : features)
+      fmt::print("  left out     {}: {}\n", file.string(), feature);
+    left_out.push_back({{"file", file.string()}, {"features", features}});
+  }
+  return {{"kind", "scene"},
+          {"triangles", triangles},
+          {"luminaires", scene.luminaires.size()},
+          {"left_out", left_out}};
 }
 
 Json InfoPlan(const std::string& path) {

@@ -5,6 +5,7 @@
 
 #include "capture/plan.h"
 #include "cli/program.h"
+#include "core/colour.h"
 #include "hal/sim/simulated_lab.h"
 #include "reconstruct/non_negative.h"
 
@@ -41,8 +42,10 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
   const auto flux = lightfield::TotalFlux(truth);
   fmt::print("{}: the lamp of {} as {} x {} true coefficient images, flux {:.6g} {}\n",
              options.output, options.lab, plan.geometry.grid.width, plan.geometry.grid.height,
-             flux[0], lightfield::FluxUnitName(plan.geometry.unit));
-  return {{"flux", flux}, {"images", plan.geometry.grid.count()}};
+             core::Luminance(flux), lightfield::FluxUnitName(plan.geometry.unit));
+  return {{"flux", flux},
+          {"luminance_flux", core::Luminance(flux)},
+          {"images", plan.geometry.grid.count()}};
 }
 
 }  // namespace

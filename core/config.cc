@@ -5,7 +5,6 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "core/error.h"
@@ -77,6 +76,8 @@ Config Config::FromFile(const std::filesystem::path& path) {
 
 const std::string& Config::file() const { return node_->file; }
 
+std::string Config::Name(std::string_view key) const { return node_->prefix + std::string(key); }
+
 void Config::Fail(std::string_view key, const std::string& problem,
                   const std::string& remedy) const {
   const toml::node* value = node_->table->get(key);
@@ -98,7 +99,7 @@ double Config::Number(std::string_view key, Range range) const {
   if (!node) Fail(key, "is missing", "add it");
   if (!node->is_number()) Fail(key, "must be a number");
   const double value = AsDouble(*node);
-  if (!std::isfinite(value) || value < range.min || value > range.max)
+  if (!range.Holds(value))
     Fail(key, fmt::format("must lie in [{}, {}]", range.min, range.max),
          "choose a value in that range");
   return value;
@@ -161,8 +162,8 @@ std::vector<double> Config::Numbers(std::string_view key, std::size_t count) con
     Fail(key, fmt::format("has {} entries where {} belong", array->size(), count));
   std::vector<double> values;
   for (const auto& element : *array) {
-    if (!element.is_number() || !std::isfinite(AsDouble(element)))
-      Fail(key, "must hold finite numbers only");
+    if (!element.is_number() || !Range{}.Holds(AsDouble(element)))
+      Fail(key, fmt::format("must hold finite numbers only, within {:g}", kLargestNumber));
     values.push_back(AsDouble(element));
   }
   return values;

@@ -2,19 +2,15 @@
 #pragma once
 
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace luxfield::core {
+#include "core/range.h"
 
-struct Range {  // closed
-  double min = -std::numeric_limits<double>::infinity();
-  double max = std::numeric_limits<double>::infinity();
-};
+namespace luxfield::core {
 
 // A table of a TOML file. Every getter marks its key as known; Finish() refuses keys nobody asked
 // for, so that a misspelt key is an error and not a silent default. All errors are InputErrors of
@@ -27,7 +23,8 @@ class Config {
   bool Has(std::string_view key) const;
   bool HasText(std::string_view key) const;
 
-  // Without a fallback the key is required. Numbers must be finite and inside the closed range.
+  // Without a fallback the key is required. Numbers must be inside the range; those of a list
+  // inside Range's own.
   double Number(std::string_view key, Range range = {}) const;
   double Number(std::string_view key, double fallback, Range range) const;
   int Integer(std::string_view key, int min, int max) const;
@@ -52,6 +49,7 @@ class Config {
   void Finish() const;  // refuses unknown keys, here and in every table handed out
 
   const std::string& file() const;
+  std::string Name(std::string_view key) const;  // as messages name it: "camera.position"
   // An InputError that names this file and field.
   [[noreturn]] void Fail(std::string_view key, const std::string& problem,
                          const std::string& remedy = {}) const;

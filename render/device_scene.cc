@@ -29,8 +29,8 @@ ShadedTriangle Shade(const scene::Geometry& geometry, const scene::Triangle& tri
   for (int k = 0; k < 3; ++k) {
     const auto& vertex = geometry.vertices[triangle.vertex[k]];
     std::copy(vertex.normal.begin(), vertex.normal.end(), shaded.corner[k].normal);
-    shaded.corner[k].u = vertex.uv[0];
-    shaded.corner[k].v = vertex.uv[1];
+    std::copy(vertex.uv.begin(), vertex.uv.end(), shaded.corner[k].uv[0]);
+    std::copy(vertex.uv1.begin(), vertex.uv1.end(), shaded.corner[k].uv[1]);
   }
   shaded.material = static_cast<int>(triangle.material);
   return shaded;
@@ -51,6 +51,11 @@ void SetGloss(const scene::Material& from, SurfaceMaterial& material) {
       material.kind = kGgx;
       material.gloss[0] = from.metallic;
       material.gloss[1] = from.roughness;
+      break;
+    case scene::MaterialKind::kSpecularGlossiness:
+      material.kind = kSpecularGlossiness;
+      std::copy(from.specular.begin(), from.specular.end(), material.gloss);
+      material.gloss[3] = 1 - from.glossiness;
       break;
   }
 }
@@ -98,25 +103,41 @@ DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry) {
     offsets.push_back(static_cast<int>(texels.size()));
     texels.insert(texels.end(), texture.rgba.begin(), texture.rgba.end());
   }
-  const auto texels_of = [&](int texture) {
-    return texture < 0 ? TextureTexels{-1, 0, 0}
-                       : TextureTexels{offsets[texture], geometry.textures[texture].width,
-                                       geometry.textures[texture].height};
+  const auto texels_of = [&](int texture, const scene::TexturePlacement& placement) {
+    TextureTexels of{};
+    of.offset = -1;
+    if (texture < 0) return of;
+    of = {offsets[texture],
+          geometry.textures[texture].width,
+          geometry.textures[texture].height,
+          placement.set,
+          {}};
+    for (std::size_t row = 0; row < 2; ++row)
+      std::copy_n(placement.rows[row].begin(), 3, of.placement + 3 * row);
+    return of;
   };
   std::vector<SurfaceMaterial> materials;
   for (const auto& from : geometry.materials) {
     SurfaceMaterial material{};
     std::copy(from.albedo.begin(), from.albedo.end(), material.albedo);
     SetGloss(from, material);
-    material.colour = texels_of(from.texture);
-    material.metallic_roughness = texels_of(from.metallic_roughness_texture);
-    material.normal = texels_of(from.normal_texture);
+    material.colour = texels_of(from.texture, from.texture_placement);
+    material.gloss_values = texels_of(from.kind == scene::MaterialKind::kSpecularGlossiness
+                                          ? from.specular_glossiness_texture
+                                          : from.metallic_roughness_texture,
+                                      from.gloss_placement);
+    material.normal = texels_of(from.normal_texture, from.normal_placement);
+    material.emission_colour = texels_of(from.emission_texture, from.emission_placement);
     material.normal_scale = from.normal_scale;
+    std::copy(from.emission.begin(), from.emission.end(), material.emission);
     materials.push_back(material);
   }
-  return {UploadBvh(device, geometry, scene::BuildBvh(geometry)), Buffer::From(device, shading),
-          Buffer::From(device, materials), Buffer::From(device, texels),
-          std::any_of(geometry.materials.begin(), geometry.materials.end(), scene::IsGlossy)};
+  return {UploadBvh(device, geometry, scene::BuildBvh(geometry)),
+          Buffer::From(device, shading),
+          Buffer::From(device, materials),
+          Buffer::From(device, texels),
+          std::any_of(geometry.materials.begin(), geometry.materials.end(), scene::IsGlossy),
+          std::any_of(geometry.materials.begin(), geometry.materials.end(), scene::IsEmissive)};
 }
 
 PinholeCamera MakePinhole(const scene::Camera& camera, int width, int first_row, int rows,
@@ -144,7 +165,8 @@ Event PrimaryVisibility::Render(const DeviceScene& scene, const scene::Camera& c
   const PinholeCamera pinhole =
       MakePinhole(camera, gbuffer.width, first_row, gbuffer.height, sample);
   kernel_.Set(pinhole, scene.bvh.nodes, scene.bvh.triangles, scene.shading, scene.materials,
-              scene.texels, gbuffer.position, gbuffer.normal, gbuffer.albedo, gbuffer.gloss);
+              scene.texels, gbuffer.position, gbuffer.normal, gbuffer.albedo, gbuffer.gloss,
+              gbuffer.emission);
   gbuffer.eye = {{pinhole.position[0], pinhole.position[1], pinhole.position[2], 1}};
   return kernel_.Enqueue(
       {static_cast<std::size_t>(gbuffer.width), static_cast<std::size_t>(gbuffer.height)}, local);

@@ -14,6 +14,7 @@ struct DeviceScene {
   Buffer materials;     // SurfaceMaterial
   Buffer texels;        // 8-bit RGBA, all textures one after the other
   bool glossy = false;  // a material's look depends on the eye: G-buffers need their gloss
+  bool emissive = false;  // a material sends out light: G-buffers need their emission
 };
 
 // Builds the hierarchy and uploads. Throws InputError if the scene is too large for the kernels'

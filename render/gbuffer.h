@@ -17,16 +17,19 @@ struct GBuffer {
   // The rest of the BRDF's parameters, as the kind asks. Null: every surface is Lambertian, and
   // what reaches the eye is albedo / pi times the irradiance.
   Buffer gloss;
+  // xyz: radiance that the surface sends out by itself. Null: none does.
+  Buffer emission;
   cl_float4 eye{};  // world; read where surfaces are glossy
 
   GBuffer() = default;
-  GBuffer(const Device& device, int width_, int height_, bool glossy = false)
+  GBuffer(const Device& device, int width_, int height_, bool glossy = false, bool emissive = false)
       : width(width_),
         height(height_),
         position(device, pixel_count() * sizeof(cl_float4)),
         normal(device, pixel_count() * sizeof(cl_float4)),
         albedo(device, pixel_count() * sizeof(cl_float4)) {
     if (glossy) gloss = Buffer(device, pixel_count() * sizeof(cl_float4));
+    if (emissive) emission = Buffer(device, pixel_count() * sizeof(cl_float4));
   }
 
   std::size_t pixel_count() const { return static_cast<std::size_t>(width) * height; }

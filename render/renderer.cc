@@ -155,8 +155,9 @@ Frame Renderer::Render() {
     EquallySampled all;
     all.first_pixel =
         static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(frame.width);
-    all.gbuffer = GBuffer(scene_.device(), frame.width,
-                          std::min(band_rows, frame.height - first_row), scene_.geometry().glossy);
+    all.gbuffer =
+        GBuffer(scene_.device(), frame.width, std::min(band_rows, frame.height - first_row),
+                scene_.geometry().glossy, scene_.geometry().emissive);
     all.lighting = Lighting(scene_.device(), all.gbuffer);
     for (int k = 0; k < options_.antialias; ++k) {
       RenderBand(first_row, all, k, frame);
@@ -232,6 +233,7 @@ void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample,
   primary_.Render(scene_.geometry(), camera_, first_row, sample, gbuffer).Wait();
   frame.times.gbuffer_s += stopwatch.WallSeconds();
   ShowBackground(first_row, gbuffer, sample, frame);
+  ShowEmission(first_row, gbuffer, frame);
 
   const auto position = gbuffer.position.Download<cl_float4>();
   const auto normal = gbuffer.normal.Download<cl_float4>();
@@ -376,6 +378,15 @@ void Renderer::AddLight(EquallySampled& part, const std::vector<cl_float4>& albe
     sum.variance[i] += static_cast<float>(factor * factor * shown * shown * variance[k]);
     sum.samples[i] += static_cast<float>(samples[k]);
   }
+}
+
+void Renderer::ShowEmission(int first_row, const GBuffer& gbuffer, Frame& frame) {
+  if (!gbuffer.emission) return;
+  const auto emission = gbuffer.emission.Download<cl_float4>();
+  const std::size_t plane = frame.coverage.plane_size(),
+                    first = static_cast<std::size_t>(first_row) * frame.width;
+  for (std::size_t i = 0; i < emission.size(); ++i)
+    for (int c = 0; c < 3; ++c) frame.radiance.data[c * plane + first + i] += emission[i].s[c];
 }
 
 void Renderer::ShowBackground(int first_row, const GBuffer& gbuffer, lightfield::Vec2 sample,

@@ -2,7 +2,8 @@
 // then area lights and the environment map.
 //
 //   L(pixel) = sum over lights of scale * L_o(p),   L_o = albedo / pi * E_n(p) on Lambertian
-//   surfaces (THEORY.md 6, 7 and 8); the environment's own radiance where nothing was hit
+//   surfaces (THEORY.md 6, 7 and 8), and what the surface sends out by itself; the environment's
+//   own radiance where nothing was hit
 //
 // Light that reached them over other surfaces is not counted.
 #pragma once
@@ -123,6 +124,7 @@ class Renderer {
                                         const std::vector<cl_float4>& albedo, int first_row) const;
   void RenderBand(int first_row, EquallySampled& band, int pixel_sample, Frame& frame);
   void ShowBackground(int first_row, const GBuffer& gbuffer, lightfield::Vec2 sample, Frame& frame);
+  void ShowEmission(int first_row, const GBuffer& gbuffer, Frame& frame);
   Visibility VisibilityOf(std::size_t luminaire) const;
   // Adds the light of one pass.
   void LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo, int pixel_sample,

@@ -15,6 +15,10 @@ void MakeLambertian(Geometry& geometry) {
     diffuse.name = material.name;
     diffuse.albedo = material.albedo;
     diffuse.texture = material.texture;
+    diffuse.texture_placement = material.texture_placement;
+    diffuse.emission = material.emission;
+    diffuse.emission_texture = material.emission_texture;
+    diffuse.emission_placement = material.emission_placement;
     material = diffuse;
   }
 }

@@ -1,6 +1,5 @@
 #include "scene/mesh.h"
 
-#include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -14,12 +13,15 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "scene/gltf.h"
+#include "scene/gltf_materials.h"
 #include "scene/texture.h"
 
 namespace luxfield::scene {
 namespace {
 
 constexpr float kLargest_m = 1e6f;  // float32 resolves 6 cm there
+constexpr std::size_t kMostTriangles = 100000000;
 constexpr char kRemedy[] = "repair the mesh or export it again";
 
 Transform FromAssimp(const aiMatrix4x4& m) {
@@ -59,39 +61,124 @@ void CheckFaces(const std::filesystem::path& path, const aiScene& source) {
   }
 }
 
-bool IsIdentity(const aiUVTransform& transform) {
-  constexpr float kTolerance = 1e-6f;  // the reader moves the origin from corner to centre
-  return std::abs(transform.mScaling.x - 1) < kTolerance &&
-         std::abs(transform.mScaling.y - 1) < kTolerance &&
-         std::abs(transform.mRotation) < kTolerance &&
-         std::abs(transform.mTranslation.x) < kTolerance &&
-         std::abs(transform.mTranslation.y) < kTolerance;
-}
-
-// Copies one assimp scene into a Geometry.
+// Copies one assimp scene into a Geometry. Of a glTF file the tree of nodes, the instances and the
+// materials are the file's own: assimp's meshes are its primitives in order.
 class MeshAppender {
  public:
-  MeshAppender(const std::filesystem::path& path, const aiScene& source,
+  MeshAppender(const std::filesystem::path& path, const aiScene& source, const Gltf* gltf,
                std::optional<std::uint32_t> material, Geometry& geometry)
-      : path_(path), source_(source), override_(material), geometry_(geometry) {}
+      : path_(path), source_(source), gltf_(gltf), override_(material), geometry_(geometry) {
+    if (gltf) gltf_materials_.emplace(*gltf, geometry);
+  }
+
+  void Append(const Transform& world_from_mesh) {
+    const aiNode& root = *source_.mRootNode;
+    if (!gltf_) return AppendNode(root, world_from_mesh);
+    const std::vector<std::size_t> roots = gltf_->RootNodes();
+    if (roots.size() == 1) return AppendGltfNode(root, roots[0], world_from_mesh);
+    Match(root.mNumChildren, roots.size(), "root nodes");
+    for (unsigned i = 0; i < root.mNumChildren; ++i)
+      AppendGltfNode(*root.mChildren[i], roots[i], world_from_mesh);
+  }
+
+ private:
+  // Of a vertex's two sets; one may be empty.
+  using TextureCoordinates = std::array<std::vector<std::array<float, 2>>, 2>;
+
+  [[noreturn]] void Fail(const std::string& problem) const {
+    throw InputError(path_.string(), problem, kRemedy);
+  }
+
+  void Match(std::size_t read, std::size_t own, const char* what) const {
+    if (read != own) Fail(fmt::format("has {} {}, of which {} can be read", own, what, read));
+  }
+
+  const aiMesh& MeshOf(const aiNode& node, unsigned i) const {
+    if (node.mMeshes[i] >= source_.mNumMeshes) Fail("refers to a mesh that it does not contain");
+    return *source_.mMeshes[node.mMeshes[i]];
+  }
 
   void AppendNode(const aiNode& node, const Transform& world_from_parent) {
     const Transform world_from_node = world_from_parent * FromAssimp(node.mTransformation);
     for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-      if (node.mMeshes[i] >= source_.mNumMeshes) Fail("refers to a mesh that it does not contain");
-      AppendMeshPart(*source_.mMeshes[node.mMeshes[i]], world_from_node);
+      const aiMesh& mesh = MeshOf(node, i);
+      if (HasTriangles(mesh)) AppendTriangles(mesh, world_from_node, MaterialOf(mesh), {0, 1});
     }
     for (unsigned i = 0; i < node.mNumChildren; ++i)
       AppendNode(*node.mChildren[i], world_from_node);
   }
 
- private:
-  [[noreturn]] void Fail(const std::string& problem) const {
-    throw InputError(path_.string(), problem, kRemedy);
+  void AppendGltfNode(const aiNode& node, std::size_t number, const Transform& world_from_parent) {
+    const core::Json& own = gltf_->Element("nodes", number);
+    const Transform world_from_node = world_from_parent * FromAssimp(node.mTransformation);
+    if (own.contains("mesh")) {
+      const auto mesh = core::Field<std::size_t>(own, "mesh", gltf_->file());
+      const auto primitives = core::Field<std::vector<core::Json>>(gltf_->Element("meshes", mesh),
+                                                                   "primitives", gltf_->file());
+      Match(node.mNumMeshes, primitives.size(), "primitives in a mesh");
+      const std::vector<Transform> instances = gltf_->Instances(own);
+      for (unsigned i = 0; i < node.mNumMeshes; ++i)
+        AppendPrimitive(MeshOf(node, i), primitives[i], world_from_node, instances);
+    }
+    const auto children = Gltf::Children(own, gltf_->file());
+    Match(node.mNumChildren, children.size(), "nodes below one");
+    for (unsigned i = 0; i < node.mNumChildren; ++i)
+      AppendGltfNode(*node.mChildren[i], children[i], world_from_node);
   }
 
-  void AppendMeshPart(const aiMesh& mesh, const Transform& world_from_mesh) {
-    if (!(mesh.mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) return;
+  void AppendPrimitive(const aiMesh& mesh, const core::Json& primitive,
+                       const Transform& world_from_node, const std::vector<Transform>& instances) {
+    if (!HasTriangles(mesh)) return;
+    GltfMaterial material;
+    if (override_) {
+      material.material = *override_;
+    } else {
+      std::optional<std::size_t> number;
+      if (primitive.contains("material"))
+        number = core::Field<std::size_t>(primitive, "material", gltf_->file());
+      material = gltf_materials_->Get(number);
+    }
+    if (instances.size() > kMostTriangles / mesh.mNumFaces)
+      Fail(fmt::format("places {} triangles {} times; {} are read at most", mesh.mNumFaces,
+                       instances.size(), kMostTriangles));
+    const TextureCoordinates uv{IntegerCoordinates(mesh, primitive, material.sets[0]),
+                                IntegerCoordinates(mesh, primitive, material.sets[1])};
+    for (const Transform& node_from_instance : instances)
+      AppendTriangles(mesh, world_from_node * node_from_instance, material.material, material.sets,
+                      uv);
+  }
+
+  // Set `set` of a primitive's texture coordinates, v upwards, where they are integers, which
+  // assimp takes for floats; empty where they are not.
+  std::vector<std::array<float, 2>> IntegerCoordinates(const aiMesh& mesh,
+                                                       const core::Json& primitive,
+                                                       std::size_t set) const {
+    constexpr int kFloat = 5126;
+    const core::Json attributes =
+        FieldOr<core::Json>(primitive, "attributes", core::Json::object(), gltf_->file());
+    const std::string name = fmt::format("TEXCOORD_{}", set);
+    if (!attributes.contains(name) || Extension(primitive, "KHR_draco_mesh_compression")) return {};
+    const auto accessor = core::Field<std::size_t>(attributes, name, gltf_->file());
+    if (core::Field<int>(gltf_->Element("accessors", accessor), "componentType", gltf_->file()) ==
+        kFloat)
+      return {};
+    std::vector<std::array<float, 2>> uv;
+    for (const auto& value : gltf_->Values(accessor, 2))
+      uv.push_back({static_cast<float>(value[0]), static_cast<float>(1 - value[1])});
+    Match(mesh.mNumVertices, uv.size(), "texture coordinates");
+    return uv;
+  }
+
+  static bool HasTriangles(const aiMesh& mesh) {
+    return (mesh.mPrimitiveTypes & aiPrimitiveType_TRIANGLE) && mesh.mNumFaces > 0;
+  }
+
+  // `sets` of the mesh's texture coordinates become a vertex's uv and uv1, or those that are given.
+  void AppendTriangles(const aiMesh& mesh, const Transform& world_from_mesh, std::uint32_t material,
+                       const std::array<std::size_t, 2>& sets,
+                       const TextureCoordinates& given = {}) {
+    if (geometry_.triangles.size() + mesh.mNumFaces > kMostTriangles)
+      Fail(fmt::format("brings the scene to more than {} triangles", kMostTriangles));
     const auto first = static_cast<std::uint32_t>(geometry_.vertices.size());
     const bool normals_transform = std::abs(world_from_mesh.Determinant()) > 0;
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
@@ -105,15 +192,10 @@ class MeshAppender {
         const auto normal = ToFloat(world_from_mesh.Normal(FromAssimp(mesh.mNormals[i])));
         if (IsFinite(normal)) vertex.normal = normal;  // else (zero in the file) the triangle's own
       }
-      if (mesh.HasTextureCoords(0)) {
-        const aiVector3D& uv = mesh.mTextureCoords[0][i];
-        if (!std::isfinite(uv.x) || !std::isfinite(uv.y))
-          Fail(fmt::format("texture coordinate of vertex {} is not finite", i));
-        vertex.uv = {uv.x, uv.y};
-      }
+      vertex.uv = given[0].empty() ? TextureCoordinate(mesh, sets[0], i) : given[0][i];
+      vertex.uv1 = given[1].empty() ? TextureCoordinate(mesh, sets[1], i) : given[1][i];
       geometry_.vertices.push_back(vertex);
     }
-    const std::uint32_t material = MaterialOf(mesh);
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
       const aiFace& face = mesh.mFaces[i];
       if (face.mNumIndices != 3) continue;
@@ -121,6 +203,17 @@ class MeshAppender {
           {{first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]},
            material});
     }
+  }
+
+  // Zeros if the mesh has no such set.
+  std::array<float, 2> TextureCoordinate(const aiMesh& mesh, std::size_t set,
+                                         unsigned vertex) const {
+    if (set >= AI_MAX_NUMBER_OF_TEXTURECOORDS || !mesh.HasTextureCoords(static_cast<unsigned>(set)))
+      return {};
+    const aiVector3D& uv = mesh.mTextureCoords[set][vertex];
+    if (!std::isfinite(uv.x) || !std::isfinite(uv.y))
+      Fail(fmt::format("texture coordinate of vertex {} is not finite", vertex));
+    return {uv.x, uv.y};
   }
 
   std::uint32_t MaterialOf(const aiMesh& mesh) {
@@ -140,58 +233,16 @@ class MeshAppender {
     Material material;
     material.name = source.GetName().C_Str();
     aiColor4D colour(0.5f, 0.5f, 0.5f, 1);
-    if (source.Get(AI_MATKEY_BASE_COLOR, colour) != AI_SUCCESS)
-      source.Get(AI_MATKEY_COLOR_DIFFUSE, colour);
-    for (int c = 0; c < 3; ++c)
-      material.albedo[c] = Reflectance(colour[c], "colour", material.name);
-    material.texture = TextureOf(source, material.name, aiTextureType_BASE_COLOR);
-    if (material.texture < 0)
-      material.texture = TextureOf(source, material.name, aiTextureType_DIFFUSE);
-    // Only the glTF reader sets it, for every material.
-    float metallic = 0;
-    if (source.Get(AI_MATKEY_METALLIC_FACTOR, metallic) != AI_SUCCESS) return material;
-    float unused = 0;
-    if (source.Get(AI_MATKEY_GLOSSINESS_FACTOR, unused) == AI_SUCCESS)
-      Fail(
-          fmt::format("material '{}' uses KHR_materials_pbrSpecularGlossiness, which is not read; "
-                      "only metallic-roughness is",
-                      material.name));
-    material.kind = MaterialKind::kGgx;
-    source.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.roughness);
-    material.metallic = Reflectance(metallic, "metallicFactor", material.name);
-    material.roughness = Reflectance(material.roughness, "roughnessFactor", material.name);
-    material.metallic_roughness_texture =
-        TextureOf(source, material.name, aiTextureType_DIFFUSE_ROUGHNESS);
-    material.normal_texture = TextureOf(source, material.name, aiTextureType_NORMALS);
-    source.Get(AI_MATKEY_GLTF_TEXTURE_SCALE(aiTextureType_NORMALS, 0), material.normal_scale);
-    if (!std::isfinite(material.normal_scale))
-      Fail(fmt::format("the normal scale of material '{}' is not finite", material.name));
-    return material;
-  }
-
-  float Reflectance(float value, const char* what, const std::string& material) const {
-    if (!std::isfinite(value))
-      Fail(fmt::format("the {} of material '{}' is not finite", what, material));
-    return std::clamp(value, 0.0f, 1.0f);
-  }
-
-  // Its number in the geometry, -1 if the material has none of that type.
-  int TextureOf(const aiMaterial& source, const std::string& material, aiTextureType type) {
+    source.Get(AI_MATKEY_COLOR_DIFFUSE, colour);
+    for (int c = 0; c < 3; ++c) {
+      if (!std::isfinite(colour[c]))
+        Fail(fmt::format("the colour of material '{}' is not finite", material.name));
+      material.albedo[c] = std::clamp(colour[c], 0.0f, 1.0f);
+    }
     aiString reference;
-    if (source.GetTexture(type, 0, &reference) != AI_SUCCESS) return -1;
-    int coordinates = 0;
-    source.Get(AI_MATKEY_UVWSRC(type, 0), coordinates);
-    if (coordinates != 0)
-      Fail(fmt::format("a texture of material '{}' uses TEXCOORD_{}; only TEXCOORD_0 is read",
-                       material, coordinates));
-    aiUVTransform transform;
-    if (source.Get(AI_MATKEY_UVTRANSFORM(type, 0), transform) == AI_SUCCESS &&
-        !IsIdentity(transform))
-      Fail(
-          fmt::format("a texture of material '{}' is transformed (KHR_texture_transform), which is "
-                      "not read; bake the transform into the texture coordinates",
-                      material));
-    return TextureIndex(reference.C_Str());
+    if (source.GetTexture(aiTextureType_DIFFUSE, 0, &reference) == AI_SUCCESS)
+      material.texture = TextureIndex(reference.C_Str());
+    return material;
   }
 
   int TextureIndex(const std::string& reference) {
@@ -201,34 +252,19 @@ class MeshAppender {
     return entry->second;
   }
 
-  Texture LoadTexture(const std::string& reference) const {
-    const aiTexture* embedded = source_.GetEmbeddedTexture(reference.c_str());
-    if (!embedded) {
-      std::string relative = reference;
-      std::replace(relative.begin(), relative.end(), '\\', '/');
-      return ReadTexture(path_.parent_path() / relative);
-    }
-    const std::string name = fmt::format("{}, texture {}", path_.string(), reference);
-    const auto* bytes = reinterpret_cast<const unsigned char*>(embedded->pcData);
-    if (embedded->mHeight == 0) return DecodeTexture({bytes, embedded->mWidth}, name);
-    Texture texture{
-        name, static_cast<int>(embedded->mWidth), static_cast<int>(embedded->mHeight), {}};
-    const std::size_t count = static_cast<std::size_t>(embedded->mWidth) * embedded->mHeight;
-    texture.rgba.reserve(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const aiTexel& texel = embedded->pcData[i];
-      texture.rgba.push_back(0xFF000000u | (std::uint32_t{texel.b} << 16) |
-                             (std::uint32_t{texel.g} << 8) | texel.r);
-    }
-    return texture;
+  Texture LoadTexture(std::string reference) const {
+    std::replace(reference.begin(), reference.end(), '\\', '/');
+    return ReadTexture(path_.parent_path() / reference);
   }
 
   const std::filesystem::path& path_;
   const aiScene& source_;
+  const Gltf* gltf_;  // null: no glTF file
   std::optional<std::uint32_t> override_;
   Geometry& geometry_;
   std::map<unsigned, std::uint32_t> materials_;  // of the file -> of the geometry
   std::map<std::string, int> textures_;
+  std::optional<GltfMaterials> gltf_materials_;
 };
 
 void CheckReadable(const std::filesystem::path& path) {
@@ -245,9 +281,12 @@ void CheckReadable(const std::filesystem::path& path) {
 
 }  // namespace
 
-void AppendMesh(const std::filesystem::path& path, const Transform& world_from_mesh,
-                std::optional<std::uint32_t> material, Geometry& geometry) {
+std::vector<std::string> AppendMesh(const std::filesystem::path& path,
+                                    const Transform& world_from_mesh,
+                                    std::optional<std::uint32_t> material, Geometry& geometry) {
   CheckReadable(path);
+  std::optional<Gltf> gltf;
+  if (Gltf::Is(path)) gltf.emplace(path);
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
                               aiPrimitiveType_POINT | aiPrimitiveType_LINE);
@@ -255,10 +294,10 @@ void AppendMesh(const std::filesystem::path& path, const Transform& world_from_m
   std::string reason;
   try {
     source = importer.ReadFile(path.string(), 0);
-    if (source) {
-      CheckFaces(path, *source);
+    if (source) CheckFaces(path, *source);
+    // glTF has no polygons, and its primitives must stay as they are numbered.
+    if (source && !gltf)
       source = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_SortByPType);
-    }
     if (!source) reason = importer.GetErrorString();
   } catch (const Error&) {
     throw;
@@ -268,9 +307,10 @@ void AppendMesh(const std::filesystem::path& path, const Transform& world_from_m
   if (!source || !source->mRootNode)
     throw InputError(path.string(), fmt::format("the mesh cannot be read ({})", reason), kRemedy);
   const std::size_t before = geometry.triangles.size();
-  MeshAppender(path, *source, material, geometry).AppendNode(*source->mRootNode, world_from_mesh);
+  MeshAppender(path, *source, gltf ? &*gltf : nullptr, material, geometry).Append(world_from_mesh);
   if (geometry.triangles.size() == before)
     throw InputError(path.string(), "the mesh holds no triangle", kRemedy);
+  return gltf ? gltf->LeftOut(!material) : std::vector<std::string>();
 }
 
 }  // namespace luxfield::scene

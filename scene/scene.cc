@@ -1,6 +1,7 @@
 #include "scene/scene.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 
 #include "core/config.h"
 #include "core/error.h"
+#include "core/warning.h"
 #include "scene/mesh.h"
 #include "scene/texture.h"
 
@@ -21,6 +23,7 @@ using lightfield::Length;
 using lightfield::Normalized;
 
 constexpr double kLargest_m = 1e6;  // float32 resolves 6 cm there
+constexpr double kUsual_m = 1000;   // what is farther is given in millimetres, it seems
 constexpr double kSmallestLight_m = 1e-6;
 constexpr double kBrightest = 1e12;
 constexpr int kMaxPixels = 16384;
@@ -43,6 +46,8 @@ Vec3 GetPoint(const Config& table, std::string_view key, std::optional<Vec3> fal
         key,
         fmt::format("[{}, {}, {}] is farther than {} m from the origin", p.x, p.y, p.z, kLargest_m),
         "give metres, and move the scene to the origin");
+  for (const double coordinate : {p.x, p.y, p.z})
+    core::SuspectLength(table.file(), table.Name(key), coordinate, kUsual_m);
   return p;
 }
 
@@ -141,12 +146,26 @@ std::map<std::string, std::uint32_t> ReadMaterials(const Config& root, Geometry&
   return by_name;
 }
 
+// Of the box around the vertices from `first` on, its longest side.
+double WidthFrom(const Geometry& geometry, std::size_t first) {
+  double widest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto [low, high] = std::minmax_element(
+        geometry.vertices.begin() + static_cast<std::ptrdiff_t>(first), geometry.vertices.end(),
+        [axis](const Vertex& a, const Vertex& b) { return a.position[axis] < b.position[axis]; });
+    if (low != geometry.vertices.end())
+      widest = std::max(widest, double{high->position[axis]} - low->position[axis]);
+  }
+  return widest;
+}
+
 class GeometryReader {
  public:
   GeometryReader(const Config& root, Geometry& geometry)
       : root_(root), geometry_(geometry), materials_(ReadMaterials(root, geometry)) {}
 
-  void Read() {
+  std::vector<LeftOut> Read() {
+    std::vector<LeftOut> left_out;
     for (const Config& table : root_.Tables("mesh")) {
       std::optional<std::uint32_t> material;
       if (table.Has("material")) material = MaterialOf(table);
@@ -155,7 +174,13 @@ class GeometryReader {
       if (!std::filesystem::exists(file, unused))
         table.Fail("file", "does not exist", "correct the path");
       const Vec3 factors = GetVec3(table, "scale", {1, 1, 1});
-      AppendMesh(file, GetTransform(table, "scale", factors), material, geometry_);
+      const std::size_t first = geometry_.vertices.size();
+      auto features = AppendMesh(file, GetTransform(table, "scale", factors), material, geometry_);
+      core::SuspectLength(table.file(), "the width of the mesh " + file.string(),
+                          WidthFrom(geometry_, first), kUsual_m);
+      const bool is_new = std::none_of(left_out.begin(), left_out.end(),
+                                       [&](const LeftOut& other) { return other.file == file; });
+      if (!features.empty() && is_new) left_out.push_back({file, std::move(features)});
     }
     for (const Config& table : root_.Tables("quad")) {
       const Vec3 corner = GetPoint(table, "corner"), u = GetPoint(table, "edge_u"),
@@ -167,6 +192,7 @@ class GeometryReader {
     }
     for (const Config& table : root_.Tables("box"))
       AppendBox(GetTransform(table, "size", GetPoint(table, "size")), MaterialOf(table), geometry_);
+    return left_out;
   }
 
  private:
@@ -315,7 +341,9 @@ Scene ReadScene(const std::filesystem::path& path, const SceneOverrides& overrid
   scene.luminaires = ReadLuminaires(root);
   scene.area_lights = ReadAreaLights(root);
   scene.environment = ReadEnvironment(root);
-  GeometryReader(root, scene.geometry).Read();
+  scene.left_out = GeometryReader(root, scene.geometry).Read();
+  for (const LeftOut& of : scene.left_out)
+    core::Warn(fmt::format("{}: left out: {}", of.file.string(), fmt::join(of.features, ", ")));
   root.Finish();
   Override(overrides.light_fields, path.string(), scene.luminaires,
            [](Luminaire& luminaire, const auto& file) {

@@ -60,6 +60,12 @@ struct Environment {
   int face_size = 0;  // texels along a face of its cube map, 0: as fine as the picture
 };
 
+// What a mesh file asks for and luxfield leaves out, in words.
+struct LeftOut {
+  std::filesystem::path file;
+  std::vector<std::string> features;
+};
+
 struct Scene {
   std::filesystem::path file;
   Geometry geometry;
@@ -67,6 +73,7 @@ struct Scene {
   std::vector<Luminaire> luminaires;
   std::vector<AreaLight> area_lights;
   std::optional<Environment> environment;
+  std::vector<LeftOut> left_out;  // one a file; empty: nothing is left out
 };
 
 // What the command line changes. Luminaires are named as in the file, "*" means all of them; paths
@@ -78,8 +85,8 @@ struct SceneOverrides {
 };
 
 // Reads a scene and its meshes. A light field given anew drops the file's tables, which belong to
-// another. Files of luminaires and environments are not opened here. Throws InputError naming file
-// and field.
+// another. Files of luminaires and environments are not opened here. Warns on stderr of what meshes
+// leave out and of lengths beyond a kilometre. Throws InputError naming file and field.
 Scene ReadScene(const std::filesystem::path& path, const SceneOverrides& overrides = {});
 
 }  // namespace luxfield::scene

@@ -9,9 +9,12 @@
 
 namespace luxfield::scene {
 
-// PNG, JPEG and what else OpenCV decodes; 16-bit files are reduced to 8 bits, alpha is dropped.
-// InputError naming `name` if the bytes are no image.
-Texture DecodeTexture(std::span<const unsigned char> bytes, const std::string& name);
+// PNG, JPEG and what else OpenCV decodes; 16-bit files are reduced to 8 bits. Alpha is dropped
+// (255) or kept, and 255 in files that have none. InputError naming `name` if the bytes are no
+// image.
+enum class Alpha { kDropped, kKept };
+Texture DecodeTexture(std::span<const unsigned char> bytes, const std::string& name,
+                      Alpha alpha = Alpha::kDropped);
 Texture ReadTexture(const std::filesystem::path& path);
 
 enum class TexelEncoding { kSrgb, kLinear };

@@ -1,6 +1,7 @@
 // Primary visibility: one ray per pixel, the surface point, its normal towards the camera, how it
 // reflects.
 #include "kernels/pinhole.clh"
+#include "render/kernels/brdf_types.clh"
 #include "render/kernels/bvh.clh"
 #include "render/kernels/gbuffer_types.clh"
 
@@ -10,25 +11,53 @@ float LinearFromSrgb8(uint value) {
   return x <= 0.04045f ? x / 12.92f : pow((x + 0.055f) / 1.055f, 2.4f);
 }
 
-float3 Texel(__global const uint* texels, TextureTexels texture, bool srgb, int column, int row) {
+// Alpha is linear always.
+float4 Texel(__global const uint* texels, TextureTexels texture, bool srgb, int column, int row) {
   const uint rgba = texels[texture.offset + ((row + texture.height) % texture.height) * texture.width +
                            (column + texture.width) % texture.width];
   const uint r = rgba & 255u, g = (rgba >> 8) & 255u, b = (rgba >> 16) & 255u;
-  if (!srgb) return (float3)((float)r, (float)g, (float)b) / 255.0f;
-  return (float3)(LinearFromSrgb8(r), LinearFromSrgb8(g), LinearFromSrgb8(b));
+  const float4 linear = (float4)((float)r, (float)g, (float)b, (float)(rgba >> 24)) / 255.0f;
+  if (!srgb) return linear;
+  return (float4)(LinearFromSrgb8(r), LinearFromSrgb8(g), LinearFromSrgb8(b), linear.w);
 }
 
 // Bilinear in linear values, repeating; v = 0 is the lower edge.
-float3 SampleTexture(__global const uint* texels, TextureTexels texture, bool srgb, float2 uv) {
+float4 SampleTexture(__global const uint* texels, TextureTexels texture, bool srgb, float2 uv) {
   const float x = (uv.x - floor(uv.x)) * (float)texture.width - 0.5f,
               y = (1.0f - (uv.y - floor(uv.y))) * (float)texture.height - 0.5f;
   const float x0 = floor(x), y0 = floor(y);
   const int column = (int)x0, row = (int)y0;
-  const float3 top = mix(Texel(texels, texture, srgb, column, row),
+  const float4 top = mix(Texel(texels, texture, srgb, column, row),
                          Texel(texels, texture, srgb, column + 1, row), x - x0);
-  const float3 bottom = mix(Texel(texels, texture, srgb, column, row + 1),
+  const float4 bottom = mix(Texel(texels, texture, srgb, column, row + 1),
                             Texel(texels, texture, srgb, column + 1, row + 1), x - x0);
   return mix(top, bottom, y - y0);
+}
+
+// A direction of texture coordinates, and a point, as the texture's placement maps them.
+float2 PlaceDirection(const TextureTexels* texture, float2 uv) {
+  const float* m = texture->placement;
+  return (float2)(m[0] * uv.x + m[1] * uv.y, m[3] * uv.x + m[4] * uv.y);
+}
+
+float2 PlacePoint(const TextureTexels* texture, float2 uv) {
+  return PlaceDirection(texture, uv) + (float2)(texture->placement[2], texture->placement[5]);
+}
+
+float2 CornerUv(const ShadedTriangle* triangle, int corner, int set) {
+  return (float2)(triangle->corner[corner].uv[set][0], triangle->corner[corner].uv[set][1]);
+}
+
+// Where the texture is looked up at barycentric weights `at` of the corners.
+float2 TextureUv(const TextureTexels* texture, const ShadedTriangle* triangle, float3 at) {
+  return PlacePoint(texture, at.x * CornerUv(triangle, 0, texture->set) +
+                                 at.y * CornerUv(triangle, 1, texture->set) +
+                                 at.z * CornerUv(triangle, 2, texture->set));
+}
+
+// Specular colour and roughness, with the texture's specular colour and glossiness.
+float4 SpecularRoughness(float4 gloss, float4 value) {
+  return (float4)(gloss.xyz * value.xyz, 1.0f - (1.0f - gloss.w) * value.w);
 }
 
 // `normal` tilted by a normal texture's value (glTF 2.0, 3.9.3). The tangent is the direction of
@@ -65,7 +94,8 @@ __kernel void PrimaryRays(PinholeCamera camera, __global const BvhNode* nodes,
                           __global const ShadedTriangle* shading,
                           __global const SurfaceMaterial* materials, __global const uint* texels,
                           __global float4* positions, __global float4* normals,
-                          __global float4* albedos, __global float4* glosses) {
+                          __global float4* albedos, __global float4* glosses,
+                          __global float4* emissions) {
   const int column = get_global_id(0), row = get_global_id(1);
   if (column >= camera.width || row >= camera.rows) return;
   const int pixel = row * camera.width + column;
@@ -75,6 +105,7 @@ __kernel void PrimaryRays(PinholeCamera camera, __global const BvhNode* nodes,
   if (hit.triangle < 0) {
     positions[pixel] = normals[pixel] = albedos[pixel] = (float4)(0.0f);
     if (glosses) glosses[pixel] = (float4)(0.0f);
+    if (emissions) emissions[pixel] = (float4)(0.0f);
     return;
   }
   __global const BvhTriangle* triangle = triangles + hit.slot;
@@ -96,23 +127,41 @@ __kernel void PrimaryRays(PinholeCamera camera, __global const BvhNode* nodes,
     normal = smooth / (dot(smooth, geometric) < 0.0f ? -smooth_length : smooth_length);
 
   const SurfaceMaterial material = materials[shaded.material];
-  const float2 uv_a = (float2)(shaded.corner[0].u, shaded.corner[0].v),
-               uv_b = (float2)(shaded.corner[1].u, shaded.corner[1].v),
-               uv_c = (float2)(shaded.corner[2].u, shaded.corner[2].v);
-  const float2 uv = weight_a * uv_a + hit.b * uv_b + hit.c * uv_c;
+  const float3 at = (float3)(weight_a, hit.b, hit.c);
   float3 albedo = (float3)(material.albedo[0], material.albedo[1], material.albedo[2]);
-  if (material.colour.offset >= 0) albedo *= SampleTexture(texels, material.colour, true, uv);
-  if (material.normal.offset >= 0)
-    normal = TiltNormal(normal, SampleTexture(texels, material.normal, false, uv),
-                        material.normal_scale, b - a, c - a, uv_b - uv_a, uv_c - uv_a);
+  if (material.colour.offset >= 0)
+    albedo *= SampleTexture(texels, material.colour, true,
+                            TextureUv(&material.colour, &shaded, at)).xyz;
+  if (material.normal.offset >= 0) {
+    const int set = material.normal.set;
+    const float2 uv_a = CornerUv(&shaded, 0, set);
+    normal = TiltNormal(
+        normal,
+        SampleTexture(texels, material.normal, false, TextureUv(&material.normal, &shaded, at)).xyz,
+        material.normal_scale, b - a, c - a,
+        PlaceDirection(&material.normal, CornerUv(&shaded, 1, set) - uv_a),
+        PlaceDirection(&material.normal, CornerUv(&shaded, 2, set) - uv_a));
+  }
+  float4 gloss = vload4(0, material.gloss);
+  if (material.gloss_values.offset >= 0) {
+    const float4 value =
+        SampleTexture(texels, material.gloss_values, material.kind == kSpecularGlossiness,
+                      TextureUv(&material.gloss_values, &shaded, at));
+    if (material.kind == kSpecularGlossiness)
+      gloss = SpecularRoughness(gloss, value);
+    else
+      gloss.xy *= (float2)(value.z, value.y);
+  }
+  if (material.kind == kSpecularGlossiness)
+    albedo *= 1.0f - fmax(gloss.x, fmax(gloss.y, gloss.z));
   positions[pixel] = (float4)(position, 1.0f);
   normals[pixel] = (float4)(BendToEye(normal, normalize(-direction)), 0.0f);
   albedos[pixel] = (float4)(albedo, glosses ? (float)material.kind : 0.0f);
-  if (!glosses) return;
-  float4 gloss = vload4(0, material.gloss);
-  if (material.metallic_roughness.offset >= 0) {
-    const float3 value = SampleTexture(texels, material.metallic_roughness, false, uv);
-    gloss.xy *= (float2)(value.z, value.y);
-  }
-  glosses[pixel] = gloss;
+  if (glosses) glosses[pixel] = gloss;
+  if (!emissions) return;
+  float3 emission = (float3)(material.emission[0], material.emission[1], material.emission[2]);
+  if (material.emission_colour.offset >= 0)
+    emission *= SampleTexture(texels, material.emission_colour, true,
+                              TextureUv(&material.emission_colour, &shaded, at)).xyz;
+  emissions[pixel] = (float4)(emission, 0.0f);
 }

@@ -1,5 +1,5 @@
 // The BRDFs of kernels/brdf.clh in double, written out from their sources: glTF 2.0, appendix B.3,
-// and Lafortune and Willems 1994.
+// KHR_materials_pbrSpecularGlossiness, and Lafortune and Willems 1994.
 #pragma once
 
 #include <algorithm>
@@ -26,6 +26,13 @@ struct TestBrdf {
   static TestBrdf Ggx(std::array<double, 3> base, double metallic, double roughness) {
     return {kGgx, base, {metallic, roughness, 0, 0}};
   }
+  // Diffuse reflectance, reflectance at normal incidence.
+  static TestBrdf Specular(std::array<double, 3> diffuse, std::array<double, 3> f0,
+                           double roughness) {
+    return {kSpecularGlossiness, diffuse, {f0[0], f0[1], f0[2], roughness}};
+  }
+  bool is_ggx() const { return kind == kGgx || kind == kSpecularGlossiness; }
+  double roughness() const { return gloss[kind == kGgx ? 1 : 3]; }
   cl_float4 AlbedoTexel() const {
     return {{static_cast<float>(albedo[0]), static_cast<float>(albedo[1]),
              static_cast<float>(albedo[2]), static_cast<float>(kind)}};
@@ -54,8 +61,8 @@ inline std::array<double, 3> BrdfByFormula(const TestBrdf& brdf, lightfield::Vec
     if (cosine > 0)
       for (int c = 0; c < 3; ++c) f[c] += brdf.gloss[c] * (e + 2) / (2 * pi) * std::pow(cosine, e);
   }
-  if (brdf.kind == kGgx) {
-    const double alpha = std::max(brdf.gloss[1] * brdf.gloss[1], 1e-3), a2 = alpha * alpha;
+  if (brdf.is_ggx()) {
+    const double alpha = std::max(brdf.roughness() * brdf.roughness(), 1e-3), a2 = alpha * alpha;
     const lightfield::Vec3 h = Normalized(light + eye);
     // (n.h)^2 (alpha^2 - 1) + 1 without cancellation.
     const double nh = Dot(n, h), sine = Length(Cross(n, h)), t = a2 * nh * nh + sine * sine;
@@ -65,10 +72,13 @@ inline std::array<double, 3> BrdfByFormula(const TestBrdf& brdf, lightfield::Vec
     const double schlick = std::pow(1 - std::clamp(std::abs(Dot(eye, h)), 0.0, 1.0), 5);
     for (int c = 0; c < 3; ++c) {
       // The appendix' final form: F0 and the diffuse colour are mixed, not the two BRDFs.
+      const bool metallic_roughness = brdf.kind == kGgx;
       const double metallic = brdf.gloss[0];
-      const double f0 = 0.04 + (brdf.albedo[c] - 0.04) * metallic;
+      const double f0 =
+          metallic_roughness ? 0.04 + (brdf.albedo[c] - 0.04) * metallic : brdf.gloss[c];
+      const double diffuse = (metallic_roughness ? 1 - metallic : 1) * brdf.albedo[c];
       const double fresnel = f0 + (1 - f0) * schlick;
-      f[c] = (1 - fresnel) * (1 - metallic) * brdf.albedo[c] / pi + fresnel * v * d;
+      f[c] = (1 - fresnel) * diffuse / pi + fresnel * v * d;
     }
   }
   return f;

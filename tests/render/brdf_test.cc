@@ -110,6 +110,8 @@ std::vector<TestBrdf> Surfaces() {
   for (const double roughness : {0.0, 0.05, 0.2, 0.5, 1.0})
     for (const double metallic : {0.0, 0.5, 1.0})
       brdfs.push_back(TestBrdf::Ggx({0.9, 0.6, 0.2}, metallic, roughness));
+  for (const double roughness : {0.1, 0.6})
+    brdfs.push_back(TestBrdf::Specular({0.1, 0.2, 0.4}, {0.5, 0.3, 0.1}, roughness));
   return brdfs;
 }
 
@@ -118,7 +120,8 @@ std::string Name(const TestBrdf& b) {
   std::snprintf(text, sizeof text, "%s, gloss %g %g %g %g",
                 b.kind == kLambert ? "lambert"
                 : b.kind == kPhong ? "phong"
-                                   : "ggx",
+                : b.kind == kGgx   ? "ggx"
+                                   : "specular-glossiness",
                 b.gloss[0], b.gloss[1], b.gloss[2], b.gloss[3]);
   return text;
 }
@@ -126,7 +129,7 @@ std::string Name(const TestBrdf& b) {
 // Half the width, in radians of the light's direction, of the narrowest part of the lobe.
 double LobeWidth(const TestBrdf& b) {
   if (b.kind == kPhong) return 1 / std::sqrt(b.gloss[3] + 1);
-  if (b.kind == kGgx) return std::max(b.gloss[1] * b.gloss[1], 1e-3);
+  if (b.is_ggx()) return std::max(b.roughness() * b.roughness(), 1e-3);
   return 1;
 }
 
@@ -274,7 +277,7 @@ TEST_F(BrdfTest, SamplesWithTheirDensity) {
       const Vec3 n = Round(RandomDirection(random));
       const Vec3 eye = Round(Tilted(n, RandomDirection(random), theta));
       const auto surface = Upload(brdf, n, eye);
-      const double width = LobeWidth(brdf) * (brdf.kind == kGgx ? std::cos(theta * pi / 180) : 1);
+      const double width = LobeWidth(brdf) * (brdf.is_ggx() ? std::cos(theta * pi / 180) : 1);
       const PolarGrid cells(Mirrored(n, eye), width, kRings, kSectors),
           fine(Mirrored(n, eye), width, kRings * kFine, kSectors * kFine);
       std::vector<Vec3> light;

@@ -437,6 +437,96 @@ TEST(GBufferTest, HoldsTheBrdf) {
   }
 }
 
+// Every texture is looked up with its own set of coordinates and its own placement.
+TEST(GBufferTest, TexturesArePlaced) {
+  Geometry geometry;
+  core::Random random(9, 0);
+  for (int t = 0; t < 3; ++t) {
+    scene::Texture texture{"t", 4, 3, {}};
+    for (int i = 0; i < 12; ++i) texture.rgba.push_back(random());
+    geometry.textures.push_back(texture);
+  }
+  scene::Material material{"m", {1, 1, 1}, 0};
+  material.kind = scene::MaterialKind::kSpecularGlossiness;
+  material.specular = {0.75f, 0.5f, 0.25f};
+  material.glossiness = 0.9f;
+  material.specular_glossiness_texture = 1;
+  material.emission = {100, 200, 300};
+  material.emission_texture = 2;
+  material.texture_placement = {1, {{{0.5f, -0.25f, 0.125f}, {0.75f, 2, -0.5f}}}};
+  material.gloss_placement = {0, {{{2, 0, 0.25f}, {0, 3, 0}}}};
+  material.emission_placement = {1, {{{0, 1, 0}, {1, 0, 0}}}};
+  scene::Material dark{"dark", {0.5f, 0.5f, 0.5f}};
+  geometry.materials = {material, dark};
+  scene::AppendQuad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0, geometry);
+  for (auto& vertex : geometry.vertices) vertex.uv1 = {1 - vertex.uv[1], 3 * vertex.uv[0]};
+  scene::AppendQuad({1, 0, 0}, {1, 0, 0}, {0, 1, 0}, 1, geometry);
+  const auto device = Device::Open();
+  const auto uploaded = UploadScene(device, geometry);
+  ASSERT_TRUE(uploaded.emissive);
+  const auto camera = scene::Camera::LookAt({1, 0.5, 1.5}, {1, 0.5, 0}, {0, 1, 0}, 60, 30, 14);
+  GBuffer gbuffer(device, camera.width, camera.height, true, true);
+  PrimaryVisibility(device).Render(uploaded, camera, 0, {0.5, 0.5}, gbuffer).Wait();
+  const auto position = gbuffer.position.Download<cl_float4>();
+  const auto albedo = gbuffer.albedo.Download<cl_float4>();
+  const auto gloss = gbuffer.gloss.Download<cl_float4>();
+  const auto emission = gbuffer.emission.Download<cl_float4>();
+  int hits = 0, unlit = 0;
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    const float x = position[i].s[0], y = position[i].s[1];
+    if (position[i].s[3] == 0 || x > 1) {
+      ++unlit;
+      EXPECT_THAT(emission[i].s, testing::Each(0.0f));
+      continue;
+    }
+    ++hits;
+    const std::array<float, 2> uv1 = {1 - y, 3 * x};
+    const auto colour = scene::SampleTexture(
+        geometry.textures[0],
+        {0.5f * uv1[0] - 0.25f * uv1[1] + 0.125f, 0.75f * uv1[0] + 2 * uv1[1] - 0.5f});
+    const std::array<float, 2> at = {2 * x + 0.25f, 3 * y};
+    const auto specular = scene::SampleTexture(geometry.textures[1], at);
+    // Alpha in the place of red, linear.
+    scene::Texture alpha = geometry.textures[1];
+    for (auto& texel : alpha.rgba) texel >>= 24;
+    const float glossy = 0.9f * scene::SampleTexture(alpha, at, scene::TexelEncoding::kLinear)[0];
+    const auto light = scene::SampleTexture(geometry.textures[2], {uv1[1], uv1[0]});
+    float brightest = 0;
+    for (int c = 0; c < 3; ++c) {
+      const float f0 = material.specular[c] * specular[c];
+      EXPECT_NEAR(gloss[i].s[c], f0, 3e-5f);
+      brightest = std::max(brightest, f0);
+      EXPECT_NEAR(emission[i].s[c], material.emission[c] * light[c], 3e-5f * material.emission[c]);
+    }
+    EXPECT_NEAR(gloss[i].s[3], 1 - glossy, 3e-5f);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(albedo[i].s[c], (1 - brightest) * colour[c], 5e-5f);
+    EXPECT_EQ(albedo[i].s[3], kSpecularGlossiness);
+  }
+  EXPECT_GT(hits, 60);
+  EXPECT_GT(unlit, 60);
+}
+
+// A normal texture that is turned with its placement tilts along the turned axes.
+TEST(GBufferTest, PlacedNormalTexturesTiltAlongTheirOwnAxes) {
+  Geometry geometry;
+  geometry.textures = {{"normals", 1, 1, {204u | (82u << 8) | (219u << 16)}}};
+  scene::Material material{"m"};
+  material.normal_texture = 0;
+  // A quarter turn: the texture's u runs along the set's v, its v against the set's u.
+  material.normal_placement = {1, {{{0, 1, 0}, {-1, 0, 0}}}};
+  geometry.materials = {material};
+  scene::AppendQuad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0, geometry);
+  for (auto& vertex : geometry.vertices) {
+    vertex.uv1 = vertex.uv;
+    vertex.uv = {0, 0};
+  }
+  const auto camera = scene::Camera::LookAt({0.5, 0.5, 2}, {0.5, 0.5, 0}, {0, 1, 0}, 20, 8, 8);
+  const double u = 2 * 204 / 255.0 - 1, v = 2 * 82 / 255.0 - 1, w = 2 * 219 / 255.0 - 1;
+  const Vec3 expected = Normalized(Vec3{-v, u, w});
+  for (const auto& normal : RenderPixels(geometry, camera).normal)
+    EXPECT_NEAR(Length(ToVec3(normal) - expected), 0, 1e-5);
+}
+
 // A normal texture tilts along rising u and rising v, mirrored and swapped coordinates included.
 TEST(GBufferTest, NormalTexturesTiltAlongTheTextureAxes) {
   const auto camera = scene::Camera::LookAt({0.5, 0.5, 2}, {0.5, 0.5, 0}, {0, 1, 0}, 20, 8, 8);

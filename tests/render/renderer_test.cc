@@ -430,6 +430,33 @@ TEST_F(RendererTest, PassesKeepWhatTheyStateThemselves) {
   EXPECT_LT(between, stated);  // stratified
 }
 
+// A surface's own light is seen over its share of each pixel, and changes nothing else.
+TEST_F(RendererTest, EmissionIsSeenAndLightsNothing) {
+  scene::Scene scene = Floor({Above(WriteLamp("emission", Lamp(3)), 0, 1)});
+  RenderOptions options;
+  options.samples_per_pixel = 16;
+  options.antialias = 4;
+  const Frame dark = RenderWith(scene, options);
+  scene.geometry.materials[0].emission = {2e5f, 1e5f, 3e4f};
+  const Frame bright = RenderWith(scene, options);
+  int whole = 0, part = 0;
+  for (int row = 0; row < dark.height; ++row)
+    for (int column = 0; column < dark.width; ++column) {
+      const float coverage = dark.coverage.at(0, row, column);
+      whole += coverage == 1;
+      part += coverage > 0 && coverage < 1;
+      for (int c = 0; c < 3; ++c) {
+        const double expected = dark.radiance.at(c, row, column) +
+                                double{coverage} * scene.geometry.materials[0].emission[c];
+        EXPECT_NEAR(bright.radiance.at(c, row, column), expected, 1e-6 * expected);
+      }
+    }
+  EXPECT_GT(whole, 50);
+  EXPECT_GT(part, 3);
+  EXPECT_EQ(bright.irradiance.data, dark.irradiance.data);
+  EXPECT_EQ(bright.variance.data, dark.variance.data);
+}
+
 TEST_F(RendererTest, ShadowsHideAndSpare) {
   const auto file = WriteLamp("shadow", Lamp(1));
   auto scene = Floor({Above(file, 0, 1)});

@@ -113,7 +113,6 @@ std::string Gltf(const std::string& material) {
          R"("images":[{"uri":"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAA)"
          R"(DElEQVR42mPgajAGAAFVAL5E73ArAAAAAElFTkSuQmCC"},{"uri":"data:image/png;base64,iVBORw0K)"
          R"(GgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR42mM40/AMAAROAjPJncPXAAAAAElFTkSuQmCC"}],)"
-         R"("extensionsUsed":["KHR_texture_transform","KHR_materials_pbrSpecularGlossiness"],)"
          R"("materials":[)" +
          material + "]}";
 }
@@ -146,20 +145,6 @@ TEST(Mesh, GltfMaterialsAreMetallicRoughness) {
   EXPECT_THAT(white.albedo, testing::Each(1.0f));
   EXPECT_EQ(white.metallic, 1);
   EXPECT_EQ(white.roughness, 1);
-}
-
-TEST(Mesh, GltfFeaturesThatAreNotReadAreRefusedByName) {
-  const auto refused = [](const std::string& material, const char* name) {
-    EXPECT_THAT([&] { Read(Write("refused.gltf", Gltf(material))); },
-                testing::ThrowsMessage<InputError>(testing::HasSubstr(name)));
-  };
-  refused(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1}}})",
-          "TEXCOORD_1");
-  refused(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"extensions":
-             {"KHR_texture_transform":{"scale":[2,2]}}}}})",
-          "KHR_texture_transform");
-  refused(R"({"extensions":{"KHR_materials_pbrSpecularGlossiness":{"glossinessFactor":0.5}}})",
-          "KHR_materials_pbrSpecularGlossiness");
 }
 
 TEST(Mesh, ThirdPartyGltfIsMetallicRoughnessAndObjLambertian) {

@@ -1,0 +1,26 @@
+#include "core/warning.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <mutex>
+#include <set>
+
+namespace luxfield::core {
+
+void Warn(const std::string& message) {
+  static std::mutex mutex;
+  static std::set<std::string> printed;
+  const std::lock_guard lock(mutex);
+  if (printed.insert(message).second) fmt::print(stderr, "luxfield: warning: {}\n", message);
+}
+
+void SuspectLength(const std::string& file, const std::string& field, double value_m,
+                   double most_m) {
+  if (std::abs(value_m) > most_m)
+    Warn(fmt::format("{}: {} = {:g} m is beyond the {:g} m that are usual; is it in metres?", file,
+                     field, value_m, most_m));
+}
+
+}  // namespace luxfield::core
