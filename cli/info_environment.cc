@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "cli/program.h"
 #include "core/error.h"
 #include "core/progress.h"
+#include "core/radiance_hdr.h"
 #include "core/stopwatch.h"
 #include "lightfield/environment_map.h"
 #include "lightfield/environment_sequence.h"
@@ -29,6 +31,31 @@ std::optional<lightfield::EnvironmentLayout> Layout(const std::string& name) {
     throw InputError(fmt::format("--layout {}: no such layout; choose one of {}", name,
                                  lightfield::EnvironmentLayoutNames()));
   return layout;
+}
+
+bool IsRadiancePicture(const std::string& path) {
+  std::string name = path;
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name.ends_with(".hdr") || name.ends_with(".rgbe") || name.ends_with(".pic");
+}
+
+// A Radiance picture may mean Rec. 709's R, G, B or Radiance's own, and not say which: prints what
+// its luminances are if they are Radiance's, and returns them.
+core::Json ByRadianceWeights(const std::string& path, const core::Rgb& mean, const core::Rgb& up,
+                             const core::Rgb& down) {
+  if (!IsRadiancePicture(path)) return nullptr;
+  const auto primaries = core::ReadHdrPrimaries(path);
+  if (primaries != core::HdrPrimaries::kUnstated && primaries != core::HdrPrimaries::kAsRadiance)
+    return nullptr;
+  const double of[3] = {core::RadianceLuminance(mean), core::RadianceLuminance(up),
+                        core::RadianceLuminance(down)};
+  fmt::print(
+      "  as Radiance  {}; by Radiance's own weights 0.265 0.670 0.065 luminance is {:.6g} "
+      "in the mean, {:.6g} facing up, {:.6g} facing down\n",
+      primaries == core::HdrPrimaries::kUnstated ? "the file states no PRIMARIES"
+                                                 : "the file states Radiance's PRIMARIES",
+      of[0], of[1], of[2]);
+  return {{"mean_radiance", of[0]}, {"irradiance_up", of[1]}, {"irradiance_down", of[2]}};
 }
 
 }  // namespace
@@ -55,7 +82,11 @@ core::Json InfoEnvironment(const std::string& path, const std::string& layout) {
       "above the horizon, {:.4g} sr\n",
       Colour(brightest.radiance), brightest.row, brightest.column, w.x, w.y, w.z, elevation_deg,
       brightest.solid_angle_sr);
+  fmt::print("  luminance    0.2126 R + 0.7152 G + 0.0722 B (Rec. 709)\n");
+  const core::Json by_radiance = ByRadianceWeights(path, mean, up, down);
   return {{"kind", "environment map"},
+          {"luminance_weights", {0.2126, 0.7152, 0.0722}},
+          {"luminance_by_radiance_weights", by_radiance},
           {"layout", name},
           {"width", picture.image.width},
           {"height", picture.image.height},

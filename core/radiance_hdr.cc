@@ -47,6 +47,11 @@ class Reader {
  public:
   explicit Reader(const std::filesystem::path& path) : path_(path), bytes_(ReadFile(path)) {}
 
+  HdrPrimaries ReadPrimaries() {
+    ReadHeader();
+    return is_xyz_ ? HdrPrimaries::kXyz : primaries_;
+  }
+
   Image Read() {
     ReadHeader();
     ReadResolution();
@@ -159,7 +164,11 @@ class Reader {
                         [](double a, double b) { return std::abs(a - b) <= 0.002; });
     };
     from_primaries_.reset();
-    if (is(kRec709Line) || is(kRadianceLine) || is({})) return;
+    primaries_ = is(kRec709Line)     ? HdrPrimaries::kAsRec709
+                 : is(kRadianceLine) ? HdrPrimaries::kAsRadiance
+                 : is({})            ? HdrPrimaries::kUnstated
+                                     : HdrPrimaries::kOther;
+    if (primaries_ != HdrPrimaries::kOther) return;
     try {
       from_primaries_ = Rec709FromRgb(
           {{given[0], given[1]}, {given[2], given[3]}, {given[4], given[5]}, {given[6], given[7]}});
@@ -283,12 +292,17 @@ class Reader {
   Axis slow_, fast_;  // scanline by scanline, and along each
   bool plain_ = false;
   bool is_xyz_ = false;
-  std::optional<Matrix3> from_primaries_;
+  HdrPrimaries primaries_ = HdrPrimaries::kUnstated;
+  std::optional<Matrix3> from_primaries_;  // of kOther
   int line_ = 0;
 };
 
 }  // namespace
 
 Image ReadRadianceHdr(const std::filesystem::path& path) { return Reader(path).Read(); }
+
+HdrPrimaries ReadHdrPrimaries(const std::filesystem::path& path) {
+  return Reader(path).ReadPrimaries();
+}
 
 }  // namespace luxfield::core

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/colour.h"
 #include "core/image.h"
 
 namespace luxfield::core {
@@ -27,6 +28,19 @@ namespace luxfield::core {
 // that span no colours, no resolution line, more than 2^27 pixels, a run that leaves its scanline,
 // a file that ends early.
 Image ReadRadianceHdr(const std::filesystem::path& path);
+
+// What the header says of R, G and B. kUnstated: nothing, or eight zeros. Such files, and those of
+// Radiance's own primaries, are read as Rec. 709, which gives other luminances than Radiance's
+// program would (RadianceLuminance).
+enum class HdrPrimaries { kUnstated, kAsRec709, kAsRadiance, kOther, kXyz };
+HdrPrimaries ReadHdrPrimaries(const std::filesystem::path& path);
+
+// 0.265 R + 0.670 G + 0.065 B: what Radiance takes for the luminance of its own R, G, B, whose
+// primaries are (0.64, 0.33), (0.29, 0.60), (0.15, 0.06) with an equal-energy white ("The RADIANCE
+// File Formats"; src/common/color.h).
+inline double RadianceLuminance(const Rgb& rgb) {
+  return 0.265 * rgb[0] + 0.670 * rgb[1] + 0.065 * rgb[2];
+}
 
 // Writes three channels, or one three times, as plain pixels of 4 bytes, atomically: mantissas are
 // truncated as the reader's half step expects, so that the largest channel of a pixel comes back

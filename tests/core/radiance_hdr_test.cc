@@ -16,6 +16,7 @@
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/file.h"
+#include "core/primaries.h"
 #include "core/random.h"
 
 namespace luxfield::core {
@@ -313,6 +314,32 @@ TEST(RadianceHdr, OtherPrimariesBecomeRec709) {
   EXPECT_NEAR(colour.data[0], 1.6605 * 120.5 - 0.5876 * 110.5 - 0.0728 * 90.5, 0.05);
   EXPECT_NEAR(colour.data[1], -0.1246 * 120.5 + 1.1329 * 110.5 - 0.0083 * 90.5, 0.05);
   EXPECT_NEAR(colour.data[2], -0.0182 * 120.5 - 0.1006 * 110.5 + 1.1187 * 90.5, 0.05);
+}
+
+// What is said of a file's colours; and Radiance's weights against those that its primaries give
+// (they are rounded to three places).
+TEST(RadianceHdr, TellsWhatItsColoursAre) {
+  const auto primaries = [](const std::string& line) {
+    return ReadHdrPrimaries(File(Header("-Y 1 +X 1", line) + Pixel(1, 2, 3, 128)).path());
+  };
+  EXPECT_EQ(primaries(""), HdrPrimaries::kUnstated);
+  EXPECT_EQ(primaries("PRIMARIES=0 0 0 0 0 0 0 0\n"), HdrPrimaries::kUnstated);
+  EXPECT_EQ(primaries("PRIMARIES=0.64 0.33 0.30 0.60 0.15 0.06 0.3127 0.3290\n"),
+            HdrPrimaries::kAsRec709);
+  EXPECT_EQ(primaries("PRIMARIES=0.640 0.330 0.290 0.600 0.150 0.060 0.333 0.333\n"),
+            HdrPrimaries::kAsRadiance);
+  EXPECT_EQ(primaries("PRIMARIES=0.708 0.292 0.170 0.797 0.131 0.046 0.3127 0.3290\n"),
+            HdrPrimaries::kOther);
+  EXPECT_EQ(
+      ReadHdrPrimaries(
+          File("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n" + Pixel(1, 2, 3, 128)).path()),
+      HdrPrimaries::kXyz);
+  const auto xyz = XyzFromRgb({{0.64, 0.33}, {0.29, 0.60}, {0.15, 0.06}, {1 / 3.0, 1 / 3.0}});
+  for (std::size_t c = 0; c < 3; ++c) {
+    Rgb unit{};
+    unit[c] = 1;
+    EXPECT_NEAR(RadianceLuminance(unit), xyz[1][c], 5e-4) << c;
+  }
 }
 
 // ---- writing ----------------------------------------------------------------------------------
