@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "core/warning.h"
+
 namespace luxfield::hal {
 
 RigDescription ReadRig(const core::Config& config) {
@@ -11,6 +13,7 @@ RigDescription ReadRig(const core::Config& config) {
   rig.kind = table.Choice("kind", {"lensless", "reflector"}) == "reflector" ? RigKind::kReflector
                                                                             : RigKind::kLensless;
   rig.delta_m = table.Number("delta_m", {1e-4, 100});
+  core::SuspectLength(table.file(), "rig.delta_m", rig.delta_m, 10);
   if (rig.kind == RigKind::kReflector) rig.albedo = table.Number("albedo", {1e-3, 1});
 
   const core::Config filter = config.Table("filter");
@@ -22,6 +25,7 @@ RigDescription ReadRig(const core::Config& config) {
   if (rig.dual && basis != "quadratic" && basis != "bilinear")
     filter.Fail("basis", "has no dual filter", "choose quadratic or bilinear, or kind = \"basis\"");
   rig.spacing_m = filter.Number("spacing_m", {1e-6, 10});
+  core::SuspectLength(filter.file(), "filter.spacing_m", rig.spacing_m, 1);
   const double peak = rig.basis.Peak() * rig.basis.Peak();
   rig.filter_scale = rig.dual ? 1 : filter.Number("scale", 1, {kTiny, 1 / peak * (1 + 1e-12)});
   return rig;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/warning.h"
 #include "lightfield/projected_texels.h"
 
 namespace luxfield::lightfield {
@@ -85,6 +86,15 @@ void LuminaireGeometry::Validate(const std::string& file) const {
   if (values > kMaxValues)
     Fail(file, fmt::format("{} images of {} x {} x {} values are more than 2^33", grid.count(),
                            lattice.width, lattice.height, channels));
+  // Twice what the largest lamps need: planes some metres apart, grids and images some metres wide.
+  core::SuspectLength(file, "delta_m", delta_m, 10);
+  core::SuspectLength(file, "spacing_m", grid.spacing_m, 1);
+  core::SuspectLength(file, "u0_m", grid.u0_m, 10);
+  core::SuspectLength(file, "v0_m", grid.v0_m, 10);
+  core::SuspectLength(file, "ds_m", lattice.ds_m, 0.5);
+  core::SuspectLength(file, "dt_m", lattice.dt_m, 0.5);
+  core::SuspectLength(file, "s0_m", lattice.s0_m, 50);
+  core::SuspectLength(file, "t1_m", lattice.t1_m, 50);
 }
 
 std::array<double, 3> FluxDensity(const LightField& field, Vec2 u, Vec2 s) {

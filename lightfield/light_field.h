@@ -36,7 +36,7 @@ struct LuminaireGeometry {
   }
   std::size_t value_count() const { return plane_size() * channels * grid.count(); }
   // Throws InputError naming `file` and the field if a value makes no sense (sizes, spacings,
-  // non-finite ...).
+  // non-finite ...), and warns on stderr of lengths that no lamp has (core/warning.h).
   void Validate(const std::string& file) const;
   bool operator==(const LuminaireGeometry&) const = default;
 };

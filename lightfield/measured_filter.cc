@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/range.h"
+#include "core/warning.h"
 #include "lightfield/exr_geometry.h"
 
 namespace luxfield::lightfield {
@@ -21,7 +23,7 @@ std::vector<std::string> PartNames(FilterKind filter) {
 
 void RequireNumber(const std::string& file, const char* field, double value, bool in_range,
                    const char* range) {
-  if (!(std::isfinite(value) && in_range))
+  if (!(core::Range{}.Holds(value) && in_range))
     throw InputError(file, fmt::format("{} = {} must be {}", field, value, range), kRemedy);
 }
 
@@ -45,6 +47,9 @@ void MeasuredFilter::Validate(const std::string& file) const {
   const auto finite = [&](const char* field, double value) {
     RequireNumber(file, field, value, true, "finite");
   };
+  core::SuspectLength(file, "luxfield:spacing_m", spacing_m, 1);
+  core::SuspectLength(file, "luxfield:dx_m", lattice.ds_m, 0.5);
+  core::SuspectLength(file, "luxfield:dy_m", lattice.dt_m, 0.5);
   finite("luxfield:x0_m", lattice.s0_m);
   finite("luxfield:y1_m", lattice.t1_m);
   finite("luxfield:shift_x_m", shift_m.x);

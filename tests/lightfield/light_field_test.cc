@@ -1,9 +1,11 @@
 // The model against its definition (THEORY.md 2).
 #include "lightfield/light_field.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "core/error.h"
 #include "support.h"
@@ -166,6 +168,34 @@ TEST(FluxUnit, NamesRoundTrip) {
   for (const FluxUnit unit : {FluxUnit::kWatt, FluxUnit::kLumen, FluxUnit::kRelative})
     EXPECT_EQ(FluxUnitFromName(FluxUnitName(unit)), unit);
   EXPECT_THROW(FluxUnitFromName("candela"), InputError);
+}
+
+// Lengths in millimetres are named; those of lamps are not.
+TEST(LuminaireGeometryTest, LengthsThatNoLampHasAreSuspect) {
+  const auto printed = [](const std::function<void(LuminaireGeometry&)>& change) {
+    LuminaireGeometry geometry = SmallGeometry(Basis::Make(BasisKind::kBspline2));
+    change(geometry);
+    testing::internal::CaptureStderr();
+    geometry.Validate("mm.lf.exr");
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(printed([](LuminaireGeometry&) {}), "");
+  EXPECT_EQ(printed([](LuminaireGeometry& g) { g.lattice.ds_m = g.lattice.dt_m = 0.4; }), "");
+  const auto suspect = [&](const char* field,
+                           const std::function<void(LuminaireGeometry&)>& change) {
+    EXPECT_THAT(printed(change),
+                testing::AllOf(testing::HasSubstr("mm.lf.exr: " + std::string(field) + " = "),
+                               testing::HasSubstr("metres?")))
+        << field;
+  };
+  suspect("delta_m", [](LuminaireGeometry& g) { g.delta_m = 120; });
+  suspect("spacing_m", [](LuminaireGeometry& g) { g.grid.spacing_m = 21; });
+  suspect("u0_m", [](LuminaireGeometry& g) { g.grid.u0_m = -42; });
+  suspect("v0_m", [](LuminaireGeometry& g) { g.grid.v0_m = -42; });
+  suspect("ds_m", [](LuminaireGeometry& g) { g.lattice.ds_m = 6; });
+  suspect("dt_m", [](LuminaireGeometry& g) { g.lattice.dt_m = 6; });
+  suspect("s0_m", [](LuminaireGeometry& g) { g.lattice.s0_m = -110; });
+  suspect("t1_m", [](LuminaireGeometry& g) { g.lattice.t1_m = 95; });
 }
 
 }  // namespace
