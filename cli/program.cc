@@ -47,6 +47,19 @@ std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error) {
   return fmt::format("{}; see `luxfield {}--help`", what, verbs);
 }
 
+// Numbers on the command line: the parser takes nan, inf and 1e300.
+void RequirePlausible(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& text : option->results()) {
+      double value = 0;
+      if (option->get_type_name().starts_with("FLOAT") && CLI::detail::lexical_cast(text, value) &&
+          !core::Range{}.Holds(value))
+        throw InputError(fmt::format("{} {} is no number within {:g}; give a finite one",
+                                     option->get_name(), text, core::kLargestNumber));
+    }
+  for (const CLI::App* verb : app.get_subcommands()) RequirePlausible(*verb);
+}
+
 }  // namespace
 
 Program::Program()
@@ -104,6 +117,7 @@ int Program::Run(int argc, char** argv) {
       PrintError(ParseErrorText(app_, error));
       return 2;
     }
+    RequirePlausible(app_);
     core::SetThreads(common_.threads);
     core::Progress::SetQuiet(common_.quiet);
     core::InstallInterruptHandler();
@@ -159,7 +173,7 @@ double ParseQuantity(const std::string& text, const char* option, const Units& u
   }
   std::string example;
   for (const auto& [unit, factor] : units) {
-    if (end > 0 && text.substr(end) == unit) return value * factor;
+    if (end > 0 && text.substr(end) == unit && core::Range{}.Holds(value)) return value * factor;
     example += fmt::format("{}5{}", example.empty() ? "" : " or ", unit);
   }
   throw InputError(fmt::format("{} '{}' is not a number with its unit; write it like {}", option,

@@ -25,6 +25,7 @@
 #include "core/exr_precheck.h"
 #include "core/file.h"
 #include "core/parallel.h"
+#include "core/range.h"
 
 namespace luxfield::core {
 namespace {
@@ -307,7 +308,12 @@ int ExrReader::GetInt(int part, const std::string& name) const {
 
 double ExrReader::GetDouble(int part, const std::string& name) const {
   const ExrValue& value = FindAttribute(*this, part, name);
-  if (const double* d = std::get_if<double>(&value)) return *d;
+  if (const double* d = std::get_if<double>(&value)) {
+    if (Range{}.Holds(*d)) return *d;
+    throw InputError(path().string(),
+                     fmt::format("attribute '{}' = {:g} is beyond all that is measured", name, *d),
+                     "make the file anew with the verb that wrote it");
+  }
   if (const int* i = std::get_if<int>(&value)) return *i;
   FailType(*this, part, name, "a number");
 }

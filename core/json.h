@@ -15,6 +15,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/range.h"
 
 namespace luxfield::core {
 
@@ -48,7 +49,7 @@ inline void WriteJson(const std::filesystem::path& path, const Json& json) {
 }
 
 // Whether T can hold what the value says: converting a number that a whole T cannot hold gives
-// another one, or is undefined.
+// another one, or is undefined; any other number must be finite and at most kLargestNumber.
 template <typename T>
 struct CanHold {
   static bool Check(const Json& value) {
@@ -61,6 +62,8 @@ struct CanHold {
       return number >= -kExact && number <= kExact && number == std::trunc(number) &&
              std::in_range<T>(static_cast<std::int64_t>(number));
     }
+    if constexpr (std::is_floating_point_v<T>)
+      return value.is_number() && Range{}.Holds(value.get<double>());
     return true;
   }
 };
@@ -90,8 +93,23 @@ T Field(const Json& json, const std::string& key, const std::string& file) {
   } catch (const Json::exception&) {
   }
   throw InputError(file,
-                   fmt::format("field '{}' = {} has the wrong type", key, json.at(key).dump()),
+                   fmt::format("field '{}' = {} has the wrong type, or is a number beyond all that "
+                               "is measured",
+                               key, json.at(key).dump()),
                    "restore the file from its writer");
+}
+
+// json[key], which must be in the range; `remedy` says what to do about one that is not.
+inline double NumberField(const Json& json, const std::string& key, const std::string& file,
+                          Range range,
+                          const std::string& remedy = "restore the file from its writer") {
+  const double value = Field<double>(json, key, file);
+  if (!range.Holds(value))
+    throw InputError(file,
+                     fmt::format("{} = {:g} makes no sense; it lies between {:g} and {:g}", key,
+                                 value, range.min, range.max),
+                     remedy);
+  return value;
 }
 
 }  // namespace luxfield::core

@@ -19,6 +19,11 @@ constexpr std::array kKindNames = {"position", "dark", "flat", "reference", "tar
 constexpr std::array kKindFolders = {"frames", "darks", "flats", "refs", "targets"};
 constexpr const char* kRemedy = "run `luxfield verify --salvage` on the session";
 
+// What a capture can have: exposures of a nanosecond to a week, stages as large as a building,
+// meters of any unit.
+constexpr Range kExposure_s{1e-9, 604800}, kStage_m{-100, 100}, kTime_s{-1e11, 1e11},
+    kAttenuation{1e-12, 1e12}, kMeter{0, 1e15};
+
 FrameKind KindFromName(const std::string& name, const std::string& where) {
   for (std::size_t k = 0; k < kKindNames.size(); ++k)
     if (name == kKindNames[k]) return static_cast<FrameKind>(k);
@@ -63,13 +68,16 @@ FrameRecord FrameFromJson(const Json& json, const std::string& where) {
   r.repeat = Field<int>(json, "repeat", where);
   r.attempt = Field<int>(json, "attempt", where);
   r.epoch = Field<int>(json, "epoch", where);
-  r.requested_exposure_s = Field<double>(json, "requested_exposure_s", where);
-  r.exposure_s = Field<double>(json, "exposure_s", where);
-  r.attenuation = Field<double>(json, "attenuation", where);
-  r.stage_u_m = Field<double>(json, "stage_u_m", where);
-  r.stage_v_m = Field<double>(json, "stage_v_m", where);
-  r.t_start_s = Field<double>(json, "t_start_s", where);
-  r.meter = Field<double>(json, "meter", where);
+  const auto number = [&](const char* key, Range range) {
+    return NumberField(json, key, where, range, kRemedy);
+  };
+  r.requested_exposure_s = number("requested_exposure_s", {0, kExposure_s.max});
+  r.exposure_s = number("exposure_s", kExposure_s);
+  r.attenuation = number("attenuation", kAttenuation);
+  r.stage_u_m = number("stage_u_m", kStage_m);
+  r.stage_v_m = number("stage_v_m", kStage_m);
+  r.t_start_s = number("t_start_s", kTime_s);
+  r.meter = number("meter", kMeter);
   r.flagged = Field<bool>(json, "flagged", where);
   r.file = Field<std::string>(json, "file", where);
   r.sha256 = Field<std::string>(json, "sha256", where);
@@ -78,11 +86,6 @@ FrameRecord FrameFromJson(const Json& json, const std::string& where) {
     if (!good)
       throw InputError(where, fmt::format("{} = {} makes no sense", field, value), kRemedy);
   };
-  require(std::isfinite(r.exposure_s) && r.exposure_s > 0, "exposure_s", r.exposure_s);
-  require(std::isfinite(r.attenuation) && r.attenuation > 0, "attenuation", r.attenuation);
-  require(std::isfinite(r.stage_u_m), "stage_u_m", r.stage_u_m);
-  require(std::isfinite(r.stage_v_m), "stage_v_m", r.stage_v_m);
-  require(std::isfinite(r.meter) && r.meter >= 0, "meter", r.meter);
   require(r.channel >= 0 && r.channel < 3, "channel", r.channel);
   require(r.print == 0 || r.print == 1, "print", r.print);
   require(r.exposure_index >= 0, "exposure_index", r.exposure_index);

@@ -1,6 +1,8 @@
 // *.lf.exr, to the byte in docs/formats/light-field.md.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <set>
 #include <vector>
 
@@ -52,6 +54,15 @@ RigidPose ReadPose(const core::ExrReader& reader, int part) {
                         reader.GetDouble(part, PoseAttribute(2, 3))};
   pose.Validate(reader.path().string());
   return pose;
+}
+
+void RequireWritable(const std::filesystem::path& path, const LightField& field) {
+  field.geometry.Validate(path.string());
+  if (const auto bad = std::find_if_not(field.data.begin(), field.data.end(),
+                                        [](float c) { return std::isfinite(c); });
+      bad != field.data.end())
+    throw InputError(path.string(), fmt::format("would hold C = {}", *bad),
+                     "look for absurd numbers in what it is made from");
 }
 
 // Appends the parts of one field; the first has the attributes.
@@ -115,7 +126,7 @@ void RequireOneLuminaire(const std::string& file, std::span<const PosedLightFiel
 }  // namespace
 
 void WriteLightField(const std::filesystem::path& path, const LightField& field) {
-  field.geometry.Validate(path.string());
+  RequireWritable(path, field);
   std::vector<core::ExrPartView> parts;
   AddParts(kLightFieldKind, field, {}, parts);
   core::WriteExr(path, parts, core::ExrCompression::kZip);
@@ -143,7 +154,7 @@ void WriteLightFields(const std::filesystem::path& path, std::span<const PosedLi
   std::vector<core::ExrPartView> parts;
   for (std::size_t k = 0; k < fields.size(); ++k) {
     const PosedLightField& posed = fields[k];
-    posed.field.geometry.Validate(file);
+    RequireWritable(path, posed.field);
     posed.luminaire_from_field.Validate(file);
     auto attributes = PoseAttributes(posed.luminaire_from_field);
     attributes[kFieldNameAttribute] = posed.name;

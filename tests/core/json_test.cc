@@ -39,6 +39,27 @@ TEST(JsonField, NorAreTheyInLists) {
     EXPECT_NE(ErrorOf<Pairs>(value), "") << value;
 }
 
+// Finite, and no larger than that products of ten are.
+TEST(JsonField, NumbersBeyondMeasureAreRefused) {
+  for (const char* value : {"1e308", "-1e308", "1.1e30", "\"1\"", "null", "[1]"}) {
+    EXPECT_THAT(ErrorOf<double>(value), testing::HasSubstr("field 'count' = ")) << value;
+    EXPECT_THAT(ErrorOf<double>(value), testing::HasSubstr("session.json")) << value;
+  }
+  EXPECT_NE(ErrorOf<std::vector<double>>("[1, 2e300]"), "");
+  EXPECT_EQ(Field<double>({{"count", -1e30}}, "count", ""), -1e30);
+  EXPECT_EQ(Field<double>({{"count", 7}}, "count", ""), 7);
+  const auto in_range = [](double value) {
+    return NumberField({{"count", value}}, "count", "session.json", {1, 2}, "count again");
+  };
+  EXPECT_EQ(in_range(1), 1);
+  EXPECT_EQ(in_range(2), 2);
+  for (const double value : {0.999, 2.001, -1e30})
+    EXPECT_THAT([&] { in_range(value); },
+                testing::ThrowsMessage<InputError>(testing::AllOf(
+                    testing::HasSubstr("session.json: count = "),
+                    testing::HasSubstr("between 1 and 2"), testing::HasSubstr("count again"))));
+}
+
 // As deep as the stack would not hold.
 TEST(Json, NestedValuesEndInAnErrorAndNotTheProgram) {
   const std::string open(300'000, '['), close(300'000, ']');

@@ -398,6 +398,16 @@ TEST(SessionStore, HostileRecordsAreInputErrors) {
   EXPECT_THAT(with("file", "/etc/passwd"), HasSubstr("leaves the session folder"));
   EXPECT_THAT(with("exposure_s", -1), HasSubstr("line 2: exposure_s = -1"));
   EXPECT_THAT(with("exposure_s", "long"), HasSubstr("wrong type"));
+  // Squares of such numbers are infinite, or divisions by them 0.
+  EXPECT_THAT(with("meter", 1e308), HasSubstr("line 2: field 'meter' = 1e+308"));
+  EXPECT_THAT(with("meter", 1e16), HasSubstr("line 2: meter = 1e+16"));
+  for (const double exposure_s : {1e300, 1e7, 1e-10, 0.0})
+    EXPECT_THAT(with("exposure_s", exposure_s), HasSubstr("exposure_s")) << exposure_s;
+  EXPECT_THAT(with("requested_exposure_s", 1e7), HasSubstr("requested_exposure_s = 1e+07"));
+  EXPECT_THAT(with("attenuation", 0), HasSubstr("attenuation = 0"));
+  EXPECT_THAT(with("attenuation", 1e20), HasSubstr("attenuation = 1e+20"));
+  EXPECT_THAT(with("stage_v_m", -1e4), HasSubstr("stage_v_m = -10000"));
+  EXPECT_THAT(with("t_start_s", 1e12), HasSubstr("t_start_s = 1e+12"));
   EXPECT_THAT(with("kind", "selfie"), HasSubstr("not a frame kind"));
   EXPECT_THAT(with("channel", 17), HasSubstr("channel = 17"));
   EXPECT_THAT(with_line("session_open", {}), HasSubstr("one session_open"));

@@ -1,8 +1,11 @@
 // *.lf.exr and *.meas.exr: what is written comes back bit by bit.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <bit>
 #include <cmath>
+#include <filesystem>
+#include <limits>
 
 #include "core/error.h"
 #include "core/exr.h"
@@ -59,6 +62,19 @@ TEST(LightFieldFile, RoundTripIsBitExactForEveryBasisAndChannelCount) {
       EXPECT_EQ(back.provenance, field.provenance);
       ExpectSameBits(back.data, field.data);
     }
+}
+
+// No reader would take it: nothing is written.
+TEST(LightFieldFile, ValuesThatAreNotFiniteAreNotWritten) {
+  LightField field = RandomField(SmallGeometry(Basis::Make(BasisKind::kBspline2), 3), 32);
+  for (const float bad : {std::numeric_limits<float>::infinity(), std::nanf("")}) {
+    field.data.back() = bad;
+    const auto path = UniquePath(".lf.exr");
+    EXPECT_THAT([&] { WriteLightField(path, field); },
+                testing::ThrowsMessage<InputError>(
+                    testing::AllOf(testing::HasSubstr(path.string()), testing::HasSubstr("C = "))));
+    EXPECT_FALSE(std::filesystem::exists(path));
+  }
 }
 
 TEST(LightFieldFile, EqualInputsGiveEqualBytes) {
