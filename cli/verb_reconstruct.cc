@@ -16,7 +16,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> measurements;
-  std::string output, sigma, filter, regularise;
+  std::string output, sigma, filter, regularise, keep = "moments";
   bool double_precision = false, non_negative = false;
 };
 
@@ -39,16 +39,27 @@ void PrintRegularisation(const reconstruct::RegularisationSummary& r) {
       100 * r.bias, 100 * r.worst_bias, 100 * r.flux_bias);
 }
 
+void PrintKept(const reconstruct::ReconstructionReport& report) {
+  constexpr const char* kNames[] = {"nothing", "the flux", "flux and first moments"};
+  const auto [u, v] = report.kept;
+  fmt::print("  kept as measured      {}{}\n",
+             u == v ? kNames[u] : fmt::format("{} along u, {} along v", kNames[u], kNames[v]),
+             report.moment_residual ? fmt::format(" (that of a point of light to {:.2g} %)",
+                                                  100 * *report.moment_residual)
+                                    : "");
+}
+
 core::Json Run(const Options& options) {
   RequireExtension(options.output, ".lf.exr", "--output");
   if (!options.sigma.empty()) RequireExtension(options.sigma, ".lf.exr", "--sigma");
+  reconstruct::ReconstructOptions how;
+  how.keep = reconstruct::KeepFromName(options.keep);
   std::vector<lightfield::Measurements> measurements;
   std::string source;
   for (const std::string& file : options.measurements) {
     measurements.push_back(lightfield::ReadMeasurements(file));
     source += (source.empty() ? "" : " ") + core::Sha256OfFile(file);
   }
-  reconstruct::ReconstructOptions how;
   how.precision =
       options.double_precision ? reconstruct::Precision::kDouble : reconstruct::Precision::kFloat;
   how.non_negative = options.non_negative;
@@ -61,6 +72,7 @@ core::Json Run(const Options& options) {
   auto& provenance = result.coefficients.provenance;
   provenance["measurements_sha256"] = source;
   provenance["non_negative"] = options.non_negative ? "yes" : "no";
+  provenance["keep"] = options.keep;
   if (result.report.regularisation)
     provenance["regularised"] =
         fmt::format("lambda {:.6g}, bias {:.3g} of the RMS of C",
@@ -83,6 +95,7 @@ core::Json Run(const Options& options) {
                                                  "photographs share",
                                                  100 * *report.filter_noise)
                                    : "");
+  PrintKept(report);
   fmt::print("  random error expected {:.3g} % of the RMS of C (median sigma {:.4g})\n",
              100 * report.coefficients.sigma_relative, report.coefficients.sigma_median);
   fmt::print("  negative energy       {:.3g} % of the positive{}\n",
@@ -98,6 +111,7 @@ core::Json Run(const Options& options) {
         "  incomplete texels     {} of which {} with nothing known: smallest-norm solution, "
         "sigma widened by that prior\n",
         report.incomplete.incomplete, report.incomplete.unknown);
+  for (const std::string& warning : report.warnings) PrintWarning(warning);
   return reconstruct::ToJson(report);
 }
 
@@ -124,6 +138,10 @@ void AddReconstruct(Program& program) {
                   "Coefficients smoother from filter to filter than the data ask for: lambda, or "
                   "`auto` for the one of least estimated error. The report states the bias; "
                   "--sigma holds the noise alone");
+  verb.add_option("--keep", options->keep,
+                  "What the solution has of the measurements without projection where the lamp "
+                  "lies inside the grid: `moments` (flux and first moments over the filters), "
+                  "`flux`, or `none` for least squares alone");
   verb.add_flag("--double", options->double_precision,
                 "Sweep in double precision instead of float");
 }

@@ -1,9 +1,12 @@
 #include "reconstruct/adjoint_solve.h"
 
+#include <algorithm>
 #include <map>
 
+#include "reconstruct/edge_light.h"
 #include "reconstruct/gram_solve.h"
 #include "reconstruct/missing_data.h"
+#include "reconstruct/moment_constraint.h"
 
 namespace luxfield::reconstruct {
 
@@ -27,13 +30,15 @@ Weights DualWeights(const Measurements& measurements, const Weights& coefficient
 }  // namespace
 
 Weights AdjointSolve(const Measurements& measurements, const Weights& coefficient_weights,
-                     const FilterSystem* system) {
+                     const FilterSystem* system, Keep keep) {
   if (measurements.filter == lightfield::FilterKind::kDual && !system)
     return DualWeights(measurements, coefficient_weights);
   const auto& geometry = measurements.geometry;
   const std::size_t texels = geometry.plane_size(), values = texels * geometry.channels;
   const int images = geometry.grid.count();
-  const GramSolver solver(geometry.grid);
+  const KeptMoments kept =
+      MomentsToKeep(geometry.grid, keep, FindEdgeLight(std::span(&measurements, 1)));
+  const GramSolver solver(geometry.grid, kept);
   Weights weights(coefficient_weights.size());
   std::vector<const double*> in;
   std::vector<double*> out;
@@ -41,7 +46,7 @@ Weights AdjointSolve(const Measurements& measurements, const Weights& coefficien
     in.push_back(coefficient_weights.data() + static_cast<std::size_t>(m) * values);
     out.push_back(weights.data() + static_cast<std::size_t>(m) * values);
   }
-  if (!system) solver.Solve<double, double>(in.data(), out.data(), values);
+  if (!system) solver.SolveTransposed(in.data(), out.data(), values);
 
   // The others by their own matrix, one per set of known positions.
   std::map<std::vector<bool>, std::vector<std::size_t>> dense;
@@ -54,10 +59,14 @@ Weights AdjointSolve(const Measurements& measurements, const Weights& coefficien
     }
     if (!complete || system) dense[known].push_back(p);
   }
+  MomentConstraint constraint;
+  if (system) constraint = ConstrainMoments(*system, geometry.grid, kept);
   const std::vector<double> a = system ? system->Dense() : std::vector<double>{};
   for (const auto& [known, pixels] : dense) {
-    const PixelWeights inverse = system ? MinimumNorm(a, images, known)
-                                        : MinimumNormWeights(GramSystem(solver), known).Dense();
+    PixelWeights inverse = system ? MinimumNorm(a, images, known)
+                                  : MinimumNormWeights(GramSystem(solver), known).Dense();
+    if (system && std::find(known.begin(), known.end(), false) == known.end())
+      inverse.weights = constraint.Map(inverse.weights);
     const std::size_t columns = inverse.known.size();
     for (const std::size_t p : pixels)
       for (int channel = 0; channel < geometry.channels; ++channel) {

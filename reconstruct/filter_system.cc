@@ -52,6 +52,26 @@ AxisWeights WeightsAlong(const lightfield::Basis& basis, int functions,
   return result;
 }
 
+// Integrals of Phi* over squares of side 1 / per_cell spacings, `samples` the grid of them.
+std::vector<std::pair<int, double>> IdealSamples(const BasisGrid& grid, const BasisGrid& samples,
+                                                 Vec2 centre) {
+  const auto along = [&](int points, double first_point, double from_centre) {
+    std::vector<double> values;
+    const double step = samples.spacing_m / grid.spacing_m,
+                 x0 = (first_point - from_centre) / grid.spacing_m + 0.5 * grid.basis.cells;
+    for (int k = 0; k < points; ++k)
+      values.push_back(grid.basis.Integral(x0 + k * step, x0 + (k + 1) * step) / step);
+    return values;
+  };
+  const auto u = along(samples.width, samples.u0_m, centre.x),
+             v = along(samples.height, samples.v0_m, centre.y);
+  std::vector<std::pair<int, double>> result;
+  for (int y = 0; y < samples.height; ++y)
+    for (int x = 0; x < samples.width; ++x)
+      if (u[x] * v[y] != 0) result.emplace_back(samples.index(x, y), u[x] * v[y]);
+  return result;
+}
+
 // Phi* and its variance per texel.
 struct Transmittance {
   std::vector<double> value, variance;
@@ -171,6 +191,9 @@ double LargestEigenvalue(int size, const std::function<Vector(const Vector&)>& a
 
 struct FilterSystem::Impl {
   BasisGrid grid;
+  std::optional<MeasuredFilter> filter;  // none: ideal
+  Transmittance transmittance;           // of the measured one
+  std::vector<Vec2> centres_m;
   Sparse a;
   double matrix_noise = 0;
   double smallest = 0, largest = 0;
@@ -260,10 +283,12 @@ FilterSystem::FilterSystem(const BasisGrid& grid, const MeasuredFilter* filter,
         "{} filter positions for {} coefficient images: the general solve takes at most {} images, "
         "and no fewer positions than images",
         rows, columns, kMostCoefficients));
-  Transmittance transmittance;
+  Transmittance& transmittance = impl_->transmittance;
+  impl_->centres_m.assign(centres_m.begin(), centres_m.end());
   if (filter) {
     CheckFilter(grid, *filter);
     transmittance = Combine(*filter);
+    impl_->filter = *filter;
   }
   std::optional<FilterProfile> ideal;
   if (!filter) ideal.emplace(kind, grid.basis);
@@ -303,6 +328,35 @@ double FilterSystem::smallest_singular_value() const { return impl_->smallest; }
 double FilterSystem::largest_singular_value() const { return impl_->largest; }
 double FilterSystem::matrix_noise() const { return impl_->matrix_noise; }
 const std::vector<double>& FilterSystem::PseudoInverse() const { return impl_->pseudo_inverse; }
+
+Vec2 FilterSystem::centre(int row) const { return impl_->centres_m[row]; }
+
+InteriorSamples FilterSystem::SampleInterior(int per_cell) const {
+  const BasisGrid& grid = impl_->grid;
+  BasisGrid samples;
+  samples.basis = lightfield::Basis::Make(lightfield::BasisKind::kBox);
+  samples.width = per_cell * (grid.width - grid.basis.cells + 1);
+  samples.height = per_cell * (grid.height - grid.basis.cells + 1);
+  samples.spacing_m = grid.spacing_m / per_cell;
+  samples.u0_m = grid.u0_m + (grid.basis.cells - 1) * grid.spacing_m;
+  samples.v0_m = grid.v0_m + (grid.basis.cells - 1) * grid.spacing_m;
+  InteriorSamples result{samples.width, samples.height, {}};
+  result.filters.resize(impl_->centres_m.size());
+  core::ParallelFor(result.filters.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) {
+      const Vec2 centre = impl_->centres_m[r];
+      if (!impl_->filter) {
+        result.filters[r] = IdealSamples(grid, samples, centre);
+        continue;
+      }
+      const double area = samples.spacing_m * samples.spacing_m;
+      for (const auto& [point, integral] :
+           MeasuredRow(samples, *impl_->filter, impl_->transmittance, centre).entries)
+        result.filters[r].emplace_back(point, integral / area);
+    }
+  });
+  return result;
+}
 
 std::vector<double> FilterSystem::Dense() const {
   const RowMatrix dense = impl_->a;

@@ -24,6 +24,14 @@ struct SeparableSystem {
   std::vector<double> u, v;  // W x W and H x H, row-major
 };
 
+// Filters over the interior cells of a grid, where its functions are a partition of unity: means
+// over the points' squares of Phi*_r, per row those that are not 0. Point v * width + u, (0, 0) at
+// the interior's lower corner.
+struct InteriorSamples {
+  int width = 0, height = 0;
+  std::vector<std::vector<std::pair<int, double>>> filters;
+};
+
 class FilterSystem {
  public:
   static constexpr int kMostCoefficients = 4096;
@@ -58,6 +66,10 @@ class FilterSystem {
 
   // (A^T A)^-1 A^T, columns x rows, row-major, m^-2.
   const std::vector<double>& PseudoInverse() const;
+
+  lightfield::Vec2 centre(int row) const;  // of the row's filter, m
+  // per_cell points along a cell and axis; of basis prints.
+  InteriorSamples SampleInterior(int per_cell) const;
 
   // The nearest separable system in the Frobenius norm, by alternating least squares, if it is
   // within `tolerance` of A, relative; absent too where there are more rows than columns.

@@ -18,13 +18,21 @@ constexpr double kMostMultiplications = 2e12;  // about ten minutes of one core
 
 // (A^T w A)^-1 and its right-hand side pixel by pixel. The rows' weights are scaled by their
 // largest so that small units stay inside the range of the factors.
-void SolveWeighted(const RowMatrix& a, const PixelGroup& group, const PixelImages& images) {
+// With moments kept, C = B C_0 + Y a^T E, B = 1 - Y A^T: as cov(C_0, E) = K A_rows^T for the
+// covariance K of C_0, the covariance is B K B^T + B K c Y^T + Y (B K c)^T + Y a^T Sigma a Y^T,
+// c = A_rows^T a.
+void SolveWeighted(const RowMatrix& a, const PixelGroup& group, const PixelImages& images,
+                   const MomentConstraint& kept) {
   std::vector<int> known;
   for (std::size_t r = 0; r < group.known.size(); ++r)
     if (group.known[r]) known.push_back(static_cast<int>(r));
   const RowMatrix rows = a(known, Eigen::all);
   const auto count = static_cast<Eigen::Index>(known.size()), coefficients = a.cols();
   const std::size_t total = group.pixels.size() * images.channels;
+  const Eigen::Map<const RowMatrix> integrals(kept.integrals.data(), coefficients, kept.moments),
+      step(kept.step.data(), coefficients, kept.moments),
+      measured(kept.measured.data(), count, kept.moments);
+  const RowMatrix rows_moments = rows.transpose() * measured;  // c
   core::ParallelFor(total, 16, [&](std::size_t begin, std::size_t end) {
     Eigen::VectorXd e(count), w(count);
     RowMatrix weighted(count, coefficients);
@@ -45,20 +53,29 @@ void SolveWeighted(const RowMatrix& a, const PixelGroup& group, const PixelImage
       }
       weighted = w.asDiagonal() * rows;
       const Eigen::LLT<RowMatrix> normal(rows.transpose() * weighted);
-      const Eigen::VectorXd c = normal.solve(weighted.transpose() * e);
+      Eigen::VectorXd c = normal.solve(weighted.transpose() * e);
       const RowMatrix inverse = normal.solve(RowMatrix::Identity(coefficients, coefficients));
+      Eigen::VectorXd variance = inverse.diagonal();
+      if (kept.moments > 0) {
+        c += step * (measured.transpose() * e - integrals.transpose() * c);
+        const RowMatrix k_a = inverse * integrals, k_c = inverse * rows_moments,
+                        cross = k_c - step * (integrals.transpose() * k_c),
+                        own = integrals.transpose() * k_a +
+                              measured.transpose() * w.cwiseInverse().asDiagonal() * measured;
+        variance += (step.cwiseProduct(2 * (cross - k_a) + step * own)).rowwise().sum();
+      }
       for (Eigen::Index m = 0; m < coefficients; ++m) {
         images.coefficients[m][at] = static_cast<float>(c(m));
-        images.coefficient_sigma[m][at] = static_cast<float>(least * std::sqrt(inverse(m, m)));
+        images.coefficient_sigma[m][at] = static_cast<float>(least * std::sqrt(variance(m)));
       }
     }
   });
 }
 
-PixelWeights InverseWeights(const FilterSystem& system) {
+PixelWeights InverseWeights(const FilterSystem& system, const MomentConstraint& kept) {
   PixelWeights weights;
   for (int r = 0; r < system.rows(); ++r) weights.known.push_back(r);
-  weights.weights = system.PseudoInverse();
+  weights.weights = kept.Map(system.PseudoInverse());
   weights.prior_share.assign(system.columns(), 0);
   weights.rank = system.columns();
   return weights;
@@ -68,7 +85,7 @@ PixelWeights InverseWeights(const FilterSystem& system) {
 
 IncompletePixels SolveGeneral(const FilterSystem& system,
                               std::span<const std::uint32_t* const> unknown,
-                              const PixelImages& images) {
+                              const PixelImages& images, const MomentConstraint& kept) {
   const int rows = system.rows(), columns = system.columns();
   const std::vector<double> dense = system.Dense();
   const std::vector<PixelGroup> groups = GroupPixels(unknown, images.pixels, true);
@@ -84,7 +101,7 @@ IncompletePixels SolveGeneral(const FilterSystem& system,
     const auto known = std::count(group.known.begin(), group.known.end(), true);
     if (!complete(group)) result.incomplete += group.pixels.size();
     if (complete(group) && rows == columns) {
-      ApplyWeights(InverseWeights(system), group.pixels, images);
+      ApplyWeights(InverseWeights(system, kept), group.pixels, images);
     } else if (known >= columns) {
       weighted.push_back(&group);
       multiplications += values * n * n * (n / 3 + static_cast<double>(known));
@@ -105,9 +122,9 @@ IncompletePixels SolveGeneral(const FilterSystem& system,
   for (const PixelGroup* group : weighted) {
     // Known measurements may be many and still leave a coefficient open.
     const PixelWeights weights =
-        complete(*group) ? InverseWeights(system) : MinimumNorm(dense, columns, group->known);
+        complete(*group) ? InverseWeights(system, kept) : MinimumNorm(dense, columns, group->known);
     if (weights.rank == columns)
-      SolveWeighted(a, *group, images);
+      SolveWeighted(a, *group, images, complete(*group) ? kept : MomentConstraint{});
     else
       ApplyWeights(weights, group->pixels, images);
   }
@@ -120,6 +137,13 @@ IncompletePixels SolveGeneral(const FilterSystem& system,
     if (std::find(group.known.begin(), group.known.end(), true) == group.known.end())
       FillUnknown(group.pixels, images);
   return result;
+}
+
+void SolveKeeping(const FilterSystem& system, const MomentConstraint& kept,
+                  std::span<const std::uint32_t* const> unknown, const PixelImages& images) {
+  for (const PixelGroup& group : GroupPixels(unknown, images.pixels, true))
+    if (std::find(group.known.begin(), group.known.end(), false) == group.known.end())
+      ApplyWeights(InverseWeights(system, kept), group.pixels, images);
 }
 
 }  // namespace luxfield::reconstruct

@@ -7,6 +7,7 @@
 
 #include "reconstruct/filter_system.h"
 #include "reconstruct/missing_data.h"
+#include "reconstruct/moment_constraint.h"
 #include "reconstruct/pixel_weights.h"
 
 namespace luxfield::reconstruct {
@@ -16,11 +17,16 @@ namespace luxfield::reconstruct {
 //  - more, and those known determine C: C = (A^T w A)^-1 A^T w E, sigma(C)^2 = diag (A^T w A)^-1
 //    with w = 1 / sigma^2 per pixel (Gauss-Markov);
 //  - known ones that leave C undetermined: the prior of pixel_weights.h.
+// Complete pixels have the moments of `kept`, and sigma(C) of that map.
 //   unknown[r][p] != 0   measurement r of pixel p is unknown
 // Arithmetic in double. About columns^2 multiplications a value, columns^3 / 3 with weights. Throws
 // InputError naming the count above 2e12 of them, and a sigma that is not above 0 where it weights.
 IncompletePixels SolveGeneral(const FilterSystem& system,
                               std::span<const std::uint32_t* const> unknown,
-                              const PixelImages& images);
+                              const PixelImages& images, const MomentConstraint& kept = {});
+
+// The complete pixels alone, of a square system, with those moments.
+void SolveKeeping(const FilterSystem& system, const MomentConstraint& kept,
+                  std::span<const std::uint32_t* const> unknown, const PixelImages& images);
 
 }  // namespace luxfield::reconstruct

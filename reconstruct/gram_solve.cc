@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "reconstruct/separable_product.h"
 #include "reconstruct/simd.h"
 
 namespace luxfield::reconstruct {
@@ -44,12 +45,17 @@ struct Bands {
   int count;
   std::vector<T> d, e, f;  // reciprocal diagonal, first band, second band; two zeros behind e and f
                            // end the backward sweep
+  int moments;
+  std::vector<T> integrals, correction;
 
   explicit Bands(const GramAxis& axis)
       : count(axis.count),
         d(axis.reciprocal_diagonal.begin(), axis.reciprocal_diagonal.end()),
         e(axis.first_band.begin(), axis.first_band.end()),
-        f(axis.second_band.begin(), axis.second_band.end()) {
+        f(axis.second_band.begin(), axis.second_band.end()),
+        moments(axis.moments),
+        integrals(axis.integrals.begin(), axis.integrals.end()),
+        correction(axis.correction.begin(), axis.correction.end()) {
     e.resize(count + 2);
     f.resize(count + 2);
   }
@@ -62,6 +68,24 @@ LUXFIELD_INLINE void Eliminate(const In* in, T d, T e, const T* y, T f, const T*
     out[k] = static_cast<Out>((static_cast<T>(in[k]) - e * y[k] - f * z[k]) * d);
 }
 
+// x_i += sum_k A_ik sum_n Z_nk x_n along an axis, x_i at x + i * stride.
+template <typename T>
+LUXFIELD_INLINE void CorrectMoments(const Bands<T>& axis, T* x, std::size_t stride) {
+  alignas(64) T moment[kMostMoments][kLanes] = {};
+  for (int n = 0; n < axis.count; ++n)
+    for (int k = 0; k < axis.moments; ++k) {
+      const T z = axis.correction[n * axis.moments + k];
+      const T* from = x + n * stride;
+      for (std::size_t lane = 0; lane < kLanes; ++lane) moment[k][lane] += z * from[lane];
+    }
+  for (int i = 0; i < axis.count; ++i)
+    for (int k = 0; k < axis.moments; ++k) {
+      const T a = axis.integrals[i * axis.moments + k];
+      T* to = x + i * stride;
+      for (std::size_t lane = 0; lane < kLanes; ++lane) to[lane] += a * moment[k][lane];
+    }
+}
+
 // One block of kLanes pixels: in[m] -> out[m], through `work` (count x kLanes). Loads ride on the
 // forward sweep along u, stores on the backward sweep along v.
 template <typename Storage, typename T>
@@ -71,10 +95,19 @@ LUXFIELD_INLINE void SolveBlock(const Bands<T>& u, const Bands<T>& v, const Stor
   const int width = u.count, height = v.count;
   for (int j = 0; j < height; ++j) {
     T* row = work + static_cast<std::size_t>(j) * width * kLanes;
+    if (u.moments > 0) {
+      for (int i = 0; i < width; ++i)
+        std::copy_n(in[j * width + i] + offset, kLanes, row + i * kLanes);
+      CorrectMoments(u, row, kLanes);
+    }
     for (int i = 0; i < width; ++i) {
       T* x = row + i * kLanes;
-      Eliminate(in[j * width + i] + offset, u.d[i], u.e[i], i > 0 ? x - kLanes : zero, u.f[i],
-                i > 1 ? x - 2 * kLanes : zero, x);
+      const T* before = i > 0 ? x - kLanes : zero;
+      const T* second = i > 1 ? x - 2 * kLanes : zero;
+      if (u.moments > 0)
+        Eliminate(x, u.d[i], u.e[i], before, u.f[i], second, x);
+      else
+        Eliminate(in[j * width + i] + offset, u.d[i], u.e[i], before, u.f[i], second, x);
     }
     for (int i = width - 1; i >= 0; --i) {
       T* x = row + i * kLanes;
@@ -85,6 +118,7 @@ LUXFIELD_INLINE void SolveBlock(const Bands<T>& u, const Bands<T>& v, const Stor
   const std::size_t stride = static_cast<std::size_t>(width) * kLanes;
   for (int i = 0; i < width; ++i) {
     T* column = work + i * kLanes;
+    if (v.moments > 0) CorrectMoments(v, column, stride);
     for (int j = 0; j < height; ++j) {
       T* x = column + j * stride;
       Eliminate(x, v.d[j], v.e[j], j > 0 ? x - stride : zero, v.f[j], j > 1 ? x - 2 * stride : zero,
@@ -145,6 +179,7 @@ GramAxis GramAxis::Factor(std::vector<double> gram, int count, const std::string
   const RowMatrix l = cholesky.matrixL();
   const RowMatrix inverse = cholesky.solve(RowMatrix::Identity(count, count));
   result.inverse.assign(inverse.data(), inverse.data() + inverse.size());
+  result.map = result.inverse;
   for (int i = 0; i < count; ++i) {
     result.reciprocal_diagonal.push_back(1 / l(i, i));
     result.first_band.push_back(i > 0 ? l(i, i - 1) : 0);
@@ -154,17 +189,44 @@ GramAxis GramAxis::Factor(std::vector<double> gram, int count, const std::string
   return result;
 }
 
+void GramAxis::KeepMoments(const AxisMoments& kept) {
+  moments = kept.moments;
+  integrals = kept.integrals;
+  correction.clear();
+  map = inverse;
+  if (moments == 0) return;
+  if (moments > std::min(count, kMostMoments) || kept.count != count)
+    throw InputError(fmt::format("{} filters along an axis cannot keep {} moments of {} filters",
+                                 count, moments, kept.count));
+  const Eigen::Map<const RowMatrix> g_inverse(inverse.data(), count, count),
+      a(integrals.data(), count, moments), measured(kept.measured.data(), count, moments);
+  const RowMatrix x = g_inverse * a, s = a.transpose() * x;
+  const RowMatrix z = s.ldlt().solve((measured - x).transpose()).transpose();
+  correction.assign(z.data(), z.data() + z.size());
+  Eigen::Map<RowMatrix>(map.data(), count, count) += x * z.transpose();
+}
+
 double GramAxis::noise_gain() const {
   double sum = 0;
-  for (const double x : inverse) sum += x * x;
+  for (const double x : map) sum += x * x;
   return std::sqrt(sum / count);
 }
 
-GramSolver::GramSolver(const lightfield::BasisGrid& grid)
+double GramAxis::worst_gain() const {
+  if (moments == 0) return 1 / smallest_eigenvalue;
+  const Eigen::Map<const RowMatrix> r(map.data(), count, count);
+  return std::sqrt(
+      Eigen::SelfAdjointEigenSolver<RowMatrix>(r.transpose() * r).eigenvalues()(count - 1));
+}
+
+GramSolver::GramSolver(const lightfield::BasisGrid& grid, KeptMoments kept)
     : GramSolver(GramAxis::Factor(lightfield::GramMatrix(grid.basis, grid.width, grid.spacing_m),
                                   grid.width, "u"),
                  GramAxis::Factor(lightfield::GramMatrix(grid.basis, grid.height, grid.spacing_m),
-                                  grid.height, "v")) {}
+                                  grid.height, "v")) {
+  u_.KeepMoments(MomentsAlong(grid.basis, grid.width, grid.spacing_m, kept.u));
+  v_.KeepMoments(MomentsAlong(grid.basis, grid.height, grid.spacing_m, kept.v));
+}
 
 GramSolver::GramSolver(GramAxis u, GramAxis v) : u_(std::move(u)), v_(std::move(v)) {
   if (!(condition() <= kLargestCondition))
@@ -209,6 +271,32 @@ template void GramSolver::Solve<float, double>(const float* const*, float* const
                                                std::size_t) const;
 template void GramSolver::Solve<double, double>(const double* const*, double* const*,
                                                 std::size_t) const;
+
+void GramSolver::SolveTransposed(const double* const* coefficient_weights, double* const* weights,
+                                 std::size_t pixels) const {
+  using Product = SeparableProduct<double>;
+  const auto transposed = [](const GramAxis& axis) {
+    std::vector<double> result(axis.map.size());
+    for (int i = 0; i < axis.count; ++i)
+      for (int m = 0; m < axis.count; ++m)
+        result[m * axis.count + i] = axis.map[i * axis.count + m];
+    return result;
+  };
+  const Product product(transposed(u_), u_.count, u_.count, transposed(v_), v_.count, v_.count);
+  const std::size_t images = static_cast<std::size_t>(count());
+  core::ParallelFor(pixels, 8 * Product::kLanes, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> in(product.input_size()), scratch(product.scratch_size()),
+        out(product.output_size());
+    for (std::size_t first = begin; first < end; first += Product::kLanes) {
+      const std::size_t lanes = std::min(Product::kLanes, end - first);
+      for (std::size_t m = 0; m < images; ++m)
+        std::copy_n(coefficient_weights[m] + first, lanes, in.data() + m * Product::kLanes);
+      product.Apply(in.data(), scratch.data(), out.data());
+      for (std::size_t m = 0; m < images; ++m)
+        std::copy_n(out.data() + m * Product::kLanes, lanes, weights[m] + first);
+    }
+  });
+}
 
 void GramSolver::Forward(const double* coefficients, double* irradiance) const {
   const Eigen::Map<const RowMatrix> gu(u_.gram.data(), u_.count, u_.count),

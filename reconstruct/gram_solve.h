@@ -4,7 +4,10 @@
 //   pixel)
 //
 // G_u (W x W) and G_v (H x H) are the 1-D Gram matrices in metres, banded with bandwidth n - 1 <=
-// 2, so two banded Cholesky solves take O(W H) per pixel instead of O(W^2 H^2).
+// 2, so two banded Cholesky solves take O(W H) per pixel instead of O(W^2 H^2). Where moments are
+// kept (kept_moments.h) R takes the place of G^-1, as a correction of E before the same sweeps:
+//
+//   R = G^-1 (1 + A Z^T),   Z = (a - X) S^-1
 #pragma once
 
 #include <cstddef>
@@ -12,6 +15,7 @@
 #include <vector>
 
 #include "lightfield/basis.h"
+#include "reconstruct/kept_moments.h"
 
 namespace luxfield::reconstruct {
 
@@ -25,22 +29,30 @@ struct GramAxis {
   std::vector<double> inverse;  // count x count, row-major, 1/m
   // Cholesky G = L L^T: 1 / L[i][i], L[i][i-1], L[i][i-2] (0 where there is no such entry).
   std::vector<double> reciprocal_diagonal, first_band, second_band;
-  double smallest_eigenvalue = 0, largest_eigenvalue = 0;  // m
+  double smallest_eigenvalue = 0, largest_eigenvalue = 0;  // of G, m
+  int moments = 0;                                         // that are kept
+  std::vector<double> integrals;                           // A, count x moments, row-major, m
+  std::vector<double> correction;                          // Z, count x moments, row-major, 1/m
+  std::vector<double> map;  // R, count x count, row-major, 1/m: `inverse` if none are kept
 
   // Factorises a symmetric count x count matrix of bandwidth <= 2. Throws InputError naming the
   // axis, and the two filters where two sit in one place, if it is not symmetric, wider than its
   // band, not finite or singular (eigenvalue ratio above kLargestCondition).
   static GramAxis Factor(std::vector<double> gram, int count, const std::string& axis);
 
+  // Lets the map keep those moments; they replace any that it kept. InputError if the filters
+  // cannot hold them.
+  void KeepMoments(const AxisMoments& kept);
+
   double condition() const { return largest_eigenvalue / smallest_eigenvalue; }
-  // RMS over rows of the Euclidean norm of the inverse's row, 1/m: what white noise is multiplied
-  // by.
+  // RMS over rows of the Euclidean norm of the map's row, 1/m: what white noise is multiplied by.
   double noise_gain() const;
+  double worst_gain() const;  // the map's largest singular value, 1/m
 };
 
 class GramSolver {
  public:
-  explicit GramSolver(const lightfield::BasisGrid& grid);
+  explicit GramSolver(const lightfield::BasisGrid& grid, KeptMoments kept = {});
   // Throws InputError with the condition numbers where their product is above kLargestCondition.
   GramSolver(GramAxis u, GramAxis v);
 
@@ -53,7 +65,7 @@ class GramSolver {
   // of THEORY.md 4 (10.7 for bspline2 on 11 x 9).
   double noise_gain() const { return u_.noise_gain() * v_.noise_gain(); }
   // The same for the worst (alternating) systematic error.
-  double worst_gain() const { return 1 / (u_.smallest_eigenvalue * v_.smallest_eigenvalue); }
+  double worst_gain() const { return u_.worst_gain() * v_.worst_gain(); }
 
   // Solves for `pixels` pixels (all channels alike): irradiance[m][p] -> coefficients[m][p], m = j
   // * W + i. coefficients[m] may be irradiance[m]. Arithmetic and factors are in Work; <float,
@@ -63,6 +75,11 @@ class GramSolver {
   template <typename Storage, typename Work>
   void Solve(const Storage* const* irradiance, Storage* const* coefficients,
              std::size_t pixels) const;
+
+  // weights[m][p] = sum over n of (R_v (x) R_u)_nm coefficient_weights[n][p], in double: what the
+  // weights of coefficients are as weights of irradiances.
+  void SolveTransposed(const double* const* coefficient_weights, double* const* weights,
+                       std::size_t pixels) const;
 
   // The forward model E = G_u C G_v^T of one pixel, in double; both have count() entries.
   void Forward(const double* coefficients, double* irradiance) const;

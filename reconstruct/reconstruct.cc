@@ -10,6 +10,7 @@
 #include "reconstruct/filter_system.h"
 #include "reconstruct/general_solve.h"
 #include "reconstruct/gram_solve.h"
+#include "reconstruct/moment_constraint.h"
 #include "reconstruct/separable_product.h"
 
 namespace luxfield::reconstruct {
@@ -76,15 +77,15 @@ struct Pointers {
   }
 };
 
-// sigma(C) of complete pixels: variances through the squared inverse matrices.
+// sigma(C) of complete pixels: variances through the squared maps.
 void PropagateSigma(const GramSolver& solver, const Pointers& images, std::size_t values) {
   using Product = SeparableProduct<float>;
   const int width = solver.u().count, height = solver.v().count;
   // Scaled by h^2-like factors so that squares of very small or large physical values stay inside
   // float32's range: the largest sigma of each block of pixels becomes 1.
   std::vector<double> squared_u, squared_v;
-  for (const double x : solver.u().inverse) squared_u.push_back(x * x);
-  for (const double x : solver.v().inverse) squared_v.push_back(x * x);
+  for (const double x : solver.u().map) squared_u.push_back(x * x);
+  for (const double x : solver.v().map) squared_v.push_back(x * x);
   double scale_u = 0, scale_v = 0;
   for (const double x : squared_u) scale_u = std::max(scale_u, x);
   for (const double x : squared_v) scale_v = std::max(scale_v, x);
@@ -140,7 +141,8 @@ bool IsDisplaced(const Measurements& measurements) {
 
 void SolveBasis(const lightfield::LuminaireGeometry& geometry, const ReconstructOptions& options,
                 const Pointers& images, Reconstruction* result) {
-  const GramSolver solver(geometry.grid);
+  result->report.kept = MomentsToKeep(geometry.grid, options.keep, *result->report.edges);
+  const GramSolver solver(geometry.grid, result->report.kept);
   const std::size_t values = geometry.plane_size() * geometry.channels;
   const double h2 = geometry.grid.spacing_m * geometry.grid.spacing_m;
   result->report.solve = "gram";
@@ -154,6 +156,21 @@ void SolveBasis(const lightfield::LuminaireGeometry& geometry, const Reconstruct
   PropagateSigma(solver, images, values);
   result->report.incomplete =
       SolveIncomplete(GramSystem(solver), images.unknown, images.Images(geometry));
+}
+
+// Root mean square over the known texels of every row's sigma.
+std::vector<double> NoiseOfRows(const Pointers& images, std::size_t values, std::size_t texels) {
+  std::vector<double> noise;
+  for (std::size_t r = 0; r < images.sigma.size(); ++r) {
+    double squares = 0, count = 0;
+    for (std::size_t k = 0; k < values; ++k)
+      if (!images.unknown[r][k % texels]) {
+        squares += double{images.sigma[r][k]} * images.sigma[r][k];
+        ++count;
+      }
+    noise.push_back(count > 0 ? std::sqrt(squares / count) : 0);
+  }
+  return noise;
 }
 
 void SolveForwardModel(std::span<const Measurements> all, const ReconstructOptions& options,
@@ -171,17 +188,25 @@ void SolveForwardModel(std::span<const Measurements> all, const ReconstructOptio
   result->report.noise_gain = system.noise_gain() * h2;
   result->report.worst_gain = system.worst_gain() * h2;
   if (options.filter) result->report.filter_noise = system.matrix_noise();
+  MomentConstraint kept;
+  if (result->report.edges)
+    kept = ConstrainMoments(
+        system, grid, MomentsToKeep(grid, options.keep, *result->report.edges),
+        NoiseOfRows(images, geometry.plane_size() * geometry.channels, geometry.plane_size()));
+  result->report.kept = {(kept.moments + 1) / 2, (kept.moments + 1) / 2};
+  if (kept.moments > 0) result->report.moment_residual = kept.residual;
+  const PixelImages pixels = images.Images(geometry);
   if (const auto separable = system.Separable(options.separable_tolerance)) {
     result->report.solve = "separable";
-    result->report.incomplete =
-        SolveIncomplete(*separable, images.unknown, images.Images(geometry), true);
+    result->report.incomplete = SolveIncomplete(*separable, images.unknown, pixels, true);
+    if (kept.moments > 0) SolveKeeping(system, kept, images.unknown, pixels);
   } else {
     result->report.solve = "general";
-    result->report.incomplete = SolveGeneral(system, images.unknown, images.Images(geometry));
+    result->report.incomplete = SolveGeneral(system, images.unknown, pixels, kept);
   }
   if (options.regularise)
     result->report.regularisation =
-        Regularise(system, grid, options.lambda, images.unknown, images.Images(geometry));
+        Regularise(system, grid, options.lambda, images.unknown, pixels, kept);
 }
 
 void SolveDual(const Measurements& measurements, const Pointers& all, Reconstruction* result) {
@@ -254,6 +279,10 @@ Reconstruction Reconstruct(std::span<const Measurements> all, const ReconstructO
   for (int m = 0; m < geometry.grid.count(); ++m) {
     images.coefficients.push_back(result.coefficients.image(m, 0).data());
     images.coefficient_sigma.push_back(result.sigma.image(m, 0).data());
+  }
+  if (all[0].filter == FilterKind::kBasis) {
+    result.report.edges = FindEdgeLight(all);
+    result.report.warnings = EdgeWarnings(*result.report.edges, geometry.grid);
   }
   if (all.size() > 1 || options.filter || options.regularise || IsDisplaced(all[0]))
     SolveForwardModel(all, options, images, &result);

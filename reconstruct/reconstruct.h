@@ -9,6 +9,7 @@
 #include "lightfield/light_field.h"
 #include "lightfield/measured_filter.h"
 #include "lightfield/measurements.h"
+#include "reconstruct/kept_moments.h"
 #include "reconstruct/report.h"
 
 namespace luxfield::reconstruct {
@@ -26,12 +27,15 @@ struct ReconstructOptions {
   // Smoother C at the price of a bias that the report states (regularise.h).
   bool regularise = false;
   std::optional<double> lambda{};  // absent: the one of least estimated error
+  // What the solution has of the measurements without projection, where the lamp lies inside the
+  // grid and the filters can tell (kept_moments.h, edge_light.h); kNone: least squares alone.
+  Keep keep = Keep::kMoments;
 };
 
 struct Reconstruction {
   lightfield::LightField coefficients;  // C, W sr^-1 m^-4 (or lm, or relative)
   // Standard deviation of C, propagated from the measurements' sigma as independent between
-  // positions: per pixel sum over mn of (G^-1)^2 sigma_mn^2. It belongs to the least-squares
+  // positions: per pixel sum over mn of R^2 sigma_mn^2, R the map that made C of E. It belongs to the least-squares
   // solution also where C >= 0 was asked for, and knows nothing of a regularisation's bias. Where
   // positions were unknown it holds the variance of the prior as well
   // (reconstruct/pixel_weights.h).
@@ -42,7 +46,7 @@ struct Reconstruction {
   ReconstructionReport report;
 };
 
-// `basis` filters at their places: the Gram solve. `dual` filters at theirs: C_ij = E_ij / h^2
+// `basis` filters at their places: the Gram solve, with the moments that are kept. `dual` filters at theirs: C_ij = E_ij / h^2
 // (THEORY.md 3), no solve, and unknown values stay unknown. Measured filters, displaced positions,
 // several measurements of one geometry or a regularisation: the forward model <Phi*_r, Phi_m>
 // (filter_system.h), by its separable factors where it has them, in double.

@@ -106,25 +106,49 @@ struct Moments {
   }
 };
 
+// What moments that are kept do to the modes: P' = T' diag(f) W^T + L, T' = (1 - Y A^T) T.
+struct KeptModes {
+  MatrixXd t, lift;  // T', L = Y a^T
+
+  KeptModes(const Modes& modes, const MomentConstraint& kept, double h2) : t(modes.t) {
+    const Index count = t.rows();
+    lift = MatrixXd::Zero(count, count);
+    if (kept.moments == 0) return;
+    const Eigen::Map<const RowMatrix> integrals(kept.integrals.data(), count, kept.moments),
+        step(kept.step.data(), count, kept.moments),
+        measured(kept.measured.data(), count, kept.moments);
+    t -= step * (integrals.transpose() * modes.t);
+    lift = h2 * (step * measured.transpose());  // of E / h^2
+  }
+};
+
 // Mean squares over coefficients of what factors f of the modes do, in O(N^2).
 class Errors {
  public:
-  Errors(const Modes& modes, const Moments& moments) {
-    const MatrixXd overlap = modes.t.transpose() * modes.t / static_cast<double>(modes.t.rows());
+  Errors(const Modes& modes, const KeptModes& kept, const Moments& moments) {
+    const auto count = static_cast<double>(modes.t.rows());
+    const MatrixXd overlap = kept.t.transpose() * kept.t / count;
     const MatrixXd noise = modes.w.transpose() * moments.noise.asDiagonal() * modes.w;
+    const MatrixXd light = modes.w.transpose() * moments.square * modes.w - noise;
     noise_ = noise.cwiseProduct(overlap);
-    signal_ = (modes.w.transpose() * moments.square * modes.w - noise).cwiseProduct(overlap);
+    light_ = light.cwiseProduct(overlap);
+    signal_ = light.cwiseProduct(modes.t.transpose() * modes.t / count).sum();
+    const MatrixXd noisy_lift = kept.lift * moments.noise.asDiagonal();
+    crossed_ = 2 / count * (kept.t.transpose() * (noisy_lift * modes.w)).diagonal();
+    lifted_ = noisy_lift.cwiseProduct(kept.lift).sum() / count;
   }
 
-  double Noise(const VectorXd& f) const { return f.dot(noise_ * f); }
+  double Noise(const VectorXd& f) const { return f.dot(noise_ * f) + crossed_.dot(f) + lifted_; }
   double Bias(const VectorXd& f) const {  // may come out below 0: it is an estimate
     const VectorXd lost = f.array() - 1;
-    return lost.dot(signal_ * lost);
+    return lost.dot(light_ * lost);
   }
-  double Signal() const { return signal_.sum(); }
+  double Signal() const { return signal_; }
 
  private:
-  MatrixXd noise_, signal_;
+  MatrixXd noise_, light_;
+  VectorXd crossed_;
+  double signal_ = 0, lifted_ = 0;
 };
 
 double LambdaOfLeastError(const Modes& modes, const Errors& errors) {
@@ -156,7 +180,7 @@ void CheckCost(int columns, std::size_t values) {
 RegularisationSummary Regularise(const FilterSystem& system, const lightfield::BasisGrid& grid,
                                  std::optional<double> lambda,
                                  std::span<const std::uint32_t* const> unknown,
-                                 const PixelImages& images) {
+                                 const PixelImages& images, const MomentConstraint& kept) {
   if (lambda && !(*lambda > 0 && std::isfinite(*lambda)))
     throw InputError(fmt::format(
         "--regularise {}: lambda must be above 0; leave the option out for none", *lambda));
@@ -180,7 +204,8 @@ RegularisationSummary Regularise(const FilterSystem& system, const lightfield::B
   const MatrixXd a = Eigen::Map<const RowMatrix>(dense.data(), count, count) / h2;
   const Modes modes(a, Roughness(grid));
   const Moments moments(texels, h2, images);
-  const Errors errors(modes, moments);
+  const KeptModes kept_modes(modes, kept, h2);
+  const Errors errors(modes, kept_modes, moments);
   const double signal = errors.Signal();
   if (!(signal > 0))
     throw InputError(
@@ -197,15 +222,16 @@ RegularisationSummary Regularise(const FilterSystem& system, const lightfield::B
   summary.noise = relative(errors.Noise(f));
   summary.bias = relative(errors.Bias(f));
   const VectorXd flux = modes.t.colwise().sum().transpose(),
+                 kept_flux = kept_modes.t.colwise().sum().transpose(),
                  light = modes.w.transpose() * moments.mean;
-  summary.flux_bias = flux.cwiseProduct(lost).dot(light) / flux.dot(light);
-  const MatrixXd bias = modes.t * lost.asDiagonal() * modes.w.transpose() * a;
+  summary.flux_bias = kept_flux.cwiseProduct(lost).dot(light) / flux.dot(light);
+  const MatrixXd bias = kept_modes.t * lost.asDiagonal() * modes.w.transpose() * a;
   summary.worst_bias = std::sqrt(std::max(
       0.0, Eigen::SelfAdjointEigenSolver<MatrixXd>(bias.transpose() * bias, Eigen::EigenvaluesOnly)
                .eigenvalues()
                .maxCoeff()));
 
-  const RowMatrix p = modes.t * f.asDiagonal() * modes.w.transpose();
+  const RowMatrix p = kept_modes.t * f.asDiagonal() * modes.w.transpose() + kept_modes.lift;
   summary.noise_gain = p.norm() / std::sqrt(static_cast<double>(count));
   PixelWeights weights;
   for (int r = 0; r < system.rows(); ++r) weights.known.push_back(r);

@@ -15,13 +15,17 @@
 // is an unbiased estimate of the bias squared, and with |P noise|^2 of the error (Stein 1981); the
 // lambda of least error is where that is smallest. By the generalised singular vectors A T = W,
 // D T orthogonal, W orthonormal, P = T diag(1 / (1 + lambda^2 gamma)) W^T.
+//
+// Moments that the plain solution keeps (moment_constraint.h) are given to the smooth one as well,
+// P' = (1 - Y A^T) P + Y a^T; its bias against the plain one that keeps them is (1 - Y A^T)(R - 1)
+// C.
 #pragma once
 
 #include <optional>
 #include <span>
 
 #include "lightfield/basis.h"
-#include "reconstruct/filter_system.h"
+#include "reconstruct/moment_constraint.h"
 #include "reconstruct/pixel_weights.h"
 
 namespace luxfield::reconstruct {
@@ -48,6 +52,6 @@ struct RegularisationSummary {
 RegularisationSummary Regularise(const FilterSystem& system, const lightfield::BasisGrid& grid,
                                  std::optional<double> lambda,
                                  std::span<const std::uint32_t* const> unknown,
-                                 const PixelImages& images);
+                                 const PixelImages& images, const MomentConstraint& kept = {});
 
 }  // namespace luxfield::reconstruct

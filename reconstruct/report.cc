@@ -53,6 +53,11 @@ nlohmann::json ToJson(const ReconstructionReport& report) {
                         {"saturated", report.saturated},
                         {"too_dark", report.too_dark},
                         {"defect", report.defect}}}};
+  const char* const kept[] = {"none", "flux", "moments"};
+  json["kept"] = {{"u", kept[report.kept.u]}, {"v", kept[report.kept.v]}};
+  if (report.moment_residual) json["moment_residual"] = *report.moment_residual;
+  if (report.edges) json["edges"] = ToJson(*report.edges);
+  json["warnings"] = report.warnings;
   if (report.filter_noise) json["filter_noise"] = *report.filter_noise;
   if (report.non_negative)
     json["non_negative"] = {{"pixels", report.non_negative->pixels},

@@ -6,9 +6,11 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "lightfield/light_field.h"
 #include "lightfield/measurements.h"
+#include "reconstruct/edge_light.h"
 #include "reconstruct/gram_solve.h"
 #include "reconstruct/missing_data.h"
 #include "reconstruct/non_negative.h"
@@ -36,6 +38,12 @@ struct ReconstructionReport {
   double worst_gain = 0;               // of the worst mode, in units of 1 / h^2
   std::optional<double> filter_noise;  // relative, of the system (FilterSystem::matrix_noise)
   IncompletePixels incomplete;         // texels
+  KeptMoments kept;
+  // Of the forward model: how far the flux of a point of light may be off where it is kept, rms over
+  // the interior cells, relative (MomentConstraint::residual).
+  std::optional<double> moment_residual;
+  std::optional<EdgeLight> edges;     // absent: dual filters, whose sum is no flux density
+  std::vector<std::string> warnings;  // a sentence each
   // Texels x positions that carry each flag.
   std::size_t off_sensor = 0, saturated = 0, too_dark = 0, defect = 0;
   std::optional<NonNegativeSummary> non_negative;

@@ -117,6 +117,16 @@ TEST(CommandLine, WrongArgumentsExitTwoWithOneLine) {
   }
 }
 
+TEST(CommandLine, ReconstructNamesWhatItCanKeep) {
+  const auto folder = FreshFolder("keep");
+  const Outcome outcome =
+      RunLuxfield({"reconstruct", "x.meas.exr", "-o", "x.lf.exr", "--keep", "energy"}, folder);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("--keep 'energy'"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("moments, flux or none"), std::string::npos) << outcome.err;
+  std::filesystem::remove_all(folder);
+}
+
 // Every verb that reads a file, given files that are not what it wants.
 struct Reader {
   std::string name;

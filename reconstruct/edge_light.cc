@@ -1,0 +1,119 @@
+#include "reconstruct/edge_light.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace luxfield::reconstruct {
+
+using lightfield::BasisGrid;
+using lightfield::BasisKind;
+using lightfield::Measurements;
+
+std::optional<double> LargestEdgeRatio(const lightfield::Basis& basis) {
+  switch (basis.kind) {
+    case BasisKind::kBspline2:
+      return 0.35;
+    case BasisKind::kBilinear:
+      return 0.5;
+    case BasisKind::kBox:
+    case BasisKind::kQuadratic:
+      return {};
+  }
+  return {};
+}
+
+EdgeLight FindEdgeLight(const BasisGrid& grid, std::span<const double> light,
+                        std::span<const double> variance) {
+  constexpr double kSigmas = 3, kLeastShare = 1e-3;
+  struct Row {
+    double light = 0, variance = 0;
+  };
+  std::vector<Row> columns(grid.width), rows(grid.height);
+  double whole = 0;
+  for (int m = 0; m < grid.count(); ++m)
+    for (Row* row : {&columns[m % grid.width], &rows[m / grid.width]}) {
+      row->light += light[m];
+      row->variance += variance[m];
+    }
+  for (const Row& row : rows) whole += row.light;
+
+  const auto limit = LargestEdgeRatio(grid.basis);
+  const auto side = [&](const char* name, const std::vector<Row>& across, bool last) {
+    EdgeSide result{name};
+    const auto count = across.size();
+    if (count < 2) return result;
+    const Row &outer = across[last ? count - 1 : 0], &next = across[last ? count - 2 : 1];
+    if (next.light > 0) result.ratio = outer.light / next.light;
+    if (whole > 0) result.share = outer.light / whole;
+    if (!limit || count < static_cast<std::size_t>(grid.basis.cells)) return result;
+    const double sigma = std::sqrt(outer.variance + *limit * *limit * next.variance);
+    result.reached = result.share > kLeastShare &&
+                     outer.light - *limit * std::max(next.light, 0.0) > kSigmas * sigma;
+    return result;
+  };
+  EdgeLight edges;
+  edges.sides = {side("-u", columns, false), side("+u", columns, true), side("-v", rows, false),
+                 side("+v", rows, true)};
+  return edges;
+}
+
+EdgeLight FindEdgeLight(std::span<const Measurements> measurements) {
+  const auto& geometry = measurements.front().geometry;
+  const std::size_t texels = geometry.plane_size();
+  std::vector<char> known(texels, 1);
+  for (const Measurements& one : measurements)
+    for (const auto& position : one.positions)
+      for (std::size_t p = 0; p < texels; ++p)
+        known[p] &= !(position.mask[p] & lightfield::kUnknownMask);
+  const auto count = static_cast<std::size_t>(geometry.grid.count());
+  std::vector<double> light(count), variance(count);
+  double sum = 0;
+  for (const Measurements& one : measurements)
+    for (std::size_t m = 0; m < count; ++m) {
+      const auto& position = one.positions[m];
+      for (int channel = 0; channel < geometry.channels; ++channel)
+        for (std::size_t p = 0; p < texels; ++p) {
+          if (!known[p]) continue;
+          const double e = position.irradiance[channel * texels + p],
+                       sigma = position.sigma[channel * texels + p];
+          light[m] += e;
+          variance[m] += sigma * sigma;
+          sum += e;
+        }
+    }
+  EdgeLight edges = FindEdgeLight(geometry.grid, light, variance);
+  edges.measured_flux = sum * geometry.lattice.texel_area_m2() /
+                        (geometry.channels * static_cast<double>(measurements.size()));
+  return edges;
+}
+
+KeptMoments MomentsToKeep(const BasisGrid& grid, Keep keep, const EdgeLight& edges) {
+  return {edges.reached_u() ? 0 : MomentsOfAxis(grid.basis, grid.width, keep),
+          edges.reached_v() ? 0 : MomentsOfAxis(grid.basis, grid.height, keep)};
+}
+
+std::vector<std::string> EdgeWarnings(const EdgeLight& edges, const BasisGrid& grid) {
+  std::vector<std::string> warnings;
+  for (const EdgeSide& side : edges.sides)
+    if (side.reached)
+      warnings.push_back(fmt::format(
+          "light reaches the outer filters on the side {} ({:.3g} of what the row next to them "
+          "sees, at most {:.2g} of a lamp that lies inside): what leaves beyond them is not "
+          "measured, the flux is a lower bound; add positions of the filter on that side",
+          side.name, side.ratio, LargestEdgeRatio(grid.basis).value_or(0)));
+  return warnings;
+}
+
+nlohmann::json ToJson(const EdgeLight& edges) {
+  nlohmann::json sides = nlohmann::json::array();
+  for (const EdgeSide& side : edges.sides)
+    sides.push_back({{"side", side.name},
+                     {"ratio", side.ratio},
+                     {"share", side.share},
+                     {"reached", side.reached}});
+  return {{"sides", sides}, {"measured_flux", edges.measured_flux}};
+}
+
+}  // namespace luxfield::reconstruct
