@@ -1,5 +1,5 @@
-// luxfield sky -o X.exr, luxfield sky --day -o FOLDER: the sun and the clear sky as environment
-// maps.
+// luxfield sky -o X.exr, luxfield sky --day -o FOLDER: the sun and the sky, clear or with
+// clouds, as environment maps.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -22,6 +22,7 @@ struct Options {
   std::string output, date, time = "12:00", layout = "latitude-longitude", unit = "cd/m2",
                             format = "exr";
   double latitude_deg = 0, longitude_deg = 0, utc_offset_h = 0, turbidity = 2.5, albedo = 0.2;
+  lightfield::CloudOptions clouds;
   int height = 512, frames = 67;
   bool day = false;
 };
@@ -34,7 +35,10 @@ struct Frame {
 
 Frame MakeFrame(const Options& options, lightfield::UtcTime when) {
   const auto sun = lightfield::FindSun({options.latitude_deg, options.longitude_deg}, when);
-  return {when, sun, lightfield::SunSky(sun, options.turbidity, options.albedo)};
+  if (options.clouds.cover == 0)
+    return {when, sun, lightfield::SunSky(sun, options.turbidity, options.albedo)};
+  return {when, sun,
+          lightfield::SunSky(sun, options.turbidity, options.albedo, options.clouds, when)};
 }
 
 lightfield::EnvironmentLayout Layout(const Options& options) {
@@ -57,6 +61,14 @@ void WriteFrame(const std::filesystem::path& path, const Options& options, const
   attributes["luxfield:longitude_deg"] = options.longitude_deg;
   attributes["luxfield:turbidity"] = options.turbidity;
   attributes["luxfield:ground_albedo"] = options.albedo;
+  if (const auto& clouds = options.clouds; clouds.cover > 0) {
+    attributes["luxfield:clouds"] = clouds.cover;
+    attributes["luxfield:cloud_seed"] = double(clouds.seed);
+    attributes["luxfield:wind_m_s"] = clouds.wind_m_s;
+    attributes["luxfield:wind_from_deg"] = clouds.wind_from_deg;
+    attributes["luxfield:cloud_altitude_m"] = clouds.altitude_m;
+    attributes["luxfield:cloud_thickness"] = clouds.optical_thickness;
+  }
   attributes["luxfield:sun_elevation_deg"] = frame.sun.apparent_elevation_deg;
   attributes["luxfield:sun_azimuth_deg"] = frame.sun.azimuth_deg;
   if (path.extension() != ".hdr")
@@ -76,7 +88,16 @@ core::Json ToJson(const Frame& frame) {
           {"sun_radiance_cd_m2", frame.sky.sun_radiance()},
           {"direct_normal_lx", core::Luminance(frame.sky.direct_normal())},
           {"diffuse_horizontal_lx", core::Luminance(frame.sky.diffuse_horizontal())},
-          {"global_horizontal_lx", core::Luminance(frame.sky.global_horizontal())}};
+          {"global_horizontal_lx", core::Luminance(frame.sky.global_horizontal())},
+          {"region_horizontal_lx", core::Luminance(frame.sky.region_horizontal())},
+          {"cloud_cover", frame.sky.cloud_cover()}};
+}
+
+std::string CloudText(const Options& options) {
+  const auto& clouds = options.clouds;
+  if (clouds.cover == 0) return "";
+  return fmt::format(", clouds over {:.0f} % at {:.0f} m (seed {})", 100 * clouds.cover,
+                     clouds.altitude_m, clouds.seed);
 }
 
 core::Json MakeOne(const Options& options, std::chrono::sys_days date) {
@@ -85,8 +106,8 @@ core::Json MakeOne(const Options& options, std::chrono::sys_days date) {
       MakeFrame(options, date + lightfield::ParseTimeOfDay(options.time, "--time") - offset);
   WriteFrame(options.output, options, frame);
   const core::Json json = ToJson(frame);
-  fmt::print("{}: sun and sky at {}, turbidity {}\n", options.output,
-             lightfield::FormatUtc(frame.when), options.turbidity);
+  fmt::print("{}: sun and sky at {}, turbidity {}{}\n", options.output,
+             lightfield::FormatUtc(frame.when), options.turbidity, CloudText(options));
   fmt::print(
       "  sun          {:.3f} degrees above the horizon, {:.3f} east of north; disc of {:.3f} "
       "degrees, {:.4g} cd/m2\n",
@@ -96,6 +117,10 @@ core::Json MakeOne(const Options& options, std::chrono::sys_days date) {
       "  illuminance  sun {:.0f} lx (facing it); sky {:.0f} lx, both {:.0f} lx (facing up)\n",
       json["direct_normal_lx"].get<double>(), json["diffuse_horizontal_lx"].get<double>(),
       json["global_horizontal_lx"].get<double>());
+  if (options.clouds.cover > 0)
+    fmt::print(
+        "  clouds       over {:.1f} % of the sky; {:.0f} lx on the ground around, on average\n",
+        100 * frame.sky.cloud_cover(), json["region_horizontal_lx"].get<double>());
   return json;
 }
 
@@ -122,9 +147,9 @@ core::Json MakeDay(const Options& options, std::chrono::sys_days date) {
     frames.push_back(ToJson(frame));
     progress.Advance();
   }
-  fmt::print("{}: {} frames of the sky, {} to {}, every {:.0f} s, turbidity {}\n", folder.string(),
-             options.frames, lightfield::FormatUtc(daylight.begin),
-             lightfield::FormatUtc(daylight.end), step_s, options.turbidity);
+  fmt::print("{}: {} frames of the sky, {} to {}, every {:.0f} s, turbidity {}{}\n",
+             folder.string(), options.frames, lightfield::FormatUtc(daylight.begin),
+             lightfield::FormatUtc(daylight.end), step_s, options.turbidity, CloudText(options));
   return {{"frames", frames}, {"step_s", step_s}};
 }
 
@@ -142,8 +167,8 @@ void AddSky(Program& program) {
   auto options = std::make_shared<Options>();
   CLI::App& verb = program.AddVerb(
       "sky",
-      "The sun and the clear sky of a place and time as an environment map, or of a day as "
-      "a sequence",
+      "The sun and the sky, clear or with clouds, of a place and time as an environment map, or of "
+      "a day as a sequence",
       [options] { return Run(*options); });
   verb.add_option("-o,--output", options->output,
                   "The .exr (FLOAT) or .hdr (to 1/256) to write; with --day a new folder")
@@ -164,6 +189,15 @@ void AddSky(Program& program) {
   verb.add_option("--turbidity", options->turbidity,
                   "1 to 10: 1 no haze, 2 very clear, 3 clear, 6 hazy");
   verb.add_option("--ground-albedo", options->albedo, "0 to 1, of the ground below the horizon");
+  verb.add_option("--clouds", options->clouds.cover, "Share of the sky that is cloud, 0 to 1")
+      ->check(CLI::Range(0.0, 1.0));
+  verb.add_option("--cloud-seed", options->clouds.seed, "Which clouds");
+  verb.add_option("--cloud-altitude", options->clouds.altitude_m, "Metres, 100 to 12000");
+  verb.add_option("--cloud-thickness", options->clouds.optical_thickness,
+                  "Mean optical thickness of the clouds, 0.1 to 200");
+  verb.add_option("--wind", options->clouds.wind_m_s, "Metres a second that clouds drift");
+  verb.add_option("--wind-from", options->clouds.wind_from_deg,
+                  "Where the wind comes from, degrees: 0 north, 90 east");
   verb.add_option("--height", options->height, "Rows of the picture");
   verb.add_option("--layout", options->layout, lightfield::EnvironmentLayoutNames());
   verb.add_option("--unit", options->unit,

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
+#include <vector>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -20,6 +20,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kLeastSide = 32, kLargestSide = 8192;
 constexpr double kOutlineTolerance = 1e-6;
+// Of the forward peak of one scattering in a cloud.
+constexpr double kPeakAsymmetry = 0.95;
 // Rings of the quadrature of the sky's illuminance.
 constexpr int kQuadratureRows = 192;
 
@@ -48,22 +50,71 @@ SunSky::SunSky(const SunPosition& sun, double turbidity, double ground_albedo)
       sun_direction_(sun.direction()),
       sun_radius_(sun.angular_radius_deg() * kPi / 180),
       direct_(DirectNormalIlluminance(sun, turbidity)) {
-  // The sky's illuminance: the midpoint rule in sin^2(theta) and azimuth, equal pieces of the
-  // projected hemisphere.
-  const int rows = kQuadratureRows, columns = 2 * kQuadratureRows;
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column) {
-      const double sine = std::sqrt((row + 0.5) / rows), phi = 2 * kPi * (column + 0.5) / columns;
-      const core::Rgb colour = SkyColour(
-          {sine * std::cos(phi), sine * std::sin(phi), std::sqrt(1 - (row + 0.5) / rows)});
-      for (std::size_t k = 0; k < 3; ++k) diffuse_[k] += colour[k] * kPi / (double(rows) * columns);
-    }
+  diffuse_ = HorizontalIlluminance();
+  region_ = global_horizontal();
+  Finish(ground_albedo);
+}
+
+SunSky::SunSky(const SunPosition& sun, double turbidity, double ground_albedo,
+               const CloudOptions& clouds, UtcTime when)
+    : SunSky(sun, turbidity, ground_albedo) {
+  clouds_.emplace(clouds, when, sun_direction_);
+  beam_ = direct_;
+  sky_flux_ = diffuse_;
+  const CloudLayer::Sight mean = clouds_->MeanSight();
+  sunlit_ = clouds_->MeanSunThrough();
+  // Heights over which the air and its aerosol thin out by e, 8.4 and 1.2 km.
+  constexpr double kGreen = 0.55, kAirHeight = 8400, kHazeHeight = 1200;
+  air_thickness_ =
+      RayleighThickness(kGreen) * (1 - std::exp(-clouds.altitude_m / kAirHeight)) +
+      AerosolThickness(turbidity, kGreen) * (1 - std::exp(-clouds.altitude_m / kHazeHeight));
+  const double through = clouds_->SunThrough(sun_radius_);
+  for (std::size_t k = 0; k < 3; ++k) {
+    sun_flux_[k] = std::max(0.0, sun_direction_.z) * beam_[k];
+    region_[k] =
+        (sun_flux_[k] * (mean.sun_diffuse + mean.through) + sky_flux_[k] * (1 - mean.reflected)) /
+        (1 - ground_albedo * mean.reflected);
+    direct_[k] *= through;
+  }
+  Finish(ground_albedo);
+  diffuse_ = HorizontalIlluminance();
+}
+
+void SunSky::Finish(double ground_albedo) {
   const double sine = std::sin(sun_radius_);
-  const core::Rgb global = global_horizontal();
   for (std::size_t k = 0; k < 3; ++k) {
     sun_radiance_[k] = direct_[k] / (kPi * sine * sine);
-    ground_radiance_[k] = ground_albedo / kPi * global[k];
+    ground_radiance_[k] = ground_albedo / kPi * region_[k];
   }
+}
+
+// The midpoint rule in sin^2(theta) and azimuth: equal pieces of the projected hemisphere.
+core::Rgb SunSky::HorizontalIlluminance() {
+  const int rows = kQuadratureRows, columns = 2 * kQuadratureRows;
+  std::vector<core::Rgb> sums(rows);
+  std::vector<double> covers(rows);
+  core::ParallelFor(rows, 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row)
+      for (int column = 0; column < columns; ++column) {
+        const double square = (double(row) + 0.5) / rows, sine = std::sqrt(square),
+                     phi = 2 * kPi * (column + 0.5) / columns;
+        const Vec3 w = {sine * std::cos(phi), sine * std::sin(phi), std::sqrt(1 - square)};
+        const double width = std::sqrt(kPi / (double(rows) * columns * w.z));
+        const core::Rgb colour = Radiance(w, width);
+        for (std::size_t k = 0; k < 3; ++k) sums[row][k] += colour[k];
+        if (clouds_) covers[row] += clouds_->See(w, width).cloud / w.z;
+      }
+  });
+  core::Rgb sum{};
+  cloud_cover_ = 0;
+  double pieces = 0;
+  for (int row = 0; row < rows; ++row) {
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += sums[row][k] * kPi / (double(rows) * columns);
+    cloud_cover_ += covers[row];
+    pieces += columns / std::sqrt(1 - (row + 0.5) / rows);
+  }
+  cloud_cover_ /= pieces;
+  return sum;
 }
 
 core::Rgb SunSky::global_horizontal() const {
@@ -81,8 +132,31 @@ core::Rgb SunSky::SkyColour(Vec3 direction) const {
   return colour;
 }
 
-core::Rgb SunSky::Radiance(Vec3 direction) const {
-  return direction.z > 0 ? SkyColour(direction) : ground_radiance_;
+core::Rgb SunSky::CloudedColour(Vec3 direction, double width) const {
+  const core::Rgb clear = SkyColour(direction);
+  const CloudLayer::Sight sight = clouds_->See(direction, width);
+  // The CIE's overcast pattern, of flux 1, and Henyey and Greenstein's lobe: n scatterings in one
+  // of asymmetry g make one of asymmetry g^n.
+  const double pattern = 9 / (7 * kPi) * (1 + 2 * direction.z) / 3;
+  const double g = std::pow(kPeakAsymmetry, sight.forward_scatterings);
+  const double base = 1 + g * g - 2 * g * Dot(direction, sun_direction_);
+  const double peak = (1 - g * g) / (4 * kPi * base * std::sqrt(base));
+  // Sunlit air before the clouds looks like that of the clear sky.
+  const double air = sunlit_ * (1 - std::exp(-air_thickness_ * clouds_->SlantOf(direction)));
+  core::Rgb colour;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double layer =
+        sight.through * clear[k] + sight.sun_forward * beam_[k] * peak +
+        pattern * (sight.sun_diffuse * sun_flux_[k] + sight.sky_diffuse * sky_flux_[k] +
+                   sight.reflected * kPi * ground_radiance_[k]);
+    colour[k] = air * clear[k] + (1 - air) * layer;
+  }
+  return colour;
+}
+
+core::Rgb SunSky::Radiance(Vec3 direction, double width) const {
+  if (!(direction.z > 0)) return ground_radiance_;
+  return clouds_ ? CloudedColour(direction, width) : SkyColour(direction);
 }
 
 core::Image SunSky::Picture(EnvironmentLayout layout, int height) const {
@@ -121,12 +195,13 @@ core::Image SunSky::Picture(EnvironmentLayout layout, int height) const {
                      y1 = edges.y[row + 1];
         const double solid_angle = PictureRectangleSolidAngle(layout, x0, x1, y0, y1);
         if (!(solid_angle > 0)) continue;
+        const double width = 0.5 * std::sqrt(solid_angle);  // of what a node stands for
         core::Rgb sum{};
         double weights = 0;
         for (const double u : kNodes)
           for (const double v : kNodes) {
             const auto [direction, weight] = at({x0 + u * (x1 - x0), y0 + v * (y1 - y0)});
-            const core::Rgb radiance = Radiance(direction);
+            const core::Rgb radiance = Radiance(direction, width);
             for (std::size_t k = 0; k < 3; ++k) sum[k] += weight * radiance[k];
             weights += weight;
           }

@@ -7,12 +7,21 @@
 // and E_n Bird and Riordan's (lightfield/sunlight.h). Below the horizon lies Lambertian ground:
 // albedo / pi times the horizontal illuminance, of the albedo's grey.
 //
+// With clouds (lightfield/cloud_layer.h; docs/theory.md section 8 has the sum) the disc is dimmed
+// by what its rays meet, the sky is seen through the layer, and the layer sends down what it
+// scatters of the sun's, the sky's and the ground's light, in the pattern (1 + 2 cos theta) / 3 of
+// the CIE standard overcast sky, beside a forward peak around the sun. The ground is lit by the
+// mean over the layer, not by what falls in at the one place.
+//
 // World frame: x to the east, y to the north, z up. Radiance is luminance, cd m^-2, in linear Rec.
 // 709 (core::Luminance of it; divide by 683 lm/W for W sr^-1 m^-2 weighted by V(lambda)), within
 // Rec. 709 (IntoGamut).
 #pragma once
 
+#include <optional>
+
 #include "core/image.h"
+#include "lightfield/cloud_layer.h"
 #include "lightfield/environment_layouts.h"
 #include "lightfield/hosek_wilkie.h"
 #include "lightfield/sun_position.h"
@@ -21,11 +30,14 @@ namespace luxfield::lightfield {
 
 class SunSky {
  public:
-  // Throws as HosekWilkieSky.
+  // Throws as HosekWilkieSky and CloudLayer. `when` says how far the wind has taken the clouds.
   SunSky(const SunPosition& sun, double turbidity, double ground_albedo);
+  SunSky(const SunPosition& sun, double turbidity, double ground_albedo, const CloudOptions& clouds,
+         UtcTime when);
 
-  // Of the sky without the sun, or of the ground. A unit direction.
-  core::Rgb Radiance(Vec3 direction) const;
+  // Of the sky without the sun, or of the ground. A unit direction; with clouds the mean over about
+  // `width` radians around it.
+  core::Rgb Radiance(Vec3 direction, double width = 0) const;
   const core::Rgb& sun_radiance() const { return sun_radiance_; }
   Vec3 sun_direction() const { return sun_direction_; }
   double sun_angular_radius() const { return sun_radius_; }  // radians
@@ -35,6 +47,10 @@ class SunSky {
   const core::Rgb& direct_normal() const { return direct_; }
   const core::Rgb& diffuse_horizontal() const { return diffuse_; }
   core::Rgb global_horizontal() const;
+  // What lights the ground: the mean of the above over the layer of clouds.
+  const core::Rgb& region_horizontal() const { return region_; }
+  // Share of the sky's solid angle that is cloud.
+  double cloud_cover() const { return cloud_cover_; }
 
   // The picture in a layout, `height` rows: 2 : 1, square, or a strip of six. Every pixel holds the
   // mean over what it shows: the sky by 2 x 2 Gauss points, the disc by the exact solid angle that
@@ -44,13 +60,22 @@ class SunSky {
   core::Image Picture(EnvironmentLayout layout, int height) const;
 
  private:
+  void Finish(double ground_albedo);
+  core::Rgb HorizontalIlluminance();  // of the sky; sets cloud_cover_
   core::Rgb SkyColour(Vec3 direction) const;
+  core::Rgb CloudedColour(Vec3 direction, double width) const;
 
   HosekWilkieSky sky_;
+  std::optional<CloudLayer> clouds_;
   double nearness_ = 1;  // of the sun: 1 / distance^2
   Vec3 sun_direction_;
   double sun_radius_ = 0;
-  core::Rgb direct_{}, diffuse_{}, sun_radiance_{}, ground_radiance_{};
+  core::Rgb direct_{}, diffuse_{}, region_{}, sun_radiance_{}, ground_radiance_{};
+  double cloud_cover_ = 0;
+  // With clouds: the sun's beam above them, the horizontal fluxes of sun and sky there, the sunlit
+  // share of the air below them and its optical thickness along the vertical.
+  core::Rgb beam_{}, sun_flux_{}, sky_flux_{};
+  double sunlit_ = 1, air_thickness_ = 0;
 };
 
 }  // namespace luxfield::lightfield
