@@ -1,6 +1,7 @@
 // luxfield import FILE -o X.lf.exr
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -13,18 +14,17 @@ namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string rays, output, sigma, basis = "bspline2";
+  std::string rays, output, sigma, basis = "bspline2", faces = "auto", flux = "auto";
   std::vector<double> translation_mm{0, 0, 0}, rotation_deg{0, 0, 0};
-  std::vector<int> grid{11, 9}, lattice{128, 128};
-  std::optional<double> filter_z_m, delta_m;
-  double coverage = 0.9;
-  bool non_negative = false;
+  std::vector<int> grid, lattice;
+  std::optional<double> filter_z_m, delta_m, coverage;
+  bool non_negative = false, is_signed = false;
 };
 
-reconstruct::LuminaireFromFile PoseOf(const Options& options) {
+lightfield::RigidPose PoseOf(const Options& options) {
   const auto rotation = scene::RotationXyz(
       {options.rotation_deg[0], options.rotation_deg[1], options.rotation_deg[2]});
-  reconstruct::LuminaireFromFile pose;
+  lightfield::RigidPose pose;
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)
       pose.rotation[row * 3 + column] = rotation.linear[row][column];
@@ -33,34 +33,63 @@ reconstruct::LuminaireFromFile PoseOf(const Options& options) {
   return pose;
 }
 
-core::Json Run(const Options& options) {
-  RequireExtension(options.output, ".lf.exr", "--output");
-  if (!options.sigma.empty()) RequireExtension(options.sigma, ".lf.exr", "--sigma");
-  const auto file = lightfield::ReadTm25(options.rays);
+reconstruct::RayDirections DirectionsOf(const std::string& faces) {
+  if (faces == "beam") return reconstruct::RayDirections::kBeam;
+  if (faces == "one") return reconstruct::RayDirections::kOne;
+  if (faces == "cube") return reconstruct::RayDirections::kCube;
+  return reconstruct::RayDirections::kAuto;
+}
+
+void SetFlux(const std::string& flux, reconstruct::ImportRaysOptions& how) {
+  if (flux == "auto") return;
+  if (flux == "header") {
+    how.flux_from = reconstruct::RayFluxFrom::kHeader;
+  } else if (flux == "rays") {
+    how.flux_from = reconstruct::RayFluxFrom::kRays;
+  } else {
+    how.flux_from = reconstruct::RayFluxFrom::kValue;
+    how.flux = ParseQuantity(flux, "--flux", {{"", 1}});
+  }
+}
+
+reconstruct::ImportRaysOptions ImportOptions(const Options& options) {
+  if (options.non_negative && options.is_signed)
+    throw InputError("--signed contradicts --non-negative; drop one");
   reconstruct::ImportRaysOptions how;
   how.luminaire_from_file = PoseOf(options);
-  how.basis = lightfield::Basis::FromName(options.basis);
-  how.grid_width = options.grid[0];
-  how.grid_height = options.grid[1];
-  how.lattice_width = options.lattice[0];
-  how.lattice_height = options.lattice[1];
-  how.filter_z_m = options.filter_z_m;
-  how.delta_m = options.delta_m;
+  how.directions = DirectionsOf(options.faces);
+  how.planes.basis = lightfield::Basis::FromName(options.basis);
+  if (!options.grid.empty()) {
+    how.planes.grid_width = options.grid[0];
+    how.planes.grid_height = options.grid[1];
+  }
+  if (!options.lattice.empty()) {
+    how.planes.lattice_width = options.lattice[0];
+    how.planes.lattice_height = options.lattice[1];
+  }
+  how.planes.filter_z_m = options.filter_z_m;
+  how.planes.delta_m = options.delta_m;
   how.coverage = options.coverage;
-  how.non_negative = options.non_negative;
-  auto result = reconstruct::ImportRays(file, how);
-  result.coefficients.provenance["rays_sha256"] = core::Sha256OfFile(options.rays);
-  lightfield::WriteLightField(options.output, result.coefficients);
-  if (!options.sigma.empty()) lightfield::WriteLightField(options.sigma, result.sigma);
+  SetFlux(options.flux, how);
+  how.signs = options.non_negative ? reconstruct::RaySigns::kNonNegative
+              : options.is_signed  ? reconstruct::RaySigns::kSigned
+                                   : reconstruct::RaySigns::kAuto;
+  return how;
+}
 
+void Print(const std::string& output, const reconstruct::RayImport& result) {
   const auto& r = result.report;
-  const auto& g = result.coefficients.geometry;
-  const auto unit = lightfield::FluxUnitName(g.unit);
-  fmt::print(
-      "{}: {} x {} images of {} x {} texels, F at z = {:.5g} mm of the posed file, delta {:.5g} "
-      "mm, spacing {:.4g} mm\n",
-      options.output, g.grid.width, g.grid.height, g.lattice.width, g.lattice.height,
-      1e3 * r.filter_z_m, 1e3 * g.delta_m, 1e3 * g.grid.spacing_m);
+  const auto unit = lightfield::FluxUnitName(result.coefficients.front().field.geometry.unit);
+  fmt::print("{}: {} light field{}\n", output, r.fields.size(), r.fields.size() == 1 ? "" : "s");
+  for (std::size_t k = 0; k < r.fields.size(); ++k) {
+    const auto& g = result.coefficients[k].field.geometry;
+    fmt::print(
+        "  {}  {:>7} rays {:>11.5g} {}  {} x {} images of {} x {} texels, F at {:.5g} mm, delta "
+        "{:.5g} mm, spacing {:.4g} mm, {:.3g} % negative\n",
+        r.fields[k].name, r.fields[k].used.rays, r.fields[k].used.flux, unit, g.grid.width,
+        g.grid.height, g.lattice.width, g.lattice.height, 1e3 * r.fields[k].filter_z_m,
+        1e3 * g.delta_m, 1e3 * g.grid.spacing_m, 100 * r.fields[k].negative_energy);
+  }
   fmt::print("  flux of the header    {}; of the rays {:.8g} {}; rays scaled by {:.8g}\n",
              r.header_flux ? fmt::format("{:.8g} {}", *r.header_flux, unit) : "unknown", r.ray_flux,
              unit, r.scale);
@@ -70,21 +99,49 @@ core::Json Run(const Options& options) {
   };
   row("all", r.all);
   row("go backward", r.backward);
+  row("go beside the beam", r.beside);
   row("miss the window on F", r.missed_filter_plane);
   row("miss the window on I", r.missed_image_plane);
   row("used", r.used);
   fmt::print("  light field's flux    {:.8g} {} ({:+.4f} % of the rays used)\n", r.fitted_flux,
              unit, r.used.flux > 0 ? 100 * (r.fitted_flux / r.used.flux - 1) : 0.0);
+  const bool projected = std::any_of(r.fields.begin(), r.fields.end(),
+                                     [](const auto& field) { return field.non_negative; });
   fmt::print("  negative energy       {:.3g} % of the positive{}\n", 100 * r.negative_energy,
-             options.non_negative ? ", before the non-negative solve removed it" : "");
-  return reconstruct::ToJson(r);
+             projected ? ", before the non-negative solve removed it" : "");
+}
+
+core::Json Run(const Options& options) {
+  RequireExtension(options.output, ".lf.exr", "--output");
+  if (!options.sigma.empty()) RequireExtension(options.sigma, ".lf.exr", "--sigma");
+  const auto how = ImportOptions(options);
+  auto result = reconstruct::ImportRays(lightfield::ReadTm25(options.rays), how);
+  for (auto& posed : result.coefficients)
+    posed.field.provenance["rays_sha256"] = core::Sha256OfFile(options.rays);
+  lightfield::WriteLightFields(options.output, result.coefficients);
+  if (!options.sigma.empty()) lightfield::WriteLightFields(options.sigma, result.sigma);
+  Print(options.output, result);
+  auto json = reconstruct::ToJson(result.report);
+  for (std::size_t k = 0; k < result.coefficients.size(); ++k) {
+    const auto& g = result.coefficients[k].field.geometry;
+    json["fields"][k].update({{"grid_width", g.grid.width},
+                              {"grid_height", g.grid.height},
+                              {"spacing_m", g.grid.spacing_m},
+                              {"delta_m", g.delta_m},
+                              {"width", g.lattice.width},
+                              {"height", g.lattice.height}});
+  }
+  const auto warnings = reconstruct::Warnings(result);
+  for (const auto& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  json["warnings"] = warnings;
+  return json;
 }
 
 }  // namespace
 
 void AddImport(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb("import", "Turn a TM-25 ray file into a light field",
+  CLI::App& verb = program.AddVerb("import", "Turn a TM-25 ray file into light fields",
                                    [options] { return Run(*options); });
   verb.add_option("FILE", options->rays, "The .tm25ray file")->required();
   verb.add_option("-o,--output", options->output, "The .lf.exr to write")->required();
@@ -99,20 +156,33 @@ void AddImport(Program& program) {
   verb.add_option("--filter-z", options->filter_z_m,
                   "z of plane F in the posed frame, m (default: where the beam is narrowest)");
   verb.add_option("--delta", options->delta_m,
-                  "Distance from F to I, m (default: twice the light's extent on F)");
+                  "Distance from F to I, m (default: as suits the rays)");
   verb.add_option("--basis", options->basis, "Basis on F")
       ->check(CLI::IsMember({"box", "bilinear", "quadratic", "bspline2"}));
-  verb.add_option("--grid", options->grid, "Basis functions along u and v")
+  verb.add_option("--faces", options->faces,
+                  "beam: one light field of the rays within the pyramid |dx|, |dy| <= dz; one: of "
+                  "all rays towards +z; cube: up to six fields, one per face of the cube of "
+                  "directions; auto: beam if at most 1 % of the flux goes elsewhere, else cube")
+      ->check(CLI::IsMember({"auto", "beam", "one", "cube"}));
+  verb.add_option(
+      "--flux", options->flux,
+      "Flux of all rays, or whose: VALUE in the file's unit, header, rays; auto: the header's if "
+      "within a factor of 100 of the rays', else the rays'");
+  verb.add_option("--grid", options->grid,
+                  "Basis functions along u and v (default: as suits the rays)")
       ->expected(2)
       ->check(CLI::Range(1, 64));
-  verb.add_option("--lattice", options->lattice, "Texels of an image")
+  verb.add_option("--lattice", options->lattice, "Texels of an image (default: as suits the rays)")
       ->expected(2)
       ->check(CLI::Range(1, 4096));
   verb.add_option("--coverage", options->coverage,
-                  "Share of the forward flux that both windows must catch")
+                  "Share of a field's flux that its windows must catch (default: 1; 0.99 for "
+                  "--faces one)")
       ->check(CLI::Range(0.01, 1.0));
   verb.add_flag("--non-negative", options->non_negative,
-                "Solve with C >= 0, as the sampling estimators need");
+                "Solve with C >= 0, as the sampling estimators need (default, unless a channel's "
+                "flux is negative)");
+  verb.add_flag("--signed", options->is_signed, "Keep the signed least-squares fit");
 }
 
 }  // namespace luxfield::cli

@@ -1,8 +1,8 @@
-// Ray files -> light field: rays are carried along their lines to both planes, binned through the
+// Ray files -> light fields: rays are carried along their lines to both planes, binned through the
 // basis, and solved.
 //
-//   E_ij(texel) = sum over rays through the texel of flux Phi_ij(u) / texel area,    C = G_u^-1 E
-//   G_v^-T  (THEORY.md 4)
+//   E_ij(texel) = sum over rays through the texel of flux Phi_ij(u) / texel area,
+//   C = G_u^-1 E G_v^-T                                              (docs/theory.md, section 4)
 //
 // which is the least-squares fit of the rays' flux density sum flux delta(u - u_k) delta(s - s_k),
 // texel by texel. The fit keeps integrals against every function in the span of the basis. The
@@ -11,81 +11,98 @@
 // of its rays, and rays that cross F outside the inner cells are left out and counted. sigma is the
 // counting noise: var(C_ij) = sum of flux^2 times the squared dual basis function at u, over the
 // texel's rays. Arithmetic per texel in double; C and sigma float32.
+//
+// One pair of planes takes a beam; light in all directions takes a field per face of a cube, each
+// with the rays that go nearest to its axis (ray_lines.h), so that every ray is in one field.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "lightfield/light_field.h"
+#include "lightfield/posed_light_field.h"
 #include "lightfield/ray_file.h"
+#include "reconstruct/ray_fit.h"
+#include "reconstruct/ray_planes.h"
 
 namespace luxfield::reconstruct {
 
-// x_in_luminaire = rotation * x_in_file + translation; metres.
-struct LuminaireFromFile {
-  std::array<double, 9> rotation{1, 0, 0, 0, 1,
-                                 0, 0, 0, 1};  // row-major, orthonormal to 1e-6, right-handed
-  lightfield::Vec3 translation_m;
+enum class RayDirections {
+  kAuto,  // kBeam if at most 1 % of the flux goes elsewhere, else kCube
+  kBeam,  // one field, of the rays of the face +z
+  kOne,   // one field, of all rays with dz > 0
+  kCube,  // a field for each face that has flux
+};
 
-  lightfield::Vec3 Point(lightfield::Vec3 p) const { return Direction(p) + translation_m; }
-  lightfield::Vec3 Direction(lightfield::Vec3 d) const;
+enum class RayFluxFrom {
+  kAuto,  // the header's where it states one within a factor of 100 of the rays', else the rays'
+  kHeader,
+  kRays,
+  kValue,
+};
+
+enum class RaySigns {
+  kAuto,         // non-negative, unless a channel's flux is negative (colours outside Rec. 709)
+  kSigned,       // the least-squares fit
+  kNonNegative,  // projected on C >= 0, keeping every texel's flux (non_negative.h)
 };
 
 struct ImportRaysOptions {
-  LuminaireFromFile luminaire_from_file;
-  // The planes. Given: F is z = 0 of the posed frame, and channels and unit are taken from the
-  // file. Absent: chosen from the rays (ChoosePlanes), which also moves F along z.
+  // x_in_luminaire = rotation * x_in_file + translation.
+  lightfield::RigidPose luminaire_from_file;
+  RayDirections directions = RayDirections::kAuto;
+  // Given: one field of all rays with dz > 0, F is z = 0 of the posed frame; channels and unit are
+  // the file's.
   std::optional<lightfield::LuminaireGeometry> geometry;
-
-  // For the choice of planes:
-  lightfield::Basis basis = lightfield::Basis::Make(lightfield::BasisKind::kBspline2);
-  int grid_width = 11, grid_height = 9;
-  int lattice_width = 128, lattice_height = 128;
-  std::optional<double>
-      filter_z_m;                 // z of F in the posed frame; absent: where the beam is narrowest
-  std::optional<double> delta_m;  // absent: twice the light's extent on F, or 0.1 m for a point
-  double coverage = 0.8;          // least share of the forward flux that both windows are to catch
-
-  bool non_negative = false;  // project on C >= 0, keeping every texel's flux
+  // Else the planes are chosen for each field. One field's F is moved along z to filter_z_m.
+  RayPlaneOptions planes;
+  // absent: 1; 0.99 for kOne, whose grazing rays no window can hold
+  std::optional<double> coverage;
+  RayFluxFrom flux_from = RayFluxFrom::kAuto;
+  double flux = 0;  // kValue: of all rays, in the file's unit
+  RaySigns signs = RaySigns::kAuto;
 };
 
-struct ChosenPlanes {
-  lightfield::LuminaireGeometry geometry;
-  double filter_z_m = 0;
-};
-
-// Narrowest: the z that minimises the variance of the crossings, weighted by flux cos^4 so that
-// grazing rays do not rule. The windows on F and I are flux quantiles per axis; the window on F
-// fills the inner cells but for one cell on each side. Throws InputError if no ray goes forward or
-// an option makes no sense.
-ChosenPlanes ChoosePlanes(const lightfield::RayFile& file, const ImportRaysOptions& options);
-
-struct RayTally {
-  std::uint64_t rays = 0;
-  double flux = 0;  // after scaling, in the file's unit
+struct RayFieldReport {
+  std::string name;  // of the face
+  RayTally missed_filter_plane, missed_image_plane, used;
+  double fitted_flux = 0;      // of the light field: luminance (Y) where it has three channels
+  double negative_energy = 0;  // of the least-squares fit: sum of |C < 0| over sum of C > 0
+  bool non_negative = false;   // C was projected on C >= 0
+  double filter_z_m = 0;       // where F lies in the face's frame
+  double relative_window = 1;  // of F, over that of 99 % of the flux
 };
 
 struct RayImportReport {
-  std::optional<double> header_flux;  // of the kind the rays carry
-  double ray_flux = 0;                // sum over all rays as stored
-  double scale = 1;                   // header_flux / ray_flux; 1 where the header is silent
-  RayTally all, backward, missed_filter_plane, missed_image_plane, used;
-  double fitted_flux = 0;      // of the light field: luminance (Y) where it has three channels
-  double negative_energy = 0;  // of the least-squares fit: sum of |C < 0| over sum of C > 0
-  double filter_z_m = 0;       // where F lies in the posed frame
+  std::optional<double> header_flux;           // of the kind the rays carry
+  double ray_flux = 0;                         // sum over all rays as stored
+  RayFluxFrom flux_from = RayFluxFrom::kRays;  // what the flux is, never kAuto
+  double scale = 1;                            // of the rays
+  // Rays no field takes the direction of: `backward` dz <= 0, `beside` forward, beyond face +z.
+  RayTally all, backward, beside, missed_filter_plane, missed_image_plane, used;
+  double fitted_flux = 0;
+  double negative_energy = 0;  // over all fields, as a field's
+  double filter_z_m = 0;       // of the first field
+  std::vector<RayFieldReport> fields;
+
+  double lost_share() const { return all.flux > 0 ? 1 - used.flux / all.flux : 0; }
 };
 
 struct RayImport {
-  lightfield::LightField
-      coefficients;  // W or lm sr^-1 m^-4; 3 channels if every ray has tristimulus values, else 1
-  lightfield::LightField sigma;  // counting noise of the least-squares fit
+  // W or lm sr^-1 m^-4; 3 channels if every ray has tristimulus values, else 1. One field lies in
+  // the luminaire's frame moved to F; those of a cube have poses in it.
+  std::vector<lightfield::PosedLightField> coefficients;
+  std::vector<lightfield::PosedLightField> sigma;  // counting noise of the least-squares fit
   RayImportReport report;
 };
 
-// Throws InputError as ChoosePlanes does, and if no ray crosses both windows.
+// Throws InputError if an option makes no sense or no ray crosses both planes.
 RayImport ImportRays(const lightfield::RayFile& file, const ImportRaysOptions& options = {});
+
+// What a user has to know: flux that is lost, rescaled or uncertain, fits of noise. Sentences.
+std::vector<std::string> Warnings(const RayImport& result);
 
 nlohmann::json ToJson(const RayImportReport& report);
 

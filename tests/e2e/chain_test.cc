@@ -144,13 +144,28 @@ TEST_F(Chain, NegativeCoefficientsAreRefusedByNameWhereTheyMatter) {
 TEST_F(Chain, ImportsRayFilesOfOthers) {
   const auto rays = TestData("rays_tm25/Cyl100k_intpl.TM25RAY");
   if (!std::filesystem::exists(rays)) GTEST_SKIP() << rays << " is absent: set LUXFIELD_TEST_DATA";
-  const Json imported =
-      Run({"import", rays, "-o", "cyl.lf.exr", "--non-negative", "--lattice", "64", "64"});
-  const double used = imported.at("used").value("flux", 0.0),
-               fitted = imported.value("fitted_flux", 0.0);
-  EXPECT_NEAR(fitted / used, 1, 0.005);
-  Run({"preprocess", "cyl.lf.exr", "-o", "cyl.tab.exr"});
+  const Json one =
+      Run({"import", rays, "-o", "one.lf.exr", "--faces", "one", "--lattice", "64", "64"});
+  EXPECT_NEAR(one.value("fitted_flux", 0.0) / one.at("used").value("flux", 0.0), 1, 0.005);
+  EXPECT_GT(one.value("lost_share", 0.0), 0.49);  // a lamp that shines all round
+  const std::string warnings = one.at("warnings").dump();
+  EXPECT_NE(warnings.find("header states 1 lm"), std::string::npos) << warnings;
+  EXPECT_NE(warnings.find("in no light field"), std::string::npos) << warnings;
+  Run({"preprocess", "one.lf.exr", "-o", "one.tab.exr"});
   EXPECT_EQ(Run({"info", rays}).value("kind", ""), "rays");
+
+  const Json cube = Run({"import", rays, "-o", "cyl.lf.exr", "--flux", "100"});
+  EXPECT_EQ(cube.at("fields").size(), 6u);
+  EXPECT_NEAR(cube.value("lost_share", 1.0), 0, 1e-12);
+  const Json info = Run({"info", "cyl.lf.exr"});
+  EXPECT_EQ(info.value("kind", ""), "light fields");
+  EXPECT_NEAR(info.at("flux").at(0).get<double>(), 100, 1e-3);
+  const Outcome refused = RunLuxfield({"preprocess", "cyl.lf.exr", "-o", "cyl.tab.exr"}, folder_);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("--faces one"), std::string::npos) << refused.err;
+  EXPECT_EQ(RunLuxfield({"import", rays, "-o", "x.lf.exr", "--flux", "bright"}, folder_).exit_code,
+            2);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "x.lf.exr"));
 }
 
 TEST_F(Chain, DemoLeavesEveryFileAndItsReport) {

@@ -1,0 +1,42 @@
+// The two planes, the grid and the lattice for one light field of a ray file.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "lightfield/light_field.h"
+#include "reconstruct/ray_lines.h"
+
+namespace luxfield::reconstruct {
+
+struct RayPlaneOptions {
+  lightfield::Basis basis = lightfield::Basis::Make(lightfield::BasisKind::kBspline2);
+  int grid_width = 0, grid_height = 0;        // basis functions; 0: chosen
+  int lattice_width = 0, lattice_height = 0;  // texels; 0: chosen
+  std::optional<double> filter_z_m;           // z of F; absent: where the beam is narrowest
+  std::optional<double> delta_m;              // absent: chosen
+  double coverage = 1;  // least share of the lines' flux that both windows catch, in (0, 1]
+};
+
+struct RayPlanes {
+  lightfield::LuminaireGeometry geometry;  // channels and unit are the caller's to set
+  double filter_z_m = 0;
+  double relative_window = 1;  // width of the window on F over that of 99 % of the flux
+};
+
+// The windows on F and I are flux quantiles per axis, (1 - coverage) / 8 left out on each side; the
+// window on F fills the inner cells but for one cell on each side. What is not given - cells of F,
+// texels, delta - is what makes LatticeRisk (ray_fit.h) smallest, found by coordinate descent over
+// steps of about sqrt(2) (of 2 for delta) among those with
+//
+//   cells of the window x texels <= (sum flux)^2 / sum flux^2,    the number of independent rays,
+//   4 x texel <= extent of the light on F,    so that neighbouring texels blend in any direction.
+//
+// With a lattice given, delta is twice the extent on F; it is 0.1 m for a point. Throws InputError
+// if an option makes no sense or no line has flux.
+RayPlanes ChooseRayPlanes(std::span<const RayLine> lines, const RayPlaneOptions& options);
+
+// Throws InputError unless the grid has inner cells beside `margin` on each side.
+void CheckInnerCells(const lightfield::BasisGrid& grid, int margin);
+
+}  // namespace luxfield::reconstruct
