@@ -1,6 +1,7 @@
 // luxfield render SCENE -o X.exr
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -119,12 +120,16 @@ void WritePictures(const render::Frame& frame, const Options& options) {
 }
 
 core::Json Describe(const render::Frame& frame, const Options& options, const std::string& device) {
-  double samples = 0, variance = 0, radiance = 0;
+  double samples = 0, variance = 0, radiance = 0, lowest = 0;
+  std::size_t negative = 0;
   for (std::size_t k = 0; k < frame.samples.data.size(); ++k) {
     samples += frame.samples.data[k];
     variance += frame.variance.data[k];
-    radiance += core::Luminance(
+    const double luminance = core::Luminance(
         {frame.radiance.plane(0)[k], frame.radiance.plane(1)[k], frame.radiance.plane(2)[k]});
+    radiance += luminance;
+    negative += luminance < 0;
+    lowest = std::min(lowest, luminance);
   }
   const auto pixels = static_cast<double>(frame.samples.data.size());
   const double noise = radiance > 0 ? std::sqrt(variance * pixels) / radiance : 0;
@@ -134,6 +139,12 @@ core::Json Describe(const render::Frame& frame, const Options& options, const st
       "  light samples         {:.4g} in all; estimated noise {:.3g} % of the mean radiance "
       "(RMS)\n",
       samples, 100 * noise);
+  if (negative > 0)
+    fmt::print(
+        "  negative luminance    {} pixels, down to {:.3g} % of the mean: kept in the EXR, black "
+        "in "
+        "PNGs\n",
+        negative, 100 * lowest * pixels / std::abs(radiance));
   fmt::print("  time                  {:.3f} s primary visibility, {:.3f} s lighting\n",
              frame.times.gbuffer_s, frame.times.lighting_s);
   core::Json json{{"width", frame.width},
@@ -142,6 +153,7 @@ core::Json Describe(const render::Frame& frame, const Options& options, const st
                   {"device", device},
                   {"light_samples", samples},
                   {"estimated_rel_rmse", noise},
+                  {"negative_pixels", negative},
                   {"gbuffer_s", frame.times.gbuffer_s},
                   {"lighting_s", frame.times.lighting_s},
                   {"kernels", frame.times.kernels}};
