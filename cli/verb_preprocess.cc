@@ -126,8 +126,7 @@ void AddPreprocess(Program& program) {
   CLI::App& verb = program.AddVerb(
       "preprocess", "Build the sampling tables of a light field",
       [options, &program] { return Run(*options, program.common().seed.value_or(1)); });
-  verb.add_option("LIGHT_FIELD", options->light_field, "The .lf.exr; its coefficients must be >= 0")
-      ->required();
+  verb.add_option("LIGHT_FIELD", options->light_field, "The .lf.exr")->required();
   verb.add_option("-o,--output", options->output, "The .tab.exr to write")->required();
   verb.add_option("--scene", options->scene,
                   "A scene.toml: also write X.lf.exr beside X.tab.exr, reduced to what its picture "

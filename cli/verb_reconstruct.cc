@@ -133,7 +133,7 @@ void AddReconstruct(Program& program) {
   verb.add_option("--sigma", options->sigma,
                   "Write the standard deviation of C as a light field too (.lf.exr)");
   verb.add_flag("--non-negative", options->non_negative,
-                "Solve with C >= 0, as the sampling estimators need");
+                "Solve with C >= 0; pictures do not need it");
   verb.add_option("--regularise", options->regularise,
                   "Coefficients smoother from filter to filter than the data ask for: lambda, or "
                   "`auto` for the one of least estimated error. The report states the bias; "

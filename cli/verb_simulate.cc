@@ -60,8 +60,7 @@ void AddSimulate(Program& program) {
       ->required();
   verb.add_option("-o,--output", options->output, "The .lf.exr to write")->required();
   verb.add_flag("--non-negative", options->non_negative,
-                "The nearest light field with C >= 0 and the same flux, as the sampling estimators "
-                "need");
+                "The nearest light field with C >= 0 and the same flux");
 }
 
 }  // namespace luxfield::cli

@@ -34,44 +34,63 @@ Matrix CellFactor(const Basis& basis) {
   return factor;
 }
 
-struct Luminances {
+// Images whose squared light Q counts, `weight` times each.
+struct WeighedImages {
+  double weight;
   std::size_t plane_size;
   std::vector<float> values;  // of image m from m * plane_size on
 
   const float* image(int m) const { return values.data() + plane_size * m; }
 };
 
-Luminances AllLuminances(const LightField& field, const std::string& name) {
+WeighedImages Channel(const LightField& field, int channel, double weight) {
   const auto& g = field.geometry;
-  Luminances all{g.plane_size(), std::vector<float>(g.plane_size() * g.grid.count())};
+  WeighedImages images{weight, g.plane_size(), {}};
+  for (int m = 0; m < g.grid.count(); ++m)
+    images.values.insert(images.values.end(), field.image(m, channel).begin(),
+                         field.image(m, channel).end());
+  return images;
+}
+
+// One channel as it is. Colours by their luminance, which is above 0 wherever a channel is as long
+// as C >= 0; else channel by channel, so that none has light where Q is 0.
+std::vector<WeighedImages> ImagesOf(const LightField& field, const std::string& name) {
+  const auto& g = field.geometry;
+  WeighedImages magnitudes{1, g.plane_size(), std::vector<float>(g.plane_size() * g.grid.count())};
   core::ParallelFor(g.grid.count(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t m = begin; m < end; ++m)
-      LuminanceSum(field, name, static_cast<int>(m),
-                   std::span(all.values).subspan(m * all.plane_size, all.plane_size));
+      MagnitudeSum(field, name, static_cast<int>(m),
+                   std::span(magnitudes.values).subspan(m * g.plane_size(), g.plane_size()));
   });
-  return all;
+  const bool negative = std::ranges::any_of(field.data, [](float c) { return c < 0; });
+  if (!negative) return {std::move(magnitudes)};
+  if (g.channels == 1) return {Channel(field, 0, 1)};
+  return {Channel(field, 0, 0.2126), Channel(field, 1, 0.7152), Channel(field, 2, 0.0722)};
 }
 
 // Q of one row of texels. With C the n x n active images, integral E^2 = |L^T C L|^2 (Frobenius):
 // a sum of squares, so a lit texel is never lost to cancellation.
-void CellRow(const lightfield::BasisGrid& grid, const Matrix& factor, const Luminances& luminances,
-             int a, int b, std::size_t first, std::span<double> part, std::span<double> density) {
+void CellRow(const lightfield::BasisGrid& grid, const Matrix& factor,
+             const std::vector<WeighedImages>& weighed, int a, int b, std::size_t first,
+             std::span<double> part, std::span<double> density) {
   const int n = grid.basis.cells;
   std::fill(density.begin(), density.end(), 0.0);
-  for (int l = 0; l < n; ++l)
-    for (int k = 0; k < n; ++k) {
-      std::fill(part.begin(), part.end(), 0.0);
-      // Image (a - x, b - y) is active with cell x, y of its support.
-      for (int y = l; y < n; ++y)
-        for (int x = k; x < n; ++x) {
-          const int i = a - x, j = b - y;
-          if (i < 0 || i >= grid.width || j < 0 || j >= grid.height) continue;
-          const double weight = factor[x][k] * factor[y][l];
-          const float* image = luminances.image(grid.index(i, j)) + first;
-          for (std::size_t c = 0; c < part.size(); ++c) part[c] += weight * image[c];
-        }
-      for (std::size_t c = 0; c < part.size(); ++c) density[c] += part[c] * part[c];
-    }
+  for (const WeighedImages& images : weighed)
+    for (int l = 0; l < n; ++l)
+      for (int k = 0; k < n; ++k) {
+        std::fill(part.begin(), part.end(), 0.0);
+        // Image (a - x, b - y) is active with cell x, y of its support.
+        for (int y = l; y < n; ++y)
+          for (int x = k; x < n; ++x) {
+            const int i = a - x, j = b - y;
+            if (i < 0 || i >= grid.width || j < 0 || j >= grid.height) continue;
+            const double weight = factor[x][k] * factor[y][l];
+            const float* image = images.image(grid.index(i, j)) + first;
+            for (std::size_t c = 0; c < part.size(); ++c) part[c] += weight * image[c];
+          }
+        for (std::size_t c = 0; c < part.size(); ++c)
+          density[c] += images.weight * (part[c] * part[c]);
+      }
   for (double& q : density) q = std::sqrt(q);
 }
 
@@ -80,7 +99,7 @@ void CellRow(const lightfield::BasisGrid& grid, const Matrix& factor, const Lumi
 CellTables BuildCellTables(const LightField& field, const std::string& name) {
   const auto& g = field.geometry;
   const int n = g.grid.basis.cells;
-  const Luminances luminances = AllLuminances(field, name);
+  const std::vector<WeighedImages> images = ImagesOf(field, name);
   const Matrix factor = CellFactor(g.grid.basis);
   CellTables tables;
   tables.width = g.lattice.width;
@@ -98,7 +117,7 @@ CellTables BuildCellTables(const LightField& field, const std::string& name) {
       for (int r = 0; r < tables.height; ++r) {
         const std::size_t first = static_cast<std::size_t>(r) * tables.width;
         const auto row = std::span(density).subspan(first, tables.width);
-        CellRow(g.grid, factor, luminances, a, b, first, part, row);
+        CellRow(g.grid, factor, images, a, b, first, part, row);
         for (const double q : row) sum += q;
       }
       if (sum > std::numeric_limits<float>::max())

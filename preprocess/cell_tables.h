@@ -7,10 +7,14 @@
 //
 //   Q_ab(s) = sqrt( integral over the cell of E(u->s)^2 du / h^2 ),   E = sum_m C_m(s) Phi_m(u),
 //
-// the density of s of the least second moment where u may lie anywhere in the cell. It needs no
-// defensive part: for C >= 0, E <= q Q everywhere in the cell, where q^2 is the largest value of
-// the reproducing kernel of the cell's polynomials: q <= 1 for box, 4 for bilinear, 9 for quadratic
-// and bspline2.
+// the density of s of the least second moment where u may lie anywhere in the cell. C may have
+// signs: Q is above 0 wherever an image is not 0, also where E crosses 0, and needs no defensive
+// part: |E| <= q Q everywhere in the cell, where q^2 is the largest value of the reproducing kernel
+// of the cell's polynomials: q <= 1 for box, 4 for bilinear, 9 for quadratic and bspline2. Of
+// colours E is the luminance where no C is negative. Where one is, a luminance may be 0 of channels
+// that are not, and
+//
+//   Q_ab(s) = sqrt( sum over channels of w integral E^2 du / h^2 ),   w = 0.2126, 0.7152, 0.0722.
 //
 // Q is stored as the images' SAT is (summed_area.h): 64-bit fixed point, 2^62 of the cell's total,
 // exact differences. Where a texel is lit its entry is at least one quantum, so the density covers
@@ -40,8 +44,7 @@ struct CellTables {
   const std::uint64_t* cell(int k) const { return sat.data() + sat_size() * k; }
 };
 
-// Builds the tables from the luminance of the images, cells in parallel. `name` (the file) is for
-// messages. Throws InputError as BuildTables does, and for a cell whose sum exceeds float32.
+// Builds the tables, cells in parallel. `name` (the file) is for messages. Throws InputError as BuildTables does, and for a cell whose sum exceeds float32.
 CellTables BuildCellTables(const lightfield::LightField& field, const std::string& name);
 
 }  // namespace luxfield::preprocess

@@ -22,54 +22,37 @@ constexpr int kTotalBits = 62;
   const int width = g.lattice.width;
   for (int channel = 0; channel < g.channels; ++channel) {
     const float c = field.image(m, channel)[texel];
-    if (c >= 0 && std::isfinite(c)) continue;
-    const bool finite = std::isfinite(c);
+    if (std::isfinite(c)) continue;
     throw InputError(
         name,
         fmt::format("image C.{:02d}.{:02d} is {} at row {}, column {}", m / g.grid.width,
                     m % g.grid.width, c, texel / width, texel % width),
-        finite ? "sampling needs C >= 0: make the light field with 'luxfield reconstruct "
-                 "--non-negative'"
-               : "repair it, or make the light field again with 'luxfield reconstruct "
-                 "--non-negative'");
+        "repair it, or make the light field again with 'luxfield reconstruct'");
   }
   throw InputError(name, "a coefficient changed while it was read", "run again");
 }
 
 }  // namespace
 
-float TexelLuminance(const LightField& field, int m, std::size_t texel) {
-  if (field.geometry.channels == 1) return field.image(m, 0)[texel];
-  return static_cast<float>(0.2126 * field.image(m, 0)[texel] + 0.7152 * field.image(m, 1)[texel] +
-                            0.0722 * field.image(m, 2)[texel]);
+float TexelMagnitude(const LightField& field, int m, std::size_t texel) {
+  if (field.geometry.channels == 1) return std::abs(field.image(m, 0)[texel]);
+  return static_cast<float>(0.2126 * std::abs(field.image(m, 0)[texel]) +
+                            0.7152 * std::abs(field.image(m, 1)[texel]) +
+                            0.0722 * std::abs(field.image(m, 2)[texel]));
 }
 
-double LuminanceSum(const LightField& field, const std::string& name, int m,
-                    std::span<float> luminance) {
+double MagnitudeSum(const LightField& field, const std::string& name, int m,
+                    std::span<float> magnitude) {
   const std::size_t size = field.geometry.plane_size();
-  bool good = true;
   double sum = 0;
-  if (field.geometry.channels == 1) {
-    const auto c = field.image(m, 0);
-    for (std::size_t k = 0; k < size; ++k) {
-      good &= c[k] >= 0 && c[k] <= std::numeric_limits<float>::max();
-      luminance[k] = c[k];
-      sum += c[k];
-    }
-  } else {
-    const auto r = field.image(m, 0), g = field.image(m, 1), b = field.image(m, 2);
-    for (std::size_t k = 0; k < size; ++k) {
-      good &= std::min({r[k], g[k], b[k]}) >= 0 && r[k] + g[k] + b[k] <= 3e38;
-      luminance[k] = TexelLuminance(field, m, k);
-      sum += luminance[k];
-    }
+  for (std::size_t k = 0; k < size; ++k) {
+    magnitude[k] = TexelMagnitude(field, m, k);
+    sum += magnitude[k];
   }
-  if (good && sum <= std::numeric_limits<float>::max()) return sum;
+  if (sum <= std::numeric_limits<float>::max()) return sum;
   for (std::size_t k = 0; k < size; ++k)
-    for (int channel = 0; channel < field.geometry.channels; ++channel) {
-      const float c = field.image(m, channel)[k];
-      if (!(c >= 0) || !std::isfinite(c)) RefuseTexel(field, name, m, k);
-    }
+    for (int channel = 0; channel < field.geometry.channels; ++channel)
+      if (!std::isfinite(field.image(m, channel)[k])) RefuseTexel(field, name, m, k);
   throw InputError(name,
                    fmt::format("the sum of image C.{:02d}.{:02d} exceeds the range of float32",
                                m / field.geometry.grid.width, m % field.geometry.grid.width),

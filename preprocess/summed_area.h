@@ -1,4 +1,4 @@
-// What all sampling tables are made with: luminance of coefficient images, and summed-area tables
+// What all sampling tables are made with: magnitudes of coefficient images, and summed-area tables
 // in 64-bit fixed point.
 #pragma once
 
@@ -10,14 +10,15 @@
 
 namespace luxfield::preprocess {
 
-// Y of a texel, rounded to float32 (the value itself for one channel).
-float TexelLuminance(const lightfield::LightField& field, int m, std::size_t texel);
+// What a texel weighs where images are drawn from: |C|, or 0.2126 |R| + 0.7152 |G| + 0.0722 |B|,
+// rounded to float32. It is the texel's luminance where C >= 0, and 0 only where all of C is 0.
+float TexelMagnitude(const lightfield::LightField& field, int m, std::size_t texel);
 
-// Writes TexelLuminance of every texel of image m and returns their sum. Throws InputError naming
-// the file `name`, image and texel for a negative, NaN or infinite C, and for an image whose sum
-// exceeds float32.
-double LuminanceSum(const lightfield::LightField& field, const std::string& name, int m,
-                    std::span<float> luminance);
+// Writes TexelMagnitude of every texel of image m and returns their sum. Throws InputError naming
+// the file `name`, image and texel for a NaN or infinite C, and for an image whose sum exceeds
+// float32.
+double MagnitudeSum(const lightfield::LightField& field, const std::string& name, int m,
+                    std::span<float> magnitude);
 
 // Fills sat[r (width + 1) + c] = sum of the values of rows < r and columns < c in quanta of
 // 2^-exponent, each value rounded to the nearest quantum, and returns the exponent: `sum`, that of

@@ -91,11 +91,11 @@ Tables BuildTables(const LightField& field, const std::string& name, const std::
   tables.exponent.assign(tables.count(), 0);
   tables.sat.resize(tables.sat_size() * tables.count());
   core::ParallelFor(tables.exponent.size(), 1, [&](std::size_t begin, std::size_t end) {
-    std::vector<float> luminance(g.plane_size());
+    std::vector<float> magnitude(g.plane_size());
     for (std::size_t m = begin; m < end; ++m) {
-      const double sum = LuminanceSum(field, name, static_cast<int>(m), luminance);
+      const double sum = MagnitudeSum(field, name, static_cast<int>(m), magnitude);
       tables.exponent[m] =
-          BuildSummedArea(std::span<const float>(luminance), sum, tables.width, tables.height,
+          BuildSummedArea(std::span<const float>(magnitude), sum, tables.width, tables.height,
                           tables.sat.data() + tables.sat_size() * m);
     }
   });

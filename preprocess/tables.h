@@ -10,8 +10,11 @@
 // Since differences are exact, the SAT holds the other tables too and none of them is stored:
 //   marginal  cdf_m(s)   = S[H][c] / S[H][W]                 its last row
 //   conditional cdf_m(t|s): S[r][c+1] - S[r][c]              column c, from the top down
-//   chroma    c_m(s) = C_m(s) / Y(C_m(s))                    read from the light field at the
+//   chroma    c_m(s) = C_m(s) / |C_m(s)|                     read from the light field at the
 //   sample
+//
+// |C| is what a texel weighs, the luminance of its channels' magnitudes (summed_area.h): sampling
+// takes C of any sign, draws in proportion to |C| and counts what it drew as C / |C|.
 #pragma once
 
 #include <cstdint>
@@ -39,9 +42,9 @@ struct Tables {
   int basis_cells = 0;                  // n
   std::string light_field_sha256;       // of the file the tables were made from
 
-  // Image m: S[r][c] = sum of the luminance (Y of RGB, rounded to float32) of rows < r and columns
-  // < c in quanta of 2^-exponent[m]; (height + 1) x (width + 1) entries, row 0 and column 0 are 0,
-  // all below 2^63.
+  // Image m: S[r][c] = sum of |C| (summed_area.h, rounded to float32) of rows < r and columns < c
+  // in quanta of 2^-exponent[m]; (height + 1) x (width + 1) entries, row 0 and column 0 are 0, all
+  // below 2^63.
   std::vector<std::uint64_t> sat;
   std::vector<int> exponent;  // 0 for an all-zero image
 
@@ -63,8 +66,8 @@ struct Tables {
 };
 
 // Builds the tables of `field`, images in parallel. `name` (the file) and `sha256` are for messages
-// and provenance. Throws InputError naming image and texel for a negative, NaN or infinite C, and
-// for an image whose sum exceeds float32; an all-zero image is legal.
+// and provenance. Throws InputError naming image and texel for a NaN or infinite C, and for an
+// image whose sum exceeds float32; an all-zero image is legal.
 Tables BuildTables(const lightfield::LightField& field, const std::string& name,
                    const std::string& sha256);
 

@@ -59,8 +59,8 @@ class LitScene {
   // X.tab.exr lies beside the light field X.lf.exr, and built otherwise; tables of cells are
   // built; a light-vector volume is built over what the camera sees, for a relative RMSE of
   // `volume_error`, where there is none as good. Throws InputError for tables that cannot be read
-  // or belong to another light field, and for light fields that tables cannot be built from
-  // (negative C).
+  // or belong to another light field, and for light fields that tables cannot be built from (C that
+  // is not finite).
   void Require(const TableNeeds& needs, double volume_error = 2e-3);
 
   // Makes the environment's tables as `options` ask for, if there is an environment.

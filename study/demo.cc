@@ -61,7 +61,7 @@ double TableError(const preprocess::Tables& tables, const lightfield::LightField
   for (int m = 0; m < tables.count(); ++m) {
     double sum = 0;
     for (std::size_t k = 0; k < field.geometry.plane_size(); ++k)
-      sum += preprocess::TexelLuminance(field, m, k);
+      sum += preprocess::TexelMagnitude(field, m, k);
     if (sum > 0) worst = std::max(worst, std::abs(tables.Total(m) / sum - 1));
   }
   return worst;

@@ -96,7 +96,6 @@ struct EstimatorTraits {
   std::string name;
   TableNeeds needs{};                               // without shadows
   TableNeeds needs_for_shadows{};                   // what traced shadows need besides
-  bool needs_non_negative = false;                  // C >= 0 (a SAT implies it)
   bool any_brdf = false;                            // false: Lambertian surfaces only
   bool traced_shadows = true, map_shadows = false;  // which visibility it takes, besides none
   bool unbiased = false;  // expectation = E_n(p) and L_o(p), without shadows

@@ -32,7 +32,6 @@ EstimatorTraits SamplingTraits(const std::string& name, const std::string& guara
                                const TableNeeds& needs) {
   return {.name = name,
           .needs = needs,
-          .needs_non_negative = true,
           .any_brdf = true,
           .map_shadows = true,
           .unbiased = true,

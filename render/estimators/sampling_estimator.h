@@ -9,7 +9,7 @@
 
 namespace luxfield::render {
 
-// Of a sampler that claims no bias, takes any BRDF and all shadows, and needs C >= 0.
+// Of a sampler that claims no bias and takes any BRDF and all shadows.
 EstimatorTraits SamplingTraits(const std::string& name, const std::string& guarantee,
                                const TableNeeds& needs = {.sat = true});
 

@@ -37,7 +37,6 @@ const EstimatorTraits& ThesisTraits() {
   static const EstimatorTraits traits{
       .name = "thesis",
       .needs = {.sat = true},
-      .needs_non_negative = true,
       .any_brdf = true,
       .map_shadows = true,
       .guarantee =

@@ -9,9 +9,9 @@ VisibleShare::Shares VisibleShare::Trace(const std::string& estimator, const GBu
                                          const EstimatorOptions& options, const Buffer& samples) {
   Shares shares;
   if (!visibility.bvh) return shares;
-  shares.irradiance = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
-  if (gbuffer.glossy())
-    shares.reflected = Buffer(device_, gbuffer.pixel_count() * sizeof(cl_float4));
+  const std::size_t bytes = 2 * gbuffer.pixel_count() * sizeof(cl_float4);
+  shares.irradiance = Buffer(device_, bytes);
+  if (gbuffer.glossy()) shares.reflected = Buffer(device_, bytes);
   if (!sampler_)
     sampler_.emplace(device_, "kernels/cells.cl", "VisibleShare", std::string(),
                      /*masses_are_seen=*/true, WindowsOf::kCells);

@@ -119,18 +119,32 @@ __kernel void Cells(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS, WIN
   StoreTotals(luminaire, &surface, totals, pixel, LIGHTING);
 }
 
-// The visible share of `light` per channel, and the variance of the luminance's share (of a ratio
-// of sums, to first order); squares are of luminances, one per sample.
-inline float4 ShareOf(float3 visible, float visible_square, float3 light, float square, int count) {
-  const float luminance = Luminance(light);
-  if (!(luminance > 0.0f)) return (float4)(1.0f, 1.0f, 1.0f, 0.0f);
-  const float ratio = Luminance(visible) / luminance, n = (float)count;
-  const float spread = (1.0f - 2.0f * ratio) * visible_square + ratio * ratio * square;
-  return (float4)(light.x > 0.0f ? visible.x / light.x : ratio,
-                  light.y > 0.0f ? visible.y / light.y : ratio,
-                  light.z > 0.0f ? visible.z / light.z : ratio,
-                  count > 1 ? fmax(spread, 0.0f) / (luminance * luminance) * (n / (n - 1.0f))
-                            : 1.0f);
+// Sums over samples x: of all and of the visible ones, of those below 0 what they take away, and the
+// squares of their luminances.
+typedef struct VisibleSums {
+  float3 light, taken, visible, visible_taken;
+  float square, visible_square;
+} VisibleSums;
+
+// Writes the visible share and what it leaves out (estimators/visible_share.h). The variance is that
+// of a ratio of sums, to first order; `scale` makes light of sums.
+inline void StoreShare(VisibleSums sums, int count, float scale, __global float4* share) {
+  // Sums of |x|.
+  const float3 all = sums.light + 2.0f * sums.taken,
+               seen = sums.visible + 2.0f * sums.visible_taken;
+  const float luminance = Luminance(all);
+  share[0] = (float4)(1.0f, 1.0f, 1.0f, 0.0f);
+  share[1] = (float4)(0.0f);
+  if (!(luminance > 0.0f)) return;
+  const float ratio = Luminance(seen) / luminance, n = (float)count;
+  const float spread = (1.0f - 2.0f * ratio) * sums.visible_square + ratio * ratio * sums.square;
+  const float3 v = (float3)(all.x > 0.0f ? seen.x / all.x : ratio,
+                            all.y > 0.0f ? seen.y / all.y : ratio,
+                            all.z > 0.0f ? seen.z / all.z : ratio);
+  share[0] = (float4)(v, count > 1 ? fmax(spread, 0.0f) / (luminance * luminance) * (n / (n - 1.0f))
+                                   : 1.0f);
+  share[1] = 2.0f * scale *
+             (float4)(v * sums.taken - sums.visible_taken, Luminance(sums.taken));
 }
 
 // Visible shares of the irradiance and, where surfaces are glossy, of the reflected radiance.
@@ -139,20 +153,24 @@ __kernel void VisibleShare(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMEN
                            __global uint* samples) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
   if (pixel >= sampling->end) return;
-  share[pixel] = (float4)(1.0f, 1.0f, 1.0f, 0.0f);
-  if (shown_share) shown_share[pixel] = share[pixel];
   Surface surface;
-  if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
-  const CellTables tables = MakeCellTables(luminaire, sat, sat_scale);
-  const Scene scene = {nodes, triangles};
-  const Windows windows = {spans + item, masses + item, sampling->scratch_stride};
-  const Totals totals = LightCells(luminaire, sampling, images, &tables, &surface, scene,
-                                   sampling->first_pixel + (uint)pixel, windows);
+  Totals totals = NoLight();
+  float scale = 0.0f;
+  if (MakeSurface(luminaire, SURFACE(pixel), &surface)) {
+    const CellTables tables = MakeCellTables(luminaire, sat, sat_scale);
+    const Scene scene = {nodes, triangles};
+    const Windows windows = {spans + item, masses + item, sampling->scratch_stride};
+    totals = LightCells(luminaire, sampling, images, &tables, &surface, scene,
+                        sampling->first_pixel + (uint)pixel, windows);
+    scale = FluxScale(luminaire, surface.receiver.p.z);
+  }
   samples[pixel] += (uint)totals.count;
-  share[pixel] =
-      ShareOf(totals.visible, totals.visible_square, totals.light, totals.square, totals.count);
+  const VisibleSums sums = {totals.light,         totals.light_taken,    totals.visible,
+                            totals.visible_taken, totals.square, totals.visible_square};
+  StoreShare(sums, totals.count, scale, share + 2 * pixel);
 #if GLOSSY
-  shown_share[pixel] = ShareOf(totals.reflected, totals.shown_square, totals.unshadowed,
-                               totals.unshadowed_square, totals.count);
+  const VisibleSums shown = {totals.unshadowed,       totals.unshadowed_taken, totals.reflected,
+                             totals.reflected_taken, totals.unshadowed_square, totals.shown_square};
+  StoreShare(shown, totals.count, scale, shown_share + 2 * pixel);
 #endif
 }

@@ -220,8 +220,8 @@ __attribute__((always_inline)) inline void LightPixels(__constant const Luminair
 }
 
 // Adds the irradiance of every pixel whose horizon does not cut the luminaire. `ratio` (may be
-// null): visible share per channel and the variance of the luminance share. `seen`: the cells that
-// shadow maps show; null unless SHADOW_MAPS.
+// null): what of it is visible (estimators/visible_share.h). `seen`: the cells that shadow maps
+// show; null unless SHADOW_MAPS.
 //
 // Work-items light runs of PIXELS pixels of a row and follow each other down `tile_rows` rows, then
 // along them: what neighbouring rows see is still in a core's cache.

@@ -232,7 +232,7 @@ inline int PartsOfCell(__constant const LuminaireParams* luminaire, const Surfac
 }
 
 // Adds irradiance and reflected radiance of every pixel. `share` and `shown_share` (may be null):
-// visible share of either per channel, and the variance of the latter's luminance.
+// what of either is visible (estimators/visible_share.h).
 __kernel void Gloss(__constant const LuminaireParams* luminaire, __global const float* images,
                     SURFACE_ARGUMENTS, int pixel_count, float max_error,
                     __global const float4* share, __global const float4* shown_share,
@@ -266,10 +266,12 @@ __kernel void Gloss(__constant const LuminaireParams* luminaire, __global const 
   const float scale = FluxScale(luminaire, surface.receiver.p.z);
   float3 visible = scale * totals.visible, shown = scale * totals.reflected;
   if (share) {
-    const float luminance = Luminance(shown);
-    variance[pixel] += luminance * luminance * shown_share[pixel].w;
-    visible *= share[pixel].xyz;
-    shown *= shown_share[pixel].xyz;
+    const float4 of_visible = share[2 * pixel], of_shown = shown_share[2 * pixel],
+                 taken = shown_share[2 * pixel + 1];
+    const float luminance = Luminance(shown) + taken.w;
+    variance[pixel] += luminance * luminance * of_shown.w;
+    visible = visible * of_visible.xyz + share[2 * pixel + 1].xyz;
+    shown = shown * of_shown.xyz + taken.xyz;
   }
   irradiance[pixel].xyz += visible;
   reflected[pixel].xyz += shown;

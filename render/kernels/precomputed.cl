@@ -1,10 +1,10 @@
 // Precomputed light importance sampling, the thesis' baseline: images and texels are drawn with
-// density C over the whole luminaire, wherever the receiver is; what misses the windows is lost. A
+// density |C| over the whole luminaire, wherever the receiver is; what misses the windows is lost. A
 // sample adds
 //
-//   delta^2 / z^3 h^2 (T_m / nbar_m) C / Y(C) Phi_m(y(s)) |dy / ds| (n . (u - p))+ V
+//   delta^2 / z^3 h^2 (T_m / nbar_m) C / |C| Phi_m(y(s)) |dy / ds| (n . (u - p))+ V
 //
-// with T_m the sum of image m and y(s) where the line from p through s meets F, |dy / ds| = 1 /
+// with T_m the sum of |C_m| and y(s) where the line from p through s meets F, |dy / ds| = 1 /
 // step^2.
 #include "kernels/window_lighting.clh"
 
@@ -36,7 +36,7 @@ inline WholeImage MakeWholeImage(__global const ulong* sat, int width, int heigh
   return image;
 }
 
-// A place with density C.
+// A place with density |C|.
 inline void DrawPlace(const WholeImage* image, float2 xi, Place* column, Place* row) {
   *column = InvertMarginal(&image->marginal, image->columns, xi.x);
   const Conditional conditional =

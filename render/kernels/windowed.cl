@@ -1,12 +1,13 @@
 // Importance sampling in windows (THEORY.md 6): images are allotted samples in proportion to the
-// mass M_m of their windows; a sample of density p(y) on the support of Phi_m adds
+// mass M_m of their windows, the integral of |C_m|; a sample of density p(y) on the support of Phi_m
+// adds
 //
 //   delta^2 / z^3 h^2 (v_m M_m / nbar_m) C_m(s(y)) Phi_m(y) / (M_m p(y)) (n . (u - p))+ V
 //
 // with v_m the image's visibility by shadow maps, 1 without them; images are allotted by v_m M_m.
 //
-// PROPOSAL = MASS_AND_BASIS: p = (1 - b) C / M + b Phi / area, one-sample balance heuristic (Veach
-// 1997) of what follows C, good where a window holds structure, and what follows Phi, good where C
+// PROPOSAL = MASS_AND_BASIS: p = (1 - b) |C| / M + b Phi / area, one-sample balance heuristic (Veach
+// 1997) of what follows |C|, good where a window holds structure, and what follows Phi, good where C
 // hardly varies in it. BASIS: b = 1. UNIFORM: p is constant over what is seen of the window.
 //
 // Where a surface is glossy, K_b of the samples follow its BRDF instead with density q
@@ -30,7 +31,7 @@
 #define FOLLOW_BRDF 0
 #endif
 
-// Draws y; returns C Phi, 0 off the image, and `density` = M p. Both may be in units of Y(C) if
+// Draws y; returns C Phi, 0 off the image, and `density` = M p. Both may be in units of |C| if
 // `ratio_only`.
 inline float3 DrawSample(LUMINAIRE_ARGUMENTS, const Surface* surface, const Window* window,
                          const Marginal* marginal, float mass, bool ratio_only, float2 xi,
@@ -66,7 +67,7 @@ inline float3 DrawSample(LUMINAIRE_ARGUMENTS, const Surface* surface, const Wind
   const float phi = BasisProduct(luminaire, *y);
   if (share == 0.0f && ratio_only) return phi * Chroma(luminaire, images, window->m, column, row);
   const float3 value = TexelValue(luminaire, images, window->m, column, row);
-  *density = MixedDensity(luminaire, share, mass, Luminance(value), phi);
+  *density = MixedDensity(luminaire, share, mass, Magnitude(value), phi);
   return value * phi;
 #endif
 }
@@ -99,7 +100,7 @@ inline float3 LightOfPoint(LUMINAIRE_ARGUMENTS, const Surface* surface, Windows 
       const float3 value = TexelValue(luminaire, images, m, column, row);
       const float light_density =
           ExpectedSamples(allocation, mass) / window_mass *
-          MixedDensity(luminaire, sampling->basis_share, window_mass, Luminance(value), phi);
+          MixedDensity(luminaire, sampling->basis_share, window_mass, Magnitude(value), phi);
       light += value * (visibility * phi / (light_density + brdf_density));
     }
   return light;

@@ -71,17 +71,26 @@ TEST(CellFit, ChiSquaredAgainstThePolynomial) {
   const Device device = Device::Open();
   constexpr int kCount = 100000, kBins = 20;
   const Program program = Program::BuildText(device, kKernel, "cell_fit_test.cl", "-D GLOSSY=0");
-  for (const auto kind : {lightfield::BasisKind::kBox, lightfield::BasisKind::kBilinear,
-                          lightfield::BasisKind::kQuadratic, lightfield::BasisKind::kBspline2})
+  struct Signs {
+    lightfield::BasisKind kind;
+    float image_4;  // C of one image of the cell; 0: left as it is
+  };
+  using lightfield::BasisKind;
+  for (const Signs signs : {Signs{BasisKind::kBox, 0}, Signs{BasisKind::kBilinear, 0},
+                            Signs{BasisKind::kQuadratic, 0}, Signs{BasisKind::kBspline2, 0},
+                            Signs{BasisKind::kBox, -2}, Signs{BasisKind::kQuadratic, -9},
+                            // The other images outshine it everywhere, or not.
+                            Signs{BasisKind::kBspline2, -0.1f}, Signs{BasisKind::kBspline2, -90}})
     for (auto [what, p, over_the_border] : kCases) {
       LuminaireShape shape;
-      shape.basis = lightfield::Basis::Make(kind);
+      shape.basis = lightfield::Basis::Make(signs.kind);
       shape.spacing_m = 0.04;
       // Images of constant values of their own: the fit is then the light, in any window.
       auto field = EmptyLuminaire(shape);
       const auto& g = field.geometry;
       for (int m = 0; m < g.grid.count(); ++m)
         std::ranges::fill(field.image(m, 0), static_cast<float>((7 * m + 3) % 11));
+      if (signs.image_4 < 0) std::ranges::fill(field.image(4, 0), signs.image_4);
       const int a = 1, b = 1;
       if (over_the_border)
         p.x = (g.lattice.s_of_column(g.lattice.width) * p.z -
@@ -112,7 +121,7 @@ TEST(CellFit, ChiSquaredAgainstThePolynomial) {
       EXPECT_NEAR(rectangle.s[2], x_part[1] - x_part[0], 1e-5) << what;
       EXPECT_NEAR(rectangle.s[3], y_part[1] - y_part[0], 1e-5) << what;
 
-      const auto light = [&](double fx, double fy) {
+      const auto signed_light = [&](double fx, double fy) {
         double sum = 0;
         for (int l = 0; l < g.grid.basis.cells; ++l)
           for (int k = 0; k < g.grid.basis.cells; ++k) {
@@ -121,6 +130,29 @@ TEST(CellFit, ChiSquaredAgainstThePolynomial) {
             sum += field.image(g.grid.index(i, j), 0)[0] * g.grid.basis.CellValue(k, fx) *
                    g.grid.basis.CellValue(l, fy);
           }
+        return sum;
+      };
+      // Magnitudes of the Bernstein coefficients over what is seen: those of a quadratic are f(0),
+      // 2 f(1/2) - (f(0) + f(1)) / 2 and f(1).
+      const double to_bernstein[3][3] = {{1, 0, 0}, {-0.5, 2, -0.5}, {0, 0, 1}};
+      double bernstein[3][3] = {};
+      for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i) {
+          for (int l = 0; l < 3; ++l)
+            for (int k = 0; k < 3; ++k)
+              bernstein[j][i] += to_bernstein[j][l] * to_bernstein[i][k] *
+                                 signed_light(x_part[0] + 0.5 * k * (x_part[1] - x_part[0]),
+                                              y_part[0] + 0.5 * l * (y_part[1] - y_part[0]));
+          bernstein[j][i] = std::abs(bernstein[j][i]);
+        }
+      const auto light = [&](double fx, double fy) {
+        const double tx = (fx - x_part[0]) / (x_part[1] - x_part[0]),
+                     ty = (fy - y_part[0]) / (y_part[1] - y_part[0]);
+        const double bx[] = {(1 - tx) * (1 - tx), 2 * tx * (1 - tx), tx * tx},
+                     by[] = {(1 - ty) * (1 - ty), 2 * ty * (1 - ty), ty * ty};
+        double sum = 0;
+        for (int j = 0; j < 3; ++j)
+          for (int i = 0; i < 3; ++i) sum += bernstein[j][i] * bx[i] * by[j];
         return sum;
       };
       // Gauss-Legendre of three points is exact for the polynomial.
@@ -150,7 +182,8 @@ TEST(CellFit, ChiSquaredAgainstThePolynomial) {
         observed[std::clamp(r, 0, kBins - 1) * kBins + std::clamp(c, 0, kBins - 1)] += 1;
         ASSERT_NEAR(densities[k], light(fx, fy) / total, 1e-4 * densities[k] + 1e-5) << what;
       }
-      EXPECT_LT(ChiSquaredDeviations(expected, observed, g.grid.basis.name() + ", " + what), 5);
+      const std::string name = g.grid.basis.name() + (signs.image_4 < 0 ? ", signed, " : ", ");
+      EXPECT_LT(ChiSquaredDeviations(expected, observed, name + what), 5);
     }
 }
 
