@@ -38,23 +38,35 @@ Vec2 FilterPrint::OnSheet(Vec2 offset) const {
   return {c * shifted.x + s * shifted.y, -s * shifted.x + c * shifted.y};
 }
 
-double FilterPrint::WithErrors(double ideal, Vec2 own) const {
+double FilterPrint::MeanGrain(Vec2 offset, double patch_m) const {
+  constexpr int kMost = 12;  // per axis, two a grain
+  const int points =
+      std::clamp(static_cast<int>(std::ceil(2 * patch_m / errors_.grain_size_m)), 1, kMost);
+  double sum = 0;
+  for (int y = 0; y < points; ++y)
+    for (int x = 0; x < points; ++x)
+      sum += Grain(offset + Vec2{((x + 0.5) / points - 0.5) * patch_m,
+                                 ((y + 0.5) / points - 0.5) * patch_m});
+  return sum / (points * points);
+}
+
+double FilterPrint::WithErrors(double ideal, Vec2 own, double patch_m) const {
   double value = ideal;
   if (value <= 0) return 0;
   if (errors_.density_gamma != 0) value = std::pow(value, 1 + errors_.density_gamma);
   value *= 1 + errors_.density;
-  if (errors_.grain > 0) value *= std::max(0.0, 1 + errors_.grain * Grain(own));
+  if (errors_.grain > 0) value *= std::max(0.0, 1 + errors_.grain * MeanGrain(own, patch_m));
   return value;
 }
 
-double FilterPrint::Transmittance(Vec2 offset, int print) const {
+double FilterPrint::Transmittance(Vec2 offset, int print, double patch_m) const {
   const Vec2 own = OnSheet(offset);
-  return WithErrors(sheet_.FilterTransmittance(own, print), own);
+  return WithErrors(sheet_.FilterTransmittance(own, print), own, patch_m);
 }
 
 double FilterPrint::SheetTransmittance(Vec2 offset, int print) const {
   const Vec2 own = OnSheet(offset);
-  return WithErrors(sheet_.Transmittance(own, print), own);
+  return WithErrors(sheet_.Transmittance(own, print), own, 0);
 }
 
 }  // namespace luxfield::hal::sim

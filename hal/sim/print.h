@@ -27,8 +27,9 @@ class FilterPrint {
 
   const lightfield::FilterSheet& sheet() const { return sheet_; }
   // At an offset from the filter's axis; `print` 0 is the positive part, 1 the negative one. Opaque
-  // beyond the filter: what stands in the luminaire's light.
-  double Transmittance(Vec2 offset_m, int print) const;
+  // beyond the filter: what stands in the luminaire's light. The grain is its mean over a square of
+  // side patch_m about there, which is what a point of a quadrature stands for.
+  double Transmittance(Vec2 offset_m, int print, double patch_m = 0) const;
   // Of the whole sheet, marks and wedge included: what a photograph shows.
   double SheetTransmittance(Vec2 offset_m, int print) const;
   // T of the filter is 0 further than this from the axis, per coordinate.
@@ -36,8 +37,9 @@ class FilterPrint {
 
  private:
   Vec2 OnSheet(Vec2 offset_m) const;
-  double WithErrors(double ideal, Vec2 own) const;
+  double WithErrors(double ideal, Vec2 own, double patch_m) const;
   double Grain(Vec2 offset_m) const;
+  double MeanGrain(Vec2 offset_m, double patch_m) const;
 
   lightfield::FilterSheet sheet_;
   PrintErrors errors_;

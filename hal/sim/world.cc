@@ -163,7 +163,8 @@ void World::TraceBatch(const std::vector<Visit>& visits) {
   auto images = TraceIrradiance(
       *lab_.lamp,
       [this](Vec2 offset, int print_index) {
-        return print_model_.Transmittance(offset, print_index);
+        return print_model_.Transmittance(offset, print_index,
+                                          lab_.spacing_m / lab_.u_samples_per_cell);
       },
       print_model_.half_width_m(), poses, lattice_, windows, options);
   for (std::size_t k = 0; k < visits.size(); ++k) {

@@ -174,6 +174,19 @@ TEST(FilterPrint, ErrorsAreAsStated) {
   // About 117^2 points, correlated over at most 4 neighbours.
   EXPECT_NEAR(sum / count, 0, 4 * 0.02 * 2 / std::sqrt(count));
   EXPECT_NEAR(std::sqrt(squares / count), 0.02, 0.02 * 0.06);
+
+  // Over squares of six grains the mean has the variance of a sum over as many areas of the
+  // autocorrelation, (3/2)^2 grains^2: 0.02 times 1.5 / 6, less for what reaches over the edges.
+  squares = 0;
+  count = 0;
+  for (double x = -0.97; x < 0.97; x += 0.06)
+    for (double y = -0.97; y < 0.97; y += 0.06) {
+      const double relative =
+          grainy.Transmittance({x, y}, 0, 0.06) / flat.Transmittance({x, y}, 0) - 1;
+      squares += relative * relative;
+      ++count;
+    }
+  EXPECT_NEAR(std::sqrt(squares / count), 0.02 * 1.5 / 6, 0.02 * 1.5 / 6 * 0.12);
 }
 
 // THEORY 3: the two prints of a dual filter, scaled by their peaks, make Phi*; at a = 1/2 the peaks
