@@ -17,6 +17,9 @@ using reconstruct::kErrorSources;
 using reconstruct::QuantityBudget;
 
 const char* const kNotStated = "not stated";
+const char* const kEstimatedBasis =
+    "the basis' row is estimated from what coarser grids lose of this lamp; smallest_spot_m in "
+    "--uncertainty states how fine the lamp is instead";
 
 std::string Percent(double sigma, double value) {
   if (value == 0) return fmt::format("{:.3g}", sigma);
@@ -37,8 +40,10 @@ std::vector<int> SourcesOf(const ErrorBudget& budget) {
   return sources;
 }
 
-std::string NameOf(int source) {
-  return reconstruct::ErrorSourceName(static_cast<ErrorSource>(source));
+std::string NameOf(const ErrorBudget& budget, int source) {
+  const bool estimated = budget.basis_estimated && source == static_cast<int>(ErrorSource::kBasis);
+  return std::string(reconstruct::ErrorSourceName(static_cast<ErrorSource>(source))) +
+         (estimated ? ", estimated" : "");
 }
 
 std::string ValueText(const QuantityBudget& quantity) {
@@ -85,10 +90,11 @@ void PrintErrorBudget(const ErrorBudget& budget) {
   for (const QuantityBudget* quantity : All(budget)) {
     fmt::print("{}: {}\n", quantity->name, ValueText(*quantity));
     for (const int s : SourcesOf(budget))
-      fmt::print("  {:<16}{:>12}\n", NameOf(s), Share(*quantity, s));
+      fmt::print("  {:<17}{:>12}\n", NameOf(budget, s), Share(*quantity, s));
   }
   if (budget.scale) fmt::print("{}\n", ScaleText(*budget.scale));
   if (budget.tilt) fmt::print("{}\n", TiltText(*budget.tilt));
+  if (budget.basis_estimated) fmt::print("{}\n", kEstimatedBasis);
 }
 
 void WriteBudgetReport(const ErrorBudget& budget, const std::optional<reconstruct::Meter>& meter,
@@ -96,8 +102,9 @@ void WriteBudgetReport(const ErrorBudget& budget, const std::optional<reconstruc
   HtmlPage page("Error budget");
   page.Paragraph(fmt::format(
       "Session {}. Standard deviations; the total is the root of the sum of squares of the sources "
-      "whose sizes are stated.",
+      "whose sizes are stated or estimated.",
       session));
+  if (budget.basis_estimated) page.Paragraph(kEstimatedBasis);
   if (budget.scale) page.Paragraph(ScaleText(*budget.scale));
   if (const std::string text = meter ? MeterText(*meter) : ""; !text.empty()) page.Paragraph(text);
   if (budget.tilt) page.Paragraph(TiltText(*budget.tilt));
@@ -110,7 +117,7 @@ void WriteBudgetReport(const ErrorBudget& budget, const std::optional<reconstruc
     std::vector<Bar> bars;
     for (const int s : SourcesOf(budget)) {
       const auto& sigma = q->sigma[static_cast<std::size_t>(s)];
-      bars.push_back({NameOf(s), sigma, Share(*q, s)});
+      bars.push_back({NameOf(budget, s), sigma, Share(*q, s)});
     }
     bars.push_back({"total", q->Total(), Percent(q->Total(), q->value), true});
     page.Heading(q->name);

@@ -33,6 +33,7 @@ ErrorSizes ReadSizes(const Config& table) {
   sizes.stray_share = Size(table, "stray_share", 1);
   if (table.Has("smallest_spot_m"))
     sizes.smallest_spot_m = table.Number("smallest_spot_m", {1e-6, 1});
+  sizes.estimate_basis = table.Boolean("estimate_basis", true);
   return sizes;
 }
 

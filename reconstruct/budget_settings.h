@@ -26,6 +26,9 @@ struct ErrorSizes {
   double grain_area_m2 = 0;     // integral of its autocorrelation
   std::optional<double> stray_share;
   std::optional<double> smallest_spot_m;  // of the lamp on F: what the basis may lose of it
+  // Without smallest_spot_m: from coarser grids (coarser_grids.h); false where the lamp is known to
+  // lie in the span of the basis.
+  bool estimate_basis = true;
 };
 
 struct RayAsked {

@@ -10,6 +10,7 @@
 #include "reconstruct/adjoint_solve.h"
 #include "reconstruct/budget_quantities.h"
 #include "reconstruct/calibrate_glare.h"
+#include "reconstruct/coarser_grids.h"
 #include "reconstruct/error_propagation.h"
 #include "reconstruct/filter_noise.h"
 #include "reconstruct/filter_system.h"
@@ -89,13 +90,19 @@ double PositionNoise(const ErrorSizes& sizes, double spacing_m) {
                     sizes.stage_m.value_or(0) / spacing_m);
 }
 
-// Of every quantity; nothing where nobody states how fine the lamp is.
+// Of every quantity: from what the settings state of the lamp, else from coarser grids; nothing
+// where they want neither.
 std::vector<std::optional<double>> BasisSigmas(const ErrorSizes& sizes,
                                                const lightfield::Measurements& measurements,
                                                const LightField& field,
                                                const std::vector<AskedQuantity>& quantities) {
   std::vector<std::optional<double>> sigmas(quantities.size());
-  if (!sizes.smallest_spot_m) return sigmas;
+  if (!sizes.smallest_spot_m) {
+    if (!sizes.estimate_basis) return sigmas;
+    std::vector<const std::vector<Term>*> terms;
+    for (const AskedQuantity& quantity : quantities) terms.push_back(&quantity.terms);
+    return CoarserGridSigmas(field, measurements.filter, terms);
+  }
   const BasisTruncation truncation(
       field, measurements.filter,
       {*sizes.smallest_spot_m, PositionNoise(sizes, field.geometry.grid.spacing_m), &measurements});
@@ -176,6 +183,7 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
   ErrorSizes sizes = KnownSizes(settings, how, plan.sensor);
   if (filter) sizes = WithFilter(sizes, *filter);
   ErrorBudget budget;
+  budget.basis_estimated = !sizes.smallest_spot_m && sizes.estimate_basis;
   for (std::size_t q = 0; q < quantities.size(); ++q) {
     QuantityBudget& result = budget.quantities.emplace_back();
     result.name = quantities[q].name;
@@ -227,7 +235,9 @@ nlohmann::json ToJson(const QuantityBudget& quantity) {
 nlohmann::json ToJson(const ErrorBudget& budget) {
   nlohmann::json quantities = nlohmann::json::array();
   for (const QuantityBudget& quantity : budget.quantities) quantities.push_back(ToJson(quantity));
-  nlohmann::json json{{"quantities", quantities}};
+  const bool basis = !budget.quantities.empty() && budget.quantities[0].of(ErrorSource::kBasis);
+  nlohmann::json json{{"quantities", quantities}, {"basis", nullptr}};
+  if (basis) json["basis"] = budget.basis_estimated ? "estimated" : "stated";
   if (budget.scale)
     json["scale"] = {{"factor", ToJson(budget.scale->factor)},
                      {"residuals", budget.scale->residuals},

@@ -51,7 +51,7 @@ enum class ErrorSource {
   kStrayLight,     //
   kMeter,          // the light meter's readings and calibration
   kMissing,        // what positions that texels did not see leave open (missing_positions.h)
-  kBasis,          // what the basis does not resolve of the lamp (basis_truncation.h)
+  kBasis,  // what the basis does not resolve of the lamp: basis_truncation.h, or coarser_grids.h
 };
 constexpr int kErrorSources = 19;
 
@@ -82,6 +82,7 @@ struct MeterScale {
 
 struct ErrorBudget {
   std::vector<QuantityBudget> quantities;
+  bool basis_estimated = false;  // its row comes from the data; nobody states how fine the lamp is
   std::optional<MeterScale> scale;
   std::optional<TiltEffect> tilt;  // of a calibrated geometry: in no quantity's sigma
 };
@@ -95,7 +96,8 @@ ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetS
                                const lightfield::MeasuredFilter* filter = nullptr);
 
 // {"quantities": [{"name", "unit", "value", "sigma", "relative", "sources": {name: sigma or
-// null}}], "scale": {...}, "tilt": {...}}, the last two where they are there.
+// null}}], "basis": "stated", "estimated" or null, "scale": {...}, "tilt": {...}}, the last two
+// where they are there.
 nlohmann::json ToJson(const ErrorBudget& budget);
 
 }  // namespace luxfield::reconstruct

@@ -51,6 +51,7 @@ class MonteCarlo {
       : options_(options), estimated_(estimated) {
     WriteBudgetLab(options.folder, options.dual, estimated ? Ladder::kLong : Ladder::kShort);
     settings_.sizes = SizesOfLab(Lab());
+    settings_.sizes.estimate_basis = false;  // the lamp is in the span
     AskOfBudgetLab(&settings_);
     Capture({kNone, {}}, true, options.seed, 0);
     const LightField truth = Reconstructed(kNone, options.seed, 0);
@@ -250,11 +251,12 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
     return std::find(options.sources.begin(), options.sources.end(), name) != options.sources.end();
   };
   const bool basis = options.sources.empty() || asked(kBasisSource),
+             estimated_basis = options.sources.empty() || asked(kEstimatedBasisSource),
              missing = options.sources.empty() || asked(kMissingSource),
              with_basis = options.sources.empty() || asked(kTotalWithBasis),
              filter = options.sources.empty() || asked(kFilterSource);
-  if (cases.size() + asked(kMissingSource) + asked(kBasisSource) + asked(kTotalWithBasis) +
-          asked(kFilterSource) <
+  if (cases.size() + asked(kMissingSource) + asked(kBasisSource) + asked(kEstimatedBasisSource) +
+          asked(kTotalWithBasis) + asked(kFilterSource) <
       options.sources.size())
     throw InputError("--source: one is not a source of the budget; leave it out to see them all");
   core::Json rows = core::Json::array();
@@ -262,7 +264,9 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
     for (const auto& row : more) rows.push_back(row);
   };
   if (missing) add(MissingRows(options.runs, options.seed, options.dual));
-  if (basis) add(TruncationRows(options.folder, options.runs, options.seed, options.dual));
+  if (basis) add(TruncationRows(options.folder, options.runs, options.seed, options.dual, false));
+  if (estimated_basis)
+    add(TruncationRows(options.folder, options.runs, options.seed, options.dual, true));
   if (with_basis) add(SpotTotalRows(options.folder, options.runs, options.seed, options.dual));
   if (filter)
     add(FilterRows(options.folder, options.runs, options.budgets, options.seed, options.dual));

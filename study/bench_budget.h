@@ -25,9 +25,9 @@ struct BenchBudgetOptions {
   std::vector<std::string> sources;  // empty: all, and "total"
 };
 
-// Sources "basis" and "total, with the basis": random lamps that no basis holds (truncation_rows.h,
-// spot_total_rows.h); deviations are from the lamps themselves, `value` is the root mean square of
-// theirs, and `error` comes from the spread of the squares.
+// Sources "basis", "basis, estimated" and "total, with the basis": random lamps that no basis holds
+// (truncation_rows.h, spot_total_rows.h); deviations are from the lamps themselves, `value` is the
+// root mean square of theirs, and `error` comes from the spread of the squares.
 //
 // "SOURCE, exposures estimated": of sessions with longer brackets, whose exposure times are found
 // from the frames. Deviations of the times themselves are from the same session, merged with the

@@ -10,6 +10,7 @@
 #include "lightfield/light_vector.h"
 #include "lightfield/quadrature.h"
 #include "reconstruct/basis_truncation.h"
+#include "reconstruct/coarser_grids.h"
 #include "study/mean_squares.h"
 #include "study/spot_lamp.h"
 
@@ -118,24 +119,44 @@ std::vector<Asked> AskedOfLamps() {
        irradiance(kNear)}};
 }
 
+std::vector<double> StatedSigmas(const LightField& seen, lightfield::FilterKind filter,
+                                 const std::vector<Asked>& asked) {
+  const reconstruct::BasisTruncation truncation(seen, filter, {kSpots.smallest_m});
+  std::vector<double> sigmas;
+  for (const Asked& what : asked) sigmas.push_back(truncation.Sigma({{1, what.form}}));
+  return sigmas;
+}
+
+std::vector<double> EstimatedSigmas(const LightField& seen, lightfield::FilterKind filter,
+                                    const std::vector<Asked>& asked) {
+  std::vector<std::vector<reconstruct::Term>> terms;
+  std::vector<const std::vector<reconstruct::Term>*> quantities;
+  for (const Asked& what : asked) terms.push_back({{1, what.form}});
+  for (const auto& of_quantity : terms) quantities.push_back(&of_quantity);
+  std::vector<double> sigmas;
+  for (const auto& sigma : reconstruct::CoarserGridSigmas(seen, filter, quantities))
+    sigmas.push_back(sigma.value());
+  return sigmas;
+}
+
 }  // namespace
 
 nlohmann::json TruncationRows(const std::filesystem::path& folder, int lamps, std::uint64_t seed,
-                              bool dual) {
+                              bool dual, bool estimated) {
   std::filesystem::create_directories(folder);
   const std::vector<Asked> asked = AskedOfLamps();
-  MeanSquares squares(kBasisSource);
+  MeanSquares squares(estimated ? kEstimatedBasisSource : kBasisSource);
   core::Progress progress("lamps", static_cast<std::uint64_t>(lamps));
   for (int n = 0; n < lamps; ++n) {
     core::ThrowIfInterrupted();
     const LightField lamp = SpotLamp(Geometry(dual), kSpots, seed, n);
     const LightField seen = dual ? BehindDualFilters(lamp) : Projected(lamp, folder);
-    const reconstruct::BasisTruncation truncation(
-        seen, dual ? lightfield::FilterKind::kDual : lightfield::FilterKind::kBasis,
-        {kSpots.smallest_m});
-    for (const Asked& what : asked) {
-      const double truth = what.value(lamp);
-      squares.Add(what.name, truth, truncation.Sigma({{1, what.form}}), what.value(seen) - truth);
+    const auto filter = dual ? lightfield::FilterKind::kDual : lightfield::FilterKind::kBasis;
+    const std::vector<double> sigmas =
+        estimated ? EstimatedSigmas(seen, filter, asked) : StatedSigmas(seen, filter, asked);
+    for (std::size_t q = 0; q < asked.size(); ++q) {
+      const double truth = asked[q].value(lamp);
+      squares.Add(asked[q].name, truth, sigmas[q], asked[q].value(seen) - truth);
     }
     progress.Advance();
   }

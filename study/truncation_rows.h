@@ -1,4 +1,5 @@
-// What basis_truncation.h says against random lamps; rows of `bench budget` (bench_budget.h).
+// What basis_truncation.h and coarser_grids.h say against random lamps; rows of `bench budget`
+// (bench_budget.h).
 #pragma once
 
 #include <cstdint>
@@ -7,12 +8,13 @@
 
 namespace luxfield::study {
 
-constexpr const char* kBasisSource = "basis";
+constexpr const char *kBasisSource = "basis", *kEstimatedBasisSource = "basis, estimated";
 
-// Spot lamps from a quarter to one spacing; the quarter is what is stated. What 7 x 7 filters make
+// Spot lamps from a quarter to one spacing; the quarter is what is stated, or, estimated, nothing.
+// What 7 x 7 filters make
 // of them comes from the simulated lab's own quadrature, or of dual pairs (`quadratic`, a = 1/2)
 // from exact integrals of the dual function: no propagation, no Gram function.
 nlohmann::json TruncationRows(const std::filesystem::path& folder, int lamps, std::uint64_t seed,
-                              bool dual);
+                              bool dual, bool estimated);
 
 }  // namespace luxfield::study

@@ -256,8 +256,9 @@ TEST_F(PrintedPair, AsMeasuredBringsCBackToTheNoiseOfAPerfectOne) {
   EXPECT_GT(assumed_, 2.5 * at_floor_);
   EXPECT_LT(found_, 1.1 * at_floor_);
 
-  const Json budget =
-      Run({"budget", "wrong", "--filter", "h.filter.exr", "--lamp-level", "monitor"});
+  WriteText(folder_ / "in_span.toml", "[uncertainty]\nestimate_basis = false\n");
+  const Json budget = Run({"budget", "wrong", "--filter", "h.filter.exr", "--lamp-level", "monitor",
+                           "--uncertainty", "in_span.toml"});
   const Json& flux = budget.at("quantities").at(0);
   const double value = flux.at("value"), sigma = flux.at("sigma"),
                truth = Run({"info", "lamp.lf.exr"}).at("flux").at(0);
@@ -310,6 +311,7 @@ density_gamma = 0.002
 grain = 0.01
 grain_area_m2 = 1e-6
 stray_share = 5e-4
+estimate_basis = false
 )";
   WriteText(folder_ / "sizes.toml", settings);
   settings += "[meter]\ncalibration = 0.005\n";
@@ -374,6 +376,16 @@ stray_share = 5e-4
   EXPECT_NEAR(by_meter.at("value").get<double>(),
               factor.at("value").get<double>() * first.at("value").get<double>(), 1e-6 * flux);
   EXPECT_GT(by_meter.at("sources").at("light meter").get<double>(), 0.005 * 1.1 * flux);
+  EXPECT_TRUE(json.at("basis").is_null());
+
+  // Unless the lamp is known to lie in the span, what the basis may lose of it is estimated.
+  const Json unstated = budget({"--report", "unstated.html"});
+  EXPECT_EQ(unstated.at("basis"), "estimated");
+  const Json& irradiance = unstated.at("quantities")[1];
+  const double basis = irradiance.at("sources").at("basis");
+  EXPECT_GT(basis, 0);
+  EXPECT_LT(basis, 0.5 * irradiance.at("value").get<double>());
+  EXPECT_NE(ReadText(folder_ / "unstated.html").find("basis, estimated"), std::string::npos);
 }
 
 }  // namespace
