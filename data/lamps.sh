@@ -20,4 +20,4 @@ make_lamp() {  # NAME LAB PLAN
 
 make_lamp bike "$data/labs/bike.toml" "$data/plans/bike.toml"
 make_lamp car1 "$data/labs/car1.toml" "$data/plans/car1.toml"
-make_lamp car2 "$data/labs/headlight.toml" "$data/plans/demo.toml"
+make_lamp car2 "$data/labs/headlight.toml" "$data/plans/car2.toml"

@@ -10,6 +10,7 @@
 #include "hal/sim/simulated_lab.h"
 #include "study/chain.h"
 #include "study/lab_variant.h"
+#include "study/traced_lamp.h"
 
 namespace luxfield::study {
 namespace {
@@ -65,6 +66,49 @@ class SeedStatistics {
   std::vector<double> mean_, squares_, variance_;
 };
 
+// Of one case, over its seeds.
+class Errors {
+ public:
+  Errors(const TracedLamp& lamp, const lightfield::LightField& truth)
+      : lamp_(lamp),
+        truth_(truth),
+        lamp_flux_(FluxThrough(truth.geometry.lattice, lamp, kRays).value) {}
+
+  void Add(const lightfield::LightField& measured) {
+    const auto compared = CompareWithLamp({&measured, &truth_}, lamp_, kRays);
+    const StageError projection = CompareWithTruth(measured.data, truth_.data);
+    ++seeds_;
+    rmse_ += compared[0].rel_rmse * compared[0].rel_rmse;
+    l2_ += compared[0].rel_l2 * compared[0].rel_l2;
+    projection_rmse_ += projection.rel_rmse * projection.rel_rmse;
+    projection_l2_ += projection.rel_l2 * projection.rel_l2;
+    flux_ += LuminousFlux(measured) / lamp_flux_ - 1;
+    floor_ = compared[1];
+  }
+
+  core::Json Row(const std::string& name) const {
+    return {{"case", name},
+            {"seeds", seeds_},
+            {"rel_rmse", std::sqrt(rmse_ / seeds_)},
+            {"rel_l2", std::sqrt(l2_ / seeds_)},
+            {"floor_rel_rmse", floor_.rel_rmse},
+            {"floor_rel_l2", floor_.rel_l2},
+            {"projection_rel_rmse", std::sqrt(projection_rmse_ / seeds_)},
+            {"projection_rel_l2", std::sqrt(projection_l2_ / seeds_)},
+            {"flux_error", flux_ / seeds_}};
+  }
+
+ private:
+  static constexpr std::uint64_t kRays = 1;  // the same ones for all
+
+  const TracedLamp& lamp_;
+  const lightfield::LightField& truth_;
+  double lamp_flux_;
+  int seeds_ = 0;
+  double rmse_ = 0, l2_ = 0, projection_rmse_ = 0, projection_l2_ = 0, flux_ = 0;
+  StageError floor_;
+};
+
 }  // namespace
 
 nlohmann::json BenchErrors(const BenchErrorsOptions& options) {
@@ -79,6 +123,8 @@ nlohmann::json BenchErrors(const BenchErrorsOptions& options) {
 
   const capture::Plan plan = capture::ReadPlan(options.plan);
   const auto truth = hal::sim::SimulatedLab(options.lab, options.seed).truth(plan.geometry);
+  const TracedLamp lamp(hal::sim::ReadLab(core::Config::FromFile(options.lab), options.seed),
+                        plan.geometry);
   const auto run = [&](const std::vector<std::string>& enabled, std::uint64_t seed) {
     const auto lab = options.folder / "lab.toml";
     WriteLabVariant(options.lab, enabled, false, lab);
@@ -95,25 +141,19 @@ nlohmann::json BenchErrors(const BenchErrorsOptions& options) {
   core::Json rows = core::Json::array();
   const auto over_seeds = [&](const std::string& name, const std::vector<std::string>& enabled) {
     SeedStatistics statistics;
-    double square_rmse = 0, square_l2 = 0;
+    Errors errors(lamp, truth);
     for (int k = 0; k < options.seeds; ++k) {
       core::ThrowIfInterrupted();
       const auto reconstruction = run(enabled, options.seed + static_cast<std::uint64_t>(k));
       statistics.Add(reconstruction.coefficients.data, reconstruction.sigma.data);
-      const StageError error = CompareWithTruth(reconstruction.coefficients.data, truth.data);
-      square_rmse += error.rel_rmse * error.rel_rmse / options.seeds;
-      square_l2 += error.rel_l2 * error.rel_l2 / options.seeds;
+      errors.Add(reconstruction.coefficients);
     }
     const auto ratios = statistics.Ratios(truth.data);
-    rows.push_back({{"case", name},
-                    {"seeds", options.seeds},
-                    {"rel_rmse", std::sqrt(square_rmse)},
-                    {"rel_l2", std::sqrt(square_l2)},
-                    {"sigma_ratio", ratios[0]},
-                    {"sigma_ratio_q1", ratios[1]},
-                    {"sigma_ratio_q2", ratios[2]},
-                    {"sigma_ratio_q3", ratios[3]},
-                    {"sigma_ratio_q4", ratios[4]}});
+    core::Json row = errors.Row(name);
+    row["sigma_ratio"] = ratios[0];
+    for (std::size_t quarter = 1; quarter < ratios.size(); ++quarter)
+      row[fmt::format("sigma_ratio_q{}", quarter)] = ratios[quarter];
+    rows.push_back(std::move(row));
   };
   std::vector<std::string> random;
   for (const auto& name : kRandomSources)
@@ -124,10 +164,9 @@ nlohmann::json BenchErrors(const BenchErrorsOptions& options) {
 
   const auto alone = [&](const std::string& name, const std::vector<std::string>& enabled) {
     core::ThrowIfInterrupted();
-    const StageError error =
-        CompareWithTruth(run(enabled, options.seed).coefficients.data, truth.data);
-    rows.push_back(
-        {{"case", name}, {"seeds", 1}, {"rel_rmse", error.rel_rmse}, {"rel_l2", error.rel_l2}});
+    Errors errors(lamp, truth);
+    errors.Add(run(enabled, options.seed).coefficients);
+    rows.push_back(errors.Row(name));
   };
   alone("quantisation", {});
   for (const auto& name : sources)

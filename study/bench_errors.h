@@ -21,8 +21,12 @@ struct BenchErrorsOptions {
 // Rows: `random`, one session per seed with photon noise, read noise, dark current, PRNU and
 // quantisation alone; `realistic`, one session per seed with every source on; then one session per
 // systematic source alone (quantisation stays).
-//   case, seeds, rel_rmse (RMSE / mean), rel_l2 (RMSE / RMS), both of C against the truth (RMS over
-//   the seeds)
+//   case, seeds
+//   rel_rmse (RMSE / mean), rel_l2 (RMSE / RMS)   of the flux density of all rays, against the lamp
+//                                     itself (traced_lamp.h); RMS over the seeds
+//   floor_rel_rmse, floor_rel_l2      the same of the lamp's projection onto the plan's filters
+//   projection_rel_rmse, projection_rel_l2   of C against that projection
+//   flux_error                        against the lamp's, relative; the mean over the seeds
 // and over seeds
 //   sigma_ratio = sqrt( mean of (C - mean over seeds of C)^2 n/(n-1) / mean of sigma^2 ), over all
 //   seeds and coefficients, sigma_ratio_q1 .. q4 the same over the quarters of the coefficients in

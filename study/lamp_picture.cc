@@ -85,4 +85,13 @@ LampPicture TraceLampPicture(const render::LitScene& lit, const scene::Scene& sc
           MakeReference(std::move(halves[0].shadowed), std::move(halves[1].shadowed))};
 }
 
+StageError ErrorAgainst(const core::Image& image, const ReferencePicture& truth) {
+  double square = 0, power = 0;
+  for (std::size_t k = 0; k < image.data.size(); ++k) {
+    square += (double{image.data[k]} - truth.a.data[k]) * (double{image.data[k]} - truth.b.data[k]);
+    power += double{truth.a.data[k]} * truth.b.data[k];
+  }
+  return {Compare(image, truth).rel_rmse, std::sqrt(std::max(square, 0.0) / power)};
+}
+
 }  // namespace luxfield::study

@@ -27,4 +27,7 @@ struct LampPicture {
 LampPicture TraceLampPicture(const render::LitScene& lit, const scene::Scene& scene,
                              const TracedLamp& lamp, const LampPictureOptions& options);
 
+// Free of the noise of the reference; rel_rmse is no less than its own.
+StageError ErrorAgainst(const core::Image& image, const ReferencePicture& truth);
+
 }  // namespace luxfield::study

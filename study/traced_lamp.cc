@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/colour.h"
 #include "core/error.h"
@@ -17,7 +18,11 @@ using lightfield::Vec2;
 using lightfield::Vec3;
 
 // Random numbers of different uses.
-enum Stream : std::uint64_t { kFields = 0x6669656C6473, kFilters = 0x66696C74657273 };
+enum Stream : std::uint64_t {
+  kFields = 0x6669656C6473,
+  kFilters = 0x66696C74657273,
+  kFlux = 0x666C7578
+};
 
 Rectangle SupportsOf(const lightfield::BasisGrid& grid) {
   return {grid.u0_m, grid.u0_m + (grid.width + grid.basis.cells - 1) * grid.spacing_m, grid.v0_m,
@@ -34,6 +39,8 @@ Vec2 Within(const Rectangle& r, Vec2 share) {
 
 double AreaOf(const Rectangle& r) { return (r.x1 - r.x0) * (r.y1 - r.y0); }
 
+double FractionOf(double x) { return x - std::floor(x); }
+
 Vec2 Shift(core::Random& random) {
   const double x = random.Uniform();
   return {x, random.Uniform()};
@@ -47,6 +54,12 @@ struct Sums {
     square += (value - a) * (value - b);
     truth += 0.5 * (a + b);
     power += a * b;
+  }
+  Sums& operator+=(const Sums& other) {
+    square += other.square;
+    truth += other.truth;
+    power += other.power;
+    return *this;
   }
   StageError Error(double count) const {
     const double least = std::max(square, 0.0);
@@ -69,6 +82,28 @@ void AddRow(const LightField& field, Vec2 u, int row, std::vector<double>* densi
   }
 }
 
+// use(u, density) for points u of a lattice rule over `region`: the lamp's flux density towards a
+// row of texels, [channel * width + column], each time through another place in all of them. Places
+// follow a Kronecker sequence from a random start (Niederreiter 1992, "Random number generation and
+// quasi-Monte Carlo methods", 3.1).
+template <typename Use>
+void ForRaysOfRow(const lightfield::Lattice& lattice, int row, const TracedLamp& lamp,
+                  const Rectangle& region, int least_points, core::Random& random, const Use& use) {
+  const FibonacciLattice points(least_points);
+  const auto width = static_cast<std::size_t>(lattice.width);
+  std::vector<double> s(width), density(width * static_cast<std::size_t>(lamp.channels()));
+  const Vec2 shift = Shift(random), start = Shift(random);
+  for (int k = 0; k < points.size(); ++k) {
+    const Vec2 u = Within(region, points.Point(k, shift)),
+               place{FractionOf(start.x + k * std::sqrt(2.0)),
+                     FractionOf(start.y + k * std::sqrt(3.0))};
+    for (std::size_t column = 0; column < width; ++column)
+      s[column] = lattice.s_of_column(static_cast<double>(column) + place.x);
+    lamp.FluxDensity(u, lattice.t_of_row(row + place.y), s, density);
+    use(u, density);
+  }
+}
+
 }  // namespace
 
 FibonacciLattice::FibonacciLattice(int least) : size_(1), step_(1) {
@@ -80,9 +115,8 @@ FibonacciLattice::FibonacciLattice(int least) : size_(1), step_(1) {
 }
 
 Vec2 FibonacciLattice::Point(int k, Vec2 shift) const {
-  const auto along = [](double x) { return x - std::floor(x); };
-  return {along(shift.x + static_cast<double>(k) / size_),
-          along(shift.y + static_cast<double>(std::int64_t{k} * step_ % size_) / size_)};
+  return {FractionOf(shift.x + static_cast<double>(k) / size_),
+          FractionOf(shift.y + static_cast<double>(std::int64_t{k} * step_ % size_) / size_)};
 }
 
 TracedLamp::TracedLamp(const hal::sim::LabDescription& lab,
@@ -148,70 +182,100 @@ TracedLamp::Light TracedLamp::Irradiance(const preprocess::Receiver& receiver,
   return light;
 }
 
-FieldsAgainstLamp CompareWithLamp(const std::vector<const LightField*>& fields,
-                                  const TracedLamp& lamp, std::uint64_t seed) {
-  const auto& geometry = fields.at(0)->geometry;
-  const auto& lattice = geometry.lattice;
+TracedFlux FluxThrough(const lightfield::Lattice& lattice, const TracedLamp& lamp,
+                       std::uint64_t seed) {
+  constexpr int kPoints = 987;
+  const auto width = static_cast<std::size_t>(lattice.width);
+  std::vector<std::array<core::Rgb, 2>> rows(static_cast<std::size_t>(lattice.height));
+  core::ParallelFor(rows.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) {
+      core::Random random(seed, kFlux, static_cast<std::uint32_t>(r));
+      rows[r] = {};
+      for (core::Rgb& flux : rows[r])
+        ForRaysOfRow(lattice, static_cast<int>(r), lamp, lamp.lit(), kPoints, random,
+                     [&](Vec2, const std::vector<double>& density) {
+                       for (std::size_t v = 0; v < density.size(); ++v)
+                         flux[v / width] += density[v];
+                     });
+    }
+  });
+  const double of_ray =
+      AreaOf(lamp.lit()) * lattice.texel_area_m2() / FibonacciLattice(kPoints).size();
+  TracedFlux result;
+  double variance = 0;
+  for (const auto& row : rows) {
+    double flux[2];
+    for (int half = 0; half < 2; ++half)
+      flux[half] = of_ray * (lamp.channels() == 1 ? row[half][0] : core::Luminance(row[half]));
+    result.value += 0.5 * (flux[0] + flux[1]);
+    variance += 0.25 * (flux[0] - flux[1]) * (flux[0] - flux[1]);
+  }
+  result.standard_error = std::sqrt(variance);
+  return result;
+}
+
+std::vector<StageError> CompareWithLamp(const std::vector<const LightField*>& fields,
+                                        const TracedLamp& lamp, std::uint64_t seed) {
+  constexpr int kPoints = 377;
+  const auto& lattice = fields.at(0)->geometry.lattice;
   Rectangle region = lamp.lit();
   for (const LightField* field : fields) {
     if (!(field->geometry.lattice == lattice) || field->geometry.channels != lamp.channels())
       throw InputError("light fields of different lattices or channels are not compared together");
     region = Around(region, SupportsOf(field->geometry.grid));
   }
-  const FibonacciLattice points(233);
-  const auto width = static_cast<std::size_t>(lattice.width);
-  const std::size_t values = width * static_cast<std::size_t>(geometry.channels);
-  struct Row {
-    std::vector<Sums> of_fields;
-    core::Rgb flux[2] = {};  // of two shifts
-  };
-  std::vector<Row> rows(static_cast<std::size_t>(lattice.height));
+  std::vector<std::vector<Sums>> rows(static_cast<std::size_t>(lattice.height));
   core::ParallelFor(rows.size(), 1, [&](std::size_t begin, std::size_t end) {
-    std::vector<double> s(width), truth(values), density(values);
+    std::vector<double> of_field;
     for (std::size_t r = begin; r < end; ++r) {
       core::Random random(seed, kFields, static_cast<std::uint32_t>(r));
-      rows[r].of_fields.resize(fields.size());
-      for (core::Rgb& flux : rows[r].flux) {
-        const Vec2 shift = Shift(random);
-        for (int k = 0; k < points.size(); ++k) {
-          const Vec2 u = Within(region, points.Point(k, shift)), within = Shift(random);
-          const double t = lattice.t_of_row(static_cast<double>(r) + within.y);
-          for (std::size_t c = 0; c < width; ++c)
-            s[c] = lattice.s_of_column(static_cast<double>(c) + within.x);
-          lamp.FluxDensity(u, t, s, truth);
-          for (std::size_t v = 0; v < values; ++v) flux[v / width] += truth[v];
-          for (std::size_t f = 0; f < fields.size(); ++f) {
-            std::fill(density.begin(), density.end(), 0.0);
-            AddRow(*fields[f], u, static_cast<int>(r), &density);
-            for (std::size_t v = 0; v < values; ++v)
-              rows[r].of_fields[f].Add(density[v], truth[v], truth[v]);
-          }
-        }
-      }
+      rows[r].resize(fields.size());
+      ForRaysOfRow(lattice, static_cast<int>(r), lamp, region, kPoints, random,
+                   [&](Vec2 u, const std::vector<double>& truth) {
+                     for (std::size_t f = 0; f < fields.size(); ++f) {
+                       of_field.assign(truth.size(), 0.0);
+                       AddRow(*fields[f], u, static_cast<int>(r), &of_field);
+                       for (std::size_t v = 0; v < truth.size(); ++v)
+                         rows[r][f].Add(of_field[v], truth[v], truth[v]);
+                     }
+                   });
     }
   });
+  std::vector<StageError> errors;
+  const double count = static_cast<double>(FibonacciLattice(kPoints).size()) * lattice.width *
+                       lattice.height * lamp.channels();
+  for (std::size_t f = 0; f < fields.size(); ++f) {
+    Sums sums;
+    for (const auto& row : rows) sums += row[f];
+    errors.push_back(sums.Error(count));
+  }
+  return errors;
+}
 
-  FieldsAgainstLamp result;
-  const double of_point = AreaOf(region) * lattice.texel_area_m2() / points.size();
-  double variance = 0;
-  std::vector<Sums> sums(fields.size());
-  const auto flux = [&](const core::Rgb& of_channels) {
-    return of_point * (geometry.channels == 1 ? of_channels[0] : core::Luminance(of_channels));
-  };
-  for (const Row& row : rows) {
-    const double a = flux(row.flux[0]), b = flux(row.flux[1]);
-    result.flux += 0.5 * (a + b);
-    variance += 0.25 * (a - b) * (a - b);
-    for (std::size_t f = 0; f < fields.size(); ++f) {
-      sums[f].square += row.of_fields[f].square;
-      sums[f].truth += row.of_fields[f].truth;
-      sums[f].power += row.of_fields[f].power;
+lightfield::Measurements IdealMeasurements(const lightfield::LuminaireGeometry& geometry,
+                                           const std::vector<std::vector<float>>& traced,
+                                           const hal::sim::Lamp& lamp) {
+  lightfield::Measurements measurements;
+  measurements.geometry = geometry;
+  const std::size_t plane = geometry.plane_size();
+  for (const auto& image : traced) {
+    auto& position = measurements.positions.emplace_back();
+    position.sigma.assign(plane * geometry.channels, 0.0f);
+    position.count.assign(plane, 1.0f);
+    position.mask.assign(plane, 0);
+    for (int channel = 0; channel < geometry.channels; ++channel) {
+      const float* from = image.data() + (lamp.traced_channels() > 1 ? channel * plane : 0);
+      const auto factor = static_cast<float>(lamp.channel_factor(channel));
+      std::transform(from, from + plane, std::back_inserter(position.irradiance),
+                     [factor](float value) { return factor * value; });
     }
   }
-  result.flux_se = std::sqrt(variance);
-  const double count = 2.0 * points.size() * static_cast<double>(rows.size() * values);
-  for (const Sums& of_field : sums) result.errors.push_back(of_field.Error(count));
-  return result;
+  return measurements;
+}
+
+double LuminousFlux(const LightField& field) {
+  const auto flux = TotalFlux(field);
+  return field.geometry.channels == 1 ? flux[0] : core::Luminance(flux);
 }
 
 StageError IrradianceAgainstLamp(const lightfield::Measurements& measurements,
@@ -263,9 +327,7 @@ StageError IrradianceAgainstLamp(const lightfield::Measurements& measurements,
   Sums sums;
   double count = 0;
   for (std::size_t n = 0; n < of_texel.size(); ++n) {
-    sums.square += of_texel[n].square;
-    sums.truth += of_texel[n].truth;
-    sums.power += of_texel[n].power;
+    sums += of_texel[n];
     count += known[n] ? channels : 0;
   }
   return sums.Error(count);

@@ -68,14 +68,26 @@ class TracedLamp {
   Rectangle lit_;
 };
 
-// Light fields of one lattice, held against the lamp's flux density E(u->s) over the lattice and
-// the rectangle of F that holds the supports and the light: errors over all such rays.
-struct FieldsAgainstLamp {
-  double flux = 0, flux_se = 0;    // of the lamp through the lattice, luminance; standard error
-  std::vector<StageError> errors;  // of each field
+// Of the lamp through the lattice, luminance; from two shifts a row of texels.
+struct TracedFlux {
+  double value = 0, standard_error = 0;
 };
-FieldsAgainstLamp CompareWithLamp(const std::vector<const lightfield::LightField*>& fields,
-                                  const TracedLamp& lamp, std::uint64_t seed);
+TracedFlux FluxThrough(const lightfield::Lattice& lattice, const TracedLamp& lamp,
+                       std::uint64_t seed);
+
+// Errors of light fields of one lattice over all rays of the lattice and of the rectangle of F that
+// holds the supports and the light: their flux density against the lamp's.
+std::vector<StageError> CompareWithLamp(const std::vector<const lightfield::LightField*>& fields,
+                                        const TracedLamp& lamp, std::uint64_t seed);
+
+// Measurements without noise: irradiances behind ideal filters as hal::sim traces them,
+// [m][(traced channel * height + row) * width + column], in the lamp's colours.
+lightfield::Measurements IdealMeasurements(const lightfield::LuminaireGeometry& geometry,
+                                           const std::vector<std::vector<float>>& traced,
+                                           const hal::sim::Lamp& lamp);
+
+// Luminance of the light field's flux.
+double LuminousFlux(const lightfield::LightField& field);
 
 // The known irradiances against the lamp's behind perfect filters at the planned places, at as many
 // texels, drawn at random.
