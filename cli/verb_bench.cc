@@ -11,6 +11,7 @@
 #include "cli/tradeoff_report.h"
 #include "cli/verb_bench_balance.h"
 #include "cli/verb_bench_capture.h"
+#include "cli/verb_bench_spacing.h"
 #include "core/file.h"
 #include "core/parallel.h"
 #include "render/device.h"
@@ -509,6 +510,7 @@ void AddBench(Program& program) {
   AddEnvironment(program, benches);
   AddBenchBalance(program, benches);
   AddBenchCapture(program, benches);
+  AddBenchSpacing(program, benches);
   AddErrors(program, benches);
   AddBudget(program, benches);
   AddFilters(program, benches);

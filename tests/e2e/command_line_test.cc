@@ -38,7 +38,8 @@ const std::map<std::string, Names> kGroups = {
     {"bench",
      {"solve",  "nearfield", "sampling", "shadows",      "environment", "balance", "capture",
       "errors", "budget",    "filters",  "conditioning", "stacks",      "merge",   "exposures",
-      "rigs",   "plan",      "tradeoff", "calibrate",    "accuracy",    "scale"}}};
+      "rigs",   "plan",      "tradeoff", "calibrate",    "accuracy",    "scale",
+      "spacing"}}};
 
 TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
   const auto folder = FreshFolder("help");
