@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <array>
 
-#include "lightfield/measurements.h"
 #include "reconstruct/calibrate_response.h"
 #include "reconstruct/merge_stack.h"
 
@@ -33,6 +32,30 @@ core::Json EstimateAndApply(reconstruct::PictureStack& stack,
   return rungs;
 }
 
+// What is flagged, by channel, and how well the pictures agree.
+void PrintFigures(const std::vector<reconstruct::MergeFigures>& figures, core::Json& result) {
+  reconstruct::MergeFigures all;
+  core::Json channels = core::Json::array();
+  for (std::size_t c = 0; c < figures.size(); ++c) {
+    const reconstruct::MergeFigures& of = figures[c];
+    const char* name = figures.size() == 1 ? "grey" : std::array{"red", "green", "blue"}[c];
+    const double agreement = of.degrees > 0 ? of.chi_squared / of.degrees : 0;
+    fmt::print(
+        "  {:<6}  too bright in all {:.3g} %, too dark in all {:.3g} %: flagged, estimates "
+        "only; chi^2 of the rest {:.3g} a degree\n",
+        name, 100 * of.saturated / of.pixels, 100 * of.too_dark / of.pixels, agreement);
+    channels.push_back({{"channel", name},
+                        {"saturated_share", of.saturated / of.pixels},
+                        {"too_dark_share", of.too_dark / of.pixels},
+                        {"chi_squared", of.chi_squared},
+                        {"degrees", of.degrees}});
+    all += of;
+  }
+  result["channels"] = channels;
+  result["saturated_share"] = all.saturated / all.pixels;
+  result["too_dark_share"] = all.too_dark / all.pixels;
+}
+
 }  // namespace
 
 core::Json MergePictures(const MergePicturesOptions& options) {
@@ -52,17 +75,9 @@ core::Json MergePictures(const MergePicturesOptions& options) {
   const auto merged = reconstruct::MergeStack(stack, response.curves);
   reconstruct::WriteMergedPicture(options.output, merged,
                                   {{"response_calibration", response.sha256}});
-  const auto count = [&](std::uint32_t flag) {
-    return static_cast<double>(std::count(merged.mask.begin(), merged.mask.end(), flag)) /
-           static_cast<double>(merged.mask.size());
-  };
-  const double saturated = count(lightfield::kSaturated), dark = count(lightfield::kTooDark);
   fmt::print("{}: {} x {} pixels in {} channels from {} pictures\n", output, stack.width,
              stack.height, stack.channels, stack.pictures.size());
-  fmt::print("  flagged, not numbers  {:.3g} % saturated in all, {:.3g} % too dark in all\n",
-             100 * saturated, 100 * dark);
-  result["saturated_share"] = saturated;
-  result["too_dark_share"] = dark;
+  PrintFigures(merged.figures, result);
   return result;
 }
 

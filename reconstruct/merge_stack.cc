@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/error.h"
 #include "core/exr.h"
@@ -17,6 +18,37 @@ namespace {
 // A step is below 0.03 in ln I for curves of 17 stops; noise is a smooth function of it.
 constexpr int kSteps = 512;
 constexpr int kMaxIterations = 20;
+constexpr double kEndMargin = 4;      // standard deviations
+constexpr double kContradiction = 4;  // standard deviations of chi-squared
+constexpr double kBeyond = 1;         // of the curve's ends, in ln I
+constexpr double kEndSpan = 0.5;      // whose slope the curve goes on with outside, in ln I
+
+// ln I of any code: beyond its ends the curve goes on with its mean slope next to them. That of the
+// last nodes alone is mostly noise.
+double ExtendedLogExposure(const ResponseCurve& curve, double z) {
+  const auto& g = curve.log_exposure;
+  const auto beyond = [&](std::size_t end, std::size_t inner) {
+    const double slope = (g[end] - g[inner]) / std::log(curve.code[end] / curve.code[inner]);
+    return g[end] + slope * std::log(z / curve.code[end]);
+  };
+  if (z < curve.low_code()) {
+    const auto inner = std::upper_bound(g.begin(), g.end() - 1, g.front() + kEndSpan);
+    return beyond(0, inner - g.begin());
+  }
+  if (z > curve.high_code()) {
+    const auto inner = std::lower_bound(g.begin() + 1, g.end(), g.back() - kEndSpan) - 1;
+    return beyond(g.size() - 1, inner - g.begin());
+  }
+  return curve.LogExposure(z);
+}
+
+// By how many standard deviations the mean of what a limit leaves lies below the mean of all, the
+// limit `sigmas` above it.
+double TruncatedShare(double sigmas) {
+  if (sigmas < -20) return -sigmas;  // to 1 / 400 of it; both factors underflow farther out
+  const double density = std::exp(-sigmas * sigmas / 2) / std::sqrt(2 * std::numbers::pi);
+  return density / (0.5 * std::erfc(-sigmas / std::numbers::sqrt2));
+}
 
 // 0 at saturated pixels of a plane and their neighbours.
 std::vector<std::uint8_t> Usable(std::span<const std::uint16_t> code, int width, int height,
@@ -32,6 +64,13 @@ std::vector<std::uint8_t> Usable(std::span<const std::uint16_t> code, int width,
   return usable;
 }
 
+constexpr const char* kKindAttribute = "luxfield:kind";
+constexpr const char* kKind = "merged picture";
+
+std::string ChannelName(int channels, int channel) {
+  return channels == 1 ? "Y" : std::string(1, "RGB"[channel]);
+}
+
 void RequireChannels(const PictureStack& stack, std::span<const ResponseCurve> curves) {
   if (static_cast<int>(curves.size()) != stack.channels)
     throw InputError(fmt::format(
@@ -42,15 +81,31 @@ void RequireChannels(const PictureStack& stack, std::span<const ResponseCurve> c
 
 }  // namespace
 
-ResponseMerger::ResponseMerger(const ResponseCurve& curve, int bits, double end_margin)
+void MergeFigures::Add(const PixelRadiance& pixel) {
+  ++pixels;
+  saturated += pixel.mask == lightfield::kSaturated;
+  too_dark += pixel.mask == lightfield::kTooDark;
+  if (pixel.mask) return;
+  chi_squared += pixel.misfit;
+  degrees += pixel.degrees;
+}
+
+MergeFigures& MergeFigures::operator+=(const MergeFigures& other) {
+  pixels += other.pixels;
+  saturated += other.saturated;
+  too_dark += other.too_dark;
+  chi_squared += other.chi_squared;
+  degrees += other.degrees;
+  return *this;
+}
+
+ResponseMerger::ResponseMerger(const ResponseCurve& curve, int bits)
     : low_(curve.log_exposure.front()),
       high_(curve.log_exposure.back()),
-      saturation_code_(curve.saturation_code),
-      end_margin_(end_margin) {
+      saturation_code_(curve.saturation_code) {
   const int codes = 1 << bits;
   for (int z = 0; z < codes; ++z)
-    exposure_.push_back(std::exp(curve.LogExposure(std::max<double>(z, 0.5))));
-  constexpr double kBeyond = 1;  // of the ends
+    exposure_.push_back(std::exp(ExtendedLogExposure(curve, std::max<double>(z, 0.5))));
   lowest_ = low_ - kBeyond;
   step_ = (high_ + kBeyond - lowest_) / (kSteps - 1);
   for (int k = 0; k < kSteps; ++k) {
@@ -83,46 +138,88 @@ double ResponseMerger::Estimate(double radiance) {
   return radiance;
 }
 
-PixelRadiance ResponseMerger::Merge(std::span<const std::uint16_t> codes,
-                                    std::span<const std::uint8_t> usable,
-                                    std::span<const double> exposures_s) {
+double ResponseMerger::LogExposure(double radiance, const StackSample* sample) const {
+  return std::log(radiance) + log_t_[sample - all_.data()];
+}
+
+void ResponseMerger::Collect(std::span<const std::uint16_t> codes,
+                             std::span<const std::uint8_t> usable,
+                             std::span<const double> exposures_s) {
   all_.clear();
   log_t_.clear();
-  double exposure = 0, time = 0;
   for (std::size_t j = 0; j < codes.size(); ++j) {
     if (!usable[j] || codes[j] >= saturation_code_) continue;
     all_.push_back({static_cast<int>(j), exposure_[codes[j]] / exposures_s[j], 0});
     log_t_.push_back(std::log(exposures_s[j]));
-    exposure += exposure_[codes[j]];
-    time += exposures_s[j];
   }
   first_ = all_.data();
   last_ = first_ + all_.size();
-  double radiance = time > 0 ? exposure / time : 0;
-  for (; first_ != last_; --last_) {
+}
+
+double ResponseMerger::Choose() {
+  // The longest exposure tells where the others lie well enough to leave out what is nowhere near
+  // the curve and would only draw the estimate away.
+  double radiance = last_[-1].radiance;
+  while (last_ - first_ > 1 && LogExposure(radiance, first_) < low_ - kBeyond) ++first_;
+  for (;; --last_) {
     radiance = Estimate(radiance);
-    const double log_exposure = std::log(radiance) + log_t_[last_ - 1 - all_.data()];
     const double sigma = std::sqrt(last_[-1].relative_variance);
-    if (log_exposure + end_margin_ * sigma < high_) break;
+    if (LogExposure(radiance, last_ - 1) + kEndMargin * sigma < high_) break;
+    // The next is a sample only where the curve is known.
+    if (last_ - first_ == 1 || LogExposure(radiance, last_ - 2) < low_) break;
   }
-  if (first_ == last_) return {0, 0, 0, lightfield::kSaturated};
-  for (; first_ != last_; ++first_) {
+  for (; last_ - first_ > 1 && LogExposure(radiance, first_) < low_; ++first_)
     radiance = Estimate(radiance);
-    const double log_exposure = std::log(radiance) + log_t_[first_ - all_.data()];
-    const double sigma = std::sqrt(first_->relative_variance);
-    if (log_exposure - end_margin_ * sigma > low_) break;
+  return Estimate(radiance);
+}
+
+void ResponseMerger::StateRange(PixelRadiance& pixel) const {
+  const StackSample& longest = last_[-1];
+  const double log_exposure = LogExposure(pixel.value, &longest);
+  if (log_exposure < low_) {
+    // Anywhere between 0 and the curve's lower end.
+    const double range = pixel.value * std::exp(low_ - log_exposure), off = pixel.value - range / 2;
+    pixel.sigma = std::sqrt(pixel.sigma * pixel.sigma + range * range / 12 + off * off);
+    pixel.mask = lightfield::kTooDark;
+    return;
   }
-  if (first_ == last_) return {0, 0, 0, lightfield::kTooDark};
-  double weights = 0, squares = 0, curve_sigma = 0;
+  // Had the pixel been saturated here, it would have been left out: what is left is too dark.
+  const double sigma = std::sqrt(longest.relative_variance),
+               truncated = sigma * TruncatedShare((high_ - log_exposure) / sigma);
+  pixel.sigma = std::hypot(pixel.sigma, pixel.value * truncated);
+  if (log_exposure > high_) pixel.mask = lightfield::kSaturated;
+}
+
+PixelRadiance ResponseMerger::Merge(std::span<const std::uint16_t> codes,
+                                    std::span<const std::uint8_t> usable,
+                                    std::span<const double> exposures_s) {
+  Collect(codes, usable, exposures_s);
+  if (first_ == last_) {
+    const double least = exposure_[codes[0]] / exposures_s[0];
+    return {least, least, 0, lightfield::kSaturated};
+  }
+  const double radiance = Choose();
+  double weights = 0, squares = 0, curve_sigma = 0, misfit = 0;
   for (const StackSample& sample : samples()) {
-    const double weight = 1 / sample.relative_variance;
+    const double weight = 1 / sample.relative_variance, off = sample.radiance / radiance - 1;
     weights += weight;
     squares += weight * weight;
-    curve_sigma += weight * At(std::log(radiance) + log_t_[&sample - all_.data()]).curve_sigma;
+    curve_sigma += weight * At(LogExposure(radiance, &sample)).curve_sigma;
+    misfit += weight * off * off;
   }
   curve_sigma /= weights;
-  return {radiance, radiance * std::sqrt(1 / weights + curve_sigma * curve_sigma),
-          weights * weights / squares, 0};
+  const auto degrees = static_cast<double>(samples().size() - 1);
+  // Samples that contradict one another: something moved, or the pictures do not lie upon one
+  // another.
+  const double excess =
+      misfit > degrees + kContradiction * std::sqrt(2 * degrees) ? misfit / degrees : 1;
+  PixelRadiance pixel = {radiance,
+                         radiance * std::sqrt(excess / weights + curve_sigma * curve_sigma),
+                         weights * weights / squares, 0};
+  pixel.misfit = misfit;
+  pixel.degrees = degrees;
+  StateRange(pixel);
+  return pixel;
 }
 
 MergedPicture MergeStack(const PictureStack& stack, std::span<const ResponseCurve> curves) {
@@ -130,6 +227,7 @@ MergedPicture MergeStack(const PictureStack& stack, std::span<const ResponseCurv
   MergedPicture merged{core::Image(stack.width, stack.height, stack.channels),
                        core::Image(stack.width, stack.height, stack.channels),
                        core::Image(stack.width, stack.height, stack.channels),
+                       {},
                        {},
                        {}};
   const std::size_t pixels = stack.plane_size(), exposures = stack.pictures.size();
@@ -144,11 +242,13 @@ MergedPicture MergeStack(const PictureStack& stack, std::span<const ResponseCurv
                            curves[channel].saturation_code);
     });
     const ResponseMerger prototype(curves[channel], stack.bits);
-    core::ParallelFor(pixels, 16384, [&](std::size_t begin, std::size_t end) {
+    constexpr std::size_t kPart = 16384;
+    std::vector<MergeFigures> parts((pixels + kPart - 1) / kPart);
+    core::ParallelFor(parts.size(), 1, [&](std::size_t first, std::size_t last) {
       ResponseMerger merger = prototype;
       std::vector<std::uint16_t> codes(exposures);
       std::vector<std::uint8_t> use(exposures);
-      for (std::size_t p = begin; p < end; ++p) {
+      for (std::size_t p = first * kPart; p < std::min(last * kPart, pixels); ++p) {
         for (std::size_t j = 0; j < exposures; ++j) {
           codes[j] = stack.plane(j, channel)[p];
           use[j] = usable[j][p];
@@ -159,8 +259,11 @@ MergedPicture MergeStack(const PictureStack& stack, std::span<const ResponseCurv
         merged.sigma.data[at] = static_cast<float>(pixel.sigma);
         merged.count.data[at] = static_cast<float>(pixel.count);
         merged.mask[at] = pixel.mask;
+        parts[p / kPart].Add(pixel);
       }
     });
+    MergeFigures& figures = merged.figures.emplace_back();
+    for (const MergeFigures& part : parts) figures += part;
   }
   return merged;
 }
@@ -194,17 +297,52 @@ ExposureRatios::Result EstimateExposures(const PictureStack& stack,
   return ratios.Solve(exposures - 1);
 }
 
+bool IsMergedPicture(const std::filesystem::path& path) {
+  const core::ExrReader reader(path);
+  return reader.parts()[0].attributes.contains(kKindAttribute) &&
+         reader.GetString(0, kKindAttribute) == kKind;
+}
+
+MergedPicture ReadMergedPicture(const std::filesystem::path& path) {
+  if (!IsMergedPicture(path))
+    throw InputError(path.string(), "is not a merged picture",
+                     "name what `luxfield merge IMAGES` has written");
+  core::ExrReader reader(path);
+  const auto& part = reader.parts()[0];
+  const bool grey = reader.has_channel(0, "Y");
+  const int channels = grey ? 1 : 3;
+  const core::Image empty(part.width, part.height, channels);
+  MergedPicture merged{empty, empty, empty, {}, {}, {}};
+  for (int channel = 0; channel < channels; ++channel) {
+    const std::string name = ChannelName(channels, channel);
+    for (const std::string& needed : {name, "sigma." + name, "count." + name, "mask." + name})
+      if (!reader.has_channel(0, needed))
+        throw InputError(path.string(), fmt::format("has no channel {}", needed),
+                         "merge the pictures again");
+    reader.ReadFloat(0, name, merged.radiance.plane(channel));
+    reader.ReadFloat(0, "sigma." + name, merged.sigma.plane(channel));
+    reader.ReadFloat(0, "count." + name, merged.count.plane(channel));
+    const auto mask = reader.ReadUint(0, "mask." + name);
+    merged.mask.insert(merged.mask.end(), mask.begin(), mask.end());
+  }
+  for (std::size_t k = 0; k < merged.mask.size(); ++k)
+    if (!(std::isfinite(merged.radiance.data[k]) && merged.sigma.data[k] >= 0 &&
+          std::isfinite(merged.sigma.data[k])))
+      throw InputError(
+          path.string(),
+          fmt::format("holds {} with sigma {}", merged.radiance.data[k], merged.sigma.data[k]),
+          "merge the pictures again");
+  return merged;
+}
+
 void WriteMergedPicture(const std::filesystem::path& path, const MergedPicture& merged,
                         const std::map<std::string, std::string>& provenance) {
   const core::Image& radiance = merged.radiance;
-  const std::vector<std::string> names = radiance.channels == 1
-                                             ? std::vector<std::string>{"Y"}
-                                             : std::vector<std::string>{"R", "G", "B"};
   core::ExrPartView part;
   part.width = radiance.width;
   part.height = radiance.height;
   for (int channel = 0; channel < radiance.channels; ++channel) {
-    const std::string& name = names[channel];
+    const std::string name = ChannelName(radiance.channels, channel);
     part.channels.push_back({name, radiance.plane(channel)});
     part.channels.push_back({"sigma." + name, merged.sigma.plane(channel)});
     part.channels.push_back({"count." + name, merged.count.plane(channel)});
@@ -212,7 +350,7 @@ void WriteMergedPicture(const std::filesystem::path& path, const MergedPicture& 
         {"mask." + name,
          std::span(merged.mask).subspan(radiance.plane_size() * channel, radiance.plane_size())});
   }
-  part.attributes = {{"luxfield:kind", std::string("merged picture")},
+  part.attributes = {{kKindAttribute, std::string(kKind)},
                      {"luxfield:unit", std::string("relative")}};
   std::string exposures;
   for (const double t : merged.exposures_s)

@@ -102,12 +102,14 @@ Truth ByExpectedCurve(const PictureStack& grey, const std::vector<double>& g) {
   return truth;
 }
 
-// `sigma` empty: none is stated. What is not finite and above 0 is no number.
-void Judge(const std::vector<float>& radiance, std::span<const float> sigma, const Truth& truth,
-           json& row) {
+// `sigma` empty: none is stated. What is flagged, or not finite and above 0, is no number.
+void Judge(const std::vector<float>& radiance, std::span<const float> sigma,
+           std::span<const std::uint32_t> mask, const Truth& truth, json& row) {
   std::vector<double> ratios;
   double seen = 0, saturated = 0, invented = 0;
-  const auto number = [&](std::size_t p) { return std::isfinite(radiance[p]) && radiance[p] > 0; };
+  const auto number = [&](std::size_t p) {
+    return std::isfinite(radiance[p]) && radiance[p] > 0 && (mask.empty() || mask[p] == 0);
+  };
   for (std::size_t p = 0; p < radiance.size(); ++p) {
     seen += truth.radiance[p] > 0;
     saturated += truth.saturated[p];
@@ -180,8 +182,8 @@ void JudgeMergers(const std::string& name, const PictureStack& grey, const Truth
                 {"calibrate_s", fit.calibrate_s},
                 {"merge_s", merging.WallSeconds()}};
     Judge(merged.radiance.data,
-          truth.exact ? std::span<const float>(merged.sigma.data) : std::span<const float>{}, truth,
-          row);
+          truth.exact ? std::span<const float>(merged.sigma.data) : std::span<const float>{},
+          merged.mask, truth, row);
     rows.push_back(row);
   }
   for (const ForeignMerge& other : mergers.others) {
@@ -189,7 +191,7 @@ void JudgeMergers(const std::string& name, const PictureStack& grey, const Truth
     if (other.refused.empty()) {
       row["calibrate_s"] = other.calibrate_s;
       row["merge_s"] = other.merge_s;
-      Judge(other.radiance, {}, truth, row);
+      Judge(other.radiance, {}, {}, truth, row);
     } else {
       row["refused"] = other.refused;
     }
