@@ -7,10 +7,12 @@
 #include <memory>
 #include <sstream>
 
+#include "cli/bench_rows.h"
 #include "cli/program.h"
 #include "cli/tradeoff_report.h"
 #include "cli/verb_bench_balance.h"
 #include "cli/verb_bench_capture.h"
+#include "cli/verb_bench_errors.h"
 #include "cli/verb_bench_spacing.h"
 #include "core/file.h"
 #include "core/parallel.h"
@@ -22,6 +24,7 @@
 #include "study/bench_errors.h"
 #include "study/bench_exposures.h"
 #include "study/bench_filters.h"
+#include "study/bench_keep.h"
 #include "study/bench_merge.h"
 #include "study/bench_nearfield.h"
 #include "study/bench_plan.h"
@@ -29,6 +32,7 @@
 #include "study/bench_sampling.h"
 #include "study/bench_scale.h"
 #include "study/bench_shadows.h"
+#include "study/bench_signed.h"
 #include "study/bench_solve.h"
 #include "study/bench_stacks.h"
 #include "study/bench_tradeoff.h"
@@ -38,55 +42,12 @@
 namespace luxfield::cli {
 namespace {
 
-// Rows as an aligned table: numbers to four digits; lists are for --json. `columns` empty: all of
-// the first row's.
-void PrintRows(const core::Json& rows, const std::vector<std::string>& columns) {
-  if (rows.empty()) return;
-  std::vector<std::vector<std::string>> cells{columns};
-  if (columns.empty())
-    for (const auto& [key, value] : rows.front().items())
-      if (!value.is_structured()) cells[0].push_back(key);
-  for (const auto& row : rows) {
-    cells.emplace_back();
-    for (const auto& key : cells[0]) {
-      const auto it = row.find(key);
-      if (it == row.end())
-        cells.back().emplace_back("");
-      else if (it->is_number_float())
-        cells.back().push_back(fmt::format("{:.4g}", it->get<double>()));
-      else
-        cells.back().push_back(it->is_string() ? it->get<std::string>() : it->dump());
-    }
-  }
-  for (const auto& row : cells) {
-    for (std::size_t column = 0; column < row.size(); ++column) {
-      std::size_t width = 0;
-      for (const auto& other : cells) width = std::max(width, other[column].size());
-      fmt::print("{}{:<{}}", column ? "  " : "", row[column], width);
-    }
-    fmt::print("\n");
-  }
-}
-
 // The processor, as a bench on host threads names its device.
 std::string CpuName() {
   std::istringstream lines(core::ReadFile("/proc/cpuinfo"));
   for (std::string line; std::getline(lines, line);)
     if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
   return "unknown CPU";
-}
-
-core::Json Finish(const core::Json& rows, const std::string& device,
-                  const std::vector<std::string>& columns = {}) {
-  PrintRows(rows, columns);
-  return {{"rows", rows}, {"device", device}, {"threads", core::Threads()}};
-}
-
-// The same of a bench on an OpenCL device; `how` are its options.
-template <typename Options>
-core::Json FinishOnDevice(const core::Json& rows, const Options& how,
-                          const std::vector<std::string>& columns = {}) {
-  return Finish(rows, render::Device::Open(how.device, how.threads).info().name, columns);
 }
 
 struct CalibrateOptions {
@@ -202,26 +163,6 @@ core::Json Stacks(const study::BenchStacksOptions& how) {
   return result;
 }
 
-template <typename Options>
-struct Bench {
-  CLI::App& app;
-  Options& how;
-};
-
-// A bench on an OpenCL device: `run` gets its options, which the caller makes settable, with the
-// device and the threads asked for.
-template <typename Options, typename Run>
-Bench<Options> AddDeviceBench(Program& program, CLI::App& benches, const std::string& name,
-                              const std::string& description, Run run) {
-  auto how = std::make_shared<Options>();
-  CLI::App& app = program.AddVerb(benches, name, description, [how, run, &program] {
-    how->threads = program.common().threads;
-    return run(*how);
-  });
-  app.add_option("--device", how->device, "OpenCL device (default: the first)");
-  return {app, *how};
-}
-
 void AddSize(CLI::App& app, int& width, int& height) {
   app.add_option("--width", width, "Picture width, pixels")->check(CLI::Range(1, 16384));
   app.add_option("--height", height, "Picture height, pixels")->check(CLI::Range(1, 16384));
@@ -271,6 +212,20 @@ void AddShadows(Program& program, CLI::App& benches) {
   AddEstimators(app, how.estimators);
   AddReferenceSamples(app, how.reference_samples);
   app.add_option("--folder", how.pictures, "Where pictures go (default: nowhere)");
+}
+
+void AddSigned(Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<study::BenchSignedOptions>(
+      program, benches, "signed", "Negative coefficients lit as they are against C >= 0",
+      [&program](auto& o) {
+        o.seed = program.common().seed.value_or(1);
+        return FinishOnDevice(study::BenchSigned(o), o);
+      });
+  app.add_option("--grid", how.grids, "Basis functions along each axis");
+  app.add_option("--size", how.size, "Texels of an image along each axis");
+  app.add_option("--receivers", how.receivers, "Surface points");
+  app.add_option("--spp", how.samples_per_pixel, "Samples per pixel");
+  app.add_option("--seeds", how.seeds, "Pictures that noise is taken over");
 }
 
 void AddErrors(Program& program, CLI::App& benches) {
@@ -392,6 +347,22 @@ void AddConditioning(Program& program, CLI::App& benches) {
   app.add_option("--filters", how->counts, "Filters per axis to try");
 }
 
+void AddKeep(Program& program, CLI::App& benches) {
+  auto how = std::make_shared<study::BenchKeepOptions>();
+  CLI::App& app = program.AddVerb(
+      benches, "keep", "What the solve keeps of lamps that no basis holds", [how, &program] {
+        how->seed = program.common().seed.value_or(1);
+        return Finish(study::BenchKeep(*how), CpuName(),
+                      {"basis", "cells", "lamp", "keep", "solve", "flux_error", "irradiance_error",
+                       "negative"});
+      });
+  app.add_option("--bases", how->bases, "Bases to solve in");
+  app.add_option("--cells", how->cells, "Interior cells of the grids")->check(CLI::Range(1, 64));
+  app.add_option("--lamps", how->lamps, "Lamps by name (default: all)");
+  app.add_option("--texels", how->texels, "Of a side of the lattice")->check(CLI::Range(4, 512));
+  app.add_option("--receivers", how->receivers, "That are lit")->check(CLI::Range(1, 100000));
+}
+
 void AddBudget(Program& program, CLI::App& benches) {
   auto how = std::make_shared<study::BenchBudgetOptions>();
   CLI::App& app = program.AddVerb(
@@ -505,8 +476,10 @@ void AddBench(Program& program) {
                                    "kkt_residual", "signed_error", "clamped_error", "error"});
                   });
   AddNearfield(program, benches);
+  AddBenchStatedErrors(program, benches);
   AddSampling(program, benches);
   AddShadows(program, benches);
+  AddSigned(program, benches);
   AddEnvironment(program, benches);
   AddBenchBalance(program, benches);
   AddBenchCapture(program, benches);
@@ -515,6 +488,7 @@ void AddBench(Program& program) {
   AddBudget(program, benches);
   AddFilters(program, benches);
   AddConditioning(program, benches);
+  AddKeep(program, benches);
   AddStacks(program, benches);
   AddMergeBench(program, benches);
   AddExposures(program, benches);

@@ -26,6 +26,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -126,8 +127,10 @@ LightVectorVolume BuildLightVectorVolume(const lightfield::LightField& field, co
 std::optional<lightfield::LightVector> InterpolateLightVector(const LightVectorVolume& volume,
                                                               lightfield::Vec3 p);
 
-// RMSE of n . J over the mean of its closed form, the relative RMSE of THEORY.md 10, over the
-// receivers that the volume covers and VolumeLights, all channels; 0 if they are dark or none.
+// RMSE over the mean of the irradiance in closed form, the relative RMSE of docs/theory.md 10, all
+// channels: the larger of that over all receivers that see light, of which those that the volume
+// does not cover or whose horizon cuts the supports are the closed form's and right, and of that
+// over the others. 0 if there are none.
 double VolumeError(const LightVectorVolume& volume, const lightfield::LightField& field,
                    std::span<const Receiver> receivers);
 
@@ -141,9 +144,17 @@ struct VolumeOptions {
   std::size_t max_bytes = std::size_t{256} << 20;
 };
 
+// A receiver that sees light, and its irradiance in closed form per channel.
+struct JudgedReceiver {
+  Receiver receiver;
+  bool by_volume = false;  // n . J is the irradiance
+  std::array<double, 3> irradiance{};
+};
+
 struct VolumeForError {
   LightVectorVolume volume;
-  double rel_error = 0;  // measured by VolumeError at the receivers given; 0 if none is covered
+  std::vector<JudgedReceiver> judges;  // that see light, of those given
+  double rel_error = 0;                // VolumeError at the receivers given; 0 if none is covered
   bool met = false;      // false: max_bytes came first
   int builds = 0;
 };
@@ -157,8 +168,8 @@ VolumeForError BuildForError(const lightfield::LightField& field, const Reach& r
                              std::span<const Receiver> receivers,
                              const VolumeOptions& options = {});
 
-// The same over the reach of `receivers` with tau <= MaxTau, judged by `sample` of them at random.
-// An empty volume, met, if a volume would light none.
+// The same over the reach of `receivers` with tau <= MaxTau, judged by `sample` at random of those
+// that see the images. An empty volume, met, if a volume would light none of the sample.
 VolumeForError BuildForReceivers(const lightfield::LightField& field,
                                  std::span<const Receiver> receivers,
                                  const VolumeOptions& options = {}, std::size_t sample = 1500,

@@ -16,45 +16,54 @@ using lightfield::LightField;
 using lightfield::LightVector;
 using lightfield::LuminaireGeometry;
 
-// The receivers that a volume may light, with n . J in closed form per channel.
 struct Judge {
-  std::vector<Receiver> receivers;
-  std::vector<std::array<double, 3>> irradiance;
+  std::vector<JudgedReceiver> lit;
+  bool has_volume = false;  // any by_volume
 
   Judge(const LightField& field, std::span<const Receiver> candidates) {
-    for (const Receiver& receiver : candidates)
-      if (VolumeLights(field.geometry, receiver, std::numeric_limits<double>::infinity()))
-        receivers.push_back(receiver);
-    irradiance.resize(receivers.size());
-    core::ParallelFor(receivers.size(), 16, [&](std::size_t begin, std::size_t end) {
+    std::vector<JudgedReceiver> seen(candidates.size());
+    core::ParallelFor(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
-        const LightVector vector = lightfield::ClosedFormLightVector(field, receivers[k].p);
-        for (int channel = 0; channel < 3; ++channel)
-          irradiance[k][channel] = Dot(receivers[k].n, vector.j[channel]);
+        const Receiver& receiver = candidates[k];
+        if (!SeesImages(field.geometry, receiver.p)) continue;
+        seen[k] = {receiver,
+                   VolumeLights(field.geometry, receiver, std::numeric_limits<double>::infinity()),
+                   lightfield::ExactIrradiance(field, receiver.p, receiver.n)};
       }
     });
+    for (const JudgedReceiver& one : seen)
+      if (one.by_volume || one.irradiance != std::array<double, 3>{}) {
+        lit.push_back(one);
+        has_volume |= one.by_volume;
+      }
   }
 
   double Error(const LightVectorVolume& volume) const {
-    double squares = 0, sum = 0;
-    std::size_t count = 0;
-    for (std::size_t k = 0; k < receivers.size(); ++k) {
-      const auto vector = InterpolateLightVector(volume, receivers[k].p);
-      if (!vector) continue;
+    double squares = 0, sum = 0, volume_sum = 0;
+    std::size_t count = 0, volume_count = 0;
+    for (const auto& [receiver, by_volume, irradiance] : lit) {
+      std::optional<LightVector> vector;
+      if (by_volume) vector = InterpolateLightVector(volume, receiver.p);
       for (int channel = 0; channel < 3; ++channel) {
-        const double error = Dot(receivers[k].n, vector->j[channel]) - irradiance[k][channel];
-        squares += error * error;
-        sum += irradiance[k][channel];
+        sum += irradiance[channel];
         ++count;
+        if (!vector) continue;
+        const double error = Dot(receiver.n, vector->j[channel]) - irradiance[channel];
+        squares += error * error;
+        volume_sum += irradiance[channel];
+        ++volume_count;
       }
     }
-    return squares > 0 ? std::sqrt(squares * static_cast<double>(count)) / std::abs(sum) : 0;
+    if (!(squares > 0)) return 0;
+    return std::max(std::sqrt(squares * static_cast<double>(count)) / std::abs(sum),
+                    std::sqrt(squares * static_cast<double>(volume_count)) / std::abs(volume_sum));
   }
 
   // Mean square difference of two volumes.
   double Difference(const LightVectorVolume& a, const LightVectorVolume& b) const {
     double squares = 0;
-    for (const Receiver& receiver : receivers) {
+    for (const auto& [receiver, by_volume, irradiance] : lit) {
+      if (!by_volume) continue;
       const auto from_a = InterpolateLightVector(a, receiver.p),
                  from_b = InterpolateLightVector(b, receiver.p);
       if (!from_a || !from_b) continue;
@@ -156,9 +165,10 @@ VolumeForError BuildForError(const LightField& field, const Reach& reach,
   const Judge judge(field, receivers);
   VolumeForError result;
   result.volume.geometry = g;
+  result.judges = judge.lit;
   result.met = true;
   if (reach.empty()) return result;
-  if (judge.receivers.empty())
+  if (!judge.has_volume)
     throw InputError("a light-vector volume needs receivers to measure its error at");
   const Reach wide = WidenNarrowAxes(g, reach);
   // A step in tau moves the light of the rim of F by as much as a step in a moves all of it.
@@ -194,19 +204,22 @@ VolumeForError BuildForError(const LightField& field, const Reach& reach,
 VolumeForError BuildForReceivers(const LightField& field, std::span<const Receiver> receivers,
                                  const VolumeOptions& options, std::size_t sample,
                                  std::uint64_t seed) {
-  const double max_tau = MaxTau(field.geometry);
-  std::vector<Receiver> lit;
+  const Reach reach = ReachOf(field.geometry, receivers, MaxTau(field.geometry));
+  std::vector<Receiver> seeing;
   for (const Receiver& receiver : receivers)
-    if (VolumeLights(field.geometry, receiver, max_tau)) lit.push_back(receiver);
-  const Reach reach = ReachOf(field.geometry, lit, max_tau);
-  if (sample < lit.size()) {
+    if (SeesImages(field.geometry, receiver.p)) seeing.push_back(receiver);
+  if (sample < seeing.size()) {
     core::Random random(seed, 0);
     for (std::size_t k = 0; k < sample; ++k)
-      std::swap(lit[k], lit[k + static_cast<std::size_t>(random.Uniform() *
-                                                         static_cast<double>(lit.size() - k))]);
-    lit.resize(sample);
+      std::swap(seeing[k],
+                seeing[k + static_cast<std::size_t>(random.Uniform() *
+                                                    static_cast<double>(seeing.size() - k))]);
+    seeing.resize(sample);
   }
-  return BuildForError(field, reach, lit, options);
+  const bool by_volume = std::any_of(seeing.begin(), seeing.end(), [&](const Receiver& receiver) {
+    return VolumeLights(field.geometry, receiver, MaxTau(field.geometry));
+  });
+  return BuildForError(field, by_volume ? reach : Reach{}, seeing, options);
 }
 
 }  // namespace luxfield::preprocess

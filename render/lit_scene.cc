@@ -203,8 +203,10 @@ void LitScene::Require(const TableNeeds& needs, double volume_error) {
                          "use the estimator 'exact'");
       light_field.on_device.Add(device_, {.volume = &built.volume});
       light_field.volume_error = volume_error;
-      provenance_[fmt::format("{} volume error", luminaire.name)] =
-          fmt::format("{:.2g}", built.rel_error);
+      provenance_[fmt::format("{} volume error", luminaire.name)] = fmt::format(
+          "{:.2g}", std::max(built.rel_error,
+                             MeasuredError(device_, EstimatorNamed("volume"), light_field.on_device,
+                                           built.judges, volume_error)));
     }
   }
   tables_core_s_ += stopwatch.CoreSeconds();

@@ -13,6 +13,9 @@
 namespace luxfield::render {
 namespace {
 
+// Of the error asked for, what cut texels that are not clipped may take of |J|.
+constexpr float kShareOfCuts = 0.5f;
+
 class Volume : public Estimator {
  public:
   explicit Volume(const Device& device)
@@ -45,7 +48,7 @@ class Volume : public Estimator {
                              .irradiance;
     const std::size_t left_bytes = (2 + gbuffer.pixel_count()) * sizeof(cl_int);
     if (left_.bytes() != left_bytes) left_ = Buffer(device_, left_bytes);
-    std::array<cl_int, 2> left{};  // not covered by the volume, cut by the horizon
+    std::array<cl_int, 2> left{};  // lit by `exact`, and by cut_
     left_.Upload(std::span<const cl_int>(left));
     const auto count = static_cast<cl_int>(gbuffer.pixel_count());
     cl_float16 columns{};  // of luminaire_from_world, then the luminaire's place
@@ -58,22 +61,21 @@ class Volume : public Estimator {
     whole_
         .Set(device_params, luminaire.volume_params(), luminaire.volume(), gbuffer.position,
              gbuffer.normal, count, share, lighting.irradiance, lighting.variance, left_, columns,
-             origin_lo)
+             origin_lo, kShareOfCuts * options.max_error)
         .Enqueue(gbuffer.pixel_count());
     left_.Download(std::span<cl_int>(left));
     if (left[1] > 0)
       cut_.Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
                lighting.irradiance, lighting.variance, left_, left[1])
           .Enqueue(left[1]);
-    if (left[0] > 0)
-      LightUncovered(gbuffer, luminaire, world_from_luminaire, share, left[0], lighting);
+    if (left[0] > 0) LightLeft(gbuffer, luminaire, world_from_luminaire, share, left[0], lighting);
   }
 
  private:
   // By `exact`, the first `count` pixels of the list.
-  void LightUncovered(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
-                      const scene::Pose& world_from_luminaire, const Buffer& share, cl_int count,
-                      Lighting& lighting) {
+  void LightLeft(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
+                 const scene::Pose& world_from_luminaire, const Buffer& share, cl_int count,
+                 Lighting& lighting) {
     std::vector<cl_int> pixels(count);
     left_.Download(std::span<cl_int>(pixels), 2);
     std::sort(pixels.begin(), pixels.end());  // neighbours share work
@@ -104,12 +106,51 @@ const EstimatorTraits& VolumeTraits() {
       .error_is_asked = true,
       .guarantee =
           "irradiance interpolated in a table made for an error target, measured against the "
-          "closed form at random receivers; exact where the table ends; shadows as for exact"};
+          "closed form at receivers of the picture; exact where the table ends and where horizons "
+          "cut; shadows as for exact"};
   return traits;
 }
 
 std::unique_ptr<Estimator> MakeVolume(const Device& device) {
   return std::make_unique<Volume>(device);
+}
+
+std::vector<cl_float4> LightReceivers(const Device& device, Estimator& estimator,
+                                      const LuminaireOnDevice& luminaire,
+                                      std::span<const preprocess::JudgedReceiver> receivers,
+                                      double max_error) {
+  std::vector<cl_float4> position, normal;
+  for (const auto& [receiver, by_volume, irradiance] : receivers) {
+    const auto& [p, n] = receiver;
+    position.push_back(
+        {{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 1}});
+    normal.push_back(
+        {{static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z), 0}});
+  }
+  GBuffer gbuffer(device, static_cast<int>(receivers.size()), 1);
+  gbuffer.position.Upload(std::span<const cl_float4>(position));
+  gbuffer.normal.Upload(std::span<const cl_float4>(normal));
+  Lighting lighting(device, gbuffer);
+  EstimatorOptions options;
+  options.max_error = static_cast<float>(max_error);
+  estimator.Light(gbuffer, {}, luminaire, {}, options, lighting);
+  return lighting.irradiance.Download<cl_float4>();
+}
+
+double MeasuredError(const Device& device, Estimator& estimator, const LuminaireOnDevice& luminaire,
+                     std::span<const preprocess::JudgedReceiver> receivers, double max_error) {
+  if (receivers.empty()) return 0;
+  const auto lit = LightReceivers(device, estimator, luminaire, receivers, max_error);
+  double squares = 0, sum = 0;
+  for (std::size_t k = 0; k < receivers.size(); ++k)
+    for (int channel = 0; channel < 3; ++channel) {
+      const double truth = receivers[k].irradiance[channel];
+      squares += (lit[k].s[channel] - truth) * (lit[k].s[channel] - truth);
+      sum += truth;
+    }
+  return squares > 0
+             ? std::sqrt(squares * 3 * static_cast<double>(receivers.size())) / std::abs(sum)
+             : 0;
 }
 
 std::vector<preprocess::Receiver> ReceiversOf(const GBuffer& gbuffer,

@@ -3,9 +3,10 @@
 //
 // The volume covers what preprocess::ReachOf was given. Pixels that may see light outside that
 // reach or nearer than its largest tau are lit by `exact`. Where the receiver's horizon cuts the
-// supports n . J is not the irradiance: these pixels are lit texel by texel, as `exact` lights them
-// but for the texels on the horizon (kernels/volume.cl states the bound). Nothing is extrapolated
-// and no n . J is clamped. Light() waits for the numbers of such pixels.
+// supports n . J is not the irradiance: these pixels are lit by `exact` too, or, where images are
+// so fine that no clipped texel could matter by half of EstimatorOptions::max_error of |J|, texel
+// by texel without clipping any (kernels/cut_horizon.clh). Nothing is extrapolated and no n . J is
+// clamped. Light() waits for the numbers of such pixels.
 #pragma once
 
 #include "render/estimators/estimator.h"
@@ -14,6 +15,19 @@ namespace luxfield::render {
 
 const EstimatorTraits& VolumeTraits();
 std::unique_ptr<Estimator> MakeVolume(const Device& device);
+
+// Irradiance by an estimator that takes no samples, asked for `max_error`, of receivers in the
+// luminaire's frame.
+std::vector<cl_float4> LightReceivers(const Device& device, Estimator& estimator,
+                                      const LuminaireOnDevice& luminaire,
+                                      std::span<const preprocess::JudgedReceiver> receivers,
+                                      double max_error);
+
+// Relative RMSE (docs/theory.md 10) of what `estimator`, `volume`, lights these receivers with: of
+// the table, of the closed form in float32 where that stands in for it, and of what decides between
+// the two. 0 if there are no receivers.
+double MeasuredError(const Device& device, Estimator& estimator, const LuminaireOnDevice& luminaire,
+                     std::span<const preprocess::JudgedReceiver> receivers, double max_error);
 
 // The surface points of a G-buffer in a luminaire's frame, for preprocess::BuildForReceivers.
 std::vector<preprocess::Receiver> ReceiversOf(const GBuffer& gbuffer,

@@ -78,15 +78,17 @@ inline float4 InFrame(float16 columns, float4 v) {
 }
 
 // Adds the irradiance of every pixel whose horizon does not cut the luminaire and that the volume
-// covers. The other pixels that may see light are listed, in no order: left[0] that the volume does
-// not cover from left[2] on, left[1] whose horizon cuts from the end down.
+// covers. The other pixels that may see light are listed, in no order: left[0] of them from left[2]
+// on, but left[1] whose horizon cuts images so fine that clipping their texels makes no difference
+// of `max_error` |J|, from the end down.
 __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
                                __constant const VolumeParams* volume,
                                __global const float* coefficients,
                                __global const float4* positions, __global const float4* normals,
                                int pixel_count, __global const float4* ratio,
                                __global float4* irradiance, __global float* variance,
-                               __global int* left, float16 columns, float4 origin_lo) {
+                               __global int* left, float16 columns, float4 origin_lo,
+                               float max_error) {
   const int pixel = get_global_id(0);
   const float4 position = positions[pixel < pixel_count ? pixel : 0];
   if (pixel >= pixel_count || position.w == 0.0f) return;
@@ -106,11 +108,12 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
   const float rounding = 1e-6f * (fabs(x) + fabs(y) + z);
   const float at_x = Position(&volume->axis[0], a_x), at_y = Position(&volume->axis[1], a_y),
               at_tau = Position(&volume->axis[2], tau);
-  if (height - spread < rounding) {
+  const bool cut = height - spread < rounding;
+  if (cut && UnclippedError(luminaire, n, z, shrink) <= max_error) {
     left[1 + pixel_count - atomic_inc(left + 1)] = pixel;
     return;
   }
-  if (!IsInside(&volume->axis[0], at_x) || !IsInside(&volume->axis[1], at_y) ||
+  if (cut || !IsInside(&volume->axis[0], at_x) || !IsInside(&volume->axis[1], at_y) ||
       !IsInside(&volume->axis[2], at_tau)) {
     left[2 + atomic_inc(left)] = pixel;
     return;
@@ -134,8 +137,7 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
   AddVisible(e, pixel, ratio, irradiance, variance);
 }
 
-// Adds the irradiance of the `count` pixels at the end of `left`, whose horizon cuts the luminaire.
-// Texels that the horizon crosses are not clipped (cut_horizon.clh).
+// Adds the irradiance of the `count` pixels at the end of `left`, whose horizon cuts fine images.
 __kernel void VolumeCutIrradiance(__constant const LuminaireParams* luminaire,
                                   __global const float* images, __global const float4* positions,
                                   __global const float4* normals, int pixel_count,

@@ -160,12 +160,37 @@ TEST(LightVectorVolume, ErrorIsTheRelativeRmse) {
     }
   }
   const double rmse = std::sqrt(squares / 900), mean = sum / 900;
-  // Receivers that the volume doesn't light don't count.
-  receivers.push_back({{0, 0, 1}, {1, 0, 0}});
-  receivers.push_back({{0, 0, -1}, {0, 0, -1}});
-  receivers.push_back({{0.001, 0, 0.01}, {0, 0, -1}});
   EXPECT_NEAR(VolumeError(volume, field, receivers), rmse / mean, 1e-12);
   EXPECT_GT(rmse, 0);
+  // The closed form's receivers are right, but count: dim ones, cut by their horizon, make the same
+  // error a larger share of the mean. What sees no light does not.
+  double count = 900;
+  for (int k = 0; k < 200; ++k) {
+    receivers.push_back({{-0.01 - 0.0002 * k, 0, 3}, Normalized(Vec3{1, 0, -0.002})});
+    const auto judge = lightfield::ExactIrradiance(field, receivers.back().p, receivers.back().n);
+    ASSERT_GT(judge[0], 0) << k;
+    for (const double e : judge) sum += e;
+    count += 3;
+  }
+  receivers.push_back({{0, 0, -1}, {0, 0, -1}});
+  receivers.push_back({{90, 0, 1}, {0, 0, -1}});
+  const double among_all = std::sqrt(squares / count) / (sum / count);
+  EXPECT_GT(among_all, 1.1 * rmse / mean);
+  EXPECT_NEAR(VolumeError(volume, field, receivers), among_all, 1e-8 * among_all);
+}
+
+// Bright receivers that the volume does not light do not hide what it errs by.
+TEST(LightVectorVolume, ErrorIsNotHiddenByTheClosedForm) {
+  const LightField field = Grain(Geometry());
+  const auto volume = BuildLightVectorVolume(field, kFront, {9, 9, 5});
+  std::vector<Receiver> receivers;
+  for (const Receiver& receiver : RandomReceivers(field.geometry, kFront, 300, kSeed))
+    if (receiver.p.z > 2) receivers.push_back(receiver);
+  ASSERT_GT(receivers.size(), 20u);
+  const double alone = VolumeError(volume, field, receivers);
+  for (int k = 0; k < 100; ++k) receivers.push_back({{0.02, 0.01, 0.31}, {0, 0, -1}});
+  EXPECT_NEAR(VolumeError(volume, field, receivers), alone, 1e-12);
+  EXPECT_GT(alone, 0);
 }
 
 TEST(Reach, HoldsReceiversAndTriangles) {
