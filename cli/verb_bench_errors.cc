@@ -1,7 +1,8 @@
-// luxfield bench volume
+// luxfield bench volume, bench noise
 #include "cli/verb_bench_errors.h"
 
 #include "cli/bench_rows.h"
+#include "study/bench_noise.h"
 #include "study/bench_volume.h"
 
 namespace luxfield::cli {
@@ -22,10 +23,28 @@ void AddVolume(Program& program, CLI::App& benches) {
       ->check(CLI::Range(1e-5, 1.0));
 }
 
+void AddNoise(Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<study::BenchNoiseOptions>(
+      program, benches, "noise", "Is the noise that pictures state their scatter over seeds",
+      [&program](auto& o) {
+        o.seed = program.common().seed.value_or(1);
+        return FinishOnDevice(study::BenchNoise(o), o,
+                              {"case", "spp", "noise", "estimate", "ratio", "ratio_se",
+                               "as_independent", "four_passes", "scatter", "sigma"});
+      });
+  app.add_option("--seeds", how.seeds, "Pictures of each case")->check(CLI::Range(2, 100000));
+  app.add_option("--width", how.width, "Picture width, pixels")->check(CLI::Range(1, 16384));
+  app.add_option("--height", how.height, "Picture height, pixels")->check(CLI::Range(1, 16384));
+  app.add_option("--spp", how.samples_per_pixel, "Samples per pixel and light")
+      ->check(CLI::Range(1, 1 << 20));
+  app.add_option("--case", how.cases, "Cases whose names start so (default: all)")->default_str("");
+}
+
 }  // namespace
 
 void AddBenchStatedErrors(Program& program, CLI::App& benches) {
   AddVolume(program, benches);
+  AddNoise(program, benches);
 }
 
 }  // namespace luxfield::cli

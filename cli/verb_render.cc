@@ -18,6 +18,7 @@
 #include "render/renderer.h"
 #include "render/shadow_maps.h"
 #include "study/accuracy.h"
+#include "study/picture_noise.h"
 
 namespace luxfield::cli {
 namespace {
@@ -120,11 +121,10 @@ void WritePictures(const render::Frame& frame, const Options& options) {
 }
 
 core::Json Describe(const render::Frame& frame, const Options& options, const std::string& device) {
-  double samples = 0, variance = 0, radiance = 0, lowest = 0;
+  double samples = 0, radiance = 0, lowest = 0;
   std::size_t negative = 0;
   for (std::size_t k = 0; k < frame.samples.data.size(); ++k) {
     samples += frame.samples.data[k];
-    variance += frame.variance.data[k];
     const double luminance = core::Luminance(
         {frame.radiance.plane(0)[k], frame.radiance.plane(1)[k], frame.radiance.plane(2)[k]});
     radiance += luminance;
@@ -132,13 +132,15 @@ core::Json Describe(const render::Frame& frame, const Options& options, const st
     lowest = std::min(lowest, luminance);
   }
   const auto pixels = static_cast<double>(frame.samples.data.size());
-  const double noise = radiance > 0 ? std::sqrt(variance * pixels) / radiance : 0;
+  const study::PictureNoise picture_noise =
+      study::NoiseOf(frame, std::max(1, options.render.samples_per_pixel - 1));
+  const double noise = picture_noise.RelativeError(), noise_sigma = noise * picture_noise.Sigma();
   fmt::print("{}: {} x {}, {} on {}, {}\n", options.output, frame.width, frame.height,
              options.render.estimator, device, "shadows: " + options.shadows);
   fmt::print(
-      "  light samples         {:.4g} in all; estimated noise {:.3g} % of the mean radiance "
-      "(RMS)\n",
-      samples, 100 * noise);
+      "  light samples         {:.4g} in all; estimated noise {:.3g} +- {:.1g} % of the mean "
+      "radiance (RMS)\n",
+      samples, 100 * noise, 100 * noise_sigma);
   if (negative > 0)
     fmt::print(
         "  negative luminance    {} pixels, down to {:.3g} % of the mean: kept in the EXR, black "
@@ -154,8 +156,10 @@ core::Json Describe(const render::Frame& frame, const Options& options, const st
                   {"light_samples", samples},
                   {"estimated_rel_rmse", noise},
                   {"negative_pixels", negative},
+                  {"estimated_rel_rmse_sigma", noise_sigma},
                   {"gbuffer_s", frame.times.gbuffer_s},
                   {"lighting_s", frame.times.lighting_s},
+                  {"relighting_s", frame.times.relighting_s},
                   {"kernels", frame.times.kernels}};
   return json;
 }

@@ -29,6 +29,12 @@ lightfield::Vec2 PixelSample(int k, int n) {
 // Part k of `total` split into n nearly equal parts, at least 1.
 int Share(int total, int k, int n) { return std::max(1, total / n + (k < total % n)); }
 
+double SumOf(const core::Image& image) {
+  double sum = 0;
+  for (const float x : image.data) sum += x;
+  return sum;
+}
+
 EstimatorTraits TraitsOf(const std::string& estimator) {
   for (const auto& traits : EstimatorList())
     if (traits.name == estimator) return traits;
@@ -87,7 +93,8 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
       options_((options.Validate(), options)),
       camera_(scene.camera()),
       estimator_(scene.EstimatorNamed(options.estimator)),
-      primary_(scene.device()) {
+      primary_(scene.device()),
+      relit_(options_.seed) {
   if (options.width > 0) camera_.width = options.width;
   if (options.height > 0) camera_.height = options.height;
   scene.Require(estimator_.traits().needs, options.approximation_error);
@@ -111,6 +118,15 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
               : ReferencePositions(field.geometry, luminaire.light_field->reference),
           luminaire.world_from_luminaire, scene.geometry().bvh, options.shadow_map_size);
     }
+}
+
+int Renderer::SharedSets() const {
+  constexpr int kInterleaved = 4;  // sets that a row of pixels sees
+  const SampleSets sets = options_.knobs.environment.sets;
+  if ((scene_.environment() && sets == SampleSets::kShared) ||
+      (options_.estimator == "thesis" && !options_.knobs.decorrelated))
+    return 1;
+  return scene_.environment() && sets == SampleSets::kInterleaved ? kInterleaved : 0;
 }
 
 Visibility Renderer::VisibilityOf(std::size_t luminaire) const {
@@ -146,6 +162,10 @@ Frame Renderer::Render() {
        {&frame.coverage, &frame.variance, &frame.stated_variance, &frame.samples})
     *image = core::Image(frame.width, frame.height, 1);
 
+  const bool relight = options_.relight && options_.passes == 1;
+  if (relight)
+    relit_.Start(static_cast<std::size_t>(frame.width) * frame.height * options_.antialias,
+                 SharedSets());
   scene_.device().TakeKernelTimes();  // what ran before is not this frame's
   const int band_rows = std::clamp(kBandPixels / frame.width, 1, frame.height);
   const int bands = (frame.height + band_rows - 1) / band_rows;
@@ -153,6 +173,7 @@ Frame Renderer::Render() {
   for (int band = 0; band < bands; ++band) {
     const int first_row = band * band_rows;
     EquallySampled all;
+    all.seed = options_.seed;
     all.first_pixel =
         static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(frame.width);
     all.gbuffer =
@@ -178,52 +199,95 @@ Frame Renderer::Render() {
     frame.stated_variance.data[i] /= samples * samples;
     frame.coverage.data[i] /= samples;
   }
+  if (relight) {
+    frame.variance_scale = relit_.Scale();
+    frame.scale_log_variance = relit_.LogVariance();
+    for (float& v : frame.variance.data) v *= static_cast<float>(frame.variance_scale);
+  }
   frame.times.kernels = scene_.device().TakeKernelTimes();
   return frame;
 }
 
 std::vector<Renderer::EquallySampled> Renderer::BySamples(const GBuffer& gbuffer,
-                                                          const std::vector<cl_float4>& position,
-                                                          const std::vector<cl_float4>& normal,
-                                                          const std::vector<cl_float4>& albedo,
+                                                          const BandSurface& surface,
                                                           int first_row) const {
   const core::Image& density = options_.sample_density;
   std::map<float, std::vector<std::size_t>> pixels;
-  for (std::size_t i = 0; i < position.size(); ++i) {
-    if (position[i].s[3] == 0) continue;
+  for (std::size_t i = 0; i < surface.position.size(); ++i) {
+    if (surface.position[i].s[3] == 0) continue;
     const int pixel = static_cast<int>(i), row = first_row + pixel / camera_.width,
               column = pixel % camera_.width;
     pixels[density.at(0, row * density.height / camera_.height,
                       column * density.width / camera_.width)]
         .push_back(i);
   }
-  std::vector<cl_float4> gloss;
-  if (gbuffer.glossy()) gloss = gbuffer.gloss.Download<cl_float4>();
   auto first_pixel =
       static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(camera_.width);
   std::vector<EquallySampled> parts;
   for (auto& [value, of_part] : pixels) {
-    const auto packed = [&](const std::vector<cl_float4>& values) {
-      std::vector<cl_float4> own;
-      for (const std::size_t i : of_part) own.push_back(values[i]);
-      return Buffer::From(scene_.device(), own);
-    };
-    EquallySampled part;
+    EquallySampled part = PartOf(gbuffer, surface, std::move(of_part));
     part.density = value;
+    part.seed = options_.seed;
     part.first_pixel = first_pixel;
-    part.gbuffer.width = static_cast<int>(of_part.size());
-    part.gbuffer.height = 1;
-    part.gbuffer.eye = gbuffer.eye;
-    part.gbuffer.position = packed(position);
-    part.gbuffer.normal = packed(normal);
-    part.gbuffer.albedo = packed(albedo);
-    if (gbuffer.glossy()) part.gbuffer.gloss = packed(gloss);
-    part.lighting = Lighting(scene_.device(), part.gbuffer);
-    part.pixels = std::move(of_part);
     first_pixel += static_cast<std::uint32_t>(part.gbuffer.width);
     parts.push_back(std::move(part));
   }
   return parts;
+}
+
+Renderer::EquallySampled Renderer::PartOf(const GBuffer& gbuffer, const BandSurface& surface,
+                                          std::vector<std::size_t> pixels) const {
+  const auto packed = [&](const std::vector<cl_float4>& values) {
+    std::vector<cl_float4> own;
+    for (const std::size_t i : pixels) own.push_back(values[i]);
+    return Buffer::From(scene_.device(), own);
+  };
+  EquallySampled part;
+  part.gbuffer.width = static_cast<int>(pixels.size());
+  part.gbuffer.height = 1;
+  part.gbuffer.eye = gbuffer.eye;
+  part.gbuffer.position = packed(surface.position);
+  part.gbuffer.normal = packed(surface.normal);
+  part.gbuffer.albedo = packed(surface.albedo);
+  if (gbuffer.glossy()) part.gbuffer.gloss = packed(surface.gloss);
+  part.lighting = Lighting(scene_.device(), part.gbuffer);
+  part.pixels = std::move(pixels);
+  return part;
+}
+
+void Renderer::Relight(const EquallySampled& part, const GBuffer& gbuffer,
+                       const BandSurface& surface, int pixel_sample, const BandLight& light,
+                       RenderTimes& times) {
+  std::vector<std::size_t> hits;
+  for (std::size_t k = 0; k < gbuffer.pixel_count() && part.pixels.empty(); ++k)
+    if (surface.position[k].s[3] != 0) hits.push_back(k);
+  const std::vector<std::size_t>& pixels = part.pixels.empty() ? hits : part.pixels;
+  std::vector<float> stated;
+  for (const std::size_t i : pixels) stated.push_back(light.variance[i]);
+  const auto draws = relit_.Choose(stated);
+  if (draws.empty()) return;
+  // A picture of the draws, in which a pixel may come twice.
+  std::vector<std::size_t> drawn;
+  std::vector<cl_float4> albedo;
+  for (const auto& draw : draws) {
+    drawn.push_back(pixels[draw.pixel]);
+    albedo.push_back(surface.albedo[drawn.back()]);
+  }
+  EquallySampled again = PartOf(gbuffer, surface, std::move(drawn));
+  again.pixels.clear();
+  again.density = part.density;
+  again.first_pixel = static_cast<std::uint32_t>(relit_.drawn() - draws.size());
+  std::vector<std::vector<double>> luminance(relit_.runs());
+  RenderTimes own;
+  for (int run = 0; run < relit_.runs(); ++run) {
+    again.seed = relit_.Seed(run);
+    BandLight anew(draws.size());
+    LightPart(again, albedo, pixel_sample, 0, anew, own);
+    for (const auto& radiance : anew.radiance)
+      luminance[run].push_back(core::Luminance({radiance.s[0], radiance.s[1], radiance.s[2]}));
+  }
+  times.relighting_s += own.lighting_s;
+  relit_.Add(draws, luminance);
 }
 
 void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample, Frame& frame) {
@@ -235,23 +299,24 @@ void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample,
   ShowBackground(first_row, gbuffer, sample, frame);
   ShowEmission(first_row, gbuffer, frame);
 
-  const auto position = gbuffer.position.Download<cl_float4>();
-  const auto normal = gbuffer.normal.Download<cl_float4>();
-  const auto albedo = gbuffer.albedo.Download<cl_float4>();
+  BandSurface surface{gbuffer.position.Download<cl_float4>(),
+                      gbuffer.normal.Download<cl_float4>(),
+                      gbuffer.albedo.Download<cl_float4>(),
+                      {}};
+  if (gbuffer.glossy()) surface.gloss = gbuffer.gloss.Download<cl_float4>();
   const std::size_t plane = frame.coverage.plane_size();
   const std::size_t first = static_cast<std::size_t>(first_row) * frame.width;
   for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
-    frame.coverage.data[first + i] += position[i].s[3];
+    frame.coverage.data[first + i] += surface.position[i].s[3];
     if (pixel_sample > 0) continue;
     for (int c = 0; c < 3; ++c) {
-      frame.normal.data[c * plane + first + i] = normal[i].s[c];
-      frame.position.data[c * plane + first + i] = position[i].s[c];
+      frame.normal.data[c * plane + first + i] = surface.normal[i].s[c];
+      frame.position.data[c * plane + first + i] = surface.position[i].s[c];
     }
   }
 
   std::vector<EquallySampled> parts;
-  if (!options_.sample_density.data.empty())
-    parts = BySamples(gbuffer, position, normal, albedo, first_row);
+  if (!options_.sample_density.data.empty()) parts = BySamples(gbuffer, surface, first_row);
   const int passes = options_.passes;
   // Mean and squared deviations of the luminance over the passes (Welford 1962).
   std::vector<double> mean(gbuffer.pixel_count(), 0.0), squares(gbuffer.pixel_count(), 0.0);
@@ -259,9 +324,14 @@ void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample,
     core::ThrowIfInterrupted();
     BandLight light(gbuffer.pixel_count());
     if (options_.sample_density.data.empty())
-      LightPart(band, albedo, pixel_sample, pass, light, frame.times);
+      LightPart(band, surface.albedo, pixel_sample, pass, light, frame.times);
     for (EquallySampled& part : parts)
-      LightPart(part, albedo, pixel_sample, pass, light, frame.times);
+      LightPart(part, surface.albedo, pixel_sample, pass, light, frame.times);
+    if (options_.relight && passes == 1) {
+      if (parts.empty()) Relight(band, gbuffer, surface, pixel_sample, light, frame.times);
+      for (const EquallySampled& part : parts)
+        Relight(part, gbuffer, surface, pixel_sample, light, frame.times);
+    }
     for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
       const std::size_t out = first + i;
       const auto& radiance = light.radiance[i].s;
@@ -340,7 +410,7 @@ void Renderer::AddLight(EquallySampled& part, const std::vector<cl_float4>& albe
   // No density takes the second sample away, without which there is no variance to state.
   options.samples_per_pixel = std::max(share_of(part.density * options_.samples_per_pixel),
                                        std::min(2, share_of(options_.samples_per_pixel)));
-  options.seed = options_.seed;
+  options.seed = part.seed;
   options.stream = static_cast<std::uint32_t>(
       ((options_.first_pass + pass) * options_.antialias + pixel_sample) * lights + number);
   options.max_samples_per_image = options_.max_samples_per_image;
@@ -405,6 +475,7 @@ void Renderer::ShowBackground(int first_row, const GBuffer& gbuffer, lightfield:
 
 void AddTimes(const RenderTimes& times, RenderTimes& to) {
   to.gbuffer_s += times.gbuffer_s;
+  to.relighting_s += times.relighting_s;
   to.lighting_s += times.lighting_s;
   to.lighting_core_s += times.lighting_core_s;
   for (const KernelTime& kernel : times.kernels) AddKernelTime(kernel, to.kernels);
@@ -419,8 +490,16 @@ Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b) 
   };
   blend(mean.radiance, frame_b.radiance, weight_a, weight_b);
   blend(mean.irradiance, frame_b.irradiance, weight_a, weight_b);
+  const double all_a = weight_a * weight_a * SumOf(frame_a.variance),
+               all_b = weight_b * weight_b * SumOf(frame_b.variance);
   blend(mean.variance, frame_b.variance, weight_a * weight_a, weight_b * weight_b);
   blend(mean.stated_variance, frame_b.stated_variance, weight_a * weight_a, weight_b * weight_b);
+  if (all_a + all_b > 0) {
+    mean.variance_scale = (all_a + all_b) / SumOf(mean.stated_variance);
+    mean.scale_log_variance =
+        (all_a * all_a * frame_a.scale_log_variance + all_b * all_b * frame_b.scale_log_variance) /
+        ((all_a + all_b) * (all_a + all_b));
+  }
   blend(mean.samples, frame_b.samples, 1, 1);
   AddTimes(frame_b.times, mean.times);
   return mean;

@@ -17,6 +17,7 @@
 #include "lightfield/light_field.h"
 #include "render/environment_background.h"
 #include "render/lit_scene.h"
+#include "render/relit_pixels.h"
 #include "render/shadow_maps.h"
 
 namespace luxfield::render {
@@ -32,9 +33,13 @@ struct RenderOptions {
   core::Image sample_density;
   int antialias = 1;  // surface points per pixel; 1: the pixel's centre
   // Independent passes that the samples are split over. With two or more, the variance is taken
-  // from the spread between passes, which the samples' stratification lowers too; with one, from
-  // the spread of samples as if they were independent, which overstates it.
+  // from the spread between passes. One pass is better, as its samples are stratified together; its
+  // variance is what it states of itself, scaled by what pixels show that are lit again.
   int passes = 1;
+  // Whether some pixels of a picture of one pass are lit again (render/relit_pixels.h). Without,
+  // its variance is what it states of itself, which takes samples as independent and so is too
+  // large, up to thirty times.
+  bool relight = true;
   int first_pass = 0;  // passes of the same seed and different numbers draw independently
   std::uint64_t seed = 1;
   Shadows shadows = Shadows::kTraced;  // of other lights than luminaires: traced, or none
@@ -50,6 +55,7 @@ struct RenderOptions {
 
 struct RenderTimes {
   double gbuffer_s = 0;             // primary visibility
+  double relighting_s = 0;          // of pixels that are lit again, not part of lighting_s
   double lighting_s = 0;            // estimators on resident G-buffers, without transfers
   double lighting_core_s = 0;       // the same in CPU time of this process
   std::vector<KernelTime> kernels;  // device time of all of them
@@ -66,9 +72,11 @@ struct Frame {
   core::Image position;    // xyz, world, metres
   core::Image coverage;    // share of the pixel samples that hit
   core::Image variance;    // estimated variance of the luminance of `radiance`
-  // The same as passes state it of themselves, taking samples as independent; `variance` of one
-  // pass.
+  // The same as passes state it of themselves, taking samples as independent.
   core::Image stated_variance;
+  // Of a picture of one pass, `variance` over `stated_variance`, and the variance of the factor's
+  // logarithm.
+  double variance_scale = 1, scale_log_variance = 0;
   core::Image samples;  // light samples taken
   RenderTimes times;
   lightfield::Provenance provenance;  // options and the SHA-256 of the files that were read
@@ -107,24 +115,35 @@ class Renderer {
     std::vector<float> variance, samples;  // variance as the estimator states it
   };
 
+  // What is known of a band's surface points on the host.
+  struct BandSurface {
+    std::vector<cl_float4> position, normal, albedo, gloss;  // gloss: empty if nothing is glossy
+  };
+
   // Pixels that are lit together with the same number of samples.
   struct EquallySampled {
     double density = 1;
     std::vector<std::size_t> pixels;  // of the band; empty: all of them
-    std::uint32_t first_pixel = 0;    // of the random streams
+    std::uint64_t seed = 0;           // of the random streams, with
+    std::uint32_t first_pixel = 0;
     GBuffer gbuffer;                  // of these pixels alone, one after the other
     Lighting lighting;
   };
 
   // The parts of a band by sample_density. They have G-buffers of their own, so that work-items
   // next to each other have the same to do.
-  std::vector<EquallySampled> BySamples(const GBuffer& gbuffer,
-                                        const std::vector<cl_float4>& position,
-                                        const std::vector<cl_float4>& normal,
-                                        const std::vector<cl_float4>& albedo, int first_row) const;
+  std::vector<EquallySampled> BySamples(const GBuffer& gbuffer, const BandSurface& surface,
+                                        int first_row) const;
+  EquallySampled PartOf(const GBuffer& gbuffer, const BandSurface& surface,
+                        std::vector<std::size_t> pixels) const;
   void RenderBand(int first_row, EquallySampled& band, int pixel_sample, Frame& frame);
+  // Lights some pixels of a part again, which `light` shows, and adds what they tell to relit_.
+  void Relight(const EquallySampled& part, const GBuffer& gbuffer, const BandSurface& surface,
+               int pixel_sample, const BandLight& light, RenderTimes& times);
   void ShowBackground(int first_row, const GBuffer& gbuffer, lightfield::Vec2 sample, Frame& frame);
   void ShowEmission(int first_row, const GBuffer& gbuffer, Frame& frame);
+  // Sets of samples that all pixels share; 0: each has its own.
+  int SharedSets() const;
   Visibility VisibilityOf(std::size_t luminaire) const;
   // Adds the light of one pass.
   void LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo, int pixel_sample,
@@ -143,6 +162,7 @@ class Renderer {
   std::vector<ShadowMaps> shadow_maps_;  // one set per luminaire; empty: none are asked for
   PrimaryVisibility primary_;
   std::optional<EnvironmentBackground> background_;  // of scenes with an environment
+  RelitPixels relit_;
 };
 
 }  // namespace luxfield::render

@@ -28,7 +28,9 @@ class Rounds {
         density_(chosen.density),
         law_(chosen.law),
         wanted_(chosen.setting.samples_per_pixel),
-        result_(result) {}
+        result_(result) {
+    options_.relight = false;  // pilots know the scale
+  }
 
   void One() { Add(Take()); }
 
@@ -59,8 +61,8 @@ class Rounds {
   // Merged by samples, which keeps the mean unbiased.
   void Add(render::Frame frame) {
     const int k = options_.samples_per_pixel;
-    factor_ = chosen_.StatedFactor(k);
-    for (float& v : frame.variance.data) v *= static_cast<float>(factor_);
+    const double factor = chosen_.StatedFactor(k);
+    for (float& v : frame.variance.data) v *= static_cast<float>(factor);
     law_.Anchor(k, NoiseOf(frame, 1).mean_variance);
     if (taken_ == 0) {
       render::AddTimes(result_.frame.times, frame.times);
@@ -68,16 +70,16 @@ class Rounds {
     } else {
       result_.frame = render::MeanFrame(result_.frame, taken_, frame, k);
     }
+    // All rounds have their scale from the same pilot.
+    result_.frame.variance_scale = factor;
+    result_.frame.scale_log_variance = chosen_.stated_log_variance;
     taken_ += k;
     result_.chosen.samples_per_pixel = static_cast<int>(std::lround(density_.mean * taken_));
     result_.estimated_error = std::hypot(Noise().RelativeError(), chosen_.interpolation_error);
   }
 
   PictureNoise Noise() const {
-    PictureNoise noise = NoiseOf(result_.frame, std::max(1, static_cast<int>(taken_) - 1));
-    noise.scale = factor_;
-    noise.scale_log_variance = chosen_.stated_log_variance;
-    return noise;
+    return NoiseOf(result_.frame, std::max(1, static_cast<int>(taken_) - 1));
   }
 
   // The smallest further round whose samples bring the merged variance down to the aim.
@@ -110,7 +112,6 @@ class Rounds {
   VarianceLaw law_;
   double wanted_;      // samples of the next round
   double taken_ = 0;   // of the picture, at density 1
-  double factor_ = 1;  // true variance over stated, of the last round
   int pass_ = 0;
   AccurateFrame& result_;
 };

@@ -11,7 +11,7 @@ namespace luxfield::study {
 namespace {
 
 constexpr double kPilotPixels = 3072;
-constexpr int kPasses = 4;
+constexpr int kPilotPasses = 4;
 constexpr int kPilotSamples[] = {8, 32};  // of a pass and light
 constexpr int kPassNumbers = 1 << 16;     // Renderer's
 constexpr int kMaxRounds = 12;
@@ -22,31 +22,21 @@ int LightsOf(const render::LitScene& scene) {
   return static_cast<int>(scene.area_lights().size()) + (scene.environment() ? 1 : 0);
 }
 
-// Two samples at least for every light and surface point of a pass.
-render::RenderOptions WithSamples(render::RenderOptions options, int lights, double per_pass,
-                                  int first_pass) {
-  options.passes = kPasses;
-  options.first_pass = first_pass;
-  options.samples_per_pixel =
-      kPasses * std::max(2 * lights * options.antialias,
-                         static_cast<int>(std::min(per_pass, kMaxSamples / kPasses)));
-  return options;
-}
-
-// What a pass costs and scatters at the pilot's pixels.
+// What the picture's samples cost and scatter, by a smaller one.
 struct Pilot {
   double pixels = 0, seconds_per_sample = 0;
   PictureNoise noise;
-  VarianceLaw pass;
+  VarianceLaw law;
 };
 Pilot TakePilot(render::LitScene& scene, const render::RenderOptions& picture, double pixels) {
   Pilot pilot;
   const double shrink = std::min(1.0, std::sqrt(kPilotPixels / pixels));
+  const int lights = LightsOf(scene);
   for (const int samples : kPilotSamples) {
-    // Numbers that no pass of the picture has.
-    const int lights = LightsOf(scene);
-    render::RenderOptions options =
-        WithSamples(picture, lights, samples * lights, kPassNumbers - 2 * kPasses);
+    render::RenderOptions options = picture;
+    options.passes = kPilotPasses;
+    options.first_pass = kPassNumbers - 2 * kPilotPasses;  // numbers that no round has
+    options.samples_per_pixel = kPilotPasses * samples * lights;
     options.width = std::max(1, static_cast<int>(std::lround(shrink * picture.width)));
     options.height = std::max(1, static_cast<int>(std::lround(shrink * picture.height)));
     options.antialias = 1;
@@ -54,17 +44,21 @@ Pilot TakePilot(render::LitScene& scene, const render::RenderOptions& picture, d
     // The last one counts; the first compiles.
     pilot.pixels = static_cast<double>(options.width) * options.height;
     pilot.seconds_per_sample = frame.times.lighting_s / options.samples_per_pixel;
-    pilot.noise = NoiseOf(frame, kPasses - 1);
-    pilot.pass.Add(samples * lights, kPasses * pilot.noise.mean_variance);
+    pilot.noise = NoiseOf(frame, kPilotPasses - 1);
+    pilot.law.Add(samples * lights, kPilotPasses * pilot.noise.mean_variance);
   }
   return pilot;
 }
 
-// Samples of a pass of which kPasses have no more than the variance.
-double SamplesFor(const Pilot& pilot, double variance) {
-  double samples = 2;
-  while (pilot.pass.Of(samples) > kPasses * variance && samples < kMaxSamples / kPasses)
-    samples *= 1.05;
+// The fewest samples of a round that bring the mean of it and of `taken` samples of variance v down
+// to the aim.
+double SamplesFor(const VarianceLaw& law, double aim, double taken, double v) {
+  double samples = std::max(2.0, 0.25 * taken);
+  const auto merged = [&] {
+    return (taken * taken * v + samples * samples * law.Of(samples)) /
+           ((taken + samples) * (taken + samples));
+  };
+  while (merged() > aim && samples < kMaxSamples) samples *= 1.05;
   return samples;
 }
 
@@ -87,31 +81,35 @@ AccurateFrame RenderPassesToAccuracy(render::LitScene& scene, const AccuracyRequ
   const auto allowed = [&](const PictureNoise& noise) {
     return std::pow(*request.rel_error * noise.mean_luminance, 2) / noise.Margin();
   };
-  double wanted = request.rel_error
-                      ? kPasses * SamplesFor(pilot, kAim * kAim * allowed(pilot.noise))
-                      : *request.time_s / s_per_sample;
+  // Two samples at least for every light and surface point of a round.
+  const double least = 2.0 * LightsOf(scene) * picture.antialias;
+  const auto counted = [&](double samples) {
+    return std::floor(std::clamp(samples, least, std::max(least, kMaxSamples)));
+  };
+  VarianceLaw law = pilot.law;
+  double wanted =
+      counted(request.rel_error ? SamplesFor(law, kAim * kAim * allowed(pilot.noise), 0, 0)
+                                : *request.time_s / s_per_sample);
   result.choosing_s = stopwatch.WallSeconds();
   result.chosen.estimator = scene.area_lights().empty() ? "environment" : "two strategies";
   result.chosen.predicted_s = wanted * s_per_sample;
-  result.chosen.predicted_error = std::sqrt(pilot.pass.Of(wanted / kPasses) / kPasses) /
-                                  std::max(pilot.noise.mean_luminance, 1e-30);
+  result.chosen.predicted_error =
+      std::sqrt(law.Of(wanted)) / std::max(pilot.noise.mean_luminance, 1e-30);
 
   double taken = 0;
   for (int round = 0;; ++round) {
-    const render::RenderOptions options =
-        WithSamples(picture, LightsOf(scene), wanted / kPasses, round * kPasses);
-    render::Frame frame = render::Renderer(scene, options).Render();
-    if (round == 0)
-      result.frame = std::move(frame);
-    else
-      result.frame = render::MeanFrame(result.frame, taken, frame, options.samples_per_pixel);
-    taken += options.samples_per_pixel;
-    const PictureNoise noise = NoiseOf(result.frame, (round + 1) * (kPasses - 1));
+    picture.first_pass = round;
+    picture.samples_per_pixel = static_cast<int>(wanted);
+    render::Frame frame = render::Renderer(scene, picture).Render();
+    law.Anchor(wanted, NoiseOf(frame, 1).mean_variance);
+    result.frame =
+        round == 0 ? std::move(frame) : render::MeanFrame(result.frame, taken, frame, wanted);
+    taken += wanted;
+    const PictureNoise noise = NoiseOf(result.frame, std::max(1, static_cast<int>(taken) - 1));
     result.estimated_error = noise.RelativeError();
     result.met = !request.rel_error || noise.mean_variance <= allowed(noise);
     if (result.met || round == kMaxRounds || taken >= kMaxSamples) break;
-    // The variance of the mean falls as one over all samples.
-    wanted = std::max(0.25 * taken, taken * (noise.mean_variance / (kAim * allowed(noise)) - 1));
+    wanted = counted(SamplesFor(law, kAim * kAim * allowed(noise), taken, noise.mean_variance));
   }
   result.chosen.samples_per_pixel = static_cast<int>(taken);
   result.considered = {result.chosen};

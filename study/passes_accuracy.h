@@ -6,10 +6,11 @@
 
 namespace luxfield::study {
 
-// There is one estimator for each light to choose, whose error is the spread of four passes of
-// samples of their own. A picture of 3072 pixels at most says how many samples the error, or the
-// time, needs; the whole picture then takes more until its own spread keeps the error, with the
-// margin that PictureNoise states for 95 %. A request in time is served in one round.
+// There is one estimator for each light, and nothing to choose but samples. A picture of 3072 pixels
+// at most, by the spread of four passes at two sample counts, says how many the error, or the time,
+// needs. They are taken in one pass, whose samples are stratified together; further rounds follow
+// until the picture's error, measured at pixels that are lit again (render/relit_pixels.h), is kept
+// with the margin that PictureNoise states for 95 %. A request in time is served in one round.
 //
 // Throws InputError for shared or interleaved sets of samples: their errors are alike from pixel to
 // pixel, which the margin takes as independent.

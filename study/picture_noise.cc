@@ -27,6 +27,10 @@ double PictureNoise::RelativeError() const {
   return mean_luminance > 0 ? std::sqrt(mean_variance) / mean_luminance : 0;
 }
 
+double PictureNoise::Sigma() const {
+  return 0.5 * std::sqrt(scale_log_variance + 1 / effective_pixels);
+}
+
 double PictureNoise::Margin() const {
   const double relative_variance = 2 / effective_pixels * (1 + 1.0 / degrees);
   return std::min(ChiSquaredBound(relative_variance + scale_log_variance),
@@ -48,6 +52,10 @@ PictureNoise NoiseOf(const render::Frame& frame, int degrees,
   const double seen = squares > 0 ? sum * sum / squares : count;
   noise.effective_pixels = std::min(count, seen * (1 + 2.0 / degrees * seen / (seen + kFewPixels)));
   noise.degrees = degrees;
+  if (variance == &render::Frame::variance) {
+    noise.scale = frame.variance_scale;
+    noise.scale_log_variance = frame.scale_log_variance;
+  }
   return noise;
 }
 

@@ -15,11 +15,14 @@ struct PictureNoise {
   // would let the sum scatter as much.
   double effective_pixels = 0;
   int degrees = 1;  // of freedom of a pixel's variance: passes - 1, or samples - 1 of one pass
-  // A factor that all variances were corrected by, and the variance of its logarithm. Without it
-  // they are bounds where it is below 1.
+  // A factor that all variances were corrected by, and the variance of its logarithm; of `variance`
+  // the frame's own. Without it they are bounds where it is below 1.
   double scale = 1, scale_log_variance = 0;
 
   double RelativeError() const;  // expected RMSE over the mean luminance
+  // Relative standard deviation of that estimate. Where few pixels hold the noise, what they state
+  // scatters as much as they do.
+  double Sigma() const;
   // The true mean squared error is at most this many times mean_variance in about 95 % of cases (92
   // to 98 with 20 to 2000 effective pixels): of n of them the squared errors' sum scatters by
   // sqrt(2 / n) of itself, that of variances by sqrt(2 / (n degrees)), if noise is normal; with the

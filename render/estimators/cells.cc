@@ -9,8 +9,7 @@ const EstimatorTraits& CellsTraits() {
       "cells",
       "unbiased for receivers at any distance, with bounded contributions and one "
       "shadow ray per sample, at a fraction of the variance of windowed; shadow maps "
-      "count cell by cell; the variance of one pass takes samples as independent and "
-      "so overstates the error",
+      "count cell by cell",
       {.cells = true});
   return traits;
 }

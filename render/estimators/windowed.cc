@@ -8,8 +8,7 @@ const EstimatorTraits& WindowedTraits() {
   static const EstimatorTraits traits = SamplingTraits(
       "windowed",
       "unbiased for receivers at any distance, with bounded contributions and one shadow ray "
-      "per sample; the variance of one pass takes samples as independent and so overstates the "
-      "error");
+      "per sample");
   return traits;
 }
 

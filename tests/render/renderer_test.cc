@@ -410,8 +410,10 @@ TEST_F(RendererTest, PassesKeepWhatTheyStateThemselves) {
   const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
   auto options = Unshadowed("windowed");
   options.samples_per_pixel = 20;
+  options.relight = false;
   const Frame first = RenderWith(scene, options);
   EXPECT_EQ(first.stated_variance.data, first.variance.data);
+  EXPECT_EQ(first.variance_scale, 1);
   options.first_pass = 1;
   const Frame second = RenderWith(scene, options);
   options.first_pass = 0;
@@ -455,6 +457,44 @@ TEST_F(RendererTest, EmissionIsSeenAndLightsNothing) {
   EXPECT_GT(part, 3);
   EXPECT_EQ(bright.irradiance.data, dark.irradiance.data);
   EXPECT_EQ(bright.variance.data, dark.variance.data);
+}
+
+// Pixels that are lit again change what is said of the noise and nothing else, whatever the samples
+// of a pixel and the surface points are.
+TEST_F(RendererTest, RelitPixelsScaleTheVarianceAlone) {
+  const auto file = WriteLamp("relit", Lamp(3));
+  const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
+  auto options = Unshadowed("windowed");
+  options.samples_per_pixel = 128;
+  options.antialias = 2;
+  options.sample_density = core::Image(2, 1, 1);
+  options.sample_density.data = {0.5f, 4.0f};
+  const Frame relit = RenderWith(scene, options);
+  options.relight = false;
+  const Frame plain = RenderWith(scene, options);
+  EXPECT_EQ(relit.radiance.data, plain.radiance.data);
+  EXPECT_EQ(relit.samples.data, plain.samples.data);
+  EXPECT_EQ(relit.stated_variance.data, plain.variance.data);
+  EXPECT_LT(relit.variance_scale, 0.9);  // stratified
+  EXPECT_GT(relit.scale_log_variance, 0);
+  EXPECT_LT(relit.scale_log_variance, 0.1);
+  for (std::size_t i = 0; i < plain.variance.data.size(); ++i)
+    EXPECT_NEAR(relit.variance.data[i], relit.variance_scale * plain.variance.data[i],
+                1e-5 * plain.variance.data[i]);
+  // Means of two keep what both know.
+  options.relight = true;
+  options.first_pass = 1;
+  const Frame other = RenderWith(scene, options), mean = MeanFrame(relit, 1, other, 1);
+  EXPECT_NE(relit.variance_scale, other.variance_scale);
+  EXPECT_LT(std::abs(std::log(other.variance_scale / relit.variance_scale)),
+            4 * std::sqrt(relit.scale_log_variance + other.scale_log_variance));
+  EXPECT_LT(mean.variance_scale, std::max(relit.variance_scale, other.variance_scale));
+  EXPECT_GT(mean.variance_scale, std::min(relit.variance_scale, other.variance_scale));
+  EXPECT_LT(mean.scale_log_variance,
+            0.7 * std::max(relit.scale_log_variance, other.scale_log_variance));
+  // Nothing random, nothing lit again.
+  options.estimator = "exact";
+  EXPECT_EQ(RenderWith(scene, options).variance_scale, 1);
 }
 
 TEST_F(RendererTest, ShadowsHideAndSpare) {
