@@ -23,6 +23,8 @@ namespace {
 using render::RenderOptions;
 using scene::Scene;
 
+constexpr double kAlike = 1e-9;  // noise of pictures that no random number changes: rounding
+
 // A beam with stripes.
 lightfield::LightField Lamp() {
   lightfield::LuminaireGeometry geometry;
@@ -253,12 +255,13 @@ nlohmann::json Row(const Case& c, render::LitScene& scene, const BenchNoiseOptio
   options.passes = 4;
   const Pictures split = Render(scene, options, how.seed, std::max(2, how.seeds / 8));
   const Moments spread = pictures.Spread();
-  const auto over_spread = [&](const Moments& m) {
-    return spread.sum > 0 ? std::sqrt(m.Mean() / spread.Mean()) : 0;
-  };
   const auto rms = [&](const Moments& m) {
     return std::sqrt(m.Mean() / static_cast<double>(how.width * how.height)) /
            pictures.MeanLuminance();
+  };
+  const bool alike = rms(spread) < kAlike;
+  const auto over_spread = [&](const Moments& m) {
+    return alike ? 0 : std::sqrt(m.Mean() / spread.Mean());
   };
   const double ratio = over_spread(pictures.estimated);
   return {{"case", c.name},
