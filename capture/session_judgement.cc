@@ -216,6 +216,9 @@ std::vector<Judgement> Judge(const SessionReview& review) {
   JudgeFrames(review, list);
   JudgeLamp(review, list);
   JudgeBench(review, list);
+  if (review.edges)
+    for (std::string& warning : EdgeWarnings(review.edges->light, review.edges->grid))
+      list.push_back({Verdict::kLook, std::move(warning)});
   list.push_back(Files(review));
   std::stable_sort(list.begin(), list.end(), [](const Judgement& a, const Judgement& b) {
     return static_cast<int>(a.verdict) > static_cast<int>(b.verdict);
@@ -257,6 +260,7 @@ Json ToJson(const SessionReview& r) {
                {"current_a", SeriesJson(r.current_a)},
                {"devices", r.devices},
                {"software", r.software}};
+  if (r.edges) json["edges"] = ToJson(r.edges->light).at("sides");
   for (const Judgement& judgement : Judge(r))
     json["verdict"].push_back(
         {{"verdict", VerdictName(judgement.verdict)}, {"text", judgement.text}});

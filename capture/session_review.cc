@@ -416,6 +416,7 @@ SessionReview ReviewSession(const fs::path& folder, bool verify) {
                          [&](Json&& record, std::size_t line) { reviewer.See(record, line); });
   review.torn = end.torn;
   reviewer.End();
+  review.edges = FindSessionEdges(session);
   if (verify) review.check = VerifySession(folder);
   return review;
 }

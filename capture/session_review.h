@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/session_edges.h"
 #include "core/session_check.h"
 
 namespace luxfield::capture {
@@ -103,7 +104,8 @@ struct SessionReview {
   double dark_exposure_s = 0;  // longest of the darks,
   TimeSeries dark_dn;          // and their mean level above the calibrated black
   TimeSeries voltage_v, current_a;
-  std::optional<double> spacing_m;  // of the positions
+  std::optional<double> spacing_m;    // of the positions
+  std::optional<SessionEdges> edges;  // light-field plans whose positions all have frames
 
   nlohmann::json camera, devices, software;  // session.json
   std::optional<core::SessionCheck> check;   // where it was asked for

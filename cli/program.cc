@@ -17,17 +17,13 @@ namespace {
 // Verbs of the design that this version does not have: refused by name instead of "unknown".
 constexpr std::array kAbsentVerbs = {"export", "view"};
 
-void PrintTo(const std::string& name, fmt::terminal_color colour, const std::string& message) {
+void PrintError(const std::string& message) {
   static const bool terminal = isatty(STDERR_FILENO);
   if (terminal)
-    fmt::print(stderr, fmt::emphasis::bold | fg(colour), "{}: ", name);
+    fmt::print(stderr, fmt::emphasis::bold | fg(fmt::terminal_color::red), "luxfield: ");
   else
-    fmt::print(stderr, "{}: ", name);
+    fmt::print(stderr, "luxfield: ");
   fmt::print(stderr, "{}\n", message);
-}
-
-void PrintError(const std::string& message) {
-  PrintTo("luxfield", fmt::terminal_color::red, message);
 }
 
 // What is wrong, and where help is: of the verb, or of the name behind it. A name that a group does
@@ -65,10 +61,6 @@ void RequirePlausible(const CLI::App& app) {
 }
 
 }  // namespace
-
-void PrintWarning(const std::string& message) {
-  PrintTo("luxfield: warning", fmt::terminal_color::yellow, message);
-}
 
 Program::Program()
     : app_("luxfield measures real luminaires as light fields and lights virtual scenes with them.",

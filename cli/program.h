@@ -67,9 +67,6 @@ void AddCompare(Program& program);
 void AddBench(Program& program);
 void AddDemo(Program& program);
 
-// To stderr, "luxfield: warning: ...": what the user has to know and no error.
-void PrintWarning(const std::string& message);
-
 // "12.3 MiB"
 std::string FormatBytes(double bytes);
 

@@ -8,10 +8,12 @@
 #include "capture/capture_geometry.h"
 #include "capture/capture_glare.h"
 #include "capture/capture_sensor.h"
+#include "capture/session_edges.h"
 #include "cli/capture_report.h"
 #include "cli/program.h"
 #include "core/pause.h"
 #include "core/progress.h"
+#include "core/warning.h"
 #include "hal/devices.h"
 
 namespace luxfield::cli {
@@ -48,7 +50,16 @@ core::Json RunPositions(const capture::Plan& plan, hal::Devices& devices, const 
       options.session, summary.positions, summary.positions_total, summary.frames, summary.rejected,
       summary.flagged, summary.lamp_ratio_min, summary.lamp_ratio_max,
       core::FormatDuration(summary.rig_s));
-  return capture::ToJson(summary);
+  core::Json json = capture::ToJson(summary);
+  json["warnings"] = core::Json::array();
+  if (const auto edges = capture::FindSessionEdges(core::SessionReader(options.session))) {
+    json["edges"] = ToJson(edges->light).at("sides");
+    for (const std::string& warning : EdgeWarnings(edges->light, edges->grid)) {
+      core::Warn(warning);
+      json["warnings"].push_back(warning);
+    }
+  }
+  return json;
 }
 
 core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {

@@ -9,7 +9,9 @@
 #include "cli/capture_report.h"
 #include "cli/plan_report.h"
 #include "cli/program.h"
+#include "core/warning.h"
 #include "hal/devices.h"
+#include "study/planned_edges.h"
 
 namespace luxfield::cli {
 namespace {
@@ -21,6 +23,18 @@ struct Options {
       receivers = study::CapturePlannerOptions{}.receivers;
   bool no_capture = false;
 };
+
+// Warns, on stderr and in `json`, where the simulated lab's lamp would light the outer filters.
+void AddEdgeWarnings(const std::string& lab, const capture::Plan& plan, core::Json* json) {
+  (*json)["warnings"] = core::Json::array();
+  const auto edges = study::PlannedEdgeLight(lab, plan.geometry, plan.dual);
+  if (!edges) return;
+  (*json)["edges"] = ToJson(*edges).at("sides");
+  for (const std::string& warning : EdgeWarnings(*edges, plan.geometry.grid)) {
+    core::Warn(warning);
+    (*json)["warnings"].push_back(warning);
+  }
+}
 
 core::Json DryRun(const Options& options) {
   if (options.plan.empty())
@@ -45,7 +59,9 @@ core::Json DryRun(const Options& options) {
       break;
   }
   const capture::Plan plan = capture::ReadPlan(config);
-  return print(plan, plan.stage);
+  core::Json json = print(plan, plan.stage);
+  AddEdgeWarnings(options.lab, plan, &json);
+  return json;
 }
 
 // Goes with what is in it, whatever happens.
@@ -100,6 +116,7 @@ core::Json ForTarget(const Options& options, std::uint64_t seed) {
     planner.WritePlanAndLab(*answer.recommended, options.output, lab);
     fmt::print("{}: the plan; {}: the lab with its filter\n", options.output, lab.string());
   }
+  AddEdgeWarnings(options.lab, answer.recommended->plan, &json);
   return json;
 }
 

@@ -9,6 +9,7 @@
 #include "cli/program.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/warning.h"
 #include "reconstruct/reconstruct.h"
 
 namespace luxfield::cli {
@@ -111,7 +112,7 @@ core::Json Run(const Options& options) {
         "  incomplete texels     {} of which {} with nothing known: smallest-norm solution, "
         "sigma widened by that prior\n",
         report.incomplete.incomplete, report.incomplete.unknown);
-  for (const std::string& warning : report.warnings) PrintWarning(warning);
+  for (const std::string& warning : report.warnings) core::Warn(warning);
   return reconstruct::ToJson(report);
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "reconstruct/edge_light.h"
+#include "reconstruct/kept_moments.h"
 #include "reconstruct/gram_solve.h"
 #include "reconstruct/missing_data.h"
 #include "reconstruct/moment_constraint.h"

@@ -37,6 +37,12 @@ int MomentsOfAxis(const Basis& basis, int count, Keep keep) {
   return keep == Keep::kNone ? 0 : keep == Keep::kFlux ? 1 : 2;
 }
 
+KeptMoments MomentsToKeep(const lightfield::BasisGrid& grid, Keep keep,
+                          const lightfield::EdgeLight& edges) {
+  return {edges.reached_u() ? 0 : MomentsOfAxis(grid.basis, grid.width, keep),
+          edges.reached_v() ? 0 : MomentsOfAxis(grid.basis, grid.height, keep)};
+}
+
 AxisMoments MomentsAlong(const Basis& basis, int count, double spacing_m, int moments) {
   AxisMoments result{count, moments, {}, {}};
   const double whole = basis.TotalIntegral(), middle = 0.5 * basis.cells,

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "lightfield/basis.h"
+#include "lightfield/edge_light.h"
 
 namespace luxfield::reconstruct {
 
@@ -34,6 +35,10 @@ struct KeptMoments {
 // (no partition of unity) or needs no help (`box`, whose least squares keep the flux), nor where
 // the axis has no interior cell, count < n.
 int MomentsOfAxis(const lightfield::Basis& basis, int count, Keep keep);
+
+// The same of both axes; nothing across a side that the lamp's light reaches.
+KeptMoments MomentsToKeep(const lightfield::BasisGrid& grid, Keep keep,
+                          const lightfield::EdgeLight& edges);
 
 // One axis' matrices, count x moments, row-major; u counts from the middle of the supports, in
 // spacings, so that columns are alike in size.

@@ -1,5 +1,6 @@
 #include "reconstruct/non_negative.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -346,6 +347,40 @@ LUXFIELD_SIMD_CLONES int Solve(const Problem<double>& problem, const NonNegative
   return SolveBlock<double>(problem, options, flux, w, result, residual);
 }
 
+using Sums = Eigen::Vector3d;  // of C, i C and j C, i and j from the middle of the grid
+
+template <typename Get>
+Sums SumsOf(int width, int height, const Get& get) {
+  Sums sums = Sums::Zero();
+  for (int m = 0; m < width * height; ++m) {
+    const double c = get(m), i = m % width - 0.5 * (width - 1), j = m / width - 0.5 * (height - 1);
+    sums += c * Sums(1, i, j);
+  }
+  return sums;
+}
+
+// c (1 + a + b i + c j) with the sums `wanted`; false, and nothing is changed, where no such
+// factors above 0 have them.
+bool Tilt(int width, int height, const Sums& wanted, std::vector<double>* c) {
+  const auto phi = [&](int m) {
+    return Sums(1, m % width - 0.5 * (width - 1), m / width - 0.5 * (height - 1));
+  };
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  Sums have = Sums::Zero();
+  for (int m = 0; m < width * height; ++m) {
+    have += (*c)[m] * phi(m);
+    second += (*c)[m] * phi(m) * phi(m).transpose();
+  }
+  const Sums tilt = second.completeOrthogonalDecomposition().solve(wanted - have);
+  const Sums miss = second * tilt - (wanted - have);
+  if (!(miss.norm() <= 1e-9 * have(0) * (width + height))) return false;
+  for (int m = 0; m < width * height; ++m)
+    if ((*c)[m] > 0 && 1 + tilt.dot(phi(m)) < 0) return false;
+  for (int m = 0; m < width * height; ++m)
+    if ((*c)[m] > 0) (*c)[m] *= 1 + tilt.dot(phi(m));
+  return true;
+}
+
 // Which pixels have a negative coefficient, and the sum of all of theirs.
 template <typename T>
 void FindNegative(T* const* coefficients, int count, std::size_t pixels, std::vector<char>* flagged,
@@ -397,10 +432,19 @@ NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std
 
       Lanes<T> residual{};
       const int iterations = Solve(problem, options, flux, w, result, residual);
-      for (int m = 0; m < count; ++m)
-        for (std::size_t k = 0; k < lanes; ++k)
-          coefficients[m][pixel[k]] = static_cast<T>(result[m][k]);
+      std::size_t lost = 0;
+      std::vector<double> one(static_cast<std::size_t>(count));
+      for (std::size_t k = 0; k < lanes; ++k) {
+        for (int m = 0; m < count; ++m) one[m] = result[m][k];
+        if (options.keep_flux && options.keep_first_moments) {
+          const Sums wanted = SumsOf(problem.u.count, problem.v.count,
+                                     [&](int m) { return coefficients[m][pixel[k]]; });
+          lost += !Tilt(problem.u.count, problem.v.count, wanted, &one);
+        }
+        for (int m = 0; m < count; ++m) coefficients[m][pixel[k]] = static_cast<T>(one[m]);
+      }
       const std::lock_guard lock(mutex);
+      summary.moments_lost += lost;
       summary.iterations = std::max(summary.iterations, iterations);
       for (std::size_t k = 0; k < lanes; ++k) {
         summary.worst_residual = std::max(summary.worst_residual, double{residual[k]});

@@ -6,6 +6,10 @@
 // THEORY.md 4, whose flux is never below the measured one: light that is a point on F gains up to
 // 86 % (bspline2). Accelerated projected gradient (Nesterov 2004, 2.2.81, with the constant
 // momentum of a strongly convex quadratic); it stops by the Karush-Kuhn-Tucker residual.
+//
+// First moments over F may be kept as well, after that: C (1 + a + b i + c j) with the three
+// numbers that give C_0's sums of C, i C and j C, the smallest change in the norm |dC|^2 / C. Where
+// a factor would be below 0, C keeps the flux alone.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +19,8 @@
 namespace luxfield::reconstruct {
 
 struct NonNegativeOptions {
-  bool keep_flux = true;  // sum C = sum C_0; a pixel whose sum is not above 0 becomes 0
+  bool keep_flux = true;            // sum C = sum C_0; a pixel whose sum is not above 0 becomes 0
+  bool keep_first_moments = false;  // with keep_flux
   // Stop where max_m |C - P(C - g / d)|_m <= tolerance * max_m |C_0,m|, with g = G (C - C_0) the
   // gradient, d the largest diagonal entry of G and P the projection on the feasible set (without
   // keep_flux that is |min(C, g / d)|). Float data cannot hold less than about 1e-6.
@@ -24,10 +29,11 @@ struct NonNegativeOptions {
 };
 
 struct NonNegativeSummary {
-  std::size_t pixels = 0;       // that had a negative coefficient (a channel counts for itself)
-  std::size_t unconverged = 0;  // left above the tolerance after max_iterations
-  int iterations = 0;           // of the slowest block
-  double worst_residual = 0;    // of the stopping rule, relative
+  std::size_t pixels = 0;        // that had a negative coefficient (a channel counts for itself)
+  std::size_t unconverged = 0;   // left above the tolerance after max_iterations
+  std::size_t moments_lost = 0;  // whose first moments no C >= 0 near the solution has
+  int iterations = 0;            // of the slowest block
+  double worst_residual = 0;     // of the stopping rule, relative
 };
 
 // Replaces coefficients[m][p] (m = j * W + i, p < pixels) in place. Pixels without a negative

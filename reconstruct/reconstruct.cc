@@ -291,10 +291,13 @@ Reconstruction Reconstruct(std::span<const Measurements> all, const ReconstructO
   else
     SolveBasis(geometry, options, images, &result);
   result.report.coefficients = Statistics(result.coefficients, result.sigma);
-  if (options.non_negative)
+  if (options.non_negative) {
+    NonNegativeOptions how;
+    how.keep_first_moments = result.report.kept.u > 1 && result.report.kept.v > 1;
     result.report.non_negative =
         ProjectNonNegative(GramSolver(geometry.grid), images.coefficients.data(),
-                           geometry.plane_size() * geometry.channels);
+                           geometry.plane_size() * geometry.channels, how);
+  }
   return result;
 }
 

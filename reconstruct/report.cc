@@ -62,6 +62,7 @@ nlohmann::json ToJson(const ReconstructionReport& report) {
   if (report.non_negative)
     json["non_negative"] = {{"pixels", report.non_negative->pixels},
                             {"unconverged", report.non_negative->unconverged},
+                            {"moments_lost", report.non_negative->moments_lost},
                             {"iterations", report.non_negative->iterations},
                             {"worst_residual", report.non_negative->worst_residual}};
   if (report.regularisation) {

@@ -10,7 +10,7 @@
 
 #include "lightfield/light_field.h"
 #include "lightfield/measurements.h"
-#include "reconstruct/edge_light.h"
+#include "reconstruct/kept_moments.h"
 #include "reconstruct/gram_solve.h"
 #include "reconstruct/missing_data.h"
 #include "reconstruct/non_negative.h"
@@ -42,7 +42,7 @@ struct ReconstructionReport {
   // Of the forward model: how far the flux of a point of light may be off where it is kept, rms over
   // the interior cells, relative (MomentConstraint::residual).
   std::optional<double> moment_residual;
-  std::optional<EdgeLight> edges;     // absent: dual filters, whose sum is no flux density
+  std::optional<lightfield::EdgeLight> edges;     // absent: dual filters, whose sum is no flux density
   std::vector<std::string> warnings;  // a sentence each
   // Texels x positions that carry each flag.
   std::size_t off_sensor = 0, saturated = 0, too_dark = 0, defect = 0;

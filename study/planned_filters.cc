@@ -52,15 +52,15 @@ FloatRows AxisIntegrals(const PlannedFilters& filters, double grid_corner_m, int
   return rows;
 }
 
-// The closed form's texel weights of one axis seen from a receiver, [i][texel], through the inverse
-// of the measurement's matrix.
+// The closed form's texel weights of one axis seen from a receiver, [i][texel], through the
+// transposed map of the solve.
 struct AxisWeights {
   int first = 0, size = 0;  // of the texels that any filter's window meets
   DoubleRows zeroth, moment;
 };
 AxisWeights WeighAxis(const Basis& basis, double corner_m, double spacing_m, int count,
                       const TexelAxis& texels, const PencilAxis& pencil,
-                      const DoubleRows& inverse) {
+                      const DoubleRows& transposed) {
   const auto projected =
       lightfield::ProjectAllTexels(basis, corner_m, spacing_m, count, texels, pencil);
   int first = texels.count, end = 0;
@@ -77,8 +77,8 @@ AxisWeights WeighAxis(const Basis& basis, double corner_m, double spacing_m, int
       zeroth(i, column) = projected[i].zeroth[k];
       moment(i, column) = projected[i].moment[k];
     }
-  weights.zeroth = inverse * zeroth;
-  weights.moment = inverse * moment;
+  weights.zeroth = transposed * zeroth;
+  weights.moment = transposed * moment;
   return weights;
 }
 
@@ -89,27 +89,28 @@ struct ReceiverWeights {
 
 // delta^2 / z^2 (n_x m_x z_y / z + n_y z_x m_y / z - n_z z_x z_y), see linear_functional.cc.
 ReceiverWeights Weigh(const PlannedFilters& filters, double delta_m, const Receiver& receiver,
-                      const DoubleRows& inverse_u, const DoubleRows& inverse_v) {
+                      const DoubleRows& transposed_u, const DoubleRows& transposed_v) {
   const auto& grid = filters.grid;
   const auto& [p, n] = receiver;
   ReceiverWeights w{WeighAxis(grid.basis, grid.u0_m, grid.spacing_m, grid.width,
                               TexelAxis::Columns(filters.lattice),
-                              PencilAxis::ThroughPoint(p.x, p.z, delta_m), inverse_u),
+                              PencilAxis::ThroughPoint(p.x, p.z, delta_m), transposed_u),
                     WeighAxis(grid.basis, grid.v0_m, grid.spacing_m, grid.height,
                               TexelAxis::Rows(filters.lattice),
-                              PencilAxis::ThroughPoint(p.y, p.z, delta_m), inverse_v)};
+                              PencilAxis::ThroughPoint(p.y, p.z, delta_m), transposed_v)};
   const double scale = delta_m * delta_m / (p.z * p.z);
   w.x.moment *= scale * n.x / p.z;
   w.y.moment = scale * (n.y / p.z * w.y.moment - n.z * w.y.zeroth);
   return w;
 }
 
-DoubleRows Inverse(const PlannedFilters& filters, int count) {
+DoubleRows TransposedMap(const PlannedFilters& filters, int count, int moments) {
   const double h = filters.grid.spacing_m;
   if (filters.dual) return DoubleRows::Identity(count, count) / h;
   auto gram = lightfield::GramMatrix(filters.grid.basis, count, h);
-  const auto axis = reconstruct::GramAxis::Factor(std::move(gram), count, "an axis");
-  return Eigen::Map<const DoubleRows>(axis.inverse.data(), count, count);
+  auto axis = reconstruct::GramAxis::Factor(std::move(gram), count, "an axis");
+  axis.KeepMoments(reconstruct::MomentsAlong(filters.grid.basis, count, h, moments));
+  return Eigen::Map<const DoubleRows>(axis.map.data(), count, count).transpose();
 }
 
 // Are all the supports behind the receiver's horizon?
@@ -173,14 +174,30 @@ std::vector<std::vector<float>> FilterImages(const SampledLamp& samples,
   return images;
 }
 
+lightfield::EdgeLight EdgeLightOf(const std::vector<std::vector<float>>& images,
+                                  const PlannedFilters& filters) {
+  if (filters.dual) return {};
+  const auto count = static_cast<std::size_t>(filters.grid.count());
+  const std::size_t texels = images[0].size() / count;
+  std::vector<double> light(count);
+  for (std::size_t m = 0; m < count; ++m)
+    light[m] =
+        std::accumulate(images[0].begin() + static_cast<std::ptrdiff_t>(m * texels),
+                        images[0].begin() + static_cast<std::ptrdiff_t>((m + 1) * texels), 0.0);
+  return FindEdgeLight(filters.grid, light, std::vector<double>(count));
+}
+
 FilterJudgement Judge(const std::vector<std::vector<float>>& images, const PlannedFilters& filters,
                       double delta_m, const std::vector<Receiver>& receivers,
                       const std::vector<double>& truth) {
   const auto& grid = filters.grid;
   const auto& lattice = filters.lattice;
   const std::size_t texels = static_cast<std::size_t>(lattice.width) * lattice.height;
-  const DoubleRows inverse_u = Inverse(filters, grid.width),
-                   inverse_v = Inverse(filters, grid.height);
+  reconstruct::KeptMoments kept;
+  if (!filters.dual)
+    kept = MomentsToKeep(grid, reconstruct::Keep::kMoments, EdgeLightOf(images, filters));
+  const DoubleRows map_u = TransposedMap(filters, grid.width, kept.u),
+                   map_v = TransposedMap(filters, grid.height, kept.v);
   const auto factors = filters.print_factors();
 
   std::vector<std::size_t> facing;
@@ -189,7 +206,7 @@ FilterJudgement Judge(const std::vector<std::vector<float>>& images, const Plann
   std::vector<ReceiverWeights> weights(facing.size());
   core::ParallelFor(facing.size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k)
-      weights[k] = Weigh(filters, delta_m, receivers[facing[k]], inverse_u, inverse_v);
+      weights[k] = Weigh(filters, delta_m, receivers[facing[k]], map_u, map_v);
   });
 
   FilterJudgement judgement;

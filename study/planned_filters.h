@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "lightfield/edge_light.h"
 #include "lightfield/light_field.h"
 #include "preprocess/light_vector_volume.h"
 #include "study/relative_error.h"
@@ -38,9 +39,13 @@ struct FilterJudgement {
   std::vector<float> noise_weight;
 };
 
-// `truth` per receiver. The weights are those of the closed form through the inverse Gram matrices
-// (the dual filters' 1 / h^2), separable per receiver, in double. A receiver whose horizon cuts the
-// supports is taken as if it did not; one that faces away is dark.
+// Whether the lamp's light reaches the outer filters; nowhere for dual filters.
+lightfield::EdgeLight EdgeLightOf(const std::vector<std::vector<float>>& images,
+                                  const PlannedFilters& filters);
+
+// `truth` per receiver. The weights are those of the closed form through the solve's map with the
+// moments that it keeps (the dual filters' 1 / h^2), separable per receiver, in double. A receiver
+// whose horizon cuts the supports is taken as if it did not; one that faces away is dark.
 FilterJudgement Judge(const std::vector<std::vector<float>>& images, const PlannedFilters& filters,
                       double delta_m, const std::vector<preprocess::Receiver>& receivers,
                       const std::vector<double>& truth);

@@ -148,6 +148,37 @@ TEST(KeptMoments, AreThoseOfTheLamp) {
   }
 }
 
+// C >= 0 has the lamp's flux and first moments too, where the signed solution has them: a sharp
+// square and a filament, whose solutions ring below 0.
+TEST(KeptMoments, AreThoseOfTheLampWithoutNegativeLight) {
+  const auto geometry = Geometry(BasisKind::kBspline2, 9, 8);
+  for (const std::vector<Patch>& patches : {std::vector<Patch>{{-0.05, 0.04, -0.06, 0.03, 1e4}},
+                                            std::vector<Patch>{{0.011, 0.014, -0.07, 0.07, 1e6}}}) {
+    const Moments truth = MomentsOf(patches);
+    const auto off = [&](Keep keep) {
+      ReconstructOptions options;
+      options.keep = keep;
+      options.non_negative = true;
+      const auto result = Reconstruct(Measure(geometry, patches), options);
+      EXPECT_GE(*std::min_element(result.coefficients.data.begin(), result.coefficients.data.end()),
+                0);
+      EXPECT_EQ(result.report.non_negative->pixels, geometry.plane_size());
+      EXPECT_EQ(result.report.non_negative->moments_lost, 0u);
+      const Moments found = MomentsOf(result.coefficients, 0);
+      return Moments{found.flux / truth.flux - 1, (found.u - truth.u) / (0.15 * truth.flux),
+                     (found.v - truth.v) / (0.15 * truth.flux)};
+    };
+    const Moments kept = off(Keep::kMoments);
+    EXPECT_NEAR(kept.flux, 0, 1e-6);
+    EXPECT_NEAR(kept.u, 0, 1e-6);
+    EXPECT_NEAR(kept.v, 0, 1e-6);
+    const Moments flux = off(Keep::kFlux), none = off(Keep::kNone);
+    EXPECT_NEAR(flux.flux, 0, 1e-6);
+    EXPECT_GT(std::abs(flux.u) + std::abs(flux.v), 1e-5);
+    EXPECT_GT(std::abs(none.flux), 1e-4);
+  }
+}
+
 // `none` is the Gram solve alone, to the bit; box and quadratic have no moments to keep.
 TEST(KeptMoments, NoneIsTheGramSolveAlone) {
   for (const BasisKind kind :

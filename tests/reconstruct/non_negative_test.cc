@@ -53,7 +53,7 @@ TEST(NonNegative, SatisfiesTheKktConditions) {
   const std::vector<double> start = RandomCoefficients(99, kPixels, 0.5);
   std::vector<double> c = start;
   const NonNegativeSummary summary =
-      ProjectNonNegative(solver, Rows(c, 99).data(), kPixels, {false, 1e-9, 5000});
+      ProjectNonNegative(solver, Rows(c, 99).data(), kPixels, {false, false, 1e-9, 5000});
   EXPECT_EQ(summary.pixels, kPixels);
   EXPECT_EQ(summary.unconverged, 0u);
   const Matrix gram = Dense(solver);
@@ -84,7 +84,7 @@ TEST_P(NonNegativeGrid, AgreesWithTheBestOfAllActiveSets) {
   constexpr std::size_t kPixels = 20;
   const std::vector<double> start = RandomCoefficients(count, kPixels, 0);
   std::vector<double> c = start;
-  ProjectNonNegative(solver, Rows(c, count).data(), kPixels, {false, 1e-10, 5000});
+  ProjectNonNegative(solver, Rows(c, count).data(), kPixels, {false, false, 1e-10, 5000});
   for (std::size_t p = 0; p < kPixels; ++p) {
     Eigen::VectorXd c0(count);
     for (int m = 0; m < count; ++m) c0(m) = start[m * kPixels + p];
@@ -120,7 +120,7 @@ TEST(NonNegative, KeepsTheFluxAndSatisfiesTheKktConditions) {
   const std::vector<double> start = RandomCoefficients(99, kPixels, 0.2);
   std::vector<double> c = start;
   const NonNegativeSummary summary =
-      ProjectNonNegative(solver, Rows(c, 99).data(), kPixels, {true, 1e-9, 5000});
+      ProjectNonNegative(solver, Rows(c, 99).data(), kPixels, {true, false, 1e-9, 5000});
   EXPECT_EQ(summary.unconverged, 0u);
   const Matrix gram = Dense(solver);
   int dark = 0;
@@ -159,8 +159,8 @@ TEST(NonNegative, KeepsAPointFromGainingFlux) {
   for (int m = 0; m < 99; ++m) e(m) = basis.Value(5 + 1.5 - m % 11) * basis.Value(4 + 1.5 - m / 11);
   const Eigen::VectorXd c0 = Dense(solver).llt().solve(e);
   std::vector<double> plain(c0.data(), c0.data() + 99), kept = plain;
-  ProjectNonNegative(solver, Rows(plain, 99).data(), 1, {false, 1e-10, 5000});
-  ProjectNonNegative(solver, Rows(kept, 99).data(), 1, {true, 1e-10, 5000});
+  ProjectNonNegative(solver, Rows(plain, 99).data(), 1, {false, false, 1e-10, 5000});
+  ProjectNonNegative(solver, Rows(kept, 99).data(), 1, {true, false, 1e-10, 5000});
   const auto sum = [](const std::vector<double>& c) {
     double total = 0;
     for (const double x : c) total += x;
@@ -215,7 +215,7 @@ TEST(NonNegative, ReportsWhatDidNotConverge) {
   const GramSolver solver = Solver(11, 9);
   std::vector<double> c = RandomCoefficients(99, 4, 0);
   const NonNegativeSummary summary =
-      ProjectNonNegative(solver, Rows(c, 99).data(), 4, {false, 1e-14, 8});
+      ProjectNonNegative(solver, Rows(c, 99).data(), 4, {false, false, 1e-14, 8});
   EXPECT_EQ(summary.unconverged, 4u);
   EXPECT_EQ(summary.iterations, 8);
   EXPECT_GT(summary.worst_residual, 1e-14);

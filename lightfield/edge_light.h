@@ -17,9 +17,8 @@
 #include <vector>
 
 #include "lightfield/measurements.h"
-#include "reconstruct/kept_moments.h"
 
-namespace luxfield::reconstruct {
+namespace luxfield::lightfield {
 
 struct EdgeSide {
   std::string name;      // "-u", "+u", "-v", "+v"
@@ -30,8 +29,9 @@ struct EdgeSide {
 
 struct EdgeLight {
   std::array<EdgeSide, 4> sides;
-  double measured_flux = 0;  // sum E times the texels' area where all positions are known: at most
-                             // the flux through them, and equal to it where no side is reached
+  // Sum E times the texels' area where all positions are known: at most the flux through them, and
+  // equal to it where no side is reached. 0 where only levels are known.
+  double measured_flux = 0;
 
   bool reached_u() const { return sides[0].reached || sides[1].reached; }
   bool reached_v() const { return sides[2].reached || sides[3].reached; }
@@ -40,25 +40,22 @@ struct EdgeLight {
 
 // The largest g of a side that is taken as dark: 0.35 for `bspline2`, 0.5 for `bilinear`. Others
 // have no ramps (`box`) or no moments to lose (`quadratic`): absent.
-std::optional<double> LargestEdgeRatio(const lightfield::Basis& basis);
+std::optional<double> LargestEdgeRatio(const Basis& basis);
 
 // From the light of every position, m = j * W + i, and its variance. A side is reached where its
 // outer row exceeds that limit times the next by three standard deviations, and holds more than a
 // thousandth of all light: what is lost of less than that matters less than least squares lose.
 // Never along an axis whose filters have no moments to keep, nor with fewer than n filters.
-EdgeLight FindEdgeLight(const lightfield::BasisGrid& grid, std::span<const double> light,
+EdgeLight FindEdgeLight(const BasisGrid& grid, std::span<const double> light,
                         std::span<const double> variance);
 
 // The same of measurements with basis prints: sums over texels and channels where all positions of
 // all measurements are known.
-EdgeLight FindEdgeLight(std::span<const lightfield::Measurements> measurements);
-
-// What of `keep` an axis with light in its ramps leaves: nothing.
-KeptMoments MomentsToKeep(const lightfield::BasisGrid& grid, Keep keep, const EdgeLight& edges);
+EdgeLight FindEdgeLight(std::span<const Measurements> measurements);
 
 // One sentence for each side reached: which, how much, and what to do.
-std::vector<std::string> EdgeWarnings(const EdgeLight& edges, const lightfield::BasisGrid& grid);
+std::vector<std::string> EdgeWarnings(const EdgeLight& edges, const BasisGrid& grid);
 
 nlohmann::json ToJson(const EdgeLight& edges);
 
-}  // namespace luxfield::reconstruct
+}  // namespace luxfield::lightfield

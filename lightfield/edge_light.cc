@@ -1,17 +1,13 @@
-#include "reconstruct/edge_light.h"
+#include "lightfield/edge_light.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-namespace luxfield::reconstruct {
+namespace luxfield::lightfield {
 
-using lightfield::BasisGrid;
-using lightfield::BasisKind;
-using lightfield::Measurements;
-
-std::optional<double> LargestEdgeRatio(const lightfield::Basis& basis) {
+std::optional<double> LargestEdgeRatio(const Basis& basis) {
   switch (basis.kind) {
     case BasisKind::kBspline2:
       return 0.35;
@@ -65,8 +61,7 @@ EdgeLight FindEdgeLight(std::span<const Measurements> measurements) {
   std::vector<char> known(texels, 1);
   for (const Measurements& one : measurements)
     for (const auto& position : one.positions)
-      for (std::size_t p = 0; p < texels; ++p)
-        known[p] &= !(position.mask[p] & lightfield::kUnknownMask);
+      for (std::size_t p = 0; p < texels; ++p) known[p] &= !(position.mask[p] & kUnknownMask);
   const auto count = static_cast<std::size_t>(geometry.grid.count());
   std::vector<double> light(count), variance(count);
   double sum = 0;
@@ -89,19 +84,14 @@ EdgeLight FindEdgeLight(std::span<const Measurements> measurements) {
   return edges;
 }
 
-KeptMoments MomentsToKeep(const BasisGrid& grid, Keep keep, const EdgeLight& edges) {
-  return {edges.reached_u() ? 0 : MomentsOfAxis(grid.basis, grid.width, keep),
-          edges.reached_v() ? 0 : MomentsOfAxis(grid.basis, grid.height, keep)};
-}
-
 std::vector<std::string> EdgeWarnings(const EdgeLight& edges, const BasisGrid& grid) {
   std::vector<std::string> warnings;
   for (const EdgeSide& side : edges.sides)
     if (side.reached)
       warnings.push_back(fmt::format(
-          "light reaches the outer filters on the side {} ({:.3g} of what the row next to them "
+          "Light reaches the outer filters on the side {} ({:.3g} of what the row next to them "
           "sees, at most {:.2g} of a lamp that lies inside): what leaves beyond them is not "
-          "measured, the flux is a lower bound; add positions of the filter on that side",
+          "measured, the flux is a lower bound; add positions of the filter on that side.",
           side.name, side.ratio, LargestEdgeRatio(grid.basis).value_or(0)));
   return warnings;
 }
@@ -116,4 +106,4 @@ nlohmann::json ToJson(const EdgeLight& edges) {
   return {{"sides", sides}, {"measured_flux", edges.measured_flux}};
 }
 
-}  // namespace luxfield::reconstruct
+}  // namespace luxfield::lightfield

@@ -1,0 +1,103 @@
+#include "capture/session_edges.h"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <unordered_map>
+#include <vector>
+
+#include "core/json.h"
+
+namespace luxfield::capture {
+namespace {
+
+using core::Field;
+using core::FrameKind;
+using core::FrameRecord;
+using core::Json;
+
+struct Levels {
+  double mean_dn = 0, saturated_share = 0;
+};
+
+// By file, of the frames whose checks say so.
+std::unordered_map<std::string, Levels> LevelsOfFrames(const core::SessionReader& session) {
+  std::unordered_map<std::string, Levels> levels;
+  for (const Json& line : session.journal()) {
+    if (line.value("type", "") != "frame" || !line.contains("checks")) continue;
+    const Json& checks = line.at("checks");
+    if (checks.contains("mean_dn") && checks.contains("saturated_share"))
+      levels[line.value("file", "")] = {checks.at("mean_dn").get<double>(),
+                                        checks.at("saturated_share").get<double>()};
+  }
+  return levels;
+}
+
+lightfield::BasisGrid GridOf(const Json& plan, const std::string& file) {
+  const Json geometry = Field<Json>(plan, "geometry", file);
+  lightfield::BasisGrid grid;
+  grid.basis = lightfield::Basis::FromName(Field<std::string>(geometry, "basis", file),
+                                           Field<double>(geometry, "basis_a", file));
+  grid.width = Field<int>(geometry, "grid_width", file);
+  grid.height = Field<int>(geometry, "grid_height", file);
+  grid.spacing_m = Field<double>(geometry, "spacing_m", file);
+  return grid;
+}
+
+}  // namespace
+
+std::optional<SessionEdges> FindSessionEdges(const core::SessionReader& session) {
+  constexpr double kBlackSigma_dn = 0.5;
+  const std::string file = (session.folder() / "plan.json").string();
+  const Json& plan = session.plan();
+  const Json camera = session.session().value("camera", Json::object());
+  if (plan.value("kind", "light-field") != "light-field" || !camera.contains("black_dn") ||
+      Field<std::string>(Field<Json>(plan, "filter", file), "kind", file) == "dual")
+    return {};
+  const double black_dn = camera.at("black_dn").get<double>();
+  SessionEdges edges;
+  edges.grid = GridOf(plan, file);
+  const auto levels = LevelsOfFrames(session);
+
+  std::map<double, std::pair<double, int>> darks;  // DN above black summed, and frames
+  for (const FrameRecord& record : session.frames())
+    if (const auto level = levels.find(record.file);
+        record.kind == FrameKind::kDark && level != levels.end()) {
+      auto& [sum, frames] = darks[record.exposure_s];
+      sum += level->second.mean_dn - black_dn;
+      ++frames;
+    }
+  struct Sums {
+    double dn = 0, seconds = 0;
+    int frames = 0;
+  };
+  std::map<std::pair<int, int>, Sums> positions;  // filter and channel
+  for (const FrameRecord& record : session.frames()) {
+    const auto level = levels.find(record.file);
+    if (record.kind != FrameKind::kPosition || level == levels.end() ||
+        level->second.saturated_share > 0)
+      continue;
+    const auto dark = darks.find(record.exposure_s);
+    Sums& sums = positions[{edges.grid.index(record.i, record.j), record.channel}];
+    sums.dn += level->second.mean_dn - black_dn -
+               (dark == darks.end() ? 0 : dark->second.first / dark->second.second);
+    sums.seconds += record.exposure_s * record.attenuation;
+    ++sums.frames;
+  }
+  const auto count = static_cast<std::size_t>(edges.grid.count());
+  std::vector<double> light(count), variance(count);
+  std::vector<bool> seen(count, false);
+  for (const auto& [key, sums] : positions) {
+    const auto m = static_cast<std::size_t>(key.first);
+    if (m >= count || !(sums.seconds > 0)) continue;
+    seen[m] = true;
+    light[m] += sums.dn / sums.seconds;
+    const double sigma = kBlackSigma_dn * sums.frames / sums.seconds;
+    variance[m] += sigma * sigma;
+  }
+  if (std::find(seen.begin(), seen.end(), false) != seen.end()) return {};
+  edges.light = lightfield::FindEdgeLight(edges.grid, light, variance);
+  return edges;
+}
+
+}  // namespace luxfield::capture

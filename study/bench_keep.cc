@@ -1,0 +1,129 @@
+#include "study/bench_keep.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/progress.h"
+#include "lightfield/light_vector.h"
+#include "reconstruct/reconstruct.h"
+#include "study/reference_lamps.h"
+
+namespace luxfield::study {
+namespace {
+
+using lightfield::LightField;
+using preprocess::Receiver;
+using reconstruct::Keep;
+
+constexpr double kRadius_m = 0.08, kDelta_m = 0.6;
+constexpr double kMargin = 1.2;  // interior half-width over the lamp's radius
+
+lightfield::LuminaireGeometry Geometry(const std::string& basis, int cells, int texels) {
+  lightfield::LuminaireGeometry geometry;
+  geometry.delta_m = kDelta_m;
+  const lightfield::Basis functions = lightfield::Basis::FromName(basis);
+  const int count = cells + functions.cells - 1;
+  geometry.grid =
+      lightfield::BasisGrid::Centred(functions, count, count, 2 * kMargin * kRadius_m / cells);
+  const double half = 3 * kMargin * kRadius_m, side = 2 * half / texels;
+  geometry.lattice = {texels, texels, -half, half, side, side};
+  return geometry;
+}
+
+// What all solutions of one lamp are held against.
+struct Truth {
+  std::vector<Receiver> receivers;
+  std::vector<double> irradiance;
+  double flux = 0;
+
+  Truth(const ReferenceLamp& lamp, const lightfield::LuminaireGeometry& geometry,
+        const BenchKeepOptions& options)
+      : receivers(ReferenceReceivers(geometry, options.receivers, options.seed)) {
+    for (const Receiver& receiver : receivers) irradiance.push_back(Irradiance(lamp, receiver));
+    const auto& lattice = geometry.lattice;
+    for (int row = 0; row < lattice.height; ++row)
+      for (int column = 0; column < lattice.width; ++column)
+        flux += FluxDensityOnI(lamp, geometry.delta_m, lattice.centre(row, column)) *
+                lattice.texel_area_m2();
+  }
+};
+
+nlohmann::json Judge(const LightField& field, const Truth& truth) {
+  std::vector<double> error2(truth.receivers.size());
+  core::ParallelFor(error2.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const auto& [p, n] = truth.receivers[k];
+      const double e = Dot(n, ClosedFormLightVector(field, p).j[0]);
+      error2[k] = std::pow((e - truth.irradiance[k]) * p.z * p.z, 2);
+    }
+  });
+  double errors = 0, squares = 0, negative = 0, positive = 0;
+  for (std::size_t k = 0; k < error2.size(); ++k) {
+    const double z = truth.receivers[k].p.z;
+    errors += error2[k];
+    squares += std::pow(truth.irradiance[k] * z * z, 2);
+  }
+  for (const float c : field.data) (c < 0 ? negative : positive) += std::abs(c);
+  return {{"flux_error", TotalFlux(field)[0] / truth.flux - 1},
+          {"irradiance_error", std::sqrt(errors / squares)},
+          {"negative", positive > 0 ? negative / positive : 0}};
+}
+
+void AddRows(const ReferenceLamp& lamp, const std::string& basis, int cells,
+             const BenchKeepOptions& options, nlohmann::json* rows) {
+  const auto geometry = Geometry(basis, cells, options.texels);
+  const Truth truth(lamp, geometry, options);
+  const auto measured = MeasureExactly(lamp, geometry);
+  for (const Keep keep : {Keep::kNone, Keep::kFlux, Keep::kMoments}) {
+    reconstruct::ReconstructOptions how;
+    how.precision = reconstruct::Precision::kDouble;
+    how.keep = keep;
+    const auto add = [&](const char* solve, const LightField& field, bool reached) {
+      nlohmann::json row{{"basis", basis},      {"cells", cells},
+                         {"lamp", lamp.name()}, {"keep", reconstruct::KeepName(keep)},
+                         {"solve", solve},      {"edge_reached", reached}};
+      row.update(Judge(field, truth));
+      rows->push_back(row);
+    };
+    auto solved = Reconstruct(measured, how);
+    const bool reached = solved.report.edges->reached();
+    add("signed", solved.coefficients, reached);
+    for (float& c : solved.coefficients.data) c = std::max(c, 0.0f);
+    add("clamped", solved.coefficients, reached);
+    how.non_negative = true;
+    add("non_negative", Reconstruct(measured, how).coefficients, reached);
+  }
+}
+
+}  // namespace
+
+nlohmann::json BenchKeep(const BenchKeepOptions& options) {
+  std::vector<ReferenceLamp> lamps;
+  for (const ReferenceLamp& lamp : ReferenceLamps(kRadius_m, {0.011, -0.007}))
+    if (options.lamps.empty() ||
+        std::find(options.lamps.begin(), options.lamps.end(), lamp.name()) != options.lamps.end())
+      lamps.push_back(lamp);
+  for (const std::string& name : options.lamps)
+    if (std::none_of(lamps.begin(), lamps.end(), [&](const auto& l) { return l.name() == name; }))
+      throw InputError(fmt::format(
+          "--lamps '{}' is not known; give square, disc, filament, ring, gaussian, headlight or "
+          "faceted",
+          name));
+  nlohmann::json rows = nlohmann::json::array();
+  core::Progress progress("keep", options.bases.size() * options.cells.size() * lamps.size());
+  for (const std::string& basis : options.bases)
+    for (const int cells : options.cells)
+      for (const ReferenceLamp& lamp : lamps) {
+        core::ThrowIfInterrupted();
+        AddRows(lamp, basis, cells, options, &rows);
+        progress.Advance();
+      }
+  return rows;
+}
+
+}  // namespace luxfield::study

@@ -1,0 +1,51 @@
+#include "study/bench_keep.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/progress.h"
+
+namespace luxfield::study {
+namespace {
+
+// A square on coarse grids: least squares alone lose flux, the solve that keeps moments does not,
+// and irradiance gains by it; with C >= 0, too.
+TEST(BenchKeep, MomentsMendFluxAndIrradianceOfASquare) {
+  core::Progress::SetQuiet(true);
+  BenchKeepOptions options;
+  options.bases = {"bilinear", "bspline2"};
+  options.cells = {6};
+  options.lamps = {"square"};
+  options.texels = 24;
+  options.receivers = 16;
+  const auto rows = BenchKeep(options);
+  ASSERT_EQ(rows.size(), 2u * 3 * 3);
+  std::map<std::string, nlohmann::json> by;
+  for (const auto& row : rows) {
+    EXPECT_FALSE(row.at("edge_reached").get<bool>());
+    by[row.at("basis").get<std::string>() + " " + row.at("keep").get<std::string>() + " " +
+       row.at("solve").get<std::string>()] = row;
+  }
+  const auto figure = [&](const std::string& name, const char* key) {
+    return std::abs(by.at(name).at(key).get<double>());
+  };
+  for (const std::string basis : {"bilinear", "bspline2"}) {
+    EXPECT_GT(figure(basis + " none signed", "flux_error"), 2e-3) << basis;
+    for (const char* kept : {" flux signed", " moments signed", " moments non_negative"})
+      EXPECT_LT(figure(basis + kept, "flux_error"), 2e-5) << basis << kept;
+    EXPECT_GT(figure(basis + " moments clamped", "flux_error"), 1e-3);
+    EXPECT_LT(figure(basis + " moments signed", "irradiance_error"),
+              0.5 * figure(basis + " none signed", "irradiance_error"));
+    EXPECT_EQ(figure(basis + " moments non_negative", "negative"), 0);
+    EXPECT_GT(figure(basis + " moments signed", "negative"), 0.001);
+  }
+  options.lamps = {"candle"};
+  EXPECT_THROW(BenchKeep(options), InputError);
+}
+
+}  // namespace
+}  // namespace luxfield::study
