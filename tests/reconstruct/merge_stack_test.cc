@@ -154,6 +154,10 @@ TEST(MergeStack, BeyondTheCurvesEndSigmaIsFinite) {
   const TestCamera camera = CurvedCamera(3);
   ResponseCurve curve = TrueCurve(camera);
   const std::vector<double> scene(100, camera.expose(0.985) / 0.02);
+  const auto shorten = [&curve] {
+    for (auto* values : {&curve.code, &curve.log_exposure, &curve.sigma}) values->pop_back();
+  };
+  while (curve.code.back() > 230) shorten();  // code 251 is that far above it
   while (curve.code.back() > 128) {
     const auto merged = MergeStack(TakeStack(camera, scene, 10, kExposures), std::span(&curve, 1));
     for (std::size_t p = 0; p < scene.size(); ++p) {
@@ -162,7 +166,7 @@ TEST(MergeStack, BeyondTheCurvesEndSigmaIsFinite) {
       ASSERT_TRUE(std::isfinite(merged.sigma.data[p])) << "curve to code " << curve.code.back();
       ASSERT_GT(merged.sigma.data[p], 0);
     }
-    for (auto* values : {&curve.code, &curve.log_exposure, &curve.sigma}) values->pop_back();
+    shorten();
   }
 }
 
