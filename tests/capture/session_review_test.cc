@@ -31,9 +31,13 @@ Devices With(const TestLab& lab, FaultyCamera::Mischief mischief) {
   return devices;
 }
 
+// But that the lamp reaches the outer filters, as it does on the tiny grid of these tests
+// (tests/study/planned_edges_test.cc is about that).
 std::vector<Judgement> NotGood(const SessionReview& review) {
   std::vector<Judgement> list = Judge(review);
-  std::erase_if(list, [](const Judgement& j) { return j.verdict == Verdict::kGood; });
+  std::erase_if(list, [](const Judgement& j) {
+    return j.verdict == Verdict::kGood || j.text.starts_with("Light reaches the outer filters");
+  });
   return list;
 }
 
