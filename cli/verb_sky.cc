@@ -131,6 +131,13 @@ core::Json MakeDay(const Options& options, std::chrono::sys_days date) {
                      "name a new folder: what lies in it would join the sequence");
   const auto daylight =
       lightfield::FindDaylight({options.latitude_deg, options.longitude_deg}, date);
+  const double step_s = double((daylight.end - daylight.begin).count()) / options.frames;
+  const auto make = [&](int k) {
+    return MakeFrame(options,
+                     daylight.begin + std::chrono::seconds(std::llround((k + 0.5) * step_s)));
+  };
+  Layout(options);
+  Frame frame = make(0);  // before the folder is made: refuses what it cannot be made of
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error)
@@ -138,11 +145,9 @@ core::Json MakeDay(const Options& options, std::chrono::sys_days date) {
                                   folder.string(), error.message()));
   core::Progress progress("sky", options.frames);
   core::Json frames = core::Json::array();
-  const double step_s = double((daylight.end - daylight.begin).count()) / options.frames;
   for (int k = 0; k < options.frames; ++k) {
     core::ThrowIfInterrupted();
-    const auto when = daylight.begin + std::chrono::seconds(std::llround((k + 0.5) * step_s));
-    const Frame frame = MakeFrame(options, when);
+    if (k > 0) frame = make(k);
     WriteFrame(folder / fmt::format("sky_{:04}.{}", k, options.format), options, frame);
     frames.push_back(ToJson(frame));
     progress.Advance();
