@@ -62,9 +62,10 @@ void RequireSame(const nlohmann::json& then, const nlohmann::json& now, const st
 // session.json names the map; its pixels have to be the lab's.
 void RequireSameMap(const std::filesystem::path& folder, const nlohmann::json& session,
                     const core::Image& now) {
-  const auto name = session.at("camera").at("vignetting").get<std::string>();
-  const core::Image then =
-      core::ReadExrImage(core::SessionFile(folder, name, (folder / "session.json").string()));
+  const std::string file = (folder / "session.json").string();
+  const auto name = core::Field<std::string>(core::Field<core::Json>(session, "camera", file),
+                                             "vignetting", file);
+  const core::Image then = core::ReadExrImage(core::SessionFile(folder, name, file));
   if (then.width != now.width || then.height != now.height || then.data != now.data)
     throw InputError((folder / name).string(), "is another vignetting than that of the lab given",
                      "resume with the lab as it was, or capture into another folder");

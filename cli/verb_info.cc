@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 
 #include "capture/plan.h"
@@ -166,18 +167,23 @@ Json InfoMeasurements(const std::string& path) {
 
 Json InfoSession(const std::string& path) {
   const core::SessionReader session(path);
-  std::size_t flagged = 0, counts[4] = {};
+  std::size_t flagged = 0;
+  std::map<core::FrameKind, std::size_t> counts;
   double longest = 0, shortest = INFINITY;
   for (const auto& frame : session.frames()) {
-    ++counts[static_cast<int>(frame.kind)];
+    ++counts[frame.kind];
     flagged += frame.flagged;
     longest = std::max(longest, frame.exposure_s);
     shortest = std::min(shortest, frame.exposure_s);
   }
   fmt::print("{}: capture session, {}\n", path,
              session.sealed() ? "sealed" : "not sealed (paused or interrupted: resume it)");
-  fmt::print("  frames       {} at filter positions, {} dark, {} flat, {} reference; {} flagged\n",
-             counts[0], counts[1], counts[2], counts[3], flagged);
+  using enum core::FrameKind;
+  fmt::print(
+      "  frames       {} at filter positions, {} dark, {} flat, {} reference, {} of targets; {} "
+      "flagged\n",
+      counts[kPosition], counts[kDark], counts[kFlat], counts[kReference], counts[kTarget],
+      flagged);
   if (!session.frames().empty())
     fmt::print("  exposures    {:.6g} to {:.6g} s\n", shortest, longest);
   fmt::print("  plan         {}\n", session.plan_id());

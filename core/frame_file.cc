@@ -1,10 +1,13 @@
 #include "core/frame_file.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <vector>
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/json.h"
 #include "core/parallel.h"
 #include "core/session_path.h"
 #include "core/sha256.h"
@@ -40,6 +43,21 @@ void CheckHashes(const SessionReader& session, std::span<const FrameRecord* cons
       });
 }
 
+// A session holds frames of one sensor, whose size session.json states. (Where it states none,
+// whoever merges the session refuses it for that.)
+void RequireSensorSize(const SessionReader& session, const FrameRecord& record,
+                       const RawFrame& frame) {
+  const std::string file = (session.folder() / "session.json").string();
+  const Json camera = FieldOr<Json>(session.session(), "camera", Json::object(), file);
+  const int width = FieldOr(camera, "width", frame.width, file);
+  const int height = FieldOr(camera, "height", frame.height, file);
+  if (frame.width != width || frame.height != height)
+    throw InputError(FrameFile(session, record).string(),
+                     fmt::format("has {} x {} pixels, the session's camera has {} x {}",
+                                 frame.width, frame.height, width, height),
+                     "restore the frame from a copy of the session");
+}
+
 }  // namespace
 
 void ReadFrame(const SessionReader& session, const FrameRecord& record, bool check_hash,
@@ -59,6 +77,7 @@ void ReadFrames(const SessionReader& session, std::span<const FrameRecord* const
   if (check_hashes) CheckHashes(session, records, bytes);
   for_each([&](std::size_t n) {
     DecodeTiff(bytes[n], FrameFile(session, *records[n]).string(), &frames[n]);
+    RequireSensorSize(session, *records[n], frames[n]);
   });
 }
 

@@ -45,7 +45,9 @@ inline Json ReadJson(const std::filesystem::path& path) {
 }
 
 inline void WriteJson(const std::filesystem::path& path, const Json& json) {
-  WriteFileAtomically(path, json.dump(2) + "\n");
+  // Text of other people's files may be no UTF-8, which JSON has to be: U+FFFD stands for it.
+  constexpr auto kReplace = Json::error_handler_t::replace;
+  WriteFileAtomically(path, json.dump(2, ' ', false, kReplace) + "\n");
 }
 
 // Whether T can hold what the value says: converting a number that a whole T cannot hold gives
@@ -110,6 +112,12 @@ inline double NumberField(const Json& json, const std::string& key, const std::s
                                  value, range.min, range.max),
                      remedy);
   return value;
+}
+
+// The same of a field that may be absent: then `fallback`.
+template <typename T>
+T FieldOr(const Json& json, const std::string& key, const T& fallback, const std::string& file) {
+  return json.is_object() && !json.contains(key) ? fallback : Field<T>(json, key, file);
 }
 
 }  // namespace luxfield::core

@@ -101,7 +101,7 @@ std::vector<Shown> ViewsOf(const core::SessionReader& session, const std::string
 GeometryCalibration CalibrateGeometry(const core::SessionReader& session, bool check_hashes) {
   const std::string plan_file = (session.folder() / "plan.json").string(),
                     session_file = (session.folder() / "session.json").string();
-  if (session.plan().value("kind", "light-field") != "geometry")
+  if (core::FieldOr<std::string>(session.plan(), "kind", "light-field", plan_file) != "geometry")
     throw InputError(plan_file, "is not of kind \"geometry\"",
                      "capture a plan of that kind (docs/guide.md)");
   GeometryCalibration result;

@@ -145,15 +145,15 @@ GlarePlace MeasureGlare(const MergedFrame& merged, const std::vector<float>& sen
 
 GlareCalibration CalibrateGlare(const core::SessionReader& session, bool check_hashes) {
   const std::string plan_file = (session.folder() / "plan.json").string();
-  if (session.plan().value("kind", "light-field") != "glare")
+  if (core::FieldOr<std::string>(session.plan(), "kind", "light-field", plan_file) != "glare")
     throw InputError(plan_file, "is no plan of kind \"glare\"",
                      "capture data/plans/glare.toml and give its session");
-  const Json camera =
-      Field<Json>(session.session(), "camera", (session.folder() / "session.json").string());
-  const auto channels =
-      static_cast<int>(camera.value("responsivity_e_per_s_per_w_m2", Json::array()).size());
-  SensorModel sensor = ReadSensorModel(camera, (session.folder() / "session.json").string(),
-                                       session.folder(), channels);
+  const std::string session_file = (session.folder() / "session.json").string();
+  const Json camera = Field<Json>(session.session(), "camera", session_file);
+  const auto channels = static_cast<int>(
+      core::FieldOr<Json>(camera, "responsivity_e_per_s_per_w_m2", Json::array(), session_file)
+          .size());
+  SensorModel sensor = ReadSensorModel(camera, session_file, session.folder(), channels);
   sensor.prnu = 0;  // of the core's many pixels: below what the places scatter
   const std::vector<float> sensitivity =
       sensor.vignetting.empty() ? std::vector<float>{1} : sensor.vignetting;

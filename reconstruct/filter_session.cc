@@ -19,7 +19,7 @@ FilterPhotographs ReadFilterSession(const core::SessionReader& session,
                                     std::map<std::string, std::string>* provenance) {
   const std::string plan_file = (session.folder() / "plan.json").string(),
                     session_file = (session.folder() / "session.json").string();
-  if (session.plan().value("kind", "light-field") != "filter")
+  if (core::FieldOr<std::string>(session.plan(), "kind", "light-field", plan_file) != "filter")
     throw InputError(plan_file, "is no plan of kind \"filter\"",
                      "capture data/plans/filter.toml and give its session");
   FilterPhotographs result;

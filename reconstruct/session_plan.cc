@@ -16,7 +16,7 @@ lightfield::LuminaireGeometry ReadGeometry(const Json& json, const std::string& 
   geometry.delta_m = Field<double>(json, "delta_m", file);
   auto& grid = geometry.grid;
   grid.basis = lightfield::Basis::FromName(Field<std::string>(json, "basis", file),
-                                           json.value("basis_a", 0.5));
+                                           core::FieldOr(json, "basis_a", 0.5, file));
   grid.width = Field<int>(json, "grid_width", file);
   grid.height = Field<int>(json, "grid_height", file);
   grid.u0_m = Field<double>(json, "u0_m", file);
@@ -67,7 +67,7 @@ SessionPlan ReadSessionPlan(const core::SessionReader& session) {
   result.rig = Choice(rig, "kind", "lensless", "reflector", plan_file);
   if (result.rig == "reflector") result.albedo = Positive(rig, "albedo", plan_file);
 
-  const Json exposure = session.plan().value("exposure", Json::object());
+  const Json exposure = core::FieldOr<Json>(session.plan(), "exposure", Json::object(), plan_file);
   if (exposure.contains("mean_tolerance"))
     result.level_tolerance = Positive(exposure, "mean_tolerance", plan_file);
 

@@ -549,7 +549,7 @@ TEST_F(MergeSessionTest, NamesWhatIsWrongInThePlanAndTheSession) {
        }},
       {"camera", [](Case& c) { c.session.erase("camera"); }},
       {"not in plan.json", [](Case& c) { c.plan["geometry"]["grid_width"] = 2; }},
-      {"does not fit the sensor", [](Case& c) { c.session["camera"]["width"] = 47; }},
+      {"has 48 x 48 pixels, the session's camera has 47 x 48", [](Case& c) { c.session["camera"]["width"] = 47; }},
   };
   for (const auto& [text, spoil] : damage) {
     Case c;
