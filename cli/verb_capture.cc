@@ -1,6 +1,7 @@
 // luxfield capture PLAN SESSION --lab LAB
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 
 #include "capture/capture.h"
@@ -63,6 +64,9 @@ core::Json RunPositions(const capture::Plan& plan, hal::Devices& devices, const 
 }
 
 core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
+  if (options.resume && !std::filesystem::exists(options.session))
+    throw InputError(options.session, "does not exist, so there is nothing to resume",
+                     "correct the path, or leave --resume out to begin a capture there");
   // Before a watchdog is there: it would take a stopped process for a hang. Plans that only take
   // frames do not pause.
   core::InstallPauseHandler();

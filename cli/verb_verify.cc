@@ -41,8 +41,10 @@ core::Json Run(const Options& options) {
     throw InputError(options.session,
                      fmt::format("{} problem{} found", check.problems.size(),
                                  check.problems.size() == 1 ? "" : "s"),
-                     "`luxfield verify --salvage` keeps what is whole, then `capture --resume` "
-                     "retakes the rest");
+                     check.damaged ? "`luxfield verify --salvage` keeps what is whole, then "
+                                     "`capture --resume` retakes the rest"
+                     : check.sealed ? "nothing that was measured is damaged"
+                                    : "nothing is damaged; `luxfield capture --resume` goes on");
   return json;
 }
 

@@ -77,9 +77,11 @@ void CheckManifest(const fs::path& folder, const JournalContent& journal, FilePr
   const auto path = folder / "manifest.json";
   try {
     const Manifest manifest = ParseManifest(ReadFile(path), path.string());
-    if (manifest.journal_head != journal.head)
+    if (manifest.journal_head != journal.head) {
+      check.damaged = true;
       check.problems.push_back(
           fmt::format("{}: journal_head is not the journal's last line", path.string()));
+    }
     std::vector<CommittedFile> committed;
     for (const ManifestFile& file : manifest.files) committed.emplace_back(file.name, file.sha256);
     files.Find(committed);
@@ -98,9 +100,12 @@ void CheckManifest(const fs::path& folder, const JournalContent& journal, FilePr
       const bool derived = name.starts_with("derived") || name.starts_with("journal.damaged");
       if (entry.is_regular_file() && !derived && name != "LOCK" && name != "manifest.json" &&
           !listed.contains(name))
-        check.problems.push_back(fmt::format("{}: is not in the manifest", entry.path().string()));
+        check.problems.push_back(
+            fmt::format("{}: is not in the manifest; move it out of the session if it is not of it",
+                        entry.path().string()));
     }
   } catch (const InputError& error) {
+    check.damaged = true;
     check.problems.push_back(error.what());
   }
 }
@@ -115,21 +120,28 @@ SessionCheck VerifySession(const fs::path& folder) {
   SessionCheck check;
   JournalContent journal;
   SessionState state;
+  const auto manifest_exists = [&] { return fs::exists(folder / "manifest.json"); };
+  bool has_manifest = manifest_exists();
   try {
     journal = ReadJournal(path);
+    if (has_manifest != manifest_exists()) {  // sealed just now, its last line before the manifest
+      has_manifest = true;
+      journal = ReadJournal(path);
+    }
     state = ReplayJournal(journal.records, path.string());
   } catch (const InputError& error) {
+    check.damaged = true;
     check.problems.push_back(error.what());
     return check;
   }
-  const bool has_manifest = fs::exists(folder / "manifest.json");
+  const bool being_sealed = state.sealed && !has_manifest && FolderInUse(folder);
   check.sealed = state.sealed && has_manifest;
   if (journal.records.empty())
     check.problems.push_back(fmt::format("{}: holds no complete line", path.string()));
   else if (journal.torn)
     check.problems.push_back(fmt::format("{}: line {} is unfinished; --resume drops it",
                                          path.string(), journal.records.size() + 1));
-  else if (state.sealed != has_manifest)
+  else if (state.sealed != has_manifest && !being_sealed)
     check.problems.push_back(
         fmt::format("{}: {}", folder.string(),
                     has_manifest ? "has a manifest although the journal is not sealed"
@@ -147,6 +159,7 @@ SessionCheck VerifySession(const fs::path& folder) {
   for (const FrameRecord& record : state.committed) {
     const auto& problem = files.Of({record.file, record.sha256});
     if (!problem.empty()) {
+      check.damaged = true;
       check.problems.push_back(problem);
       continue;
     }
@@ -163,8 +176,11 @@ SessionCheck VerifySession(const fs::path& folder) {
 
 SalvageResult SalvageSession(const fs::path& folder) {
   const auto path = folder / "journal.jsonl";
+  if (!fs::exists(path))
+    throw InputError(folder.string(), "is not a session: it has no journal.jsonl",
+                     "name a folder that `luxfield capture` made");
+  const FolderLock lock(folder);  // before the journal is read: no other process adds to it now
   const std::string bytes = ReadFile(path);
-  const FolderLock lock(folder);
   SalvageResult result;
   std::vector<Json> kept;
   SessionState read;  // what the lines say that can be read

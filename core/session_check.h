@@ -11,8 +11,11 @@ struct SessionCheck {
   bool sealed = false;
   int frames = 0;     // committed frames whose file matches
   int positions = 0;  // positions with a whole bracket
-  std::vector<std::string>
-      problems;  // one sentence each, naming the file; empty: the session is whole
+  // One sentence each, naming the file; empty: the session is whole.
+  std::vector<std::string> problems;
+  // Lines, frames or the manifest are damaged, so that SalvageSession() helps. Without it what
+  // `problems` tells of needs no salvage: a capture that was not finished, a stray file.
+  bool damaged = false;
 };
 
 // Reads everything: the journal's chain, plan.json and session.json, every frame's size and

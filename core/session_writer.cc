@@ -201,11 +201,16 @@ SessionWriter SessionWriter::Create(const fs::path& folder, const Json& plan, co
                      "choose another name for the session");
   MakeFolder(folder, Access::kPrivate);
   RefuseLinks(folder);
-  if (HasSession(folder))
-    throw InputError(folder.string(), "already holds a session",
-                     "continue it with --resume or choose another folder");
-  RefuseForeignFiles(folder, extra);
+  const auto refuse_taken = [&] {
+    if (HasSession(folder))
+      throw InputError(folder.string(), "already holds a session",
+                       "continue it with --resume or choose another folder");
+    RefuseForeignFiles(folder, extra);
+  };
+  refuse_taken();  // so that no lock is left in somebody's folder
+  StorageStep("looked");
   auto impl = std::make_unique<Impl>(folder, clock);
+  refuse_taken();  // another process may have captured, sealed and gone since
   MakeFrameFolders(folder);
   RemoveOrphans(folder, {});
   for (const auto& [name, bytes] : extra) WritePrivate(folder / name, bytes);

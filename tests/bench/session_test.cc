@@ -141,7 +141,8 @@ class Bench : public testing::Test {
   std::vector<std::string> Capture(bool resume = false) const {
     std::vector<std::string> words = {"capture", "plan.toml", "real.session",
                                       "--lab",   "real.toml", "--quiet"};
-    if (resume) words.emplace_back("--resume");
+    // A run that ended before the folder was there is not resumed, but begun again.
+    if (resume && fs::exists(folder_ / "real.session")) words.emplace_back("--resume");
     return words;
   }
   Field Reconstruct(const std::string& session) {

@@ -96,6 +96,21 @@ TEST(SessionWriter, FramesBeforeOneThatCannotBeStoredBehindTheCallerAreCommitted
   }
 }
 
+// Another process captures and seals between the look into the folder and the lock on it.
+TEST(SessionWriter, ASessionMadeSinceTheFolderWasLookedIntoIsKept) {
+  const auto folder = NewFolder("race");
+  bool captured = false;
+  SetStorageHookForTest([&](std::string_view step) {
+    if (step == "looked" && !std::exchange(captured, true)) Capture(folder);
+  });
+  SimulatedClock clock;
+  EXPECT_THROW(SessionWriter::Create(folder, kPlan, kSession, {}, clock), InputError);
+  SetStorageHookForTest({});
+  const auto report = VerifySession(folder);
+  EXPECT_THAT(report.problems, testing::IsEmpty());
+  EXPECT_TRUE(report.sealed);
+}
+
 // RLIMIT_FSIZE stands in for a full disk: the write fails half way with EFBIG.
 TEST(SessionWriter, ADiskThatFillsUpIsADeviceErrorAndLosesNothing) {
   const auto folder = NewFolder("full");

@@ -59,6 +59,7 @@ class KilledCapture : public testing::Test {
   // Begins the capture of a session, or goes on with it.
   pid_t Start(const std::string& session, const Settings& settings) const {
     const std::string program = BuiltProgram("luxfield"), folder = folder_;
+    const bool begun = fs::exists(folder_ / session);  // what is not there cannot be resumed
     const pid_t child = fork();
     if (child != 0) return child;
     for (const auto& [name, value] : settings) setenv(name.c_str(), value.c_str(), 1);
@@ -67,7 +68,7 @@ class KilledCapture : public testing::Test {
     dup2(null, STDERR_FILENO);
     if (chdir(folder.c_str()) == 0)
       execl(program.c_str(), program.c_str(), "capture", "plan.toml", session.c_str(), "--lab",
-            "lab.toml", "--resume", "--quiet", static_cast<char*>(nullptr));
+            "lab.toml", "--quiet", begun ? "--resume" : nullptr, static_cast<char*>(nullptr));
     _exit(127);
   }
   // As a shell has it: 128 and the signal for a process that was killed.
