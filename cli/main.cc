@@ -1,6 +1,8 @@
 #include "cli/program.h"
+#include "cli/standard_streams.h"
 
 int main(int argc, char** argv) {
+  luxfield::cli::OpenClosedStandardStreams();
   luxfield::cli::Program program;
   AddDevices(program);
   AddSimulate(program);

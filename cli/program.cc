@@ -4,11 +4,17 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <filesystem>
 #include <new>
+#include <system_error>
 
+#include "cli/standard_streams.h"
+#include "core/nearest.h"
 #include "core/parallel.h"
+#include "core/printable.h"
 #include "core/progress.h"
 
 namespace luxfield::cli {
@@ -26,6 +32,18 @@ void PrintError(const std::string& message) {
   fmt::print(stderr, "{}\n", message);
 }
 
+// ", did you mean 'render'?", or nothing where no known word is near.
+std::string Suggestion(std::string_view word, const std::vector<std::string>& known) {
+  const auto nearest = core::Nearest(word, known);
+  return nearest ? fmt::format("; did you mean '{}'?", *nearest) : "";
+}
+
+std::vector<std::string> Names(const std::vector<const CLI::App*>& verbs) {
+  std::vector<std::string> names;
+  for (const CLI::App* verb : verbs) names.push_back(verb->get_name());
+  return names;
+}
+
 // What is wrong, and where help is: of the verb, or of the name behind it. A name that a group does
 // not have is refused with those it has.
 std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error) {
@@ -40,9 +58,18 @@ std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error) {
   if (verb != &app && !choices.empty()) {
     const auto wrong = verb->remaining();
     what = wrong.empty() ? fmt::format("'{}' needs a name", verb->get_name())
-                         : fmt::format("'{}' does not know '{}'", verb->get_name(), wrong.front());
+                         : fmt::format("'{}' does not know '{}'{}", verb->get_name(), wrong.front(),
+                                       Suggestion(wrong.front(), Names(choices)));
     for (std::size_t k = 0; k < choices.size(); ++k)
       what += (k == 0 ? "; use one of " : ", ") + choices[k]->get_name();
+  }
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && verb != &app) {
+    std::vector<std::string> options;
+    for (const CLI::Option* option : verb->get_options()) options.push_back(option->get_name());
+    const auto extra = verb->remaining(true);
+    if (!extra.empty())
+      what = fmt::format("'{}' does not know {}{}", verb->get_name(),
+                         core::Printable(extra.front()), Suggestion(extra.front(), options));
   }
   return fmt::format("{}; see `luxfield {}--help`", what, verbs);
 }
@@ -58,6 +85,34 @@ void RequirePlausible(const CLI::App& app) {
                                      option->get_name(), text, core::kLargestNumber));
     }
   for (const CLI::App* verb : app.get_subcommands()) RequirePlausible(*verb);
+}
+
+// The first word is the verb. CLI11 alone would look for one among the words behind it.
+void RequireVerb(const CLI::App& app, int argc, char** argv) {
+  const std::string_view word = argc > 1 ? argv[1] : "";
+  if (word.empty())
+    throw InputError("a verb is missing, as in `luxfield demo`; `luxfield --help` lists them");
+  if (word.starts_with("-")) return;
+  for (const char* absent : kAbsentVerbs)
+    if (word == absent)
+      throw InputError(fmt::format(
+          "the verb '{}' is not built in this version; `luxfield --help` lists those that are",
+          word));
+  const auto verbs = Names(app.get_subcommands({}));
+  if (std::find(verbs.begin(), verbs.end(), word) == verbs.end())
+    throw InputError(fmt::format("there is no verb '{}'{}; `luxfield --help` lists them",
+                                 core::Printable(word), Suggestion(word, verbs)));
+}
+
+// What the system refuses: 3 where it has run out of something or a device failed, else 2, the
+// user's to mend.
+int ExitCode(const std::error_code& code) {
+  for (const std::errc lacking :
+       {std::errc::no_space_on_device, std::errc::io_error, std::errc::read_only_file_system,
+        std::errc::too_many_files_open, std::errc::too_many_files_open_in_system,
+        std::errc::resource_unavailable_try_again, std::errc::not_enough_memory})
+    if (code == lacking) return 3;
+  return 2;
 }
 
 }  // namespace
@@ -103,16 +158,13 @@ CLI::App& Program::AddVerb(CLI::App& group, const std::string& name, const std::
 
 int Program::Run(int argc, char** argv) {
   try {
-    if (argc > 1)
-      for (const char* verb : kAbsentVerbs)
-        if (argv[1] == std::string_view(verb))
-          throw InputError(fmt::format(
-              "the verb '{}' is not built in this version; `luxfield --help` lists those that are",
-              verb));
+    RequireVerb(app_, argc, argv);
     try {
       app_.parse(argc, argv);
     } catch (const CLI::Success& success) {
-      return app_.exit(success);  // --help, --version
+      const int code = app_.exit(success);  // --help, --version
+      FlushStandardOutput();
+      return code;
     } catch (const CLI::ParseError& error) {
       PrintError(ParseErrorText(app_, error));
       return 2;
@@ -130,6 +182,7 @@ int Program::Run(int argc, char** argv) {
           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       core::WriteJson(common_.json_file, result);
     }
+    FlushStandardOutput();
     return 0;
   } catch (const Error& error) {
     PrintError(error.what());
@@ -139,6 +192,16 @@ int Program::Run(int argc, char** argv) {
         "out of memory; close other programs, or use fewer positions, a smaller lattice or a "
         "machine with more");
     return 3;
+  } catch (const std::filesystem::filesystem_error& error) {
+    PrintError(fmt::format("{}: cannot be used: {}; check the path and who may read and write it",
+                           error.path1().string(), error.code().message()));
+    return ExitCode(error.code());
+  } catch (const std::system_error& error) {
+    PrintError(fmt::format(
+        "the system refuses what this verb needs: {}; raise the limit (`ulimit -a` lists them), or "
+        "end other programs",
+        error.what()));
+    return ExitCode(error.code());
   } catch (const std::exception& error) {
     PrintError(
         fmt::format("internal error: {}; please report it with the command line", error.what()));

@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <set>
+#include <vector>
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/nearest.h"
 
 namespace luxfield::core {
 
@@ -87,6 +89,15 @@ void Config::Fail(std::string_view key, const std::string& problem,
                    remedy);
 }
 
+void Config::FailMissing(std::string_view key, const std::string& remedy) const {
+  std::vector<std::string> unasked;
+  for (const auto& [other, value] : *node_->table)
+    if (!node_->known.contains(other.str())) unasked.emplace_back(other.str());
+  const auto nearest = Nearest(key, unasked);
+  Fail(key, "is missing",
+       nearest ? fmt::format("{}, or was '{}' to be it?", remedy, *nearest) : remedy);
+}
+
 bool Config::Has(std::string_view key) const { return node_->Find(key) != nullptr; }
 
 bool Config::HasText(std::string_view key) const {
@@ -96,7 +107,7 @@ bool Config::HasText(std::string_view key) const {
 
 double Config::Number(std::string_view key, Range range) const {
   const toml::node* node = node_->Find(key);
-  if (!node) Fail(key, "is missing", "add it");
+  if (!node) FailMissing(key, "add it");
   if (!node->is_number()) Fail(key, "must be a number");
   const double value = AsDouble(*node);
   if (!range.Holds(value))
@@ -111,7 +122,7 @@ double Config::Number(std::string_view key, double fallback, Range range) const 
 
 int Config::Integer(std::string_view key, int min, int max) const {
   const toml::node* node = node_->Find(key);
-  if (!node) Fail(key, "is missing", "add it");
+  if (!node) FailMissing(key, "add it");
   const auto* integer = node->as_integer();
   if (!integer) Fail(key, "must be a whole number");
   const std::int64_t value = integer->get();
@@ -134,7 +145,7 @@ bool Config::Boolean(std::string_view key, bool fallback) const {
 
 std::string Config::Text(std::string_view key) const {
   const toml::node* node = node_->Find(key);
-  if (!node) Fail(key, "is missing", "add it");
+  if (!node) FailMissing(key, "add it");
   const auto* text = node->as_string();
   if (!text) Fail(key, "must be text in quotes");
   return text->get();
@@ -155,7 +166,7 @@ std::string Config::Choice(std::string_view key, const std::vector<std::string>&
 
 std::vector<double> Config::Numbers(std::string_view key, std::size_t count) const {
   const toml::node* node = node_->Find(key);
-  if (!node) Fail(key, "is missing", "add it");
+  if (!node) FailMissing(key, "add it");
   const toml::array* array = node->as_array();
   if (!array) Fail(key, "must be a list of numbers in brackets");
   if (count && array->size() != count)
@@ -189,7 +200,7 @@ std::optional<Config> Config::OptionalTable(std::string_view key) const {
 
 Config Config::Table(std::string_view key) const {
   auto table = OptionalTable(key);
-  if (!table) Fail(key, "is missing", fmt::format("add a table [{}{}]", node_->prefix, key));
+  if (!table) FailMissing(key, fmt::format("add a table [{}{}]", node_->prefix, key));
   return *table;
 }
 
@@ -209,11 +220,15 @@ std::vector<Config> Config::Tables(std::string_view key) const {
 }
 
 void Config::Finish() const {
-  for (const auto& [key, value] : *node_->table)
-    if (!node_->known.contains(key.str()))
-      throw InputError(node_->file,
-                       fmt::format("{}{} is not a known key", node_->prefix, key.str()),
-                       fmt::format("known here: {}", fmt::join(node_->known, ", ")));
+  const std::vector<std::string> known(node_->known.begin(), node_->known.end());
+  for (const auto& [key, value] : *node_->table) {
+    if (node_->known.contains(key.str())) continue;
+    const auto nearest = Nearest(key.str(), known);
+    throw InputError(
+        node_->file, fmt::format("{}{} is not a known key", node_->prefix, key.str()),
+        fmt::format("{}known here: {}", nearest ? fmt::format("did you mean '{}'? ", *nearest) : "",
+                    fmt::join(known, ", ")));
+  }
   for (const auto& child : node_->children) Config(child).Finish();
 }
 

@@ -55,6 +55,8 @@ class Config {
                          const std::string& remedy = {}) const;
 
  private:
+  // Of a key that is required: names one that nobody has asked for and that is spelt like it.
+  [[noreturn]] void FailMissing(std::string_view key, const std::string& remedy) const;
   struct Node;
   explicit Config(std::shared_ptr<Node> node) : node_(std::move(node)) {}
   std::shared_ptr<Node> node_;

@@ -84,6 +84,8 @@ void InstallInterruptHandler() {
   action.sa_flags = SA_RESTART;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  // A file that outgrows the process's limit is an error of the write (EFBIG), with a sentence.
+  signal(SIGXFSZ, SIG_IGN);
 }
 
 int InterruptCount() { return g_interrupts; }

@@ -31,13 +31,20 @@ void GivePoclACache() {
   std::error_code error;
   if (!cache.empty()) std::filesystem::create_directories(cache / "pocl", error);
   if (!cache.empty() && !error && ::access((cache / "pocl").c_str(), W_OK) == 0) return;
-  const auto fallback =
-      std::filesystem::temp_directory_path(error) / fmt::format("luxfield-pocl-{}", ::getuid());
-  std::filesystem::create_directories(fallback, error);
-  std::filesystem::permissions(fallback, std::filesystem::perms::owner_all, error);
-  struct stat info {};  // what another user put there is not run
-  if (::lstat(fallback.c_str(), &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == ::getuid())
+  // Kernels from there are run, so it has to be this user's alone; a name that another user has
+  // taken is passed over for the next.
+  for (int n = 0; n < 100; ++n) {
+    const auto fallback = std::filesystem::temp_directory_path(error) /
+                          fmt::format("luxfield-pocl-{}-{}", ::getuid(), n);
+    ::mkdir(fallback.c_str(), S_IRWXU);
+    struct stat info {};
+    constexpr mode_t kOthers = S_IRWXG | S_IRWXO;
+    if (::lstat(fallback.c_str(), &info) != 0 || !S_ISDIR(info.st_mode) ||
+        info.st_uid != ::getuid() || (info.st_mode & kOthers) != 0)
+      continue;
     ::setenv("POCL_CACHE_DIR", fallback.c_str(), 0);
+    return;
+  }
 }
 
 std::vector<cl_device_id> DeviceIds() {

@@ -35,10 +35,11 @@ const Names kVerbs = {"devices", "simulate",    "sky",       "plan",   "capture"
 const std::map<std::string, Names> kGroups = {
     {"calibrate", {"geometry", "flat-field", "glare", "response", "sensor"}},
     {"filter", {"print", "measure", "photograph"}},
-    {"bench", {"solve",    "nearfield", "sampling", "shadows", "environment",  "balance",
-               "capture",  "errors",    "budget",   "filters", "conditioning", "stacks",
-               "merge",    "exposures", "rigs",     "plan",    "tradeoff",     "calibrate",
-               "accuracy", "scale",     "spacing",  "keep"}}};
+    {"bench",
+     {"solve",  "nearfield", "sampling", "shadows",      "environment", "balance", "capture",
+      "errors", "budget",    "filters",  "conditioning", "stacks",      "merge",   "exposures",
+       "rigs",   "plan",      "tradeoff", "calibrate",    "accuracy",    "scale",   "spacing",
+       "keep",   "signed",    "noise",    "volume"}}};
 
 TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
   const auto folder = FreshFolder("help");

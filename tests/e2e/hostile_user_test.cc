@@ -1,0 +1,216 @@
+// Mistakes of users, odd descriptors and sessions that somebody else made consistent: what the
+// program says, and that nothing is lost.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "core/file.h"
+#include "core/journal.h"
+#include "core/json.h"
+#include "core/session_store.h"
+#include "core/session_writer.h"
+#include "tests/e2e/verb_test.h"
+
+namespace luxfield::e2e {
+namespace {
+
+using core::Json;
+using testing::HasSubstr;
+using testing::Not;
+
+class HostileUser : public VerbTest {
+ protected:
+  const std::string lab_ = SourceFile("data/labs/small.toml"),
+                    plan_ = SourceFile("data/plans/small.toml");
+
+  // The program under a shell that closes or redirects descriptors: `redirections` as in sh.
+  Outcome Redirected(const std::string& arguments, const std::string& redirections) {
+    return RunProgram(
+        {"/bin/sh", "-c", BuiltProgram("luxfield").string() + " " + arguments + " " + redirections},
+        folder_);
+  }
+};
+
+TEST_F(HostileUser, ClosedStreamsDoNotGetIntoTheJournal) {
+  const std::string capture = "capture " + plan_ + " s --lab " + lab_;
+  // What was printed is lost, which is an error; the session is whole.
+  EXPECT_EQ(Redirected(capture, "<&- >&- 2>&-").exit_code, 3);
+  const auto verified = RunLuxfield({"verify", "s", "--json", "v.json"}, folder_);
+  EXPECT_EQ(verified.exit_code, 0) << verified.out << verified.err;
+  EXPECT_EQ(core::ReadJson(folder_ / "v.json").value("sealed", false), true);
+}
+
+TEST_F(HostileUser, OutputThatCannotBeWrittenIsAnError) {
+  for (const char* arguments : {"--help", "--version", "render --help"}) {
+    const auto full = Redirected(arguments, "> /dev/full");
+    EXPECT_EQ(full.exit_code, 3) << arguments;
+    EXPECT_THAT(full.err, HasSubstr("standard output")) << arguments;
+  }
+  EXPECT_EQ(Redirected("--version", ">&-").exit_code, 3);
+  EXPECT_EQ(Redirected("--version", "").exit_code, 0);
+}
+
+TEST_F(HostileUser, MisspeltWordsAreNamed) {
+  struct Mistake {
+    std::vector<std::string> typed;
+    std::string said;
+  };
+  for (const Mistake& mistake : std::vector<Mistake>{
+           {{}, "a verb is missing"},
+           {{"rendr", "scene.toml"}, "there is no verb 'rendr'; did you mean 'render'?"},
+           {{"shard", "plan", "x"}, "there is no verb 'shard';"},
+           {{"calibrate", "sensro", "s"}, "did you mean 'sensor'?"},
+           {{"render", "s.toml", "-o", "x.exr", "--sppp", "3"}, "--sppp; did you mean '--spp'?"},
+           {{"render", "s.toml", "-o", "x.exr", "--wavelength", "3"}, "does not know --wavelength"},
+       }) {
+    const auto outcome = RunLuxfield(mistake.typed, folder_);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr(mistake.said));
+  }
+}
+
+TEST_F(HostileUser, MisspeltKeysAreNamed) {
+  std::string plan = ReadText(plan_);
+  const auto at = plan.find("delta_m");
+  WriteText(folder_ / "p.toml", plan.replace(at, 7, "delta_mm"));
+  const auto outcome = RunLuxfield({"plan", "p.toml", "--lab", lab_}, folder_);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("rig.delta_m is missing"));
+  EXPECT_THAT(outcome.err, HasSubstr("was 'delta_mm' to be it?"));
+}
+
+TEST_F(HostileUser, ACaptureThatDoesNotExistIsNotResumed) {
+  const auto outcome = RunLuxfield({"capture", plan_, "s", "--lab", lab_, "--resume"}, folder_);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("s: does not exist, so there is nothing to resume"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "s"));
+}
+
+TEST_F(HostileUser, AFileSizeLimitIsAnErrorThatNamesTheFile) {
+  const auto outcome = RunProgram(
+      {"/bin/sh", "-c",
+       "ulimit -f 4; exec " + BuiltProgram("luxfield").string() +
+           " sky -o sky.exr --latitude 48 --date 2024-06-21"},
+      folder_);
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("sky"));
+}
+
+TEST_F(HostileUser, VerifyRecommendsSalvageForDamageOnly) {
+  ASSERT_EQ(RunLuxfield({"capture", plan_, "s", "--lab", lab_, "--quiet"}, folder_).exit_code, 0);
+  WriteText(folder_ / "s/.DS_Store", "made by a file manager");
+  const auto stray = RunLuxfield({"verify", "s"}, folder_);
+  EXPECT_EQ(stray.exit_code, 2);
+  EXPECT_THAT(stray.out, HasSubstr(".DS_Store: is not in the manifest"));
+  EXPECT_THAT(stray.err, Not(HasSubstr("--salvage")));
+  std::filesystem::remove(folder_ / "s/.DS_Store");
+
+  // As a capture leaves it that was interrupted before it sealed.
+  std::filesystem::copy(folder_ / "s", folder_ / "paused", std::filesystem::copy_options::recursive);
+  std::filesystem::remove(folder_ / "paused/manifest.json");
+  std::string journal = ReadText(folder_ / "paused/journal.jsonl");
+  journal.resize(journal.rfind('\n', journal.size() - 2) + 1);  // without its line "sealed"
+  WriteText(folder_ / "paused/journal.jsonl", journal);
+  EXPECT_THAT(RunLuxfield({"verify", "paused"}, folder_).err, Not(HasSubstr("--salvage")));
+
+  std::string first = core::SessionReader(folder_ / "s").frames().front().file;
+  std::string frame = ReadText(folder_ / "s" / first);
+  frame.back() ^= 1;
+  WriteText(folder_ / "s" / first, frame);
+  const auto damaged = RunLuxfield({"verify", "s"}, folder_);
+  EXPECT_EQ(damaged.exit_code, 2);
+  EXPECT_THAT(damaged.err, HasSubstr("--salvage"));
+}
+
+TEST_F(HostileUser, PathsThatTheSystemRefusesAreNoBugs) {
+  const auto longest = RunLuxfield({"verify", std::string(300, 'x')}, folder_);
+  EXPECT_EQ(longest.exit_code, 2) << longest.err;
+  EXPECT_THAT(longest.err, HasSubstr("cannot be used"));
+  std::filesystem::create_symlink("loop", folder_ / "loop");
+  EXPECT_EQ(RunLuxfield({"verify", "loop"}, folder_).exit_code, 2);
+}
+
+// A session of one filter position and of targets, written with hashes that fit.
+class ConsistentSession : public HostileUser {
+ protected:
+  void Write(const Json& plan, const Json& camera, const std::vector<core::FrameRecord>& records,
+             int reference_width) {
+    core::SimulatedClock clock;
+    auto writer = core::SessionWriter::Create(folder_ / "s", plan, {{"camera", camera}}, {}, clock);
+    writer.StartEpoch({{"camera", "test"}});
+    for (const auto& record : records) {
+      core::RawFrame frame;
+      frame.width = record.kind == core::FrameKind::kReference ? reference_width : 5;
+      frame.height = 3;
+      frame.dn.assign(frame.size(), 100);
+      writer.CommitFrame(record, frame, {});
+    }
+    writer.Seal("done");
+  }
+  static core::FrameRecord Record(core::FrameKind kind, int i = -1) {
+    core::FrameRecord record;
+    record.kind = kind;
+    record.i = i;
+    record.exposure_s = record.requested_exposure_s = 0.1;
+    return record;
+  }
+};
+
+TEST_F(ConsistentSession, InfoCountsFramesOfTargets) {
+  Write({{"kind", "geometry"}}, {{"width", 5}, {"height", 3}},
+        {Record(core::FrameKind::kTarget, 0), Record(core::FrameKind::kTarget, 1)}, 5);
+  const auto outcome = RunLuxfield({"info", "s"}, folder_);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("2 of targets"));
+}
+
+TEST_F(ConsistentSession, PlansOfAWrongTypeAreNoBugs) {
+  Write({{"kind", 7}}, {{"width", 5}, {"height", 3}}, {Record(core::FrameKind::kDark)}, 5);
+  for (const std::vector<std::string>& verb :
+       std::vector<std::vector<std::string>>{{"calibrate", "glare", "s", "-o", "g.cal.json"},
+                                             {"calibrate", "geometry", "s", "-o", "g.cal.json"},
+                                             {"filter", "measure", "s", "-o", "f.filter.exr"}}) {
+    const auto outcome = RunLuxfield(verb, folder_);
+    EXPECT_EQ(outcome.exit_code, 2) << verb[1];
+    EXPECT_THAT(outcome.err, HasSubstr("field 'kind' = 7 has the wrong type")) << verb[1];
+  }
+}
+
+// A journal whose session.json is another one, its chain of hashes made anew; no manifest.
+void Reseal(const std::filesystem::path& session, const std::string& sha256) {
+  const auto path = session / "journal.jsonl";
+  std::string journal, prev(64, '0');
+  std::uint64_t seq = 0;
+  for (Json record : core::ReadJournal(path).records) {
+    const auto type = record["type"].get<std::string>();
+    if (record.contains("session_sha256")) record["session_sha256"] = sha256;
+    for (const char* key : {"seq", "prev", "type", "crc32c"}) record.erase(key);
+    const std::string line = core::FormatJournalLine(seq++, prev, type, record);
+    prev = core::Sha256(line);
+    journal += line + '\n';
+  }
+  WriteText(path, journal);
+  std::filesystem::remove(session / "manifest.json");
+}
+
+// The sensor's size is checked where frames enter, of references too.
+TEST_F(HostileUser, FramesOfAnotherSizeAreRefused) {
+  ASSERT_EQ(RunLuxfield({"capture", plan_, "s", "--lab", lab_, "--quiet"}, folder_).exit_code, 0);
+  // The camera that session.json states is made one column wider, and its hash in the journal
+  // mended: every frame is then of another size.
+  Json session = core::ReadJson(folder_ / "s/session.json");
+  session["camera"]["width"] = session["camera"]["width"].get<int>() + 1;
+  WriteText(folder_ / "s/session.json", session.dump(2) + "\n");
+  Reseal(folder_ / "s", core::Sha256OfFile(folder_ / "s/session.json"));
+  for (const char* lamp_level : {"monitor", "first-reference"}) {
+    const auto outcome =
+        RunLuxfield({"merge", "s", "-o", "x.meas.exr", "--lamp-level", lamp_level}, folder_);
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.out;
+    EXPECT_THAT(outcome.err, HasSubstr("has 84 x 80 pixels, the session's camera has 85 x 80"));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "x.meas.exr"));
+  }
+}
+
+}  // namespace
+}  // namespace luxfield::e2e
