@@ -66,7 +66,7 @@ TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
       // An option belongs to the benches that have a use for it, and to no other.
       if (verb == "bench") {
         EXPECT_EQ(of_name.find("--plan ") != std::string::npos,
-                  name == "errors" || name == "filters" || name == "plan")
+                  name == "errors" || name == "filters" || name == "plan" || name == "spacing")
             << name;
       }
     }

@@ -55,8 +55,11 @@ TEST_F(Report, IsOnePageThatNeedsNoOtherFile) {
   const Json json = Json::parse(ReadText(folder_ / "r.json"));
   EXPECT_EQ(json.at("missing"), 0);
   EXPECT_EQ(json.at("positions").size(), 6u);
-  for (const Json& judgement : json.at("verdict"))
-    EXPECT_EQ(judgement.at("verdict"), "good") << judgement.dump();
+  for (const Json& judgement : json.at("verdict")) {
+    // The tiny grid lies within the lamp, which the report says.
+    const bool of_edges = judgement.at("text").get<std::string>().starts_with("Light reaches");
+    EXPECT_EQ(judgement.at("verdict"), of_edges ? "look" : "good") << judgement.dump();
+  }
   EXPECT_FALSE(json.contains("verify")) << "nobody asked for it";
 }
 

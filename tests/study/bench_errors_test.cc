@@ -39,10 +39,12 @@ TEST_P(BenchErrorsTest, SigmaIsTheSpreadOverSeeds) {
   // These lamps have edges that no basis holds: the lamp itself is far from what was measured,
   // most of it by projection, to which noise adds in quadrature.
   const auto of = [&](const char* key) { return random[key].get<double>(); };
-  EXPECT_GT(of("floor_rel_l2"), 3 * of("projection_rel_l2"));
+  EXPECT_GT(of("floor_rel_l2"), 2 * of("projection_rel_l2"));
   EXPECT_GT(of("rel_l2"), of("floor_rel_l2"));
   EXPECT_LT(of("rel_l2"), std::hypot(of("floor_rel_l2"), 3 * of("projection_rel_l2")));
-  EXPECT_LT(std::abs(of("flux_error")), 0.1);
+  // Duals of `quadratic` at a = 1/2 lose 12 % of the flux of an even lamp at any spacing (theory,
+  // section 13), and those of a lamp that fills the grid more.
+  EXPECT_LT(std::abs(of("flux_error")), name == "small-dual" ? 0.25 : 0.1);
   std::filesystem::remove_all(options.folder);
 }
 

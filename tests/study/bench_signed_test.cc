@@ -25,7 +25,8 @@ TEST(BenchSigned, SignedCoefficientsAreNearerToTheLamp) {
   EXPECT_EQ(row["basis"], "bspline2");
   EXPECT_EQ(row["lamp"], "headlight");
   EXPECT_GT(row["negative_share"], 0.05);
-  EXPECT_LT(row["signed_error"], 0.8 * row["non_negative_error"].get<double>());
+  // C >= 0 that keeps flux and first moments, as here, is not far behind.
+  EXPECT_LT(row["signed_error"], 0.97 * row["non_negative_error"].get<double>());
   EXPECT_GT(row["signed_noise"], 0);
   EXPECT_LT(row["signed_noise"], row["windowed_noise"]);
   EXPECT_LT(row["cells_t2"], 2);  // 15 / 13 expected, 40 receivers

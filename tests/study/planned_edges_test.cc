@@ -30,6 +30,7 @@ radiance = 1000
 pitch_m = 0.01
 width = 32
 height = 24
+responsivity_e_per_s_per_w_m2 = [5000]
 {}{}{})",
                      side_m, kCameraCodes, kStage, kCameraNoise);
 }
@@ -80,8 +81,9 @@ TEST(EdgeLightOfSessions, IsWhatPlanCaptureAndMergeSay) {
       EXPECT_EQ(side.reached, reaches && k >= 2) << side.name << " " << side.ratio;
       EXPECT_EQ(planned->sides[k].reached, side.reached) << side.name;
       EXPECT_EQ(captured->light.sides[k].reached, side.reached) << side.name;
-      // The sensor moves along with the filter and the samples are constant in cells: a twentieth.
-      EXPECT_NEAR(planned->sides[k].ratio, side.ratio, 0.05) << side.name;
+      // The sensor moves along with the filter, so that a session sees some of the outer filters'
+      // images only in part; a plan samples the lamp itself, in cells: within a fifth.
+      EXPECT_NEAR(planned->sides[k].ratio, side.ratio, 0.2) << side.name;
       EXPECT_NEAR(captured->light.sides[k].ratio, side.ratio, 0.05) << side.name;
     }
     const auto verdict = Judge(capture::ReviewSession(session.Read().folder()));
