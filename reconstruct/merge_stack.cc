@@ -211,9 +211,9 @@ PixelRadiance ResponseMerger::Merge(std::span<const std::uint16_t> codes,
   const auto degrees = static_cast<double>(samples().size() - 1);
   // Samples that contradict one another: something moved, or the pictures do not lie upon one
   // another.
-  const double excess =
-      degrees > 0 && misfit > degrees + kContradiction * std::sqrt(2 * degrees) ? misfit / degrees
-                                                                                : 1;
+  const double excess = degrees > 0 && misfit > degrees + kContradiction * std::sqrt(2 * degrees)
+                            ? misfit / degrees
+                            : 1;
   PixelRadiance pixel = {radiance,
                          radiance * std::sqrt(excess / weights + curve_sigma * curve_sigma),
                          weights * weights / squares, 0};
