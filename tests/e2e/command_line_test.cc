@@ -38,8 +38,8 @@ const std::map<std::string, Names> kGroups = {
     {"bench",
      {"solve",  "nearfield", "sampling", "shadows",      "environment", "balance", "capture",
       "errors", "budget",    "filters",  "conditioning", "stacks",      "merge",   "exposures",
-       "rigs",   "plan",      "tradeoff", "calibrate",    "accuracy",    "scale",   "spacing",
-       "keep",   "signed",    "noise",    "volume"}}};
+      "rigs",   "plan",      "tradeoff", "calibrate",    "accuracy",    "scale",   "spacing",
+      "keep",   "signed",    "noise",    "volume"}}};
 
 TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
   const auto folder = FreshFolder("help");
