@@ -9,24 +9,22 @@
 namespace luxfield::study {
 namespace {
 
-// A sharp cut-off rings: its negative coefficients light receivers as the lamp does, without them
+// Edges of facets ring: their negative coefficients light receivers as the lamp does, without them
 // irradiance is off.
 TEST(BenchSigned, SignedCoefficientsAreNearerToTheLamp) {
   BenchSignedOptions options;
   options.bases = {lightfield::BasisKind::kBspline2};
-  options.grids = {7};
-  options.lamps = {ReferenceLampKind::kHeadlight};
-  options.size = 24;
+  options.grids = {9};
+  options.lamps = {ReferenceLampKind::kFaceted};
   options.receivers = 40;
   const auto rows = BenchSigned(options);
   ASSERT_EQ(rows.size(), 1u);
   const auto& row = rows[0];
   std::printf("%s\n", row.dump().c_str());
   EXPECT_EQ(row["basis"], "bspline2");
-  EXPECT_EQ(row["lamp"], "headlight");
+  EXPECT_EQ(row["lamp"], "faceted");
   EXPECT_GT(row["negative_share"], 0.05);
-  // C >= 0 that keeps flux and first moments, as here, is not far behind.
-  EXPECT_LT(row["signed_error"], 0.97 * row["non_negative_error"].get<double>());
+  EXPECT_LT(row["signed_error"], 0.8 * row["non_negative_error"].get<double>());
   EXPECT_GT(row["signed_noise"], 0);
   EXPECT_LT(row["signed_noise"], row["windowed_noise"]);
   EXPECT_LT(row["cells_t2"], 2);  // 15 / 13 expected, 40 receivers
