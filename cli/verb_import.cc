@@ -180,7 +180,7 @@ void AddImport(Program& program) {
                   "--faces one)")
       ->check(CLI::Range(0.01, 1.0));
   verb.add_flag("--non-negative", options->non_negative,
-                "Solve with C >= 0, as the sampling estimators need (default, unless a channel's "
+                "Solve with C >= 0, which a ray file's noise asks for (default, unless a channel's "
                 "flux is negative)");
   verb.add_flag("--signed", options->is_signed, "Keep the signed least-squares fit");
 }
