@@ -161,7 +161,7 @@ void StageTable(const DemoResult& result, HtmlPage& page) {
                       Percent(result.non_negative_error.rel_rmse),
                       Percent(result.non_negative_error.rel_l2), Percent(result.floor.rel_rmse),
                       Percent(result.non_negative_projection.rel_rmse),
-                      "non-negative coefficients, which rays are exported from, against the same"});
+                      "non-negative coefficients, against the same"});
   }
   rows.push_back({"total", core::FormatDuration(result.total_wall_s), "", "", "", "", ""});
   page.Table(rows);
@@ -233,8 +233,8 @@ core::Json WriteDemoReport(const std::filesystem::path& folder, const DemoResult
       {"gain of white noise, units of 1/h^2", fmt::format("{:.3g}", report.noise_gain)});
   solve.push_back({"random error expected, sqrt(sum sigma^2 / sum C^2)",
                    Percent(report.coefficients.sigma_relative)});
-  solve.push_back(
-      {"negative energy of the coefficients", Percent(report.coefficients.negative_energy)});
+  solve.push_back({"negative energy before the non-negative solve",
+                   Percent(report.coefficients.negative_energy)});
   solve.push_back(
       {"texels that some filter never saw", fmt::format("{}", report.incomplete.incomplete)});
   page.Table(solve);

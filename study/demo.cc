@@ -70,6 +70,13 @@ double TableError(const preprocess::Tables& tables, const lightfield::LightField
   return worst;
 }
 
+// The flux that an estimator takes from the tables.
+double TablesFlux(const preprocess::Tables& tables, const lightfield::LuminaireGeometry& geometry) {
+  double sum = 0;
+  for (int m = 0; m < tables.count(); ++m) sum += tables.Total(m);
+  return sum * geometry.lattice.texel_area_m2() * geometry.grid.PhiIntegral();
+}
+
 // The scene, all luminaires showing one light field.
 render::Frame Picture(const render::Device& device, const DemoOptions& options,
                       const std::filesystem::path& light_field, const std::filesystem::path& tables,
@@ -94,18 +101,17 @@ struct Errors {
   StageError lamp, projection;
 };
 
-// Errors of the coefficients; sets those of the non-negative ones, and the flux.
-Errors JudgeFields(const lightfield::LightField& non_negative, const TracedLamp& lamp,
+// Errors of the signed coefficients; sets those of the others, and the flux.
+Errors JudgeFields(const lightfield::LightField& measured, const TracedLamp& lamp,
                    DemoResult* result) {
-  const lightfield::LightField& measured = result->coefficients;
   const auto compared =
-      CompareWithLamp({&measured, &non_negative, &result->truth}, lamp, kJudgingSeed);
+      CompareWithLamp({&measured, &result->coefficients, &result->truth}, lamp, kJudgingSeed);
   result->non_negative_error = compared[1];
   result->floor = compared[2];
-  result->non_negative_projection = CompareWithTruth(non_negative.data, result->truth.data);
+  result->non_negative_projection = CompareWithTruth(result->coefficients.data, result->truth.data);
   const TracedFlux flux = FluxThrough(measured.geometry.lattice, lamp, kJudgingSeed);
   result->flux = {flux.value, flux.standard_error, LuminousFlux(measured),
-                  LuminousFlux(non_negative), LuminousFlux(result->truth)};
+                  LuminousFlux(result->coefficients), LuminousFlux(result->truth)};
   return {compared[0], CompareWithTruth(measured.data, result->truth.data)};
 }
 
@@ -166,14 +172,14 @@ DemoResult RunDemo(const DemoOptions& options) {
   result.capture = measured.capture;
   result.merge = measured.merge;
   double start = Now();
-  const auto non_negative =
+  auto non_negative =
       reconstruct::Reconstruct(measured.measurements, {reconstruct::Precision::kFloat, true});
-  lightfield::WriteLightField(file("headlight.non-negative.lf.exr"), non_negative.coefficients);
-  result.non_negative_s = Now() - start;
-  result.reconstruction = measured.reconstruction.report;
-  result.coefficients = std::move(measured.reconstruction.coefficients);
+  result.coefficients = std::move(non_negative.coefficients);
+  result.coefficients.provenance["non_negative"] = "yes";
+  result.reconstruction = non_negative.report;
   const auto light_field_file = file("headlight.lf.exr");
   lightfield::WriteLightField(light_field_file, result.coefficients);
+  result.non_negative_s = Now() - start;
   ReadBrackets(options.folder / "session", result);
 
   start = Now();
@@ -209,7 +215,8 @@ DemoResult RunDemo(const DemoOptions& options) {
   const Errors merged{
       IrradianceAgainstLamp(measured.measurements, lamp, kTexelsJudged, kJudgingSeed),
       IrradianceError(measured.measurements, traced)};
-  const Errors solved = JudgeFields(non_negative.coefficients, lamp, &result);
+  const Errors solved = JudgeFields(measured.reconstruction.coefficients, lamp, &result);
+  const double table_flux = TablesFlux(tables, geometry);
   const double table_error = TableError(tables, result.coefficients);
   const Errors lit = JudgePictures(device, options, light_field_file, truth_file,
                                    file("ideal.lf.exr"), lamp, &result);
@@ -227,11 +234,9 @@ DemoResult RunDemo(const DemoOptions& options) {
        "it)"},
       {"reconstruct", measured.reconstruct_s, solved.lamp, solved.projection,
        "radiance of all rays, against the lamp's (projection: coefficients)"},
-      {"preprocess", preprocess_s, both(std::abs(result.flux.measured / result.flux.lamp - 1)),
+      {"preprocess", preprocess_s, both(std::abs(table_flux / result.flux.lamp - 1)),
        both(table_error),
-       "flux that the tables stand for, against the lamp's (projection: worst total, against a "
-       "double "
-       "sum)"},
+       "flux of the tables, against the lamp's (projection: worst total, against a double sum)"},
       {"render", render_s, lit.lamp, lit.projection,
        "irradiance of the scene without shadows, against the lamp's"}};
   result.judging_s = Now() - start;

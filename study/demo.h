@@ -60,10 +60,10 @@ struct DemoResult {
   DemoPictures pictures;
   DemoFlux flux;
   render::Frame frame;
-  lightfield::LightField coefficients;  // what the picture is lit by
+  lightfield::LightField coefficients;  // C >= 0, what the picture is lit by
   lightfield::LightField truth;         // the lamp's projection
-  // What C >= 0 costs, which rays are exported from: another solve beside the one that lights the
-  // picture.
+  // What C >= 0 costs: the non-negative solve after the signed one that the reconstruct stage is
+  // judged by.
   double non_negative_s = 0;
   StageError non_negative_error, non_negative_projection;
   StageError floor;             // the projection's coefficients, against the lamp's rays
@@ -71,9 +71,8 @@ struct DemoResult {
   double judging_s = 0;         // wall time of all comparisons
 };
 
-// Writes session/, headlight.meas.exr, headlight.lf.exr, headlight.signed.lf.exr (the same),
-// headlight.non-negative.lf.exr, headlight.sigma.lf.exr, headlight.tab.exr, truth.lf.exr (the
-// projection), ideal.lf.exr, picture.exr.
+// Writes session/, headlight.meas.exr, headlight.signed.lf.exr, headlight.sigma.lf.exr,
+// headlight.lf.exr, headlight.tab.exr, truth.lf.exr (the projection), ideal.lf.exr, picture.exr.
 DemoResult RunDemo(const DemoOptions& options);
 
 }  // namespace luxfield::study
