@@ -197,6 +197,12 @@ int Program::Run(int argc, char** argv) {
                            error.path1().string(), error.code().message()));
     return ExitCode(error.code());
   } catch (const std::system_error& error) {
+    try {
+      FlushStandardOutput();  // printing more than the stream's buffer holds throws at once
+    } catch (const DeviceError& unwritten) {
+      PrintError(unwritten.what());
+      return unwritten.exit_code();
+    }
     PrintError(fmt::format(
         "the system refuses what this verb needs: {}; raise the limit (`ulimit -a` lists them), or "
         "end other programs",

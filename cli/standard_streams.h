@@ -9,8 +9,8 @@ namespace luxfield::cli {
 // fails (below) instead of vanishing.
 void OpenClosedStandardStreams();
 
-// Last of all: hands what was printed to the system. Throws DeviceError (exit 3) where it cannot
-// be written: a closed standard output, a full disk.
+// Last of all, and wherever printing failed on the way: hands what was printed to the system.
+// Throws DeviceError (exit 3) where it cannot be written: a closed standard output, a full disk.
 void FlushStandardOutput();
 
 }  // namespace luxfield::cli

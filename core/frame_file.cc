@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "core/error.h"
@@ -43,18 +44,24 @@ void CheckHashes(const SessionReader& session, std::span<const FrameRecord* cons
       });
 }
 
-// A session holds frames of one sensor, whose size session.json states. (Where it states none,
-// whoever merges the session refuses it for that.)
-void RequireSensorSize(const SessionReader& session, const FrameRecord& record,
-                       const RawFrame& frame) {
+struct FrameSize {
+  int width, height;
+};
+
+// Of the sensor, which all frames of a session are of, as session.json states it. (Where it states
+// none, whoever merges the session refuses it for that.)
+std::optional<FrameSize> SensorSize(const SessionReader& session) {
   const std::string file = (session.folder() / "session.json").string();
-  const Json camera = FieldOr<Json>(session.session(), "camera", Json::object(), file);
-  const int width = FieldOr(camera, "width", frame.width, file);
-  const int height = FieldOr(camera, "height", frame.height, file);
-  if (frame.width != width || frame.height != height)
-    throw InputError(FrameFile(session, record).string(),
+  const auto camera = session.session().find("camera");
+  if (camera == session.session().end() || !camera->contains("width")) return std::nullopt;
+  return FrameSize{Field<int>(*camera, "width", file), Field<int>(*camera, "height", file)};
+}
+
+void RequireSize(const RawFrame& frame, FrameSize sensor, const std::string& file) {
+  if (frame.width != sensor.width || frame.height != sensor.height)
+    throw InputError(file,
                      fmt::format("has {} x {} pixels, the session's camera has {} x {}",
-                                 frame.width, frame.height, width, height),
+                                 frame.width, frame.height, sensor.width, sensor.height),
                      "restore the frame from a copy of the session");
 }
 
@@ -75,9 +82,11 @@ void ReadFrames(const SessionReader& session, std::span<const FrameRecord* const
   };
   for_each([&](std::size_t n) { ReadInto(FrameFile(session, *records[n]), &bytes[n]); });
   if (check_hashes) CheckHashes(session, records, bytes);
+  const auto sensor = SensorSize(session);
   for_each([&](std::size_t n) {
-    DecodeTiff(bytes[n], FrameFile(session, *records[n]).string(), &frames[n]);
-    RequireSensorSize(session, *records[n], frames[n]);
+    const std::string file = FrameFile(session, *records[n]).string();
+    DecodeTiff(bytes[n], file, &frames[n]);
+    if (sensor) RequireSize(frames[n], *sensor, file);
   });
 }
 

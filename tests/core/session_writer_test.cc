@@ -111,6 +111,23 @@ TEST(SessionWriter, ASessionMadeSinceTheFolderWasLookedIntoIsKept) {
   EXPECT_TRUE(report.sealed);
 }
 
+// Whoever verifies a session while it is sealed finds no damage, at any step.
+TEST(SessionWriter, ASessionThatIsBeingSealedHasNoProblems) {
+  const auto folder = NewFolder("sealing");
+  SimulatedClock clock;
+  auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+  writer.StartEpoch({});
+  int steps = 0;
+  SetStorageHookForTest([&](std::string_view step) {
+    ++steps;
+    EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty()) << step;
+  });
+  writer.Seal("done");
+  SetStorageHookForTest({});
+  EXPECT_GT(steps, 3);
+  EXPECT_TRUE(VerifySession(folder).sealed);
+}
+
 // RLIMIT_FSIZE stands in for a full disk: the write fails half way with EFBIG.
 TEST(SessionWriter, ADiskThatFillsUpIsADeviceErrorAndLosesNothing) {
   const auto folder = NewFolder("full");

@@ -10,6 +10,7 @@
 #include "core/json.h"
 #include "core/session_store.h"
 #include "core/session_writer.h"
+#include "lightfield/light_field.h"
 #include "tests/e2e/verb_test.h"
 
 namespace luxfield::e2e {
@@ -49,6 +50,23 @@ TEST_F(HostileUser, OutputThatCannotBeWrittenIsAnError) {
   }
   EXPECT_EQ(Redirected("--version", ">&-").exit_code, 3);
   EXPECT_EQ(Redirected("--version", "").exit_code, 0);
+}
+
+// More than the stream's buffer holds fails while it is printed, not at the end.
+TEST_F(HostileUser, LongOutputThatCannotBeWrittenIsTheSameError) {
+  lightfield::LightField field;
+  field.geometry.delta_m = 0.3;
+  field.geometry.grid.width = field.geometry.grid.height = 1;
+  field.geometry.grid.spacing_m = 0.01;
+  field.geometry.lattice = {1, 1, 0, 0, 0.01, 0.01};
+  field.data = {1};
+  field.provenance["notes"] = std::string(100000, 'x');
+  lightfield::WriteLightField(folder_ / "x.lf.exr", field);
+  for (const char* where : {">&-", "> /dev/full"}) {
+    const auto outcome = Redirected("info x.lf.exr", where);
+    EXPECT_EQ(outcome.exit_code, 3) << where;
+    EXPECT_THAT(outcome.err, HasSubstr("standard output")) << where;
+  }
 }
 
 TEST_F(HostileUser, MisspeltWordsAreNamed) {
