@@ -46,11 +46,12 @@ TEST(Demo, ErrorsAreAgainstTheLampAndNotItsProjection) {
   EXPECT_LT(result.stages[1].error.rel_rmse, 2e-3);
   EXPECT_LT(result.stages[1].projection.rel_rmse, 2e-3);
   // Far away the square is a point, whose light is its flux: right of what was measured, but for
-  // the C >= 0 that light the picture, and 2.2 % too much of the projection.
+  // texels of 22 mm, over which cos^4 changes by 5 %, and the C >= 0 that light the picture; and
+  // 2.2 % too much of the projection.
   const DemoStage& render = result.stages[4];
-  EXPECT_LT(render.error.rel_l2, 8e-3);
+  EXPECT_LT(render.error.rel_l2, 0.01);
   EXPECT_NEAR(render.projection.rel_l2, 0.0222, 6e-3);
-  EXPECT_LT(result.floor_irradiance.rel_l2, 3e-3);
+  EXPECT_LT(result.floor_irradiance.rel_l2, 7e-3);
   // Edges that the basis does not hold: the radiance's floor is far above all of this.
   EXPECT_GT(result.floor.rel_l2, 0.1);
   EXPECT_GT(result.stages[2].error.rel_l2, result.floor.rel_l2);
