@@ -144,7 +144,7 @@ std::vector<FrameRecord> SessionState::UsableFrames() const {
                           usable.size());
     if (added)
       usable.push_back(r);
-    else if (r.attempt >= usable[slot->second].attempt)
+    else  // the journal is in the order in which frames were taken
       usable[slot->second] = r;
   }
   return usable;

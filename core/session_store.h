@@ -46,7 +46,7 @@ struct FrameRecord {
 
 // A session opened for reading: the journal replayed, only committed frames. Of each filter
 // position the frames of the last epoch in which its bracket was finished (journal:
-// position_complete) and of each planned frame the last attempt; all darks, flats, references
+// position_complete) and of each planned frame the last one taken; all darks, flats, references
 // and targets.
 // Throws InputError naming file and line for damage other than a torn last line; a torn last line
 // is damage too once the session is sealed.

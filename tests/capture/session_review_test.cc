@@ -347,6 +347,31 @@ TEST_F(SessionReviewed, SessionsThatCalibrateACameraHaveNoPositions) {
   EXPECT_FALSE(review.exposures[0].mean) << "the session states no range";
 }
 
+// One position or frame that is missing is as bad as all of them.
+TEST(Judged, NothingMissingIsWhole) {
+  for (const char* kind : {"light-field", "sensor"})
+    for (const int missing : {0, 1, 5, 6}) {
+      SessionReview review;
+      review.kind = kind;
+      review.planned_positions = 6;
+      review.missing = missing;
+      for (const bool sealed : {false, true})
+        for (const bool in_use : {false, true}) {
+          review.sealed = sealed;
+          review.in_use = in_use;
+          const Judgement first = Judge(review)[0];
+          EXPECT_EQ(first.verdict, missing > 0 && !in_use   ? Verdict::kBad
+                                   : missing > 0 || !sealed ? Verdict::kLook
+                                                            : Verdict::kGood)
+              << kind << ", " << missing << " missing, sealed " << sealed << ", in use " << in_use
+              << ": " << first.text;
+          if (missing > 0) {
+            EXPECT_THAT(first.text, HasSubstr(std::to_string(missing) + " of "));
+          }
+        }
+    }
+}
+
 TEST(Binned, KeepsMeansAndExtremes) {
   TimeSeries series;
   for (int n = 0; n < 1000; ++n) series.push_back({static_cast<double>(n), n == 437 ? 50.0 : 1.0});

@@ -98,6 +98,29 @@ TEST(SessionStore, EveryTruncationOfTheLastLineIsDroppedOnResume) {
   EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
 }
 
+// The first frame needed three attempts, the later one of the same planned frame a single one.
+TEST(SessionStore, OfAPlannedFrameTheLastInTheJournalCounts) {
+  const auto folder = NewFolder("again");
+  SimulatedClock clock;
+  {
+    auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
+    writer.StartEpoch({{"camera", "test"}});
+    for (const FrameKind kind : {FrameKind::kPosition, FrameKind::kDark})
+      for (const int attempt : {2, 0, 0}) {
+        FrameRecord record;
+        record.kind = kind;
+        if (kind == FrameKind::kPosition) record.i = record.j = 0;
+        record.exposure_s = 1;
+        record.attempt = attempt;
+        writer.CommitFrame(record, TestFrame(0, 0), {});
+      }
+    writer.CompletePosition(0, 0);
+  }
+  const SessionReader reader(folder);
+  ASSERT_EQ(reader.frames().size(), 2u);
+  for (const FrameRecord& record : reader.frames()) EXPECT_THAT(record.file, HasSubstr("attempt1"));
+}
+
 TEST(SessionStore, AFlippedByteAnywhereIsNoticed) {
   const auto folder = WholeSession("flip");
   for (const char* name :

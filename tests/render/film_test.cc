@@ -1,5 +1,6 @@
 #include "render/film.h"
 
+#include <cairo.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -113,6 +114,41 @@ TEST(Film, PngHoldsSrgb) {
   EXPECT_EQ(png.at<cv::Vec3b>(0, 1), cv::Vec3b(0, 188, 0));
 }
 
+// The first row is the top one, the first column the left one, in every writer.
+TEST(Film, PicturesStandUpright) {
+  core::Image image(3, 2, 3);
+  image.at(1, 0, 2) = 1;  // top right, green
+  image.at(0, 1, 0) = 1;  // bottom left, red
+  WritePng(Temporary("upright.png"), image);
+  WriteColourKeys(Temporary("keys.png"), image, "", {});
+  core::Image grey(3, 2, 1);
+  grey.at(0, 0, 2) = 2;
+  grey.at(0, 1, 0) = 1;
+  WriteFalseColour(Temporary("false.png"), grey, "", "", {1, 2});
+  WriteColourScale(Temporary("scale.png"), grey, "", "", {0, 2, [](double position) {
+                                                            return core::Rgb{position, position, 0};
+                                                          }});
+  const auto expect = [](const char* name, const cv::Vec3b& top_right,
+                         const cv::Vec3b& bottom_left) {
+    const cv::Mat png = cv::imread(Temporary(name).string(), cv::IMREAD_COLOR);
+    for (int row = 0; row < 2; ++row)
+      for (int column = 0; column < 3; ++column)
+        EXPECT_EQ(png.at<cv::Vec3b>(row, column), row == 0 && column == 2   ? top_right
+                                                  : row == 1 && column == 0 ? bottom_left
+                                                                            : cv::Vec3b(0, 0, 0))
+            << name << " row " << row << " column " << column;
+  };
+  expect("upright.png", {0, 255, 0}, {0, 0, 255});
+  expect("keys.png", {0, 255, 0}, {0, 0, 255});
+  expect("scale.png", {0, 255, 255}, {0, 128, 128});
+  const auto bgr = [](const core::Rgb& rgb) {
+    cv::Vec3b out;
+    for (int c = 0; c < 3; ++c) out[2 - c] = static_cast<unsigned char>(std::lround(255 * rgb[c]));
+    return out;
+  };
+  expect("false.png", bgr(core::FalseColour(1)), bgr(core::FalseColour(0)));
+}
+
 TEST(FalseColour, ColoursFollowTheLogarithmAndTheScaleIsRound) {
   core::Image image(5, 1, 1);
   const float values[5] = {0, 0.1f, 1, 10, 1000};
@@ -157,6 +193,70 @@ TEST(FalseColour, LabelsEveryScaleWithoutOverlap) {
     }
     EXPECT_GE(labels, 2) << min << " to " << max;
   }
+}
+
+constexpr int kTextWidth = 60, kTextAbove = 10, kTextHeight = 14;
+
+// `text` in the font of our legends, black on white.
+cv::Mat Drawn(const std::string& text) {
+  cairo_surface_t* surface =
+      cairo_image_surface_create(CAIRO_FORMAT_ARGB32, kTextWidth, kTextHeight);
+  cairo_t* cairo = cairo_create(surface);
+  cairo_set_source_rgb(cairo, 1, 1, 1);
+  cairo_paint(cairo);
+  cairo_set_source_rgb(cairo, 0, 0, 0);
+  cairo_select_font_face(cairo, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_set_font_size(cairo, 12);
+  cairo_move_to(cairo, 0, kTextAbove);
+  cairo_show_text(cairo, text.c_str());
+  cairo_destroy(cairo);
+  cairo_surface_flush(surface);
+  cv::Mat grey;
+  cv::extractChannel(
+      cv::Mat(kTextHeight, kTextWidth, CV_8UC4, cairo_image_surface_get_data(surface),
+              cairo_image_surface_get_stride(surface)),
+      grey, 0);
+  cairo_surface_destroy(surface);
+  return grey;
+}
+
+// Which of the texts stands right of the bar beside `position` of it, 0 at its lower end, in a
+// legend of 300 rows.
+std::string TextAt(const cv::Mat& png, double position, const std::vector<std::string>& texts) {
+  const int middle = static_cast<int>(std::lround(286 - 232 * position));
+  const int left = png.cols - 110 + 38;
+  std::string best;
+  double least = 255 * 10;  // of ten pixels
+  for (const std::string& text : texts) {
+    const cv::Mat drawn = Drawn(text);
+    for (int baseline = middle + 2; baseline <= middle + 6; ++baseline) {
+      const double apart = cv::norm(
+          drawn, png(cv::Rect(left, baseline - kTextAbove, kTextWidth, kTextHeight)), cv::NORM_L1);
+      if (apart < least) {
+        least = apart;
+        best = text;
+      }
+    }
+  }
+  return best;
+}
+
+TEST(FalseColour, LegendsSayWhichValueAColourStandsFor) {
+  const std::vector<std::string> texts = {"0.01", "0.02", "0.05", "0.1",  "0.2",  "0.5",
+                                          "1",    "1.5",  "2",    "5",    "10",   "15",
+                                          "20",   "50",   "100",  "1000", "5000", "10000"};
+  const auto path = Temporary("legend.png");
+  WriteFalseColour(path, core::Image(4, 300, 1), "illuminance", "lx", {0.1, 1000});
+  cv::Mat png = cv::imread(path.string(), cv::IMREAD_GRAYSCALE);
+  for (int decade = 0; decade <= 4; ++decade)
+    EXPECT_EQ(TextAt(png, decade / 4.0, texts), TickLabel(std::pow(10, decade - 1)));
+  WriteColourScale(path, core::Image(4, 300, 1), "ratio", "", {1, 2, [](double) {
+                                                                 return core::Rgb{1, 1, 1};
+                                                               }});
+  png = cv::imread(path.string(), cv::IMREAD_GRAYSCALE);
+  EXPECT_EQ(TextAt(png, 0, texts), "1");
+  EXPECT_EQ(TextAt(png, 0.5, texts), "1.5");
+  EXPECT_EQ(TextAt(png, 1, texts), "2");
 }
 
 TEST(FalseColour, PicksARoundScale) {
