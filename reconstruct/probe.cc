@@ -13,6 +13,8 @@
 #include "lightfield/environment_resampling.h"
 #include "lightfield/measurements.h"
 #include "reconstruct/merge_exposures.h"
+#include "reconstruct/merge_stack.h"
+#include "reconstruct/picture_stack.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -20,12 +22,46 @@ namespace {
 using lightfield::CubeMap;
 using lightfield::Vec3;
 
-// The exposure whose pixels fill up last.
-const ProbeExposure& Darkest(const ProbeDescription& description) {
-  return *std::min_element(description.exposures.begin(), description.exposures.end(),
-                           [](const ProbeExposure& a, const ProbeExposure& b) {
-                             return a.exposure_s * a.attenuation < b.exposure_s * b.attenuation;
-                           });
+// The picture that errors name: of several exposures that whose pixels fill up last.
+std::string PictureFile(const ProbeDescription& description) {
+  if (description.merged) return description.merged->string();
+  const auto darkest =
+      std::min_element(description.exposures.begin(), description.exposures.end(),
+                       [](const ProbeExposure& a, const ProbeExposure& b) {
+                         return a.exposure_s * a.attenuation < b.exposure_s * b.attenuation;
+                       });
+  return darkest->files[0].string();
+}
+
+ProbeOptics OpticsOf(const ProbePicture& picture, const ProbeDescription& description) {
+  ProbeOptics optics = description.optics;
+  if (!description.has_principal_point)
+    optics.principal_point = {0.5 * picture.radiance.width, 0.5 * picture.radiance.height};
+  return optics;
+}
+
+// Saturated pixels hold lower bounds with a sigma as large; the mask and the sigma of all others
+// are in what they weigh.
+ProbePicture TakeMerged(const ProbeDescription& description) {
+  MergedPicture merged = ReadMergedPicture(*description.merged);
+  ProbePicture picture = {std::move(merged.radiance), std::move(merged.sigma), {}};
+  picture.unknown = core::Image(picture.radiance.width, picture.radiance.height, 1);
+  const std::size_t pixels = picture.unknown.data.size();
+  std::vector<bool> saturated(pixels);
+  for (std::size_t k = 0; k < picture.radiance.data.size(); ++k) {
+    const auto scale = static_cast<float>(description.radiance_per_rate[k / pixels]);
+    picture.radiance.data[k] *= scale;
+    picture.sigma.data[k] *= scale;
+    if (merged.mask[k] == lightfield::kSaturated) saturated[k % pixels] = true;
+  }
+  for (std::size_t k = 0; k < pixels; ++k) {
+    if (!saturated[k]) continue;
+    if (description.take_lower_bounds)
+      ++picture.lower_bounds;
+    else
+      picture.unknown.data[k] = 1;
+  }
+  return picture;
 }
 
 core::Image Brightness(const core::Image& radiance) {
@@ -38,14 +74,21 @@ core::Image Brightness(const core::Image& radiance) {
 }
 
 core::Image ReadMask(const std::filesystem::path& path, const core::Image& like) {
-  const auto planes = ReadProbePicture({{path}, 1, 1});
-  if (planes[0].width != like.width || planes[0].height != like.height)
+  core::Image mask;
+  if (path.extension() == ".png") {
+    const PictureStack stack = ReadPictureStack(std::span(&path, 1), std::vector<double>{1}, 1);
+    mask = core::Image(stack.width, stack.height, 1);
+    std::copy_n(stack.plane(0, 0).begin(), mask.data.size(), mask.data.begin());
+  } else {
+    const auto planes = ReadProbePicture({{path}, 1, 1});
+    mask = core::Image(planes[0].width, planes[0].height, 1);
+    for (std::size_t k = 0; k < mask.data.size(); ++k) mask.data[k] = planes[0].at(k);
+  }
+  if (mask.width != like.width || mask.height != like.height)
     throw InputError(path.string(),
-                     fmt::format("is {} x {} pixels, the photograph {} x {}", planes[0].width,
-                                 planes[0].height, like.width, like.height),
+                     fmt::format("is {} x {} pixels, the photograph {} x {}", mask.width,
+                                 mask.height, like.width, like.height),
                      "a mask covers the photograph pixel by pixel");
-  core::Image mask(like.width, like.height, 1);
-  for (std::size_t k = 0; k < mask.data.size(); ++k) mask.data[k] = planes[0].at(k);
   return mask;
 }
 
@@ -136,6 +179,7 @@ double CutNegative(CubeMap& cube) {
 }  // namespace
 
 ProbePicture MergeProbe(const ProbeDescription& description) {
+  if (description.merged) return TakeMerged(description);
   std::vector<std::vector<core::RawFrame>> pictures;
   for (const ProbeExposure& exposure : description.exposures) {
     pictures.push_back(ReadProbePicture(exposure));
@@ -173,15 +217,19 @@ ProbePicture MergeProbe(const ProbeDescription& description) {
   return merged;
 }
 
-Probe MakeProbe(const ProbePicture& picture, const ProbeDescription& description,
+RimFit FindRim(const ProbePicture& picture, const ProbeDescription& description) {
+  return FitRim(Brightness(picture.radiance), OpticsOf(picture, description), description.start,
+                PictureFile(description));
+}
+
+Probe MakeProbe(const ProbePicture& picture, const ProbeDescription& description, const RimFit& rim,
                 const ProbeOptions& options) {
   const core::Image& radiance = picture.radiance;
-  const std::string file = Darkest(description).files[0].string();
-  ProbeOptics optics = description.optics;
-  if (!description.has_principal_point)
-    optics.principal_point = {0.5 * radiance.width, 0.5 * radiance.height};
+  const std::string file = PictureFile(description);
+  const ProbeOptics optics = OpticsOf(picture, description);
+  RequireRim(rim, file);
   Probe probe;
-  probe.rim = FitRim(Brightness(radiance), optics, description.start, file);
+  probe.rim = rim;
   const Circle& circle = probe.rim.circle;
 
   core::Image used(radiance.width, radiance.height, 1);

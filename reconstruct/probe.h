@@ -18,6 +18,7 @@ namespace luxfield::reconstruct {
 struct ProbePicture {
   core::Image radiance, sigma;
   core::Image unknown;  // 1 channel: not 0 where a channel is saturated in every exposure
+  std::size_t lower_bounds = 0;  // pixels that are and are taken for what they hold all the same
 };
 
 // Throws InputError naming the file: pictures of different sizes or numbers of channels.
@@ -42,10 +43,12 @@ struct ProbeOptions {
   bool fill = true;   // of a ball: what no pixel shows, from its neighbours
 };
 
-// `file` names the picture in errors. Throws InputError as FitRim, and if a pixel inside the rim is
-// unknown, naming the exposure that lets through least; if the rim's margin leaves no pixels; if
-// the mask has another size.
-Probe MakeProbe(const ProbePicture& picture, const ProbeDescription& description,
+// The circle of ball or lens: FitRim. It may be none.
+RimFit FindRim(const ProbePicture& picture, const ProbeDescription& description);
+
+// Throws InputError as RequireRim, and if a pixel inside the rim is unknown, naming the exposure
+// that lets through least; if the rim's margin leaves no pixels; if the mask has another size.
+Probe MakeProbe(const ProbePicture& picture, const ProbeDescription& description, const RimFit& rim,
                 const ProbeOptions& options = {});
 
 // As OpenEXR FLOAT in layout `cube` (docs/formats/probe.md, "The output").

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/exr.h"
 #include "core/file.h"
+#include "reconstruct/merge_stack.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -79,6 +80,19 @@ void ReadFisheye(const Config& probe, const Config& root, ProbeDescription& desc
   optics.field_of_view = kDegree * lens.Number("field_of_view_deg", 180, {1, most});
 }
 
+// Refuses what cameras develop, and what is no picture that is read here.
+void RequireLinear(const std::string& bytes, const std::string& file) {
+  if (bytes.starts_with("\xFF\xD8") || bytes.starts_with("\x89PNG"))
+    throw InputError(
+        file, "is a JPEG or PNG, whose codes are a camera's development of radiance",
+        "find the camera's curve (`luxfield calibrate response`), merge the pictures "
+        "(`luxfield merge IMAGES -o X.exr --calibration X.cal.json`) and name X.exr as "
+        "[probe] merged, without [camera] and [[exposure]]");
+  if (!bytes.starts_with("II") && !bytes.starts_with("MM"))
+    throw InputError(file, "is neither TIFF nor OpenEXR",
+                     "give linear pictures: TIFF without compression (`dcraw -4 -T`) or OpenEXR");
+}
+
 ProbeExposure ReadExposure(const Config& table) {
   ProbeExposure exposure;
   if (table.Has("file"))
@@ -108,15 +122,26 @@ ProbeDescription ReadProbeDescription(const std::filesystem::path& path) {
     ReadBall(probe, root, description);
   else
     ReadFisheye(probe, root, description);
-  description.sensor = ReadCamera(root.Table("camera"));
+  if (probe.Has("merged")) {
+    description.merged = probe.Path("merged");
+    if (root.Has("exposure"))
+      root.Fail("exposure", "is given beside [probe] merged", "give one of them");
+    description.take_lower_bounds =
+        probe.Choice("saturated", {"refuse", "lower-bound"}, "refuse") == "lower-bound";
+  } else {
+    description.sensor = ReadCamera(root.Table("camera"));
+  }
   if (const auto rim = root.OptionalTable("rim")) {
     const auto centre = rim->Numbers("centre_px", 2);
     description.start = Circle{centre[0], centre[1], rim->Number("radius_px", {8, 1e5})};
   }
-  for (const Config& table : root.Tables("exposure"))
-    description.exposures.push_back(ReadExposure(table));
-  if (description.exposures.empty())
-    root.Fail("exposure", "is missing", "add an [[exposure]] for each picture");
+  if (!description.merged) {
+    for (const Config& table : root.Tables("exposure"))
+      description.exposures.push_back(ReadExposure(table));
+    if (description.exposures.empty())
+      root.Fail("exposure", "is missing",
+                "add an [[exposure]] for each picture, or [probe] merged");
+  }
   root.Finish();
   return description;
 }
@@ -126,13 +151,18 @@ std::vector<core::RawFrame> ReadProbePicture(const ProbeExposure& exposure) {
   for (const auto& path : exposure.files) {
     std::vector<core::RawFrame> planes;
     if (path.extension() == ".exr") {
+      if (IsMergedPicture(path))
+        throw InputError(path.string(), "is a merged picture and no exposure of a linear camera",
+                         "name it as [probe] merged, without [camera] and [[exposure]]");
       const core::Image image = core::ReadExrImage(path);
       for (int c = 0; c < image.channels; ++c) {
         const auto plane = image.plane(c);
         planes.push_back({image.width, image.height, {}, {plane.begin(), plane.end()}});
       }
     } else {
-      planes = core::DecodeTiffChannels(core::ReadFile(path), path.string());
+      const std::string bytes = core::ReadFile(path);
+      RequireLinear(bytes, path.string());
+      planes = core::DecodeTiffChannels(bytes, path.string());
     }
     if (exposure.files.size() == 3 && planes.size() != 1)
       throw InputError(path.string(), fmt::format("has {} channels", planes.size()),

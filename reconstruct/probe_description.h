@@ -28,15 +28,18 @@ struct ProbeDescription {
   double margin_px = 2;
   std::optional<std::filesystem::path> mask;
   std::optional<Circle> start;
+  // Either exposures of a linear camera, or a picture that `merge IMAGES` has merged.
   SensorModel sensor;  // without a size
   std::vector<ProbeExposure> exposures;
+  std::optional<std::filesystem::path> merged;
+  bool take_lower_bounds = false;  // of the merged picture's saturated pixels, instead of refusing
 };
 
 // Throws InputError naming file and field.
 ProbeDescription ReadProbeDescription(const std::filesystem::path& path);
 
 // The picture of an exposure, a frame for each of its channels: 1 or 3. Throws InputError naming
-// the file: neither TIFF nor OpenEXR, channels of different sizes.
+// the file: neither TIFF nor OpenEXR, a merged picture, channels of different sizes.
 std::vector<core::RawFrame> ReadProbePicture(const ProbeExposure& exposure);
 
 }  // namespace luxfield::reconstruct

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 #include <vector>
 
 #include "core/error.h"
+#include "reconstruct/rim_search.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -17,10 +19,14 @@ namespace {
 using lightfield::Vec2;
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kSearchSide = 192;  // pixels of the reduced picture
 constexpr double kStep = 0.25;    // of profiles, pixels
 constexpr double kTukey = 4.685;  // 95 % efficient on normal residuals (Holland and Welsch 1977)
-constexpr int kLeastRays = 64;
+constexpr int kLeastRays = 64, kLeastSeen = 12;
+constexpr int kLeastSide = 64;  // pixels
+constexpr double kLeastRadius = 4;
+constexpr int kCandidates = 16;
+constexpr int kMostRings = 4;
+constexpr double kOuterShare = 0.6;  // of how far the best stands out
 
 double MedianOf(std::vector<double> values) {
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
@@ -37,94 +43,6 @@ double At(const core::Image& image, double x, double y) {
   const double a = u - column, b = v - row;
   return (1 - b) * ((1 - a) * image.at(0, row, column) + a * image.at(0, row, column + 1)) +
          b * ((1 - a) * image.at(0, row + 1, column) + a * image.at(0, row + 1, column + 1));
-}
-
-// Means over blocks, then the logarithm above a floor: ranges of 17 stops have edges everywhere.
-core::Image Reduced(const core::Image& picture, int block) {
-  core::Image small(picture.width / block, picture.height / block, 1);
-  for (int row = 0; row < small.height; ++row)
-    for (int column = 0; column < small.width; ++column) {
-      double sum = 0;
-      for (int y = 0; y < block; ++y)
-        for (int x = 0; x < block; ++x)
-          sum += std::max(0.0f, picture.at(0, row * block + y, column * block + x));
-      small.at(0, row, column) = static_cast<float>(sum / (block * block));
-    }
-  std::vector<double> values(small.data.begin(), small.data.end());
-  const double floor = std::max(1e-3 * MedianOf(values), 1e-30);
-  for (float& value : small.data) value = static_cast<float>(std::log(value + floor));
-  return small;
-}
-
-// Mean over the circle of the logarithm's step across it, each point's cut at 1 so that no lamp
-// outvotes the rim.
-double MeanStep(const core::Image& log_picture, Circle circle) {
-  constexpr int kAngles = 180;
-  double sum = 0;
-  for (int k = 0; k < kAngles; ++k) {
-    const double c = std::cos(2 * kPi * k / kAngles), s = std::sin(2 * kPi * k / kAngles);
-    const auto at = [&](double r) { return At(log_picture, circle.x + r * c, circle.y + r * s); };
-    sum += std::min(1.0, std::abs(at(circle.radius + 1) - at(circle.radius - 1)));
-  }
-  return sum / kAngles;
-}
-
-Circle SearchCircle(const core::Image& picture, const std::string& file) {
-  const int block =
-      std::max(1, (std::max(picture.width, picture.height) + kSearchSide - 1) / kSearchSide);
-  const core::Image small = Reduced(picture, block);
-  const int w = small.width, h = small.height;
-  const int longest = std::min(w, h) * 3 / 5, shortest = std::min(w, h) / 8;
-  if (shortest < 4)
-    throw InputError(file, fmt::format("{} x {} pixels are too few", picture.width, picture.height),
-                     "give a picture of at least 64 pixels");
-
-  // Each edge votes for the centres that its gradient points at or away from.
-  struct Edge {
-    double x, y, dx, dy, strength;
-  };
-  std::vector<Edge> edges;
-  for (int row = 1; row + 1 < h; ++row)
-    for (int column = 1; column + 1 < w; ++column) {
-      const double dx = small.at(0, row, column + 1) - small.at(0, row, column - 1),
-                   dy = small.at(0, row + 1, column) - small.at(0, row - 1, column);
-      const double strength = std::hypot(dx, dy);
-      if (strength > 0.05)
-        edges.push_back(
-            {column + 0.5, row + 0.5, dx / strength, dy / strength, std::min(strength, 1.0)});
-    }
-  core::Image votes(w, h, 1);
-  for (const Edge& edge : edges)
-    for (const int sense : {-1, 1})
-      for (int r = shortest; r <= longest; ++r) {
-        const int column = static_cast<int>(std::floor(edge.x + sense * r * edge.dx)),
-                  row = static_cast<int>(std::floor(edge.y + sense * r * edge.dy));
-        if (row >= 0 && row < h && column >= 0 && column < w)
-          votes.at(0, row, column) += static_cast<float>(edge.strength);
-      }
-
-  // Around the best centres the circle with the steepest mean step.
-  Circle best;
-  double best_step = 0.1;
-  for (int candidate = 0; candidate < 8; ++candidate) {
-    const auto top = std::max_element(votes.data.begin(), votes.data.end());
-    if (*top <= 0) break;
-    const int index = static_cast<int>(top - votes.data.begin()), row = index / w,
-              column = index % w;
-    for (int y = row - 1; y <= row + 1; ++y)
-      for (int x = column - 1; x <= column + 1; ++x)
-        for (int r = shortest; r <= longest; ++r) {
-          const Circle circle = {x + 0.5, y + 0.5, double(r)};
-          if (const double step = MeanStep(small, circle); step > best_step)
-            best_step = step, best = circle;
-        }
-    for (int y = std::max(0, row - 3); y <= std::min(h - 1, row + 3); ++y)
-      for (int x = std::max(0, column - 3); x <= std::min(w - 1, column + 3); ++x)
-        votes.at(0, y, x) = 0;
-  }
-  if (best.radius == 0)
-    throw InputError(file, "shows no circle that stands out", "give [rim] centre_px and radius_px");
-  return {best.x * block, best.y * block, best.radius * block};
 }
 
 // A sharp edge as profiles show it: pixels are boxes, and what bilinear interpolation makes of them
@@ -168,17 +86,12 @@ const BlurredEdge& EdgeOf(ProbeOptics::Kind kind) {
   return kind == ProbeOptics::Kind::kBall ? ball : lens;
 }
 
-// A place on the rim as seen along one ray.
-struct RimPoint {
-  Vec2 p;
-  bool seen = false;
-};
-
 // The rim within +-window of the circle along a direction, with so many orders of shading.
 RimPoint FindStep(const core::Image& picture, const BlurredEdge& edge, int orders,
                   const Circle& circle, double angle, double window) {
   const double c = std::cos(angle), s = std::sin(angle);
-  constexpr double kInside = 5, kOutside = 3, kMove = 1.25;  // pixels about the steepest place
+  constexpr double kInside = 5, kOutside = 3,
+                   kMove = 1.25;  // pixels about the steepest place of an edge
   const double reach = window + kInside + 1;
   const auto inside_picture = [&](double r) {
     const double x = circle.x + r * c, y = circle.y + r * s;
@@ -196,12 +109,21 @@ RimPoint FindStep(const core::Image& picture, const BlurredEdge& edge, int order
   const auto log_at = [&](int k) { return std::log(std::max(profile[k], 0.0) + floor); };
   const int span = static_cast<int>(1 / kStep), inside = static_cast<int>(kInside / kStep),
             outside = static_cast<int>(kOutside / kStep);
-  int steepest = -1;
-  double change = 0.02;
-  for (int k = inside; k + outside < count; ++k)
-    if (const double d = std::abs(log_at(k + span) - log_at(k - span)); d > change)
-      change = d, steepest = k;
-  if (steepest < 0) return {};
+  // Of edges at least kWeaker times as steep as the steepest the one nearest to the circle: what a
+  // ball mirrors has edges next to its rim that are steeper than the rim.
+  constexpr double kWeaker = 0.25, kLeast = 0.02;
+  const int first = inside, last = count - outside;
+  std::vector<double> changes(count);
+  for (int k = first; k < last; ++k) changes[k] = std::abs(log_at(k + span) - log_at(k - span));
+  const double least =
+      std::max(kLeast, kWeaker * *std::max_element(changes.begin(), changes.end()));
+  int place = -1;
+  for (int k = first; k < last; ++k) {
+    const double before = k > first ? changes[k - 1] : 0, after = changes[k + 1];
+    if (changes[k] < least || changes[k] < before || changes[k] <= after) continue;
+    if (place < 0 || std::abs(k - count / 2) < std::abs(place - count / 2)) place = k;
+  }
+  if (place < 0) return {};
 
   // Least squares of both levels and the shading for each place of the edge.
   constexpr int kMost = 2 + BlurredEdge::kOrders;
@@ -217,7 +139,7 @@ RimPoint FindStep(const core::Image& picture, const BlurredEdge& edge, int order
     double squares = 0;
     for (int k = -inside; k <= outside; ++k) {
       const int fine = move - k * kPerStep;
-      const double value = profile[steepest + k];
+      const double value = profile[place + k];
       row[0] = edge.step(fine);
       row[1] = 1 - edge.step(fine);
       for (int order = 0; order < orders; ++order) row[2 + order] = edge.shade(order, fine);
@@ -232,15 +154,15 @@ RimPoint FindStep(const core::Image& picture, const BlurredEdge& edge, int order
   if (best == 0 || best == 2 * kMoves) return {};
   // Together they explain the profile much better than its mean does.
   double mean = 0, spread = 0;
-  for (int k = -inside; k <= outside; ++k) mean += profile[steepest + k] / (inside + outside + 1);
+  for (int k = -inside; k <= outside; ++k) mean += profile[place + k] / (inside + outside + 1);
   for (int k = -inside; k <= outside; ++k)
-    spread += (profile[steepest + k] - mean) * (profile[steepest + k] - mean);
+    spread += (profile[place + k] - mean) * (profile[place + k] - mean);
   if (misfits[best] > 0.2 * spread) return {};
   const double below = misfits[best - 1], above = misfits[best + 1],
                bend = below - 2 * misfits[best] + above;
   const double between = bend > 0 ? 0.5 * (below - above) / bend : 0;
   const double seen =
-      circle.radius - reach + steepest * kStep + (best - kMoves + between) * BlurredEdge::kFine;
+      circle.radius - reach + place * kStep + (best - kMoves + between) * BlurredEdge::kFine;
   // Blur along a curved rim moves it inwards.
   const double r = seen + 0.5 * kBlurVariance / circle.radius;
   return {{circle.x + r * c, circle.y + r * s}, true};
@@ -307,6 +229,13 @@ RimFit Fit(const ProbeOptics& optics, Circle circle, const std::vector<RimPoint>
     correlated += 2 * product / std::max(sum, 1e-300);
   }
   fit.residual_px = scale;
+  fit.points = points;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    RimPoint& point = fit.points[k];
+    point.on_rim =
+        point.seen && std::abs(optics.RimDistance(circle, point.p)) <= RimTolerance(circle);
+    fit.on_rim += point.on_rim;
+  }
   const Eigen::Matrix3d covariance =
       (sum / std::max(total - 3, 1.0)) * correlated * normal.inverse();
   fit.sigma = {std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1)),
@@ -314,43 +243,126 @@ RimFit Fit(const ProbeOptics& optics, Circle circle, const std::vector<RimPoint>
   return fit;
 }
 
-// One round: the edges about `circle`, and the circle through them.
-RimFit FitOnce(const core::Image& picture, const ProbeOptics& optics, int orders,
-               const Circle& circle, double window, const std::string& file) {
-  const int rays = std::max(kLeastRays, static_cast<int>(kPi * circle.radius));
+// The edges about `circle` on so many rays.
+std::vector<RimPoint> FindSteps(const core::Image& picture, const ProbeOptics& optics, int orders,
+                                const Circle& circle, double window, int rays) {
   std::vector<RimPoint> points(rays);
-  int seen = 0;
-  for (int k = 0; k < rays; ++k) {
+  for (int k = 0; k < rays; ++k)
     points[k] = FindStep(picture, EdgeOf(optics.kind), orders, circle, 2 * kPi * k / rays, window);
-    seen += points[k].seen;
-  }
-  if (4 * seen < rays)
-    throw InputError(file,
-                     fmt::format("its rim is seen on {} of {} rays about ({:.1f}, {:.1f}), radius "
-                                 "{:.1f} pixels",
-                                 seen, rays, circle.x, circle.y, circle.radius),
-                     "give [rim] centre_px and radius_px, or a picture with a clearer rim");
-  return Fit(optics, circle, points);
+  return points;
 }
+
+int Seen(const std::vector<RimPoint>& points) {
+  return static_cast<int>(
+      std::count_if(points.begin(), points.end(), [](const RimPoint& p) { return p.seen; }));
+}
+
+// One round: those edges and the circle through them. No circle where they do not settle one.
+std::optional<RimFit> FitOnce(const core::Image& picture, const ProbeOptics& optics, int orders,
+                              const Circle& circle, double window, int rays) {
+  const auto points = FindSteps(picture, optics, orders, circle, window, rays);
+  if (Seen(points) < kLeastSeen) return std::nullopt;
+  RimFit fit = Fit(optics, circle, points);
+  const Circle& found = fit.circle;
+  if (!(found.radius > kLeastRadius) || !(std::abs(found.x - circle.x) < circle.radius) ||
+      !(std::abs(found.y - circle.y) < circle.radius) || !(found.radius < 2 * circle.radius))
+    return std::nullopt;
+  return fit;
+}
+
+int Rays(const Circle& circle) {
+  return std::max(kLeastRays, static_cast<int>(kPi * circle.radius));
+}
+
+// From a reduced pixel's error, or that of a hand on a ruler, on; windows narrow from `widest`.
+std::optional<RimFit> Refine(const core::Image& picture, const ProbeOptics& optics, Circle circle,
+                             std::initializer_list<double> windows) {
+  std::optional<RimFit> fit;
+  for (const double window : windows) {
+    fit = FitOnce(picture, optics, BlurredEdge::kOrders, circle, window, Rays(circle));
+    if (!fit) return std::nullopt;
+    circle = fit->circle;
+  }
+  return fit;
+}
+
+// How far a hand on a ruler is off.
+double WidestWindow(const Circle& circle) { return std::max(4.0, 2 + 0.04 * circle.radius); }
+
+// The outermost of the circles that stand out: what a ball mirrors is squeezed into rings within
+// its rim, whose edges can be seen on more of their directions than the rim itself is.
+Circle BestCandidate(const core::Image& picture, const ProbeOptics& optics,
+                     const std::string& file) {
+  const auto found = SearchCircles(picture, optics, kCandidates);
+  if (found.empty())
+    throw InputError(file, "shows no circle that stands out", "give [rim] centre_px and radius_px");
+  Circle best = found.front().circle;
+  const double least = std::max(kLeastStanding, kOuterShare * found.front().evidence.standing);
+  const EdgeField edges = FindEdges(picture, EvidenceFactor(picture));
+  for (const auto& [circle, evidence] : found) {
+    const double between = std::hypot(circle.x - best.x, circle.y - best.y);
+    if (evidence.standing < least || circle.radius <= best.radius ||
+        between > circle.radius - best.radius + RimTolerance(circle))
+      continue;
+    // Where two circles nearly touch, both lie on the same edges.
+    if (Evidence(edges, optics, circle, &best).standing >= kOuterShare * least) best = circle;
+  }
+  for (int growth = 0; growth < kMostRings; ++growth) {
+    const auto outer = OuterCircle(edges, optics, best);
+    if (!outer) break;
+    best = *outer;
+  }
+  return best;
+}
+
+// How far SearchCircles is off.
+double SearchError(const core::Image& picture) { return 1 / EvidenceFactor(picture); }
 
 }  // namespace
 
+double RimTolerance(const Circle& circle) { return std::max(1.0, 0.01 * circle.radius); }
+
 RimFit FitRim(const core::Image& picture, const ProbeOptics& optics, std::optional<Circle> start,
               const std::string& file) {
-  RimFit fit;
-  fit.circle = start ? *start : SearchCircle(picture, file);
-  // A reduced pixel's error, or that of a hand on a ruler, first.
-  const double blocks = double(std::max(picture.width, picture.height)) / kSearchSide;
-  const double widest = std::max(4.0, 2 * blocks + 0.02 * fit.circle.radius);
-  for (const double window : {widest, 3.0, 2.0, 2.0})
-    fit = FitOnce(picture, optics, BlurredEdge::kOrders, fit.circle, window, file);
+  if (std::min(picture.width, picture.height) < kLeastSide)
+    throw InputError(file, fmt::format("{} x {} pixels are too few", picture.width, picture.height),
+                     fmt::format("give a picture of at least {} pixels", kLeastSide));
+  const Circle circle = start ? *start : BestCandidate(picture, optics, file);
+  const double widest = start ? WidestWindow(circle) : 2 * SearchError(picture);
+  auto fit = Refine(picture, optics, circle, {widest, std::min(widest, 3.0), 2.0, 2.0});
   // What the last order of the shading still moved stands for those left out.
-  const Circle lower =
-      FitOnce(picture, optics, BlurredEdge::kOrders - 1, fit.circle, 2.0, file).circle;
-  fit.sigma = {std::hypot(fit.sigma.x, fit.circle.x - lower.x),
-               std::hypot(fit.sigma.y, fit.circle.y - lower.y),
-               std::hypot(fit.sigma.radius, fit.circle.radius - lower.radius)};
-  return fit;
+  const auto lower =
+      fit ? FitOnce(picture, optics, BlurredEdge::kOrders - 1, fit->circle, 2.0, Rays(fit->circle))
+          : std::nullopt;
+  if (!lower) {
+    const auto points = FindSteps(picture, optics, BlurredEdge::kOrders, circle,
+                                  WidestWindow(circle), Rays(circle));
+    throw InputError(file,
+                     fmt::format("its rim is seen on {} of {} rays about ({:.1f}, {:.1f}), radius "
+                                 "{:.1f} pixels",
+                                 Seen(points), points.size(), circle.x, circle.y, circle.radius),
+                     "give [rim] centre_px and radius_px, or a picture with a clearer rim");
+  }
+  const Circle &best = fit->circle, &other = lower->circle;
+  fit->sigma = {std::hypot(fit->sigma.x, best.x - other.x),
+                std::hypot(fit->sigma.y, best.y - other.y),
+                std::hypot(fit->sigma.radius, best.radius - other.radius)};
+  fit->evidence = Evidence(FindEdges(picture, EvidenceFactor(picture)), optics, fit->circle);
+  return *fit;
+}
+
+void RequireRim(const RimFit& rim, const std::string& file) {
+  if (rim.evidence.standing >= kLeastStanding) return;
+  const Circle& circle = rim.circle;
+  throw InputError(
+      file,
+      fmt::format("shows no ball and no lens' circle that can be told from its surroundings: the "
+                  "best circle, centre ({:.1f}, {:.1f}), radius {:.1f} pixels, has an edge along "
+                  "{:.0f} % of its rim, any circle of that size along {:.0f} %",
+                  circle.x, circle.y, circle.radius, 100 * rim.evidence.share,
+                  100 * rim.evidence.by_chance),
+      "give its place, [rim] centre_px = [x, y] and radius_px = r (--rim-picture shows what was "
+      "found), or a picture in which more of the rim stands out");
 }
 
 }  // namespace luxfield::reconstruct

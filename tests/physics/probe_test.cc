@@ -204,7 +204,8 @@ TEST_P(ProbeOf, LightsAsTheMapThatItShows) {
   const auto description = reconstruct::ReadProbeDescription(
       Shoot(folder.path(), Photograph(truth, view), view, seed, true));
   const auto picture = reconstruct::MergeProbe(description);
-  const auto probe = reconstruct::MakeProbe(picture, description);
+  const auto probe =
+      reconstruct::MakeProbe(picture, description, reconstruct::FindRim(picture, description));
 
   const auto &fit = probe.rim.circle, &error = probe.rim.sigma;
   std::printf("  rim (%.3f, %.3f) %.3f, off by %.3f %.3f %.3f, sigma %.3f %.3f %.3f\n", fit.x,
@@ -287,7 +288,7 @@ TEST(Probe, RefusesASunThatSaturatesEverywhere) {
             View::kBallFarAway, 1, false));
   const auto picture = reconstruct::MergeProbe(description);
   try {
-    reconstruct::MakeProbe(picture, description);
+    reconstruct::MakeProbe(picture, description, reconstruct::FindRim(picture, description));
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("2.tif"));  // 0.4 s behind 10 stops lets through least

@@ -1,0 +1,14 @@
+// What was taken for the rim, drawn into the photograph for the user to judge.
+#pragma once
+
+#include "core/image.h"
+#include "reconstruct/probe_optics.h"
+#include "reconstruct/rim_fit.h"
+
+namespace luxfield::reconstruct {
+
+// Linear, 0 to 1, three channels: the photograph x / (x + twice the median of its brightness), the
+// fitted circle in yellow, edges that are on it in green and those that are not in red.
+core::Image DrawRim(const core::Image& radiance, const RimFit& rim);
+
+}  // namespace luxfield::reconstruct
