@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/file.h"
+#include "core/input_file.h"
 #include "core/nearest.h"
 
 namespace luxfield::core {
@@ -73,7 +73,8 @@ Config Config::FromString(std::string_view text, const std::string& name) {
 }
 
 Config Config::FromFile(const std::filesystem::path& path) {
-  return FromString(ReadFile(path), path.string());
+  constexpr std::uintmax_t kLongest = std::uintmax_t{16} << 20;  // nobody writes as much by hand
+  return FromString(ReadAtMost(path, kLongest), path.string());
 }
 
 const std::string& Config::file() const { return node_->file; }

@@ -163,8 +163,7 @@ struct ExrReader::Impl {
 ExrReader::ExrReader(const std::filesystem::path& path) : impl_(std::make_unique<Impl>()) {
   impl_->path = path;
   std::error_code error_code;
-  if (!std::filesystem::is_regular_file(path, error_code))
-    impl_->Fail("no such file", "check the path");
+  if (!std::filesystem::exists(path, error_code)) impl_->Fail("no such file", "check the path");
   CheckExrHeaders(path);
   try {
     impl_->file = std::make_unique<Imf::MultiPartInputFile>(path.c_str(), Threads());

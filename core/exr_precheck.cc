@@ -11,6 +11,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/input_file.h"
 #include "core/printable.h"
 
 namespace luxfield::core {
@@ -23,6 +24,9 @@ constexpr double kBytesPerOffset = 8;
 // DEFLATE shrinks 1032 times at best, DWA stores 8 x 8 pixels as one value at best: together below
 // this.
 constexpr double kMostPixelsPerByte = 0x1p17;
+// Every verb holds a file's channels in memory, some of them twice. What is measured shrinks 10
+// times at best; synthetic files of one value are small.
+constexpr double kUnaskedBytes = 0x1p29, kMostBytesPerByte = 100, kBytesPerSample = 4;
 
 class HeaderScan {
  public:
@@ -41,6 +45,9 @@ class HeaderScan {
       offsets += Header();
       if (offsets * kBytesPerOffset > size_) Fail("claims more chunks of pixels than it can hold");
     } while (multi_part && stream_.peek() != 0 && stream_.peek() != EOF);
+    if (bytes_ > kUnaskedBytes + kMostBytesPerByte * size_)
+      Fail(fmt::format("takes {:.0f} MiB of memory, more than its {:.1f} MiB can be trusted with",
+                       bytes_ / 0x1p20, size_ / 0x1p20));
   }
 
  private:
@@ -58,7 +65,7 @@ class HeaderScan {
 
   // The least number of chunks of one part.
   double Header() {
-    double chunks = 0, width = 0, height = 0, tile_width = 0, tile_height = 0;
+    double chunks = 0, width = 0, height = 0, tile_width = 0, tile_height = 0, channels = 0;
     for (std::string name; std::getline(stream_, name, '\0') && !name.empty();) {
       std::string type;
       std::getline(stream_, type, '\0');
@@ -74,6 +81,8 @@ class HeaderScan {
           Fail(fmt::format("claims {} x {} pixels, beyond the limit of 2^28", width, height));
         if (width * height > kMostPixelsPerByte * size_)
           Fail(fmt::format("claims {} x {} pixels in {} bytes", width, height, size_));
+      } else if (type == "chlist") {
+        channels = Channels(size);
       } else if (name == "chunkCount" && size == 4) {
         chunks = Read<std::int32_t>();
       } else if (name == "tiles" && size == 9) {
@@ -89,19 +98,37 @@ class HeaderScan {
       stream_.seekg(value_at + size);
     }
     if (!stream_) Fail("ends within its header");
+    bytes_ += width * height * channels * kBytesPerSample;
     const double implied = tile_width > 0
                                ? std::ceil(width / tile_width) * std::ceil(height / tile_height)
                                : std::ceil(height / kMostLinesPerChunk);
     return std::max(chunks, implied);
   }
 
+  // Of a list of them, each name\0 and 16 bytes.
+  double Channels(std::int32_t bytes) {
+    constexpr std::int32_t kFields = 16;
+    double channels = 0;
+    std::string name;
+    for (std::int32_t at = 0; at + kFields < bytes; ++channels) {
+      std::getline(stream_, name, '\0');
+      stream_.ignore(kFields);
+      at += static_cast<std::int32_t>(name.size()) + 1 + kFields;
+      if (!stream_ || name.empty()) break;
+    }
+    return channels;
+  }
+
   std::filesystem::path path_;
   std::ifstream stream_;
-  double size_ = 0;
+  double size_ = 0, bytes_ = 0;  // of the file, and of its pixels in memory
 };
 
 }  // namespace
 
-void CheckExrHeaders(const std::filesystem::path& path) { HeaderScan(path).Run(); }
+void CheckExrHeaders(const std::filesystem::path& path) {
+  RequireRegularFile(path);
+  HeaderScan(path).Run();
+}
 
 }  // namespace luxfield::core

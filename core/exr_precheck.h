@@ -12,7 +12,8 @@ inline constexpr double kMaxExrPixelsPerPart = 0x1p28;
 // Throws InputError naming the file if it is no OpenEXR file, or if an attribute, the picture's
 // size or the table of chunk offsets cannot be true for a file of this length ("OpenEXR File
 // Layout": magic, version, headers of name\0 type\0 size value, offset tables of 8 bytes a chunk).
-// The library would reserve gigabytes first and find out later.
+// The library would reserve gigabytes first and find out later. So it is where the pixels would
+// take more than 512 MiB and 100 times the file's length: 3 MB of zeros unpack to 3 GB.
 void CheckExrHeaders(const std::filesystem::path& path);
 
 }  // namespace luxfield::core

@@ -40,36 +40,6 @@ void StorageStep(std::string_view step) {
   if (g_storage_hook) g_storage_hook(step);
 }
 
-void ReadInPieces(const std::filesystem::path& path,
-                  const std::function<void(std::string_view)>& take) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.get() < 0)
-    throw InputError(path.string(), fmt::format("cannot open: {}", std::strerror(errno)),
-                     "check the path and its permissions");
-  struct stat status {};
-  if (::fstat(file.get(), &status) != 0 || S_ISDIR(status.st_mode))
-    throw InputError(path.string(), "is a folder, not a file", "name a file");
-  std::string buffer(1 << 18, '\0');  // stays in the second-level cache
-  for (;;) {
-    const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0)
-      throw InputError(path.string(), fmt::format("cannot read: {}", std::strerror(errno)),
-                       "check the disk");
-    if (count == 0) return;
-    take({buffer.data(), static_cast<std::size_t>(count)});
-  }
-}
-
-std::string ReadFile(const std::filesystem::path& path) {
-  std::string bytes;
-  std::error_code unknown;  // the size is only a hint
-  const auto size = std::filesystem::file_size(path, unknown);
-  if (!unknown) bytes.reserve(size);
-  ReadInPieces(path, [&](std::string_view piece) { bytes.append(piece); });
-  return bytes;
-}
-
 void SyncFolder(const std::filesystem::path& folder) {
   const Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (directory.get() < 0 || ::fsync(directory.get()) != 0) FailWriting(folder, "sync folder");

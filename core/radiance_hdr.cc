@@ -26,6 +26,8 @@ constexpr std::int64_t kMaxPixels = std::int64_t{1} << 27;
 // A scanline of 32767 equal pixels takes 12 bytes; nobody packs tighter. Keeps a short file from
 // claiming gigabytes.
 constexpr std::size_t kMostPixelsPerByte = 4096;
+// What a picture takes in memory beyond what nobody asks about, as of OpenEXR files.
+constexpr std::size_t kUnaskedBytes = std::size_t{1} << 29, kMostBytesPerByte = 100;
 constexpr std::size_t kMaxLine = 2048;  // a header line that is longer is no text
 // Scanlines of other lengths are never run-length coded by component (the two length bytes).
 constexpr int kMinComponentRuns = 8, kMaxComponentRuns = 0x7fff;
@@ -60,6 +62,11 @@ class Reader {
     const int height = rows ? slow_.length : fast_.length;
     if ((bytes_.size() - at_) * kMostPixelsPerByte < std::size_t(width) * height)
       Fail(fmt::format("claims {} x {} pixels in {} bytes", width, height, bytes_.size()),
+           kDamaged);
+    const std::size_t taken = sizeof(float) * 3 * static_cast<std::size_t>(width) * height;
+    if (taken > kUnaskedBytes + kMostBytesPerByte * bytes_.size())
+      Fail(fmt::format("takes {} MiB of memory, more than its {:.1f} MiB can be trusted with",
+                       taken >> 20, static_cast<double>(bytes_.size()) / 0x1p20),
            kDamaged);
     // Some writers store plain pixels and mean (1, 1, 1, n) as a dark grey: a file of just the
     // right length holds no runs.

@@ -8,7 +8,10 @@ set(device_bench_sources
     core/colour.cc
     core/error.cc
     core/file.cc
+    core/input_file.cc
     core/measures.cc
+    core/printable.cc
+    core/progress.cc
     core/staged_file.cc
     core/stopwatch.cc
     lightfield/basis.cc

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
 #include "core/exr.h"
+#include "core/input_file.h"
 #include "core/primaries.h"
 #include "core/radiance_hdr.h"
 #include "lightfield/disc_layout.h"
@@ -21,9 +21,7 @@ namespace luxfield::lightfield {
 namespace {
 
 bool IsOpenExr(const std::filesystem::path& path) {
-  std::array<char, 4> magic{};
-  std::ifstream(path, std::ios::binary).read(magic.data(), magic.size());
-  return magic == std::array<char, 4>{'\x76', '\x2f', '\x31', '\x01'};
+  return core::ReadStart(path, 4) == "\x76\x2f\x31\x01";
 }
 
 constexpr const char* kLayoutAttribute = "luxfield:layout";

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "core/error.h"
+#include "core/input_file.h"
 #include "lightfield/ray_file.h"
 #include "lightfield/tm25_layout.h"
 
@@ -55,7 +56,8 @@ class Tm25Reader {
  public:
   explicit Tm25Reader(const std::filesystem::path& path) : path_(path) {
     std::error_code error_code;
-    if (!std::filesystem::is_regular_file(path, error_code)) Fail("no such file", "check the path");
+    if (!std::filesystem::exists(path, error_code)) Fail("no such file", "check the path");
+    core::RequireRegularFile(path);
     size_ = std::filesystem::file_size(path, error_code);
     stream_.open(path, std::ios::binary);
     if (error_code || !stream_) Fail("cannot be opened", "check its permissions");

@@ -190,6 +190,29 @@ TEST(Exr, ClaimsBeyondTheFileAreRefused) {
   spoil(std::string("channels\0chlist\0", 16), 0, 0x7fffff00);
 }
 
+// 16384 x 16384 zeros of three channels, which DEFLATE stores in 3 MB, take 3 GiB.
+TEST(Exr, FilesThatUnpackToGigabytesAreRefusedBeforeTheyDo) {
+  const std::vector<float> noise = [] {
+    Random random(94, 0);
+    std::vector<float> values(64 * 64);
+    for (float& value : values) value = static_cast<float>(random.Uniform());
+    return values;
+  }();
+  const auto path = UniquePath();
+  WriteExr(path,
+           std::vector{ExrPartView{"", 64, 64, {{"R", noise}, {"G", noise}, {"B", noise}}, {}}});
+  std::string bytes = ReadFile(path);
+  const std::string window("dataWindow\0box2i\0", 17);
+  const auto claim = [&](std::int32_t side) {
+    const std::int32_t last[] = {side - 1, side - 1};
+    std::memcpy(bytes.data() + bytes.find(window) + window.size() + 4 + 8, last, sizeof last);
+    WriteBytes(path, bytes);
+  };
+  claim(16384);
+  EXPECT_THAT([&] { ExrReader reader(path); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("takes 3072 MiB of memory")));
+}
+
 TEST(Exr, MutatedFilesEndInSuccessOrAnInputError) {
   constexpr std::uint64_t kSeed = 93;
   SCOPED_TRACE(testing::Message() << "seed " << kSeed);
