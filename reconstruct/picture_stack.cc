@@ -8,13 +8,13 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "pictures/decode_picture.h"
 #include "reconstruct/exif.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-// By the first bytes. Of other kinds, OpenEXR among them, OpenCV would write on stderr why it does
-// not read them.
+// By the first bytes.
 bool IsPngJpegOrTiff(const std::string& bytes) {
   using namespace std::string_literals;
   for (const std::string& magic : {"\x89PNG"s, "\xff\xd8\xff"s, "II*\0"s, "MM\0*"s})
@@ -22,16 +22,12 @@ bool IsPngJpegOrTiff(const std::string& bytes) {
   return false;
 }
 
-cv::Mat Decode(std::string bytes, const std::string& file) {
+cv::Mat Decode(const std::string& bytes, const std::string& file) {
   cv::Mat picture;
-  try {
-    // imdecode reads only; OpenCV's matrix header has no const form.
-    const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
-    if (IsPngJpegOrTiff(bytes))
-      picture = cv::imdecode(encoded, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-    picture.release();
-  }
+  if (IsPngJpegOrTiff(bytes))
+    picture = pictures::DecodePicture(
+        {reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()},
+        cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION, file);
   if (picture.empty())
     throw InputError(file, "is not a picture that can be read", "give PNG, JPEG or TIFF files");
   if (picture.depth() != CV_8U && picture.depth() != CV_16U)
@@ -82,7 +78,7 @@ PictureStack ReadPictureStack(std::span<const std::filesystem::path> files,
   ExifExposure first;
   for (std::size_t k = 0; k < files.size(); ++k) {
     const std::string file = files[k].string();
-    std::string bytes = core::ReadFile(files[k]);
+    const std::string bytes = core::ReadFile(files[k]);
     const ExifExposure exif = ReadExif(bytes);
     if (k == 0) first = exif;
     StackPicture next;
@@ -90,7 +86,7 @@ PictureStack ReadPictureStack(std::span<const std::filesystem::path> files,
     if (!(next.exposure_s > 0 && next.exposure_s < 1e6))
       throw InputError(file, fmt::format("exposure time {} s is not above 0", next.exposure_s),
                        "correct --exposure");
-    const cv::Mat picture = Decode(std::move(bytes), file);
+    const cv::Mat picture = Decode(bytes, file);
     const int channels = picture.channels() >= 3 ? 3 : 1, bits = picture.depth() == CV_8U ? 8 : 16;
     if (k == 0) {
       stack.width = picture.cols;

@@ -215,6 +215,19 @@ std::string Gltf::Resource(const std::string& uri) const {
   return core::ReadFile(path_.parent_path() / relative);
 }
 
+std::uintmax_t Gltf::Bytes() const {
+  std::error_code error;
+  std::uintmax_t bytes = std::filesystem::file_size(path_, error);
+  const std::size_t buffers = json_.contains("buffers") ? json_["buffers"].size() : 0;
+  for (std::size_t i = 0; i < buffers; ++i) {
+    const auto uri = FieldOr<std::string>(Element("buffers", i), "uri", "", file());
+    if (uri.empty() || uri.starts_with("data:")) continue;
+    const auto beside = std::filesystem::file_size(path_.parent_path() / DecodePercent(uri), error);
+    if (!error) bytes += beside;
+  }
+  return bytes;
+}
+
 const std::string& Gltf::Buffer(std::size_t buffer) const {
   const Json& of = Element("buffers", buffer);
   if (!of.contains("uri")) return glb_buffer_;

@@ -49,6 +49,9 @@ class Gltf {
   // without regard to them.
   std::vector<std::string> LeftOut(bool own_materials) const;
 
+  // The file's length, with those of the buffers beside it.
+  std::uintmax_t Bytes() const;
+
   std::string file() const { return path_.string(); }
   [[noreturn]] void Fail(const std::string& problem) const;
 

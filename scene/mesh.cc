@@ -1,20 +1,18 @@
 #include "scene/mesh.h"
 
-#include <assimp/material.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
 #include <map>
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/input_file.h"
 #include "scene/gltf.h"
 #include "scene/gltf_materials.h"
+#include "scene/mesh_import.h"
 #include "scene/texture.h"
 
 namespace luxfield::scene {
@@ -24,9 +22,7 @@ constexpr float kLargest_m = 1e6f;  // float32 resolves 6 cm there
 constexpr std::size_t kMostTriangles = 100000000;
 constexpr char kRemedy[] = "repair the mesh or export it again";
 
-Transform FromAssimp(const aiMatrix4x4& m) {
-  return {{{{m.a1, m.a2, m.a3}, {m.b1, m.b2, m.b3}, {m.c1, m.c2, m.c3}}}, {m.a4, m.b4, m.c4}};
-}
+Vec3 ToVec3(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
 std::array<float, 3> ToFloat(Vec3 v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
@@ -40,45 +36,26 @@ bool IsFinite(const std::array<float, 3>& v) {
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
 }
 
-Vec3 FromAssimp(const aiVector3D& v) { return {v.x, v.y, v.z}; }
-
-// Before assimp's own steps run: they assert, and end the process, on faces that make no sense.
-void CheckFaces(const std::filesystem::path& path, const aiScene& source) {
-  for (unsigned m = 0; m < source.mNumMeshes; ++m) {
-    const aiMesh& mesh = *source.mMeshes[m];
-    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
-      const aiFace& face = mesh.mFaces[i];
-      if (face.mNumIndices == 0)
-        throw InputError(path.string(), fmt::format("face {} has no vertices, or is cut off", i),
-                         kRemedy);
-      for (unsigned k = 0; k < face.mNumIndices; ++k)
-        if (face.mIndices[k] >= mesh.mNumVertices)
-          throw InputError(path.string(),
-                           fmt::format("face {} refers to vertex {} of {}", i, face.mIndices[k],
-                                       mesh.mNumVertices),
-                           kRemedy);
-    }
-  }
-}
-
-// Copies one assimp scene into a Geometry. Of a glTF file the tree of nodes, the instances and the
-// materials are the file's own: assimp's meshes are its primitives in order.
+// Copies what was imported into a Geometry. Of a glTF file the tree of nodes, the instances and the
+// materials are the file's own: the imported meshes are its primitives in order.
 class MeshAppender {
  public:
-  MeshAppender(const std::filesystem::path& path, const aiScene& source, const Gltf* gltf,
+  MeshAppender(const std::filesystem::path& path, const ImportedScene& source, const Gltf* gltf,
                std::optional<std::uint32_t> material, Geometry& geometry)
       : path_(path), source_(source), gltf_(gltf), override_(material), geometry_(geometry) {
     if (gltf) gltf_materials_.emplace(*gltf, geometry);
   }
 
   void Append(const Transform& world_from_mesh) {
-    const aiNode& root = *source_.mRootNode;
-    if (!gltf_) return AppendNode(root, world_from_mesh);
+    if (!gltf_) return AppendNodes(world_from_mesh);
+    children_.resize(source_.nodes.size());
+    for (std::size_t i = 1; i < source_.nodes.size(); ++i)
+      children_[static_cast<std::size_t>(source_.nodes[i].parent)].push_back(i);
     const std::vector<std::size_t> roots = gltf_->RootNodes();
-    if (roots.size() == 1) return AppendGltfNode(root, roots[0], world_from_mesh);
-    Match(root.mNumChildren, roots.size(), "root nodes");
-    for (unsigned i = 0; i < root.mNumChildren; ++i)
-      AppendGltfNode(*root.mChildren[i], roots[i], world_from_mesh);
+    if (roots.size() == 1) return AppendGltfNode(0, roots[0], world_from_mesh);
+    Match(children_[0].size(), roots.size(), "root nodes");
+    for (std::size_t i = 0; i < roots.size(); ++i)
+      AppendGltfNode(children_[0][i], roots[i], world_from_mesh);
   }
 
  private:
@@ -93,42 +70,42 @@ class MeshAppender {
     if (read != own) Fail(fmt::format("has {} {}, of which {} can be read", own, what, read));
   }
 
-  const aiMesh& MeshOf(const aiNode& node, unsigned i) const {
-    if (node.mMeshes[i] >= source_.mNumMeshes) Fail("refers to a mesh that it does not contain");
-    return *source_.mMeshes[node.mMeshes[i]];
-  }
-
-  void AppendNode(const aiNode& node, const Transform& world_from_parent) {
-    const Transform world_from_node = world_from_parent * FromAssimp(node.mTransformation);
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-      const aiMesh& mesh = MeshOf(node, i);
-      if (HasTriangles(mesh)) AppendTriangles(mesh, world_from_node, MaterialOf(mesh), {0, 1});
+  void AppendNodes(const Transform& world_from_mesh) {
+    std::vector<Transform> world_from_node;
+    for (const ImportedNode& node : source_.nodes) {
+      const Transform& world_from_parent =
+          node.parent < 0 ? world_from_mesh
+                          : world_from_node[static_cast<std::size_t>(node.parent)];
+      world_from_node.push_back(world_from_parent * node.parent_from_node);
+      for (const std::uint32_t m : node.meshes)
+        if (const ImportedMesh& mesh = source_.meshes[m]; !mesh.triangles.empty())
+          AppendTriangles(mesh, world_from_node.back(), MaterialOf(mesh), {0, 1});
     }
-    for (unsigned i = 0; i < node.mNumChildren; ++i)
-      AppendNode(*node.mChildren[i], world_from_node);
   }
 
-  void AppendGltfNode(const aiNode& node, std::size_t number, const Transform& world_from_parent) {
+  void AppendGltfNode(std::size_t imported, std::size_t number,
+                      const Transform& world_from_parent) {
+    const ImportedNode& node = source_.nodes[imported];
     const core::Json& own = gltf_->Element("nodes", number);
-    const Transform world_from_node = world_from_parent * FromAssimp(node.mTransformation);
+    const Transform world_from_node = world_from_parent * node.parent_from_node;
     if (own.contains("mesh")) {
       const auto mesh = core::Field<std::size_t>(own, "mesh", gltf_->file());
       const auto primitives = core::Field<std::vector<core::Json>>(gltf_->Element("meshes", mesh),
                                                                    "primitives", gltf_->file());
-      Match(node.mNumMeshes, primitives.size(), "primitives in a mesh");
+      Match(node.meshes.size(), primitives.size(), "primitives in a mesh");
       const std::vector<Transform> instances = gltf_->Instances(own);
-      for (unsigned i = 0; i < node.mNumMeshes; ++i)
-        AppendPrimitive(MeshOf(node, i), primitives[i], world_from_node, instances);
+      for (std::size_t i = 0; i < node.meshes.size(); ++i)
+        AppendPrimitive(source_.meshes[node.meshes[i]], primitives[i], world_from_node, instances);
     }
     const auto children = Gltf::Children(own, gltf_->file());
-    Match(node.mNumChildren, children.size(), "nodes below one");
-    for (unsigned i = 0; i < node.mNumChildren; ++i)
-      AppendGltfNode(*node.mChildren[i], children[i], world_from_node);
+    Match(children_[imported].size(), children.size(), "nodes below one");
+    for (std::size_t i = 0; i < children.size(); ++i)
+      AppendGltfNode(children_[imported][i], children[i], world_from_node);
   }
 
-  void AppendPrimitive(const aiMesh& mesh, const core::Json& primitive,
+  void AppendPrimitive(const ImportedMesh& mesh, const core::Json& primitive,
                        const Transform& world_from_node, const std::vector<Transform>& instances) {
-    if (!HasTriangles(mesh)) return;
+    if (mesh.triangles.empty()) return;
     GltfMaterial material;
     if (override_) {
       material.material = *override_;
@@ -138,8 +115,8 @@ class MeshAppender {
         number = core::Field<std::size_t>(primitive, "material", gltf_->file());
       material = gltf_materials_->Get(number);
     }
-    if (instances.size() > kMostTriangles / mesh.mNumFaces)
-      Fail(fmt::format("places {} triangles {} times; {} are read at most", mesh.mNumFaces,
+    if (instances.size() > kMostTriangles / mesh.triangles.size())
+      Fail(fmt::format("places {} triangles {} times; {} are read at most", mesh.triangles.size(),
                        instances.size(), kMostTriangles));
     const TextureCoordinates uv{IntegerCoordinates(mesh, primitive, material.sets[0]),
                                 IntegerCoordinates(mesh, primitive, material.sets[1])};
@@ -150,7 +127,7 @@ class MeshAppender {
 
   // Set `set` of a primitive's texture coordinates, v upwards, where they are integers, which
   // assimp takes for floats; empty where they are not.
-  std::vector<std::array<float, 2>> IntegerCoordinates(const aiMesh& mesh,
+  std::vector<std::array<float, 2>> IntegerCoordinates(const ImportedMesh& mesh,
                                                        const core::Json& primitive,
                                                        std::size_t set) const {
     constexpr int kFloat = 5126;
@@ -165,83 +142,67 @@ class MeshAppender {
     std::vector<std::array<float, 2>> uv;
     for (const auto& value : gltf_->Values(accessor, 2))
       uv.push_back({static_cast<float>(value[0]), static_cast<float>(1 - value[1])});
-    Match(mesh.mNumVertices, uv.size(), "texture coordinates");
+    Match(mesh.positions.size(), uv.size(), "texture coordinates");
     return uv;
   }
 
-  static bool HasTriangles(const aiMesh& mesh) {
-    return (mesh.mPrimitiveTypes & aiPrimitiveType_TRIANGLE) && mesh.mNumFaces > 0;
-  }
-
   // `sets` of the mesh's texture coordinates become a vertex's uv and uv1, or those that are given.
-  void AppendTriangles(const aiMesh& mesh, const Transform& world_from_mesh, std::uint32_t material,
-                       const std::array<std::size_t, 2>& sets,
+  void AppendTriangles(const ImportedMesh& mesh, const Transform& world_from_mesh,
+                       std::uint32_t material, const std::array<std::size_t, 2>& sets,
                        const TextureCoordinates& given = {}) {
-    if (geometry_.triangles.size() + mesh.mNumFaces > kMostTriangles)
+    if (geometry_.triangles.size() + mesh.triangles.size() > kMostTriangles)
       Fail(fmt::format("brings the scene to more than {} triangles", kMostTriangles));
     const auto first = static_cast<std::uint32_t>(geometry_.vertices.size());
     const bool normals_transform = std::abs(world_from_mesh.Determinant()) > 0;
-    for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
       Vertex vertex;
-      vertex.position = ToFloat(world_from_mesh.Point(FromAssimp(mesh.mVertices[i])));
+      vertex.position = ToFloat(world_from_mesh.Point(ToVec3(mesh.positions[i])));
       if (!IsFinite(vertex.position))
         Fail(fmt::format("vertex {} has a coordinate that is not finite", i));
       if (!IsNear(vertex.position))
         Fail(fmt::format("vertex {} lies more than {} m from the origin", i, kLargest_m));
-      if (mesh.HasNormals() && normals_transform) {
-        const auto normal = ToFloat(world_from_mesh.Normal(FromAssimp(mesh.mNormals[i])));
+      if (!mesh.normals.empty() && normals_transform) {
+        const auto normal = ToFloat(world_from_mesh.Normal(ToVec3(mesh.normals[i])));
         if (IsFinite(normal)) vertex.normal = normal;  // else (zero in the file) the triangle's own
       }
       vertex.uv = given[0].empty() ? TextureCoordinate(mesh, sets[0], i) : given[0][i];
       vertex.uv1 = given[1].empty() ? TextureCoordinate(mesh, sets[1], i) : given[1][i];
       geometry_.vertices.push_back(vertex);
     }
-    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
-      const aiFace& face = mesh.mFaces[i];
-      if (face.mNumIndices != 3) continue;
-      geometry_.triangles.push_back(
-          {{first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]},
-           material});
-    }
+    for (const auto& [a, b, c] : mesh.triangles)
+      geometry_.triangles.push_back({{first + a, first + b, first + c}, material});
   }
 
   // Zeros if the mesh has no such set.
-  std::array<float, 2> TextureCoordinate(const aiMesh& mesh, std::size_t set,
-                                         unsigned vertex) const {
-    if (set >= AI_MAX_NUMBER_OF_TEXTURECOORDS || !mesh.HasTextureCoords(static_cast<unsigned>(set)))
-      return {};
-    const aiVector3D& uv = mesh.mTextureCoords[set][vertex];
-    if (!std::isfinite(uv.x) || !std::isfinite(uv.y))
+  std::array<float, 2> TextureCoordinate(const ImportedMesh& mesh, std::size_t set,
+                                         std::size_t vertex) const {
+    if (set >= ImportedMesh::kSets || mesh.uv[set].empty()) return {};
+    const auto& uv = mesh.uv[set][vertex];
+    if (!std::isfinite(uv[0]) || !std::isfinite(uv[1]))
       Fail(fmt::format("texture coordinate of vertex {} is not finite", vertex));
-    return {uv.x, uv.y};
+    return uv;
   }
 
-  std::uint32_t MaterialOf(const aiMesh& mesh) {
+  std::uint32_t MaterialOf(const ImportedMesh& mesh) {
     if (override_) return *override_;
-    if (mesh.mMaterialIndex >= source_.mNumMaterials)
-      Fail("refers to a material that it does not contain");
-    const auto [entry, is_new] = materials_.try_emplace(mesh.mMaterialIndex, 0);
+    const auto [entry, is_new] = materials_.try_emplace(mesh.material, 0);
     if (is_new) {
-      Material material = ConvertMaterial(*source_.mMaterials[mesh.mMaterialIndex]);
+      Material material = ConvertMaterial(source_.materials[mesh.material]);
       entry->second = static_cast<std::uint32_t>(geometry_.materials.size());
       geometry_.materials.push_back(std::move(material));
     }
     return entry->second;
   }
 
-  Material ConvertMaterial(const aiMaterial& source) {
+  Material ConvertMaterial(const ImportedMaterial& source) {
     Material material;
-    material.name = source.GetName().C_Str();
-    aiColor4D colour(0.5f, 0.5f, 0.5f, 1);
-    source.Get(AI_MATKEY_COLOR_DIFFUSE, colour);
+    material.name = source.name;
     for (int c = 0; c < 3; ++c) {
-      if (!std::isfinite(colour[c]))
+      if (!std::isfinite(source.diffuse[c]))
         Fail(fmt::format("the colour of material '{}' is not finite", material.name));
-      material.albedo[c] = std::clamp(colour[c], 0.0f, 1.0f);
+      material.albedo[c] = std::clamp(source.diffuse[c], 0.0f, 1.0f);
     }
-    aiString reference;
-    if (source.GetTexture(aiTextureType_DIFFUSE, 0, &reference) == AI_SUCCESS)
-      material.texture = TextureIndex(reference.C_Str());
+    if (!source.texture.empty()) material.texture = TextureIndex(source.texture);
     return material;
   }
 
@@ -258,14 +219,22 @@ class MeshAppender {
   }
 
   const std::filesystem::path& path_;
-  const aiScene& source_;
+  const ImportedScene& source_;
   const Gltf* gltf_;  // null: no glTF file
+  std::vector<std::vector<std::size_t>> children_;  // of the imported nodes; glTF only
   std::optional<std::uint32_t> override_;
   Geometry& geometry_;
-  std::map<unsigned, std::uint32_t> materials_;  // of the file -> of the geometry
+  std::map<std::uint32_t, std::uint32_t> materials_;  // of the file -> of the geometry
   std::map<std::string, int> textures_;
   std::optional<GltfMaterials> gltf_materials_;
 };
+
+// assimp looks for the end of a PLY file's header for ever.
+void CheckPlyHeader(const std::filesystem::path& path) {
+  constexpr std::size_t kLongestHeader = 1 << 20;
+  if (core::ReadStart(path, kLongestHeader).find("end_header") == std::string::npos)
+    throw InputError(path.string(), "is a PLY file whose header has no end", kRemedy);
+}
 
 void CheckReadable(const std::filesystem::path& path) {
   static constexpr const char* kExtensions[] = {".obj", ".ply", ".gltf", ".glb"};
@@ -277,6 +246,7 @@ void CheckReadable(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
     throw InputError(path.string(), "there is no such mesh file", "correct the path");
+  if (extension == ".ply") CheckPlyHeader(path);
 }
 
 }  // namespace
@@ -287,27 +257,11 @@ std::vector<std::string> AppendMesh(const std::filesystem::path& path,
   CheckReadable(path);
   std::optional<Gltf> gltf;
   if (Gltf::Is(path)) gltf.emplace(path);
-  Assimp::Importer importer;
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
-                              aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* source = nullptr;
-  std::string reason;
-  try {
-    source = importer.ReadFile(path.string(), 0);
-    if (source) CheckFaces(path, *source);
-    // glTF has no polygons, and its primitives must stay as they are numbered.
-    if (source && !gltf)
-      source = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_SortByPType);
-    if (!source) reason = importer.GetErrorString();
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& error) {
-    reason = error.what();
-  }
-  if (!source || !source->mRootNode)
-    throw InputError(path.string(), fmt::format("the mesh cannot be read ({})", reason), kRemedy);
+  // glTF has no polygons, and its primitives must stay as they are numbered.
+  const ImportedScene source =
+      ImportMesh(path, !gltf, gltf ? gltf->Bytes() : std::filesystem::file_size(path));
   const std::size_t before = geometry.triangles.size();
-  MeshAppender(path, *source, gltf ? &*gltf : nullptr, material, geometry).Append(world_from_mesh);
+  MeshAppender(path, source, gltf ? &*gltf : nullptr, material, geometry).Append(world_from_mesh);
   if (geometry.triangles.size() == before)
     throw InputError(path.string(), "the mesh holds no triangle", kRemedy);
   return gltf ? gltf->LeftOut(!material) : std::vector<std::string>();

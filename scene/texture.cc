@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "pictures/decode_picture.h"
 
 namespace luxfield::scene {
 namespace {
@@ -18,23 +19,9 @@ float LinearFromSrgb8(std::uint32_t value) {
   return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f);
 }
 
-// Empty if it fails.
-cv::Mat Decode(std::span<const unsigned char> bytes, int flags) {
-  if (bytes.empty() || bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
-    return {};
-  try {
-    // imdecode reads only; OpenCV's matrix header has no const form.
-    const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
-                          const_cast<unsigned char*>(bytes.data()));
-    return cv::imdecode(encoded, flags);
-  } catch (const cv::Exception&) {
-    return {};
-  }
-}
-
 // The file's alpha, 8 bits; empty if it has none.
-cv::Mat DecodeAlpha(std::span<const unsigned char> bytes) {
-  const cv::Mat image = Decode(bytes, cv::IMREAD_UNCHANGED);
+cv::Mat DecodeAlpha(std::span<const unsigned char> bytes, const std::string& name) {
+  const cv::Mat image = pictures::DecodePicture(bytes, cv::IMREAD_UNCHANGED, name);
   if (image.channels() != 4) return {};
   cv::Mat alpha;
   cv::extractChannel(image, alpha, 3);
@@ -45,12 +32,12 @@ cv::Mat DecodeAlpha(std::span<const unsigned char> bytes) {
 }  // namespace
 
 Texture DecodeTexture(std::span<const unsigned char> bytes, const std::string& name, Alpha alpha) {
-  const cv::Mat image = Decode(bytes, cv::IMREAD_COLOR);
+  const cv::Mat image = pictures::DecodePicture(bytes, cv::IMREAD_COLOR, name);
   if (image.empty() || image.type() != CV_8UC3)
     throw InputError(name, "is not an image that can be decoded", "use PNG or JPEG");
   Texture texture{name, image.cols, image.rows, {}};
   texture.rgba.reserve(image.total());
-  const cv::Mat opacity = alpha == Alpha::kKept ? DecodeAlpha(bytes) : cv::Mat();
+  const cv::Mat opacity = alpha == Alpha::kKept ? DecodeAlpha(bytes, name) : cv::Mat();
   for (int row = 0; row < image.rows; ++row)
     for (int column = 0; column < image.cols; ++column) {
       const auto bgr = image.at<cv::Vec3b>(row, column);

@@ -10,8 +10,8 @@
 namespace luxfield::scene {
 
 // PNG, JPEG and what else OpenCV decodes; 16-bit files are reduced to 8 bits. Alpha is dropped
-// (255) or kept, and 255 in files that have none. InputError naming `name` if the bytes are no
-// image.
+// (255) or kept, and 255 in files that have none. Throws as pictures/decode_picture.h says, and
+// InputError naming `name` if the bytes are no image.
 enum class Alpha { kDropped, kKept };
 Texture DecodeTexture(std::span<const unsigned char> bytes, const std::string& name,
                       Alpha alpha = Alpha::kDropped);

@@ -88,7 +88,7 @@ TEST(DecoderProcess, ADecoderThatHangsIsEndedAtTheDeadline) {
                     for (;;) ::pause();
                   },
                   0.05),
-              HasSubstr("not done"));
+              HasSubstr("not read within"));
   EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1) << "a child is left";
 }
 
@@ -121,7 +121,7 @@ TEST(DecoderProcess, TextsLongerThanLibRawsBuffersLeaveTheProgramAlone) {
                                     "camera", kMostPixels, kAmple_s);
     EXPECT_EQ(raw.image.dn, negative.dn);
   } catch (const HardwareError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("brought its decoder down"));
+    EXPECT_THAT(error.what(), HasSubstr("brought its reader down"));
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cstring>
@@ -239,6 +240,34 @@ TEST(Texture, InterpolatesLinearLightAndRepeats) {
   EXPECT_NEAR(SampleTexture(texture, {0.0f, 0.5f})[0], half / 2,
               1e-6f);  // half a texel beyond the edge
   EXPECT_NEAR(SampleTexture(texture, {-1.25f, 7.5f})[0], half, 1e-6f);
+}
+
+// Files that crash assimp, keep it busy for good, or take all memory.
+TEST(Mesh, HostileFilesAreRefused) {
+  ExpectRefused(Write("endless.ply", "ply\nformat ascii 1.0\nelement vertex 3\n"));
+  std::string polygon = "v 0 0 0\n";
+  for (int i = 0; i < 10001; ++i) polygon += "v " + std::to_string(i % 100) + " 1 0\n";
+  polygon += "f";
+  for (int i = 1; i <= 10001; ++i) polygon += " " + std::to_string(i);
+  EXPECT_THAT([&] { Read(Write("polygon.obj", polygon + "\n")); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("has 10001 corners")));
+  ExpectRefused(Write("nested.gltf", std::string(200000, '[')));
+  std::string chain = R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[)";
+  for (int i = 1; i < 60000; ++i) chain += R"({"children":[)" + std::to_string(i) + "]},";
+  ExpectRefused(Write("chain.gltf", chain + "{}]}"));
+}
+
+// A library file that is a pipe would keep assimp waiting for its other end.
+TEST(Mesh, WhatAMeshRefersToIsARegularFile) {
+  const auto pipe = std::filesystem::path(testing::TempDir()) / "luxfield_mesh_pipe.mtl";
+  std::filesystem::remove(pipe);
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(Read(Write("piped.obj",
+                       "mtllib luxfield_mesh_pipe.mtl\nv 0 0 0\nv 1 0 0\nv 0 2 0\n"
+                       "f 1 2 3\n"))
+                .triangles.size(),
+            1u);
+  std::filesystem::remove(pipe);
 }
 
 }  // namespace
