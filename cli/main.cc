@@ -1,28 +1,3 @@
-#include "cli/program.h"
-#include "cli/standard_streams.h"
+#include "cli/run.h"
 
-int main(int argc, char** argv) {
-  luxfield::cli::OpenClosedStandardStreams();
-  luxfield::cli::Program program;
-  AddDevices(program);
-  AddSimulate(program);
-  AddSky(program);
-  AddPlan(program);
-  AddCapture(program);
-  AddVerify(program);
-  AddReport(program);
-  AddCalibrate(program);
-  AddFilter(program);
-  AddProbe(program);
-  AddMerge(program);
-  AddReconstruct(program);
-  AddBudget(program);
-  AddImport(program);
-  AddPreprocess(program);
-  AddRender(program);
-  AddInfo(program);
-  AddCompare(program);
-  AddBench(program);
-  AddDemo(program);
-  return program.Run(argc, argv);
-}
+int main(int argc, char** argv) { return luxfield::cli::Run(argc, argv); }

@@ -1,6 +1,5 @@
 #include "cli/program.h"
 
-#include <fmt/color.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -9,6 +8,7 @@
 #include <chrono>
 #include <filesystem>
 #include <new>
+#include <sstream>
 #include <system_error>
 
 #include "cli/standard_streams.h"
@@ -25,11 +25,10 @@ constexpr std::array kAbsentVerbs = {"export", "view"};
 
 void PrintError(const std::string& message) {
   static const bool terminal = isatty(STDERR_FILENO);
-  if (terminal)
-    fmt::print(stderr, fmt::emphasis::bold | fg(fmt::terminal_color::red), "luxfield: ");
-  else
-    fmt::print(stderr, "luxfield: ");
-  fmt::print(stderr, "{}\n", message);
+  if (terminal) core::ObeyedByTerminal("\033[1;31m");  // bold, red
+  fmt::print(stderr, "luxfield: ");
+  if (terminal) core::ObeyedByTerminal("\033[0m");
+  fmt::print(stderr, "{}\n", core::OnOneLine(message));
 }
 
 // ", did you mean 'render'?", or nothing where no known word is near.
@@ -162,7 +161,9 @@ int Program::Run(int argc, char** argv) {
     try {
       app_.parse(argc, argv);
     } catch (const CLI::Success& success) {
-      const int code = app_.exit(success);  // --help, --version
+      std::ostringstream text;
+      const int code = app_.exit(success, text, text);  // --help, --version
+      fmt::print("{}", text.str());
       FlushStandardOutput();
       return code;
     } catch (const CLI::ParseError& error) {

@@ -9,6 +9,11 @@ namespace luxfield::cli {
 // fails (below) instead of vanishing.
 void OpenClosedStandardStreams();
 
+// From here on what is printed to `stdout` and `stderr`, which may quote any file, goes through
+// core::VisibleText. Escape sequences of our own are written to the descriptor
+// (core::ObeyedByTerminal).
+void ShowWhatTerminalsObey();
+
 // Last of all, and wherever printing failed on the way: hands what was printed to the system.
 // Throws DeviceError (exit 3) where it cannot be written: a closed standard output, a full disk.
 void FlushStandardOutput();

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/printable.h"
+
 namespace luxfield::cli {
 namespace {
 
@@ -113,7 +115,7 @@ std::vector<double> Ticks(const Axis& axis) {
 
 std::string EscapeXml(const std::string& text) {
   std::string out;
-  for (const char c : text) {
+  for (const char c : core::Visible(text)) {
     switch (c) {
       case '&':
         out += "&amp;";

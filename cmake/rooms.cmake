@@ -40,16 +40,19 @@ function(luxfield_foreign_headers target)
   endforeach()
 endfunction()
 
-# luxfield_program(FOLDER NAME USES lib...): the executable build/NAME from FOLDER/*.cc.
+# luxfield_program(FOLDER NAME USES lib...): the executable build/NAME from FOLDER/main.cc and the static library
+# luxfield_FOLDER from the other FOLDER/*.cc.
 function(luxfield_program folder name)
   cmake_parse_arguments(ARG "" "" "USES" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cc)
-  if(sources)
-    add_executable(${name} ${sources})
-    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
-    luxfield_foreign_headers(${name} ${ARG_USES})
-    target_link_libraries(${name} PRIVATE ${ARG_USES})
-  endif()
+  list(REMOVE_ITEM sources ${CMAKE_SOURCE_DIR}/${folder}/main.cc)
+  set(library luxfield_${folder})
+  add_library(${library} STATIC ${sources})
+  luxfield_foreign_headers(${library} ${ARG_USES})
+  target_link_libraries(${library} PUBLIC ${ARG_USES})
+  add_executable(${name} ${folder}/main.cc)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+  target_link_libraries(${name} PRIVATE ${library})
 endfunction()
 
 # luxfield_tests(FOLDER USES lib... [DEPENDS target...] [UNDER program [argument...]]): tests/FOLDER/*_test.cc as one program, one

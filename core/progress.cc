@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "core/error.h"
+#include "core/printable.h"
 
 namespace luxfield::core {
 namespace {
@@ -66,7 +67,8 @@ void Progress::Draw(std::uint64_t done, const std::string& note, bool last) {
   if (terminal) {
     if (!last && now - drawn_ < std::chrono::milliseconds(100)) return;
     drawn_ = now;
-    fmt::print(stderr, "\r\033[K{}", line);
+    ObeyedByTerminal("\r\033[K");
+    fmt::print(stderr, "{}", OnOneLine(line));
     std::fflush(stderr);
     open_ = !last;
     if (last) std::fputc('\n', stderr);

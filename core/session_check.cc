@@ -76,7 +76,12 @@ void CheckManifest(const fs::path& folder, const JournalContent& journal, FilePr
                    SessionCheck& check) {
   const auto path = folder / "manifest.json";
   try {
-    const Manifest manifest = ParseManifest(ReadFile(path), path.string());
+    const std::string text = ReadFile(path);
+    const Manifest manifest = ParseManifest(text, path.string());
+    if (text != FormatManifest(manifest)) {
+      check.damaged = true;
+      check.problems.push_back(fmt::format("{}: is not as the program writes it", path.string()));
+    }
     if (manifest.journal_head != journal.head) {
       check.damaged = true;
       check.problems.push_back(

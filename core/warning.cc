@@ -7,13 +7,16 @@
 #include <mutex>
 #include <set>
 
+#include "core/printable.h"
+
 namespace luxfield::core {
 
 void Warn(const std::string& message) {
   static std::mutex mutex;
   static std::set<std::string> printed;
   const std::lock_guard lock(mutex);
-  if (printed.insert(message).second) fmt::print(stderr, "luxfield: warning: {}\n", message);
+  if (printed.insert(message).second)
+    fmt::print(stderr, "luxfield: warning: {}\n", OnOneLine(message));
 }
 
 void SuspectLength(const std::string& file, const std::string& field, double value_m,

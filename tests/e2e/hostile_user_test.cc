@@ -3,14 +3,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <filesystem>
 
 #include "core/file.h"
 #include "core/journal.h"
 #include "core/json.h"
+#include "core/session_check.h"
 #include "core/session_store.h"
 #include "core/session_writer.h"
 #include "lightfield/light_field.h"
+#include "tests/e2e/tiny_session.h"
 #include "tests/e2e/verb_test.h"
 
 namespace luxfield::e2e {
@@ -147,6 +152,124 @@ TEST_F(HostileUser, PathsThatTheSystemRefusesAreNoBugs) {
   EXPECT_THAT(longest.err, HasSubstr("cannot be used"));
   std::filesystem::create_symlink("loop", folder_ / "loop");
   EXPECT_EQ(RunLuxfield({"verify", "loop"}, folder_).exit_code, 2);
+}
+
+// What files say reaches no terminal as it is: here a plan's name and a light field's provenance.
+TEST_F(HostileUser, TextOfFilesIsMadeVisible) {
+  const std::string hostile = "\x1b[31mred\x1b]0;title\x07";
+  lightfield::LightField field;
+  field.geometry.delta_m = 0.3;
+  field.geometry.grid.width = field.geometry.grid.height = 1;
+  field.geometry.grid.spacing_m = 0.01;
+  field.geometry.lattice = {1, 1, 0, 0, 0.01, 0.01};
+  field.data = {1};
+  field.provenance["notes"] = hostile +
+                              "\xc2\x9b"
+                              "1m, gr\xc3\xbcn";
+  lightfield::WriteLightField(folder_ / "x.lf.exr", field);
+  const auto info = RunLuxfield({"info", "x.lf.exr"}, folder_);
+  EXPECT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_THAT(info.out, HasSubstr("gr\xc3\xbcn"));
+  WriteText(folder_ / "p.toml", "[plan]\nname = 'a'\n[" + hostile + "]\n");
+  const auto refused = RunLuxfield({"plan", "p.toml", "--lab", lab_}, folder_);
+  EXPECT_EQ(refused.exit_code, 2);
+
+  core::Json plan;
+  ASSERT_EQ(RunLuxfield({"capture", plan_, "s", "--lab", lab_, "--quiet"}, folder_).exit_code, 0);
+  std::string text = ReadText(folder_ / "s/plan.json");
+  const std::string name = "\"small\"";
+  ASSERT_NE(text.find(name), std::string::npos);
+  WriteText(folder_ / "s/plan.json",
+            text.replace(text.find(name), name.size(), "\"\\u001b[31mred\\u0007\\u202e\""));
+  const auto report = RunLuxfield({"report", "s", "-o", "r.html"}, folder_);
+  const std::string html =
+      std::filesystem::exists(folder_ / "r.html") ? ReadText(folder_ / "r.html") : "";
+  for (const std::string& shown : {info.out, info.err, refused.err, report.out, report.err, html})
+    for (const char* obeyed : {"\x1b", "\x07", "\xc2\x9b", "\xe2\x80\xae"})
+      EXPECT_THAT(shown, Not(HasSubstr(obeyed)));
+}
+
+TEST_F(HostileUser, AnErrorIsOneLine) {
+  const auto outcome = RunLuxfield({"info", "no\nluxfield: done"}, folder_);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+}
+
+// A plan that a command writes is read; a pipe without a writer, and devices, are refused.
+TEST_F(HostileUser, PipesAndDevicesAsInputs) {
+  const auto piped = RunProgram({"/bin/sh", "-c",
+                                 "mkfifo p; cat " + plan_ + " > p & exec " +
+                                     BuiltProgram("luxfield").string() + " plan p --lab " + lab_},
+                                folder_);
+  EXPECT_EQ(piped.exit_code, 0) << piped.err;
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"plan", "/dev/zero", "--lab", lab_}, {"reconstruct", "/dev/zero", "-o", "x.lf.exr"}}) {
+    const auto device = RunLuxfield(words, folder_);
+    EXPECT_EQ(device.exit_code, 2) << words[1];
+    EXPECT_THAT(device.err, HasSubstr("is a device, not a file")) << words[1];
+  }
+}
+
+// A polygon's triangulation takes time by the square of its corners: seconds in assimp.
+TEST_F(HostileUser, ATerminationEndsAForeignParserAtOnce) {
+  std::string mesh, polygon = "f";
+  for (int i = 0; i < 10000; ++i) {
+    const double angle = 2 * 3.14159265358979 * i / 10000, radius = 1 + 0.5 * (i % 2);
+    mesh += fmt::format("v {:.5f} {:.5f} 0\n", radius * std::cos(angle), radius * std::sin(angle));
+    polygon += fmt::format(" {}", i + 1);
+  }
+  for (int face = 0; face < 30; ++face) mesh += polygon + "\n";
+  WriteText(folder_ / "m.obj", mesh);
+  WriteText(folder_ / "s.toml",
+            "[camera]\nposition = [0, -3, 1]\nlook_at = [0, 0, 0]\n[[mesh]]\nfile = 'm.obj'\n");
+  const auto ended =
+      RunProgram({"/bin/sh", "-c",
+                  BuiltProgram("luxfield").string() +
+                      " info s.toml & p=$!; c=; while kill -0 $p && [ -z \"$c\" ]; do sleep 0.02; "
+                      "read c rest < /proc/$p/task/$p/children; done; kill -TERM $p; wait $p; "
+                      "code=$?; ! kill -0 $c && exit $code"},
+                 folder_);
+  EXPECT_EQ(ended.exit_code, 4) << ended.err;
+  EXPECT_THAT(ended.err, HasSubstr("interrupted"));
+}
+
+// A picture's file of a library's own words is one sentence of ours.
+TEST_F(HostileUser, LibrariesSayNothingOfTheirOwn) {
+  WriteText(folder_ / "a.png", std::string("\x89PNG\r\n\x1a\n") + std::string(200, 'x'));
+  WriteText(folder_ / "b.jpg", std::string("\xff\xd8\xff\xe0") + std::string(200, 'x'));
+  for (const char* file : {"a.png", "b.jpg"}) {
+    const auto outcome =
+        RunLuxfield({"merge", file, file, "--exposure", "1", "2", "-o", "o.exr"}, folder_);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, testing::StartsWith("luxfield: "));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+}
+
+// Every bit of a manifest counts, of its keys and white space too.
+TEST_F(HostileUser, EveryFlippedBitOfAManifestIsFound) {
+  WriteText(folder_ / "lab.toml", TinyLab(10, 0));
+  WriteText(folder_ / "plan.toml", TinyPlan(1, 1));
+  ASSERT_EQ(
+      RunLuxfield({"capture", "plan.toml", "s", "--lab", "lab.toml", "--quiet"}, folder_).exit_code,
+      0);
+  const auto path = folder_ / "s/manifest.json";
+  const std::string whole = ReadText(path);
+  ASSERT_TRUE(core::VerifySession(folder_ / "s").problems.empty());
+  int flips = 0, missed = 0;
+  for (std::size_t at = 0; at < whole.size(); at += 3)  // each third byte, a bit of it
+    for (int bit = static_cast<int>(at / 3 % 8); bit < 8; bit += 8, ++flips) {
+      std::string flipped = whole;
+      flipped[at] = static_cast<char>(flipped[at] ^ (1 << bit));
+      WriteText(path, flipped);
+      const bool found = !core::VerifySession(folder_ / "s").problems.empty();
+      missed += !found;
+      EXPECT_TRUE(found) << "byte " << at << ", bit " << bit << ": "
+                         << whole.substr(at > 20 ? at - 20 : 0, 40);
+    }
+  WriteText(path, whole + "\n");
+  EXPECT_FALSE(core::VerifySession(folder_ / "s").problems.empty());
+  std::printf("%d bits flipped, %d missed\n", flips, missed);
 }
 
 // A session of one filter position and of targets, written with hashes that fit.
