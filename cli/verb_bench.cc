@@ -354,9 +354,11 @@ void AddKeep(Program& program, CLI::App& benches) {
         how->seed = program.common().seed.value_or(1);
         return Finish(study::BenchKeep(*how), CpuName(),
                       {"basis", "cells", "lamp", "keep", "solve", "flux_error", "irradiance_error",
-                       "negative"});
+                       "negative", "damage_undone", "wall_s"});
       });
   app.add_option("--bases", how->bases, "Bases to solve in");
+  app.add_flag("--irradiance-metric", how->irradiance_metric,
+               "C >= 0 nearest in irradiance, too: about a second a row");
   app.add_option("--cells", how->cells, "Interior cells of the grids")->check(CLI::Range(1, 64));
   app.add_option("--lamps", how->lamps, "Lamps by name (default: all)");
   app.add_option("--texels", how->texels, "Of a side of the lattice")->check(CLI::Range(4, 512));

@@ -17,7 +17,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> measurements;
-  std::string output, sigma, filter, regularise, keep = "moments";
+  std::string output, sigma, filter, regularise, keep = "moments", metric = "coefficients";
   bool double_precision = false, non_negative = false;
 };
 
@@ -55,6 +55,7 @@ core::Json Run(const Options& options) {
   if (!options.sigma.empty()) RequireExtension(options.sigma, ".lf.exr", "--sigma");
   reconstruct::ReconstructOptions how;
   how.keep = reconstruct::KeepFromName(options.keep);
+  how.metric = reconstruct::NonNegativeMetricFromName(options.metric);
   std::vector<lightfield::Measurements> measurements;
   std::string source;
   for (const std::string& file : options.measurements) {
@@ -73,6 +74,7 @@ core::Json Run(const Options& options) {
   auto& provenance = result.coefficients.provenance;
   provenance["measurements_sha256"] = source;
   provenance["non_negative"] = options.non_negative ? "yes" : "no";
+  if (options.non_negative) provenance["non_negative_metric"] = options.metric;
   provenance["keep"] = options.keep;
   if (result.report.regularisation)
     provenance["regularised"] =
@@ -103,9 +105,11 @@ core::Json Run(const Options& options) {
              100 * report.coefficients.negative_energy,
              report.non_negative ? ", before the non-negative solve removed it" : "");
   if (report.non_negative)
-    fmt::print("  non-negative solve    {} pixels, {} iterations at most, {} above the tolerance\n",
-               report.non_negative->pixels, report.non_negative->iterations,
-               report.non_negative->unconverged);
+    fmt::print(
+        "  non-negative solve    nearest in {}: {} pixels, {} iterations at most, {} above the "
+        "tolerance\n",
+        options.metric, report.non_negative->pixels, report.non_negative->iterations,
+        report.non_negative->unconverged);
   if (report.regularisation) PrintRegularisation(*report.regularisation);
   if (report.incomplete.incomplete)
     fmt::print(
@@ -133,8 +137,14 @@ void AddReconstruct(Program& program) {
   verb.add_option("-o,--output", options->output, "The .lf.exr to write")->required();
   verb.add_option("--sigma", options->sigma,
                   "Write the standard deviation of C as a light field too (.lf.exr)");
-  verb.add_flag("--non-negative", options->non_negative,
-                "Solve with C >= 0; pictures do not need it");
+  CLI::Option* non_negative = verb.add_flag("--non-negative", options->non_negative,
+                                            "Solve with C >= 0; pictures do not need it");
+  verb.add_option(
+          "--non-negative-metric", options->metric,
+          "Nearest in which sense: `coefficients`, texel by texel, or `irradiance`, in what "
+          "all receivers see, for sharp cut-offs; minutes for a large light field")
+      ->capture_default_str()
+      ->needs(non_negative);
   verb.add_option("--regularise", options->regularise,
                   "Coefficients smoother from filter to filter than the data ask for: lambda, or "
                   "`auto` for the one of least estimated error. The report states the bias; "

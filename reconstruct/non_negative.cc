@@ -1,5 +1,7 @@
 #include "reconstruct/non_negative.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -9,6 +11,7 @@
 #include <mutex>
 #include <vector>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "reconstruct/simd.h"
 
@@ -456,6 +459,17 @@ NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std
 }
 
 }  // namespace
+
+NonNegativeMetric NonNegativeMetricFromName(const std::string& name) {
+  for (const auto metric : {NonNegativeMetric::kCoefficients, NonNegativeMetric::kIrradiance})
+    if (NonNegativeMetricName(metric) == name) return metric;
+  throw InputError(fmt::format(
+      "--non-negative-metric '{}' is not known; give coefficients or irradiance", name));
+}
+
+std::string NonNegativeMetricName(NonNegativeMetric metric) {
+  return metric == NonNegativeMetric::kIrradiance ? "irradiance" : "coefficients";
+}
 
 NonNegativeSummary ProjectNonNegative(const GramSolver& solver, float* const* coefficients,
                                       std::size_t pixels, const NonNegativeOptions& options) {

@@ -13,10 +13,15 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 
 #include "reconstruct/gram_solve.h"
 
 namespace luxfield::reconstruct {
+
+enum class NonNegativeMetric { kCoefficients, kIrradiance };
+NonNegativeMetric NonNegativeMetricFromName(const std::string& name);  // InputError on others
+std::string NonNegativeMetricName(NonNegativeMetric metric);           // "coefficients", ...
 
 struct NonNegativeOptions {
   bool keep_flux = true;            // sum C = sum C_0; a pixel whose sum is not above 0 becomes 0
@@ -29,6 +34,7 @@ struct NonNegativeOptions {
 };
 
 struct NonNegativeSummary {
+  NonNegativeMetric metric = NonNegativeMetric::kCoefficients;
   std::size_t pixels = 0;        // that had a negative coefficient (a channel counts for itself)
   std::size_t unconverged = 0;   // left above the tolerance after max_iterations
   std::size_t moments_lost = 0;  // whose first moments no C >= 0 near the solution has

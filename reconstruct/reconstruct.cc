@@ -10,6 +10,7 @@
 #include "reconstruct/filter_system.h"
 #include "reconstruct/general_solve.h"
 #include "reconstruct/gram_solve.h"
+#include "reconstruct/irradiance_metric.h"
 #include "reconstruct/moment_constraint.h"
 #include "reconstruct/separable_product.h"
 
@@ -291,7 +292,9 @@ Reconstruction Reconstruct(std::span<const Measurements> all, const ReconstructO
   else
     SolveBasis(geometry, options, images, &result);
   result.report.coefficients = Statistics(result.coefficients, result.sigma);
-  if (options.non_negative) {
+  if (options.non_negative && options.metric == NonNegativeMetric::kIrradiance) {
+    result.report.non_negative = ProjectByIrradiance({}, &result.coefficients);
+  } else if (options.non_negative) {
     NonNegativeOptions how;
     how.keep_first_moments = result.report.kept.u > 1 && result.report.kept.v > 1;
     result.report.non_negative =

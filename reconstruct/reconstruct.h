@@ -18,7 +18,9 @@ enum class Precision { kFloat, kDouble };  // of the sweeps; E and C are float32
 
 struct ReconstructOptions {
   Precision precision = Precision::kFloat;
-  bool non_negative = false;  // project on C >= 0, keeping every texel's flux (non_negative.h)
+  bool non_negative = false;  // project on C >= 0, keeping every texel's flux
+  // Nearest texel by texel (non_negative.h), or in what receivers see (irradiance_metric.h).
+  NonNegativeMetric metric = NonNegativeMetric::kCoefficients;
   // The filter as it was measured; null: ideal filters.
   const lightfield::MeasuredFilter* filter = nullptr;
   // A system this close to a separable one (Frobenius norm, relative) is solved as separable: C is

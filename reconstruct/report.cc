@@ -60,11 +60,14 @@ nlohmann::json ToJson(const ReconstructionReport& report) {
   json["warnings"] = report.warnings;
   if (report.filter_noise) json["filter_noise"] = *report.filter_noise;
   if (report.non_negative)
-    json["non_negative"] = {{"pixels", report.non_negative->pixels},
+    json["non_negative"] = {{"metric", NonNegativeMetricName(report.non_negative->metric)},
+                            {"pixels", report.non_negative->pixels},
                             {"unconverged", report.non_negative->unconverged},
-                            {"moments_lost", report.non_negative->moments_lost},
                             {"iterations", report.non_negative->iterations},
                             {"worst_residual", report.non_negative->worst_residual}};
+  // In the metric of irradiance first moments are not kept one by one.
+  if (report.non_negative && report.non_negative->metric == NonNegativeMetric::kCoefficients)
+    json["non_negative"]["moments_lost"] = report.non_negative->moments_lost;
   if (report.regularisation) {
     const RegularisationSummary& r = *report.regularisation;
     json["regularisation"] = {{"lambda", r.lambda},

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -97,6 +98,24 @@ void AddRows(const ReferenceLamp& lamp, const std::string& basis, int cells,
     add("clamped", solved.coefficients, reached);
     how.non_negative = true;
     add("non_negative", Reconstruct(measured, how).coefficients, reached);
+    if (!options.irradiance_metric || keep != Keep::kMoments) continue;
+    how.metric = reconstruct::NonNegativeMetric::kIrradiance;
+    const auto start = std::chrono::steady_clock::now();
+    solved = Reconstruct(measured, how);
+    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+    add("non_negative_irradiance", solved.coefficients, reached);
+    auto& row = rows->back();
+    row["wall_s"] = wall.count();
+    row["iterations"] = solved.report.non_negative->iterations;
+    row["unconverged"] = solved.report.non_negative->unconverged;
+    const double of_signed = (*rows)[rows->size() - 4].at("irradiance_error"),
+                 of_coefficients = (*rows)[rows->size() - 2].at("irradiance_error");
+    const auto damage = [&](double error) {
+      return std::sqrt(std::max(error * error - of_signed * of_signed, 0.0));
+    };
+    if (damage(of_coefficients) > 0)
+      row["damage_undone"] =
+          1 - damage(row.at("irradiance_error").get<double>()) / damage(of_coefficients);
   }
 }
 

@@ -16,16 +16,20 @@ struct BenchKeepOptions {
   std::vector<std::string> lamps;  // empty: all of ReferenceLamps
   int texels = 40;                 // of a side of the lattice, which is three times as wide
   int receivers = 60;              // ReferenceReceivers
+  bool irradiance_metric = false;  // rows of it, where moments are kept
   std::uint64_t seed = 1;
 };
 
 // Rows: basis, cells, lamp, keep ("none", "flux", "moments"), solve ("signed", "clamped",
-// "non_negative"), and
+// "non_negative", "non_negative_irradiance"), and
 //   flux_error          of the flux through all texels, relative: sum C over the lamp's own
 //   irradiance_error    root mean square over the receivers of the error over that of the lamp's
 //                       irradiance, each times z^2
 //   negative            sum of |C < 0| over sum of C > 0
 //   edge_reached        light in the ramps of the grid: nothing is kept across it
+//   damage_undone       of "non_negative_irradiance": 1 - d / d of "non_negative", d^2 =
+//                       irradiance_error^2 less that of "signed", no less than 0
+//   iterations, unconverged, wall_s    of "non_negative_irradiance", wall_s of the whole solve
 // The lamp is measured by ideal filters without noise; the truth is its own integral
 // (reference_lamps.h). `clamped` is max(C, 0) of the signed solution. What the lattice on I costs
 // is in all of them. Throws InputError for names that it does not know.

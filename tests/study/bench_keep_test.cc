@@ -47,5 +47,31 @@ TEST(BenchKeep, MomentsMendFluxAndIrradianceOfADisc) {
   EXPECT_THROW(BenchKeep(options), InputError);
 }
 
+// Facets, whose beams end sharply: C >= 0 nearest texel by texel sends light astray, and nearest in
+// irradiance it does not; both keep the flux.
+TEST(BenchKeep, IrradianceMetricUndoesDamageOfFacets) {
+  core::Progress::SetQuiet(true);
+  BenchKeepOptions options;
+  options.bases = {"bilinear", "bspline2"};
+  options.cells = {6};
+  options.lamps = {"faceted"};
+  options.texels = 32;
+  options.receivers = 24;
+  options.irradiance_metric = true;
+  const auto rows = BenchKeep(options);
+  ASSERT_EQ(rows.size(), 2u * (3 * 3 + 1));
+  for (const std::size_t k : {9, 19}) {
+    const auto& row = rows[k];
+    ASSERT_EQ(row.at("solve"), "non_negative_irradiance");
+    EXPECT_EQ(row.at("unconverged"), 0u);
+    EXPECT_EQ(row.at("negative"), 0);
+    EXPECT_LT(std::abs(row.at("flux_error").get<double>()), 2e-5);
+    EXPECT_LT(row.at("irradiance_error").get<double>(),
+              rows[k - 1].at("irradiance_error").get<double>());
+    EXPECT_GT(row.at("damage_undone").get<double>(), 0.35) << row;
+    EXPECT_LE(row.at("damage_undone").get<double>(), 1);
+  }
+}
+
 }  // namespace
 }  // namespace luxfield::study
