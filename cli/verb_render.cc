@@ -46,8 +46,8 @@ study::AccurateFrame RenderToTarget(render::LitScene& scene, const Options& opti
   if (!options.time.empty())
     request.time_s = ParseQuantity(options.time, "--time", {{"s", 1}, {"ms", 1e-3}});
   if (options.estimator_given) request.estimators = {options.render.estimator};
-  request.Validate();
-  if (scene.luminaires().empty()) return study::RenderToAccuracy(scene, {}, request);
+  study::RequireServable(scene, request);
+  if (!study::ReadsCostModel(scene, request)) return study::RenderToAccuracy(scene, {}, request);
   auto costs = study::StoredCostModel(scene.device());
   if (!costs) {
     fmt::print(stderr, "measuring what estimators cost on {} (once; see 'bench calibrate')\n",

@@ -10,16 +10,34 @@ constexpr double kShare = 0.125, kLeast = 256, kMost = 2048;  // of points: draw
 constexpr int kRuns = 2, kRunsOfSharedSets = 32;
 constexpr double kDrawsOfSharedSets = 64;
 constexpr double kEvenShare = 0.25;  // of p, the same for all pixels
+constexpr double kWholeShare = 0.5;  // of the rest, where parts are wanted too
 constexpr std::size_t kLeastDraws = 2;
 
 // Streams of a seed.
 constexpr std::uint64_t kDraws = 0x52656C6974ull, kSeeds = 0x416761696Eull;
+
+double SumOf(std::span<const float> values) {
+  double sum = 0;
+  for (const float x : values) sum += x;
+  return sum;
+}
 
 double SampleVariance(std::span<const double> values) {
   double mean = 0, squares = 0;
   for (const double x : values) mean += x / static_cast<double>(values.size());
   for (const double x : values) squares += (x - mean) * (x - mean);
   return squares / static_cast<double>(values.size() - 1);
+}
+
+// v_k / (m p_k) of each draw.
+std::vector<double> WeightedVariances(std::span<const RelitPixels::Draw> draws,
+                                      std::span<const std::vector<double>> luminance) {
+  std::vector<double> weighted, of_draw(luminance.size());
+  for (std::size_t k = 0; k < draws.size(); ++k) {
+    for (std::size_t run = 0; run < luminance.size(); ++run) of_draw[run] = luminance[run][k];
+    weighted.push_back(draws[k].weight * SampleVariance(of_draw));
+  }
+  return weighted;
 }
 
 }  // namespace
@@ -42,9 +60,14 @@ std::uint64_t RelitPixels::Seed(int run) const {
   return high << 32 | random();
 }
 
-std::vector<RelitPixels::Draw> RelitPixels::Choose(std::span<const float> stated) {
-  double sum = 0;
-  for (const float s : stated) sum += s;
+std::vector<RelitPixels::Draw> RelitPixels::Choose(std::span<const float> stated,
+                                                   std::span<const std::vector<float>> parts) {
+  const double sum = SumOf(stated);
+  std::vector<double> sums;
+  for (const auto& part : parts) sums.push_back(SumOf(part));
+  const auto noisy =
+      static_cast<double>(std::count_if(sums.begin(), sums.end(), [](double s) { return s > 0; }));
+  const double whole_share = noisy > 0 ? kWholeShare : 1;
   std::vector<Draw> draws;
   if (!(sum > 0)) return draws;
   stated_ += sum;
@@ -54,7 +77,10 @@ std::vector<RelitPixels::Draw> RelitPixels::Choose(std::span<const float> stated
   double below = 0;
   double next = random_.Uniform() / static_cast<double>(count);
   for (std::size_t pixel = 0; pixel < stated.size() && draws.size() < count; ++pixel) {
-    const double p = kEvenShare / pixels + (1 - kEvenShare) * stated[pixel] / sum;
+    double shown = whole_share * stated[pixel] / sum;
+    for (std::size_t k = 0; k < parts.size(); ++k)
+      if (sums[k] > 0) shown += (1 - whole_share) / noisy * parts[k][pixel] / sums[k];
+    const double p = kEvenShare / pixels + (1 - kEvenShare) * shown;
     below += p;
     for (; next < below && draws.size() < count; next += 1 / static_cast<double>(count))
       draws.push_back({pixel, 1 / (static_cast<double>(count) * p)});
@@ -64,14 +90,17 @@ std::vector<RelitPixels::Draw> RelitPixels::Choose(std::span<const float> stated
 }
 
 void RelitPixels::Add(std::span<const Draw> draws, std::span<const std::vector<double>> luminance) {
-  std::vector<double> weighted, of_draw(luminance.size());
-  for (std::size_t k = 0; k < draws.size(); ++k) {
-    for (std::size_t run = 0; run < luminance.size(); ++run) of_draw[run] = luminance[run][k];
-    weighted.push_back(draws[k].weight * SampleVariance(of_draw));
-    measured_ += weighted.back();
-  }
+  const std::vector<double> weighted = WeightedVariances(draws, luminance);
+  for (const double v : weighted) measured_ += v;
   if (weighted.size() > 1)
     measured_variance_ += SampleVariance(weighted) * static_cast<double>(weighted.size());
+}
+
+double RelitPixels::Variance(std::span<const Draw> draws,
+                             std::span<const std::vector<double>> luminance) {
+  double sum = 0;
+  for (const double v : WeightedVariances(draws, luminance)) sum += v;
+  return sum;
 }
 
 double RelitPixels::LogVariance() const {

@@ -42,11 +42,16 @@ class RelitPixels {
   std::uint64_t Seed(int run) const;  // of the random streams of a run
 
   // Draws from pixels that state these variances, in their order; a pixel may come twice. None if
-  // all variances are 0.
-  std::vector<Draw> Choose(std::span<const float> stated);
+  // all variances are 0. Where `parts`, of the same pixels, are wanted by themselves, half of what
+  // follows the variances follows theirs, each alike: what is little of the whole is found too.
+  std::vector<Draw> Choose(std::span<const float> stated,
+                           std::span<const std::vector<float>> parts = {});
   std::size_t drawn() const { return drawn_; }  // since Start()
   // What the runs showed of these draws: luminance[run][draw].
   void Add(std::span<const Draw> draws, std::span<const std::vector<double>> luminance);
+  // V of what these draws showed, which may be a part of the luminance: one light's.
+  static double Variance(std::span<const Draw> draws,
+                         std::span<const std::vector<double>> luminance);
 
   // V over the sum of what the pixels state that Choose() was given; 1 where that is 0.
   double Scale() const { return stated_ > 0 ? measured_ / stated_ : 1; }

@@ -35,6 +35,26 @@ double SumOf(const core::Image& image) {
   return sum;
 }
 
+double LuminanceOf(const cl_float4& rgb) { return core::Luminance({rgb.s[0], rgb.s[1], rgb.s[2]}); }
+
+// Mean and squared deviations of a value of every pixel over the passes (Welford 1962).
+class PassSpread {
+ public:
+  explicit PassSpread(std::size_t pixels) : mean_(pixels, 0.0), squares_(pixels, 0.0) {}
+
+  void Add(std::size_t pixel, int pass, double value) {
+    const double deviation = value - mean_[pixel];
+    mean_[pixel] += deviation / (pass + 1);
+    squares_[pixel] += deviation * deviation * pass / (pass + 1);
+  }
+  double VarianceOfMean(std::size_t pixel, int passes) const {
+    return squares_[pixel] / (passes * (passes - 1.0));
+  }
+
+ private:
+  std::vector<double> mean_, squares_;
+};
+
 EstimatorTraits TraitsOf(const std::string& estimator) {
   for (const auto& traits : EstimatorList())
     if (traits.name == estimator) return traits;
@@ -62,6 +82,7 @@ void RenderOptions::Validate() const {
   check("approximation error", approximation_error, 1e-5, 1);
   check("samples per image", static_cast<double>(max_samples_per_image), 0, 1e9);
   for (const float density : sample_density.data) check("sample density", density, 1e-3, 1e3);
+  for (const int samples : light_samples) check("samples of a light", samples, 0, kMaxSamples);
 }
 
 std::string IrradianceUnitName(lightfield::FluxUnit unit) {
@@ -97,6 +118,10 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
       relit_(options_.seed) {
   if (options.width > 0) camera_.width = options.width;
   if (options.height > 0) camera_.height = options.height;
+  if (!options.light_samples.empty() &&
+      static_cast<int>(options.light_samples.size()) != LightCount())
+    throw InputError(fmt::format("samples are given for {} lights where the scene has {}",
+                                 options.light_samples.size(), LightCount()));
   scene.Require(estimator_.traits().needs, options.approximation_error);
   if (options.knobs.strategies.everywhere) scene.Require({.cells = true});
   RequireShadows(estimator_.traits(), options.shadows);
@@ -118,6 +143,11 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
               : ReferencePositions(field.geometry, luminaire.light_field->reference),
           luminaire.world_from_luminaire, scene.geometry().bvh, options.shadow_map_size);
     }
+}
+
+int Renderer::LightCount() const {
+  return static_cast<int>(scene_.luminaires().size() + scene_.area_lights().size()) +
+         (scene_.environment() ? 1 : 0);
 }
 
 int Renderer::SharedSets() const {
@@ -142,7 +172,9 @@ Frame Renderer::Render() {
   frame.provenance = scene_.provenance();
   frame.provenance.merge(lightfield::Provenance{
       {"estimator", options_.estimator},
-      {"samples_per_pixel", std::to_string(options_.samples_per_pixel)},
+      {"samples_per_pixel", options_.light_samples.empty()
+                                ? std::to_string(options_.samples_per_pixel)
+                                : fmt::format("{}", fmt::join(options_.light_samples, " + "))},
       {"antialias", std::to_string(options_.antialias)},
       {"passes", std::to_string(options_.passes)},
       {"seed", std::to_string(options_.seed)},
@@ -161,6 +193,8 @@ Frame Renderer::Render() {
   for (core::Image* image :
        {&frame.coverage, &frame.variance, &frame.stated_variance, &frame.samples})
     *image = core::Image(frame.width, frame.height, 1);
+  if (options_.lights_apart) frame.lights.resize(LightCount());
+  frame.times.light_s.resize(LightCount());
 
   const bool relight = options_.relight && options_.passes == 1;
   if (relight)
@@ -198,6 +232,10 @@ Frame Renderer::Render() {
     frame.variance.data[i] /= samples * samples;
     frame.stated_variance.data[i] /= samples * samples;
     frame.coverage.data[i] /= samples;
+  }
+  for (LightTotals& light : frame.lights) {
+    light.mean_luminance /= samples * static_cast<double>(count);
+    light.mean_variance /= double{samples} * samples * static_cast<double>(count);
   }
   if (relight) {
     frame.variance_scale = relit_.Scale();
@@ -257,14 +295,19 @@ Renderer::EquallySampled Renderer::PartOf(const GBuffer& gbuffer, const BandSurf
 
 void Renderer::Relight(const EquallySampled& part, const GBuffer& gbuffer,
                        const BandSurface& surface, int pixel_sample, const BandLight& light,
-                       RenderTimes& times) {
+                       Frame& frame) {
   std::vector<std::size_t> hits;
   for (std::size_t k = 0; k < gbuffer.pixel_count() && part.pixels.empty(); ++k)
     if (surface.position[k].s[3] != 0) hits.push_back(k);
   const std::vector<std::size_t>& pixels = part.pixels.empty() ? hits : part.pixels;
-  std::vector<float> stated;
-  for (const std::size_t i : pixels) stated.push_back(light.variance[i]);
-  const auto draws = relit_.Choose(stated);
+  const auto of_pixels = [&](const std::vector<float>& values) {
+    std::vector<float> own;
+    for (const std::size_t i : pixels) own.push_back(values[i]);
+    return own;
+  };
+  std::vector<std::vector<float>> of_lights;
+  for (const auto& stated : light.stated) of_lights.push_back(of_pixels(stated));
+  const auto draws = relit_.Choose(of_pixels(light.variance), of_lights);
   if (draws.empty()) return;
   // A picture of the draws, in which a pixel may come twice.
   std::vector<std::size_t> drawn;
@@ -278,16 +321,21 @@ void Renderer::Relight(const EquallySampled& part, const GBuffer& gbuffer,
   again.density = part.density;
   again.first_pixel = static_cast<std::uint32_t>(relit_.drawn() - draws.size());
   std::vector<std::vector<double>> luminance(relit_.runs());
+  std::vector<std::vector<std::vector<double>>> of_light(
+      frame.lights.size(), std::vector<std::vector<double>>(relit_.runs()));
   RenderTimes own;
   for (int run = 0; run < relit_.runs(); ++run) {
     again.seed = relit_.Seed(run);
-    BandLight anew(draws.size());
+    BandLight anew(draws.size(), frame.lights.size());
     LightPart(again, albedo, pixel_sample, 0, anew, own);
-    for (const auto& radiance : anew.radiance)
-      luminance[run].push_back(core::Luminance({radiance.s[0], radiance.s[1], radiance.s[2]}));
+    for (const auto& radiance : anew.radiance) luminance[run].push_back(LuminanceOf(radiance));
+    for (std::size_t l = 0; l < of_light.size(); ++l)
+      of_light[l][run].assign(anew.luminance[l].begin(), anew.luminance[l].end());
   }
-  times.relighting_s += own.lighting_s;
+  frame.times.relighting_s += own.lighting_s;
   relit_.Add(draws, luminance);
+  for (std::size_t l = 0; l < of_light.size(); ++l)
+    frame.lights[l].mean_variance += RelitPixels::Variance(draws, of_light[l]);
 }
 
 void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample, Frame& frame) {
@@ -318,40 +366,49 @@ void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample,
   std::vector<EquallySampled> parts;
   if (!options_.sample_density.data.empty()) parts = BySamples(gbuffer, surface, first_row);
   const int passes = options_.passes;
-  // Mean and squared deviations of the luminance over the passes (Welford 1962).
-  std::vector<double> mean(gbuffer.pixel_count(), 0.0), squares(gbuffer.pixel_count(), 0.0);
+  const bool relight = options_.relight && passes == 1;
+  const std::size_t lights = frame.lights.size();
+  PassSpread spread(gbuffer.pixel_count());
+  std::vector<PassSpread> of_light(lights, PassSpread(gbuffer.pixel_count()));
   for (int pass = 0; pass < passes; ++pass) {
     core::ThrowIfInterrupted();
-    BandLight light(gbuffer.pixel_count());
+    BandLight light(gbuffer.pixel_count(), lights);
     if (options_.sample_density.data.empty())
       LightPart(band, surface.albedo, pixel_sample, pass, light, frame.times);
     for (EquallySampled& part : parts)
       LightPart(part, surface.albedo, pixel_sample, pass, light, frame.times);
-    if (options_.relight && passes == 1) {
-      if (parts.empty()) Relight(band, gbuffer, surface, pixel_sample, light, frame.times);
+    if (relight) {
+      if (parts.empty()) Relight(band, gbuffer, surface, pixel_sample, light, frame);
       for (const EquallySampled& part : parts)
-        Relight(part, gbuffer, surface, pixel_sample, light, frame.times);
+        Relight(part, gbuffer, surface, pixel_sample, light, frame);
     }
     for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
       const std::size_t out = first + i;
-      const auto& radiance = light.radiance[i].s;
       for (int c = 0; c < 3; ++c) {
         frame.irradiance.data[c * plane + out] +=
             light.irradiance[i].s[c] / static_cast<float>(passes);
-        frame.radiance.data[c * plane + out] += radiance[c] / static_cast<float>(passes);
+        frame.radiance.data[c * plane + out] += light.radiance[i].s[c] / static_cast<float>(passes);
       }
       frame.samples.data[out] += light.samples[i];
       frame.stated_variance.data[out] +=
           light.variance[i] / (static_cast<float>(passes) * static_cast<float>(passes));
       if (passes == 1) frame.variance.data[out] += light.variance[i];
-      const double deviation = core::Luminance({radiance[0], radiance[1], radiance[2]}) - mean[i];
-      mean[i] += deviation / (pass + 1);
-      squares[i] += deviation * deviation * pass / (pass + 1);
+      spread.Add(i, pass, LuminanceOf(light.radiance[i]));
+    }
+    for (std::size_t l = 0; l < lights; ++l) {
+      for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
+        frame.lights[l].mean_luminance += double{light.luminance[l][i]} / passes;
+        if (passes == 1 && !relight) frame.lights[l].mean_variance += light.stated[l][i];
+        of_light[l].Add(i, pass, light.luminance[l][i]);
+      }
     }
   }
-  if (passes > 1)
-    for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i)
-      frame.variance.data[first + i] += static_cast<float>(squares[i] / (passes * (passes - 1.0)));
+  if (passes == 1) return;
+  for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
+    frame.variance.data[first + i] += static_cast<float>(spread.VarianceOfMean(i, passes));
+    for (std::size_t l = 0; l < lights; ++l)
+      frame.lights[l].mean_variance += of_light[l].VarianceOfMean(i, passes);
+  }
 }
 
 void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo,
@@ -359,14 +416,13 @@ void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& alb
   const int luminaires = static_cast<int>(scene_.luminaires().size()),
             area_lights = static_cast<int>(scene_.area_lights().size());
   const PlacedEnvironment* environment = scene_.environment();
-  const int lights = luminaires + area_lights + (environment ? 1 : 0);
   const DeviceBvh* bvh = options_.shadows == Shadows::kNone ? nullptr : &scene_.geometry().bvh;
   TwoStrategies& two_strategies = scene_.two_strategies();
   const bool everywhere = options_.knobs.strategies.everywhere;
   for (int l = 0; l < luminaires; ++l) {
     const PlacedLuminaire& luminaire = scene_.luminaires()[l];
     AddLight(
-        part, albedo, pixel_sample, pass, l, lights, luminaire.scale,
+        part, albedo, pixel_sample, pass, l, luminaire.scale,
         [&](const EstimatorOptions& options) {
           if (everywhere)
             two_strategies.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
@@ -379,14 +435,14 @@ void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& alb
   }
   for (int l = 0; l < area_lights; ++l)
     AddLight(
-        part, albedo, pixel_sample, pass, luminaires + l, lights, 1,
+        part, albedo, pixel_sample, pass, luminaires + l, 1,
         [&](const EstimatorOptions& options) {
           two_strategies.Light(part.gbuffer, bvh, scene_.area_lights()[l], options, part.lighting);
         },
         light, times);
   if (environment)
     AddLight(
-        part, albedo, pixel_sample, pass, lights - 1, lights, environment->scale,
+        part, albedo, pixel_sample, pass, luminaires + area_lights, environment->scale,
         [&](const EstimatorOptions& options) {
           if (everywhere)
             two_strategies.Light(part.gbuffer, bvh, environment->light, options, part.lighting);
@@ -397,22 +453,27 @@ void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& alb
         light, times);
 }
 
+int Renderer::SamplesOf(int light, double density, int pixel_sample, int pass) const {
+  const bool given = !options_.light_samples.empty();
+  const double samples =
+      density * (given ? options_.light_samples[light] : options_.samples_per_pixel);
+  const int all = static_cast<int>(std::lround(std::min(samples, double{kMaxSamples})));
+  const int here = Share(Share(all, pixel_sample, options_.antialias), pass, options_.passes);
+  return given ? here : Share(here, light, LightCount());
+}
+
 template <typename Light>
 void Renderer::AddLight(EquallySampled& part, const std::vector<cl_float4>& albedo,
-                        int pixel_sample, int pass, int number, int lights, double scale,
-                        const Light& light, BandLight& sum, RenderTimes& times) {
-  const auto share_of = [&](double samples) {
-    const int all = static_cast<int>(std::lround(std::min(samples, double{kMaxSamples})));
-    return Share(Share(Share(all, pixel_sample, options_.antialias), pass, options_.passes), number,
-                 lights);
-  };
+                        int pixel_sample, int pass, int number, double scale, const Light& light,
+                        BandLight& sum, RenderTimes& times) {
+  if (!options_.light_samples.empty() && options_.light_samples[number] == 0) return;
   EstimatorOptions options;
   // No density takes the second sample away, without which there is no variance to state.
-  options.samples_per_pixel = std::max(share_of(part.density * options_.samples_per_pixel),
-                                       std::min(2, share_of(options_.samples_per_pixel)));
+  options.samples_per_pixel = std::max(SamplesOf(number, part.density, pixel_sample, pass),
+                                       std::min(2, SamplesOf(number, 1, pixel_sample, pass)));
   options.seed = part.seed;
   options.stream = static_cast<std::uint32_t>(
-      ((options_.first_pass + pass) * options_.antialias + pixel_sample) * lights + number);
+      ((options_.first_pass + pass) * options_.antialias + pixel_sample) * LightCount() + number);
   options.max_samples_per_image = options_.max_samples_per_image;
   options.max_error = static_cast<float>(options_.approximation_error);
   options.knobs = options_.knobs;
@@ -423,7 +484,9 @@ void Renderer::AddLight(EquallySampled& part, const std::vector<cl_float4>& albe
   const core::Stopwatch stopwatch;
   light(options);
   scene_.device().Finish();
-  times.lighting_s += stopwatch.WallSeconds();
+  const double wall_s = stopwatch.WallSeconds();
+  times.lighting_s += wall_s;
+  if (!times.light_s.empty()) times.light_s[number] += wall_s;
   times.lighting_core_s += stopwatch.CoreSeconds();
 
   const auto factor = static_cast<float>(scale);
@@ -436,17 +499,23 @@ void Renderer::AddLight(EquallySampled& part, const std::vector<cl_float4>& albe
   for (std::size_t k = 0; k < irradiance.size(); ++k) {
     const std::size_t i = part.pixels.empty() ? k : part.pixels[k];
     const auto& rho = albedo[i].s;
+    cl_float4 radiance{};
     for (int c = 0; c < 3; ++c) {
       const float e = factor * irradiance[k].s[c];
-      sum.irradiance[i].s[c] += e;
-      sum.radiance[i].s[c] +=
+      radiance.s[c] =
           glossy ? factor * reflected[k].s[c] : rho[c] * std::numbers::inv_pi_v<float> * e;
+      sum.irradiance[i].s[c] += e;
+      sum.radiance[i].s[c] += radiance.s[c];
     }
     // Of the irradiance, where surfaces are Lambertian: seen through the albedo's luminance.
     const double shown =
         glossy ? 1.0 : core::Luminance({rho[0], rho[1], rho[2]}) * std::numbers::inv_pi;
-    sum.variance[i] += static_cast<float>(factor * factor * shown * shown * variance[k]);
+    const auto stated = static_cast<float>(factor * factor * shown * shown * variance[k]);
+    sum.variance[i] += stated;
     sum.samples[i] += static_cast<float>(samples[k]);
+    if (sum.luminance.empty()) continue;
+    sum.luminance[number][i] = static_cast<float>(LuminanceOf(radiance));
+    sum.stated[number][i] = stated;
   }
 }
 
@@ -478,6 +547,8 @@ void AddTimes(const RenderTimes& times, RenderTimes& to) {
   to.relighting_s += times.relighting_s;
   to.lighting_s += times.lighting_s;
   to.lighting_core_s += times.lighting_core_s;
+  to.light_s.resize(std::max(to.light_s.size(), times.light_s.size()));
+  for (std::size_t l = 0; l < times.light_s.size(); ++l) to.light_s[l] += times.light_s[l];
   for (const KernelTime& kernel : times.kernels) AddKernelTime(kernel, to.kernels);
 }
 
@@ -501,6 +572,13 @@ Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b) 
         ((all_a + all_b) * (all_a + all_b));
   }
   blend(mean.samples, frame_b.samples, 1, 1);
+  for (std::size_t l = 0; l < mean.lights.size(); ++l) {
+    LightTotals& to = mean.lights[l];
+    const LightTotals& from = frame_b.lights[l];
+    to.mean_luminance = weight_a * to.mean_luminance + weight_b * from.mean_luminance;
+    to.mean_variance =
+        weight_a * weight_a * to.mean_variance + weight_b * weight_b * from.mean_variance;
+  }
   AddTimes(frame_b.times, mean.times);
   return mean;
 }

@@ -25,6 +25,9 @@ namespace luxfield::render {
 struct RenderOptions {
   std::string estimator = "cells";  // a name of EstimatorList()
   int samples_per_pixel = 200;      // light samples per pixel over all lights and pixel samples
+  // Samples of each light instead, over all pixel samples: luminaires, area lights, environment, in
+  // the scene's order; 0 leaves a light out. Empty: samples_per_pixel, shared equally.
+  std::vector<int> light_samples;
   int width = 0, height = 0;        // of the picture, 0: the scene's
   // Samples of a pixel over samples_per_pixel: one channel of any size, stretched over the picture;
   // empty: 1 everywhere. Pixels of equal density are lit together, so it should have few values.
@@ -40,6 +43,7 @@ struct RenderOptions {
   // its variance is what it states of itself, which takes samples as independent and so is too
   // large, up to thirty times.
   bool relight = true;
+  bool lights_apart = false;  // whether the frame tells lights apart (Frame::lights)
   int first_pass = 0;  // passes of the same seed and different numbers draw independently
   std::uint64_t seed = 1;
   Shadows shadows = Shadows::kTraced;  // of other lights than luminaires: traced, or none
@@ -58,7 +62,15 @@ struct RenderTimes {
   double relighting_s = 0;          // of pixels that are lit again, not part of lighting_s
   double lighting_s = 0;            // estimators on resident G-buffers, without transfers
   double lighting_core_s = 0;       // the same in CPU time of this process
+  std::vector<double> light_s;      // of lighting_s, each light's
   std::vector<KernelTime> kernels;  // device time of all of them
+};
+
+// What one light does to a picture.
+struct LightTotals {
+  double mean_luminance = 0;  // of a pixel
+  double mean_variance = 0;  // of that luminance: mean over the pixels of a pixel's variance, which
+                             // is measured as Frame::variance is; lights' add up
 };
 
 // What a camera sees. Images are height x width, row 0 on top; black where nothing was hit, but for
@@ -77,7 +89,8 @@ struct Frame {
   // Of a picture of one pass, `variance` over `stated_variance`, and the variance of the factor's
   // logarithm.
   double variance_scale = 1, scale_log_variance = 0;
-  core::Image samples;  // light samples taken
+  core::Image samples;              // light samples taken
+  std::vector<LightTotals> lights;  // where RenderOptions asks for it
   RenderTimes times;
   lightfield::Provenance provenance;  // options and the SHA-256 of the files that were read
 };
@@ -89,7 +102,7 @@ std::string RadianceUnitName(lightfield::FluxUnit unit);
 void AddTimes(const RenderTimes& times, RenderTimes& to);
 
 // The mean of two independent frames of the same view with the weights a and b, for instance their
-// samples.
+// samples. Both tell their lights apart, or neither.
 Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b);
 
 // Takes pictures of a resident scene.
@@ -106,13 +119,17 @@ class Renderer {
  private:
   // What one pass shows of a band: sums over the lights, per pixel.
   struct BandLight {
-    explicit BandLight(std::size_t pixels)
+    BandLight(std::size_t pixels, std::size_t lights_apart)
         : radiance(pixels, cl_float4{}),
           irradiance(pixels, cl_float4{}),
           variance(pixels, 0.0f),
-          samples(pixels, 0.0f) {}
+          samples(pixels, 0.0f),
+          luminance(lights_apart, std::vector<float>(pixels, 0.0f)),
+          stated(lights_apart, std::vector<float>(pixels, 0.0f)) {}
     std::vector<cl_float4> radiance, irradiance;
     std::vector<float> variance, samples;  // variance as the estimator states it
+    // Of each light, where they are told apart: luminance and its variance.
+    std::vector<std::vector<float>> luminance, stated;
   };
 
   // What is known of a band's surface points on the host.
@@ -137,11 +154,15 @@ class Renderer {
   EquallySampled PartOf(const GBuffer& gbuffer, const BandSurface& surface,
                         std::vector<std::size_t> pixels) const;
   void RenderBand(int first_row, EquallySampled& band, int pixel_sample, Frame& frame);
-  // Lights some pixels of a part again, which `light` shows, and adds what they tell to relit_.
+  // Lights some pixels of a part again, which `light` shows, and adds what they tell to relit_ and
+  // the frame's lights.
   void Relight(const EquallySampled& part, const GBuffer& gbuffer, const BandSurface& surface,
-               int pixel_sample, const BandLight& light, RenderTimes& times);
+               int pixel_sample, const BandLight& light, Frame& frame);
   void ShowBackground(int first_row, const GBuffer& gbuffer, lightfield::Vec2 sample, Frame& frame);
   void ShowEmission(int first_row, const GBuffer& gbuffer, Frame& frame);
+  int LightCount() const;
+  // Samples of a light that a pass takes at a surface point, where density is `density`.
+  int SamplesOf(int light, double density, int pixel_sample, int pass) const;
   // Sets of samples that all pixels share; 0: each has its own.
   int SharedSets() const;
   Visibility VisibilityOf(std::size_t luminaire) const;
@@ -149,10 +170,10 @@ class Renderer {
   void LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo, int pixel_sample,
                  int pass, BandLight& light, RenderTimes& times);
 
-  // Lights a part with light number `light` of `lights` by light(options), and adds `scale` of it.
+  // Lights a part with light `number` by light(options), and adds `scale` of it.
   template <typename Light>
   void AddLight(EquallySampled& part, const std::vector<cl_float4>& albedo, int pixel_sample,
-                int pass, int number, int lights, double scale, const Light& light, BandLight& sum,
+                int pass, int number, double scale, const Light& light, BandLight& sum,
                 RenderTimes& times);
 
   LitScene& scene_;

@@ -10,7 +10,7 @@
 #include "core/measures.h"
 #include "core/stopwatch.h"
 #include "study/choose_setting.h"
-#include "study/passes_accuracy.h"
+#include "study/lights_accuracy.h"
 
 namespace luxfield::study {
 namespace {
@@ -136,13 +136,8 @@ void AccuracyRequest::Validate() const {
 
 AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
                                const AccuracyRequest& request) {
-  request.Validate();
-  const bool others = scene.environment() || !scene.area_lights().empty();
-  if (others && scene.luminaires().empty()) return RenderPassesToAccuracy(scene, request);
-  if (others)
-    throw InputError(
-        "samples are not predicted for luminaires together with an environment map or area lights, "
-        "so that no error or time can be asked of a scene with both; name its samples");
+  RequireServable(scene, request);
+  if (!ReadsCostModel(scene, request)) return RenderLightsToAccuracy(scene, request);
   AccurateFrame result;
   const core::Stopwatch stopwatch;
   const std::vector<Candidate> candidates = ChooseSetting(scene, costs, request);
@@ -169,6 +164,14 @@ AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
   return result;
 }
 
+bool IsBetter(const AccuracyRequest& request, const Setting& a, const Setting& b) {
+  const double time_s = request.time_s.value_or(0);
+  // Predicted to take just the time asked for, but for rounding.
+  const bool a_fits = a.predicted_s <= 1.001 * time_s, b_fits = b.predicted_s <= 1.001 * time_s;
+  if (a_fits != b_fits) return a_fits;
+  return a_fits ? a.predicted_error < b.predicted_error : a.predicted_s < b.predicted_s;
+}
+
 bool TakesSamples(const render::EstimatorTraits& traits, bool shadows) {
   return !traits.noise_free || shadows;
 }
@@ -178,6 +181,35 @@ bool StatesItsError(const render::EstimatorTraits& traits, bool glossy, bool sha
   if (shadows && !traits.traced_shadows) return false;
   return TakesSamples(traits, shadows) ? traits.unbiased || traits.noise_free
                                        : traits.rel_error > 0;
+}
+
+bool MayBeChosen(const render::EstimatorTraits& traits, const render::LitScene& scene,
+                 const AccuracyRequest& request) {
+  const auto& names = request.estimators;
+  return StatesItsError(traits, scene.geometry().glossy,
+                        request.picture.shadows != render::Shadows::kNone) &&
+         (names.empty() || std::find(names.begin(), names.end(), traits.name) != names.end());
+}
+
+bool ReadsCostModel(const render::LitScene& scene, const AccuracyRequest& request) {
+  return !scene.environment() && scene.area_lights().empty() &&
+         !request.picture.knobs.strategies.everywhere;
+}
+
+void RequireServable(const render::LitScene& scene, const AccuracyRequest& request) {
+  request.Validate();
+  if (scene.environment() &&
+      request.picture.knobs.environment.sets != render::SampleSets::kScrambled)
+    throw InputError(
+        "errors of shared and interleaved samples are alike from pixel to pixel, so that no error "
+        "or time can be asked of them; take environment-sets=scrambled or name the samples");
+  if (scene.luminaires().empty() || request.picture.knobs.strategies.everywhere) return;
+  const auto estimators = render::EstimatorList();
+  if (std::none_of(estimators.begin(), estimators.end(),
+                   [&](const auto& traits) { return MayBeChosen(traits, scene, request); }))
+    throw InputError(
+        "no estimator that states its error can light this scene; name one with --estimator and "
+        "its samples with --spp");
 }
 
 double LuminanceError(const core::Image& picture, const core::Image& reference) {

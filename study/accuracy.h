@@ -37,6 +37,10 @@ struct Setting {
   double predicted_s = 0, predicted_error = 0;
 };
 
+// Whether the first is to be preferred: it takes less time for an error asked for; of settings that
+// keep a time asked for it errs less, and of those that do not it takes less time.
+bool IsBetter(const AccuracyRequest& request, const Setting& a, const Setting& b);
+
 struct AccurateFrame {
   render::Frame frame;
   Setting chosen;  // samples_per_pixel as the frame has them
@@ -56,8 +60,22 @@ bool TakesSamples(const render::EstimatorTraits& traits, bool shadows);
 // those that are the same as `exact` on Lambertian surfaces.
 bool StatesItsError(const render::EstimatorTraits& traits, bool glossy, bool shadows);
 
-// Throws InputError for requests that cannot be served (an estimator that does not state its error,
-// glossy surfaces where none of the estimators takes them), DeviceError, Interrupted.
+// Whether the scene's luminaires may be lit by an estimator: it states its error there and is one
+// of those that the request names, if it names any.
+bool MayBeChosen(const render::EstimatorTraits& traits, const render::LitScene& scene,
+                 const AccuracyRequest& request);
+
+// Whether RenderToAccuracy reads the cost model: scenes of luminaires alone. What other lights cost
+// pilots tell (study/lights_accuracy.h).
+bool ReadsCostModel(const render::LitScene& scene, const AccuracyRequest& request);
+
+// Throws InputError for requests that cannot be served, without rendering anything: an estimator
+// that does not state its error, glossy surfaces where none of the estimators takes them, samples
+// of an environment that pixels share, as their errors are alike where margins take them as
+// independent.
+void RequireServable(const render::LitScene& scene, const AccuracyRequest& request);
+
+// Throws what RequireServable does, DeviceError, Interrupted.
 AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
                                const AccuracyRequest& request);
 

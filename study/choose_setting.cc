@@ -93,11 +93,9 @@ class Chooser {
   bool Shadowed() const { return request_.picture.shadows != render::Shadows::kNone; }
 
   void Sort(std::vector<Candidate>& candidates) const {
-    const bool by_time = request_.time_s.has_value();
     std::stable_sort(candidates.begin(), candidates.end(),
                      [&](const Candidate& a, const Candidate& b) {
-                       return by_time ? a.setting.predicted_error < b.setting.predicted_error
-                                      : a.setting.predicted_s < b.setting.predicted_s;
+                       return IsBetter(request_, a.setting, b.setting);
                      });
   }
 
@@ -194,10 +192,7 @@ class Chooser {
   }
 
   bool IsWanted(const render::EstimatorTraits& traits) const {
-    const auto& names = request_.estimators;
-    return costs_.Knows(traits.name) &&
-           StatesItsError(traits, scene_.geometry().glossy, Shadowed()) &&
-           (names.empty() || std::find(names.begin(), names.end(), traits.name) != names.end());
+    return costs_.Knows(traits.name) && MayBeChosen(traits, scene_, request_);
   }
 
   render::RenderOptions PilotOptions(const std::string& estimator, const Size& size, int samples,

@@ -1,0 +1,260 @@
+#include "study/lights_accuracy.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/progress.h"
+#include "core/stopwatch.h"
+#include "study/choose_setting.h"
+#include "study/light_samples.h"
+#include "study/picture_noise.h"
+
+namespace luxfield::study {
+namespace {
+
+constexpr double kPilotPixels = 3072;
+constexpr int kPilotPasses = 4;
+constexpr int kPilotSamples[] = {8, 32};  // of a pass and light
+// What samples take of a pilot's time at least, whatever the clock says: none of them is free.
+constexpr double kLeastShare = 0.1;
+constexpr int kPassNumbers = 1 << 16;  // Renderer's
+constexpr int kMaxRounds = 12;
+// Of a time asked for: the first round's, and what is not worth another one.
+constexpr double kFirstShare = 0.2, kLittle = 0.15;
+constexpr double kLeastRound = 0.25;  // what a further round is worth of the picture so far
+
+// What pilots tell of some of the lights.
+struct Pilot {
+  std::vector<LightLaw> laws;     // of all lights; of those that are not lit: no variance, no time
+  std::vector<double> luminance;  // of each light, mean over the pixels
+  double shown = 0;               // mean luminance of what is seen without light: sky, emission
+  double margin = 1;              // PictureNoise::Margin
+};
+
+// A way to light the luminaires, with what is expected of it.
+struct Way {
+  Setting setting;
+  std::vector<LightLaw> laws;
+  std::vector<double> samples;  // of each light
+  double mean_luminance = 0, margin = 1;
+  double approximation = 0;  // relative RMSE of the picture that no sample takes away
+};
+
+class Lighting {
+ public:
+  Lighting(render::LitScene& scene, const AccuracyRequest& request)
+      : scene_(scene),
+        request_(request),
+        picture_(request.picture),
+        luminaires_(scene.luminaires().size()),
+        lights_(luminaires_ + scene.area_lights().size() + (scene.environment() ? 1 : 0)) {
+    if (picture_.width == 0) picture_.width = scene.camera().width;
+    if (picture_.height == 0) picture_.height = scene.camera().height;
+    if (request.rel_error) picture_.approximation_error = ApproximationError(request);
+    picture_.lights_apart = true;
+  }
+
+  AccurateFrame Render() {
+    AccurateFrame result;
+    const core::Stopwatch stopwatch;
+    std::vector<Way> ways = Ways();
+    std::stable_sort(ways.begin(), ways.end(), [&](const Way& a, const Way& b) {
+      return IsBetter(request_, a.setting, b.setting);
+    });
+    result.choosing_s = stopwatch.WallSeconds();
+    for (const Way& way : ways) result.considered.push_back(way.setting);
+    Take(ways.front(), result);
+    return result;
+  }
+
+ private:
+  bool Shadowed() const { return picture_.shadows != render::Shadows::kNone; }
+
+  std::vector<Way> Ways() {
+    // In place of the pilots' own.
+    core::Progress progress("pilots", render::EstimatorList().size() + 1);
+    progress.Advance(1, "lights");
+    const bool one_way = luminaires_ == 0 || picture_.knobs.strategies.everywhere;
+    const Pilot others = TakePilot(one_way ? 0 : luminaires_, lights_);
+    std::vector<Way> ways;
+    if (one_way) {
+      const bool strategies = picture_.knobs.strategies.everywhere || !scene_.area_lights().empty();
+      return {WayOf(strategies ? "two strategies" : "environment", others, others, 0)};
+    }
+    for (const auto& traits : render::EstimatorList()) {
+      progress.Advance(1, traits.name);
+      if (!MayBeChosen(traits, scene_, request_)) continue;
+      // Its table is built for the view: a choice for those who name it.
+      if (traits.needs.volume && request_.estimators.empty()) continue;
+      picture_.estimator = traits.name;
+      ways.push_back(
+          WayOf(traits.name, TakePilot(0, luminaires_), others,
+                traits.error_is_asked ? picture_.approximation_error : traits.rel_error));
+    }
+    return ways;
+  }
+
+  // Of the lights from `first` to before `end`.
+  Pilot TakePilot(std::size_t first, std::size_t end) {
+    render::RenderOptions options = picture_;
+    const double pixels = static_cast<double>(picture_.width) * picture_.height,
+                 shrink = std::min(1.0, std::sqrt(kPilotPixels / pixels));
+    options.width = std::max(1, static_cast<int>(std::lround(shrink * picture_.width)));
+    options.height = std::max(1, static_cast<int>(std::lround(shrink * picture_.height)));
+    options.antialias = 1;
+    const auto render = [&](int samples, int passes) {
+      options.passes = passes;
+      options.first_pass = kPassNumbers - 2 * passes;  // numbers that no round has
+      options.light_samples.assign(lights_, 0);
+      std::fill(options.light_samples.begin() + static_cast<std::ptrdiff_t>(first),
+                options.light_samples.begin() + static_cast<std::ptrdiff_t>(end), passes * samples);
+      return render::Renderer(scene_, options).Render();
+    };
+    // The first one also warms the kernels up.
+    const render::Frame few = render(kPilotSamples[0], kPilotPasses),
+                        one = render(kPilotSamples[0], 1),
+                        many = render(kPilotSamples[1], kPilotPasses);
+    const double scale = pixels / (static_cast<double>(options.width) * options.height);
+    const PictureNoise noise = NoiseOf(many, kPilotPasses - 1);
+    Pilot pilot;
+    pilot.margin = noise.Margin();
+    pilot.shown = noise.mean_luminance;
+    for (std::size_t l = 0; l < lights_; ++l) {
+      LightLaw law;
+      law.points = picture_.antialias;
+      law.least = 2 * picture_.antialias;
+      law.variance.Add(kPilotSamples[0], kPilotPasses * few.lights[l].mean_variance);
+      law.variance.Add(kPilotSamples[1], kPilotPasses * many.lights[l].mean_variance);
+      const double few_s = scale * one.times.light_s[l],
+                   many_s = scale * many.times.light_s[l] / kPilotPasses;
+      law.sample_s = std::max(kLeastShare * many_s / kPilotSamples[1],
+                              (many_s - few_s) / (kPilotSamples[1] - kPilotSamples[0]));
+      law.fixed_s = picture_.antialias * std::max(0.0, many_s - kPilotSamples[1] * law.sample_s);
+      pilot.laws.push_back(law);
+      pilot.luminance.push_back(many.lights[l].mean_luminance);
+      pilot.shown -= many.lights[l].mean_luminance;
+    }
+    return pilot;
+  }
+
+  Way WayOf(const std::string& name, const Pilot& luminaires, const Pilot& others,
+            double approximation) const {
+    Way way;
+    way.setting.estimator = name;
+    way.margin = std::max(luminaires.margin, others.margin);
+    double of_luminaires = 0;
+    way.mean_luminance = others.shown;
+    for (std::size_t l = 0; l < lights_; ++l) {
+      const Pilot& pilot = l < luminaires_ ? luminaires : others;
+      way.laws.push_back(pilot.laws[l]);
+      way.mean_luminance += pilot.luminance[l];
+      if (l < luminaires_) of_luminaires += pilot.luminance[l];
+    }
+    if (way.mean_luminance > 0)
+      way.approximation = approximation * std::min(1.0, of_luminaires / way.mean_luminance);
+    way.samples = request_.rel_error
+                      ? SamplesForVariance(
+                            way.laws, kAim * kAim * Allowed(way, way.margin, way.mean_luminance))
+                      : SamplesForSeconds(way.laws, *request_.time_s);
+    for (const double n : way.samples) way.setting.samples_per_pixel += static_cast<int>(n);
+    way.setting.predicted_s = SecondsOf(way.laws, way.samples);
+    if (way.mean_luminance > 0)
+      way.setting.predicted_error = std::hypot(
+          std::sqrt(VarianceOf(way.laws, way.samples)) / way.mean_luminance, way.approximation);
+    return way;
+  }
+
+  // Variance of a picture that keeps the error asked for.
+  double Allowed(const Way& way, double margin, double mean_luminance) const {
+    return std::pow(NoiseShare(*request_.rel_error, way.approximation) * mean_luminance, 2) /
+           margin;
+  }
+
+  // Rounds until the error asked for is kept or the time asked for is up.
+  void Take(Way& way, AccurateFrame& result) {
+    render::RenderOptions options = picture_;
+    if (luminaires_ > 0 && !options.knobs.strategies.everywhere)
+      options.estimator = way.setting.estimator;
+    result.chosen = way.setting;
+    result.chosen.samples_per_pixel = 0;
+    if (request_.time_s) FirstInTime(way);
+    double variance = 0;  // of the picture so far
+    for (int round = 0;; ++round) {
+      options.first_pass = round;
+      options.light_samples.assign(way.samples.begin(), way.samples.end());
+      render::Frame frame = render::Renderer(scene_, options).Render();
+      const std::vector<render::LightTotals> lights = frame.lights;
+      // Weighed by what is known of the noise without the frame's own samples.
+      result.frame = round == 0 ? std::move(frame)
+                                : render::MeanFrame(result.frame, 1 / variance, frame,
+                                                    1 / VarianceOf(way.laws, way.samples));
+      for (const double n : way.samples) result.chosen.samples_per_pixel += static_cast<int>(n);
+      const PictureNoise noise =
+          NoiseOf(result.frame, std::max(1, result.chosen.samples_per_pixel - 1));
+      variance = noise.mean_variance;
+      result.estimated_error = std::hypot(noise.RelativeError(), way.approximation);
+      if (request_.time_s) {
+        result.met = true;
+        if (round > 0 || !RestOfTime(way, result.frame.times)) return;
+        continue;
+      }
+      const double allowed = Allowed(way, noise.Margin(), noise.mean_luminance);
+      result.met = variance <= allowed;
+      if (result.met || round == kMaxRounds || result.chosen.samples_per_pixel >= kMaxSamples)
+        return;
+      WantMore(way, lights, variance, kAim * kAim * allowed);
+    }
+  }
+
+  // The clock is not as quick, or as slow, as in the pilots: part of the time is taken first where
+  // another round costs little.
+  void FirstInTime(Way& way) const {
+    double fixed_s = 0;
+    for (const LightLaw& law : way.laws) fixed_s += law.fixed_s;
+    if (fixed_s < kLittle * *request_.time_s)
+      way.samples = SamplesForSeconds(way.laws, kFirstShare * *request_.time_s);
+  }
+
+  // What is left after the first round, at its pace. False if nothing fits in.
+  bool RestOfTime(Way& way, const render::RenderTimes& taken) const {
+    const double left_s = *request_.time_s - taken.lighting_s;
+    if (left_s < kLittle * *request_.time_s) return false;
+    for (std::size_t l = 0; l < lights_; ++l) {
+      LightLaw& law = way.laws[l];
+      const double predicted_s = law.Seconds(way.samples[l]),
+                   pace = predicted_s > 0 ? taken.light_s[l] / predicted_s : 1;
+      law.fixed_s *= pace;
+      law.sample_s *= pace;
+    }
+    way.samples = SamplesForSeconds(way.laws, left_s);
+    return SecondsOf(way.laws, way.samples) <= left_s;
+  }
+
+  // A round that brings the picture down to the aim: variances of independent frames, weighed by
+  // their inverses, add as 1 / V = 1 / V_1 + 1 / V_2. `lights` is what the last round showed.
+  void WantMore(Way& way, const std::vector<render::LightTotals>& lights, double variance,
+                double aim) const {
+    for (std::size_t l = 0; l < lights_; ++l) {
+      LightLaw& law = way.laws[l];
+      const double samples = way.samples[l] / law.points,
+                   shown = lights[l].mean_variance * law.points;
+      if (law.variance.points.empty()) law.variance.Add(samples, shown);
+      law.variance.Anchor(samples, shown);
+    }
+    const double further = 1 / (1 / aim - 1 / variance);
+    way.samples = SamplesForVariance(way.laws, std::min(further, variance / kLeastRound));
+  }
+
+  render::LitScene& scene_;
+  const AccuracyRequest& request_;
+  render::RenderOptions picture_;
+  std::size_t luminaires_, lights_;
+};
+
+}  // namespace
+
+AccurateFrame RenderLightsToAccuracy(render::LitScene& scene, const AccuracyRequest& request) {
+  return Lighting(scene, request).Render();
+}
+
+}  // namespace luxfield::study
