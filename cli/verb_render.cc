@@ -270,6 +270,9 @@ void AddRender(Program& program) {
                   "2s (tables and primary visibility not counted)");
   verb.add_option("--reference", options->reference,
                   "A rendered EXR of the same view: also state the true error against it");
+  verb.add_flag(
+      "--transparent", [options](std::int64_t) { options->render.background = false; },
+      "Leave the environment out behind the geometry, for compositing: it lights all the same");
   verb.add_option("--antialias", options->render.antialias, "Surface points per pixel");
   verb.add_option("--k-max", options->render.max_samples_per_image,
                   "Most samples per coefficient image and pixel, 0 for no bound");

@@ -36,6 +36,7 @@ void WriteFrame(const std::filesystem::path& path, const Frame& frame) {
       part.channels.push_back({layer + names[c], image.plane(c)});
   };
   add("", frame.radiance, "RGB");
+  add("", frame.alpha, "A");
   add("irradiance.", frame.irradiance, "RGB");
   add("normal.", frame.normal, "XYZ");
   add("position.", frame.position, "XYZ");

@@ -14,8 +14,8 @@
 namespace luxfield::render {
 
 // One part, FLOAT channels named as layered viewers expect, docs/formats/render.md: R G B
-// (radiance), irradiance.R/G/B, normal.X/Y/Z, position.X/Y/Z, coverage.Y, variance.Y, samples.Y.
-// Throws DeviceError.
+// (radiance), A (alpha), irradiance.R/G/B, normal.X/Y/Z, position.X/Y/Z, coverage.Y, variance.Y,
+// samples.Y. Throws DeviceError.
 void WriteFrame(const std::filesystem::path& path, const Frame& frame);
 
 // The radiance and irradiance layers and the unit of a file of WriteFrame; other layers stay empty.

@@ -187,7 +187,10 @@ Frame Renderer::Render() {
       {"device", scene_.device().info().name}});
   if (!scene_.area_lights().empty() || options_.knobs.strategies.everywhere)
     frame.provenance["strategies"] = options_.knobs.strategies.Text();
-  if (scene_.environment()) frame.provenance["environment"] = options_.knobs.environment.Text();
+  if (scene_.environment()) {
+    frame.provenance["environment"] = options_.knobs.environment.Text();
+    frame.provenance["background"] = options_.background ? "environment" : "transparent";
+  }
   for (core::Image* image : {&frame.radiance, &frame.irradiance, &frame.normal, &frame.position})
     *image = core::Image(frame.width, frame.height, 3);
   for (core::Image* image :
@@ -242,6 +245,9 @@ Frame Renderer::Render() {
     frame.scale_log_variance = relit_.LogVariance();
     for (float& v : frame.variance.data) v *= static_cast<float>(frame.variance_scale);
   }
+  frame.alpha = frame.coverage;
+  if (scene_.environment() && options_.background)
+    std::fill(frame.alpha.data.begin(), frame.alpha.data.end(), 1.0f);
   frame.times.kernels = scene_.device().TakeKernelTimes();
   return frame;
 }
@@ -531,7 +537,7 @@ void Renderer::ShowEmission(int first_row, const GBuffer& gbuffer, Frame& frame)
 void Renderer::ShowBackground(int first_row, const GBuffer& gbuffer, lightfield::Vec2 sample,
                               Frame& frame) {
   const PlacedEnvironment* environment = scene_.environment();
-  if (!environment) return;
+  if (!environment || !options_.background) return;
   const auto background =
       background_->Render(environment->light, camera_, first_row, sample, gbuffer);
   const std::size_t plane = frame.coverage.plane_size(),

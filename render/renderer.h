@@ -34,6 +34,7 @@ struct RenderOptions {
   // None takes less than two samples of a luminaire and pass where even pixels take two.
   // It must not depend on the samples it governs, or the picture is biased (Kirk and Arvo 1991).
   core::Image sample_density;
+  bool background = true;  // whether the environment is seen where nothing is hit
   int antialias = 1;  // surface points per pixel; 1: the pixel's centre
   // Independent passes that the samples are split over. With two or more, the variance is taken
   // from the spread between passes. One pass is better, as its samples are stratified together; its
@@ -83,6 +84,7 @@ struct Frame {
   core::Image normal;      // xyz, world; of the pixel's first sample, as position
   core::Image position;    // xyz, world, metres
   core::Image coverage;    // share of the pixel samples that hit
+  core::Image alpha;       // the same, or 1 where the environment is seen behind
   core::Image variance;    // estimated variance of the luminance of `radiance`
   // The same as passes state it of themselves, taking samples as independent.
   core::Image stated_variance;

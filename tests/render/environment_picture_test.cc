@@ -73,6 +73,34 @@ class EnvironmentPicture : public testing::Test {
   static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
 };
 
+// Over the sky itself, a picture without it is the picture with it: A over a sky that is the same
+// everywhere, at edges too.
+TEST_F(EnvironmentPicture, GoesOverOthersByItsAlpha) {
+  const auto sky = std::filesystem::path(testing::TempDir()) / "luxfield_sky_even.exr";
+  core::Image even(8, 4, 3);
+  std::fill(even.data.begin(), even.data.end(), 0.75f);
+  core::WriteExrImage(sky, even);
+  auto options = Options(Shadows::kTraced, 32);
+  options.antialias = 4;
+  const Frame whole = RenderWith(Block(sky), options);
+  options.background = false;
+  const Frame cut_out = RenderWith(Block(sky), options);
+  int edges = 0;
+  for (std::size_t i = 0; i < whole.alpha.data.size(); ++i) {
+    EXPECT_EQ(whole.alpha.data[i], 1);
+    const float alpha = cut_out.alpha.data[i];
+    EXPECT_EQ(alpha, cut_out.coverage.data[i]);
+    edges += alpha > 0 && alpha < 1;
+    for (int c = 0; c < 3; ++c)  // the scene shows the sky at twice its radiance
+      EXPECT_NEAR(cut_out.radiance.plane(c)[i] + (1 - alpha) * 1.5f, whole.radiance.plane(c)[i],
+                  1e-5f);
+  }
+  EXPECT_GT(edges, 10);
+  EXPECT_EQ(cut_out.irradiance.data, whole.irradiance.data);
+  EXPECT_EQ(cut_out.variance.data, whole.variance.data);
+  EXPECT_EQ(cut_out.samples.data, whole.samples.data);
+}
+
 TEST_F(EnvironmentPicture, ShowsTheSkyAndItsLight) {
   const auto sky = WriteSky("light");
   const auto map = MakeCubeMap(lightfield::ReadEnvironmentPicture(sky), kFaceSize);

@@ -41,6 +41,7 @@ Frame TestFrame() {
   frame.coverage = Noise(1, 5);
   frame.variance = Noise(1, 6);
   frame.samples = Noise(1, 7);
+  frame.alpha = Noise(1, 8);
   frame.provenance = {{"seed", "3"}};
   return frame;
 }
@@ -60,6 +61,7 @@ TEST(Film, AovsSurviveTheFileBitByBit) {
     expect(std::string("normal.") + "XYZ"[c], frame.normal, c);
     expect(std::string("position.") + "XYZ"[c], frame.position, c);
   }
+  expect("A", frame.alpha, 0);
   expect("coverage.Y", frame.coverage, 0);
   expect("variance.Y", frame.variance, 0);
   expect("samples.Y", frame.samples, 0);

@@ -455,6 +455,7 @@ TEST_F(RendererTest, EmissionIsSeenAndLightsNothing) {
     }
   EXPECT_GT(whole, 50);
   EXPECT_GT(part, 3);
+  EXPECT_EQ(dark.alpha.data, dark.coverage.data);  // no sky behind
   EXPECT_EQ(bright.irradiance.data, dark.irradiance.data);
   EXPECT_EQ(bright.variance.data, dark.variance.data);
 }
