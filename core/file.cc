@@ -13,7 +13,7 @@
 
 #include "core/descriptor.h"
 #include "core/error.h"
-#include "core/staged_file.h"
+#include "core/outputs.h"
 
 namespace luxfield::core {
 namespace {
@@ -61,11 +61,11 @@ void RemoveFile(const std::filesystem::path& path) {
 
 void WriteAtomically(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path&)>& write) {
-  StagedFile(path, write).PutInPlace();
+  Place(StagedFile(path, write));
 }
 
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes, Access access) {
-  StagedFile(path, std::span(&bytes, 1), access).PutInPlace();
+  Place(StagedFile(path, std::span(&bytes, 1), access));
 }
 
 std::filesystem::path CacheFile(const std::string& name) {

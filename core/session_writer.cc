@@ -32,11 +32,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kWaitingFrames = 2 * kSha256Lanes;
 constexpr std::array kFrameFolders = {"frames", "darks", "flats", "refs", "targets"};
 
-// As core/file.h names them.
-bool IsTemporary(const fs::path& path) {
-  const std::string name = path.filename().string();
-  return name.starts_with(".") && name.find(".tmp") != std::string::npos;
-}
+bool IsTemporary(const fs::path& path) { return IsTemporaryName(path.filename().string()); }
 
 void WritePrivate(const fs::path& path, std::string_view bytes) {
   WriteFileAtomically(path, bytes, Access::kPrivate);

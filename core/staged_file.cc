@@ -1,16 +1,22 @@
 #include "core/staged_file.h"
 
 #include <fcntl.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 
 #include <atomic>
+#include <ctime>
+#include <regex>
+#include <string>
 #include <utility>
-
-#include "core/descriptor.h"
 
 namespace luxfield::core {
 namespace {
 
-void WriteAll(int fd, std::string_view bytes, const std::filesystem::path& path) {
+namespace fs = std::filesystem;
+
+void WriteAll(int fd, std::string_view bytes, const fs::path& path) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(fd, bytes.data(), bytes.size());
     if (written < 0) {
@@ -22,59 +28,117 @@ void WriteAll(int fd, std::string_view bytes, const std::filesystem::path& path)
 }
 
 // Unique within the folder for this process; keeps the extension, since image writers go by it.
-std::filesystem::path TemporaryBeside(const std::filesystem::path& path) {
+fs::path TemporaryBeside(const fs::path& path) {
   static std::atomic<unsigned> counter{0};
   return FolderOf(path) / fmt::format(".{}.{}-{}.tmp{}", path.stem().string(), ::getpid(),
                                       counter++, path.extension().string());
 }
 
-// Failures name the file that it is to be.
-void WriteNew(const std::filesystem::path& temporary, std::span<const std::string_view> pieces,
-              Access access, const std::filesystem::path& path) {
-  const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC,
-                               access == Access::kPrivate ? 0600 : 0666));
-  if (file.get() < 0) FailWriting(path, "create");
-  for (const std::string_view bytes : pieces) WriteAll(file.get(), bytes, path);
-  // Only sooner than the sync would: what it says does not matter.
-  ::sync_file_range(file.get(), 0, 0, SYNC_FILE_RANGE_WRITE);
+// The process that a temporary file is named after, or 0 where the name is no such name.
+pid_t WriterOf(const std::string& name) {
+  static const std::regex pattern(R"(\..*\.([1-9]\d{0,8})-\d{1,10}\.tmp(\.[^.]*)?)");
+  std::smatch parts;
+  return std::regex_match(name, parts, pattern) ? std::stoi(parts[1]) : 0;
+}
+
+// Between a file's creation and its lock only the process says that somebody writes it, and
+// processes of other machines or containers cannot be seen.
+bool IsOrphan(const fs::path& path, pid_t writer) {
+  constexpr std::time_t kDay = 24 * 3600;
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+  struct stat status {};
+  if (file.get() < 0 || ::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) return false;
+  const bool dead = ::kill(writer, 0) != 0 && errno == ESRCH;
+  if (!dead && std::time(nullptr) - status.st_mtime < kDay) return false;
+  return ::flock(file.get(), LOCK_EX | LOCK_NB) == 0;
 }
 
 }  // namespace
 
-StagedFile::StagedFile(const std::filesystem::path& path,
-                       const std::function<void(const std::filesystem::path&)>& write)
-    : path_(path), temporary_(TemporaryBeside(path)) {
-  try {
-    write(temporary_);
-    StorageStep("temporary written");
-  } catch (...) {
-    ::unlink(temporary_.c_str());
-    throw;
+StagedFile::StagedFile(const fs::path& path, Access access)
+    : path_(path),
+      temporary_(TemporaryBeside(path)),
+      file_(::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC,
+                   access == Access::kPrivate ? 0600 : 0666)) {
+  if (file_.get() < 0) {
+    temporary_.clear();
+    FailWriting(path, "create");  // names the file that it is to be
   }
+  ::flock(file_.get(), LOCK_EX | LOCK_NB);  // where the file system has locks
 }
 
-StagedFile::StagedFile(const std::filesystem::path& path, std::span<const std::string_view> pieces,
+// From here on the destructor runs, whatever is thrown.
+StagedFile::StagedFile(const fs::path& path, const std::function<void(const fs::path&)>& write)
+    : StagedFile(path, Access::kUmask) {
+  write(temporary_);
+  struct stat status {};
+  if (::fstat(file_.get(), &status) != 0 || status.st_size == 0)
+    throw DeviceError(fmt::format("{}: nothing was written", path.string()));
+  StorageStep("temporary written");
+}
+
+StagedFile::StagedFile(const fs::path& path, std::span<const std::string_view> pieces,
                        Access access)
-    : StagedFile(path, [&](const std::filesystem::path& temporary) {
-        WriteNew(temporary, pieces, access, path);
-      }) {}
+    : StagedFile(path, access) {
+  for (const std::string_view bytes : pieces) WriteAll(file_.get(), bytes, path);
+  // Only sooner than the sync would: what it says does not matter.
+  ::sync_file_range(file_.get(), 0, 0, SYNC_FILE_RANGE_WRITE);
+  StorageStep("temporary written");
+}
 
 StagedFile::StagedFile(StagedFile&& other) noexcept
-    : path_(std::move(other.path_)), temporary_(std::exchange(other.temporary_, {})) {}
+    : path_(std::move(other.path_)),
+      temporary_(std::exchange(other.temporary_, {})),
+      file_(other.file_.release()) {}
 
 StagedFile::~StagedFile() {
   if (!temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
-void StagedFile::PutInPlace() {
-  const Descriptor file(::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.get() < 0 || ::fsync(file.get()) != 0) FailWriting(path_, "sync");
+void StagedFile::Sync() const {
+  if (::fsync(file_.get()) != 0) FailWriting(path_, "sync");
   StorageStep("temporary synced");
+}
+
+void StagedFile::Rename() {
   if (::rename(temporary_.c_str(), path_.c_str()) != 0) FailWriting(path_, "rename into place");
   temporary_.clear();
   StorageStep("renamed");
+}
+
+void StagedFile::PutInPlace() {
+  Sync();
+  Rename();
   SyncFolder(FolderOf(path_));
   StorageStep("folder synced");
+}
+
+void StagedFile::Exchange() {
+  struct stat there {};
+  const bool replaces = ::lstat(path_.c_str(), &there) == 0 && !S_ISDIR(there.st_mode);
+  // Not every file system exchanges; there the old file goes at once.
+  if (!replaces ||
+      ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE) != 0)
+    return Rename();
+  StorageStep("renamed");
+}
+
+void StagedFile::Undo() noexcept {
+  if (temporary_.empty())
+    ::unlink(path_.c_str());
+  else
+    ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE);
+}
+
+bool IsTemporaryName(const std::string& name) { return WriterOf(name) != 0; }
+
+void SweepTemporaries(const fs::path& folder) {
+  std::error_code error;
+  for (auto entry = fs::directory_iterator(folder, error); !error && entry != fs::end(entry);
+       entry.increment(error)) {
+    const pid_t writer = WriterOf(entry->path().filename().string());
+    if (writer != 0 && IsOrphan(entry->path(), writer)) ::unlink(entry->path().c_str());
+  }
 }
 
 }  // namespace luxfield::core

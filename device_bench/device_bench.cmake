@@ -10,6 +10,7 @@ set(device_bench_sources
     core/file.cc
     core/input_file.cc
     core/measures.cc
+    core/outputs.cc
     core/printable.cc
     core/progress.cc
     core/staged_file.cc

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/outputs.h"
 
 namespace luxfield::render {
 namespace {
@@ -48,13 +49,7 @@ void StoreProgramBinary(const std::string& name, const std::string& key,
                         const std::string& binary) {
   const auto path = CacheFile(name, key);
   if (path.empty() || binary.empty()) return;
-  std::error_code ignored;
-  std::filesystem::create_directories(path.parent_path(), ignored);
-  try {
-    core::WriteFileAtomically(path, Header(key, binary) + key + binary);
-  } catch (const Error&) {
-    // The next process compiles again.
-  }
+  core::WriteCacheFile(path, Header(key, binary) + key + binary);  // else the next process compiles
 }
 
 }  // namespace luxfield::render

@@ -9,6 +9,7 @@
 
 #include "capture/write_plan.h"
 #include "core/error.h"
+#include "core/outputs.h"
 #include "core/parallel.h"
 #include "core/progress.h"
 #include "core/session_store.h"
@@ -322,6 +323,7 @@ SimulatedCapture CapturePlanner::Simulate(
     const PlannedCapture& plan, const std::filesystem::path& folder, std::uint64_t seed,
     const std::optional<std::vector<std::string>>& sources) const {
   const core::Stopwatch watch;
+  const core::WritesAtOnce scratch;
   std::filesystem::create_directories(folder);
   ChainOptions chain;
   chain.lab = folder / "lab.toml";

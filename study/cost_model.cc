@@ -8,6 +8,7 @@
 
 #include "core/file.h"
 #include "core/json.h"
+#include "core/outputs.h"
 #include "core/stopwatch.h"
 #include "preprocess/scene_receivers.h"
 #include "render/device_scene.h"
@@ -216,15 +217,9 @@ std::filesystem::path StoreCostModel(const render::Device& device, const CostMod
   core::Json estimators;
   for (const auto& [name, coefficients] : model.coefficients_s)
     for (int a = 0; a < kTerms; ++a) estimators[name][kTermNames[a]] = coefficients[a];
-  std::error_code ignored;
-  std::filesystem::create_directories(file.parent_path(), ignored);
-  try {
-    core::WriteJson(
-        file, {{"version", kVersion}, {"device", model.device}, {"estimators_s", estimators}});
-  } catch (const Error&) {
-    return {};
-  }
-  return file;
+  const core::Json json{
+      {"version", kVersion}, {"device", model.device}, {"estimators_s", estimators}};
+  return core::WriteCacheFile(file, json.dump(2) + "\n") ? file : std::filesystem::path();
 }
 
 }  // namespace luxfield::study

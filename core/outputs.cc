@@ -1,0 +1,87 @@
+#include "core/outputs.h"
+
+#include <utility>
+
+#include "core/descriptor.h"
+
+namespace luxfield::core {
+namespace {
+
+namespace fs = std::filesystem;
+
+Outputs* g_outputs = nullptr;
+
+}  // namespace
+
+Outputs::Outputs() { g_outputs = this; }
+Outputs::~Outputs() { g_outputs = nullptr; }
+
+WritesAtOnce::WritesAtOnce() : waiting_(std::exchange(g_outputs, nullptr)) {}
+WritesAtOnce::~WritesAtOnce() { g_outputs = waiting_; }
+
+void Outputs::PutInPlace() {
+  for (const StagedFile& file : waiting_) file.Sync();
+  std::size_t renamed = 0;
+  try {
+    for (; renamed < waiting_.size(); ++renamed) waiting_[renamed].Exchange();
+  } catch (...) {
+    while (renamed > 0) waiting_[--renamed].Undo();
+    throw;
+  }
+  std::set<fs::path> folders;
+  for (const StagedFile& file : waiting_) folders.insert(FolderOf(file.path()));
+  waiting_.clear();
+  for (const fs::path& folder : folders) SyncFolder(folder);
+  StorageStep("outputs in place");
+}
+
+void PutOutputsInPlace() {
+  if (g_outputs) g_outputs->PutInPlace();
+}
+
+void Place(StagedFile file) {
+  if (!g_outputs) return file.PutInPlace();
+  if (ReadableAt(file.path()) != file.path())
+    throw InputError(file.path().string(), "two outputs have this name", "name them apart");
+  const fs::path folder = FolderOf(file.path());
+  g_outputs->waiting_.push_back(std::move(file));
+  if (g_outputs->swept_.insert(folder).second) SweepTemporaries(folder);
+}
+
+fs::path ReadableAt(const fs::path& path) {
+  if (g_outputs)
+    for (const StagedFile& file : g_outputs->waiting_)
+      if (file.path().lexically_normal() == path.lexically_normal()) return file.temporary();
+  return path;
+}
+
+bool WriteCacheFile(const fs::path& path, std::string_view bytes) {
+  std::error_code ignored;
+  fs::create_directories(path.parent_path(), ignored);
+  try {
+    StagedFile(path, std::span(&bytes, 1), Access::kUmask).PutInPlace();
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+void RequireOutputPlace(const fs::path& path) {
+  const fs::path folder = FolderOf(path);
+  std::error_code unknown;
+  const auto above = fs::status(folder, unknown);
+  if (!fs::exists(above))
+    throw InputError(path.string(), fmt::format("there is no folder '{}'", folder.string()),
+                     "make it, or name another");
+  if (!fs::is_directory(above))
+    throw InputError(path.string(), fmt::format("'{}' is no folder", folder.string()),
+                     "name one that is");
+  const auto there = fs::status(path, unknown);
+  if (fs::is_directory(there))
+    throw InputError(path.string(), "is a folder, not a file to write", "name a file in it");
+  if (fs::exists(there) && !fs::is_regular_file(there))
+    throw InputError(path.string(), "is no file that can be replaced", "name another");
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) FailWriting(path, "create");
+}
+
+}  // namespace luxfield::core
