@@ -1,27 +1,35 @@
 #include "cli/program.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <filesystem>
 #include <new>
+#include <optional>
 #include <sstream>
 #include <system_error>
 
+#include "cli/named_files.h"
 #include "cli/standard_streams.h"
 #include "core/nearest.h"
+#include "core/outputs.h"
 #include "core/parallel.h"
 #include "core/printable.h"
 #include "core/progress.h"
+#include "core/stopwatch.h"
 
 namespace luxfield::cli {
 namespace {
 
 // Verbs of the design that this version does not have: refused by name instead of "unknown".
 constexpr std::array kAbsentVerbs = {"export", "view"};
+
+// Verbs that read again what they have written, or keep what they have at a failure: their files
+// come into being as they go, those of all others together at the end (core/outputs.h).
+constexpr std::array<std::string_view, 4> kWriteAsTheyGo = {"bench", "capture", "demo", "verify"};
 
 void PrintError(const std::string& message) {
   static const bool terminal = isatty(STDERR_FILENO);
@@ -43,34 +51,48 @@ std::vector<std::string> Names(const std::vector<const CLI::App*>& verbs) {
   return names;
 }
 
-// What is wrong, and where help is: of the verb, or of the name behind it. A name that a group does
-// not have is refused with those it has.
-std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error) {
-  std::string verbs;
+// The verb that was parsed, or the name behind it; `words` gets both, each with a space behind it.
+const CLI::App& Parsed(const CLI::App& app, std::string* words) {
   const CLI::App* verb = &app;
   while (!verb->get_subcommands().empty()) {
     verb = verb->get_subcommands().front();
-    verbs += verb->get_name() + " ";
+    *words += verb->get_name() + " ";
   }
-  std::string what = error.what();
-  const auto choices = verb->get_subcommands({});
-  if (verb != &app && !choices.empty()) {
-    const auto wrong = verb->remaining();
-    what = wrong.empty() ? fmt::format("'{}' needs a name", verb->get_name())
-                         : fmt::format("'{}' does not know '{}'{}", verb->get_name(), wrong.front(),
-                                       Suggestion(wrong.front(), Names(choices)));
-    for (std::size_t k = 0; k < choices.size(); ++k)
-      what += (k == 0 ? "; use one of " : ", ") + choices[k]->get_name();
-  }
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && verb != &app) {
-    std::vector<std::string> options;
-    for (const CLI::Option* option : verb->get_options()) options.push_back(option->get_name());
-    const auto extra = verb->remaining(true);
-    if (!extra.empty())
-      what = fmt::format("'{}' does not know {}{}", verb->get_name(),
-                         core::Printable(extra.front()), Suggestion(extra.front(), options));
-  }
-  return fmt::format("{}; see `luxfield {}--help`", what, verbs);
+  return *verb;
+}
+
+// What is wrong, with a pointer to the help of the verb.
+std::string WithHelp(const std::string& what, const std::string& words) {
+  return fmt::format("{}; see `luxfield {}--help`", what, words);
+}
+
+// An option, or another word, that the verb does not know.
+std::string UnknownWord(const CLI::App& verb, const std::string& word) {
+  std::vector<std::string> options;
+  for (const CLI::Option* option : verb.get_options()) options.push_back(option->get_name());
+  return fmt::format("'{}' does not know {}{}", verb.get_name(), core::Printable(word),
+                     Suggestion(word, options));
+}
+
+// A misspelt option is the reason of whatever else seems wrong: that one is missing, or that its
+// value is no file for the verb to read.
+std::optional<std::string> MisspeltOption(const CLI::App& app) {
+  std::string words;
+  const CLI::App& verb = Parsed(app, &words);
+  if (&verb == &app) return {};
+  for (const std::string& extra : verb.remaining(true))
+    if (extra.starts_with("-")) return WithHelp(UnknownWord(verb, extra), words);
+  return {};
+}
+
+std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error) {
+  if (const auto misspelt = MisspeltOption(app)) return *misspelt;
+  std::string words, what = error.what();
+  const CLI::App& verb = Parsed(app, &words);
+  const bool extras = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+  if (extras && &verb != &app && !verb.remaining(true).empty())
+    what = UnknownWord(verb, verb.remaining(true).front());
+  return WithHelp(what, words);
 }
 
 // Numbers on the command line: the parser takes nan, inf and 1e300.
@@ -86,7 +108,8 @@ void RequirePlausible(const CLI::App& app) {
   for (const CLI::App* verb : app.get_subcommands()) RequirePlausible(*verb);
 }
 
-// The first word is the verb. CLI11 alone would look for one among the words behind it.
+// The first word is the verb, and that behind a group one of its names. CLI11 alone would look for
+// them among the words behind. A name that a group does not have is refused with those it has.
 void RequireVerb(const CLI::App& app, int argc, char** argv) {
   const std::string_view word = argc > 1 ? argv[1] : "";
   if (word.empty())
@@ -97,10 +120,39 @@ void RequireVerb(const CLI::App& app, int argc, char** argv) {
       throw InputError(fmt::format(
           "the verb '{}' is not built in this version; `luxfield --help` lists those that are",
           word));
-  const auto verbs = Names(app.get_subcommands({}));
-  if (std::find(verbs.begin(), verbs.end(), word) == verbs.end())
+  const auto verbs = app.get_subcommands({});
+  const auto verb = std::find_if(verbs.begin(), verbs.end(),
+                                 [&](const CLI::App* one) { return one->get_name() == word; });
+  if (verb == verbs.end())
     throw InputError(fmt::format("there is no verb '{}'{}; `luxfield --help` lists them",
-                                 core::Printable(word), Suggestion(word, verbs)));
+                                 core::Printable(word), Suggestion(word, Names(verbs))));
+  const auto names = Names((*verb)->get_subcommands({}));
+  const std::string_view name = argc > 2 ? argv[2] : "";
+  if (names.empty() || (*verb)->get_require_subcommand_min() == 0 || name.starts_with("-") ||
+      std::find(names.begin(), names.end(), name) != names.end())
+    return;
+  const std::string what = name.empty()
+                               ? fmt::format("'{}' needs a name", word)
+                               : fmt::format("'{}' does not know '{}'{}", word,
+                                             core::Printable(name), Suggestion(name, names));
+  throw InputError(WithHelp(fmt::format("{}; use one of {}", what, fmt::join(names, ", ")),
+                            std::string(word) + " "));
+}
+
+// Does the work of `verb`, its --json included.
+void RunVerb(const std::string& verb, const Action& action, const std::string& json_file) {
+  std::optional<core::Outputs> outputs;
+  if (std::find(kWriteAsTheyGo.begin(), kWriteAsTheyGo.end(), verb) == kWriteAsTheyGo.end())
+    outputs.emplace();
+  const core::Stopwatch stopwatch;
+  core::Json result = action();
+  if (!json_file.empty()) {
+    result["verb"] = verb;
+    result["version"] = LUXFIELD_VERSION;
+    result["wall_s"] = stopwatch.WallSeconds();
+    core::WriteJson(json_file, result);
+  }
+  if (outputs) outputs->PutInPlace();
 }
 
 // What the system refuses: 3 where it has run out of something or a device failed, else 2, the
@@ -145,7 +197,8 @@ CLI::App& Program::AddVerb(CLI::App& group, const std::string& name, const std::
   CLI::App* verb = group.add_subcommand(name, description);
   verb->option_defaults()->always_capture_default();
   verb->add_option("--json", common_.json_file, "Write the figures to this JSON file as well")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->check(OutputFile());
   verb->add_option("--seed", common_.seed,
                    "Seed of every random number (default: the input file's own, else 1)");
   verb->add_option("--threads", common_.threads, "CPU threads, 0 for all cores")
@@ -169,20 +222,16 @@ int Program::Run(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
       PrintError(ParseErrorText(app_, error));
       return 2;
+    } catch (const InputError&) {  // of a file that an option names
+      const auto misspelt = MisspeltOption(app_);
+      if (!misspelt) throw;
+      throw InputError(*misspelt);
     }
     RequirePlausible(app_);
     core::SetThreads(common_.threads);
     core::Progress::SetQuiet(common_.quiet);
     core::InstallInterruptHandler();
-    const auto start = std::chrono::steady_clock::now();
-    core::Json result = chosen_();
-    if (!common_.json_file.empty()) {
-      result["verb"] = app_.get_subcommands().front()->get_name();
-      result["version"] = LUXFIELD_VERSION;
-      result["wall_s"] =
-          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      core::WriteJson(common_.json_file, result);
-    }
+    RunVerb(app_.get_subcommands().front()->get_name(), chosen_, common_.json_file);
     FlushStandardOutput();
     return 0;
   } catch (const Error& error) {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "cli/budget_report.h"
+#include "cli/named_files.h"
 #include "cli/program.h"
 
 namespace luxfield::cli {
@@ -58,19 +59,25 @@ void AddBudget(Program& program) {
       "Where the uncertainty of radiance, flux and irradiance comes from: noise, exposure, drift, "
       "stage, geometry, filter, stray light, missing positions, light meter, basis",
       [options] { return Run(*options); });
-  verb.add_option("SESSION", options->session, "The session folder")->required();
+  verb.add_option("SESSION", options->session, "The session folder")
+      ->required()
+      ->check(InputFile({core::FileKind::kLightFieldSession, core::FileKind::kSession}));
   verb.add_option("--uncertainty", options->settings,
                   "A budget.toml: sizes of errors that the session cannot know, quantities, light "
                   "meter (docs/formats/budget.md)");
   verb.add_option("--at", options->at,
                   "X Y Z in metres: also the irradiance there, facing the lamp (repeatable)")
       ->expected(3);
-  verb.add_option("--report", options->report, "An .html page with a bar chart per quantity");
+  verb.add_option("--report", options->report, "An .html page with a bar chart per quantity")
+      ->check(OutputFile());
   verb.add_option("--lamp-level", options->lamp_level, "As of merge")
       ->check(CLI::IsMember({"first-reference", "monitor"}));
-  verb.add_option("--calibration", options->calibrations, "As of merge: a .cal.json");
-  verb.add_option("--flat-field", options->flat_field, "As of merge: a .flat.exr");
-  verb.add_option("--filter", options->filter, "As of reconstruct: a .filter.exr");
+  verb.add_option("--calibration", options->calibrations, "As of merge: a .cal.json")
+      ->check(InputCalibration());
+  verb.add_option("--flat-field", options->flat_field, "As of merge: a .flat.exr")
+      ->check(InputFile({core::FileKind::kFlatField}));
+  verb.add_option("--filter", options->filter, "As of reconstruct: a .filter.exr")
+      ->check(InputFile({core::FileKind::kMeasuredFilter}));
   verb.add_flag("--estimate-exposures", options->estimate_exposures,
                 "As of merge: exposure times from the frames");
   verb.add_flag("--skip-hashes", options->skip_hashes,

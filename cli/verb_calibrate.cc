@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cli/calibrate_report.h"
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "cli/verb_calibrate.h"
 #include "reconstruct/sensor_calibration_file.h"
@@ -44,10 +45,15 @@ void AddCalibrate(Program& program) {
       "Gain, read noise, dark current, PRNU, saturation and linearity from the flats and darks of "
       "a session (plan of kind \"sensor\"), by photon transfer",
       [options] { return RunSensor(*options); });
-  verb.add_option("SESSION", options->session, "The session folder")->required();
-  verb.add_option("-o,--output", options->output, "The .cal.json to write")->required();
+  verb.add_option("SESSION", options->session, "The session folder")
+      ->required()
+      ->check(InputFile({core::FileKind::kSensorSession, core::FileKind::kSession}));
+  verb.add_option("-o,--output", options->output, "The .cal.json to write")
+      ->required()
+      ->check(OutputFile());
   verb.add_option("--report", options->report,
-                  "An .html page with the photon transfer curve, its residuals and linearity");
+                  "An .html page with the photon transfer curve, its residuals and linearity")
+      ->check(OutputFile());
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }

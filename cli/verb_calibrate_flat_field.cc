@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "cli/named_files.h"
 #include "cli/verb_calibrate.h"
 #include "reconstruct/flat_field.h"
 
@@ -43,10 +44,15 @@ void AddCalibrateFlatField(Program& program, CLI::App& group) {
       "(plan of kind \"sensor\"): of the camera, or of screen and camera where they show the "
       "screen",
       [options] { return Run(*options); });
-  verb.add_option("SESSION", options->session, "The session folder")->required();
-  verb.add_option("-o,--output", options->output, "The .flat.exr to write")->required();
+  verb.add_option("SESSION", options->session, "The session folder")
+      ->required()
+      ->check(InputFile({core::FileKind::kSensorSession, core::FileKind::kSession}));
+  verb.add_option("-o,--output", options->output, "The .flat.exr to write")
+      ->required()
+      ->check(OutputFile());
   verb.add_option("--calibration", options->calibration,
-                  "The sensor's .cal.json, for its noise and defects; without it the session's");
+                  "The sensor's .cal.json, for its noise and defects; without it the session's")
+      ->check(InputFile({core::FileKind::kSensorCalibration}));
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }

@@ -1,4 +1,5 @@
 // luxfield calibrate geometry SESSION -o X.cal.json
+#include "cli/named_files.h"
 #include "cli/verb_calibrate.h"
 
 #include <fmt/format.h>
@@ -40,9 +41,14 @@ void AddCalibrateGeometry(Program& program, CLI::App& group) {
       "Camera and distortion, the mapping onto the image plane, the filter plane, delta and the "
       "stage's axes from the frames of a session (plan of kind \"geometry\")",
       [options] { return Run(*options); });
-  verb.add_option("SESSION", options->session, "The session folder")->required();
-  verb.add_option("-o,--output", options->output, "The .cal.json to write")->required();
-  verb.add_option("--report", options->report, "An .html page with the residuals' plots");
+  verb.add_option("SESSION", options->session, "The session folder")
+      ->required()
+      ->check(InputFile({core::FileKind::kGeometrySession, core::FileKind::kSession}));
+  verb.add_option("-o,--output", options->output, "The .cal.json to write")
+      ->required()
+      ->check(OutputFile());
+  verb.add_option("--report", options->report, "An .html page with the residuals' plots")
+      ->check(OutputFile());
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "cli/named_files.h"
 #include "cli/verb_calibrate.h"
 #include "reconstruct/calibrate_glare.h"
 
@@ -39,8 +40,12 @@ void AddCalibrateGlare(Program& program, CLI::App& group) {
       "How much light lens and housing scatter over a picture, from the frames of a light trap on "
       "the evenly lit screen (plan of kind \"glare\")",
       [options] { return Run(*options); });
-  verb.add_option("SESSION", options->session, "The session folder")->required();
-  verb.add_option("-o,--output", options->output, "The .cal.json to write")->required();
+  verb.add_option("SESSION", options->session, "The session folder")
+      ->required()
+      ->check(InputFile({core::FileKind::kGlareSession, core::FileKind::kSession}));
+  verb.add_option("-o,--output", options->output, "The .cal.json to write")
+      ->required()
+      ->check(OutputFile());
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
 }

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "cli/html_page.h"
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "cli/svg_plot.h"
 #include "cli/verb_calibrate.h"
@@ -128,8 +129,12 @@ void AddCalibrateResponse(Program& program, CLI::App& group) {
                                    "pictures of one scene with different "
                                    "exposure times",
                                    [options] { return Run(*options); });
-  verb.add_option("IMAGES", options->images, "PNG, JPEG or TIFF, 8 or 16 bit")->required();
-  verb.add_option("-o,--output", options->output, "The .cal.json to write")->required();
+  verb.add_option("IMAGES", options->images, "PNG, JPEG or TIFF, 8 or 16 bit")
+      ->required()
+      ->check(InputFile({core::FileKind::kPhotograph}));
+  verb.add_option("-o,--output", options->output, "The .cal.json to write")
+      ->required()
+      ->check(OutputFile());
   verb.add_option("--exposure", options->exposures_s,
                   "Exposure times in seconds, one for each picture (default: their Exif)")
       ->delimiter(',');
@@ -140,7 +145,8 @@ void AddCalibrateResponse(Program& program, CLI::App& group) {
   verb.add_option("--samples", options->samples,
                   "Pixels of flat places a channel; histogram levels of debevec-1997")
       ->check(CLI::Range(200, 100000));
-  verb.add_option("--report", options->report, "An .html page with curves, errors and noise");
+  verb.add_option("--report", options->report, "An .html page with curves, errors and noise")
+      ->check(OutputFile());
 }
 
 }  // namespace luxfield::cli

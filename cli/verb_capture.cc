@@ -11,6 +11,7 @@
 #include "capture/capture_sensor.h"
 #include "capture/session_edges.h"
 #include "cli/capture_report.h"
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/pause.h"
 #include "core/progress.h"
@@ -112,9 +113,13 @@ void AddCapture(Program& program) {
                       "Measure a plan into a session folder; Ctrl-Z pauses a light field and goes "
                       "on, Ctrl-C ends, --resume continues",
                       [options, &program] { return Run(*options, program.common().seed); });
-  verb.add_option("PLAN", options->plan, "The plan.toml")->required();
+  verb.add_option("PLAN", options->plan, "The plan.toml")
+      ->required()
+      ->check(InputFile({core::FileKind::kPlan}));
   verb.add_option("SESSION", options->session, "The session folder to write")->required();
-  verb.add_option("--lab", options->lab, "The lab.toml with the devices")->required();
+  verb.add_option("--lab", options->lab, "The lab.toml with the devices")
+      ->required()
+      ->check(InputFile({core::FileKind::kLab}));
   verb.add_flag("--resume", options->resume, "Go on with a paused or interrupted session");
   verb.add_flag("--dry-run", options->dry_run,
                 "Print the expanded plan, time and bytes; move and write nothing");

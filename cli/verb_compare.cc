@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/exr.h"
 #include "core/measures.h"
@@ -107,8 +108,9 @@ void AddCompare(Program& program) {
                   "texels along a face")
       ->check(CLI::Range(1, 8192));
   verb.add_option(
-      "-d,--difference", options->difference,
-      "Write the difference picture: .exr holds A - B, .png the Lab difference in false colour");
+          "-d,--difference", options->difference,
+          "Write the difference picture: .exr holds A - B, .png the Lab difference in false colour")
+      ->check(OutputFile());
 }
 
 }  // namespace luxfield::cli

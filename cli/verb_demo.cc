@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cli/demo_report.h"
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/progress.h"
 
@@ -45,9 +46,12 @@ void AddDemo(Program& program) {
                    core::FormatDuration(result.total_wall_s), options->output, options->output);
         return summary;
       });
-  verb.add_option("--lab", options->lab, "The simulated lab");
-  verb.add_option("--plan", options->plan, "What to measure");
-  verb.add_option("--scene", options->scene, "What to light with it");
+  verb.add_option("--lab", options->lab, "The simulated lab")
+      ->check(InputFile({core::FileKind::kLab}));
+  verb.add_option("--plan", options->plan, "What to measure")
+      ->check(InputFile({core::FileKind::kPlan}));
+  verb.add_option("--scene", options->scene, "What to light with it")
+      ->check(InputFile({core::FileKind::kScene}));
   verb.add_option("-o,--output", options->output,
                   "Folder for every file of the run; an earlier demo's is replaced");
   verb.add_option("--spp", options->spp, "Light samples per pixel of the picture");

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cli/device_tests.h"
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/config.h"
 #include "hal/attached.h"
@@ -225,7 +226,8 @@ void AddDevices(Program& program) {
   CLI::App& verb = program.AddVerb(
       "devices", "List drivers, ports, a lab's devices and OpenCL devices; test a device",
       [options, test] { return (*test)->parsed() ? Test(*options) : Run(*options); });
-  verb.add_option("LAB", options->lab, "A lab.toml: open its devices and show their capabilities");
+  verb.add_option("LAB", options->lab, "A lab.toml: open its devices and show their capabilities")
+      ->check(InputFile({core::FileKind::kLab}));
   verb.add_option(
       "--port", options->port,
       "Ask a serial port (or tcp:HOST:PORT) which driver is its device's; nothing moves");
@@ -237,7 +239,10 @@ void AddDevices(Program& program) {
       ->add_option("NAME", options->device,
                    fmt::format("One of {}", fmt::join(TestableDevices(), ", ")))
       ->required();
-  (*test)->add_option("LAB", options->test_lab, "Its lab.toml")->required();
+  (*test)
+      ->add_option("LAB", options->test_lab, "Its lab.toml")
+      ->required()
+      ->check(InputFile({core::FileKind::kLab}));
   (*test)->add_option(
       "--reach", options->reach,
       "How far from the middle of its limits the stage may go, in mm, cm or m; homing "

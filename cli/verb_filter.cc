@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "capture/print_filter.h"
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/file.h"
+#include "core/outputs.h"
 #include "hal/devices.h"
 #include "reconstruct/filter_session.h"
 #include "reconstruct/measure_filter.h"
@@ -44,6 +46,7 @@ FilterSheet SheetOf(const PrintVerb& options) {
 }
 
 core::Json RunPrint(const PrintVerb& options) {
+  core::RequireOutputPlace(options.name + ".sheet.json");
   const FilterSheet sheet = SheetOf(options);
   capture::PrintOptions how;
   how.dpi = options.dpi;
@@ -129,6 +132,7 @@ struct PhotographVerb {
 };
 
 core::Json RunPhotograph(const PhotographVerb& options, std::optional<std::uint64_t> seed) {
+  core::RequireOutputPlace(options.name + ".sheet.json");
   const auto photographs = study::PhotographFilter(options.lab, seed, options.pixels);
   core::Json files = core::Json::array();
   const auto write = [&](const std::string& ending, const auto& write_file) {
@@ -155,20 +159,28 @@ void AddMeasure(Program& program, CLI::App& group) {
       "Turn photographs of a printed filter, taken without the luminaire, into its transmittance",
       [options] { return RunMeasure(*options); });
   verb.add_option(
-      "SESSION", options->session,
-      "The session folder (plan of kind \"filter\"); without it --sheet, --light, --print");
+          "SESSION", options->session,
+          "The session folder (plan of kind \"filter\"); without it --sheet, --light, --print")
+      ->check(InputFile({core::FileKind::kFilterSession, core::FileKind::kSession}));
   verb.add_option("--calibration", options->calibration,
-                  "The sensor's .cal.json, for the noise of SESSION; without it the session's");
+                  "The sensor's .cal.json, for the noise of SESSION; without it the session's")
+      ->check(InputFile({core::FileKind::kSensorCalibration}));
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame of SESSION against the journal's SHA-256");
   verb.add_option("--sheet", options->sheet,
-                  "The .sheet.json of `luxfield filter print`; with SESSION in place of its own");
-  verb.add_option("--light", options->light, "Photograph of the holder without the print (.exr)");
+                  "The .sheet.json of `luxfield filter print`; with SESSION in place of its own")
+      ->check(InputFile({core::FileKind::kFilterSheet}));
+  verb.add_option("--light", options->light, "Photograph of the holder without the print (.exr)")
+      ->check(InputFile({core::FileKind::kExrPicture}));
   verb.add_option("--print", options->prints,
-                  "Photograph with the print (.exr); of a dual pair the plus and the minus part");
-  verb.add_option("-o,--output", options->output, "The .filter.exr to write")->required();
+                  "Photograph with the print (.exr); of a dual pair the plus and the minus part")
+      ->check(InputFile({core::FileKind::kExrPicture}));
+  verb.add_option("-o,--output", options->output, "The .filter.exr to write")
+      ->required()
+      ->check(OutputFile());
   verb.add_option("--tone", options->tone,
-                  "Also write the printer's .tone.toml, from the step wedge of the first print");
+                  "Also write the printer's .tone.toml, from the step wedge of the first print")
+      ->check(OutputFile());
 }
 
 void AddPhotograph(Program& program, CLI::App& group) {
@@ -178,7 +190,9 @@ void AddPhotograph(Program& program, CLI::App& group) {
       "Photograph the filter of a simulated lab on its bench, with the lab's print errors and "
       "noise",
       [options, &program] { return RunPhotograph(*options, program.common().seed); });
-  verb.add_option("LAB", options->lab, "The lab.toml")->required();
+  verb.add_option("LAB", options->lab, "The lab.toml")
+      ->required()
+      ->check(InputFile({core::FileKind::kLab}));
   verb.add_option("-o,--output", options->name,
                   "NAME of NAME.sheet.json, NAME.light.exr and NAME.print.exr (or .plus, .minus)")
       ->required();
@@ -199,7 +213,8 @@ void AddFilter(Program& program) {
   verb.add_option("-o,--output", print->name,
                   "NAME of NAME.tif (or NAME.plus.tif, NAME.minus.tif), NAME.pdf, NAME.sheet.json")
       ->required();
-  verb.add_option("--lab", print->lab, "Take basis, spacing, scale and kind from this lab.toml");
+  verb.add_option("--lab", print->lab, "Take basis, spacing, scale and kind from this lab.toml")
+      ->check(InputFile({core::FileKind::kLab}));
   verb.add_option("--basis", print->basis, "box, bilinear, quadratic or bspline2");
   verb.add_option("--basis-a", print->basis_a, "Shape of quadratic");
   verb.add_option("--spacing", print->spacing, "Knot spacing, such as 16.5mm");

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/file.h"
 #include "reconstruct/import_rays.h"
@@ -143,10 +144,15 @@ void AddImport(Program& program) {
   auto options = std::make_shared<Options>();
   CLI::App& verb = program.AddVerb("import", "Turn a TM-25 ray file into light fields",
                                    [options] { return Run(*options); });
-  verb.add_option("FILE", options->rays, "The .tm25ray file")->required();
-  verb.add_option("-o,--output", options->output, "The .lf.exr to write")->required();
+  verb.add_option("FILE", options->rays, "The .tm25ray file")
+      ->required()
+      ->check(InputFile({core::FileKind::kRays}));
+  verb.add_option("-o,--output", options->output, "The .lf.exr to write")
+      ->required()
+      ->check(OutputFile());
   verb.add_option("--sigma", options->sigma,
-                  "Write the counting noise of C as a light field too (.lf.exr)");
+                  "Write the counting noise of C as a light field too (.lf.exr)")
+      ->check(OutputFile());
   verb.add_option("--translate", options->translation_mm,
                   "Pose: shift of the file's frame, mm, after the rotation")
       ->expected(3);

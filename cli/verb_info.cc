@@ -12,6 +12,7 @@
 #include "core/colour.h"
 #include "core/config.h"
 #include "core/exr.h"
+#include "core/file_kind.h"
 #include "core/session_store.h"
 #include "hal/devices.h"
 #include "lightfield/environment_layouts.h"
@@ -330,16 +331,16 @@ bool IsEnvironment(const std::string& path, const std::string& name) {
   return name.ends_with(".exr") && lightfield::SaysEnvironmentLayout(core::ExrReader(path));
 }
 
-// Also one that has lost some of its files.
-bool IsSession(const std::filesystem::path& folder) {
-  for (const char* file : {"journal.jsonl", "session.json", "plan.json"})
-    if (std::filesystem::exists(folder / file)) return true;
-  return false;
+void RequireFrames(const std::string& folder) {
+  if (core::WhatIs(folder) != core::FileKind::kFolder) return;
+  throw InputError(folder, "is a folder that holds neither a session nor .exr or .hdr frames",
+                   "name a file in it");
 }
 
 Json Info(const std::string& path, const std::string& layout) {
   const std::string name = LowerCase(path);
-  if (IsSession(path)) return InfoSession(path);
+  if (core::IsSession(core::WhatIs(path))) return InfoSession(path);
+  RequireFrames(path);
   if (lightfield::IsEnvironmentSequence(path)) return InfoEnvironmentSequence(path, layout);
   if (!layout.empty()) return InfoEnvironment(path, layout);
   if (name.ends_with(".lf.exr")) return InfoLightField(path);
@@ -351,7 +352,8 @@ Json Info(const std::string& path, const std::string& layout) {
   if (name.ends_with(".tm25ray")) return InfoRays(path);
   if (name.ends_with(".toml")) return InfoToml(path);
   throw InputError(
-      path, "is of no kind this verb knows",
+      path,
+      fmt::format("is {}, of which this verb knows nothing", core::NameOf(core::WhatIs(path))),
       "give a session folder, a folder or .txt list of .hdr or .exr frames, .lf.exr, .meas.exr, "
       ".tab.exr, .filter.exr, .exr, .hdr, .tm25ray or .toml");
 }

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "cli/merge_pictures.h"
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "reconstruct/merge_session.h"
 
@@ -95,9 +96,12 @@ void AddMerge(Program& program) {
   verb.add_option("INPUT", options->inputs,
                   "The session folder, or PNG, JPEG or TIFF pictures of one scene with different "
                   "exposure times")
-      ->required();
+      ->required()
+      ->check(InputFile({core::FileKind::kLightFieldSession, core::FileKind::kSession,
+                         core::FileKind::kPhotograph}));
   verb.add_option("-o,--output", options->output, "The .meas.exr to write; for pictures an .exr")
-      ->required();
+      ->required()
+      ->check(OutputFile());
   verb.add_option("--estimator", options->estimator,
                   "inverse-variance: iterated, needs the camera's noise model; poisson: sums of "
                   "counts over sums of times")
@@ -108,16 +112,19 @@ void AddMerge(Program& program) {
                   "its monitor reads 1")
       ->check(CLI::IsMember({"first-reference", "monitor"}));
   verb.add_option(
-      "--calibration", options->calibrations,
-      "A .cal.json: a sensor's (`calibrate sensor`) in place of the gain, noise, black "
-      "level, dark current, PRNU and saturation that the session states; the geometry's "
-      "(`calibrate geometry`) in place of its delta, image_from_sensor and stage axes; "
-      "or one of each; and the glare's (`calibrate glare`), which is stated in the file and not "
-      "subtracted; for pictures their camera's response (`calibrate response`)");
+          "--calibration", options->calibrations,
+          "A .cal.json: a sensor's (`calibrate sensor`) in place of the gain, noise, black "
+          "level, dark current, PRNU and saturation that the session states; the geometry's "
+          "(`calibrate geometry`) in place of its delta, image_from_sensor and stage axes; "
+          "or one of each; and the glare's (`calibrate glare`), which is stated in the file and "
+          "not "
+          "subtracted; for pictures their camera's response (`calibrate response`)")
+      ->check(InputCalibration());
   verb.add_option(
-      "--flat-field", options->flat_field,
-      "A .flat.exr (`calibrate flat-field`) in place of the vignetting that the session "
-      "holds; its sigma takes the place of PRNU");
+          "--flat-field", options->flat_field,
+          "A .flat.exr (`calibrate flat-field`) in place of the vignetting that the session "
+          "holds; its sigma takes the place of PRNU")
+      ->check(InputFile({core::FileKind::kFlatField}));
   verb.add_option("--exposure", options->exposures_s,
                   "Of pictures: exposure times in seconds, one for each (default: their Exif)")
       ->delimiter(',');

@@ -7,8 +7,10 @@
 
 #include "capture/capture.h"
 #include "cli/capture_report.h"
+#include "cli/named_files.h"
 #include "cli/plan_report.h"
 #include "cli/program.h"
+#include "core/outputs.h"
 #include "core/warning.h"
 #include "hal/devices.h"
 #include "study/planned_edges.h"
@@ -109,8 +111,10 @@ core::Json ForTarget(const Options& options, std::uint64_t seed) {
                               planner.truth_error(), planner.samples_error()};
   core::Json json = PrintPlanForTarget(question, answer);
   if (!options.report.empty()) WritePlanReport(question, answer, options.report);
-  if (!answer.recommended)
+  if (!answer.recommended) {
+    core::PutOutputsInPlace();  // the page says what is within reach
     throw InputError(fmt::format("--max-error {}: {}", options.max_error, answer.limit));
+  }
   if (!options.output.empty()) {
     const auto lab = LabBeside(options.output);
     planner.WritePlanAndLab(*answer.recommended, options.output, lab);
@@ -134,28 +138,40 @@ void AddPlan(Program& program) {
       });
   verb.add_option("PLAN", options->plan,
                   "The plan.toml; with --max-error what the search leaves alone: unit, darks, "
-                  "references, warm-up");
-  verb.add_option("--lab", options->lab, "The lab.toml it is for")->required();
+                  "references, warm-up")
+      ->check(InputFile({core::FileKind::kPlan}));
+  verb.add_option("--lab", options->lab, "The lab.toml it is for")
+      ->required()
+      ->check(InputFile({core::FileKind::kLab}));
   verb.add_option("--max-error", options->max_error,
                   "Largest relative RMSE of the irradiance of the scene's picture, 1%: finds the "
                   "fastest plan on the simulated lab");
   verb.add_option("--scene", options->scene,
-                  "With --max-error: the scene.toml that the lab's lamp is to light");
+                  "With --max-error: the scene.toml that the lab's lamp is to light")
+      ->check(InputFile({core::FileKind::kScene}))
+      ->needs("--max-error");
   verb.add_option("-o,--output", options->output,
                   "With --max-error: the plan.toml to write; X.lab.toml, the lab with its filter, "
-                  "beside it");
+                  "beside it")
+      ->check(OutputFile())
+      ->needs("--max-error");
   verb.add_option("--report", options->report,
                   "With --max-error: an .html page with the curve of time against accuracy, which "
-                  "is also written as .svg");
+                  "is also written as .svg")
+      ->check(OutputFile())
+      ->needs("--max-error");
   verb.add_option("--texels", options->texels,
                   "With --max-error: texels along the longer side of the images, at most")
-      ->check(CLI::Range(4, 1024));
+      ->check(CLI::Range(4, 1024))
+      ->needs("--max-error");
   verb.add_option("--receivers", options->receivers,
                   "With --max-error: places of the picture that errors are taken over, per "
                   "luminaire")
-      ->check(CLI::Range(10, 100000));
+      ->check(CLI::Range(10, 100000))
+      ->needs("--max-error");
   verb.add_flag("--no-capture", options->no_capture,
-                "With --max-error: by prediction alone, without a simulated capture");
+                "With --max-error: by prediction alone, without a simulated capture")
+      ->needs("--max-error");
 }
 
 }  // namespace luxfield::cli

@@ -3,8 +3,10 @@
 
 #include <memory>
 
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/file.h"
+#include "core/outputs.h"
 #include "preprocess/reduction.h"
 #include "preprocess/table_io.h"
 
@@ -75,7 +77,7 @@ core::Json Reduce(const Options& options, std::uint64_t seed, lightfield::LightF
                     {"rel_rmse", step.rel_error}});
   }
   const double file_before = double(std::filesystem::file_size(options.light_field)),
-               file_after = double(std::filesystem::file_size(file));
+               file_after = double(std::filesystem::file_size(core::ReadableAt(file)));
   const double saved =
       1 - reduction.core_s_per_receiver_after / reduction.core_s_per_receiver_before;
   fmt::print("  asked {:.3g} %; measured {:.3g} % over {} other receivers, bound {:.3g} %\n",
@@ -106,11 +108,12 @@ core::Json Run(const Options& options, std::uint64_t seed) {
     reduction = Reduce(options, seed, field);
     source = ReducedFile(options.output).string();
   }
-  const auto tables = preprocess::BuildTables(field, source, core::Sha256OfFile(source));
+  const auto tables =
+      preprocess::BuildTables(field, source, core::Sha256OfFile(core::ReadableAt(source)));
   preprocess::WriteTables(options.output, tables);
   int dark = 0;
   for (int m = 0; m < tables.count(); ++m) dark += tables.Total(m) == 0;
-  const auto bytes = std::filesystem::file_size(options.output);
+  const auto bytes = std::filesystem::file_size(core::ReadableAt(options.output));
   fmt::print("{}: {} summed-area tables of {} x {} texels, {}{}\n", options.output, tables.count(),
              tables.width, tables.height, FormatBytes(double(bytes)),
              dark ? fmt::format("; {} images are all zero", dark) : "");
@@ -126,11 +129,16 @@ void AddPreprocess(Program& program) {
   CLI::App& verb = program.AddVerb(
       "preprocess", "Build the sampling tables of a light field",
       [options, &program] { return Run(*options, program.common().seed.value_or(1)); });
-  verb.add_option("LIGHT_FIELD", options->light_field, "The .lf.exr")->required();
-  verb.add_option("-o,--output", options->output, "The .tab.exr to write")->required();
+  verb.add_option("LIGHT_FIELD", options->light_field, "The .lf.exr")
+      ->required()
+      ->check(InputFile({core::FileKind::kLightField}));
+  verb.add_option("-o,--output", options->output, "The .tab.exr to write")
+      ->required()
+      ->check(OutputFile());
   verb.add_option("--scene", options->scene,
                   "A scene.toml: also write X.lf.exr beside X.tab.exr, reduced to what its picture "
-                  "requires");
+                  "requires")
+      ->check(InputFile({core::FileKind::kScene}));
   verb.add_option("--max-error", options->max_error,
                   "With --scene: largest relative RMSE of the picture's irradiance");
   verb.add_option("--receivers", options->receivers,

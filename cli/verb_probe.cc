@@ -4,6 +4,7 @@
 #include <memory>
 #include <numbers>
 
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/colour.h"
 #include "reconstruct/probe.h"
@@ -82,9 +83,12 @@ void AddProbe(Program& program) {
       [options] { return Run(*options); });
   verb.add_option("PROBE", options->description, "The probe.toml (docs/formats/probe.md)")
       ->required();
-  verb.add_option("-o,--output", options->output, "The .exr to write")->required();
+  verb.add_option("-o,--output", options->output, "The .exr to write")
+      ->required()
+      ->check(OutputFile());
   verb.add_option("--rim-picture", options->rim_picture,
-                  "A .png of the photograph with what was taken for the rim");
+                  "A .png of the photograph with what was taken for the rim")
+      ->check(OutputFile());
   verb.add_option("--face-size", options->face_size,
                   "Texels along a side of a cube face, 0 for half of the rim's radius in pixels")
       ->check(CLI::Range(0, 16384));

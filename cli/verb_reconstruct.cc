@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/error.h"
 #include "core/file.h"
@@ -130,13 +131,18 @@ void AddReconstruct(Program& program) {
   verb.add_option("MEASUREMENTS", options->measurements,
                   "The .meas.exr of `luxfield merge`; several of one plan are solved together, "
                   "weighted by sigma")
-      ->required();
+      ->required()
+      ->check(InputFile({core::FileKind::kMeasurements}));
   verb.add_option("--filter", options->filter,
                   "The filter as `luxfield filter measure` found it (.filter.exr), in place of the "
-                  "ideal one");
-  verb.add_option("-o,--output", options->output, "The .lf.exr to write")->required();
+                  "ideal one")
+      ->check(InputFile({core::FileKind::kMeasuredFilter}));
+  verb.add_option("-o,--output", options->output, "The .lf.exr to write")
+      ->required()
+      ->check(OutputFile());
   verb.add_option("--sigma", options->sigma,
-                  "Write the standard deviation of C as a light field too (.lf.exr)");
+                  "Write the standard deviation of C as a light field too (.lf.exr)")
+      ->check(OutputFile());
   CLI::Option* non_negative = verb.add_flag("--non-negative", options->non_negative,
                                             "Solve with C >= 0; pictures do not need it");
   verb.add_option(

@@ -1,5 +1,6 @@
 // luxfield render SCENE -o X.exr
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +9,12 @@
 #include <memory>
 #include <optional>
 
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/colour.h"
 #include "core/error.h"
 #include "core/exr.h"
+#include "core/outputs.h"
 #include "core/stopwatch.h"
 #include "render/display.h"
 #include "render/film.h"
@@ -32,7 +35,8 @@ struct Options {
   render::RenderOptions render;
   std::string shadows = render::ShadowsName(render::Shadows::kTraced);
   std::string error, time, reference;  // "0.5%", "40ms", a picture
-  bool estimator_given = false, samples_given = false;
+  bool estimator_given = false, samples_given = false, approximation_given = false,
+       shadow_map_given = false;
 };
 
 // Chosen estimator and samples for an error or a time asked for.
@@ -185,11 +189,51 @@ core::Json RenderSequence(render::LitScene& scene, const Options& options) {
       *name = Numbered(*name, frames.size());
     const render::Frame frame = renderer.Render();
     WritePictures(frame, numbered);
+    core::PutOutputsInPlace();
     frames.push_back(Describe(frame, numbered, scene.device().info().name));
   }
   const double fps = static_cast<double>(frames.size()) / stopwatch.WallSeconds();
   fmt::print("{} frames, {:.3g} a second with reading, tables and files\n", frames.size(), fps);
   return {{"frames", frames}, {"fps", fps}};
+}
+
+// The estimators of luminaires that read a knob (KnobHelp); none of the knobs of other lights.
+std::vector<std::string> ReadersOf(const std::string& knob) {
+  if (knob == "basis-share") return {"windowed"};
+  if (knob == "brdf-share") return {"windowed", "cells"};
+  for (const char* of_thesis : {"allocation", "inversion", "depth", "correlation", "sequence"})
+    if (knob == of_thesis) return {"thesis"};
+  return {};
+}
+
+// Settings that the picture would not depend on, as it is made otherwise.
+void RefuseUnread(const Options& options, const scene::Scene& scene) {
+  const bool chosen = (!options.error.empty() || !options.time.empty()) && !options.estimator_given;
+  const auto refuse = [&](const std::string& option, const std::vector<std::string>& readers) {
+    const auto& estimator = options.render.estimator;
+    if (chosen || std::find(readers.begin(), readers.end(), estimator) != readers.end()) return;
+    throw InputError(fmt::format("{} is read by --estimator {} and not by {}; drop it or choose {}",
+                                 option, fmt::join(readers, " and "), estimator,
+                                 readers.size() == 1 ? "that" : "one of them"));
+  };
+  for (const std::string& knob : options.knobs) {
+    const std::string name = knob.substr(0, knob.find('='));
+    if (const auto readers = ReadersOf(name); !readers.empty()) refuse("--knob " + name, readers);
+    if (name.starts_with("environment-") && !scene.environment)
+      throw InputError(options.scene,
+                       fmt::format("has no environment, which --knob {} is of", name), "drop it");
+  }
+  if (options.approximation_given) refuse("--approximation-error", {"volume", "gloss"});
+  if (options.shadow_map_given && options.shadows != "maps" && options.shadows != "thesis-maps")
+    throw InputError(fmt::format(
+        "--shadow-map-size is read with --shadows maps or thesis-maps and not with {}; drop it or "
+        "choose one of them",
+        options.shadows));
+  if (options.exposure && options.png.empty())
+    throw InputError("--exposure is of --png; give that too, or drop it");
+  if (!options.scale.empty() && options.radiance_map.empty() && options.irradiance_map.empty())
+    throw InputError(
+        "--scale is of --radiance-map and --irradiance-map; give one of them, or drop it");
 }
 
 core::Json Run(Options options, const Common& common) {
@@ -206,6 +250,8 @@ core::Json Run(Options options, const Common& common) {
   for (const auto& knob : options.knobs) options.render.knobs.Set(knob);
   options.render.Validate();
   const scene::Scene scene = scene::ReadScene(options.scene, overrides);
+  RequireLuminaires(scene);
+  RefuseUnread(options, scene);
   const render::Device device = render::Device::Open(options.device, common.threads);
   render::LitScene lit(device, scene);
   if (lit.frame_count() > 1) {
@@ -217,6 +263,8 @@ core::Json Run(Options options, const Common& common) {
                          fmt::format("drop {}, which is for one picture", option));
     return RenderSequence(lit, options);
   }
+  std::optional<core::Image> reference;
+  if (!options.reference.empty()) reference = core::ReadExrImage(options.reference);
   std::optional<study::AccurateFrame> accurate;
   if (!options.error.empty() || !options.time.empty()) {
     accurate = RenderToTarget(lit, options);
@@ -227,9 +275,8 @@ core::Json Run(Options options, const Common& common) {
   WritePictures(frame, options);
   core::Json json = Describe(frame, options, device.info().name);
   if (accurate) json["accuracy"] = Describe(*accurate, options);
-  if (!options.reference.empty()) {
-    const double error =
-        study::LuminanceError(frame.radiance, core::ReadExrImage(options.reference));
+  if (reference) {
+    const double error = study::LuminanceError(frame.radiance, *reference);
     json["true_rel_rmse"] = error;
     fmt::print("  true error            {:.3g} % against {}\n", 100 * error, options.reference);
   }
@@ -253,9 +300,12 @@ void AddRender(Program& program) {
   std::string knobs;
   for (const auto& line : render::KnobHelp()) knobs += "  " + line + "\n";
   verb.footer("Estimators:\n" + guarantees + "\nKnobs:\n" + knobs);
-  verb.add_option("SCENE", options->scene, "The scene.toml")->required();
+  verb.add_option("SCENE", options->scene, "The scene.toml")
+      ->required()
+      ->check(InputFile({core::FileKind::kScene}));
   verb.add_option("-o,--output", options->output, "The EXR to write: radiance and AOVs")
-      ->required();
+      ->required()
+      ->check(OutputFile());
   verb.add_option("--estimator", options->render.estimator, "How light is gathered, see below")
       ->check(CLI::IsMember(names))
       ->each([options](const std::string&) { options->estimator_given = true; });
@@ -269,7 +319,8 @@ void AddRender(Program& program) {
                   "Instead of --spp: the best picture that lighting in this time gives, as 40ms or "
                   "2s (tables and primary visibility not counted)");
   verb.add_option("--reference", options->reference,
-                  "A rendered EXR of the same view: also state the true error against it");
+                  "A rendered EXR of the same view: also state the true error against it")
+      ->check(InputFile({core::FileKind::kExrPicture}));
   verb.add_flag(
       "--transparent", [options](std::int64_t) { options->render.background = false; },
       "Leave the environment out behind the geometry, for compositing: it lights all the same");
@@ -286,11 +337,13 @@ void AddRender(Program& program) {
       ->check(CLI::IsMember({"none", "traced", "maps", "thesis-maps"}));
   verb.add_option("--shadow-map-size", options->render.shadow_map_size,
                   "Texels along each side of a shadow map")
-      ->check(CLI::Range(render::ShadowMaps::kMinSize, render::ShadowMaps::kMaxSize));
+      ->check(CLI::Range(render::ShadowMaps::kMinSize, render::ShadowMaps::kMaxSize))
+      ->each([options](const std::string&) { options->shadow_map_given = true; });
   verb.add_option(
-      "--approximation-error", options->render.approximation_error,
-      "Relative error asked of what approximates without noise: the table of `volume`; "
-      "highlights of `gloss`, relative to what a point shows or to 1 % of its lobe's peak");
+          "--approximation-error", options->render.approximation_error,
+          "Relative error asked of what approximates without noise: the table of `volume`; "
+          "highlights of `gloss`, relative to what a point shows or to 1 % of its lobe's peak")
+      ->each([options](const std::string&) { options->approximation_given = true; });
   verb.add_option("--light-field", options->light_fields,
                   "[NAME=]FILE.lf.exr instead of the scene's own, for one luminaire or all");
   verb.add_option("--tables", options->tables, "[NAME=]FILE.tab.exr, likewise");
@@ -299,14 +352,16 @@ void AddRender(Program& program) {
   verb.add_option(
       "--device", options->device,
       "OpenCL device: a number or a part of its name, see `luxfield devices` (default: the first)");
-  verb.add_option("--png", options->png, "Also a tone-mapped PNG");
+  verb.add_option("--png", options->png, "Also a tone-mapped PNG")->check(OutputFile());
   verb.add_option(
       "--exposure", options->exposure,
       "PNG value = radiance times this, clipped at 1 (default: the exponential operator)");
   verb.add_option("--radiance-map", options->radiance_map,
-                  "Also a false-colour PNG of radiance (luminance in cd/m2) with legend");
+                  "Also a false-colour PNG of radiance (luminance in cd/m2) with legend")
+      ->check(OutputFile());
   verb.add_option("--irradiance-map", options->irradiance_map,
-                  "Also a false-colour PNG of irradiance (illuminance in lx) with legend");
+                  "Also a false-colour PNG of irradiance (illuminance in lx) with legend")
+      ->check(OutputFile());
   verb.add_option("--scale", options->scale,
                   "Lowest and highest value of the false-colour legend (default: from the picture)")
       ->expected(2);

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "cli/session_report.h"
 
@@ -32,8 +33,10 @@ void AddReport(Program& program) {
       "How a session went, as a page: what is whole, drift, exposures, re-shoots, temperatures, "
       "stage, lamp supply",
       [options] { return Run(*options); });
-  verb.add_option("SESSION", options->session, "The session folder, sealed or not")->required();
-  verb.add_option("-o,--output", options->output, "The .html page to write");
+  verb.add_option("SESSION", options->session, "The session folder, sealed or not")
+      ->required()
+      ->check(InputSession());
+  verb.add_option("-o,--output", options->output, "The .html page to write")->check(OutputFile());
   verb.add_flag("--verify", options->verify,
                 "Also check every byte against its hash, as `luxfield verify` does");
 }

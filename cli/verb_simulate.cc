@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "capture/plan.h"
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/colour.h"
 #include "hal/sim/simulated_lab.h"
@@ -55,10 +56,15 @@ void AddSimulate(Program& program) {
   CLI::App& verb = program.AddVerb(
       "simulate", "Write the true light field of a simulated lab, to judge a measurement by",
       [options, &program] { return Run(*options, program.common().seed); });
-  verb.add_option("LAB", options->lab, "The lab.toml of a simulated lab")->required();
+  verb.add_option("LAB", options->lab, "The lab.toml of a simulated lab")
+      ->required()
+      ->check(InputFile({core::FileKind::kLab}));
   verb.add_option("--plan", options->plan, "The plan.toml whose planes, basis and lattice to use")
-      ->required();
-  verb.add_option("-o,--output", options->output, "The .lf.exr to write")->required();
+      ->required()
+      ->check(InputFile({core::FileKind::kPlan}));
+  verb.add_option("-o,--output", options->output, "The .lf.exr to write")
+      ->required()
+      ->check(OutputFile());
   verb.add_flag("--non-negative", options->non_negative,
                 "The nearest light field with C >= 0 and the same flux");
 }

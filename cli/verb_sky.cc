@@ -8,6 +8,7 @@
 #include "cli/program.h"
 #include "core/error.h"
 #include "core/exr.h"
+#include "core/outputs.h"
 #include "core/progress.h"
 #include "core/radiance_hdr.h"
 #include "lightfield/environment_map.h"
@@ -149,6 +150,7 @@ core::Json MakeDay(const Options& options, std::chrono::sys_days date) {
     core::ThrowIfInterrupted();
     if (k > 0) frame = make(k);
     WriteFrame(folder / fmt::format("sky_{:04}.{}", k, options.format), options, frame);
+    core::PutOutputsInPlace();
     frames.push_back(ToJson(frame));
     progress.Advance();
   }
@@ -163,6 +165,7 @@ core::Json Run(const Options& options) {
   if (options.day) return MakeDay(options, date);
   const std::filesystem::path path = options.output;
   if (path.extension() != ".hdr") RequireExtension(options.output, ".exr", "--output");
+  core::RequireOutputPlace(path);
   return MakeOne(options, date);
 }
 
@@ -188,21 +191,28 @@ void AddSky(Program& program) {
   verb.add_option("--utc-offset", options->utc_offset_h, "Hours by which --time is ahead of UTC")
       ->check(CLI::Range(-14.0, 14.0));
   verb.add_flag("--day", options->day, "The whole day from sunrise to sunset as a sequence");
-  verb.add_option("--frames", options->frames, "Frames of --day")->check(CLI::Range(1, 9999));
+  verb.add_option("--frames", options->frames, "Frames of --day")
+      ->check(CLI::Range(1, 9999))
+      ->needs("--day");
   verb.add_option("--format", options->format, "Of the frames of --day")
-      ->check(CLI::IsMember({"exr", "hdr"}));
+      ->check(CLI::IsMember({"exr", "hdr"}))
+      ->needs("--day");
   verb.add_option("--turbidity", options->turbidity,
                   "1 to 10: 1 no haze, 2 very clear, 3 clear, 6 hazy");
   verb.add_option("--ground-albedo", options->albedo, "0 to 1, of the ground below the horizon");
   verb.add_option("--clouds", options->clouds.cover, "Share of the sky that is cloud, 0 to 1")
       ->check(CLI::Range(0.0, 1.0));
-  verb.add_option("--cloud-seed", options->clouds.seed, "Which clouds");
-  verb.add_option("--cloud-altitude", options->clouds.altitude_m, "Metres, 100 to 12000");
+  verb.add_option("--cloud-seed", options->clouds.seed, "Which clouds")->needs("--clouds");
+  verb.add_option("--cloud-altitude", options->clouds.altitude_m, "Metres, 100 to 12000")
+      ->needs("--clouds");
   verb.add_option("--cloud-thickness", options->clouds.optical_thickness,
-                  "Mean optical thickness of the clouds, 0.1 to 200");
-  verb.add_option("--wind", options->clouds.wind_m_s, "Metres a second that clouds drift");
+                  "Mean optical thickness of the clouds, 0.1 to 200")
+      ->needs("--clouds");
+  verb.add_option("--wind", options->clouds.wind_m_s, "Metres a second that clouds drift")
+      ->needs("--clouds");
   verb.add_option("--wind-from", options->clouds.wind_from_deg,
-                  "Where the wind comes from, degrees: 0 north, 90 east");
+                  "Where the wind comes from, degrees: 0 north, 90 east")
+      ->needs("--clouds");
   verb.add_option("--height", options->height, "Rows of the picture");
   verb.add_option("--layout", options->layout, lightfield::EnvironmentLayoutNames());
   verb.add_option("--unit", options->unit,

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "capture/capture.h"
+#include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/session_check.h"
 
@@ -55,7 +56,9 @@ void AddVerify(Program& program) {
   CLI::App& verb = program.AddVerb(
       "verify", "Check every byte of a session; --salvage keeps what is whole of a damaged one",
       [options] { return Run(*options); });
-  verb.add_option("SESSION", options->session, "The session folder")->required();
+  verb.add_option("SESSION", options->session, "The session folder")
+      ->required()
+      ->check(InputSession());
   verb.add_flag("--salvage", options->salvage,
                 "Rewrite the journal from its intact lines and frames first");
 }

@@ -24,6 +24,7 @@
 #include "core/error.h"
 #include "core/exr_precheck.h"
 #include "core/file.h"
+#include "core/file_kind.h"
 #include "core/parallel.h"
 #include "core/range.h"
 
@@ -163,6 +164,9 @@ struct ExrReader::Impl {
 ExrReader::ExrReader(const std::filesystem::path& path) : impl_(std::make_unique<Impl>()) {
   impl_->path = path;
   std::error_code error_code;
+  if (std::filesystem::is_directory(path, error_code))
+    impl_->Fail(fmt::format("is {}, not an OpenEXR file", NameOf(WhatIs(path))),
+                "name the .exr that is meant");
   if (!std::filesystem::exists(path, error_code)) impl_->Fail("no such file", "check the path");
   CheckExrHeaders(path);
   try {

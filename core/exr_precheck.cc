@@ -11,6 +11,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/file_kind.h"
 #include "core/input_file.h"
 #include "core/printable.h"
 
@@ -38,7 +39,7 @@ class HeaderScan {
   }
 
   void Run() {
-    if (Read<std::uint32_t>() != kMagic) Fail("not an OpenEXR file");
+    if (Read<std::uint32_t>() != kMagic) FailOtherKind();
     const bool multi_part = Read<std::uint32_t>() & kMultiPartFlag;
     double offsets = 0;
     do {
@@ -53,6 +54,13 @@ class HeaderScan {
  private:
   [[noreturn]] void Fail(const std::string& problem) const {
     throw InputError(path_.string(), problem, "make it anew with the verb that wrote it");
+  }
+
+  [[noreturn]] void FailOtherKind() const {
+    const FileKind kind = WhatIs(path_);
+    if (kind == FileKind::kUnknown) Fail("not an OpenEXR file");
+    throw InputError(path_.string(), fmt::format("is {}, not an OpenEXR file", NameOf(kind)),
+                     "name the .exr that is meant");
   }
 
   template <typename T>
