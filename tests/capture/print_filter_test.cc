@@ -3,10 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tiffio.h>
+#include <zlib.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -156,6 +161,52 @@ TEST(PrintFilter, PdfIsExactInSizeAndTheSameEveryTime) {
   EXPECT_EQ(pdf.find("/CreationDate (D:2"), std::string::npos);
   PrintFilter(sheet, Name("pdf"), {400, {}});
   EXPECT_EQ(core::ReadFile(files.back()), pdf);
+}
+
+// What the pages draw, and what stands in directories: every stream of the file, inflated (PDF 1.7,
+// 7.3.8).
+std::string InflatedStreams(const std::string& pdf) {
+  std::string out;
+  for (std::size_t at = 0; (at = pdf.find("\nstream\n", at)) != std::string::npos;) {
+    at += 8;
+    std::string text(1 << 20, '\0');
+    uLongf size = text.size();
+    if (uncompress(reinterpret_cast<Bytef*>(text.data()), &size,
+                   reinterpret_cast<const Bytef*>(pdf.data() + at), pdf.size() - at) == Z_OK)
+      out += text.substr(0, size) + "\n";
+  }
+  return out;
+}
+
+// The filter is as large as it was calculated: the picture's unit square, which PDF draws an image
+// in, is scaled to its pixels at the stated resolution, and so to the whole page.
+TEST(PrintFilter, PdfDrawsTheFilterInItsSize) {
+  const auto sheet =
+      FilterSheet::Make(FilterKind::kBasis, Basis::Make(BasisKind::kBilinear), 0.01, 1);
+  const std::string pdf = core::ReadFile(PrintFilter(sheet, Name("size"), {400, {}}).back());
+  const double side = std::round(0.028 / 0.0254 * 400) * 72 / 400;
+  const std::string text = InflatedStreams(pdf);
+  std::vector<std::array<double, 6>> matrices;
+  for (std::size_t at = 0; (at = text.find(" cm", at)) != std::string::npos; ++at) {
+    const std::size_t line = text.rfind('\n', at) + 1;
+    const std::size_t from = std::max(line, text.rfind('q', at) + 1);
+    auto& m = matrices.emplace_back();
+    ASSERT_EQ(std::sscanf(text.c_str() + from, "%lf %lf %lf %lf %lf %lf cm", &m[0], &m[1], &m[2],
+                          &m[3], &m[4], &m[5]),
+              6)
+        << text;
+  }
+  // Their product, the last one first: where the corners (0, 0) and (1, 1) of the picture land.
+  for (const double corner : {0.0, 1.0}) {
+    double x = corner, y = corner;
+    for (auto m = matrices.rbegin(); m != matrices.rend(); ++m) {
+      const double u = (*m)[0] * x + (*m)[2] * y + (*m)[4];
+      y = (*m)[1] * x + (*m)[3] * y + (*m)[5];
+      x = u;
+    }
+    EXPECT_NEAR(x, corner * side, 1e-2) << text;
+    EXPECT_NEAR(y, corner * side, 1e-2) << text;
+  }
 }
 
 TEST(PrintFilter, RefusesWhatCannotBePrinted) {

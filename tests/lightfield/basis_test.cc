@@ -101,6 +101,8 @@ TEST(Basis, TotalsAndPeaks) {
   EXPECT_NEAR(Basis::Make(BasisKind::kBilinear).TotalIntegral(), 1, 1e-15);
   EXPECT_NEAR(Basis::Make(BasisKind::kQuadratic, 0.5).TotalIntegral(), 1 - 0.5 / 3, 1e-15);
   EXPECT_NEAR(Basis::Make(BasisKind::kBspline2).TotalIntegral(), 1, 1e-15);
+  EXPECT_EQ(Basis::Make(BasisKind::kBox).Peak(), 1);
+  EXPECT_EQ(Basis::Make(BasisKind::kBilinear).Peak(), 1);
   EXPECT_EQ(Basis::Make(BasisKind::kBspline2).Peak(), 0.75);
   for (const double a : {-1.0, 0.0, 0.5, 1.0})
     EXPECT_EQ(Basis::Make(BasisKind::kQuadratic, a).Peak(), 1) << a;

@@ -131,6 +131,51 @@ TEST(MeasuredFilter, RefusesWhatMakesNoSense) {
   EXPECT_THROW(ReadMeasuredFilter(File("picture.filter.exr")), InputError);
 }
 
+// The writer leaves nothing behind that a reader would refuse.
+TEST(MeasuredFilter, EveryNumberIsJudgedBeforeItIsWritten) {
+  struct Field {
+    const char* name;
+    double& (*of)(MeasuredFilter&);
+    std::vector<double> refused;
+  };
+  constexpr double kInf = INFINITY;
+  using F = MeasuredFilter;
+  const std::vector<double> not_positive = {0, -1, NAN, kInf}, not_finite = {NAN, -kInf, kInf},
+                            negative = {-1e-9, NAN, kInf};
+  const Field fields[] = {
+      {"spacing_m", [](F& f) -> double& { return f.spacing_m; }, not_positive},
+      {"filter_scale", [](F& f) -> double& { return f.filter_scale; }, not_positive},
+      {"dx_m", [](F& f) -> double& { return f.lattice.ds_m; }, not_positive},
+      {"dy_m", [](F& f) -> double& { return f.lattice.dt_m; }, not_positive},
+      {"sum_sigma_ratio", [](F& f) -> double& { return f.sum_sigma_ratio; }, not_positive},
+      {"x0_m", [](F& f) -> double& { return f.lattice.s0_m; }, not_finite},
+      {"y1_m", [](F& f) -> double& { return f.lattice.t1_m; }, not_finite},
+      {"shift_x_m", [](F& f) -> double& { return f.shift_m.x; }, not_finite},
+      {"shift_y_m", [](F& f) -> double& { return f.shift_m.y; }, not_finite},
+      {"rotation_rad", [](F& f) -> double& { return f.rotation_rad; }, not_finite},
+      {"shift_sigma_m", [](F& f) -> double& { return f.shift_sigma_m; }, negative},
+      {"rotation_sigma_rad", [](F& f) -> double& { return f.rotation_sigma_rad; }, negative},
+      {"position_sigma_m", [](F& f) -> double& { return f.position_sigma_m; }, negative},
+      {"stretch_sigma", [](F& f) -> double& { return f.stretch_sigma; }, negative},
+      {"level_sigma", [](F& f) -> double& { return f.level_sigma; }, negative},
+      {"blur_m", [](F& f) -> double& { return f.blur_m; }, negative},
+  };
+  const auto file = File("never_written.filter.exr");
+  for (const Field& field : fields)
+    for (const double value : field.refused) {
+      MeasuredFilter filter = Sample(FilterKind::kBasis);
+      field.of(filter) = value;
+      try {
+        WriteMeasuredFilter(file, filter);
+        ADD_FAILURE() << field.name << " = " << value << " was written";
+      } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), testing::HasSubstr(std::string("luxfield:") + field.name + " = "))
+            << value;
+      }
+      EXPECT_FALSE(std::filesystem::exists(file)) << field.name << " = " << value;
+    }
+}
+
 // A pair's file whose parts have these names and widths.
 std::filesystem::path PairOfParts(const std::vector<std::pair<std::string, int>>& parts) {
   const auto file = File("parts.filter.exr");

@@ -10,10 +10,12 @@ import signal
 import subprocess
 import tempfile
 
-# Tests of a room by CTest's names. Those of the whole lab and of a kernel's drivers are left out.
+# Tests of a room by CTest's names: its own, and chains of rooms where what it does is tested by them.
+# Those of the whole lab and of a kernel's drivers are left out.
 PROGRAMS = {
     "core": ["core", "storage"],
-    "hal": ["hal", "usbtmc", "gpiod", "gphoto2", "aravis", "transports"],
+    "hal": ["hal", "usbtmc", "gpiod", "gphoto2", "aravis", "transports", "physics"],
+    "reconstruct": ["reconstruct", "physics", "study"],
     "kernels": ["render"],
     "study": ["study", "physics"],
     "cli": ["e2e"],

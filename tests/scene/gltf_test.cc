@@ -153,6 +153,12 @@ TEST(Gltf, PlacesInstances) {
   }
   Builder builder;
   builder.Triangle();
+  // Out of the plane z = 0, or the third axis of a rotation would not matter.
+  constexpr double kZ[3] = {3, -2, 1};
+  const int positions = builder.Add(Bytes<float>({0, 0, 3, 1, 0, -2, 0, 1, 1}), 5126, 3, "VEC3");
+  builder.json["accessors"][positions]["min"] = {0, 0, -2};
+  builder.json["accessors"][positions]["max"] = {1, 1, 3};
+  builder.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = positions;
   // The instanced node is a child; its own child with the same mesh is there once.
   builder.json["nodes"] = Json::parse(
       R"([{"children":[1],"translation":[1,2,3]},{"mesh":0,"children":[2],"scale":[2,2,2]},
@@ -167,7 +173,7 @@ TEST(Gltf, PlacesInstances) {
     for (std::size_t i = 0; i < kInstances; ++i)
       for (int corner = 0; corner < 3; ++corner) {
         const Vec3 local{corner == 1 ? 1.0 * scales[3 * i] : 0,
-                         corner == 2 ? 1.0 * scales[3 * i + 1] : 0, 0};
+                         corner == 2 ? 1.0 * scales[3 * i + 1] : 0, kZ[corner] * scales[3 * i + 2]};
         const std::array<double, 4> q{rotations[4 * i], rotations[4 * i + 1], rotations[4 * i + 2],
                                       rotations[4 * i + 3]};
         const Vec3 expected =
@@ -175,12 +181,12 @@ TEST(Gltf, PlacesInstances) {
             2.0 * (Turned(q, local) +
                    Vec3{translations[3 * i], translations[3 * i + 1], translations[3 * i + 2]});
         const auto& found = geometry.corner(i, corner);
-        // float32: coordinates below 32 m, rounded quaternions.
+        // float32: coordinates below 64 m, rounded quaternions.
         EXPECT_NEAR(found[0], expected.x, 1e-5);
         EXPECT_NEAR(found[1], expected.y, 1e-5);
         EXPECT_NEAR(found[2], expected.z, 1e-5);
       }
-    EXPECT_THAT(geometry.corner(kInstances, 0), ElementsAre(201, 2, 3));
+    EXPECT_THAT(geometry.corner(kInstances, 0), ElementsAre(201, 2, 9));
   }
 }
 
