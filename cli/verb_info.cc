@@ -89,6 +89,7 @@ Json InfoLightFields(const std::string& path,
     json["axis"] = {axis.x, axis.y, axis.z};
     json["origin_m"] = {origin.x, origin.y, origin.z};
     json["flux"] = lightfield::TotalFlux(field);
+    json["luminance_flux"] = flux_of(field);
     json["c_min"] = *low;
     json["c_max"] = *high;
     list.push_back(std::move(json));
@@ -98,6 +99,7 @@ Json InfoLightFields(const std::string& path,
   return {{"kind", "light fields"},
           {"fields", std::move(list)},
           {"flux", lightfield::TotalFlux(fields)},
+          {"luminance_flux", flux},
           {"unit", unit},
           {"provenance", fields.front().field.provenance}};
 }

@@ -176,6 +176,17 @@ TEST_F(Chain, ImportsRayFilesOfOthers) {
   const Json info = Run({"info", "cyl.lf.exr"});
   EXPECT_EQ(info.value("kind", ""), "light fields");
   EXPECT_NEAR(info.at("flux").at(0).get<double>(), 100, 1e-3);
+  EXPECT_NEAR(info.value("luminance_flux", 0.0), 100, 1e-3);
+  double flux = 0;
+  for (const Json& field : info.at("fields")) {
+    flux += field.value("luminance_flux", 0.0);
+    // Named by its axis: "+z" shines towards (0, 0, 1).
+    const std::string name = field.at("name");
+    EXPECT_NEAR(field.at("axis").at(name[1] - 'x').get<double>(), name[0] == '+' ? 1 : -1, 1e-12);
+    EXPECT_EQ(field.at("origin_m").size(), 3u);
+    EXPECT_LE(field.at("c_min"), field.at("c_max"));
+  }
+  EXPECT_NEAR(flux, 100, 1e-3);
   const Outcome refused = RunLuxfield({"preprocess", "cyl.lf.exr", "-o", "cyl.tab.exr"}, folder_);
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_NE(refused.err.find("--faces one"), std::string::npos) << refused.err;

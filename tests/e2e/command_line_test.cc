@@ -125,6 +125,16 @@ TEST(CommandLine, ReconstructNamesWhatItCanKeep) {
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.err.find("--keep 'energy'"), std::string::npos) << outcome.err;
   EXPECT_NE(outcome.err.find("moments, flux or none"), std::string::npos) << outcome.err;
+  const Outcome metric = RunLuxfield({"reconstruct", "x.meas.exr", "-o", "x.lf.exr",
+                                      "--non-negative", "--non-negative-metric", "radiance"},
+                                     folder);
+  EXPECT_EQ(metric.exit_code, 2);
+  EXPECT_NE(metric.err.find("coefficients or irradiance"), std::string::npos) << metric.err;
+  const Outcome alone = RunLuxfield(
+      {"reconstruct", "x.meas.exr", "-o", "x.lf.exr", "--non-negative-metric", "irradiance"},
+      folder);
+  EXPECT_EQ(alone.exit_code, 2);
+  EXPECT_NE(alone.err.find("requires --non-negative"), std::string::npos) << alone.err;
   std::filesystem::remove_all(folder);
 }
 
