@@ -1,13 +1,16 @@
 #include "cli/run.h"
 
+#include <csignal>
+#include <cstdio>
+#include <new>
+
 #include "cli/program.h"
 #include "cli/standard_streams.h"
 
 namespace luxfield::cli {
+namespace {
 
-int Run(int argc, char** argv) {
-  OpenClosedStandardStreams();
-  ShowWhatTerminalsObey();
+int RunVerb(int argc, char** argv) {
   Program program;
   AddDevices(program);
   AddSimulate(program);
@@ -30,6 +33,21 @@ int Run(int argc, char** argv) {
   AddBench(program);
   AddDemo(program);
   return program.Run(argc, argv);
+}
+
+}  // namespace
+
+int Run(int argc, char** argv) {
+  // A file that outgrows the process's limit is an error of the write (EFBIG), with a sentence.
+  std::signal(SIGXFSZ, SIG_IGN);
+  OpenClosedStandardStreams();
+  ShowWhatTerminalsObey();
+  try {
+    return RunVerb(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fputs("luxfield: no memory to begin with; raise the limit (`ulimit -v`)\n", stderr);
+    return 3;
+  }
 }
 
 }  // namespace luxfield::cli

@@ -22,13 +22,15 @@ struct VisibleStream {
 };
 VisibleStream g_out{STDOUT_FILENO, {}}, g_error{STDERR_FILENO, {}};
 
-// What stdio calls with what it has buffered: 0 says that it was not written, errno why.
+// What stdio calls with what it has buffered: 0 says that it was not written, errno why. Where
+// standard error cannot be written, the exit code alone says what it would.
 ssize_t WriteVisible(void* to, const char* bytes, std::size_t count) {
   VisibleStream& stream = *static_cast<VisibleStream*>(to);
   const std::string shown = stream.text.Next({bytes, count});
   for (std::size_t at = 0; at < shown.size();) {
     const ssize_t written = ::write(stream.descriptor, shown.data() + at, shown.size() - at);
     if (written < 0 && errno == EINTR) continue;
+    if (written < 0 && stream.descriptor == STDERR_FILENO) break;
     if (written < 0) return 0;
     at += static_cast<std::size_t>(written);
   }

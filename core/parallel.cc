@@ -7,6 +7,9 @@
 
 #include <algorithm>
 #include <memory>
+#include <stdexcept>
+#include <string_view>
+#include <system_error>
 
 namespace luxfield::core {
 namespace {
@@ -34,10 +37,17 @@ int Threads() {
 
 void ParallelFor(std::size_t count, std::size_t grain,
                  const std::function<void(std::size_t, std::size_t)>& body) {
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, count, std::max<std::size_t>(grain, 1)),
-      [&](const tbb::blocked_range<std::size_t>& range) { body(range.begin(), range.end()); },
-      tbb::simple_partitioner());
+  try {
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, count, std::max<std::size_t>(grain, 1)),
+        [&](const tbb::blocked_range<std::size_t>& range) { body(range.begin(), range.end()); },
+        tbb::simple_partitioner());
+  } catch (const std::runtime_error& error) {
+    // TBB has no type of its own for a thread that the system refuses.
+    if (!std::string_view(error.what()).starts_with("pthread_create")) throw;
+    throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again),
+                            "no thread");
+  }
 }
 
 }  // namespace luxfield::core

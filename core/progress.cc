@@ -75,7 +75,7 @@ void Progress::Draw(std::uint64_t done, const std::string& note, bool last) {
   } else if (const auto decile = static_cast<std::uint64_t>(fraction * 10);
              decile > decile_ && (last || elapsed > 1)) {
     decile_ = decile;
-    fmt::print(stderr, "{}\n", line);
+    fmt::print(stderr, "{}\n", OnOneLine(line));
   }
 }
 
@@ -86,8 +86,6 @@ void InstallInterruptHandler() {
   action.sa_flags = SA_RESTART;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
-  // A file that outgrows the process's limit is an error of the write (EFBIG), with a sentence.
-  signal(SIGXFSZ, SIG_IGN);
 }
 
 int InterruptCount() { return g_interrupts; }

@@ -54,6 +54,7 @@ TEST_F(HostileUser, OutputThatCannotBeWrittenIsAnError) {
     EXPECT_THAT(full.err, HasSubstr("standard output")) << arguments;
   }
   EXPECT_EQ(Redirected("--version", ">&-").exit_code, 3);
+  EXPECT_EQ(Redirected("info nowhere", "2> /dev/full").exit_code, 2);
   EXPECT_EQ(Redirected("--version", "").exit_code, 0);
 }
 

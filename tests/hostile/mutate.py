@@ -1,0 +1,439 @@
+"""Mutations that know what kind of file they spoil: most of what they make is read beyond the first
+check, which random bytes alone seldom are."""
+
+import hashlib
+import json
+import os
+import re
+import socket
+import struct
+import sys
+import zlib
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "judges"))
+import exr  # noqa: E402
+
+NUMBERS = [
+    0, -0.0, 1, -1, 2, 3, 0.5, 1e-12, -1e-12, 255, 65535, 65536, 2**31 - 1, 2**31, -(2**31), 2**32,
+    2**53, 2**63 - 1, -(2**63), 1e6, 1e12, 1e30, 1e38, 1e39, 1e300, -1e300, 1e-300, 5e-324,
+]  # fmt: skip
+TEXTS = [
+    "", "x", "nan", "inf", "-inf", "../../../etc/passwd", "/dev/zero", "/dev/null", "/", ".", "..",
+    "\x1b[31mred\x1b[0m", "\x1b]0;title\x07", "a\nluxfield: done", "\x9b1m", "\u202eabc", "\0", "é" * 300,
+    "%s%n%x", "{}{0}", "A" * 5000, "bspline2", "box", "lensless", "lens", "<script>alert(1)</script>",
+]  # fmt: skip
+
+
+def number(random):
+    return random.choice(NUMBERS) * random.choice([1, 1, 1, 1.0000001, 0.5, 3])
+
+
+def value(random, depth=0):
+    """Any JSON value."""
+    kind = random.randrange(9 if depth < 3 else 6)
+    if kind < 3:
+        return number(random)
+    if kind == 3:
+        return random.choice(TEXTS)
+    if kind == 4:
+        return random.choice([True, False, None])
+    if kind == 5:
+        return random.randrange(-3, 70000)
+    if kind == 6:
+        return [value(random, depth + 1) for _ in range(random.randrange(5))]
+    if kind == 7:
+        return {random.choice(TEXTS): value(random, depth + 1) for _ in range(random.randrange(3))}
+    return [[number(random)] * random.randrange(1, 9)] * random.randrange(1, 9)
+
+
+def near(random, old):
+    """A value that is often of the old one's type."""
+    if random.random() < 0.3:
+        return value(random)
+    if isinstance(old, bool):
+        return not old
+    if isinstance(old, int):
+        return random.choice([old + 1, old - 1, -old, 0, old * 1000, int(number(random))])
+    if isinstance(old, float):
+        return random.choice([-old, 0.0, old * 1e6, old * 1e-6, float(number(random))])
+    if isinstance(old, str):
+        return random.choice([old[:-1], old + "x", old.upper(), random.choice(TEXTS)])
+    if isinstance(old, list):
+        return random.choice(
+            [[], old * 2, old[:-1], old[::-1], [value(random)], old + [value(random)]]
+        )
+    return value(random)
+
+
+def tree(random, root):
+    """Changes, drops, doubles or adds one value of parsed JSON, in place; returns it."""
+    places = []
+
+    def walk(node):
+        for key in node.keys() if isinstance(node, dict) else range(len(node)):
+            places.append((node, key))
+            if isinstance(node[key], (dict, list)) and node[key]:
+                walk(node[key])
+
+    if isinstance(root, (dict, list)):
+        walk(root)
+    if not places:
+        return value(random)
+    node, key = random.choice(places)
+    act = random.randrange(8)
+    if act < 5:
+        node[key] = near(random, node[key])
+    elif act == 5:
+        del node[key]
+    elif act == 6 and isinstance(node, list):
+        node.append(node[key])
+    else:
+        other, other_key = random.choice(places)
+        node[key] = json.loads(json.dumps(other[other_key]))
+    return root
+
+
+def of_bytes(random, data):
+    """Bits, bytes, runs; cut off, doubled, filled."""
+    data = bytearray(data)
+    for _ in range(random.choice([1, 1, 1, 2, 5, 30])):
+        if not data:
+            break
+        at = random.randrange(len(data))
+        act = random.randrange(8)
+        if act == 0:
+            data[at] ^= 1 << random.randrange(8)
+        elif act == 1:
+            data[at] = random.choice([0, 1, 0x7F, 0x80, 0xFF, random.randrange(256)])
+        elif act == 2:
+            data[at : at + 4] = struct.pack(
+                random.choice("<>") + "i", random.choice([0, -1, 2**31 - 1, 65536])
+            )
+        elif act == 3:
+            data[at : at + 4] = struct.pack(
+                "<f", random.choice([0, float("nan"), float("inf"), 1e38, -1])
+            )
+        elif act == 4:
+            del data[at : at + random.choice([1, 4, 100])]
+        elif act == 5:
+            data[at:at] = data[max(0, at - random.randrange(1, 200)) : at]
+        elif act == 6:
+            del data[at:]
+        else:
+            data[at : at + 16] = bytes(16)
+    return bytes(data)
+
+
+def of_lines(random, data):
+    """Texts whose lines are records of words: OBJ, PLY, TOML, headers."""
+    lines = data.decode("latin1").split("\n")
+    for _ in range(random.choice([1, 1, 2, 4])):
+        at = random.randrange(len(lines))
+        act = random.randrange(7)
+        words = re.findall(r"\s+|[^\s,=\[\]]+|.", lines[at])
+        if act < 3 and words:
+            token = str(value(random)) if random.random() < 0.4 else str(number(random))
+            words[random.randrange(len(words))] = token
+            lines[at] = "".join(words)
+        elif act == 3:
+            del lines[at]
+        elif act == 4:
+            lines.insert(at, lines[random.randrange(len(lines))])
+        elif act == 5:
+            lines[at] = lines[at] * random.choice([2, 50])
+        else:
+            lines[at] = lines[at][: random.randrange(len(lines[at]) + 1)]
+        if not lines:
+            break
+    return "\n".join(lines).encode("latin1", "replace")
+
+
+def toml_value(new):
+    if isinstance(new, bool):
+        return str(new).lower()
+    if isinstance(new, dict) or new is None:
+        return "{}"
+    if isinstance(new, str):
+        return json.dumps(new)
+    if isinstance(new, list):
+        return "[" + ", ".join(toml_value(item) for item in new) + "]"
+    return repr(new)
+
+
+def of_toml(random, data):
+    """One key's value, or lines."""
+    text = data.decode("utf8", "replace")
+    keys = list(re.finditer(r"(?m)^([ \t]*[\w.\"]+[ \t]*=[ \t]*)([^#\n]*)", text))
+    if not keys or random.random() < 0.2:
+        return of_lines(random, data)
+    for _ in range(random.choice([1, 1, 1, 2, 3])):
+        key = random.choice(keys)
+        old = key[2].strip()
+        try:
+            old = json.loads(old)
+        except ValueError:
+            pass
+        new = key[1] + toml_value(near(random, old))
+        text = text.replace(key[0], new, 1)
+    return text.encode("utf8", "replace")
+
+
+def of_json(random, data):
+    try:
+        root = json.loads(data)
+    except ValueError:
+        return of_bytes(random, data)
+    for _ in range(random.choice([1, 1, 2])):
+        root = tree(random, root)
+    return json.dumps(root, indent=2).encode("utf8", "replace") + b"\n"
+
+
+def of_exr(random, path):
+    """Pixels and attributes of parts, rewritten whole; or the bytes of the header; or any bytes."""
+    data = path.read_bytes()
+    act = random.randrange(4)
+    if act == 0:
+        return of_bytes(random, data)
+    if act == 1:
+        head = random.randrange(60, 1500)
+        return of_bytes(random, data[:head]) + data[head:]
+    try:
+        parts = exr.read(path)
+    except Exception:
+        return of_bytes(random, data)
+    part = random.choice(parts)
+    name = random.choice(list(part.channels))
+    plane = part.channels[name]
+    if act == 2 or not part.attributes:
+        rows, columns = plane.shape
+        plane = plane.copy()
+        bad = random.choice([float("nan"), float("inf"), -1, 1e38, 0, -0.0, 1e-38])
+        if plane.dtype.kind == "u":
+            bad = random.choice([0, 1, 2**32 - 1])
+        if random.random() < 0.5:
+            plane[random.randrange(rows), random.randrange(columns)] = bad
+        else:
+            plane[:] = bad
+        part.channels[name] = plane
+    else:
+        attributes = [
+            key for key in part.attributes if isinstance(part.attributes[key], (int, float, str))
+        ]
+        if not attributes:
+            return of_bytes(random, data)
+        key = random.choice(attributes)
+        if random.random() < 0.15:
+            del part.attributes[key]
+        else:
+            old = part.attributes[key]
+            new = (
+                of_json(random, old.encode()).decode()
+                if isinstance(old, str) and old[:1] == "{"
+                else near(random, old)
+            )
+            if isinstance(new, int) and not -(2**31) <= new < 2**31:
+                new = float(new)
+            part.attributes[key] = new if isinstance(new, (int, float, str)) else "x"
+    if random.random() < 0.1:
+        random.choice([parts.pop, parts.reverse, lambda: parts.append(part)])()
+    kept = ("channels", "compression", "dataWindow", "displayWindow", "lineOrder", "name", "type")
+    for other in parts:
+        other.attributes = {
+            k: v for k, v in other.attributes.items()
+            if k not in kept + ("chunkCount", "pixelAspectRatio", "screenWindowCenter", "screenWindowWidth")
+            and isinstance(v, (int, float, str))
+        }  # fmt: skip
+    if not parts:
+        return b""
+    scratch = path.with_name("scratch.exr")
+    try:
+        exr.write(scratch, parts)
+        return scratch.read_bytes()
+    except Exception:  # what this writer cannot express
+        return of_bytes(random, data)
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def of_png(random, data):
+    """A chunk's fields, with a checksum that fits."""
+    chunks, at = [], 8
+    while at + 8 <= len(data):
+        size = struct.unpack_from(">I", data, at)[0]
+        chunks.append([data[at + 4 : at + 8], bytearray(data[at + 8 : at + 8 + size])])
+        at += 12 + size
+    if random.random() < 0.2 or not chunks:
+        return of_bytes(random, data)
+    chunk = random.choice(chunks)
+    if chunk[0] == b"IHDR" and random.random() < 0.7:
+        field = random.randrange(7)
+        if field < 2:
+            sizes = [0, 1, 3, 1000, 20000, 65535, 2**31 - 1]
+            chunk[1][4 * field : 4 * field + 4] = struct.pack(">I", random.choice(sizes))
+        else:
+            chunk[1][6 + field] = random.choice([0, 1, 2, 3, 4, 6, 8, 16, 255])
+    elif random.random() < 0.3:
+        chunks.insert(
+            random.randrange(len(chunks) + 1),
+            [random.choice([b"PLTE", b"tRNS", b"IDAT", b"zTXt"]), bytearray(30)],
+        )
+    else:
+        chunk[1] = bytearray(of_bytes(random, bytes(chunk[1])))
+    out = data[:8]
+    for name, body in chunks:
+        out += (
+            struct.pack(">I", len(body))
+            + name
+            + bytes(body)
+            + struct.pack(">I", zlib.crc32(name + bytes(body)))
+        )
+    return out
+
+
+def crc32c(data, table=[]):
+    if not table:
+        for byte in range(256):
+            for _ in range(8):
+                byte = (byte >> 1) ^ (0x82F63B78 if byte & 1 else 0)
+            table.append(byte)
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc = (crc >> 8) ^ table[(crc ^ byte) & 0xFF]
+    return crc ^ 0xFFFFFFFF
+
+
+def reseal(folder, records):
+    """Writes journal and manifest so that all hashes fit (docs/formats/session.md)."""
+    sha256 = lambda data: hashlib.sha256(data).hexdigest()  # noqa: E731
+    previous, lines = "0" * 64, []
+    for sequence, record in enumerate(records):
+        fields = {k: v for k, v in record.items() if k not in ("seq", "prev", "type", "crc32c")}
+        head = (
+            f'{{"seq":{sequence},"prev":"{previous}","type":{json.dumps(record.get("type", "x"))}'
+        )
+        if fields:
+            head += (
+                ","
+                + json.dumps(fields, separators=(",", ":"), sort_keys=True, ensure_ascii=False)[
+                    1:-1
+                ]
+            )
+        line = head.encode("utf8", "replace")
+        line += f',"crc32c":"{crc32c(line):08x}"}}'.encode()
+        previous = sha256(line)
+        lines.append(line)
+    (folder / "journal.jsonl").write_bytes(b"\n".join(lines) + b"\n")
+    files = []
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if path.is_file() and name not in ("LOCK", "manifest.json"):
+            files.append(
+                {"bytes": path.stat().st_size, "file": name, "sha256": sha256(path.read_bytes())}
+            )
+    if not (folder / "manifest.json").exists():
+        return
+    manifest = {"files": files, "journal_head": previous}
+    (folder / "manifest.json").write_text(json.dumps(manifest, indent=2, sort_keys=True) + "\n")
+
+
+def of_session(random, folder):
+    """Whatever is mutated, the hashes fit afterwards, so that readers see it; now and then they do not."""
+    records = [json.loads(line) for line in (folder / "journal.jsonl").read_bytes().splitlines()]
+    act = random.randrange(8)
+    if act < 2:
+        name = ["plan.json", "session.json"][act]
+        data = of_json(random, (folder / name).read_bytes())
+        (folder / name).write_bytes(data)
+        for record in records:
+            if name[:-5] + "_sha256" in record:
+                record[name[:-5] + "_sha256"] = hashlib.sha256(data).hexdigest()
+    elif act < 4:
+        tree(random, records[random.randrange(len(records))])
+        records = [r for r in records if isinstance(r, dict)]
+    elif act == 4:
+        at = random.randrange(len(records))
+        random.choice(
+            [lambda: records.pop(at), lambda: records.insert(at, records[at]), records.reverse]
+        )()
+    elif act == 5:
+        frames = sorted(folder.rglob("*.tif"))
+        frame = random.choice(frames)
+        head = random.choice([200, 10**9])
+        data = frame.read_bytes()
+        data = of_bytes(random, data[:head]) + data[head:]
+        frame.write_bytes(data)
+        for record in records:
+            if record.get("file") == frame.relative_to(folder).as_posix():
+                record["sha256"] = hashlib.sha256(data).hexdigest()
+                if "bytes" in record:
+                    record["bytes"] = len(data)
+    elif act == 6:
+        frames = sorted(folder.rglob("*.tif"))
+        one, other = random.choice(frames), random.choice(frames)
+        random.choice(
+            [
+                lambda: one.unlink(),
+                lambda: one.write_bytes(other.read_bytes()),
+                lambda: one.write_bytes(b""),
+            ]
+        )()
+        return
+    else:
+        path = random.choice(sorted(p for p in folder.rglob("*") if p.is_file()))
+        path.write_bytes(of_bytes(random, path.read_bytes()))
+        return
+    reseal(folder, records)
+
+
+def odd(random, path):
+    """In place of the file something that is none, or that holds nothing."""
+    if path.is_dir():
+        os.rename(path, path.with_name("away"))
+    else:
+        path.unlink()
+    act = random.randrange(8)
+    if act == 0:
+        os.mkfifo(path)
+    elif act == 1:
+        path.mkdir()
+    elif act == 2:
+        path.symlink_to(
+            random.choice(["/dev/zero", "/dev/null", "/dev/full", "/dev/random", "/proc/self/mem"])
+        )
+    elif act == 3:
+        path.symlink_to(path.name)
+    elif act == 4:
+        path.symlink_to("nowhere")
+    elif act == 5:
+        listening = socket.socket(socket.AF_UNIX)
+        listening.bind(str(path)[-100:] if len(str(path)) < 100 else "/dev/null")
+        listening.close()
+    elif act == 6:
+        path.write_bytes(b"")
+    else:
+        path.write_bytes(random.choice([b"\0" * 4096, b"[" * 100000, b"\xff" * 300, b"\n" * 5000]))
+
+
+OF_DATA = {
+    "toml": of_toml, "json": of_json, "png": of_png, "obj": of_lines, "mtl": of_lines, "ply": of_lines,
+    "gltf": of_json, "hdr": lambda r, d: random_of(r, of_lines, of_bytes)(r, d),
+}  # fmt: skip
+
+
+def random_of(random, *choices):
+    return random.choice(choices)
+
+
+def spoil(random, path):
+    """Mutates a file or a session in place."""
+    if random.random() < 0.04:
+        return odd(random, path)
+    if path.is_dir():
+        return of_session(random, path) if (path / "journal.jsonl").exists() else odd(random, path)
+    kind = path.suffix[1:]
+    if kind == "exr":
+        path.write_bytes(of_exr(random, path))
+    else:
+        act = OF_DATA.get(kind, of_bytes) if random.random() < 0.85 else of_bytes
+        path.write_bytes(act(random, path.read_bytes()))
