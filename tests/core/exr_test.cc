@@ -13,6 +13,8 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/random.h"
+#include "tests/seed.h"
+#include "tests/test_data.h"
 
 namespace luxfield::core {
 namespace {
@@ -214,9 +216,7 @@ TEST(Exr, FilesThatUnpackToGigabytesAreRefusedBeforeTheyDo) {
 }
 
 TEST(Exr, MutatedFilesEndInSuccessOrAnInputError) {
-  constexpr std::uint64_t kSeed = 93;
-  SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-  Random random(kSeed, 0);
+  Random random(TestSeed(93), 0);
   const TwoParts out;
   const auto path = UniquePath();
   WriteExr(path, out.views);
@@ -240,11 +240,8 @@ TEST(Exr, MutatedFilesEndInSuccessOrAnInputError) {
 }
 
 TEST(Exr, FilesOfOtherMakersRead) {
-  const char* folder = std::getenv("LUXFIELD_TEST_DATA");
-  const std::filesystem::path data =
-      folder ? folder : std::filesystem::path(LUXFIELD_SOURCE_DIR) / ".." / "shared" / "data";
-  if (!std::filesystem::exists(data / "env"))
-    GTEST_SKIP() << "third-party files not found; set LUXFIELD_TEST_DATA";
+  const std::filesystem::path data = testdata::Folder();
+  LUXFIELD_NEEDS_DATA(data / "env");
   int read = 0;
   for (const char* name : {"env", "exr_formats", "hdr_formats"})
     for (const auto& entry : std::filesystem::directory_iterator(data / name)) {

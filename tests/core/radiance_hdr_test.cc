@@ -18,6 +18,8 @@
 #include "core/file.h"
 #include "core/primaries.h"
 #include "core/random.h"
+#include "tests/seed.h"
+#include "tests/test_data.h"
 
 namespace luxfield::core {
 namespace {
@@ -192,17 +194,11 @@ TEST(RadianceHdr, BrokenScanlinesAreNamed) {
 
 // ---- files of other authors -------------------------------------------------------------------
 
-std::filesystem::path DataFolder() {
-  const char* folder = std::getenv("LUXFIELD_TEST_DATA");
-  return folder ? std::filesystem::path(folder)
-                : std::filesystem::path(LUXFIELD_SOURCE_DIR) / "../shared/data";
-}
-
 TEST(RadianceHdr, OneAuthorsHdrAndExrOfTheSameGradientAgree) {
-  const auto hdr = DataFolder() / "hdr_formats/reference_gradient.hdr";
-  if (!std::filesystem::exists(hdr)) GTEST_SKIP() << hdr << " is absent";
+  const auto hdr = testdata::Folder() / "hdr_formats/reference_gradient.hdr";
+  LUXFIELD_NEEDS_DATA(hdr);
   const Image a = ReadRadianceHdr(hdr);
-  const Image b = ReadExrImage(DataFolder() / "hdr_formats/reference_gradient.exr");
+  const Image b = ReadExrImage(testdata::Folder() / "hdr_formats/reference_gradient.exr");
   ASSERT_EQ(a.width, 512);
   ASSERT_EQ(a.height, 512);
   ASSERT_EQ(b.data.size(), a.data.size());
@@ -222,8 +218,8 @@ TEST(RadianceHdr, OneAuthorsHdrAndExrOfTheSameGradientAgree) {
 // A scanline of a known file, decoded from its bytes here: the header ends where its text says, and
 // the first scanline is coded by component.
 TEST(RadianceHdr, TheFirstScanlineOfAKnownFileIsItsBytes) {
-  const auto path = DataFolder() / "env/pmndrs__sky.hdr";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
+  const auto path = testdata::Folder() / "env/pmndrs__sky.hdr";
+  LUXFIELD_NEEDS_DATA(path);
   const std::string bytes = ReadFile(path);
   const std::string text = "-Y 512 +X 1024\n";
   const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(bytes.at(at)); };
@@ -249,9 +245,7 @@ TEST(RadianceHdr, TheFirstScanlineOfAKnownFileIsItsBytes) {
 }
 
 TEST(RadianceHdr, MutatedAndTruncatedFilesEndInAPictureOrAnInputError) {
-  constexpr std::uint64_t kSeed = 61;
-  SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-  Random random(kSeed, 0);
+  Random random(TestSeed(61), 0);
   std::string whole = Header("-Y 12 +X 40", "EXPOSURE=2\nPRIMARIES=0 0 0 0 0 0 0 0\n");
   for (int row = 0; row < 12; ++row) {
     if (row % 2) {

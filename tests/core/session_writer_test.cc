@@ -18,6 +18,7 @@
 #include "core/random.h"
 #include "core/session_check.h"
 #include "tests/core/session_folders.h"
+#include "tests/seed.h"
 
 namespace luxfield::core {
 namespace {
@@ -186,13 +187,11 @@ bool CaptureKilledAt(const fs::path& folder, int step) {
 TEST(SessionWriter, KilledAnywhereItResumesAndVerifies) {
   const char* wanted = std::getenv("LUXFIELD_KILLS");
   const int sessions = wanted ? std::atoi(wanted) : 20;
-  constexpr std::uint64_t kSeed = 20140611;
-  RecordProperty("seed", std::to_string(kSeed));
-  SCOPED_TRACE(fmt::format("seed {}", kSeed));
+  const std::uint64_t seed = TestSeed(20140611);
   int total_kills = 0;
   for (int n = 0; n < sessions; ++n) {
     const auto folder = NewFolder("killed");
-    Random random(kSeed, n);
+    Random random(seed, n);
     int kills = 0;
     bool finished = false;
     while (kills < 6 && !finished) {

@@ -10,6 +10,7 @@
 #include "render/film.h"
 #include "study/lab_variant.h"
 #include "tests/e2e/verb_test.h"
+#include "tests/test_data.h"
 
 namespace luxfield::e2e {
 namespace {
@@ -158,8 +159,8 @@ TEST_F(Chain, NegativeCoefficientsLightPictures) {
 }
 
 TEST_F(Chain, ImportsRayFilesOfOthers) {
-  const auto rays = TestData("rays_tm25/Cyl100k_intpl.TM25RAY");
-  if (!std::filesystem::exists(rays)) GTEST_SKIP() << rays << " is absent: set LUXFIELD_TEST_DATA";
+  const auto rays = testdata::Folder() / "rays_tm25/Cyl100k_intpl.TM25RAY";
+  LUXFIELD_NEEDS_DATA(rays);
   const Json one =
       Run({"import", rays, "-o", "one.lf.exr", "--faces", "one", "--lattice", "64", "64"});
   EXPECT_NEAR(one.value("fitted_flux", 0.0) / one.at("used").value("flux", 0.0), 1, 0.005);

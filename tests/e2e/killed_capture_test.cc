@@ -29,6 +29,7 @@
 #include "reconstruct/merge_session.h"
 #include "reconstruct/reconstruct.h"
 #include "tests/core/memory_folder.h"
+#include "tests/seed.h"
 #include "tiny_session.h"
 
 namespace luxfield::e2e {
@@ -127,13 +128,12 @@ class KilledCapture : public testing::Test {
 // Within five milliseconds after the journal has reached some length, all lengths alike: whatever
 // the machine's load, the kills spread over the capture and not over the program's start.
 TEST_F(KilledCapture, AtAnyInstantItResumesToTheSameLightField) {
-  constexpr std::uint64_t kSeed = 20261122;
-  SCOPED_TRACE(fmt::format("seed {}", kSeed));
+  const std::uint64_t seed = TestSeed(20261122);
   int kills = 0, sessions = 0;
   for (; kills < KillsWanted(); ++sessions) {
     const std::string session = fmt::format("session{}", sessions);
     const fs::path journal = folder_ / session / "journal.jsonl";
-    core::Random random(kSeed, sessions);
+    core::Random random(seed, sessions);
     Settings committed;
     for (int n = 0; n < 5; ++n) {
       const auto length = static_cast<std::uintmax_t>(random.Uniform() * double(whole_journal_));

@@ -5,7 +5,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <sstream>
 
@@ -58,13 +57,6 @@ std::filesystem::path BuiltProgram(const std::string& name) {
 
 std::filesystem::path SourceFile(const std::string& relative) {
   return std::filesystem::path(LUXFIELD_SOURCE_DIR) / relative;
-}
-
-std::filesystem::path TestData(const std::string& relative) {
-  const char* folder = std::getenv("LUXFIELD_TEST_DATA");
-  return (folder ? std::filesystem::path(folder)
-                 : std::filesystem::path(LUXFIELD_SOURCE_DIR) / "../shared/data") /
-         relative;
 }
 
 void WriteText(const std::filesystem::path& path, const std::string& text) {

@@ -24,7 +24,6 @@ std::filesystem::path FreshFolder(const std::string& name);
 
 std::filesystem::path BuiltProgram(const std::string& name);    // build/NAME
 std::filesystem::path SourceFile(const std::string& relative);  // a file of the repository
-std::filesystem::path TestData(const std::string& relative);    // third-party file; may be absent
 
 void WriteText(const std::filesystem::path& path, const std::string& text);
 std::string ReadText(const std::filesystem::path& path);

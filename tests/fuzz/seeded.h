@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/random.h"
+#include "tests/seed.h"
 
 namespace luxfield::fuzz {
 
@@ -17,7 +18,7 @@ namespace luxfield::fuzz {
 using Target = std::function<void(std::string_view input)>;
 
 inline void Seeded(const Target& target, const std::vector<std::string>& texts, int count = 20000,
-                   std::uint64_t seed = 20261122) {
+                   std::uint64_t seed = TestSeed(20261122)) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   for (const std::string& text : texts) target(text);
   for (int n = 0; n < count; ++n) {

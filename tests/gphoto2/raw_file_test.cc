@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <random>
 
@@ -14,6 +13,7 @@
 #include "tests/fuzz/seeded.h"
 #include "tests/fuzz/shutter_speeds.h"
 #include "tests/fuzz/still_camera_file.h"
+#include "tests/test_data.h"
 
 namespace luxfield::hal::gphoto2 {
 namespace {
@@ -100,10 +100,8 @@ TEST(RawFile, WhatLibRawMakesOfOneSurvivesASampleOfFuzzing) {
 
 // A foreign camera's file, written by software that is not ours.
 TEST(RawFile, ReadsAForeignNegative) {
-  const char* folder = std::getenv("LUXFIELD_TEST_DATA");
-  const std::filesystem::path path =
-      std::filesystem::path(folder ? folder : "../shared/data") / "raw/colorchart.dng";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
+  const std::filesystem::path path = testdata::Folder() / "raw/colorchart.dng";
+  LUXFIELD_NEEDS_DATA(path);
   const RawFile raw = DecodeRawFile(core::ReadFile(path), "camera", kMostPixels);
   std::cout << raw.image.width << " x " << raw.image.height << ", " << raw.cfa << ", "
             << raw.exposure_s << " s\n";

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <numbers>
 
@@ -17,6 +16,7 @@
 #include "lightfield/environment_compare.h"
 #include "lightfield/environment_resampling.h"
 #include "support.h"
+#include "tests/test_data.h"
 
 namespace luxfield::lightfield {
 namespace {
@@ -227,17 +227,11 @@ TEST(EnvironmentMap, CrossesAreUnfoldedAroundWhatIsAhead) {
 
 // ---- maps of other authors --------------------------------------------------------------------
 
-std::filesystem::path DataFolder() {
-  const char* folder = std::getenv("LUXFIELD_TEST_DATA");
-  return folder ? std::filesystem::path(folder)
-                : std::filesystem::path(LUXFIELD_SOURCE_DIR) / "../shared/data";
-}
-
 // One rule of orientation for all files: the two layouts that their authors made of a map agree,
 // and no turned or mirrored reading agrees better.
 TEST(EnvironmentMap, TwoLayoutsOfTheSameMapAgree) {
-  const auto folder = DataFolder() / "env";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
+  const auto folder = testdata::Folder() / "env";
+  LUXFIELD_NEEDS_DATA(folder);
   // What the files themselves leave: each was filtered for its own lattice, and sharp lines differ
   // most. Measured 0.0072, 0.0028, 0.0173 at 64 texels.
   const struct {
@@ -284,8 +278,8 @@ TEST(EnvironmentMap, ComparisonNamesWhatItCannotCompare) {
 // orthographic, a radius of 0.9 half pictures, and a rotation that came out as 45, 45 and 10
 // degrees; no mirrored view correlates above 0.64.
 TEST(EnvironmentMap, TheWavyLinesOnASphereAreThoseOfTheirAuthors) {
-  const auto folder = DataFolder() / "env";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
+  const auto folder = testdata::Folder() / "env";
+  LUXFIELD_NEEDS_DATA(folder);
   const core::Image sphere = core::ReadExrImage(folder / "openexr__WavyLinesSphere.exr");
   ASSERT_EQ(sphere.width, 480);
   const double r = std::sqrt(0.5), cosine = std::cos(kPi / 18), sine = std::sin(kPi / 18);
@@ -335,8 +329,8 @@ core::Rgb IrradianceOfPixels(const core::Image& image, Vec3 n) {
 }
 
 TEST(EnvironmentMap, RadianceFilesOfOtherAuthorsKeepTheirSunAndLight) {
-  const auto folder = DataFolder() / "env";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
+  const auto folder = testdata::Folder() / "env";
+  LUXFIELD_NEEDS_DATA(folder);
   // The largest value, by another decoder's rule (mantissa without the half step) plus that step.
   const struct {
     const char* name;

@@ -14,6 +14,7 @@
 #include "lightfield/light_field.h"
 #include "lightfield/measurements.h"
 #include "support.h"
+#include "tests/seed.h"
 
 namespace luxfield::lightfield {
 namespace {
@@ -289,9 +290,7 @@ TEST(HostileExr, TruncatedAnywhereIsRefused) {
 }
 
 TEST(HostileExr, MutatedFilesEndInSuccessOrAnInputError) {
-  constexpr std::uint64_t kSeed = 72;
-  SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-  core::Random random(kSeed, 0);
+  core::Random random(TestSeed(72), 0);
   for (const Kind& kind : Kinds()) {
     const std::string whole = core::ReadFile(kind.good.Save());
     const auto path = UniquePath(".exr");

@@ -13,6 +13,8 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "support.h"
+#include "tests/seed.h"
+#include "tests/test_data.h"
 
 namespace luxfield::lightfield {
 namespace {
@@ -200,11 +202,8 @@ TEST(RayFile, WriteThenReadKeepsEveryBit) {
 }
 
 TEST(RayFile, FilesOfOtherMakersRead) {
-  const char* folder = std::getenv("LUXFIELD_TEST_DATA");
-  const std::filesystem::path data =
-      folder ? folder : std::filesystem::path(LUXFIELD_SOURCE_DIR) / ".." / "shared" / "data";
-  if (!std::filesystem::exists(data / "rays_tm25"))
-    GTEST_SKIP() << "third-party files not found; set LUXFIELD_TEST_DATA";
+  const std::filesystem::path data = testdata::Folder();
+  LUXFIELD_NEEDS_DATA(data / "rays_tm25");
   struct Expected {
     const char* name;
     std::size_t rays;
@@ -327,9 +326,7 @@ TEST(RayFile, MissingAndFolderAreRefused) {
 }
 
 TEST(RayFile, MutatedFilesEndInSuccessOrAnInputError) {
-  constexpr std::uint64_t kSeed = 62;
-  SCOPED_TRACE(testing::Message() << "seed " << kSeed);
-  core::Random random(kSeed, 0);
+  core::Random random(TestSeed(62), 0);
   const auto path = UniquePath(".tm25ray");
   for (int k = 0; k < 200; ++k) {
     Bytes b = TwoRays();

@@ -134,7 +134,7 @@ TEST(FitResponse, SixteenBitLinearCamera) {
 // alone decides. What the pictures show, the step of g from a code to the one 8 times brighter,
 // they have to agree about.
 TEST(FitResponse, AgreesWithTheForeignCurvesOfTheFrobisherStack) {
-  if (!FrobisherExists()) GTEST_SKIP() << "no Frobisher stack in " << FrobisherFile("");
+  LUXFIELD_NEEDS_DATA(FrobisherFile(""));
   const PictureStack stack = FrobisherStack();
   const std::vector<double> exposures = {0.125, 1, 8};
   for (int channel = 0; channel < 3; ++channel) {

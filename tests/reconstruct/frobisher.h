@@ -4,29 +4,23 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "core/npy.h"
 #include "reconstruct/picture_stack.h"
+#include "tests/test_data.h"
 
 namespace luxfield::reconstruct {
 
 inline std::filesystem::path FrobisherFile(const std::string& name) {
-  const char* folder = std::getenv("LUXFIELD_TEST_DATA");
-  return std::filesystem::path(folder ? folder : LUXFIELD_SOURCE_DIR "/../shared/data") /
-         "hdr_colour" / name;
+  return testdata::Folder() / "hdr_colour" / name;
 }
 
 // g at codes 0 to 255.
 inline std::vector<double> FrobisherCurve(int channel) {
   return core::ReadNpy(FrobisherFile(fmt::format("calibration__test_g_solve_g_{}.npy", channel)));
-}
-
-inline bool FrobisherExists() {
-  return std::filesystem::exists(FrobisherFile("calibration__test_g_solve_g_0.npy"));
 }
 
 inline PictureStack FrobisherStack() {

@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
+#include "tests/test_data.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -382,20 +383,13 @@ TEST(ImportRays, RefusesWhatLeavesNoChoice) {
   EXPECT_THROW(ImportRays(file, options), InputError);
 }
 
-std::filesystem::path TestData() {
-  const char* data = std::getenv("LUXFIELD_TEST_DATA");
-  return data ? std::filesystem::path(data)
-              : std::filesystem::path(LUXFIELD_SOURCE_DIR) / ".." / "shared" / "data";
-}
-
 class ForeignRays : public testing::TestWithParam<const char*> {};
 
 // The light field's far field against the same rays binned by direction, in 8 x 8 bins of x = dir_x
 // / dir_z, y = dir_y / dir_z.
 TEST_P(ForeignRays, ConserveFluxAndTheFarField) {
-  const std::filesystem::path path = TestData() / "rays_tm25" / GetParam();
-  if (!std::filesystem::exists(path))
-    GTEST_SKIP() << path << " is not there; set LUXFIELD_TEST_DATA";
+  const std::filesystem::path path = testdata::Folder() / "rays_tm25" / GetParam();
+  LUXFIELD_NEEDS_DATA(path);
   const RayFile file = lightfield::ReadTm25(path);
   ImportRaysOptions options;
   options.directions = RayDirections::kOne;

@@ -14,7 +14,7 @@ namespace {
 
 // colour-hdri's solution on a Canon 5D Mark II's JPEGs.
 TEST(PublishedResponse, AgreesWithForeignCurvesOfTheFrobisherStack) {
-  if (!FrobisherExists()) GTEST_SKIP() << "no Frobisher stack in " << FrobisherFile("");
+  LUXFIELD_NEEDS_DATA(FrobisherFile(""));
   const PictureStack stack = FrobisherStack();
   const std::vector<double> exposures = {0.125, 1, 8};
   for (std::size_t k = 0; k < 3; ++k) ASSERT_EQ(stack.pictures[k].exposure_s, exposures[k]);
@@ -47,7 +47,7 @@ double Hat(int code) {
 // exposure counts of are left out (it has 0 there), and those with a code at which ours is not
 // calibrated.
 TEST(PublishedResponse, AgreesWithForeignRadiancesOfTheFrobisherStack) {
-  if (!FrobisherExists()) GTEST_SKIP() << "no Frobisher stack in " << FrobisherFile("");
+  LUXFIELD_NEEDS_DATA(FrobisherFile(""));
   const PictureStack stack = FrobisherStack();
   const std::vector<double> exposures = {0.125, 1, 8};
   for (int channel = 0; channel < 3; ++channel) {
@@ -88,7 +88,7 @@ TEST(PublishedResponse, AgreesWithForeignRadiancesOfTheFrobisherStack) {
 // colour-hdri's exposures over codes: exp g up to a factor, where its weights are not 0. Beyond, at
 // three codes on either side, it goes on with a polynomial, on the dark side below 0; ours ends.
 TEST(PublishedResponse, AgreesWithForeignResponseFunctionsOfTheFrobisherStack) {
-  if (!FrobisherExists()) GTEST_SKIP() << "no Frobisher stack in " << FrobisherFile("");
+  LUXFIELD_NEEDS_DATA(FrobisherFile(""));
   const PictureStack stack = FrobisherStack();
   const std::vector<double> exposures = {0.125, 1, 8};
   const auto expected = core::ReadNpy(

@@ -14,6 +14,7 @@
 #include "lightfield/environment_map.h"
 #include "tests/render/chi_squared.h"
 #include "tests/render/environment_fixture.h"
+#include "tests/test_data.h"
 
 namespace luxfield::render {
 namespace {
@@ -186,11 +187,10 @@ TEST(EnvironmentLight, DensitiesIntegrateToOne) {
 
 // The other maps are tried by `luxfield bench environment`: resampling them takes seconds.
 TEST(EnvironmentLight, DensitiesOfRealMaps) {
-  const char* data = std::getenv("LUXFIELD_TEST_DATA");
-  if (!data) GTEST_SKIP() << "LUXFIELD_TEST_DATA is not set";
+  LUXFIELD_NEEDS_DATA(testdata::Folder() / "env");
   const Bench bench;
   for (const std::string name : {"openexr__OrientationCube.exr", "openexr__KernerEnvCube.exr"}) {
-    const auto path = std::filesystem::path(data) / "env" / name;
+    const auto path = testdata::Folder() / "env" / name;
     ExpectTables(bench, MakeCubeMap(lightfield::ReadEnvironmentPicture(path), 64), 1, 0, name);
   }
 }

@@ -13,7 +13,7 @@
 #include "core/random.h"
 #include "scene/mesh.h"
 #include "scene/texture.h"
-#include "tests/scene/test_data.h"
+#include "tests/test_data.h"
 
 namespace luxfield::scene {
 namespace {

@@ -11,7 +11,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "scene/texture.h"
-#include "tests/scene/test_data.h"
+#include "tests/test_data.h"
 
 namespace luxfield::scene {
 namespace {
@@ -84,7 +84,7 @@ TEST(Mesh, AGivenMaterialReplacesTheFiles) {
 
 TEST(Mesh, GltfWithAnExternalTextureLoads) {
   const auto path = testdata::Folder() / "mesh/kenney/vehicle-motorcycle.glb";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
+  LUXFIELD_NEEDS_DATA(path);
   const auto geometry = Read(path);
   EXPECT_GT(geometry.triangles.size(), 100u);
   ASSERT_FALSE(geometry.textures.empty());
@@ -150,7 +150,7 @@ TEST(Mesh, GltfMaterialsAreMetallicRoughness) {
 
 TEST(Mesh, ThirdPartyGltfIsMetallicRoughnessAndObjLambertian) {
   const auto folder = testdata::Folder() / "mesh";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
+  LUXFIELD_NEEDS_DATA(folder);
   for (const char* name : {"vehicle-motorcycle.glb", "vehicle-truck-red.glb"}) {
     const auto geometry = Read(folder / "kenney" / name);
     const auto& material = geometry.materials[geometry.triangles[0].material];
@@ -165,7 +165,7 @@ TEST(Mesh, ThirdPartyGltfIsMetallicRoughnessAndObjLambertian) {
 
 TEST(Mesh, SpotLoads) {
   const auto path = testdata::Folder() / "mesh/spot.obj";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
+  LUXFIELD_NEEDS_DATA(path);
   EXPECT_EQ(Read(path).triangles.size(), 5856u);  // 2928 quads
 }
 
@@ -202,7 +202,7 @@ TEST(HostileMesh, TruncatedFilesAreRefused) {
   const std::string ply = PlyWithVertex("0");
   ExpectRefused(Write("truncated.ply", ply.substr(0, ply.size() - 20)));
   const auto path = testdata::Folder() / "mesh/kenney/vehicle-motorcycle.glb";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
+  LUXFIELD_NEEDS_DATA(path);
   const std::string glb = core::ReadFile(path);
   for (const double share : {0.001, 0.02, 0.3, 0.7, 0.999})
     ExpectRefused(

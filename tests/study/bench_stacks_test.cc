@@ -37,8 +37,7 @@ TEST(BenchStacks, OursKnowsItsErrorAndInventsNothing) {
 // One channel of three JPEGs of a Canon 5D Mark II; the curve that was published with them, g in
 // natural logarithms. `bench stacks --frobisher` shows all three (docs/performance.md).
 TEST(BenchStacks, CurvesAndMergesOfTheFrobisherStackAgreeWithThePublishedCurve) {
-  if (!reconstruct::FrobisherExists())
-    GTEST_SKIP() << "no Frobisher stack in " << reconstruct::FrobisherFile("");
+  LUXFIELD_NEEDS_DATA(reconstruct::FrobisherFile(""));
   BenchStacksOptions options;
   options.width = 0;
   options.frobisher = reconstruct::FrobisherFile("");
