@@ -9,7 +9,7 @@ import subprocess
 import source_text
 
 HERE = pathlib.Path(__file__).parent
-NOT_COPIED = {"build", "out", ".git", "docs"}
+NOT_COPIED = {"build", "out", ".git"}
 COMPILER_ERROR = re.compile(
     r"^(\S+?):(\d+):(?:\d+:)?\s+(?:(?:fatal )?error:|required from here)", re.M
 )
