@@ -1,4 +1,4 @@
-// The command line: one binary, one verb per stage (README, "Verbs").
+// The command line: one binary, one verb per stage (docs/verbs.md).
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -7,8 +7,9 @@
 
 #include <atomic>
 #include <ctime>
-#include <regex>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace luxfield::core {
@@ -34,11 +35,35 @@ fs::path TemporaryBeside(const fs::path& path) {
                                       counter++, path.extension().string());
 }
 
-// The process that a temporary file is named after, or 0 where the name is no such name.
-pid_t WriterOf(const std::string& name) {
-  static const std::regex pattern(R"(\..*\.([1-9]\d{0,8})-\d{1,10}\.tmp(\.[^.]*)?)");
-  std::smatch parts;
-  return std::regex_match(name, parts, pattern) ? std::stoi(parts[1]) : 0;
+// The number that a text begins with, of at most `most` digits, which it takes off; none otherwise.
+std::optional<long> TakeNumber(std::string_view& text, std::size_t most) {
+  long number = 0;
+  std::size_t digits = 0;
+  for (; digits < text.size() && text[digits] >= '0' && text[digits] <= '9'; ++digits)
+    if (digits < most) number = 10 * number + (text[digits] - '0');
+  if (digits == 0 || digits > most) return std::nullopt;
+  text.remove_prefix(digits);
+  return number;
+}
+
+// The process that a temporary file is named after, or 0 where the name is none of ours:
+// .NAME.PID-NUMBER.tmp, or that and an extension.
+pid_t WriterOf(std::string_view name) {
+  if (!name.starts_with('.')) return 0;
+  const std::size_t end = name.rfind(".tmp");
+  if (end == std::string_view::npos) return 0;
+  const std::string_view extension = name.substr(end + 4);
+  if (!extension.empty() && (extension[0] != '.' || extension.find('.', 1) != std::string_view::npos))
+    return 0;
+  const std::string_view before = name.substr(0, end);
+  const std::size_t dot = before.rfind('.');
+  if (dot == 0 || dot == std::string_view::npos) return 0;
+  std::string_view rest = before.substr(dot + 1);
+  if (rest.starts_with('0')) return 0;
+  const auto pid = TakeNumber(rest, 9);
+  if (!pid || !rest.starts_with('-')) return 0;
+  rest.remove_prefix(1);
+  return TakeNumber(rest, 10) && rest.empty() ? static_cast<pid_t>(*pid) : 0;
 }
 
 // Between a file's creation and its lock only the process says that somebody writes it, and

@@ -43,7 +43,8 @@ const std::map<std::string, Names> kGroups = {
 
 TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
   const auto folder = FreshFolder("help");
-  const std::string readme = ReadText(SourceFile("README.md"));
+  const std::string readme = ReadText(SourceFile("README.md")),
+                    page = ReadText(SourceFile("docs/verbs.md"));
   const auto expect_help = [&](Names words) {
     words.push_back("--help");
     const Outcome help = RunLuxfield(words, folder);
@@ -53,6 +54,7 @@ TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
   EXPECT_THAT(Listed(expect_help({})), testing::UnorderedElementsAreArray(kVerbs));
   for (const std::string& verb : kVerbs) {
     EXPECT_NE(readme.find("`" + verb), std::string::npos) << verb << " is not in README.md";
+    EXPECT_NE(page.find("`" + verb), std::string::npos) << verb << " is not in docs/verbs.md";
     const std::string help = expect_help({verb});
     const auto group = kGroups.find(verb);
     if (group == kGroups.end()) {
