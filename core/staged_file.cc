@@ -53,7 +53,8 @@ pid_t WriterOf(std::string_view name) {
   const std::size_t end = name.rfind(".tmp");
   if (end == std::string_view::npos) return 0;
   const std::string_view extension = name.substr(end + 4);
-  if (!extension.empty() && (extension[0] != '.' || extension.find('.', 1) != std::string_view::npos))
+  if (!extension.empty() &&
+      (extension[0] != '.' || extension.find('.', 1) != std::string_view::npos))
     return 0;
   const std::string_view before = name.substr(0, end);
   const std::size_t dot = before.rfind('.');
