@@ -62,6 +62,7 @@ void AddBudget(Program& program);
 void AddImport(Program& program);
 void AddPreprocess(Program& program);
 void AddRender(Program& program);
+void AddRelight(Program& program);
 void AddInfo(Program& program);
 void AddCompare(Program& program);
 void AddBench(Program& program);

@@ -28,6 +28,7 @@ int RunVerb(int argc, char** argv) {
   AddImport(program);
   AddPreprocess(program);
   AddRender(program);
+  AddRelight(program);
   AddInfo(program);
   AddCompare(program);
   AddBench(program);

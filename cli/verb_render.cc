@@ -321,6 +321,10 @@ void AddRender(Program& program) {
   verb.add_option("--reference", options->reference,
                   "A rendered EXR of the same view: also state the true error against it")
       ->check(InputFile({core::FileKind::kExrPicture}));
+  verb.add_flag("--light-groups", options->render.light_groups,
+                "Also layers of each light by itself, named as in the scene: LAMP.R/G/B, "
+                "LAMP.irradiance.R/G/B, LAMP.variance.Y, which `relight` scales; 28 bytes a pixel "
+                "and light");
   verb.add_flag(
       "--transparent", [options](std::int64_t) { options->render.background = false; },
       "Leave the environment out behind the geometry, for compositing: it lights all the same");

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <string_view>
+#include <type_traits>
 
 #include "core/colour.h"
 #include "core/error.h"
@@ -17,6 +19,56 @@ namespace {
 
 constexpr char kKind[] = "render";
 constexpr int kVersion = 1;
+
+constexpr std::string_view kProvenance = "luxfield:provenance.";
+
+std::string GroupAttribute(std::size_t group) {
+  return fmt::format("luxfield:light_group_{}", group + 1);
+}
+
+// An image of a frame, const or not, and the names of its channels.
+template <typename Image>
+struct Layer {
+  std::vector<std::string> channels;
+  Image* image;
+};
+
+template <typename Image>
+void AddLayer(const std::string& layer, const std::string& names, Image& image,
+              std::vector<Layer<Image>>& layers) {
+  layers.push_back({{}, &image});
+  for (const char name : names) layers.back().channels.push_back(layer + name);
+}
+
+template <typename Group, typename Image>
+void AddGroup(Group& group, std::vector<Layer<Image>>& layers) {
+  AddLayer(group.name + ".", "RGB", group.radiance, layers);
+  AddLayer(group.name + ".irradiance.", "RGB", group.irradiance, layers);
+  AddLayer(group.name + ".variance.", "Y", group.variance, layers);
+}
+
+template <typename AnyFrame>
+auto LayersOf(AnyFrame& frame) {
+  std::vector<Layer<std::remove_reference_t<decltype((frame.radiance))>>> layers;
+  AddLayer("", "RGB", frame.radiance, layers);
+  AddLayer("", "A", frame.alpha, layers);
+  AddLayer("irradiance.", "RGB", frame.irradiance, layers);
+  AddLayer("normal.", "XYZ", frame.normal, layers);
+  AddLayer("position.", "XYZ", frame.position, layers);
+  AddLayer("coverage.", "Y", frame.coverage, layers);
+  AddLayer("variance.", "Y", frame.variance, layers);
+  AddLayer("samples.", "Y", frame.samples, layers);
+  for (auto& group : frame.groups) AddGroup(group, layers);
+  return layers;
+}
+
+template <typename Image>
+std::vector<std::string> NamesOf(const std::vector<Layer<Image>>& layers) {
+  std::vector<std::string> names;
+  for (const auto& layer : layers)
+    names.insert(names.end(), layer.channels.begin(), layer.channels.end());
+  return names;
+}
 
 core::Rgb PixelOf(const core::Image& image, std::size_t i) {
   const std::size_t n = image.plane_size();
@@ -30,25 +82,29 @@ void WriteFrame(const std::filesystem::path& path, const Frame& frame) {
   core::ExrPartView part;
   part.width = frame.width;
   part.height = frame.height;
-  const auto add = [&](const std::string& layer, const core::Image& image,
-                       const std::string& names) {
-    for (int c = 0; c < image.channels; ++c)
-      part.channels.push_back({layer + names[c], image.plane(c)});
-  };
-  add("", frame.radiance, "RGB");
-  add("", frame.alpha, "A");
-  add("irradiance.", frame.irradiance, "RGB");
-  add("normal.", frame.normal, "XYZ");
-  add("position.", frame.position, "XYZ");
-  add("coverage.", frame.coverage, "Y");
-  add("variance.", frame.variance, "Y");
-  add("samples.", frame.samples, "Y");
+  for (const auto& layer : LayersOf(frame))
+    for (std::size_t c = 0; c < layer.channels.size(); ++c)
+      part.channels.push_back({layer.channels[c], layer.image->plane(static_cast<int>(c))});
   part.attributes = {{"luxfield:kind", std::string(kKind)},
                      {"luxfield:version", kVersion},
                      {"luxfield:unit", FluxUnitName(frame.unit)}};
+  for (std::size_t g = 0; g < frame.groups.size(); ++g)
+    part.attributes[GroupAttribute(g)] = frame.groups[g].name;
   for (const auto& [name, value] : frame.provenance)
-    part.attributes["luxfield:provenance." + name] = value;
+    part.attributes[std::string(kProvenance) + name] = value;
   core::WriteExr(path, std::span(&part, 1));
+}
+
+std::vector<std::string> ChannelNames() {
+  const Frame frame;
+  return NamesOf(LayersOf(frame));
+}
+
+std::vector<std::string> GroupChannelNames(const std::string& group) {
+  const LightGroup named{group, {}, {}, {}};
+  std::vector<Layer<const core::Image>> layers;
+  AddGroup(named, layers);
+  return NamesOf(layers);
 }
 
 Frame ReadFrame(const std::filesystem::path& path) {
@@ -64,15 +120,24 @@ Frame ReadFrame(const std::filesystem::path& path) {
   frame.width = reader.parts()[0].width;
   frame.height = reader.parts()[0].height;
   frame.unit = lightfield::FluxUnitFromName(reader.GetString(0, "luxfield:unit"));
-  const auto read = [&](const std::string& layer) {
-    core::Image image(frame.width, frame.height, 3);
-    const std::vector<std::string> names = {layer + "R", layer + "G", layer + "B"};
-    const std::vector<std::span<float>> planes = {image.plane(0), image.plane(1), image.plane(2)};
-    reader.ReadFloats(0, names, planes);
-    return image;
-  };
-  frame.radiance = read("");
-  frame.irradiance = read("irradiance.");
+  const auto& attributes = reader.parts()[0].attributes;
+  for (std::size_t g = 0; attributes.contains(GroupAttribute(g)); ++g)
+    frame.groups.push_back({reader.GetString(0, GroupAttribute(g)), {}, {}, {}});
+  for (const auto& [name, value] : attributes)
+    if (name.starts_with(kProvenance))
+      frame.provenance[name.substr(kProvenance.size())] = std::get<std::string>(value);
+  std::vector<std::string> names;
+  std::vector<std::span<float>> planes;
+  for (const auto& layer : LayersOf(frame)) {
+    if (layer.image == &frame.alpha && !reader.has_channel(0, "A")) continue;
+    *layer.image = core::Image(frame.width, frame.height, static_cast<int>(layer.channels.size()));
+    for (std::size_t c = 0; c < layer.channels.size(); ++c) {
+      names.push_back(layer.channels[c]);
+      planes.push_back(layer.image->plane(static_cast<int>(c)));
+    }
+  }
+  reader.ReadFloats(0, names, planes);
+  if (frame.alpha.data.empty()) frame.alpha = frame.coverage;
   return frame;
 }
 

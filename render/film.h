@@ -15,10 +15,16 @@ namespace luxfield::render {
 
 // One part, FLOAT channels named as layered viewers expect, docs/formats/render.md: R G B
 // (radiance), A (alpha), irradiance.R/G/B, normal.X/Y/Z, position.X/Y/Z, coverage.Y, variance.Y,
-// samples.Y. Throws DeviceError.
+// samples.Y, and of each light group GROUP.R/G/B, GROUP.irradiance.R/G/B, GROUP.variance.Y. Throws
+// DeviceError.
 void WriteFrame(const std::filesystem::path& path, const Frame& frame);
 
-// The radiance and irradiance layers and the unit of a file of WriteFrame; other layers stay empty.
+// The channels of a file of WriteFrame without light groups, and those of one group.
+std::vector<std::string> ChannelNames();
+std::vector<std::string> GroupChannelNames(const std::string& group);
+
+// A file of WriteFrame: its layers, unit and provenance; alpha is the coverage in files that do not
+// have it. Needs as much memory as its channels.
 Frame ReadFrame(const std::filesystem::path& path);
 
 struct ToneMapping {

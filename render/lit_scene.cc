@@ -62,13 +62,17 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene)
   for (const auto& luminaire : scene.luminaires) {
     auto& fields = loaded[{luminaire.light_field, luminaire.tables}];
     if (fields.empty()) fields = Load(luminaire);
-    for (const LoadedField& field : fields)
+    for (const LoadedField& field : fields) {
       luminaires_.push_back(
           {field.name.empty() ? luminaire.name : fmt::format("{} {}", luminaire.name, field.name),
            field.light_field, luminaire.world_from_luminaire * field.luminaire_from_field,
            luminaire.scale});
+      light_names_.push_back(luminaire.name);
+    }
     provenance_[fmt::format("{} sha256", luminaire.name)] = fields.front().light_field->sha256;
   }
+  for (const auto& light : scene.area_lights) light_names_.push_back(light.name);
+  if (environment_) light_names_.push_back("environment");
 }
 
 void LitScene::LoadEnvironment(const scene::Environment& environment) {

@@ -89,6 +89,9 @@ class LitScene {
   const DeviceScene& geometry() const { return geometry_; }
   const std::vector<PlacedLuminaire>& luminaires() const { return luminaires_; }
   const std::vector<AreaLightOnDevice>& area_lights() const { return area_lights_; }
+  // Names in scene.toml of the lights, luminaires, area lights, environment: a luminaire of several
+  // fields comes as often.
+  const std::vector<std::string>& light_names() const { return light_names_; }
   // Null if the scene has none.
   const PlacedEnvironment* environment() const { return environment_ ? &*environment_ : nullptr; }
   lightfield::FluxUnit unit() const { return unit_; }
@@ -114,6 +117,7 @@ class LitScene {
   std::vector<PlacedLuminaire> luminaires_;
   std::vector<AreaLightOnDevice> area_lights_;
   TwoStrategies two_strategies_;
+  std::vector<std::string> light_names_;
   std::optional<PlacedEnvironment> environment_;
   std::optional<EnvironmentEstimator> environment_estimator_;
   lightfield::FluxUnit unit_ = lightfield::FluxUnit::kRelative;

@@ -122,6 +122,18 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
       static_cast<int>(options.light_samples.size()) != LightCount())
     throw InputError(fmt::format("samples are given for {} lights where the scene has {}",
                                  options.light_samples.size(), LightCount()));
+  if (options.light_groups) {
+    options_.lights_apart = true;
+    const std::span<const std::string> names = scene.light_names();
+    const std::size_t luminaires = scene.luminaires().size();
+    groups_ = MakeLightGroups(names.first(luminaires), names.subspan(luminaires),
+                              scene.geometry().emissive, camera_.width, camera_.height);
+    for (const auto& name : names)
+      group_of_.push_back(static_cast<std::size_t>(
+          std::find_if(groups_.begin(), groups_.end(),
+                       [&](const LightGroup& group) { return group.name == name; }) -
+          groups_.begin()));
+  }
   scene.Require(estimator_.traits().needs, options.approximation_error);
   if (options.knobs.strategies.everywhere) scene.Require({.cells = true});
   RequireShadows(estimator_.traits(), options.shadows);
@@ -197,6 +209,7 @@ Frame Renderer::Render() {
        {&frame.coverage, &frame.variance, &frame.stated_variance, &frame.samples})
     *image = core::Image(frame.width, frame.height, 1);
   if (options_.lights_apart) frame.lights.resize(LightCount());
+  frame.groups = groups_;
   frame.times.light_s.resize(LightCount());
 
   const bool relight = options_.relight && options_.passes == 1;
@@ -234,6 +247,13 @@ Frame Renderer::Render() {
     }
     frame.variance.data[i] /= samples * samples;
     frame.stated_variance.data[i] /= samples * samples;
+    for (LightGroup& group : frame.groups) {
+      for (int c = 0; c < 3; ++c) {
+        group.radiance.data[c * count + i] /= samples;
+        if (hits > 0) group.irradiance.data[c * count + i] /= hits;
+      }
+      group.variance.data[i] /= samples * samples;
+    }
     frame.coverage.data[i] /= samples;
   }
   for (LightTotals& light : frame.lights) {
@@ -244,6 +264,7 @@ Frame Renderer::Render() {
     frame.variance_scale = relit_.Scale();
     frame.scale_log_variance = relit_.LogVariance();
     for (float& v : frame.variance.data) v *= static_cast<float>(frame.variance_scale);
+    ScaleGroups(frame);
   }
   frame.alpha = frame.coverage;
   if (scene_.environment() && options_.background)
@@ -379,6 +400,9 @@ void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample,
   for (int pass = 0; pass < passes; ++pass) {
     core::ThrowIfInterrupted();
     BandLight light(gbuffer.pixel_count(), lights);
+    light.radiance_of.assign(group_of_.size(),
+                             std::vector<cl_float4>(gbuffer.pixel_count(), cl_float4{}));
+    light.irradiance_of = light.radiance_of;
     if (options_.sample_density.data.empty())
       LightPart(band, surface.albedo, pixel_sample, pass, light, frame.times);
     for (EquallySampled& part : parts)
@@ -401,6 +425,7 @@ void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample,
       if (passes == 1) frame.variance.data[out] += light.variance[i];
       spread.Add(i, pass, LuminanceOf(light.radiance[i]));
     }
+    AddToGroups(light, first, frame);
     for (std::size_t l = 0; l < lights; ++l) {
       for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
         frame.lights[l].mean_luminance += double{light.luminance[l][i]} / passes;
@@ -412,8 +437,12 @@ void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample,
   if (passes == 1) return;
   for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
     frame.variance.data[first + i] += static_cast<float>(spread.VarianceOfMean(i, passes));
-    for (std::size_t l = 0; l < lights; ++l)
-      frame.lights[l].mean_variance += of_light[l].VarianceOfMean(i, passes);
+    for (std::size_t l = 0; l < lights; ++l) {
+      const double variance = of_light[l].VarianceOfMean(i, passes);
+      frame.lights[l].mean_variance += variance;
+      if (!frame.groups.empty())
+        frame.groups[group_of_[l]].variance.data[first + i] += static_cast<float>(variance);
+    }
   }
 }
 
@@ -520,6 +549,10 @@ void Renderer::AddLight(EquallySampled& part, const std::vector<cl_float4>& albe
     sum.variance[i] += stated;
     sum.samples[i] += static_cast<float>(samples[k]);
     if (sum.luminance.empty()) continue;
+    if (!sum.radiance_of.empty()) {
+      sum.radiance_of[number][i] = radiance;
+      for (int c = 0; c < 3; ++c) sum.irradiance_of[number][i].s[c] = factor * irradiance[k].s[c];
+    }
     sum.luminance[number][i] = static_cast<float>(LuminanceOf(radiance));
     sum.stated[number][i] = stated;
   }
@@ -531,7 +564,11 @@ void Renderer::ShowEmission(int first_row, const GBuffer& gbuffer, Frame& frame)
   const std::size_t plane = frame.coverage.plane_size(),
                     first = static_cast<std::size_t>(first_row) * frame.width;
   for (std::size_t i = 0; i < emission.size(); ++i)
-    for (int c = 0; c < 3; ++c) frame.radiance.data[c * plane + first + i] += emission[i].s[c];
+    for (int c = 0; c < 3; ++c) {
+      frame.radiance.data[c * plane + first + i] += emission[i].s[c];
+      if (!frame.groups.empty())  // the last one
+        frame.groups.back().radiance.data[c * plane + first + i] += emission[i].s[c];
+    }
 }
 
 void Renderer::ShowBackground(int first_row, const GBuffer& gbuffer, lightfield::Vec2 sample,
@@ -543,9 +580,46 @@ void Renderer::ShowBackground(int first_row, const GBuffer& gbuffer, lightfield:
   const std::size_t plane = frame.coverage.plane_size(),
                     first = static_cast<std::size_t>(first_row) * frame.width;
   for (std::size_t i = 0; i < background.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      frame.radiance.data[c * plane + first + i] +=
-          static_cast<float>(environment->scale) * background[i].s[c];
+    for (int c = 0; c < 3; ++c) {
+      const float shown = static_cast<float>(environment->scale) * background[i].s[c];
+      frame.radiance.data[c * plane + first + i] += shown;
+      if (!frame.groups.empty())  // the last light's
+        frame.groups[group_of_.back()].radiance.data[c * plane + first + i] += shown;
+    }
+}
+
+void Renderer::AddToGroups(const BandLight& light, std::size_t first, Frame& frame) const {
+  const auto passes = static_cast<float>(options_.passes);
+  const std::size_t plane = frame.coverage.plane_size();
+  for (std::size_t l = 0; l < group_of_.size(); ++l) {
+    LightGroup& group = frame.groups[group_of_[l]];
+    for (std::size_t i = 0; i < light.radiance.size(); ++i) {
+      for (int c = 0; c < 3; ++c) {
+        group.radiance.data[c * plane + first + i] += light.radiance_of[l][i].s[c] / passes;
+        group.irradiance.data[c * plane + first + i] += light.irradiance_of[l][i].s[c] / passes;
+      }
+      if (options_.passes == 1) group.variance.data[first + i] += light.stated[l][i];
+    }
+  }
+}
+
+void Renderer::ScaleGroups(Frame& frame) const {
+  if (frame.groups.empty()) return;
+  const auto pixels = static_cast<double>(frame.coverage.plane_size());
+  std::vector<double> measured(frame.groups.size(), 0.0);
+  for (std::size_t l = 0; l < group_of_.size(); ++l)
+    measured[group_of_[l]] += pixels * frame.lights[l].mean_variance;
+  std::fill(frame.variance.data.begin(), frame.variance.data.end(), 0.0f);
+  for (std::size_t g = 0; g < frame.groups.size(); ++g) {
+    core::Image& variance = frame.groups[g].variance;
+    const double stated = SumOf(variance);
+    for (std::size_t i = 0; i < variance.data.size() && stated > 0; ++i) {
+      variance.data[i] = static_cast<float>(variance.data[i] * (measured[g] / stated));
+      frame.variance.data[i] += variance.data[i];
+    }
+  }
+  if (const double stated = SumOf(frame.stated_variance); stated > 0)
+    frame.variance_scale = SumOf(frame.variance) / stated;
 }
 
 void AddTimes(const RenderTimes& times, RenderTimes& to) {
@@ -578,6 +652,13 @@ Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b) 
         ((all_a + all_b) * (all_a + all_b));
   }
   blend(mean.samples, frame_b.samples, 1, 1);
+  for (std::size_t g = 0; g < mean.groups.size(); ++g) {
+    LightGroup& to = mean.groups[g];
+    const LightGroup& from = frame_b.groups[g];
+    blend(to.radiance, from.radiance, weight_a, weight_b);
+    blend(to.irradiance, from.irradiance, weight_a, weight_b);
+    blend(to.variance, from.variance, weight_a * weight_a, weight_b * weight_b);
+  }
   for (std::size_t l = 0; l < mean.lights.size(); ++l) {
     LightTotals& to = mean.lights[l];
     const LightTotals& from = frame_b.lights[l];

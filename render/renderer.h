@@ -16,6 +16,7 @@
 #include "core/image.h"
 #include "lightfield/light_field.h"
 #include "render/environment_background.h"
+#include "render/light_groups.h"
 #include "render/lit_scene.h"
 #include "render/relit_pixels.h"
 #include "render/shadow_maps.h"
@@ -45,6 +46,7 @@ struct RenderOptions {
   // large, up to thirty times.
   bool relight = true;
   bool lights_apart = false;  // whether the frame tells lights apart (Frame::lights)
+  bool light_groups = false;  // whether the frame has a picture of each light (Frame::groups)
   int first_pass = 0;  // passes of the same seed and different numbers draw independently
   std::uint64_t seed = 1;
   Shadows shadows = Shadows::kTraced;  // of other lights than luminaires: traced, or none
@@ -93,6 +95,8 @@ struct Frame {
   double variance_scale = 1, scale_log_variance = 0;
   core::Image samples;              // light samples taken
   std::vector<LightTotals> lights;  // where RenderOptions asks for it
+  // Where it asks for them: their sums are radiance, irradiance and variance, up to rounding.
+  std::vector<LightGroup> groups;
   RenderTimes times;
   lightfield::Provenance provenance;  // options and the SHA-256 of the files that were read
 };
@@ -132,6 +136,8 @@ class Renderer {
     std::vector<float> variance, samples;  // variance as the estimator states it
     // Of each light, where they are told apart: luminance and its variance.
     std::vector<std::vector<float>> luminance, stated;
+    // Likewise, for light groups.
+    std::vector<std::vector<cl_float4>> radiance_of, irradiance_of;
   };
 
   // What is known of a band's surface points on the host.
@@ -160,6 +166,10 @@ class Renderer {
   // the frame's lights.
   void Relight(const EquallySampled& part, const GBuffer& gbuffer, const BandSurface& surface,
                int pixel_sample, const BandLight& light, Frame& frame);
+  // Adds a pass to the groups.
+  void AddToGroups(const BandLight& light, std::size_t first, Frame& frame) const;
+  // Scales the groups' variances by what pixels that were lit again showed of each light.
+  void ScaleGroups(Frame& frame) const;
   void ShowBackground(int first_row, const GBuffer& gbuffer, lightfield::Vec2 sample, Frame& frame);
   void ShowEmission(int first_row, const GBuffer& gbuffer, Frame& frame);
   int LightCount() const;
@@ -182,6 +192,8 @@ class Renderer {
   RenderOptions options_;
   scene::Camera camera_;
   Estimator& estimator_;
+  std::vector<LightGroup> groups_;       // black, where they are asked for
+  std::vector<std::size_t> group_of_;    // each light
   std::vector<ShadowMaps> shadow_maps_;  // one set per luminaire; empty: none are asked for
   PrimaryVisibility primary_;
   std::optional<EnvironmentBackground> background_;  // of scenes with an environment

@@ -63,6 +63,8 @@ class Rounds {
     const int k = options_.samples_per_pixel;
     const double factor = chosen_.StatedFactor(k);
     for (float& v : frame.variance.data) v *= static_cast<float>(factor);
+    for (auto& group : frame.groups)
+      for (float& v : group.variance.data) v *= static_cast<float>(factor);
     law_.Anchor(k, NoiseOf(frame, 1).mean_variance);
     if (taken_ == 0) {
       render::AddTimes(result_.frame.times, frame.times);

@@ -31,7 +31,8 @@ using Names = std::vector<std::string>;
 const Names kVerbs = {"devices", "simulate",    "sky",       "plan",   "capture",
                       "verify",  "report",      "calibrate", "filter", "probe",
                       "merge",   "reconstruct", "budget",    "import", "preprocess",
-                      "render",  "info",        "compare",   "bench",  "demo"};
+                      "render",  "relight",     "info",      "compare", "bench",
+                      "demo"};
 const std::map<std::string, Names> kGroups = {
     {"calibrate", {"geometry", "flat-field", "glare", "response", "sensor"}},
     {"filter", {"print", "measure", "photograph"}},
@@ -232,6 +233,7 @@ INSTANTIATE_TEST_SUITE_P(
                {"render", SourceFile("data/scenes/demo.toml"), "--light-field", "@", "-o",
                 "output.exr"},
                ".lf.exr"},
+        Reader{"relight", {"relight", "@", "--scale", "lamp=0.5", "-o", "output.exr"}, ".exr"},
         Reader{"plan", {"plan", "@", "--lab", Lab()}, ".toml"},
         Reader{"plan_lab", {"plan", Plan(), "--lab", "@"}, ".toml"},
         Reader{"devices_lab", {"devices", "@"}, ".toml"},

@@ -1,0 +1,91 @@
+// luxfield relight PICTURE.exr --scale LAMP=0.5 -o X.exr
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "cli/named_files.h"
+#include "cli/program.h"
+#include "core/error.h"
+#include "core/measures.h"
+#include "render/film.h"
+#include "render/light_groups.h"
+#include "study/picture_noise.h"
+
+namespace luxfield::cli {
+namespace {
+
+struct Options {
+  std::string picture, output, png;
+  std::vector<std::string> scales;
+  std::optional<double> exposure;
+};
+
+std::map<std::string, double> ParseScales(const std::vector<std::string>& texts) {
+  std::map<std::string, double> scales;
+  for (const auto& text : texts) {
+    const auto equals = text.rfind('=');
+    if (equals == std::string::npos || equals == 0)
+      throw InputError(fmt::format("--scale {} is not LIGHT=NUMBER, as 'left lamp=0.5'", text));
+    const std::string name = text.substr(0, equals);
+    if (!scales.emplace(name, ParseQuantity(text.substr(equals + 1), "--scale", {{"", 1}})).second)
+      throw InputError(fmt::format("--scale names '{}' twice; name it once", name));
+  }
+  return scales;
+}
+
+double MeanLuminance(const core::Image& radiance) {
+  double sum = 0;
+  for (const float y : core::LuminanceImage(radiance).data) sum += y;
+  return sum / static_cast<double>(radiance.plane_size());
+}
+
+core::Json Run(const Options& options) {
+  RequireExtension(options.output, ".exr", "--output");
+  if (!options.png.empty()) RequireExtension(options.png, ".png", "--png");
+  const auto scales = ParseScales(options.scales);
+  const render::Frame frame =
+      render::ScaleLightGroups(render::ReadFrame(options.picture), scales, options.picture);
+  render::WriteFrame(options.output, frame);
+  if (!options.png.empty())
+    render::WritePng(options.png, render::ToneMap(frame.radiance, {.exposure = options.exposure}));
+  const double noise = study::NoiseOf(frame, 1).RelativeError();
+  fmt::print("{}: {} x {}, estimated noise {:.3g} % of the mean radiance (RMS)\n", options.output,
+             frame.width, frame.height, 100 * noise);
+  core::Json groups = core::Json::array();
+  for (const auto& group : frame.groups) {
+    const auto scale = scales.find(group.name);
+    const double factor = scale == scales.end() ? 1 : scale->second,
+                 luminance = MeanLuminance(group.radiance);
+    fmt::print("  {:<20}  x {:<8g} mean {} {:.4g} {}\n", group.name, factor,
+               frame.unit == lightfield::FluxUnit::kLumen ? "luminance" : "radiance", luminance,
+               render::RadianceUnitName(frame.unit));
+    groups.push_back({{"name", group.name}, {"scale", factor}, {"mean_radiance", luminance}});
+  }
+  return {{"estimated_rel_rmse", noise}, {"groups", groups}};
+}
+
+}  // namespace
+
+void AddRelight(Program& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App& verb =
+      program.AddVerb("relight", "Scale lights of a picture of 'render --light-groups'",
+                      [options]() -> core::Json { return Run(*options); });
+  verb.add_option("PICTURE", options->picture, "The EXR with light groups")
+      ->required()
+      ->check(InputFile({core::FileKind::kExrPicture}));
+  verb.add_option("--scale", options->scales,
+                  "LIGHT=NUMBER: what multiplies a light, named as in the scene; may be repeated")
+      ->required();
+  verb.add_option("-o,--output", options->output, "The EXR to write, with its groups scaled")
+      ->required()
+      ->check(OutputFile());
+  verb.add_option("--png", options->png, "Also a tone-mapped PNG")->check(OutputFile());
+  verb.add_option(
+      "--exposure", options->exposure,
+      "PNG value = radiance times this, clipped at 1 (default: the exponential operator)");
+}
+
+}  // namespace luxfield::cli
