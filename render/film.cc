@@ -123,9 +123,9 @@ Frame ReadFrame(const std::filesystem::path& path) {
   const auto& attributes = reader.parts()[0].attributes;
   for (std::size_t g = 0; attributes.contains(GroupAttribute(g)); ++g)
     frame.groups.push_back({reader.GetString(0, GroupAttribute(g)), {}, {}, {}});
-  for (const auto& [name, value] : attributes)
-    if (name.starts_with(kProvenance))
-      frame.provenance[name.substr(kProvenance.size())] = std::get<std::string>(value);
+  for (const auto& attribute : attributes)
+    if (const std::string& name = attribute.first; name.starts_with(kProvenance))
+      frame.provenance[name.substr(kProvenance.size())] = reader.GetString(0, name);
   std::vector<std::string> names;
   std::vector<std::span<float>> planes;
   for (const auto& layer : LayersOf(frame)) {

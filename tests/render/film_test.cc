@@ -87,6 +87,25 @@ TEST(Film, OnlyRenderedPicturesAreReadAsFrames) {
   EXPECT_THROW(ReadFrame(Temporary("cut.exr")), InputError);
 }
 
+TEST(Film, NamesAnAttributeOfTheWrongType) {
+  const core::Image grey(7, 5, 1);
+  core::ExrPartView part;
+  part.width = grey.width;
+  part.height = grey.height;
+  part.channels.push_back({"Y", grey.plane(0)});
+  part.attributes = {{"luxfield:kind", std::string("render")},
+                     {"luxfield:version", 1},
+                     {"luxfield:unit", std::string("lm")},
+                     {"luxfield:provenance.seed", 3}};
+  core::WriteExr(Temporary("typed.exr"), std::span(&part, 1));
+  try {
+    ReadFrame(Temporary("typed.exr"));
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("luxfield:provenance.seed"));
+  }
+}
+
 TEST(Film, ToneMapsByTheFormula) {
   core::Image image(2, 1, 3);
   for (int c = 0; c < 3; ++c) {
