@@ -19,7 +19,7 @@
 
 namespace luxfield::render {
 
-struct Frame;  // render/renderer.h
+struct Frame;  // render/frame.h
 
 struct LightGroup {
   std::string
