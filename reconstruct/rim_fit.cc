@@ -291,14 +291,13 @@ double WidestWindow(const Circle& circle) { return std::max(4.0, 2 + 0.04 * circ
 
 // The outermost of the circles that stand out: what a ball mirrors is squeezed into rings within
 // its rim, whose edges can be seen on more of their directions than the rim itself is.
-Circle BestCandidate(const core::Image& picture, const ProbeOptics& optics,
+Circle BestCandidate(const core::Image& picture, const EdgeField& edges, const ProbeOptics& optics,
                      const std::string& file) {
   const auto found = SearchCircles(picture, optics, kCandidates);
   if (found.empty())
     throw InputError(file, "shows no circle that stands out", "give [rim] centre_px and radius_px");
   Circle best = found.front().circle;
   const double least = std::max(kLeastStanding, kOuterShare * found.front().evidence.standing);
-  const EdgeField edges = FindEdges(picture, EvidenceFactor(picture));
   for (const auto& [circle, evidence] : found) {
     const double between = std::hypot(circle.x - best.x, circle.y - best.y);
     if (evidence.standing < least || circle.radius <= best.radius ||
@@ -327,7 +326,8 @@ RimFit FitRim(const core::Image& picture, const ProbeOptics& optics, std::option
   if (std::min(picture.width, picture.height) < kLeastSide)
     throw InputError(file, fmt::format("{} x {} pixels are too few", picture.width, picture.height),
                      fmt::format("give a picture of at least {} pixels", kLeastSide));
-  const Circle circle = start ? *start : BestCandidate(picture, optics, file);
+  const EdgeField edges = FindEdges(picture, EvidenceFactor(picture));
+  const Circle circle = start ? *start : BestCandidate(picture, edges, optics, file);
   const double widest = start ? WidestWindow(circle) : 2 * SearchError(picture);
   auto fit = Refine(picture, optics, circle, {widest, std::min(widest, 3.0), 2.0, 2.0});
   // What the last order of the shading still moved stands for those left out.
@@ -347,12 +347,13 @@ RimFit FitRim(const core::Image& picture, const ProbeOptics& optics, std::option
   fit->sigma = {std::hypot(fit->sigma.x, best.x - other.x),
                 std::hypot(fit->sigma.y, best.y - other.y),
                 std::hypot(fit->sigma.radius, best.radius - other.radius)};
-  fit->evidence = Evidence(FindEdges(picture, EvidenceFactor(picture)), optics, fit->circle);
+  fit->evidence = Evidence(edges, optics, fit->circle);
+  fit->told = start.has_value();
   return *fit;
 }
 
 void RequireRim(const RimFit& rim, const std::string& file) {
-  if (rim.evidence.standing >= kLeastStanding) return;
+  if (rim.evidence.standing >= (rim.told ? kLeastStandingTold : kLeastStanding)) return;
   const Circle& circle = rim.circle;
   throw InputError(
       file,
@@ -361,8 +362,11 @@ void RequireRim(const RimFit& rim, const std::string& file) {
                   "{:.0f} % of its rim, any circle of that size along {:.0f} %",
                   circle.x, circle.y, circle.radius, 100 * rim.evidence.share,
                   100 * rim.evidence.by_chance),
-      "give its place, [rim] centre_px = [x, y] and radius_px = r (--rim-picture shows what was "
-      "found), or a picture in which more of the rim stands out");
+      rim.told
+          ? "correct [rim] centre_px and radius_px (--rim-picture shows what was found there), "
+            "or give a picture in which more of the rim stands out"
+          : "give its place, [rim] centre_px = [x, y] and radius_px = r (--rim-picture shows "
+            "what was found), or a picture in which more of the rim stands out");
 }
 
 }  // namespace luxfield::reconstruct

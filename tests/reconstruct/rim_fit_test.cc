@@ -20,6 +20,7 @@
 #include "reconstruct/merge_stack.h"
 #include "reconstruct/probe.h"
 #include "reconstruct/rim_picture.h"
+#include "reconstruct/rim_search.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -140,6 +141,35 @@ TEST(RimFit, FindsTheBallBeforeBricksAndWindows) {
   EXPECT_LE(refused, 2);
 }
 
+// Two circles about one another in a plain picture: the inner one has the clearer edge.
+TEST(RimSearch, GoesOutFromARingToTheRim) {
+  const Circle ring{120, 100, 60}, rim{121, 101, 64.5};
+  core::Image picture(240, 200, 1);
+  for (int row = 0; row < picture.height; ++row)
+    for (int column = 0; column < picture.width; ++column) {
+      double sum = 0;
+      for (int k = 0; k < 16; ++k) {
+        const double x = column + (k % 4 + 0.5) / 4, y = row + (k / 4 + 0.5) / 4;
+        sum += std::hypot(x - ring.x, y - ring.y) < ring.radius ? 40
+               : std::hypot(x - rim.x, y - rim.y) < rim.radius  ? 1.3
+                                                                : 1;
+      }
+      picture.at(0, row, column) = static_cast<float>(sum / 16);
+    }
+  const EdgeField edges = FindEdges(picture, 1);
+  const auto outer = OuterCircle(edges, {}, ring);
+  ASSERT_TRUE(outer);
+  EXPECT_NEAR(outer->x, rim.x, 1);
+  EXPECT_NEAR(outer->y, rim.y, 1);
+  EXPECT_NEAR(outer->radius, rim.radius, 1);
+  EXPECT_FALSE(OuterCircle(edges, {}, *outer));
+  // Edges of the ring count for the ring, and not besides it.
+  EXPECT_GT(ShareOnEdge(edges, {}, ring), 0.9);
+  EXPECT_EQ(ShareOnEdge(edges, {}, ring, 1, &ring), 0);
+  // On a picture that is reduced circles keep the picture's own pixels.
+  EXPECT_GT(ShareOnEdge(FindEdges(picture, 0.5), {}, ring), 0.9);
+}
+
 TEST(RimFit, RefusesPicturesWithoutABall) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const core::Image picture = Photograph({seed, {}, 2});
@@ -152,7 +182,7 @@ TEST(RimFit, RefusesPicturesWithoutABall) {
                                  fit.circle.x, fit.circle.y, fit.circle.radius,
                                  fit.evidence.standing);
         EXPECT_THAT(Refusal(fit), testing::HasSubstr("wall.exr"));
-        EXPECT_THAT(Refusal(fit), testing::HasSubstr("centre_px"));
+        EXPECT_THAT(Refusal(fit), testing::HasSubstr(start ? "correct [rim]" : "give its place"));
       } catch (const InputError& error) {
         EXPECT_THAT(error.what(), testing::HasSubstr("wall.exr"));
       }
