@@ -109,7 +109,8 @@ std::vector<std::string> GroupChannelNames(const std::string& group) {
 
 Frame ReadFrame(const std::filesystem::path& path) {
   core::ExrReader reader(path);
-  if (reader.GetString(0, "luxfield:kind") != kKind)
+  if (!reader.parts()[0].attributes.contains("luxfield:kind") ||
+      reader.GetString(0, "luxfield:kind") != kKind)
     throw InputError(path.string(), "is not a rendered picture",
                      "use a file that 'luxfield render' wrote");
   if (const int version = reader.GetInt(0, "luxfield:version"); version != kVersion)

@@ -184,11 +184,20 @@ class Lighting {
       options.light_samples.assign(way.samples.begin(), way.samples.end());
       render::Frame frame = render::Renderer(scene_, options).Render();
       const std::vector<render::LightTotals> lights = frame.lights;
-      // Weighed by what is known of the noise without the frame's own samples.
-      result.frame = round == 0 ? std::move(frame)
-                                : render::MeanFrame(result.frame, 1 / variance, frame,
-                                                    1 / VarianceOf(way.laws, way.samples));
-      for (const double n : way.samples) result.chosen.samples_per_pixel += static_cast<int>(n);
+      int samples = 0;
+      for (const double n : way.samples) samples += static_cast<int>(n);
+      if (round == 0) {
+        result.frame = std::move(frame);
+      } else {
+        // Weighed by what is known of the noise without the frame's own samples; where there is
+        // none, as in the dark, by the samples.
+        const double expected = VarianceOf(way.laws, way.samples);
+        const bool noisy = variance > 0 && expected > 0;
+        result.frame =
+            render::MeanFrame(result.frame, noisy ? 1 / variance : result.chosen.samples_per_pixel,
+                              frame, noisy ? 1 / expected : samples);
+      }
+      result.chosen.samples_per_pixel += samples;
       const PictureNoise noise =
           NoiseOf(result.frame, std::max(1, result.chosen.samples_per_pixel - 1));
       variance = noise.mean_variance;

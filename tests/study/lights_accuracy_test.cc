@@ -188,6 +188,28 @@ TEST_F(LightsAccuracyTest, TheCheapestWayIsTakenAndTimesBecomeSamples) {
   EXPECT_GT(many, few);
 }
 
+// No light reaches anything: there is no noise that rounds could be weighed by.
+TEST_F(LightsAccuracyTest, DarkScenesAreBlack) {
+  const auto night = std::filesystem::path(testing::TempDir()) / "luxfield_night.exr";
+  core::WriteExrImage(night, core::Image(16, 8, 3));
+  scene::Scene scene = LampOverFloor();
+  scene.luminaires[0].scale = 0;
+  scene.environment.emplace();
+  scene.environment->file = night;
+  render::LitScene lit(render::Device::Open(), scene);
+  for (const bool timed : {true, false}) {
+    AccuracyRequest request;
+    request.picture.shadows = render::Shadows::kNone;
+    if (timed)
+      request.time_s = 0.3;
+    else
+      request.rel_error = 0.05;
+    const AccurateFrame result = RenderLightsToAccuracy(lit, request);
+    for (const core::Image* image : {&result.frame.radiance, &result.frame.variance})
+      for (const float value : image->data) ASSERT_EQ(value, 0) << (timed ? "time" : "error");
+  }
+}
+
 TEST_F(LightsAccuracyTest, WhatCannotBeServedIsRefusedWithoutAPicture) {
   using testing::HasSubstr;
   using testing::ThrowsMessage;
