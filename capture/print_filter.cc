@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/parallel.h"
+#include "core/spare_memory.h"
 
 namespace luxfield::capture {
 namespace {
@@ -61,6 +62,7 @@ void DrawHeader(cairo_t* context, const FilterSheet& sheet, int print,
                 const PrintOptions& options) {
   const double support = sheet.basis.cells * sheet.spacing_m;
   const double left = sheet.half_m - 0.42 * support;
+  core::RequireSpareMemory(core::kTextDrawingBytes);
   cairo_select_font_face(context, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
   cairo_set_font_size(context, 0.026 * support);
   double y = sheet.half_m - 0.59 * support;

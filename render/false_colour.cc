@@ -10,6 +10,7 @@
 #include "core/colour.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/spare_memory.h"
 #include "render/film.h"
 
 namespace luxfield::render {
@@ -94,6 +95,7 @@ void DrawTitle(cairo_t* cairo, double left, double height, const std::string& qu
   cairo_set_source_rgb(cairo, 1, 1, 1);
   cairo_rectangle(cairo, left, 0, kLegendWidth, height);
   cairo_fill(cairo);
+  core::RequireSpareMemory(core::kTextDrawingBytes);
   cairo_select_font_face(cairo, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
   cairo_set_font_size(cairo, kFontSize);
   cairo_set_source_rgb(cairo, 0, 0, 0);
