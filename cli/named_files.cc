@@ -165,6 +165,19 @@ CLI::Validator OutputFile() {
       "");
 }
 
+CLI::Validator OutputName(std::string first_ending) {
+  return CLI::Validator(
+      [first_ending = std::move(first_ending)](const std::string& name) {
+        if (fs::path(name).filename().empty())
+          throw InputError(fmt::format("--output '{}' ends without a name; write it like sheet or "
+                                       "folder/sheet",
+                                       name));
+        core::RequireOutputPlace(name + first_ending);
+        return std::string();
+      },
+      "");
+}
+
 void RequireLuminaires(const scene::Scene& scene) {
   for (const scene::Luminaire& luminaire : scene.luminaires) {
     const fs::path file = luminaire.light_field.lexically_normal();

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "core/file_kind.h"
@@ -24,6 +25,10 @@ CLI::Validator InputCalibration();
 
 // Of an option that names a file to write: that it can be written (core::RequireOutputPlace).
 CLI::Validator OutputFile();
+
+// Of an option that gives NAME of several files NAME.ENDING: that there is one behind the folder,
+// and that NAME`first_ending` can be written.
+CLI::Validator OutputName(std::string first_ending);
 
 // Throws InputError where a light field of the scene is absent, or is a file of another kind.
 void RequireLuminaires(const scene::Scene& scene);

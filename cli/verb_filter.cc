@@ -11,7 +11,6 @@
 #include "cli/named_files.h"
 #include "cli/program.h"
 #include "core/file.h"
-#include "core/outputs.h"
 #include "hal/devices.h"
 #include "reconstruct/filter_session.h"
 #include "reconstruct/measure_filter.h"
@@ -46,7 +45,6 @@ FilterSheet SheetOf(const PrintVerb& options) {
 }
 
 core::Json RunPrint(const PrintVerb& options) {
-  core::RequireOutputPlace(options.name + ".sheet.json");
   const FilterSheet sheet = SheetOf(options);
   capture::PrintOptions how;
   how.dpi = options.dpi;
@@ -132,7 +130,6 @@ struct PhotographVerb {
 };
 
 core::Json RunPhotograph(const PhotographVerb& options, std::optional<std::uint64_t> seed) {
-  core::RequireOutputPlace(options.name + ".sheet.json");
   const auto photographs = study::PhotographFilter(options.lab, seed, options.pixels);
   core::Json files = core::Json::array();
   const auto write = [&](const std::string& ending, const auto& write_file) {
@@ -195,7 +192,8 @@ void AddPhotograph(Program& program, CLI::App& group) {
       ->check(InputFile({core::FileKind::kLab}));
   verb.add_option("-o,--output", options->name,
                   "NAME of NAME.sheet.json, NAME.light.exr and NAME.print.exr (or .plus, .minus)")
-      ->required();
+      ->required()
+      ->check(OutputName(".sheet.json"));
   verb.add_option("--pixels", options->pixels, "Side of the photographs")
       ->check(CLI::Range(64, 8192));
 }
@@ -212,7 +210,8 @@ void AddFilter(Program& program) {
       [print] { return RunPrint(*print); });
   verb.add_option("-o,--output", print->name,
                   "NAME of NAME.tif (or NAME.plus.tif, NAME.minus.tif), NAME.pdf, NAME.sheet.json")
-      ->required();
+      ->required()
+      ->check(OutputName(".sheet.json"));
   verb.add_option("--lab", print->lab, "Take basis, spacing, scale and kind from this lab.toml")
       ->check(InputFile({core::FileKind::kLab}));
   verb.add_option("--basis", print->basis, "box, bilinear, quadratic or bspline2");
