@@ -169,9 +169,10 @@ CLI::Validator OutputName(std::string first_ending) {
   return CLI::Validator(
       [first_ending = std::move(first_ending)](const std::string& name) {
         if (fs::path(name).filename().empty())
-          throw InputError(fmt::format("--output '{}' ends without a name; write it like sheet or "
-                                       "folder/sheet",
-                                       name));
+          throw InputError(
+              fmt::format("--output '{}' ends without a name; write it like sheet or "
+                          "folder/sheet",
+                          name));
         core::RequireOutputPlace(name + first_ending);
         return std::string();
       },
