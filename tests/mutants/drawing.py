@@ -1,7 +1,12 @@
-"""Which mutants are made: drawn by seed over the lines of all rooms and of the kernels."""
+"""Which mutants are made: drawn by seed over the lines of all rooms and of the kernels.
 
+A draw orders files and mistakes by hashes of their text, so that it stays what it is while other lines change and
+while files move: what the tests have learned to notice is asked for again.
+"""
+
+import hashlib
+import math
 import pathlib
-import random
 
 import mistakes
 
@@ -20,7 +25,14 @@ ROOMS = [
     "device_bench",
 ]
 LEAST_OF_A_ROOM = 5
-PER_FILE = 3  # a file that is drawn gives three lines, so that fewer files are compiled
+PER_TICKET = 3  # lines that a file gives each time it is drawn, so that fewer files are compiled
+LINES_OF_A_TICKET = 40  # a file is drawn as often as it has so many lines
+
+
+def place(seed, *words):
+    """Where something stands in a draw: as good as random, the same again for the same words."""
+    text = "\n".join([str(seed), *map(str, words)])
+    return hashlib.sha256(text.encode()).digest()
 
 
 def room_of(path):
@@ -40,19 +52,25 @@ def sources(root):
 
 
 class File:
-    """The mistakes of a file in random order, of which some are taken, one a line."""
+    """The mistakes of a file in the order of the draw, of which some are taken, one a line."""
 
     def __init__(self, root, path, seed):
         self.text = (pathlib.Path(root) / path).read_text()
+        name = pathlib.PurePath(path).name
         by_line = {}
         for mistake in mistakes.in_text(path, self.text):
             by_line.setdefault(mistake.line, []).append(mistake)
-        chance = random.Random(f"{seed} {path}")
+
+        def order(mistake):
+            return place(
+                seed, name, mistake.before, mistake.original, mistake.mutated, mistake.after
+            )
+
         self.lines = len(by_line)
-        self.waiting = [
-            chance.choice(by_line[line]) for line in chance.sample(sorted(by_line), len(by_line))
-        ]
+        self.waiting = sorted((min(of_line, key=order) for of_line in by_line.values()), key=order)
         self.taken = []
+        tickets = math.ceil(self.lines / LINES_OF_A_TICKET)
+        self.tickets = [place(seed, name, number) for number in range(tickets)]
 
     def take(self):
         """The next mistake that overlaps none that is taken; False where there is none."""
@@ -86,12 +104,9 @@ def draw(root, count, seed, rooms=ROOMS):
     lines = {room: sum(f.lines for f in files.values()) for room, files in found.items()}
     chosen = {}
     for room, share in shares(lines, count).items():
-        chance = random.Random(f"{seed} {room}")
         files = found[room]
-        names, weights = list(files), [f.lines for f in files.values()]
-        while share > 0 and any(f.waiting for f in files.values()):
-            name = chance.choices(names, weights)[0]
-            for _ in range(min(PER_FILE, share)):
+        for _, name in sorted((t, name) for name, file in files.items() for t in file.tickets):
+            for _ in range(min(PER_TICKET, share)):
                 if files[name].take():
                     share -= 1
                     chosen[name] = files[name]

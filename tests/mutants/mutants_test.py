@@ -122,6 +122,21 @@ class Text(unittest.TestCase):
         self.assertEqual((share["c"], share["d"]), (5, 2))
         self.assertGreater(share["a"], share["b"])
 
+    def test_a_draw_stays_while_files_move_and_other_lines_change(self):
+        def drawn(path, text):
+            with tempfile.TemporaryDirectory() as folder:
+                (pathlib.Path(folder) / path).parent.mkdir(parents=True)
+                (pathlib.Path(folder) / path).write_text(text)
+                (file,) = drawing.draw(pathlib.Path(folder), 2, 1, ["core"]).values()
+                return {(m.before, m.original, m.mutated) for m in file.taken}
+
+        before = drawn("core/toy.cc", TOY)
+        self.assertEqual(len(before), 2)
+        self.assertEqual(before, drawn("core/deeper/toy.cc", TOY))
+        more = "int More(int a) {\n  return a + 5;\n}\n" + TOY
+        self.assertGreaterEqual(len(before & drawn("core/toy.cc", more)), 1)
+        self.assertNotEqual(before, drawn("core/other.cc", TOY))
+
 
 class Tree(unittest.TestCase):
     def test_from_draw_to_survivors(self):
