@@ -1,5 +1,5 @@
 // Whether a lamp flickers: how much frames of one exposure time differ, against what their noise
-// explains (LAB.md 4.3).
+// explains (docs/lab.md, "Pulsed light").
 //
 // A frame of exposure T of a lamp that is on for the share D of each period 1/f, begun at a phase
 // of its own, is off by at most (1 - D) / (f T), and by nothing where f T is whole. With level x_n

@@ -1,5 +1,5 @@
 // What a frame shows, whether it can be right, and which exposures a bracket needs
-// (LAB.md 4.2, 4.4).
+// (docs/lab.md, "Exposure brackets", "What a frame is checked for").
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

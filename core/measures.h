@@ -1,4 +1,4 @@
-// How far one image is from another (THEORY.md 10).
+// How far one image is from another (docs/theory.md 10).
 #pragma once
 
 #include "core/image.h"

@@ -34,7 +34,7 @@ struct FrameRecord {
   int exposure_index = 0, repeat = 0, attempt = 0;
   int epoch = 0;  // grows at every resume; brackets never mix epochs
   double requested_exposure_s = 0, exposure_s = 0;  // exposure_s is read back from the camera
-  double attenuation = 1;  // transmittance of the ND filter, a in THEORY.md 3
+  double attenuation = 1;  // transmittance of the ND filter, a in docs/theory.md 3
   double stage_u_m = 0,
          stage_v_m = 0;  // stage read-back: where the filter's centre was in the luminaire frame
   double t_start_s = 0;  // monotonic clock at the start of the exposure

@@ -1,5 +1,5 @@
 // Reconstruction bases on the filter plane F: piecewise polynomials on n cells of width h
-// (THEORY.md 2).
+// (docs/theory.md 2).
 //
 // One basis is one table of n x 3 polynomial coefficients; everything else here, and the OpenCL
 // kernels, read that table. x is in units of the spacing h throughout; multiply integrals by h (h^2

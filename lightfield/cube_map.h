@@ -1,4 +1,4 @@
-// Radiance from infinitely far, as a cube map (THEORY.md 8).
+// Radiance from infinitely far, as a cube map (docs/theory.md 8).
 //
 // World frame: right-handed, z up. Faces in the order +x, -x, +y, -y, +z, -z. Each face is seen
 // from inside the cube: x in [-1, 1] runs along its `right`, y in [-1, 1] along its `up`, and

@@ -1,5 +1,5 @@
 // How the sphere of directions lies on a picture: one rule of orientation for each layout
-// (THEORY.md 8; drawn in docs/formats/environment.md).
+// (docs/theory.md 8, "Probe formats"; drawn in docs/formats/environment.md).
 //
 // Picture points are p in [0, 1]^2, p.x to the right, p.y downwards. World frame: right-handed, z
 // up. A viewer faces `forward` = -y with `right` = -x and `up` = +z, which is OpenEXR's +z with +y

@@ -1,4 +1,5 @@
-// A dynamic environment: frames of radiance from infinitely far, one after the other (THEORY.md 8).
+// A dynamic environment: frames of radiance from infinitely far, one after the other
+// (docs/theory.md 8).
 #pragma once
 
 #include <cstddef>

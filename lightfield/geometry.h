@@ -1,5 +1,5 @@
-// The two planes of a luminaire and the lattices on them (THEORY.md 1; DESIGN.md "Files between the
-// stages").
+// The two planes of a luminaire and the lattices on them (docs/theory.md 1;
+// docs/formats/light-field.md).
 //
 // Luminaire frame: right-handed, metres. Filter plane F is z = 0, image plane I is z = delta. Light
 // travels towards +z. A ray runs from u = (u, v) on F through s = (s, t) on I.
@@ -54,7 +54,7 @@ struct Lattice {
   bool operator==(const Lattice&) const = default;
 };
 
-// cos(theta) of the ray u -> s to +z (THEORY.md 1): delta / sqrt(delta^2 + |u - s|^2).
+// cos(theta) of the ray u -> s to +z (docs/theory.md 1): delta / sqrt(delta^2 + |u - s|^2).
 inline double CosTheta(double delta_m, Vec2 u, Vec2 s) {
   const double dx = s.x - u.x, dy = s.y - u.y;
   return delta_m / std::sqrt(delta_m * delta_m + dx * dx + dy * dy);

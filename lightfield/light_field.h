@@ -1,4 +1,4 @@
-// The luminaire as data: coefficient images C_ij on I and the basis Phi_ij on F (THEORY.md 2).
+// The luminaire as data: coefficient images C_ij on I and the basis Phi_ij on F (docs/theory.md 2).
 //
 //   L(u->s) = delta^2 / cos^4(theta) * sum_ij C_ij(s) Phi_ij(u)      W sr^-1 m^-2
 //
@@ -78,8 +78,8 @@ std::array<double, 3> TotalFlux(const LightField& field);
 
 // Far-field intensity per channel, unit sr^-1, in the direction (need not be normalised; z <= 0
 // gives 0): I = delta^2 / cos^3 * integral_F sum C(s) Phi(u) du, s = u + delta dir_xy/dir_z
-// (THEORY.md 2). Exact for piecewise constant C: the integrand is piecewise polynomial between the
-// texel edges and knots.
+// (docs/theory.md 2). Exact for piecewise constant C: the integrand is piecewise polynomial between
+// the texel edges and knots.
 std::array<double, 3> FarFieldIntensity(const LightField& field, Vec3 direction);
 
 // *.lf.exr: one part per basis function named "C.JJ.II" (docs/formats/light-field.md). Reading

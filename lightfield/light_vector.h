@@ -1,12 +1,12 @@
-// Irradiance in closed form, double precision (THEORY.md 7.1): what plans, budgets and tests are
-// judged by.
+// Irradiance in closed form, double precision (docs/theory.md 7.1): what plans, budgets and tests
+// are judged by.
 //
 //   E_n(p) = n . J(p),   J(p) = delta^2 / z^3 * sum_m integral_F C_m(s(u)) Phi_m(u) (u - p) du,   z
 //   = delta + D
 //
 // s(u) is where the line from u through p meets I. The integral over F is the one over I of
-// THEORY.md 7 with its variable changed; it is used for every receiver, since it stays regular on
-// I, between the planes and far away. Per axis the texels of I are projected to F and integrated
+// docs/theory.md 7 with its variable changed; it is used for every receiver, since it stays regular
+// on I, between the planes and far away. Per axis the texels of I are projected to F and integrated
 // there exactly, piece by piece between knots.
 //
 // n is a unit vector and points from the receiver to the lamp side; J points to the lamp (minus

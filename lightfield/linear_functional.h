@@ -1,4 +1,5 @@
-// Radiance, irradiance and flux as what they are: linear in the coefficients (THEORY.md 2 and 7).
+// Radiance, irradiance and flux as what they are: linear in the coefficients
+// (docs/theory.md 2 and 7).
 //
 //   Q = sum over m, channel, texel of weight C,      weight laid out as LightField::data
 //

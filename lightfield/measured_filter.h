@@ -1,5 +1,5 @@
-// *.filter.exr: the transmittance a printed filter really has, about its axis (THEORY.md 3, last
-// paragraph on filters).
+// *.filter.exr: the transmittance a printed filter really has, about its axis (docs/theory.md 3,
+// "Measured filters"; docs/formats/filter.md).
 #pragma once
 
 #include <array>

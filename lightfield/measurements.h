@@ -1,5 +1,5 @@
-// *.meas.exr: irradiance on I behind each filter, registered on the luminaire's lattice (THEORY.md
-// 3).
+// *.meas.exr: irradiance on I behind each filter, registered on the luminaire's lattice
+// (docs/theory.md 3).
 #pragma once
 
 #include <cstdint>

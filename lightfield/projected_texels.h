@@ -1,5 +1,5 @@
 // Texels of I seen on F through a point, or along a direction, axis by axis: the closed-form
-// weights behind irradiance, intensity and the light-vector volume (THEORY.md 2 and 7).
+// weights behind irradiance, intensity and the light-vector volume (docs/theory.md 2 and 7).
 #pragma once
 
 #include <span>

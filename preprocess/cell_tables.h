@@ -1,4 +1,4 @@
-// Sampling tables of the knot cells on F (THEORY.md 6, correction 3).
+// Sampling tables of the knot cells on F (docs/theory.md 6, correction 3).
 //
 // Supports of basis functions overlap, cells of the knot lattice do not: seen from a receiver, each
 // of the (W + n - 1) x (H + n - 1) cells has its own window on I, where only n^2 images shine. Cell

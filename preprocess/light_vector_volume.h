@@ -1,5 +1,5 @@
 // The light-vector volume: the irradiance of a whole luminaire in one small 3-D table
-// (THEORY.md 7.2).
+// (docs/theory.md 7.2).
 //
 //   J(p) = delta^2 / z^3 (B1_u - p_x B0, B1_v - p_y B0, -z B0),   z = p_z = delta + D
 //   B0(a, tau) = sum_m integral_F C_m(s(u)) Phi_m(u) du,   B1 the same times u,

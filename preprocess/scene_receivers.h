@@ -29,7 +29,7 @@ struct SeenRectangle {
 
 // The union over all points of all triangles in front of the luminaire, nearer than delta / 1000 to
 // F left out. s(u) = (delta / z) p + (1 - delta / z) u is linear-fractional in p, so its extremes
-// over a triangle lie at the corners of the part in front (THEORY.md 6 and 7.2).
+// over a triangle lie at the corners of the part in front (docs/theory.md 6 and 7.2).
 SeenRectangle SeenByTriangles(const scene::Geometry& geometry,
                               const lightfield::LuminaireGeometry& luminaire,
                               const scene::Pose& world_from_luminaire);

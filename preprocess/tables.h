@@ -1,5 +1,5 @@
 // Sampling tables of a light field: one summed-area table per image, and reference positions for
-// shadow maps (THEORY.md 5).
+// shadow maps (docs/theory.md 5).
 //
 // The SAT is 64-bit fixed point, scaled to the image's own total. Measured on 300 x 300 texels over
 // 8 decades (tests/preprocess prints it), the worst relative error of the mass of a 4 x 4 window is

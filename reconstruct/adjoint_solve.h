@@ -1,5 +1,5 @@
 // The solve of reconstruct.h run backwards: from weights of the coefficients to weights of the
-// irradiances (THEORY.md 4).
+// irradiances (docs/theory.md 4).
 //
 //   Q = sum q C,  C = P E   =>   Q = sum w E,  w = P^T q,
 //

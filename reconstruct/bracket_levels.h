@@ -1,4 +1,5 @@
-// Which frames of an exposure bracket contradict each other (LAB.md 4.2, 4.4).
+// Which frames of an exposure bracket contradict each other
+// (docs/lab.md, "What a frame is checked for").
 //
 // A capture compares a frame with the shorter exposure before it and cannot tell which of the two
 // is wrong: where the shortest is, every other one is flagged. Here each is compared with each.

@@ -1,4 +1,4 @@
-// Exposure times from the pictures instead of the camera's word (LAB.md 4.3).
+// Exposure times from the pictures instead of the camera's word (docs/lab.md, "Exposure times").
 //
 // Pixel p seen by rung j (an exposure time, with what filter and lamp add) says x_pj = r_j X_p in
 // units of the nominal exposure, with variance v_pj; r_j is the true over the nominal exposure. The

@@ -1,6 +1,9 @@
-// A filter's transmittance as a product of one function per axis (THEORY.md 3): Phi = B(x) B(y)
-// behind a basis filter, Phi* = B*(x) B*(y) behind a dual pair, whose prints are its parts of
-// either sign. x in spacings from the support's lower corner.
+// A filter's transmittance as a product of one function per axis (docs/theory.md 3, "Filters"):
+//
+//   Phi = B(x) B(y)        behind a basis filter
+//   Phi* = B*(x) B*(y)     behind a dual pair, whose prints are its parts of either sign
+//
+// x in spacings from the support's lower corner.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// The forward model with the filters as they are (THEORY.md 4, second line): measured
+// The forward model with the filters as they are (docs/theory.md 4, second line): measured
 // transmittances and the places where the stage really stood.
 //
 //   E_r(s) = sum_m A_rm C_m(s),   A_rm = <Phi*(. - c_r), Phi_m>   [m^2]

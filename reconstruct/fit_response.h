@@ -1,5 +1,5 @@
 // Codes of the same places under several exposures -> the response curve that explains them, with
-// its covariance (THEORY.md 3).
+// its covariance (docs/theory.md 3, "Cameras that develop their pictures").
 //
 //   kDebevecMalik  ln I as cubic splines with the smoothness of Debevec & Malik (SIGGRAPH 1997) in
 //                  LogitCode, residuals of ln I. The smoothness is that of the data's own curve:

@@ -1,4 +1,5 @@
-// Chessboard corners in many views -> where the parts of the bench stand (THEORY.md 3).
+// Chessboard corners in many views -> where the parts of the bench stand (docs/theory.md 3,
+// "Geometry from shadows").
 //
 // Frame of I: origin at the foot of the perpendicular from the filter's centre, s along the
 // projection of the filter's u axis, z along the light. Unknown, all solved together (Ceres):

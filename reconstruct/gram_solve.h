@@ -1,4 +1,5 @@
-// From irradiance behind filters to coefficients: the Gram system of THEORY.md 4, solved separably.
+// From irradiance behind filters to coefficients: the Gram system of docs/theory.md 4, solved
+// separably.
 //
 //   E_ij(s) = sum_mn C_mn(s) <Phi_ij, Phi_mn>   =>   E = G_u C G_v^T,   C = G_u^-1 E G_v^-T (per
 //   pixel)
@@ -62,7 +63,7 @@ class GramSolver {
 
   double condition() const { return u_.condition() * v_.condition(); }
   // White noise in E comes out in C this many times larger, m^-2; times h^2 it is the plain figure
-  // of THEORY.md 4 (10.7 for bspline2 on 11 x 9).
+  // of docs/theory.md 4 (10.7 for bspline2 on 11 x 9).
   double noise_gain() const { return u_.noise_gain() * v_.noise_gain(); }
   // The same for the worst (alternating) systematic error.
   double worst_gain() const { return u_.worst_gain() * v_.worst_gain(); }

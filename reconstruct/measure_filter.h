@@ -1,5 +1,5 @@
-// Photographs of a printed filter without the luminaire -> its transmittance about its axis (THEORY
-// 3; docs/formats/filter.md).
+// Photographs of a printed filter without the luminaire -> its transmittance about its axis
+// (docs/theory.md 3, "Measured filters"; docs/formats/filter.md).
 //
 //   T = (photograph with the filter / photograph of the light alone) / the same ratio in the
 //   holder's holes

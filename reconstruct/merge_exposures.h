@@ -1,5 +1,5 @@
-// An exposure bracket -> electrons per second with their standard deviation (THEORY.md 3;
-// LAB.md 4.2).
+// An exposure bracket -> electrons per second with their standard deviation (docs/theory.md 3,
+// "Exposure bracket"; docs/lab.md, "Exposure brackets").
 //
 // Sample i of a pixel: x_i = (y_i - d_i) / k_i with k_i = gain * t_i * a_i * l_i (l: the lamp's
 // level) and d_i the dark signal, black level included: from averaged dark frames of the same

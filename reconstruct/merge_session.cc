@@ -35,7 +35,7 @@ using lightfield::Measurements;
 using lightfield::Vec2;
 
 constexpr double kLargestDisplacement =
-    0.1;  // spacings; a filter 0.01 off changes by 1.35 % (LAB.md)
+    0.1;  // spacings; a filter 0.01 off changes by 1.35 % (docs/lab.md)
 
 using Records = BracketRecords;
 using BracketKey = std::tuple<int, int, int, int>;  // j, i, print, channel

@@ -1,4 +1,5 @@
-// A capture session -> measurements: darks, lamp drift, exposure merge, registration (THEORY.md 3).
+// A capture session -> measurements: darks, lamp drift, exposure merge, registration
+// (docs/theory.md 3).
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
-// Pixels that some filter positions never saw (THEORY.md 3, "Registration"): unknown is not zero.
+// Pixels that some filter positions never saw (docs/theory.md 3, "Registration"): unknown is not
+// zero.
 //
 // Where only a subset K of the W H irradiances is known, the equations A C = E_K (A = the rows K of
 // the separable system V (x) U) leave C undetermined. The prior is that of pixel_weights.h: the

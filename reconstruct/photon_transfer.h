@@ -1,5 +1,6 @@
-// Pair statistics -> gain, read noise, dark current, offset and saturation of a sensor (THEORY.md
-// 3; LAB.md 4.1; Janesick, Photon Transfer, SPIE 2007; EMVA 1288 R4 Linear).
+// Pair statistics -> gain, read noise, dark current, offset and saturation of a sensor
+// (docs/theory.md 3, "Sensor by photon transfer"; Janesick, Photon Transfer, SPIE 2007; EMVA 1288
+// R4 Linear).
 //
 // Model, DN; the signal S counts all electrons, of light and of dark current:
 //

@@ -1,4 +1,4 @@
-// What a wrong print does to a quantity Q = sum w E (THEORY.md 3 and 4).
+// What a wrong print does to a quantity Q = sum w E (docs/theory.md 13).
 //
 // All positions share one print T = Phi about its axis, or a pair whose difference is Phi*
 // (filter_profile.h). With x from the print's lower corner in spacings, and the lamp as

@@ -1,5 +1,6 @@
 // A bracketed photograph of a mirroring ball or a fisheye sky -> environment map with its standard
-// deviation (THEORY.md 3 and 8; docs/formats/probe.md).
+// deviation (docs/theory.md 3, "Cameras that develop their pictures", and 8, "Probe formats";
+// docs/formats/probe.md).
 #pragma once
 
 #include <cstddef>

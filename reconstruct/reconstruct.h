@@ -1,4 +1,4 @@
-// Measurements -> light field (THEORY.md 4).
+// Measurements -> light field (docs/theory.md 4).
 #pragma once
 
 #include <cstdint>
@@ -49,9 +49,9 @@ struct Reconstruction {
 };
 
 // `basis` filters at their places: the Gram solve, with the moments that are kept. `dual` filters at theirs: C_ij = E_ij / h^2
-// (THEORY.md 3), no solve, and unknown values stay unknown. Measured filters, displaced positions,
-// several measurements of one geometry or a regularisation: the forward model <Phi*_r, Phi_m>
-// (filter_system.h), by its separable factors where it has them, in double.
+// (docs/theory.md 3), no solve, and unknown values stay unknown. Measured filters, displaced
+// positions, several measurements of one geometry or a regularisation: the forward model <Phi*_r,
+// Phi_m> (filter_system.h), by its separable factors where it has them, in double.
 // Throws InputError if the measurements do not fit their geometry, each other or the filter, or as
 // GramSolver, FilterSystem, SolveIncomplete, SolveGeneral and Regularise do.
 Reconstruction Reconstruct(std::span<const lightfield::Measurements> measurements,

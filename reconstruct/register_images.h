@@ -1,4 +1,4 @@
-// Sensor pixels -> the luminaire's image-plane lattice (THEORY.md 3, "Registration").
+// Sensor pixels -> the luminaire's image-plane lattice (docs/theory.md 3, "Registration").
 //
 // The image of filter position ij is in coordinates q from the filter's axis; a sensor pixel covers
 // the quadrilateral that image_from_sensor maps its corners to. In the luminaire frame s = c_ij +

@@ -3,9 +3,9 @@
 //   C = argmin |E / h^2 - A C|^2 + lambda^2 |D C|^2        per texel
 //
 // A = <Phi*_r, Phi_m> / h^2, D the differences between coefficients of neighbouring filters along u
-// and v: what a smooth lamp does not have, and what noise has most of (THEORY.md 4: the worst mode
-// alternates). A lamp that is even over the filters is not touched. Modes whose singular value lies
-// far below lambda |D| are damped.
+// and v: what a smooth lamp does not have, and what noise has most of (docs/theory.md 4: the worst
+// mode alternates). A lamp that is even over the filters is not touched. Modes whose singular value
+// lies far below lambda |D| are damped.
 //
 // C is linear in E, C = P E, and its expectation R C with R = P A: the bias is (R - 1) C. The
 // solution without regularisation has none, so that over many texels

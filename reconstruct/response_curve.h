@@ -1,5 +1,6 @@
 // The inverse response of a camera that is not linear: the code of a pixel -> the exposure that
-// made it (THEORY.md 3; Debevec & Malik, SIGGRAPH 1997).
+// made it (docs/theory.md 3, "Cameras that develop their pictures"; Debevec & Malik, SIGGRAPH
+// 1997).
 //
 //   t X = I(z) = exp(g(z)),   g(reference_code) = 0
 //

@@ -1,5 +1,5 @@
 // Exposure times of a session from its frames instead of the camera's word (exposure_ratios.h;
-// LAB.md 4.3).
+// docs/lab.md, "Exposure times").
 //
 // All frames taken with one exposure time and attenuation make a rung; its ratio r is the true over
 // the read-back exposure, the mean over the session: what differs from frame to frame (jitter, PWM)

@@ -1,4 +1,4 @@
-// What it does that the rig stands beside the place its read-back states (THEORY.md 3).
+// What it does that the rig stands beside the place its read-back states (docs/theory.md 13).
 //
 // Filter and image move together by e: E is measured behind Phi(u - c - e) at s + e and taken for
 // the one at c and s. To first order E changes by e . (dE/dc + dE/ds), dE/dc from the

@@ -1,5 +1,5 @@
 // What merging leaves out of a geometry that was calibrated: it takes the filter as parallel to I
-// and the stage's travel as parallel to both (THEORY.md 3, "Planes that are not parallel").
+// and the stage's travel as parallel to both (docs/theory.md 3, "Planes that are not parallel").
 //
 // Filter tilted by (a, b) (geometry_fit.h), place q on I from the filter's axis, first order:
 //

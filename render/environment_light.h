@@ -1,5 +1,5 @@
 // An environment map as a light source on a device: radiance, and sampling tables that are made
-// there anew for every frame (THEORY.md 8; kernels/environment_tables.cl).
+// there anew for every frame (docs/theory.md 8; kernels/environment_tables.cl).
 #pragma once
 
 #include <string>

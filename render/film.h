@@ -30,7 +30,7 @@ Frame ReadFrame(const std::filesystem::path& path);
 struct ToneMapping {
   std::optional<double>
       exposure;  // given: value * exposure, clipped at 1; else the exponential operator
-  double k = 1;  // 1 - exp(-k L / L_avg), L_avg = mean luminance of the picture (THEORY.md 10)
+  double k = 1;  // 1 - exp(-k L / L_avg), L_avg = mean luminance of the picture (docs/theory.md 10)
 };
 
 // Display values in [0, 1] before sRGB encoding; 1 or 3 channels in, 3 out. Negative values are

@@ -2,8 +2,8 @@
 // then area lights and the environment map.
 //
 //   L(pixel) = sum over lights of scale * L_o(p),   L_o = albedo / pi * E_n(p) on Lambertian
-//   surfaces (THEORY.md 6, 7 and 8), and what the surface sends out by itself; the environment's
-//   own radiance where nothing was hit
+//   surfaces (docs/theory.md 6, 7 and 8), and what the surface sends out by itself; the
+//   environment's own radiance where nothing was hit
 //
 // Light that reached them over other surfaces is not counted.
 #pragma once
@@ -52,7 +52,7 @@ struct RenderOptions {
   int shadow_map_size = 192;           // texels along each side of a shadow map
   // Relative error asked of what approximates without noise: the volume's table, gloss.
   double approximation_error = 2e-3;
-  float max_samples_per_image = 0;  // K_max of THEORY.md 6.2; 0: no bound
+  float max_samples_per_image = 0;  // K_max of docs/theory.md 6.2; 0: no bound
   Knobs knobs{};
 
   // Throws InputError naming the option.

@@ -1,5 +1,5 @@
 // Shadow maps of a luminaire: which of its u-cells a receiver sees, without a ray per sample
-// (thesis 4.5.2, THEORY.md 6).
+// (thesis 4.5.2, docs/theory.md 6).
 //
 //   v_m(p) = mean over the n x n cells c under Phi_m of V_c(p)
 //   V_c(p) = 1 if nothing lies between p and the light position of cell c, else 0

@@ -1,14 +1,15 @@
 // Pictures by what they are wanted for: an error, or a time, instead of an estimator and its knobs.
 //
 // The error is the relative RMSE of the picture's luminance: RMS of Y - Y_true over all pixels over
-// the mean of Y_true (THEORY.md 10). A small picture of the same view, the pilot, measures what the
-// scene does to each estimator: the variance v(k) of a pass of k samples, from the spread of four,
-// and how far it falls below what one pass states of itself, which takes samples as independent
-// (picture_noise.h). The cost model (cost_model.h), corrected by the pilot's times, says what k
-// costs. Samples are dealt out over the pixels by the noise that pilots find (sample_density.h).
-// The setting that is expected to meet the target soonest is tried in a larger pilot and taken, in
-// one pass (choose_setting.h); the variance that it states, so corrected, decides whether more are
-// needed. A noise-free estimator states the error that it was measured to have.
+// the mean of Y_true (docs/theory.md 10). A small picture of the same view, the pilot, measures
+// what the scene does to each estimator: the variance v(k) of a pass of k samples, from the spread
+// of four, and how far it falls below what one pass states of itself, which takes samples as
+// independent (picture_noise.h). The cost model (cost_model.h), corrected by the pilot's times,
+// says what k costs. Samples are dealt out over the pixels by the noise that pilots find
+// (sample_density.h). The setting that is expected to meet the target soonest is tried in a larger
+// pilot and taken, in one pass (choose_setting.h); the variance that it states, so corrected,
+// decides whether more are needed. A noise-free estimator states the error that it was measured to
+// have.
 #pragma once
 
 #include <optional>

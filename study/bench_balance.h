@@ -1,5 +1,5 @@
 // `luxfield bench balance`: what it is worth to choose, for every pixel and light, how many samples
-// follow the light and how many the BRDF (THEORY.md 9).
+// follow the light and how many the BRDF (docs/theory.md 9).
 #pragma once
 
 #include <filesystem>

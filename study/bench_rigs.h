@@ -15,8 +15,8 @@ struct BenchRigsOptions {
 // Two rigs of equal spacing h that see light of the same radiance everywhere on F, with the same
 // number of captures of the same exposure: `single`, bspline2 prints scaled to full transmittance,
 // taken twice and averaged; `dual`, quadratic (a = 1/2), the two halves of every dual function
-// (THEORY.md 3). Noise `read` is the same in every capture, sigma 1; noise `shot` has the capture's
-// irradiance, in units of h^2 times the radiance, as variance. Rows
+// (docs/theory.md 3, "Filters"). Noise `read` is the same in every capture, sigma 1; noise `shot`
+// has the capture's irradiance, in units of h^2 times the radiance, as variance. Rows
 //   noise, rig
 //   sigma_c      root mean square of the sigma that Reconstruct states, in units of 1 / h^2
 //   spread_c     the same of C - truth over all texels: sigma_c is right where they agree

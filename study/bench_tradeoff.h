@@ -32,8 +32,8 @@ struct BenchTradeoffOptions {
 // tables that the estimator asks for. Errors are of the picture's radiance (core/measures.h).
 //
 // References, and errors against them: study/reference_picture.h. reference_rel_rmse is the
-// reference's own; `resolved` says whether the row's error is ten times that or more (THEORY.md
-// 10).
+// reference's own; `resolved` says whether the row's error is ten times that or more
+// (docs/theory.md 10).
 //
 // Throws InputError (an unknown estimator, a scene or lamp that is not there), DeviceError,
 // Interrupted.

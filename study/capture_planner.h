@@ -1,9 +1,9 @@
 // Which measurement a scene needs: filters, positions and exposures that light its picture within
 // an error, in the least time on the rig (`luxfield plan --max-error`).
 //
-// The error of a plan is the relative RMSE (THEORY.md 10) of the irradiance, without shadows, of
-// the surfaces that the scene's camera sees, lit by the lab's lamp from every place that the scene
-// has a luminaire: RMS of E' - E over the mean of E, with
+// The error of a plan is the relative RMSE (docs/theory.md 10) of the irradiance, without shadows,
+// of the surfaces that the scene's camera sees, lit by the lab's lamp from every place that the
+// scene has a luminaire: RMS of E' - E over the mean of E, with
 //
 //   truncation   what basis, spacing, number of filters, extent and texels of the images lose: the
 //                lamp's own irradiance by quadrature against the noise-free reconstruction's

@@ -18,7 +18,7 @@ struct PixelNoise {
   int darks = 1;                        // frames that a dark level is averaged from
 
   // Variance of the merged irradiance E of one pixel from the bracket's exposures, each taken
-  // `repeats` times, in units of E (THEORY.md 3):
+  // `repeats` times, in units of E (docs/theory.md 14):
   //   1 / sum t^2 / var(t) + (prnu E)^2,  exposures within 5 sigma of saturation left out.
   // Infinite where none is left. The dark level's own variance counts as every bracket's own.
   double Variance(double irradiance, const std::vector<double>& ladder_s, capture::Rungs bracket,

@@ -20,7 +20,7 @@ struct PlannedFilters {
   // Prints with full transmittance at the peak: 1 / peak^2, 1 for dual filters.
   double print_scale() const;
   int prints() const { return dual ? 2 : 1; }
-  // E_ij = sum over prints of factor * the print's image (THEORY.md 3).
+  // E_ij = sum over prints of factor * the print's image (docs/theory.md 3, "Filters").
   std::vector<double> print_factors() const;
 };
 
@@ -31,7 +31,7 @@ std::vector<std::vector<float>> FilterImages(const SampledLamp& samples,
                                              const PlannedFilters& filters);
 
 // Of the irradiances that a picture's receivers get from the light field reconstructed from the
-// images, Q_r = sum w_r E (THEORY.md 4 and 7):
+// images, Q_r = sum w_r E (docs/theory.md 14):
 struct FilterJudgement {
   RelativeError truncation;  // of Q_r against the truth
   // [m * texels + texel]: mean over receivers of w_r^2, over the squared mean of the truth. Summed

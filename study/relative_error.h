@@ -1,4 +1,4 @@
-// The relative RMSE of THEORY.md 10 over a random sample of places, with its standard error.
+// The relative RMSE of docs/theory.md 10 over a random sample of places, with its standard error.
 #pragma once
 
 #include <span>

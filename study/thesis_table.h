@@ -1,4 +1,4 @@
-// The thesis' own figures (H. Lu 2014; THEORY.md 11) beside ours for the same work.
+// The thesis' own figures (H. Lu 2014; docs/theory.md 11) beside ours for the same work.
 #pragma once
 
 #include <filesystem>

@@ -7,7 +7,8 @@
 // deleted in the camera once it is here.
 //
 // Exposure times are the camera's list of shutter speeds, as it states them: marked speeds differ
-// from true ones by up to 7 % (LAB.md 4); `merge --estimate-exposures` finds the true ratios.
+// from true ones by up to 7 % (docs/lab.md, "Exposure times"); `merge --estimate-exposures` finds
+// the true ratios.
 #pragma once
 
 #include <memory>

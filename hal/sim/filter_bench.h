@@ -1,5 +1,5 @@
-// The bench where a lab's filter is photographed without the luminaire (LAB.md 4.3; THEORY 3): its
-// holder before an even light, and a camera that somebody put there by hand.
+// The bench where a lab's filter is photographed without the luminaire (docs/theory.md 3, "Measured
+// filters"): its holder before an even light, and a camera that somebody put there by hand.
 #pragma once
 
 #include "hal/homography.h"

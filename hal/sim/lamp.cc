@@ -51,7 +51,7 @@ class LightFieldLamp : public Lamp {
     return x < 0 || y < 0 || x > g.width - 1 + g.basis.cells || y > g.height - 1 + g.basis.cells;
   }
 
-  // THEORY 2: L = delta^2 / cos^4 * sum C_ij(s) Phi_ij(u).
+  // docs/theory.md 2: L = delta^2 / cos^4 * sum C_ij(s) Phi_ij(u).
   void Radiance(Vec2 u, double delta_m, double t_m, std::span<const double> s_m,
                 std::span<double> radiance) const override {
     std::fill(radiance.begin(), radiance.end(), 0.0);

@@ -20,7 +20,7 @@ struct PrintErrors {
 
 // A print of Phi (or of one part of the dual basis function) and of the sheet around it:
 //   basis  T = scale B(x/h) B(y/h)
-//   dual   T(+-) = max(+-Phi*, 0) / peak(+-)          (THEORY 3)
+//   dual   T(+-) = max(+-Phi*, 0) / peak(+-)          (docs/theory.md 3, "Filters")
 class FilterPrint {
  public:
   FilterPrint(const lightfield::FilterSheet& sheet, const PrintErrors& errors, std::uint64_t seed);

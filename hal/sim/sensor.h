@@ -1,4 +1,4 @@
-// The simulated sensor: electrons and numbers (THEORY 3).
+// The simulated sensor: electrons and numbers (docs/theory.md 3, "Exposure bracket").
 //
 //   electrons ~ Poisson(t (1 + prnu_k) v_k R E'_k + t dark_k),   DN = clip(round(gain (electrons +
 //   overflow) + black + read noise))

@@ -28,9 +28,9 @@ class SimulatedLab {
 
   // The light field that an ideal measurement with this geometry has to give: a `lightfield` lamp
   // of the same geometry itself, any other lamp its least-squares projection onto the basis, texel
-  // by texel (THEORY 4), from inner products and a Gram matrix integrated numerically here. delta
-  // must be the lab's (InputError). Texel means are over as many points as the sensor has pixels
-  // there. Doubles, rounded once.
+  // by texel (docs/theory.md 4), from inner products and a Gram matrix integrated numerically here.
+  // delta must be the lab's (InputError). Texel means are over as many points as the sensor has
+  // pixels there. Doubles, rounded once.
   lightfield::LightField truth(const lightfield::LuminaireGeometry& geometry) const;
 
   // E_ij on the lattice behind perfect prints of Phi_ij (scale 1): [m][(channel * height + row) *

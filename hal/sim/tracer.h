@@ -1,4 +1,4 @@
-// Light through a filter onto the image plane: the forward model of the rig (THEORY 3), by
+// Light through a filter onto the image plane: the forward model of the rig (docs/theory.md 3), by
 // quadrature.
 //
 //   E(s) = integral_F L(u->s) cos^4(theta) / delta^2 * T(u - c) du

@@ -1,4 +1,4 @@
-// Sampling of knot cells on F (THEORY.md 6, correction 3).
+// Sampling of knot cells on F (docs/theory.md 6, correction 3).
 //
 // `cells` draws cells in proportion to the mass of their windows times the receiver's cosine, by
 // systematic allocation, and points in a cell by its table Q (preprocess/cell_tables.h) or by the fit

@@ -1,4 +1,4 @@
-// Lights a G-buffer with an environment map (THEORY.md 8).
+// Lights a G-buffer with an environment map (docs/theory.md 8).
 //
 //   E(n) = integral of L(w) (n . w)+ V(w) dw,   L_o = the same with f_r(w) under the integral
 #pragma once

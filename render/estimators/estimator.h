@@ -1,4 +1,4 @@
-// Near-field estimators: light of a measured luminaire on G-buffer points (THEORY.md 6 and 7).
+// Near-field estimators: light of a measured luminaire on G-buffer points (docs/theory.md 6 and 7).
 //
 //   E_n(p) = sum_m delta^2 / z^3 * integral_F C_m(s(u)) Phi_m(u) (n.(u - p))+ V(p, u) du
 //   L_o(p) = the same with f_r(w) under the integral,   w = (u - p) / |u - p|,   z = p_z > 0
@@ -76,7 +76,7 @@ struct EstimatorOptions {
   int samples_per_pixel = 200;  // K, for this luminaire
   std::uint64_t seed = 1;       // of the frame
   std::uint32_t stream = 0;  // the luminaire's number: luminaires of one frame draw independently
-  float max_samples_per_image = 0;  // K_max of THEORY.md 6.2; 0: no bound
+  float max_samples_per_image = 0;  // K_max of docs/theory.md 6.2; 0: no bound
   float max_error = 2e-3f;          // asked of estimators that approximate without noise, relative
   std::uint32_t first_pixel =
       0;  // added to the pixel number in the random streams (tiles of one picture)

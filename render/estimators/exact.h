@@ -1,4 +1,4 @@
-// Irradiance in closed form; with shadows, times a sampled visible share (THEORY.md 7.1, 7.3).
+// Irradiance in closed form; with shadows, times a sampled visible share (docs/theory.md 7.1, 7.3).
 #pragma once
 
 #include "render/estimators/estimator.h"

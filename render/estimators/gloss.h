@@ -1,5 +1,5 @@
 // Exact energy of every piece of the luminaire times the BRDF at that energy's centroid
-// (THEORY.md 7.4, kernels/gloss.cl).
+// (docs/theory.md 7.4, kernels/gloss.cl).
 #pragma once
 
 #include "render/estimators/estimator.h"

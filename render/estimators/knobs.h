@@ -1,4 +1,4 @@
-// Settings of single sampling estimators, by name (THEORY.md 6, 11).
+// Settings of single sampling estimators, by name (docs/theory.md 6, 11).
 //
 //   estimator   knob          values
 //   windowed    basis-share   0 to 1: share of the samples drawn from Phi_m, the rest from C

@@ -1,6 +1,7 @@
-// Precomputed light importance sampling, a baseline of the thesis (THEORY.md 6, 11): images and
-// texels drawn from one distribution over all C, wherever the receiver is; what misses the windows
-// is lost. Its contributions are unbounded as receivers approach I: on I itself nothing arrives.
+// Precomputed light importance sampling, a baseline of the thesis (docs/theory.md 6, 11): images
+// and texels drawn from one distribution over all C, wherever the receiver is; what misses the
+// windows is lost. Its contributions are unbounded as receivers approach I: on I itself nothing
+// arrives.
 #pragma once
 
 #include <string>

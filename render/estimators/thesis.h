@@ -2,7 +2,7 @@
 // (knobs.h). Biased: its marginal is restricted in one axis only (24 to 40 % rms on rings, facets,
 // filaments); with rounded allocation images with A_m K < A / 2 are dropped (1 to 4 % of the energy
 // at K = 200, up to 12 % at K = 100); and one shared Halton prefix for all images puts few samples
-// near the windows' centres (up to +69 % at K = 200 on 99 images). All in THEORY.md 6.
+// near the windows' centres (up to +69 % at K = 200 on 99 images). All in docs/theory.md 6.
 #pragma once
 
 #include "render/estimators/estimator.h"

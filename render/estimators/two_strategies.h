@@ -1,5 +1,5 @@
 // Lights a G-buffer with samples of two strategies, those that follow a light and those that follow
-// the BRDF (THEORY.md 9).
+// the BRDF (docs/theory.md 9).
 //
 //   E(n) = integral of L(w) (n . w)+ V(w) dw,   L_o = the same with f_r(w) under the integral
 //

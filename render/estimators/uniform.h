@@ -1,6 +1,6 @@
 // Uniform points in each image's window on I, images allotted samples in proportion to their
-// windows' mass: a baseline (THEORY.md 6). What is drawn is uniform over the part of the window
-// that lies on the image; contributions grow with max C / mean C in a window.
+// windows' mass: a baseline (docs/theory.md 6). What is drawn is uniform over the part of the
+// window that lies on the image; contributions grow with max C / mean C in a window.
 #pragma once
 
 #include <string>

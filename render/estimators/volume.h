@@ -1,5 +1,5 @@
-// Irradiance from the light-vector volume (THEORY.md 7.2): one tricubic look-up per pixel, whatever
-// the number of images.
+// Irradiance from the light-vector volume (docs/theory.md 7.2): one tricubic look-up per pixel,
+// whatever the number of images.
 //
 // The volume covers what preprocess::ReachOf was given. Pixels that may see light outside that
 // reach or nearer than its largest tau are lit by `exact`. Where the receiver's horizon cuts the

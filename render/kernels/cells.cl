@@ -1,6 +1,6 @@
-// Sampling of knot cells (THEORY.md 6, correction 3): cells are allotted samples in proportion to
-// the mass of their windows times the receiver's cosine, and every sample evaluates all images that
-// shine through the cell.
+// Sampling of knot cells (docs/theory.md 6, correction 3): cells are allotted samples in proportion
+// to the mass of their windows times the receiver's cosine, and every sample evaluates all images
+// that shine through the cell.
 //
 //   E = delta^2 / z^3 h^2 sum_k sum_m C_m Phi_m(y_k) (n . (u_k - p))+ V / N(y_k),
 //   N(y) = nbar_ab p_ab(y) + K_b q(y),   nbar_ab = (K - K_b) w_ab M_ab / sum w M

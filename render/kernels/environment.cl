@@ -1,5 +1,5 @@
-// Environment maps light a G-buffer (THEORY.md 8): of N_s samples per pixel N_7 follow the BRDF, the
-// others the map, N_f of them (a real number) tile f; with beta_i = clamp(N_f - i, 0, 1)
+// Environment maps light a G-buffer (docs/theory.md 8): of N_s samples per pixel N_7 follow the
+// BRDF, the others the map, N_f of them (a real number) tile f; with beta_i = clamp(N_f - i, 0, 1)
 //
 //   L_o ~ sum_f sum_i beta_i g_fi + sum_k g_k,   g = L f_r (n . w)+ V / (N_f pdf_f + N_7 pdf_B)
 //

@@ -1,4 +1,5 @@
-// Sampling tables of an environment map, made anew for every frame by parallel sums (THEORY.md 8).
+// Sampling tables of an environment map, made anew for every frame by parallel sums
+// (docs/theory.md 8).
 //
 //   q = max(0, Y(L) - c mean Y) dw,   prefix sums of q along each row, and of the rows' sums
 //

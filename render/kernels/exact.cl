@@ -1,5 +1,5 @@
-// Irradiance in closed form (THEORY.md 7.1, F-plane form). n . (u - p) = g_x(u) + g_y(v), so every
-// image separates into two products of texel weights along the axes:
+// Irradiance in closed form (docs/theory.md 7.1, F-plane form). n . (u - p) = g_x(u) + g_y(v), so
+// every image separates into two products of texel weights along the axes:
 //
 //   E_m = delta^2 / z^3 h^2 sum_rc C_m(r, c) (X_c Gy_r + Gx_c Y_r),
 //   X_c = integral B_i du,  Gx_c = integral g_x B_i du  over what texel column c sees; Y, Gy

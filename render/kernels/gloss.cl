@@ -1,4 +1,4 @@
-// Reflected light without samples (THEORY.md 7.4): the u-cells of F, cut into parts where the
+// Reflected light without samples (docs/theory.md 7.4): the u-cells of F, cut into parts where the
 // BRDF's lobe is narrow, each with the exact moments of what all images send through it and the
 // BRDF towards its centroid.
 //

@@ -1,4 +1,4 @@
-// Shadow maps of a luminaire's u-cells (thesis 4.5.2, THEORY.md 6): depths by rays through the
+// Shadow maps of a luminaire's u-cells (thesis 4.5.2, docs/theory.md 6): depths by rays through the
 // texels' centres, and which cells every pixel sees.
 #include "kernels/bvh.clh"
 #include "kernels/shadow_map_types.clh"

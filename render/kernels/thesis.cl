@@ -1,8 +1,8 @@
 // The estimator as printed in the thesis, 4.14 to 4.18: the marginal was integrated over all t
 // before it is restricted to the window, K_m = round(A_m / A K), and one sequence serves every
-// image and pixel. Biased (THEORY.md 6). The receiver's cosine, absent in print, is kept: without
-// it the sum is no irradiance. It knows C >= 0 alone; what is negative is drawn by |C| and counts as
-// it is.
+// image and pixel. Biased (docs/theory.md 6). The receiver's cosine, absent in print, is kept:
+// without it the sum is no irradiance. It knows C >= 0 alone; what is negative is drawn by |C| and
+// counts as it is.
 #include "kernels/window_lighting.clh"
 
 // At most `depth` steps of bisection or of the secant search (regula falsi), then a straight line

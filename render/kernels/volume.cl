@@ -1,4 +1,4 @@
-// Irradiance from the light-vector volume (THEORY.md 7.2; preprocess/light_vector_volume.h):
+// Irradiance from the light-vector volume (docs/theory.md 7.2; preprocess/light_vector_volume.h):
 //
 //   E = tau^2 / z (n_x (B1_u - p_x B0) + n_y (B1_v - p_y B0) - n_z z B0),   p_xy from the centre
 //

@@ -1,6 +1,6 @@
-// Importance sampling in windows (THEORY.md 6): images are allotted samples in proportion to the
-// mass M_m of their windows, the integral of |C_m|; a sample of density p(y) on the support of Phi_m
-// adds
+// Importance sampling in windows (docs/theory.md 6): images are allotted samples in proportion to
+// the mass M_m of their windows, the integral of |C_m|; a sample of density p(y) on the support of
+// Phi_m adds
 //
 //   delta^2 / z^3 h^2 (v_m M_m / nbar_m) C_m(s(y)) Phi_m(y) / (M_m p(y)) (n . (u - p))+ V
 //

@@ -70,8 +70,8 @@ TEST(Tracer, SquareLampAgreesWithQuadrature) {
     }
 }
 
-// In the span of the basis three nodes per cell are exact, whatever the images: THEORY 3 with the
-// model of THEORY 2 inserted.
+// In the span of the basis three nodes per cell are exact, whatever the images: docs/theory.md 3
+// with the model of docs/theory.md 2 inserted.
 TEST(Tracer, LampInTheSpanIsExactWithThreeNodes) {
   const auto field = StructuredField(3, 2, 4, 0.05, 0.02, 11);
   const auto& grid = field.geometry.grid;
@@ -127,8 +127,8 @@ TEST(Tracer, SubSamplesAreTheTexelsMean) {
     }
 }
 
-// LAB.md: a filter shifted by 0.01 of its spacing changes by 1.35 % (L2); sqrt(1 / (11/20)) per
-// spacing in 1-D.
+// docs/theory.md 3, "Measured filters": a filter shifted by 0.01 of its spacing changes by 1.35 %
+// (L2); sqrt(1 / (11/20)) per spacing in 1-D.
 TEST(FilterPrint, AShiftOfOnePercentChangesItBy135Percent) {
   const Basis basis = Basis::Make(BasisKind::kBspline2);
   const FilterPrint ideal(Sheet(basis, 1, 1, false), {}, 0),
@@ -189,8 +189,8 @@ TEST(FilterPrint, ErrorsAreAsStated) {
   EXPECT_NEAR(std::sqrt(squares / count), 0.02 * 1.5 / 6, 0.02 * 1.5 / 6 * 0.12);
 }
 
-// THEORY 3: the two prints of a dual filter, scaled by their peaks, make Phi*; at a = 1/2 the peaks
-// are 9 and 0.919.
+// docs/theory.md 3: the two prints of a dual filter, scaled by their peaks, make Phi*; at a = 1/2
+// the peaks are 9 and 0.919.
 TEST(FilterPrint, DualPrintsCombineToTheDualFilter) {
   const Basis basis = Basis::Make(BasisKind::kQuadratic, 0.5);
   EXPECT_NEAR(basis.DualPeaks()[0], 9, 1e-12);
@@ -206,7 +206,8 @@ TEST(FilterPrint, DualPrintsCombineToTheDualFilter) {
     }
 }
 
-// LAB.md 4.3: whole periods leave no error; 1 kHz at 10 % duty and 20.5 ms leave +-2.4 %.
+// docs/theory.md 3, "Pulsed light": whole periods leave no error; 1 kHz at 10 % duty and 20.5 ms
+// leave +-2.4 %.
 TEST(LampTime, PwmBeatsWithTheExposure) {
   LampTime lamp;
   lamp.pwm_hz = 1000;

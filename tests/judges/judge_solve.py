@@ -134,7 +134,7 @@ class Solve(Judgement):
     CASES = [("box", 4), ("bilinear", 5), ("bspline2", 6)]
 
     def test_recovers_any_field_in_the_span(self):
-        """Light in the outermost cells: nothing but docs/theory.md 4.20 can be imposed, and C is
+        """Light in the outermost cells: nothing but docs/theory.md 4 can be imposed, and C is
         what it was."""
         random = np.random.default_rng(SEED)
         for basis, a in [("box", 0), ("bilinear", 0), ("quadratic", -0.7), ("bspline2", 0)]:

@@ -1,5 +1,5 @@
-// Every basis against its definition: the formulas of THEORY.md 2 evaluated here by dense composite
-// quadrature in double.
+// Every basis against its definition: the formulas of docs/theory.md 2 evaluated here by dense
+// composite quadrature in double.
 #include "lightfield/basis.h"
 
 #include <gtest/gtest.h>

@@ -71,7 +71,7 @@ TEST(EnvironmentSequence, AFolderIsSortedAndAListIsNot) {
   for (const int k : {10, 9, 100})
     core::WriteExrImage(folder / fmt::format("sky_{}.exr", k), Frame(k));
   core::WriteRadianceHdr(folder / "sky_1.HDR", Frame(1));
-  std::ofstream(folder / "notes.md") << "not a frame\n";
+  std::ofstream(folder / "notes.txt") << "not a frame\n";
   EXPECT_THAT(Names(ListEnvironmentFrames(folder)),
               ElementsAre("sky_1.HDR", "sky_9.exr", "sky_10.exr", "sky_100.exr"));
   std::ofstream(folder / "some.txt") << "# two of them\r\n\r\n  sky_10.exr \r\nsky_9.exr\n";

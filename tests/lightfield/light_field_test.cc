@@ -1,4 +1,4 @@
-// The model against its definition (THEORY.md 2).
+// The model against its definition (docs/theory.md 2).
 #include "lightfield/light_field.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // The light-vector volume against the closed form in double: at its nodes, between them, at the
-// extremes of THEORY.md 12, and for an error target.
+// extremes of docs/theory.md 12, and for an error target.
 #include "preprocess/light_vector_volume.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Sums against 128-bit integers and against double and float32 tables, extremes of THEORY.md 12,
-// reference positions.
+// Sums against 128-bit integers and against double and float32 tables, extremes of
+// docs/theory.md 12, reference positions.
 #include "preprocess/tables.h"
 
 #include <gtest/gtest.h>

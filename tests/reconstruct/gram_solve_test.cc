@@ -165,12 +165,12 @@ TEST(GramSolver, SolvesInPlaceAndWithoutRegardToThreads) {
 TEST(GramSolver, HasTheConditionAndGainsOfTheory) {
   const GramSolver small(Grid(BasisKind::kBspline2, 11, 9, 1.0)),
       large(Grid(BasisKind::kBspline2, 64, 64, 1.0));
-  EXPECT_NEAR(small.noise_gain(), 10.7, 0.05);    // THEORY.md 4
+  EXPECT_NEAR(small.noise_gain(), 10.7, 0.05);    // docs/theory.md 4
   EXPECT_NEAR(large.u().condition(), 7.5, 0.05);  // limit 1 / (16/120)
   EXPECT_LT(large.u().condition(), 7.5);
   EXPECT_NEAR(large.noise_gain(), 12.4, 0.4);
   EXPECT_NEAR(large.worst_gain(), 56.25, 0.6);
-  EXPECT_NEAR(small.worst_gain(), 45, 2);  // LAB.md
+  EXPECT_NEAR(small.worst_gain(), 45, 2);  // docs/theory.md 4
   // The spacing scales G by h per axis and leaves the condition alone.
   const GramSolver scaled(Grid(BasisKind::kBspline2, 11, 9, 0.01));
   EXPECT_NEAR(scaled.condition(), small.condition(), 1e-9);

@@ -136,7 +136,7 @@ TEST(MergeExposures, PoissonEstimatorIsUnbiasedAndNoisierInTheDark) {
   const double n = static_cast<double>(poisson.count);
   EXPECT_LT(std::abs(poisson.mean - 30), 4 * poisson.spread / std::sqrt(n));
   EXPECT_NEAR(poisson.rms_sigma / poisson.spread, 1, 4 / std::sqrt(2 * n));
-  EXPECT_NEAR(poisson.spread / weighted.spread, 1.4, 0.03);  // THEORY.md 3: about 40 % noisier
+  EXPECT_NEAR(poisson.spread / weighted.spread, 1.4, 0.03);  // docs/theory.md 3: about 40 % noisier
 }
 
 TEST(MergeExposures, HoldsFrom8To16Bits) {

@@ -354,8 +354,8 @@ TEST_F(MergeSessionTest, CombinesDualPrintsToSignedIrradiance) {
   c.prints = 2;
   c.print = [](int print) { return print == 0 ? 1.0 : 0.5; };
   const lightfield::Measurements m = Merge("dual", c);
-  // Peaks 9 and 0.919 (THEORY.md 3): D(x) = 3 (1 - x)(1 - 1.875 x) is least at x = 0.7667, where it
-  // is -0.30625.
+  // Peaks 9 and 0.919 (docs/theory.md 3, "Filters"): D(x) = 3 (1 - x)(1 - 1.875 x) is least
+  // at x = 0.7667, where it is -0.30625.
   EXPECT_LT(WorstError(m, 9 - 0.5 * 3 * 0.30625), 2e-6);
   EXPECT_EQ(m.filter, lightfield::FilterKind::kDual);
 }

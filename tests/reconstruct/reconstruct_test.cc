@@ -46,7 +46,7 @@ double TrueCoefficient(const LuminaireGeometry& g, int m, int channel, std::size
          (1000 * std::exp(-80 * ((x - cx) * (x - cx) + (y - cy) * (y - cy))) + 1);
 }
 
-// E by sums over the Gram entries of THEORY.md 4, in double.
+// E by sums over the Gram entries of docs/theory.md 4, in double.
 Measurements Measure(const LuminaireGeometry& g) {
   Measurements result;
   result.geometry = g;

@@ -1,6 +1,6 @@
 // Irradiance and reflected radiance by dense Gauss-Legendre quadrature in double, independent of
-// every closed form in luxfield: the basis is written out again, the integral is THEORY.md 7's over
-// I (or over F), cell by cell of texel x knot.
+// every closed form in luxfield: the basis is written out again, the integral is docs/theory.md 7's
+// over I (or over F), cell by cell of texel x knot.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace luxfield::render {
 
-// 1-D bases from their formulas in THEORY.md 2, y in [0, n].
+// 1-D bases from their formulas in docs/theory.md 2, y in [0, n].
 inline double BasisByFormula(const lightfield::Basis& basis, double y) {
   using lightfield::BasisKind;
   if (y <= 0 || y >= basis.cells) return 0;

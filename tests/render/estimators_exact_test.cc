@@ -357,9 +357,9 @@ TEST(Exact, SplittingThePictureChangesRoundingOnly) {
   }
 }
 
-// THEORY.md 12: an all-zero image gives nothing, one lit texel is seen as precisely as any light,
-// also through the rim of a basis function, where its weight is a small part of the others', and
-// eight decades in one window lose nothing.
+// docs/theory.md 12: an all-zero image gives nothing, one lit texel is seen as precisely as any
+// light, also through the rim of a basis function, where its weight is a small part of the others',
+// and eight decades in one window lose nothing.
 TEST(Exact, ImagesAtTheExtremes) {
   const Device device = Device::Open();
   LuminaireShape shape;

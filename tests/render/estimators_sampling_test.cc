@@ -101,7 +101,7 @@ TEST(SamplingEstimators, SmallWindowsAreNearlyNoiseFree) {
   // n . (u - p) = z is the same for every u.
   EXPECT_LT(basis, 1e-5);
   EXPECT_LT(windowed, 0.5 * uniform);
-  // 1.72 relative variance of Phi over its support (THEORY.md 6.3).
+  // 1.72 relative variance of Phi over its support (docs/theory.md 6.3).
   EXPECT_NEAR(uniform * uniform, 1.7225, 0.2);
 }
 

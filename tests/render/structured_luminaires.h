@@ -1,5 +1,5 @@
 // Light fields whose images are not separable: rings, facets, a filament. Where a sampler restricts
-// its marginal in one axis only, these show its bias (THEORY.md 6.1).
+// its marginal in one axis only, these show its bias (docs/theory.md 6.1).
 #pragma once
 
 #include <algorithm>

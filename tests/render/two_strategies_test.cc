@@ -354,7 +354,7 @@ TEST(TwoStrategies, GivenSharesAreUnbiased) {
     }
 }
 
-// THEORY.md 12: one texel is the sun, faces are black, the two densities agree, few samples.
+// docs/theory.md 12: one texel is the sun, faces are black, the two densities agree, few samples.
 TEST(TwoStrategies, ExtremesHaveTheirAnswers) {
   const Device device = Device::Open();
   TwoStrategies estimator(device);

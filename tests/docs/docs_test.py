@@ -1,0 +1,89 @@
+#!/usr/bin/env -S python3 -B
+"""What the checks of comments and docs find in a tree of a few lines, and that they find nothing in this one."""
+
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+HERE = pathlib.Path(__file__).parent
+
+THEORY = """# Theory
+
+## 1 Frames
+
+**Two planes.** F and I.
+
+1. First
+2. Second
+
+## 7 Irradiance (derived)
+"""
+
+
+def in_full(text):
+    """Names of pages written short, so that they are no citations of this file."""
+    return text.replace("@", "docs/theory.md").replace("GONE", "GONE." + "md")
+
+
+class Check(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.root = pathlib.Path(self.folder.name)
+        self.write("docs/theory.md", THEORY)
+
+    def write(self, name, text):
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(in_full(text), encoding="utf-8")
+
+    def run_check(self, check, root):
+        done = subprocess.run([HERE / check, root], capture_output=True, text=True)
+        return done.returncode, done.stdout + done.stderr
+
+    def found(self, check):
+        """What the check says of the small tree, less its last line, which counts."""
+        status, output = self.run_check(check, self.root)
+        lines = output.splitlines()[:-1]
+        self.assertEqual(status, 1 if lines else 0, output)
+        return lines
+
+    def find_none_here(self, check):
+        status, output = self.run_check(check, HERE.parents[1])
+        self.assertEqual(status, 0, output)
+
+
+class Citations(Check):
+    def test_this_tree_cites_what_is_there(self):
+        self.find_none_here("check_citations")
+
+    def test_right_citations_pass(self):
+        self.write("core/a.h", '// E (@ 1 and 7), @ 1.2, @ 7, "Irradiance",\n'
+                   '// @\n// 1, "Two planes"; 50 of 9 in @.\n')
+        self.write("docs/guide.md", "[theory](theory.md) 7 and [this](../core/a.h), `@` 1\n")
+        self.assertEqual(self.found("check_citations"), [])
+
+    def test_wrong_citations_are_found(self):
+        for text, complaint in [
+                ("// X (GONE).", "cites GONE, which is not in the tree"),
+                ("// X (@ 8).", "cites section 8 of @"),
+                ("// X (@\n// 8).", "cites section 8 of @"),
+                ('// X (@ 1, "Two planes", and 9).', "cites section 9 of @"),
+                ("// X (@ 1.3).", "cites section 1.3 of @"),
+                ("// X (@ 1 and 9).", "cites section 9 of @"),
+                ("// @'s sections 1 and 9.", "cites section 9 of @"),
+                ('// X (@ 1, "Three\n// planes").', 'cites "Three planes" of @')]:
+            with self.subTest(text):
+                self.write("core/a.h", text + "\n")
+                [line] = self.found("check_citations")
+                self.assertIn("core/a.h: " + in_full(complaint), line)
+
+    def test_dead_links_are_found(self):
+        self.write("docs/guide.md", "[theory](docs/theory.md), [page](https://example.org/x.md)\n")
+        [line] = self.found("check_citations")
+        self.assertIn("docs/guide.md: links to docs/theory.md", line)
+
+
+if __name__ == "__main__":
+    unittest.main()
