@@ -6,8 +6,7 @@
 // dimmest level (its 5th percentile), signals less darks over vignetting:
 //
 //   share = c / m    the veil as a share of a picture's mean, were it spread evenly
-//   bound = c / f    of a picture E, what light from beyond radius_px veils is at most bound
-//   max(E):
+//   bound = c / f    of a picture E, light from beyond radius_px veils at most bound max(E):
 //                    the core sees all of the field beyond radius_px, and some of the nearer
 //
 // Of a colour mosaic every site (mosaic_sites.h) is a picture: the share is their mean, the bound

@@ -7,8 +7,9 @@
 // Weighted least squares in ln r over all rungs and pixels at once, X_p eliminated (Gauss-Newton):
 //
 //   w = 1 / v,   X_p = sum_j w x e^-d / sum_j w,   o_j = w X_p^2
-//   L_jk = sum_p (o_j [j = k] - o_j o_k / sum o),   u_j = sum_p X_p w_j (x_j e^-d - X_p),   L d' =
-//   u
+//   L_jk = sum_p (o_j [j = k] - o_j o_k / sum o)
+//   u_j = sum_p X_p w_j (x_j e^-d - X_p)
+//   L d' = u
 //
 // in exposures and not in their logarithms, which noise would bias. With efficient weights X_p is
 // uncorrelated with x_j - X_p: the score u has no mean. Variances and the choice of samples have to

@@ -26,8 +26,8 @@ class FilterProfile {
   double Value(double x) const;
 
   // What the filter sees of the basis function that lies `offset` spacings on: integrals of
-  // Value(x) B(x - offset), of that times x from the support's middle, and of its part max(sign
-  // Value(x), 0) alone. Exact up to rounding, any offset.
+  // Value(x) B(x - offset), of that times x from the support's middle, and of its part
+  // max(sign Value(x), 0) alone. Exact up to rounding, any offset.
   double Overlap(double offset) const;
   double Moment(double offset) const;
   double PartOverlap(double sign, double offset) const;

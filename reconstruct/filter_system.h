@@ -3,9 +3,9 @@
 //
 //   E_r(s) = sum_m A_rm C_m(s),   A_rm = <Phi*(. - c_r), Phi_m>   [m^2]
 //
-// for measurement r behind the filter centred on c_r. A is sparse: a filter of n cells meets (2 n -
-// 1)^2 functions, one more per axis where it is displaced. What texels and pixels blur of measured
-// transmittances is taken back (texel_weights.h), in double.
+// for measurement r behind the filter centred on c_r. A is sparse: a filter of n cells meets
+// (2 n - 1)^2 functions, one more per axis where it is displaced. What texels and pixels blur of
+// measured transmittances is taken back (texel_weights.h), in double.
 #pragma once
 
 #include <memory>

@@ -1,8 +1,8 @@
 // Flats of an even source -> relative sensitivity of every pixel: vignetting, and where the flats
 // are good enough PRNU too (docs/formats/calibration.md, "Flat field").
 //
-//   m_k = sum_f (y_kf - dark_k(t_f)) / sum_f mean_f,   var(m_k) = sum_f var(y_kf - dark) / (sum_f
-//   mean_f)^2
+//   m_k = sum_f (y_kf - dark_k(t_f)) / sum_f mean_f
+//   var(m_k) = sum_f var(y_kf - dark) / (sum_f mean_f)^2
 //
 // over all flats between a tenth and eight tenths of the sensor's range; dividing by the frames'
 // sum of means takes exposure and lamp drift out. A polynomial in column and row (total degree 2,

@@ -11,14 +11,14 @@
 //   filter          delta, tilt: axes Ry(b) Rx(a), centre (0, 0, -delta)
 //   source          S, where the small source stands with the stage at (0, 0)
 //   stage           two vectors: how far the filter moves against the luminaire per unit of u and
-//   v;
-//                   at set point c the source stands at S - [a_u a_v] c - e, e ~ N(0,
-//                   repeatability^2)
+//                   v; at set point c the source stands at S - [a_u a_v] c - e,
+//                   e ~ N(0, repeatability^2)
 //   spacer          where the mask landed on it: shift ~ N(0, spacer_shift^2), turn free
 //
 // The shadow of a point m of the mask is the point of I on the line from the source through it. The
-// magnifications with and without the spacer give the distances: M'/M = D / (D - spacer), delta =
-// D (M - 1).
+// magnifications with and without the spacer give the distances:
+//
+//   M' / M = D / (D - spacer),   delta = D (M - 1)
 //
 // Each corner counts with the covariance that its own fit has, times one factor for the boards and
 // one for the mask, so that chi^2 of either is its number of degrees of freedom: the noise of

@@ -1,12 +1,13 @@
 // From irradiance behind filters to coefficients: the Gram system of docs/theory.md 4, solved
 // separably.
 //
-//   E_ij(s) = sum_mn C_mn(s) <Phi_ij, Phi_mn>   =>   E = G_u C G_v^T,   C = G_u^-1 E G_v^-T (per
-//   pixel)
+//   E_ij(s) = sum_mn C_mn(s) <Phi_ij, Phi_mn>
+//   E = G_u C G_v^T,   C = G_u^-1 E G_v^-T        per pixel
 //
-// G_u (W x W) and G_v (H x H) are the 1-D Gram matrices in metres, banded with bandwidth n - 1 <=
-// 2, so two banded Cholesky solves take O(W H) per pixel instead of O(W^2 H^2). Where moments are
-// kept (kept_moments.h) R takes the place of G^-1, as a correction of E before the same sweeps:
+// G_u (W x W) and G_v (H x H) are the 1-D Gram matrices in metres, banded with bandwidth
+// n - 1 <= 2, so two banded Cholesky solves take O(W H) per pixel instead of O(W^2 H^2). Where
+// moments are kept (kept_moments.h) R takes the place of G^-1, as a correction of E before the same
+// sweeps:
 //
 //   R = G^-1 (1 + A Z^T),   Z = (a - X) S^-1
 #pragma once
@@ -68,11 +69,11 @@ class GramSolver {
   // The same for the worst (alternating) systematic error.
   double worst_gain() const { return u_.worst_gain() * v_.worst_gain(); }
 
-  // Solves for `pixels` pixels (all channels alike): irradiance[m][p] -> coefficients[m][p], m = j
-  // * W + i. coefficients[m] may be irradiance[m]. Arithmetic and factors are in Work; <float,
-  // float> has a relative error of a few condition() * 6e-8. Instantiated for <float, float>,
-  // <float, double>, <double, double>. Parallel over pixels; the result does not depend on the
-  // number of threads.
+  // Solves for `pixels` pixels (all channels alike): irradiance[m][p] -> coefficients[m][p],
+  // m = j * W + i. coefficients[m] may be irradiance[m]. Arithmetic and factors are in Work;
+  // <float, float> has a relative error of a few condition() * 6e-8. Instantiated for <float,
+  // float>, <float, double>, <double, double>. Parallel over pixels; the result does not depend on
+  // the number of threads.
   template <typename Storage, typename Work>
   void Solve(const Storage* const* irradiance, Storage* const* coefficients,
              std::size_t pixels) const;

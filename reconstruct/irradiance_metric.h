@@ -1,9 +1,12 @@
 // Non-negative coefficients whose light on receivers is nearest to that of a signed solution
 // (docs/theory.md 4, "Non-negative in what receivers see").
 //
-// A receiver at distance z = delta / (1 - b) that faces the lamp along the axis has z^2 E_n =
-// delta^2 times the integral of C along the lines s = a + b u (section 7). Over all such planes, b
-// from 0 (the image plane) to 1 (far away), and all receivers of a plane
+// A receiver at distance z = delta / (1 - b) that faces the lamp along the axis sees the integral
+// of C along the lines s = a + b u (docs/theory.md 7):
+//
+//   z^2 E_n = delta^2 sum_m integral C_m(a + b u) Phi_m(u) du
+//
+// Over all such planes, b from 0 (the image plane) to 1 (far away), and all receivers of a plane
 //
 //   minimise    integral_0^1 db sum_a (L_b dC(a))^2 + w sum_s dC(s)^T G dC(s) / h^2
 //   over        C >= 0,  sum_m C_m(s) = sum_m C_0,m(s) at every texel s

@@ -4,8 +4,8 @@
 // lamp monitor's reading where every flat has one. The line a0 + a1 H is fitted to the relative
 // deviations of the pairs between 5 % and 95 % of the range,
 //
-//   minimise sum_k ((S_k - a0 - a1 H_k) / S_k)^2,   deviation_k = (S_k - a0 - a1 H_k) / (a0 + a1
-//   H_k)
+//   minimise sum_k ((S_k - a0 - a1 H_k) / S_k)^2
+//   deviation_k = (S_k - a0 - a1 H_k) / (a0 + a1 H_k)
 //
 // Error of a deviation: the pair's noise, sqrt(V / 2n) / S, and the light's repeatability, through
 // the fit. Chi-squared is that of the line of least chi-squared through the same points: about

@@ -1,8 +1,8 @@
 // Photographs of a printed filter without the luminaire -> its transmittance about its axis
 // (docs/theory.md 3, "Measured filters"; docs/formats/filter.md).
 //
-//   T = (photograph with the filter / photograph of the light alone) / the same ratio in the
-//   holder's holes
+//   T = (photograph with the filter / photograph of the light alone)
+//       / (the same ratio in the holder's holes)
 //
 // pixel by pixel, so that vignetting, PRNU and the light's unevenness cancel, and what the light
 // changed between the photographs too. The holes of the holder, whose places about the axis are

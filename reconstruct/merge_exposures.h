@@ -5,15 +5,17 @@
 // level) and d_i the dark signal, black level included: from averaged dark frames of the same
 // exposure time, else from the sensor model.
 //
-//   Poisson estimator (Hanji et al. 2020)             X = sum (y_i - d_i) / sum k_i
-//   Iterated inverse variance (Granados et al. 2010)  X = sum w_i x_i / sum w_i,  w_i = 1 /
-//   var(x_i) at the merged X var(x_i) = [gain (k_i max(X, 0) + dark signal) + read^2 + quantisation
-//   + var(d_i)] / k_i^2 sigma^2 = var of the weighted mean + (prnu X)^2          (PRNU is common to
-//   all exposures: it stays out of w_i)
+//   X = sum (y_i - d_i) / sum k_i        Poisson estimator (Hanji et al. 2020)
+//   X = sum w_i x_i / sum w_i            iterated inverse variance (Granados et al. 2010)
+//   w_i = 1 / var(x_i)                   at the merged X
+//   var(x_i) = [gain (k_i max(X, 0) + dark signal) + read^2 + quantisation + var(d_i)] / k_i^2
+//   sigma^2 = var of the weighted mean + (prnu X)^2
+//
+// PRNU is common to all exposures: it stays out of w_i.
 //
 // The weights come from the merged estimate, never from a sample's own noisy value, which would be
-// biased low; X solves sum k_i (y_i - d_i - k_i X) / var_i(X) = 0, whose bias is of second order
-// in 1 / electrons. So does the decision that a sample is too near saturation: starting with the
+// biased low; X solves sum k_i (y_i - d_i - k_i X) / var_i(X) = 0, whose bias is of second order in
+// 1 / electrons. So does the decision that a sample is too near saturation: starting with the
 // longest exposure, a sample leaves while the merged X (itself included) predicts a value within
 // `saturation_margin` standard deviations of clipping. The efficient estimate is uncorrelated with
 // what the shorter exposures add to it, hence deciding by it leaves no bias.

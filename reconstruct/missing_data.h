@@ -8,10 +8,10 @@
 // Elsewhere let D = (I x J) \ K be the gaps, P the pseudo-inverse for I x J, Q = (A A^T)^-1 there:
 // choosing the values in the gaps that make |C| smallest gives the weights
 //
-//   C = (P - P_D (Q_DD)^-1 Q_D) E_IxJ        (columns D of the bracket are zero, so gaps never
-//   enter)
+//   C = (P - P_D (Q_DD)^-1 Q_D) E_IxJ
 //
-// which for a few gaps (defects) costs hardly more than the product.
+// whose bracket has columns D of zeros, so that gaps never enter. For a few gaps (defects) it costs
+// hardly more than the product.
 #pragma once
 
 #include <cstddef>

@@ -15,8 +15,8 @@
 // n_m = (sum v)^2 / sum v^2. Lamps are alike from texel to texel, so what is unknown of one filter
 // is one error for all of I, and so is that of the means:
 //
-//   sigma^2 = (sum r_m mu_m)^2 + sum_m (sum over texels of r_m s_m)^2 + (sum r_m s_m /
-//   sqrt(n_m))^2.
+//   sigma^2 = (sum r_m mu_m)^2 + sum_m (sum over texels of r_m s_m)^2
+//             + (sum r_m s_m / sqrt(n_m))^2
 //
 // A lamp that ends where the positions are missing leaves less open, one that begins there more:
 // sigma(C) beside C does not ask its neighbours (pixel_weights.h). A texel that knows nothing is

@@ -36,8 +36,8 @@ struct MomentConstraint {
 
 // `kept`: what both axes allow; the constraint is one of both together and needs both. A moment
 // whose residual is not below that of least squares is not kept: it would not be known better.
-// `row_noise`: a standard deviation for each row, which repeats of one position (rows r and r +
-// grid.count()) share a by; empty: alike.
+// `row_noise`: a standard deviation for each row, which repeats of one position (rows r and
+// r + grid.count()) share a by; empty: alike.
 MomentConstraint ConstrainMoments(const FilterSystem& system, const lightfield::BasisGrid& grid,
                                   KeptMoments kept, std::span<const double> row_noise = {});
 

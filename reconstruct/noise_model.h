@@ -1,8 +1,10 @@
 // What a sensor does to light (docs/theory.md 3, "Exposure bracket"; docs/formats/session.md,
 // "session.json").
 //
-//   y = black_dn + gain_dn_per_e * t * (a X + dark_current_e_per_s) + noise,   X in electrons per
-//   second var(y) = gain_dn_per_e * (y - black_dn) + read_noise_dn^2 + quantisation_variance_dn2
+//   y = black_dn + gain_dn_per_e * t * (a X + dark_current_e_per_s) + noise
+//   var(y) = gain_dn_per_e * (y - black_dn) + read_noise_dn^2 + quantisation_variance_dn2
+//
+// with X in electrons per second.
 #pragma once
 
 #include <filesystem>

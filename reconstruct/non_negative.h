@@ -1,11 +1,14 @@
 // Non-negative coefficients: the luminaire with C >= 0 nearest to a solution of the Gram system.
 //
-// Nearest in the L2 norm over F of the differential irradiance, |sum (C - C_0) Phi|^2 =
-// (C - C_0)^T G (C - C_0), per pixel, by default among those with the flux of C_0 (sum C = sum
-// C_0). Without that condition it is, for complete data, the non-negative least squares of
-// docs/theory.md 4, whose flux is never below the measured one: light that is a point on F gains up
-// to 86 % (bspline2). Accelerated projected gradient (Nesterov 2004, 2.2.81, with the constant
-// momentum of a strongly convex quadratic); it stops by the Karush-Kuhn-Tucker residual.
+// Nearest in the L2 norm over F of the differential irradiance, per pixel,
+//
+//   |sum (C - C_0) Phi|^2 = (C - C_0)^T G (C - C_0),
+//
+// by default among those with the flux of C_0, sum C = sum C_0. Without that condition it is, for
+// complete data, the non-negative least squares of docs/theory.md 4, whose flux is never below the
+// measured one: light that is a point on F gains up to 86 % (bspline2). Accelerated projected
+// gradient (Nesterov 2004, 2.2.81, with the constant momentum of a strongly convex quadratic); it
+// stops by the Karush-Kuhn-Tucker residual.
 //
 // First moments over F may be kept as well, after that: C (1 + a + b i + c j) with the three
 // numbers that give C_0's sums of C, i C and j C, the smallest change in the norm |dC|^2 / C. Where

@@ -25,8 +25,8 @@
 //  - Pairs whose V - 1/12 is below 0.49 DN^2, from the variance equations only: below 0.7 DN of
 //    noise rounding errors are no longer uniform (they change V by 3e-4 at 0.7 DN, 20 % at 0.4 DN).
 //    Read noise then follows from the intercept of brighter pairs, or stays unresolved. Offset and
-//    dark current get the rounding error of a mean (at R less two of its errors), sum_k exp(-4 pi^2
-//    k^2 R) / (2 pi^2 k^2) DN^2, in quadrature.
+//    dark current get the rounding error of a mean (at R less two of its errors) in quadrature,
+//      sum_k exp(-4 pi^2 k^2 R) / (2 pi^2 k^2) DN^2.
 //  - Lamp drift within a pair: B is scaled to A by the ratio of their light.
 //
 // Bias: 1/g is high by (sigma_g / g)^2 relative, far below its own error. The variance of a bent

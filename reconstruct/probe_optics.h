@@ -27,14 +27,13 @@ CameraFrame UpwardCamera(double top_azimuth_deg);
 
 // A mirroring ball from infinitely far or through a pinhole, or a fisheye.
 //
-//   ball, orthographic   q = (p - centre) / radius, w = (2 q^2 - 1) forward + 2 sqrt(1 - q^2) (q.x
-//                        right + q.y up)
-//   ball, pinhole        v = ray of the pixel, n = (hit - c) / R, w = v - 2 (v . n) n, with the
-//   ball
-//                        centred at distance d: sin(alpha) = R / d. The circle stands for the cone
-//                        of half angle alpha around the ray of its centre; its radius is that of
-//                        the ball's image were it on the optical axis, f tan(alpha), f the focal
-//                        length
+//   ball, orthographic   q = (p - centre) / radius,
+//                        w = (2 q^2 - 1) forward + 2 sqrt(1 - q^2) (q.x right + q.y up)
+//   ball, pinhole        v = ray of the pixel, n = (hit - c) / R, w = v - 2 (v . n) n,
+//                        with the ball centred at distance d: sin(alpha) = R / d.
+//                        The circle stands for the cone of half angle alpha around the ray of its
+//                        centre; its radius is that of the ball's image were it on the optical
+//                        axis, f tan(alpha), f the focal length
 //   fisheye              angle theta to forward by the projection, field_of_view / 2 at q = 1
 struct ProbeOptics {
   enum class Kind { kBall, kFisheye };

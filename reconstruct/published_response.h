@@ -1,8 +1,8 @@
 // Debevec & Malik's response curve (SIGGRAPH 1997) as printed, to compare other programs with: the
 // g and ln X of least
 //
-//   sum_ij [w(z_ij) (g(z_ij) - ln X_i - ln t_j)]^2 + sum_z [lambda w(z) g''(z)]^2,   g(reference) =
-//   0
+//   sum_ij [w(z_ij) (g(z_ij) - ln X_i - ln t_j)]^2 + sum_z [lambda w(z) g''(z)]^2
+//   g(reference) = 0
 //
 // at every code z of 8 bits, g'' = g(z - 1) - 2 g(z) + g(z + 1), lambda = 30, w a hat of height 1
 // over the codes from 1 % to 99 % (as colour-hdri has it). The normal equations of g, with ln X

@@ -37,9 +37,9 @@ struct ReconstructOptions {
 struct Reconstruction {
   lightfield::LightField coefficients;  // C, W sr^-1 m^-4 (or lm, or relative)
   // Standard deviation of C, propagated from the measurements' sigma as independent between
-  // positions: per pixel sum over mn of R^2 sigma_mn^2, R the map that made C of E. It belongs to the least-squares
-  // solution also where C >= 0 was asked for, and knows nothing of a regularisation's bias. Where
-  // positions were unknown it holds the variance of the prior as well
+  // positions: per pixel sum over mn of R^2 sigma_mn^2, R the map that made C of E. It belongs to
+  // the least-squares solution also where C >= 0 was asked for, and knows nothing of a
+  // regularisation's bias. Where positions were unknown it holds the variance of the prior as well
   // (reconstruct/pixel_weights.h).
   lightfield::LightField sigma;
   // Measurements that were unknown, per texel [row][column]; where > 0 and too few are left, C is
@@ -48,12 +48,12 @@ struct Reconstruction {
   ReconstructionReport report;
 };
 
-// `basis` filters at their places: the Gram solve, with the moments that are kept. `dual` filters at theirs: C_ij = E_ij / h^2
-// (docs/theory.md 3), no solve, and unknown values stay unknown. Measured filters, displaced
-// positions, several measurements of one geometry or a regularisation: the forward model <Phi*_r,
-// Phi_m> (filter_system.h), by its separable factors where it has them, in double.
-// Throws InputError if the measurements do not fit their geometry, each other or the filter, or as
-// GramSolver, FilterSystem, SolveIncomplete, SolveGeneral and Regularise do.
+// `basis` filters at their places: the Gram solve, with the moments that are kept. `dual` filters
+// at theirs: C_ij = E_ij / h^2 (docs/theory.md 3), no solve, and unknown values stay unknown.
+// Measured filters, displaced positions, several measurements of one geometry or a regularisation:
+// the forward model <Phi*_r, Phi_m> (filter_system.h), by its separable factors where it has them,
+// in double. Throws InputError if the measurements do not fit their geometry, each other or the
+// filter, or as GramSolver, FilterSystem, SolveIncomplete, SolveGeneral and Regularise do.
 Reconstruction Reconstruct(std::span<const lightfield::Measurements> measurements,
                            const ReconstructOptions& options = {});
 Reconstruction Reconstruct(const lightfield::Measurements& measurements,

@@ -1,15 +1,16 @@
 // Sensor pixels -> the luminaire's image-plane lattice (docs/theory.md 3, "Registration").
 //
 // The image of filter position ij is in coordinates q from the filter's axis; a sensor pixel covers
-// the quadrilateral that image_from_sensor maps its corners to. In the luminaire frame s = c_ij +
-// q. A texel's value is the mean over its area,
+// the quadrilateral that image_from_sensor maps its corners to. In the luminaire frame
+// s = c_ij + q. A texel's value is the mean over its area,
 //
-//   E(texel) = sum_p w_p E_p,   w_p = area(texel and pixel p) / area(texel),   sigma^2 = sum_p
-//   w_p^2 sigma_p^2
+//   E(texel) = sum_p w_p E_p,   w_p = area(texel and pixel p) / area(texel)
+//   sigma^2 = sum_p w_p^2 sigma_p^2
 //
 // and is known only where the sensor covers all of it. Where less than half of it lies on defective
-// pixels the mean runs over the rest, and sigma^2 grows by (missing share)^2 * 2 * (spread of the
-// rest)^2. Values average over w linearly, so registering commutes with the Gram solve.
+// pixels the mean runs over the rest, and sigma^2 grows by
+// (missing share)^2 * 2 * (spread of the rest)^2. Values average over w linearly, so registering
+// commutes with the Gram solve.
 #pragma once
 
 #include <array>

@@ -7,9 +7,11 @@
 
 namespace luxfield::reconstruct {
 
-// out = A in B^T for kLanes pixels at once: in[(jn * A.columns + in) * kLanes + k] with `in` along
-// u and jn along v; A is (u rows x u columns), B (v rows x v columns), both row-major; out[(j *
-// A.rows + i) * kLanes + k].
+// out = A in B^T for kLanes pixels at once, `in` and i along u, jn and j along v:
+//
+//   in[(jn * A.columns + in) * kLanes + k],   out[(j * A.rows + i) * kLanes + k]
+//
+// A is (u rows x u columns), B (v rows x v columns), both row-major.
 template <typename T>
 class SeparableProduct {
  public:

@@ -14,8 +14,8 @@
 //
 // lambda is the square of the lamp's own brightness, deconvolved: it starts as the brightness seen,
 // and three times becomes the square of the places' posterior mean. Without that it would reach as
-// far as filters and spots smear the lamp, and the variance with it. a is the likeliest, e^T A^-1 e
-// / n.
+// far as filters and spots smear the lamp, and the variance with it. a is the likeliest,
+// e^T A^-1 e / n.
 //
 // Everything is a product of one matrix per axis but lambda. Double. n filters, N places: n^3 / 3
 // and 2 n^2 sqrt(N) multiplications per size, 8 n^2 bytes.
