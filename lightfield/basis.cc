@@ -119,8 +119,8 @@ double Basis::DualValue(double x_from_centre) const {
 }
 
 std::array<double, 2> Basis::DualPeaks() const {
-  // Per axis the function is largest at its centre and lowest in the middle of its negative lobe (1
-  // - |x|)(1 - b|x|), |x| in (1/b, 1): at (1 + 1/b) / 2. The 2-D function is positive where both
+  // Per axis the function is largest at its centre and lowest in the middle of its negative lobe
+  // (1 - |x|)(1 - b|x|), |x| in (1/b, 1): at (1 + 1/b) / 2. The 2-D function is positive where both
   // factors agree in sign.
   const double high = DualValue(0);
   const double b = (10 - 5 * a) / (5 - 2 * a);

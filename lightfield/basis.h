@@ -55,12 +55,17 @@ struct Basis {
   // The same restricted to x in [lo, hi]: supports clipped by the border of F.
   double GramClipped(double offset, double lo, double hi) const;
 
-  // The dual filter of the family (1 - |x|)(1 - a|x|) on [-1, 1] (Goesele): Phi*(x) = 3 (1 - |x|)(1
-  // - b|x|), b = (10 - 5a)/(5 - 2a), x from the centre of the support, in [-1, 1]; <Phi*_i, Phi_m>
-  // = delta_im. Only for kBilinear (a = 0) and kQuadratic; InputError otherwise.
+  // The dual filter of the family (1 - |x|)(1 - a|x|) on [-1, 1] (Goesele), x from the centre of
+  // the support, in [-1, 1]:
+  //
+  //   Phi*(x) = 3 (1 - |x|)(1 - b|x|),   b = (10 - 5a) / (5 - 2a),   <Phi*_i, Phi_m> = delta_im
+  //
+  // Only for kBilinear (a = 0) and kQuadratic; InputError otherwise.
   double DualValue(double x_from_centre) const;
-  // Largest value of +Phi* and of -Phi* in 2-D, the scales of the two dual prints (9 and 0.919 at a
-  // = 1/2): T(+-) = max(+-Phi*, 0) / peak, E = peak(+) E(+) - peak(-) E(-).
+  // Largest value of +Phi* and of -Phi* in 2-D, the scales of the two dual prints (9 and 0.919 at
+  // a = 1/2):
+  //
+  //   T(+-) = max(+-Phi*, 0) / peak(+-),   E = peak(+) E(+) - peak(-) E(-)
   std::array<double, 2> DualPeaks() const;
 
   bool operator==(const Basis&) const = default;

@@ -6,8 +6,8 @@
 //   w = (axis + x right + y up) / sqrt(1 + x^2 + y^2),   right = axis x up.
 //
 // The four side faces have world z up; +z has -y up and -z has +y up, so that both have x to the
-// right. Texel (row, column) of a face with N x N texels covers x from -1 + 2 column / N, y from 1
-// - 2 row / N downwards, 2 / N each: row 0 is on top. Radiance is constant within a texel.
+// right. Texel (row, column) of a face with N x N texels covers x from -1 + 2 column / N, y
+// from 1 - 2 row / N downwards, 2 / N each: row 0 is on top. Radiance is constant within a texel.
 #pragma once
 
 #include <array>
@@ -51,9 +51,12 @@ inline double CubeSolidAnglePerArea(double x, double y) {
   return 1 / (square * std::sqrt(square));
 }
 
-// Solid angle, sr, of the rectangle [x0, x1] x [y0, y1] of a face: S(x1, y1) - S(x0, y1) - S(x1,
-// y0) + S(x0, y0), S = atan2(xy, sqrt(1 + x^2 + y^2)), evaluated as two triangles, which has 1e-13
-// relative error for any texel where the differences of S have 1e-16 absolute.
+// Solid angle, sr, of the rectangle [x0, x1] x [y0, y1] of a face,
+//
+//   S(x1, y1) - S(x0, y1) - S(x1, y0) + S(x0, y0),   S = atan2(xy, sqrt(1 + x^2 + y^2)),
+//
+// evaluated as two triangles, which has 1e-13 relative error for any texel where the differences of
+// S have 1e-16 absolute.
 double CubeRectangleSolidAngle(double x0, double x1, double y0, double y1);
 
 struct CubeMap {

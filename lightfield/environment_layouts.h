@@ -3,30 +3,41 @@
 //
 // Picture points are p in [0, 1]^2, p.x to the right, p.y downwards. World frame: right-handed, z
 // up. A viewer faces `forward` = -y with `right` = -x and `up` = +z, which is OpenEXR's +z with +y
-// up, its frame (X, Y, Z) laid into the world as (X, -Z, Y), the way glTF's is. With a = 2 p.x - 1,
-// b = 1 - 2 p.y, r^2 = a^2 + b^2:
+// up, its frame (X, Y, Z) laid into the world as (X, -Z, Y), the way glTF's is. With
 //
-//   latitude-longitude   theta = pi p.y from the zenith, phi = pi (1 - 2 p.x):
-//                        w = (sin theta sin phi, -sin theta cos phi, cos theta); forward in the
-//                        middle, +x a quarter from the left edge, dw/dA = 2 pi^2 sin theta
-//   angular map          what the viewer sees, straight behind him on the rim: angle to forward pi
-//   r,
-//                        w = cos(pi r) forward + sin(pi r) (a right + b up) / r, dw/dA = 4 pi
-//                        sin(pi r) / r
-//   mirror ball          a mirroring ball photographed from far away by the viewer: mirrored,
-//   himself in
-//                        the middle, straight ahead on the rim, angle to -forward 2 asin r,
-//                        w = (2 r^2 - 1) forward + 2 sqrt(1 - r^2) (a right + b up), dw/dA = 16
-//   fisheye hemisphere   the sky, equidistant, as the viewer sees it with his head laid back: +z in
-//                        the middle, +y on top, +x at the left (north up and east at the left with
-//                        x to the east), angle to +z pi r / 2, dw/dA = 2 pi sin(pi r / 2) / r;
-//                        below the horizon nothing
-//   cube                 a strip of six faces one below the other, OpenEXR's order and orientation,
-//   in
-//                        the world +x, -x, +z, -z, -y, +y, each as lightfield/cube_map.h has it:
-//                        dw/dA = 24 (1 + x^2 + y^2)^(-3/2)
+//   a = 2 p.x - 1,   b = 1 - 2 p.y,   r^2 = a^2 + b^2
 //
-// A is the area in p. Angular map, mirror ball and fisheye fill the disc r <= 1 and nothing outside
+// directions w and the solid angle dw of an area dA of p are:
+//
+// Latitude-longitude: forward in the middle, +x a quarter from the left edge.
+//
+//   theta = pi p.y from the zenith,   phi = pi (1 - 2 p.x)
+//   w = (sin theta sin phi, -sin theta cos phi, cos theta)
+//   dw/dA = 2 pi^2 sin theta
+//
+// Angular map: what the viewer sees, straight behind him on the rim. The angle to forward is pi r.
+//
+//   w = cos(pi r) forward + sin(pi r) (a right + b up) / r
+//   dw/dA = 4 pi sin(pi r) / r
+//
+// Mirror ball: a mirroring ball photographed from far away by the viewer: mirrored, himself in the
+// middle, straight ahead on the rim. The angle to -forward is 2 asin r.
+//
+//   w = (2 r^2 - 1) forward + 2 sqrt(1 - r^2) (a right + b up)
+//   dw/dA = 16
+//
+// Fisheye hemisphere: the sky, equidistant, as the viewer sees it with his head laid back: +z in
+// the middle, +y on top, +x at the left (north up and east at the left with x to the east), nothing
+// below the horizon. The angle to +z is pi r / 2.
+//
+//   dw/dA = 2 pi sin(pi r / 2) / r
+//
+// Cube: a strip of six faces one below the other, OpenEXR's order and orientation, in the world +x,
+// -x, +z, -z, -y, +y, each as lightfield/cube_map.h has it.
+//
+//   dw/dA = 24 (1 + x^2 + y^2)^(-3/2)
+//
+// Angular map, mirror ball and fisheye fill the disc r <= 1 and nothing outside
 // of it. (Debevec, "Rendering synthetic objects into real scenes", SIGGRAPH 1998, and his light
 // probes for the first two discs; OpenEXR, ImfEnvmap.h.)
 #pragma once
@@ -83,8 +94,8 @@ TexelEdges MakeTexelEdges(EnvironmentLayout layout, TexelRegistration registrati
                           int height);
 
 // Exact solid angle, sr, of what the rectangle [x0, x1] x [y0, y1] of the picture shows (within one
-// face of a cube): closed forms for latitude-longitude and cube, on the discs the integral of 1 -
-// cos theta over the azimuth along the border of rectangle and disc, to 1e-14.
+// face of a cube): closed forms for latitude-longitude and cube, on the discs the integral of
+// 1 - cos theta over the azimuth along the border of rectangle and disc, to 1e-14.
 double PictureRectangleSolidAngle(EnvironmentLayout layout, double x0, double x1, double y0,
                                   double y1);
 

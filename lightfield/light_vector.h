@@ -1,8 +1,8 @@
 // Irradiance in closed form, double precision (docs/theory.md 7.1): what plans, budgets and tests
 // are judged by.
 //
-//   E_n(p) = n . J(p),   J(p) = delta^2 / z^3 * sum_m integral_F C_m(s(u)) Phi_m(u) (u - p) du,   z
-//   = delta + D
+//   E_n(p) = n . J(p)
+//   J(p) = delta^2 / z^3 * sum_m integral_F C_m(s(u)) Phi_m(u) (u - p) du,   z = delta + D
 //
 // s(u) is where the line from u through p meets I. The integral over F is the one over I of
 // docs/theory.md 7 with its variable changed; it is used for every receiver, since it stays regular

@@ -34,16 +34,16 @@ struct PencilAxis {
   double s_per_w = 1;
   double moment_offset_m = 0;  // the first moment is that of u - p = w + moment_offset
 
-  // Lines through a receiver with this coordinate at height z > 0: s = (u (z - delta) + p delta) /
-  // z.
+  // Lines through a receiver with this coordinate at height z > 0:
+  // s = (u (z - delta) + p delta) / z.
   static PencilAxis ThroughPoint(double p_m, double z_m, double delta_m);
   // Parallel lines s = u + shift.
   static PencilAxis Parallel(double shift_m) { return {shift_m, 0, 1, 0}; }
 };
 
 // For the run of texels first .. first + size() - 1 that the support of one basis function meets:
-//   zeroth = integral of B((u - u0)/h - i) du over the texel's image on F,   moment = the same of
-//   (u - p).
+//   zeroth = integral of B((u - u0)/h - i) du over the texel's image on F
+//   moment = integral of B((u - u0)/h - i) (u - p) du over it
 struct ProjectedTexels {
   int first = 0;
   std::vector<double> zeroth;      // m

@@ -10,9 +10,12 @@
 
 namespace luxfield::lightfield {
 
-// Signed solid angle, sr, of a triangle: tan(Omega / 2) = a . (b x c) / (|a||b||c| + (a.b)|c| +
-// (b.c)|a| + (c.a)|b|) (van Oosterom and Strackee 1983). The triple product is taken of
-// differences, so that a small triangle keeps its relative precision.
+// Signed solid angle, sr, of a triangle (van Oosterom and Strackee 1983):
+//
+//   tan(Omega / 2) = a . (b x c) / (|a||b||c| + (a.b)|c| + (b.c)|a| + (c.a)|b|)
+//
+// The triple product is taken of differences, so that a small triangle keeps its relative
+// precision.
 double TriangleSolidAngle(Vec3 a, Vec3 b, Vec3 c);
 
 // The same of a polygon smaller than a hemisphere, convex or not, as a fan; 0 below three vertices.
@@ -27,11 +30,11 @@ Vec3 PolygonVectorIrradiance(std::span<const Vec3> polygon);
 // polygon may come out with edges that double back, which the integrals above do not see).
 void ClipByPlane(std::span<const Vec3> polygon, Vec3 n, std::vector<Vec3>& clipped);
 
-// Signed solid angle of what a polygon has in common with the cap of angular radius `radius` < pi /
-// 2 around `axis` (unit), which is counter-clockwise: the sum over the edges of what the triangle
-// (axis, a, b) has in common with the cap, in closed form a triangle where the edge runs inside and
-// a sector (1 - cos radius) times the azimuth around the axis where it runs outside. 0 below three
-// vertices; polygons that tile share the cap to 1e-15 of it.
+// Signed solid angle of what a polygon has in common with the cap of angular radius
+// `radius` < pi / 2 around `axis` (unit), which is counter-clockwise: the sum over the edges of
+// what the triangle (axis, a, b) has in common with the cap, in closed form a triangle where the
+// edge runs inside and a sector (1 - cos radius) times the azimuth around the axis where it runs
+// outside. 0 below three vertices; polygons that tile share the cap to 1e-15 of it.
 double CapOverlapSolidAngle(std::span<const Vec3> polygon, Vec3 axis, double radius);
 
 }  // namespace luxfield::lightfield

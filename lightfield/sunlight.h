@@ -4,7 +4,6 @@
 // TR-215-2436), at its 34 wavelengths between 380 and 780 nm, seen by the CIE 1931 observer:
 //
 //   E_n = H0 / R^2 T_r T_a T_w T_o T_u       (Rayleigh, aerosol, water vapour, ozone, mixed gases)
-//   gases)
 //
 // at sea level with 0.35 atm-cm of ozone and 2 cm of precipitable water, and the air mass of Kasten
 // and Young (1989). Turbidity T is Preetham's (1999): the aerosol's optical thickness at wavelength

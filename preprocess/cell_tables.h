@@ -34,8 +34,8 @@ struct CellTables {
   int width = 0, height = 0;            // texels of an image
   int grid_width = 0, grid_height = 0;  // (W + n - 1) x (H + n - 1) cells, index b * grid_width + a
 
-  // Cell k: S[r][c] = sum of Q of rows < r and columns < c in quanta of 2^-exponent[k]; (height +
-  // 1) x (width + 1) entries, all below 2^63.
+  // Cell k: S[r][c] = sum of Q of rows < r and columns < c in quanta of 2^-exponent[k];
+  // (height + 1) x (width + 1) entries, all below 2^63.
   std::vector<std::uint64_t> sat;
   std::vector<int> exponent;  // 0 for a cell without light
 
@@ -44,7 +44,8 @@ struct CellTables {
   const std::uint64_t* cell(int k) const { return sat.data() + sat_size() * k; }
 };
 
-// Builds the tables, cells in parallel. `name` (the file) is for messages. Throws InputError as BuildTables does, and for a cell whose sum exceeds float32.
+// Builds the tables, cells in parallel. `name` (the file) is for messages. Throws InputError as
+// BuildTables does, and for a cell whose sum exceeds float32.
 CellTables BuildCellTables(const lightfield::LightField& field, const std::string& name);
 
 }  // namespace luxfield::preprocess

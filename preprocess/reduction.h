@@ -17,8 +17,8 @@
 //   drop     images that matter least become all zero
 //   round    the mantissa keeps as many bits as needed, so that files compress
 //
-// The error is the relative RMSE of the irradiance over receivers that the picture shows: RMS of E'
-// - E over mean E (luminance), both in closed form and double precision
+// The error is the relative RMSE of the irradiance over receivers that the picture shows: RMS of
+// E' - E over mean E (luminance), both in closed form and double precision
 // (lightfield/light_vector.h).
 #pragma once
 

@@ -1,8 +1,8 @@
 // Drawing directions towards a measured luminaire on the host, in double precision: what a light of
 // another renderer (a plugin of pbrt, Mitsuba, Blender ...) asks for.
 //
-// A receiver is a point p, metres in the luminaire's frame (x_luminaire =
-// luminaire_from_world(x_world)), with p.z > 0 = in front of F, and a unit normal n. A direction w
+// A receiver is a point p, metres in the luminaire's frame, in front of F (p.z > 0), and a unit
+// normal n; luminaire_from_world takes points of the world into that frame. A direction w
 // (unit, towards the lamp: w.z < 0) meets F at u and I at s:
 //
 //   u = p - (p.z / w.z) w,   s = tau p + (1 - tau) u,   tau = delta / p.z   (x and y of each)

@@ -8,10 +8,9 @@
 // Darker texels are rounded to half a quantum, 2^-62 of the total.
 //
 // Since differences are exact, the SAT holds the other tables too and none of them is stored:
-//   marginal  cdf_m(s)   = S[H][c] / S[H][W]                 its last row
-//   conditional cdf_m(t|s): S[r][c+1] - S[r][c]              column c, from the top down
-//   chroma    c_m(s) = C_m(s) / |C_m(s)|                     read from the light field at the
-//   sample
+//   marginal       cdf_m(s) = S[H][c] / S[H][W]           its last row
+//   conditional    cdf_m(t|s): S[r][c+1] - S[r][c]        column c, from the top down
+//   chroma         c_m(s) = C_m(s) / |C_m(s)|             read from the light field at the sample
 //
 // |C| is what a texel weighs, the luminance of its channels' magnitudes (summed_area.h): sampling
 // takes C of any sign, draws in proportion to |C| and counts what it drew as C / |C|.
@@ -27,8 +26,8 @@
 namespace luxfield::preprocess {
 
 // Where the light of a knot cell leaves I: mean over the images whose basis overlaps the cell of
-// the point where both CDFs are 1/2. All-zero images are left out; a cell without light has images
-// = 0 and lies at (0, 0).
+// the point where both CDFs are 1/2. All-zero images are left out; a cell without light has
+// images = 0 and lies at (0, 0).
 struct ReferencePosition {
   float s_m = 0, t_m = 0;
   int images = 0;
