@@ -3,10 +3,11 @@
 //
 // A packet is a little-endian uint32 (its whole length, these 4 bytes included), a type byte, a
 // payload. Strings end in a zero byte, booleans are one byte. Sent are
-//   4 CreateImage    bool grab_focus, string image, int32 width, int32 height, int32 n, n strings
-//   (channels) 6 UpdateImage V3 bool grab_focus, string image, int32 n, n strings, int32 x, y,
-//   width, height,
-//                    int64 offset[n], int64 stride[n] (in floats), float data
+//   4 CreateImage      bool grab_focus, string image, int32 width, int32 height, int32 n,
+//                      n strings (channels)
+//   6 UpdateImage V3   bool grab_focus, string image, int32 n, n strings,
+//                      int32 x, y, width, height,
+//                      int64 offset[n], int64 stride[n] (in floats), float data
 #pragma once
 
 #include <string>

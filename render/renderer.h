@@ -1,9 +1,11 @@
 // From a scene to a lit picture: primary visibility, then every luminaire through an estimator,
 // then area lights and the environment map.
 //
-//   L(pixel) = sum over lights of scale * L_o(p),   L_o = albedo / pi * E_n(p) on Lambertian
-//   surfaces (docs/theory.md 6, 7 and 8), and what the surface sends out by itself; the
-//   environment's own radiance where nothing was hit
+//   L(pixel) = sum over lights of scale * L_o(p)
+//   L_o = albedo / pi * E_n(p)                        on Lambertian surfaces
+//
+// (docs/theory.md 6, 7 and 8), and what the surface sends out by itself; the environment's own
+// radiance where nothing was hit.
 //
 // Light that reached them over other surfaces is not counted.
 #pragma once

@@ -29,8 +29,8 @@
 
 namespace luxfield::render {
 
-// Where the light of a u-cell comes from, luminaire frame, metres; index cell_j * (W + n - 1) +
-// cell_i.
+// Where the light of a u-cell comes from, luminaire frame, metres; index
+// cell_j * (W + n - 1) + cell_i.
 struct CellLight {
   lightfield::Vec3 position;
   bool lit = false;  // some image whose basis covers the cell is not all zero

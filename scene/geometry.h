@@ -51,9 +51,8 @@ struct Material {
   int specular_glossiness_texture = -1;  // its colour multiplies specular, sRGB, alpha glossiness
   int normal_texture = -1;               // tangent space, linear: x along u, y along v, z outwards
   float normal_scale = 1;                // multiplies x and y of the normal texture
-  // Radiance that the surface sends out by itself on both sides, in the luminaires' unit / (sr
-  // m^2);
-  // >= 0. The camera sees it; it lights nothing.
+  // Radiance that the surface sends out by itself on both sides, in the luminaires' unit per sr and
+  // m^2; >= 0. The camera sees it; it lights nothing.
   std::array<float, 3> emission{};
   int emission_texture = -1;  // multiplies emission; sRGB
   TexturePlacement texture_placement{}, gloss_placement{}, normal_placement{}, emission_placement{};

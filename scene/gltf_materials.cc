@@ -15,9 +15,9 @@ using core::Json;
 constexpr char kSpecularGlossiness[] = "KHR_materials_pbrSpecularGlossiness";
 constexpr double kBrightest = 1e12;  // cd / m^2; as a scene's lights
 
-// A placement's rows from KHR_texture_transform's translation * rotation * scale. It maps (u, 1 -
-// v) to (u', 1 - v'), since glTF's v runs downwards; the rotation is counter-clockwise as the
-// picture is seen, as in the extension's example.
+// A placement's rows from KHR_texture_transform's translation * rotation * scale. It maps
+// (u, 1 - v) to (u', 1 - v'), since glTF's v runs downwards; the rotation is counter-clockwise as
+// the picture is seen, as in the extension's example.
 void Place(const Json& transform, const Gltf& gltf, TexturePlacement& placement) {
   using Pair = std::vector<double>;
   const auto offset = FieldOr<Pair>(transform, "offset", {0, 0}, gltf.file()),

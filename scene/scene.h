@@ -15,9 +15,10 @@
 
 namespace luxfield::scene {
 
-// A pinhole. Pixel (row, column) looks along forward + (2 (column + 0.5) / width - 1) aspect
-// tan(fov/2) right
-// + (1 - 2 (row + 0.5) / height) tan(fov/2) up, with orthonormal axes.
+// A pinhole. Pixel (row, column) looks, with orthonormal axes, along
+//
+//   forward + (2 (column + 0.5) / width - 1) aspect tan(fov/2) right
+//           + (1 - 2 (row + 0.5) / height) tan(fov/2) up
 struct Camera {
   Vec3 position;
   Vec3 right, up, forward;

@@ -52,8 +52,8 @@ class LuminaireOnDevice {
   int row_stride() const { return row_stride_; }
   bool has_sat() const { return static_cast<bool>(sat_); }
   // ulong S[(m * (height + 1) + row) * SatStride(width) + column] (preprocess::Tables::sat;
-  // kernels/luminaire_types.clh), and for each image float 2^(62 - exponent): mass = S * 2^-62 *
-  // scale.
+  // kernels/luminaire_types.clh), and for each image float 2^(62 - exponent):
+  // mass = S * 2^-62 * scale.
   const Buffer& sat() const { return sat_; }
   const Buffer& sat_scale() const { return sat_scale_; }
   // The same per knot cell (preprocess::CellTables).

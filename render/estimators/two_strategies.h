@@ -32,7 +32,7 @@
 //                 below 0.01 sr
 //   sphere        p_l uniform over its cone
 //   environment   p_l by its tables, tiles by knobs.environment.balance; samples are the pixel's
-//   own
+//                 own
 #pragma once
 
 #include <map>

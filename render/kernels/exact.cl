@@ -1,15 +1,13 @@
 // Irradiance in closed form (docs/theory.md 7.1, F-plane form). n . (u - p) = g_x(u) + g_y(v), so
 // every image separates into two products of texel weights along the axes:
 //
-//   E_m = delta^2 / z^3 h^2 sum_rc C_m(r, c) (X_c Gy_r + Gx_c Y_r),
-//   X_c = integral B_i du,  Gx_c = integral g_x B_i du  over what texel column c sees; Y, Gy
-//   likewise
+//   E_m = delta^2 / z^3 h^2 sum_rc C_m(r, c) (X_c Gy_r + Gx_c Y_r)
+//   X_c = integral B_i du,   Gx_c = integral g_x B_i du
 //
-// (texel_weights.clh): two multiply-adds per texel, the least there is. A work-item lights PIXELS
-// neighbouring pixels, SHARED of them from the same loads of texels where they see nearly the same
-// windows.
-// Windows are walked in chunks of kChunk x kChunk texels and kBasis x kBasis images, so any size
-// fits.
+// over what texel column c sees, Y and Gy likewise for rows (texel_weights.clh):
+// two multiply-adds per texel, the least there is. A work-item lights PIXELS neighbouring pixels,
+// SHARED of them from the same loads of texels where they see nearly the same windows. Windows are
+// walked in chunks of kChunk x kChunk texels and kBasis x kBasis images, so any size fits.
 #include "kernels/cut_horizon.clh"
 #include "kernels/texel_weights.clh"
 

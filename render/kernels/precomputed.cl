@@ -4,8 +4,8 @@
 //
 //   delta^2 / z^3 h^2 (T_m / nbar_m) C / |C| Phi_m(y(s)) |dy / ds| (n . (u - p))+ V
 //
-// with T_m the sum of |C_m| and y(s) where the line from p through s meets F, |dy / ds| = 1 /
-// step^2.
+// with T_m the sum of |C_m| and y(s) where the line from p through s meets F,
+// |dy / ds| = 1 / step^2.
 #include "kernels/window_lighting.clh"
 
 // A whole axis of an image.
