@@ -8,9 +8,9 @@
 //   s^2 = sum (x_{n+1} - x_n)^2 / (2 (N - 1)),   scatter^2 = s^2 - noise^2,
 //
 // the mean square successive difference (J. von Neumann et al., Ann. Math. Statist. 12, 1941),
-// which a lamp that drifts slowly does not raise; its standard error is about s^2 sqrt(3 / (N -
-// 1)). The shutter's jitter is in it too. No lamp of 50 Hz and more keeps step with frames that
-// begin at irregular times (FlickerWait).
+// which a lamp that drifts slowly does not raise; its standard error is about
+// s^2 sqrt(3 / (N - 1)). The shutter's jitter is in it too. No lamp of 50 Hz and more keeps step
+// with frames that begin at irregular times (FlickerWait).
 #pragma once
 
 #include <span>

@@ -7,8 +7,9 @@
 
 namespace luxfield::core {
 
-// `channels` planes of height x width float32, row 0 on top: data[(channel * height + row) * width
-// + column].
+// `channels` planes of height x width float32, row 0 on top:
+//
+//   data[(channel * height + row) * width + column]
 struct Image {
   int width = 0;
   int height = 0;

@@ -15,9 +15,9 @@ namespace luxfield::core {
 // The picture as seen (row 0 on top, column 0 at the left, whatever the file's scanline order),
 // three channels of linear Rec. 709 in the radiance of the scene:
 //
-//   value = (mantissa + 0.5) / 256 * 2^(exponent - 128) / (EXPOSURE COLORCORR);   0 where exponent
-//   = 0
+//   value = (mantissa + 0.5) / 256 * 2^(exponent - 128) / (EXPOSURE COLORCORR)
 //
+// and 0 where the exponent is 0.
 // The half is Radiance's own: its writer truncates, so the middle of the step is unbiased. The
 // worst error of the largest channel is 1/256 relative. Values reach 1.7e38: nothing is clipped.
 // XYZE pixels are tristimulus values: they become Rec. 709 by the plain matrix. RGB of other

@@ -2,9 +2,9 @@
 //
 //   plan.json       what to measure, expanded; immutable; its SHA-256 is the plan id
 //   session.json    devices, firmware, calibration in force
-//   journal.jsonl   append-only; each line {"seq", "prev", "type", ..., "crc32c"}: `prev` = SHA-256
-//   of the previous line,
-//                   `crc32c` last: 8 hex digits over the bytes before `,"crc32c"`
+//   journal.jsonl   append-only; each line {"seq", "prev", "type", ..., "crc32c"}:
+//                   `prev` is the SHA-256 of the previous line,
+//                   `crc32c` comes last: 8 hex digits over the bytes before `,"crc32c"`
 //   frames/ darks/ flats/ refs/ targets/   one 16-bit uncompressed TIFF per frame
 //   manifest.json   every file with size and SHA-256, written when the session is sealed
 //

@@ -19,8 +19,8 @@ struct BenchConditioningOptions {
 // (quadratic B-spline), their inner products taken by the midpoint rule over 4000 points a spacing
 // (relative error 1e-8 and less), and singular values by Eigen's two-sided Jacobi iteration of the
 // dense matrix, per axis where the system is a product. `tent` rows have a closed form: the 1-D
-// matrix of bilinear filters is tridiagonal, 2/3 and 1/6, its eigenvalues 2/3 + 1/3 cos(k pi / (n +
-// 1)).
+// matrix of bilinear filters is tridiagonal, 2/3 and 1/6, its eigenvalues
+// 2/3 + 1/3 cos(k pi / (n + 1)).
 //
 // Cases: n filters per axis; supports clipped by the border of F at half of the outer cells and all
 // but a tenth of them; positions spaced 1e-6 too wide, ideal filters assumed and the forward model;

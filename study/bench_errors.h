@@ -28,9 +28,9 @@ struct BenchErrorsOptions {
 //   projection_rel_rmse, projection_rel_l2   of C against that projection
 //   flux_error                        against the lamp's, relative; the mean over the seeds
 // and over seeds
-//   sigma_ratio = sqrt( mean of (C - mean over seeds of C)^2 n/(n-1) / mean of sigma^2 ), over all
-//   seeds and coefficients, sigma_ratio_q1 .. q4 the same over the quarters of the coefficients in
-//   order of their true size, dark to bright: 1 means that sigma is right.
+//   sigma_ratio = sqrt( mean of (C - mean over seeds of C)^2 n/(n-1) / mean of sigma^2 )
+// over all seeds and coefficients, sigma_ratio_q1 .. q4 the same over the quarters of the
+// coefficients in order of their true size, dark to bright: 1 means that sigma is right.
 nlohmann::json BenchErrors(const BenchErrorsOptions& options);
 
 }  // namespace luxfield::study

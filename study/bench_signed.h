@@ -39,8 +39,7 @@ struct BenchSignedOptions {
 //   signed_noise, non_negative_noise    of `cells`, one picture against the closed form
 //   windowed_noise     of `windowed` on the signed one
 //   cells_t2, windowed_t2    mean squared z of the receivers' means over the seeds, signed;
-//   expected
-//                      (seeds - 1) / (seeds - 3)
+//                      expected (seeds - 1) / (seeds - 3)
 //   cells_z            sum of all those errors, in its standard errors
 //
 // Throws InputError for numbers out of range, DeviceError.

@@ -1,8 +1,8 @@
 // Lamps in closed form that no basis holds, what filters measure of them and what they light: the
 // truth that reconstructions are judged against.
 //
-// A lamp is a footprint on F, its radius in metres, and a radiance L(u, w) over it, w = (s - u) /
-// delta the slopes of the ray. It emits the flux density (docs/theory.md 2)
+// A lamp is a footprint on F, its radius in metres, and a radiance L(u, w) over it,
+// w = (s - u) / delta the slopes of the ray. It emits the flux density (docs/theory.md 2)
 //
 //   E(u->s) = L cos^4(theta) / delta^2
 //
@@ -71,8 +71,8 @@ lightfield::Measurements MeasureExactly(const ReferenceLamp& lamp,
 lightfield::LightField Project(const ReferenceLamp& lamp,
                                const lightfield::LuminaireGeometry& geometry);
 
-// Surface points whose light comes through the lattice from wherever the grid's supports are, D = z
-// - delta log-uniform in 0.3 to 30 delta, with horizons that do not cut the supports. Throws
+// Surface points whose light comes through the lattice from wherever the grid's supports are,
+// D = z - delta log-uniform in 0.3 to 30 delta, with horizons that do not cut the supports. Throws
 // InputError if the lattice is not larger than the supports.
 std::vector<preprocess::Receiver> ReferenceReceivers(const lightfield::LuminaireGeometry& geometry,
                                                      int count, std::uint64_t seed);

@@ -22,8 +22,9 @@ struct StreamGeometry {
 
 // A filter for UDP sockets. What passes comes from the camera and is one of
 //   a leader, of packet 0, with all that an image's leader holds;
-//   a payload packet, of 1 to N, as long as the packet size says; the last one holds the rest of
-//   the frame at least; a trailer, of packet N + 1,
+//   a payload packet, of 1 to N, as long as the packet size says, the last one holding the rest of
+//     the frame at least;
+//   a trailer, of packet N + 1,
 // with numbers of 16 or of 64 bits. Needs a packet size of more than 48 bytes.
 std::vector<sock_filter> FrameFilter(const StreamGeometry& geometry);
 

@@ -51,8 +51,9 @@ class Bowl : public Lamp {
   // The ray with slopes mx = dx/dz and my crosses the rim's plane at (x, y). z counts from the
   // bowl's vertex.
   double BehindGlass(double x, double y, double mx, double my) const {
-    // The mirror z = r^2 / 4p: back by w from the rim at z = depth, (x, y) - m w and depth - w =
-    // r^2 / 4p. c <= 0 inside the rim, so that one root is negative and the other is the hit.
+    // The mirror z = r^2 / 4p: back by w from the rim at z = depth,
+    //   r = |(x, y) - m w|,   depth - w = r^2 / 4p.
+    // c <= 0 inside the rim, so that one root is negative and the other is the hit.
     const double a = mx * mx + my * my, b = p4_ - 2 * (x * mx + y * my);
     const double c = x * x + y * y - p4_ * depth_;
     const double w = -2 * c / (b + std::sqrt(b * b - 4 * a * c));

@@ -3,11 +3,11 @@
 //
 // Along +z: a paraboloid mirror, LED chips near its focus and facing it, a shield with a kinked
 // edge in the focal plane of a projector lens, the lens, and the filter plane F (z = 0). A ray u->s
-// is followed backwards through the lens (an ideal thin lens: slope behind = slope in front + x /
-// f), over the shield's edge (light above the edge is lost; the lens turns the picture upside down,
-// so the beam stays below the horizon), to the mirror and onto the chips' plane. It carries the
-// radiance of the chip it meets times the transmission of mirror and lens, plus the lens' own weak
-// haze; radiance is constant along rays.
+// is followed backwards through the lens (an ideal thin lens:
+// slope behind = slope in front + x / f), over the shield's edge (light above the edge is lost; the
+// lens turns the picture upside down, so the beam stays below the horizon), to the mirror and onto
+// the chips' plane. It carries the radiance of the chip it meets times the transmission of mirror
+// and lens, plus the lens' own weak haze; radiance is constant along rays.
 #pragma once
 
 #include <array>

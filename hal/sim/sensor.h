@@ -1,10 +1,11 @@
 // The simulated sensor: electrons and numbers (docs/theory.md 3, "Exposure bracket").
 //
-//   electrons ~ Poisson(t (1 + prnu_k) v_k R E'_k + t dark_k),   DN = clip(round(gain (electrons +
-//   overflow) + black + read noise))
+//   electrons ~ Poisson(t (1 + prnu_k) v_k R E'_k + t dark_k)
+//   DN = clip(round(gain (electrons + overflow) + black + read noise))
+//   overflow = blooming_share x (1 - q) / 2 q^(n - 1),   q = exp(-1 / blooming_px)
 //
-// with overflow, n pixels up or down the column from a pixel with x electrons more than saturation
-// shows, blooming_share x (1 - q) / 2 q^(n - 1), q = exp(-1 / blooming_px).
+// with the overflow n pixels up or down the column from a pixel that has x electrons more than
+// saturation shows.
 #pragma once
 
 #include <cstdint>

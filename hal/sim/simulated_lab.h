@@ -33,8 +33,8 @@ class SimulatedLab {
   // pixels there. Doubles, rounded once.
   lightfield::LightField truth(const lightfield::LuminaireGeometry& geometry) const;
 
-  // E_ij on the lattice behind perfect prints of Phi_ij (scale 1): [m][(channel * height + row) *
-  // width + column].
+  // E_ij on the lattice behind perfect prints of Phi_ij (scale 1):
+  // [m][(channel * height + row) * width + column].
   std::vector<std::vector<float>> true_irradiance(
       const lightfield::LuminaireGeometry& geometry) const;
 

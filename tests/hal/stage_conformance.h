@@ -1,9 +1,8 @@
 // What every driver of hal::Stage has to pass: instantiate it over a bench with that driver
 // (docs/adding-a-driver.md).
 //
-//   INSTANTIATE_TEST_SUITE_P(Mine, StageConformance, testing::Values(StageDriver{"mine",
-//   OpenMine}),
-//                            NameOfDriver);
+//   INSTANTIATE_TEST_SUITE_P(Mine, StageConformance,
+//                            testing::Values(StageDriver{"mine", OpenMine}), NameOfDriver);
 #pragma once
 
 #include <gtest/gtest.h>

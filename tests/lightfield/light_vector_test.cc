@@ -269,8 +269,8 @@ TEST(LightVector, GrazingReceiverSeesHalfOfASymmetricLamp) {
   g.lattice = {9, 9, -0.18, 0.18, 0.04, 0.04};
   LightField field(g);
   for (float& value : field.data) value = 1;
-  // On the axis, n across: by symmetry both halves give the same, and their difference is n . J =
-  // 0.
+  // On the axis, n across: by symmetry both halves give the same, and their difference is
+  // n . J = 0.
   const Vec3 p{0, 0, 0.5};
   const double left = ExactIrradiance(field, p, {1, 0, 0})[0];
   const double right = ExactIrradiance(field, p, {-1, 0, 0})[0];

@@ -385,8 +385,8 @@ TEST(ImportRays, RefusesWhatLeavesNoChoice) {
 
 class ForeignRays : public testing::TestWithParam<const char*> {};
 
-// The light field's far field against the same rays binned by direction, in 8 x 8 bins of x = dir_x
-// / dir_z, y = dir_y / dir_z.
+// The light field's far field against the same rays binned by direction, in 8 x 8 bins of
+// x = dir_x / dir_z, y = dir_y / dir_z.
 TEST_P(ForeignRays, ConserveFluxAndTheFarField) {
   const std::filesystem::path path = testdata::Folder() / "rays_tm25" / GetParam();
   LUXFIELD_NEEDS_DATA(path);

@@ -116,8 +116,8 @@ TEST(Windowed, ContributionsAreBounded) {
     options.seed = kSamplingSeed + seed;
     const Lit lit = LightGBuffer(device, *windowed, gbuffer, luminaire.on_device, options);
     for (std::size_t k = 0; k < points.size(); ++k) {
-      // A (integral of C over the windows, on F) times the largest Phi |u - p| delta^2 / z^3; A <=
-      // max C * supports.
+      // A (integral of C over the windows, on F) times the largest Phi |u - p| delta^2 / z^3;
+      // A <= max C * supports.
       const Vec3 p = points[k].p;
       const double half = 0.5 * (shape.grid_width + 2) * shape.spacing_m;
       const double far = lightfield::Length({std::abs(p.x) + half, std::abs(p.y) + half, p.z});

@@ -107,9 +107,9 @@ inline SeedStatistics OverSeeds(const Device& device, Estimator& estimator, cons
   return sums.Statistics();
 }
 
-// |sum of errors| in pooled standard errors, and the mean of squared t over the pixels (1 + 2 /
-// (seeds - 3) expected). Outcomes rarer than one in all samples do not show in the spread over the
-// seeds: `unseen` is the part of the light that they may hold.
+// |sum of errors| in pooled standard errors, and the mean of squared t over the pixels
+// (1 + 2 / (seeds - 3) expected). Outcomes rarer than one in all samples do not show in the spread
+// over the seeds: `unseen` is the part of the light that they may hold.
 inline void ExpectUnbiased(const SeedStatistics& statistics, const std::vector<double>& exact,
                            int seeds, const char* what, double unseen = 0) {
   double error = 0, variance = 0, t_square = 0;

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::uint64_t kSeed = 11;
 
-// A frame of `passes` passes of normal noise about 1; the noise of pixel k has the variance 1 / (1
-// + k) for one pass.
+// A frame of `passes` passes of normal noise about 1; the noise of pixel k has the variance
+// 1 / (1 + k) for one pass.
 struct MadeUp {
   render::Frame frame;
   double true_mse = 0;
