@@ -21,6 +21,38 @@ THEORY = """# Theory
 """
 
 
+WHOLE = """// Two planes, a distance of delta apart, and what a receiver on the axis sees from in front of them
+// (Gershun), in metres, which are:
+//   - a list's item that is as long as the line allows, and which goes on in the following line as
+//     prose does, x = 1
+//
+//   J(p) = delta^2 / z^3 * sum_m integral_F C_m(s(u)) Phi_m(u) (u - p) du + a term of that length
+//   E_n = n . J(p)
+//   var(X) = (sum r_m mu_m)^2 + sum_m (sum over texels of r_m s_m)^2
+//            + (sum r_m s_m / sqrt(n_m))^2
+//
+//   label      what stands beside it, up to the end of the line and farther, with x = y in it and
+//              more of the same, x^2
+struct A {};
+"""
+
+# Each is found once, in its second line.
+BROKEN = [
+    ("runs over", "// The light of all receivers, seen from where the lamp stands, by b =\n// a + c.\n"),
+    ("runs over", "// The light of all receivers, seen from where the lamp stands, by b\n// = a + c.\n"),
+    ("runs over", "// The light of all receivers, which is near exp(-4 pi^2\n// k^2 R) of it.\n"),
+    ("runs over", "  int a = 0;  // the number of texels, which is W +\n              // n - 1\n"),
+    ("runs over", "// The light of all receivers that stand before the lamp and see it under a small angle, sqrt(1\n"
+                  "// - q^2).\n"),
+    ("runs over", "//   J(p) = delta^2 / z^3 * sum_m integral_F C_m(s(u)) Phi_m(u) (u - p) du,   z\n"
+                  "//   = delta + D\n"),
+    ("filled", "//   y = black + gain * t * (a X + dark_current) + noise and its rounding,   X in electrons per\n"
+               "//   second var(y) = gain * (y - black) + read_noise^2\n"),
+    ("fell back", "//   angular map          what the viewer sees, straight behind him on the rim: angle to forward pi\n"
+                  "//   r,\n"),
+]
+
+
 def in_full(text):
     """Names of pages written short, so that they are no citations of this file."""
     return text.replace("@", "docs/theory.md").replace("GONE", "GONE." + "md")
@@ -83,6 +115,23 @@ class Citations(Check):
         self.write("docs/guide.md", "[theory](docs/theory.md), [page](https://example.org/x.md)\n")
         [line] = self.found("check_citations")
         self.assertIn("docs/guide.md: links to docs/theory.md", line)
+
+
+class FormulaBlocks(Check):
+    def test_this_tree_has_none_that_is_broken(self):
+        self.find_none_here("find_formula_blocks")
+
+    def test_whole_formulas_pass(self):
+        self.write("core/a.h", WHOLE)
+        self.assertEqual(self.found("find_formula_blocks"), [])
+
+    def test_broken_formulas_are_found(self):
+        for kind, text in BROKEN:
+            with self.subTest(text):
+                self.write("core/a.h", text)
+                lines = self.found("find_formula_blocks")
+                self.assertEqual(lines[0], f"core/a.h:2: {kind}")
+                self.assertEqual(len(lines), 3)
 
 
 if __name__ == "__main__":
