@@ -134,5 +134,25 @@ class FormulaBlocks(Check):
                 self.assertEqual(len(lines), 3)
 
 
+class LongLines(Check):
+    def test_pages_of_this_tree_are_wrapped(self):
+        self.find_none_here("find_long_lines")
+
+    def test_lines_that_cannot_be_shorter_pass(self):
+        long = "word " * 30
+        self.write("docs/guide.md", f"{'a' * 110}\n\n    {long}\n| {long} |\n```\n{long}\n```\n"
+                   f"* [{'b' * 60}](https://example.org/{'c' * 60})\n[d]: https://example.org/{'e' * 100}\n")
+        self.write("core/a.h", f"// {long}\n")
+        self.assertEqual(self.found("find_long_lines"), [])
+
+    def test_long_lines_are_found(self):
+        for text in [f"{'a' * 55} {'b' * 55}", f"* {'word ' * 22}", f"{'word ' * 21}and [a page](theory.md)",
+                     f"\u00e4 {'word ' * 22}"]:
+            with self.subTest(text):
+                self.write("docs/guide.md", f"# Guide\n\n{text}\n")
+                [line] = self.found("find_long_lines")
+                self.assertTrue(line.startswith("docs/guide.md:3: "), line)
+
+
 if __name__ == "__main__":
     unittest.main()
