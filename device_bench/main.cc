@@ -1,5 +1,5 @@
-// device_bench: cost and error of every estimator on one OpenCL device (docs/performance.md,
-// "Devices").
+// device_bench: cost and error of every estimator on one OpenCL device (docs/testing.md,
+// "Estimators on another machine").
 //
 // The program carries its kernels and its scene, `car2` (study/car2.h), and needs nothing but an
 // OpenCL driver: copy the file to the machine and run it. Errors are against the closed form in
