@@ -32,8 +32,11 @@ struct Disc {
   PictureToDirection At(Vec2 q) const;
   std::optional<Vec2> Find(Vec3 unit_direction) const;
 
-  // integral over rectangle and disc, by Stokes' theorem: closed integral of (1 - cos theta) / r^2
-  // (q.x dq.y - q.y dq.x), a smooth integrand (for the mirror 2: exact).
+  // Over rectangle and disc, by Stokes' theorem,
+  //
+  //   closed integral of (1 - cos theta) / r^2 (q.x dq.y - q.y dq.x),
+  //
+  // a smooth integrand (for the mirror 2: exact).
   double SolidAngle(Vec2 low, Vec2 high) const;
 
  private:

@@ -77,9 +77,12 @@ std::array<double, 3> FluxDensity(const LightField& field, Vec2 u, Vec2 s);
 std::array<double, 3> TotalFlux(const LightField& field);
 
 // Far-field intensity per channel, unit sr^-1, in the direction (need not be normalised; z <= 0
-// gives 0): I = delta^2 / cos^3 * integral_F sum C(s) Phi(u) du, s = u + delta dir_xy/dir_z
-// (docs/theory.md 2). Exact for piecewise constant C: the integrand is piecewise polynomial between
-// the texel edges and knots.
+// gives 0; docs/theory.md 2):
+//
+//   I = delta^2 / cos^3 * integral_F sum C(s) Phi(u) du,   s = u + delta dir_xy / dir_z
+//
+// Exact for piecewise constant C: the integrand is piecewise polynomial between the texel edges and
+// knots.
 std::array<double, 3> FarFieldIntensity(const LightField& field, Vec3 direction);
 
 // *.lf.exr: one part per basis function named "C.JJ.II" (docs/formats/light-field.md). Reading

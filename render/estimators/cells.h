@@ -8,8 +8,8 @@
 // basis. On glossy surfaces whose lobe is narrow against the lamp a share of the samples follows the
 // BRDF instead, by the same heuristic.
 //
-// By shadow maps a cell is seen or not: E = sum_c V_c E_c, where estimators of images take sum_m
-// v_m E_m with v_m the mean of V_c (thesis 4.5.2).
+// By shadow maps a cell is seen or not, E = sum_c V_c E_c, where estimators of images take
+// E = sum_m v_m E_m with v_m the mean of V_c (thesis 4.5.2).
 #pragma once
 
 #include <string>

@@ -42,8 +42,8 @@ double Hat(int code) {
   return std::max(0.0, std::min(x - 0.01, 0.99 - x)) / 0.49;
 }
 
-// ln X of every sample by colour-hdri, solved for together with g: what minimises its squares, sum
-// w^2 (g(z) - ln t) / sum w^2, with our g, t in units of the longest exposure. Samples that no
+// ln X of every sample by colour-hdri, solved for together with g: what minimises its squares,
+// sum w^2 (g(z) - ln t) / sum w^2, with our g, t in units of the longest exposure. Samples that no
 // exposure counts of are left out (it has 0 there), and those with a code at which ours is not
 // calibrated.
 TEST(PublishedResponse, AgreesWithForeignRadiancesOfTheFrobisherStack) {
