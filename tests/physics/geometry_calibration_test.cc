@@ -148,7 +148,7 @@ void RecoverBenches(bool reflector, bool mosaic, int of_suite) {
       reflector ? "reflector" : "lensless", mosaic ? " with a colour mosaic" : "", labs, labs,
       per_degree, pool.parameters, pool.square / pool.parameters, board_px, board_factor, mask_px,
       mask_factor);
-  // 100 labs: the bound, 3 to 4 standard errors. A sample: its own chances.
+  // 100 labs: bounds of 3 to 4 standard errors. A sample: its own chances.
   const bool proof = labs >= 100;
   EXPECT_GT(per_degree, proof ? 0.9 : ChiSquaredShare(pool.parameters, -kRareZ));
   EXPECT_LT(per_degree, proof ? 1.1 : ChiSquaredShare(pool.parameters, kRareZ));
