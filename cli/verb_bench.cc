@@ -352,9 +352,10 @@ void AddKeep(Program& program, CLI::App& benches) {
   CLI::App& app = program.AddVerb(
       benches, "keep", "What the solve keeps of lamps that no basis holds", [how, &program] {
         how->seed = program.common().seed.value_or(1);
-        return Finish(study::BenchKeep(*how), CpuName(),
-                      {"basis", "cells", "lamp", "keep", "solve", "flux_error", "irradiance_error",
-                       "negative", "damage_undone", "wall_s"});
+        return Finish(
+            study::BenchKeep(*how), CpuName(),
+            {"basis", "cells", "lamp", "keep", "solve", "flux_error", "irradiance_error",
+             "negative", "damage_undone", "damage_undone_low", "damage_undone_high", "wall_s"});
       });
   app.add_option("--bases", how->bases, "Bases to solve in");
   app.add_flag("--irradiance-metric", how->irradiance_metric,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
@@ -13,6 +14,7 @@
 #include "lightfield/light_vector.h"
 #include "reconstruct/reconstruct.h"
 #include "study/reference_lamps.h"
+#include "study/undone_damage.h"
 
 namespace luxfield::study {
 namespace {
@@ -54,7 +56,8 @@ struct Truth {
   }
 };
 
-nlohmann::json Judge(const LightField& field, const Truth& truth) {
+// Squares of the errors of z^2 E_n at the receivers.
+std::vector<double> SquaresOfErrors(const LightField& field, const Truth& truth) {
   std::vector<double> error2(truth.receivers.size());
   core::ParallelFor(error2.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
@@ -63,6 +66,11 @@ nlohmann::json Judge(const LightField& field, const Truth& truth) {
       error2[k] = std::pow((e - truth.irradiance[k]) * p.z * p.z, 2);
     }
   });
+  return error2;
+}
+
+nlohmann::json Judge(const LightField& field, const Truth& truth,
+                     const std::vector<double>& error2) {
   double errors = 0, squares = 0, negative = 0, positive = 0;
   for (std::size_t k = 0; k < error2.size(); ++k) {
     const double z = truth.receivers[k].p.z;
@@ -84,11 +92,13 @@ void AddRows(const ReferenceLamp& lamp, const std::string& basis, int cells,
     reconstruct::ReconstructOptions how;
     how.precision = reconstruct::Precision::kDouble;
     how.keep = keep;
-    const auto add = [&](const char* solve, const LightField& field, bool reached) {
+    std::map<std::string, std::vector<double>> error2;  // of each solve
+    const auto add = [&](const std::string& solve, const LightField& field, bool reached) {
       nlohmann::json row{{"basis", basis},      {"cells", cells},
                          {"lamp", lamp.name()}, {"keep", reconstruct::KeepName(keep)},
                          {"solve", solve},      {"edge_reached", reached}};
-      row.update(Judge(field, truth));
+      error2[solve] = SquaresOfErrors(field, truth);
+      row.update(Judge(field, truth, error2[solve]));
       rows->push_back(row);
     };
     auto solved = Reconstruct(measured, how);
@@ -108,14 +118,12 @@ void AddRows(const ReferenceLamp& lamp, const std::string& basis, int cells,
     row["wall_s"] = wall.count();
     row["iterations"] = solved.report.non_negative->iterations;
     row["unconverged"] = solved.report.non_negative->unconverged;
-    const double of_signed = (*rows)[rows->size() - 4].at("irradiance_error"),
-                 of_coefficients = (*rows)[rows->size() - 2].at("irradiance_error");
-    const auto damage = [&](double error) {
-      return std::sqrt(std::max(error * error - of_signed * of_signed, 0.0));
-    };
-    if (damage(of_coefficients) > 0)
-      row["damage_undone"] =
-          1 - damage(row.at("irradiance_error").get<double>()) / damage(of_coefficients);
+    const UndoneShare undone =
+        UndoneDamage({error2["signed"], error2["non_negative"], error2["non_negative_irradiance"]},
+                     options.seed);
+    if (!std::isnan(undone.share)) row["damage_undone"] = undone.share;
+    if (!std::isnan(undone.low)) row["damage_undone_low"] = undone.low;
+    if (!std::isnan(undone.high)) row["damage_undone_high"] = undone.high;
   }
 }
 

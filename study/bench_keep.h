@@ -27,8 +27,9 @@ struct BenchKeepOptions {
 //                       irradiance, each times z^2
 //   negative            sum of |C < 0| over sum of C > 0
 //   edge_reached        light in the ramps of the grid: nothing is kept across it
-//   damage_undone       of "non_negative_irradiance": 1 - d / d of "non_negative", d^2 =
-//                       irradiance_error^2 less that of "signed", no less than 0
+//   damage_undone       of "non_negative_irradiance": share of the damage of "non_negative"
+//                       (undone_damage.h), absent where there is none
+//   damage_undone_low, damage_undone_high    its interval of 90 % over sets of such receivers
 //   iterations, unconverged, wall_s    of "non_negative_irradiance", wall_s of the whole solve
 // The lamp is measured by ideal filters without noise; the truth is its own integral
 // (reference_lamps.h). `clamped` is max(C, 0) of the signed solution. What the lattice on I costs

@@ -70,6 +70,8 @@ TEST(BenchKeep, IrradianceMetricUndoesDamageOfFacets) {
               rows[k - 1].at("irradiance_error").get<double>());
     EXPECT_GT(row.at("damage_undone").get<double>(), 0.35) << row;
     EXPECT_LE(row.at("damage_undone").get<double>(), 1);
+    EXPECT_LE(row.at("damage_undone_low"), row.at("damage_undone"));
+    EXPECT_GE(row.at("damage_undone_high"), row.at("damage_undone"));
   }
 }
 
