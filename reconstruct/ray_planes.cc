@@ -22,6 +22,8 @@ constexpr int kMargin = 1;  // inner cells left dark on each side, for the fit t
 constexpr double kLeastExtent_m = 0.5e-3;  // of the window on F: a point has some width
 constexpr double kPointDelta_m = 0.1;
 constexpr double kTexelsAcross = 4;  // texels at least over as much of I as the light's extent on F
+constexpr double kTexelSlope = 0.3;  // most of a texel over delta, where rays are many
+constexpr double kFewestAcross = 8;  // and where they are few: this over the root of their number
 constexpr std::size_t kMostRaysTried = 100000;  // a choice of lattice looks at so many
 
 // What the choice steps over: cells of the window on F and texels along the longer side, and delta
@@ -122,8 +124,11 @@ class PlaneChoice {
     const bool few =
         std::max(cells, 1.0) * static_cast<double>(geometry.plane_size()) <= independent_rays_;
     const bool blend = is_point_ || kTexelsAcross * texel <= extent_m_;
+    const bool sharp =
+        texel <=
+        std::max(kTexelSlope, kFewestAcross / std::sqrt(independent_rays_)) * geometry.delta_m;
     double risk = HUGE_VAL;
-    if ((few && blend) || trial == kStart)
+    if ((few && blend && sharp) || trial == kStart)
       risk = LatticeRisk(BinRays(tried(), geometry, planes_.filter_z_m, 1), geometry,
                          GramSolver(geometry.grid), share_);
     risks_[trial] = risk;
