@@ -106,6 +106,45 @@ TEST(Reduction, FluxIsKept) {
   EXPECT_GT(after[1], 0.97 * before[1]);
 }
 
+// One image of blocks of 16 x 16 texels, each a number of two bits after the leading one: pooling
+// and rounding lose nothing of it.
+TEST(Reduction, BlocksOfTexelsBecomeOneEach) {
+  lightfield::LuminaireGeometry g = Facets(1, 1, 64).geometry;
+  g.channels = 1;
+  LightField field(g);
+  for (int row = 0; row < 64; ++row)
+    for (int column = 0; column < 64; ++column)
+      field.image(0, 0)[row * 64 + column] =
+          1 + 0.25f * static_cast<float>((row / 16 + 2 * (column / 16)) % 4);
+  const auto receivers = Disc(0.5, 0.2, 100, 1);
+  const auto reduction = ReduceLightField(field, Everything(), receivers, receivers, 1e-5);
+  EXPECT_EQ(reduction.steps[3].setting, "16 x 16 texels");
+  EXPECT_EQ(reduction.steps[3].width, 4);
+  EXPECT_EQ(reduction.steps[3].height, 4);
+  EXPECT_EQ(reduction.steps[5].setting, "mantissa of 3 bits");
+  EXPECT_LT(reduction.steps[5].rel_error, 1e-12);
+  for (int k = 0; k < 16; ++k)
+    EXPECT_EQ(reduction.field.image(0, 0)[k], field.image(0, 0)[k / 4 * 16 * 64 + k % 4 * 16]);
+}
+
+// Light that is a small difference of large coefficients: losing the last bit of a float32, 6e-8 of
+// a coefficient and 1e-3 of the light, is more than was allowed, and all 23 bits stay.
+TEST(Reduction, AllBitsStayWhereEveryOneCounts) {
+  lightfield::LuminaireGeometry g = Facets(1, 1, 11).geometry;
+  g.grid = lightfield::BasisGrid::Centred(g.grid.basis, 1, 1, 0.15);  // a window of all texels
+  g.channels = 1;
+  LightField field(g);
+  core::Random random(43, 0);
+  for (std::size_t k = 0; k < field.data.size(); ++k) {
+    const double value = (k % 2 == 0 ? 1.0001 : -1) * (1 + 2e-4 * random.Uniform());
+    field.data[k] = static_cast<float>(value);
+  }
+  const auto receivers = Disc(1e3, 300, 50, 1);
+  const auto reduction = ReduceLightField(field, Everything(), receivers, receivers, 1e-5);
+  EXPECT_EQ(reduction.steps[5].setting, "mantissa of 23 bits");
+  EXPECT_EQ(reduction.field.data, field.data);
+}
+
 // What no receiver sees is cut off without any error.
 TEST(Reduction, CropLosesNothing) {
   const LightField field = Facets(3, 3, 64);

@@ -141,6 +141,31 @@ TEST(ExcludedSamples, WithoutOverflowLittleElseIsLeftOut) {
   EXPECT_LT(beyond / samples, 1e-3);
 }
 
+// Charge that runs down a column and from there along one row, in frames without noise: what it adds
+// to unclipped samples is far beyond their noise (33 DN).
+TEST(ExcludedSamples, RowsAreFollowedFromWhatColumnsLeaveOut) {
+  constexpr int kColumns = 130, kRow = 75;
+  SensorModel sensor = Camera();
+  sensor.width = kColumns;
+  const auto flat = static_cast<std::uint16_t>(512 + 0.42 * kField_e_per_s);
+  RawFrame shorter{kColumns, kHeight, std::vector<std::uint16_t>(kColumns * kHeight, flat), {}};
+  RawFrame longer = shorter;
+  for (auto& dn : longer.dn) dn = static_cast<std::uint16_t>(512 + 4 * (flat - 512));
+  for (const int column : {24, 90}) {
+    longer.dn[kSpotRow * kColumns + column] = 16383;
+    for (int row = kSpotRow + 1; row <= 80; ++row) longer.dn[row * kColumns + column] += 3000;
+    for (int beside = 1; beside <= 6; ++beside)
+      longer.dn[kRow * kColumns + column + beside] += 1000;
+  }
+  const std::vector<Exposure> exposures{{&longer, 4, 1, 1, nullptr}, {&shorter, 1, 1, 1, nullptr}};
+  const ExcludedSamples excluded(sensor, exposures);
+  for (const int column : {24, 90})
+    for (int beside = 2; beside <= 6; ++beside) {
+      EXPECT_TRUE(excluded.At(0, kRow, column + beside)) << column << " + " << beside;
+      EXPECT_FALSE(excluded.At(0, kRow - 5, column + beside)) << column << " + " << beside;
+    }
+}
+
 // Samples that clip here and there in one frame, where nothing tells how far they run over: they
 // and their neighbours are left out, at the sensor's borders and across those of words too.
 TEST(ExcludedSamples, NeighboursOfClippedSamples) {

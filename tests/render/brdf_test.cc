@@ -18,19 +18,20 @@ constexpr std::uint64_t kSeed = 20180701;
 
 constexpr char kKernels[] = R"(
 #include "kernels/brdf.clh"
-typedef struct { float4 albedo, gloss, normal, eye; } Surface;
-Brdf MakeBrdf(Surface s) {
+#include "kernels/lobe.clh"
+typedef struct { float4 albedo, gloss, normal, eye; } Given;
+Brdf MakeBrdf(Given s) {
   const Brdf brdf = {(int)s.albedo.w, s.albedo.xyz, s.gloss, s.normal.xyz, s.eye.xyz};
   return brdf;
 }
-__kernel void Evaluate(Surface surface, __global const float4* light, int count,
+__kernel void Evaluate(Given surface, __global const float4* light, int count,
                        __global float4* value) {
   const int k = get_global_id(0);
   if (k >= count) return;
   const Brdf brdf = MakeBrdf(surface);
   value[k] = (float4)(EvaluateBrdf(&brdf, light[k].xyz), BrdfPdf(&brdf, light[k].xyz));
 }
-__kernel void Sample(Surface surface, __global const float4* xi, int count,
+__kernel void Sample(Given surface, __global const float4* xi, int count,
                      __global float4* light) {
   const int k = get_global_id(0);
   if (k >= count) return;
@@ -38,6 +39,13 @@ __kernel void Sample(Surface surface, __global const float4* xi, int count,
   float3 to_light;
   const bool valid = SampleBrdf(&brdf, xi[k].xy, xi[k].z, &to_light);
   light[k] = (float4)(to_light, valid ? 1.0f : 0.0f);
+}
+__kernel void Curvature(Given surface, __global const float4* light, int count,
+                        __global float* value) {
+  const int k = get_global_id(0);
+  if (k >= count) return;
+  const Brdf brdf = MakeBrdf(surface);
+  value[k] = RelativeCurvature(&brdf, light[k].xyz, light[k].w);
 }
 )";
 
@@ -89,6 +97,45 @@ class BrdfTest : public testing::Test {
   Program program_ = Program::BuildText(device_, kKernels, "tests/brdf.cl");
   Kernel evaluate_{program_, "Evaluate"}, sample_{program_, "Sample"};
 };
+
+// lobe.clh's bound where nothing is diffuse, seen along the normal: the lobe lies around it, and the
+// light at the angle theta to it. h lies at theta / 2, v.h is its cosine. 0.01 and 4 are the shares
+// below which the lobe counts as faint and what the rest of the integrand adds.
+TEST_F(BrdfTest, CurvatureOfLobesIsTheBoundOfTheirNarrowLimits) {
+  const Vec3 n{0, 0, 1};
+  for (const bool phong : {false, true})
+    for (const double sharpness : {0.1, 0.3}) {
+      const double exponent = 1 / (sharpness * sharpness) - 1;
+      const TestBrdf brdf = phong ? TestBrdf::Phong({0, 0, 0}, {0.9, 0.9, 0.9}, exponent)
+                                  : TestBrdf::Ggx({0.9, 0.9, 0.9}, 1, std::sqrt(sharpness));
+      std::vector<cl_float4> lights;
+      std::vector<double> expected;
+      for (const double theta : {0.0, 0.05, 0.1, 0.2, 0.4, 0.8})
+        for (const double radius : {0.0, 0.03, 0.15}) {
+          lights.push_back({{static_cast<float>(std::sin(theta)), 0,
+                             static_cast<float>(std::cos(theta)), static_cast<float>(radius)}});
+          const double eye_cosine = std::cos(theta / 2),
+                       width = phong ? sharpness : 2 * eye_cosine * sharpness,
+                       angle = phong ? theta : eye_cosine * theta;
+          const double x = angle / width, near = std::max(angle - radius, 0.0) / width;
+          const double lobe = phong ? std::exp(-x * x / 2) : std::pow(1 + x * x, -2),
+                       laplacian = phong ? (2 + near * near) * std::exp(-near * near / 2)
+                                         : (8 + 20 * near * near) * std::pow(1 + near * near, -4);
+          expected.push_back(laplacian / (width * width * std::max(lobe, 0.01)) + 4);
+        }
+      const auto input = Buffer::From(device_, lights);
+      const Buffer output(device_, lights.size() * sizeof(float));
+      const auto count = static_cast<cl_int>(lights.size());
+      Kernel(program_, "Curvature")
+          .Set(Upload(brdf, n, n), input, count, output)
+          .Enqueue({64}, {64})
+          .Wait();
+      const auto found = output.Download<float>();
+      for (std::size_t k = 0; k < expected.size(); ++k)
+        EXPECT_NEAR(found[k], expected[k], 1e-3 * expected[k])
+            << (phong ? "Phong " : "GGX ") << sharpness << ", light " << k;
+    }
+}
 
 Vec3 Round(Vec3 v) { return ToVec3(ToFloat4(v)); }
 

@@ -1,11 +1,15 @@
 #include "render/device.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <string>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -185,6 +189,46 @@ TEST_F(DeviceTest, SelectsByIndexAndName) {
     EXPECT_THAT(error.what(), testing::HasSubstr(devices.front().name));
   }
   EXPECT_THROW(Device::Open("99999999999999999999"), InputError);
+}
+
+// An environment variable for as long as this lives.
+class Variable {
+ public:
+  Variable(const char* name, const char* value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    value ? ::setenv(name, value, 1) : ::unsetenv(name);
+  }
+  ~Variable() { before_ ? ::setenv(name_, before_->c_str(), 1) : ::unsetenv(name_); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+// Where the user's cache folder cannot be made, PoCL gets one that is this user's alone; a folder
+// that others may write to is passed over.
+TEST_F(DeviceTest, PoclGetsACacheWhereTheUserHasNone) {
+  ListDevices();  // PoCL reads the variable once: here, as it was
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(testing::TempDir()) / fmt::format("pocl_cache_{}", ::getpid());
+  fs::create_directories(folder);
+  const auto name = [&](int n) {
+    return (folder / fmt::format("luxfield-pocl-{}-{}", ::getuid(), n)).string();
+  };
+  {
+    const Variable temporary("TMPDIR", folder.c_str()), home("XDG_CACHE_HOME", "/dev/null/cache");
+    for (const int n : {0, 1}) {
+      const Variable cache("POCL_CACHE_DIR", nullptr);
+      ListDevices();
+      ASSERT_NE(std::getenv("POCL_CACHE_DIR"), nullptr);
+      EXPECT_EQ(std::getenv("POCL_CACHE_DIR"), name(n));
+      EXPECT_EQ(fs::status(name(n)).permissions(), fs::perms::owner_all);
+      fs::permissions(name(n), fs::perms::all);
+    }
+  }
+  fs::remove_all(folder);
 }
 
 TEST_F(DeviceTest, BuildErrorCarriesTheLogWithFileAndLine) {

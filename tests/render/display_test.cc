@@ -127,6 +127,26 @@ TEST(Display, SendsCreateAndUpdatePackets) {
   EXPECT_EQ(packets, 2);
 }
 
+// A display that hangs up before it has read the picture.
+TEST(Display, OneThatStopsListeningIsNamed) {
+  const int listener = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof at;
+  ASSERT_EQ(::bind(listener, reinterpret_cast<sockaddr*>(&at), size), 0);
+  ASSERT_EQ(::listen(listener, 1), 0);
+  ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&at), &size), 0);
+  Display display("127.0.0.1:" + std::to_string(ntohs(at.sin_port)));
+  ::close(::accept(listener, nullptr, nullptr));
+  ::close(listener);
+  const core::Image image(64, 64, 3);
+  const auto send = [&] {
+    for (int k = 0; k < 1000; ++k) display.Update("street", image, 0, 64);
+  };
+  EXPECT_THAT(send, testing::ThrowsMessage<DeviceError>(testing::HasSubstr("stopped listening")));
+}
+
 TEST(Display, SendsOneChannelAsYAndPartsOfPictures) {
   core::Image image(3, 5, 1);
   image.at(0, 3, 2) = 7;
