@@ -1,9 +1,9 @@
-#include "study/ball_scene.h"
+#include "luxfield/bench/ball_scene.h"
 
 #include <cmath>
 #include <numbers>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using scene::Vec3;
@@ -56,4 +56,4 @@ scene::Scene BallScene(int width, int height) {
   return scene;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_accuracy.h"
+#include "luxfield/bench/bench_accuracy.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,14 +6,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "core/error.h"
-#include "core/progress.h"
-#include "scene/scene.h"
-#include "study/accuracy.h"
-#include "study/reference_picture.h"
-#include "study/scene_cases.h"
+#include "luxfield/bench/scene_cases.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/planning/reference_picture.h"
+#include "luxfield/render/accuracy/accuracy.h"
+#include "luxfield/scene/scene.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using nlohmann::json;
@@ -63,10 +63,10 @@ std::optional<Fixed> CheapestWithin(const Series& series, double target) {
 class Sweep {
  public:
   Sweep(render::LitScene lit, const render::RenderOptions& picture,
-        const ReferencePicture& reference, double least_target) {
+        const planning::ReferencePicture& reference, double least_target) {
     const bool shadows = picture.shadows != render::Shadows::kNone;
     for (const auto& traits : render::EstimatorList()) {
-      if (!StatesItsError(traits, lit.geometry().glossy, shadows)) continue;
+      if (!render::StatesItsError(traits, lit.geometry().glossy, shadows)) continue;
       render::RenderOptions options = picture;
       options.estimator = traits.name;
       const double tables_before_s = lit.tables_core_s();
@@ -80,12 +80,14 @@ class Sweep {
           options.seed = picture.seed + kSweepSeeds + static_cast<std::uint64_t>(k);
           const auto frame = render::Renderer(lit, options).Render();
           core_s = std::min(core_s, frame.times.lighting_core_s);
-          squares += std::pow(Compare(core::LuminanceImage(frame.radiance), reference).rel_rmse, 2);
+          squares += std::pow(
+              planning::Compare(core::LuminanceImage(frame.radiance), reference).rel_rmse, 2);
         }
         series.spp.push_back(samples);
         series.core_s.push_back(tables_s + core_s);
         series.errors.push_back(std::sqrt(squares / kSweepSeeds));
-        if (!TakesSamples(traits, shadows) || series.core_s.back() > Best(least_target).core_s)
+        if (!render::TakesSamples(traits, shadows) ||
+            series.core_s.back() > Best(least_target).core_s)
           break;
       }
       series_.push_back(std::move(series));
@@ -105,18 +107,18 @@ class Sweep {
   std::vector<Series> series_;
 };
 
-void AddRows(const render::Device& device, const CostModel& costs,
+void AddRows(const render::Device& device, const render::CostModel& costs,
              const BenchAccuracyOptions& options, const scene::Scene& scene, const SceneCase& c,
              json& rows) {
-  AccuracyRequest request;
+  render::AccuracyRequest request;
   request.picture.shadows = c.shadows ? render::Shadows::kTraced : render::Shadows::kNone;
   request.picture.width = options.width;
   request.picture.height = options.height;
   const auto& targets = c.shadows ? options.shadowed_targets : options.targets;
   const double least = *std::min_element(targets.begin(), targets.end());
   render::LitScene lit = WithLampTables(device, scene);
-  const ReferencePicture reference = LuminanceOf(
-      RenderReference(lit, request.picture, options.reference_samples, kResolved * least));
+  const planning::ReferencePicture reference = planning::LuminanceOf(planning::RenderReference(
+      lit, request.picture, options.reference_samples, kResolved * least));
   const Sweep sweep(WithLampTables(device, scene), request.picture, reference, least);
   for (const double target : targets) {
     const Fixed best = sweep.Best(target);
@@ -125,9 +127,10 @@ void AddRows(const render::Device& device, const CostModel& costs,
       request.picture.seed = options.seed + static_cast<std::uint64_t>(k);
       lit.DropVolumes();
       const double tables_before_s = lit.tables_core_s();
-      const auto result = RenderToAccuracy(lit, costs, request);
+      const auto result = render::RenderToAccuracy(lit, costs, request);
       const auto& times = result.frame.times;
-      const double error = Compare(core::LuminanceImage(result.frame.radiance), reference).rel_rmse;
+      const double error =
+          planning::Compare(core::LuminanceImage(result.frame.radiance), reference).rel_rmse;
       const bool has_volume = lit.EstimatorNamed(result.chosen.estimator).traits().needs.volume;
       const double core_s =
           times.lighting_core_s + (has_volume ? lit.tables_core_s() - tables_before_s : 0);
@@ -170,7 +173,7 @@ json BenchAccuracy(const BenchAccuracyOptions& options) {
     cases += CasesOf(scenes.back()).size();
   }
   core::Progress progress("bench accuracy", cases);
-  const CostModel costs = Calibrate(device);
+  const render::CostModel costs = render::Calibrate(device);
   json rows = json::array();
   for (const scene::Scene& scene : scenes)
     for (const SceneCase& c : CasesOf(scene)) {
@@ -199,4 +202,4 @@ json AccuracySummary(const json& rows) {
           {"worst_time_ratio", ratios.empty() ? 0 : ratios.back()}};
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchAccuracyOptions {
   std::vector<std::filesystem::path> scenes;
@@ -29,8 +29,9 @@ struct BenchAccuracyOptions {
 // "best_fixed_core_s", "time_ratio", "reference_error"}], of every scene with and without shadows,
 // as it is ("glossy") and with Lambertian materials ("diffuse").
 //
-// `true` is the relative RMSE of the picture's luminance against study/reference_picture.h, whose
-// own is reference_error; `resolved` says that the latter is at most a fifth of `asked`. `kept`:
+// `true` is the relative RMSE of the picture's luminance against planning/reference_picture.h,
+// whose own is reference_error; `resolved` says that the latter is at most a fifth of `asked`.
+// `kept`:
 // `true` is within what was asked. `met`: the renderer says so of itself.
 //
 // core_s is the CPU time of lighting the picture that is handed out, with that of the tables which
@@ -48,4 +49,4 @@ nlohmann::json BenchAccuracy(const BenchAccuracyOptions& options);
 // "within_twice_the_time", "median_time_ratio", "worst_time_ratio"} (0 where none is timed).
 nlohmann::json AccuracySummary(const nlohmann::json& rows);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

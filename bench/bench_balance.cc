@@ -1,4 +1,4 @@
-#include "study/bench_balance.h"
+#include "luxfield/bench/bench_balance.h"
 
 #include <fmt/format.h>
 
@@ -7,13 +7,13 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/progress.h"
-#include "study/lights_apart.h"
-#include "study/reference_picture.h"
-#include "study/strategy_variance.h"
+#include "luxfield/bench/lights_apart.h"
+#include "luxfield/bench/strategy_variance.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/planning/reference_picture.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using render::Strategies;
@@ -35,10 +35,11 @@ constexpr Named kStrategies[] = {
     {"alpha_newton", Strategies::kNewton}, {"alpha_lobe", Strategies::kLobe}};
 constexpr float kShares[] = {0.025f, 0.1f, 0.2f, 0.35f, 0.5f, 0.65f, 0.8f, 0.9f, 0.975f};
 
-ReferencePicture MakeLightsReference(LightsApart& scene, const BenchBalanceOptions& options) {
+planning::ReferencePicture MakeLightsReference(LightsApart& scene,
+                                               const BenchBalanceOptions& options) {
   StrategySetting setting{Strategies::kPower, std::max(1, options.reference_samples / 2)};
   core::Image a = scene.Light(setting, kReferenceSeed).radiance;
-  return MakeReference(std::move(a), scene.Light(setting, kReferenceSeed + 1).radiance);
+  return planning::MakeReference(std::move(a), scene.Light(setting, kReferenceSeed + 1).radiance);
 }
 
 struct StrategyFigures {
@@ -179,7 +180,7 @@ class SceneBench {
   const BenchBalanceOptions& options_;
   std::string name_;
   LightsApart scene_;
-  ReferencePicture reference_;
+  planning::ReferencePicture reference_;
   std::vector<double> scales_;
   std::map<std::string, StrategyFigures> figures_;
 };
@@ -229,4 +230,4 @@ nlohmann::json BenchBalance(const BenchBalanceOptions& options) {
   return result;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchBalanceOptions {
   std::vector<std::filesystem::path> scenes{"data/scenes/balance/five-lights.toml",
@@ -63,4 +63,4 @@ struct BenchBalanceOptions {
 // Throws InputError, DeviceError.
 nlohmann::json BenchBalance(const BenchBalanceOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_budget.h"
+#include "luxfield/bench/bench_budget.h"
 
 #include <fmt/format.h>
 
@@ -6,23 +6,24 @@
 #include <cmath>
 #include <map>
 
-#include "capture/capture.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "hal/devices.h"
-#include "lightfield/light_vector.h"
-#include "reconstruct/error_budget.h"
-#include "reconstruct/merge_session.h"
-#include "reconstruct/reconstruct.h"
-#include "study/budget_lab.h"
-#include "study/filter_rows.h"
-#include "study/lab_variant.h"
-#include "study/missing_rows.h"
-#include "study/spot_total_rows.h"
-#include "study/truncation_rows.h"
+#include "luxfield/bench/budget_lab.h"
+#include "luxfield/bench/filter_rows.h"
+#include "luxfield/bench/missing_rows.h"
+#include "luxfield/bench/spot_total_rows.h"
+#include "luxfield/bench/truncation_rows.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/planning/lab_variant.h"
+#include "luxfield/reconstruct/budget/error_budget.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using lightfield::LightField;
@@ -108,7 +109,7 @@ class MonteCarlo {
       Capture({kTotal, AllErrors()}, false, options_.seed + kBudgetSeeds, run);
       WriteGeometryOfRun(Geometry(), settings_.sizes, kTotal, options_.seed + kBudgetSeeds, run);
       const auto how = HowToMerge(estimated_);
-      const core::SessionReader session(Session());
+      const session::SessionReader session(Session());
       const auto budget = reconstruct::ComputeErrorBudget(session, settings_, how);
       // One row is judged by itself: with the meter; or, of estimated times, all but the longest,
       // which cannot be wrong in a session whose noise is to be that of another.
@@ -158,8 +159,8 @@ class MonteCarlo {
       core::ThrowIfInterrupted();
       Capture(*own, false, options_.seed + kBudgetSeeds, run);
       WriteGeometryOfRun(Geometry(), settings_.sizes, name, options_.seed + kBudgetSeeds, run);
-      const auto budget = reconstruct::ComputeErrorBudget(core::SessionReader(Session()), settings_,
-                                                          HowToMerge(estimated_));
+      const auto budget = reconstruct::ComputeErrorBudget(session::SessionReader(Session()),
+                                                          settings_, HowToMerge(estimated_));
       for (std::size_t q = 0; q < squares.size(); ++q)
         squares[q] +=
             std::pow(*budget.quantities[q].of(ErrorSource::kExposureTimes), 2) / options_.budgets;
@@ -195,8 +196,8 @@ class MonteCarlo {
   // The session of a run of a case, in place of the one before.
   void Capture(const BudgetCase& what, bool ideal, std::uint64_t seed, int run) const {
     const auto variant = options_.folder / "variant.toml";
-    WriteLabVariant(Lab(), what.enabled, ideal, variant,
-                    DrawErrors(settings_.sizes, LabOf(what), seed, run));
+    planning::WriteLabVariant(Lab(), what.enabled, ideal, variant,
+                              DrawErrors(settings_.sizes, LabOf(what), seed, run));
     std::filesystem::remove_all(Session());
     hal::Devices devices = hal::MakeDevices(variant, seed + static_cast<std::uint64_t>(run));
     capture::RunCapture(capture::ReadPlan(options_.folder / "plan.toml"), devices, Session());
@@ -207,7 +208,7 @@ class MonteCarlo {
   LightField Reconstructed(const std::string& source, std::uint64_t seed, int run) const {
     WriteGeometryOfRun(Geometry(), settings_.sizes, source, seed, run);
     return reconstruct::Reconstruct(
-               reconstruct::MergeSession(core::SessionReader(Session()),
+               reconstruct::MergeSession(session::SessionReader(Session()),
                                          HowToMerge(estimated_ && source != kNone)))
         .coefficients;
   }
@@ -279,4 +280,4 @@ nlohmann::json BenchBudget(const BenchBudgetOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

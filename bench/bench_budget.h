@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchBudgetOptions {
   std::filesystem::path folder;  // scratch
@@ -44,4 +44,4 @@ struct BenchBudgetOptions {
 // (filter_rows.h).
 nlohmann::json BenchBudget(const BenchBudgetOptions& options);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_capture.h"
+#include "luxfield/bench/bench_capture.h"
 
 #include <fmt/format.h>
 
@@ -8,15 +8,16 @@
 #include <utility>
 #include <vector>
 
-#include "capture/capture.h"
-#include "core/config.h"
-#include "core/error.h"
-#include "core/random.h"
-#include "core/stopwatch.h"
-#include "hal/sim/simulated_lab.h"
-#include "hal/stage_options.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/hal/options/stage_options.h"
+#include "luxfield/hal/sim/simulated_lab.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 constexpr double kBlack_dn = 400, kSaturation_dn = 60000, kGain = 0.16, kReadNoise_dn = 2;
@@ -114,9 +115,9 @@ class Camera : public hal::Camera {
 
  private:
   // A ramp whose upper end saturates in the longer exposure, with noise.
-  const core::RawFrame& Picture(std::uint64_t which) {
+  const session::RawFrame& Picture(std::uint64_t which) {
     const auto key = std::tuple(view_->open, applied_.exposure_s, which);
-    core::RawFrame& picture = pictures_[key];
+    session::RawFrame& picture = pictures_[key];
     if (picture.size() > 0) return picture;
     core::Random random(which, view_->open);
     picture.width = picture.height = side_;
@@ -136,7 +137,7 @@ class Camera : public hal::Camera {
   std::shared_ptr<core::Clock> clock_;
   std::shared_ptr<View> view_;
   hal::AppliedSettings applied_;
-  std::map<std::tuple<bool, double, std::uint64_t>, core::RawFrame> pictures_;
+  std::map<std::tuple<bool, double, std::uint64_t>, session::RawFrame> pictures_;
   std::uint64_t frames_ = 0;
   double last_tick_ = 0;
   int missed_ = 0;
@@ -248,4 +249,4 @@ nlohmann::json BenchCapture(const BenchCaptureOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

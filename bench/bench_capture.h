@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchCaptureOptions {
   int side = 2048;           // pixels, of a square 16-bit sensor
@@ -37,4 +37,4 @@ struct BenchCaptureOptions {
 // options below 1 and a lab without a real stage, HardwareError of that stage.
 nlohmann::json BenchCapture(const BenchCaptureOptions& options);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

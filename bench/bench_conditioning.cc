@@ -1,4 +1,4 @@
-#include "study/bench_conditioning.h"
+#include "luxfield/bench/bench_conditioning.h"
 
 #include <fmt/format.h>
 
@@ -10,13 +10,13 @@
 #include <numbers>
 #include <optional>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "reconstruct/filter_system.h"
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/missing_data.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/solve/filter_system.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/missing_data.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using lightfield::Basis;
@@ -292,4 +292,4 @@ nlohmann::json BenchConditioning(const BenchConditioningOptions& options) {
   return table.rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchConditioningOptions {
   // Filters per axis; 1 to 64 by default.
@@ -28,4 +28,4 @@ struct BenchConditioningOptions {
 // missing, a third missing at random.
 nlohmann::json BenchConditioning(const BenchConditioningOptions& options);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_environment.h"
+#include "luxfield/bench/bench_environment.h"
 
 #include <algorithm>
 #include <chrono>
@@ -8,21 +8,21 @@
 #include <numeric>
 #include <optional>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/stopwatch.h"
-#include "lightfield/environment_map.h"
-#include "lightfield/sun_sky.h"
-#include "render/device_scene.h"
-#include "render/estimators/environment.h"
-#include "study/ball_scene.h"
-#include "study/bench_environment_sequence.h"
-#include "study/reference_picture.h"
+#include "luxfield/bench/ball_scene.h"
+#include "luxfield/bench/bench_environment_sequence.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/environment/sun_sky.h"
+#include "luxfield/planning/reference_picture.h"
+#include "luxfield/render/estimators/environment.h"
+#include "luxfield/render/scene/device_scene.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
-using lightfield::CubeMap;
+using environment::CubeMap;
 using lightfield::Vec3;
 using render::EnvironmentKnobs;
 using render::SampleSets;
@@ -39,14 +39,14 @@ struct Map {
 // A sun of 40 degrees' elevation or so over Central Europe.
 Map OurSky(int face_size) {
   const auto sun =
-      lightfield::FindSun({48.1, 11.6}, std::chrono::sys_days(std::chrono::year{2024} / 6 / 21) +
-                                            std::chrono::hours(15));
-  const lightfield::SunSky sky(sun, 3, 0.2);
+      environment::FindSun({48.1, 11.6}, std::chrono::sys_days(std::chrono::year{2024} / 6 / 21) +
+                                             std::chrono::hours(15));
+  const environment::SunSky sky(sun, 3, 0.2);
   const int height = std::max(64, 2 * face_size);
   return {"sun and sky",
-          lightfield::MakeCubeMap(
-              {sky.Picture(lightfield::EnvironmentLayout::kLatitudeLongitude, height),
-               lightfield::EnvironmentLayout::kLatitudeLongitude},
+          environment::MakeCubeMap(
+              {sky.Picture(environment::EnvironmentLayout::kLatitudeLongitude, height),
+               environment::EnvironmentLayout::kLatitudeLongitude},
               face_size)};
 }
 
@@ -55,7 +55,7 @@ std::vector<Map> ReadMaps(const BenchEnvironmentOptions& options) {
   std::vector<Map> maps;
   for (const auto& path : options.maps)
     maps.push_back({path.stem().string(),
-                    MakeCubeMap(lightfield::ReadEnvironmentPicture(path), options.face_size)});
+                    MakeCubeMap(environment::ReadEnvironmentPicture(path), options.face_size)});
   return maps;
 }
 
@@ -197,7 +197,7 @@ std::vector<double> ZValues(const CubeMap& map, const std::vector<cl_float4>& no
   std::vector<double> z;
   for (std::size_t k = 0; k < normals.size(); ++k) {
     const auto& n = normals[k].s;
-    const double exact = core::Luminance(Irradiance(map, {n[0], n[1], n[2]}));
+    const double exact = core::Luminance(environment::Irradiance(map, {n[0], n[1], n[2]}));
     double mean = 0, deviations = 0;
     int count = 0;
     for (const double value : draws[k]) {
@@ -316,8 +316,8 @@ nlohmann::json BalanceRows(Bench& bench, const Map& map, const BenchEnvironmentO
     const auto half = [&](std::uint64_t seed) {
       return Radiance(view, bench.Light(view.gbuffer, reference_light, best, seed).light);
     };
-    const ReferencePicture reference =
-        MakeReference(half(kReferenceSeed), half(kReferenceSeed + 1));
+    const planning::ReferencePicture reference =
+        planning::MakeReference(half(kReferenceSeed), half(kReferenceSeed + 1));
     for (const Setting& setting : {Setting{"", {TileBalance::kCosine, 1, shared}, 60},
                                    Setting{"", {TileBalance::kUniform, 1, shared}, 60},
                                    Setting{"", {TileBalance::kUniform, 1, shared}, 180},
@@ -334,7 +334,7 @@ nlohmann::json BalanceRows(Bench& bench, const Map& map, const BenchEnvironmentO
       double square = 0, lab = 0, samples = 0, core_s = 0;
       for (int seed = 0; seed < options.seeds; ++seed) {
         const auto lit = bench.Light(view.gbuffer, light, setting, kSeed + seed);
-        const auto difference = Compare(Radiance(view, lit.light), reference);
+        const auto difference = planning::Compare(Radiance(view, lit.light), reference);
         square += difference.rel_rmse * difference.rel_rmse / options.seeds;
         lab += difference.mean_lab / options.seeds;
         samples = lit.samples;
@@ -481,4 +481,4 @@ nlohmann::json BenchEnvironment(const BenchEnvironmentOptions& options) {
   return result;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchEnvironmentOptions {
-  std::vector<std::filesystem::path> maps;  // empty: a sun and sky of ours (lightfield/sun_sky.h)
+  std::vector<std::filesystem::path> maps;  // empty: a sun and sky of ours (environment/sun_sky.h)
   std::filesystem::path sequence;           // folder or list of frames; empty: none is timed
   // Of "maps", "balance" (with "thesis"), "speed", "tables"; empty: all of them.
   std::vector<std::string> parts;
@@ -37,7 +37,7 @@ struct BenchEnvironmentOptions {
 // their "chi_squared", "sigmas", how far that lies above z_values in its own standard deviations,
 // and both worst.
 //
-// "balance", three balls on a floor (study/ball_scene.h) under each map, without shadows: "map",
+// "balance", three balls on a floor (bench/ball_scene.h) under each map, without shadows: "map",
 // "surface" (lambert, glossy), "balance", "tiles", "sets", "compensation", "spp", "rel_rmse" and
 // "mean_lab" of the radiance over the pixels that hit something, "useful", the share of samples
 // above the horizon in directions where there is light, "samples", those taken per pixel, and
@@ -54,9 +54,9 @@ struct BenchEnvironmentOptions {
 // "tables": "face_size", "tiles", "tables_ms" (wall time), "core_ms", both of the tables alone, and
 // "upload_ms", of checking and uploading a frame.
 //
-// "sequence" (study/bench_environment_sequence.h), if there is one.
+// "sequence" (bench/bench_environment_sequence.h), if there is one.
 //
 // Throws InputError, DeviceError.
 nlohmann::json BenchEnvironment(const BenchEnvironmentOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

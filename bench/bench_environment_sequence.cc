@@ -1,12 +1,12 @@
-#include "study/bench_environment_sequence.h"
+#include "luxfield/bench/bench_environment_sequence.h"
 
 #include <nlohmann/json.hpp>
 
-#include "core/stopwatch.h"
-#include "render/renderer.h"
-#include "study/ball_scene.h"
+#include "luxfield/bench/ball_scene.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 nlohmann::json Row(const render::Device& device, const BenchEnvironmentOptions& options,
@@ -56,4 +56,4 @@ nlohmann::json SequenceRows(const render::Device& device, const BenchEnvironment
           Row(device, options, render::Shadows::kTraced)};
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -3,12 +3,12 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "render/device.h"
-#include "study/bench_environment.h"
+#include "luxfield/bench/bench_environment.h"
+#include "luxfield/render/device/device.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
-// The three balls (study/ball_scene.h), Lambertian, under each frame of options.sequence as
+// The three balls (bench/ball_scene.h), Lambertian, under each frame of options.sequence as
 // `luxfield render` takes them, without files; samples are options.samples_per_pixel.front(). Rows
 // without and with traced shadows: "frames", "spp", "shadows", "fps" of everything, "next_ms", of
 // waiting for the reader, upload and tables, "render_ms", and the process' largest resident set in
@@ -16,4 +16,4 @@ namespace luxfield::study {
 // InputError as LitScene.
 nlohmann::json SequenceRows(const render::Device& device, const BenchEnvironmentOptions& options);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,18 +1,18 @@
-#include "study/bench_errors.h"
+#include "luxfield/bench/bench_errors.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/json.h"
-#include "core/progress.h"
-#include "hal/sim/simulated_lab.h"
-#include "study/chain.h"
-#include "study/lab_variant.h"
-#include "study/traced_lamp.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/planning/chain.h"
+#include "luxfield/planning/lab_variant.h"
+#include "luxfield/planning/traced_lamp.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 const std::vector<std::string> kRandomSources = {"photon_noise", "read_noise", "dark_current",
@@ -69,20 +69,20 @@ class SeedStatistics {
 // Of one case, over its seeds.
 class Errors {
  public:
-  Errors(const TracedLamp& lamp, const lightfield::LightField& truth)
+  Errors(const planning::TracedLamp& lamp, const lightfield::LightField& truth)
       : lamp_(lamp),
         truth_(truth),
-        lamp_flux_(FluxThrough(truth.geometry.lattice, lamp, kRays).value) {}
+        lamp_flux_(planning::FluxThrough(truth.geometry.lattice, lamp, kRays).value) {}
 
   void Add(const lightfield::LightField& measured) {
-    const auto compared = CompareWithLamp({&measured, &truth_}, lamp_, kRays);
-    const StageError projection = CompareWithTruth(measured.data, truth_.data);
+    const auto compared = planning::CompareWithLamp({&measured, &truth_}, lamp_, kRays);
+    const planning::StageError projection = planning::CompareWithTruth(measured.data, truth_.data);
     ++seeds_;
     rmse_ += compared[0].rel_rmse * compared[0].rel_rmse;
     l2_ += compared[0].rel_l2 * compared[0].rel_l2;
     projection_rmse_ += projection.rel_rmse * projection.rel_rmse;
     projection_l2_ += projection.rel_l2 * projection.rel_l2;
-    flux_ += LuminousFlux(measured) / lamp_flux_ - 1;
+    flux_ += planning::LuminousFlux(measured) / lamp_flux_ - 1;
     floor_ = compared[1];
   }
 
@@ -101,12 +101,12 @@ class Errors {
  private:
   static constexpr std::uint64_t kRays = 1;  // the same ones for all
 
-  const TracedLamp& lamp_;
+  const planning::TracedLamp& lamp_;
   const lightfield::LightField& truth_;
   double lamp_flux_;
   int seeds_ = 0;
   double rmse_ = 0, l2_ = 0, projection_rmse_ = 0, projection_l2_ = 0, flux_ = 0;
-  StageError floor_;
+  planning::StageError floor_;
 };
 
 }  // namespace
@@ -116,26 +116,26 @@ nlohmann::json BenchErrors(const BenchErrorsOptions& options) {
     throw InputError(
         fmt::format("--seeds = {} must be at least 2; a spread needs two", options.seeds));
   std::filesystem::create_directories(options.folder);
-  const auto sources = ErrorSources(options.lab);
+  const auto sources = planning::ErrorSources(options.lab);
   const auto has = [&](const std::string& name) {
     return std::find(sources.begin(), sources.end(), name) != sources.end();
   };
 
   const capture::Plan plan = capture::ReadPlan(options.plan);
   const auto truth = hal::sim::SimulatedLab(options.lab, options.seed).truth(plan.geometry);
-  const TracedLamp lamp(hal::sim::ReadLab(core::Config::FromFile(options.lab), options.seed),
-                        plan.geometry);
+  const planning::TracedLamp lamp(
+      hal::sim::ReadLab(core::Config::FromFile(options.lab), options.seed), plan.geometry);
   const auto run = [&](const std::vector<std::string>& enabled, std::uint64_t seed) {
     const auto lab = options.folder / "lab.toml";
-    WriteLabVariant(options.lab, enabled, false, lab);
+    planning::WriteLabVariant(options.lab, enabled, false, lab);
     std::filesystem::remove_all(options.folder / "session");
-    ChainOptions chain;
+    planning::ChainOptions chain;
     chain.lab = lab;
     chain.plan = options.plan;
     chain.folder = options.folder;
     chain.seed = seed;
     chain.keep_session = false;
-    return RunChain(chain).reconstruction;
+    return planning::RunChain(chain).reconstruction;
   };
 
   core::Json rows = core::Json::array();
@@ -174,4 +174,4 @@ nlohmann::json BenchErrors(const BenchErrorsOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchErrorsOptions {
   std::filesystem::path lab, plan;  // a lab whose [errors.*] tables state the sizes
@@ -33,4 +33,4 @@ struct BenchErrorsOptions {
 // coefficients in order of their true size, dark to bright: 1 means that sigma is right.
 nlohmann::json BenchErrors(const BenchErrorsOptions& options);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

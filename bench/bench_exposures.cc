@@ -1,4 +1,4 @@
-#include "study/bench_exposures.h"
+#include "luxfield/bench/bench_exposures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,19 +6,19 @@
 #include <optional>
 #include <span>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/progress.h"
-#include "core/random.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/merge_exposures.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
-using core::RawFrame;
 using nlohmann::json;
 using reconstruct::SensorModel;
+using session::RawFrame;
 
 constexpr int kExposures = 8;
 constexpr double kLeast_e_per_s = 30;
@@ -238,4 +238,4 @@ json BenchExposures(const BenchExposuresOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "reconstruct/noise_model.h"
+#include "luxfield/reconstruct/bracket/noise_model.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchExposuresOptions {
   int pixels = 1 << 20;  // of every figure
@@ -48,4 +48,4 @@ double FisherInformation(const reconstruct::SensorModel& sensor, double mean_e);
 // code that shares nothing with the estimator. Throws InputError if an option is below 1.
 nlohmann::json BenchExposures(const BenchExposuresOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

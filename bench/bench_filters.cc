@@ -1,4 +1,4 @@
-#include "study/bench_filters.h"
+#include "luxfield/bench/bench_filters.h"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
@@ -8,17 +8,17 @@
 #include <numbers>
 #include <sstream>
 
-#include "core/file.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "hal/sim/simulated_lab.h"
-#include "reconstruct/measure_filter.h"
-#include "reconstruct/non_negative.h"
-#include "study/chain.h"
-#include "study/filter_photographs.h"
-#include "study/lab_variant.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/planning/chain.h"
+#include "luxfield/planning/filter_photographs.h"
+#include "luxfield/planning/lab_variant.h"
+#include "luxfield/reconstruct/calibrate/filter/measure_filter.h"
+#include "luxfield/reconstruct/solve/non_negative.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 constexpr double kGrain = 0.005;
@@ -29,11 +29,11 @@ constexpr std::int64_t kNodes = 12;
 // The lab with random sources, the lamp from a light field, and a print with these errors.
 void WriteLab(const BenchFiltersOptions& options, const std::filesystem::path& lamp,
               double spacing_m, bool errors, const std::filesystem::path& variant) {
-  const auto sources = ErrorSources(options.lab);
+  const auto sources = planning::ErrorSources(options.lab);
   std::vector<std::string> random;
   for (const char* name : {"photon_noise", "read_noise", "dark_current", "prnu"})
     if (std::find(sources.begin(), sources.end(), name) != sources.end()) random.emplace_back(name);
-  WriteLabVariant(options.lab, random, false, variant);
+  planning::WriteLabVariant(options.lab, random, false, variant);
   toml::table table = toml::parse(core::ReadFile(variant));
   table.insert_or_assign("lamp", toml::table{{"kind", "lightfield"},
                                              {"file", std::filesystem::absolute(lamp).string()}});
@@ -76,7 +76,8 @@ nlohmann::json BenchFilters(const BenchFiltersOptions& options) {
   core::Json rows = core::Json::array();
   double floor = 0;
   const auto add = [&](const std::string& name, const reconstruct::Reconstruction& result) {
-    const StageError error = CompareWithTruth(result.coefficients.data, lamp.data);
+    const planning::StageError error =
+        planning::CompareWithTruth(result.coefficients.data, lamp.data);
     if (floor == 0) floor = error.rel_l2;
     rows.push_back({{"case", name},
                     {"rel_rmse", error.rel_rmse},
@@ -89,19 +90,20 @@ nlohmann::json BenchFilters(const BenchFiltersOptions& options) {
   const auto run = [&](const std::filesystem::path& lab) {
     core::ThrowIfInterrupted();
     std::filesystem::remove_all(options.folder / "session");
-    ChainOptions chain;
+    planning::ChainOptions chain;
     chain.lab = lab;
     chain.plan = options.plan;
     chain.folder = options.folder;
     chain.seed = options.seed;
     chain.keep_session = false;
-    return RunChain(chain);
+    return planning::RunChain(chain);
   };
   add("perfect print, ideal filter assumed", run(perfect).reconstruction);
-  const ChainResult measured = run(wrong);
+  const planning::ChainResult measured = run(wrong);
   add("print with errors, ideal filter assumed", measured.reconstruction);
 
-  const FilterPhotographs photographs = PhotographFilter(wrong, options.seed, options.pixels);
+  const reconstruct::FilterPhotographs photographs =
+      planning::PhotographFilter(wrong, options.seed, options.pixels);
   reconstruct::FilterReadings readings;
   const auto filter_file = options.folder / "bench.filter.exr";
   lightfield::WriteMeasuredFilter(filter_file,
@@ -121,4 +123,4 @@ nlohmann::json BenchFilters(const BenchFiltersOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

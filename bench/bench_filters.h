@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchFiltersOptions {
   std::filesystem::path lab, plan;  // a basis or dual filter on either rig
@@ -30,4 +30,4 @@ struct BenchFiltersOptions {
 // print (of a pair the plus part's) and light_ratio.
 nlohmann::json BenchFilters(const BenchFiltersOptions& options);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

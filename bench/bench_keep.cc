@@ -1,4 +1,4 @@
-#include "study/bench_keep.h"
+#include "luxfield/bench/bench_keep.h"
 
 #include <fmt/format.h>
 
@@ -8,15 +8,15 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/progress.h"
-#include "lightfield/light_vector.h"
-#include "reconstruct/reconstruct.h"
-#include "study/reference_lamps.h"
-#include "study/undone_damage.h"
+#include "luxfield/bench/undone_damage.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/planning/reference_lamps.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using lightfield::LightField;
@@ -44,14 +44,15 @@ struct Truth {
   std::vector<double> irradiance;
   double flux = 0;
 
-  Truth(const ReferenceLamp& lamp, const lightfield::LuminaireGeometry& geometry,
+  Truth(const planning::ReferenceLamp& lamp, const lightfield::LuminaireGeometry& geometry,
         const BenchKeepOptions& options)
-      : receivers(ReferenceReceivers(geometry, options.receivers, options.seed)) {
-    for (const Receiver& receiver : receivers) irradiance.push_back(Irradiance(lamp, receiver));
+      : receivers(planning::ReferenceReceivers(geometry, options.receivers, options.seed)) {
+    for (const Receiver& receiver : receivers)
+      irradiance.push_back(planning::Irradiance(lamp, receiver));
     const auto& lattice = geometry.lattice;
     for (int row = 0; row < lattice.height; ++row)
       for (int column = 0; column < lattice.width; ++column)
-        flux += FluxDensityOnI(lamp, geometry.delta_m, lattice.centre(row, column)) *
+        flux += planning::FluxDensityOnI(lamp, geometry.delta_m, lattice.centre(row, column)) *
                 lattice.texel_area_m2();
   }
 };
@@ -83,11 +84,11 @@ nlohmann::json Judge(const LightField& field, const Truth& truth,
           {"negative", positive > 0 ? negative / positive : 0}};
 }
 
-void AddRows(const ReferenceLamp& lamp, const std::string& basis, int cells,
+void AddRows(const planning::ReferenceLamp& lamp, const std::string& basis, int cells,
              const BenchKeepOptions& options, nlohmann::json* rows) {
   const auto geometry = Geometry(basis, cells, options.texels);
   const Truth truth(lamp, geometry, options);
-  const auto measured = MeasureExactly(lamp, geometry);
+  const auto measured = planning::MeasureExactly(lamp, geometry);
   for (const Keep keep : {Keep::kNone, Keep::kFlux, Keep::kMoments}) {
     reconstruct::ReconstructOptions how;
     how.precision = reconstruct::Precision::kDouble;
@@ -130,8 +131,8 @@ void AddRows(const ReferenceLamp& lamp, const std::string& basis, int cells,
 }  // namespace
 
 nlohmann::json BenchKeep(const BenchKeepOptions& options) {
-  std::vector<ReferenceLamp> lamps;
-  for (const ReferenceLamp& lamp : ReferenceLamps(kRadius_m, {0.011, -0.007}))
+  std::vector<planning::ReferenceLamp> lamps;
+  for (const planning::ReferenceLamp& lamp : planning::ReferenceLamps(kRadius_m, {0.011, -0.007}))
     if (options.lamps.empty() ||
         std::find(options.lamps.begin(), options.lamps.end(), lamp.name()) != options.lamps.end())
       lamps.push_back(lamp);
@@ -145,7 +146,7 @@ nlohmann::json BenchKeep(const BenchKeepOptions& options) {
   core::Progress progress("keep", options.bases.size() * options.cells.size() * lamps.size());
   for (const std::string& basis : options.bases)
     for (const int cells : options.cells)
-      for (const ReferenceLamp& lamp : lamps) {
+      for (const planning::ReferenceLamp& lamp : lamps) {
         core::ThrowIfInterrupted();
         AddRows(lamp, basis, cells, options, &rows);
         progress.Advance();
@@ -153,4 +154,4 @@ nlohmann::json BenchKeep(const BenchKeepOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchKeepOptions {
   std::vector<std::string> bases{"box", "bilinear", "quadratic", "bspline2"};
@@ -36,4 +36,4 @@ struct BenchKeepOptions {
 // is in all of them. Throws InputError for names that it does not know.
 nlohmann::json BenchKeep(const BenchKeepOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

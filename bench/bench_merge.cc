@@ -1,4 +1,4 @@
-#include "study/bench_merge.h"
+#include "luxfield/bench/bench_merge.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -10,23 +10,23 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/clock.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "core/parallel.h"
-#include "core/progress.h"
-#include "core/random.h"
-#include "core/session_writer.h"
-#include "core/stopwatch.h"
-#include "reconstruct/merge_session.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/random.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
+#include "luxfield/session/session_writer.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
-using core::FrameKind;
-using core::FrameRecord;
-using core::RawFrame;
 using nlohmann::json;
+using session::FrameKind;
+using session::FrameRecord;
+using session::RawFrame;
 
 constexpr double kLattice_m = 0.3, kSpacing_m = 1e-3;
 constexpr double kGain_dn_per_e = 1.2, kReadNoise_dn = 4, kBlack_dn = 500, kDark_e_per_s = 2;
@@ -113,7 +113,7 @@ RawFrame Expose(const BenchMergeOptions& options, double exposure_s, bool lit,
 bool IsThere(const BenchMergeOptions& options, int grid_height,
              const std::filesystem::path& folder) {
   if (!std::filesystem::exists(folder / "manifest.json")) return false;
-  const core::SessionReader session(folder);
+  const session::SessionReader session(folder);
   return session.sealed() && session.plan() == Plan(options, grid_height) &&
          session.session() == Session(options);
 }
@@ -122,8 +122,8 @@ bool IsThere(const BenchMergeOptions& options, int grid_height,
 void WriteSession(const BenchMergeOptions& options, int grid_height,
                   const std::filesystem::path& folder) {
   core::SimulatedClock clock;
-  auto writer =
-      core::SessionWriter::Create(folder, Plan(options, grid_height), Session(options), {}, clock);
+  auto writer = session::SessionWriter::Create(folder, Plan(options, grid_height), Session(options),
+                                               {}, clock);
   writer.StartEpoch(json::object());
   std::vector<RawFrame> bracket;
   core::Progress progress("bench session",
@@ -166,7 +166,7 @@ void WriteSession(const BenchMergeOptions& options, int grid_height,
   writer.Seal("done");
 }
 
-std::vector<std::filesystem::path> Files(const core::SessionReader& session) {
+std::vector<std::filesystem::path> Files(const session::SessionReader& session) {
   std::vector<std::filesystem::path> files;
   for (const FrameRecord& record : session.frames())
     files.push_back(session.folder() / record.file);
@@ -218,7 +218,7 @@ json BenchMerge(const BenchMergeOptions& options) {
                                                     static_cast<std::size_t>(options.exposures));
 
   json rows = json::array();
-  const auto run = [&](const std::string& name, const core::SessionReader& session,
+  const auto run = [&](const std::string& name, const session::SessionReader& session,
                        bool check_hashes, double disk_s) {
     reconstruct::MergeSessionOptions how;
     how.check_hashes = check_hashes;
@@ -260,7 +260,7 @@ json BenchMerge(const BenchMergeOptions& options) {
       WriteSession(options, grid_height, folder);
     }
     {
-      const core::SessionReader session(folder);
+      const session::SessionReader session(folder);
       const auto files = Files(session);
       DropFromCache(files);
       const double disk_s = ReadAll(files);
@@ -281,4 +281,4 @@ json BenchMerge(const BenchMergeOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

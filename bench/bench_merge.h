@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchMergeOptions {
   int grid_width = 11, grid_height = 9;  // filter positions
@@ -41,4 +41,4 @@ struct BenchMergeOptions {
 // DeviceError for the disk.
 nlohmann::json BenchMerge(const BenchMergeOptions& options);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

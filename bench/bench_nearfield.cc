@@ -1,4 +1,4 @@
-#include "study/bench_nearfield.h"
+#include "luxfield/bench/bench_nearfield.h"
 
 #include <fmt/format.h>
 
@@ -6,16 +6,16 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/measures.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "core/stopwatch.h"
-#include "lightfield/light_vector.h"
-#include "render/estimators/estimator.h"
-#include "study/lamp_tables.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/render/accuracy/lamp_tables.h"
+#include "luxfield/render/estimators/estimator.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 constexpr std::uint64_t kSeed = 11;
@@ -99,8 +99,8 @@ nlohmann::json BenchNearfield(const BenchNearfieldOptions& options) {
   const auto device = render::Device::Open(options.device, options.threads);
   for (const auto& name : options.estimators)
     render::MakeEstimator(name, device);  // refuses unknown names
-  const auto field = SyntheticCar2(options.car2);
-  const auto gbuffer = RoadGBuffer(device, options.width, options.height);
+  const auto field = render::SyntheticCar2(options.car2);
+  const auto gbuffer = render::RoadGBuffer(device, options.width, options.height);
 
   const Pixels pixels{gbuffer.position.Download<cl_float4>(), gbuffer.normal.Download<cl_float4>()};
   std::vector<std::size_t> chosen;
@@ -121,7 +121,7 @@ nlohmann::json BenchNearfield(const BenchNearfieldOptions& options) {
             options.estimators.end())
       continue;
     const auto estimator = render::MakeEstimator(traits.name, device);
-    const LampTables tables = BuildLampTables(field, gbuffer, traits.needs);
+    const render::LampTables tables = render::BuildLampTables(field, gbuffer, traits.needs);
     const render::LuminaireOnDevice luminaire(device, field, tables.view());
     for (const int samples : traits.noise_free ? std::vector<int>{0} : options.samples_per_pixel) {
       const Timing timing =
@@ -149,4 +149,4 @@ nlohmann::json BenchNearfield(const BenchNearfieldOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

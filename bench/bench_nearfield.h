@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "study/car2.h"
+#include "luxfield/render/accuracy/car2.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchNearfieldOptions {
-  SyntheticCar2Options car2;
+  render::SyntheticCar2Options car2;
   int width = 1024, height = 768;
   std::vector<std::string> estimators;  // empty: all
   std::vector<int> samples_per_pixel{50, 200};
@@ -28,4 +28,4 @@ struct BenchNearfieldOptions {
 // reference is lightfield's closed form in double. Throws InputError, DeviceError.
 nlohmann::json BenchNearfield(const BenchNearfieldOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_noise.h"
+#include "luxfield/bench/bench_noise.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -9,15 +9,15 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/measures.h"
-#include "core/progress.h"
-#include "render/renderer.h"
-#include "study/ball_scene.h"
-#include "study/picture_noise.h"
+#include "luxfield/bench/ball_scene.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/render/accuracy/picture_noise.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using render::RenderOptions;
@@ -208,7 +208,7 @@ struct Pictures {
     estimated.Add(variance);
     stated.Add(SumOf(frame.stated_variance));
     root.Add(std::sqrt(variance));
-    sigma.Add(NoiseOf(frame, degrees).Sigma());
+    sigma.Add(render::NoiseOf(frame, degrees).Sigma());
   }
   double MeanLuminance() const {
     double sum = 0;
@@ -303,4 +303,4 @@ nlohmann::json BenchNoise(const BenchNoiseOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchNoiseOptions {
   int seeds = 200;  // pictures of each case
@@ -19,7 +19,7 @@ struct BenchNoiseOptions {
   int threads = 0;                 // of an OpenCL CPU device, 0: all
 };
 
-// Three balls on a floor (study/ball_scene.h) lit by a lamp through every estimator, by a sky, by
+// Three balls on a floor (bench/ball_scene.h) lit by a lamp through every estimator, by a sky, by
 // area lights and by all of them, with and without shadow rays, surfaces Lambertian and glossy.
 //
 // Rows [{"case", "spp", "noise", "estimate", "ratio", "ratio_se", "as_independent", "four_passes",
@@ -31,4 +31,4 @@ struct BenchNoiseOptions {
 // pictures of all seeds are alike. Throws InputError, DeviceError.
 nlohmann::json BenchNoise(const BenchNoiseOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,20 +1,20 @@
-#include "study/bench_plan.h"
+#include "luxfield/bench/bench_plan.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/json.h"
-#include "core/progress.h"
-#include "core/stopwatch.h"
-#include "study/capture_planner.h"
-#include "study/lab_variant.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/planning/capture_planner.h"
+#include "luxfield/planning/lab_variant.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 // What PlannedCapture::noise holds, as far as the lab has it.
 std::vector<std::string> NoiseSources(const std::filesystem::path& lab) {
-  auto names = ErrorSources(lab);
+  auto names = planning::ErrorSources(lab);
   std::erase_if(names, [](const std::string& name) {
     return name != "photon_noise" && name != "read_noise" && name != "dark_current" &&
            name != "prnu";
@@ -22,8 +22,8 @@ std::vector<std::string> NoiseSources(const std::filesystem::path& lab) {
   return names;
 }
 
-core::Json Row(const CapturePlanner& planner, const BenchPlanOptions& options,
-               const PlannedCapture& plan, const std::vector<std::string>& sources) {
+core::Json Row(const planning::CapturePlanner& planner, const BenchPlanOptions& options,
+               const planning::PlannedCapture& plan, const std::vector<std::string>& sources) {
   double square = 0, fourth = 0, rig_s = 0, rejected = 0;
   for (int run = 0; run < options.runs; ++run) {
     core::ThrowIfInterrupted();
@@ -63,22 +63,23 @@ core::Json Row(const CapturePlanner& planner, const BenchPlanOptions& options,
 
 nlohmann::json BenchPlan(const BenchPlanOptions& options) {
   const core::Stopwatch watch;
-  CapturePlannerOptions how;
+  planning::CapturePlannerOptions how;
   how.lab = options.lab;
   how.scene = options.scene;
   how.base = capture::ReadPlan(options.plan);
   how.texels = options.texels;
   how.receivers = options.receivers;
   how.seed = options.seed;
-  const CapturePlanner planner(how);
+  const planning::CapturePlanner planner(how);
   auto plans = planner.Plans();
   const double search_s = watch.WallSeconds();
-  const auto noise = NoiseSources(options.lab), all = ErrorSources(options.lab);
+  const auto noise = NoiseSources(options.lab), all = planning::ErrorSources(options.lab);
 
   core::Json rows = core::Json::array();
   for (const double target : options.targets) {
-    const PlannedCapture* fastest = FastestConfirmed(planner, target, &plans);
-    const PlannedCapture plan = fastest ? *fastest : planner.Confirmed(MostAccurate(plans));
+    const planning::PlannedCapture* fastest = planning::FastestConfirmed(planner, target, &plans);
+    const planning::PlannedCapture plan =
+        fastest ? *fastest : planner.Confirmed(planning::MostAccurate(plans));
     for (const bool everything : {false, true}) {
       core::Json row = Row(planner, options, plan, everything ? all : noise);
       row["target"] = target;
@@ -94,4 +95,4 @@ nlohmann::json BenchPlan(const BenchPlanOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

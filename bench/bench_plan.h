@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchPlanOptions {
   std::filesystem::path lab = "data/labs/motorcycle.toml", plan = "data/plans/bike.toml",
@@ -35,4 +35,4 @@ struct BenchPlanOptions {
 // meets has the most accurate plan's row. Throws what CapturePlanner throws.
 nlohmann::json BenchPlan(const BenchPlanOptions& options);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,14 +1,14 @@
-#include "study/bench_rigs.h"
+#include "luxfield/bench/bench_rigs.h"
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using lightfield::Basis;
@@ -114,4 +114,4 @@ nlohmann::json BenchRigs(const BenchRigsOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

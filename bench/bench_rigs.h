@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchRigsOptions {
   int grid_width = 11, grid_height = 9;
@@ -25,4 +25,4 @@ struct BenchRigsOptions {
 // Throws InputError if the grid has no interior cell or the size is below 1.
 nlohmann::json BenchRigs(const BenchRigsOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,14 +1,14 @@
-#include "study/bench_sampling.h"
+#include "luxfield/bench/bench_sampling.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/stopwatch.h"
-#include "render/estimators/sample_draws.h"
-#include "study/lamp_tables.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/render/accuracy/lamp_tables.h"
+#include "luxfield/render/estimators/sample_draws.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 struct Bench {
@@ -43,9 +43,10 @@ nlohmann::json BenchSampling(const BenchSamplingOptions& options) {
         "bench sampling: width, height, repeats and samples must be at least 1, and the larger "
         "number of samples above the smaller");
   const auto device = render::Device::Open(options.device, options.threads);
-  const auto field = SyntheticCar2(options.car2);
-  const auto gbuffer = RoadGBuffer(device, options.width, options.height);
-  const LampTables tables = BuildLampTables(field, gbuffer, {.sat = true, .cells = true});
+  const auto field = render::SyntheticCar2(options.car2);
+  const auto gbuffer = render::RoadGBuffer(device, options.width, options.height);
+  const render::LampTables tables =
+      render::BuildLampTables(field, gbuffer, {.sat = true, .cells = true});
   const render::LuminaireOnDevice luminaire(device, field, tables.view());
   double pixels = 0;
   for (const auto& position : gbuffer.position.Download<cl_float4>()) pixels += position.s[3] != 0;
@@ -80,4 +81,4 @@ nlohmann::json BenchSampling(const BenchSamplingOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -4,12 +4,12 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "study/bench_nearfield.h"
+#include "luxfield/bench/bench_nearfield.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchSamplingOptions {
-  SyntheticCar2Options car2;
+  render::SyntheticCar2Options car2;
   int width = 512, height = 384;  // of the picture whose pixels draw
   int few = 50, many = 250;       // samples per pixel
   int repeats = 3;                // the least time counts
@@ -26,4 +26,4 @@ struct BenchSamplingOptions {
 // "windowed, mixed" is the estimator's default. Throws InputError, DeviceError.
 nlohmann::json BenchSampling(const BenchSamplingOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

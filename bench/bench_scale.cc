@@ -1,4 +1,4 @@
-#include "study/bench_scale.h"
+#include "luxfield/bench/bench_scale.h"
 
 #include <fmt/format.h>
 
@@ -7,13 +7,13 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/progress.h"
-#include "core/stopwatch.h"
-#include "study/car2.h"
-#include "study/lamp_tables.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/render/accuracy/car2.h"
+#include "luxfield/render/accuracy/lamp_tables.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 constexpr int kGrid = 5, kSize = 128;
@@ -45,9 +45,9 @@ nlohmann::json Measure(const render::Device& device, const Case& c, const std::s
   const auto estimator = render::MakeEstimator(name, device);
   const auto& traits = estimator->traits();
   const int width = static_cast<int>(std::lround(std::sqrt(c.megapixels * 1e6 * 4 / 3)));
-  const auto gbuffer = RoadGBuffer(device, width, std::max(1, width * 3 / 4));
-  const auto field = SyntheticCar2({c.grid, c.grid, c.texels, 1});
-  const LampTables tables = BuildLampTables(field, gbuffer, traits.needs);
+  const auto gbuffer = render::RoadGBuffer(device, width, std::max(1, width * 3 / 4));
+  const auto field = render::SyntheticCar2({c.grid, c.grid, c.texels, 1});
+  const render::LampTables tables = render::BuildLampTables(field, gbuffer, traits.needs);
   const render::LuminaireOnDevice luminaire(device, field, tables.view());
   render::Lighting lighting(device, gbuffer);
   render::EstimatorOptions options;
@@ -57,7 +57,7 @@ nlohmann::json Measure(const render::Device& device, const Case& c, const std::s
     estimator->Light(receivers, {}, luminaire, {}, options, sum);
     device.Finish();
   };
-  const auto few = RoadGBuffer(device, 16, 12);
+  const auto few = render::RoadGBuffer(device, 16, 12);
   render::Lighting warm_up(device, few);
   light(few, warm_up);  // compiles
   for (int run = 0; run < kMostRuns && spent_s < kEnough_s; ++run) {
@@ -125,4 +125,4 @@ nlohmann::json BenchScale(const BenchScaleOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchScaleOptions {
   std::vector<std::string> estimators;      // empty: all
@@ -29,4 +29,4 @@ struct BenchScaleOptions {
 // DeviceError.
 nlohmann::json BenchScale(const BenchScaleOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

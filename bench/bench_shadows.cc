@@ -1,4 +1,4 @@
-#include "study/bench_shadows.h"
+#include "luxfield/bench/bench_shadows.h"
 
 #include <fmt/format.h>
 
@@ -8,16 +8,16 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/measures.h"
-#include "core/stopwatch.h"
-#include "render/device_scene.h"
-#include "render/estimators/estimator.h"
-#include "render/film.h"
-#include "render/shadow_maps.h"
-#include "study/lamp_tables.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/render/accuracy/lamp_tables.h"
+#include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/film/film.h"
+#include "luxfield/render/lights/shadow_maps.h"
+#include "luxfield/render/scene/device_scene.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using lightfield::Vec3;
@@ -46,7 +46,7 @@ class Bench {
   explicit Bench(const BenchShadowsOptions& options)
       : options_(options),
         device_(render::Device::Open(options.device, options.threads)),
-        field_(SyntheticCar2(options.lamp)),
+        field_(render::SyntheticCar2(options.lamp)),
         luminaire_(device_, field_),
         scene_(render::UploadScene(device_, OccluderScene())),
         gbuffer_(device_, options.width, options.height) {
@@ -60,7 +60,7 @@ class Bench {
     render::TableNeeds needs{.sat = true, .cells = true};
     for (const auto& [name, estimator] : estimators_)
       needs.volume = needs.volume || estimator->traits().needs.volume;
-    const LampTables tables = BuildLampTables(field_, gbuffer_, needs);
+    const render::LampTables tables = render::BuildLampTables(field_, gbuffer_, needs);
     luminaire_.Add(device_, tables.view());
     reference_positions_ = render::ReferencePositions(field_.geometry, tables.sat->reference);
   }
@@ -207,4 +207,4 @@ nlohmann::json BenchShadows(const BenchShadowsOptions& options) {
   return Bench(options).Run();
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

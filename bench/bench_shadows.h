@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "core/image.h"
-#include "study/bench_nearfield.h"
+#include "luxfield/bench/bench_nearfield.h"
+#include "luxfield/core/image.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchShadowsOptions {
   // Like the thesis' car1: 5 x 5 images, which makes 49 cells.
-  SyntheticCar2Options lamp{.grid_width = 5, .grid_height = 5};
+  render::SyntheticCar2Options lamp{.grid_width = 5, .grid_height = 5};
   int width = 256, height = 192;
   int reference_samples = 4096;  // per pixel, traced, in two independent halves
   std::vector<int> samples_per_pixel{16, 50, 200};
@@ -33,4 +33,4 @@ struct BenchShadowsOptions {
 // casting the maps, both after compilation. Throws InputError, DeviceError.
 nlohmann::json BenchShadows(const BenchShadowsOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

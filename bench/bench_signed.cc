@@ -1,17 +1,17 @@
-#include "study/bench_signed.h"
+#include "luxfield/bench/bench_signed.h"
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/parallel.h"
-#include "lightfield/light_vector.h"
-#include "reconstruct/non_negative.h"
-#include "study/lamp_tables.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/reconstruct/solve/non_negative.h"
+#include "luxfield/render/accuracy/lamp_tables.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using lightfield::LightField;
@@ -93,7 +93,8 @@ class Bench {
   Scatter Sample(const char* name, const LightField& field, const render::GBuffer& gbuffer,
                  const Values& exact) {
     const auto estimator = render::MakeEstimator(name, device_);
-    const LampTables tables = BuildLampTables(field, gbuffer, estimator->traits().needs);
+    const render::LampTables tables =
+        render::BuildLampTables(field, gbuffer, estimator->traits().needs);
     const render::LuminaireOnDevice luminaire(device_, field, tables.view());
     const int seeds = options_.seeds;
     Values sum(exact.size(), 0.0), square(exact.size(), 0.0);
@@ -128,19 +129,20 @@ class Bench {
     return scatter;
   }
 
-  nlohmann::json Row(lightfield::BasisKind kind, int grid, ReferenceLampKind lamp_kind) {
+  nlohmann::json Row(lightfield::BasisKind kind, int grid, planning::ReferenceLampKind lamp_kind) {
     const auto geometry = GeometryOf(kind, grid, options_.size);
-    const ReferenceLamp lamp{.kind = lamp_kind, .radius_m = kRadius};
-    const auto receivers = ReferenceReceivers(geometry, options_.receivers, options_.seed);
+    const planning::ReferenceLamp lamp{.kind = lamp_kind, .radius_m = kRadius};
+    const auto receivers =
+        planning::ReferenceReceivers(geometry, options_.receivers, options_.seed);
     const auto gbuffer = MakeGBuffer(device_, receivers);
-    const LightField projected = Project(lamp, geometry), cut = NonNegative(projected);
+    const LightField projected = planning::Project(lamp, geometry), cut = NonNegative(projected);
     const auto closed_form = [&](const LightField& field) {
       return InParallel(receivers, [&](const Receiver& receiver) {
         return lightfield::ExactIrradiance(field, receiver.p, receiver.n)[0];
       });
     };
-    const Values truth =
-        InParallel(receivers, [&](const Receiver& receiver) { return Irradiance(lamp, receiver); });
+    const Values truth = InParallel(
+        receivers, [&](const Receiver& receiver) { return planning::Irradiance(lamp, receiver); });
     const Values of_projected = closed_form(projected), of_cut = closed_form(cut);
     double mean = 0;
     for (const double e : truth) mean += e / static_cast<double>(truth.size());
@@ -181,4 +183,4 @@ nlohmann::json BenchSigned(const BenchSignedOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

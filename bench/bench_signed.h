@@ -7,19 +7,20 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/basis.h"
-#include "study/reference_lamps.h"
+#include "luxfield/lightfield/basis.h"
+#include "luxfield/planning/reference_lamps.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchSignedOptions {
   std::vector<lightfield::BasisKind> bases{
       lightfield::BasisKind::kBox, lightfield::BasisKind::kBilinear,
       lightfield::BasisKind::kQuadratic, lightfield::BasisKind::kBspline2};
   std::vector<int> grids{7, 9, 11};  // basis functions along each axis, at least 5
-  std::vector<ReferenceLampKind> lamps{ReferenceLampKind::kDisc,      ReferenceLampKind::kFilament,
-                                       ReferenceLampKind::kRing,      ReferenceLampKind::kGaussian,
-                                       ReferenceLampKind::kHeadlight, ReferenceLampKind::kFaceted};
+  std::vector<planning::ReferenceLampKind> lamps{
+      planning::ReferenceLampKind::kDisc,      planning::ReferenceLampKind::kFilament,
+      planning::ReferenceLampKind::kRing,      planning::ReferenceLampKind::kGaussian,
+      planning::ReferenceLampKind::kHeadlight, planning::ReferenceLampKind::kFaceted};
   int size = 40;               // texels of an image along each axis
   int receivers = 100;         // surface points, ReferenceReceivers
   int samples_per_pixel = 64;  // of the samplers
@@ -31,8 +32,8 @@ struct BenchSignedOptions {
 
 // One row per basis, grid and lamp. The lamp, 48 mm of radius, lies inside the grid's interior
 // cells; `signed` is its projection on the grid, and what that becomes when it is made non-negative
-// (reconstruct/non_negative.h) is compared with it. Errors are RMS over the receivers, over the
-// mean irradiance of the lamp itself:
+// (reconstruct/solve/non_negative.h) is compared with it. Errors are RMS over the receivers, over
+// the mean irradiance of the lamp itself:
 //
 //   negative_share     sum of |C < 0| over sum of C > 0 of the projection
 //   signed_error, non_negative_error    irradiance in closed form against the lamp's
@@ -45,4 +46,4 @@ struct BenchSignedOptions {
 // Throws InputError for numbers out of range, DeviceError.
 nlohmann::json BenchSigned(const BenchSignedOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_solve.h"
+#include "luxfield/bench/bench_solve.h"
 
 #include <fmt/format.h>
 
@@ -8,14 +8,14 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "core/stopwatch.h"
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/non_negative.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/non_negative.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 template <typename Work>
@@ -167,4 +167,4 @@ nlohmann::json BenchSolve(const BenchSolveOptions& options) {
                                 NonNegativeRow(solver, options)});
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

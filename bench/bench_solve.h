@@ -3,7 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchSolveOptions {
   int grid_width = 23, grid_height = 15;  // bspline2: 345 images
@@ -22,9 +22,9 @@ struct BenchSolveOptions {
 // over a dim ground, brightest in the middle of the grid). wall_s is from C_0 = G^-1 E to C >= 0,
 // and beside it
 //   iterations, kkt_residual   of the slowest block; the worst residual of the stopping rule
-//                              (reconstruct/non_negative.h), a certificate of optimality
+//                              (reconstruct/solve/non_negative.h), a certificate of optimality
 //   signed_error, clamped_error, error   RMSE over RMS of C_0, max(C_0, 0) and the result
 // Throws InputError if an option is below 1, or the noise negative.
 nlohmann::json BenchSolve(const BenchSolveOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,19 +1,19 @@
-#include "study/bench_spacing.h"
+#include "luxfield/bench/bench_spacing.h"
 
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
-#include "capture/plan.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "hal/sim/tracer.h"
-#include "reconstruct/reconstruct.h"
-#include "render/renderer.h"
-#include "study/lamp_picture.h"
+#include "luxfield/capture/plan/plan.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/sim/tracer.h"
+#include "luxfield/planning/lamp_picture.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using lightfield::BasisGrid;
@@ -22,12 +22,12 @@ using lightfield::Vec2;
 
 constexpr std::uint64_t kSeed = 1;
 
-double LargestSide(const Rectangle& r) { return std::max(r.x1 - r.x0, r.y1 - r.y0); }
+double LargestSide(const planning::Rectangle& r) { return std::max(r.x1 - r.x0, r.y1 - r.y0); }
 
 // The lamp in the interior cells, on the axis of the supports.
-LuminaireGeometry GeometryFor(const LuminaireGeometry& plan, const TracedLamp& lamp,
+LuminaireGeometry GeometryFor(const LuminaireGeometry& plan, const planning::TracedLamp& lamp,
                               double spacing_m, double delta_m, int texels) {
-  const Rectangle& lit = lamp.lit();
+  const planning::Rectangle& lit = lamp.lit();
   const auto functions = [&](double length) {
     return static_cast<int>(std::ceil(length / spacing_m - 1e-9)) + plan.grid.basis.cells - 1;
   };
@@ -78,7 +78,7 @@ lightfield::Measurements MeasureIdeally(const hal::sim::Lamp& lamp, const Lumina
       half * grid.spacing_m, poses, g.lattice,
       std::vector<hal::sim::LatticeWindow>(poses.size(), {0, 0, g.lattice.width, g.lattice.height}),
       options);
-  return IdealMeasurements(g, images, lamp);
+  return planning::IdealMeasurements(g, images, lamp);
 }
 
 }  // namespace
@@ -104,9 +104,9 @@ nlohmann::json BenchSpacing(const BenchSpacingOptions& options) {
   overrides.width = options.width;
   overrides.height = options.height;
   const scene::Scene scene = scene::ReadScene(options.scene, overrides);
-  const TracedLamp lamp(lab, plan);
+  const planning::TracedLamp lamp(lab, plan);
   const double lamp_m = LargestSide(lamp.lit());
-  std::optional<LampPicture> truth;
+  std::optional<planning::LampPicture> truth;
   core::Json rows = core::Json::array();
   core::Progress progress("grids", cases.size());
   for (const auto& [vary, spacing_m, delta_m] : cases) {
@@ -115,25 +115,26 @@ nlohmann::json BenchSpacing(const BenchSpacingOptions& options) {
     const auto field = reconstruct::Reconstruct(MeasureIdeally(*lab.lamp, g, lamp_m)).coefficients;
     lightfield::WriteLightField(file, field);
     render::LitScene lit(device, scene);
-    if (!truth) truth = TraceLampPicture(lit, scene, lamp, {.points = 610, .seed = kSeed});
+    if (!truth)
+      truth = planning::TraceLampPicture(lit, scene, lamp, {.points = 610, .seed = kSeed});
     render::RenderOptions how;
     how.estimator = "exact";
     how.shadows = render::Shadows::kNone;
     const render::Frame frame = render::Renderer(lit, how).Render();
-    const StageError error = ErrorAgainst(frame.irradiance, truth->irradiance);
-    const double flux = FluxThrough(g.lattice, TracedLamp(lab, g), kSeed).value;
+    const planning::StageError error = planning::ErrorAgainst(frame.irradiance, truth->irradiance);
+    const double flux = planning::FluxThrough(g.lattice, planning::TracedLamp(lab, g), kSeed).value;
     rows.push_back({{"vary", vary},
                     {"spacing_mm", 1e3 * spacing_m},
                     {"delta_m", delta_m},
                     {"positions", g.grid.count()},
                     {"texel_mm", 1e3 * g.lattice.ds_m},
-                    {"flux_error", LuminousFlux(field) / flux - 1},
+                    {"flux_error", planning::LuminousFlux(field) / flux - 1},
                     {"rel_rmse", error.rel_rmse},
                     {"rel_l2", error.rel_l2},
-                    {"mean_lab", Compare(frame.radiance, truth->radiance).mean_lab}});
+                    {"mean_lab", planning::Compare(frame.radiance, truth->radiance).mean_lab}});
     progress.Advance();
   }
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchSpacingOptions {
   std::filesystem::path lab = "data/labs/headlight.toml", plan = "data/plans/demo.toml",
@@ -32,4 +32,4 @@ struct BenchSpacingOptions {
 // Throws InputError for lamps that are light fields: they have one distance of the planes.
 nlohmann::json BenchSpacing(const BenchSpacingOptions& options);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

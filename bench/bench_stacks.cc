@@ -1,4 +1,4 @@
-#include "study/bench_stacks.h"
+#include "luxfield/bench/bench_stacks.h"
 
 #include <fmt/format.h>
 
@@ -6,16 +6,16 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/npy.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "core/stopwatch.h"
-#include "reconstruct/calibrate_response.h"
-#include "reconstruct/merge_stack.h"
-#include "study/foreign_mergers.h"
+#include "luxfield/bench/foreign_mergers.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/npy.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/reconstruct/calibrate/response/calibrate_response.h"
+#include "luxfield/reconstruct/calibrate/response/merge_stack.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using nlohmann::json;
@@ -292,4 +292,4 @@ json BenchStacks(const BenchStacksOptions& options) {
   return {{"merges", merges}, {"curves", curves}};
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

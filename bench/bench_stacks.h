@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchStacksOptions {
   int width = 640, height = 320;    // of the simulated stacks; 0: they are left out
@@ -42,4 +42,4 @@ struct BenchStacksOptions {
 // Throws InputError for a channel that is not R, G or B, and what reading the pictures throws.
 nlohmann::json BenchStacks(const BenchStacksOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_tradeoff.h"
+#include "luxfield/bench/bench_tradeoff.h"
 
 #include <fmt/format.h>
 
@@ -10,14 +10,14 @@
 #include <optional>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/progress.h"
-#include "render/lit_scene.h"
-#include "render/renderer.h"
-#include "study/reference_picture.h"
-#include "study/scene_cases.h"
+#include "luxfield/bench/scene_cases.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/planning/reference_picture.h"
+#include "luxfield/render/lit_scene.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using nlohmann::json;
@@ -108,8 +108,8 @@ class SceneBench {
 
   void AddRows(json& rows) {
     render::LitScene judged(device_, scene_);
-    const ReferencePicture reference =
-        RenderReference(judged, PictureOptions(options_, case_), options_.reference_samples);
+    const planning::ReferencePicture reference = planning::RenderReference(
+        judged, PictureOptions(options_, case_), options_.reference_samples);
     for (const auto& traits : render::EstimatorList()) {
       const bool wanted = options_.estimators.empty() ||
                           std::find(options_.estimators.begin(), options_.estimators.end(),
@@ -134,13 +134,13 @@ class SceneBench {
 
  private:
   json Row(render::LitScene& lit, const render::EstimatorTraits& traits, const Knobs& knobs,
-           int spp, const ReferencePicture& reference) const {
+           int spp, const planning::ReferencePicture& reference) const {
     auto picture = PictureOptions(options_, case_);
     picture.estimator = traits.name;
     picture.samples_per_pixel = std::max(spp, 1);
     knobs.apply(picture);
     const Measured measured = Measure(lit, picture);
-    const auto difference = Compare(measured.radiance, reference);
+    const auto difference = planning::Compare(measured.radiance, reference);
     int images = 0, channels = 1;
     for (const auto& luminaire : lit.luminaires()) {
       const auto& geometry = luminaire.light_field->field.geometry;
@@ -234,4 +234,4 @@ void MarkPareto(json& rows) {
   }
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

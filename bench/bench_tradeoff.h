@@ -7,17 +7,17 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchTradeoffOptions {
   std::vector<std::filesystem::path> scenes{"data/scenes/garage.toml", "data/scenes/wall.toml",
                                             "data/scenes/street.toml", "data/scenes/hall.toml"};
-  std::vector<std::string> estimators;                // empty: all
+  std::vector<std::string> estimators;              // empty: all
   std::vector<int> samples_per_pixel{16, 64, 256};  // over all luminaires of a scene
-  int width = 128, height = 96;                       // of the pictures
-  int reference_samples = 4096;                       // per pixel, both halves together
-  std::string device;                                 // as --device
-  int threads = 0;                                    // of an OpenCL CPU device, 0: all
+  int width = 128, height = 96;                     // of the pictures
+  int reference_samples = 4096;                     // per pixel, both halves together
+  std::string device;                               // as --device
+  int threads = 0;                                  // of an OpenCL CPU device, 0: all
 };
 
 // Rows {"scene", "shadows", "surface", "estimator", "spp", "knobs", "width", "height", "images",
@@ -31,7 +31,7 @@ struct BenchTradeoffOptions {
 // G-buffer after compilation, the best of up to three runs; build_core_s is the CPU time of the
 // tables that the estimator asks for. Errors are of the picture's radiance (core/measures.h).
 //
-// References, and errors against them: study/reference_picture.h. reference_rel_rmse is the
+// References, and errors against them: planning/reference_picture.h. reference_rel_rmse is the
 // reference's own; `resolved` says whether the row's error is ten times that or more
 // (docs/theory.md 10).
 //
@@ -43,4 +43,4 @@ nlohmann::json BenchTradeoff(const BenchTradeoffOptions& options = {});
 // core_s and at most its rel_rmse, and less of one.
 void MarkPareto(nlohmann::json& rows);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_volume.h"
+#include "luxfield/bench/bench_volume.h"
 
 #include <fmt/format.h>
 
@@ -8,14 +8,14 @@
 #include <numbers>
 #include <vector>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "lightfield/light_vector.h"
-#include "render/estimators/volume.h"
-#include "study/reference_lamps.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/planning/reference_lamps.h"
+#include "luxfield/render/estimators/volume.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using lightfield::LightField;
@@ -37,7 +37,7 @@ constexpr Grid kGrids[] = {{"4x4 of 1x1", 4, 4, 1, 1, 0.3, 0.05},
 
 // Images of a lamp: the flux density that leaves the middle third of a cell for the middle of a
 // texel. No projection, but all of its edges.
-LightField ImagesOf(const ReferenceLamp& lamp, const LuminaireGeometry& geometry) {
+LightField ImagesOf(const planning::ReferenceLamp& lamp, const LuminaireGeometry& geometry) {
   LightField field(geometry);
   for (int j = 0; j < geometry.grid.height; ++j)
     for (int i = 0; i < geometry.grid.width; ++i) {
@@ -209,10 +209,10 @@ nlohmann::json BenchVolume(const BenchVolumeOptions& options) {
     for (const Grid& grid : kGrids) {
       const LuminaireGeometry geometry = GeometryOf(grid, basis);
       const double radius_m = 0.4 * grid.height * grid.spacing_m;
-      for (const ReferenceLamp& lamp :
-           ReferenceLamps(radius_m, preprocess::SupportCentre(geometry))) {
+      for (const planning::ReferenceLamp& lamp :
+           planning::ReferenceLamps(radius_m, preprocess::SupportCentre(geometry))) {
         // Thinner than what images of these grids resolve.
-        if (lamp.kind == ReferenceLampKind::kFilament) continue;
+        if (lamp.kind == planning::ReferenceLampKind::kFilament) continue;
         const LightField field = ImagesOf(lamp, geometry);
         nlohmann::json row{
             {"basis", geometry.grid.basis.name()}, {"grid", grid.name}, {"lamp", lamp.name()}};
@@ -223,4 +223,4 @@ nlohmann::json BenchVolume(const BenchVolumeOptions& options) {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct BenchVolumeOptions {
   int receivers = 100;  // of each kind
@@ -17,7 +17,7 @@ struct BenchVolumeOptions {
 };
 
 // Four bases, three grids (the first of images of one texel) and images of six lamps
-// (study/reference_lamps.h; but the filament, which they do not resolve). Each lights receivers
+// (planning/reference_lamps.h; but the filament, which they do not resolve). Each lights receivers
 // of four kinds: in front of I; with the horizon through the supports, anywhere; between the planes
 // or on I; just before F. The volume is made for some, and the device lights others by `volume`.
 //
@@ -30,4 +30,4 @@ struct BenchVolumeOptions {
 // itself, how many are off by more than 5 %, and how many are dark. Throws InputError, DeviceError.
 nlohmann::json BenchVolume(const BenchVolumeOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/budget_lab.h"
+#include "luxfield/bench/budget_lab.h"
 
 #include <fmt/format.h>
 
@@ -6,15 +6,15 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/file.h"
-#include "core/json.h"
-#include "core/random.h"
-#include "lightfield/light_field.h"
-#include "lightfield/light_vector.h"
-#include "reconstruct/error_budget.h"
-#include "reconstruct/geometry_calibration_file.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/reconstruct/budget/error_budget.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_calibration_file.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 constexpr double kDelta_m = 0.3, kSpacing_m = 0.03, kPixel_m = 0.01;
@@ -214,7 +214,7 @@ nlohmann::json BudgetRow(const std::string& source, const std::string& quantity,
 reconstruct::ErrorSizes SizesOfLab(const std::filesystem::path& lab) {
   reconstruct::ErrorSizes sizes;
   const auto number = [&](const char* source, const char* key) {
-    const auto values = ReadLabNumbers(lab, source, key);
+    const auto values = planning::ReadLabNumbers(lab, source, key);
     double square = 0;
     for (const double v : values) square += v * v;
     return values.empty() ? 0 : std::sqrt(square / static_cast<double>(values.size()));
@@ -357,8 +357,9 @@ void WriteGeometryOfRun(const std::filesystem::path& file, const reconstruct::Er
   reconstruct::WriteGeometryCalibration(file, calibration);
 }
 
-std::vector<LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes, const std::string& source,
-                                   std::uint64_t seed, int run) {
+std::vector<planning::LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes,
+                                             const std::string& source, std::uint64_t seed,
+                                             int run) {
   using reconstruct::ErrorSource;
   core::Random random(seed, 0x62756467, static_cast<std::uint32_t>(run));
   const auto draw = [&](ErrorSource of, const std::optional<double>& size) {
@@ -389,4 +390,4 @@ std::vector<LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes, const s
           {"drift", "phase_deg", {std::atan2(cosine, sine) * kDegrees}}};
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "reconstruct/budget_settings.h"
-#include "study/lab_variant.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/planning/lab_variant.h"
+#include "luxfield/reconstruct/budget/budget_settings.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 // Of the exposures of a bracket: one or two that dark places need, or up to four, which share
 // enough pixels to find their times from.
@@ -84,7 +84,8 @@ void ReadMeter(reconstruct::Meter* meter, const std::vector<double>& irradiance,
 // The errors of run `run`: fixed errors drawn from their sizes, those of `source` alone (totals:
 // all). Normal; stray light is the absolute value of one; the wander a sine of Rayleigh amplitude
 // and even phase.
-std::vector<LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes, const std::string& source,
-                                   std::uint64_t seed, int run);
+std::vector<planning::LabNumbers> DrawErrors(const reconstruct::ErrorSizes& sizes,
+                                             const std::string& source, std::uint64_t seed,
+                                             int run);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

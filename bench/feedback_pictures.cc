@@ -1,4 +1,4 @@
-#include "study/feedback_pictures.h"
+#include "luxfield/bench/feedback_pictures.h"
 
 #include <fmt/format.h>
 
@@ -6,13 +6,13 @@
 #include <cmath>
 #include <limits>
 
-#include "core/colour.h"
-#include "core/exr.h"
-#include "core/measures.h"
-#include "render/film.h"
-#include "study/lights_apart.h"
+#include "luxfield/bench/lights_apart.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/render/film/film.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 constexpr std::uint64_t kSeed = 17, kReferenceSeed = 0x666565646261;  // nobody counts up to it
@@ -175,4 +175,4 @@ std::vector<std::filesystem::path> WriteFeedback(const Feedback& feedback,
   return files;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

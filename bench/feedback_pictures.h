@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "core/image.h"
-#include "render/device.h"
-#include "scene/scene.h"
+#include "luxfield/core/image.h"
+#include "luxfield/render/device/device.h"
+#include "luxfield/scene/scene.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct FeedbackOptions {
   int samples_per_light = 256;  // per pixel
@@ -47,4 +47,4 @@ Feedback MakeFeedback(const render::Device& device, const scene::Scene& scene,
 std::vector<std::filesystem::path> WriteFeedback(const Feedback& feedback,
                                                  const std::filesystem::path& folder);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/filter_rows.h"
+#include "luxfield/bench/filter_rows.h"
 
 #include <toml++/toml.h>
 
@@ -7,17 +7,17 @@
 #include <sstream>
 #include <vector>
 
-#include "core/file.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "reconstruct/error_budget.h"
-#include "reconstruct/measure_filter.h"
-#include "study/budget_lab.h"
-#include "study/chain.h"
-#include "study/filter_photographs.h"
-#include "study/lab_variant.h"
+#include "luxfield/bench/budget_lab.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/planning/chain.h"
+#include "luxfield/planning/filter_photographs.h"
+#include "luxfield/planning/lab_variant.h"
+#include "luxfield/reconstruct/budget/error_budget.h"
+#include "luxfield/reconstruct/calibrate/filter/measure_filter.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using hal::sim::FilterBench;
@@ -29,7 +29,7 @@ constexpr double kGain_dn_per_e = 6.4;
 
 // The print as a lab file has it. A pair stays in its place: the edges of a displaced one fall
 // between the simulated lab's nodes, 0.06 % of the flux, as much as the level leaves open.
-std::vector<LabNumbers> PrintErrors(bool dual) {
+std::vector<planning::LabNumbers> PrintErrors(bool dual) {
   return {{"registration", "shift_m", dual ? std::vector<double>{0, 0} : std::vector{2e-4, -1e-4}},
           {"density", "relative", {0.02}},
           {"density", "gamma", {0.01}},
@@ -39,8 +39,8 @@ std::vector<LabNumbers> PrintErrors(bool dual) {
 // The lab on whose bench the print is photographed.
 void WritePhotographingLab(const std::filesystem::path& lab, bool dual,
                            const std::filesystem::path& variant) {
-  WriteLabVariant(lab, {"registration", "density", "photon_noise", "read_noise"}, false, variant,
-                  PrintErrors(dual));
+  planning::WriteLabVariant(lab, {"registration", "density", "photon_noise", "read_noise"}, false,
+                            variant, PrintErrors(dual));
   toml::table table = toml::parse(core::ReadFile(variant));
   table["camera"].as_table()->insert_or_assign("gain_dn_per_e", kGain_dn_per_e);
   std::ostringstream text;
@@ -80,18 +80,18 @@ nlohmann::json FilterRows(const std::filesystem::path& folder, int runs, int bud
   reconstruct::BudgetSettings settings;
   AskOfBudgetLab(&settings);
   const auto run_chain = [&](const std::vector<std::string>& errors) {
-    WriteLabVariant(lab, errors, false, variant, PrintErrors(dual));
+    planning::WriteLabVariant(lab, errors, false, variant, PrintErrors(dual));
     std::filesystem::remove_all(folder / "session");
-    ChainOptions chain;
+    planning::ChainOptions chain;
     chain.lab = variant;
     chain.plan = folder / "plan.toml";
     chain.folder = folder;
     chain.seed = seed;
-    return RunChain(chain);
+    return planning::RunChain(chain);
   };
   const auto truth = QuantitiesOf(run_chain({}).reconstruction.coefficients, settings);
   const auto measurements = run_chain({"registration", "density"}).measurements;
-  const core::SessionReader session(folder / "session");
+  const session::SessionReader session(folder / "session");
   reconstruct::MergeSessionOptions how;
   how.lamp_level = reconstruct::LampLevel::kMonitorUnity;
 
@@ -127,7 +127,7 @@ nlohmann::json FilterRows(const std::filesystem::path& folder, int runs, int bud
     const FilterBench bench(hal::sim::ReadLab(core::Config::FromFile(photographed),
                                               seed + 1 + static_cast<std::uint64_t>(run)),
                             kPixels);
-    const FilterPhotographs photographs = PhotographFilter(bench);
+    const reconstruct::FilterPhotographs photographs = planning::PhotographFilter(bench);
     reconstruct::FilterReadings readings;
     const auto filter = reconstruct::MeasureFilter(photographs.sheet, photographs.light,
                                                    photographs.prints, &readings);
@@ -156,4 +156,4 @@ nlohmann::json FilterRows(const std::filesystem::path& folder, int runs, int bud
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

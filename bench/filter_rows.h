@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 constexpr const char* kFilterSource = "measured filter";
 
@@ -26,4 +26,4 @@ constexpr const char* kFilterSource = "measured filter";
 nlohmann::json FilterRows(const std::filesystem::path& folder, int runs, int budgets,
                           std::uint64_t seed, bool dual);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/foreign_mergers.h"
+#include "luxfield/bench/foreign_mergers.h"
 
 #include <fmt/format.h>
 
@@ -7,11 +7,11 @@
 #include <cstring>
 #include <opencv2/photo.hpp>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/stopwatch.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/stopwatch.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using reconstruct::PictureStack;
@@ -106,4 +106,4 @@ std::vector<ForeignMerge> MergeWithOthers(const PictureStack& stack, int channel
           MergeWithPfstools("pfstools Mitsunaga", "mitsunaga", stack, channel, folder)};
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "reconstruct/picture_stack.h"
+#include "luxfield/reconstruct/calibrate/response/picture_stack.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct ForeignMerge {
   std::string name;
@@ -25,4 +25,4 @@ struct ForeignMerge {
 std::vector<ForeignMerge> MergeWithOthers(const reconstruct::PictureStack& stack, int channel,
                                           const std::filesystem::path& folder);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,11 +1,11 @@
-#include "study/lights_apart.h"
+#include "luxfield/bench/lights_apart.h"
 
 #include <numbers>
 
-#include "core/error.h"
-#include "core/stopwatch.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/stopwatch.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 LightsApart::LightsApart(const render::Device& device, const scene::Scene& scene, bool shadows)
     : scene_(device, scene), shadows_(shadows) {
@@ -43,7 +43,7 @@ void LightsApart::LightOne(std::size_t light, const StrategySetting& setting, st
   options.knobs.strategies.light_share = setting.light_share;
   options.knobs.strategies.pilot = setting.pilot;
   const render::DeviceBvh* bvh = shadows_ ? &scene_.geometry().bvh : nullptr;
-  render::TwoStrategies& estimator = scene_.two_strategies();
+  render::MisEstimator& estimator = scene_.mis();
   const std::size_t luminaires = scene_.luminaires().size(),
                     area_lights = scene_.area_lights().size();
   if (light < luminaires) {
@@ -122,4 +122,4 @@ core::Image LightsApart::FaceShares() {
   return image;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

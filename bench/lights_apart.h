@@ -1,4 +1,4 @@
-// A scene lit light by light by samples of two strategies (render/estimators/two_strategies.h), on
+// A scene lit light by light by samples of two strategies (render/estimators/mis.h), on
 // a resident G-buffer: what benches and pictures of the balance between strategies are made from.
 #pragma once
 
@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "core/image.h"
-#include "render/lit_scene.h"
-#include "scene/scene.h"
+#include "luxfield/core/image.h"
+#include "luxfield/render/lit_scene.h"
+#include "luxfield/scene/scene.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct StrategySetting {
   render::Strategies strategies = render::Strategies::kLobe;
@@ -47,7 +47,7 @@ class LightsApart {
   };
   std::vector<Part> LightParts(const StrategySetting& setting, std::uint64_t seed);
 
-  // The environment's samples that follow the map, by face (lightfield/cube_map.h), as shares:
+  // The environment's samples that follow the map, by face (environment/cube_map.h), as shares:
   // 6 channels; empty if there is no environment.
   core::Image FaceShares();
 
@@ -69,4 +69,4 @@ class LightsApart {
   std::vector<std::size_t> hit_;
 };
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,11 +1,11 @@
-#include "study/mean_squares.h"
+#include "luxfield/bench/mean_squares.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/json.h"
+#include "luxfield/core/json.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 void MeanSquares::Add(const std::string& quantity, double truth, double sigma, double deviation) {
   auto sum = std::find_if(sums_.begin(), sums_.end(),
@@ -37,4 +37,4 @@ nlohmann::json MeanSquares::Rows() const {
   return rows;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 class MeanSquares {
  public:
@@ -27,4 +27,4 @@ class MeanSquares {
   std::vector<Sums> sums_;
 };
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

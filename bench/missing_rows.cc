@@ -1,21 +1,21 @@
-#include "study/missing_rows.h"
+#include "luxfield/bench/missing_rows.h"
 
 #include <cmath>
 #include <tuple>
 #include <vector>
 
-#include "core/json.h"
-#include "core/progress.h"
-#include "core/random.h"
-#include "reconstruct/adjoint_solve.h"
-#include "reconstruct/budget_quantities.h"
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/missing_positions.h"
-#include "reconstruct/reconstruct.h"
-#include "study/budget_lab.h"
-#include "study/mean_squares.h"
+#include "luxfield/bench/budget_lab.h"
+#include "luxfield/bench/mean_squares.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/budget/budget_quantities.h"
+#include "luxfield/reconstruct/budget/missing_positions.h"
+#include "luxfield/reconstruct/solve/adjoint_solve.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using lightfield::Basis;
@@ -129,4 +129,4 @@ nlohmann::json MissingRows(int lamps, std::uint64_t seed, bool dual) {
   return squares.Rows();
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 constexpr const char* kMissingSource = "missing positions";
 
@@ -14,4 +14,4 @@ constexpr const char* kMissingSource = "missing positions";
 // the rest deviates from the lamp's closed forms, without any noise.
 nlohmann::json MissingRows(int lamps, std::uint64_t seed, bool dual);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,8 +1,8 @@
-#include "study/scene_cases.h"
+#include "luxfield/bench/scene_cases.h"
 
 #include <algorithm>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 std::vector<SceneCase> CasesOf(const scene::Scene& scene) {
   const auto& materials = scene.geometry.materials;
@@ -20,4 +20,4 @@ scene::Scene SceneOf(scene::Scene scene, const SceneCase& c) {
   return scene;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "scene/scene.h"
+#include "luxfield/scene/scene.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct SceneCase {
   bool shadows = false;
@@ -18,4 +18,4 @@ std::vector<SceneCase> CasesOf(const scene::Scene& scene);
 // The scene with the surfaces of the case.
 scene::Scene SceneOf(scene::Scene scene, const SceneCase& c);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

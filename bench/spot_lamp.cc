@@ -1,11 +1,11 @@
-#include "study/spot_lamp.h"
+#include "luxfield/bench/spot_lamp.h"
 
 #include <cmath>
 #include <vector>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 using lightfield::Basis;
 using lightfield::BasisKind;
@@ -51,4 +51,4 @@ LightField SpotLamp(lightfield::LuminaireGeometry geometry, const SpotLampOption
   return lamp;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "lightfield/light_field.h"
+#include "luxfield/lightfield/light_field.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct SpotLampOptions {
   double smallest_m = 0, largest_m = 0;  // standard deviations, every size as likely as its double
@@ -19,4 +19,4 @@ struct SpotLampOptions {
 lightfield::LightField SpotLamp(lightfield::LuminaireGeometry geometry,
                                 const SpotLampOptions& options, std::uint64_t seed, int number);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

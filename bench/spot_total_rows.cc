@@ -1,18 +1,18 @@
-#include "study/spot_total_rows.h"
+#include "luxfield/bench/spot_total_rows.h"
 
 #include <cmath>
 #include <vector>
 
-#include "core/json.h"
-#include "core/progress.h"
-#include "reconstruct/error_budget.h"
-#include "study/budget_lab.h"
-#include "study/chain.h"
-#include "study/lab_variant.h"
-#include "study/mean_squares.h"
-#include "study/spot_lamp.h"
+#include "luxfield/bench/budget_lab.h"
+#include "luxfield/bench/mean_squares.h"
+#include "luxfield/bench/spot_lamp.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/planning/chain.h"
+#include "luxfield/planning/lab_variant.h"
+#include "luxfield/reconstruct/budget/error_budget.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 nlohmann::json SpotTotalRows(const std::filesystem::path& folder, int runs, std::uint64_t seed,
                              bool dual) {
@@ -26,7 +26,7 @@ nlohmann::json SpotTotalRows(const std::filesystem::path& folder, int runs, std:
   AskOfBudgetLab(&settings);
   const BudgetCase all = BudgetCases().back();
 
-  ChainOptions chain;
+  planning::ChainOptions chain;
   chain.lab = folder / "variant.toml";
   chain.plan = folder / "plan.toml";
   chain.folder = folder;
@@ -40,13 +40,14 @@ nlohmann::json SpotTotalRows(const std::filesystem::path& folder, int runs, std:
     core::ThrowIfInterrupted();
     const lightfield::LightField lamp = SpotLamp(plan, spots, seed, run);
     lightfield::WriteLightField(folder / "lamp.lf.exr", lamp);
-    WriteLabVariant(folder / "lab.toml", all.enabled, false, chain.lab,
-                    DrawErrors(settings.sizes, all.name, seed, run));
+    planning::WriteLabVariant(folder / "lab.toml", all.enabled, false, chain.lab,
+                              DrawErrors(settings.sizes, all.name, seed, run));
     WriteGeometryOfRun(chain.calibrations[0], settings.sizes, all.name, seed, run);
     std::filesystem::remove_all(folder / "session");
     chain.seed = seed + static_cast<std::uint64_t>(run);
-    RunChain(chain);
-    const auto budget = ComputeErrorBudget(core::SessionReader(folder / "session"), settings, how);
+    planning::RunChain(chain);
+    const auto budget =
+        ComputeErrorBudget(session::SessionReader(folder / "session"), settings, how);
     const std::vector<double> truth = QuantitiesOf(lamp, settings);
     for (std::size_t q = 0; q < truth.size(); ++q) {
       const auto& quantity = budget.quantities[q];
@@ -57,4 +58,4 @@ nlohmann::json SpotTotalRows(const std::filesystem::path& folder, int runs, std:
   return squares.Rows();
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

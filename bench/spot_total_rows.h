@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 constexpr const char* kTotalWithBasis = "total, with the basis";
 
@@ -16,4 +16,4 @@ constexpr const char* kTotalWithBasis = "total, with the basis";
 nlohmann::json SpotTotalRows(const std::filesystem::path& folder, int runs, std::uint64_t seed,
                              bool dual);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,14 +1,14 @@
-#include "study/strategy_variance.h"
+#include "luxfield/bench/strategy_variance.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
-#include "core/colour.h"
-#include "core/measures.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/measures.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 // Variance over the pictures first, first + step, ..., pixel by pixel.
@@ -133,4 +133,4 @@ double BestOfEachPixel(const LightsApart& scene, const std::vector<Runs>& choice
   return sum;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "core/image.h"
-#include "study/lights_apart.h"
+#include "luxfield/bench/lights_apart.h"
+#include "luxfield/core/image.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 // Pixel by pixel what a variance is multiplied by before it is summed:
 // 1 / (b^2 + eps) / pixels, b the reference's luminance, eps = (0.01 mean b)^2.
@@ -44,4 +44,4 @@ Estimate RelativeDifference(const Estimate& a, const Estimate& b);
 double BestOfEachPixel(const LightsApart& scene, const std::vector<Runs>& choices,
                        const std::vector<double>& scales);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/thesis_table.h"
+#include "luxfield/bench/thesis_table.h"
 
 #include <fmt/format.h>
 
@@ -6,16 +6,16 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/measures.h"
-#include "core/progress.h"
-#include "core/stopwatch.h"
-#include "preprocess/tables.h"
-#include "render/lit_scene.h"
-#include "render/renderer.h"
-#include "study/bench_solve.h"
+#include "luxfield/bench/bench_solve.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/preprocess/tables.h"
+#include "luxfield/render/lit_scene.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using nlohmann::json;
@@ -282,4 +282,4 @@ json ThesisTable(const ThesisTableOptions& options) {
   return Table(options).Make();
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 struct ThesisTableOptions {
   std::filesystem::path scenes = "data/scenes", lamps = "out/lamps";
@@ -21,4 +21,4 @@ struct ThesisTableOptions {
 // make them first), DeviceError, Interrupted.
 nlohmann::json ThesisTable(const ThesisTableOptions& options = {});
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

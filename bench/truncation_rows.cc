@@ -1,20 +1,20 @@
-#include "study/truncation_rows.h"
+#include "luxfield/bench/truncation_rows.h"
 
 #include <tuple>
 #include <vector>
 
-#include "core/file.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "hal/sim/simulated_lab.h"
-#include "lightfield/light_vector.h"
-#include "lightfield/quadrature.h"
-#include "reconstruct/basis_truncation.h"
-#include "reconstruct/coarser_grids.h"
-#include "study/mean_squares.h"
-#include "study/spot_lamp.h"
+#include "luxfield/bench/mean_squares.h"
+#include "luxfield/bench/spot_lamp.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/lightfield/quadrature.h"
+#include "luxfield/reconstruct/budget/basis_truncation.h"
+#include "luxfield/reconstruct/budget/coarser_grids.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using lightfield::BasisKind;
@@ -163,4 +163,4 @@ nlohmann::json TruncationRows(const std::filesystem::path& folder, int lamps, st
   return squares.Rows();
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 constexpr const char *kBasisSource = "basis", *kEstimatedBasisSource = "basis, estimated";
 
@@ -17,4 +17,4 @@ constexpr const char *kBasisSource = "basis", *kEstimatedBasisSource = "basis, e
 nlohmann::json TruncationRows(const std::filesystem::path& folder, int lamps, std::uint64_t seed,
                               bool dual, bool estimated);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

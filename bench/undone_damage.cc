@@ -1,13 +1,13 @@
-#include "study/undone_damage.h"
+#include "luxfield/bench/undone_damage.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 constexpr int kResamples = 400;
@@ -52,4 +52,4 @@ UndoneShare UndoneDamage(const SquaredErrors& errors, std::uint64_t seed) {
   return result;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

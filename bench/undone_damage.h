@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-namespace luxfield::study {
+namespace luxfield::bench {
 
 // Squared errors at the same receivers, equally likely ones.
 struct SquaredErrors {
@@ -27,4 +27,4 @@ struct UndoneShare {
 };
 UndoneShare UndoneDamage(const SquaredErrors& errors, std::uint64_t seed);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

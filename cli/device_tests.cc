@@ -1,4 +1,4 @@
-#include "cli/device_tests.h"
+#include "luxfield/cli/device_tests.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,11 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/config.h"
-#include "core/error.h"
-#include "hal/device_lab.h"
-#include "hal/devices.h"
-#include "hal/safety_guard.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/error.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/lab/device_lab.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/hal/safety/safety_guard.h"
 
 namespace luxfield::cli {
 namespace {

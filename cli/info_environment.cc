@@ -1,4 +1,4 @@
-#include "cli/info_environment.h"
+#include "luxfield/cli/info_environment.h"
 
 #include <fmt/format.h>
 
@@ -8,13 +8,13 @@
 #include <numbers>
 #include <optional>
 
-#include "cli/program.h"
-#include "core/error.h"
-#include "core/progress.h"
-#include "core/radiance_hdr.h"
-#include "core/stopwatch.h"
-#include "lightfield/environment_map.h"
-#include "lightfield/environment_sequence.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/radiance_hdr.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/environment/environment_sequence.h"
 
 namespace luxfield::cli {
 namespace {
@@ -24,12 +24,12 @@ std::string Colour(const core::Rgb& rgb) {
                      core::Luminance(rgb));
 }
 
-std::optional<lightfield::EnvironmentLayout> Layout(const std::string& name) {
+std::optional<environment::EnvironmentLayout> Layout(const std::string& name) {
   if (name.empty()) return {};
-  const auto layout = lightfield::EnvironmentLayoutFromName(name);
+  const auto layout = environment::EnvironmentLayoutFromName(name);
   if (!layout)
     throw InputError(fmt::format("--layout {}: no such layout; choose one of {}", name,
-                                 lightfield::EnvironmentLayoutNames()));
+                                 environment::EnvironmentLayoutNames()));
   return layout;
 }
 
@@ -61,14 +61,14 @@ core::Json ByRadianceWeights(const std::string& path, const core::Rgb& mean, con
 }  // namespace
 
 core::Json InfoEnvironment(const std::string& path, const std::string& layout) {
-  const auto picture = lightfield::ReadEnvironmentPicture(path, Layout(layout));
-  const auto cube = lightfield::MakeCubeMap(picture);
-  const auto brightest = lightfield::FindBrightestPixel(picture);
-  const core::Rgb mean = lightfield::MeanRadiance(cube);
-  const core::Rgb up = lightfield::Irradiance(cube, {0, 0, 1});
-  const core::Rgb down = lightfield::Irradiance(cube, {0, 0, -1});
-  const auto name = lightfield::EnvironmentLayoutName(picture.layout);
-  const bool nodes = picture.registration == lightfield::TexelRegistration::kNodes;
+  const auto picture = environment::ReadEnvironmentPicture(path, Layout(layout));
+  const auto cube = environment::MakeCubeMap(picture);
+  const auto brightest = environment::FindBrightestPixel(picture);
+  const core::Rgb mean = environment::MeanRadiance(cube);
+  const core::Rgb up = environment::Irradiance(cube, {0, 0, 1});
+  const core::Rgb down = environment::Irradiance(cube, {0, 0, -1});
+  const auto name = environment::EnvironmentLayoutName(picture.layout);
+  const bool nodes = picture.registration == environment::TexelRegistration::kNodes;
   const lightfield::Vec3 w = brightest.direction;
   const double elevation_deg = 180 / std::numbers::pi * std::asin(w.z);
   fmt::print("{}: environment map, {}{}\n", path, name,
@@ -104,21 +104,21 @@ core::Json InfoEnvironment(const std::string& path, const std::string& layout) {
 }
 
 core::Json InfoEnvironmentSequence(const std::string& path, const std::string& layout) {
-  lightfield::EnvironmentSequence sequence(path, {Layout(layout)});
+  environment::EnvironmentSequence sequence(path, {Layout(layout)});
   const std::size_t count = sequence.frames().size();
   std::vector<double> up;
   core::Rgb mean{};
   double streaming_s = 0;
   {
     core::Progress progress("frames", count);
-    lightfield::CubeMap cube;
+    environment::CubeMap cube;
     core::Stopwatch watch;
     while (sequence.Next(cube)) {
       streaming_s += watch.WallSeconds();
       core::ThrowIfInterrupted();
-      const core::Rgb radiance = lightfield::MeanRadiance(cube);
+      const core::Rgb radiance = environment::MeanRadiance(cube);
       for (std::size_t k = 0; k < 3; ++k) mean[k] += radiance[k] / double(count);
-      up.push_back(core::Luminance(lightfield::Irradiance(cube, {0, 0, 1})));
+      up.push_back(core::Luminance(environment::Irradiance(cube, {0, 0, 1})));
       progress.Advance();
       watch = core::Stopwatch();
     }

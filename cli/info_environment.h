@@ -3,12 +3,12 @@
 
 #include <string>
 
-#include "core/json.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::cli {
 
 // Prints layout, size, mean radiance, irradiance of surfaces that face up and down, and the
-// brightest pixel. `layout` is a name of lightfield/environment_layouts.h, or empty where the file
+// brightest pixel. `layout` is a name of environment/environment_layouts.h, or empty where the file
 // tells it.
 core::Json InfoEnvironment(const std::string& path, const std::string& layout);
 

@@ -1,11 +1,11 @@
-#include "cli/merge_pictures.h"
+#include "luxfield/cli/merge_pictures.h"
 
 #include <fmt/format.h>
 
 #include <array>
 
-#include "reconstruct/calibrate_response.h"
-#include "reconstruct/merge_stack.h"
+#include "luxfield/reconstruct/calibrate/response/calibrate_response.h"
+#include "luxfield/reconstruct/calibrate/response/merge_stack.h"
 
 namespace luxfield::cli {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/json.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::cli {
 

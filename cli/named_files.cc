@@ -1,12 +1,12 @@
-#include "cli/named_files.h"
+#include "luxfield/cli/named_files.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <string>
 
-#include "core/error.h"
-#include "core/outputs.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/outputs.h"
 
 namespace luxfield::cli {
 namespace {

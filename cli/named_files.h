@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/file_kind.h"
-#include "scene/scene.h"
+#include "luxfield/core/file_kind.h"
+#include "luxfield/scene/scene.h"
 
 namespace luxfield::cli {
 

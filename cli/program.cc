@@ -1,4 +1,4 @@
-#include "cli/program.h"
+#include "luxfield/cli/program.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,14 +12,14 @@
 #include <sstream>
 #include <system_error>
 
-#include "cli/named_files.h"
-#include "cli/standard_streams.h"
-#include "core/nearest.h"
-#include "core/outputs.h"
-#include "core/parallel.h"
-#include "core/printable.h"
-#include "core/progress.h"
-#include "core/stopwatch.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/standard_streams.h"
+#include "luxfield/core/nearest.h"
+#include "luxfield/core/outputs.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/printable.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/stopwatch.h"
 
 namespace luxfield::cli {
 namespace {

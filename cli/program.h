@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/json.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::cli {
 
@@ -65,7 +65,6 @@ void AddRender(Program& program);
 void AddRelight(Program& program);
 void AddInfo(Program& program);
 void AddCompare(Program& program);
-void AddBench(Program& program);
 void AddDemo(Program& program);
 
 // "12.3 MiB"

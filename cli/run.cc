@@ -1,16 +1,15 @@
-#include "cli/run.h"
+#include "luxfield/cli/run.h"
 
 #include <csignal>
 #include <cstdio>
 #include <new>
 
-#include "cli/program.h"
-#include "cli/standard_streams.h"
+#include "luxfield/cli/standard_streams.h"
 
 namespace luxfield::cli {
 namespace {
 
-int RunVerb(int argc, char** argv) {
+int RunVerb(int argc, char** argv, const std::vector<AddVerbs>& more) {
   Program program;
   AddDevices(program);
   AddSimulate(program);
@@ -31,20 +30,20 @@ int RunVerb(int argc, char** argv) {
   AddRelight(program);
   AddInfo(program);
   AddCompare(program);
-  AddBench(program);
+  for (const AddVerbs add : more) add(program);
   AddDemo(program);
   return program.Run(argc, argv);
 }
 
 }  // namespace
 
-int Run(int argc, char** argv) {
+int Run(int argc, char** argv, const std::vector<AddVerbs>& more) {
   // A file that outgrows the process's limit is an error of the write (EFBIG), with a sentence.
   std::signal(SIGXFSZ, SIG_IGN);
   OpenClosedStandardStreams();
   ShowWhatTerminalsObey();
   try {
-    return RunVerb(argc, argv);
+    return RunVerb(argc, argv, more);
   } catch (const std::bad_alloc&) {
     std::fputs("luxfield: no memory to begin with; raise the limit (`ulimit -v`)\n", stderr);
     return 3;

@@ -1,4 +1,4 @@
-#include "cli/standard_streams.h"
+#include "luxfield/cli/standard_streams.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -10,8 +10,8 @@
 #include <cstring>
 #include <string>
 
-#include "core/error.h"
-#include "core/printable.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/printable.h"
 
 namespace luxfield::cli {
 namespace {

@@ -1,27 +1,20 @@
-# luxfield_room(NAME USES lib...): the static library luxfield_NAME from NAME/**/*.cc.
-# OpenCL sources (*.cl, and *.clh headers shared with C++) in the room are embedded as strings, see embed_kernels.cmake.
+# luxfield_room(NAME USES lib... SOURCES file... [KERNELS file...]): the static library luxfield_NAME of the room's files, named
+# from its folder. Kernels (*.cl, and *.clh headers shared with C++) are embedded as strings, see embed_kernels.cmake.
 function(luxfield_room name)
-  cmake_parse_arguments(ARG "" "" "USES" ${ARGN})
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${name}/*.cc)
-  file(GLOB_RECURSE kernels CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${name}/*.cl ${CMAKE_SOURCE_DIR}/${name}/*.clh)
+  cmake_parse_arguments(ARG "" "" "USES;SOURCES;KERNELS" ${ARGN})
   set(library luxfield_${name})
-  if(NOT sources)
-    add_library(${library} INTERFACE)
-    target_include_directories(${library} INTERFACE ${CMAKE_SOURCE_DIR})
-    target_link_libraries(${library} INTERFACE ${ARG_USES})
-    return()
-  endif()
-  add_library(${library} STATIC ${sources})
-  target_include_directories(${library} PUBLIC ${CMAKE_SOURCE_DIR})
+  add_library(${library} STATIC ${ARG_SOURCES})
+  target_include_directories(${library} PUBLIC ${LUXFIELD_INCLUDE})
   luxfield_foreign_headers(${library} ${ARG_USES})
   target_link_libraries(${library} PUBLIC ${ARG_USES})
-  if(kernels)
-    set(embedded ${CMAKE_BINARY_DIR}/generated/${name}_kernels.cc)
+  if(ARG_KERNELS)
+    list(TRANSFORM ARG_KERNELS PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+    set(embedded ${CMAKE_CURRENT_BINARY_DIR}/${name}_kernels.cc)
     add_custom_command(
       OUTPUT ${embedded}
-      COMMAND ${CMAKE_COMMAND} -DOUTPUT=${embedded} -DROOM=${name} -DROOT=${CMAKE_SOURCE_DIR} "-DKERNELS=${kernels}"
-              -P ${CMAKE_SOURCE_DIR}/cmake/embed_kernels.cmake
-      DEPENDS ${kernels} ${CMAKE_SOURCE_DIR}/cmake/embed_kernels.cmake VERBATIM)
+      COMMAND ${CMAKE_COMMAND} -DOUTPUT=${embedded} -DROOM=${name} -DROOT=${PROJECT_SOURCE_DIR} "-DKERNELS=${ARG_KERNELS}"
+              -P ${PROJECT_SOURCE_DIR}/cmake/embed_kernels.cmake
+      DEPENDS ${ARG_KERNELS} ${PROJECT_SOURCE_DIR}/cmake/embed_kernels.cmake VERBATIM)
     # An object library of its own: device_bench is built from the same one.
     add_library(${library}_kernels OBJECT ${embedded})
     target_sources(${library} PRIVATE $<TARGET_OBJECTS:${library}_kernels>)
@@ -40,21 +33,6 @@ function(luxfield_foreign_headers target)
   endforeach()
 endfunction()
 
-# luxfield_program(FOLDER NAME USES lib...): the executable build/NAME from FOLDER/main.cc and the static library
-# luxfield_FOLDER from the other FOLDER/*.cc.
-function(luxfield_program folder name)
-  cmake_parse_arguments(ARG "" "" "USES" ${ARGN})
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cc)
-  list(REMOVE_ITEM sources ${CMAKE_SOURCE_DIR}/${folder}/main.cc)
-  set(library luxfield_${folder})
-  add_library(${library} STATIC ${sources})
-  luxfield_foreign_headers(${library} ${ARG_USES})
-  target_link_libraries(${library} PUBLIC ${ARG_USES})
-  add_executable(${name} ${folder}/main.cc)
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
-  target_link_libraries(${name} PRIVATE ${library})
-endfunction()
-
 # luxfield_tests(FOLDER USES lib... [DEPENDS target...] [UNDER program [argument...]]): tests/FOLDER/*_test.cc as one program, one
 # ctest entry, run by another program if one is named.
 function(luxfield_tests folder)
@@ -65,6 +43,7 @@ function(luxfield_tests folder)
   endif()
   set(program ${folder}_test)
   add_executable(${program} ${sources})
+  target_include_directories(${program} PRIVATE ${CMAKE_SOURCE_DIR})  # as tests/<room>/<file>.h
   target_link_libraries(${program} PRIVATE ${ARG_USES} GTest::gtest GTest::gmock GTest::gtest_main)
   target_compile_definitions(${program} PRIVATE LUXFIELD_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
                                                 LUXFIELD_BINARY_DIR="${CMAKE_BINARY_DIR}")

@@ -1,4 +1,4 @@
-#include "core/apart.h"
+#include "luxfield/core/apart.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -17,9 +17,9 @@
 #include <cstring>
 #include <new>
 
-#include "core/descriptor.h"
-#include "core/error.h"
-#include "core/progress.h"
+#include "luxfield/core/descriptor.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::core {
 namespace {

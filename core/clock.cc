@@ -1,4 +1,4 @@
-#include "core/clock.h"
+#include "luxfield/core/clock.h"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "core/colour.h"
+#include "luxfield/core/colour.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "core/config.h"
+#include "luxfield/core/config.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,9 +8,9 @@
 #include <set>
 #include <vector>
 
-#include "core/error.h"
-#include "core/input_file.h"
-#include "core/nearest.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/input_file.h"
+#include "luxfield/core/nearest.h"
 
 namespace luxfield::core {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/range.h"
+#include "luxfield/core/range.h"
 
 namespace luxfield::core {
 

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::core {
 

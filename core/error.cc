@@ -1,4 +1,4 @@
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/exr.h"
+#include "luxfield/core/exr.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfChromaticitiesAttribute.h>
@@ -21,12 +21,12 @@
 #include <cerrno>
 #include <cstring>
 
-#include "core/error.h"
-#include "core/exr_precheck.h"
-#include "core/file.h"
-#include "core/file_kind.h"
-#include "core/parallel.h"
-#include "core/range.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr_precheck.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/file_kind.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/range.h"
 
 namespace luxfield::core {
 namespace {

@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "core/image.h"
+#include "luxfield/core/image.h"
 
 namespace luxfield::core {
 

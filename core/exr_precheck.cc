@@ -1,4 +1,4 @@
-#include "core/exr_precheck.h"
+#include "luxfield/core/exr_precheck.h"
 
 #include <fmt/format.h>
 
@@ -10,10 +10,10 @@
 #include <fstream>
 #include <string>
 
-#include "core/error.h"
-#include "core/file_kind.h"
-#include "core/input_file.h"
-#include "core/printable.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file_kind.h"
+#include "luxfield/core/input_file.h"
+#include "luxfield/core/printable.h"
 
 namespace luxfield::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/file.h"
+#include "luxfield/core/file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,9 +11,9 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "core/descriptor.h"
-#include "core/error.h"
-#include "core/outputs.h"
+#include "luxfield/core/descriptor.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/outputs.h"
 
 namespace luxfield::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/file_kind.h"
+#include "luxfield/core/file_kind.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,4 +1,4 @@
-#include "core/input_file.h"
+#include "luxfield/core/input_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -10,10 +10,10 @@
 #include <chrono>
 #include <cstring>
 
-#include "core/descriptor.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "core/progress.h"
+#include "luxfield/core/descriptor.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::core {
 namespace {

@@ -13,9 +13,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/range.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/range.h"
 
 namespace luxfield::core {
 

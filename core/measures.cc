@@ -1,12 +1,12 @@
-#include "core/measures.h"
+#include "luxfield/core/measures.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/colour.h"
-#include "core/error.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::core {
 namespace {

@@ -1,7 +1,7 @@
 // How far one image is from another (docs/theory.md 10).
 #pragma once
 
-#include "core/image.h"
+#include "luxfield/core/image.h"
 
 namespace luxfield::core {
 

@@ -1,4 +1,4 @@
-#include "core/nearest.h"
+#include "luxfield/core/nearest.h"
 
 #include <algorithm>
 #include <utility>

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/file.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::core {
 

@@ -1,8 +1,8 @@
-#include "core/outputs.h"
+#include "luxfield/core/outputs.h"
 
 #include <utility>
 
-#include "core/descriptor.h"
+#include "luxfield/core/descriptor.h"
 
 namespace luxfield::core {
 namespace {

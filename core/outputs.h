@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/staged_file.h"
+#include "luxfield/core/staged_file.h"
 
 namespace luxfield::core {
 

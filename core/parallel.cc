@@ -1,4 +1,4 @@
-#include "core/parallel.h"
+#include "luxfield/core/parallel.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>

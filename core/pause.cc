@@ -1,4 +1,4 @@
-#include "core/pause.h"
+#include "luxfield/core/pause.h"
 
 #include <csignal>
 

@@ -1,11 +1,11 @@
-#include "core/primaries.h"
+#include "luxfield/core/primaries.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::core {
 namespace {
@@ -42,7 +42,8 @@ Rgb WhiteXyz(Chromaticity c) { return {c.x / c.y, 1, (1 - c.x - c.y) / c.y}; }
 
 // XYZ under one white to XYZ under another.
 Matrix3 Adaptation(Chromaticity from, Chromaticity to) {
-  const Rgb cones_from = Apply(kBradford, WhiteXyz(from)), cones_to = Apply(kBradford, WhiteXyz(to));
+  const Rgb cones_from = Apply(kBradford, WhiteXyz(from)),
+            cones_to = Apply(kBradford, WhiteXyz(to));
   Matrix3 scale{};
   for (std::size_t k = 0; k < 3; ++k) scale[k][k] = cones_to[k] / cones_from[k];
   return Product(Inverse(kBradford), Product(scale, kBradford));

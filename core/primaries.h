@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "core/colour.h"
+#include "luxfield/core/colour.h"
 
 namespace luxfield::core {
 

@@ -1,4 +1,4 @@
-#include "core/printable.h"
+#include "luxfield/core/printable.h"
 
 #include <fmt/format.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "core/progress.h"
+#include "luxfield/core/progress.h"
 
 #include <fmt/format.h>
 #include <signal.h>
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/error.h"
-#include "core/printable.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/printable.h"
 
 namespace luxfield::core {
 namespace {

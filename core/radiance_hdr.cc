@@ -1,4 +1,4 @@
-#include "core/radiance_hdr.h"
+#include "luxfield/core/radiance_hdr.h"
 
 #include <fmt/format.h>
 
@@ -12,10 +12,10 @@
 #include <string_view>
 #include <vector>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/primaries.h"
-#include "core/printable.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/primaries.h"
+#include "luxfield/core/printable.h"
 
 namespace luxfield::core {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/colour.h"
-#include "core/image.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/image.h"
 
 namespace luxfield::core {
 

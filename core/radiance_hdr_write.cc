@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/radiance_hdr.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/radiance_hdr.h"
 
 namespace luxfield::core {
 

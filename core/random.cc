@@ -1,4 +1,4 @@
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::core {
 

@@ -1,4 +1,4 @@
-#include "core/sha256.h"
+#include "luxfield/core/sha256.h"
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -12,9 +12,9 @@
 #include <cpuid.h>
 #endif
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/sha256_lanes.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/sha256_lanes.h"
 
 namespace luxfield::core {
 namespace {

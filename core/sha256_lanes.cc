@@ -1,4 +1,4 @@
-#include "core/sha256_lanes.h"
+#include "luxfield/core/sha256_lanes.h"
 
 #if defined(__x86_64__)
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/sha256.h"
+#include "luxfield/core/sha256.h"
 
 namespace luxfield::core {
 

@@ -1,4 +1,4 @@
-#include "core/spare_memory.h"
+#include "luxfield/core/spare_memory.h"
 
 #include <sys/mman.h>
 

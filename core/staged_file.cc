@@ -1,4 +1,4 @@
-#include "core/staged_file.h"
+#include "luxfield/core/staged_file.h"
 
 #include <fcntl.h>
 #include <signal.h>

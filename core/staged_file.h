@@ -6,8 +6,8 @@
 #include <span>
 #include <string_view>
 
-#include "core/descriptor.h"
-#include "core/file.h"
+#include "luxfield/core/descriptor.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::core {
 

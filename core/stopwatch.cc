@@ -1,4 +1,4 @@
-#include "core/stopwatch.h"
+#include "luxfield/core/stopwatch.h"
 
 #include <time.h>
 

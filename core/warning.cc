@@ -1,4 +1,4 @@
-#include "core/warning.h"
+#include "luxfield/core/warning.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <mutex>
 #include <set>
 
-#include "core/printable.h"
+#include "luxfield/core/printable.h"
 
 namespace luxfield::core {
 

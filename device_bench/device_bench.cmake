@@ -19,16 +19,17 @@ set(device_bench_sources
     lightfield/light_field.cc
     lightfield/light_vector.cc
     lightfield/projected_texels.cc
-    render/device.cc
-    render/device_tuning.cc
-    render/kernel_profile.cc
-    render/program.cc
-    render/program_cache.cc
-    render/shadow_maps.cc
+    render/device/device.cc
+    render/device/device_tuning.cc
+    render/device/kernel_profile.cc
+    render/device/program.cc
+    render/device/program_cache.cc
+    render/lights/luminaire_params.cc
+    render/lights/shadow_maps.cc
     scene/transform.cc
-    study/bench_nearfield.cc
-    study/car2.cc
-    study/lamp_tables.cc)
+    bench/bench_nearfield.cc
+    render/accuracy/car2.cc
+    render/accuracy/lamp_tables.cc)
 # A new estimator and its tables are part of the bench without a line here; reading and writing files is not.
 file(GLOB device_bench_estimators CONFIGURE_DEPENDS RELATIVE ${CMAKE_SOURCE_DIR}
      preprocess/*.cc render/estimators/*.cc)
@@ -36,7 +37,7 @@ list(FILTER device_bench_estimators EXCLUDE REGEX "_io\\.cc$")
 
 add_executable(device_bench ${device_bench_sources} ${device_bench_estimators}
                             $<TARGET_OBJECTS:luxfield_render_kernels>)
-target_include_directories(device_bench PRIVATE ${CMAKE_SOURCE_DIR})
+target_include_directories(device_bench PRIVATE ${LUXFIELD_INCLUDE})
 luxfield_foreign_headers(device_bench OpenCL::OpenCL fmt::fmt-header-only nlohmann_json::nlohmann_json CLI11::CLI11)
 target_link_libraries(device_bench PRIVATE OpenCL::OpenCL fmt::fmt-header-only nlohmann_json::nlohmann_json
                                            CLI11::CLI11 Threads::Threads)

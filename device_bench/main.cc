@@ -1,28 +1,28 @@
 // device_bench: cost and error of every estimator on one OpenCL device (docs/testing.md,
 // "Estimators on another machine").
 //
-// The program carries its kernels and its scene, `car2` (study/car2.h), and needs nothing but an
-// OpenCL driver: copy the file to the machine and run it. Errors are against the closed form in
-// double, computed on the host for some pixels. LUXFIELD_TUNING changes how work is cut for the
-// device (render/device_tuning.h).
+// The program carries its kernels and its scene, `car2` (render/accuracy/car2.h), and needs nothing
+// but an OpenCL driver: copy the file to the machine and run it. Errors are against the closed form
+// in double, computed on the host for some pixels. LUXFIELD_TUNING changes how work is cut for the
+// device (render/device/device_tuning.h).
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/parallel.h"
-#include "render/device.h"
-#include "study/bench_nearfield.h"
+#include "luxfield/bench/bench_nearfield.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/render/device/device.h"
 
 namespace {
 
 using luxfield::render::DeviceInfo;
 
 struct Options {
-  luxfield::study::BenchNearfieldOptions bench;
+  luxfield::bench::BenchNearfieldOptions bench;
   std::string json_file;
   bool list = false;
 };
@@ -80,7 +80,7 @@ int Run(const Options& options) {
   const DeviceInfo& info = device.info();
   PrintDevice(info);
   fmt::print("   tuning {}\n", device.tuning().Text());
-  const nlohmann::json rows = luxfield::study::BenchNearfield(options.bench);
+  const nlohmann::json rows = luxfield::bench::BenchNearfield(options.bench);
   PrintRows(rows);
   if (!options.json_file.empty())
     luxfield::core::WriteFileAtomically(options.json_file,

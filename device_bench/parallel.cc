@@ -1,5 +1,5 @@
 // core/parallel.h over std::thread, for the one program that is linked without TBB.
-#include "core/parallel.h"
+#include "luxfield/core/parallel.h"
 
 #include <algorithm>
 #include <atomic>

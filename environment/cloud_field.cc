@@ -1,10 +1,10 @@
-#include "lightfield/cloud_field.h"
+#include "luxfield/environment/cloud_field.h"
 
 #include <cmath>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 // Weights of the quadratic B-spline at `x` for the three lattice points from `first` on, scaled so
@@ -41,7 +41,7 @@ CloudField::CloudField(std::uint64_t seed, double cell_m) {
   for (Octave& octave : octaves_) octave.amplitude /= std::sqrt(energy);
 }
 
-CloudField::Value CloudField::At(Vec2 p, double width_m) const {
+CloudField::Value CloudField::At(lightfield::Vec2 p, double width_m) const {
   Value value;
   double lost = 0;
   for (const Octave& octave : octaves_) {
@@ -64,4 +64,4 @@ CloudField::Value CloudField::At(Vec2 p, double width_m) const {
   return value;
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

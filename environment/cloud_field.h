@@ -9,9 +9,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/geometry.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 class CloudField {
  public:
@@ -24,7 +24,7 @@ class CloudField {
   struct Value {
     double mean = 0, sigma = 0;
   };
-  Value At(Vec2 position_m, double width_m) const;
+  Value At(lightfield::Vec2 position_m, double width_m) const;
 
  private:
   static constexpr int kOctaves = 8, kLattice = 128;
@@ -36,4 +36,4 @@ class CloudField {
   std::array<Octave, kOctaves> octaves_;
 };
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,4 +1,4 @@
-#include "lightfield/cloud_layer.h"
+#include "luxfield/environment/cloud_layer.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 constexpr double kEarthRadius = 6.371e6, kCellPerAltitude = 1.6;
@@ -45,7 +45,7 @@ CloudOptions Checked(const CloudOptions& options) {
   return options;
 }
 
-Vec2 Drift(const CloudOptions& options, UtcTime when) {
+lightfield::Vec2 Drift(const CloudOptions& options, UtcTime when) {
   const double seconds = double(when.time_since_epoch().count());
   const double from = options.wind_from_deg * std::numbers::pi / 180;
   return {-seconds * options.wind_m_s * std::sin(from),
@@ -67,7 +67,7 @@ double TransmittedSunlight(double tau, double cosine) {
 
 double TransmittedSkylight(double tau) { return TransmittedSunlight(tau, 2.0 / 3); }
 
-CloudLayer::CloudLayer(const CloudOptions& options, UtcTime when, Vec3 sun_direction)
+CloudLayer::CloudLayer(const CloudOptions& options, UtcTime when, lightfield::Vec3 sun_direction)
     : options_(Checked(options)),
       field_(options.seed, kCellPerAltitude * options.altitude_m),
       drift_m_(Drift(options, when)),
@@ -84,11 +84,11 @@ double CloudLayer::ThicknessOf(double g) const {
   return share < 1 ? scale_ * std::pow(-std::log(share), 1 / shape_) : 0;
 }
 
-double CloudLayer::OpticalThickness(Vec2 position) const {
+double CloudLayer::OpticalThickness(lightfield::Vec2 position) const {
   return ThicknessOf(field_.At({position.x - drift_m_.x, position.y - drift_m_.y}, 0).mean);
 }
 
-CloudLayer::Place CloudLayer::PlaceOf(Vec3 w) const {
+CloudLayer::Place CloudLayer::PlaceOf(lightfield::Vec3 w) const {
   const double h = options_.altitude_m, up = kEarthRadius * std::max(0.0, w.z);
   const double distance =
       (2 * kEarthRadius + h) * h / (up + std::sqrt(up * up + (2 * kEarthRadius + h) * h));
@@ -98,7 +98,7 @@ CloudLayer::Place CloudLayer::PlaceOf(Vec3 w) const {
   return {{scale * w.x, scale * w.y}, distance, (up + distance) / (kEarthRadius + h)};
 }
 
-double CloudLayer::SlantOf(Vec3 direction) const {
+double CloudLayer::SlantOf(lightfield::Vec3 direction) const {
   return PlaceOf(direction).distance / options_.altitude_m;
 }
 
@@ -190,7 +190,7 @@ CloudLayer::Sight CloudLayer::SightOf(CloudField::Value g, double slant) const {
   return sight;
 }
 
-CloudLayer::Sight CloudLayer::See(Vec3 direction, double width) const {
+CloudLayer::Sight CloudLayer::See(lightfield::Vec3 direction, double width) const {
   const Place place = PlaceOf(direction);
   return SightOf(FieldAt(place, width), 1 / place.cosine);
 }
@@ -206,4 +206,4 @@ double CloudLayer::MeanSunThrough() const {
   return Through(CellOf({0, 1}), 1 / (sun_cosine_ * (1 - kForward)));
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,5 +1,5 @@
 // Clouds as a thin layer at one altitude over a spherical earth, drifting with the wind
-// (docs/theory.md section 8). Where the field g of lightfield/cloud_field.h is among its highest
+// (docs/theory.md section 8). Where the field g of environment/cloud_field.h is among its highest
 // `cover`, with P(g) the share of places above g,
 //
 //   tau = tau_mean / Gamma(1 + 1/k) (-ln(P(g) / cover))^(1/k),   k = 1 + 3 cover,
@@ -13,11 +13,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "lightfield/cloud_field.h"
-#include "lightfield/geometry.h"
-#include "lightfield/sun_position.h"
+#include "luxfield/environment/cloud_field.h"
+#include "luxfield/environment/sun_position.h"
+#include "luxfield/lightfield/geometry.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 struct CloudOptions {
   double cover = 0;  // share of the layer that is cloud, above 0 to 1
@@ -40,7 +40,7 @@ class CloudLayer {
  public:
   // Throws InputError for a cover, a wind, an altitude (100 to 12000 m) or a thickness (0.1 to 200)
   // out of range.
-  CloudLayer(const CloudOptions& options, UtcTime when, Vec3 sun_direction);
+  CloudLayer(const CloudOptions& options, UtcTime when, lightfield::Vec3 sun_direction);
 
   // Means over what a line of sight of angular width `width` (radians) meets. The direction is
   // above the horizon.
@@ -53,23 +53,24 @@ class CloudLayer {
     double sky_diffuse = 0;          // of the clear sky's flux, scattered down
     double reflected = 0;            // of the flux from below, thrown back
   };
-  Sight See(Vec3 direction, double width) const;
+  Sight See(lightfield::Vec3 direction, double width) const;
   Sight MeanSight() const;  // of the layer, its `through` along the sun's rays
   // Unscattered share of the sun's beam: over the disc, and over the layer.
   double SunThrough(double disc_radius) const;
   double MeanSunThrough() const;
 
-  double OpticalThickness(Vec2 position_m) const;  // over a place, metres to the east and north
-  double SlantOf(Vec3 direction) const;            // path below the layer over its altitude
+  double OpticalThickness(
+      lightfield::Vec2 position_m) const;            // over a place, metres to the east and north
+  double SlantOf(lightfield::Vec3 direction) const;  // path below the layer over its altitude
   const CloudOptions& options() const { return options_; }
 
  private:
   static constexpr int kMeans = 257, kSigmas = 11, kSlants = 40, kFluxes = 3;
   struct Place {
-    Vec2 position;
+    lightfield::Vec2 position;
     double distance, cosine;  // of the line of sight; to the layer's own zenith
   };
-  Place PlaceOf(Vec3 direction) const;
+  Place PlaceOf(lightfield::Vec3 direction) const;
   CloudField::Value FieldAt(const Place& place, double width) const;
   double ThicknessOf(double g) const;
   void FillTables();
@@ -84,11 +85,11 @@ class CloudLayer {
 
   CloudOptions options_;
   CloudField field_;
-  Vec2 drift_m_;
-  Vec3 sun_direction_;
+  lightfield::Vec2 drift_m_;
+  lightfield::Vec3 sun_direction_;
   double sun_cosine_ = 1, threshold_ = 0, scale_ = 1, shape_ = 1;
   std::vector<float> fluxes_;   // kMeans x kSigmas x kFluxes
   std::vector<float> through_;  // kMeans x kSigmas x kSlants
 };
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

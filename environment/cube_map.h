@@ -13,13 +13,13 @@
 #include <array>
 #include <vector>
 
-#include "core/colour.h"
-#include "lightfield/geometry.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/lightfield/geometry.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 struct CubeFace {
-  Vec3 axis, right, up;
+  lightfield::Vec3 axis, right, up;
 };
 
 inline constexpr std::array<CubeFace, 6> kCubeFaces = {{{{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},
@@ -36,14 +36,14 @@ struct CubePoint {
 };
 
 // axis + x right + y up: not of unit length.
-inline Vec3 CubeVector(CubePoint p) {
+inline lightfield::Vec3 CubeVector(CubePoint p) {
   const CubeFace& face = kCubeFaces[p.face];
   return face.axis + p.x * face.right + p.y * face.up;
 }
 
 // Where the direction leaves the cube; of any positive length. On an edge of the cube the face with
 // the lower number.
-CubePoint CubePointFromDirection(Vec3 direction);
+CubePoint CubePointFromDirection(lightfield::Vec3 direction);
 
 // dw / (dx dy) = (1 + x^2 + y^2)^(-3/2), sr.
 inline double CubeSolidAnglePerArea(double x, double y) {
@@ -78,7 +78,7 @@ struct CubeMap {
     return data[texel(face, row, column) * 3 + channel];
   }
   // Texel that a direction falls into.
-  std::size_t texel_of(Vec3 direction) const;
+  std::size_t texel_of(lightfield::Vec3 direction) const;
 };
 
 // Solid angles of the N x N texels of any face, row-major, sr; six times their sum is 4 pi.
@@ -90,6 +90,6 @@ core::Rgb MeanRadiance(const CubeMap& cube);
 // E(n) = integral of L (n . w)+ dw, per channel, of a surface with unit normal n: exact for the
 // piecewise constant map (texels on the horizon are clipped against it), sums in double. 6 N^2
 // texels of some 20 ns each.
-core::Rgb Irradiance(const CubeMap& cube, Vec3 n);
+core::Rgb Irradiance(const CubeMap& cube, lightfield::Vec3 n);
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

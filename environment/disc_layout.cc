@@ -1,17 +1,17 @@
-#include "lightfield/disc_layout.h"
+#include "luxfield/environment/disc_layout.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "lightfield/quadrature.h"
+#include "luxfield/lightfield/quadrature.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr Vec3 kForward = {0, -1, 0}, kRight = {-1, 0, 0}, kUp = {0, 0, 1};
+constexpr lightfield::Vec3 kForward = {0, -1, 0}, kRight = {-1, 0, 0}, kUp = {0, 0, 1};
 
 constexpr Disc kAngularMap = {kForward, kRight, kUp, false, kPi};
 constexpr Disc kMirrorBall = {{0, 1, 0}, kRight, kUp, true, kPi};
@@ -37,7 +37,7 @@ const Disc* FindDisc(EnvironmentLayout layout) {
   return nullptr;
 }
 
-PictureToDirection Disc::At(Vec2 q) const {
+PictureToDirection Disc::At(lightfield::Vec2 q) const {
   const double r = std::min(1.0, std::hypot(q.x, q.y));
   if (is_mirror) {
     const double slope = 2 * std::sqrt(std::max(0.0, 1 - r * r));  // sin(2 asin r) / r
@@ -49,14 +49,14 @@ PictureToDirection Disc::At(Vec2 q) const {
           4 * rim * rim * sinc};
 }
 
-std::optional<Vec2> Disc::Find(Vec3 w) const {
-  const double x = Dot(w, right), y = Dot(w, up), sine = std::hypot(x, y);
-  const double theta = std::atan2(sine, Dot(w, axis));
+std::optional<lightfield::Vec2> Disc::Find(lightfield::Vec3 w) const {
+  const double x = lightfield::Dot(w, right), y = lightfield::Dot(w, up), sine = std::hypot(x, y);
+  const double theta = std::atan2(sine, lightfield::Dot(w, axis));
   const double r = is_mirror ? std::sin(0.5 * theta) : theta / rim;
   if (r > 1) return {};
   // Straight behind the axis the whole rim shows the direction: its rightmost point stands for it.
-  if (sine == 0) return Vec2{r, 0};
-  return Vec2{r * x / sine, r * y / sine};
+  if (sine == 0) return lightfield::Vec2{r, 0};
+  return lightfield::Vec2{r * x / sine, r * y / sine};
 }
 
 double Disc::HeightPerSquare(double r) const {
@@ -65,7 +65,7 @@ double Disc::HeightPerSquare(double r) const {
   return 0.5 * rim * rim * sinc * sinc;
 }
 
-double Disc::SolidAngle(Vec2 low, Vec2 high) const {
+double Disc::SolidAngle(lightfield::Vec2 low, lightfield::Vec2 high) const {
   const double rim_height = HeightPerSquare(1);
   double sum = 0;
   for (const DiscPiece& piece : ClipToDisc(low, high)) {
@@ -73,33 +73,33 @@ double Disc::SolidAngle(Vec2 low, Vec2 high) const {
       sum += rim_height * piece.angle;
       continue;
     }
-    const Vec2 step = piece.to - piece.from;
+    const lightfield::Vec2 step = piece.to - piece.from;
     // Gauss3 on pieces of this length leaves 1e-15.
     const int pieces = 1 + static_cast<int>(128 * std::hypot(step.x, step.y));
     const double moment = piece.from.x * step.y - piece.from.y * step.x;
     for (int k = 0; k < pieces; ++k)
-      sum += moment * Gauss3(double(k) / pieces, double(k + 1) / pieces, [&](double t) {
-               const Vec2 q = piece.from + t * step;
+      sum += moment * lightfield::Gauss3(double(k) / pieces, double(k + 1) / pieces, [&](double t) {
+               const lightfield::Vec2 q = piece.from + t * step;
                return HeightPerSquare(std::hypot(q.x, q.y));
              });
   }
   return sum;
 }
 
-std::vector<DiscPiece> ClipToDisc(Vec2 low, Vec2 high) {
-  const std::array<Vec2, 4> corners = {
+std::vector<DiscPiece> ClipToDisc(lightfield::Vec2 low, lightfield::Vec2 high) {
+  const std::array<lightfield::Vec2, 4> corners = {
       {{low.x, low.y}, {high.x, low.y}, {high.x, high.y}, {low.x, high.y}}};
-  const auto inside = [](Vec2 q) { return q.x * q.x + q.y * q.y <= 1; };
+  const auto inside = [](lightfield::Vec2 q) { return q.x * q.x + q.y * q.y <= 1; };
   std::vector<DiscPiece> lines;
   for (std::size_t k = 0; k < 4; ++k) {
-    const Vec2 from = corners[k], to = corners[(k + 1) % 4], step = to - from;
+    const lightfield::Vec2 from = corners[k], to = corners[(k + 1) % 4], step = to - from;
     if (inside(from) && inside(to)) {
       lines.push_back({from, to});
       continue;
     }
     // |from + t step| = 1. The line is an edge along an axis: the nearest point and half the chord.
     const double length = std::abs(step.x + step.y);
-    const Vec2 along = (1 / length) * step;
+    const lightfield::Vec2 along = (1 / length) * step;
     const double foot = -(from.x * along.x + from.y * along.y);
     const double distance = from.x * along.y - from.y * along.x;
     if (distance * distance >= 1) continue;
@@ -115,7 +115,7 @@ std::vector<DiscPiece> ClipToDisc(Vec2 low, Vec2 high) {
   std::vector<DiscPiece> border;
   for (std::size_t k = 0; k < lines.size(); ++k) {
     border.push_back(lines[k]);
-    const Vec2 from = lines[k].to, to = lines[(k + 1) % lines.size()].from;
+    const lightfield::Vec2 from = lines[k].to, to = lines[(k + 1) % lines.size()].from;
     if (std::abs(from.x - to.x) + std::abs(from.y - to.y) < 1e-14) continue;
     double angle = std::atan2(from.x * to.y - from.y * to.x, from.x * to.x + from.y * to.y);
     if (angle < 0) angle += 2 * kPi;
@@ -124,4 +124,4 @@ std::vector<DiscPiece> ClipToDisc(Vec2 low, Vec2 high) {
   return border;
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,13 +1,13 @@
-#include "lightfield/environment_compare.h"
+#include "luxfield/environment/environment_compare.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 // w -> (sign_0 w[order_0], sign_1 w[order_1], sign_2 w[order_2]).
@@ -15,7 +15,7 @@ struct Symmetry {
   std::array<int, 3> order;
   std::array<double, 3> sign;
 
-  Vec3 operator()(Vec3 w) const {
+  lightfield::Vec3 operator()(lightfield::Vec3 w) const {
     const std::array<double, 3> c = {w.x, w.y, w.z};
     return {sign[0] * c[order[0]], sign[1] * c[order[1]], sign[2] * c[order[2]]};
   }
@@ -40,7 +40,8 @@ double Relative(const CubeMap& a, const CubeMap& b, const std::vector<double>& a
   for (int face = 0; face < 6; ++face)
     for (int row = 0; row < n; ++row)
       for (int column = 0; column < n; ++column) {
-        const Vec3 w = CubeVector({face, -1 + (2 * column + 1.0) / n, 1 - (2 * row + 1.0) / n});
+        const lightfield::Vec3 w =
+            CubeVector({face, -1 + (2 * column + 1.0) / n, 1 - (2 * row + 1.0) / n});
         const std::size_t here = 3 * b.texel(face, row, column), there = 3 * a.texel_of(b_to_a(w));
         const double angle = angles[static_cast<std::size_t>(row) * n + column];
         for (std::size_t c = 0; c < 3; ++c) {
@@ -57,7 +58,7 @@ double IrradianceDifference(const CubeMap& a, const CubeMap& b) {
   for (int k = 0; k < kOrientations; ++k) {
     const double z = 1 - (2 * k + 1.0) / kOrientations, r = std::sqrt(1 - z * z),
                  phi = k * std::numbers::pi * (3 - std::sqrt(5.0));
-    const Vec3 n = {r * std::cos(phi), r * std::sin(phi), z};
+    const lightfield::Vec3 n = {r * std::cos(phi), r * std::sin(phi), z};
     worst = std::max(
         worst, std::abs(core::Luminance(Irradiance(a, n)) - core::Luminance(Irradiance(b, n))));
   }
@@ -89,4 +90,4 @@ EnvironmentDifference CompareEnvironments(const CubeMap& a, const CubeMap& b) {
   return result;
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "lightfield/cube_map.h"
+#include "luxfield/environment/cube_map.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 struct EnvironmentDifference {
   // integral of |A - B| dw over that of B, all channels together.
@@ -23,4 +23,4 @@ struct EnvironmentDifference {
 // Of maps of one face size; throws InputError otherwise, and if B is black. In double.
 EnvironmentDifference CompareEnvironments(const CubeMap& a, const CubeMap& b);
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,14 +1,14 @@
-#include "lightfield/environment_layouts.h"
+#include "luxfield/environment/environment_layouts.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "lightfield/cube_map.h"
-#include "lightfield/disc_layout.h"
+#include "luxfield/environment/cube_map.h"
+#include "luxfield/environment/disc_layout.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -26,14 +26,14 @@ constexpr Named kNames[] = {{EnvironmentLayout::kLatitudeLongitude, "latitude-lo
 // OpenEXR's faces from top to bottom as ours: +X, -X, +Y, -Y, +Z, -Z in its frame.
 constexpr std::array<int, 6> kStripFaces = {0, 1, 4, 5, 3, 2};
 
-PictureToDirection LatitudeLongitude(Vec2 p) {
+PictureToDirection LatitudeLongitude(lightfield::Vec2 p) {
   const double theta = kPi * p.y, phi = kPi * (1 - 2 * p.x);
   const double sine = std::sin(theta);
   return {{sine * std::sin(phi), -sine * std::cos(phi), std::cos(theta)}, 2 * kPi * kPi * sine};
 }
 
 // Where a picture point lies on face number `strip` of the strip.
-CubePoint StripPoint(int strip, Vec2 p) {
+CubePoint StripPoint(int strip, lightfield::Vec2 p) {
   return {kStripFaces[strip], 2 * p.x - 1, 1 - 2 * (6 * p.y - strip)};
 }
 
@@ -46,11 +46,11 @@ class Chart {
   Chart(EnvironmentLayout layout, double y0, double y1)
       : layout_(layout), disc_(FindDisc(layout)), strip_(StripOf(0.5 * (y0 + y1))) {}
 
-  PictureToDirection At(Vec2 p) const {
+  PictureToDirection At(lightfield::Vec2 p) const {
     if (disc_) return disc_->At({2 * p.x - 1, 1 - 2 * p.y});
     if (layout_ == EnvironmentLayout::kLatitudeLongitude) return LatitudeLongitude(p);
     const CubePoint q = StripPoint(strip_, p);
-    return {Normalized(CubeVector(q)), 24 * CubeSolidAnglePerArea(q.x, q.y)};
+    return {lightfield::Normalized(CubeVector(q)), 24 * CubeSolidAnglePerArea(q.x, q.y)};
   }
 
  private:
@@ -62,20 +62,22 @@ class Chart {
 // Appends the curve over the picture's line from p0 to p1, its end left out.
 class Tracer {
  public:
-  Tracer(const Chart& chart, double area, double tolerance, std::vector<Vec3>& outline)
+  Tracer(const Chart& chart, double area, double tolerance, std::vector<lightfield::Vec3>& outline)
       : chart_(chart), area_(tolerance * area), outline_(outline) {}
 
-  void Line(Vec2 p0, Vec2 p1) {
+  void Line(lightfield::Vec2 p0, lightfield::Vec2 p1) {
     Line(p0, chart_.At(p0).direction, p1, chart_.At(p1).direction, 12);
   }
 
  private:
-  void Line(Vec2 p0, Vec3 d0, Vec2 p1, Vec3 d1, int depth) {
-    const Vec2 middle = 0.5 * (p0 + p1);
+  void Line(lightfield::Vec2 p0, lightfield::Vec3 d0, lightfield::Vec2 p1, lightfield::Vec3 d1,
+            int depth) {
+    const lightfield::Vec2 middle = 0.5 * (p0 + p1);
     const auto [direction, density] = chart_.At(middle);
     // The curve and its chord enclose two thirds of chord times sagitta, which is the triple
     // product.
-    const double enclosed = 2.0 / 3 * std::abs(Dot(direction, Cross(d0, d1 - d0)));
+    const double enclosed =
+        2.0 / 3 * std::abs(lightfield::Dot(direction, lightfield::Cross(d0, d1 - d0)));
     if (depth == 0 || enclosed <= area_ * density) {
       outline_.push_back(d0);
       return;
@@ -86,7 +88,7 @@ class Tracer {
 
   const Chart& chart_;
   double area_;
-  std::vector<Vec3>& outline_;
+  std::vector<lightfield::Vec3>& outline_;
 };
 
 }  // namespace
@@ -107,15 +109,17 @@ std::string EnvironmentLayoutNames() {
   return names;
 }
 
-std::optional<PictureToDirection> DirectionFromPicture(EnvironmentLayout layout, Vec2 p) {
+std::optional<PictureToDirection> DirectionFromPicture(EnvironmentLayout layout,
+                                                       lightfield::Vec2 p) {
   if (!(p.x >= 0 && p.x <= 1 && p.y >= 0 && p.y <= 1)) return {};
-  const Vec2 q = {2 * p.x - 1, 1 - 2 * p.y};
+  const lightfield::Vec2 q = {2 * p.x - 1, 1 - 2 * p.y};
   if (FindDisc(layout) && q.x * q.x + q.y * q.y > 1) return {};
   return Chart(layout, p.y, p.y).At(p);
 }
 
-std::optional<DirectionToPicture> PictureFromDirection(EnvironmentLayout layout, Vec3 direction) {
-  const Vec3 w = Normalized(direction);
+std::optional<DirectionToPicture> PictureFromDirection(EnvironmentLayout layout,
+                                                       lightfield::Vec3 direction) {
+  const lightfield::Vec3 w = lightfield::Normalized(direction);
   if (const Disc* disc = FindDisc(layout)) {
     const auto q = disc->Find(w);
     if (!q) return {};
@@ -166,17 +170,19 @@ double PictureRectangleSolidAngle(EnvironmentLayout layout, double x0, double x1
 }
 
 void PictureRectangleOutline(EnvironmentLayout layout, double x0, double x1, double y0, double y1,
-                             double tolerance, std::vector<Vec3>& outline) {
+                             double tolerance, std::vector<lightfield::Vec3>& outline) {
   outline.clear();
   const Chart chart(layout, y0, y1);
   Tracer tracer(chart, (x1 - x0) * (y1 - y0), tolerance, outline);
   const auto* disc = FindDisc(layout);
   if (!disc) {
-    const Vec2 corners[] = {{x0, y0}, {x0, y1}, {x1, y1}, {x1, y0}};
+    const lightfield::Vec2 corners[] = {{x0, y0}, {x0, y1}, {x1, y1}, {x1, y0}};
     for (int k = 0; k < 4; ++k) tracer.Line(corners[k], corners[(k + 1) % 4]);
     return;
   }
-  const auto picture_point = [](Vec2 q) { return Vec2{0.5 * (1 + q.x), 0.5 * (1 - q.y)}; };
+  const auto picture_point = [](lightfield::Vec2 q) {
+    return lightfield::Vec2{0.5 * (1 + q.x), 0.5 * (1 - q.y)};
+  };
   for (const DiscPiece& piece : ClipToDisc({2 * x0 - 1, 1 - 2 * y1}, {2 * x1 - 1, 1 - 2 * y0})) {
     if (!piece.is_arc) {
       tracer.Line(picture_point(piece.from), picture_point(piece.to));
@@ -192,4 +198,4 @@ void PictureRectangleOutline(EnvironmentLayout layout, double x0, double x1, dou
   }
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

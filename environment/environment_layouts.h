@@ -33,7 +33,7 @@
 //   dw/dA = 2 pi sin(pi r / 2) / r
 //
 // Cube: a strip of six faces one below the other, OpenEXR's order and orientation, in the world +x,
-// -x, +z, -z, -y, +y, each as lightfield/cube_map.h has it.
+// -x, +z, -z, -y, +y, each as environment/cube_map.h has it.
 //
 //   dw/dA = 24 (1 + x^2 + y^2)^(-3/2)
 //
@@ -48,9 +48,9 @@
 #include <string_view>
 #include <vector>
 
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/geometry.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 enum class EnvironmentLayout {
   kLatitudeLongitude,
@@ -67,18 +67,20 @@ std::optional<EnvironmentLayout> EnvironmentLayoutFromName(std::string_view name
 std::string EnvironmentLayoutNames();
 
 struct PictureToDirection {
-  Vec3 direction;                   // unit
+  lightfield::Vec3 direction;       // unit
   double solid_angle_per_area = 0;  // dw/dA, sr
 };
 // Absent where the picture shows nothing.
-std::optional<PictureToDirection> DirectionFromPicture(EnvironmentLayout layout, Vec2 p);
+std::optional<PictureToDirection> DirectionFromPicture(EnvironmentLayout layout,
+                                                       lightfield::Vec2 p);
 
 struct DirectionToPicture {
-  Vec2 point;
+  lightfield::Vec2 point;
   double area_per_solid_angle = 0;  // dA/dw, 1/sr; infinite where many points show one direction
 };
 // Absent where no point shows the direction. Any positive length.
-std::optional<DirectionToPicture> PictureFromDirection(EnvironmentLayout layout, Vec3 direction);
+std::optional<DirectionToPicture> PictureFromDirection(EnvironmentLayout layout,
+                                                       lightfield::Vec3 direction);
 
 // What a pixel stands for. kCells: the picture is divided into equal rectangles. kNodes: pixel
 // centres lie on a lattice that includes the borders (of each face of a cube), so that border
@@ -105,6 +107,6 @@ double PictureRectangleSolidAngle(EnvironmentLayout layout, double x0, double x1
 // and its great circle is below `tolerance` times the rectangle's solid angle. Rectangles that
 // share an edge share its vertices, so that outlines tile. Empty if the rectangle shows nothing.
 void PictureRectangleOutline(EnvironmentLayout layout, double x0, double x1, double y0, double y1,
-                             double tolerance, std::vector<Vec3>& outline);
+                             double tolerance, std::vector<lightfield::Vec3>& outline);
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,4 +1,4 @@
-#include "lightfield/environment_map.h"
+#include "luxfield/environment/environment_map.h"
 
 #include <fmt/format.h>
 
@@ -9,15 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/input_file.h"
-#include "core/primaries.h"
-#include "core/radiance_hdr.h"
-#include "lightfield/disc_layout.h"
-#include "lightfield/environment_resampling.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/input_file.h"
+#include "luxfield/core/primaries.h"
+#include "luxfield/core/radiance_hdr.h"
+#include "luxfield/environment/disc_layout.h"
+#include "luxfield/environment/environment_resampling.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 bool IsOpenExr(const std::filesystem::path& path) {
@@ -95,10 +95,10 @@ void BringToRec709(const core::Matrix3& rec709_from_rgb, core::Image& image) {
 // A square of an unfolded cube: where it lies, in squares, and what it shows.
 struct CrossCell {
   int column, row;
-  Vec3 axis, right, up;
+  lightfield::Vec3 axis, right, up;
 };
-constexpr Vec3 kForward = {0, -1, 0}, kBackward = {0, 1, 0}, kRight = {-1, 0, 0}, kLeft = {1, 0, 0},
-               kUp = {0, 0, 1}, kDown = {0, 0, -1};
+constexpr lightfield::Vec3 kForward = {0, -1, 0}, kBackward = {0, 1, 0}, kRight = {-1, 0, 0},
+                           kLeft = {1, 0, 0}, kUp = {0, 0, 1}, kDown = {0, 0, -1};
 // The viewer's front in the middle of the crossbar, its neighbours folded out around it.
 constexpr std::array<CrossCell, 5> kCrossOfBoth = {{{1, 0, kUp, kRight, kBackward},
                                                     {0, 1, kLeft, kForward, kUp},
@@ -122,14 +122,16 @@ core::Image StripOfCross(const core::Image& cross) {
   core::Image strip(n, 6 * n, cross.channels);
   for (int row = 0; row < strip.height; ++row)
     for (int column = 0; column < n; ++column) {
-      const Vec3 w = DirectionFromPicture(EnvironmentLayout::kCube,
-                                          {(column + 0.5) / n, (row + 0.5) / strip.height})
-                         ->direction;
-      const CrossCell& cell = *std::max_element(
-          cells.begin(), cells.end(),
-          [w](const auto& a, const auto& b) { return Dot(a.axis, w) < Dot(b.axis, w); });
-      const double x = Dot(cell.right, w) / Dot(cell.axis, w),
-                   y = Dot(cell.up, w) / Dot(cell.axis, w);
+      const lightfield::Vec3 w =
+          DirectionFromPicture(EnvironmentLayout::kCube,
+                               {(column + 0.5) / n, (row + 0.5) / strip.height})
+              ->direction;
+      const CrossCell& cell =
+          *std::max_element(cells.begin(), cells.end(), [w](const auto& a, const auto& b) {
+            return lightfield::Dot(a.axis, w) < lightfield::Dot(b.axis, w);
+          });
+      const double x = lightfield::Dot(cell.right, w) / lightfield::Dot(cell.axis, w),
+                   y = lightfield::Dot(cell.up, w) / lightfield::Dot(cell.axis, w);
       const int from_column = cell.column * n + static_cast<int>(0.5 * (1 + x) * n),
                 from_row = cell.row * n + static_cast<int>(0.5 * (1 - y) * n);
       for (int channel = 0; channel < cross.channels; ++channel)
@@ -279,4 +281,4 @@ BrightestPixel FindBrightestPixel(const EnvironmentPicture& picture) {
   return brightest;
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

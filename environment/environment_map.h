@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <optional>
 
-#include "core/colour.h"
-#include "core/exr.h"
-#include "core/image.h"
-#include "lightfield/cube_map.h"
-#include "lightfield/environment_layouts.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/image.h"
+#include "luxfield/environment/cube_map.h"
+#include "luxfield/environment/environment_layouts.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 // A picture as it is in the file, and how directions lie on it.
 struct EnvironmentPicture {
@@ -54,9 +54,9 @@ CubeMap MakeCubeMap(const EnvironmentPicture& picture, int face_size = 0);
 struct BrightestPixel {
   int row = 0, column = 0;
   core::Rgb radiance{};
-  Vec3 direction;             // of the pixel's centre
-  double solid_angle_sr = 0;  // of the whole pixel
+  lightfield::Vec3 direction;  // of the pixel's centre
+  double solid_angle_sr = 0;   // of the whole pixel
 };
 BrightestPixel FindBrightestPixel(const EnvironmentPicture& picture);
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,4 +1,4 @@
-#include "lightfield/environment_resampling.h"
+#include "luxfield/environment/environment_resampling.h"
 
 #include <fmt/format.h>
 
@@ -6,12 +6,12 @@
 #include <cmath>
 #include <span>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "lightfield/disc_layout.h"
-#include "lightfield/spherical_polygon.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/environment/disc_layout.h"
+#include "luxfield/environment/spherical_polygon.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 constexpr double kOutlineTolerance = 1e-6;
@@ -58,16 +58,18 @@ class CubeResampler::Clipper {
   explicit Clipper(int face_size) : size_(face_size) {}
 
   // Appends {texel, source, solid angle of the overlap}.
-  void Share(std::span<const Vec3> outline, std::uint32_t source, std::vector<Piece>& pieces) {
+  void Share(std::span<const lightfield::Vec3> outline, std::uint32_t source,
+             std::vector<Piece>& pieces) {
     if (outline.size() < 3) return;
     const int face = CubePointFromDirection(outline[0]).face;
     bool one_face = true;
-    for (const Vec3& vertex : outline) one_face &= CubePointFromDirection(vertex).face == face;
+    for (const lightfield::Vec3& vertex : outline)
+      one_face &= CubePointFromDirection(vertex).face == face;
     if (one_face) return ShareOnFace(face, outline, source, pieces);
     for (int f = 0; f < 6; ++f) {
       const CubeFace& frame = kCubeFaces[f];
       polygon_.assign(outline.begin(), outline.end());
-      for (const Vec3& side : {frame.right, frame.up})
+      for (const lightfield::Vec3& side : {frame.right, frame.up})
         for (const double sign : {1.0, -1.0}) {
           ClipByPlane(polygon_, frame.axis + sign * side, clipped_);
           std::swap(polygon_, clipped_);
@@ -78,16 +80,16 @@ class CubeResampler::Clipper {
 
  private:
   // Vertices become (column, row, 1) in texels: clipping by rows and columns is clipping by planes.
-  void ShareOnFace(int f, std::span<const Vec3> outline, std::uint32_t source,
+  void ShareOnFace(int f, std::span<const lightfield::Vec3> outline, std::uint32_t source,
                    std::vector<Piece>& pieces) {
     const CubeFace& frame = kCubeFaces[f];
     const double half = 0.5 * size_;
     projected_.clear();
     double low_x = size_, high_x = 0, low_y = size_, high_y = 0;
-    for (const Vec3& v : outline) {
-      const double scale = half / Dot(v, frame.axis);
-      const Vec3 p = {std::clamp(half + scale * Dot(v, frame.right), 0.0, 2 * half),
-                      std::clamp(half - scale * Dot(v, frame.up), 0.0, 2 * half), 1};
+    for (const lightfield::Vec3& v : outline) {
+      const double scale = half / lightfield::Dot(v, frame.axis);
+      const lightfield::Vec3 p = {std::clamp(half + scale * Dot(v, frame.right), 0.0, 2 * half),
+                                  std::clamp(half - scale * Dot(v, frame.up), 0.0, 2 * half), 1};
       projected_.push_back(p);
       low_x = std::min(low_x, p.x), high_x = std::max(high_x, p.x);
       low_y = std::min(low_y, p.y), high_y = std::max(high_y, p.y);
@@ -99,9 +101,10 @@ class CubeResampler::Clipper {
     const int row0 = first(low_y), row1 = last(high_y), column0 = first(low_x),
               column1 = last(high_x);
     for (int row = row0; row <= row1; ++row) {
-      const std::span<const Vec3> in_row = Strip(projected_, row0 == row1, {0, 1, 0}, row, row_);
+      const std::span<const lightfield::Vec3> in_row =
+          Strip(projected_, row0 == row1, {0, 1, 0}, row, row_);
       for (int column = column0; column <= column1; ++column) {
-        const std::span<const Vec3> in_texel =
+        const std::span<const lightfield::Vec3> in_texel =
             Strip(in_row, column0 == column1, {1, 0, 0}, column, column_);
         const double solid_angle = std::abs(SolidAngle(in_texel));
         if (solid_angle > 0)
@@ -112,22 +115,24 @@ class CubeResampler::Clipper {
   }
 
   // The part of a polygon with k <= along . v <= k + 1.
-  std::span<const Vec3> Strip(std::span<const Vec3> polygon, bool is_within, Vec3 along, int k,
-                              std::vector<Vec3>& result) {
+  std::span<const lightfield::Vec3> Strip(std::span<const lightfield::Vec3> polygon, bool is_within,
+                                          lightfield::Vec3 along, int k,
+                                          std::vector<lightfield::Vec3>& result) {
     if (is_within) return polygon;
-    ClipByPlane(polygon, along - double(k) * Vec3{0, 0, 1}, clipped_);
-    ClipByPlane(clipped_, double(k + 1) * Vec3{0, 0, 1} - along, result);
+    ClipByPlane(polygon, along - double(k) * lightfield::Vec3{0, 0, 1}, clipped_);
+    ClipByPlane(clipped_, double(k + 1) * lightfield::Vec3{0, 0, 1} - along, result);
     return result;
   }
 
-  double SolidAngle(std::span<const Vec3> in_texels) {
+  double SolidAngle(std::span<const lightfield::Vec3> in_texels) {
     face_.clear();
-    for (const Vec3& p : in_texels) face_.push_back({2 * p.x / size_ - 1, 1 - 2 * p.y / size_, 1});
+    for (const lightfield::Vec3& p : in_texels)
+      face_.push_back({2 * p.x / size_ - 1, 1 - 2 * p.y / size_, 1});
     return PolygonSolidAngle(face_);
   }
 
   int size_;
-  std::vector<Vec3> polygon_, clipped_, projected_, row_, column_, face_;
+  std::vector<lightfield::Vec3> polygon_, clipped_, projected_, row_, column_, face_;
 };
 
 CubeResampler::CubeResampler(EnvironmentLayout layout, TexelRegistration registration, int width,
@@ -144,7 +149,7 @@ CubeResampler::CubeResampler(EnvironmentLayout layout, TexelRegistration registr
   std::vector<std::vector<Piece>> rows(height);
   core::ParallelFor(height, 4, [&](std::size_t begin, std::size_t end) {
     Clipper clipper(face_size);
-    std::vector<Vec3> outline;
+    std::vector<lightfield::Vec3> outline;
     for (std::size_t row = begin; row < end; ++row)
       for (int column = 0; column < width; ++column) {
         const std::size_t source = row * width + column, first_piece = rows[row].size();
@@ -179,7 +184,7 @@ CubeResampler::CubeResampler(int width, int height, int face_size, const Outline
   std::vector<std::vector<Piece>> rows(height);
   core::ParallelFor(height, 4, [&](std::size_t begin, std::size_t end) {
     Clipper clipper(face_size);
-    std::vector<Vec3> polygon;
+    std::vector<lightfield::Vec3> polygon;
     for (std::size_t row = begin; row < end; ++row)
       for (int column = 0; column < width; ++column) {
         const std::size_t source = row * width + column;
@@ -270,4 +275,4 @@ int DefaultFaceSize(EnvironmentLayout layout, int width) {
   return std::max(1, width / 4);
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

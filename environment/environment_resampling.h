@@ -6,11 +6,11 @@
 #include <functional>
 #include <vector>
 
-#include "core/image.h"
-#include "lightfield/cube_map.h"
-#include "lightfield/environment_layouts.h"
+#include "luxfield/core/image.h"
+#include "luxfield/environment/cube_map.h"
+#include "luxfield/environment/environment_layouts.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 // A texel of the picture stands for constant radiance over the solid angle it covers. A cube texel
 // t receives the mean over its own:
@@ -40,7 +40,7 @@ class CubeResampler {
   // unit directions around a pixel, less than a hemisphere, in either sense, empty where the pixel
   // shows nothing; it is called from several threads. What the outlines leave uncovered is in
   // coverage().
-  using Outline = std::function<void(int row, int column, std::vector<Vec3>& polygon)>;
+  using Outline = std::function<void(int row, int column, std::vector<lightfield::Vec3>& polygon)>;
   CubeResampler(int width, int height, int face_size, const Outline& outline);
 
   // `picture` of 3 channels, or 1 that stands for all three. Throws InputError for another size.
@@ -90,4 +90,4 @@ class CubeResampler {
 // fisheye; at least 1.
 int DefaultFaceSize(EnvironmentLayout layout, int width);
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,4 +1,4 @@
-#include "lightfield/environment_sequence.h"
+#include "luxfield/environment/environment_sequence.h"
 
 #include <fmt/format.h>
 
@@ -12,12 +12,12 @@
 #include <thread>
 #include <utility>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "lightfield/environment_map.h"
-#include "lightfield/environment_resampling.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/environment/environment_resampling.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
@@ -216,4 +216,4 @@ void EnvironmentSequence::Rewind() {
   impl_->Start();
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -9,10 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "lightfield/cube_map.h"
-#include "lightfield/environment_layouts.h"
+#include "luxfield/environment/cube_map.h"
+#include "luxfield/environment/environment_layouts.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 // Whether numbers in two names count as numbers: "sky_9" comes before "sky_10". Names that differ
 // in leading zeros only keep the order of their characters.
@@ -64,4 +64,4 @@ class EnvironmentSequence {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,4 +1,4 @@
-#include "lightfield/hosek_wilkie.h"
+#include "luxfield/environment/hosek_wilkie.h"
 
 #include <fmt/format.h>
 
@@ -6,10 +6,10 @@
 #include <cmath>
 #include <span>
 
-#include "core/error.h"
-#include "lightfield/hosek_wilkie_data.h"
+#include "luxfield/core/error.h"
+#include "luxfield/environment/hosek_wilkie_data.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 constexpr int kControlPoints = 6, kTurbidities = 10;
@@ -83,4 +83,4 @@ core::Rgb HosekWilkieSky::Xyz(double cos_theta, double gamma, double cos_gamma) 
   return xyz;
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -15,9 +15,9 @@
 
 #include <array>
 
-#include "core/colour.h"
+#include "luxfield/core/colour.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 // Turbidities of the fit: 1 air without haze, 2 very clear, 3 clear, 6 hazy.
 inline constexpr double kLeastTurbidity = 1, kLargestTurbidity = 10;
@@ -39,4 +39,4 @@ class HosekWilkieSky {
   std::array<Distribution, 3> xyz_;
 };
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

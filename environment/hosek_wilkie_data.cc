@@ -1,5 +1,5 @@
-// Coefficients of the Hosek-Wilkie sky model (lightfield/hosek_wilkie.h): the dataset for CIE XYZ of
-// "ArHosekSkyModelData_CIEXYZ.h", version 1.4a of 22 February 2013, by Lukas Hosek and Alexander
+// Coefficients of the Hosek-Wilkie sky model (environment/hosek_wilkie.h): the dataset for CIE XYZ
+// of "ArHosekSkyModelData_CIEXYZ.h", version 1.4a of 22 February 2013, by Lukas Hosek and Alexander
 // Wilkie (https://cgg.mff.cuni.cz/projects/SkylightModelling/), number by number, in its order.
 // Its notice:
 //
@@ -27,9 +27,9 @@
 // OR PROFITS; OR BUSINESS INTERRUPTION) HOWEVER CAUSED AND ON ANY THEORY OF LIABILITY, WHETHER IN
 // CONTRACT, STRICT LIABILITY, OR TORT (INCLUDING NEGLIGENCE OR OTHERWISE) ARISING IN ANY WAY OUT OF
 // THE USE OF THIS SOFTWARE, EVEN IF ADVISED OF THE POSSIBILITY OF SUCH DAMAGE.
-#include "lightfield/hosek_wilkie_data.h"
+#include "luxfield/environment/hosek_wilkie_data.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 // clang-format off
 const std::array<HosekWilkieTable, 3> kHosekWilkieXyz = {{
@@ -447,4 +447,4 @@ const std::array<HosekWilkieTable, 3> kHosekWilkieXyz = {{
     59.36468, 31.10255}}}};
 // clang-format on
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

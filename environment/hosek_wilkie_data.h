@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 // Of one tristimulus value. Indices from the slowest to the fastest: ground albedo 0 and 1,
 // turbidity 1 to 10, the 6 control points of a Bezier curve over the sun's elevation, and for the
@@ -15,4 +15,4 @@ struct HosekWilkieTable {
 };
 extern const std::array<HosekWilkieTable, 3> kHosekWilkieXyz;  // X, Y, Z
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,4 +1,4 @@
-#include "lightfield/sun_position.h"
+#include "luxfield/environment/sun_position.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <numbers>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 using std::chrono::days;
@@ -65,7 +65,7 @@ int Digits(std::string_view text) {
 
 double SunPosition::angular_radius_deg() const { return 959.63 / 3600 / distance_au; }
 
-Vec3 SunPosition::direction() const {
+lightfield::Vec3 SunPosition::direction() const {
   const double e = kDegree * apparent_elevation_deg, a = kDegree * azimuth_deg;
   return {std::cos(e) * std::sin(a), std::cos(e) * std::cos(a), std::sin(e)};
 }
@@ -174,4 +174,4 @@ std::string FormatUtc(UtcTime when) {
                      time.minutes().count(), time.seconds().count());
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

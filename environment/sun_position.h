@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/geometry.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 // UTC and UT1 are taken for the same (0.9 s, 0.004 degrees).
 using UtcTime = std::chrono::sys_seconds;
@@ -27,7 +27,7 @@ struct SunPosition {
   double distance_au = 1;
   double angular_radius_deg() const;  // 0.26656 / distance: 0.262 to 0.271
   // Towards the apparent sun; world frame with x to the east, y to the north, z up.
-  Vec3 direction() const;
+  lightfield::Vec3 direction() const;
 };
 
 // Throws InputError for a latitude beyond 90 degrees, a longitude beyond 180, or a year outside of
@@ -49,4 +49,4 @@ std::chrono::seconds ParseTimeOfDay(std::string_view text, std::string_view opti
 // "2024-06-21T13:05:30Z"
 std::string FormatUtc(UtcTime when);
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

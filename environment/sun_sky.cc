@@ -1,4 +1,4 @@
-#include "lightfield/sun_sky.h"
+#include "luxfield/environment/sun_sky.h"
 
 #include <fmt/format.h>
 
@@ -7,14 +7,14 @@
 #include <numbers>
 #include <vector>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/primaries.h"
-#include "lightfield/disc_layout.h"
-#include "lightfield/spherical_polygon.h"
-#include "lightfield/sunlight.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/primaries.h"
+#include "luxfield/environment/disc_layout.h"
+#include "luxfield/environment/spherical_polygon.h"
+#include "luxfield/environment/sunlight.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -25,7 +25,9 @@ constexpr double kPeakAsymmetry = 0.95;
 // Rings of the quadrature of the sky's illuminance.
 constexpr int kQuadratureRows = 192;
 
-double AngleBetween(Vec3 a, Vec3 b) { return std::atan2(Length(Cross(a, b)), Dot(a, b)); }
+double AngleBetween(lightfield::Vec3 a, lightfield::Vec3 b) {
+  return std::atan2(lightfield::Length(lightfield::Cross(a, b)), lightfield::Dot(a, b));
+}
 
 struct PictureSize {
   int width, height, side;
@@ -98,7 +100,8 @@ core::Rgb SunSky::HorizontalIlluminance() {
       for (int column = 0; column < columns; ++column) {
         const double square = (double(row) + 0.5) / rows, sine = std::sqrt(square),
                      phi = 2 * kPi * (column + 0.5) / columns;
-        const Vec3 w = {sine * std::cos(phi), sine * std::sin(phi), std::sqrt(1 - square)};
+        const lightfield::Vec3 w = {sine * std::cos(phi), sine * std::sin(phi),
+                                    std::sqrt(1 - square)};
         const double width = std::sqrt(kPi / (double(rows) * columns * w.z));
         const core::Rgb colour = Radiance(w, width);
         for (std::size_t k = 0; k < 3; ++k) sums[row][k] += colour[k];
@@ -124,15 +127,15 @@ core::Rgb SunSky::global_horizontal() const {
   return sum;
 }
 
-core::Rgb SunSky::SkyColour(Vec3 direction) const {
-  const double cos_gamma = std::clamp(Dot(direction, sun_direction_), -1.0, 1.0);
+core::Rgb SunSky::SkyColour(lightfield::Vec3 direction) const {
+  const double cos_gamma = std::clamp(lightfield::Dot(direction, sun_direction_), -1.0, 1.0);
   const core::Rgb xyz = sky_.Xyz(direction.z, AngleBetween(direction, sun_direction_), cos_gamma);
   core::Rgb colour = core::IntoGamut(core::Rec709FromXyz(xyz));
   for (double& value : colour) value *= nearness_;
   return colour;
 }
 
-core::Rgb SunSky::CloudedColour(Vec3 direction, double width) const {
+core::Rgb SunSky::CloudedColour(lightfield::Vec3 direction, double width) const {
   const core::Rgb clear = SkyColour(direction);
   const CloudLayer::Sight sight = clouds_->See(direction, width);
   // The CIE's overcast pattern, of flux 1, and Henyey and Greenstein's lobe: n scatterings in one
@@ -154,7 +157,7 @@ core::Rgb SunSky::CloudedColour(Vec3 direction, double width) const {
   return colour;
 }
 
-core::Rgb SunSky::Radiance(Vec3 direction, double width) const {
+core::Rgb SunSky::Radiance(lightfield::Vec3 direction, double width) const {
   if (!(direction.z > 0)) return ground_radiance_;
   return clouds_ ? CloudedColour(direction, width) : SkyColour(direction);
 }
@@ -167,17 +170,18 @@ core::Image SunSky::Picture(EnvironmentLayout layout, int height) const {
   core::Image image(size.width, size.height, 3);
 
   // What a pixel's point shows. Beyond the rim of a disc, for pixels that it cuts: the rim.
-  const auto at = [&](Vec2 p) {
+  const auto at = [&](lightfield::Vec2 p) {
     if (auto shown = DirectionFromPicture(layout, p)) return *shown;
     const double a = p.x - 0.5, b = p.y - 0.5, shrink = 0.5 * (1 - 1e-12) / std::hypot(a, b);
     return *DirectionFromPicture(layout, {0.5 + shrink * a, 0.5 + shrink * b});
   };
   // Whether a pixel lies beyond the disc: by a bound of half its diagonal, twice over.
   const auto far_from_sun = [&](double x0, double x1, double y0, double y1) {
-    const Vec3 centre = at({0.5 * (x0 + x1), 0.5 * (y0 + y1)}).direction;
+    const lightfield::Vec3 centre = at({0.5 * (x0 + x1), 0.5 * (y0 + y1)}).direction;
     double extent = 2.5 / size.side;
     if (is_disc) {
-      for (const Vec2 corner : {Vec2{x0, y0}, Vec2{x1, y0}, Vec2{x0, y1}, Vec2{x1, y1}}) {
+      for (const lightfield::Vec2 corner : {lightfield::Vec2{x0, y0}, lightfield::Vec2{x1, y0},
+                                            lightfield::Vec2{x0, y1}, lightfield::Vec2{x1, y1}}) {
         const auto shown = DirectionFromPicture(layout, corner);
         if (!shown) return false;  // on the rim
         extent = std::max(extent, AngleBetween(shown->direction, centre));
@@ -188,7 +192,7 @@ core::Image SunSky::Picture(EnvironmentLayout layout, int height) const {
 
   core::ParallelFor(size.height, 4, [&](std::size_t begin, std::size_t end) {
     constexpr double kNodes[] = {0.21132486540518712, 0.78867513459481288};  // Gauss-Legendre
-    std::vector<Vec3> outline, above;
+    std::vector<lightfield::Vec3> outline, above;
     for (int row = static_cast<int>(begin); row < static_cast<int>(end); ++row)
       for (int column = 0; column < size.width; ++column) {
         const double x0 = edges.x[column], x1 = edges.x[column + 1], y0 = edges.y[row],
@@ -220,4 +224,4 @@ core::Image SunSky::Picture(EnvironmentLayout layout, int height) const {
   return image;
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,13 +1,13 @@
 // Sun and clear sky as an environment map (docs/formats/environment.md, "The sun and the sky";
 // docs/theory.md section 8).
 //
-// The sky is Hosek and Wilkie's (lightfield/hosek_wilkie.h), divided by the square of the sun's
+// The sky is Hosek and Wilkie's (environment/hosek_wilkie.h), divided by the square of the sun's
 // distance in au; its horizontal illuminance E_d is the integral of that. The sun is a disc of its
 // true size, about 0.53 degrees, and even radiance E_n / (pi sin^2(rho)), rho its angular radius
-// and E_n Bird and Riordan's (lightfield/sunlight.h). Below the horizon lies Lambertian ground:
+// and E_n Bird and Riordan's (environment/sunlight.h). Below the horizon lies Lambertian ground:
 // albedo / pi times the horizontal illuminance, of the albedo's grey.
 //
-// With clouds (lightfield/cloud_layer.h; docs/theory.md section 8 has the sum) the disc is dimmed
+// With clouds (environment/cloud_layer.h; docs/theory.md section 8 has the sum) the disc is dimmed
 // by what its rays meet, the sky is seen through the layer, and the layer sends down what it
 // scatters of the sun's, the sky's and the ground's light, in the pattern (1 + 2 cos theta) / 3 of
 // the CIE standard overcast sky, beside a forward peak around the sun. The ground is lit by the
@@ -20,13 +20,13 @@
 
 #include <optional>
 
-#include "core/image.h"
-#include "lightfield/cloud_layer.h"
-#include "lightfield/environment_layouts.h"
-#include "lightfield/hosek_wilkie.h"
-#include "lightfield/sun_position.h"
+#include "luxfield/core/image.h"
+#include "luxfield/environment/cloud_layer.h"
+#include "luxfield/environment/environment_layouts.h"
+#include "luxfield/environment/hosek_wilkie.h"
+#include "luxfield/environment/sun_position.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 class SunSky {
  public:
@@ -37,9 +37,9 @@ class SunSky {
 
   // Of the sky without the sun, or of the ground. A unit direction; with clouds the mean over about
   // `width` radians around it.
-  core::Rgb Radiance(Vec3 direction, double width = 0) const;
+  core::Rgb Radiance(lightfield::Vec3 direction, double width = 0) const;
   const core::Rgb& sun_radiance() const { return sun_radiance_; }
-  Vec3 sun_direction() const { return sun_direction_; }
+  lightfield::Vec3 sun_direction() const { return sun_direction_; }
   double sun_angular_radius() const { return sun_radius_; }  // radians
 
   // Illuminance, lx. Horizontal is what the whole disc and the sky give: a disc that the horizon
@@ -62,13 +62,13 @@ class SunSky {
  private:
   void Finish(double ground_albedo);
   core::Rgb HorizontalIlluminance();  // of the sky; sets cloud_cover_
-  core::Rgb SkyColour(Vec3 direction) const;
-  core::Rgb CloudedColour(Vec3 direction, double width) const;
+  core::Rgb SkyColour(lightfield::Vec3 direction) const;
+  core::Rgb CloudedColour(lightfield::Vec3 direction, double width) const;
 
   HosekWilkieSky sky_;
   std::optional<CloudLayer> clouds_;
   double nearness_ = 1;  // of the sun: 1 / distance^2
-  Vec3 sun_direction_;
+  lightfield::Vec3 sun_direction_;
   double sun_radius_ = 0;
   core::Rgb direct_{}, diffuse_{}, region_{}, sun_radiance_{}, ground_radiance_{};
   double cloud_cover_ = 0;
@@ -78,4 +78,4 @@ class SunSky {
   double sunlit_ = 1, air_thickness_ = 0;
 };
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,12 +1,12 @@
-#include "lightfield/sunlight.h"
+#include "luxfield/environment/sunlight.h"
 
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "core/primaries.h"
+#include "luxfield/core/primaries.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 // Bird and Riordan's table: extraterrestrial irradiance, W m^-2 nm^-1, and the absorption
@@ -133,4 +133,4 @@ core::Rgb ExtraterrestrialIlluminance() {
   return Seen([](const Band& band) { return band.irradiance; });
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -11,10 +11,10 @@
 // Wyman, Sloan and Shirley (JCGT 2, 2013), 0.1 % in luminance.
 #pragma once
 
-#include "core/colour.h"
-#include "lightfield/sun_position.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/environment/sun_position.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 
 // Illuminance on a plane that faces the sun, lx: linear Rec. 709 whose luminance is photometric,
 // within Rec. 709 (IntoGamut). The apparent sun is not below the horizon, turbidity not below 1.
@@ -28,4 +28,4 @@ core::Rgb ExtraterrestrialIlluminance();
 double RayleighThickness(double um);
 double AerosolThickness(double turbidity, double um);
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

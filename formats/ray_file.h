@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/geometry.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::formats {
 
 struct Ray {
-  Vec3 position_m;  // file unit is mm; converted
-  Vec3 direction;   // unit to the file's precision (float32)
+  lightfield::Vec3 position_m;  // file unit is mm; converted
+  lightfield::Vec3 direction;   // unit to the file's precision (float32)
   double flux =
       0;  // in the file's flux unit: radiant watts or lumens, see RayFile::flux_is_luminous
   std::optional<std::array<double, 3>> tristimulus;  // X Y Z in lm if the file carries them
@@ -57,4 +57,4 @@ RayFileHeader ReadTm25Header(const std::filesystem::path& path);
 // Throws InputError for what the format cannot hold.
 void WriteTm25(const std::filesystem::path& path, const RayFile& file);
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::formats

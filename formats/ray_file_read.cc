@@ -6,12 +6,12 @@
 #include <fstream>
 #include <span>
 
-#include "core/error.h"
-#include "core/input_file.h"
-#include "lightfield/ray_file.h"
-#include "lightfield/tm25_layout.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/input_file.h"
+#include "luxfield/formats/ray_file.h"
+#include "luxfield/formats/tm25_layout.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::formats {
 namespace {
 
 constexpr const char* kRemedy = "have it exported anew";
@@ -225,11 +225,11 @@ class Tm25Reader {
     };
     const auto item = [&](std::size_t k) { return double{Get<float>(bytes + k * sizeof(float))}; };
     Ray ray;
-    ray.position_m = 1e-3 * Vec3{item(0), item(1), item(2)};
+    ray.position_m = 1e-3 * lightfield::Vec3{item(0), item(1), item(2)};
     if (!std::isfinite(item(0)) || !std::isfinite(item(1)) || !std::isfinite(item(2)))
       fail(fmt::format("position {} {} {} mm is not finite", item(0), item(1), item(2)));
     ray.direction = {item(3), item(4), item(5)};
-    if (!(std::abs(Length(ray.direction) - 1) <= tm25::kUnitTolerance))
+    if (!(std::abs(lightfield::Length(ray.direction) - 1) <= tm25::kUnitTolerance))
       fail(fmt::format("direction {} {} {} is not of unit length", item(3), item(4), item(5)));
 
     std::size_t next = 6;
@@ -268,4 +268,4 @@ RayFileHeader ReadTm25Header(const std::filesystem::path& path) {
   return Tm25Reader(path).header();
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::formats

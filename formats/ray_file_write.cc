@@ -6,12 +6,12 @@
 #include <fstream>
 #include <limits>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "lightfield/ray_file.h"
-#include "lightfield/tm25_layout.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/formats/ray_file.h"
+#include "luxfield/formats/tm25_layout.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::formats {
 namespace {
 
 template <typename T>
@@ -103,16 +103,16 @@ std::string FixedPart(const std::string& name, const RayFile& file, bool tristim
 void RequireRepresentable(const std::string& name, const RayFile& file) {
   for (std::size_t k = 0; k < file.rays.size(); ++k) {
     const Ray& ray = file.rays[k];
-    const Vec3 mm = 1e3 * ray.position_m;
+    const lightfield::Vec3 mm = 1e3 * ray.position_m;
     const double largest = std::numeric_limits<float>::max();
     for (const double value : {mm.x, mm.y, mm.z, ray.flux})
       if (!(std::abs(value) <= largest))
         throw InputError(name, fmt::format("ray {} holds {}, which no float can hold", k, value),
                          "leave it out");
-    if (!(std::abs(Length(ray.direction) - 1) <= tm25::kUnitTolerance) || ray.flux < 0)
+    if (!(std::abs(lightfield::Length(ray.direction) - 1) <= tm25::kUnitTolerance) || ray.flux < 0)
       throw InputError(name,
                        fmt::format("ray {} has a direction of length {} and flux {}", k,
-                                   Length(ray.direction), ray.flux),
+                                   lightfield::Length(ray.direction), ray.flux),
                        "normalise directions and leave negative flux out");
   }
 }
@@ -130,7 +130,7 @@ void WriteTm25(const std::filesystem::path& path, const RayFile& file) {
     stream.write(fixed.data(), static_cast<std::streamsize>(fixed.size()));
     std::vector<float> row;
     for (const Ray& ray : file.rays) {
-      const Vec3 mm = 1e3 * ray.position_m, k = ray.direction;
+      const lightfield::Vec3 mm = 1e3 * ray.position_m, k = ray.direction;
       row.clear();
       for (const double value : {mm.x, mm.y, mm.z, k.x, k.y, k.z, ray.flux})
         row.push_back(static_cast<float>(value));
@@ -148,4 +148,4 @@ void WriteTm25(const std::filesystem::path& path, const RayFile& file) {
   });
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::formats

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace luxfield::lightfield::tm25 {
+namespace luxfield::formats::tm25 {
 
 static_assert(std::endian::native == std::endian::little,
               "TM-25 is read and written as it lies in memory");
@@ -41,4 +41,4 @@ enum Flag {
 // Number of float32 that a flag adds to each ray.
 inline constexpr std::size_t kItems[kFlags] = {3, 3, 1, 1, 1, 6, 2, 1};
 
-}  // namespace luxfield::lightfield::tm25
+}  // namespace luxfield::formats::tm25

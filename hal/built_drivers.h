@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/config.h"
+#include "luxfield/core/config.h"
 
 namespace luxfield::hal {
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "core/raw_frame.h"
+#include "luxfield/session/raw_frame.h"
 
 namespace luxfield::hal {
 
@@ -39,7 +39,7 @@ struct AppliedSettings {
 };
 
 struct Frame {
-  core::RawFrame image;
+  session::RawFrame image;
   AppliedSettings settings;    // those this frame was really taken with
   std::uint64_t frame_id = 0;  // grows with every exposure; the same id twice is a stale frame
   double t_start_s = 0, t_end_s = 0;  // of the exposure, rig clock

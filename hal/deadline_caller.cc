@@ -1,10 +1,10 @@
-#include "hal/deadline_caller.h"
+#include "luxfield/hal/deadline_caller.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal {
 

@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "core/clock.h"
+#include "luxfield/core/clock.h"
 
 namespace luxfield::hal {
 

@@ -1,5 +1,4 @@
-// A rig: its devices, what is known about them, and how lab.toml becomes one
-// (docs/formats/lab-and-plan.md).
+// A rig: its devices and what is known about them.
 #pragma once
 
 #include <array>
@@ -13,16 +12,16 @@
 #include <utility>
 #include <vector>
 
-#include "core/clock.h"
-#include "core/config.h"
-#include "core/image.h"
-#include "hal/camera.h"
-#include "hal/error.h"
-#include "hal/instruments.h"
-#include "hal/stage_bounds.h"
-#include "hal/trigger.h"
-#include "lightfield/basis.h"
-#include "lightfield/chessboard.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/image.h"
+#include "luxfield/hal/camera.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/hal/instruments.h"
+#include "luxfield/hal/stage.h"
+#include "luxfield/hal/trigger.h"
+#include "luxfield/lightfield/basis.h"
+#include "luxfield/rig/chessboard.h"
 
 namespace luxfield::hal {
 
@@ -40,14 +39,14 @@ struct CameraCalibration {
   double dark_current_e_per_s = 0;
   double prnu = 0;
   std::vector<double> responsivity_e_per_s_per_w_m2;  // per channel
-  std::string cfa;  // colour mosaic (core/cfa.h): all channels in one frame; empty: none
+  std::string cfa;  // colour mosaic (rig/cfa.h): all channels in one frame; empty: none
   std::vector<std::pair<int, int>> defects;  // (row, column)
   std::optional<core::Image> vignetting;     // relative sensitivity
 };
 
 // What calibrates the geometry, and the veiling glare (docs/guide.md).
 struct CalibrationTargets {
-  using Chessboard = lightfield::Chessboard;
+  using Chessboard = rig::Chessboard;
   std::optional<Chessboard> board;  // on a flat sheet, in front of the camera; reflector rig
   int board_poses = 0;              // beside the one on I
   Chessboard mask;            // a transparency in the filter's holder, behind it a small source
@@ -82,7 +81,8 @@ struct VisitPlan {
 };
 
 struct Devices {
-  // Of a lab of real devices (hal/watchdog.h); may be null. First, so that it outlives the others.
+  // Of a lab of real devices (hal/safety/watchdog.h); may be null. First, so that it outlives the
+  // others.
   std::shared_ptr<Watchdog> watchdog;
   std::shared_ptr<core::Clock> clock;
   RigDescription rig;
@@ -102,18 +102,5 @@ struct Devices {
   // one traces the light for all visits together.
   std::function<void(const VisitPlan&)> announce;
 };
-
-// Opens the devices of lab.toml; if they are real, a watchdog is started before. The stage keeps
-// within `plan` too, which is told on stderr where it would allow more than the lab. Throws
-// InputError for a file that makes no sense, or a driver this version does not have, HardwareError
-// for a device that does not answer.
-Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed = {},
-                    const StageBounds& plan = {});
-
-// The drivers this program was built with, as `luxfield devices` lists them.
-struct DriverInfo {
-  std::string name, what;
-};
-std::vector<DriverInfo> Drivers();
 
 }  // namespace luxfield::hal

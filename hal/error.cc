@@ -1,4 +1,4 @@
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 
 #include <fmt/format.h>
 

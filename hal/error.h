@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::hal {
 

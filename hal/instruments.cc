@@ -1,4 +1,4 @@
-#include "hal/instruments.h"
+#include "luxfield/hal/instruments.h"
 
 namespace luxfield::hal {
 

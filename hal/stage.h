@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/geometry.h"
 
 namespace luxfield::hal {
 

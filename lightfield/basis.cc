@@ -1,12 +1,12 @@
-#include "lightfield/basis.h"
+#include "luxfield/lightfield/basis.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "lightfield/quadrature.h"
+#include "luxfield/core/error.h"
+#include "luxfield/lightfield/quadrature.h"
 
 namespace luxfield::lightfield {
 namespace {

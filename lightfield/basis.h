@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/geometry.h"
 
 namespace luxfield::lightfield {
 

@@ -1,4 +1,4 @@
-#include "lightfield/edge_light.h"
+#include "luxfield/lightfield/edge_light.h"
 
 #include <fmt/format.h>
 

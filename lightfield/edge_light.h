@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/measurements.h"
+#include "luxfield/lightfield/measurements.h"
 
 namespace luxfield::lightfield {
 

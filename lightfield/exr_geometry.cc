@@ -1,4 +1,4 @@
-#include "lightfield/exr_geometry.h"
+#include "luxfield/lightfield/exr_geometry.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::lightfield {
 namespace {

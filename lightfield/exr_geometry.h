@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
-#include "core/exr.h"
-#include "lightfield/light_field.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::lightfield {
 

@@ -1,13 +1,13 @@
-#include "lightfield/light_field.h"
+#include "luxfield/lightfield/light_field.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/warning.h"
-#include "lightfield/projected_texels.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/warning.h"
+#include "luxfield/lightfield/projected_texels.h"
 
 namespace luxfield::lightfield {
 namespace {

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/basis.h"
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/basis.h"
+#include "luxfield/lightfield/geometry.h"
 
 namespace luxfield::lightfield {
 

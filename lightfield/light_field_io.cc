@@ -6,10 +6,10 @@
 #include <set>
 #include <vector>
 
-#include "core/error.h"
-#include "lightfield/exr_geometry.h"
-#include "lightfield/light_field.h"
-#include "lightfield/posed_light_field.h"
+#include "luxfield/core/error.h"
+#include "luxfield/lightfield/exr_geometry.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/posed_light_field.h"
 
 namespace luxfield::lightfield {
 namespace {

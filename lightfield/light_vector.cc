@@ -1,9 +1,9 @@
-#include "lightfield/light_vector.h"
+#include "luxfield/lightfield/light_vector.h"
 
 #include <algorithm>
 #include <vector>
 
-#include "lightfield/projected_texels.h"
+#include "luxfield/lightfield/projected_texels.h"
 
 namespace luxfield::lightfield {
 namespace {

@@ -17,7 +17,7 @@
 
 #include <array>
 
-#include "lightfield/light_field.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::lightfield {
 

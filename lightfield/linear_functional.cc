@@ -1,13 +1,13 @@
-#include "lightfield/linear_functional.h"
+#include "luxfield/lightfield/linear_functional.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "lightfield/light_vector.h"
-#include "lightfield/projected_texels.h"
+#include "luxfield/core/error.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/lightfield/projected_texels.h"
 
 namespace luxfield::lightfield {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::lightfield {
 

@@ -1,14 +1,14 @@
 // *.filter.exr, to the byte in docs/formats/filter.md.
-#include "lightfield/measured_filter.h"
+#include "luxfield/lightfield/measured_filter.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "core/error.h"
-#include "core/range.h"
-#include "core/warning.h"
-#include "lightfield/exr_geometry.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/range.h"
+#include "luxfield/core/warning.h"
+#include "luxfield/lightfield/exr_geometry.h"
 
 namespace luxfield::lightfield {
 namespace {

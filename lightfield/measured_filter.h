@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <vector>
 
-#include "lightfield/basis.h"
-#include "lightfield/geometry.h"
-#include "lightfield/light_field.h"
-#include "lightfield/measurements.h"
+#include "luxfield/lightfield/basis.h"
+#include "luxfield/lightfield/geometry.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/measurements.h"
 
 namespace luxfield::lightfield {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::lightfield {
 
@@ -41,7 +41,7 @@ constexpr bool IsDetected(float value, float sigma) {
 // or relative).
 struct Measurement {
   std::vector<float> irradiance;  // detected or not
-  std::vector<float> sigma;  // standard deviation of irradiance
+  std::vector<float> sigma;       // standard deviation of irradiance
   std::vector<float> count;  // effective number of exposures that entered, per pixel [row][column]
   std::vector<std::uint32_t> mask;  // MeasurementFlag bits, per pixel [row][column] (any channel)
   // Where the filter's centre was, by the stage's read-back, minus the grid's centre(i, j). The

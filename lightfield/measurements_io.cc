@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "core/error.h"
-#include "lightfield/exr_geometry.h"
-#include "lightfield/measurements.h"
+#include "luxfield/core/error.h"
+#include "luxfield/lightfield/exr_geometry.h"
+#include "luxfield/lightfield/measurements.h"
 
 namespace luxfield::lightfield {
 namespace {

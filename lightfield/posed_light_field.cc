@@ -1,10 +1,10 @@
-#include "lightfield/posed_light_field.h"
+#include "luxfield/lightfield/posed_light_field.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::lightfield {
 

@@ -1,9 +1,9 @@
-#include "lightfield/projected_texels.h"
+#include "luxfield/lightfield/projected_texels.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "lightfield/quadrature.h"
+#include "luxfield/lightfield/quadrature.h"
 
 namespace luxfield::lightfield {
 

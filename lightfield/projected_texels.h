@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "lightfield/basis.h"
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/basis.h"
+#include "luxfield/lightfield/geometry.h"
 
 namespace luxfield::lightfield {
 

@@ -1,4 +1,4 @@
-#include "pictures/decode_picture.h"
+#include "luxfield/pictures/decode_picture.h"
 
 #include <limits>
 #include <new>
@@ -6,8 +6,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "core/apart.h"
-#include "core/error.h"
+#include "luxfield/core/apart.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::pictures {
 namespace {

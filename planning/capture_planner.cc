@@ -1,4 +1,4 @@
-#include "study/capture_planner.h"
+#include "luxfield/planning/capture_planner.h"
 
 #include <fmt/format.h>
 
@@ -7,24 +7,24 @@
 #include <numeric>
 #include <optional>
 
-#include "capture/write_plan.h"
-#include "core/error.h"
-#include "core/outputs.h"
-#include "core/parallel.h"
-#include "core/progress.h"
-#include "core/session_store.h"
-#include "core/stopwatch.h"
-#include "hal/sim/lab_description.h"
-#include "hal/sim/simulated_lab.h"
-#include "lightfield/light_vector.h"
-#include "preprocess/scene_receivers.h"
-#include "scene/scene.h"
-#include "study/chain.h"
-#include "study/exposure_choice.h"
-#include "study/filter_choice.h"
-#include "study/lab_variant.h"
+#include "luxfield/capture/plan/write_plan.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/outputs.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/hal/sim/lab_description.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/planning/chain.h"
+#include "luxfield/planning/exposure_choice.h"
+#include "luxfield/planning/filter_choice.h"
+#include "luxfield/planning/lab_variant.h"
+#include "luxfield/preprocess/scene_receivers.h"
+#include "luxfield/scene/scene.h"
+#include "luxfield/session/session_store.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using preprocess::Receiver;
@@ -343,7 +343,7 @@ SimulatedCapture CapturePlanner::Simulate(
                                              state_->judged_by[k].p, state_->judged_by[k].n)[0];
   });
   capture.error = RelativeRmse(found, state_->judged_truth);
-  const core::SessionReader session(folder / "session");
+  const session::SessionReader session(folder / "session");
   double start = 0, end = 0;
   for (const auto& frame : session.frames()) {
     if (end == 0) start = frame.t_start_s;
@@ -378,4 +378,4 @@ const PlannedCapture& MostAccurate(const std::vector<PlannedCapture>& plans) {
       [](const PlannedCapture& a, const PlannedCapture& b) { return a.error() < b.error(); });
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

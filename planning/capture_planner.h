@@ -21,10 +21,10 @@
 #include <string>
 #include <vector>
 
-#include "capture/plan.h"
-#include "study/relative_error.h"
+#include "luxfield/capture/plan/plan.h"
+#include "luxfield/planning/relative_error.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 struct CapturePlannerOptions {
   std::filesystem::path lab, scene;  // a simulated lab; its [filter] is one of many here
@@ -42,7 +42,7 @@ struct PlannedCapture {
   std::string family;  // "bspline2", "quadratic, dual" ...
   capture::Plan plan;
   int frames = 0;
-  double capture_s = 0;                      // after homing and warm-up (capture/capture_time.h)
+  double capture_s = 0;  // after homing and warm-up (capture/plan/capture_time.h)
   double truncation = 0, truncation_se = 0;  // the standard error of another choice of receivers
   double noise = 0;
   bool confirmed = false;  // by receivers other than those it was chosen by
@@ -110,4 +110,4 @@ const PlannedCapture* FastestConfirmed(const CapturePlanner& planner, double max
 // The plan of least error. `plans` must not be empty.
 const PlannedCapture& MostAccurate(const std::vector<PlannedCapture>& plans);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

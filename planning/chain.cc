@@ -1,11 +1,12 @@
-#include "study/chain.h"
+#include "luxfield/planning/chain.h"
 
 #include <cmath>
 
-#include "core/stopwatch.h"
-#include "hal/devices.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/lab/open_lab.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 ChainResult RunChain(const ChainOptions& options) {
   ChainResult result;
   std::filesystem::create_directories(options.folder);
@@ -25,7 +26,7 @@ ChainResult RunChain(const ChainOptions& options) {
   how.lamp_level =
       reconstruct::LampLevel::kMonitorUnity;  // the truth is the lamp at its nominal level
   result.measurements =
-      reconstruct::MergeSession(core::SessionReader(session_folder), how, &result.merge);
+      reconstruct::MergeSession(session::SessionReader(session_folder), how, &result.merge);
   lightfield::WriteMeasurements(measurements_file, result.measurements);
   if (!options.keep_session) std::filesystem::remove_all(session_folder);
   result.merge_s = watch.WallSeconds();
@@ -65,4 +66,4 @@ StageError IrradianceError(const lightfield::Measurements& measurements,
   return CompareWithTruth(values, references);
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

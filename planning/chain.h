@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "capture/capture.h"
-#include "lightfield/light_field.h"
-#include "reconstruct/merge_session.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 struct ChainOptions {
   std::filesystem::path lab, plan;
@@ -47,4 +47,4 @@ StageError CompareWithTruth(std::span<const float> values, std::span<const float
 StageError IrradianceError(const lightfield::Measurements& measurements,
                            const std::vector<std::vector<float>>& truth);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

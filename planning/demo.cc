@@ -1,4 +1,4 @@
-#include "study/demo.h"
+#include "luxfield/planning/demo.h"
 
 #include <fmt/format.h>
 
@@ -7,16 +7,16 @@
 #include <cmath>
 #include <map>
 
-#include "core/colour.h"
-#include "core/file.h"
-#include "core/json.h"
-#include "hal/sim/simulated_lab.h"
-#include "preprocess/table_io.h"
-#include "render/film.h"
-#include "study/lamp_picture.h"
-#include "study/traced_lamp.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/planning/lamp_picture.h"
+#include "luxfield/planning/traced_lamp.h"
+#include "luxfield/preprocess/table_io.h"
+#include "luxfield/render/film/film.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 double Now() {
@@ -37,12 +37,12 @@ void PrepareFolder(const std::filesystem::path& folder) {
 
 // Shortest and longest exposure of every position, in the order they were taken.
 void ReadBrackets(const std::filesystem::path& session, DemoResult& result) {
-  const core::SessionReader reader(session);
+  const session::SessionReader reader(session);
   result.ladder_s = core::Field<std::vector<double>>(
       core::Field<core::Json>(reader.plan(), "exposure", "plan.json"), "ladder_s", "plan.json");
   std::map<std::pair<int, int>, std::array<double, 3>> brackets;  // time, shortest, longest
   for (const auto& frame : reader.frames()) {
-    if (frame.kind != core::FrameKind::kPosition) continue;
+    if (frame.kind != session::FrameKind::kPosition) continue;
     auto [it, added] = brackets.try_emplace(
         {frame.i, frame.j}, std::array{frame.t_start_s, frame.exposure_s, frame.exposure_s});
     it->second[1] = std::min(it->second[1], frame.exposure_s);
@@ -244,4 +244,4 @@ DemoResult RunDemo(const DemoOptions& options) {
   return result;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

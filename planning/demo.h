@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "core/measures.h"
-#include "render/renderer.h"
-#include "study/chain.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/planning/chain.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 struct DemoOptions {
   std::filesystem::path lab, plan, scene;
@@ -75,4 +75,4 @@ struct DemoResult {
 // headlight.lf.exr, headlight.tab.exr, truth.lf.exr (the projection), ideal.lf.exr, picture.exr.
 DemoResult RunDemo(const DemoOptions& options);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

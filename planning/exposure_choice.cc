@@ -1,11 +1,11 @@
-#include "study/exposure_choice.h"
+#include "luxfield/planning/exposure_choice.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 // Times that people can read: two digits, downwards, in steps of the camera.
@@ -107,4 +107,4 @@ std::vector<ExposureChoice> ExposureChoices(double longest_s, double ratio,
   return choices;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -3,11 +3,12 @@
 
 #include <vector>
 
-#include "capture/capture_time.h"
-#include "hal/devices.h"
-#include "study/planned_filters.h"
+#include "luxfield/capture/plan/bracket_rungs.h"
+#include "luxfield/capture/plan/capture_time.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/planning/planned_filters.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 // What a camera adds to irradiance on I, per pixel.
 struct PixelNoise {
@@ -66,4 +67,4 @@ struct ExposureChoice {
 std::vector<ExposureChoice> ExposureChoices(double longest_s, double ratio,
                                             const hal::CameraCapabilities& camera, double period_s);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

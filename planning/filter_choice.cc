@@ -1,9 +1,9 @@
-#include "study/filter_choice.h"
+#include "luxfield/planning/filter_choice.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 using lightfield::Basis;
 using lightfield::BasisKind;
@@ -85,4 +85,4 @@ std::optional<PlannedFilters> Lay(const FilterFamily& family, int cells, int few
   return filters;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

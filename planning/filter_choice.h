@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "hal/stage.h"
-#include "study/planned_filters.h"
+#include "luxfield/hal/stage.h"
+#include "luxfield/planning/planned_filters.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 struct FilterFamily {
   lightfield::Basis basis;
@@ -42,4 +42,4 @@ struct FilterField {
 std::optional<PlannedFilters> Lay(const FilterFamily& family, int cells, int fewer,
                                   const FilterField& field);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,6 +1,6 @@
-#include "study/filter_photographs.h"
+#include "luxfield/planning/filter_photographs.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using hal::sim::FilterBench;
@@ -26,10 +26,10 @@ reconstruct::SensorModel KnownSensor(const hal::sim::Sensor& sensor) {
 
 reconstruct::MergedFrame Photograph(const FilterBench& bench, View view,
                                     const std::vector<double>& exposures_s) {
-  std::vector<core::RawFrame> frames;
+  std::vector<session::RawFrame> frames;
   std::vector<reconstruct::DarkFrame> darks;
   for (const double exposure_s : exposures_s) {
-    std::vector<core::RawFrame> dark;
+    std::vector<session::RawFrame> dark;
     for (int k = 0; k < kRepeats; ++k) {
       const int number = static_cast<int>(frames.size());
       frames.push_back(bench.Expose(view, exposure_s, number));
@@ -62,4 +62,4 @@ FilterPhotographs PhotographFilter(const std::filesystem::path& lab_toml,
       FilterBench(hal::sim::ReadLab(core::Config::FromFile(lab_toml), seed), pixels));
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

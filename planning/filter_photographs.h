@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <optional>
 
-#include "hal/sim/filter_bench.h"
-#include "reconstruct/filter_session.h"
+#include "luxfield/hal/sim/filter_bench.h"
+#include "luxfield/reconstruct/calibrate/filter/filter_session.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 using reconstruct::FilterPhotographs;
 
@@ -20,4 +20,4 @@ FilterPhotographs PhotographFilter(const hal::sim::FilterBench& bench);
 FilterPhotographs PhotographFilter(const std::filesystem::path& lab_toml,
                                    std::optional<std::uint64_t> seed, int pixels);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,4 +1,4 @@
-#include "study/lab_variant.h"
+#include "luxfield/planning/lab_variant.h"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/file.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 toml::table Parse(const std::filesystem::path& lab) {
@@ -108,4 +108,4 @@ std::vector<double> ReadLabNumbers(const std::filesystem::path& lab, const std::
   return values;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/basis.h"
+#include "luxfield/lightfield/basis.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 // Names of all [errors.*] tables of a lab file.
 std::vector<std::string> ErrorSources(const std::filesystem::path& lab);
@@ -39,4 +39,4 @@ void WriteLabWithFilter(const std::filesystem::path& lab, const LabFilter& filte
 std::vector<double> ReadLabNumbers(const std::filesystem::path& lab, const std::string& source,
                                    const std::string& key);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

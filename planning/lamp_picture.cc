@@ -1,16 +1,16 @@
-#include "study/lamp_picture.h"
+#include "luxfield/planning/lamp_picture.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/progress.h"
-#include "core/random.h"
-#include "scene/ray_caster.h"
-#include "study/seen_surfaces.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/random.h"
+#include "luxfield/planning/seen_surfaces.h"
+#include "luxfield/scene/ray_caster.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using lightfield::Vec2;
@@ -94,4 +94,4 @@ StageError ErrorAgainst(const core::Image& image, const ReferencePicture& truth)
   return {Compare(image, truth).rel_rmse, std::sqrt(std::max(square, 0.0) / power)};
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -4,12 +4,12 @@
 
 #include <cstdint>
 
-#include "render/lit_scene.h"
-#include "scene/scene.h"
-#include "study/reference_picture.h"
-#include "study/traced_lamp.h"
+#include "luxfield/planning/reference_picture.h"
+#include "luxfield/planning/traced_lamp.h"
+#include "luxfield/render/lit_scene.h"
+#include "luxfield/scene/scene.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 struct LampPictureOptions {
   int width = 0, height = 0;  // 0: the scene's
@@ -30,4 +30,4 @@ LampPicture TraceLampPicture(const render::LitScene& lit, const scene::Scene& sc
 // Free of the noise of the reference; rel_rmse is no less than its own.
 StageError ErrorAgainst(const core::Image& image, const ReferencePicture& truth);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,13 +1,13 @@
-#include "study/plan_for_target.h"
+#include "luxfield/planning/plan_for_target.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/progress.h"
+#include "luxfield/core/progress.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 std::string Percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
@@ -72,4 +72,4 @@ PlanForTarget FindPlan(const CapturePlanner& planner, const PlanForTargetOptions
   return result;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "study/capture_planner.h"
+#include "luxfield/planning/capture_planner.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 struct PlanForTargetOptions {
   double max_rel_error = 0.01;
@@ -33,4 +33,4 @@ struct PlanForTarget {
 // choice, four captures at most. Throws what Plans and Simulate throw.
 PlanForTarget FindPlan(const CapturePlanner& planner, const PlanForTargetOptions& options);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,12 +1,12 @@
-#include "study/planned_edges.h"
+#include "luxfield/planning/planned_edges.h"
 
 #include <algorithm>
 
-#include "core/config.h"
-#include "hal/sim/lab_description.h"
-#include "study/planned_filters.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/sim/lab_description.h"
+#include "luxfield/planning/planned_filters.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 std::optional<lightfield::EdgeLight> PlannedEdgeLight(const std::filesystem::path& lab_toml,
                                                       const lightfield::LuminaireGeometry& geometry,
@@ -30,4 +30,4 @@ std::optional<lightfield::EdgeLight> PlannedEdgeLight(const std::filesystem::pat
       filters);
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

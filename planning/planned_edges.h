@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "lightfield/edge_light.h"
+#include "luxfield/lightfield/edge_light.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 // From samples of the lamp's light over the plan's lattice, coarsely. Nothing where it is not
 // known: labs with devices, whose lamp nobody states, and dual filters. Throws InputError as
@@ -15,4 +15,4 @@ std::optional<lightfield::EdgeLight> PlannedEdgeLight(const std::filesystem::pat
                                                       const lightfield::LuminaireGeometry& geometry,
                                                       bool dual);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,16 +1,16 @@
-#include "study/planned_filters.h"
+#include "luxfield/planning/planned_filters.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "core/parallel.h"
-#include "lightfield/projected_texels.h"
-#include "lightfield/quadrature.h"
-#include "reconstruct/gram_solve.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/lightfield/projected_texels.h"
+#include "luxfield/lightfield/quadrature.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using lightfield::Basis;
@@ -256,4 +256,4 @@ FilterJudgement Judge(const std::vector<std::vector<float>>& images, const Plann
   return judgement;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -4,13 +4,13 @@
 
 #include <vector>
 
-#include "lightfield/edge_light.h"
-#include "lightfield/light_field.h"
-#include "preprocess/light_vector_volume.h"
-#include "study/relative_error.h"
-#include "study/sampled_lamp.h"
+#include "luxfield/lightfield/edge_light.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/planning/relative_error.h"
+#include "luxfield/planning/sampled_lamp.h"
+#include "luxfield/preprocess/light_vector_volume.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 struct PlannedFilters {
   bool dual = false;
@@ -50,4 +50,4 @@ FilterJudgement Judge(const std::vector<std::vector<float>>& images, const Plann
                       double delta_m, const std::vector<preprocess::Receiver>& receivers,
                       const std::vector<double>& truth);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

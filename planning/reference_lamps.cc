@@ -1,15 +1,15 @@
-#include "study/reference_lamps.h"
+#include "luxfield/planning/reference_lamps.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "reconstruct/gram_solve.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using lightfield::Basis;
@@ -344,4 +344,4 @@ std::vector<Receiver> ReferenceReceivers(const LuminaireGeometry& geometry, int 
   return receivers;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

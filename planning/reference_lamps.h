@@ -17,11 +17,11 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "lightfield/measurements.h"
-#include "preprocess/light_vector_volume.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/preprocess/light_vector_volume.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 enum class ReferenceLampKind {
   kSquare,     // |u|, |v| < r, Lambertian
@@ -77,4 +77,4 @@ lightfield::LightField Project(const ReferenceLamp& lamp,
 std::vector<preprocess::Receiver> ReferenceReceivers(const lightfield::LuminaireGeometry& geometry,
                                                      int count, std::uint64_t seed);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,4 +1,4 @@
-#include "study/reference_picture.h"
+#include "luxfield/planning/reference_picture.h"
 
 #include <fmt/format.h>
 
@@ -7,13 +7,13 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "lightfield/light_vector.h"
-#include "study/sample_density.h"
-#include "study/seen_surfaces.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/planning/seen_surfaces.h"
+#include "luxfield/render/accuracy/sample_density.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 constexpr std::uint64_t kReferenceSeed = 0x7265666572656e63;  // nobody counts up to it
@@ -113,8 +113,8 @@ ReferencePicture RenderReference(render::LitScene& scene, const render::RenderOp
   picture.estimator = best.estimator;
   picture.passes = kDealPasses;
   picture.samples_per_pixel = kDealSamples;
-  const SampleDensity density =
-      DensityFrom(render::Renderer(scene, picture).Render(), kLeastDensity);
+  const render::SampleDensity density =
+      render::DensityFrom(render::Renderer(scene, picture).Render(), kLeastDensity);
   if (rel_rmse > 0)
     samples =
         static_cast<int>(std::min<double>(samples, kPrudence * density.variance * kPilotSamples *
@@ -150,4 +150,4 @@ core::Difference Compare(const core::Image& x, const ReferencePicture& reference
   return difference;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

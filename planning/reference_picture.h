@@ -1,12 +1,12 @@
 // What pictures are judged by: a closed form, or samples that state their own error.
 #pragma once
 
-#include "core/image.h"
-#include "core/measures.h"
-#include "render/lit_scene.h"
-#include "render/renderer.h"
+#include "luxfield/core/image.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/render/lit_scene.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 // Two unbiased pictures of independent samples, or twice the closed form.
 struct ReferencePicture {
@@ -36,4 +36,4 @@ ReferencePicture LuminanceOf(const ReferencePicture& reference);
 // error or make it negative: rel_rmse is no less than the reference's own.
 core::Difference Compare(const core::Image& x, const ReferencePicture& reference);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,8 +1,8 @@
-#include "study/relative_error.h"
+#include "luxfield/planning/relative_error.h"
 
 #include <cmath>
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 RelativeError RelativeRmse(std::span<const double> values, std::span<const double> truth) {
   const auto n = static_cast<double>(truth.size());
@@ -26,4 +26,4 @@ RelativeError RelativeRmse(std::span<const double> values, std::span<const doubl
   return error;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

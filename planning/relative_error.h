@@ -3,7 +3,7 @@
 
 #include <span>
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 // R = RMS of value - truth over the mean of truth. The standard error is that of a ratio estimator
 // (Cochran 1977, 6.4): what another sample of places would change.
@@ -12,4 +12,4 @@ struct RelativeError {
 };
 RelativeError RelativeRmse(std::span<const double> values, std::span<const double> truth);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,13 +1,13 @@
-#include "study/sampled_lamp.h"
+#include "luxfield/planning/sampled_lamp.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/progress.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/progress.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using lightfield::Dot;
@@ -150,4 +150,4 @@ std::vector<double> SampledIrradiance(const SampledLamp& samples,
       });
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

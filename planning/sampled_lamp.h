@@ -4,11 +4,11 @@
 
 #include <vector>
 
-#include "hal/sim/lamp.h"
-#include "lightfield/geometry.h"
-#include "preprocess/light_vector_volume.h"
+#include "luxfield/hal/sim/lamp.h"
+#include "luxfield/lightfield/geometry.h"
+#include "luxfield/preprocess/light_vector_volume.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 struct Rectangle {
   double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
@@ -53,4 +53,4 @@ SampledLamp SampleLamp(const hal::sim::Lamp& lamp, double delta_m, const Rectang
 std::vector<double> SampledIrradiance(const SampledLamp& samples,
                                       const std::vector<preprocess::Receiver>& receivers);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

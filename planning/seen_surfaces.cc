@@ -1,8 +1,8 @@
-#include "study/seen_surfaces.h"
+#include "luxfield/planning/seen_surfaces.h"
 
 #include <numbers>
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 double SeenSurfaces::reflectance(std::size_t pixel, int channel) const {
   return double{albedo[pixel].s[channel]} * std::numbers::inv_pi;
@@ -20,4 +20,4 @@ SeenSurfaces SeeSurfaces(const render::LitScene& scene, const render::RenderOpti
           gbuffer.normal.Download<cl_float4>(), gbuffer.albedo.Download<cl_float4>()};
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -5,11 +5,11 @@
 
 #include <vector>
 
-#include "core/image.h"
-#include "render/lit_scene.h"
-#include "render/renderer.h"
+#include "luxfield/core/image.h"
+#include "luxfield/render/lit_scene.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 // Pixel by pixel as in render::GBuffer, through the pixels' centres.
 struct SeenSurfaces {
@@ -25,4 +25,4 @@ struct SeenSurfaces {
 // Of the size that `picture` names; 0 is the scene's.
 SeenSurfaces SeeSurfaces(const render::LitScene& scene, const render::RenderOptions& picture);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,15 +1,15 @@
-#include "study/traced_lamp.h"
+#include "luxfield/planning/traced_lamp.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using lightfield::Dot;
@@ -333,4 +333,4 @@ StageError IrradianceAgainstLamp(const lightfield::Measurements& measurements,
   return sums.Error(count);
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -14,14 +14,14 @@
 #include <memory>
 #include <vector>
 
-#include "hal/sim/lab_description.h"
-#include "lightfield/light_field.h"
-#include "lightfield/measurements.h"
-#include "preprocess/light_vector_volume.h"
-#include "study/chain.h"
-#include "study/sampled_lamp.h"
+#include "luxfield/hal/sim/lab_description.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/planning/chain.h"
+#include "luxfield/planning/sampled_lamp.h"
+#include "luxfield/preprocess/light_vector_volume.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 // The points of a lattice rule of at least `least` points on the unit square, as many as the next
 // Fibonacci number.
@@ -94,4 +94,4 @@ double LuminousFlux(const lightfield::LightField& field);
 StageError IrradianceAgainstLamp(const lightfield::Measurements& measurements,
                                  const TracedLamp& lamp, int texels, std::uint64_t seed);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,4 +1,4 @@
-#include "preprocess/cell_tables.h"
+#include "luxfield/preprocess/cell_tables.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,9 @@
 #include <limits>
 #include <span>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "preprocess/summed_area.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/preprocess/summed_area.h"
 
 namespace luxfield::preprocess {
 namespace {

@@ -26,7 +26,7 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::preprocess {
 
@@ -34,7 +34,7 @@ struct CellTables {
   int width = 0, height = 0;            // texels of an image
   int grid_width = 0, grid_height = 0;  // (W + n - 1) x (H + n - 1) cells, index b * grid_width + a
 
-  // Cell k: S[r][c] = sum of Q of rows < r and columns < c in quanta of 2^-exponent[k];
+  // Cell k: S[r][c] = sum of Q of rows < r and columns < c in units of 2^-exponent[k];
   // (height + 1) x (width + 1) entries, all below 2^63.
   std::vector<std::uint64_t> sat;
   std::vector<int> exponent;  // 0 for a cell without light

@@ -1,9 +1,9 @@
-#include "preprocess/cubic_spline.h"
+#include "luxfield/preprocess/cubic_spline.h"
 
 #include <algorithm>
 #include <vector>
 
-#include "core/parallel.h"
+#include "luxfield/core/parallel.h"
 
 namespace luxfield::preprocess {
 namespace {

@@ -1,4 +1,4 @@
-#include "preprocess/light_vector_volume.h"
+#include "luxfield/preprocess/light_vector_volume.h"
 
 #include <fmt/format.h>
 
@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "lightfield/projected_texels.h"
-#include "preprocess/cubic_spline.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/lightfield/projected_texels.h"
+#include "luxfield/preprocess/cubic_spline.h"
 
 namespace luxfield::preprocess {
 namespace {

@@ -34,8 +34,8 @@
 #include <span>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "lightfield/light_vector.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/light_vector.h"
 
 namespace luxfield::preprocess {
 
@@ -155,7 +155,7 @@ struct VolumeForError {
   LightVectorVolume volume;
   std::vector<JudgedReceiver> judges;  // that see light, of those given
   double rel_error = 0;                // VolumeError at the receivers given; 0 if none is covered
-  bool met = false;      // false: max_bytes came first
+  bool met = false;                    // false: max_bytes came first
   int builds = 0;
 };
 

@@ -3,11 +3,11 @@
 
 #include <cmath>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "preprocess/cubic_spline.h"
-#include "preprocess/light_vector_volume.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
+#include "luxfield/preprocess/cubic_spline.h"
+#include "luxfield/preprocess/light_vector_volume.h"
 
 namespace luxfield::preprocess {
 namespace {

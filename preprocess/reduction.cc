@@ -1,4 +1,4 @@
-#include "preprocess/reduction.h"
+#include "luxfield/preprocess/reduction.h"
 
 #include <fmt/format.h>
 
@@ -10,11 +10,11 @@
 #include <numeric>
 #include <optional>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/stopwatch.h"
-#include "lightfield/light_vector.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/lightfield/light_vector.h"
 
 namespace luxfield::preprocess {
 namespace {

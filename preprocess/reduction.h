@@ -25,8 +25,8 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "preprocess/scene_receivers.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/preprocess/scene_receivers.h"
 
 namespace luxfield::preprocess {
 

@@ -1,11 +1,11 @@
-#include "preprocess/sampler.h"
+#include "luxfield/preprocess/sampler.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <utility>
 
-#include "lightfield/light_vector.h"
+#include "luxfield/lightfield/light_vector.h"
 
 namespace luxfield::preprocess {
 namespace {
@@ -54,7 +54,7 @@ class WindowSums {
         columns_(columns),
         rows_(rows) {}
 
-  // Of rows first .. r - 1 and columns first .. c - 1, quanta.
+  // Of rows first .. r - 1 and columns first .. c - 1, units.
   double Corner(int r, int c) const {
     const auto at = [&](int row, int column) { return sat_[row * stride_ + column]; };
     return static_cast<double>(at(r, c) - at(r, columns_.first) - at(rows_.first, c) +
@@ -75,7 +75,7 @@ class WindowSums {
     const double inner = Corner(rows_.last - 1, c);
     return (1 - above) * top + (inner - top) + (1 - below) * (all - inner);
   }
-  // Both clipped: the integral over the window, in texels times quanta.
+  // Both clipped: the integral over the window, in texels times units.
   double Mass() const {
     if (columns_.point) return RowsUpTo(columns_.last);
     const double left = columns_.lo - columns_.first, right = columns_.last - columns_.hi;

@@ -36,19 +36,19 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "preprocess/cell_tables.h"
-#include "preprocess/light_vector_volume.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/preprocess/cell_tables.h"
+#include "luxfield/preprocess/light_vector_volume.h"
 
 namespace luxfield::preprocess {
 
 struct LightSample {
-  lightfield::Vec2 u, s;                // on F and on I, metres, luminaire frame
-  lightfield::Vec3 direction;           // unit, from the receiver to u
-  double distance_m = 0;                // |u - p|; I lies at |p.z - delta| / p.z of it from p
-  std::array<double, 3> radiance{};     // L(u -> s); one channel is repeated into all three
-  double pdf = 0;                       // sr^-1, above 0
-  std::array<double, 3> weight{};       // L (n.w)+ / pdf: an unbiased estimate of the irradiance
+  lightfield::Vec2 u, s;             // on F and on I, metres, luminaire frame
+  lightfield::Vec3 direction;        // unit, from the receiver to u
+  double distance_m = 0;             // |u - p|; I lies at |p.z - delta| / p.z of it from p
+  std::array<double, 3> radiance{};  // L(u -> s); one channel is repeated into all three
+  double pdf = 0;                    // sr^-1, above 0
+  std::array<double, 3> weight{};    // L (n.w)+ / pdf: an unbiased estimate of the irradiance
 };
 
 class LightFieldSampler;

@@ -1,11 +1,11 @@
-#include "preprocess/scene_receivers.h"
+#include "luxfield/preprocess/scene_receivers.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "core/random.h"
-#include "scene/ray_caster.h"
+#include "luxfield/core/random.h"
+#include "luxfield/scene/ray_caster.h"
 
 namespace luxfield::preprocess {
 namespace {

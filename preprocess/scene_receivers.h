@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "preprocess/light_vector_volume.h"
-#include "scene/scene.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/preprocess/light_vector_volume.h"
+#include "luxfield/scene/scene.h"
 
 namespace luxfield::preprocess {
 

@@ -1,4 +1,4 @@
-#include "preprocess/summed_area.h"
+#include "luxfield/preprocess/summed_area.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::preprocess {
 namespace {
@@ -78,10 +78,10 @@ int BuildSummedArea(std::span<const T> values, double sum, int width, int height
     std::uint64_t prefix = 0;
     row[0] = 0;
     for (int c = 0; c < width; ++c) {
-      // Adding 0.5 is exact below 2^52 quanta; above, every value is a whole number already.
-      const double quanta = static_cast<double>(texel[c]) * scale;
+      // Adding 0.5 is exact below 2^52 units; above, every value is a whole number already.
+      const double units = static_cast<double>(texel[c]) * scale;
       prefix += static_cast<std::uint64_t>(
-          static_cast<std::int64_t>(quanta < 0x1p51 ? quanta + 0.5 : quanta));
+          static_cast<std::int64_t>(units < 0x1p51 ? units + 0.5 : units));
       row[c + 1] = above[c + 1] + prefix;
     }
   }

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "lightfield/light_field.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::preprocess {
 
@@ -20,9 +20,9 @@ float TexelMagnitude(const lightfield::LightField& field, int m, std::size_t tex
 double MagnitudeSum(const lightfield::LightField& field, const std::string& name, int m,
                     std::span<float> magnitude);
 
-// Fills sat[r (width + 1) + c] = sum of the values of rows < r and columns < c in quanta of
+// Fills sat[r (width + 1) + c] = sum of the values of rows < r and columns < c in units of
 // 2^-exponent, each value rounded to the nearest quantum, and returns the exponent: `sum`, that of
-// all values, lies in [2^61, 2^62) quanta. Values are not negative; a sum of 0 gives zeros. T is
+// all values, lies in [2^61, 2^62) units. Values are not negative; a sum of 0 gives zeros. T is
 // float or double.
 template <typename T>
 int BuildSummedArea(std::span<const T> values, double sum, int width, int height,

@@ -1,4 +1,4 @@
-#include "preprocess/table_io.h"
+#include "luxfield/preprocess/table_io.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <atomic>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/parallel.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/parallel.h"
 
 namespace luxfield::preprocess {
 namespace {

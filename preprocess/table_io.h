@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "preprocess/tables.h"
+#include "luxfield/preprocess/tables.h"
 
 namespace luxfield::preprocess {
 

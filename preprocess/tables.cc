@@ -1,4 +1,4 @@
-#include "preprocess/tables.h"
+#include "luxfield/preprocess/tables.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <span>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "preprocess/summed_area.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/preprocess/summed_area.h"
 
 namespace luxfield::preprocess {
 namespace {
@@ -35,13 +35,14 @@ struct Point {
 };
 
 Point MedianPoint(const Tables& tables, int m, const lightfield::Lattice& lattice) {
-  if (tables.Quanta(m, 0, 0, tables.width, tables.height) == 0) return {};
+  if (tables.FixedPointSum(m, 0, 0, tables.width, tables.height) == 0) return {};
   const double column =
-      Median(tables.width, [&](int c) { return tables.Quanta(m, 0, 0, c, tables.height); });
+      Median(tables.width, [&](int c) { return tables.FixedPointSum(m, 0, 0, c, tables.height); });
   // A lit column: the marginal rises inside it.
   int c = std::min(static_cast<int>(column), tables.width - 1);
-  while (tables.Quanta(m, c, 0, c + 1, tables.height) == 0 && c > 0) --c;
-  const double row = Median(tables.height, [&](int r) { return tables.Quanta(m, c, 0, c + 1, r); });
+  while (tables.FixedPointSum(m, c, 0, c + 1, tables.height) == 0 && c > 0) --c;
+  const double row =
+      Median(tables.height, [&](int r) { return tables.FixedPointSum(m, c, 0, c + 1, r); });
   return {true, lattice.s_of_column(column), lattice.t_of_row(row)};
 }
 
@@ -75,8 +76,8 @@ void FillReference(const lightfield::LuminaireGeometry& geometry, Tables& tables
 
 }  // namespace
 
-double Tables::QuantaToLuminance(int m, std::uint64_t quanta) const {
-  return std::ldexp(static_cast<double>(quanta), -exponent[m]);
+double Tables::FixedPointToLuminance(int m, std::uint64_t units) const {
+  return std::ldexp(static_cast<double>(units), -exponent[m]);
 }
 
 Tables BuildTables(const LightField& field, const std::string& name, const std::string& sha256) {

@@ -4,7 +4,7 @@
 // The SAT is 64-bit fixed point, scaled to the image's own total. Measured on 300 x 300 texels over
 // 8 decades (tests/preprocess prints it), the worst relative error of the mass of a 4 x 4 window is
 // 49 with float32 sums, 4e-7 with double and 0 with fixed point: every texel above 2^-38 of the
-// total is a whole number of quanta, so its differences are exact, on every device, without fp64.
+// total is a whole number of units, so its differences are exact, on every device, without fp64.
 // Darker texels are rounded to half a quantum, 2^-62 of the total.
 //
 // Since differences are exact, the SAT holds the other tables too and none of them is stored:
@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "preprocess/summed_area.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/preprocess/summed_area.h"
 
 namespace luxfield::preprocess {
 
@@ -42,7 +42,7 @@ struct Tables {
   std::string light_field_sha256;       // of the file the tables were made from
 
   // Image m: S[r][c] = sum of |C| (summed_area.h, rounded to float32) of rows < r and columns < c
-  // in quanta of 2^-exponent[m]; (height + 1) x (width + 1) entries, row 0 and column 0 are 0, all
+  // in units of 2^-exponent[m]; (height + 1) x (width + 1) entries, row 0 and column 0 are 0, all
   // below 2^63.
   std::vector<std::uint64_t> sat;
   std::vector<int> exponent;  // 0 for an all-zero image
@@ -53,15 +53,17 @@ struct Tables {
   int count() const { return grid_width * grid_height; }
   std::size_t sat_size() const { return static_cast<std::size_t>(width + 1) * (height + 1); }
   const std::uint64_t* image(int m) const { return sat.data() + sat_size() * m; }
-  // Sum over texels [c0, c1) x [r0, r1) of image m, in quanta; exact.
-  std::uint64_t Quanta(int m, int c0, int r0, int c1, int r1) const {
+  // Sum over texels [c0, c1) x [r0, r1) of image m, in units; exact.
+  std::uint64_t FixedPointSum(int m, int c0, int r0, int c1, int r1) const {
     const std::uint64_t* s = image(m);
     const std::size_t stride = width + 1;
     return s[r1 * stride + c1] - s[r1 * stride + c0] - s[r0 * stride + c1] + s[r0 * stride + c0];
   }
-  double QuantaToLuminance(int m, std::uint64_t quanta) const;
+  double FixedPointToLuminance(int m, std::uint64_t units) const;
   // Sum of all texels of image m.
-  double Total(int m) const { return QuantaToLuminance(m, Quanta(m, 0, 0, width, height)); }
+  double Total(int m) const {
+    return FixedPointToLuminance(m, FixedPointSum(m, 0, 0, width, height));
+  }
 };
 
 // Builds the tables of `field`, images in parallel. `name` (the file) and `sha256` are for messages

@@ -1,16 +1,16 @@
-#include "render/lit_scene.h"
+#include "luxfield/render/lit_scene.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/stopwatch.h"
-#include "lightfield/environment_map.h"
-#include "lightfield/posed_light_field.h"
-#include "preprocess/table_io.h"
-#include "render/estimators/volume.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/lightfield/posed_light_field.h"
+#include "luxfield/preprocess/table_io.h"
+#include "luxfield/render/estimators/volume.h"
 
 namespace luxfield::render {
 namespace {
@@ -52,7 +52,7 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene)
     : device_(device),
       camera_(scene.camera),
       geometry_(UploadScene(device, scene.geometry)),
-      two_strategies_(device) {
+      mis_(device) {
   if (!scene.file.empty()) provenance_["scene_sha256"] = core::Sha256OfFile(scene.file);
   for (const auto& light : scene.area_lights)
     area_lights_.push_back(UploadAreaLight(device, light));
@@ -76,17 +76,17 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene)
 }
 
 void LitScene::LoadEnvironment(const scene::Environment& environment) {
-  std::optional<lightfield::EnvironmentSequence> sequence;
+  std::optional<environment::EnvironmentSequence> sequence;
   std::filesystem::path file = environment.file;
-  lightfield::CubeMap map;
-  if (lightfield::IsEnvironmentSequence(file)) {
+  environment::CubeMap map;
+  if (environment::IsEnvironmentSequence(file)) {
     sequence.emplace(
-        file, lightfield::EnvironmentSequenceOptions{environment.layout, environment.face_size});
+        file, environment::EnvironmentSequenceOptions{environment.layout, environment.face_size});
     file = sequence->frames().front();
     sequence->Next(map);
   } else {
-    map = lightfield::MakeCubeMap(lightfield::ReadEnvironmentPicture(file, environment.layout),
-                                  environment.face_size);
+    map = environment::MakeCubeMap(environment::ReadEnvironmentPicture(file, environment.layout),
+                                   environment.face_size);
   }
   environment_.emplace(PlacedEnvironment{EnvironmentLight(device_, map.face_size),
                                          environment.scale, std::move(sequence)});
@@ -94,7 +94,7 @@ void LitScene::LoadEnvironment(const scene::Environment& environment) {
   ShowEnvironment(map, file);
 }
 
-void LitScene::ShowEnvironment(const lightfield::CubeMap& map, const std::filesystem::path& file) {
+void LitScene::ShowEnvironment(const environment::CubeMap& map, const std::filesystem::path& file) {
   environment_->light.Show(map);
   provenance_["environment file"] = file.filename().string();
   provenance_["environment sha256"] = core::Sha256OfFile(file);
@@ -105,7 +105,7 @@ std::size_t LitScene::frame_count() const {
 }
 
 bool LitScene::NextFrame() {
-  lightfield::CubeMap map;
+  environment::CubeMap map;
   if (!environment_ || !environment_->sequence || !environment_->sequence->Next(map)) return false;
   ++environment_->frame;
   ShowEnvironment(map, environment_->sequence->frames()[environment_->frame]);

@@ -10,15 +10,15 @@
 #include <utility>
 #include <vector>
 
-#include "lightfield/environment_sequence.h"
-#include "lightfield/light_field.h"
-#include "render/area_light.h"
-#include "render/device_scene.h"
-#include "render/environment_light.h"
-#include "render/estimators/environment.h"
-#include "render/estimators/estimator.h"
-#include "render/estimators/two_strategies.h"
-#include "scene/scene.h"
+#include "luxfield/environment/environment_sequence.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/render/estimators/environment.h"
+#include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/estimators/mis.h"
+#include "luxfield/render/lights/area_light.h"
+#include "luxfield/render/lights/environment_light.h"
+#include "luxfield/render/scene/device_scene.h"
+#include "luxfield/scene/scene.h"
 
 namespace luxfield::render {
 
@@ -43,8 +43,8 @@ struct PlacedLuminaire {
 struct PlacedEnvironment {
   EnvironmentLight light;
   double scale = 1;
-  std::optional<lightfield::EnvironmentSequence> sequence;  // none: a single map
-  std::size_t frame = 0;                                    // of the sequence, from 0
+  std::optional<environment::EnvironmentSequence> sequence;  // none: a single map
+  std::size_t frame = 0;                                     // of the sequence, from 0
 };
 
 class LitScene {
@@ -82,7 +82,7 @@ class LitScene {
   const Device& device() const { return device_; }
   const scene::Camera& camera() const { return camera_; }
   // What lights with the area lights.
-  TwoStrategies& two_strategies() { return two_strategies_; }
+  MisEstimator& mis() { return mis_; }
   // What lights with the environment, made when first asked for.
   EnvironmentEstimator& environment_estimator();
 
@@ -101,7 +101,7 @@ class LitScene {
 
  private:
   void LoadEnvironment(const scene::Environment& environment);
-  void ShowEnvironment(const lightfield::CubeMap& map, const std::filesystem::path& file);
+  void ShowEnvironment(const environment::CubeMap& map, const std::filesystem::path& file);
   struct LoadedField {
     std::string name;
     scene::Pose luminaire_from_field;
@@ -116,7 +116,7 @@ class LitScene {
   DeviceScene geometry_;
   std::vector<PlacedLuminaire> luminaires_;
   std::vector<AreaLightOnDevice> area_lights_;
-  TwoStrategies two_strategies_;
+  MisEstimator mis_;
   std::vector<std::string> light_names_;
   std::optional<PlacedEnvironment> environment_;
   std::optional<EnvironmentEstimator> environment_estimator_;

@@ -1,4 +1,4 @@
-#include "render/renderer.h"
+#include "luxfield/render/renderer.h"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,10 @@
 #include <map>
 #include <numbers>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/progress.h"
-#include "core/stopwatch.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/stopwatch.h"
 
 namespace luxfield::render {
 namespace {
@@ -422,7 +422,7 @@ void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& alb
             area_lights = static_cast<int>(scene_.area_lights().size());
   const PlacedEnvironment* environment = scene_.environment();
   const DeviceBvh* bvh = options_.shadows == Shadows::kNone ? nullptr : &scene_.geometry().bvh;
-  TwoStrategies& two_strategies = scene_.two_strategies();
+  MisEstimator& mis = scene_.mis();
   const bool everywhere = options_.knobs.strategies.everywhere;
   for (int l = 0; l < luminaires; ++l) {
     const PlacedLuminaire& luminaire = scene_.luminaires()[l];
@@ -430,8 +430,8 @@ void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& alb
         part, albedo, pixel_sample, pass, l, luminaire.scale,
         [&](const EstimatorOptions& options) {
           if (everywhere)
-            two_strategies.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
-                                 luminaire.world_from_luminaire, options, part.lighting);
+            mis.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
+                      luminaire.world_from_luminaire, options, part.lighting);
           else
             estimator_.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
                              luminaire.world_from_luminaire, options, part.lighting);
@@ -442,7 +442,7 @@ void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& alb
     AddLight(
         part, albedo, pixel_sample, pass, luminaires + l, 1,
         [&](const EstimatorOptions& options) {
-          two_strategies.Light(part.gbuffer, bvh, scene_.area_lights()[l], options, part.lighting);
+          mis.Light(part.gbuffer, bvh, scene_.area_lights()[l], options, part.lighting);
         },
         light, times);
   if (environment)
@@ -450,7 +450,7 @@ void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& alb
         part, albedo, pixel_sample, pass, luminaires + area_lights, environment->scale,
         [&](const EstimatorOptions& options) {
           if (everywhere)
-            two_strategies.Light(part.gbuffer, bvh, environment->light, options, part.lighting);
+            mis.Light(part.gbuffer, bvh, environment->light, options, part.lighting);
           else
             scene_.environment_estimator().Light(part.gbuffer, bvh, environment->light, options,
                                                  part.lighting);

@@ -15,12 +15,12 @@
 #include <string>
 #include <vector>
 
-#include "core/image.h"
-#include "render/environment_background.h"
-#include "render/frame.h"
-#include "render/lit_scene.h"
-#include "render/relit_pixels.h"
-#include "render/shadow_maps.h"
+#include "luxfield/core/image.h"
+#include "luxfield/render/film/frame.h"
+#include "luxfield/render/film/relit_pixels.h"
+#include "luxfield/render/lights/environment_background.h"
+#include "luxfield/render/lights/shadow_maps.h"
+#include "luxfield/render/lit_scene.h"
 
 namespace luxfield::render {
 
@@ -30,25 +30,25 @@ struct RenderOptions {
   // Samples of each light instead, over all pixel samples: luminaires, area lights, environment, in
   // the scene's order; 0 leaves a light out. Empty: samples_per_pixel, shared equally.
   std::vector<int> light_samples;
-  int width = 0, height = 0;        // of the picture, 0: the scene's
+  int width = 0, height = 0;  // of the picture, 0: the scene's
   // Samples of a pixel over samples_per_pixel: one channel of any size, stretched over the picture;
   // empty: 1 everywhere. Pixels of equal density are lit together, so it should have few values.
   // None takes less than two samples of a luminaire and pass where even pixels take two.
   // It must not depend on the samples it governs, or the picture is biased (Kirk and Arvo 1991).
   core::Image sample_density;
   bool background = true;  // whether the environment is seen where nothing is hit
-  int antialias = 1;  // surface points per pixel; 1: the pixel's centre
+  int antialias = 1;       // surface points per pixel; 1: the pixel's centre
   // Independent passes that the samples are split over. With two or more, the variance is taken
   // from the spread between passes. One pass is better, as its samples are stratified together; its
   // variance is what it states of itself, scaled by what pixels show that are lit again.
   int passes = 1;
-  // Whether some pixels of a picture of one pass are lit again (render/relit_pixels.h). Without,
-  // its variance is what it states of itself, which takes samples as independent and so is too
-  // large, up to thirty times.
+  // Whether some pixels of a picture of one pass are lit again (render/film/relit_pixels.h).
+  // Without, its variance is what it states of itself, which takes samples as independent and so is
+  // too large, up to thirty times.
   bool relight = true;
   bool lights_apart = false;  // whether the frame tells lights apart (Frame::lights)
   bool light_groups = false;  // whether the frame has a picture of each light (Frame::groups)
-  int first_pass = 0;  // passes of the same seed and different numbers draw independently
+  int first_pass = 0;         // passes of the same seed and different numbers draw independently
   std::uint64_t seed = 1;
   Shadows shadows = Shadows::kTraced;  // of other lights than luminaires: traced, or none
   int shadow_map_size = 192;           // texels along each side of a shadow map
@@ -101,7 +101,7 @@ class Renderer {
     std::vector<std::size_t> pixels;  // of the band; empty: all of them
     std::uint64_t seed = 0;           // of the random streams, with
     std::uint32_t first_pixel = 0;
-    GBuffer gbuffer;                  // of these pixels alone, one after the other
+    GBuffer gbuffer;  // of these pixels alone, one after the other
     Lighting lighting;
   };
 

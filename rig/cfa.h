@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace luxfield::core {
+namespace luxfield::rig {
 
 // A Bayer pattern is its 2 x 2 cell row by row from the top left pixel on: "RGGB", "BGGR", "GRBG"
 // or "GBRG".
@@ -17,4 +17,4 @@ inline int CfaChannel(const std::string& cfa, int row, int column) {
   return colour == 'R' ? 0 : colour == 'G' ? 1 : 2;
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::rig

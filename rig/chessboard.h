@@ -1,7 +1,7 @@
 // The calibration pattern that the lab shows and the calibration looks for.
 #pragma once
 
-namespace luxfield::lightfield {
+namespace luxfield::rig {
 
 // A chessboard by its inner corners: corner (i, j) lies at (i, j) pitches, the cell between corners
 // (0, 0) and (1, 1) is white (of a transparency: clear), a white frame as wide as a cell surrounds
@@ -11,4 +11,4 @@ struct Chessboard {
   double pitch_m = 0;
 };
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::rig

@@ -1,15 +1,15 @@
-#include "lightfield/filter_sheet.h"
+#include "luxfield/rig/filter_sheet.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/config.h"
-#include "core/file.h"
-#include "core/json.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::rig {
 namespace {
 
 using core::Field;
@@ -19,8 +19,8 @@ constexpr const char* kFormat = "luxfield filter sheet";
 constexpr int kVersion = 1, kWedgeSteps = 21;
 constexpr double kWedgeDensityStep = 0.15;
 
-bool Inside(const RegistrationMark& disc, Vec2 p) {
-  const Vec2 d = p - disc.centre_m;
+bool Inside(const RegistrationMark& disc, lightfield::Vec2 p) {
+  const lightfield::Vec2 d = p - disc.centre_m;
   return d.x * d.x + d.y * d.y <= disc.radius_m * disc.radius_m;
 }
 
@@ -55,7 +55,7 @@ Json ToJson(const FilterSheet& sheet) {
                      {"code", step.code}});
   return {{"format", kFormat},
           {"version", kVersion},
-          {"filter", sheet.filter == FilterKind::kDual ? "dual" : "basis"},
+          {"filter", sheet.filter == lightfield::FilterKind::kDual ? "dual" : "basis"},
           {"basis", sheet.basis.name()},
           {"basis_a", sheet.basis.a},
           {"spacing_m", sheet.spacing_m},
@@ -104,8 +104,8 @@ void WriteToneTable(const std::filesystem::path& path, const ToneTable& table) {
   core::WriteFileAtomically(path, text);
 }
 
-FilterSheet FilterSheet::Make(FilterKind filter, const Basis& basis, double spacing_m,
-                              double filter_scale) {
+FilterSheet FilterSheet::Make(lightfield::FilterKind filter, const lightfield::Basis& basis,
+                              double spacing_m, double filter_scale) {
   FilterSheet sheet;
   sheet.filter = filter;
   sheet.basis = basis;
@@ -113,8 +113,8 @@ FilterSheet FilterSheet::Make(FilterKind filter, const Basis& basis, double spac
   sheet.filter_scale = filter_scale;
   if (!(spacing_m > 0 && std::isfinite(spacing_m)))
     throw InputError(fmt::format("filter spacing {} m must be above 0", spacing_m));
-  if (filter == FilterKind::kDual) sheet.peaks_ = basis.DualPeaks();
-  const double most = filter == FilterKind::kDual ? 1 : 1 / std::pow(basis.Peak(), 2);
+  if (filter == lightfield::FilterKind::kDual) sheet.peaks_ = basis.DualPeaks();
+  const double most = filter == lightfield::FilterKind::kDual ? 1 : 1 / std::pow(basis.Peak(), 2);
   if (!(filter_scale > 0 && filter_scale <= most * (1 + 1e-12)))
     throw InputError(fmt::format(
         "filter scale {} is outside (0, {:.6g}]: a print lets through at most all light",
@@ -136,9 +136,9 @@ FilterSheet FilterSheet::Make(FilterKind filter, const Basis& basis, double spac
   return sheet;
 }
 
-double FilterSheet::FilterTransmittance(Vec2 offset, int print) const {
+double FilterSheet::FilterTransmittance(lightfield::Vec2 offset, int print) const {
   const double x = offset.x / spacing_m, y = offset.y / spacing_m;
-  if (filter == FilterKind::kDual) {
+  if (filter == lightfield::FilterKind::kDual) {
     const double value = basis.DualValue(x) * basis.DualValue(y);
     return peaks_[print] > 0 ? std::max(print == 0 ? value : -value, 0.0) / peaks_[print] : 0;
   }
@@ -146,7 +146,7 @@ double FilterSheet::FilterTransmittance(Vec2 offset, int print) const {
   return filter_scale * basis.Value(x + centre) * basis.Value(y + centre);
 }
 
-const WedgeStep* FilterSheet::StepAt(Vec2 offset) const {
+const WedgeStep* FilterSheet::StepAt(lightfield::Vec2 offset) const {
   for (const WedgeStep& step : wedge)
     if (offset.x >= step.low_m.x && offset.x < step.high_m.x && offset.y >= step.low_m.y &&
         offset.y < step.high_m.y)
@@ -154,7 +154,7 @@ const WedgeStep* FilterSheet::StepAt(Vec2 offset) const {
   return nullptr;
 }
 
-double FilterSheet::Transmittance(Vec2 offset, int print) const {
+double FilterSheet::Transmittance(lightfield::Vec2 offset, int print) const {
   const double support = 0.5 * basis.cells * spacing_m;
   if (std::abs(offset.x) <= support && std::abs(offset.y) <= support)
     return FilterTransmittance(offset, print);
@@ -187,11 +187,11 @@ FilterSheet ParseFilterSheet(const std::string& text, const std::string& file) {
   if (kind != "basis" && kind != "dual")
     throw InputError(file, fmt::format("filter = '{}' is neither basis nor dual", kind),
                      "print the filter again");
-  FilterSheet sheet = FilterSheet::Make(kind == "dual" ? FilterKind::kDual : FilterKind::kBasis,
-                                        Basis::FromName(Field<std::string>(json, "basis", file),
-                                                        Field<double>(json, "basis_a", file)),
-                                        Field<double>(json, "spacing_m", file),
-                                        Field<double>(json, "filter_scale", file));
+  FilterSheet sheet = FilterSheet::Make(
+      kind == "dual" ? lightfield::FilterKind::kDual : lightfield::FilterKind::kBasis,
+      lightfield::Basis::FromName(Field<std::string>(json, "basis", file),
+                                  Field<double>(json, "basis_a", file)),
+      Field<double>(json, "spacing_m", file), Field<double>(json, "filter_scale", file));
   sheet.half_m = Field<double>(json, "half_m", file);
   sheet.marks = DiscsFromJson(json, "marks", file);
   sheet.holder_marks = DiscsFromJson(json, "holder_marks", file);
@@ -206,4 +206,4 @@ FilterSheet ParseFilterSheet(const std::string& text, const std::string& file) {
   return sheet;
 }
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::rig

@@ -7,20 +7,20 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/basis.h"
-#include "lightfield/geometry.h"
-#include "lightfield/measurements.h"
+#include "luxfield/lightfield/basis.h"
+#include "luxfield/lightfield/geometry.h"
+#include "luxfield/lightfield/measurements.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::rig {
 
 struct RegistrationMark {
-  Vec2 centre_m;
+  lightfield::Vec2 centre_m;
   double radius_m = 0;
 };
 
 // A step of the wedge: printed with this code as it is, past any tone table.
 struct WedgeStep {
-  Vec2 low_m, high_m;
+  lightfield::Vec2 low_m, high_m;
   double code = 0;  // share of full scale
 };
 
@@ -42,8 +42,8 @@ ToneTable ReadToneTable(const std::filesystem::path& path);
 void WriteToneTable(const std::filesystem::path& path, const ToneTable& table);
 
 struct FilterSheet {
-  FilterKind filter = FilterKind::kBasis;
-  Basis basis;
+  lightfield::FilterKind filter = lightfield::FilterKind::kBasis;
+  lightfield::Basis basis;
   double spacing_m = 0;
   double filter_scale = 1;
   double half_m = 0;  // half the sheet's side; it fills the holder's window
@@ -55,17 +55,17 @@ struct FilterSheet {
   // With S = n h the support: half_m = 0.7 S, marks of radius S / 50 at (+-0.58 S, +-0.58 S),
   // holder marks at 0.8 S: corners and middles of the sides. Throws InputError for a scale outside
   // (0, 1 / peak], a dual pair of a basis that has none, or a spacing that is not above 0.
-  static FilterSheet Make(FilterKind filter, const Basis& basis, double spacing_m,
-                          double filter_scale);
+  static FilterSheet Make(lightfield::FilterKind filter, const lightfield::Basis& basis,
+                          double spacing_m, double filter_scale);
 
-  int prints() const { return filter == FilterKind::kDual ? 2 : 1; }
+  int prints() const { return filter == lightfield::FilterKind::kDual ? 2 : 1; }
   // What the filter itself is to let through: filter_scale * Phi, or max(+-Phi*, 0) / peak for
   // print 0 (plus) and 1 (minus).
-  double FilterTransmittance(Vec2 offset_m, int print) const;
+  double FilterTransmittance(lightfield::Vec2 offset_m, int print) const;
   // The whole sheet: filter, marks, and the wedge with its codes as transmittances; opaque between.
-  double Transmittance(Vec2 offset_m, int print) const;
+  double Transmittance(lightfield::Vec2 offset_m, int print) const;
   // The step that covers the offset; null: none.
-  const WedgeStep* StepAt(Vec2 offset_m) const;
+  const WedgeStep* StepAt(lightfield::Vec2 offset_m) const;
 
  private:
   std::array<double, 2> peaks_{1, 1};
@@ -77,4 +77,4 @@ FilterSheet ReadFilterSheet(const std::filesystem::path& path);
 FilterSheet ParseFilterSheet(const std::string& text, const std::string& file);
 std::string SheetText(const FilterSheet& sheet);  // the same JSON on one line
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::rig

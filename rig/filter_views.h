@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::hal {
+namespace luxfield::rig {
 
 // The empty holder, then with each print in it.
 inline std::vector<std::string> FilterViewNames(bool dual) {
@@ -12,4 +12,4 @@ inline std::vector<std::string> FilterViewNames(bool dual) {
   return {"filter holder", "filter print"};
 }
 
-}  // namespace luxfield::hal
+}  // namespace luxfield::rig

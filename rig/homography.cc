@@ -1,6 +1,6 @@
-#include "hal/homography.h"
+#include "luxfield/rig/homography.h"
 
-namespace luxfield::hal {
+namespace luxfield::rig {
 
 // P. Heckbert, "Fundamentals of Texture Mapping and Image Warping" (1989), section 2.2.3: unit
 // square to quadrilateral.
@@ -19,4 +19,4 @@ Homography FromCorners(double width, double height, const std::array<lightfield:
           1};
 }
 
-}  // namespace luxfield::hal
+}  // namespace luxfield::rig

@@ -3,9 +3,9 @@
 
 #include <array>
 
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/geometry.h"
 
-namespace luxfield::hal {
+namespace luxfield::rig {
 
 using Homography = std::array<double, 9>;  // row-major, on (x, y, 1)
 
@@ -18,4 +18,4 @@ inline lightfield::Vec2 Apply(const Homography& h, double x, double y) {
   return {(h[0] * x + h[1] * y + h[2]) / w, (h[3] * x + h[4] * y + h[5]) / w};
 }
 
-}  // namespace luxfield::hal
+}  // namespace luxfield::rig

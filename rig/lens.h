@@ -13,9 +13,9 @@
 #include <array>
 #include <cmath>
 
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/geometry.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::rig {
 
 // x, y and the result are a scalar of any kind (double, or one that differentiates).
 template <typename T>
@@ -26,24 +26,25 @@ std::array<T, 2> Distort(const std::array<T, 4>& k, const T& x, const T& y) {
 }
 
 struct Lens {
-  Vec2 focal_px;
-  Vec2 centre_px;
+  lightfield::Vec2 focal_px;
+  lightfield::Vec2 centre_px;
   std::array<double, 4> distortion{};  // k1, k2, p1, p2
 
   // Where the ray (x, y, 1) of the camera frame lands.
-  Vec2 PixelOf(Vec2 ray) const {
+  lightfield::Vec2 PixelOf(lightfield::Vec2 ray) const {
     const auto [x, y] = Distort(distortion, ray.x, ray.y);
     return {focal_px.x * x + centre_px.x, focal_px.y * y + centre_px.y};
   }
 
   // The inverse, by fixed-point steps: the ray (x, y, 1) behind a pixel position, to 1e-12 wherever
   // the distortion moves rays by less than a third of their distance from its centre.
-  Vec2 RayOf(Vec2 pixel) const {
-    const Vec2 target{(pixel.x - centre_px.x) / focal_px.x, (pixel.y - centre_px.y) / focal_px.y};
-    Vec2 ray = target;
+  lightfield::Vec2 RayOf(lightfield::Vec2 pixel) const {
+    const lightfield::Vec2 target{(pixel.x - centre_px.x) / focal_px.x,
+                                  (pixel.y - centre_px.y) / focal_px.y};
+    lightfield::Vec2 ray = target;
     for (int step = 0; step < 60; ++step) {
       const auto [x, y] = Distort(distortion, ray.x, ray.y);
-      const Vec2 off{target.x - x, target.y - y};
+      const lightfield::Vec2 off{target.x - x, target.y - y};
       ray = ray + off;
       if (std::abs(off.x) + std::abs(off.y) < 1e-13) break;
     }
@@ -51,14 +52,14 @@ struct Lens {
   }
 
   // Pixel positions freed from distortion, where straight lines are straight, and back.
-  Vec2 Straight(Vec2 pixel) const {
-    const Vec2 ray = RayOf(pixel);
+  lightfield::Vec2 Straight(lightfield::Vec2 pixel) const {
+    const lightfield::Vec2 ray = RayOf(pixel);
     return {focal_px.x * ray.x + centre_px.x, focal_px.y * ray.y + centre_px.y};
   }
-  Vec2 Bent(Vec2 straight) const {
+  lightfield::Vec2 Bent(lightfield::Vec2 straight) const {
     return PixelOf(
         {(straight.x - centre_px.x) / focal_px.x, (straight.y - centre_px.y) / focal_px.y});
   }
 };
 
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::rig

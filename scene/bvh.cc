@@ -1,4 +1,4 @@
-#include "scene/bvh.h"
+#include "luxfield/scene/bvh.h"
 
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "scene/embree.h"
+#include "luxfield/core/error.h"
+#include "luxfield/scene/embree.h"
 
 namespace luxfield::scene {
 namespace {

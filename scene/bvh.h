@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "scene/geometry.h"
+#include "luxfield/scene/geometry.h"
 
 namespace luxfield::scene {
 

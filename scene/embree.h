@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::scene {
 

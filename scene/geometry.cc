@@ -1,4 +1,4 @@
-#include "scene/geometry.h"
+#include "luxfield/scene/geometry.h"
 
 namespace luxfield::scene {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/geometry.h"
-#include "scene/transform.h"
+#include "luxfield/lightfield/geometry.h"
+#include "luxfield/scene/transform.h"
 
 namespace luxfield::scene {
 
@@ -23,7 +23,7 @@ struct Texture {
 // lambert: albedo / pi. phong: besides it a lobe about the mirrored direction that reflects at most
 // `specular` (Lafortune and Willems 1994). ggx: metallic-roughness as glTF 2.0, appendix B, defines
 // it. specular-glossiness: the same lobe and diffuse part, with the reflectances of glTF's
-// extension KHR_materials_pbrSpecularGlossiness. The formulas are in render/kernels/brdf.clh.
+// extension KHR_materials_pbrSpecularGlossiness. The formulas are in render/kernels/brdf/brdf.clh.
 enum class MaterialKind { kLambert, kPhong, kGgx, kSpecularGlossiness };
 
 // Which of a vertex's texture coordinates a texture is looked up with, and where:

@@ -1,4 +1,4 @@
-#include "scene/gltf.h"
+#include "luxfield/scene/gltf.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,8 +9,8 @@
 #include <cstring>
 #include <optional>
 
-#include "core/error.h"
-#include "core/file.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::scene {
 namespace {

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "core/json.h"
-#include "scene/texture.h"
-#include "scene/transform.h"
+#include "luxfield/core/json.h"
+#include "luxfield/scene/texture.h"
+#include "luxfield/scene/transform.h"
 
 namespace luxfield::scene {
 

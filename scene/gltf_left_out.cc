@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "scene/gltf.h"
+#include "luxfield/scene/gltf.h"
 
 namespace luxfield::scene {
 namespace {

@@ -1,11 +1,11 @@
-#include "scene/gltf_materials.h"
+#include "luxfield/scene/gltf_materials.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::scene {
 namespace {

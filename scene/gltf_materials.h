@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "scene/geometry.h"
-#include "scene/gltf.h"
+#include "luxfield/scene/geometry.h"
+#include "luxfield/scene/gltf.h"
 
 namespace luxfield::scene {
 

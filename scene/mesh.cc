@@ -1,4 +1,4 @@
-#include "scene/mesh.h"
+#include "luxfield/scene/mesh.h"
 
 #include <fmt/format.h>
 
@@ -7,13 +7,13 @@
 #include <cmath>
 #include <map>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/input_file.h"
-#include "scene/gltf.h"
-#include "scene/gltf_materials.h"
-#include "scene/mesh_import.h"
-#include "scene/texture.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/input_file.h"
+#include "luxfield/scene/gltf.h"
+#include "luxfield/scene/gltf_materials.h"
+#include "luxfield/scene/mesh_import.h"
+#include "luxfield/scene/texture.h"
 
 namespace luxfield::scene {
 namespace {
@@ -220,7 +220,7 @@ class MeshAppender {
 
   const std::filesystem::path& path_;
   const ImportedScene& source_;
-  const Gltf* gltf_;  // null: no glTF file
+  const Gltf* gltf_;                                // null: no glTF file
   std::vector<std::vector<std::size_t>> children_;  // of the imported nodes; glTF only
   std::optional<std::uint32_t> override_;
   Geometry& geometry_;

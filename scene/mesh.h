@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/geometry.h"
+#include "luxfield/scene/geometry.h"
 
 namespace luxfield::scene {
 

@@ -1,4 +1,4 @@
-#include "scene/mesh_import.h"
+#include "luxfield/scene/mesh_import.h"
 
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 
-#include "core/apart.h"
-#include "core/error.h"
+#include "luxfield/core/apart.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::scene {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/transform.h"
+#include "luxfield/scene/transform.h"
 
 namespace luxfield::scene {
 

@@ -1,8 +1,8 @@
-#include "scene/ray_caster.h"
+#include "luxfield/scene/ray_caster.h"
 
 #include <algorithm>
 
-#include "scene/embree.h"
+#include "luxfield/scene/embree.h"
 
 namespace luxfield::scene {
 namespace {

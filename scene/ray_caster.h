@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "scene/geometry.h"
+#include "luxfield/scene/geometry.h"
 
 namespace luxfield::scene {
 

@@ -1,4 +1,4 @@
-#include "scene/scene.h"
+#include "luxfield/scene/scene.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,11 +8,11 @@
 #include <numbers>
 #include <set>
 
-#include "core/config.h"
-#include "core/error.h"
-#include "core/warning.h"
-#include "scene/mesh.h"
-#include "scene/texture.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/warning.h"
+#include "luxfield/scene/mesh.h"
+#include "luxfield/scene/texture.h"
 
 namespace luxfield::scene {
 namespace {
@@ -279,10 +279,10 @@ std::optional<Environment> ReadEnvironment(const Config& root) {
   environment.file = table->Path("file");
   if (table->Has("layout")) {
     const std::string name = table->Text("layout");
-    environment.layout = lightfield::EnvironmentLayoutFromName(name);
+    environment.layout = environment::EnvironmentLayoutFromName(name);
     if (!environment.layout)
       table->Fail("layout", fmt::format("= '{}' is unknown", name),
-                  "use one of " + lightfield::EnvironmentLayoutNames());
+                  "use one of " + environment::EnvironmentLayoutNames());
   }
   environment.world_from_environment = RotationXyz(GetVec3(*table, "rotate_deg", {0, 0, 0}));
   environment.scale = table->Number("scale", 1, {0, 1e12});

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/environment_layouts.h"
-#include "scene/geometry.h"
-#include "scene/transform.h"
+#include "luxfield/environment/environment_layouts.h"
+#include "luxfield/scene/geometry.h"
+#include "luxfield/scene/transform.h"
 
 namespace luxfield::scene {
 
@@ -54,10 +54,10 @@ struct AreaLight {
 };
 
 struct Environment {
-  std::filesystem::path file;                           // .hdr or .exr
-  std::optional<lightfield::EnvironmentLayout> layout;  // empty: the file's
-  Pose world_from_environment;                          // a rotation
-  double scale = 1;                                     // multiplies its radiance
+  std::filesystem::path file;                            // .hdr or .exr
+  std::optional<environment::EnvironmentLayout> layout;  // empty: the file's
+  Pose world_from_environment;                           // a rotation
+  double scale = 1;                                      // multiplies its radiance
   int face_size = 0;  // texels along a face of its cube map, 0: as fine as the picture
 };
 

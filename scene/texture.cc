@@ -1,4 +1,4 @@
-#include "scene/texture.h"
+#include "luxfield/scene/texture.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "pictures/decode_picture.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/pictures/decode_picture.h"
 
 namespace luxfield::scene {
 namespace {

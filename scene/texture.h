@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "scene/geometry.h"
+#include "luxfield/scene/geometry.h"
 
 namespace luxfield::scene {
 

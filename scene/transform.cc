@@ -1,4 +1,4 @@
-#include "scene/transform.h"
+#include "luxfield/scene/transform.h"
 
 #include <cmath>
 #include <numbers>

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/geometry.h"
 
 namespace luxfield::scene {
 

@@ -1,4 +1,4 @@
-#include "core/background_queue.h"
+#include "luxfield/session/background_queue.h"
 
 #include <pthread.h>
 #include <sched.h>
@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 // The calling thread's. Linux' nice values are those of threads.
@@ -85,4 +85,4 @@ void BackgroundQueue::Work() {
   }
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <thread>
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 // One task after the other, on a thread of its own, which gives way to the caller's: it has a lower
 // priority. Push and Settle are for one thread.
@@ -41,4 +41,4 @@ class BackgroundQueue {
   std::thread thread_;
 };
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -1,4 +1,4 @@
-#include "core/folder_lock.h"
+#include "luxfield/session/folder_lock.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -9,9 +9,9 @@
 #include <cerrno>
 #include <cstring>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 FolderLock::FolderLock(const std::filesystem::path& folder) {
   const auto path = folder / "LOCK";
@@ -39,4 +39,4 @@ bool FolderInUse(const std::filesystem::path& folder) {
   return in_use;
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

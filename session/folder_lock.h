@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 // Holds FOLDER/LOCK (flock) until destruction; a killed process frees it. The file's text (pid and
 // host) only informs.
@@ -22,4 +22,4 @@ class FolderLock {
 // Whether a process holds it now; creates nothing, and says no where it cannot tell.
 bool FolderInUse(const std::filesystem::path& folder);
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -1,4 +1,4 @@
-#include "core/frame_file.h"
+#include "luxfield/session/frame_file.h"
 
 #include <fmt/format.h>
 
@@ -6,14 +6,14 @@
 #include <optional>
 #include <vector>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/json.h"
-#include "core/parallel.h"
-#include "core/session_path.h"
-#include "core/sha256.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/sha256.h"
+#include "luxfield/session/session_path.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 std::filesystem::path FrameFile(const SessionReader& session, const FrameRecord& record) {
@@ -24,17 +24,18 @@ void ReadInto(const std::filesystem::path& path, std::string* bytes) {
   bytes->clear();
   std::error_code unknown;  // the size is only a hint
   if (const auto size = std::filesystem::file_size(path, unknown); !unknown) bytes->reserve(size);
-  ReadInPieces(path, [&](std::string_view piece) { bytes->append(piece); });
+  core::ReadInPieces(path, [&](std::string_view piece) { bytes->append(piece); });
 }
 
 // As many at a time as are hashed together.
 void CheckHashes(const SessionReader& session, std::span<const FrameRecord* const> records,
                  std::span<const std::string> bytes) {
-  ParallelFor(
-      records.size(), Sha256Together(records.size()), [&](std::size_t begin, std::size_t end) {
-        std::vector<Sha256Message> messages;
+  core::ParallelFor(
+      records.size(), core::Sha256Together(records.size()),
+      [&](std::size_t begin, std::size_t end) {
+        std::vector<core::Sha256Message> messages;
         for (std::size_t n = begin; n < end; ++n) messages.push_back({{}, bytes[n]});
-        const auto hashes = Sha256OfEach(messages);
+        const auto hashes = core::Sha256OfEach(messages);
         for (std::size_t n = begin; n < end; ++n)
           if (hashes[n - begin] != records[n]->sha256)
             throw InputError(
@@ -54,7 +55,8 @@ std::optional<FrameSize> SensorSize(const SessionReader& session) {
   const std::string file = (session.folder() / "session.json").string();
   const auto camera = session.session().find("camera");
   if (camera == session.session().end() || !camera->contains("width")) return std::nullopt;
-  return FrameSize{Field<int>(*camera, "width", file), Field<int>(*camera, "height", file)};
+  return FrameSize{core::Field<int>(*camera, "width", file),
+                   core::Field<int>(*camera, "height", file)};
 }
 
 void RequireSize(const RawFrame& frame, FrameSize sensor, const std::string& file) {
@@ -76,7 +78,7 @@ void ReadFrame(const SessionReader& session, const FrameRecord& record, bool che
 void ReadFrames(const SessionReader& session, std::span<const FrameRecord* const> records,
                 bool check_hashes, std::span<std::string> bytes, std::span<RawFrame> frames) {
   const auto for_each = [&](const auto& body) {
-    ParallelFor(records.size(), 1, [&](std::size_t begin, std::size_t end) {
+    core::ParallelFor(records.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) body(n);
     });
   };
@@ -90,4 +92,4 @@ void ReadFrames(const SessionReader& session, std::span<const FrameRecord* const
   });
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "core/raw_frame.h"
-#include "core/session_store.h"
+#include "luxfield/session/raw_frame.h"
+#include "luxfield/session/session_store.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 // DecodeTiff(bytes, file) into `frame`, which keeps its memory where that is large enough.
 void DecodeTiff(std::string_view bytes, const std::string& file, RawFrame* frame);
@@ -23,4 +23,4 @@ void ReadFrame(const SessionReader& session, const FrameRecord& record, bool che
 void ReadFrames(const SessionReader& session, std::span<const FrameRecord* const> records,
                 bool check_hashes, std::span<std::string> bytes, std::span<RawFrame> frames);
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

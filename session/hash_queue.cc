@@ -1,14 +1,14 @@
-#include "core/hash_queue.h"
+#include "luxfield/session/hash_queue.h"
 
 #include <exception>
 #include <utility>
 #include <vector>
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 HashQueue::HashQueue(std::size_t most) : thread_(most) {}
 
-std::shared_future<std::string> HashQueue::Push(const Sha256Message& message,
+std::shared_future<std::string> HashQueue::Push(const core::Sha256Message& message,
                                                 std::shared_ptr<const void> owner) {
   std::shared_future<std::string> sha256;
   {
@@ -24,14 +24,14 @@ void HashQueue::HashWhatWaits() {
   std::vector<Waiting> group;
   {
     const std::lock_guard lock(mutex_);
-    for (; !waiting_.empty() && group.size() < kSha256Lanes; waiting_.pop_front())
+    for (; !waiting_.empty() && group.size() < core::kSha256Lanes; waiting_.pop_front())
       group.push_back(std::move(waiting_.front()));
   }
-  std::vector<Sha256Message> messages;
+  std::vector<core::Sha256Message> messages;
   for (const Waiting& one : group) messages.push_back(one.message);
   std::vector<std::string> hashes;
   try {
-    hashes = Sha256OfEach(messages);
+    hashes = core::Sha256OfEach(messages);
   } catch (...) {
     for (Waiting& one : group) one.sha256.set_exception(std::current_exception());
     return;
@@ -39,4 +39,4 @@ void HashQueue::HashWhatWaits() {
   for (std::size_t n = 0; n < group.size(); ++n) group[n].sha256.set_value(std::move(hashes[n]));
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -8,10 +8,10 @@
 #include <mutex>
 #include <string>
 
-#include "core/background_queue.h"
-#include "core/sha256.h"
+#include "luxfield/core/sha256.h"
+#include "luxfield/session/background_queue.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 // SHA-256 of one message after the other, on a thread of its own; of those that wait together,
 // which takes less time for each: the further it falls behind, the faster it gets. Push is for one
@@ -21,12 +21,12 @@ class HashQueue {
   // `most` messages may wait.
   explicit HashQueue(std::size_t most);
   // Waits for room. `owner` keeps the message's bytes.
-  std::shared_future<std::string> Push(const Sha256Message& message,
+  std::shared_future<std::string> Push(const core::Sha256Message& message,
                                        std::shared_ptr<const void> owner);
 
  private:
   struct Waiting {
-    Sha256Message message;
+    core::Sha256Message message;
     std::shared_ptr<const void> owner;
     std::promise<std::string> sha256 = {};
   };
@@ -37,4 +37,4 @@ class HashQueue {
   BackgroundQueue thread_;  // a task per message, of which the first takes all that wait
 };
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

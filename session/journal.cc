@@ -1,4 +1,4 @@
-#include "core/journal.h"
+#include "luxfield/session/journal.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -8,11 +8,11 @@
 #include <charconv>
 #include <cstring>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/json.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 constexpr std::string_view kCrcKey = ",\"crc32c\":\"";
@@ -32,24 +32,24 @@ const std::string& NoLine() {
 }  // namespace
 
 std::string FormatJournalLine(std::uint64_t seq, const std::string& prev, const std::string& type,
-                              const Json& fields) {
+                              const core::Json& fields) {
   std::string line =
-      fmt::format(R"({{"seq":{},"prev":"{}","type":{})", seq, prev, Json(type).dump());
+      fmt::format(R"({{"seq":{},"prev":"{}","type":{})", seq, prev, core::Json(type).dump());
   if (!fields.empty()) {
     const std::string text = fields.dump();
     line += ',';
     line.append(text, 1, text.size() - 2);
   }
-  return line + fmt::format(R"(,"crc32c":"{:08x}"}})", Crc32c(line));
+  return line + fmt::format(R"(,"crc32c":"{:08x}"}})", core::Crc32c(line));
 }
 
-bool ParseJournalLine(std::string_view line, Json& record) {
+bool ParseJournalLine(std::string_view line, core::Json& record) {
   if (line.size() <= kCrcTail) return false;
   const std::string_view body = line.substr(0, line.size() - kCrcTail);
-  if (line.substr(body.size()) != fmt::format(R"(,"crc32c":"{:08x}"}})", Crc32c(body)))
+  if (line.substr(body.size()) != fmt::format(R"(,"crc32c":"{:08x}"}})", core::Crc32c(body)))
     return false;
   try {
-    record = ParseJson(line, {});
+    record = core::ParseJson(line, {});
   } catch (const InputError&) {
     return false;
   }
@@ -69,7 +69,7 @@ JournalEnd Visit(std::string_view bytes, const std::string& file, const SeeRecor
     const bool last = newline == std::string_view::npos || newline + 1 == bytes.size();
     const std::string_view line =
         bytes.substr(begin, newline == std::string_view::npos ? newline : newline - begin);
-    Json record;
+    core::Json record;
     const bool valid = newline != std::string_view::npos && ParseJournalLine(line, record);
     if (!valid && last) {
       end.torn = true;
@@ -84,7 +84,7 @@ JournalEnd Visit(std::string_view bytes, const std::string& file, const SeeRecor
           file,
           fmt::format("line {} does not continue line {} (seq or prev differ)", number, number - 1),
           remedy);
-    end.head = Sha256(line);
+    end.head = core::Sha256(line);
     end.lines = number;
     begin = newline + 1;
     end.valid_bytes = begin;
@@ -96,16 +96,16 @@ JournalEnd Visit(std::string_view bytes, const std::string& file, const SeeRecor
 }  // namespace
 
 JournalEnd VisitJournal(const std::filesystem::path& path, const SeeRecord& see) {
-  return Visit(ReadFile(path), path.string(), see);
+  return Visit(core::ReadFile(path), path.string(), see);
 }
 
 JournalContent ReadJournal(const std::filesystem::path& path) {
-  return ParseJournal(ReadFile(path), path.string());
+  return ParseJournal(core::ReadFile(path), path.string());
 }
 
 JournalContent ParseJournal(std::string_view bytes, const std::string& file) {
   JournalContent content;
-  static_cast<JournalEnd&>(content) = Visit(bytes, file, [&](Json&& record, std::size_t) {
+  static_cast<JournalEnd&>(content) = Visit(bytes, file, [&](core::Json&& record, std::size_t) {
     content.records.push_back(std::move(record));
   });
   return content;
@@ -114,7 +114,7 @@ JournalContent ParseJournal(std::string_view bytes, const std::string& file) {
 JournalWriter::JournalWriter(const std::filesystem::path& path) : path_(path), head_(NoLine()) {
   fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0600);
   if (fd_ < 0) FailWriting(path, "create");
-  SyncFolder(path.parent_path());
+  core::SyncFolder(path.parent_path());
 }
 
 JournalWriter::JournalWriter(const std::filesystem::path& path, const JournalContent& content)
@@ -137,7 +137,7 @@ JournalWriter::JournalWriter(JournalWriter&& other) noexcept
       head_(std::move(other.head_)),
       failed_(other.failed_) {}
 
-void JournalWriter::Append(const std::string& type, const Json& fields) {
+void JournalWriter::Append(const std::string& type, const core::Json& fields) {
   if (failed_)
     throw DeviceError(fmt::format("{}: an earlier line could not be written; resume the session",
                                   path_.string()));
@@ -151,12 +151,12 @@ void JournalWriter::Append(const std::string& type, const Json& fields) {
     if (written < 0) FailWriting(path_, "write");
     rest.remove_prefix(static_cast<std::size_t>(written));
   }
-  StorageStep("line written");
+  core::StorageStep("line written");
   if (::fdatasync(fd_) != 0) FailWriting(path_, "sync");
-  StorageStep("line synced");
+  core::StorageStep("line synced");
   failed_ = false;
-  head_ = Sha256(line);
+  head_ = core::Sha256(line);
   ++seq_;
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

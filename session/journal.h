@@ -15,7 +15,7 @@
 #include <string_view>
 #include <vector>
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 // One line, without newline. `fields` must be an object without the keys seq, prev, type and
 // crc32c.
@@ -70,4 +70,4 @@ class JournalWriter {
   bool failed_ = false;
 };
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 struct ManifestFile {
   std::string name;  // relative to the session's folder
@@ -24,4 +24,4 @@ std::string FormatManifest(const Manifest& manifest);
 // Throws InputError naming `file` and the field; names that leave the session are errors too.
 Manifest ParseManifest(std::string_view text, const std::string& file);
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -1,4 +1,4 @@
-#include "core/raw_frame.h"
+#include "luxfield/session/raw_frame.h"
 
 #include <fmt/format.h>
 #include <tiffio.h>
@@ -10,11 +10,11 @@
 #include <limits>
 #include <memory>
 
-#include "core/error.h"
-#include "core/frame_file.h"
-#include "core/sha256.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/sha256.h"
+#include "luxfield/session/frame_file.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 // A file in memory for libtiff.
@@ -57,7 +57,7 @@ TiffFile Open(MemoryFile& file, const std::string& name) {
                   &TIFFClose);
 }
 
-constexpr std::uint32_t kTiffHead = 3 * kSha256Block;  // bytes
+constexpr std::uint32_t kTiffHead = 3 * core::kSha256Block;  // bytes
 
 struct TiffField {
   std::uint16_t tag, type;
@@ -204,4 +204,4 @@ std::vector<RawFrame> DecodeTiffChannels(std::string_view bytes, const std::stri
   return channels;
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

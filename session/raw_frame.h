@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 // A sensor image in native numbers (DN), row 0 on top. Exactly one of the planes is filled: `dn`
 // for cameras that count in whole numbers, `value` for an ideal simulated camera without an ADC
@@ -38,4 +38,4 @@ RawFrame DecodeTiff(std::string_view bytes, const std::string& file);
 // The same of one or three interleaved channels (RGB), a frame each.
 std::vector<RawFrame> DecodeTiffChannels(std::string_view bytes, const std::string& file);
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

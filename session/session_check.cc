@@ -1,4 +1,4 @@
-#include "core/session_check.h"
+#include "luxfield/session/session_check.h"
 
 #include <fmt/format.h>
 
@@ -8,17 +8,17 @@
 #include <utility>
 #include <vector>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/folder_lock.h"
-#include "core/journal.h"
-#include "core/json.h"
-#include "core/manifest.h"
-#include "core/parallel.h"
-#include "core/session_path.h"
-#include "core/session_replay.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/session/folder_lock.h"
+#include "luxfield/session/journal.h"
+#include "luxfield/session/manifest.h"
+#include "luxfield/session/session_path.h"
+#include "luxfield/session/session_replay.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 namespace fs = std::filesystem;
@@ -33,7 +33,7 @@ std::string FileProblem(const fs::path& folder, const std::string& name,
     return error.what();
   }
   if (!fs::is_regular_file(path)) return fmt::format("{}: is missing", path.string());
-  if (Sha256OfFile(path) != sha256)
+  if (core::Sha256OfFile(path) != sha256)
     return fmt::format("{}: differs from what was committed (SHA-256)", path.string());
   return {};
 }
@@ -59,7 +59,7 @@ class FileProblems {
     std::vector<decltype(problems_)::iterator> found;
     for (const CommittedFile& file : files)
       if (const auto [place, is_new] = problems_.try_emplace(file); is_new) found.push_back(place);
-    ParallelFor(found.size(), 1, [&](std::size_t begin, std::size_t end) {
+    core::ParallelFor(found.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n)
         found[n]->second = FileProblem(folder_, found[n]->first.first, found[n]->first.second);
     });
@@ -76,7 +76,7 @@ void CheckManifest(const fs::path& folder, const JournalContent& journal, FilePr
                    SessionCheck& check) {
   const auto path = folder / "manifest.json";
   try {
-    const std::string text = ReadFile(path);
+    const std::string text = core::ReadFile(path);
     const Manifest manifest = ParseManifest(text, path.string());
     if (text != FormatManifest(manifest)) {
       check.damaged = true;
@@ -185,14 +185,14 @@ SalvageResult SalvageSession(const fs::path& folder) {
     throw InputError(folder.string(), "is not a session: it has no journal.jsonl",
                      "name a folder that `luxfield capture` made");
   const FolderLock lock(folder);  // before the journal is read: no other process adds to it now
-  const std::string bytes = ReadFile(path);
+  const std::string bytes = core::ReadFile(path);
   SalvageResult result;
-  std::vector<Json> kept;
+  std::vector<core::Json> kept;
   SessionState read;  // what the lines say that can be read
   std::set<std::uint64_t> seen;
   for (std::size_t begin = 0; begin < bytes.size();) {
     const std::size_t end = std::min(bytes.find('\n', begin), bytes.size());
-    Json record;
+    core::Json record;
     const bool valid =
         ParseJournalLine(std::string_view(bytes).substr(begin, end - begin), record) &&
         seen.insert(record["seq"].get<std::uint64_t>()).second;
@@ -231,20 +231,20 @@ SalvageResult SalvageSession(const fs::path& folder) {
 
   std::string journal, prev(64, '0');
   for (std::size_t seq = 0; seq < kept.size(); ++seq) {
-    Json fields = kept[seq];
+    core::Json fields = kept[seq];
     const auto type = fields["type"].get<std::string>();
     for (const char* key : {"seq", "prev", "type", "crc32c"}) fields.erase(key);
     const std::string line = FormatJournalLine(seq, prev, type, fields);
-    prev = Sha256(line);
+    prev = core::Sha256(line);
     journal += line + '\n';
   }
   result.lines_kept = static_cast<int>(kept.size());
   for (int n = 1; result.old_journal.empty() || fs::exists(result.old_journal); ++n)
     result.old_journal = folder / fmt::format("journal.damaged-{}.jsonl", n);
-  WriteFileAtomically(result.old_journal, bytes, Access::kPrivate);
-  RemoveFile(SessionFile(folder, "manifest.json", folder.string()));
-  WriteFileAtomically(path, journal, Access::kPrivate);
+  core::WriteFileAtomically(result.old_journal, bytes, core::Access::kPrivate);
+  core::RemoveFile(SessionFile(folder, "manifest.json", folder.string()));
+  core::WriteFileAtomically(path, journal, core::Access::kPrivate);
   return result;
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 struct SessionCheck {
   bool sealed = false;
@@ -35,4 +35,4 @@ struct SalvageResult {
 // plan.json or session.json is lost, or if another process writes.
 SalvageResult SalvageSession(const std::filesystem::path& folder);
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

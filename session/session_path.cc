@@ -1,12 +1,12 @@
-#include "core/session_path.h"
+#include "luxfield/session/session_path.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,4 +37,4 @@ fs::path SessionFile(const fs::path& folder, const std::string& name, const std:
   return path;
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

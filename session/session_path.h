@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <string>
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 // Throws InputError, beginning with `where`, for names that are empty, absolute or climb with "..".
 void CheckSessionFileName(const std::string& name, const std::string& where);
@@ -20,4 +20,4 @@ void CheckSessionFileName(const std::string& name, const std::string& where);
 std::filesystem::path SessionFile(const std::filesystem::path& folder, const std::string& name,
                                   const std::string& where);
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

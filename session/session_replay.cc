@@ -1,4 +1,4 @@
-#include "core/session_replay.h"
+#include "luxfield/session/session_replay.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,10 @@
 #include <map>
 #include <tuple>
 
-#include "core/json.h"
-#include "core/session_path.h"
+#include "luxfield/core/json.h"
+#include "luxfield/session/session_path.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 constexpr std::array kKindNames = {"position", "dark", "flat", "reference", "target"};
@@ -21,7 +21,7 @@ constexpr const char* kRemedy = "run `luxfield verify --salvage` on the session"
 
 // What a capture can have: exposures of a nanosecond to a week, stages as large as a building,
 // meters of any unit.
-constexpr Range kExposure_s{1e-9, 604800}, kStage_m{-100, 100}, kTime_s{-1e11, 1e11},
+constexpr core::Range kExposure_s{1e-9, 604800}, kStage_m{-100, 100}, kTime_s{-1e11, 1e11},
     kAttenuation{1e-12, 1e12}, kMeter{0, 1e15};
 
 FrameKind KindFromName(const std::string& name, const std::string& where) {
@@ -35,7 +35,7 @@ FrameKind KindFromName(const std::string& name, const std::string& where) {
 std::string FrameKindName(FrameKind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
 std::string FrameKindFolder(FrameKind kind) { return kKindFolders[static_cast<std::size_t>(kind)]; }
 
-Json FrameToJson(const FrameRecord& r) {
+core::Json FrameToJson(const FrameRecord& r) {
   return {{"kind", FrameKindName(r.kind)},
           {"i", r.i},
           {"j", r.j},
@@ -57,19 +57,19 @@ Json FrameToJson(const FrameRecord& r) {
           {"sha256", r.sha256}};
 }
 
-FrameRecord FrameFromJson(const Json& json, const std::string& where) {
+FrameRecord FrameFromJson(const core::Json& json, const std::string& where) {
   FrameRecord r;
-  r.kind = KindFromName(Field<std::string>(json, "kind", where), where);
-  r.i = Field<int>(json, "i", where);
-  r.j = Field<int>(json, "j", where);
-  r.channel = Field<int>(json, "channel", where);
-  r.print = Field<int>(json, "print", where);
-  r.exposure_index = Field<int>(json, "exposure_index", where);
-  r.repeat = Field<int>(json, "repeat", where);
-  r.attempt = Field<int>(json, "attempt", where);
-  r.epoch = Field<int>(json, "epoch", where);
-  const auto number = [&](const char* key, Range range) {
-    return NumberField(json, key, where, range, kRemedy);
+  r.kind = KindFromName(core::Field<std::string>(json, "kind", where), where);
+  r.i = core::Field<int>(json, "i", where);
+  r.j = core::Field<int>(json, "j", where);
+  r.channel = core::Field<int>(json, "channel", where);
+  r.print = core::Field<int>(json, "print", where);
+  r.exposure_index = core::Field<int>(json, "exposure_index", where);
+  r.repeat = core::Field<int>(json, "repeat", where);
+  r.attempt = core::Field<int>(json, "attempt", where);
+  r.epoch = core::Field<int>(json, "epoch", where);
+  const auto number = [&](const char* key, core::Range range) {
+    return core::NumberField(json, key, where, range, kRemedy);
   };
   r.requested_exposure_s = number("requested_exposure_s", {0, kExposure_s.max});
   r.exposure_s = number("exposure_s", kExposure_s);
@@ -78,9 +78,9 @@ FrameRecord FrameFromJson(const Json& json, const std::string& where) {
   r.stage_v_m = number("stage_v_m", kStage_m);
   r.t_start_s = number("t_start_s", kTime_s);
   r.meter = number("meter", kMeter);
-  r.flagged = Field<bool>(json, "flagged", where);
-  r.file = Field<std::string>(json, "file", where);
-  r.sha256 = Field<std::string>(json, "sha256", where);
+  r.flagged = core::Field<bool>(json, "flagged", where);
+  r.file = core::Field<std::string>(json, "file", where);
+  r.sha256 = core::Field<std::string>(json, "sha256", where);
   CheckSessionFileName(r.file, where);
   const auto require = [&](bool good, const char* field, double value) {
     if (!good)
@@ -150,43 +150,43 @@ std::vector<FrameRecord> SessionState::UsableFrames() const {
   return usable;
 }
 
-void ReplayRecord(const Json& record, std::size_t line, const std::string& file,
+void ReplayRecord(const core::Json& record, std::size_t line, const std::string& file,
                   SessionState& state) {
   const std::string where = fmt::format("{} line {}", file, line);
-  const auto type = Field<std::string>(record, "type", where);
+  const auto type = core::Field<std::string>(record, "type", where);
   if ((line == 1) != (type == "session_open"))
     throw InputError(
         where, fmt::format("a journal begins with its one session_open record, this is {}", type),
         kRemedy);
   if (type == "session_open") {
-    state.plan_sha256 = Field<std::string>(record, "plan_sha256", where);
-    state.session_sha256 = Field<std::string>(record, "session_sha256", where);
+    state.plan_sha256 = core::Field<std::string>(record, "plan_sha256", where);
+    state.session_sha256 = core::Field<std::string>(record, "session_sha256", where);
     for (const auto& [name, sha256] :
-         Field<std::map<std::string, std::string>>(record, "files", where)) {
+         core::Field<std::map<std::string, std::string>>(record, "files", where)) {
       CheckSessionFileName(name, where);
       state.other_files.emplace_back(name, sha256);
     }
   } else if (type == "epoch_start") {
-    state.last_epoch = Field<int>(record, "epoch", where);
+    state.last_epoch = core::Field<int>(record, "epoch", where);
   } else if (type == "frame") {
     state.committed.push_back(FrameFromJson(record, where));
   } else if (type == "position_complete") {
-    state.brackets.push_back({Field<int>(record, "i", where), Field<int>(record, "j", where),
-                              Field<int>(record, "epoch", where),
-                              Field<int>(record, "frames", where)});
+    state.brackets.push_back(
+        {core::Field<int>(record, "i", where), core::Field<int>(record, "j", where),
+         core::Field<int>(record, "epoch", where), core::Field<int>(record, "frames", where)});
     state.since_reference.emplace_back(state.brackets.back().i, state.brackets.back().j);
   } else if (type == "suspended") {
-    state.Discard(Field<std::vector<std::pair<int, int>>>(record, "retake", where));
+    state.Discard(core::Field<std::vector<std::pair<int, int>>>(record, "retake", where));
   } else if (type == "reference") {
     state.since_reference.clear();
-    state.first_reference_rates.try_emplace(Field<int>(record, "channel", where),
-                                            Field<double>(record, "mean_rate", where));
+    state.first_reference_rates.try_emplace(core::Field<int>(record, "channel", where),
+                                            core::Field<double>(record, "mean_rate", where));
   } else if (type == "sealed") {
     state.sealed = true;
   }
 }
 
-void RequireReadable(const std::string& type, const Json& fields, std::size_t line,
+void RequireReadable(const std::string& type, const core::Json& fields, std::size_t line,
                      const std::string& file) {
   const std::string what = fmt::format("{} line {} ({})", file, line, type);
   const auto refuse = [&](const std::string& problem) {
@@ -195,15 +195,15 @@ void RequireReadable(const std::string& type, const Json& fields, std::size_t li
                     "be resumed",
                     what, problem));
   };
-  const std::function<void(const Json&, const std::string&)> look = [&](const Json& value,
-                                                                        const std::string& name) {
-    if (value.is_number_float() && !std::isfinite(value.get<double>()))
-      refuse(fmt::format("{} = {} is no finite number", name, value.get<double>()));
-    if (value.is_structured())
-      for (const auto& [key, part] : value.items()) look(part, name + "." + key);
-  };
+  const std::function<void(const core::Json&, const std::string&)> look =
+      [&](const core::Json& value, const std::string& name) {
+        if (value.is_number_float() && !std::isfinite(value.get<double>()))
+          refuse(fmt::format("{} = {} is no finite number", name, value.get<double>()));
+        if (value.is_structured())
+          for (const auto& [key, part] : value.items()) look(part, name + "." + key);
+      };
   for (const auto& [key, value] : fields.items()) look(value, key);
-  Json record = fields;
+  core::Json record = fields;
   record["type"] = type;
   SessionState nothing;
   try {
@@ -213,10 +213,10 @@ void RequireReadable(const std::string& type, const Json& fields, std::size_t li
   }
 }
 
-SessionState ReplayJournal(const std::vector<Json>& records, const std::string& file) {
+SessionState ReplayJournal(const std::vector<core::Json>& records, const std::string& file) {
   SessionState state;
   for (std::size_t n = 0; n < records.size(); ++n) ReplayRecord(records[n], n + 1, file, state);
   return state;
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

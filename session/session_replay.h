@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/session_store.h"
+#include "luxfield/session/session_store.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 std::string FrameKindName(FrameKind kind);    // "position", "dark", "flat", "reference"
 std::string FrameKindFolder(FrameKind kind);  // "frames", "darks", "flats", "refs", "targets"
@@ -56,4 +56,4 @@ void RequireReadable(const std::string& type, const nlohmann::json& fields, std:
                      const std::string& file);
 SessionState ReplayJournal(const std::vector<nlohmann::json>& records, const std::string& file);
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -1,27 +1,27 @@
-#include "core/session_store.h"
+#include "luxfield/session/session_store.h"
 
 #include <fmt/format.h>
 
 #include <mutex>
 
-#include "core/error.h"
-#include "core/frame_file.h"
-#include "core/journal.h"
-#include "core/json.h"
-#include "core/session_replay.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/session/frame_file.h"
+#include "luxfield/session/journal.h"
+#include "luxfield/session/session_replay.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 struct SessionReader::Impl {
   std::filesystem::path folder;
-  Json plan, session;
+  core::Json plan, session;
   SessionState state;
   std::vector<FrameRecord> frames;
   bool has_manifest = false;
   // Only few ask for it, and of a long session it is large.
   std::size_t journal_lines = 0;
   std::once_flag journal_read;
-  std::vector<Json> journal;
+  std::vector<core::Json> journal;
 };
 
 SessionReader::SessionReader(const std::filesystem::path& folder)
@@ -31,7 +31,7 @@ SessionReader::SessionReader(const std::filesystem::path& folder)
   if (!std::filesystem::exists(journal))
     throw InputError(folder.string(), "is not a session: it has no journal.jsonl",
                      "name a folder that `luxfield capture` made");
-  const JournalEnd end = VisitJournal(journal, [&](Json&& record, std::size_t line) {
+  const JournalEnd end = VisitJournal(journal, [&](core::Json&& record, std::size_t line) {
     ReplayRecord(record, line, journal.string(), impl_->state);
   });
   impl_->journal_lines = end.lines;
@@ -45,11 +45,11 @@ SessionReader::SessionReader(const std::filesystem::path& folder)
     throw InputError(journal.string(), "holds no complete line", "capture the session anew");
   const auto read_checked = [&](const char* name, const std::string& sha256) {
     const auto path = folder / name;
-    const std::string bytes = ReadFile(path);
-    if (Sha256(bytes) != sha256)
+    const std::string bytes = core::ReadFile(path);
+    if (core::Sha256(bytes) != sha256)
       throw InputError(path.string(), "differs from the one the session was captured with",
                        "restore it from a copy");
-    return ParseJson(bytes, path.string());
+    return core::ParseJson(bytes, path.string());
   };
   impl_->plan = read_checked("plan.json", impl_->state.plan_sha256);
   impl_->session = read_checked("session.json", impl_->state.session_sha256);
@@ -60,10 +60,10 @@ SessionReader::~SessionReader() = default;
 SessionReader::SessionReader(SessionReader&&) noexcept = default;
 
 const std::filesystem::path& SessionReader::folder() const { return impl_->folder; }
-const Json& SessionReader::plan() const { return impl_->plan; }
-const Json& SessionReader::session() const { return impl_->session; }
+const core::Json& SessionReader::plan() const { return impl_->plan; }
+const core::Json& SessionReader::session() const { return impl_->session; }
 const std::vector<FrameRecord>& SessionReader::frames() const { return impl_->frames; }
-const std::vector<Json>& SessionReader::journal() const {
+const std::vector<core::Json>& SessionReader::journal() const {
   std::call_once(impl_->journal_read, [this] {
     impl_->journal = ReadJournal(impl_->folder / "journal.jsonl").records;
     if (impl_->journal.size() > impl_->journal_lines)  // a capture goes on meanwhile
@@ -77,8 +77,8 @@ std::string SessionReader::plan_id() const { return impl_->state.plan_sha256; }
 RawFrame SessionReader::ReadFrame(const FrameRecord& record, bool check_hash) const {
   std::string bytes;
   RawFrame frame;
-  core::ReadFrame(*this, record, check_hash, &bytes, &frame);
+  session::ReadFrame(*this, record, check_hash, &bytes, &frame);
   return frame;
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -19,9 +19,9 @@
 #include <string>
 #include <vector>
 
-#include "core/raw_frame.h"
+#include "luxfield/session/raw_frame.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 enum class FrameKind { kPosition, kDark, kFlat, kReference, kTarget };
 
@@ -72,4 +72,4 @@ class SessionReader {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -1,4 +1,4 @@
-#include "core/session_writer.h"
+#include "luxfield/session/session_writer.h"
 
 #include <fmt/format.h>
 
@@ -10,32 +10,32 @@
 #include <set>
 #include <utility>
 
-#include "core/background_queue.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "core/folder_lock.h"
-#include "core/hash_queue.h"
-#include "core/journal.h"
-#include "core/json.h"
-#include "core/manifest.h"
-#include "core/session_path.h"
-#include "core/session_replay.h"
-#include "core/sha256.h"
-#include "core/staged_file.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/sha256.h"
+#include "luxfield/core/staged_file.h"
+#include "luxfield/session/background_queue.h"
+#include "luxfield/session/folder_lock.h"
+#include "luxfield/session/hash_queue.h"
+#include "luxfield/session/journal.h"
+#include "luxfield/session/manifest.h"
+#include "luxfield/session/session_path.h"
+#include "luxfield/session/session_replay.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 namespace fs = std::filesystem;
 
 // A disk may take many exposures for one; as many frames may be hashed together, and as many wait.
-constexpr std::size_t kWaitingFrames = 2 * kSha256Lanes;
+constexpr std::size_t kWaitingFrames = 2 * core::kSha256Lanes;
 constexpr std::array kFrameFolders = {"frames", "darks", "flats", "refs", "targets"};
 
-bool IsTemporary(const fs::path& path) { return IsTemporaryName(path.filename().string()); }
+bool IsTemporary(const fs::path& path) { return core::IsTemporaryName(path.filename().string()); }
 
 void WritePrivate(const fs::path& path, std::string_view bytes) {
-  WriteFileAtomically(path, bytes, Access::kPrivate);
+  core::WriteFileAtomically(path, bytes, core::Access::kPrivate);
 }
 
 // What is written to has to be inside the session.
@@ -46,7 +46,7 @@ void RefuseLinks(const fs::path& folder) {
 }
 
 void MakeFrameFolders(const fs::path& folder) {
-  for (const char* name : kFrameFolders) MakeFolder(folder / name, Access::kPrivate);
+  for (const char* name : kFrameFolders) core::MakeFolder(folder / name, core::Access::kPrivate);
 }
 
 // Leftovers of a killed Create are overwritten; anything else belongs to somebody.
@@ -77,7 +77,7 @@ void RemoveOrphans(const fs::path& folder, const SessionState& state) {
           orphans.push_back(entry.path());
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.is_regular_file() && IsTemporary(entry.path())) orphans.push_back(entry.path());
-  for (const auto& path : orphans) RemoveFile(path);
+  for (const auto& path : orphans) core::RemoveFile(path);
 }
 
 std::string FrameFileName(const FrameRecord& r) {
@@ -91,10 +91,11 @@ std::string FrameFileName(const FrameRecord& r) {
 }  // namespace
 
 struct SessionWriter::Impl {
-  Impl(const fs::path& folder_, Clock& clock_) : folder(folder_), clock(clock_), lock(folder_) {}
+  Impl(const fs::path& folder_, core::Clock& clock_)
+      : folder(folder_), clock(clock_), lock(folder_) {}
 
   fs::path folder;
-  Clock& clock;
+  core::Clock& clock;
   FolderLock lock;
   std::unique_ptr<JournalWriter> journal;
   SessionState state;
@@ -103,8 +104,8 @@ struct SessionWriter::Impl {
   // A frame whose file is not in place yet, nor in the journal.
   struct Staged {
     FrameRecord record;
-    StagedFile file;
-    Json line;
+    core::StagedFile file;
+    core::Json line;
   };
   std::optional<Staged> last;  // of the frames behind the caller
 
@@ -113,7 +114,7 @@ struct SessionWriter::Impl {
     std::string head;
     std::shared_ptr<const RawFrame> frame;
 
-    Sha256Message message() const { return {head, PixelBytes(*frame)}; }
+    core::Sha256Message message() const { return {head, PixelBytes(*frame)}; }
   };
   HashQueue hashes{kWaitingFrames};  // which may take longer than the disk
   // Of frames to be stored; last, so that it is done before the rest goes. Whatever else reads or
@@ -126,13 +127,13 @@ struct SessionWriter::Impl {
     return record;
   }
 
-  Json Stamped(Json fields) {
+  core::Json Stamped(core::Json fields) {
     fields["t_s"] = clock.MonotonicSeconds();
     fields["utc"] = clock.UtcIso8601();
     return fields;
   }
 
-  void Append(const std::string& type, const Json& fields) {
+  void Append(const std::string& type, const core::Json& fields) {
     if (state.sealed)
       throw DeviceError(
           fmt::format("{}: the session is sealed; nothing can be added", folder.string()));
@@ -142,10 +143,11 @@ struct SessionWriter::Impl {
   std::string JournalName() const { return (folder / "journal.jsonl").string(); }
 
   // `stamped` has the time at which the frame came.
-  Staged Stage(FrameRecord record, const Sha256Message& bytes, std::string sha256,
-               const Json& checks, Json stamped) const {
+  Staged Stage(FrameRecord record, const core::Sha256Message& bytes, std::string sha256,
+               const core::Json& checks, core::Json stamped) const {
     record.sha256 = std::move(sha256);
-    StagedFile file(folder / record.file, std::array{bytes.head, bytes.body}, Access::kPrivate);
+    core::StagedFile file(folder / record.file, std::array{bytes.head, bytes.body},
+                          core::Access::kPrivate);
     stamped.update(FrameToJson(record));
     stamped["bytes"] = bytes.head.size() + bytes.body.size();
     stamped["checks"] = checks;
@@ -164,9 +166,9 @@ struct SessionWriter::Impl {
 
   // Behind the caller: while frames wait, the disk takes a frame's bytes as the next one's are
   // handed to it, and is waited for after that.
-  void StoreBehind(FrameRecord record, const Sha256Message& bytes,
-                   const std::shared_future<std::string>& sha256, const Json& checks,
-                   Json stamped) {
+  void StoreBehind(FrameRecord record, const core::Sha256Message& bytes,
+                   const std::shared_future<std::string>& sha256, const core::Json& checks,
+                   core::Json stamped) {
     std::optional<Staged> next;
     try {
       next.emplace(Stage(std::move(record), bytes, sha256.get(), checks, std::move(stamped)));
@@ -189,13 +191,14 @@ bool SessionWriter::HasSession(const fs::path& folder) {
   return fs::exists(path) && !ReadJournal(path).records.empty();
 }
 
-SessionWriter SessionWriter::Create(const fs::path& folder, const Json& plan, const Json& session,
+SessionWriter SessionWriter::Create(const fs::path& folder, const core::Json& plan,
+                                    const core::Json& session,
                                     const std::vector<std::pair<std::string, std::string>>& extra,
-                                    Clock& clock) {
+                                    core::Clock& clock) {
   if (fs::exists(folder) && !fs::is_directory(folder))
     throw InputError(folder.string(), "is a file, not a folder",
                      "choose another name for the session");
-  MakeFolder(folder, Access::kPrivate);
+  core::MakeFolder(folder, core::Access::kPrivate);
   RefuseLinks(folder);
   const auto refuse_taken = [&] {
     if (HasSession(folder))
@@ -204,7 +207,7 @@ SessionWriter SessionWriter::Create(const fs::path& folder, const Json& plan, co
     RefuseForeignFiles(folder, extra);
   };
   refuse_taken();  // so that no lock is left in somebody's folder
-  StorageStep("looked");
+  core::StorageStep("looked");
   auto impl = std::make_unique<Impl>(folder, clock);
   refuse_taken();  // another process may have captured, sealed and gone since
   MakeFrameFolders(folder);
@@ -213,13 +216,13 @@ SessionWriter SessionWriter::Create(const fs::path& folder, const Json& plan, co
   const std::string plan_bytes = plan.dump(2) + "\n", session_bytes = session.dump(2) + "\n";
   WritePrivate(folder / "plan.json", plan_bytes);
   WritePrivate(folder / "session.json", session_bytes);
-  impl->state.plan_sha256 = Sha256(plan_bytes);
-  impl->state.session_sha256 = Sha256(session_bytes);
-  RemoveFile(folder / "journal.jsonl");  // of a Create killed before its first line was whole
+  impl->state.plan_sha256 = core::Sha256(plan_bytes);
+  impl->state.session_sha256 = core::Sha256(session_bytes);
+  core::RemoveFile(folder / "journal.jsonl");  // of a Create killed before its first line was whole
   impl->journal = std::make_unique<JournalWriter>(folder / "journal.jsonl");
   SessionWriter writer(std::move(impl));
-  Json hashes = Json::object();
-  for (const auto& [name, bytes] : extra) hashes[name] = Sha256(bytes);
+  core::Json hashes = core::Json::object();
+  for (const auto& [name, bytes] : extra) hashes[name] = core::Sha256(bytes);
   writer.Append("session_open", {{"plan_sha256", writer.impl_->state.plan_sha256},
                                  {"session_sha256", writer.impl_->state.session_sha256},
                                  {"files", hashes},
@@ -227,7 +230,8 @@ SessionWriter SessionWriter::Create(const fs::path& folder, const Json& plan, co
   return writer;
 }
 
-SessionWriter SessionWriter::Resume(const fs::path& folder, const Json& plan, Clock& clock) {
+SessionWriter SessionWriter::Resume(const fs::path& folder, const core::Json& plan,
+                                    core::Clock& clock) {
   const auto path = folder / "journal.jsonl";
   if (!fs::exists(path))
     throw InputError(folder.string(), "is not a session: it has no journal.jsonl",
@@ -241,17 +245,17 @@ SessionWriter SessionWriter::Resume(const fs::path& folder, const Json& plan, Cl
   if (content.records
           .empty()) {  // killed while the first line was written: nothing was captured yet
     impl.reset();
-    RemoveFile(path);
+    core::RemoveFile(path);
     throw InputError(folder.string(), "holds no frame yet", "capture it without --resume");
   }
   impl->state = ReplayJournal(content.records, path.string());
   for (const auto& [name, sha256] : {std::pair{"plan.json", impl->state.plan_sha256},
                                      std::pair{"session.json", impl->state.session_sha256}})
-    if (Sha256OfFile(folder / name) != sha256)
+    if (core::Sha256OfFile(folder / name) != sha256)
       throw InputError((folder / name).string(),
                        "differs from the one the session was started with",
                        "restore it from a copy");
-  if (Sha256(plan.dump(2) + "\n") != impl->state.plan_sha256)
+  if (core::Sha256(plan.dump(2) + "\n") != impl->state.plan_sha256)
     throw InputError((folder / "plan.json").string(), "is another plan than the one given",
                      "resume with the plan the session was started with");
   MakeFrameFolders(folder);
@@ -276,28 +280,28 @@ bool SessionWriter::PositionComplete(int i, int j) const {
   return impl_->state.BracketEpoch(i, j) >= 0;
 }
 
-void SessionWriter::StartEpoch(const Json& devices) {
+void SessionWriter::StartEpoch(const core::Json& devices) {
   Append("epoch_start", {{"epoch", impl_->state.last_epoch + 1}, {"devices", devices}});
   ++impl_->state.last_epoch;
 }
 
 FrameRecord SessionWriter::CommitFrame(FrameRecord record, const RawFrame& frame,
-                                       const Json& checks) {
+                                       const core::Json& checks) {
   impl_->behind.Settle();
   const std::string head = TiffHead(frame);
-  const Sha256Message bytes{head, PixelBytes(frame)};
+  const core::Sha256Message bytes{head, PixelBytes(frame)};
   return impl_->Finish(impl_->Stage(impl_->Named(std::move(record)), bytes,
-                                    Sha256OfEach({&bytes, 1}).front(), checks,
-                                    impl_->Stamped(Json::object())));
+                                    core::Sha256OfEach({&bytes, 1}).front(), checks,
+                                    impl_->Stamped(core::Json::object())));
 }
 
 void SessionWriter::CommitFrameBehind(FrameRecord record, std::shared_ptr<const RawFrame> frame,
-                                      Json checks) {
+                                      core::Json checks) {
   const auto bytes = std::make_shared<const Impl::FrameBytes>(TiffHead(*frame), std::move(frame));
   // The clock stays with this thread: a simulated one is no other's.
   impl_->behind.Push([impl = impl_.get(), record = impl_->Named(std::move(record)), bytes,
                       sha256 = impl_->hashes.Push(bytes->message(), bytes),
-                      checks = std::move(checks), stamped = impl_->Stamped(Json::object())] {
+                      checks = std::move(checks), stamped = impl_->Stamped(core::Json::object())] {
     impl->StoreBehind(record, bytes->message(), sha256, checks, stamped);
   });
 }
@@ -314,12 +318,12 @@ void SessionWriter::CompletePosition(int i, int j) {
   impl_->state.since_reference.emplace_back(i, j);
 }
 
-void SessionWriter::AcceptReference(Json fields) {
+void SessionWriter::AcceptReference(core::Json fields) {
   Append("reference", std::move(fields));
   impl_->state.since_reference.clear();
 }
 
-std::vector<std::pair<int, int>> SessionWriter::Suspend(Json fields) {
+std::vector<std::pair<int, int>> SessionWriter::Suspend(core::Json fields) {
   std::vector<std::pair<int, int>> retake = impl_->state.since_reference;
   fields["retake"] = retake;
   Append("suspended", std::move(fields));
@@ -327,7 +331,7 @@ std::vector<std::pair<int, int>> SessionWriter::Suspend(Json fields) {
   return retake;
 }
 
-void SessionWriter::Append(const std::string& type, Json fields) {
+void SessionWriter::Append(const std::string& type, core::Json fields) {
   impl_->behind.Settle();
   impl_->Append(type, impl_->Stamped(std::move(fields)));
 }
@@ -342,7 +346,7 @@ void SessionWriter::Seal(const std::string& status) {
   for (const auto& entry : fs::directory_iterator(impl_->folder))
     if (const std::string name = entry.path().filename().string();
         entry.is_regular_file() && name != "LOCK")
-      hashes[name] = Sha256OfFile(entry.path());
+      hashes[name] = core::Sha256OfFile(entry.path());
   for (const FrameRecord& frame : impl_->state.committed) hashes[frame.file] = frame.sha256;
   Manifest manifest{impl_->journal->head(), {}};
   for (const auto& [name, sha256] : hashes)
@@ -350,4 +354,4 @@ void SessionWriter::Seal(const std::string& status) {
   WritePrivate(impl_->folder / "manifest.json", FormatManifest(manifest));
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -1,4 +1,4 @@
-// Writing a session (core/session_store.h): the commit protocol and the journal's chain.
+// Writing a session (session/session_store.h): the commit protocol and the journal's chain.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "core/clock.h"
-#include "core/session_store.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/session/session_store.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 // One writer at a time: the session's LOCK file is held (flock) until destruction. Every method
 // that returns has made its effect durable, CommitFrameBehind excepted. After a DeviceError nothing
@@ -27,12 +27,12 @@ class SessionWriter {
   static SessionWriter Create(const std::filesystem::path& folder, const nlohmann::json& plan,
                               const nlohmann::json& session,
                               const std::vector<std::pair<std::string, std::string>>& extra,
-                              Clock& clock);
+                              core::Clock& clock);
   // Opens an unsealed session for more: drops a torn last line, removes temporary files and frames
   // without a journal line, and leaves the rest alone. The plan must be the one the session has
   // (InputError). Starting a new epoch is the caller's.
   static SessionWriter Resume(const std::filesystem::path& folder, const nlohmann::json& plan,
-                              Clock& clock);
+                              core::Clock& clock);
 
   ~SessionWriter();
   SessionWriter(SessionWriter&&) noexcept;
@@ -76,4 +76,4 @@ class SessionWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

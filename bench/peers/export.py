@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A scene.toml as a pbrt-v4 scene and as a script for Blender (Cycles): same geometry, camera, light.
 
-    study/peers/export.py SCENE.toml -o FOLDER
+    bench/peers/export.py SCENE.toml -o FOLDER
 
 writes FOLDER/scene.pbrt and FOLDER/scene_cycles.py. README.md beside this file says how they are run
 and compared. What the three renderers do not share is refused by name: luminaires (light fields),
@@ -195,7 +195,7 @@ def pbrt_scene(camera, quads, lights, environment, samples):
 # ---- Blender ----------------------------------------------------------------------------------
 
 CYCLES = '''# blender --background --factory-startup --python scene_cycles.py
-# Made by study/peers/export.py: direct light only, a box filter, radiance as it is.
+# Made by bench/peers/export.py: direct light only, a box filter, radiance as it is.
 import json
 import math
 import os

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Two scenes whose mean radiance is known: a lit plane, seen from straight above.
 
-    study/peers/plane.py -o FOLDER
+    bench/peers/plane.py -o FOLDER
 
 writes FOLDER/plane_sky.toml (a sky of radiance 1 + b . w in the direction w), FOLDER/plane_light.toml
 (a tilted rectangle), the sky's picture, and FOLDER/closed_form.json with the mean radiance of each.

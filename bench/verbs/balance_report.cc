@@ -1,17 +1,17 @@
-#include "cli/balance_report.h"
+#include "luxfield/bench/verbs/balance_report.h"
 
 #include <map>
 #include <string>
 
-#include "cli/csv.h"
-#include "cli/svg_plot.h"
-#include "core/file.h"
+#include "luxfield/cli/reports/csv.h"
+#include "luxfield/cli/svg/svg_plot.h"
+#include "luxfield/core/file.h"
 
-namespace luxfield::cli {
+namespace luxfield::bench {
 namespace {
 
-Plot EfficiencyPlot(const core::Json& rows) {
-  Plot plot;
+cli::Plot EfficiencyPlot(const core::Json& rows) {
+  cli::Plot plot;
   plot.title = "Efficiency 1 / (relative variance x time) over that of the balance heuristic";
   plot.x_label = "scene";
   plot.y_label = "relative efficiency";
@@ -28,7 +28,7 @@ Plot EfficiencyPlot(const core::Json& rows) {
     if (is_new)
       plot.series.push_back(
           {.name = strategy->first, .x = {}, .y = {}, .lines = false, .style = {}});
-    Series& series = plot.series[strategy->second];
+    cli::Series& series = plot.series[strategy->second];
     series.x.push_back(static_cast<double>(scenes.size()));
     series.y.push_back(row.value("rel_efficiency", 0.0));
   }
@@ -47,12 +47,12 @@ std::vector<std::filesystem::path> WriteBalance(const core::Json& result,
     files.push_back(folder / name);
     core::WriteFileAtomically(files.back(), text);
   };
-  write("balance.csv", Csv(result["rows"]));
-  if (!result["search"].empty()) write("search.csv", Csv(result["search"]));
-  write("claims.csv", Csv(result["claims"]));
-  write("steps.csv", Csv(result["steps"]));
-  write("balance.svg", SvgPlot(EfficiencyPlot(result["rows"])));
+  write("balance.csv", cli::Csv(result["rows"]));
+  if (!result["search"].empty()) write("search.csv", cli::Csv(result["search"]));
+  write("claims.csv", cli::Csv(result["claims"]));
+  write("steps.csv", cli::Csv(result["steps"]));
+  write("balance.svg", cli::SvgPlot(EfficiencyPlot(result["rows"])));
   return files;
 }
 
-}  // namespace luxfield::cli
+}  // namespace luxfield::bench

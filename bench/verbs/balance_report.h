@@ -4,13 +4,13 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/json.h"
+#include "luxfield/core/json.h"
 
-namespace luxfield::cli {
+namespace luxfield::bench {
 
 // Writes balance.csv, search.csv (where there was one), claims.csv and balance.svg: for each scene
 // the efficiency of every strategy over that of the balance heuristic. Returns the files.
 std::vector<std::filesystem::path> WriteBalance(const core::Json& result,
                                                 const std::filesystem::path& folder);
 
-}  // namespace luxfield::cli
+}  // namespace luxfield::bench

@@ -1,12 +1,12 @@
-#include "cli/bench_rows.h"
+#include "luxfield/bench/verbs/bench_rows.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "core/parallel.h"
+#include "luxfield/core/parallel.h"
 
-namespace luxfield::cli {
+namespace luxfield::bench {
 
 void PrintRows(const core::Json& rows, const std::vector<std::string>& columns) {
   if (rows.empty()) return;
@@ -42,4 +42,4 @@ core::Json Finish(const core::Json& rows, const std::string& device,
   return {{"rows", rows}, {"device", device}, {"threads", core::Threads()}};
 }
 
-}  // namespace luxfield::cli
+}  // namespace luxfield::bench

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "cli/program.h"
-#include "render/device.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/render/device/device.h"
 
-namespace luxfield::cli {
+namespace luxfield::bench {
 
 // Rows as an aligned table: numbers to four digits; lists are for --json. `columns` empty: all of
 // the first row's.
@@ -34,7 +34,7 @@ struct Bench {
 // A bench on an OpenCL device: `run` gets its options, which the caller makes settable, with the
 // device and the threads asked for.
 template <typename Options, typename Run>
-Bench<Options> AddDeviceBench(Program& program, CLI::App& benches, const std::string& name,
+Bench<Options> AddDeviceBench(cli::Program& program, CLI::App& benches, const std::string& name,
                               const std::string& description, Run run) {
   auto how = std::make_shared<Options>();
   CLI::App& app = program.AddVerb(benches, name, description, [how, run, &program] {
@@ -45,4 +45,4 @@ Bench<Options> AddDeviceBench(Program& program, CLI::App& benches, const std::st
   return {app, *how};
 }
 
-}  // namespace luxfield::cli
+}  // namespace luxfield::bench

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/json.h"
+#include "luxfield/core/json.h"
 
-namespace luxfield::cli {
+namespace luxfield::bench {
 
 // Writes tradeoff.csv, and for each scene, kind of shadows and surface
 // SCENE-shadows-ON|OFF-SURFACE.svg: relative RMSE over core-seconds, both logarithmic, a colour and
@@ -15,4 +15,4 @@ namespace luxfield::cli {
 std::vector<std::filesystem::path> WriteTradeoff(const core::Json& rows,
                                                  const std::filesystem::path& folder);
 
-}  // namespace luxfield::cli
+}  // namespace luxfield::bench

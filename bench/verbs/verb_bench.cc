@@ -1,4 +1,6 @@
 // luxfield bench NAME: the commands behind docs/performance.md.
+#include "luxfield/bench/verbs/verb_bench.h"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -7,39 +9,39 @@
 #include <memory>
 #include <sstream>
 
-#include "cli/bench_rows.h"
-#include "cli/program.h"
-#include "cli/tradeoff_report.h"
-#include "cli/verb_bench_balance.h"
-#include "cli/verb_bench_capture.h"
-#include "cli/verb_bench_errors.h"
-#include "cli/verb_bench_spacing.h"
-#include "core/file.h"
-#include "core/parallel.h"
-#include "render/device.h"
-#include "study/bench_accuracy.h"
-#include "study/bench_budget.h"
-#include "study/bench_conditioning.h"
-#include "study/bench_environment.h"
-#include "study/bench_errors.h"
-#include "study/bench_exposures.h"
-#include "study/bench_filters.h"
-#include "study/bench_keep.h"
-#include "study/bench_merge.h"
-#include "study/bench_nearfield.h"
-#include "study/bench_plan.h"
-#include "study/bench_rigs.h"
-#include "study/bench_sampling.h"
-#include "study/bench_scale.h"
-#include "study/bench_shadows.h"
-#include "study/bench_signed.h"
-#include "study/bench_solve.h"
-#include "study/bench_stacks.h"
-#include "study/bench_tradeoff.h"
-#include "study/cost_model.h"
-#include "study/thesis_table.h"
+#include "luxfield/bench/bench_accuracy.h"
+#include "luxfield/bench/bench_budget.h"
+#include "luxfield/bench/bench_conditioning.h"
+#include "luxfield/bench/bench_environment.h"
+#include "luxfield/bench/bench_errors.h"
+#include "luxfield/bench/bench_exposures.h"
+#include "luxfield/bench/bench_filters.h"
+#include "luxfield/bench/bench_keep.h"
+#include "luxfield/bench/bench_merge.h"
+#include "luxfield/bench/bench_nearfield.h"
+#include "luxfield/bench/bench_plan.h"
+#include "luxfield/bench/bench_rigs.h"
+#include "luxfield/bench/bench_sampling.h"
+#include "luxfield/bench/bench_scale.h"
+#include "luxfield/bench/bench_shadows.h"
+#include "luxfield/bench/bench_signed.h"
+#include "luxfield/bench/bench_solve.h"
+#include "luxfield/bench/bench_stacks.h"
+#include "luxfield/bench/bench_tradeoff.h"
+#include "luxfield/bench/thesis_table.h"
+#include "luxfield/bench/verbs/bench_rows.h"
+#include "luxfield/bench/verbs/tradeoff_report.h"
+#include "luxfield/bench/verbs/verb_bench_balance.h"
+#include "luxfield/bench/verbs/verb_bench_capture.h"
+#include "luxfield/bench/verbs/verb_bench_errors.h"
+#include "luxfield/bench/verbs/verb_bench_spacing.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/render/accuracy/cost_model.h"
+#include "luxfield/render/device/device.h"
 
-namespace luxfield::cli {
+namespace luxfield::bench {
 namespace {
 
 // The processor, as a bench on host threads names its device.
@@ -58,9 +60,9 @@ struct CalibrateOptions {
 // Measures the cost model, stores it and shows how well it fits.
 core::Json Calibrate(const CalibrateOptions& how) {
   const auto device = render::Device::Open(how.device, how.threads);
-  std::vector<study::CalibrationRun> runs;
-  const auto model = study::Calibrate(device, &runs);
-  const auto file = study::StoreCostModel(device, model);
+  std::vector<render::CalibrationRun> runs;
+  const auto model = render::Calibrate(device, &runs);
+  const auto file = render::StoreCostModel(device, model);
   core::Json rows = core::Json::array();
   for (const auto& run : runs)
     rows.push_back({{"estimator", run.estimator},
@@ -79,31 +81,31 @@ core::Json Calibrate(const CalibrateOptions& how) {
 }
 
 // Error against time, with its CSV and plots.
-core::Json Tradeoff(const study::BenchTradeoffOptions& how, const std::filesystem::path& folder) {
-  const core::Json rows = study::BenchTradeoff(how);
+core::Json Tradeoff(const BenchTradeoffOptions& how, const std::filesystem::path& folder) {
+  const core::Json rows = BenchTradeoff(how);
   const auto files = WriteTradeoff(rows, folder);
   core::Json result = FinishOnDevice(
       rows, how,
       {"scene", "shadows", "surface", "estimator", "spp", "knobs", "core_s", "fps", "build_core_s",
        "rel_rmse", "rel_mse", "mean_lab", "bias", "resolved", "pareto"});
   for (const auto& file : files) fmt::print("{}\n", file.string());
-  study::ThesisTableOptions thesis;
+  ThesisTableOptions thesis;
   thesis.device = how.device;
   thesis.threads = how.threads;
-  result["thesis"] = study::ThesisTable(thesis);
+  result["thesis"] = ThesisTable(thesis);
   PrintRows(result["thesis"], {"what", "unit", "thesis", "ours", "how"});
   return result;
 }
 
 // Whether errors asked for are kept, with what the rows add up to.
-core::Json Accuracy(const study::BenchAccuracyOptions& how) {
-  const core::Json rows = study::BenchAccuracy(how);
+core::Json Accuracy(const BenchAccuracyOptions& how) {
+  const core::Json rows = BenchAccuracy(how);
   core::Json result =
       FinishOnDevice(rows, how,
                      {"scene", "shadows", "surface", "asked", "estimated", "true", "kept",
                       "resolved", "estimator", "spp", "core_s", "choosing_s", "best_fixed",
                       "best_fixed_spp", "best_fixed_core_s", "time_ratio"});
-  const core::Json summary = study::AccuracySummary(rows);
+  const core::Json summary = AccuracySummary(rows);
   fmt::print(
       "kept {} of {} ({} more that the reference is too noisy to tell); time over that of the best "
       "fixed setting: median {:.2f}, worst {:.2f}, at most 2 in {} of {}\n",
@@ -115,8 +117,8 @@ core::Json Accuracy(const study::BenchAccuracyOptions& how) {
 }
 
 // Four tables, one below the other.
-core::Json Environment(const study::BenchEnvironmentOptions& how) {
-  core::Json result = study::BenchEnvironment(how);
+core::Json Environment(const BenchEnvironmentOptions& how) {
+  core::Json result = BenchEnvironment(how);
   for (const char* part : {"maps", "balance", "thesis", "speed", "tables", "sequence"}) {
     if (result[part].empty()) continue;
     PrintRows(result[part], {});
@@ -152,8 +154,8 @@ core::Json InFolder(core::Json (*bench)(const Options&), Options how,
 }
 
 // Two tables.
-core::Json Stacks(const study::BenchStacksOptions& how) {
-  core::Json result = RunInFolder(study::BenchStacks, how);
+core::Json Stacks(const BenchStacksOptions& how) {
+  core::Json result = RunInFolder(BenchStacks, how);
   PrintRows(result["merges"], {"stack", "merger", "rms", "median", "seen", "invented", "sigma",
                                "calibrate_s", "merge_s", "refused"});
   fmt::print("\n");
@@ -188,25 +190,25 @@ void AddScenes(CLI::App& app, std::vector<std::filesystem::path>& scenes) {
   app.add_option("--scene", scenes, "scene.toml files, lit by the lamps of `./run lamps`");
 }
 
-void AddNearfield(Program& program, CLI::App& benches) {
-  const auto [app, how] = AddDeviceBench<study::BenchNearfieldOptions>(
+void AddNearfield(cli::Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<BenchNearfieldOptions>(
       program, benches, "nearfield", "Estimators against closed form and time",
-      [](const auto& o) { return FinishOnDevice(study::BenchNearfield(o), o); });
+      [](const auto& o) { return FinishOnDevice(BenchNearfield(o), o); });
   AddSize(app, how.width, how.height);
   AddSamples(app, how.samples_per_pixel);
   AddEstimators(app, how.estimators);
 }
 
-void AddSampling(Program& program, CLI::App& benches) {
-  AddDeviceBench<study::BenchSamplingOptions>(
+void AddSampling(cli::Program& program, CLI::App& benches) {
+  AddDeviceBench<BenchSamplingOptions>(
       program, benches, "sampling", "What it costs to draw a light sample",
-      [](const auto& o) { return FinishOnDevice(study::BenchSampling(o), o); });
+      [](const auto& o) { return FinishOnDevice(BenchSampling(o), o); });
 }
 
-void AddShadows(Program& program, CLI::App& benches) {
-  const auto [app, how] = AddDeviceBench<study::BenchShadowsOptions>(
+void AddShadows(cli::Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<BenchShadowsOptions>(
       program, benches, "shadows", "Shadow maps and traced shares against traced samples",
-      [](const auto& o) { return FinishOnDevice(study::BenchShadows(o), o); });
+      [](const auto& o) { return FinishOnDevice(BenchShadows(o), o); });
   AddSize(app, how.width, how.height);
   AddSamples(app, how.samples_per_pixel);
   AddEstimators(app, how.estimators);
@@ -214,12 +216,12 @@ void AddShadows(Program& program, CLI::App& benches) {
   app.add_option("--folder", how.pictures, "Where pictures go (default: nowhere)");
 }
 
-void AddSigned(Program& program, CLI::App& benches) {
-  const auto [app, how] = AddDeviceBench<study::BenchSignedOptions>(
+void AddSigned(cli::Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<BenchSignedOptions>(
       program, benches, "signed", "Negative coefficients lit as they are against C >= 0",
       [&program](auto& o) {
         o.seed = program.common().seed.value_or(1);
-        return FinishOnDevice(study::BenchSigned(o), o);
+        return FinishOnDevice(BenchSigned(o), o);
       });
   app.add_option("--grid", how.grids, "Basis functions along each axis");
   app.add_option("--size", how.size, "Texels of an image along each axis");
@@ -228,8 +230,8 @@ void AddSigned(Program& program, CLI::App& benches) {
   app.add_option("--seeds", how.seeds, "Pictures that noise is taken over");
 }
 
-void AddErrors(Program& program, CLI::App& benches) {
-  auto how = std::make_shared<study::BenchErrorsOptions>();
+void AddErrors(cli::Program& program, CLI::App& benches) {
+  auto how = std::make_shared<BenchErrorsOptions>();
   how->lab = "data/labs/small.toml";
   how->plan = "data/plans/small.toml";
   CLI::App& app =
@@ -237,7 +239,7 @@ void AddErrors(Program& program, CLI::App& benches) {
                       "Does the propagated sigma of C hold, and what does each systematic error do",
                       [how, &program] {
                         how->seed = program.common().seed.value_or(1);
-                        return InFolder(study::BenchErrors, *how);
+                        return InFolder(BenchErrors, *how);
                       });
   app.add_option("--lab", how->lab, "The lab.toml whose [errors.*] state the sizes");
   app.add_option("--plan", how->plan, "The plan.toml");
@@ -247,11 +249,11 @@ void AddErrors(Program& program, CLI::App& benches) {
   app.add_flag("--random-only", how->random_only, "Only the check of sigma");
 }
 
-void AddMergeBench(Program& program, CLI::App& benches) {
-  auto how = std::make_shared<study::BenchMergeOptions>();
+void AddMergeBench(cli::Program& program, CLI::App& benches) {
+  auto how = std::make_shared<BenchMergeOptions>();
   CLI::App& app =
       program.AddVerb(benches, "merge", "How fast a session is merged, against disk and memory",
-                      [how] { return InFolder(study::BenchMerge, *how); });
+                      [how] { return InFolder(BenchMerge, *how); });
   app.add_option("--grid-width", how->grid_width, "Filter positions along u")
       ->check(CLI::Range(1, 64));
   app.add_option("--grid-height", how->grid_height, "Filter positions along v")
@@ -267,14 +269,14 @@ void AddMergeBench(Program& program, CLI::App& benches) {
   app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
 }
 
-void AddExposures(Program& program, CLI::App& benches) {
-  auto how = std::make_shared<study::BenchExposuresOptions>();
+void AddExposures(cli::Program& program, CLI::App& benches) {
+  auto how = std::make_shared<BenchExposuresOptions>();
   CLI::App& app = program.AddVerb(
       benches, "exposures", "Bias and spread of merged exposures against the Cramer-Rao bound",
       [how, &program] {
         how->seed = program.common().seed.value_or(1);
         return Finish(
-            study::BenchExposures(*how), CpuName(),
+            BenchExposures(*how), CpuName(),
             {"sensor", "e_per_s", "used", "bias", "bias_se", "spread_ratio", "sigma_ratio", "case",
              "flagged", "no_number", "bias_kept", "bias_zeroed", "bias_dropped"});
       });
@@ -284,12 +286,12 @@ void AddExposures(Program& program, CLI::App& benches) {
   app.add_option("--per-stop", how->per_stop, "Levels per stop")->check(CLI::Range(1, 100));
 }
 
-void AddRigs(Program& program, CLI::App& benches) {
-  auto how = std::make_shared<study::BenchRigsOptions>();
+void AddRigs(cli::Program& program, CLI::App& benches) {
+  auto how = std::make_shared<BenchRigsOptions>();
   CLI::App& app = program.AddVerb(
       benches, "rigs", "Noise of C and radiance behind single and dual filters", [how, &program] {
         how->seed = program.common().seed.value_or(1);
-        return Finish(study::BenchRigs(*how), CpuName(),
+        return Finish(BenchRigs(*how), CpuName(),
                       {"noise", "rig", "sigma_c", "spread_c", "spread_l", "c_ratio", "l_ratio"});
       });
   app.add_option("--grid-width", how->grid_width, "Filter positions along u")
@@ -298,8 +300,8 @@ void AddRigs(Program& program, CLI::App& benches) {
       ->check(CLI::Range(3, 64));
 }
 
-void AddFilters(Program& program, CLI::App& benches) {
-  auto how = std::make_shared<study::BenchFiltersOptions>();
+void AddFilters(cli::Program& program, CLI::App& benches) {
+  auto how = std::make_shared<BenchFiltersOptions>();
   how->lab = "data/labs/small.toml";
   how->plan = "data/plans/small.toml";
   CLI::App& app = program.AddVerb(
@@ -307,7 +309,7 @@ void AddFilters(Program& program, CLI::App& benches) {
       [how, &program] {
         how->seed = program.common().seed.value_or(1);
         return InFolder(
-            study::BenchFilters, *how,
+            BenchFilters, *how,
             {"case", "rel_rmse", "rel_l2", "over_floor", "solve", "condition", "noise_gain"});
       });
   app.add_option("--lab", how->lab, "The lab.toml");
@@ -319,8 +321,8 @@ void AddFilters(Program& program, CLI::App& benches) {
       ->check(CLI::Range(64, 8192));
 }
 
-void AddStacks(Program& program, CLI::App& benches) {
-  auto how = std::make_shared<study::BenchStacksOptions>();
+void AddStacks(cli::Program& program, CLI::App& benches) {
+  auto how = std::make_shared<BenchStacksOptions>();
   CLI::App& app = program.AddVerb(
       benches, "stacks", "Response curves and merges of picture stacks beside other programs'",
       [how, &program] {
@@ -336,24 +338,24 @@ void AddStacks(Program& program, CLI::App& benches) {
   app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
 }
 
-void AddConditioning(Program& program, CLI::App& benches) {
-  auto how = std::make_shared<study::BenchConditioningOptions>();
+void AddConditioning(cli::Program& program, CLI::App& benches) {
+  auto how = std::make_shared<BenchConditioningOptions>();
   CLI::App& app = program.AddVerb(
       benches, "conditioning", "Condition numbers of the solve beside predicted ones", [how] {
-        return Finish(study::BenchConditioning(*how), CpuName(),
+        return Finish(BenchConditioning(*how), CpuName(),
                       {"case", "filters", "condition", "predicted", "noise_gain", "c_error",
                        "from_prior", "answer"});
       });
   app.add_option("--filters", how->counts, "Filters per axis to try");
 }
 
-void AddKeep(Program& program, CLI::App& benches) {
-  auto how = std::make_shared<study::BenchKeepOptions>();
+void AddKeep(cli::Program& program, CLI::App& benches) {
+  auto how = std::make_shared<BenchKeepOptions>();
   CLI::App& app = program.AddVerb(
       benches, "keep", "What the solve keeps of lamps that no basis holds", [how, &program] {
         how->seed = program.common().seed.value_or(1);
         return Finish(
-            study::BenchKeep(*how), CpuName(),
+            BenchKeep(*how), CpuName(),
             {"basis", "cells", "lamp", "keep", "solve", "flux_error", "irradiance_error",
              "negative", "damage_undone", "damage_undone_low", "damage_undone_high", "wall_s"});
       });
@@ -366,13 +368,13 @@ void AddKeep(Program& program, CLI::App& benches) {
   app.add_option("--receivers", how->receivers, "That are lit")->check(CLI::Range(1, 100000));
 }
 
-void AddBudget(Program& program, CLI::App& benches) {
-  auto how = std::make_shared<study::BenchBudgetOptions>();
+void AddBudget(cli::Program& program, CLI::App& benches) {
+  auto how = std::make_shared<BenchBudgetOptions>();
   CLI::App& app = program.AddVerb(
       benches, "budget", "The error budget against many simulated labs, source by source",
       [how, &program] {
         how->seed = program.common().seed.value_or(1);
-        return InFolder(study::BenchBudget, *how,
+        return InFolder(BenchBudget, *how,
                         {"source", "quantity", "runs", "value", "predicted", "observed", "ratio",
                          "error", "share", "bias"});
       });
@@ -385,14 +387,14 @@ void AddBudget(Program& program, CLI::App& benches) {
       ->default_str("");
 }
 
-void AddPlanBench(Program& program, CLI::App& benches) {
-  auto how = std::make_shared<study::BenchPlanOptions>();
+void AddPlanBench(cli::Program& program, CLI::App& benches) {
+  auto how = std::make_shared<BenchPlanOptions>();
   CLI::App& app = program.AddVerb(
       benches, "plan", "Plans for a target: errors and times of captures against predicted ones",
       [how, &program] {
         how->seed = program.common().seed.value_or(1);
         return InFolder(
-            study::BenchPlan, *how,
+            BenchPlan, *how,
             {"target", "sources", "family", "positions", "spacing_mm", "truncation", "noise",
              "predicted", "observed", "ratio", "ratio_se", "capture_s", "rig_s", "wall_s"});
       });
@@ -406,9 +408,9 @@ void AddPlanBench(Program& program, CLI::App& benches) {
   app.add_option("--folder", how->folder, "Scratch folder (default: a temporary one)");
 }
 
-void AddTradeoff(Program& program, CLI::App& benches) {
+void AddTradeoff(cli::Program& program, CLI::App& benches) {
   auto folder = std::make_shared<std::filesystem::path>("out/tradeoff");
-  const auto [app, how] = AddDeviceBench<study::BenchTradeoffOptions>(
+  const auto [app, how] = AddDeviceBench<BenchTradeoffOptions>(
       program, benches, "tradeoff", "Error against time for every estimator and knob",
       [folder](const auto& o) { return Tradeoff(o, *folder); });
   AddScenes(app, how.scenes);
@@ -419,15 +421,15 @@ void AddTradeoff(Program& program, CLI::App& benches) {
   app.add_option("--folder", *folder, "Where CSV and plots go");
 }
 
-void AddAccuracy(Program& program, CLI::App& benches) {
-  const auto [app, how] = AddDeviceBench<study::BenchAccuracyOptions>(
+void AddAccuracy(cli::Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<BenchAccuracyOptions>(
       program, benches, "accuracy",
       "Are errors asked for kept, and at which time against the best fixed setting",
       [&program](auto& o) {
         o.seed = program.common().seed.value_or(1);
         return Accuracy(o);
       });
-  how.scenes = study::BenchTradeoffOptions{}.scenes;
+  how.scenes = BenchTradeoffOptions{}.scenes;
   AddScenes(app, how.scenes);
   AddSize(app, how.width, how.height);
   AddReferenceSamples(app, how.reference_samples);
@@ -437,16 +439,16 @@ void AddAccuracy(Program& program, CLI::App& benches) {
       ->check(CLI::Range(1, 1000));
 }
 
-void AddScale(Program& program, CLI::App& benches) {
-  const auto [app, how] = AddDeviceBench<study::BenchScaleOptions>(
+void AddScale(cli::Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<BenchScaleOptions>(
       program, benches, "scale", "Time and memory against images, resolution and receivers",
-      [](const auto& o) { return FinishOnDevice(study::BenchScale(o), o); });
+      [](const auto& o) { return FinishOnDevice(BenchScale(o), o); });
   AddEstimators(app, how.estimators);
   app.add_option("--spp", how.samples_per_pixel, "Samples per pixel");
 }
 
-void AddEnvironment(Program& program, CLI::App& benches) {
-  const auto [app, how] = AddDeviceBench<study::BenchEnvironmentOptions>(
+void AddEnvironment(cli::Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<BenchEnvironmentOptions>(
       program, benches, "environment",
       "Environment maps: densities, errors of ways to share out samples, speed", Environment);
   app.add_option("--map", how.maps,
@@ -470,11 +472,11 @@ void AddEnvironment(Program& program, CLI::App& benches) {
 
 }  // namespace
 
-void AddBench(Program& program) {
+void AddBench(cli::Program& program) {
   CLI::App& benches = program.AddGroup("bench", "Measure luxfield itself, or this machine");
   program.AddVerb(benches, "solve",
                   "The Gram solve against a memory copy, and the non-negative one", [] {
-                    return Finish(study::BenchSolve({}), CpuName(),
+                    return Finish(BenchSolve({}), CpuName(),
                                   {"case", "wall_s", "gb_per_s", "copy_ratio", "iterations",
                                    "kkt_residual", "signed_error", "clamped_error", "error"});
                   });
@@ -505,4 +507,4 @@ void AddBench(Program& program) {
   AddScale(program, benches);
 }
 
-}  // namespace luxfield::cli
+}  // namespace luxfield::bench

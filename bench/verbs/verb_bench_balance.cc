@@ -1,21 +1,21 @@
 // luxfield bench balance
-#include "cli/verb_bench_balance.h"
+#include "luxfield/bench/verbs/verb_bench_balance.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <memory>
 
-#include "cli/balance_report.h"
-#include "render/device.h"
-#include "study/bench_balance.h"
-#include "study/feedback_pictures.h"
+#include "luxfield/bench/bench_balance.h"
+#include "luxfield/bench/feedback_pictures.h"
+#include "luxfield/bench/verbs/balance_report.h"
+#include "luxfield/render/device/device.h"
 
-namespace luxfield::cli {
+namespace luxfield::bench {
 namespace {
 
 struct Options {
-  study::BenchBalanceOptions bench;
+  BenchBalanceOptions bench;
   std::filesystem::path folder = "out/balance";
   bool no_shadows = false, no_search = false, pictures = false;
   int picture_width = 256, picture_height = 192;
@@ -61,7 +61,7 @@ void Print(const core::Json& result) {
 core::Json Run(Options options) {
   options.bench.shadows = !options.no_shadows;
   options.bench.search = !options.no_search;
-  core::Json result = study::BenchBalance(options.bench);
+  core::Json result = BenchBalance(options.bench);
   Print(result);
   for (const auto& file : WriteBalance(result, options.folder)) fmt::print("{}\n", file.string());
   const auto device = render::Device::Open(options.bench.device, options.bench.threads);
@@ -71,12 +71,11 @@ core::Json Run(Options options) {
                                                          .tables = {},
                                                          .width = options.picture_width,
                                                          .height = options.picture_height});
-      const auto feedback =
-          study::MakeFeedback(device, scene,
-                              {.samples_per_light = options.bench.samples_per_light,
-                               .pilot = options.bench.pilot,
-                               .shadows = options.bench.shadows});
-      for (const auto& file : study::WriteFeedback(feedback, options.folder / path.stem()))
+      const auto feedback = MakeFeedback(device, scene,
+                                         {.samples_per_light = options.bench.samples_per_light,
+                                          .pilot = options.bench.pilot,
+                                          .shadows = options.bench.shadows});
+      for (const auto& file : WriteFeedback(feedback, options.folder / path.stem()))
         fmt::print("{}\n", file.string());
     }
   result["device"] = device.info().name;
@@ -85,7 +84,7 @@ core::Json Run(Options options) {
 
 }  // namespace
 
-void AddBenchBalance(Program& program, CLI::App& benches) {
+void AddBenchBalance(cli::Program& program, CLI::App& benches) {
   auto options = std::make_shared<Options>();
   CLI::App& app = program.AddVerb(
       benches, "balance",
@@ -94,7 +93,7 @@ void AddBenchBalance(Program& program, CLI::App& benches) {
         options->bench.threads = program.common().threads;
         return Run(*options);
       });
-  study::BenchBalanceOptions& how = options->bench;
+  BenchBalanceOptions& how = options->bench;
   app.add_option("--scene", how.scenes, "Scenes (default: ours)")->default_str("");
   app.add_option("--width", how.width, "Pixels")->check(CLI::Range(1, 16384));
   app.add_option("--height", how.height, "Pixels")->check(CLI::Range(1, 16384));
@@ -116,4 +115,4 @@ void AddBenchBalance(Program& program, CLI::App& benches) {
                  "OpenCL device: a number or a part of its name (default: the first)");
 }
 
-}  // namespace luxfield::cli
+}  // namespace luxfield::bench

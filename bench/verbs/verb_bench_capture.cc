@@ -1,18 +1,18 @@
 // luxfield bench capture
-#include "cli/verb_bench_capture.h"
+#include "luxfield/bench/verbs/verb_bench_capture.h"
 
 #include <fmt/format.h>
 
 #include <memory>
 #include <vector>
 
-#include "study/bench_capture.h"
+#include "luxfield/bench/bench_capture.h"
 
-namespace luxfield::cli {
+namespace luxfield::bench {
 namespace {
 
-core::Json Run(const study::BenchCaptureOptions& options) {
-  const core::Json rows = study::BenchCapture(options);
+core::Json Run(const BenchCaptureOptions& options) {
+  const core::Json rows = BenchCapture(options);
   for (const auto& row : rows) {
     fmt::print("{:<9} {} frames of {:.1f} MB, ", row.value("case", ""), row.value("frames", 0),
                row.value("frame_mb", 0.0));
@@ -29,8 +29,8 @@ core::Json Run(const study::BenchCaptureOptions& options) {
 
 }  // namespace
 
-void AddBenchCapture(Program& program, CLI::App& benches) {
-  auto options = std::make_shared<study::BenchCaptureOptions>();
+void AddBenchCapture(cli::Program& program, CLI::App& benches) {
+  auto options = std::make_shared<BenchCaptureOptions>();
   options->folder = "out/capture";
   CLI::App& verb = program.AddVerb(benches, "capture",
                                    "What checks and storage add to the exposures of a fast camera",
@@ -50,4 +50,4 @@ void AddBenchCapture(Program& program, CLI::App& benches) {
       ->capture_default_str();
 }
 
-}  // namespace luxfield::cli
+}  // namespace luxfield::bench

@@ -1,19 +1,19 @@
 // luxfield bench volume, bench noise
-#include "cli/verb_bench_errors.h"
+#include "luxfield/bench/verbs/verb_bench_errors.h"
 
-#include "cli/bench_rows.h"
-#include "study/bench_noise.h"
-#include "study/bench_volume.h"
+#include "luxfield/bench/bench_noise.h"
+#include "luxfield/bench/bench_volume.h"
+#include "luxfield/bench/verbs/bench_rows.h"
 
-namespace luxfield::cli {
+namespace luxfield::bench {
 namespace {
 
-void AddVolume(Program& program, CLI::App& benches) {
-  const auto [app, how] = AddDeviceBench<study::BenchVolumeOptions>(
+void AddVolume(cli::Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<BenchVolumeOptions>(
       program, benches, "volume", "Do light-vector volumes keep the error they state",
       [&program](auto& o) {
         o.seed = program.common().seed.value_or(1);
-        return FinishOnDevice(study::BenchVolume(o), o,
+        return FinishOnDevice(BenchVolume(o), o,
                               {"basis", "grid", "lamp", "nodes", "stated", "receivers", "rel_rmse",
                                "table", "cuts", "cut", "between", "worst", "off", "lost"});
       });
@@ -23,12 +23,12 @@ void AddVolume(Program& program, CLI::App& benches) {
       ->check(CLI::Range(1e-5, 1.0));
 }
 
-void AddNoise(Program& program, CLI::App& benches) {
-  const auto [app, how] = AddDeviceBench<study::BenchNoiseOptions>(
+void AddNoise(cli::Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<BenchNoiseOptions>(
       program, benches, "noise", "Is the noise that pictures state their scatter over seeds",
       [&program](auto& o) {
         o.seed = program.common().seed.value_or(1);
-        return FinishOnDevice(study::BenchNoise(o), o,
+        return FinishOnDevice(BenchNoise(o), o,
                               {"case", "spp", "noise", "estimate", "ratio", "ratio_se",
                                "as_independent", "four_passes", "scatter", "sigma"});
       });
@@ -42,9 +42,9 @@ void AddNoise(Program& program, CLI::App& benches) {
 
 }  // namespace
 
-void AddBenchStatedErrors(Program& program, CLI::App& benches) {
+void AddBenchStatedErrors(cli::Program& program, CLI::App& benches) {
   AddVolume(program, benches);
   AddNoise(program, benches);
 }
 
-}  // namespace luxfield::cli
+}  // namespace luxfield::bench

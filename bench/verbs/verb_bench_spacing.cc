@@ -1,31 +1,31 @@
 // luxfield bench spacing
-#include "cli/verb_bench_spacing.h"
+#include "luxfield/bench/verbs/verb_bench_spacing.h"
 
 #include <fmt/format.h>
 
 #include <memory>
 
-#include "cli/svg_plot.h"
-#include "core/file.h"
-#include "study/bench_spacing.h"
+#include "luxfield/bench/bench_spacing.h"
+#include "luxfield/cli/svg/svg_plot.h"
+#include "luxfield/core/file.h"
 
-namespace luxfield::cli {
+namespace luxfield::bench {
 namespace {
 
 // One of the two curves: `vary` is the rows' and `x` the key along the axis.
-Plot CurveOf(const core::Json& rows, const std::string& vary, const std::string& x,
-             const std::string& x_label) {
-  Plot plot;
+cli::Plot CurveOf(const core::Json& rows, const std::string& vary, const std::string& x,
+                  const std::string& x_label) {
+  cli::Plot plot;
   plot.title = "What an ideal measurement leaves of the lamp";
   plot.x_label = x_label;
   plot.y_label = "irradiance: RMSE / RMS, %;  picture: mean Lab";
   plot.log_x = plot.log_y = true;
-  Series irradiance, picture;
+  cli::Series irradiance, picture;
   irradiance.name = "irradiance without shadows, %";
   picture.name = "picture, mean Lab";
   for (const auto& row : rows) {
     if (row.value("vary", "") != vary) continue;
-    for (Series* series : {&irradiance, &picture}) series->x.push_back(row.value(x, 0.0));
+    for (cli::Series* series : {&irradiance, &picture}) series->x.push_back(row.value(x, 0.0));
     irradiance.y.push_back(100 * row.value("rel_l2", 0.0));
     picture.y.push_back(row.value("mean_lab", 0.0));
   }
@@ -33,8 +33,8 @@ Plot CurveOf(const core::Json& rows, const std::string& vary, const std::string&
   return plot;
 }
 
-core::Json Run(const study::BenchSpacingOptions& options) {
-  const core::Json rows = study::BenchSpacing(options);
+core::Json Run(const BenchSpacingOptions& options) {
+  const core::Json rows = BenchSpacing(options);
   fmt::print("{:>7} {:>10} {:>8} {:>9} {:>9} {:>9} {:>11} {:>10} {:>9}\n", "vary", "spacing_mm",
              "delta_m", "positions", "texel_mm", "flux", "RMSE/mean", "RMSE/RMS", "mean_lab");
   for (const auto& row : rows)
@@ -47,7 +47,7 @@ core::Json Run(const study::BenchSpacingOptions& options) {
        {std::tuple{"spacing", "spacing_mm", "spacing of the filters, mm"},
         std::tuple{"delta", "delta_m", "distance of the planes, m"}}) {
     const auto file = options.folder / fmt::format("{}.svg", vary);
-    core::WriteFileAtomically(file, SvgPlot(CurveOf(rows, vary, x, label)));
+    core::WriteFileAtomically(file, cli::SvgPlot(CurveOf(rows, vary, x, label)));
     fmt::print("{}\n", file.string());
   }
   return {{"rows", rows}};
@@ -55,8 +55,8 @@ core::Json Run(const study::BenchSpacingOptions& options) {
 
 }  // namespace
 
-void AddBenchSpacing(Program& program, CLI::App& benches) {
-  auto options = std::make_shared<study::BenchSpacingOptions>();
+void AddBenchSpacing(cli::Program& program, CLI::App& benches) {
+  auto options = std::make_shared<BenchSpacingOptions>();
   options->folder = "out/spacing";
   CLI::App& verb = program.AddVerb(benches, "spacing",
                                    "What spacing and plane distance leave of a lamp, as curves",
@@ -80,4 +80,4 @@ void AddBenchSpacing(Program& program, CLI::App& benches) {
       ->capture_default_str();
 }
 
-}  // namespace luxfield::cli
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "capture/print_filter.h"
+#include "luxfield/capture/filter/print_filter.h"
 
 #include <cairo-pdf.h>
 #include <fmt/format.h>
@@ -8,17 +8,17 @@
 #include <cmath>
 #include <memory>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/parallel.h"
-#include "core/spare_memory.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/spare_memory.h"
 
 namespace luxfield::capture {
 namespace {
 
 using lightfield::FilterKind;
-using lightfield::FilterSheet;
 using lightfield::Vec2;
+using rig::FilterSheet;
 
 constexpr double kMetresPerInch = 0.0254, kPointsPerInch = 72;
 constexpr int kPointsPerAxis = 4;
@@ -102,7 +102,7 @@ void WriteTiff(const std::filesystem::path& path, const PrintedSheet& printed,
   const std::string name = PrintName(sheet, print);
   const std::string description =
       fmt::format("{{\"dpi\":{},\"print\":\"{}\",\"clear_density\":{},\"sheet\":{}}}", options.dpi,
-                  name, options.tone.clear_density(), lightfield::SheetText(sheet));
+                  name, options.tone.clear_density(), rig::SheetText(sheet));
   core::WriteAtomically(path, [&](const std::filesystem::path& temporary) {
     const std::unique_ptr<TIFF, decltype(&TIFFClose)> tiff(TIFFOpen(temporary.c_str(), "wl"),
                                                            &TIFFClose);
@@ -173,7 +173,7 @@ void WritePdf(const std::filesystem::path& path, const std::vector<PrintedSheet>
     const std::string title = Header(sheet, 0, options).front();
     cairo_pdf_surface_set_metadata(pdf.get(), CAIRO_PDF_METADATA_TITLE, title.c_str());
     cairo_pdf_surface_set_metadata(pdf.get(), CAIRO_PDF_METADATA_SUBJECT,
-                                   lightfield::SheetText(sheet).c_str());
+                                   rig::SheetText(sheet).c_str());
     cairo_pdf_surface_set_metadata(pdf.get(), CAIRO_PDF_METADATA_CREATOR,
                                    "luxfield " LUXFIELD_VERSION);
     // No clock time: equal inputs give equal bytes.
@@ -246,7 +246,7 @@ std::vector<std::filesystem::path> PrintFilter(const FilterSheet& sheet,
   std::vector<PrintedSheet> prints;
   for (int print = 0; print < sheet.prints(); ++print)
     prints.push_back(RasteriseSheet(sheet, print, options));
-  lightfield::WriteFilterSheet(files[0], sheet);
+  rig::WriteFilterSheet(files[0], sheet);
   for (int print = 0; print < sheet.prints(); ++print) {
     const std::string part = PrintName(sheet, print);
     files.push_back(file(part.empty() ? ".tif" : "." + part + ".tif"));

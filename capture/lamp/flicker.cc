@@ -1,4 +1,4 @@
-#include "capture/flicker.h"
+#include "luxfield/capture/lamp/flicker.h"
 
 #include <algorithm>
 #include <cmath>

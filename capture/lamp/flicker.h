@@ -15,7 +15,7 @@
 
 #include <span>
 
-#include "hal/devices.h"
+#include "luxfield/hal/devices.h"
 
 namespace luxfield::capture {
 

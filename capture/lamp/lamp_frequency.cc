@@ -1,4 +1,4 @@
-#include "capture/lamp_frequency.h"
+#include "luxfield/capture/lamp/lamp_frequency.h"
 
 #include <fmt/format.h>
 

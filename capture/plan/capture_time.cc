@@ -1,4 +1,4 @@
-#include "capture/capture_time.h"
+#include "luxfield/capture/plan/capture_time.h"
 
 #include <algorithm>
 #include <cmath>

@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
-#include "capture/expanded_plan.h"
-#include "capture/frame_check.h"
+#include "luxfield/capture/plan/bracket_rungs.h"
+#include "luxfield/capture/plan/expanded_plan.h"
 
 namespace luxfield::capture {
 

@@ -1,4 +1,4 @@
-#include "capture/expanded_plan.h"
+#include "luxfield/capture/plan/expanded_plan.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,11 @@
 #include <cmath>
 #include <numeric>
 
-#include "capture/capture_time.h"
-#include "capture/stage_reach.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "core/random.h"
+#include "luxfield/capture/plan/capture_time.h"
+#include "luxfield/capture/plan/stage_reach.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::capture {
 namespace {

@@ -1,13 +1,13 @@
-#include "capture/filter_plan.h"
+#include "luxfield/capture/plan/filter_plan.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "capture/expanded_plan.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "hal/filter_views.h"
+#include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/rig/filter_views.h"
 
 namespace luxfield::capture {
 
@@ -33,10 +33,10 @@ ExpandedFilterPlan ExpandPlan(const FilterPlan& plan, const hal::Devices& device
   ExpandedFilterPlan expanded;
   expanded.plan = plan;
   const hal::RigDescription& rig = devices.rig;
-  expanded.sheet = lightfield::FilterSheet::Make(
+  expanded.sheet = rig::FilterSheet::Make(
       rig.dual ? lightfield::FilterKind::kDual : lightfield::FilterKind::kBasis, rig.basis,
       rig.spacing_m, rig.filter_scale);
-  expanded.views = hal::FilterViewNames(rig.dual);
+  expanded.views = rig::FilterViewNames(rig.dual);
   const std::vector<std::string> there =
       devices.target ? devices.target->positions() : std::vector<std::string>();
   for (const std::string& view : expanded.views)
@@ -56,7 +56,7 @@ nlohmann::json ToJson(const ExpandedFilterPlan& e) {
   for (const std::string& view : e.views) views.push_back({{"target", view}});
   return {{"kind", "filter"},
           {"name", e.plan.name},
-          {"sheet", core::Json::parse(lightfield::SheetText(e.sheet))},
+          {"sheet", core::Json::parse(rig::SheetText(e.sheet))},
           {"exposure",
            {{"ladder_s", e.ladder_s},
             {"saturation_share", e.plan.saturation_share},

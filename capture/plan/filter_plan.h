@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/plan.h"
-#include "lightfield/filter_sheet.h"
+#include "luxfield/capture/plan/plan.h"
+#include "luxfield/rig/filter_sheet.h"
 
 namespace luxfield::capture {
 
@@ -28,8 +28,8 @@ struct ExpandedFilterPlan {
   FilterPlan plan;
   std::vector<double> ladder_s;  // rising, in factors of 2
   std::vector<std::string>
-      views;  // "filter holder", then "filter print", or "... plus", "... minus"
-  lightfield::FilterSheet sheet;  // of the lab's filter
+      views;               // "filter holder", then "filter print", or "... plus", "... minus"
+  rig::FilterSheet sheet;  // of the lab's filter
 };
 
 // Throws InputError for a lab that has no bench for its filter, or a colour mosaic, and for

@@ -1,14 +1,14 @@
-#include "capture/geometry_plan.h"
+#include "luxfield/capture/plan/geometry_plan.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <numeric>
 
-#include "capture/expanded_plan.h"
-#include "capture/stage_reach.h"
-#include "core/error.h"
-#include "core/json.h"
+#include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/capture/plan/stage_reach.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::capture {
 
@@ -74,7 +74,7 @@ ExpandedGeometryPlan ExpandPlan(const GeometryPlan& plan, const hal::Devices& de
 }
 
 nlohmann::json ToJson(const ExpandedGeometryPlan& e) {
-  const auto chessboard = [](const lightfield::Chessboard& c) {
+  const auto chessboard = [](const rig::Chessboard& c) {
     return core::Json{{"columns", c.columns}, {"rows", c.rows}, {"pitch_m", c.pitch_m}};
   };
   core::Json views = core::Json::array();

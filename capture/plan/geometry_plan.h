@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/plan.h"
+#include "luxfield/capture/plan/plan.h"
+#include "luxfield/hal/safety/stage_bounds.h"
 
 namespace luxfield::capture {
 

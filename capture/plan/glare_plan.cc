@@ -1,12 +1,12 @@
-#include "capture/glare_plan.h"
+#include "luxfield/capture/plan/glare_plan.h"
 
 #include <fmt/format.h>
 
 #include <numeric>
 
-#include "capture/expanded_plan.h"
-#include "core/error.h"
-#include "core/json.h"
+#include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::capture {
 

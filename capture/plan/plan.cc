@@ -1,4 +1,4 @@
-#include "capture/plan.h"
+#include "luxfield/capture/plan/plan.h"
 
 #include <limits>
 

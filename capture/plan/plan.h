@@ -5,9 +5,10 @@
 #include <filesystem>
 #include <string>
 
-#include "core/config.h"
-#include "hal/devices.h"
-#include "lightfield/light_field.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/safety/stage_bounds.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::capture {
 

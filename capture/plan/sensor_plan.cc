@@ -1,13 +1,13 @@
-#include "capture/sensor_plan.h"
+#include "luxfield/capture/plan/sensor_plan.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numeric>
 
-#include "capture/expanded_plan.h"
-#include "core/error.h"
-#include "core/json.h"
+#include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::capture {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/plan.h"
+#include "luxfield/capture/plan/plan.h"
 
 namespace luxfield::capture {
 

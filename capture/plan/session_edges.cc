@@ -1,4 +1,4 @@
-#include "capture/session_edges.h"
+#include "luxfield/capture/plan/session_edges.h"
 
 #include <algorithm>
 #include <map>
@@ -6,22 +6,22 @@
 #include <unordered_map>
 #include <vector>
 
-#include "core/json.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::capture {
 namespace {
 
 using core::Field;
-using core::FrameKind;
-using core::FrameRecord;
 using core::Json;
+using session::FrameKind;
+using session::FrameRecord;
 
 struct Levels {
   double mean_dn = 0, saturated_share = 0;
 };
 
 // By file, of the frames whose checks say so.
-std::unordered_map<std::string, Levels> LevelsOfFrames(const core::SessionReader& session) {
+std::unordered_map<std::string, Levels> LevelsOfFrames(const session::SessionReader& session) {
   std::unordered_map<std::string, Levels> levels;
   for (const Json& line : session.journal()) {
     if (line.value("type", "") != "frame" || !line.contains("checks")) continue;
@@ -46,7 +46,7 @@ lightfield::BasisGrid GridOf(const Json& plan, const std::string& file) {
 
 }  // namespace
 
-std::optional<SessionEdges> FindSessionEdges(const core::SessionReader& session) {
+std::optional<SessionEdges> FindSessionEdges(const session::SessionReader& session) {
   constexpr double kBlackSigma_dn = 0.5;
   const std::string file = (session.folder() / "plan.json").string();
   const Json& plan = session.plan();

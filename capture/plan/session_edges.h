@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "core/session_store.h"
-#include "lightfield/edge_light.h"
+#include "luxfield/lightfield/edge_light.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::capture {
 
@@ -18,6 +18,6 @@ struct SessionEdges {
 // their exposure time, over the sum of exposure times; channels are added. Black and darks count as
 // known to half a DN a frame. Nothing for plans of other kinds, dual filters, sessions without a
 // stated black level, and before every position has such a frame.
-std::optional<SessionEdges> FindSessionEdges(const core::SessionReader& session);
+std::optional<SessionEdges> FindSessionEdges(const session::SessionReader& session);
 
 }  // namespace luxfield::capture

@@ -1,12 +1,12 @@
-#include "capture/stage_reach.h"
+#include "luxfield/capture/plan/stage_reach.h"
 
 #include <fmt/format.h>
 
 #include <stdexcept>
 #include <utility>
 
-#include "core/error.h"
-#include "core/json.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::capture {
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "hal/stage_bounds.h"
+#include "luxfield/hal/safety/stage_bounds.h"
 
 namespace luxfield::capture {
 

@@ -1,10 +1,10 @@
-#include "capture/write_plan.h"
+#include "luxfield/capture/plan/write_plan.h"
 
 #include <fmt/format.h>
 
 #include <string>
 
-#include "core/file.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::capture {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "capture/plan.h"
+#include "luxfield/capture/plan/plan.h"
 
 namespace luxfield::capture {
 

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/lamp_frequency.h"
-#include "capture/session_review.h"
-#include "core/json.h"
-#include "core/progress.h"
+#include "luxfield/capture/lamp/lamp_frequency.h"
+#include "luxfield/capture/review/session_review.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::capture {
 namespace {

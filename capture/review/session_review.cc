@@ -1,4 +1,4 @@
-#include "capture/session_review.h"
+#include "luxfield/capture/review/session_review.h"
 
 #include <fmt/format.h>
 
@@ -9,24 +9,24 @@
 #include <cstdio>
 #include <unordered_set>
 
-#include "capture/capture.h"
-#include "capture/lamp_frequency.h"
-#include "capture/missing_frames.h"
-#include "core/folder_lock.h"
-#include "core/journal.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "core/session_path.h"
-#include "core/session_replay.h"
+#include "luxfield/capture/lamp/lamp_frequency.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/capture/take/missing_frames.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/session/folder_lock.h"
+#include "luxfield/session/journal.h"
+#include "luxfield/session/session_path.h"
+#include "luxfield/session/session_replay.h"
 
 namespace luxfield::capture {
 namespace {
 
 namespace fs = std::filesystem;
 using core::Field;
-using core::FrameKind;
-using core::FrameRecord;
 using core::Json;
+using session::FrameKind;
+using session::FrameRecord;
 
 // A finite number, where there is one.
 std::optional<double> Number(const Json& json, const char* key) {
@@ -76,7 +76,7 @@ void Raise(std::optional<double>& largest, std::optional<double> value) {
 // One pass over a journal.
 class Reviewer {
  public:
-  Reviewer(const core::SessionReader& session, SessionReview& review)
+  Reviewer(const session::SessionReader& session, SessionReview& review)
       : folder_(session.folder()), journal_((folder_ / "journal.jsonl").string()), review_(review) {
     for (const FrameRecord& record : session.frames()) usable_.insert(record.file);
     const Json& camera = review_.camera;
@@ -277,7 +277,7 @@ class Reviewer {
   }
 
   void Frame(const Json& json) {
-    const FrameRecord record = core::FrameFromJson(json, where_);
+    const FrameRecord record = session::FrameFromJson(json, where_);
     const Json& checks = ObjectIn(json, "checks");
     const double t_s = Since(record.t_start_s);
     const bool lit = record.kind != FrameKind::kDark;
@@ -312,7 +312,7 @@ class Reviewer {
     const auto bytes = Number(json, "bytes");
     review_.bytes += bytes.value_or(0);
     std::error_code error;
-    const auto size = fs::file_size(core::SessionFile(folder_, record.file, where_), error);
+    const auto size = fs::file_size(session::SessionFile(folder_, record.file, where_), error);
     if (error)
       ++review_.files_missing;
     else if (bytes && static_cast<double>(size) != *bytes)
@@ -395,8 +395,8 @@ class Reviewer {
 
 SessionReview ReviewSession(const fs::path& folder, bool verify) {
   SessionReview review;
-  review.in_use = core::FolderInUse(folder);
-  const core::SessionReader session(folder);
+  review.in_use = session::FolderInUse(folder);
+  const session::SessionReader session(folder);
   const std::string plan_file = (folder / "plan.json").string();
   const auto text = [&](const char* key, const char* fallback) {
     return session.plan().contains(key) ? Field<std::string>(session.plan(), key, plan_file)
@@ -411,9 +411,9 @@ SessionReview ReviewSession(const fs::path& folder, bool verify) {
   review.devices = ObjectIn(session.session(), "devices");
   review.software = ObjectIn(session.session(), "software");
   Reviewer reviewer(session, review);
-  const core::JournalEnd end =
-      core::VisitJournal(folder / "journal.jsonl",
-                         [&](Json&& record, std::size_t line) { reviewer.See(record, line); });
+  const session::JournalEnd end =
+      session::VisitJournal(folder / "journal.jsonl",
+                            [&](Json&& record, std::size_t line) { reviewer.See(record, line); });
   review.torn = end.torn;
   reviewer.End();
   review.edges = FindSessionEdges(session);

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/session_edges.h"
-#include "core/session_check.h"
+#include "luxfield/capture/plan/session_edges.h"
+#include "luxfield/session/session_check.h"
 
 namespace luxfield::capture {
 
@@ -107,8 +107,8 @@ struct SessionReview {
   std::optional<double> spacing_m;    // of the positions
   std::optional<SessionEdges> edges;  // light-field plans whose positions all have frames
 
-  nlohmann::json camera, devices, software;  // session.json
-  std::optional<core::SessionCheck> check;   // where it was asked for
+  nlohmann::json camera, devices, software;    // session.json
+  std::optional<session::SessionCheck> check;  // where it was asked for
 };
 
 // Reads journal, plan.json and session.json, and of every frame's file the size; no pixels. The

@@ -1,15 +1,15 @@
-#include "capture/below_saturation.h"
+#include "luxfield/capture/take/below_saturation.h"
 
 #include <fmt/format.h>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::capture {
 
 Shot ShootBelowSaturation(FrameTaker& taker, const std::vector<double>& ladder_s,
                           double saturation_share, const hal::CameraCalibration& camera,
                           const std::string& plan, const std::string& what,
-                          core::FrameRecord& record) {
+                          session::FrameRecord& record) {
   const double range = camera.saturation_dn - camera.black_dn;
   for (int rung = static_cast<int>(ladder_s.size()) - 1; rung >= 0; --rung) {
     taker.Configure(rung);

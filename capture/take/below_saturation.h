@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/frame_taker.h"
+#include "luxfield/capture/take/frame_taker.h"
 
 namespace luxfield::capture {
 
@@ -15,6 +15,6 @@ namespace luxfield::capture {
 Shot ShootBelowSaturation(FrameTaker& taker, const std::vector<double>& ladder_s,
                           double saturation_share, const hal::CameraCalibration& camera,
                           const std::string& plan, const std::string& what,
-                          core::FrameRecord& record);
+                          session::FrameRecord& record);
 
 }  // namespace luxfield::capture

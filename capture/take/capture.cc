@@ -1,4 +1,4 @@
-#include "capture/capture.h"
+#include "luxfield/capture/take/capture.h"
 
 #include <fmt/format.h>
 
@@ -7,30 +7,31 @@
 #include <optional>
 #include <set>
 
-#include "capture/frame_taker.h"
-#include "capture/lamp_pulses.h"
-#include "capture/missing_frames.h"
-#include "capture/preflight.h"
-#include "capture/probe_rate.h"
-#include "capture/session_description.h"
-#include "capture/take_session.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "core/pause.h"
-#include "core/progress.h"
-#include "core/session_writer.h"
+#include "luxfield/capture/plan/bracket_rungs.h"
+#include "luxfield/capture/take/frame_taker.h"
+#include "luxfield/capture/take/lamp_pulses.h"
+#include "luxfield/capture/take/missing_frames.h"
+#include "luxfield/capture/take/preflight.h"
+#include "luxfield/capture/take/probe_rate.h"
+#include "luxfield/capture/take/session_description.h"
+#include "luxfield/capture/take/take_session.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/pause.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/session/session_writer.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::FrameKind;
-using core::FrameRecord;
 using core::Json;
+using session::FrameKind;
+using session::FrameRecord;
 
 // One run over one session.
 class Run {
  public:
-  Run(const ExpandedPlan& expanded, hal::Devices& devices, core::SessionWriter& session,
+  Run(const ExpandedPlan& expanded, hal::Devices& devices, session::SessionWriter& session,
       FrameTaker& taker, CaptureSummary& summary, const CaptureOptions& options)
       : expanded_(expanded),
         plan_(expanded.plan),
@@ -183,7 +184,7 @@ class Run {
                                 {"channel", channel},
                                 {"first", rungs.first},
                                 {"last", rungs.last}});
-    std::shared_ptr<const core::RawFrame> shorter;
+    std::shared_ptr<const session::RawFrame> shorter;
     double shorter_exposure_s = 0;
     for (int rung = rungs.first; rung <= rungs.last; ++rung) {
       record.exposure_index = rung;
@@ -328,7 +329,7 @@ class Run {
   const Plan& plan_;
   hal::Devices& devices_;
   const hal::RigDescription& rig_;
-  core::SessionWriter& session_;
+  session::SessionWriter& session_;
   const CaptureOptions& options_;
   FrameTaker& taker_;
   CaptureSummary& summary_;
@@ -361,16 +362,17 @@ CaptureSummary RunCapture(const Plan& plan, hal::Devices& devices,
       plan.exposure.measure_pwm ? WithPwmHz(plan, devices, folder, options) : plan, devices);
   const SessionToTake what{ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s,
                            plan.exposure.max_attempts, static_cast<int>(expanded.positions.size())};
-  return TakeSession(what, devices, folder, options,
-                     [&](core::SessionWriter& session, FrameTaker& taker, CaptureSummary& summary) {
-                       Run(expanded, devices, session, taker, summary, options).Capture();
-                     });
+  return TakeSession(
+      what, devices, folder, options,
+      [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary& summary) {
+        Run(expanded, devices, session, taker, summary, options).Capture();
+      });
 }
 
-core::SessionCheck VerifySession(const std::filesystem::path& folder) {
-  core::SessionCheck check = core::VerifySession(folder);
+session::SessionCheck VerifySession(const std::filesystem::path& folder) {
+  session::SessionCheck check = session::VerifySession(folder);
   try {
-    const core::SessionReader reader(folder);
+    const session::SessionReader reader(folder);
     const int missing = MissingFrames(reader);
     if (missing > 0)
       check.problems.push_back(

@@ -5,9 +5,9 @@
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 
-#include "capture/expanded_plan.h"
-#include "core/session_check.h"
-#include "hal/devices.h"
+#include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/session/session_check.h"
 
 namespace luxfield::capture {
 
@@ -49,6 +49,6 @@ CaptureSummary RunCapture(const Plan& plan, hal::Devices& devices,
                           const CaptureOptions& options = {});
 
 // core::VerifySession, and whether every planned position, or frame of a sensor plan, is there.
-core::SessionCheck VerifySession(const std::filesystem::path& session_folder);
+session::SessionCheck VerifySession(const std::filesystem::path& session_folder);
 
 }  // namespace luxfield::capture

@@ -1,4 +1,4 @@
-#include "capture/capture_filter.h"
+#include "luxfield/capture/take/capture_filter.h"
 
 #include <fmt/format.h>
 
@@ -6,18 +6,18 @@
 #include <set>
 #include <tuple>
 
-#include "capture/below_saturation.h"
-#include "capture/take_session.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "core/progress.h"
+#include "luxfield/capture/take/below_saturation.h"
+#include "luxfield/capture/take/take_session.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::FrameKind;
-using core::FrameRecord;
 using core::Json;
+using session::FrameKind;
+using session::FrameRecord;
 
 using FrameKey = std::tuple<FrameKind, int, int, int>;  // kind, view, rung, repeat
 
@@ -75,7 +75,7 @@ int ChooseFirstRung(const ExpandedFilterPlan& expanded, const hal::Devices& devi
 
 // What the session lacks.
 void TakePending(const ExpandedFilterPlan& expanded, const hal::Devices& devices,
-                 const core::SessionWriter& session, FrameTaker& taker) {
+                 const session::SessionWriter& session, FrameTaker& taker) {
   const FilterPlan& plan = expanded.plan;
   taker.SelectShutter("open");
   const std::set<FrameKey> there = KeysOf(session.committed_frames());
@@ -112,12 +112,12 @@ CaptureSummary RunFilterCapture(const FilterPlan& plan, hal::Devices& devices,
   return TakeSession(
       {ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s, plan.max_attempts},
       devices, folder, options,
-      [&](core::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
+      [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
         TakePending(expanded, devices, session, taker);
       });
 }
 
-int MissingFilterFrames(const core::SessionReader& session) {
+int MissingFilterFrames(const session::SessionReader& session) {
   const std::string file = (session.folder() / "plan.json").string();
   const auto exposure = core::Field<Json>(session.plan(), "exposure", file);
   const std::set<FrameKey> there = KeysOf(session.frames());

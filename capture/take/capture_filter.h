@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
-#include "capture/capture.h"
-#include "capture/filter_plan.h"
-#include "core/session_store.h"
+#include "luxfield/capture/plan/filter_plan.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::capture {
 
@@ -16,6 +16,6 @@ CaptureSummary RunFilterCapture(const FilterPlan& plan, hal::Devices& devices,
                                 const CaptureOptions& options = {});
 
 // Frames of the plan that the session does not hold.
-int MissingFilterFrames(const core::SessionReader& session);
+int MissingFilterFrames(const session::SessionReader& session);
 
 }  // namespace luxfield::capture

@@ -1,20 +1,20 @@
-#include "capture/capture_geometry.h"
+#include "luxfield/capture/take/capture_geometry.h"
 
 #include <set>
 
-#include "capture/below_saturation.h"
-#include "capture/expanded_plan.h"
-#include "capture/take_session.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "core/progress.h"
+#include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/capture/take/below_saturation.h"
+#include "luxfield/capture/take/take_session.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::FrameKind;
-using core::FrameRecord;
 using core::Json;
+using session::FrameKind;
+using session::FrameRecord;
 
 // Numbers of the views that are there.
 template <typename Records>
@@ -27,7 +27,7 @@ std::set<int> ViewsIn(const Records& records) {
 
 // What the session lacks.
 void TakePending(const ExpandedGeometryPlan& expanded, hal::Devices& devices,
-                const core::SessionWriter& session, FrameTaker& taker) {
+                 const session::SessionWriter& session, FrameTaker& taker) {
   const GeometryPlan& plan = expanded.plan;
   const std::set<int> there = ViewsIn(session.committed_frames());
   taker.SelectShutter("open");
@@ -58,12 +58,12 @@ CaptureSummary RunGeometryCapture(const GeometryPlan& plan, hal::Devices& device
   return TakeSession(
       {ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s, plan.max_attempts},
       devices, folder, options,
-      [&](core::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
+      [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
         TakePending(expanded, devices, session, taker);
       });
 }
 
-int MissingGeometryFrames(const core::SessionReader& session) {
+int MissingGeometryFrames(const session::SessionReader& session) {
   const std::string file = (session.folder() / "plan.json").string();
   const std::set<int> there = ViewsIn(session.frames());
   int missing = 0;

@@ -1,9 +1,9 @@
 // Geometry plan and rig -> a session of frames of calibration targets.
 #pragma once
 
-#include "capture/capture.h"
-#include "capture/geometry_plan.h"
-#include "core/session_store.h"
+#include "luxfield/capture/plan/geometry_plan.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::capture {
 
@@ -19,6 +19,6 @@ CaptureSummary RunGeometryCapture(const GeometryPlan& plan, hal::Devices& device
                                   const CaptureOptions& options = {});
 
 // Frames of the plan that a session of kind "geometry" lacks.
-int MissingGeometryFrames(const core::SessionReader& session);
+int MissingGeometryFrames(const session::SessionReader& session);
 
 }  // namespace luxfield::capture

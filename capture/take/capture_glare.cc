@@ -1,20 +1,20 @@
-#include "capture/capture_glare.h"
+#include "luxfield/capture/take/capture_glare.h"
 
 #include <algorithm>
 #include <map>
 
-#include "capture/below_saturation.h"
-#include "capture/expanded_plan.h"
-#include "capture/take_session.h"
-#include "core/json.h"
-#include "core/progress.h"
+#include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/capture/take/below_saturation.h"
+#include "luxfield/capture/take/take_session.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::FrameKind;
-using core::FrameRecord;
 using core::Json;
+using session::FrameKind;
+using session::FrameRecord;
 
 // How many frames there are of every place, and darks of every exposure time used.
 struct Taken {
@@ -36,7 +36,7 @@ struct Taken {
 
 // What the session lacks.
 void TakePending(const ExpandedGlarePlan& expanded, hal::Devices& devices,
-                const core::SessionWriter& session, FrameTaker& taker) {
+                 const session::SessionWriter& session, FrameTaker& taker) {
   const GlarePlan& plan = expanded.plan;
   taker.SelectShutter("open");
   Taken taken(session.committed_frames());
@@ -81,12 +81,12 @@ CaptureSummary RunGlareCapture(const GlarePlan& plan, hal::Devices& devices,
   return TakeSession(
       {ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s, plan.max_attempts},
       devices, folder, options,
-      [&](core::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
+      [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
         TakePending(expanded, devices, session, taker);
       });
 }
 
-int MissingGlareFrames(const core::SessionReader& session) {
+int MissingGlareFrames(const session::SessionReader& session) {
   const std::string file = (session.folder() / "plan.json").string();
   const int repeats =
       core::Field<int>(core::Field<Json>(session.plan(), "exposure", file), "repeats", file);

@@ -1,9 +1,9 @@
 // Glare plan and rig -> a session of frames of the light trap, and darks.
 #pragma once
 
-#include "capture/capture.h"
-#include "capture/glare_plan.h"
-#include "core/session_store.h"
+#include "luxfield/capture/plan/glare_plan.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::capture {
 
@@ -18,6 +18,6 @@ CaptureSummary RunGlareCapture(const GlarePlan& plan, hal::Devices& devices,
                                const CaptureOptions& options = {});
 
 // Frames of the plan that a session of kind "glare" lacks.
-int MissingGlareFrames(const core::SessionReader& session);
+int MissingGlareFrames(const session::SessionReader& session);
 
 }  // namespace luxfield::capture

@@ -1,4 +1,4 @@
-#include "capture/capture_sensor.h"
+#include "luxfield/capture/take/capture_sensor.h"
 
 #include <fmt/format.h>
 
@@ -6,20 +6,20 @@
 #include <set>
 #include <tuple>
 
-#include "capture/expanded_plan.h"
-#include "capture/frame_taker.h"
-#include "capture/take_session.h"
-#include "core/cfa.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "core/progress.h"
+#include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/capture/take/frame_taker.h"
+#include "luxfield/capture/take/take_session.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/rig/cfa.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::FrameKind;
-using core::FrameRecord;
 using core::Json;
+using session::FrameKind;
+using session::FrameRecord;
 
 using FrameKey = std::tuple<FrameKind, int, int, int>;  // kind, channel, rung, repeat
 
@@ -49,8 +49,8 @@ std::vector<PixelRun> PixelsOfChannel(const FrameTaker& taker,
   std::vector<PixelRun> pixels;
   for (const PixelRun& run : taker.usable())
     for (std::size_t k = run.begin; k < run.end; ++k)
-      if (core::CfaChannel(cfa, static_cast<int>(k / camera.width),
-                           static_cast<int>(k % camera.width)) == channel)
+      if (rig::CfaChannel(cfa, static_cast<int>(k / camera.width),
+                          static_cast<int>(k % camera.width)) == channel)
         pixels.push_back({k, k + 1});
   return pixels;
 }
@@ -122,7 +122,7 @@ void CheckLight(const ExpandedSensorPlan& expanded, FrameTaker& taker,
 
 // What the session lacks.
 void TakePending(const ExpandedSensorPlan& expanded, hal::Devices& devices,
-                 const core::SessionWriter& session, FrameTaker& taker) {
+                 const session::SessionWriter& session, FrameTaker& taker) {
   const SensorPlan& plan = expanded.plan;
   std::set<FrameKey> there;
   for (const FrameRecord& record : session.committed_frames()) there.insert(KeyOf(record));
@@ -165,12 +165,12 @@ CaptureSummary RunSensorCapture(const SensorPlan& plan, hal::Devices& devices,
   return TakeSession(
       {ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s, plan.max_attempts},
       devices, folder, options,
-      [&](core::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
+      [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
         TakePending(expanded, devices, session, taker);
       });
 }
 
-int MissingSensorFrames(const core::SessionReader& session) {
+int MissingSensorFrames(const session::SessionReader& session) {
   const std::string file = (session.folder() / "plan.json").string();
   const auto exposure = core::Field<Json>(session.plan(), "exposure", file);
   const auto ladder = core::Field<std::vector<double>>(exposure, "ladder_s", file);

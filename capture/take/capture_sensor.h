@@ -1,9 +1,9 @@
 // Sensor plan and rig -> a session of flats and darks.
 #pragma once
 
-#include "capture/capture.h"
-#include "capture/sensor_plan.h"
-#include "core/session_store.h"
+#include "luxfield/capture/plan/sensor_plan.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::capture {
 
@@ -20,6 +20,6 @@ CaptureSummary RunSensorCapture(const SensorPlan& plan, hal::Devices& devices,
                                 const CaptureOptions& options = {});
 
 // Frames of the plan that a session of kind "sensor" lacks.
-int MissingSensorFrames(const core::SessionReader& session);
+int MissingSensorFrames(const session::SessionReader& session);
 
 }  // namespace luxfield::capture

@@ -1,4 +1,4 @@
-#include "capture/frame_check.h"
+#include "luxfield/capture/take/frame_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <optional>
 #include <type_traits>
 
-#include "core/json.h"
-#include "core/parallel.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/parallel.h"
 
 namespace luxfield::capture {
 namespace {
@@ -177,7 +177,7 @@ std::vector<PixelRun> UsablePixels(const hal::CameraCapabilities& camera,
   return usable;
 }
 
-FrameStatistics Measure(const core::RawFrame& frame, const std::vector<PixelRun>& usable,
+FrameStatistics Measure(const session::RawFrame& frame, const std::vector<PixelRun>& usable,
                         const hal::CameraCalibration& c) {
   return frame.value.empty() ? MeasurePlane(frame.dn, usable, c)
                              : MeasurePlane(frame.value, usable, c);
@@ -190,32 +190,8 @@ core::Json ToJson(const FrameStatistics& s) {
           {"black_share", s.black_share}};
 }
 
-Rungs ChooseRungs(double rate, const std::vector<double>& ladder_s, const ExposurePolicy& policy,
-                  const hal::CameraCalibration& c) {
-  const int top = static_cast<int>(ladder_s.size()) - 1;
-  Rungs rungs;
-  const double room = policy.saturation_share * c.saturation_dn - c.black_dn;
-  while (rungs.first < top && rate * ladder_s[rungs.first + 1] <= room) ++rungs.first;
-  rungs.last = rungs.first;
-  const double needed = policy.floor_sigmas * c.read_noise_dn;
-  while (rungs.last < top && policy.relevant_share * rate * ladder_s[rungs.last] < needed)
-    ++rungs.last;
-  return rungs;
-}
-
-std::optional<Probe> ProbeWalk::Next(const Probe& probe, double brightest_dn) const {
-  const hal::CameraCalibration& c = calibration;
-  if (brightest_dn >= policy.saturation_share * c.saturation_dn)
-    return probe.rung > 0 ? std::optional(Probe{probe.rung - 1, true}) : std::nullopt;
-  const double dim =
-      c.black_dn + std::max(20 * c.read_noise_dn, 0.02 * (c.saturation_dn - c.black_dn));
-  if (!probe.came_down && brightest_dn < dim && probe.rung < top)
-    return Probe{probe.rung + 1, false};
-  return std::nullopt;
-}
-
-std::optional<double> LevelRatio(const core::RawFrame& frame, double exposure_s,
-                                 const core::RawFrame& shorter, double shorter_exposure_s,
+std::optional<double> LevelRatio(const session::RawFrame& frame, double exposure_s,
+                                 const session::RawFrame& shorter, double shorter_exposure_s,
                                  const std::vector<PixelRun>& usable,
                                  const hal::CameraCalibration& c, double tolerance) {
   const double noise = NoiseFloor(c, frame.value.empty());

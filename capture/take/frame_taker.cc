@@ -1,4 +1,4 @@
-#include "capture/frame_taker.h"
+#include "luxfield/capture/take/frame_taker.h"
 
 #include <fmt/format.h>
 
@@ -6,18 +6,18 @@
 #include <cmath>
 #include <limits>
 
-#include "capture/preflight.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "core/progress.h"
+#include "luxfield/capture/take/preflight.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::capture {
 
-using core::FrameKind;
-using core::FrameRecord;
 using core::Json;
+using session::FrameKind;
+using session::FrameRecord;
 
-FrameTaker::FrameTaker(hal::Devices& devices, core::SessionWriter* session,
+FrameTaker::FrameTaker(hal::Devices& devices, session::SessionWriter* session,
                        const std::vector<double>& ladder_s, int max_attempts,
                        const CaptureOptions& options, CaptureSummary& summary)
     : devices_(devices),
@@ -148,7 +148,7 @@ hal::Frame FrameTaker::Expose() {
   return frame;
 }
 
-FrameStatistics FrameTaker::Statistics(const core::RawFrame& frame) const {
+FrameStatistics FrameTaker::Statistics(const session::RawFrame& frame) const {
   return Measure(frame, usable_, devices_.rig.camera);
 }
 
@@ -181,7 +181,7 @@ std::string FrameTaker::JudgeMonitor(const FrameRecord& place, double before, do
 // Why a frame cannot be what was asked for; empty if it can. Checks against the one taken before.
 std::string FrameTaker::Distrust(const Shot& shot, double asked_at_s) const {
   const hal::Frame& frame = shot.frame;
-  const core::RawFrame &image = *shot.image, &last = *last_image_;
+  const session::RawFrame &image = *shot.image, &last = *last_image_;
   if (frame.frame_id <= last_id_)
     return fmt::format("stale: frame id {} after {}", frame.frame_id, last_id_);
   if (frame.t_start_s < asked_at_s) return "stale: exposed before it was asked for";
@@ -213,7 +213,7 @@ Shot FrameTaker::Shoot(const FrameRecord& place, const Doubt& doubt) {
     }
     if (shot.reason.empty()) {
       after = ReadMonitor();
-      shot.image = std::make_shared<core::RawFrame>(std::move(shot.frame.image));
+      shot.image = std::make_shared<session::RawFrame>(std::move(shot.frame.image));
       shot.statistics = Statistics(*shot.image);
       shot.reason = Distrust(shot, asked);
       fresh = shot.reason.empty();

@@ -1,7 +1,7 @@
 // The devices of a rig and the session they fill, for every kind of capture: settings that are read
 // back, frames that are checked and taken again, stops between them. While a taker lives, a trip of
-// the safety inputs stops the stage and switches the lamp off (hal/safety_guard.h); what the taker
-// was to do then pauses the session and throws HardwareError(kStopped). It can be resumed.
+// the safety inputs stops the stage and switches the lamp off (hal/safety/safety_guard.h); what the
+// taker was to do then pauses the session and throws HardwareError(kStopped). It can be resumed.
 #pragma once
 
 #include <functional>
@@ -11,16 +11,16 @@
 #include <string>
 #include <vector>
 
-#include "capture/capture.h"
-#include "capture/frame_check.h"
-#include "core/session_writer.h"
-#include "hal/safety_guard.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/capture/take/frame_check.h"
+#include "luxfield/hal/safety/safety_guard.h"
+#include "luxfield/session/session_writer.h"
 
 namespace luxfield::capture {
 
 struct Shot {
   hal::Frame frame;  // but its pixels:
-  std::shared_ptr<const core::RawFrame> image;
+  std::shared_ptr<const session::RawFrame> image;
   FrameStatistics statistics;
   double meter = 0;
   bool flagged = false;
@@ -32,7 +32,7 @@ class FrameTaker {
  public:
   // `summary` counts frames, rejected and flagged ones; `ladder_s` are the exposures that rungs
   // name. All must outlive the taker. Without a session nothing is journalled or committed.
-  FrameTaker(hal::Devices& devices, core::SessionWriter* session,
+  FrameTaker(hal::Devices& devices, session::SessionWriter* session,
              const std::vector<double>& ladder_s, int max_attempts, const CaptureOptions& options,
              CaptureSummary& summary);
 
@@ -53,7 +53,7 @@ class FrameTaker {
   void ConfigureExposure(double exposure_s);
   double exposure_s() const { return applied_.exposure_s; }
   hal::Frame Expose();
-  FrameStatistics Statistics(const core::RawFrame& frame) const;
+  FrameStatistics Statistics(const session::RawFrame& frame) const;
   const std::vector<PixelRun>& usable() const { return usable_; }
 
   // Exposes with the present settings until a frame passes, at most max_attempts times; a frame
@@ -63,12 +63,12 @@ class FrameTaker {
   // monitor's reading in the latter cases. `place` names the frame in the journal, and of darks the
   // monitor does not matter.
   using Doubt = std::function<std::string(const Shot&)>;
-  Shot Shoot(const core::FrameRecord& place, const Doubt& doubt = {});
+  Shot Shoot(const session::FrameRecord& place, const Doubt& doubt = {});
   // One more frame of the session, stored while the next one is taken; the record's exposure_index
   // is the rung. Throws HardwareError with position_lost, and keeps nothing, where the stage no
   // longer knows where it is, or does not stand where it stood for the frames before; of a position
   // it is asked for the first frame and by CompletePosition, before which none of them counts.
-  void Commit(core::FrameRecord record, const Shot& shot);
+  void Commit(session::FrameRecord record, const Shot& shot);
   void CompletePosition(int i, int j);
 
   // A line of the session's journal.
@@ -91,14 +91,14 @@ class FrameTaker {
   hal::StagePosition AskStage();
   hal::Vec2 WhereItStands();
   double ReadMonitor();
-  std::string JudgeMonitor(const core::FrameRecord& place, double before, double after,
+  std::string JudgeMonitor(const session::FrameRecord& place, double before, double after,
                            Shot& shot) const;
   std::string Distrust(const Shot& shot, double asked_at_s) const;
   void StopIfAsked();
   void WatchClock();
 
   hal::Devices& devices_;
-  core::SessionWriter* session_;
+  session::SessionWriter* session_;
   const std::vector<double>& ladder_s_;
   const int max_attempts_;
   const CaptureOptions& options_;
@@ -111,7 +111,7 @@ class FrameTaker {
   double clock_offset_s_;
   std::optional<hal::Vec2> stands_at_;  // of the first frame since the last move
   std::uint64_t last_id_ = 0;
-  std::shared_ptr<const core::RawFrame> last_image_ = std::make_shared<core::RawFrame>();
+  std::shared_ptr<const session::RawFrame> last_image_ = std::make_shared<session::RawFrame>();
 };
 
 }  // namespace luxfield::capture

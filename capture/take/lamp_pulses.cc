@@ -1,4 +1,4 @@
-#include "capture/lamp_pulses.h"
+#include "luxfield/capture/take/lamp_pulses.h"
 
 #include <fmt/format.h>
 
@@ -6,18 +6,19 @@
 #include <array>
 #include <cmath>
 
-#include "capture/preflight.h"
-#include "capture/probe_rate.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "core/random.h"
+#include "luxfield/capture/plan/bracket_rungs.h"
+#include "luxfield/capture/take/preflight.h"
+#include "luxfield/capture/take/probe_rate.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::FrameKind;
-using core::FrameRecord;
 using core::Json;
+using session::FrameKind;
+using session::FrameRecord;
 
 constexpr double kSigmas = 5;  // a measured and a stated frequency agree within so many
 
@@ -205,7 +206,7 @@ void RequireSteadyFrames(const LampPulses& p, double stated_hz, const ExposurePo
 Plan WithPwmHz(const Plan& plan, hal::Devices& devices, const std::filesystem::path& folder,
                const CaptureOptions& options) {
   Plan definite = plan;
-  if (!core::SessionWriter::HasSession(folder)) {
+  if (!session::SessionWriter::HasSession(folder)) {
     definite.exposure.pwm_hz = MeasuredPwmHz(plan, devices, folder, options);
   } else if (options.resume) {
     const auto file = folder / "plan.json";

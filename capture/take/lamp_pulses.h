@@ -6,10 +6,10 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 
-#include "capture/capture.h"
-#include "capture/flicker.h"
-#include "capture/frame_taker.h"
-#include "capture/lamp_frequency.h"
+#include "luxfield/capture/lamp/flicker.h"
+#include "luxfield/capture/lamp/lamp_frequency.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/capture/take/frame_taker.h"
 
 namespace luxfield::capture {
 
@@ -33,8 +33,8 @@ void FaceLamp(FrameTaker& taker, hal::Vec2 centre);
 // shutter speeds cannot follow a frequency: there it is not measured.
 //
 // Throws DeviceError where the burst shows no light.
-LampPulses LookForPulses(FrameTaker& taker, hal::Devices& devices, const core::FrameRecord& place,
-                         double allowed, bool measure);
+LampPulses LookForPulses(FrameTaker& taker, hal::Devices& devices,
+                         const session::FrameRecord& place, double allowed, bool measure);
 
 // The journal's `flicker` (docs/formats/session.md).
 nlohmann::json ToJson(const LampPulses& pulses, double stated_hz);

@@ -1,21 +1,21 @@
-#include "capture/missing_frames.h"
+#include "luxfield/capture/take/missing_frames.h"
 
 #include <set>
 
-#include "capture/capture_filter.h"
-#include "capture/capture_geometry.h"
-#include "capture/capture_glare.h"
-#include "capture/capture_sensor.h"
-#include "core/json.h"
+#include "luxfield/capture/take/capture_filter.h"
+#include "luxfield/capture/take/capture_geometry.h"
+#include "luxfield/capture/take/capture_glare.h"
+#include "luxfield/capture/take/capture_sensor.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::capture {
 namespace {
 
-int MissingPositions(const core::SessionReader& session) {
+int MissingPositions(const session::SessionReader& session) {
   const std::string file = (session.folder() / "plan.json").string();
   std::set<std::pair<int, int>> there;
-  for (const core::FrameRecord& record : session.frames())
-    if (record.kind == core::FrameKind::kPosition) there.insert({record.i, record.j});
+  for (const session::FrameRecord& record : session.frames())
+    if (record.kind == session::FrameKind::kPosition) there.insert({record.i, record.j});
   int missing = 0;
   for (const core::Json& p : core::Field<core::Json>(session.plan(), "positions", file))
     missing += !there.contains({core::Field<int>(p, "i", file), core::Field<int>(p, "j", file)});
@@ -24,7 +24,7 @@ int MissingPositions(const core::SessionReader& session) {
 
 }  // namespace
 
-int MissingFrames(const core::SessionReader& session) {
+int MissingFrames(const session::SessionReader& session) {
   const core::Json& plan = session.plan();
   const std::string kind =
       plan.contains("kind")

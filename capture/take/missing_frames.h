@@ -1,12 +1,12 @@
 // What a session lacks of its plan.
 #pragma once
 
-#include "core/session_store.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::capture {
 
 // Planned positions without a whole bracket; of plans of other kinds, planned frames that are not
 // there.
-int MissingFrames(const core::SessionReader& session);
+int MissingFrames(const session::SessionReader& session);
 
 }  // namespace luxfield::capture

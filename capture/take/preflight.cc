@@ -1,4 +1,4 @@
-#include "capture/preflight.h"
+#include "luxfield/capture/take/preflight.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <ctime>
 #include <deque>
 
-#include "core/error.h"
-#include "core/progress.h"
-#include "hal/watchdog.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/safety/watchdog.h"
 
 namespace luxfield::capture {
 

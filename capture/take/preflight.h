@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "capture/plan.h"
-#include "hal/safety_guard.h"
+#include "luxfield/capture/plan/plan.h"
+#include "luxfield/hal/safety/safety_guard.h"
 
 namespace luxfield::capture {
 

@@ -1,11 +1,11 @@
-#include "capture/probe_rate.h"
+#include "luxfield/capture/take/probe_rate.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace luxfield::capture {
 
-double ProbeRate(FrameTaker& taker, const core::FrameRecord& place, const ExpandedPlan& expanded,
+double ProbeRate(FrameTaker& taker, const session::FrameRecord& place, const ExpandedPlan& expanded,
                  const hal::CameraCalibration& calibration) {
   const ProbeWalk walk{static_cast<int>(expanded.ladder_s.size()) - 1, expanded.plan.exposure,
                        calibration};

@@ -1,4 +1,4 @@
-#include "capture/session_description.h"
+#include "luxfield/capture/take/session_description.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <set>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
-#include "core/json.h"
-#include "core/session_path.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/session/session_path.h"
 
 namespace luxfield::capture {
 namespace {
@@ -65,7 +65,7 @@ void RequireSameMap(const std::filesystem::path& folder, const nlohmann::json& s
   const std::string file = (folder / "session.json").string();
   const auto name = core::Field<std::string>(core::Field<core::Json>(session, "camera", file),
                                              "vignetting", file);
-  const core::Image then = core::ReadExrImage(core::SessionFile(folder, name, file));
+  const core::Image then = core::ReadExrImage(session::SessionFile(folder, name, file));
   if (then.width != now.width || then.height != now.height || then.data != now.data)
     throw InputError((folder / name).string(), "is another vignetting than that of the lab given",
                      "resume with the lab as it was, or capture into another folder");
@@ -149,16 +149,16 @@ SessionDescription DescribeSession(const hal::Devices& devices) {
   return description;
 }
 
-core::SessionWriter OpenSession(const std::filesystem::path& folder, const nlohmann::json& plan,
-                                const hal::Devices& devices, bool resume) {
-  if (resume && core::SessionWriter::HasSession(folder)) {
-    core::SessionWriter session = core::SessionWriter::Resume(folder, plan, *devices.clock);
+session::SessionWriter OpenSession(const std::filesystem::path& folder, const nlohmann::json& plan,
+                                   const hal::Devices& devices, bool resume) {
+  if (resume && session::SessionWriter::HasSession(folder)) {
+    session::SessionWriter session = session::SessionWriter::Resume(folder, plan, *devices.clock);
     RequireSameRig(folder, devices);
     return session;
   }
   const SessionDescription description = DescribeSession(devices);
-  return core::SessionWriter::Create(folder, plan, description.session, description.files,
-                                     *devices.clock);
+  return session::SessionWriter::Create(folder, plan, description.session, description.files,
+                                        *devices.clock);
 }
 
 }  // namespace luxfield::capture

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/session_writer.h"
-#include "hal/devices.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/session/session_writer.h"
 
 namespace luxfield::capture {
 
@@ -21,8 +21,8 @@ SessionDescription DescribeSession(const hal::Devices& devices);
 // A new session of this plan, or the one in the folder where `resume` is set and there is one.
 // Throws as core::SessionWriter does, and InputError where camera, calibration, vignetting or the
 // lab's files are not those of the session that is resumed (docs/formats/session.md).
-core::SessionWriter OpenSession(const std::filesystem::path& folder, const nlohmann::json& plan,
-                                const hal::Devices& devices, bool resume);
+session::SessionWriter OpenSession(const std::filesystem::path& folder, const nlohmann::json& plan,
+                                   const hal::Devices& devices, bool resume);
 
 nlohmann::json DescribeDevices(const hal::Devices& devices);  // of session.json
 

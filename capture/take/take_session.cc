@@ -1,22 +1,23 @@
-#include "capture/take_session.h"
+#include "luxfield/capture/take/take_session.h"
 
 #include <algorithm>
 #include <exception>
 #include <system_error>
 
-#include "capture/preflight.h"
-#include "capture/session_description.h"
-#include "core/json.h"
-#include "core/session_store.h"
-#include "hal/error.h"
+#include "luxfield/capture/take/preflight.h"
+#include "luxfield/capture/take/session_description.h"
+#include "luxfield/core/json.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::capture {
 
 std::uint64_t BytesToCome(std::uint64_t planned, const std::filesystem::path& folder) {
-  const core::SessionReader session(folder);
+  const session::SessionReader session(folder);
   std::uint64_t kept = 0;
-  for (const core::FrameRecord& frame : session.frames()) {
-    if (frame.kind == core::FrameKind::kDark || frame.kind == core::FrameKind::kReference) continue;
+  for (const session::FrameRecord& frame : session.frames()) {
+    if (frame.kind == session::FrameKind::kDark || frame.kind == session::FrameKind::kReference)
+      continue;
     std::error_code missing;  // verify tells
     const std::uintmax_t bytes = std::filesystem::file_size(folder / frame.file, missing);
     if (!missing) kept += bytes;
@@ -28,7 +29,7 @@ namespace {
 
 // What ended the run, for whoever reads the session later. A trip of the inputs the taker has
 // noted; a stage that was stopped without one was stopped at the machine.
-void NoteFailure(core::SessionWriter& session, const hal::HardwareError& error,
+void NoteFailure(session::SessionWriter& session, const hal::HardwareError& error,
                  const hal::Stage& stage) {
   if (error.fault == hal::Fault::kStopped && error.device != stage.identity()) return;
   try {
@@ -42,10 +43,10 @@ void NoteFailure(core::SessionWriter& session, const hal::HardwareError& error,
 CaptureSummary TakeSession(
     const SessionToTake& what, hal::Devices& devices, const std::filesystem::path& folder,
     const CaptureOptions& options,
-    const std::function<void(core::SessionWriter&, FrameTaker&, CaptureSummary&)>& take) {
-  const bool resumed = options.resume && core::SessionWriter::HasSession(folder);
+    const std::function<void(session::SessionWriter&, FrameTaker&, CaptureSummary&)>& take) {
+  const bool resumed = options.resume && session::SessionWriter::HasSession(folder);
   if (!resumed) CheckDiskAndSafety(what.bytes, devices, folder);  // before a folder is made
-  core::SessionWriter session = OpenSession(folder, what.plan, devices, options.resume);
+  session::SessionWriter session = OpenSession(folder, what.plan, devices, options.resume);
   CaptureSummary summary;
   summary.positions_total = what.positions_total;
   if (session.journal_says_sealed()) {

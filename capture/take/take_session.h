@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "capture/capture.h"
-#include "capture/frame_taker.h"
-#include "core/session_writer.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/capture/take/frame_taker.h"
+#include "luxfield/session/session_writer.h"
 
 namespace luxfield::capture {
 
@@ -28,9 +28,10 @@ std::uint64_t BytesToCome(std::uint64_t planned, const std::filesystem::path& se
 // Looks at disk and safety inputs, opens the session (options.resume: the one that is there),
 // begins an epoch, homes the stage, lets `take` take what the session lacks, switches the lamp off
 // and seals it. One that is sealed but for its manifest gets that alone. Throws as RunCapture.
-CaptureSummary TakeSession(const SessionToTake& what, hal::Devices& devices,
-                           const std::filesystem::path& folder, const CaptureOptions& options,
-                           const std::function<void(core::SessionWriter& session, FrameTaker& taker,
-                                                    CaptureSummary& summary)>& take);
+CaptureSummary TakeSession(
+    const SessionToTake& what, hal::Devices& devices, const std::filesystem::path& folder,
+    const CaptureOptions& options,
+    const std::function<void(session::SessionWriter& session, FrameTaker& taker,
+                             CaptureSummary& summary)>& take);
 
 }  // namespace luxfield::capture

@@ -1,12 +1,12 @@
-#include "cli/budget_report.h"
+#include "luxfield/cli/reports/budget_report.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "cli/html_page.h"
-#include "cli/svg_bars.h"
-#include "core/file.h"
+#include "luxfield/cli/reports/html_page.h"
+#include "luxfield/cli/svg/svg_bars.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::cli {
 namespace {

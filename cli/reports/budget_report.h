@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "reconstruct/budget_settings.h"
-#include "reconstruct/error_budget.h"
+#include "luxfield/reconstruct/budget/budget_settings.h"
+#include "luxfield/reconstruct/budget/error_budget.h"
 
 namespace luxfield::cli {
 

@@ -1,4 +1,4 @@
-#include "cli/calibrate_report.h"
+#include "luxfield/cli/reports/calibrate_report.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <array>
 #include <cmath>
 
-#include "cli/html_page.h"
-#include "cli/svg_plot.h"
-#include "core/file.h"
+#include "luxfield/cli/reports/html_page.h"
+#include "luxfield/cli/svg/svg_plot.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::cli {
 namespace {

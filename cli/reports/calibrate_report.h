@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "reconstruct/calibrate_sensor.h"
+#include "luxfield/reconstruct/calibrate/sensor/calibrate_sensor.h"
 
 namespace luxfield::cli {
 

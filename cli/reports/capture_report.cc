@@ -1,10 +1,10 @@
-#include "cli/capture_report.h"
+#include "luxfield/cli/reports/capture_report.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "cli/program.h"
-#include "core/progress.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::cli {
 namespace {

@@ -1,13 +1,13 @@
 // What the capture verbs print.
 #pragma once
 
-#include "capture/expanded_plan.h"
-#include "capture/filter_plan.h"
-#include "capture/geometry_plan.h"
-#include "capture/glare_plan.h"
-#include "capture/sensor_plan.h"
-#include "core/json.h"
-#include "hal/devices.h"
+#include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/capture/plan/filter_plan.h"
+#include "luxfield/capture/plan/geometry_plan.h"
+#include "luxfield/capture/plan/glare_plan.h"
+#include "luxfield/capture/plan/sensor_plan.h"
+#include "luxfield/core/json.h"
+#include "luxfield/hal/devices.h"
 
 namespace luxfield::cli {
 

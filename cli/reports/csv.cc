@@ -1,4 +1,4 @@
-#include "cli/csv.h"
+#include "luxfield/cli/reports/csv.h"
 
 namespace luxfield::cli {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/json.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::cli {
 

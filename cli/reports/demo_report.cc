@@ -1,23 +1,23 @@
-#include "cli/demo_report.h"
+#include "luxfield/cli/reports/demo_report.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "capture/capture.h"
-#include "cli/html_page.h"
-#include "cli/program.h"
-#include "cli/svg_plot.h"
-#include "core/file.h"
-#include "core/progress.h"
-#include "reconstruct/merge_session.h"
-#include "render/film.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/cli/reports/html_page.h"
+#include "luxfield/cli/svg/svg_plot.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
+#include "luxfield/render/film/film.h"
 
 namespace luxfield::cli {
 namespace {
 
-using study::DemoResult;
+using planning::DemoResult;
 
 // The coefficient images of channel 0 side by side, as they lie on F (j upwards), reduced to `cell`
 // pixels each by means.

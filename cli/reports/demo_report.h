@@ -3,12 +3,12 @@
 
 #include <filesystem>
 
-#include "core/json.h"
-#include "study/demo.h"
+#include "luxfield/core/json.h"
+#include "luxfield/planning/demo.h"
 
 namespace luxfield::cli {
 
 // Writes the PNGs, report.html and summary.json beside the run's files and returns the summary.
-core::Json WriteDemoReport(const std::filesystem::path& folder, const study::DemoResult& result);
+core::Json WriteDemoReport(const std::filesystem::path& folder, const planning::DemoResult& result);
 
 }  // namespace luxfield::cli

@@ -1,13 +1,13 @@
-#include "cli/geometry_report.h"
+#include "luxfield/cli/reports/geometry_report.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "cli/html_page.h"
-#include "cli/svg_plot.h"
-#include "core/file.h"
+#include "luxfield/cli/reports/html_page.h"
+#include "luxfield/cli/svg/svg_plot.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::cli {
 namespace {

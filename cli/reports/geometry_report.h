@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "reconstruct/calibrate_geometry.h"
+#include "luxfield/reconstruct/calibrate/geometry/calibrate_geometry.h"
 
 namespace luxfield::cli {
 

@@ -1,11 +1,11 @@
-#include "cli/html_page.h"
+#include "luxfield/cli/reports/html_page.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
 
-#include "cli/svg_plot.h"
+#include "luxfield/cli/svg/svg_plot.h"
 
 namespace luxfield::cli {
 

@@ -1,4 +1,4 @@
-#include "cli/plan_report.h"
+#include "luxfield/cli/reports/plan_report.h"
 
 #include <fmt/format.h>
 
@@ -6,16 +6,16 @@
 #include <map>
 #include <vector>
 
-#include "cli/html_page.h"
-#include "cli/svg_plot.h"
-#include "core/file.h"
-#include "core/progress.h"
+#include "luxfield/cli/reports/html_page.h"
+#include "luxfield/cli/svg/svg_plot.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::cli {
 namespace {
 
-using study::PlanForTarget;
-using study::PlannedCapture;
+using planning::PlanForTarget;
+using planning::PlannedCapture;
 
 std::string Percent(double share) { return fmt::format("{:.3g} %", 100 * share); }
 
@@ -66,9 +66,9 @@ std::vector<std::vector<std::string>> Table(const PlanQuestion& question,
   std::vector<std::vector<std::string>> rows{kColumns};
   for (const std::string& family : FamiliesOf(answer)) {
     const auto plans = OfFamily(answer, family);
-    const PlannedCapture* fastest = study::Fastest(plans, question.max_rel_error);
+    const PlannedCapture* fastest = planning::Fastest(plans, question.max_rel_error);
     rows.push_back(Cells(fastest ? family : family + " (misses)",
-                         fastest ? *fastest : study::MostAccurate(plans)));
+                         fastest ? *fastest : planning::MostAccurate(plans)));
   }
   if (answer.recommended) rows.push_back(Cells("recommended", *answer.recommended));
   return rows;

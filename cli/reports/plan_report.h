@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <string>
 
-#include "core/json.h"
-#include "study/plan_for_target.h"
+#include "luxfield/core/json.h"
+#include "luxfield/planning/plan_for_target.h"
 
 namespace luxfield::cli {
 
@@ -17,10 +17,10 @@ struct PlanQuestion {
   double truth_error = 0, samples_error = 0;
 };
 
-core::Json PrintPlanForTarget(const PlanQuestion& question, const study::PlanForTarget& answer);
+core::Json PrintPlanForTarget(const PlanQuestion& question, const planning::PlanForTarget& answer);
 
 // X.html, and X.svg beside it with the curve alone.
-void WritePlanReport(const PlanQuestion& question, const study::PlanForTarget& answer,
+void WritePlanReport(const PlanQuestion& question, const planning::PlanForTarget& answer,
                      const std::filesystem::path& html);
 
 }  // namespace luxfield::cli

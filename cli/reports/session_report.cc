@@ -1,4 +1,4 @@
-#include "cli/session_report.h"
+#include "luxfield/cli/reports/session_report.h"
 
 #include <fmt/format.h>
 
@@ -6,13 +6,13 @@
 #include <cmath>
 #include <functional>
 
-#include "cli/html_page.h"
-#include "cli/program.h"
-#include "cli/svg_map.h"
-#include "cli/svg_plot.h"
-#include "core/file.h"
-#include "core/json.h"
-#include "core/progress.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/cli/reports/html_page.h"
+#include "luxfield/cli/svg/svg_map.h"
+#include "luxfield/cli/svg/svg_plot.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::cli {
 namespace {

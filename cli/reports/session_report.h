@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "capture/session_review.h"
+#include "luxfield/capture/review/session_review.h"
 
 namespace luxfield::cli {
 

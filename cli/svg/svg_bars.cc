@@ -1,10 +1,10 @@
-#include "cli/svg_bars.h"
+#include "luxfield/cli/svg/svg_bars.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "cli/svg_plot.h"
+#include "luxfield/cli/svg/svg_plot.h"
 
 namespace luxfield::cli {
 

@@ -1,11 +1,11 @@
-#include "cli/svg_map.h"
+#include "luxfield/cli/svg/svg_map.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "cli/svg_plot.h"
+#include "luxfield/cli/svg/svg_plot.h"
 
 namespace luxfield::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "cli/svg_plot.h"
+#include "luxfield/cli/svg/svg_plot.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/printable.h"
+#include "luxfield/core/printable.h"
 
 namespace luxfield::cli {
 namespace {

@@ -4,9 +4,9 @@
 #include <memory>
 #include <optional>
 
-#include "cli/budget_report.h"
-#include "cli/named_files.h"
-#include "cli/program.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/cli/reports/budget_report.h"
 
 namespace luxfield::cli {
 namespace {
@@ -37,7 +37,7 @@ core::Json Run(const Options& options) {
                                                    : reconstruct::LampLevel::kFirstReference;
   std::optional<lightfield::MeasuredFilter> filter;
   if (!options.filter.empty()) filter = lightfield::ReadMeasuredFilter(options.filter);
-  const auto budget = reconstruct::ComputeErrorBudget(core::SessionReader(options.session),
+  const auto budget = reconstruct::ComputeErrorBudget(session::SessionReader(options.session),
                                                       settings, how, filter ? &*filter : nullptr);
   PrintErrorBudget(budget);
   if (!options.report.empty())

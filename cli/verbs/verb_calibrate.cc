@@ -3,11 +3,11 @@
 
 #include <memory>
 
-#include "cli/calibrate_report.h"
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "cli/verb_calibrate.h"
-#include "reconstruct/sensor_calibration_file.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/cli/reports/calibrate_report.h"
+#include "luxfield/cli/verbs/verb_calibrate.h"
+#include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
 
 namespace luxfield::cli {
 namespace {
@@ -20,7 +20,7 @@ struct Options {
 core::Json RunSensor(const Options& options) {
   RequireExtension(options.output, ".cal.json", "--output");
   if (!options.report.empty()) RequireExtension(options.report, ".html", "--report");
-  const core::SessionReader session(options.session);
+  const session::SessionReader session(options.session);
   const auto calibration = reconstruct::CalibrateSensor(session, !options.skip_hashes);
   reconstruct::WriteSensorCalibration(options.output, calibration);
   fmt::print("{}: {} x {} pixels, {} bit\n", options.output, calibration.width, calibration.height,

@@ -1,7 +1,7 @@
 // Verbs of the group `calibrate`, a file each; verb_calibrate.cc holds the group and `sensor`.
 #pragma once
 
-#include "cli/program.h"
+#include "luxfield/cli/program.h"
 
 namespace luxfield::cli {
 

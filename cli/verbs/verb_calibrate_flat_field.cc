@@ -3,9 +3,9 @@
 
 #include <memory>
 
-#include "cli/named_files.h"
-#include "cli/verb_calibrate.h"
-#include "reconstruct/flat_field.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/verbs/verb_calibrate.h"
+#include "luxfield/reconstruct/calibrate/sensor/flat_field.h"
 
 namespace luxfield::cli {
 namespace {
@@ -17,7 +17,7 @@ struct Options {
 
 core::Json Run(const Options& options) {
   RequireExtension(options.output, ".flat.exr", "--output");
-  const core::SessionReader session(options.session);
+  const session::SessionReader session(options.session);
   const auto field =
       reconstruct::MeasureFlatField(session, options.calibration, !options.skip_hashes);
   reconstruct::WriteFlatField(options.output, field);

@@ -1,13 +1,13 @@
 // luxfield calibrate geometry SESSION -o X.cal.json
-#include "cli/named_files.h"
-#include "cli/verb_calibrate.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/verbs/verb_calibrate.h"
 
 #include <fmt/format.h>
 
 #include <memory>
 
-#include "cli/geometry_report.h"
-#include "reconstruct/geometry_calibration_file.h"
+#include "luxfield/cli/reports/geometry_report.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_calibration_file.h"
 
 namespace luxfield::cli {
 namespace {
@@ -20,7 +20,7 @@ struct Options {
 core::Json Run(const Options& options) {
   RequireExtension(options.output, ".cal.json", "--output");
   if (!options.report.empty()) RequireExtension(options.report, ".html", "--report");
-  const core::SessionReader session(options.session);
+  const session::SessionReader session(options.session);
   const auto calibration = reconstruct::CalibrateGeometry(session, !options.skip_hashes);
   reconstruct::WriteGeometryCalibration(options.output, calibration);
   fmt::print("{}: {} x {} pixels, {} views\n", options.output, calibration.geometry.width,

@@ -3,9 +3,9 @@
 
 #include <memory>
 
-#include "cli/named_files.h"
-#include "cli/verb_calibrate.h"
-#include "reconstruct/calibrate_glare.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/verbs/verb_calibrate.h"
+#include "luxfield/reconstruct/calibrate/glare/calibrate_glare.h"
 
 namespace luxfield::cli {
 namespace {
@@ -17,7 +17,7 @@ struct Options {
 
 core::Json Run(const Options& options) {
   RequireExtension(options.output, ".cal.json", "--output");
-  const core::SessionReader session(options.session);
+  const session::SessionReader session(options.session);
   const auto glare = reconstruct::CalibrateGlare(session, !options.skip_hashes);
   reconstruct::WriteGlareCalibration(options.output, glare);
   fmt::print("{}: veiling glare, the trap in {} places\n", options.output, glare.places.size());

@@ -6,12 +6,12 @@
 #include <filesystem>
 #include <memory>
 
-#include "cli/html_page.h"
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "cli/svg_plot.h"
-#include "cli/verb_calibrate.h"
-#include "reconstruct/calibrate_response.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/cli/reports/html_page.h"
+#include "luxfield/cli/svg/svg_plot.h"
+#include "luxfield/cli/verbs/verb_calibrate.h"
+#include "luxfield/reconstruct/calibrate/response/calibrate_response.h"
 
 namespace luxfield::cli {
 namespace {

@@ -4,19 +4,20 @@
 #include <filesystem>
 #include <memory>
 
-#include "capture/capture.h"
-#include "capture/capture_filter.h"
-#include "capture/capture_geometry.h"
-#include "capture/capture_glare.h"
-#include "capture/capture_sensor.h"
-#include "capture/session_edges.h"
-#include "cli/capture_report.h"
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/pause.h"
-#include "core/progress.h"
-#include "core/warning.h"
-#include "hal/devices.h"
+#include "luxfield/capture/plan/session_edges.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/capture/take/capture_filter.h"
+#include "luxfield/capture/take/capture_geometry.h"
+#include "luxfield/capture/take/capture_glare.h"
+#include "luxfield/capture/take/capture_sensor.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/cli/reports/capture_report.h"
+#include "luxfield/core/pause.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/warning.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/lab/open_lab.h"
 
 namespace luxfield::cli {
 namespace {
@@ -54,7 +55,7 @@ core::Json RunPositions(const capture::Plan& plan, hal::Devices& devices, const 
       core::FormatDuration(summary.rig_s));
   core::Json json = capture::ToJson(summary);
   json["warnings"] = core::Json::array();
-  if (const auto edges = capture::FindSessionEdges(core::SessionReader(options.session))) {
+  if (const auto edges = capture::FindSessionEdges(session::SessionReader(options.session))) {
     json["edges"] = ToJson(edges->light).at("sides");
     for (const std::string& warning : EdgeWarnings(edges->light, edges->grid)) {
       core::Warn(warning);

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <memory>
 
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/exr.h"
-#include "core/measures.h"
-#include "lightfield/environment_compare.h"
-#include "lightfield/environment_map.h"
-#include "lightfield/light_field.h"
-#include "render/film.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/environment/environment_compare.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/render/film/film.h"
 
 namespace luxfield::cli {
 namespace {
@@ -41,9 +41,9 @@ core::Json CompareMaps(const Options& options) {
   if (!options.difference.empty())
     throw InputError("--difference is of pictures; drop it or --environment");
   const auto map = [&](const std::string& path) {
-    return MakeCubeMap(lightfield::ReadEnvironmentPicture(path), options.face_size);
+    return MakeCubeMap(environment::ReadEnvironmentPicture(path), options.face_size);
   };
-  const auto difference = lightfield::CompareEnvironments(map(options.a), map(options.b));
+  const auto difference = environment::CompareEnvironments(map(options.a), map(options.b));
   fmt::print("{} against {} (reference), as cube maps of 6 x {} x {}\n", options.a, options.b,
              options.face_size, options.face_size);
   fmt::print("  relative        {:.6g}   (integral of |a-b| over that of b)\n",

@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include "cli/demo_report.h"
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/progress.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/cli/reports/demo_report.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::cli {
 
@@ -20,7 +20,7 @@ void AddDemo(Program& program) {
   auto options = std::make_shared<Options>();
   CLI::App& verb = program.AddVerb(
       "demo", "The whole chain on a simulated headlight, with a report", [options, &program] {
-        study::DemoOptions how;
+        planning::DemoOptions how;
         how.lab = options->lab;
         how.plan = options->plan;
         how.scene = options->scene;
@@ -29,7 +29,7 @@ void AddDemo(Program& program) {
         how.samples_per_pixel = options->spp;
         how.seed = program.common().seed;
         how.threads = program.common().threads;
-        const auto result = study::RunDemo(how);
+        const auto result = planning::RunDemo(how);
         core::Json summary = WriteDemoReport(options->output, result);
         for (const auto& stage : result.stages)
           fmt::print("  {:<12} {:>12}  RMSE/mean {:>8.3g} %  from the projection {:>8.3g} %   {}\n",

@@ -5,17 +5,18 @@
 #include <memory>
 #include <utility>
 
-#include "cli/device_tests.h"
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/config.h"
-#include "hal/attached.h"
-#include "hal/device_lab.h"
-#include "hal/devices.h"
-#include "hal/identify_port.h"
-#include "hal/stage_options.h"
-#include "hal/transport/open_port.h"
-#include "render/device.h"
+#include "luxfield/cli/device_tests.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/lab/attached.h"
+#include "luxfield/hal/lab/device_lab.h"
+#include "luxfield/hal/lab/identify_port.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/hal/options/stage_options.h"
+#include "luxfield/hal/transport/open_port.h"
+#include "luxfield/render/device/device.h"
 
 namespace luxfield::cli {
 namespace {

@@ -7,21 +7,22 @@
 #include <optional>
 #include <vector>
 
-#include "capture/print_filter.h"
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/file.h"
-#include "hal/devices.h"
-#include "reconstruct/filter_session.h"
-#include "reconstruct/measure_filter.h"
-#include "reconstruct/photograph.h"
-#include "study/filter_photographs.h"
+#include "luxfield/capture/filter/print_filter.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/file.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/planning/filter_photographs.h"
+#include "luxfield/reconstruct/calibrate/filter/filter_session.h"
+#include "luxfield/reconstruct/calibrate/filter/measure_filter.h"
+#include "luxfield/reconstruct/calibrate/filter/photograph.h"
 
 namespace luxfield::cli {
 namespace {
 
 using lightfield::FilterKind;
-using lightfield::FilterSheet;
+using rig::FilterSheet;
 
 struct PrintVerb {
   std::string name, lab, basis = "bspline2", spacing, tone;
@@ -48,7 +49,7 @@ core::Json RunPrint(const PrintVerb& options) {
   const FilterSheet sheet = SheetOf(options);
   capture::PrintOptions how;
   how.dpi = options.dpi;
-  if (!options.tone.empty()) how.tone = lightfield::ReadToneTable(options.tone);
+  if (!options.tone.empty()) how.tone = rig::ReadToneTable(options.tone);
   const auto files = capture::PrintFilter(sheet, options.name, how);
   fmt::print("{} filter, spacing {:.6g} mm, scale {:.6g}: sheet of {:.6g} mm at {:.6g} dpi\n",
              sheet.basis.name(), 1e3 * sheet.spacing_m, sheet.filter_scale, 2e3 * sheet.half_m,
@@ -74,8 +75,9 @@ reconstruct::FilterPhotographs PhotographsOf(const MeasureVerb& options,
   if (!options.session.empty()) {
     if (!options.light.empty() || !options.prints.empty())
       throw InputError("filter measure takes SESSION, or --light and --print, not both");
-    photographs = reconstruct::ReadFilterSession(
-        core::SessionReader(options.session), options.calibration, !options.skip_hashes, &made_of);
+    photographs =
+        reconstruct::ReadFilterSession(session::SessionReader(options.session), options.calibration,
+                                       !options.skip_hashes, &made_of);
   } else {
     if (options.sheet.empty() || options.light.empty() || options.prints.empty())
       throw InputError("filter measure needs SESSION, or --sheet, --light and --print");
@@ -89,7 +91,7 @@ reconstruct::FilterPhotographs PhotographsOf(const MeasureVerb& options,
     }
   }
   if (!options.sheet.empty()) {
-    photographs.sheet = lightfield::ReadFilterSheet(options.sheet);
+    photographs.sheet = rig::ReadFilterSheet(options.sheet);
     made_of["sheet_sha256"] = core::Sha256OfFile(options.sheet);
   }
   return photographs;
@@ -105,7 +107,7 @@ core::Json RunMeasure(const MeasureVerb& options) {
                                            &readings);
   filter.provenance.insert(made_of.begin(), made_of.end());
   lightfield::WriteMeasuredFilter(options.output, filter);
-  if (!options.tone.empty()) lightfield::WriteToneTable(options.tone, readings.Tone());
+  if (!options.tone.empty()) rig::WriteToneTable(options.tone, readings.Tone());
   fmt::print("{}: {} x {} texels of {:.4g} mm\n", options.output, filter.lattice.width,
              filter.lattice.height, 1e3 * filter.lattice.ds_m);
   fmt::print("  holder                holes {:.3g} um rms from their places; pixels of {:.4g} mm\n",
@@ -130,7 +132,7 @@ struct PhotographVerb {
 };
 
 core::Json RunPhotograph(const PhotographVerb& options, std::optional<std::uint64_t> seed) {
-  const auto photographs = study::PhotographFilter(options.lab, seed, options.pixels);
+  const auto photographs = planning::PhotographFilter(options.lab, seed, options.pixels);
   core::Json files = core::Json::array();
   const auto write = [&](const std::string& ending, const auto& write_file) {
     const std::string file = options.name + ending;
@@ -138,8 +140,7 @@ core::Json RunPhotograph(const PhotographVerb& options, std::optional<std::uint6
     fmt::print("{}\n", file);
     files.push_back(file);
   };
-  write(".sheet.json",
-        [&](const auto& file) { lightfield::WriteFilterSheet(file, photographs.sheet); });
+  write(".sheet.json", [&](const auto& file) { rig::WriteFilterSheet(file, photographs.sheet); });
   write(".light.exr",
         [&](const auto& file) { reconstruct::WritePhotograph(file, photographs.light); });
   const bool dual = photographs.prints.size() == 2;

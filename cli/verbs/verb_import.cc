@@ -5,11 +5,11 @@
 #include <memory>
 #include <optional>
 
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/file.h"
-#include "reconstruct/import_rays.h"
-#include "scene/transform.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/file.h"
+#include "luxfield/reconstruct/solve/import_rays.h"
+#include "luxfield/scene/transform.h"
 
 namespace luxfield::cli {
 namespace {
@@ -116,7 +116,7 @@ core::Json Run(const Options& options) {
   RequireExtension(options.output, ".lf.exr", "--output");
   if (!options.sigma.empty()) RequireExtension(options.sigma, ".lf.exr", "--sigma");
   const auto how = ImportOptions(options);
-  auto result = reconstruct::ImportRays(lightfield::ReadTm25(options.rays), how);
+  auto result = reconstruct::ImportRays(formats::ReadTm25(options.rays), how);
   for (auto& posed : result.coefficients)
     posed.field.provenance["rays_sha256"] = core::Sha256OfFile(options.rays);
   lightfield::WriteLightFields(options.output, result.coefficients);

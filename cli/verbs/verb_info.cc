@@ -6,25 +6,26 @@
 #include <map>
 #include <memory>
 
-#include "capture/plan.h"
-#include "cli/info_environment.h"
-#include "cli/program.h"
-#include "core/colour.h"
-#include "core/config.h"
-#include "core/exr.h"
-#include "core/file_kind.h"
-#include "core/session_store.h"
-#include "hal/devices.h"
-#include "lightfield/environment_layouts.h"
-#include "lightfield/environment_map.h"
-#include "lightfield/environment_sequence.h"
-#include "lightfield/light_field.h"
-#include "lightfield/measured_filter.h"
-#include "lightfield/measurements.h"
-#include "lightfield/posed_light_field.h"
-#include "lightfield/ray_file.h"
-#include "preprocess/table_io.h"
-#include "scene/scene.h"
+#include "luxfield/capture/plan/plan.h"
+#include "luxfield/cli/info_environment.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file_kind.h"
+#include "luxfield/environment/environment_layouts.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/environment/environment_sequence.h"
+#include "luxfield/formats/ray_file.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/measured_filter.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/lightfield/posed_light_field.h"
+#include "luxfield/preprocess/table_io.h"
+#include "luxfield/scene/scene.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::cli {
 namespace {
@@ -169,9 +170,9 @@ Json InfoMeasurements(const std::string& path) {
 }
 
 Json InfoSession(const std::string& path) {
-  const core::SessionReader session(path);
+  const session::SessionReader session(path);
   std::size_t flagged = 0;
-  std::map<core::FrameKind, std::size_t> counts;
+  std::map<session::FrameKind, std::size_t> counts;
   double longest = 0, shortest = INFINITY;
   for (const auto& frame : session.frames()) {
     ++counts[frame.kind];
@@ -181,7 +182,7 @@ Json InfoSession(const std::string& path) {
   }
   fmt::print("{}: capture session, {}\n", path,
              session.sealed() ? "sealed" : "not sealed (paused or interrupted: resume it)");
-  using enum core::FrameKind;
+  using enum session::FrameKind;
   fmt::print(
       "  frames       {} at filter positions, {} dark, {} flat, {} reference, {} of targets; {} "
       "flagged\n",
@@ -198,7 +199,7 @@ Json InfoSession(const std::string& path) {
 }
 
 Json InfoRays(const std::string& path) {
-  const auto header = lightfield::ReadTm25Header(path);
+  const auto header = formats::ReadTm25Header(path);
   const auto flux = [](const std::optional<double>& value, const char* unit) {
     return value ? fmt::format("{:.6g} {}", *value, unit) : std::string("unknown");
   };
@@ -330,7 +331,7 @@ std::string LowerCase(std::string text) {
 bool IsEnvironment(const std::string& path, const std::string& name) {
   for (const char* radiance : {".hdr", ".rgbe", ".pic"})
     if (name.ends_with(radiance)) return true;
-  return name.ends_with(".exr") && lightfield::SaysEnvironmentLayout(core::ExrReader(path));
+  return name.ends_with(".exr") && environment::SaysEnvironmentLayout(core::ExrReader(path));
 }
 
 void RequireFrames(const std::string& folder) {
@@ -343,7 +344,7 @@ Json Info(const std::string& path, const std::string& layout) {
   const std::string name = LowerCase(path);
   if (core::IsSession(core::WhatIs(path))) return InfoSession(path);
   RequireFrames(path);
-  if (lightfield::IsEnvironmentSequence(path)) return InfoEnvironmentSequence(path, layout);
+  if (environment::IsEnvironmentSequence(path)) return InfoEnvironmentSequence(path, layout);
   if (!layout.empty()) return InfoEnvironment(path, layout);
   if (name.ends_with(".lf.exr")) return InfoLightField(path);
   if (name.ends_with(".meas.exr")) return InfoMeasurements(path);
@@ -375,7 +376,7 @@ void AddInfo(Program& program) {
   verb.add_option("--layout", *layout,
                   fmt::format("Read a picture as an environment map: {} (default: an OpenEXR "
                               "file's envmap attribute; .hdr of 2 : 1 and 1 : 6 by their shape)",
-                              lightfield::EnvironmentLayoutNames()));
+                              environment::EnvironmentLayoutNames()));
 }
 
 }  // namespace luxfield::cli

@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <memory>
 
-#include "cli/merge_pictures.h"
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "reconstruct/merge_session.h"
+#include "luxfield/cli/merge_pictures.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
 
 namespace luxfield::cli {
 namespace {
@@ -22,7 +22,7 @@ struct Options {
 
 core::Json MergeSessionFolder(const Options& options) {
   RequireExtension(options.output, ".meas.exr", "--output");
-  const core::SessionReader session(options.inputs[0]);
+  const session::SessionReader session(options.inputs[0]);
   reconstruct::MergeSessionOptions how;
   how.check_hashes = !options.skip_hashes;
   how.flat_field = options.flat_field;

@@ -5,15 +5,16 @@
 
 #include <memory>
 
-#include "capture/capture.h"
-#include "cli/capture_report.h"
-#include "cli/named_files.h"
-#include "cli/plan_report.h"
-#include "cli/program.h"
-#include "core/outputs.h"
-#include "core/warning.h"
-#include "hal/devices.h"
-#include "study/planned_edges.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/cli/reports/capture_report.h"
+#include "luxfield/cli/reports/plan_report.h"
+#include "luxfield/core/outputs.h"
+#include "luxfield/core/warning.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/planning/planned_edges.h"
 
 namespace luxfield::cli {
 namespace {
@@ -21,15 +22,15 @@ namespace {
 struct Options {
   std::string plan, lab;
   std::string max_error, scene, output, report;
-  int texels = study::CapturePlannerOptions{}.texels,
-      receivers = study::CapturePlannerOptions{}.receivers;
+  int texels = planning::CapturePlannerOptions{}.texels,
+      receivers = planning::CapturePlannerOptions{}.receivers;
   bool no_capture = false;
 };
 
 // Warns, on stderr and in `json`, where the simulated lab's lamp would light the outer filters.
 void AddEdgeWarnings(const std::string& lab, const capture::Plan& plan, core::Json* json) {
   (*json)["warnings"] = core::Json::array();
-  const auto edges = study::PlannedEdgeLight(lab, plan.geometry, plan.dual);
+  const auto edges = planning::PlannedEdgeLight(lab, plan.geometry, plan.dual);
   if (!edges) return;
   (*json)["edges"] = ToJson(*edges).at("sides");
   for (const std::string& warning : EdgeWarnings(*edges, plan.geometry.grid)) {
@@ -86,7 +87,7 @@ core::Json ForTarget(const Options& options, std::uint64_t seed) {
     throw InputError("--max-error needs a --scene: the error is that of its picture");
   if (!options.output.empty()) RequireExtension(options.output, ".toml", "--output");
   if (!options.report.empty()) RequireExtension(options.report, ".html", "--report");
-  study::PlanForTargetOptions target;
+  planning::PlanForTargetOptions target;
   target.max_rel_error = ParseQuantity(options.max_error, "--max-error", {{"%", 0.01}});
   if (!(target.max_rel_error > 0 && target.max_rel_error < 1))
     throw InputError(fmt::format("--max-error {} is not between 0 and 100 %", options.max_error));
@@ -95,7 +96,7 @@ core::Json ForTarget(const Options& options, std::uint64_t seed) {
   const ScratchFolder scratch;
   target.folder = scratch.path;
 
-  study::CapturePlannerOptions how;
+  planning::CapturePlannerOptions how;
   how.lab = options.lab;
   how.scene = options.scene;
   how.texels = options.texels;
@@ -104,8 +105,8 @@ core::Json ForTarget(const Options& options, std::uint64_t seed) {
   if (!options.plan.empty()) how.base = capture::ReadPlan(std::filesystem::path(options.plan));
   how.base.name =
       std::filesystem::path(options.scene).stem().string() + " within " + options.max_error;
-  const study::CapturePlanner planner(how);
-  const study::PlanForTarget answer = study::FindPlan(planner, target);
+  const planning::CapturePlanner planner(how);
+  const planning::PlanForTarget answer = planning::FindPlan(planner, target);
 
   const PlanQuestion question{options.lab, options.scene, target.max_rel_error,
                               planner.truth_error(), planner.samples_error()};

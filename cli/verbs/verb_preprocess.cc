@@ -3,12 +3,12 @@
 
 #include <memory>
 
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/file.h"
-#include "core/outputs.h"
-#include "preprocess/reduction.h"
-#include "preprocess/table_io.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/outputs.h"
+#include "luxfield/preprocess/reduction.h"
+#include "luxfield/preprocess/table_io.h"
 
 namespace luxfield::cli {
 namespace {

@@ -4,12 +4,12 @@
 #include <memory>
 #include <numbers>
 
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/colour.h"
-#include "reconstruct/probe.h"
-#include "reconstruct/rim_picture.h"
-#include "render/film.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_picture.h"
+#include "luxfield/render/film/film.h"
 
 namespace luxfield::cli {
 namespace {
@@ -34,8 +34,8 @@ core::Json Run(const Options& options) {
   reconstruct::WriteProbe(options.output, probe, description);
 
   const auto& rim = probe.rim;
-  const core::Rgb up = lightfield::Irradiance(probe.radiance, {0, 0, 1});
-  const core::Rgb mean = lightfield::MeanRadiance(probe.radiance);
+  const core::Rgb up = environment::Irradiance(probe.radiance, {0, 0, 1});
+  const core::Rgb mean = environment::MeanRadiance(probe.radiance);
   constexpr double kSphere = 4 * std::numbers::pi;
   fmt::print("{}: cube map of 6 x {} x {} from {}\n", options.output, probe.radiance.face_size,
              probe.radiance.face_size,

@@ -6,12 +6,12 @@
 #include <optional>
 #include <vector>
 
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "core/warning.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/warning.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
 namespace luxfield::cli {
 namespace {

@@ -5,13 +5,13 @@
 #include <memory>
 #include <optional>
 
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/error.h"
-#include "core/measures.h"
-#include "render/film.h"
-#include "render/light_groups.h"
-#include "study/picture_noise.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/render/accuracy/picture_noise.h"
+#include "luxfield/render/film/film.h"
+#include "luxfield/render/film/light_groups.h"
 
 namespace luxfield::cli {
 namespace {
@@ -50,7 +50,7 @@ core::Json Run(const Options& options) {
   render::WriteFrame(options.output, frame);
   if (!options.png.empty())
     render::WritePng(options.png, render::ToneMap(frame.radiance, {.exposure = options.exposure}));
-  const double noise = study::NoiseOf(frame, 1).RelativeError();
+  const double noise = render::NoiseOf(frame, 1).RelativeError();
   fmt::print("{}: {} x {}, estimated noise {:.3g} % of the mean radiance (RMS)\n", options.output,
              frame.width, frame.height, 100 * noise);
   core::Json groups = core::Json::array();

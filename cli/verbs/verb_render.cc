@@ -9,19 +9,19 @@
 #include <memory>
 #include <optional>
 
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/outputs.h"
-#include "core/stopwatch.h"
-#include "render/display.h"
-#include "render/film.h"
-#include "render/renderer.h"
-#include "render/shadow_maps.h"
-#include "study/accuracy.h"
-#include "study/picture_noise.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/outputs.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/render/accuracy/accuracy.h"
+#include "luxfield/render/accuracy/picture_noise.h"
+#include "luxfield/render/film/display.h"
+#include "luxfield/render/film/film.h"
+#include "luxfield/render/lights/shadow_maps.h"
+#include "luxfield/render/renderer.h"
 
 namespace luxfield::cli {
 namespace {
@@ -40,29 +40,29 @@ struct Options {
 };
 
 // Chosen estimator and samples for an error or a time asked for.
-study::AccurateFrame RenderToTarget(render::LitScene& scene, const Options& options) {
+render::AccurateFrame RenderToTarget(render::LitScene& scene, const Options& options) {
   if (options.samples_given)
     throw InputError("--spp contradicts --error and --time, which choose the samples; drop one");
-  study::AccuracyRequest request;
+  render::AccuracyRequest request;
   request.picture = options.render;
   if (!options.error.empty())
     request.rel_error = ParseQuantity(options.error, "--error", {{"%", 0.01}});
   if (!options.time.empty())
     request.time_s = ParseQuantity(options.time, "--time", {{"s", 1}, {"ms", 1e-3}});
   if (options.estimator_given) request.estimators = {options.render.estimator};
-  study::RequireServable(scene, request);
-  if (!study::ReadsCostModel(scene, request)) return study::RenderToAccuracy(scene, {}, request);
-  auto costs = study::StoredCostModel(scene.device());
+  render::RequireServable(scene, request);
+  if (!render::ReadsCostModel(scene, request)) return render::RenderToAccuracy(scene, {}, request);
+  auto costs = render::StoredCostModel(scene.device());
   if (!costs) {
     fmt::print(stderr, "measuring what estimators cost on {} (once; see 'bench calibrate')\n",
                scene.device().info().name);
-    costs = study::Calibrate(scene.device());
-    study::StoreCostModel(scene.device(), *costs);
+    costs = render::Calibrate(scene.device());
+    render::StoreCostModel(scene.device(), *costs);
   }
-  return study::RenderToAccuracy(scene, *costs, request);
+  return render::RenderToAccuracy(scene, *costs, request);
 }
 
-core::Json Describe(const study::AccurateFrame& result, const Options& options) {
+core::Json Describe(const render::AccurateFrame& result, const Options& options) {
   core::Json considered = core::Json::array();
   for (const auto& setting : result.considered)
     considered.push_back({{"estimator", setting.estimator},
@@ -136,8 +136,8 @@ core::Json Describe(const render::Frame& frame, const Options& options, const st
     lowest = std::min(lowest, luminance);
   }
   const auto pixels = static_cast<double>(frame.samples.data.size());
-  const study::PictureNoise picture_noise =
-      study::NoiseOf(frame, std::max(1, options.render.samples_per_pixel - 1));
+  const render::PictureNoise picture_noise =
+      render::NoiseOf(frame, std::max(1, options.render.samples_per_pixel - 1));
   const double noise = picture_noise.RelativeError(), noise_sigma = noise * picture_noise.Sigma();
   fmt::print("{}: {} x {}, {} on {}, {}\n", options.output, frame.width, frame.height,
              options.render.estimator, device, "shadows: " + options.shadows);
@@ -265,7 +265,7 @@ core::Json Run(Options options, const Common& common) {
   }
   std::optional<core::Image> reference;
   if (!options.reference.empty()) reference = core::ReadExrImage(options.reference);
-  std::optional<study::AccurateFrame> accurate;
+  std::optional<render::AccurateFrame> accurate;
   if (!options.error.empty() || !options.time.empty()) {
     accurate = RenderToTarget(lit, options);
     options.render.estimator = accurate->chosen.estimator;
@@ -276,7 +276,7 @@ core::Json Run(Options options, const Common& common) {
   core::Json json = Describe(frame, options, device.info().name);
   if (accurate) json["accuracy"] = Describe(*accurate, options);
   if (reference) {
-    const double error = study::LuminanceError(frame.radiance, *reference);
+    const double error = render::LuminanceError(frame.radiance, *reference);
     json["true_rel_rmse"] = error;
     fmt::print("  true error            {:.3g} % against {}\n", 100 * error, options.reference);
   }

@@ -3,9 +3,9 @@
 
 #include <memory>
 
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "cli/session_report.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/cli/reports/session_report.h"
 
 namespace luxfield::cli {
 namespace {

@@ -3,12 +3,12 @@
 
 #include <memory>
 
-#include "capture/plan.h"
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/colour.h"
-#include "hal/sim/simulated_lab.h"
-#include "reconstruct/non_negative.h"
+#include "luxfield/capture/plan/plan.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/reconstruct/solve/non_negative.h"
 
 namespace luxfield::cli {
 namespace {

@@ -5,14 +5,14 @@
 #include <filesystem>
 #include <memory>
 
-#include "cli/program.h"
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/outputs.h"
-#include "core/progress.h"
-#include "core/radiance_hdr.h"
-#include "lightfield/environment_map.h"
-#include "lightfield/sun_sky.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/outputs.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/radiance_hdr.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/environment/sun_sky.h"
 
 namespace luxfield::cli {
 namespace {
@@ -23,30 +23,30 @@ struct Options {
   std::string output, date, time = "12:00", layout = "latitude-longitude", unit = "cd/m2",
                             format = "exr";
   double latitude_deg = 0, longitude_deg = 0, utc_offset_h = 0, turbidity = 2.5, albedo = 0.2;
-  lightfield::CloudOptions clouds;
+  environment::CloudOptions clouds;
   int height = 512, frames = 67;
   bool day = false;
 };
 
 struct Frame {
-  lightfield::UtcTime when;
-  lightfield::SunPosition sun;
-  lightfield::SunSky sky;
+  environment::UtcTime when;
+  environment::SunPosition sun;
+  environment::SunSky sky;
 };
 
-Frame MakeFrame(const Options& options, lightfield::UtcTime when) {
-  const auto sun = lightfield::FindSun({options.latitude_deg, options.longitude_deg}, when);
+Frame MakeFrame(const Options& options, environment::UtcTime when) {
+  const auto sun = environment::FindSun({options.latitude_deg, options.longitude_deg}, when);
   if (options.clouds.cover == 0)
-    return {when, sun, lightfield::SunSky(sun, options.turbidity, options.albedo)};
+    return {when, sun, environment::SunSky(sun, options.turbidity, options.albedo)};
   return {when, sun,
-          lightfield::SunSky(sun, options.turbidity, options.albedo, options.clouds, when)};
+          environment::SunSky(sun, options.turbidity, options.albedo, options.clouds, when)};
 }
 
-lightfield::EnvironmentLayout Layout(const Options& options) {
-  const auto layout = lightfield::EnvironmentLayoutFromName(options.layout);
+environment::EnvironmentLayout Layout(const Options& options) {
+  const auto layout = environment::EnvironmentLayoutFromName(options.layout);
   if (!layout)
     throw InputError(fmt::format("--layout {}: no such layout; choose one of {}", options.layout,
-                                 lightfield::EnvironmentLayoutNames()));
+                                 environment::EnvironmentLayoutNames()));
   return *layout;
 }
 
@@ -57,7 +57,7 @@ void WriteFrame(const std::filesystem::path& path, const Options& options, const
     for (float& value : image.data) value = static_cast<float>(value / kLumenPerWatt);
   core::ExrAttributes attributes;
   attributes["luxfield:unit"] = options.unit == "W/m2" ? "W sr^-1 m^-2" : "cd m^-2";
-  attributes["luxfield:utc"] = lightfield::FormatUtc(frame.when);
+  attributes["luxfield:utc"] = environment::FormatUtc(frame.when);
   attributes["luxfield:latitude_deg"] = options.latitude_deg;
   attributes["luxfield:longitude_deg"] = options.longitude_deg;
   attributes["luxfield:turbidity"] = options.turbidity;
@@ -73,7 +73,7 @@ void WriteFrame(const std::filesystem::path& path, const Options& options, const
   attributes["luxfield:sun_elevation_deg"] = frame.sun.apparent_elevation_deg;
   attributes["luxfield:sun_azimuth_deg"] = frame.sun.azimuth_deg;
   if (path.extension() != ".hdr")
-    return lightfield::WriteEnvironmentPicture(path, image, layout, attributes);
+    return environment::WriteEnvironmentPicture(path, image, layout, attributes);
   std::vector<std::string> comments;
   for (const auto& [name, value] : attributes)
     comments.push_back(std::visit(
@@ -82,7 +82,7 @@ void WriteFrame(const std::filesystem::path& path, const Options& options, const
 }
 
 core::Json ToJson(const Frame& frame) {
-  return {{"utc", lightfield::FormatUtc(frame.when)},
+  return {{"utc", environment::FormatUtc(frame.when)},
           {"sun_elevation_deg", frame.sun.apparent_elevation_deg},
           {"sun_azimuth_deg", frame.sun.azimuth_deg},
           {"sun_radius_deg", frame.sun.angular_radius_deg()},
@@ -104,11 +104,11 @@ std::string CloudText(const Options& options) {
 core::Json MakeOne(const Options& options, std::chrono::sys_days date) {
   const auto offset = std::chrono::seconds(std::llround(3600 * options.utc_offset_h));
   const Frame frame =
-      MakeFrame(options, date + lightfield::ParseTimeOfDay(options.time, "--time") - offset);
+      MakeFrame(options, date + environment::ParseTimeOfDay(options.time, "--time") - offset);
   WriteFrame(options.output, options, frame);
   const core::Json json = ToJson(frame);
   fmt::print("{}: sun and sky at {}, turbidity {}{}\n", options.output,
-             lightfield::FormatUtc(frame.when), options.turbidity, CloudText(options));
+             environment::FormatUtc(frame.when), options.turbidity, CloudText(options));
   fmt::print(
       "  sun          {:.3f} degrees above the horizon, {:.3f} east of north; disc of {:.3f} "
       "degrees, {:.4g} cd/m2\n",
@@ -131,7 +131,7 @@ core::Json MakeDay(const Options& options, std::chrono::sys_days date) {
     throw InputError(folder.string(), "is not empty",
                      "name a new folder: what lies in it would join the sequence");
   const auto daylight =
-      lightfield::FindDaylight({options.latitude_deg, options.longitude_deg}, date);
+      environment::FindDaylight({options.latitude_deg, options.longitude_deg}, date);
   const double step_s = double((daylight.end - daylight.begin).count()) / options.frames;
   const auto make = [&](int k) {
     return MakeFrame(options,
@@ -155,13 +155,13 @@ core::Json MakeDay(const Options& options, std::chrono::sys_days date) {
     progress.Advance();
   }
   fmt::print("{}: {} frames of the sky, {} to {}, every {:.0f} s, turbidity {}{}\n",
-             folder.string(), options.frames, lightfield::FormatUtc(daylight.begin),
-             lightfield::FormatUtc(daylight.end), step_s, options.turbidity, CloudText(options));
+             folder.string(), options.frames, environment::FormatUtc(daylight.begin),
+             environment::FormatUtc(daylight.end), step_s, options.turbidity, CloudText(options));
   return {{"frames", frames}, {"step_s", step_s}};
 }
 
 core::Json Run(const Options& options) {
-  const auto date = lightfield::ParseDate(options.date, "--date");
+  const auto date = environment::ParseDate(options.date, "--date");
   if (options.day) return MakeDay(options, date);
   const std::filesystem::path path = options.output;
   if (path.extension() != ".hdr") RequireExtension(options.output, ".exr", "--output");
@@ -214,7 +214,7 @@ void AddSky(Program& program) {
                   "Where the wind comes from, degrees: 0 north, 90 east")
       ->needs("--clouds");
   verb.add_option("--height", options->height, "Rows of the picture");
-  verb.add_option("--layout", options->layout, lightfield::EnvironmentLayoutNames());
+  verb.add_option("--layout", options->layout, environment::EnvironmentLayoutNames());
   verb.add_option("--unit", options->unit,
                   "cd/m2: luminance; W/m2: the same over 683 lm/W, in W sr^-1 m^-2")
       ->check(CLI::IsMember({"cd/m2", "W/m2"}));

@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include "capture/capture.h"
-#include "cli/named_files.h"
-#include "cli/program.h"
-#include "core/session_check.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/cli/named_files.h"
+#include "luxfield/cli/program.h"
+#include "luxfield/session/session_check.h"
 
 namespace luxfield::cli {
 namespace {
@@ -19,7 +19,7 @@ struct Options {
 core::Json Run(const Options& options) {
   core::Json json;
   if (options.salvage) {
-    const auto salvaged = core::SalvageSession(options.session);
+    const auto salvaged = session::SalvageSession(options.session);
     fmt::print(
         "{}: journal rewritten, {} lines and {} frames kept, {} lines and {} frames lost; the old "
         "one is {}\n",
@@ -42,8 +42,8 @@ core::Json Run(const Options& options) {
     throw InputError(options.session,
                      fmt::format("{} problem{} found", check.problems.size(),
                                  check.problems.size() == 1 ? "" : "s"),
-                     check.damaged ? "`luxfield verify --salvage` keeps what is whole, then "
-                                     "`capture --resume` retakes the rest"
+                     check.damaged  ? "`luxfield verify --salvage` keeps what is whole, then "
+                                      "`capture --resume` retakes the rest"
                      : check.sealed ? "nothing that was measured is damaged"
                                     : "nothing is damaged; `luxfield capture --resume` goes on");
   return json;

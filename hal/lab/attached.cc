@@ -1,4 +1,4 @@
-#include "hal/attached.h"
+#include "luxfield/hal/lab/attached.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "hal/aravis/aravis_camera.h"
-#include "hal/built_drivers.h"
-#include "hal/error.h"
-#include "hal/gphoto2/gphoto2_camera.h"
-#include "hal/gpiod/gpio_lines.h"
-#include "hal/usbtmc/usbtmc.h"
+#include "luxfield/hal/built_drivers.h"
+#include "luxfield/hal/drivers/aravis/aravis_camera.h"
+#include "luxfield/hal/drivers/gphoto2/gphoto2_camera.h"
+#include "luxfield/hal/drivers/gpiod/gpio_lines.h"
+#include "luxfield/hal/drivers/usbtmc/usbtmc.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal {
 namespace {

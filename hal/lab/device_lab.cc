@@ -1,6 +1,6 @@
-#include "hal/device_lab.h"
+#include "luxfield/hal/lab/device_lab.h"
 
-#include "hal/built_drivers.h"
+#include "luxfield/hal/built_drivers.h"
 
 namespace luxfield::hal {
 namespace {

@@ -6,12 +6,12 @@
 #include <optional>
 #include <string>
 
-#include "core/config.h"
-#include "hal/camera_options.h"
-#include "hal/devices.h"
-#include "hal/instrument_options.h"
-#include "hal/line_options.h"
-#include "hal/stage_options.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/options/camera_options.h"
+#include "luxfield/hal/options/instrument_options.h"
+#include "luxfield/hal/options/line_options.h"
+#include "luxfield/hal/options/stage_options.h"
 
 namespace luxfield::hal {
 

@@ -1,13 +1,13 @@
-#include "hal/identify_port.h"
+#include "luxfield/hal/lab/identify_port.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "hal/grbl/message.h"
-#include "hal/transport/line_reader.h"
-#include "hal/transport/open_port.h"
-#include "hal/zaber/message.h"
+#include "luxfield/hal/drivers/grbl/message.h"
+#include "luxfield/hal/drivers/zaber/message.h"
+#include "luxfield/hal/transport/line_reader.h"
+#include "luxfield/hal/transport/open_port.h"
 
 namespace luxfield::hal {
 namespace {

@@ -1,4 +1,4 @@
-#include "hal/safe_state.h"
+#include "luxfield/hal/lab/safe_state.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +10,7 @@
 #include <future>
 #include <thread>
 
-#include "hal/transport/byte_stream.h"
+#include "luxfield/hal/transport/byte_stream.h"
 
 namespace luxfield::hal {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/device_lab.h"
-#include "hal/watchdog.h"
+#include "luxfield/hal/lab/device_lab.h"
+#include "luxfield/hal/safety/watchdog.h"
 
 namespace luxfield::hal {
 

@@ -1,12 +1,12 @@
-#include "hal/camera_options.h"
+#include "luxfield/hal/options/camera_options.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "hal/aravis/pixel_format.h"
-#include "hal/built_drivers.h"
+#include "luxfield/hal/built_drivers.h"
+#include "luxfield/hal/drivers/aravis/pixel_format.h"
 
 namespace luxfield::hal {
 namespace {
@@ -80,7 +80,7 @@ CameraCalibration ReadCalibration(const core::Config& camera, int channels, doub
   return c;
 }
 
-// The mosaic of a Bayer format, as core/cfa.h has it: the format names the first row's colours.
+// The mosaic of a Bayer format, as rig/cfa.h has it: the format names the first row's colours.
 std::string MosaicOf(const std::string& pixel_format) {
   if (!pixel_format.starts_with("Bayer")) return "";
   const std::string row = pixel_format.substr(5, 2);
@@ -113,7 +113,7 @@ CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels) 
   }
   if (camera.Has("image_from_sensor")) {
     const auto h = camera.Numbers("image_from_sensor", 9);
-    std::copy(h.begin(), h.end(), options.image_plane.emplace<Homography>().begin());
+    std::copy(h.begin(), h.end(), options.image_plane.emplace<rig::Homography>().begin());
   } else if (rig == RigKind::kReflector || camera.Has("corners_m")) {
     options.image_plane = ReadCorners(camera);
   } else {
@@ -162,13 +162,14 @@ std::unique_ptr<Camera> OpenCamera(const CameraOptions& options, std::shared_ptr
   return nullptr;
 }
 
-Homography ImageFromSensor(const CameraOptions& options, const CameraCapabilities& capabilities) {
-  if (const auto* map = std::get_if<Homography>(&options.image_plane)) return *map;
+rig::Homography ImageFromSensor(const CameraOptions& options,
+                                const CameraCapabilities& capabilities) {
+  if (const auto* map = std::get_if<rig::Homography>(&options.image_plane)) return *map;
   const auto* pixels = std::get_if<PixelPitch>(&options.image_plane);
-  return FromCorners(capabilities.width, capabilities.height,
-                     pixels
-                         ? CornersOfPixels(pixels->pitch_m, capabilities.width, capabilities.height)
-                         : std::get<Corners>(options.image_plane));
+  return rig::FromCorners(
+      capabilities.width, capabilities.height,
+      pixels ? CornersOfPixels(pixels->pitch_m, capabilities.width, capabilities.height)
+             : std::get<Corners>(options.image_plane));
 }
 
 }  // namespace luxfield::hal

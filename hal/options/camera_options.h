@@ -7,13 +7,13 @@
 #include <string>
 #include <variant>
 
-#include "core/clock.h"
-#include "core/config.h"
-#include "hal/aravis/aravis_camera.h"
-#include "hal/devices.h"
-#include "hal/gphoto2/gphoto2_camera.h"
-#include "hal/homography.h"
-#include "hal/rig_options.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/drivers/aravis/aravis_camera.h"
+#include "luxfield/hal/drivers/gphoto2/gphoto2_camera.h"
+#include "luxfield/hal/options/rig_options.h"
+#include "luxfield/rig/homography.h"
 
 namespace luxfield::hal {
 
@@ -23,7 +23,7 @@ struct PixelPitch {
 
 struct CameraOptions {
   std::variant<aravis::AravisOptions, gphoto2::Gphoto2Options> driver;
-  std::variant<PixelPitch, Corners, Homography> image_plane;  // where the pixels lie on I
+  std::variant<PixelPitch, Corners, rig::Homography> image_plane;  // where the pixels lie on I
   CameraCalibration calibration;
 };
 
@@ -41,6 +41,7 @@ std::unique_ptr<Camera> OpenCamera(const CameraOptions& options, std::shared_ptr
                                    std::shared_ptr<Trigger> trigger);
 
 // image_from_sensor of session.json, for the frames that the opened camera gives.
-Homography ImageFromSensor(const CameraOptions& options, const CameraCapabilities& capabilities);
+rig::Homography ImageFromSensor(const CameraOptions& options,
+                                const CameraCapabilities& capabilities);
 
 }  // namespace luxfield::hal

@@ -1,8 +1,8 @@
-#include "hal/instrument_options.h"
+#include "luxfield/hal/options/instrument_options.h"
 
-#include "hal/built_drivers.h"
-#include "hal/gpiod/line_selector.h"
-#include "hal/line_options.h"
+#include "luxfield/hal/built_drivers.h"
+#include "luxfield/hal/drivers/gpiod/line_selector.h"
+#include "luxfield/hal/options/line_options.h"
 
 namespace luxfield::hal {
 namespace {

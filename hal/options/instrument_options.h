@@ -5,11 +5,11 @@
 #include <string>
 #include <variant>
 
-#include "core/clock.h"
-#include "core/config.h"
-#include "hal/gpiod/gpio_lines.h"
-#include "hal/scpi/scpi.h"
-#include "hal/usbtmc/usbtmc.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/drivers/gpiod/gpio_lines.h"
+#include "luxfield/hal/drivers/scpi/scpi.h"
+#include "luxfield/hal/drivers/usbtmc/usbtmc.h"
 
 namespace luxfield::hal {
 

@@ -1,10 +1,10 @@
-#include "hal/line_options.h"
+#include "luxfield/hal/options/line_options.h"
 
 #include <algorithm>
 #include <array>
 #include <optional>
 
-#include "hal/built_drivers.h"
+#include "luxfield/hal/built_drivers.h"
 
 namespace luxfield::hal {
 namespace {

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "core/config.h"
-#include "hal/gpiod/line_selector.h"
-#include "hal/gpiod/safety_inputs.h"
-#include "hal/gpiod/trigger_line.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/drivers/gpiod/line_selector.h"
+#include "luxfield/hal/drivers/gpiod/safety_inputs.h"
+#include "luxfield/hal/drivers/gpiod/trigger_line.h"
 
 namespace luxfield::hal {
 

@@ -1,8 +1,8 @@
-#include "hal/rig_options.h"
+#include "luxfield/hal/options/rig_options.h"
 
 #include <limits>
 
-#include "core/warning.h"
+#include "luxfield/core/warning.h"
 
 namespace luxfield::hal {
 

@@ -4,9 +4,9 @@
 
 #include <array>
 
-#include "core/config.h"
-#include "hal/devices.h"
-#include "lightfield/geometry.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/lightfield/geometry.h"
 
 namespace luxfield::hal {
 

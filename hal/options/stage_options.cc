@@ -1,10 +1,10 @@
-#include "hal/stage_options.h"
+#include "luxfield/hal/options/stage_options.h"
 
 #include <charconv>
 #include <optional>
 
-#include "hal/grbl/grbl_stage.h"
-#include "hal/transport/open_port.h"
+#include "luxfield/hal/drivers/grbl/grbl_stage.h"
+#include "luxfield/hal/transport/open_port.h"
 
 namespace luxfield::hal {
 namespace {

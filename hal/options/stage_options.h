@@ -5,11 +5,11 @@
 #include <string>
 #include <variant>
 
-#include "core/clock.h"
-#include "core/config.h"
-#include "hal/grbl/machine.h"
-#include "hal/stage_bounds.h"
-#include "hal/zaber/zaber_stage.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/drivers/grbl/machine.h"
+#include "luxfield/hal/drivers/zaber/zaber_stage.h"
+#include "luxfield/hal/safety/stage_bounds.h"
 
 namespace luxfield::hal {
 

@@ -1,8 +1,8 @@
-#include "hal/safety_guard.h"
+#include "luxfield/hal/safety/safety_guard.h"
 
 #include <fmt/format.h>
 
-#include "hal/watchdog.h"
+#include "luxfield/hal/safety/watchdog.h"
 
 namespace luxfield::hal {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/devices.h"
+#include "luxfield/hal/devices.h"
 
 namespace luxfield::hal {
 

@@ -1,10 +1,10 @@
-#include "hal/stage_bounds.h"
+#include "luxfield/hal/safety/stage_bounds.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::hal {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/config.h"
-#include "hal/stage.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/stage.h"
 
 namespace luxfield::hal {
 

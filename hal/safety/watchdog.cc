@@ -1,4 +1,4 @@
-#include "hal/watchdog.h"
+#include "luxfield/hal/safety/watchdog.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -15,8 +15,8 @@
 #include <cstring>
 #include <utility>
 
-#include "core/error.h"
-#include "hal/transport/descriptor_stream.h"
+#include "luxfield/core/error.h"
+#include "luxfield/hal/transport/descriptor_stream.h"
 
 namespace luxfield::hal {
 namespace {

@@ -16,7 +16,7 @@
 #include <mutex>
 #include <thread>
 
-#include "hal/transport/byte_stream.h"
+#include "luxfield/hal/transport/byte_stream.h"
 
 namespace luxfield::hal {
 

@@ -9,9 +9,9 @@
 #include <array>
 #include <optional>
 
-#include "core/config.h"
-#include "hal/homography.h"
-#include "lightfield/lens.h"
+#include "luxfield/core/config.h"
+#include "luxfield/rig/homography.h"
+#include "luxfield/rig/lens.h"
 
 namespace luxfield::hal::sim {
 
@@ -29,7 +29,7 @@ Rotation AboutZ(double angle_rad);
 
 // x_camera = rotation * x_image + translation.
 struct PlacedLens {
-  lightfield::Lens lens;
+  rig::Lens lens;
   Rotation rotation{};
   Vec3 translation;
 };
@@ -40,8 +40,8 @@ struct BenchGeometry {
   Vec2 filter_tilt_rad;
   // How far the filter moves against the luminaire for one metre of the stage's set point.
   std::array<Vec3, 2> stage_axes{{{1, 0, 0}, {0, 1, 0}}};
-  std::optional<PlacedLens> camera;    // reflector rig with [camera.lens]
-  Homography image_from_sensor{};  // of pixel positions freed from distortion
+  std::optional<PlacedLens> camera;     // reflector rig with [camera.lens]
+  rig::Homography image_from_sensor{};  // of pixel positions freed from distortion
 
   Vec2 ImageFromSensor(double column, double row) const;
   Vec2 FilterCentre(Vec2 setpoint) const {
@@ -55,7 +55,8 @@ PlacedLens ReadLens(const core::Config& lens, int width, int height);
 
 // What a camera without distortion sees of I; throws InputError naming [camera.lens] if a corner of
 // its image does not.
-Homography ImageFromSensor(const PlacedLens& camera, int width, int height, const core::Config& lens);
+rig::Homography ImageFromSensor(const PlacedLens& camera, int width, int height,
+                                const core::Config& lens);
 
 // [errors.geometry]: moves `geometry` from what the lab states to what it is. `on` false only
 // checks the numbers.

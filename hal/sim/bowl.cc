@@ -1,12 +1,12 @@
-#include "hal/sim/bowl.h"
+#include "luxfield/hal/sim/bowl.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include "core/random.h"
-#include "lightfield/geometry.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/geometry.h"
 
 namespace luxfield::hal::sim {
 namespace {

@@ -18,8 +18,8 @@
 #include <array>
 #include <memory>
 
-#include "core/config.h"
-#include "hal/sim/lamp.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/sim/lamp.h"
 
 namespace luxfield::hal::sim {
 

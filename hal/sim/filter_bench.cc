@@ -1,10 +1,10 @@
-#include "hal/sim/filter_bench.h"
+#include "luxfield/hal/sim/filter_bench.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/parallel.h"
-#include "core/random.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::hal::sim {
 namespace {
@@ -21,8 +21,8 @@ SensorModel SquareSensor(SensorModel model, int pixels) {
 
 // The holder seen from about its axis, the shorter side 1.9 supports wide: turned by a degree or
 // so, off centre and in perspective by a per cent.
-Homography PlaceCamera(const lightfield::FilterSheet& sheet, int width, int height,
-                       std::uint64_t seed) {
+rig::Homography PlaceCamera(const rig::FilterSheet& sheet, int width, int height,
+                            std::uint64_t seed) {
   core::Random random(seed, kCameraStream);
   const double half = 0.95 * sheet.basis.cells * sheet.spacing_m;
   const double angle = 0.02 * random.Normal(), c = std::cos(angle), s = std::sin(angle);
@@ -33,11 +33,11 @@ Homography PlaceCamera(const lightfield::FilterSheet& sheet, int width, int heig
     const Vec2 moved{p.x + 0.01 * half * random.Normal(), p.y + 0.01 * half * random.Normal()};
     p = {c * moved.x - s * moved.y, s * moved.x + c * moved.y};
   }
-  return FromCorners(width, height, corners);
+  return rig::FromCorners(width, height, corners);
 }
 
 // Per pixel, the mean over 4 x 4 points; `level` is that of the bare light about the axis.
-std::vector<float> Picture(const FilterPrint& print, const Homography& holder_from_sensor,
+std::vector<float> Picture(const FilterPrint& print, const rig::Homography& holder_from_sensor,
                            FilterBench::View view, int width, int height, double level) {
   using View = FilterBench::View;
   const auto& sheet = print.sheet();
@@ -45,7 +45,7 @@ std::vector<float> Picture(const FilterPrint& print, const Homography& holder_fr
     if (std::abs(p.x) < sheet.half_m && std::abs(p.y) < sheet.half_m)
       return view == View::kLight ? 1 : print.SheetTransmittance(p, view == View::kMinus);
     const bool hole = std::any_of(sheet.holder_marks.begin(), sheet.holder_marks.end(),
-                                  [&](const lightfield::RegistrationMark& d) {
+                                  [&](const rig::RegistrationMark& d) {
                                     const Vec2 q = p - d.centre_m;
                                     return q.x * q.x + q.y * q.y <= d.radius_m * d.radius_m;
                                   });
@@ -58,8 +58,8 @@ std::vector<float> Picture(const FilterPrint& print, const Homography& holder_fr
         double sum = 0;
         for (int k = 0; k < kPointsPerAxis * kPointsPerAxis; ++k) {
           const Vec2 p =
-              Apply(holder_from_sensor, column + (k % kPointsPerAxis + 0.5) / kPointsPerAxis,
-                    static_cast<double>(row) + (k / kPointsPerAxis + 0.5) / kPointsPerAxis);
+              rig::Apply(holder_from_sensor, column + (k % kPointsPerAxis + 0.5) / kPointsPerAxis,
+                         static_cast<double>(row) + (k / kPointsPerAxis + 0.5) / kPointsPerAxis);
           const double x = p.x / sheet.half_m, y = p.y / sheet.half_m;
           sum += transmittance(p) * (1 + 0.03 * x - 0.02 * y - 0.04 * (x * x + y * y));
         }
@@ -99,7 +99,7 @@ std::vector<float> FilterBench::Irradiance(View view) const {
 
 double FilterBench::Light(View view) const { return LightOf(seed_, view); }
 
-core::RawFrame FilterBench::Expose(View view, double exposure_s, int number) const {
+session::RawFrame FilterBench::Expose(View view, double exposure_s, int number) const {
   const auto index = static_cast<std::uint64_t>(view);
   return sensor_.Expose(irradiance_[index], Light(view), 0, exposure_s,
                         index << 16 | static_cast<std::uint64_t>(number));

@@ -2,8 +2,8 @@
 // filters"): its holder before an even light, and a camera that somebody put there by hand.
 #pragma once
 
-#include "hal/homography.h"
-#include "hal/sim/lab_description.h"
+#include "luxfield/hal/sim/lab_description.h"
+#include "luxfield/rig/homography.h"
 
 namespace luxfield::hal::sim {
 
@@ -18,9 +18,9 @@ class FilterBench {
   FilterBench(const LabDescription& lab, int pixels);
 
   const Sensor& sensor() const { return sensor_; }
-  const lightfield::FilterSheet& sheet() const { return print_.sheet(); }
+  const rig::FilterSheet& sheet() const { return print_.sheet(); }
   // The truth: holder coordinates of sensor positions (column, row).
-  const Homography& holder_from_sensor() const { return holder_from_sensor_; }
+  const rig::Homography& holder_from_sensor() const { return holder_from_sensor_; }
   const FilterPrint& print() const { return print_; }
   // The truth: the light of a photograph over the nominal one.
   double Light(View view) const;
@@ -28,7 +28,7 @@ class FilterBench {
   double exposure_s() const { return exposure_s_; }
 
   // `number` tells exposures of equal settings apart.
-  core::RawFrame Expose(View view, double exposure_s, int number) const;
+  session::RawFrame Expose(View view, double exposure_s, int number) const;
 
  private:
   std::vector<float> Irradiance(View view) const;  // relative, per pixel
@@ -37,7 +37,7 @@ class FilterBench {
   Sensor sensor_;
   std::uint64_t seed_;
   double exposure_s_;
-  Homography holder_from_sensor_;
+  rig::Homography holder_from_sensor_;
   std::vector<std::vector<float>> irradiance_;  // by View, empty for kDark
 };
 

@@ -1,9 +1,9 @@
-#include "hal/sim/followed_stage.h"
+#include "luxfield/hal/sim/followed_stage.h"
 
 #include <chrono>
 #include <functional>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::sim {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "hal/sim/world.h"
-#include "hal/stage.h"
+#include "luxfield/hal/sim/world.h"
+#include "luxfield/hal/stage.h"
 
 namespace luxfield::hal::sim {
 

@@ -1,4 +1,4 @@
-#include "hal/sim/glare.h"
+#include "luxfield/hal/sim/glare.h"
 
 #include <algorithm>
 #include <cmath>

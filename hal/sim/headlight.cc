@@ -1,4 +1,4 @@
-#include "hal/sim/headlight.h"
+#include "luxfield/hal/sim/headlight.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,17 +1,17 @@
-#include "hal/sim/lab_description.h"
+#include "luxfield/hal/sim/lab_description.h"
 
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "core/cfa.h"
-#include "core/file.h"
-#include "hal/rig_options.h"
+#include "luxfield/core/file.h"
+#include "luxfield/hal/options/rig_options.h"
+#include "luxfield/rig/cfa.h"
 
 namespace luxfield::hal::sim {
 namespace {
 
-using lightfield::Chessboard;
+using rig::Chessboard;
 
 constexpr double kTiny = std::numeric_limits<double>::min();
 
@@ -46,7 +46,7 @@ void ReadCamera(const core::Config& config, LabDescription& lab) {
   for (const double r : sensor.responsivity)
     if (!(r > 0)) camera.Fail("responsivity_e_per_s_per_w_m2", "must be above 0 in every channel");
   sensor.cfa = camera.Text("cfa", "");
-  if (!sensor.cfa.empty() && !core::IsBayer(sensor.cfa))
+  if (!sensor.cfa.empty() && !rig::IsBayer(sensor.cfa))
     camera.Fail("cfa", "must be RGGB, BGGR, GRBG or GBRG", "leave it out for a camera without one");
   if (!sensor.cfa.empty() && lab.channels != 3)
     camera.Fail("cfa", "sees three colours", "set lab.channels = 3");
@@ -73,8 +73,8 @@ void ReadCamera(const core::Config& config, LabDescription& lab) {
         ImageFromSensor(*lab.geometry.camera, sensor.width, sensor.height, *lens);
     const auto& h = lab.geometry.image_from_sensor;
     const double w = sensor.width, height = sensor.height;
-    const lightfield::Vec2 p[4] = {Apply(h, 0, 0), Apply(h, w, 0), Apply(h, w, height),
-                                   Apply(h, 0, height)};
+    const lightfield::Vec2 p[4] = {rig::Apply(h, 0, 0), rig::Apply(h, w, 0),
+                                   rig::Apply(h, w, height), rig::Apply(h, 0, height)};
     double area = 0;
     for (int k = 0; k < 4; ++k) {
       const lightfield::Vec2 a = p[k], b = p[(k + 1) % 4];
@@ -91,7 +91,7 @@ void ReadCamera(const core::Config& config, LabDescription& lab) {
     }
     lab.pitch_m = std::sqrt(area / (static_cast<double>(sensor.width) * sensor.height));
   }
-  lab.geometry.image_from_sensor = FromCorners(sensor.width, sensor.height, corners);
+  lab.geometry.image_from_sensor = rig::FromCorners(sensor.width, sensor.height, corners);
 }
 
 // [targets]: what calibrates the geometry, and how it is lit.
@@ -226,8 +226,8 @@ void ReadErrors(const core::Config& config, LabDescription& lab) {
 FilterPrint LabDescription::Print() const {
   constexpr std::uint64_t kPrintSeed = 0x7072696E74;
   using lightfield::FilterKind;
-  return {lightfield::FilterSheet::Make(dual ? FilterKind::kDual : FilterKind::kBasis, basis,
-                                        spacing_m, filter_scale),
+  return {rig::FilterSheet::Make(dual ? FilterKind::kDual : FilterKind::kBasis, basis, spacing_m,
+                                 filter_scale),
           print_errors, seed ^ kPrintSeed};
 }
 

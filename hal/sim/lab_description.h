@@ -6,15 +6,15 @@
 #include <memory>
 #include <string>
 
-#include "core/config.h"
-#include "hal/devices.h"
-#include "hal/sim/bench_geometry.h"
-#include "hal/sim/glare.h"
-#include "hal/sim/lamp.h"
-#include "hal/sim/lamp_time.h"
-#include "hal/sim/print.h"
-#include "hal/sim/sensor.h"
-#include "hal/stage_options.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/options/stage_options.h"
+#include "luxfield/hal/sim/bench_geometry.h"
+#include "luxfield/hal/sim/glare.h"
+#include "luxfield/hal/sim/lamp.h"
+#include "luxfield/hal/sim/lamp_time.h"
+#include "luxfield/hal/sim/print.h"
+#include "luxfield/hal/sim/sensor.h"
 
 namespace luxfield::hal::sim {
 

@@ -1,12 +1,12 @@
-#include "hal/sim/lamp.h"
+#include "luxfield/hal/sim/lamp.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "hal/sim/bowl.h"
-#include "hal/sim/headlight.h"
+#include "luxfield/hal/sim/bowl.h"
+#include "luxfield/hal/sim/headlight.h"
 
 namespace luxfield::hal::sim {
 namespace {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <span>
 
-#include "core/config.h"
-#include "lightfield/light_field.h"
+#include "luxfield/core/config.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::hal::sim {
 

@@ -1,4 +1,4 @@
-#include "hal/sim/lamp_time.h"
+#include "luxfield/hal/sim/lamp_time.h"
 
 #include <algorithm>
 #include <cmath>

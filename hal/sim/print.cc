@@ -1,13 +1,13 @@
-#include "hal/sim/print.h"
+#include "luxfield/hal/sim/print.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::hal::sim {
 
-FilterPrint::FilterPrint(const lightfield::FilterSheet& sheet, const PrintErrors& errors,
+FilterPrint::FilterPrint(const rig::FilterSheet& sheet, const PrintErrors& errors,
                          std::uint64_t seed)
     : sheet_(sheet), errors_(errors), seed_(seed) {}
 

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "lightfield/filter_sheet.h"
+#include "luxfield/rig/filter_sheet.h"
 
 namespace luxfield::hal::sim {
 
@@ -23,9 +23,9 @@ struct PrintErrors {
 //   dual   T(+-) = max(+-Phi*, 0) / peak(+-)          (docs/theory.md 3, "Filters")
 class FilterPrint {
  public:
-  FilterPrint(const lightfield::FilterSheet& sheet, const PrintErrors& errors, std::uint64_t seed);
+  FilterPrint(const rig::FilterSheet& sheet, const PrintErrors& errors, std::uint64_t seed);
 
-  const lightfield::FilterSheet& sheet() const { return sheet_; }
+  const rig::FilterSheet& sheet() const { return sheet_; }
   // At an offset from the filter's axis; `print` 0 is the positive part, 1 the negative one. Opaque
   // beyond the filter: what stands in the luminaire's light. The grain is its mean over a square of
   // side patch_m about there, which is what a point of a quadrature stands for.
@@ -41,7 +41,7 @@ class FilterPrint {
   double Grain(Vec2 offset_m) const;
   double MeanGrain(Vec2 offset_m, double patch_m) const;
 
-  lightfield::FilterSheet sheet_;
+  rig::FilterSheet sheet_;
   PrintErrors errors_;
   std::uint64_t seed_;
 };

@@ -1,12 +1,12 @@
-#include "hal/sim/sensor.h"
+#include "luxfield/hal/sim/sensor.h"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "core/cfa.h"
-#include "core/parallel.h"
-#include "core/random.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
+#include "luxfield/rig/cfa.h"
 
 namespace luxfield::hal::sim {
 namespace {
@@ -54,9 +54,9 @@ core::Image Sensor::Vignetting() const {
   return image;
 }
 
-core::RawFrame Sensor::Expose(const std::vector<float>& irradiance, double lamp_factor, int channel,
-                              double exposure_s, std::uint64_t stream) const {
-  core::RawFrame frame;
+session::RawFrame Sensor::Expose(const std::vector<float>& irradiance, double lamp_factor,
+                                 int channel, double exposure_s, std::uint64_t stream) const {
+  session::RawFrame frame;
   frame.width = model_.width;
   frame.height = model_.height;
   const bool adc = model_.bits != 32;
@@ -67,8 +67,8 @@ core::RawFrame Sensor::Expose(const std::vector<float>& irradiance, double lamp_
   const double exposure_factor = exposure_s * lamp_factor;
   const auto responsivity = [&](std::size_t k) {
     if (model_.cfa.empty()) return model_.responsivity[channel];
-    return model_.responsivity[core::CfaChannel(model_.cfa, static_cast<int>(k / model_.width),
-                                                static_cast<int>(k % model_.width))];
+    return model_.responsivity[rig::CfaChannel(model_.cfa, static_cast<int>(k / model_.width),
+                                               static_cast<int>(k % model_.width))];
   };
   std::vector<double> collected(frame.size()), noise_dn(frame.size());
   core::ParallelFor(frame.size(), 4096, [&](std::size_t begin, std::size_t end) {

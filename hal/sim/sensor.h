@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/image.h"
-#include "core/raw_frame.h"
+#include "luxfield/core/image.h"
+#include "luxfield/session/raw_frame.h"
 
 namespace luxfield::hal::sim {
 
@@ -25,7 +25,7 @@ struct SensorModel {
   double saturation_dn = 0;  // nothing is above
   double gain_dn_per_e = 1;
   std::vector<double> responsivity;  // electrons per second and W m^-2 (or lx), per channel
-  std::string cfa;                   // colour mosaic (core/cfa.h); empty: none
+  std::string cfa;                   // colour mosaic (rig/cfa.h); empty: none
   // Error sources; 0 is off.
   bool photon_noise = false;
   double read_noise_dn = 0;
@@ -49,8 +49,8 @@ class Sensor {
   // One exposure. `irradiance` is E' per pixel at the lamp's mean power during it, of the colour
   // that the pixel sees, empty for a closed shutter; `channel` is that of a sensor without a
   // mosaic. The noise depends on (seed, stream, pixel) only.
-  core::RawFrame Expose(const std::vector<float>& irradiance, double lamp_factor, int channel,
-                        double exposure_s, std::uint64_t stream) const;
+  session::RawFrame Expose(const std::vector<float>& irradiance, double lamp_factor, int channel,
+                           double exposure_s, std::uint64_t stream) const;
 
  private:
   double VignettingAt(int row, int column) const;

@@ -1,4 +1,4 @@
-#include "hal/sim/simulated_lab.h"
+#include "luxfield/hal/sim/simulated_lab.h"
 
 #include <fmt/format.h>
 
@@ -6,10 +6,10 @@
 #include <atomic>
 #include <cmath>
 
-#include "core/random.h"
-#include "hal/sim/followed_stage.h"
-#include "hal/sim/targets.h"
-#include "hal/sim/world.h"
+#include "luxfield/core/random.h"
+#include "luxfield/hal/sim/followed_stage.h"
+#include "luxfield/hal/sim/targets.h"
+#include "luxfield/hal/sim/world.h"
 
 namespace luxfield::hal::sim {
 namespace {

@@ -6,8 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "hal/devices.h"
-#include "lightfield/light_field.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/safety/stage_bounds.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::hal::sim {
 

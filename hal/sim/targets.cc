@@ -1,19 +1,19 @@
-#include "hal/sim/targets.h"
+#include "luxfield/hal/sim/targets.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "hal/filter_views.h"
-#include "hal/sim/filter_bench.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
+#include "luxfield/hal/sim/filter_bench.h"
+#include "luxfield/rig/filter_views.h"
 
 namespace luxfield::hal::sim {
 namespace {
 
-using lightfield::Chessboard;
+using rig::Chessboard;
 
 constexpr std::uint64_t kBoardStream = 6, kTrapStream = 8;
 constexpr int kPointsPerAxis = 3;
@@ -69,19 +69,19 @@ std::vector<Vec2> RaysOfCorners(const LabDescription& lab) {
   return rays;
 }
 
-Homography Product(const Homography& a, const Homography& b) {
+rig::Homography Product(const rig::Homography& a, const rig::Homography& b) {
   return static_cast<const Rotation&>(a) * static_cast<const Rotation&>(b);
 }
 
-Homography ImageFromRay(const LabDescription& lab) {
+rig::Homography ImageFromRay(const LabDescription& lab) {
   if (!lab.geometry.camera) return lab.geometry.image_from_sensor;
-  const lightfield::Lens& lens = lab.geometry.camera->lens;
+  const rig::Lens& lens = lab.geometry.camera->lens;
   return Product(lab.geometry.image_from_sensor, {lens.focal_px.x, 0, lens.centre_px.x, 0,
                                                   lens.focal_px.y, lens.centre_px.y, 0, 0, 1});
 }
 
 // (x, y) on a plane with the given pose from a ray (x, y, 1).
-Homography PlaneFromRay(const BoardPose& pose) {
+rig::Homography PlaneFromRay(const BoardPose& pose) {
   const Rotation& r = pose.rotation;
   const Vec3 t = pose.translation, n{r[2], r[5], r[8]}, ex{r[0], r[3], r[6]}, ey{r[1], r[4], r[7]};
   const double distance = Dot(n, t);
@@ -98,7 +98,7 @@ Homography PlaneFromRay(const BoardPose& pose) {
 
 struct Mask {
   Vec3 source;
-  Homography mask_from_image{};
+  rig::Homography mask_from_image{};
 };
 
 // Where the line from the source to q on I crosses the mask.
@@ -124,8 +124,8 @@ Mask MaskOf(const LabDescription& lab, const TargetShot& shot, bool on_spacer) {
 }
 
 // Share of white and of the target per pixel. `sigma` blurs in pitches beside the camera's.
-std::vector<Pattern> Draw(const LabDescription& lab, const Chessboard& board, const Homography& map,
-                          Vec2 origin, double sigma) {
+std::vector<Pattern> Draw(const LabDescription& lab, const Chessboard& board,
+                          const rig::Homography& map, Vec2 origin, double sigma) {
   const int width = lab.sensor.width, height = lab.sensor.height;
   const double blur_px = lab.geometry.camera ? lab.target_light.blur_px : 0;
   const std::vector<Vec2> rays = RaysOfCorners(lab);
@@ -141,7 +141,7 @@ std::vector<Pattern> Draw(const LabDescription& lab, const Chessboard& board, co
                        y = (k / kPointsPerAxis + 0.5) / kPointsPerAxis;
           const Vec2 ray =
               (1 - y) * ((1 - x) * top[0] + x * top[1]) + y * ((1 - x) * bottom[0] + x * bottom[1]);
-          points[k] = (1 / board.pitch_m) * (Apply(map, ray.x, ray.y) - origin);
+          points[k] = (1 / board.pitch_m) * (rig::Apply(map, ray.x, ray.y) - origin);
         }
         // How much the pattern's coordinates change over a pixel.
         constexpr double kSpan = kPointsPerAxis / (kPointsPerAxis - 1.0);
@@ -177,7 +177,7 @@ std::vector<float> PictureOfMask(const LabDescription& lab, const TargetShot& sh
                                  bool on_spacer) {
   const Chessboard& board = lab.targets->mask;
   const Mask mask = MaskOf(lab, shot, on_spacer);
-  const Homography image_from_ray = ImageFromRay(lab);
+  const rig::Homography image_from_ray = ImageFromRay(lab);
   const Vec2 origin{-0.5 * (board.columns - 1) * board.pitch_m,
                     -0.5 * (board.rows - 1) * board.pitch_m};
   const double delta = lab.geometry.delta_m + (on_spacer ? lab.targets->spacer_m : 0);
@@ -282,7 +282,7 @@ std::vector<std::string> TargetPositions(const LabDescription& lab) {
   std::vector<std::string> names{"none"};
   if (lab.targets) names = TargetNames(*lab.targets);
   if (lab.filter_bench_irradiance)
-    for (const std::string& view : FilterViewNames(lab.dual)) names.push_back(view);
+    for (const std::string& view : rig::FilterViewNames(lab.dual)) names.push_back(view);
   return names;
 }
 

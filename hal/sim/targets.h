@@ -11,7 +11,7 @@
 
 #include <vector>
 
-#include "hal/sim/lab_description.h"
+#include "luxfield/hal/sim/lab_description.h"
 
 namespace luxfield::hal::sim {
 

@@ -1,12 +1,12 @@
-#include "hal/sim/tracer.h"
+#include "luxfield/hal/sim/tracer.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-#include "core/parallel.h"
-#include "core/progress.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::hal::sim {
 namespace {

@@ -11,8 +11,8 @@
 #include <functional>
 #include <vector>
 
-#include "hal/sim/lamp.h"
-#include "lightfield/geometry.h"
+#include "luxfield/hal/sim/lamp.h"
+#include "luxfield/lightfield/geometry.h"
 
 namespace luxfield::hal::sim {
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "hal/sim/simulated_lab.h"
-#include "hal/sim/world.h"
-#include "lightfield/quadrature.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/hal/sim/world.h"
+#include "luxfield/lightfield/quadrature.h"
 
 namespace luxfield::hal::sim {
 namespace {

@@ -1,14 +1,14 @@
-#include "hal/sim/world.h"
+#include "luxfield/hal/sim/world.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <numeric>
 
-#include "core/cfa.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "hal/sim/targets.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
+#include "luxfield/hal/sim/targets.h"
+#include "luxfield/rig/cfa.h"
 
 namespace luxfield::hal::sim {
 namespace {
@@ -265,8 +265,8 @@ void World::TakeMosaic() {
     const std::vector<float> light = lab_.lamp->traced_channels() > 1 ? LightOf(colour) : pixels_;
     const auto factor = static_cast<float>(lab_.lamp->channel_factor(colour));
     for (std::size_t k = 0; k < light.size(); ++k)
-      if (core::CfaChannel(lab_.sensor.cfa, static_cast<int>(k / width),
-                           static_cast<int>(k % width)) == colour)
+      if (rig::CfaChannel(lab_.sensor.cfa, static_cast<int>(k / width),
+                          static_cast<int>(k % width)) == colour)
         pixels_[k] = factor * light[k];
   }
 }
@@ -297,7 +297,7 @@ double World::LampFactor() const {
                         : 0;
 }
 
-core::RawFrame World::Expose(double exposure_s, std::uint64_t frame_id) {
+session::RawFrame World::Expose(double exposure_s, std::uint64_t frame_id) {
   const std::uint64_t stream = (static_cast<std::uint64_t>(epoch_) << 32) + frame_id;
   double real_exposure_s = exposure_s + lab_.shutter_offset_s;
   if (lab_.shutter_time_s > 0)
@@ -316,7 +316,7 @@ core::RawFrame World::Expose(double exposure_s, std::uint64_t frame_id) {
         lab_.lamp_time.MeanFactor(clock_->MonotonicSeconds() - *lamp_on_since_, real_exposure_s);
     if (lab_.sensor.cfa.empty()) factor *= lab_.lamp->channel_factor(channel);
   }
-  core::RawFrame frame =
+  session::RawFrame frame =
       sensor_.Expose(lit ? PixelIrradiance() : kNoLight, factor, channel, real_exposure_s, stream);
   clock_->SleepSeconds(exposure_s + lab_.readout_s);
   return frame;

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "core/clock.h"
-#include "hal/sim/lab_description.h"
-#include "hal/sim/tracer.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/hal/sim/lab_description.h"
+#include "luxfield/hal/sim/tracer.h"
 
 namespace luxfield::hal::sim {
 
@@ -35,7 +35,7 @@ class World {
   int target = 0;  // index into TargetPositions: a calibration target in place of lamp and print
 
   // Starts now; returns when the clock has passed the exposure. `frame_id` numbers the exposure.
-  core::RawFrame Expose(double exposure_s, std::uint64_t frame_id);
+  session::RawFrame Expose(double exposure_s, std::uint64_t frame_id);
   // Lamp output now, relative to the settled lamp, without PWM.
   double LampFactor() const;
 

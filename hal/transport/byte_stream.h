@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/clock.h"
+#include "luxfield/core/clock.h"
 
 namespace luxfield::hal {
 

@@ -1,4 +1,4 @@
-#include "hal/controller_stage.h"
+#include "luxfield/hal/transport/controller_stage.h"
 
 #include <fmt/format.h>
 

@@ -14,10 +14,10 @@
 #include <mutex>
 #include <string>
 
-#include "core/clock.h"
-#include "hal/error.h"
-#include "hal/stage.h"
-#include "hal/transport/byte_stream.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/hal/stage.h"
+#include "luxfield/hal/transport/byte_stream.h"
 
 namespace luxfield::hal {
 

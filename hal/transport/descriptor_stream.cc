@@ -1,4 +1,4 @@
-#include "hal/transport/descriptor_stream.h"
+#include "luxfield/hal/transport/descriptor_stream.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal {
 

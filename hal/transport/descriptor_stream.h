@@ -1,7 +1,7 @@
 // A byte stream over a file descriptor: serial port, pty or socket.
 #pragma once
 
-#include "hal/transport/byte_stream.h"
+#include "luxfield/hal/transport/byte_stream.h"
 
 namespace luxfield::hal {
 

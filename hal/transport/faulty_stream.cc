@@ -1,4 +1,4 @@
-#include "hal/transport/faulty_stream.h"
+#include "luxfield/hal/transport/faulty_stream.h"
 
 #include <algorithm>
 #include <thread>

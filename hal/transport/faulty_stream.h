@@ -5,8 +5,8 @@
 #include <memory>
 #include <mutex>
 
-#include "core/random.h"
-#include "hal/transport/byte_stream.h"
+#include "luxfield/core/random.h"
+#include "luxfield/hal/transport/byte_stream.h"
 
 namespace luxfield::hal {
 

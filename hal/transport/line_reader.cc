@@ -1,4 +1,4 @@
-#include "hal/transport/line_reader.h"
+#include "luxfield/hal/transport/line_reader.h"
 
 #include <array>
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "hal/transport/byte_stream.h"
+#include "luxfield/hal/transport/byte_stream.h"
 
 namespace luxfield::hal {
 

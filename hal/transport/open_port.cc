@@ -1,4 +1,4 @@
-#include "hal/transport/open_port.h"
+#include "luxfield/hal/transport/open_port.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -19,8 +19,8 @@
 #include <optional>
 #include <utility>
 
-#include "hal/error.h"
-#include "hal/transport/descriptor_stream.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/hal/transport/descriptor_stream.h"
 
 namespace luxfield::hal {
 namespace {

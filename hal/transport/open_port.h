@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/transport/byte_stream.h"
+#include "luxfield/hal/transport/byte_stream.h"
 
 namespace luxfield::hal {
 

@@ -1,10 +1,10 @@
-#include "hal/transport/scripted_stream.h"
+#include "luxfield/hal/transport/scripted_stream.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal {
 

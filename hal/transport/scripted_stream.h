@@ -5,7 +5,7 @@
 #include <deque>
 #include <mutex>
 
-#include "hal/transport/byte_stream.h"
+#include "luxfield/hal/transport/byte_stream.h"
 
 namespace luxfield::hal {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/bracket_levels.h"
+#include "luxfield/reconstruct/bracket/bracket_levels.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -15,7 +15,7 @@ constexpr std::size_t kFewestPixels = 100, kMostPixels = 1 << 18;
 constexpr double kClearOfNoise = 10, kClearOfSaturation = 0.8, kShareOfTolerance = 0.1;
 
 void RequireSize(const SensorModel& sensor, const Exposure& exposure) {
-  const core::RawFrame& frame = *exposure.frame;
+  const session::RawFrame& frame = *exposure.frame;
   if (frame.width == sensor.width && frame.height == sensor.height) return;
   throw InputError(fmt::format(
       "a frame of {} x {} pixels does not fit the sensor of {} x {}; run `luxfield verify` on the "

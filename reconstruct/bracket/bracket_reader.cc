@@ -1,13 +1,13 @@
-#include "reconstruct/bracket_reader.h"
+#include "luxfield/reconstruct/bracket/bracket_reader.h"
 
 #include <algorithm>
 
-#include "core/frame_file.h"
-#include "core/parallel.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/session/frame_file.h"
 
 namespace luxfield::reconstruct {
 
-BracketReader::BracketReader(const core::SessionReader& session,
+BracketReader::BracketReader(const session::SessionReader& session,
                              std::vector<BracketRecords> brackets, bool check_hashes)
     : session_(session), brackets_(std::move(brackets)), check_hashes_(check_hashes) {
   ReadAhead();
@@ -17,9 +17,10 @@ BracketReader::~BracketReader() {
   if (ahead_.valid()) ahead_.wait();
 }
 
-std::span<const core::RawFrame> BracketReader::Next() {
+std::span<const session::RawFrame> BracketReader::Next() {
   ahead_.get();
-  const std::span<const core::RawFrame> frames(frames_[next_ % 2].data(), brackets_[next_].size());
+  const std::span<const session::RawFrame> frames(frames_[next_ % 2].data(),
+                                                  brackets_[next_].size());
   ++next_;
   ReadAhead();
   return frames;
@@ -33,11 +34,11 @@ void BracketReader::ReadAhead() {
 
 void BracketReader::Read(std::size_t bracket) {
   const BracketRecords& records = brackets_[bracket];
-  std::vector<core::RawFrame>& frames = frames_[bracket % 2];
+  std::vector<session::RawFrame>& frames = frames_[bracket % 2];
   frames.resize(std::max(frames.size(), records.size()));  // never shorter: memory stays
   bytes_.resize(std::max(bytes_.size(), records.size()));
-  core::ReadFrames(session_, records, check_hashes_, std::span(bytes_).first(records.size()),
-                   std::span(frames).first(records.size()));
+  session::ReadFrames(session_, records, check_hashes_, std::span(bytes_).first(records.size()),
+                      std::span(frames).first(records.size()));
 }
 
 }  // namespace luxfield::reconstruct

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "core/session_store.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
 
 // The frames of one bracket, as the journal has them.
-using BracketRecords = std::vector<const core::FrameRecord*>;
+using BracketRecords = std::vector<const session::FrameRecord*>;
 
 // One bracket is read ahead, by a thread of its own, so that the disk works while the processor
 // does; with a single thread allowed (core::Threads) each is read when it is asked for. Memory
@@ -21,24 +21,24 @@ using BracketRecords = std::vector<const core::FrameRecord*>;
 class BracketReader {
  public:
   // The brackets in the order they will be asked for. check_hashes: as SessionReader::ReadFrame.
-  BracketReader(const core::SessionReader& session, std::vector<BracketRecords> brackets,
+  BracketReader(const session::SessionReader& session, std::vector<BracketRecords> brackets,
                 bool check_hashes);
   ~BracketReader();  // waits for the reading thread
 
   // The frames of the next bracket, in the order of its records; they stay until the next call.
   // Throws what ReadFrame throws.
-  std::span<const core::RawFrame> Next();
+  std::span<const session::RawFrame> Next();
 
  private:
   void Read(std::size_t bracket);
   void ReadAhead();
 
-  const core::SessionReader& session_;
+  const session::SessionReader& session_;
   std::vector<BracketRecords> brackets_;
   bool check_hashes_;
   std::size_t next_ = 0;
-  std::array<std::vector<core::RawFrame>, 2> frames_;  // of brackets in turn
-  std::vector<std::string> bytes_;                     // of the files being read
+  std::array<std::vector<session::RawFrame>, 2> frames_;  // of brackets in turn
+  std::vector<std::string> bytes_;                        // of the files being read
   std::future<void> ahead_;
 };
 

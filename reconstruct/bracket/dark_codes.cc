@@ -1,4 +1,4 @@
-#include "reconstruct/dark_codes.h"
+#include "luxfield/reconstruct/bracket/dark_codes.h"
 
 #include <algorithm>
 #include <cmath>

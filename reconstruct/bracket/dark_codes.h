@@ -12,14 +12,14 @@
 //   -sum c^3 m' m'' / v / (2 I^2),   I = sum c^2 m'^2 / v
 //
 // (the terms of v' cancel as they do where m is a line). Its information I is within 0.1 % of the
-// codes' own (study/bench_exposures.h) on 20 electrons per DN and on a black level of one read
+// codes' own (bench/bench_exposures.h) on 20 electrons per DN and on a black level of one read
 // noise.
 #pragma once
 
 #include <span>
 #include <vector>
 
-#include "reconstruct/noise_model.h"
+#include "luxfield/reconstruct/bracket/noise_model.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/excluded_samples.h"
+#include "luxfield/reconstruct/bracket/excluded_samples.h"
 
 #include <algorithm>
 #include <atomic>
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/parallel.h"
-#include "reconstruct/simd.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/reconstruct/bracket/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -58,7 +58,7 @@ LUXFIELD_INLINE bool MarkRun(const T* y, int width, float saturation_dn, std::ui
 }
 
 // Sets the bits of a row's clipped samples; whether there are any.
-LUXFIELD_SIMD_CLONES bool MarkRow(const core::RawFrame& frame, int row, double saturation_dn,
+LUXFIELD_SIMD_CLONES bool MarkRow(const session::RawFrame& frame, int row, double saturation_dn,
                                   std::uint64_t* bits) {
   const auto saturation = static_cast<float>(saturation_dn);
   const std::size_t first = static_cast<std::size_t>(row) * frame.width;

@@ -23,8 +23,8 @@
 #include <span>
 #include <vector>
 
-#include "reconstruct/merge_exposures.h"
-#include "reconstruct/pixel_bits.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/reconstruct/bracket/pixel_bits.h"
 
 namespace luxfield::reconstruct {
 

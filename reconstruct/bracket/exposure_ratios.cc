@@ -1,4 +1,4 @@
-#include "reconstruct/exposure_ratios.h"
+#include "luxfield/reconstruct/bracket/exposure_ratios.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

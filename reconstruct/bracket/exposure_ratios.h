@@ -23,7 +23,7 @@
 #include <span>
 #include <vector>
 
-#include "reconstruct/photon_transfer.h"
+#include "luxfield/core/quantity.h"
 
 namespace luxfield::reconstruct {
 
@@ -42,8 +42,8 @@ class ExposureRatios {
   std::size_t pixels() const { return begin_.size(); }
 
   struct Result {
-    std::vector<Quantity> ratio;  // r_j with its standard error; 1 and 0 for the reference
-    std::vector<bool> known;      // false: no pixel links the rung to the reference; then 1
+    std::vector<core::Quantity> ratio;  // r_j with its standard error; 1 and 0 for the reference
+    std::vector<bool> known;            // false: no pixel links the rung to the reference; then 1
     double chi_squared = 0, degrees = 0;
     std::vector<double> information;  // L, rungs x rungs, of all rungs
   };

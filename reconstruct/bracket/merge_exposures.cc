@@ -1,4 +1,4 @@
-#include "reconstruct/merge_exposures.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
 
 #include <fmt/format.h>
 
@@ -6,13 +6,13 @@
 #include <cmath>
 #include <optional>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/dark_codes.h"
-#include "reconstruct/excluded_samples.h"
-#include "reconstruct/merge_tile.h"
-#include "reconstruct/pixel_bits.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/bracket/dark_codes.h"
+#include "luxfield/reconstruct/bracket/excluded_samples.h"
+#include "luxfield/reconstruct/bracket/merge_tile.h"
+#include "luxfield/reconstruct/bracket/pixel_bits.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -127,7 +127,7 @@ void RefineInTheDark(const DarkCodes& codes, const SensorModel& sensor,
 
 DarkSum::DarkSum(double exposure_s) : exposure_s_(exposure_s) {}
 
-void DarkSum::Add(const core::RawFrame& frame) {
+void DarkSum::Add(const session::RawFrame& frame) {
   if (count_ == 0) {
     width_ = frame.width;
     height_ = frame.height;
@@ -151,9 +151,9 @@ DarkFrame DarkSum::Mean() const {
   return dark;
 }
 
-DarkFrame AverageDarks(std::span<const core::RawFrame> frames, double exposure_s) {
+DarkFrame AverageDarks(std::span<const session::RawFrame> frames, double exposure_s) {
   DarkSum sum(exposure_s);
-  for (const core::RawFrame& frame : frames) sum.Add(frame);
+  for (const session::RawFrame& frame : frames) sum.Add(frame);
   return sum.Mean();
 }
 

@@ -26,9 +26,9 @@
 #include <span>
 #include <vector>
 
-#include "core/raw_frame.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/noise_model.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/bracket/noise_model.h"
+#include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
 
@@ -43,8 +43,8 @@ struct DarkFrame {
 class DarkSum {
  public:
   explicit DarkSum(double exposure_s);
-  void Add(const core::RawFrame& frame);  // throws InputError for a frame of another size
-  DarkFrame Mean() const;                 // throws InputError for no frames
+  void Add(const session::RawFrame& frame);  // throws InputError for a frame of another size
+  DarkFrame Mean() const;                    // throws InputError for no frames
 
  private:
   double exposure_s_;
@@ -53,10 +53,10 @@ class DarkSum {
 };
 
 // The same of frames at hand.
-DarkFrame AverageDarks(std::span<const core::RawFrame> frames, double exposure_s);
+DarkFrame AverageDarks(std::span<const session::RawFrame> frames, double exposure_s);
 
 struct Exposure {
-  const core::RawFrame* frame = nullptr;
+  const session::RawFrame* frame = nullptr;
   double exposure_s = 0;
   double attenuation = 1;           // of an ND filter
   double lamp_factor = 1;           // lamp level during this exposure over its reference level

@@ -1,4 +1,4 @@
-#include "reconstruct/merge_shares.h"
+#include "luxfield/reconstruct/bracket/merge_shares.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "reconstruct/merge_exposures.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
 
 namespace luxfield::reconstruct {
 

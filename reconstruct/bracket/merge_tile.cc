@@ -1,10 +1,10 @@
-#include "reconstruct/merge_tile.h"
+#include "luxfield/reconstruct/bracket/merge_tile.h"
 
 #include <cmath>
 #include <limits>
 
-#include "lightfield/measurements.h"
-#include "reconstruct/simd.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/bracket/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -218,7 +218,7 @@ LUXFIELD_SIMD_CLONES bool LoadSamples(const Exposure& exposure, std::uint64_t ex
   constexpr std::uint64_t kAll = ~std::uint64_t{0};
   if (count < kMergeLanes) excluded |= kAll << count;
   if (excluded == kAll) return false;
-  const core::RawFrame& frame = *exposure.frame;
+  const session::RawFrame& frame = *exposure.frame;
   const float* const dark_dn = exposure.dark ? exposure.dark->mean_dn.data() + pixel : nullptr;
   if (frame.value.empty())
     LoadRun(frame.dn.data() + pixel, dark_dn, excluded, count, scale, model, to);

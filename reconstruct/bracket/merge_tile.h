@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "core/raw_frame.h"
-#include "reconstruct/merge_exposures.h"
-#include "reconstruct/pixel_bits.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/reconstruct/bracket/pixel_bits.h"
+#include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,17 +1,17 @@
-#include "reconstruct/mosaic_sites.h"
+#include "luxfield/reconstruct/bracket/mosaic_sites.h"
 
 #include <fmt/format.h>
 
-#include "core/cfa.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "reconstruct/merge_exposures.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/rig/cfa.h"
 
 namespace luxfield::reconstruct {
 std::string ReadCfa(const core::Json& camera, const std::string& file) {
   if (!camera.contains("cfa")) return {};
   const auto cfa = core::Field<std::string>(camera, "cfa", file);
-  if (!core::IsBayer(cfa))
+  if (!rig::IsBayer(cfa))
     throw InputError(file, fmt::format("camera.cfa = '{}' is unknown", cfa),
                      "use RGGB, BGGR, GRBG or GBRG");
   return cfa;
@@ -20,8 +20,8 @@ std::string ReadCfa(const core::Json& camera, const std::string& file) {
 int SitesOf(const std::string& cfa) { return cfa.empty() ? 1 : 4; }
 
 int ChannelOfPixel(const SensorModel& sensor, std::size_t k) {
-  return core::CfaChannel(sensor.cfa, static_cast<int>(k) / sensor.width,
-                          static_cast<int>(k) % sensor.width);
+  return rig::CfaChannel(sensor.cfa, static_cast<int>(k) / sensor.width,
+                         static_cast<int>(k) % sensor.width);
 }
 
 MergedFrame PixelsOfSite(const MergedFrame& merged, int site) {
@@ -31,8 +31,8 @@ MergedFrame PixelsOfSite(const MergedFrame& merged, int site) {
           own(merged.sigma_e_per_s),  own(merged.count),           own(merged.mask)};
 }
 
-std::vector<core::RawFrame> SplitSites(core::RawFrame frame, const std::string& cfa) {
-  std::vector<core::RawFrame> sites;
+std::vector<session::RawFrame> SplitSites(session::RawFrame frame, const std::string& cfa) {
+  std::vector<session::RawFrame> sites;
   if (cfa.empty()) {
     sites.push_back(std::move(frame));
     return sites;

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/raw_frame.h"
+#include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
 
-// `cfa` of the "camera" object of `file` (core/cfa.h); empty: no mosaic. Throws InputError for an
+// `cfa` of the "camera" object of `file` (rig/cfa.h); empty: no mosaic. Throws InputError for an
 // unknown one.
 std::string ReadCfa(const nlohmann::json& camera, const std::string& file);
 
@@ -51,6 +51,6 @@ struct MergedFrame;
 MergedFrame PixelsOfSite(const MergedFrame& merged, int site);
 
 // A frame per site; a frame without a mosaic is moved.
-std::vector<core::RawFrame> SplitSites(core::RawFrame frame, const std::string& cfa);
+std::vector<session::RawFrame> SplitSites(session::RawFrame frame, const std::string& cfa);
 
 }  // namespace luxfield::reconstruct

@@ -1,14 +1,14 @@
-#include "reconstruct/noise_model.h"
+#include "luxfield/reconstruct/bracket/noise_model.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/json.h"
-#include "core/session_path.h"
-#include "reconstruct/mosaic_sites.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/json.h"
+#include "luxfield/reconstruct/bracket/mosaic_sites.h"
+#include "luxfield/session/session_path.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -25,7 +25,7 @@ double Number(const core::Json& camera, const std::string& key, const std::strin
 
 void ReadVignetting(const std::string& name, const std::string& file,
                     const std::filesystem::path& folder, SensorModel* sensor) {
-  const std::filesystem::path path = core::SessionFile(folder, name, file);
+  const std::filesystem::path path = session::SessionFile(folder, name, file);
   const core::Image image = core::ReadExrImage(path);
   if (image.width != sensor->width || image.height != sensor->height || image.channels != 1)
     throw InputError(

@@ -26,7 +26,7 @@ struct SensorModel {
   double dark_current_e_per_s = 0;
   std::vector<double>
       responsivity_e_per_s_per_w_m2;  // per channel: electrons per second at 1 W m^-2
-  std::string cfa;  // colour mosaic (core/cfa.h): one frame holds all channels; empty: none
+  std::string cfa;  // colour mosaic (rig/cfa.h): one frame holds all channels; empty: none
   std::vector<std::pair<int, int>> defects;  // (row, column)
   std::vector<float> vignetting;             // relative sensitivity per pixel; empty: 1 everywhere
 

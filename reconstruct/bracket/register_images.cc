@@ -1,4 +1,4 @@
-#include "reconstruct/register_images.h"
+#include "luxfield/reconstruct/bracket/register_images.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -6,10 +6,10 @@
 #include <limits>
 #include <utility>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/simd.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/bracket/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -257,7 +257,7 @@ double OverlapArea(const std::array<Vec2, 4>& quad, Vec2 low, Vec2 high) {
 
 Registration::Registration(const std::array<double, 9>& image_from_sensor, int sensor_width,
                            int sensor_height, const Lattice& lattice,
-                           const std::optional<lightfield::Lens>& lens)
+                           const std::optional<rig::Lens>& lens)
     : image_from_sensor_(image_from_sensor),
       sensor_width_(sensor_width),
       sensor_height_(sensor_height),

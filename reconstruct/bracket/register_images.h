@@ -19,9 +19,9 @@
 #include <span>
 #include <vector>
 
-#include "lightfield/geometry.h"
-#include "lightfield/lens.h"
-#include "reconstruct/merge_exposures.h"
+#include "luxfield/lightfield/geometry.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/rig/lens.h"
 
 namespace luxfield::reconstruct {
 
@@ -43,8 +43,7 @@ class Registration {
   // sensor through infinity. With a lens the mapping is of pixel positions freed from its
   // distortion; edges of pixels count as straight.
   Registration(const std::array<double, 9>& image_from_sensor, int sensor_width, int sensor_height,
-               const lightfield::Lattice& lattice,
-               const std::optional<lightfield::Lens>& lens = {});
+               const lightfield::Lattice& lattice, const std::optional<rig::Lens>& lens = {});
 
   // Resamples merged pixels, each multiplied by irradiance_per_rate[pixel] (W m^-2 per electron per
   // second; one entry stands for all pixels), for the filter centred on centre_m. Weights are exact
@@ -69,7 +68,7 @@ class Registration {
   std::array<double, 9> image_from_sensor_, sensor_from_image_;
   int sensor_width_, sensor_height_;
   lightfield::Lattice lattice_;
-  std::optional<lightfield::Lens> lens_;
+  std::optional<rig::Lens> lens_;
   bool axis_aligned_;
   std::vector<lightfield::Vec2>
       corners_m_;  // q of all pixel corners, (height + 1) x (width + 1); empty if axis-aligned

@@ -1,13 +1,13 @@
-#include "reconstruct/register_mosaic.h"
+#include "luxfield/reconstruct/bracket/register_mosaic.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "core/cfa.h"
-#include "core/error.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/mosaic_sites.h"
+#include "luxfield/core/error.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/bracket/mosaic_sites.h"
+#include "luxfield/rig/cfa.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -26,7 +26,7 @@ std::array<double, 9> ImageFromPlane(const std::array<double, 9>& h, Vec2 offset
   return result;
 }
 
-std::optional<lightfield::Lens> OfPlane(std::optional<lightfield::Lens> lens, Vec2 offset) {
+std::optional<rig::Lens> OfPlane(std::optional<rig::Lens> lens, Vec2 offset) {
   if (lens) {
     lens->focal_px = 0.5 * lens->focal_px;
     lens->centre_px = 0.5 * (lens->centre_px - offset);
@@ -52,8 +52,7 @@ RegisteredImage Mean(const RegisteredImage& a, const RegisteredImage& b) {
 MosaicRegistration::MosaicRegistration(const std::array<double, 9>& image_from_sensor,
                                        int sensor_width, int sensor_height,
                                        const lightfield::Lattice& lattice,
-                                       const std::optional<lightfield::Lens>& lens,
-                                       const std::string& cfa,
+                                       const std::optional<rig::Lens>& lens, const std::string& cfa,
                                        const std::vector<std::vector<float>>& irradiance_per_rate)
     : cfa_(cfa), sensor_width_(sensor_width) {
   if (sensor_width < 2 || sensor_height < 2)
@@ -62,7 +61,7 @@ MosaicRegistration::MosaicRegistration(const std::array<double, 9>& image_from_s
                     sensor_width, sensor_height));
   for (int site = 0; site < SitesOf(cfa); ++site) {
     const auto [row, column] = PixelOfSite(cfa, site, 0, 0);
-    const int channel = core::CfaChannel(cfa, row, column);
+    const int channel = rig::CfaChannel(cfa, row, column);
     const Vec2 offset{column - 0.5, row - 0.5};
     const std::vector<float>& scale = irradiance_per_rate[channel];
     sites_.push_back(

@@ -12,17 +12,17 @@
 #include <string>
 #include <vector>
 
-#include "reconstruct/register_images.h"
+#include "luxfield/reconstruct/bracket/register_images.h"
 
 namespace luxfield::reconstruct {
 
 class MosaicRegistration {
  public:
-  // As Registration; `cfa` as core/cfa.h has it. irradiance_per_rate: per channel one entry, or one
+  // As Registration; `cfa` as rig/cfa.h has it. irradiance_per_rate: per channel one entry, or one
   // per sensor pixel. Throws InputError as Registration does, and for a sensor below 2 x 2 pixels.
   MosaicRegistration(const std::array<double, 9>& image_from_sensor, int sensor_width,
                      int sensor_height, const lightfield::Lattice& lattice,
-                     const std::optional<lightfield::Lens>& lens, const std::string& cfa,
+                     const std::optional<rig::Lens>& lens, const std::string& cfa,
                      const std::vector<std::vector<float>>& irradiance_per_rate);
 
   // Channel 0 R, 1 G, 2 B for the filter centred on centre_m. Of G sigma is that of the mean, the

@@ -1,9 +1,9 @@
-#include "reconstruct/session_plan.h"
+#include "luxfield/reconstruct/bracket/session_plan.h"
 
 #include <fmt/format.h>
 
-#include "core/error.h"
-#include "core/json.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -51,7 +51,7 @@ std::string Choice(const Json& json, const std::string& key, const std::string& 
 
 }  // namespace
 
-SessionPlan ReadSessionPlan(const core::SessionReader& session) {
+SessionPlan ReadSessionPlan(const session::SessionReader& session) {
   const std::string plan_file = (session.folder() / "plan.json").string();
   const std::string session_file = (session.folder() / "session.json").string();
   SessionPlan result;

@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 
-#include "core/session_store.h"
-#include "lightfield/lens.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/noise_model.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/bracket/noise_model.h"
+#include "luxfield/rig/lens.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
 
@@ -27,7 +27,7 @@ struct SessionPlan {
   double albedo = 1;                          // of the reflector; 1 on the lensless rig
   std::string rig;                            // "lensless" or "reflector"
   std::array<double, 9> image_from_sensor{};  // of pixel positions freed from the lens' distortion
-  std::optional<lightfield::Lens> lens;  // from a calibration of the geometry; else none is known
+  std::optional<rig::Lens> lens;  // from a calibration of the geometry; else none is known
   // How far the filter moves against the luminaire per metre of the stage's read-back along u and
   // v.
   std::array<lightfield::Vec2, 2> stage_axes{{{1, 0}, {0, 1}}};
@@ -38,6 +38,6 @@ struct SessionPlan {
 };
 
 // Throws InputError naming file, field and value.
-SessionPlan ReadSessionPlan(const core::SessionReader& session);
+SessionPlan ReadSessionPlan(const session::SessionReader& session);
 
 }  // namespace luxfield::reconstruct

@@ -1,32 +1,32 @@
-#include "reconstruct/session_views.h"
+#include "luxfield/reconstruct/bracket/session_views.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-DarkFrame DarkOf(const core::SessionReader& session, double exposure_s, bool check_hashes) {
+DarkFrame DarkOf(const session::SessionReader& session, double exposure_s, bool check_hashes) {
   DarkSum sum(exposure_s);
-  for (const core::FrameRecord& record : session.frames())
-    if (record.kind == core::FrameKind::kDark && record.exposure_s == exposure_s)
+  for (const session::FrameRecord& record : session.frames())
+    if (record.kind == session::FrameKind::kDark && record.exposure_s == exposure_s)
       sum.Add(session.ReadFrame(record, check_hashes));
   return sum.Mean();
 }
 
 }  // namespace
 
-std::map<int, std::vector<const core::FrameRecord*>> FramesByView(
-    const core::SessionReader& session) {
-  std::map<int, std::vector<const core::FrameRecord*>> views;
-  for (const core::FrameRecord& record : session.frames())
-    if (record.kind == core::FrameKind::kTarget) views[record.i].push_back(&record);
+std::map<int, std::vector<const session::FrameRecord*>> FramesByView(
+    const session::SessionReader& session) {
+  std::map<int, std::vector<const session::FrameRecord*>> views;
+  for (const session::FrameRecord& record : session.frames())
+    if (record.kind == session::FrameKind::kTarget) views[record.i].push_back(&record);
   return views;
 }
 
-MergedFrame MergeView(const core::SessionReader& session,
-                      const std::vector<const core::FrameRecord*>& records,
+MergedFrame MergeView(const session::SessionReader& session,
+                      const std::vector<const session::FrameRecord*>& records,
                       const SensorModel& sensor, bool check_hashes) {
-  std::vector<core::RawFrame> frames;
+  std::vector<session::RawFrame> frames;
   std::map<double, DarkFrame> darks;
-  for (const core::FrameRecord* record : records) {
+  for (const session::FrameRecord* record : records) {
     frames.push_back(session.ReadFrame(*record, check_hashes));
     if (!darks.contains(record->exposure_s))
       darks[record->exposure_s] = DarkOf(session, record->exposure_s, check_hashes);

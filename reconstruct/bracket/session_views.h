@@ -4,18 +4,18 @@
 #include <map>
 #include <vector>
 
-#include "core/session_store.h"
-#include "reconstruct/merge_exposures.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
 
 // Frames of kind `target` by the number of their view.
-std::map<int, std::vector<const core::FrameRecord*>> FramesByView(
-    const core::SessionReader& session);
+std::map<int, std::vector<const session::FrameRecord*>> FramesByView(
+    const session::SessionReader& session);
 
 // The frames of one view, with the mean of the session's darks of each exposure time.
-MergedFrame MergeView(const core::SessionReader& session,
-                      const std::vector<const core::FrameRecord*>& records,
+MergedFrame MergeView(const session::SessionReader& session,
+                      const std::vector<const session::FrameRecord*>& records,
                       const SensorModel& sensor, bool check_hashes);
 
 }  // namespace luxfield::reconstruct

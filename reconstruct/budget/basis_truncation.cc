@@ -1,13 +1,13 @@
-#include "reconstruct/basis_truncation.h"
+#include "luxfield/reconstruct/budget/basis_truncation.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/parallel.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -17,10 +17,10 @@
 #include <optional>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "lightfield/linear_functional.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/spot_posterior.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/linear_functional.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/budget/spot_posterior.h"
 
 namespace luxfield::reconstruct {
 

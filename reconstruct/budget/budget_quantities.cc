@@ -1,11 +1,11 @@
-#include "reconstruct/budget_quantities.h"
+#include "luxfield/reconstruct/budget/budget_quantities.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/linear_functional.h"
-#include "reconstruct/basis_truncation.h"
-#include "reconstruct/error_budget.h"
+#include "luxfield/lightfield/linear_functional.h"
+#include "luxfield/reconstruct/budget/basis_truncation.h"
+#include "luxfield/reconstruct/budget/error_budget.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/budget_settings.h"
+#include "luxfield/reconstruct/budget/budget_settings.h"
 
 #include <fmt/format.h>
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/config.h"
-#include "lightfield/geometry.h"
+#include "luxfield/core/config.h"
+#include "luxfield/lightfield/geometry.h"
 
 namespace luxfield::reconstruct {
 

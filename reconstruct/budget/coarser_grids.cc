@@ -1,12 +1,12 @@
-#include "reconstruct/coarser_grids.h"
+#include "luxfield/reconstruct/budget/coarser_grids.h"
 
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "lightfield/quadrature.h"
-#include "reconstruct/gram_solve.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/lightfield/quadrature.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
 
 namespace luxfield::reconstruct {
 namespace {

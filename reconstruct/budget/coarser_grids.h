@@ -21,9 +21,9 @@
 #include <optional>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/basis_truncation.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/budget/basis_truncation.h"
 
 namespace luxfield::reconstruct {
 

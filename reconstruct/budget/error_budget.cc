@@ -1,4 +1,4 @@
-#include "reconstruct/error_budget.h"
+#include "luxfield/reconstruct/budget/error_budget.h"
 
 #include <fmt/format.h>
 
@@ -6,18 +6,18 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "reconstruct/adjoint_solve.h"
-#include "reconstruct/budget_quantities.h"
-#include "reconstruct/calibrate_glare.h"
-#include "reconstruct/coarser_grids.h"
-#include "reconstruct/error_propagation.h"
-#include "reconstruct/filter_noise.h"
-#include "reconstruct/filter_system.h"
-#include "reconstruct/geometry_calibration_file.h"
-#include "reconstruct/geometry_uncertainty.h"
-#include "reconstruct/missing_positions.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/core/error.h"
+#include "luxfield/reconstruct/budget/budget_quantities.h"
+#include "luxfield/reconstruct/budget/coarser_grids.h"
+#include "luxfield/reconstruct/budget/error_propagation.h"
+#include "luxfield/reconstruct/budget/filter_noise.h"
+#include "luxfield/reconstruct/budget/geometry_uncertainty.h"
+#include "luxfield/reconstruct/budget/missing_positions.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_calibration_file.h"
+#include "luxfield/reconstruct/calibrate/glare/calibrate_glare.h"
+#include "luxfield/reconstruct/solve/adjoint_solve.h"
+#include "luxfield/reconstruct/solve/filter_system.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -147,8 +147,8 @@ double QuantityBudget::Total() const {
   return std::sqrt(sum);
 }
 
-ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetSettings& settings,
-                               const MergeSessionOptions& how,
+ErrorBudget ComputeErrorBudget(const session::SessionReader& session,
+                               const BudgetSettings& settings, const MergeSessionOptions& how,
                                const lightfield::MeasuredFilter* filter) {
   const SessionPlan plan = CalibratedPlan(session, how);
   const auto measurements = MergeSession(session, how);

@@ -24,11 +24,11 @@
 #include <string>
 #include <vector>
 
-#include "core/session_store.h"
-#include "lightfield/measured_filter.h"
-#include "reconstruct/budget_settings.h"
-#include "reconstruct/merge_session.h"
-#include "reconstruct/tilt_effect.h"
+#include "luxfield/lightfield/measured_filter.h"
+#include "luxfield/reconstruct/budget/budget_settings.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
+#include "luxfield/reconstruct/merge/tilt_effect.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
 
@@ -91,8 +91,8 @@ struct ErrorBudget {
 // join those that the settings state of the print, and what they do not state of its tone and grain
 // is none: both were measured. Throws what merging and solving throw, and InputError for receivers
 // that see a part of the filter plane only.
-ErrorBudget ComputeErrorBudget(const core::SessionReader& session, const BudgetSettings& settings,
-                               const MergeSessionOptions& how = {},
+ErrorBudget ComputeErrorBudget(const session::SessionReader& session,
+                               const BudgetSettings& settings, const MergeSessionOptions& how = {},
                                const lightfield::MeasuredFilter* filter = nullptr);
 
 // {"quantities": [{"name", "unit", "value", "sigma", "relative", "sources": {name: sigma or

@@ -1,4 +1,4 @@
-#include "reconstruct/error_propagation.h"
+#include "luxfield/reconstruct/budget/error_propagation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,17 +6,17 @@
 #include <numeric>
 #include <tuple>
 
-#include "core/parallel.h"
-#include "reconstruct/merge_shares.h"
-#include "reconstruct/mosaic_sites.h"
-#include "reconstruct/register_mosaic.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/reconstruct/bracket/merge_shares.h"
+#include "luxfield/reconstruct/bracket/mosaic_sites.h"
+#include "luxfield/reconstruct/bracket/register_mosaic.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using core::FrameKind;
-using core::FrameRecord;
 using lightfield::Vec2;
+using session::FrameKind;
+using session::FrameRecord;
 
 double IrradiancePerRate(const MergedBracket& bracket, std::size_t pixel) {
   return bracket.irradiance_per_rate[bracket.irradiance_per_rate.size() == 1 ? 0 : pixel];

@@ -10,17 +10,17 @@
 #include <utility>
 #include <vector>
 
-#include "reconstruct/error_budget.h"
-#include "reconstruct/print_sensitivity.h"
-#include "reconstruct/register_images.h"
-#include "reconstruct/session_plan.h"
-#include "reconstruct/stage_sensitivity.h"
+#include "luxfield/reconstruct/bracket/register_images.h"
+#include "luxfield/reconstruct/bracket/session_plan.h"
+#include "luxfield/reconstruct/budget/error_budget.h"
+#include "luxfield/reconstruct/budget/print_sensitivity.h"
+#include "luxfield/reconstruct/budget/stage_sensitivity.h"
 
 namespace luxfield::reconstruct {
 
 // Everything a propagation starts from; all must outlive it.
 struct PropagationInput {
-  const core::SessionReader& session;
+  const session::SessionReader& session;
   const SessionPlan& plan;  // the sensor's calibration applied
   const MergeSessionOptions& how;
   const lightfield::Measurements& measurements;
@@ -44,7 +44,7 @@ class ErrorPropagation : public MergeObserver {
  private:
   // A reference frame: what remains of it when the merge is over.
   struct Reference {
-    const core::FrameRecord* record = nullptr;
+    const session::FrameRecord* record = nullptr;
     std::vector<std::size_t> pixels;
     double signal_dn = 0, factor = 1;
     int darks = 0;
@@ -52,7 +52,8 @@ class ErrorPropagation : public MergeObserver {
     double monitor_share = 0;
     lightfield::Vec2 log_signal_per_m;
   };
-  using FrameLights = std::map<const core::FrameRecord*, double>;  // dQ per relative error of each
+  using FrameLights =
+      std::map<const session::FrameRecord*, double>;  // dQ per relative error of each
   // dQ per metre by which all images are registered beside their place, towards +s, -s, +t and -t:
   // where texels end on edges of pixels, the way back costs more or less than the way there. Exact
   // for these frames, whose noise and pixels of unequal sensitivity are resampled as well.
@@ -103,8 +104,8 @@ class ErrorPropagation : public MergeObserver {
   std::vector<Sums> sums_;
   std::vector<Reference> references_;
   LampDrift drift_;
-  std::optional<SessionExposures> exposures_;      // none: as read back
-  std::map<const core::FrameRecord*, int> visit_;  // arrivals of the stage
+  std::optional<SessionExposures> exposures_;         // none: as read back
+  std::map<const session::FrameRecord*, int> visit_;  // arrivals of the stage
 };
 
 }  // namespace luxfield::reconstruct

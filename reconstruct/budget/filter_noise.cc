@@ -1,10 +1,10 @@
-#include "reconstruct/filter_noise.h"
+#include "luxfield/reconstruct/budget/filter_noise.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "reconstruct/texel_weights.h"
+#include "luxfield/reconstruct/solve/texel_weights.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -5,8 +5,8 @@
 //   dQ = sum over prints of dQ_print (dl_print - dl), relative errors of the light in the holes
 #pragma once
 
-#include "lightfield/measured_filter.h"
-#include "reconstruct/print_sensitivity.h"
+#include "luxfield/lightfield/measured_filter.h"
+#include "luxfield/reconstruct/budget/print_sensitivity.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/geometry_uncertainty.h"
+#include "luxfield/reconstruct/budget/geometry_uncertainty.h"
 
 #include <fmt/format.h>
 
@@ -8,10 +8,10 @@
 #include <map>
 #include <string>
 
-#include "core/error.h"
-#include "core/json.h"
-#include "core/parallel.h"
-#include "reconstruct/stage_sensitivity.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/reconstruct/budget/stage_sensitivity.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -19,10 +19,10 @@ namespace {
 using core::Field;
 using core::Json;
 using lightfield::Lattice;
-using lightfield::Lens;
 using lightfield::Measurements;
 using lightfield::Vec2;
 using lightfield::Vec3;
+using rig::Lens;
 
 // The parameters that merging uses, in either rig's file; the others are passed over.
 constexpr std::array<const char*, 14> kCamera = {

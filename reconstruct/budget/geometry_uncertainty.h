@@ -17,10 +17,10 @@
 #include <filesystem>
 #include <vector>
 
-#include "lightfield/lens.h"
-#include "lightfield/linear_functional.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/print_sensitivity.h"
+#include "luxfield/lightfield/linear_functional.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/budget/print_sensitivity.h"
+#include "luxfield/rig/lens.h"
 
 namespace luxfield::reconstruct {
 

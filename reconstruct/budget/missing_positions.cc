@@ -1,4 +1,4 @@
-#include "reconstruct/missing_positions.h"
+#include "luxfield/reconstruct/budget/missing_positions.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <tuple>
 #include <utility>
 
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/missing_data.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/missing_data.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -26,10 +26,10 @@
 #include <span>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "lightfield/linear_functional.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/filter_system.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/linear_functional.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/solve/filter_system.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/print_sensitivity.h"
+#include "luxfield/reconstruct/budget/print_sensitivity.h"
 
 #include <cmath>
 

@@ -16,9 +16,9 @@
 #include <array>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "lightfield/linear_functional.h"
-#include "reconstruct/filter_profile.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/linear_functional.h"
+#include "luxfield/reconstruct/merge/filter_profile.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,10 +1,10 @@
-#include "reconstruct/spot_posterior.h"
+#include "luxfield/reconstruct/budget/spot_posterior.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "lightfield/quadrature.h"
-#include "reconstruct/filter_profile.h"
+#include "luxfield/lightfield/quadrature.h"
+#include "luxfield/reconstruct/merge/filter_profile.h"
 
 namespace luxfield::reconstruct {
 namespace {

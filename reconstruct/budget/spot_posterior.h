@@ -24,8 +24,8 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "lightfield/basis.h"
-#include "lightfield/measurements.h"
+#include "luxfield/lightfield/basis.h"
+#include "luxfield/lightfield/measurements.h"
 
 namespace luxfield::reconstruct {
 

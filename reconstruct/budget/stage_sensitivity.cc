@@ -1,11 +1,11 @@
-#include "reconstruct/stage_sensitivity.h"
+#include "luxfield/reconstruct/budget/stage_sensitivity.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "reconstruct/filter_profile.h"
-#include "reconstruct/mosaic_sites.h"
+#include "luxfield/reconstruct/bracket/mosaic_sites.h"
+#include "luxfield/reconstruct/merge/filter_profile.h"
 
 namespace luxfield::reconstruct {
 namespace {

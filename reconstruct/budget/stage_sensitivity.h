@@ -8,10 +8,10 @@
 
 #include <span>
 
-#include "lightfield/linear_functional.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/merge_session.h"
-#include "reconstruct/session_plan.h"
+#include "luxfield/lightfield/linear_functional.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/bracket/session_plan.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
 
 namespace luxfield::reconstruct {
 

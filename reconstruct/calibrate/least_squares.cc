@@ -1,4 +1,4 @@
-#include "reconstruct/least_squares.h"
+#include "luxfield/reconstruct/calibrate/least_squares.h"
 
 #include <glog/logging.h>
 

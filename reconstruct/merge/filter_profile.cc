@@ -1,8 +1,8 @@
-#include "reconstruct/filter_profile.h"
+#include "luxfield/reconstruct/merge/filter_profile.h"
 
 #include <algorithm>
 
-#include "lightfield/quadrature.h"
+#include "luxfield/lightfield/quadrature.h"
 
 namespace luxfield::reconstruct {
 namespace {

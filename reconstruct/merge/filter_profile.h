@@ -9,8 +9,8 @@
 #include <functional>
 #include <vector>
 
-#include "lightfield/basis.h"
-#include "lightfield/measurements.h"
+#include "luxfield/lightfield/basis.h"
+#include "luxfield/lightfield/measurements.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/merge_session.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
 
 #include <fmt/format.h>
 
@@ -9,30 +9,30 @@
 #include <optional>
 #include <tuple>
 
-#include "core/error.h"
-#include "core/frame_file.h"
-#include "core/progress.h"
-#include "reconstruct/bracket_levels.h"
-#include "reconstruct/bracket_reader.h"
-#include "reconstruct/calibrate_glare.h"
-#include "reconstruct/filter_profile.h"
-#include "reconstruct/flat_field.h"
-#include "reconstruct/geometry_calibration_file.h"
-#include "reconstruct/mosaic_sites.h"
-#include "reconstruct/register_images.h"
-#include "reconstruct/register_mosaic.h"
-#include "reconstruct/sensor_calibration_file.h"
-#include "reconstruct/session_plan.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/reconstruct/bracket/bracket_levels.h"
+#include "luxfield/reconstruct/bracket/bracket_reader.h"
+#include "luxfield/reconstruct/bracket/mosaic_sites.h"
+#include "luxfield/reconstruct/bracket/register_images.h"
+#include "luxfield/reconstruct/bracket/register_mosaic.h"
+#include "luxfield/reconstruct/bracket/session_plan.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_calibration_file.h"
+#include "luxfield/reconstruct/calibrate/glare/calibrate_glare.h"
+#include "luxfield/reconstruct/calibrate/sensor/flat_field.h"
+#include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
+#include "luxfield/reconstruct/merge/filter_profile.h"
+#include "luxfield/session/frame_file.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using core::FrameKind;
-using core::FrameRecord;
-using core::RawFrame;
 using lightfield::Measurement;
 using lightfield::Measurements;
 using lightfield::Vec2;
+using session::FrameKind;
+using session::FrameRecord;
+using session::RawFrame;
 
 constexpr double kLargestDisplacement =
     0.1;  // spacings; a filter 0.01 off changes by 1.35 % (docs/lab.md)
@@ -66,7 +66,7 @@ SessionPlan Calibrated(SessionPlan plan, const MergeSessionOptions& options,
 
 class SessionMerger {
  public:
-  SessionMerger(const core::SessionReader& session, const MergeSessionOptions& options)
+  SessionMerger(const session::SessionReader& session, const MergeSessionOptions& options)
       : session_(session),
         options_(options),
         plan_(Calibrated(ReadSessionPlan(session), options, provenance_)),
@@ -282,7 +282,7 @@ class SessionMerger {
     for (const FrameRecord& record : session_.frames()) {
       if (record.kind != FrameKind::kReference) continue;
       ++summary_.reference_frames;
-      core::ReadFrame(session_, record, options_.check_hashes, &bytes, &frame);
+      session::ReadFrame(session_, record, options_.check_hashes, &bytes, &frame);
       Series& series = all[{record.channel, record.exposure_s, record.attenuation}];
       const bool is_first = series.pixels.empty();
       if (is_first) series.pixels = ReferencePixels(plan_.sensor, frame);
@@ -464,7 +464,7 @@ class SessionMerger {
     return position;
   }
 
-  const core::SessionReader& session_;
+  const session::SessionReader& session_;
   MergeSessionOptions options_;
   std::map<std::string, std::string> provenance_;  // of calibrations: before plan_, which fills it
   SessionPlan plan_;
@@ -509,7 +509,8 @@ double LampDrift::Factor(int epoch, int channel, double time_s) const {
   return factor;
 }
 
-SessionPlan CalibratedPlan(const core::SessionReader& session, const MergeSessionOptions& options) {
+SessionPlan CalibratedPlan(const session::SessionReader& session,
+                           const MergeSessionOptions& options) {
   std::map<std::string, std::string> provenance;
   return Calibrated(ReadSessionPlan(session), options, provenance);
 }
@@ -525,7 +526,7 @@ std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const RawFra
   return bright.empty() ? usable : bright;
 }
 
-Measurements MergeSession(const core::SessionReader& session, const MergeSessionOptions& options,
+Measurements MergeSession(const session::SessionReader& session, const MergeSessionOptions& options,
                           MergeSessionSummary* summary) {
   SessionMerger merger(session, options);
   Measurements result = merger.Header();
@@ -534,7 +535,7 @@ Measurements MergeSession(const core::SessionReader& session, const MergeSession
   return result;
 }
 
-void MergeSessionToFile(const core::SessionReader& session, const std::filesystem::path& output,
+void MergeSessionToFile(const session::SessionReader& session, const std::filesystem::path& output,
                         const MergeSessionOptions& options, MergeSessionSummary* summary) {
   SessionMerger merger(session, options);
   lightfield::WriteMeasurements(output, merger.Header(), [&](int m) { return merger.Next(m); });

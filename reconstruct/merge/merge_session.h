@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/session_store.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/merge_exposures.h"
-#include "reconstruct/session_exposures.h"
-#include "reconstruct/session_plan.h"
-#include "reconstruct/tilt_effect.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/reconstruct/bracket/session_plan.h"
+#include "luxfield/reconstruct/merge/session_exposures.h"
+#include "luxfield/reconstruct/merge/tilt_effect.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
 
@@ -28,7 +28,7 @@ enum class LampLevel {
 
 // A drift reference as the lamp's level was taken from it.
 struct MergedReference {
-  const core::FrameRecord* record = nullptr;
+  const session::FrameRecord* record = nullptr;
   const std::vector<std::size_t>* pixels = nullptr;  // that were summed
   double signal_dn = 0;                              // their sum less darks
   const DarkFrame* dark = nullptr;                   // null: the sensor model's
@@ -37,7 +37,7 @@ struct MergedReference {
 // One position, print and channel on the sensor's own pixels.
 struct MergedBracket {
   int i = 0, j = 0, print = 0, channel = 0;
-  std::span<const core::FrameRecord* const> records;
+  std::span<const session::FrameRecord* const> records;
   std::span<const Exposure> exposures;  // one per record
   const MergedFrame& merged;
   std::span<const float> irradiance_per_rate;  // as Registration::Apply takes it
@@ -106,10 +106,11 @@ class LampDrift {
 };
 
 // The session's plan with what options.calibrations and options.flat_field say in place of it.
-SessionPlan CalibratedPlan(const core::SessionReader& session, const MergeSessionOptions& options);
+SessionPlan CalibratedPlan(const session::SessionReader& session,
+                           const MergeSessionOptions& options);
 
 // The pixels of the first reference frame that LampDrift's sums run over.
-std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const core::RawFrame& frame);
+std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const session::RawFrame& frame);
 
 // E_ij on the plan's lattice, divided by the filter's scale; dual prints combined to E = peak(+)
 // E(+) - peak(-) E(-). On the `lensless` rig E = X / (v R) with X the merged electrons per second,
@@ -120,7 +121,7 @@ std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const core::
 // beside a shorter one are read twice, to see which frames contradict the others. Throws InputError
 // naming file and field for what the session lacks or contradicts, a stage read-back more than a
 // tenth of a spacing from its plan, and Interrupted.
-lightfield::Measurements MergeSession(const core::SessionReader& session,
+lightfield::Measurements MergeSession(const session::SessionReader& session,
                                       const MergeSessionOptions& options = {},
                                       MergeSessionSummary* summary = nullptr);
 
@@ -129,7 +130,7 @@ lightfield::Measurements MergeSession(const core::SessionReader& session,
 // corners behind a homography), 10 more per exposure time (two frames, a file's bytes, the darks'
 // mean) and one position: 0.5 GB for 8 exposures at 4 megapixels. Bytes as
 // WriteMeasurements(output, MergeSession(...)).
-void MergeSessionToFile(const core::SessionReader& session, const std::filesystem::path& output,
+void MergeSessionToFile(const session::SessionReader& session, const std::filesystem::path& output,
                         const MergeSessionOptions& options = {},
                         MergeSessionSummary* summary = nullptr);
 

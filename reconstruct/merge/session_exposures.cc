@@ -1,21 +1,21 @@
-#include "reconstruct/session_exposures.h"
+#include "luxfield/reconstruct/merge/session_exposures.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
-#include "core/parallel.h"
-#include "reconstruct/merge_shares.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/reconstruct/bracket/merge_shares.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
 constexpr std::size_t kPixelsOfABracket = 2048;
 
-std::vector<RungExposure> RungsOf(std::span<const core::FrameRecord> frames) {
+std::vector<RungExposure> RungsOf(std::span<const session::FrameRecord> frames) {
   std::vector<RungExposure> rungs;
-  for (const core::FrameRecord& record : frames) {
-    if (record.kind != core::FrameKind::kPosition) continue;
+  for (const session::FrameRecord& record : frames) {
+    if (record.kind != session::FrameKind::kPosition) continue;
     const bool there = std::any_of(rungs.begin(), rungs.end(), [&](const RungExposure& rung) {
       return rung.exposure_s == record.exposure_s && rung.attenuation == record.attenuation;
     });
@@ -38,10 +38,10 @@ double Value(const SensorModel& sensor, const Exposure& exposure, double k, std:
 
 }  // namespace
 
-SessionExposures::SessionExposures(std::span<const core::FrameRecord> frames)
+SessionExposures::SessionExposures(std::span<const session::FrameRecord> frames)
     : rungs_(RungsOf(frames)) {}
 
-std::size_t SessionExposures::Rung(const core::FrameRecord& record) const {
+std::size_t SessionExposures::Rung(const session::FrameRecord& record) const {
   const auto found = std::find_if(rungs_.begin(), rungs_.end(), [&](const RungExposure& rung) {
     return rung.exposure_s == record.exposure_s && rung.attenuation == record.attenuation;
   });
@@ -49,7 +49,7 @@ std::size_t SessionExposures::Rung(const core::FrameRecord& record) const {
 }
 
 void SessionExposures::Add(const SensorModel& sensor,
-                           std::span<const core::FrameRecord* const> records,
+                           std::span<const session::FrameRecord* const> records,
                            std::span<const Exposure> exposures, const MergeOptions& options,
                            const MergedFrame& merged) {
   const MergeShares shares(sensor, exposures, options, merged);
@@ -108,7 +108,7 @@ void SessionExposures::Solve() {
 }
 
 ThroughRatios SessionExposures::Propagate(
-    const std::map<const core::FrameRecord*, double>& light) const {
+    const std::map<const session::FrameRecord*, double>& light) const {
   const auto count = static_cast<Eigen::Index>(rungs_.size());
   Eigen::VectorXd of_rung = Eigen::VectorXd::Zero(count);
   for (const auto& [record, of_frame] : light)
@@ -130,8 +130,8 @@ ThroughRatios SessionExposures::Propagate(
         Eigen::Map<const Eigen::MatrixXd>(bracket.information.data(), count, count) * answer;
     // Frames of one rung in one bracket share its light.
     std::map<std::size_t, double> frames;
-    for (const core::FrameRecord* record : bracket.records) ++frames[Rung(*record)];
-    for (const core::FrameRecord* record : bracket.records) {
+    for (const session::FrameRecord* record : bracket.records) ++frames[Rung(*record)];
+    for (const session::FrameRecord* record : bracket.records) {
       const std::size_t rung = Rung(*record);
       result.light[record] += by_rung[static_cast<Eigen::Index>(rung)] / frames[rung];
     }
@@ -140,12 +140,12 @@ ThroughRatios SessionExposures::Propagate(
 }
 
 void SessionExposures::WidenSigma(const SensorModel& sensor,
-                                  std::span<const core::FrameRecord* const> records,
+                                  std::span<const session::FrameRecord* const> records,
                                   std::span<const Exposure> exposures, const MergeOptions& options,
                                   MergedFrame* merged) const {
   std::vector<double> variance;  // of each record's ratio
-  for (const core::FrameRecord* record : records) {
-    const Quantity& ratio = rungs_[Rung(*record)].ratio;
+  for (const session::FrameRecord* record : records) {
+    const core::Quantity& ratio = rungs_[Rung(*record)].ratio;
     variance.push_back(std::pow(ratio.sigma / ratio.value, 2));
   }
   const MergeShares shares(sensor, exposures, options, *merged);

@@ -21,55 +21,57 @@
 #include <span>
 #include <vector>
 
-#include "core/session_store.h"
-#include "reconstruct/exposure_ratios.h"
-#include "reconstruct/merge_exposures.h"
+#include "luxfield/reconstruct/bracket/exposure_ratios.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
 
 struct RungExposure {
   double exposure_s = 0, attenuation = 1;  // read back
-  Quantity ratio{1, 0};
+  core::Quantity ratio{1, 0};
   bool known = false;  // false: shares no pixel with the others; then as read back
 };
 
 // What estimated ratios do to a quantity.
 struct ThroughRatios {
-  std::map<const core::FrameRecord*, double> light;  // dQ per relative error of a frame's light
-  double noise_variance = 0;                         // of the pixels that the ratios come from
+  std::map<const session::FrameRecord*, double> light;  // dQ per relative error of a frame's light
+  double noise_variance = 0;                            // of the pixels that the ratios come from
 };
 
 class SessionExposures {
  public:
   // The rungs of the frames of filter positions; ratios 1 until Solve.
-  explicit SessionExposures(std::span<const core::FrameRecord> frames);
+  explicit SessionExposures(std::span<const session::FrameRecord> frames);
 
   // A merged bracket's samples, on a grid of some 2048 pixels: 24 bytes a sample are kept.
-  void Add(const SensorModel& sensor, std::span<const core::FrameRecord* const> records,
+  void Add(const SensorModel& sensor, std::span<const session::FrameRecord* const> records,
            std::span<const Exposure> exposures, const MergeOptions& options,
            const MergedFrame& merged);
   void Solve();
 
   const std::vector<RungExposure>& rungs() const { return rungs_; }
-  double Ratio(const core::FrameRecord& record) const { return rungs_[Rung(record)].ratio.value; }
+  double Ratio(const session::FrameRecord& record) const {
+    return rungs_[Rung(record)].ratio.value;
+  }
 
   // Of a quantity that holds `light` of every frame, dQ per relative error of it with the ratios as
   // they are. Added to it, what is common to a rung's frames cancels but for the first's.
-  ThroughRatios Propagate(const std::map<const core::FrameRecord*, double>& light) const;
+  ThroughRatios Propagate(const std::map<const session::FrameRecord*, double>& light) const;
 
   // sigma^2 += X^2 sum share_n^2 sigma(r_n)^2. Parallel over pixels.
-  void WidenSigma(const SensorModel& sensor, std::span<const core::FrameRecord* const> records,
+  void WidenSigma(const SensorModel& sensor, std::span<const session::FrameRecord* const> records,
                   std::span<const Exposure> exposures, const MergeOptions& options,
                   MergedFrame* merged) const;
 
  private:
   struct Bracket {
-    std::vector<const core::FrameRecord*> records;
+    std::vector<const session::FrameRecord*> records;
     std::vector<std::vector<RungSample>> pixels;
     std::vector<double> information;  // L_b, rungs x rungs
   };
 
-  std::size_t Rung(const core::FrameRecord& record) const;
+  std::size_t Rung(const session::FrameRecord& record) const;
   ExposureRatios::Result SolveWithout(std::size_t bracket) const;
 
   std::vector<RungExposure> rungs_;  // by falling exposure

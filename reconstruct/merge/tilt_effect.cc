@@ -1,4 +1,4 @@
-#include "reconstruct/tilt_effect.h"
+#include "luxfield/reconstruct/merge/tilt_effect.h"
 
 #include <fmt/format.h>
 

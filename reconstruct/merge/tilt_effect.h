@@ -13,7 +13,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "reconstruct/session_plan.h"
+#include "luxfield/reconstruct/bracket/session_plan.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,12 +1,12 @@
-#include "reconstruct/adjoint_solve.h"
+#include "luxfield/reconstruct/solve/adjoint_solve.h"
 
 #include <algorithm>
 #include <map>
 
-#include "reconstruct/kept_moments.h"
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/missing_data.h"
-#include "reconstruct/moment_constraint.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/kept_moments.h"
+#include "luxfield/reconstruct/solve/missing_data.h"
+#include "luxfield/reconstruct/solve/moment_constraint.h"
 
 namespace luxfield::reconstruct {
 

@@ -8,9 +8,9 @@
 // (missing_data.h). Double throughout.
 #pragma once
 
-#include "lightfield/linear_functional.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/filter_system.h"
+#include "luxfield/lightfield/linear_functional.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/solve/filter_system.h"
 
 namespace luxfield::reconstruct {
 

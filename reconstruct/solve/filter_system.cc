@@ -1,4 +1,4 @@
-#include "reconstruct/filter_system.h"
+#include "luxfield/reconstruct/solve/filter_system.h"
 
 #include <fmt/format.h>
 
@@ -8,11 +8,11 @@
 #include <cmath>
 #include <functional>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "reconstruct/filter_profile.h"
-#include "reconstruct/texel_weights.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/merge/filter_profile.h"
+#include "luxfield/reconstruct/solve/texel_weights.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
-#include "lightfield/measured_filter.h"
-#include "reconstruct/gram_solve.h"
+#include "luxfield/lightfield/measured_filter.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/general_solve.h"
+#include "luxfield/reconstruct/solve/general_solve.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/parallel.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <span>
 
-#include "reconstruct/filter_system.h"
-#include "reconstruct/missing_data.h"
-#include "reconstruct/moment_constraint.h"
-#include "reconstruct/pixel_weights.h"
+#include "luxfield/reconstruct/solve/filter_system.h"
+#include "luxfield/reconstruct/solve/missing_data.h"
+#include "luxfield/reconstruct/solve/moment_constraint.h"
+#include "luxfield/reconstruct/solve/pixel_weights.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/gram_solve.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <utility>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "reconstruct/separable_product.h"
-#include "reconstruct/simd.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/reconstruct/bracket/simd.h"
+#include "luxfield/reconstruct/solve/separable_product.h"
 
 namespace luxfield::reconstruct {
 namespace {

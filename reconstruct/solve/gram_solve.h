@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/basis.h"
-#include "reconstruct/kept_moments.h"
+#include "luxfield/lightfield/basis.h"
+#include "luxfield/reconstruct/solve/kept_moments.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/import_rays.h"
+#include "luxfield/reconstruct/solve/import_rays.h"
 
 #include <fmt/format.h>
 
@@ -6,18 +6,18 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/non_negative.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/non_negative.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
+using formats::Ray;
+using formats::RayFile;
 using lightfield::LightField;
 using lightfield::LuminaireGeometry;
-using lightfield::Ray;
-using lightfield::RayFile;
 using lightfield::Vec3;
 
 constexpr double kAutoLost = 0.01;          // of the flux, that one beam may leave out

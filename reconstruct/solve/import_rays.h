@@ -22,10 +22,10 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/posed_light_field.h"
-#include "lightfield/ray_file.h"
-#include "reconstruct/ray_fit.h"
-#include "reconstruct/ray_planes.h"
+#include "luxfield/formats/ray_file.h"
+#include "luxfield/lightfield/posed_light_field.h"
+#include "luxfield/reconstruct/solve/ray_fit.h"
+#include "luxfield/reconstruct/solve/ray_planes.h"
 
 namespace luxfield::reconstruct {
 
@@ -99,7 +99,7 @@ struct RayImport {
 };
 
 // Throws InputError if an option makes no sense or no ray crosses both planes.
-RayImport ImportRays(const lightfield::RayFile& file, const ImportRaysOptions& options = {});
+RayImport ImportRays(const formats::RayFile& file, const ImportRaysOptions& options = {});
 
 // What a user has to know: flux that is lost, rescaled or uncertain, fits of noise. Sentences.
 std::vector<std::string> Warnings(const RayImport& result);

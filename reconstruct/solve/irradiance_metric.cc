@@ -1,4 +1,4 @@
-#include "reconstruct/irradiance_metric.h"
+#include "luxfield/reconstruct/solve/irradiance_metric.h"
 
 #include <fmt/format.h>
 
@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/progress.h"
-#include "reconstruct/simd.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/reconstruct/bracket/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {

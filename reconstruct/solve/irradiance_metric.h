@@ -22,8 +22,8 @@
 // restarts (Nesterov 2004; O'Donoghue, Candes 2015) over all texels together.
 #pragma once
 
-#include "lightfield/light_field.h"
-#include "reconstruct/non_negative.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/reconstruct/solve/non_negative.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,10 +1,10 @@
-#include "reconstruct/kept_moments.h"
+#include "luxfield/reconstruct/solve/kept_moments.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::reconstruct {
 
@@ -14,8 +14,7 @@ using lightfield::BasisKind;
 Keep KeepFromName(const std::string& name) {
   for (const Keep keep : {Keep::kNone, Keep::kFlux, Keep::kMoments})
     if (name == KeepName(keep)) return keep;
-  throw InputError(
-      fmt::format("--keep '{}' is not known; give moments, flux or none", name));
+  throw InputError(fmt::format("--keep '{}' is not known; give moments, flux or none", name));
 }
 
 std::string KeepName(Keep keep) {

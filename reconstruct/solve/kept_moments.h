@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/basis.h"
-#include "lightfield/edge_light.h"
+#include "luxfield/lightfield/basis.h"
+#include "luxfield/lightfield/edge_light.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/missing_data.h"
+#include "luxfield/reconstruct/solve/missing_data.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "reconstruct/separable_product.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/reconstruct/solve/separable_product.h"
 
 namespace luxfield::reconstruct {
 namespace {

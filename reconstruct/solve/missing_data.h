@@ -18,9 +18,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "reconstruct/filter_system.h"
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/pixel_weights.h"
+#include "luxfield/reconstruct/solve/filter_system.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/pixel_weights.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/moment_constraint.h"
+#include "luxfield/reconstruct/solve/moment_constraint.h"
 
 #include <Eigen/Dense>
 #include <Eigen/Sparse>

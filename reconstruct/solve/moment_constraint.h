@@ -14,8 +14,8 @@
 #include <span>
 #include <vector>
 
-#include "reconstruct/filter_system.h"
-#include "reconstruct/kept_moments.h"
+#include "luxfield/reconstruct/solve/filter_system.h"
+#include "luxfield/reconstruct/solve/kept_moments.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/non_negative.h"
+#include "luxfield/reconstruct/solve/non_negative.h"
 
 #include <fmt/format.h>
 
@@ -11,9 +11,9 @@
 #include <mutex>
 #include <vector>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "reconstruct/simd.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/reconstruct/bracket/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {

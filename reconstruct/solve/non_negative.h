@@ -18,7 +18,7 @@
 #include <cstddef>
 #include <string>
 
-#include "reconstruct/gram_solve.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/pixel_weights.h"
+#include "luxfield/reconstruct/solve/pixel_weights.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "core/parallel.h"
+#include "luxfield/core/parallel.h"
 
 namespace luxfield::reconstruct {
 namespace {

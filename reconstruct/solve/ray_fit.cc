@@ -1,4 +1,4 @@
-#include "reconstruct/ray_fit.h"
+#include "luxfield/reconstruct/solve/ray_fit.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/parallel.h"
+#include "luxfield/core/parallel.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -109,7 +109,7 @@ RayBins BinRays(std::span<const RayLine> lines, const LuminaireGeometry& geometr
   return bins;
 }
 
-void FitRays(const lightfield::RayFile& file, const RayBins& bins, double scale,
+void FitRays(const formats::RayFile& file, const RayBins& bins, double scale,
              const GramSolver& solver, LightField& c, LightField& sigma) {
   const auto& geometry = c.geometry;
   const auto& grid = geometry.grid;

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "lightfield/ray_file.h"
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/ray_lines.h"
+#include "luxfield/formats/ray_file.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/ray_lines.h"
 
 namespace luxfield::reconstruct {
 
@@ -37,7 +37,7 @@ RayBins BinRays(std::span<const RayLine> lines, const lightfield::LuminaireGeome
 
 // Least squares texel by texel, each scaled to its rays' flux (import_rays.h); sigma is the
 // counting noise. Both have the geometry wanted; three channels need rays with tristimulus values.
-void FitRays(const lightfield::RayFile& file, const RayBins& bins, double scale,
+void FitRays(const formats::RayFile& file, const RayBins& bins, double scale,
              const GramSolver& solver, lightfield::LightField& c, lightfield::LightField& sigma);
 
 // Unbiased estimate of the integrated squared error of the fit's phase-space density, over position

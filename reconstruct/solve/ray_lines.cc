@@ -1,4 +1,4 @@
-#include "reconstruct/ray_lines.h"
+#include "luxfield/reconstruct/solve/ray_lines.h"
 
 #include <algorithm>
 #include <array>
@@ -64,7 +64,7 @@ int FaceOf(Vec3 d) {
   return d.y > 0 ? 4 : 5;
 }
 
-std::vector<RayLine> LinesOf(const lightfield::RayFile& file, const RigidPose& luminaire_from_file,
+std::vector<RayLine> LinesOf(const formats::RayFile& file, const RigidPose& luminaire_from_file,
                              int face, const std::function<bool(Vec3)>& takes) {
   const RigidPose face_from_file = LuminaireFromFace(face).Inverse() * luminaire_from_file;
   std::vector<RayLine> lines;

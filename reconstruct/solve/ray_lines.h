@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "lightfield/posed_light_field.h"
-#include "lightfield/ray_file.h"
+#include "luxfield/formats/ray_file.h"
+#include "luxfield/lightfield/posed_light_field.h"
 
 namespace luxfield::reconstruct {
 
@@ -32,7 +32,7 @@ int FaceOf(lightfield::Vec3 direction);
 
 // The rays that `takes` says yes to (given the direction in the luminaire's frame), as lines in the
 // frame of the face, in the file's order. All must have dz > 0 there.
-std::vector<RayLine> LinesOf(const lightfield::RayFile& file,
+std::vector<RayLine> LinesOf(const formats::RayFile& file,
                              const lightfield::RigidPose& luminaire_from_file, int face,
                              const std::function<bool(lightfield::Vec3)>& takes);
 

@@ -1,4 +1,4 @@
-#include "reconstruct/ray_planes.h"
+#include "luxfield/reconstruct/solve/ray_planes.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,9 @@
 #include <map>
 #include <vector>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "reconstruct/ray_fit.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/solve/ray_fit.h"
 
 namespace luxfield::reconstruct {
 namespace {

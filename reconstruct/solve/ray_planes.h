@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
-#include "lightfield/light_field.h"
-#include "reconstruct/ray_lines.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/reconstruct/solve/ray_lines.h"
 
 namespace luxfield::reconstruct {
 

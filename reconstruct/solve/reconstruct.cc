@@ -1,18 +1,18 @@
-#include "reconstruct/reconstruct.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "reconstruct/filter_system.h"
-#include "reconstruct/general_solve.h"
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/irradiance_metric.h"
-#include "reconstruct/moment_constraint.h"
-#include "reconstruct/separable_product.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/reconstruct/solve/filter_system.h"
+#include "luxfield/reconstruct/solve/general_solve.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/irradiance_metric.h"
+#include "luxfield/reconstruct/solve/moment_constraint.h"
+#include "luxfield/reconstruct/solve/separable_product.h"
 
 namespace luxfield::reconstruct {
 namespace {

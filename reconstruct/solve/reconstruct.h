@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "lightfield/measured_filter.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/kept_moments.h"
-#include "reconstruct/report.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/measured_filter.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/solve/kept_moments.h"
+#include "luxfield/reconstruct/solve/report.h"
 
 namespace luxfield::reconstruct {
 
@@ -40,7 +40,7 @@ struct Reconstruction {
   // positions: per pixel sum over mn of R^2 sigma_mn^2, R the map that made C of E. It belongs to
   // the least-squares solution also where C >= 0 was asked for, and knows nothing of a
   // regularisation's bias. Where positions were unknown it holds the variance of the prior as well
-  // (reconstruct/pixel_weights.h).
+  // (reconstruct/solve/pixel_weights.h).
   lightfield::LightField sigma;
   // Measurements that were unknown, per texel [row][column]; where > 0 and too few are left, C is
   // the one of smallest norm among those that fit what is known; where all were unknown C = 0.

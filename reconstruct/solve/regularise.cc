@@ -1,4 +1,4 @@
-#include "reconstruct/regularise.h"
+#include "luxfield/reconstruct/solve/regularise.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <limits>
 #include <vector>
 
-#include "core/error.h"
-#include "core/parallel.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -24,9 +24,9 @@
 #include <optional>
 #include <span>
 
-#include "lightfield/basis.h"
-#include "reconstruct/moment_constraint.h"
-#include "reconstruct/pixel_weights.h"
+#include "luxfield/lightfield/basis.h"
+#include "luxfield/reconstruct/solve/moment_constraint.h"
+#include "luxfield/reconstruct/solve/pixel_weights.h"
 
 namespace luxfield::reconstruct {
 

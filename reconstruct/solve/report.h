@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/kept_moments.h"
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/missing_data.h"
-#include "reconstruct/non_negative.h"
-#include "reconstruct/regularise.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/kept_moments.h"
+#include "luxfield/reconstruct/solve/missing_data.h"
+#include "luxfield/reconstruct/solve/non_negative.h"
+#include "luxfield/reconstruct/solve/regularise.h"
 
 namespace luxfield::reconstruct {
 
@@ -39,11 +39,11 @@ struct ReconstructionReport {
   std::optional<double> filter_noise;  // relative, of the system (FilterSystem::matrix_noise)
   IncompletePixels incomplete;         // texels
   KeptMoments kept;
-  // Of the forward model: how far the flux of a point of light may be off where it is kept, rms over
-  // the interior cells, relative (MomentConstraint::residual).
+  // Of the forward model: how far the flux of a point of light may be off where it is kept, rms
+  // over the interior cells, relative (MomentConstraint::residual).
   std::optional<double> moment_residual;
-  std::optional<lightfield::EdgeLight> edges;     // absent: dual filters, whose sum is no flux density
-  std::vector<std::string> warnings;  // a sentence each
+  std::optional<lightfield::EdgeLight> edges;  // absent: dual filters, whose sum is no flux density
+  std::vector<std::string> warnings;           // a sentence each
   // Texels x positions that carry each flag.
   std::size_t off_sensor = 0, saturated = 0, too_dark = 0, defect = 0;
   std::optional<NonNegativeSummary> non_negative;

@@ -1,8 +1,8 @@
-#include "reconstruct/separable_product.h"
+#include "luxfield/reconstruct/solve/separable_product.h"
 
 #include <algorithm>
 
-#include "reconstruct/simd.h"
+#include "luxfield/reconstruct/bracket/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,4 +1,4 @@
-#include "reconstruct/texel_weights.h"
+#include "luxfield/reconstruct/solve/texel_weights.h"
 
 #include <algorithm>
 

@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-#include "lightfield/basis.h"
+#include "luxfield/lightfield/basis.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "study/accuracy.h"
+#include "luxfield/render/accuracy/accuracy.h"
 
 #include <fmt/format.h>
 
@@ -6,13 +6,13 @@
 #include <cmath>
 #include <utility>
 
-#include "core/error.h"
-#include "core/measures.h"
-#include "core/stopwatch.h"
-#include "study/choose_setting.h"
-#include "study/lights_accuracy.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/render/accuracy/choose_setting.h"
+#include "luxfield/render/accuracy/lights_accuracy.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 constexpr int kMaxRounds = 12;
@@ -20,8 +20,7 @@ constexpr int kMaxRounds = 12;
 // Renders rounds until the variance that the picture states, as pilots correct it, is small enough.
 class Rounds {
  public:
-  Rounds(render::LitScene& scene, render::RenderOptions options, const Candidate& chosen,
-         AccurateFrame& result)
+  Rounds(LitScene& scene, RenderOptions options, const Candidate& chosen, AccurateFrame& result)
       : scene_(scene),
         options_(std::move(options)),
         chosen_(chosen),
@@ -50,16 +49,16 @@ class Rounds {
   }
 
  private:
-  render::Frame Take() {
+  Frame Take() {
     options_.first_pass = pass_++;
     options_.sample_density = density_.density;
     options_.samples_per_pixel =
         static_cast<int>(std::clamp(wanted_, chosen_.least, double{kMaxSamples}));
-    return render::Renderer(scene_, options_).Render();
+    return Renderer(scene_, options_).Render();
   }
 
   // Merged by samples, which keeps the mean unbiased.
-  void Add(render::Frame frame) {
+  void Add(Frame frame) {
     const int k = options_.samples_per_pixel;
     const double factor = chosen_.StatedFactor(k);
     for (float& v : frame.variance.data) v *= static_cast<float>(factor);
@@ -67,10 +66,10 @@ class Rounds {
       for (float& v : group.variance.data) v *= static_cast<float>(factor);
     law_.Anchor(k, NoiseOf(frame, 1).mean_variance);
     if (taken_ == 0) {
-      render::AddTimes(result_.frame.times, frame.times);
+      AddTimes(result_.frame.times, frame.times);
       result_.frame = std::move(frame);
     } else {
-      result_.frame = render::MeanFrame(result_.frame, taken_, frame, k);
+      result_.frame = MeanFrame(result_.frame, taken_, frame, k);
     }
     // All rounds have their scale from the same pilot.
     result_.frame.variance_scale = factor;
@@ -107,13 +106,13 @@ class Rounds {
     taken_ = 0;
   }
 
-  render::LitScene& scene_;
-  render::RenderOptions options_;
+  LitScene& scene_;
+  RenderOptions options_;
   const Candidate& chosen_;
   SampleDensity density_;
   VarianceLaw law_;
-  double wanted_;      // samples of the next round
-  double taken_ = 0;   // of the picture, at density 1
+  double wanted_;     // samples of the next round
+  double taken_ = 0;  // of the picture, at density 1
   int pass_ = 0;
   AccurateFrame& result_;
 };
@@ -129,14 +128,14 @@ void AccuracyRequest::Validate() const {
   if (time_s && !(*time_s > 0 && *time_s <= 86400))
     throw InputError(
         fmt::format("a time of {:g} s cannot be asked for; give up to a day", *time_s));
-  if (picture.shadows != render::Shadows::kNone && picture.shadows != render::Shadows::kTraced)
+  if (picture.shadows != Shadows::kNone && picture.shadows != Shadows::kTraced)
     throw InputError(
         "shadow maps do not state their error, so no estimator can be chosen by error or time; "
         "take traced shadows or none, or name an estimator and its samples");
   picture.Validate();
 }
 
-AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
+AccurateFrame RenderToAccuracy(LitScene& scene, const CostModel& costs,
                                const AccuracyRequest& request) {
   RequireServable(scene, request);
   if (!ReadsCostModel(scene, request)) return RenderLightsToAccuracy(scene, request);
@@ -148,11 +147,11 @@ AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
   const Candidate& chosen = candidates.front();
   result.chosen = chosen.setting;
 
-  render::RenderOptions options = request.picture;
+  RenderOptions options = request.picture;
   options.estimator = chosen.setting.estimator;
   if (request.rel_error) options.approximation_error = ApproximationError(request);
   if (!chosen.samples) {
-    result.frame = render::Renderer(scene, options).Render();
+    result.frame = Renderer(scene, options).Render();
     result.estimated_error = chosen.setting.predicted_error;
     result.met = !request.rel_error || result.estimated_error <= *request.rel_error;
     return result;
@@ -174,39 +173,38 @@ bool IsBetter(const AccuracyRequest& request, const Setting& a, const Setting& b
   return a_fits ? a.predicted_error < b.predicted_error : a.predicted_s < b.predicted_s;
 }
 
-bool TakesSamples(const render::EstimatorTraits& traits, bool shadows) {
+bool TakesSamples(const EstimatorTraits& traits, bool shadows) {
   return !traits.noise_free || shadows;
 }
 
-bool StatesItsError(const render::EstimatorTraits& traits, bool glossy, bool shadows) {
+bool StatesItsError(const EstimatorTraits& traits, bool glossy, bool shadows) {
   if (glossy ? !traits.any_brdf : traits.any_brdf && traits.noise_free) return false;
   if (shadows && !traits.traced_shadows) return false;
   return TakesSamples(traits, shadows) ? traits.unbiased || traits.noise_free
                                        : traits.rel_error > 0;
 }
 
-bool MayBeChosen(const render::EstimatorTraits& traits, const render::LitScene& scene,
+bool MayBeChosen(const EstimatorTraits& traits, const LitScene& scene,
                  const AccuracyRequest& request) {
   const auto& names = request.estimators;
   return StatesItsError(traits, scene.geometry().glossy,
-                        request.picture.shadows != render::Shadows::kNone) &&
+                        request.picture.shadows != Shadows::kNone) &&
          (names.empty() || std::find(names.begin(), names.end(), traits.name) != names.end());
 }
 
-bool ReadsCostModel(const render::LitScene& scene, const AccuracyRequest& request) {
+bool ReadsCostModel(const LitScene& scene, const AccuracyRequest& request) {
   return !scene.environment() && scene.area_lights().empty() &&
          !request.picture.knobs.strategies.everywhere;
 }
 
-void RequireServable(const render::LitScene& scene, const AccuracyRequest& request) {
+void RequireServable(const LitScene& scene, const AccuracyRequest& request) {
   request.Validate();
-  if (scene.environment() &&
-      request.picture.knobs.environment.sets != render::SampleSets::kScrambled)
+  if (scene.environment() && request.picture.knobs.environment.sets != SampleSets::kScrambled)
     throw InputError(
         "errors of shared and interleaved samples are alike from pixel to pixel, so that no error "
         "or time can be asked of them; take environment-sets=scrambled or name the samples");
   if (scene.luminaires().empty() || request.picture.knobs.strategies.everywhere) return;
-  const auto estimators = render::EstimatorList();
+  const auto estimators = EstimatorList();
   if (std::none_of(estimators.begin(), estimators.end(),
                    [&](const auto& traits) { return MayBeChosen(traits, scene, request); }))
     throw InputError(
@@ -218,4 +216,4 @@ double LuminanceError(const core::Image& picture, const core::Image& reference) 
   return core::Compare(core::LuminanceImage(picture), core::LuminanceImage(reference)).rel_rmse;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

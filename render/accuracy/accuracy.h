@@ -16,16 +16,16 @@
 #include <string>
 #include <vector>
 
-#include "render/renderer.h"
-#include "study/cost_model.h"
+#include "luxfield/render/accuracy/cost_model.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 
 struct AccuracyRequest {
   std::optional<double> rel_error;  // 0.005 for 0.5 %
   std::optional<double> time_s;     // wall time of lighting; exactly one of the two
   // Shadows, antialiasing, seed, size; estimator and samples are chosen.
-  render::RenderOptions picture;
+  RenderOptions picture;
   std::vector<std::string> estimators;  // to choose from; empty: all that state their error
 
   void Validate() const;  // throws InputError naming the field
@@ -43,7 +43,7 @@ struct Setting {
 bool IsBetter(const AccuracyRequest& request, const Setting& a, const Setting& b);
 
 struct AccurateFrame {
-  render::Frame frame;
+  Frame frame;
   Setting chosen;  // samples_per_pixel as the frame has them
   // Best setting of each estimator, cheapest first, without those that are clearly dearer than
   // another.
@@ -54,33 +54,33 @@ struct AccurateFrame {
 };
 
 // Whether an estimator takes light samples for a picture with shadows, or without.
-bool TakesSamples(const render::EstimatorTraits& traits, bool shadows);
+bool TakesSamples(const EstimatorTraits& traits, bool shadows);
 
 // Whether an error can be asked of an estimator on glossy or Lambertian surfaces: its samples are
 // unbiased and show their variance, or it takes none and states a bound. `exact` stands for
 // those that are the same as `exact` on Lambertian surfaces.
-bool StatesItsError(const render::EstimatorTraits& traits, bool glossy, bool shadows);
+bool StatesItsError(const EstimatorTraits& traits, bool glossy, bool shadows);
 
 // Whether the scene's luminaires may be lit by an estimator: it states its error there and is one
 // of those that the request names, if it names any.
-bool MayBeChosen(const render::EstimatorTraits& traits, const render::LitScene& scene,
+bool MayBeChosen(const EstimatorTraits& traits, const LitScene& scene,
                  const AccuracyRequest& request);
 
 // Whether RenderToAccuracy reads the cost model: scenes of luminaires alone. What other lights cost
-// pilots tell (study/lights_accuracy.h).
-bool ReadsCostModel(const render::LitScene& scene, const AccuracyRequest& request);
+// pilots tell (render/accuracy/lights_accuracy.h).
+bool ReadsCostModel(const LitScene& scene, const AccuracyRequest& request);
 
 // Throws InputError for requests that cannot be served, without rendering anything: an estimator
 // that does not state its error, glossy surfaces where none of the estimators takes them, samples
 // of an environment that pixels share, as their errors are alike where margins take them as
 // independent.
-void RequireServable(const render::LitScene& scene, const AccuracyRequest& request);
+void RequireServable(const LitScene& scene, const AccuracyRequest& request);
 
 // Throws what RequireServable does, DeviceError, Interrupted.
-AccurateFrame RenderToAccuracy(render::LitScene& scene, const CostModel& costs,
+AccurateFrame RenderToAccuracy(LitScene& scene, const CostModel& costs,
                                const AccuracyRequest& request);
 
 // Relative RMSE of the luminance of `picture` against `reference`, as above.
 double LuminanceError(const core::Image& picture, const core::Image& reference);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -1,13 +1,13 @@
-#include "study/car2.h"
+#include "luxfield/render/accuracy/car2.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 using lightfield::Vec3;
@@ -104,7 +104,7 @@ lightfield::LightField SyntheticCar2(const SyntheticCar2Options& options) {
   return field;
 }
 
-render::GBuffer RoadGBuffer(const render::Device& device, int width, int height) {
+GBuffer RoadGBuffer(const Device& device, int width, int height) {
   const std::size_t count = static_cast<std::size_t>(width) * height;
   std::vector<cl_float4> position(count), normal(count);
   const Vec3 eye{0.4, 0.9, -1.5};
@@ -131,10 +131,10 @@ render::GBuffer RoadGBuffer(const render::Device& device, int width, int height)
       normal[k] = {{static_cast<float>(hit.normal.x), static_cast<float>(hit.normal.y),
                     static_cast<float>(hit.normal.z), 0}};
     }
-  render::GBuffer gbuffer(device, width, height);
+  GBuffer gbuffer(device, width, height);
   gbuffer.position.Upload(std::span<const cl_float4>(position));
   gbuffer.normal.Upload(std::span<const cl_float4>(normal));
   return gbuffer;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -1,4 +1,4 @@
-#include "study/choose_setting.h"
+#include "luxfield/render/accuracy/choose_setting.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,11 @@
 #include <numbers>
 #include <optional>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/progress.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/progress.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 constexpr int kPilotPixels = 3072;
@@ -53,7 +53,7 @@ struct Size {
 
 class Chooser {
  public:
-  Chooser(render::LitScene& scene, const CostModel& costs, const AccuracyRequest& request)
+  Chooser(LitScene& scene, const CostModel& costs, const AccuracyRequest& request)
       : scene_(scene), costs_(costs), request_(request) {
     const auto& camera = scene.camera();
     picture_ = {request.picture.width > 0 ? request.picture.width : camera.width,
@@ -65,10 +65,10 @@ class Chooser {
 
   std::vector<Candidate> Choose() {
     // In place of the pilots' own.
-    core::Progress progress("pilots", render::EstimatorList().size() + 1);
+    core::Progress progress("pilots", EstimatorList().size() + 1);
     std::vector<Candidate> candidates;
     for (const bool interpolating : {false, true})
-      for (const auto& traits : render::EstimatorList()) {
+      for (const auto& traits : EstimatorList()) {
         if (traits.needs.volume != interpolating) continue;
         progress.Advance(1, traits.name);
         if (!IsWanted(traits)) continue;
@@ -90,7 +90,7 @@ class Chooser {
   }
 
  private:
-  bool Shadowed() const { return request_.picture.shadows != render::Shadows::kNone; }
+  bool Shadowed() const { return request_.picture.shadows != Shadows::kNone; }
 
   void Sort(std::vector<Candidate>& candidates) const {
     std::stable_sort(candidates.begin(), candidates.end(),
@@ -107,7 +107,7 @@ class Chooser {
         (candidate.checks > 0 && k <= kCheckedRange * candidate.pilot_k &&
          k >= candidate.pilot_k / kCheckedRange))
       return false;
-    const render::Frame pilot =
+    const Frame pilot =
         Pilot(candidate.setting.estimator, check_, k, kCheckPasses, candidate.density.density);
     Learn(candidate, check_, k, pilot, kCheckPasses);
     const double expected_s =
@@ -123,7 +123,7 @@ class Chooser {
   }
 
   // Samples go where a pilot finds the noise.
-  void DealOut(Candidate& candidate, const render::Frame& pilot) const {
+  void DealOut(Candidate& candidate, const Frame& pilot) const {
     const double even_scale = candidate.law.scale / candidate.density.variance;
     for (int i = 0; i < kDensityRounds; ++i) {
       candidate.density =
@@ -141,20 +141,18 @@ class Chooser {
         std::min(1.0, kDensityShare * candidate.setting.predicted_s / (kDensityPasses * pass_s)) *
         picture_.Pixels());
     if (size.Pixels() <= pilot_.Pixels()) return;
-    render::RenderOptions options =
+    RenderOptions options =
         PilotOptions(candidate.setting.estimator, size, kDensitySamples, kDensityPasses);
     options.first_pass = kDensityFirstPass;
-    DealOut(candidate, render::Renderer(scene_, options).Render());
+    DealOut(candidate, Renderer(scene_, options).Render());
   }
 
   // What a pilot of several passes of k samples tells of the picture's noise. Its pixels' mean
   // variance is off the picture's by the draw of pixels, the factor between stated and true
   // variance by the scatter of the passes.
-  void Learn(Candidate& candidate, const Size& size, int k, const render::Frame& pilot,
-             int passes) const {
+  void Learn(Candidate& candidate, const Size& size, int k, const Frame& pilot, int passes) const {
     const PictureNoise spread = NoiseOf(pilot, passes - 1);
-    PictureNoise noise =
-        NoiseOf(pilot, passes * std::max(1, k - 1), &render::Frame::stated_variance);
+    PictureNoise noise = NoiseOf(pilot, passes * std::max(1, k - 1), &Frame::stated_variance);
     candidate.mean_luminance = spread.mean_luminance;
     candidate.law.Anchor(k, spread.mean_variance * passes);
     candidate.pilot_k = k;
@@ -173,8 +171,7 @@ class Chooser {
 
   // The volume of this view pays where it saves more than it takes to build; for a time asked for,
   // where nothing else is noise-free in it.
-  bool IsWorthAVolume(const render::EstimatorTraits& volume,
-                      const std::vector<Candidate>& others) const {
+  bool IsWorthAVolume(const EstimatorTraits& volume, const std::vector<Candidate>& others) const {
     if (!request_.rel_error)
       return std::none_of(others.begin(), others.end(), [&](const Candidate& other) {
         return !other.samples && other.setting.predicted_s <= *request_.time_s;
@@ -191,13 +188,13 @@ class Chooser {
     });
   }
 
-  bool IsWanted(const render::EstimatorTraits& traits) const {
+  bool IsWanted(const EstimatorTraits& traits) const {
     return costs_.Knows(traits.name) && MayBeChosen(traits, scene_, request_);
   }
 
-  render::RenderOptions PilotOptions(const std::string& estimator, const Size& size, int samples,
-                                     int passes, const core::Image& density = {}) const {
-    render::RenderOptions options = request_.picture;
+  RenderOptions PilotOptions(const std::string& estimator, const Size& size, int samples,
+                             int passes, const core::Image& density = {}) const {
+    RenderOptions options = request_.picture;
     options.sample_density = density;
     options.estimator = estimator;
     if (request_.rel_error) options.approximation_error = ApproximationError(request_);
@@ -211,13 +208,12 @@ class Chooser {
     return options;
   }
 
-  render::Frame Pilot(const std::string& estimator, const Size& size, int samples, int passes,
-                      const core::Image& density = {}) {
-    return render::Renderer(scene_, PilotOptions(estimator, size, samples, passes, density))
-        .Render();
+  Frame Pilot(const std::string& estimator, const Size& size, int samples, int passes,
+              const core::Image& density = {}) {
+    return Renderer(scene_, PilotOptions(estimator, size, samples, passes, density)).Render();
   }
 
-  LightingWork PictureWork(const render::Frame& pilot, int samples, double pixels) const {
+  LightingWork PictureWork(const Frame& pilot, int samples, double pixels) const {
     std::vector<cl_float4> positions(pilot.coverage.data.size());
     for (std::size_t i = 0; i < positions.size(); ++i)
       positions[i] = {{pilot.position.plane(0)[i], pilot.position.plane(1)[i],
@@ -238,14 +234,14 @@ class Chooser {
   }
 
   // Empty where the first pilot shows that others are cheaper, whatever the second one says.
-  std::optional<Candidate> Measure(const render::EstimatorTraits& traits,
+  std::optional<Candidate> Measure(const EstimatorTraits& traits,
                                    const std::vector<Candidate>& others) {
     Candidate candidate;
     candidate.setting.estimator = traits.name;
     candidate.samples = TakesSamples(traits, Shadowed());
     const double tables_before_s = scene_.tables_core_s();
     // The first pilot also warms the kernels up; those of one pass are timed.
-    const render::Frame first =
+    const Frame first =
         Pilot(traits.name, pilot_, kPilotSamples[0], candidate.samples ? kPilotPasses : 1);
     candidate.work_of_one = PictureWork(first, 1, picture_.Pixels() * request_.picture.antialias);
     candidate.interpolation_error =
@@ -270,7 +266,7 @@ class Chooser {
     Predict(candidate);
     DealOut(candidate, first);
     if (request_.rel_error && IsBeaten(candidate, others)) return std::nullopt;
-    const render::Frame second = Pilot(traits.name, pilot_, kPilotSamples[1], kPilotPasses);
+    const Frame second = Pilot(traits.name, pilot_, kPilotSamples[1], kPilotPasses);
     candidate.law = {};
     candidate.density = {};
     candidate.law.Add(kPilotSamples[0], v);
@@ -285,7 +281,7 @@ class Chooser {
 
   // Corrects the model by what passes of few and of many samples take, lit like `pilot`; by both
   // alike where they are one, or where the clock does not tell them apart.
-  void Time(Candidate& candidate, const render::Frame& pilot, double few_s, double many_s) const {
+  void Time(Candidate& candidate, const Frame& pilot, double few_s, double many_s) const {
     const auto model_s = [&](double samples) {
       return Seconds(candidate.setting.estimator, PictureWork(pilot, 1, pilot_.Pixels()), samples);
     };
@@ -309,12 +305,11 @@ class Chooser {
 
   // Against `exact`, at the pilot's pixels.
   double InterpolationError(const std::string& estimator) {
-    render::RenderOptions options = PilotOptions(estimator, pilot_, 1, 1);
-    options.shadows = render::Shadows::kNone;
-    const auto interpolated = render::Renderer(scene_, options).Render();
+    RenderOptions options = PilotOptions(estimator, pilot_, 1, 1);
+    options.shadows = Shadows::kNone;
+    const auto interpolated = Renderer(scene_, options).Render();
     options.estimator = "exact";
-    return LuminanceError(interpolated.radiance,
-                          render::Renderer(scene_, options).Render().radiance);
+    return LuminanceError(interpolated.radiance, Renderer(scene_, options).Render().radiance);
   }
 
   // By the cost model, of the work of one sample per pixel times `samples`.
@@ -390,7 +385,7 @@ class Chooser {
     return best;
   }
 
-  render::LitScene& scene_;
+  LitScene& scene_;
   const CostModel& costs_;
   const AccuracyRequest& request_;
   Size picture_{}, pilot_{}, check_{};
@@ -400,7 +395,7 @@ class Chooser {
 
 // What is asked of estimators that approximate.
 double ApproximationError(const AccuracyRequest& request) {
-  return *request.rel_error * (request.picture.shadows == render::Shadows::kNone
+  return *request.rel_error * (request.picture.shadows == Shadows::kNone
                                    ? kApproximationShare
                                    : kApproximationShareOfNoisy);
 }
@@ -422,9 +417,9 @@ double Candidate::RelativeVariance(double k) const {
   return mean_luminance > 0 ? law.Of(k) / (mean_luminance * mean_luminance) : 0;
 }
 
-std::vector<Candidate> ChooseSetting(render::LitScene& scene, const CostModel& costs,
+std::vector<Candidate> ChooseSetting(LitScene& scene, const CostModel& costs,
                                      const AccuracyRequest& request) {
   return Chooser(scene, costs, request).Choose();
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -3,13 +3,13 @@
 
 #include <vector>
 
-#include "render/renderer.h"
-#include "study/accuracy.h"
-#include "study/cost_model.h"
-#include "study/picture_noise.h"
-#include "study/sample_density.h"
+#include "luxfield/render/accuracy/accuracy.h"
+#include "luxfield/render/accuracy/cost_model.h"
+#include "luxfield/render/accuracy/picture_noise.h"
+#include "luxfield/render/accuracy/sample_density.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 
 constexpr int kMaxSamples = 1 << 20;  // of a pixel
 constexpr double kAim = 0.93;         // of the target, in rounds after the first
@@ -52,7 +52,7 @@ struct Candidate {
 
 // Candidates that state their error, best first, the first of them checked by a larger pilot.
 // Throws InputError if there is none, DeviceError, Interrupted.
-std::vector<Candidate> ChooseSetting(render::LitScene& scene, const CostModel& costs,
+std::vector<Candidate> ChooseSetting(LitScene& scene, const CostModel& costs,
                                      const AccuracyRequest& request);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

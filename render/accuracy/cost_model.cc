@@ -1,4 +1,4 @@
-#include "study/cost_model.h"
+#include "luxfield/render/accuracy/cost_model.h"
 
 #include <fmt/format.h>
 
@@ -6,18 +6,18 @@
 #include <cmath>
 #include <limits>
 
-#include "core/file.h"
-#include "core/json.h"
-#include "core/outputs.h"
-#include "core/stopwatch.h"
-#include "preprocess/scene_receivers.h"
-#include "render/device_scene.h"
-#include "render/estimators/estimator.h"
-#include "scene/bvh.h"
-#include "study/car2.h"
-#include "study/lamp_tables.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/outputs.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/preprocess/scene_receivers.h"
+#include "luxfield/render/accuracy/car2.h"
+#include "luxfield/render/accuracy/lamp_tables.h"
+#include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/scene/device_scene.h"
+#include "luxfield/scene/bvh.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 constexpr int kTerms = 6;
@@ -25,7 +25,7 @@ constexpr int kVersion = 2;  // raised where what an estimator does, and so its 
 constexpr const char* kTermNames[kTerms] = {"launch",    "per_pixel",  "per_image",
                                             "per_texel", "per_sample", "per_ray"};
 
-std::string DeviceName(const render::DeviceInfo& info) {
+std::string DeviceName(const DeviceInfo& info) {
   return fmt::format("{}; {}; {}; {} compute units", info.name, info.version, info.driver,
                      info.compute_units);
 }
@@ -73,7 +73,7 @@ std::array<double, kTerms> Fit(const std::vector<CalibrationRun>& runs) {
 }
 
 // Something for shadow rays to miss and hit.
-render::DeviceBvh CalibrationBvh(const render::Device& device) {
+DeviceBvh CalibrationBvh(const Device& device) {
   scene::Geometry geometry;
   geometry.materials.emplace_back();
   for (int row = 0; row < 16; ++row)
@@ -81,7 +81,7 @@ render::DeviceBvh CalibrationBvh(const render::Device& device) {
       scene::AppendBox(scene::Translation({0.4 * column - 3.2, -0.6, 0.4 + 0.6 * row}) *
                            scene::Scaling({0.1, 0.1 + 0.02 * (row + column), 0.1}),
                        0, geometry);
-  return render::UploadBvh(device, geometry, scene::BuildBvh(geometry));
+  return UploadBvh(device, geometry, scene::BuildBvh(geometry));
 }
 
 struct CalibrationSetting {
@@ -90,11 +90,10 @@ struct CalibrationSetting {
   bool traced;
 };
 
-double LightSeconds(const render::Device& device, render::Estimator& estimator,
-                    const render::GBuffer& gbuffer, const render::Visibility& visibility,
-                    const render::LuminaireOnDevice& luminaire, int samples) {
-  render::Lighting lighting(device, gbuffer);
-  render::EstimatorOptions options;
+double LightSeconds(const Device& device, Estimator& estimator, const GBuffer& gbuffer,
+                    const Visibility& visibility, const LuminaireOnDevice& luminaire, int samples) {
+  Lighting lighting(device, gbuffer);
+  EstimatorOptions options;
   options.samples_per_pixel = samples;
   double best_s = std::numeric_limits<double>::infinity();
   for (int run = 0; run < 3; ++run) {  // the first one compiles
@@ -136,15 +135,15 @@ LightingWork WorkOf(std::span<const cl_float4> positions,
   return work;
 }
 
-CostModel Calibrate(const render::Device& device, std::vector<CalibrationRun>* runs) {
+CostModel Calibrate(const Device& device, std::vector<CalibrationRun>* runs) {
   CostModel model;
   model.device = DeviceName(device.info());
-  const render::DeviceBvh bvh = CalibrationBvh(device);
+  const DeviceBvh bvh = CalibrationBvh(device);
   std::map<std::string, std::vector<CalibrationRun>> measured;
-  std::map<std::string, std::unique_ptr<render::Estimator>> estimators;
-  for (const auto& traits : render::EstimatorList())
+  std::map<std::string, std::unique_ptr<Estimator>> estimators;
+  for (const auto& traits : EstimatorList())
     if (traits.unbiased || traits.noise_free)
-      estimators[traits.name] = render::MakeEstimator(traits.name, device);
+      estimators[traits.name] = MakeEstimator(traits.name, device);
   const CalibrationSetting settings[] = {
       {{3, 3, 64, 1}, 32, 24, 16, false},    {{3, 3, 64, 1}, 128, 96, 16, false},
       {{3, 3, 256, 1}, 128, 96, 128, false}, {{11, 9, 64, 3}, 128, 96, 16, false},
@@ -155,7 +154,7 @@ CostModel Calibrate(const render::Device& device, std::vector<CalibrationRun>* r
     // Looking up the volume costs the same whatever its resolution.
     const LampTables tables =
         BuildLampTables(field, gbuffer, {.sat = true, .cells = true, .volume = true}, 0.1);
-    const render::LuminaireOnDevice luminaire(device, field, tables.view());
+    const LuminaireOnDevice luminaire(device, field, tables.view());
     const auto positions = gbuffer.position.Download<cl_float4>();
     for (const auto& [name, estimator] : estimators) {
       const auto& traits = estimator->traits();
@@ -183,14 +182,14 @@ CostModel Calibrate(const render::Device& device, std::vector<CalibrationRun>* r
 
 namespace {
 
-std::filesystem::path ModelFile(const render::Device& device) {
+std::filesystem::path ModelFile(const Device& device) {
   return core::CacheFile(
       fmt::format("cost-{}.json", core::Sha256(DeviceName(device.info())).substr(0, 16)));
 }
 
 }  // namespace
 
-std::optional<CostModel> StoredCostModel(const render::Device& device) {
+std::optional<CostModel> StoredCostModel(const Device& device) {
   const auto file = ModelFile(device);
   std::error_code ignored;
   if (file.empty() || !std::filesystem::exists(file, ignored)) return std::nullopt;
@@ -211,7 +210,7 @@ std::optional<CostModel> StoredCostModel(const render::Device& device) {
   }
 }
 
-std::filesystem::path StoreCostModel(const render::Device& device, const CostModel& model) {
+std::filesystem::path StoreCostModel(const Device& device, const CostModel& model) {
   const auto file = ModelFile(device);
   if (file.empty()) return {};
   core::Json estimators;
@@ -222,4 +221,4 @@ std::filesystem::path StoreCostModel(const render::Device& device, const CostMod
   return core::WriteCacheFile(file, json.dump(2) + "\n") ? file : std::filesystem::path();
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -17,11 +17,11 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "render/device.h"
-#include "scene/transform.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/render/device/device.h"
+#include "luxfield/scene/transform.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 
 // Sums over the pixels that hit something, for one luminaire.
 struct LightingWork {
@@ -53,12 +53,12 @@ struct CalibrationRun {
 
 // Measures every estimator that states its error; some 10 s on two cores. `runs` (may be null)
 // receives what the model was fitted to.
-CostModel Calibrate(const render::Device& device, std::vector<CalibrationRun>* runs = nullptr);
+CostModel Calibrate(const Device& device, std::vector<CalibrationRun>* runs = nullptr);
 
 // The device's model in $XDG_CACHE_HOME/luxfield (else ~/.cache/luxfield); empty if there is none
 // or it cannot be read.
-std::optional<CostModel> StoredCostModel(const render::Device& device);
+std::optional<CostModel> StoredCostModel(const Device& device);
 // Returns the file, or an empty path where no cache folder can be written.
-std::filesystem::path StoreCostModel(const render::Device& device, const CostModel& model);
+std::filesystem::path StoreCostModel(const Device& device, const CostModel& model);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -4,9 +4,9 @@
 
 #include <optional>
 
-#include "render/estimators/estimator.h"
+#include "luxfield/render/estimators/estimator.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 
 struct LampTables {
   std::optional<preprocess::Tables> sat;
@@ -14,7 +14,7 @@ struct LampTables {
   std::optional<preprocess::LightVectorVolume> volume;
   double core_s = 0;  // CPU time of building them
 
-  render::LuminaireTables view() const {
+  LuminaireTables view() const {
     return {.sat = sat ? &*sat : nullptr,
             .cells = cells ? &*cells : nullptr,
             .volume = volume ? &*volume : nullptr};
@@ -23,7 +23,7 @@ struct LampTables {
 
 // For a luminaire at the origin of the G-buffer's world. The volume covers the G-buffer's receivers
 // to a relative RMSE of `volume_error`.
-LampTables BuildLampTables(const lightfield::LightField& field, const render::GBuffer& gbuffer,
-                           const render::TableNeeds& needs, double volume_error = 2e-3);
+LampTables BuildLampTables(const lightfield::LightField& field, const GBuffer& gbuffer,
+                           const TableNeeds& needs, double volume_error = 2e-3);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -1,10 +1,10 @@
-#include "study/light_samples.h"
+#include "luxfield/render/accuracy/light_samples.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 constexpr double kMaxSamples = 1 << 20;
@@ -87,4 +87,4 @@ std::vector<double> SamplesForSeconds(std::span<const LightLaw> lights, double s
       .below;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -11,9 +11,9 @@
 #include <span>
 #include <vector>
 
-#include "study/picture_noise.h"
+#include "luxfield/render/accuracy/picture_noise.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 
 // What a light's samples leave and cost.
 struct LightLaw {
@@ -38,4 +38,4 @@ std::vector<double> SamplesForVariance(std::span<const LightLaw> lights, double 
 // those take longer.
 std::vector<double> SamplesForSeconds(std::span<const LightLaw> lights, double seconds);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -1,15 +1,15 @@
-#include "study/lights_accuracy.h"
+#include "luxfield/render/accuracy/lights_accuracy.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/progress.h"
-#include "core/stopwatch.h"
-#include "study/choose_setting.h"
-#include "study/light_samples.h"
-#include "study/picture_noise.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/render/accuracy/choose_setting.h"
+#include "luxfield/render/accuracy/light_samples.h"
+#include "luxfield/render/accuracy/picture_noise.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 constexpr double kPilotPixels = 3072;
@@ -40,9 +40,9 @@ struct Way {
   double approximation = 0;  // relative RMSE of the picture that no sample takes away
 };
 
-class Lighting {
+class LightByLight {
  public:
-  Lighting(render::LitScene& scene, const AccuracyRequest& request)
+  LightByLight(LitScene& scene, const AccuracyRequest& request)
       : scene_(scene),
         request_(request),
         picture_(request.picture),
@@ -68,11 +68,11 @@ class Lighting {
   }
 
  private:
-  bool Shadowed() const { return picture_.shadows != render::Shadows::kNone; }
+  bool Shadowed() const { return picture_.shadows != Shadows::kNone; }
 
   std::vector<Way> Ways() {
     // In place of the pilots' own.
-    core::Progress progress("pilots", render::EstimatorList().size() + 1);
+    core::Progress progress("pilots", EstimatorList().size() + 1);
     progress.Advance(1, "lights");
     const bool one_way = luminaires_ == 0 || picture_.knobs.strategies.everywhere;
     const Pilot others = TakePilot(one_way ? 0 : luminaires_, lights_);
@@ -81,7 +81,7 @@ class Lighting {
       const bool strategies = picture_.knobs.strategies.everywhere || !scene_.area_lights().empty();
       return {WayOf(strategies ? "two strategies" : "environment", others, others, 0)};
     }
-    for (const auto& traits : render::EstimatorList()) {
+    for (const auto& traits : EstimatorList()) {
       progress.Advance(1, traits.name);
       if (!MayBeChosen(traits, scene_, request_)) continue;
       // Its table is built for the view: a choice for those who name it.
@@ -96,7 +96,7 @@ class Lighting {
 
   // Of the lights from `first` to before `end`.
   Pilot TakePilot(std::size_t first, std::size_t end) {
-    render::RenderOptions options = picture_;
+    RenderOptions options = picture_;
     const double pixels = static_cast<double>(picture_.width) * picture_.height,
                  shrink = std::min(1.0, std::sqrt(kPilotPixels / pixels));
     options.width = std::max(1, static_cast<int>(std::lround(shrink * picture_.width)));
@@ -108,12 +108,11 @@ class Lighting {
       options.light_samples.assign(lights_, 0);
       std::fill(options.light_samples.begin() + static_cast<std::ptrdiff_t>(first),
                 options.light_samples.begin() + static_cast<std::ptrdiff_t>(end), passes * samples);
-      return render::Renderer(scene_, options).Render();
+      return Renderer(scene_, options).Render();
     };
     // The first one also warms the kernels up.
-    const render::Frame few = render(kPilotSamples[0], kPilotPasses),
-                        one = render(kPilotSamples[0], 1),
-                        many = render(kPilotSamples[1], kPilotPasses);
+    const Frame few = render(kPilotSamples[0], kPilotPasses), one = render(kPilotSamples[0], 1),
+                many = render(kPilotSamples[1], kPilotPasses);
     const double scale = pixels / (static_cast<double>(options.width) * options.height);
     const PictureNoise noise = NoiseOf(many, kPilotPasses - 1);
     Pilot pilot;
@@ -172,7 +171,7 @@ class Lighting {
 
   // Rounds until the error asked for is kept or the time asked for is up.
   void Take(Way& way, AccurateFrame& result) {
-    render::RenderOptions options = picture_;
+    RenderOptions options = picture_;
     if (luminaires_ > 0 && !options.knobs.strategies.everywhere)
       options.estimator = way.setting.estimator;
     result.chosen = way.setting;
@@ -182,8 +181,8 @@ class Lighting {
     for (int round = 0;; ++round) {
       options.first_pass = round;
       options.light_samples.assign(way.samples.begin(), way.samples.end());
-      render::Frame frame = render::Renderer(scene_, options).Render();
-      const std::vector<render::LightTotals> lights = frame.lights;
+      Frame frame = Renderer(scene_, options).Render();
+      const std::vector<LightTotals> lights = frame.lights;
       int samples = 0;
       for (const double n : way.samples) samples += static_cast<int>(n);
       if (round == 0) {
@@ -194,8 +193,8 @@ class Lighting {
         const double expected = VarianceOf(way.laws, way.samples);
         const bool noisy = variance > 0 && expected > 0;
         result.frame =
-            render::MeanFrame(result.frame, noisy ? 1 / variance : result.chosen.samples_per_pixel,
-                              frame, noisy ? 1 / expected : samples);
+            MeanFrame(result.frame, noisy ? 1 / variance : result.chosen.samples_per_pixel, frame,
+                      noisy ? 1 / expected : samples);
       }
       result.chosen.samples_per_pixel += samples;
       const PictureNoise noise =
@@ -225,7 +224,7 @@ class Lighting {
   }
 
   // What is left after the first round, at its pace. False if nothing fits in.
-  bool RestOfTime(Way& way, const render::RenderTimes& taken) const {
+  bool RestOfTime(Way& way, const RenderTimes& taken) const {
     const double left_s = *request_.time_s - taken.lighting_s;
     if (left_s < kLittle * *request_.time_s) return false;
     for (std::size_t l = 0; l < lights_; ++l) {
@@ -241,7 +240,7 @@ class Lighting {
 
   // A round that brings the picture down to the aim: variances of independent frames, weighed by
   // their inverses, add as 1 / V = 1 / V_1 + 1 / V_2. `lights` is what the last round showed.
-  void WantMore(Way& way, const std::vector<render::LightTotals>& lights, double variance,
+  void WantMore(Way& way, const std::vector<LightTotals>& lights, double variance,
                 double aim) const {
     for (std::size_t l = 0; l < lights_; ++l) {
       LightLaw& law = way.laws[l];
@@ -254,16 +253,16 @@ class Lighting {
     way.samples = SamplesForVariance(way.laws, std::min(further, variance / kLeastRound));
   }
 
-  render::LitScene& scene_;
+  LitScene& scene_;
   const AccuracyRequest& request_;
-  render::RenderOptions picture_;
+  RenderOptions picture_;
   std::size_t luminaires_, lights_;
 };
 
 }  // namespace
 
-AccurateFrame RenderLightsToAccuracy(render::LitScene& scene, const AccuracyRequest& request) {
-  return Lighting(scene, request).Render();
+AccurateFrame RenderLightsToAccuracy(LitScene& scene, const AccuracyRequest& request) {
+  return LightByLight(scene, request).Render();
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -1,11 +1,11 @@
-#include "study/picture_noise.h"
+#include "luxfield/render/accuracy/picture_noise.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/measures.h"
+#include "luxfield/core/measures.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 constexpr double kMinPower = 0.8, kMaxPower = 2;
@@ -37,8 +37,7 @@ double PictureNoise::Margin() const {
                   ChiSquaredBound(relative_variance) / std::min(scale, 1.0));
 }
 
-PictureNoise NoiseOf(const render::Frame& frame, int degrees,
-                     core::Image render::Frame::*variance) {
+PictureNoise NoiseOf(const Frame& frame, int degrees, core::Image Frame::*variance) {
   double sum = 0, squares = 0, luminance = 0;
   for (const float v : (frame.*variance).data) {
     sum += v;
@@ -52,7 +51,7 @@ PictureNoise NoiseOf(const render::Frame& frame, int degrees,
   const double seen = squares > 0 ? sum * sum / squares : count;
   noise.effective_pixels = std::min(count, seen * (1 + 2.0 / degrees * seen / (seen + kFewPixels)));
   noise.degrees = degrees;
-  if (variance == &render::Frame::variance) {
+  if (variance == &Frame::variance) {
     noise.scale = frame.variance_scale;
     noise.scale_log_variance = frame.scale_log_variance;
   }
@@ -82,4 +81,4 @@ void VarianceLaw::Anchor(double k, double v) {
   if (expected > 0 && v > 0) scale *= v / expected;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

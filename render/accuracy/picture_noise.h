@@ -3,9 +3,9 @@
 
 #include <map>
 
-#include "render/renderer.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 
 // Of the luminance, as a frame states it: from the spread between its passes, or within one.
 struct PictureNoise {
@@ -34,8 +34,8 @@ struct PictureNoise {
 // Estimated variances v have E v^2 = (1 + 2 / degrees) (E v)^2 if noise is normal, which
 // effective_pixels takes off; less so where few pixels hold the noise and a lucky draw of those
 // would make them seem many.
-PictureNoise NoiseOf(const render::Frame& frame, int degrees,
-                     core::Image render::Frame::*variance = &render::Frame::variance);
+PictureNoise NoiseOf(const Frame& frame, int degrees,
+                     core::Image Frame::*variance = &Frame::variance);
 
 // v(k), the mean variance of a pass of k samples: log-log between measured points, with the slopes
 // of the outer ones beyond them, of which no power law asks more than of 0.8 to 2.
@@ -49,4 +49,4 @@ struct VarianceLaw {
   void Anchor(double k, double v);
 };
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -1,12 +1,12 @@
-#include "study/sample_density.h"
+#include "luxfield/render/accuracy/sample_density.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "core/measures.h"
+#include "luxfield/core/measures.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 constexpr double kMost = 256;
@@ -32,7 +32,7 @@ double SumOf(const std::vector<double>& values) {
 
 }  // namespace
 
-SampleDensity DensityFrom(const render::Frame& frame, double least) {
+SampleDensity DensityFrom(const Frame& frame, double least) {
   core::Image luminance = core::LuminanceImage(frame.radiance), of_one = frame.variance;
   for (float& y : luminance.data) y *= y;
   for (std::size_t i = 0; i < of_one.data.size(); ++i) of_one.data[i] *= frame.samples.data[i];
@@ -74,4 +74,4 @@ SampleDensity DensityFrom(const render::Frame& frame, double least) {
   return result;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

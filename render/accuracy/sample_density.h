@@ -6,13 +6,13 @@
 // is most of the time.
 #pragma once
 
-#include "core/image.h"
-#include "render/renderer.h"
+#include "luxfield/core/image.h"
+#include "luxfield/render/renderer.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 
 struct SampleDensity {
-  core::Image density;  // render::RenderOptions::sample_density; powers of two
+  core::Image density;  // RenderOptions::sample_density; powers of two
   double mean = 1;      // over the pixels that hit something: samples taken over those of 1 each
   double variance = 1;  // of the picture over that of even samples, as `frame` expects it
   double variance_of_one = 0;  // of a pixel of one even sample, by `frame`: mean over all pixels
@@ -21,6 +21,6 @@ struct SampleDensity {
 // From a frame whose samples must not be the picture's. Its variances, times samples, are averaged
 // over 3 x 3 pixels, as each of them hardly knows its own; what they miss, the squared luminance
 // shows to a quarter, as noise is mostly relative. Densities from `least` (at most 1) to 256.
-SampleDensity DensityFrom(const render::Frame& frame, double least);
+SampleDensity DensityFrom(const Frame& frame, double least);
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

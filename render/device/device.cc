@@ -1,4 +1,4 @@
-#include "render/device.h"
+#include "luxfield/render/device/device.h"
 
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "core/error.h"
-#include "render/kernel_profile.h"
-#include "render/opencl_check.h"
+#include "luxfield/core/error.h"
+#include "luxfield/render/device/kernel_profile.h"
+#include "luxfield/render/device/opencl_check.h"
 
 namespace luxfield::render {
 namespace {

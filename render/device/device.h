@@ -20,11 +20,12 @@
 #include <type_traits>
 #include <vector>
 
-#include "render/device_tuning.h"
+#include "luxfield/render/device/device_tuning.h"
 
 namespace luxfield::render {
 
-// The text of a kernel file by its path inside render/ ("kernels/bvh.clh"); empty if there is none.
+// The text of a kernel file by its path inside render/ ("kernels/scene/bvh.clh"); empty if there is
+// none.
 std::string_view EmbeddedSource(std::string_view path);
 
 struct DeviceInfo {
@@ -150,14 +151,14 @@ class Buffer {
   std::size_t bytes_ = 0;
 };
 
-// A built program. Its binary is kept on disk (render/program_cache.h); one that the driver refuses
-// is compiled anew.
+// A built program. Its binary is kept on disk (render/device/program_cache.h); one that the driver
+// refuses is compiled anew.
 class Program {
  public:
-  // `path`: an embedded source, e.g. "kernels/gbuffer.cl". `#include "x"` is resolved over the
-  // embedded names, first beside the including file, then from render/ ("kernels/bvh.clh" and
-  // "render/kernels/bvh.clh" mean the same); a file is included once, and #line keeps its name for
-  // the compiler's messages. The device's tuning adds its options.
+  // `path`: an embedded source, e.g. "kernels/scene/gbuffer.cl". `#include "x"` is resolved over
+  // the embedded names, first beside the including file, then from render/ ("kernels/scene/bvh.clh"
+  // and "luxfield/render/kernels/scene/bvh.clh" mean the same); a file is included once, and #line
+  // keeps its name for the compiler's messages. The device's tuning adds its options.
   static Program Build(const Device& device, std::string_view path,
                        const std::string& options = {});
   // The same for a text of the caller's; `name` is for messages.

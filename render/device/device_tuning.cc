@@ -1,12 +1,12 @@
-#include "render/device_tuning.h"
+#include "luxfield/render/device/device_tuning.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 
-#include "core/error.h"
-#include "render/device.h"
+#include "luxfield/core/error.h"
+#include "luxfield/render/device/device.h"
 
 namespace luxfield::render {
 

@@ -1,9 +1,9 @@
-#include "render/kernel_profile.h"
+#include "luxfield/render/device/kernel_profile.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "render/opencl_check.h"
+#include "luxfield/render/device/opencl_check.h"
 
 namespace luxfield::render {
 namespace {

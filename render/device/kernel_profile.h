@@ -3,7 +3,7 @@
 
 #include <deque>
 
-#include "render/device.h"
+#include "luxfield/render/device/device.h"
 
 namespace luxfield::render {
 

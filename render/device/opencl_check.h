@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "core/error.h"
-#include "render/device.h"
+#include "luxfield/core/error.h"
+#include "luxfield/render/device/device.h"
 
 namespace luxfield::render {
 

@@ -4,8 +4,8 @@
 #include <cctype>
 #include <set>
 
-#include "render/opencl_check.h"
-#include "render/program_cache.h"
+#include "luxfield/render/device/opencl_check.h"
+#include "luxfield/render/device/program_cache.h"
 
 namespace luxfield::render {
 namespace {
@@ -33,7 +33,7 @@ std::string IncludedName(std::string_view line) {
 }
 
 std::string FindEmbedded(const std::string& included, const std::string& from) {
-  const std::string room = "render/";
+  const std::string room = "luxfield/render/";
   const std::string plain = included.starts_with(room) ? included.substr(room.size()) : included;
   for (const std::string& candidate : {FolderOf(from) + plain, plain})
     if (!EmbeddedSource(candidate).empty()) return candidate;

@@ -1,12 +1,12 @@
-#include "render/program_cache.h"
+#include "luxfield/render/device/program_cache.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/outputs.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/outputs.h"
 
 namespace luxfield::render {
 namespace {

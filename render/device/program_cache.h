@@ -12,7 +12,7 @@
 
 #include <string>
 
-#include "render/device.h"
+#include "luxfield/render/device/device.h"
 
 namespace luxfield::render {
 

@@ -1,6 +1,6 @@
-#include "render/estimators/basis.h"
+#include "luxfield/render/estimators/basis.h"
 
-#include "render/estimators/sampling_estimator.h"
+#include "luxfield/render/estimators/sampling_estimator.h"
 
 namespace luxfield::render {
 
@@ -14,7 +14,7 @@ const EstimatorTraits& BasisTraits() {
 }
 
 std::unique_ptr<Estimator> MakeBasis(const Device& device, const std::string& build_options) {
-  return MakeSamplingEstimator(device, BasisTraits(), "kernels/windowed.cl", "Windowed",
+  return MakeSamplingEstimator(device, BasisTraits(), "kernels/luminaire/windowed.cl", "Windowed",
                                "-D PROPOSAL=BASIS " + build_options);
 }
 

@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "render/estimators/estimator.h"
+#include "luxfield/render/estimators/estimator.h"
 
 namespace luxfield::render {
 

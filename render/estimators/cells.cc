@@ -1,6 +1,6 @@
-#include "render/estimators/cells.h"
+#include "luxfield/render/estimators/cells.h"
 
-#include "render/estimators/sampling_estimator.h"
+#include "luxfield/render/estimators/sampling_estimator.h"
 
 namespace luxfield::render {
 
@@ -15,7 +15,8 @@ const EstimatorTraits& CellsTraits() {
 }
 
 std::unique_ptr<Estimator> MakeCells(const Device& device, const std::string& build_options) {
-  return MakeSamplingEstimator(device, CellsTraits(), "kernels/cells.cl", "Cells", build_options);
+  return MakeSamplingEstimator(device, CellsTraits(), "kernels/luminaire/cells.cl", "Cells",
+                               build_options);
 }
 
 }  // namespace luxfield::render

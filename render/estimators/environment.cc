@@ -1,18 +1,18 @@
-#include "render/estimators/environment.h"
+#include "luxfield/render/estimators/environment.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "render/estimators/sampling_params.h"
-#include "render/kernels/environment_types.clh"
+#include "luxfield/core/error.h"
+#include "luxfield/render/estimators/sampling_params.h"
+#include "luxfield/render/kernels/environment/environment_types.clh"
 
 namespace luxfield::render {
 namespace {
 
-constexpr char kPath[] = "kernels/environment.cl";
+constexpr char kPath[] = "kernels/environment/environment.cl";
 constexpr int kInterleaved = 4;  // sets along each axis
 constexpr std::size_t kDrawGroup = 16;
 constexpr std::size_t kMaxSetBytes = std::size_t{256} << 20;

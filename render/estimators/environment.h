@@ -6,8 +6,8 @@
 #include <map>
 #include <string>
 
-#include "render/environment_light.h"
-#include "render/estimators/estimator.h"
+#include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/lights/environment_light.h"
 
 namespace luxfield::render {
 

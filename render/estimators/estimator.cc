@@ -1,17 +1,17 @@
-#include "render/estimators/estimator.h"
+#include "luxfield/render/estimators/estimator.h"
 
 #include <fmt/format.h>
 
-#include "core/error.h"
-#include "render/estimators/basis.h"
-#include "render/estimators/cells.h"
-#include "render/estimators/exact.h"
-#include "render/estimators/gloss.h"
-#include "render/estimators/precomputed.h"
-#include "render/estimators/thesis.h"
-#include "render/estimators/uniform.h"
-#include "render/estimators/volume.h"
-#include "render/estimators/windowed.h"
+#include "luxfield/core/error.h"
+#include "luxfield/render/estimators/basis.h"
+#include "luxfield/render/estimators/cells.h"
+#include "luxfield/render/estimators/exact.h"
+#include "luxfield/render/estimators/gloss.h"
+#include "luxfield/render/estimators/precomputed.h"
+#include "luxfield/render/estimators/thesis.h"
+#include "luxfield/render/estimators/uniform.h"
+#include "luxfield/render/estimators/volume.h"
+#include "luxfield/render/estimators/windowed.h"
 
 namespace luxfield::render {
 

@@ -13,18 +13,18 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "preprocess/cell_tables.h"
-#include "preprocess/light_vector_volume.h"
-#include "preprocess/tables.h"
-#include "render/device.h"
-#include "render/estimators/knobs.h"
-#include "render/gbuffer.h"
-#include "scene/transform.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/preprocess/cell_tables.h"
+#include "luxfield/preprocess/light_vector_volume.h"
+#include "luxfield/preprocess/tables.h"
+#include "luxfield/render/device/device.h"
+#include "luxfield/render/estimators/knobs.h"
+#include "luxfield/render/scene/gbuffer.h"
+#include "luxfield/scene/transform.h"
 
 namespace luxfield::render {
 
-class ShadowMaps;  // render/shadow_maps.h
+class ShadowMaps;  // render/lights/shadow_maps.h
 
 // Tables of a luminaire on the host, null where there are none; what each estimator needs its
 // traits say.
@@ -52,7 +52,7 @@ class LuminaireOnDevice {
   int row_stride() const { return row_stride_; }
   bool has_sat() const { return static_cast<bool>(sat_); }
   // ulong S[(m * (height + 1) + row) * SatStride(width) + column] (preprocess::Tables::sat;
-  // kernels/luminaire_types.clh), and for each image float 2^(62 - exponent):
+  // kernels/luminaire/luminaire_types.clh), and for each image float 2^(62 - exponent):
   // mass = S * 2^-62 * scale.
   const Buffer& sat() const { return sat_; }
   const Buffer& sat_scale() const { return sat_scale_; }

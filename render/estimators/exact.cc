@@ -1,10 +1,10 @@
-#include "render/estimators/exact.h"
+#include "luxfield/render/estimators/exact.h"
 
 #include <optional>
 
-#include "render/estimators/luminaire_params.h"
-#include "render/estimators/visible_share.h"
-#include "render/shadow_maps.h"
+#include "luxfield/render/estimators/visible_share.h"
+#include "luxfield/render/lights/luminaire_params.h"
+#include "luxfield/render/lights/shadow_maps.h"
 
 namespace luxfield::render {
 namespace {
@@ -59,7 +59,7 @@ class Exact : public Estimator {
     Program program;
     Kernel whole, cut;
     Kernels(const Device& device, const std::string& options)
-        : program(Program::Build(device, "kernels/exact.cl", options)),
+        : program(Program::Build(device, "kernels/luminaire/exact.cl", options)),
           whole(program, "ExactIrradiance"),
           cut(program, "ExactCutIrradiance") {}
   };

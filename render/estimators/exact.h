@@ -1,7 +1,7 @@
 // Irradiance in closed form; with shadows, times a sampled visible share (docs/theory.md 7.1, 7.3).
 #pragma once
 
-#include "render/estimators/estimator.h"
+#include "luxfield/render/estimators/estimator.h"
 
 namespace luxfield::render {
 

@@ -1,13 +1,13 @@
-#include "render/estimators/gloss.h"
+#include "luxfield/render/estimators/gloss.h"
 
 #include <fmt/format.h>
 
 #include <optional>
 
-#include "core/error.h"
-#include "render/estimators/exact.h"
-#include "render/estimators/luminaire_params.h"
-#include "render/estimators/visible_share.h"
+#include "luxfield/core/error.h"
+#include "luxfield/render/estimators/exact.h"
+#include "luxfield/render/estimators/visible_share.h"
+#include "luxfield/render/lights/luminaire_params.h"
 
 namespace luxfield::render {
 namespace {
@@ -32,7 +32,8 @@ class Gloss : public Estimator {
       return;
     }
     if (!kernel_)
-      kernel_.emplace(Program::Build(device_, "kernels/gloss.cl", "-D GLOSSY=1"), "Gloss");
+      kernel_.emplace(Program::Build(device_, "kernels/luminaire/gloss.cl", "-D GLOSSY=1"),
+                      "Gloss");
     const auto share = share_.Trace(traits().name, gbuffer, visibility, luminaire,
                                     world_from_luminaire, options, lighting.samples);
     const LuminaireParams params =

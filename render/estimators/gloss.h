@@ -1,8 +1,8 @@
 // Exact energy of every piece of the luminaire times the BRDF at that energy's centroid
-// (docs/theory.md 7.4, kernels/gloss.cl).
+// (docs/theory.md 7.4, kernels/luminaire/gloss.cl).
 #pragma once
 
-#include "render/estimators/estimator.h"
+#include "luxfield/render/estimators/estimator.h"
 
 namespace luxfield::render {
 

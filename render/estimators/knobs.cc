@@ -1,4 +1,4 @@
-#include "render/estimators/knobs.h"
+#include "luxfield/render/estimators/knobs.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <charconv>
 
-#include "core/error.h"
-#include "render/kernels/sampling_types.clh"
+#include "luxfield/core/error.h"
+#include "luxfield/render/kernels/sample/sampling_types.clh"
 
 namespace luxfield::render {
 namespace {

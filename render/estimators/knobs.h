@@ -10,7 +10,7 @@
 //   thesis      correlation   shared | decorrelated: a shift per pixel and image
 //   thesis      sequence      halton | sobol (scrambled) | mersenne (MT19937)
 //   two strategies            strategies, strategies-for, light-share, pilot:
-//                             estimators/two_strategies.h
+//                             estimators/mis.h
 //   the environment map       environment-balance, -tiles, -sets, -brdf-share, -compensation:
 //                             estimators/environment.h and environment_light.h
 #pragma once
@@ -25,7 +25,7 @@ enum class Sequence { kHalton, kSobol, kMersenne };
 enum class TileBalance { kCosine, kUniform, kEnergy, kNone };  // EnvironmentBalance of the kernels
 enum class SampleSets { kShared, kInterleaved, kScrambled };
 
-// What decides on samples that follow a light or the BRDF (estimators/two_strategies.h).
+// What decides on samples that follow a light or the BRDF (estimators/mis.h).
 enum class Strategies {
   kBalance,
   kPower,

@@ -2,11 +2,11 @@
 
 #include <cmath>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "render/estimators/estimator.h"
-#include "render/kernels/luminaire_types.clh"
-#include "render/kernels/volume_types.clh"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/kernels/luminaire/luminaire_types.clh"
+#include "luxfield/render/kernels/luminaire/volume_types.clh"
 
 namespace luxfield::render {
 namespace {
@@ -60,7 +60,7 @@ Buffer UploadSat(const Device& device, const char* what, const std::vector<std::
   return Buffer::From(device, padded);
 }
 
-// 2^62 quanta of each table as a luminance.
+// 2^62 units of each table as a luminance.
 Buffer UploadScale(const Device& device, const std::vector<int>& exponents) {
   std::vector<float> scale(exponents.size());
   for (std::size_t k = 0; k < scale.size(); ++k) scale[k] = std::ldexp(1.0f, 62 - exponents[k]);

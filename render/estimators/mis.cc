@@ -1,17 +1,17 @@
-#include "render/estimators/two_strategies.h"
+#include "luxfield/render/estimators/mis.h"
 
 #include <fmt/format.h>
 
-#include "core/error.h"
-#include "render/estimators/sampling_params.h"
-#include "render/kernels/environment_types.clh"
+#include "luxfield/core/error.h"
+#include "luxfield/render/estimators/sampling_params.h"
+#include "luxfield/render/kernels/environment/environment_types.clh"
 
 namespace luxfield::render {
 namespace {
 
-constexpr char kKernel[] = "TwoStrategies";
+constexpr char kKernel[] = "MisEstimator";
 
-// COMBINE of kernels/two_strategies.clh.
+// COMBINE of kernels/mis/mis.clh.
 int CombinationOf(Strategies strategies) {
   switch (strategies) {
     case Strategies::kPower:
@@ -28,7 +28,7 @@ int CombinationOf(Strategies strategies) {
   }
 }
 
-// SHARES of kernels/two_strategies.clh.
+// SHARES of kernels/mis/mis.clh.
 int SharesOf(Strategies strategies) {
   switch (strategies) {
     case Strategies::kSecondOrder:
@@ -43,7 +43,7 @@ int SharesOf(Strategies strategies) {
   }
 }
 
-std::string PathOf(const std::string& light) { return "kernels/two_strategies_" + light + ".cl"; }
+std::string PathOf(const std::string& light) { return "kernels/mis/mis_" + light + ".cl"; }
 
 std::string BuildOptions(const EstimatorOptions& options) {
   const Strategies strategies = options.knobs.strategies.strategies;
@@ -64,8 +64,8 @@ SamplingParams ParamsFor(const GBuffer& gbuffer, const EstimatorOptions& options
 
 }  // namespace
 
-Kernel& TwoStrategies::KernelFor(const std::string& light, bool glossy,
-                                 const EstimatorOptions& options) {
+Kernel& MisEstimator::KernelFor(const std::string& light, bool glossy,
+                                const EstimatorOptions& options) {
   const std::string build_options =
       fmt::format("-D GLOSSY={} {}", int{glossy}, BuildOptions(options));
   auto kernel = kernels_.find({light, build_options});
@@ -77,9 +77,9 @@ Kernel& TwoStrategies::KernelFor(const std::string& light, bool glossy,
   return kernel->second;
 }
 
-void TwoStrategies::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
-                          const AreaLightOnDevice& light, const EstimatorOptions& options,
-                          Lighting& lighting, const Buffer& light_share) {
+void MisEstimator::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
+                         const AreaLightOnDevice& light, const EstimatorOptions& options,
+                         Lighting& lighting, const Buffer& light_share) {
   RequireGivenShares(options, light_share);
   const SamplingParams sampling = ParamsFor(gbuffer, options);
   const Buffer sampling_params =
@@ -94,9 +94,9 @@ void TwoStrategies::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
       .Enqueue(gbuffer.pixel_count());
 }
 
-void TwoStrategies::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
-                          const EnvironmentLight& light, const EstimatorOptions& options,
-                          Lighting& lighting, const Buffer& light_share) {
+void MisEstimator::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
+                         const EnvironmentLight& light, const EstimatorOptions& options,
+                         Lighting& lighting, const Buffer& light_share) {
   RequireGivenShares(options, light_share);
   const EnvironmentKnobs& knobs = options.knobs.environment;
   const SamplingParams sampling = ParamsFor(gbuffer, options);
@@ -123,10 +123,10 @@ void TwoStrategies::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
       .Enqueue(gbuffer.pixel_count());
 }
 
-void TwoStrategies::Light(const GBuffer& gbuffer, const Visibility& visibility,
-                          const LuminaireOnDevice& luminaire,
-                          const scene::Pose& world_from_luminaire, const EstimatorOptions& options,
-                          Lighting& lighting, const Buffer& light_share) {
+void MisEstimator::Light(const GBuffer& gbuffer, const Visibility& visibility,
+                         const LuminaireOnDevice& luminaire,
+                         const scene::Pose& world_from_luminaire, const EstimatorOptions& options,
+                         Lighting& lighting, const Buffer& light_share) {
   if (options.max_samples_per_image > 0)
     throw InputError("two strategies know no bound of the samples per image; leave it 0");
   RequireGivenShares(options, light_share);
@@ -152,7 +152,7 @@ std::vector<float> EnvironmentFaceShares(const Device& device, const GBuffer& gb
                    Buffer::From(device, std::span<const SamplingParams>(&sampling, 1)),
                own_params = Buffer::From(device, std::span<const EnvironmentSampling>(&own, 1)),
                shares(device, 6 * gbuffer.pixel_count() * sizeof(float));
-  Kernel(Program::Build(device, "kernels/environment_shares.cl"), "FaceShares")
+  Kernel(Program::Build(device, "kernels/mis/environment_shares.cl"), "FaceShares")
       .Set(light.params(), light.texels(), light.row_starts(), light.column_starts(),
            light.energies(), light.corners(), sampling_params, own_params, gbuffer.position,
            gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye,

@@ -23,8 +23,8 @@
 //
 // A chosen alpha_l lies in [0.025, 0.975] and comes from a pilot of at most half of the samples,
 // drawn half and half; second-order takes the thesis' formula, newton the least second moment of
-// the pilot's samples and two more that guard it (kernels/light_share.clh). The pilot counts in the
-// result. All are unbiased.
+// the pilot's samples and two more that guard it (kernels/mis/light_share.clh). The pilot counts in
+// the result. All are unbiased.
 //
 // Of lights:
 //
@@ -40,16 +40,16 @@
 #include <utility>
 #include <vector>
 
-#include "render/area_light.h"
-#include "render/environment_light.h"
-#include "render/estimators/estimator.h"
-#include "render/estimators/window_sampler.h"
+#include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/estimators/window_sampler.h"
+#include "luxfield/render/lights/area_light.h"
+#include "luxfield/render/lights/environment_light.h"
 
 namespace luxfield::render {
 
-class TwoStrategies {
+class MisEstimator {
  public:
-  explicit TwoStrategies(const Device& device) : device_(device) {}
+  explicit MisEstimator(const Device& device) : device_(device) {}
 
   // Adds the light for every pixel that hit something; `bvh` null: everything is visible.
   // `light_share`, if it is not null, receives alpha_l of those pixels, floats; `given` reads them
@@ -75,7 +75,7 @@ class TwoStrategies {
   std::map<std::string, WindowSampler> samplers_;                  // of luminaires, by the latter
 };
 
-// How the samples that follow the map are shared out to its faces (lightfield/cube_map.h) by
+// How the samples that follow the map are shared out to its faces (environment/cube_map.h) by
 // TileBalance::kCosine: six numbers a pixel, of sum 1; 0 where nothing was hit and where no lit
 // tile is preferred.
 std::vector<float> EnvironmentFaceShares(const Device& device, const GBuffer& gbuffer,

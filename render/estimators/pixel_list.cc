@@ -1,11 +1,11 @@
-#include "render/estimators/pixel_list.h"
+#include "luxfield/render/estimators/pixel_list.h"
 
 namespace luxfield::render {
 
 PixelList::PixelList(const Device& device)
     : device_(device),
-      gather_(Program::Build(device, "kernels/volume.cl"), "GatherReceivers"),
-      scatter_(Program::Build(device, "kernels/volume.cl"), "ScatterIrradiance") {}
+      gather_(Program::Build(device, "kernels/luminaire/volume.cl"), "GatherReceivers"),
+      scatter_(Program::Build(device, "kernels/luminaire/volume.cl"), "ScatterIrradiance") {}
 
 GBuffer PixelList::Gather(const GBuffer& gbuffer, const std::vector<cl_int>& pixels) {
   count_ = static_cast<cl_int>(pixels.size());

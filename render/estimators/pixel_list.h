@@ -1,7 +1,7 @@
 // Some pixels of a G-buffer as a G-buffer of their own. Internal to estimators/.
 #pragma once
 
-#include "render/estimators/estimator.h"
+#include "luxfield/render/estimators/estimator.h"
 
 namespace luxfield::render {
 

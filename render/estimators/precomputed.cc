@@ -1,6 +1,6 @@
-#include "render/estimators/precomputed.h"
+#include "luxfield/render/estimators/precomputed.h"
 
-#include "render/estimators/sampling_estimator.h"
+#include "luxfield/render/estimators/sampling_estimator.h"
 
 namespace luxfield::render {
 
@@ -14,8 +14,8 @@ const EstimatorTraits& PrecomputedTraits() {
 }
 
 std::unique_ptr<Estimator> MakePrecomputed(const Device& device, const std::string& build_options) {
-  return MakeSamplingEstimator(device, PrecomputedTraits(), "kernels/precomputed.cl", "Precomputed",
-                               build_options);
+  return MakeSamplingEstimator(device, PrecomputedTraits(), "kernels/luminaire/precomputed.cl",
+                               "Precomputed", build_options);
 }
 
 }  // namespace luxfield::render

@@ -1,11 +1,11 @@
-#include "render/estimators/sample_draws.h"
+#include "luxfield/render/estimators/sample_draws.h"
 
-#include "core/error.h"
-#include "render/estimators/basis.h"
-#include "render/estimators/cells.h"
-#include "render/estimators/precomputed.h"
-#include "render/estimators/uniform.h"
-#include "render/estimators/windowed.h"
+#include "luxfield/core/error.h"
+#include "luxfield/render/estimators/basis.h"
+#include "luxfield/render/estimators/cells.h"
+#include "luxfield/render/estimators/precomputed.h"
+#include "luxfield/render/estimators/uniform.h"
+#include "luxfield/render/estimators/windowed.h"
 
 namespace luxfield::render {
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "render/estimators/estimator.h"
+#include "luxfield/render/estimators/estimator.h"
 
 namespace luxfield::render {
 

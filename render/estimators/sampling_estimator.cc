@@ -1,4 +1,4 @@
-#include "render/estimators/sampling_estimator.h"
+#include "luxfield/render/estimators/sampling_estimator.h"
 
 namespace luxfield::render {
 namespace {

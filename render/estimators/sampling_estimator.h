@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "render/estimators/window_sampler.h"
+#include "luxfield/render/estimators/window_sampler.h"
 
 namespace luxfield::render {
 

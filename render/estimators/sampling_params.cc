@@ -1,10 +1,10 @@
-#include "render/estimators/sampling_params.h"
+#include "luxfield/render/estimators/sampling_params.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::render {
 namespace {

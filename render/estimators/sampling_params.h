@@ -1,8 +1,8 @@
 // What all sampling kernels are told of a launch. Internal to estimators/.
 #pragma once
 
-#include "render/estimators/estimator.h"
-#include "render/kernels/sampling_types.clh"
+#include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/kernels/sample/sampling_types.clh"
 
 namespace luxfield::render {
 

@@ -1,10 +1,10 @@
-#include "render/estimators/sequences.h"
+#include "luxfield/render/estimators/sequences.h"
 
 #include <bit>
 #include <cmath>
 #include <random>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::render {
 namespace {

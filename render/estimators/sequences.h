@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/device.h"
-#include "render/estimators/knobs.h"
+#include "luxfield/render/device/device.h"
+#include "luxfield/render/estimators/knobs.h"
 
 namespace luxfield::render {
 

@@ -1,7 +1,7 @@
-#include "render/estimators/thesis.h"
+#include "luxfield/render/estimators/thesis.h"
 
-#include "render/estimators/sequences.h"
-#include "render/estimators/window_sampler.h"
+#include "luxfield/render/estimators/sequences.h"
+#include "luxfield/render/estimators/window_sampler.h"
 
 namespace luxfield::render {
 namespace {
@@ -9,7 +9,7 @@ namespace {
 class Thesis : public Estimator {
  public:
   explicit Thesis(const Device& device)
-      : device_(device), sampler_(device, "kernels/thesis.cl", "Thesis", {}, false) {}
+      : device_(device), sampler_(device, "kernels/luminaire/thesis.cl", "Thesis", {}, false) {}
 
   const EstimatorTraits& traits() const override { return ThesisTraits(); }
 

@@ -5,7 +5,7 @@
 // near the windows' centres (up to +69 % at K = 200 on 99 images). All in docs/theory.md 6.
 #pragma once
 
-#include "render/estimators/estimator.h"
+#include "luxfield/render/estimators/estimator.h"
 
 namespace luxfield::render {
 

@@ -1,6 +1,6 @@
-#include "render/estimators/uniform.h"
+#include "luxfield/render/estimators/uniform.h"
 
-#include "render/estimators/sampling_estimator.h"
+#include "luxfield/render/estimators/sampling_estimator.h"
 
 namespace luxfield::render {
 
@@ -13,7 +13,7 @@ const EstimatorTraits& UniformTraits() {
 }
 
 std::unique_ptr<Estimator> MakeUniform(const Device& device, const std::string& build_options) {
-  return MakeSamplingEstimator(device, UniformTraits(), "kernels/windowed.cl", "Windowed",
+  return MakeSamplingEstimator(device, UniformTraits(), "kernels/luminaire/windowed.cl", "Windowed",
                                "-D PROPOSAL=UNIFORM " + build_options);
 }
 

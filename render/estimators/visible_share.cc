@@ -1,4 +1,4 @@
-#include "render/estimators/visible_share.h"
+#include "luxfield/render/estimators/visible_share.h"
 
 namespace luxfield::render {
 
@@ -13,7 +13,7 @@ VisibleShare::Shares VisibleShare::Trace(const std::string& estimator, const GBu
   shares.irradiance = Buffer(device_, bytes);
   if (gbuffer.glossy()) shares.reflected = Buffer(device_, bytes);
   if (!sampler_)
-    sampler_.emplace(device_, "kernels/cells.cl", "VisibleShare", std::string(),
+    sampler_.emplace(device_, "kernels/luminaire/cells.cl", "VisibleShare", std::string(),
                      /*masses_are_seen=*/true, WindowsOf::kCells);
   sampler_->Run(estimator, gbuffer, visibility, luminaire, world_from_luminaire, options,
                 shares.irradiance, shares.reflected, samples);

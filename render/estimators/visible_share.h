@@ -14,7 +14,7 @@
 #include <optional>
 #include <string>
 
-#include "render/estimators/window_sampler.h"
+#include "luxfield/render/estimators/window_sampler.h"
 
 namespace luxfield::render {
 

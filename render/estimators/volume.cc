@@ -1,14 +1,14 @@
-#include "render/estimators/volume.h"
+#include "luxfield/render/estimators/volume.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "core/error.h"
-#include "render/estimators/exact.h"
-#include "render/estimators/luminaire_params.h"
-#include "render/estimators/pixel_list.h"
-#include "render/estimators/visible_share.h"
+#include "luxfield/core/error.h"
+#include "luxfield/render/estimators/exact.h"
+#include "luxfield/render/estimators/pixel_list.h"
+#include "luxfield/render/estimators/visible_share.h"
+#include "luxfield/render/lights/luminaire_params.h"
 
 namespace luxfield::render {
 namespace {
@@ -20,7 +20,7 @@ class Volume : public Estimator {
  public:
   explicit Volume(const Device& device)
       : device_(device),
-        program_(Program::Build(device, "kernels/volume.cl")),
+        program_(Program::Build(device, "kernels/luminaire/volume.cl")),
         whole_(program_, "VolumeIrradiance"),
         cut_(program_, "VolumeCutIrradiance"),
         exact_(MakeExact(device)),

@@ -5,11 +5,11 @@
 // reach or nearer than its largest tau are lit by `exact`. Where the receiver's horizon cuts the
 // supports n . J is not the irradiance: these pixels are lit by `exact` too, or, where images are
 // so fine that no clipped texel could matter by half of EstimatorOptions::max_error of |J|, texel
-// by texel without clipping any (kernels/cut_horizon.clh). Nothing is extrapolated and no n . J is
-// clamped. Light() waits for the numbers of such pixels.
+// by texel without clipping any (kernels/luminaire/cut_horizon.clh). Nothing is extrapolated and no
+// n . J is clamped. Light() waits for the numbers of such pixels.
 #pragma once
 
-#include "render/estimators/estimator.h"
+#include "luxfield/render/estimators/estimator.h"
 
 namespace luxfield::render {
 

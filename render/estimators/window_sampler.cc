@@ -1,12 +1,12 @@
-#include "render/estimators/window_sampler.h"
+#include "luxfield/render/estimators/window_sampler.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "core/error.h"
-#include "render/estimators/luminaire_params.h"
-#include "render/estimators/sampling_params.h"
+#include "luxfield/core/error.h"
+#include "luxfield/render/estimators/sampling_params.h"
+#include "luxfield/render/lights/luminaire_params.h"
 
 namespace luxfield::render {
 namespace {
@@ -37,8 +37,9 @@ WindowSampler::WindowSampler(const Device& device, const std::string& path,
       build_options_(build_options),
       windows_of_(windows_of),
       masses_are_seen_(masses_are_seen),
-      window_spans_(Program::Build(device, "kernels/window_masses.cl"), "WindowSpans"),
-      window_masses_(Program::Build(device, "kernels/window_masses.cl"), "WindowMasses") {}
+      window_spans_(Program::Build(device, "kernels/luminaire/window_masses.cl"), "WindowSpans"),
+      window_masses_(Program::Build(device, "kernels/luminaire/window_masses.cl"), "WindowMasses") {
+}
 
 void WindowSampler::CheckOptions(const EstimatorOptions& options) {
   MakeSamplingParams(options);

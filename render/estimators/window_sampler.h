@@ -5,8 +5,8 @@
 #include <map>
 #include <string>
 
-#include "render/estimators/estimator.h"
-#include "render/shadow_maps.h"
+#include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/lights/shadow_maps.h"
 
 namespace luxfield::render {
 
@@ -14,7 +14,7 @@ namespace luxfield::render {
 enum class WindowsOf { kImages, kCells };
 
 // Kernels that start with LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS and
-// WINDOW_ARGUMENTS (kernels/window_lighting.clh).
+// WINDOW_ARGUMENTS (kernels/luminaire/window_lighting.clh).
 class WindowSampler {
  public:
   // `kernel` of the embedded source `path`. With `masses_are_seen` the masses of windows count what

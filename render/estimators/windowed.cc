@@ -1,6 +1,6 @@
-#include "render/estimators/windowed.h"
+#include "luxfield/render/estimators/windowed.h"
 
-#include "render/estimators/sampling_estimator.h"
+#include "luxfield/render/estimators/sampling_estimator.h"
 
 namespace luxfield::render {
 
@@ -13,8 +13,8 @@ const EstimatorTraits& WindowedTraits() {
 }
 
 std::unique_ptr<Estimator> MakeWindowed(const Device& device, const std::string& build_options) {
-  return MakeSamplingEstimator(device, WindowedTraits(), "kernels/windowed.cl", "Windowed",
-                               build_options);
+  return MakeSamplingEstimator(device, WindowedTraits(), "kernels/luminaire/windowed.cl",
+                               "Windowed", build_options);
 }
 
 }  // namespace luxfield::render

@@ -11,7 +11,7 @@
 
 #include <string>
 
-#include "render/estimators/estimator.h"
+#include "luxfield/render/estimators/estimator.h"
 
 namespace luxfield::render {
 

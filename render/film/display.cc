@@ -1,4 +1,4 @@
-#include "render/display.h"
+#include "luxfield/render/film/display.h"
 
 #include <fmt/format.h>
 #include <netdb.h>
@@ -15,7 +15,7 @@
 #include <memory>
 #include <span>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::render {
 namespace {

@@ -12,7 +12,7 @@
 
 #include <string>
 
-#include "core/image.h"
+#include "luxfield/core/image.h"
 
 namespace luxfield::render {
 

@@ -7,11 +7,11 @@
 #include <functional>
 #include <memory>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "core/spare_memory.h"
-#include "render/film.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/spare_memory.h"
+#include "luxfield/render/film/film.h"
 
 namespace luxfield::render {
 namespace {

@@ -1,4 +1,4 @@
-#include "render/film.h"
+#include "luxfield/render/film/film.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,10 @@
 #include <string_view>
 #include <type_traits>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::render {
 namespace {

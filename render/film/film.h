@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "core/colour.h"
-#include "core/image.h"
-#include "render/renderer.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/image.h"
+#include "luxfield/render/film/frame.h"
 
 namespace luxfield::render {
 

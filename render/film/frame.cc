@@ -1,4 +1,4 @@
-#include "render/frame.h"
+#include "luxfield/render/film/frame.h"
 
 #include <algorithm>
 

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "core/image.h"
-#include "lightfield/light_field.h"
-#include "render/device.h"
-#include "render/light_groups.h"
+#include "luxfield/core/image.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/render/device/device.h"
+#include "luxfield/render/film/light_groups.h"
 
 namespace luxfield::render {
 

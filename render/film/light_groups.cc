@@ -1,4 +1,4 @@
-#include "render/light_groups.h"
+#include "luxfield/render/film/light_groups.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <set>
 
-#include "core/error.h"
-#include "core/nearest.h"
-#include "render/film.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/nearest.h"
+#include "luxfield/render/film/film.h"
 
 namespace luxfield::render {
 namespace {

@@ -15,11 +15,11 @@
 #include <string>
 #include <vector>
 
-#include "core/image.h"
+#include "luxfield/core/image.h"
 
 namespace luxfield::render {
 
-struct Frame;  // render/frame.h
+struct Frame;  // render/film/frame.h
 
 struct LightGroup {
   std::string

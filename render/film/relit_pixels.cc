@@ -1,4 +1,4 @@
-#include "render/relit_pixels.h"
+#include "luxfield/render/film/relit_pixels.h"
 
 #include <algorithm>
 #include <cmath>

@@ -20,7 +20,7 @@
 #include <span>
 #include <vector>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::render {
 

@@ -1,6 +1,6 @@
-#include "render/area_light.h"
+#include "luxfield/render/lights/area_light.h"
 
-#include "render/kernels/area_light_types.clh"
+#include "luxfield/render/kernels/area/area_light_types.clh"
 
 namespace luxfield::render {
 

@@ -1,10 +1,11 @@
-#include "render/environment_background.h"
+#include "luxfield/render/lights/environment_background.h"
 
 namespace luxfield::render {
 
 EnvironmentBackground::EnvironmentBackground(const Device& device)
     : device_(device),
-      kernel_(Program::Build(device, "kernels/environment_background.cl"), "Background") {}
+      kernel_(Program::Build(device, "kernels/environment/environment_background.cl"),
+              "Background") {}
 
 std::vector<cl_float4> EnvironmentBackground::Render(const EnvironmentLight& light,
                                                      const scene::Camera& camera, int first_row,

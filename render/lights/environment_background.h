@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "render/device_scene.h"
-#include "render/environment_light.h"
+#include "luxfield/render/lights/environment_light.h"
+#include "luxfield/render/scene/device_scene.h"
 
 namespace luxfield::render {
 

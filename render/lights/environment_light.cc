@@ -1,17 +1,17 @@
-#include "render/environment_light.h"
+#include "luxfield/render/lights/environment_light.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "core/error.h"
-#include "render/kernels/environment_types.clh"
+#include "luxfield/core/error.h"
+#include "luxfield/render/kernels/environment/environment_types.clh"
 
 namespace luxfield::render {
 namespace {
 
-constexpr char kTables[] = "kernels/environment_tables.cl";
+constexpr char kTables[] = "kernels/environment/environment_tables.cl";
 
 int Checked(int face_size, const EnvironmentTableOptions& options) {
   constexpr int kMaxFace = 18918;  // 6 N^2 < 2^31
@@ -46,7 +46,7 @@ EnvironmentLight::EnvironmentLight(const Device& device, int face_size,
       conditional_(Program::Build(device, kTables), "EnvironmentConditional"),
       marginal_(Program::Build(device, kTables), "EnvironmentMarginal") {
   const std::size_t face = static_cast<std::size_t>(face_size) * face_size;
-  const std::vector<double> angles = lightfield::TexelSolidAngles(face_size);
+  const std::vector<double> angles = environment::TexelSolidAngles(face_size);
   solid_angles_ = Buffer::From(device, std::vector<float>(angles.begin(), angles.end()));
   radiance_ = Buffer(device, 18 * face * sizeof(float));
   radiance_.FillZero();
@@ -69,7 +69,7 @@ void EnvironmentLight::PlaceTiles() {
         for (int corner = 0; corner < 4; ++corner) {
           const double x = -1 + 2.0 * (column + corner % 2) / side,
                        y = 1 - 2.0 * (row + corner / 2) / side;
-          const auto v = Normalized(lightfield::CubeVector({face, x, y}));
+          const auto v = Normalized(environment::CubeVector({face, x, y}));
           corners.push_back(
               {{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0}});
         }
@@ -91,7 +91,7 @@ void EnvironmentLight::UploadParams() {
   params_ = Buffer::From(device_, std::span<const EnvironmentParams>(&params, 1));
 }
 
-void EnvironmentLight::Show(const lightfield::CubeMap& frame) {
+void EnvironmentLight::Show(const environment::CubeMap& frame) {
   if (frame.face_size != face_size_)
     throw InputError(
         fmt::format("environment map: a frame of {} texels along a face where {} are "

@@ -1,12 +1,12 @@
 // An environment map as a light source on a device: radiance, and sampling tables that are made
-// there anew for every frame (docs/theory.md 8; kernels/environment_tables.cl).
+// there anew for every frame (docs/theory.md 8; kernels/environment/environment_tables.cl).
 #pragma once
 
 #include <string>
 
-#include "lightfield/cube_map.h"
-#include "render/device.h"
-#include "scene/transform.h"
+#include "luxfield/environment/cube_map.h"
+#include "luxfield/render/device/device.h"
+#include "luxfield/scene/transform.h"
 
 namespace luxfield::render {
 
@@ -41,7 +41,7 @@ class EnvironmentLight {
 
   // Uploads the radiance of a frame and makes its tables. Enqueues and returns; the map may go.
   // Throws InputError for another face size and for radiance that is not in [0, kMaxRadiance].
-  void Show(const lightfield::CubeMap& frame);
+  void Show(const environment::CubeMap& frame);
   // Makes the tables of the frame that is shown anew, as Show() does.
   void MakeTables();
   // The same with other options.
@@ -56,8 +56,8 @@ class EnvironmentLight {
   int tile_count() const { return 6 * options_.tiles_per_side * options_.tiles_per_side; }
   int row_count() const { return 6 * face_size_ * options_.tiles_per_side; }
 
-  // What kernels/environment_sampling.clh reads: EnvironmentParams; float4 radiance and density of
-  // energy; ulong sums; float energies of tiles, of a total between 1/2 and 1 (without
+  // What kernels/environment/environment_sampling.clh reads: EnvironmentParams; float4 radiance and
+  // density of energy; ulong sums; float energies of tiles, of a total between 1/2 and 1 (without
   // compensation; 0 for a black map); float4 corners of tiles.
   const Buffer& params() const { return params_; }
   const Buffer& texels() const { return texels_; }

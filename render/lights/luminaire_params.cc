@@ -1,11 +1,11 @@
-#include "render/estimators/luminaire_params.h"
+#include "luxfield/render/lights/luminaire_params.h"
 
 #include <algorithm>
 
 namespace luxfield::render {
 namespace {
 
-Pair Split(double x) {
+DoubleFloat Split(double x) {
   const auto hi = static_cast<float>(x);
   return {hi, static_cast<float>(x - hi)};
 }

@@ -1,9 +1,9 @@
 // What kernels need to know of a luminaire. Internal to estimators/.
 #pragma once
 
-#include "lightfield/light_field.h"
-#include "render/kernels/luminaire_types.clh"
-#include "scene/transform.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/render/kernels/luminaire/luminaire_types.clh"
+#include "luxfield/scene/transform.h"
 
 namespace luxfield::render {
 

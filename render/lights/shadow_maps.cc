@@ -1,19 +1,19 @@
-#include "render/shadow_maps.h"
+#include "luxfield/render/lights/shadow_maps.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "render/estimators/luminaire_params.h"
-#include "render/kernels/shadow_map_types.clh"
+#include "luxfield/core/error.h"
+#include "luxfield/render/kernels/luminaire/shadow_map_types.clh"
+#include "luxfield/render/lights/luminaire_params.h"
 
 namespace luxfield::render {
 namespace {
 
 Program BuildProgram(const Device& device) {
-  return Program::Build(device, "kernels/shadow_maps.cl");
+  return Program::Build(device, "kernels/luminaire/shadow_maps.cl");
 }
 
 struct Interval {

@@ -21,11 +21,11 @@
 #include <cstddef>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "preprocess/tables.h"
-#include "render/device.h"
-#include "render/gbuffer.h"
-#include "scene/transform.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/preprocess/tables.h"
+#include "luxfield/render/device/device.h"
+#include "luxfield/render/scene/gbuffer.h"
+#include "luxfield/scene/transform.h"
 
 namespace luxfield::render {
 
@@ -57,7 +57,8 @@ class ShadowMaps {
              const DeviceBvh& bvh, int size = 192);
 
   // uint seen[pixel * words + cell / 32], bit cell % 32, words = cells / 32 rounded up
-  // (kernels/shadow_maps.clh: SeesCell, ImageVisibility). Undefined where the G-buffer hit nothing.
+  // (kernels/luminaire/shadow_maps.clh: SeesCell, ImageVisibility). Undefined where the G-buffer
+  // hit nothing.
   // Enqueues and returns.
   Buffer SeeCells(const GBuffer& gbuffer) const;
 

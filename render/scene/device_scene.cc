@@ -1,13 +1,13 @@
-#include "render/device_scene.h"
+#include "luxfield/render/scene/device_scene.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "render/kernels/brdf_types.clh"
-#include "render/kernels/bvh_types.clh"
-#include "render/kernels/gbuffer_types.clh"
+#include "luxfield/core/error.h"
+#include "luxfield/render/kernels/brdf/brdf_types.clh"
+#include "luxfield/render/kernels/scene/bvh_types.clh"
+#include "luxfield/render/kernels/scene/gbuffer_types.clh"
 
 namespace luxfield::render {
 namespace {
@@ -157,7 +157,7 @@ PinholeCamera MakePinhole(const scene::Camera& camera, int width, int first_row,
 }
 
 PrimaryVisibility::PrimaryVisibility(const Device& device)
-    : kernel_(Program::Build(device, "kernels/gbuffer.cl"), "PrimaryRays") {}
+    : kernel_(Program::Build(device, "kernels/scene/gbuffer.cl"), "PrimaryRays") {}
 
 Event PrimaryVisibility::Render(const DeviceScene& scene, const scene::Camera& camera,
                                 int first_row, lightfield::Vec2 sample, GBuffer& gbuffer,

@@ -1,16 +1,16 @@
 // A scene's geometry in device memory, and primary visibility.
 #pragma once
 
-#include "render/gbuffer.h"
-#include "render/kernels/gbuffer_types.clh"
-#include "scene/bvh.h"
-#include "scene/scene.h"
+#include "luxfield/render/kernels/scene/gbuffer_types.clh"
+#include "luxfield/render/scene/gbuffer.h"
+#include "luxfield/scene/bvh.h"
+#include "luxfield/scene/scene.h"
 
 namespace luxfield::render {
 
 struct DeviceScene {
   DeviceBvh bvh;
-  Buffer shading;       // ShadedTriangle per triangle of the scene, kernels/gbuffer_types.clh
+  Buffer shading;       // ShadedTriangle per triangle of the scene, kernels/scene/gbuffer_types.clh
   Buffer materials;     // SurfaceMaterial
   Buffer texels;        // 8-bit RGBA, all textures one after the other
   bool glossy = false;  // a material's look depends on the eye: G-buffers need their gloss
@@ -22,15 +22,16 @@ struct DeviceScene {
 DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry);
 DeviceBvh UploadBvh(const Device& device, const scene::Geometry& geometry, const scene::Bvh& bvh);
 
-// A camera as kernels see it (kernels/gbuffer_types.clh): rows [first_row, first_row + rows) of its
-// picture; `sample` is the place in every pixel, (0.5, 0.5) its centre.
+// A camera as kernels see it (kernels/scene/gbuffer_types.clh): rows [first_row, first_row + rows)
+// of its picture; `sample` is the place in every pixel, (0.5, 0.5) its centre.
 PinholeCamera MakePinhole(const scene::Camera& camera, int width, int first_row, int rows,
                           lightfield::Vec2 sample);
 
 // Fills G-buffers with one ray per pixel. Positions are interpolated from the corners of the hit
 // triangle (error some 2e-7 of its coordinates); normals are interpolated where the mesh has them,
 // tilted by normal textures, turned to the camera's side, and bent towards the eye until their
-// cosine to it is at least MIN_EYE_COSINE (kernels/gbuffer.cl): BRDFs have no meaning below 0.
+// cosine to it is at least MIN_EYE_COSINE (kernels/scene/gbuffer.cl): BRDFs have no meaning below
+// 0.
 class PrimaryVisibility {
  public:
   explicit PrimaryVisibility(const Device& device);  // builds the kernel (cached on disk)

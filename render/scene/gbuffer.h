@@ -1,7 +1,7 @@
 // What a pixel sees, resident on the device: the input of every estimator.
 #pragma once
 
-#include "render/device.h"
+#include "luxfield/render/device/device.h"
 
 namespace luxfield::render {
 
@@ -13,7 +13,7 @@ struct GBuffer {
   Buffer normal;    // xyz of unit length, on the side of the eye; w = 0; where surfaces are glossy
                     // its cosine to the eye is above 0
   Buffer albedo;    // xyz: base colour, linear Rec. 709 reflectance in [0, 1]; w: the kind of BRDF,
-                    // kernels/brdf_types.clh
+                    // kernels/brdf/brdf_types.clh
   // The rest of the BRDF's parameters, as the kind asks. Null: every surface is Lambertian, and
   // what reaches the eye is albedo / pi times the irradiance.
   Buffer gloss;
@@ -36,9 +36,9 @@ struct GBuffer {
   bool glossy() const { return static_cast<bool>(gloss); }
 };
 
-// A scene's triangles for shadow rays (kernels/bvh.clh: Shadowed, Occluded, Intersect).
+// A scene's triangles for shadow rays (kernels/scene/bvh.clh: Shadowed, Occluded, Intersect).
 struct DeviceBvh {
-  Buffer nodes;      // BvhNode, kernels/bvh_types.clh
+  Buffer nodes;      // BvhNode, kernels/scene/bvh_types.clh
   Buffer triangles;  // BvhTriangle
 };
 

@@ -1,5 +1,5 @@
 // The driver against aravis' own GigE Vision camera, over UDP on the loopback interface.
-#include "hal/aravis/aravis_camera.h"
+#include "luxfield/hal/drivers/aravis/aravis_camera.h"
 
 #include <arpa/inet.h>
 #include <arv.h>
@@ -21,7 +21,7 @@
 #include <cstring>
 #include <vector>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 #include "tests/aravis/camera_answers.h"
 #include "tests/fakes/line_input.h"
 #include "tests/hal/error_of.h"
@@ -270,7 +270,7 @@ TEST_F(Aravis, FramesAreOfTheGainRegionAndMosaicThatWereAskedFor) {
       EXPECT_EQ(camera.capabilities().width, kWidth);
       EXPECT_EQ(camera.capabilities().height, kHeight);
       camera.Configure({0.001}, Soon(10));
-      const core::RawFrame image = camera.Expose(Soon(10)).image;
+      const session::RawFrame image = camera.Expose(Soon(10)).image;
       ASSERT_EQ(image.width, kWidth);
       ASSERT_EQ(image.dn.size(), std::size_t{kWidth} * kHeight);
       for (int row = 0; row < kHeight; ++row)

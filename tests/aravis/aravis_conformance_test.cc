@@ -3,7 +3,7 @@
 
 #include <stdexcept>
 
-#include "hal/aravis/aravis_camera.h"
+#include "luxfield/hal/drivers/aravis/aravis_camera.h"
 #include "tests/aravis/camera_answers.h"
 #include "tests/conformance/device_bench.h"
 #include "tests/fakes/line_input.h"

@@ -1,10 +1,10 @@
-#include "hal/deadline_caller.h"
+#include "luxfield/hal/deadline_caller.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "hal/error.h"
+#include "luxfield/core/error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal {
 namespace {

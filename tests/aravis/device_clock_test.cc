@@ -1,10 +1,10 @@
-#include "hal/aravis/device_clock.h"
+#include "luxfield/hal/drivers/aravis/device_clock.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::hal::aravis {
 namespace {

@@ -1,9 +1,9 @@
-#include "hal/aravis/pixel_format.h"
+#include "luxfield/hal/drivers/aravis/pixel_format.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::hal::aravis {
 namespace {

@@ -1,5 +1,5 @@
 // The filter in the kernel, on a socket of the loopback interface.
-#include "hal/aravis/stream_filter.h"
+#include "luxfield/hal/drivers/aravis/stream_filter.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

@@ -1,12 +1,12 @@
-#include "study/bench_accuracy.h"
+#include "luxfield/bench/bench_accuracy.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using nlohmann::json;
@@ -37,4 +37,4 @@ TEST(BenchAccuracy, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

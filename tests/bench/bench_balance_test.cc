@@ -1,4 +1,4 @@
-#include "study/bench_balance.h"
+#include "luxfield/bench/bench_balance.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "study/feedback_pictures.h"
+#include "luxfield/bench/feedback_pictures.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 std::filesystem::path OurScene(const std::string& name) {
@@ -111,4 +111,4 @@ TEST(Feedback, ShowsWhereSamplesGo) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_budget.h"
+#include "luxfield/bench/bench_budget.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "core/error.h"
-#include "core/progress.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
 #include "tests/core/chi_squared.h"
 #include "tests/core/memory_folder.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 std::filesystem::path Scratch() {
@@ -145,4 +145,4 @@ TEST(BenchBudget, RefusesSourcesThatItDoesNotKnow) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

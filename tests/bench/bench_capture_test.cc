@@ -1,14 +1,14 @@
-#include "study/bench_capture.h"
+#include "luxfield/bench/bench_capture.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/progress.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 TEST(BenchCapture, TakesEveryFrameOfBothSessions) {
@@ -41,4 +41,4 @@ TEST(BenchCapture, TakesEveryFrameOfBothSessions) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_environment.h"
+#include "luxfield/bench/bench_environment.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,11 +11,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/progress.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/progress.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 // A small run: densities integrate to 1, no z-value beyond 5, and balancing makes more of as many
@@ -103,4 +103,4 @@ TEST(BenchEnvironment, WrongOptionsAreNamed) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_errors.h"
+#include "luxfield/bench/bench_errors.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/progress.h"
+#include "luxfield/core/progress.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 const std::filesystem::path kData = std::filesystem::path(LUXFIELD_SOURCE_DIR) / "data";
@@ -51,4 +51,4 @@ TEST_P(BenchErrorsTest, SigmaIsTheSpreadOverSeeds) {
 INSTANTIATE_TEST_SUITE_P(Rigs, BenchErrorsTest, testing::Values("small", "small-dual"));
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

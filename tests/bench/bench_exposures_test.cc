@@ -1,14 +1,14 @@
-#include "study/bench_exposures.h"
+#include "luxfield/bench/bench_exposures.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/progress.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 reconstruct::SensorModel Sensor(double gain, double read_noise_dn) {
@@ -77,4 +77,4 @@ TEST(BenchExposures, RefusesNothing) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

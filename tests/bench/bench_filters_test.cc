@@ -1,4 +1,4 @@
-#include "study/bench_filters.h"
+#include "luxfield/bench/bench_filters.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "study/bench_conditioning.h"
+#include "luxfield/bench/bench_conditioning.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 // The claim at the size of a test: 1 % registration and 2 % density error, of one print and of both
@@ -76,4 +76,4 @@ TEST(BenchConditioning, ConditionNumbersAreThePredictedOnes) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

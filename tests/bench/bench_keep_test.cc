@@ -1,4 +1,4 @@
-#include "study/bench_keep.h"
+#include "luxfield/bench/bench_keep.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/progress.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 // A disc on coarse grids: least squares alone lose flux, the solve that keeps moments does not,
@@ -76,4 +76,4 @@ TEST(BenchKeep, IrradianceMetricUndoesDamageOfFacets) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

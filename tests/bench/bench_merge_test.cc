@@ -1,14 +1,14 @@
-#include "study/bench_merge.h"
+#include "luxfield/bench/bench_merge.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/progress.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 TEST(BenchMerge, MergesItsSessionFourWays) {
@@ -76,4 +76,4 @@ TEST(BenchMerge, RefusesNothing) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,6 +1,6 @@
 // The near-field bench on a small headlight: its rows say what they must, and its judge agrees with
 // `exact`.
-#include "study/bench_nearfield.h"
+#include "luxfield/bench/bench_nearfield.h"
 
 #include <gtest/gtest.h>
 
@@ -10,10 +10,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/error.h"
-#include "render/estimators/estimator.h"
+#include "luxfield/core/error.h"
+#include "luxfield/render/estimators/estimator.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 BenchNearfieldOptions Small() {
@@ -68,4 +68,4 @@ TEST(BenchNearfield, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_noise.h"
+#include "luxfield/bench/bench_noise.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/progress.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 // What pictures state is what they scatter by, over kinds of light, of samples and of estimators.
@@ -51,4 +51,4 @@ TEST(BenchNoise, RefusesASingleSeed) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

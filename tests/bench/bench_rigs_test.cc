@@ -1,13 +1,13 @@
-#include "study/bench_rigs.h"
+#include "luxfield/bench/bench_rigs.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 TEST(BenchRigs, AgreesWithTheSpectrumOfTheGramMatrix) {
@@ -50,4 +50,4 @@ TEST(BenchRigs, RefusesNothing) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,12 +1,12 @@
-#include "study/bench_sampling.h"
+#include "luxfield/bench/bench_sampling.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 TEST(BenchSampling, RowsAreComplete) {
@@ -35,4 +35,4 @@ TEST(BenchSampling, RowsAreComplete) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,6 +1,6 @@
 // The shadow bench on a small headlight: its rows say what they must, and the kinds of visibility
 // come in the order that they are made for.
-#include "study/bench_shadows.h"
+#include "luxfield/bench/bench_shadows.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 BenchShadowsOptions Small() {
@@ -82,4 +82,4 @@ TEST(BenchShadows, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

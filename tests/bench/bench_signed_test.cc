@@ -1,12 +1,12 @@
-#include "study/bench_signed.h"
+#include "luxfield/bench/bench_signed.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 // Edges of facets ring: their negative coefficients light receivers as the lamp does, without them
@@ -15,7 +15,7 @@ TEST(BenchSigned, SignedCoefficientsAreNearerToTheLamp) {
   BenchSignedOptions options;
   options.bases = {lightfield::BasisKind::kBspline2};
   options.grids = {9};
-  options.lamps = {ReferenceLampKind::kFaceted};
+  options.lamps = {planning::ReferenceLampKind::kFaceted};
   options.receivers = 40;
   const auto rows = BenchSigned(options);
   ASSERT_EQ(rows.size(), 1u);
@@ -35,4 +35,4 @@ TEST(BenchSigned, SignedCoefficientsAreNearerToTheLamp) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

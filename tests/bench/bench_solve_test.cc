@@ -1,12 +1,12 @@
-#include "study/bench_solve.h"
+#include "luxfield/bench/bench_solve.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 TEST(BenchSolve, ReportsItsRows) {
@@ -39,4 +39,4 @@ TEST(BenchSolve, NonNegativeBeatsClamping) {
 TEST(BenchSolve, RefusesNothing) { EXPECT_THROW(BenchSolve({4, 3, 0, 3, 2}), InputError); }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

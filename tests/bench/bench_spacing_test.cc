@@ -1,4 +1,4 @@
-#include "study/bench_spacing.h"
+#include "luxfield/bench/bench_spacing.h"
 
 #include <gtest/gtest.h>
 
@@ -6,28 +6,28 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "tests/study/demo_lab.h"
-#include "tests/study/lab_session.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "tests/planning/demo_lab.h"
+#include "tests/planning/lab_session.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 // kSquareLab with another lamp.
 std::string LabWith(const std::string& lamp) {
   const std::string square = "kind = \"square\"\nside_m = 0.066\nradiance = 1e5\n";
-  std::string text = kSquareLab;
+  std::string text = planning::kSquareLab;
   return text.replace(text.find(square), square.size(), lamp);
 }
 
 // A headlight's cut-off is finer than any spacing tried.
 TEST(BenchSpacing, FinerFiltersLeaveLessOfALamp) {
-  const ScratchFolder scratch("bench_spacing");
+  const planning::ScratchFolder scratch("bench_spacing");
   const auto file = [&](const char* name) { return scratch.path() / name; };
   core::WriteFileAtomically(file("lab.toml"), LabWith("kind = \"headlight\"\n"));
-  core::WriteFileAtomically(file("plan.toml"), kSquarePlan);
-  core::WriteFileAtomically(file("scene.toml"), kWallScene);
+  core::WriteFileAtomically(file("plan.toml"), planning::kSquarePlan);
+  core::WriteFileAtomically(file("scene.toml"), planning::kWallScene);
   BenchSpacingOptions options;
   options.lab = file("lab.toml");
   options.plan = file("plan.toml");
@@ -58,7 +58,7 @@ TEST(BenchSpacing, FinerFiltersLeaveLessOfALamp) {
 }
 
 TEST(BenchSpacing, LightFieldsHaveOnePlaneDistance) {
-  const ScratchFolder scratch("bench_spacing_field");
+  const planning::ScratchFolder scratch("bench_spacing_field");
   const auto lab = scratch.path() / "lab.toml";
   core::WriteFileAtomically(lab, LabWith("kind = \"lightfield\"\nfile = \"lamp.lf.exr\"\n"));
   lightfield::LuminaireGeometry g;
@@ -73,4 +73,4 @@ TEST(BenchSpacing, LightFieldsHaveOnePlaneDistance) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,4 +1,4 @@
-#include "study/bench_stacks.h"
+#include "luxfield/bench/bench_stacks.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 #include "tests/reconstruct/frobisher.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 TEST(BenchStacks, OursKnowsItsErrorAndInventsNothing) {
@@ -84,4 +84,4 @@ TEST(BenchStacks, RefusesChannelsThatThereAreNot) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -1,5 +1,5 @@
 // The trade-off bench on a tiny scene: its rows hold what they must, its references are right.
-#include "study/bench_tradeoff.h"
+#include "luxfield/bench/bench_tradeoff.h"
 
 #include <gtest/gtest.h>
 
@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "core/error.h"
-#include "core/progress.h"
-#include "render/estimators/estimator.h"
-#include "study/bench_nearfield.h"
+#include "luxfield/bench/bench_nearfield.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/render/estimators/estimator.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 using nlohmann::json;
@@ -27,7 +27,7 @@ class BenchTradeoffTest : public testing::Test {
     const auto folder = std::filesystem::path(testing::TempDir());
     lightfield::WriteLightField(
         folder / "tradeoff.lf.exr",
-        SyntheticCar2({.grid_width = 3, .grid_height = 2, .size = 32, .channels = 1}));
+        render::SyntheticCar2({.grid_width = 3, .grid_height = 2, .size = 32, .channels = 1}));
     const auto scene = folder / "tradeoff.toml";
     std::ofstream(scene) << R"(
 [camera]
@@ -163,4 +163,4 @@ TEST(Pareto, FrontOfEachGroup) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

@@ -7,12 +7,12 @@
 #include <cstdio>
 #include <numeric>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/measures.h"
-#include "core/progress.h"
-#include "render/renderer.h"
-#include "tests/study/small_scene.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/render/renderer.h"
+#include "tests/render/small_scene.h"
 
 namespace luxfield::render {
 namespace {
@@ -24,7 +24,7 @@ scene::Scene FourLights() {
   for (std::size_t i = 0; i < picture.data.size(); ++i)
     picture.data[i] = 0.05f + 0.01f * static_cast<float>(i % 16);
   core::WriteExrImage(sky, picture);
-  scene::Scene scene = study::LampOverFloor();
+  scene::Scene scene = render::LampOverFloor();
   scene.luminaires.push_back(scene.luminaires[0]);
   scene.luminaires[1].name = "dimmed";
   scene.luminaires[1].scale = 0.5;

@@ -1,4 +1,4 @@
-#include "study/undone_damage.h"
+#include "luxfield/bench/undone_damage.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <vector>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
-namespace luxfield::study {
+namespace luxfield::bench {
 namespace {
 
 TEST(UndoneDamage, IsTheExcessInQuadrature) {
@@ -62,4 +62,4 @@ TEST(UndoneDamage, IntervalHoldsTheShareOfThePopulation) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::bench

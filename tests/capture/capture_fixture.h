@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "capture/capture.h"
-#include "core/config.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "core/session_store.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/session/session_store.h"
 #include "tests/hal/test_lab.h"
 
 namespace luxfield::capture {
@@ -55,7 +55,7 @@ class Capture : public testing::Test {
 inline std::vector<core::Json> RecordsOf(const std::filesystem::path& folder,
                                          const std::string& type) {
   std::vector<core::Json> found;
-  const core::SessionReader reader(folder);
+  const session::SessionReader reader(folder);
   for (const auto& record : reader.journal())
     if (record["type"] == type) found.push_back(record);
   return found;

@@ -1,4 +1,4 @@
-#include "capture/capture_sensor.h"
+#include "luxfield/capture/take/capture_sensor.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -8,10 +8,11 @@
 #include <algorithm>
 #include <map>
 
-#include "core/error.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "core/session_store.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/session/session_store.h"
 #include "tests/hal/test_lab.h"
 
 namespace luxfield::capture {
@@ -67,12 +68,12 @@ TEST_F(CaptureSensor, TakesPairsOfEveryLevelUpAndDown) {
   EXPECT_EQ(summary.frames, 48);
   EXPECT_EQ(summary.rejected, 0);
   EXPECT_EQ(summary.flagged, 0);
-  const core::SessionReader session(folder);
+  const session::SessionReader session(folder);
   EXPECT_TRUE(session.sealed());
   EXPECT_TRUE(VerifySession(folder).problems.empty());
   std::map<std::pair<bool, int>, std::vector<double>> times;  // flat, repeat -> in order
   for (const auto& frame : session.frames())
-    times[{frame.kind == core::FrameKind::kFlat, frame.repeat}].push_back(frame.exposure_s);
+    times[{frame.kind == session::FrameKind::kFlat, frame.repeat}].push_back(frame.exposure_s);
   ASSERT_EQ(times.size(), 4u);
   const auto& up = times[{true, 0}];
   ASSERT_EQ(up.size(), 12u);
@@ -93,12 +94,12 @@ TEST_F(CaptureSensor, ResumesWhereItWasInterrupted) {
   Devices devices = SimulatedLab(Bench().Config()).MakeDevices();
   EXPECT_THROW(RunSensorCapture(MakePlan(0.01, 1.5), devices, folder, options), Interrupted);
   core::SetInterruptCountForTest(0);
-  EXPECT_EQ(MissingSensorFrames(core::SessionReader(folder)), 48 - 17);
+  EXPECT_EQ(MissingSensorFrames(session::SessionReader(folder)), 48 - 17);
   EXPECT_THAT(VerifySession(folder).problems, testing::Contains(HasSubstr("31 of the plan's")));
   options.on_frame = {};
   Devices again = SimulatedLab(Bench().Config()).MakeDevices();
   EXPECT_EQ(RunSensorCapture(MakePlan(0.01, 1.5), again, folder, options).frames, 48 - 17);
-  EXPECT_EQ(core::SessionReader(folder).frames().size(), 48u);
+  EXPECT_EQ(session::SessionReader(folder).frames().size(), 48u);
   EXPECT_TRUE(VerifySession(folder).problems.empty());
 }
 
@@ -137,7 +138,7 @@ TEST_F(CaptureSensor, OneFlatShowsAllColoursOfAMosaic) {
   Devices devices = mosaic.MakeDevices();
   EXPECT_EQ(RunSensorCapture(plan(1.5, 16), devices, folder).frames, 64);
   EXPECT_TRUE(VerifySession(folder).problems.empty());
-  const core::SessionReader session(folder);
+  const session::SessionReader session(folder);
   for (const auto& frame : session.frames()) EXPECT_EQ(frame.channel, 0);
   // Red fills in twice the time: only levels up to green's saturation count.
   try {

@@ -1,4 +1,4 @@
-#include "capture/capture.h"
+#include "luxfield/capture/take/capture.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -9,10 +9,11 @@
 #include <map>
 #include <set>
 
-#include "core/error.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "core/session_writer.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/session/session_writer.h"
 #include "tests/capture/capture_fixture.h"
 #include "tests/capture/faulty_camera.h"
 
@@ -33,16 +34,16 @@ TEST_F(Capture, MakesAWholeSession) {
   EXPECT_EQ(summary.rejected, 0);
   EXPECT_EQ(summary.flagged, 0);
   EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
-  const core::SessionReader reader(folder);
+  const session::SessionReader reader(folder);
   EXPECT_TRUE(reader.sealed());
   std::map<std::pair<int, int>, std::vector<double>> brackets;
   int references = 0;
   std::map<int, int> darks;
   for (const auto& record : reader.frames()) {
-    const core::RawFrame frame = reader.ReadFrame(record);
-    if (record.kind == core::FrameKind::kReference) ++references;
-    if (record.kind == core::FrameKind::kDark) ++darks[record.exposure_index];
-    if (record.kind != core::FrameKind::kPosition) continue;
+    const session::RawFrame frame = reader.ReadFrame(record);
+    if (record.kind == session::FrameKind::kReference) ++references;
+    if (record.kind == session::FrameKind::kDark) ++darks[record.exposure_index];
+    if (record.kind != session::FrameKind::kPosition) continue;
     brackets[{record.i, record.j}].push_back(record.exposure_s);
     const auto centre = TestPlan().geometry.grid.centre(record.i, record.j);
     EXPECT_DOUBLE_EQ(record.stage_u_m, centre.x);
@@ -58,7 +59,7 @@ TEST_F(Capture, MakesAWholeSession) {
   for (const auto& [place, exposures] : brackets) {
     const auto first =
         std::find_if(reader.frames().begin(), reader.frames().end(), [&](const auto& r) {
-          return r.kind == core::FrameKind::kPosition && std::pair(r.i, r.j) == place;
+          return r.kind == session::FrameKind::kPosition && std::pair(r.i, r.j) == place;
         });
     for (const auto dn : reader.ReadFrame(*first).dn) EXPECT_LT(dn, 4000);
     for (std::size_t k = 1; k < exposures.size(); ++k)
@@ -69,9 +70,9 @@ TEST_F(Capture, MakesAWholeSession) {
 // Light data by plan key.
 std::map<std::tuple<int, int, int, int>, std::vector<float>> LightOf(const fs::path& folder) {
   std::map<std::tuple<int, int, int, int>, std::vector<float>> light;
-  const core::SessionReader reader(folder);
+  const session::SessionReader reader(folder);
   for (const auto& record : reader.frames())
-    if (record.kind == core::FrameKind::kPosition)
+    if (record.kind == session::FrameKind::kPosition)
       light[{record.i, record.j, record.exposure_index, record.repeat}] =
           reader.ReadFrame(record).value;
   return light;
@@ -125,11 +126,11 @@ TEST_F(Capture, ResumeTakesABrokenBracketWholeInANewEpoch) {
   options.resume = true;
   Devices second = SimulatedLab(Noisy().Config()).MakeDevices();
   RunCapture(plan, second, folder, options);
-  const core::SessionReader reader(folder);
+  const session::SessionReader reader(folder);
   std::map<std::pair<int, int>, std::set<int>> epochs;
   std::map<std::pair<int, int>, int> frames;
   for (const auto& record : reader.frames())
-    if (record.kind == core::FrameKind::kPosition) {
+    if (record.kind == session::FrameKind::kPosition) {
       epochs[{record.i, record.j}].insert(record.epoch);
       ++frames[{record.i, record.j}];
     }
@@ -232,7 +233,7 @@ TEST_F(Capture, AFrameThatStaysWrongIsKeptAndFlagged) {
   EXPECT_GT(summary.flagged, 0);
   EXPECT_EQ(summary.rejected, 2 * summary.flagged) << "three attempts each";
   int flagged = 0;
-  const core::SessionReader reader(folder);
+  const session::SessionReader reader(folder);
   for (const auto& record : reader.frames()) flagged += record.flagged;
   EXPECT_EQ(flagged, summary.flagged);
 }
@@ -291,9 +292,9 @@ TEST_F(Capture, DualPrintsAndColoursAreAllTaken) {
   Devices devices = SimulatedLab(core::Config::FromString(toml, "lab.toml")).MakeDevices();
   RunCapture(ReadPlan(core::Config::FromString(plan, "plan.toml")), devices, folder);
   std::set<std::tuple<int, int, int, int>> taken;
-  const core::SessionReader reader(folder);
+  const session::SessionReader reader(folder);
   for (const auto& r : reader.frames())
-    if (r.kind == core::FrameKind::kPosition) taken.insert({r.i, r.j, r.print, r.channel});
+    if (r.kind == session::FrameKind::kPosition) taken.insert({r.i, r.j, r.print, r.channel});
   EXPECT_EQ(taken.size(), 6u * 2 * 3);
 }
 
@@ -329,9 +330,9 @@ TEST_F(Capture, AGarbledReadBackIsAskedForAgain) {
       });
   RunCapture(TestPlan(), devices, folder);
   const Plan plan = TestPlan();
-  const core::SessionReader reader(folder);
+  const session::SessionReader reader(folder);
   for (const auto& r : reader.frames()) {
-    if (r.kind != core::FrameKind::kPosition) continue;
+    if (r.kind != session::FrameKind::kPosition) continue;
     const hal::Vec2 planned = plan.geometry.grid.centre(r.i, r.j);
     EXPECT_NEAR(r.stage_u_m, planned.x, 1e-12);
     EXPECT_NEAR(r.stage_v_m, planned.y, 1e-12);
@@ -348,9 +349,9 @@ TEST_F(Capture, AReadBackBesideTheTargetIsBelievedWhenItIsRepeated) {
       });
   RunCapture(TestPlan(), devices, folder);
   const Plan plan = TestPlan();
-  const core::SessionReader reader(folder);
+  const session::SessionReader reader(folder);
   for (const auto& r : reader.frames())
-    if (r.kind == core::FrameKind::kPosition) {
+    if (r.kind == session::FrameKind::kPosition) {
       EXPECT_NEAR(r.stage_u_m, plan.geometry.grid.centre(r.i, r.j).x + 1e-4, 1e-12);
     }
 }

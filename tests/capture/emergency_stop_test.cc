@@ -6,7 +6,8 @@
 #include <memory>
 #include <utility>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/capture/capture_fixture.h"
 
 namespace luxfield::capture {

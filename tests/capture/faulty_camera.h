@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "hal/camera.h"
+#include "luxfield/hal/camera.h"
 
 namespace luxfield::capture {
 

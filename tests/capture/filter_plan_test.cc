@@ -1,22 +1,23 @@
-#include "capture/filter_plan.h"
+#include "luxfield/capture/plan/filter_plan.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "capture/capture_filter.h"
-#include "core/error.h"
-#include "core/progress.h"
+#include "luxfield/capture/take/capture_filter.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/hal/test_lab.h"
 
 namespace luxfield::capture {
 namespace {
 
 namespace fs = std::filesystem;
-using core::FrameKind;
 using hal::sim::SimulatedLab;
 using hal::sim::TestLab;
+using session::FrameKind;
 using testing::HasSubstr;
 
 FilterPlan MakePlan(double max_s, int exposures = 2) {
@@ -83,7 +84,7 @@ TEST_F(FilterPlanTest, TakesHolderPrintsAndDarksAndResumesBetweenFrames) {
     if (s.frames == 1) core::SetInterruptCountForTest(1);
   };
   EXPECT_THROW(RunFilterCapture(MakePlan(1.28), devices, folder_, options), Interrupted);
-  EXPECT_EQ(MissingFilterFrames(core::SessionReader(folder_)), 13);
+  EXPECT_EQ(MissingFilterFrames(session::SessionReader(folder_)), 13);
   core::SetInterruptCountForTest(0);
   options.resume = true;
   options.on_frame = [](const CaptureSummary& s) {
@@ -93,12 +94,12 @@ TEST_F(FilterPlanTest, TakesHolderPrintsAndDarksAndResumesBetweenFrames) {
   core::SetInterruptCountForTest(0);
   options.on_frame = {};
   EXPECT_EQ(RunFilterCapture(MakePlan(1.28), devices, folder_, options).frames, 14 - 5);
-  const core::SessionReader session(folder_);
+  const session::SessionReader session(folder_);
   EXPECT_TRUE(session.sealed());
   EXPECT_EQ(MissingFilterFrames(session), 0);
   EXPECT_TRUE(VerifySession(folder_).problems.empty());
   std::map<int, std::map<double, int>> frames;  // by view (-1: dark) and exposure
-  for (const core::FrameRecord& record : session.frames())
+  for (const session::FrameRecord& record : session.frames())
     ++frames[record.kind == FrameKind::kDark ? -1 : record.i][record.exposure_s];
   ASSERT_EQ(frames.size(), 4u);
   const double shortest = frames.at(0).begin()->first;

@@ -1,4 +1,4 @@
-#include "capture/flicker.h"
+#include "luxfield/capture/lamp/flicker.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,9 @@
 #include <cstdlib>
 #include <vector>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/capture/capture_fixture.h"
 #include "tests/capture/faulty_camera.h"
 
@@ -177,7 +178,7 @@ Plan MeasuringPlan() {
 }
 
 std::vector<double> LadderOf(const std::filesystem::path& folder) {
-  return core::SessionReader(folder).plan().at("exposure").at("ladder_s");
+  return session::SessionReader(folder).plan().at("exposure").at("ladder_s");
 }
 
 void ExpectWholePeriods(const std::vector<double>& ladder_s, double hz, double within) {
@@ -208,7 +209,7 @@ TEST_F(FlickerCapture, ExposuresBecomeWholePeriodsOfTheMeasuredFrequency) {
     const auto records = RecordsOf(folder, "flicker");
     ASSERT_EQ(records.size(), 1u);
     ASSERT_TRUE(records[0].contains("sigma_hz")) << records[0].dump();
-    const double planned_hz = core::SessionReader(folder).plan().at("exposure").at("pwm_hz");
+    const double planned_hz = session::SessionReader(folder).plan().at("exposure").at("pwm_hz");
     const double stated_hz = records[0]["stated_hz"], found_hz = records[0]["hz"];
     const double sigma_hz = records[0]["sigma_hz"], scatter = records[0]["scatter"];
     EXPECT_EQ(stated_hz, planned_hz);
@@ -229,7 +230,7 @@ TEST_F(FlickerCapture, ALampWithoutPulsesKeepsTheExposuresOfThePlan) {
   RunCapture(plan, devices, folder);
   plan.exposure.measure_pwm = false;
   EXPECT_EQ(LadderOf(folder), ExpandPlan(plan, devices).ladder_s);
-  EXPECT_EQ(core::SessionReader(folder).plan().at("exposure").at("pwm_hz"), 0.0);
+  EXPECT_EQ(session::SessionReader(folder).plan().at("exposure").at("pwm_hz"), 0.0);
 }
 
 TEST_F(FlickerCapture, AResumedSessionKeepsItsExposuresAndMeasuresAgain) {

@@ -1,4 +1,4 @@
-#include "capture/frame_check.h"
+#include "luxfield/capture/take/frame_check.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::capture {
 namespace {
@@ -26,9 +26,9 @@ hal::CameraCalibration Calibration() {
 
 // Pixels of `rate(k)` DN per second, with noise.
 template <typename Rate>
-core::RawFrame Exposed(const Rate& rate, double exposure_s, std::uint64_t seed) {
+session::RawFrame Exposed(const Rate& rate, double exposure_s, std::uint64_t seed) {
   const hal::CameraCalibration c = Calibration();
-  core::RawFrame frame;
+  session::RawFrame frame;
   frame.width = frame.height = kSide;
   core::Random random(seed, 0);
   for (std::size_t k = 0; k < kPixels; ++k) {
@@ -43,7 +43,7 @@ core::RawFrame Exposed(const Rate& rate, double exposure_s, std::uint64_t seed) 
 
 double Ramp(std::size_t k) { return 4000.0 * static_cast<double>(k) / kPixels; }
 
-std::optional<double> Ratio(const core::RawFrame& frame, const core::RawFrame& shorter,
+std::optional<double> Ratio(const session::RawFrame& frame, const session::RawFrame& shorter,
                             const std::vector<PixelRun>& usable = {{0, kPixels}}) {
   return LevelRatio(frame, 0.8, shorter, 0.4, usable, Calibration(), kTolerance);
 }
@@ -54,7 +54,7 @@ TEST(FrameCheck, StatisticsAreThoseOfTheirDefinition) {
   hal::CameraCalibration c = Calibration();
   // Neighbours, the frame's ends, one twice, and one that is not on this sensor.
   c.defects = {{0, 0}, {5, 7}, {5, 8}, {5, 7}, {kSide - 1, kSide - 1}, {kSide, 3}};
-  core::RawFrame frame = Exposed(Ramp, 1.2, 1);
+  session::RawFrame frame = Exposed(Ramp, 1.2, 1);
   for (const auto& [row, column] : c.defects)
     if (row < kSide) frame.dn[static_cast<std::size_t>(row) * kSide + column] = 65535;
   const auto usable = UsablePixels(camera, c);
@@ -79,7 +79,7 @@ TEST(FrameCheck, StatisticsAreThoseOfTheirDefinition) {
 }
 
 TEST(FrameCheck, OneSaturatedPixelOfAFrameIsSeen) {
-  core::RawFrame frame = Exposed([](std::size_t) { return 1000; }, 0.4, 1);
+  session::RawFrame frame = Exposed([](std::size_t) { return 1000; }, 0.4, 1);
   ASSERT_EQ(Measure(frame, {{0, kPixels}}, Calibration()).saturated_share, 0);
   for (const std::size_t k : {std::size_t{0}, std::size_t{40000}, kPixels - 1}) {
     const std::uint16_t before = std::exchange(frame.dn[k], 4000);
@@ -135,7 +135,7 @@ TEST(FrameCheck, TooLittleLightSaysNothing) {
 }
 
 TEST(FrameCheck, DefectsDoNotCountForLevels) {
-  core::RawFrame shorter = Exposed(Ramp, 0.4, 1), frame = Exposed(Ramp, 0.8, 2);
+  session::RawFrame shorter = Exposed(Ramp, 0.4, 1), frame = Exposed(Ramp, 0.8, 2);
   for (std::size_t k = 0; k < kPixels; k += 2) frame.dn[k] = shorter.dn[k] = 1500;
   std::vector<PixelRun> usable;
   for (std::size_t k = 1; k < kPixels; k += 2) usable.push_back({k, k + 1});
@@ -150,7 +150,7 @@ TEST(FrameCheck, FramesOfRealNumbersAreCheckedLikewise) {
   hal::CameraCalibration c = Calibration();
   c.saturation_dn = 1e9;
   const auto frame = [](float level) {
-    core::RawFrame f;
+    session::RawFrame f;
     f.width = f.height = 300;
     f.value.assign(90000, level);
     return f;

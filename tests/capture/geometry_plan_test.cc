@@ -1,12 +1,13 @@
-#include "capture/geometry_plan.h"
+#include "luxfield/capture/plan/geometry_plan.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/capture_geometry.h"
-#include "core/error.h"
-#include "core/json.h"
-#include "core/progress.h"
+#include "luxfield/capture/take/capture_geometry.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/hal/test_lab.h"
 
 namespace luxfield::capture {
@@ -100,16 +101,16 @@ TEST(GeometryPlan, CapturesEveryViewOnceBelowSaturation) {
   EXPECT_THROW(RunGeometryCapture(MakePlan(), devices, folder, options), Interrupted);
   core::SetInterruptCountForTest(0);
   EXPECT_FALSE(VerifySession(folder).problems.empty());
-  EXPECT_EQ(MissingGeometryFrames(core::SessionReader(folder)), 7);
+  EXPECT_EQ(MissingGeometryFrames(session::SessionReader(folder)), 7);
   options.on_frame = {};
   options.resume = true;
   RunGeometryCapture(MakePlan(), devices, folder, options);
   EXPECT_TRUE(VerifySession(folder).problems.empty());
-  const core::SessionReader session(folder);
+  const session::SessionReader session(folder);
   ASSERT_EQ(session.frames().size(), 10u);
   for (const auto& record : session.frames()) {
-    EXPECT_EQ(record.kind, core::FrameKind::kTarget);
-    const core::RawFrame frame = session.ReadFrame(record);
+    EXPECT_EQ(record.kind, session::FrameKind::kTarget);
+    const session::RawFrame frame = session.ReadFrame(record);
     float brightest = 0;
     for (std::size_t k = 0; k < frame.size(); ++k) brightest = std::max(brightest, frame.at(k));
     EXPECT_LE(brightest, 100 + 0.8 * 3900);

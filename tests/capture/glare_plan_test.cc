@@ -1,11 +1,12 @@
-#include "capture/glare_plan.h"
+#include "luxfield/capture/plan/glare_plan.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/capture_glare.h"
-#include "core/error.h"
-#include "core/progress.h"
+#include "luxfield/capture/take/capture_glare.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/hal/test_lab.h"
 
 namespace luxfield::capture {
@@ -70,19 +71,19 @@ TEST(GlarePlan, CapturesEveryPlaceAndItsDarks) {
   CaptureOptions interrupted;
   interrupted.on_frame = [](const CaptureSummary&) { core::SetInterruptCountForTest(1); };
   EXPECT_THROW(RunGlareCapture(MakePlan(), devices, folder, interrupted), Interrupted);
-  EXPECT_EQ(MissingGlareFrames(core::SessionReader(folder)), 3 + 3);
+  EXPECT_EQ(MissingGlareFrames(session::SessionReader(folder)), 3 + 3);
   core::SetInterruptCountForTest(0);
   CaptureOptions resumed;
   resumed.resume = true;
   EXPECT_EQ(RunGlareCapture(MakePlan(), devices, folder, resumed).frames, 6);
-  const core::SessionReader session(folder);
+  const session::SessionReader session(folder);
   EXPECT_TRUE(session.sealed());
   EXPECT_EQ(MissingGlareFrames(session), 0);
   EXPECT_TRUE(VerifySession(folder).problems.empty());
   int traps = 0, darks = 0;
-  for (const core::FrameRecord& record : session.frames()) {
-    traps += record.kind == core::FrameKind::kTarget;
-    darks += record.kind == core::FrameKind::kDark;
+  for (const session::FrameRecord& record : session.frames()) {
+    traps += record.kind == session::FrameKind::kTarget;
+    darks += record.kind == session::FrameKind::kDark;
   }
   EXPECT_EQ(traps, 6);
   EXPECT_EQ(darks, 3);

@@ -1,4 +1,4 @@
-#include "capture/lamp_frequency.h"
+#include "luxfield/capture/lamp/lamp_frequency.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -10,7 +10,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::capture {
 namespace {

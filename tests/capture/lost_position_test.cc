@@ -11,17 +11,18 @@
 #include <utility>
 #include <vector>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/capture/capture_fixture.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::FrameKind;
-using core::FrameRecord;
 using hal::Devices;
 using hal::StagePosition;
 using hal::sim::SimulatedLab;
+using session::FrameKind;
+using session::FrameRecord;
 using testing::HasSubstr;
 
 // A stage whose answers a test falsifies; homing ends that.
@@ -68,7 +69,7 @@ class DisturbedCapture : public Capture {
   // How many frames an undisturbed capture has committed when the first one passes.
   int FramesUntil(const std::function<bool(const FrameRecord&)>& passes) {
     Run("whole", {}, -1);
-    const core::SessionReader session(folder_);
+    const session::SessionReader session(folder_);
     const auto& frames = session.frames();
     return 1 +
            static_cast<int>(std::find_if(frames.begin(), frames.end(), passes) - frames.begin());
@@ -90,7 +91,7 @@ class DisturbedCapture : public Capture {
     EXPECT_THAT(VerifySession(folder_).problems, testing::IsEmpty());
     int of_two_epochs = 0;
     std::map<std::pair<int, int>, int> epochs;
-    const core::SessionReader session(folder_);
+    const session::SessionReader session(folder_);
     for (const auto& record : session.frames())
       if (record.kind == FrameKind::kPosition)
         of_two_epochs +=
@@ -101,7 +102,7 @@ class DisturbedCapture : public Capture {
   // After FramesUntil, disturbed once `frames` are committed: of what is taken then nothing counts.
   void ExpectNothingCounts(int frames, const DisturbedStage::Disturbance& disturbance,
                            hal::Fault fault, const std::string& problem) {
-    const auto undisturbed = core::SessionReader(folder_).frames();
+    const auto undisturbed = session::SessionReader(folder_).frames();
     ASSERT_LT(frames, undisturbed.size());
     std::set<std::string> whole;  // their files, until then
     for (int n = 0; n < frames; ++n) whole.insert(undisturbed[n].file);
@@ -115,7 +116,7 @@ class DisturbedCapture : public Capture {
     }
     const auto complete = static_cast<int>(RecordsOf(folder_, "position_complete").size());
     std::set<std::pair<int, int>> positions;
-    const core::SessionReader disturbed(folder_);
+    const session::SessionReader disturbed(folder_);
     for (const auto& record : disturbed.frames()) {
       EXPECT_TRUE(whole.contains(record.file)) << record.file;
       if (record.kind == FrameKind::kPosition) positions.insert({record.i, record.j});

@@ -9,7 +9,8 @@
 #include <memory>
 #include <utility>
 
-#include "capture/session_review.h"
+#include "luxfield/capture/review/session_review.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/capture/capture_fixture.h"
 
 namespace luxfield::capture {
@@ -78,9 +79,9 @@ TEST_F(Capture, AFrameBesideReadingsThatSayNothingOrDisagreeIsTakenAgain) {
     ASSERT_EQ(rejected.size(), 1u);
     EXPECT_THAT(rejected[0]["reason"].get<std::string>(), HasSubstr("spoilt monitor"));
     EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
-    const core::SessionReader session(folder);
+    const session::SessionReader session(folder);
     for (const auto& frame : session.frames())
-      if (frame.kind != core::FrameKind::kDark) {
+      if (frame.kind != session::FrameKind::kDark) {
         EXPECT_NEAR(frame.meter, 1, 0.01);
       }
   }
@@ -97,10 +98,10 @@ TEST_F(Capture, FramesOfAMonitorThatNeverSaysAnythingCertainAreFlaggedAndHaveNoR
     const auto folder = CaptureSpoilt(name + "_ever", spoil, 1000000);
     EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
     int flagged = 0;
-    const core::SessionReader session(folder);
+    const session::SessionReader session(folder);
     for (const auto& frame : session.frames()) {
       flagged += frame.flagged;
-      EXPECT_EQ(frame.flagged, frame.kind != core::FrameKind::kDark && frame.meter == 0);
+      EXPECT_EQ(frame.flagged, frame.kind != session::FrameKind::kDark && frame.meter == 0);
     }
     EXPECT_GT(flagged, 3);
     EXPECT_NO_THROW(ReviewSession(folder));

@@ -1,12 +1,13 @@
 // Pausing a capture without ending it.
-#include "core/pause.h"
+#include "luxfield/core/pause.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <csignal>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/capture/capture_fixture.h"
 
 namespace luxfield::capture {

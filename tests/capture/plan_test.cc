@@ -1,4 +1,4 @@
-#include "capture/plan.h"
+#include "luxfield/capture/plan/plan.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -6,11 +6,13 @@
 
 #include <filesystem>
 
-#include "capture/expanded_plan.h"
-#include "capture/frame_check.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "core/json.h"
+#include "luxfield/capture/plan/bracket_rungs.h"
+#include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/capture/take/frame_check.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/fuzz/plan_file.h"
 #include "tests/fuzz/seeded.h"
 #include "tests/hal/test_lab.h"
@@ -246,7 +248,7 @@ TEST(Exposures, CoverFromBelowSaturationToAboveNoise) {
 
 TEST(Exposures, LevelRatioSeesAWrongExposure) {
   const auto frame = [](double exposure) {
-    core::RawFrame f;
+    session::RawFrame f;
     f.width = f.height = 30;
     for (int k = 0; k < 900; ++k)
       f.dn.push_back(

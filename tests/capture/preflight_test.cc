@@ -1,12 +1,13 @@
 // What is refused before the first exposure counts; that nothing is refused otherwise the other
 // tests of captures show.
-#include "capture/preflight.h"
+#include "luxfield/capture/take/preflight.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/take_session.h"
-#include "core/error.h"
+#include "luxfield/capture/take/take_session.h"
+#include "luxfield/core/error.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/capture/capture_fixture.h"
 
 namespace luxfield::capture {
@@ -121,9 +122,9 @@ TEST_F(Preflight, AResumedSessionAsksForTheRoomThatItStillNeeds) {
   core::SetInterruptCountForTest(0);
   std::uint64_t kept = 0;
   std::filesystem::path one;
-  const core::SessionReader session(folder);
+  const session::SessionReader session(folder);
   for (const auto& frame : session.frames())
-    if (frame.kind == core::FrameKind::kPosition)
+    if (frame.kind == session::FrameKind::kPosition)
       kept += std::filesystem::file_size(one = folder / frame.file);
   ASSERT_GT(kept, 0u);
   EXPECT_EQ(BytesToCome(kept + 1000, folder), 1000u);
@@ -139,7 +140,7 @@ TEST_F(Preflight, AResumedSessionAsksForTheRoomThatItStillNeeds) {
   Devices second = SimulatedLab(Noisy().Config()).MakeDevices();
   bool taken = false;
   TakeSession(what, second, folder, options,
-              [&](core::SessionWriter&, FrameTaker&, CaptureSummary&) { taken = true; });
+              [&](session::SessionWriter&, FrameTaker&, CaptureSummary&) { taken = true; });
   EXPECT_TRUE(taken);
   std::filesystem::remove_all(folder);
 }

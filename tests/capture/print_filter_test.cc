@@ -1,4 +1,4 @@
-#include "capture/print_filter.h"
+#include "luxfield/capture/filter/print_filter.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/json.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::capture {
 namespace {
@@ -23,9 +23,9 @@ namespace {
 using lightfield::Basis;
 using lightfield::BasisKind;
 using lightfield::FilterKind;
-using lightfield::FilterSheet;
-using lightfield::ToneTable;
 using lightfield::Vec2;
+using rig::FilterSheet;
+using rig::ToneTable;
 
 std::filesystem::path Name(const std::string& name) {
   return std::filesystem::path(testing::TempDir()) / ("luxfield_print_" + name);
@@ -102,8 +102,7 @@ TEST(PrintFilter, TiffHoldsTheFilterInItsPlace) {
     EXPECT_NEAR(CodeAt(tiff.sheet, kDpi, {(-0.48 + 0.96 * (k + 0.5) / 21) * s, -0.6 * s}),
                 std::pow(10, -0.15 * k), 1e-5);
   // The sheet's own file brings the sheet back.
-  EXPECT_EQ(lightfield::SheetText(lightfield::ReadFilterSheet(files[0])),
-            lightfield::SheetText(sheet));
+  EXPECT_EQ(rig::SheetText(rig::ReadFilterSheet(files[0])), rig::SheetText(sheet));
 }
 
 TEST(PrintFilter, DualPairIsTwoPrintsThatMakeTheDualFunction) {
@@ -138,12 +137,12 @@ TEST(PrintFilter, ToneTableTurnsTransmittanceIntoTheRightDensity) {
   }
   EXPECT_EQ(tone.Code(0), 0);
   const auto file = Name("x.tone.toml");
-  lightfield::WriteToneTable(file, tone);
-  const ToneTable back = lightfield::ReadToneTable(file);
+  rig::WriteToneTable(file, tone);
+  const ToneTable back = rig::ReadToneTable(file);
   EXPECT_EQ(back.code, tone.code);
   EXPECT_EQ(back.density, tone.density);
   core::WriteFileAtomically(file, "[tone]\ncode = [1, 0.5]\ndensity = [0.3, 0.2]\n");
-  EXPECT_THROW(lightfield::ReadToneTable(file), InputError);
+  EXPECT_THROW(rig::ReadToneTable(file), InputError);
 }
 
 TEST(PrintFilter, PdfIsExactInSizeAndTheSameEveryTime) {

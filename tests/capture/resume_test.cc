@@ -6,8 +6,9 @@
 #include <functional>
 #include <map>
 
-#include "capture/session_description.h"
-#include "core/error.h"
+#include "luxfield/capture/take/session_description.h"
+#include "luxfield/core/error.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/capture/capture_fixture.h"
 #include "tests/capture/faulty_camera.h"
 

@@ -1,4 +1,4 @@
-#include "capture/session_review.h"
+#include "luxfield/capture/review/session_review.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,10 +7,11 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/error.h"
-#include "core/folder_lock.h"
-#include "core/progress.h"
-#include "core/session_writer.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/session/folder_lock.h"
+#include "luxfield/session/session_writer.h"
 #include "tests/capture/capture_fixture.h"
 #include "tests/capture/faulty_camera.h"
 
@@ -32,7 +33,7 @@ Devices With(const TestLab& lab, FaultyCamera::Mischief mischief) {
 }
 
 // But that the lamp reaches the outer filters, as it does on the tiny grid of these tests
-// (tests/study/planned_edges_test.cc is about that).
+// (tests/planning/planned_edges_test.cc is about that).
 std::vector<Judgement> NotGood(const SessionReview& review) {
   std::vector<Judgement> list = Judge(review);
   std::erase_if(list, [](const Judgement& j) {
@@ -202,7 +203,7 @@ TEST_F(SessionReviewed, PausesAndCrashesAreTold) {
   EXPECT_EQ(Judge(review)[0].verdict, Verdict::kBad);
   EXPECT_THAT(Judge(review)[0].text, HasSubstr("5 of 6 positions are missing"));
   {
-    const core::FolderLock lock(folder);  // a capture that goes on
+    const session::FolderLock lock(folder);  // a capture that goes on
     const SessionReview running = ReviewSession(folder);
     EXPECT_TRUE(running.in_use);
     EXPECT_EQ(Judge(running)[0].verdict, Verdict::kLook);
@@ -302,14 +303,14 @@ TEST_F(SessionReviewed, TimeBetweenEpochsIsThatOfTheCalendar) {
   const core::Json plan = {{"positions", {{{"i", 0}, {"j", 0}, {"u_m", 0.0}, {"v_m", 0.0}}}}};
   BootClock before("2026-02-28T23:30:00.000Z"), after("2026-03-01T00:30:00.500Z");
   {
-    auto writer =
-        core::SessionWriter::Create(folder, plan, {{"camera", core::Json::object()}}, {}, before);
+    auto writer = session::SessionWriter::Create(folder, plan, {{"camera", core::Json::object()}},
+                                                 {}, before);
     writer.StartEpoch({{"camera", "one"}});
     before.SleepSeconds(100);
     writer.Append("paused", {{"reason", "asked to pause"}});
   }
   {
-    auto writer = core::SessionWriter::Resume(folder, plan, after);
+    auto writer = session::SessionWriter::Resume(folder, plan, after);
     writer.StartEpoch({{"camera", "another"}});
     after.SleepSeconds(7);
     writer.Append("paused", {{"reason", "asked to pause"}});
@@ -330,12 +331,12 @@ TEST_F(SessionReviewed, SessionsThatCalibrateACameraHaveNoPositions) {
                            {"exposure", {{"ladder_s", {0.1}}, {"pairs", 1}}}};
   core::SimulatedClock clock;
   auto writer =
-      core::SessionWriter::Create(folder, plan, {{"camera", core::Json::object()}}, {}, clock);
+      session::SessionWriter::Create(folder, plan, {{"camera", core::Json::object()}}, {}, clock);
   writer.StartEpoch({{"camera", "one"}});
-  core::FrameRecord record;
-  record.kind = core::FrameKind::kFlat;
+  session::FrameRecord record;
+  record.kind = session::FrameKind::kFlat;
   record.exposure_s = record.requested_exposure_s = 0.1;
-  core::RawFrame frame;
+  session::RawFrame frame;
   frame.width = frame.height = 1;
   frame.dn = {7};
   writer.CommitFrame(record, frame, {{"mean_dn", 7}});

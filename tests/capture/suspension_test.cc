@@ -4,7 +4,8 @@
 
 #include <cmath>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
+#include "luxfield/hal/lab/open_lab.h"
 #include "tests/capture/capture_fixture.h"
 
 namespace luxfield::capture {
@@ -34,12 +35,12 @@ Plan Watchful() {
 }
 
 // Of position frames, the monitor's largest deviation from its reading at the first reference.
-double LargestDeviation(const std::vector<core::FrameRecord>& frames) {
+double LargestDeviation(const std::vector<session::FrameRecord>& frames) {
   double first = 0, largest = 0;
   for (const auto& r : frames)
-    if (r.kind == core::FrameKind::kReference && first == 0) first = r.meter;
+    if (r.kind == session::FrameKind::kReference && first == 0) first = r.meter;
   for (const auto& r : frames)
-    if (r.kind == core::FrameKind::kPosition)
+    if (r.kind == session::FrameKind::kPosition)
       largest = std::max(largest, std::abs(r.meter / first - 1));
   return largest;
 }
@@ -70,7 +71,7 @@ TEST_F(Suspension, WaitsForTheNarrowerBandAndTakesTheDoubtfulAgain) {
   for (const Json& record : RecordsOf(folder, "reference")) EXPECT_LE(OffBy(record), kBand);
 
   // Hysteresis: every look but the last of a suspension is outside the narrower band.
-  const core::SessionReader reader(folder);
+  const session::SessionReader reader(folder);
   const Json* last = nullptr;
   for (const Json& record : reader.journal()) {
     if (record["type"] == "resumed") {
@@ -86,12 +87,12 @@ TEST_F(Suspension, WaitsForTheNarrowerBandAndTakesTheDoubtfulAgain) {
   }
 
   // What counts was taken inside the band; without taking it again it would not have been.
-  std::vector<core::FrameRecord> all;
+  std::vector<session::FrameRecord> all;
   for (const Json& record : RecordsOf(folder, "frame")) {
-    core::FrameRecord r;
-    r.kind = record["kind"] == "position"    ? core::FrameKind::kPosition
-             : record["kind"] == "reference" ? core::FrameKind::kReference
-                                             : core::FrameKind::kDark;
+    session::FrameRecord r;
+    r.kind = record["kind"] == "position"    ? session::FrameKind::kPosition
+             : record["kind"] == "reference" ? session::FrameKind::kReference
+                                             : session::FrameKind::kDark;
     r.meter = record["meter"];
     all.push_back(r);
   }

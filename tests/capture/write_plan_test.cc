@@ -1,13 +1,15 @@
-#include "capture/write_plan.h"
+#include "luxfield/capture/plan/write_plan.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
-#include "capture/capture.h"
-#include "capture/capture_time.h"
-#include "core/progress.h"
-#include "core/session_store.h"
+#include "luxfield/capture/plan/capture_time.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/capture/take/frame_check.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::capture {
 namespace {
@@ -84,23 +86,23 @@ TEST(CaptureTime, IsTheRigsClock) {
     std::filesystem::remove_all(folder);
     hal::Devices devices = hal::MakeDevices(lab);
     RunCapture(plan, devices, folder);
-    const core::SessionReader session(folder);
+    const session::SessionReader session(folder);
 
     // The shortest exposure of a bracket is below saturation: its frames tell the rates.
     const ExpandedPlan expanded = ExpandPlan(plan, devices);
     const auto usable = UsablePixels(devices.camera->capabilities(), devices.rig.camera);
-    const auto rate = [&](const core::FrameRecord& record) {
+    const auto rate = [&](const session::FrameRecord& record) {
       const auto shown = Measure(session.ReadFrame(record), usable, devices.rig.camera);
       return (shown.brightest_dn - devices.rig.camera.black_dn) / record.exposure_s;
     };
     std::vector<double> rates;
     double reference = 0, begin = 0, end = 0;
     int kept = 0, last_print = -1, last_i = -1, last_j = -1;
-    for (const core::FrameRecord& record : session.frames()) {
+    for (const session::FrameRecord& record : session.frames()) {
       if (kept++ == 0) begin = record.t_start_s;
       end = record.t_start_s + record.exposure_s;
-      if (record.kind == core::FrameKind::kReference && reference == 0) reference = rate(record);
-      if (record.kind != core::FrameKind::kPosition) continue;
+      if (record.kind == session::FrameKind::kReference && reference == 0) reference = rate(record);
+      if (record.kind != session::FrameKind::kPosition) continue;
       if (record.i != last_i || record.j != last_j || record.print != last_print)
         rates.push_back(rate(record));
       last_i = record.i, last_j = record.j, last_print = record.print;

@@ -13,10 +13,10 @@
 #include <string>
 #include <utility>
 
-#include "core/clock.h"
-#include "hal/camera.h"
-#include "hal/error.h"
-#include "hal/instruments.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/hal/camera.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/hal/instruments.h"
 
 namespace luxfield::hal {
 

@@ -1,4 +1,4 @@
-#include "core/apart.h"
+#include "luxfield/core/apart.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -10,8 +10,8 @@
 #include <cstdlib>
 #include <memory>
 
-#include "core/error.h"
-#include "core/progress.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::core {
 namespace {

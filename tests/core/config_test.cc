@@ -1,5 +1,5 @@
 // Every complaint about a configuration names the file and the field.
-#include "core/config.h"
+#include "luxfield/core/config.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <fstream>
 #include <functional>
 
-#include "core/error.h"
-#include "core/json.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::core {
 namespace {

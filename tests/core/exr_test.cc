@@ -1,5 +1,5 @@
 // OpenEXR: bit-exact round trips, foreign files, hostile files.
-#include "core/exr.h"
+#include "luxfield/core/exr.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,9 +10,9 @@
 #include <cstring>
 #include <fstream>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/random.h"
 #include "tests/seed.h"
 #include "tests/test_data.h"
 

@@ -1,5 +1,5 @@
 // What files are, by their first bytes; and that nothing that is no such file is taken for one.
-#include "core/file_kind.h"
+#include "luxfield/core/file_kind.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 
 #include <fstream>
 
-#include "core/exr.h"
+#include "luxfield/core/exr.h"
 
 namespace luxfield::core {
 namespace {

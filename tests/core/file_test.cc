@@ -1,5 +1,5 @@
 // Hashes against published vectors; files that exist whole or not at all.
-#include "core/file.h"
+#include "luxfield/core/file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 
 #include <fstream>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/input_file.h"
+#include "luxfield/core/input_file.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -12,9 +12,9 @@
 #include <fstream>
 #include <thread>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::core {
 namespace {

@@ -1,15 +1,15 @@
 // Measures and colours against values worked out by hand or published.
-#include "core/measures.h"
+#include "luxfield/core/measures.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/clock.h"
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/progress.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::core {
 namespace {

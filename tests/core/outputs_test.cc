@@ -1,5 +1,5 @@
 // A verb's files come into being together or not at all, and what killed verbs left is swept.
-#include "core/outputs.h"
+#include "luxfield/core/outputs.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -13,8 +13,8 @@
 #include <fstream>
 #include <optional>
 
-#include "core/error.h"
-#include "core/file.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::core {
 namespace {

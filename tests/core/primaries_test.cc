@@ -1,11 +1,11 @@
 // Colour spaces, against published matrices.
-#include "core/primaries.h"
+#include "luxfield/core/primaries.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/printable.h"
+#include "luxfield/core/printable.h"
 
 #include <gtest/gtest.h>
 

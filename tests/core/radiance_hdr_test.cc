@@ -1,6 +1,6 @@
 // Radiance pictures: files of other authors against a foreign decoder, files built here byte by
 // byte, and what is refused.
-#include "core/radiance_hdr.h"
+#include "luxfield/core/radiance_hdr.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
-#include "core/primaries.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/primaries.h"
+#include "luxfield/core/random.h"
 #include "tests/seed.h"
 #include "tests/test_data.h"
 

@@ -1,6 +1,6 @@
 // Philox against its authors' known answers; distributions against their moments and by
 // chi-squared.
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
-#include "core/sha256.h"
+#include "luxfield/core/sha256.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "core/file.h"
-#include "core/random.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::core {
 namespace {

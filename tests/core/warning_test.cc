@@ -1,4 +1,4 @@
-#include "core/warning.h"
+#include "luxfield/core/warning.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

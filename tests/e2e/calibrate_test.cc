@@ -9,10 +9,10 @@
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/exr.h"
-#include "core/random.h"
-#include "core/stopwatch.h"
-#include "lightfield/measurements.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/random.h"
+#include "luxfield/core/stopwatch.h"
+#include "luxfield/lightfield/measurements.h"
 #include "tests/e2e/html_check.h"
 #include "tests/e2e/verb_test.h"
 

@@ -6,9 +6,9 @@
 #include <numeric>
 #include <set>
 
-#include "core/colour.h"
-#include "render/film.h"
-#include "study/lab_variant.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/planning/lab_variant.h"
+#include "luxfield/render/film/film.h"
 #include "tests/e2e/verb_test.h"
 #include "tests/test_data.h"
 
@@ -83,8 +83,8 @@ TEST_F(Chain, FromLabToPicture) {
 TEST_F(Chain, EstimatedExposureTimesBringCBackToItsNoise) {
   constexpr double kOffset_s = 5e-5;
   const auto capture = [&](const std::string& name, std::vector<std::string> errors, bool ideal) {
-    study::WriteLabVariant(lab_, errors, ideal, folder_ / (name + ".toml"),
-                           {{"shutter", "jitter_s", {0}}, {"shutter", "offset_s", {kOffset_s}}});
+    planning::WriteLabVariant(lab_, errors, ideal, folder_ / (name + ".toml"),
+                              {{"shutter", "jitter_s", {0}}, {"shutter", "offset_s", {kOffset_s}}});
     Run({"capture", plan_, name, "--lab", name + ".toml"});
   };
   capture("ideal", {}, true);

@@ -7,9 +7,9 @@
 #include <set>
 #include <sstream>
 
+#include "luxfield/render/accuracy/car2.h"
+#include "luxfield/render/estimators/estimator.h"
 #include "program.h"
-#include "render/estimators/estimator.h"
-#include "study/car2.h"
 
 namespace luxfield::e2e {
 namespace {
@@ -143,7 +143,7 @@ TEST_F(KernelCheck, EstimatorsHaveNoRacesStayInBoundsAndReadWhatWasWritten) {
 TEST_F(KernelCheck, RenderingHasNoRacesStaysInBoundsAndReadsWhatWasWritten) {
   lightfield::WriteLightField(
       folder_ / "lamp.lf.exr",
-      study::SyntheticCar2({.grid_width = 3, .grid_height = 2, .size = 8, .channels = 3}));
+      render::SyntheticCar2({.grid_width = 3, .grid_height = 2, .size = 8, .channels = 3}));
   WriteText(folder_ / "scene.toml", R"(
 camera = {position = [0.4, -1.5, 1.2], look_at = [0, 1.5, 0.2], width = 12, height = 9}
 material = [{name = "grey", albedo = [0.5, 0.6, 0.7]}]

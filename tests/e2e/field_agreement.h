@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "lightfield/light_field.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::e2e {
 

@@ -8,9 +8,9 @@
 #include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 
-#include "lightfield/light_field.h"
-#include "lightfield/light_vector.h"
-#include "study/lab_variant.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/planning/lab_variant.h"
 #include "tests/e2e/html_check.h"
 #include "tests/e2e/verb_test.h"
 
@@ -181,15 +181,15 @@ class PrintedFilter : public SmallLab {
     const std::string coarse = "u_per_cell = 4";
     lab.replace(lab.find(coarse), coarse.size(), "u_per_cell = 12");
     WriteText(folder_ / "lab.toml", lab);
-    study::WriteLabVariant(folder_ / "lab.toml", {"photon_noise", "read_noise"}, false,
-                           folder_ / "perfect.toml");
-    study::WriteLabVariant(folder_ / "lab.toml",
-                           {"photon_noise", "read_noise", "registration", "density"}, false,
-                           folder_ / "wrong.toml",
-                           {{"registration", "shift_m", {3e-4, -3e-4}},
-                            {"registration", "rotation_deg", {0.1}},
-                            {"density", "relative", {0.02}},
-                            {"density", "gamma", {0.01}}});
+    planning::WriteLabVariant(folder_ / "lab.toml", {"photon_noise", "read_noise"}, false,
+                              folder_ / "perfect.toml");
+    planning::WriteLabVariant(folder_ / "lab.toml",
+                              {"photon_noise", "read_noise", "registration", "density"}, false,
+                              folder_ / "wrong.toml",
+                              {{"registration", "shift_m", {3e-4, -3e-4}},
+                               {"registration", "rotation_deg", {0.1}},
+                               {"density", "relative", {0.02}},
+                               {"density", "gamma", {0.01}}});
     for (const char* name : {"perfect", "wrong"})
       Run({"capture", plan_, name, "--lab", std::string(name) + ".toml"});
   }
@@ -272,8 +272,8 @@ TEST_F(PrintedPair, AsMeasuredBringsCBackToTheNoiseOfAPerfectOne) {
 TEST_F(SmallLab, RegularisedSolveStatesItsBiasAndErrsLess) {
   LetTheBasisHoldTheLamp();
   // Loud read-out: noise is what there is to win by.
-  study::WriteLabVariant(folder_ / "lab.toml", {"photon_noise", "read_noise"}, false,
-                         folder_ / "loud.toml", {{"read_noise", "rms_dn", {160}}});
+  planning::WriteLabVariant(folder_ / "lab.toml", {"photon_noise", "read_noise"}, false,
+                            folder_ / "loud.toml", {{"read_noise", "rms_dn", {160}}});
   Run({"capture", plan_, "loud", "--lab", "loud.toml"});
   const Json plain = Reconstruct("loud", "plain", {}),
              regularised = Reconstruct("loud", "auto", {"--regularise", "auto"}),

@@ -8,10 +8,10 @@
 #include <set>
 #include <string>
 
-#include "core/file.h"
-#include "core/raw_frame.h"
-#include "core/session_replay.h"
-#include "core/session_store.h"
+#include "luxfield/core/file.h"
+#include "luxfield/session/raw_frame.h"
+#include "luxfield/session/session_replay.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::e2e {
 
@@ -25,20 +25,20 @@ FramesAsSeen ExpectFramesAsSeen(const std::filesystem::path& session,
   for (const fakes::SeenExposure& seen : exposures) by_pixels[seen.pixels_sha256] = &seen;
   EXPECT_EQ(by_pixels.size(), exposures.size()) << "noise makes each exposure another one";
 
-  const core::SessionReader reader(session);
+  const session::SessionReader reader(session);
   FramesAsSeen worst;
   std::set<const fakes::SeenExposure*> taken;
-  for (const core::FrameRecord& record :
-       core::ReplayJournal(reader.journal(), "journal").committed) {
+  for (const session::FrameRecord& record :
+       session::ReplayJournal(reader.journal(), "journal").committed) {
     SCOPED_TRACE(record.file);
-    const auto found = by_pixels.find(core::Sha256(core::PixelBytes(reader.ReadFrame(record))));
+    const auto found = by_pixels.find(core::Sha256(session::PixelBytes(reader.ReadFrame(record))));
     if (found == by_pixels.end()) {
       ADD_FAILURE() << "the camera never saw these pixels";
       continue;
     }
     const fakes::SeenExposure& seen = *found->second;
     EXPECT_TRUE(taken.insert(&seen).second) << "another frame is the same exposure";
-    const bool dark = record.kind == core::FrameKind::kDark;
+    const bool dark = record.kind == session::FrameKind::kDark;
     EXPECT_EQ(seen.shutter_open, !dark);
     if (!dark) {
       EXPECT_EQ(seen.print, record.print);

@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/colour.h"
-#include "lightfield/light_field.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/lightfield/light_field.h"
 #include "tests/e2e/tiny_session.h"
 #include "tests/e2e/verb_test.h"
 

@@ -8,13 +8,13 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "core/file.h"
-#include "core/journal.h"
-#include "core/json.h"
-#include "core/session_check.h"
-#include "core/session_store.h"
-#include "core/session_writer.h"
-#include "lightfield/light_field.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/session/journal.h"
+#include "luxfield/session/session_check.h"
+#include "luxfield/session/session_store.h"
+#include "luxfield/session/session_writer.h"
 #include "tests/e2e/tiny_session.h"
 #include "tests/e2e/verb_test.h"
 
@@ -112,11 +112,10 @@ TEST_F(HostileUser, ACaptureThatDoesNotExistIsNotResumed) {
 }
 
 TEST_F(HostileUser, AFileSizeLimitIsAnErrorThatNamesTheFile) {
-  const auto outcome = RunProgram(
-      {"/bin/sh", "-c",
-       "ulimit -f 4; exec " + BuiltProgram("luxfield").string() +
-           " sky -o sky.exr --latitude 48 --date 2024-06-21"},
-      folder_);
+  const auto outcome = RunProgram({"/bin/sh", "-c",
+                                   "ulimit -f 4; exec " + BuiltProgram("luxfield").string() +
+                                       " sky -o sky.exr --latitude 48 --date 2024-06-21"},
+                                  folder_);
   EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("sky"));
 }
@@ -131,14 +130,15 @@ TEST_F(HostileUser, VerifyRecommendsSalvageForDamageOnly) {
   std::filesystem::remove(folder_ / "s/.DS_Store");
 
   // As a capture leaves it that was interrupted before it sealed.
-  std::filesystem::copy(folder_ / "s", folder_ / "paused", std::filesystem::copy_options::recursive);
+  std::filesystem::copy(folder_ / "s", folder_ / "paused",
+                        std::filesystem::copy_options::recursive);
   std::filesystem::remove(folder_ / "paused/manifest.json");
   std::string journal = ReadText(folder_ / "paused/journal.jsonl");
   journal.resize(journal.rfind('\n', journal.size() - 2) + 1);  // without its line "sealed"
   WriteText(folder_ / "paused/journal.jsonl", journal);
   EXPECT_THAT(RunLuxfield({"verify", "paused"}, folder_).err, Not(HasSubstr("--salvage")));
 
-  std::string first = core::SessionReader(folder_ / "s").frames().front().file;
+  std::string first = session::SessionReader(folder_ / "s").frames().front().file;
   std::string frame = ReadText(folder_ / "s" / first);
   frame.back() ^= 1;
   WriteText(folder_ / "s" / first, frame);
@@ -256,42 +256,43 @@ TEST_F(HostileUser, EveryFlippedBitOfAManifestIsFound) {
       0);
   const auto path = folder_ / "s/manifest.json";
   const std::string whole = ReadText(path);
-  ASSERT_TRUE(core::VerifySession(folder_ / "s").problems.empty());
+  ASSERT_TRUE(session::VerifySession(folder_ / "s").problems.empty());
   int flips = 0, missed = 0;
   for (std::size_t at = 0; at < whole.size(); at += 3)  // each third byte, a bit of it
     for (int bit = static_cast<int>(at / 3 % 8); bit < 8; bit += 8, ++flips) {
       std::string flipped = whole;
       flipped[at] = static_cast<char>(flipped[at] ^ (1 << bit));
       WriteText(path, flipped);
-      const bool found = !core::VerifySession(folder_ / "s").problems.empty();
+      const bool found = !session::VerifySession(folder_ / "s").problems.empty();
       missed += !found;
       EXPECT_TRUE(found) << "byte " << at << ", bit " << bit << ": "
                          << whole.substr(at > 20 ? at - 20 : 0, 40);
     }
   WriteText(path, whole + "\n");
-  EXPECT_FALSE(core::VerifySession(folder_ / "s").problems.empty());
+  EXPECT_FALSE(session::VerifySession(folder_ / "s").problems.empty());
   std::printf("%d bits flipped, %d missed\n", flips, missed);
 }
 
 // A session of one filter position and of targets, written with hashes that fit.
 class ConsistentSession : public HostileUser {
  protected:
-  void Write(const Json& plan, const Json& camera, const std::vector<core::FrameRecord>& records,
+  void Write(const Json& plan, const Json& camera, const std::vector<session::FrameRecord>& records,
              int reference_width) {
     core::SimulatedClock clock;
-    auto writer = core::SessionWriter::Create(folder_ / "s", plan, {{"camera", camera}}, {}, clock);
+    auto writer =
+        session::SessionWriter::Create(folder_ / "s", plan, {{"camera", camera}}, {}, clock);
     writer.StartEpoch({{"camera", "test"}});
     for (const auto& record : records) {
-      core::RawFrame frame;
-      frame.width = record.kind == core::FrameKind::kReference ? reference_width : 5;
+      session::RawFrame frame;
+      frame.width = record.kind == session::FrameKind::kReference ? reference_width : 5;
       frame.height = 3;
       frame.dn.assign(frame.size(), 100);
       writer.CommitFrame(record, frame, {});
     }
     writer.Seal("done");
   }
-  static core::FrameRecord Record(core::FrameKind kind, int i = -1) {
-    core::FrameRecord record;
+  static session::FrameRecord Record(session::FrameKind kind, int i = -1) {
+    session::FrameRecord record;
     record.kind = kind;
     record.i = i;
     record.exposure_s = record.requested_exposure_s = 0.1;
@@ -301,14 +302,14 @@ class ConsistentSession : public HostileUser {
 
 TEST_F(ConsistentSession, InfoCountsFramesOfTargets) {
   Write({{"kind", "geometry"}}, {{"width", 5}, {"height", 3}},
-        {Record(core::FrameKind::kTarget, 0), Record(core::FrameKind::kTarget, 1)}, 5);
+        {Record(session::FrameKind::kTarget, 0), Record(session::FrameKind::kTarget, 1)}, 5);
   const auto outcome = RunLuxfield({"info", "s"}, folder_);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("2 of targets"));
 }
 
 TEST_F(ConsistentSession, PlansOfAWrongTypeAreNoBugs) {
-  Write({{"kind", 7}}, {{"width", 5}, {"height", 3}}, {Record(core::FrameKind::kDark)}, 5);
+  Write({{"kind", 7}}, {{"width", 5}, {"height", 3}}, {Record(session::FrameKind::kDark)}, 5);
   for (const std::vector<std::string>& verb :
        std::vector<std::vector<std::string>>{{"calibrate", "glare", "s", "-o", "g.cal.json"},
                                              {"calibrate", "geometry", "s", "-o", "g.cal.json"},
@@ -324,11 +325,11 @@ void Reseal(const std::filesystem::path& session, const std::string& sha256) {
   const auto path = session / "journal.jsonl";
   std::string journal, prev(64, '0');
   std::uint64_t seq = 0;
-  for (Json record : core::ReadJournal(path).records) {
+  for (Json record : session::ReadJournal(path).records) {
     const auto type = record["type"].get<std::string>();
     if (record.contains("session_sha256")) record["session_sha256"] = sha256;
     for (const char* key : {"seq", "prev", "type", "crc32c"}) record.erase(key);
-    const std::string line = core::FormatJournalLine(seq++, prev, type, record);
+    const std::string line = session::FormatJournalLine(seq++, prev, type, record);
     prev = core::Sha256(line);
     journal += line + '\n';
   }

@@ -18,16 +18,16 @@
 #include <map>
 #include <thread>
 
-#include "capture/capture.h"
-#include "core/file.h"
-#include "core/journal.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "core/random.h"
 #include "field_agreement.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
+#include "luxfield/session/journal.h"
 #include "program.h"
-#include "reconstruct/merge_session.h"
-#include "reconstruct/reconstruct.h"
 #include "tests/core/memory_folder.h"
 #include "tests/seed.h"
 #include "tiny_session.h"
@@ -88,7 +88,7 @@ class KilledCapture : public testing::Test {
   void NoteCommitted(const std::string& session, Settings& committed) const {
     const fs::path journal = folder_ / session / "journal.jsonl";
     if (!fs::exists(journal)) return;
-    for (const core::Json& record : core::ReadJournal(journal).records)
+    for (const core::Json& record : session::ReadJournal(journal).records)
       if (record.at("type") == "frame") committed[record.at("file")] = record.at("sha256");
   }
 
@@ -110,8 +110,8 @@ class KilledCapture : public testing::Test {
   }
 
   Field FieldOf(const std::string& session) const {
-    auto solved =
-        reconstruct::Reconstruct(reconstruct::MergeSession(core::SessionReader(folder_ / session)));
+    auto solved = reconstruct::Reconstruct(
+        reconstruct::MergeSession(session::SessionReader(folder_ / session)));
     return {std::move(solved.coefficients), std::move(solved.sigma)};
   }
 

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "core/exr.h"
-#include "lightfield/light_field.h"
-#include "lightfield/measurements.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/measurements.h"
 #include "program.h"
 
 namespace luxfield::e2e {

@@ -1,4 +1,4 @@
-// The scene that other renderers are compared on (study/peers): its mean radiance is known.
+// The scene that other renderers are compared on (bench/peers): its mean radiance is known.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -14,8 +14,8 @@ using Json = nlohmann::json;
 
 TEST(Peers, LitPlanesShowTheirClosedForms) {
   const auto folder = FreshFolder("peers");
-  const std::string make = SourceFile("study/peers/plane.py"),
-                    convert = SourceFile("study/peers/export.py");
+  const std::string make = SourceFile("bench/peers/plane.py"),
+                    convert = SourceFile("bench/peers/export.py");
   ASSERT_EQ(RunProgram({"python3", make, "-o", "."}, folder).exit_code, 0);
   const Json closed_form = Json::parse(ReadText(folder / "closed_form.json"));
   for (const std::string scene : {"plane_sky", "plane_light"}) {

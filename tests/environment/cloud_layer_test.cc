@@ -1,18 +1,18 @@
 // Clouds: their statistics, their drift, the light they let through against a simulation of
 // photons, and the sky that they make.
-#include "lightfield/cloud_layer.h"
+#include "luxfield/environment/cloud_layer.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/parallel.h"
-#include "core/random.h"
-#include "lightfield/sun_sky.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/core/random.h"
+#include "luxfield/environment/sun_sky.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 constexpr double kPi = std::numbers::pi, kDegree = kPi / 180;
@@ -65,7 +65,7 @@ TEST(CloudField, IsNormalAndLosesWhatASquareAverages) {
     EXPECT_NEAR(field.At({0, 0}, 1e5).sigma, 1, 1e-12);
     for (int j = 0; j < kSide; ++j)
       for (int i = 0; i < kSide; ++i, ++count) {
-        const Vec2 p = {27e3 * i + 431, 27e3 * j + 97};
+        const lightfield::Vec2 p = {27e3 * i + 431, 27e3 * j + 97};
         const auto point = field.At(p, 0), square = field.At(p, 300);
         EXPECT_EQ(point.sigma, 0);
         m1 += point.mean;
@@ -91,7 +91,7 @@ TEST(CloudLayer, DriftsWithTheWind) {
   const CloudLayer after(options, kNoon + std::chrono::seconds(90), {0, 0, 1});
   int clouds = 0;
   for (int k = 0; k < 200; ++k) {
-    const Vec2 p = {137.0 * k, -53.0 * k};
+    const lightfield::Vec2 p = {137.0 * k, -53.0 * k};
     const double tau = before.OpticalThickness(p);
     clouds += tau > 0;
     EXPECT_NEAR(after.OpticalThickness({p.x + 900, p.y}), tau, 1e-3 * (0.1 + tau));
@@ -110,15 +110,16 @@ double SimulatedTransmission(double tau, double cosine, int photons, std::uint64
   int through = 0;
   for (int k = 0; k < photons; ++k) {
     double depth = 0;
-    Vec3 w = {std::sqrt(1 - cosine * cosine), 0, cosine};  // z down
+    lightfield::Vec3 w = {std::sqrt(1 - cosine * cosine), 0, cosine};  // z down
     for (;;) {
       depth -= w.z * std::log1p(-random.Uniform());
       if (depth < 0 || depth > tau) break;
       const double s = (1 - g * g) / (1 - g + 2 * g * random.Uniform());
       const double c = (1 + g * g - s * s) / (2 * g), sine = std::sqrt(std::max(0.0, 1 - c * c));
       const double phi = 2 * kPi * random.Uniform();
-      const Vec3 u = Normalized(Cross(w, std::abs(w.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0}));
-      w = Normalized(c * w + sine * (std::cos(phi) * u + std::sin(phi) * Cross(w, u)));
+      const lightfield::Vec3 u = lightfield::Normalized(lightfield::Cross(
+          w, std::abs(w.z) < 0.9 ? lightfield::Vec3{0, 0, 1} : lightfield::Vec3{1, 0, 0}));
+      w = lightfield::Normalized(c * w + sine * (std::cos(phi) * u + std::sin(phi) * Cross(w, u)));
     }
     through += depth > tau;
   }
@@ -232,4 +233,4 @@ TEST(CloudLayer, RefusesWhatIsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

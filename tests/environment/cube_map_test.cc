@@ -1,19 +1,19 @@
 // The cube map: its frame, its solid angles and irradiance in closed form.
-#include "lightfield/cube_map.h"
+#include "luxfield/environment/cube_map.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-Vec3 RandomDirection(core::Random& random) {
+lightfield::Vec3 RandomDirection(core::Random& random) {
   const double z = 2 * random.Uniform() - 1, phi = 2 * kPi * random.Uniform();
   const double s = std::sqrt(1 - z * z);
   return {s * std::cos(phi), s * std::sin(phi), z};
@@ -21,9 +21,9 @@ Vec3 RandomDirection(core::Random& random) {
 
 TEST(CubeMap, FacesAreSeenFromInside) {
   for (const CubeFace& face : kCubeFaces) {
-    const Vec3 right = Cross(face.axis, face.up);
-    EXPECT_EQ(Length(right - face.right), 0);
-    EXPECT_EQ(Dot(face.axis, face.up), 0);
+    const lightfield::Vec3 right = lightfield::Cross(face.axis, face.up);
+    EXPECT_EQ(lightfield::Length(right - face.right), 0);
+    EXPECT_EQ(lightfield::Dot(face.axis, face.up), 0);
   }
   // What the header says in words.
   for (int face = 0; face < 4; ++face) EXPECT_EQ(kCubeFaces[face].up.z, 1);
@@ -35,9 +35,9 @@ TEST(CubeMap, DirectionsFindTheirTexel) {
   core::Random random(1, 0);
   const CubeMap cube(7);
   for (int k = 0; k < 2000; ++k) {
-    const Vec3 w = RandomDirection(random);
+    const lightfield::Vec3 w = RandomDirection(random);
     const CubePoint p = CubePointFromDirection(w);
-    EXPECT_NEAR(Length(Normalized(CubeVector(p)) - w), 0, 1e-15);
+    EXPECT_NEAR(lightfield::Length(lightfield::Normalized(CubeVector(p)) - w), 0, 1e-15);
     EXPECT_LE(std::max(std::abs(p.x), std::abs(p.y)), 1);
   }
   for (int face = 0; face < 6; ++face)
@@ -89,7 +89,7 @@ TEST(CubeMap, AConstantAndAHemisphereHaveTheirClosedForms) {
   EXPECT_EQ(MeanRadiance(sky)[0], 0);
   core::Random random(2, 0);
   for (int k = 0; k < 24; ++k) {
-    const Vec3 n = RandomDirection(random);
+    const lightfield::Vec3 n = RandomDirection(random);
     for (const double e : Irradiance(constant, n)) EXPECT_NEAR(e, 2.5 * kPi, 1e-12);
     // A surface tilted by beta under a uniform sky: pi (1 + cos beta) / 2.
     EXPECT_NEAR(Irradiance(sky, n)[1], 3 * kPi * (1 + n.z) / 2, 1e-12);
@@ -101,14 +101,15 @@ TEST(CubeMap, OneTexelCutByTheHorizonIsQuadrature) {
   cube.at(2, 0, 2, 0) = 7;
   const double x0 = 1.0 / 3, y0 = 1.0 / 3, step = 2.0 / 3;
   constexpr int kSteps = 800;
-  for (const Vec3 n : {Vec3{0, 1, 0}, Vec3{0, 0, 1}, Normalized({-1, 0.9, 0}),
-                       Normalized({0.3, 1, -1.6}), Normalized({-1, -1, -0.2})}) {
+  for (const lightfield::Vec3 n :
+       {lightfield::Vec3{0, 1, 0}, lightfield::Vec3{0, 0, 1}, lightfield::Normalized({-1, 0.9, 0}),
+        lightfield::Normalized({0.3, 1, -1.6}), lightfield::Normalized({-1, -1, -0.2})}) {
     double sum = 0;
     for (int i = 0; i < kSteps; ++i)
       for (int j = 0; j < kSteps; ++j) {
         const double x = x0 + step * (i + 0.5) / kSteps, y = y0 + step * (j + 0.5) / kSteps;
-        const Vec3 w = Normalized(CubeVector({2, x, y}));
-        sum += std::max(0.0, Dot(n, w)) * CubeSolidAnglePerArea(x, y);
+        const lightfield::Vec3 w = lightfield::Normalized(CubeVector({2, x, y}));
+        sum += std::max(0.0, lightfield::Dot(n, w)) * CubeSolidAnglePerArea(x, y);
       }
     sum *= 7 * step * step / kSteps / kSteps;
     // The midpoint rule's error where the integrand has a kink is second order, too.
@@ -121,14 +122,15 @@ TEST(CubeMap, ARotatedMapRotatesItsIrradiance) {
   CubeMap cube(6);
   for (float& value : cube.data) value = float(random.Uniform());
   // Quarter turns about x and z take texels to texels.
-  const auto about_x = [](Vec3 v) { return Vec3{v.x, -v.z, v.y}; };
-  const auto about_z = [](Vec3 v) { return Vec3{-v.y, v.x, v.z}; };
+  const auto about_x = [](lightfield::Vec3 v) { return lightfield::Vec3{v.x, -v.z, v.y}; };
+  const auto about_z = [](lightfield::Vec3 v) { return lightfield::Vec3{-v.y, v.x, v.z}; };
   const auto turned = [&](auto turn) {
     CubeMap result(6);
     for (int face = 0; face < 6; ++face)
       for (int row = 0; row < 6; ++row)
         for (int column = 0; column < 6; ++column) {
-          const Vec3 w = CubeVector({face, -1 + (column + 0.5) / 3, 1 - (row + 0.5) / 3});
+          const lightfield::Vec3 w =
+              CubeVector({face, -1 + (column + 0.5) / 3, 1 - (row + 0.5) / 3});
           for (std::size_t channel = 0; channel < 3; ++channel)
             result.data[3 * result.texel_of(turn(w)) + channel] =
                 cube.data[3 * cube.texel(face, row, column) + channel];
@@ -138,7 +140,7 @@ TEST(CubeMap, ARotatedMapRotatesItsIrradiance) {
   const CubeMap turned_x = turned(about_x), turned_z = turned(about_z);
   double changed = 0;
   for (int k = 0; k < 24; ++k) {
-    const Vec3 n = RandomDirection(random);
+    const lightfield::Vec3 n = RandomDirection(random);
     const core::Rgb e = Irradiance(cube, n);
     const core::Rgb ex = Irradiance(turned_x, about_x(n)), ez = Irradiance(turned_z, about_z(n));
     const core::Rgb unturned = Irradiance(turned_z, n);
@@ -152,4 +154,4 @@ TEST(CubeMap, ARotatedMapRotatesItsIrradiance) {
 }
 
 }  // namespace
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

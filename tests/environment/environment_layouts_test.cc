@@ -1,5 +1,5 @@
 // Every layout: landmarks, OpenEXR's own functions, inverses, Jacobians, solid angles.
-#include "lightfield/environment_layouts.h"
+#include "luxfield/environment/environment_layouts.h"
 
 #include <OpenEXR/ImfEnvmap.h>
 #include <gtest/gtest.h>
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 using enum EnvironmentLayout;
@@ -20,10 +20,10 @@ constexpr EnvironmentLayout kAll[] = {kLatitudeLongitude, kAngularMap, kMirrorBa
 
 std::string Name(EnvironmentLayout layout) { return std::string(EnvironmentLayoutName(layout)); }
 
-void ExpectDirection(EnvironmentLayout layout, Vec2 p, Vec3 w) {
+void ExpectDirection(EnvironmentLayout layout, lightfield::Vec2 p, lightfield::Vec3 w) {
   const auto found = DirectionFromPicture(layout, p);
   ASSERT_TRUE(found) << Name(layout);
-  EXPECT_NEAR(Length(found->direction - Normalized(w)), 0, 2e-8)
+  EXPECT_NEAR(lightfield::Length(found->direction - lightfield::Normalized(w)), 0, 2e-8)
       << Name(layout) << ' ' << p.x << ' ' << p.y;
 }
 
@@ -53,9 +53,10 @@ TEST(EnvironmentLayouts, LandmarksLieWhereTheRuleSays) {
   ExpectDirection(kFisheyeHemisphere, {0, 0.5}, {1, 0, 0});
   ExpectDirection(kFisheyeHemisphere, {0.5, 0.75}, {0, -1, 1});
 
-  const Vec3 strip[] = {{1, 0, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, -1}, {0, -1, 0}, {0, 1, 0}};
-  const Vec3 top_left[] = {{1, 1, 1},   {-1, -1, 1}, {-1, -1, 1},
-                           {-1, 1, -1}, {1, -1, 1},  {-1, 1, 1}};
+  const lightfield::Vec3 strip[] = {{1, 0, 0},  {-1, 0, 0}, {0, 0, 1},
+                                    {0, 0, -1}, {0, -1, 0}, {0, 1, 0}};
+  const lightfield::Vec3 top_left[] = {{1, 1, 1},   {-1, -1, 1}, {-1, -1, 1},
+                                       {-1, 1, -1}, {1, -1, 1},  {-1, 1, 1}};
   for (int k = 0; k < 6; ++k) {
     ExpectDirection(kCube, {0.5, (k + 0.5) / 6}, strip[k]);
     ExpectDirection(kCube, {0, (k + 1e-12) / 6}, top_left[k]);
@@ -77,23 +78,23 @@ TEST(EnvironmentLayouts, WhatIsNotShownIsAbsent) {
 
 // OpenEXR defines its two layouts by code: pixel centres on the borders, +y up.
 TEST(EnvironmentLayouts, OpenExrsOwnFunctionsAgree) {
-  const auto world = [](Imath::V3f v) { return Normalized({v.x, -v.z, v.y}); };
+  const auto world = [](Imath::V3f v) { return lightfield::Normalized({v.x, -v.z, v.y}); };
   core::Random random(4, 0);
   const Imath::Box2i wide({0, 0}, {127, 63}), strip({0, 0}, {31, 191});
   for (int k = 0; k < 500; ++k) {
     const Imath::V2f pixel(float(127 * random.Uniform()), float(63 * random.Uniform()));
-    const Vec3 w = world(Imf::LatLongMap::direction(wide, pixel));
+    const lightfield::Vec3 w = world(Imf::LatLongMap::direction(wide, pixel));
     const auto ours = DirectionFromPicture(kLatitudeLongitude, {pixel.x / 127.0, pixel.y / 63.0});
-    EXPECT_NEAR(Length(ours->direction - w), 0, 2e-6);
+    EXPECT_NEAR(lightfield::Length(ours->direction - w), 0, 2e-6);
 
     const int k_face = int(random() % 6);
     const auto face = static_cast<Imf::CubeMapFace>(k_face);
     const Imath::V2f in_face(float(31 * random.Uniform()), float(31 * random.Uniform()));
-    const Vec3 v = world(Imf::CubeMap::direction(face, strip, in_face));
+    const lightfield::Vec3 v = world(Imf::CubeMap::direction(face, strip, in_face));
     const Imath::V2f at = Imf::CubeMap::pixelPosition(face, strip, in_face);
     const auto cube = DirectionFromPicture(
         kCube, {at.x / 31.0, (k_face + (double(at.y) - 32 * k_face) / 31.0) / 6});
-    EXPECT_NEAR(Length(cube->direction - v), 0, 2e-6) << k_face;
+    EXPECT_NEAR(lightfield::Length(cube->direction - v), 0, 2e-6) << k_face;
   }
 }
 
@@ -102,7 +103,7 @@ TEST(EnvironmentLayouts, InversesAndJacobiansBelongTogether) {
   for (const auto layout : kAll) {
     int tried = 0;
     while (tried < 400) {
-      const Vec2 p = {random.Uniform(), random.Uniform()};
+      const lightfield::Vec2 p = {random.Uniform(), random.Uniform()};
       const auto w = DirectionFromPicture(layout, p);
       // Away from seams and the rim, where differences would reach across.
       const double r = std::hypot(2 * p.x - 1, 2 * p.y - 1), in_face = std::fmod(6 * p.y, 1.0);
@@ -110,7 +111,7 @@ TEST(EnvironmentLayouts, InversesAndJacobiansBelongTogether) {
           (layout == kCube && (in_face < 0.01 || in_face > 0.99)))
         continue;
       ++tried;
-      EXPECT_NEAR(Length(w->direction), 1, 1e-14);
+      EXPECT_NEAR(lightfield::Length(w->direction), 1, 1e-14);
       const auto back = PictureFromDirection(layout, 3 * w->direction);
       ASSERT_TRUE(back);
       EXPECT_NEAR(back->point.x, p.x, 1e-12) << Name(layout);
@@ -119,11 +120,12 @@ TEST(EnvironmentLayouts, InversesAndJacobiansBelongTogether) {
       // Central differences of step h: error h^2 and rounding 1e-16 / h, of curvatures up to about
       // 1e3.
       const double h = 1e-5;
-      const auto slope = [&](Vec2 step) {
+      const auto slope = [&](lightfield::Vec2 step) {
         return (0.5 / h) * (DirectionFromPicture(layout, p + h * step)->direction -
                             DirectionFromPicture(layout, p - h * step)->direction);
       };
-      const double signed_density = Dot(w->direction, Cross(slope({1, 0}), slope({0, 1})));
+      const double signed_density =
+          lightfield::Dot(w->direction, lightfield::Cross(slope({1, 0}), slope({0, 1})));
       EXPECT_NEAR(std::abs(signed_density), w->solid_angle_per_area, 2e-5) << Name(layout);
       // Right and down seen from inside turn towards the viewer; a mirror turns that round.
       EXPECT_EQ(signed_density > 0, layout != kMirrorBall) << Name(layout);
@@ -184,4 +186,4 @@ TEST(EnvironmentLayouts, ARectanglesSolidAngleIsItsDensityIntegrated) {
 }
 
 }  // namespace
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

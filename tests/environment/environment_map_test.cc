@@ -1,5 +1,5 @@
 // Environment maps from files: which layout a file has, what is refused, and other authors' maps.
-#include "lightfield/environment_map.h"
+#include "luxfield/environment/environment_map.h"
 
 #include <OpenEXR/ImfRgbaFile.h>
 #include <OpenEXR/ImfStandardAttributes.h>
@@ -10,15 +10,15 @@
 #include <fstream>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/random.h"
-#include "lightfield/environment_compare.h"
-#include "lightfield/environment_resampling.h"
-#include "support.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/random.h"
+#include "luxfield/environment/environment_compare.h"
+#include "luxfield/environment/environment_resampling.h"
+#include "tests/lightfield/support.h"
 #include "tests/test_data.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 using testing::HasSubstr;
@@ -29,7 +29,7 @@ constexpr double kPi = std::numbers::pi;
 std::filesystem::path WritePicture(int width, int height, float value = 1) {
   core::Image image(width, height, 3);
   for (float& v : image.data) v = value;
-  const auto path = UniquePath(".exr");
+  const auto path = lightfield::UniquePath(".exr");
   core::WriteExrImage(path, image);
   return path;
 }
@@ -37,7 +37,7 @@ std::filesystem::path WritePicture(int width, int height, float value = 1) {
 std::filesystem::path WriteTagged(int width, int height, Imf::Envmap envmap) {
   Imf::Header header(width, height);
   Imf::addEnvmap(header, envmap);
-  const auto path = UniquePath(".exr");
+  const auto path = lightfield::UniquePath(".exr");
   const std::vector<Imf::Rgba> pixels(std::size_t(width) * height, Imf::Rgba(1, 2, 3));
   Imf::RgbaOutputFile file(path.c_str(), header, Imf::WRITE_RGB);
   file.setFrameBuffer(pixels.data(), 1, width);
@@ -85,7 +85,7 @@ TEST(EnvironmentMap, WhatTellsNoLayoutIsRefusedWithTheOption) {
   EXPECT_THAT(Refusal(WriteTagged(8, 4, Imf::ENVMAP_CUBE)), HasSubstr("8 x 4"));
   EXPECT_EQ(Refusal(WriteTagged(8, 4, Imf::ENVMAP_LATLONG), kLatitudeLongitude), "accepted");
   EXPECT_NE(Refusal("/nonexistent/sky.hdr"), "accepted");
-  const auto text = UniquePath(".hdr");
+  const auto text = lightfield::UniquePath(".hdr");
   std::ofstream(text) << "not a picture\n";
   EXPECT_THAT(Refusal(text), HasSubstr("OpenEXR"));
 }
@@ -94,12 +94,12 @@ TEST(EnvironmentMap, RadianceMustBeFiniteAndNotNegativeWhereItShows) {
   for (const float bad : {NAN, INFINITY, -1e-3f}) {
     core::Image image(8, 8, 3);
     image.at(1, 3, 2) = bad;
-    const auto inside = UniquePath(".exr");
+    const auto inside = lightfield::UniquePath(".exr");
     core::WriteExrImage(inside, image);
     EXPECT_THAT(Refusal(inside, kMirrorBall), HasSubstr("row 3, column 2 of channel G"));
     image.at(1, 3, 2) = 1;
     image.at(0, 0, 7) = bad;
-    const auto outside = UniquePath(".exr");
+    const auto outside = lightfield::UniquePath(".exr");
     core::WriteExrImage(outside, image);
     EXPECT_EQ(Refusal(outside, kMirrorBall), "accepted");
     const CubeMap cube = MakeCubeMap(ReadEnvironmentPicture(outside, kMirrorBall), 4);
@@ -111,7 +111,7 @@ TEST(EnvironmentMap, RadianceMustBeFiniteAndNotNegativeWhereItShows) {
 TEST(EnvironmentMap, ValuesAboveTheRangeOfHalfSurvive) {
   const CubeMap cube = MakeCubeMap(ReadEnvironmentPicture(WritePicture(16, 8, 3e7f)));
   for (const float value : cube.data) EXPECT_NEAR(value, 3e7, 3e7 * 1e-5);
-  const auto hdr = UniquePath(".hdr");
+  const auto hdr = lightfield::UniquePath(".hdr");
   std::string bytes = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n";
   for (int k = 0; k < 32; ++k) bytes += std::string("\x80\x80\x80\xa0", 4);  // (128.5 / 256) 2^32
   std::ofstream(hdr, std::ios::binary) << bytes;
@@ -125,7 +125,7 @@ std::filesystem::path WriteWithChromaticities(const Imf::Chromaticities& chromat
                                               Imf::RgbaChannels channels = Imf::WRITE_RGB) {
   Imf::Header header(4, 2);
   Imf::addChromaticities(header, chromaticities);
-  const auto path = UniquePath(".exr");
+  const auto path = lightfield::UniquePath(".exr");
   const std::vector<Imf::Rgba> pixels(8, pixel);
   Imf::RgbaOutputFile file(path.c_str(), header, channels);
   file.setFrameBuffer(pixels.data(), 1, 4);
@@ -170,12 +170,12 @@ TEST(EnvironmentMap, ChromaticitiesBecomeRec709) {
 // What a viewer sees who faces -y and turns: to the left, straight on, right, up, down, behind.
 TEST(EnvironmentMap, CrossesAreUnfoldedAroundWhatIsAhead) {
   constexpr int kSize = 5;
-  const Vec3 front = {0, -1, 0}, right = {-1, 0, 0}, up = {0, 0, 1};
-  const auto minus = [](Vec3 v) { return -1.0 * v; };
+  const lightfield::Vec3 front = {0, -1, 0}, right = {-1, 0, 0}, up = {0, 0, 1};
+  const auto minus = [](lightfield::Vec3 v) { return -1.0 * v; };
   // Paper folded around the head: going over an edge turns the view by a quarter about it.
   struct Square {
     int column, row;
-    Vec3 axis, right, up;
+    lightfield::Vec3 axis, right, up;
   };
   const Square middle = {1, 1, front, right, up};
   const auto over = [&](const Square& from, int dx, int dy) {
@@ -200,12 +200,12 @@ TEST(EnvironmentMap, CrossesAreUnfoldedAroundWhatIsAhead) {
       for (int row = 0; row < kSize; ++row)
         for (int column = 0; column < kSize; ++column) {
           const double x = -1 + (2 * column + 1.0) / kSize, y = 1 - (2 * row + 1.0) / kSize;
-          const Vec3 w = Normalized(s.axis + x * s.right + y * s.up);
+          const lightfield::Vec3 w = lightfield::Normalized(s.axis + x * s.right + y * s.up);
           const float values[] = {float(2 + w.x), float(2 + w.y), float(2 + w.z)};
           for (int c = 0; c < 3; ++c)
             image.at(c, s.row * kSize + row, s.column * kSize + column) = values[c];
         }
-    const auto path = UniquePath(".exr");
+    const auto path = lightfield::UniquePath(".exr");
     core::WriteExrImage(path, image);
     const auto picture = ReadEnvironmentPicture(path);
     EXPECT_EQ(picture.layout, kCube);
@@ -214,7 +214,7 @@ TEST(EnvironmentMap, CrossesAreUnfoldedAroundWhatIsAhead) {
     for (int face = 0; face < 6; ++face)
       for (int row = 0; row < kSize; ++row)
         for (int column = 0; column < kSize; ++column) {
-          const Vec3 w = Normalized(
+          const lightfield::Vec3 w = lightfield::Normalized(
               CubeVector({face, -1 + (2 * column + 1.0) / kSize, 1 - (2 * row + 1.0) / kSize}));
           EXPECT_NEAR(cube.at(face, row, column, 0), 2 + w.x, 1e-5);
           EXPECT_NEAR(cube.at(face, row, column, 1), 2 + w.y, 1e-5);
@@ -283,16 +283,18 @@ TEST(EnvironmentMap, TheWavyLinesOnASphereAreThoseOfTheirAuthors) {
   const core::Image sphere = core::ReadExrImage(folder / "openexr__WavyLinesSphere.exr");
   ASSERT_EQ(sphere.width, 480);
   const double r = std::sqrt(0.5), cosine = std::cos(kPi / 18), sine = std::sin(kPi / 18);
-  const Vec3 right = {-0.5, -r, 0.5};
-  const Vec3 up = cosine * Vec3{r, 0, r} + sine * Vec3{0.5, -r, -0.5};
-  const Vec3 to_viewer = Cross(right, up);
+  const lightfield::Vec3 right = {-0.5, -r, 0.5};
+  const lightfield::Vec3 up =
+      cosine * lightfield::Vec3{r, 0, r} + sine * lightfield::Vec3{0.5, -r, -0.5};
+  const lightfield::Vec3 to_viewer = lightfield::Cross(right, up);
   const auto correlation = [&](const CubeMap& cube, double handedness) {
     double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
     for (int row = 0; row < 480; ++row)
       for (int column = 0; column < 480; ++column) {
         const double a = (column + 0.5 - 240) / 216, b = (240 - row - 0.5) / 216;
         if (a * a + b * b > 0.9) continue;
-        const Vec3 w = (handedness * a) * right + b * up + std::sqrt(1 - a * a - b * b) * to_viewer;
+        const lightfield::Vec3 w =
+            (handedness * a) * right + b * up + std::sqrt(1 - a * a - b * b) * to_viewer;
         const double ours = cube.data[3 * cube.texel_of(w)], theirs = sphere.at(0, row, column);
         n += 1, x += ours, y += theirs, xx += ours * ours, yy += theirs * theirs,
             xy += ours * theirs;
@@ -310,7 +312,7 @@ TEST(EnvironmentMap, TheWavyLinesOnASphereAreThoseOfTheirAuthors) {
 
 // E(n) straight from the pixels of a latitude-longitude picture, each at its centre: nothing of the
 // cube in it.
-core::Rgb IrradianceOfPixels(const core::Image& image, Vec3 n) {
+core::Rgb IrradianceOfPixels(const core::Image& image, lightfield::Vec3 n) {
   core::Rgb sum{};
   for (int row = 0; row < image.height; ++row) {
     const double theta0 = kPi * row / image.height, theta1 = kPi * (row + 1) / image.height;
@@ -374,7 +376,7 @@ TEST(EnvironmentMap, RadianceFilesOfOtherAuthorsKeepTheirSunAndLight) {
     for (int k = 0; k < 4; ++k) {
       const double z = 2 * random.Uniform() - 1, phi = 2 * kPi * random.Uniform(),
                    s = std::sqrt(1 - z * z);
-      const Vec3 n = {s * std::cos(phi), s * std::sin(phi), z};
+      const lightfield::Vec3 n = {s * std::cos(phi), s * std::sin(phi), z};
       const core::Rgb e = Irradiance(cube, n), pixels = IrradianceOfPixels(picture.image, n);
       for (std::size_t channel = 0; channel < 3; ++channel)
         EXPECT_NEAR(e[channel], pixels[channel], 1e-3 * pixels[channel] + 0.011 * sun_energy);
@@ -383,4 +385,4 @@ TEST(EnvironmentMap, RadianceFilesOfOtherAuthorsKeepTheirSunAndLight) {
 }
 
 }  // namespace
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

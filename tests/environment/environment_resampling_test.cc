@@ -1,5 +1,5 @@
 // Pictures of every layout to cube maps: energy, constants, orientation.
-#include "lightfield/environment_resampling.h"
+#include "luxfield/environment/environment_resampling.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,10 +8,10 @@
 #include <functional>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 using enum EnvironmentLayout;
@@ -129,9 +129,9 @@ TEST(EnvironmentResampling, ACubeOfTheSameSizeIsItselfFaceByFace) {
 }
 
 // A sky without any symmetry, its gradient below 3.
-double Sky(Vec3 w) { return 2 + w.x + 0.5 * w.y * w.z + 0.7 * std::sin(2 * w.z + w.y); }
+double Sky(lightfield::Vec3 w) { return 2 + w.x + 0.5 * w.y * w.z + 0.7 * std::sin(2 * w.z + w.y); }
 
-core::Image Photograph(const Case& c, const std::function<double(Vec3)>& sky) {
+core::Image Photograph(const Case& c, const std::function<double(lightfield::Vec3)>& sky) {
   core::Image picture(c.width, c.height, 1);
   const TexelEdges edges = MakeTexelEdges(c.layout, c.registration, c.width, c.height);
   for (int row = 0; row < c.height; ++row)
@@ -144,13 +144,15 @@ core::Image Photograph(const Case& c, const std::function<double(Vec3)>& sky) {
 }
 
 // Largest error over cube texels whose centres a photograph shows, against the sky itself.
-double WorstError(const CubeMap& cube, const std::function<double(Vec3)>& sky, bool hemisphere) {
+double WorstError(const CubeMap& cube, const std::function<double(lightfield::Vec3)>& sky,
+                  bool hemisphere) {
   double worst = 0;
   for (int face = 0; face < 6; ++face)
     for (int row = 0; row < cube.face_size; ++row)
       for (int column = 0; column < cube.face_size; ++column) {
-        const Vec3 w = Normalized(CubeVector({face, -1 + 2 * (column + 0.5) / cube.face_size,
-                                              1 - 2 * (row + 0.5) / cube.face_size}));
+        const lightfield::Vec3 w =
+            lightfield::Normalized(CubeVector({face, -1 + 2 * (column + 0.5) / cube.face_size,
+                                               1 - 2 * (row + 0.5) / cube.face_size}));
         if (hemisphere && w.z < 0.15) continue;
         worst = std::max(worst, std::abs(cube.at(face, row, column, 0) - sky(w)));
       }
@@ -174,17 +176,18 @@ TEST(EnvironmentResampling, EveryLayoutShowsTheSameSky) {
     const double bound = 3 * (0.09 + (c.layout == kMirrorBall ? 0.25 : 0));
     EXPECT_LT(WorstError(cube, Sky, hemisphere), bound) << Label(c);
     // Mirrored, turned or upside down it is another sky.
-    for (const auto& other : {std::function<Vec3(Vec3)>([](Vec3 w) {
-                                return Vec3{-w.x, w.y, w.z};
-                              }),
-                              std::function<Vec3(Vec3)>([](Vec3 w) {
-                                return Vec3{w.y, -w.x, w.z};
-                              }),
-                              std::function<Vec3(Vec3)>([](Vec3 w) {
-                                return Vec3{w.x, -w.y, -w.z};
-                              })})
+    for (const auto& other :
+         {std::function<lightfield::Vec3(lightfield::Vec3)>([](lightfield::Vec3 w) {
+            return lightfield::Vec3{-w.x, w.y, w.z};
+          }),
+          std::function<lightfield::Vec3(lightfield::Vec3)>([](lightfield::Vec3 w) {
+            return lightfield::Vec3{w.y, -w.x, w.z};
+          }),
+          std::function<lightfield::Vec3(lightfield::Vec3)>([](lightfield::Vec3 w) {
+            return lightfield::Vec3{w.x, -w.y, -w.z};
+          })})
       EXPECT_GT(WorstError(
-                    cube, [&](Vec3 w) { return Sky(other(w)); }, hemisphere),
+                    cube, [&](lightfield::Vec3 w) { return Sky(other(w)); }, hemisphere),
                 1.5 * bound)
           << Label(c);
   }
@@ -211,4 +214,4 @@ TEST(EnvironmentResampling, SizesThatFitNothingAreRefused) {
 }
 
 }  // namespace
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

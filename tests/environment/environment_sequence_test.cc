@@ -1,18 +1,18 @@
 // Sequences: their order, the frames that come out, and what is refused at which frame.
-#include "lightfield/environment_sequence.h"
+#include "luxfield/environment/environment_sequence.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "core/error.h"
-#include "core/radiance_hdr.h"
-#include "lightfield/environment_map.h"
-#include "lightfield/environment_resampling.h"
-#include "support.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/radiance_hdr.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/environment/environment_resampling.h"
+#include "tests/lightfield/support.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 using testing::ElementsAre;
@@ -27,7 +27,7 @@ core::Image Frame(int k, int height = 8) {
 }
 
 std::filesystem::path Folder() {
-  const auto folder = UniquePath("_sequence");
+  const auto folder = lightfield::UniquePath("_sequence");
   std::filesystem::create_directories(folder);
   return folder;
 }
@@ -156,4 +156,4 @@ TEST(EnvironmentSequence, WhatIsNoSequenceIsRefused) {
 }
 
 }  // namespace
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,6 +1,6 @@
 // The sky's radiance against numbers of the program that its authors published, and sun and sky
 // against the standard formulas of daylight.
-#include "lightfield/hosek_wilkie.h"
+#include "luxfield/environment/hosek_wilkie.h"
 
 #include <gtest/gtest.h>
 
@@ -8,12 +8,12 @@
 #include <numbers>
 #include <numeric>
 
-#include "core/error.h"
-#include "lightfield/hosek_wilkie_data.h"
-#include "lightfield/sun_sky.h"
-#include "lightfield/sunlight.h"
+#include "luxfield/core/error.h"
+#include "luxfield/environment/hosek_wilkie_data.h"
+#include "luxfield/environment/sun_sky.h"
+#include "luxfield/environment/sunlight.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -101,9 +101,10 @@ TEST(HosekWilkie, RadianceIsThatOfTheAuthorsProgram) {
     SCOPED_TRACE(testing::Message() << "T " << row.turbidity << ", sun " << row.sun_elevation
                                     << ", at " << row.elevation << ", " << row.azimuth_from_sun);
     const HosekWilkieSky sky(row.sun_elevation, row.turbidity, row.albedo);
-    const Vec3 w = SunAt(row.elevation, row.azimuth_from_sun).direction();
-    const Vec3 sun = SunAt(row.sun_elevation).direction();
-    const double gamma = std::atan2(Length(Cross(w, sun)), Dot(w, sun));
+    const lightfield::Vec3 w = SunAt(row.elevation, row.azimuth_from_sun).direction();
+    const lightfield::Vec3 sun = SunAt(row.sun_elevation).direction();
+    const double gamma =
+        std::atan2(lightfield::Length(lightfield::Cross(w, sun)), lightfield::Dot(w, sun));
     const core::Rgb xyz = sky.Xyz(w.z, gamma, std::cos(gamma));
     EXPECT_NEAR(xyz[0], row.x, 1e-6 * row.x);
     EXPECT_NEAR(xyz[1], row.y, 1e-6 * row.y);
@@ -181,8 +182,8 @@ TEST(HosekWilkie, IsNeverNegative) {
   const HosekWilkieSky sky(2, 10, 0.2);
   for (const double azimuth : {0.0, 90.0, 120.0, 180.0})
     for (const double elevation : {0.0, 0.01, 0.1, 1.0, 90.0}) {
-      const Vec3 w = SunAt(elevation, azimuth).direction();
-      const double cosine = Dot(w, SunAt(2).direction());
+      const lightfield::Vec3 w = SunAt(elevation, azimuth).direction();
+      const double cosine = lightfield::Dot(w, SunAt(2).direction());
       for (const double value : sky.Xyz(w.z, std::acos(cosine), cosine)) EXPECT_GE(value, 0);
     }
 }
@@ -212,4 +213,4 @@ TEST(Sunlight, FollowsItsTransmittances) {
 }
 
 }  // namespace
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

@@ -1,6 +1,6 @@
 // The sun's place, the atmosphere's light and the picture of both, against published values and
 // hand calculation.
-#include "lightfield/sun_sky.h"
+#include "luxfield/environment/sun_sky.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,13 +8,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "lightfield/environment_map.h"
-#include "lightfield/environment_resampling.h"
-#include "lightfield/spherical_polygon.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/environment/environment_resampling.h"
+#include "luxfield/environment/spherical_polygon.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::environment {
 namespace {
 
 using testing::HasSubstr;
@@ -38,7 +38,7 @@ TEST(SunPosition, IsThatOfTheSolarPositionAlgorithm) {
   EXPECT_NEAR(sun.elevation_deg, 39.872046, 0.01);
   EXPECT_NEAR(sun.azimuth_deg, 194.340241, 0.01);
   EXPECT_NEAR(sun.distance_au, 0.9965422974, 1e-4);
-  const Vec3 w = sun.direction();
+  const lightfield::Vec3 w = sun.direction();
   EXPECT_NEAR(w.z, std::sin(sun.apparent_elevation_deg * kDegree), 1e-12);
   EXPECT_LT(w.y, 0);  // in the south
   EXPECT_LT(w.x, 0);  // past noon in the west
@@ -72,8 +72,8 @@ TEST(SunPosition, IsThatOfAnEphemeris) {
   for (const auto& row : rows) {
     SCOPED_TRACE(row.date);
     const SunPosition sun = FindSun({row.latitude, row.longitude}, At(row.date, row.time));
-    const Vec3 seen = SunAt(row.apparent, row.azimuth).direction();
-    EXPECT_LT(Length(sun.direction() - seen) / kDegree, 0.006);
+    const lightfield::Vec3 seen = SunAt(row.apparent, row.azimuth).direction();
+    EXPECT_LT(lightfield::Length(sun.direction() - seen) / kDegree, 0.006);
     EXPECT_NEAR(sun.elevation_deg, row.elevation, 0.004);
   }
 }
@@ -164,10 +164,10 @@ TEST(SunSky, PictureHoldsTheEnergyOfSkyAndSun) {
     for (int row = 0; row < 128; ++row)
       for (int column = 0; column < 256; ++column) {
         const double solid_angle = resampler.source_solid_angles()[row * 256 + column];
-        const Vec3 w =
+        const lightfield::Vec3 w =
             DirectionFromPicture(kLatitudeLongitude, {(column + 0.5) / 256, (row + 0.5) / 128})
                 ->direction;
-        const double angle = std::acos(std::min(1.0, Dot(w, sky.sun_direction())));
+        const double angle = std::acos(std::min(1.0, lightfield::Dot(w, sky.sun_direction())));
         // Within a tenth of the sun: what the sky leaves there is known to a promille.
         if (angle < 0.05) energy += solid_angle * (image.at(1, row, column) - sky.Radiance(w)[1]);
       }
@@ -221,7 +221,7 @@ TEST(SunSky, TheHorizonCutsTheDisc) {
   double above = 0, below = 0;
   for (int row = 0; row < 256; ++row)
     for (int column = 124; column < 132; ++column) {
-      const Vec3 w =
+      const lightfield::Vec3 w =
           DirectionFromPicture(kLatitudeLongitude, {(column + 0.5) / 512, (row + 0.5) / 256})
               ->direction;
       const double solid_angle = PictureRectangleSolidAngle(
@@ -248,7 +248,7 @@ TEST(CapOverlap, TilesTheCapAndMatchesTheClosedForms) {
   for (int trial = 0; trial < 200; ++trial) {
     const double z = 2 * random.Uniform() - 1, phi = 2 * kPi * random.Uniform();
     const double s = std::sqrt(1 - z * z);
-    const Vec3 axis = {s * std::cos(phi), s * std::sin(phi), z};
+    const lightfield::Vec3 axis = {s * std::cos(phi), s * std::sin(phi), z};
     const double radius = std::pow(10.0, -3 + 3.1 * random.Uniform());  // to 1.26
     const double cap = 4 * kPi * std::pow(std::sin(radius / 2), 2);
     // The faces of the cube in 2 x 2 pieces tile the sphere, hence the cap.
@@ -259,7 +259,7 @@ TEST(CapOverlap, TilesTheCapAndMatchesTheClosedForms) {
         const auto at = [&](double a, double b) {
           return face.axis + a * face.right + b * face.up;
         };
-        const Vec3 quad[] = {at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y)};
+        const lightfield::Vec3 quad[] = {at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y)};
         const double part = CapOverlapSolidAngle(quad, axis, radius);
         EXPECT_GE(part, -1e-14 * cap);
         EXPECT_LE(part, std::min(cap, PolygonSolidAngle(quad)) * (1 + 1e-12));
@@ -268,13 +268,14 @@ TEST(CapOverlap, TilesTheCapAndMatchesTheClosedForms) {
     EXPECT_NEAR(sum / cap, 1, 1e-12) << radius;
     // A hemisphere's border through the axis halves it: an octant-like triangle with its corner on
     // the axis holds the angle's share.
-    const Vec3 u = Normalized(Cross(axis, std::abs(axis.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0}));
-    const Vec3 v = Cross(axis, u);
+    const lightfield::Vec3 u = lightfield::Normalized(lightfield::Cross(
+        axis, std::abs(axis.z) < 0.9 ? lightfield::Vec3{0, 0, 1} : lightfield::Vec3{1, 0, 0}));
+    const lightfield::Vec3 v = lightfield::Cross(axis, u);
     const double wedge = 0.1 + 2 * random.Uniform();
-    const Vec3 triangle[] = {axis, u, std::cos(wedge) * u + std::sin(wedge) * v};
+    const lightfield::Vec3 triangle[] = {axis, u, std::cos(wedge) * u + std::sin(wedge) * v};
     EXPECT_NEAR(CapOverlapSolidAngle(triangle, axis, radius) / (cap * wedge / (2 * kPi)), 1, 1e-9);
   }
 }
 
 }  // namespace
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::environment

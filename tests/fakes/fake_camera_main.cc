@@ -20,7 +20,7 @@ namespace {
 void Fill(ArvBuffer* buffer, void* seen, guint32 exposure_us, guint32, ArvPixelFormat) {
   const double exposure_s = 1e-6 * exposure_us;
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(exposure_s);
-  const core::RawFrame frame = static_cast<SeenLab*>(seen)->Expose(exposure_s);
+  const session::RawFrame frame = static_cast<SeenLab*>(seen)->Expose(exposure_s);
   std::size_t size = 0;  // within the callback the buffer does not know it yet
   auto* out = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &size)));
   const auto pixels = static_cast<std::size_t>(arv_buffer_get_image_width(buffer)) *

@@ -16,7 +16,7 @@ int Serve(const char* lab, const char* state) {
   SeenLab seen(lab, state);
   const std::string& cfa = seen.lab().sensor.cfa;
   PtpCamera camera({1, 5, 25, 125, 625}, [&](double exposure_s, int) {
-    core::RawFrame frame = seen.Expose(exposure_s);
+    session::RawFrame frame = seen.Expose(exposure_s);
     return EncodeDng({frame.width, frame.height, std::move(frame.dn), cfa, exposure_s});
   });
   const PtpIpHost host(camera);

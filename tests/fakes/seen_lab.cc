@@ -1,7 +1,7 @@
 #include "tests/fakes/seen_lab.h"
 
-#include "core/config.h"
-#include "core/file.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::fakes {
 
@@ -11,11 +11,11 @@ SeenLab::SeenLab(const std::filesystem::path& lab_toml, const std::filesystem::p
       state_(state, false),
       log_(ExposureLogOf(state)) {}
 
-core::RawFrame SeenLab::Expose(double exposure_s) {
+session::RawFrame SeenLab::Expose(double exposure_s) {
   SeenExposure seen = Arrange();
   seen.exposure_s = exposure_s;
-  core::RawFrame frame = world_.Expose(exposure_s, ++state_->exposures);
-  seen.pixels_sha256 = core::Sha256(core::PixelBytes(frame));
+  session::RawFrame frame = world_.Expose(exposure_s, ++state_->exposures);
+  seen.pixels_sha256 = core::Sha256(session::PixelBytes(frame));
   AppendExposure(log_, seen);
   return frame;
 }

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "hal/sim/world.h"
+#include "luxfield/hal/sim/world.h"
 #include "tests/fakes/bench_state.h"
 #include "tests/fakes/exposure_log.h"
 
@@ -14,7 +14,7 @@ class SeenLab {
   SeenLab(const std::filesystem::path& lab_toml, const std::filesystem::path& state);
 
   // Counts and logs the exposure (exposure_log.h); does not wait for its end.
-  core::RawFrame Expose(double exposure_s);
+  session::RawFrame Expose(double exposure_s);
   const hal::sim::LabDescription& lab() const { return lab_; }
 
  private:

@@ -1,5 +1,5 @@
 // TM-25: files of other makers, files built here byte by byte, and what the reader refuses.
-#include "lightfield/ray_file.h"
+#include "luxfield/formats/ray_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,13 +10,13 @@
 #include <functional>
 #include <numeric>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "support.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "tests/lightfield/support.h"
 #include "tests/seed.h"
 #include "tests/test_data.h"
 
-namespace luxfield::lightfield {
+namespace luxfield::formats {
 namespace {
 
 using testing::HasSubstr;
@@ -39,7 +39,7 @@ struct Bytes {
   }
   void SetFlag(int flag, bool value) { Set(256 + 4 * flag, std::int32_t{value}); }
   std::filesystem::path Save() const {
-    const auto path = UniquePath(".tm25ray");
+    const auto path = lightfield::UniquePath(".tm25ray");
     std::ofstream(path, std::ios::binary) << data;
     return path;
   }
@@ -171,14 +171,14 @@ TEST(RayFile, WriteThenReadKeepsEveryBit) {
   for (int k = 0; k < 5000; ++k) {
     Ray ray;
     // Values that float32 millimetres hold exactly.
-    ray.position_m = 1e-3 * Vec3{random.UniformFloat(), random.UniformFloat(), 0};
+    ray.position_m = 1e-3 * lightfield::Vec3{random.UniformFloat(), random.UniformFloat(), 0};
     const float x = random.UniformFloat() - 0.5f;
     ray.direction = {x, 0, std::sqrt(1 - x * x)};
     ray.flux = random.UniformFloat();
     ray.tristimulus = {random.UniformFloat(), ray.flux, random.UniformFloat()};
     file.rays.push_back(ray);
   }
-  const auto path = UniquePath(".tm25ray");
+  const auto path = lightfield::UniquePath(".tm25ray");
   WriteTm25(path, file);
   EXPECT_EQ(std::filesystem::file_size(path), 36288u + 5000 * 4 * 9);
   const RayFile back = ReadTm25(path);
@@ -196,7 +196,7 @@ TEST(RayFile, WriteThenReadKeepsEveryBit) {
     EXPECT_EQ(*back.rays[k].tristimulus, *file.rays[k].tristimulus);
   }
   // The second generation equals the first to the byte.
-  const auto again = UniquePath(".tm25ray");
+  const auto again = lightfield::UniquePath(".tm25ray");
   WriteTm25(again, back);
   EXPECT_EQ(core::ReadFile(again), core::ReadFile(path));
 }
@@ -327,7 +327,7 @@ TEST(RayFile, MissingAndFolderAreRefused) {
 
 TEST(RayFile, MutatedFilesEndInSuccessOrAnInputError) {
   core::Random random(TestSeed(62), 0);
-  const auto path = UniquePath(".tm25ray");
+  const auto path = lightfield::UniquePath(".tm25ray");
   for (int k = 0; k < 200; ++k) {
     Bytes b = TwoRays();
     // The fields, not the texts: half of the mutations hit the first 288 bytes, half the rays.
@@ -346,7 +346,7 @@ TEST(RayFile, MutatedFilesEndInSuccessOrAnInputError) {
 TEST(RayFile, WriterRefusesWhatTheFormatCannotHold) {
   RayFile file;
   file.rays.push_back({{0, 0, 0}, {0, 0, 1}, 1, {}});
-  const auto path = UniquePath(".tm25ray");
+  const auto path = lightfield::UniquePath(".tm25ray");
   const auto refused = [&](const std::function<void(RayFile&)>& spoil) {
     RayFile bad = file;
     spoil(bad);
@@ -366,4 +366,4 @@ TEST(RayFile, WriterRefusesWhatTheFormatCannotHold) {
 }
 
 }  // namespace
-}  // namespace luxfield::lightfield
+}  // namespace luxfield::formats

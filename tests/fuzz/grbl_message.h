@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "hal/grbl/message.h"
-#include "hal/transport/line_reader.h"
+#include "luxfield/hal/drivers/grbl/message.h"
+#include "luxfield/hal/transport/line_reader.h"
 
 namespace luxfield::fuzz {
 

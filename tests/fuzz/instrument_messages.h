@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "hal/scpi/scpi.h"
-#include "hal/usbtmc/message.h"
+#include "luxfield/hal/drivers/scpi/scpi.h"
+#include "luxfield/hal/drivers/usbtmc/message.h"
 
 namespace luxfield::fuzz {
 

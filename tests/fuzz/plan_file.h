@@ -5,12 +5,12 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "capture/filter_plan.h"
-#include "capture/geometry_plan.h"
-#include "capture/glare_plan.h"
-#include "capture/plan.h"
-#include "capture/sensor_plan.h"
-#include "core/error.h"
+#include "luxfield/capture/plan/filter_plan.h"
+#include "luxfield/capture/plan/geometry_plan.h"
+#include "luxfield/capture/plan/glare_plan.h"
+#include "luxfield/capture/plan/plan.h"
+#include "luxfield/capture/plan/sensor_plan.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::fuzz {
 

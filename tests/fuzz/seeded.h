@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 #include "tests/seed.h"
 
 namespace luxfield::fuzz {

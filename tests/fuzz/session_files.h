@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "core/journal.h"
-#include "core/json.h"
-#include "core/manifest.h"
-#include "core/session_replay.h"
+#include "luxfield/core/json.h"
+#include "luxfield/session/journal.h"
+#include "luxfield/session/manifest.h"
+#include "luxfield/session/session_replay.h"
 
 namespace luxfield::fuzz {
 
@@ -17,7 +17,7 @@ namespace luxfield::fuzz {
 // checksums are right.
 inline void SessionJournal(std::string_view input) {
   try {
-    const core::JournalContent content = core::ParseJournal(input, "journal.jsonl");
+    const session::JournalContent content = session::ParseJournal(input, "journal.jsonl");
     if (content.valid_bytes > input.size()) std::abort();
   } catch (const InputError&) {
   }
@@ -29,10 +29,10 @@ inline void SessionJournal(std::string_view input) {
     begin = end + 1;
   }
   try {
-    const core::SessionState state = core::ReplayJournal(records, "journal.jsonl");
-    for (const core::FrameRecord& record : state.UsableFrames()) {
+    const session::SessionState state = session::ReplayJournal(records, "journal.jsonl");
+    for (const session::FrameRecord& record : state.UsableFrames()) {
       if (record.file.empty() || record.file.front() == '/') std::abort();
-      if (record.kind == core::FrameKind::kPosition &&
+      if (record.kind == session::FrameKind::kPosition &&
           state.BracketEpoch(record.i, record.j) != record.epoch)
         std::abort();
     }
@@ -42,8 +42,8 @@ inline void SessionJournal(std::string_view input) {
 
 inline void SessionManifest(std::string_view input) {
   try {
-    const core::Manifest manifest = core::ParseManifest(input, "manifest.json");
-    if (core::ParseManifest(core::FormatManifest(manifest), "again").files.size() !=
+    const session::Manifest manifest = session::ParseManifest(input, "manifest.json");
+    if (session::ParseManifest(session::FormatManifest(manifest), "again").files.size() !=
         manifest.files.size())
       std::abort();
   } catch (const InputError&) {

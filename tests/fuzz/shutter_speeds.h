@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "hal/gphoto2/shutter_speed.h"
+#include "luxfield/hal/drivers/gphoto2/shutter_speed.h"
 
 namespace luxfield::fuzz {
 

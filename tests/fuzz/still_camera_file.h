@@ -10,19 +10,19 @@
 #include <string_view>
 #include <vector>
 
-#include "core/cfa.h"
-#include "hal/error.h"
-#include "hal/gphoto2/decoder_process.h"
-#include "hal/gphoto2/raw_file.h"
+#include "luxfield/hal/drivers/gphoto2/decoder_process.h"
+#include "luxfield/hal/drivers/gphoto2/raw_file.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/rig/cfa.h"
 
 namespace luxfield::fuzz {
 
 constexpr std::size_t kMostPixels = 1 << 14;
 
 inline void RequireFrame(const hal::gphoto2::RawFile& raw) {
-  const core::RawFrame& image = raw.image;
+  const session::RawFrame& image = raw.image;
   if (image.width < 1 || image.height < 1 || image.size() > kMostPixels ||
-      image.dn.size() != image.size() || !(raw.cfa.empty() || core::IsBayer(raw.cfa)) ||
+      image.dn.size() != image.size() || !(raw.cfa.empty() || rig::IsBayer(raw.cfa)) ||
       !std::isfinite(raw.exposure_s) || raw.exposure_s < 0 || std::isinf(raw.temperature_c))
     std::abort();
 }

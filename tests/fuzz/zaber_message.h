@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "hal/transport/line_reader.h"
-#include "hal/zaber/message.h"
+#include "luxfield/hal/drivers/zaber/message.h"
+#include "luxfield/hal/transport/line_reader.h"
 
 namespace luxfield::fuzz {
 

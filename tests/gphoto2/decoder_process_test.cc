@@ -1,4 +1,4 @@
-#include "hal/gphoto2/decoder_process.h"
+#include "luxfield/hal/drivers/gphoto2/decoder_process.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -12,7 +12,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 #include "tests/fakes/dng.h"
 
 namespace luxfield::hal::gphoto2 {

@@ -1,4 +1,4 @@
-#include "hal/gphoto2/gphoto2_camera.h"
+#include "luxfield/hal/drivers/gphoto2/gphoto2_camera.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -14,8 +14,8 @@
 #include <map>
 #include <thread>
 
-#include "core/random.h"
-#include "hal/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/hal/error.h"
 #include "tests/gphoto2/ptp_bench.h"
 #include "tests/gphoto2/ptp_usb_host.h"
 #include "tests/hal/error_of.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "hal/gphoto2/gphoto2_camera.h"
+#include "luxfield/hal/drivers/gphoto2/gphoto2_camera.h"
 #include "tests/fakes/dng.h"
 #include "tests/fakes/ptp_camera.h"
 #include "tests/fakes/ptp_ip_host.h"

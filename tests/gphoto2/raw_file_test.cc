@@ -1,4 +1,4 @@
-#include "hal/gphoto2/raw_file.h"
+#include "luxfield/hal/drivers/gphoto2/raw_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <random>
 
-#include "core/file.h"
-#include "hal/error.h"
-#include "hal/gphoto2/shutter_speed.h"
+#include "luxfield/core/file.h"
+#include "luxfield/hal/drivers/gphoto2/shutter_speed.h"
+#include "luxfield/hal/error.h"
 #include "tests/fakes/dng.h"
 #include "tests/fuzz/seeded.h"
 #include "tests/fuzz/shutter_speeds.h"

@@ -1,4 +1,4 @@
-#include "hal/gpiod/debounce.h"
+#include "luxfield/hal/drivers/gpiod/debounce.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Shutter, changer, lamp relay and safety inputs on GPIO lines through the conformance suites.
-#include "hal/gpiod/line_selector.h"
-#include "hal/gpiod/safety_inputs.h"
+#include "luxfield/hal/drivers/gpiod/line_selector.h"
+#include "luxfield/hal/drivers/gpiod/safety_inputs.h"
 #include "tests/conformance/device_bench.h"
 #include "tests/gpiod/fake_gpio_chip.h"
 

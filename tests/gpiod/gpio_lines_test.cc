@@ -1,10 +1,10 @@
-#include "hal/gpiod/gpio_lines.h"
+#include "luxfield/hal/drivers/gpiod/gpio_lines.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 #include "tests/gpiod/fake_gpio_chip.h"
 #include "tests/hal/error_of.h"
 

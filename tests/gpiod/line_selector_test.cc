@@ -1,4 +1,4 @@
-#include "hal/gpiod/line_selector.h"
+#include "luxfield/hal/drivers/gpiod/line_selector.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <thread>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 #include "tests/gpiod/fake_gpio_chip.h"
 
 namespace luxfield::hal::gpiod {

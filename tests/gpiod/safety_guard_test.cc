@@ -1,5 +1,5 @@
 // From the edge of an emergency stop to a stopped stage and a dark lamp, over the real libgpiod.
-#include "hal/safety_guard.h"
+#include "luxfield/hal/safety/safety_guard.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -10,12 +10,12 @@
 #include <cstdlib>
 #include <future>
 
-#include "hal/gpiod/line_selector.h"
-#include "hal/gpiod/safety_inputs.h"
-#include "hal/grbl/grbl_stage.h"
-#include "hal/scpi/scpi.h"
-#include "hal/transport/open_port.h"
-#include "hal/usbtmc/usbtmc.h"
+#include "luxfield/hal/drivers/gpiod/line_selector.h"
+#include "luxfield/hal/drivers/gpiod/safety_inputs.h"
+#include "luxfield/hal/drivers/grbl/grbl_stage.h"
+#include "luxfield/hal/drivers/scpi/scpi.h"
+#include "luxfield/hal/drivers/usbtmc/usbtmc.h"
+#include "luxfield/hal/transport/open_port.h"
 #include "tests/fakes/grbl_machine.h"
 #include "tests/fakes/pty_host.h"
 #include "tests/gpiod/fake_gpio_chip.h"

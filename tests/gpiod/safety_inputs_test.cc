@@ -1,4 +1,4 @@
-#include "hal/gpiod/safety_inputs.h"
+#include "luxfield/hal/drivers/gpiod/safety_inputs.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <condition_variable>
 #include <mutex>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 #include "tests/gpiod/fake_gpio_chip.h"
 
 namespace luxfield::hal::gpiod {

@@ -1,4 +1,4 @@
-#include "hal/gpiod/trigger_line.h"
+#include "luxfield/hal/drivers/gpiod/trigger_line.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <vector>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 #include "tests/gpiod/fake_gpio_chip.h"
 #include "tests/hal/error_of.h"
 

@@ -1,12 +1,13 @@
 // Every key of [camera] arrives where it belongs, each with a value of its own.
-#include "hal/camera_options.h"
+#include "luxfield/hal/options/camera_options.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "hal/devices.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/lab/open_lab.h"
 
 namespace luxfield::hal {
 namespace {

@@ -1,4 +1,4 @@
-#include "hal/device_lab.h"
+#include "luxfield/hal/lab/device_lab.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -10,8 +10,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "core/error.h"
-#include "hal/devices.h"
+#include "luxfield/core/error.h"
+#include "luxfield/hal/devices.h"
+#include "luxfield/hal/lab/open_lab.h"
 
 namespace luxfield::hal {
 namespace {
@@ -94,11 +95,11 @@ TEST_F(DeviceLabFile, TheMiddleOfACentredSensorIsTheAxis) {
   CameraCapabilities capabilities;
   capabilities.width = 84;
   capabilities.height = 80;
-  const Homography map = ImageFromSensor(lab.camera, capabilities);
-  EXPECT_NEAR(Apply(map, 42, 40).x, 0, 1e-12);
-  EXPECT_NEAR(Apply(map, 42, 40).y, 0, 1e-12);
-  EXPECT_NEAR(Apply(map, 0, 0).x, -42 * 0.00825, 1e-12);
-  EXPECT_NEAR(Apply(map, 0, 0).y, 40 * 0.00825, 1e-12) << "row 0 on top";
+  const rig::Homography map = ImageFromSensor(lab.camera, capabilities);
+  EXPECT_NEAR(rig::Apply(map, 42, 40).x, 0, 1e-12);
+  EXPECT_NEAR(rig::Apply(map, 42, 40).y, 0, 1e-12);
+  EXPECT_NEAR(rig::Apply(map, 0, 0).x, -42 * 0.00825, 1e-12);
+  EXPECT_NEAR(rig::Apply(map, 0, 0).y, 40 * 0.00825, 1e-12) << "row 0 on top";
 }
 
 TEST_F(DeviceLabFile, ARelayInPlaceOfASupply) {

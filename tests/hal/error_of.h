@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal {
 

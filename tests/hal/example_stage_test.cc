@@ -10,7 +10,7 @@
 #include <sstream>
 #include <utility>
 
-#include "core/file.h"
+#include "luxfield/core/file.h"
 #include "tests/fakes/pty_host.h"
 #include "tests/hal/stage_conformance.h"
 
@@ -19,9 +19,9 @@
 
 #include <sstream>
 
-#include "hal/controller_stage.h"
-#include "hal/transport/line_reader.h"
-#include "hal/transport/open_port.h"
+#include "luxfield/hal/transport/controller_stage.h"
+#include "luxfield/hal/transport/line_reader.h"
+#include "luxfield/hal/transport/open_port.h"
 
 namespace luxfield::hal {
 

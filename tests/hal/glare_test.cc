@@ -1,11 +1,11 @@
-#include "hal/sim/glare.h"
+#include "luxfield/hal/sim/glare.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdlib>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::hal::sim {
 namespace {

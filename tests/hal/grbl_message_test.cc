@@ -1,11 +1,11 @@
-#include "hal/grbl/message.h"
+#include "luxfield/hal/drivers/grbl/message.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "hal/grbl/codes.h"
+#include "luxfield/hal/drivers/grbl/codes.h"
 #include "tests/fuzz/grbl_message.h"
 #include "tests/fuzz/seeded.h"
 

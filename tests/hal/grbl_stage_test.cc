@@ -1,5 +1,5 @@
 // What is particular to the Grbl driver; what every stage has to do is in stage_conformance.cc.
-#include "hal/grbl/grbl_stage.h"
+#include "luxfield/hal/drivers/grbl/grbl_stage.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -8,9 +8,9 @@
 #include <deque>
 #include <functional>
 
-#include "hal/transport/faulty_stream.h"
-#include "hal/transport/open_port.h"
-#include "hal/transport/scripted_stream.h"
+#include "luxfield/hal/transport/faulty_stream.h"
+#include "luxfield/hal/transport/open_port.h"
+#include "luxfield/hal/transport/scripted_stream.h"
 #include "tests/fakes/grbl_machine.h"
 #include "tests/fakes/pty_host.h"
 

@@ -7,9 +7,10 @@
 #include <fstream>
 #include <map>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "hal/sim/world.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/hal/sim/world.h"
 #include "tests/hal/test_lab.h"
 
 namespace luxfield::hal::sim {
@@ -34,8 +35,8 @@ std::string ErrorOf(const TestLab& lab) {
 }
 
 // One exposure of the lamp through the filter at `centre`, and nothing else.
-core::RawFrame FrameOf(const TestLab& lab, double exposure_s = 0.01, Vec2 centre = {0.02, 0},
-                       double wait_s = 0) {
+session::RawFrame FrameOf(const TestLab& lab, double exposure_s = 0.01, Vec2 centre = {0.02, 0},
+                          double wait_s = 0) {
   Devices devices = SimulatedLab(lab.Config()).MakeDevices();
   devices.supply->SetOutput(true, kSoon);
   devices.clock->SleepSeconds(wait_s);
@@ -45,7 +46,7 @@ core::RawFrame FrameOf(const TestLab& lab, double exposure_s = 0.01, Vec2 centre
   return devices.camera->Expose(kSoon).image;
 }
 
-double SignalOf(const core::RawFrame& frame) {
+double SignalOf(const session::RawFrame& frame) {
   double sum = 0;
   for (std::size_t k = 0; k < frame.size(); ++k) sum += frame.at(k) - 100;
   return sum;
@@ -316,7 +317,8 @@ TEST(Lab, ReflectorSeesTheIrradianceThroughItsHomography) {
   options.cell_origin = {-0.01, -0.03};
   const FilterPrint print = description.Print();
   for (const auto& [row, column] : {std::pair{3, 5}, {24, 32}, {40, 60}, {10, 50}, {47, 0}}) {
-    const Vec2 s = centre + Apply(description.geometry.image_from_sensor, column + 0.5, row + 0.5);
+    const Vec2 s =
+        centre + rig::Apply(description.geometry.image_from_sensor, column + 0.5, row + 0.5);
     const lightfield::Lattice point{1, 1, s.x - 1e-6, s.y + 1e-6, 2e-6, 2e-6};
     const double e = TraceIrradiance(
         *description.lamp, [&](Vec2 offset, int n) { return print.Transmittance(offset, n); }, 0.03,

@@ -1,4 +1,4 @@
-#include "hal/sim/sensor.h"
+#include "luxfield/hal/sim/sensor.h"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ std::vector<float> Uniform(const SensorModel& m, float irradiance) {
 struct Moments {
   double mean = 0, variance = 0;
 };
-Moments MomentsOf(const core::RawFrame& frame) {
+Moments MomentsOf(const session::RawFrame& frame) {
   Moments m;
   const auto n = static_cast<double>(frame.size());
   for (std::size_t k = 0; k < frame.size(); ++k) m.mean += frame.at(k) / n;
@@ -39,7 +39,8 @@ Moments MomentsOf(const core::RawFrame& frame) {
 
 // Mean by z-test, variance by the normal approximation of chi-squared; `kurtosis` is the fourth
 // standardised moment.
-void ExpectMoments(const core::RawFrame& frame, double mean, double variance, double kurtosis = 3) {
+void ExpectMoments(const session::RawFrame& frame, double mean, double variance,
+                   double kurtosis = 3) {
   SCOPED_TRACE("seed " + std::to_string(kSeed));
   const Moments m = MomentsOf(frame);
   const auto n = static_cast<double>(frame.size());

@@ -1,4 +1,4 @@
-#include "hal/stage_bounds.h"
+#include "luxfield/hal/safety/stage_bounds.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,9 +6,10 @@
 #include <memory>
 #include <variant>
 
-#include "core/clock.h"
-#include "hal/error.h"
-#include "hal/stage_options.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/hal/options/stage_options.h"
 #include "tests/hal/error_of.h"
 #include "tests/hal/test_lab.h"
 

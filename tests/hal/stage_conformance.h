@@ -13,9 +13,9 @@
 #include <string>
 #include <thread>
 
-#include "core/clock.h"
-#include "hal/error.h"
-#include "hal/stage.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/hal/stage.h"
 
 namespace luxfield::hal {
 

@@ -3,9 +3,10 @@
 
 #include <map>
 
-#include "hal/grbl/grbl_stage.h"
-#include "hal/transport/open_port.h"
-#include "hal/zaber/zaber_stage.h"
+#include "luxfield/hal/drivers/grbl/grbl_stage.h"
+#include "luxfield/hal/drivers/zaber/zaber_stage.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/hal/transport/open_port.h"
 #include "tests/fakes/grbl_machine.h"
 #include "tests/fakes/pty_host.h"
 #include "tests/fakes/zaber_chain.h"

@@ -5,10 +5,10 @@
 
 #include <string>
 
-#include "core/config.h"
-#include "core/random.h"
-#include "hal/sim/simulated_lab.h"
-#include "lightfield/light_field.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/random.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::hal::sim {
 

@@ -1,13 +1,13 @@
-#include "hal/sim/tracer.h"
+#include "luxfield/hal/sim/tracer.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "hal/sim/bowl.h"
-#include "hal/sim/headlight.h"
-#include "hal/sim/lamp_time.h"
-#include "hal/sim/print.h"
+#include "luxfield/hal/sim/bowl.h"
+#include "luxfield/hal/sim/headlight.h"
+#include "luxfield/hal/sim/lamp_time.h"
+#include "luxfield/hal/sim/print.h"
 #include "tests/hal/test_lab.h"
 
 namespace luxfield::hal::sim {
@@ -34,10 +34,10 @@ TraceOptions Options(int u_samples) {
   return o;
 }
 
-lightfield::FilterSheet Sheet(const Basis& basis, double spacing_m, double scale, bool dual) {
+rig::FilterSheet Sheet(const Basis& basis, double spacing_m, double scale, bool dual) {
   using lightfield::FilterKind;
-  return lightfield::FilterSheet::Make(dual ? FilterKind::kDual : FilterKind::kBasis, basis,
-                                       spacing_m, scale);
+  return rig::FilterSheet::Make(dual ? FilterKind::kDual : FilterKind::kBasis, basis, spacing_m,
+                                scale);
 }
 
 TransmittanceFunction IdealPrint(double h) {

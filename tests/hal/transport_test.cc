@@ -14,12 +14,12 @@
 #include <functional>
 #include <thread>
 
-#include "hal/error.h"
-#include "hal/transport/descriptor_stream.h"
-#include "hal/transport/faulty_stream.h"
-#include "hal/transport/line_reader.h"
-#include "hal/transport/open_port.h"
-#include "hal/transport/scripted_stream.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/hal/transport/descriptor_stream.h"
+#include "luxfield/hal/transport/faulty_stream.h"
+#include "luxfield/hal/transport/line_reader.h"
+#include "luxfield/hal/transport/open_port.h"
+#include "luxfield/hal/transport/scripted_stream.h"
 #include "tests/fakes/grbl_machine.h"
 #include "tests/fakes/pty_host.h"
 

@@ -1,5 +1,5 @@
-// The watchdog as a process: tests/bench/watchdog_test.cc has it with devices.
-#include "hal/watchdog.h"
+// The watchdog as a process: tests/lab/watchdog_test.cc has it with devices.
+#include "luxfield/hal/safety/watchdog.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@
 #include <string>
 #include <thread>
 
-#include "hal/safety_guard.h"
+#include "luxfield/hal/safety/safety_guard.h"
 
 namespace luxfield::hal {
 namespace {

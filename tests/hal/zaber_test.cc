@@ -6,10 +6,10 @@
 
 #include <functional>
 
-#include "hal/transport/open_port.h"
-#include "hal/transport/scripted_stream.h"
-#include "hal/zaber/message.h"
-#include "hal/zaber/zaber_stage.h"
+#include "luxfield/hal/drivers/zaber/message.h"
+#include "luxfield/hal/drivers/zaber/zaber_stage.h"
+#include "luxfield/hal/transport/open_port.h"
+#include "luxfield/hal/transport/scripted_stream.h"
 #include "tests/fakes/pty_host.h"
 #include "tests/fakes/zaber_chain.h"
 #include "tests/fuzz/seeded.h"

@@ -23,8 +23,9 @@
 #include <thread>
 #include <vector>
 
-#include "cli/run.h"
-#include "core/json.h"
+#include "luxfield/bench/verbs/verb_bench.h"
+#include "luxfield/cli/run.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::hostile {
 namespace {
@@ -92,7 +93,7 @@ void Limit(__rlimit_resource resource, rlim_t most) {
   if (limits.contains("fsize")) Limit(RLIMIT_FSIZE, limits["fsize"]);
   if (limits.contains("nofile")) Limit(RLIMIT_NOFILE, limits["nofile"]);
   if (limits.contains("space")) Limit(RLIMIT_AS, SpaceInUse() + limits["space"].get<rlim_t>());
-  std::exit(cli::Run(static_cast<int>(words.size()), arguments.data()));
+  std::exit(cli::Run(static_cast<int>(words.size()), arguments.data(), {bench::AddBench}));
 }
 
 // Whether a process of the group is there yet after a second.

@@ -1,4 +1,4 @@
-#include "tests/bench/fake_bench.h"
+#include "tests/lab/fake_bench.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -15,8 +15,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "core/config.h"
-#include "hal/sim/lab_description.h"
+#include "luxfield/core/config.h"
+#include "luxfield/hal/sim/lab_description.h"
 #include "tests/e2e/program.h"
 #include "tests/fakes/grbl_machine.h"
 

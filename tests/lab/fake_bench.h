@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/sim/lamp_time.h"
+#include "luxfield/hal/sim/lamp_time.h"
 #include "tests/fakes/bench_state.h"
 #include "tests/fakes/exposure_log.h"
 #include "tests/fakes/pty_host.h"

@@ -19,11 +19,11 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "lightfield/light_field.h"
-#include "tests/bench/fake_bench.h"
+#include "luxfield/lightfield/light_field.h"
 #include "tests/e2e/field_agreement.h"
 #include "tests/e2e/frames_as_seen.h"
 #include "tests/e2e/program.h"
+#include "tests/lab/fake_bench.h"
 
 namespace luxfield::bench {
 namespace {
@@ -319,7 +319,7 @@ TEST_F(Bench, ResumesAfterEmergencyStopDeadCameraCutLinkPulledCableAndKilledProg
 // Sessions behind bad networks: each kind in its turn, `sessions` of them. None of them costs a
 // frame that was committed or the light field.
 //
-//   LUXFIELD_FAULTS=70 umockdev-wrapper build/release/bench_test --gtest_filter='*BadNetwork*'
+//   LUXFIELD_FAULTS=70 umockdev-wrapper build/release/lab_test --gtest_filter='*BadNetwork*'
 //
 // runs so many of each camera. The suite runs a few, beginning with kind LUXFIELD_SEED=n modulo 7,
 // which is the day where it is not set: each kind has its turn.

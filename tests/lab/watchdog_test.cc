@@ -1,7 +1,7 @@
 // What becomes of lamp and stage when the program that drives them is killed, or stopped: over the
 // real drivers, from other processes, with the fakes of a bench.
 //
-//   LUXFIELD_TRIALS=1000 umockdev-wrapper build/release/bench_test --gtest_filter='Watchdog.*'
+//   LUXFIELD_TRIALS=1000 umockdev-wrapper build/release/lab_test --gtest_filter='Watchdog.*'
 //
 // kills 1000 times and stops 100 times in place of 6 and 2.
 #include <fcntl.h>
@@ -18,10 +18,10 @@
 #include <cstdlib>
 #include <thread>
 
-#include "core/random.h"
-#include "hal/safe_state.h"
-#include "tests/bench/fake_bench.h"
+#include "luxfield/core/random.h"
+#include "luxfield/hal/lab/safe_state.h"
 #include "tests/e2e/program.h"
+#include "tests/lab/fake_bench.h"
 
 namespace luxfield::bench {
 namespace {

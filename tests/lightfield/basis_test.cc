@@ -1,6 +1,6 @@
 // Every basis against its definition: the formulas of docs/theory.md 2 evaluated here by dense
 // composite quadrature in double.
-#include "lightfield/basis.h"
+#include "luxfield/lightfield/basis.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <functional>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::lightfield {
 namespace {

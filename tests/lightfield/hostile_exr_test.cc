@@ -8,11 +8,11 @@
 #include <fstream>
 #include <functional>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
-#include "lightfield/light_field.h"
-#include "lightfield/measurements.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/measurements.h"
 #include "support.h"
 #include "tests/seed.h"
 

@@ -1,5 +1,5 @@
 // The model against its definition (docs/theory.md 2).
-#include "lightfield/light_field.h"
+#include "luxfield/lightfield/light_field.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 #include "support.h"
 
 namespace luxfield::lightfield {

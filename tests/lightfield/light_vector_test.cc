@@ -1,7 +1,7 @@
 // The closed form against quadrature of the physics: E = integral of radiance x solid angle x
 // receiver cosine, radiance from its definition, Gauss-Legendre between every knot and texel border
 // in double. No formula is shared with the closed form.
-#include "lightfield/light_vector.h"
+#include "luxfield/lightfield/light_vector.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
-#include "lightfield/linear_functional.h"
+#include "luxfield/lightfield/linear_functional.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/random.h"
-#include "lightfield/light_vector.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_vector.h"
 
 namespace luxfield::lightfield {
 namespace {

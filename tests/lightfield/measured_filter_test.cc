@@ -1,4 +1,4 @@
-#include "lightfield/measured_filter.h"
+#include "luxfield/lightfield/measured_filter.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
 
 namespace luxfield::lightfield {
 namespace {

@@ -1,5 +1,5 @@
 // Several light fields with frames of their own: their sums, and the file that holds them.
-#include "lightfield/posed_light_field.h"
+#include "luxfield/lightfield/posed_light_field.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <functional>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
 #include "support.h"
 
 namespace luxfield::lightfield {

@@ -10,8 +10,8 @@
 #include <filesystem>
 #include <string>
 
-#include "core/random.h"
-#include "lightfield/light_field.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::lightfield {
 

@@ -12,15 +12,21 @@ import mistakes
 
 ROOMS = [
     "core",
+    "session",
     "lightfield",
+    "environment",
+    "formats",
+    "rig",
     "hal",
     "capture",
+    "pictures",
     "reconstruct",
     "scene",
     "preprocess",
     "render",
     "kernels",
-    "study",
+    "planning",
+    "bench",
     "cli",
     "device_bench",
 ]

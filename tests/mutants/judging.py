@@ -14,10 +14,14 @@ import tempfile
 # Those of the whole lab and of a kernel's drivers are left out.
 PROGRAMS = {
     "core": ["core", "storage"],
+    "session": ["session", "storage"],
+    "rig": ["hal", "capture", "physics", "reconstruct"],
     "hal": ["hal", "usbtmc", "gpiod", "gphoto2", "aravis", "transports", "physics"],
-    "reconstruct": ["reconstruct", "physics", "study"],
+    "pictures": ["reconstruct", "scene"],
+    "reconstruct": ["reconstruct", "physics"],
     "kernels": ["render"],
-    "study": ["study", "physics"],
+    "planning": ["planning", "physics"],
+    "bench": ["bench", "planning"],
     "cli": ["e2e"],
     "device_bench": ["e2e"],
 }

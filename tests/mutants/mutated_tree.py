@@ -14,7 +14,7 @@ COMPILER_ERROR = re.compile(
     r"^(\S+?):(\d+):(?:\d+:)?\s+(?:(?:fatal )?error:|required from here)", re.M
 )
 # Kernels are built when they are run: this is where.
-KERNEL_BUILDER = "render/program.cc"
+KERNEL_BUILDER = "render/device/program.cc"
 KERNEL_TEXT = "source = ResolveIncludes(text, name);"
 KERNEL_TEXT_WITH_MUTANT = "source = luxfield_mutants::WithMutant(ResolveIncludes(text, name));"
 
@@ -49,7 +49,7 @@ class MutatedTree:
             text = text.replace(KERNEL_TEXT, KERNEL_TEXT_WITH_MUTANT)
         elif not mine or not path.endswith(".cc"):
             return text
-        return '#include "core/luxfield_mutant.h"\n#line 1\n' + text
+        return '#include "luxfield/core/luxfield_mutant.h"\n#line 1\n' + text
 
     def write(self):
         """Files that stay as they were keep their time, so that nothing of them is built again."""

@@ -9,11 +9,11 @@
 #include <cstdio>
 #include <numbers>
 
-#include "core/measures.h"
-#include "core/progress.h"
-#include "hal/homography.h"
 #include "ideal_rig.h"
-#include "render/renderer.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/render/renderer.h"
+#include "luxfield/rig/homography.h"
 
 namespace luxfield::physics {
 namespace {
@@ -101,10 +101,11 @@ TEST_P(InTheSpan, TheLampComesBack) {
   for (const auto& position : run.chain.measurements.positions)
     for (const auto mask : position.mask) ASSERT_EQ(mask & lightfield::kUnknownMask, 0u);
   if (!rig.dual) {
-    EXPECT_LT(study::IrradianceError(run.chain.measurements, run.true_irradiance).rel_rmse, 1e-6);
+    EXPECT_LT(planning::IrradianceError(run.chain.measurements, run.true_irradiance).rel_rmse,
+              1e-6);
   }
-  const double rmse = study::CompareWithTruth(report.coefficients.data, lamp.data).rel_rmse,
-               l2 = study::CompareWithTruth(report.coefficients.data, lamp.data).rel_l2;
+  const double rmse = planning::CompareWithTruth(report.coefficients.data, lamp.data).rel_rmse,
+               l2 = planning::CompareWithTruth(report.coefficients.data, lamp.data).rel_l2;
   Report("C_rmse_over_mean", rmse);
   Report("C_rmse_over_rms", l2);
   EXPECT_LT(rmse, 1e-4);
@@ -197,7 +198,7 @@ TEST_F(IdealChain, UnalignedSpacingLeaksOverTexelEdgesAsPredicted) {
     EXPECT_GT(largest_leak, 0.1 / per_texel);
 
     const double error =
-        study::CompareWithTruth(run.chain.reconstruction.coefficients.data, lamp.data).rel_l2;
+        planning::CompareWithTruth(run.chain.reconstruction.coefficients.data, lamp.data).rel_l2;
     Report(figure("unaligned_C_error"), error);
     // Were all positions to leak the most, 1 / (4 r), C would be blurred like E, and the second
     // differences of two axes are at most 8 in the L2 norm.
@@ -251,16 +252,15 @@ double PredictedLeak(const IdealRig& rig) {
          0.5 * rig.sensor_height * IdealRig::kPixel_m * c.y};
   const auto d = corners[2] - corners[0], e = corners[3] - corners[1];
   const double mean_pixel_square = 0.5 * std::abs(d.x * e.y - d.y * e.x) / (width * height);
-  const auto homography = hal::FromCorners(width, height, corners);
+  const auto homography = rig::FromCorners(width, height, corners);
   double sum = 0;
   int count = 0;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      const auto q = hal::Apply(homography, x, y);
+      const auto q = rig::Apply(homography, x, y);
       if (std::abs(q.x) > 0.5 * lattice.extent_s_m() || std::abs(q.y) > 0.5 * lattice.extent_t_m())
         continue;
-      const auto a = hal::Apply(homography, x + 1, y) - q,
-                 b = hal::Apply(homography, x, y + 1) - q;
+      const auto a = rig::Apply(homography, x + 1, y) - q, b = rig::Apply(homography, x, y + 1) - q;
       for (const double edges : {a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y}) {
         const double variance = mean_pixel_square / 6 + edges / 12 * (8.0 / 9 + 1);
         sum += std::sqrt(variance / (2 * std::numbers::pi)) / lattice.ds_m;
@@ -304,11 +304,11 @@ TEST_F(IdealChain, ReflectorErrsByAPixelsBlurAndConverges) {
     // To first order in the leak: what crosses edges of both axes is left out.
     EXPECT_NEAR(leak / predicted, 1, predicted + 0.05);
     EXPECT_GT(explained, 0.8);
-    const double irradiance_error =
-                     study::IrradianceError(run.chain.measurements, run.true_irradiance).rel_rmse,
-                 error =
-                     study::CompareWithTruth(run.chain.reconstruction.coefficients.data, lamp.data)
-                         .rel_l2;
+    const double
+        irradiance_error =
+            planning::IrradianceError(run.chain.measurements, run.true_irradiance).rel_rmse,
+        error = planning::CompareWithTruth(run.chain.reconstruction.coefficients.data, lamp.data)
+                    .rel_l2;
     Report(figure("reflector_E_error"), irradiance_error);
     Report(figure("reflector_C_error"), error);
     errors.push_back(irradiance_error);

@@ -1,18 +1,18 @@
 // A printed filter photographed as a session and measured, against the print of the simulated lab.
-#include "reconstruct/filter_session.h"
+#include "luxfield/reconstruct/calibrate/filter/filter_session.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "capture/capture_filter.h"
-#include "core/error.h"
-#include "hal/sim/lab_description.h"
-#include "reconstruct/measure_filter.h"
-#include "tests/study/lab_session.h"
+#include "luxfield/capture/take/capture_filter.h"
+#include "luxfield/core/error.h"
+#include "luxfield/hal/sim/lab_description.h"
+#include "luxfield/reconstruct/calibrate/filter/measure_filter.h"
+#include "tests/planning/lab_session.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using lightfield::Vec2;
@@ -41,7 +41,7 @@ pitch_m = 0.01
 width = 360
 height = 320
 responsivity_e_per_s_per_w_m2 = [1000]
-)" + kCameraCodes +
+)" + planning::kCameraCodes +
          R"([errors.prnu]
 rms = 0.01
 [errors.vignetting]
@@ -54,8 +54,8 @@ rotation_deg = 0.3
 [errors.density]
 relative = -0.02
 gamma = 0.05
-)" + kStage +
-         kCameraNoise;
+)" + planning::kStage +
+         planning::kCameraNoise;
 }
 
 class FilterSessionTest : public testing::TestWithParam<bool> {};  // dual
@@ -64,12 +64,12 @@ TEST_P(FilterSessionTest, MeasuresEveryPrintWithinItsSigma) {
   const bool dual = GetParam();
   const std::string lab = Lab(dual ? kDual : kSingle);
   const ScratchFolder folder("filter_session");
-  hal::Devices devices = DevicesOf(lab);
+  hal::Devices devices = planning::DevicesOf(lab);
   capture::RunFilterCapture(
       capture::ReadFilterPlan(core::Config::FromString(
           "[plan]\nkind = \"filter\"\n[exposure]\nmin_s = 0.01\nmax_s = 1.28\n", "plan.toml")),
       devices, folder.path());
-  const core::SessionReader session(folder.path());
+  const session::SessionReader session(folder.path());
   std::map<std::string, std::string> provenance;
   const auto photographs = reconstruct::ReadFilterSession(session, {}, true, &provenance);
   EXPECT_EQ(provenance.at("session_plan"), session.plan_id());
@@ -121,4 +121,4 @@ INSTANTIATE_TEST_SUITE_P(Filters, FilterSessionTest, testing::Bool(), [](const a
 });
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <cstdio>
 
-#include "capture/capture_sensor.h"
-#include "reconstruct/flat_field.h"
-#include "reconstruct/merge_session.h"
+#include "luxfield/capture/take/capture_sensor.h"
+#include "luxfield/reconstruct/calibrate/sensor/flat_field.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
 #include "tests/core/chi_squared.h"
-#include "tests/study/lab_session.h"
+#include "tests/planning/lab_session.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 // A fifth of the light lost in the corners, pixels that differ by 1 %; the session holds neither.
@@ -29,18 +29,18 @@ std::string Bench(double delta_m, double side_m, double radiance, bool ideal) {
              "corners_m = [-0.36, 0.36,  0.40, 0.34,  0.38, -0.36,  -0.35, -0.34]\n"
              "responsivity_e_per_s_per_w_m2 = [1200]\n",
              ideal, delta_m, side_m, radiance) +
-         kCameraCodes + kStage + kCameraNoise + kErrors;
+         planning::kCameraCodes + planning::kStage + planning::kCameraNoise + kErrors;
 }
 
 // The screen evenly lit from the filter's side: by a lamp 50 m away, to 1e-4.
 reconstruct::FlatField MeasureFlats(const std::filesystem::path& folder) {
-  hal::Devices devices = DevicesOf(Bench(50, 1, 1.5e8, false));
+  hal::Devices devices = planning::DevicesOf(Bench(50, 1, 1.5e8, false));
   capture::RunSensorCapture(
       capture::ReadSensorPlan(core::Config::FromString(
           "[plan]\nkind = \"sensor\"\n[exposure]\nmin_s = 0.01\nmax_s = 1.6\nlevels = 14\n",
           "plan.toml")),
       devices, folder);
-  const core::SessionReader session(folder);
+  const session::SessionReader session(folder);
   const auto field = reconstruct::MeasureFlatField(session, {});
   EXPECT_EQ(field.provenance.at("session_plan"), session.plan_id());
   return field;
@@ -102,10 +102,10 @@ TEST(FlatFieldSession, MendsTheIrradianceOfAnUncalibratedReflectorBench) {
   const auto file = folder.path() / "bench.flat.exr";
   reconstruct::WriteFlatField(file, field);
 
-  const LabSession ideal("flat_field_ideal", Bench(0.3, 0.1, 6e4, true), kLampPlan),
+  const planning::LabSession ideal("flat_field_ideal", Bench(0.3, 0.1, 6e4, true), kLampPlan),
       lab("flat_field_lab", Bench(0.3, 0.1, 6e4, false), kLampPlan);
   const auto truth = reconstruct::MergeSession(ideal.Read());
-  const core::SessionReader session = lab.Read();
+  const session::SessionReader session = lab.Read();
   reconstruct::MergeSessionOptions options;
   const Error stated = Compare(reconstruct::MergeSession(session, options), truth);
   options.flat_field = file;
@@ -124,4 +124,4 @@ TEST(FlatFieldSession, MendsTheIrradianceOfAnUncalibratedReflectorBench) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -11,12 +11,13 @@
 #include <map>
 #include <numbers>
 
-#include "capture/capture_geometry.h"
-#include "core/progress.h"
-#include "hal/sim/simulated_lab.h"
-#include "hal/sim/targets.h"
-#include "reconstruct/geometry_calibration_file.h"
-#include "reconstruct/merge_session.h"
+#include "luxfield/capture/take/capture_geometry.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/hal/sim/targets.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_calibration_file.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
 #include "tests/core/chi_squared.h"
 #include "tests/physics/geometry_lab.h"
 
@@ -43,7 +44,7 @@ GeometryCalibration CaptureAndCalibrate(const std::string& lab_toml, double step
                   poses, step_m),
       "plan"));
   capture::RunGeometryCapture(plan, devices, folder);
-  const core::SessionReader session(folder);
+  const session::SessionReader session(folder);
   EXPECT_TRUE(capture::VerifySession(folder).problems.empty());
   GeometryCalibration calibration = reconstruct::CalibrateGeometry(session);
   fs::remove_all(folder);
@@ -243,7 +244,7 @@ TEST(GeometryCalibrationChain, MergeFindsTheLightOfABenchThatStatesItselfWrongly
       "plan"));
   fs::remove_all(folder);
   capture::RunCapture(plan, devices, folder);
-  const core::SessionReader session(folder);
+  const session::SessionReader session(folder);
   auto geometry = plan.geometry;
   geometry.delta_m = description.geometry.delta_m;
   const auto truth = lab.true_irradiance(geometry);

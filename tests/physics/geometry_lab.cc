@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "hal/sim/lab_description.h"
+#include "luxfield/hal/sim/lab_description.h"
 
 namespace luxfield {
 

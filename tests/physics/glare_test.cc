@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstdio>
 
-#include "capture/capture_glare.h"
-#include "reconstruct/calibrate_glare.h"
-#include "reconstruct/error_budget.h"
-#include "tests/study/lab_session.h"
+#include "luxfield/capture/take/capture_glare.h"
+#include "luxfield/reconstruct/budget/error_budget.h"
+#include "luxfield/reconstruct/calibrate/glare/calibrate_glare.h"
+#include "tests/planning/lab_session.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 const std::string kQuietLab = std::string(R"(
@@ -30,7 +30,7 @@ radiance = 100
 width = 160
 height = 120
 responsivity_e_per_s_per_w_m2 = [1200]
-)") + kCameraCodes + R"([camera.lens]
+)") + planning::kCameraCodes + R"([camera.lens]
 focal_px = [190, 190]
 position_m = [0.2, 0.1, -0.75]
 [targets]
@@ -51,8 +51,9 @@ radius_m = 0.06
 places = 3
 [errors.vignetting]
 corner_loss = 0.2
-)" + kStage;
-const std::string kLab = kQuietLab + kCameraNoise + "[errors.dark_current]\ne_per_s = 5\n";
+)" + planning::kStage;
+const std::string kLab =
+    kQuietLab + planning::kCameraNoise + "[errors.dark_current]\ne_per_s = 5\n";
 
 // kLab with a colour mosaic before the sensor.
 std::string Mosaic() {
@@ -68,12 +69,12 @@ std::string Mosaic() {
 reconstruct::GlareCalibration Measure(const std::string& errors, const std::string& name,
                                       const std::string& lab = kLab) {
   const ScratchFolder folder("glare_" + name);
-  hal::Devices devices = DevicesOf(lab + errors);
+  hal::Devices devices = planning::DevicesOf(lab + errors);
   const auto plan = capture::ReadGlarePlan(core::Config::FromString(
       "[plan]\nkind = \"glare\"\n[exposure]\nmin_s = 0.01\nmax_s = 10\nrepeats = 8\n",
       "plan.toml"));
   capture::RunGlareCapture(plan, devices, folder.path());
-  return reconstruct::CalibrateGlare(core::SessionReader(folder.path()));
+  return reconstruct::CalibrateGlare(session::SessionReader(folder.path()));
 }
 
 TEST(Glare, EvenStrayLightIsFoundAsTheShareItIs) {
@@ -173,7 +174,7 @@ TEST(Glare, TheBudgetStatesWhatTheVeilDoes) {
   settings.receivers = {{"axis", {0, 0, 1.3}, {0, 0, -1}}};
   reconstruct::MergeSessionOptions how;
   const auto budget_of = [&](const std::string& errors, const char* name) {
-    const LabSession session(name, kQuietLab + errors, kLampPlan);
+    const planning::LabSession session(name, kQuietLab + errors, kLampPlan);
     const auto provenance = reconstruct::MergeSession(session.Read(), how).provenance;
     EXPECT_EQ(provenance.contains("glare_calibration"), !how.calibrations.empty());
     return reconstruct::ComputeErrorBudget(session.Read(), settings, how);
@@ -201,4 +202,4 @@ TEST(Glare, TheBudgetStatesWhatTheVeilDoes) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

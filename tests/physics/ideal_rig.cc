@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/file.h"
-#include "core/random.h"
-#include "hal/sim/simulated_lab.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/random.h"
+#include "luxfield/hal/sim/simulated_lab.h"
 
 namespace luxfield::physics {
 namespace {
@@ -130,14 +130,14 @@ IdealRun RunIdeal(const IdealRig& rig, const lightfield::LightField& lamp) {
   run.truth_file = folder / "truth.lf.exr";
   run.reconstructed_file = folder / "chain.signed.lf.exr";
   lightfield::WriteLightField(run.truth_file, lamp);
-  study::ChainOptions options;
+  planning::ChainOptions options;
   options.lab = folder / "lab.toml";
   options.plan = folder / "plan.toml";
   options.folder = folder;
   options.keep_session = false;
   core::WriteFileAtomically(options.lab, LabToml(rig, lamp));
   core::WriteFileAtomically(options.plan, PlanToml(rig));
-  run.chain = study::RunChain(options);
+  run.chain = planning::RunChain(options);
   run.true_irradiance = hal::sim::SimulatedLab(options.lab).true_irradiance(lamp.geometry);
   return run;
 }

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_field.h"
-#include "study/chain.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/planning/chain.h"
 
 namespace luxfield::physics {
 
@@ -49,7 +49,7 @@ lightfield::LightField FlatLamp(const IdealRig& rig, double c, std::uint64_t see
 
 struct IdealRun {
   std::filesystem::path truth_file, reconstructed_file;
-  study::ChainResult chain;
+  planning::ChainResult chain;
   // E_ij on the lattice, from the lab: [m][(channel * height + row) * width + column].
   std::vector<std::vector<float>> true_irradiance;
 };

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <iostream>
 
-#include "core/random.h"
-#include "lightfield/light_field.h"
-#include "lightfield/light_vector.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/light_vector.h"
 
 namespace luxfield::lightfield {
 namespace {

@@ -1,5 +1,5 @@
 // `filter measure` on photographs from the simulated bench, whose truth is known.
-#include "reconstruct/measure_filter.h"
+#include "luxfield/reconstruct/calibrate/filter/measure_filter.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,13 +7,13 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/error.h"
-#include "reconstruct/disc_centroids.h"
-#include "reconstruct/photograph.h"
-#include "study/filter_photographs.h"
+#include "luxfield/core/error.h"
+#include "luxfield/planning/filter_photographs.h"
+#include "luxfield/reconstruct/calibrate/filter/disc_centroids.h"
+#include "luxfield/reconstruct/calibrate/filter/photograph.h"
 #include "tests/core/chi_squared.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using lightfield::Vec2;
@@ -45,7 +45,7 @@ const std::string kPrintErrors =
 TEST(MeasureFilter, TransmittanceIsThePrintsWithinItsSigma) {
   for (const bool dual : {false, true}) {
     const hal::sim::FilterBench bench(Lab(kPrintErrors, dual), kPixels);
-    const FilterPhotographs photographs = PhotographFilter(bench);
+    const reconstruct::FilterPhotographs photographs = planning::PhotographFilter(bench);
     reconstruct::FilterReadings readings;
     const auto filter = reconstruct::MeasureFilter(photographs.sheet, photographs.light,
                                                    photographs.prints, &readings);
@@ -91,8 +91,8 @@ TEST(MeasureFilter, ShiftIsWithinItsStandardDeviation) {
   double square = 0;
   constexpr int kBenches = 6;
   for (int k = 0; k < kBenches; ++k) {
-    const FilterPhotographs photographs =
-        PhotographFilter(hal::sim::FilterBench(Lab(kPrintErrors, false, 100 + k), kPixels));
+    const reconstruct::FilterPhotographs photographs = planning::PhotographFilter(
+        hal::sim::FilterBench(Lab(kPrintErrors, false, 100 + k), kPixels));
     const auto filter =
         reconstruct::MeasureFilter(photographs.sheet, photographs.light, photographs.prints);
     const Vec2 off = filter.shift_m - Vec2{2e-4, -1.5e-4};
@@ -107,8 +107,8 @@ TEST(MeasureFilter, ShiftIsWithinItsStandardDeviation) {
 }
 
 TEST(MeasureFilter, WedgeTellsThePrintersTone) {
-  const FilterPhotographs photographs =
-      PhotographFilter(hal::sim::FilterBench(Lab(kPrintErrors), kPixels));
+  const reconstruct::FilterPhotographs photographs =
+      planning::PhotographFilter(hal::sim::FilterBench(Lab(kPrintErrors), kPixels));
   reconstruct::FilterReadings readings;
   reconstruct::MeasureFilter(photographs.sheet, photographs.light, photographs.prints, &readings);
   const auto& wedge = readings.prints[0].wedge;
@@ -118,14 +118,15 @@ TEST(MeasureFilter, WedgeTellsThePrintersTone) {
                 5 * wedge[k].sigma + 2e-4)
         << k;
   // A sheet printed by that table would have the transmittance meant, relative to clear film.
-  const lightfield::ToneTable tone = readings.Tone();
+  const rig::ToneTable tone = readings.Tone();
   for (const double t : {0.9, 0.3, 0.05, 0.004})
     EXPECT_NEAR(std::pow(tone.Code(t), 1.05) / t, 1, 0.005) << t;
 }
 
 // Light's drift between the photographs cancels through the holder's holes.
 TEST(MeasureFilter, TheLightsLevelDoesNotMatter) {
-  FilterPhotographs photographs = PhotographFilter(hal::sim::FilterBench(Lab(""), kPixels));
+  reconstruct::FilterPhotographs photographs =
+      planning::PhotographFilter(hal::sim::FilterBench(Lab(""), kPixels));
   const auto before =
       reconstruct::MeasureFilter(photographs.sheet, photographs.light, photographs.prints);
   for (float& x : photographs.prints[0].rate_e_per_s) x *= 1.1f;
@@ -147,9 +148,10 @@ void Mirror(reconstruct::MergedFrame& photograph) {
 }
 
 TEST(MeasureFilter, RefusesByName) {
-  const FilterPhotographs good = PhotographFilter(hal::sim::FilterBench(Lab(""), kPixels));
+  const reconstruct::FilterPhotographs good =
+      planning::PhotographFilter(hal::sim::FilterBench(Lab(""), kPixels));
   const auto refusal = [&](auto change) {
-    FilterPhotographs p = good;
+    reconstruct::FilterPhotographs p = good;
     change(p);
     try {
       reconstruct::MeasureFilter(p.sheet, p.light, p.prints);
@@ -183,7 +185,8 @@ TEST(MeasureFilter, RefusesByName) {
 }
 
 TEST(MeasureFilter, RefusesPairsInTheWrongOrderOrTwiceTheSame) {
-  const FilterPhotographs good = PhotographFilter(hal::sim::FilterBench(Lab("", true), kPixels));
+  const reconstruct::FilterPhotographs good =
+      planning::PhotographFilter(hal::sim::FilterBench(Lab("", true), kPixels));
   const auto refusal = [&](std::size_t first, std::size_t second) {
     const std::vector<reconstruct::MergedFrame> prints{good.prints[first], good.prints[second]};
     try {
@@ -206,7 +209,8 @@ TEST(MeasureFilter, RefusesPairsInTheWrongOrderOrTwiceTheSame) {
 }
 
 TEST(MeasureFilter, PhotographsKeepTheirValuesOnDisk) {
-  const FilterPhotographs p = PhotographFilter(hal::sim::FilterBench(Lab(""), 64));
+  const reconstruct::FilterPhotographs p =
+      planning::PhotographFilter(hal::sim::FilterBench(Lab(""), 64));
   const auto file = std::filesystem::path(testing::TempDir()) / "photograph.exr";
   reconstruct::WritePhotograph(file, p.light);
   const auto back = reconstruct::ReadPhotograph(file);
@@ -237,4 +241,4 @@ TEST(DiscCentroids, HomographyIsFoundFromItsPoints) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

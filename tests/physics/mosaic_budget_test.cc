@@ -6,13 +6,13 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "core/file.h"
-#include "lightfield/light_field.h"
-#include "reconstruct/error_budget.h"
-#include "study/budget_lab.h"
-#include "tests/study/lab_session.h"
+#include "luxfield/bench/budget_lab.h"
+#include "luxfield/core/file.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/reconstruct/budget/error_budget.h"
+#include "tests/planning/lab_session.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,7 +25,7 @@ void Replace(std::string& text, const std::string& from, const std::string& to) 
 // The budget's lab with a Bayer sensor whose sites are as far apart as its pixels were, and a lamp
 // of three colours that differ from filter to filter.
 void WriteBayerLab(const fs::path& folder) {
-  WriteBudgetLab(folder, false);
+  bench::WriteBudgetLab(folder, false);
   const lightfield::LightField grey = lightfield::ReadLightField(folder / "lamp.lf.exr");
   lightfield::LuminaireGeometry geometry = grey.geometry;
   geometry.channels = 3;
@@ -56,7 +56,7 @@ reconstruct::ErrorBudget BudgetOf(const fs::path& folder, const fs::path& lab, s
   core::SetInterruptCountForTest(0);
   hal::Devices devices = hal::sim::SimulatedLab(lab, seed).MakeDevices();
   capture::RunCapture(capture::ReadPlan(folder / "plan.toml"), devices, session);
-  return reconstruct::ComputeErrorBudget(core::SessionReader(session), settings);
+  return reconstruct::ComputeErrorBudget(session::SessionReader(session), settings);
 }
 
 // Quantile of chi^2 / degrees by Wilson and Hilferty (1931), good to 1 % here.
@@ -74,9 +74,9 @@ TEST(MosaicBudget, PredictsTheScatterOfBayerLabs) {
                  variant = folder / "variant.toml";
   WriteBayerLab(folder);
   reconstruct::BudgetSettings settings;
-  AskOfBudgetLab(&settings);
-  settings.sizes = SizesOfLab(lab);
-  WriteLabVariant(lab, {}, true, variant);
+  bench::AskOfBudgetLab(&settings);
+  settings.sizes = bench::SizesOfLab(lab);
+  planning::WriteLabVariant(lab, {}, true, variant);
   const auto truth = BudgetOf(folder, variant, 1, settings).quantities;
   struct Case {
     ErrorSource source;
@@ -89,7 +89,7 @@ TEST(MosaicBudget, PredictsTheScatterOfBayerLabs) {
         Case{ErrorSource::kReadNoise, {"read_noise", "dark_current"}},
         Case{ErrorSource::kPrnu, {"prnu"}}, Case{ErrorSource::kShutter, {"shutter"}},
         Case{ErrorSource::kStage, {"stage"}}}) {
-    WriteLabVariant(lab, c.enabled, false, variant);
+    planning::WriteLabVariant(lab, c.enabled, false, variant);
     std::vector<double> square(truth.size()), predicted(truth.size());
     for (int run = 0; run < runs; ++run) {
       const auto quantities = BudgetOf(folder, variant, 100 + run, settings).quantities;
@@ -115,4 +115,4 @@ TEST(MosaicBudget, PredictsTheScatterOfBayerLabs) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "reconstruct/merge_session.h"
-#include "tests/study/lab_session.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
+#include "tests/planning/lab_session.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 std::string Lab(const std::string& camera, bool ideal) {
@@ -30,7 +30,7 @@ height = 96
 pitch_m = 0.004
 responsivity_e_per_s_per_w_m2 = [900, 1200, 700]
 )" + camera +
-         kCameraCodes + kStage + kCameraNoise + R"([sampling]
+         planning::kCameraCodes + planning::kStage + planning::kCameraNoise + R"([sampling]
 u_per_cell = 16
 [errors.vignetting]
 corner_loss = 0.2
@@ -64,10 +64,10 @@ window_s = 10
 )";
 
 TEST(Mosaic, AgreesWithAColourWheelUpToItsResolution) {
-  const LabSession colour_wheel("mosaic_wheel", Lab("", true), kPlan),
+  const planning::LabSession colour_wheel("mosaic_wheel", Lab("", true), kPlan),
       bayer("mosaic_bayer", Lab("cfa = \"GRBG\"\n", true), kPlan);
-  const core::SessionReader session = bayer.Read();
-  for (const core::FrameRecord& record : session.frames()) EXPECT_EQ(record.channel, 0);
+  const session::SessionReader session = bayer.Read();
+  for (const session::FrameRecord& record : session.frames()) EXPECT_EQ(record.channel, 0);
   const auto wheel = reconstruct::MergeSession(colour_wheel.Read()),
              mosaic = reconstruct::MergeSession(session);
   double sum = 0, squares = 0, total = 0, n = 0;
@@ -91,9 +91,9 @@ TEST(Mosaic, AgreesWithAColourWheelUpToItsResolution) {
 }
 
 TEST(Mosaic, StatesItsNoise) {
-  const LabSession noisy_lab("mosaic_noisy", Lab("cfa = \"RGGB\"\n", false), kPlan),
+  const planning::LabSession noisy_lab("mosaic_noisy", Lab("cfa = \"RGGB\"\n", false), kPlan),
       ideal_lab("mosaic_noiseless", Lab("cfa = \"RGGB\"\n", true), kPlan);
-  const core::SessionReader session = noisy_lab.Read();
+  const session::SessionReader session = noisy_lab.Read();
   const auto noisy = reconstruct::MergeSession(session),
              truth = reconstruct::MergeSession(ideal_lab.Read());
   double chi_squared = 0, degrees = 0;
@@ -112,4 +112,4 @@ TEST(Mosaic, StatesItsNoise) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,6 +1,6 @@
 // A photograph of a mirroring ball or through a fisheye, ray-traced and taken by the simulated
 // sensor through ND filters, becomes the map that lit it: files, merge, fit, resampling.
-#include "reconstruct/probe.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,17 +11,17 @@
 #include <fstream>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/random.h"
-#include "hal/sim/sensor.h"
-#include "lightfield/environment_map.h"
-#include "lightfield/spherical_polygon.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/random.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/environment/spherical_polygon.h"
+#include "luxfield/hal/sim/sensor.h"
 
 namespace luxfield {
 namespace {
 
-using lightfield::CubeMap;
+using environment::CubeMap;
 using lightfield::Dot;
 using lightfield::Normalized;
 using lightfield::Vec2;
@@ -44,7 +44,7 @@ CubeMap TrueMap(View view) {
     for (int row = 0; row < 24; ++row)
       for (int column = 0; column < 24; ++column) {
         const Vec3 w = Normalized(
-            lightfield::CubeVector({face, -1 + (column + 0.5) / 12, 1 - (row + 0.5) / 12}));
+            environment::CubeVector({face, -1 + (column + 0.5) / 12, 1 - (row + 0.5) / 12}));
         for (int c = 0; c < 3; ++c)
           cube.at(face, row, column, c) = static_cast<float>(
               view == View::kFisheye && w.z < 0
@@ -159,7 +159,7 @@ std::filesystem::path Shoot(const std::filesystem::path& folder, const std::vect
   for (int k = 0; k < (with_darkest ? 4 : 3); ++k) {
     const auto& shot = shots[k];
     const auto frame = sensor.Expose(pixels, std::exp2(-shot.stops), 0, shot.exposure_s, k);
-    core::WriteFileAtomically(folder / fmt::format("{}.tif", k), core::EncodeTiff(frame));
+    core::WriteFileAtomically(folder / fmt::format("{}.tif", k), session::EncodeTiff(frame));
     toml << fmt::format("[[exposure]]\nfile = \"{}.tif\"\nexposure_s = {}\nnd_stops = {}\n", k,
                         shot.exposure_s, shot.stops);
   }
@@ -176,17 +176,17 @@ double IrradianceSigma(const reconstruct::Probe& probe, const reconstruct::Probe
     for (int column = 0; column < kWidth; ++column) {
       optics.PixelOutline(probe.rim.circle, row, column, 2, outline);
       if (outline.empty()) continue;
-      const double part = std::max(0.0, std::abs(lightfield::PolygonSolidAngle(outline)) *
+      const double part = std::max(0.0, std::abs(environment::PolygonSolidAngle(outline)) *
                                             Dot(n, Normalized(outline[0] + outline[2]))) *
                           picture.sigma.at(0, row, column);
       variance += part * part;
     }
-  const auto angles = lightfield::TexelSolidAngles(probe.radiance.face_size);
+  const auto angles = environment::TexelSolidAngles(probe.radiance.face_size);
   for (std::size_t t = 0; t < probe.coverage.size(); ++t) {
     if (probe.coverage[t] > 0) continue;
     const std::size_t side = probe.radiance.face_size;
     const int face = int(t / side / side), row = int(t / side % side), column = int(t % side);
-    const Vec3 w = Normalized(lightfield::CubeVector(
+    const Vec3 w = Normalized(environment::CubeVector(
         {face, -1 + 2 * (column + 0.5) / double(side), 1 - 2 * (row + 0.5) / double(side)}));
     filled += std::max(0.0, Dot(n, w)) * angles[t % angles.size()] * probe.sigma.data[3 * t];
   }
@@ -219,12 +219,12 @@ TEST_P(ProbeOf, LightsAsTheMapThatItShows) {
   reconstruct::ProbeOptics optics = description.optics;
   optics.principal_point = {0.5 * kWidth, 0.5 * kHeight};
   double worst = 0, worst_relative = 0;
-  const double scalar = 4 * kPi * lightfield::MeanRadiance(truth)[0];
+  const double scalar = 4 * kPi * environment::MeanRadiance(truth)[0];
   for (int k = 0; k < 24; ++k) {  // 24 directions even over the sphere (a spiral)
     const double z = 1 - (2 * k + 1) / 24.0, phi = k * kPi * (3 - std::sqrt(5.0));
     const Vec3 n = {std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z};
-    const double ours = lightfield::Irradiance(probe.radiance, n)[0],
-                 theirs = lightfield::Irradiance(truth, n)[0];
+    const double ours = environment::Irradiance(probe.radiance, n)[0],
+                 theirs = environment::Irradiance(truth, n)[0];
     // The fit's own error turns every direction by up to so much, and E by as much of the whole.
     const double turn = 2 * (error.radius + error.x + error.y) / fit.radius;
     const double sigma = std::hypot(IrradianceSigma(probe, picture, optics, n), turn * scalar);
@@ -246,7 +246,7 @@ TEST_P(ProbeOf, LightsAsTheMapThatItShows) {
   }
   // The sky, texel by texel, but for what touches the sun.
   double squares = 0, weights = 0;
-  const auto angles = lightfield::TexelSolidAngles(probe.radiance.face_size);
+  const auto angles = environment::TexelSolidAngles(probe.radiance.face_size);
   const int n = probe.radiance.face_size;
   const Vec3 sun = Normalized(Vec3{0.5, 0.55, 0.67});
   for (int face = 0; face < 6; ++face)
@@ -254,7 +254,7 @@ TEST_P(ProbeOf, LightsAsTheMapThatItShows) {
       for (int column = 0; column < n; ++column) {
         const std::size_t t = probe.radiance.texel(face, row, column);
         const Vec3 w = Normalized(
-            lightfield::CubeVector({face, -1 + (2 * column + 1.0) / n, 1 - (2 * row + 1.0) / n}));
+            environment::CubeVector({face, -1 + (2 * column + 1.0) / n, 1 - (2 * row + 1.0) / n}));
         if (probe.coverage[t] < 0.99 || Dot(w, sun) > std::cos(0.15)) continue;
         const double exact = truth.data[3 * truth.texel_of(w)],
                      angle = angles[static_cast<std::size_t>(row) * n + column];
@@ -267,9 +267,9 @@ TEST_P(ProbeOf, LightsAsTheMapThatItShows) {
   // The file is an environment map as any other.
   const auto path = folder.path() / "map.exr";
   reconstruct::WriteProbe(path, probe, description);
-  const auto back = lightfield::ReadEnvironmentPicture(path);
-  EXPECT_EQ(back.layout, lightfield::EnvironmentLayout::kCube);
-  const CubeMap again = lightfield::MakeCubeMap(back);
+  const auto back = environment::ReadEnvironmentPicture(path);
+  EXPECT_EQ(back.layout, environment::EnvironmentLayout::kCube);
+  const CubeMap again = environment::MakeCubeMap(back);
   ASSERT_EQ(again.face_size, probe.radiance.face_size);
   for (std::size_t k = 0; k < again.data.size(); ++k)
     EXPECT_NEAR(again.data[k], probe.radiance.data[k], 1e-5 * probe.radiance.data[k] + 1e-6);

@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <iostream>
 
-#include "capture/capture_sensor.h"
-#include "core/progress.h"
-#include "hal/sim/simulated_lab.h"
-#include "reconstruct/calibrate_sensor.h"
+#include "luxfield/capture/take/capture_sensor.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/reconstruct/calibrate/sensor/calibrate_sensor.h"
 #include "tests/core/chi_squared.h"
 
 namespace luxfield {
@@ -82,7 +82,7 @@ TEST(SensorCalibrationChain, FindsTheSimulatedCamera) {
   for (int seed = 1; seed <= kLabs; ++seed) {
     const fs::path folder =
         Capture(Bench(seed, 1, "responsivity_e_per_s_per_w_m2 = [1200]"), Plan(1, 14));
-    const auto c = reconstruct::CalibrateSensor(core::SessionReader(folder));
+    const auto c = reconstruct::CalibrateSensor(session::SessionReader(folder));
     EXPECT_EQ(c.hot.size(), 3u);
     EXPECT_TRUE(c.dead.empty());
     ASSERT_TRUE(c.transfer.saturation_dn);
@@ -114,7 +114,7 @@ TEST(SensorCalibrationChain, FindsTheSimulatedCameraBehindAMosaic) {
   for (int seed = 1; seed <= kLabs; ++seed) {
     const fs::path folder = Capture(
         Bench(seed, 3, camera, "[errors.blooming]\nshare = 0.2\nreach_px = 2\n"), Plan(3, 18));
-    const auto c = reconstruct::CalibrateSensor(core::SessionReader(folder));
+    const auto c = reconstruct::CalibrateSensor(session::SessionReader(folder));
     EXPECT_EQ(c.hot.size(), 3u);
     EXPECT_TRUE(c.dead.empty());
     ASSERT_TRUE(c.transfer.saturation_dn);

@@ -1,16 +1,16 @@
 // Exposure times found from a session's frames, on a simulated lab whose shutter opens too long.
-#include "reconstruct/session_exposures.h"
+#include "luxfield/reconstruct/merge/session_exposures.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "reconstruct/merge_session.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
 #include "tests/core/chi_squared.h"
-#include "tests/study/lab_session.h"
+#include "tests/planning/lab_session.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 const std::string kLab = std::string(R"(
@@ -29,8 +29,8 @@ width = 96
 height = 96
 pitch_m = 0.004
 responsivity_e_per_s_per_w_m2 = [1200]
-)") + kCameraCodes + kStage +
-                         kCameraNoise;
+)") + planning::kCameraCodes +
+                         planning::kStage + planning::kCameraNoise;
 
 constexpr const char* kPlan = R"(
 [plan]
@@ -58,7 +58,8 @@ every = 0
 window_s = 10
 )";
 
-LabSession Capture(const std::string& name, const std::string& errors, bool ideal, int seed = 12) {
+planning::LabSession Capture(const std::string& name, const std::string& errors, bool ideal,
+                             int seed = 12) {
   const std::string lab =
       fmt::format("[lab]\ndriver = \"sim\"\nseed = {}\nideal = {}\n", seed, ideal);
   return LabSession("session_exposures_" + name, lab + kLab + errors, kPlan);
@@ -100,9 +101,10 @@ std::vector<double> RatioPulls(const std::vector<reconstruct::RungExposure>& run
 }
 
 TEST(SessionExposures, FindsAShutterThatOpensTooLong) {
-  const LabSession ideal_lab = Capture("truth", "", true), lab = Capture("offset", kOffset, false);
+  const planning::LabSession ideal_lab = Capture("truth", "", true),
+                             lab = Capture("offset", kOffset, false);
   const auto truth = reconstruct::MergeSession(ideal_lab.Read());
-  const core::SessionReader session = lab.Read();
+  const session::SessionReader session = lab.Read();
   reconstruct::MergeSessionOptions options;
   const Pulls stated = Compare(reconstruct::MergeSession(session, options), truth);
   options.estimate_exposures = true;
@@ -137,7 +139,7 @@ TEST(SessionExposures, RatiosErrAsTheirSigmasSay) {
 
 TEST(SessionExposures, StandardErrorsKnowWhatFramesOfOneRungScatter) {
   // A jitter of 2e-5 s, 2 % of the shortest exposure: far above the noise of the pixels.
-  const LabSession lab = Capture("jitter", "[errors.shutter]\njitter_s = 2e-5\n", false);
+  const planning::LabSession lab = Capture("jitter", "[errors.shutter]\njitter_s = 2e-5\n", false);
   reconstruct::MergeSessionOptions options;
   options.estimate_exposures = true;
   reconstruct::MergeSessionSummary summary;
@@ -151,4 +153,4 @@ TEST(SessionExposures, StandardErrorsKnowWhatFramesOfOneRungScatter) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

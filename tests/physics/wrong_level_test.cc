@@ -8,8 +8,9 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "core/json.h"
-#include "reconstruct/merge_session.h"
+#include "luxfield/core/json.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
 #include "tests/capture/capture_fixture.h"
 #include "tests/capture/faulty_camera.h"
 
@@ -51,7 +52,8 @@ Result MeasureWithTolerance(double mean_tolerance) {
   const auto folder = capture::NewFolder("wrong_level");
   Result result;
   result.capture = capture::RunCapture(plan, devices, folder);
-  const auto measured = reconstruct::MergeSession(core::SessionReader(folder), {}, &result.merge);
+  const auto measured =
+      reconstruct::MergeSession(session::SessionReader(folder), {}, &result.merge);
   std::filesystem::remove_all(folder);
   const auto truth = hal::sim::SimulatedLab(lab.Config()).true_irradiance(measured.geometry);
   for (std::size_t m = 0; m < truth.size(); ++m) {

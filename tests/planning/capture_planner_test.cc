@@ -1,4 +1,4 @@
-#include "study/capture_planner.h"
+#include "luxfield/planning/capture_planner.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,15 +9,16 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "capture/expanded_plan.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "lightfield/light_field.h"
-#include "study/bench_plan.h"
-#include "study/plan_for_target.h"
-#include "tests/study/lab_session.h"
+#include "luxfield/bench/bench_plan.h"
+#include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/planning/plan_for_target.h"
+#include "tests/planning/lab_session.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 const std::filesystem::path kData = std::filesystem::path(LUXFIELD_SOURCE_DIR) / "data";
@@ -163,7 +164,7 @@ TEST_F(CapturePlannerTest, EveryFamilyTradesTimeForAccuracy) {
 
 // A sample of what `luxfield bench plan` runs: errors and times of captures against predictions.
 TEST_F(CapturePlannerTest, CapturesAreAsAccurateAndAsLongAsPredicted) {
-  BenchPlanOptions options;
+  bench::BenchPlanOptions options;
   options.lab = Options().lab;
   options.scene = Options().scene;
   options.plan = kData / "plans" / "small.toml";
@@ -173,7 +174,7 @@ TEST_F(CapturePlannerTest, CapturesAreAsAccurateAndAsLongAsPredicted) {
   options.texels = 64;
   options.receivers = 200;
   options.seed = 20261122;
-  const nlohmann::json rows = BenchPlan(options);
+  const nlohmann::json rows = bench::BenchPlan(options);
   std::vector<double> observed;
   for (const auto& row : rows) {
     std::printf("%s\n", row.dump().c_str());
@@ -313,4 +314,4 @@ TEST_F(CapturePlannerTest, ScenesThatSeeNothingAreRefused) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,7 +1,7 @@
 // A Lambertian square of two spacings on an ideal bench, and a wall that it lights.
 #pragma once
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 inline constexpr const char* kSquareLab = R"([lab]
 driver = "sim"
@@ -90,4 +90,4 @@ position = [0, 0, 0]
 look_at = [0, 1, 0]
 )";
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -2,18 +2,18 @@
 // which an ideal measurement with 6 x 6 filters of bspline2 keeps 102.2 % of the flux, whatever the
 // lattice. (The projection of one axis is 1.0111 of the square's width; worked out by hand from
 // Gram matrix and moments.)
-#include "study/demo.h"
+#include "luxfield/planning/demo.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "core/file.h"
-#include "tests/study/demo_lab.h"
-#include "tests/study/lab_session.h"
+#include "luxfield/core/file.h"
+#include "tests/planning/demo_lab.h"
+#include "tests/planning/lab_session.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 TEST(Demo, ErrorsAreAgainstTheLampAndNotItsProjection) {
@@ -63,4 +63,4 @@ TEST(Demo, ErrorsAreAgainstTheLampAndNotItsProjection) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -7,14 +7,15 @@
 #include <filesystem>
 #include <string>
 
-#include "capture/capture.h"
-#include "core/config.h"
-#include "core/progress.h"
-#include "core/session_store.h"
-#include "hal/sim/simulated_lab.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/session/session_store.h"
 #include "tests/core/memory_folder.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 
 // A folder of this test alone, gone with it.
 class ScratchFolder {
@@ -60,10 +61,10 @@ class LabSession {
     EXPECT_TRUE(capture::VerifySession(folder_.path()).problems.empty());
   }
 
-  core::SessionReader Read() const { return core::SessionReader(folder_.path()); }
+  session::SessionReader Read() const { return session::SessionReader(folder_.path()); }
 
  private:
   ScratchFolder folder_;
 };
 
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

@@ -1,16 +1,16 @@
 // What plan, capture and merge each say of light on the outer filters: the same.
-#include "study/planned_edges.h"
+#include "luxfield/planning/planned_edges.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <fstream>
 
-#include "capture/session_review.h"
-#include "lab_session.h"
-#include "reconstruct/merge_session.h"
+#include "luxfield/capture/review/session_review.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
+#include "tests/planning/lab_session.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 std::string Lab(double side_m) {
@@ -102,4 +102,4 @@ TEST(EdgeLightOfSessions, IsNotForetoldOfDualFilters) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

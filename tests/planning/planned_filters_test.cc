@@ -1,4 +1,4 @@
-#include "study/planned_filters.h"
+#include "luxfield/planning/planned_filters.h"
 
 #include <gtest/gtest.h>
 
@@ -6,15 +6,16 @@
 #include <cstdio>
 #include <numbers>
 
-#include "core/random.h"
-#include "lightfield/light_vector.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/merge_exposures.h"
-#include "reconstruct/reconstruct.h"
-#include "study/exposure_choice.h"
-#include "study/filter_choice.h"
+#include "luxfield/capture/plan/bracket_rungs.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/planning/exposure_choice.h"
+#include "luxfield/planning/filter_choice.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using lightfield::Basis;
@@ -207,7 +208,7 @@ TEST(PixelNoise, IsTheSpreadOfMergedExposures) {
   sensor.saturation_dn = 4000;
   sensor.dark_current_e_per_s = 50;
   const auto frame = [&](double electrons_per_s, double exposure_s, std::uint64_t stream) {
-    core::RawFrame raw;
+    session::RawFrame raw;
     raw.width = kPixels;
     raw.height = 1;
     for (int k = 0; k < kPixels; ++k) {
@@ -220,12 +221,12 @@ TEST(PixelNoise, IsTheSpreadOfMergedExposures) {
   };
   for (const double irradiance : {0.05, 2.0, 100.0}) {
     const capture::Rungs bracket{irradiance > 50 ? 0 : 1, 3};
-    std::vector<core::RawFrame> frames;
+    std::vector<session::RawFrame> frames;
     std::vector<reconstruct::DarkFrame> darks;
     std::vector<double> times;
     std::uint64_t stream = 0;
     for (int rung = bracket.first; rung <= bracket.last; ++rung) {
-      std::vector<core::RawFrame> dark;
+      std::vector<session::RawFrame> dark;
       for (int k = 0; k < noise.darks; ++k) dark.push_back(frame(0, ladder[rung], ++stream));
       darks.push_back(reconstruct::AverageDarks(dark, ladder[rung]));
       for (int repeat = 0; repeat < kRepeats; ++repeat) {
@@ -266,4 +267,4 @@ TEST(ExposureChoices, KeepToTheCameraAndThePeriod) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

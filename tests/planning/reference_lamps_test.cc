@@ -1,14 +1,14 @@
-#include "study/reference_lamps.h"
+#include "luxfield/planning/reference_lamps.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
-#include "lightfield/light_vector.h"
+#include "luxfield/core/error.h"
+#include "luxfield/lightfield/light_vector.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using lightfield::Basis;
@@ -217,4 +217,4 @@ TEST(ReferenceLamps, ReceiversSeeTheLampThroughTheLattice) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

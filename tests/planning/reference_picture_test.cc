@@ -1,17 +1,17 @@
 // References: their own noise must not show in what is judged by them.
-#include "study/reference_picture.h"
+#include "luxfield/planning/reference_picture.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "core/error.h"
-#include "core/progress.h"
-#include "core/random.h"
-#include "tests/study/small_scene.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/random.h"
+#include "tests/render/small_scene.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 constexpr std::uint64_t kSeed = 7;
@@ -45,7 +45,7 @@ TEST(ReferencePicture, NoErrorBelowItsOwnIsStated) {
 // reach the one they were asked for.
 TEST(ReferencePicture, SamplesAgreeWithTheClosedForm) {
   core::Progress::SetQuiet(true);
-  render::LitScene scene(render::Device::Open(), LampOverFloor(false));
+  render::LitScene scene(render::Device::Open(), render::LampOverFloor(false));
   render::RenderOptions picture;
   picture.shadows = render::Shadows::kNone;
   const ReferencePicture closed = RenderReference(scene, picture, 64);
@@ -68,4 +68,4 @@ TEST(ReferencePicture, SamplesAgreeWithTheClosedForm) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

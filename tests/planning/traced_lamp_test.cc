@@ -1,22 +1,22 @@
 // The lamp as a light source, against closed forms: Lambert's formula for the irradiance of a
 // uniform polygon, and light fields whose errors are known.
-#include "study/traced_lamp.h"
+#include "luxfield/planning/traced_lamp.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "core/error.h"
-#include "core/progress.h"
-#include "core/random.h"
-#include "lightfield/quadrature.h"
-#include "study/lamp_picture.h"
-#include "study/seen_surfaces.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/quadrature.h"
+#include "luxfield/planning/lamp_picture.h"
+#include "luxfield/planning/seen_surfaces.h"
 #include "tests/core/chi_squared.h"
-#include "tests/study/small_scene.h"
+#include "tests/render/small_scene.h"
 
-namespace luxfield::study {
+namespace luxfield::planning {
 namespace {
 
 using lightfield::LightField;
@@ -253,7 +253,7 @@ TEST(LampPicture, LightAndShadowsOfASquareAreLamberts) {
   scene::AppendQuad({kEdge, -1, kPlate}, {1, 0, 0}, {0, 2, 0}, 0, scene.geometry);
   scene.camera = scene::Camera::LookAt({-0.4, 0.1, 0.9}, {0, 0, 2}, {0, 1, 0}, 45, 36, 24);
   const auto file = std::filesystem::path(testing::TempDir()) / "luxfield_traced_lamp.lf.exr";
-  lightfield::WriteLightField(file, SoftLamp());
+  lightfield::WriteLightField(file, render::SoftLamp());
   scene.luminaires.push_back(
       {"lamp",
        file,
@@ -303,11 +303,11 @@ TEST(LampPicture, LightAndShadowsOfASquareAreLamberts) {
 }
 
 TEST(LampPicture, GlossySurfacesAreRefused) {
-  scene::Scene scene = LampOverFloor(false);
+  scene::Scene scene = render::LampOverFloor(false);
   scene.geometry.materials[0].kind = scene::MaterialKind::kPhong;
   const render::LitScene lit(render::Device::Open(), scene);
   EXPECT_THROW(TraceLampPicture(lit, scene, Square(Geometry()), {}), InputError);
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::planning

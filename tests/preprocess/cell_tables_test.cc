@@ -1,5 +1,5 @@
 // Densities of knot cells against quadrature of the flux, their support, the bound on E / Q.
-#include "preprocess/cell_tables.h"
+#include "luxfield/preprocess/cell_tables.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 #include "tests/render/brute_force.h"
 #include "tests/render/structured_luminaires.h"
 
@@ -36,7 +36,8 @@ double Luminance(const LightField& field, int m, std::size_t texel) {
          0.0722 * field.image(m, 2)[texel];
 }
 
-// sum_m C_m Phi_m at the point (a + x, b + y) h of F, by the formulas of the bases; value(m) is C_m.
+// sum_m C_m Phi_m at the point (a + x, b + y) h of F, by the formulas of the bases; value(m) is
+// C_m.
 template <typename Value>
 double FluxOf(const lightfield::BasisGrid& grid, double x, double y, const Value& value) {
   double sum = 0;
@@ -52,14 +53,14 @@ double Flux(const LightField& field, std::size_t texel, double x, double y) {
   return FluxOf(field.geometry.grid, x, y, [&](int m) { return Luminance(field, m, texel); });
 }
 
-std::uint64_t Quanta(const CellTables& tables, int cell, int c, int r) {
+std::uint64_t FixedPointSum(const CellTables& tables, int cell, int c, int r) {
   const std::uint64_t* s = tables.cell(cell) + static_cast<std::size_t>(r) * (tables.width + 1) + c;
   const std::uint64_t* below = s + tables.width + 1;
   return below[1] - below[0] - (s[1] - s[0]);
 }
 
 double Density(const CellTables& tables, int cell, int c, int r) {
-  return std::ldexp(static_cast<double>(Quanta(tables, cell, c, r)), -tables.exponent[cell]);
+  return std::ldexp(static_cast<double>(FixedPointSum(tables, cell, c, r)), -tables.exponent[cell]);
 }
 
 TEST(CellTables, DensityIsTheRootMeanSquareOfTheFlux) {
@@ -116,10 +117,9 @@ TEST(CellTables, DensityOfNegativeCoefficients) {
               for (int channel = 0; channel < channels; ++channel)
                 for (int k = 0; k < 3; ++k)
                   for (int l = 0; l < 3; ++l) {
-                    const double flux =
-                        FluxOf(field.geometry.grid, a + x[k], b + x[l], [&](int m) {
-                          return double{field.image(m, channel)[r * shape.width + c]};
-                        });
+                    const double flux = FluxOf(field.geometry.grid, a + x[k], b + x[l], [&](int m) {
+                      return double{field.image(m, channel)[r * shape.width + c]};
+                    });
                     square += (channels == 1 ? 1 : of_channel[channel]) * weight[k] * weight[l] *
                               flux * flux;
                   }
@@ -177,9 +177,9 @@ TEST(CellTables, CoverEveryLitTexelAndNoOther) {
       for (int c = 0; c < 20; ++c) {
         const double flux =
             Flux(field, r * 20 + c, cell % tables.grid_width + 0.5, cell / tables.grid_width + 0.5);
-        EXPECT_EQ(Quanta(tables, cell, c, r) > 0, flux > 0);
+        EXPECT_EQ(FixedPointSum(tables, cell, c, r) > 0, flux > 0);
         lit += flux > 0;
-        rounded_up += flux > 0 && Quanta(tables, cell, c, r) <= 2;
+        rounded_up += flux > 0 && FixedPointSum(tables, cell, c, r) <= 2;
       }
   }
   EXPECT_GT(lit, 1000);

@@ -1,5 +1,5 @@
 // A cubic is its own not-a-knot spline; a sine is met to fourth order.
-#include "preprocess/cubic_spline.h"
+#include "luxfield/preprocess/cubic_spline.h"
 
 #include <gtest/gtest.h>
 

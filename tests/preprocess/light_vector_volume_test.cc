@@ -1,6 +1,6 @@
 // The light-vector volume against the closed form in double: at its nodes, between them, at the
 // extremes of docs/theory.md 12, and for an error target.
-#include "preprocess/light_vector_volume.h"
+#include "luxfield/preprocess/light_vector_volume.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <limits>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::preprocess {
 namespace {

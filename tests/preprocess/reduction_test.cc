@@ -1,13 +1,13 @@
-#include "preprocess/reduction.h"
+#include "luxfield/preprocess/reduction.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "lightfield/light_vector.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_vector.h"
 
 namespace luxfield::preprocess {
 namespace {

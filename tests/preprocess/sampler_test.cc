@@ -1,6 +1,6 @@
 // Directions drawn on the host: density against draws and quadrature, means against the closed
 // form, round trips, bounds and extremes.
-#include "preprocess/sampler.h"
+#include "luxfield/preprocess/sampler.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "core/random.h"
-#include "lightfield/light_vector.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_vector.h"
 #include "tests/render/chi_squared.h"
 #include "tests/render/structured_luminaires.h"
 

@@ -1,15 +1,15 @@
 // *.tab.exr: round trip, equal bytes, and files that lie.
-#include "preprocess/table_io.h"
+#include "luxfield/preprocess/table_io.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <functional>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::preprocess {
 namespace {

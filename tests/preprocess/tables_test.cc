@@ -1,6 +1,6 @@
 // Sums against 128-bit integers and against double and float32 tables, extremes of
 // docs/theory.md 12, reference positions.
-#include "preprocess/tables.h"
+#include "luxfield/preprocess/tables.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <limits>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::preprocess {
 namespace {
@@ -53,15 +53,15 @@ TEST(Tables, DifferencesAreExactAgainstInt128) {
               r0 = static_cast<int>(random.Uniform() * 300);
     const int c1 = c0 + 1 + static_cast<int>(random.Uniform() * (300 - c0));
     const int r1 = r0 + 1 + static_cast<int>(random.Uniform() * (300 - r0));
-    // Quanta are 2^-e; sum in units of 2^-e * 2^-60, wide enough for every bit of a float.
+    // Units are 2^-e; sum in units of 2^-e * 2^-60, wide enough for every bit of a float.
     Wide exact = 0;
     for (int r = r0; r < r1; ++r)
       for (int c = c0; c < c1; ++c)
         exact += static_cast<Wide>(
             std::ldexp(double{field.image(0, 0)[r * 300 + c]}, tables.exponent[0] + 60));
-    const Wide sum = static_cast<Wide>(tables.Quanta(0, c0, r0, c1, r1)) << 60;
-    const double error_quanta = std::ldexp(static_cast<double>(sum - exact), -60);
-    ASSERT_LE(std::abs(error_quanta), 0.5 * (c1 - c0) * (r1 - r0))
+    const Wide sum = static_cast<Wide>(tables.FixedPointSum(0, c0, r0, c1, r1)) << 60;
+    const double error_units = std::ldexp(static_cast<double>(sum - exact), -60);
+    ASSERT_LE(std::abs(error_units), 0.5 * (c1 - c0) * (r1 - r0))
         << c0 << " " << r0 << " " << c1 << " " << r1;
   }
 }
@@ -110,8 +110,9 @@ TEST(Tables, FixedPointBeatsFloatAndDouble) {
       };
       worst_single = std::max(worst_single, error(rectangle(single)));
       worst_double = std::max(worst_double, error(rectangle(twice)));
-      worst_fixed = std::max(worst_fixed, error(tables.QuantaToLuminance(
-                                              0, tables.Quanta(0, c, r, c + window, r + window))));
+      worst_fixed =
+          std::max(worst_fixed, error(tables.FixedPointToLuminance(
+                                    0, tables.FixedPointSum(0, c, r, c + window, r + window))));
     }
     std::printf("window %2d x %-2d worst relative error: float32 %.1e, double %.1e, fixed %.1e\n",
                 window, window, worst_single, worst_double, worst_fixed);
@@ -127,9 +128,10 @@ TEST(Tables, CdfsAreMonotoneAndEndAtTheTotal) {
   const LightField field = Noise(64, 8, 4);
   const Tables tables = Build(field);
   for (int c = 0; c < 64; ++c) {
-    EXPECT_LE(tables.Quanta(0, 0, 0, c, 64), tables.Quanta(0, 0, 0, c + 1, 64));
+    EXPECT_LE(tables.FixedPointSum(0, 0, 0, c, 64), tables.FixedPointSum(0, 0, 0, c + 1, 64));
     for (int r = 0; r < 64; ++r)
-      EXPECT_LE(tables.Quanta(0, c, 0, c + 1, r), tables.Quanta(0, c, 0, c + 1, r + 1));
+      EXPECT_LE(tables.FixedPointSum(0, c, 0, c + 1, r),
+                tables.FixedPointSum(0, c, 0, c + 1, r + 1));
   }
   double sum = 0;
   for (const float c : field.data) sum += c;
@@ -172,7 +174,7 @@ TEST(Tables, OneLitTexelTakesAllAtAnyMagnitude) {
     field.image(0, 0)[7] = value;
     const Tables tables = Build(field);
     EXPECT_EQ(tables.Total(0), value);
-    EXPECT_EQ(tables.Quanta(0, 2, 1, 3, 2), tables.Quanta(0, 0, 0, 5, 3));
+    EXPECT_EQ(tables.FixedPointSum(0, 2, 1, 3, 2), tables.FixedPointSum(0, 0, 0, 5, 3));
   }
 }
 
@@ -203,9 +205,9 @@ TEST(Tables, NegativeCoefficientsCountByMagnitude) {
 }
 
 TEST(Tables, RefusesWhatCannotBeSampled) {
-  for (const float bad : {std::numeric_limits<float>::quiet_NaN(),
-                          std::numeric_limits<float>::infinity(),
-                          -std::numeric_limits<float>::infinity()})
+  for (const float bad :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+        -std::numeric_limits<float>::infinity()})
     for (const int channels : {1, 3}) {
       LightField field = MakeField(2, 2, 4, 3, channels);
       field.image(3, channels - 1)[6] = bad;

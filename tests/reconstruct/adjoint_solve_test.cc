@@ -1,12 +1,12 @@
-#include "reconstruct/adjoint_solve.h"
+#include "luxfield/reconstruct/solve/adjoint_solve.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "core/random.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
 namespace luxfield::reconstruct {
 namespace {

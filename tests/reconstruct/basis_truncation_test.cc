@@ -1,4 +1,4 @@
-#include "reconstruct/basis_truncation.h"
+#include "luxfield/reconstruct/budget/basis_truncation.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "lightfield/quadrature.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/quadrature.h"
 
 namespace luxfield::reconstruct {
 namespace {

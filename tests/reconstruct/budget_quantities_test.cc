@@ -1,5 +1,5 @@
 // The absolute scale by a light meter, against a least-squares fit of three numbers by hand.
-#include "reconstruct/budget_quantities.h"
+#include "luxfield/reconstruct/budget/budget_quantities.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <numeric>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 #include "tests/lightfield/support.h"
 
 namespace luxfield::reconstruct {

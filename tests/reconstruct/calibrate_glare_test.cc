@@ -1,4 +1,4 @@
-#include "reconstruct/calibrate_glare.h"
+#include "luxfield/reconstruct/calibrate/glare/calibrate_glare.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "lightfield/measurements.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/measurements.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,4 +1,4 @@
-#include "reconstruct/calibrate_sensor.h"
+#include "luxfield/reconstruct/calibrate/sensor/calibrate_sensor.h"
 
 #include <gtest/gtest.h>
 
@@ -9,21 +9,21 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/clock.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "core/session_writer.h"
-#include "reconstruct/sensor_calibration_file.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
+#include "luxfield/session/session_writer.h"
 #include "tests/reconstruct/test_sensor.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
 namespace fs = std::filesystem;
-using core::FrameKind;
-using core::FrameRecord;
+using session::FrameKind;
+using session::FrameRecord;
 
 TestSensor Camera() {
   TestSensor sensor;
@@ -52,8 +52,8 @@ fs::path Write(const std::string& name, const Options& o) {
       {"camera",
        {{"width", o.sensor.width}, {"height", o.sensor.height}, {"bits", o.sensor.bits}}}};
   if (!o.cfa.empty()) session["camera"]["cfa"] = o.cfa;
-  auto writer =
-      core::SessionWriter::Create(folder, {{"kind", "sensor"}, {"name", name}}, session, {}, clock);
+  auto writer = session::SessionWriter::Create(folder, {{"kind", "sensor"}, {"name", name}},
+                                               session, {}, clock);
   writer.StartEpoch(nlohmann::json::object());
   std::uint64_t stream = 0;
   for (int level = 0; level < o.levels; ++level)
@@ -92,7 +92,7 @@ TEST_F(CalibrateSensorTest, FindsTheSensorAndItsBadPixels) {
   o.channels = 3;
   o.sensor.hot = {5, 3000, 11999};
   o.sensor.dead = {777, 4444};
-  const core::SessionReader session(Write("whole", o));
+  const session::SessionReader session(Write("whole", o));
   const SensorCalibration c = CalibrateSensor(session);
   EXPECT_EQ(c.width, 120);
   EXPECT_EQ(c.height, 100);
@@ -127,7 +127,7 @@ TEST_F(CalibrateSensorTest, TakesAMosaicSiteBySite) {
   o.sensor.dead = {777, 4444};
   o.cfa = "RGGB";
 
-  const SensorCalibration c = CalibrateSensor(core::SessionReader(Write("mosaic", o)));
+  const SensorCalibration c = CalibrateSensor(session::SessionReader(Write("mosaic", o)));
   EXPECT_EQ(c.width, 121);
   EXPECT_EQ(c.hot, (std::vector<std::pair<int, int>>{{0, 5}, {24, 96}, {99, 120}}));
   EXPECT_EQ(c.dead, (std::vector<std::pair<int, int>>{{6, 51}, {36, 88}}));
@@ -156,13 +156,13 @@ TEST_F(CalibrateSensorTest, TakesAMosaicSiteBySite) {
   EXPECT_LT(c.transfer.gain_e_per_dn.sigma, 0.7 * c.channels[0].transfer.gain_e_per_dn.sigma);
   EXPECT_EQ(ToJson(c).at("channels").at(3).at("site"), 3);
   o.cfa = "RGBG";
-  EXPECT_THROW(CalibrateSensor(core::SessionReader(Write("mosaic", o))), InputError);
+  EXPECT_THROW(CalibrateSensor(session::SessionReader(Write("mosaic", o))), InputError);
 }
 
 TEST_F(CalibrateSensorTest, FilesAreReproducibleAndReplaceASensorsFigures) {
   Options o;
   o.sensor.hot = {250};
-  const core::SessionReader session(Write("file", o));
+  const session::SessionReader session(Write("file", o));
   const SensorCalibration c = CalibrateSensor(session);
   const fs::path a = fs::path(testing::TempDir()) / "luxfield_a.cal.json",
                  b = fs::path(testing::TempDir()) / "luxfield_b.cal.json";
@@ -219,7 +219,7 @@ TEST_F(CalibrateSensorTest, FilesAreReproducibleAndReplaceASensorsFigures) {
 TEST_F(CalibrateSensorTest, NamesWhatASessionLacks) {
   const auto refuses = [&](const char* part, const Options& o) {
     try {
-      const core::SessionReader session(Write("lacks", o));
+      const session::SessionReader session(Write("lacks", o));
       CalibrateSensor(session);
       ADD_FAILURE() << part << " was accepted";
     } catch (const InputError& error) {

@@ -1,12 +1,12 @@
 // Closed forms of what a grid of twice the spacing loses. Whether that is what a grid loses of
-// lamps is `bench budget`'s source "basis, estimated" (tests/study/bench_budget_test.cc).
-#include "reconstruct/coarser_grids.h"
+// lamps is `bench budget`'s source "basis, estimated" (tests/bench/bench_budget_test.cc).
+#include "luxfield/reconstruct/budget/coarser_grids.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "lightfield/light_vector.h"
+#include "luxfield/lightfield/light_vector.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,4 +1,4 @@
-#include "reconstruct/dark_codes.h"
+#include "luxfield/reconstruct/bracket/dark_codes.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,12 +1,12 @@
-#include "reconstruct/budget_settings.h"
-#include "reconstruct/merge_shares.h"
+#include "luxfield/reconstruct/bracket/merge_shares.h"
+#include "luxfield/reconstruct/budget/budget_settings.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/error.h"
-#include "core/raw_frame.h"
+#include "luxfield/core/error.h"
+#include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -23,8 +23,8 @@ SensorModel Sensor() {
   return sensor;
 }
 
-core::RawFrame Frame(const SensorModel& sensor, const std::vector<double>& rates, double t) {
-  core::RawFrame frame;
+session::RawFrame Frame(const SensorModel& sensor, const std::vector<double>& rates, double t) {
+  session::RawFrame frame;
   frame.width = 5;
   frame.height = 1;
   for (const double rate : rates)
@@ -38,7 +38,7 @@ core::RawFrame Frame(const SensorModel& sensor, const std::vector<double>& rates
 TEST(MergeShares, AreTheMergesOwn) {
   const SensorModel sensor = Sensor();
   const std::vector<double> times = {0.1, 0.4, 1.6}, rates = {3000, 3000, 14000, 14000, 150000};
-  std::vector<core::RawFrame> frames;
+  std::vector<session::RawFrame> frames;
   for (const double t : times) frames.push_back(Frame(sensor, rates, t));
   for (const Estimator estimator : {Estimator::kInverseVariance, Estimator::kPoisson}) {
     MergeOptions options;

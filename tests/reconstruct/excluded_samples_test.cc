@@ -1,4 +1,4 @@
-#include "reconstruct/excluded_samples.h"
+#include "luxfield/reconstruct/bracket/excluded_samples.h"
 
 #include <gtest/gtest.h>
 
@@ -8,13 +8,13 @@
 #include <limits>
 #include <vector>
 
-#include "core/random.h"
-#include "lightfield/measurements.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/measurements.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using core::RawFrame;
+using session::RawFrame;
 
 constexpr int kWidth = 48, kHeight = 128, kSpotRow = 64, kSpotColumn = 24;
 constexpr double kField_e_per_s = 3000, kSpot_e_per_s = 3e7;
@@ -141,8 +141,8 @@ TEST(ExcludedSamples, WithoutOverflowLittleElseIsLeftOut) {
   EXPECT_LT(beyond / samples, 1e-3);
 }
 
-// Charge that runs down a column and from there along one row, in frames without noise: what it adds
-// to unclipped samples is far beyond their noise (33 DN).
+// Charge that runs down a column and from there along one row, in frames without noise: what it
+// adds to unclipped samples is far beyond their noise (33 DN).
 TEST(ExcludedSamples, RowsAreFollowedFromWhatColumnsLeaveOut) {
   constexpr int kColumns = 130, kRow = 75;
   SensorModel sensor = Camera();

@@ -1,6 +1,6 @@
 // Exif written by the test from the standards' tables (TIFF 6.0, section 2; Exif 2.3, 4.6), in both
 // byte orders and every type of number that cameras use.
-#include "reconstruct/exif.h"
+#include "luxfield/reconstruct/calibrate/response/exif.h"
 
 #include <gtest/gtest.h>
 

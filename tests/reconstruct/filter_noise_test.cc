@@ -1,13 +1,13 @@
-#include "reconstruct/filter_noise.h"
+#include "luxfield/reconstruct/budget/filter_noise.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <iostream>
 
-#include "core/random.h"
-#include "reconstruct/adjoint_solve.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/solve/adjoint_solve.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
 namespace luxfield::reconstruct {
 namespace {

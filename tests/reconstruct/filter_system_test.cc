@@ -1,4 +1,4 @@
-#include "reconstruct/filter_system.h"
+#include "luxfield/reconstruct/solve/filter_system.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,11 +7,11 @@
 #include <cmath>
 #include <vector>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "reconstruct/general_solve.h"
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/solve/general_solve.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
 namespace luxfield::reconstruct {
 namespace {

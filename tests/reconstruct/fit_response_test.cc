@@ -1,5 +1,5 @@
 // Response curves against cameras whose curve is known, and against another program's solution.
-#include "reconstruct/fit_response.h"
+#include "luxfield/reconstruct/calibrate/response/fit_response.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

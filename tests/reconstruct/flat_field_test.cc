@@ -1,4 +1,4 @@
-#include "reconstruct/flat_field.h"
+#include "luxfield/reconstruct/calibrate/sensor/flat_field.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <iostream>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -31,9 +31,9 @@ std::vector<double> Truth(double prnu, std::uint64_t seed) {
   return truth;
 }
 
-core::RawFrame Frame(const std::vector<double>& truth, double electrons, std::uint64_t seed,
-                     std::uint64_t stream) {
-  core::RawFrame frame;
+session::RawFrame Frame(const std::vector<double>& truth, double electrons, std::uint64_t seed,
+                        std::uint64_t stream) {
+  session::RawFrame frame;
   frame.width = kWidth;
   frame.height = kHeight;
   frame.dn.resize(frame.size());

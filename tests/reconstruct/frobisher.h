@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/npy.h"
-#include "reconstruct/picture_stack.h"
+#include "luxfield/core/npy.h"
+#include "luxfield/reconstruct/calibrate/response/picture_stack.h"
 #include "tests/test_data.h"
 
 namespace luxfield::reconstruct {

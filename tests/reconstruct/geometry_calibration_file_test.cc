@@ -1,12 +1,12 @@
-#include "reconstruct/geometry_calibration_file.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_calibration_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 
-#include "core/error.h"
-#include "core/json.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -19,7 +19,7 @@ GeometryCalibration Example() {
   Geometry& g = c.geometry;
   g.width = 480;
   g.height = 400;
-  g.lens = lightfield::Lens{{600, 610}, {240, 200}, {-0.1, 0.02, 1e-3, -2e-3}};
+  g.lens = rig::Lens{{600, 610}, {240, 200}, {-0.1, 0.02, 1e-3, -2e-3}};
   g.image_from_sensor = {1e-3, 1e-5, -0.2, 2e-5, -1e-3, 0.2, 1e-6, 2e-6, 1};
   g.delta_m = 0.305;
   g.filter_tilt_rad = {0.001, -0.002};

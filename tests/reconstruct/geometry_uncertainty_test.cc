@@ -1,4 +1,4 @@
-#include "reconstruct/geometry_uncertainty.h"
+#include "luxfield/reconstruct/budget/geometry_uncertainty.h"
 
 #include <gtest/gtest.h>
 
@@ -6,11 +6,11 @@
 #include <cmath>
 #include <iostream>
 
-#include "core/error.h"
-#include "core/json.h"
-#include "core/random.h"
-#include "reconstruct/geometry_calibration_file.h"
-#include "reconstruct/geometry_figures.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_calibration_file.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_figures.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,4 +1,4 @@
-#include "reconstruct/import_rays.h"
+#include "luxfield/reconstruct/solve/import_rays.h"
 
 #include <gtest/gtest.h>
 
@@ -10,17 +10,17 @@
 #include <numbers>
 #include <string>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
 #include "tests/test_data.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
+using formats::Ray;
+using formats::RayFile;
 using lightfield::LuminaireGeometry;
 using lightfield::Normalized;
-using lightfield::Ray;
-using lightfield::RayFile;
 using lightfield::Vec2;
 using lightfield::Vec3;
 
@@ -390,7 +390,7 @@ class ForeignRays : public testing::TestWithParam<const char*> {};
 TEST_P(ForeignRays, ConserveFluxAndTheFarField) {
   const std::filesystem::path path = testdata::Folder() / "rays_tm25" / GetParam();
   LUXFIELD_NEEDS_DATA(path);
-  const RayFile file = lightfield::ReadTm25(path);
+  const RayFile file = formats::ReadTm25(path);
   ImportRaysOptions options;
   options.directions = RayDirections::kOne;
   options.coverage = 0.8;

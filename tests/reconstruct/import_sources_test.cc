@@ -10,15 +10,15 @@
 #include <numbers>
 #include <string>
 
-#include "core/random.h"
-#include "lightfield/light_vector.h"
-#include "reconstruct/import_rays.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/reconstruct/solve/import_rays.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
+using formats::RayFile;
 using lightfield::Normalized;
-using lightfield::RayFile;
 using lightfield::Vec2;
 using lightfield::Vec3;
 

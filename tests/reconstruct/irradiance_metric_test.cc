@@ -1,4 +1,4 @@
-#include "reconstruct/irradiance_metric.h"
+#include "luxfield/reconstruct/solve/irradiance_metric.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <limits>
 #include <vector>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,4 +1,4 @@
-#include "reconstruct/kept_moments.h"
+#include "luxfield/reconstruct/solve/kept_moments.h"
 
 #include <gtest/gtest.h>
 
@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "lightfield/light_field.h"
-#include "reconstruct/adjoint_solve.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/reconstruct/solve/adjoint_solve.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,19 +1,19 @@
 // The lens against OpenCV, and images registered through it.
-#include "lightfield/lens.h"
+#include "luxfield/rig/lens.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
-#include "core/random.h"
-#include "reconstruct/register_images.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/bracket/register_images.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using lightfield::Lens;
 using lightfield::Vec2;
+using rig::Lens;
 
 const Lens kLens{{600, 610}, {240.5, 199}, {-0.2, 0.05, 1e-3, -2e-3}};
 

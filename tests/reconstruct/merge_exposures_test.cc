@@ -1,4 +1,4 @@
-#include "reconstruct/merge_exposures.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
 
 #include <gtest/gtest.h>
 
@@ -7,14 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "lightfield/measurements.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/measurements.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using core::RawFrame;
+using session::RawFrame;
 
 constexpr std::uint64_t kSeed = 2020;
 constexpr int kSize = 200;

@@ -1,4 +1,4 @@
-#include "reconstruct/merge_session.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
 
 #include <gtest/gtest.h>
 
@@ -9,23 +9,23 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/clock.h"
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
-#include "core/progress.h"
-#include "core/session_writer.h"
-#include "reconstruct/reconstruct.h"
-#include "reconstruct/sensor_calibration_file.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
+#include "luxfield/session/session_writer.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
 namespace fs = std::filesystem;
-using core::FrameKind;
-using core::FrameRecord;
-using core::RawFrame;
 using nlohmann::json;
+using session::FrameKind;
+using session::FrameRecord;
+using session::RawFrame;
 
 constexpr int kSensor = 48;          // pixels each way
 constexpr double kPitch_m = 0.5e-3;  // of a pixel; texels are 1 mm
@@ -120,7 +120,8 @@ std::filesystem::path Capture(const std::string& name, const Case& c) {
     extra.emplace_back("vignetting.exr", core::ReadFile(path));
   }
   core::SimulatedClock clock;
-  core::SessionWriter writer = core::SessionWriter::Create(folder, c.plan, c.session, extra, clock);
+  session::SessionWriter writer =
+      session::SessionWriter::Create(folder, c.plan, c.session, extra, clock);
   writer.StartEpoch(json::object());
   const auto frame_of = [&](double exposure_s,
                             const std::function<double(double q_s, double q_t)>& e) {
@@ -202,7 +203,7 @@ class MergeSessionTest : public testing::Test {
 
 lightfield::Measurements Merge(const std::string& name, const Case& c,
                                MergeSessionSummary* summary = nullptr) {
-  return MergeSession(core::SessionReader(Capture(name, c)), {}, summary);
+  return MergeSession(session::SessionReader(Capture(name, c)), {}, summary);
 }
 
 // Largest relative deviation from factor * Irradiance over known texels.
@@ -226,7 +227,7 @@ TEST_F(MergeSessionTest, WritesPositionByPositionTheSameFile) {
   c.references = c.darks = true;
   c.missing_i = 1;
   c.displaced_m = 1e-5;
-  const core::SessionReader session(Capture("stream", c));
+  const session::SessionReader session(Capture("stream", c));
   const fs::path folder = testing::TempDir();
   MergeSessionSummary whole, streamed;
   lightfield::WriteMeasurements(folder / "whole.meas.exr", MergeSession(session, {}, &whole));
@@ -276,12 +277,12 @@ TEST_F(MergeSessionTest, RefersToTheLampThatItsMonitorCallsOne) {
   Case c;
   c.references = true;
   c.lamp = [](double time_s) { return 1.05 - 4e-4 * (time_s - 1000); };
-  const core::SessionReader session(Capture("monitor", c));
+  const session::SessionReader session(Capture("monitor", c));
   MergeSessionOptions options;
   EXPECT_LT(WorstError(MergeSession(session, options), 9.0 / 16 * 1.05), 2e-6);
   options.lamp_level = LampLevel::kMonitorUnity;
   EXPECT_LT(WorstError(MergeSession(session, options), 9.0 / 16), 2e-6);
-  const core::SessionReader without(Capture("no_monitor", {}));
+  const session::SessionReader without(Capture("no_monitor", {}));
   EXPECT_THROW(MergeSession(without, options), InputError);
 }
 
@@ -297,7 +298,7 @@ TEST_F(MergeSessionTest, SubtractsDarkFrames) {
 
 TEST_F(MergeSessionTest, TakesACalibrationInPlaceOfTheStatedFigures) {
   Case c;
-  const core::SessionReader session(Capture("calibration", c));
+  const session::SessionReader session(Capture("calibration", c));
   SensorCalibration calibration;
   calibration.width = calibration.height = kSensor;
   calibration.bits = 32;
@@ -416,7 +417,7 @@ TEST_F(MergeSessionTest, LeavesOutAFrameWhoseLevelContradictsTheOthers) {
     EXPECT_EQ(summary.frames, 17);
     for (const auto& position : m.positions) EXPECT_EQ(position.mask[0], 0u);
     // What is carried through the merge for an error budget is of the same frames.
-    const core::SessionReader session(Capture("level_seen", c));
+    const session::SessionReader session(Capture("level_seen", c));
     SeenFrames seen;
     MergeSessionOptions options;
     options.observer = &seen;
@@ -495,19 +496,19 @@ TEST_F(MergeSessionTest, AReferenceWithoutAReadingTellsTheLampsLevelAllTheSame) 
   Case c;
   c.references = true;
   c.lamp = [](double time_s) { return 1.05 + 4e-4 * (time_s - 1000); };
-  const auto all = core::SessionReader(Capture("readings", c));
+  const auto all = session::SessionReader(Capture("readings", c));
   MergeSessionOptions options;
   options.lamp_level = LampLevel::kMonitorUnity;
   EXPECT_LT(WorstError(MergeSession(all, options), 9.0 / 16), 2e-6);
   c.flagged = [](const FrameRecord& r) { return r.kind == FrameKind::kReference && r.repeat == 1; };
   c.reading = [](const FrameRecord& r) { return r.repeat != 1; };
-  const auto one_lacks = core::SessionReader(Capture("reading_lacks", c));
+  const auto one_lacks = session::SessionReader(Capture("reading_lacks", c));
   MergeSessionSummary summary;
   EXPECT_LT(WorstError(MergeSession(one_lacks, options, &summary), 9.0 / 16), 2e-6);
   EXPECT_EQ(summary.reference_frames, 3);
   c.flagged = [](const FrameRecord& r) { return r.kind == FrameKind::kReference; };
   c.reading = [](const FrameRecord&) { return false; };
-  const auto all_lack = core::SessionReader(Capture("readings_lack", c));
+  const auto all_lack = session::SessionReader(Capture("readings_lack", c));
   EXPECT_THROW(MergeSession(all_lack, options), InputError);
   EXPECT_LT(WorstError(MergeSession(all_lack), 9.0 / 16 * 1.05), 2e-6);
 }
@@ -549,7 +550,8 @@ TEST_F(MergeSessionTest, NamesWhatIsWrongInThePlanAndTheSession) {
        }},
       {"camera", [](Case& c) { c.session.erase("camera"); }},
       {"not in plan.json", [](Case& c) { c.plan["geometry"]["grid_width"] = 2; }},
-      {"has 48 x 48 pixels, the session's camera has 47 x 48", [](Case& c) { c.session["camera"]["width"] = 47; }},
+      {"has 48 x 48 pixels, the session's camera has 47 x 48",
+       [](Case& c) { c.session["camera"]["width"] = 47; }},
   };
   for (const auto& [text, spoil] : damage) {
     Case c;

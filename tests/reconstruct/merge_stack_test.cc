@@ -1,6 +1,6 @@
 // Merging pictures through a response: bias and spread against known radiance, what is flagged, and
 // exposures found from the pictures.
-#include "reconstruct/merge_stack.h"
+#include "luxfield/reconstruct/calibrate/response/merge_stack.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -10,12 +10,12 @@
 #include <iostream>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/calibrate_response.h"
-#include "reconstruct/exif.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/calibrate/response/calibrate_response.h"
+#include "luxfield/reconstruct/calibrate/response/exif.h"
 #include "test_camera.h"
 
 namespace luxfield::reconstruct {

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "core/random.h"
-#include "reconstruct/merge_stack.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/calibrate/response/merge_stack.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,11 +1,11 @@
-#include "reconstruct/missing_positions.h"
+#include "luxfield/reconstruct/budget/missing_positions.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "reconstruct/adjoint_solve.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/reconstruct/solve/adjoint_solve.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,4 +1,4 @@
-#include "reconstruct/moment_constraint.h"
+#include "luxfield/reconstruct/solve/moment_constraint.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <vector>
 
-#include "core/random.h"
-#include "reconstruct/adjoint_solve.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/solve/adjoint_solve.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,4 +1,4 @@
-#include "reconstruct/non_negative.h"
+#include "luxfield/reconstruct/solve/non_negative.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::reconstruct {
 namespace {

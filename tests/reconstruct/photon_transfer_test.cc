@@ -1,4 +1,4 @@
-#include "reconstruct/photon_transfer.h"
+#include "luxfield/reconstruct/calibrate/sensor/photon_transfer.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <iostream>
 #include <string>
 
-#include "core/error.h"
-#include "reconstruct/linearity.h"
+#include "luxfield/core/error.h"
+#include "luxfield/reconstruct/calibrate/sensor/linearity.h"
 #include "tests/reconstruct/test_sensor.h"
 
 namespace luxfield::reconstruct {
@@ -38,7 +38,7 @@ Capture Take(const TestSensor& sensor, const std::vector<double>& times, double 
   std::uint64_t stream = 0;
   double brightest = 0;
   for (const double t : times) {
-    core::RawFrame frames[4];
+    session::RawFrame frames[4];
     for (int k = 0; k < 4; ++k)
       frames[k] = sensor.Expose(k >= 2 ? 0 : k == 1 ? drift : 1, t, ++stream);
     for (const bool dark : {false, true}) {
@@ -267,8 +267,8 @@ TEST(Linearity, FindsTheShuttersLatencyAndTheLampsScatter) {
 }
 
 TEST(PairStatistics, MomentsAreThoseOfTheirDefinition) {
-  const core::RawFrame a{20, 10, std::vector<std::uint16_t>(200), {}};
-  core::RawFrame x = a, y = a;
+  const session::RawFrame a{20, 10, std::vector<std::uint16_t>(200), {}};
+  session::RawFrame x = a, y = a;
   PixelMask mask(200, 1);
   mask[7] = mask[150] = 0;
   double mx = 0, my = 0, n = 0;

@@ -1,4 +1,4 @@
-#include "reconstruct/print_sensitivity.h"
+#include "luxfield/reconstruct/budget/print_sensitivity.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <functional>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,5 +1,5 @@
 // Light probes: what pixels show, and where the rim lies.
-#include "reconstruct/probe_optics.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe_optics.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,11 +7,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "lightfield/environment_layouts.h"
-#include "lightfield/spherical_polygon.h"
-#include "reconstruct/rim_fit.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/environment/environment_layouts.h"
+#include "luxfield/environment/spherical_polygon.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_fit.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -51,10 +51,10 @@ TEST(ProbeOptics, FarAwayIsTheLayouts) {
     for (int column = 0; column < 100; column += 3) {
       const Vec2 p = {column + 0.5, row + 0.5};
       for (const auto& [optics, layout] :
-           {std::pair{ball, lightfield::EnvironmentLayout::kMirrorBall},
-            std::pair{sky, lightfield::EnvironmentLayout::kFisheyeHemisphere}}) {
+           {std::pair{ball, environment::EnvironmentLayout::kMirrorBall},
+            std::pair{sky, environment::EnvironmentLayout::kFisheyeHemisphere}}) {
         const auto ours = optics.Direction(circle, p);
-        const auto theirs = lightfield::DirectionFromPicture(layout, {p.x / 100, p.y / 100});
+        const auto theirs = environment::DirectionFromPicture(layout, {p.x / 100, p.y / 100});
         ASSERT_EQ(ours.has_value(), theirs.has_value());
         if (ours) {
           EXPECT_LT(Length(*ours - theirs->direction), 1e-12);
@@ -112,7 +112,7 @@ TEST(ProbeOptics, OutlinesTileTheSphere) {
     for (int row = 0; row < 100; ++row)
       for (int column = 0; column < 100; ++column) {
         optics.PixelOutline(circle, row, column, 0, outline);
-        sum += std::abs(lightfield::PolygonSolidAngle(outline));
+        sum += std::abs(environment::PolygonSolidAngle(outline));
       }
     // Pixels that the rim cuts are left out: bound their annulus by two pixels.
     const auto shown = [&](double q) {
@@ -133,7 +133,7 @@ TEST(ProbeOptics, OutlinesTileTheSphere) {
     for (int row = 0; row < 120; ++row)
       for (int column = 0; column < 120; ++column) {
         optics.PixelOutline({60, 60, 55}, row, column, 0, outline);
-        sum += std::abs(lightfield::PolygonSolidAngle(outline));
+        sum += std::abs(environment::PolygonSolidAngle(outline));
         for (const Vec3& w : outline) EXPECT_GE(w.z, std::cos(1.25) - 1e-12);
       }
     EXPECT_NEAR(sum / (2 * kPi * (1 - std::cos(1.25))), 0.95, 0.05) << int(projection);

@@ -1,5 +1,5 @@
 // Debevec & Malik's published problem against another program's solutions.
-#include "reconstruct/published_response.h"
+#include "luxfield/reconstruct/calibrate/response/published_response.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "reconstruct/reconstruct.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "reconstruct/gram_solve.h"
-#include "reconstruct/missing_data.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/missing_data.h"
 
 namespace luxfield::reconstruct {
 namespace {

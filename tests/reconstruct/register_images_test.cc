@@ -1,4 +1,4 @@
-#include "reconstruct/register_images.h"
+#include "luxfield/reconstruct/bracket/register_images.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <numbers>
 #include <vector>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "lightfield/measurements.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/measurements.h"
 
 namespace luxfield::reconstruct {
 namespace {

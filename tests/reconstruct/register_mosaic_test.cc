@@ -1,20 +1,20 @@
-#include "reconstruct/register_mosaic.h"
+#include "luxfield/reconstruct/bracket/register_mosaic.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
-#include "core/cfa.h"
-#include "core/error.h"
-#include "lightfield/measurements.h"
+#include "luxfield/core/error.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/rig/cfa.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
 using lightfield::Lattice;
-using lightfield::Lens;
 using lightfield::Vec2;
+using rig::Lens;
 
 constexpr int kWidth = 41, kHeight = 34;  // odd too: the last column has one of two sites
 constexpr double kPitch_m = 1e-3;
@@ -29,7 +29,7 @@ MergedFrame Mosaic(const std::string& cfa, const std::function<Vec2(double, doub
   for (int row = 0; row < kHeight; ++row)
     for (int column = 0; column < kWidth; ++column)
       frame.rate_e_per_s.push_back(static_cast<float>(
-          Light(core::CfaChannel(cfa, row, column), q_of(column + 0.5, row + 0.5))));
+          Light(rig::CfaChannel(cfa, row, column), q_of(column + 0.5, row + 0.5))));
   frame.sigma_e_per_s.assign(frame.rate_e_per_s.size(), 1);
   frame.count.assign(frame.rate_e_per_s.size(), 2);
   frame.mask.assign(frame.rate_e_per_s.size(), 0);

@@ -1,4 +1,4 @@
-#include "reconstruct/regularise.h"
+#include "luxfield/reconstruct/solve/regularise.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,10 +7,10 @@
 #include <functional>
 #include <iostream>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "reconstruct/filter_profile.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/merge/filter_profile.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
 
 namespace luxfield::reconstruct {
 namespace {

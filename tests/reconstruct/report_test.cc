@@ -1,4 +1,4 @@
-#include "reconstruct/report.h"
+#include "luxfield/reconstruct/solve/report.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "reconstruct/response_noise.h"
+#include "luxfield/reconstruct/calibrate/response/response_noise.h"
 
 #include <gtest/gtest.h>
 

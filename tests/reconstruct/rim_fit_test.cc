@@ -1,5 +1,5 @@
 // The rim of a ball in photographs of a cluttered place: found where it is, refused where none is.
-#include "reconstruct/rim_fit.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_fit.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -14,13 +14,13 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/merge_stack.h"
-#include "reconstruct/probe.h"
-#include "reconstruct/rim_picture.h"
-#include "reconstruct/rim_search.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_picture.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_search.h"
+#include "luxfield/reconstruct/calibrate/response/merge_stack.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,4 +1,4 @@
-#include "reconstruct/session_exposures.h"
+#include "luxfield/reconstruct/merge/session_exposures.h"
 
 #include <gtest/gtest.h>
 
@@ -7,13 +7,13 @@
 #include <map>
 #include <vector>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using core::FrameRecord;
-using core::RawFrame;
+using session::FrameRecord;
+using session::RawFrame;
 
 constexpr int kWidth = 256, kHeight = 128, kBrackets = 16;
 constexpr double kRate_e_per_s = 1600;

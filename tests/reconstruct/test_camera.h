@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
-#include "core/random.h"
-#include "reconstruct/picture_stack.h"
+#include "luxfield/core/random.h"
+#include "luxfield/reconstruct/calibrate/response/picture_stack.h"
 
 namespace luxfield::reconstruct {
 

@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/random.h"
-#include "core/raw_frame.h"
+#include "luxfield/core/random.h"
+#include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
 
@@ -34,8 +34,8 @@ struct TestSensor {
   double full_e() const { return (full_dn() - black_dn) * gain_e_per_dn; }
 
   // `lamp` scales the light. Noise depends on (seed, stream, pixel).
-  core::RawFrame Expose(double lamp, double exposure_s, std::uint64_t stream) const {
-    core::RawFrame frame{
+  session::RawFrame Expose(double lamp, double exposure_s, std::uint64_t stream) const {
+    session::RawFrame frame{
         width, height, std::vector<std::uint16_t>(std::size_t(width) * height), {}};
     for (std::size_t p = 0; p < frame.size(); ++p) {
       const double x = 2.0 * static_cast<double>(p % width) / width - 1,

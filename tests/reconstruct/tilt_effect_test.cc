@@ -1,5 +1,5 @@
 // The first-order effect of planes that are not parallel against integrals over the tilted filter.
-#include "reconstruct/tilt_effect.h"
+#include "luxfield/reconstruct/merge/tilt_effect.h"
 
 #include <gtest/gtest.h>
 

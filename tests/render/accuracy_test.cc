@@ -1,4 +1,4 @@
-#include "study/accuracy.h"
+#include "luxfield/render/accuracy/accuracy.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,15 +9,15 @@
 #include <filesystem>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/progress.h"
-#include "lightfield/environment_map.h"
-#include "study/ball_scene.h"
+#include "luxfield/bench/ball_scene.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/environment/environment_map.h"
 #include "tests/render/area_light_fixture.h"
-#include "tests/study/small_scene.h"
+#include "tests/render/small_scene.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 // Made-up times; pilots correct them.
@@ -170,13 +170,13 @@ TEST_F(AccuracyTest, ErrorsAskedForUnderASkyAreKept) {
         picture.at(c, row, column) = 1 + 0.01f * static_cast<float>(column) +
                                      (std::hypot(column - 40, row - 6) < 3 ? 30.0f : 0.0f);
   core::WriteExrImage(sky, picture);
-  scene::Scene balls = BallScene(48, 36);
+  scene::Scene balls = bench::BallScene(48, 36);
   scene::MakeLambertian(balls.geometry);
   balls.environment.emplace();
   balls.environment->file = sky;
   balls.environment->face_size = 16;
   render::LitScene scene(render::Device::Open(), balls);
-  const auto map = lightfield::MakeCubeMap(lightfield::ReadEnvironmentPicture(sky), 16);
+  const auto map = environment::MakeCubeMap(environment::ReadEnvironmentPicture(sky), 16);
 
   AccuracyRequest request;
   request.picture.shadows = render::Shadows::kNone;
@@ -185,9 +185,9 @@ TEST_F(AccuracyTest, ErrorsAskedForUnderASkyAreKept) {
   for (int row = 0; row < exact.height; ++row)
     for (int column = 0; column < exact.width; ++column) {
       if (exact.coverage.at(0, row, column) == 0) continue;
-      const core::Rgb e =
-          Irradiance(map, {exact.normal.at(0, row, column), exact.normal.at(1, row, column),
-                           exact.normal.at(2, row, column)});
+      const core::Rgb e = environment::Irradiance(
+          map, {exact.normal.at(0, row, column), exact.normal.at(1, row, column),
+                exact.normal.at(2, row, column)});
       for (int c = 0; c < 3; ++c)
         exact.radiance.at(c, row, column) *=
             static_cast<float>(e[c] / exact.irradiance.at(c, row, column));
@@ -221,7 +221,7 @@ TEST_F(AccuracyTest, ErrorsAskedForUnderASkyAreKept) {
 
 // Under a rectangle and a sphere: grey albedo / pi times the formulas for their irradiance.
 TEST_F(AccuracyTest, ErrorsAskedForUnderAreaLightsAreKept) {
-  scene::Scene balls = BallScene(48, 36);
+  scene::Scene balls = bench::BallScene(48, 36);
   scene::MakeLambertian(balls.geometry);
   for (scene::Material& material : balls.geometry.materials) material.albedo = {0.5f, 0.5f, 0.5f};
   scene::AreaLight rectangle, sphere;
@@ -295,4 +295,4 @@ TEST_F(AccuracyTest, CostModelFitsWhatItWasMeasuredOn) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/spherical_polygon.h"
-#include "render/estimators/two_strategies.h"
+#include "luxfield/environment/spherical_polygon.h"
+#include "luxfield/render/estimators/mis.h"
 #include "tests/render/sampling_fixture.h"
 
 namespace luxfield::render {
@@ -71,8 +71,8 @@ inline double ExactIrradiance(const scene::AreaLight& light, const SurfacePoint&
   if (light.kind == scene::AreaLightKind::kRectangle) {
     const auto corners = CornersFrom(light, p);
     std::vector<lightfield::Vec3> above;
-    lightfield::ClipByPlane(corners, n, above);
-    return Luminance(light) * std::abs(Dot(n, lightfield::PolygonVectorIrradiance(above)));
+    environment::ClipByPlane(corners, n, above);
+    return Luminance(light) * std::abs(Dot(n, environment::PolygonVectorIrradiance(above)));
   }
   const auto to_centre = light.world_from_light.translation - p;
   const double d = Length(to_centre), s = light.radius_m / d;
@@ -109,7 +109,7 @@ inline SeedStatistics OverCopies(const std::vector<cl_float4>& values,
   return statistics;
 }
 
-inline Lit LightByArea(const Device& device, TwoStrategies& estimator, const GBuffer& gbuffer,
+inline Lit LightByArea(const Device& device, MisEstimator& estimator, const GBuffer& gbuffer,
                        const scene::AreaLight& light, const EstimatorOptions& options,
                        const DeviceBvh* bvh = nullptr, const Buffer& light_share = {}) {
   Lighting lighting(device, gbuffer);

@@ -1,12 +1,12 @@
 // Rectangles and spheres as lights: their samplers, and the irradiance of every strategy against
 // closed forms.
-#include "render/area_light.h"
+#include "luxfield/render/lights/area_light.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "render/kernels/sampling_types.clh"
+#include "luxfield/render/kernels/sample/sampling_types.clh"
 #include "tests/render/area_light_fixture.h"
 #include "tests/render/chi_squared.h"
 
@@ -43,7 +43,7 @@ std::vector<SurfacePoint> Receivers(const scene::AreaLight& light, double near, 
   return points;
 }
 
-void ExpectIrradiance(const Device& device, TwoStrategies& estimator, const scene::AreaLight& light,
+void ExpectIrradiance(const Device& device, MisEstimator& estimator, const scene::AreaLight& light,
                       const std::vector<SurfacePoint>& points, Strategies strategies, int samples,
                       int copies, double unseen = 0) {
   const EstimatorOptions options = WithStrategies(strategies, samples);
@@ -64,7 +64,7 @@ void ExpectIrradiance(const Device& device, TwoStrategies& estimator, const scen
 TEST(AreaLight, IrradianceOfEveryStrategyIsTheClosedForm) {
   std::printf("seed %llu\n", static_cast<unsigned long long>(kSamplingSeed));
   const Device device = Device::Open();
-  TwoStrategies estimator(device);
+  MisEstimator estimator(device);
   const scene::AreaLight rectangle = Rectangle(0.8, 0.5, kTilted),
                          sphere = Sphere(0.4, {0.3, 0.2, 2});
   for (const scene::AreaLight* light : {&rectangle, &sphere}) {
@@ -81,7 +81,7 @@ TEST(AreaLight, IrradianceOfEveryStrategyIsTheClosedForm) {
 // Where samples that follow the BRDF hardly ever meet the light.
 TEST(AreaLight, FarAndNarrowLights) {
   const Device device = Device::Open();
-  TwoStrategies estimator(device);
+  MisEstimator estimator(device);
   const scene::AreaLight strip = Rectangle(2, 0.01, kTilted), dot = Rectangle(1e-3, 1e-3, kTilted),
                          bulb = Sphere(0.01, {0.3, 0.2, 2});
   for (const scene::AreaLight* light : {&strip, &dot, &bulb}) {
@@ -113,7 +113,7 @@ __kernel void Draw(LIGHT_ARGUMENTS, SURFACE_ARGUMENTS, int count, __global float
 std::vector<cl_float4> Draw(const Device& device, const scene::AreaLight& light,
                             const SurfacePoint& receiver, int count) {
   const bool sphere = light.kind == scene::AreaLightKind::kSphere;
-  const std::string text = std::string("#define GLOSSY 0\n#include \"kernels/light_") +
+  const std::string text = std::string("#define GLOSSY 0\n#include \"kernels/mis/light_") +
                            (sphere ? "sphere" : "rectangle") + ".clh\"\n" + kKernel;
   const Program program = Program::BuildText(device, text, "area_light_test.cl");
   const GBuffer gbuffer = MakeGBuffer(device, {receiver});
@@ -159,7 +159,7 @@ TEST(AreaLight, ChiSquaredOfRectangles) {
     const scene::AreaLight light = Rectangle(c.width, c.height, {});
     const SurfacePoint receiver = RoundToFloat({c.receiver, {0, 0, -1}});
     const auto corners = CornersFrom(light, receiver.p);
-    const double solid_angle = std::abs(lightfield::PolygonSolidAngle(corners));
+    const double solid_angle = std::abs(environment::PolygonSolidAngle(corners));
     const bool small = solid_angle < 0.01;
     std::vector<double> expected, observed(kGrid * kGrid, 0.0);
     for (int j = 0; j < kGrid; ++j)
@@ -170,7 +170,7 @@ TEST(AreaLight, ChiSquaredOfRectangles) {
           cell.push_back(
               Vec3{(double(x) / kGrid - 0.5) * c.width, (double(y) / kGrid - 0.5) * c.height, 0} -
               receiver.p);
-        expected.push_back(small ? 1 : std::abs(lightfield::PolygonSolidAngle(cell)));
+        expected.push_back(small ? 1 : std::abs(environment::PolygonSolidAngle(cell)));
       }
     double inverse = 0, inverse_square = 0;
     for (const auto& draw : Draw(device, light, receiver, kCount)) {
@@ -222,7 +222,7 @@ TEST(AreaLight, ChiSquaredOfSpheres) {
 // A wall hides one of two halves of a rectangle; a light on a wall is not hidden by it.
 TEST(AreaLight, TracedShadows) {
   const Device device = Device::Open();
-  TwoStrategies estimator(device);
+  MisEstimator estimator(device);
   const scene::Pose down = scene::Translation({0, 0, 1}) * scene::RotationXyz({180, 0, 0});
   const scene::AreaLight whole = Rectangle(1, 1, down),
                          half = Rectangle(0.5, 1, scene::Translation({-0.25, 0, 0}) * down);
@@ -245,7 +245,7 @@ TEST(AreaLight, TracedShadows) {
 // Behind a rectangle, inside a sphere, facing away, black: nothing, and nothing that is no number.
 TEST(AreaLight, ExtremesHaveTheirAnswers) {
   const Device device = Device::Open();
-  TwoStrategies estimator(device);
+  MisEstimator estimator(device);
   const scene::AreaLight rectangle = Rectangle(1, 1, {}), sphere = Sphere(1, {});
   scene::AreaLight black = rectangle;
   black.radiance = {0, 0, 0};

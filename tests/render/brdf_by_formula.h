@@ -1,5 +1,5 @@
-// The BRDFs of kernels/brdf.clh in double, written out from their sources: glTF 2.0, appendix B.3,
-// KHR_materials_pbrSpecularGlossiness, and Lafortune and Willems 1994.
+// The BRDFs of kernels/brdf/brdf.clh in double, written out from their sources: glTF 2.0, appendix
+// B.3, KHR_materials_pbrSpecularGlossiness, and Lafortune and Willems 1994.
 #pragma once
 
 #include <algorithm>
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "lightfield/geometry.h"
-#include "render/device.h"
-#include "render/kernels/brdf_types.clh"
+#include "luxfield/lightfield/geometry.h"
+#include "luxfield/render/device/device.h"
+#include "luxfield/render/kernels/brdf/brdf_types.clh"
 
 namespace luxfield::render {
 

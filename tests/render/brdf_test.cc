@@ -1,11 +1,11 @@
-// kernels/brdf.clh on the OpenCL device against formulas and quadrature in double: values,
+// kernels/brdf/brdf.clh on the OpenCL device against formulas and quadrature in double: values,
 // reciprocity, energy, the sampler's density and weights.
 #include <gtest/gtest.h>
 
 #include <cstdio>
 #include <functional>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 #include "tests/render/brdf_by_formula.h"
 
 namespace luxfield::render {
@@ -17,8 +17,8 @@ using std::numbers::pi;
 constexpr std::uint64_t kSeed = 20180701;
 
 constexpr char kKernels[] = R"(
-#include "kernels/brdf.clh"
-#include "kernels/lobe.clh"
+#include "luxfield/render/kernels/brdf/brdf.clh"
+#include "luxfield/render/kernels/luminaire/lobe.clh"
 typedef struct { float4 albedo, gloss, normal, eye; } Given;
 Brdf MakeBrdf(Given s) {
   const Brdf brdf = {(int)s.albedo.w, s.albedo.xyz, s.gloss, s.normal.xyz, s.eye.xyz};
@@ -98,9 +98,9 @@ class BrdfTest : public testing::Test {
   Kernel evaluate_{program_, "Evaluate"}, sample_{program_, "Sample"};
 };
 
-// lobe.clh's bound where nothing is diffuse, seen along the normal: the lobe lies around it, and the
-// light at the angle theta to it. h lies at theta / 2, v.h is its cosine. 0.01 and 4 are the shares
-// below which the lobe counts as faint and what the rest of the integrand adds.
+// lobe.clh's bound where nothing is diffuse, seen along the normal: the lobe lies around it, and
+// the light at the angle theta to it. h lies at theta / 2, v.h is its cosine. 0.01 and 4 are the
+// shares below which the lobe counts as faint and what the rest of the integrand adds.
 TEST_F(BrdfTest, CurvatureOfLobesIsTheBoundOfTheirNarrowLimits) {
   const Vec3 n{0, 0, 1};
   for (const bool phong : {false, true})

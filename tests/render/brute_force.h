@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "lightfield/light_field.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::render {
 

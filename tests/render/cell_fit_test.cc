@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "preprocess/cell_tables.h"
-#include "render/device.h"
-#include "render/estimators/estimator.h"
-#include "render/estimators/luminaire_params.h"
+#include "luxfield/preprocess/cell_tables.h"
+#include "luxfield/render/device/device.h"
+#include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/lights/luminaire_params.h"
 #include "tests/render/chi_squared.h"
 #include "tests/render/structured_luminaires.h"
 
@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint64_t kSeed = 20141111;
 
 const char* const kKernel = R"(
-#include "kernels/cell_fit.clh"
+#include "luxfield/render/kernels/luminaire/cell_fit.clh"
 
 // Sample k of the fit of cell (a, b) for a receiver at p and its density; the seen rectangle.
 __kernel void Draw(__constant const LuminaireParams* luminaire, __global const float* images,

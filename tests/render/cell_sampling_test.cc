@@ -4,10 +4,10 @@
 
 #include <cstdio>
 
-#include "preprocess/cell_tables.h"
-#include "render/device.h"
-#include "render/estimators/estimator.h"
-#include "render/estimators/luminaire_params.h"
+#include "luxfield/preprocess/cell_tables.h"
+#include "luxfield/render/device/device.h"
+#include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/lights/luminaire_params.h"
 #include "tests/render/chi_squared.h"
 #include "tests/render/structured_luminaires.h"
 
@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint64_t kSeed = 20140505;
 
 const char* const kKernel = R"(
-#include "kernels/cells.clh"
+#include "luxfield/render/kernels/luminaire/cells.clh"
 
 // Sample k of cell (a, b) for a receiver at p, and Q where it fell.
 __kernel void Draw(__constant const LuminaireParams* luminaire, __global const ulong* sat,

@@ -1,4 +1,4 @@
-#include "render/device.h"
+#include "luxfield/render/device/device.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,9 +11,9 @@
 #include <optional>
 #include <string>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "render/program_cache.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/render/device/program_cache.h"
 
 namespace luxfield::render {
 namespace {
@@ -234,9 +234,9 @@ TEST_F(DeviceTest, PoclGetsACacheWhereTheUserHasNone) {
 TEST_F(DeviceTest, BuildErrorCarriesTheLogWithFileAndLine) {
   const auto device = Device::Open();
   try {
-    Program::BuildText(device,
-                       "#include \"kernels/bvh.clh\"\n\n__kernel void Broken() { nonsense; }\n",
-                       "broken.cl");
+    Program::BuildText(
+        device, "#include \"kernels/scene/bvh.clh\"\n\n__kernel void Broken() { nonsense; }\n",
+        "broken.cl");
     FAIL();
   } catch (const DeviceError& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("CL_BUILD_PROGRAM_FAILURE"));
@@ -318,11 +318,11 @@ TEST(Tuning, FollowsTheDeviceAndCanBeChanged) {
 
 TEST(Includes, AreResolvedOnceWithTheirLines) {
   const std::string text = ResolveIncludes(
-      "#include \"bvh.clh\"\n#include \"render/kernels/bvh_types.clh\"\nint last;\n",
-      "kernels/some.cl");
-  EXPECT_THAT(text,
-              testing::StartsWith("#line 1 \"kernels/some.cl\"\n#line 1 \"kernels/bvh.clh\"\n"));
-  EXPECT_THAT(text, testing::HasSubstr("#line 3 \"kernels/some.cl\"\nint last;\n"));
+      "#include \"bvh.clh\"\n#include \"luxfield/render/kernels/scene/bvh_types.clh\"\nint last;\n",
+      "kernels/scene/some.cl");
+  EXPECT_THAT(text, testing::StartsWith(
+                        "#line 1 \"kernels/scene/some.cl\"\n#line 1 \"kernels/scene/bvh.clh\"\n"));
+  EXPECT_THAT(text, testing::HasSubstr("#line 3 \"kernels/scene/some.cl\"\nint last;\n"));
   const auto first = text.find("typedef struct BvhNode");
   ASSERT_NE(first, std::string::npos);
   EXPECT_EQ(text.find("typedef struct BvhNode", first + 1), std::string::npos);

@@ -1,5 +1,5 @@
 // The bytes of the tev protocol, taken apart by a server written from the protocol's description.
-#include "render/display.h"
+#include "luxfield/render/film/display.h"
 
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@
 #include <cstring>
 #include <thread>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::render {
 namespace {

@@ -7,21 +7,21 @@
 #include <functional>
 #include <vector>
 
-#include "core/random.h"
-#include "lightfield/cube_map.h"
-#include "render/estimators/environment.h"
+#include "luxfield/core/random.h"
+#include "luxfield/environment/cube_map.h"
+#include "luxfield/render/estimators/environment.h"
 #include "tests/render/estimator_fixture.h"
 
 namespace luxfield::render {
 
 inline lightfield::Vec3 TexelCentre(int face_size, int face, int row, int column) {
-  return Normalized(lightfield::CubeVector(
+  return Normalized(environment::CubeVector(
       {face, -1 + (2.0 * column + 1) / face_size, 1 - (2.0 * row + 1) / face_size}));
 }
 
-inline lightfield::CubeMap MakeMap(
+inline environment::CubeMap MakeMap(
     int face_size, const std::function<core::Rgb(lightfield::Vec3 direction)>& radiance) {
-  lightfield::CubeMap map(face_size);
+  environment::CubeMap map(face_size);
   for (int face = 0; face < 6; ++face)
     for (int row = 0; row < face_size; ++row)
       for (int column = 0; column < face_size; ++column) {
@@ -33,7 +33,7 @@ inline lightfield::CubeMap MakeMap(
 }
 
 // A sky brighter at the horizon, a brown ground, a sun of 2.5 degrees: 99.9 % of a face's energy.
-inline lightfield::CubeMap SunAndSky(int face_size, double sun = 3000) {
+inline environment::CubeMap SunAndSky(int face_size, double sun = 3000) {
   const auto to_sun = Normalized(lightfield::Vec3{0.3, 0.5, 0.8});
   const double cosine = std::cos(2.5 * M_PI / 180);
   return MakeMap(face_size, [=](lightfield::Vec3 w) -> core::Rgb {
@@ -44,7 +44,7 @@ inline lightfield::CubeMap SunAndSky(int face_size, double sun = 3000) {
 }
 
 // Every texel of its own, over two decades.
-inline lightfield::CubeMap NoiseMap(int face_size) {
+inline environment::CubeMap NoiseMap(int face_size) {
   core::Random random(20140404, 0);
   return MakeMap(face_size, [&](lightfield::Vec3) -> core::Rgb {
     const double y = std::exp(1.2 * random.Normal());

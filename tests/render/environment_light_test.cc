@@ -1,5 +1,5 @@
 // Sampling tables of environment maps as the device makes and reads them.
-#include "render/environment_light.h"
+#include "luxfield/render/lights/environment_light.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "lightfield/environment_map.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/environment/environment_map.h"
 #include "tests/render/chi_squared.h"
 #include "tests/render/environment_fixture.h"
 #include "tests/test_data.h"
@@ -19,13 +19,13 @@
 namespace luxfield::render {
 namespace {
 
-using lightfield::CubeMap;
+using environment::CubeMap;
 using lightfield::Vec3;
 
 constexpr cl_uint kSeed = 20140505;
 
 const char* const kKernel = R"(
-#include "kernels/environment_sampling.clh"
+#include "luxfield/render/kernels/environment/environment_sampling.clh"
 
 __kernel void Evaluate(ENVIRONMENT_ARGUMENTS, __global const float4* directions, int count,
                        __global float4* radiance, __global int* tile) {
@@ -109,7 +109,7 @@ int TileOf(int face_size, int side, int face, int row, int column) {
 
 // The texels' luminous energy Y dw by tile, in double.
 std::vector<double> TileEnergies(const CubeMap& map, int side, double compensation) {
-  const auto angles = lightfield::TexelSolidAngles(map.face_size);
+  const auto angles = environment::TexelSolidAngles(map.face_size);
   const core::Rgb mean_radiance = MeanRadiance(map);
   const double taken = compensation * core::Luminance(mean_radiance);
   std::vector<double> energies(6 * side * side, 0.0);
@@ -140,8 +140,8 @@ void ExpectTables(const Bench& bench, const CubeMap& map, int side, float compen
     for (int row = 0; row < size; ++row)
       for (int column = 0; column < size; ++column) {
         directions.push_back(TexelCentre(size, face, row, column));
-        per_area.push_back(lightfield::CubeSolidAnglePerArea(-1 + (2.0 * column + 1) / size,
-                                                             1 - (2.0 * row + 1) / size));
+        per_area.push_back(environment::CubeSolidAnglePerArea(-1 + (2.0 * column + 1) / size,
+                                                              1 - (2.0 * row + 1) / size));
       }
   const auto found = bench.Evaluate(light, directions);
   const auto energies = light.energies().Download<float>();
@@ -191,7 +191,7 @@ TEST(EnvironmentLight, DensitiesOfRealMaps) {
   const Bench bench;
   for (const std::string name : {"openexr__OrientationCube.exr", "openexr__KernerEnvCube.exr"}) {
     const auto path = testdata::Folder() / "env" / name;
-    ExpectTables(bench, MakeCubeMap(lightfield::ReadEnvironmentPicture(path), 64), 1, 0, name);
+    ExpectTables(bench, MakeCubeMap(environment::ReadEnvironmentPicture(path), 64), 1, 0, name);
   }
 }
 
@@ -215,7 +215,7 @@ TEST(EnvironmentLight, SumsAreExact) {
       const std::size_t t = row * n + column;
       const cl_ulong end = column + 1 < n ? columns[t + 1] : rows[row + 1] - rows[row];
       ASSERT_LE(columns[t], end);
-      // The stored density is that of the quanta.
+      // The stored density is that of the units.
       ASSERT_FLOAT_EQ(texels[t].s[3], static_cast<float>(end - columns[t]) * 0x1p-62f * 400.0f);
     }
   }
@@ -228,7 +228,7 @@ TEST(EnvironmentLight, ChiSquaredOfDraws) {
   const Bench bench;
   constexpr int kSize = 16, kSide = 2, kCount = 300000;
   const CubeMap map = NoiseMap(kSize);
-  const auto angles = lightfield::TexelSolidAngles(kSize);
+  const auto angles = environment::TexelSolidAngles(kSize);
   EnvironmentLight light(bench.device, kSize, {kSide, 0});
   light.Show(map);
   const int n = kSize / kSide;
@@ -250,7 +250,7 @@ TEST(EnvironmentLight, ChiSquaredOfDraws) {
       ASSERT_NEAR(Length(w), 1, 1e-6);
       directions.push_back(w);
       ++observed[map.texel_of(w)];
-      const auto point = lightfield::CubePointFromDirection(w);
+      const auto point = environment::CubePointFromDirection(w);
       const double column = 2 * kSize * (1 + point.x), row = 2 * kSize * (1 - point.y);
       ++parts[4 * (static_cast<int>(row) % 4) + static_cast<int>(column) % 4];
     }
@@ -301,7 +301,7 @@ TEST(EnvironmentLight, ExtremesHaveTheirAnswers) {
   sunny.Show(sun);
   constexpr int kCount = 200000;
   const auto draws = bench.Draw(sunny, 0, sunny.row_count(), kCount);
-  const auto angles = lightfield::TexelSolidAngles(16);
+  const auto angles = environment::TexelSolidAngles(16);
   const double in_sun = 1e5 * angles[7 * 16 + 9],
                share = in_sun / (in_sun + 4 * std::numbers::pi - angles[7 * 16 + 9]);
   double hits = 0;

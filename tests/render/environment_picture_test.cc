@@ -7,12 +7,12 @@
 #include <cstdio>
 #include <numbers>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/progress.h"
-#include "lightfield/environment_map.h"
-#include "render/renderer.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/render/renderer.h"
 
 namespace luxfield::render {
 namespace {
@@ -103,7 +103,7 @@ TEST_F(EnvironmentPicture, GoesOverOthersByItsAlpha) {
 
 TEST_F(EnvironmentPicture, ShowsTheSkyAndItsLight) {
   const auto sky = WriteSky("light");
-  const auto map = MakeCubeMap(lightfield::ReadEnvironmentPicture(sky), kFaceSize);
+  const auto map = MakeCubeMap(environment::ReadEnvironmentPicture(sky), kFaceSize);
   const scene::Scene scene = Block(sky);
   auto options = Options(Shadows::kNone, 128);
   options.seed = 12;

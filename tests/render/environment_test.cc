@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <numbers>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "render/device_scene.h"
-#include "scene/bvh.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/render/scene/device_scene.h"
+#include "luxfield/scene/bvh.h"
 #include "tests/render/brdf_by_formula.h"
 #include "tests/render/environment_fixture.h"
 #include "tests/render/sampling_fixture.h"
@@ -17,7 +17,7 @@
 namespace luxfield::render {
 namespace {
 
-using lightfield::CubeMap;
+using environment::CubeMap;
 using lightfield::Vec3;
 using std::numbers::pi;
 
@@ -187,13 +187,13 @@ double ReflectedLuminance(const CubeMap& map, const TestBrdf& brdf, Vec3 n, Vec3
     for (int row = 0; row < fine; ++row)
       for (int column = 0; column < fine; ++column) {
         const double x = -1 + (2.0 * column + 1) / fine, y = 1 - (2.0 * row + 1) / fine;
-        const Vec3 w = Normalized(lightfield::CubeVector({face, x, y}));
+        const Vec3 w = Normalized(environment::CubeVector({face, x, y}));
         const double cosine = Dot(n, w);
         if (cosine <= 0) continue;
         const auto f = BrdfByFormula(brdf, n, eye, w);
         core::Rgb shown;
         for (int c = 0; c < 3; ++c) shown[c] = f[c] * map.at(face, row / parts, column / parts, c);
-        sum += core::Luminance(shown) * cosine * area * lightfield::CubeSolidAnglePerArea(x, y);
+        sum += core::Luminance(shown) * cosine * area * environment::CubeSolidAnglePerArea(x, y);
       }
   return sum;
 }

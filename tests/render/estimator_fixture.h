@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "render/estimators/estimator.h"
-#include "render/kernels/bvh_types.clh"
+#include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/kernels/scene/bvh_types.clh"
 
 namespace luxfield::render {
 

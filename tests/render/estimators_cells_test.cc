@@ -1,12 +1,12 @@
 // `cells`: density and unbiasedness for every basis, colour, extremes, bounds, less variance than
 // `windowed`.
-#include "render/estimators/cells.h"
+#include "luxfield/render/estimators/cells.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "render/shadow_maps.h"
+#include "luxfield/render/lights/shadow_maps.h"
 #include "tests/render/brute_force.h"
 #include "tests/render/sampling_fixture.h"
 

@@ -4,8 +4,8 @@
 
 #include <cstdio>
 
-#include "lightfield/light_vector.h"
-#include "render/estimators/exact.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/render/estimators/exact.h"
 #include "tests/render/brute_force.h"
 #include "tests/render/estimator_fixture.h"
 #include "tests/render/structured_luminaires.h"

@@ -1,14 +1,14 @@
 // `gloss`, and `windowed` on glossy surfaces, against brute-force quadrature in double.
-#include "render/estimators/gloss.h"
+#include "luxfield/render/estimators/gloss.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "core/error.h"
-#include "lightfield/light_vector.h"
-#include "render/device_scene.h"
-#include "scene/bvh.h"
+#include "luxfield/core/error.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/render/scene/device_scene.h"
+#include "luxfield/scene/bvh.h"
 #include "tests/render/brdf_by_formula.h"
 #include "tests/render/brute_force.h"
 #include "tests/render/sampling_fixture.h"

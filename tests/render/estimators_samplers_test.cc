@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 #include "tests/render/sampling_fixture.h"
 
 namespace luxfield::render {

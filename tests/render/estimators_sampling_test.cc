@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "core/error.h"
-#include "render/estimators/sequences.h"
+#include "luxfield/core/error.h"
+#include "luxfield/render/estimators/sequences.h"
 #include "tests/render/sampling_fixture.h"
 
 namespace luxfield::render {

@@ -3,9 +3,9 @@
 
 #include <cstdio>
 
-#include "core/error.h"
-#include "lightfield/light_vector.h"
-#include "render/estimators/volume.h"
+#include "luxfield/core/error.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/render/estimators/volume.h"
 #include "tests/render/estimator_fixture.h"
 #include "tests/render/structured_luminaires.h"
 

@@ -1,12 +1,12 @@
 // `windowed` is unbiased and bounded on images where `thesis` is biased; shadows, extremes.
-#include "render/estimators/windowed.h"
+#include "luxfield/render/estimators/windowed.h"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "lightfield/light_vector.h"
-#include "render/kernels/brdf_types.clh"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/render/kernels/brdf/brdf_types.clh"
 #include "tests/render/estimator_fixture.h"
 #include "tests/render/sampling_fixture.h"
 #include "tests/render/structured_luminaires.h"

@@ -1,4 +1,4 @@
-#include "render/film.h"
+#include "luxfield/render/film/film.h"
 
 #include <cairo.h>
 #include <gmock/gmock.h>
@@ -9,11 +9,11 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
-#include "core/random.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::render {
 namespace {

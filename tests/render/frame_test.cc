@@ -1,11 +1,11 @@
 // Means of frames and scaled light groups, from numbers made by hand.
-#include "render/frame.h"
+#include "luxfield/render/film/frame.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "render/light_groups.h"
+#include "luxfield/render/film/light_groups.h"
 
 namespace luxfield::render {
 namespace {

@@ -1,5 +1,5 @@
 // Light groups: that they are the picture, and what scaling them makes of it.
-#include "render/light_groups.h"
+#include "luxfield/render/film/light_groups.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,13 +7,13 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/measures.h"
-#include "core/progress.h"
-#include "render/film.h"
-#include "render/renderer.h"
-#include "tests/study/small_scene.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/render/film/film.h"
+#include "luxfield/render/renderer.h"
+#include "tests/render/small_scene.h"
 
 namespace luxfield::render {
 namespace {
@@ -28,7 +28,7 @@ scene::Scene TwoLampsAndASky(double left = 1, double right = 0.5, double sky_sca
   for (std::size_t i = 0; i < picture.data.size(); ++i)
     picture.data[i] = 0.05f + 0.01f * static_cast<float>(i % 16);
   core::WriteExrImage(sky, picture);
-  scene::Scene scene = study::LampOverFloor();
+  scene::Scene scene = render::LampOverFloor();
   scene.luminaires.push_back(scene.luminaires[0]);
   scene.luminaires[0].name = "left lamp";
   scene.luminaires[0].scale = left;

@@ -1,11 +1,11 @@
-#include "study/light_samples.h"
+#include "luxfield/render/accuracy/light_samples.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 // v(n) = a / n at s seconds a sample.
@@ -80,4 +80,4 @@ TEST(LightSamples, AreSharedByThePointsOfAPixel) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::render

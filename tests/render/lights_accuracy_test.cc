@@ -1,5 +1,5 @@
 // Errors and times asked of scenes that luminaires, area lights and an environment light together.
-#include "study/lights_accuracy.h"
+#include "luxfield/render/accuracy/lights_accuracy.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,15 +9,15 @@
 #include <numbers>
 #include <numeric>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/measures.h"
-#include "core/progress.h"
-#include "lightfield/environment_map.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/measures.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/environment/environment_map.h"
 #include "tests/render/area_light_fixture.h"
-#include "tests/study/small_scene.h"
+#include "tests/render/small_scene.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 constexpr int kSkyFace = 8;
@@ -69,7 +69,8 @@ core::Image ExactPicture(const scene::Scene& all, render::LitScene& lit) {
   options.shadows = render::Shadows::kNone;
   const render::Frame lamps = render::Renderer(scene, options).Render(),
                       seen = render::Renderer(lit, options).Render();
-  const auto sky = lightfield::MakeCubeMap(lightfield::ReadEnvironmentPicture(SkyFile()), kSkyFace);
+  const auto sky =
+      environment::MakeCubeMap(environment::ReadEnvironmentPicture(SkyFile()), kSkyFace);
   const double albedo = all.geometry.materials[0].albedo[0];
   core::Image exact = lamps.radiance;
   for (int row = 0; row < exact.height; ++row)
@@ -82,7 +83,7 @@ core::Image ExactPicture(const scene::Scene& all, render::LitScene& lit) {
         return scene::Vec3{image.at(0, row, column), image.at(1, row, column),
                            image.at(2, row, column)};
       };
-      double e = Irradiance(sky, at(lamps.normal))[1];
+      double e = environment::Irradiance(sky, at(lamps.normal))[1];
       for (const auto& light : all.area_lights)
         e += render::ExactIrradiance(light, {at(lamps.position), at(lamps.normal)});
       for (int c = 0; c < 3; ++c)
@@ -249,4 +250,4 @@ TEST(Settings, AreRankedByWhatIsAskedFor) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -1,14 +1,14 @@
 // Two strategies combined: the share that a pilot chooses, unbiasedness of every combination for
 // environments, luminaires and glossy surfaces, extremes of densities.
-#include "render/estimators/two_strategies.h"
+#include "luxfield/render/estimators/mis.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "core/error.h"
-#include "lightfield/environment_map.h"
+#include "luxfield/core/error.h"
+#include "luxfield/environment/environment_map.h"
 #include "tests/render/area_light_fixture.h"
 #include "tests/render/brdf_by_formula.h"
 #include "tests/render/environment_fixture.h"
@@ -16,11 +16,11 @@
 namespace luxfield::render {
 namespace {
 
-using lightfield::CubeMap;
+using environment::CubeMap;
 using lightfield::Vec3;
 
 const char* const kShareKernel = R"(
-#include "kernels/light_share.clh"
+#include "luxfield/render/kernels/mis/light_share.clh"
 
 __kernel void Share(__global const float2* samples, int count, int steps, float guard,
                     __global float* share) {
@@ -70,7 +70,7 @@ class ShareTest : public testing::Test {
   }
 
   Device device_ = Device::Open();
-  Program program_ = Program::BuildText(device_, kShareKernel, "two_strategies_test.cl");
+  Program program_ = Program::BuildText(device_, kShareKernel, "mis_test.cl");
 };
 
 // One step is the thesis' formula; the steps end at the least second moment; the former is off
@@ -158,7 +158,7 @@ EnvironmentLight MakeLight(const Device& device, const CubeMap& map,
   return light;
 }
 
-Lit LightBy(const Device& device, TwoStrategies& estimator, const GBuffer& gbuffer,
+Lit LightBy(const Device& device, MisEstimator& estimator, const GBuffer& gbuffer,
             const EnvironmentLight& light, const EstimatorOptions& options,
             const Buffer& light_share = {}) {
   Lighting lighting(device, gbuffer);
@@ -169,9 +169,9 @@ Lit LightBy(const Device& device, TwoStrategies& estimator, const GBuffer& gbuff
           lighting.samples.Download<cl_uint>()};
 }
 
-TEST(TwoStrategies, EnvironmentOf24Orientations) {
+TEST(MisEstimator, EnvironmentOf24Orientations) {
   const Device device = Device::Open();
-  TwoStrategies estimator(device);
+  MisEstimator estimator(device);
   constexpr int kCopies = 512;
   std::vector<SurfacePoint> points;
   for (const Vec3& n : Orientations(24)) points.push_back(RoundToFloat({{}, n}));
@@ -207,9 +207,9 @@ TEST(TwoStrategies, EnvironmentOf24Orientations) {
   }
 }
 
-TEST(TwoStrategies, LuminairesOnLambertianSurfaces) {
+TEST(MisEstimator, LuminairesOnLambertianSurfaces) {
   const Device device = Device::Open();
-  TwoStrategies estimator(device);
+  MisEstimator estimator(device);
   constexpr int kCopies = 128;
   const auto points = FacingReceivers(0.3, 40);
   const GBuffer gbuffer = MakeGBuffer(device, Repeated(points, kCopies));
@@ -255,9 +255,9 @@ double ReflectedLuminance(const scene::AreaLight& light, const SurfacePoint& poi
   return sum * light.width_m * light.height_m / (double(parts) * parts);
 }
 
-TEST(TwoStrategies, GlossySurfacesUnderARectangle) {
+TEST(MisEstimator, GlossySurfacesUnderARectangle) {
   const Device device = Device::Open();
-  TwoStrategies estimator(device);
+  MisEstimator estimator(device);
   constexpr int kCopies = 512, kSamples = 24;
   const scene::AreaLight light =
       Rectangle(0.6, 0.4, scene::LookAt({0.2, 0.3, 1}, {0, 0, 0}, {0, 1, 0}));
@@ -305,9 +305,9 @@ TEST(TwoStrategies, GlossySurfacesUnderARectangle) {
 
 // 1 - (1 - p_l / P) / 2 where the light's density p_l is below the largest of the BRDF's samples,
 // else 1.
-TEST(TwoStrategies, SharesByTheLobe) {
+TEST(MisEstimator, SharesByTheLobe) {
   const Device device = Device::Open();
-  TwoStrategies estimator(device);
+  MisEstimator estimator(device);
   constexpr int kSamples = 1000;
   const double pi = std::numbers::pi;
   const auto share = [&](const TestBrdf& brdf, const scene::AreaLight& light) {
@@ -335,9 +335,9 @@ TEST(TwoStrategies, SharesByTheLobe) {
               1.0 / kSamples);
 }
 
-TEST(TwoStrategies, GivenSharesAreUnbiased) {
+TEST(MisEstimator, GivenSharesAreUnbiased) {
   const Device device = Device::Open();
-  TwoStrategies estimator(device);
+  MisEstimator estimator(device);
   constexpr int kCopies = 1024;
   const SurfacePoint point = RoundToFloat({{0.1, 0.2, 0}, {0, 0, 1}});
   const GBuffer gbuffer = MakeGBuffer(device, Repeated({point}, kCopies));
@@ -355,9 +355,9 @@ TEST(TwoStrategies, GivenSharesAreUnbiased) {
 }
 
 // docs/theory.md 12: one texel is the sun, faces are black, the two densities agree, few samples.
-TEST(TwoStrategies, ExtremesHaveTheirAnswers) {
+TEST(MisEstimator, ExtremesHaveTheirAnswers) {
   const Device device = Device::Open();
-  TwoStrategies estimator(device);
+  MisEstimator estimator(device);
   constexpr int kCopies = 1024;
   const SurfacePoint up{{}, {0, 0, 1}};
   const GBuffer gbuffer = MakeGBuffer(device, Repeated({up}, kCopies));
@@ -395,11 +395,11 @@ TEST(TwoStrategies, ExtremesHaveTheirAnswers) {
     }
 }
 
-TEST(TwoStrategies, WrongOptionsAreNamed) {
+TEST(MisEstimator, WrongOptionsAreNamed) {
   using testing::HasSubstr;
   using testing::ThrowsMessage;
   const Device device = Device::Open();
-  TwoStrategies estimator(device);
+  MisEstimator estimator(device);
   const GBuffer gbuffer = FacingGBuffer(device, {{0, 0, 1}});
   const auto light = [&](const EstimatorOptions& options) {
     LightBy(device, estimator, gbuffer, MakeLight(device, NoiseMap(4), options.knobs.environment),

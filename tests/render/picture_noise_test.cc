@@ -1,14 +1,14 @@
 // What is said of a picture's noise, against made-up noise that is known.
-#include "study/picture_noise.h"
+#include "luxfield/render/accuracy/picture_noise.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 constexpr std::uint64_t kSeed = 11;
@@ -100,4 +100,4 @@ TEST(VarianceLaw, FollowsItsPoints) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -3,8 +3,8 @@
 
 #include <cstdio>
 
-#include "preprocess/tables.h"
-#include "render/estimators/estimator.h"
+#include "luxfield/preprocess/tables.h"
+#include "luxfield/render/estimators/estimator.h"
 #include "tests/render/chi_squared.h"
 #include "tests/render/structured_luminaires.h"
 
@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint64_t kSeed = 20140606;
 
 const char* const kKernel = R"(
-#include "kernels/precomputed.cl"
+#include "luxfield/render/kernels/luminaire/precomputed.cl"
 
 __kernel void Draw(__global const ulong* sat, int m, int width, int height, uint seed,
                    __global int2* texel, __global float2* fraction) {

@@ -7,11 +7,11 @@
 #include <limits>
 #include <optional>
 
-#include "core/random.h"
-#include "render/device_scene.h"
-#include "render/kernels/brdf_types.clh"
-#include "scene/ray_caster.h"
-#include "scene/texture.h"
+#include "luxfield/core/random.h"
+#include "luxfield/render/kernels/brdf/brdf_types.clh"
+#include "luxfield/render/scene/device_scene.h"
+#include "luxfield/scene/ray_caster.h"
+#include "luxfield/scene/texture.h"
 
 namespace luxfield::render {
 namespace {
@@ -25,7 +25,7 @@ using scene::Transform;
 using scene::Vec3;
 
 constexpr char kQueries[] = R"(
-#include "kernels/bvh.clh"
+#include "luxfield/render/kernels/scene/bvh.clh"
 typedef struct { float origin[3]; float t_max; float direction[3]; float unused; } Query;
 typedef struct { float t; int triangle; int occluded; } Answer;
 __kernel void AnswerQueries(__global const BvhNode* nodes, __global const BvhTriangle* triangles,

@@ -1,6 +1,6 @@
 // The estimate of a picture's noise from pixels that are lit again, against made-up pictures whose
 // noise is known.
-#include "render/relit_pixels.h"
+#include "luxfield/render/film/relit_pixels.h"
 
 #include <gtest/gtest.h>
 

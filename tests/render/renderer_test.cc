@@ -1,4 +1,4 @@
-#include "render/renderer.h"
+#include "luxfield/render/renderer.h"
 
 #include <fmt/format.h>
 
@@ -12,15 +12,15 @@
 #include <fstream>
 #include <numbers>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "core/progress.h"
-#include "core/random.h"
-#include "lightfield/light_vector.h"
-#include "lightfield/posed_light_field.h"
-#include "preprocess/table_io.h"
-#include "render/film.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/lightfield/posed_light_field.h"
+#include "luxfield/preprocess/table_io.h"
+#include "luxfield/render/film/film.h"
 
 namespace luxfield::render {
 namespace {

@@ -1,5 +1,5 @@
 // Where samples go, on made-up pictures whose best answer is known.
-#include "study/sample_density.h"
+#include "luxfield/render/accuracy/sample_density.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 #include <cstdio>
 #include <set>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 namespace {
 
 constexpr int kWidth = 33, kHeight = 8, kGap = 16;  // nothing is hit in the column kGap
@@ -117,4 +117,4 @@ TEST(SampleDensity, AnyNoiseGivesFewDensitiesThatAreWorthIt) {
 }
 
 }  // namespace
-}  // namespace luxfield::study
+}  // namespace luxfield::render

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/light_vector.h"
-#include "preprocess/tables.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/preprocess/tables.h"
 #include "tests/render/estimator_fixture.h"
 #include "tests/render/structured_luminaires.h"
 

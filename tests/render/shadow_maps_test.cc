@@ -1,5 +1,5 @@
 // Shadow maps against ray casts on the CPU and against cases with known answers.
-#include "render/shadow_maps.h"
+#include "luxfield/render/lights/shadow_maps.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/error.h"
-#include "lightfield/light_vector.h"
-#include "render/device_scene.h"
-#include "scene/ray_caster.h"
+#include "luxfield/core/error.h"
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/render/scene/device_scene.h"
+#include "luxfield/scene/ray_caster.h"
 #include "tests/render/estimator_fixture.h"
 #include "tests/render/structured_luminaires.h"
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdio>
 
-#include "render/estimators/two_strategies.h"
+#include "luxfield/render/estimators/mis.h"
 #include "tests/render/brute_force.h"
 #include "tests/render/sampling_fixture.h"
 
@@ -171,9 +171,9 @@ TEST(SignedLightFields, CellsAreUnbiasedThroughOneTexel) {
                       "one texel", 1.0 / (kSeeds * 16));
 }
 
-TEST(SignedLightFields, TwoStrategiesAreUnbiased) {
+TEST(SignedLightFields, MisIsUnbiased) {
   const Device device = Device::Open();
-  TwoStrategies two(device);
+  MisEstimator two(device);
   const auto points = FacingReceivers(0.3, 60);
   const GBuffer gbuffer = MakeGBuffer(device, points);
   const LightField field =

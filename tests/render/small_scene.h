@@ -6,10 +6,10 @@
 #include <cmath>
 #include <filesystem>
 
-#include "lightfield/light_field.h"
-#include "scene/scene.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/scene/scene.h"
 
-namespace luxfield::study {
+namespace luxfield::render {
 
 // A soft beam, so that no few pixels hold all the noise.
 inline lightfield::LightField SoftLamp() {
@@ -45,4 +45,4 @@ inline scene::Scene LampOverFloor(bool with_box = true) {
   return scene;
 }
 
-}  // namespace luxfield::study
+}  // namespace luxfield::render

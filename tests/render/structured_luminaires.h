@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string>
 
-#include "core/random.h"
-#include "lightfield/light_field.h"
+#include "luxfield/core/random.h"
+#include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::render {
 

@@ -4,10 +4,10 @@
 
 #include <cstdio>
 
-#include "core/random.h"
-#include "preprocess/tables.h"
-#include "render/device.h"
-#include "render/estimators/luminaire_params.h"
+#include "luxfield/core/random.h"
+#include "luxfield/preprocess/tables.h"
+#include "luxfield/render/device/device.h"
+#include "luxfield/render/lights/luminaire_params.h"
 #include "tests/render/chi_squared.h"
 #include "tests/render/structured_luminaires.h"
 
@@ -17,9 +17,9 @@ namespace {
 constexpr std::uint64_t kSeed = 20140303;
 
 const char* const kKernel = R"(
-#include "kernels/basis_sampling.clh"
-#include "kernels/random.clh"
-#include "kernels/window_sampling.clh"
+#include "luxfield/render/kernels/luminaire/basis_sampling.clh"
+#include "luxfield/render/kernels/luminaire/window_sampling.clh"
+#include "luxfield/render/kernels/math/random.clh"
 
 // Sample k of image (i, j) for a receiver at p; xi from `given`, or from Philox where it is null.
 __kernel void Draw(__constant const LuminaireParams* luminaire, __global const ulong* sat, float4 p, int i, int j,
@@ -169,7 +169,7 @@ TEST(WindowSampling, ChiSquaredAgainstTheDensity) {
         }
       const std::string what = std::string(kind) + ", z = " + std::to_string(p.z) + " m";
       EXPECT_LT(ChiSquaredDeviations(expected, observed, what), 5);
-      // The mass is the expectation's total, in quanta of texels seen per cell.
+      // The mass is the expectation's total, in units of texels seen per cell.
       const double per_cell = cells * cells / ((window.c1 - window.c0) * (window.r1 - window.r0));
       EXPECT_NEAR(std::ldexp(draws.mass, -tables.exponent[m]), total * per_cell,
                   1e-4 * total * per_cell);

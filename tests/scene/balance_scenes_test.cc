@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <map>
 
-#include "scene/scene.h"
+#include "luxfield/scene/scene.h"
 
 namespace luxfield::scene {
 namespace {

@@ -1,12 +1,12 @@
-#include "scene/bvh.h"
+#include "luxfield/scene/bvh.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <set>
 
-#include "core/random.h"
-#include "scene/ray_caster.h"
+#include "luxfield/core/random.h"
+#include "luxfield/scene/ray_caster.h"
 
 namespace luxfield::scene {
 namespace {

@@ -8,11 +8,11 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/error.h"
-#include "core/json.h"
-#include "core/random.h"
-#include "scene/mesh.h"
-#include "scene/texture.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/random.h"
+#include "luxfield/scene/mesh.h"
+#include "luxfield/scene/texture.h"
 #include "tests/test_data.h"
 
 namespace luxfield::scene {

@@ -1,4 +1,4 @@
-#include "scene/mesh.h"
+#include "luxfield/scene/mesh.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <cstring>
 #include <fstream>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "scene/texture.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/scene/texture.h"
 #include "tests/test_data.h"
 
 namespace luxfield::scene {

@@ -1,7 +1,7 @@
 // The scenes of data/scenes/: what the benches and the pictures of the README are taken over.
 #include <gtest/gtest.h>
 
-#include "scene/scene.h"
+#include "luxfield/scene/scene.h"
 
 namespace luxfield::scene {
 namespace {

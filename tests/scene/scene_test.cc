@@ -1,11 +1,11 @@
-#include "scene/scene.h"
+#include "luxfield/scene/scene.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::scene {
 namespace {
@@ -115,7 +115,7 @@ TEST(Scene, ReadsAnEnvironment) {
                       "[environment]\nfile = \"/a/ball.exr\"\nlayout = \"mirror-ball\"\n"
                       "rotate_deg = [0, 0, 90]\nscale = 0.25\nface_size = 64\n"));
   EXPECT_EQ(all.environment->file, "/a/ball.exr");
-  EXPECT_EQ(all.environment->layout, lightfield::EnvironmentLayout::kMirrorBall);
+  EXPECT_EQ(all.environment->layout, environment::EnvironmentLayout::kMirrorBall);
   EXPECT_EQ(all.environment->scale, 0.25);
   EXPECT_EQ(all.environment->face_size, 64);
   EXPECT_NEAR(all.environment->world_from_environment.Vector({1, 0, 0}).y, 1, 1e-15);

@@ -1,8 +1,8 @@
-#include "scene/transform.h"
+#include "luxfield/scene/transform.h"
 
 #include <gtest/gtest.h>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::scene {
 namespace {

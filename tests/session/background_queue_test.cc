@@ -1,4 +1,4 @@
-#include "core/background_queue.h"
+#include "luxfield/session/background_queue.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 TEST(BackgroundQueue, DoesEverythingInOrder) {
@@ -83,4 +83,4 @@ TEST(BackgroundQueue, AnErrorIsThrownOnceAndDropsWhatWaits) {
 }
 
 }  // namespace
-}  // namespace luxfield::core
+}  // namespace luxfield::session

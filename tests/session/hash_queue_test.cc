@@ -1,12 +1,12 @@
-#include "core/hash_queue.h"
+#include "luxfield/session/hash_queue.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "core/file.h"
+#include "luxfield/core/file.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 TEST(HashQueue, EveryMessageGetsItsHashAndIsKeptUntilThen) {
@@ -19,7 +19,7 @@ TEST(HashQueue, EveryMessageGetsItsHashAndIsKeptUntilThen) {
       // The first ones take longer than it takes to push the others, which are hashed together.
       const auto bytes = std::make_shared<const std::string>(n < 3 ? 1'000'000 : 1000 + 10 * n,
                                                              static_cast<char>(n));
-      expected.push_back(Sha256(*bytes));
+      expected.push_back(core::Sha256(*bytes));
       kept.push_back(bytes);
       hashes.push_back(queue.Push({{}, *bytes}, bytes));
     }
@@ -31,4 +31,4 @@ TEST(HashQueue, EveryMessageGetsItsHashAndIsKeptUntilThen) {
 }
 
 }  // namespace
-}  // namespace luxfield::core
+}  // namespace luxfield::session

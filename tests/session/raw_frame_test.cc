@@ -1,12 +1,12 @@
-#include "core/raw_frame.h"
+#include "luxfield/session/raw_frame.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/sha256.h"
-#include "tests/core/small_session.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/sha256.h"
+#include "tests/session/small_session.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 TEST(RawFrame, TiffKeepsEveryBit) {
@@ -22,7 +22,7 @@ TEST(RawFrame, TiffKeepsEveryBit) {
 
 TEST(RawFrame, ATiffIsWholeBlocksAndThenThePixelsOfMemory) {
   RawFrame frame = TestFrame(3, 1);
-  EXPECT_EQ(TiffHead(frame).size() % kSha256Block, 0u);
+  EXPECT_EQ(TiffHead(frame).size() % core::kSha256Block, 0u);
   EXPECT_EQ(PixelBytes(frame).data(), reinterpret_cast<const char*>(frame.dn.data()));
   EXPECT_EQ(PixelBytes(frame).size(), 2 * frame.size());
   frame.dn.pop_back();
@@ -50,4 +50,4 @@ TEST(RawFrame, FlippedBytesOfATiffNeverCrash) {
 }
 
 }  // namespace
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -10,11 +10,11 @@
 #include <functional>
 #include <string>
 
-#include "core/error.h"
-#include "core/session_writer.h"
-#include "tests/core/small_session.h"
+#include "luxfield/core/error.h"
+#include "luxfield/session/session_writer.h"
+#include "tests/session/small_session.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 inline std::filesystem::path NewFolder(const std::string& name) {
   static int counter = 0;
@@ -26,7 +26,7 @@ inline std::filesystem::path NewFolder(const std::string& name) {
 
 inline std::filesystem::path WholeSession(const std::string& name) {
   const auto folder = NewFolder(name);
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
   CaptureRest(writer);
   return folder;
@@ -45,4 +45,4 @@ inline std::string MessageOf(const std::function<void()>& action) {
   return "no InputError";
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -1,4 +1,4 @@
-#include "core/session_store.h"
+#include "luxfield/session/session_store.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -12,20 +12,20 @@
 #include <tuple>
 #include <vector>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/frame_file.h"
-#include "core/journal.h"
-#include "core/json.h"
-#include "core/manifest.h"
-#include "core/session_check.h"
-#include "core/session_writer.h"
-#include "core/sha256.h"
-#include "tests/core/session_folders.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/sha256.h"
+#include "luxfield/session/frame_file.h"
+#include "luxfield/session/journal.h"
+#include "luxfield/session/manifest.h"
+#include "luxfield/session/session_check.h"
+#include "luxfield/session/session_writer.h"
 #include "tests/fuzz/seeded.h"
 #include "tests/fuzz/session_files.h"
+#include "tests/session/session_folders.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 namespace fs = std::filesystem;
@@ -50,24 +50,24 @@ TEST(SessionStore, WhatIsWrittenIsRead) {
 TEST(SessionStore, JournalLineIsAsDocumented) {
   // The CRC is that of RFC 3720 (check value of "123456789"), the chain SHA-256 of the previous
   // line.
-  EXPECT_EQ(Crc32c("123456789"), 0xE3069283u);
+  EXPECT_EQ(core::Crc32c("123456789"), 0xE3069283u);
   const auto folder = WholeSession("line");
   std::ifstream file(folder / "journal.jsonl");
   std::string line, previous;
   for (int seq = 0; std::getline(file, line); ++seq) {
     const auto cut = line.rfind(",\"crc32c\":\"");
     EXPECT_EQ(line.substr(cut),
-              fmt::format(",\"crc32c\":\"{:08x}\"}}", Crc32c(line.substr(0, cut))));
-    const Json record = Json::parse(line);
+              fmt::format(",\"crc32c\":\"{:08x}\"}}", core::Crc32c(line.substr(0, cut))));
+    const core::Json record = core::Json::parse(line);
     EXPECT_EQ(record["seq"], seq);
-    EXPECT_EQ(record["prev"], seq == 0 ? std::string(64, '0') : Sha256(previous));
+    EXPECT_EQ(record["prev"], seq == 0 ? std::string(64, '0') : core::Sha256(previous));
     previous = line;
   }
 }
 
 TEST(SessionStore, EveryTruncationOfTheLastLineIsDroppedOnResume) {
   const auto folder = NewFolder("torn");
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   {
     auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
     writer.StartEpoch({});
@@ -77,7 +77,7 @@ TEST(SessionStore, EveryTruncationOfTheLastLineIsDroppedOnResume) {
     writer.CommitFrame(record, TestFrame(0, 0), {});
   }
   const auto journal = folder / "journal.jsonl";
-  const std::string bytes = ReadFile(journal);
+  const std::string bytes = core::ReadFile(journal);
   const std::size_t last = bytes.rfind('\n', bytes.size() - 2) + 1;
   ASSERT_GT(bytes.size() - last, 300u);
   for (std::size_t size = last; size < bytes.size(); ++size) {
@@ -93,7 +93,7 @@ TEST(SessionStore, EveryTruncationOfTheLastLineIsDroppedOnResume) {
             true);
   auto writer = SessionWriter::Resume(folder, kPlan, clock);
   EXPECT_EQ(fs::is_empty(folder / "frames"), true) << "a frame without its line is an orphan";
-  EXPECT_EQ(ReadFile(journal), bytes.substr(0, last));
+  EXPECT_EQ(core::ReadFile(journal), bytes.substr(0, last));
   CaptureRest(writer);
   EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
 }
@@ -101,7 +101,7 @@ TEST(SessionStore, EveryTruncationOfTheLastLineIsDroppedOnResume) {
 // The first frame needed three attempts, the later one of the same planned frame a single one.
 TEST(SessionStore, OfAPlannedFrameTheLastInTheJournalCounts) {
   const auto folder = NewFolder("again");
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   {
     auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
     writer.StartEpoch({{"camera", "test"}});
@@ -126,7 +126,7 @@ TEST(SessionStore, AFlippedByteAnywhereIsNoticed) {
   for (const char* name :
        {"journal.jsonl", "plan.json", "session.json", "manifest.json",
         "frames/i001_j000_print0_channel0_exposure01_repeat0_epoch0_attempt0.tif"}) {
-    const std::string bytes = ReadFile(folder / name);
+    const std::string bytes = core::ReadFile(folder / name);
     for (std::size_t at = 0; at < bytes.size(); at += std::max<std::size_t>(1, bytes.size() / 97)) {
       std::string bad = bytes;
       bad[at] = static_cast<char>(bad[at] ^ 1);
@@ -142,7 +142,7 @@ TEST(SessionStore, AFlippedByteAnywhereIsNoticed) {
 TEST(SessionStore, DamageBeforeTheLastLineIsRefusedNamingTheLine) {
   const auto folder = WholeSession("middle");
   const auto journal = folder / "journal.jsonl";
-  const std::string bytes = ReadFile(journal);
+  const std::string bytes = core::ReadFile(journal);
   std::string bad = bytes;
   const std::size_t third = bytes.find('\n', bytes.find('\n') + 1) + 1;
   bad[third + 40] = static_cast<char>(bad[third + 40] ^ 4);
@@ -160,7 +160,7 @@ TEST(SessionStore, MissingAndForeignFramesAreReported) {
   const auto folder = WholeSession("missing");
   const auto frame =
       folder / "frames/i001_j000_print0_channel0_exposure00_repeat0_epoch0_attempt0.tif";
-  const std::string bytes = ReadFile(frame);
+  const std::string bytes = core::ReadFile(frame);
   fs::remove(frame);
   EXPECT_THAT(VerifySession(folder).problems, testing::Contains(HasSubstr("is missing")));
   Overwrite(frame, EncodeTiff(TestFrame(2, 0)));
@@ -182,7 +182,7 @@ TEST(SessionStore, OfFramesReadTogetherTheAlteredOneIsNamed) {
   std::vector<const FrameRecord*> records;  // more than are hashed at a time
   for (int round = 0; round < 2; ++round)
     for (const FrameRecord& record : reader.frames()) records.push_back(&record);
-  ASSERT_GT(records.size(), kSha256Lanes);
+  ASSERT_GT(records.size(), core::kSha256Lanes);
   std::vector<std::string> bytes(records.size());
   std::vector<RawFrame> frames(records.size());
   for (std::size_t count = 0; count <= records.size(); ++count) {
@@ -192,7 +192,7 @@ TEST(SessionStore, OfFramesReadTogetherTheAlteredOneIsNamed) {
   }
   for (std::size_t bad = 0; bad < records.size() / 2; ++bad) {
     const auto file = folder / records[bad]->file;
-    const std::string whole = ReadFile(file);
+    const std::string whole = core::ReadFile(file);
     std::string altered = whole;
     altered.back() = static_cast<char>(altered.back() ^ 1);
     Overwrite(file, altered);
@@ -210,7 +210,7 @@ TEST(SessionStore, OfFramesReadTogetherTheAlteredOneIsNamed) {
 
 TEST(SessionStore, TheManifestListsFramesAsTheyWereCommitted) {
   const auto folder = NewFolder("listed");
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
   writer.StartEpoch({});
   FrameRecord record;
@@ -219,7 +219,8 @@ TEST(SessionStore, TheManifestListsFramesAsTheyWereCommitted) {
   record = writer.CommitFrame(record, TestFrame(0, 0), {});
   Overwrite(folder / record.file, "damaged since");
   writer.Seal("done");
-  const Manifest manifest = ParseManifest(ReadFile(folder / "manifest.json"), "manifest.json");
+  const Manifest manifest =
+      ParseManifest(core::ReadFile(folder / "manifest.json"), "manifest.json");
   const auto listed =
       std::find_if(manifest.files.begin(), manifest.files.end(),
                    [&](const ManifestFile& file) { return file.name == record.file; });
@@ -231,7 +232,7 @@ TEST(SessionStore, TheManifestListsFramesAsTheyWereCommitted) {
 TEST(SessionStore, SalvageKeepsWhatIsIntactAndTheRestIsRetaken) {
   const auto folder = WholeSession("salvage");
   const auto journal = folder / "journal.jsonl";
-  std::string bytes = ReadFile(journal);
+  std::string bytes = core::ReadFile(journal);
   // Damage the line of one frame of position 1, and lose a frame file of position 2.
   const std::size_t at = bytes.find("i001_j000_print0_channel0_exposure01");
   bytes[at] = 'x';
@@ -248,7 +249,7 @@ TEST(SessionStore, SalvageKeepsWhatIsIntactAndTheRestIsRetaken) {
     if (record.kind == FrameKind::kPosition) {
       EXPECT_EQ(record.i, 0) << "brackets that lost a frame do not count";
     }
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   auto writer = SessionWriter::Resume(folder, kPlan, clock);
   CaptureRest(writer);
   const SessionCheck check = VerifySession(folder);
@@ -260,17 +261,17 @@ TEST(SessionStore, NothingIsWrittenThatNoReaderTakes) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const auto folder = NewFolder("readable");
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   SessionWriter::Create(folder, kPlan, kSession, {}, clock).StartEpoch({});
-  using Spoil = std::function<void(FrameRecord&, Json & checks)>;
+  using Spoil = std::function<void(FrameRecord&, core::Json & checks)>;
   const std::vector<std::pair<std::string, Spoil>> cases = {
-      {"meter", [](FrameRecord& r, Json&) { r.meter = kNan; }},
-      {"meter", [](FrameRecord& r, Json&) { r.meter = kInfinity; }},
-      {"meter", [](FrameRecord& r, Json&) { r.meter = -1; }},
-      {"t_start_s", [](FrameRecord& r, Json&) { r.t_start_s = kNan; }},
-      {"stage_u_m", [](FrameRecord& r, Json&) { r.stage_u_m = kInfinity; }},
-      {"exposure_s", [](FrameRecord& r, Json&) { r.exposure_s = 0; }},
-      {"checks.mean_dn", [](FrameRecord&, Json& checks) { checks["mean_dn"] = -kInfinity; }}};
+      {"meter", [](FrameRecord& r, core::Json&) { r.meter = kNan; }},
+      {"meter", [](FrameRecord& r, core::Json&) { r.meter = kInfinity; }},
+      {"meter", [](FrameRecord& r, core::Json&) { r.meter = -1; }},
+      {"t_start_s", [](FrameRecord& r, core::Json&) { r.t_start_s = kNan; }},
+      {"stage_u_m", [](FrameRecord& r, core::Json&) { r.stage_u_m = kInfinity; }},
+      {"exposure_s", [](FrameRecord& r, core::Json&) { r.exposure_s = 0; }},
+      {"checks.mean_dn", [](FrameRecord&, core::Json& checks) { checks["mean_dn"] = -kInfinity; }}};
   for (const auto& [field, spoil] : cases)
     for (const bool behind : {false, true}) {
       SCOPED_TRACE(field);
@@ -279,7 +280,7 @@ TEST(SessionStore, NothingIsWrittenThatNoReaderTakes) {
       FrameRecord record;
       record.i = record.j = 0;
       record.exposure_s = record.requested_exposure_s = 1;
-      Json checks = Json::object();
+      core::Json checks = core::Json::object();
       spoil(record, checks);
       try {
         if (behind) {
@@ -303,22 +304,22 @@ TEST(SessionStore, NothingIsWrittenThatNoReaderTakes) {
 // Lines that are whole, and make no sense: a monitor over range, as earlier versions wrote it.
 TEST(SessionStore, SalvageDropsLinesThatMakeNoSense) {
   for (const auto& [type, field, value] :
-       {std::tuple{"frame", "meter", Json()}, std::tuple{"frame", "meter", Json(-1)},
-        std::tuple{"position_complete", "frames", Json("two")}}) {
+       {std::tuple{"frame", "meter", core::Json()}, std::tuple{"frame", "meter", core::Json(-1)},
+        std::tuple{"position_complete", "frames", core::Json("two")}}) {
     SCOPED_TRACE(fmt::format("{} {}", type, field));
     const auto folder = WholeSession("senseless");
     const auto journal = folder / "journal.jsonl";
-    std::vector<Json> records = ReadJournal(journal).records;
+    std::vector<core::Json> records = ReadJournal(journal).records;
     const auto struck =
         std::find_if(records.rbegin(), records.rend(),
-                     [&, wanted = type](const Json& r) { return r["type"] == wanted; });
+                     [&, wanted = type](const core::Json& r) { return r["type"] == wanted; });
     (*struck)[field] = value;
     std::string lines, prev(64, '0');
     for (std::size_t seq = 0; seq < records.size(); ++seq) {
-      Json fields = records[seq];
+      core::Json fields = records[seq];
       for (const char* key : {"seq", "prev", "type", "crc32c"}) fields.erase(key);
       const std::string line = FormatJournalLine(seq, prev, records[seq]["type"], fields);
-      prev = Sha256(line);
+      prev = core::Sha256(line);
       lines += line + '\n';
     }
     Overwrite(journal, lines);
@@ -326,7 +327,7 @@ TEST(SessionStore, SalvageDropsLinesThatMakeNoSense) {
     const SalvageResult result = SalvageSession(folder);
     EXPECT_EQ(result.lines_lost, 1);
     EXPECT_EQ(result.frames_lost, 0);
-    SimulatedClock clock;
+    core::SimulatedClock clock;
     auto writer = SessionWriter::Resume(folder, kPlan, clock);
     CaptureRest(writer);
     const SessionCheck check = VerifySession(folder);
@@ -337,7 +338,7 @@ TEST(SessionStore, SalvageDropsLinesThatMakeNoSense) {
 
 TEST(SessionStore, ARetakenBracketReplacesTheBrokenOneWhole) {
   const auto folder = NewFolder("epochs");
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   FrameRecord record;
   record.i = record.j = 0;
   record.exposure_s = 1;
@@ -355,14 +356,14 @@ TEST(SessionStore, ARetakenBracketReplacesTheBrokenOneWhole) {
 
 TEST(SessionStore, OneWriterAtATime) {
   const auto folder = NewFolder("lock");
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   const auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
   EXPECT_THAT(MessageOf([&] { SessionWriter::Resume(folder, kPlan, clock); }),
               HasSubstr("in use by another process"));
 }
 
 TEST(SessionStore, RefusesWhatIsNotItsOwn) {
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   const auto folder = WholeSession("refuse");
   EXPECT_THAT(MessageOf([&] { SessionWriter::Create(folder, kPlan, kSession, {}, clock); }),
               HasSubstr("already holds"));
@@ -383,37 +384,37 @@ TEST(SessionStore, RefusesWhatIsNotItsOwn) {
 
 TEST(SessionStore, HostileRecordsAreInputErrors) {
   const auto folder = NewFolder("hostile");
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   SessionWriter::Create(folder, kPlan, kSession, {}, clock);
   const JournalContent start = ReadJournal(folder / "journal.jsonl");
-  const std::string intact = ReadFile(folder / "journal.jsonl");
-  const auto with_line = [&](const std::string& type, const Json& fields) {
+  const std::string intact = core::ReadFile(folder / "journal.jsonl");
+  const auto with_line = [&](const std::string& type, const core::Json& fields) {
     Overwrite(folder / "journal.jsonl",
               intact + FormatJournalLine(1, start.head, type, fields) + "\n");
     return MessageOf([&] { SessionReader reader(folder); });
   };
-  Json frame = {{"kind", "position"},
-                {"i", 0},
-                {"j", 0},
-                {"channel", 0},
-                {"print", 0},
-                {"exposure_index", 0},
-                {"repeat", 0},
-                {"attempt", 0},
-                {"epoch", 0},
-                {"requested_exposure_s", 1},
-                {"exposure_s", 1},
-                {"attenuation", 1},
-                {"stage_u_m", 0},
-                {"stage_v_m", 0},
-                {"t_start_s", 0},
-                {"meter", 0},
-                {"flagged", false},
-                {"file", "frames/a.tif"},
-                {"sha256", ""}};
+  core::Json frame = {{"kind", "position"},
+                      {"i", 0},
+                      {"j", 0},
+                      {"channel", 0},
+                      {"print", 0},
+                      {"exposure_index", 0},
+                      {"repeat", 0},
+                      {"attempt", 0},
+                      {"epoch", 0},
+                      {"requested_exposure_s", 1},
+                      {"exposure_s", 1},
+                      {"attenuation", 1},
+                      {"stage_u_m", 0},
+                      {"stage_v_m", 0},
+                      {"t_start_s", 0},
+                      {"meter", 0},
+                      {"flagged", false},
+                      {"file", "frames/a.tif"},
+                      {"sha256", ""}};
   EXPECT_EQ(with_line("frame", frame), "no InputError");
-  const auto with = [&](const char* key, const Json& value) {
-    Json bad = frame;
+  const auto with = [&](const char* key, const core::Json& value) {
+    core::Json bad = frame;
     bad[key] = value;
     return with_line("frame", bad);
   };
@@ -459,11 +460,11 @@ TEST(SessionStore, LinksInASessionAreRefusedAndTheirTargetsUntouched) {
     fs::create_symlink(outside / name, folder / name);
     std::vector<std::pair<fs::path, std::string>> before;
     for (const auto& entry : fs::recursive_directory_iterator(outside))
-      if (entry.is_regular_file()) before.emplace_back(entry.path(), ReadFile(entry.path()));
-    SimulatedClock clock;
+      if (entry.is_regular_file()) before.emplace_back(entry.path(), core::ReadFile(entry.path()));
+    core::SimulatedClock clock;
     EXPECT_THAT(MessageOf([&] { SessionWriter::Resume(folder, kPlan, clock); }),
                 HasSubstr("symbolic link"));
-    for (const auto& [path, bytes] : before) EXPECT_EQ(ReadFile(path), bytes) << path;
+    for (const auto& [path, bytes] : before) EXPECT_EQ(core::ReadFile(path), bytes) << path;
   }
 }
 
@@ -484,7 +485,7 @@ TEST(SessionStore, AFrameBehindALinkIsNotRead) {
 
 TEST(SessionStore, AManifestThatNamesFilesOutsideIsReported) {
   const auto folder = WholeSession("escape");
-  Json manifest = ReadJson(folder / "manifest.json");
+  core::Json manifest = core::ReadJson(folder / "manifest.json");
   manifest["files"].push_back({{"file", "../../../etc/passwd"}, {"bytes", 1}, {"sha256", ""}});
   Overwrite(folder / "manifest.json", manifest.dump());
   EXPECT_THAT(VerifySession(folder).problems,
@@ -493,7 +494,7 @@ TEST(SessionStore, AManifestThatNamesFilesOutsideIsReported) {
 
 TEST(SessionStore, FilesBesideSessionJsonAreVouchedFor) {
   const auto folder = NewFolder("beside");
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   {
     auto writer = SessionWriter::Create(folder, kPlan, kSession, {{"map.exr", "bytes"}}, clock);
     CaptureRest(writer);
@@ -506,7 +507,7 @@ TEST(SessionStore, FilesBesideSessionJsonAreVouchedFor) {
 // The files of a session as they are written: what fuzzing begins from.
 std::string FileOfWholeSession(const char* name) {
   const auto folder = WholeSession("fuzz");
-  return ReadFile(folder / name);
+  return core::ReadFile(folder / name);
 }
 
 TEST(SessionStore, JournalsSurviveASampleOfFuzzing) {
@@ -524,4 +525,4 @@ TEST(SessionStore, ManifestsSurviveASampleOfFuzzing) {
 }
 
 }  // namespace
-}  // namespace luxfield::core
+}  // namespace luxfield::session

@@ -1,4 +1,4 @@
-#include "core/session_writer.h"
+#include "luxfield/session/session_writer.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,15 +12,15 @@
 #include <future>
 #include <utility>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/journal.h"
-#include "core/random.h"
-#include "core/session_check.h"
-#include "tests/core/session_folders.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/random.h"
+#include "luxfield/session/journal.h"
+#include "luxfield/session/session_check.h"
 #include "tests/seed.h"
+#include "tests/session/session_folders.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 namespace {
 
 namespace fs = std::filesystem;
@@ -29,7 +29,7 @@ TEST(SessionWriter, FramesCommittedBehindTheCallerAreThoseOfTheOthers) {
   std::string journals[2];
   for (const bool behind : {false, true}) {
     const auto folder = NewFolder("behind");
-    SimulatedClock clock;
+    core::SimulatedClock clock;
     auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
     writer.StartEpoch({});
     for (int e = 0; e < 20; ++e) {
@@ -47,20 +47,20 @@ TEST(SessionWriter, FramesCommittedBehindTheCallerAreThoseOfTheOthers) {
     writer.CompletePosition(0, 0);
     writer.Seal("done");
     EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty());
-    journals[behind] = ReadFile(folder / "journal.jsonl");
+    journals[behind] = core::ReadFile(folder / "journal.jsonl");
   }
   EXPECT_EQ(journals[0], journals[1]);
 }
 
 TEST(SessionWriter, AFrameThatCannotBeStoredBehindTheCallerIsToldByTheNextCall) {
   const auto folder = NewFolder("behind");
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
   writer.StartEpoch({});
-  SetStorageHookForTest([](std::string_view) { throw DeviceError("the disk is full"); });
+  core::SetStorageHookForTest([](std::string_view) { throw DeviceError("the disk is full"); });
   writer.CommitFrameBehind({}, std::make_shared<RawFrame>(TestFrame(0, 0)), {});
   EXPECT_THROW(writer.CompletePosition(0, 0), DeviceError);
-  SetStorageHookForTest({});
+  core::SetStorageHookForTest({});
   EXPECT_TRUE(writer.committed_frames().empty());
 }
 
@@ -68,13 +68,13 @@ TEST(SessionWriter, AFrameThatCannotBeStoredBehindTheCallerIsToldByTheNextCall) 
 TEST(SessionWriter, FramesBeforeOneThatCannotBeStoredBehindTheCallerAreCommitted) {
   for (const std::string fails : {"temporary written", "renamed"}) {
     const auto folder = NewFolder("behind");
-    SimulatedClock clock;
+    core::SimulatedClock clock;
     auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
     writer.StartEpoch({});
     std::promise<void> all_wait;
     bool first = true;
     int seen = 0;
-    SetStorageHookForTest([&](std::string_view step) {
+    core::SetStorageHookForTest([&](std::string_view step) {
       if (std::exchange(first, false)) all_wait.get_future().wait();
       if (step == fails && ++seen == 3) throw DeviceError("the disk is full");
     });
@@ -87,7 +87,7 @@ TEST(SessionWriter, FramesBeforeOneThatCannotBeStoredBehindTheCallerAreCommitted
     }
     all_wait.set_value();
     EXPECT_THROW(writer.CompletePosition(0, 0), DeviceError);
-    SetStorageHookForTest({});
+    core::SetStorageHookForTest({});
     const auto& committed = writer.committed_frames();
     ASSERT_EQ(committed.size(), 2u) << fails;
     EXPECT_EQ(committed[0].exposure_index, 0);
@@ -101,12 +101,12 @@ TEST(SessionWriter, FramesBeforeOneThatCannotBeStoredBehindTheCallerAreCommitted
 TEST(SessionWriter, ASessionMadeSinceTheFolderWasLookedIntoIsKept) {
   const auto folder = NewFolder("race");
   bool captured = false;
-  SetStorageHookForTest([&](std::string_view step) {
+  core::SetStorageHookForTest([&](std::string_view step) {
     if (step == "looked" && !std::exchange(captured, true)) Capture(folder);
   });
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   EXPECT_THROW(SessionWriter::Create(folder, kPlan, kSession, {}, clock), InputError);
-  SetStorageHookForTest({});
+  core::SetStorageHookForTest({});
   const auto report = VerifySession(folder);
   EXPECT_THAT(report.problems, testing::IsEmpty());
   EXPECT_TRUE(report.sealed);
@@ -115,16 +115,16 @@ TEST(SessionWriter, ASessionMadeSinceTheFolderWasLookedIntoIsKept) {
 // Whoever verifies a session while it is sealed finds no damage, at any step.
 TEST(SessionWriter, ASessionThatIsBeingSealedHasNoProblems) {
   const auto folder = NewFolder("sealing");
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
   writer.StartEpoch({});
   int steps = 0;
-  SetStorageHookForTest([&](std::string_view step) {
+  core::SetStorageHookForTest([&](std::string_view step) {
     ++steps;
     EXPECT_THAT(VerifySession(folder).problems, testing::IsEmpty()) << step;
   });
   writer.Seal("done");
-  SetStorageHookForTest({});
+  core::SetStorageHookForTest({});
   EXPECT_GT(steps, 3);
   EXPECT_TRUE(VerifySession(folder).sealed);
 }
@@ -136,7 +136,7 @@ TEST(SessionWriter, ADiskThatFillsUpIsADeviceErrorAndLosesNothing) {
   ASSERT_GE(child, 0);
   if (child == 0) {
     ::signal(SIGXFSZ, SIG_IGN);
-    SimulatedClock clock;
+    core::SimulatedClock clock;
     int result = 1;
     try {
       auto writer = SessionWriter::Create(folder, kPlan, kSession, {}, clock);
@@ -154,7 +154,7 @@ TEST(SessionWriter, ADiskThatFillsUpIsADeviceErrorAndLosesNothing) {
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   EXPECT_TRUE(ReadJournal(folder / "journal.jsonl").torn);
   auto writer = SessionWriter::Resume(folder, kPlan, clock);
   CaptureRest(writer);
@@ -167,7 +167,7 @@ bool CaptureKilledAt(const fs::path& folder, int step) {
   const pid_t child = ::fork();
   if (child == 0) {
     int count = 0;
-    SetStorageHookForTest([&](std::string_view) {
+    core::SetStorageHookForTest([&](std::string_view) {
       if (count++ == step) ::kill(::getpid(), SIGKILL);
     });
     try {
@@ -191,7 +191,7 @@ TEST(SessionWriter, KilledAnywhereItResumesAndVerifies) {
   int total_kills = 0;
   for (int n = 0; n < sessions; ++n) {
     const auto folder = NewFolder("killed");
-    Random random(seed, n);
+    core::Random random(seed, n);
     int kills = 0;
     bool finished = false;
     while (kills < 6 && !finished) {
@@ -217,4 +217,4 @@ TEST(SessionWriter, KilledAnywhereItResumesAndVerifies) {
 }
 
 }  // namespace
-}  // namespace luxfield::core
+}  // namespace luxfield::session

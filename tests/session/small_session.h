@@ -10,11 +10,11 @@
 #include <string_view>
 #include <vector>
 
-#include "core/file.h"
-#include "core/json.h"
-#include "core/session_writer.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/session/session_writer.h"
 
-namespace luxfield::core {
+namespace luxfield::session {
 
 inline RawFrame TestFrame(int position, int exposure) {
   RawFrame frame;
@@ -31,8 +31,8 @@ inline RawFrame ExpectedFrame(const FrameRecord& record) {
                                          : TestFrame(record.i, record.exposure_index);
 }
 
-const Json kPlan = {{"positions", 3}};
-const Json kSession = {{"camera", {{"bits", 12}}}};
+const core::Json kPlan = {{"positions", 3}};
+const core::Json kSession = {{"camera", {{"bits", 12}}}};
 constexpr int kPositions = 3, kExposures = 2;
 
 // How a capture hands frames to its session. Captures proper do it behind.
@@ -48,7 +48,7 @@ class StorageGate {
   }
   // From now on storage passes the gate. For a time in which nothing is stored.
   void Install() {
-    SetStorageHookForTest([this](std::string_view) {
+    core::SetStorageHookForTest([this](std::string_view) {
       std::unique_lock lock(mutex_);
       opened_.wait(lock, [this] { return open_; });
     });
@@ -90,7 +90,8 @@ inline void CaptureRest(
       for (; told < writer.committed_frames().size(); ++told)
         done(writer.committed_frames()[told].file);
     };
-    const auto commit = [&](const FrameRecord& record, const RawFrame& frame, const Json& checks) {
+    const auto commit = [&](const FrameRecord& record, const RawFrame& frame,
+                            const core::Json& checks) {
       if (behind)
         return writer.CommitFrameBehind(record, std::make_shared<RawFrame>(frame), checks);
       writer.CommitFrame(record, frame, checks);
@@ -129,7 +130,7 @@ inline void CaptureRest(
 inline void Capture(
     const std::filesystem::path& folder, const Done& done = [](auto&) {},
     Commits commits = Commits::kAtOnce) {
-  SimulatedClock clock;
+  core::SimulatedClock clock;
   if (std::filesystem::exists(folder / "manifest.json")) return;
   auto writer = SessionWriter::HasSession(folder)
                     ? SessionWriter::Resume(folder, kPlan, clock)
@@ -137,4 +138,4 @@ inline void Capture(
   CaptureRest(writer, done, commits);
 }
 
-}  // namespace luxfield::core
+}  // namespace luxfield::session

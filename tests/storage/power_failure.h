@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 #include "tests/storage/disk_calls.h"
 
 namespace luxfield::disk {

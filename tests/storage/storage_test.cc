@@ -13,12 +13,12 @@
 #include <set>
 #include <tuple>
 
-#include "core/error.h"
-#include "core/session_check.h"
-#include "core/session_replay.h"
+#include "luxfield/core/error.h"
+#include "luxfield/session/session_check.h"
+#include "luxfield/session/session_replay.h"
 #include "tests/core/memory_folder.h"
-#include "tests/core/small_session.h"
 #include "tests/seed.h"
+#include "tests/session/small_session.h"
 #include "tests/storage/disk_calls.h"
 #include "tests/storage/power_failure.h"
 
@@ -26,8 +26,8 @@ namespace luxfield::disk {
 namespace {
 
 namespace fs = std::filesystem;
-using core::Capture;
-using core::Commits;
+using session::Capture;
+using session::Commits;
 
 fs::path NewFolder() {
   static int counter = 0;
@@ -40,14 +40,14 @@ fs::path NewFolder() {
 // What the program was told is done is there, and right.
 void ExpectKept(const fs::path& session, const std::set<std::string>& done) {
   if (done.empty()) return;
-  ASSERT_TRUE(core::SessionWriter::HasSession(session));
-  const core::SessionReader reader(session);
+  ASSERT_TRUE(session::SessionWriter::HasSession(session));
+  const session::SessionReader reader(session);
   EXPECT_TRUE(reader.sealed() || !done.contains("sealed"));
   std::set<std::string> there = {"sealed"};
   for (std::size_t n = 0; n < reader.journal().size(); ++n) {
     if (reader.journal()[n]["type"] != "frame") continue;
-    const auto record = core::FrameFromJson(reader.journal()[n], "journal");
-    EXPECT_EQ(reader.ReadFrame(record).dn, core::ExpectedFrame(record).dn) << record.file;
+    const auto record = session::FrameFromJson(reader.journal()[n], "journal");
+    EXPECT_EQ(reader.ReadFrame(record).dn, session::ExpectedFrame(record).dn) << record.file;
     there.insert(record.file);
   }
   EXPECT_TRUE(std::includes(there.begin(), there.end(), done.begin(), done.end()))
@@ -55,18 +55,21 @@ void ExpectKept(const fs::path& session, const std::set<std::string>& done) {
 }
 
 // The session can be gone on with, and is whole then.
-void ExpectResumes(const fs::path& session, const std::set<std::string>& done, Commits commits) {
+void ExpectResumes(const fs::path& session, const std::set<std::string>& done,
+                   session::Commits commits) {
   ExpectKept(session, done);
   ASSERT_NO_THROW(Capture(
       session, [](auto&) {}, commits));
   ExpectKept(session, done);
-  const core::SessionCheck check = core::VerifySession(session);
+  const session::SessionCheck check = session::VerifySession(session);
   EXPECT_THAT(check.problems, testing::IsEmpty());
   EXPECT_TRUE(check.sealed);
-  EXPECT_EQ(check.positions, core::kPositions);
+  EXPECT_EQ(check.positions, session::kPositions);
 }
 
-std::string NameOf(Commits commits) { return commits == Commits::kBehind ? "behind" : "at_once"; }
+std::string NameOf(session::Commits commits) {
+  return commits == session::Commits::kBehind ? "behind" : "at_once";
+}
 
 // How many of the disk calls of a capture the suite tries; LUXFIELD_FAULTS=n tries n, or all there
 // are.
@@ -85,7 +88,7 @@ std::vector<int> SampledCalls(int count) {
   return calls;
 }
 
-int CallsOfACapture(Commits commits) {
+int CallsOfACapture(session::Commits commits) {
   const auto folder = NewFolder();
   FailCall(-1, {});
   Capture(
@@ -99,7 +102,7 @@ struct FaultCase {
   Fault fault;
 };
 
-class AFailingDisk : public testing::TestWithParam<std::tuple<FaultCase, Commits>> {};
+class AFailingDisk : public testing::TestWithParam<std::tuple<FaultCase, session::Commits>> {};
 
 TEST_P(AFailingDisk, LosesNothingAndTheSessionResumes) {
   SCOPED_TRACE(fmt::format("seed {}", kSeed));
@@ -138,14 +141,15 @@ INSTANTIATE_TEST_SUITE_P(
                                      FaultCase{"EINTR", {EINTR}}, FaultCase{"EROFS", {EROFS}},
                                      FaultCase{"EROFS_from_then_on", {EROFS, true}},
                                      FaultCase{"ENOSPC_from_then_on", {ENOSPC, true}}),
-                     testing::Values(Commits::kAtOnce, Commits::kBehind)),
+                     testing::Values(session::Commits::kAtOnce, session::Commits::kBehind)),
     [](const auto& made) {
       return fmt::format("{}_{}", std::get<0>(made.param).name, NameOf(std::get<1>(made.param)));
     });
 
-class AStoringDisk : public testing::TestWithParam<Commits> {};
+class AStoringDisk : public testing::TestWithParam<session::Commits> {};
 
-INSTANTIATE_TEST_SUITE_P(Storage, AStoringDisk, testing::Values(Commits::kAtOnce, Commits::kBehind),
+INSTANTIATE_TEST_SUITE_P(Storage, AStoringDisk,
+                         testing::Values(session::Commits::kAtOnce, session::Commits::kBehind),
                          [](const auto& made) { return NameOf(made.param); });
 
 // Every write comes back short, or interrupted: no reason to end.
@@ -166,7 +170,7 @@ TEST_P(AStoringDisk, ShortAndInterruptedWritesAreFinished) {
       }
       if (reached.failed == "write" || reached.failed.empty()) {
         EXPECT_EQ(ended, "");
-        EXPECT_THAT(core::VerifySession(folder / "session").problems, testing::IsEmpty());
+        EXPECT_THAT(session::VerifySession(folder / "session").problems, testing::IsEmpty());
         ExpectKept(folder / "session", {"sealed"});
       }
       fs::remove_all(folder);
@@ -205,7 +209,7 @@ TEST_P(AStoringDisk, SurvivesPowerFailuresAnywhere) {
   }
   fmt::print("{}: {} disk calls, {} power failures survived\n", NameOf(GetParam()), calls.size(),
              crashes);
-  EXPECT_EQ(done.size(), 1u + core::kPositions * core::kExposures + 1);
+  EXPECT_EQ(done.size(), 1u + session::kPositions * session::kExposures + 1);
 }
 
 // Behind the caller the next frame is written before the last one is in place.
@@ -213,7 +217,7 @@ TEST(Storage, FramesThatWaitAreWrittenBeforeTheLastIsInPlace) {
   const auto root = NewFolder();
   const auto calls = Record(root, [&] {
     Capture(
-        root / "session", [](auto&) {}, Commits::kBehind);
+        root / "session", [](auto&) {}, session::Commits::kBehind);
   });
   fs::remove_all(root);
   int unnamed = 0, most = 0;
@@ -237,7 +241,7 @@ TEST_P(AStoringDisk, ThatIsNotSyncedIsFound) {
   core::Random random(1, 0);
   const auto folder = NewFolder();
   FailPower(calls, calls.size(), Unsynced::kLost, random, folder);
-  EXPECT_THAT(core::VerifySession(folder / "lamp/session").problems,
+  EXPECT_THAT(session::VerifySession(folder / "lamp/session").problems,
               testing::Contains(testing::HasSubstr("is missing")));
   fs::remove_all(folder);
 }

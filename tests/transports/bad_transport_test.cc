@@ -18,22 +18,23 @@
 #include <thread>
 #include <utility>
 
-#include "capture/capture.h"
-#include "core/config.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "core/progress.h"
-#include "core/random.h"
-#include "core/session_store.h"
-#include "hal/grbl/grbl_stage.h"
-#include "hal/scpi/scpi.h"
-#include "hal/sim/simulated_lab.h"
-#include "hal/transport/faulty_stream.h"
-#include "hal/transport/open_port.h"
-#include "hal/usbtmc/usbtmc.h"
-#include "hal/zaber/zaber_stage.h"
-#include "reconstruct/merge_session.h"
-#include "reconstruct/reconstruct.h"
+#include "luxfield/capture/take/capture.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/core/random.h"
+#include "luxfield/hal/drivers/grbl/grbl_stage.h"
+#include "luxfield/hal/drivers/scpi/scpi.h"
+#include "luxfield/hal/drivers/usbtmc/usbtmc.h"
+#include "luxfield/hal/drivers/zaber/zaber_stage.h"
+#include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+#include "luxfield/hal/transport/faulty_stream.h"
+#include "luxfield/hal/transport/open_port.h"
+#include "luxfield/reconstruct/merge/merge_session.h"
+#include "luxfield/reconstruct/solve/reconstruct.h"
+#include "luxfield/session/session_store.h"
 #include "tests/e2e/field_agreement.h"
 #include "tests/e2e/frames_as_seen.h"
 #include "tests/e2e/tiny_session.h"
@@ -148,7 +149,7 @@ class WatchedCamera : public hal::Camera {
     hal::Frame frame = camera_->Expose(deadline_s);
     seen.exposure_s = frame.settings.exposure_s;
     seen.start_s = frame.t_start_s;
-    seen.pixels_sha256 = core::Sha256(core::PixelBytes(frame.image));
+    seen.pixels_sha256 = core::Sha256(session::PixelBytes(frame.image));
     fakes::AppendExposure(log_, seen);
     return frame;
   }
@@ -336,7 +337,8 @@ class InstrumentsOnUsb {
 };
 
 e2e::Field FieldOf(const fs::path& session) {
-  auto solved = reconstruct::Reconstruct(reconstruct::MergeSession(core::SessionReader(session)));
+  auto solved =
+      reconstruct::Reconstruct(reconstruct::MergeSession(session::SessionReader(session)));
   return {std::move(solved.coefficients), std::move(solved.sigma)};
 }
 
@@ -492,9 +494,9 @@ TEST_F(BadTransport, AControllerDisturbedAtRestCostsItsBracketAndNothingElse) {
         EXPECT_TRUE(error.position_lost);
       }
       std::set<std::pair<int, int>> counted;
-      const core::SessionReader broken(session);
-      for (const core::FrameRecord& record : broken.frames())
-        if (record.kind == core::FrameKind::kPosition) counted.insert({record.i, record.j});
+      const session::SessionReader broken(session);
+      for (const session::FrameRecord& record : broken.frames())
+        if (record.kind == session::FrameKind::kPosition) counted.insert({record.i, record.j});
       EXPECT_EQ(counted.size(), 2u);
       options.resume = true;
       hal::Devices devices = Lab(kSeed + 2).MakeDevices();

@@ -1,6 +1,6 @@
 // SCPI supply and meter over USBTMC through the conformance suites.
-#include "hal/scpi/scpi.h"
-#include "hal/usbtmc/usbtmc.h"
+#include "luxfield/hal/drivers/scpi/scpi.h"
+#include "luxfield/hal/drivers/usbtmc/usbtmc.h"
 #include "tests/conformance/device_bench.h"
 #include "tests/usbtmc/fake_instrument.h"
 #include "tests/usbtmc/fake_supply.h"

@@ -1,4 +1,4 @@
-#include "hal/usbtmc/message.h"
+#include "luxfield/hal/drivers/usbtmc/message.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "hal/scpi/scpi.h"
+#include "luxfield/hal/drivers/scpi/scpi.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 #include <future>
 #include <random>
 
-#include "hal/error.h"
-#include "hal/usbtmc/usbtmc.h"
+#include "luxfield/hal/drivers/usbtmc/usbtmc.h"
+#include "luxfield/hal/error.h"
 #include "tests/hal/error_of.h"
 #include "tests/usbtmc/fake_instrument.h"
 #include "tests/usbtmc/fake_supply.h"

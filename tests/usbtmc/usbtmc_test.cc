@@ -1,9 +1,9 @@
-#include "hal/usbtmc/usbtmc.h"
+#include "luxfield/hal/drivers/usbtmc/usbtmc.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 #include "tests/hal/error_of.h"
 #include "tests/usbtmc/fake_instrument.h"
 

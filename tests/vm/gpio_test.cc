@@ -13,11 +13,11 @@
 #include <cstring>
 #include <future>
 
-#include "hal/error.h"
-#include "hal/gpiod/gpio_lines.h"
-#include "hal/gpiod/line_selector.h"
-#include "hal/gpiod/safety_inputs.h"
-#include "hal/safety_guard.h"
+#include "luxfield/hal/drivers/gpiod/gpio_lines.h"
+#include "luxfield/hal/drivers/gpiod/line_selector.h"
+#include "luxfield/hal/drivers/gpiod/safety_inputs.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/hal/safety/safety_guard.h"
 #include "tests/hal/error_of.h"
 #include "tests/vm/await.h"
 #include "tests/vm/gpio_sim.h"

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "hal/transport/descriptor_stream.h"
-#include "hal/transport/line_reader.h"
+#include "luxfield/hal/transport/descriptor_stream.h"
+#include "luxfield/hal/transport/line_reader.h"
 
 namespace luxfield::vm {
 

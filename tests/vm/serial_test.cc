@@ -10,12 +10,12 @@
 #include <future>
 #include <sstream>
 
-#include "hal/error.h"
-#include "hal/gpiod/line_selector.h"
-#include "hal/gpiod/safety_inputs.h"
-#include "hal/grbl/grbl_stage.h"
-#include "hal/safety_guard.h"
-#include "hal/transport/open_port.h"
+#include "luxfield/hal/drivers/gpiod/line_selector.h"
+#include "luxfield/hal/drivers/gpiod/safety_inputs.h"
+#include "luxfield/hal/drivers/grbl/grbl_stage.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/hal/safety/safety_guard.h"
+#include "luxfield/hal/transport/open_port.h"
 #include "tests/hal/error_of.h"
 #include "tests/vm/await.h"
 #include "tests/vm/gpio_sim.h"

@@ -1,5 +1,5 @@
 // The USBTMC driver over libusb, the kernel's USB stack and an instrument on its dummy_hcd.
-#include "hal/usbtmc/usbtmc.h"
+#include "luxfield/hal/drivers/usbtmc/usbtmc.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <future>
 
-#include "hal/error.h"
-#include "hal/scpi/scpi.h"
+#include "luxfield/hal/drivers/scpi/scpi.h"
+#include "luxfield/hal/error.h"
 #include "tests/hal/error_of.h"
 #include "tests/vm/await.h"
 #include "tests/vm/usb_instrument.h"

@@ -1,4 +1,4 @@
-#include "hal/aravis/aravis_camera.h"
+#include "luxfield/hal/drivers/aravis/aravis_camera.h"
 
 #if LUXFIELD_ARAVIS
 
@@ -16,13 +16,13 @@
 #include <tuple>
 #include <utility>
 
-#include "core/printable.h"
-#include "hal/aravis/camera_features.h"
-#include "hal/aravis/device_clock.h"
-#include "hal/aravis/pixel_format.h"
-#include "hal/aravis/result.h"
-#include "hal/aravis/stream_filter.h"
-#include "hal/error.h"
+#include "luxfield/core/printable.h"
+#include "luxfield/hal/drivers/aravis/camera_features.h"
+#include "luxfield/hal/drivers/aravis/device_clock.h"
+#include "luxfield/hal/drivers/aravis/pixel_format.h"
+#include "luxfield/hal/drivers/aravis/result.h"
+#include "luxfield/hal/drivers/aravis/stream_filter.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::aravis {
 namespace {
@@ -90,7 +90,7 @@ struct AravisCamera::Session {
   void Trigger(core::Clock& clock, double deadline_s);
   void TriggerBySoftware(core::Clock& clock);
   Owned<ArvBuffer> Pop(core::Clock& clock, double deadline_s);
-  core::RawFrame Read(ArvBuffer* buffer) const;
+  session::RawFrame Read(ArvBuffer* buffer) const;
 };
 
 void AravisCamera::Session::Connect(const AravisOptions& options) {
@@ -350,7 +350,7 @@ Owned<ArvBuffer> AravisCamera::Session::Pop(core::Clock& clock, double deadline_
   }
 }
 
-core::RawFrame AravisCamera::Session::Read(ArvBuffer* buffer) const {
+session::RawFrame AravisCamera::Session::Read(ArvBuffer* buffer) const {
   if (const ArvPixelFormat sent = arv_buffer_get_image_pixel_format(buffer); sent != raw_format)
     throw HardwareError(
         Fault::kProtocol, name, "expose",

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "core/clock.h"
-#include "hal/camera.h"
-#include "hal/deadline_caller.h"
-#include "hal/trigger.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/hal/camera.h"
+#include "luxfield/hal/deadline_caller.h"
+#include "luxfield/hal/trigger.h"
 
 namespace luxfield::hal::aravis {
 

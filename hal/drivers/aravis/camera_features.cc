@@ -1,4 +1,4 @@
-#include "hal/aravis/camera_features.h"
+#include "luxfield/hal/drivers/aravis/camera_features.h"
 
 #if LUXFIELD_ARAVIS
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <memory>
 
-#include "core/printable.h"
-#include "hal/aravis/result.h"
+#include "luxfield/core/printable.h"
+#include "luxfield/hal/drivers/aravis/result.h"
 
 namespace luxfield::hal::aravis {
 namespace {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "hal/aravis/aravis_camera.h"
-#include "hal/aravis/pixel_format.h"
+#include "luxfield/hal/drivers/aravis/aravis_camera.h"
+#include "luxfield/hal/drivers/aravis/pixel_format.h"
 
 namespace luxfield::hal::aravis {
 

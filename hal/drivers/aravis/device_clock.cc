@@ -1,4 +1,4 @@
-#include "hal/aravis/device_clock.h"
+#include "luxfield/hal/drivers/aravis/device_clock.h"
 
 #include <algorithm>
 

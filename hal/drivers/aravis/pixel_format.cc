@@ -1,10 +1,10 @@
-#include "hal/aravis/pixel_format.h"
+#include "luxfield/hal/drivers/aravis/pixel_format.h"
 
 #include <fmt/format.h>
 
 #include <array>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::hal::aravis {
 namespace {
@@ -83,14 +83,14 @@ std::size_t BytesPerRow(const PixelFormat& format, int width) {
   return 0;
 }
 
-core::RawFrame Unpack(const PixelFormat& format, std::span<const std::uint8_t> bytes, int width,
-                      int height, std::size_t stride) {
+session::RawFrame Unpack(const PixelFormat& format, std::span<const std::uint8_t> bytes, int width,
+                         int height, std::size_t stride) {
   const std::size_t row_bytes = BytesPerRow(format, width);
   if (width < 1 || height < 1 || stride < row_bytes ||
       bytes.size() < stride * static_cast<std::size_t>(height - 1) + row_bytes)
     throw InputError(fmt::format("a frame of {} x {} pixels {} cannot lie in {} bytes, {} a row",
                                  width, height, format.name, bytes.size(), stride));
-  core::RawFrame frame;
+  session::RawFrame frame;
   frame.width = width;
   frame.height = height;
   frame.dn.resize(frame.size());

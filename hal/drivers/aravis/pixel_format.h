@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/raw_frame.h"
+#include "luxfield/session/raw_frame.h"
 
 namespace luxfield::hal::aravis {
 
@@ -35,7 +35,7 @@ std::string PixelFormatNames();
 std::size_t BytesPerRow(const PixelFormat& format, int width);
 
 // Rows of `stride` bytes each. Throws InputError where `bytes` holds less than height rows.
-core::RawFrame Unpack(const PixelFormat& format, std::span<const std::uint8_t> bytes, int width,
-                      int height, std::size_t stride);
+session::RawFrame Unpack(const PixelFormat& format, std::span<const std::uint8_t> bytes, int width,
+                         int height, std::size_t stride);
 
 }  // namespace luxfield::hal::aravis

@@ -1,4 +1,4 @@
-#include "hal/aravis/result.h"
+#include "luxfield/hal/drivers/aravis/result.h"
 
 #if LUXFIELD_ARAVIS
 

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::aravis {
 

@@ -1,4 +1,4 @@
-#include "hal/aravis/stream_filter.h"
+#include "luxfield/hal/drivers/aravis/stream_filter.h"
 
 #include <netinet/in.h>
 #include <sys/socket.h>

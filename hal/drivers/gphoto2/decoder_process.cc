@@ -1,12 +1,12 @@
-#include "hal/gphoto2/decoder_process.h"
+#include "luxfield/hal/drivers/gphoto2/decoder_process.h"
 
 #if LUXFIELD_GPHOTO2
 
 #include <optional>
 
-#include "core/apart.h"
-#include "core/printable.h"
-#include "hal/error.h"
+#include "luxfield/core/apart.h"
+#include "luxfield/core/printable.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::gphoto2 {
 namespace {

@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "hal/gphoto2/raw_file.h"
+#include "luxfield/hal/drivers/gphoto2/raw_file.h"
 
 namespace luxfield::hal::gphoto2 {
 

@@ -1,4 +1,4 @@
-#include "hal/gphoto2/gphoto2_camera.h"
+#include "luxfield/hal/drivers/gphoto2/gphoto2_camera.h"
 
 #if LUXFIELD_GPHOTO2
 
@@ -13,11 +13,11 @@
 #include <cstdlib>
 #include <utility>
 
-#include "core/printable.h"
-#include "hal/error.h"
-#include "hal/gphoto2/decoder_process.h"
-#include "hal/gphoto2/library.h"
-#include "hal/gphoto2/shutter_speed.h"
+#include "luxfield/core/printable.h"
+#include "luxfield/hal/drivers/gphoto2/decoder_process.h"
+#include "luxfield/hal/drivers/gphoto2/library.h"
+#include "luxfield/hal/drivers/gphoto2/shutter_speed.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::gphoto2 {
 namespace {

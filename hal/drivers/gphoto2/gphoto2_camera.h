@@ -17,9 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/clock.h"
-#include "hal/camera.h"
-#include "hal/deadline_caller.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/hal/camera.h"
+#include "luxfield/hal/deadline_caller.h"
 
 namespace luxfield::hal::gphoto2 {
 
@@ -27,7 +27,7 @@ struct Gphoto2Options {
   std::string port;           // "usb:001,004", "ptpip:192.168.1.1"; empty: the only camera on USB
   int width = 0, height = 0;  // of the RAW file's visible pixels
   int bits = 14;
-  std::string cfa;                             // core/cfa.h; empty: no mosaic
+  std::string cfa;                             // rig/cfa.h; empty: no mosaic
   std::string shutter_speed = "shutterspeed";  // libgphoto2's name of the setting
   // Set and read back when the camera is opened, in this order: libgphoto2's name and value.
   std::vector<std::pair<std::string, std::string>> settings;

@@ -1,6 +1,6 @@
 #if LUXFIELD_GPHOTO2
 
-#include "hal/gphoto2/library.h"
+#include "luxfield/hal/drivers/gphoto2/library.h"
 
 namespace luxfield::hal::gphoto2 {
 

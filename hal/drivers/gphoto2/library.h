@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::gphoto2 {
 

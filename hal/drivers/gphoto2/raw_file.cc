@@ -1,4 +1,4 @@
-#include "hal/gphoto2/raw_file.h"
+#include "luxfield/hal/drivers/gphoto2/raw_file.h"
 
 #if LUXFIELD_GPHOTO2
 
@@ -10,8 +10,8 @@
 #include <limits>
 #include <memory>
 
-#include "core/cfa.h"
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
+#include "luxfield/rig/cfa.h"
 
 namespace luxfield::hal::gphoto2 {
 namespace {
@@ -33,7 +33,7 @@ std::string MosaicOf(LibRaw& raw, const std::string& device) {
   if (filters >= 1000)  // below: Foveon, X-Trans, Leaf
     for (const int row : {0, 1})
       for (const int column : {0, 1}) cfa += raw.imgdata.idata.cdesc[raw.COLOR(row, column)];
-  if (!core::IsBayer(cfa))
+  if (!rig::IsBayer(cfa))
     throw HardwareError(Fault::kProtocol, device, "read RAW",
                         "the sensor's mosaic is not of Bayer's",
                         "use a camera with a Bayer mosaic");

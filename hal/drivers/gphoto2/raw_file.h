@@ -4,15 +4,15 @@
 #include <string>
 #include <string_view>
 
-#include "core/raw_frame.h"
+#include "luxfield/session/raw_frame.h"
 
 class LibRaw;
 
 namespace luxfield::hal::gphoto2 {
 
 struct RawFile {
-  core::RawFrame image;      // the visible pixels, unscaled and with their black level
-  std::string cfa;           // core/cfa.h; empty: no mosaic
+  session::RawFrame image;   // the visible pixels, unscaled and with their black level
+  std::string cfa;           // rig/cfa.h; empty: no mosaic
   double exposure_s = 0;     // as the file says; 0: it does not
   double temperature_c = 0;  // of the sensor; NaN: the file does not say
 };

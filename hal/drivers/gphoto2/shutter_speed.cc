@@ -1,4 +1,4 @@
-#include "hal/gphoto2/shutter_speed.h"
+#include "luxfield/hal/drivers/gphoto2/shutter_speed.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,4 +1,4 @@
-#include "hal/gpiod/gpio_error.h"
+#include "luxfield/hal/drivers/gpiod/gpio_error.h"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::gpiod {
 

@@ -1,4 +1,4 @@
-#include "hal/gpiod/gpio_lines.h"
+#include "luxfield/hal/drivers/gpiod/gpio_lines.h"
 
 #if LUXFIELD_LIBGPIOD == 2
 
@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <charconv>
 
-#include "hal/gpiod/gpio_error.h"
+#include "luxfield/hal/drivers/gpiod/gpio_error.h"
 
 namespace luxfield::hal::gpiod {
 namespace {

@@ -1,4 +1,4 @@
-#include "hal/gpiod/line_selector.h"
+#include "luxfield/hal/drivers/gpiod/line_selector.h"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -8,8 +8,8 @@
 #include <limits>
 #include <utility>
 
-#include "hal/error.h"
-#include "hal/gpiod/gpio_error.h"
+#include "luxfield/hal/drivers/gpiod/gpio_error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::gpiod {
 namespace {

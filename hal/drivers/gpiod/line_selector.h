@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "core/clock.h"
-#include "hal/gpiod/gpio_lines.h"
-#include "hal/instruments.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/hal/drivers/gpiod/gpio_lines.h"
+#include "luxfield/hal/instruments.h"
 
 namespace luxfield::hal::gpiod {
 

@@ -1,4 +1,4 @@
-#include "hal/gpiod/safety_inputs.h"
+#include "luxfield/hal/drivers/gpiod/safety_inputs.h"
 
 #include <poll.h>
 #include <pthread.h>
@@ -11,7 +11,7 @@
 #include <cmath>
 #include <utility>
 
-#include "hal/gpiod/gpio_error.h"
+#include "luxfield/hal/drivers/gpiod/gpio_error.h"
 
 namespace luxfield::hal::gpiod {
 namespace {

@@ -11,9 +11,9 @@
 #include <thread>
 #include <vector>
 
-#include "hal/gpiod/debounce.h"
-#include "hal/gpiod/gpio_lines.h"
-#include "hal/instruments.h"
+#include "luxfield/hal/drivers/gpiod/debounce.h"
+#include "luxfield/hal/drivers/gpiod/gpio_lines.h"
+#include "luxfield/hal/instruments.h"
 
 namespace luxfield::hal::gpiod {
 

@@ -1,11 +1,11 @@
-#include "hal/gpiod/trigger_line.h"
+#include "luxfield/hal/drivers/gpiod/trigger_line.h"
 
 #include <fmt/format.h>
 
 #include <utility>
 
-#include "hal/error.h"
-#include "hal/gpiod/gpio_error.h"
+#include "luxfield/hal/drivers/gpiod/gpio_error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::gpiod {
 

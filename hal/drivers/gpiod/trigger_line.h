@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
-#include "core/clock.h"
-#include "hal/gpiod/gpio_lines.h"
-#include "hal/trigger.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/hal/drivers/gpiod/gpio_lines.h"
+#include "luxfield/hal/trigger.h"
 
 namespace luxfield::hal::gpiod {
 

@@ -1,4 +1,4 @@
-#include "hal/grbl/codes.h"
+#include "luxfield/hal/drivers/grbl/codes.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::grbl {
 

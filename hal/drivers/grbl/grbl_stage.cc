@@ -1,11 +1,11 @@
-#include "hal/grbl/grbl_stage.h"
+#include "luxfield/hal/drivers/grbl/grbl_stage.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "hal/grbl/codes.h"
+#include "luxfield/hal/drivers/grbl/codes.h"
 
 namespace luxfield::hal::grbl {
 namespace {

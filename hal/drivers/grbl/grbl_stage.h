@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "hal/controller_stage.h"
-#include "hal/grbl/machine.h"
-#include "hal/transport/line_reader.h"
+#include "luxfield/hal/drivers/grbl/machine.h"
+#include "luxfield/hal/transport/controller_stage.h"
+#include "luxfield/hal/transport/line_reader.h"
 
 namespace luxfield::hal::grbl {
 

@@ -1,11 +1,11 @@
-#include "hal/grbl/machine.h"
+#include "luxfield/hal/drivers/grbl/machine.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
 
-#include "hal/error.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::grbl {
 namespace {

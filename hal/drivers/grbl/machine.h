@@ -10,8 +10,8 @@
 #include <map>
 #include <string>
 
-#include "hal/grbl/message.h"
-#include "hal/stage.h"
+#include "luxfield/hal/drivers/grbl/message.h"
+#include "luxfield/hal/stage.h"
 
 namespace luxfield::hal::grbl {
 

@@ -1,4 +1,4 @@
-#include "hal/grbl/message.h"
+#include "luxfield/hal/drivers/grbl/message.h"
 
 #include <charconv>
 #include <cmath>

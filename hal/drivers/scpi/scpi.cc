@@ -1,4 +1,4 @@
-#include "hal/scpi/scpi.h"
+#include "luxfield/hal/drivers/scpi/scpi.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <limits>
 #include <utility>
 
-#include "core/printable.h"
-#include "hal/error.h"
+#include "luxfield/core/printable.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::scpi {
 namespace {

@@ -12,9 +12,9 @@
 #include <optional>
 #include <string>
 
-#include "core/clock.h"
-#include "hal/instruments.h"
-#include "hal/scpi/message_channel.h"
+#include "luxfield/core/clock.h"
+#include "luxfield/hal/drivers/scpi/message_channel.h"
+#include "luxfield/hal/instruments.h"
 
 namespace luxfield::hal::scpi {
 

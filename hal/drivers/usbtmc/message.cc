@@ -1,4 +1,4 @@
-#include "hal/usbtmc/message.h"
+#include "luxfield/hal/drivers/usbtmc/message.h"
 
 #include <fmt/format.h>
 

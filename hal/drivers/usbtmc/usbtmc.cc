@@ -1,4 +1,4 @@
-#include "hal/usbtmc/usbtmc.h"
+#include "luxfield/hal/drivers/usbtmc/usbtmc.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,8 +10,8 @@
 #include <string_view>
 #include <utility>
 
-#include "hal/error.h"
-#include "hal/usbtmc/message.h"
+#include "luxfield/hal/drivers/usbtmc/message.h"
+#include "luxfield/hal/error.h"
 
 namespace luxfield::hal::usbtmc {
 namespace {

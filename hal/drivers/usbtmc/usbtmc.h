@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/scpi/message_channel.h"
+#include "luxfield/hal/drivers/scpi/message_channel.h"
 
 namespace luxfield::hal::usbtmc {
 

@@ -1,4 +1,4 @@
-#include "hal/zaber/message.h"
+#include "luxfield/hal/drivers/zaber/message.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "hal/zaber/zaber_stage.h"
+#include "luxfield/hal/drivers/zaber/zaber_stage.h"
 
 #include <fmt/format.h>
 

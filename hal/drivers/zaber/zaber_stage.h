@@ -8,9 +8,9 @@
 #include <memory>
 #include <string>
 
-#include "hal/controller_stage.h"
-#include "hal/transport/line_reader.h"
-#include "hal/zaber/message.h"
+#include "luxfield/hal/drivers/zaber/message.h"
+#include "luxfield/hal/transport/controller_stage.h"
+#include "luxfield/hal/transport/line_reader.h"
 
 namespace luxfield::hal::zaber {
 

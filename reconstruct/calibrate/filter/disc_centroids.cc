@@ -1,4 +1,4 @@
-#include "reconstruct/disc_centroids.h"
+#include "luxfield/reconstruct/calibrate/filter/disc_centroids.h"
 
 #include <fmt/format.h>
 
@@ -8,13 +8,13 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using lightfield::RegistrationMark;
 using lightfield::Vec2;
+using rig::RegistrationMark;
 using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 // Translation to the mean and scale to rms distance sqrt(2).

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "lightfield/filter_sheet.h"
+#include "luxfield/rig/filter_sheet.h"
 
 namespace luxfield::reconstruct {
 
@@ -31,7 +31,7 @@ Homography FitHomography(std::span<const lightfield::Vec2> sensor,
 // their size and nearest to where the square puts them. Absent where there is none. InputError
 // without such a square.
 std::vector<std::optional<lightfield::Vec2>> FindDiscs(
-    const Picture& picture, double half_m, std::span<const lightfield::RegistrationMark> marks);
+    const Picture& picture, double half_m, std::span<const rig::RegistrationMark> marks);
 
 struct Centroid {
   lightfield::Vec2 centre_m;
@@ -44,6 +44,6 @@ struct Centroid {
 // pixels weighed by their area on the plane: free of the bias of circles under perspective. A slope
 // g of the light over the disc moves it by g r^2 / 4.
 Centroid MeasureDisc(const Picture& picture, const Homography& plane_from_sensor,
-                     const lightfield::RegistrationMark& expected);
+                     const rig::RegistrationMark& expected);
 
 }  // namespace luxfield::reconstruct

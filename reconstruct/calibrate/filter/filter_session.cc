@@ -1,19 +1,19 @@
-#include "reconstruct/filter_session.h"
+#include "luxfield/reconstruct/calibrate/filter/filter_session.h"
 
 #include <fmt/format.h>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/json.h"
-#include "reconstruct/sensor_calibration_file.h"
-#include "reconstruct/session_views.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/reconstruct/bracket/session_views.h"
+#include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
 
 namespace luxfield::reconstruct {
 
 using core::Field;
 using core::Json;
 
-FilterPhotographs ReadFilterSession(const core::SessionReader& session,
+FilterPhotographs ReadFilterSession(const session::SessionReader& session,
                                     const std::filesystem::path& sensor_calibration,
                                     bool check_hashes,
                                     std::map<std::string, std::string>* provenance) {
@@ -23,8 +23,8 @@ FilterPhotographs ReadFilterSession(const core::SessionReader& session,
     throw InputError(plan_file, "is no plan of kind \"filter\"",
                      "capture data/plans/filter.toml and give its session");
   FilterPhotographs result;
-  result.sheet = lightfield::ParseFilterSheet(
-      Field<Json>(session.plan(), "sheet", plan_file).dump(), plan_file);
+  result.sheet =
+      rig::ParseFilterSheet(Field<Json>(session.plan(), "sheet", plan_file).dump(), plan_file);
   const auto camera = Field<Json>(session.session(), "camera", session_file);
   RefuseMosaic(camera, session_file, "the photograph of a filter");
   const auto channels =
@@ -48,7 +48,7 @@ FilterPhotographs ReadFilterSession(const core::SessionReader& session,
       result.prints.push_back(std::move(merged));
   }
   std::string hashes;
-  for (const core::FrameRecord& record : session.frames()) hashes += record.sha256;
+  for (const session::FrameRecord& record : session.frames()) hashes += record.sha256;
   made_of["frames_sha256"] = core::Sha256(hashes);
   if (provenance) provenance->insert(made_of.begin(), made_of.end());
   return result;

@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "core/session_store.h"
-#include "lightfield/filter_sheet.h"
-#include "reconstruct/merge_exposures.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/rig/filter_sheet.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
 
 struct FilterPhotographs {
-  lightfield::FilterSheet sheet;
+  rig::FilterSheet sheet;
   MergedFrame light;
   std::vector<MergedFrame> prints;  // 1, or plus and minus
 };
@@ -22,7 +22,7 @@ struct FilterPhotographs {
 // PRNU and vignetting cancel in the ratio of two photographs. `provenance`, if given, gets plan id
 // and hashes. Throws InputError for a session of another kind, one that lacks a view, and a camera
 // with a colour mosaic.
-FilterPhotographs ReadFilterSession(const core::SessionReader& session,
+FilterPhotographs ReadFilterSession(const session::SessionReader& session,
                                     const std::filesystem::path& sensor_calibration,
                                     bool check_hashes = true,
                                     std::map<std::string, std::string>* provenance = nullptr);

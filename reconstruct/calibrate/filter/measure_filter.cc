@@ -1,4 +1,4 @@
-#include "reconstruct/measure_filter.h"
+#include "luxfield/reconstruct/calibrate/filter/measure_filter.h"
 
 #include <fmt/format.h>
 
@@ -10,18 +10,18 @@
 #include <tuple>
 #include <utility>
 
-#include "core/error.h"
-#include "reconstruct/disc_centroids.h"
-#include "reconstruct/register_images.h"
+#include "luxfield/core/error.h"
+#include "luxfield/reconstruct/bracket/register_images.h"
+#include "luxfield/reconstruct/calibrate/filter/disc_centroids.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using lightfield::FilterSheet;
 using lightfield::Lattice;
 using lightfield::MeasuredFilter;
-using lightfield::RegistrationMark;
 using lightfield::Vec2;
+using rig::FilterSheet;
+using rig::RegistrationMark;
 
 constexpr const char* kFile = "photographs";
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
@@ -325,8 +325,8 @@ void RequireOrder(const FilterSheet& sheet, const MeasuredFilter& filter) {
 
 }  // namespace
 
-lightfield::ToneTable FilterReadings::Tone() const {
-  lightfield::ToneTable table;
+rig::ToneTable FilterReadings::Tone() const {
+  rig::ToneTable table;
   double last_sigma = 0;
   for (const WedgeReading& step : prints.at(0).wedge) {
     const double error = std::hypot(step.sigma, last_sigma);

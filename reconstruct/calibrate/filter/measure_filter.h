@@ -17,9 +17,9 @@
 #include <span>
 #include <vector>
 
-#include "lightfield/filter_sheet.h"
-#include "lightfield/measured_filter.h"
-#include "reconstruct/merge_exposures.h"
+#include "luxfield/lightfield/measured_filter.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/rig/filter_sheet.h"
 
 namespace luxfield::reconstruct {
 
@@ -50,7 +50,7 @@ struct FilterReadings {
 
   // The printer's tone table from the first print's wedge: steps whose density is above the last
   // one's by 3 of its errors at least. Throws InputError if fewer than two are.
-  lightfield::ToneTable Tone() const;
+  rig::ToneTable Tone() const;
 };
 nlohmann::json ToJson(const FilterReadings& readings);
 
@@ -61,8 +61,7 @@ constexpr double kLargestResidual = 0.005;  // of a hole, in spacings
 // not smaller than a pixel. Throws InputError naming what is missing: a hole of the holder, a mark
 // of the print (a sheet upside down or mirrored lacks one), unknown pixels on the filter, parts of
 // a pair in the wrong order.
-lightfield::MeasuredFilter MeasureFilter(const lightfield::FilterSheet& sheet,
-                                         const MergedFrame& light,
+lightfield::MeasuredFilter MeasureFilter(const rig::FilterSheet& sheet, const MergedFrame& light,
                                          std::span<const MergedFrame> prints,
                                          FilterReadings* readings = nullptr);
 

@@ -1,11 +1,11 @@
-#include "reconstruct/photograph.h"
+#include "luxfield/reconstruct/calibrate/filter/photograph.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "core/error.h"
-#include "core/exr.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,29 +1,28 @@
-#include "reconstruct/calibrate_geometry.h"
+#include "luxfield/reconstruct/calibrate/geometry/calibrate_geometry.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <set>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "reconstruct/geometry_start.h"
-#include "reconstruct/noise_model.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/reconstruct/bracket/noise_model.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_start.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
 using core::Field;
-using core::FrameKind;
-using core::FrameRecord;
 using core::Json;
+using session::FrameKind;
+using session::FrameRecord;
 
-lightfield::Chessboard ReadChessboard(const Json& json, const std::string& file) {
-  const lightfield::Chessboard board{Field<int>(json, "columns", file),
-                                     Field<int>(json, "rows", file),
-                                     Field<double>(json, "pitch_m", file)};
+rig::Chessboard ReadChessboard(const Json& json, const std::string& file) {
+  const rig::Chessboard board{Field<int>(json, "columns", file), Field<int>(json, "rows", file),
+                              Field<double>(json, "pitch_m", file)};
   if (board.columns < 3 || board.rows < 3 || (board.columns + board.rows) % 2 == 0 ||
       !(board.pitch_m > 0))
     throw InputError(file,
@@ -69,7 +68,7 @@ struct Shown {
   const FrameRecord* record;
 };
 
-std::vector<Shown> ViewsOf(const core::SessionReader& session, const std::string& file) {
+std::vector<Shown> ViewsOf(const session::SessionReader& session, const std::string& file) {
   const Json views = Field<Json>(session.plan(), "views", file);
   std::vector<Shown> shown;
   const FrameRecord* before = nullptr;
@@ -98,7 +97,7 @@ std::vector<Shown> ViewsOf(const core::SessionReader& session, const std::string
 
 }  // namespace
 
-GeometryCalibration CalibrateGeometry(const core::SessionReader& session, bool check_hashes) {
+GeometryCalibration CalibrateGeometry(const session::SessionReader& session, bool check_hashes) {
   const std::string plan_file = (session.folder() / "plan.json").string(),
                     session_file = (session.folder() / "session.json").string();
   if (core::FieldOr<std::string>(session.plan(), "kind", "light-field", plan_file) != "geometry")

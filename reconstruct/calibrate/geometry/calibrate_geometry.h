@@ -5,8 +5,8 @@
 #include <map>
 #include <string>
 
-#include "core/session_store.h"
-#include "reconstruct/geometry_fit.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_fit.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
 
@@ -23,6 +23,7 @@ struct GeometryCalibration {
 // green light's. One frame at a time is in memory. Of session.json the camera's
 // noise and defects and the side and pitch of image_from_sensor are used. Throws InputError for a
 // session of another kind, and as FitGeometry.
-GeometryCalibration CalibrateGeometry(const core::SessionReader& session, bool check_hashes = true);
+GeometryCalibration CalibrateGeometry(const session::SessionReader& session,
+                                      bool check_hashes = true);
 
 }  // namespace luxfield::reconstruct

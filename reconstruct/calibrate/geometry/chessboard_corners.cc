@@ -1,4 +1,4 @@
-#include "reconstruct/chessboard_corners.h"
+#include "luxfield/reconstruct/calibrate/geometry/chessboard_corners.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,8 +7,8 @@
 #include <numbers>
 #include <opencv2/calib3d.hpp>
 
-#include "core/cfa.h"
-#include "core/parallel.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/rig/cfa.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -73,13 +73,13 @@ Step Linearise(const SignalImage& image, const std::vector<Sample>& samples, con
   return step;
 }
 
-Vec2 Straight(const lightfield::Lens* lens, Vec2 p) { return lens ? lens->Straight(p) : p; }
-Vec2 Bent(const lightfield::Lens* lens, Vec2 p) { return lens ? lens->Bent(p) : p; }
+Vec2 Straight(const rig::Lens* lens, Vec2 p) { return lens ? lens->Straight(p) : p; }
+Vec2 Bent(const rig::Lens* lens, Vec2 p) { return lens ? lens->Bent(p) : p; }
 
 // The pixels whose centres lie in a disc, at their straightened positions; empty if it leaves the
 // image.
 std::vector<Sample> Disc(const SignalImage& image, Vec2 centre, double radius,
-                         const lightfield::Lens* lens) {
+                         const rig::Lens* lens) {
   std::vector<Sample> samples;
   if (centre.x < radius || centre.y < radius || centre.x > image.width - radius ||
       centre.y > image.height - radius)
@@ -156,7 +156,7 @@ double Parity(const SignalImage& image, const std::vector<Vec2>& corners, int co
 }
 
 std::vector<Corner> Refine(const SignalImage& image, const std::vector<Corner>& corners,
-                           const lightfield::Lens* lens) {
+                           const rig::Lens* lens) {
   std::map<std::pair<int, int>, Vec2> places;
   for (const Corner& corner : corners) places[{corner.i, corner.j}] = corner.at;
   // The step to the next corner, or from the one before.
@@ -187,7 +187,7 @@ void KeepGreen(const std::string& cfa, SignalImage& image) {
   const std::vector<float> seen = image.signal_dn;
   for (int row = 0; row < image.height; ++row)
     for (int column = 0; column < image.width; ++column) {
-      if (core::CfaChannel(cfa, row, column) == 1) continue;
+      if (rig::CfaChannel(cfa, row, column) == 1) continue;
       float sum = 0;
       int greens = 0;
       for (const auto& [down, right] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
@@ -209,7 +209,7 @@ double SignalImage::Variance(double signal) const {
   return floor_variance_dn2 + gain_dn_per_e * light + prnu * light * prnu * light;
 }
 
-SignalImage MakeSignalImage(const core::RawFrame& frame, const SensorModel& sensor) {
+SignalImage MakeSignalImage(const session::RawFrame& frame, const SensorModel& sensor) {
   SignalImage image{
       frame.width,
       frame.height,
@@ -229,7 +229,7 @@ SignalImage MakeSignalImage(const core::RawFrame& frame, const SensorModel& sens
 }
 
 std::optional<Corner> RefineCorner(const SignalImage& image, Vec2 start, Vec2 step_i, Vec2 step_j,
-                                   const lightfield::Lens* lens) {
+                                   const rig::Lens* lens) {
   // Edge 1 runs along step_j, edge 2 along step_i; their normals point to growing i and j.
   const double area = std::abs(Cross(step_i, step_j));
   const double reach =
@@ -286,8 +286,8 @@ std::optional<Corner> RefineCorner(const SignalImage& image, Vec2 start, Vec2 st
   return corner;
 }
 
-std::vector<Corner> FindChessboard(const SignalImage& image,
-                                   const lightfield::Chessboard& chessboard, bool mirrored) {
+std::vector<Corner> FindChessboard(const SignalImage& image, const rig::Chessboard& chessboard,
+                                   bool mirrored) {
   const int columns = chessboard.columns, rows = chessboard.rows;
   const cv::Mat grey = EightBit(image);
   std::vector<cv::Point2f> found;
@@ -313,7 +313,7 @@ std::vector<Corner> FindChessboard(const SignalImage& image,
 }
 
 std::vector<Corner> RefineCorners(const SignalImage& image, const std::vector<Corner>& corners,
-                                  const lightfield::Lens& lens) {
+                                  const rig::Lens& lens) {
   return Refine(image, corners, &lens);
 }
 

@@ -17,11 +17,11 @@
 #include <optional>
 #include <vector>
 
-#include "core/raw_frame.h"
-#include "lightfield/chessboard.h"
-#include "lightfield/geometry.h"
-#include "lightfield/lens.h"
-#include "reconstruct/noise_model.h"
+#include "luxfield/lightfield/geometry.h"
+#include "luxfield/reconstruct/bracket/noise_model.h"
+#include "luxfield/rig/chessboard.h"
+#include "luxfield/rig/lens.h"
+#include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
 
@@ -43,7 +43,7 @@ struct SignalImage {
 // Of a colour mosaic only the green pixels count, where they are: half of all, evenly spread, of
 // one colour, so that neither interpolation nor a lens' lateral colour moves a corner. The others
 // show the mean of the greens around them, for OpenCV's search.
-SignalImage MakeSignalImage(const core::RawFrame& frame, const SensorModel& sensor);
+SignalImage MakeSignalImage(const session::RawFrame& frame, const SensorModel& sensor);
 
 // Corner (i, j) near `start`, with the steps on the image to (i + 1, j) and (i, j + 1). Nothing
 // where the disc (a radius of 7 pixels, less where the cells are small) leaves the image or cells
@@ -51,16 +51,16 @@ SignalImage MakeSignalImage(const core::RawFrame& frame, const SensorModel& sens
 // the edges.
 std::optional<Corner> RefineCorner(const SignalImage& image, lightfield::Vec2 start,
                                    lightfield::Vec2 step_i, lightfield::Vec2 step_j,
-                                   const lightfield::Lens* lens = nullptr);
+                                   const rig::Lens* lens = nullptr);
 
 // All corners of the board, without those that could not be refined. `mirrored`: the picture shows
 // (i, j) left-handed against (column, row), as that of a transparency from behind. Empty if OpenCV
 // does not find the whole board.
-std::vector<Corner> FindChessboard(const SignalImage& image,
-                                   const lightfield::Chessboard& chessboard, bool mirrored);
+std::vector<Corner> FindChessboard(const SignalImage& image, const rig::Chessboard& chessboard,
+                                   bool mirrored);
 
 // The same corners once more, with a lens that straightens the edges about them.
 std::vector<Corner> RefineCorners(const SignalImage& image, const std::vector<Corner>& corners,
-                                  const lightfield::Lens& lens);
+                                  const rig::Lens& lens);
 
 }  // namespace luxfield::reconstruct

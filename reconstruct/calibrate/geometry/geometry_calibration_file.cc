@@ -1,4 +1,4 @@
-#include "reconstruct/geometry_calibration_file.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_calibration_file.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <vector>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "core/json.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -158,9 +158,9 @@ std::string ApplyGeometryCalibration(const std::filesystem::path& path, SessionP
   if (!lens.is_null()) {
     const auto focal = Field<std::array<double, 2>>(lens, "focal_px", file);
     const auto centre = Field<std::array<double, 2>>(lens, "centre_px", file);
-    plan.lens = lightfield::Lens{{focal[0], focal[1]},
-                                 {centre[0], centre[1]},
-                                 Field<std::array<double, 4>>(lens, "distortion", file)};
+    plan.lens = rig::Lens{{focal[0], focal[1]},
+                          {centre[0], centre[1]},
+                          Field<std::array<double, 4>>(lens, "distortion", file)};
     if (!(focal[0] > 0 && focal[1] > 0))
       throw InputError(file, "lens.focal_px must be above 0", "calibrate the geometry again");
   }

@@ -6,8 +6,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "reconstruct/calibrate_geometry.h"
-#include "reconstruct/session_plan.h"
+#include "luxfield/reconstruct/bracket/session_plan.h"
+#include "luxfield/reconstruct/calibrate/geometry/calibrate_geometry.h"
 
 namespace luxfield::reconstruct {
 

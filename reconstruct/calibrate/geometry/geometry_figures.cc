@@ -1,4 +1,4 @@
-#include "reconstruct/geometry_figures.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_figures.h"
 
 #include <Eigen/Dense>
 #include <cmath>

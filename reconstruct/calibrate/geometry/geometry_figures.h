@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "reconstruct/geometry_start.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_start.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/geometry_fit.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_fit.h"
 
 #include <ceres/rotation.h>
 #include <fmt/format.h>
@@ -9,17 +9,17 @@
 #include <memory>
 #include <set>
 
-#include "core/error.h"
-#include "reconstruct/geometry_figures.h"
-#include "reconstruct/geometry_start.h"
-#include "reconstruct/least_squares.h"
-#include "reconstruct/shadow.h"
+#include "luxfield/core/error.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_figures.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_start.h"
+#include "luxfield/reconstruct/calibrate/geometry/shadow.h"
+#include "luxfield/reconstruct/calibrate/least_squares.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using lightfield::Lens;
 using lightfield::Vec2;
+using rig::Lens;
 
 constexpr int kRounds = 4;  // of solve, factors of the noise, corners left out
 constexpr double kOutlier_sigmas = 5;
@@ -48,7 +48,7 @@ std::array<T, 2> Project(const T* lens, const T* pose, const T* point) {
   ceres::AngleAxisRotatePoint(pose, point, p);
   for (int k = 0; k < 3; ++k) p[k] += pose[3 + k];
   const std::array<T, 4> distortion{lens[4], lens[5], lens[6], lens[7]};
-  const auto [x, y] = lightfield::Distort(distortion, T(p[0] / p[2]), T(p[1] / p[2]));
+  const auto [x, y] = rig::Distort(distortion, T(p[0] / p[2]), T(p[1] / p[2]));
   return {lens[0] * x + lens[2], lens[1] * y + lens[3]};
 }
 

@@ -4,7 +4,7 @@
 // Frame of I: origin at the foot of the perpendicular from the filter's centre, s along the
 // projection of the filter's u axis, z along the light. Unknown, all solved together (Ceres):
 //
-//   lens            fx, fy, cx, cy, k1, k2, p1, p2 (lightfield/lens.h); reflector rig
+//   lens            fx, fy, cx, cy, k1, k2, p1, p2 (rig/lens.h); reflector rig
 //   board n         its pose before the camera; board 0 lies on I, and carries the plane's
 //                   coordinates P (lensless: the sensor does, P = pitch (column, row))
 //   plane           q = o + R(phi) diag(1, side) P, side = 1 seen from the lamp, -1 from behind
@@ -31,9 +31,9 @@
 #include <string>
 #include <vector>
 
-#include "lightfield/chessboard.h"
-#include "lightfield/lens.h"
-#include "reconstruct/chessboard_corners.h"
+#include "luxfield/reconstruct/calibrate/geometry/chessboard_corners.h"
+#include "luxfield/rig/chessboard.h"
+#include "luxfield/rig/lens.h"
 
 namespace luxfield::reconstruct {
 
@@ -49,8 +49,8 @@ struct ChessboardView {
 };
 
 struct GeometryTargets {
-  std::optional<lightfield::Chessboard> board;  // reflector rig
-  lightfield::Chessboard mask;
+  std::optional<rig::Chessboard> board;  // reflector rig
+  rig::Chessboard mask;
   double spacer_m = 0, spacer_shift_m = 0;
   double stage_repeatability_m = 0;  // rms per axis and arrival
 };
@@ -78,7 +78,7 @@ struct DetectionNoise {
 
 struct Geometry {
   int width = 0, height = 0;
-  std::optional<lightfield::Lens> lens;
+  std::optional<rig::Lens> lens;
   std::array<double, 9> image_from_sensor{};  // of pixel positions freed from distortion; [8] = 1
   double delta_m = 0;
   lightfield::Vec2 filter_tilt_rad;

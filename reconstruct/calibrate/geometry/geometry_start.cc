@@ -1,4 +1,4 @@
-#include "reconstruct/geometry_start.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_start.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <complex>
 #include <opencv2/calib3d.hpp>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -187,7 +187,7 @@ std::vector<std::pair<double*, int>> GeometryState::Blocks() {
   return blocks;
 }
 
-lightfield::Lens LensOf(const GeometryState& s) {
+rig::Lens LensOf(const GeometryState& s) {
   return {
       {s.lens[0], s.lens[1]}, {s.lens[2], s.lens[3]}, {s.lens[4], s.lens[5], s.lens[6], s.lens[7]}};
 }

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "reconstruct/geometry_fit.h"
+#include "luxfield/reconstruct/calibrate/geometry/geometry_fit.h"
 
 namespace luxfield::reconstruct {
 
@@ -28,7 +28,7 @@ struct GeometryState {
   std::vector<std::pair<double*, int>> Blocks();
 };
 
-lightfield::Lens LensOf(const GeometryState& state);
+rig::Lens LensOf(const GeometryState& state);
 
 // The side of I that a camera with this mapping stands on (geometry_fit.h): 1 or -1.
 double StatedSide(const std::array<double, 9>& image_from_sensor);

@@ -1,4 +1,4 @@
-#include "reconstruct/calibrate_glare.h"
+#include "luxfield/reconstruct/calibrate/glare/calibrate_glare.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,11 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "core/error.h"
-#include "core/json.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/mosaic_sites.h"
-#include "reconstruct/session_views.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/bracket/mosaic_sites.h"
+#include "luxfield/reconstruct/bracket/session_views.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -143,7 +143,7 @@ GlarePlace MeasureGlare(const MergedFrame& merged, const std::vector<float>& sen
   return place;
 }
 
-GlareCalibration CalibrateGlare(const core::SessionReader& session, bool check_hashes) {
+GlareCalibration CalibrateGlare(const session::SessionReader& session, bool check_hashes) {
   const std::string plan_file = (session.folder() / "plan.json").string();
   if (core::FieldOr<std::string>(session.plan(), "kind", "light-field", plan_file) != "glare")
     throw InputError(plan_file, "is no plan of kind \"glare\"",
@@ -163,7 +163,7 @@ GlareCalibration CalibrateGlare(const core::SessionReader& session, bool check_h
   result.height = sensor.height;
   std::string hashes;
   for (const auto& [number, records] : FramesByView(session)) {
-    for (const core::FrameRecord* record : records) hashes += record->sha256;
+    for (const session::FrameRecord* record : records) hashes += record->sha256;
     result.places.push_back(MeasureGlare(MergeView(session, records, sensor, check_hashes),
                                          sensitivity, sensor.cfa,
                                          (session.folder() / records[0]->file).string()));

@@ -22,8 +22,8 @@
 #include <string>
 #include <vector>
 
-#include "core/session_store.h"
-#include "reconstruct/merge_exposures.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
 
@@ -41,7 +41,7 @@ struct GlarePlace {
 GlarePlace MeasureGlare(const MergedFrame& merged, const std::vector<float>& sensitivity,
                         const std::string& what);
 
-// The same of a camera with a colour mosaic (core/cfa.h); as above where `cfa` is empty.
+// The same of a camera with a colour mosaic (rig/cfa.h); as above where `cfa` is empty.
 GlarePlace MeasureGlare(const MergedFrame& merged, const std::vector<float>& sensitivity,
                         const std::string& cfa, const std::string& what);
 
@@ -56,7 +56,7 @@ struct GlareCalibration {
 
 // From a session of kind "glare"; session.json says what the sensor does. Throws InputError for
 // another session.
-GlareCalibration CalibrateGlare(const core::SessionReader& session, bool check_hashes = true);
+GlareCalibration CalibrateGlare(const session::SessionReader& session, bool check_hashes = true);
 
 // *.cal.json (docs/formats/calibration.md). Equal calibrations give equal bytes; no clock time.
 nlohmann::json ToJson(const GlareCalibration& calibration);

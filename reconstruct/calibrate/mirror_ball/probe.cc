@@ -1,4 +1,4 @@
-#include "reconstruct/probe.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe.h"
 
 #include <fmt/format.h>
 
@@ -6,20 +6,20 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/colour.h"
-#include "core/error.h"
-#include "core/exr.h"
-#include "lightfield/environment_map.h"
-#include "lightfield/environment_resampling.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/merge_exposures.h"
-#include "reconstruct/merge_stack.h"
-#include "reconstruct/picture_stack.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/environment/environment_map.h"
+#include "luxfield/environment/environment_resampling.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/reconstruct/calibrate/response/merge_stack.h"
+#include "luxfield/reconstruct/calibrate/response/picture_stack.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using lightfield::CubeMap;
+using environment::CubeMap;
 using lightfield::Vec3;
 
 // The picture that errors name: of several exposures that whose pixels fill up last.
@@ -99,7 +99,7 @@ std::array<std::size_t, 4> Neighbours(const CubeMap& cube, std::size_t texel) {
             column = static_cast<int>(texel % n);
   const double step = 2.0 / n, x = -1 + (column + 0.5) * step, y = 1 - (row + 0.5) * step;
   const auto at = [&](double u, double v) {
-    return cube.texel_of(lightfield::CubeVector({face, u, v}));
+    return cube.texel_of(environment::CubeVector({face, u, v}));
   };
   return {at(x - step, y), at(x + step, y), at(x, y - step), at(x, y + step)};
 }
@@ -108,7 +108,7 @@ std::array<std::size_t, 4> Neighbours(const CubeMap& cube, std::size_t texel) {
 // all of them the spread of the first layer as their standard deviation. Returns their solid angle.
 double Fill(Probe& probe) {
   const std::size_t count = probe.coverage.size();
-  const std::vector<double> angles = lightfield::TexelSolidAngles(probe.radiance.face_size);
+  const std::vector<double> angles = environment::TexelSolidAngles(probe.radiance.face_size);
   std::vector<bool> known(count);
   std::vector<std::size_t> unseen;
   for (std::size_t t = 0; t < count; ++t) {
@@ -161,7 +161,7 @@ double Fill(Probe& probe) {
 
 // Negative texels to 0; the share of the luminous energy that this adds.
 double CutNegative(CubeMap& cube) {
-  const std::vector<double> angles = lightfield::TexelSolidAngles(cube.face_size);
+  const std::vector<double> angles = environment::TexelSolidAngles(cube.face_size);
   double added = 0, energy = 0;
   for (std::size_t t = 0; t < cube.texel_count(); ++t) {
     core::Rgb cut{}, left{};
@@ -180,7 +180,7 @@ double CutNegative(CubeMap& cube) {
 
 ProbePicture MergeProbe(const ProbeDescription& description) {
   if (description.merged) return TakeMerged(description);
-  std::vector<std::vector<core::RawFrame>> pictures;
+  std::vector<std::vector<session::RawFrame>> pictures;
   for (const ProbeExposure& exposure : description.exposures) {
     pictures.push_back(ReadProbePicture(exposure));
     const auto &first = pictures.front(), &last = pictures.back();
@@ -238,12 +238,12 @@ Probe MakeProbe(const ProbePicture& picture, const ProbeDescription& description
   const int face_size = options.face_size > 0
                             ? options.face_size
                             : std::max(1, static_cast<int>(std::lround(0.5 * circle.radius)));
-  const lightfield::CubeResampler resampler(radiance.width, radiance.height, face_size,
-                                            [&](int row, int column, std::vector<Vec3>& outline) {
-                                              if (used.at(0, row, column) != 0)
-                                                optics.PixelOutline(circle, row, column,
-                                                                    description.margin_px, outline);
-                                            });
+  const environment::CubeResampler resampler(
+      radiance.width, radiance.height, face_size,
+      [&](int row, int column, std::vector<Vec3>& outline) {
+        if (used.at(0, row, column) != 0)
+          optics.PixelOutline(circle, row, column, description.margin_px, outline);
+      });
   std::size_t saturated = 0, first_saturated = 0;
   for (std::size_t k = 0; k < used.data.size(); ++k) {
     if (!(resampler.source_solid_angles()[k] > 0)) continue;
@@ -284,11 +284,11 @@ Probe MakeProbe(const ProbePicture& picture, const ProbeDescription& description
 
 void WriteProbe(const std::filesystem::path& path, const Probe& probe,
                 const ProbeDescription& description) {
-  const core::Image radiance = lightfield::CubeStrip(probe.radiance),
-                    sigma = lightfield::CubeStrip(probe.sigma);
+  const core::Image radiance = environment::CubeStrip(probe.radiance),
+                    sigma = environment::CubeStrip(probe.sigma);
   CubeMap shown(probe.radiance.face_size);
   for (std::size_t t = 0; t < probe.coverage.size(); ++t) shown.data[3 * t] = probe.coverage[t];
-  const core::Image coverage = lightfield::CubeStrip(shown);
+  const core::Image coverage = environment::CubeStrip(shown);
   core::ExrPartView part{"", radiance.width, radiance.height, {}, {}};
   const std::string names[] = {"R", "G", "B"};
   for (int c = 0; c < 3; ++c) {

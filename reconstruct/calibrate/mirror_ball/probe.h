@@ -7,18 +7,18 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/image.h"
-#include "lightfield/cube_map.h"
-#include "reconstruct/probe_description.h"
-#include "reconstruct/rim_fit.h"
+#include "luxfield/core/image.h"
+#include "luxfield/environment/cube_map.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe_description.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_fit.h"
 
 namespace luxfield::reconstruct {
 
-// The exposures merged (reconstruct/merge_exposures.h) and scaled: radiance and its standard
-// deviation, 1 or 3 channels, the whole picture. Negative values kept.
+// The exposures merged (reconstruct/bracket/merge_exposures.h) and scaled: radiance and its
+// standard deviation, 1 or 3 channels, the whole picture. Negative values kept.
 struct ProbePicture {
   core::Image radiance, sigma;
-  core::Image unknown;  // 1 channel: not 0 where a channel is saturated in every exposure
+  core::Image unknown;           // 1 channel: not 0 where a channel is saturated in every exposure
   std::size_t lower_bounds = 0;  // pixels that are and are taken for what they hold all the same
 };
 
@@ -27,10 +27,10 @@ ProbePicture MergeProbe(const ProbeDescription& description);
 
 struct Probe {
   RimFit rim;
-  lightfield::CubeMap radiance;  // not negative
+  environment::CubeMap radiance;  // not negative
   // Of each texel, from what merging says of the pixels: they are independent but for PRNU, which
   // is independent between pixels too. Filled texels: the spread around the hole.
-  lightfield::CubeMap sigma;
+  environment::CubeMap sigma;
   std::vector<float> coverage;  // share of each texel that the photograph shows; 0 if filled
   double seen_sr = 0;           // solid angle of the pixels used
   double filled_sr = 0;         // of texels that no pixel shows and that were filled

@@ -1,4 +1,4 @@
-#include "reconstruct/probe_description.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe_description.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,11 @@
 #include <limits>
 #include <numbers>
 
-#include "core/config.h"
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
-#include "reconstruct/merge_stack.h"
+#include "luxfield/core/config.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
+#include "luxfield/reconstruct/calibrate/response/merge_stack.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -146,10 +146,10 @@ ProbeDescription ReadProbeDescription(const std::filesystem::path& path) {
   return description;
 }
 
-std::vector<core::RawFrame> ReadProbePicture(const ProbeExposure& exposure) {
-  std::vector<core::RawFrame> channels;
+std::vector<session::RawFrame> ReadProbePicture(const ProbeExposure& exposure) {
+  std::vector<session::RawFrame> channels;
   for (const auto& path : exposure.files) {
-    std::vector<core::RawFrame> planes;
+    std::vector<session::RawFrame> planes;
     if (path.extension() == ".exr") {
       if (IsMergedPicture(path))
         throw InputError(path.string(), "is a merged picture and no exposure of a linear camera",
@@ -162,7 +162,7 @@ std::vector<core::RawFrame> ReadProbePicture(const ProbeExposure& exposure) {
     } else {
       const std::string bytes = core::ReadFile(path);
       RequireLinear(bytes, path.string());
-      planes = core::DecodeTiffChannels(bytes, path.string());
+      planes = session::DecodeTiffChannels(bytes, path.string());
     }
     if (exposure.files.size() == 3 && planes.size() != 1)
       throw InputError(path.string(), fmt::format("has {} channels", planes.size()),

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "core/colour.h"
-#include "core/raw_frame.h"
-#include "reconstruct/noise_model.h"
-#include "reconstruct/probe_optics.h"
+#include "luxfield/core/colour.h"
+#include "luxfield/reconstruct/bracket/noise_model.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe_optics.h"
+#include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
 
@@ -40,6 +40,6 @@ ProbeDescription ReadProbeDescription(const std::filesystem::path& path);
 
 // The picture of an exposure, a frame for each of its channels: 1 or 3. Throws InputError naming
 // the file: neither TIFF nor OpenEXR, a merged picture, channels of different sizes.
-std::vector<core::RawFrame> ReadProbePicture(const ProbeExposure& exposure);
+std::vector<session::RawFrame> ReadProbePicture(const ProbeExposure& exposure);
 
 }  // namespace luxfield::reconstruct

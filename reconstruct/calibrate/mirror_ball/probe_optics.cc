@@ -1,4 +1,4 @@
-#include "reconstruct/probe_optics.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe_optics.h"
 
 #include <algorithm>
 #include <cmath>

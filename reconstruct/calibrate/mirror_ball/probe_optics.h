@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "lightfield/geometry.h"
+#include "luxfield/lightfield/geometry.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/rim_edges.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_edges.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "core/random.h"
+#include "luxfield/core/random.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -1,8 +1,8 @@
 // Edges of a photograph, and how far they run along a circle.
 #pragma once
 
-#include "core/image.h"
-#include "reconstruct/probe_optics.h"
+#include "luxfield/core/image.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe_optics.h"
 
 namespace luxfield::reconstruct {
 

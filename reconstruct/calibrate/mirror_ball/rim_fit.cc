@@ -1,4 +1,4 @@
-#include "reconstruct/rim_fit.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_fit.h"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,8 @@
 #include <numbers>
 #include <vector>
 
-#include "core/error.h"
-#include "reconstruct/rim_search.h"
+#include "luxfield/core/error.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_search.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/image.h"
-#include "reconstruct/probe_optics.h"
-#include "reconstruct/rim_edges.h"
+#include "luxfield/core/image.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe_optics.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_edges.h"
 
 namespace luxfield::reconstruct {
 

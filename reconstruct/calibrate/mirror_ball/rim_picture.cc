@@ -1,10 +1,10 @@
-#include "reconstruct/rim_picture.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_picture.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/colour.h"
+#include "luxfield/core/colour.h"
 
 namespace luxfield::reconstruct {
 namespace {

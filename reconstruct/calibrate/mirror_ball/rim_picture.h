@@ -1,9 +1,9 @@
 // What was taken for the rim, drawn into the photograph for the user to judge.
 #pragma once
 
-#include "core/image.h"
-#include "reconstruct/probe_optics.h"
-#include "reconstruct/rim_fit.h"
+#include "luxfield/core/image.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/probe_optics.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_fit.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/rim_search.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "reconstruct/rim_edges.h"
+#include "luxfield/reconstruct/calibrate/mirror_ball/rim_edges.h"
 
 namespace luxfield::reconstruct {
 namespace {

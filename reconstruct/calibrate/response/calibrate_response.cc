@@ -1,15 +1,15 @@
-#include "reconstruct/calibrate_response.h"
+#include "luxfield/reconstruct/calibrate/response/calibrate_response.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/json.h"
-#include "core/parallel.h"
-#include "reconstruct/merge_stack.h"
-#include "reconstruct/response_noise.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/reconstruct/calibrate/response/merge_stack.h"
+#include "luxfield/reconstruct/calibrate/response/response_noise.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "reconstruct/fit_response.h"
-#include "reconstruct/picture_stack.h"
+#include "luxfield/reconstruct/calibrate/response/fit_response.h"
+#include "luxfield/reconstruct/calibrate/response/picture_stack.h"
 
 namespace luxfield::reconstruct {
 

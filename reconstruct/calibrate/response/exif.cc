@@ -1,4 +1,4 @@
-#include "reconstruct/exif.h"
+#include "luxfield/reconstruct/calibrate/response/exif.h"
 
 #include <cstdint>
 

@@ -1,12 +1,12 @@
-#include "reconstruct/fit_response.h"
+#include "luxfield/reconstruct/calibrate/response/fit_response.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "reconstruct/joint_response.h"
-#include "reconstruct/published_response.h"
-#include "reconstruct/response_noise.h"
+#include "luxfield/reconstruct/calibrate/response/joint_response.h"
+#include "luxfield/reconstruct/calibrate/response/published_response.h"
+#include "luxfield/reconstruct/calibrate/response/response_noise.h"
 
 namespace luxfield::reconstruct {
 namespace {

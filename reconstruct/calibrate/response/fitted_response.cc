@@ -1,4 +1,4 @@
-#include "reconstruct/fitted_response.h"
+#include "luxfield/reconstruct/calibrate/response/fitted_response.h"
 
 #include <fmt/format.h>
 

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "core/error.h"
-#include "reconstruct/response_curve.h"
+#include "luxfield/core/error.h"
+#include "luxfield/reconstruct/calibrate/response/response_curve.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/joint_response.h"
+#include "luxfield/reconstruct/calibrate/response/joint_response.h"
 
 #include <ceres/normal_prior.h>
 
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reconstruct/least_squares.h"
+#include "luxfield/reconstruct/calibrate/least_squares.h"
 
 namespace luxfield::reconstruct {
 namespace {

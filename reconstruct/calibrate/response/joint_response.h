@@ -14,8 +14,8 @@
 #include <span>
 #include <vector>
 
-#include "reconstruct/response_model.h"
-#include "reconstruct/response_samples.h"
+#include "luxfield/reconstruct/calibrate/response/response_model.h"
+#include "luxfield/reconstruct/calibrate/response/response_samples.h"
 
 namespace luxfield::reconstruct {
 

@@ -1,4 +1,4 @@
-#include "reconstruct/merge_stack.h"
+#include "luxfield/reconstruct/calibrate/response/merge_stack.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/parallel.h"
-#include "lightfield/measurements.h"
-#include "reconstruct/response_samples.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/reconstruct/calibrate/response/response_samples.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -284,8 +284,7 @@ ExposureRatios::Result EstimateExposures(const PictureStack& stack,
     std::vector<std::uint8_t> usable(exposures, 1);
     std::vector<RungSample> rungs;
     for (int i = 0; i < pixels.count(); ++i) {
-      const auto codes =
-          std::span(pixels.code).subspan(pixels.index(i, 0), exposures);
+      const auto codes = std::span(pixels.code).subspan(pixels.index(i, 0), exposures);
       const PixelRadiance merged = merger.Merge(codes, usable, exposures_s);
       if (merged.mask) continue;
       rungs.clear();

@@ -40,10 +40,10 @@
 #include <string>
 #include <vector>
 
-#include "core/image.h"
-#include "reconstruct/exposure_ratios.h"
-#include "reconstruct/picture_stack.h"
-#include "reconstruct/response_curve.h"
+#include "luxfield/core/image.h"
+#include "luxfield/reconstruct/bracket/exposure_ratios.h"
+#include "luxfield/reconstruct/calibrate/response/picture_stack.h"
+#include "luxfield/reconstruct/calibrate/response/response_curve.h"
 
 namespace luxfield::reconstruct {
 
@@ -56,8 +56,8 @@ struct StackSample {
 
 struct PixelRadiance {
   double value = 0, sigma = 0;
-  double count = 0;        // effective number of exposures, (sum w)^2 / sum w^2
-  std::uint32_t mask = 0;  // lightfield::MeasurementFlag: kSaturated or kTooDark
+  double count = 0;                // effective number of exposures, (sum w)^2 / sum w^2
+  std::uint32_t mask = 0;          // lightfield::MeasurementFlag: kSaturated or kTooDark
   double misfit = 0, degrees = 0;  // chi^2 of its samples about it
 };
 

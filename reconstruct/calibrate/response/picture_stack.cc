@@ -1,4 +1,4 @@
-#include "reconstruct/picture_stack.h"
+#include "luxfield/reconstruct/calibrate/response/picture_stack.h"
 
 #include <fmt/format.h>
 
@@ -6,10 +6,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "pictures/decode_picture.h"
-#include "reconstruct/exif.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/pictures/decode_picture.h"
+#include "luxfield/reconstruct/calibrate/response/exif.h"
 
 namespace luxfield::reconstruct {
 namespace {

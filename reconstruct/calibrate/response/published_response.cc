@@ -1,10 +1,10 @@
-#include "reconstruct/published_response.h"
+#include "luxfield/reconstruct/calibrate/response/published_response.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
-#include "reconstruct/response_noise.h"
+#include "luxfield/reconstruct/calibrate/response/response_noise.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -16,8 +16,8 @@
 #include <span>
 #include <string>
 
-#include "reconstruct/fitted_response.h"
-#include "reconstruct/response_samples.h"
+#include "luxfield/reconstruct/calibrate/response/fitted_response.h"
+#include "luxfield/reconstruct/calibrate/response/response_samples.h"
 
 namespace luxfield::reconstruct {
 

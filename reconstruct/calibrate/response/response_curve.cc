@@ -1,4 +1,4 @@
-#include "reconstruct/response_curve.h"
+#include "luxfield/reconstruct/calibrate/response/response_curve.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "reconstruct/response_model.h"
+#include "luxfield/reconstruct/calibrate/response/response_model.h"
 
 #include <Eigen/QR>
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "reconstruct/response_curve.h"
+#include "luxfield/reconstruct/calibrate/response/response_curve.h"
 
 namespace luxfield::reconstruct {
 

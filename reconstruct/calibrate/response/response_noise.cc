@@ -1,10 +1,10 @@
-#include "reconstruct/response_noise.h"
+#include "luxfield/reconstruct/calibrate/response/response_noise.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 
-#include "reconstruct/response_curve.h"
+#include "luxfield/reconstruct/calibrate/response/response_curve.h"
 
 namespace luxfield::reconstruct {
 namespace {

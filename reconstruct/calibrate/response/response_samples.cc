@@ -1,4 +1,4 @@
-#include "reconstruct/response_samples.h"
+#include "luxfield/reconstruct/calibrate/response/response_samples.h"
 
 #include <algorithm>
 #include <cmath>

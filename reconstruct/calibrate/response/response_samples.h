@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "reconstruct/picture_stack.h"
+#include "luxfield/reconstruct/calibrate/response/picture_stack.h"
 
 namespace luxfield::reconstruct {
 

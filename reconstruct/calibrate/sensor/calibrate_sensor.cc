@@ -1,4 +1,4 @@
-#include "reconstruct/calibrate_sensor.h"
+#include "luxfield/reconstruct/calibrate/sensor/calibrate_sensor.h"
 
 #include <fmt/format.h>
 
@@ -8,19 +8,19 @@
 #include <set>
 #include <tuple>
 
-#include "core/cfa.h"
-#include "core/error.h"
-#include "core/file.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "reconstruct/mosaic_sites.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/reconstruct/bracket/mosaic_sites.h"
+#include "luxfield/rig/cfa.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using core::FrameKind;
-using core::FrameRecord;
-using core::RawFrame;
+using session::FrameKind;
+using session::FrameRecord;
+using session::RawFrame;
 using Pixels = std::vector<std::pair<int, int>>;
 
 constexpr double kLargestOutlierShare = 0.01;
@@ -137,7 +137,7 @@ ChannelCalibration CalibrateChannel(std::span<const CalibrationPair> pairs,
   c.channel = channel;
   const int site = cfa.empty() ? 0 : channel;
   if (!cfa.empty()) {
-    c.channel = core::CfaChannel(cfa, site / 2, site % 2);
+    c.channel = rig::CfaChannel(cfa, site / 2, site % 2);
     c.site = site;
   }
   const std::vector<PairStatistics> own = OfChannel(statistics, channel);
@@ -155,7 +155,8 @@ ChannelCalibration CalibrateChannel(std::span<const CalibrationPair> pairs,
 
 }  // namespace
 
-std::vector<CalibrationPair> PairsOfSession(const core::SessionReader& session, bool check_hashes) {
+std::vector<CalibrationPair> PairsOfSession(const session::SessionReader& session,
+                                            bool check_hashes) {
   std::map<std::tuple<bool, int, int, int>, std::vector<const FrameRecord*>> groups;
   for (const FrameRecord& record : session.frames())
     if (record.kind == FrameKind::kFlat || record.kind == FrameKind::kDark)
@@ -242,7 +243,7 @@ SensorCalibration CalibrateSensor(std::span<const CalibrationPair> pairs, const 
   return result;
 }
 
-SensorCalibration CalibrateSensor(const core::SessionReader& session, bool check_hashes) {
+SensorCalibration CalibrateSensor(const session::SessionReader& session, bool check_hashes) {
   const std::string file = (session.folder() / "session.json").string();
   const auto camera = core::Field<core::Json>(session.session(), "camera", file);
   const std::string cfa = ReadCfa(camera, file);

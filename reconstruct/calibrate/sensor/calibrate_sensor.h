@@ -18,9 +18,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/session_store.h"
-#include "reconstruct/linearity.h"
-#include "reconstruct/photon_transfer.h"
+#include "luxfield/reconstruct/calibrate/sensor/linearity.h"
+#include "luxfield/reconstruct/calibrate/sensor/photon_transfer.h"
+#include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
 
@@ -30,7 +30,7 @@ struct CalibrationPair {
   int channel = 0;
   double exposure_s = 0;
   double meter_a = 0, meter_b = 0;  // lamp monitor; 0: none
-  std::function<std::pair<core::RawFrame, core::RawFrame>()> read;
+  std::function<std::pair<session::RawFrame, session::RawFrame>()> read;
 };
 
 struct ChannelCalibration {
@@ -54,15 +54,15 @@ struct SensorCalibration {
 // Pairs the flats and darks of a session by channel, exposure and repeat (2k with 2k + 1). Frames
 // without a partner are left out. The session must outlive the pairs. Throws InputError for a
 // session without flats or darks.
-std::vector<CalibrationPair> PairsOfSession(const core::SessionReader& session,
+std::vector<CalibrationPair> PairsOfSession(const session::SessionReader& session,
                                             bool check_hashes = true);
 
 // Throws what FitPhotonTransfer and MeasureLinearity refuse, and InputError where more than 1 % of
 // the pixels stand out of their neighbours: light with structure, not an even source. `cfa` as
-// core/cfa.h has it, empty for a sensor without a mosaic.
+// rig/cfa.h has it, empty for a sensor without a mosaic.
 SensorCalibration CalibrateSensor(std::span<const CalibrationPair> pairs, const std::string& cfa);
 
 // The same for a session, with its provenance: plan id, and the SHA-256 over the frames' SHA-256.
-SensorCalibration CalibrateSensor(const core::SessionReader& session, bool check_hashes = true);
+SensorCalibration CalibrateSensor(const session::SessionReader& session, bool check_hashes = true);
 
 }  // namespace luxfield::reconstruct

@@ -1,4 +1,4 @@
-#include "reconstruct/flat_field.h"
+#include "luxfield/reconstruct/calibrate/sensor/flat_field.h"
 
 #include <fmt/format.h>
 
@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/exr.h"
-#include "core/file.h"
-#include "core/json.h"
-#include "core/progress.h"
-#include "reconstruct/mosaic_sites.h"
-#include "reconstruct/sensor_calibration_file.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/reconstruct/bracket/mosaic_sites.h"
+#include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -63,7 +63,7 @@ double FloorVariance(const SensorModel& sensor) {
 }
 
 // Adds one to `used` of the sites for which the flat counts.
-void Add(const core::RawFrame& flat, const Dark& dark, const SensorModel& sensor, Sums& sums,
+void Add(const session::RawFrame& flat, const Dark& dark, const SensorModel& sensor, Sums& sums,
          std::vector<double>& used) {
   std::vector<double> mean(used.size()), count(used.size());
   for (std::size_t k = 0; k < flat.size(); ++k) {
@@ -241,7 +241,7 @@ FlatField MeasureFlatField(std::span<const CalibrationPair> pairs, const SensorM
   return field;
 }
 
-FlatField MeasureFlatField(const core::SessionReader& session,
+FlatField MeasureFlatField(const session::SessionReader& session,
                            const std::filesystem::path& sensor_calibration, bool check_hashes) {
   const std::string file = (session.folder() / "session.json").string();
   const auto camera = core::Field<core::Json>(session.session(), "camera", file);

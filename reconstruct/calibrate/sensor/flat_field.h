@@ -24,8 +24,8 @@
 #include <string>
 #include <vector>
 
-#include "reconstruct/calibrate_sensor.h"
-#include "reconstruct/noise_model.h"
+#include "luxfield/reconstruct/bracket/noise_model.h"
+#include "luxfield/reconstruct/calibrate/sensor/calibrate_sensor.h"
 
 namespace luxfield::reconstruct {
 
@@ -47,7 +47,7 @@ FlatField MeasureFlatField(std::span<const CalibrationPair> pairs, const SensorM
 
 // The same for a session, with its provenance. With a sensor's *.cal.json its noise and defects,
 // else what the session states.
-FlatField MeasureFlatField(const core::SessionReader& session,
+FlatField MeasureFlatField(const session::SessionReader& session,
                            const std::filesystem::path& sensor_calibration,
                            bool check_hashes = true);
 

@@ -1,4 +1,4 @@
-#include "reconstruct/linearity.h"
+#include "luxfield/reconstruct/calibrate/sensor/linearity.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::reconstruct {
 namespace {

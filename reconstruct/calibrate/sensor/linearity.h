@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-#include "reconstruct/photon_transfer.h"
+#include "luxfield/reconstruct/calibrate/sensor/photon_transfer.h"
 
 namespace luxfield::reconstruct {
 

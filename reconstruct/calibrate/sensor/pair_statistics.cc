@@ -1,4 +1,4 @@
-#include "reconstruct/pair_statistics.h"
+#include "luxfield/reconstruct/calibrate/sensor/pair_statistics.h"
 
 #include <fmt/format.h>
 
@@ -7,13 +7,13 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "core/parallel.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/parallel.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using core::RawFrame;
+using session::RawFrame;
 
 constexpr std::size_t kFewestPixels = 100;
 

@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/raw_frame.h"
+#include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
 
@@ -51,17 +51,19 @@ struct PairStatistics {
   }
 };
 
-// Fills all but dark, channel, overflown, exposure_s and the meters. Throws InputError for frames that differ
-// in size or kind of number or do not have the mask's size, and for fewer than 100 pixels.
-PairStatistics MeasurePair(const core::RawFrame& a, const core::RawFrame& b, const PixelMask& mask);
+// Fills all but dark, channel, overflown, exposure_s and the meters. Throws InputError for frames
+// that differ in size or kind of number or do not have the mask's size, and for fewer than 100
+// pixels.
+PairStatistics MeasurePair(const session::RawFrame& a, const session::RawFrame& b,
+                           const PixelMask& mask);
 
 // Pixels whose value in (A + B) / 2 lies further than `threshold` robust standard deviations
 // (1.4826 times the median absolute deviation, at least half a DN for whole numbers) from the
 // median of their up to 8 neighbours: hot pixels of darks, dead and bright ones of flats. Six
 // sigmas take 2e-9 of good pixels, which changes a variance by less than 1e-7. Returns (row,
 // column), row-major. Memory: three floats a pixel.
-std::vector<std::pair<int, int>> FindOutliers(const core::RawFrame& a, const core::RawFrame& b,
-                                              double threshold = 6);
+std::vector<std::pair<int, int>> FindOutliers(const session::RawFrame& a,
+                                              const session::RawFrame& b, double threshold = 6);
 
 // PRNU^2, the relative variance of the pixels' sensitivity, from flats A, B and darks of the same
 // exposure (subtracted, so that the dark pattern does not count):
@@ -75,8 +77,8 @@ std::vector<std::pair<int, int>> FindOutliers(const core::RawFrame& a, const cor
 struct PatternVariance {
   double value = 0, sigma = 0;
 };
-PatternVariance MeasurePrnuSquared(const core::RawFrame& flat_a, const core::RawFrame& flat_b,
-                                   const core::RawFrame& dark_a, const core::RawFrame& dark_b,
+PatternVariance MeasurePrnuSquared(const session::RawFrame& flat_a, const session::RawFrame& flat_b,
+                                   const session::RawFrame& dark_a, const session::RawFrame& dark_b,
                                    const PixelMask& mask);
 
 }  // namespace luxfield::reconstruct

@@ -1,4 +1,4 @@
-#include "reconstruct/photon_transfer.h"
+#include "luxfield/reconstruct/calibrate/sensor/photon_transfer.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include <set>
 #include <tuple>
 
-#include "core/error.h"
+#include "luxfield/core/error.h"
 
 namespace luxfield::reconstruct {
 namespace {

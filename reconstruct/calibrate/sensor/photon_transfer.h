@@ -37,14 +37,12 @@
 #include <span>
 #include <vector>
 
-#include "reconstruct/pair_statistics.h"
+#include "luxfield/core/quantity.h"
+#include "luxfield/reconstruct/calibrate/sensor/pair_statistics.h"
 
 namespace luxfield::reconstruct {
 
-struct Quantity {
-  double value = 0;
-  double sigma = 0;  // standard error
-};
+using core::Quantity;
 
 // sqrt of an estimate that may lie at or below 0 within its error: value sqrt(max(v, 0)), sigma the
 // way up to sqrt(max(v, 0) + sigma(v)), which is sigma(v) / (2 value) where v is well above 0.

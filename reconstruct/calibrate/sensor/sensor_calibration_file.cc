@@ -1,12 +1,12 @@
-#include "reconstruct/sensor_calibration_file.h"
+#include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/json.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/json.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -6,8 +6,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "reconstruct/calibrate_sensor.h"
-#include "reconstruct/noise_model.h"
+#include "luxfield/reconstruct/bracket/noise_model.h"
+#include "luxfield/reconstruct/calibrate/sensor/calibrate_sensor.h"
 
 namespace luxfield::reconstruct {
 

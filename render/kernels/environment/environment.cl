@@ -5,9 +5,9 @@
 //
 // (balance heuristic, Veach 1997). beta sums to N_f: no bias, and no jump where N_f passes a whole
 // number.
-#include "kernels/brdf_draws.clh"
-#include "kernels/environment_sampling.clh"
-#include "kernels/lit_point.clh"
+#include "luxfield/render/kernels/environment/environment_sampling.clh"
+#include "luxfield/render/kernels/sample/brdf_draws.clh"
+#include "luxfield/render/kernels/sample/lit_point.clh"
 
 // 1: samples are counted only where they can bring light: above the horizon and of density above 0.
 #ifndef COUNT_USEFUL

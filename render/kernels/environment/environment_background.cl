@@ -1,7 +1,7 @@
 // The environment as a camera sees it behind a scene.
-#include "kernels/environment_sampling.clh"
-#include "kernels/frame.clh"
-#include "kernels/pinhole.clh"
+#include "luxfield/render/kernels/environment/environment_sampling.clh"
+#include "luxfield/render/kernels/math/frame.clh"
+#include "luxfield/render/kernels/scene/pinhole.clh"
 
 // Radiance where rays hit nothing, 0 elsewhere.
 __kernel void Background(ENVIRONMENT_ARGUMENTS, PinholeCamera camera,

@@ -4,11 +4,11 @@
 //   q = max(0, Y(L) - c mean Y) dw,   prefix sums of q along each row, and of the rows' sums
 //
 // Luminances are added up in float32 as trees of fixed shape (relative error some 1e-6) to find the
-// unit of energy; the tables themselves are integers of at least 2^-62 of the total each, whose sums
-// and differences are exact: a texel below that is never drawn, and has density 0.
-#include "kernels/environment_types.clh"
-#include "kernels/quanta.clh"
-#include "kernels/totals.clh"
+// unit of energy; the tables themselves are integers of at least 2^-62 of the total each, whose
+// sums and differences are exact: a texel below that is never drawn, and has density 0.
+#include "luxfield/render/kernels/environment/environment_types.clh"
+#include "luxfield/render/kernels/math/fixed_point.clh"
+#include "luxfield/render/kernels/sample/totals.clh"
 
 typedef struct TexelRow {
   int radiance, solid_angle;  // of its first texel in the radiance and solid angles of a cube map
@@ -54,7 +54,8 @@ ulong SumBefore(ulong value, __local ulong* scratch, ulong* total) {
   return sum - value;
 }
 
-// A group per row: texels in the order of tiles, with their energy before compensation, and its sum.
+// A group per row: texels in the order of tiles, with their energy before compensation, and its
+// sum.
 __kernel __attribute__((reqd_work_group_size(kRowItems, 1, 1))) void EnvironmentRows(
     __constant const EnvironmentParams* params, __global const float* radiance,
     __global const float* solid_angles, __global float4* texels, __global float* row_sums) {
@@ -81,10 +82,10 @@ __kernel __attribute__((reqd_work_group_size(kTotalItems, 1, 1))) void Environme
   sum = SumOfGroup(sum, scratch);
   if (get_local_id(0) > 0) return;
   totals->mean = sum * (0.25f * M_1_PI_F);
-  totals->exponent = sum > 0.0f ? ilogb(sum * 1.001f) + 1 : 0;  // the sum of quanta is not rounded
+  totals->exponent = sum > 0.0f ? ilogb(sum * 1.001f) + 1 : 0;  // the sum of units is not rounded
 }
 
-// A group per row: quanta and their sums from the row's start; texels[].w becomes the density of
+// A group per row: units and their sums from the row's start; texels[].w becomes the density of
 // energy over a face, q N^2 / 4 in units of 2^exponent.
 __kernel __attribute__((reqd_work_group_size(kRowItems, 1, 1))) void EnvironmentConditional(
     __constant const EnvironmentParams* params, __global const EnvironmentTotals* totals,
@@ -102,10 +103,10 @@ __kernel __attribute__((reqd_work_group_size(kRowItems, 1, 1))) void Environment
     const size_t texel = (size_t)row * n + column;
     const float energy =
         fmax(texels[texel].w - taken * solid_angles[from.solid_angle + column], 0.0f);
-    const ulong quanta = convert_ulong(ldexp(energy, kEnergyBits - totals->exponent));
+    const ulong units = convert_ulong(ldexp(energy, kEnergyBits - totals->exponent));
     column_starts[texel] = sum;
-    texels[texel].w = FromQuanta(quanta) * 0x1p-62f * per_face;
-    sum += quanta;
+    texels[texel].w = FromFixedPoint(units) * 0x1p-62f * per_face;
+    sum += units;
   }
   ulong total;
   const ulong before = SumBefore(sum, scratch, &total);
@@ -129,12 +130,12 @@ __kernel __attribute__((reqd_work_group_size(kTotalItems, 1, 1))) void Environme
   ulong total;
   ulong before = SumBefore(sum, scratch, &total);
   for (int row = begin; row < end; ++row) {
-    const ulong quanta = row_starts[row];
+    const ulong units = row_starts[row];
     row_starts[row] = before;
-    before += quanta;
+    before += units;
   }
   if (item == 0) row_starts[rows] = total;
   barrier(CLK_GLOBAL_MEM_FENCE);
   for (int tile = item; tile < tiles; tile += kTotalItems)
-    energies[tile] = FromQuanta(row_starts[(tile + 1) * n] - row_starts[tile * n]) * 0x1p-62f;
+    energies[tile] = FromFixedPoint(row_starts[(tile + 1) * n] - row_starts[tile * n]) * 0x1p-62f;
 }

@@ -7,10 +7,10 @@
 //
 // are the expected samples per dy^2, p that of cell_proposal.clh. Where a surface is glossy, K_b of
 // the samples follow its BRDF with density q (brdf_sampling.clh).
-#include "kernels/cell_proposal.clh"
+#include "luxfield/render/kernels/luminaire/cell_proposal.clh"
 
 #if GLOSSY
-#include "kernels/brdf_sampling.clh"
+#include "luxfield/render/kernels/luminaire/brdf_sampling.clh"
 #endif
 
 // Adds a sample at a point of a cell.
@@ -119,15 +119,15 @@ __kernel void Cells(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS, WIN
   StoreTotals(luminaire, &surface, totals, pixel, LIGHTING);
 }
 
-// Sums over samples x: of all and of the visible ones, of those below 0 what they take away, and the
-// squares of their luminances.
+// Sums over samples x: of all and of the visible ones, of those below 0 what they take away, and
+// the squares of their luminances.
 typedef struct VisibleSums {
   float3 light, taken, visible, visible_taken;
   float square, visible_square;
 } VisibleSums;
 
-// Writes the visible share and what it leaves out (estimators/visible_share.h). The variance is that
-// of a ratio of sums, to first order; `scale` makes light of sums.
+// Writes the visible share and what it leaves out (estimators/visible_share.h). The variance is
+// that of a ratio of sums, to first order; `scale` makes light of sums.
 inline void StoreShare(VisibleSums sums, int count, float scale, __global float4* share) {
   // Sums of |x|.
   const float3 all = sums.light + 2.0f * sums.taken,

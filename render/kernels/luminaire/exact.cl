@@ -8,8 +8,8 @@
 // two multiply-adds per texel, the least there is. A work-item lights PIXELS neighbouring pixels,
 // SHARED of them from the same loads of texels where they see nearly the same windows. Windows are
 // walked in chunks of kChunk x kChunk texels and kBasis x kBasis images, so any size fits.
-#include "kernels/cut_horizon.clh"
-#include "kernels/texel_weights.clh"
+#include "luxfield/render/kernels/luminaire/cut_horizon.clh"
+#include "luxfield/render/kernels/luminaire/texel_weights.clh"
 
 enum { kBasis = SHARED > 1 ? 12 : 4 };
 

@@ -9,8 +9,8 @@
 // The bracket is exact, so is L for a constant f_r. Otherwise f_r (n.w) |u - p| is taken as linear
 // over the piece: the error is half the trace of its Hessian times the piece's covariance, at most
 // side^2 / 24 times its Laplacian for even light.
-#include "kernels/horizon.clh"
-#include "kernels/lobe.clh"
+#include "luxfield/render/kernels/luminaire/horizon.clh"
+#include "luxfield/render/kernels/luminaire/lobe.clh"
 
 enum { kStripTexels = 16, kMostParts = 32 };
 

@@ -1,12 +1,12 @@
 // Precomputed light importance sampling, the thesis' baseline: images and texels are drawn with
-// density |C| over the whole luminaire, wherever the receiver is; what misses the windows is lost. A
-// sample adds
+// density |C| over the whole luminaire, wherever the receiver is; what misses the windows is lost.
+// A sample adds
 //
 //   delta^2 / z^3 h^2 (T_m / nbar_m) C / |C| Phi_m(y(s)) |dy / ds| (n . (u - p))+ V
 //
 // with T_m the sum of |C_m| and y(s) where the line from p through s meets F,
 // |dy / ds| = 1 / step^2.
-#include "kernels/window_lighting.clh"
+#include "luxfield/render/kernels/luminaire/window_lighting.clh"
 
 // A whole axis of an image.
 inline Span WholeSpan(int texels) {
@@ -53,7 +53,7 @@ inline float CoordinateFrom(const Axis* axis, Knot knot, Place place) {
 inline float ImageTotal(__constant const LuminaireParams* luminaire, __global const ulong* image,
                         float scale) {
   const int width = luminaire->axis[0].texels, height = luminaire->axis[1].texels;
-  return FromQuanta(image[(size_t)height * SatStride(width) + width]) * 0x1p-62f * scale;
+  return FromFixedPoint(image[(size_t)height * SatStride(width) + width]) * 0x1p-62f * scale;
 }
 
 inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene scene, uint pixel,

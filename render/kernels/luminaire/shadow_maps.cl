@@ -1,8 +1,8 @@
 // Shadow maps of a luminaire's u-cells (thesis 4.5.2, docs/theory.md 6): depths by rays through the
 // texels' centres, and which cells every pixel sees.
-#include "kernels/bvh.clh"
-#include "kernels/shadow_map_types.clh"
-#include "kernels/window.clh"
+#include "luxfield/render/kernels/luminaire/shadow_map_types.clh"
+#include "luxfield/render/kernels/luminaire/window.clh"
+#include "luxfield/render/kernels/scene/bvh.clh"
 
 // depth[(cell * size + row) * size + column]: distance along the luminaire's z from the view's
 // origin to the nearest surface, INFINITY where there is none. A ray has z = 1, so that its
@@ -16,7 +16,7 @@ __kernel void CastShadowMaps(__constant const LuminaireParams* luminaire,
   const int texel = (int)(item % texels);
   const ShadowView view = views[item / texels];
   if (!view.lit) return;
-  __constant const Pair* o = luminaire->position;
+  __constant const DoubleFloat* o = luminaire->position;
   const float3 origin =
       (float3)(o[0].hi, o[1].hi, o[2].hi) +
       WorldFromLuminaire(luminaire, (float3)(view.origin[0], view.origin[1], view.origin[2]));

@@ -3,7 +3,7 @@
 // image and pixel. Biased (docs/theory.md 6). The receiver's cosine, absent in print, is kept:
 // without it the sum is no irradiance. It knows C >= 0 alone; what is negative is drawn by |C| and
 // counts as it is.
-#include "kernels/window_lighting.clh"
+#include "luxfield/render/kernels/luminaire/window_lighting.clh"
 
 // At most `depth` steps of bisection or of the secant search (regula falsi), then a straight line
 // through what is left. SUM(t): sum at the left edge of texel t.

@@ -4,8 +4,8 @@
 //
 // with B0, B1 tricubic in (a_x, a_y, tau): 64 float4 coefficients per channel, read as 16 rows of
 // four.
-#include "kernels/cut_horizon.clh"
-#include "kernels/volume_types.clh"
+#include "luxfield/render/kernels/luminaire/cut_horizon.clh"
+#include "luxfield/render/kernels/luminaire/volume_types.clh"
 
 // Cubic B-spline weights of coefficients k .. k + 3 at k + f.
 inline float4 SplineWeights(float f) {

@@ -1,8 +1,8 @@
 // The windows of all images seen from a batch of pixels: their spans per axis, then their masses.
 // Neighbouring items follow each other on one row of images, whose entries stay in the cache.
-#include "kernels/allocation.clh"
-#include "kernels/shadow_maps.clh"
-#include "kernels/window_sampling.clh"
+#include "luxfield/render/kernels/luminaire/shadow_maps.clh"
+#include "luxfield/render/kernels/luminaire/window_sampling.clh"
+#include "luxfield/render/kernels/sample/allocation.clh"
 
 // Item (pixel, dimension): spans of the columns or of the rows. Nothing is seen by pixels that hit
 // nothing or lie behind the luminaire.

@@ -6,16 +6,17 @@
 //
 // with v_m the image's visibility by shadow maps, 1 without them; images are allotted by v_m M_m.
 //
-// PROPOSAL = MASS_AND_BASIS: p = (1 - b) |C| / M + b Phi / area, one-sample balance heuristic (Veach
-// 1997) of what follows |C|, good where a window holds structure, and what follows Phi, good where C
-// hardly varies in it. BASIS: b = 1. UNIFORM: p is constant over what is seen of the window.
+// PROPOSAL = MASS_AND_BASIS: p = (1 - b) |C| / M + b Phi / area, one-sample balance heuristic
+// (Veach 1997) of what follows |C|, good where a window holds structure, and what follows Phi, good
+// where C hardly varies in it. BASIS: b = 1. UNIFORM: p is constant over what is seen of the
+// window.
 //
 // Where a surface is glossy, K_b of the samples follow its BRDF instead with density q
 // (brdf_sampling.clh): the balance heuristic replaces nbar_m p by nbar_m p + K_b q, and a sample of
 // the BRDF adds all images whose support covers its point,
 //
 //   delta^2 / z^3 h^2 sum_m v_m C_m Phi_m / (nbar_m p_m + K_b q) (n . (u - p))+ V
-#include "kernels/window_lighting.clh"
+#include "luxfield/render/kernels/luminaire/window_lighting.clh"
 
 #define MASS_AND_BASIS 0
 #define UNIFORM 1
@@ -26,7 +27,7 @@
 
 #if GLOSSY && PROPOSAL == MASS_AND_BASIS
 #define FOLLOW_BRDF 1
-#include "kernels/brdf_sampling.clh"
+#include "luxfield/render/kernels/luminaire/brdf_sampling.clh"
 #else
 #define FOLLOW_BRDF 0
 #endif

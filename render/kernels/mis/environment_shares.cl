@@ -1,6 +1,6 @@
 // How samples that follow an environment map are shared out to its faces, seen from a pixel.
 #define GLOSSY 0
-#include "kernels/light_environment.clh"
+#include "luxfield/render/kernels/mis/light_environment.clh"
 
 // Six floats a pixel, of sum 1; 0 where nothing was hit and where no lit tile is preferred.
 __kernel void FaceShares(LIGHT_ARGUMENTS, SURFACE_ARGUMENTS, int pixels, __global float* shares) {

@@ -1,9 +1,9 @@
 // Primary visibility: one ray per pixel, the surface point, its normal towards the camera, how it
 // reflects.
-#include "kernels/pinhole.clh"
-#include "render/kernels/brdf_types.clh"
-#include "render/kernels/bvh.clh"
-#include "render/kernels/gbuffer_types.clh"
+#include "luxfield/render/kernels/brdf/brdf_types.clh"
+#include "luxfield/render/kernels/scene/bvh.clh"
+#include "luxfield/render/kernels/scene/gbuffer_types.clh"
+#include "luxfield/render/kernels/scene/pinhole.clh"
 
 // IEC 61966-2-1.
 float LinearFromSrgb8(uint value) {
@@ -61,7 +61,8 @@ float4 SpecularRoughness(float4 gloss, float4 value) {
 }
 
 // `normal` tilted by a normal texture's value (glTF 2.0, 3.9.3). The tangent is the direction of
-// rising u on the triangle; a mesh's own tangents are not read. Unchanged where u, v are degenerate.
+// rising u on the triangle; a mesh's own tangents are not read. Unchanged where u, v are
+// degenerate.
 float3 TiltNormal(float3 normal, float3 value, float scale, float3 edge_b, float3 edge_c,
                   float2 uv_b, float2 uv_c) {
   const float area = uv_b.x * uv_c.y - uv_c.x * uv_b.y;
@@ -79,7 +80,8 @@ float3 TiltNormal(float3 normal, float3 value, float scale, float3 edge_b, float
 }
 
 // Cosine to the eye below which interpolated and tilted normals are bent towards it. At 1e-3 a
-// surface is seen under 0.06 degrees: only silhouettes of coarse meshes and steep normal maps change.
+// surface is seen under 0.06 degrees: only silhouettes of coarse meshes and steep normal maps
+// change.
 #define MIN_EYE_COSINE 1e-3f
 
 float3 BendToEye(float3 normal, float3 to_eye) {

@@ -1,0 +1,63 @@
+#include "luxfield/hal/lab/open_lab.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "luxfield/hal/built_drivers.h"
+#include "luxfield/hal/lab/device_lab.h"
+#include "luxfield/hal/lab/safe_state.h"
+#include "luxfield/hal/sim/simulated_lab.h"
+
+namespace luxfield::hal {
+
+namespace {
+
+// No watchdog: a simulated lab may compute for minutes between two operations.
+void WarnOfRealStage(const StageOptions& stage) {
+  if (stage.port.empty()) return;
+  fmt::print(stderr,
+             "luxfield: the stage on {} is real and the rest of the lab simulated: no emergency "
+             "stop, door or watchdog is looked at; keep a hand on the machine's own stop\n",
+             stage.port);
+}
+
+}  // namespace
+
+Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::uint64_t> seed,
+                    const StageBounds& plan) {
+  const core::Config config = core::Config::FromFile(lab_toml);
+  const core::Config lab = config.Table("lab");
+  const bool simulated = lab.Choice("driver", {"sim", "devices"}) == "sim";
+  const StageOptions stage = ReadStage(config.Table("stage"));
+  for (const std::string& sentence : Overruled(stage.limits, plan))
+    fmt::print(stderr, "luxfield: {}\n", sentence);
+  if (simulated) {
+    WarnOfRealStage(stage);
+    return sim::SimulatedLab(config, seed, plan).MakeDevices();
+  }
+  DeviceLab device_lab = ReadDeviceLab(config);
+  Tighten(device_lab.stage, plan);
+  const auto watchdog =
+      StartWatchdog(device_lab);  // outlives what OpenDevices opens and fails with
+  Devices devices = OpenDevices(device_lab);
+  devices.watchdog = watchdog;
+  return devices;
+}
+
+std::vector<DriverInfo> Drivers() {
+  std::vector<DriverInfo> drivers = {
+      {"sim", "the simulated lab: lamp, filter, stage and camera as one world"},
+      {"grbl", "stage: Grbl 1.1 over a serial port or TCP"},
+      {"zaber", "stage: two Zaber axes, ASCII protocol, over a serial port or TCP"},
+      {"usbtmc", "SCPI lamp supply and light meter on USB"}};
+  if (kHasAravis) drivers.push_back({"aravis", "GigE Vision and USB3 Vision cameras"});
+  if (kHasGphoto2) drivers.push_back({"gphoto2", "still cameras over PTP, by their RAW files"});
+  if (kHasGpiod)
+    drivers.push_back(
+        {"gpiod",
+         "GPIO lines: safety inputs, shutter, print changer, colour wheel, trigger, lamp relay"});
+  return drivers;
+}
+
+}  // namespace luxfield::hal
