@@ -10,7 +10,6 @@
 #include "luxfield/hal/sim/simulated_lab.h"
 
 namespace luxfield::hal {
-
 namespace {
 
 // No watchdog: a simulated lab may compute for minutes between two operations.
