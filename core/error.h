@@ -1,4 +1,4 @@
-// What can go wrong, and the exit code it ends in (docs/guide.md, "Exit codes").
+// What can go wrong, and the exit code it ends in (docs/verbs.md, "Exit codes").
 #pragma once
 
 #include <stdexcept>

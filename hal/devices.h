@@ -44,7 +44,7 @@ struct CameraCalibration {
   std::optional<core::Image> vignetting;     // relative sensitivity
 };
 
-// What calibrates the geometry, and the veiling glare (docs/guide.md).
+// What calibrates the geometry, and the veiling glare (docs/how-to/calibrate.md).
 struct CalibrationTargets {
   using Chessboard = rig::Chessboard;
   std::optional<Chessboard> board;  // on a flat sheet, in front of the camera; reflector rig

@@ -93,7 +93,7 @@ class Citations(Check):
     def test_right_citations_pass(self):
         self.write("core/a.h", '// E (@ 1 and 7), @ 1.2, @ 7, "Irradiance",\n'
                    '// @\n// 1, "Two planes"; 50 of 9 in @.\n')
-        self.write("docs/guide.md", "[theory](theory.md) 7 and [this](../core/a.h), `@` 1\n")
+        self.write("docs/lab.md", "[theory](theory.md) 7 and [this](../core/a.h), `@` 1\n")
         self.assertEqual(self.found("check_citations"), [])
 
     def test_wrong_citations_are_found(self):
@@ -112,9 +112,9 @@ class Citations(Check):
                 self.assertIn("core/a.h: " + in_full(complaint), line)
 
     def test_dead_links_are_found(self):
-        self.write("docs/guide.md", "[theory](docs/theory.md), [page](https://example.org/x.md)\n")
+        self.write("docs/lab.md", "[theory](docs/theory.md), [page](https://example.org/x.md)\n")
         [line] = self.found("check_citations")
-        self.assertIn("docs/guide.md: links to docs/theory.md", line)
+        self.assertIn("docs/lab.md: links to docs/theory.md", line)
 
 
 class FormulaBlocks(Check):
@@ -140,7 +140,7 @@ class LongLines(Check):
 
     def test_lines_that_cannot_be_shorter_pass(self):
         long = "word " * 30
-        self.write("docs/guide.md", f"{'a' * 110}\n\n    {long}\n| {long} |\n```\n{long}\n```\n"
+        self.write("docs/lab.md", f"{'a' * 110}\n\n    {long}\n| {long} |\n```\n{long}\n```\n"
                    f"* [{'b' * 60}](https://example.org/{'c' * 60})\n[d]: https://example.org/{'e' * 100}\n")
         self.write("core/a.h", f"// {long}\n")
         self.assertEqual(self.found("find_long_lines"), [])
@@ -149,9 +149,9 @@ class LongLines(Check):
         for text in [f"{'a' * 55} {'b' * 55}", f"* {'word ' * 22}", f"{'word ' * 21}and [a page](theory.md)",
                      f"\u00e4 {'word ' * 22}"]:
             with self.subTest(text):
-                self.write("docs/guide.md", f"# Guide\n\n{text}\n")
+                self.write("docs/lab.md", f"# Lab\n\n{text}\n")
                 [line] = self.found("find_long_lines")
-                self.assertTrue(line.startswith("docs/guide.md:3: "), line)
+                self.assertTrue(line.startswith("docs/lab.md:3: "), line)
 
 
 if __name__ == "__main__":

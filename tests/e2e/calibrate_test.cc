@@ -1,4 +1,4 @@
-// Calibrations as the guide takes them, verb by verb: a session of the simulated lab, the file and
+// Calibrations as docs/how-to/calibrate.md takes them, verb by verb: a session of the simulated lab, the file and
 // the page that `calibrate` makes of it, and what `merge` does with the file. Figures are held
 // against what the lab was told to be.
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Filters as the guide has them printed, photographed, measured and taken into the solve; the
+// Filters as docs/how-to/measure.md has them printed, photographed, measured and taken into the solve; the
 // regularised solve; and the error budget of the session: verb by verb.
 #include <fmt/format.h>
 #include <gmock/gmock.h>

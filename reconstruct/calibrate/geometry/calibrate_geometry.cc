@@ -102,7 +102,7 @@ GeometryCalibration CalibrateGeometry(const session::SessionReader& session, boo
                     session_file = (session.folder() / "session.json").string();
   if (core::FieldOr<std::string>(session.plan(), "kind", "light-field", plan_file) != "geometry")
     throw InputError(plan_file, "is not of kind \"geometry\"",
-                     "capture a plan of that kind (docs/guide.md)");
+                     "capture a plan of that kind (docs/how-to/calibrate.md)");
   GeometryCalibration result;
   result.targets = ReadTargets(session.plan(), plan_file);
   const Json calibration = Field<Json>(session.session(), "calibration", session_file);
