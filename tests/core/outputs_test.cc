@@ -206,6 +206,20 @@ TEST_F(OutputsTest, WhatWaitsIsLocked) {
   EXPECT_THAT(Files(), ElementsAre("a.txt"));
 }
 
+// What only saves time: with the folders above it, at once while a verb's outputs wait, and no error
+// where there is no place for it.
+TEST_F(OutputsTest, ACacheFileIsThereAtOnceOrNotAtAll) {
+  const Outputs outputs;
+  const fs::path file = folder_ / "deep" / "er" / "cached";
+  EXPECT_TRUE(WriteCacheFile(file, "kernel"));
+  EXPECT_EQ(ReadFile(file), "kernel");
+  EXPECT_TRUE(WriteCacheFile(file, "newer"));
+  EXPECT_EQ(ReadFile(file), "newer");
+  Leave("file");
+  EXPECT_FALSE(WriteCacheFile(folder_ / "file" / "cached", "kernel"));
+  EXPECT_THAT(Files(), ElementsAre("deep", "file"));
+}
+
 TEST_F(OutputsTest, PlacesThatTakeNoFile) {
   Leave("file");
   ::mkfifo((folder_ / "fifo").c_str(), 0600);

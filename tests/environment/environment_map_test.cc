@@ -262,6 +262,24 @@ TEST(EnvironmentMap, TwoLayoutsOfTheSameMapAgree) {
   }
 }
 
+// The brightest by luminance, whichever channel brings it, with all of its channels; a grey picture's
+// is the same in all three.
+TEST(EnvironmentMap, TheBrightestPixelIsThatOfTheLargestLuminance) {
+  EnvironmentPicture picture{core::Image(8, 4, 3), kLatitudeLongitude};
+  for (float& value : picture.image.data) value = 0.5f;
+  picture.image.at(2, 1, 3) = 40;  // luminance 0.93 * 0.5 + 0.0722 * 40 = 3.4
+  picture.image.at(0, 2, 6) = 10;  // 0.79 * 0.5 + 0.2126 * 10 = 2.5
+  const BrightestPixel blue = FindBrightestPixel(picture);
+  EXPECT_EQ(blue.row, 1);
+  EXPECT_EQ(blue.column, 3);
+  EXPECT_EQ(blue.radiance, (core::Rgb{0.5, 0.5, 40}));
+  picture.image = core::Image(8, 4, 1);
+  picture.image.at(0, 2, 5) = 2;
+  const BrightestPixel grey = FindBrightestPixel(picture);
+  EXPECT_EQ(grey.column, 5);
+  EXPECT_EQ(grey.radiance, (core::Rgb{2, 2, 2}));
+}
+
 TEST(EnvironmentMap, ComparisonNamesWhatItCannotCompare) {
   CubeMap map(4);
   std::fill(map.data.begin(), map.data.end(), 1.0f);

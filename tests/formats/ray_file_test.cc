@@ -201,6 +201,33 @@ TEST(RayFile, WriteThenReadKeepsEveryBit) {
   EXPECT_EQ(core::ReadFile(again), core::ReadFile(path));
 }
 
+// The format holds UTF-32. A byte that begins no whole UTF-8 sequence becomes U+FFFD, which is EF BF
+// BD in UTF-8, and the text goes on behind it.
+TEST(RayFile, BytesThatAreNoUtf8AreReplacedOneByOne) {
+  const std::string mark = "\xEF\xBF\xBD";
+  RayFile file;
+  file.header.texts = {
+      "a\x80z",          // a continuation without its lead
+      "a\xC3z",          // a lead, and no continuation after it
+      "a\xE2\x82z",      // a continuation short
+      "a\xE2\x82",       // the same at the text's end
+      "a\xF8\x88\x80z",  // a lead that UTF-8 does not have
+      "a\xE2\x82\xACz",  // the euro sign, whole
+  };
+  const auto path = lightfield::UniquePath(".tm25ray");
+  WriteTm25(path, file);
+  const std::vector<std::string> texts = {"a" + mark + "z",
+                                          "a" + mark + "z",
+                                          "a" + mark + mark + "z",
+                                          "a" + mark + mark,
+                                          "a" + mark + mark + mark + "z",
+                                          "a\xE2\x82\xACz",
+                                          "",
+                                          "",
+                                          ""};
+  EXPECT_EQ(ReadTm25Header(path).texts, texts);
+}
+
 TEST(RayFile, FilesOfOtherMakersRead) {
   const std::filesystem::path data = testdata::Folder();
   LUXFIELD_NEEDS_DATA(data / "rays_tm25");

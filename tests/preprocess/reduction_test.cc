@@ -94,6 +94,23 @@ TEST(Reduction, FarAwayOneImageIsLeft) {
   EXPECT_NEAR(e[1] * r2, intensity[1], 0.03 * intensity[1]);
 }
 
+// Images are merged as far as the error asked for allows: all of them, some, none.
+TEST(Reduction, TheErrorAskedForSaysHowFarImagesAreMerged) {
+  const LightField field = Facets(12, 12, 16);
+  const auto images = [&](double target) {
+    const ReductionStep merged = ReduceLightField(field, Everything(), Disc(0.3, 0.15, 100, 1),
+                                                  Disc(0.3, 0.15, 100, 2), target)
+                                     .steps[2];
+    std::printf("%s within %.2f: %s\n", merged.name.c_str(), target, merged.setting.c_str());
+    return merged.grid_width * merged.grid_height;
+  };
+  EXPECT_EQ(images(0.2), 1);
+  const int some = images(0.1);
+  EXPECT_GT(some, 1);
+  EXPECT_LT(some, 12 * 12);
+  EXPECT_EQ(images(0.05), 12 * 12);
+}
+
 // Merging and pooling keep the flux to float32's rounding.
 TEST(Reduction, FluxIsKept) {
   const LightField field = Facets(4, 4, 31);
