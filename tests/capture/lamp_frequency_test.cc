@@ -167,6 +167,15 @@ TEST(LampFrequency, PulsesThatFewFramesCatchAreNoNumber) {
 
 // Lamps, exposures and clocks at random: never a wrong number, and none where there should be one
 // only if the clock jitters. LUXFIELD_LAMPS asks for more.
+// Two digits of the standard error, none before the point, nine behind it at most.
+TEST(LampFrequency, IsPrintedWithTheDigitsThatItsErrorAllows) {
+  EXPECT_EQ(FormatHertz(217.300412, 0.0003), "217.30041 Hz (standard error 0.0003 Hz)");
+  EXPECT_EQ(FormatHertz(99.96, 0.2), "99.96 Hz (standard error 0.2 Hz)");
+  EXPECT_EQ(FormatHertz(100.26, 2), "100.3 Hz (standard error 2 Hz)");
+  EXPECT_EQ(FormatHertz(100.26, 200), "100 Hz (standard error 2e+02 Hz)");
+  EXPECT_EQ(FormatHertz(100, 1e-12), "100.000000000 Hz (standard error 1e-12 Hz)");
+}
+
 TEST(LampFrequency, IsRightOrNoNumberForLampsAtRandom) {
   const char* asked = std::getenv("LUXFIELD_LAMPS");
   const int lamps = asked ? std::atoi(asked) : 12;

@@ -143,6 +143,9 @@ TEST(PrintFilter, ToneTableTurnsTransmittanceIntoTheRightDensity) {
   EXPECT_EQ(back.density, tone.density);
   core::WriteFileAtomically(file, "[tone]\ncode = [1, 0.5]\ndensity = [0.3, 0.2]\n");
   EXPECT_THROW(rig::ReadToneTable(file), InputError);
+  core::WriteFileAtomically(file, "[tone]\ncode = [1, 0.5]\ndensity = [0.1, 0.4]\ndensty = [1]\n");
+  EXPECT_THAT([&] { rig::ReadToneTable(file); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("densty")));
 }
 
 TEST(PrintFilter, PdfIsExactInSizeAndTheSameEveryTime) {
