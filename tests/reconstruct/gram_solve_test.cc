@@ -162,6 +162,21 @@ TEST(GramSolver, SolvesInPlaceAndWithoutRegardToThreads) {
   EXPECT_EQ(apart, e);
 }
 
+// The gains of a map that keeps moments: its root mean square row and its largest singular value, by
+// another decomposition.
+TEST(GramSolver, GainsAreThoseOfTheMapThatKeepsMoments) {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const GramSolver solver(Grid(BasisKind::kBspline2, 7, 5), {2, 1});
+  for (const GramAxis* axis : {&solver.u(), &solver.v()}) {
+    ASSERT_GT(axis->moments, 0);
+    const Eigen::MatrixXd map =
+        Eigen::Map<const RowMajor>(axis->map.data(), axis->count, axis->count);
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(map);
+    EXPECT_NEAR(axis->worst_gain() / svd.singularValues()(0), 1, 1e-10);
+    EXPECT_NEAR(axis->noise_gain() / (map.norm() / std::sqrt(axis->count)), 1, 1e-10);
+  }
+}
+
 TEST(GramSolver, HasTheConditionAndGainsOfTheory) {
   const GramSolver small(Grid(BasisKind::kBspline2, 11, 9, 1.0)),
       large(Grid(BasisKind::kBspline2, 64, 64, 1.0));

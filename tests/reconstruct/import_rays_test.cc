@@ -350,6 +350,17 @@ TEST(NarrowestZ, WeighsByTheFourthPowerOfTheCosine) {
   EXPECT_NEAR(NarrowestZ(lines), steep / (steep + grazing), 1e-12);
 }
 
+// A pencil that leans is narrowest where its rays meet, whichever way it leans.
+TEST(NarrowestZ, IsWhereALeaningPencilMeets) {
+  const Vec2 point{0.1, -0.2};
+  constexpr double kZ = 0.7;
+  std::vector<RayLine> lines;
+  for (const Vec2 way : {Vec2{0.5, 0.1}, Vec2{0.7, -0.1}, Vec2{0.6, 0.3}})
+    lines.push_back(
+        {point - kZ * way, way, 1, 1 / std::sqrt(1 + way.x * way.x + way.y * way.y), 0});
+  EXPECT_NEAR(NarrowestZ(lines), kZ, 1e-12);
+}
+
 TEST(ImportRays, RefusesWhatLeavesNoChoice) {
   RayFile file = RaysInTheSpan(SmallGeometry(), 50, 10);
   ImportRaysOptions options;

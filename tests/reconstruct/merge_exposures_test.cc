@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 #include "luxfield/core/error.h"
@@ -231,6 +232,34 @@ TEST(MergeExposures, DoesNotTrustWhatIsTooCoarseOrClippedAtZero) {
     ASSERT_EQ(dark.mask[p], lightfield::kBelowBlack);
     ASSERT_EQ(dark.rate_e_per_s[p], 0);
   }
+}
+
+// A pixel that clips takes its neighbours' samples of that exposure along, and nobody else's: theirs
+// may hold anything, and all others are as without it. In the dark too, where samples are looked at
+// one by one: a black level of 4 DN under a read noise of 3.3.
+TEST(MergeExposures, InTheDarkAPixelLeavesOutItsOwnSamplesAlone) {
+  SensorModel low = Camera(20);
+  low.black_dn = 4;
+  constexpr int kRow = 8, kColumn = 9;
+  const auto merged = [&](std::optional<int> clipped_dn, int beside_dn) {
+    Bracket bracket = TakeBracket(low, 30, kTimes, 2300);
+    RawFrame& longest = bracket.frames.back();
+    if (clipped_dn)
+      for (int row = kRow - 1; row <= kRow + 1; ++row)
+        for (int column = kColumn - 1; column <= kColumn + 1; ++column)
+          longest.dn[row * 20 + column] = static_cast<std::uint16_t>(
+              row == kRow && column == kColumn ? *clipped_dn : beside_dn);
+    return MergeExposures(low, bracket.exposures);
+  };
+  const MergedFrame without = merged({}, 0), with = merged(16383, 50), other = merged(16383, 20);
+  for (int row = 0; row < 20; ++row)
+    for (int column = 0; column < 20; ++column) {
+      const std::size_t p = row * 20 + column;
+      const bool beside = std::abs(row - kRow) <= 1 && std::abs(column - kColumn) <= 1;
+      const MergedFrame& same = beside ? other : without;
+      EXPECT_EQ(with.rate_e_per_s[p], same.rate_e_per_s[p]) << row << ", " << column;
+      EXPECT_EQ(with.sigma_e_per_s[p], same.sigma_e_per_s[p]) << row << ", " << column;
+    }
 }
 
 // One pixel among equal ones, exact numbers.

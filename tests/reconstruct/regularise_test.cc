@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <functional>
 #include <iostream>
@@ -206,6 +207,35 @@ TEST(Regularise, ChoosesTheLambdaOfLeastError) {
               << ", error " << error / Rms(truth) << ", least " << least / Rms(truth)
               << ", without " << plain / Rms(truth) << '\n';
     EXPECT_LT(error, 1.03 * least);
+  }
+}
+
+// Against the normal equations of its definition, with D and A written out function by function:
+//   (A^T A + lambda^2 D^T D) C = A^T E / h^2
+TEST(Regularise, IsTheLeastOfWhatItMinimises) {
+  constexpr double kLambda = 0.5;
+  constexpr int kCount = kWidth * kHeight;
+  const Measurements noisy = Measure(Headlight, kNoise, 4);
+  const Reconstruction result = Solve(noisy, kLambda);
+  const FilterProfile profile(FilterKind::kBasis, noisy.geometry.grid.basis);
+  Eigen::MatrixXd a(kCount, kCount), d = Eigen::MatrixXd::Zero(2 * kCount, kCount);
+  for (int r = 0; r < kCount; ++r)
+    for (int m = 0; m < kCount; ++m)
+      a(r, m) = profile.Overlap(m % kWidth - r % kWidth) * profile.Overlap(m / kWidth - r / kWidth);
+  for (int m = 0; m < kCount; ++m) {
+    if (m % kWidth + 1 < kWidth) d(2 * m, m) = -1, d(2 * m, m + 1) = 1;
+    if (m / kWidth + 1 < kHeight) d(2 * m + 1, m) = -1, d(2 * m + 1, m + kWidth) = 1;
+  }
+  const Eigen::LDLT<Eigen::MatrixXd> normal(a.transpose() * a +
+                                            kLambda * kLambda * d.transpose() * d);
+  for (const std::size_t p : {std::size_t{0}, std::size_t{137}, kTexels - 1}) {
+    Eigen::VectorXd e(kCount);
+    for (int m = 0; m < kCount; ++m)
+      e(m) = noisy.positions[m].irradiance[p] / (kSpacing_m * kSpacing_m);
+    const Eigen::VectorXd c = normal.solve(a.transpose() * e);
+    for (int m = 0; m < kCount; ++m)
+      EXPECT_NEAR(result.coefficients.image(m, 0)[p], c(m), 1e-5 * c.cwiseAbs().maxCoeff())
+          << "texel " << p << ", function " << m;
   }
 }
 
