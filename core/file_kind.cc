@@ -124,6 +124,7 @@ FileKind WhatIs(const fs::path& path) {
       FirstOf({{std::string_view("\x76\x2f\x31\x01", 4), FileKind::kExrPicture},
                {"TM25", FileKind::kRays},
                {"IESNA", FileKind::kIntensity},
+               {"IES:LM-63", FileKind::kIntensity},
                {"#?", FileKind::kRadianceHdr},
                {"\x89PNG", FileKind::kPhotograph},
                {"\xff\xd8\xff", FileKind::kPhotograph},
@@ -202,7 +203,7 @@ std::string NameOf(FileKind kind) {
     case FileKind::kRays:
       return "a TM-25 ray file";
     case FileKind::kIntensity:
-      return "an IES or EULUMDAT file (a far field alone)";
+      return "a photometric file (a far field alone)";
     case FileKind::kForeignRays:
       return "a ray file of another format than TM-25";
     case FileKind::kRadianceHdr:

@@ -8,6 +8,7 @@
 
 #include "luxfield/capture/plan/plan.h"
 #include "luxfield/cli/info_environment.h"
+#include "luxfield/cli/info_photometry.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/core/colour.h"
 #include "luxfield/core/config.h"
@@ -342,8 +343,10 @@ void RequireFrames(const std::string& folder) {
 
 Json Info(const std::string& path, const std::string& layout) {
   const std::string name = LowerCase(path);
-  if (core::IsSession(core::WhatIs(path))) return InfoSession(path);
+  const core::FileKind kind = core::WhatIs(path);
+  if (core::IsSession(kind)) return InfoSession(path);
   RequireFrames(path);
+  if (kind == core::FileKind::kIntensity) return InfoPhotometry(path);
   if (environment::IsEnvironmentSequence(path)) return InfoEnvironmentSequence(path, layout);
   if (!layout.empty()) return InfoEnvironment(path, layout);
   if (name.ends_with(".lf.exr")) return InfoLightField(path);
@@ -355,10 +358,9 @@ Json Info(const std::string& path, const std::string& layout) {
   if (name.ends_with(".tm25ray")) return InfoRays(path);
   if (name.ends_with(".toml")) return InfoToml(path);
   throw InputError(
-      path,
-      fmt::format("is {}, of which this verb knows nothing", core::NameOf(core::WhatIs(path))),
+      path, fmt::format("is {}, of which this verb knows nothing", core::NameOf(kind)),
       "give a session folder, a folder or .txt list of .hdr or .exr frames, .lf.exr, .meas.exr, "
-      ".tab.exr, .filter.exr, .exr, .hdr, .tm25ray or .toml");
+      ".tab.exr, .filter.exr, .exr, .hdr, .tm25ray, .ies, .ldt or .toml");
 }
 
 }  // namespace

@@ -198,6 +198,21 @@ s_m = [0.01, 0.01]
 [[irradiance]]
 p_m = [0, 0, 1]
 """
+IES = """IESNA:LM-63-2002
+[TEST] 1
+[MANUFAC] made by hand
+TILT=NONE
+1 -1 1 3 4 1 2 0.1 0.2 0
+1 1 50
+0 45 90
+0 90 180 270
+900 500 100 910 400 90
+920 300 80 930 200 70
+"""
+LDT = "\n".join(
+    "made by hand,3,0,4,90,3,45,R,L,N,F,2024,600,300,50,500,200,0,0,0,0,100,80,1,0,1,1,LED,1000,3000,80,25".split(",")
+    + ["0.5"] * 10 + "0 90 180 270 0 45 90 900 500 100 900 400 90 900 300 80 900 200 70".split() + [""]
+)  # fmt: skip
 
 
 def write_gltf(folder):
@@ -228,7 +243,7 @@ def write_foreign(folder):
     for name, text in {
         "lab.toml": LAB, "plan.toml": PLAN, "sensor.lab.toml": SENSOR_LAB, "sensor.plan.toml": SENSOR_PLAN,
         "bare.toml": SCENE, "lit.toml": LIT, "m.obj": OBJ, "m.mtl": MTL, "m.ply": PLY, "probe.toml": PROBE,
-        "budget.toml": BUDGET, "o.toml": SCENE.replace('"m.ply"', '"m.obj"').replace('"m.gltf"', '"m.obj"'),
+        "lamp.ies": IES, "lamp.ldt": LDT, "budget.toml": BUDGET, "o.toml": SCENE.replace('"m.ply"', '"m.obj"').replace('"m.gltf"', '"m.obj"'),
     }.items():  # fmt: skip
         (folder / name).write_text(text)
     write_gltf(folder)

@@ -1,0 +1,14 @@
+// luxfield info of photometric files.
+#pragma once
+
+#include <string>
+
+#include "luxfield/core/json.h"
+
+namespace luxfield::cli {
+
+// Prints what an LM-63, EULUMDAT or TM-33 file is: its flux by the header and by integration, its
+// peak, opening, symmetry and what is odd about it.
+core::Json InfoPhotometry(const std::string& path);
+
+}  // namespace luxfield::cli

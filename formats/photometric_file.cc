@@ -1,0 +1,35 @@
+#include "luxfield/formats/photometric_file.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "luxfield/core/input_file.h"
+#include "luxfield/formats/eulumdat.h"
+#include "luxfield/formats/lm63.h"
+#include "luxfield/formats/text_reader.h"
+
+namespace luxfield::formats {
+namespace {
+
+// A line that begins with TILT=, which every LM-63 file has.
+bool HasTilt(std::string_view text) {
+  for (auto at = text.find('='); at != std::string_view::npos; at = text.find('=', at + 1)) {
+    std::size_t begin = at;
+    while (begin > 0 && std::isalpha(static_cast<unsigned char>(text[begin - 1]))) --begin;
+    std::string word(text.substr(begin, at - begin));
+    std::transform(word.begin(), word.end(), word.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    if (word == "TILT") return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Photometry ReadPhotometry(const std::filesystem::path& path) {
+  const std::string text = core::ReadAtMost(path, kMostText);
+  const bool lm63 = text.starts_with("IES") || HasTilt(text);
+  return lm63 ? ParseLm63(text, path.string()) : ParseEulumdat(text, path.string());
+}
+
+}  // namespace luxfield::formats
