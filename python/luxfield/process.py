@@ -1,0 +1,124 @@
+"""Runs the verbs of the program `luxfield`: arguments in, figures out.
+
+A verb runs in a process of its own, so that results are those of the command line to the byte, the
+interpreter stays free, and nothing that a verb does can end the notebook it is called from.
+"""
+
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import warnings
+
+from . import errors
+
+_ERRORS = {2: errors.InputError, 3: errors.DeviceError, 4: errors.Interrupted}
+
+
+def program():
+    """The path of the program: LUXFIELD_PROGRAM, the build tree that this package lies in, or PATH."""
+    named = os.environ.get("LUXFIELD_PROGRAM")
+    if named:
+        return named
+    beside = pathlib.Path(__file__).absolute().parents[2] / "luxfield"
+    if beside.is_file() and os.access(beside, os.X_OK):
+        return str(beside)
+    found = shutil.which("luxfield")
+    if not found:
+        raise errors.InputError("the program `luxfield` is not found; install it, put it on PATH, or name it in "
+                                "LUXFIELD_PROGRAM")
+    return found
+
+
+def arguments(options):
+    """Keyword arguments as the program's options.
+
+    `spp=16` is `--spp 16`, True a flag, None and False are left out; a tuple is one option with several values,
+    a list the option repeated, a dict `--option KEY=VALUE` for each entry.
+    """
+    words = []
+    for name, value in options.items():
+        option = "--" + name.strip("_").replace("_", "-")
+        if value is None or value is False:
+            continue
+        if value is True:
+            words.append(option)
+        elif isinstance(value, dict):
+            for key, one in value.items():
+                words += [option, f"{key}={one}"]
+        elif isinstance(value, tuple):
+            words += [option, *map(str, value)]
+        elif isinstance(value, list):
+            for one in value:
+                words += [option, str(one)]
+        else:
+            words += [option, str(value)]
+    return words
+
+
+def _listen(stream, progress, said):
+    """Passes warnings and progress on line by line; keeps what the program says at its end."""
+    for line in stream:
+        line = line.rstrip("\n")
+        if line.startswith("luxfield: warning: "):
+            said.append(("warning", line[len("luxfield: warning: "):]))
+        elif line.startswith("luxfield: "):
+            said.append(("error", line[len("luxfield: "):]))
+        elif progress:
+            progress(line)
+
+
+def _show(line):
+    print(line, file=sys.stderr, flush=True)
+
+
+def run(verb, *inputs, progress=None, **options):
+    """Runs `luxfield VERB INPUTS --OPTION VALUE ...` and returns (figures, text).
+
+    figures   what the program writes with --json, as a dict
+    text      what it prints
+    progress  None: silent; True: lines on stderr; a function: called with each line
+
+    Warnings become LuxfieldWarning; errors InputError, DeviceError or Interrupted with the program's sentence.
+    Ctrl-C is passed on to the program, which stops as it does on a terminal, and raises KeyboardInterrupt.
+    """
+    listener = _show if progress is True else progress
+    with tempfile.TemporaryDirectory(prefix="luxfield-") as folder:
+        figures = pathlib.Path(folder) / "figures.json"
+        command = [program(), *verb.split(), *map(str, inputs), *arguments(options), "--json", str(figures)]
+        if not listener:
+            command.append("--quiet")
+        child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                 text=True, errors="replace", start_new_session=True)
+        said, text = [], []
+        threads = [threading.Thread(target=_listen, args=(child.stderr, listener, said)),
+                   threading.Thread(target=lambda: text.append(child.stdout.read()))]
+        for thread in threads:
+            thread.start()
+        interrupted = False
+        while True:
+            try:
+                code = child.wait()
+                break
+            except KeyboardInterrupt:
+                child.send_signal(signal.SIGINT)
+                interrupted = True
+        for thread in threads:
+            thread.join()
+        child.stdout.close()
+        child.stderr.close()
+        for kind, sentence in said:
+            if kind == "warning":
+                warnings.warn(sentence, errors.LuxfieldWarning, stacklevel=3)
+        if interrupted:
+            raise KeyboardInterrupt
+        if code != 0:
+            sentences = [sentence for kind, sentence in said if kind == "error"]
+            sentence = sentences[-1] if sentences else f"`luxfield {verb}` ended with exit code {code}"
+            raise _ERRORS.get(code, errors.InternalError)(sentence)
+        return json.loads(figures.read_text()), text[0]

@@ -1,0 +1,166 @@
+"""The verbs as functions: the same bytes as on the command line, errors and warnings as Python's."""
+
+import inspect
+import subprocess
+
+import numpy as np
+import pytest
+
+import luxfield
+from luxfield import process, toml, verbs
+
+
+def command_line(*arguments):
+    subprocess.run([process.program(), *map(str, arguments), "--quiet"], check=True, capture_output=True)
+
+
+def test_the_chain_gives_the_command_lines_bytes(small, tmp_path):
+    command_line("merge", small["session"], "-o", tmp_path / "x.meas.exr", "--lamp-level", "monitor")
+    command_line("reconstruct", tmp_path / "x.meas.exr", "-o", tmp_path / "x.lf.exr")
+    assert (tmp_path / "x.meas.exr").read_bytes() == small["measured"].output.read_bytes()
+    assert (tmp_path / "x.lf.exr").read_bytes() == small["solved"].output.read_bytes()
+
+
+def test_results_hold_data_figures_and_text(small):
+    assert small["captured"].output == small["session"]
+    measured, solved = small["measured"].value, small["solved"]
+    assert measured.grid == (5, 4) and measured.unit == "lm" and measured.delta_m == 0.3
+    E, sigma = measured.irradiance(2, 1), measured.sigma(2, 1)
+    assert E.shape == sigma.shape == (1, 32, 32) and (sigma[measured.mask(2, 1)[None] == 0] > 0).all()
+    assert measured.count(2, 1).shape == (32, 32)
+    assert np.hypot(*measured.displacement_m(0, 0)) < 1e-3
+    with pytest.raises(IndexError, match=r"\(5, 0\) is beside the grid of 5 x 4"):
+        measured.mask(5, 0)
+    assert not E.flags.writeable
+    assert isinstance(solved.value, luxfield.LightField)
+    assert solved.sigma.C.shape == solved.value.C.shape and (solved.sigma.C >= 0).all()
+    assert "coefficient images" in repr(solved) and solved.figures
+    with pytest.raises(AttributeError, match="the result has no 'colour'; it has "):
+        solved.colour
+    # What the capture's errors leave of the flux: well within a per cent.
+    assert solved.value.flux == pytest.approx(small["truth"].value.flux, rel=0.01)
+    assert luxfield.compare(solved, small["truth"]).rel_rmse < 0.3
+
+
+def test_verbs_that_read(small):
+    assert luxfield.info(small["solved"]).figures["kind"] == "light field"
+    assert luxfield.verify(small["session"]).figures
+    report = luxfield.report(small["session"])
+    assert report.output.read_text().lower().startswith("<!doctype html>")
+    budget = luxfield.budget(small["session"], at=(0, 0, 3))
+    assert "irradiance" in budget.text and luxfield.plan(small["plan"], lab=small["lab"]).figures
+    assert luxfield.preprocess(small["solved"]).output.stat().st_size > 0
+
+
+SCENE = {
+    "camera": {"position": [0, -3, 1.5], "look_at": [0, 3, 0.0], "width": 64, "height": 48},
+    "material": [{"name": "floor", "albedo": [0.6, 0.5, 0.4]}],
+    "quad": [{"corner": [-5, -5, 0], "edge_u": [10, 0, 0], "edge_v": [0, 10, 0], "material": "floor"}],
+}
+
+
+def lit_by(**luminaire):
+    return {**SCENE, "luminaire": [{"name": "lamp", "position": [0, 0, 1], "look_at": [0, 3, 0.2], **luminaire}]}
+
+
+def test_a_scene_built_in_code_is_lit(small, tmp_path):
+    lamp = small["solved"].value
+    picture = luxfield.render(lit_by(file=lamp), estimator="exact", shadows="none").value
+    assert picture.pixels.shape == (3, 48, 64)
+    # Every pixel's irradiance by the lamp's closed form, in the luminaire's frame: z ahead, y up, x to the right.
+    P = np.stack([picture[f"position.{c}"] for c in "XYZ"], axis=-1)
+    N = np.stack([picture[f"normal.{c}"] for c in "XYZ"], axis=-1)
+    z = np.array([0, 3, -0.8]) / np.hypot(3, 0.8)
+    x = np.cross([0, 0, 1], z)
+    x /= np.linalg.norm(x)
+    luminaire_from_world = np.stack([x, np.cross(z, x), z])
+    ground = picture["coverage.Y"] > 0.5
+    expected = lamp.irradiance((P[ground] - [0, 0, 1]) @ luminaire_from_world.T, N[ground] @ luminaire_from_world.T)
+    found = picture["irradiance.G"][ground]
+    # Positions are float32, and the light falls off over centimetres.
+    assert found == pytest.approx(expected[:, 0], abs=2e-4 * expected.max())
+    assert picture.plot() is not None and picture.tone_mapped().max() <= 1
+
+
+def test_light_fields_stand_in_for_files(small):
+    scene = lit_by(file="not-there.lf.exr")
+    lamp = small["solved"].value
+    a = luxfield.render(scene, light_field=lamp, spp=4).value
+    b = luxfield.render(lit_by(file=small["solved"]), spp=4).value
+    assert np.array_equal(a.pixels, b.pixels)
+
+
+def test_relight_scales(small):
+    whole = luxfield.render(lit_by(file=small["solved"]), spp=4, light_groups=True)
+    half = luxfield.relight(whole, scale={"lamp": 0.5})
+    assert half.value.pixels == pytest.approx(0.5 * whole.value.pixels, rel=1e-5, abs=1e-6)
+
+
+def test_sky_is_an_environment(tmp_path):
+    sky = luxfield.sky(latitude=48, date="2024-06-21", height=32)
+    environment = sky.value
+    assert environment.layout == "latitude-longitude" and environment.pixels.shape == (3, 32, 64)
+    up = environment.radiance([0, 0, 1])
+    row = environment.pixels[:, 0, :]
+    assert any(np.allclose(up, row[:, k]) for k in range(64))
+    # North is +y and forward -y, so the map's right edge shows north.
+    assert environment.radiance([-1e-3, 1, -0.5]) == pytest.approx(environment.pixels[:, 20:23, -1:].mean((1, 2)), rel=0.5)
+    assert environment.plot() is not None
+    with pytest.raises(ValueError, match="name it in output"):
+        luxfield.sky(latitude=48, date="2024-06-21", day=True)
+    hdr = luxfield.sky(latitude=48, date="2024-06-21", height=32, output=tmp_path / "x.hdr")
+    assert luxfield.Picture.read(hdr.output).pixels.shape == (3, 32, 64)
+    assert luxfield.Environment.read(hdr.output, layout="latitude-longitude").pixels.shape == (3, 32, 64)
+
+
+def test_errors_are_pythons_with_the_programs_sentence(tmp_path, small):
+    with pytest.raises(luxfield.InputError, match="not-there"):
+        luxfield.merge(tmp_path / "not-there")
+    with pytest.raises(luxfield.InputError, match="is not there"):
+        luxfield.read(tmp_path / "not-there.exr")
+    with pytest.raises(luxfield.InputError, match="light_fild|light-fild"):
+        luxfield.render(SCENE, light_fild=1)
+    with pytest.raises(luxfield.InputError, match="which Python has no class for"):
+        luxfield.read(small["plan"])
+    with pytest.raises(luxfield.InputError, match="no-such-file"):
+        luxfield.import_rays("no-such-file.tm25ray")
+    with pytest.raises(luxfield.InputError, match="no-such-file"):
+        luxfield.probe("no-such-file.toml")
+    assert issubclass(luxfield.InputError, ValueError) and issubclass(luxfield.DeviceError, luxfield.Error)
+
+
+def test_progress_is_handed_over(small):
+    lines = []
+    luxfield.render(lit_by(file=small["solved"]), spp=4, progress=lines.append)
+    assert any(line.startswith("render") and "%" in line for line in lines)
+
+
+def test_options_as_on_the_command_line():
+    assert process.arguments({"spp": 4, "light_groups": True, "png": None, "quiet": False, "scale": (0, 2),
+                              "knob": {"a": 1, "b": 2}, "calibration": ["x", "y"]}) == [
+        "--spp", "4", "--light-groups", "--scale", "0", "2", "--knob", "a=1", "--knob", "b=2",
+        "--calibration", "x", "--calibration", "y"]
+
+
+def test_toml_of_dicts_reads_back():
+    import tomllib
+
+    table = {"a": {"b": 1, "c": {"d": [0.5, 1e-9]}, "text": 'quoted "and"\n', "none": None}, "flag": True,
+             "list": [{"x": 1}, {"x": 2, "deep": {"y": np.float64(3)}}], "array": np.arange(3)}
+    assert tomllib.loads(toml.dumps(table)) == {
+        "a": {"b": 1, "c": {"d": [0.5, 1e-9]}, "text": 'quoted "and"\n'}, "flag": True,
+        "list": [{"x": 1}, {"x": 2, "deep": {"y": 3.0}}], "array": [0, 1, 2]}
+    with pytest.raises(TypeError, match="a: .* has no place in a TOML file"):
+        toml.dumps({"a": object()})
+
+
+def test_everything_public_is_documented():
+    for name in luxfield.__all__:
+        thing = getattr(luxfield, name)
+        if callable(thing):
+            assert inspect.getdoc(thing), name
+    for kind in (luxfield.LightField, luxfield.Measurements, luxfield.Sampler, luxfield.Environment):
+        for name in dir(kind):
+            if not name.startswith("_"):
+                assert inspect.getdoc(getattr(kind, name)), f"{kind.__name__}.{name}"
+    assert set(verbs.__all__) <= set(luxfield.__all__)
