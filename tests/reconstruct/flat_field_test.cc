@@ -127,6 +127,24 @@ TEST(FlatField, TakesThePolynomialWhereNoiseIsAbovePattern) {
             << field.degree << "\n";
   // The pattern's square is what is left of one five times as large, to some 7 %.
   EXPECT_NEAR(chi, 1, 0.35);
+  // It is a share of the sensitivity, in the corners as in the middle.
+  for (std::size_t k = 0; k < truth.size(); k += 79)
+    EXPECT_NEAR(field.sigma[k] / (field.pattern * field.sensitivity[k]), 1, 1e-5) << k;
+}
+
+// Sensitivity is relative to the middle of the picture, where a slope shows a pixel beside it: 0.8 %.
+TEST(FlatField, IsOneInTheMiddleOfASlope) {
+  std::vector<double> slope;
+  for (int row = 0; row < kHeight; ++row)
+    for (int column = 0; column < kWidth; ++column) {
+      core::Random random(15, 1, static_cast<std::uint32_t>(slope.size()));
+      slope.push_back((1 + 0.8 * ((column + 0.5) / kWidth - 0.5)) * (1 + 0.01 * random.Normal()));
+    }
+  const FlatField field = MeasureFlatField(Pairs(slope, 12, 6000, 16), Sensor());
+  EXPECT_TRUE(field.measured);
+  // A polynomial's middle is some three times as uncertain as a mean.
+  EXPECT_NEAR(Compare(field, slope).scale, 1,
+              4.5 * 3 * 0.011 / std::sqrt(static_cast<double>(slope.size())));
 }
 
 TEST(FlatField, EverySiteOfAMosaicHasItsOwnLevelAndShading) {

@@ -55,6 +55,7 @@ TEST(GeometryCalibrationFile, TakesTheStatedGeometrysPlace) {
   EXPECT_EQ(plan.stage_axes[1].x, -0.001);
   ASSERT_TRUE(plan.lens);
   EXPECT_EQ(plan.lens->distortion[3], -2e-3);
+  EXPECT_EQ(plan.lens->focal_px.x, 600);
   EXPECT_EQ(plan.lens->focal_px.y, 610);
 }
 

@@ -271,6 +271,10 @@ TEST_F(MergeSessionTest, CorrectsLampDriftBetweenReferences) {
   EXPECT_NEAR(summary.largest_lamp_factor, 1.052, 1e-6);
   c.references = false;
   EXPECT_GT(WorstError(Merge("drift_unseen", c), 9.0 / 16), 0.03);
+  c.references = true;
+  c.lamp = [](double time_s) { return 1 - 4e-3 * (time_s - 1000); };
+  EXPECT_LT(WorstError(Merge("drift_to_half", c, &summary), 9.0 / 16), 2e-6);
+  EXPECT_NEAR(summary.least_lamp_factor, 1 - 0.52, 1e-6);
 }
 
 TEST_F(MergeSessionTest, RefersToTheLampThatItsMonitorCallsOne) {

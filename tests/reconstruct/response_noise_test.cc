@@ -29,5 +29,14 @@ TEST(ExposureNoise, PartsOfFortyResidualsStandAlone) {
   EXPECT_TRUE(EstimateExposureNoise(residuals, 255, 8).code.empty());
 }
 
+// One far off among 40 counts as 3 standard deviations: v = (39 a^2 + 9 v) / (40 * 0.99501).
+TEST(ExposureNoise, WhatIsFarOffCountsAsThreeStandardDeviations) {
+  std::vector<ExposureResidual> residuals(39, {20, 0.2, 0});
+  residuals.push_back({20, 100, 0});
+  const ExposureNoise noise = EstimateExposureNoise(residuals, 255, 1);
+  ASSERT_EQ(noise.sigma.size(), 1u);
+  EXPECT_NEAR(noise.sigma[0], std::sqrt(39 * 0.2 * 0.2 / (40 * 0.99501 - 9)), 1e-9);
+}
+
 }  // namespace
 }  // namespace luxfield::reconstruct
