@@ -59,7 +59,7 @@ std::string Origin(FileKind kind) {
     case FileKind::kScene:
       return "docs/formats/scene.md says how to write one";
     case FileKind::kRays:
-      return "ray files come from a lamp's maker or a ray tracer";
+      return "ray files come from a lamp's maker or a ray tracer: ask for TM-25";
     default:
       return "name one";
   }

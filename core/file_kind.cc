@@ -73,6 +73,16 @@ FileKind OfJson(std::string_view text) {
   return figures ? FileKind::kFigures : FileKind::kUnknown;
 }
 
+// Ray files of Zemax and Speos, whose first bytes are numbers and no mark alone.
+bool IsRays(std::string_view bytes, const std::string& extension, std::uintmax_t size) {
+  if (extension != ".ray" && extension != ".dat" && extension != ".sdf") return false;
+  for (const std::string_view zemax :
+       {std::string_view("\xf2\x03\0\0", 4), std::string_view("\xed\x5f\x84\0", 4)})
+    if (bytes.starts_with(zemax)) return true;
+  return extension == ".ray" && size > 28 && size % 32 == 28 &&
+         bytes.substr(4, 4) == std::string_view("\0\0\0\x40", 4);
+}
+
 // Whether a line begins so.
 bool HasLine(std::string_view text, std::string_view beginning) {
   for (auto at = text.find(beginning); at != std::string_view::npos;
@@ -123,6 +133,7 @@ FileKind WhatIs(const fs::path& path) {
   const FileKind by_magic =
       FirstOf({{std::string_view("\x76\x2f\x31\x01", 4), FileKind::kExrPicture},
                {"TM25", FileKind::kRays},
+               {"LTRF", FileKind::kRays},
                {"IESNA", FileKind::kIntensity},
                {"IES:LM-63", FileKind::kIntensity},
                {"#?", FileKind::kRadianceHdr},
@@ -145,6 +156,8 @@ FileKind WhatIs(const fs::path& path) {
     return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
   };
   if (is({".ies", ".ldt"})) return FileKind::kIntensity;
+  if (IsRays(bytes, extension, fs::file_size(path, error)) || HasLine(bytes, "lt_rdf_version"))
+    return FileKind::kRays;
   if (is({".ray", ".dis"})) return FileKind::kForeignRays;
   if (is({".obj", ".gltf", ".stl"})) return FileKind::kMesh;
   return FileKind::kUnknown;
@@ -201,11 +214,11 @@ std::string NameOf(FileKind kind) {
     case FileKind::kFigures:
       return "the figures of a verb (--json)";
     case FileKind::kRays:
-      return "a TM-25 ray file";
+      return "a ray file of TM-25, Zemax, LightTools or Speos";
     case FileKind::kIntensity:
       return "a photometric file (a far field alone)";
     case FileKind::kForeignRays:
-      return "a ray file of another format than TM-25";
+      return "a ray file of no public layout, as of ASAP or LucidShape";
     case FileKind::kRadianceHdr:
       return "a Radiance .hdr picture";
     case FileKind::kPhotograph:

@@ -31,10 +31,10 @@ enum class FileKind {
   kGlareCalibration,
   kResponseCalibration,
   kFilterSheet,
-  kFigures,    // what --json writes
-  kRays,       // TM-25
-  kIntensity,  // IES LM-63, EULUMDAT: a far field alone
-  kForeignRays,
+  kFigures,      // what --json writes
+  kRays,         // TM-25, Zemax, LightTools, Speos
+  kIntensity,    // LM-63, EULUMDAT: a far field alone
+  kForeignRays,  // ASAP, LucidShape
   kRadianceHdr,
   kPhotograph,  // PNG, JPEG, TIFF
   kMesh,

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,6 +51,15 @@ RayFile ReadTm25(const std::filesystem::path& path);
 
 // Header only, also checked against the file's length: what `luxfield info` prints.
 RayFileHeader ReadTm25Header(const std::filesystem::path& path);
+
+// What a writer takes rays from: fills the next one, false behind the last.
+using RaySource = std::function<bool(Ray& ray)>;
+
+// Writes header.ray_count rays of the source, a piece at a time; with `tristimulus` X and Z, which
+// every ray then needs. Throws InputError for what the format cannot hold, among it another number
+// of rays.
+void WriteTm25(const std::filesystem::path& path, const RayFileHeader& header,
+               bool flux_is_luminous, bool tristimulus, const RaySource& next);
 
 // Writes position, direction and flux as float32 (and X, Z if every ray has a tristimulus value,
 // which needs luminous flux); header.ray_count is taken from the rays. Unknown fluxes become NaN

@@ -43,14 +43,14 @@ std::vector<char32_t> CodePoints(std::string_view text) {
 }
 
 // Checks what the format cannot hold and builds everything before the rays.
-std::string FixedPart(const std::string& name, const RayFile& file, bool tristimulus) {
-  const RayFileHeader& header = file.header;
+std::string FixedPart(const std::string& name, const RayFileHeader& header, bool luminous,
+                      bool tristimulus) {
   if (header.spectral_id != 0 && header.spectral_id != 1)
     throw InputError(name,
                      fmt::format("spectral data identifier = {} needs data that is not kept",
                                  header.spectral_id),
                      "write it with 0 or 1");
-  if (tristimulus && (!file.flux_is_luminous || header.spectral_id != 0))
+  if (tristimulus && (!luminous || header.spectral_id != 0))
     throw InputError(name, "tristimulus values need luminous flux and no spectrum",
                      "leave them out");
   if (header.date_time.size() > tm25::kDateBytes)
@@ -68,7 +68,7 @@ std::string FixedPart(const std::string& name, const RayFile& file, bool tristim
   Put(bytes, tm25::kAtCreation, header.creation_method);
   Put(bytes, tm25::kAtLuminous, flux(header.luminous_flux_lm));
   Put(bytes, tm25::kAtRadiant, flux(header.radiant_flux_w));
-  Put(bytes, tm25::kAtRays, std::uint64_t{file.rays.size()});
+  Put(bytes, tm25::kAtRays, header.ray_count);
   std::copy(header.date_time.begin(), header.date_time.end(), bytes.begin() + tm25::kAtDate);
   Put(bytes, tm25::kAtStart, header.start_position);
   Put(bytes, tm25::kAtSpectral, header.spectral_id);
@@ -82,8 +82,8 @@ std::string FixedPart(const std::string& name, const RayFile& file, bool tristim
   };
   set(tm25::kPosition, true);
   set(tm25::kDirection, true);
-  set(tm25::kRadiant, !file.flux_is_luminous);
-  set(tm25::kLuminous, file.flux_is_luminous);
+  set(tm25::kRadiant, !luminous);
+  set(tm25::kLuminous, luminous);
   set(tm25::kTristimulus, tristimulus);
 
   if (header.texts.size() > tm25::kTexts)
@@ -100,36 +100,35 @@ std::string FixedPart(const std::string& name, const RayFile& file, bool tristim
   return bytes;
 }
 
-void RequireRepresentable(const std::string& name, const RayFile& file) {
-  for (std::size_t k = 0; k < file.rays.size(); ++k) {
-    const Ray& ray = file.rays[k];
-    const lightfield::Vec3 mm = 1e3 * ray.position_m;
-    const double largest = std::numeric_limits<float>::max();
-    for (const double value : {mm.x, mm.y, mm.z, ray.flux})
-      if (!(std::abs(value) <= largest))
-        throw InputError(name, fmt::format("ray {} holds {}, which no float can hold", k, value),
-                         "leave it out");
-    if (!(std::abs(lightfield::Length(ray.direction) - 1) <= tm25::kUnitTolerance) || ray.flux < 0)
-      throw InputError(name,
-                       fmt::format("ray {} has a direction of length {} and flux {}", k,
-                                   lightfield::Length(ray.direction), ray.flux),
-                       "normalise directions and leave negative flux out");
-  }
+void RequireRepresentable(const std::string& name, const Ray& ray, std::uint64_t index) {
+  const lightfield::Vec3 mm = 1e3 * ray.position_m;
+  const double largest = std::numeric_limits<float>::max();
+  for (const double value : {mm.x, mm.y, mm.z, ray.flux})
+    if (!(std::abs(value) <= largest))
+      throw InputError(name, fmt::format("ray {} holds {}, which no float can hold", index, value),
+                       "leave it out");
+  if (!(std::abs(lightfield::Length(ray.direction) - 1) <= tm25::kUnitTolerance) || ray.flux < 0)
+    throw InputError(name,
+                     fmt::format("ray {} has a direction of length {} and flux {}", index,
+                                 lightfield::Length(ray.direction), ray.flux),
+                     "normalise directions and leave negative flux out");
 }
 
 }  // namespace
 
-void WriteTm25(const std::filesystem::path& path, const RayFile& file) {
-  const bool tristimulus =
-      !file.rays.empty() && std::all_of(file.rays.begin(), file.rays.end(),
-                                        [](const Ray& ray) { return ray.tristimulus.has_value(); });
-  const std::string fixed = FixedPart(path.string(), file, tristimulus);
-  RequireRepresentable(path.string(), file);
+void WriteTm25(const std::filesystem::path& path, const RayFileHeader& header,
+               bool flux_is_luminous, bool tristimulus, const RaySource& next) {
+  const std::string name = path.string();
+  const std::string fixed = FixedPart(name, header, flux_is_luminous, tristimulus);
   core::WriteAtomically(path, [&](const std::filesystem::path& temporary) {
     std::ofstream stream(temporary, std::ios::binary);
     stream.write(fixed.data(), static_cast<std::streamsize>(fixed.size()));
     std::vector<float> row;
-    for (const Ray& ray : file.rays) {
+    std::uint64_t count = 0;
+    for (Ray ray; next(ray); ++count) {
+      RequireRepresentable(name, ray, count);
+      if (tristimulus && !ray.tristimulus)
+        throw InputError(name, fmt::format("ray {} has no tristimulus values", count));
       const lightfield::Vec3 mm = 1e3 * ray.position_m, k = ray.direction;
       row.clear();
       for (const double value : {mm.x, mm.y, mm.z, k.x, k.y, k.z, ray.flux})
@@ -141,10 +140,25 @@ void WriteTm25(const std::filesystem::path& path, const RayFile& file) {
       stream.write(reinterpret_cast<const char*>(row.data()),
                    static_cast<std::streamsize>(row.size() * sizeof(float)));
     }
+    if (count != header.ray_count)
+      throw InputError(name, fmt::format("{} rays where {} were told", count, header.ray_count));
     stream.close();
     if (!stream)
-      throw DeviceError(
-          fmt::format("{}: cannot write; free space or choose another folder", path.string()));
+      throw DeviceError(fmt::format("{}: cannot write; free space or choose another folder", name));
+  });
+}
+
+void WriteTm25(const std::filesystem::path& path, const RayFile& file) {
+  const bool tristimulus =
+      !file.rays.empty() && std::all_of(file.rays.begin(), file.rays.end(),
+                                        [](const Ray& ray) { return ray.tristimulus.has_value(); });
+  RayFileHeader header = file.header;
+  header.ray_count = file.rays.size();
+  std::size_t at = 0;
+  WriteTm25(path, header, file.flux_is_luminous, tristimulus, [&](Ray& ray) {
+    if (at == file.rays.size()) return false;
+    ray = file.rays[at++];
+    return true;
   });
 }
 

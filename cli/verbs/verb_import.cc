@@ -8,6 +8,7 @@
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/core/file.h"
+#include "luxfield/formats/ray_formats.h"
 #include "luxfield/reconstruct/solve/import_rays.h"
 #include "luxfield/scene/transform.h"
 
@@ -116,7 +117,7 @@ core::Json Run(const Options& options) {
   RequireExtension(options.output, ".lf.exr", "--output");
   if (!options.sigma.empty()) RequireExtension(options.sigma, ".lf.exr", "--sigma");
   const auto how = ImportOptions(options);
-  auto result = reconstruct::ImportRays(formats::ReadTm25(options.rays), how);
+  auto result = reconstruct::ImportRays(formats::ReadRays(options.rays), how);
   for (auto& posed : result.coefficients)
     posed.field.provenance["rays_sha256"] = core::Sha256OfFile(options.rays);
   lightfield::WriteLightFields(options.output, result.coefficients);
@@ -142,9 +143,9 @@ core::Json Run(const Options& options) {
 
 void AddImport(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb("import", "Turn a TM-25 ray file into light fields",
+  CLI::App& verb = program.AddVerb("import", "Turn a ray file into light fields",
                                    [options] { return Run(*options); });
-  verb.add_option("FILE", options->rays, "The .tm25ray file")
+  verb.add_option("FILE", options->rays, "A ray file of TM-25, Zemax, LightTools or Speos")
       ->required()
       ->check(InputFile({core::FileKind::kRays}));
   verb.add_option("-o,--output", options->output, "The .lf.exr to write")

@@ -17,7 +17,7 @@
 #include "luxfield/environment/environment_layouts.h"
 #include "luxfield/environment/environment_map.h"
 #include "luxfield/environment/environment_sequence.h"
-#include "luxfield/formats/ray_file.h"
+#include "luxfield/formats/ray_formats.h"
 #include "luxfield/hal/devices.h"
 #include "luxfield/hal/lab/open_lab.h"
 #include "luxfield/lightfield/light_field.h"
@@ -200,17 +200,22 @@ Json InfoSession(const std::string& path) {
 }
 
 Json InfoRays(const std::string& path) {
-  const auto header = formats::ReadTm25Header(path);
+  const formats::RaySummary summary = formats::SummariseRays(path);
+  const formats::RayFileHeader& header = summary.header;
+  const std::string format = formats::RayFormatName(summary.format);
   const auto flux = [](const std::optional<double>& value, const char* unit) {
     return value ? fmt::format("{:.6g} {}", *value, unit) : std::string("unknown");
   };
-  fmt::print("{}: TM-25 ray file, version {}\n", path, header.version);
-  fmt::print("  rays         {}\n  flux         {}, {}\n  date         {}\n", header.ray_count,
-             flux(header.luminous_flux_lm, "lm"), flux(header.radiant_flux_w, "W"),
-             header.date_time);
+  const bool tm25 = summary.format == formats::RayFormat::kTm25;
+  fmt::print("{}: {} ray file{}\n", path, format,
+             tm25 ? fmt::format(", version {}", header.version) : std::string());
+  fmt::print("  rays         {}\n  flux         {}, {}\n", header.ray_count,
+             flux(header.luminous_flux_lm, "lm"), flux(header.radiant_flux_w, "W"));
+  if (tm25) fmt::print("  date         {}\n", header.date_time);
   for (const auto& text : header.texts)
     if (!text.empty()) fmt::print("  text         {}\n", text);
-  Json json = {{"kind", "rays"}, {"rays", header.ray_count}, {"version", header.version}};
+  Json json = {{"kind", "rays"}, {"format", format}, {"rays", header.ray_count}};
+  if (tm25) json["version"] = header.version;
   if (header.luminous_flux_lm) json["luminous_flux_lm"] = *header.luminous_flux_lm;
   if (header.radiant_flux_w) json["radiant_flux_w"] = *header.radiant_flux_w;
   return json;
@@ -347,6 +352,7 @@ Json Info(const std::string& path, const std::string& layout) {
   if (core::IsSession(kind)) return InfoSession(path);
   RequireFrames(path);
   if (kind == core::FileKind::kIntensity) return InfoPhotometry(path);
+  if (kind == core::FileKind::kRays || name.ends_with(".tm25ray")) return InfoRays(path);
   if (environment::IsEnvironmentSequence(path)) return InfoEnvironmentSequence(path, layout);
   if (!layout.empty()) return InfoEnvironment(path, layout);
   if (name.ends_with(".lf.exr")) return InfoLightField(path);
@@ -355,12 +361,11 @@ Json Info(const std::string& path, const std::string& layout) {
   if (name.ends_with(".filter.exr")) return InfoFilter(path);
   if (IsEnvironment(path, name)) return InfoEnvironment(path, layout);
   if (name.ends_with(".exr")) return InfoPicture(path);
-  if (name.ends_with(".tm25ray")) return InfoRays(path);
   if (name.ends_with(".toml")) return InfoToml(path);
   throw InputError(
       path, fmt::format("is {}, of which this verb knows nothing", core::NameOf(kind)),
       "give a session folder, a folder or .txt list of .hdr or .exr frames, .lf.exr, .meas.exr, "
-      ".tab.exr, .filter.exr, .exr, .hdr, .tm25ray, .ies, .ldt or .toml");
+      ".tab.exr, .filter.exr, .exr, .hdr, a ray file, .ies, .ldt or .toml");
 }
 
 }  // namespace

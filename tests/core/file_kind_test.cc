@@ -69,6 +69,14 @@ TEST_F(FileKindTest, FormatsOfJsonTell) {
 
 TEST_F(FileKindTest, FilesOfOtherPrograms) {
   EXPECT_EQ(Of("a", "TM25...."), FileKind::kRays);
+  EXPECT_EQ(Of("a", "LTRF...."), FileKind::kRays);
+  EXPECT_EQ(Of("a.txt", "# x\r\nlt_rdf_version: 2.0\r\n"), FileKind::kRays);
+  EXPECT_EQ(Of("a.sdf", {"\xf2\x03\0\0", 4}), FileKind::kRays);
+  EXPECT_EQ(Of("a.bin", {"\xf2\x03\0\0", 4}), FileKind::kUnknown);
+  const std::string speos("\0\0\x80\x3f\0\0\0\x40", 8);
+  EXPECT_EQ(Of("a.ray", speos + std::string(52, '\0')), FileKind::kRays);
+  EXPECT_EQ(Of("a.ray", speos + std::string(51, '\0')), FileKind::kForeignRays);
+  EXPECT_EQ(Of("a.dis", "x"), FileKind::kForeignRays);
   EXPECT_EQ(Of("a", "IESNA:LM-63-2002\n"), FileKind::kIntensity);
   EXPECT_EQ(Of("a.LDT", "Lamps\n"), FileKind::kIntensity);
   EXPECT_EQ(Of("a", "\x89PNG\r\n"), FileKind::kPhotograph);
