@@ -6,7 +6,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/render/accuracy/lamp_tables.h"
-#include "luxfield/render/estimators/sample_draws.h"
+#include "luxfield/render/estimators/sampling_estimators.h"
 
 namespace luxfield::bench {
 namespace {
@@ -66,7 +66,8 @@ nlohmann::json BenchSampling(const BenchSamplingOptions& options) {
     few.samples_per_pixel = options.few;
     many.samples_per_pixel = options.many;
     const double more_samples = (options.many - options.few) * pixels;
-    const auto draws = render::MakeSampleDraws(c.sampler, device);
+    const auto draws =
+        render::MakeSamplingEstimator(c.sampler, device, render::SamplingKernel::kDrawsOnly);
     const auto estimator = render::MakeEstimator(c.sampler, device);
     const double draw = (bench.Seconds(*draws, many) - bench.Seconds(*draws, few)) / more_samples;
     const double few_s = bench.Seconds(*estimator, few);

@@ -3,15 +3,11 @@
 #include <fmt/format.h>
 
 #include "luxfield/core/error.h"
-#include "luxfield/render/estimators/basis.h"
-#include "luxfield/render/estimators/cells.h"
 #include "luxfield/render/estimators/exact.h"
 #include "luxfield/render/estimators/gloss.h"
-#include "luxfield/render/estimators/precomputed.h"
+#include "luxfield/render/estimators/sampling_estimators.h"
 #include "luxfield/render/estimators/thesis.h"
-#include "luxfield/render/estimators/uniform.h"
 #include "luxfield/render/estimators/volume.h"
-#include "luxfield/render/estimators/windowed.h"
 
 namespace luxfield::render {
 
@@ -82,20 +78,19 @@ std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& 
   if (name == ExactTraits().name) return MakeExact(device);
   if (name == VolumeTraits().name) return MakeVolume(device);
   if (name == GlossTraits().name) return MakeGloss(device);
-  if (name == WindowedTraits().name) return MakeWindowed(device);
-  if (name == CellsTraits().name) return MakeCells(device);
-  if (name == BasisTraits().name) return MakeBasis(device);
-  if (name == UniformTraits().name) return MakeUniform(device);
-  if (name == PrecomputedTraits().name) return MakePrecomputed(device);
   if (name == ThesisTraits().name) return MakeThesis(device);
+  if (auto sampler = MakeSamplingEstimator(name, device)) return sampler;
   std::string names;
   for (const auto& traits : EstimatorList()) names += (names.empty() ? "" : ", ") + traits.name;
   throw InputError(fmt::format("unknown estimator '{}'; use one of {}", name, names));
 }
 
 std::vector<EstimatorTraits> EstimatorList() {
-  return {ExactTraits(), VolumeTraits(),  GlossTraits(),       WindowedTraits(), CellsTraits(),
-          BasisTraits(), UniformTraits(), PrecomputedTraits(), ThesisTraits()};
+  std::vector<EstimatorTraits> list = {ExactTraits(), VolumeTraits(), GlossTraits()};
+  const auto& samplers = SamplingEstimators();
+  list.insert(list.end(), samplers.begin(), samplers.end());
+  list.push_back(ThesisTraits());
+  return list;
 }
 
 }  // namespace luxfield::render

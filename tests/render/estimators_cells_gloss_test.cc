@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "luxfield/render/estimators/cells.h"
+#include "luxfield/render/estimators/sampling_estimators.h"
 #include "tests/render/brdf_by_formula.h"
 #include "tests/render/brute_force.h"
 #include "tests/render/sampling_fixture.h"

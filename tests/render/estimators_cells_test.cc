@@ -1,6 +1,6 @@
 // `cells`: density and unbiasedness for every basis, colour, extremes, bounds, less variance than
 // `windowed`.
-#include "luxfield/render/estimators/cells.h"
+#include "luxfield/render/estimators/sampling_estimators.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // `windowed` is unbiased and bounded on images where `thesis` is biased; shadows, extremes.
-#include "luxfield/render/estimators/windowed.h"
+#include "luxfield/render/estimators/sampling_estimators.h"
 
 #include <gtest/gtest.h>
 

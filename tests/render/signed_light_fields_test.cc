@@ -195,7 +195,7 @@ TEST(SignedLightFields, MisIsUnbiased) {
   }
 }
 
-// One sample of `cells` shows at most 40 q A in either direction (estimators/cells.h).
+// One sample of `cells` shows at most 40 q A in either direction (estimators/sampling_estimators.h).
 TEST(SignedLightFields, ContributionsOfCellsAreBounded) {
   const Device device = Device::Open();
   const auto cells = MakeEstimator("cells", device);
