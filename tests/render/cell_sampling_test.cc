@@ -37,9 +37,9 @@ __kernel void Draw(__constant const LuminaireParams* luminaire, __global const u
   if (!(*mass > 0.0f)) return;
   const uint4 bits = Philox((uint4)((uint)k, 0u, 0u, 0u), (uint2)(seed, 0u));
   const Marginal marginal = MakeMarginal(CellSat(&tables, cell), width, columns, rows);
+  const WindowTable table = {CellSat(&tables, cell), width, &x_axis, &y_axis, columns, rows, 1.0f};
   const WindowSample sample =
-      SampleWindow(CellSat(&tables, cell), width, &x_axis, &y_axis, &marginal, columns, rows, 1.0f,
-                   (float2)(UnitFloat(bits.x), UnitFloat(bits.y)));
+      SampleWindow(&table, &marginal, (float2)(UnitFloat(bits.x), UnitFloat(bits.y)));
   texel[k] = (int2)(sample.column, sample.row);
   y[k] = sample.y;
   density[k] = CellDensity(&tables, cell, sample.column, sample.row);

@@ -38,8 +38,8 @@ __kernel void Draw(__constant const LuminaireParams* luminaire, __global const u
   const uint4 bits = Philox((uint4)((uint)k, 0u, 0u, 0u), (uint2)(seed, 0u));
   const float2 xi = given ? given[k] : (float2)(UnitFloat(bits.x), UnitFloat(bits.y));
   const Marginal marginal = MakeMarginal(image, columns + 1, column_span, row_span);
-  const WindowSample sample = SampleWindow(image, columns + 1, &x_axis, &y_axis, &marginal, column_span, row_span,
-                                           (float)cells, xi);
+  const WindowTable table = {image, columns + 1, &x_axis, &y_axis, column_span, row_span, (float)cells};
+  const WindowSample sample = SampleWindow(&table, &marginal, xi);
   texel[k] = (int2)(sample.column, sample.row);
   y[k] = sample.y;
 }

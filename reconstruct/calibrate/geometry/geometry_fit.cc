@@ -77,17 +77,25 @@ struct BoardCorner {
 };
 
 struct ShadowPlace {
-  double x, y, u, v, spacer_m, side;
-  bool on_spacer;
+  MaskPoint point;
+  double side;
 
   template <typename T>
   std::array<T, 2> operator()(const T* plane, const T* filter, const T* source, const T* stage,
                               const T* spacer, const T* error) const {
-    return PlaneFromImage(
-        plane, side,
-        ShadowOnImage(filter, source, stage, spacer, error, u, v, on_spacer, spacer_m, x, y));
+    return PlaneFromImage(plane, side,
+                          ShadowOnImage<T>({filter, source, stage, spacer, error}, point));
   }
 };
+
+ShadowPlace PlaceOf(const Corner& corner, const ChessboardView& view,
+                    const GeometryTargets& targets, double side) {
+  const auto& mask = targets.mask;
+  return {{(corner.i - 0.5 * (mask.columns - 1)) * mask.pitch_m,
+           (corner.j - 0.5 * (mask.rows - 1)) * mask.pitch_m, view.setpoint_m.x, view.setpoint_m.y,
+           targets.spacer_m, view.on_spacer},
+          side};
+}
 
 struct ShadowThroughLens {
   ShadowPlace place;
@@ -181,14 +189,7 @@ class Fit {
                   corner.i * pitch, corner.j * pitch, corner.at, whitening, weight}),
               nullptr, s.lens.data(), s.boards.at(view.board).data());
         } else {
-          const auto& mask = targets_.mask;
-          const ShadowPlace place{(corner.i - 0.5 * (mask.columns - 1)) * mask.pitch_m,
-                                  (corner.j - 0.5 * (mask.rows - 1)) * mask.pitch_m,
-                                  view.setpoint_m.x,
-                                  view.setpoint_m.y,
-                                  targets_.spacer_m,
-                                  s.side,
-                                  view.on_spacer};
+          const ShadowPlace place = PlaceOf(corner, view, targets_, s.side);
           double* error = s.arrivals.at(view.arrival).data();
           if (s.has_lens)
             id = problem_->AddResidualBlock(
@@ -367,14 +368,7 @@ Vec2 Predict(const GeometryTargets& targets, const GeometryState& s, const Chess
     p = Project(s.lens.data(), s.boards.at(view.board).data(), point);
     return {p[0], p[1]};
   }
-  const auto& mask = targets.mask;
-  const ShadowPlace place{(corner.i - 0.5 * (mask.columns - 1)) * mask.pitch_m,
-                          (corner.j - 0.5 * (mask.rows - 1)) * mask.pitch_m,
-                          view.setpoint_m.x,
-                          view.setpoint_m.y,
-                          targets.spacer_m,
-                          s.side,
-                          view.on_spacer};
+  const ShadowPlace place = PlaceOf(corner, view, targets, s.side);
   p = place(s.plane.data(), s.filter.data(), s.source.data(), s.stage.data(), s.spacer.data(),
             s.arrivals.at(view.arrival).data());
   if (!s.has_lens) return {p[0] / s.pitch_m.x, p[1] / s.pitch_m.y};

@@ -6,29 +6,43 @@
 
 namespace luxfield::reconstruct {
 
-// Filter: delta, tilt a about s, then b about t. Source: from the filter's centre. Stage: a_u, then
-// a_v. Spacer: shift along both axes of the filter and turn of the mask on it. Error: of the
-// stage's arrival. All lengths in one unit; the result is q on I.
+// What is fitted. All lengths in one unit.
 template <typename T>
-std::array<T, 2> ShadowOnImage(const T* filter, const T* source, const T* stage, const T* spacer,
-                               const T* error, double u, double v, bool on_spacer, double spacer_m,
-                               double mask_x, double mask_y) {
+struct ShadowParameters {
+  const T* filter;  // delta, tilt a about s, then b about t
+  const T* source;  // from the filter's centre
+  const T* stage;   // a_u, then a_v
+  const T* spacer;  // shift along both axes of the filter and turn of the mask on it
+  const T* error;   // of the stage's arrival
+};
+
+// A point of the mask in a photograph.
+struct MaskPoint {
+  double x, y;      // on the mask
+  double u, v;      // where the stage was sent
+  double spacer_m;  // height of the spacer
+  bool on_spacer;   // whether the mask lies on it
+};
+
+// q on I.
+template <typename T>
+std::array<T, 2> ShadowOnImage(const ShadowParameters<T>& p, const MaskPoint& point) {
   using std::cos;
   using std::sin;
-  const T &delta = filter[0], ca = cos(filter[1]), sa = sin(filter[1]), cb = cos(filter[2]),
-          sb = sin(filter[2]);
+  const T &delta = p.filter[0], ca = cos(p.filter[1]), sa = sin(p.filter[1]), cb = cos(p.filter[2]),
+          sb = sin(p.filter[2]);
   const T ex[3] = {cb, T(0), -sb}, ey[3] = {sb * sa, ca, cb * sa}, n[3] = {sb * ca, -sa, cb * ca};
-  T x = T(mask_x), y = T(mask_y), height = T(0);
-  if (on_spacer) {
-    const T c = cos(spacer[2]), s = sin(spacer[2]);
-    x = c * mask_x - s * mask_y + spacer[0];
-    y = s * mask_x + c * mask_y + spacer[1];
-    height = T(-spacer_m);
+  T x = T(point.x), y = T(point.y), height = T(0);
+  if (point.on_spacer) {
+    const T c = cos(p.spacer[2]), s = sin(p.spacer[2]);
+    x = c * point.x - s * point.y + p.spacer[0];
+    y = s * point.x + c * point.y + p.spacer[1];
+    height = T(-point.spacer_m);
   }
   T from[3], to[3];  // source and mask, from the filter's centre
   for (int k = 0; k < 3; ++k) {
-    from[k] = source[k] - u * stage[k] - v * stage[3 + k];
-    if (k < 2) from[k] -= error[k];
+    from[k] = p.source[k] - point.u * p.stage[k] - point.v * p.stage[3 + k];
+    if (k < 2) from[k] -= p.error[k];
     to[k] = x * ex[k] + y * ey[k] + height * n[k];
   }
   const T way = (delta - from[2]) / (to[2] - from[2]);

@@ -28,26 +28,49 @@ inline Knot MakePartKnot(const Axis* axis, int cell, int part, int parts) {
   return KnotAt(axis->first + cell * axis->step + (axis->step / parts) * part);
 }
 
-// Weights of the texels `first` .. of one axis of a piece for the basis function that begins at
-// knot `function`: integral B dy and, about the piece's middle, integral (y - y_c) B dy.
-inline void PieceWeights(__constant const BasisParams* basis, const Axis* axis, int function,
-                         int cell, int part, int parts, Knot near, Knot far, int first,
-                         Lanes* zeroth, Lanes* moment) {
-  const float length = 1.0f / (float)parts;
-  const bool forward = axis->step >= 0;
-  const SeenPart seen =
-      SeePart(axis, forward ? near : far, forward ? far : near, (float)first, length);
+// One axis of a piece: part `part` of `parts` of a u-cell, between two knots.
+typedef struct PieceSide {
+  const Axis* axis;
+  int cell, part, parts;
+  Knot near, far;
+} PieceSide;
+
+inline PieceSide MakePieceSide(const Axis* axis, int cell, int part, int parts) {
+  PieceSide side;
+  side.axis = axis;
+  side.cell = cell;
+  side.part = part;
+  side.parts = parts;
+  side.near = MakePartKnot(axis, cell, part, parts);
+  side.far = MakePartKnot(axis, cell, part + 1, parts);
+  return side;
+}
+
+// Of neighbouring texels: integral B dy and, about the piece's middle, integral (y - y_c) B dy.
+typedef struct LaneMoments {
+  Lanes zeroth, moment;
+} LaneMoments;
+
+// Of the texels `first` .. for the basis function that begins at knot `function`.
+inline LaneMoments PieceWeights(__constant const BasisParams* basis, const PieceSide* side,
+                                 int function, int first) {
+  const float length = 1.0f / (float)side->parts;
+  const bool forward = side->axis->step >= 0;
+  const SeenPart seen = SeePart(side->axis, forward ? side->near : side->far,
+                                forward ? side->far : side->near, (float)first, length);
   // B is evaluated from that end of the cell which lies nearer to the rim of the support.
-  const int k = cell - function;
+  const int k = side->cell - function;
   const bool rising = 2 * k < basis->cells;
   const Lanes x = (rising ? seen.from_near : seen.from_far) +
-                  (float)(rising ? part : parts - 1 - part) * length;
+                  (float)(rising ? side->part : side->parts - 1 - side->part) * length;
   const Lanes second = seen.width * seen.width * (1.0f / 12.0f);
   Lanes mean, slope;
   EvaluateCell(rising ? basis->left[k] : basis->right[k], x, second, &mean, &slope);
   const Lanes from_middle = seen.from_near - 0.5f * length;
-  *zeroth = seen.width * mean;
-  *moment = seen.width * (from_middle * mean + (rising ? second : -second) * slope);
+  LaneMoments weights;
+  weights.zeroth = seen.width * mean;
+  weights.moment = seen.width * (from_middle * mean + (rising ? second : -second) * slope);
+  return weights;
 }
 
 // Weights of the rows of a piece for the basis functions over it; kept while pieces of one strip
@@ -57,8 +80,8 @@ typedef struct Strip {
   float zeroth[kMaxCells][kStripTexels], moment[kMaxCells][kStripTexels];
 } Strip;
 
-inline void FillStrip(__constant const LuminaireParams* luminaire, const Axis* axis,
-                      const Piece* piece, Knot near, Knot far, int first, Strip* strip) {
+inline void FillStrip(__constant const LuminaireParams* luminaire, const Piece* piece,
+                      const PieceSide* side, int first, Strip* strip) {
   if (strip->j == piece->j && strip->parts == piece->parts && strip->b == piece->b &&
       strip->first == first)
     return;
@@ -71,11 +94,9 @@ inline void FillStrip(__constant const LuminaireParams* luminaire, const Axis* a
     const int function = piece->j - k;
     if (function < 0 || function >= luminaire->axis[1].count) continue;
     for (int e = 0; e < kStripTexels; e += kLanes) {
-      Lanes zeroth, moment;
-      PieceWeights(&luminaire->basis, axis, function, piece->j, piece->b, piece->parts, near, far,
-                   first + e, &zeroth, &moment);
-      ((UnalignedLanes*)(strip->zeroth[k] + e))->lanes = zeroth;
-      ((UnalignedLanes*)(strip->moment[k] + e))->lanes = moment;
+      const LaneMoments weights = PieceWeights(&luminaire->basis, side, function, first + e);
+      ((UnalignedLanes*)(strip->zeroth[k] + e))->lanes = weights.zeroth;
+      ((UnalignedLanes*)(strip->moment[k] + e))->lanes = weights.moment;
     }
   }
 }
@@ -86,24 +107,20 @@ inline Moments SumPiece(__constant const LuminaireParams* luminaire, __global co
   Moments sum;
   for (int channel = 0; channel < 3; ++channel)
     sum.m00[channel] = sum.m10[channel] = sum.m01[channel] = 0.0f;
-  const Knot left = MakePartKnot(&surface->x, piece->i, piece->a, piece->parts),
-             right = MakePartKnot(&surface->x, piece->i, piece->a + 1, piece->parts),
-             lower = MakePartKnot(&surface->y, piece->j, piece->b, piece->parts),
-             upper = MakePartKnot(&surface->y, piece->j, piece->b + 1, piece->parts);
-  const int2 columns = WindowTexels(left, right, luminaire->axis[0].texels),
-             rows = WindowTexels(lower, upper, luminaire->axis[1].texels);
+  const PieceSide x = MakePieceSide(&surface->x, piece->i, piece->a, piece->parts),
+                  y = MakePieceSide(&surface->y, piece->j, piece->b, piece->parts);
+  const int2 columns = WindowTexels(x.near, x.far, luminaire->axis[0].texels),
+             rows = WindowTexels(y.near, y.far, luminaire->axis[1].texels);
   const int cells = luminaire->basis.cells, channels = luminaire->channels;
   const size_t stride = luminaire->row_stride, plane = luminaire->axis[1].texels * stride;
   for (int r_begin = rows.x; r_begin < rows.y; r_begin += kStripTexels) {
     const int r_count = min((int)kStripTexels, rows.y - r_begin);
-    FillStrip(luminaire, &surface->y, piece, lower, upper, r_begin, strip);
+    FillStrip(luminaire, piece, &y, r_begin, strip);
     for (int c = columns.x; c < columns.y; c += kLanes)
       for (int k = 0; k < cells; ++k) {
         const int i = piece->i - k;
         if (i < 0 || i >= luminaire->axis[0].count) continue;
-        Lanes x0, x1;
-        PieceWeights(&luminaire->basis, &surface->x, i, piece->i, piece->a, piece->parts, left,
-                     right, c, &x0, &x1);
+        const LaneMoments of_columns = PieceWeights(&luminaire->basis, &x, i, c);
         for (int channel = 0; channel < channels; ++channel) {
           Lanes column0 = 0.0f, column1 = 0.0f;
           for (int l = 0; l < cells; ++l) {
@@ -118,9 +135,9 @@ inline Moments SumPiece(__constant const LuminaireParams* luminaire, __global co
               column1 = fma(value, (Lanes)(strip->moment[l][r]), column1);
             }
           }
-          sum.m00[channel] += SumLanes(x0 * column0);
-          sum.m10[channel] += SumLanes(x1 * column0);
-          sum.m01[channel] += SumLanes(x0 * column1);
+          sum.m00[channel] += SumLanes(of_columns.zeroth * column0);
+          sum.m10[channel] += SumLanes(of_columns.moment * column0);
+          sum.m01[channel] += SumLanes(of_columns.zeroth * column1);
         }
       }
   }

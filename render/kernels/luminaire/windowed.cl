@@ -58,9 +58,9 @@ inline float3 DrawSample(LUMINAIRE_ARGUMENTS, const Surface* surface, const Wind
     if (column < 0 || row < 0) return (float3)(0.0f);
   } else {
     const float2 rest = (float2)((xi.x - share) / (1.0f - share), xi.y);
-    const WindowSample sample =
-        SampleWindow(window->sat, window->sat_width, &surface->x, &surface->y, marginal,
-                     window->columns, window->rows, cells, rest);
+    const WindowTable table = {window->sat,     window->sat_width, &surface->x, &surface->y,
+                               window->columns, window->rows,      cells};
+    const WindowSample sample = SampleWindow(&table, marginal, rest);
     column = sample.column;
     row = sample.row;
     *y = sample.y;
