@@ -90,7 +90,7 @@ class Bench {
     render::Lighting lighting(device_, gbuffer);
     device_.Finish();
     const core::Stopwatch stopwatch;
-    (useful ? useful_ : estimator_).Light(gbuffer, bvh, light, options, lighting);
+    (useful ? useful_ : estimator_).Light({gbuffer, {.bvh = bvh}}, light, options, lighting);
     device_.Finish();
     Lit lit;
     lit.wall_s = stopwatch.WallSeconds();

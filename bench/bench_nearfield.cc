@@ -71,7 +71,7 @@ Timing Time(const render::Device& device, render::Estimator& estimator,
     device.Finish();
     device.TakeKernelTimes();
     const core::Stopwatch stopwatch;
-    estimator.Light(gbuffer, {}, luminaire, {}, options, lighting);
+    estimator.Light({gbuffer}, render::PosedLuminaire{luminaire}, options, lighting);
     device.Finish();
     if (run == 0) continue;
     wall_s.push_back(stopwatch.WallSeconds());

@@ -24,7 +24,7 @@ struct Bench {
     for (int run = 0; run <= repeats; ++run) {
       device.Finish();
       const core::Stopwatch stopwatch;
-      estimator.Light(gbuffer, {}, luminaire, {}, options, lighting);
+      estimator.Light({gbuffer}, render::PosedLuminaire{luminaire}, options, lighting);
       device.Finish();
       const double seconds =
           device.info().is_cpu ? stopwatch.CoreSeconds() : stopwatch.WallSeconds();

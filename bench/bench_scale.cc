@@ -54,7 +54,7 @@ nlohmann::json Measure(const render::Device& device, const Case& c, const std::s
   options.samples_per_pixel = samples_per_pixel;
   double wall_s = std::numeric_limits<double>::infinity(), core_s = wall_s, spent_s = 0;
   const auto light = [&](const render::GBuffer& receivers, render::Lighting& sum) {
-    estimator->Light(receivers, {}, luminaire, {}, options, sum);
+    estimator->Light({receivers}, render::PosedLuminaire{luminaire}, options, sum);
     device.Finish();
   };
   const auto few = render::RoadGBuffer(device, 16, 12);

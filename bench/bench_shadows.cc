@@ -100,12 +100,12 @@ class Bench {
     how.samples_per_pixel = 1;
     render::Lighting lighting(device_, gbuffer_);
     // Compiles, and touches memory.
-    estimator.Light(gbuffer_, visibility, luminaire_, {}, how, lighting);
+    estimator.Light({gbuffer_, visibility}, render::PosedLuminaire{luminaire_}, how, lighting);
     lighting.Clear();
     how.samples_per_pixel = std::max(samples, 1);
     device_.Finish();
     const core::Stopwatch stopwatch;
-    estimator.Light(gbuffer_, visibility, luminaire_, {}, how, lighting);
+    estimator.Light({gbuffer_, visibility}, render::PosedLuminaire{luminaire_}, how, lighting);
     device_.Finish();
     core_s_ = stopwatch.CoreSeconds();
     const auto irradiance = lighting.irradiance.Download<cl_float4>();

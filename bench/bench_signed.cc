@@ -104,7 +104,7 @@ class Bench {
       how.samples_per_pixel = options_.samples_per_pixel;
       how.seed = options_.seed + seed;
       render::Lighting lighting(device_, gbuffer);
-      estimator->Light(gbuffer, {}, luminaire, {}, how, lighting);
+      estimator->Light({gbuffer}, render::PosedLuminaire{luminaire}, how, lighting);
       const auto values = lighting.irradiance.Download<cl_float4>();
       for (std::size_t k = 0; k < exact.size(); ++k) {
         const double error = values[k].s[0] - exact[k];

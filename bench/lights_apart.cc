@@ -15,6 +15,7 @@ LightsApart::LightsApart(const render::Device& device, const scene::Scene& scene
   if (names_.empty())
     throw InputError(scene.file.string(), "holds no light", "add a [[light]] or an [environment]");
   scene_.Require({.cells = true});
+  lights_ = scene_.Lights();
   gbuffer_ =
       render::GBuffer(device, scene.camera.width, scene.camera.height, scene_.geometry().glossy);
   render::PrimaryVisibility(device)
@@ -27,14 +28,8 @@ LightsApart::LightsApart(const render::Device& device, const scene::Scene& scene
     if (position[k].s[3] != 0) hit_.push_back(k);
 }
 
-double LightsApart::ScaleOf(std::size_t light) const {
-  if (light < scene_.luminaires().size()) return scene_.luminaires()[light].scale;
-  if (light < scene_.luminaires().size() + scene_.area_lights().size()) return 1;
-  return scene_.environment()->scale;
-}
-
 void LightsApart::LightOne(std::size_t light, const StrategySetting& setting, std::uint64_t seed,
-                           const render::Buffer& light_share) {
+                           const render::Buffer* light_share) {
   render::EstimatorOptions options;
   options.samples_per_pixel = setting.samples_per_light;
   options.seed = seed;
@@ -43,19 +38,8 @@ void LightsApart::LightOne(std::size_t light, const StrategySetting& setting, st
   options.knobs.strategies.light_share = setting.light_share;
   options.knobs.strategies.pilot = setting.pilot;
   const render::DeviceBvh* bvh = shadows_ ? &scene_.geometry().bvh : nullptr;
-  render::MisEstimator& estimator = scene_.mis();
-  const std::size_t luminaires = scene_.luminaires().size(),
-                    area_lights = scene_.area_lights().size();
-  if (light < luminaires) {
-    const auto& luminaire = scene_.luminaires()[light];
-    estimator.Light(gbuffer_, {.bvh = bvh}, luminaire.light_field->on_device,
-                    luminaire.world_from_luminaire, options, lighting_, light_share);
-  } else if (light < luminaires + area_lights) {
-    estimator.Light(gbuffer_, bvh, scene_.area_lights()[light - luminaires], options, lighting_,
-                    light_share);
-  } else {
-    estimator.Light(gbuffer_, bvh, scene_.environment()->light, options, lighting_, light_share);
-  }
+  lighting_.light_share = light_share;
+  scene_.mis().Light({gbuffer_, {.bvh = bvh}}, lights_[light].source, options, lighting_);
 }
 
 core::Image LightsApart::Radiance(double scale) const {
@@ -86,11 +70,11 @@ LightsApart::Picture LightsApart::Light(const StrategySetting& setting, std::uin
         light_shares.empty() ? render::Buffer() : Upload(light_shares[light]);
     scene_.device().Finish();
     const core::Stopwatch stopwatch;
-    LightOne(light, setting, seed, shares);
+    LightOne(light, setting, seed, shares ? &shares : nullptr);
     scene_.device().Finish();
     picture.wall_s += stopwatch.WallSeconds();
     picture.core_s += stopwatch.CoreSeconds();
-    picture.parts.push_back(Radiance(ScaleOf(light)));
+    picture.parts.push_back(Radiance(lights_[light].scale));
     const core::Image& part = picture.parts.back();
     for (std::size_t k = 0; k < part.data.size(); ++k) picture.radiance.data[k] += part.data[k];
   }
@@ -103,8 +87,8 @@ std::vector<LightsApart::Part> LightsApart::LightParts(const StrategySetting& se
   const render::Buffer shares(scene_.device(), gbuffer_.pixel_count() * sizeof(float));
   for (std::size_t light = 0; light < names_.size(); ++light) {
     lighting_.Clear();
-    LightOne(light, setting, seed, shares);
-    Part part{Radiance(ScaleOf(light)), core::Image(static_cast<int>(hit_.size()), 1, 1)};
+    LightOne(light, setting, seed, &shares);
+    Part part{Radiance(lights_[light].scale), core::Image(static_cast<int>(hit_.size()), 1, 1)};
     const auto all = shares.Download<float>();
     for (std::size_t k = 0; k < hit_.size(); ++k) part.light_share.data[k] = all[hit_[k]];
     parts.push_back(std::move(part));

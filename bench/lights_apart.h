@@ -53,16 +53,16 @@ class LightsApart {
 
  private:
   void LightOne(std::size_t light, const StrategySetting& setting, std::uint64_t seed,
-                const render::Buffer& light_share);
+                const render::Buffer* light_share);
   // Of a share for every pixel that hit something.
   render::Buffer Upload(const core::Image& light_share) const;
   // What `lighting_` holds, times the light's scale.
   core::Image Radiance(double scale) const;
-  double ScaleOf(std::size_t light) const;
 
   render::LitScene scene_;
   bool shadows_;
   std::vector<std::string> names_;
+  std::vector<render::PlacedLight> lights_;
   render::GBuffer gbuffer_;
   render::Lighting lighting_;
   std::vector<cl_float4> albedo_;

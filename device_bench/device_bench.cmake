@@ -24,6 +24,7 @@ set(device_bench_sources
     render/device/kernel_profile.cc
     render/device/program.cc
     render/device/program_cache.cc
+    render/lights/luminaire_on_device.cc
     render/lights/luminaire_params.cc
     render/lights/shadow_maps.cc
     scene/transform.cc

@@ -123,6 +123,26 @@ EnvironmentEstimator& LitScene::environment_estimator() {
   return *environment_estimator_;
 }
 
+Estimator& LitScene::EstimatorOf(const LightSource& source, const std::string& near_field,
+                                 bool mis_everywhere) {
+  if (mis_everywhere) return mis();
+  if (std::holds_alternative<PosedLuminaire>(source)) return EstimatorNamed(near_field);
+  using Environment = std::reference_wrapper<const EnvironmentLight>;
+  if (std::holds_alternative<Environment>(source)) return environment_estimator();
+  return mis();
+}
+
+std::vector<PlacedLight> LitScene::Lights() const {
+  std::vector<PlacedLight> lights;
+  for (const PlacedLuminaire& luminaire : luminaires_)
+    lights.push_back(
+        {PosedLuminaire{luminaire.light_field->on_device, luminaire.world_from_luminaire},
+         luminaire.scale});
+  for (const AreaLightOnDevice& light : area_lights_) lights.push_back({light, 1});
+  if (environment_) lights.push_back({environment_->light, environment_->scale});
+  return lights;
+}
+
 std::vector<LitScene::LoadedField> LitScene::Load(const scene::Luminaire& luminaire) {
   auto fields = lightfield::ReadLightFields(luminaire.light_field);
   const auto unit = fields.front().field.geometry.unit;

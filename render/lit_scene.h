@@ -32,6 +32,12 @@ struct LoadedLightField {
   double volume_error = 0;  // that its volume was made for; 0: it has none
 };
 
+// A light of the scene, which owns what it refers to.
+struct PlacedLight {
+  LightSource source;
+  double scale = 1;
+};
+
 struct PlacedLuminaire {
   std::string name;
   std::shared_ptr<LoadedLightField> light_field;
@@ -86,11 +92,18 @@ class LitScene {
   // What lights with the environment, made when first asked for.
   EnvironmentEstimator& environment_estimator();
 
+  // What lights with one of Lights(): the near-field estimator of that name with a luminaire and the
+  // environment's with an environment, but for area lights, and for all with `mis_everywhere`,
+  // mis().
+  Estimator& EstimatorOf(const LightSource& source, const std::string& near_field,
+                         bool mis_everywhere);
+
   const DeviceScene& geometry() const { return geometry_; }
   const std::vector<PlacedLuminaire>& luminaires() const { return luminaires_; }
   const std::vector<AreaLightOnDevice>& area_lights() const { return area_lights_; }
-  // Names in scene.toml of the lights, luminaires, area lights, environment: a luminaire of several
-  // fields comes as often.
+  // All lights: luminaires, area lights, environment.
+  std::vector<PlacedLight> Lights() const;
+  // Their names in scene.toml, in that order: a luminaire of several fields comes as often.
   const std::vector<std::string>& light_names() const { return light_names_; }
   // Null if the scene has none.
   const PlacedEnvironment* environment() const { return environment_ ? &*environment_ : nullptr; }

@@ -84,6 +84,7 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
       options_((options.Validate(), options)),
       camera_(scene.camera()),
       estimator_(scene.EstimatorNamed(options.estimator)),
+      lights_(scene.Lights()),
       primary_(scene.device()),
       relit_(options_.seed) {
   if (options.width > 0) camera_.width = options.width;
@@ -127,10 +128,7 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
     }
 }
 
-int Renderer::LightCount() const {
-  return static_cast<int>(scene_.luminaires().size() + scene_.area_lights().size()) +
-         (scene_.environment() ? 1 : 0);
-}
+int Renderer::LightCount() const { return static_cast<int>(lights_.size()); }
 
 int Renderer::SharedSets() const {
   constexpr int kInterleaved = 4;  // sets that a row of pixels sees
@@ -141,9 +139,9 @@ int Renderer::SharedSets() const {
   return scene_.environment() && sets == SampleSets::kInterleaved ? kInterleaved : 0;
 }
 
-Visibility Renderer::VisibilityOf(std::size_t luminaire) const {
-  if (!shadow_maps_.empty()) return {.maps = &shadow_maps_[luminaire]};
-  return {.bvh = options_.shadows == Shadows::kTraced ? &scene_.geometry().bvh : nullptr};
+Visibility Renderer::VisibilityOf(std::size_t light) const {
+  if (light < shadow_maps_.size()) return {.maps = &shadow_maps_[light]};  // luminaires come first
+  return {.bvh = options_.shadows == Shadows::kNone ? nullptr : &scene_.geometry().bvh};
 }
 
 Frame Renderer::Render() {
@@ -418,44 +416,8 @@ void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample,
 
 void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo,
                          int pixel_sample, int pass, BandLight& light, RenderTimes& times) {
-  const int luminaires = static_cast<int>(scene_.luminaires().size()),
-            area_lights = static_cast<int>(scene_.area_lights().size());
-  const PlacedEnvironment* environment = scene_.environment();
-  const DeviceBvh* bvh = options_.shadows == Shadows::kNone ? nullptr : &scene_.geometry().bvh;
-  MisEstimator& mis = scene_.mis();
-  const bool everywhere = options_.knobs.strategies.everywhere;
-  for (int l = 0; l < luminaires; ++l) {
-    const PlacedLuminaire& luminaire = scene_.luminaires()[l];
-    AddLight(
-        part, albedo, pixel_sample, pass, l, luminaire.scale,
-        [&](const EstimatorOptions& options) {
-          if (everywhere)
-            mis.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
-                      luminaire.world_from_luminaire, options, part.lighting);
-          else
-            estimator_.Light(part.gbuffer, VisibilityOf(l), luminaire.light_field->on_device,
-                             luminaire.world_from_luminaire, options, part.lighting);
-        },
-        light, times);
-  }
-  for (int l = 0; l < area_lights; ++l)
-    AddLight(
-        part, albedo, pixel_sample, pass, luminaires + l, 1,
-        [&](const EstimatorOptions& options) {
-          mis.Light(part.gbuffer, bvh, scene_.area_lights()[l], options, part.lighting);
-        },
-        light, times);
-  if (environment)
-    AddLight(
-        part, albedo, pixel_sample, pass, luminaires + area_lights, environment->scale,
-        [&](const EstimatorOptions& options) {
-          if (everywhere)
-            mis.Light(part.gbuffer, bvh, environment->light, options, part.lighting);
-          else
-            scene_.environment_estimator().Light(part.gbuffer, bvh, environment->light, options,
-                                                 part.lighting);
-        },
-        light, times);
+  for (int l = 0; l < LightCount(); ++l)
+    AddLight(part, albedo, pixel_sample, pass, l, light, times);
 }
 
 int Renderer::SamplesOf(int light, double density, int pixel_sample, int pass) const {
@@ -467,10 +429,9 @@ int Renderer::SamplesOf(int light, double density, int pixel_sample, int pass) c
   return given ? here : Share(here, light, LightCount());
 }
 
-template <typename Light>
 void Renderer::AddLight(EquallySampled& part, const std::vector<cl_float4>& albedo,
-                        int pixel_sample, int pass, int number, double scale, const Light& light,
-                        BandLight& sum, RenderTimes& times) {
+                        int pixel_sample, int pass, int number, BandLight& sum,
+                        RenderTimes& times) {
   if (!options_.light_samples.empty() && options_.light_samples[number] == 0) return;
   EstimatorOptions options;
   // No density takes the second sample away, without which there is no variance to state.
@@ -486,8 +447,11 @@ void Renderer::AddLight(EquallySampled& part, const std::vector<cl_float4>& albe
   part.lighting.Clear();
   scene_.device().Finish();
 
+  const auto& [source, scale] = lights_[number];
+  Estimator& estimator =
+      scene_.EstimatorOf(source, options_.estimator, options_.knobs.strategies.everywhere);
   const core::Stopwatch stopwatch;
-  light(options);
+  estimator.Light({part.gbuffer, VisibilityOf(number)}, source, options, part.lighting);
   scene_.device().Finish();
   const double wall_s = stopwatch.WallSeconds();
   times.lighting_s += wall_s;

@@ -127,21 +127,20 @@ class Renderer {
   int SamplesOf(int light, double density, int pixel_sample, int pass) const;
   // Sets of samples that all pixels share; 0: each has its own.
   int SharedSets() const;
-  Visibility VisibilityOf(std::size_t luminaire) const;
+  Visibility VisibilityOf(std::size_t light) const;
   // Adds the light of one pass.
   void LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo, int pixel_sample,
                  int pass, BandLight& light, RenderTimes& times);
 
-  // Lights a part with light `number` by light(options), and adds `scale` of it.
-  template <typename Light>
+  // Lights a part with light `number`, and adds its scale times that.
   void AddLight(EquallySampled& part, const std::vector<cl_float4>& albedo, int pixel_sample,
-                int pass, int number, double scale, const Light& light, BandLight& sum,
-                RenderTimes& times);
+                int pass, int number, BandLight& sum, RenderTimes& times);
 
   LitScene& scene_;
   RenderOptions options_;
   scene::Camera camera_;
-  Estimator& estimator_;
+  Estimator& estimator_;  // of luminaires
+  std::vector<PlacedLight> lights_;
   std::vector<LightGroup> groups_;       // black, where they are asked for
   std::vector<std::size_t> group_of_;    // each light
   std::vector<ShadowMaps> shadow_maps_;  // one set per luminaire; empty: none are asked for

@@ -296,7 +296,7 @@ void AddRender(Program& program) {
     names.push_back(traits.name);
     guarantees += fmt::format("  {:<10} {}\n", traits.name, traits.guarantee);
   }
-  guarantees += fmt::format("  besides    {}\n", render::EnvironmentEstimator::Guarantee());
+  guarantees += fmt::format("  besides    {}\n", render::EnvironmentEstimator::Traits().guarantee);
   std::string knobs;
   for (const auto& line : render::KnobHelp()) knobs += "  " + line + "\n";
   verb.footer("Estimators:\n" + guarantees + "\nKnobs:\n" + knobs);

@@ -100,7 +100,7 @@ double LightSeconds(const Device& device, Estimator& estimator, const GBuffer& g
     lighting.Clear();
     device.Finish();
     const core::Stopwatch stopwatch;
-    estimator.Light(gbuffer, visibility, luminaire, {}, options, lighting);
+    estimator.Light({gbuffer, visibility}, PosedLuminaire{luminaire}, options, lighting);
     device.Finish();
     if (run > 0) best_s = std::min(best_s, stopwatch.WallSeconds());
   }

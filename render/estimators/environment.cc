@@ -50,9 +50,12 @@ Kernel& EnvironmentEstimator::KernelFor(bool glossy) {
   return kernel->second;
 }
 
-void EnvironmentEstimator::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
-                                 const EnvironmentLight& light, const EstimatorOptions& options,
-                                 Lighting& lighting) {
+void EnvironmentEstimator::Light(const Receivers& receivers, const LightSource& source,
+                                 const EstimatorOptions& options, Lighting& lighting) {
+  const EnvironmentLight& light = RequireEnvironmentLight(traits(), source);
+  RequireShadows(traits(), receivers.visibility);
+  const GBuffer& gbuffer = receivers.gbuffer;
+  const DeviceBvh* bvh = receivers.visibility.bvh;
   SamplingParams sampling = MakeSamplingParams(options);
   sampling.end = static_cast<int>(gbuffer.pixel_count());
   const EnvironmentSampling own = MakeEnvironmentSampling(options, gbuffer.width);
@@ -92,11 +95,16 @@ void EnvironmentEstimator::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
       .Enqueue(gbuffer.pixel_count());
 }
 
-const std::string& EnvironmentEstimator::Guarantee() {
-  static const std::string guarantee =
-      "the environment's light, unbiased for any BRDF, with and without shadows; half of the "
-      "samples follow the map and half the BRDF";
-  return guarantee;
+const EstimatorTraits& EnvironmentEstimator::Traits() {
+  static const EstimatorTraits traits{
+      .name = "environment",
+      .any_brdf = true,
+      .unbiased = true,
+      .unbiased_with_shadows = true,
+      .guarantee =
+          "the environment's light, unbiased for any BRDF, with and without shadows; half of the "
+          "samples follow the map and half the BRDF"};
+  return traits;
 }
 
 }  // namespace luxfield::render

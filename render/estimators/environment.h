@@ -7,7 +7,6 @@
 #include <string>
 
 #include "luxfield/render/estimators/estimator.h"
-#include "luxfield/render/lights/environment_light.h"
 
 namespace luxfield::render {
 
@@ -29,21 +28,20 @@ namespace luxfield::render {
 // over seeds every sample is uniform in its tile's distribution.
 //
 // Options::knobs.environment sets all of this, EnvironmentTableOptions of the light the tables.
-class EnvironmentEstimator {
+class EnvironmentEstimator : public Estimator {
  public:
   // `build_options`: "-D COUNT_USEFUL=1" counts only samples that can bring light.
   explicit EnvironmentEstimator(const Device& device, const std::string& build_options = {});
 
-  // Adds the map's light for every pixel that hit something; `bvh` null: everything is visible.
-  // Enqueues and returns. Reads samples_per_pixel, seed, stream, first_pixel and knobs.environment.
-  // A pixel's result depends on its number in the picture, not on how pixels are split over calls
-  // of full rows. Throws InputError for options that make no sense, among them a light whose tables
-  // leave something to BRDF samples where there are none; DeviceError.
-  void Light(const GBuffer& gbuffer, const DeviceBvh* bvh, const EnvironmentLight& light,
-             const EstimatorOptions& options, Lighting& lighting);
+  const EstimatorTraits& traits() const override { return Traits(); }
+  static const EstimatorTraits& Traits();
 
-  // One sentence, as EstimatorTraits::guarantee.
-  static const std::string& Guarantee();
+  // Of an environment map. Reads samples_per_pixel, seed, stream, first_pixel and
+  // knobs.environment. A pixel's result depends on its number in the picture, not on how pixels are
+  // split over calls of full rows. Throws InputError besides for a light whose tables leave
+  // something to BRDF samples where there are none.
+  void Light(const Receivers& receivers, const LightSource& source, const EstimatorOptions& options,
+             Lighting& lighting) override;
 
  private:
   Kernel& KernelFor(bool glossy);

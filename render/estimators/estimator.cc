@@ -52,6 +52,23 @@ void RequireShadows(const EstimatorTraits& traits, const Visibility& visibility)
   if (visibility.maps) RequireShadows(traits, Shadows::kMaps);
 }
 
+const PosedLuminaire& RequireLuminaire(const EstimatorTraits& traits, const LightSource& source) {
+  if (const auto* luminaire = std::get_if<PosedLuminaire>(&source)) return *luminaire;
+  throw InputError(fmt::format(
+      "estimator '{}' lights with luminaires and was given another light; use one that takes it",
+      traits.name));
+}
+
+const EnvironmentLight& RequireEnvironmentLight(const EstimatorTraits& traits,
+                                                const LightSource& source) {
+  using Reference = std::reference_wrapper<const EnvironmentLight>;
+  if (const auto* light = std::get_if<Reference>(&source)) return *light;
+  throw InputError(fmt::format(
+      "estimator '{}' lights with environment maps and was given another light; use one that "
+      "takes it",
+      traits.name));
+}
+
 std::string ShadowsName(Shadows shadows) {
   switch (shadows) {
     case Shadows::kNone:

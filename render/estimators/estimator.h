@@ -1,11 +1,12 @@
-// Near-field estimators: light of a measured luminaire on G-buffer points (docs/theory.md 6 and 7).
-//
+// Estimators: the light of a source on G-buffer points. Of a measured luminaire (docs/theory.md 6
+// and 7),
 //   E_n(p) = sum_m delta^2 / z^3 * integral_F C_m(s(u)) Phi_m(u) (n.(u - p))+ V(p, u) du
 //   L_o(p) = the same with f_r(w) under the integral,   w = (u - p) / |u - p|,   z = p_z > 0
 //
 // in the luminaire's frame, n the receiver's normal, V the visibility of u on F from p, f_r the
 // BRDF towards the eye. p behind the luminaire (z <= 0) gets nothing. A Lambertian surface of
-// albedo rho shows the radiance rho / pi E_n.
+// albedo rho shows the radiance rho / pi E_n. Of an environment map estimators/environment.h has the
+// integral, of any light estimators/mis.h.
 #pragma once
 
 #include <cstdint>
@@ -13,64 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "luxfield/lightfield/light_field.h"
-#include "luxfield/preprocess/cell_tables.h"
-#include "luxfield/preprocess/light_vector_volume.h"
-#include "luxfield/preprocess/tables.h"
 #include "luxfield/render/device/device.h"
 #include "luxfield/render/estimators/knobs.h"
+#include "luxfield/render/lights/light_source.h"
 #include "luxfield/render/scene/gbuffer.h"
-#include "luxfield/scene/transform.h"
 
 namespace luxfield::render {
-
-class ShadowMaps;  // render/lights/shadow_maps.h
-
-// Tables of a luminaire on the host, null where there are none; what each estimator needs its
-// traits say.
-struct LuminaireTables {
-  const preprocess::Tables* sat = nullptr;
-  const preprocess::CellTables* cells = nullptr;
-  const preprocess::LightVectorVolume* volume = nullptr;
-};
-
-// The coefficient images and tables of one luminaire, uploaded once. Texels are padded on the right
-// so that wide loads stay inside the buffer.
-class LuminaireOnDevice {
- public:
-  static constexpr int kRowPadding = 32;
-
-  // The tables must belong to `field` (preprocess::CheckTables). Throws InputError if the device
-  // cannot hold them.
-  LuminaireOnDevice(const Device& device, const lightfield::LightField& field,
-                    const LuminaireTables& tables = {});
-  void Add(const Device& device, const LuminaireTables& tables);
-
-  const lightfield::LuminaireGeometry& geometry() const { return geometry_; }
-  // float C[((m * channels + channel) * height + row) * row_stride + column], zero in the padding.
-  const Buffer& images() const { return images_; }
-  int row_stride() const { return row_stride_; }
-  bool has_sat() const { return static_cast<bool>(sat_); }
-  // ulong S[(m * (height + 1) + row) * SatStride(width) + column] (preprocess::Tables::sat;
-  // kernels/luminaire/luminaire_types.clh), and for each image float 2^(62 - exponent):
-  // mass = S * 2^-62 * scale.
-  const Buffer& sat() const { return sat_; }
-  const Buffer& sat_scale() const { return sat_scale_; }
-  // The same per knot cell (preprocess::CellTables).
-  bool has_cells() const { return static_cast<bool>(cell_sat_); }
-  const Buffer& cell_sat() const { return cell_sat_; }
-  const Buffer& cell_scale() const { return cell_scale_; }
-  bool has_volume() const { return static_cast<bool>(volume_params_); }
-  // VolumeParams, and float4 coefficients (preprocess::LightVectorVolume); the latter null if the
-  // volume has no nodes.
-  const Buffer& volume_params() const { return volume_params_; }
-  const Buffer& volume() const { return volume_; }
-
- private:
-  lightfield::LuminaireGeometry geometry_;
-  int row_stride_ = 0;
-  Buffer images_, sat_, sat_scale_, cell_sat_, cell_scale_, volume_params_, volume_;
-};
 
 struct EstimatorOptions {
   int samples_per_pixel = 200;  // K, for this luminaire
@@ -118,10 +67,18 @@ enum class Shadows {
 std::string ShadowsName(Shadows shadows);          // "none", "traced", "maps", "thesis-maps"
 Shadows ShadowsFromName(const std::string& name);  // InputError on other names
 
-// What a luminaire's shadows are found with: at most one of the two; none: everything is visible.
+class ShadowMaps;  // render/lights/shadow_maps.h
+
+// What a light's shadows are found with: at most one of the two; none: everything is visible.
 struct Visibility {
   const DeviceBvh* bvh = nullptr;    // rays are traced
-  const ShadowMaps* maps = nullptr;  // of this luminaire at this pose
+  const ShadowMaps* maps = nullptr;  // of this luminaire at this pose; of luminaires alone
+};
+
+// What is lit.
+struct Receivers {
+  const GBuffer& gbuffer;
+  Visibility visibility{};
 };
 
 // Per-pixel sums in device memory that estimators add to.
@@ -131,10 +88,14 @@ struct Lighting {
   Buffer variance;  // float: estimated variance of the luminance of what was added to `reflected`,
                     // to `irradiance` where that is null
   Buffer samples;   // uint: light samples taken
+  // float, no sum: the share of the samples that followed the light where those that follow the
+  // BRDF are combined with them, of pixels that hit something (estimators/mis.h). Null: it is not
+  // asked for.
+  const Buffer* light_share = nullptr;
 
   Lighting() = default;
-  Lighting(const Device& device, const GBuffer& gbuffer);  // zeros
-  void Clear();
+  Lighting(const Device& device, const GBuffer& gbuffer);  // zeros, without light_share
+  void Clear();                                            // the sums
 };
 
 class Estimator {
@@ -142,14 +103,14 @@ class Estimator {
   virtual ~Estimator() = default;
   virtual const EstimatorTraits& traits() const = 0;
 
-  // Adds the luminaire's light for every pixel of the G-buffer that hit something (w != 0); other
+  // Adds the light of `source` for every pixel of the G-buffer that hit something (w != 0); other
   // pixels are left alone. Enqueues on the device's queue and returns. A pixel's result does not
   // depend on work-group sizes or on how pixels are split over calls (for `exact`, whose
-  // neighbouring pixels share sums, up to rounding). Throws InputError if tables are needed and
-  // absent, the G-buffer is glossy and the estimator's any_brdf is false, or its traits do not name
-  // the kind of visibility; DeviceError.
-  virtual void Light(const GBuffer& gbuffer, const Visibility& visibility,
-                     const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+  // neighbouring pixels share sums, up to rounding). Throws InputError for a kind of light that the
+  // estimator does not take, if tables are needed and absent, the G-buffer is glossy and the
+  // estimator's any_brdf is false, its traits do not name the kind of visibility, or options make
+  // no sense; DeviceError.
+  virtual void Light(const Receivers& receivers, const LightSource& source,
                      const EstimatorOptions& options, Lighting& lighting) = 0;
 };
 
@@ -157,6 +118,11 @@ class Estimator {
 void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer);
 void RequireShadows(const EstimatorTraits& traits, const Visibility& visibility);
 void RequireShadows(const EstimatorTraits& traits, Shadows shadows);
+// The luminaire that `source` is; throws the InputError of Light() for other kinds.
+const PosedLuminaire& RequireLuminaire(const EstimatorTraits& traits, const LightSource& source);
+// Likewise.
+const EnvironmentLight& RequireEnvironmentLight(const EstimatorTraits& traits,
+                                                const LightSource& source);
 
 // A name of EstimatorList(); InputError on other names. Builds the kernels (cached on disk).
 std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& device);

@@ -19,19 +19,19 @@ class Exact : public Estimator {
 
   const EstimatorTraits& traits() const override { return ExactTraits(); }
 
-  void Light(const GBuffer& gbuffer, const Visibility& visibility,
-             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
-             const EstimatorOptions& options, Lighting& lighting) override {
+  void Light(const Receivers& receivers, const LightSource& source, const EstimatorOptions& options,
+             Lighting& lighting) override {
+    const PosedLuminaire& posed = RequireLuminaire(traits(), source);
+    const auto& [luminaire, world_from_luminaire] = posed;
+    const auto& [gbuffer, visibility] = receivers;
     RequireLambertian(traits(), gbuffer);
     RequireShadows(traits(), visibility);
     const LuminaireParams params =
         MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
     const Buffer device_params =
         Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
-    const Buffer share = share_
-                             .Trace(traits().name, gbuffer, visibility, luminaire,
-                                    world_from_luminaire, options, lighting.samples)
-                             .irradiance;
+    const Buffer share =
+        share_.Trace(traits().name, receivers, posed, options, lighting.samples).irradiance;
     Buffer seen;  // by shadow maps; null: everything is visible
     if (visibility.maps) {
       seen = visibility.maps->SeeCells(gbuffer);

@@ -18,9 +18,11 @@ class Gloss : public Estimator {
 
   const EstimatorTraits& traits() const override { return GlossTraits(); }
 
-  void Light(const GBuffer& gbuffer, const Visibility& visibility,
-             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
-             const EstimatorOptions& options, Lighting& lighting) override {
+  void Light(const Receivers& receivers, const LightSource& source, const EstimatorOptions& options,
+             Lighting& lighting) override {
+    const PosedLuminaire& posed = RequireLuminaire(traits(), source);
+    const auto& [luminaire, world_from_luminaire] = posed;
+    const auto& [gbuffer, visibility] = receivers;
     RequireShadows(traits(), visibility);
     if (!(options.max_error >= 1e-6f && options.max_error <= 1))
       throw InputError(fmt::format("the error asked of estimator '{}' = {} must be 1e-6 to 1",
@@ -28,14 +30,13 @@ class Gloss : public Estimator {
     if (!gbuffer.glossy()) {
       // Everything is Lambertian, where the closed form is the same number for less work.
       if (!exact_) exact_ = MakeExact(device_);
-      exact_->Light(gbuffer, visibility, luminaire, world_from_luminaire, options, lighting);
+      exact_->Light(receivers, source, options, lighting);
       return;
     }
     if (!kernel_)
       kernel_.emplace(Program::Build(device_, "kernels/luminaire/gloss.cl", "-D GLOSSY=1"),
                       "Gloss");
-    const auto share = share_.Trace(traits().name, gbuffer, visibility, luminaire,
-                                    world_from_luminaire, options, lighting.samples);
+    const auto share = share_.Trace(traits().name, receivers, posed, options, lighting.samples);
     const LuminaireParams params =
         MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
     const Buffer device_params =

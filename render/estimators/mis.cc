@@ -50,10 +50,16 @@ std::string BuildOptions(const EstimatorOptions& options) {
   return fmt::format("-D COMBINE={} -D SHARES={}", CombinationOf(strategies), SharesOf(strategies));
 }
 
-void RequireGivenShares(const EstimatorOptions& options, const Buffer& light_share) {
-  if (options.knobs.strategies.strategies == Strategies::kGiven && light_share.bytes() == 0)
+void RequireGivenShares(const EstimatorOptions& options, const Lighting& lighting) {
+  if (options.knobs.strategies.strategies == Strategies::kGiven && !lighting.light_share)
     throw InputError(
         "strategies=given takes the share of every pixel from the caller; choose others");
+}
+
+// A kernel's null pointer where it is not asked for.
+const Buffer& ShareOf(const Lighting& lighting) {
+  static const Buffer none;
+  return lighting.light_share ? *lighting.light_share : none;
 }
 
 SamplingParams ParamsFor(const GBuffer& gbuffer, const EstimatorOptions& options) {
@@ -77,10 +83,29 @@ Kernel& MisEstimator::KernelFor(const std::string& light, bool glossy,
   return kernel->second;
 }
 
-void MisEstimator::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
-                         const AreaLightOnDevice& light, const EstimatorOptions& options,
-                         Lighting& lighting, const Buffer& light_share) {
-  RequireGivenShares(options, light_share);
+const EstimatorTraits& MisEstimator::traits() const {
+  static const EstimatorTraits traits{
+      .name = "two strategies",
+      .any_brdf = true,
+      .map_shadows = true,
+      .unbiased = true,
+      .unbiased_with_shadows = true,
+      .guarantee =
+          "any light, unbiased for any BRDF, with and without shadows: samples that follow "
+          "the light and samples that follow the BRDF"};
+  return traits;
+}
+
+void MisEstimator::Light(const Receivers& receivers, const LightSource& source,
+                         const EstimatorOptions& options, Lighting& lighting) {
+  RequireGivenShares(options, lighting);
+  std::visit([&](const auto& light) { LightBy(light, receivers, options, lighting); }, source);
+}
+
+void MisEstimator::LightBy(const AreaLightOnDevice& light, const Receivers& receivers,
+                           const EstimatorOptions& options, Lighting& lighting) {
+  const GBuffer& gbuffer = receivers.gbuffer;
+  const DeviceBvh* bvh = receivers.visibility.bvh;
   const SamplingParams sampling = ParamsFor(gbuffer, options);
   const Buffer sampling_params =
                    Buffer::From(device_, std::span<const SamplingParams>(&sampling, 1)),
@@ -90,14 +115,14 @@ void MisEstimator::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
       .Set(light.params, sampling_params, gbuffer.position, gbuffer.normal, gbuffer.albedo,
            gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none, bvh ? bvh->triangles : none,
            lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples,
-           light_share)
+           ShareOf(lighting))
       .Enqueue(gbuffer.pixel_count());
 }
 
-void MisEstimator::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
-                         const EnvironmentLight& light, const EstimatorOptions& options,
-                         Lighting& lighting, const Buffer& light_share) {
-  RequireGivenShares(options, light_share);
+void MisEstimator::LightBy(const EnvironmentLight& light, const Receivers& receivers,
+                           const EstimatorOptions& options, Lighting& lighting) {
+  const GBuffer& gbuffer = receivers.gbuffer;
+  const DeviceBvh* bvh = receivers.visibility.bvh;
   const EnvironmentKnobs& knobs = options.knobs.environment;
   const SamplingParams sampling = ParamsFor(gbuffer, options);
   if (knobs.sets != SampleSets::kScrambled)
@@ -119,17 +144,14 @@ void MisEstimator::Light(const GBuffer& gbuffer, const DeviceBvh* bvh,
            light.energies(), light.corners(), sampling_params, own_params, gbuffer.position,
            gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none,
            bvh ? bvh->triangles : none, lighting.irradiance, lighting.reflected, lighting.variance,
-           lighting.samples, light_share)
+           lighting.samples, ShareOf(lighting))
       .Enqueue(gbuffer.pixel_count());
 }
 
-void MisEstimator::Light(const GBuffer& gbuffer, const Visibility& visibility,
-                         const LuminaireOnDevice& luminaire,
-                         const scene::Pose& world_from_luminaire, const EstimatorOptions& options,
-                         Lighting& lighting, const Buffer& light_share) {
+void MisEstimator::LightBy(const PosedLuminaire& luminaire, const Receivers& receivers,
+                           const EstimatorOptions& options, Lighting& lighting) {
   if (options.max_samples_per_image > 0)
     throw InputError("two strategies know no bound of the samples per image; leave it 0");
-  RequireGivenShares(options, light_share);
   const std::string build_options = BuildOptions(options);
   auto sampler = samplers_.find(build_options);
   if (sampler == samplers_.end())
@@ -138,9 +160,8 @@ void MisEstimator::Light(const GBuffer& gbuffer, const Visibility& visibility,
             .emplace(build_options, WindowSampler(device_, PathOf("cells"), kKernel, build_options,
                                                   /*masses_are_seen=*/true, WindowsOf::kCells))
             .first;
-  sampler->second.Run("two strategies", gbuffer, visibility, luminaire, world_from_luminaire,
-                      options, lighting.irradiance, lighting.reflected, lighting.variance,
-                      lighting.samples, light_share);
+  sampler->second.Run(traits().name, receivers, luminaire, options, lighting.irradiance,
+                      lighting.reflected, lighting.variance, lighting.samples, ShareOf(lighting));
 }
 
 std::vector<float> EnvironmentFaceShares(const Device& device, const GBuffer& gbuffer,

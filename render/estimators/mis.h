@@ -42,32 +42,30 @@
 
 #include "luxfield/render/estimators/estimator.h"
 #include "luxfield/render/estimators/window_sampler.h"
-#include "luxfield/render/lights/area_light.h"
-#include "luxfield/render/lights/environment_light.h"
 
 namespace luxfield::render {
 
-class MisEstimator {
+class MisEstimator : public Estimator {
  public:
   explicit MisEstimator(const Device& device) : device_(device) {}
 
-  // Adds the light for every pixel that hit something; `bvh` null: everything is visible.
-  // `light_share`, if it is not null, receives alpha_l of those pixels, floats; `given` reads them
-  // there. Enqueues and returns. Reads samples_per_pixel, seed, stream, first_pixel,
-  // knobs.strategies and knobs.environment. A pixel's result does not depend on how pixels are
-  // split over calls. Throws InputError for options that make no sense, DeviceError.
-  void Light(const GBuffer& gbuffer, const DeviceBvh* bvh, const AreaLightOnDevice& light,
-             const EstimatorOptions& options, Lighting& lighting, const Buffer& light_share = {});
-  // Besides for an environment whose tables leave light to BRDF samples where there are none, and
-  // for sample sets that pixels share.
-  void Light(const GBuffer& gbuffer, const DeviceBvh* bvh, const EnvironmentLight& light,
-             const EstimatorOptions& options, Lighting& lighting, const Buffer& light_share = {});
-  // Besides for a luminaire without tables of cells, and a bound of samples per image.
-  void Light(const GBuffer& gbuffer, const Visibility& visibility,
-             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
-             const EstimatorOptions& options, Lighting& lighting, const Buffer& light_share = {});
+  const EstimatorTraits& traits() const override;
+
+  // Of any light. Lighting::light_share, if it is not null, receives alpha_l; `given` reads it
+  // there. Reads samples_per_pixel, seed, stream, first_pixel, knobs.strategies and
+  // knobs.environment. Throws InputError besides for an environment whose tables leave light to
+  // BRDF samples where there are none and for sample sets that pixels share, for a luminaire
+  // without tables of cells, and for a bound of its samples per image.
+  void Light(const Receivers& receivers, const LightSource& source, const EstimatorOptions& options,
+             Lighting& lighting) override;
 
  private:
+  void LightBy(const PosedLuminaire& luminaire, const Receivers& receivers,
+               const EstimatorOptions& options, Lighting& lighting);
+  void LightBy(const AreaLightOnDevice& light, const Receivers& receivers,
+               const EstimatorOptions& options, Lighting& lighting);
+  void LightBy(const EnvironmentLight& light, const Receivers& receivers,
+               const EstimatorOptions& options, Lighting& lighting);
   Kernel& KernelFor(const std::string& light, bool glossy, const EstimatorOptions& options);
 
   Device device_;

@@ -43,12 +43,12 @@ class SamplingEstimator : public Estimator {
 
   const EstimatorTraits& traits() const override { return traits_; }
 
-  void Light(const GBuffer& gbuffer, const Visibility& visibility,
-             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
-             const EstimatorOptions& options, Lighting& lighting) override {
-    RequireShadows(traits_, visibility);
-    sampler_.Run(traits_.name, gbuffer, visibility, luminaire, world_from_luminaire, options,
-                 lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples);
+  void Light(const Receivers& receivers, const LightSource& source, const EstimatorOptions& options,
+             Lighting& lighting) override {
+    const PosedLuminaire& posed = RequireLuminaire(traits_, source);
+    RequireShadows(traits_, receivers.visibility);
+    sampler_.Run(traits_.name, receivers, posed, options, lighting.irradiance, lighting.reflected,
+                 lighting.variance, lighting.samples);
   }
 
  private:

@@ -13,17 +13,16 @@ class Thesis : public Estimator {
 
   const EstimatorTraits& traits() const override { return ThesisTraits(); }
 
-  void Light(const GBuffer& gbuffer, const Visibility& visibility,
-             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
-             const EstimatorOptions& options, Lighting& lighting) override {
-    RequireShadows(traits(), visibility);
+  void Light(const Receivers& receivers, const LightSource& source, const EstimatorOptions& options,
+             Lighting& lighting) override {
+    const PosedLuminaire& posed = RequireLuminaire(traits(), source);
+    RequireShadows(traits(), receivers.visibility);
     WindowSampler::CheckOptions(options);
     // An image gets K samples at most, and one more where systematic sums round up.
     const auto sequence = Buffer::From(
         device_, MakeSequence(options.knobs.sequence, options.samples_per_pixel + 1, options.seed));
-    sampler_.Run(traits().name, gbuffer, visibility, luminaire, world_from_luminaire, options,
-                 sequence, lighting.irradiance, lighting.reflected, lighting.variance,
-                 lighting.samples);
+    sampler_.Run(traits().name, receivers, posed, options, sequence, lighting.irradiance,
+                 lighting.reflected, lighting.variance, lighting.samples);
   }
 
  private:

@@ -34,9 +34,9 @@ class VisibleShare {
 
   // Enqueues what `estimator` asks for and counts light samples to `samples`; nothing without a
   // BVH. Throws what WindowSampler::Run throws.
-  Shares Trace(const std::string& estimator, const GBuffer& gbuffer, const Visibility& visibility,
-               const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
-               const EstimatorOptions& options, const Buffer& samples);
+  Shares Trace(const std::string& estimator, const Receivers& receivers,
+               const PosedLuminaire& luminaire, const EstimatorOptions& options,
+               const Buffer& samples);
 
  private:
   Device device_;

@@ -29,9 +29,11 @@ class Volume : public Estimator {
 
   const EstimatorTraits& traits() const override { return VolumeTraits(); }
 
-  void Light(const GBuffer& gbuffer, const Visibility& visibility,
-             const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
-             const EstimatorOptions& options, Lighting& lighting) override {
+  void Light(const Receivers& receivers, const LightSource& source, const EstimatorOptions& options,
+             Lighting& lighting) override {
+    const PosedLuminaire& posed = RequireLuminaire(traits(), source);
+    const auto& [luminaire, world_from_luminaire] = posed;
+    const auto& [gbuffer, visibility] = receivers;
     RequireLambertian(traits(), gbuffer);
     RequireShadows(traits(), visibility);
     if (!luminaire.has_volume())
@@ -42,10 +44,8 @@ class Volume : public Estimator {
         MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
     const Buffer device_params =
         Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
-    const Buffer share = share_
-                             .Trace(traits().name, gbuffer, visibility, luminaire,
-                                    world_from_luminaire, options, lighting.samples)
-                             .irradiance;
+    const Buffer share =
+        share_.Trace(traits().name, receivers, posed, options, lighting.samples).irradiance;
     const std::size_t left_bytes = (2 + gbuffer.pixel_count()) * sizeof(cl_int);
     if (left_.bytes() != left_bytes) left_ = Buffer(device_, left_bytes);
     std::array<cl_int, 2> left{};  // lit by `exact`, and by cut_
@@ -68,20 +68,19 @@ class Volume : public Estimator {
       cut_.Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
                lighting.irradiance, lighting.variance, left_, left[1])
           .Enqueue(left[1]);
-    if (left[0] > 0) LightLeft(gbuffer, luminaire, world_from_luminaire, share, left[0], lighting);
+    if (left[0] > 0) LightLeft(gbuffer, posed, share, left[0], lighting);
   }
 
  private:
   // By `exact`, the first `count` pixels of the list.
-  void LightLeft(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
-                 const scene::Pose& world_from_luminaire, const Buffer& share, cl_int count,
-                 Lighting& lighting) {
+  void LightLeft(const GBuffer& gbuffer, const PosedLuminaire& posed, const Buffer& share,
+                 cl_int count, Lighting& lighting) {
     std::vector<cl_int> pixels(count);
     left_.Download(std::span<cl_int>(pixels), 2);
     std::sort(pixels.begin(), pixels.end());  // neighbours share work
     const GBuffer some = list_.Gather(gbuffer, pixels);
     Lighting exact(device_, some);
-    exact_->Light(some, {}, luminaire, world_from_luminaire, {}, exact);
+    exact_->Light({some}, posed, {}, exact);
     list_.Scatter(exact.irradiance, share, lighting);
   }
 
@@ -133,7 +132,7 @@ std::vector<cl_float4> LightReceivers(const Device& device, Estimator& estimator
   Lighting lighting(device, gbuffer);
   EstimatorOptions options;
   options.max_error = static_cast<float>(max_error);
-  estimator.Light(gbuffer, {}, luminaire, {}, options, lighting);
+  estimator.Light({gbuffer}, PosedLuminaire{luminaire}, options, lighting);
   return lighting.irradiance.Download<cl_float4>();
 }
 

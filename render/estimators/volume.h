@@ -9,7 +9,12 @@
 // n . J is clamped. Light() waits for the numbers of such pixels.
 #pragma once
 
+#include <span>
+#include <vector>
+
+#include "luxfield/preprocess/light_vector_volume.h"
 #include "luxfield/render/estimators/estimator.h"
+#include "luxfield/scene/transform.h"
 
 namespace luxfield::render {
 

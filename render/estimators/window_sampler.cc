@@ -49,9 +49,8 @@ void WindowSampler::CheckOptions(const EstimatorOptions& options) {
 }
 
 Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffer,
-                             const LuminaireOnDevice& luminaire,
-                             const scene::Pose& world_from_luminaire,
-                             const EstimatorOptions& options) {
+                             const PosedLuminaire& posed, const EstimatorOptions& options) {
+  const auto& [luminaire, world_from_luminaire] = posed;
   if (!Sat(luminaire))
     throw InputError(fmt::format(
         "estimator '{}' needs sampling tables of the luminaire's {} and it has none; build them "

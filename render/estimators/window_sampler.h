@@ -29,10 +29,11 @@ class WindowSampler {
   // Enqueues the kernel for every pixel; `outputs` are its remaining arguments. InputError if the
   // luminaire has no tables or an option makes no sense.
   template <typename... Outputs>
-  void Run(const std::string& estimator, const GBuffer& gbuffer, const Visibility& visibility,
-           const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+  void Run(const std::string& estimator, const Receivers& receivers, const PosedLuminaire& posed,
            const EstimatorOptions& options, const Outputs&... outputs) {
-    Kernel& kernel = Begin(estimator, gbuffer, luminaire, world_from_luminaire, options);
+    const auto& [gbuffer, visibility] = receivers;
+    const LuminaireOnDevice& luminaire = posed.luminaire;
+    Kernel& kernel = Begin(estimator, gbuffer, posed, options);
     const Buffer none;
     const DeviceBvh* bvh = visibility.bvh;
     const Buffer &sat = Sat(luminaire), &sat_scale = SatScale(luminaire);
@@ -55,8 +56,7 @@ class WindowSampler {
     return windows_of_ == WindowsOf::kCells ? luminaire.cell_scale() : luminaire.sat_scale();
   }
   // The kernel for the G-buffer's surfaces, built when first asked for.
-  Kernel& Begin(const std::string& estimator, const GBuffer& gbuffer,
-                const LuminaireOnDevice& luminaire, const scene::Pose& world_from_luminaire,
+  Kernel& Begin(const std::string& estimator, const GBuffer& gbuffer, const PosedLuminaire& posed,
                 const EstimatorOptions& options);
   // Enqueues the windows of the next batch; false when all pixels are done.
   bool NextBatch(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire, const Buffer& seen);

@@ -75,7 +75,7 @@ inline Lit LightByEnvironment(const Device& device, EnvironmentEstimator& estima
                               const GBuffer& gbuffer, const EnvironmentLight& light,
                               const EstimatorOptions& options, const DeviceBvh* bvh = nullptr) {
   Lighting lighting(device, gbuffer);
-  estimator.Light(gbuffer, bvh, light, options, lighting);
+  estimator.Light({gbuffer, {.bvh = bvh}}, light, options, lighting);
   return {lighting.irradiance.Download<cl_float4>(),
           gbuffer.glossy() ? lighting.reflected.Download<cl_float4>() : std::vector<cl_float4>(),
           lighting.variance.Download<float>(), lighting.samples.Download<cl_uint>()};

@@ -46,7 +46,7 @@ inline Lit LightGBuffer(const Device& device, Estimator& estimator, const GBuffe
                         const LuminaireOnDevice& luminaire, const EstimatorOptions& options = {},
                         const DeviceBvh* bvh = nullptr, const scene::Pose& pose = {}) {
   Lighting lighting(device, gbuffer);
-  estimator.Light(gbuffer, {.bvh = bvh}, luminaire, pose, options, lighting);
+  estimator.Light({gbuffer, {.bvh = bvh}}, PosedLuminaire{luminaire, pose}, options, lighting);
   return {lighting.irradiance.Download<cl_float4>(),
           gbuffer.glossy() ? lighting.reflected.Download<cl_float4>() : std::vector<cl_float4>(),
           lighting.variance.Download<float>(), lighting.samples.Download<cl_uint>()};

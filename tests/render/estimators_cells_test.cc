@@ -300,7 +300,8 @@ TEST(Cells, ShadowMapsCountCellByCell) {
     options.samples_per_pixel = 32;
     options.seed = kSeed + seed;
     Lighting lighting(device, gbuffer);
-    cells->Light(gbuffer, {.maps = &maps}, luminaire.on_device, {}, options, lighting);
+    cells->Light({gbuffer, {.maps = &maps}}, PosedLuminaire{luminaire.on_device}, options,
+                 lighting);
     sums.Add(lighting.irradiance.Download<cl_float4>(), lighting.variance.Download<float>());
   }
   ExpectUnbiased(sums.Statistics(), judge, 64, "half blocked, by maps");

@@ -442,7 +442,8 @@ TEST(Exact, PosesAndSeveralLuminairesAdd) {
          RandomDirection(random)}));
   const GBuffer gbuffer = MakeGBuffer(device, points);
   Lighting lighting(device, gbuffer);
-  for (const auto& pose : poses) exact->Light(gbuffer, {}, luminaire, pose, {}, lighting);
+  for (const auto& pose : poses)
+    exact->Light({gbuffer}, PosedLuminaire{luminaire, pose}, {}, lighting);
   const auto result = lighting.irradiance.Download<cl_float4>();
   int lit = 0;
   for (std::size_t k = 0; k < points.size(); ++k) {

@@ -144,8 +144,8 @@ TEST(Windowed, LambertianSurfacesOfAGlossyGBufferShowTheirAlbedo) {
   glossy.gloss.FillZero();
   glossy.eye = {{0, 1, 5, 0}};
   Lighting plain(device, diffuse), shown(device, glossy);
-  windowed->Light(diffuse, {}, luminaire.on_device, {}, {}, plain);
-  windowed->Light(glossy, {}, luminaire.on_device, {}, {}, shown);
+  windowed->Light({diffuse}, PosedLuminaire{luminaire.on_device}, {}, plain);
+  windowed->Light({glossy}, PosedLuminaire{luminaire.on_device}, {}, shown);
   const auto e = plain.irradiance.Download<cl_float4>(), l = shown.reflected.Download<cl_float4>();
   const auto variance_e = plain.variance.Download<float>(),
              variance_l = shown.variance.Download<float>();

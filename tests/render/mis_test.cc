@@ -160,9 +160,10 @@ EnvironmentLight MakeLight(const Device& device, const CubeMap& map,
 
 Lit LightBy(const Device& device, MisEstimator& estimator, const GBuffer& gbuffer,
             const EnvironmentLight& light, const EstimatorOptions& options,
-            const Buffer& light_share = {}) {
+            const Buffer* light_share = nullptr) {
   Lighting lighting(device, gbuffer);
-  estimator.Light(gbuffer, nullptr, light, options, lighting, light_share);
+  lighting.light_share = light_share;
+  estimator.Light({gbuffer}, light, options, lighting);
   return {lighting.irradiance.Download<cl_float4>(),
           {},
           lighting.variance.Download<float>(),
@@ -222,7 +223,7 @@ TEST(MisEstimator, LuminairesOnLambertianSurfaces) {
       if (strategies == Strategies::kBrdf) continue;
       const EstimatorOptions options = WithStrategies(strategies, 24);
       Lighting lighting(device, gbuffer);
-      estimator.Light(gbuffer, Visibility{}, luminaire.on_device, {}, options, lighting);
+      estimator.Light({gbuffer}, PosedLuminaire{luminaire.on_device}, options, lighting);
       ExpectUnbiased(OverCopies(lighting.irradiance.Download<cl_float4>(),
                                 lighting.variance.Download<float>(), kCopies),
                      ExactLuminance(luminaire.field, points), kCopies,
@@ -285,7 +286,7 @@ TEST(MisEstimator, GlossySurfacesUnderARectangle) {
   Buffer shares(device, gbuffer.pixel_count() * sizeof(float));
   for (const Strategies strategies : AllStrategies()) {
     const EstimatorOptions options = WithStrategies(strategies, kSamples);
-    const Lit lit = LightByArea(device, estimator, gbuffer, light, options, nullptr, shares);
+    const Lit lit = LightByArea(device, estimator, gbuffer, light, options, nullptr, &shares);
     auto statistics = OverCopies(lit.reflected, lit.variance, kCopies);
     for (std::size_t k = 0; k < exact.size(); ++k)  // of the quadrature
       statistics.standard_error[k] = std::hypot(statistics.standard_error[k], 1e-4 * exact[k]);
@@ -319,7 +320,7 @@ TEST(MisEstimator, SharesByTheLobe) {
     gbuffer.eye = {{0, 0, 1, 1}};
     const Buffer shares(device, sizeof(float));
     LightByArea(device, estimator, gbuffer, light, WithStrategies(Strategies::kLobe, kSamples),
-                nullptr, shares);
+                nullptr, &shares);
     return double{shares.Download<float>()[0]};
   };
   const scene::Pose down = scene::Translation({0, 0, 1}) * scene::RotationXyz({180, 0, 0});
@@ -347,7 +348,7 @@ TEST(MisEstimator, GivenSharesAreUnbiased) {
     for (const int samples : {1, 7, 32}) {
       const Buffer shares = Buffer::From(device, std::vector<float>(kCopies, share));
       const Lit lit = LightBy(device, estimator, gbuffer, light,
-                              WithStrategies(Strategies::kGiven, samples), shares);
+                              WithStrategies(Strategies::kGiven, samples), &shares);
       ExpectUnbiased(OverCopies(lit.irradiance, lit.variance, kCopies), {exact}, kCopies, "given",
                      4.0 / (kCopies * samples));
       for (const float value : shares.Download<float>()) ASSERT_EQ(value, share);

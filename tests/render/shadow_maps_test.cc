@@ -422,7 +422,7 @@ TEST(ShadowMaps, EstimatorsWeighImagesByTheirVisibility) {
   for (int seed = 0; seed < kSeeds; ++seed) {
     options.seed = kSeed + seed;
     Lighting lighting(device, gbuffer);
-    windowed->Light(gbuffer, {.maps = &maps}, on_device, {}, options, lighting);
+    windowed->Light({gbuffer, {.maps = &maps}}, PosedLuminaire{on_device}, options, lighting);
     const auto irradiance = lighting.irradiance.Download<cl_float4>();
     for (std::size_t k = 0; k < points.size(); ++k) {
       sum[k] += irradiance[k].s[0];
@@ -446,7 +446,7 @@ TEST(ShadowMaps, EstimatorsWeighImagesByTheirVisibility) {
   // Without noise, horizons that cut the lamp included.
   const auto exact = MakeEstimator("exact", device);
   Lighting lighting(device, gbuffer);
-  exact->Light(gbuffer, {.maps = &maps}, on_device, {}, {}, lighting);
+  exact->Light({gbuffer, {.maps = &maps}}, PosedLuminaire{on_device}, {}, lighting);
   const auto irradiance = lighting.irradiance.Download<cl_float4>();
   for (std::size_t k = 0; k < points.size(); ++k)
     EXPECT_NEAR(irradiance[k].s[0], judge[k], 2e-5 * facing[k]) << k;

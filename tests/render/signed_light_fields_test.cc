@@ -187,7 +187,7 @@ TEST(SignedLightFields, MisIsUnbiased) {
       options.seed = kSeed + seed;
       options.knobs.Set(strategies);
       Lighting lighting(device, gbuffer);
-      two.Light(gbuffer, {}, luminaire.on_device, {}, options, lighting);
+      two.Light({gbuffer}, PosedLuminaire{luminaire.on_device}, options, lighting);
       sums.Add(lighting.irradiance.Download<cl_float4>());
     }
     sums.ExpectUnbiased(ExactChannels(field, points), ExactChannels(Magnitudes(field), points),

@@ -1,10 +1,11 @@
+#include "luxfield/render/lights/luminaire_on_device.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/parallel.h"
-#include "luxfield/render/estimators/estimator.h"
 #include "luxfield/render/kernels/luminaire/luminaire_types.clh"
 #include "luxfield/render/kernels/luminaire/volume_types.clh"
 

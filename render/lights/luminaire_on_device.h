@@ -1,0 +1,58 @@
+// A luminaire on a device: coefficient images and what estimators read besides.
+#pragma once
+
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/preprocess/cell_tables.h"
+#include "luxfield/preprocess/light_vector_volume.h"
+#include "luxfield/preprocess/tables.h"
+#include "luxfield/render/device/device.h"
+
+namespace luxfield::render {
+
+// Tables of a luminaire on the host, null where there are none; what each estimator needs its
+// traits say.
+struct LuminaireTables {
+  const preprocess::Tables* sat = nullptr;
+  const preprocess::CellTables* cells = nullptr;
+  const preprocess::LightVectorVolume* volume = nullptr;
+};
+
+// The coefficient images and tables of one luminaire, uploaded once. Texels are padded on the right
+// so that wide loads stay inside the buffer.
+class LuminaireOnDevice {
+ public:
+  static constexpr int kRowPadding = 32;
+
+  // The tables must belong to `field` (preprocess::CheckTables). Throws InputError if the device
+  // cannot hold them.
+  LuminaireOnDevice(const Device& device, const lightfield::LightField& field,
+                    const LuminaireTables& tables = {});
+  void Add(const Device& device, const LuminaireTables& tables);
+
+  const lightfield::LuminaireGeometry& geometry() const { return geometry_; }
+  // float C[((m * channels + channel) * height + row) * row_stride + column], zero in the padding.
+  const Buffer& images() const { return images_; }
+  int row_stride() const { return row_stride_; }
+  bool has_sat() const { return static_cast<bool>(sat_); }
+  // ulong S[(m * (height + 1) + row) * SatStride(width) + column] (preprocess::Tables::sat;
+  // kernels/luminaire/luminaire_types.clh), and for each image float 2^(62 - exponent):
+  // mass = S * 2^-62 * scale.
+  const Buffer& sat() const { return sat_; }
+  const Buffer& sat_scale() const { return sat_scale_; }
+  // The same per knot cell (preprocess::CellTables).
+  bool has_cells() const { return static_cast<bool>(cell_sat_); }
+  const Buffer& cell_sat() const { return cell_sat_; }
+  const Buffer& cell_scale() const { return cell_scale_; }
+  bool has_volume() const { return static_cast<bool>(volume_params_); }
+  // VolumeParams, and float4 coefficients (preprocess::LightVectorVolume); the latter null if the
+  // volume has no nodes.
+  const Buffer& volume_params() const { return volume_params_; }
+  const Buffer& volume() const { return volume_; }
+
+ private:
+  lightfield::LuminaireGeometry geometry_;
+  int row_stride_ = 0;
+  Buffer images_, sat_, sat_scale_, cell_sat_, cell_scale_, volume_params_, volume_;
+};
+
+}  // namespace luxfield::render
