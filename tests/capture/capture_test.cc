@@ -271,8 +271,10 @@ TEST_F(Capture, WaitsUntilTheLampIsWarm) {
   RunCapture(plan, devices, folder);
   // 0.5 exp(-t/200) (exp(30/200) - 1) <= 0.001 from t = 200 ln(81) on, measured within an interval
   // of about a second.
-  const double waited = RecordsOf(folder, "warm_up").at(0)["waited_s"].get<double>();
+  const auto warm_up = RecordsOf(folder, "warm_up").at(0);
+  const double waited = warm_up["waited_s"].get<double>();
   EXPECT_NEAR(waited, 200 * std::log(0.5 * std::expm1(0.15) / 0.001), 5);
+  EXPECT_NEAR(warm_up["meter"].get<double>(), 1 + 0.5 * std::exp(-waited / 200), 0.01);
   plan.warm_up.max_wait_s = 100;
   Devices cold = SimulatedLab(lab.Config()).MakeDevices();
   EXPECT_THROW(RunCapture(plan, cold, NewFolder("cold")), DeviceError);

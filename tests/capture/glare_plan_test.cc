@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <set>
+#include <string>
+
 #include "luxfield/capture/take/capture_glare.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/progress.h"
@@ -81,12 +85,45 @@ TEST(GlarePlan, CapturesEveryPlaceAndItsDarks) {
   EXPECT_EQ(MissingGlareFrames(session), 0);
   EXPECT_TRUE(VerifySession(folder).problems.empty());
   int traps = 0, darks = 0;
+  std::set<std::string> different;
   for (const session::FrameRecord& record : session.frames()) {
+    different.insert(record.sha256);  // every repeat is a frame of its own
     traps += record.kind == session::FrameKind::kTarget;
     darks += record.kind == session::FrameKind::kDark;
   }
   EXPECT_EQ(traps, 6);
   EXPECT_EQ(darks, 3);
+  EXPECT_EQ(different.size(), 9u);
+  fs::remove_all(folder);
+}
+
+// The longest exposure whose brightest pixel keeps to its share of the range between black level and
+// saturation, here over a black level that is a quarter of it.
+TEST(GlarePlan, ExposuresFillTheRangeAboveTheBlackLevel) {
+  core::Progress::SetQuiet(true);
+  const fs::path folder = fs::path(testing::TempDir()) / "luxfield_glare_range";
+  fs::remove_all(folder);
+  std::string toml = Bench().Toml();
+  const std::string black = "black_dn = 100\n";
+  toml.replace(toml.find(black), black.size(), "black_dn = 1000\n");
+  hal::Devices devices = SimulatedLab(core::Config::FromString(toml, "lab.toml")).MakeDevices();
+  GlarePlan plan = MakePlan();
+  plan.repeats = 1;
+  // Which of the doubled exposures is taken depends on where the share lies between two of them.
+  for (const double share : {0.3, 0.35, 0.4, 0.45, 0.5, 0.55}) {
+    plan.saturation_share = share;
+    fs::remove_all(folder);
+    RunGlareCapture(plan, devices, folder, {});
+    const session::SessionReader session(folder);
+    for (const session::FrameRecord& record : session.frames()) {
+      if (record.kind != session::FrameKind::kTarget) continue;
+      const session::RawFrame frame = session.ReadFrame(record);
+      const double filled =
+          (*std::max_element(frame.dn.begin(), frame.dn.end()) - 1000) / (4000.0 - 1000);
+      EXPECT_LE(filled, share);
+      EXPECT_GT(filled, 0.5 * share * 0.97) << "the next longer one fits too";
+    }
+  }
   fs::remove_all(folder);
 }
 

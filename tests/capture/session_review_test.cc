@@ -323,6 +323,34 @@ TEST_F(SessionReviewed, TimeBetweenEpochsIsThatOfTheCalendar) {
   EXPECT_THAT(Sentences(review), HasSubstr("devices changed between epochs"));
 }
 
+// A frequency without its standard error is none.
+TEST_F(SessionReviewed, PulsesAreThoseThatHaveAFrequencyAndItsError) {
+  const core::Json plan = {{"positions", {{{"i", 0}, {"j", 0}, {"u_m", 0.0}, {"v_m", 0.0}}}}};
+  const auto pulses = [&](double hz, double sigma_hz) {
+    const auto folder = NewFolder("pulses");
+    BootClock clock("2026-03-01T00:30:00.000Z");
+    {
+      auto writer = session::SessionWriter::Create(folder, plan, {{"camera", core::Json::object()}},
+                                                   {}, clock);
+      writer.StartEpoch({{"camera", "one"}});
+      writer.Append("flicker", {{"scatter", 0.02},
+                                {"noise", 0.001},
+                                {"hz", hz},
+                                {"sigma_hz", sigma_hz},
+                                {"stated_hz", 100.0}});
+      writer.Append("paused", {{"reason", "asked to pause"}});
+    }
+    return ReviewSession(folder).pulses;
+  };
+  const auto found = pulses(217.3, 0.01);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->hz, 217.3);
+  EXPECT_EQ(found->sigma_hz, 0.01);
+  EXPECT_EQ(found->whole_periods_of_hz, 100);
+  EXPECT_FALSE(pulses(217.3, 0));
+  EXPECT_FALSE(pulses(0, 0.01));
+}
+
 TEST_F(SessionReviewed, SessionsThatCalibrateACameraHaveNoPositions) {
   const auto folder = NewFolder("plain");
   const core::Json plan = {{"kind", "sensor"},

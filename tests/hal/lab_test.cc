@@ -261,6 +261,7 @@ TEST(Lab, PrintErrorsChangeTheLight) {
 TEST(Lab, StageErrorIsDrawnAnewOnEveryVisit) {
   const TestLab lab = WithError("stage", "repeatability_m = 2e-3");
   Devices devices = SimulatedLab(lab.Config()).MakeDevices();
+  EXPECT_EQ(devices.stage->limits().repeatability_m, 2e-3);
   devices.supply->SetOutput(true, kSoon);
   devices.stage->Home(kSoon);
   devices.camera->Configure({0.01}, kSoon);

@@ -214,6 +214,8 @@ TEST(MeasureFilter, PhotographsKeepTheirValuesOnDisk) {
   const auto file = std::filesystem::path(testing::TempDir()) / "photograph.exr";
   reconstruct::WritePhotograph(file, p.light);
   const auto back = reconstruct::ReadPhotograph(file);
+  EXPECT_EQ(back.width, p.light.width);
+  EXPECT_EQ(back.height, p.light.height);
   EXPECT_EQ(back.rate_e_per_s, p.light.rate_e_per_s);
   EXPECT_EQ(back.sigma_e_per_s, p.light.sigma_e_per_s);
   EXPECT_EQ(back.mask, p.light.mask);
