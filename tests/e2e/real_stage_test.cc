@@ -166,8 +166,16 @@ TEST_F(RealStage, TestsStayWithinTheirBounds) {
     EXPECT_LE(std::abs(row.at("u_m").get<double>()), 0.002 + 1e-12);
     EXPECT_LE(row.at("off_m").get<double>(), 4e-6);  // a step
   }
-  EXPECT_EQ(Run({"devices", "test", "camera", "simulated.toml"}).exit_code, 0);
-  EXPECT_EQ(Run({"devices", "test", "supply", "simulated.toml"}).exit_code, 0);
+  const auto figures_of = [&](const char* device) {
+    const Outcome outcome =
+        Run({"devices", "test", device, "simulated.toml", "--json", "test.json"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return Json::parse(ReadText(folder_ / "test.json"));
+  };
+  const Json frame = figures_of("camera");
+  EXPECT_GT(frame.at("mean_dn"), 0);
+  EXPECT_GE(frame.at("brightest_dn"), frame.at("mean_dn"));
+  EXPECT_GE(figures_of("supply").at("on_s").get<double>(), 2 - 1e-6) << "long enough to be seen";
   EXPECT_EQ(Run({"devices", "test", "kettle", "simulated.toml"}).exit_code, 2);
 }
 
