@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
@@ -28,26 +27,6 @@ lightfield::Vec2 PixelSample(int k, int n) {
 
 // Part k of `total` split into n nearly equal parts, at least 1.
 int Share(int total, int k, int n) { return std::max(1, total / n + (k < total % n)); }
-
-double LuminanceOf(const cl_float4& rgb) { return core::Luminance({rgb.s[0], rgb.s[1], rgb.s[2]}); }
-
-// Mean and squared deviations of a value of every pixel over the passes (Welford 1962).
-class PassSpread {
- public:
-  explicit PassSpread(std::size_t pixels) : mean_(pixels, 0.0), squares_(pixels, 0.0) {}
-
-  void Add(std::size_t pixel, int pass, double value) {
-    const double deviation = value - mean_[pixel];
-    mean_[pixel] += deviation / (pass + 1);
-    squares_[pixel] += deviation * deviation * pass / (pass + 1);
-  }
-  double VarianceOfMean(std::size_t pixel, int passes) const {
-    return squares_[pixel] / (passes * (passes - 1.0));
-  }
-
- private:
-  std::vector<double> mean_, squares_;
-};
 
 EstimatorTraits TraitsOf(const std::string& estimator) {
   for (const auto& traits : EstimatorList())
@@ -86,6 +65,7 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
       estimator_(scene.EstimatorNamed(options.estimator)),
       lights_(scene.Lights()),
       primary_(scene.device()),
+      film_kernels_(scene.device()),
       relit_(options_.seed) {
   if (options.width > 0) camera_.width = options.width;
   if (options.height > 0) camera_.height = options.height;
@@ -113,7 +93,7 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
   if (scene.environment()) {
     const EnvironmentKnobs& knobs = options.knobs.environment;
     scene.RequireEnvironment({knobs.tiles, knobs.compensation});
-    background_.emplace(scene.device());
+    if (options.background) background_.emplace(scene.device());
   }
   if (options.shadows == Shadows::kThesisMaps) scene.Require({.sat = true});  // reference positions
   if (options.shadows == Shadows::kMaps || options.shadows == Shadows::kThesisMaps)
@@ -188,45 +168,13 @@ Frame Renderer::Render() {
   const int band_rows = std::clamp(kBandPixels / frame.width, 1, frame.height);
   const int bands = (frame.height + band_rows - 1) / band_rows;
   core::Progress progress("render", static_cast<std::uint64_t>(bands) * options_.antialias);
-  for (int band = 0; band < bands; ++band) {
-    const int first_row = band * band_rows;
-    EquallySampled all;
-    all.seed = options_.seed;
-    all.first_pixel =
-        static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(frame.width);
-    all.gbuffer =
-        GBuffer(scene_.device(), frame.width, std::min(band_rows, frame.height - first_row),
-                scene_.geometry().glossy, scene_.geometry().emissive);
-    all.lighting = Lighting(scene_.device(), all.gbuffer);
-    for (int k = 0; k < options_.antialias; ++k) {
-      RenderBand(first_row, all, k, frame);
-      progress.Advance();
-    }
-  }
-
-  // Sums over pixel samples become means.
-  const float samples = static_cast<float>(options_.antialias);
-  const std::size_t count = frame.coverage.plane_size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const float hits = frame.coverage.data[i];
-    for (int c = 0; c < 3; ++c) {
-      frame.radiance.data[c * count + i] /= samples;
-      if (hits > 0) frame.irradiance.data[c * count + i] /= hits;
-    }
-    frame.variance.data[i] /= samples * samples;
-    frame.stated_variance.data[i] /= samples * samples;
-    for (LightGroup& group : frame.groups) {
-      for (int c = 0; c < 3; ++c) {
-        group.radiance.data[c * count + i] /= samples;
-        if (hits > 0) group.irradiance.data[c * count + i] /= hits;
-      }
-      group.variance.data[i] /= samples * samples;
-    }
-    frame.coverage.data[i] /= samples;
-  }
+  for (int band = 0; band < bands; ++band)
+    RenderBand(band * band_rows, std::min(band_rows, frame.height - band * band_rows), progress,
+               frame);
   for (LightTotals& light : frame.lights) {
-    light.mean_luminance /= samples * static_cast<double>(count);
-    light.mean_variance /= double{samples} * samples * static_cast<double>(count);
+    const double count = static_cast<double>(frame.coverage.plane_size());
+    light.mean_luminance /= count;
+    light.mean_variance /= count;
   }
   if (relight) {
     frame.variance_scale = relit_.Scale();
@@ -242,12 +190,12 @@ Frame Renderer::Render() {
 }
 
 std::vector<Renderer::EquallySampled> Renderer::BySamples(const GBuffer& gbuffer,
-                                                          const BandSurface& surface,
-                                                          int first_row) const {
+                                                          std::span<const float> hits,
+                                                          int first_row) {
   const core::Image& density = options_.sample_density;
   std::map<float, std::vector<std::size_t>> pixels;
-  for (std::size_t i = 0; i < surface.position.size(); ++i) {
-    if (surface.position[i].s[3] == 0) continue;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (hits[i] == 0) continue;
     const int pixel = static_cast<int>(i), row = first_row + pixel / camera_.width,
               column = pixel % camera_.width;
     pixels[density.at(0, row * density.height / camera_.height,
@@ -258,7 +206,9 @@ std::vector<Renderer::EquallySampled> Renderer::BySamples(const GBuffer& gbuffer
       static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(camera_.width);
   std::vector<EquallySampled> parts;
   for (auto& [value, of_part] : pixels) {
-    EquallySampled part = PartOf(gbuffer, surface, std::move(of_part));
+    EquallySampled part = PartOf(gbuffer, std::move(of_part));
+    part.list =
+        Buffer::From(scene_.device(), std::vector<cl_int>(part.pixels.begin(), part.pixels.end()));
     part.density = value;
     part.seed = options_.seed;
     part.first_pixel = first_pixel;
@@ -268,156 +218,172 @@ std::vector<Renderer::EquallySampled> Renderer::BySamples(const GBuffer& gbuffer
   return parts;
 }
 
-Renderer::EquallySampled Renderer::PartOf(const GBuffer& gbuffer, const BandSurface& surface,
-                                          std::vector<std::size_t> pixels) const {
-  const auto packed = [&](const std::vector<cl_float4>& values) {
-    std::vector<cl_float4> own;
-    for (const std::size_t i : pixels) own.push_back(values[i]);
-    return Buffer::From(scene_.device(), own);
-  };
+Renderer::EquallySampled Renderer::PartOf(const GBuffer& gbuffer, std::vector<std::size_t> pixels) {
   EquallySampled part;
-  part.gbuffer.width = static_cast<int>(pixels.size());
-  part.gbuffer.height = 1;
-  part.gbuffer.eye = gbuffer.eye;
-  part.gbuffer.position = packed(surface.position);
-  part.gbuffer.normal = packed(surface.normal);
-  part.gbuffer.albedo = packed(surface.albedo);
-  if (gbuffer.glossy()) part.gbuffer.gloss = packed(surface.gloss);
+  part.gbuffer = GatherPoints(film_kernels_, gbuffer, pixels);
   part.lighting = Lighting(scene_.device(), part.gbuffer);
   part.pixels = std::move(pixels);
   return part;
 }
 
 void Renderer::Relight(const EquallySampled& part, const GBuffer& gbuffer,
-                       const BandSurface& surface, int pixel_sample, const BandLight& light,
+                       std::span<const float> hits, int pixel_sample, const PassSums& sums,
                        Frame& frame) {
-  std::vector<std::size_t> hits;
-  for (std::size_t k = 0; k < gbuffer.pixel_count() && part.pixels.empty(); ++k)
-    if (surface.position[k].s[3] != 0) hits.push_back(k);
-  const std::vector<std::size_t>& pixels = part.pixels.empty() ? hits : part.pixels;
-  const auto of_pixels = [&](const std::vector<float>& values) {
+  std::vector<std::size_t> hit;
+  for (std::size_t k = 0; k < hits.size() && part.pixels.empty(); ++k)
+    if (hits[k] != 0) hit.push_back(k);
+  const std::vector<std::size_t>& pixels = part.pixels.empty() ? hit : part.pixels;
+  const auto stated = [&](std::size_t row) {
+    const std::vector<float> of_band = sums.StatedVariances(row);
     std::vector<float> own;
-    for (const std::size_t i : pixels) own.push_back(values[i]);
+    for (const std::size_t i : pixels) own.push_back(of_band[i]);
     return own;
   };
   std::vector<std::vector<float>> of_lights;
-  for (const auto& stated : light.stated) of_lights.push_back(of_pixels(stated));
-  const auto draws = relit_.Choose(of_pixels(light.variance), of_lights);
+  for (std::size_t row = 1; row < sums.rows(); ++row) of_lights.push_back(stated(row));
+  const auto draws = relit_.Choose(stated(0), of_lights);
   if (draws.empty()) return;
   // A picture of the draws, in which a pixel may come twice.
   std::vector<std::size_t> drawn;
-  std::vector<cl_float4> albedo;
-  for (const auto& draw : draws) {
-    drawn.push_back(pixels[draw.pixel]);
-    albedo.push_back(surface.albedo[drawn.back()]);
-  }
-  EquallySampled again = PartOf(gbuffer, surface, std::move(drawn));
-  again.pixels.clear();
+  for (const auto& draw : draws) drawn.push_back(pixels[draw.pixel]);
+  EquallySampled again = PartOf(gbuffer, std::move(drawn));
   again.density = part.density;
   again.first_pixel = static_cast<std::uint32_t>(relit_.drawn() - draws.size());
-  std::vector<std::vector<double>> luminance(relit_.runs());
-  std::vector<std::vector<std::vector<double>>> of_light(
-      frame.lights.size(), std::vector<std::vector<double>>(relit_.runs()));
+  std::vector<std::vector<std::vector<double>>> luminance(
+      sums.rows(), std::vector<std::vector<double>>(relit_.runs()));
+  PassSums anew(film_kernels_, draws.size(), frame.lights.size());
   RenderTimes own;
   for (int run = 0; run < relit_.runs(); ++run) {
     again.seed = relit_.Seed(run);
-    BandLight anew(draws.size(), frame.lights.size());
-    LightPart(again, albedo, pixel_sample, 0, anew, own);
-    for (const auto& radiance : anew.radiance) luminance[run].push_back(LuminanceOf(radiance));
-    for (std::size_t l = 0; l < of_light.size(); ++l)
-      of_light[l][run].assign(anew.luminance[l].begin(), anew.luminance[l].end());
+    anew.Clear();
+    LightPart(again, {.pixel_sample = pixel_sample}, anew, own);
+    for (std::size_t row = 0; row < sums.rows(); ++row) {
+      const std::vector<float> values = anew.Luminances(row);
+      luminance[row][run].assign(values.begin(), values.end());
+    }
   }
   frame.times.relighting_s += own.lighting_s;
-  relit_.Add(draws, luminance);
-  for (std::size_t l = 0; l < of_light.size(); ++l)
-    frame.lights[l].mean_variance += RelitPixels::Variance(draws, of_light[l]);
+  relit_.Add(draws, luminance[0]);
+  const double shrinks = std::pow(options_.antialias, 2);  // the variance of a mean
+  for (std::size_t l = 0; l < frame.lights.size(); ++l)
+    frame.lights[l].mean_variance += RelitPixels::Variance(draws, luminance[1 + l]) / shrinks;
 }
 
-void Renderer::RenderBand(int first_row, EquallySampled& band, int pixel_sample, Frame& frame) {
+void Renderer::RenderBand(int first_row, int rows, core::Progress& progress, Frame& frame) {
+  const Device& device = scene_.device();
+  EquallySampled band;
+  band.seed = options_.seed;
+  band.first_pixel =
+      static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(frame.width);
+  band.gbuffer =
+      GBuffer(device, frame.width, rows, scene_.geometry().glossy, scene_.geometry().emissive);
+  band.lighting = Lighting(device, band.gbuffer);
+  BandFilm film(film_kernels_, {.pixels = band.gbuffer.pixel_count(),
+                                .lights_apart = frame.lights.size(),
+                                .groups = frame.groups.size(),
+                                .passes = options_.passes});
+  for (int k = 0; k < options_.antialias; ++k) {
+    LightPixelSample(band, first_row, k, film, frame);
+    progress.Advance();
+  }
+  Develop(film, first_row, frame);
+}
+
+void Renderer::LightPixelSample(EquallySampled& band, int first_row, int pixel_sample,
+                                BandFilm& film, Frame& frame) {
   GBuffer& gbuffer = band.gbuffer;
   const lightfield::Vec2 sample = PixelSample(pixel_sample, options_.antialias);
   const core::Stopwatch stopwatch;
   primary_.Render(scene_.geometry(), camera_, first_row, sample, gbuffer).Wait();
   frame.times.gbuffer_s += stopwatch.WallSeconds();
-  ShowBackground(first_row, gbuffer, sample, frame);
-  ShowEmission(first_row, gbuffer, frame);
+  const bool groups = !frame.groups.empty();
+  if (const PlacedEnvironment* environment = scene_.environment(); environment && background_)
+    film.AddRadiance(background_->Render(environment->light, camera_, first_row, sample, gbuffer),
+                     environment->scale,
+                     groups ? static_cast<int>(group_of_.back()) : -1);  // the last light's
+  if (gbuffer.emission)
+    film.AddRadiance(gbuffer.emission, 1, groups ? static_cast<int>(frame.groups.size()) - 1 : -1);
+  film.AddHits(gbuffer);
+  if (pixel_sample == 0) ShowSurfaces(gbuffer, first_row, frame);
 
-  BandSurface surface{gbuffer.position.Download<cl_float4>(),
-                      gbuffer.normal.Download<cl_float4>(),
-                      gbuffer.albedo.Download<cl_float4>(),
-                      {}};
-  if (gbuffer.glossy()) surface.gloss = gbuffer.gloss.Download<cl_float4>();
-  const std::size_t plane = frame.coverage.plane_size();
-  const std::size_t first = static_cast<std::size_t>(first_row) * frame.width;
-  for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
-    frame.coverage.data[first + i] += surface.position[i].s[3];
-    if (pixel_sample > 0) continue;
-    for (int c = 0; c < 3; ++c) {
-      frame.normal.data[c * plane + first + i] = surface.normal[i].s[c];
-      frame.position.data[c * plane + first + i] = surface.position[i].s[c];
-    }
-  }
-
+  const bool relight = options_.relight && options_.passes == 1;
+  std::vector<float> hits;  // on the host where pixels are chosen by it
+  if (relight || !options_.sample_density.data.empty()) hits = film.Hits();
   std::vector<EquallySampled> parts;
-  if (!options_.sample_density.data.empty()) parts = BySamples(gbuffer, surface, first_row);
-  const int passes = options_.passes;
-  const bool relight = options_.relight && passes == 1;
-  const std::size_t lights = frame.lights.size();
-  PassSpread spread(gbuffer.pixel_count());
-  std::vector<PassSpread> of_light(lights, PassSpread(gbuffer.pixel_count()));
-  for (int pass = 0; pass < passes; ++pass) {
+  if (!options_.sample_density.data.empty()) parts = BySamples(gbuffer, hits, first_row);
+  const std::span<EquallySampled> lit =
+      options_.sample_density.data.empty() ? std::span(&band, 1) : std::span(parts);
+  PassSums& sums = film.pass_sums();
+  for (int pass = 0; pass < options_.passes; ++pass) {
     core::ThrowIfInterrupted();
-    BandLight light(gbuffer.pixel_count(), lights);
-    light.radiance_of.assign(group_of_.size(),
-                             std::vector<cl_float4>(gbuffer.pixel_count(), cl_float4{}));
-    light.irradiance_of = light.radiance_of;
-    if (options_.sample_density.data.empty())
-      LightPart(band, surface.albedo, pixel_sample, pass, light, frame.times);
-    for (EquallySampled& part : parts)
-      LightPart(part, surface.albedo, pixel_sample, pass, light, frame.times);
-    if (relight) {
-      if (parts.empty()) Relight(band, gbuffer, surface, pixel_sample, light, frame);
-      for (const EquallySampled& part : parts)
-        Relight(part, gbuffer, surface, pixel_sample, light, frame);
-    }
-    for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
-      const std::size_t out = first + i;
-      for (int c = 0; c < 3; ++c) {
-        frame.irradiance.data[c * plane + out] +=
-            light.irradiance[i].s[c] / static_cast<float>(passes);
-        frame.radiance.data[c * plane + out] += light.radiance[i].s[c] / static_cast<float>(passes);
-      }
-      frame.samples.data[out] += light.samples[i];
-      frame.stated_variance.data[out] +=
-          light.variance[i] / (static_cast<float>(passes) * static_cast<float>(passes));
-      if (passes == 1) frame.variance.data[out] += light.variance[i];
-      spread.Add(i, pass, LuminanceOf(light.radiance[i]));
-    }
-    AddToGroups(light, first, frame);
-    for (std::size_t l = 0; l < lights; ++l) {
-      for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
-        frame.lights[l].mean_luminance += double{light.luminance[l][i]} / passes;
-        if (passes == 1 && !relight) frame.lights[l].mean_variance += light.stated[l][i];
-        of_light[l].Add(i, pass, light.luminance[l][i]);
-      }
-    }
+    sums.Clear();
+    for (EquallySampled& part : lit)
+      LightPart(part, {.pixel_sample = pixel_sample, .number = pass, .film = &film}, sums,
+                frame.times);
+    if (relight)
+      for (const EquallySampled& part : lit)
+        Relight(part, gbuffer, hits, pixel_sample, sums, frame);
+    film.AddPass(pass);
   }
-  if (passes == 1) return;
-  for (std::size_t i = 0; i < gbuffer.pixel_count(); ++i) {
-    frame.variance.data[first + i] += static_cast<float>(spread.VarianceOfMean(i, passes));
-    for (std::size_t l = 0; l < lights; ++l) {
-      const double variance = of_light[l].VarianceOfMean(i, passes);
-      frame.lights[l].mean_variance += variance;
-      if (!frame.groups.empty())
-        frame.groups[group_of_[l]].variance.data[first + i] += static_cast<float>(variance);
+  film.AddVariances();
+}
+
+void Renderer::ShowSurfaces(const GBuffer& gbuffer, int first_row, Frame& frame) const {
+  const auto show = [&](const Buffer& buffer, core::Image& image) {
+    const auto values = buffer.Download<cl_float4>();
+    const std::size_t first = static_cast<std::size_t>(first_row) * image.width;
+    for (int c = 0; c < 3; ++c)
+      for (std::size_t i = 0; i < values.size(); ++i) image.plane(c)[first + i] = values[i].s[c];
+  };
+  show(gbuffer.normal, frame.normal);
+  show(gbuffer.position, frame.position);
+}
+
+void Renderer::Develop(const BandFilm& film, int first_row, Frame& frame) const {
+  const BandFilm::Sums sums = film.Download();
+  const auto samples = static_cast<float>(options_.antialias);
+  const std::size_t count = sums.coverage.size(),
+                    first = static_cast<std::size_t>(first_row) * frame.width;
+  // Sums over pixel samples become means, of the irradiance over those that hit something.
+  const auto develop = [&](const std::vector<cl_float4>& radiance,
+                           const std::vector<cl_float4>& irradiance, core::Image& shown,
+                           core::Image& received) {
+    for (int c = 0; c < 3; ++c)
+      for (std::size_t i = 0; i < count; ++i) {
+        const float hits = sums.coverage[i];
+        shown.plane(c)[first + i] = radiance[i].s[c] / samples;
+        received.plane(c)[first + i] = hits > 0 ? irradiance[i].s[c] / hits : irradiance[i].s[c];
+      }
+  };
+  const auto variance = [&](const std::vector<float>& values, core::Image& image) {
+    for (std::size_t i = 0; i < count; ++i)
+      image.data[first + i] += values[i] / (samples * samples);
+  };
+  develop(sums.radiance, sums.irradiance, frame.radiance, frame.irradiance);
+  variance(sums.variance[0], frame.variance);
+  variance(sums.stated, frame.stated_variance);
+  for (std::size_t i = 0; i < count; ++i) {
+    frame.coverage.data[first + i] = sums.coverage[i] / samples;
+    frame.samples.data[first + i] = sums.samples[i];
+  }
+  for (std::size_t g = 0; g < frame.groups.size(); ++g)
+    develop(sums.group_radiance[g], sums.group_irradiance[g], frame.groups[g].radiance,
+            frame.groups[g].irradiance);
+  const bool relit = options_.relight && options_.passes == 1;
+  for (std::size_t l = 0; l < frame.lights.size(); ++l) {
+    for (std::size_t i = 0; i < count; ++i) {
+      frame.lights[l].mean_luminance +=
+          double{sums.luminance[1 + l][i]} / (double{samples} * options_.passes);
+      if (!relit)
+        frame.lights[l].mean_variance += double{sums.variance[1 + l][i]} / (samples * samples);
     }
+    if (!frame.groups.empty()) variance(sums.variance[1 + l], frame.groups[group_of_[l]].variance);
   }
 }
 
-void Renderer::LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo,
-                         int pixel_sample, int pass, BandLight& light, RenderTimes& times) {
-  for (int l = 0; l < LightCount(); ++l)
-    AddLight(part, albedo, pixel_sample, pass, l, light, times);
+void Renderer::LightPart(EquallySampled& part, const Pass& pass, PassSums& sums,
+                         RenderTimes& times) {
+  for (int l = 0; l < LightCount(); ++l) AddLight(part, pass, l, sums, times);
 }
 
 int Renderer::SamplesOf(int light, double density, int pixel_sample, int pass) const {
@@ -429,17 +395,19 @@ int Renderer::SamplesOf(int light, double density, int pixel_sample, int pass) c
   return given ? here : Share(here, light, LightCount());
 }
 
-void Renderer::AddLight(EquallySampled& part, const std::vector<cl_float4>& albedo,
-                        int pixel_sample, int pass, int number, BandLight& sum,
+void Renderer::AddLight(EquallySampled& part, const Pass& pass, int light, PassSums& sums,
                         RenderTimes& times) {
-  if (!options_.light_samples.empty() && options_.light_samples[number] == 0) return;
+  if (!options_.light_samples.empty() && options_.light_samples[light] == 0) return;
   EstimatorOptions options;
   // No density takes the second sample away, without which there is no variance to state.
-  options.samples_per_pixel = std::max(SamplesOf(number, part.density, pixel_sample, pass),
-                                       std::min(2, SamplesOf(number, 1, pixel_sample, pass)));
+  options.samples_per_pixel =
+      std::max(SamplesOf(light, part.density, pass.pixel_sample, pass.number),
+               std::min(2, SamplesOf(light, 1, pass.pixel_sample, pass.number)));
   options.seed = part.seed;
   options.stream = static_cast<std::uint32_t>(
-      ((options_.first_pass + pass) * options_.antialias + pixel_sample) * LightCount() + number);
+      ((options_.first_pass + pass.number) * options_.antialias + pass.pixel_sample) *
+          LightCount() +
+      light);
   options.max_samples_per_image = options_.max_samples_per_image;
   options.max_error = static_cast<float>(options_.approximation_error);
   options.knobs = options_.knobs;
@@ -447,94 +415,19 @@ void Renderer::AddLight(EquallySampled& part, const std::vector<cl_float4>& albe
   part.lighting.Clear();
   scene_.device().Finish();
 
-  const auto& [source, scale] = lights_[number];
+  const auto& [source, scale] = lights_[light];
   Estimator& estimator =
       scene_.EstimatorOf(source, options_.estimator, options_.knobs.strategies.everywhere);
   const core::Stopwatch stopwatch;
-  estimator.Light({part.gbuffer, VisibilityOf(number)}, source, options, part.lighting);
+  estimator.Light({part.gbuffer, VisibilityOf(light)}, source, options, part.lighting);
   scene_.device().Finish();
   const double wall_s = stopwatch.WallSeconds();
   times.lighting_s += wall_s;
-  if (!times.light_s.empty()) times.light_s[number] += wall_s;
+  if (!times.light_s.empty()) times.light_s[light] += wall_s;
   times.lighting_core_s += stopwatch.CoreSeconds();
 
-  const auto factor = static_cast<float>(scale);
-  const auto irradiance = part.lighting.irradiance.Download<cl_float4>();
-  const auto variance = part.lighting.variance.Download<float>();
-  const auto samples = part.lighting.samples.Download<cl_uint>();
-  const bool glossy = part.gbuffer.glossy();
-  std::vector<cl_float4> reflected;
-  if (glossy) reflected = part.lighting.reflected.Download<cl_float4>();
-  for (std::size_t k = 0; k < irradiance.size(); ++k) {
-    const std::size_t i = part.pixels.empty() ? k : part.pixels[k];
-    const auto& rho = albedo[i].s;
-    cl_float4 radiance{};
-    for (int c = 0; c < 3; ++c) {
-      const float e = factor * irradiance[k].s[c];
-      radiance.s[c] =
-          glossy ? factor * reflected[k].s[c] : rho[c] * std::numbers::inv_pi_v<float> * e;
-      sum.irradiance[i].s[c] += e;
-      sum.radiance[i].s[c] += radiance.s[c];
-    }
-    // Of the irradiance, where surfaces are Lambertian: seen through the albedo's luminance.
-    const double shown =
-        glossy ? 1.0 : core::Luminance({rho[0], rho[1], rho[2]}) * std::numbers::inv_pi;
-    const auto stated = static_cast<float>(factor * factor * shown * shown * variance[k]);
-    sum.variance[i] += stated;
-    sum.samples[i] += static_cast<float>(samples[k]);
-    if (sum.luminance.empty()) continue;
-    if (!sum.radiance_of.empty()) {
-      sum.radiance_of[number][i] = radiance;
-      for (int c = 0; c < 3; ++c) sum.irradiance_of[number][i].s[c] = factor * irradiance[k].s[c];
-    }
-    sum.luminance[number][i] = static_cast<float>(LuminanceOf(radiance));
-    sum.stated[number][i] = stated;
-  }
-}
-
-void Renderer::ShowEmission(int first_row, const GBuffer& gbuffer, Frame& frame) {
-  if (!gbuffer.emission) return;
-  const auto emission = gbuffer.emission.Download<cl_float4>();
-  const std::size_t plane = frame.coverage.plane_size(),
-                    first = static_cast<std::size_t>(first_row) * frame.width;
-  for (std::size_t i = 0; i < emission.size(); ++i)
-    for (int c = 0; c < 3; ++c) {
-      frame.radiance.data[c * plane + first + i] += emission[i].s[c];
-      if (!frame.groups.empty())  // the last one
-        frame.groups.back().radiance.data[c * plane + first + i] += emission[i].s[c];
-    }
-}
-
-void Renderer::ShowBackground(int first_row, const GBuffer& gbuffer, lightfield::Vec2 sample,
-                              Frame& frame) {
-  const PlacedEnvironment* environment = scene_.environment();
-  if (!environment || !options_.background) return;
-  const auto background =
-      background_->Render(environment->light, camera_, first_row, sample, gbuffer);
-  const std::size_t plane = frame.coverage.plane_size(),
-                    first = static_cast<std::size_t>(first_row) * frame.width;
-  for (std::size_t i = 0; i < background.size(); ++i)
-    for (int c = 0; c < 3; ++c) {
-      const float shown = static_cast<float>(environment->scale) * background[i].s[c];
-      frame.radiance.data[c * plane + first + i] += shown;
-      if (!frame.groups.empty())  // the last light's
-        frame.groups[group_of_.back()].radiance.data[c * plane + first + i] += shown;
-    }
-}
-
-void Renderer::AddToGroups(const BandLight& light, std::size_t first, Frame& frame) const {
-  const auto passes = static_cast<float>(options_.passes);
-  const std::size_t plane = frame.coverage.plane_size();
-  for (std::size_t l = 0; l < group_of_.size(); ++l) {
-    LightGroup& group = frame.groups[group_of_[l]];
-    for (std::size_t i = 0; i < light.radiance.size(); ++i) {
-      for (int c = 0; c < 3; ++c) {
-        group.radiance.data[c * plane + first + i] += light.radiance_of[l][i].s[c] / passes;
-        group.irradiance.data[c * plane + first + i] += light.irradiance_of[l][i].s[c] / passes;
-      }
-      if (options_.passes == 1) group.variance.data[first + i] += light.stated[l][i];
-    }
-  }
+  FilmLight* group = pass.film && !group_of_.empty() ? pass.film->group(group_of_[light]) : nullptr;
+  sums.Add({part.gbuffer, part.lighting, part.list}, scale, light, group, options_.passes);
 }
 
 void Renderer::ScaleGroups(Frame& frame) const {

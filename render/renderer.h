@@ -12,10 +12,13 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "luxfield/core/image.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/render/film/band_film.h"
 #include "luxfield/render/film/frame.h"
 #include "luxfield/render/film/relit_pixels.h"
 #include "luxfield/render/lights/environment_background.h"
@@ -73,68 +76,52 @@ class Renderer {
   Frame Render();
 
  private:
-  // What one pass shows of a band: sums over the lights, per pixel.
-  struct BandLight {
-    BandLight(std::size_t pixels, std::size_t lights_apart)
-        : radiance(pixels, cl_float4{}),
-          irradiance(pixels, cl_float4{}),
-          variance(pixels, 0.0f),
-          samples(pixels, 0.0f),
-          luminance(lights_apart, std::vector<float>(pixels, 0.0f)),
-          stated(lights_apart, std::vector<float>(pixels, 0.0f)) {}
-    std::vector<cl_float4> radiance, irradiance;
-    std::vector<float> variance, samples;  // variance as the estimator states it
-    // Of each light, where they are told apart: luminance and its variance.
-    std::vector<std::vector<float>> luminance, stated;
-    // Likewise, for light groups.
-    std::vector<std::vector<cl_float4>> radiance_of, irradiance_of;
-  };
-
-  // What is known of a band's surface points on the host.
-  struct BandSurface {
-    std::vector<cl_float4> position, normal, albedo, gloss;  // gloss: empty if nothing is glossy
-  };
-
   // Pixels that are lit together with the same number of samples.
   struct EquallySampled {
     double density = 1;
     std::vector<std::size_t> pixels;  // of the band; empty: all of them
     std::uint64_t seed = 0;           // of the random streams, with
     std::uint32_t first_pixel = 0;
+    Buffer list;      // `pixels` on the device; null: all of them
     GBuffer gbuffer;  // of these pixels alone, one after the other
     Lighting lighting;
   };
 
-  // The parts of a band by sample_density. They have G-buffers of their own, so that work-items
-  // next to each other have the same to do.
-  std::vector<EquallySampled> BySamples(const GBuffer& gbuffer, const BandSurface& surface,
-                                        int first_row) const;
-  EquallySampled PartOf(const GBuffer& gbuffer, const BandSurface& surface,
-                        std::vector<std::size_t> pixels) const;
-  void RenderBand(int first_row, EquallySampled& band, int pixel_sample, Frame& frame);
-  // Lights some pixels of a part again, which `light` shows, and adds what they tell to relit_ and
+  // The parts of a band by sample_density, of pixels that hit something. They have G-buffers of
+  // their own, so that work-items next to each other have the same to do.
+  std::vector<EquallySampled> BySamples(const GBuffer& gbuffer, std::span<const float> hits,
+                                        int first_row);
+  EquallySampled PartOf(const GBuffer& gbuffer, std::vector<std::size_t> pixels);
+  void RenderBand(int first_row, int rows, core::Progress& progress, Frame& frame);
+  // Lights the band's points of one pixel sample in all passes.
+  void LightPixelSample(EquallySampled& band, int first_row, int pixel_sample, BandFilm& film,
+                        Frame& frame);
+  // Lights some pixels of a part again, which `sums` show, and adds what they tell to relit_ and
   // the frame's lights.
-  void Relight(const EquallySampled& part, const GBuffer& gbuffer, const BandSurface& surface,
-               int pixel_sample, const BandLight& light, Frame& frame);
-  // Adds a pass to the groups.
-  void AddToGroups(const BandLight& light, std::size_t first, Frame& frame) const;
+  void Relight(const EquallySampled& part, const GBuffer& gbuffer, std::span<const float> hits,
+               int pixel_sample, const PassSums& sums, Frame& frame);
+  // Normals and positions of the pixels' first points.
+  void ShowSurfaces(const GBuffer& gbuffer, int first_row, Frame& frame) const;
+  // What a band's film holds, over its pixel samples.
+  void Develop(const BandFilm& film, int first_row, Frame& frame) const;
   // Scales the groups' variances by what pixels that were lit again showed of each light.
   void ScaleGroups(Frame& frame) const;
-  void ShowBackground(int first_row, const GBuffer& gbuffer, lightfield::Vec2 sample, Frame& frame);
-  void ShowEmission(int first_row, const GBuffer& gbuffer, Frame& frame);
   int LightCount() const;
   // Samples of a light that a pass takes at a surface point, where density is `density`.
   int SamplesOf(int light, double density, int pixel_sample, int pass) const;
   // Sets of samples that all pixels share; 0: each has its own.
   int SharedSets() const;
   Visibility VisibilityOf(std::size_t light) const;
-  // Adds the light of one pass.
-  void LightPart(EquallySampled& part, const std::vector<cl_float4>& albedo, int pixel_sample,
-                 int pass, BandLight& light, RenderTimes& times);
 
-  // Lights a part with light `number`, and adds its scale times that.
-  void AddLight(EquallySampled& part, const std::vector<cl_float4>& albedo, int pixel_sample,
-                int pass, int number, BandLight& sum, RenderTimes& times);
+  // Which pass a part is lit in, over all lights.
+  struct Pass {
+    int pixel_sample = 0, number = 0;
+    BandFilm* film = nullptr;  // whose light groups it adds to; null: to none
+  };
+  void LightPart(EquallySampled& part, const Pass& pass, PassSums& sums, RenderTimes& times);
+  // One light of a pass.
+  void AddLight(EquallySampled& part, const Pass& pass, int light, PassSums& sums,
+                RenderTimes& times);
 
   LitScene& scene_;
   RenderOptions options_;
@@ -145,7 +132,8 @@ class Renderer {
   std::vector<std::size_t> group_of_;    // each light
   std::vector<ShadowMaps> shadow_maps_;  // one set per luminaire; empty: none are asked for
   PrimaryVisibility primary_;
-  std::optional<EnvironmentBackground> background_;  // of scenes with an environment
+  FilmKernels film_kernels_;
+  std::optional<EnvironmentBackground> background_;  // where an environment is seen
   RelitPixels relit_;
 };
 

@@ -1,0 +1,111 @@
+// The film of a band of a picture: what lights add to its pixels (render/film/band_film.h).
+#include "luxfield/render/kernels/math/double_float.clh"
+#include "luxfield/render/kernels/math/luminance.clh"
+
+// Sums of rows: row 0 is the whole light, row 1 + l that of light l where lights are told apart.
+inline size_t RowPlace(int row, int count, int pixel) { return (size_t)row * count + pixel; }
+
+// Adds `scale` times what an estimator found for one light at the points of a part of the band.
+// `pixels` says which pixels these are; null: all, in order. Radiance is `reflected`, where that is
+// null albedo / pi times the irradiance, and the variance is that of what the estimate is of.
+// `row` > 0: the light's own. `group_radiance`, `group_irradiance` receive 1 / passes of it; null:
+// there are no groups.
+__kernel void AddLight(__global const float4* irradiance, __global const float4* reflected,
+                       __global const float* variance, __global const uint* samples,
+                       __global const float4* albedos, __global const int* pixels, int points,
+                       int count, float scale, int row, float passes,
+                       __global float4* pass_radiance, __global float4* pass_irradiance,
+                       __global float* pass_samples, __global float* luminances,
+                       __global float* stated_variances, __global float4* group_radiance,
+                       __global float4* group_irradiance) {
+  const int k = get_global_id(0);
+  if (k >= points) return;
+  const int pixel = pixels ? pixels[k] : k;
+  const float3 albedo = albedos[k].xyz, light = scale * irradiance[k].xyz;
+  const float3 radiance = reflected ? scale * reflected[k].xyz : albedo * M_1_PI_F * light;
+  const float shown = reflected ? 1.0f : Luminance(albedo) * M_1_PI_F;
+  const float luminance = Luminance(radiance), stated = scale * scale * shown * shown * variance[k];
+  pass_radiance[pixel].xyz += radiance;
+  pass_irradiance[pixel].xyz += light;
+  pass_samples[pixel] += (float)samples[k];
+  luminances[pixel] += luminance;
+  stated_variances[pixel] += stated;
+  if (row > 0) {
+    luminances[RowPlace(row, count, pixel)] = luminance;
+    stated_variances[RowPlace(row, count, pixel)] = stated;
+  }
+  if (group_radiance) {
+    group_radiance[pixel].xyz += radiance / passes;
+    group_irradiance[pixel].xyz += light / passes;
+  }
+}
+
+// Adds what a pass showed to the film's means over `passes` passes.
+__kernel void AddPass(__global const float4* pass_radiance, __global const float4* pass_irradiance,
+                      __global const float* pass_samples, __global const float* stated_variances,
+                      int count, float passes, __global float4* radiance,
+                      __global float4* irradiance, __global float* samples,
+                      __global float* stated) {
+  const int pixel = get_global_id(0);
+  if (pixel >= count) return;
+  radiance[pixel].xyz += pass_radiance[pixel].xyz / passes;
+  irradiance[pixel].xyz += pass_irradiance[pixel].xyz / passes;
+  samples[pixel] += pass_samples[pixel];
+  stated[pixel] += stated_variances[pixel] / (passes * passes);
+}
+
+// Adds the luminances of pass number `pass` to their sums over passes and pixel samples, and to the
+// means, pairs of floats, and squared deviations of the passes (Welford 1962), which start at pass
+// 0. `means` null: there is one pass.
+__kernel void AddLuminances(__global const float* luminances, int count, int rows, int pass,
+                            __global float* sums, __global float2* means,
+                            __global float* squares) {
+  const int pixel = get_global_id(0), row = get_global_id(1);
+  if (pixel >= count || row >= rows) return;
+  const size_t at = RowPlace(row, count, pixel);
+  const float luminance = luminances[at];
+  sums[at] += luminance;
+  if (!means) return;
+  const DoubleFloat mean =
+      pass == 0 ? MakeDoubleFloat(0.0f, 0.0f) : MakeDoubleFloat(means[at].x, means[at].y);
+  const float deviation = (luminance - mean.hi) - mean.lo, number = (float)(pass + 1);
+  const DoubleFloat next = AddDoubleFloat(mean, MakeDoubleFloat(deviation / number, 0.0f));
+  means[at] = (float2)(next.hi, next.lo);
+  squares[at] = (pass == 0 ? 0.0f : squares[at]) + deviation * deviation * (float)pass / number;
+}
+
+// Adds the variances of a pixel sample's luminances to their sums: from the spread between passes,
+// or, of a single pass, as it states them itself.
+__kernel void AddVariances(__global const float* stated_variances, __global const float* squares,
+                           int count, int rows, float passes, __global float* sums) {
+  const int pixel = get_global_id(0), row = get_global_id(1);
+  if (pixel >= count || row >= rows) return;
+  const size_t at = RowPlace(row, count, pixel);
+  sums[at] += squares ? squares[at] / (passes * (passes - 1.0f)) : stated_variances[at];
+}
+
+// Adds `scale` times the radiance that a pixel shows by itself; `group_radiance` as AddLight.
+__kernel void AddRadiance(__global const float4* shown, int count, float scale,
+                          __global float4* radiance, __global float4* group_radiance) {
+  const int pixel = get_global_id(0);
+  if (pixel >= count) return;
+  const float3 value = scale * shown[pixel].xyz;
+  radiance[pixel].xyz += value;
+  if (group_radiance) group_radiance[pixel].xyz += value;
+}
+
+// 1 where a pixel's ray hit something, 0 elsewhere; and adds it to the coverage.
+__kernel void AddHits(__global const float4* positions, int count, __global float* hits,
+                      __global float* coverage) {
+  const int pixel = get_global_id(0);
+  if (pixel >= count) return;
+  hits[pixel] = positions[pixel].w;
+  coverage[pixel] += positions[pixel].w;
+}
+
+// values[pixels[k]], one after the other.
+__kernel void GatherPixels(__global const int* pixels, int points, __global const float4* values,
+                           __global float4* gathered) {
+  const int k = get_global_id(0);
+  if (k < points) gathered[k] = values[pixels[k]];
+}
