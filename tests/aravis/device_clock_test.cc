@@ -52,6 +52,15 @@ TEST(DeviceClock, DifferencesAreTheCamerasOwn) {
   EXPECT_LE(JumpsOf(at_end, 500).count, 3);
 }
 
+// No exposure began before its trigger was sent, though its frame should have come sooner than its
+// exposure lasts; and every stamp but 0 is one, the first nanosecond too.
+TEST(DeviceClock, BeginsNothingBeforeItsTriggerAndTakesEveryStamp) {
+  DeviceClock clock;
+  EXPECT_EQ(clock.StartOf(0, 9, 9.5), 9);
+  EXPECT_EQ(clock.StartOf(1, 10, 9.9), 10);
+  EXPECT_NEAR(clock.StartOf(1 + 1'000'000'000, 10.999, 11.5), 11, 1e-9);
+}
+
 TEST(DeviceClock, ClocksThatDriftApartAreBroughtTogetherNowAndThen) {
   for (const double drift : {-50e-6, 50e-6}) {
     Link link;
