@@ -1,12 +1,12 @@
 #ifdef LUXFIELD_BENCH
 #include "luxfield/bench/verbs/verb_bench.h"
 #endif
-#include "luxfield/cli/run.h"
+#include "luxfield/cli/quick.h"
 
 int main(int argc, char** argv) {
 #ifdef LUXFIELD_BENCH
-  return luxfield::cli::Run(argc, argv, {luxfield::bench::AddBench});
+  return luxfield::cli::RunQuick(argc, argv, {luxfield::bench::kBenchVerb});
 #else
-  return luxfield::cli::Run(argc, argv);
+  return luxfield::cli::RunQuick(argc, argv);
 #endif
 }

@@ -1,16 +1,9 @@
 #include "luxfield/cli/run.h"
 
-#include <csignal>
-#include <cstdio>
-#include <new>
-
-#include "luxfield/cli/standard_streams.h"
-
 namespace luxfield::cli {
 namespace {
 
-int RunVerb(int argc, char** argv, const std::vector<AddVerbs>& more) {
-  Program program;
+void AddAll(Program& program, const std::vector<AddVerbs>& more) {
   AddDevices(program);
   AddSimulate(program);
   AddSky(program);
@@ -32,22 +25,12 @@ int RunVerb(int argc, char** argv, const std::vector<AddVerbs>& more) {
   AddCompare(program);
   for (const AddVerbs add : more) add(program);
   AddDemo(program);
-  return program.Run(argc, argv);
 }
 
 }  // namespace
 
 int Run(int argc, char** argv, const std::vector<AddVerbs>& more) {
-  // A file that outgrows the process's limit is an error of the write (EFBIG), with a sentence.
-  std::signal(SIGXFSZ, SIG_IGN);
-  OpenClosedStandardStreams();
-  ShowWhatTerminalsObey();
-  try {
-    return RunVerb(argc, argv, more);
-  } catch (const std::bad_alloc&) {
-    std::fputs("luxfield: no memory to begin with; raise the limit (`ulimit -v`)\n", stderr);
-    return 3;
-  }
+  return RunProgram(argc, argv, [&](Program& program) { AddAll(program, more); });
 }
 
 }  // namespace luxfield::cli

@@ -473,7 +473,8 @@ void AddEnvironment(cli::Program& program, CLI::App& benches) {
 }  // namespace
 
 void AddBench(cli::Program& program) {
-  CLI::App& benches = program.AddGroup("bench", "Measure luxfield itself, or this machine");
+  CLI::App& benches =
+      program.AddGroup(std::string(kBenchVerb.name), std::string(kBenchVerb.description));
   program.AddVerb(benches, "solve",
                   "The Gram solve against a memory copy, and the non-negative one", [] {
                     return Finish(BenchSolve({}), CpuName(),

@@ -2,8 +2,12 @@
 #pragma once
 
 #include "luxfield/cli/program.h"
+#include "luxfield/cli/quick.h"
 
 namespace luxfield::bench {
+
+// As the quick program lists it (cli/quick.h).
+inline constexpr cli::VerbName kBenchVerb{"bench", "Measure luxfield itself, or this machine"};
 
 void AddBench(cli::Program& program);
 

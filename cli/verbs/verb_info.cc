@@ -1,4 +1,6 @@
 // luxfield info FILE: what a file is and whether it is whole.
+#include "luxfield/cli/info.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,26 +8,21 @@
 #include <map>
 #include <memory>
 
-#include "luxfield/capture/plan/plan.h"
 #include "luxfield/cli/info_environment.h"
 #include "luxfield/cli/info_photometry.h"
-#include "luxfield/cli/program.h"
+#include "luxfield/cli/verbs/info_geometry.h"
 #include "luxfield/core/colour.h"
-#include "luxfield/core/config.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/file_kind.h"
 #include "luxfield/environment/environment_layouts.h"
 #include "luxfield/environment/environment_map.h"
 #include "luxfield/environment/environment_sequence.h"
 #include "luxfield/formats/ray_formats.h"
-#include "luxfield/hal/devices.h"
-#include "luxfield/hal/lab/open_lab.h"
 #include "luxfield/lightfield/light_field.h"
 #include "luxfield/lightfield/measured_filter.h"
 #include "luxfield/lightfield/measurements.h"
 #include "luxfield/lightfield/posed_light_field.h"
 #include "luxfield/preprocess/table_io.h"
-#include "luxfield/scene/scene.h"
 #include "luxfield/session/session_store.h"
 
 namespace luxfield::cli {
@@ -33,35 +30,8 @@ namespace {
 
 using core::Json;
 
-void PrintGeometry(const lightfield::LuminaireGeometry& g) {
-  const auto& l = g.lattice;
-  fmt::print("  basis        {} x {} {}{}, spacing {:.6g} mm, support corner ({:.6g}, {:.6g}) mm\n",
-             g.grid.width, g.grid.height, g.grid.basis.name(),
-             g.grid.basis.kind == lightfield::BasisKind::kQuadratic
-                 ? fmt::format(" (a = {})", g.grid.basis.a)
-                 : "",
-             1e3 * g.grid.spacing_m, 1e3 * g.grid.u0_m, 1e3 * g.grid.v0_m);
-  fmt::print("  planes       F at z = 0, I at z = {:.6g} m\n", g.delta_m);
-  fmt::print(
-      "  images       {} x {} texels of {:.6g} x {:.6g} mm on I, {:.4g} x {:.4g} m, {} channel{}\n",
-      l.width, l.height, 1e3 * l.ds_m, 1e3 * l.dt_m, l.extent_s_m(), l.extent_t_m(), g.channels,
-      g.channels == 1 ? "" : "s");
-}
-
 void PrintProvenance(const lightfield::Provenance& provenance) {
   for (const auto& [key, value] : provenance) fmt::print("  made by      {} = {}\n", key, value);
-}
-
-Json GeometryJson(const lightfield::LuminaireGeometry& g) {
-  return {{"basis", g.grid.basis.name()},
-          {"grid_width", g.grid.width},
-          {"grid_height", g.grid.height},
-          {"spacing_m", g.grid.spacing_m},
-          {"delta_m", g.delta_m},
-          {"width", g.lattice.width},
-          {"height", g.lattice.height},
-          {"channels", g.channels},
-          {"unit", lightfield::FluxUnitName(g.unit)}};
 }
 
 // A file of several fields: each with the direction of its axis in the luminaire's frame.
@@ -275,58 +245,6 @@ Json InfoTables(const std::string& path) {
           {"light_field_sha256", tables.light_field_sha256}};
 }
 
-Json InfoScene(const std::string& path) {
-  const scene::Scene scene = scene::ReadScene(path);
-  std::size_t triangles = scene.geometry.triangles.size();
-  fmt::print("{}: scene\n", path);
-  fmt::print("  triangles    {}\n  luminaires   {}\n  camera       {} x {}\n", triangles,
-             scene.luminaires.size(), scene.camera.width, scene.camera.height);
-  Json left_out = Json::array();
-  for (const auto& [file, features] : scene.left_out) {
-    for (const std::string& feature : features)
-      fmt::print("  left out     {}: {}\n", file.string(), feature);
-    left_out.push_back({{"file", file.string()}, {"features", features}});
-  }
-  return {{"kind", "scene"},
-          {"triangles", triangles},
-          {"luminaires", scene.luminaires.size()},
-          {"left_out", left_out}};
-}
-
-Json InfoPlan(const std::string& path) {
-  const capture::Plan plan = capture::ReadPlan(path);
-  fmt::print("{}: capture plan '{}', {} rig, {} filters\n", path, plan.name,
-             hal::RigKindName(plan.rig), plan.dual ? "dual" : "basis");
-  PrintGeometry(plan.geometry);
-  fmt::print(
-      "  exposures    {:.6g} to {:.6g} s in steps of {:.3g}; `luxfield plan` expands it for a "
-      "lab\n",
-      plan.exposure.min_s, plan.exposure.max_s, plan.exposure.ratio);
-  Json json = GeometryJson(plan.geometry);
-  json["kind"] = "plan";
-  return json;
-}
-
-Json InfoLab(const std::string& path) {
-  const hal::Devices devices = hal::MakeDevices(path);
-  const auto camera = devices.camera->capabilities();
-  fmt::print("{}: lab, {} rig, delta {:.6g} m; `luxfield devices {}` opens it\n", path,
-             hal::RigKindName(devices.rig.kind), devices.rig.delta_m, path);
-  fmt::print("  camera       {}, {} x {}, {} bit\n", devices.camera->identity(), camera.width,
-             camera.height, camera.bits);
-  fmt::print("  filter       {}, spacing {:.6g} mm\n", devices.rig.basis.name(),
-             1e3 * devices.rig.spacing_m);
-  return {{"kind", "lab"}, {"delta_m", devices.rig.delta_m}, {"spacing_m", devices.rig.spacing_m}};
-}
-
-// Plans, labs and scenes share an extension; their first table tells.
-Json InfoToml(const std::string& path) {
-  const core::Config config = core::Config::FromFile(path);
-  if (config.Has("plan")) return InfoPlan(path);
-  if (config.Has("lab")) return InfoLab(path);
-  return InfoScene(path);
-}
-
 std::string LowerCase(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return char(std::tolower(c)); });
@@ -346,7 +264,7 @@ void RequireFrames(const std::string& folder) {
                    "name a file in it");
 }
 
-Json Info(const std::string& path, const std::string& layout) {
+Json Info(const std::string& path, const std::string& layout, const InfoOfToml& info_of_toml) {
   const std::string name = LowerCase(path);
   const core::FileKind kind = core::WhatIs(path);
   if (core::IsSession(kind)) return InfoSession(path);
@@ -361,7 +279,7 @@ Json Info(const std::string& path, const std::string& layout) {
   if (name.ends_with(".filter.exr")) return InfoFilter(path);
   if (IsEnvironment(path, name)) return InfoEnvironment(path, layout);
   if (name.ends_with(".exr")) return InfoPicture(path);
-  if (name.ends_with(".toml")) return InfoToml(path);
+  if (name.ends_with(".toml")) return info_of_toml(path);
   throw InputError(
       path, fmt::format("is {}, of which this verb knows nothing", core::NameOf(kind)),
       "give a session folder, a folder or .txt list of .hdr or .exr frames, .lf.exr, .meas.exr, "
@@ -370,11 +288,13 @@ Json Info(const std::string& path, const std::string& layout) {
 
 }  // namespace
 
-void AddInfo(Program& program) {
+void AddInfo(Program& program, InfoOfToml info_of_toml) {
   auto path = std::make_shared<std::string>();
   auto layout = std::make_shared<std::string>();
   CLI::App& verb = program.AddVerb("info", "What a file or session is, and whether it is whole",
-                                   [path, layout] { return Info(*path, *layout); });
+                                   [path, layout, info_of_toml = std::move(info_of_toml)] {
+                                     return Info(*path, *layout, info_of_toml);
+                                   });
   verb.add_option(
           "FILE", *path,
           "Any file luxfield reads or writes, a session folder, or a folder or .txt list of "
