@@ -25,6 +25,7 @@ int RunVerb(int argc, char** argv, const std::vector<AddVerbs>& more) {
   AddReconstruct(program);
   AddBudget(program);
   AddImport(program);
+  AddExport(program);
   AddPreprocess(program);
   AddRender(program);
   AddRelight(program);
