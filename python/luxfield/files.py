@@ -91,4 +91,5 @@ def read(path):
         if "luxfield:layout" in attributes or "envmap" in attributes:
             return Environment.read(path)
         return Picture.read(path)
-    raise errors.InputError(f"{path}: is {name}, which Python has no class for; luxfield.info(path) tells what it holds")
+    raise errors.InputError(f"{path}: is {name}, which Python has no class for; "
+                            "luxfield.info(path) tells what it holds")

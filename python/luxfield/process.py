@@ -114,7 +114,7 @@ def run(verb, *inputs, progress=None, **options):
         child.stderr.close()
         for kind, sentence in said:
             if kind == "warning":
-                warnings.warn(sentence, errors.LuxfieldWarning, stacklevel=3)
+                warnings.warn(sentence, errors.LuxfieldWarning, stacklevel=4)  # of who called the verb
         if interrupted:
             raise KeyboardInterrupt
         if code != 0:

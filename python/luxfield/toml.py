@@ -2,9 +2,18 @@
 
 import json
 import pathlib
+import re
 
-# Keys whose values are files, which TOML of ours names relative to itself.
-_FILES = {"file", "tables", "texture", "normal_texture", "metallic_roughness_texture", "distribution"}
+# Keys whose values are files. TOML of ours names them relative to itself; in a dict they are relative to where one is.
+_FILES = {"file", "tables", "texture", "normal_texture", "metallic_roughness_texture"}
+
+
+def _text(text):
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _key(key):
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _text(key)
 
 
 def _value(key, value):
@@ -14,7 +23,7 @@ def _value(key, value):
         text = str(value)
         if key in _FILES:
             text = str(pathlib.Path(text).absolute())
-        return json.dumps(text)
+        return _text(text)
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_value(key, one) for one in value) + "]"
     if hasattr(value, "tolist"):  # of numpy
@@ -24,10 +33,6 @@ def _value(key, value):
     if isinstance(value, float):
         return repr(value)
     raise TypeError(f"{key}: {value!r} has no place in a TOML file")
-
-
-def _is_table(value):
-    return isinstance(value, dict)
 
 
 def _is_array_of_tables(value):
@@ -40,12 +45,12 @@ def dumps(table, path=()):
     for key, value in table.items():
         if value is None:
             continue
-        if _is_table(value):
-            name = ".".join((*path, key))
-            below.append(f"\n[{name}]\n" + dumps(value, (*path, key)))
+        if isinstance(value, dict):
+            name = ".".join((*path, _key(key)))
+            below.append(f"\n[{name}]\n" + dumps(value, (*path, _key(key))))
         elif _is_array_of_tables(value):
-            name = ".".join((*path, key))
-            below += [f"\n[[{name}]]\n" + dumps(one, (*path, key)) for one in value]
+            name = ".".join((*path, _key(key)))
+            below += [f"\n[[{name}]]\n" + dumps(one, (*path, _key(key))) for one in value]
         else:
-            lines.append(f"{key} = {_value(key, value)}\n")
+            lines.append(f"{_key(key)} = {_value(key, value)}\n")
     return "".join(lines) + "".join(below)

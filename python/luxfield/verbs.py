@@ -7,6 +7,7 @@ in a temporary folder as long as the Result lives.
 """
 
 import pathlib
+import shutil
 import tempfile
 import weakref
 
@@ -52,12 +53,11 @@ class Result:
 
 
 class _Folder:
-    """Holds temporary files until it is forgotten."""
+    """A folder of temporary files, which is gone once nobody holds this."""
 
     def __init__(self):
-        self._folder = tempfile.TemporaryDirectory(prefix="luxfield-")
-        self.path = pathlib.Path(self._folder.name)
-        weakref.finalize(self, self._folder.cleanup)
+        self.path = pathlib.Path(tempfile.mkdtemp(prefix="luxfield-"))
+        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
 
 
 def _path(thing, folder, name):
@@ -92,11 +92,21 @@ def _files_of(table, folder, count=None):
     return {key: one(value) for key, value in table.items()}
 
 
-def _run(verb, inputs, output, ending, progress, options, named=()):
+# Options that name files, in whose place objects may stand.
+_FILES = {"plan", "lab", "scene", "uncertainty", "light_field"}
+
+
+def _option(name, value, folder):
+    if name == "light_field" and isinstance(value, dict):  # of several luminaires
+        return {lamp: _path(one, folder, f"{name}{k}") for k, (lamp, one) in enumerate(value.items())}
+    return _path(value, folder, name) if name in _FILES else value
+
+
+def _run(verb, inputs, output, ending, progress, options):
+    """Runs a verb that writes `output`, a temporary file with this ending unless it is named, or nothing."""
     folder = _Folder()
     inputs = [_path(thing, folder, f"input{k}") for k, thing in enumerate(inputs)]
-    for name in named:
-        options[name] = _path(options[name], folder, name)
+    options = {name: _option(name, value, folder) for name, value in options.items()}
     if ending is not None:
         output = pathlib.Path(output) if output is not None else folder.path / f"output{ending}"
         options["output"] = output
@@ -108,24 +118,22 @@ def simulate(lab, *, plan, output=None, progress=None, **options):
     """The true light field of a simulated lab, as a plan's planes and basis show it.
 
     Options: non_negative. `value` is a LightField."""
-    return _run("simulate", [lab], output, ".lf.exr", progress, {"plan": plan, **options}, ["plan"])
+    return _run("simulate", [lab], output, ".lf.exr", progress, {"plan": plan, **options})
 
 
 def plan(plan=None, *, lab, progress=None, **options):
     """A plan expanded: positions, exposures, time and bytes; or, with max_error="5%" and scene, the plan that lights
     the scene within that error (output names the .toml)."""
-    named = ["lab"] + (["scene"] if "scene" in options else [])
-    return _run("plan", [] if plan is None else [plan], None, None, progress, {"lab": lab, **options}, named)
+    return _run("plan", [] if plan is None else [plan], None, None, progress, {"lab": lab, **options})
 
 
 def capture(plan, session, *, lab, progress=None, **options):
     """Measures what a plan says, with a real or simulated lab, into a session folder.
 
     Options: resume, dry_run, accept_drift. Ctrl-C ends after the bracket at hand; `resume=True` goes on."""
-    folder = _Folder()
-    figures, text = process.run("capture", _path(plan, folder, "plan"), session, progress=progress,
-                                lab=_path(lab, folder, "lab"), **options)
-    return Result(figures, text, pathlib.Path(session), folder)
+    result = _run("capture", [plan, session], None, None, progress, {"lab": lab, **options})
+    result.output = pathlib.Path(session)
+    return result
 
 
 def merge(session, *, output=None, progress=None, **options):
@@ -155,14 +163,12 @@ def budget(session, *, uncertainty=None, progress=None, **options):
     """Where the uncertainty of flux, radiance and irradiance of a session comes from.
 
     uncertainty is a budget.toml or a dict. Options: at=(x, y, z), report, calibration, flat_field, filter ..."""
-    named = ["uncertainty"] if uncertainty is not None else []
-    return _run("budget", [session], None, None, progress, {"uncertainty": uncertainty, **options}, named)
+    return _run("budget", [session], None, None, progress, {"uncertainty": uncertainty, **options})
 
 
 def preprocess(light_field, *, output=None, progress=None, **options):
     """Sampling tables of a light field. Options: scene, max_error, receivers."""
-    named = ["scene"] if "scene" in options else []
-    return _run("preprocess", [light_field], output, ".tab.exr", progress, options, named)
+    return _run("preprocess", [light_field], output, ".tab.exr", progress, options)
 
 
 def render(scene, *, output=None, progress=None, **options):
@@ -170,10 +176,7 @@ def render(scene, *, output=None, progress=None, **options):
     LightField.
 
     `value` is a Picture. Options: spp=64, or error="0.5%", or time="2s"; estimator, shadows, antialias, width, height,
-    light_field, light_groups, transparent, knob={...}, seed, png ..."""
-    if isinstance(options.get("light_field"), LightField):
-        folder = _Folder()
-        options["light_field"] = _path(options["light_field"], folder, "light_field")
+    light_field (of all luminaires, or {name: light field}), light_groups, transparent, knob={...}, seed, png ..."""
     return _run("render", [scene], output, ".exr", progress, options)
 
 

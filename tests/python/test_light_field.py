@@ -125,7 +125,8 @@ def test_sampler_is_unbiased_and_its_pdf_is_a_density(lambertian, seed):
     at = np.asarray(point) + drawn["distance_m"][:, None] * drawn["direction"]
     assert at[:, :2] == pytest.approx(drawn["u"], abs=1e-9)
     inside = np.abs(drawn["u"]).max(axis=1) < 0.0299
-    assert sampler.radiance(point, drawn["direction"])[inside, 0] == pytest.approx(drawn["radiance"][inside, 0], rel=1e-6)
+    arriving = sampler.radiance(point, drawn["direction"])[inside, 0]
+    assert arriving == pytest.approx(drawn["radiance"][inside, 0], rel=1e-6)
     x, y = np.meshgrid(*[(np.arange(400) + 0.5) / 400 * 0.06 - 0.03] * 2)
     d = np.stack([x - point[0], y - point[1], np.full_like(x, -point[2])], axis=-1)
     r = np.linalg.norm(d, axis=-1)

@@ -1,7 +1,11 @@
 """The verbs as functions: the same bytes as on the command line, errors and warnings as Python's."""
 
 import inspect
+import os
+import signal
 import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -88,6 +92,8 @@ def test_light_fields_stand_in_for_files(small):
     a = luxfield.render(scene, light_field=lamp, spp=4).value
     b = luxfield.render(lit_by(file=small["solved"]), spp=4).value
     assert np.array_equal(a.pixels, b.pixels)
+    c = luxfield.render(scene, light_field={"lamp": lamp}, spp=4).value
+    assert np.array_equal(a.pixels, c.pixels)
 
 
 def test_relight_scales(small):
@@ -97,20 +103,67 @@ def test_relight_scales(small):
 
 
 def test_sky_is_an_environment(tmp_path):
-    sky = luxfield.sky(latitude=48, date="2024-06-21", height=32)
-    environment = sky.value
+    environment = luxfield.sky(latitude=48, date="2024-06-21", height=32).value
     assert environment.layout == "latitude-longitude" and environment.pixels.shape == (3, 32, 64)
-    up = environment.radiance([0, 0, 1])
-    row = environment.pixels[:, 0, :]
-    assert any(np.allclose(up, row[:, k]) for k in range(64))
-    # North is +y and forward -y, so the map's right edge shows north.
-    assert environment.radiance([-1e-3, 1, -0.5]) == pytest.approx(environment.pixels[:, 20:23, -1:].mean((1, 2)), rel=0.5)
+    # The pixel that shows each direction, by the layout's formula (docs/formats/environment.md).
+    row, column = np.mgrid[0:32, 0:64]
+    theta, phi = np.pi * (row + 0.5) / 32, np.pi * (1 - 2 * (column + 0.5) / 64)
+    directions = np.stack([np.sin(theta) * np.sin(phi), -np.sin(theta) * np.cos(phi), np.cos(theta)], axis=-1)
+    assert np.array_equal(environment.radiance(3 * directions), np.moveaxis(environment.pixels, 0, -1))
     assert environment.plot() is not None
     with pytest.raises(ValueError, match="name it in output"):
         luxfield.sky(latitude=48, date="2024-06-21", day=True)
     hdr = luxfield.sky(latitude=48, date="2024-06-21", height=32, output=tmp_path / "x.hdr")
     assert luxfield.Picture.read(hdr.output).pixels.shape == (3, 32, 64)
     assert luxfield.Environment.read(hdr.output, layout="latitude-longitude").pixels.shape == (3, 32, 64)
+
+
+def program_that(tmp_path, monkeypatch, text):
+    """Makes a shell script the program."""
+    script = tmp_path / "program"
+    script.write_text("#!/bin/sh\n" + text)
+    script.chmod(0o755)
+    monkeypatch.setenv("LUXFIELD_PROGRAM", str(script))
+
+
+@pytest.mark.parametrize("code, kind", [(1, luxfield.errors.InternalError), (2, luxfield.InputError),
+                                        (3, luxfield.DeviceError), (4, luxfield.Interrupted),
+                                        (-9, luxfield.errors.InternalError)])
+def test_every_exit_code_is_an_exception_with_the_last_sentence(code, kind, tmp_path, monkeypatch):
+    end = f"exit {code}" if code > 0 else f"kill {code} $$"
+    program_that(tmp_path, monkeypatch, f"echo luxfield: warning: mind the gap >&2; echo luxfield: so it is >&2; {end}")
+    with pytest.warns(luxfield.LuxfieldWarning, match="mind the gap") as warned:
+        with pytest.raises(kind, match="^so it is$") as raised:
+            luxfield.info("x")
+    assert type(raised.value) is kind and warned[0].filename == __file__
+
+
+def test_ctrl_c_reaches_the_program_which_ends_in_its_own_way(tmp_path):
+    script = tmp_path / "program"
+    script.write_text(f"#!/bin/sh\ntrap 'echo ended > {tmp_path}/ended; exit 4' INT\n: > {tmp_path}/begun\n"
+                      "while :; do sleep 0.05; done\n")
+    script.chmod(0o755)
+    code = "import luxfield\ntry: luxfield.info('x')\nexcept KeyboardInterrupt: print('interrupted')"
+    environment = {**os.environ, "LUXFIELD_PROGRAM": str(script)}
+    notebook = subprocess.Popen([sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "begun").exists():
+        assert time.monotonic() < deadline and notebook.poll() is None
+        time.sleep(0.02)
+    notebook.send_signal(signal.SIGINT)
+    assert notebook.communicate(timeout=60)[0] == "interrupted\n"
+    assert (tmp_path / "ended").read_text() == "ended\n"
+
+
+def test_a_program_that_is_not_there_is_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv("LUXFIELD_PROGRAM")
+    monkeypatch.setattr(process, "__file__", str(tmp_path / "a/b/process.py"))
+    with pytest.raises(luxfield.InputError, match="LUXFIELD_PROGRAM"):
+        luxfield.info("x")
+    (tmp_path / "luxfield").write_text("#!/bin/sh\n")
+    (tmp_path / "luxfield").chmod(0o755)
+    assert process.program() == str(tmp_path / "luxfield")
 
 
 def test_errors_are_pythons_with_the_programs_sentence(tmp_path, small):
@@ -145,6 +198,8 @@ def test_options_as_on_the_command_line():
 def test_toml_of_dicts_reads_back():
     import tomllib
 
+    named = {"caf\u00e9 \U0001f4a1": {"a.b": "\U0001f4a1\x7f\x01", "x": [{"y z": 1}]}}
+    assert tomllib.loads(toml.dumps(named)) == named
     table = {"a": {"b": 1, "c": {"d": [0.5, 1e-9]}, "text": 'quoted "and"\n', "none": None}, "flag": True,
              "list": [{"x": 1}, {"x": 2, "deep": {"y": np.float64(3)}}], "array": np.arange(3)}
     assert tomllib.loads(toml.dumps(table)) == {
