@@ -182,12 +182,16 @@ Program::Program()
   app_.get_formatter()->column_width(38);
 }
 
-CLI::App& Program::AddVerb(const std::string& name, const std::string& description, Action action) {
-  return AddVerb(app_, name, description, std::move(action));
+CLI::App& Program::AddVerb(std::string_view name, Action action) {
+  return AddVerb(VerbNamed(name), std::move(action));
 }
 
-CLI::App& Program::AddGroup(const std::string& name, const std::string& description) {
-  CLI::App* group = app_.add_subcommand(name, description);
+CLI::App& Program::AddVerb(const VerbName& verb, Action action) {
+  return AddVerb(app_, std::string(verb.name), std::string(verb.description), std::move(action));
+}
+
+CLI::App& Program::AddGroup(const VerbName& verb) {
+  CLI::App* group = app_.add_subcommand(std::string(verb.name), std::string(verb.description));
   group->require_subcommand(1);
   return *group;
 }

@@ -6,9 +6,11 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "luxfield/cli/verb_list.h"
 #include "luxfield/core/json.h"
 
 namespace luxfield::cli {
@@ -30,11 +32,14 @@ class Program {
   // Runs the verb named on the command line and returns the exit code (0, 1, 2, 3 or 4).
   int Run(int argc, char** argv);
 
-  // A verb with the common options; the caller adds its own and hands over the action. Options must
-  // be captured by shared_ptr: they are filled in after the verb is declared.
-  CLI::App& AddVerb(const std::string& name, const std::string& description, Action action);
+  // A verb of the list (cli/verb_list.h) with the common options; the caller adds its own and hands
+  // over the action. Options must be captured by shared_ptr: they are filled in after the verb is
+  // declared.
+  CLI::App& AddVerb(std::string_view name, Action action);
+  // One of a room above this one.
+  CLI::App& AddVerb(const VerbName& verb, Action action);
   // A verb that is followed by a name of its own, and these names, likewise.
-  CLI::App& AddGroup(const std::string& name, const std::string& description);
+  CLI::App& AddGroup(const VerbName& verb);
   CLI::App& AddVerb(CLI::App& group, const std::string& name, const std::string& description,
                     Action action);
   const Common& common() const { return common_; }

@@ -3,15 +3,11 @@
 // beside it or, installed, in libexec/luxfield/.
 #pragma once
 
-#include <string_view>
 #include <vector>
 
-namespace luxfield::cli {
+#include "luxfield/cli/verb_list.h"
 
-// A verb as `luxfield --help` lists it.
-struct VerbName {
-  std::string_view name, description;
-};
+namespace luxfield::cli {
 
 // What main() does: `--help`, `--version`, `info` of files other than .toml, and words that are no
 // verb; everything else is handed over. `more` are verbs of rooms above this one, listed before

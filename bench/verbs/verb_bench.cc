@@ -473,8 +473,7 @@ void AddEnvironment(cli::Program& program, CLI::App& benches) {
 }  // namespace
 
 void AddBench(cli::Program& program) {
-  CLI::App& benches =
-      program.AddGroup(std::string(kBenchVerb.name), std::string(kBenchVerb.description));
+  CLI::App& benches = program.AddGroup(kBenchVerb);
   program.AddVerb(benches, "solve",
                   "The Gram solve against a memory copy, and the non-negative one", [] {
                     return Finish(BenchSolve({}), CpuName(),

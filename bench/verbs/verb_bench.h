@@ -2,7 +2,7 @@
 #pragma once
 
 #include "luxfield/cli/program.h"
-#include "luxfield/cli/quick.h"
+#include "luxfield/cli/verb_list.h"
 
 namespace luxfield::bench {
 

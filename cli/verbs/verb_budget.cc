@@ -54,11 +54,7 @@ core::Json Run(const Options& options) {
 
 void AddBudget(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb(
-      "budget",
-      "Where the uncertainty of radiance, flux and irradiance comes from: noise, exposure, drift, "
-      "stage, geometry, filter, stray light, missing positions, light meter, basis",
-      [options] { return Run(*options); });
+  CLI::App& verb = program.AddVerb("budget", [options] { return Run(*options); });
   verb.add_option("SESSION", options->session, "The session folder")
       ->required()
       ->check(InputFile({core::FileKind::kLightFieldSession, core::FileKind::kSession}));

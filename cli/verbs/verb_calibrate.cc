@@ -33,8 +33,7 @@ core::Json RunSensor(const Options& options) {
 }  // namespace
 
 void AddCalibrate(Program& program) {
-  CLI::App& group = program.AddGroup(
-      "calibrate", "Calibrate parts of a lab: sensor, response, geometry, flat field, glare");
+  CLI::App& group = program.AddGroup(VerbNamed("calibrate"));
   AddCalibrateGeometry(program, group);
   AddCalibrateFlatField(program, group);
   AddCalibrateGlare(program, group);

@@ -109,11 +109,8 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
 
 void AddCapture(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb =
-      program.AddVerb("capture",
-                      "Measure a plan into a session folder; Ctrl-Z pauses a light field and goes "
-                      "on, Ctrl-C ends, --resume continues",
-                      [options, &program] { return Run(*options, program.common().seed); });
+  CLI::App& verb = program.AddVerb(
+      "capture", [options, &program] { return Run(*options, program.common().seed); });
   verb.add_option("PLAN", options->plan, "The plan.toml")
       ->required()
       ->check(InputFile({core::FileKind::kPlan}));

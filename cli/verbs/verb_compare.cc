@@ -98,9 +98,7 @@ core::Json Compare(const Options& options) {
 
 void AddCompare(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb =
-      program.AddVerb("compare", "How far picture (or light field) A is from the reference B",
-                      [options] { return Compare(*options); });
+  CLI::App& verb = program.AddVerb("compare", [options] { return Compare(*options); });
   verb.add_option("A", options->a, "EXR picture or .lf.exr")->required();
   verb.add_option("B", options->b, "The reference, of the same kind and size")->required();
   verb.add_option("--environment", options->face_size,

@@ -225,8 +225,7 @@ void AddDevices(Program& program) {
   auto options = std::make_shared<Options>();
   auto test = std::make_shared<CLI::App*>(nullptr);
   CLI::App& verb = program.AddVerb(
-      "devices", "List drivers, ports, a lab's devices and OpenCL devices; test a device",
-      [options, test] { return (*test)->parsed() ? Test(*options) : Run(*options); });
+      "devices", [options, test] { return (*test)->parsed() ? Test(*options) : Run(*options); });
   verb.add_option("LAB", options->lab, "A lab.toml: open its devices and show their capabilities")
       ->check(InputFile({core::FileKind::kLab}));
   verb.add_option(

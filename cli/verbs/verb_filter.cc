@@ -202,7 +202,7 @@ void AddPhotograph(Program& program, CLI::App& group) {
 }  // namespace
 
 void AddFilter(Program& program) {
-  CLI::App& group = program.AddGroup("filter", "Print optical filters, and measure them");
+  CLI::App& group = program.AddGroup(VerbNamed("filter"));
   auto print = std::make_shared<PrintVerb>();
   CLI::App& verb = program.AddVerb(
       group, "print",

@@ -143,8 +143,7 @@ core::Json Run(const Options& options) {
 
 void AddImport(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb("import", "Turn a ray file into light fields",
-                                   [options] { return Run(*options); });
+  CLI::App& verb = program.AddVerb("import", [options] { return Run(*options); });
   verb.add_option("FILE", options->rays, "A ray file of TM-25, Zemax, LightTools or Speos")
       ->required()
       ->check(InputFile({core::FileKind::kRays}));

@@ -291,10 +291,9 @@ Json Info(const std::string& path, const std::string& layout, const InfoOfToml& 
 void AddInfo(Program& program, InfoOfToml info_of_toml) {
   auto path = std::make_shared<std::string>();
   auto layout = std::make_shared<std::string>();
-  CLI::App& verb = program.AddVerb("info", "What a file or session is, and whether it is whole",
-                                   [path, layout, info_of_toml = std::move(info_of_toml)] {
-                                     return Info(*path, *layout, info_of_toml);
-                                   });
+  CLI::App& verb = program.AddVerb("info", [path, layout, info_of_toml = std::move(info_of_toml)] {
+    return Info(*path, *layout, info_of_toml);
+  });
   verb.add_option(
           "FILE", *path,
           "Any file luxfield reads or writes, a session folder, or a folder or .txt list of "

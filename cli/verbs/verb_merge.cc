@@ -87,11 +87,8 @@ core::Json Run(const Options& options, const CLI::App& verb) {
 void AddMerge(Program& program) {
   auto options = std::make_shared<Options>();
   auto verb_itself = std::make_shared<CLI::App*>();
-  CLI::App& verb = program.AddVerb(
-      "merge",
-      "Merge the exposure brackets of a session into irradiance, or a stack of pictures into "
-      "radiance, with error bars",
-      [options, verb_itself] { return Run(*options, **verb_itself); });
+  CLI::App& verb =
+      program.AddVerb("merge", [options, verb_itself] { return Run(*options, **verb_itself); });
   *verb_itself = &verb;
   verb.add_option("INPUT", options->inputs,
                   "The session folder, or PNG, JPEG or TIFF pictures of one scene with different "

@@ -129,14 +129,10 @@ core::Json ForTarget(const Options& options, std::uint64_t seed) {
 
 void AddPlan(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb(
-      "plan",
-      "Expand a plan against a lab: positions, exposures, time, bytes; or find the plan that a "
-      "scene needs for an error",
-      [options, &program] {
-        return options->max_error.empty() ? DryRun(*options)
-                                          : ForTarget(*options, program.common().seed.value_or(1));
-      });
+  CLI::App& verb = program.AddVerb("plan", [options, &program] {
+    return options->max_error.empty() ? DryRun(*options)
+                                      : ForTarget(*options, program.common().seed.value_or(1));
+  });
   verb.add_option("PLAN", options->plan,
                   "The plan.toml; with --max-error what the search leaves alone: unit, darks, "
                   "references, warm-up")

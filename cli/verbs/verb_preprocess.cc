@@ -126,9 +126,9 @@ core::Json Run(const Options& options, std::uint64_t seed) {
 
 void AddPreprocess(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb(
-      "preprocess", "Build the sampling tables of a light field",
-      [options, &program] { return Run(*options, program.common().seed.value_or(1)); });
+  CLI::App& verb = program.AddVerb("preprocess", [options, &program] {
+    return Run(*options, program.common().seed.value_or(1));
+  });
   verb.add_option("LIGHT_FIELD", options->light_field, "The .lf.exr")
       ->required()
       ->check(InputFile({core::FileKind::kLightField}));

@@ -78,9 +78,7 @@ core::Json Run(const Options& options) {
 
 void AddProbe(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb(
-      "probe", "A bracketed photograph of a mirroring ball or a fisheye sky as an environment map",
-      [options] { return Run(*options); });
+  CLI::App& verb = program.AddVerb("probe", [options] { return Run(*options); });
   verb.add_option("PROBE", options->description, "The probe.toml (docs/formats/probe.md)")
       ->required();
   verb.add_option("-o,--output", options->output, "The .exr to write")

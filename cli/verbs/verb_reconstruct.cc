@@ -125,9 +125,7 @@ core::Json Run(const Options& options) {
 
 void AddReconstruct(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb(
-      "reconstruct", "Solve measurements for the coefficient images of the light field",
-      [options] { return Run(*options); });
+  CLI::App& verb = program.AddVerb("reconstruct", [options] { return Run(*options); });
   verb.add_option("MEASUREMENTS", options->measurements,
                   "The .meas.exr of `luxfield merge`; several of one plan are solved together, "
                   "weighted by sigma")

@@ -70,9 +70,7 @@ core::Json Run(const Options& options) {
 
 void AddRelight(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb =
-      program.AddVerb("relight", "Scale lights of a picture of 'render --light-groups'",
-                      [options]() -> core::Json { return Run(*options); });
+  CLI::App& verb = program.AddVerb("relight", [options]() -> core::Json { return Run(*options); });
   verb.add_option("PICTURE", options->picture, "The EXR with light groups")
       ->required()
       ->check(InputFile({core::FileKind::kExrPicture}));

@@ -288,8 +288,7 @@ core::Json Run(Options options, const Common& common) {
 void AddRender(Program& program) {
   auto options = std::make_shared<Options>();
   CLI::App& verb = program.AddVerb(
-      "render", "Light a scene with measured luminaires and environment maps",
-      [options, &program]() -> core::Json { return Run(*options, program.common()); });
+      "render", [options, &program]() -> core::Json { return Run(*options, program.common()); });
   std::vector<std::string> names;
   std::string guarantees;
   for (const auto& traits : render::EstimatorList()) {

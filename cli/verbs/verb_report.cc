@@ -28,11 +28,7 @@ core::Json Run(const Options& options) {
 
 void AddReport(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb(
-      "report",
-      "How a session went, as a page: what is whole, drift, exposures, re-shoots, temperatures, "
-      "stage, lamp supply",
-      [options] { return Run(*options); });
+  CLI::App& verb = program.AddVerb("report", [options] { return Run(*options); });
   verb.add_option("SESSION", options->session, "The session folder, sealed or not")
       ->required()
       ->check(InputSession());

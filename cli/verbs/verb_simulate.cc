@@ -54,8 +54,7 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
 void AddSimulate(Program& program) {
   auto options = std::make_shared<Options>();
   CLI::App& verb = program.AddVerb(
-      "simulate", "Write the true light field of a simulated lab, to judge a measurement by",
-      [options, &program] { return Run(*options, program.common().seed); });
+      "simulate", [options, &program] { return Run(*options, program.common().seed); });
   verb.add_option("LAB", options->lab, "The lab.toml of a simulated lab")
       ->required()
       ->check(InputFile({core::FileKind::kLab}));

@@ -173,11 +173,7 @@ core::Json Run(const Options& options) {
 
 void AddSky(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb(
-      "sky",
-      "The sun and the sky, clear or with clouds, of a place and time as an environment map, or of "
-      "a day as a sequence",
-      [options] { return Run(*options); });
+  CLI::App& verb = program.AddVerb("sky", [options] { return Run(*options); });
   verb.add_option("-o,--output", options->output,
                   "The .exr (FLOAT) or .hdr (to 1/256) to write; with --day a new folder")
       ->required();

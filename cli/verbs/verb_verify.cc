@@ -53,9 +53,7 @@ core::Json Run(const Options& options) {
 
 void AddVerify(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb(
-      "verify", "Check every byte of a session; --salvage keeps what is whole of a damaged one",
-      [options] { return Run(*options); });
+  CLI::App& verb = program.AddVerb("verify", [options] { return Run(*options); });
   verb.add_option("SESSION", options->session, "The session folder")
       ->required()
       ->check(InputSession());

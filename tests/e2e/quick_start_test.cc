@@ -30,7 +30,8 @@ TEST(QuickStart, LinksNoneOfTheLargeLibraries) {
     EXPECT_THAT(linked.out, Not(HasSubstr(library)));
 }
 
-// Both programs say the same of themselves and of words that are no verb.
+// Both programs say the same of themselves and of words that are no verb; they list the verbs in one
+// order.
 TEST(QuickStart, SaysWhatTheProgramOfAllVerbsSays) {
   const auto folder = FreshFolder("quick_says");
   const std::vector<std::vector<std::string>> words = {{},
