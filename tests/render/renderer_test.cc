@@ -7,94 +7,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <map>
 #include <numbers>
 
-#include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
-#include "luxfield/core/progress.h"
-#include "luxfield/core/random.h"
 #include "luxfield/lightfield/light_vector.h"
 #include "luxfield/lightfield/posed_light_field.h"
-#include "luxfield/preprocess/table_io.h"
 #include "luxfield/render/film/film.h"
+#include "tests/render/renderer_fixture.h"
 
 namespace luxfield::render {
 namespace {
-
-using lightfield::LightField;
-using lightfield::Vec3;
-
-std::filesystem::path Temporary(const std::string& name) {
-  return std::filesystem::path(testing::TempDir()) / ("luxfield_renderer_" + name);
-}
-
-// 3 x 2 images of 8 x 6 texels with structure, a lamp 0.1 m wide.
-LightField Lamp(int channels, lightfield::FluxUnit unit = lightfield::FluxUnit::kLumen) {
-  lightfield::LuminaireGeometry geometry;
-  geometry.delta_m = 0.05;
-  geometry.grid = lightfield::BasisGrid::Centred(
-      lightfield::Basis::Make(lightfield::BasisKind::kBspline2), 3, 2, 0.02);
-  geometry.lattice = {8, 6, -0.08, 0.06, 0.02, 0.02};
-  geometry.channels = channels;
-  geometry.unit = unit;
-  LightField field(geometry);
-  core::Random random(77, 0);
-  for (float& value : field.data) value = static_cast<float>(1e6 * random.Uniform());
-  return field;
-}
-
-// The lamp's file, and its tables beside it unless `tables` is false.
-std::filesystem::path WriteLamp(const std::string& name, const LightField& field,
-                                bool tables = true) {
-  const auto path = Temporary(name + ".lf.exr");
-  WriteLightField(path, field);
-  const auto tables_path = Temporary(name + ".tab.exr");
-  std::filesystem::remove(tables_path);
-  if (tables)
-    preprocess::WriteTables(
-        tables_path, preprocess::BuildTables(field, path.string(), core::Sha256OfFile(path)));
-  return path;
-}
-
-// A floor, lit from above by `luminaires`.
-scene::Scene Floor(std::vector<scene::Luminaire> luminaires) {
-  scene::Scene scene;
-  scene.geometry.materials = {{"m", {0.25f, 0.5f, 0.75f}, -1}};
-  scene::AppendQuad({-3, -3, 0}, {6, 0, 0}, {0, 6, 0}, 0, scene.geometry);
-  scene.camera = scene::Camera::LookAt({0.5, -2, 2}, {0, 0.3, 0}, {0, 0, 1}, 70, 24, 16);
-  scene.luminaires = std::move(luminaires);
-  return scene;
-}
-
-scene::Luminaire Above(const std::filesystem::path& file, double x, double scale) {
-  return {fmt::format("lamp at {}", x),
-          file,
-          {},
-          scene::LookAt({x, 0, 1}, {0.2, 0.1, 0}, {0, 1, 0}),
-          scale};
-}
-
-Frame RenderWith(const scene::Scene& scene, RenderOptions options) {
-  LitScene lit(Device::Open(), scene);
-  return Renderer(lit, options).Render();
-}
-
-RenderOptions Unshadowed(const std::string& estimator) {
-  RenderOptions options;
-  options.estimator = estimator;
-  options.shadows = Shadows::kNone;
-  return options;
-}
-
-class RendererTest : public testing::Test {
- protected:
-  static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
-};
 
 TEST_F(RendererTest, AFrameListsItsKernels) {
   const auto file = WriteLamp("kernels", Lamp(1), false);
@@ -281,160 +206,6 @@ TEST_F(RendererTest, AnEmptySceneAndAnUnlitOneAreBlack) {
   EXPECT_THAT(empty.coverage.data, testing::Each(0.0f));
 }
 
-// The sum over a picture of two scaled lamps, two surface points a pixel, against the exact one,
-// judged by the frame's own variance.
-TEST_F(RendererTest, SampledFramesMatchExactOnesWithinTheirVariance) {
-  const auto file = WriteLamp("sampled", Lamp(3));
-  const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
-  auto options = Unshadowed("windowed");
-  options.antialias = 2;
-  options.samples_per_pixel = 101;
-  options.seed = 31;
-  const Frame sampled = RenderWith(scene, options);
-  options.estimator = "exact";
-  const Frame exact = RenderWith(scene, options);
-  double difference = 0, variance = 0, total = 0;
-  for (int row = 0; row < exact.height; ++row)
-    for (int column = 0; column < exact.width; ++column) {
-      const double weights[3] = {0.2126, 0.7152, 0.0722};
-      for (int c = 0; c < 3; ++c) {
-        difference +=
-            weights[c] * (sampled.radiance.at(c, row, column) - exact.radiance.at(c, row, column));
-        total += weights[c] * exact.radiance.at(c, row, column);
-      }
-      variance += sampled.variance.at(0, row, column);
-      if (exact.coverage.at(0, row, column) == 1 && exact.irradiance.at(1, row, column) > 0) {
-        EXPECT_GT(sampled.samples.at(0, row, column), 0);
-      }
-    }
-  SCOPED_TRACE(testing::Message() << "seed 31, total " << total << ", sigma "
-                                  << std::sqrt(variance));
-  EXPECT_LT(std::abs(difference), 4 * std::sqrt(variance));
-  EXPECT_LT(std::sqrt(variance), 0.05 * total);
-  EXPECT_GT(variance, 0);
-}
-
-// With passes the variance is that of the mean between them, stratification included: over a
-// picture the squared errors against `exact` must add up to it. Two rounds of passes are one longer
-// one.
-TEST_F(RendererTest, VarianceOfPassesIsTheErrorSquared) {
-  const auto file = WriteLamp("passes", Lamp(3));
-  auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
-  scene.camera = scene::Camera::LookAt({0.5, -2, 2}, {0, 0.3, 0}, {0, 0, 1}, 70, 96, 64);
-  auto options = Unshadowed("exact");
-  const Frame exact = RenderWith(scene, options);
-  options.estimator = "windowed";
-  options.samples_per_pixel = 256;
-  options.seed = 32;
-  options.passes = 16;
-  const Frame first = RenderWith(scene, options);
-  options.first_pass = 16;
-  options.samples_per_pixel = 128;
-  options.passes = 8;
-  const Frame second = RenderWith(scene, options);
-  for (const Frame& frame : {first, second, MeanFrame(first, 16, second, 8)}) {
-    double square = 0, variance = 0, spread = 0;
-    for (int row = 0; row < exact.height; ++row)
-      for (int column = 0; column < exact.width; ++column) {
-        const auto luminance = [&](const Frame& f) {
-          return 0.2126 * f.radiance.at(0, row, column) + 0.7152 * f.radiance.at(1, row, column) +
-                 0.0722 * f.radiance.at(2, row, column);
-        };
-        const double error = luminance(frame) - luminance(exact);
-        const double stated = frame.variance.at(0, row, column);
-        square += error * error;
-        variance += stated;
-        spread += (error * error - stated) * (error * error - stated);
-      }
-    std::printf("passes: squared error over stated variance %.3f +- %.3f, seed 32\n",
-                square / variance, std::sqrt(spread) / variance);
-    EXPECT_LT(std::abs(square - variance), 4 * std::sqrt(spread));
-    EXPECT_LT(std::sqrt(spread), 0.2 * variance);
-  }
-}
-
-// A density changes how many samples a pixel takes and not what is expected of them: pooled over
-// each half, the difference to the closed form lies within what the picture states.
-TEST_F(RendererTest, SampleDensityDealsOutSamples) {
-  const auto file = WriteLamp("density", Lamp(3));
-  const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
-  const Frame exact = RenderWith(scene, Unshadowed("exact"));
-  for (const char* estimator : {"windowed", "cells", "exact"}) {
-    SCOPED_TRACE(testing::Message() << estimator << ", seed 33");
-    auto options = Unshadowed(estimator);
-    options.seed = 33;
-    options.passes = 3;
-    const auto even = [&](int samples) {
-      options.samples_per_pixel = samples;
-      return RenderWith(scene, options);
-    };
-    const Frame few = even(24), many = even(192);
-    options.samples_per_pixel = 48;
-    options.sample_density = core::Image(2, 1, 1);
-    options.sample_density.data = {0.5f, 4.0f};
-    const Frame dealt = RenderWith(scene, options);
-    double difference[2] = {}, variance[2] = {}, total[2] = {};
-    for (int row = 0; row < dealt.height; ++row)
-      for (int column = 0; column < dealt.width; ++column) {
-        const int half = column < dealt.width / 2 ? 0 : 1;
-        const Frame& same = half == 0 ? few : many;
-        EXPECT_EQ(dealt.samples.at(0, row, column), same.samples.at(0, row, column));
-        EXPECT_EQ(dealt.coverage.at(0, row, column), same.coverage.at(0, row, column));
-        const auto luminance = [&](const Frame& frame) {
-          return core::Luminance({frame.radiance.at(0, row, column),
-                                  frame.radiance.at(1, row, column),
-                                  frame.radiance.at(2, row, column)});
-        };
-        difference[half] += luminance(dealt) - luminance(exact);
-        variance[half] += dealt.variance.at(0, row, column);
-        total[half] += luminance(exact);
-      }
-    for (int half = 0; half < 2; ++half) {
-      EXPECT_LE(std::abs(difference[half]), 4 * std::sqrt(variance[half]) + 1e-6 * total[half]);
-      EXPECT_LT(std::sqrt(variance[half]), 0.05 * total[half]);
-    }
-  }
-  auto options = Unshadowed("windowed");
-  options.samples_per_pixel = 8;
-  const Frame even = RenderWith(scene, options);
-  options.sample_density = core::Image(1, 1, 1);
-  options.sample_density.data = {0.01f};
-  const Frame thin = RenderWith(scene, options);
-  for (std::size_t i = 0; i < thin.samples.data.size(); ++i)
-    EXPECT_EQ(thin.samples.data[i], even.samples.data[i] / 2) << "two of each lamp";
-  options.sample_density.data = {0};
-  EXPECT_THAT([&] { RenderWith(scene, options); },
-              testing::ThrowsMessage<InputError>(testing::HasSubstr("sample density = 0")));
-}
-
-// Passes together state what they state alone.
-TEST_F(RendererTest, PassesKeepWhatTheyStateThemselves) {
-  const auto file = WriteLamp("stated", Lamp(3));
-  const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
-  auto options = Unshadowed("windowed");
-  options.samples_per_pixel = 20;
-  options.relight = false;
-  const Frame first = RenderWith(scene, options);
-  EXPECT_EQ(first.stated_variance.data, first.variance.data);
-  EXPECT_EQ(first.variance_scale, 1);
-  options.first_pass = 1;
-  const Frame second = RenderWith(scene, options);
-  options.first_pass = 0;
-  options.passes = 2;
-  options.samples_per_pixel = 40;
-  const Frame both = RenderWith(scene, options);
-  const Frame mean = MeanFrame(first, 20, second, 20);
-  double between = 0, stated = 0;
-  for (std::size_t i = 0; i < both.variance.data.size(); ++i) {
-    const float expected = (first.variance.data[i] + second.variance.data[i]) / 4;
-    EXPECT_NEAR(both.stated_variance.data[i], expected, 1e-6 * expected);
-    EXPECT_NEAR(mean.stated_variance.data[i], expected, 1e-6 * expected);
-    between += both.variance.data[i];
-    stated += both.stated_variance.data[i];
-  }
-  EXPECT_LT(between, stated);  // stratified
-}
-
 // A surface's own light is seen over its share of each pixel, and changes nothing else.
 TEST_F(RendererTest, EmissionIsSeenAndLightsNothing) {
   scene::Scene scene = Floor({Above(WriteLamp("emission", Lamp(3)), 0, 1)});
@@ -461,44 +232,6 @@ TEST_F(RendererTest, EmissionIsSeenAndLightsNothing) {
   EXPECT_EQ(dark.alpha.data, dark.coverage.data);  // no sky behind
   EXPECT_EQ(bright.irradiance.data, dark.irradiance.data);
   EXPECT_EQ(bright.variance.data, dark.variance.data);
-}
-
-// Pixels that are lit again change what is said of the noise and nothing else, whatever the samples
-// of a pixel and the surface points are.
-TEST_F(RendererTest, RelitPixelsScaleTheVarianceAlone) {
-  const auto file = WriteLamp("relit", Lamp(3));
-  const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
-  auto options = Unshadowed("windowed");
-  options.samples_per_pixel = 128;
-  options.antialias = 2;
-  options.sample_density = core::Image(2, 1, 1);
-  options.sample_density.data = {0.5f, 4.0f};
-  const Frame relit = RenderWith(scene, options);
-  options.relight = false;
-  const Frame plain = RenderWith(scene, options);
-  EXPECT_EQ(relit.radiance.data, plain.radiance.data);
-  EXPECT_EQ(relit.samples.data, plain.samples.data);
-  EXPECT_EQ(relit.stated_variance.data, plain.variance.data);
-  EXPECT_LT(relit.variance_scale, 0.9);  // stratified
-  EXPECT_GT(relit.scale_log_variance, 0);
-  EXPECT_LT(relit.scale_log_variance, 0.1);
-  for (std::size_t i = 0; i < plain.variance.data.size(); ++i)
-    EXPECT_NEAR(relit.variance.data[i], relit.variance_scale * plain.variance.data[i],
-                1e-5 * plain.variance.data[i]);
-  // Means of two keep what both know.
-  options.relight = true;
-  options.first_pass = 1;
-  const Frame other = RenderWith(scene, options), mean = MeanFrame(relit, 1, other, 1);
-  EXPECT_NE(relit.variance_scale, other.variance_scale);
-  EXPECT_LT(std::abs(std::log(other.variance_scale / relit.variance_scale)),
-            4 * std::sqrt(relit.scale_log_variance + other.scale_log_variance));
-  EXPECT_LT(mean.variance_scale, std::max(relit.variance_scale, other.variance_scale));
-  EXPECT_GT(mean.variance_scale, std::min(relit.variance_scale, other.variance_scale));
-  EXPECT_LT(mean.scale_log_variance,
-            0.7 * std::max(relit.scale_log_variance, other.scale_log_variance));
-  // Nothing random, nothing lit again.
-  options.estimator = "exact";
-  EXPECT_EQ(RenderWith(scene, options).variance_scale, 1);
 }
 
 TEST_F(RendererTest, ShadowsHideAndSpare) {
