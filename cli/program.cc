@@ -20,6 +20,7 @@
 #include "luxfield/core/printable.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/core/stopwatch.h"
+#include "luxfield/version.h"
 
 namespace luxfield::cli {
 namespace {

@@ -32,7 +32,7 @@ set(device_bench_sources
     render/accuracy/car2.cc
     render/accuracy/lamp_tables.cc)
 # A new estimator and its tables are part of the bench without a line here; reading and writing files is not.
-file(GLOB device_bench_estimators CONFIGURE_DEPENDS RELATIVE ${CMAKE_SOURCE_DIR}
+file(GLOB device_bench_estimators CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}
      preprocess/*.cc render/estimators/*.cc)
 list(FILTER device_bench_estimators EXCLUDE REGEX "_io\\.cc$")
 
@@ -45,4 +45,4 @@ target_link_libraries(device_bench PRIVATE OpenCL::OpenCL fmt::fmt-header-only n
 target_compile_options(device_bench PRIVATE -fno-sanitize=all)  # instrumented sections stay, and miss the rooms not compiled in
 target_link_options(device_bench PRIVATE -static-libstdc++ -static-libgcc -Wl,--gc-sections)
 # A libOpenCL.so.1 beside the program serves where the machine has a driver but no loader.
-set_target_properties(device_bench PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR} BUILD_RPATH "$ORIGIN")
+set_target_properties(device_bench PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR} BUILD_RPATH "$ORIGIN")

@@ -16,6 +16,7 @@
 #include "luxfield/core/file.h"
 #include "luxfield/core/parallel.h"
 #include "luxfield/render/device/device.h"
+#include "luxfield/version.h"
 
 namespace {
 

@@ -12,6 +12,7 @@
 #include "luxfield/core/file.h"
 #include "luxfield/core/parallel.h"
 #include "luxfield/core/spare_memory.h"
+#include "luxfield/version.h"
 
 namespace luxfield::capture {
 namespace {

@@ -13,6 +13,7 @@
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
 #include "luxfield/session/session_path.h"
+#include "luxfield/version.h"
 
 namespace luxfield::capture {
 namespace {

@@ -12,6 +12,7 @@
 #include "luxfield/cli/svg/svg_plot.h"
 #include "luxfield/cli/verbs/verb_calibrate.h"
 #include "luxfield/reconstruct/calibrate/response/calibrate_response.h"
+#include "luxfield/version.h"
 
 namespace luxfield::cli {
 namespace {

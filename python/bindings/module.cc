@@ -8,6 +8,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/file_kind.h"
 #include "luxfield/core/parallel.h"
+#include "luxfield/version.h"
 
 namespace py = pybind11;
 

@@ -11,6 +11,7 @@
 #include "luxfield/core/progress.h"
 #include "luxfield/reconstruct/bracket/noise_model.h"
 #include "luxfield/reconstruct/calibrate/geometry/geometry_start.h"
+#include "luxfield/version.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -11,6 +11,7 @@
 #include "luxfield/lightfield/measurements.h"
 #include "luxfield/reconstruct/bracket/mosaic_sites.h"
 #include "luxfield/reconstruct/bracket/session_views.h"
+#include "luxfield/version.h"
 
 namespace luxfield::reconstruct {
 namespace {

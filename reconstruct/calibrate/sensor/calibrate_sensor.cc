@@ -14,6 +14,7 @@
 #include "luxfield/core/progress.h"
 #include "luxfield/reconstruct/bracket/mosaic_sites.h"
 #include "luxfield/rig/cfa.h"
+#include "luxfield/version.h"
 
 namespace luxfield::reconstruct {
 namespace {

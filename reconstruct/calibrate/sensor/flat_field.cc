@@ -13,6 +13,7 @@
 #include "luxfield/core/progress.h"
 #include "luxfield/reconstruct/bracket/mosaic_sites.h"
 #include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
+#include "luxfield/version.h"
 
 namespace luxfield::reconstruct {
 namespace {
