@@ -69,28 +69,45 @@ Error Compare(const std::vector<double>& e, const std::vector<double>& truth) {
   return {std::sqrt(mean_square) / mean, std::sqrt(mean_square + 2 * standard_error) / mean};
 }
 
-LightField Crop(const LightField& field, int first_i, int last_i, int first_j, int last_j,
-                int first_column, int last_column, int first_row, int last_row) {
+struct IndexRange {
+  int begin = 0, end = 0;
+  int count() const { return end - begin; }
+  void Include(int k) {
+    begin = std::min(begin, k);
+    end = std::max(end, k + 1);
+  }
+};
+
+// A part of a light field: images of the grid, texels of the lattice.
+struct FieldPart {
+  IndexRange i, j, columns, rows;
+
+  static FieldPart All(const LuminaireGeometry& g) {
+    return {{0, g.grid.width}, {0, g.grid.height}, {0, g.lattice.width}, {0, g.lattice.height}};
+  }
+};
+
+LightField Crop(const LightField& field, const FieldPart& part) {
   LuminaireGeometry g = field.geometry;
-  g.grid.u0_m += first_i * g.grid.spacing_m;
-  g.grid.v0_m += first_j * g.grid.spacing_m;
-  g.grid.width = last_i - first_i;
-  g.grid.height = last_j - first_j;
-  g.lattice.s0_m = field.geometry.lattice.s_of_column(first_column);
-  g.lattice.t1_m = field.geometry.lattice.t_of_row(first_row);
-  g.lattice.width = last_column - first_column;
-  g.lattice.height = last_row - first_row;
+  g.grid.u0_m += part.i.begin * g.grid.spacing_m;
+  g.grid.v0_m += part.j.begin * g.grid.spacing_m;
+  g.grid.width = part.i.count();
+  g.grid.height = part.j.count();
+  g.lattice.s0_m = field.geometry.lattice.s_of_column(part.columns.begin);
+  g.lattice.t1_m = field.geometry.lattice.t_of_row(part.rows.begin);
+  g.lattice.width = part.columns.count();
+  g.lattice.height = part.rows.count();
   LightField cropped(g);
   cropped.provenance = field.provenance;
-  for (int j = first_j; j < last_j; ++j)
-    for (int i = first_i; i < last_i; ++i)
+  for (int j = part.j.begin; j < part.j.end; ++j)
+    for (int i = part.i.begin; i < part.i.end; ++i)
       for (int channel = 0; channel < g.channels; ++channel) {
         const auto from = field.image(field.geometry.grid.index(i, j), channel);
-        const auto to = cropped.image(g.grid.index(i - first_i, j - first_j), channel);
+        const auto to = cropped.image(g.grid.index(i - part.i.begin, j - part.j.begin), channel);
         for (int row = 0; row < g.lattice.height; ++row)
           std::copy_n(from.begin() +
-                          std::ptrdiff_t(row + first_row) * field.geometry.lattice.width +
-                          first_column,
+                          std::ptrdiff_t(row + part.rows.begin) * field.geometry.lattice.width +
+                          part.columns.begin,
                       g.lattice.width, to.begin() + std::ptrdiff_t(row) * g.lattice.width);
       }
   return cropped;
@@ -112,29 +129,27 @@ LightField CropToSeen(const LightField& field, const SeenRectangle& seen) {
   const auto clamp_row = [&](double t) {
     return static_cast<int>(std::clamp(t, 0.0, static_cast<double>(lattice.height)));
   };
-  int first_column = clamp_column(std::floor(lattice.column_of_s(seen.s0_m)));
-  int last_column = clamp_column(std::ceil(lattice.column_of_s(seen.s1_m)));
-  int first_row = clamp_row(std::floor(lattice.row_of_t(seen.t1_m)));
-  int last_row = clamp_row(std::ceil(lattice.row_of_t(seen.t0_m)));
-  if (first_column >= last_column || first_row >= last_row)
+  FieldPart part = FieldPart::All(field.geometry);
+  part.columns = {clamp_column(std::floor(lattice.column_of_s(seen.s0_m))),
+                  clamp_column(std::ceil(lattice.column_of_s(seen.s1_m)))};
+  part.rows = {clamp_row(std::floor(lattice.row_of_t(seen.t1_m))),
+               clamp_row(std::ceil(lattice.row_of_t(seen.t0_m)))};
+  if (part.columns.count() <= 0 || part.rows.count() <= 0)
     throw InputError(
         "no surface of the scene sees light of this luminaire; check the luminaire's "
         "place and direction in the scene");
   const auto& grid = field.geometry.grid;
-  const LightField cropped =
-      Crop(field, 0, grid.width, 0, grid.height, first_column, last_column, first_row, last_row);
-  int first_i = grid.width, last_i = 0, first_j = grid.height, last_j = 0;
+  const LightField cropped = Crop(field, part);
+  FieldPart lit = FieldPart::All(cropped.geometry);
+  lit.i = {grid.width, 0};
+  lit.j = {grid.height, 0};
   for (int j = 0; j < grid.height; ++j)
     for (int i = 0; i < grid.width; ++i)
       if (!IsDark(cropped, grid.index(i, j))) {
-        first_i = std::min(first_i, i);
-        last_i = std::max(last_i, i + 1);
-        first_j = std::min(first_j, j);
-        last_j = std::max(last_j, j + 1);
+        lit.i.Include(i);
+        lit.j.Include(j);
       }
-  if (first_i >= last_i) return cropped;
-  return Crop(cropped, first_i, last_i, first_j, last_j, 0, cropped.geometry.lattice.width, 0,
-              cropped.geometry.lattice.height);
+  return lit.i.count() > 0 ? Crop(cropped, lit) : cropped;
 }
 
 // Coarse functions of one axis: `count` centres `spacing` apart around the middle of the fine ones.
@@ -275,11 +290,12 @@ std::vector<std::vector<double>> ImageIrradiances(const LightField& field,
                                                   const std::vector<Receiver>& receivers) {
   std::vector<std::vector<double>> e;
   const auto& grid = field.geometry.grid;
-  const auto& lattice = field.geometry.lattice;
+  FieldPart image = FieldPart::All(field.geometry);
   for (int m = 0; m < grid.count(); ++m) {
     const int i = m % grid.width, j = m / grid.width;
-    e.push_back(Irradiances(Crop(field, i, i + 1, j, j + 1, 0, lattice.width, 0, lattice.height),
-                            receivers));
+    image.i = {i, i + 1};
+    image.j = {j, j + 1};
+    e.push_back(Irradiances(Crop(field, image), receivers));
   }
   return e;
 }
