@@ -143,7 +143,7 @@ class Camera : public hal::Camera {
   int missed_ = 0;
 };
 
-capture::Plan OnePosition(const hal::RigDescription& rig, double shortest_s, int rungs,
+capture::Plan OnePosition(const rig::RigDescription& rig, double shortest_s, int rungs,
                           int repeats) {
   capture::Plan plan;
   plan.name = "bench";

@@ -17,7 +17,7 @@ namespace luxfield::bench {
 namespace {
 
 using nlohmann::json;
-using reconstruct::SensorModel;
+using rig::SensorModel;
 using session::RawFrame;
 
 constexpr int kExposures = 8;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "luxfield/reconstruct/bracket/noise_model.h"
+#include "luxfield/rig/sensor_model.h"
 
 namespace luxfield::bench {
 
@@ -28,7 +28,7 @@ struct BenchExposuresOptions {
 // deviations in double: relative error below 1e-6. Exact for the sensor, quantisation and clipping
 // included; about 1 / (mean + (read^2 + 1/12) / gain^2) where neither matters. The Cramer-Rao bound
 // of a bracket is sigma(X) = 1 / sqrt(sum t_i^2 I(t_i X)).
-double FisherInformation(const reconstruct::SensorModel& sensor, double mean_e);
+double FisherInformation(const rig::SensorModel& sensor, double mean_e);
 
 // Rows, one a level and sensor, and then what must be flagged:
 //   sensor       `14 bit` (8 electrons of read noise, black level 512), `coarse ADC` (20 electrons

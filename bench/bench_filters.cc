@@ -116,7 +116,7 @@ nlohmann::json BenchFilters(const BenchFiltersOptions& options) {
       reconstruct::Reconstruct(measured.measurements, how));
   const hal::sim::LabDescription truth =
       hal::sim::ReadLab(core::Config::FromFile(wrong), options.seed);
-  const auto shift_error = filter.shift_m - truth.print_errors.shift_m;
+  const auto shift_error = filter.shift_m - truth.filter.errors.shift_m;
   rows.back()["shift_error_m"] = std::hypot(shift_error.x, shift_error.y);
   rows.back()["shift_sigma_m"] = filter.shift_sigma_m;
   rows.back()["light_ratio"] = readings.prints.front().light_ratio;

@@ -341,15 +341,9 @@ void WriteGeometryOfRun(const std::filesystem::path& file, const reconstruct::Er
   const auto value = [&](std::size_t k) { return g.parameters[k].value; };
   const double c = std::cos(value(2)), s = std::sin(value(2)), half = 0.5 * kSensor * kPixel_m;
   g.width = g.height = kSensor;
-  g.image_from_sensor = {kPixel_m * c,
-                         kPixel_m * s,
-                         value(0) + shift_s_m - half * (c + s),
-                         kPixel_m * s,
-                         -kPixel_m * c,
-                         value(1) + shift_t_m - half * (s - c),
-                         0,
-                         0,
-                         1};
+  g.image_from_sensor = {{kPixel_m * c, kPixel_m * s, value(0) + shift_s_m - half * (c + s),
+                          kPixel_m * s, -kPixel_m * c, value(1) + shift_t_m - half * (s - c), 0, 0,
+                          1}};
   g.delta_m = value(3);
   g.stage_axes = {
       {{value(4) * std::cos(value(6)), value(4) * std::sin(value(6)), 0},

@@ -125,11 +125,10 @@ CapturePlanner::CapturePlanner(const CapturePlannerOptions& options)
   s.times = capture::MeasureFrameTimes(s.devices);
   s.noise.camera = s.devices.rig.camera;
   double sensitivity = s.devices.rig.albedo * s.noise.camera.responsivity_e_per_s_per_w_m2[0];
-  if (const auto& v = s.noise.camera.vignetting)
-    sensitivity *=
-        std::accumulate(v->data.begin(), v->data.end(), 0.0) / static_cast<double>(v->data.size());
+  if (const std::vector<float>& v = s.noise.camera.vignetting; !v.empty())
+    sensitivity *= std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
   s.noise.electrons_per_irradiance = sensitivity;
-  s.noise.photon_noise = s.lab.sensor.photon_noise;
+  s.noise.photon_noise = s.lab.camera.sensor.photon_noise;
   s.noise.rounds = camera.bits < 32;
   s.noise.darks = 2 * options.base.dark_repeats;
   const Rectangle sensor =
@@ -151,8 +150,8 @@ CapturePlanner::CapturePlanner(const CapturePlannerOptions& options)
   Rectangle lit{stage.min.x - beyond, stage.max.x + beyond, stage.min.y - beyond,
                 stage.max.y + beyond};
   for (int look = 0; look < 2; ++look)
-    lit =
-        LitRectangle(*s.lab.lamp, delta_m, lit, LatticeOver(sensor, s.lab.pitch_m, options.texels));
+    lit = LitRectangle(*s.lab.lamp, delta_m, lit,
+                       LatticeOver(sensor, s.lab.camera.pitch_m, options.texels));
 
   for (const auto& lamp : scene.luminaires) {
     const auto add = [&](std::vector<Receiver>& list, std::uint64_t stream) {
@@ -181,8 +180,8 @@ CapturePlanner::CapturePlanner(const CapturePlannerOptions& options)
     throw InputError(options.scene.string(), "sees no light through the lab's image plane",
                      "turn its luminaires to what the camera shows");
   s.samples = SampleLamp(*s.lab.lamp, delta_m, lit, options.cells,
-                         LatticeOver(seen, s.lab.pitch_m, options.texels));
-  s.field = {lit, stage, sensor, s.lab.pitch_m, s.samples.lattice};
+                         LatticeOver(seen, s.lab.camera.pitch_m, options.texels));
+  s.field = {lit, stage, sensor, s.lab.camera.pitch_m, s.samples.lattice};
   s.truth_error = RelativeRmse(truth(s.chosen_by, options.truth_nodes * 2 / 3), s.truth).value;
   s.samples_error = RelativeRmse(SampledIrradiance(s.samples, s.chosen_by), s.truth).value;
 }
@@ -216,8 +215,9 @@ CapturePlanner::State::Trial CapturePlanner::State::Try(const PlannedFilters& fi
   devices.rig.spacing_m = filters.grid.spacing_m;
   devices.rig.filter_scale = plan.filter_scale;
   auto expanded = capture::ExpandPlan(plan, devices);
-  ExposedImages exposed(images, filters, judgement, expanded, noise,
-                        filters.lattice.texel_area_m2() / (lab.pitch_m * lab.pitch_m));
+  ExposedImages exposed(
+      images, filters, judgement, expanded, noise,
+      filters.lattice.texel_area_m2() / (lab.camera.pitch_m * lab.camera.pitch_m));
   const auto travel = capture::TravelOf(expanded, devices.stage->limits(), {0, 0});
   return {std::move(judgement), std::move(expanded), std::move(exposed), travel};
 }
@@ -248,7 +248,7 @@ std::vector<PlannedCapture> CapturePlanner::State::PlansOf(const std::string& fa
 
   // A pixel may be brighter than its texel's middle.
   constexpr double kHeadroom = 0.7;
-  const hal::CameraCalibration& calibration = devices.rig.camera;
+  const rig::SensorModel& calibration = devices.rig.camera;
   const double room_s =
       (plan.exposure.saturation_share * calibration.saturation_dn - calibration.black_dn) /
       trial.exposed.largest_rate();

@@ -15,6 +15,8 @@
 #include "luxfield/planning/traced_lamp.h"
 #include "luxfield/preprocess/table_io.h"
 #include "luxfield/render/film/film.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/stated.h"
 
 namespace luxfield::planning {
 namespace {
@@ -38,8 +40,8 @@ void PrepareFolder(const std::filesystem::path& folder) {
 // Shortest and longest exposure of every position, in the order they were taken.
 void ReadBrackets(const std::filesystem::path& session, DemoResult& result) {
   const session::SessionReader reader(session);
-  result.ladder_s = core::Field<std::vector<double>>(
-      core::Field<core::Json>(reader.plan(), "exposure", "plan.json"), "ladder_s", "plan.json");
+  const session::PlanFile plan = session::PlanOf(reader);
+  result.ladder_s = session::Stated(plan.exposure, "exposure", "plan.json").ladder_s;
   std::map<std::pair<int, int>, std::array<double, 3>> brackets;  // time, shortest, longest
   for (const auto& frame : reader.frames()) {
     if (frame.kind != session::FrameKind::kPosition) continue;

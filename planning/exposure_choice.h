@@ -12,7 +12,7 @@ namespace luxfield::planning {
 
 // What a camera adds to irradiance on I, per pixel.
 struct PixelNoise {
-  hal::CameraCalibration camera;
+  rig::SensorModel camera;
   double electrons_per_irradiance = 0;  // per second: R v albedo
   bool photon_noise = true;             // false in a simulated lab without it
   bool rounds = true;                   // whole DN

@@ -21,14 +21,11 @@ std::vector<FilterFamily> FilterFamilies() {
   return families;
 }
 
-Rectangle SeenBySensor(const std::array<double, 9>& image_from_sensor, int width, int height) {
-  const auto at = [&](double column, double row) {
-    const auto& h = image_from_sensor;
-    const double w = h[6] * column + h[7] * row + h[8];
-    return Vec2{(h[0] * column + h[1] * row + h[2]) / w, (h[3] * column + h[4] * row + h[5]) / w};
-  };
-  const Vec2 top_left = at(0, 0), top_right = at(width, 0), bottom_right = at(width, height),
-             bottom_left = at(0, height);
+Rectangle SeenBySensor(const rig::Homography& image_from_sensor, int width, int height) {
+  const double x = width, y = height;
+  const Vec2 top_left = image_from_sensor.Map({0, 0}), top_right = image_from_sensor.Map({x, 0}),
+             bottom_right = image_from_sensor.Map({x, y}),
+             bottom_left = image_from_sensor.Map({0, y});
   return {std::max(top_left.x, bottom_left.x), std::min(top_right.x, bottom_right.x),
           std::max(bottom_left.y, bottom_right.y), std::min(top_left.y, top_right.y)};
 }

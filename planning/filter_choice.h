@@ -1,13 +1,13 @@
 // The filters that a search tries: families, spacings, and where they can stand.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "luxfield/hal/stage.h"
 #include "luxfield/planning/planned_filters.h"
+#include "luxfield/rig/homography.h"
 
 namespace luxfield::planning {
 
@@ -21,7 +21,7 @@ std::vector<FilterFamily> FilterFamilies();
 
 // The largest rectangle on I about the filter's axis whose sides keep within a convex sensor's
 // outline: all of it is seen.
-Rectangle SeenBySensor(const std::array<double, 9>& image_from_sensor, int width, int height);
+Rectangle SeenBySensor(const rig::Homography& image_from_sensor, int width, int height);
 
 // Texels of the pitch, or a whole number of pitches, that fill a rectangle on I; at most `texels`
 // along its longer side.

@@ -8,17 +8,8 @@ using View = FilterBench::View;
 
 constexpr int kRepeats = 4;
 
-reconstruct::SensorModel KnownSensor(const hal::sim::Sensor& sensor) {
-  const hal::sim::SensorModel& model = sensor.model();
-  reconstruct::SensorModel known;
-  known.width = model.width;
-  known.height = model.height;
-  known.bits = model.bits;
-  known.gain_dn_per_e = model.gain_dn_per_e;
-  known.read_noise_dn = model.read_noise_dn;
-  known.black_dn = model.black_dn;
-  known.saturation_dn = model.saturation_dn;
-  known.dark_current_e_per_s = model.dark_current_e_per_s;
+rig::SensorModel KnownSensor(const hal::sim::Sensor& sensor) {
+  rig::SensorModel known = sensor.model();
   // PRNU and vignetting cancel in the ratio of two photographs.
   known.prnu = 0;
   return known;

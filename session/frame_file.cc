@@ -8,9 +8,9 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
-#include "luxfield/core/json.h"
 #include "luxfield/core/parallel.h"
 #include "luxfield/core/sha256.h"
+#include "luxfield/session/session_file.h"
 #include "luxfield/session/session_path.h"
 
 namespace luxfield::session {
@@ -45,21 +45,7 @@ void CheckHashes(const SessionReader& session, std::span<const FrameRecord* cons
       });
 }
 
-struct FrameSize {
-  int width, height;
-};
-
-// Of the sensor, which all frames of a session are of, as session.json states it. (Where it states
-// none, whoever merges the session refuses it for that.)
-std::optional<FrameSize> SensorSize(const SessionReader& session) {
-  const std::string file = (session.folder() / "session.json").string();
-  const auto camera = session.session().find("camera");
-  if (camera == session.session().end() || !camera->contains("width")) return std::nullopt;
-  return FrameSize{core::Field<int>(*camera, "width", file),
-                   core::Field<int>(*camera, "height", file)};
-}
-
-void RequireSize(const RawFrame& frame, FrameSize sensor, const std::string& file) {
+void RequireSize(const RawFrame& frame, SensorSize sensor, const std::string& file) {
   if (frame.width != sensor.width || frame.height != sensor.height)
     throw InputError(file,
                      fmt::format("has {} x {} pixels, the session's camera has {} x {}",
@@ -84,7 +70,7 @@ void ReadFrames(const SessionReader& session, std::span<const FrameRecord* const
   };
   for_each([&](std::size_t n) { ReadInto(FrameFile(session, *records[n]), &bytes[n]); });
   if (check_hashes) CheckHashes(session, records, bytes);
-  const auto sensor = SensorSize(session);
+  const std::optional<SensorSize> sensor = StatedSize(session);
   for_each([&](std::size_t n) {
     const std::string file = FrameFile(session, *records[n]).string();
     DecodeTiff(bytes[n], file, &frames[n]);

@@ -6,8 +6,7 @@
 
 namespace luxfield::capture {
 
-Scatter ScatterOf(std::span<const double> level_dn, double pixels,
-                  const hal::CameraCalibration& c) {
+Scatter ScatterOf(std::span<const double> level_dn, double pixels, const rig::SensorModel& c) {
   const auto frames = static_cast<double>(level_dn.size());
   double mean = 0, squares = 0;
   for (const double level : level_dn) mean += level / frames;

@@ -28,7 +28,7 @@ struct Scatter {
 
 // `level_dn`: mean over `pixels` pixels of each frame, two frames at least.
 Scatter ScatterOf(std::span<const double> level_dn, double pixels,
-                  const hal::CameraCalibration& calibration);
+                  const rig::SensorModel& calibration);
 
 // Before frame n of a burst: spread over (0, 20 ms), the golden ratio's multiples modulo 1.
 double FlickerWait(int n);

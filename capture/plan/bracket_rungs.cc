@@ -6,7 +6,7 @@
 namespace luxfield::capture {
 
 Rungs ChooseRungs(double rate, const std::vector<double>& ladder_s, const ExposurePolicy& policy,
-                  const hal::CameraCalibration& c) {
+                  const rig::SensorModel& c) {
   const int top = static_cast<int>(ladder_s.size()) - 1;
   Rungs rungs;
   const double room = policy.saturation_share * c.saturation_dn - c.black_dn;
@@ -19,7 +19,7 @@ Rungs ChooseRungs(double rate, const std::vector<double>& ladder_s, const Exposu
 }
 
 std::optional<Probe> ProbeWalk::Next(const Probe& probe, double brightest_dn) const {
-  const hal::CameraCalibration& c = calibration;
+  const rig::SensorModel& c = calibration;
   if (brightest_dn >= policy.saturation_share * c.saturation_dn)
     return probe.rung > 0 ? std::optional(Probe{probe.rung - 1, true}) : std::nullopt;
   const double dim =

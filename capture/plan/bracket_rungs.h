@@ -16,7 +16,7 @@ struct Rungs {
   int first = 0, last = 0;
 };
 Rungs ChooseRungs(double rate_dn_per_s, const std::vector<double>& ladder_s,
-                  const ExposurePolicy& policy, const hal::CameraCalibration& calibration);
+                  const ExposurePolicy& policy, const rig::SensorModel& calibration);
 
 // Frames that find how bright a place is, before its bracket: from the middle of the ladder down
 // while anything is saturated, up while nothing stands out of the noise.
@@ -27,7 +27,7 @@ struct Probe {
 struct ProbeWalk {
   int top = 0;  // the ladder's last rung
   const ExposurePolicy& policy;
-  const hal::CameraCalibration& calibration;
+  const rig::SensorModel& calibration;
 
   Probe First() const { return {top / 2, false}; }
   // After a frame with this brightest pixel; nothing: it is good enough.

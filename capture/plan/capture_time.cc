@@ -39,7 +39,7 @@ FrameTimes MeasureFrameTimes(const hal::Devices& devices) {
 }
 
 CaptureTime PredictCapture(const ExpandedPlan& e, std::span<const double> rates,
-                           double reference_rate, const hal::CameraCalibration& calibration,
+                           double reference_rate, const rig::SensorModel& calibration,
                            const FrameTimes& times, const StageTravel& travel) {
   const Plan& plan = e.plan;
   const auto& ladder = e.ladder_s;

@@ -15,6 +15,7 @@
 
 #include "luxfield/capture/plan/bracket_rungs.h"
 #include "luxfield/capture/plan/expanded_plan.h"
+#include "luxfield/rig/sensor_model.h"
 
 namespace luxfield::capture {
 
@@ -43,8 +44,7 @@ struct CaptureTime {
 // `rate_dn_per_s`: signal of the brightest pixel of every bracket, in the order of the positions,
 // and of each the prints of a single channel. `reference_rate_dn_per_s`: of the reference position.
 CaptureTime PredictCapture(const ExpandedPlan& expanded, std::span<const double> rate_dn_per_s,
-                           double reference_rate_dn_per_s,
-                           const hal::CameraCalibration& calibration, const FrameTimes& times,
-                           const StageTravel& travel);
+                           double reference_rate_dn_per_s, const rig::SensorModel& calibration,
+                           const FrameTimes& times, const StageTravel& travel);
 
 }  // namespace luxfield::capture

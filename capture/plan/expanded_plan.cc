@@ -5,17 +5,17 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "luxfield/capture/plan/capture_time.h"
 #include "luxfield/capture/plan/stage_reach.h"
 #include "luxfield/core/error.h"
-#include "luxfield/core/json.h"
 #include "luxfield/core/random.h"
 
 namespace luxfield::capture {
 namespace {
 
-void RequireSame(const Plan& plan, const hal::RigDescription& rig) {
+void RequireSame(const Plan& plan, const rig::RigDescription& rig) {
   const auto fail = [&](const char* field, const std::string& planned, const std::string& found) {
     throw InputError(fmt::format("plan \"{}\"", plan.name),
                      fmt::format("{} = {}, but the lab has {}", field, planned, found),
@@ -26,9 +26,9 @@ void RequireSame(const Plan& plan, const hal::RigDescription& rig) {
       fail(field, fmt::format("{}", planned), fmt::format("{}", found));
   };
   if (plan.rig != rig.kind)
-    fail("rig.kind", hal::RigKindName(plan.rig), hal::RigKindName(rig.kind));
+    fail("rig.kind", rig::RigKindName(plan.rig), rig::RigKindName(rig.kind));
   number("rig.delta_m", plan.geometry.delta_m, rig.delta_m);
-  if (plan.rig == hal::RigKind::kReflector) number("rig.albedo", plan.albedo, rig.albedo);
+  if (plan.rig == rig::RigKind::kReflector) number("rig.albedo", plan.albedo, rig.albedo);
   if (plan.dual != rig.dual)
     fail("filter.kind", plan.dual ? "dual" : "basis", rig.dual ? "dual" : "basis");
   const auto& basis = plan.geometry.grid.basis;
@@ -72,7 +72,7 @@ double Available(double exposure_s, const hal::CameraCapabilities& camera) {
 
 }  // namespace
 
-double PwmHz(const ExposurePolicy& exposure, const hal::RigDescription& rig) {
+double PwmHz(const ExposurePolicy& exposure, const rig::RigDescription& rig) {
   return exposure.measure_pwm || exposure.pwm_hz > 0 ? exposure.pwm_hz : rig.pwm_hz;
 }
 
@@ -137,63 +137,33 @@ ExpandedPlan ExpandPlan(const Plan& plan, const hal::Devices& devices) {
   return expanded;
 }
 
-core::Json ToJson(const ExpandedPlan& e) {
-  const auto& geometry = e.plan.geometry;
-  const auto& grid = geometry.grid;
-  const auto& lattice = geometry.lattice;
-  const auto& x = e.plan.exposure;
-  core::Json exposure = {{"ladder_s", e.ladder_s},
-                         {"saturation_share", x.saturation_share},
-                         {"relevant_share", x.relevant_share},
-                         {"floor_sigmas", x.floor_sigmas},
-                         {"repeats", x.repeats},
-                         {"max_attempts", x.max_attempts},
-                         {"mean_tolerance", x.mean_tolerance},
-                         {"flicker", x.flicker}};
-  if (x.measure_pwm) exposure["pwm_hz"] = x.pwm_hz;
-  core::Json positions = core::Json::array();
-  for (const PlannedPosition& p : e.positions)
-    positions.push_back({{"i", p.i}, {"j", p.j}, {"u_m", p.centre.x}, {"v_m", p.centre.y}});
-  core::Json json = {
-      {"name", e.plan.name},
-      {"geometry",
-       {{"delta_m", geometry.delta_m},
-        {"basis", grid.basis.name()},
-        {"basis_a", grid.basis.a},
-        {"grid_width", grid.width},
-        {"grid_height", grid.height},
-        {"u0_m", grid.u0_m},
-        {"v0_m", grid.v0_m},
-        {"spacing_m", grid.spacing_m},
-        {"lattice",
-         {{"width", lattice.width},
-          {"height", lattice.height},
-          {"s0_m", lattice.s0_m},
-          {"t1_m", lattice.t1_m},
-          {"ds_m", lattice.ds_m},
-          {"dt_m", lattice.dt_m}}},
-        {"channels", geometry.channels},
-        {"unit", lightfield::FluxUnitName(geometry.unit)}}},
-      {"filter", {{"kind", e.plan.dual ? "dual" : "basis"}, {"scale", e.plan.filter_scale}}},
-      {"rig", {{"kind", hal::RigKindName(e.plan.rig)}, {"albedo", e.plan.albedo}}},
-      {"exposure", exposure},
-      {"reference",
-       {{"every", e.plan.reference.every},
-        {"max_drift", e.plan.reference.max_drift},
-        {"resume_share", e.plan.reference.resume_share},
-        {"interval_s", e.plan.reference.interval_s},
-        {"max_wait_s", e.plan.reference.max_wait_s},
-        {"u_m", e.reference.x},
-        {"v_m", e.reference.y}}},
-      {"warm_up",
-       {{"window_s", e.plan.warm_up.window_s},
-        {"interval_s", e.plan.warm_up.interval_s},
-        {"variation", e.plan.warm_up.variation},
-        {"max_wait_s", e.plan.warm_up.max_wait_s}}},
-      {"darks", {{"repeats", e.plan.dark_repeats}}},
-      {"positions", positions}};
-  if (core::Json stage = ToJson(e.plan.stage); !stage.empty()) json["stage"] = std::move(stage);
-  return json;
+session::PlanFile ToPlanFile(const ExpandedPlan& e) {
+  const Plan& plan = e.plan;
+  const ExposurePolicy& x = plan.exposure;
+  session::PlannedExposures exposure;
+  exposure.ladder_s = e.ladder_s;
+  exposure.saturation_share = x.saturation_share;
+  exposure.relevant_share = x.relevant_share;
+  exposure.floor_sigmas = x.floor_sigmas;
+  exposure.repeats = x.repeats;
+  exposure.max_attempts = x.max_attempts;
+  exposure.mean_tolerance = x.mean_tolerance;
+  exposure.flicker = x.flicker;
+  if (x.measure_pwm) exposure.pwm_hz = x.pwm_hz;
+  session::PlanFile file;
+  file.name = plan.name;
+  file.geometry = plan.geometry;
+  file.filter = {plan.dual ? lightfield::FilterKind::kDual : lightfield::FilterKind::kBasis,
+                 plan.filter_scale};
+  file.rig = {plan.rig, plan.albedo};
+  file.exposure = std::move(exposure);
+  file.reference = {plan.reference, e.reference};
+  file.warm_up = plan.warm_up;
+  file.dark_repeats = plan.dark_repeats;
+  file.positions = e.positions;
+  if (plan.stage.min || plan.stage.max || plan.stage.speed_m_per_s)
+    file.stage = Planned(plan.stage);
+  return file;
 }
 
 std::uint64_t FrameBytes(const hal::CameraCapabilities& camera) {
@@ -222,8 +192,8 @@ CaptureEstimate DryRun(const ExpandedPlan& e, const hal::Devices& devices) {
   estimate.stage_path_m = travel.path_m;
   estimate.bytes = FrameBytes(camera) * static_cast<std::uint64_t>(estimate.frames);
 
-  // A texel is measured where the inverse of image_from_sensor puts its centre on the sensor.
-  const auto& h = devices.rig.image_from_sensor;
+  // A texel is measured where this puts its centre on the sensor.
+  const rig::Homography sensor_from_image = devices.rig.image_from_sensor.Adjugate();
   const auto& lattice = plan.geometry.lattice;
   const int step =
       std::max(1, std::max(lattice.width, lattice.height) / 64);  // a sample is enough for a share
@@ -232,15 +202,10 @@ CaptureEstimate DryRun(const ExpandedPlan& e, const hal::Devices& devices) {
     for (int row = step / 2; row < lattice.height; row += step)
       for (int column = step / 2; column < lattice.width; column += step) {
         const hal::Vec2 q = lattice.centre(row, column) - p.centre;
-        // Adjugate of h applied to (q, 1): the inverse up to a factor that the division removes.
-        const double x = (h[4] * h[8] - h[5] * h[7]) * q.x + (h[2] * h[7] - h[1] * h[8]) * q.y +
-                         (h[1] * h[5] - h[2] * h[4]);
-        const double y = (h[5] * h[6] - h[3] * h[8]) * q.x + (h[0] * h[8] - h[2] * h[6]) * q.y +
-                         (h[2] * h[3] - h[0] * h[5]);
-        const double w = (h[3] * h[7] - h[4] * h[6]) * q.x + (h[1] * h[6] - h[0] * h[7]) * q.y +
-                         (h[0] * h[4] - h[1] * h[3]);
+        const hal::Vec2 pixel = sensor_from_image.Map(q);
         ++all;
-        off += !(x / w >= 0 && x / w <= camera.width && y / w >= 0 && y / w <= camera.height);
+        off +=
+            !(pixel.x >= 0 && pixel.x <= camera.width && pixel.y >= 0 && pixel.y <= camera.height);
       }
   estimate.off_sensor_share = static_cast<double>(off) / static_cast<double>(all);
   return estimate;

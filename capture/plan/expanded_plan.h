@@ -2,18 +2,15 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "luxfield/capture/plan/plan.h"
+#include "luxfield/rig/rig_description.h"
 
 namespace luxfield::capture {
 
-struct PlannedPosition {
-  int i = 0, j = 0;
-  hal::Vec2 centre;  // of the filter, luminaire frame
-};
+using session::PlannedPosition;
 
 struct ExpandedPlan {
   Plan plan;
@@ -30,7 +27,7 @@ struct ExpandedPlan {
 ExpandedPlan ExpandPlan(const Plan& plan, const hal::Devices& devices);
 
 // The frequency whose whole periods the exposures are; 0: any.
-double PwmHz(const ExposurePolicy& exposure, const hal::RigDescription& rig);
+double PwmHz(const ExposurePolicy& exposure, const rig::RigDescription& rig);
 
 // min_s, min_s * ratio, ... up to max_s, as whole periods of pwm_hz where that is above 0, or the
 // nearest of the camera's shutter speeds where it has a list; times that come within 5 % of the one
@@ -39,8 +36,7 @@ double PwmHz(const ExposurePolicy& exposure, const hal::RigDescription& rig);
 std::vector<double> MakeLadder(double min_s, double max_s, double ratio, double pwm_hz,
                                const hal::CameraCapabilities& camera, const std::string& plan_name);
 
-// plan.json (docs/formats/session.md).
-nlohmann::json ToJson(const ExpandedPlan& expanded);
+session::PlanFile ToPlanFile(const ExpandedPlan& expanded);
 
 // What a capture will need at most: brackets are shorter where an image is bright or dark all over.
 struct CaptureEstimate {

@@ -6,24 +6,16 @@
 
 #include "luxfield/capture/plan/expanded_plan.h"
 #include "luxfield/core/error.h"
-#include "luxfield/core/json.h"
 #include "luxfield/rig/filter_views.h"
 
 namespace luxfield::capture {
 
 FilterPlan ReadFilterPlan(const core::Config& config) {
   FilterPlan plan;
-  const core::Config head = config.Table("plan");
-  if (ReadPlanKind(config) != PlanKind::kFilter)
-    head.Fail("kind", "is not \"filter\"", "give a plan that photographs a filter");
-  plan.name = head.Text("name", "unnamed plan");
+  ReadTargetPlan(config, PlanKind::kFilter, "photographs a filter", plan);
   const core::Config exposure = config.Table("exposure");
-  plan.min_s = exposure.Number("min_s", {1e-9, 1e4});
-  plan.max_s = exposure.Number("max_s", {plan.min_s, 1e5});
-  plan.saturation_share = exposure.Number("saturation_share", plan.saturation_share, {0.1, 0.95});
   plan.exposures = exposure.Integer("exposures", plan.exposures, 1, 6);
   plan.repeats = exposure.Integer("repeats", plan.repeats, 1, 1000);
-  plan.max_attempts = exposure.Integer("max_attempts", plan.max_attempts, 1, 100);
   config.Finish();
   return plan;
 }
@@ -32,7 +24,7 @@ ExpandedFilterPlan ExpandPlan(const FilterPlan& plan, const hal::Devices& device
   const std::string what = fmt::format("plan \"{}\"", plan.name);
   ExpandedFilterPlan expanded;
   expanded.plan = plan;
-  const hal::RigDescription& rig = devices.rig;
+  const rig::RigDescription& rig = devices.rig;
   expanded.sheet = rig::FilterSheet::Make(
       rig.dual ? lightfield::FilterKind::kDual : lightfield::FilterKind::kBasis, rig.basis,
       rig.spacing_m, rig.filter_scale);
@@ -46,24 +38,17 @@ ExpandedFilterPlan ExpandPlan(const FilterPlan& plan, const hal::Devices& device
   if (!rig.camera.cfa.empty())
     throw InputError(what, "photographs a filter with a colour mosaic, which is not built",
                      "use a camera without one");
-  expanded.ladder_s =
-      MakeLadder(plan.min_s, plan.max_s, 2, rig.pwm_hz, devices.camera->capabilities(), plan.name);
+  expanded.ladder_s = TargetLadder(plan, devices);
   return expanded;
 }
 
-nlohmann::json ToJson(const ExpandedFilterPlan& e) {
-  core::Json views = core::Json::array();
-  for (const std::string& view : e.views) views.push_back({{"target", view}});
-  return {{"kind", "filter"},
-          {"name", e.plan.name},
-          {"sheet", core::Json::parse(rig::SheetText(e.sheet))},
-          {"exposure",
-           {{"ladder_s", e.ladder_s},
-            {"saturation_share", e.plan.saturation_share},
-            {"exposures", e.plan.exposures},
-            {"repeats", e.plan.repeats},
-            {"max_attempts", e.plan.max_attempts}}},
-          {"views", views}};
+session::PlanFile ToPlanFile(const ExpandedFilterPlan& e) {
+  session::PlanFile file = TargetPlanFile(PlanKind::kFilter, e.plan, e.ladder_s);
+  file.exposure->exposures = e.plan.exposures;
+  file.exposure->repeats = e.plan.repeats;
+  file.sheet = e.sheet;
+  file.views = Views(e.views);
+  return file;
 }
 
 FilterCaptureEstimate DryRun(const ExpandedFilterPlan& e, const hal::Devices& devices) {

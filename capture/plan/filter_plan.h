@@ -2,23 +2,18 @@
 // luminaire, that `filter measure` turns into its transmittance (docs/formats/lab-and-plan.md).
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
-#include "luxfield/capture/plan/plan.h"
+#include "luxfield/capture/plan/target_plan.h"
 #include "luxfield/rig/filter_sheet.h"
 
 namespace luxfield::capture {
 
 // The holder before an even light, empty and then with every print in it.
-struct FilterPlan {
-  std::string name;
+struct FilterPlan : TargetPlan {  // whose exposures are those of the empty holder
   int exposures = 3;              // of a print, each 8 times the one before
   int repeats = 4;                // frames of each exposure, and darks
-  double min_s = 0, max_s = 0;    // the empty holder takes the longest, in factors of 2, that ...
-  double saturation_share = 0.8;  // ... keeps every pixel below this share of saturation
-  int max_attempts = 3;
 };
 
 // Throws InputError naming file and field.
@@ -36,8 +31,7 @@ struct ExpandedFilterPlan {
 // exposures beyond the camera's.
 ExpandedFilterPlan ExpandPlan(const FilterPlan& plan, const hal::Devices& devices);
 
-// plan.json (docs/formats/session.md).
-nlohmann::json ToJson(const ExpandedFilterPlan& expanded);
+session::PlanFile ToPlanFile(const ExpandedFilterPlan& expanded);
 
 struct FilterCaptureEstimate {
   int frames = 0, darks = 0;

@@ -8,7 +8,6 @@
 #include "luxfield/capture/plan/expanded_plan.h"
 #include "luxfield/capture/plan/stage_reach.h"
 #include "luxfield/core/error.h"
-#include "luxfield/core/json.h"
 
 namespace luxfield::capture {
 
@@ -18,19 +17,11 @@ GeometryPlan ReadGeometryPlan(const std::filesystem::path& path) {
 
 GeometryPlan ReadGeometryPlan(const core::Config& config) {
   GeometryPlan plan;
-  const core::Config head = config.Table("plan");
-  if (ReadPlanKind(config) != PlanKind::kGeometry)
-    head.Fail("kind", "is not \"geometry\"", "give a plan that calibrates the geometry");
-  plan.name = head.Text("name", "unnamed plan");
-  plan.poses = head.Integer("poses", plan.poses, 2, 100);
+  ReadTargetPlan(config, PlanKind::kGeometry, "calibrates the geometry", plan);
+  plan.poses = config.Table("plan").Integer("poses", plan.poses, 2, 100);
   const core::Config stage = config.Table("stage");
   plan.step_m = stage.Number("step_m", {1e-6, 10});
   plan.stage = hal::ReadStageBounds(stage);
-  const core::Config exposure = config.Table("exposure");
-  plan.min_s = exposure.Number("min_s", {1e-9, 1e4});
-  plan.max_s = exposure.Number("max_s", {plan.min_s, 1e5});
-  plan.saturation_share = exposure.Number("saturation_share", plan.saturation_share, {0.1, 0.95});
-  plan.max_attempts = exposure.Integer("max_attempts", plan.max_attempts, 1, 100);
   config.Finish();
   return plan;
 }
@@ -43,8 +34,7 @@ ExpandedGeometryPlan ExpandPlan(const GeometryPlan& plan, const hal::Devices& de
   ExpandedGeometryPlan expanded;
   expanded.plan = plan;
   expanded.targets = *devices.rig.targets;
-  expanded.ladder_s = MakeLadder(plan.min_s, plan.max_s, 2, devices.rig.pwm_hz,
-                                 devices.camera->capabilities(), plan.name);
+  expanded.ladder_s = TargetLadder(plan, devices);
   const StageReach reach(plan.name, plan.stage, *devices.stage);
   expanded.stage_repeatability_m = devices.stage->limits().repeatability_m;
   if (expanded.targets.board) {
@@ -56,11 +46,11 @@ ExpandedGeometryPlan ExpandPlan(const GeometryPlan& plan, const hal::Devices& de
     expanded.targets.board_poses = plan.poses;
   }
   const double step = plan.step_m;
-  const std::vector<std::string> names = hal::TargetNames(expanded.targets);
+  const std::vector<std::string> names = rig::TargetNames(expanded.targets);
   for (const std::string& target : names) {
     if (target.starts_with("board")) {
       reach.Require({0, 0}, target + " with the stage at (0, 0) m", "take wider limits");
-      expanded.views.push_back({target, {0, 0}});
+      expanded.views.push_back({target, hal::Vec2{0, 0}});
     }
     if (!target.starts_with("mask")) continue;
     for (const hal::Vec2 at : {hal::Vec2{0, 0}, hal::Vec2{step, 0}, hal::Vec2{-step, 0},
@@ -73,28 +63,13 @@ ExpandedGeometryPlan ExpandPlan(const GeometryPlan& plan, const hal::Devices& de
   return expanded;
 }
 
-nlohmann::json ToJson(const ExpandedGeometryPlan& e) {
-  const auto chessboard = [](const rig::Chessboard& c) {
-    return core::Json{{"columns", c.columns}, {"rows", c.rows}, {"pitch_m", c.pitch_m}};
-  };
-  core::Json views = core::Json::array();
-  for (const GeometryView& view : e.views)
-    views.push_back({{"target", view.target}, {"u_m", view.setpoint.x}, {"v_m", view.setpoint.y}});
-  core::Json targets = {{"mask", chessboard(e.targets.mask)},
-                        {"spacer_m", e.targets.spacer_m},
-                        {"spacer_shift_m", e.targets.spacer_shift_m}};
-  if (e.targets.board) targets["board"] = chessboard(*e.targets.board);
-  core::Json stage = ToJson(e.plan.stage);
-  stage["repeatability_m"] = e.stage_repeatability_m;
-  return {{"kind", "geometry"},
-          {"name", e.plan.name},
-          {"targets", targets},
-          {"stage", stage},
-          {"exposure",
-           {{"ladder_s", e.ladder_s},
-            {"saturation_share", e.plan.saturation_share},
-            {"max_attempts", e.plan.max_attempts}}},
-          {"views", views}};
+session::PlanFile ToPlanFile(const ExpandedGeometryPlan& e) {
+  session::PlanFile file = TargetPlanFile(PlanKind::kGeometry, e.plan, e.ladder_s);
+  file.targets = {e.targets.board, e.targets.mask, e.targets.spacer_m, e.targets.spacer_shift_m};
+  file.stage = Planned(e.plan.stage);
+  file.stage->repeatability_m = e.stage_repeatability_m;
+  file.views = e.views;
+  return file;
 }
 
 GeometryCaptureEstimate DryRun(const ExpandedGeometryPlan& e, const hal::Devices& devices) {
@@ -102,11 +77,12 @@ GeometryCaptureEstimate DryRun(const ExpandedGeometryPlan& e, const hal::Devices
   const hal::StageLimits stage = devices.stage->limits();
   GeometryCaptureEstimate estimate;
   hal::Vec2 at{0, 0};
-  for (const GeometryView& view : e.views) {
+  for (const session::PlannedView& view : e.views) {
     ++(view.target.starts_with("board") ? estimate.boards : estimate.masks);
-    const double way = std::max(std::abs(view.setpoint.x - at.x), std::abs(view.setpoint.y - at.y));
+    const double way =
+        std::max(std::abs(view.setpoint->x - at.x), std::abs(view.setpoint->y - at.y));
     if (way > 0) estimate.duration_s += way / stage.speed_m_per_s + stage.settle_s;
-    at = view.setpoint;
+    at = *view.setpoint;
   }
   // At most the whole ladder, downwards, before the first frame of a kind of target fits.
   const auto frames = static_cast<double>(e.views.size());

@@ -3,22 +3,18 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
-#include "luxfield/capture/plan/plan.h"
+#include "luxfield/capture/plan/target_plan.h"
 #include "luxfield/hal/safety/stage_bounds.h"
+#include "luxfield/rig/rig_description.h"
 
 namespace luxfield::capture {
 
-struct GeometryPlan {
-  std::string name;
-  int poses = 10;     // of the board before the camera, beside the one on I; reflector rig
-  double step_m = 0;  // of the stage, to either side along u and v
-  double min_s = 0, max_s = 0;    // a frame takes the longest exposure, in factors of 2, that ...
-  double saturation_share = 0.8;  // ... keeps every pixel below this share of saturation
-  int max_attempts = 3;
+struct GeometryPlan : TargetPlan {
+  int poses = 10;          // of the board before the camera, beside the one on I; reflector rig
+  double step_m = 0;       // of the stage, to either side along u and v
   hal::StageBounds stage;  // to open the lab's devices with
 };
 
@@ -26,17 +22,12 @@ struct GeometryPlan {
 GeometryPlan ReadGeometryPlan(const std::filesystem::path& path);
 GeometryPlan ReadGeometryPlan(const core::Config& config);
 
-struct GeometryView {
-  std::string target;  // hal::TargetNames
-  hal::Vec2 setpoint;  // of the stage
-};
-
 struct ExpandedGeometryPlan {
   GeometryPlan plan;
   std::vector<double> ladder_s;  // rising
-  hal::CalibrationTargets targets;
+  rig::CalibrationTargets targets;
   double stage_repeatability_m = 0;
-  std::vector<GeometryView> views;
+  std::vector<session::PlannedView> views;  // all with a set point of the stage
 };
 
 // The board on I and in `poses` others (reflector rig), the stage at home; then the mask with the
@@ -45,8 +36,7 @@ struct ExpandedGeometryPlan {
 // limits and exposures beyond the camera's.
 ExpandedGeometryPlan ExpandPlan(const GeometryPlan& plan, const hal::Devices& devices);
 
-// plan.json (docs/formats/session.md).
-nlohmann::json ToJson(const ExpandedGeometryPlan& expanded);
+session::PlanFile ToPlanFile(const ExpandedGeometryPlan& expanded);
 
 struct GeometryCaptureEstimate {
   int boards = 0, masks = 0;

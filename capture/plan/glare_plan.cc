@@ -6,23 +6,14 @@
 
 #include "luxfield/capture/plan/expanded_plan.h"
 #include "luxfield/core/error.h"
-#include "luxfield/core/json.h"
 
 namespace luxfield::capture {
 
 GlarePlan ReadGlarePlan(const core::Config& config) {
   GlarePlan plan;
-  const core::Config head = config.Table("plan");
-  if (ReadPlanKind(config) != PlanKind::kGlare)
-    head.Fail("kind", "is not \"glare\"", "give a plan that measures the veiling glare");
-  plan.name = head.Text("name", "unnamed plan");
-  plan.places = head.Integer("places", plan.places, 1, 100);
-  const core::Config exposure = config.Table("exposure");
-  plan.min_s = exposure.Number("min_s", {1e-9, 1e4});
-  plan.max_s = exposure.Number("max_s", {plan.min_s, 1e5});
-  plan.saturation_share = exposure.Number("saturation_share", plan.saturation_share, {0.1, 0.95});
-  plan.repeats = exposure.Integer("repeats", plan.repeats, 1, 1000);
-  plan.max_attempts = exposure.Integer("max_attempts", plan.max_attempts, 1, 100);
+  ReadTargetPlan(config, PlanKind::kGlare, "measures the veiling glare", plan);
+  plan.places = config.Table("plan").Integer("places", plan.places, 1, 100);
+  plan.repeats = config.Table("exposure").Integer("repeats", plan.repeats, 1, 1000);
   config.Finish();
   return plan;
 }
@@ -36,25 +27,18 @@ ExpandedGlarePlan ExpandPlan(const GlarePlan& plan, const hal::Devices& devices)
         "describe it in [targets.trap] of lab.toml, or lower plan.places");
   ExpandedGlarePlan expanded;
   expanded.plan = plan;
-  expanded.ladder_s = MakeLadder(plan.min_s, plan.max_s, 2, devices.rig.pwm_hz,
-                                 devices.camera->capabilities(), plan.name);
-  for (const std::string& name : hal::TargetNames(*devices.rig.targets))
+  expanded.ladder_s = TargetLadder(plan, devices);
+  for (const std::string& name : rig::TargetNames(*devices.rig.targets))
     if (name.starts_with("trap") && static_cast<int>(expanded.targets.size()) < plan.places)
       expanded.targets.push_back(name);
   return expanded;
 }
 
-nlohmann::json ToJson(const ExpandedGlarePlan& e) {
-  core::Json views = core::Json::array();
-  for (const std::string& target : e.targets) views.push_back({{"target", target}});
-  return {{"kind", "glare"},
-          {"name", e.plan.name},
-          {"exposure",
-           {{"ladder_s", e.ladder_s},
-            {"saturation_share", e.plan.saturation_share},
-            {"repeats", e.plan.repeats},
-            {"max_attempts", e.plan.max_attempts}}},
-          {"views", views}};
+session::PlanFile ToPlanFile(const ExpandedGlarePlan& e) {
+  session::PlanFile file = TargetPlanFile(PlanKind::kGlare, e.plan, e.ladder_s);
+  file.exposure->repeats = e.plan.repeats;
+  file.views = Views(e.targets);
+  return file;
 }
 
 GlareCaptureEstimate DryRun(const ExpandedGlarePlan& e, const hal::Devices& devices) {

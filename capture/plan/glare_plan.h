@@ -3,22 +3,17 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
-#include "luxfield/capture/plan/plan.h"
+#include "luxfield/capture/plan/target_plan.h"
 
 namespace luxfield::capture {
 
 // The screen evenly lit, a light trap on it in one place after the other.
-struct GlarePlan {
-  std::string name;
+struct GlarePlan : TargetPlan {
   int places = 3;
-  int repeats = 4;                // frames of each place, and darks of each exposure time
-  double min_s = 0, max_s = 0;    // a place takes the longest exposure, in factors of 2, that ...
-  double saturation_share = 0.8;  // ... keeps every pixel below this share of saturation
-  int max_attempts = 3;
+  int repeats = 4;  // frames of each place, and darks of each exposure time
 };
 
 // Throws InputError naming file and field.
@@ -27,15 +22,14 @@ GlarePlan ReadGlarePlan(const core::Config& config);
 struct ExpandedGlarePlan {
   GlarePlan plan;
   std::vector<double> ladder_s;      // rising
-  std::vector<std::string> targets;  // "trap 1" ...: hal::TargetNames
+  std::vector<std::string> targets;  // "trap 1" ...: rig::TargetNames
 };
 
 // Throws InputError for a lab without a light trap or with fewer places for it, and for exposures
 // beyond the camera's.
 ExpandedGlarePlan ExpandPlan(const GlarePlan& plan, const hal::Devices& devices);
 
-// plan.json (docs/formats/session.md).
-nlohmann::json ToJson(const ExpandedGlarePlan& expanded);
+session::PlanFile ToPlanFile(const ExpandedGlarePlan& expanded);
 
 struct GlareCaptureEstimate {
   int frames = 0, darks = 0;

@@ -10,10 +10,10 @@ constexpr double kTiny = std::numeric_limits<double>::min();
 void ReadGeometry(const core::Config& config, Plan& plan) {
   auto& geometry = plan.geometry;
   const core::Config rig = config.Table("rig");
-  plan.rig = rig.Choice("kind", {"lensless", "reflector"}) == "reflector" ? hal::RigKind::kReflector
-                                                                          : hal::RigKind::kLensless;
+  plan.rig = rig.Choice("kind", {"lensless", "reflector"}) == "reflector" ? rig::RigKind::kReflector
+                                                                          : rig::RigKind::kLensless;
   geometry.delta_m = rig.Number("delta_m", {1e-4, 100});
-  if (plan.rig == hal::RigKind::kReflector) plan.albedo = rig.Number("albedo", {1e-3, 1});
+  if (plan.rig == rig::RigKind::kReflector) plan.albedo = rig.Number("albedo", {1e-3, 1});
 
   const core::Config filter = config.Table("filter");
   plan.dual = filter.Choice("kind", {"basis", "dual"}, "basis") == "dual";
@@ -76,12 +76,12 @@ WarmUpPolicy ReadWarmUp(const core::Config& config) {
 }
 
 PlanKind ReadPlanKind(const core::Config& config) {
-  const std::string kind = config.Table("plan").Choice(
+  const std::string name = config.Table("plan").Choice(
       "kind", {"light-field", "sensor", "geometry", "glare", "filter"}, "light-field");
-  if (kind == "sensor") return PlanKind::kSensor;
-  if (kind == "glare") return PlanKind::kGlare;
-  if (kind == "filter") return PlanKind::kFilter;
-  return kind == "geometry" ? PlanKind::kGeometry : PlanKind::kLightField;
+  for (const PlanKind kind :
+       {PlanKind::kSensor, PlanKind::kGeometry, PlanKind::kGlare, PlanKind::kFilter})
+    if (name == session::PlanKindName(kind)) return kind;
+  return PlanKind::kLightField;
 }
 
 Plan ReadPlan(const core::Config& config) {

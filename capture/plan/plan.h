@@ -9,6 +9,7 @@
 #include "luxfield/hal/devices.h"
 #include "luxfield/hal/safety/stage_bounds.h"
 #include "luxfield/lightfield/light_field.h"
+#include "luxfield/session/plan_file.h"
 
 namespace luxfield::capture {
 
@@ -32,28 +33,15 @@ struct ExposurePolicy {
   double flicker = 0;  // rms of equal frames' levels beyond noise (flicker.h); 0: not looked for
 };
 
-struct ReferencePolicy {
-  int every = 10;  // positions between two drift references; 0: none
-  // Relative to the first reference. Beyond it the capture is suspended: it looks again every
-  // interval_s, goes on within resume_share of it, and stops after max_wait_s.
-  double max_drift = 0.1;
-  double resume_share = 0.5;
-  double interval_s = 60, max_wait_s = 3600;
-};
-
-struct WarmUpPolicy {
-  double window_s = 60, interval_s = 5;
-  double variation =
-      0.005;  // (largest - smallest) / mean of the monitor's readings over the window
-  double max_wait_s = 3600;
-};
+using session::ReferencePolicy;
+using session::WarmUpPolicy;
 
 enum class Order { kSerpentine, kRandom };
 
 struct Plan {
   std::string name;
   lightfield::LuminaireGeometry geometry;
-  hal::RigKind rig = hal::RigKind::kLensless;
+  rig::RigKind rig = rig::RigKind::kLensless;
   double albedo = 1;
   bool dual = false;
   double filter_scale = 1;
@@ -76,7 +64,7 @@ WarmUpPolicy ReadWarmUp(const core::Config& config);
 // plan.kind: what a plan.toml measures. A sensor plan is read by ReadSensorPlan (sensor_plan.h),
 // one of the geometry by ReadGeometryPlan (geometry_plan.h), one of the glare by ReadGlarePlan
 // (glare_plan.h), one of the printed filter by ReadFilterPlan (filter_plan.h).
-enum class PlanKind { kLightField, kSensor, kGeometry, kGlare, kFilter };
+using session::PlanKind;
 PlanKind ReadPlanKind(const core::Config& config);
 
 }  // namespace luxfield::capture

@@ -4,10 +4,10 @@
 
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "luxfield/capture/plan/expanded_plan.h"
 #include "luxfield/core/error.h"
-#include "luxfield/core/json.h"
 
 namespace luxfield::capture {
 
@@ -50,19 +50,18 @@ ExpandedSensorPlan ExpandPlan(const SensorPlan& plan, const hal::Devices& device
                            devices.camera->capabilities(), plan.name)};
 }
 
-nlohmann::json ToJson(const ExpandedSensorPlan& e) {
-  const WarmUpPolicy& w = e.plan.warm_up;
-  return {
-      {"kind", "sensor"},
-      {"name", e.plan.name},
-      {"channels", e.plan.channels},
-      {"exposure",
-       {{"ladder_s", e.ladder_s}, {"pairs", e.plan.pairs}, {"max_attempts", e.plan.max_attempts}}},
-      {"warm_up",
-       {{"window_s", w.window_s},
-        {"interval_s", w.interval_s},
-        {"variation", w.variation},
-        {"max_wait_s", w.max_wait_s}}}};
+session::PlanFile ToPlanFile(const ExpandedSensorPlan& e) {
+  session::PlannedExposures exposure;
+  exposure.ladder_s = e.ladder_s;
+  exposure.pairs = e.plan.pairs;
+  exposure.max_attempts = e.plan.max_attempts;
+  session::PlanFile file;
+  file.kind = PlanKind::kSensor;
+  file.name = e.plan.name;
+  file.channels = e.plan.channels;
+  file.exposure = std::move(exposure);
+  file.warm_up = e.plan.warm_up;
+  return file;
 }
 
 SensorCaptureEstimate DryRun(const ExpandedSensorPlan& e, const hal::Devices& devices) {

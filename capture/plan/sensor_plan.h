@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -36,8 +35,7 @@ struct ExpandedSensorPlan {
 // Throws InputError for exposures outside the camera's or channels that the rig does not have.
 ExpandedSensorPlan ExpandPlan(const SensorPlan& plan, const hal::Devices& devices);
 
-// plan.json (docs/formats/session.md).
-nlohmann::json ToJson(const ExpandedSensorPlan& expanded);
+session::PlanFile ToPlanFile(const ExpandedSensorPlan& expanded);
 
 struct SensorCaptureEstimate {
   int flats = 0, darks = 0;

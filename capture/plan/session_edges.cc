@@ -7,11 +7,13 @@
 #include <vector>
 
 #include "luxfield/core/json.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/session_file.h"
+#include "luxfield/session/stated.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::Field;
 using core::Json;
 using session::FrameKind;
 using session::FrameRecord;
@@ -33,30 +35,19 @@ std::unordered_map<std::string, Levels> LevelsOfFrames(const session::SessionRea
   return levels;
 }
 
-lightfield::BasisGrid GridOf(const Json& plan, const std::string& file) {
-  const Json geometry = Field<Json>(plan, "geometry", file);
-  lightfield::BasisGrid grid;
-  grid.basis = lightfield::Basis::FromName(Field<std::string>(geometry, "basis", file),
-                                           Field<double>(geometry, "basis_a", file));
-  grid.width = Field<int>(geometry, "grid_width", file);
-  grid.height = Field<int>(geometry, "grid_height", file);
-  grid.spacing_m = Field<double>(geometry, "spacing_m", file);
-  return grid;
-}
-
 }  // namespace
 
 std::optional<SessionEdges> FindSessionEdges(const session::SessionReader& session) {
   constexpr double kBlackSigma_dn = 0.5;
-  const std::string file = (session.folder() / "plan.json").string();
-  const Json& plan = session.plan();
-  const Json camera = session.session().value("camera", Json::object());
-  if (plan.value("kind", "light-field") != "light-field" || !camera.contains("black_dn") ||
-      Field<std::string>(Field<Json>(plan, "filter", file), "kind", file) == "dual")
+  const session::PlanFile plan = session::PlanOf(session);
+  const session::SessionSetup setup = session::SetupOf(session);
+  if (plan.kind != session::PlanKind::kLightField || !setup.camera || !setup.camera->black_dn)
     return {};
-  const double black_dn = camera.at("black_dn").get<double>();
+  const std::string file = (session.folder() / "plan.json").string();
+  if (session::Stated(plan.filter, "filter", file).kind == lightfield::FilterKind::kDual) return {};
+  const double black_dn = *setup.camera->black_dn;
   SessionEdges edges;
-  edges.grid = GridOf(plan, file);
+  edges.grid = session::Stated(plan.geometry, "geometry", file).grid;
   const auto levels = LevelsOfFrames(session);
 
   std::map<double, std::pair<double, int>> darks;  // DN above black summed, and frames

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "luxfield/core/error.h"
-#include "luxfield/core/json.h"
 
 namespace luxfield::capture {
 
@@ -31,12 +30,8 @@ void StageReach::Require(hal::Vec2 centre, const std::string& place,
     throw InputError(fmt::format("plan \"{}\"", plan_name_), place + " " + beyond, remedy);
 }
 
-nlohmann::json ToJson(const hal::StageBounds& plan) {
-  core::Json json = core::Json::object();
-  if (plan.min) json["min_m"] = {plan.min->x, plan.min->y};
-  if (plan.max) json["max_m"] = {plan.max->x, plan.max->y};
-  if (plan.speed_m_per_s) json["speed_m_per_s"] = *plan.speed_m_per_s;
-  return json;
+session::PlannedStage Planned(const hal::StageBounds& plan) {
+  return {plan.min, plan.max, plan.speed_m_per_s, {}};
 }
 
 }  // namespace luxfield::capture

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "luxfield/hal/safety/stage_bounds.h"
+#include "luxfield/session/plan_file.h"
 
 namespace luxfield::capture {
 
@@ -22,8 +23,7 @@ class StageReach {
   hal::StageLimits stage_;
 };
 
-// What the plan states: "min_m", "max_m", "speed_m_per_s" of plan.json's `stage`
-// (docs/formats/session.md); an empty object where it states nothing.
-nlohmann::json ToJson(const hal::StageBounds& plan);
+// As plan.json states it.
+session::PlannedStage Planned(const hal::StageBounds& plan);
 
 }  // namespace luxfield::capture

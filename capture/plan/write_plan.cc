@@ -26,13 +26,13 @@ void WritePlan(const std::filesystem::path& path, const Plan& plan) {
   const auto& l = geometry.lattice;
   const auto centred =
       lightfield::BasisGrid::Centred(grid.basis, grid.width, grid.height, grid.spacing_m);
-  const bool reflector = plan.rig == hal::RigKind::kReflector;
+  const bool reflector = plan.rig == rig::RigKind::kReflector;
   std::string text = fmt::format(
       "[plan]\nname = {}\nunit = \"{}\"\nchannels = {}\norder = \"{}\"\norder_seed = {}\n"
       "dark_repeats = {}\n",
       Quoted(plan.name), lightfield::FluxUnitName(geometry.unit), geometry.channels,
       plan.order == Order::kRandom ? "random" : "serpentine", plan.order_seed, plan.dark_repeats);
-  text += fmt::format("\n[rig]\nkind = \"{}\"\ndelta_m = {}\n", hal::RigKindName(plan.rig),
+  text += fmt::format("\n[rig]\nkind = \"{}\"\ndelta_m = {}\n", rig::RigKindName(plan.rig),
                       geometry.delta_m);
   if (reflector) text += fmt::format("albedo = {}\n", plan.albedo);
   text += fmt::format("\n[filter]\nkind = \"{}\"\nbasis = \"{}\"\n", plan.dual ? "dual" : "basis",

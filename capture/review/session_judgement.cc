@@ -44,24 +44,24 @@ double Departure(const TimeSeries& ratio) {
 }
 
 Judgement Wholeness(const SessionReview& r) {
-  const bool light_field = r.kind == "light-field";
+  const bool light_field = r.plan.kind == "light-field";
   const std::string planned =
-      light_field ? Count(r.planned_positions, "position", "positions") : "frames";
-  if (r.missing > 0 && r.in_use)
-    return {Verdict::kLook,
-            fmt::format("The capture is running: {} of {} are not there yet.", r.missing, planned)};
-  if (r.missing > 0)
+      light_field ? Count(r.plan.positions, "position", "positions") : "frames";
+  if (r.counts.missing > 0 && r.state.in_use)
+    return {Verdict::kLook, fmt::format("The capture is running: {} of {} are not there yet.",
+                                        r.counts.missing, planned)};
+  if (r.counts.missing > 0)
     return {Verdict::kBad,
-            fmt::format("{} of {} are missing; `luxfield capture --resume` takes them.", r.missing,
-                        light_field ? planned : "the plan's frames")};
-  if (!r.sealed)
+            fmt::format("{} of {} are missing; `luxfield capture --resume` takes them.",
+                        r.counts.missing, light_field ? planned : "the plan's frames")};
+  if (!r.state.sealed)
     return {Verdict::kLook,
-            fmt::format(
-                "All {} are there, but the session is not sealed{}", planned,
-                r.in_use ? ": the capture is running." : "; `luxfield capture --resume` ends it.")};
+            fmt::format("All {} are there, but the session is not sealed{}", planned,
+                        r.state.in_use ? ": the capture is running."
+                                       : "; `luxfield capture --resume` ends it.")};
   return {Verdict::kGood,
           fmt::format("Whole and sealed: all {} in {}.", light_field ? planned : "planned frames",
-                      Count(r.frames - r.superseded, "frame", "frames"))};
+                      Count(r.counts.frames - r.counts.superseded, "frame", "frames"))};
 }
 
 void JudgeEpochs(const SessionReview& r, std::vector<Judgement>& list) {
@@ -84,34 +84,36 @@ void JudgeEpochs(const SessionReview& r, std::vector<Judgement>& list) {
 
 void JudgeLamp(const SessionReview& r, std::vector<Judgement>& list) {
   double drift = 0;
-  for (const auto& [channel, ratio] : r.reference_ratio) drift = std::max(drift, Departure(ratio));
-  if (!r.reference_ratio.empty()) {
-    const bool beyond = r.max_drift && drift > *r.max_drift;
+  for (const auto& [channel, ratio] : r.lamp.reference_ratio)
+    drift = std::max(drift, Departure(ratio));
+  if (!r.lamp.reference_ratio.empty()) {
+    const bool beyond = r.plan.max_drift && drift > *r.plan.max_drift;
     std::string text =
         fmt::format("The lamp {} {:.3g} % {} its first reference",
                     beyond ? "went" : "stayed within", 100 * drift, beyond ? "from" : "of");
-    if (r.max_drift) text += fmt::format("; the plan allows {:.3g} %", 100 * *r.max_drift);
+    if (r.plan.max_drift)
+      text += fmt::format("; the plan allows {:.3g} %", 100 * *r.plan.max_drift);
     list.push_back({beyond ? Verdict::kLook : Verdict::kGood, text + "."});
   }
-  if (r.pulses) {
-    const bool whole = r.pulses->whole_periods_of_hz > 0;
-    list.push_back(
-        {Verdict::kGood,
-         fmt::format("The lamp pulses at {}{}.", FormatHertz(r.pulses->hz, r.pulses->sigma_hz),
-                     whole ? fmt::format(", exposures are whole periods of {:.8g} Hz",
-                                         r.pulses->whole_periods_of_hz)
-                           : "")});
+  if (r.lamp.pulses) {
+    const bool whole = r.lamp.pulses->whole_periods_of_hz > 0;
+    list.push_back({Verdict::kGood,
+                    fmt::format("The lamp pulses at {}{}.",
+                                FormatHertz(r.lamp.pulses->hz, r.lamp.pulses->sigma_hz),
+                                whole ? fmt::format(", exposures are whole periods of {:.8g} Hz",
+                                                    r.lamp.pulses->whole_periods_of_hz)
+                                      : "")});
   }
-  if (r.reference_over_meter.size() > 1) {
-    const double apart = Departure(r.reference_over_meter);
-    const bool far = r.max_drift && apart > *r.max_drift;
+  if (r.lamp.reference_over_meter.size() > 1) {
+    const double apart = Departure(r.lamp.reference_over_meter);
+    const bool far = r.plan.max_drift && apart > *r.plan.max_drift;
     list.push_back(
         {far ? Verdict::kLook : Verdict::kGood,
          fmt::format("References and light meter {} {:.3g} %{}.", far ? "part by" : "agree to",
                      100 * apart, far ? ": something besides the lamp changed" : "")});
   }
-  if (!r.current_a.empty()) {
-    const auto [low, high] = RangeOf(r.current_a);
+  if (!r.lamp.current_a.empty()) {
+    const auto [low, high] = RangeOf(r.lamp.current_a);
     const bool other = high - low > kOtherCurrent * std::abs(high);
     list.push_back({other ? Verdict::kLook : Verdict::kGood,
                     fmt::format("The lamp's current was {} A.", Range(low, high))});
@@ -119,18 +121,18 @@ void JudgeLamp(const SessionReview& r, std::vector<Judgement>& list) {
 }
 
 void JudgeFrames(const SessionReview& r, std::vector<Judgement>& list) {
-  const int taken = r.frames + r.rejected;
-  const bool many = r.rejected > kManyRejected * taken;
+  const int taken = r.counts.frames + r.counts.rejected;
+  const bool many = r.counts.rejected > kManyRejected * taken;
   list.push_back({many ? Verdict::kLook : Verdict::kGood,
-                  r.rejected == 0
+                  r.counts.rejected == 0
                       ? std::string("No frame failed its checks.")
                       : fmt::format("{} of {} failed the checks and were taken again ({:.2g} %).",
-                                    Count(r.rejected, "exposure", "exposures"), taken,
-                                    100.0 * r.rejected / std::max(1, taken))});
-  if (r.flagged > 0)
+                                    Count(r.counts.rejected, "exposure", "exposures"), taken,
+                                    100.0 * r.counts.rejected / std::max(1, taken))});
+  if (r.counts.flagged > 0)
     list.push_back(
         {Verdict::kLook, fmt::format("{} failed the checks at every attempt: kept, flagged.",
-                                     Count(r.flagged, "frame", "frames"))});
+                                     Count(r.counts.flagged, "frame", "frames"))});
   const auto saturated =
       std::count_if(r.positions.begin(), r.positions.end(),
                     [](const ReviewedPosition& p) { return p.saturated_share.value_or(0) > 0; });
@@ -149,16 +151,16 @@ void JudgeBench(const SessionReview& r, std::vector<Judgement>& list) {
       any = true;
       residual_m = std::max(residual_m, std::hypot((*p.residual_m)[0], (*p.residual_m)[1]));
     }
-  if (any && r.spacing_m) {
-    const bool far = residual_m > kFarOff * *r.spacing_m;
+  if (any && r.plan.spacing_m) {
+    const bool far = residual_m > kFarOff * *r.plan.spacing_m;
     list.push_back(
         {far ? Verdict::kLook : Verdict::kGood,
          fmt::format("The stage read back within {:.3g} um of its set points, {:.2g} % of their "
                      "spacing.",
-                     1e6 * residual_m, 100 * residual_m / *r.spacing_m)});
+                     1e6 * residual_m, 100 * residual_m / *r.plan.spacing_m)});
   }
-  if (!r.temperature_c.empty()) {
-    const auto [low, high] = RangeOf(r.temperature_c);
+  if (!r.sensor.temperature_c.empty()) {
+    const auto [low, high] = RangeOf(r.sensor.temperature_c);
     list.push_back(
         {high - low > kWarmer_K ? Verdict::kLook : Verdict::kGood,
          fmt::format(
@@ -176,13 +178,14 @@ Judgement Files(const SessionReview& r) {
   if (r.check)
     return {Verdict::kGood, fmt::format("Every byte was checked: {} match their hashes.",
                                         Count(r.check->frames, "frame", "frames"))};
-  if (r.files_missing + r.files_other_size > 0)
+  if (r.counts.files_missing + r.counts.files_other_size > 0)
     return {Verdict::kBad,
-            fmt::format(
-                "{} missing and {} of another size than written; `luxfield verify "
-                "--salvage` keeps what is whole.",
-                r.files_missing == 1 ? "1 file is" : fmt::format("{} files are", r.files_missing),
-                r.files_other_size)};
+            fmt::format("{} missing and {} of another size than written; `luxfield verify "
+                        "--salvage` keeps what is whole.",
+                        r.counts.files_missing == 1
+                            ? "1 file is"
+                            : fmt::format("{} files are", r.counts.files_missing),
+                        r.counts.files_other_size)};
   return {Verdict::kGood,
           "All files are there with the sizes written; their bytes were not checked here, "
           "`luxfield verify` or `report --verify` does it."};
@@ -208,7 +211,7 @@ const char* VerdictName(Verdict verdict) {
 
 std::vector<Judgement> Judge(const SessionReview& review) {
   std::vector<Judgement> list{Wholeness(review)};
-  if (review.torn)
+  if (review.state.torn)
     list.push_back({Verdict::kLook,
                     "The journal's last line is unfinished: what a crash leaves; a resumed capture "
                     "drops it."});
@@ -227,39 +230,40 @@ std::vector<Judgement> Judge(const SessionReview& review) {
 }
 
 Json ToJson(const SessionReview& r) {
-  Json json = {{"name", r.name},
-               {"kind", r.kind},
-               {"plan_id", r.plan_id},
-               {"sealed", r.sealed},
-               {"torn", r.torn},
-               {"in_use", r.in_use},
-               {"planned_positions", r.planned_positions},
-               {"missing", r.missing},
-               {"frames", r.frames},
-               {"superseded", r.superseded},
-               {"flagged", r.flagged},
-               {"rejected", r.rejected},
-               {"rejected_elsewhere", r.rejected_elsewhere},
-               {"probes", r.probes},
-               {"bytes", r.bytes},
-               {"files_missing", r.files_missing},
-               {"files_other_size", r.files_other_size},
-               {"duration_s", r.duration_s},
-               {"max_drift", Optional(r.max_drift)},
-               {"pulses", r.pulses ? Json{{"hz", r.pulses->hz},
-                                          {"sigma_hz", r.pulses->sigma_hz},
-                                          {"whole_periods_of_hz", r.pulses->whole_periods_of_hz}}
-                                   : Json()},
-               {"suspended_ratio", SeriesJson(r.suspended_ratio)},
-               {"meter_ratio", SeriesJson(r.meter_ratio)},
-               {"reference_over_meter", SeriesJson(r.reference_over_meter)},
-               {"temperature_c", SeriesJson(r.temperature_c)},
-               {"dark_exposure_s", r.dark_exposure_s},
-               {"dark_dn", SeriesJson(r.dark_dn)},
-               {"voltage_v", SeriesJson(r.voltage_v)},
-               {"current_a", SeriesJson(r.current_a)},
-               {"devices", r.devices},
-               {"software", r.software}};
+  Json json = {
+      {"name", r.plan.name},
+      {"kind", r.plan.kind},
+      {"plan_id", r.plan.id},
+      {"sealed", r.state.sealed},
+      {"torn", r.state.torn},
+      {"in_use", r.state.in_use},
+      {"planned_positions", r.plan.positions},
+      {"missing", r.counts.missing},
+      {"frames", r.counts.frames},
+      {"superseded", r.counts.superseded},
+      {"flagged", r.counts.flagged},
+      {"rejected", r.counts.rejected},
+      {"rejected_elsewhere", r.counts.rejected_elsewhere},
+      {"probes", r.counts.probes},
+      {"bytes", r.counts.bytes},
+      {"files_missing", r.counts.files_missing},
+      {"files_other_size", r.counts.files_other_size},
+      {"duration_s", r.duration_s},
+      {"max_drift", Optional(r.plan.max_drift)},
+      {"pulses", r.lamp.pulses ? Json{{"hz", r.lamp.pulses->hz},
+                                      {"sigma_hz", r.lamp.pulses->sigma_hz},
+                                      {"whole_periods_of_hz", r.lamp.pulses->whole_periods_of_hz}}
+                               : Json()},
+      {"suspended_ratio", SeriesJson(r.lamp.suspended_ratio)},
+      {"meter_ratio", SeriesJson(r.lamp.meter_ratio)},
+      {"reference_over_meter", SeriesJson(r.lamp.reference_over_meter)},
+      {"temperature_c", SeriesJson(r.sensor.temperature_c)},
+      {"dark_exposure_s", r.sensor.dark_exposure_s},
+      {"dark_dn", SeriesJson(r.sensor.dark_dn)},
+      {"voltage_v", SeriesJson(r.lamp.voltage_v)},
+      {"current_a", SeriesJson(r.lamp.current_a)},
+      {"devices", r.setup.devices},
+      {"software", r.setup.software}};
   if (r.edges) json["edges"] = ToJson(r.edges->light).at("sides");
   for (const Judgement& judgement : Judge(r))
     json["verdict"].push_back(
@@ -279,7 +283,7 @@ Json ToJson(const SessionReview& r) {
   for (const SessionEvent& e : r.events)
     json["events"].push_back({{"t_s", e.t_s}, {"utc", e.utc}, {"what", e.what}});
   json["references"] = Json::array();
-  for (const auto& [channel, ratio] : r.reference_ratio)
+  for (const auto& [channel, ratio] : r.lamp.reference_ratio)
     for (const TimedValue& v : ratio)
       json["references"].push_back({{"channel", channel}, {"t_s", v.t_s}, {"ratio", v.value}});
   json["exposures"] = Json::array();

@@ -16,8 +16,11 @@
 #include "luxfield/core/progress.h"
 #include "luxfield/session/folder_lock.h"
 #include "luxfield/session/journal.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/session_file.h"
 #include "luxfield/session/session_path.h"
 #include "luxfield/session/session_replay.h"
+#include "luxfield/session/stated.h"
 
 namespace luxfield::capture {
 namespace {
@@ -76,14 +79,15 @@ void Raise(std::optional<double>& largest, std::optional<double> value) {
 // One pass over a journal.
 class Reviewer {
  public:
-  Reviewer(const session::SessionReader& session, SessionReview& review)
+  Reviewer(const session::SessionReader& session, const session::PlanFile& plan,
+           SessionReview& review)
       : folder_(session.folder()), journal_((folder_ / "journal.jsonl").string()), review_(review) {
     for (const FrameRecord& record : session.frames()) usable_.insert(record.file);
-    const Json& camera = review_.camera;
-    black_dn_ = Number(camera, "black_dn");
-    if (const auto saturation = Number(camera, "saturation_dn"); saturation && black_dn_)
-      range_dn_ = *saturation - *black_dn_;
-    if (review_.kind == "light-field") ReadPositions(session.plan());
+    if (const auto camera = session::SetupOf(session).camera) {
+      black_dn_ = camera->black_dn;
+      if (camera->saturation_dn && black_dn_) range_dn_ = *camera->saturation_dn - *black_dn_;
+    }
+    if (plan.kind == session::PlanKind::kLightField) TakePositions(plan);
   }
 
   void See(const Json& record, std::size_t line) {
@@ -103,7 +107,7 @@ class Reviewer {
     else if (type == "reference")
       Reference(record);
     else if (type == "probe")
-      ++review_.probes;
+      ++review_.counts.probes;
     else if (type == "supply")
       Supply(record);
     else
@@ -125,8 +129,8 @@ class Reviewer {
     std::stable_sort(review_.reasons.begin(), review_.reasons.end(),
                      [](const auto& a, const auto& b) { return a.frames > b.frames; });
     if (!darks_.empty()) {
-      review_.dark_exposure_s = darks_.rbegin()->first;
-      review_.dark_dn = darks_.rbegin()->second;
+      review_.sensor.dark_exposure_s = darks_.rbegin()->first;
+      review_.sensor.dark_dn = darks_.rbegin()->second;
     }
   }
 
@@ -143,19 +147,19 @@ class Reviewer {
     std::optional<double> saturated, black;
   };
 
-  void ReadPositions(const Json& plan) {
+  void TakePositions(const session::PlanFile& plan) {
     const std::string file = (folder_ / "plan.json").string();
-    for (const Json& p : Field<Json>(plan, "positions", file)) {
+    for (const session::PlannedPosition& p : session::Stated(plan.positions, "positions", file)) {
       ReviewedPosition position;
-      position.i = Field<int>(p, "i", file);
-      position.j = Field<int>(p, "j", file);
-      set_points_.push_back({Field<double>(p, "u_m", file), Field<double>(p, "v_m", file)});
+      position.i = p.i;
+      position.j = p.j;
+      set_points_.push_back({p.centre.x, p.centre.y});
       place_.try_emplace({position.i, position.j}, review_.positions.size());
       review_.positions.push_back(position);
     }
-    review_.planned_positions = static_cast<int>(review_.positions.size());
-    review_.spacing_m = Number(ObjectIn(plan, "geometry"), "spacing_m");
-    review_.max_drift = Number(ObjectIn(plan, "reference"), "max_drift");
+    review_.plan.positions = static_cast<int>(review_.positions.size());
+    if (plan.geometry) review_.plan.spacing_m = plan.geometry->grid.spacing_m;
+    if (plan.reference) review_.plan.max_drift = plan.reference->policy.max_drift;
   }
 
   // A new process: its monotonic clock may be another one.
@@ -205,7 +209,7 @@ class Reviewer {
     const double hz = Number(record, "hz").value_or(0);
     const double sigma_hz = Number(record, "sigma_hz").value_or(0);
     if (hz > 0 && sigma_hz > 0) {
-      review_.pulses = ReviewedPulses{hz, sigma_hz, stated_hz};
+      review_.lamp.pulses = ReviewedPulses{hz, sigma_hz, stated_hz};
       text += "; the lamp pulses at " + FormatHertz(hz, sigma_hz);
     }
     if (stated_hz > 0) text += fmt::format("; exposures are whole periods of {:.8g} Hz", stated_hz);
@@ -220,12 +224,12 @@ class Reviewer {
       if (!review_.epochs.empty()) review_.epochs.back().suspended = true;
       const double ratio = Field<double>(record, "ratio", where_);
       const auto retake = Field<std::vector<std::pair<int, int>>>(record, "retake", where_).size();
-      review_.suspended_ratio.push_back({now_s_, ratio});
+      review_.lamp.suspended_ratio.push_back({now_s_, ratio});
       AddEvent(utc, fmt::format("suspended: a reference is at {:.4f} of the first; {} position{} "
                                 "since the one before do not count",
                                 ratio, retake, retake == 1 ? "" : "s"));
     } else if (type == "drift") {
-      review_.suspended_ratio.push_back({now_s_, Field<double>(record, "ratio", where_)});
+      review_.lamp.suspended_ratio.push_back({now_s_, Field<double>(record, "ratio", where_)});
     } else if (type == "resumed") {
       AddEvent(utc, "goes on after waiting " +
                         core::FormatDuration(Field<double>(record, "waited_s", where_)));
@@ -246,13 +250,13 @@ class Reviewer {
 
   void Supply(const Json& record) {
     if (const auto volts = Number(record, "voltage_v"))
-      review_.voltage_v.push_back({now_s_, *volts});
+      review_.lamp.voltage_v.push_back({now_s_, *volts});
     if (const auto amperes = Number(record, "current_a"))
-      review_.current_a.push_back({now_s_, *amperes});
+      review_.lamp.current_a.push_back({now_s_, *amperes});
   }
 
   void Rejected(const Json& record) {
-    ++review_.rejected;
+    ++review_.counts.rejected;
     const auto reason = Field<std::string>(record, "reason", where_);
     RejectedReason& counted = reasons_[WithoutNumbers(reason)];
     if (counted.frames++ == 0) {
@@ -262,18 +266,18 @@ class Reviewer {
     if (ReviewedPosition* position = PositionAt(record))
       ++position->rejected;
     else
-      ++review_.rejected_elsewhere;
+      ++review_.counts.rejected_elsewhere;
   }
 
   void Reference(const Json& record) {
     const int channel = Field<int>(record, "channel", where_);
     const double ratio = Field<double>(record, "ratio", where_);
-    review_.reference_ratio[channel].push_back({now_s_, ratio});
+    review_.lamp.reference_ratio[channel].push_back({now_s_, ratio});
     // The monitor's part: over what it read at the channel's first reference.
     const auto meter = reference_meter_.find(channel);
     if (meter == reference_meter_.end() || meter->second <= 0) return;
     const double first = first_meter_.try_emplace(channel, meter->second).first->second;
-    review_.reference_over_meter.push_back({now_s_, ratio * first / meter->second});
+    review_.lamp.reference_over_meter.push_back({now_s_, ratio * first / meter->second});
   }
 
   void Frame(const Json& json) {
@@ -282,20 +286,20 @@ class Reviewer {
     const double t_s = Since(record.t_start_s);
     const bool lit = record.kind != FrameKind::kDark;
     const bool usable = usable_.contains(record.file);
-    ++review_.frames;
-    review_.superseded += !usable;
-    review_.flagged += usable && record.flagged;
+    ++review_.counts.frames;
+    review_.counts.superseded += !usable;
+    review_.counts.flagged += usable && record.flagged;
     LookAtFile(record, json);
     if (!review_.epochs.empty()) {
       ReviewedEpoch& epoch = review_.epochs.back();
       ++epoch.frames;
-      epoch.committed.push_back({now_s_, static_cast<double>(review_.frames)});
+      epoch.committed.push_back({now_s_, static_cast<double>(review_.counts.frames)});
     }
     if (const auto celsius = Number(checks, "temperature_c"))
-      review_.temperature_c.push_back({t_s, *celsius});
+      review_.sensor.temperature_c.push_back({t_s, *celsius});
     if (lit && record.meter > 0) {
       if (first_lit_meter_ == 0) first_lit_meter_ = record.meter;
-      review_.meter_ratio.push_back({t_s, record.meter / first_lit_meter_});
+      review_.lamp.meter_ratio.push_back({t_s, record.meter / first_lit_meter_});
     }
     const auto mean_dn = Number(checks, "mean_dn");
     if (record.kind == FrameKind::kReference) {
@@ -310,13 +314,13 @@ class Reviewer {
 
   void LookAtFile(const FrameRecord& record, const Json& json) {
     const auto bytes = Number(json, "bytes");
-    review_.bytes += bytes.value_or(0);
+    review_.counts.bytes += bytes.value_or(0);
     std::error_code error;
     const auto size = fs::file_size(session::SessionFile(folder_, record.file, where_), error);
     if (error)
-      ++review_.files_missing;
+      ++review_.counts.files_missing;
     else if (bytes && static_cast<double>(size) != *bytes)
-      ++review_.files_other_size;
+      ++review_.counts.files_other_size;
   }
 
   void Exposure(const FrameRecord& record, const Json& checks) {
@@ -395,26 +399,22 @@ class Reviewer {
 
 SessionReview ReviewSession(const fs::path& folder, bool verify) {
   SessionReview review;
-  review.in_use = session::FolderInUse(folder);
+  review.state.in_use = session::FolderInUse(folder);
   const session::SessionReader session(folder);
-  const std::string plan_file = (folder / "plan.json").string();
-  const auto text = [&](const char* key, const char* fallback) {
-    return session.plan().contains(key) ? Field<std::string>(session.plan(), key, plan_file)
-                                        : std::string(fallback);
-  };
-  review.name = text("name", "");
-  review.kind = text("kind", "light-field");
-  review.plan_id = session.plan_id();
-  review.sealed = session.sealed();
-  review.missing = MissingFrames(session);
-  review.camera = ObjectIn(session.session(), "camera");
-  review.devices = ObjectIn(session.session(), "devices");
-  review.software = ObjectIn(session.session(), "software");
-  Reviewer reviewer(session, review);
+  const session::PlanFile plan = session::PlanOf(session);
+  review.plan.name = plan.name;
+  review.plan.kind = session::PlanKindName(plan.kind);
+  review.plan.id = session.plan_id();
+  review.state.sealed = session.sealed();
+  review.counts.missing = MissingFrames(session);
+  review.setup.camera = ObjectIn(session.session(), "camera");
+  review.setup.devices = ObjectIn(session.session(), "devices");
+  review.setup.software = ObjectIn(session.session(), "software");
+  Reviewer reviewer(session, plan, review);
   const session::JournalEnd end =
       session::VisitJournal(folder / "journal.jsonl",
                             [&](Json&& record, std::size_t line) { reviewer.See(record, line); });
-  review.torn = end.torn;
+  review.state.torn = end.torn;
   reviewer.End();
   review.edges = FindSessionEdges(session);
   if (verify) review.check = VerifySession(folder);

@@ -71,43 +71,68 @@ struct RejectedReason {
   int frames = 0;
 };
 
-struct SessionReview {
-  std::string name, kind;  // of the plan; "light-field", "sensor", ...
-  std::string plan_id;
+// What was to be done (plan.json).
+struct ReviewedPlan {
+  std::string name, kind;  // "light-field", "sensor", ...
+  std::string id;
+  int positions = 0;                // light-field plans
+  std::optional<double> spacing_m;  // of the positions
+  std::optional<double> max_drift;  // of the references' ratio from 1
+};
+
+// Where the session stands.
+struct ReviewedState {
   bool sealed = false, torn = false;
-  bool in_use = false;        // a process holds the session's lock
-  int planned_positions = 0;  // light-field plans
-  int missing = 0;            // positions, or frames of plans of other kinds
-  int frames = 0;             // committed
-  int superseded = 0;         // of these: taken again in a later epoch, or of unfinished brackets
+  bool in_use = false;  // a process holds the session's lock
+};
+
+struct ReviewedCounts {
+  int missing = 0;     // positions, or frames of plans of other kinds
+  int frames = 0;      // committed
+  int superseded = 0;  // of these: taken again in a later epoch, or of unfinished brackets
   int flagged = 0, rejected = 0, probes = 0;
   int rejected_elsewhere = 0;  // in darks, references and frames without a position
   double bytes = 0;            // of committed frames
   int files_missing = 0, files_other_size = 0;
+};
 
-  double duration_s = 0;
-  std::vector<ReviewedEpoch> epochs;
-  std::vector<SessionEvent> events;
-
+// The lamp over time.
+struct ReviewedLamp {
   std::map<int, TimeSeries> reference_ratio;  // by channel: rate over the session's first
-  std::optional<double> max_drift;            // of that ratio from 1, as planned
-  std::optional<ReviewedPulses> pulses;
-  TimeSeries suspended_ratio;  // what it was seen to be while suspended
-  TimeSeries meter_ratio;      // lamp monitor over its first reading, lit frames
+  TimeSeries suspended_ratio;                 // what it was seen to be while suspended
+  TimeSeries meter_ratio;                     // lamp monitor over its first reading, lit frames
   // Reference over meter, at the references: what changed besides the lamp.
   TimeSeries reference_over_meter;
+  std::optional<ReviewedPulses> pulses;
+  TimeSeries voltage_v, current_a;
+};
 
-  std::vector<ReviewedExposure> exposures;  // rising
-  std::vector<ReviewedPosition> positions;  // in the plan's order
-  std::vector<RejectedReason> reasons;      // most frequent first
+// The sensor over time.
+struct ReviewedSensor {
   TimeSeries temperature_c;
   double dark_exposure_s = 0;  // longest of the darks,
   TimeSeries dark_dn;          // and their mean level above the calibrated black
-  TimeSeries voltage_v, current_a;
-  std::optional<double> spacing_m;    // of the positions
-  std::optional<SessionEdges> edges;  // light-field plans whose positions all have frames
+};
 
-  nlohmann::json camera, devices, software;    // session.json
+// session.json, as it stands.
+struct ReviewedSetup {
+  nlohmann::json camera, devices, software;
+};
+
+struct SessionReview {
+  ReviewedPlan plan;
+  ReviewedState state;
+  ReviewedCounts counts;
+  double duration_s = 0;
+  std::vector<ReviewedEpoch> epochs;
+  std::vector<SessionEvent> events;
+  ReviewedLamp lamp;
+  ReviewedSensor sensor;
+  std::vector<ReviewedExposure> exposures;  // rising
+  std::vector<ReviewedPosition> positions;  // in the plan's order
+  std::vector<RejectedReason> reasons;      // most frequent first
+  std::optional<SessionEdges> edges;        // light-field plans whose positions all have frames
+  ReviewedSetup setup;
   std::optional<session::SessionCheck> check;  // where it was asked for
 };
 

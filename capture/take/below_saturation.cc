@@ -7,7 +7,7 @@
 namespace luxfield::capture {
 
 Shot ShootBelowSaturation(FrameTaker& taker, const std::vector<double>& ladder_s,
-                          double saturation_share, const hal::CameraCalibration& camera,
+                          double saturation_share, const rig::SensorModel& camera,
                           const std::string& plan, const std::string& what,
                           session::FrameRecord& record) {
   const double range = camera.saturation_dn - camera.black_dn;

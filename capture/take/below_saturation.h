@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "luxfield/capture/take/frame_taker.h"
+#include "luxfield/rig/sensor_model.h"
 
 namespace luxfield::capture {
 
@@ -13,7 +14,7 @@ namespace luxfield::capture {
 // InputError, naming `plan`, where even the shortest is too bright or the longest shows less than a
 // tenth of the range.
 Shot ShootBelowSaturation(FrameTaker& taker, const std::vector<double>& ladder_s,
-                          double saturation_share, const hal::CameraCalibration& camera,
+                          double saturation_share, const rig::SensorModel& camera,
                           const std::string& plan, const std::string& what,
                           session::FrameRecord& record);
 

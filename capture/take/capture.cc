@@ -19,6 +19,8 @@
 #include "luxfield/core/json.h"
 #include "luxfield/core/pause.h"
 #include "luxfield/core/progress.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/plan_json.h"
 #include "luxfield/session/session_writer.h"
 
 namespace luxfield::capture {
@@ -108,7 +110,7 @@ class Run {
     taker_.SelectShutter("closed");
     taker_.Configure(0);
     const FrameStatistics s = taker_.Statistics(taker_.Expose().image);
-    const hal::CameraCalibration& c = rig_.camera;
+    const rig::SensorModel& c = rig_.camera;
     const double expected =
         c.black_dn + c.gain_dn_per_e * c.dark_current_e_per_s * expanded_.ladder_s.front();
     if (std::abs(s.mean_dn - expected) > 0.01 * (c.saturation_dn - c.black_dn) + c.read_noise_dn)
@@ -328,7 +330,7 @@ class Run {
   const ExpandedPlan& expanded_;
   const Plan& plan_;
   hal::Devices& devices_;
-  const hal::RigDescription& rig_;
+  const rig::RigDescription& rig_;
   session::SessionWriter& session_;
   const CaptureOptions& options_;
   FrameTaker& taker_;
@@ -360,8 +362,9 @@ CaptureSummary RunCapture(const Plan& plan, hal::Devices& devices,
                           const std::filesystem::path& folder, const CaptureOptions& options) {
   const ExpandedPlan expanded = ExpandPlan(
       plan.exposure.measure_pwm ? WithPwmHz(plan, devices, folder, options) : plan, devices);
-  const SessionToTake what{ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s,
-                           plan.exposure.max_attempts, static_cast<int>(expanded.positions.size())};
+  const SessionToTake what{ToJson(ToPlanFile(expanded)), DryRun(expanded, devices).bytes,
+                           expanded.ladder_s, plan.exposure.max_attempts,
+                           static_cast<int>(expanded.positions.size())};
   return TakeSession(
       what, devices, folder, options,
       [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary& summary) {

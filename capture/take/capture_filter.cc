@@ -9,13 +9,14 @@
 #include "luxfield/capture/take/below_saturation.h"
 #include "luxfield/capture/take/take_session.h"
 #include "luxfield/core/error.h"
-#include "luxfield/core/json.h"
 #include "luxfield/core/progress.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/plan_json.h"
+#include "luxfield/session/stated.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::Json;
 using session::FrameKind;
 using session::FrameRecord;
 
@@ -109,23 +110,24 @@ CaptureSummary RunFilterCapture(const FilterPlan& plan, hal::Devices& devices,
                                 const std::filesystem::path& folder,
                                 const CaptureOptions& options) {
   const ExpandedFilterPlan expanded = ExpandPlan(plan, devices);
-  return TakeSession(
-      {ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s, plan.max_attempts},
-      devices, folder, options,
-      [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
-        TakePending(expanded, devices, session, taker);
-      });
+  return TakeSession({ToJson(ToPlanFile(expanded)), DryRun(expanded, devices).bytes,
+                      expanded.ladder_s, plan.max_attempts},
+                     devices, folder, options,
+                     [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
+                       TakePending(expanded, devices, session, taker);
+                     });
 }
 
 int MissingFilterFrames(const session::SessionReader& session) {
   const std::string file = (session.folder() / "plan.json").string();
-  const auto exposure = core::Field<Json>(session.plan(), "exposure", file);
+  const session::PlanFile plan = session::PlanOf(session);
+  const session::PlannedExposures& exposure = session::Stated(plan.exposure, "exposure", file);
   const std::set<FrameKey> there = KeysOf(session.frames());
   int missing = 0;
-  for (const FrameKey& key :
-       PlannedFrames(static_cast<int>(core::Field<Json>(session.plan(), "views", file).size()),
-                     FirstRung(there).value_or(0), core::Field<int>(exposure, "exposures", file),
-                     core::Field<int>(exposure, "repeats", file)))
+  for (const FrameKey& key : PlannedFrames(
+           static_cast<int>(session::Stated(plan.views, "views", file).size()),
+           FirstRung(there).value_or(0), session::Stated(exposure.exposures, "exposures", file),
+           session::Stated(exposure.repeats, "repeats", file)))
     missing += !there.contains(key);
   return missing;
 }

@@ -6,13 +6,14 @@
 #include "luxfield/capture/take/below_saturation.h"
 #include "luxfield/capture/take/take_session.h"
 #include "luxfield/core/error.h"
-#include "luxfield/core/json.h"
 #include "luxfield/core/progress.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/plan_json.h"
+#include "luxfield/session/stated.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::Json;
 using session::FrameKind;
 using session::FrameRecord;
 
@@ -36,9 +37,9 @@ void TakePending(const ExpandedGeometryPlan& expanded, hal::Devices& devices,
     progress.Advance();
     if (there.contains(n)) continue;
     taker.PauseIfAsked(1);
-    const GeometryView& view = expanded.views[n];
+    const session::PlannedView& view = expanded.views[n];
     taker.SelectTarget(view.target);
-    taker.MoveTo(view.setpoint);
+    taker.MoveTo(*view.setpoint);
     FrameRecord record;
     record.kind = FrameKind::kTarget;
     record.i = n;
@@ -55,21 +56,21 @@ CaptureSummary RunGeometryCapture(const GeometryPlan& plan, hal::Devices& device
                                   const std::filesystem::path& folder,
                                   const CaptureOptions& options) {
   const ExpandedGeometryPlan expanded = ExpandPlan(plan, devices);
-  return TakeSession(
-      {ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s, plan.max_attempts},
-      devices, folder, options,
-      [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
-        TakePending(expanded, devices, session, taker);
-      });
+  return TakeSession({ToJson(ToPlanFile(expanded)), DryRun(expanded, devices).bytes,
+                      expanded.ladder_s, plan.max_attempts},
+                     devices, folder, options,
+                     [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
+                       TakePending(expanded, devices, session, taker);
+                     });
 }
 
 int MissingGeometryFrames(const session::SessionReader& session) {
   const std::string file = (session.folder() / "plan.json").string();
   const std::set<int> there = ViewsIn(session.frames());
   int missing = 0;
-  for (int n = 0; n < static_cast<int>(core::Field<Json>(session.plan(), "views", file).size());
-       ++n)
-    missing += !there.contains(n);
+  const session::PlanFile plan = session::PlanOf(session);
+  const auto views = static_cast<int>(session::Stated(plan.views, "views", file).size());
+  for (int n = 0; n < views; ++n) missing += !there.contains(n);
   return missing;
 }
 

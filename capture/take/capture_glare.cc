@@ -6,13 +6,14 @@
 #include "luxfield/capture/plan/expanded_plan.h"
 #include "luxfield/capture/take/below_saturation.h"
 #include "luxfield/capture/take/take_session.h"
-#include "luxfield/core/json.h"
 #include "luxfield/core/progress.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/plan_json.h"
+#include "luxfield/session/stated.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::Json;
 using session::FrameKind;
 using session::FrameRecord;
 
@@ -78,19 +79,20 @@ void TakePending(const ExpandedGlarePlan& expanded, hal::Devices& devices,
 CaptureSummary RunGlareCapture(const GlarePlan& plan, hal::Devices& devices,
                                const std::filesystem::path& folder, const CaptureOptions& options) {
   const ExpandedGlarePlan expanded = ExpandPlan(plan, devices);
-  return TakeSession(
-      {ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s, plan.max_attempts},
-      devices, folder, options,
-      [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
-        TakePending(expanded, devices, session, taker);
-      });
+  return TakeSession({ToJson(ToPlanFile(expanded)), DryRun(expanded, devices).bytes,
+                      expanded.ladder_s, plan.max_attempts},
+                     devices, folder, options,
+                     [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
+                       TakePending(expanded, devices, session, taker);
+                     });
 }
 
 int MissingGlareFrames(const session::SessionReader& session) {
   const std::string file = (session.folder() / "plan.json").string();
+  const session::PlanFile plan = session::PlanOf(session);
   const int repeats =
-      core::Field<int>(core::Field<Json>(session.plan(), "exposure", file), "repeats", file);
-  const auto places = static_cast<int>(core::Field<Json>(session.plan(), "views", file).size());
+      session::Stated(session::Stated(plan.exposure, "exposure", file).repeats, "repeats", file);
+  const auto places = static_cast<int>(session::Stated(plan.views, "views", file).size());
   Taken taken(session.frames());
   int missing = 0;
   for (int n = 0; n < places; ++n) missing += std::max(0, repeats - taken.places[n]);

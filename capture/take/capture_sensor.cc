@@ -10,14 +10,16 @@
 #include "luxfield/capture/take/frame_taker.h"
 #include "luxfield/capture/take/take_session.h"
 #include "luxfield/core/error.h"
-#include "luxfield/core/json.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/rig/cfa.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/plan_json.h"
+#include "luxfield/session/session_file.h"
+#include "luxfield/session/stated.h"
 
 namespace luxfield::capture {
 namespace {
 
-using core::Json;
 using session::FrameKind;
 using session::FrameRecord;
 
@@ -57,7 +59,7 @@ std::vector<PixelRun> PixelsOfChannel(const FrameTaker& taker,
 
 // Exposure time that fills `pixels` on average, from the longest exposure without a saturated one.
 double TimeToFill(const ExpandedSensorPlan& expanded, FrameTaker& taker,
-                  const std::vector<PixelRun>& pixels, const hal::CameraCalibration& camera,
+                  const std::vector<PixelRun>& pixels, const rig::SensorModel& camera,
                   int channel) {
   for (int rung = static_cast<int>(expanded.ladder_s.size()) - 1; rung >= 0; --rung) {
     taker.Configure(rung);
@@ -106,7 +108,7 @@ void CheckLadder(const ExpandedSensorPlan& expanded, double fill_s, double full_
 
 void CheckLight(const ExpandedSensorPlan& expanded, FrameTaker& taker,
                 const hal::Devices& devices) {
-  const hal::CameraCalibration& camera = devices.rig.camera;
+  const rig::SensorModel& camera = devices.rig.camera;
   std::vector<double> fill_s;
   for (int channel = 0; channel < expanded.plan.channels; ++channel) {
     taker.SelectChannel(channel % expanded.channels_in_turn);
@@ -162,27 +164,29 @@ CaptureSummary RunSensorCapture(const SensorPlan& plan, hal::Devices& devices,
                                 const std::filesystem::path& folder,
                                 const CaptureOptions& options) {
   const ExpandedSensorPlan expanded = ExpandPlan(plan, devices);
-  return TakeSession(
-      {ToJson(expanded), DryRun(expanded, devices).bytes, expanded.ladder_s, plan.max_attempts},
-      devices, folder, options,
-      [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
-        TakePending(expanded, devices, session, taker);
-      });
+  return TakeSession({ToJson(ToPlanFile(expanded)), DryRun(expanded, devices).bytes,
+                      expanded.ladder_s, plan.max_attempts},
+                     devices, folder, options,
+                     [&](session::SessionWriter& session, FrameTaker& taker, CaptureSummary&) {
+                       TakePending(expanded, devices, session, taker);
+                     });
 }
 
 int MissingSensorFrames(const session::SessionReader& session) {
   const std::string file = (session.folder() / "plan.json").string();
-  const auto exposure = core::Field<Json>(session.plan(), "exposure", file);
-  const auto ladder = core::Field<std::vector<double>>(exposure, "ladder_s", file);
+  const session::PlanFile plan = session::PlanOf(session);
+  const session::PlannedExposures& exposure = session::Stated(plan.exposure, "exposure", file);
   std::set<FrameKey> there;
   for (const FrameRecord& record : session.frames()) there.insert(KeyOf(record));
   int missing = 0;
-  const auto camera =
-      core::Field<Json>(session.session(), "camera", (session.folder() / "session.json").string());
+  const session::SessionSetup setup = session::SetupOf(session);
+  const auto& camera =
+      session::Stated(setup.camera, "camera", (session.folder() / "session.json").string());
   const int channels_in_turn =
-      camera.contains("cfa") ? 1 : core::Field<int>(session.plan(), "channels", file);
-  for (const FrameKey& key : PlannedFrames(channels_in_turn, static_cast<int>(ladder.size()),
-                                           core::Field<int>(exposure, "pairs", file)))
+      camera.cfa.empty() ? session::Stated(plan.channels, "channels", file) : 1;
+  for (const FrameKey& key :
+       PlannedFrames(channels_in_turn, static_cast<int>(exposure.ladder_s.size()),
+                     session::Stated(exposure.pairs, "pairs", file)))
     missing += !there.contains(key);
   return missing;
 }

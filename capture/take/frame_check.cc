@@ -33,7 +33,7 @@ constexpr double kMostNoise = 0.1, kSampleNoise = 0.02;
 constexpr Part kSample{0, kBlock / 16}, kRest{kBlock / 16, kBlock};
 
 // Read noise and quantisation, DN.
-double NoiseFloor(const hal::CameraCalibration& c, bool adc) {
+double NoiseFloor(const rig::SensorModel& c, bool adc) {
   return std::sqrt(c.read_noise_dn * c.read_noise_dn + (adc ? 1.0 / 12 : 0.0));
 }
 
@@ -97,7 +97,7 @@ struct Levels {
 
 template <typename Value>
 FrameStatistics MeasurePlane(const std::vector<Value>& plane, const std::vector<PixelRun>& usable,
-                             const hal::CameraCalibration& c) {
+                             const rig::SensorModel& c) {
   using Count = BlockCount<Value>;
   const auto saturation = LeastFrom<Value>(c.saturation_dn);
   const auto black_level = GreatestTo<Value>(c.black_dn);
@@ -159,7 +159,7 @@ Common SumCommon(const std::vector<Value>& frame, const std::vector<Value>& shor
 }  // namespace
 
 std::vector<PixelRun> UsablePixels(const hal::CameraCapabilities& camera,
-                                   const hal::CameraCalibration& calibration) {
+                                   const rig::SensorModel& calibration) {
   const auto width = static_cast<std::size_t>(camera.width);
   const std::size_t pixels = width * camera.height;
   std::vector<std::size_t> defects;
@@ -178,7 +178,7 @@ std::vector<PixelRun> UsablePixels(const hal::CameraCapabilities& camera,
 }
 
 FrameStatistics Measure(const session::RawFrame& frame, const std::vector<PixelRun>& usable,
-                        const hal::CameraCalibration& c) {
+                        const rig::SensorModel& c) {
   return frame.value.empty() ? MeasurePlane(frame.dn, usable, c)
                              : MeasurePlane(frame.value, usable, c);
 }
@@ -192,8 +192,8 @@ core::Json ToJson(const FrameStatistics& s) {
 
 std::optional<double> LevelRatio(const session::RawFrame& frame, double exposure_s,
                                  const session::RawFrame& shorter, double shorter_exposure_s,
-                                 const std::vector<PixelRun>& usable,
-                                 const hal::CameraCalibration& c, double tolerance) {
+                                 const std::vector<PixelRun>& usable, const rig::SensorModel& c,
+                                 double tolerance) {
   const double noise = NoiseFloor(c, frame.value.empty());
   const double low = c.black_dn + 10 * noise, high = 0.8 * c.saturation_dn;
   const auto add = [&](Part part) {

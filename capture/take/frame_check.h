@@ -18,7 +18,7 @@ struct PixelRun {
 };
 // Pixels that count, in ascending runs: defects of the calibration left out.
 std::vector<PixelRun> UsablePixels(const hal::CameraCapabilities& camera,
-                                   const hal::CameraCalibration& calibration);
+                                   const rig::SensorModel& calibration);
 
 struct FrameStatistics {
   double mean_dn = 0, brightest_dn = 0;
@@ -27,7 +27,7 @@ struct FrameStatistics {
 };
 // Of every usable pixel.
 FrameStatistics Measure(const session::RawFrame& frame, const std::vector<PixelRun>& usable,
-                        const hal::CameraCalibration& calibration);
+                        const rig::SensorModel& calibration);
 nlohmann::json ToJson(const FrameStatistics& statistics);
 
 // Level of `frame` over that of `shorter`, divided by the ratio of their exposures, over pixels
@@ -43,6 +43,6 @@ nlohmann::json ToJson(const FrameStatistics& statistics);
 std::optional<double> LevelRatio(const session::RawFrame& frame, double exposure_s,
                                  const session::RawFrame& shorter, double shorter_exposure_s,
                                  const std::vector<PixelRun>& usable,
-                                 const hal::CameraCalibration& calibration, double tolerance);
+                                 const rig::SensorModel& calibration, double tolerance);
 
 }  // namespace luxfield::capture

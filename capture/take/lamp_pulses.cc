@@ -106,7 +106,7 @@ double MeasuredPwmHz(const Plan& plan, hal::Devices& devices, const std::filesys
   FaceLamp(taker, centre);
   FrameRecord place;
   place.kind = FrameKind::kReference;
-  const hal::CameraCalibration& calibration = devices.rig.camera;
+  const rig::SensorModel& calibration = devices.rig.camera;
   place.exposure_index = ChooseRungs(ProbeRate(taker, place, expanded, calibration),
                                      expanded.ladder_s, plan.exposure, calibration)
                              .first;
@@ -132,7 +132,7 @@ void FaceLamp(FrameTaker& taker, hal::Vec2 centre) {
 LampPulses LookForPulses(FrameTaker& taker, hal::Devices& devices, const FrameRecord& place,
                          double allowed, bool measure) {
   constexpr int kFrames = 24;
-  const hal::CameraCalibration& calibration = devices.rig.camera;
+  const rig::SensorModel& calibration = devices.rig.camera;
   const double pixels = UsableCount(taker);
   LampPulses pulses;
   taker.Configure(place.exposure_index);

@@ -6,7 +6,8 @@
 #include "luxfield/capture/take/capture_geometry.h"
 #include "luxfield/capture/take/capture_glare.h"
 #include "luxfield/capture/take/capture_sensor.h"
-#include "luxfield/core/json.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/stated.h"
 
 namespace luxfield::capture {
 namespace {
@@ -17,23 +18,27 @@ int MissingPositions(const session::SessionReader& session) {
   for (const session::FrameRecord& record : session.frames())
     if (record.kind == session::FrameKind::kPosition) there.insert({record.i, record.j});
   int missing = 0;
-  for (const core::Json& p : core::Field<core::Json>(session.plan(), "positions", file))
-    missing += !there.contains({core::Field<int>(p, "i", file), core::Field<int>(p, "j", file)});
+  const session::PlanFile plan = session::PlanOf(session);
+  for (const session::PlannedPosition& p : session::Stated(plan.positions, "positions", file))
+    missing += !there.contains({p.i, p.j});
   return missing;
 }
 
 }  // namespace
 
 int MissingFrames(const session::SessionReader& session) {
-  const core::Json& plan = session.plan();
-  const std::string kind =
-      plan.contains("kind")
-          ? core::Field<std::string>(plan, "kind", (session.folder() / "plan.json").string())
-          : "light-field";
-  if (kind == "sensor") return MissingSensorFrames(session);
-  if (kind == "geometry") return MissingGeometryFrames(session);
-  if (kind == "glare") return MissingGlareFrames(session);
-  if (kind == "filter") return MissingFilterFrames(session);
+  switch (session::PlanOf(session).kind) {
+    case session::PlanKind::kSensor:
+      return MissingSensorFrames(session);
+    case session::PlanKind::kGeometry:
+      return MissingGeometryFrames(session);
+    case session::PlanKind::kGlare:
+      return MissingGlareFrames(session);
+    case session::PlanKind::kFilter:
+      return MissingFilterFrames(session);
+    case session::PlanKind::kLightField:
+      break;
+  }
   return MissingPositions(session);
 }
 

@@ -6,7 +6,7 @@
 namespace luxfield::capture {
 
 double ProbeRate(FrameTaker& taker, const session::FrameRecord& place, const ExpandedPlan& expanded,
-                 const hal::CameraCalibration& calibration) {
+                 const rig::SensorModel& calibration) {
   const ProbeWalk walk{static_cast<int>(expanded.ladder_s.size()) - 1, expanded.plan.exposure,
                        calibration};
   for (Probe probe = walk.First();;) {

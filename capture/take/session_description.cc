@@ -7,16 +7,21 @@
 #include <cstdlib>
 #include <filesystem>
 #include <set>
+#include <utility>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
+#include "luxfield/session/session_file.h"
 #include "luxfield/session/session_path.h"
+#include "luxfield/session/stated.h"
 #include "luxfield/version.h"
 
 namespace luxfield::capture {
 namespace {
+
+constexpr const char* kFirmware = "camera_firmware";
 
 // The bytes of an image file: sessions write all their files themselves, whole or not at all.
 std::string ExrBytes(const core::Image& image) {
@@ -31,9 +36,9 @@ std::string ExrBytes(const core::Image& image) {
   return bytes;
 }
 
-std::string Shown(const nlohmann::json* value) {
+std::string Shown(const nlohmann::json& value) {
   constexpr std::size_t kMost = 80;
-  const std::string text = value ? value->dump() : "nothing";
+  const std::string text = value.dump();
   return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
 }
 
@@ -55,37 +60,31 @@ void RequireSame(const nlohmann::json& then, const nlohmann::json& now, const st
       RequireSame(*was, *is, field, file);
     else if (!was || !is || *was != *is)
       throw InputError(file,
-                       fmt::format("{} = {}, the lab given has {}", field, Shown(was), Shown(is)),
+                       fmt::format("{} = {}, the lab given has {}", field,
+                                   was ? Shown(*was) : "nothing", is ? Shown(*is) : "nothing"),
                        "resume with the lab as it was, or capture into another folder");
   }
 }
 
 // session.json names the map; its pixels have to be the lab's.
-void RequireSameMap(const std::filesystem::path& folder, const nlohmann::json& session,
-                    const core::Image& now) {
+void RequireSameMap(const std::filesystem::path& folder, const session::SessionSetup& then,
+                    const std::vector<float>& now) {
   const std::string file = (folder / "session.json").string();
-  const auto name = core::Field<std::string>(core::Field<core::Json>(session, "camera", file),
-                                             "vignetting", file);
-  const core::Image then = core::ReadExrImage(session::SessionFile(folder, name, file));
-  if (then.width != now.width || then.height != now.height || then.data != now.data)
+  const std::string& name =
+      session::Stated(session::Stated(then.camera, "camera", file).vignetting, "vignetting", file);
+  if (core::ReadExrImage(session::SessionFile(folder, name, file)).data != now)
     throw InputError((folder / name).string(), "is another vignetting than that of the lab given",
                      "resume with the lab as it was, or capture into another folder");
 }
 
 // Nothing to refuse: a camera is mended by its maker, and what that changes is for people to judge.
-void WarnOfOtherFirmware(const nlohmann::json& then, const nlohmann::json& now) {
-  const auto firmware = [](const nlohmann::json& session) {
-    const auto devices = session.find("devices");
-    return devices != session.end() && devices->is_object()
-               ? devices->value("camera_firmware", nlohmann::json())
-               : nlohmann::json();
-  };
-  const nlohmann::json was = firmware(then), is = firmware(now);
-  if (!was.is_null() && !is.is_null() && was != is)
+void WarnOfOtherFirmware(const session::SessionSetup& then, const session::SessionSetup& now) {
+  const auto was = then.devices.find(kFirmware), is = now.devices.find(kFirmware);
+  if (was != then.devices.end() && is != now.devices.end() && was->second != is->second)
     fmt::print(stderr,
                "luxfield: the camera's firmware is {}, the session began with {}: hold the "
                "references of the new epoch against those before\n",
-               Shown(&is), Shown(&was));
+               Shown(is->second), Shown(was->second));
 }
 
 // Frames of one session are of one camera, set up and calibrated in one way.
@@ -97,19 +96,21 @@ void RequireSameRig(const std::filesystem::path& folder, const hal::Devices& dev
     RequireSame(core::Field<nlohmann::json>(then, part, file), now.at(part), part, file);
   if (const auto files = then.find("lab_files"); files != then.end())  // an older one states none
     RequireSame(*files, now.value("lab_files", nlohmann::json::object()), "lab_files", file);
-  if (devices.rig.camera.vignetting) RequireSameMap(folder, then, *devices.rig.camera.vignetting);
-  WarnOfOtherFirmware(then, now);
+  const session::SessionSetup setup = session::SetupFromJson(then, file);
+  if (!devices.rig.camera.vignetting.empty())
+    RequireSameMap(folder, setup, devices.rig.camera.vignetting);
+  WarnOfOtherFirmware(setup, session::SetupFromJson(now, file));
 }
 
 }  // namespace
 
-nlohmann::json DescribeDevices(const hal::Devices& devices) {
-  nlohmann::json json = {{"camera", devices.camera->identity()},
-                         {"stage", devices.stage->identity()}};
+std::map<std::string, std::string> DescribeDevices(const hal::Devices& devices) {
+  std::map<std::string, std::string> roles = {{"camera", devices.camera->identity()},
+                                              {"stage", devices.stage->identity()}};
   if (const std::string firmware = devices.camera->firmware(); !firmware.empty())
-    json["camera_firmware"] = firmware;
+    roles[kFirmware] = firmware;
   const auto add = [&](const char* role, const auto& device) {
-    if (device) json[role] = device->identity();
+    if (device) roles[role] = device->identity();
   };
   add("trigger", devices.trigger);
   add("shutter", devices.shutter);
@@ -118,35 +119,31 @@ nlohmann::json DescribeDevices(const hal::Devices& devices) {
   add("monitor", devices.monitor);
   add("supply", devices.supply);
   add("inputs", devices.inputs);
-  return json;
+  return roles;
 }
 
 SessionDescription DescribeSession(const hal::Devices& devices) {
   const hal::CameraCapabilities capabilities = devices.camera->capabilities();
-  const hal::CameraCalibration& c = devices.rig.camera;
+  rig::SensorModel sensor = devices.rig.camera;
+  sensor.width = capabilities.width;
+  sensor.height = capabilities.height;
+  sensor.bits = capabilities.bits;
   SessionDescription description;
-  nlohmann::json camera = {{"width", capabilities.width},
-                           {"height", capabilities.height},
-                           {"bits", capabilities.bits},
-                           {"black_dn", c.black_dn},
-                           {"saturation_dn", c.saturation_dn},
-                           {"gain_dn_per_e", c.gain_dn_per_e},
-                           {"read_noise_dn", c.read_noise_dn},
-                           {"dark_current_e_per_s", c.dark_current_e_per_s},
-                           {"prnu", c.prnu},
-                           {"responsivity_e_per_s_per_w_m2", c.responsivity_e_per_s_per_w_m2},
-                           {"defects", c.defects}};
-  if (!c.cfa.empty()) camera["cfa"] = c.cfa;
-  if (!devices.camera_settings.empty()) camera["settings"] = devices.camera_settings;
-  if (c.vignetting) {
-    camera["vignetting"] = "vignetting.exr";
-    description.files.emplace_back("vignetting.exr", ExrBytes(*c.vignetting));
+  session::SessionCamera camera = session::CameraOf(sensor);
+  camera.settings = devices.camera_settings;
+  if (!sensor.vignetting.empty()) {
+    camera.vignetting = "vignetting.exr";
+    core::Image map(sensor.width, sensor.height, 1);
+    map.data = sensor.vignetting;
+    description.files.emplace_back("vignetting.exr", ExrBytes(map));
   }
-  description.session = {{"camera", camera},
-                         {"calibration", {{"image_from_sensor", devices.rig.image_from_sensor}}},
-                         {"devices", DescribeDevices(devices)},
-                         {"software", {{"name", "luxfield"}, {"version", LUXFIELD_VERSION}}}};
-  if (!devices.lab_files.empty()) description.session["lab_files"] = devices.lab_files;
+  session::SessionSetup setup;
+  setup.camera = std::move(camera);
+  setup.image_from_sensor = devices.rig.image_from_sensor;
+  setup.lab_files = devices.lab_files;
+  setup.devices = DescribeDevices(devices);
+  setup.software = {{"name", "luxfield"}, {"version", LUXFIELD_VERSION}};
+  description.session = ToJson(setup);
   return description;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -24,6 +25,7 @@ SessionDescription DescribeSession(const hal::Devices& devices);
 session::SessionWriter OpenSession(const std::filesystem::path& folder, const nlohmann::json& plan,
                                    const hal::Devices& devices, bool resume);
 
-nlohmann::json DescribeDevices(const hal::Devices& devices);  // of session.json
+// Identities by role, as session.json and epoch_start have them.
+std::map<std::string, std::string> DescribeDevices(const hal::Devices& devices);
 
 }  // namespace luxfield::capture

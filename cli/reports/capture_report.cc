@@ -84,8 +84,8 @@ core::Json PrintDryRun(const capture::ExpandedGeometryPlan& expanded, const hal:
   const auto estimate = capture::DryRun(expanded, devices);
   fmt::print("{}: where the parts of the lab stand\n", expanded.plan.name);
   for (const auto& view : expanded.views)
-    fmt::print("  {:<24} stage at ({:.6g}, {:.6g}) m\n", view.target, view.setpoint.x,
-               view.setpoint.y);
+    fmt::print("  {:<24} stage at ({:.6g}, {:.6g}) m\n", view.target, view.setpoint->x,
+               view.setpoint->y);
   core::Json stage = PrintStageLimits(*devices.stage);
   fmt::print("  frames       {} of the board, {} of the mask ({})\n", estimate.boards,
              estimate.masks, FormatBytes(double(estimate.bytes)));

@@ -106,8 +106,8 @@ void WriteProgress(const SessionReview& review, const TimeAxis& axis, HtmlPage& 
   page.Paragraph(fmt::format(
       "{} from the first line of the journal to its last; {} frames, {}, {} exposures that only "
       "chose others.",
-      core::FormatDuration(review.duration_s), review.frames, FormatBytes(review.bytes),
-      review.probes));
+      core::FormatDuration(review.duration_s), review.counts.frames,
+      FormatBytes(review.counts.bytes), review.counts.probes));
   Plot plot = TimePlot(axis, "Progress", "frames committed");
   Series paused{.name = "paused", .x = {}, .y = {}, .lines = false, .style = 1};
   Series suspended{.name = "suspended", .x = {}, .y = {}, .lines = false, .style = 3};
@@ -149,7 +149,8 @@ void WriteProgress(const SessionReview& review, const TimeAxis& axis, HtmlPage& 
 
 void WriteDrift(const SessionReview& review, const TimeAxis& axis, HtmlPage& page) {
   page.Heading("Lamp drift");
-  const bool references = !review.reference_ratio.empty(), meter = !review.meter_ratio.empty();
+  const bool references = !review.lamp.reference_ratio.empty(),
+             meter = !review.lamp.meter_ratio.empty();
   if (!references && !meter) {
     page.Paragraph("This session has neither drift references nor readings of a light meter.");
     return;
@@ -158,21 +159,21 @@ void WriteDrift(const SessionReview& review, const TimeAxis& axis, HtmlPage& pag
   if (!meter) page.Paragraph("This session has no readings of a light meter.");
   Plot plot = TimePlot(axis, "The lamp over what it was at first", "change, %");
   const char* const colours[] = {"R", "G", "B"};
-  for (const auto& [channel, ratio] : review.reference_ratio)
+  for (const auto& [channel, ratio] : review.lamp.reference_ratio)
     AddSeries(axis,
-              review.reference_ratio.size() == 1
+              review.lamp.reference_ratio.size() == 1
                   ? "reference frames"
                   : fmt::format("reference frames, {}", colours[std::clamp(channel, 0, 2)]),
               ratio, channel, plot, 100, -1);
-  if (!review.suspended_ratio.empty()) {
-    AddSeries(axis, "while suspended", review.suspended_ratio, 6, plot, 100, -1);
+  if (!review.lamp.suspended_ratio.empty()) {
+    AddSeries(axis, "while suspended", review.lamp.suspended_ratio, 6, plot, 100, -1);
     plot.series.back().lines = false;
   }
-  if (meter) AddSeries(axis, "light meter", review.meter_ratio, 3, plot, 100, -1);
+  if (meter) AddSeries(axis, "light meter", review.lamp.meter_ratio, 3, plot, 100, -1);
   page.Raw(SvgPlot(plot));
-  if (review.reference_over_meter.size() > 1) {
+  if (review.lamp.reference_over_meter.size() > 1) {
     Plot apart = TimePlot(axis, "References over light meter", "change, %");
-    AddSeries(axis, "", review.reference_over_meter, 0, apart, 100, -1);
+    AddSeries(axis, "", review.lamp.reference_over_meter, 0, apart, 100, -1);
     page.Raw(SvgPlot(apart));
     page.Paragraph(
         "What both see is the lamp; what only the references see is camera, shutter or filter.");
@@ -274,14 +275,14 @@ void WriteExposures(const SessionReview& review, HtmlPage& page) {
 
 void WriteReshoots(const SessionReview& review, HtmlPage& page) {
   page.Heading("Re-shoots");
-  if (review.rejected == 0 && review.flagged == 0) {
+  if (review.counts.rejected == 0 && review.counts.flagged == 0) {
     page.Paragraph("No frame failed its checks.");
     return;
   }
   page.Paragraph(fmt::format(
       "{} exposures failed their checks and were taken again, {} of them in darks, references and "
       "frames of no position; {} frames failed at every attempt and are kept, flagged.",
-      review.rejected, review.rejected_elsewhere, review.flagged));
+      review.counts.rejected, review.counts.rejected_elsewhere, review.counts.flagged));
   std::vector<std::vector<std::string>> rows{{"exposures", "why", "for instance"}};
   for (std::size_t n = 0; n < std::min(kReasons, review.reasons.size()); ++n) {
     const auto& reason = review.reasons[n];
@@ -299,21 +300,21 @@ void WriteReshoots(const SessionReview& review, HtmlPage& page) {
 
 void WriteTemperature(const SessionReview& review, const TimeAxis& axis, HtmlPage& page) {
   page.Heading("Temperature and dark level");
-  if (review.temperature_c.empty()) {
+  if (review.sensor.temperature_c.empty()) {
     page.Paragraph("The camera tells no temperature.");
   } else {
     Plot plot = TimePlot(axis, "Sensor temperature", "degrees C");
-    AddSeries(axis, "", review.temperature_c, 1, plot);
+    AddSeries(axis, "", review.sensor.temperature_c, 1, plot);
     page.Raw(SvgPlot(plot));
   }
-  if (review.dark_dn.empty()) {
+  if (review.sensor.dark_dn.empty()) {
     page.Paragraph("This session has no darks.");
     return;
   }
-  Plot plot = TimePlot(axis, fmt::format("Darks of {}", Seconds(review.dark_exposure_s)),
+  Plot plot = TimePlot(axis, fmt::format("Darks of {}", Seconds(review.sensor.dark_exposure_s)),
                        "mean less calibrated black, DN");
   Series darks{.name = "", .x = {}, .y = {}, .lines = false};
-  for (const capture::Bin& bin : capture::Binned(review.dark_dn, kBins)) {
+  for (const capture::Bin& bin : capture::Binned(review.sensor.dark_dn, kBins)) {
     darks.x.push_back(bin.t_s / axis.unit_s);
     darks.y.push_back(bin.mean);
   }
@@ -355,7 +356,7 @@ void WriteStage(const SessionReview& review, HtmlPage& page) {
 
 void WriteSupply(const SessionReview& review, const TimeAxis& axis, HtmlPage& page) {
   page.Heading("Lamp supply");
-  if (review.voltage_v.empty() && review.current_a.empty()) {
+  if (review.lamp.voltage_v.empty() && review.lamp.current_a.empty()) {
     page.Paragraph("No supply that measures voltage or current was logged.");
     return;
   }
@@ -367,8 +368,8 @@ void WriteSupply(const SessionReview& review, const TimeAxis& axis, HtmlPage& pa
     AddSeries(axis, "", series, style, plot);
     page.Raw(SvgPlot(plot));
   };
-  plot_of("Voltage", "V", review.voltage_v, 0);
-  plot_of("Current", "A", review.current_a, 1);
+  plot_of("Voltage", "V", review.lamp.voltage_v, 0);
+  plot_of("Current", "A", review.lamp.current_a, 1);
 }
 
 std::string Cell(const core::Json& value) {
@@ -378,17 +379,17 @@ std::string Cell(const core::Json& value) {
 void WriteDevices(const SessionReview& review, HtmlPage& page) {
   page.Heading("Devices");
   std::vector<std::vector<std::string>> rows{{"role", "device"}};
-  for (const auto& [role, identity] : review.devices.items())
+  for (const auto& [role, identity] : review.setup.devices.items())
     rows.push_back({role, Cell(identity)});
-  for (const auto& [name, value] : review.software.items())
+  for (const auto& [name, value] : review.setup.software.items())
     rows.push_back({"software " + name, Cell(value)});
   page.Table(rows);
   for (const ReviewedEpoch& epoch : review.epochs)
-    if (epoch.devices != review.devices)
+    if (epoch.devices != review.setup.devices)
       page.Paragraph(
           fmt::format("Epoch {} had other devices: {}", epoch.number, epoch.devices.dump()));
   std::vector<std::vector<std::string>> camera{{"camera", ""}};
-  for (const auto& [key, value] : review.camera.items()) {
+  for (const auto& [key, value] : review.setup.camera.items()) {
     const bool list = value.is_array() && value.size() > 8;  // defects
     camera.push_back({key, list ? fmt::format("{} entries", value.size()) : Cell(value)});
   }
@@ -421,7 +422,7 @@ void WriteVerification(const SessionReview& review, HtmlPage& page) {
 }  // namespace
 
 void PrintSessionReview(const SessionReview& review, const std::string& session) {
-  fmt::print("{}: {} \"{}\", {}\n", session, review.kind, review.name,
+  fmt::print("{}: {} \"{}\", {}\n", session, review.plan.kind, review.plan.name,
              core::FormatDuration(review.duration_s));
   for (const Judgement& judgement : capture::Judge(review))
     fmt::print("  {:<5} {}\n", Word(judgement.verdict), judgement.text);
@@ -429,10 +430,10 @@ void PrintSessionReview(const SessionReview& review, const std::string& session)
 
 void WriteSessionReport(const SessionReview& review, const std::string& session,
                         const std::filesystem::path& html) {
-  HtmlPage page("Session " + (review.name.empty() ? session : review.name));
-  page.Paragraph(fmt::format("Session {}, a plan of kind {}{}; plan {}.", session, review.kind,
+  HtmlPage page("Session " + (review.plan.name.empty() ? session : review.plan.name));
+  page.Paragraph(fmt::format("Session {}, a plan of kind {}{}; plan {}.", session, review.plan.kind,
                              review.epochs.empty() ? "" : ", begun " + review.epochs.front().utc,
-                             review.plan_id.substr(0, 12)));
+                             review.plan.id.substr(0, 12)));
   page.Raw(VerdictList(review));
   const TimeAxis axis(review.duration_s);
   WriteProgress(review, axis, page);
@@ -440,7 +441,7 @@ void WriteSessionReport(const SessionReview& review, const std::string& session,
   WriteExposures(review, page);
   WriteReshoots(review, page);
   WriteTemperature(review, axis, page);
-  if (review.kind == "light-field") WriteStage(review, page);
+  if (review.plan.kind == "light-field") WriteStage(review, page);
   WriteSupply(review, axis, page);
   WriteDevices(review, page);
   WriteVerification(review, page);

@@ -35,7 +35,7 @@ Json InfoScene(const std::string& path) {
 Json InfoPlan(const std::string& path) {
   const capture::Plan plan = capture::ReadPlan(path);
   fmt::print("{}: capture plan '{}', {} rig, {} filters\n", path, plan.name,
-             hal::RigKindName(plan.rig), plan.dual ? "dual" : "basis");
+             rig::RigKindName(plan.rig), plan.dual ? "dual" : "basis");
   PrintGeometry(plan.geometry);
   fmt::print(
       "  exposures    {:.6g} to {:.6g} s in steps of {:.3g}; `luxfield plan` expands it for a "
@@ -50,7 +50,7 @@ Json InfoLab(const std::string& path) {
   const hal::Devices devices = hal::MakeDevices(path);
   const auto camera = devices.camera->capabilities();
   fmt::print("{}: lab, {} rig, delta {:.6g} m; `luxfield devices {}` opens it\n", path,
-             hal::RigKindName(devices.rig.kind), devices.rig.delta_m, path);
+             rig::RigKindName(devices.rig.kind), devices.rig.delta_m, path);
   fmt::print("  camera       {}, {} x {}, {} bit\n", devices.camera->identity(), camera.width,
              camera.height, camera.bits);
   fmt::print("  filter       {}, spacing {:.6g} mm\n", devices.rig.basis.name(),

@@ -164,7 +164,7 @@ core::Json PrintLab(const std::string& lab) {
   print("trigger", devices.trigger);
   print("supply", devices.supply);
   print("inputs", devices.inputs);
-  fmt::print("  rig          {}, delta {:.6g} m\n", hal::RigKindName(devices.rig.kind),
+  fmt::print("  rig          {}, delta {:.6g} m\n", rig::RigKindName(devices.rig.kind),
              devices.rig.delta_m);
   for (const auto& [role, error] : opened.refused)
     fmt::print("  {:<12} does not open: {}\n", role, error.what());

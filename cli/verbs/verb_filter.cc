@@ -32,7 +32,7 @@ struct PrintVerb {
 
 FilterSheet SheetOf(const PrintVerb& options) {
   if (!options.lab.empty()) {
-    const hal::RigDescription rig = hal::MakeDevices(options.lab).rig;
+    const rig::RigDescription rig = hal::MakeDevices(options.lab).rig;
     return FilterSheet::Make(rig.dual ? FilterKind::kDual : FilterKind::kBasis, rig.basis,
                              rig.spacing_m, rig.filter_scale);
   }

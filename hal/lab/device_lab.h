@@ -16,7 +16,7 @@
 namespace luxfield::hal {
 
 struct DeviceLab {
-  RigDescription rig;  // but image_from_sensor, which depends on what the camera gives
+  rig::RigDescription rig;  // but image_from_sensor, which depends on what the camera gives
   CameraOptions camera;
   StageOptions stage;
   gpiod::SafetyInputsOptions inputs;

@@ -58,8 +58,8 @@ gphoto2::Gphoto2Options ReadGphoto2(const core::Config& camera) {
   return options;
 }
 
-CameraCalibration ReadCalibration(const core::Config& camera, int channels, double full_scale_dn) {
-  CameraCalibration c;
+rig::SensorModel ReadCalibration(const core::Config& camera, int channels, double full_scale_dn) {
+  rig::SensorModel c;
   c.black_dn = camera.Number("black_dn", 0, {0, full_scale_dn - 1});
   c.saturation_dn = camera.Number("saturation_dn", full_scale_dn, {c.black_dn + 1, full_scale_dn});
   c.gain_dn_per_e = camera.Number("gain_dn_per_e", {kTiny, 1e6});
@@ -89,7 +89,7 @@ std::string MosaicOf(const std::string& pixel_format) {
 
 }  // namespace
 
-CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels) {
+CameraOptions ReadCamera(const core::Config& camera, rig::RigKind rig, int channels) {
   CameraOptions options;
   int bits = 0;
   std::string cfa, mosaic_field = "pixel_format";
@@ -113,8 +113,10 @@ CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels) 
   }
   if (camera.Has("image_from_sensor")) {
     const auto h = camera.Numbers("image_from_sensor", 9);
-    std::copy(h.begin(), h.end(), options.image_plane.emplace<rig::Homography>().begin());
-  } else if (rig == RigKind::kReflector || camera.Has("corners_m")) {
+    std::array<double, 9> map{};
+    std::copy(h.begin(), h.end(), map.begin());
+    options.image_plane = rig::Homography(map);
+  } else if (rig == rig::RigKind::kReflector || camera.Has("corners_m")) {
     options.image_plane = ReadCorners(camera);
   } else {
     options.image_plane = PixelPitch{camera.Number("pitch_m", {1e-7, 1})};
@@ -166,7 +168,7 @@ rig::Homography ImageFromSensor(const CameraOptions& options,
                                 const CameraCapabilities& capabilities) {
   if (const auto* map = std::get_if<rig::Homography>(&options.image_plane)) return *map;
   const auto* pixels = std::get_if<PixelPitch>(&options.image_plane);
-  return rig::FromCorners(
+  return rig::Homography::FromCorners(
       capabilities.width, capabilities.height,
       pixels ? CornersOfPixels(pixels->pitch_m, capabilities.width, capabilities.height)
              : std::get<Corners>(options.image_plane));

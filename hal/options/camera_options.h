@@ -24,11 +24,11 @@ struct PixelPitch {
 struct CameraOptions {
   std::variant<aravis::AravisOptions, gphoto2::Gphoto2Options> driver;
   std::variant<PixelPitch, Corners, rig::Homography> image_plane;  // where the pixels lie on I
-  CameraCalibration calibration;
+  rig::SensorModel calibration;
 };
 
 // Throws InputError naming file and field.
-CameraOptions ReadCamera(const core::Config& camera, RigKind rig, int channels);
+CameraOptions ReadCamera(const core::Config& camera, rig::RigKind rig, int channels);
 
 // camera.settings of session.json (docs/formats/session.md).
 std::map<std::string, std::string> SettingsOf(const CameraOptions& options);

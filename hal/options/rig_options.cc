@@ -6,15 +6,16 @@
 
 namespace luxfield::hal {
 
-RigDescription ReadRig(const core::Config& config) {
+rig::RigDescription ReadRig(const core::Config& config) {
   constexpr double kTiny = std::numeric_limits<double>::min();
-  RigDescription rig;
+  rig::RigDescription rig;
   const core::Config table = config.Table("rig");
-  rig.kind = table.Choice("kind", {"lensless", "reflector"}) == "reflector" ? RigKind::kReflector
-                                                                            : RigKind::kLensless;
+  rig.kind = table.Choice("kind", {"lensless", "reflector"}) == "reflector"
+                 ? rig::RigKind::kReflector
+                 : rig::RigKind::kLensless;
   rig.delta_m = table.Number("delta_m", {1e-4, 100});
   core::SuspectLength(table.file(), "rig.delta_m", rig.delta_m, 10);
-  if (rig.kind == RigKind::kReflector) rig.albedo = table.Number("albedo", {1e-3, 1});
+  if (rig.kind == rig::RigKind::kReflector) rig.albedo = table.Number("albedo", {1e-3, 1});
 
   const core::Config filter = config.Table("filter");
   rig.dual = filter.Choice("kind", {"basis", "dual"}, "basis") == "dual";

@@ -11,7 +11,7 @@
 namespace luxfield::hal {
 
 // [rig] and [filter]: kind, delta, albedo and the print. The other fields stay as they are.
-RigDescription ReadRig(const core::Config& config);
+rig::RigDescription ReadRig(const core::Config& config);
 
 // Where the sensor's corners lie on I: top left, top right, bottom right, bottom left.
 using Corners = std::array<lightfield::Vec2, 4>;

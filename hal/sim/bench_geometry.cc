@@ -9,19 +9,10 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-rig::Homography Inverse(const rig::Homography& h) {
-  rig::Homography inverse{
-      h[4] * h[8] - h[5] * h[7], h[2] * h[7] - h[1] * h[8], h[1] * h[5] - h[2] * h[4],
-      h[5] * h[6] - h[3] * h[8], h[0] * h[8] - h[2] * h[6], h[2] * h[3] - h[0] * h[5],
-      h[3] * h[7] - h[4] * h[6], h[1] * h[6] - h[0] * h[7], h[0] * h[4] - h[1] * h[3]};
-  for (double& value : inverse) value /= inverse[8] == 0 ? 1 : inverse[8];
-  return inverse;
-}
-
 // Pixels of a camera without distortion from (s, t) on I.
 rig::Homography SensorFromImage(const PlacedLens& camera) {
   const auto& [lens, r, t] = camera;
-  rig::Homography h;
+  std::array<double, 9> h{};
   const double z[3] = {r[6], r[7], t.z}, x[3] = {r[0], r[1], t.x}, y[3] = {r[3], r[4], t.y};
   for (int k = 0; k < 3; ++k) {
     h[k] = lens.focal_px.x * x[k] + lens.centre_px.x * z[k];
@@ -61,9 +52,9 @@ Rotation AboutZ(double a) {
 }
 
 Vec2 BenchGeometry::ImageFromSensor(double column, double row) const {
-  if (!camera) return rig::Apply(image_from_sensor, column, row);
+  if (!camera) return image_from_sensor.Map({column, row});
   const Vec2 straight = camera->lens.Straight({column, row});
-  return rig::Apply(image_from_sensor, straight.x, straight.y);
+  return image_from_sensor.Map(straight);
 }
 
 PlacedLens ReadLens(const core::Config& config, int width, int height) {
@@ -88,10 +79,10 @@ PlacedLens ReadLens(const core::Config& config, int width, int height) {
 
 rig::Homography ImageFromSensor(const PlacedLens& camera, int width, int height,
                                 const core::Config& config) {
-  const rig::Homography h = Inverse(SensorFromImage(camera));
+  const rig::Homography h = SensorFromImage(camera).Adjugate().Normalised();
   for (const double column : {0, width})
     for (const double row : {0, height}) {
-      const Vec2 q = rig::Apply(h, column, row);
+      const Vec2 q = h.Map({column, row});
       const Vec3 seen = camera.rotation * Vec3{q.x, q.y, 0} + camera.translation;
       if (!(seen.z > 0 && std::isfinite(seen.z)))
         config.Fail("position_m", "sees past the image plane",
@@ -133,11 +124,8 @@ void ReadGeometryErrors(const core::Config& config, bool on, int width, int heig
     actual.image_from_sensor = ImageFromSensor(camera, width, height, config);
   } else {
     const double c = std::cos(rotation), s = std::sin(rotation);
-    const rig::Homography& h = geometry.image_from_sensor;
-    for (int k = 0; k < 3; ++k) {
-      actual.image_from_sensor[k] = c * h[k] - s * h[3 + k] + shift[0] * h[6 + k];
-      actual.image_from_sensor[3 + k] = s * h[k] + c * h[3 + k] + shift[1] * h[6 + k];
-    }
+    actual.image_from_sensor =
+        rig::Homography({c, -s, shift[0], s, c, shift[1], 0, 0, 1}) * geometry.image_from_sensor;
   }
   if (on) geometry = actual;
 }

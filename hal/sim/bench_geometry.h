@@ -40,8 +40,8 @@ struct BenchGeometry {
   Vec2 filter_tilt_rad;
   // How far the filter moves against the luminaire for one metre of the stage's set point.
   std::array<Vec3, 2> stage_axes{{{1, 0, 0}, {0, 1, 0}}};
-  std::optional<PlacedLens> camera;     // reflector rig with [camera.lens]
-  rig::Homography image_from_sensor{};  // of pixel positions freed from distortion
+  std::optional<PlacedLens> camera;   // reflector rig with [camera.lens]
+  rig::Homography image_from_sensor;  // of pixel positions freed from distortion
 
   Vec2 ImageFromSensor(double column, double row) const;
   Vec2 FilterCentre(Vec2 setpoint) const {

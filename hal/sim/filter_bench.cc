@@ -13,9 +13,9 @@ constexpr std::uint64_t kCameraStream = 6, kLightStream = 7;
 constexpr double kLightSpread = 0.003;
 constexpr int kPointsPerAxis = 4;
 
-SensorModel SquareSensor(SensorModel model, int pixels) {
+SimulatedSensor SquareSensor(SimulatedSensor model, int pixels) {
   model.width = model.height = pixels;
-  model.responsivity = {1};
+  model.responsivity_e_per_s_per_w_m2 = {1};
   return model;
 }
 
@@ -33,7 +33,7 @@ rig::Homography PlaceCamera(const rig::FilterSheet& sheet, int width, int height
     const Vec2 moved{p.x + 0.01 * half * random.Normal(), p.y + 0.01 * half * random.Normal()};
     p = {c * moved.x - s * moved.y, s * moved.x + c * moved.y};
   }
-  return rig::FromCorners(width, height, corners);
+  return rig::Homography::FromCorners(width, height, corners);
 }
 
 // Per pixel, the mean over 4 x 4 points; `level` is that of the bare light about the axis.
@@ -57,9 +57,9 @@ std::vector<float> Picture(const FilterPrint& print, const rig::Homography& hold
       for (int column = 0; column < width; ++column) {
         double sum = 0;
         for (int k = 0; k < kPointsPerAxis * kPointsPerAxis; ++k) {
-          const Vec2 p =
-              rig::Apply(holder_from_sensor, column + (k % kPointsPerAxis + 0.5) / kPointsPerAxis,
-                         static_cast<double>(row) + (k / kPointsPerAxis + 0.5) / kPointsPerAxis);
+          const Vec2 p = holder_from_sensor.Map(
+              {column + (k % kPointsPerAxis + 0.5) / kPointsPerAxis,
+               static_cast<double>(row) + (k / kPointsPerAxis + 0.5) / kPointsPerAxis});
           const double x = p.x / sheet.half_m, y = p.y / sheet.half_m;
           sum += transmittance(p) * (1 + 0.03 * x - 0.02 * y - 0.04 * (x * x + y * y));
         }
@@ -80,20 +80,20 @@ double LightOf(std::uint64_t seed, FilterBench::View view) {
 
 FilterBench::FilterBench(const LabDescription& lab, int pixels)
     : print_(lab.Print()),
-      sensor_(SquareSensor(lab.sensor, pixels), lab.seed ^ 0x62656E6368),
+      sensor_(SquareSensor(lab.camera.sensor, pixels), lab.seed ^ 0x62656E6368),
       seed_(lab.seed),
-      exposure_s_(10 * lab.min_exposure_s),
+      exposure_s_(10 * lab.camera.min_exposure_s),
       holder_from_sensor_(PlaceCamera(print_.sheet(), pixels, pixels, lab.seed)) {
   irradiance_.resize(4);
   for (const View view : {View::kLight, View::kPlus, View::kMinus})
-    if (view != View::kMinus || lab.dual)
+    if (view != View::kMinus || lab.filter.dual)
       irradiance_[static_cast<std::size_t>(view)] = Irradiance(view);
 }
 
 std::vector<float> FilterBench::Irradiance(View view) const {
-  const SensorModel& model = sensor_.model();
+  const SimulatedSensor& model = sensor_.model();
   const double level = 0.75 * (model.saturation_dn - model.black_dn) /
-                       (model.gain_dn_per_e * model.responsivity[0] * exposure_s_);
+                       (model.gain_dn_per_e * model.responsivity_e_per_s_per_w_m2[0] * exposure_s_);
   return Picture(print_, holder_from_sensor_, view, model.width, model.height, level);
 }
 
@@ -107,7 +107,7 @@ session::RawFrame FilterBench::Expose(View view, double exposure_s, int number) 
 
 std::vector<float> PictureOfFilter(const LabDescription& lab, FilterBench::View view) {
   const FilterPrint print = lab.Print();
-  const int width = lab.sensor.width, height = lab.sensor.height;
+  const int width = lab.camera.sensor.width, height = lab.camera.sensor.height;
   return Picture(print, PlaceCamera(print.sheet(), width, height, lab.seed), view, width, height,
                  *lab.filter_bench_irradiance * LightOf(lab.seed, view));
 }

@@ -16,7 +16,7 @@ class FollowedStage : public Stage {
   std::string identity() const override { return real_->identity(); }
   StageLimits limits() const override {
     StageLimits limits = real_->limits();
-    limits.repeatability_m = world_->lab().stage.limits.repeatability_m;
+    limits.repeatability_m = world_->lab().stage.options.limits.repeatability_m;
     return limits;
   }
   void Home(double deadline_s) override {

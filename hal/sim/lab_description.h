@@ -28,48 +28,74 @@ struct TargetLight {
   double trap_radius_m = 0;               // of the light trap, a black disc
 };
 
+// The filter as the lab states it, and what its print does otherwise.
+struct SimulatedFilter {
+  lightfield::Basis basis = lightfield::Basis::Make(lightfield::BasisKind::kBspline2);
+  double spacing_m = 0;
+  double scale = 1;
+  bool dual = false;
+  PrintErrors errors;
+};
+
+// The real exposure less the one read back: always, and rms about that.
+struct ShutterErrors {
+  double offset_s = 0, time_s = 0, jitter_s = 0;
+};
+
+struct SimulatedCamera {
+  SimulatedSensor sensor;
+  double pitch_m = 0;  // of the pixels on I; for the reflector rig their mean
+  bool vignetting_calibrated = true, hot_pixels_calibrated = true;
+  double min_exposure_s = 0, max_exposure_s = 0, exposure_step_s = 0, readout_s = 0;
+  ShutterErrors shutter;
+};
+
+struct SimulatedStage {
+  StageOptions options;
+  double repeatability_m = 0;  // rms per axis and move; the encoder does not see it
+};
+
+// Light that ends up where it does not belong.
+struct ScatteredLight {
+  double stray_share = 0;  // of each image's mean irradiance, spread evenly over it
+  Glare glare;
+};
+
+// How finely the lamp is traced, and in how much memory.
+struct Tracing {
+  int u_samples_per_cell = 3, s_samples_per_pixel = 1;
+  std::size_t memory_bytes = 0;
+};
+
 struct LabDescription {
   std::string name;
   bool ideal = false;
   std::uint64_t seed = 1;
   int channels = 1;
 
-  RigKind rig = RigKind::kLensless;
+  rig::RigKind rig = rig::RigKind::kLensless;
   BenchGeometry geometry;  // as it is
   BenchGeometry stated;    // as session.json has it
   double albedo = 1;
 
-  lightfield::Basis basis = lightfield::Basis::Make(lightfield::BasisKind::kBspline2);
-  double spacing_m = 0;
-  double filter_scale = 1;
-  bool dual = false;
-  PrintErrors print_errors;
+  SimulatedFilter filter;
   // The print in the rig, with its errors; the same one on every bench of the lab.
   FilterPrint Print() const;
 
   std::shared_ptr<const Lamp> lamp;
   std::map<std::string, std::string> files;  // that lab.toml names: field, SHA-256
   LampTime lamp_time;
-
-  SensorModel sensor;
-  double pitch_m = 0;  // of the pixels on I; for the reflector rig their mean
-  bool vignetting_calibrated = true, hot_pixels_calibrated = true;
-  double min_exposure_s = 0, max_exposure_s = 0, exposure_step_s = 0, readout_s = 0;
-  // The real exposure less the one read back: always, and rms about that.
-  double shutter_offset_s = 0, shutter_time_s = 0, shutter_jitter_s = 0;
-
-  StageOptions stage;
-  double stage_repeatability_m = 0;  // rms per axis and move; the encoder does not see it
-  double stray_share = 0;            // of each image's mean irradiance, spread evenly over it
-  Glare glare;
   double monitor_noise = 0;  // relative, rms
 
-  std::optional<CalibrationTargets> targets;  // as the lab states them
+  SimulatedCamera camera;
+  SimulatedStage stage;
+  ScatteredLight scatter;
+
+  std::optional<rig::CalibrationTargets> targets;  // as the lab states them
   TargetLight target_light;
   std::optional<double> filter_bench_irradiance;  // E' behind the filter's empty holder
 
-  int u_samples_per_cell = 3, s_samples_per_pixel = 1;
-  std::size_t memory_bytes = 0;
+  Tracing tracing;
 };
 
 // Reads [lab] ... [errors.*]; throws InputError naming file and field. `seed` replaces the file's.

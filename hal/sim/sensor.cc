@@ -16,7 +16,7 @@ constexpr std::uint64_t kPrnuStream = 1, kHotStream = 2, kFirstExposure = 16;
 
 }  // namespace
 
-Sensor::Sensor(const SensorModel& model, std::uint64_t seed) : model_(model), seed_(seed) {
+Sensor::Sensor(const SimulatedSensor& model, std::uint64_t seed) : model_(model), seed_(seed) {
   const std::size_t count = static_cast<std::size_t>(model.width) * model.height;
   sensitivity_.resize(count);
   dark_.assign(count, static_cast<float>(model.dark_current_e_per_s));
@@ -43,15 +43,16 @@ Sensor::Sensor(const SensorModel& model, std::uint64_t seed) : model_(model), se
 
 double Sensor::VignettingAt(int row, int column) const {
   const double x = 2 * (column + 0.5) / model_.width - 1, y = 2 * (row + 0.5) / model_.height - 1;
-  return 1 - model_.vignetting * 0.5 * (x * x + y * y);
+  return 1 - model_.corner_loss * 0.5 * (x * x + y * y);
 }
 
-core::Image Sensor::Vignetting() const {
-  core::Image image(model_.width, model_.height, 1);
+std::vector<float> Sensor::Vignetting() const {
+  std::vector<float> sensitivity;
+  sensitivity.reserve(static_cast<std::size_t>(model_.width) * model_.height);
   for (int row = 0; row < model_.height; ++row)
     for (int column = 0; column < model_.width; ++column)
-      image.at(0, row, column) = static_cast<float>(VignettingAt(row, column));
-  return image;
+      sensitivity.push_back(static_cast<float>(VignettingAt(row, column)));
+  return sensitivity;
 }
 
 session::RawFrame Sensor::Expose(const std::vector<float>& irradiance, double lamp_factor,
@@ -66,9 +67,11 @@ session::RawFrame Sensor::Expose(const std::vector<float>& irradiance, double la
     frame.value.resize(frame.size());
   const double exposure_factor = exposure_s * lamp_factor;
   const auto responsivity = [&](std::size_t k) {
-    if (model_.cfa.empty()) return model_.responsivity[channel];
-    return model_.responsivity[rig::CfaChannel(model_.cfa, static_cast<int>(k / model_.width),
-                                               static_cast<int>(k % model_.width))];
+    const int seen = model_.cfa.empty()
+                         ? channel
+                         : rig::CfaChannel(model_.cfa, static_cast<int>(k / model_.width),
+                                           static_cast<int>(k % model_.width));
+    return model_.responsivity_e_per_s_per_w_m2[seen];
   };
   std::vector<double> collected(frame.size()), noise_dn(frame.size());
   core::ParallelFor(frame.size(), 4096, [&](std::size_t begin, std::size_t end) {

@@ -9,29 +9,20 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "luxfield/core/image.h"
+#include "luxfield/rig/sensor_model.h"
 #include "luxfield/session/raw_frame.h"
 
 namespace luxfield::hal::sim {
 
-struct SensorModel {
-  int width = 0, height = 0;
-  int bits = 12;  // 32: no ADC, float DN
-  double black_dn = 0;
-  double saturation_dn = 0;  // nothing is above
-  double gain_dn_per_e = 1;
-  std::vector<double> responsivity;  // electrons per second and W m^-2 (or lx), per channel
-  std::string cfa;                   // colour mosaic (rig/cfa.h); empty: none
-  // Error sources; 0 is off.
+// The camera's own model, whose read noise, dark current and PRNU are 0 where they are switched off,
+// whose saturation nothing is above, and whose defects and vignetting are empty: what follows makes
+// them.
+struct SimulatedSensor : rig::SensorModel {
   bool photon_noise = false;
-  double read_noise_dn = 0;
-  double dark_current_e_per_s = 0;
-  double prnu = 0;            // rms of a fixed pattern
-  double vignetting = 0;      // loss in the corners: v = 1 - loss (r / r_corner)^2
+  double corner_loss = 0;     // vignetting: v = 1 - loss (r / r_corner)^2
   double blooming_share = 0;  // of the electrons above saturation: what goes into the column
   double blooming_px = 1;     // over which that falls to 1 / e, upwards and downwards alike
   int hot_pixels = 0;
@@ -40,11 +31,11 @@ struct SensorModel {
 
 class Sensor {
  public:
-  Sensor(const SensorModel& model, std::uint64_t seed);
+  Sensor(const SimulatedSensor& model, std::uint64_t seed);
 
-  const SensorModel& model() const { return model_; }
+  const SimulatedSensor& model() const { return model_; }
   const std::vector<std::pair<int, int>>& hot_pixels() const { return hot_; }  // (row, column)
-  core::Image Vignetting() const;  // the relative sensitivity v_k
+  std::vector<float> Vignetting() const;  // the relative sensitivity v_k
 
   // One exposure. `irradiance` is E' per pixel at the lamp's mean power during it, of the colour
   // that the pixel sees, empty for a closed shutter; `channel` is that of a sensor without a
@@ -56,7 +47,7 @@ class Sensor {
   double VignettingAt(int row, int column) const;
   void AddOverflow(std::vector<double>& electrons) const;
 
-  SensorModel model_;
+  SimulatedSensor model_;
   std::uint64_t seed_;
   std::vector<float> sensitivity_;  // (1 + prnu_k) v_k
   std::vector<float> dark_;         // electrons per second

@@ -39,20 +39,22 @@ class SimCamera : public Camera {
 
   CameraCapabilities capabilities() const override {
     const LabDescription& lab = world_->lab();
-    return {lab.sensor.width,   lab.sensor.height,   lab.sensor.bits, lab.min_exposure_s,
-            lab.max_exposure_s, lab.exposure_step_s, lab.readout_s};
+    return {lab.camera.sensor.width,   lab.camera.sensor.height,  lab.camera.sensor.bits,
+            lab.camera.min_exposure_s, lab.camera.max_exposure_s, lab.camera.exposure_step_s,
+            lab.camera.readout_s};
   }
 
   AppliedSettings Configure(const CameraSettings& settings, double) override {
     const LabDescription& lab = world_->lab();
     double exposure = settings.exposure_s;
-    if (!(exposure >= lab.min_exposure_s && exposure <= lab.max_exposure_s))
+    if (!(exposure >= lab.camera.min_exposure_s && exposure <= lab.camera.max_exposure_s))
       throw HardwareError(Fault::kOutOfRange, identity(), "configure",
                           fmt::format("exposure_s = {} is outside [{}, {}]", exposure,
-                                      lab.min_exposure_s, lab.max_exposure_s),
+                                      lab.camera.min_exposure_s, lab.camera.max_exposure_s),
                           "choose an exposure the camera has");
-    if (lab.exposure_step_s > 0)
-      exposure = std::max(1.0, std::round(exposure / lab.exposure_step_s)) * lab.exposure_step_s;
+    if (lab.camera.exposure_step_s > 0)
+      exposure = std::max(1.0, std::round(exposure / lab.camera.exposure_step_s)) *
+                 lab.camera.exposure_step_s;
     if (exposure != applied_.exposure_s) applied_ = {exposure, applied_.settings_epoch + 1};
     return applied_;
   }
@@ -62,7 +64,7 @@ class SimCamera : public Camera {
       throw HardwareError(Fault::kRefused, identity(), "expose", "was never configured",
                           "configure it first");
     const double start = world_->clock()->MonotonicSeconds();
-    const double duration = applied_.exposure_s + world_->lab().readout_s;
+    const double duration = applied_.exposure_s + world_->lab().camera.readout_s;
     if (start + duration > deadline_s)
       Spend(*world_, duration, deadline_s, "simulated camera", "expose");
     Frame frame;
@@ -88,7 +90,7 @@ class SimStage : public Stage {
   explicit SimStage(Shared world) : world_(std::move(world)) {}
 
   std::string identity() const override { return "simulated stage"; }
-  StageLimits limits() const override { return world_->lab().stage.limits; }
+  StageLimits limits() const override { return world_->lab().stage.options.limits; }
 
   void Home(double deadline_s) override {
     ThrowIfStopped("home");
@@ -97,7 +99,7 @@ class SimStage : public Stage {
   }
 
   void MoveTo(Vec2 centre, double deadline_s) override {
-    const StageLimits& limit = world_->lab().stage.limits;
+    const StageLimits& limit = world_->lab().stage.options.limits;
     if (!homed_)
       throw HardwareError(Fault::kNotHomed, identity(), "move",
                           "the stage does not know where it is", "home it first");
@@ -123,7 +125,7 @@ class SimStage : public Stage {
   }
 
   void Travel(Vec2 to, double deadline_s, const char* operation) {
-    const StageLimits& limit = world_->lab().stage.limits;
+    const StageLimits& limit = world_->lab().stage.options.limits;
     const Vec2 way = to - world_->stage_setpoint();
     const double longest = std::max(std::abs(way.x), std::abs(way.y));
     if (longest > 0)
@@ -214,32 +216,23 @@ class SimInputs : public Inputs {
   void OnTrip(Action) override {}  // they never trip
 };
 
-RigDescription Describe(const World& world) {
+rig::RigDescription Describe(const World& world) {
   const LabDescription& lab = world.lab();
-  RigDescription rig;
+  rig::RigDescription rig;
   rig.kind = lab.rig;
   rig.delta_m = lab.stated.delta_m;
   rig.albedo = lab.albedo;
-  rig.dual = lab.dual;
-  rig.basis = lab.basis;
-  rig.spacing_m = lab.spacing_m;
-  rig.filter_scale = lab.filter_scale;
+  rig.dual = lab.filter.dual;
+  rig.basis = lab.filter.basis;
+  rig.spacing_m = lab.filter.spacing_m;
+  rig.filter_scale = lab.filter.scale;
   rig.image_from_sensor = lab.stated.image_from_sensor;
   rig.targets = lab.targets;
   rig.pwm_hz = lab.lamp_time.pwm_hz;
-  const SensorModel& sensor = lab.sensor;
-  CameraCalibration& camera = rig.camera;
-  camera.black_dn = sensor.black_dn;
-  camera.saturation_dn = sensor.saturation_dn;
-  camera.gain_dn_per_e = sensor.gain_dn_per_e;
-  camera.read_noise_dn = sensor.read_noise_dn;
-  camera.dark_current_e_per_s = sensor.dark_current_e_per_s;
-  camera.prnu = sensor.prnu;
-  camera.responsivity_e_per_s_per_w_m2 = sensor.responsivity;
-  camera.cfa = sensor.cfa;
-  if (lab.hot_pixels_calibrated) camera.defects = world.sensor().hot_pixels();
-  if (sensor.vignetting > 0 && lab.vignetting_calibrated)
-    camera.vignetting = world.sensor().Vignetting();
+  rig.camera = lab.camera.sensor;
+  if (lab.camera.hot_pixels_calibrated) rig.camera.defects = world.sensor().hot_pixels();
+  if (lab.camera.sensor.corner_loss > 0 && lab.camera.vignetting_calibrated)
+    rig.camera.vignetting = world.sensor().Vignetting();
   return rig;
 }
 
@@ -249,7 +242,7 @@ SimulatedLab::SimulatedLab(const core::Config& config, std::optional<std::uint64
                            const StageBounds& plan) {
   LabDescription lab = ReadLab(config, seed);
   config.Finish();
-  Tighten(lab.stage, plan);
+  Tighten(lab.stage.options, plan);
   world_ = std::make_shared<World>(std::move(lab));
 }
 
@@ -263,18 +256,18 @@ Devices SimulatedLab::MakeDevices() const {
   devices.rig = Describe(*world_);
   devices.lab_files = world_->lab().files;
   devices.camera = std::make_unique<SimCamera>(world_);
-  if (const StageOptions& stage = world_->lab().stage; stage.port.empty())
+  if (const StageOptions& stage = world_->lab().stage.options; stage.port.empty())
     devices.stage = std::make_unique<SimStage>(world_);
   else
     devices.stage = Follow(OpenStage(stage, devices.clock), world_);
   devices.shutter = std::make_unique<SimSelector>(
       world_, "simulated shutter", std::vector<std::string>{"open", "closed"},
       [](World& world, int at) { world.shutter_open = at == 0; });
-  if (world_->lab().dual)
+  if (world_->lab().filter.dual)
     devices.print = std::make_unique<SimSelector>(world_, "simulated print changer",
                                                   std::vector<std::string>{"plus", "minus"},
                                                   [](World& world, int at) { world.print = at; });
-  if (world_->lab().channels == 3 && world_->lab().sensor.cfa.empty())
+  if (world_->lab().channels == 3 && world_->lab().camera.sensor.cfa.empty())
     devices.colour = std::make_unique<SimSelector>(
         world_, "simulated colour wheel", std::vector<std::string>{"R", "G", "B"},
         [](World& world, int at) { world.channel = at; });

@@ -56,7 +56,7 @@ Pattern ChessboardAt(const Chessboard& board, double x, double y, double sigma_x
 
 // Positions freed from distortion at all pixel corners: rays of a camera, or pixels themselves.
 std::vector<Vec2> RaysOfCorners(const LabDescription& lab) {
-  const int width = lab.sensor.width, height = lab.sensor.height;
+  const int width = lab.camera.sensor.width, height = lab.camera.sensor.height;
   std::vector<Vec2> rays(static_cast<std::size_t>(width + 1) * (height + 1));
   core::ParallelFor(height + 1, 8, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row)
@@ -69,15 +69,12 @@ std::vector<Vec2> RaysOfCorners(const LabDescription& lab) {
   return rays;
 }
 
-rig::Homography Product(const rig::Homography& a, const rig::Homography& b) {
-  return static_cast<const Rotation&>(a) * static_cast<const Rotation&>(b);
-}
-
 rig::Homography ImageFromRay(const LabDescription& lab) {
   if (!lab.geometry.camera) return lab.geometry.image_from_sensor;
   const rig::Lens& lens = lab.geometry.camera->lens;
-  return Product(lab.geometry.image_from_sensor, {lens.focal_px.x, 0, lens.centre_px.x, 0,
-                                                  lens.focal_px.y, lens.centre_px.y, 0, 0, 1});
+  return lab.geometry.image_from_sensor *
+         rig::Homography(
+             {lens.focal_px.x, 0, lens.centre_px.x, 0, lens.focal_px.y, lens.centre_px.y, 0, 0, 1});
 }
 
 // (x, y) on a plane with the given pose from a ray (x, y, 1).
@@ -85,20 +82,14 @@ rig::Homography PlaneFromRay(const BoardPose& pose) {
   const Rotation& r = pose.rotation;
   const Vec3 t = pose.translation, n{r[2], r[5], r[8]}, ex{r[0], r[3], r[6]}, ey{r[1], r[4], r[7]};
   const double distance = Dot(n, t);
-  return {ex.x * distance - Dot(ex, t) * n.x,
-          ex.y * distance - Dot(ex, t) * n.y,
-          ex.z * distance - Dot(ex, t) * n.z,
-          ey.x * distance - Dot(ey, t) * n.x,
-          ey.y * distance - Dot(ey, t) * n.y,
-          ey.z * distance - Dot(ey, t) * n.z,
-          n.x,
-          n.y,
-          n.z};
+  return {{ex.x * distance - Dot(ex, t) * n.x, ex.y * distance - Dot(ex, t) * n.y,
+           ex.z * distance - Dot(ex, t) * n.z, ey.x * distance - Dot(ey, t) * n.x,
+           ey.y * distance - Dot(ey, t) * n.y, ey.z * distance - Dot(ey, t) * n.z, n.x, n.y, n.z}};
 }
 
 struct Mask {
   Vec3 source;
-  rig::Homography mask_from_image{};
+  rig::Homography mask_from_image;
 };
 
 // Where the line from the source to q on I crosses the mask.
@@ -119,14 +110,14 @@ Mask MaskOf(const LabDescription& lab, const TargetShot& shot, bool on_spacer) {
     return std::array{k.x, k.y, -Dot(k, mask.source)};
   };
   const auto x = row(ex), y = row(ey);
-  mask.mask_from_image = {x[0], x[1], x[2], y[0], y[1], y[2], n.x, n.y, -Dot(n, mask.source)};
+  mask.mask_from_image = {{x[0], x[1], x[2], y[0], y[1], y[2], n.x, n.y, -Dot(n, mask.source)}};
   return mask;
 }
 
 // Share of white and of the target per pixel. `sigma` blurs in pitches beside the camera's.
 std::vector<Pattern> Draw(const LabDescription& lab, const Chessboard& board,
                           const rig::Homography& map, Vec2 origin, double sigma) {
-  const int width = lab.sensor.width, height = lab.sensor.height;
+  const int width = lab.camera.sensor.width, height = lab.camera.sensor.height;
   const double blur_px = lab.geometry.camera ? lab.target_light.blur_px : 0;
   const std::vector<Vec2> rays = RaysOfCorners(lab);
   std::vector<Pattern> picture(static_cast<std::size_t>(width) * height);
@@ -141,7 +132,7 @@ std::vector<Pattern> Draw(const LabDescription& lab, const Chessboard& board,
                        y = (k / kPointsPerAxis + 0.5) / kPointsPerAxis;
           const Vec2 ray =
               (1 - y) * ((1 - x) * top[0] + x * top[1]) + y * ((1 - x) * bottom[0] + x * bottom[1]);
-          points[k] = (1 / board.pitch_m) * (rig::Apply(map, ray.x, ray.y) - origin);
+          points[k] = (1 / board.pitch_m) * (map.Map(ray) - origin);
         }
         // How much the pattern's coordinates change over a pixel.
         constexpr double kSpan = kPointsPerAxis / (kPointsPerAxis - 1.0);
@@ -183,13 +174,14 @@ std::vector<float> PictureOfMask(const LabDescription& lab, const TargetShot& sh
   const double delta = lab.geometry.delta_m + (on_spacer ? lab.targets->spacer_m : 0);
   // The disc of the source seen from I, on the mask.
   const double penumbra = lab.target_light.source_rms_m * delta / -mask.source.z;
-  const std::vector<Pattern> picture = Draw(
-      lab, board, Product(mask.mask_from_image, image_from_ray), origin, penumbra / board.pitch_m);
-  const double albedo = lab.rig == RigKind::kReflector ? lab.albedo : 1;
+  const std::vector<Pattern> picture =
+      Draw(lab, board, mask.mask_from_image * image_from_ray, origin, penumbra / board.pitch_m);
+  const double albedo = lab.rig == rig::RigKind::kReflector ? lab.albedo : 1;
   std::vector<float> light(picture.size());
   for (std::size_t k = 0; k < picture.size(); ++k) {
-    const Vec2 q = lab.geometry.ImageFromSensor(static_cast<double>(k % lab.sensor.width) + 0.5,
-                                                static_cast<double>(k / lab.sensor.width) + 0.5);
+    const Vec2 q =
+        lab.geometry.ImageFromSensor(static_cast<double>(k % lab.camera.sensor.width) + 0.5,
+                                     static_cast<double>(k / lab.camera.sensor.width) + 0.5);
     const Vec3 way = Vec3{q.x, q.y, 0} - mask.source;
     const double length = Length(way);
     light[k] = static_cast<float>(albedo * lab.target_light.source_intensity * way.z /
@@ -201,7 +193,7 @@ std::vector<float> PictureOfMask(const LabDescription& lab, const TargetShot& sh
 
 // The screen under even light, with a hole that gives nothing back.
 std::vector<float> PictureOfTrap(const LabDescription& lab, int trap) {
-  const int width = lab.sensor.width, height = lab.sensor.height;
+  const int width = lab.camera.sensor.width, height = lab.camera.sensor.height;
   core::Random random(lab.seed, kTrapStream, static_cast<std::uint32_t>(trap));
   const double column = (0.2 + 0.6 * random.Uniform()) * width,
                row = (0.2 + 0.6 * random.Uniform()) * height;
@@ -231,7 +223,7 @@ std::vector<float> PictureOfTrap(const LabDescription& lab, int trap) {
 BoardPose PoseOfBoard(const LabDescription& lab, int board_number) {
   const Chessboard& board = *lab.targets->board;
   const PlacedLens& camera = *lab.geometry.camera;
-  const int width = lab.sensor.width, height = lab.sensor.height;
+  const int width = lab.camera.sensor.width, height = lab.camera.sensor.height;
   const Vec3 middle{0.5 * (board.columns - 1) * board.pitch_m,
                     0.5 * (board.rows - 1) * board.pitch_m, 0};
   const auto fits = [&](const BoardPose& pose) {
@@ -280,9 +272,9 @@ BoardPose PoseOfBoard(const LabDescription& lab, int board_number) {
 
 std::vector<std::string> TargetPositions(const LabDescription& lab) {
   std::vector<std::string> names{"none"};
-  if (lab.targets) names = TargetNames(*lab.targets);
+  if (lab.targets) names = rig::TargetNames(*lab.targets);
   if (lab.filter_bench_irradiance)
-    for (const std::string& view : rig::FilterViewNames(lab.dual)) names.push_back(view);
+    for (const std::string& view : rig::FilterViewNames(lab.filter.dual)) names.push_back(view);
   return names;
 }
 

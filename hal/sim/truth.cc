@@ -43,10 +43,11 @@ std::vector<std::vector<float>> SimulatedLab::true_irradiance(
   options.delta_m = lab.geometry.delta_m;
   options.cell_m = grid.spacing_m;
   options.cell_origin = {grid.u0_m, grid.v0_m};
-  options.u_samples_per_cell = lab.u_samples_per_cell;
+  options.u_samples_per_cell = lab.tracing.u_samples_per_cell;
   const double texel = std::max(geometry.lattice.ds_m, geometry.lattice.dt_m);
   options.s_samples_per_texel =
-      lab.s_samples_per_pixel * std::max(1, static_cast<int>(std::lround(texel / lab.pitch_m)));
+      lab.tracing.s_samples_per_pixel *
+      std::max(1, static_cast<int>(std::lround(texel / lab.camera.pitch_m)));
   const double centre = 0.5 * grid.basis.cells;
   return TraceIrradiance(
       *lab.lamp,

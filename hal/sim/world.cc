@@ -21,7 +21,7 @@ constexpr int kPointsPerAxis = 3;  // per sensor pixel, reflector rig
 void FootprintBounds(const LabDescription& lab, Vec2& low, Vec2& high) {
   // With distortion the outline bulges: its corners and points between them.
   constexpr int kSteps = 16;
-  const double w = lab.sensor.width, h = lab.sensor.height;
+  const double w = lab.camera.sensor.width, h = lab.camera.sensor.height;
   low = high = lab.geometry.ImageFromSensor(0, 0);
   for (int k = 0; k <= kSteps; ++k) {
     const double x = w * k / kSteps, y = h * k / kSteps;
@@ -37,7 +37,7 @@ void FootprintBounds(const LabDescription& lab, Vec2& low, Vec2& high) {
 }  // namespace
 
 World::World(LabDescription lab)
-    : lab_(std::move(lab)), sensor_(lab_.sensor, lab_.seed), print_model_(lab_.Print()) {
+    : lab_(std::move(lab)), sensor_(lab_.camera.sensor, lab_.seed), print_model_(lab_.Print()) {
   visit_ = NextVisit(setpoint_, visit_counts_);
 }
 
@@ -50,13 +50,13 @@ World::Visit World::NextVisit(Vec2 setpoint, std::map<Visit, int>& counts) const
 Vec2 World::ActualCentre(const Visit& visit) const {
   const Vec2 nominal = lab_.geometry.FilterCentre(
       {static_cast<double>(visit.u_nm) * 1e-9, static_cast<double>(visit.v_nm) * 1e-9});
-  if (lab_.stage_repeatability_m == 0) return nominal;
+  if (lab_.stage.repeatability_m == 0) return nominal;
   const auto place = static_cast<std::uint64_t>(visit.u_nm) * 0x9E3779B97F4A7C15u +
                      static_cast<std::uint64_t>(visit.v_nm);
   core::Random random(lab_.seed ^ place, kStageStream + (static_cast<std::uint64_t>(epoch_) << 32),
                       static_cast<std::uint32_t>(visit.number));
   const double du = random.Normal(), dv = random.Normal();
-  return nominal + lab_.stage_repeatability_m * Vec2{du, dv};
+  return nominal + lab_.stage.repeatability_m * Vec2{du, dv};
 }
 
 void World::Announce(const VisitPlan& plan) {
@@ -91,8 +91,9 @@ std::size_t World::BytesPerVisit() const {
   Vec2 low, high;
   FootprintBounds(lab_, low, high);
   const double texels =
-      ((high.x - low.x) / lab_.pitch_m + 4) * ((high.y - low.y) / lab_.pitch_m + 4);
-  return static_cast<std::size_t>(texels * 4 * lab_.lamp->traced_channels() * (lab_.dual ? 2 : 1));
+      ((high.x - low.x) / lab_.camera.pitch_m + 4) * ((high.y - low.y) / lab_.camera.pitch_m + 4);
+  return static_cast<std::size_t>(texels * 4 * lab_.lamp->traced_channels() *
+                                  (lab_.filter.dual ? 2 : 1));
 }
 
 const World::Traced& World::Trace(const Visit& visit) {
@@ -100,7 +101,7 @@ const World::Traced& World::Trace(const Visit& visit) {
   std::vector<Visit> batch = {visit};
   if (const auto planned = std::find(announced_.begin(), announced_.end(), visit);
       planned != announced_.end()) {
-    const std::size_t room = std::max<std::size_t>(1, lab_.memory_bytes / BytesPerVisit());
+    const std::size_t room = std::max<std::size_t>(1, lab_.tracing.memory_bytes / BytesPerVisit());
     const auto count =
         std::min<std::size_t>(room, static_cast<std::size_t>(announced_.end() - planned));
     batch.assign(planned, planned + static_cast<std::ptrdiff_t>(count));
@@ -111,7 +112,7 @@ const World::Traced& World::Trace(const Visit& visit) {
 
 void World::TraceBatch(const std::vector<Visit>& visits) {
   cache_.clear();
-  const double pitch = lab_.pitch_m;
+  const double pitch = lab_.camera.pitch_m;
   Vec2 low, high;
   FootprintBounds(lab_, low, high);
   // The lattice's phase is that of the first visit's pixels: where the filter moves by whole pixels
@@ -140,7 +141,7 @@ void World::TraceBatch(const std::vector<Visit>& visits) {
               pitch,
               pitch};
 
-  const int prints = lab_.dual ? 2 : 1;
+  const int prints = lab_.filter.dual ? 2 : 1;
   std::vector<FilterPose> poses;
   std::vector<LatticeWindow> windows;
   for (std::size_t k = 0; k < visits.size(); ++k)
@@ -152,19 +153,19 @@ void World::TraceBatch(const std::vector<Visit>& visits) {
     }
   TraceOptions options;
   options.delta_m = lab_.geometry.delta_m;
-  options.cell_m = lab_.spacing_m;
-  const double half_support = 0.5 * lab_.basis.cells * lab_.spacing_m;
+  options.cell_m = lab_.filter.spacing_m;
+  const double half_support = 0.5 * lab_.filter.basis.cells * lab_.filter.spacing_m;
   options.cell_origin = {static_cast<double>(visits.front().u_nm) * 1e-9 - half_support,
                          static_cast<double>(visits.front().v_nm) * 1e-9 - half_support};
   // A dual filter jumps at its knots, and a jump that moves between two nodes is not seen at all.
-  if (lab_.dual) options.cell_origin = options.cell_origin + lab_.print_errors.shift_m;
-  options.u_samples_per_cell = lab_.u_samples_per_cell;
-  options.s_samples_per_texel = lab_.s_samples_per_pixel;
+  if (lab_.filter.dual) options.cell_origin = options.cell_origin + lab_.filter.errors.shift_m;
+  options.u_samples_per_cell = lab_.tracing.u_samples_per_cell;
+  options.s_samples_per_texel = lab_.tracing.s_samples_per_pixel;
   auto images = TraceIrradiance(
       *lab_.lamp,
       [this](Vec2 offset, int print_index) {
         return print_model_.Transmittance(offset, print_index,
-                                          lab_.spacing_m / lab_.u_samples_per_cell);
+                                          lab_.filter.spacing_m / lab_.tracing.u_samples_per_cell);
       },
       print_model_.half_width_m(), poses, lattice_, windows, options);
   for (std::size_t k = 0; k < visits.size(); ++k) {
@@ -175,10 +176,10 @@ void World::TraceBatch(const std::vector<Visit>& visits) {
 }
 
 std::vector<float> World::Resample(const Traced& traced, Vec2 centre, int plane) const {
-  const int width = lab_.sensor.width, height = lab_.sensor.height;
+  const int width = lab_.camera.sensor.width, height = lab_.camera.sensor.height;
   const LatticeWindow& window = traced.window;
   const std::size_t plane_size = static_cast<std::size_t>(window.width) * window.height;
-  const float* texels = traced.images[lab_.dual ? print : 0].data() + plane * plane_size;
+  const float* texels = traced.images[lab_.filter.dual ? print : 0].data() + plane * plane_size;
   std::vector<float> pixels(static_cast<std::size_t>(width) * height);
   // Bilinear between the texels (row, column) and its neighbours; the window has a margin of one
   // texel.
@@ -189,7 +190,7 @@ std::vector<float> World::Resample(const Traced& traced, Vec2 centre, int plane)
     return (1 - fy) * ((1 - fx) * at[0] + fx * at[1]) +
            fy * ((1 - fx) * at[window.width] + fx * at[window.width + 1]);
   };
-  if (lab_.rig == RigKind::kLensless) {
+  if (lab_.rig == rig::RigKind::kLensless) {
     // Pixels and texels have one size: a pixel overlaps two texels per axis, and the overlaps are
     // the same everywhere.
     const Vec2 corner = centre + lab_.geometry.ImageFromSensor(0, 0);
@@ -254,18 +255,18 @@ const std::vector<float>& World::PixelIrradiance() {
   if (pixel_key_ == key) return pixels_;
   pixel_key_.reset();
   pixels_ = LightOf(key.plane);
-  if (!lab_.sensor.cfa.empty() && target == 0) TakeMosaic();  // targets are white
+  if (!lab_.camera.sensor.cfa.empty() && target == 0) TakeMosaic();  // targets are white
   pixel_key_ = key;
   return pixels_;
 }
 
 void World::TakeMosaic() {
-  const int width = lab_.sensor.width;
+  const int width = lab_.camera.sensor.width;
   for (int colour = 0; colour < lab_.channels; ++colour) {
     const std::vector<float> light = lab_.lamp->traced_channels() > 1 ? LightOf(colour) : pixels_;
     const auto factor = static_cast<float>(lab_.lamp->channel_factor(colour));
     for (std::size_t k = 0; k < light.size(); ++k)
-      if (rig::CfaChannel(lab_.sensor.cfa, static_cast<int>(k / width),
+      if (rig::CfaChannel(lab_.camera.sensor.cfa, static_cast<int>(k / width),
                           static_cast<int>(k % width)) == colour)
         pixels_[k] = factor * light[k];
   }
@@ -277,7 +278,8 @@ std::vector<float> World::LightOf(int plane) {
     pixels = TargetIrradiance();
   } else {
     pixels = Resample(Trace(visit_), ActualCentre(visit_), plane);
-    const auto albedo = static_cast<float>(lab_.rig == RigKind::kReflector ? lab_.albedo : 1.0);
+    const auto albedo =
+        static_cast<float>(lab_.rig == rig::RigKind::kReflector ? lab_.albedo : 1.0);
     for (float& pixel : pixels) pixel *= albedo;
   }
   AddStrayLight(pixels);
@@ -287,9 +289,10 @@ std::vector<float> World::LightOf(int plane) {
 void World::AddStrayLight(std::vector<float>& pixels) const {
   const double mean =
       std::accumulate(pixels.begin(), pixels.end(), 0.0) / static_cast<double>(pixels.size());
-  const auto stray = static_cast<float>(lab_.stray_share * mean);
+  const auto stray = static_cast<float>(lab_.scatter.stray_share * mean);
   for (float& pixel : pixels) pixel += stray;
-  if (lab_.glare.share > 0) lab_.glare.Veil(lab_.sensor.width, lab_.sensor.height, pixels);
+  if (lab_.scatter.glare.share > 0)
+    lab_.scatter.glare.Veil(lab_.camera.sensor.width, lab_.camera.sensor.height, pixels);
 }
 
 double World::LampFactor() const {
@@ -299,14 +302,15 @@ double World::LampFactor() const {
 
 session::RawFrame World::Expose(double exposure_s, std::uint64_t frame_id) {
   const std::uint64_t stream = (static_cast<std::uint64_t>(epoch_) << 32) + frame_id;
-  double real_exposure_s = exposure_s + lab_.shutter_offset_s;
-  if (lab_.shutter_time_s > 0)
-    real_exposure_s += lab_.shutter_time_s * core::Random(lab_.seed ^ kShutterTimeStream,
-                                                          std::bit_cast<std::uint64_t>(exposure_s))
-                                                 .Normal();
-  if (lab_.shutter_jitter_s > 0)
+  double real_exposure_s = exposure_s + lab_.camera.shutter.offset_s;
+  if (lab_.camera.shutter.time_s > 0)
     real_exposure_s +=
-        lab_.shutter_jitter_s * core::Random(lab_.seed ^ kShutterStream, stream).Normal();
+        lab_.camera.shutter.time_s *
+        core::Random(lab_.seed ^ kShutterTimeStream, std::bit_cast<std::uint64_t>(exposure_s))
+            .Normal();
+  if (lab_.camera.shutter.jitter_s > 0)
+    real_exposure_s +=
+        lab_.camera.shutter.jitter_s * core::Random(lab_.seed ^ kShutterStream, stream).Normal();
   real_exposure_s = std::max(0.0, real_exposure_s);
   static const std::vector<float> kNoLight;
   const bool lit = shutter_open && (lamp_on_since_ || target != 0);
@@ -314,11 +318,11 @@ session::RawFrame World::Expose(double exposure_s, std::uint64_t frame_id) {
   if (lit && target == 0) {
     factor =
         lab_.lamp_time.MeanFactor(clock_->MonotonicSeconds() - *lamp_on_since_, real_exposure_s);
-    if (lab_.sensor.cfa.empty()) factor *= lab_.lamp->channel_factor(channel);
+    if (lab_.camera.sensor.cfa.empty()) factor *= lab_.lamp->channel_factor(channel);
   }
   session::RawFrame frame =
       sensor_.Expose(lit ? PixelIrradiance() : kNoLight, factor, channel, real_exposure_s, stream);
-  clock_->SleepSeconds(exposure_s + lab_.readout_s);
+  clock_->SleepSeconds(exposure_s + lab_.camera.readout_s);
   return frame;
 }
 

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kFewestPixels = 100, kMostPixels = 1 << 18;
 constexpr double kClearOfNoise = 10, kClearOfSaturation = 0.8, kShareOfTolerance = 0.1;
 
-void RequireSize(const SensorModel& sensor, const Exposure& exposure) {
+void RequireSize(const rig::SensorModel& sensor, const Exposure& exposure) {
   const session::RawFrame& frame = *exposure.frame;
   if (frame.width == sensor.width && frame.height == sensor.height) return;
   throw InputError(fmt::format(
@@ -23,11 +23,11 @@ void RequireSize(const SensorModel& sensor, const Exposure& exposure) {
       frame.width, frame.height, sensor.width, sensor.height));
 }
 
-double DnPerRate(const SensorModel& sensor, const Exposure& e) {
+double DnPerRate(const rig::SensorModel& sensor, const Exposure& e) {
   return sensor.gain_dn_per_e * e.exposure_s * e.attenuation * e.lamp_factor;
 }
 
-double DarkSignal(const SensorModel& sensor, const Exposure& e, std::size_t pixel) {
+double DarkSignal(const rig::SensorModel& sensor, const Exposure& e, std::size_t pixel) {
   return e.dark
              ? e.dark->mean_dn[pixel]
              : sensor.black_dn + sensor.gain_dn_per_e * sensor.dark_current_e_per_s * e.exposure_s;
@@ -65,8 +65,8 @@ class Groups {
 
 }  // namespace
 
-std::optional<double> LevelRatio(const SensorModel& sensor, const Exposure& a, const Exposure& b,
-                                 double tolerance) {
+std::optional<double> LevelRatio(const rig::SensorModel& sensor, const Exposure& a,
+                                 const Exposure& b, double tolerance) {
   RequireSize(sensor, a);
   RequireSize(sensor, b);
   const double floor_variance =
@@ -98,8 +98,8 @@ std::optional<double> LevelRatio(const SensorModel& sensor, const Exposure& a, c
   return of_a.sum / DnPerRate(sensor, a) * DnPerRate(sensor, b) / of_b.sum;
 }
 
-std::vector<bool> ContradictedFrames(const SensorModel& sensor, std::span<const Exposure> exposures,
-                                     double tolerance) {
+std::vector<bool> ContradictedFrames(const rig::SensorModel& sensor,
+                                     std::span<const Exposure> exposures, double tolerance) {
   const std::size_t count = exposures.size();
   Groups groups(count);
   std::vector<bool> contradicted(count);

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/rig/sensor_model.h"
 
 namespace luxfield::reconstruct {
 
@@ -23,12 +24,12 @@ namespace luxfield::reconstruct {
 // the dark signal and at most 0.8 of saturation, in both frames; of at most some 2^18 of the
 // frame. Nothing where fewer than 100 do, or the standard error of r is above a tenth of
 // `tolerance`. Throws InputError for a frame that does not have the sensor's size.
-std::optional<double> LevelRatio(const SensorModel& sensor, const Exposure& a, const Exposure& b,
-                                 double tolerance);
+std::optional<double> LevelRatio(const rig::SensorModel& sensor, const Exposure& a,
+                                 const Exposure& b, double tolerance);
 
 // Of every frame, whether it has to be left out: it is not of the believed group and contradicts
 // (r is known and beyond the tolerance) another frame. One that cannot be compared with any stays.
-std::vector<bool> ContradictedFrames(const SensorModel& sensor, std::span<const Exposure> exposures,
-                                     double tolerance);
+std::vector<bool> ContradictedFrames(const rig::SensorModel& sensor,
+                                     std::span<const Exposure> exposures, double tolerance);
 
 }  // namespace luxfield::reconstruct

@@ -45,7 +45,7 @@ Conditional Clipped(double mean_dn, double noise_dn) {
 }
 
 // Above this many electrons the line and the analogue variance hold.
-double LinearFrom(const SensorModel& sensor, double margin) {
+double LinearFrom(const rig::SensorModel& sensor, double margin) {
   const double gain = sensor.gain_dn_per_e, read = sensor.read_noise_dn * sensor.read_noise_dn;
   const double dithered = std::max(0.0, (kDithered * kDithered - read) / (gain * gain));
   // black + gain e = margin sqrt(gain^2 e + read^2): the larger root.
@@ -58,7 +58,7 @@ double LinearFrom(const SensorModel& sensor, double margin) {
 
 }  // namespace
 
-DarkCodes::DarkCodes(const SensorModel& sensor, double margin) : sensor_(sensor) {
+DarkCodes::DarkCodes(const rig::SensorModel& sensor, double margin) : sensor_(sensor) {
   const double last = 1.2 * LinearFrom(sensor, margin) + 1;
   const auto entries = static_cast<std::size_t>(std::sqrt(last) / kStep) + 2;
   const double most = std::pow(static_cast<double>(entries) * kStep, 2);

@@ -19,7 +19,7 @@
 #include <span>
 #include <vector>
 
-#include "luxfield/reconstruct/bracket/noise_model.h"
+#include "luxfield/rig/sensor_model.h"
 
 namespace luxfield::reconstruct {
 
@@ -28,7 +28,7 @@ class DarkCodes {
   // Tabulates m, m' and v over sqrt(lambda) in steps of 0.05 electrons^1/2, as far as rounding is
   // not dithered or 0 DN within `margin` standard deviations; linear in between: off by less than
   // 1e-3 standard deviations. Double.
-  DarkCodes(const SensorModel& sensor, double margin);
+  DarkCodes(const rig::SensorModel& sensor, double margin);
 
   struct Moments {
     double mean = 0, variance = 0;    // DN, DN^2
@@ -47,7 +47,7 @@ class DarkCodes {
   Estimate Solve(std::span<const Sample> samples, double start) const;
 
  private:
-  SensorModel sensor_;
+  rig::SensorModel sensor_;
   std::vector<Moments> table_;
 };
 

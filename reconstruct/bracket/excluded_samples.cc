@@ -93,7 +93,8 @@ void ForBits(std::uint64_t bits, const Body& body) {
 
 }  // namespace
 
-ExcludedSamples::ExcludedSamples(const SensorModel& sensor, std::span<const Exposure> longest_first)
+ExcludedSamples::ExcludedSamples(const rig::SensorModel& sensor,
+                                 std::span<const Exposure> longest_first)
     : sensor_(sensor),
       exposures_(longest_first),
       left_out_(longest_first.size()),

@@ -25,6 +25,7 @@
 
 #include "luxfield/reconstruct/bracket/merge_exposures.h"
 #include "luxfield/reconstruct/bracket/pixel_bits.h"
+#include "luxfield/rig/sensor_model.h"
 
 namespace luxfield::reconstruct {
 
@@ -33,7 +34,7 @@ class ExcludedSamples {
   // The exposures, longest first, must outlive this. Two bits a pixel are kept of every frame with
   // a clipped sample; every frame is read once. Parallel over rows; the result does not depend on
   // the threads.
-  ExcludedSamples(const SensorModel& sensor, std::span<const Exposure> longest_first);
+  ExcludedSamples(const rig::SensorModel& sensor, std::span<const Exposure> longest_first);
 
   // Of word w of a row (pixel_bits.h) of frame n: 1 is left out.
   std::uint64_t Word(std::size_t n, int row, int w) const {
@@ -58,7 +59,7 @@ class ExcludedSamples {
   Excess ExcessAt(std::size_t n, Pixel p) const;
   double Signal(std::size_t n, std::size_t pixel) const;  // DN
 
-  const SensorModel& sensor_;
+  const rig::SensorModel& sensor_;
   std::span<const Exposure> exposures_;
   // Of each exposure: DN per electron per second, variance but for the light's shot noise (DN^2),
   // and the sensor model's dark value.

@@ -25,7 +25,7 @@ void ForPixels(std::size_t pixels, const Body& body) {
   });
 }
 
-void Check(const SensorModel& sensor, std::span<const Exposure> exposures) {
+void Check(const rig::SensorModel& sensor, std::span<const Exposure> exposures) {
   if (exposures.empty())
     throw InputError("an exposure bracket without a frame cannot be merged; retake the position");
   const std::size_t pixels = static_cast<std::size_t>(sensor.width) * sensor.height;
@@ -46,7 +46,7 @@ void Check(const SensorModel& sensor, std::span<const Exposure> exposures) {
 
 double Strength(const Exposure& e) { return e.exposure_s * e.attenuation * e.lamp_factor; }
 
-MergeModel MakeMergeModel(const SensorModel& sensor, const Exposure& longest,
+MergeModel MakeMergeModel(const rig::SensorModel& sensor, const Exposure& longest,
                           const MergeOptions& options) {
   MergeModel model;
   model.gain = static_cast<float>(sensor.gain_dn_per_e);
@@ -70,7 +70,7 @@ MergeModel MakeMergeModel(const SensorModel& sensor, const Exposure& longest,
   return model;
 }
 
-MergeScale MakeMergeScale(const SensorModel& sensor, const Exposure& exposure,
+MergeScale MakeMergeScale(const rig::SensorModel& sensor, const Exposure& exposure,
                           const MergeModel& model) {
   MergeScale scale;
   scale.k = static_cast<float>(sensor.gain_dn_per_e * Strength(exposure) / model.k0);
@@ -87,32 +87,46 @@ MergeScale MakeMergeScale(const SensorModel& sensor, const Exposure& exposure,
   return scale;
 }
 
+// A bracket, longest exposure first, and what merging makes of it.
+struct SortedBracket {
+  const rig::SensorModel& sensor;
+  std::span<const Exposure> exposures;
+  std::span<const MergeScale> scales;  // of each exposure
+  const MergeModel& model;
+  const ExcludedSamples& excluded;
+};
+
+// Pixels of one word of a row of PixelBits.
+struct TilePixels {
+  int row = 0, word = 0;
+  std::size_t first = 0, count = 0;
+};
+
 // Pixels of the tile for which samples that tell something were left out in the dark, with what
 // those tell (dark_codes.h).
-void RefineInTheDark(const DarkCodes& codes, const SensorModel& sensor,
-                     std::span<const Exposure> sorted, std::span<const MergeScale> scales,
-                     const MergeModel& model, const ExcludedSamples& excluded, int row, int w,
-                     std::size_t pixel, std::size_t count, MergeTile& tile) {
+void RefineInTheDark(const DarkCodes& codes, const SortedBracket& bracket, const TilePixels& pixels,
+                     MergeTile& tile) {
+  const auto& [sensor, exposures, scales, model, excluded] = bracket;
   constexpr double kWorthIt = 0.01;  // of the light
   // Below 0.3 DN of noise in the longest the codes hardly follow the light: the equation's root
   // would be as good as anywhere.
   constexpr double kFollows = 0.3 * 0.3 + 1.0 / 12;
   std::vector<DarkCodes::Sample> samples;
-  for (std::size_t l = 0; l < count; ++l) {
+  for (std::size_t l = 0; l < pixels.count; ++l) {
     if (!(tile.dark_k[l] > 0 && tile.weights[l] > 0)) continue;
     samples.clear();
     double k = 0;
     const double x = tile.x[l], light = std::max(x, 0.0);
-    for (std::size_t n = 0; n < sorted.size(); ++n) {
-      if (excluded.Word(n, row, w) >> l & 1) continue;
+    for (std::size_t n = 0; n < exposures.size(); ++n) {
+      if (excluded.Word(n, pixels.row, pixels.word) >> l & 1) continue;
       const MergeScale& scale = scales[n];
       const double room = model.saturation_dn - scale.dark_dn - scale.k * x;
       const double variance =
           scale.gain_k * light + model.gain * scale.expected_dark_dn + model.read_variance;
       if (!(room > 0 && room * room > model.margin_squared * variance)) continue;
       if (samples.empty() && variance < kFollows) break;
-      samples.push_back({sorted[n].frame->at(pixel + l), scale.k / sensor.gain_dn_per_e,
-                         sensor.dark_current_e_per_s * sorted[n].exposure_s});
+      samples.push_back({exposures[n].frame->at(pixels.first + l), scale.k / sensor.gain_dn_per_e,
+                         sensor.dark_current_e_per_s * exposures[n].exposure_s});
       k += scale.k;
     }
     if (samples.empty() || tile.dark_k[l] < kWorthIt * k) continue;
@@ -157,7 +171,7 @@ DarkFrame AverageDarks(std::span<const session::RawFrame> frames, double exposur
   return sum.Mean();
 }
 
-void MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposures,
+void MergeExposures(const rig::SensorModel& sensor, std::span<const Exposure> exposures,
                     const MergeOptions& options, MergedFrame* merged) {
   Check(sensor, exposures);
   std::vector<Exposure> sorted(exposures.begin(), exposures.end());
@@ -199,14 +213,14 @@ void MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposur
               tile.used.push_back(n);
           EstimateMergeTile(scales, model, tile);
           if (codes)
-            RefineInTheDark(*codes, sensor, sorted, scales, model, excluded, row, w, pixel, count,
-                            tile);
+            RefineInTheDark(*codes, {sensor, sorted, scales, model, excluded},
+                            {row, w, pixel, static_cast<std::size_t>(count)}, tile);
           StoreMergeTile(model, tile, defect, pixel, count, merged);
         }
       });
 }
 
-MergedFrame MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposures,
+MergedFrame MergeExposures(const rig::SensorModel& sensor, std::span<const Exposure> exposures,
                            const MergeOptions& options) {
   MergedFrame merged;
   MergeExposures(sensor, exposures, options, &merged);

@@ -27,7 +27,7 @@
 #include <vector>
 
 #include "luxfield/lightfield/measurements.h"
-#include "luxfield/reconstruct/bracket/noise_model.h"
+#include "luxfield/rig/sensor_model.h"
 #include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
@@ -105,10 +105,10 @@ struct MergedFrame {
 // of its dark frame's mean), 16 bytes a pixel are written, and two bits a pixel of every frame that
 // clips. Throws InputError if a frame or dark frame does not have the sensor's size, or an
 // exposure, attenuation or lamp factor is not above 0.
-MergedFrame MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposures,
+MergedFrame MergeExposures(const rig::SensorModel& sensor, std::span<const Exposure> exposures,
                            const MergeOptions& options = {});
 // The same into planes that are used again.
-void MergeExposures(const SensorModel& sensor, std::span<const Exposure> exposures,
+void MergeExposures(const rig::SensorModel& sensor, std::span<const Exposure> exposures,
                     const MergeOptions& options, MergedFrame* merged);
 
 }  // namespace luxfield::reconstruct

@@ -11,7 +11,7 @@ double Strength(const Exposure& e) { return e.exposure_s * e.attenuation * e.lam
 
 }  // namespace
 
-MergeShares::MergeShares(const SensorModel& sensor, std::span<const Exposure> exposures,
+MergeShares::MergeShares(const rig::SensorModel& sensor, std::span<const Exposure> exposures,
                          const MergeOptions& options, const MergedFrame& merged)
     : sensor_(sensor),
       exposures_(exposures),

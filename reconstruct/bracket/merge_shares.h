@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/rig/sensor_model.h"
 
 namespace luxfield::reconstruct {
 
@@ -21,7 +22,7 @@ struct SampleShare {
 class MergeShares {
  public:
   // As given to MergeExposures, and what it returned. The exposures must outlive this.
-  MergeShares(const SensorModel& sensor, std::span<const Exposure> exposures,
+  MergeShares(const rig::SensorModel& sensor, std::span<const Exposure> exposures,
               const MergeOptions& options, const MergedFrame& merged);
 
   // One entry per exposure, in their order. Which samples were left out is read off the merged
@@ -29,7 +30,7 @@ class MergeShares {
   void At(std::size_t pixel, std::vector<SampleShare>* shares) const;
 
  private:
-  SensorModel sensor_;
+  rig::SensorModel sensor_;
   std::span<const Exposure> exposures_;
   MergeOptions options_;
   const MergedFrame& merged_;

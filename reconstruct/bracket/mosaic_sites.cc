@@ -1,25 +1,12 @@
 #include "luxfield/reconstruct/bracket/mosaic_sites.h"
 
-#include <fmt/format.h>
-
-#include "luxfield/core/error.h"
-#include "luxfield/core/json.h"
 #include "luxfield/reconstruct/bracket/merge_exposures.h"
 #include "luxfield/rig/cfa.h"
 
 namespace luxfield::reconstruct {
-std::string ReadCfa(const core::Json& camera, const std::string& file) {
-  if (!camera.contains("cfa")) return {};
-  const auto cfa = core::Field<std::string>(camera, "cfa", file);
-  if (!rig::IsBayer(cfa))
-    throw InputError(file, fmt::format("camera.cfa = '{}' is unknown", cfa),
-                     "use RGGB, BGGR, GRBG or GBRG");
-  return cfa;
-}
-
 int SitesOf(const std::string& cfa) { return cfa.empty() ? 1 : 4; }
 
-int ChannelOfPixel(const SensorModel& sensor, std::size_t k) {
+int ChannelOfPixel(const rig::SensorModel& sensor, std::size_t k) {
   return rig::CfaChannel(sensor.cfa, static_cast<int>(k) / sensor.width,
                          static_cast<int>(k) % sensor.width);
 }

@@ -3,18 +3,14 @@
 // of a sensor without a mosaic do (EMVA 1288 R4 evaluates them likewise, the two greens apart).
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "luxfield/rig/sensor_model.h"
 #include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
-
-// `cfa` of the "camera" object of `file` (rig/cfa.h); empty: no mosaic. Throws InputError for an
-// unknown one.
-std::string ReadCfa(const nlohmann::json& camera, const std::string& file);
 
 // How many sites a sensor has: 4, or 1 without a mosaic, which is the whole sensor.
 int SitesOf(const std::string& cfa);
@@ -25,8 +21,7 @@ inline int SiteOf(const std::string& cfa, int row, int column) {
 }
 
 // The colour that the k-th pixel of a mosaic sees.
-struct SensorModel;
-int ChannelOfPixel(const SensorModel& sensor, std::size_t k);
+int ChannelOfPixel(const rig::SensorModel& sensor, std::size_t k);
 
 // Where pixel (row, column) of a site stands on the sensor.
 inline std::pair<int, int> PixelOfSite(const std::string& cfa, int site, int row, int column) {

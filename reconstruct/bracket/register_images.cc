@@ -1,7 +1,7 @@
 #include "luxfield/reconstruct/bracket/register_images.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -19,14 +19,6 @@ using lightfield::Vec2;
 
 constexpr double kNegligible = 1e-6;  // of a texel's area
 constexpr double kSnap = 1e-7;        // of a sensor pixel
-
-struct Homogeneous {
-  double x, y, w;
-};
-
-Homogeneous Map(const std::array<double, 9>& h, double x, double y) {
-  return {h[0] * x + h[1] * y + h[2], h[3] * x + h[4] * y + h[5], h[6] * x + h[7] * y + h[8]};
-}
 
 // Sums of every pixel column over the rows that one row of texels covers.
 struct ColumnSums {
@@ -183,14 +175,15 @@ double Snapped(double edge) {
 struct AlignedWeights {
   std::vector<AxisWeights> along_s, along_t;
 
-  AlignedWeights(const std::array<double, 9>& image_from_sensor, int sensor_width,
-                 int sensor_height, const Lattice& lattice, Vec2 centre_m) {
+  AlignedWeights(const rig::Homography& image_from_sensor, int sensor_width, int sensor_height,
+                 const Lattice& lattice, Vec2 centre_m) {
     const auto& h = image_from_sensor;
     std::vector<double> columns, rows;
     for (int c = 0; c <= lattice.width; ++c)
-      columns.push_back(Snapped(((lattice.s_of_column(c) - centre_m.x) * h[8] - h[2]) / h[0]));
+      columns.push_back(
+          Snapped(((lattice.s_of_column(c) - centre_m.x) * h(2, 2) - h(0, 2)) / h(0, 0)));
     for (int r = 0; r <= lattice.height; ++r)
-      rows.push_back(Snapped(((lattice.t_of_row(r) - centre_m.y) * h[8] - h[5]) / h[4]));
+      rows.push_back(Snapped(((lattice.t_of_row(r) - centre_m.y) * h(2, 2) - h(1, 2)) / h(1, 1)));
     along_s = OverlapWeights(columns, sensor_width);
     along_t = OverlapWeights(rows, sensor_height);
   }
@@ -255,7 +248,7 @@ double OverlapArea(const std::array<Vec2, 4>& quad, Vec2 low, Vec2 high) {
 
 }  // namespace
 
-Registration::Registration(const std::array<double, 9>& image_from_sensor, int sensor_width,
+Registration::Registration(const rig::Homography& image_from_sensor, int sensor_width,
                            int sensor_height, const Lattice& lattice,
                            const std::optional<rig::Lens>& lens)
     : image_from_sensor_(image_from_sensor),
@@ -263,39 +256,36 @@ Registration::Registration(const std::array<double, 9>& image_from_sensor, int s
       sensor_height_(sensor_height),
       lattice_(lattice),
       lens_(lens) {
-  using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  Matrix matrix(image_from_sensor.data());
   const char* const remedy = "calibrate image_from_sensor again";
-  if (!matrix.allFinite())
+  std::array<double, 9> matrix = image_from_sensor.row_major();
+  if (!std::all_of(matrix.begin(), matrix.end(), [](double x) { return std::isfinite(x); }))
     throw InputError("calibration", "image_from_sensor is not finite", remedy);
   bool positive = true, negative = true;
   for (const double column : {0, sensor_width})
     for (const double row : {0, sensor_height}) {
-      const double w = Map(image_from_sensor, column, row).w;
+      const double w = image_from_sensor.Lift({column, row}).w;
       positive &= w > 0;
       negative &= w < 0;
     }
   if (!positive && !negative)
     throw InputError("calibration", "image_from_sensor sends a part of the sensor through infinity",
                      remedy);
-  if (negative) matrix = -matrix;
-  std::copy_n(matrix.data(), 9, image_from_sensor_.data());
-
-  const Eigen::FullPivLU<Matrix> lu(matrix);
-  if (!lu.isInvertible()) throw InputError("calibration", "image_from_sensor is singular", remedy);
-  const Matrix inverse = lu.inverse();
-  std::copy_n(inverse.data(), 9, sensor_from_image_.data());
+  if (image_from_sensor.Singular())
+    throw InputError("calibration", "image_from_sensor is singular", remedy);
+  if (negative)  // W is to be above 0 on the sensor
+    for (double& value : matrix) value = -value;
+  image_from_sensor_ = matrix;
+  sensor_from_image_ = image_from_sensor_.Inverse();
 
   const auto& h = image_from_sensor_;
-  axis_aligned_ = !lens_ && h[1] == 0 && h[3] == 0 && h[6] == 0 && h[7] == 0;
+  axis_aligned_ = !lens_ && h(0, 1) == 0 && h(1, 0) == 0 && h(2, 0) == 0 && h(2, 1) == 0;
   if (axis_aligned_) return;
   corners_m_.reserve(static_cast<std::size_t>(sensor_width + 1) * (sensor_height + 1));
   for (int row = 0; row <= sensor_height; ++row)
     for (int column = 0; column <= sensor_width; ++column) {
       const Vec2 pixel{static_cast<double>(column), static_cast<double>(row)};
       const Vec2 straight = lens_ ? lens_->Straight(pixel) : pixel;
-      const Homogeneous q = Map(h, straight.x, straight.y);
-      corners_m_.push_back({q.x / q.w, q.y / q.w});
+      corners_m_.push_back(h.Map(straight));
     }
 }
 
@@ -329,7 +319,7 @@ void Registration::ForEachTexel(Vec2 centre_m, Body&& body) const {
         double min_x = sensor_width_, max_x = 0, min_y = sensor_height_, max_y = 0;
         bool finite = true;
         for (const Vec2 q : {low, Vec2{high.x, low.y}, high, Vec2{low.x, high.y}}) {
-          const Homogeneous p = Map(sensor_from_image_, q.x, q.y);
+          const rig::Homogeneous p = sensor_from_image_.Lift(q);
           finite &= p.w > 0;
           const Vec2 straight{p.x / p.w, p.y / p.w};
           const Vec2 pixel = lens_ ? lens_->Bent(straight) : straight;

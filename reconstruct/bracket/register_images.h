@@ -13,7 +13,6 @@
 // commutes with the Gram solve.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -21,6 +20,7 @@
 
 #include "luxfield/lightfield/geometry.h"
 #include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/rig/homography.h"
 #include "luxfield/rig/lens.h"
 
 namespace luxfield::reconstruct {
@@ -38,11 +38,11 @@ struct PixelShare {
 
 class Registration {
  public:
-  // image_from_sensor: 3 x 3 row-major, (column, row, 1) with pixel edges at whole numbers ->
+  // image_from_sensor: (column, row, 1) with pixel edges at whole numbers ->
   // homogeneous (q_s, q_t, w), metres. Throws InputError if it is singular or sends a part of the
   // sensor through infinity. With a lens the mapping is of pixel positions freed from its
   // distortion; edges of pixels count as straight.
-  Registration(const std::array<double, 9>& image_from_sensor, int sensor_width, int sensor_height,
+  Registration(const rig::Homography& image_from_sensor, int sensor_width, int sensor_height,
                const lightfield::Lattice& lattice, const std::optional<rig::Lens>& lens = {});
 
   // Resamples merged pixels, each multiplied by irradiance_per_rate[pixel] (W m^-2 per electron per
@@ -65,7 +65,7 @@ class Registration {
   void ApplyAligned(const MergedFrame& merged, std::span<const float> irradiance_per_rate,
                     lightfield::Vec2 centre_m, RegisteredImage* image) const;
 
-  std::array<double, 9> image_from_sensor_, sensor_from_image_;
+  rig::Homography image_from_sensor_, sensor_from_image_;
   int sensor_width_, sensor_height_;
   lightfield::Lattice lattice_;
   std::optional<rig::Lens> lens_;

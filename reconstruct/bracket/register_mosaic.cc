@@ -15,15 +15,8 @@ namespace {
 using lightfield::Vec2;
 
 // image_from_sensor after sensor = 2 plane + offset.
-std::array<double, 9> ImageFromPlane(const std::array<double, 9>& h, Vec2 offset) {
-  std::array<double, 9> result;
-  for (int r = 0; r < 3; ++r) {
-    const double* row = &h[3 * r];
-    result[3 * r] = 2 * row[0];
-    result[3 * r + 1] = 2 * row[1];
-    result[3 * r + 2] = row[0] * offset.x + row[1] * offset.y + row[2];
-  }
-  return result;
+rig::Homography ImageFromPlane(const rig::Homography& image_from_sensor, Vec2 offset) {
+  return image_from_sensor * rig::Homography({2, 0, offset.x, 0, 2, offset.y, 0, 0, 1});
 }
 
 std::optional<rig::Lens> OfPlane(std::optional<rig::Lens> lens, Vec2 offset) {
@@ -49,9 +42,8 @@ RegisteredImage Mean(const RegisteredImage& a, const RegisteredImage& b) {
 
 }  // namespace
 
-MosaicRegistration::MosaicRegistration(const std::array<double, 9>& image_from_sensor,
-                                       int sensor_width, int sensor_height,
-                                       const lightfield::Lattice& lattice,
+MosaicRegistration::MosaicRegistration(const rig::Homography& image_from_sensor, int sensor_width,
+                                       int sensor_height, const lightfield::Lattice& lattice,
                                        const std::optional<rig::Lens>& lens, const std::string& cfa,
                                        const std::vector<std::vector<float>>& irradiance_per_rate)
     : cfa_(cfa), sensor_width_(sensor_width) {

@@ -8,11 +8,11 @@
 // differs by what the image bends within two pixels, and by aliasing where texels are smaller.
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
 #include "luxfield/reconstruct/bracket/register_images.h"
+#include "luxfield/rig/homography.h"
 
 namespace luxfield::reconstruct {
 
@@ -20,9 +20,9 @@ class MosaicRegistration {
  public:
   // As Registration; `cfa` as rig/cfa.h has it. irradiance_per_rate: per channel one entry, or one
   // per sensor pixel. Throws InputError as Registration does, and for a sensor below 2 x 2 pixels.
-  MosaicRegistration(const std::array<double, 9>& image_from_sensor, int sensor_width,
-                     int sensor_height, const lightfield::Lattice& lattice,
-                     const std::optional<rig::Lens>& lens, const std::string& cfa,
+  MosaicRegistration(const rig::Homography& image_from_sensor, int sensor_width, int sensor_height,
+                     const lightfield::Lattice& lattice, const std::optional<rig::Lens>& lens,
+                     const std::string& cfa,
                      const std::vector<std::vector<float>>& irradiance_per_rate);
 
   // Channel 0 R, 1 G, 2 B for the filter centred on centre_m. Of G sigma is that of the mean, the

@@ -6,8 +6,10 @@
 #include <string>
 
 #include "luxfield/lightfield/measurements.h"
-#include "luxfield/reconstruct/bracket/noise_model.h"
+#include "luxfield/rig/homography.h"
 #include "luxfield/rig/lens.h"
+#include "luxfield/rig/rig_kind.h"
+#include "luxfield/rig/sensor_model.h"
 #include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
@@ -24,17 +26,17 @@ struct SessionPlan {
   lightfield::LuminaireGeometry geometry;
   lightfield::FilterKind filter = lightfield::FilterKind::kBasis;
   double filter_scale = 1;
-  double albedo = 1;                          // of the reflector; 1 on the lensless rig
-  std::string rig;                            // "lensless" or "reflector"
-  std::array<double, 9> image_from_sensor{};  // of pixel positions freed from the lens' distortion
-  std::optional<rig::Lens> lens;  // from a calibration of the geometry; else none is known
+  double albedo = 1;  // of the reflector; 1 on the lensless rig
+  rig::RigKind rig = rig::RigKind::kLensless;
+  rig::Homography image_from_sensor;  // of pixel positions freed from the lens' distortion
+  std::optional<rig::Lens> lens;      // from a calibration of the geometry; else none is known
   // How far the filter moves against the luminaire per metre of the stage's read-back along u and
   // v.
   std::array<lightfield::Vec2, 2> stage_axes{{{1, 0}, {0, 1}}};
   std::optional<TiltedPlanes> tilts;  // from a calibration of the geometry
   // exposure.mean_tolerance: by how much the levels of a bracket's frames may differ, relative.
   double level_tolerance = 0.05;
-  SensorModel sensor;
+  rig::SensorModel sensor;
 };
 
 // Throws InputError naming file, field and value.

@@ -23,7 +23,7 @@ std::map<int, std::vector<const session::FrameRecord*>> FramesByView(
 
 MergedFrame MergeView(const session::SessionReader& session,
                       const std::vector<const session::FrameRecord*>& records,
-                      const SensorModel& sensor, bool check_hashes) {
+                      const rig::SensorModel& sensor, bool check_hashes) {
   std::vector<session::RawFrame> frames;
   std::map<double, DarkFrame> darks;
   for (const session::FrameRecord* record : records) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/rig/sensor_model.h"
 #include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
@@ -16,6 +17,6 @@ std::map<int, std::vector<const session::FrameRecord*>> FramesByView(
 // The frames of one view, with the mean of the session's darks of each exposure time.
 MergedFrame MergeView(const session::SessionReader& session,
                       const std::vector<const session::FrameRecord*>& records,
-                      const SensorModel& sensor, bool check_hashes);
+                      const rig::SensorModel& sensor, bool check_hashes);
 
 }  // namespace luxfield::reconstruct

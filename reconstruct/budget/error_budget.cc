@@ -56,7 +56,7 @@ std::optional<std::vector<double>> GeometrySigmas(const MergeSessionOptions& how
 // What settings leave open and calibrations say: the veiling glare as stray light, its share and
 // what that may be off by.
 ErrorSizes KnownSizes(const BudgetSettings& settings, const MergeSessionOptions& how,
-                      const SensorModel& sensor) {
+                      const rig::SensorModel& sensor) {
   ErrorSizes sizes = settings.sizes;
   for (const std::filesystem::path& path : how.calibrations)
     if (!sizes.stray_share && IsGlareCalibration(path)) {

@@ -83,7 +83,7 @@ ErrorPropagation::ErrorPropagation(const PropagationInput& input,
 }
 
 double ErrorPropagation::own_variance_dn2(double exposure_s) const {
-  const SensorModel& sensor = input_.plan.sensor;
+  const rig::SensorModel& sensor = input_.plan.sensor;
   return sensor.gain_dn_per_e * sensor.gain_dn_per_e * sensor.dark_current_e_per_s * exposure_s +
          sensor.read_noise_dn * sensor.read_noise_dn + sensor.quantisation_variance_dn2();
 }
@@ -116,7 +116,7 @@ void ErrorPropagation::OnReferences(std::span<const MergedReference> references,
 
 std::vector<ErrorPropagation::Seen> ErrorPropagation::SeenBy(const MergedBracket& bracket,
                                                              Vec2 centre_m) const {
-  const SensorModel& sensor = input_.plan.sensor;
+  const rig::SensorModel& sensor = input_.plan.sensor;
   const auto& lattice = input_.plan.geometry.lattice;
   std::vector<Seen> seen;
   if (sensor.cfa.empty()) {
@@ -188,7 +188,7 @@ void ErrorPropagation::AddRegistrationSlopes(const MergedBracket& bracket,
 
 void ErrorPropagation::OnBracket(const MergedBracket& bracket) {
   const auto& geometry = input_.plan.geometry;
-  const SensorModel& sensor = input_.plan.sensor;
+  const rig::SensorModel& sensor = input_.plan.sensor;
   const int m = geometry.grid.index(bracket.i, bracket.j);
   const MergedFrame& merged = bracket.merged;
   const auto known = [&](std::size_t p) { return !(merged.mask[p] & lightfield::kUnknownMask); };

@@ -123,7 +123,7 @@ ImageSlope ImageSensitivity(const lightfield::Measurements& measurements,
 Vec2 ReferenceSensitivity(const lightfield::LightField& coefficients, const SessionPlan& plan,
                           const MergedReference& reference) {
   const Lattice& lattice = coefficients.geometry.lattice;
-  const SensorModel& sensor = plan.sensor;
+  const rig::SensorModel& sensor = plan.sensor;
   const Vec2 centre{reference.record->stage_u_m, reference.record->stage_v_m};
   // Of a colour mosaic all channels, else the frame's own.
   std::vector<ImageBehindFilter> images;
@@ -134,13 +134,10 @@ Vec2 ReferenceSensitivity(const lightfield::LightField& coefficients, const Sess
       images.push_back(BehindFilter(coefficients, plan.filter, channel, centre));
   double signal = 0;
   Vec2 change;
-  const auto& h = plan.image_from_sensor;
   for (const std::size_t pixel : *reference.pixels) {
     const auto x = static_cast<double>(pixel % sensor.width) + 0.5,
                y = static_cast<double>(pixel / sensor.width) + 0.5;
-    const double w = h[6] * x + h[7] * y + h[8];
-    const Vec2 s =
-        centre + Vec2{(h[0] * x + h[1] * y + h[2]) / w, (h[3] * x + h[4] * y + h[5]) / w};
+    const Vec2 s = centre + plan.image_from_sensor.Map({x, y});
     const double column = std::floor(lattice.column_of_s(s.x)),
                  row = std::floor(lattice.row_of_t(s.y));
     if (!(column >= 0 && column < lattice.width && row >= 0 && row < lattice.height)) continue;

@@ -200,7 +200,7 @@ class SessionMerger {
 
   // Of every pixel of a mosaic in the colour that it sees.
   std::vector<float> OwnIrradiancePerRate() const {
-    const SensorModel& sensor = plan_.sensor;
+    const rig::SensorModel& sensor = plan_.sensor;
     std::vector<float> own(static_cast<std::size_t>(sensor.width) * sensor.height);
     for (std::size_t p = 0; p < own.size(); ++p) {
       const std::vector<float>& of_colour = irradiance_per_rate_[ChannelOfPixel(sensor, p)];
@@ -258,7 +258,7 @@ class SessionMerger {
   // Dark signal and black level of a pixel at an exposure time, DN.
   double Dark(double exposure_s, std::size_t pixel) const {
     if (const DarkFrame* dark = DarkAt(exposure_s)) return dark->mean_dn[pixel];
-    const SensorModel& sensor = plan_.sensor;
+    const rig::SensorModel& sensor = plan_.sensor;
     return sensor.black_dn + sensor.gain_dn_per_e * sensor.dark_current_e_per_s * exposure_s;
   }
 
@@ -515,7 +515,7 @@ SessionPlan CalibratedPlan(const session::SessionReader& session,
   return Calibrated(ReadSessionPlan(session), options, provenance);
 }
 
-std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const RawFrame& frame) {
+std::vector<std::size_t> ReferencePixels(const rig::SensorModel& sensor, const RawFrame& frame) {
   const double black = sensor.black_dn, range = sensor.saturation_dn - black;
   std::vector<std::size_t> bright, usable;
   for (std::size_t p = 0; p < frame.size(); ++p) {

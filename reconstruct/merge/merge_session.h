@@ -16,6 +16,7 @@
 #include "luxfield/reconstruct/bracket/session_plan.h"
 #include "luxfield/reconstruct/merge/session_exposures.h"
 #include "luxfield/reconstruct/merge/tilt_effect.h"
+#include "luxfield/rig/sensor_model.h"
 #include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
@@ -110,7 +111,8 @@ SessionPlan CalibratedPlan(const session::SessionReader& session,
                            const MergeSessionOptions& options);
 
 // The pixels of the first reference frame that LampDrift's sums run over.
-std::vector<std::size_t> ReferencePixels(const SensorModel& sensor, const session::RawFrame& frame);
+std::vector<std::size_t> ReferencePixels(const rig::SensorModel& sensor,
+                                         const session::RawFrame& frame);
 
 // E_ij on the plan's lattice, divided by the filter's scale; dual prints combined to E = peak(+)
 // E(+) - peak(-) E(-). On the `lensless` rig E = X / (v R) with X the merged electrons per second,

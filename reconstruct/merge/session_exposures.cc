@@ -28,7 +28,8 @@ std::vector<RungExposure> RungsOf(std::span<const session::FrameRecord> frames) 
 }
 
 // Light less dark signal of one sample, in electrons per second.
-double Value(const SensorModel& sensor, const Exposure& exposure, double k, std::size_t pixel) {
+double Value(const rig::SensorModel& sensor, const Exposure& exposure, double k,
+             std::size_t pixel) {
   const double dark = exposure.dark
                           ? exposure.dark->mean_dn[pixel]
                           : sensor.black_dn + sensor.gain_dn_per_e * sensor.dark_current_e_per_s *
@@ -48,7 +49,7 @@ std::size_t SessionExposures::Rung(const session::FrameRecord& record) const {
   return static_cast<std::size_t>(found - rungs_.begin());
 }
 
-void SessionExposures::Add(const SensorModel& sensor,
+void SessionExposures::Add(const rig::SensorModel& sensor,
                            std::span<const session::FrameRecord* const> records,
                            std::span<const Exposure> exposures, const MergeOptions& options,
                            const MergedFrame& merged) {
@@ -139,7 +140,7 @@ ThroughRatios SessionExposures::Propagate(
   return result;
 }
 
-void SessionExposures::WidenSigma(const SensorModel& sensor,
+void SessionExposures::WidenSigma(const rig::SensorModel& sensor,
                                   std::span<const session::FrameRecord* const> records,
                                   std::span<const Exposure> exposures, const MergeOptions& options,
                                   MergedFrame* merged) const {

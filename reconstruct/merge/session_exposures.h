@@ -23,6 +23,7 @@
 
 #include "luxfield/reconstruct/bracket/exposure_ratios.h"
 #include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/rig/sensor_model.h"
 #include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
@@ -45,7 +46,7 @@ class SessionExposures {
   explicit SessionExposures(std::span<const session::FrameRecord> frames);
 
   // A merged bracket's samples, on a grid of some 2048 pixels: 24 bytes a sample are kept.
-  void Add(const SensorModel& sensor, std::span<const session::FrameRecord* const> records,
+  void Add(const rig::SensorModel& sensor, std::span<const session::FrameRecord* const> records,
            std::span<const Exposure> exposures, const MergeOptions& options,
            const MergedFrame& merged);
   void Solve();
@@ -60,7 +61,8 @@ class SessionExposures {
   ThroughRatios Propagate(const std::map<const session::FrameRecord*, double>& light) const;
 
   // sigma^2 += X^2 sum share_n^2 sigma(r_n)^2. Parallel over pixels.
-  void WidenSigma(const SensorModel& sensor, std::span<const session::FrameRecord* const> records,
+  void WidenSigma(const rig::SensorModel& sensor,
+                  std::span<const session::FrameRecord* const> records,
                   std::span<const Exposure> exposures, const MergeOptions& options,
                   MergedFrame* merged) const;
 

@@ -11,8 +11,8 @@
 namespace luxfield::bench {
 namespace {
 
-reconstruct::SensorModel Sensor(double gain, double read_noise_dn) {
-  reconstruct::SensorModel sensor;
+rig::SensorModel Sensor(double gain, double read_noise_dn) {
+  rig::SensorModel sensor;
   sensor.bits = 14;
   sensor.gain_dn_per_e = gain;
   sensor.read_noise_dn = read_noise_dn;

@@ -21,8 +21,8 @@ using hal::sim::SimulatedLab;
 using hal::sim::TestLab;
 using testing::HasSubstr;
 
-hal::CameraCalibration Camera() {
-  hal::CameraCalibration c;
+rig::SensorModel Camera() {
+  rig::SensorModel c;
   c.black_dn = 100;
   c.gain_dn_per_e = 0.5;
   c.read_noise_dn = 2;

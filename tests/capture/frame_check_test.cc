@@ -15,8 +15,8 @@ constexpr int kSide = 1024;
 constexpr std::size_t kPixels = std::size_t{kSide} * kSide;
 constexpr double kTolerance = 0.05;
 
-hal::CameraCalibration Calibration() {
-  hal::CameraCalibration c;
+rig::SensorModel Calibration() {
+  rig::SensorModel c;
   c.black_dn = 100;
   c.saturation_dn = 4000;
   c.gain_dn_per_e = 0.5;
@@ -27,7 +27,7 @@ hal::CameraCalibration Calibration() {
 // Pixels of `rate(k)` DN per second, with noise.
 template <typename Rate>
 session::RawFrame Exposed(const Rate& rate, double exposure_s, std::uint64_t seed) {
-  const hal::CameraCalibration c = Calibration();
+  const rig::SensorModel c = Calibration();
   session::RawFrame frame;
   frame.width = frame.height = kSide;
   core::Random random(seed, 0);
@@ -51,7 +51,7 @@ std::optional<double> Ratio(const session::RawFrame& frame, const session::RawFr
 TEST(FrameCheck, StatisticsAreThoseOfTheirDefinition) {
   hal::CameraCapabilities camera;
   camera.width = camera.height = kSide;
-  hal::CameraCalibration c = Calibration();
+  rig::SensorModel c = Calibration();
   // Neighbours, the frame's ends, one twice, and one that is not on this sensor.
   c.defects = {{0, 0}, {5, 7}, {5, 8}, {5, 7}, {kSide - 1, kSide - 1}, {kSide, 3}};
   session::RawFrame frame = Exposed(Ramp, 1.2, 1);
@@ -147,7 +147,7 @@ TEST(FrameCheck, DefectsDoNotCountForLevels) {
 
 // Two levels of an ideal camera, which has no ADC and no bound.
 TEST(FrameCheck, FramesOfRealNumbersAreCheckedLikewise) {
-  hal::CameraCalibration c = Calibration();
+  rig::SensorModel c = Calibration();
   c.saturation_dn = 1e9;
   const auto frame = [](float level) {
     session::RawFrame f;

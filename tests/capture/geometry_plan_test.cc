@@ -8,6 +8,7 @@
 #include "luxfield/core/json.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/session/plan_json.h"
 #include "tests/hal/test_lab.h"
 
 namespace luxfield::capture {
@@ -53,7 +54,7 @@ TEST(GeometryPlan, AsksForTheMaskOnAndOffItsSpacer) {
   const auto expanded = ExpandPlan(MakePlan(), lab.MakeDevices());
   ASSERT_EQ(expanded.views.size(), 10u);  // no board without a lens
   EXPECT_EQ(expanded.views[4].target, "mask");
-  EXPECT_EQ(expanded.views[4].setpoint.y, -0.02);
+  EXPECT_EQ(expanded.views[4].setpoint->y, -0.02);
   EXPECT_EQ(expanded.views[5].target, "mask on spacer");
   EXPECT_EQ(expanded.stage_repeatability_m, 1e-5);
   EXPECT_EQ(DryRun(expanded, lab.MakeDevices()).masks, 10);
@@ -78,7 +79,8 @@ TEST(GeometryPlan, RefusesWhatTheLabCannotDo) {
 TEST(GeometryPlan, KeepsWithinItsOwnLimits) {
   const auto expand = [](const char* stage) {
     const GeometryPlan plan = MakePlan(0.02, 1, stage);
-    return ToJson(ExpandPlan(plan, SimulatedLab(Bench().Config(), {}, plan.stage).MakeDevices()));
+    return ToJson(
+        ToPlanFile(ExpandPlan(plan, SimulatedLab(Bench().Config(), {}, plan.stage).MakeDevices())));
   };
   EXPECT_THAT(Refusal([&] { expand("max_m = [0.05, 0.01]"); }),
               HasSubstr("stage.step_m = 0.02: (0, 0.02) m lies beyond stage.max_m = [0.05, 0.01]"));

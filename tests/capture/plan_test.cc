@@ -13,6 +13,7 @@
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
 #include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/session/plan_json.h"
 #include "tests/fuzz/plan_file.h"
 #include "tests/fuzz/seeded.h"
 #include "tests/hal/test_lab.h"
@@ -114,8 +115,8 @@ TEST(Plan, KeepsWithinItsOwnLimitsAndTheLabs) {
     PlanText text;
     text.more = "[stage]\n" + stage;
     const Plan plan = text.Read();
-    return ToJson(
-        ExpandPlan(plan, hal::sim::SimulatedLab(lab.Config(), {}, plan.stage).MakeDevices()));
+    return ToJson(ToPlanFile(
+        ExpandPlan(plan, hal::sim::SimulatedLab(lab.Config(), {}, plan.stage).MakeDevices())));
   };
   const auto refusal = [&](const std::string& stage) { return MessageOf([&] { expand(stage); }); };
   EXPECT_THAT(refusal("max_m = [0.019, 0.05]"),
@@ -180,7 +181,8 @@ TEST(Plan, ExpandsToEveryPositionOnceWithoutLongWays) {
   PlanText random;
   random.plan = "order = \"random\"\norder_seed = 3";
   auto shuffled = ExpandPlan(random.Read(), devices).positions;
-  EXPECT_EQ(ToJson(ExpandPlan(random.Read(), devices)), ToJson(ExpandPlan(random.Read(), devices)));
+  const auto planned = [&] { return ToJson(ToPlanFile(ExpandPlan(random.Read(), devices))); };
+  EXPECT_EQ(planned(), planned());
   std::sort(shuffled.begin(), shuffled.end(),
             [](const auto& a, const auto& b) { return std::pair(a.j, a.i) < std::pair(b.j, b.i); });
   for (int n = 0; n < 6; ++n) EXPECT_EQ(shuffled[n].j * 3 + shuffled[n].i, n);
@@ -216,8 +218,8 @@ TEST(Plan, ExampleFilesFitEachOther) {
   }
 }
 
-hal::CameraCalibration Calibration() {
-  hal::CameraCalibration c;
+rig::SensorModel Calibration() {
+  rig::SensorModel c;
   c.black_dn = 100;
   c.saturation_dn = 4100;
   c.gain_dn_per_e = 0.5;

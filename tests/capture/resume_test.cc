@@ -9,6 +9,7 @@
 #include "luxfield/capture/take/session_description.h"
 #include "luxfield/core/error.h"
 #include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/session/plan_json.h"
 #include "tests/capture/capture_fixture.h"
 #include "tests/capture/faulty_camera.h"
 
@@ -85,7 +86,8 @@ TEST_F(Resume, IsRefusedWithAnotherCameraByField) {
        }},
       {"calibration.image_from_sensor = ", [](Devices& d) {
          Settings(d, "0");
-         d.rig.image_from_sensor[2] += 1e-3;
+         d.rig.image_from_sensor =
+             rig::Homography({1, 0, 1e-3, 0, 1, 0, 0, 0, 1}) * d.rig.image_from_sensor;
        }}};
   for (const auto& [problem, change] : changes) try {
       GoOn(folder, change);
@@ -118,7 +120,7 @@ TEST_F(Resume, SaysOnceThatTheFirmwareIsAnother) {
     const auto folder = NewFolder("firmwares");
     Devices before = Lab([&](Devices& d) { Firmware(d, first); });
     Devices after = Lab([&](Devices& d) { Firmware(d, then); });
-    const auto plan = ToJson(ExpandPlan(TestPlan(), before));
+    const auto plan = ToJson(ToPlanFile(ExpandPlan(TestPlan(), before)));
     OpenSession(folder, plan, before, false);
     EXPECT_EQ(core::ReadJson(folder / "session.json").at("devices").contains("camera_firmware"),
               !first.empty());
@@ -141,9 +143,8 @@ TEST_F(Resume, TakesAnySettingsWhereTheSessionStatesNone) {
 TEST_F(Resume, IsRefusedWhereTheVignettingIsAnother) {
   const auto with = [](float corner) {
     return [corner](Devices& d) {
-      core::Image& map = d.rig.camera.vignetting.emplace(32, 24, 1);
-      std::fill(map.data.begin(), map.data.end(), 1.0f);
-      map.data.back() = corner;
+      d.rig.camera.vignetting.assign(32 * 24, 1.0f);
+      d.rig.camera.vignetting.back() = corner;
     };
   };
   const auto folder = Begun("vignetting", with(0.9f));

@@ -54,15 +54,15 @@ TEST_F(SessionReviewed, AHealthySessionIsGoodThroughout) {
   const CaptureSummary summary = RunCapture(TestPlan(), devices, folder);
   const SessionReview review = ReviewSession(folder, /*verify=*/true);
   EXPECT_THAT(NotGood(review), testing::IsEmpty()) << Sentences(review);
-  EXPECT_TRUE(review.sealed);
-  EXPECT_FALSE(review.in_use);
-  EXPECT_EQ(review.kind, "light-field");
-  EXPECT_EQ(review.planned_positions, 6);
-  EXPECT_EQ(review.missing, 0);
-  EXPECT_EQ(review.frames, summary.frames);
-  EXPECT_EQ(review.superseded, 0);
-  EXPECT_EQ(review.rejected, 0);
-  EXPECT_EQ(review.probes, static_cast<int>(RecordsOf(folder, "probe").size()));
+  EXPECT_TRUE(review.state.sealed);
+  EXPECT_FALSE(review.state.in_use);
+  EXPECT_EQ(review.plan.kind, "light-field");
+  EXPECT_EQ(review.plan.positions, 6);
+  EXPECT_EQ(review.counts.missing, 0);
+  EXPECT_EQ(review.counts.frames, summary.frames);
+  EXPECT_EQ(review.counts.superseded, 0);
+  EXPECT_EQ(review.counts.rejected, 0);
+  EXPECT_EQ(review.counts.probes, static_cast<int>(RecordsOf(folder, "probe").size()));
   EXPECT_NEAR(review.duration_s, summary.rig_s, 1e-9 * summary.rig_s);
   ASSERT_EQ(review.epochs.size(), 1u);
   EXPECT_TRUE(review.epochs[0].sealed);
@@ -88,10 +88,10 @@ TEST_F(SessionReviewed, AHealthySessionIsGoodThroughout) {
     ASSERT_TRUE(p.residual_m);
     EXPECT_NEAR(std::hypot((*p.residual_m)[0], (*p.residual_m)[1]), 0, 1e-12);
   }
-  for (const TimedValue& v : review.temperature_c) EXPECT_EQ(v.value, 25);
-  EXPECT_EQ(review.temperature_c.size(), static_cast<std::size_t>(summary.frames));
-  for (const TimedValue& v : review.current_a) EXPECT_EQ(v.value, 2);
-  for (const TimedValue& v : review.dark_dn) EXPECT_NEAR(v.value, 0, 1) << "noise is 2 DN";
+  for (const TimedValue& v : review.sensor.temperature_c) EXPECT_EQ(v.value, 25);
+  EXPECT_EQ(review.sensor.temperature_c.size(), static_cast<std::size_t>(summary.frames));
+  for (const TimedValue& v : review.lamp.current_a) EXPECT_EQ(v.value, 2);
+  for (const TimedValue& v : review.sensor.dark_dn) EXPECT_NEAR(v.value, 0, 1) << "noise is 2 DN";
 }
 
 TEST_F(SessionReviewed, DriftRejectedFramesAndWarmthAreFound) {
@@ -114,9 +114,9 @@ TEST_F(SessionReviewed, DriftRejectedFramesAndWarmthAreFound) {
   options.accept_drift = true;
   const CaptureSummary summary = RunCapture(plan, devices, folder, options);
   const SessionReview review = ReviewSession(folder);
-  EXPECT_EQ(review.rejected, stale);
-  EXPECT_EQ(review.rejected, summary.rejected);
-  int here = review.rejected_elsewhere;
+  EXPECT_EQ(review.counts.rejected, stale);
+  EXPECT_EQ(review.counts.rejected, summary.rejected);
+  int here = review.counts.rejected_elsewhere;
   for (const ReviewedPosition& p : review.positions) here += p.rejected;
   EXPECT_EQ(here, stale);
   ASSERT_EQ(review.reasons.size(), 1u);
@@ -124,7 +124,7 @@ TEST_F(SessionReviewed, DriftRejectedFramesAndWarmthAreFound) {
   EXPECT_EQ(review.reasons[0].frames, stale);
   EXPECT_THAT(review.reasons[0].example, testing::ContainsRegex("frame id [0-9]+ after [0-9]+"));
 
-  const TimeSeries& ratio = review.reference_ratio.at(0);
+  const TimeSeries& ratio = review.lamp.reference_ratio.at(0);
   const auto recorded = RecordsOf(folder, "reference");
   ASSERT_EQ(ratio.size(), recorded.size());
   double least = 1, most = 1;
@@ -136,11 +136,11 @@ TEST_F(SessionReviewed, DriftRejectedFramesAndWarmthAreFound) {
   EXPECT_EQ(least, summary.lamp_ratio_min);
   EXPECT_EQ(most, summary.lamp_ratio_max);
   EXPECT_GT(most - least, 0.01) << "a drift that can be told from noise";
-  for (const TimedValue& v : review.reference_over_meter)
+  for (const TimedValue& v : review.lamp.reference_over_meter)
     EXPECT_NEAR(v.value, 1, 0.01) << "the light meter sees the same";
 
   const auto [coldest, warmest] = std::minmax_element(
-      review.temperature_c.begin(), review.temperature_c.end(),
+      review.sensor.temperature_c.begin(), review.sensor.temperature_c.end(),
       [](const TimedValue& a, const TimedValue& b) { return a.value < b.value; });
   EXPECT_GE(coldest->value, 20);
   EXPECT_NEAR(warmest->value, last_c, 0.5);
@@ -166,7 +166,7 @@ TEST_F(SessionReviewed, FramesThatStayWrongAreFlaggedWhereTheyAre) {
   const CaptureSummary summary = RunCapture(plan, devices, folder);
   ASSERT_GT(summary.flagged, 0);
   const SessionReview review = ReviewSession(folder);
-  EXPECT_EQ(review.flagged, summary.flagged);
+  EXPECT_EQ(review.counts.flagged, summary.flagged);
   int flagged = 0, saturated = 0;
   for (const ReviewedPosition& p : review.positions) {
     flagged += p.flagged;
@@ -194,9 +194,9 @@ TEST_F(SessionReviewed, PausesAndCrashesAreTold) {
   EXPECT_THROW(RunCapture(plan, first, folder, options), Interrupted);
   core::SetInterruptCountForTest(0);
   SessionReview review = ReviewSession(folder);
-  EXPECT_FALSE(review.sealed);
-  EXPECT_EQ(review.missing, 5);
-  EXPECT_GT(review.superseded, 0) << "the broken bracket";
+  EXPECT_FALSE(review.state.sealed);
+  EXPECT_EQ(review.counts.missing, 5);
+  EXPECT_GT(review.counts.superseded, 0) << "the broken bracket";
   EXPECT_EQ(std::count_if(review.positions.begin(), review.positions.end(),
                           [](const auto& p) { return p.whole; }),
             1);
@@ -205,7 +205,7 @@ TEST_F(SessionReviewed, PausesAndCrashesAreTold) {
   {
     const session::FolderLock lock(folder);  // a capture that goes on
     const SessionReview running = ReviewSession(folder);
-    EXPECT_TRUE(running.in_use);
+    EXPECT_TRUE(running.state.in_use);
     EXPECT_EQ(Judge(running)[0].verdict, Verdict::kLook);
   }
 
@@ -220,8 +220,8 @@ TEST_F(SessionReviewed, PausesAndCrashesAreTold) {
   Devices third = SimulatedLab(Noisy().Config()).MakeDevices();
   RunCapture(plan, third, folder, options);
   review = ReviewSession(folder);
-  EXPECT_TRUE(review.sealed);
-  EXPECT_EQ(review.missing, 0);
+  EXPECT_TRUE(review.state.sealed);
+  EXPECT_EQ(review.counts.missing, 0);
   ASSERT_EQ(review.epochs.size(), 3u);
   EXPECT_TRUE(review.epochs[0].paused);
   EXPECT_FALSE(review.epochs[1].paused);
@@ -234,7 +234,7 @@ TEST_F(SessionReviewed, PausesAndCrashesAreTold) {
     before_s = epoch.end_s;
     frames += epoch.frames;
   }
-  EXPECT_EQ(frames, review.frames);
+  EXPECT_EQ(frames, review.counts.frames);
   EXPECT_THAT(
       Sentences(review),
       HasSubstr("Captured in 3 epochs: paused 1 time, suspended 0 times, cut short 1 time"));
@@ -259,10 +259,10 @@ TEST_F(SessionReviewed, SuspensionsAreTold) {
   EXPECT_EQ(static_cast<int>(review.epochs.size()), 1 + summary.suspensions);
   EXPECT_TRUE(review.epochs[0].suspended);
   EXPECT_FALSE(review.epochs[0].paused);
-  EXPECT_GE(review.suspended_ratio.size(), 2u) << "that which suspended, and the looks since";
-  EXPECT_GT(std::abs(review.suspended_ratio[0].value - 1), 0.03);
-  EXPECT_EQ(review.missing, 0);
-  EXPECT_TRUE(review.sealed);
+  EXPECT_GE(review.lamp.suspended_ratio.size(), 2u) << "that which suspended, and the looks since";
+  EXPECT_GT(std::abs(review.lamp.suspended_ratio[0].value - 1), 0.03);
+  EXPECT_EQ(review.counts.missing, 0);
+  EXPECT_TRUE(review.state.sealed);
   std::string events;
   for (const SessionEvent& event : review.events) events += event.what + "\n";
   EXPECT_THAT(events, testing::AllOf(HasSubstr("suspended: a reference is at 0."),
@@ -279,8 +279,8 @@ TEST_F(SessionReviewed, MissingAndShortenedFilesAreBad) {
   fs::remove(files[0]);
   fs::resize_file(files[1], fs::file_size(files[1]) - 1);
   const SessionReview quick = ReviewSession(folder);
-  EXPECT_EQ(quick.files_missing, 1);
-  EXPECT_EQ(quick.files_other_size, 1);
+  EXPECT_EQ(quick.counts.files_missing, 1);
+  EXPECT_EQ(quick.counts.files_other_size, 1);
   EXPECT_EQ(Judge(quick)[0].verdict, Verdict::kBad);
   const SessionReview verified = ReviewSession(folder, /*verify=*/true);
   ASSERT_TRUE(verified.check);
@@ -340,7 +340,7 @@ TEST_F(SessionReviewed, PulsesAreThoseThatHaveAFrequencyAndItsError) {
                                 {"stated_hz", 100.0}});
       writer.Append("paused", {{"reason", "asked to pause"}});
     }
-    return ReviewSession(folder).pulses;
+    return ReviewSession(folder).lamp.pulses;
   };
   const auto found = pulses(217.3, 0.01);
   ASSERT_TRUE(found);
@@ -369,7 +369,7 @@ TEST_F(SessionReviewed, SessionsThatCalibrateACameraHaveNoPositions) {
   frame.dn = {7};
   writer.CommitFrame(record, frame, {{"mean_dn", 7}});
   const SessionReview review = ReviewSession(folder);
-  EXPECT_EQ(review.missing, 3) << "one flat and two darks of the pairs";
+  EXPECT_EQ(review.counts.missing, 3) << "one flat and two darks of the pairs";
   EXPECT_TRUE(review.positions.empty());
   ASSERT_EQ(review.exposures.size(), 1u);
   EXPECT_EQ(review.exposures[0].exposure_s, 0.1);
@@ -381,13 +381,13 @@ TEST(Judged, NothingMissingIsWhole) {
   for (const char* kind : {"light-field", "sensor"})
     for (const int missing : {0, 1, 5, 6}) {
       SessionReview review;
-      review.kind = kind;
-      review.planned_positions = 6;
-      review.missing = missing;
+      review.plan.kind = kind;
+      review.plan.positions = 6;
+      review.counts.missing = missing;
       for (const bool sealed : {false, true})
         for (const bool in_use : {false, true}) {
-          review.sealed = sealed;
-          review.in_use = in_use;
+          review.state.sealed = sealed;
+          review.state.in_use = in_use;
           const Judgement first = Judge(review)[0];
           EXPECT_EQ(first.verdict, missing > 0 && !in_use   ? Verdict::kBad
                                    : missing > 0 || !sealed ? Verdict::kLook

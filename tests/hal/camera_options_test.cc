@@ -22,7 +22,7 @@ bool Built(const std::string& driver) {
 }
 
 CameraOptions Read(const std::string& text, int channels) {
-  return ReadCamera(core::Config::FromString(text, "lab.toml"), RigKind::kLensless, channels);
+  return ReadCamera(core::Config::FromString(text, "lab.toml"), rig::RigKind::kLensless, channels);
 }
 
 const std::string kCalibration = R"(
@@ -38,7 +38,7 @@ defects = [1, 2, 30, 40, 500, 600]
 
 void ExpectCalibration(const CameraOptions& options) {
   EXPECT_EQ(std::get<PixelPitch>(options.image_plane).pitch_m, 5e-6);
-  const CameraCalibration& c = options.calibration;
+  const rig::SensorModel& c = options.calibration;
   EXPECT_EQ(c.gain_dn_per_e, 0.25);
   EXPECT_EQ(c.read_noise_dn, 3);
   EXPECT_EQ(c.black_dn, 64);

@@ -96,10 +96,10 @@ TEST_F(DeviceLabFile, TheMiddleOfACentredSensorIsTheAxis) {
   capabilities.width = 84;
   capabilities.height = 80;
   const rig::Homography map = ImageFromSensor(lab.camera, capabilities);
-  EXPECT_NEAR(rig::Apply(map, 42, 40).x, 0, 1e-12);
-  EXPECT_NEAR(rig::Apply(map, 42, 40).y, 0, 1e-12);
-  EXPECT_NEAR(rig::Apply(map, 0, 0).x, -42 * 0.00825, 1e-12);
-  EXPECT_NEAR(rig::Apply(map, 0, 0).y, 40 * 0.00825, 1e-12) << "row 0 on top";
+  EXPECT_NEAR(map.Map({42, 40}).x, 0, 1e-12);
+  EXPECT_NEAR(map.Map({42, 40}).y, 0, 1e-12);
+  EXPECT_NEAR(map.Map({0, 0}).x, -42 * 0.00825, 1e-12);
+  EXPECT_NEAR(map.Map({0, 0}).y, 40 * 0.00825, 1e-12) << "row 0 on top";
 }
 
 TEST_F(DeviceLabFile, ARelayInPlaceOfASupply) {

@@ -318,8 +318,7 @@ TEST(Lab, ReflectorSeesTheIrradianceThroughItsHomography) {
   options.cell_origin = {-0.01, -0.03};
   const FilterPrint print = description.Print();
   for (const auto& [row, column] : {std::pair{3, 5}, {24, 32}, {40, 60}, {10, 50}, {47, 0}}) {
-    const Vec2 s =
-        centre + rig::Apply(description.geometry.image_from_sensor, column + 0.5, row + 0.5);
+    const Vec2 s = centre + description.geometry.image_from_sensor.Map({column + 0.5, row + 0.5});
     const lightfield::Lattice point{1, 1, s.x - 1e-6, s.y + 1e-6, 2e-6, 2e-6};
     const double e = TraceIrradiance(
         *description.lamp, [&](Vec2 offset, int n) { return print.Transmittance(offset, n); }, 0.03,

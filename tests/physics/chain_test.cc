@@ -252,15 +252,17 @@ double PredictedLeak(const IdealRig& rig) {
          0.5 * rig.sensor_height * IdealRig::kPixel_m * c.y};
   const auto d = corners[2] - corners[0], e = corners[3] - corners[1];
   const double mean_pixel_square = 0.5 * std::abs(d.x * e.y - d.y * e.x) / (width * height);
-  const auto homography = rig::FromCorners(width, height, corners);
+  const auto homography = rig::Homography::FromCorners(width, height, corners);
   double sum = 0;
   int count = 0;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      const auto q = rig::Apply(homography, x, y);
+      const lightfield::Vec2 pixel{double(x), double(y)};
+      const auto q = homography.Map(pixel);
       if (std::abs(q.x) > 0.5 * lattice.extent_s_m() || std::abs(q.y) > 0.5 * lattice.extent_t_m())
         continue;
-      const auto a = rig::Apply(homography, x + 1, y) - q, b = rig::Apply(homography, x, y + 1) - q;
+      const auto a = homography.Map(pixel + lightfield::Vec2{1, 0}) - q;
+      const auto b = homography.Map(pixel + lightfield::Vec2{0, 1}) - q;
       for (const double edges : {a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y}) {
         const double variance = mean_pixel_square / 6 + edges / 12 * (8.0 / 9 + 1);
         sum += std::sqrt(variance / (2 * std::numbers::pi)) / lattice.ds_m;

@@ -71,10 +71,11 @@ std::map<std::string, double> Truth(const LabDescription& lab) {
     truth["camera_tilt"] = std::asin(m[7]);
     truth["camera_roll"] = std::atan2(-m[1], m[4]);
   } else {
-    const Vec2 middle = g.ImageFromSensor(0.5 * lab.sensor.width, 0.5 * lab.sensor.height);
+    const Vec2 middle =
+        g.ImageFromSensor(0.5 * lab.camera.sensor.width, 0.5 * lab.camera.sensor.height);
     truth["sensor_s"] = middle.x;
     truth["sensor_t"] = middle.y;
-    truth["sensor_turn"] = std::atan2(g.image_from_sensor[3], g.image_from_sensor[0]);
+    truth["sensor_turn"] = std::atan2(g.image_from_sensor(1, 0), g.image_from_sensor(0, 0));
   }
   truth["delta"] = g.delta_m;
   truth["filter_tilt_s"] = g.filter_tilt_rad.x;
@@ -166,20 +167,14 @@ double BiasOfCorners(bool mosaic) {
   for (int seed = 1; seed <= kLabs; ++seed) {
     const std::string bench = RandomBench(true, seed);
     LabDescription lab = DescribeBench(mosaic ? WithMosaic(bench) : bench);
-    lab.sensor.bits = 32;
-    lab.sensor.photon_noise = false;
-    lab.sensor.read_noise_dn = lab.sensor.prnu = 0;
-    const hal::sim::Sensor sensor(lab.sensor, lab.seed);
-    reconstruct::SensorModel model;
-    model.width = lab.sensor.width;
-    model.height = lab.sensor.height;
-    model.bits = lab.sensor.bits;
-    model.black_dn = lab.sensor.black_dn;
-    model.saturation_dn = lab.sensor.saturation_dn;
-    model.cfa = lab.sensor.cfa;
+    lab.camera.sensor.bits = 32;
+    lab.camera.sensor.photon_noise = false;
+    lab.camera.sensor.read_noise_dn = lab.camera.sensor.prnu = 0;
+    const hal::sim::Sensor sensor(lab.camera.sensor, lab.seed);
     for (int board = 0; board < kBoards; ++board) {
       const auto image = reconstruct::MakeSignalImage(
-          sensor.Expose(hal::sim::PictureOfTarget(lab, {board + 1, {}, {}}), 1, 0, 1, 1), model);
+          sensor.Expose(hal::sim::PictureOfTarget(lab, {board + 1, {}, {}}), 1, 0, 1, 1),
+          lab.camera.sensor);
       const auto found = reconstruct::FindChessboard(image, *lab.targets->board, false);
       const auto refined = reconstruct::RefineCorners(image, found, lab.geometry.camera->lens);
       EXPECT_EQ(found.size(), 70u);

@@ -223,16 +223,16 @@ TEST(MeasureFilter, PhotographsKeepTheirValuesOnDisk) {
 
 // A homography through random points, and its least-squares behaviour.
 TEST(DiscCentroids, HomographyIsFoundFromItsPoints) {
-  const reconstruct::Homography h{1e-4, 2e-6, -0.02, 1e-6, -1.1e-4, 0.03, 1e-5, -2e-5, 1};
+  const rig::Homography h({1e-4, 2e-6, -0.02, 1e-6, -1.1e-4, 0.03, 1e-5, -2e-5, 1});
   std::vector<Vec2> sensor, plane;
   for (const double x : {10.0, 150.0, 300.0})
     for (const double y : {20.0, 160.0, 290.0}) {
       sensor.push_back({x, y});
-      plane.push_back(reconstruct::Apply(h, {x, y}));
+      plane.push_back(h.Map({x, y}));
     }
   const auto fit = reconstruct::FitHomography(sensor, plane);
   for (const Vec2 p : {Vec2{0, 0}, Vec2{310, 12}, Vec2{77, 300}}) {
-    const Vec2 a = reconstruct::Apply(h, p), b = reconstruct::Apply(fit, p);
+    const Vec2 a = h.Map(p), b = fit.Map(p);
     EXPECT_NEAR(a.x, b.x, 1e-12);
     EXPECT_NEAR(a.y, b.y, 1e-12);
   }

@@ -132,10 +132,10 @@ constexpr double kElectronsPerRadiance = 1000;
 // The bracket on disk: 0.4 s, a 32nd of it, and 0.4 s behind 10 and 17 stops.
 std::filesystem::path Shoot(const std::filesystem::path& folder, const std::vector<float>& pixels,
                             View view, std::uint64_t seed, bool with_darkest) {
-  hal::sim::SensorModel model;
+  hal::sim::SimulatedSensor model;
   model.width = kWidth, model.height = kHeight;
   model.bits = 16, model.black_dn = 500, model.saturation_dn = 60000, model.gain_dn_per_e = 1.5;
-  model.responsivity = {kElectronsPerRadiance};
+  model.responsivity_e_per_s_per_w_m2 = {kElectronsPerRadiance};
   model.photon_noise = true, model.read_noise_dn = 6, model.prnu = 0.004;
   const hal::sim::Sensor sensor(model, seed);
   std::ofstream toml(folder / "probe.toml");

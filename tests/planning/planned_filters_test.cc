@@ -198,7 +198,7 @@ TEST(PixelNoise, IsTheSpreadOfMergedExposures) {
   noise.darks = 4;
   const std::vector<double> ladder{0.01, 0.04, 0.16, 0.64};
   constexpr int kPixels = 40000, kRepeats = 2;
-  reconstruct::SensorModel sensor;
+  rig::SensorModel sensor;
   sensor.width = kPixels;
   sensor.height = 1;
   sensor.bits = 12;

@@ -100,7 +100,7 @@ TEST(CalibrateGlare, FileIsReadBackForItsCameraOnly) {
   const auto path = std::filesystem::path(testing::TempDir()) / "luxfield_glare.cal.json";
   WriteGlareCalibration(path, calibration);
   EXPECT_TRUE(IsGlareCalibration(path));
-  SensorModel sensor;
+  rig::SensorModel sensor;
   sensor.width = kWidth;
   sensor.height = kHeight;
   const StatedGlare stated = ReadGlareCalibration(path, sensor);

@@ -170,13 +170,13 @@ TEST_F(CalibrateSensorTest, FilesAreReproducibleAndReplaceASensorsFigures) {
   WriteSensorCalibration(b, CalibrateSensor(session, false));
   EXPECT_EQ(core::ReadFile(a), core::ReadFile(b));
 
-  SensorModel sensor;
+  rig::SensorModel sensor;
   sensor.width = 120;
   sensor.height = 100;
   sensor.bits = 12;
   sensor.defects = {{1, 1}};
   sensor.responsivity_e_per_s_per_w_m2 = {7};
-  const SensorModel before = sensor;
+  const rig::SensorModel before = sensor;
   EXPECT_EQ(ApplySensorCalibration(a, sensor), core::Sha256OfFile(a));
   EXPECT_EQ(sensor.gain_dn_per_e, c.transfer.gain_dn_per_e.value);
   EXPECT_EQ(sensor.read_noise_dn, c.transfer.read_noise_dn.value);
@@ -191,7 +191,7 @@ TEST_F(CalibrateSensorTest, FilesAreReproducibleAndReplaceASensorsFigures) {
     core::Json json = core::ReadJson(a);
     change(json);
     core::WriteJson(b, json);
-    SensorModel copy = before;
+    rig::SensorModel copy = before;
     try {
       ApplySensorCalibration(b, copy);
       ADD_FAILURE() << part << " was accepted";
@@ -211,7 +211,7 @@ TEST_F(CalibrateSensorTest, FilesAreReproducibleAndReplaceASensorsFigures) {
   core::Json json = core::ReadJson(a);
   json["sensor"]["saturation_dn"] = nullptr;
   core::WriteJson(b, json);
-  SensorModel copy = before;
+  rig::SensorModel copy = before;
   ApplySensorCalibration(b, copy);
   EXPECT_EQ(copy.saturation_dn, before.saturation_dn);
 }

@@ -12,8 +12,8 @@
 namespace luxfield::reconstruct {
 namespace {
 
-SensorModel Sensor(double gain, double read_noise_dn, double black_dn) {
-  SensorModel sensor;
+rig::SensorModel Sensor(double gain, double read_noise_dn, double black_dn) {
+  rig::SensorModel sensor;
   sensor.bits = 12;
   sensor.gain_dn_per_e = gain;
   sensor.read_noise_dn = read_noise_dn;
@@ -22,10 +22,10 @@ SensorModel Sensor(double gain, double read_noise_dn, double black_dn) {
   return sensor;
 }
 
-const SensorModel kCoarse = Sensor(0.05, 0.1, 64), kLowBlack = Sensor(0.42, 3.34, 4),
-                  kNoisy = Sensor(0.2, 12, 20);
+const rig::SensorModel kCoarse = Sensor(0.05, 0.1, 64), kLowBlack = Sensor(0.42, 3.34, 4),
+                       kNoisy = Sensor(0.2, 12, 20);
 
-double Code(const SensorModel& sensor, double electrons, core::Random& random) {
+double Code(const rig::SensorModel& sensor, double electrons, core::Random& random) {
   const double n = random.Poisson(electrons);
   return std::max(0.0, std::round(sensor.black_dn + sensor.gain_dn_per_e * n +
                                   sensor.read_noise_dn * random.Normal()));
@@ -34,7 +34,7 @@ double Code(const SensorModel& sensor, double electrons, core::Random& random) {
 TEST(DarkCodes, MomentsAreThoseOfSimulatedCodes) {
   constexpr int kSamples = 200000;
   std::uint32_t number = 0;
-  for (const SensorModel& sensor : {kCoarse, kLowBlack, kNoisy}) {
+  for (const rig::SensorModel& sensor : {kCoarse, kLowBlack, kNoisy}) {
     const DarkCodes codes(sensor, 5);
     for (const double electrons : {0.0, 0.4, 3.0, 7.5, 11.0, 30.0, 77.0, 5000.0}) {
       core::Random random(31, ++number);
@@ -65,7 +65,7 @@ TEST(DarkCodes, MomentsAreThoseOfSimulatedCodes) {
 }
 
 TEST(DarkCodes, ContinuesTheLineWhereRoundingIsDithered) {
-  for (const SensorModel& sensor : {kCoarse, kLowBlack, kNoisy}) {
+  for (const rig::SensorModel& sensor : {kCoarse, kLowBlack, kNoisy}) {
     const DarkCodes codes(sensor, 5);
     const double far = 1e5;
     const DarkCodes::Moments line = codes.At(far);
@@ -87,7 +87,7 @@ TEST(DarkCodes, SolvesWithoutBiasToItsStatedInformation) {
   constexpr int kPixels = 40000;
   const double times_s[] = {4, 1, 0.25, 0.0625};
   std::uint32_t number = 1000;
-  for (const SensorModel& sensor : {kCoarse, kLowBlack})
+  for (const rig::SensorModel& sensor : {kCoarse, kLowBlack})
     for (const double x : {30.0, 60.0}) {
       const DarkCodes codes(sensor, 5);
       core::Random random(33, ++number);

@@ -11,8 +11,8 @@
 namespace luxfield::reconstruct {
 namespace {
 
-SensorModel Sensor() {
-  SensorModel sensor;
+rig::SensorModel Sensor() {
+  rig::SensorModel sensor;
   sensor.width = 5;
   sensor.height = 1;
   sensor.gain_dn_per_e = 0.5;
@@ -23,7 +23,8 @@ SensorModel Sensor() {
   return sensor;
 }
 
-session::RawFrame Frame(const SensorModel& sensor, const std::vector<double>& rates, double t) {
+session::RawFrame Frame(const rig::SensorModel& sensor, const std::vector<double>& rates,
+                        double t) {
   session::RawFrame frame;
   frame.width = 5;
   frame.height = 1;
@@ -36,7 +37,7 @@ session::RawFrame Frame(const SensorModel& sensor, const std::vector<double>& ra
 // A dim pixel takes all three exposures, brighter ones and their neighbours (blooming) fewer: X and
 // its variance are sums over the shares.
 TEST(MergeShares, AreTheMergesOwn) {
-  const SensorModel sensor = Sensor();
+  const rig::SensorModel sensor = Sensor();
   const std::vector<double> times = {0.1, 0.4, 1.6}, rates = {3000, 3000, 14000, 14000, 150000};
   std::vector<session::RawFrame> frames;
   for (const double t : times) frames.push_back(Frame(sensor, rates, t));

@@ -19,8 +19,8 @@ using session::RawFrame;
 constexpr int kWidth = 48, kHeight = 128, kSpotRow = 64, kSpotColumn = 24;
 constexpr double kField_e_per_s = 3000, kSpot_e_per_s = 3e7;
 
-SensorModel Camera() {
-  SensorModel sensor;
+rig::SensorModel Camera() {
+  rig::SensorModel sensor;
   sensor.width = kWidth;
   sensor.height = kHeight;
   sensor.bits = 14;
@@ -37,7 +37,7 @@ bool InSpot(int row, int column) {
 
 // A spot of 3 x 3 pixels in an even field. `share` of what its pixels cannot hold runs along the
 // column, falling to 1 / e over 5 pixels.
-RawFrame Expose(const SensorModel& sensor, double exposure_s, double share, std::uint64_t seed,
+RawFrame Expose(const rig::SensorModel& sensor, double exposure_s, double share, std::uint64_t seed,
                 std::uint64_t stream) {
   const double full = (sensor.saturation_dn - sensor.black_dn) / sensor.gain_dn_per_e;
   const double q = std::exp(-1.0 / 5);
@@ -74,7 +74,7 @@ struct Bracket {
   std::vector<Exposure> exposures;
 };
 
-Bracket Take(const SensorModel& sensor, double share, std::uint64_t seed) {
+Bracket Take(const rig::SensorModel& sensor, double share, std::uint64_t seed) {
   Bracket bracket;
   for (std::uint64_t n = 0; n < 7; ++n)
     bracket.frames.push_back(
@@ -87,7 +87,7 @@ Bracket Take(const SensorModel& sensor, double share, std::uint64_t seed) {
 TEST(ExcludedSamples, LeavesOutTheColumnThatOverflowReaches) {
   // The spot of the longest exposure holds 1.2e8 electrons where 38000 fit: the column gets 1e6 a
   // pixel, falling, which is the field's own after 20 pixels and its noise after 45.
-  const SensorModel sensor = Camera();
+  const rig::SensorModel sensor = Camera();
   constexpr int kRuns = 20;
   double pulls = 0, squares = 0, n = 0, largest = 0;
   for (int run = 0; run < kRuns; ++run) {
@@ -117,7 +117,7 @@ bool Clipped(const RawFrame& frame) {
 }
 
 TEST(ExcludedSamples, WithoutOverflowLittleElseIsLeftOut) {
-  const SensorModel sensor = Camera();
+  const rig::SensorModel sensor = Camera();
   double beyond = 0, samples = 0;
   for (std::uint64_t seed = 200; seed < 220; ++seed) {
     const Bracket bracket = Take(sensor, 0, seed);
@@ -145,7 +145,7 @@ TEST(ExcludedSamples, WithoutOverflowLittleElseIsLeftOut) {
 // adds to unclipped samples is far beyond their noise (33 DN).
 TEST(ExcludedSamples, RowsAreFollowedFromWhatColumnsLeaveOut) {
   constexpr int kColumns = 130, kRow = 75;
-  SensorModel sensor = Camera();
+  rig::SensorModel sensor = Camera();
   sensor.width = kColumns;
   const auto flat = static_cast<std::uint16_t>(512 + 0.42 * kField_e_per_s);
   RawFrame shorter{kColumns, kHeight, std::vector<std::uint16_t>(kColumns * kHeight, flat), {}};
@@ -171,7 +171,7 @@ TEST(ExcludedSamples, RowsAreFollowedFromWhatColumnsLeaveOut) {
 TEST(ExcludedSamples, NeighboursOfClippedSamples) {
   for (const int width : {1, 2, 63, 64, 65, 130}) {
     constexpr int kRows = 40;
-    SensorModel sensor = Camera();
+    rig::SensorModel sensor = Camera();
     sensor.width = width;
     sensor.height = kRows;
     RawFrame whole{width, kRows, std::vector<std::uint16_t>(width * kRows, 600), {}};

@@ -65,8 +65,8 @@ std::vector<CalibrationPair> Pairs(const std::vector<double>& truth, int count, 
   return pairs;
 }
 
-SensorModel Sensor() {
-  SensorModel sensor;
+rig::SensorModel Sensor() {
+  rig::SensorModel sensor;
   sensor.width = kWidth;
   sensor.height = kHeight;
   sensor.bits = 12;
@@ -164,7 +164,7 @@ TEST(FlatField, EverySiteOfAMosaicHasItsOwnLevelAndShading) {
     sensitivity[k] = truth[k] / shading(0.5 * kWidth + kMoved_px[site], 0.5 * kHeight);
     truth[k] *= kLevel[site];
   }
-  SensorModel sensor = Sensor();
+  rig::SensorModel sensor = Sensor();
   sensor.cfa = "RGGB";
   const FlatField field = MeasureFlatField(Pairs(truth, 12, 6000, 12), sensor);
   EXPECT_TRUE(field.measured);
@@ -189,12 +189,12 @@ TEST(FlatField, GoesThroughItsFileAndReplacesVignettingAndPrnu) {
   const FlatField field = MeasureFlatField(Pairs(truth, 6, 6000, 10), Sensor());
   const auto path = std::filesystem::path(testing::TempDir()) / "luxfield_test.flat.exr";
   WriteFlatField(path, field);
-  SensorModel sensor = Sensor();
+  rig::SensorModel sensor = Sensor();
   sensor.prnu = 0.01;
   EXPECT_EQ(ApplyFlatField(path, sensor).size(), 64u);
   EXPECT_EQ(sensor.vignetting, field.sensitivity);
   EXPECT_NEAR(sensor.prnu, field.noise, 0.01 * field.noise);
-  SensorModel other = Sensor();
+  rig::SensorModel other = Sensor();
   other.width = 97;
   EXPECT_THROW(ApplyFlatField(path, other), InputError);
 }

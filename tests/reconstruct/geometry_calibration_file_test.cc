@@ -20,7 +20,7 @@ GeometryCalibration Example() {
   g.width = 480;
   g.height = 400;
   g.lens = rig::Lens{{600, 610}, {240, 200}, {-0.1, 0.02, 1e-3, -2e-3}};
-  g.image_from_sensor = {1e-3, 1e-5, -0.2, 2e-5, -1e-3, 0.2, 1e-6, 2e-6, 1};
+  g.image_from_sensor = {{1e-3, 1e-5, -0.2, 2e-5, -1e-3, 0.2, 1e-6, 2e-6, 1}};
   g.delta_m = 0.305;
   g.filter_tilt_rad = {0.001, -0.002};
   g.stage_axes = {{{1.001, 0.002, 0.003}, {-0.001, 0.999, 0.004}}};
@@ -32,7 +32,7 @@ GeometryCalibration Example() {
 
 SessionPlan Plan() {
   SessionPlan plan;
-  plan.rig = "reflector";
+  plan.rig = rig::RigKind::kReflector;
   plan.sensor.width = 480;
   plan.sensor.height = 400;
   plan.geometry.delta_m = 0.3;

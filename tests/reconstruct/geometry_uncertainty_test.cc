@@ -70,11 +70,9 @@ void AgreesWithTheFit(bool reflector, double side) {
   WriteGeometryCalibration(file, calibration);
   const GeometryUncertainty uncertainty(file);
 
-  const auto& h = g.image_from_sensor;
   const auto place_of = [&](Vec2 pixel) {
     const Vec2 p = g.lens ? g.lens->Straight(pixel) : pixel;
-    const double w = h[6] * p.x + h[7] * p.y + h[8];
-    return Vec2{(h[0] * p.x + h[1] * p.y + h[2]) / w, (h[3] * p.x + h[4] * p.y + h[5]) / w};
+    return g.image_from_sensor.Map(p);
   };
   const double x = kWidth, y = kHeight;
   const Vec2 pixels[5] = {{0, 0}, {x, 0}, {x, y}, {0, y}, {0.5 * x, 0.5 * y}};

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
@@ -21,8 +20,8 @@ constexpr std::uint64_t kSeed = 2020;
 constexpr int kSize = 200;
 
 // A 14-bit camera with 8 electrons of read noise; like the one of Hanji et al. 2020.
-SensorModel Camera(int size = kSize) {
-  SensorModel sensor;
+rig::SensorModel Camera(int size = kSize) {
+  rig::SensorModel sensor;
   sensor.width = sensor.height = size;
   sensor.bits = 14;
   sensor.gain_dn_per_e = 0.42;
@@ -32,7 +31,7 @@ SensorModel Camera(int size = kSize) {
   return sensor;
 }
 
-RawFrame Expose(const SensorModel& sensor, double electrons_per_s, double exposure_s,
+RawFrame Expose(const rig::SensorModel& sensor, double electrons_per_s, double exposure_s,
                 std::uint64_t stream) {
   RawFrame frame{sensor.width, sensor.height, {}, {}};
   for (std::size_t p = 0; p < frame.size(); ++p) {
@@ -51,7 +50,7 @@ struct Bracket {
   std::vector<Exposure> exposures;
 };
 
-Bracket TakeBracket(const SensorModel& sensor, double electrons_per_s,
+Bracket TakeBracket(const rig::SensorModel& sensor, double electrons_per_s,
                     const std::vector<double>& times_s, std::uint64_t stream) {
   Bracket bracket;
   for (const double t : times_s)
@@ -85,7 +84,7 @@ Statistics Summarise(const MergedFrame& merged) {
 
 // The smallest standard deviation of an unbiased linear combination of the exposures that stay
 // below saturation.
-double IdealSigma(const SensorModel& sensor, double x, const std::vector<double>& times_s) {
+double IdealSigma(const rig::SensorModel& sensor, double x, const std::vector<double>& times_s) {
   const double g = sensor.gain_dn_per_e;
   const double other = (sensor.read_noise_dn * sensor.read_noise_dn + 1.0 / 12) / (g * g);
   double information = 0;
@@ -100,7 +99,7 @@ class Level : public testing::TestWithParam<double> {};
 
 TEST_P(Level, IsUnbiasedAndAsNoisyAsItMustBe) {
   const double x = GetParam();
-  const SensorModel sensor = Camera();
+  const rig::SensorModel sensor = Camera();
   const Bracket bracket = TakeBracket(sensor, x, kTimes, 100);
   const Statistics s = Summarise(MergeExposures(sensor, bracket.exposures));
   const double ideal = IdealSigma(sensor, x, kTimes), n = static_cast<double>(s.count);
@@ -116,7 +115,7 @@ INSTANTIATE_TEST_SUITE_P(ElectronsPerSecond, Level, testing::Values(30, 300, 3e4
 TEST(MergeExposures, DecidesSaturationWithoutBias) {
   // The half-second exposure is predicted to lie at the margin: about half of the pixels use it.
   // Deciding by a sample's own value there is biased by -0.3 %.
-  const SensorModel sensor = Camera();
+  const rig::SensorModel sensor = Camera();
   for (const double x : {73000.0, 73500.0, 73650.0, 74000.0, 75000.0, 76000.0}) {
     const Bracket bracket = TakeBracket(sensor, x, kTimes, 200);
     const MergedFrame merged = MergeExposures(sensor, bracket.exposures);
@@ -128,7 +127,7 @@ TEST(MergeExposures, DecidesSaturationWithoutBias) {
 }
 
 TEST(MergeExposures, PoissonEstimatorIsUnbiasedAndNoisierInTheDark) {
-  const SensorModel sensor = Camera();
+  const rig::SensorModel sensor = Camera();
   const Bracket bracket = TakeBracket(sensor, 30, kTimes, 300);
   MergeOptions options;
   options.estimator = Estimator::kPoisson;
@@ -142,7 +141,7 @@ TEST(MergeExposures, PoissonEstimatorIsUnbiasedAndNoisierInTheDark) {
 
 TEST(MergeExposures, HoldsFrom8To16Bits) {
   for (const int bits : {8, 10, 12, 14, 16}) {
-    SensorModel sensor = Camera(100);
+    rig::SensorModel sensor = Camera(100);
     sensor.bits = bits;
     sensor.saturation_dn = (1 << bits) - 1;
     sensor.black_dn = sensor.saturation_dn / 16;
@@ -160,7 +159,7 @@ TEST(MergeExposures, HoldsFrom8To16Bits) {
 }
 
 // The estimating equation solved in double by the plain fixed point of Granados et al. 2010.
-double FixedPoint(const SensorModel& sensor, const std::vector<double>& times_s,
+double FixedPoint(const rig::SensorModel& sensor, const std::vector<double>& times_s,
                   const std::vector<double>& signal_dn, double* sigma) {
   const double g = sensor.gain_dn_per_e,
                other = sensor.read_noise_dn * sensor.read_noise_dn + 1.0 / 12;
@@ -185,7 +184,7 @@ double FixedPoint(const SensorModel& sensor, const std::vector<double>& times_s,
 
 TEST(MergeExposures, SolvesTheEstimatingEquationToItsStatedRounding) {
   // 8 exposures over 14 stops, light over 17; sizes that fill no vector.
-  SensorModel sensor = Camera();
+  rig::SensorModel sensor = Camera();
   sensor.width = 61;
   sensor.height = 37;
   std::vector<double> times_s;
@@ -213,7 +212,7 @@ TEST(MergeExposures, SolvesTheEstimatingEquationToItsStatedRounding) {
 TEST(MergeExposures, DoesNotTrustWhatIsTooCoarseOrClippedAtZero) {
   // 20 electrons per DN and hardly any read noise: 1 s of 30 electrons per second is always 1 or 2
   // DN, so that rounding is a bias; 4 s of it have the shot noise to dither.
-  SensorModel coarse = Camera();
+  rig::SensorModel coarse = Camera();
   coarse.gain_dn_per_e = 0.05;
   coarse.read_noise_dn = 0.1;
   const Bracket bracket = TakeBracket(coarse, 30, kTimes, 2000);
@@ -221,7 +220,7 @@ TEST(MergeExposures, DoesNotTrustWhatIsTooCoarseOrClippedAtZero) {
   const double n = static_cast<double>(s.count);
   EXPECT_LT(std::abs(s.mean - 30), 4 * s.spread / std::sqrt(n));
   // Black level 4 DN, read noise 3.3: short exposures lose what the noise takes below 0.
-  SensorModel low = Camera();
+  rig::SensorModel low = Camera();
   low.black_dn = 4;
   const Statistics t = Summarise(MergeExposures(low, TakeBracket(low, 30, kTimes, 2100).exposures));
   EXPECT_EQ(t.count, static_cast<std::size_t>(kSize) * kSize);
@@ -238,7 +237,7 @@ TEST(MergeExposures, DoesNotTrustWhatIsTooCoarseOrClippedAtZero) {
 // may hold anything, and all others are as without it. In the dark too, where samples are looked at
 // one by one: a black level of 4 DN under a read noise of 3.3.
 TEST(MergeExposures, InTheDarkAPixelLeavesOutItsOwnSamplesAlone) {
-  SensorModel low = Camera(20);
+  rig::SensorModel low = Camera(20);
   low.black_dn = 4;
   constexpr int kRow = 8, kColumn = 9;
   const auto merged = [&](std::optional<int> clipped_dn, int beside_dn) {
@@ -263,14 +262,14 @@ TEST(MergeExposures, InTheDarkAPixelLeavesOutItsOwnSamplesAlone) {
 }
 
 // One pixel among equal ones, exact numbers.
-RawFrame Flat(const SensorModel& sensor, double dn) {
+RawFrame Flat(const rig::SensorModel& sensor, double dn) {
   RawFrame frame{sensor.width, sensor.height, {}, {}};
   frame.dn.assign(frame.size(), static_cast<std::uint16_t>(dn));
   return frame;
 }
 
 TEST(MergeExposures, MergesAcrossARatioOf2To17) {
-  const SensorModel sensor = Camera(3);
+  const rig::SensorModel sensor = Camera(3);
   const double long_s = 1, short_s = 0x1p-17;
   // Sun: the long exposure clips, the short one sees 10000 DN.
   const RawFrame clipped = Flat(sensor, 16383), sun = Flat(sensor, 10512);
@@ -289,7 +288,7 @@ TEST(MergeExposures, MergesAcrossARatioOf2To17) {
 }
 
 TEST(MergeExposures, FlagsWhatClipsEverywhereAndInventsNothing) {
-  const SensorModel sensor = Camera(5);
+  const rig::SensorModel sensor = Camera(5);
   RawFrame frame = Flat(sensor, 2000);
   frame.dn[12] = 16383;  // the middle
   const std::vector<Exposure> one{{&frame, 1, 1, 1, nullptr}};
@@ -303,7 +302,7 @@ TEST(MergeExposures, FlagsWhatClipsEverywhereAndInventsNothing) {
 }
 
 TEST(MergeExposures, EstimatesButReportsNoNegativeValuesAndSinglePhotons) {
-  const SensorModel sensor = Camera(3);
+  const rig::SensorModel sensor = Camera(3);
   const RawFrame dim = Flat(sensor, 500), one_photon = Flat(sensor, 513);
   const std::vector<Exposure> dark{{&dim, 2, 1, 1, nullptr}};
   const MergedFrame negative = MergeExposures(sensor, dark);
@@ -329,7 +328,7 @@ TEST(MergeExposures, EstimatesButReportsNoNegativeValuesAndSinglePhotons) {
 }
 
 TEST(MergeExposures, ScalesWithAttenuationAndLamp) {
-  const SensorModel sensor = Camera(3);
+  const rig::SensorModel sensor = Camera(3);
   const RawFrame frame = Flat(sensor, 4712);
   const std::vector<Exposure> one{{&frame, 2, 0.1, 0.95, nullptr}};
   const MergedFrame merged = MergeExposures(sensor, one);
@@ -337,7 +336,7 @@ TEST(MergeExposures, ScalesWithAttenuationAndLamp) {
 }
 
 TEST(MergeExposures, KeepsPrnuOutOfTheWeights) {
-  SensorModel sensor = Camera(3);
+  rig::SensorModel sensor = Camera(3);
   const RawFrame a = Flat(sensor, 8512), b = Flat(sensor, 2512);
   const std::vector<Exposure> two{{&a, 1, 1, 1, nullptr}, {&b, 0.25, 1, 1, nullptr}};
   const MergedFrame without = MergeExposures(sensor, two);
@@ -349,7 +348,7 @@ TEST(MergeExposures, KeepsPrnuOutOfTheWeights) {
 }
 
 TEST(MergeExposures, SubtractsDarksAndCarriesTheirVariance) {
-  SensorModel sensor = Camera(60);
+  rig::SensorModel sensor = Camera(60);
   sensor.dark_current_e_per_s = 200;
   constexpr int kDarks = 4;
   DarkSum sum(2);
@@ -371,7 +370,7 @@ TEST(MergeExposures, SubtractsDarksAndCarriesTheirVariance) {
 }
 
 TEST(MergeExposures, MarksDefects) {
-  SensorModel sensor = Camera(4);
+  rig::SensorModel sensor = Camera(4);
   sensor.defects = {{1, 2}};
   const RawFrame frame = Flat(sensor, 2000);
   const std::vector<Exposure> one{{&frame, 1, 1, 1, nullptr}};
@@ -380,7 +379,7 @@ TEST(MergeExposures, MarksDefects) {
 }
 
 TEST(MergeExposures, TakesFloatFramesAndTreatsNanAsClipped) {
-  SensorModel sensor = Camera(1);
+  rig::SensorModel sensor = Camera(1);
   sensor.bits = 32;
   RawFrame frame{1, 1, {}, {512.25f}}, bad{1, 1, {}, {NAN}};
   const std::vector<Exposure> good{{&frame, 1, 1, 1, nullptr}}, nan{{&bad, 1, 1, 1, nullptr}};
@@ -389,7 +388,7 @@ TEST(MergeExposures, TakesFloatFramesAndTreatsNanAsClipped) {
 }
 
 TEST(MergeExposures, RefusesWhatCannotBe) {
-  const SensorModel sensor = Camera(3);
+  const rig::SensorModel sensor = Camera(3);
   const RawFrame frame = Flat(sensor, 2000), small{2, 3, std::vector<std::uint16_t>(6), {}};
   const auto merge = [&](const Exposure& exposure) {
     MergeExposures(sensor, std::vector<Exposure>{exposure});
@@ -403,64 +402,6 @@ TEST(MergeExposures, RefusesWhatCannotBe) {
   EXPECT_THROW(sum.Mean(), InputError);
   sum.Add(frame);
   EXPECT_THROW(sum.Add(small), InputError);
-}
-
-nlohmann::json CameraJson() {
-  return {{"width", 4},
-          {"height", 3},
-          {"bits", 12},
-          {"black_dn", 64},
-          {"saturation_dn", 4095},
-          {"gain_dn_per_e", 0.5},
-          {"read_noise_dn", 2},
-          {"dark_current_e_per_s", 0.1},
-          {"prnu", 0.01},
-          {"responsivity_e_per_s_per_w_m2", {10.0, 20.0, 30.0}},
-          {"defects", {{2, 3}}}};
-}
-
-TEST(NoiseModel, ReadsTheCamera) {
-  const SensorModel sensor = ReadSensorModel(CameraJson(), "session.json", ".", 3);
-  EXPECT_EQ(sensor.width, 4);
-  EXPECT_EQ(sensor.saturation_dn, 4095);
-  EXPECT_EQ(sensor.responsivity_e_per_s_per_w_m2[1], 20);
-  EXPECT_EQ(sensor.defects, (std::vector<std::pair<int, int>>{{2, 3}}));
-  EXPECT_TRUE(sensor.vignetting.empty());
-}
-
-TEST(NoiseModel, NamesTheFieldThatIsWrong) {
-  const std::pair<const char*, nlohmann::json> wrong[] = {
-      {"width", 0},
-      {"gain_dn_per_e", -1},
-      {"gain_dn_per_e", "high"},
-      {"read_noise_dn", -0.1},
-      {"saturation_dn", 60},
-      {"prnu", 2},
-      {"bits", 64},
-      {"responsivity_e_per_s_per_w_m2", {1.0}},
-      {"defects", {{3, 0}}},
-      {"defects", "none"},
-      {"black_dn", nullptr},
-      {"vignetting", "missing.exr"},
-      {"responsivity_e_per_s_per_w_m2", {1.0, 0.0, 1.0}}};
-  for (const auto& [key, value] : wrong) {
-    nlohmann::json camera = CameraJson();
-    camera[key] = value;
-    try {
-      ReadSensorModel(camera, "session.json", testing::TempDir(), 3);
-      ADD_FAILURE() << key << " = " << value << " was accepted";
-    } catch (const InputError& error) {
-      const std::string what = error.what();
-      EXPECT_TRUE(what.find(key) != std::string::npos ||
-                  what.find("missing.exr") != std::string::npos)
-          << what;
-    }
-  }
-  for (const char* key : {"width", "black_dn", "prnu", "responsivity_e_per_s_per_w_m2"}) {
-    nlohmann::json camera = CameraJson();
-    camera.erase(key);
-    EXPECT_THROW(ReadSensorModel(camera, "session.json", ".", 3), InputError) << key;
-  }
 }
 
 }  // namespace

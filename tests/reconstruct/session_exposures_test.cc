@@ -19,8 +19,8 @@ constexpr int kWidth = 256, kHeight = 128, kBrackets = 16;
 constexpr double kRate_e_per_s = 1600;
 const std::vector<double> kTimes_s = {1.0 / 64, 1.0 / 16, 1.0 / 4};
 
-SensorModel Camera() {
-  SensorModel sensor;
+rig::SensorModel Camera() {
+  rig::SensorModel sensor;
   sensor.width = kWidth;
   sensor.height = kHeight;
   sensor.bits = 14;
@@ -32,7 +32,7 @@ SensorModel Camera() {
 }
 
 // Electrons and read noise together as one normal.
-RawFrame Expose(const SensorModel& sensor, double electrons, std::uint64_t seed,
+RawFrame Expose(const rig::SensorModel& sensor, double electrons, std::uint64_t seed,
                 std::uint32_t stream) {
   RawFrame frame{kWidth, kHeight, {}, {}};
   core::Random random(seed, stream);
@@ -47,7 +47,7 @@ RawFrame Expose(const SensorModel& sensor, double electrons, std::uint64_t seed,
 // Dim light and one dark frame of each time, whose noise all brackets share and which is as large
 // as theirs together: chi-squared of the ratios, which are 1, per degree of freedom.
 double ChiSquared(std::uint64_t seed) {
-  const SensorModel sensor = Camera();
+  const rig::SensorModel sensor = Camera();
   std::vector<DarkFrame> darks;
   std::vector<FrameRecord> records;
   for (std::size_t n = 0; n < kTimes_s.size(); ++n) {
@@ -98,7 +98,7 @@ struct RampSession {
   }
 
   SessionExposures Estimate(const std::vector<double>& light) const {
-    const SensorModel sensor = Camera();
+    const rig::SensorModel sensor = Camera();
     SessionExposures estimate(records);
     for (int b = 0; b < kCount; ++b) {
       std::vector<const FrameRecord*> bracket;

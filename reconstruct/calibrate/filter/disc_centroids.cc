@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
@@ -35,18 +36,9 @@ Vec2 Map(const Matrix3& t, Vec2 p) {
   return {q.x() / q.z(), q.y() / q.z()};
 }
 
-// Area on the plane of a unit pixel at p: the map's Jacobian, det H / w^3.
-double AreaFactor(const Homography& h, Vec2 p) {
-  const Matrix3 m(h.data());
-  const double w = h[6] * p.x + h[7] * p.y + h[8];
-  return std::abs(m.determinant() / (w * w * w));
-}
-
 }  // namespace
 
-Vec2 Apply(const Homography& h, Vec2 p) { return Map(Matrix3(h.data()), p); }
-
-Homography FitHomography(std::span<const Vec2> sensor, std::span<const Vec2> plane) {
+rig::Homography FitHomography(std::span<const Vec2> sensor, std::span<const Vec2> plane) {
   if (sensor.size() != plane.size() || sensor.size() < 4)
     throw InputError("a homography needs 4 marks at least; photograph the whole holder");
   const Matrix3 from = Normalisation(sensor), to = Normalisation(plane);
@@ -75,7 +67,7 @@ Homography FitHomography(std::span<const Vec2> sensor, std::span<const Vec2> pla
   Matrix3 scaled;
   scaled << h(0), h(1), h(2), h(3), h(4), h(5), h(6), h(7), 1;
   const Matrix3 result = to.inverse() * scaled * from;
-  Homography out;
+  std::array<double, 9> out{};
   std::copy_n(result.data(), 9, out.begin());
   return out;
 }
@@ -130,12 +122,11 @@ std::vector<std::optional<Vec2>> FindDiscs(const Picture& picture, double half_m
   return found;
 }
 
-Centroid MeasureDisc(const Picture& picture, const Homography& plane_from_sensor,
+Centroid MeasureDisc(const Picture& picture, const rig::Homography& plane_from_sensor,
                      const RegistrationMark& expected) {
-  const Homography& h = plane_from_sensor;
-  const Matrix3 inverse = Matrix3(h.data()).inverse();
-  const Vec2 middle = Map(inverse, expected.centre_m);
-  const double pixel_m = std::sqrt(AreaFactor(h, middle));
+  const rig::Homography& h = plane_from_sensor;
+  const Vec2 middle = h.Adjugate().Map(expected.centre_m);
+  const double pixel_m = std::sqrt(std::abs(h.AreaFactor(middle)));
   const double reach = 2.2 * expected.radius_m / pixel_m + 2;
   struct Sample {
     Vec2 offset;
@@ -154,10 +145,10 @@ Centroid MeasureDisc(const Picture& picture, const Homography& plane_from_sensor
       const double value = picture.value[k];
       if (!std::isfinite(value)) continue;
       const Vec2 p{column + 0.5, row + 0.5};
-      const Vec2 offset = Apply(h, p) - expected.centre_m;
+      const Vec2 offset = h.Map(p) - expected.centre_m;
       const double distance = std::hypot(offset.x, offset.y) / expected.radius_m;
       if (distance > 2) continue;
-      const double area = AreaFactor(h, p), sigma = picture.sigma[k];
+      const double area = std::abs(h.AreaFactor(p)), sigma = picture.sigma[k];
       inside.push_back({offset, area, value, sigma * sigma, distance >= 1.6});
       all_area += area;
       if (distance < 1.6) continue;

@@ -1,18 +1,14 @@
 // Bright discs on an opaque plane: finding them, and their centres in the plane's coordinates.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "luxfield/rig/filter_sheet.h"
+#include "luxfield/rig/homography.h"
 
 namespace luxfield::reconstruct {
-
-using Homography = std::array<double, 9>;  // row-major, on (column, row, 1), pixel edges whole
-
-lightfield::Vec2 Apply(const Homography& h, lightfield::Vec2 p);
 
 // Row-major picture; NaN where unknown.
 struct Picture {
@@ -21,10 +17,10 @@ struct Picture {
   std::span<const float> sigma;
 };
 
-// Least squares over at least 4 pairs, both sides scaled to unit spread; the residuals are those of
+// From (column, row) with pixel edges at whole numbers: least squares over at least 4 pairs, both sides scaled to unit spread; the residuals are those of
 // the plane. InputError if they do not fix one.
-Homography FitHomography(std::span<const lightfield::Vec2> sensor,
-                         std::span<const lightfield::Vec2> plane);
+rig::Homography FitHomography(std::span<const lightfield::Vec2> sensor,
+                              std::span<const lightfield::Vec2> plane);
 
 // Sensor positions of the discs of `marks` in the picture of a bright square of side 2 * half_m
 // with the discs around it, roughly upright: components brighter than a third of the picture's, by
@@ -43,7 +39,7 @@ struct Centroid {
 // Centroid of the light within two radii of `expected` less the mean between 1.6 and 2 radii,
 // pixels weighed by their area on the plane: free of the bias of circles under perspective. A slope
 // g of the light over the disc moves it by g r^2 / 4.
-Centroid MeasureDisc(const Picture& picture, const Homography& plane_from_sensor,
+Centroid MeasureDisc(const Picture& picture, const rig::Homography& plane_from_sensor,
                      const rig::RegistrationMark& expected);
 
 }  // namespace luxfield::reconstruct

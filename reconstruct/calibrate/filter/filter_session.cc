@@ -4,14 +4,13 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
-#include "luxfield/core/json.h"
 #include "luxfield/reconstruct/bracket/session_views.h"
 #include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/session_file.h"
+#include "luxfield/session/stated.h"
 
 namespace luxfield::reconstruct {
-
-using core::Field;
-using core::Json;
 
 FilterPhotographs ReadFilterSession(const session::SessionReader& session,
                                     const std::filesystem::path& sensor_calibration,
@@ -19,17 +18,19 @@ FilterPhotographs ReadFilterSession(const session::SessionReader& session,
                                     std::map<std::string, std::string>* provenance) {
   const std::string plan_file = (session.folder() / "plan.json").string(),
                     session_file = (session.folder() / "session.json").string();
-  if (core::FieldOr<std::string>(session.plan(), "kind", "light-field", plan_file) != "filter")
+  const session::PlanFile plan = session::PlanOf(session);
+  if (plan.kind != session::PlanKind::kFilter)
     throw InputError(plan_file, "is no plan of kind \"filter\"",
                      "capture data/plans/filter.toml and give its session");
   FilterPhotographs result;
-  result.sheet =
-      rig::ParseFilterSheet(Field<Json>(session.plan(), "sheet", plan_file).dump(), plan_file);
-  const auto camera = Field<Json>(session.session(), "camera", session_file);
-  RefuseMosaic(camera, session_file, "the photograph of a filter");
-  const auto channels =
-      static_cast<int>(Field<Json>(camera, "responsivity_e_per_s_per_w_m2", session_file).size());
-  SensorModel sensor = ReadSensorModel(camera, session_file, session.folder(), channels);
+  result.sheet = session::Stated(plan.sheet, "sheet", plan_file);
+  rig::SensorModel sensor = session::SensorModelOf(session);
+  if (!sensor.cfa.empty())
+    throw InputError(session_file,
+                     fmt::format("camera.cfa = '{}': the photograph of a filter of a camera with a "
+                                 "colour mosaic is not built",
+                                 sensor.cfa),
+                     "use the figures that its session states");
   std::map<std::string, std::string> made_of{{"session_plan", session.plan_id()}};
   if (!sensor_calibration.empty())
     made_of["sensor_calibration"] = ApplySensorCalibration(sensor_calibration, sensor);

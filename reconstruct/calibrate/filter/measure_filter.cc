@@ -61,8 +61,8 @@ HolderSigma SigmaOfHolder(const FilterSheet& sheet) {
 
 // The camera's homography from the holder's holes; the second round takes their centroids on the
 // plane instead of in the picture, where perspective shifts circles.
-Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light,
-                            FilterReadings* readings) {
+rig::Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light,
+                                 FilterReadings* readings) {
   const auto found = FindDiscs(light, sheet.half_m, sheet.holder_marks);
   std::vector<Vec2> sensor, plane;
   for (std::size_t k = 0; k < found.size(); ++k) {
@@ -75,13 +75,13 @@ Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light,
     sensor.push_back(*found[k]);
     plane.push_back(mark.centre_m);
   }
-  Homography h = FitHomography(sensor, plane);
+  rig::Homography h = FitHomography(sensor, plane);
   for (int round = 0; round < 2; ++round) {
     std::vector<Vec2> targets;
     for (std::size_t k = 0; k < sensor.size(); ++k) {
       const RegistrationMark& mark = sheet.holder_marks[k];
       const Vec2 centroid = MeasureDisc(light, h, mark).centre_m;
-      targets.push_back(Apply(h, sensor[k]) + (mark.centre_m - centroid));
+      targets.push_back(h.Map(sensor[k]) + (mark.centre_m - centroid));
     }
     h = FitHomography(sensor, targets);
   }
@@ -113,7 +113,7 @@ Homography HolderFromSensor(const FilterSheet& sheet, const Picture& light,
 }
 
 // The print through the holes over the light alone, and its standard deviation.
-std::pair<double, double> LightRatio(const FilterSheet& sheet, const Homography& h,
+std::pair<double, double> LightRatio(const FilterSheet& sheet, const rig::Homography& h,
                                      const Picture& light, const Picture& print) {
   double with = 0, without = 0, with_variance = 0, without_variance = 0;
   for (const RegistrationMark& mark : sheet.holder_marks) {
@@ -155,7 +155,7 @@ MergedFrame Transmittance(const MergedFrame& light, const MergedFrame& print, do
 }
 
 // Shift and rotation that take the sheet's marks to where they are seen.
-void LocatePrint(const FilterSheet& sheet, const Homography& h, const Picture& transmittance,
+void LocatePrint(const FilterSheet& sheet, const rig::Homography& h, const Picture& transmittance,
                  PrintReading* reading) {
   std::vector<Centroid> seen;
   for (const RegistrationMark& mark : sheet.marks) {
@@ -200,7 +200,7 @@ void LocatePrint(const FilterSheet& sheet, const Homography& h, const Picture& t
   reading->rotation_sigma_rad = std::sqrt(per_coordinate / spread);
 }
 
-std::vector<WedgeReading> ReadWedge(const FilterSheet& sheet, const Homography& h,
+std::vector<WedgeReading> ReadWedge(const FilterSheet& sheet, const rig::Homography& h,
                                     const MergedFrame& transmittance, const PrintReading& reading) {
   struct Sum {
     double weight = 0, value = 0, variance = 0;
@@ -211,7 +211,7 @@ std::vector<WedgeReading> ReadWedge(const FilterSheet& sheet, const Homography& 
     for (int column = 0; column < transmittance.width; ++column) {
       const std::size_t p = static_cast<std::size_t>(row) * transmittance.width + column;
       if (transmittance.mask[p] & lightfield::kUnknownMask) continue;
-      const Vec2 q = Apply(h, {column + 0.5, row + 0.5}) - reading.shift_m;
+      const Vec2 q = h.Map({column + 0.5, row + 0.5}) - reading.shift_m;
       const Vec2 own{c * q.x + s * q.y, -s * q.x + c * q.y};
       const auto* step = sheet.StepAt(own);
       if (!step) continue;
@@ -252,7 +252,7 @@ Lattice FilterLattice(const FilterSheet& sheet, double pixel_m) {
   return {2 * half, 2 * half, -half * texel_m, half * texel_m, texel_m, texel_m};
 }
 
-lightfield::MeasuredPrint ToTexels(const Homography& h, const MergedFrame& transmittance,
+lightfield::MeasuredPrint ToTexels(const rig::Homography& h, const MergedFrame& transmittance,
                                    const Lattice& lattice) {
   const Registration registration(h, transmittance.width, transmittance.height, lattice);
   const std::vector<float> unity{1};
@@ -274,16 +274,16 @@ lightfield::MeasuredPrint ToTexels(const Homography& h, const MergedFrame& trans
 }
 
 // Standard deviation of the integral over the texels by the pixels over that by the texels.
-double SumSigmaRatio(const Homography& h, const MergedFrame& transmittance, const Lattice& lattice,
-                     const lightfield::MeasuredPrint& print) {
+double SumSigmaRatio(const rig::Homography& h, const MergedFrame& transmittance,
+                     const Lattice& lattice, const lightfield::MeasuredPrint& print) {
   double by_pixels = 0, by_texels = 0;
   for (int row = 0; row < transmittance.height; ++row)
     for (int column = 0; column < transmittance.width; ++column) {
-      const Vec2 q = Apply(h, {column + 0.5, row + 0.5});
+      const Vec2 q = h.Map({column + 0.5, row + 0.5});
       const double c = lattice.column_of_s(q.x), r = lattice.row_of_t(q.y);
       if (!(c >= 0 && c < lattice.width && r >= 0 && r < lattice.height)) continue;
-      const Vec2 right = Apply(h, {column + 1.5, row + 0.5}) - q,
-                 down = Apply(h, {column + 0.5, row + 1.5}) - q;
+      const Vec2 right = h.Map({column + 1.5, row + 0.5}) - q,
+                 down = h.Map({column + 0.5, row + 1.5}) - q;
       const double area = right.x * down.y - right.y * down.x;
       const double sigma =
           area *
@@ -357,10 +357,12 @@ nlohmann::json ToJson(const FilterReadings& readings) {
                       {"light_ratio_sigma", p.light_ratio_sigma},
                       {"wedge", wedge}});
   }
-  return {
-      {"holder_from_sensor", readings.holder_from_sensor}, {"pixel_m", readings.pixel_m},
-      {"holder_residual_m", readings.holder_residual_m},   {"axis_sigma_m", readings.axis_sigma_m},
-      {"stretch_sigma", readings.stretch_sigma},           {"prints", prints}};
+  return {{"holder_from_sensor", readings.holder_from_sensor.row_major()},
+          {"pixel_m", readings.pixel_m},
+          {"holder_residual_m", readings.holder_residual_m},
+          {"axis_sigma_m", readings.axis_sigma_m},
+          {"stretch_sigma", readings.stretch_sigma},
+          {"prints", prints}};
 }
 
 MeasuredFilter MeasureFilter(const FilterSheet& sheet, const MergedFrame& light,
@@ -378,10 +380,10 @@ MeasuredFilter MeasureFilter(const FilterSheet& sheet, const MergedFrame& light,
   const Values light_values = KnownPixels(light);
   const Picture light_picture = light_values.View(light);
   r.holder_from_sensor = HolderFromSensor(sheet, light_picture, &r);
-  const Homography& h = r.holder_from_sensor;
+  const rig::Homography& h = r.holder_from_sensor;
   const Vec2 middle{0.5 * light.width, 0.5 * light.height};
-  const Vec2 right = Apply(h, middle + Vec2{1, 0}) - Apply(h, middle),
-             down = Apply(h, middle + Vec2{0, 1}) - Apply(h, middle);
+  const Vec2 right = h.Map(middle + Vec2{1, 0}) - h.Map(middle),
+             down = h.Map(middle + Vec2{0, 1}) - h.Map(middle);
   r.pixel_m = std::max(Norm(right), Norm(down));
 
   MeasuredFilter filter;

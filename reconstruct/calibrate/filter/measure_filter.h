@@ -20,6 +20,7 @@
 #include "luxfield/lightfield/measured_filter.h"
 #include "luxfield/reconstruct/bracket/merge_exposures.h"
 #include "luxfield/rig/filter_sheet.h"
+#include "luxfield/rig/homography.h"
 
 namespace luxfield::reconstruct {
 
@@ -41,11 +42,11 @@ struct PrintReading {
 };
 
 struct FilterReadings {
-  std::array<double, 9> holder_from_sensor{};  // row-major, metres
-  double pixel_m = 0;                          // mean side of a pixel on the filter
-  double holder_residual_m = 0;                // rms of the holes
-  double axis_sigma_m = 0;                     // of where they put the axis, either coordinate
-  double stretch_sigma = 0;                    // of an entry of the linear map about it
+  rig::Homography holder_from_sensor;  // metres
+  double pixel_m = 0;                  // mean side of a pixel on the filter
+  double holder_residual_m = 0;        // rms of the holes
+  double axis_sigma_m = 0;             // of where they put the axis, either coordinate
+  double stretch_sigma = 0;            // of an entry of the linear map about it
   std::vector<PrintReading> prints;
 
   // The printer's tone table from the first print's wedge: steps whose density is above the last

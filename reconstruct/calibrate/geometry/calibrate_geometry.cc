@@ -7,44 +7,28 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
-#include "luxfield/core/json.h"
 #include "luxfield/core/progress.h"
-#include "luxfield/reconstruct/bracket/noise_model.h"
 #include "luxfield/reconstruct/calibrate/geometry/geometry_start.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/session_file.h"
+#include "luxfield/session/stated.h"
 #include "luxfield/version.h"
 
 namespace luxfield::reconstruct {
 namespace {
 
-using core::Field;
-using core::Json;
 using session::FrameKind;
 using session::FrameRecord;
 
-rig::Chessboard ReadChessboard(const Json& json, const std::string& file) {
-  const rig::Chessboard board{Field<int>(json, "columns", file), Field<int>(json, "rows", file),
-                              Field<double>(json, "pitch_m", file)};
-  if (board.columns < 3 || board.rows < 3 || (board.columns + board.rows) % 2 == 0 ||
-      !(board.pitch_m > 0))
-    throw InputError(file,
-                     fmt::format("a target of {} x {} corners, pitch {} m, cannot be used",
-                                 board.columns, board.rows, board.pitch_m),
-                     "take an odd and an even number of at least 3, and a pitch above 0");
-  return board;
-}
-
-GeometryTargets ReadTargets(const Json& plan, const std::string& file) {
-  const Json json = Field<Json>(plan, "targets", file);
+GeometryTargets TargetsOf(const session::PlanFile& plan, const std::string& file) {
+  const session::PlannedTargets& stated = session::Stated(plan.targets, "targets", file);
+  const session::PlannedStage& stage = session::Stated(plan.stage, "stage", file);
   GeometryTargets targets;
-  if (json.contains("board")) targets.board = ReadChessboard(json.at("board"), file);
-  targets.mask = ReadChessboard(Field<Json>(json, "mask", file), file);
-  targets.spacer_m = Field<double>(json, "spacer_m", file);
-  targets.spacer_shift_m = Field<double>(json, "spacer_shift_m", file);
-  targets.stage_repeatability_m =
-      Field<double>(Field<Json>(plan, "stage", file), "repeatability_m", file);
-  if (!(targets.spacer_m > 0))
-    throw InputError(file, fmt::format("targets.spacer_m = {} must be above 0", targets.spacer_m),
-                     "correct the lab and capture again");
+  targets.board = stated.board;
+  targets.mask = stated.mask;
+  targets.spacer_m = stated.spacer_m;
+  targets.spacer_shift_m = stated.spacer_shift_m;
+  targets.stage_repeatability_m = session::Stated(stage.repeatability_m, "repeatability_m", file);
   return targets;
 }
 
@@ -69,8 +53,9 @@ struct Shown {
   const FrameRecord* record;
 };
 
-std::vector<Shown> ViewsOf(const session::SessionReader& session, const std::string& file) {
-  const Json views = Field<Json>(session.plan(), "views", file);
+std::vector<Shown> ViewsOf(const session::SessionReader& session, const session::PlanFile& plan,
+                           const std::string& file) {
+  const std::vector<session::PlannedView>& views = session::Stated(plan.views, "views", file);
   std::vector<Shown> shown;
   const FrameRecord* before = nullptr;
   int arrival = 0;
@@ -83,7 +68,7 @@ std::vector<Shown> ViewsOf(const session::SessionReader& session, const std::str
           fmt::format("frame '{}' of view {} is not in plan.json", record.file, record.i),
           "run `luxfield verify` on the session");
     if (!there.insert(record.i).second) continue;
-    ChessboardView view = ViewOf(Field<std::string>(views[record.i], "target", file), file);
+    ChessboardView view = ViewOf(views[static_cast<std::size_t>(record.i)].target, file);
     view.file = record.file;
     view.setpoint_m = {record.stage_u_m, record.stage_v_m};
     const bool moved =
@@ -101,21 +86,20 @@ std::vector<Shown> ViewsOf(const session::SessionReader& session, const std::str
 GeometryCalibration CalibrateGeometry(const session::SessionReader& session, bool check_hashes) {
   const std::string plan_file = (session.folder() / "plan.json").string(),
                     session_file = (session.folder() / "session.json").string();
-  if (core::FieldOr<std::string>(session.plan(), "kind", "light-field", plan_file) != "geometry")
+  const session::PlanFile plan = session::PlanOf(session);
+  if (plan.kind != session::PlanKind::kGeometry)
     throw InputError(plan_file, "is not of kind \"geometry\"",
                      "capture a plan of that kind (docs/how-to/calibrate.md)");
   GeometryCalibration result;
-  result.targets = ReadTargets(session.plan(), plan_file);
-  const Json calibration = Field<Json>(session.session(), "calibration", session_file);
-  const auto stated = Field<std::array<double, 9>>(calibration, "image_from_sensor", session_file);
-  const Json camera = Field<Json>(session.session(), "camera", session_file);
-  const SensorModel sensor = ReadSensorModel(
-      camera, session_file, session.folder(),
-      static_cast<int>(Field<Json>(camera, "responsivity_e_per_s_per_w_m2", session_file).size()));
+  result.targets = TargetsOf(plan, plan_file);
+  const session::SessionSetup setup = session::SetupOf(session);
+  const rig::Homography stated =
+      session::Stated(setup.image_from_sensor, "image_from_sensor", session_file);
+  const rig::SensorModel sensor = session::SensorModelOf(setup, session_file, session.folder());
   const bool from_lamp =
       StatedSide(stated) > 0;  // the mask's u axis then points to falling columns
 
-  const std::vector<Shown> shown = ViewsOf(session, plan_file);
+  const std::vector<Shown> shown = ViewsOf(session, plan, plan_file);
   std::vector<const FrameRecord*> records;
   core::Progress progress("find targets", shown.size() * (result.targets.board ? 2 : 1));
   for (const Shown& s : shown) {

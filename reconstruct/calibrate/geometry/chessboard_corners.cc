@@ -209,7 +209,7 @@ double SignalImage::Variance(double signal) const {
   return floor_variance_dn2 + gain_dn_per_e * light + prnu * light * prnu * light;
 }
 
-SignalImage MakeSignalImage(const session::RawFrame& frame, const SensorModel& sensor) {
+SignalImage MakeSignalImage(const session::RawFrame& frame, const rig::SensorModel& sensor) {
   SignalImage image{
       frame.width,
       frame.height,

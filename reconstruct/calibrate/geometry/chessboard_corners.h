@@ -18,9 +18,9 @@
 #include <vector>
 
 #include "luxfield/lightfield/geometry.h"
-#include "luxfield/reconstruct/bracket/noise_model.h"
 #include "luxfield/rig/chessboard.h"
 #include "luxfield/rig/lens.h"
+#include "luxfield/rig/sensor_model.h"
 #include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
@@ -43,7 +43,7 @@ struct SignalImage {
 // Of a colour mosaic only the green pixels count, where they are: half of all, evenly spread, of
 // one colour, so that neither interpolation nor a lens' lateral colour moves a corner. The others
 // show the mean of the greens around them, for OpenCV's search.
-SignalImage MakeSignalImage(const session::RawFrame& frame, const SensorModel& sensor);
+SignalImage MakeSignalImage(const session::RawFrame& frame, const rig::SensorModel& sensor);
 
 // Corner (i, j) near `start`, with the steps on the image to (i + 1, j) and (i, j + 1). Nothing
 // where the disc (a radius of 7 pixels, less where the cells are small) leaves the image or cells

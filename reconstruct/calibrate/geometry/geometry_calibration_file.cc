@@ -94,7 +94,7 @@ Json ToJson(const GeometryCalibration& c) {
                {"rig", g.lens ? "reflector" : "lensless"},
                {"width", g.width},
                {"height", g.height},
-               {"image_from_sensor", g.image_from_sensor},
+               {"image_from_sensor", g.image_from_sensor.row_major()},
                {"place_sigma_m", places},
                {"lens", nullptr},
                {"delta_m", g.delta_m},
@@ -139,9 +139,9 @@ std::string ApplyGeometryCalibration(const std::filesystem::path& path, SessionP
                      "calibrate the geometry again");
   RequireSame(json, "width", plan.sensor.width, file);
   RequireSame(json, "height", plan.sensor.height, file);
-  const auto rig = Field<std::string>(json, "rig", file);
-  if (rig != plan.rig)
-    throw InputError(file, fmt::format("is of a {} rig, the session of a {} one", rig, plan.rig),
+  const auto rig = Field<std::string>(json, "rig", file), planned = rig::RigKindName(plan.rig);
+  if (rig != planned)
+    throw InputError(file, fmt::format("is of a {} rig, the session of a {} one", rig, planned),
                      "use the calibration of this lab");
   const double delta_m = Field<double>(json, "delta_m", file);
   if (!(std::abs(delta_m - plan.geometry.delta_m) < 0.1 * plan.geometry.delta_m))

@@ -155,7 +155,8 @@ void FillFigures(const GeometryState& state, const Eigen::MatrixXd& covariance, 
     g.place_sigma_m[place] = {std::sqrt(spread(k, k)), std::sqrt(spread(k + 1, k + 1))};
   }
   const Matrix3 h = ImageFromSensor(state);
-  for (int k = 0; k < 9; ++k) g.image_from_sensor[k] = h(k / 3, k % 3);
+  g.image_from_sensor = rig::Homography(
+      {h(0, 0), h(0, 1), h(0, 2), h(1, 0), h(1, 1), h(1, 2), h(2, 0), h(2, 1), h(2, 2)});
   if (state.has_lens) g.lens = LensOf(state);
   g.delta_m = state.filter[0];
   g.filter_tilt_rad = {state.filter[1], state.filter[2]};

@@ -142,7 +142,7 @@ struct Prior {
 class Fit {
  public:
   Fit(const GeometryTargets& targets, const std::vector<ChessboardView>& views, int width,
-      int height, const std::array<double, 9>& stated)
+      int height, const rig::Homography& stated)
       : targets_(targets),
         views_(views),
         state_(StartGeometry(targets, views, width, height, stated)) {
@@ -379,7 +379,7 @@ Vec2 Predict(const GeometryTargets& targets, const GeometryState& s, const Chess
 }
 
 Geometry FitGeometry(const GeometryTargets& targets, const std::vector<ChessboardView>& views,
-                     int width, int height, const std::array<double, 9>& image_from_sensor) {
+                     int width, int height, const rig::Homography& image_from_sensor) {
   return Fit(targets, views, width, height, image_from_sensor).Run();
 }
 

@@ -33,6 +33,7 @@
 
 #include "luxfield/reconstruct/calibrate/geometry/chessboard_corners.h"
 #include "luxfield/rig/chessboard.h"
+#include "luxfield/rig/homography.h"
 #include "luxfield/rig/lens.h"
 
 namespace luxfield::reconstruct {
@@ -79,7 +80,7 @@ struct DetectionNoise {
 struct Geometry {
   int width = 0, height = 0;
   std::optional<rig::Lens> lens;
-  std::array<double, 9> image_from_sensor{};  // of pixel positions freed from distortion; [8] = 1
+  rig::Homography image_from_sensor;  // of pixel positions freed from distortion; [8] = 1
   double delta_m = 0;
   lightfield::Vec2 filter_tilt_rad;
   std::array<lightfield::Vec3, 2> stage_axes;
@@ -99,6 +100,6 @@ struct Geometry {
 // determine the geometry: fewer than 3 boards or none on I, no mask on or off the spacer, a stage
 // that moved along fewer than two directions.
 Geometry FitGeometry(const GeometryTargets& targets, const std::vector<ChessboardView>& views,
-                     int width, int height, const std::array<double, 9>& image_from_sensor);
+                     int width, int height, const rig::Homography& image_from_sensor);
 
 }  // namespace luxfield::reconstruct

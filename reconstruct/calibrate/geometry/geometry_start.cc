@@ -192,15 +192,13 @@ rig::Lens LensOf(const GeometryState& s) {
       {s.lens[0], s.lens[1]}, {s.lens[2], s.lens[3]}, {s.lens[4], s.lens[5], s.lens[6], s.lens[7]}};
 }
 
-double StatedSide(const std::array<double, 9>& h) {
-  const double hand = (h[0] * h[4] - h[1] * h[3]) * h[8] + (h[1] * h[5] - h[2] * h[4]) * h[6] +
-                      (h[2] * h[3] - h[0] * h[5]) * h[7];
-  return hand * h[8] > 0 ? 1 : -1;
+double StatedSide(const rig::Homography& image_from_sensor) {
+  return image_from_sensor.AreaFactor({0, 0}) > 0 ? 1 : -1;
 }
 
 GeometryState StartGeometry(const GeometryTargets& targets,
                             const std::vector<ChessboardView>& views, int width, int height,
-                            const std::array<double, 9>& h) {
+                            const rig::Homography& h) {
   GeometryState s;
   s.has_lens = targets.board.has_value();
   s.side = StatedSide(h);
@@ -208,8 +206,9 @@ GeometryState StartGeometry(const GeometryTargets& targets,
   if (s.has_lens) {
     StartLens(targets, views, width, height, s);
   } else {
-    s.pitch_m = {std::hypot(h[0], h[3]) / std::abs(h[8]), std::hypot(h[1], h[4]) / std::abs(h[8])};
-    if (!(s.pitch_m.x > 0 && s.pitch_m.y > 0) || h[6] != 0 || h[7] != 0)
+    s.pitch_m = {std::hypot(h(0, 0), h(1, 0)) / std::abs(h(2, 2)),
+                 std::hypot(h(0, 1), h(1, 1)) / std::abs(h(2, 2))};
+    if (!(s.pitch_m.x > 0 && s.pitch_m.y > 0) || h(2, 0) != 0 || h(2, 1) != 0)
       Refuse("image_from_sensor of the session is not that of a bare sensor",
              "state its pixel pitch on the diagonal");
   }

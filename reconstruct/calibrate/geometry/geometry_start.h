@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "luxfield/reconstruct/calibrate/geometry/geometry_fit.h"
+#include "luxfield/rig/homography.h"
 
 namespace luxfield::reconstruct {
 
@@ -31,7 +32,7 @@ struct GeometryState {
 rig::Lens LensOf(const GeometryState& state);
 
 // The side of I that a camera with this mapping stands on (geometry_fit.h): 1 or -1.
-double StatedSide(const std::array<double, 9>& image_from_sensor);
+double StatedSide(const rig::Homography& image_from_sensor);
 
 // From detections alone, but for the side of the camera and the pixels' pitch (geometry_fit.h):
 // lens and boards by OpenCV's calibration (Zhang 2000), then with filter and stage parallel to I
@@ -39,7 +40,7 @@ double StatedSide(const std::array<double, 9>& image_from_sensor);
 // and the source. Throws InputError as FitGeometry.
 GeometryState StartGeometry(const GeometryTargets& targets,
                             const std::vector<ChessboardView>& views, int width, int height,
-                            const std::array<double, 9>& image_from_sensor);
+                            const rig::Homography& image_from_sensor);
 
 // Pixel position of a corner of a view.
 lightfield::Vec2 Predict(const GeometryTargets& targets, const GeometryState& state,

@@ -11,6 +11,8 @@
 #include "luxfield/lightfield/measurements.h"
 #include "luxfield/reconstruct/bracket/mosaic_sites.h"
 #include "luxfield/reconstruct/bracket/session_views.h"
+#include "luxfield/session/plan_file.h"
+#include "luxfield/session/session_file.h"
 #include "luxfield/version.h"
 
 namespace luxfield::reconstruct {
@@ -146,15 +148,10 @@ GlarePlace MeasureGlare(const MergedFrame& merged, const std::vector<float>& sen
 
 GlareCalibration CalibrateGlare(const session::SessionReader& session, bool check_hashes) {
   const std::string plan_file = (session.folder() / "plan.json").string();
-  if (core::FieldOr<std::string>(session.plan(), "kind", "light-field", plan_file) != "glare")
+  if (session::PlanOf(session).kind != session::PlanKind::kGlare)
     throw InputError(plan_file, "is no plan of kind \"glare\"",
                      "capture data/plans/glare.toml and give its session");
-  const std::string session_file = (session.folder() / "session.json").string();
-  const Json camera = Field<Json>(session.session(), "camera", session_file);
-  const auto channels = static_cast<int>(
-      core::FieldOr<Json>(camera, "responsivity_e_per_s_per_w_m2", Json::array(), session_file)
-          .size());
-  SensorModel sensor = ReadSensorModel(camera, session_file, session.folder(), channels);
+  rig::SensorModel sensor = session::SensorModelOf(session);
   sensor.prnu = 0;  // of the core's many pixels: below what the places scatter
   const std::vector<float> sensitivity =
       sensor.vignetting.empty() ? std::vector<float>{1} : sensor.vignetting;
@@ -215,7 +212,8 @@ bool IsGlareCalibration(const std::filesystem::path& path) {
   return Field<std::string>(core::ReadJson(path), "format", path.string()) == kFormat;
 }
 
-StatedGlare ReadGlareCalibration(const std::filesystem::path& path, const SensorModel& sensor) {
+StatedGlare ReadGlareCalibration(const std::filesystem::path& path,
+                                 const rig::SensorModel& sensor) {
   const std::string file = path.string(), bytes = core::ReadFile(path);
   const Json json = core::ParseJson(bytes, file);
   if (const int version = Field<int>(json, "version", file); version != kVersion)

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "luxfield/reconstruct/bracket/merge_exposures.h"
+#include "luxfield/rig/sensor_model.h"
 #include "luxfield/session/session_store.h"
 
 namespace luxfield::reconstruct {
@@ -70,6 +71,6 @@ struct StatedGlare {
   std::string sha256;  // of the file
 };
 // Throws InputError naming file and field: another version, or a camera of another size.
-StatedGlare ReadGlareCalibration(const std::filesystem::path& path, const SensorModel& sensor);
+StatedGlare ReadGlareCalibration(const std::filesystem::path& path, const rig::SensorModel& sensor);
 
 }  // namespace luxfield::reconstruct

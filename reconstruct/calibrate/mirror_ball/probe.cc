@@ -195,7 +195,7 @@ ProbePicture MergeProbe(const ProbeDescription& description) {
   }
   const int width = pictures[0][0].width, height = pictures[0][0].height,
             channels = static_cast<int>(pictures[0].size());
-  SensorModel sensor = description.sensor;
+  rig::SensorModel sensor = description.sensor;
   sensor.width = width;
   sensor.height = height;
   sensor.bits = pictures[0][0].dn.empty() ? 32 : 16;

@@ -32,8 +32,8 @@ core::Rgb RgbOf(const Config& table, const std::string& key, double most) {
   return {values[0], values[1], values[2]};
 }
 
-SensorModel ReadCamera(const Config& camera) {
-  SensorModel sensor;
+rig::SensorModel ReadCamera(const Config& camera) {
+  rig::SensorModel sensor;
   sensor.gain_dn_per_e = camera.Number("gain_dn_per_e", {kTiny});
   sensor.saturation_dn = camera.Number("saturation_dn", {kTiny});
   sensor.black_dn = camera.Number("black_dn", 0, {});

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "luxfield/core/colour.h"
-#include "luxfield/reconstruct/bracket/noise_model.h"
 #include "luxfield/reconstruct/calibrate/mirror_ball/probe_optics.h"
+#include "luxfield/rig/sensor_model.h"
 #include "luxfield/session/raw_frame.h"
 
 namespace luxfield::reconstruct {
@@ -29,7 +29,7 @@ struct ProbeDescription {
   std::optional<std::filesystem::path> mask;
   std::optional<Circle> start;
   // Either exposures of a linear camera, or a picture that `merge IMAGES` has merged.
-  SensorModel sensor;  // without a size
+  rig::SensorModel sensor;  // without a size
   std::vector<ProbeExposure> exposures;
   std::optional<std::filesystem::path> merged;
   bool take_lower_bounds = false;  // of the merged picture's saturated pixels, instead of refusing

@@ -10,10 +10,11 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
-#include "luxfield/core/json.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/reconstruct/bracket/mosaic_sites.h"
 #include "luxfield/rig/cfa.h"
+#include "luxfield/session/session_file.h"
+#include "luxfield/session/stated.h"
 #include "luxfield/version.h"
 
 namespace luxfield::reconstruct {
@@ -246,19 +247,19 @@ SensorCalibration CalibrateSensor(std::span<const CalibrationPair> pairs, const 
 
 SensorCalibration CalibrateSensor(const session::SessionReader& session, bool check_hashes) {
   const std::string file = (session.folder() / "session.json").string();
-  const auto camera = core::Field<core::Json>(session.session(), "camera", file);
-  const std::string cfa = ReadCfa(camera, file);
+  const session::SessionCamera camera =
+      session::Stated(session::SetupOf(session).camera, "camera", file);
   const std::vector<CalibrationPair> pairs = PairsOfSession(session, check_hashes);
   SensorCalibration result;
   try {
-    result = CalibrateSensor(pairs, cfa);
+    result = CalibrateSensor(pairs, camera.cfa);
   } catch (const InputError& error) {
     // What frames show knows no file; frames that cannot be read have named theirs.
     const std::string folder = session.folder().string(), what = error.what();
     if (what.starts_with(folder)) throw;
     throw InputError(fmt::format("{}: {}", folder, what));
   }
-  result.bits = core::Field<int>(camera, "bits", file);
+  result.bits = session::Stated(camera.bits, "bits", file);
   std::string hashes;
   for (const FrameRecord& record : session.frames()) hashes += record.sha256;
   result.provenance = {{"session_plan", session.plan_id()},

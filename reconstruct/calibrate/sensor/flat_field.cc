@@ -13,6 +13,7 @@
 #include "luxfield/core/progress.h"
 #include "luxfield/reconstruct/bracket/mosaic_sites.h"
 #include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
+#include "luxfield/session/session_file.h"
 #include "luxfield/version.h"
 
 namespace luxfield::reconstruct {
@@ -54,18 +55,18 @@ Dark DarkOf(std::span<const CalibrationPair> pairs, double exposure_s) {
 }
 
 // Site of the sensor's k-th pixel.
-int SiteOf(const SensorModel& sensor, std::size_t k) {
+int SiteOf(const rig::SensorModel& sensor, std::size_t k) {
   return reconstruct::SiteOf(sensor.cfa, static_cast<int>(k) / sensor.width,
                              static_cast<int>(k) % sensor.width);
 }
 
-double FloorVariance(const SensorModel& sensor) {
+double FloorVariance(const rig::SensorModel& sensor) {
   return sensor.read_noise_dn * sensor.read_noise_dn + sensor.quantisation_variance_dn2();
 }
 
 // Adds one to `used` of the sites for which the flat counts.
-void Add(const session::RawFrame& flat, const Dark& dark, const SensorModel& sensor, Sums& sums,
-         std::vector<double>& used) {
+void Add(const session::RawFrame& flat, const Dark& dark, const rig::SensorModel& sensor,
+         Sums& sums, std::vector<double>& used) {
   std::vector<double> mean(used.size()), count(used.size());
   for (std::size_t k = 0; k < flat.size(); ++k) {
     if (!sums.usable[k]) continue;
@@ -164,7 +165,7 @@ Surface ChooseSurface(const FlatField& field, const std::vector<char>& usable) {
 
 }  // namespace
 
-FlatField MeasureFlatField(std::span<const CalibrationPair> pairs, const SensorModel& sensor) {
+FlatField MeasureFlatField(std::span<const CalibrationPair> pairs, const rig::SensorModel& sensor) {
   const std::size_t size = static_cast<std::size_t>(sensor.width) * sensor.height;
   const int sites = SitesOf(sensor.cfa);
   Sums sums{std::vector<double>(size), std::vector<double>(size), std::vector<char>(size, 1),
@@ -244,12 +245,7 @@ FlatField MeasureFlatField(std::span<const CalibrationPair> pairs, const SensorM
 
 FlatField MeasureFlatField(const session::SessionReader& session,
                            const std::filesystem::path& sensor_calibration, bool check_hashes) {
-  const std::string file = (session.folder() / "session.json").string();
-  const auto camera = core::Field<core::Json>(session.session(), "camera", file);
-  const auto responsivity =
-      core::Field<std::vector<double>>(camera, "responsivity_e_per_s_per_w_m2", file);
-  SensorModel sensor =
-      ReadSensorModel(camera, file, session.folder(), static_cast<int>(responsivity.size()));
+  rig::SensorModel sensor = session::SensorModelOf(session);
   if (!sensor_calibration.empty()) ApplySensorCalibration(sensor_calibration, sensor);
   FlatField field;
   try {
@@ -281,7 +277,7 @@ void WriteFlatField(const std::filesystem::path& path, const FlatField& field) {
   core::WriteExr(path, std::span(&part, 1));
 }
 
-std::string ApplyFlatField(const std::filesystem::path& path, SensorModel& sensor) {
+std::string ApplyFlatField(const std::filesystem::path& path, rig::SensorModel& sensor) {
   core::ExrReader reader(path);
   const auto& part = reader.parts().at(0);
   const auto format = part.attributes.find("luxfield:format");

@@ -24,8 +24,8 @@
 #include <string>
 #include <vector>
 
-#include "luxfield/reconstruct/bracket/noise_model.h"
 #include "luxfield/reconstruct/calibrate/sensor/calibrate_sensor.h"
+#include "luxfield/rig/sensor_model.h"
 
 namespace luxfield::reconstruct {
 
@@ -43,7 +43,7 @@ struct FlatField {
 
 // From the pairs of a session of kind "sensor" (PairsOfSession). Defects of the sensor take the
 // polynomial. Throws InputError without flats in that range, of every site.
-FlatField MeasureFlatField(std::span<const CalibrationPair> pairs, const SensorModel& sensor);
+FlatField MeasureFlatField(std::span<const CalibrationPair> pairs, const rig::SensorModel& sensor);
 
 // The same for a session, with its provenance. With a sensor's *.cal.json its noise and defects,
 // else what the session states.
@@ -57,7 +57,7 @@ void WriteFlatField(const std::filesystem::path& path, const FlatField& field);
 // Puts the map in place of the sensor's vignetting, and its rms sigma, which is what pixels still
 // differ by, in place of PRNU. Returns the file's SHA-256. Throws InputError for what is no flat
 // field, of a sensor of another size, or holds a sensitivity that is not above 0.
-std::string ApplyFlatField(const std::filesystem::path& path, SensorModel& sensor);
+std::string ApplyFlatField(const std::filesystem::path& path, rig::SensorModel& sensor);
 
 nlohmann::json ToJson(const FlatField& field);  // its figures, without the maps
 

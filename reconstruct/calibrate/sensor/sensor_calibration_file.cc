@@ -123,7 +123,7 @@ void WriteSensorCalibration(const std::filesystem::path& path,
   core::WriteJson(path, ToJson(calibration));
 }
 
-std::string ApplySensorCalibration(const std::filesystem::path& path, SensorModel& sensor) {
+std::string ApplySensorCalibration(const std::filesystem::path& path, rig::SensorModel& sensor) {
   const std::string file = path.string(), bytes = core::ReadFile(path);
   const Json json = core::ParseJson(bytes, file);
   if (Field<std::string>(json, "format", file) != kFormat)

@@ -6,8 +6,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "luxfield/reconstruct/bracket/noise_model.h"
 #include "luxfield/reconstruct/calibrate/sensor/calibrate_sensor.h"
+#include "luxfield/rig/sensor_model.h"
 
 namespace luxfield::reconstruct {
 
@@ -21,6 +21,6 @@ void WriteSensorCalibration(const std::filesystem::path& path,
 // the file's hot and dead pixels join the sensor's defects. Responsivity (electrons per second at 1
 // W m^-2) and vignetting stay. Returns the file's SHA-256. Throws InputError naming file and field:
 // not such a file, of another version, or of a camera with another size or number of bits.
-std::string ApplySensorCalibration(const std::filesystem::path& path, SensorModel& sensor);
+std::string ApplySensorCalibration(const std::filesystem::path& path, rig::SensorModel& sensor);
 
 }  // namespace luxfield::reconstruct

@@ -1,12 +1,8 @@
-#include "luxfield/hal/devices.h"
+#include "luxfield/rig/rig_description.h"
 
 #include <fmt/format.h>
 
-namespace luxfield::hal {
-
-std::string RigKindName(RigKind kind) {
-  return kind == RigKind::kLensless ? "lensless" : "reflector";
-}
+namespace luxfield::rig {
 
 std::vector<std::string> TargetNames(const CalibrationTargets& targets) {
   std::vector<std::string> names = {"none"};
@@ -20,4 +16,4 @@ std::vector<std::string> TargetNames(const CalibrationTargets& targets) {
   return names;
 }
 
-}  // namespace luxfield::hal
+}  // namespace luxfield::rig

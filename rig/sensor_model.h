@@ -7,13 +7,11 @@
 // with X in electrons per second.
 #pragma once
 
-#include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
-namespace luxfield::reconstruct {
+namespace luxfield::rig {
 
 struct SensorModel {
   int width = 0, height = 0;
@@ -31,15 +29,11 @@ struct SensorModel {
   std::vector<float> vignetting;             // relative sensitivity per pixel; empty: 1 everywhere
 
   // Of rounding to whole numbers, 1/12; for a float DN only what keeps variances above zero.
-  double quantisation_variance_dn2() const;
+  double quantisation_variance_dn2() const {
+    if (bits < 32) return 1.0 / 12;
+    const double rounding_dn = 1e-7 * saturation_dn;  // float32 keeps 24 bits of full scale
+    return rounding_dn * rounding_dn;
+  }
 };
 
-// Reads the "camera" object of `file` (session.json) for `channels` colour channels; the vignetting
-// image is relative to `folder`. Throws InputError naming file, field and value.
-SensorModel ReadSensorModel(const nlohmann::json& camera, const std::string& file,
-                            const std::filesystem::path& folder, int channels);
-
-// Throws InputError if the camera has a colour mosaic, for `what` cannot take one yet.
-void RefuseMosaic(const nlohmann::json& camera, const std::string& file, const std::string& what);
-
-}  // namespace luxfield::reconstruct
+}  // namespace luxfield::rig
