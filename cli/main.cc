@@ -5,7 +5,7 @@
 
 int main(int argc, char** argv) {
 #ifdef LUXFIELD_BENCH
-  return luxfield::cli::RunQuick(argc, argv, {luxfield::bench::kBenchVerb});
+  return luxfield::cli::RunQuick(argc, argv, {{luxfield::bench::kBenchVerb, "luxfield-bench"}});
 #else
   return luxfield::cli::RunQuick(argc, argv);
 #endif

@@ -12,6 +12,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "luxfield/cli/build_facts.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/standard_streams.h"
 #include "luxfield/core/nearest.h"
@@ -173,7 +174,8 @@ Program::Program()
     : app_("luxfield measures real luminaires as light fields and lights virtual scenes with them.",
            "luxfield") {
   app_.require_subcommand(1);
-  app_.set_version_flag("--version", "luxfield " LUXFIELD_VERSION);
+  app_.set_version_flag("--version", [] { return BuildFacts(); },
+                        "Print version, commit, build and libraries, and exit");
   app_.option_defaults()->always_capture_default();
   app_.footer(
       "Exit codes: 0 done, 1 a bug, 2 input or arguments wrong, 3 hardware, storage or a device "

@@ -20,51 +20,55 @@ namespace {
 constexpr char kAllVerbs[] = "luxfield-verbs";
 constexpr char kInstalledIn[] = "../libexec/luxfield";  // from the folder of this program
 
-// Becomes the program of all verbs; returns what is wrong where it cannot.
-std::string HandOver(char** argv) {
+// Becomes the program that does `verb`; returns what is wrong where it cannot.
+std::string HandOver(std::string_view verb, std::string_view program, char** argv) {
   std::error_code error;
   const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  const auto beside = folder / kAllVerbs;
-  const auto installed = folder / kInstalledIn / kAllVerbs;
-  for (const auto& program : {beside, installed}) ::execv(program.c_str(), argv);
+  const auto beside = folder / program;
+  const auto installed = folder / kInstalledIn / program;
+  for (const auto& path : {beside, installed}) ::execv(path.c_str(), argv);
   return fmt::format(
-      "{}, the program of all verbs, cannot be started from {} or {} ({}); install "
-      "luxfield anew",
-      kAllVerbs, folder.string(), installed.parent_path().lexically_normal().string(),
+      "{}, the program of `{}`, cannot be started from {} or {} ({}); install luxfield anew", program,
+      verb, folder.string(), installed.parent_path().lexically_normal().string(),
       std::strerror(errno));
 }
 
-std::vector<VerbName> Listed(const std::vector<VerbName>& more) {
-  std::vector<VerbName> verbs(Verbs().begin(), Verbs().end());
+std::vector<VerbElsewhere> Listed(const std::vector<VerbElsewhere>& more) {
+  std::vector<VerbElsewhere> verbs;
+  for (const VerbName& verb : Verbs()) verbs.push_back({verb, kAllVerbs});
   verbs.insert(verbs.end() - 1, more.begin(), more.end());
   return verbs;
 }
 
-// Whether the words are answered here: nothing, one option, `info`, or no verb.
-bool IsQuick(int argc, char** argv, const std::vector<VerbName>& verbs) {
-  if (argc < 2) return true;
+// The verb that another program does: neither nothing nor one option, `info` or a word that is no
+// verb.
+const VerbElsewhere* DoneElsewhere(int argc, char** argv, const std::vector<VerbElsewhere>& verbs) {
+  if (argc < 2) return nullptr;
   const std::string_view word = argv[1];
-  if (word.starts_with("-")) return argc == 2;
-  if (word == "info") return true;
-  return std::none_of(verbs.begin(), verbs.end(),
-                      [&](const VerbName& verb) { return verb.name == word; });
+  if (word.starts_with("-")) return argc == 2 ? nullptr : &verbs.front();  // its parser judges them
+  if (word == "info") return nullptr;
+  const auto found = std::find_if(verbs.begin(), verbs.end(), [&](const VerbElsewhere& other) {
+    return other.verb.name == word;
+  });
+  return found == verbs.end() ? nullptr : &*found;
 }
 
 }  // namespace
 
-int RunQuick(int argc, char** argv, const std::vector<VerbName>& more) {
-  const std::vector<VerbName> verbs = Listed(more);
-  if (!IsQuick(argc, argv, verbs)) {
-    fmt::print(stderr, "luxfield: {}\n", HandOver(argv));
+int RunQuick(int argc, char** argv, const std::vector<VerbElsewhere>& more) {
+  const std::vector<VerbElsewhere> verbs = Listed(more);
+  if (const VerbElsewhere* other = DoneElsewhere(argc, argv, verbs)) {
+    fmt::print(stderr, "luxfield: {}\n", HandOver(argv[1], other->program, argv));
     return 3;
   }
   return RunProgram(argc, argv, [&](Program& program) {
-    for (const VerbName& verb : verbs)
-      if (verb.name == "info")
-        AddInfo(program,
-                [argv](const std::string&) -> core::Json { throw DeviceError(HandOver(argv)); });
+    for (const VerbElsewhere& other : verbs)
+      if (other.verb.name == "info")
+        AddInfo(program, [argv](const std::string&) -> core::Json {
+          throw DeviceError(HandOver("info", kAllVerbs, argv));
+        });
       else
-        program.AddVerb(verb, {});
+        program.AddVerb(other.verb, {});
   });
 }
 

@@ -87,18 +87,23 @@ function(luxfield_foreign_headers target)
   endforeach()
 endfunction()
 
-# luxfield_tests(FOLDER USES lib... [DEPENDS target...] [UNDER program [argument...]]): tests/FOLDER/*_test.cc as one
-# program, one ctest entry, run by another program if one is named.
+# luxfield_tests(FOLDER USES lib... [DEPENDS target...] [UNDER program [argument...]] [SERIAL] [WHOLE]): tests/FOLDER/*.cc
+# as one program, run by another program if one is named. Each of its suites is an entry FOLDER.SUITE of CTest, beside
+# which nothing else runs if it is SERIAL; a program that is dear to start is WHOLE: one entry, FOLDER.
 function(luxfield_tests folder)
-  cmake_parse_arguments(ARG "" "" "USES;DEPENDS;UNDER" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL;WHOLE" "" "USES;DEPENDS;UNDER" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${folder}/*.cc)
   if(NOT sources)
     return()
   endif()
+  if(NOT TARGET luxfield_test_main)
+    add_library(luxfield_test_main OBJECT ${PROJECT_SOURCE_DIR}/tests/test_main.cc)
+    target_link_libraries(luxfield_test_main PUBLIC GTest::gtest GTest::gmock)
+  endif()
   set(program ${folder}_test)
   add_executable(${program} ${sources})
   target_include_directories(${program} PRIVATE ${PROJECT_SOURCE_DIR})  # as tests/<room>/<file>.h
-  target_link_libraries(${program} PRIVATE ${ARG_USES} GTest::gtest GTest::gmock GTest::gtest_main)
+  target_link_libraries(${program} PRIVATE ${ARG_USES} luxfield_test_main)
   target_compile_definitions(${program} PRIVATE LUXFIELD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
                                                 LUXFIELD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   if(ARG_DEPENDS)
@@ -108,6 +113,29 @@ function(luxfield_tests folder)
       endif()
     endforeach()
   endif()
-  add_test(NAME ${folder} COMMAND ${ARG_UNDER} $<TARGET_FILE:${program}> WORKING_DIRECTORY ${PROJECT_BINARY_DIR})
-  set_tests_properties(${folder} PROPERTIES TIMEOUT 3600)
+  set(properties TIMEOUT 3600)
+  if(ARG_SERIAL)
+    list(APPEND properties RUN_SERIAL TRUE)
+  endif()
+  if(ARG_WHOLE)
+    add_test(NAME ${folder} COMMAND ${ARG_UNDER} $<TARGET_FILE:${program}> WORKING_DIRECTORY ${PROJECT_BINARY_DIR})
+    set_tests_properties(${folder} PROPERTIES ${properties})
+    return()
+  endif()
+  set(suites ${CMAKE_CURRENT_BINARY_DIR}/${program}_suites.cmake)
+  list(JOIN properties " " properties)
+  add_custom_command(
+    TARGET ${program} POST_BUILD
+    COMMAND ${CMAKE_COMMAND} -DOUTPUT=${suites} -DROOM=${folder} -DPROGRAM=$<TARGET_FILE:${program}> "-DUNDER=${ARG_UNDER}"
+            -DFOLDER=${PROJECT_BINARY_DIR} "-DPROPERTIES=${properties}" -P ${PROJECT_SOURCE_DIR}/cmake/list_suites.cmake
+    BYPRODUCTS ${suites} VERBATIM)
+  # A program that is not built yet is an entry that fails.
+  set(include ${CMAKE_CURRENT_BINARY_DIR}/${program}_entries.cmake)
+  file(WRITE ${include} "if(EXISTS [==[${suites}]==])
+  include([==[${suites}]==])
+else()
+  add_test(${folder}.not_built ${program}_is_not_built)
+endif()
+")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${include})
 endfunction()

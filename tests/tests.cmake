@@ -16,7 +16,8 @@ if(LUXFIELD_BUILD_BENCH)  # whose scenes and labs these light and measure
 endif()
 find_package(ZLIB REQUIRED)  # inflates what printed PDF files draw
 target_link_libraries(capture_test PRIVATE ZLIB::ZLIB)
-luxfield_tests(hal USES luxfield_hal luxfield_fakes)
+# Its fake stages move in real time, and tests catch them on the way: nothing runs beside it.
+luxfield_tests(hal USES luxfield_hal luxfield_fakes SERIAL)
 # What all drivers of an interface have to pass.
 target_sources(hal_test PRIVATE tests/conformance/camera_conformance.cc
                                 tests/conformance/instrument_conformance.cc)
@@ -76,32 +77,29 @@ if(LUXFIELD_GPIOD)
     target_compile_definitions(vm_gpiod2_test PRIVATE LUXFIELD_LIBGPIOD=2)
     target_include_directories(vm_gpiod2_test PRIVATE ${PROJECT_SOURCE_DIR} ${LUXFIELD_INCLUDE})
     target_include_directories(vm_gpiod2_test SYSTEM BEFORE PRIVATE ${gpiod2}/include)
-    target_link_libraries(vm_gpiod2_test PRIVATE ${gpiod2}/libgpiod2.a luxfield_hal GTest::gtest GTest::gmock
-                                                 GTest::gtest_main)
+    target_link_libraries(vm_gpiod2_test PRIVATE ${gpiod2}/libgpiod2.a luxfield_hal luxfield_test_main)
     list(APPEND beside_vm_test vm_gpiod2_test)
   endif()
   list(TRANSFORM beside_vm_test REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE files_beside_vm_test)
-  luxfield_tests(vm USES luxfield_hal DEPENDS fake_device ${beside_vm_test}
+  luxfield_tests(vm WHOLE USES luxfield_hal DEPENDS fake_device ${beside_vm_test}
                  UNDER ${PROJECT_SOURCE_DIR}/tests/vm/boot --stage $<TARGET_FILE:fake_device> ${files_beside_vm_test})
   target_compile_definitions(vm_test PRIVATE LUXFIELD_LIBGPIOD=$<IF:$<BOOL:${LUXFIELD_LIBGPIOD_IS_2}>,2,1>)
   set_tests_properties(vm PROPERTIES SKIP_RETURN_CODE 77 LABELS vm TIMEOUT 700)
 endif()
 # The whole lab: every driver at once, against fakes of all devices.
 if(TARGET PkgConfig::UMOCKDEV AND UMOCKDEV_WRAPPER AND LUXFIELD_GPIOD AND LUXFIELD_ARAVIS AND LUXFIELD_GPHOTO2)
-  luxfield_tests(lab USES luxfield_hal luxfield_fakes PkgConfig::UMOCKDEV UNDER ${UMOCKDEV_WRAPPER}
+  luxfield_tests(lab SERIAL USES luxfield_hal luxfield_fakes PkgConfig::UMOCKDEV UNDER ${UMOCKDEV_WRAPPER}
                  DEPENDS luxfield fake_camera fake_still_camera line_descriptors bad_network)
   target_sources(lab_test PRIVATE tests/e2e/frames_as_seen.cc tests/e2e/program.cc
                                     tests/gpiod/fake_gpio_chip.cc tests/usb/fake_usb_device.cc tests/usbtmc/device_side.cc
                                     tests/usbtmc/fake_instrument.cc)
-  set_tests_properties(lab PROPERTIES RUN_SERIAL TRUE)
 else()
   message(WARNING "umockdev, libgpiod, aravis, libgphoto2 or LibRaw is missing: no session through all drivers is tested")
 endif()
-# Its fake stages move in real time, and tests catch them on the way: nothing runs beside it.
-set_tests_properties(hal PROPERTIES RUN_SERIAL TRUE)
 # The program as a user runs it, `luxfield bench` included.
 if(LUXFIELD_BUILD_BENCH)
-  luxfield_tests(e2e USES luxfield_bench luxfield_fakes DEPENDS luxfield device_bench fake_device die_at_disk_call)
+  luxfield_tests(e2e USES luxfield_bench luxfield_fakes DEPENDS luxfield luxfield_bench_program device_bench fake_device
+                 die_at_disk_call)
   # Hostile inputs over every verb; a seeded sample of what `./run hostile` runs. Skipped where numpy is missing.
   add_executable(hostile_zygote tests/hostile/zygote.cc)
   target_link_libraries(hostile_zygote PRIVATE luxfield_bench)

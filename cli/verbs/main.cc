@@ -1,12 +1,4 @@
-#ifdef LUXFIELD_BENCH
-#include "luxfield/bench/verbs/verb_bench.h"
-#endif
+// luxfield-verbs: every verb but those of rooms above this one (cli/quick.h).
 #include "luxfield/cli/run.h"
 
-int main(int argc, char** argv) {
-#ifdef LUXFIELD_BENCH
-  return luxfield::cli::Run(argc, argv, {luxfield::bench::AddBench});
-#else
-  return luxfield::cli::Run(argc, argv);
-#endif
-}
+int main(int argc, char** argv) { return luxfield::cli::Run(argc, argv); }

@@ -60,9 +60,12 @@ class Judge:
         for test in json.loads(shown.stdout)["tests"]:
             if "command" not in test:
                 continue  # not built: of no room that is asked for
-            self.commands[test["name"]] = test["command"]
+            program = test["name"].split(".")[0]  # ROOM.SUITE; one program holds all suites of a room
+            self.commands[program] = [
+                word for word in test["command"] if not word.startswith("--gtest_filter=")
+            ]
             if any(p["name"] == "RUN_SERIAL" and p["value"] for p in test.get("properties", [])):
-                self.serial.add(test["name"])
+                self.serial.add(program)
         self.tests = []
 
     def environment(self, number, folder, **more):
