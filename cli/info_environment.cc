@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "luxfield/cli/program.h"
+#include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/core/radiance_hdr.h"
@@ -82,10 +83,11 @@ core::Json InfoEnvironment(const std::string& path, const std::string& layout) {
       "above the horizon, {:.4g} sr\n",
       Colour(brightest.radiance), brightest.row, brightest.column, w.x, w.y, w.z, elevation_deg,
       brightest.solid_angle_sr);
-  fmt::print("  luminance    0.2126 R + 0.7152 G + 0.0722 B (Rec. 709)\n");
+  const core::Rgb& weights = core::kLuminanceWeights;
+  fmt::print("  luminance    {} R + {} G + {} B (Rec. 709)\n", weights[0], weights[1], weights[2]);
   const core::Json by_radiance = ByRadianceWeights(path, mean, up, down);
   return {{"kind", "environment map"},
-          {"luminance_weights", {0.2126, 0.7152, 0.0722}},
+          {"luminance_weights", weights},
           {"luminance_by_radiance_weights", by_radiance},
           {"layout", name},
           {"width", picture.image.width},

@@ -3,12 +3,18 @@
 
 #include <array>
 
+#include "luxfield/core/luminance_weights.clh"
+
 namespace luxfield::core {
 
 using Rgb = std::array<double, 3>;
 
-// Y = 0.2126 R + 0.7152 G + 0.0722 B (linear Rec. 709).
-inline double Luminance(const Rgb& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
+inline constexpr Rgb kLuminanceWeights = {LUXFIELD_LUMINANCE_WEIGHTS()};
+
+// Y of luminance_weights.clh.
+inline double Luminance(const Rgb& c) {
+  return kLuminanceWeights[0] * c[0] + kLuminanceWeights[1] * c[1] + kLuminanceWeights[2] * c[2];
+}
 
 double SrgbEncode(double linear);          // IEC 61966-2-1, input clamped to [0, 1]
 Rgb LabFromLinear(const Rgb& linear_rgb);  // CIE 1976 L*a*b*, white D65, input in [0, 1]

@@ -7,20 +7,19 @@
 #include <cstdint>
 #include <numbers>
 
+#include "luxfield/core/philox.clh"
+
 namespace luxfield::core {
 
-// Philox4x32-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011).
+// philox.clh.
 inline std::array<std::uint32_t, 4> Philox(std::array<std::uint32_t, 4> counter,
                                            std::array<std::uint32_t, 2> key) {
-  for (int round = 0; round < 10; ++round) {
-    const std::uint64_t a = std::uint64_t{0xD2511F53u} * counter[0];
-    const std::uint64_t b = std::uint64_t{0xCD9E8D57u} * counter[2];
-    counter = {
-        static_cast<std::uint32_t>(b >> 32) ^ counter[1] ^ key[0], static_cast<std::uint32_t>(b),
-        static_cast<std::uint32_t>(a >> 32) ^ counter[3] ^ key[1], static_cast<std::uint32_t>(a)};
-    key[0] += 0x9E3779B9u;
-    key[1] += 0xBB67AE85u;
-  }
+  const auto high = [](std::uint32_t a, std::uint32_t b) {
+    return static_cast<std::uint32_t>(std::uint64_t{a} * b >> 32);
+  };
+  for (int round = 0; round < LUXFIELD_PHILOX_ROUNDS; ++round)
+    LUXFIELD_PHILOX_ROUND(std::uint32_t, high, counter[0], counter[1], counter[2], counter[3],
+                          key[0], key[1])
   return counter;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/lightfield/light_vector.h"
 #include "luxfield/lightfield/projected_texels.h"
@@ -14,8 +15,7 @@ namespace {
 
 // Share of a channel in Q.
 double ChannelWeight(const LuminaireGeometry& geometry, int channel) {
-  constexpr std::array<double, 3> kLuminance = {0.2126, 0.7152, 0.0722};
-  return geometry.channels == 1 ? 1 : kLuminance[static_cast<std::size_t>(channel)];
+  return geometry.channels == 1 ? 1 : core::kLuminanceWeights[static_cast<std::size_t>(channel)];
 }
 
 // Calls set(channel weight, start of the image in LightField::data) for every channel of image m.

@@ -3,8 +3,8 @@
 //
 //   Q = sum over m, channel, texel of weight C,      weight laid out as LightField::data
 //
-// A single-channel field is its luminance; of three channels Q is
-// Y = 0.2126 R + 0.7152 G + 0.0722 B. Weights in double.
+// A single-channel field is its luminance; of three channels Q is the luminance (core/colour.h).
+// Weights in double.
 #pragma once
 
 #include <string>

@@ -8,6 +8,7 @@
 #include <limits>
 #include <span>
 
+#include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/parallel.h"
 #include "luxfield/preprocess/summed_area.h"
@@ -65,7 +66,8 @@ std::vector<WeighedImages> ImagesOf(const LightField& field, const std::string& 
   const bool negative = std::ranges::any_of(field.data, [](float c) { return c < 0; });
   if (!negative) return {std::move(magnitudes)};
   if (g.channels == 1) return {Channel(field, 0, 1)};
-  return {Channel(field, 0, 0.2126), Channel(field, 1, 0.7152), Channel(field, 2, 0.0722)};
+  const core::Rgb& w = core::kLuminanceWeights;
+  return {Channel(field, 0, w[0]), Channel(field, 1, w[1]), Channel(field, 2, w[2])};
 }
 
 // Q of one row of texels. With C the n x n active images, integral E^2 = |L^T C L|^2 (Frobenius):

@@ -14,7 +14,9 @@
 // colours E is the luminance where no C is negative. Where one is, a luminance may be 0 of channels
 // that are not, and
 //
-//   Q_ab(s) = sqrt( sum over channels of w integral E^2 du / h^2 ),   w = 0.2126, 0.7152, 0.0722.
+//   Q_ab(s) = sqrt( sum over channels of w integral E^2 du / h^2 )
+//
+// with the luminance weights w (core/colour.h).
 //
 // Q is stored as the images' SAT is (summed_area.h): 64-bit fixed point, 2^62 of the cell's total,
 // exact differences. Where a texel is lit its entry is at least one quantum, so the density covers

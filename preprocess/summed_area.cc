@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 
 namespace luxfield::preprocess {
@@ -36,9 +37,9 @@ constexpr int kTotalBits = 62;
 
 float TexelMagnitude(const LightField& field, int m, std::size_t texel) {
   if (field.geometry.channels == 1) return std::abs(field.image(m, 0)[texel]);
-  return static_cast<float>(0.2126 * std::abs(field.image(m, 0)[texel]) +
-                            0.7152 * std::abs(field.image(m, 1)[texel]) +
-                            0.0722 * std::abs(field.image(m, 2)[texel]));
+  return static_cast<float>(
+      core::Luminance({std::abs(field.image(m, 0)[texel]), std::abs(field.image(m, 1)[texel]),
+                       std::abs(field.image(m, 2)[texel])}));
 }
 
 double MagnitudeSum(const LightField& field, const std::string& name, int m,

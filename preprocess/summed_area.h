@@ -10,7 +10,7 @@
 
 namespace luxfield::preprocess {
 
-// What a texel weighs where images are drawn from: |C|, or 0.2126 |R| + 0.7152 |G| + 0.0722 |B|,
+// What a texel weighs where images are drawn from: |C|, or the luminance of |R|, |G| and |B|,
 // rounded to float32. It is the texel's luminance where C >= 0, and 0 only where all of C is 0.
 float TexelMagnitude(const lightfield::LightField& field, int m, std::size_t texel);
 

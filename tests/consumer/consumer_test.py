@@ -98,7 +98,7 @@ class Consumer(unittest.TestCase):
 
     def test_installed_headers_include_each_other_and_let_nothing_foreign_in(self):
         top = self.prefix / "include/luxfield"
-        headers = sorted(path.relative_to(top).as_posix() for path in top.rglob("*.h"))
+        headers = sorted(path.relative_to(top).as_posix() for path in top.rglob("*.*h"))
         self.assertIn("lightfield/light_field.h", headers)
         self.assertIn("preprocess/sampler.h", headers)
         for header in headers:
