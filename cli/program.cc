@@ -15,6 +15,7 @@
 #include "luxfield/cli/build_facts.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/standard_streams.h"
+#include "luxfield/core/console.h"
 #include "luxfield/core/nearest.h"
 #include "luxfield/core/outputs.h"
 #include "luxfield/core/parallel.h"
@@ -174,8 +175,9 @@ Program::Program()
     : app_("luxfield measures real luminaires as light fields and lights virtual scenes with them.",
            "luxfield") {
   app_.require_subcommand(1);
-  app_.set_version_flag("--version", [] { return BuildFacts(); },
-                        "Print version, commit, build and libraries, and exit");
+  app_.set_version_flag(
+      "--version", [] { return BuildFacts(); },
+      "Print version, commit, build and libraries, and exit");
   app_.option_defaults()->always_capture_default();
   app_.footer(
       "Exit codes: 0 done, 1 a bug, 2 input or arguments wrong, 3 hardware, storage or a device "
@@ -235,10 +237,10 @@ int Program::Run(int argc, char** argv) {
       throw InputError(*misspelt);
     }
     RequirePlausible(app_);
-    core::SetThreads(common_.threads);
-    core::Progress::SetQuiet(common_.quiet);
     core::InstallInterruptHandler();
-    RunVerb(app_.get_subcommands().front()->get_name(), chosen_, common_.json_file);
+    core::RunWith(core::OnConsole(common_.quiet, common_.threads), [&] {
+      RunVerb(app_.get_subcommands().front()->get_name(), chosen_, common_.json_file);
+    });
     FlushStandardOutput();
     return 0;
   } catch (const Error& error) {

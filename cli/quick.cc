@@ -28,8 +28,8 @@ std::string HandOver(std::string_view verb, std::string_view program, char** arg
   const auto installed = folder / kInstalledIn / program;
   for (const auto& path : {beside, installed}) ::execv(path.c_str(), argv);
   return fmt::format(
-      "{}, the program of `{}`, cannot be started from {} or {} ({}); install luxfield anew", program,
-      verb, folder.string(), installed.parent_path().lexically_normal().string(),
+      "{}, the program of `{}`, cannot be started from {} or {} ({}); install luxfield anew",
+      program, verb, folder.string(), installed.parent_path().lexically_normal().string(),
       std::strerror(errno));
 }
 

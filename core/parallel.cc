@@ -4,43 +4,38 @@
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <memory>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
 
+#include "luxfield/core/execution_state.h"
+
 namespace luxfield::core {
-namespace {
-
-std::unique_ptr<tbb::global_control>& Control() {
-  static std::unique_ptr<tbb::global_control> control;
-  return control;
-}
-
-}  // namespace
-
-void SetThreads(int threads) {
-  Control().reset();
-  if (threads > 0)
-    Control() = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                      static_cast<std::size_t>(threads));
-}
-
 int Threads() {
   const auto allowed =
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  return static_cast<int>(
-      std::min<std::size_t>(allowed, std::size_t(tbb::info::default_concurrency())));
+  return std::min({static_cast<int>(std::min<std::size_t>(allowed, 1 << 16)),
+                   tbb::this_task_arena::max_concurrency(), tbb::info::default_concurrency()});
+}
+
+void OnThreads(int threads, const std::function<void()>& work) {
+  if (threads <= 0) return work();
+  tbb::task_arena(threads).execute(work);
 }
 
 void ParallelFor(std::size_t count, std::size_t grain,
                  const std::function<void(std::size_t, std::size_t)>& body) {
+  ExecutionState* const execution = CurrentExecution();
   try {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, count, std::max<std::size_t>(grain, 1)),
-        [&](const tbb::blocked_range<std::size_t>& range) { body(range.begin(), range.end()); },
+        [&](const tbb::blocked_range<std::size_t>& range) {
+          const EnterExecution enter(execution);
+          body(range.begin(), range.end());
+        },
         tbb::simple_partitioner());
   } catch (const std::runtime_error& error) {
     // TBB has no type of its own for a thread that the system refuses.

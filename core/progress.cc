@@ -2,19 +2,16 @@
 
 #include <fmt/format.h>
 #include <signal.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
+#include <utility>
 
 #include "luxfield/core/error.h"
-#include "luxfield/core/printable.h"
+#include "luxfield/core/execution_state.h"
 
 namespace luxfield::core {
 namespace {
 
-std::atomic<bool> g_quiet{false};
-std::atomic<int> g_living{0};
 std::atomic<int> g_interrupts{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may touch it");
 
@@ -35,48 +32,29 @@ Progress::Progress(std::string label, std::uint64_t total)
     : label_(std::move(label)),
       total_(total),
       start_(std::chrono::steady_clock::now()),
-      drawn_(start_),
-      nested_(g_living.fetch_add(1) > 0) {}
-
-Progress::~Progress() {
-  g_living.fetch_sub(1);
-  const std::lock_guard lock(mutex_);
-  if (open_) std::fputc('\n', stderr);
+      execution_(CurrentExecution()) {
+  if (execution_ && execution_->jobs.fetch_add(1) > 0) {
+    execution_->jobs.fetch_sub(1);
+    execution_ = nullptr;
+  }
 }
 
-void Progress::SetQuiet(bool quiet) { g_quiet = quiet; }
+Progress::~Progress() {
+  if (!execution_) return;
+  Report(done_, {}, true);
+  execution_->jobs.fetch_sub(1);
+}
 
 void Progress::Advance(std::uint64_t steps, const std::string& note) {
   const std::uint64_t done = done_.fetch_add(steps) + steps;
-  if (g_quiet || nested_) return;
-  const std::lock_guard lock(mutex_);
-  Draw(done, note, done >= total_);
+  if (execution_) Report(done, note, false);
 }
 
-void Progress::Draw(std::uint64_t done, const std::string& note, bool last) {
-  static const bool terminal = isatty(STDERR_FILENO);
-  const auto now = std::chrono::steady_clock::now();
-  const double elapsed = std::chrono::duration<double>(now - start_).count();
-  const double fraction = total_ ? static_cast<double>(done) / static_cast<double>(total_) : 1.0;
-  std::string line = fmt::format("{} {:3.0f} %", label_, 100 * fraction);
-  if (last)
-    line += fmt::format("  in {}", FormatDuration(elapsed));
-  else if (elapsed > 1)
-    line += fmt::format("  ETA {}", FormatDuration(elapsed * (1 / fraction - 1)));
-  if (!note.empty()) line += "  " + note;
-  if (terminal) {
-    if (!last && now - drawn_ < std::chrono::milliseconds(100)) return;
-    drawn_ = now;
-    ObeyedByTerminal("\r\033[K");
-    fmt::print(stderr, "{}", OnOneLine(line));
-    std::fflush(stderr);
-    open_ = !last;
-    if (last) std::fputc('\n', stderr);
-  } else if (const auto decile = static_cast<std::uint64_t>(fraction * 10);
-             decile > decile_ && (last || elapsed > 1)) {
-    decile_ = decile;
-    fmt::print(stderr, "{}\n", OnOneLine(line));
-  }
+void Progress::Report(std::uint64_t done, const std::string& note, bool ended) const {
+  if (!execution_->execution.progress) return;
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+  const std::lock_guard lock(execution_->callbacks);
+  execution_->execution.progress({label_, note, done, total_, elapsed.count(), ended});
 }
 
 void InstallInterruptHandler() {
@@ -88,11 +66,15 @@ void InstallInterruptHandler() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-int InterruptCount() { return g_interrupts; }
+int InterruptCount() {
+  const ExecutionState* execution = CurrentExecution();
+  return execution && execution->execution.interrupts ? execution->execution.interrupts()
+                                                      : g_interrupts.load();
+}
 void SetInterruptCountForTest(int count) { g_interrupts = count; }
 
 void ThrowIfInterrupted() {
-  if (g_interrupts > 0)
+  if (InterruptCount() > 0)
     throw Interrupted("interrupted; nothing half-written was left, run the same command again");
 }
 

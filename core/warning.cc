@@ -3,21 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdio>
-#include <mutex>
-#include <set>
 
-#include "luxfield/core/printable.h"
+#include "luxfield/core/execution.h"
 
 namespace luxfield::core {
 
-void Warn(const std::string& message) {
-  static std::mutex mutex;
-  static std::set<std::string> printed;
-  const std::lock_guard lock(mutex);
-  if (printed.insert(message).second)
-    fmt::print(stderr, "luxfield: warning: {}\n", OnOneLine(message));
-}
+void Warn(const std::string& message) { Say(Severity::kWarning, message); }
 
 void SuspectLength(const std::string& file, const std::string& field, double value_m,
                    double most_m) {

@@ -5,8 +5,7 @@
 
 namespace luxfield::core {
 
-// One line on stderr, "luxfield: warning: MESSAGE"; a message that was printed before is not
-// printed again by this process. Thread-safe.
+// To the execution that hears of it, once (execution.h). Thread-safe.
 void Warn(const std::string& message);
 
 // Warns, naming file, field and value, of a length or coordinate beyond `most_m`: one given in

@@ -6,7 +6,9 @@ set(device_bench_sources
     device_bench/main.cc
     device_bench/parallel.cc
     core/colour.cc
+    core/console.cc
     core/error.cc
+    core/execution.cc
     core/file.cc
     core/input_file.cc
     core/measures.cc

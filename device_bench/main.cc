@@ -12,9 +12,9 @@
 #include <nlohmann/json.hpp>
 
 #include "luxfield/bench/bench_nearfield.h"
+#include "luxfield/core/console.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
-#include "luxfield/core/parallel.h"
 #include "luxfield/render/device/device.h"
 #include "luxfield/version.h"
 
@@ -76,7 +76,6 @@ int Run(const Options& options) {
     for (const auto& info : luxfield::render::ListDevices()) PrintDevice(info);
     return 0;
   }
-  luxfield::core::SetThreads(options.bench.threads);
   const auto device = luxfield::render::Device::Open(options.bench.device, options.bench.threads);
   const DeviceInfo& info = device.info();
   PrintDevice(info);
@@ -107,7 +106,10 @@ int main(int argc, char** argv) {
   Declare(app, options);
   try {
     app.parse(argc, argv);
-    return Run(options);
+    int code = 0;
+    luxfield::core::RunWith(luxfield::core::OnConsole(false, options.bench.threads),
+                            [&] { code = Run(options); });
+    return code;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const luxfield::Error& error) {

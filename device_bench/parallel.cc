@@ -6,20 +6,27 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
+
+#include "luxfield/core/execution_state.h"
 
 namespace luxfield::core {
 namespace {
 
-int g_threads = 0;
+thread_local int t_threads = 0;
 
 }  // namespace
 
-void SetThreads(int threads) { g_threads = threads; }
+void OnThreads(int threads, const std::function<void()>& work) {
+  const int before = std::exchange(t_threads, threads > 0 ? threads : t_threads);
+  work();
+  t_threads = before;
+}
 
 int Threads() {
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  return g_threads > 0 ? std::min(g_threads, cores) : cores;
+  return t_threads > 0 ? std::min(t_threads, cores) : cores;
 }
 
 void ParallelFor(std::size_t count, std::size_t grain,
@@ -28,7 +35,9 @@ void ParallelFor(std::size_t count, std::size_t grain,
   std::atomic<std::size_t> next{0};
   std::exception_ptr failure;
   std::mutex failure_mutex;
+  ExecutionState* const execution = CurrentExecution();
   const auto work = [&] {
+    const EnterExecution enter(execution);
     try {
       for (std::size_t begin; (begin = next.fetch_add(grain)) < count;)
         body(begin, std::min(begin + grain, count));

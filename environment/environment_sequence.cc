@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "luxfield/core/error.h"
+#include "luxfield/core/execution.h"
 #include "luxfield/core/file.h"
 #include "luxfield/environment/environment_map.h"
 #include "luxfield/environment/environment_resampling.h"
@@ -117,7 +118,7 @@ struct EnvironmentSequence::Impl {
   ~Impl() { Stop(); }
 
   void Start() {
-    reader = std::thread([this] { ReadAll(); });
+    reader = std::thread(core::InThisExecution([this] { ReadAll(); }));
   }
 
   void Stop() {

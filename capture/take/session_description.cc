@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <set>
 #include <utility>
 
 #include "luxfield/core/error.h"
+#include "luxfield/core/execution.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
@@ -81,10 +81,10 @@ void RequireSameMap(const std::filesystem::path& folder, const session::SessionS
 void WarnOfOtherFirmware(const session::SessionSetup& then, const session::SessionSetup& now) {
   const auto was = then.devices.find(kFirmware), is = now.devices.find(kFirmware);
   if (was != then.devices.end() && is != now.devices.end() && was->second != is->second)
-    fmt::print(stderr,
-               "luxfield: the camera's firmware is {}, the session began with {}: hold the "
-               "references of the new epoch against those before\n",
-               Shown(is->second), Shown(was->second));
+    core::Say(core::Severity::kNote,
+              fmt::format("the camera's firmware is {}, the session began with {}: hold the "
+                          "references of the new epoch against those before",
+                          Shown(is->second), Shown(was->second)));
 }
 
 // Frames of one session are of one camera, set up and calibrated in one way.

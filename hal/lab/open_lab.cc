@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
-
+#include "luxfield/core/execution.h"
 #include "luxfield/hal/built_drivers.h"
 #include "luxfield/hal/lab/device_lab.h"
 #include "luxfield/hal/lab/safe_state.h"
@@ -15,10 +14,11 @@ namespace {
 // No watchdog: a simulated lab may compute for minutes between two operations.
 void WarnOfRealStage(const StageOptions& stage) {
   if (stage.port.empty()) return;
-  fmt::print(stderr,
-             "luxfield: the stage on {} is real and the rest of the lab simulated: no emergency "
-             "stop, door or watchdog is looked at; keep a hand on the machine's own stop\n",
-             stage.port);
+  core::Say(
+      core::Severity::kNote,
+      fmt::format("the stage on {} is real and the rest of the lab simulated: no emergency "
+                  "stop, door or watchdog is looked at; keep a hand on the machine's own stop",
+                  stage.port));
 }
 
 }  // namespace
@@ -30,7 +30,7 @@ Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::ui
   const bool simulated = lab.Choice("driver", {"sim", "devices"}) == "sim";
   const StageOptions stage = ReadStage(config.Table("stage"));
   for (const std::string& sentence : Overruled(stage.limits, plan))
-    fmt::print(stderr, "luxfield: {}\n", sentence);
+    core::Say(core::Severity::kNote, sentence);
   if (simulated) {
     WarnOfRealStage(stage);
     return sim::SimulatedLab(config, seed, plan).MakeDevices();

@@ -3,11 +3,13 @@
 
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
+#include <tbb/global_control.h>
+
+#include <memory>
 
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file_kind.h"
-#include "luxfield/core/parallel.h"
 #include "luxfield/version.h"
 
 namespace py = pybind11;
@@ -32,6 +34,15 @@ void AddErrors() {
       raise("Interrupted", error);
     }
   });
+}
+
+// Of all calls that Python makes of the module.
+void SetThreads(int threads) {
+  static std::unique_ptr<tbb::global_control> control;
+  control.reset();
+  if (threads > 0)
+    control = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                    static_cast<std::size_t>(threads));
 }
 
 }  // namespace luxfield::python
@@ -65,6 +76,6 @@ PYBIND11_MODULE(_luxfield, module) {
         return std::pair(known ? kind : core::FileKind::kUnknown, core::NameOf(kind));
       },
       py::arg("path"), "The kind of a file, and what it is in words.");
-  module.def("set_threads", &core::SetThreads, py::arg("threads"),
+  module.def("set_threads", &python::SetThreads, py::arg("threads"),
              "How many threads calls of this module take, 0 for all cores.");
 }

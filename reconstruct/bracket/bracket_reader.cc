@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "luxfield/core/execution.h"
 #include "luxfield/core/parallel.h"
 #include "luxfield/session/frame_file.h"
 
@@ -29,7 +30,7 @@ std::span<const session::RawFrame> BracketReader::Next() {
 void BracketReader::ReadAhead() {
   if (next_ == brackets_.size()) return;
   const auto how = core::Threads() > 1 ? std::launch::async : std::launch::deferred;
-  ahead_ = std::async(how, [this, bracket = next_] { Read(bracket); });
+  ahead_ = std::async(how, core::InThisExecution([this, bracket = next_] { Read(bracket); }));
 }
 
 void BracketReader::Read(std::size_t bracket) {

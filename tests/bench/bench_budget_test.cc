@@ -40,7 +40,6 @@ struct Sample {
 class BenchBudgetTest : public testing::TestWithParam<Sample> {};
 
 TEST_P(BenchBudgetTest, PredictionsHoldInSimulatedLabs) {
-  core::Progress::SetQuiet(true);
   BenchBudgetOptions options;
   options.folder = Scratch();
   options.runs = GetParam().runs;
@@ -89,7 +88,6 @@ INSTANTIATE_TEST_SUITE_P(
 
 // Random lamps whose coefficients are independent, as many as scatter by 8 % at most.
 TEST(BenchBudget, WhatMissingPositionsLeaveOpenIsForetold) {
-  core::Progress::SetQuiet(true);
   for (const bool dual : {false, true}) {
     BenchBudgetOptions options;
     options.runs = 60;
@@ -108,7 +106,6 @@ TEST(BenchBudget, WhatMissingPositionsLeaveOpenIsForetold) {
 // of 40 and of 8 scatter by 25 % and by half. Totals without the basis are a tenth of what is seen
 // behind dual filters, and the loss of a basis of twice the spacing is 2.5 times that of this one.
 TEST(BenchBudget, WhatTheBasisLosesOfRandomLampsIsForetold) {
-  core::Progress::SetQuiet(true);
   struct Ensemble {
     const char* source;
     int runs;

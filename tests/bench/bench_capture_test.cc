@@ -12,7 +12,6 @@ namespace luxfield::bench {
 namespace {
 
 TEST(BenchCapture, TakesEveryFrameOfBothSessions) {
-  core::Progress::SetQuiet(true);
   BenchCaptureOptions options;
   options.side = 32;
   options.exposures = 12;

@@ -13,7 +13,6 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
-#include "luxfield/core/progress.h"
 
 namespace luxfield::bench {
 namespace {
@@ -75,7 +74,6 @@ TEST(BenchEnvironment, ASequenceIsRenderedToItsEnd) {
     std::fill(even.data.begin(), even.data.end(), 2.0f);
     core::WriteExrImage(folder / name, even);
   }
-  core::Progress::SetQuiet(true);
   BenchEnvironmentOptions options;
   options.parts = {"tables"};
   options.repeats = 0;

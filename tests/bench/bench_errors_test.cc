@@ -16,7 +16,6 @@ const std::filesystem::path kData = std::filesystem::path(LUXFIELD_SOURCE_DIR) /
 class BenchErrorsTest : public testing::TestWithParam<const char*> {};
 
 TEST_P(BenchErrorsTest, SigmaIsTheSpreadOverSeeds) {
-  core::Progress::SetQuiet(true);
   const std::string name = GetParam();
   BenchErrorsOptions options;
   options.lab = kData / "labs" / (name + ".toml");

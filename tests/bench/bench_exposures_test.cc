@@ -36,7 +36,6 @@ TEST(FisherInformation, HasItsKnownLimits) {
 }
 
 TEST(BenchExposures, IsUnbiasedAndAsNoisyAsItMustBe) {
-  core::Progress::SetQuiet(true);
   BenchExposuresOptions options;
   options.pixels = 1 << 14;
   options.stops = 6;

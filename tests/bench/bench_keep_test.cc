@@ -15,7 +15,6 @@ namespace {
 // A disc on coarse grids: least squares alone lose flux, the solve that keeps moments does not,
 // and irradiance gains by it; with C >= 0, too.
 TEST(BenchKeep, MomentsMendFluxAndIrradianceOfADisc) {
-  core::Progress::SetQuiet(true);
   BenchKeepOptions options;
   options.bases = {"bilinear", "bspline2"};
   options.cells = {6};
@@ -50,7 +49,6 @@ TEST(BenchKeep, MomentsMendFluxAndIrradianceOfADisc) {
 // Facets, whose beams end sharply: C >= 0 nearest texel by texel sends light astray, and nearest in
 // irradiance it does not; both keep the flux.
 TEST(BenchKeep, IrradianceMetricUndoesDamageOfFacets) {
-  core::Progress::SetQuiet(true);
   BenchKeepOptions options;
   options.bases = {"bilinear", "bspline2"};
   options.cells = {6};

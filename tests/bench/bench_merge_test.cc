@@ -12,7 +12,6 @@ namespace luxfield::bench {
 namespace {
 
 TEST(BenchMerge, MergesItsSessionFourWays) {
-  core::Progress::SetQuiet(true);
   BenchMergeOptions options;
   options.grid_width = 2;
   options.grid_height = 9;
@@ -42,7 +41,6 @@ TEST(BenchMerge, MergesItsSessionFourWays) {
 }
 
 TEST(BenchMerge, StartsWithTheSessionThatAnEarlierRunKept) {
-  core::Progress::SetQuiet(true);
   BenchMergeOptions options;
   options.grid_width = options.grid_height = 2;
   options.exposures = 2;

@@ -14,7 +14,6 @@ namespace {
 
 // What pictures state is what they scatter by, over kinds of light, of samples and of estimators.
 TEST(BenchNoise, PicturesStateTheirScatter) {
-  core::Progress::SetQuiet(true);
   BenchNoiseOptions options;
   options.seeds = 20;
   options.width = 24;

@@ -20,7 +20,6 @@ using nlohmann::json;
 
 class BenchTradeoffTest : public testing::Test {
  protected:
-  static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
 
   // A lamp before a wall with a box, and a floor.
   void SetUp() override {

@@ -10,7 +10,6 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/measures.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/render/renderer.h"
 #include "tests/render/small_scene.h"
 
@@ -49,7 +48,7 @@ double Mean(const core::Image& image) {
 
 class LightsApartTest : public testing::Test {
  protected:
-  LightsApartTest() : scene(Device::Open(), FourLights()) { core::Progress::SetQuiet(true); }
+  LightsApartTest() : scene(Device::Open(), FourLights()) {}
 
   Frame Render() { return Renderer(scene, options).Render(); }
 

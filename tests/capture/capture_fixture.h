@@ -46,7 +46,6 @@ inline std::filesystem::path NewFolder(const std::string& name) {
 class Capture : public testing::Test {
  protected:
   void SetUp() override {
-    core::Progress::SetQuiet(true);
     core::SetInterruptCountForTest(0);
   }
   void TearDown() override { core::SetInterruptCountForTest(0); }

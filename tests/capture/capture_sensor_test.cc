@@ -48,7 +48,6 @@ SensorPlan MakePlan(double min_s, double max_s, int levels = 12) {
 class CaptureSensor : public testing::Test {
  protected:
   void SetUp() override {
-    core::Progress::SetQuiet(true);
     core::SetInterruptCountForTest(0);
   }
   void TearDown() override { core::SetInterruptCountForTest(0); }

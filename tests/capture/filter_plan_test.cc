@@ -50,7 +50,6 @@ std::string Refusal(const FilterPlan& plan, const TestLab& lab, const fs::path& 
 class FilterPlanTest : public testing::Test {
  protected:
   void SetUp() override {
-    core::Progress::SetQuiet(true);
     core::SetInterruptCountForTest(0);
     fs::remove_all(folder_);
   }

@@ -89,7 +89,6 @@ TEST(GeometryPlan, KeepsWithinItsOwnLimits) {
 }
 
 TEST(GeometryPlan, CapturesEveryViewOnceBelowSaturation) {
-  core::Progress::SetQuiet(true);
   core::SetInterruptCountForTest(0);
   const fs::path folder = fs::path(testing::TempDir()) / "luxfield_geometry_plan";
   fs::remove_all(folder);
@@ -122,7 +121,6 @@ TEST(GeometryPlan, CapturesEveryViewOnceBelowSaturation) {
 }
 
 TEST(GeometryPlan, SaysWhichLightIsMissing) {
-  core::Progress::SetQuiet(true);
   const fs::path folder = fs::path(testing::TempDir()) / "luxfield_geometry_plan";
   for (const auto& [intensity, what] :
        {std::pair{1e-4, "shows"}, std::pair{1e6, "too bright even at 0.01 s"}}) {

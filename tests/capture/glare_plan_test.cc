@@ -66,7 +66,6 @@ TEST(GlarePlan, RefusesWhatTheLabCannotDo) {
 }
 
 TEST(GlarePlan, CapturesEveryPlaceAndItsDarks) {
-  core::Progress::SetQuiet(true);
   core::SetInterruptCountForTest(0);
   const fs::path folder = fs::path(testing::TempDir()) / "luxfield_glare_plan";
   fs::remove_all(folder);
@@ -100,7 +99,6 @@ TEST(GlarePlan, CapturesEveryPlaceAndItsDarks) {
 // The longest exposure whose brightest pixel keeps to its share of the range between black level and
 // saturation, here over a black level that is a quarter of it.
 TEST(GlarePlan, ExposuresFillTheRangeAboveTheBlackLevel) {
-  core::Progress::SetQuiet(true);
   const fs::path folder = fs::path(testing::TempDir()) / "luxfield_glare_range";
   fs::remove_all(folder);
   std::string toml = Bench().Toml();

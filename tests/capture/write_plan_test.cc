@@ -75,7 +75,6 @@ INSTANTIATE_TEST_SUITE_P(Plans, WritePlanTest,
 
 // With the brightest pixels that the probes found, the prediction is the capture's own time.
 TEST(CaptureTime, IsTheRigsClock) {
-  core::Progress::SetQuiet(true);
   for (const char* name : {"small", "small-dual"}) {
     SCOPED_TRACE(name);
     const auto lab = kData / "labs" / (std::string(name) + ".toml");

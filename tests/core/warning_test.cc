@@ -3,35 +3,26 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
+#include "luxfield/core/execution.h"
 
 namespace luxfield::core {
 namespace {
 
-std::string Printed(const std::function<void()>& work) {
-  testing::internal::CaptureStderr();
-  work();
-  return testing::internal::GetCapturedStderr();
-}
-
-TEST(Warning, IsPrintedOnce) {
-  EXPECT_EQ(Printed([] {
-              Warn("the lamp is warm");
-              Warn("the lamp is warm");
-              Warn("the lamp is cold");
-            }),
-            "luxfield: warning: the lamp is warm\nluxfield: warning: the lamp is cold\n");
-}
-
 TEST(Warning, LengthsInMillimetresAreSuspect) {
-  EXPECT_EQ(Printed([] {
-              SuspectLength("plan.toml", "ds_m", 0.5, 0.5);
-              SuspectLength("plan.toml", "s0_m", -0.5, 0.5);
-            }),
-            "");
-  const std::string printed = Printed([] { SuspectLength("plan.toml", "s0_m", -6, 0.5); });
+  std::vector<std::string> said;
+  const Execution heard{.message = [&](Severity severity, const std::string& message) {
+    EXPECT_EQ(severity, Severity::kWarning);
+    said.push_back(message);
+  }};
+  RunWith(heard, [] {
+    SuspectLength("plan.toml", "ds_m", 0.5, 0.5);
+    SuspectLength("plan.toml", "s0_m", -0.5, 0.5);
+  });
+  EXPECT_THAT(said, testing::IsEmpty());
+  RunWith(heard, [] { SuspectLength("plan.toml", "s0_m", -6, 0.5); });
+  ASSERT_EQ(said.size(), 1);
   for (const char* part : {"plan.toml", "s0_m = -6 m", "0.5 m", "metres?"})
-    EXPECT_THAT(printed, testing::HasSubstr(part));
+    EXPECT_THAT(said[0], testing::HasSubstr(part));
 }
 
 }  // namespace

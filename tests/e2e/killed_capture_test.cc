@@ -22,7 +22,6 @@
 #include "luxfield/capture/take/capture.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/core/random.h"
 #include "luxfield/reconstruct/merge/merge_session.h"
 #include "luxfield/reconstruct/solve/reconstruct.h"
@@ -40,7 +39,6 @@ namespace fs = std::filesystem;
 class KilledCapture : public testing::Test {
  protected:
   void SetUp() override {
-    core::Progress::SetQuiet(true);
     WriteText(folder_ / "lab.toml", TinyLab(0.05, 0.5));
     WriteText(folder_ / "plan.toml", TinyPlan(3, 3));
     ASSERT_EQ(Wait(Start("undisturbed", {})), 0);

@@ -204,15 +204,17 @@ TEST(CloudLayer, FewAndThinLeavesTheClearSky) {
 }
 
 TEST(CloudLayer, IsTheSameWithAnyNumberOfThreads) {
-  const int threads = core::Threads();
-  const auto picture = [](int count) {
-    core::SetThreads(count);
-    const SunSky sky(SunAt(40), 3, 0.2, Clouds(0.4, 9), kNoon);
-    const core::Image image = sky.Picture(EnvironmentLayout::kLatitudeLongitude, 64);
-    return std::pair{image.data, sky.diffuse_horizontal()};
+  const auto picture = [](int threads) {
+    core::Image image;
+    core::Rgb diffuse;
+    core::OnThreads(threads, [&] {
+      const SunSky sky(SunAt(40), 3, 0.2, Clouds(0.4, 9), kNoon);
+      image = sky.Picture(EnvironmentLayout::kLatitudeLongitude, 64);
+      diffuse = sky.diffuse_horizontal();
+    });
+    return std::pair{image.data, diffuse};
   };
   const auto one = picture(1), two = picture(2);
-  core::SetThreads(threads);
   EXPECT_EQ(one, two);
 }
 

@@ -11,7 +11,6 @@
 
 #include "ideal_rig.h"
 #include "luxfield/core/measures.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/render/renderer.h"
 #include "luxfield/rig/homography.h"
 
@@ -26,7 +25,6 @@ constexpr std::uint64_t kSeed = 20140222;
 
 class IdealChain : public testing::Test {
  protected:
-  static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
 
   void SetUp() override { std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed)); }
   void TearDown() override {

@@ -12,7 +12,6 @@
 #include <numbers>
 
 #include "luxfield/capture/take/capture_geometry.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/hal/lab/open_lab.h"
 #include "luxfield/hal/sim/simulated_lab.h"
 #include "luxfield/hal/sim/targets.h"
@@ -124,7 +123,6 @@ int Labs(int of_suite) {
 }
 
 void RecoverBenches(bool reflector, bool mosaic, int of_suite) {
-  core::Progress::SetQuiet(true);
   const int labs = Labs(of_suite);
   Pool pool;
   double board_factor = 0, mask_factor = 0, board_px = 0, mask_px = 0;
@@ -159,7 +157,6 @@ void RecoverBenches(bool reflector, bool mosaic, int of_suite) {
 // Detection without noise, against where the corners really are: what is left is bias, of the
 // detection and of the drawing. Returns its rms in pixels with edges straightened.
 double BiasOfCorners(bool mosaic) {
-  core::Progress::SetQuiet(true);
   double rough = 0, fine = 0;
   lightfield::Vec2 mean;
   int count = 0;
@@ -214,7 +211,6 @@ TEST(GeometryCalibrationChain, CornersOfAMosaicHaveNoBias) {
 
 // An even lamp: E falls off about the filter's axis, a centimetre from where the bench says it is.
 TEST(GeometryCalibrationChain, MergeFindsTheLightOfABenchThatStatesItselfWrongly) {
-  core::Progress::SetQuiet(true);
   std::string toml = RandomBench(true, 3);
   const auto replace = [&](const std::string& from, const std::string& to) {
     ASSERT_NE(toml.find(from), std::string::npos) << from;

@@ -9,7 +9,6 @@
 #include <iostream>
 
 #include "luxfield/capture/take/capture_sensor.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/hal/sim/simulated_lab.h"
 #include "luxfield/reconstruct/calibrate/sensor/calibrate_sensor.h"
 #include "tests/core/chi_squared.h"
@@ -48,7 +47,6 @@ capture::SensorPlan Plan(int channels, int levels) {
 }
 
 fs::path Capture(const core::Config& bench, const capture::SensorPlan& plan) {
-  core::Progress::SetQuiet(true);
   const fs::path folder = fs::path(testing::TempDir()) / "luxfield_sensor_chain";
   fs::remove_all(folder);
   hal::Devices devices = hal::sim::SimulatedLab(bench).MakeDevices();

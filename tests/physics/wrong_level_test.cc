@@ -39,7 +39,6 @@ struct Result {
 };
 
 Result MeasureWithTolerance(double mean_tolerance) {
-  core::Progress::SetQuiet(true);
   core::SetInterruptCountForTest(0);
   const hal::sim::TestLab lab = capture::Noisy();
   capture::Plan plan = capture::TestPlan();

@@ -24,7 +24,6 @@ class ScratchFolder {
       : path_(MemoryFolder() / fmt::format("luxfield_{}_{}", name, ::getpid())) {
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
-    core::Progress::SetQuiet(true);
   }
   ~ScratchFolder() { std::filesystem::remove_all(path_); }
   ScratchFolder(const ScratchFolder&) = delete;

@@ -7,7 +7,6 @@
 #include <cstdio>
 
 #include "luxfield/core/error.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/core/random.h"
 #include "tests/render/small_scene.h"
 
@@ -44,7 +43,6 @@ TEST(ReferencePicture, NoErrorBelowItsOwnIsStated) {
 // Rays that nothing stops: samples must agree with the closed form within the error they state, and
 // reach the one they were asked for.
 TEST(ReferencePicture, SamplesAgreeWithTheClosedForm) {
-  core::Progress::SetQuiet(true);
   render::LitScene scene(render::Device::Open(), render::LampOverFloor(false));
   render::RenderOptions picture;
   picture.shadows = render::Shadows::kNone;

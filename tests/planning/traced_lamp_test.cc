@@ -8,7 +8,6 @@
 #include <cstdio>
 
 #include "luxfield/core/error.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/core/random.h"
 #include "luxfield/lightfield/quadrature.h"
 #include "luxfield/planning/lamp_picture.h"
@@ -243,7 +242,6 @@ TEST(TracedLamp, DarkLampsAreRefused) {
 // A square lamp before a wall, and a plate in between that hides what lies right of x = 0.05 on its
 // plane from the wall: of the square, what is left of it seen from the receiver.
 TEST(LampPicture, LightAndShadowsOfASquareAreLamberts) {
-  core::Progress::SetQuiet(true);
   constexpr double kPlate = 0.5, kEdge = 0.05;
   scene::Scene scene;
   scene.geometry.materials.emplace_back();

@@ -13,7 +13,6 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
 #include "luxfield/session/session_writer.h"
 #include "tests/reconstruct/test_sensor.h"
@@ -79,7 +78,6 @@ fs::path Write(const std::string& name, const Options& o) {
 
 class CalibrateSensorTest : public testing::Test {
  protected:
-  void SetUp() override { core::Progress::SetQuiet(true); }
 };
 
 void ExpectWithin(const Quantity& q, double truth, double sigmas, const char* name) {

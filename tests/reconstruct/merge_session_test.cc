@@ -13,7 +13,6 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/file.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
 #include "luxfield/reconstruct/solve/reconstruct.h"
 #include "luxfield/session/session_writer.h"
@@ -198,7 +197,6 @@ std::filesystem::path Capture(const std::string& name, const Case& c) {
 
 class MergeSessionTest : public testing::Test {
  protected:
-  void SetUp() override { core::Progress::SetQuiet(true); }
 };
 
 lightfield::Measurements Merge(const std::string& name, const Case& c,

@@ -12,7 +12,6 @@
 #include "luxfield/bench/ball_scene.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/environment/environment_map.h"
 #include "tests/render/area_light_fixture.h"
 #include "tests/render/small_scene.h"
@@ -30,7 +29,6 @@ CostModel MadeUpCosts() {
 
 class AccuracyTest : public testing::Test {
  protected:
-  static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
 };
 
 // Over targets and seeds the true error must lie within the target in 95 % of cases: three standard

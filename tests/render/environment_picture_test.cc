@@ -10,7 +10,6 @@
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/environment/environment_map.h"
 #include "luxfield/render/renderer.h"
 
@@ -70,7 +69,6 @@ RenderOptions Options(Shadows shadows, int samples) {
 
 class EnvironmentPicture : public testing::Test {
  protected:
-  static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
 };
 
 // Over the sky itself, a picture without it is the picture with it: A over a sky that is the same

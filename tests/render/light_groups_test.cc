@@ -10,7 +10,6 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/measures.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/render/film/film.h"
 #include "luxfield/render/renderer.h"
 #include "tests/render/small_scene.h"
@@ -68,7 +67,6 @@ void ExpectSame(const core::Image& a, const core::Image& b) {
 
 class LightGroupsTest : public testing::Test {
  protected:
-  static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
 };
 
 TEST_F(LightGroupsTest, AddUpToThePicture) {

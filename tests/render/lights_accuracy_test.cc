@@ -12,7 +12,6 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/measures.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/environment/environment_map.h"
 #include "tests/render/area_light_fixture.h"
 #include "tests/render/small_scene.h"
@@ -94,7 +93,6 @@ core::Image ExactPicture(const scene::Scene& all, render::LitScene& lit) {
 
 class LightsAccuracyTest : public testing::Test {
  protected:
-  static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
 };
 
 // Pictures of several seeds for errors asked for.

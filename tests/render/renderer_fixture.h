@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "luxfield/core/file.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/core/random.h"
 #include "luxfield/preprocess/table_io.h"
 #include "luxfield/render/renderer.h"
@@ -84,7 +83,6 @@ inline RenderOptions Unshadowed(const std::string& estimator) {
 
 class RendererTest : public testing::Test {
  protected:
-  static void SetUpTestSuite() { core::Progress::SetQuiet(true); }
 };
 
 }  // namespace luxfield::render

@@ -22,7 +22,6 @@
 #include "luxfield/core/config.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
-#include "luxfield/core/progress.h"
 #include "luxfield/core/random.h"
 #include "luxfield/hal/drivers/grbl/grbl_stage.h"
 #include "luxfield/hal/drivers/scpi/scpi.h"
@@ -351,7 +350,6 @@ struct Tally {
 class BadTransport : public testing::Test {
  protected:
   void SetUp() override {
-    core::Progress::SetQuiet(true);
     fs::create_directories(folder_);
     hal::Devices devices = Lab(kSeed).MakeDevices();
     capture::RunCapture(plan_, devices, folder_ / "undisturbed");
