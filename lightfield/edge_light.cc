@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "luxfield/lightfield/edge_light_json.h"
+
 namespace luxfield::lightfield {
 
 std::optional<double> LargestEdgeRatio(const Basis& basis) {

@@ -10,7 +10,6 @@
 #pragma once
 
 #include <array>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -55,7 +54,5 @@ EdgeLight FindEdgeLight(std::span<const Measurements> measurements);
 
 // One sentence for each side reached: which, how much, and what to do.
 std::vector<std::string> EdgeWarnings(const EdgeLight& edges, const BasisGrid& grid);
-
-nlohmann::json ToJson(const EdgeLight& edges);
 
 }  // namespace luxfield::lightfield

@@ -8,6 +8,7 @@
 #include "luxfield/capture/review/session_review.h"
 #include "luxfield/core/json.h"
 #include "luxfield/core/progress.h"
+#include "luxfield/lightfield/edge_light_json.h"
 
 namespace luxfield::capture {
 namespace {

@@ -12,6 +12,8 @@
 #include "luxfield/core/file.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/reconstruct/merge/merge_session.h"
+#include "luxfield/reconstruct/merge/merge_session_json.h"
+#include "luxfield/reconstruct/solve/report_json.h"
 #include "luxfield/render/film/film.h"
 
 namespace luxfield::cli {

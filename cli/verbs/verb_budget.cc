@@ -7,6 +7,7 @@
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/cli/reports/budget_report.h"
+#include "luxfield/reconstruct/budget/error_budget_json.h"
 
 namespace luxfield::cli {
 namespace {

@@ -18,6 +18,7 @@
 #include "luxfield/core/warning.h"
 #include "luxfield/hal/devices.h"
 #include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/lightfield/edge_light_json.h"
 
 namespace luxfield::cli {
 namespace {

@@ -10,6 +10,7 @@
 #include "luxfield/core/file.h"
 #include "luxfield/formats/ray_formats.h"
 #include "luxfield/reconstruct/solve/import_rays.h"
+#include "luxfield/reconstruct/solve/import_rays_json.h"
 #include "luxfield/scene/transform.h"
 
 namespace luxfield::cli {

@@ -8,6 +8,7 @@
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/reconstruct/merge/merge_session.h"
+#include "luxfield/reconstruct/merge/merge_session_json.h"
 
 namespace luxfield::cli {
 namespace {

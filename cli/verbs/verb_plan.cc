@@ -14,6 +14,7 @@
 #include "luxfield/core/warning.h"
 #include "luxfield/hal/devices.h"
 #include "luxfield/hal/lab/open_lab.h"
+#include "luxfield/lightfield/edge_light_json.h"
 #include "luxfield/planning/planned_edges.h"
 
 namespace luxfield::cli {

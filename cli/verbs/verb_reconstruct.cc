@@ -12,6 +12,7 @@
 #include "luxfield/core/file.h"
 #include "luxfield/core/warning.h"
 #include "luxfield/reconstruct/solve/reconstruct.h"
+#include "luxfield/reconstruct/solve/report_json.h"
 
 namespace luxfield::cli {
 namespace {

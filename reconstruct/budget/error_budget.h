@@ -19,7 +19,6 @@
 #pragma once
 
 #include <array>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -94,10 +93,5 @@ struct ErrorBudget {
 ErrorBudget ComputeErrorBudget(const session::SessionReader& session,
                                const BudgetSettings& settings, const MergeSessionOptions& how = {},
                                const lightfield::MeasuredFilter* filter = nullptr);
-
-// {"quantities": [{"name", "unit", "value", "sigma", "relative", "sources": {name: sigma or
-// null}}], "basis": "stated", "estimated" or null, "scale": {...}, "tilt": {...}}, the last two
-// where they are there.
-nlohmann::json ToJson(const ErrorBudget& budget);
 
 }  // namespace luxfield::reconstruct

@@ -22,6 +22,8 @@
 #include "luxfield/reconstruct/calibrate/sensor/flat_field.h"
 #include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
 #include "luxfield/reconstruct/merge/filter_profile.h"
+#include "luxfield/reconstruct/merge/merge_session_json.h"
+#include "luxfield/reconstruct/merge/tilt_effect_json.h"
 #include "luxfield/session/frame_file.h"
 
 namespace luxfield::reconstruct {

@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -135,8 +134,5 @@ lightfield::Measurements MergeSession(const session::SessionReader& session,
 void MergeSessionToFile(const session::SessionReader& session, const std::filesystem::path& output,
                         const MergeSessionOptions& options = {},
                         MergeSessionSummary* summary = nullptr);
-
-// Keys as the fields above.
-nlohmann::json ToJson(const MergeSessionSummary& summary);
 
 }  // namespace luxfield::reconstruct

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "luxfield/reconstruct/merge/tilt_effect_json.h"
+
 namespace luxfield::reconstruct {
 
 using lightfield::Vec2;

@@ -10,7 +10,6 @@
 // are taken to, by q g . c / delta.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "luxfield/reconstruct/bracket/session_plan.h"
@@ -33,8 +32,5 @@ TiltEffect EffectOfTilts(const SessionPlan& plan);
 // For people: how large, that it is not corrected, and what to do where it is beyond what is
 // stated.
 std::string TextOf(const TiltEffect& effect);
-
-// Keys as the fields above.
-nlohmann::json ToJson(const TiltEffect& effect);
 
 }  // namespace luxfield::reconstruct

@@ -9,6 +9,7 @@
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/reconstruct/solve/gram_solve.h"
+#include "luxfield/reconstruct/solve/import_rays_json.h"
 #include "luxfield/reconstruct/solve/non_negative.h"
 
 namespace luxfield::reconstruct {

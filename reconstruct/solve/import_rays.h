@@ -17,7 +17,6 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -103,7 +102,5 @@ RayImport ImportRays(const formats::RayFile& file, const ImportRaysOptions& opti
 
 // What a user has to know: flux that is lost, rescaled or uncertain, fits of noise. Sentences.
 std::vector<std::string> Warnings(const RayImport& result);
-
-nlohmann::json ToJson(const RayImportReport& report);
 
 }  // namespace luxfield::reconstruct

@@ -5,6 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "luxfield/lightfield/edge_light_json.h"
+#include "luxfield/reconstruct/solve/report_json.h"
+
 namespace luxfield::reconstruct {
 
 CoefficientStatistics Statistics(const lightfield::LightField& coefficients,

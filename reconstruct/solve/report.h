@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstddef>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,8 +51,5 @@ struct ReconstructionReport {
 
 CoefficientStatistics Statistics(const lightfield::LightField& coefficients,
                                  const lightfield::LightField& sigma);
-
-// Keys as the fields above.
-nlohmann::json ToJson(const ReconstructionReport& report);
 
 }  // namespace luxfield::reconstruct

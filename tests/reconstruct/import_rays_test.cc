@@ -12,6 +12,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/random.h"
+#include "luxfield/reconstruct/solve/import_rays_json.h"
 #include "tests/test_data.h"
 
 namespace luxfield::reconstruct {

@@ -14,6 +14,7 @@
 #include "luxfield/core/exr.h"
 #include "luxfield/core/file.h"
 #include "luxfield/reconstruct/calibrate/sensor/sensor_calibration_file.h"
+#include "luxfield/reconstruct/merge/merge_session_json.h"
 #include "luxfield/reconstruct/solve/reconstruct.h"
 #include "luxfield/session/session_writer.h"
 

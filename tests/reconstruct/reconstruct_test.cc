@@ -11,6 +11,7 @@
 #include "luxfield/core/random.h"
 #include "luxfield/reconstruct/solve/gram_solve.h"
 #include "luxfield/reconstruct/solve/missing_data.h"
+#include "luxfield/reconstruct/solve/report_json.h"
 
 namespace luxfield::reconstruct {
 namespace {

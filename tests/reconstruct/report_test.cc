@@ -1,4 +1,5 @@
 #include "luxfield/reconstruct/solve/report.h"
+#include "luxfield/reconstruct/solve/report_json.h"
 
 #include <gtest/gtest.h>
 
