@@ -71,6 +71,6 @@ install(FILES cmake/dependencies.cmake DESTINATION ${LUXFIELD_CMAKE_DIR} COMPONE
 
 if(TARGET luxfield_cli)
   install(TARGETS luxfield RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program OPTIONAL)
-  install(TARGETS luxfield_verbs RUNTIME DESTINATION libexec/luxfield COMPONENT program OPTIONAL)
-  install(DIRECTORY data DESTINATION ${CMAKE_INSTALL_DATADIR}/luxfield COMPONENT program)
+  install(TARGETS luxfield_verbs RUNTIME DESTINATION ${LUXFIELD_LIBEXECDIR} COMPONENT program OPTIONAL)
+  install(DIRECTORY data DESTINATION ${CMAKE_INSTALL_DATADIR}/luxfield COMPONENT data)
 endif()

@@ -24,13 +24,13 @@ enum class Severity { kNote, kWarning };
 
 // What is empty is not called. Callbacks come from any thread, one at a time; they must not throw.
 struct Execution {
-  std::function<void(Severity severity, const std::string& message)> message;
+  std::function<void(Severity severity, const std::string& message)> message{};
   // Of the outermost job only.
-  std::function<void(const ProgressReport& report)> progress;
+  std::function<void(const ProgressReport& report)> progress{};
   // How often the caller has asked to stop. At 1 calls end at their next check by throwing Interrupted
   // and leave nothing half written; a capture finishes its bracket at 1 and stops at 2. Empty: what
   // the handler counts that the program installed, if it did (progress.h).
-  std::function<int()> interrupts;
+  std::function<int()> interrupts{};
   int threads = 0;  // 0 for all cores
 };
 

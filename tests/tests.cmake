@@ -119,3 +119,5 @@ add_test(NAME docs COMMAND ${PROJECT_SOURCE_DIR}/tests/docs/docs_test.py)
 # Another project's view: the installed tree, the tree as part of the project, pkg-config.
 add_test(NAME consumer COMMAND ${PROJECT_SOURCE_DIR}/tests/consumer/consumer_test.py ${PROJECT_BINARY_DIR})
 set_tests_properties(consumer PROPERTIES TIMEOUT 3600)
+# Man pages and completions, made of what the program says of itself.
+add_test(NAME packaging COMMAND ${PROJECT_SOURCE_DIR}/tests/packaging/packaging_test.py $<TARGET_FILE:luxfield>)

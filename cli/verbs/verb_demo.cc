@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "luxfield/cli/data_file.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/cli/reports/demo_report.h"
@@ -12,8 +13,8 @@ namespace luxfield::cli {
 
 void AddDemo(Program& program) {
   struct Options {
-    std::string lab = "data/labs/headlight.toml", plan = "data/plans/demo.toml",
-                scene = "data/scenes/demo.toml", output = "out/demo";
+    std::string lab = DataFile("labs/headlight.toml"), plan = DataFile("plans/demo.toml"),
+                scene = DataFile("scenes/demo.toml"), output = "out/demo";
     std::string device;
     int spp = 200;
   };

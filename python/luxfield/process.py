@@ -11,6 +11,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import sysconfig
 import tempfile
 import threading
 import warnings
@@ -21,13 +22,15 @@ _ERRORS = {2: errors.InputError, 3: errors.DeviceError, 4: errors.Interrupted}
 
 
 def program():
-    """The path of the program: LUXFIELD_PROGRAM, the build tree that this package lies in, or PATH."""
+    """The path of the program: LUXFIELD_PROGRAM, the build tree or environment of this package, or PATH."""
     named = os.environ.get("LUXFIELD_PROGRAM")
     if named:
         return named
-    beside = pathlib.Path(__file__).absolute().parents[2] / "luxfield"
-    if beside.is_file() and os.access(beside, os.X_OK):
-        return str(beside)
+    build = pathlib.Path(__file__).absolute().parents[2]
+    for folder in (build, pathlib.Path(sysconfig.get_path("scripts"))):
+        beside = folder / "luxfield"
+        if beside.is_file() and os.access(beside, os.X_OK):
+            return str(beside)
     found = shutil.which("luxfield")
     if not found:
         raise errors.InputError("the program `luxfield` is not found; install it, put it on PATH, or name it in "
