@@ -6,7 +6,8 @@ import re
 
 CODE = (".h", ".cc", ".cl", ".clh")
 SCRIPTS = (".py", ".sh", ".cmake", ".txt", ".toml")
-SKIPPED = ("build", "out")  # and folders whose name begins with a dot
+# And folders whose name begins with a dot. What makes the site names pages as they are called there.
+SKIPPED = ("build", "out", "site")
 
 
 def files(root, suffixes):
