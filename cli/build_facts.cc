@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string_view>
-#include <vector>
 
 #include "commit.h"
 #include "luxfield/version.h"
@@ -12,20 +12,22 @@
 namespace luxfield::cli {
 namespace {
 
-// `list` parted at its ", ", in lines of at most 100 columns that begin below one another.
+// `list` parted at its blanks after commas, in lines of at most 100 columns that begin below one
+// another.
 std::string Wrapped(std::string_view list, std::size_t indent) {
   std::string lines;
   std::size_t column = indent;
   while (!list.empty()) {
-    const std::size_t comma = list.find(", ");
-    const std::string_view item = list.substr(0, comma);
-    list = comma == list.npos ? std::string_view{} : list.substr(comma + 2);
-    if (column + item.size() + 1 > 100) {
+    const std::size_t end = std::min(list.find(", "), list.size() - 1) + 1;
+    const std::string_view item = list.substr(0, end);
+    list.remove_prefix(std::min(end + 1, list.size()));
+    if (column > indent && column + 1 + item.size() > 100) {
       lines += "\n" + std::string(indent, ' ');
       column = indent;
     }
-    lines += fmt::format("{}{}", item, list.empty() ? "" : ", ");
-    column += item.size() + 2;
+    if (column > indent) lines += ' ', ++column;
+    lines += item;
+    column += item.size();
   }
   return lines;
 }

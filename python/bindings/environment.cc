@@ -5,6 +5,7 @@
 
 #include "arrays.h"
 #include "bindings.h"
+#include "unlocked.h"
 
 namespace luxfield::python {
 namespace {
@@ -44,8 +45,7 @@ World frame: right-handed, z up; forward, the middle of a latitude-longitude pic
       [](const std::filesystem::path& path, const std::optional<std::string>& layout) {
         std::optional<environment::EnvironmentLayout> named;
         if (layout) named = LayoutOf(*layout);
-        const py::gil_scoped_release unlocked;
-        return environment::ReadEnvironmentPicture(path, named);
+        return Unlocked(2, [&] { return environment::ReadEnvironmentPicture(path, named); });
       },
       py::arg("path"), py::arg("layout") = py::none(),
       "Reads a picture; `layout` is of one that does not tell it.");

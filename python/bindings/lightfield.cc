@@ -7,6 +7,7 @@
 #include "bindings.h"
 #include "luxfield/lightfield/light_field.h"
 #include "luxfield/lightfield/light_vector.h"
+#include "unlocked.h"
 
 namespace luxfield::python {
 namespace {
@@ -44,7 +45,10 @@ LightField FromArray(const FloatArray& coefficients, std::pair<int, int> grid, d
   lattice.ds_m = lattice.dt_m = texel_m;
   lattice.s0_m = top_left_m ? top_left_m->first : -0.5 * lattice.extent_s_m();
   lattice.t1_m = top_left_m ? top_left_m->second : 0.5 * lattice.extent_t_m();
-  geometry.Validate("LightField");
+  Unlocked(1, [&] {
+    geometry.Validate("LightField");
+    return true;
+  });
   if (coefficients.shape(0) != geometry.grid.count())
     throw py::value_error("C has " + std::to_string(coefficients.shape(0)) + " images, a grid of " +
                           std::to_string(grid.first) + " x " + std::to_string(grid.second) +
@@ -116,9 +120,12 @@ basis      "box", "bilinear", "quadratic" (shape basis_a) or "bspline2"
 unit       of flux: "W", "lm" or "relative"
 corner_m   (u, v) of the support's lower corner; None centres the grid on the axis
 top_left_m (s, t) of the upper left corner of the picture on I; None centres it)");
-  type.def_static("read", &lightfield::ReadLightField, py::arg("path"),
-                  py::call_guard<py::gil_scoped_release>(),
-                  "Reads an .lf.exr; InputError for what is none or damaged.");
+  type.def_static(
+      "read",
+      [](const std::filesystem::path& path) {
+        return Unlocked(2, [&] { return lightfield::ReadLightField(path); });
+      },
+      py::arg("path"), "Reads an .lf.exr; InputError for what is none or damaged.");
   type.def(
       "write",
       [](const LightField& field, const std::filesystem::path& path) {

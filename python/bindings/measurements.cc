@@ -5,6 +5,7 @@
 
 #include "arrays.h"
 #include "bindings.h"
+#include "unlocked.h"
 
 namespace luxfield::python {
 namespace {
@@ -31,8 +32,12 @@ void AddMeasurements(py::module_& module) {
 
 `irradiance`, `sigma`, `count` and `mask` take the place (i, j) of the filter on its grid and give
 arrays over the object's own memory, read-only.)");
-  type.def_static("read", &lightfield::ReadMeasurements, py::arg("path"),
-                  py::call_guard<py::gil_scoped_release>(), "Reads an .meas.exr.");
+  type.def_static(
+      "read",
+      [](const std::filesystem::path& path) {
+        return Unlocked(2, [&] { return lightfield::ReadMeasurements(path); });
+      },
+      py::arg("path"), "Reads an .meas.exr.");
   type.def_property_readonly(
       "grid",
       [](const Measurements& all) {

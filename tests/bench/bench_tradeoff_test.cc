@@ -20,7 +20,6 @@ using nlohmann::json;
 
 class BenchTradeoffTest : public testing::Test {
  protected:
-
   // A lamp before a wall with a box, and a floor.
   void SetUp() override {
     const auto folder = std::filesystem::path(testing::TempDir());

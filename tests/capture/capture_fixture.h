@@ -45,9 +45,7 @@ inline std::filesystem::path NewFolder(const std::string& name) {
 
 class Capture : public testing::Test {
  protected:
-  void SetUp() override {
-    core::SetInterruptCountForTest(0);
-  }
+  void SetUp() override { core::SetInterruptCountForTest(0); }
   void TearDown() override { core::SetInterruptCountForTest(0); }
 };
 

@@ -47,9 +47,7 @@ SensorPlan MakePlan(double min_s, double max_s, int levels = 12) {
 
 class CaptureSensor : public testing::Test {
  protected:
-  void SetUp() override {
-    core::SetInterruptCountForTest(0);
-  }
+  void SetUp() override { core::SetInterruptCountForTest(0); }
   void TearDown() override { core::SetInterruptCountForTest(0); }
   static fs::path NewFolder() {
     static int counter = 0;

@@ -12,6 +12,7 @@
 #include "luxfield/session/plan_json.h"
 #include "tests/capture/capture_fixture.h"
 #include "tests/capture/faulty_camera.h"
+#include "tests/said.h"
 
 namespace luxfield::capture {
 namespace {
@@ -124,9 +125,7 @@ TEST_F(Resume, SaysOnceThatTheFirmwareIsAnother) {
     OpenSession(folder, plan, before, false);
     EXPECT_EQ(core::ReadJson(folder / "session.json").at("devices").contains("camera_firmware"),
               !first.empty());
-    testing::internal::CaptureStderr();
-    OpenSession(folder, plan, after, true);
-    return testing::internal::GetCapturedStderr();
+    return Said([&] { OpenSession(folder, plan, after, true); });
   };
   const std::string other = said("1.2", "1.3");
   EXPECT_THAT(other, HasSubstr("firmware is \"1.3\", the session began with \"1.2\""));

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <regex>
 
+#include "luxfield/version.h"
 #include "tests/e2e/program.h"
 
 namespace luxfield::e2e {
@@ -58,6 +59,16 @@ TEST(QuickStart, SaysWhatTheProgramOfAllVerbsSays) {
     EXPECT_EQ(WithoutBench(quick.out), all.out) << said;
     EXPECT_EQ(quick.err, all.err) << said;
   }
+}
+
+TEST(QuickStart, SaysWhatItIsBuiltOf) {
+  const Outcome said = RunLuxfield({"--version"}, FreshFolder("quick_version"));
+  EXPECT_EQ(said.exit_code, 0) << said.err;
+  EXPECT_THAT(said.out, testing::StartsWith("luxfield " LUXFIELD_VERSION "\ncommit     "));
+  EXPECT_THAT(said.out,
+              testing::ContainsRegex("\nbuild      [A-Z].*, [A-Za-z]+ [0-9.]+, with .*tests"));
+  EXPECT_THAT(said.out, testing::ContainsRegex("\nlibraries  .*OpenEXR [0-9]+\\.[0-9]+"));
+  EXPECT_THAT(said.out, testing::Not(testing::ContainsRegex(" \n")));
 }
 
 TEST(QuickStart, ListsTheBenchesAndHandsThemOver) {

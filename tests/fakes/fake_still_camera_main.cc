@@ -14,7 +14,7 @@ namespace {
 
 int Serve(const char* lab, const char* state) {
   SeenLab seen(lab, state);
-  const std::string& cfa = seen.lab().sensor.cfa;
+  const std::string& cfa = seen.lab().camera.sensor.cfa;
   PtpCamera camera({1, 5, 25, 125, 625}, [&](double exposure_s, int) {
     session::RawFrame frame = seen.Expose(exposure_s);
     return EncodeDng({frame.width, frame.height, std::move(frame.dn), cfa, exposure_s});

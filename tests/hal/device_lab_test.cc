@@ -13,6 +13,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/hal/devices.h"
 #include "luxfield/hal/lab/open_lab.h"
+#include "tests/said.h"
 
 namespace luxfield::hal {
 namespace {
@@ -174,9 +175,7 @@ TEST_F(DeviceLabFile, ARealStageInASimulatedLabIsAnnouncedBeforeItIsOpened) {
   const auto lab =
       std::filesystem::path(testing::TempDir()) / fmt::format("mix{}.toml", ::getpid());
   std::ofstream(lab) << text;
-  testing::internal::CaptureStderr();
-  EXPECT_THROW(MakeDevices(lab), HardwareError);
-  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+  EXPECT_THAT(Said([&] { EXPECT_THROW(MakeDevices(lab), HardwareError); }),
               testing::AllOf(HasSubstr("/dev/no-such-port is real"), HasSubstr("watchdog")));
   std::filesystem::remove(lab);
 }

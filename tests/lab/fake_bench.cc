@@ -122,7 +122,7 @@ FakeBench::~FakeBench() {
 }
 
 std::string FakeBench::CameraKeys() const {
-  const auto sensor = hal::sim::ReadLab(core::Config::FromFile(world_), {}).sensor;
+  const auto sensor = hal::sim::ReadLab(core::Config::FromFile(world_), {}).camera.sensor;
   if (kind_ == CameraKind::kStill)
     return fmt::format(
         "driver = \"gphoto2\"\nport = \"{}\"\nsize_px = [{}, {}]\nbits = {}\nmosaic = "

@@ -9,6 +9,7 @@
 
 #include "luxfield/core/error.h"
 #include "support.h"
+#include "tests/said.h"
 
 namespace luxfield::lightfield {
 namespace {
@@ -175,9 +176,7 @@ TEST(LuminaireGeometryTest, LengthsThatNoLampHasAreSuspect) {
   const auto printed = [](const std::function<void(LuminaireGeometry&)>& change) {
     LuminaireGeometry geometry = SmallGeometry(Basis::Make(BasisKind::kBspline2));
     change(geometry);
-    testing::internal::CaptureStderr();
-    geometry.Validate("mm.lf.exr");
-    return testing::internal::GetCapturedStderr();
+    return Said([&] { geometry.Validate("mm.lf.exr"); });
   };
   EXPECT_EQ(printed([](LuminaireGeometry&) {}), "");
   EXPECT_EQ(printed([](LuminaireGeometry& g) { g.lattice.ds_m = g.lattice.dt_m = 0.4; }), "");

@@ -25,7 +25,6 @@ constexpr std::uint64_t kSeed = 20140222;
 
 class IdealChain : public testing::Test {
  protected:
-
   void SetUp() override { std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed)); }
   void TearDown() override {
     if (!folder_.empty()) std::filesystem::remove_all(folder_);

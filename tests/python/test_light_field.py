@@ -151,3 +151,12 @@ def test_threads_do_not_change_numbers(lambertian):
     one = lambertian.irradiance(points, DOWN)
     luxfield.set_threads(0)
     assert np.array_equal(one, lambertian.irradiance(points, DOWN))
+
+def test_lengths_that_seem_to_be_in_millimetres_are_warned_of(tmp_path):
+    with pytest.warns(luxfield.LuxfieldWarning, match="delta_m = 50 m.*metres") as warned:
+        field = luxfield.LightField(np.ones((1, 1, 2, 2), np.float32), grid=(1, 1), spacing_m=0.01, delta_m=50, texel_m=0.01)
+    assert warned[0].filename == __file__
+    field.write(tmp_path / "far.lf.exr")
+    with pytest.warns(luxfield.LuxfieldWarning, match="far.lf.exr") as warned:
+        luxfield.read(tmp_path / "far.lf.exr")
+    assert warned[0].filename == __file__
