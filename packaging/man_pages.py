@@ -1,6 +1,7 @@
 #!/usr/bin/env -S python3 -B
-"""The man pages of the program and of every verb: man_pages.py PROGRAM VERSION FOLDER"""
+"""The man pages of the program and of every verb, compressed: man_pages.py PROGRAM VERSION FOLDER"""
 
+import gzip
 import pathlib
 import sys
 
@@ -41,7 +42,8 @@ def write(pages, version, folder):
     for page in pages:
         below = ["-".join([*page.words, verb.names[0]]) for verb in page.verbs]
         above = ["-".join(page.words[:-1])] if len(page.words) > 1 else []
-        (folder / ("-".join(page.words) + ".1")).write_text(troff(page, version, above + below))
+        text = troff(page, version, above + below)
+        (folder / ("-".join(page.words) + ".1.gz")).write_bytes(gzip.compress(text.encode(), mtime=0))
 
 
 if __name__ == "__main__":

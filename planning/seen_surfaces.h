@@ -1,8 +1,6 @@
 // What a scene's camera sees, taken from the device: for light that is worked out on the host.
 #pragma once
 
-#include <CL/cl.h>
-
 #include <vector>
 
 #include "luxfield/core/image.h"

@@ -1,6 +1,7 @@
 #!/usr/bin/env -S python3 -B
 """Man pages and completions that packaging/ makes of the program's --help: packaging_test.py PROGRAM"""
 
+import gzip
 import pathlib
 import shutil
 import subprocess
@@ -33,6 +34,9 @@ class Packaging(unittest.TestCase):
     def page(self, *words):
         return next(page for page in self.pages if page.words == ["luxfield", *words])
 
+    def manual(self, name):
+        return gzip.decompress((self.folder / "man" / f"{name}.1.gz").read_bytes()).decode()
+
     def test_help_is_understood(self):
         top = self.page()
         self.assertIn("merge", [verb.names[0] for verb in top.verbs])
@@ -56,19 +60,22 @@ class Packaging(unittest.TestCase):
     def test_every_verb_has_a_man_page(self):
         for page in self.pages:
             name = "-".join(page.words)
-            text = (self.folder / "man" / f"{name}.1").read_text()
+            text = self.manual(name)
             self.assertTrue(text.startswith(f'.TH "{name.upper()}" 1'), name)
             self.assertIn("luxfield 1.2.3", text)
             self.assertIn(".SH NAME\n", text)
-        top = (self.folder / "man/luxfield.1").read_text()
-        self.assertIn(r"\fBluxfield\-merge\fR(1)", top)
+        self.assertIn(r"\fBluxfield\-merge\fR(1)", self.manual("luxfield"))
 
     @unittest.skipUnless(shutil.which("groff"), "groff is missing")
     def test_man_pages_are_set_without_a_warning(self):
         for file in sorted((self.folder / "man").iterdir()):
             # Long words leave lines short; nothing else is excused.
-            done = subprocess.run(["groff", "-man", "-ww", "-Wbreak", "-Tutf8", "-rLL=100n", file], text=True, capture_output=True)
-            self.assertEqual((done.returncode, done.stderr), (0, ""), file.name)
+            done = subprocess.run(
+                ["groff", "-man", "-ww", "-Wbreak", "-Kutf8", "-Tutf8", "-rLL=100n"],
+                input=gzip.decompress(file.read_bytes()),
+                capture_output=True,
+            )
+            self.assertEqual((done.returncode, done.stderr), (0, b""), file.name)
 
     def complete(self, *words):
         array = " ".join(f"'{word}'" for word in ("luxfield", *words))
