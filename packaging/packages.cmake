@@ -54,21 +54,23 @@ macro(luxfield_package name)
   if(ARG_SECTION)
     set(CPACK_DEBIAN_${upper}_PACKAGE_SECTION ${ARG_SECTION})
   endif()
-  # A package states its licence and changes where Debian looks for them.
-  set(documents ${PROJECT_BINARY_DIR}/packaging/${name})
-  file(MAKE_DIRECTORY ${documents})
-  set(LUXFIELD_PACKAGE ${name})
-  install(FILES packaging/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT documents_${group})
-  string(TIMESTAMP date "%a, %d %b %Y 00:00:00 +0000" UTC)
-  configure_file(packaging/changelog.in ${documents}/changelog @ONLY)
-  configure_file(packaging/lintian-overrides.in ${documents}/overrides @ONLY)
-  install(FILES ${documents}/overrides RENAME ${name} DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides
-          COMPONENT documents_${group})
-  find_program(GZIP gzip)
-  if(GZIP)
-    execute_process(COMMAND ${GZIP} -9nc ${documents}/changelog OUTPUT_FILE ${documents}/changelog.Debian.gz)
-    install(FILES ${documents}/changelog.Debian.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name}
+  if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")  # as ./run packages configures it
+    # A package states its licence and changes where Debian looks for them.
+    set(documents ${PROJECT_BINARY_DIR}/packaging/${name})
+    file(MAKE_DIRECTORY ${documents})
+    set(LUXFIELD_PACKAGE ${name})
+    install(FILES packaging/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT documents_${group})
+    string(TIMESTAMP date "%a, %d %b %Y 00:00:00 +0000" UTC)
+    configure_file(packaging/changelog.in ${documents}/changelog @ONLY)
+    configure_file(packaging/lintian-overrides.in ${documents}/overrides @ONLY)
+    install(FILES ${documents}/overrides RENAME ${name} DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides
             COMPONENT documents_${group})
+    find_program(GZIP gzip)
+    if(GZIP)
+      execute_process(COMMAND ${GZIP} -9nc ${documents}/changelog OUTPUT_FILE ${documents}/changelog.Debian.gz)
+      install(FILES ${documents}/changelog.Debian.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name}
+              COMPONENT documents_${group})
+    endif()
   endif()
   foreach(component ${ARG_COMPONENTS} documents_${group})
     string(TOUPPER ${component} upper_component)
