@@ -39,6 +39,8 @@ def troff(page, version, siblings):
 def write(pages, version, folder):
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.glob("*.1*"):  # of a verb that is no more
+        old.unlink()
     for page in pages:
         below = ["-".join([*page.words, verb.names[0]]) for verb in page.verbs]
         above = ["-".join(page.words[:-1])] if len(page.words) > 1 else []
