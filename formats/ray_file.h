@@ -49,6 +49,12 @@ struct RayFile {
 // that is possible and skipped.
 RayFile ReadTm25(const std::filesystem::path& path);
 
+// What a reader hands rays to, one by one, in the file's order.
+using RayTaker = std::function<void(const Ray& ray)>;
+
+// The same without keeping rays: the file but for its rays, which `take` is given.
+RayFile StreamTm25(const std::filesystem::path& path, const RayTaker& take);
+
 // Header only, also checked against the file's length: what `luxfield info` prints.
 RayFileHeader ReadTm25Header(const std::filesystem::path& path);
 

@@ -70,19 +70,21 @@ class Tm25Reader {
 
   const RayFileHeader& header() const { return header_; }
 
-  RayFile ReadRays() {
+  RayFile FileWithoutRays() const {
     RayFile file;
     file.header = header_;
     file.flux_is_luminous = flags_[tm25::kLuminous];
-    file.rays.reserve(header_.ray_count);
+    return file;
+  }
+
+  void StreamRays(const RayTaker& take) {
     constexpr std::uint64_t kBatch = 4096;
     for (std::uint64_t first = 0; first < header_.ray_count; first += kBatch) {
       const auto count = std::min(kBatch, header_.ray_count - first);
       const auto bytes = Read(count * items_ * sizeof(float), "rays");
       for (std::uint64_t k = 0; k < count; ++k)
-        file.rays.push_back(ParseRay(bytes.data() + k * items_ * sizeof(float), first + k));
+        take(ParseRay(bytes.data() + k * items_ * sizeof(float), first + k));
     }
-    return file;
   }
 
  private:
@@ -262,7 +264,19 @@ class Tm25Reader {
 
 }  // namespace
 
-RayFile ReadTm25(const std::filesystem::path& path) { return Tm25Reader(path).ReadRays(); }
+RayFile StreamTm25(const std::filesystem::path& path, const RayTaker& take) {
+  Tm25Reader reader(path);
+  reader.StreamRays(take);
+  return reader.FileWithoutRays();
+}
+
+RayFile ReadTm25(const std::filesystem::path& path) {
+  Tm25Reader reader(path);
+  RayFile file = reader.FileWithoutRays();
+  file.rays.reserve(file.header.ray_count);
+  reader.StreamRays([&](const Ray& ray) { file.rays.push_back(ray); });
+  return file;
+}
 
 RayFileHeader ReadTm25Header(const std::filesystem::path& path) {
   return Tm25Reader(path).header();

@@ -24,6 +24,10 @@ std::optional<RayFormat> RayFormatOf(const std::filesystem::path& path);
 // TM-25.
 RayFile ReadRays(const std::filesystem::path& path);
 
+// The same without keeping rays: the file but for its rays, which `take` is given as they are read.
+// Speos's files, whose rays' energies count relative to their sum, are read twice.
+RayFile StreamRays(const std::filesystem::path& path, const RayTaker& take);
+
 // What a file says of itself and its number of rays, without reading them where that is possible.
 struct RaySummary {
   RayFormat format = RayFormat::kTm25;

@@ -114,14 +114,15 @@ void CheckWavelength(const RowFile& file, double value, const char* unit, std::u
     file.Fail(fmt::format("ray {}: wavelength = {} {} must be above 0", index, value, unit));
 }
 
-// Reads a header, then, unless that is all that is asked for, the rays.
+// Reads a header, then, where something takes them, the rays.
 struct Wanted {
-  RayFile file;
-  bool rays = true;
+  RayFile file;   // without its rays
+  RayTaker take;  // none: the header alone
+  std::function<void(std::uint64_t count)> reserve;
 
   void Start(std::uint64_t count) {
     file.header.ray_count = count;
-    if (rays) file.rays.reserve(count);
+    if (reserve) reserve(count);
   }
 };
 
@@ -157,10 +158,10 @@ void ReadZemax(const fs::path& path, Wanted& wanted) {
   const auto flux = FluxOf(Get<float>(head, zemax::kAtRayFlux));
   (wanted.file.flux_is_luminous ? header.luminous_flux_lm : header.radiant_flux_w) = flux;
   wanted.Start(rays);
-  if (!wanted.rays) return;
+  if (!wanted.take) return;
   file.ReadRows(rays, columns, [&](const float* row, std::uint64_t index) {
     if (spectral) CheckWavelength(file, row[7], "um", index);
-    wanted.file.rays.push_back(RayOf(file, row, index, zemax::kMetres[units]));
+    wanted.take(RayOf(file, row, index, zemax::kMetres[units]));
   });
 }
 
@@ -196,12 +197,12 @@ void ReadLightTools(const fs::path& path, Wanted& wanted) {
   auto& header = wanted.file.header;
   (lumens ? header.luminous_flux_lm : header.radiant_flux_w) = flux;
   wanted.Start(rays);
-  if (!wanted.rays) return;
+  if (!wanted.take) return;
   file.ReadRows(rays, columns, [&](const float* row, std::uint64_t index) {
     if (colour == 2) CheckWavelength(file, row[7], "nm", index);
     Ray ray = RayOf(file, row, index, 1e-3);
     ray.position_m = ray.position_m + 1e-3 * origin_mm;
-    wanted.file.rays.push_back(ray);
+    wanted.take(ray);
   });
   if (file.Read(lighttools::kEndBytes, "end") != lighttools::kEnd)
     file.Fail("does not end with LTRFEND", "the file is truncated: copy it again");
@@ -218,22 +219,30 @@ void ReadSpeos(const fs::path& path, Wanted& wanted) {
   read.header.radiant_flux_w = watts;
   read.header.luminous_flux_lm = lumens;
   wanted.Start(rays);
-  if (!wanted.rays) return;
+  if (!wanted.take) return;
   double sum = 0;
   float first_nm = 0;
   bool one_wavelength = true;
-  file.ReadRows(rays, 8, [&](const float* row, std::uint64_t index) {
+  const auto ray_of = [&](const float* row, std::uint64_t index) {
     const float columns[] = {row[0], row[1], row[2], row[3], row[4], row[5], row[7]};
+    return RayOf(file, columns, index, 1e-3);
+  };
+  file.ReadRows(rays, 8, [&](const float* row, std::uint64_t index) {
     CheckWavelength(file, row[6], "nm", index);
     if (index == 0) first_nm = row[6];
     one_wavelength = one_wavelength && row[6] == first_nm;
-    read.rays.push_back(RayOf(file, columns, index, 1e-3));
-    sum += read.rays.back().flux;
+    sum += ray_of(row, index).flux;
   });
   if (!(sum > 0)) file.Fail("its rays carry no energy");
   read.flux_is_luminous = one_wavelength && lumens;
   const double flux = read.flux_is_luminous ? *lumens : *watts;
-  for (Ray& ray : read.rays) ray.flux *= flux / sum;
+  RowFile again(path);
+  again.Read(speos::kHeaderBytes, "header");
+  again.ReadRows(rays, 8, [&](const float* row, std::uint64_t index) {
+    Ray ray = ray_of(row, index);
+    ray.flux *= flux / sum;
+    wanted.take(ray);
+  });
 }
 
 // One line of a text file, at most 4096 bytes of it.
@@ -301,7 +310,7 @@ void ReadLightToolsText(const fs::path& path, Wanted& wanted) {
       Ray ray = RayOf(file, row, read.header.ray_count, unit_m);
       ray.position_m = ray.position_m + origin;
       ++read.header.ray_count;
-      if (wanted.rays) read.rays.push_back(ray);
+      if (wanted.take) wanted.take(ray);
     } else if (key == "lt_startofdata") {
       data = true;
     } else if (key == "dataname") {
@@ -342,10 +351,12 @@ RaySummary Read(const fs::path& path, Wanted& wanted) {
                      "export TM-25; ASAP's and LucidShape's own layouts are not public");
   switch (*format) {
     case RayFormat::kTm25:
-      if (wanted.rays)
-        wanted.file = ReadTm25(path);
-      else
+      if (!wanted.take) {
         wanted.file.header = ReadTm25Header(path);
+        break;
+      }
+      if (wanted.reserve) wanted.reserve(ReadTm25Header(path).ray_count);
+      wanted.file = StreamTm25(path, wanted.take);
       break;
     case RayFormat::kZemax:
       ReadZemax(path, wanted);
@@ -407,15 +418,25 @@ std::optional<RayFormat> RayFormatOf(const fs::path& path) {
   return {};
 }
 
-RayFile ReadRays(const fs::path& path) {
+RayFile StreamRays(const fs::path& path, const RayTaker& take) {
   Wanted wanted;
+  wanted.take = take;
   Read(path, wanted);
+  return std::move(wanted.file);
+}
+
+RayFile ReadRays(const fs::path& path) {
+  std::vector<Ray> rays;
+  Wanted wanted;
+  wanted.take = [&](const Ray& ray) { rays.push_back(ray); };
+  wanted.reserve = [&](std::uint64_t count) { rays.reserve(count); };
+  Read(path, wanted);
+  wanted.file.rays = std::move(rays);
   return std::move(wanted.file);
 }
 
 RaySummary SummariseRays(const fs::path& path) {
   Wanted wanted;
-  wanted.rays = false;
   return Read(path, wanted);
 }
 

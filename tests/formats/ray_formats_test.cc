@@ -67,6 +67,12 @@ TEST(RayFormats, EveryFormatReadsBackTheSame) {
     const RayFile read = ReadRays(path);
     ExpectSameRays(ThreeRays(), read);
     EXPECT_TRUE(read.flux_is_luminous);
+    RayFile streamed;
+    const RayFile rest = StreamRays(path, [&](const Ray& ray) { streamed.rays.push_back(ray); });
+    ExpectSameRays(read, streamed);
+    EXPECT_TRUE(rest.rays.empty());
+    EXPECT_TRUE(rest.flux_is_luminous);
+    EXPECT_EQ(rest.header.luminous_flux_lm, read.header.luminous_flux_lm);
     EXPECT_NEAR(read.header.luminous_flux_lm.value_or(0), 6, 1e-6);
     const RaySummary summary = SummariseRays(path);
     EXPECT_EQ(summary.header.ray_count, 3u);
