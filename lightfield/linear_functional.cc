@@ -77,6 +77,32 @@ Weights IrradianceWeights(const LuminaireGeometry& geometry, Vec3 p, Vec3 n) {
   return weights;
 }
 
+Weights IntensityWeights(const LuminaireGeometry& geometry, Vec3 direction) {
+  Weights weights(geometry.value_count(), 0.0);
+  if (!(direction.z > 0)) return weights;
+  const double delta = geometry.delta_m;
+  const Vec2 shift{delta * direction.x / direction.z, delta * direction.y / direction.z};
+  const BasisGrid& grid = geometry.grid;
+  const auto columns =
+      ProjectAllTexels(grid.basis, grid.u0_m, grid.spacing_m, grid.width,
+                       TexelAxis::Columns(geometry.lattice), PencilAxis::Parallel(shift.x));
+  const auto rows =
+      ProjectAllTexels(grid.basis, grid.v0_m, grid.spacing_m, grid.height,
+                       TexelAxis::Rows(geometry.lattice), PencilAxis::Parallel(shift.y));
+  const double cosine = CosTheta(delta, {0, 0}, shift);
+  for (int j = 0; j < grid.height; ++j)
+    for (int i = 0; i < grid.width; ++i) {
+      const ProjectedTexels &x = columns[i], &y = rows[j];
+      ForChannels(geometry, grid.index(i, j), [&](double share, std::size_t start) {
+        for (std::size_t r = 0; r < y.size(); ++r)
+          for (std::size_t c = 0; c < x.size(); ++c)
+            weights[start + (y.first + r) * geometry.lattice.width + x.first + c] =
+                share * delta * delta / (cosine * cosine * cosine) * y.zeroth[r] * x.zeroth[c];
+      });
+    }
+  return weights;
+}
+
 Weights FluxWeights(const LuminaireGeometry& geometry) {
   Weights weights(geometry.value_count());
   const double one = geometry.lattice.texel_area_m2() * geometry.grid.PhiIntegral();

@@ -1,4 +1,4 @@
-// Radiance, irradiance and flux as what they are: linear in the coefficients
+// Radiance, irradiance, intensity and flux as what they are: linear in the coefficients
 // (docs/theory.md 2 and 7).
 //
 //   Q = sum over m, channel, texel of weight C,      weight laid out as LightField::data
@@ -23,6 +23,9 @@ Weights RadianceWeights(const LuminaireGeometry& geometry, Vec2 u, Vec2 s);
 // E_n(p) for a unit normal n towards the lamp. Throws InputError where z <= 0 or the receiver's
 // horizon cuts the supports: the weights would not be the closed form's.
 Weights IrradianceWeights(const LuminaireGeometry& geometry, Vec3 p, Vec3 n);
+
+// Far-field intensity in a direction, any but 0; none where its z <= 0.
+Weights IntensityWeights(const LuminaireGeometry& geometry, Vec3 direction);
 
 Weights FluxWeights(const LuminaireGeometry& geometry);
 

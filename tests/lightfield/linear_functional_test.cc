@@ -45,6 +45,10 @@ TEST(LinearFunctional, WeightsGiveTheClosedForms) {
         EXPECT_NEAR(Apply(IrradianceWeights(g, p, n), field), expected, 1e-11 * std::abs(expected))
             << p.x << ' ' << p.y << ' ' << p.z;
       }
+    for (const Vec3 d : {Vec3{0, 0, 1}, Vec3{0.1, -0.2, 0.7}, Vec3{0.3, 0.1, -1}}) {
+      const double expected = core::Luminance(FarFieldIntensity(field, d));
+      EXPECT_NEAR(Apply(IntensityWeights(g, d), field), expected, 1e-12 * std::abs(expected));
+    }
     const double expected = core::Luminance(TotalFlux(field));
     EXPECT_NEAR(Apply(FluxWeights(g), field), expected, 1e-11 * std::abs(expected));
   }
