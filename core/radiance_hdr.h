@@ -44,10 +44,11 @@ inline double RadianceLuminance(const Rgb& rgb) {
 
 // Writes three channels, or one three times, as plain pixels of 4 bytes, atomically: mantissas are
 // truncated as the reader's half step expects, so that the largest channel of a pixel comes back
-// within 1/256 and the others within 1/256 of the largest. `comments` become header lines "# ...".
+// within 1/256 and the others within 1/256 of the largest. `comments` become header lines "# ...",
+// `view`, Radiance's view options, a line "VIEW= ..." where it is not empty.
 // Throws InputError for values that are negative, not finite or from 2^127 on: the format has none;
 // values below 2^-128 become 0. Throws DeviceError.
 void WriteRadianceHdr(const std::filesystem::path& path, const Image& image,
-                      const std::vector<std::string>& comments = {});
+                      const std::vector<std::string>& comments = {}, const std::string& view = {});
 
 }  // namespace luxfield::core

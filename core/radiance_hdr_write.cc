@@ -10,9 +10,10 @@
 namespace luxfield::core {
 
 void WriteRadianceHdr(const std::filesystem::path& path, const Image& image,
-                      const std::vector<std::string>& comments) {
+                      const std::vector<std::string>& comments, const std::string& view) {
   std::string bytes = "#?RADIANCE\n";
   for (const std::string& comment : comments) bytes += "# " + comment + "\n";
+  if (!view.empty()) bytes += "VIEW= " + view + "\n";
   bytes += fmt::format("FORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", image.height, image.width);
   bytes.reserve(bytes.size() + 4 * image.plane_size());
   const auto red = image.plane(0), green = image.plane(image.channels == 3 ? 1 : 0),
