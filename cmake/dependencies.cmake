@@ -15,6 +15,7 @@ set(luxfield_packages_reconstruct
     "opencv_imgcodecs|luxfield::opencv_imgcodecs|-lopencv_imgcodecs")
 set(luxfield_packages_scene
     "assimp|assimp::assimp|assimp" "embree|embree|-lembree3" "opencv_core|luxfield::opencv_core|-lopencv_core")
+set(luxfield_packages_web "ZLIB|ZLIB::ZLIB|zlib")
 set(luxfield_packages_render
     "OpenCL|OpenCL::OpenCL|OpenCL" "pkg:CAIRO:cairo|PkgConfig::CAIRO|cairo"
     "opencv_core|luxfield::opencv_core|-lopencv_core" "opencv_imgcodecs|luxfield::opencv_imgcodecs|-lopencv_imgcodecs")

@@ -30,18 +30,17 @@ constexpr std::size_t kRowsPerSum = 32;  // added in float32
 // ---- one slice of tau ----
 
 // Texel weights of every node and basis function of one axis: [node * functions + function].
-std::vector<ProjectedTexels> AxisWeights(const LuminaireGeometry& g, const VolumeAxis& nodes,
+std::vector<ProjectedTexels> AxisWeights(const LuminaireGeometry& g, std::span<const double> nodes,
                                          double tau, bool rows) {
   const TexelAxis texels = rows ? TexelAxis::Rows(g.lattice) : TexelAxis::Columns(g.lattice);
   const Vec2 centre = SupportCentre(g);
   const double corner = rows ? g.grid.v0_m : g.grid.u0_m, origin = rows ? centre.y : centre.x;
   const int functions = rows ? g.grid.height : g.grid.width;
-  std::vector<ProjectedTexels> weights(static_cast<std::size_t>(nodes.nodes) * functions);
-  core::ParallelFor(nodes.nodes, 8, [&](std::size_t begin, std::size_t end) {
+  std::vector<ProjectedTexels> weights(nodes.size() * functions);
+  core::ParallelFor(nodes.size(), 8, [&](std::size_t begin, std::size_t end) {
     for (std::size_t node = begin; node < end; ++node) {
-      const double a = nodes.first + static_cast<double>(node) * nodes.spacing;
       // w = u - centre, s = centre + a + (1 - tau) w
-      const PencilAxis pencil{origin + a, origin, 1 - tau, 0};
+      const PencilAxis pencil{origin + nodes[node], origin, 1 - tau, 0};
       for (int i = 0; i < functions; ++i)
         weights[node * functions + i] =
             ProjectTexels(g.grid.basis, corner, g.grid.spacing_m, i, texels, pencil);
@@ -112,12 +111,11 @@ struct NodeSum {
 };
 
 // Node rows [begin, end) of one slice; `slice` is its first coefficient.
-void BuildNodeRows(const LightField& field, int channel, const LightVectorVolume& volume,
+void BuildNodeRows(const LightField& field, int channel, std::size_t nodes,
                    const std::vector<ProjectedTexels>& columns,
                    const std::vector<ProjectedTexels>& rows, std::size_t begin, std::size_t end,
                    float* slice) {
   const auto& grid = field.geometry.grid;
-  const std::size_t nodes = volume.a_x.nodes;
   std::vector<NodeSum> sums((end - begin) * nodes);
   ColumnSums image_sums(field.geometry.lattice.width);
   for (int i = 0; i < grid.width; ++i) {
@@ -150,7 +148,7 @@ void BuildNodeRows(const LightField& field, int channel, const LightVectorVolume
   for (std::size_t y = begin; y < end; ++y)
     for (std::size_t x = 0; x < nodes; ++x) {
       const NodeSum& sum = sums[(y - begin) * nodes + x];
-      float* node = slice + ((y + 1) * volume.a_x.coefficients() + x + 1) * kComponents;
+      float* node = slice + ((y + 1) * (nodes + 2) + x + 1) * kComponents;
       node[0] = static_cast<float>(sum.b0);
       node[1] = static_cast<float>(sum.b1_u);
       node[2] = static_cast<float>(sum.b1_v);
@@ -165,6 +163,12 @@ Interval Widened(const Interval& range, double least) {
 VolumeAxis MakeAxis(const Interval& range, int nodes) {
   const double spacing = (range.hi - range.lo) / (nodes - 1 - 2 * kNodeMargin);
   return {range.lo - kNodeMargin * spacing, spacing, nodes};
+}
+
+std::vector<double> NodesOf(const VolumeAxis& axis) {
+  std::vector<double> nodes(axis.nodes);
+  for (int k = 0; k < axis.nodes; ++k) nodes[k] = axis.first + k * axis.spacing;
+  return nodes;
 }
 
 bool Inside(const VolumeAxis& axis, double x) {
@@ -250,6 +254,23 @@ std::size_t VolumeBytes(const VolumeResolution& resolution, int channels) {
          kComponents * sizeof(float);
 }
 
+std::vector<float> TabulateMoments(const LightField& field, std::span<const double> a_x,
+                                   std::span<const double> a_y, double tau) {
+  const LuminaireGeometry& g = field.geometry;
+  const std::size_t slice = (a_x.size() + 2) * (a_y.size() + 2) * kComponents;
+  std::vector<float> moments(g.channels * slice, 0.0f);
+  const auto columns = AxisWeights(g, a_x, tau, false), rows = AxisWeights(g, a_y, tau, true);
+  const std::size_t pieces = (a_y.size() + kNodesPerTask - 1) / kNodesPerTask;
+  core::ParallelFor(pieces * g.channels, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t piece = begin; piece < end; ++piece) {
+      const std::size_t channel = piece / pieces, first = piece % pieces * kNodesPerTask;
+      BuildNodeRows(field, static_cast<int>(channel), a_x.size(), columns, rows, first,
+                    std::min(first + kNodesPerTask, a_y.size()), moments.data() + channel * slice);
+    }
+  });
+  return moments;
+}
+
 LightVectorVolume BuildLightVectorVolume(const LightField& field, const Reach& reach,
                                          const VolumeResolution& resolution) {
   const LuminaireGeometry& g = field.geometry;
@@ -270,18 +291,11 @@ LightVectorVolume BuildLightVectorVolume(const LightField& field, const Reach& r
   const std::size_t line = volume.a_x.coefficients() * kComponents,
                     slice = volume.a_y.coefficients() * line, slices = volume.tau.coefficients();
   for (int k = 0; k < volume.tau.nodes; ++k) {
-    const double tau = volume.tau.first + k * volume.tau.spacing;
-    const auto columns = AxisWeights(g, volume.a_x, tau, false),
-               rows = AxisWeights(g, volume.a_y, tau, true);
-    const std::size_t pieces = (volume.a_y.nodes + kNodesPerTask - 1) / kNodesPerTask;
-    core::ParallelFor(pieces * g.channels, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t piece = begin; piece < end; ++piece) {
-        const std::size_t channel = piece / pieces, first = piece % pieces * kNodesPerTask;
-        BuildNodeRows(field, static_cast<int>(channel), volume, columns, rows, first,
-                      std::min(first + kNodesPerTask, static_cast<std::size_t>(volume.a_y.nodes)),
-                      volume.coefficients.data() + (channel * slices + k + 1) * slice);
-      }
-    });
+    const auto nodes = TabulateMoments(field, NodesOf(volume.a_x), NodesOf(volume.a_y),
+                                       volume.tau.first + k * volume.tau.spacing);
+    for (int channel = 0; channel < g.channels; ++channel)
+      std::copy_n(nodes.begin() + channel * slice, slice,
+                  volume.coefficients.begin() + (channel * slices + k + 1) * slice);
   }
   float* data = volume.coefficients.data();
   const std::size_t channels = g.channels;

@@ -116,6 +116,12 @@ struct LightVectorVolume {
 // Bytes of a volume of that resolution.
 std::size_t VolumeBytes(const VolumeResolution& resolution, int channels);
 
+// (B0, B1_u, B1_v, 0) for one tau >= 0 at every a_x (ascending) and a_y, metres: float4
+// [channel][a_y][a_x][4] with a border of zeros around each channel, where a spline through these
+// nodes has its outermost coefficients.
+std::vector<float> TabulateMoments(const lightfield::LightField& field, std::span<const double> a_x,
+                                   std::span<const double> a_y, double tau);
+
 // Tabulates `field` over `reach`, its narrow axes widened. An empty reach gives a volume without
 // nodes that covers nothing. C of any sign. InputError if the resolution is below 4 or a
 // coefficient is not finite.

@@ -1,0 +1,199 @@
+// The page of a lamp: what it holds, what JavaScript decodes of it (node), and what a browser shows
+// and reads (headless Chromium). Both are skipped, loudly, where the program is missing.
+#include "luxfield/web/lamp_page.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "luxfield/core/colour.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "tests/seed.h"
+#include "tests/web/lamp.h"
+
+namespace luxfield::web {
+namespace {
+
+using lightfield::LightField;
+
+// A page of the small lamp, and receivers with the exact illuminance and that of the volume.
+struct Sample {
+  std::filesystem::path folder, page, receivers;
+  FittedVolume fitted;
+  std::string text;
+};
+
+std::vector<preprocess::Receiver> ReceiversOf(const LightField& field, const FittedVolume& fitted,
+                                              std::uint64_t seed) {
+  std::vector<preprocess::Receiver> receivers;
+  for (const ErrorZone& zone : fitted.zones) {
+    const auto some = LitReceivers(field, fitted.volume, zone.z_first_m, zone.z_last_m, 200,
+                                   seed + receivers.size());
+    receivers.insert(receivers.end(), some.begin(), some.end());
+  }
+  return receivers;
+}
+
+Sample MakeSample(int channels) {
+  Sample sample;
+  sample.folder =
+      std::filesystem::path(testing::TempDir()) / fmt::format("web_{}_{}", ::getpid(), channels);
+  std::filesystem::create_directories(sample.folder);
+  sample.page = sample.folder / "lamp.html";
+  sample.receivers = sample.folder / "receivers.json";
+  const LightField field = SmallLamp(channels);
+  FitOptions options;
+  options.max_bytes = 40000;
+  options.max_error = 0.02;
+  options.receivers = 200;
+  sample.fitted =
+      WriteLampPage(sample.page, field, {"A <lamp> & more", "lamp.lf.exr", ""}, options).fitted;
+  sample.text = core::ReadFile(sample.page);
+  core::Json list = core::Json::array();
+  for (const auto& [p, n] : ReceiversOf(field, sample.fitted, TestSeed(11)))
+    list.push_back({{"p", {p.x, p.y, p.z}},
+                    {"n", {n.x, n.y, n.z}},
+                    {"exact", core::Luminance(lightfield::ExactIrradiance(field, p, n))},
+                    {"volume", IlluminanceAt(sample.fitted.volume, p, n)},
+                    {"brightest", BrightestAt(sample.fitted.volume, p.z)}});
+  std::ofstream(sample.receivers) << list.dump();
+  return sample;
+}
+
+const Sample& OneChannel() {
+  static const Sample sample = MakeSample(1);
+  return sample;
+}
+
+std::string OutputOf(const std::string& command) {
+  std::string out;
+  std::FILE* pipe = ::popen(command.c_str(), "r");
+  if (!pipe) return out;
+  std::array<char, 4096> piece{};
+  while (const std::size_t got = std::fread(piece.data(), 1, piece.size(), pipe))
+    out.append(piece.data(), got);
+  ::pclose(pipe);
+  return out;
+}
+
+bool IsInstalled(const std::string& program) { return !OutputOf("command -v " + program).empty(); }
+
+#define LUXFIELD_NEEDS_PROGRAM(program)                                                         \
+  do {                                                                                          \
+    if (IsInstalled(program)) break;                                                            \
+    std::printf("SKIPPED: %s is not installed: JavaScript of the page is not tested with it\n", \
+                program);                                                                       \
+    GTEST_SKIP() << program << " is not installed";                                             \
+  } while (false)
+
+TEST(LampPage, IsOneFileThatAsksForNothing) {
+  const Sample& sample = OneChannel();
+  EXPECT_LT(sample.text.size(), 40000 * 4 / 3 + 80000);
+  EXPECT_EQ(sample.text.find("http://"), sample.text.npos);
+  EXPECT_EQ(sample.text.find("https://"), sample.text.npos);
+  EXPECT_EQ(sample.text.find(" src="), sample.text.npos);
+  EXPECT_NE(sample.text.find("default-src 'none'"), sample.text.npos);
+  EXPECT_NE(sample.text.find("<title>A &lt;lamp&gt; &amp; more</title>"), sample.text.npos);
+  for (const char* place : {"@TITLE@", "@LAMP@", "@SCRIPT@", "@ZONES@", "@ERROR@", "@STYLE@"})
+    EXPECT_EQ(sample.text.find(place), sample.text.npos) << place;
+}
+
+// The JSON holds the volume whole: decoded anew it is the one that was fitted.
+TEST(LampPage, HoldsTheVolume) {
+  const Sample& sample = OneChannel();
+  const core::Json json = core::ParseJson(PageJson(sample.fitted), "page");
+  EXPECT_EQ(json["unit"], "lx");
+  EXPECT_EQ(json["stated_error"].get<double>(), sample.fitted.stated_error());
+  ASSERT_EQ(json["tables"].size(), sample.fitted.volume.tables.size());
+  EXPECT_NE(sample.text.find(json["tables"][0]["codes"].get<std::string>()), sample.text.npos);
+  LightField watts = SmallLamp();
+  watts.geometry.unit = lightfield::FluxUnit::kWatt;
+  FittedVolume fitted = sample.fitted;
+  fitted.volume.unit = lightfield::FluxUnit::kWatt;
+  EXPECT_EQ(core::ParseJson(PageJson(fitted), "page")["unit"], "W/m\u00b2");
+}
+
+// JavaScript reads the coefficients as C++ does: float32 of the same sinh, and sums of 64 of them.
+TEST(LampPage, NodeReadsAsTheProgram) {
+  LUXFIELD_NEEDS_PROGRAM("node");
+  for (const int channels : {1, 3}) {
+    const Sample sample = channels == 1 ? OneChannel() : MakeSample(channels);
+    const std::string said =
+        OutputOf(fmt::format("node {}/tests/web/read_page.js {} {} 2>&1", LUXFIELD_SOURCE_DIR,
+                             sample.page.string(), sample.receivers.string()));
+    ASSERT_EQ(said.substr(0, 1), "{") << said;
+    const core::Json result = core::ParseJson(said, "node");
+    std::printf("%d channels: %s\n", channels, said.c_str());
+    EXPECT_EQ(result["receivers"].get<int>(), 1000);
+    EXPECT_LT(result["from_program"].get<double>(), 1e-6);
+    EXPECT_LT(result["brightest"].get<double>(), 1e-6);
+    EXPECT_LE(result["of_stated"].get<double>(), 1);
+  }
+}
+
+// What Chromium makes of a page: the document at the end, and its log.
+struct Shown {
+  std::string document, log;
+};
+
+Shown ShowInChromium(const std::filesystem::path& page) {
+  const auto log = page.parent_path() / "log.txt";
+  Shown shown;
+  shown.document = OutputOf(fmt::format(
+      "timeout 240 chromium --headless --no-sandbox --use-angle=swiftshader "
+      "--enable-unsafe-swiftshader --enable-logging=stderr --v=0 --virtual-time-budget=20000 "
+      "--user-data-dir={} --dump-dom file://{} 2> {}",
+      (page.parent_path() / "profile").string(), page.string(), log.string()));
+  shown.log = core::ReadFile(log);
+  return shown;
+}
+
+TEST(LampPage, ChromiumHasNothingToSay) {
+  LUXFIELD_NEEDS_PROGRAM("chromium");
+  const Shown shown = ShowInChromium(OneChannel().page);
+  EXPECT_EQ(shown.log.find("CONSOLE"), shown.log.npos) << shown.log;
+  // Its sliders are set, and no message says that there is no picture.
+  EXPECT_NE(shown.document.find("3.00 m"), shown.document.npos);
+  EXPECT_NE(shown.document.find("id=\"message\" hidden"), shown.document.npos);
+}
+
+// A copy of the page with a script more, which asks window.luxfield and writes what it says.
+TEST(LampPage, ChromiumReadsWithinTheStatedError) {
+  LUXFIELD_NEEDS_PROGRAM("chromium");
+  const Sample& sample = OneChannel();
+  const std::string receivers = core::ReadFile(sample.receivers),
+                    asks = core::ReadFile(std::filesystem::path(LUXFIELD_SOURCE_DIR) /
+                                          "tests/web/ask_page.js");
+  std::string page = sample.text;
+  page.insert(page.rfind("</body>"),
+              fmt::format("<script>const RECEIVERS = {};\n{}</script>\n", receivers, asks));
+  const auto path = sample.folder / "asked.html";
+  std::ofstream(path) << page;
+  const Shown shown = ShowInChromium(path);
+  const std::string opening = "<pre id=\"result\">";
+  const auto begin = shown.document.find(opening);
+  ASSERT_NE(begin, shown.document.npos) << shown.log;
+  const std::string rest = shown.document.substr(begin + opening.size()),
+                    said = rest.substr(0, rest.find("</pre>"));
+  std::printf("%s\n", said.c_str());
+  const core::Json result = core::ParseJson(said, "chromium");
+  EXPECT_EQ(result["receivers"].get<int>(), 1000);
+  EXPECT_LE(result["of_stated"].get<double>(), 1);
+  EXPECT_EQ(result["requests"].get<int>(), 0);
+  EXPECT_EQ(result["errors"].get<int>(), 0);
+  // Half floats have 11 bits, and a texture's filter may know 256 places between two texels.
+  ASSERT_FALSE(result["shader"].is_null());
+  EXPECT_LT(result["shader"].get<double>(), 4e-3);
+}
+
+}  // namespace
+}  // namespace luxfield::web

@@ -1,0 +1,219 @@
+#include "luxfield/web/lamp_page.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <stdexcept>
+#include <string_view>
+
+#include "luxfield/core/colour.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/json.h"
+#include "luxfield/version.h"
+
+namespace luxfield::web {
+
+std::string_view EmbeddedSource(std::string_view path);  // generated
+
+namespace {
+
+// In the order in which they use each other.
+constexpr std::array<std::string_view, 4> kScripts = {"page/volume.js", "page/room.js",
+                                                      "page/renderer.js", "page/page.js"};
+
+std::string_view Part(std::string_view path) {
+  const std::string_view text = EmbeddedSource(path);
+  if (text.empty()) throw std::logic_error(fmt::format("{} is not embedded", path));
+  return text;
+}
+
+std::string Base64(const std::vector<std::uint8_t>& bytes) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t k = 0; k < bytes.size(); k += 3) {
+    const std::size_t left = std::min<std::size_t>(3, bytes.size() - k);
+    const unsigned group = unsigned(bytes[k]) << 16 | (left > 1 ? unsigned(bytes[k + 1]) << 8 : 0) |
+                           (left > 2 ? unsigned(bytes[k + 2]) : 0);
+    for (std::size_t digit = 0; digit < 4; ++digit)
+      text += digit <= left ? kDigits[group >> (18 - 6 * digit) & 63] : '=';
+  }
+  return text;
+}
+
+// Text for HTML, in content and attributes.
+std::string Escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
+    }
+  return out;
+}
+
+std::string IlluminanceUnit(lightfield::FluxUnit unit) {
+  switch (unit) {
+    case lightfield::FluxUnit::kLumen:
+      return "lx";
+    case lightfield::FluxUnit::kWatt:
+      return "W/m\u00b2";
+    case lightfield::FluxUnit::kRelative:
+      return "relative";
+  }
+  throw std::logic_error("unknown flux unit");
+}
+
+std::array<double, 4> Numbers(const Rectangle& r) {
+  return {r.middle.x, r.middle.y, r.half.x, r.half.y};
+}
+
+std::string Percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
+
+std::string Metres(double m) {
+  return m < 1 ? fmt::format("{:.3g} cm", 100 * m) : fmt::format("{:.3g} m", m);
+}
+
+std::string ZoneRows(const FittedVolume& fitted) {
+  std::string rows;
+  for (const ErrorZone& zone : fitted.zones)
+    rows +=
+        fmt::format("<tr><td>{} to {}{}</td><td>{}</td><td>{}</td></tr>\n", Metres(zone.z_first_m),
+                    Metres(zone.z_last_m), zone.on_image_plane ? ", about the image plane" : "",
+                    Percent(zone.stated_error), Percent(zone.rel_rmse));
+  return rows;
+}
+
+std::string ErrorText(const FittedVolume& fitted) {
+  return fmt::format(
+      "Readings were compared with the exact illuminance of the light field at {} receivers in "
+      "each "
+      "range of heights. The largest deviation that was found, times {:g}, is stated as the error "
+      "of "
+      "a reading, in shares of the reading or of {:.0f} % of the brightest at that height, "
+      "whichever "
+      "is more.",
+      fitted.zones.front().receivers, kStatedMargin, 100 * kFloorShare);
+}
+
+std::string Facts(const lightfield::LightField& field, const FittedVolume& fitted) {
+  const double flux = core::Luminance(lightfield::TotalFlux(field));
+  std::string unit = lightfield::FluxUnitName(field.geometry.unit);
+  if (field.geometry.unit == lightfield::FluxUnit::kRelative) unit = "(relative)";
+  return Escaped(fmt::format("{:.4g} {} \u00b7 stated error {} from {} on, {} near the lamp", flux,
+                             unit, Percent(fitted.zones.back().stated_error),
+                             Metres(fitted.zones.back().z_first_m),
+                             Percent(fitted.stated_error())));
+}
+
+std::string MadeBy(const PageFacts& facts) {
+  std::string text = fmt::format("Made by luxfield {} of {}", LUXFIELD_VERSION, facts.file_name);
+  if (!facts.sha256.empty()) text += fmt::format(", SHA-256 {}", facts.sha256);
+  return Escaped(text + ". The page holds all it needs and asks nothing of any network.");
+}
+
+// GLSL as JavaScript's template literals, which it holds no special character of.
+std::string Shaders() {
+  return fmt::format("const SHADERS = {{ light: `{}`, room: `{}`, probe: `{}` }};\n",
+                     Part("page/light.glsl"), Part("page/room.glsl"), Part("page/probe.glsl"));
+}
+
+std::string Script() {
+  std::string script = Shaders();
+  for (const std::string_view path : kScripts) script += Part(path);
+  return script;
+}
+
+// Fills in what stands between two @ in the template: each once, in order of the text.
+std::string Filled(std::string_view text,
+                   const std::map<std::string, std::string, std::less<>>& values) {
+  std::string out;
+  while (!text.empty()) {
+    const auto begin = text.find('@');
+    const auto end = begin == text.npos ? text.npos : text.find('@', begin + 1);
+    if (end == text.npos) break;
+    const auto value = values.find(text.substr(begin + 1, end - begin - 1));
+    if (value == values.end()) {  // an @ that is none of ours
+      out += text.substr(0, end);
+      text.remove_prefix(end);
+      continue;
+    }
+    out += text.substr(0, begin);
+    out += value->second;
+    text.remove_prefix(end + 1);
+  }
+  return out += text;
+}
+
+}  // namespace
+
+std::string PageJson(const FittedVolume& fitted) {
+  const LampVolume& volume = fitted.volume;
+  core::Json json{{"format", "luxfield lamp volume"},
+                  {"version", 1},
+                  {"delta_m", volume.delta_m},
+                  {"channels", volume.channels},
+                  {"unit", IlluminanceUnit(volume.unit)},
+                  {"on_f", Numbers(volume.bounds.on_f)},
+                  {"on_i", Numbers(volume.bounds.on_i)},
+                  {"floor_share", kFloorShare},
+                  {"stated_error", fitted.stated_error()}};
+  for (std::size_t k = 0; k < volume.tables.size(); ++k) {
+    const LampTable& table = volume.tables[k];
+    core::Json one{{"side", table.side == Side::kFront ? "front" : "between"},
+                   {"first", table.w_first},
+                   {"last", table.w_last},
+                   {"nodes", {table.size.x, table.size.y, table.size.w}},
+                   {"codes", Base64(fitted.packed[k])}};
+    for (const Quantisation& q : table.quantisation) {
+      one["knees"].push_back(q.knee);
+      one["steps"].push_back(q.step);
+    }
+    json["tables"].push_back(one);
+  }
+  for (const ErrorZone& zone : fitted.zones)
+    json["zones"].push_back({{"z_first_m", zone.z_first_m},
+                             {"z_last_m", zone.z_last_m},
+                             {"about_image_plane", zone.on_image_plane},
+                             {"stated_error", zone.stated_error},
+                             {"rel_rmse", zone.rel_rmse},
+                             {"receivers", zone.receivers}});
+  return json.dump();
+}
+
+std::string LampPage(const lightfield::LightField& field, const FittedVolume& fitted,
+                     const PageFacts& facts) {
+  return Filled(Part("page/page.html"), {{"GENERATOR", "luxfield " LUXFIELD_VERSION},
+                                         {"TITLE", Escaped(facts.title)},
+                                         {"FACTS", Facts(field, fitted)},
+                                         {"ERROR", Escaped(ErrorText(fitted))},
+                                         {"ZONES", ZoneRows(fitted)},
+                                         {"MADE_BY", MadeBy(facts)},
+                                         {"STYLE", std::string(Part("page/page.css"))},
+                                         {"LAMP", PageJson(fitted)},
+                                         {"SCRIPT", Script()}});
+}
+
+PageResult WriteLampPage(const std::filesystem::path& path, const lightfield::LightField& field,
+                         const PageFacts& facts, const FitOptions& options) {
+  PageResult result;
+  result.fitted = FitLampVolume(field, options, facts.file_name);
+  const std::string page = LampPage(field, result.fitted, facts);
+  result.bytes = page.size();
+  core::WriteFileAtomically(path, page);
+  return result;
+}
+
+}  // namespace luxfield::web

@@ -1,0 +1,105 @@
+// The room that the lamp stands in: y is up, metres. Rays, lamps' poses and shadows; the shader of
+// room.glsl does the same.
+
+const ROOM = { half: 4, wallZ: -3, wallHeight: 3 };
+const SPHERE = { centre: [-0.55, 0.3, -1.2], radius: 0.3 };
+const BOX = { centre: [0.6, 0.25, -1.5], half: [0.25, 0.25, 0.2] };
+const SHADOW_RAYS = 3; // per side of the rectangle with all light on F
+
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const add = (a, b, k = 1) => [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+  a[0] * b[1] - a[1] * b[0]];
+const normalised = (a) => a.map((x) => x / Math.hypot(...a));
+
+// Axes u, v and z of a lamp that is turned by yaw to its left and by pitch upwards from -z of the
+// room, in the room's frame.
+function lampAxes({ yaw, pitch }) {
+  const axis = [-Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch), -Math.cos(yaw) * Math.cos(pitch)];
+  const up = [Math.sin(yaw) * Math.sin(pitch), Math.cos(pitch), Math.cos(yaw) * Math.sin(pitch)];
+  return [cross(up, axis), up, axis];
+}
+
+const toLamp = (axes, v) => axes.map((axis) => dot(axis, v));
+const fromLamp = (axes, v) => [0, 1, 2].map((k) => axes[0][k] * v[0] + axes[1][k] * v[1]
+  + axes[2][k] * v[2]);
+
+// ---- rays: distance, Infinity where nothing is hit ----
+
+function hitSphere(origin, direction, { centre, radius }) {
+  const to = add(origin, centre, -1);
+  const b = dot(to, direction), c = dot(to, to) - radius * radius, root = b * b - c;
+  return root > 0 && -b - Math.sqrt(root) > 1e-4 ? -b - Math.sqrt(root) : Infinity;
+}
+
+function hitBox(origin, direction, { centre, half }) {
+  let near = -Infinity, far = Infinity;
+  for (let k = 0; k < 3; ++k) {
+    const inverse = 1 / direction[k], middle = (centre[k] - origin[k]) * inverse;
+    const reach = Math.abs(half[k] * inverse);
+    near = Math.max(near, middle - reach);
+    far = Math.min(far, middle + reach);
+  }
+  return near < far && near > 1e-4 ? near : Infinity;
+}
+
+function boxNormal(p, { centre, half }) {
+  const at = p.map((x, k) => (x - centre[k]) / half[k]);
+  const most = at.reduce((best, x, k) => (Math.abs(x) > Math.abs(at[best]) ? k : best), 0);
+  return [0, 1, 2].map((k) => (k === most ? Math.sign(at[most]) : 0));
+}
+
+// What a ray hits of the room: { name, p, n, distance }, or null.
+function hitRoom(origin, direction) {
+  let best = { distance: Infinity };
+  const take = (distance, name, normal) => {
+    if (distance < best.distance) best = { distance, name, p: add(origin, direction, distance), normal };
+  };
+  const floor = -origin[1] / direction[1], wall = (ROOM.wallZ - origin[2]) / direction[2];
+  const onFloor = add(origin, direction, floor), onWall = add(origin, direction, wall);
+  if (floor > 1e-4 && Math.abs(onFloor[0]) < ROOM.half && onFloor[2] > ROOM.wallZ
+    && onFloor[2] < ROOM.wallZ + 2 * ROOM.half) take(floor, 'floor', () => [0, 1, 0]);
+  if (wall > 1e-4 && Math.abs(onWall[0]) < ROOM.half && onWall[1] > 0
+    && onWall[1] < ROOM.wallHeight) take(wall, 'wall', () => [0, 0, 1]);
+  take(hitSphere(origin, direction, SPHERE), 'sphere',
+    (p) => normalised(add(p, SPHERE.centre, -1)));
+  take(hitBox(origin, direction, BOX), 'box', (p) => boxNormal(p, BOX));
+  if (best.distance === Infinity) return null;
+  return { name: best.name, p: best.p, n: best.normal(best.p), distance: best.distance };
+}
+
+// The share of the points on F that p sees, of SHADOW_RAYS x SHADOW_RAYS.
+function visibleShare(volume, lamp, p, own) {
+  const axes = lampAxes(lamp), [mx, my, hx, hy] = volume.onF;
+  let seen = 0;
+  for (let j = 0; j < SHADOW_RAYS; ++j)
+    for (let i = 0; i < SHADOW_RAYS; ++i) {
+      const x = (2 * i + 1) / SHADOW_RAYS - 1, y = (2 * j + 1) / SHADOW_RAYS - 1;
+      const to = add(add(lamp.position, fromLamp(axes, [mx + x * hx, my + y * hy, 0])), p, -1);
+      const distance = Math.hypot(...to), direction = to.map((k) => k / distance);
+      const blocked = (own !== 'sphere' && hitSphere(p, direction, SPHERE) < distance)
+        || (own !== 'box' && hitBox(p, direction, BOX) < distance);
+      seen += !blocked;
+    }
+  return seen / (SHADOW_RAYS * SHADOW_RAYS);
+}
+
+// The reading at a place of the room: illuminance by all lamps, by how much it may be off, and what
+// point lamps would give.
+function readingAt(volume, lamps, { p, n, name }) {
+  const reading = { illuminance: 0, uncertainty: 0, farField: 0, shadowed: false, estimate: false };
+  for (const lamp of lamps) {
+    const axes = lampAxes(lamp);
+    const inLamp = toLamp(axes, add(p, lamp.position, -1)), normal = toLamp(axes, n);
+    const before = volume.cornersBefore(inLamp, normal);
+    if (inLamp[2] <= 0 || before === 0) continue;
+    const share = visibleShare(volume, lamp, p, name);
+    const scale = share * lamp.level;
+    reading.illuminance += scale * Math.max(0, volume.illuminance(inLamp, normal));
+    reading.farField += scale * volume.illuminance(inLamp, normal, true);
+    reading.uncertainty += scale * volume.uncertainty(inLamp, normal);
+    reading.shadowed ||= share < 1;
+    reading.estimate ||= (share > 0 && share < 1) || before < 4 || Number.isNaN(reading.uncertainty);
+  }
+  return reading;
+}
