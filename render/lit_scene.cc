@@ -59,14 +59,15 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene)
   if (scene.environment) LoadEnvironment(*scene.environment);
   std::map<std::pair<std::filesystem::path, std::filesystem::path>, std::vector<LoadedField>>
       loaded;
-  for (const auto& luminaire : scene.luminaires) {
+  for (std::size_t number = 0; number < scene.luminaires.size(); ++number) {
+    const scene::Luminaire& luminaire = scene.luminaires[number];
     auto& fields = loaded[{luminaire.light_field, luminaire.tables}];
     if (fields.empty()) fields = Load(luminaire);
     for (const LoadedField& field : fields) {
       luminaires_.push_back(
           {field.name.empty() ? luminaire.name : fmt::format("{} {}", luminaire.name, field.name),
            field.light_field, luminaire.world_from_luminaire * field.luminaire_from_field,
-           luminaire.scale});
+           luminaire.scale, number, field.luminaire_from_field});
       light_names_.push_back(luminaire.name);
     }
     provenance_[fmt::format("{} sha256", luminaire.name)] = fields.front().light_field->sha256;
@@ -110,6 +111,15 @@ bool LitScene::NextFrame() {
   ++environment_->frame;
   ShowEnvironment(map, environment_->sequence->frames()[environment_->frame]);
   return true;
+}
+
+void LitScene::PlaceLuminaire(std::size_t number, const scene::Pose& world_from_luminaire,
+                              double scale) {
+  for (PlacedLuminaire& luminaire : luminaires_) {
+    if (luminaire.number != number) continue;
+    luminaire.world_from_luminaire = world_from_luminaire * luminaire.luminaire_from_field;
+    luminaire.scale = scale;
+  }
 }
 
 void LitScene::RequireEnvironment(const EnvironmentTableOptions& options) {

@@ -43,6 +43,8 @@ struct PlacedLuminaire {
   std::shared_ptr<LoadedLightField> light_field;
   scene::Pose world_from_luminaire;
   double scale = 1;
+  std::size_t number = 0;              // of the scene's luminaires, whose field it is
+  scene::Pose luminaire_from_field{};  // where the field stands in that
 };
 
 // The scene's environment map, or the frame shown of its sequence.
@@ -77,6 +79,13 @@ class LitScene {
   // Shows the next frame of the environment's sequence, which a thread read meanwhile, its tables
   // made anew; false after the last. Throws InputError as EnvironmentSequence::Next.
   bool NextFrame();
+
+  // Another view of the scene, for pictures to come.
+  void SetCamera(const scene::Camera& camera) { camera_ = camera; }
+
+  // Stands luminaire `number` of the scene's elsewhere and scales its light, with all its fields, for
+  // pictures to come. Volumes stay those of where it stood: what lies outside them is lit by `exact`.
+  void PlaceLuminaire(std::size_t number, const scene::Pose& world_from_luminaire, double scale);
 
   // Forgets the volumes: the next picture that needs one builds it anew, as if it were the first.
   void DropVolumes();

@@ -145,6 +145,7 @@ Frame Renderer::Render() {
       {"approximation_error", fmt::format("{}", options_.approximation_error)},
       {"knobs", options_.knobs.Text()},
       {"device", scene_.device().info().name}});
+  if (options_.matt) frame.provenance["gloss"] = "left out";
   if (!scene_.area_lights().empty() || options_.knobs.strategies.everywhere)
     frame.provenance["strategies"] = options_.knobs.strategies.Text();
   if (scene_.environment()) {
@@ -275,8 +276,8 @@ void Renderer::RenderBand(int first_row, int rows, core::Progress& progress, Fra
   band.seed = options_.seed;
   band.first_pixel =
       static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(frame.width);
-  band.gbuffer =
-      GBuffer(device, frame.width, rows, scene_.geometry().glossy, scene_.geometry().emissive);
+  band.gbuffer = GBuffer(device, frame.width, rows, scene_.geometry().glossy && !options_.matt,
+                         scene_.geometry().emissive);
   band.lighting = Lighting(device, band.gbuffer);
   BandFilm film(film_kernels_, {.pixels = band.gbuffer.pixel_count(),
                                 .lights_apart = frame.lights.size(),

@@ -40,7 +40,10 @@ struct RenderOptions {
   // It must not depend on the samples it governs, or the picture is biased (Kirk and Arvo 1991).
   core::Image sample_density;
   bool background = true;  // whether the environment is seen where nothing is hit
-  int antialias = 1;       // surface points per pixel; 1: the pixel's centre
+  // Whether glossy surfaces are shown as Lambertian ones of their base colour, which every estimator
+  // takes.
+  bool matt = false;
+  int antialias = 1;  // surface points per pixel; 1: the pixel's centre
   // Independent passes that the samples are split over. With two or more, the variance is taken
   // from the spread between passes. One pass is better, as its samples are stratified together; its
   // variance is what it states of itself, scaled by what pixels show that are lit again.
