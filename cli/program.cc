@@ -27,7 +27,8 @@
 namespace luxfield::cli {
 namespace {
 
-// Verbs of the design that this version does not have: refused by name instead of "unknown".
+// Verbs of the design that this version, or this build of it, does not have: refused by name instead
+// of "unknown".
 constexpr std::array kAbsentVerbs = {"export", "view"};
 
 // Verbs that read again what they have written, or keep what they have at a failure: their files
@@ -118,14 +119,14 @@ void RequireVerb(const CLI::App& app, int argc, char** argv) {
   if (word.empty())
     throw InputError("a verb is missing, as in `luxfield demo`; `luxfield --help` lists them");
   if (word.starts_with("-")) return;
-  for (const char* absent : kAbsentVerbs)
-    if (word == absent)
-      throw InputError(fmt::format(
-          "the verb '{}' is not built in this version; `luxfield --help` lists those that are",
-          word));
   const auto verbs = app.get_subcommands({});
   const auto verb = std::find_if(verbs.begin(), verbs.end(),
                                  [&](const CLI::App* one) { return one->get_name() == word; });
+  for (const char* absent : kAbsentVerbs)
+    if (verb == verbs.end() && word == absent)
+      throw InputError(fmt::format(
+          "the verb '{}' is not built in this version; `luxfield --help` lists those that are",
+          word));
   if (verb == verbs.end())
     throw InputError(fmt::format("there is no verb '{}'{}; `luxfield --help` lists them",
                                  core::Printable(word), Suggestion(word, Names(verbs))));

@@ -10,6 +10,9 @@ add_dependencies(manuals luxfield)
 if(LUXFIELD_BUILD_BENCH)
   add_dependencies(manuals luxfield_bench_program)
 endif()
+if(LUXFIELD_VIEW)
+  add_dependencies(manuals luxfield_view_program)
+endif()
 # What is not made is not installed.
 install(DIRECTORY ${manuals}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program OPTIONAL)
 install(FILES ${manuals}/completions/luxfield.bash RENAME luxfield COMPONENT program OPTIONAL

@@ -14,6 +14,10 @@ if(LUXFIELD_BUILD_BENCH)  # whose scenes and labs these light and measure
     luxfield_tests(${room} USES luxfield_bench)
   endforeach()
 endif()
+if(TARGET luxfield_view)
+  luxfield_tests(view USES luxfield_view luxfield::opencv_imgproc DEPENDS luxfield luxfield_view_program)
+  target_sources(view_test PRIVATE tests/e2e/program.cc)
+endif()
 find_package(ZLIB REQUIRED)  # inflates what printed PDF files draw
 target_link_libraries(capture_test PRIVATE ZLIB::ZLIB)
 # Its fake stages move in real time, and tests catch them on the way: nothing runs beside it.
@@ -98,8 +102,11 @@ else()
 endif()
 # The program as a user runs it, `luxfield bench` included.
 if(LUXFIELD_BUILD_BENCH)
-  luxfield_tests(e2e USES luxfield_bench luxfield_fakes DEPENDS luxfield luxfield_bench_program device_bench fake_device
-                 die_at_disk_call)
+  luxfield_tests(e2e USES luxfield_bench luxfield_fakes DEPENDS luxfield luxfield_bench_program luxfield_view_program device_bench
+                 fake_device die_at_disk_call)
+  if(TARGET luxfield_view)
+    target_compile_definitions(e2e_test PRIVATE LUXFIELD_VIEW)
+  endif()
   # Hostile inputs over every verb; a seeded sample of what `./run hostile` runs. Skipped where numpy is missing.
   add_executable(hostile_zygote tests/hostile/zygote.cc)
   target_link_libraries(hostile_zygote PRIVATE luxfield_bench)

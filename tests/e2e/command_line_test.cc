@@ -28,10 +28,32 @@ std::vector<std::string> Listed(const std::string& help) {
 using Names = std::vector<std::string>;
 
 // The verbs as a user knows them: one that gets lost, or that nobody lists here, is a failure.
-const Names kVerbs = {"devices", "simulate",  "sky",        "plan",   "capture", "verify",
-                      "report",  "calibrate", "filter",     "probe",  "merge",   "reconstruct",
-                      "budget",  "import",    "preprocess", "render", "relight", "info",
-                      "compare", "bench",     "demo"};
+const Names kVerbs = {"devices",
+                      "simulate",
+                      "sky",
+                      "plan",
+                      "capture",
+                      "verify",
+                      "report",
+                      "calibrate",
+                      "filter",
+                      "probe",
+                      "merge",
+                      "reconstruct",
+                      "budget",
+                      "import",
+                      "preprocess",
+                      "render",
+                      "relight",
+                      "info",
+                      "compare",
+                      "bench",
+                      "demo"
+#ifdef LUXFIELD_VIEW
+                      ,
+                      "view"
+#endif
+};
 const std::map<std::string, Names> kGroups = {
     {"calibrate", {"geometry", "flat-field", "glare", "response", "sensor"}},
     {"filter", {"print", "measure", "photograph"}},

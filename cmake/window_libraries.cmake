@@ -1,0 +1,12 @@
+# What `luxfield view` draws with: GLFW for the window, OpenGL, Dear ImGui with its backends for both.
+option(LUXFIELD_VIEW "Build `luxfield view`" ${PROJECT_IS_TOP_LEVEL})
+if(LUXFIELD_VIEW)
+  set(OpenGL_GL_PREFERENCE GLVND)
+  find_package(glfw3 QUIET)
+  find_package(OpenGL QUIET)
+  luxfield_find_pkg(IMGUI imgui)
+  if(NOT TARGET glfw OR NOT TARGET OpenGL::GL OR NOT TARGET PkgConfig::IMGUI)
+    message(WARNING "GLFW, OpenGL or Dear ImGui is missing: `luxfield view` is not built")
+    set(LUXFIELD_VIEW OFF)
+  endif()
+endif()

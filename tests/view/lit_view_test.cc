@@ -1,0 +1,149 @@
+// Pictures for who moves through a scene, judged by those that the renderer makes of it.
+#include "luxfield/view/lighting/lit_view.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "luxfield/core/error.h"
+#include "luxfield/core/execution.h"
+#include "luxfield/render/accuracy/accuracy.h"
+#include "tests/render/small_scene.h"
+
+namespace luxfield::view {
+namespace {
+
+using render::Frame;
+using render::LuminanceError;
+
+LitRequest Of(const scene::Scene& scene) {
+  LitRequest request;
+  request.camera = scene.camera;
+  for (const auto& luminaire : scene.luminaires)
+    request.lamps.push_back({luminaire.world_from_luminaire, luminaire.scale});
+  request.frame_s = 1e3;  // all pixels
+  return request;
+}
+
+Frame Exact(const scene::Scene& scene) {
+  render::LitScene lit(render::Device::Open(), scene);
+  render::RenderOptions options;
+  options.estimator = "exact";
+  options.shadows = render::Shadows::kNone;
+  return render::Renderer(lit, options).Render();
+}
+
+Frame Reference(const scene::Scene& scene) {
+  render::LitScene lit(render::Device::Open(), scene);
+  render::RenderOptions options;
+  options.samples_per_pixel = 4000;
+  options.seed = 99;
+  return render::Renderer(lit, options).Render();
+}
+
+class LitViewTest : public testing::Test {
+ protected:
+  scene::Scene scene_ = render::LampOverFloor();
+};
+
+TEST_F(LitViewTest, QuickPicturesAreWithinTheErrorTheyState) {
+  LitView view(render::Device::Open(), scene_);
+  LitRequest request = Of(scene_);
+  view.Ask(request);
+  view.Quick();  // knows no speed yet, and has fewer pixels
+  const LitPicture picture = view.Quick();
+  EXPECT_TRUE(picture.quick);
+  ASSERT_EQ(picture.frame->width, scene_.camera.width);
+  EXPECT_LE(LuminanceError(picture.frame->radiance, Exact(scene_).radiance), picture.error.value());
+  EXPECT_EQ(picture.samples, 0);
+}
+
+TEST_F(LitViewTest, QuickPicturesGetSmallerWhereTimeIsShort) {
+  LitView view(render::Device::Open(), scene_);
+  LitRequest request = Of(scene_);
+  request.frame_s = 1e-9;
+  view.Ask(request);
+  view.Quick();
+  const LitPicture picture = view.Quick();
+  EXPECT_LT(picture.frame->width, scene_.camera.width / 4);
+  EXPECT_GE(picture.frame->width, 1);
+}
+
+TEST_F(LitViewTest, RefinedPicturesReachTheErrorAskedFor) {
+  LitView view(render::Device::Open(), scene_);
+  LitRequest request = Of(scene_);
+  request.error = 0.02;
+  view.Ask(request);
+  LitPicture picture;
+  double before = 1e9;
+  int passes = 0;
+  do {
+    picture = view.Refine();
+    if (passes > 1) {
+      EXPECT_LT(picture.error.value(), 1.5 * before);  // it falls, up to its own scatter
+    }
+    before = picture.error.value();
+  } while (!picture.reached && ++passes < 60);
+  ASSERT_TRUE(picture.reached);
+  EXPECT_LE(picture.error.value(), request.error);
+  // The estimate's own uncertainty, and the reference's noise, some 0.2 %.
+  EXPECT_LT(LuminanceError(picture.frame->radiance, Reference(scene_).radiance),
+            1.4 * request.error);
+  EXPECT_GT(picture.samples, 0);
+}
+
+TEST_F(LitViewTest, WithoutShadowsOnePictureWithoutNoiseReachesIt) {
+  LitView view(render::Device::Open(), scene_);
+  LitRequest request = Of(scene_);
+  request.shadows = false;
+  request.error = 1e-3;
+  view.Ask(request);
+  const LitPicture picture = view.Refine();
+  EXPECT_TRUE(picture.reached);
+  EXPECT_LE(LuminanceError(picture.frame->radiance, Exact(scene_).radiance), request.error);
+}
+
+// The same as if the scene's file had the lamp and the camera there.
+TEST_F(LitViewTest, MovedLampsAndCamerasLightAsIfTheyHadStoodThere) {
+  scene::Scene moved = scene_;
+  moved.luminaires[0].world_from_luminaire =
+      scene::LookAt({0.5, 0.2, 0.8}, {-0.5, 4, 0.1}, {0, 0, 1});
+  moved.luminaires[0].scale = 0.25;
+  moved.camera = scene::Camera::LookAt({1.5, -0.5, 1}, {0, 2, 0}, {0, 0, 1}, 60, 40, 30);
+  LitView view(render::Device::Open(), scene_);
+  view.Ask(Of(scene_));
+  view.Quick();  // makes the tables of where things were
+  LitRequest request = Of(moved);
+  request.shadows = false;
+  view.Ask(request);
+  EXPECT_FALSE(view.Quick().error);  // its volume is that of elsewhere
+  EXPECT_LE(LuminanceError(view.Refine().frame->radiance, Exact(moved).radiance), request.error);
+}
+
+TEST_F(LitViewTest, AnInterruptedPassLeavesThoseBeforeIt) {
+  LitView view(render::Device::Open(), scene_);
+  view.Ask(Of(scene_));
+  const double before = view.Refine().samples;
+  bool stop = true;
+  core::Execution execution;
+  execution.interrupts = [&] { return stop ? 1 : 0; };
+  core::RunWith(std::move(execution), [&] { EXPECT_THROW(view.Refine(), Interrupted); });
+  EXPECT_GT(view.Refine().samples, before);
+}
+
+// Glossy surfaces, which the volume does not take.
+TEST_F(LitViewTest, QuickPicturesShowGlossySurfacesAsMattOnes) {
+  scene_.geometry.materials[0].kind = scene::MaterialKind::kGgx;
+  scene_.geometry.materials[0].roughness = 0.4f;
+  LitView view(render::Device::Open(), scene_);
+  view.Ask(Of(scene_));
+  view.Quick();
+  const LitPicture picture = view.Quick();
+  scene::Scene matt = scene_;
+  scene::MakeLambertian(matt.geometry);
+  EXPECT_LE(LuminanceError(picture.frame->radiance, Exact(matt).radiance), picture.error.value());
+}
+
+}  // namespace
+}  // namespace luxfield::view

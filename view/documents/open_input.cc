@@ -1,0 +1,42 @@
+#include "luxfield/view/documents/open_input.h"
+
+#include <filesystem>
+
+#include "luxfield/cli/named_files.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file_kind.h"
+#include "luxfield/view/documents/failed_document.h"
+#include "luxfield/view/documents/picture_document.h"
+#include "luxfield/view/documents/session_document.h"
+
+namespace luxfield::view {
+namespace {
+
+using core::FileKind;
+
+constexpr char kRemedy[] = "name a scene.toml, an .lf.exr, an .exr picture or a session's folder";
+
+std::unique_ptr<Document> Open(const SceneOptions& options) {
+  const std::filesystem::path& file = options.file;
+  if (!std::filesystem::exists(file)) throw InputError(file.string(), "is not there", kRemedy);
+  const FileKind kind = core::WhatIs(file);
+  if (core::IsSession(kind)) return OpenSession(file);
+  cli::RequireKind(file, {FileKind::kScene, FileKind::kLightField, FileKind::kExrPicture});
+  if (kind == FileKind::kLightField || file.string().ends_with(".lf.exr"))
+    return OpenLightField(options);
+  if (kind == FileKind::kScene || file.extension() == ".toml") return OpenScene(options);
+  if (kind == FileKind::kExrPicture || file.extension() == ".exr") return OpenPicture(file);
+  throw InputError(file.string(), "is nothing that can be looked at", kRemedy);
+}
+
+}  // namespace
+
+std::unique_ptr<Document> OpenInput(const SceneOptions& options) {
+  try {
+    return Open(options);
+  } catch (const std::exception&) {
+    return FailedDocument(CurrentFailure());
+  }
+}
+
+}  // namespace luxfield::view

@@ -1,0 +1,241 @@
+#include "luxfield/view/documents/scene_document.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "luxfield/core/printable.h"
+#include "luxfield/view/documents/failed_document.h"
+#include "luxfield/view/documents/lamps_panel.h"
+#include "luxfield/view/lighting/camera_control.h"
+#include "luxfield/view/lighting/lighting_thread.h"
+#include "luxfield/view/lighting/stage.h"
+#include "luxfield/view/scene_file/lamp_editor.h"
+
+namespace luxfield::view {
+namespace {
+
+constexpr double kOrbit = 3.0;  // radians a picture's height
+constexpr double kTurn = 1.2;
+constexpr double kDolly = 0.88;  // of the distance, a notch
+constexpr double kFly = 0.8;     // distances of the pivot a second
+
+constexpr int kStageWidth = 1024, kStageHeight = 768;
+
+scene::Scene Load(const SceneOptions& options, bool stage) {
+  if (stage)
+    return Stage(options.file, kFirstScreen_m, options.width.value_or(kStageWidth),
+                 options.height.value_or(kStageHeight));
+  scene::SceneOverrides overrides;
+  overrides.width = options.width;
+  overrides.height = options.height;
+  return scene::ReadScene(options.file, overrides);
+}
+
+class SceneDocument : public Document {
+ public:
+  SceneDocument(const SceneOptions& options, bool stage)
+      : options_(options),
+        stage_(stage),
+        thread_({.load = [options, stage] { return Load(options, stage); },
+                 .device = options.device,
+                 .threads = options.threads,
+                 .wake = Window::Wake}) {}
+
+  void Update() override {
+    if (!scene_) {
+      scene_ = thread_.scene();
+      if (scene_) Start();
+    }
+    if (auto picture = thread_.Take()) Take(std::move(*picture));
+  }
+
+  const render::Frame* picture() const override { return picture_.frame.get(); }
+  std::uint64_t picture_number() const override { return number_; }
+  WindowSize picture_size() const override {
+    return {request_.camera.width, request_.camera.height};
+  }
+
+  void DrawMain() override {
+    if (const auto failed = failure())
+      DrawSentence("This cannot be shown", failed->sentence);
+    else
+      DrawSentence(options_.file.filename().string(),
+                   scene_ ? "Building tables ..." : "Reading the scene and its lamps ...");
+  }
+
+  void DrawPanel() override {
+    if (!scene_) return;
+    if (stage_) DrawDistance();
+    if (editor_ && lamps_panel_.Draw(*editor_)) {
+      PlaceLamps();
+      Ask();
+    }
+    DrawQuality();
+    DrawCamera();
+    DrawMessages();
+  }
+
+  bool HasCamera() const override { return true; }
+  void Move(const Motion& motion) override {
+    if (!control_) return;
+    if (motion.reset)
+      control_.emplace(stage_
+                           ? StageCamera(distance_m_, request_.camera.width, request_.camera.height)
+                           : scene_->camera,
+                       control_->pivot_m());
+    if (motion.drag == Motion::Drag::kOrbit)
+      control_->Orbit(-kOrbit * motion.right, kOrbit * -motion.up);
+    if (motion.drag == Motion::Drag::kTurn)
+      control_->Turn(-kTurn * motion.right, -kTurn * motion.up);
+    if (motion.drag == Motion::Drag::kPan) control_->Pan(-motion.right, -motion.up);
+    if (motion.wheel != 0) control_->Dolly(std::pow(kDolly, motion.wheel));
+    const double speed = kFly * control_->pivot_m() * (motion.fast ? 4 : 1);
+    control_->Fly(speed * motion.fly_right, speed * motion.fly_up, speed * motion.fly_forward);
+    Ask();
+  }
+
+  std::string Status() const override {
+    if (!picture_.frame) return scene_ ? "building tables" : "reading";
+    const std::string time = fmt::format("{:.0f} ms", 1000 * picture_.took_s);
+    const std::string error =
+        picture_.error ? fmt::format("{:.3g} %", 100 * *picture_.error) : std::string();
+    if (picture_.quick)
+      return fmt::format("preview {} x {} in {}{}", picture_.frame->width, picture_.frame->height,
+                         time,
+                         picture_.error ? ", within " + error + " but for what it leaves out" : "");
+    const std::string asked = fmt::format("{:.3g} %", 100 * request_.error);
+    if (picture_.reached) return fmt::format("error {}: {} reached", error, asked);
+    return fmt::format("error {} on the way to {}, {:.0f} samples a pixel, pass of {}", error,
+                       asked, picture_.samples, time);
+  }
+
+  bool Settled() const override {
+    return failure() || (picture_.frame && picture_.reached && !picture_.quick);
+  }
+  std::optional<double> Error() const override {
+    if (!picture_.frame || picture_.quick) return {};
+    return picture_.error;
+  }
+  std::optional<Failure> failure() const override { return thread_.failure(); }
+
+ private:
+  void Start() {
+    control_.emplace(scene_->camera);
+    request_.error = options_.error;
+    request_.shadows = options_.shadows;
+    request_.seed = options_.seed;
+    for (const auto& luminaire : scene_->luminaires)
+      request_.lamps.push_back({luminaire.world_from_luminaire, luminaire.scale});
+    if (!stage_ && !request_.lamps.empty()) editor_.emplace(options_.file);
+    Ask();
+  }
+
+  void PlaceLamps() {
+    for (std::size_t i = 0; i < request_.lamps.size(); ++i) {
+      const LampPlacement& lamp = editor_->lamps().at(i);
+      request_.lamps[i] = {lamp.WorldFromLuminaire().value(), lamp.scale};
+    }
+  }
+
+  void Ask() {
+    request_.camera = control_->camera();
+    picture_.reached = false;
+    thread_.Ask(request_);
+  }
+
+  void Take(LitPicture picture) {
+    picture_ = std::move(picture);
+    if (number_++ == 0) control_->SetPivot(DistanceAhead());
+  }
+
+  // To what the middle of the picture shows; 1 m where that is nothing.
+  double DistanceAhead() const {
+    const render::Frame& frame = *picture_.frame;
+    const int row = frame.height / 2, column = frame.width / 2;
+    if (!(frame.coverage.at(0, row, column) > 0)) return 1;
+    const lightfield::Vec3 seen{frame.position.at(0, row, column),
+                                frame.position.at(1, row, column),
+                                frame.position.at(2, row, column)};
+    return lightfield::Length(seen - request_.camera.position);
+  }
+
+  void DrawDistance() {
+    if (!ImGui::CollapsingHeader("Stage", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    float distance = static_cast<float>(distance_m_);
+    if (!ImGui::SliderFloat("screen", &distance, static_cast<float>(kNearestScreen_m),
+                            static_cast<float>(kFarthestScreen_m), "%.3g m",
+                            ImGuiSliderFlags_Logarithmic))
+      return;
+    distance_m_ = std::clamp(double{distance}, kNearestScreen_m, kFarthestScreen_m);
+    request_.lamps.at(0).world_from_luminaire = StageLamp(distance_m_);
+    const scene::Camera& now = control_->camera();
+    control_.emplace(StageCamera(distance_m_, now.width, now.height), distance_m_);
+    Ask();
+  }
+
+  void DrawQuality() {
+    if (!ImGui::CollapsingHeader("Speed and accuracy", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    float rate = static_cast<float>(1 / request_.frame_s);
+    if (ImGui::SliderFloat("pictures / s", &rate, 1, 60, "%.0f", ImGuiSliderFlags_Logarithmic))
+      request_.frame_s = 1 / std::max(rate, 1.0f);
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("while something moves; more of them have fewer pixels");
+    float percent = static_cast<float>(100 * request_.error);
+    if (ImGui::SliderFloat("error", &percent, 0.05f, 10, "%.2f %%", ImGuiSliderFlags_Logarithmic)) {
+      request_.error = std::max(percent, 0.01f) / 100;
+      Ask();
+    }
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("RMSE of the luminance over its mean, when nothing moves");
+    if (ImGui::Checkbox("shadows", &request_.shadows)) Ask();
+    ImGui::SameLine();
+    if (ImGui::Checkbox("while moving", &request_.moving_shadows)) Ask();
+    ImGui::TextDisabled("on %s", core::OnOneLine(thread_.device_name()).c_str());
+  }
+
+  void DrawCamera() {
+    if (!ImGui::CollapsingHeader("Camera")) return;
+    const scene::Camera& camera = control_->camera();
+    float fov = static_cast<float>(camera.vertical_fov_deg);
+    if (ImGui::SliderFloat("height of view", &fov, 5, 120, "%.1f deg")) {
+      control_->SetFieldOfView(fov);
+      Ask();
+    }
+    ImGui::Text("at %.3f %.3f %.3f m", camera.position.x, camera.position.y, camera.position.z);
+    ImGui::Text("turns about %.3g m ahead", control_->pivot_m());
+    if (ImGui::Button("As in the file")) Move({.reset = true});
+  }
+
+  void DrawMessages() const {
+    const auto messages = thread_.messages();
+    if (messages.empty() || !ImGui::CollapsingHeader("Messages")) return;
+    for (const auto& message : messages) ImGui::TextWrapped("%s", core::OnOneLine(message).c_str());
+  }
+
+  const SceneOptions options_;
+  const bool stage_;
+  double distance_m_ = kFirstScreen_m;   // of the stage's screen
+  const scene::Scene* scene_ = nullptr;  // of the thread
+  std::optional<CameraControl> control_;
+  std::optional<LampEditor> editor_;  // of a scene's file
+  LampsPanel lamps_panel_;
+  LitRequest request_;
+  LitPicture picture_;
+  std::uint64_t number_ = 0;
+  LightingThread thread_;  // last: it ends first
+};
+
+}  // namespace
+
+std::unique_ptr<Document> OpenScene(const SceneOptions& options) {
+  return std::make_unique<SceneDocument>(options, /*stage=*/false);
+}
+
+std::unique_ptr<Document> OpenLightField(const SceneOptions& options) {
+  return std::make_unique<SceneDocument>(options, /*stage=*/true);
+}
+
+}  // namespace luxfield::view

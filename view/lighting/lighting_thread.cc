@@ -1,0 +1,138 @@
+#include "luxfield/view/lighting/lighting_thread.h"
+
+#include <utility>
+
+#include "luxfield/core/error.h"
+#include "luxfield/core/execution.h"
+
+namespace luxfield::view {
+
+LightingThread::LightingThread(Options options)
+    : options_(std::move(options)), thread_([this] { Run(); }) {}
+
+LightingThread::~LightingThread() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  asked_.notify_all();
+  thread_.join();
+}
+
+const scene::Scene* LightingThread::scene() const {
+  const std::lock_guard lock(mutex_);
+  return scene_ ? &*scene_ : nullptr;
+}
+
+std::string LightingThread::device_name() const {
+  const std::lock_guard lock(mutex_);
+  return device_name_;
+}
+
+lightfield::FluxUnit LightingThread::unit() const {
+  const std::lock_guard lock(mutex_);
+  return unit_;
+}
+
+void LightingThread::Ask(const LitRequest& request) {
+  {
+    const std::lock_guard lock(mutex_);
+    request_ = request;
+  }
+  asked_.notify_all();
+}
+
+std::optional<LitPicture> LightingThread::Take() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(picture_, {});
+}
+
+std::optional<Failure> LightingThread::failure() const {
+  const std::lock_guard lock(mutex_);
+  return failure_;
+}
+
+std::vector<std::string> LightingThread::messages() const {
+  const std::lock_guard lock(mutex_);
+  return messages_;
+}
+
+bool LightingThread::Outdated() const {
+  const std::lock_guard lock(mutex_);
+  return stop_ || request_.has_value();
+}
+
+void LightingThread::Publish(LitPicture picture) {
+  {
+    const std::lock_guard lock(mutex_);
+    picture_ = std::move(picture);
+  }
+  options_.wake();
+}
+
+// Quick pictures are finished even if they are outdated, so that something is seen to move; passes
+// end as soon as something is asked for.
+void LightingThread::Light(LitView& view) {
+  for (bool reached = true;;) {
+    std::optional<LitRequest> next;
+    {
+      std::unique_lock lock(mutex_);
+      asked_.wait(lock, [&] { return stop_ || request_ || !reached; });
+      if (stop_) return;
+      next = std::exchange(request_, {});
+    }
+    if (next) {
+      view.Ask(*next);
+      LitPicture quick = view.Quick();
+      reached = false;
+      Publish(std::move(quick));
+      continue;
+    }
+    core::Execution execution;
+    execution.interrupts = [this] { return Outdated() ? 1 : 0; };
+    execution.threads = options_.threads;
+    core::RunWith(std::move(execution), [&] {
+      try {
+        LitPicture refined = view.Refine();
+        reached = refined.reached;
+        Publish(std::move(refined));
+      } catch (const Interrupted&) {
+      }
+    });
+  }
+}
+
+void LightingThread::Run() {
+  core::Execution execution;
+  execution.message = [this](core::Severity, const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    messages_.push_back(text);
+  };
+  execution.interrupts = [this] {
+    const std::lock_guard lock(mutex_);
+    return stop_ ? 1 : 0;
+  };
+  execution.threads = options_.threads;
+  core::RunWith(std::move(execution), [this] {
+    try {
+      scene::Scene scene = options_.load();
+      const render::Device device = render::Device::Open(options_.device, options_.threads);
+      LitView view(device, scene);
+      {
+        const std::lock_guard lock(mutex_);
+        scene_ = std::move(scene);
+        device_name_ = device.info().name;
+        unit_ = view.scene().unit();
+      }
+      options_.wake();
+      Light(view);
+    } catch (const std::exception&) {
+      const Failure failure = CurrentFailure();
+      const std::lock_guard lock(mutex_);
+      if (!stop_) failure_ = failure;
+    }
+    options_.wake();
+  });
+}
+
+}  // namespace luxfield::view

@@ -1,0 +1,65 @@
+// Lights a scene beside the window: the newest request counts.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "luxfield/scene/scene.h"
+#include "luxfield/view/lighting/failure.h"
+#include "luxfield/view/lighting/lit_view.h"
+
+namespace luxfield::view {
+
+class LightingThread {
+ public:
+  struct Options {
+    std::function<scene::Scene()> load;  // called on the thread
+    std::string device;                  // as render::Device::Open takes it
+    int threads = 0;
+    std::function<void()> wake;  // called on the thread when there is news
+  };
+  // Begins to load at once. Nothing is lit before the first Ask.
+  explicit LightingThread(Options options);
+  ~LightingThread();  // waits for what cannot be interrupted
+  LightingThread(const LightingThread&) = delete;
+  LightingThread& operator=(const LightingThread&) = delete;
+
+  // The scene, once it is loaded; null before. Stays where it is.
+  const scene::Scene* scene() const;
+  // Of the device's name and what was lit with; empty before the scene is loaded.
+  std::string device_name() const;
+  lightfield::FluxUnit unit() const;
+
+  void Ask(const LitRequest& request);
+  // The newest picture since the last call; of an older request than the newest only if it is quick.
+  std::optional<LitPicture> Take();
+  // Why there will be no more pictures; empty: there will.
+  std::optional<Failure> failure() const;
+  // Warnings of the scene's reader and the renderer, one after the other.
+  std::vector<std::string> messages() const;
+
+ private:
+  void Run();
+  void Light(LitView& view);
+  bool Outdated() const;
+  void Publish(LitPicture picture);
+
+  const Options options_;
+  mutable std::mutex mutex_;
+  std::condition_variable asked_;
+  std::optional<LitRequest> request_;  // not yet begun
+  bool stop_ = false;
+  std::optional<scene::Scene> scene_;
+  std::string device_name_;
+  std::optional<Failure> failure_;
+  lightfield::FluxUnit unit_ = lightfield::FluxUnit::kRelative;
+  std::optional<LitPicture> picture_;
+  std::vector<std::string> messages_;
+  std::thread thread_;  // last: it uses what stands above
+};
+
+}  // namespace luxfield::view

@@ -1,0 +1,80 @@
+// Pictures of a scene for who moves through it: quick ones while something moves, and ones that get
+// better as long as nothing does.
+//
+// While something moves, light of luminaires is taken from the light-vector volume, without noise;
+// what is glossy is shown as a matt surface of its base colour; other lights are sampled with a few
+// samples. Shadows are left out, or traced with a few rays a pixel. The picture has fewer pixels
+// where it would take longer than it may.
+//
+// When nothing moves, passes of more and more samples are averaged. The error is that of
+// render/accuracy/picture_noise.h: the expected RMSE of the luminance over its mean.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "luxfield/render/renderer.h"
+
+namespace luxfield::view {
+
+// A luminaire of the scene, in the scene's order.
+struct PlacedLamp {
+  scene::Pose world_from_luminaire;
+  double scale = 1;
+};
+
+struct LitRequest {
+  scene::Camera camera;
+  std::vector<PlacedLamp> lamps;
+  bool shadows = true;          // of refined pictures
+  bool moving_shadows = false;  // of quick ones, traced with a few rays
+  double error = 0.005;         // that refined pictures are to reach
+  double frame_s = 0.1;         // that a quick picture may take
+  std::uint64_t seed = 1;
+};
+
+struct LitPicture {
+  std::shared_ptr<const render::Frame> frame;
+  bool quick = true;     // shadows or gloss may be missing
+  bool reached = false;  // the error asked for: no pass follows
+  // Estimated relative RMSE; of a quick picture that of its volumes, which is known where nothing
+  // moved since they were made.
+  std::optional<double> error;
+  double samples = 0;  // light samples a pixel
+  double took_s = 0;   // the last pass
+};
+
+class LitView {
+ public:
+  // Uploads the scene; throws what render::LitScene throws.
+  LitView(const render::Device& device, const scene::Scene& scene);
+
+  // What the next pictures show; forgets what was refined.
+  void Ask(const LitRequest& request);
+  // Throws what render::Renderer throws.
+  LitPicture Quick();
+  // The mean of all passes since Ask, with one more. Throws Interrupted too: the pass is lost, those
+  // before it are kept.
+  LitPicture Refine();
+
+  const render::LitScene& scene() const { return scene_; }
+
+ private:
+  bool NoiseFree() const;
+  // Whether the volumes were made of where camera and lamps are.
+  bool VolumesAreOfNow() const;
+  render::RenderOptions QuickOptions() const;
+  int NextSamples() const;
+
+  render::LitScene scene_;
+  LitRequest request_;
+  std::optional<LitRequest> volumes_of_;  // where things stood when they were made
+  double quick_pixel_s_ = 0;              // that a pixel of the last quick picture took
+  std::shared_ptr<const render::Frame> refined_;
+  double samples_ = 0, error_ = 0, pass_s_ = 0;
+  int pass_samples_ = 0, passes_ = 0;
+};
+
+}  // namespace luxfield::view

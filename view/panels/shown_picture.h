@@ -1,0 +1,29 @@
+// A document's picture as it stands on the screen: its colours, made anew when it or the look changes.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "luxfield/view/documents/document.h"
+#include "luxfield/view/picture/look.h"
+#include "luxfield/view/window/screen_texture.h"
+
+namespace luxfield::view {
+
+class ShownPicture {
+ public:
+  // Of a document that has a picture.
+  void Update(const Document& document, const Look& look);
+
+  const ScreenTexture& texture() const { return texture_; }
+  // What its false colours span; of any look.
+  const render::FalseColourScale& scale() const { return scale_; }
+
+ private:
+  ScreenTexture texture_;
+  std::optional<std::uint64_t> number_;
+  Look look_;
+  render::FalseColourScale scale_{1e-3, 1};
+};
+
+}  // namespace luxfield::view

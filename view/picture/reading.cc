@@ -1,0 +1,53 @@
+#include "luxfield/view/picture/reading.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "luxfield/core/colour.h"
+
+namespace luxfield::view {
+namespace {
+
+double LuminanceAt(const core::Image& image, int column, int row) {
+  return core::Luminance(
+      {image.at(0, row, column), image.at(1, row, column), image.at(2, row, column)});
+}
+
+bool Hit(const render::Frame& frame, int column, int row) {
+  return !frame.coverage.data.empty() && frame.coverage.at(0, row, column) > 0;
+}
+
+}  // namespace
+
+std::optional<Reading> ReadAt(const render::Frame& frame, int column, int row) {
+  if (column < 0 || row < 0 || column >= frame.width || row >= frame.height) return {};
+  Reading reading{column, row, LuminanceAt(frame.radiance, column, row), {}, {}, {}};
+  const bool hit = Hit(frame, column, row);
+  if (hit && !frame.irradiance.data.empty())
+    reading.illuminance = LuminanceAt(frame.irradiance, column, row);
+  if (!frame.variance.data.empty())
+    reading.luminance_sigma = std::sqrt(std::max(0.0, double{frame.variance.at(0, row, column)}));
+  if (hit && !frame.position.data.empty())
+    reading.position = {frame.position.at(0, row, column), frame.position.at(1, row, column),
+                        frame.position.at(2, row, column)};
+  return reading;
+}
+
+std::string Describe(const Reading& reading, lightfield::FluxUnit unit) {
+  std::string text =
+      fmt::format("({}, {})  {:.4g}", reading.column, reading.row, reading.luminance);
+  if (reading.luminance_sigma && *reading.luminance_sigma > 0)
+    text += fmt::format(" +- {:.1g}", *reading.luminance_sigma);
+  text += " " + render::RadianceUnitName(unit);
+  if (reading.illuminance)
+    text += fmt::format("  {:.4g} {} (direct light only)", *reading.illuminance,
+                        render::IrradianceUnitName(unit));
+  if (reading.position)
+    text += fmt::format("  at {:.3f} {:.3f} {:.3f} m", reading.position->x, reading.position->y,
+                        reading.position->z);
+  return text;
+}
+
+}  // namespace luxfield::view

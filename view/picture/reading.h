@@ -1,0 +1,30 @@
+// What a picture says at one of its pixels.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "luxfield/lightfield/geometry.h"
+#include "luxfield/render/film/frame.h"
+
+namespace luxfield::view {
+
+struct Reading {
+  int column = 0, row = 0;
+  // Luminance of the radiance, and of the irradiance where the picture holds one and something was
+  // hit; Frame's units.
+  double luminance = 0;
+  std::optional<double> illuminance;
+  // Standard deviation of `luminance` by the estimator's own variance, where the picture holds it.
+  std::optional<double> luminance_sigma;
+  std::optional<lightfield::Vec3> position;  // world, metres; where something was hit
+};
+
+// Empty outside of the picture.
+std::optional<Reading> ReadAt(const render::Frame& frame, int column, int row);
+
+// "(120, 44)  12.3 +- 0.1 cd/m2  45.6 lx (direct light only)  at 0.120 1.400 0.000 m": `+-` and the
+// place where they are known. Irradiance of direct light alone is what this program lights with.
+std::string Describe(const Reading& reading, lightfield::FluxUnit unit);
+
+}  // namespace luxfield::view

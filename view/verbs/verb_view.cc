@@ -1,0 +1,165 @@
+#include "luxfield/view/verbs/verb_view.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdio>
+#include <memory>
+
+#include "luxfield/cli/named_files.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/outputs.h"
+#include "luxfield/view/viewer.h"
+
+namespace luxfield::view {
+namespace {
+
+struct Words {
+  ViewerOptions viewer;
+  std::string size, error, shadows = "traced";
+  std::vector<std::string> reads;
+  std::optional<double> exposure;
+  std::vector<double> scale;
+  bool false_colour = false;
+};
+
+// "640x480" with `separator` 'x', "12,34" with ','.
+std::array<int, 2> ParsePair(const std::string& text, char separator, const char* option,
+                             const char* example, int least) {
+  std::array<int, 2> pair{};
+  char between = 0;
+  int used = 0;
+  const int found = std::sscanf(text.c_str(), "%6d%c%6d%n", &pair[0], &between, &pair[1], &used);
+  if (found != 3 || between != separator || used != static_cast<int>(text.size()) ||
+      pair[0] < least || pair[1] < least || pair[0] > 16384 || pair[1] > 16384)
+    throw InputError(
+        fmt::format("{} = {} is no pair of whole numbers from {} to 16384; give it as {}", option,
+                    text, least, example));
+  return pair;
+}
+
+std::optional<Look> LookOf(const Words& words) {
+  if (words.exposure && words.false_colour)
+    throw InputError("--exposure contradicts --false-colour; drop one of them");
+  if (!words.scale.empty() && !words.false_colour)
+    throw InputError("--scale is of --false-colour; give that too, or drop it");
+  if (!words.exposure && !words.false_colour) return {};
+  Look look;
+  if (words.exposure) {
+    if (!(*words.exposure > 0))
+      throw InputError(fmt::format("--exposure = {} must be above 0", *words.exposure));
+    look.tone = Tone::kLinear;
+    look.exposure = *words.exposure;
+  } else {
+    look.tone = Tone::kFalseColour;
+    if (!words.scale.empty()) {
+      look.scale = render::FalseColourScale{words.scale[0], words.scale[1]};
+      if (!(words.scale[0] > 0 && words.scale[1] > words.scale[0]))
+        throw InputError(
+            fmt::format("--scale {} {} must rise from above 0", words.scale[0], words.scale[1]));
+    }
+  }
+  return look;
+}
+
+core::Json ToJson(const Reading& reading) {
+  core::Json json{
+      {"column", reading.column}, {"row", reading.row}, {"luminance", reading.luminance}};
+  if (reading.luminance_sigma) json["luminance_sigma"] = *reading.luminance_sigma;
+  if (reading.illuminance) json["illuminance"] = *reading.illuminance;
+  if (reading.position)
+    json["position_m"] = {reading.position->x, reading.position->y, reading.position->z};
+  return json;
+}
+
+core::Json ToJson(const ViewerResult& result) {
+  core::Json json{{"frames", result.frames}, {"settled", result.settled}};
+  if (result.picture.width > 0) {
+    json["width"] = result.picture.width;
+    json["height"] = result.picture.height;
+    json["unit"] = lightfield::FluxUnitName(result.unit);
+  }
+  if (result.error) json["estimated_rel_rmse"] = *result.error;
+  json["readings"] = core::Json::array();
+  for (const Reading& reading : result.readings) json["readings"].push_back(ToJson(reading));
+  return json;
+}
+
+// Says again what the window showed, with the exit code of the failure.
+[[noreturn]] void Throw(const Failure& failure) {
+  if (failure.exit_code == 2) throw InputError(failure.sentence);
+  throw DeviceError(failure.sentence);
+}
+
+core::Json Run(Words words, const cli::Common& common) {
+  ViewerOptions& options = words.viewer;
+  if (!words.size.empty()) {
+    const auto [width, height] = ParsePair(words.size, 'x', "--size", "1280x800", 1);
+    options.size = {width, height};
+  }
+  for (const std::string& read : words.reads) {
+    const auto [column, row] = ParsePair(read, ',', "--read", "120,44", 0);
+    options.reads.push_back({column, row});
+  }
+  if (!words.error.empty())
+    options.input.error = cli::ParseQuantity(words.error, "--error", {{"%", 0.01}});
+  if (!(options.input.error > 0 && options.input.error <= 1))
+    throw InputError(fmt::format("--error = {} must lie above 0 and be at most 100%", words.error));
+  if (options.frames && options.screenshot.empty())
+    throw InputError("--frames is of --screenshot; give that too, or drop it");
+  if (!options.screenshot.empty())
+    cli::RequireExtension(options.screenshot.string(), ".png", "--screenshot");
+  options.look = LookOf(words);
+  options.input.shadows = words.shadows == "traced";
+  options.input.threads = common.threads;
+  options.input.seed = common.seed.value_or(1);
+  const ViewerResult result = RunViewer(options);
+  if (result.failure) {
+    core::PutOutputsInPlace();  // the screenshot shows the sentence
+    Throw(*result.failure);
+  }
+  for (const Reading& reading : result.readings) fmt::print("{}\n", Describe(reading, result.unit));
+  return ToJson(result);
+}
+
+}  // namespace
+
+void AddView(cli::Program& program) {
+  auto words = std::make_shared<Words>();
+  CLI::App& verb = program.AddVerb(
+      kViewVerb, [words, &program]() -> core::Json { return Run(*words, program.common()); });
+  verb.add_option("INPUT", words->viewer.input.file,
+                  "A scene.toml, an .lf.exr, an .exr picture or a session's folder")
+      ->required();
+  verb.add_option("--screenshot", words->viewer.screenshot,
+                  "Write what the window shows to this PNG and end, when it is settled or after "
+                  "--frames")
+      ->check(cli::OutputFile());
+  verb.add_option("--size", words->size, "The window's, as 1280x800, pixels");
+  verb.add_option("--frames", words->viewer.frames,
+                  "Take the screenshot after so many frames that show something, settled or not")
+      ->check(CLI::Range(1, 1000000));
+  verb.add_flag("--bare", words->viewer.bare, "The picture alone, without panels (key H)");
+  verb.add_option("--error", words->error,
+                  "The relative RMSE of the luminance to refine to while nothing moves "
+                  "(default: 0.5%)");
+  verb.add_option("--shadows", words->shadows, "traced or none; of refined pictures")
+      ->check(CLI::IsMember({"traced", "none"}));
+  verb.add_option("--exposure", words->exposure,
+                  "Start with the linear operator: radiance times this, clipped at 1");
+  verb.add_flag("--false-colour", words->false_colour, "Start with false colours of the luminance");
+  verb.add_option("--scale", words->scale,
+                  "Lowest and highest value of the false colours (default: from the picture)")
+      ->expected(2);
+  verb.add_option(
+      "--read", words->reads,
+      "Print what the pixel COLUMN,ROW of the picture says at the end; may be repeated");
+  verb.add_option("--width", words->viewer.input.width,
+                  "Picture width instead of the scene's, pixels");
+  verb.add_option("--height", words->viewer.input.height,
+                  "Picture height instead of the scene's, pixels");
+  verb.add_option("--device", words->viewer.input.device,
+                  "OpenCL device: a number or a part of its name (default: the first)");
+}
+
+}  // namespace luxfield::view

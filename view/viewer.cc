@@ -1,0 +1,262 @@
+#include "luxfield/view/viewer.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "luxfield/core/colour.h"
+#include "luxfield/core/progress.h"
+#include "luxfield/view/documents/open_input.h"
+#include "luxfield/view/panels/help_panel.h"
+#include "luxfield/view/panels/look_panel.h"
+#include "luxfield/view/panels/picture_area.h"
+#include "luxfield/view/panels/shown_picture.h"
+#include "luxfield/view/window/keys.h"
+#include "luxfield/view/window/screenshot.h"
+#include "luxfield/view/window/window.h"
+
+namespace luxfield::view {
+namespace {
+
+constexpr int kLeastFrames = 3;     // ImGui lays windows out in the first ones
+constexpr double kBusy_s = 0.05;    // longest wait for an event while pictures come
+constexpr double kActive_s = 0.01;  // while hands are at work, and for a while after
+constexpr double kAfterwards_s = 0.4;
+constexpr double kPanelWidth = 21;  // in heights of a letter
+constexpr double kMiddleGrey = 0.18;
+
+constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
+                                    ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                                    ImGuiWindowFlags_NoSavedSettings |
+                                    ImGuiWindowFlags_NoBringToFrontOnFocus;
+
+class Viewer {
+ public:
+  explicit Viewer(const ViewerOptions& options)
+      : options_(options),
+        window_("luxfield " + options.input.file.filename().string(), options.size),
+        document_(OpenInput(options.input)),
+        bare_(options.bare) {
+    if (options.look) look_ = *options.look;
+  }
+
+  ViewerResult Run() {
+    while (!window_.ShouldClose() && core::InterruptCount() == 0) {
+      const bool drawn = window_.BeginFrame(Wait());
+      document_->Update();
+      if (!drawn) continue;
+      Draw();
+      if (document_->picture() || document_->failure() || document_->DrawsItself()) ++frames_;
+      if (!IsLastFrame()) {
+        window_.EndFrame();
+        continue;
+      }
+      WindowPixels pixels;
+      window_.EndFrame(&pixels);
+      WriteScreenshot(options_.screenshot, pixels);
+      break;
+    }
+    return Result();
+  }
+
+ private:
+  double Wait() const {
+    const bool soon = options_.frames ? frames_ > 0 : document_->Settled();
+    if (!options_.screenshot.empty() && soon) return 0.001;
+    if (ImGui::GetTime() < active_until_s_) return kActive_s;
+    return document_->Settled() ? document_->PollingInterval() : kBusy_s;
+  }
+
+  bool IsLastFrame() const {
+    if (options_.screenshot.empty()) return false;
+    if (options_.frames) return frames_ >= *options_.frames;
+    return document_->Settled() && frames_ >= kLeastFrames && settled_frames_ >= 2;
+  }
+
+  // ImGui shows what a hand did over a few frames.
+  void SeeHands() {
+    const ImGuiIO& io = ImGui::GetIO();
+    const bool keys =
+        std::find(std::begin(io.KeysDown), std::end(io.KeysDown), true) != std::end(io.KeysDown);
+    if (keys || ImGui::IsAnyMouseDown() || io.MouseWheel != 0 || io.MouseDelta.x != 0 ||
+        io.MouseDelta.y != 0)
+      active_until_s_ = ImGui::GetTime() + kAfterwards_s;
+  }
+
+  void Draw() {
+    SeeHands();
+    settled_frames_ = document_->Settled() ? settled_frames_ + 1 : 0;
+    const render::Frame* frame = document_->picture();
+    if (frame) {
+      ChooseExposure(*frame);
+      shown_.Update(*document_, look_);
+    }
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    const float panel =
+        bare_ ? 0 : std::min(static_cast<float>(kPanelWidth) * ImGui::GetFontSize(), 0.5f * size.x);
+    const float bar = bare_ ? 0 : ImGui::GetFrameHeightWithSpacing();
+    ReadKeys();
+    DrawMiddle(ImVec2(size.x - panel, size.y - bar));
+    if (!bare_) {
+      DrawSidePanel(ImVec2(size.x - panel, 0), ImVec2(panel, size.y - bar));
+      DrawBar(ImVec2(0, size.y - bar), ImVec2(size.x, bar));
+    }
+    DrawHelp(help_);
+  }
+
+  // The linear operator starts where the mean is a middle grey.
+  void ChooseExposure(const render::Frame& frame) {
+    if (exposure_chosen_ || options_.look) return;
+    exposure_chosen_ = true;
+    double sum = 0;
+    for (std::size_t i = 0; i < frame.radiance.plane_size(); ++i)
+      sum += core::Luminance(
+          {frame.radiance.plane(0)[i], frame.radiance.plane(1)[i], frame.radiance.plane(2)[i]});
+    const double mean = sum / static_cast<double>(frame.radiance.plane_size());
+    if (mean > 0 && std::isfinite(mean)) look_.exposure = kMiddleGrey / mean;
+  }
+
+  void ReadKeys() {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (ImGui::IsKeyPressed(key::kF1, false)) help_ = !help_;
+    if (ImGui::IsKeyPressed(key::kEscape, false)) {
+      if (help_)
+        help_ = false;
+      else
+        window_.Close();
+    }
+    if (io.WantTextInput) return;
+    if (ImGui::IsKeyPressed(key::kH, false)) bare_ = !bare_;
+    if (ImGui::IsKeyPressed(key::k1, false)) look_.tone = Tone::kExponential;
+    if (ImGui::IsKeyPressed(key::k2, false)) look_.tone = Tone::kLinear;
+    if (ImGui::IsKeyPressed(key::k3, false)) look_.tone = Tone::kFalseColour;
+    if (ImGui::IsKeyPressed(key::kDelete, false)) probes_.clear();
+    const double third = std::exp2(1.0 / 3);
+    double& exposure = look_.tone == Tone::kLinear ? look_.exposure : look_.k;
+    if (ImGui::IsKeyPressed(key::kPlus) || ImGui::IsKeyPressed(key::kPadPlus)) exposure *= third;
+    if (ImGui::IsKeyPressed(key::kMinus) || ImGui::IsKeyPressed(key::kPadMinus)) exposure /= third;
+    Motion motion;
+    const double held = std::min(static_cast<double>(io.DeltaTime), 0.1);
+    const auto held_for = [&](Key more, Key less) {
+      return held * (ImGui::IsKeyDown(more) - ImGui::IsKeyDown(less));
+    };
+    if (!io.KeyCtrl) {
+      motion.fly_forward = held_for(key::kW, key::kS);
+      motion.fly_right = held_for(key::kD, key::kA);
+      motion.fly_up = held_for(key::kE, key::kQ);
+      motion.reset = ImGui::IsKeyPressed(key::kR, false);
+    }
+    motion.fast = io.KeyShift;
+    if (motion.Moves() && document_->HasCamera()) document_->Move(motion);
+  }
+
+  void DrawMiddle(ImVec2 size) {
+    ImGui::SetNextWindowPos(ImVec2(0, 0));
+    ImGui::SetNextWindowSize(size);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
+    ImGui::Begin("middle", nullptr,
+                 kFixed | ImGuiWindowFlags_NoScrollWithMouse | ImGuiWindowFlags_NoScrollbar);
+    pointer_.reset();
+    if (document_->picture()) {
+      area_.Draw(*document_, shown_.texture());
+      pointer_ = area_.pointer();
+      if (area_.double_clicked()) probes_.push_back(*pointer_);
+      for (std::size_t i = 0; i < probes_.size(); ++i)
+        area_.Mark(probes_[i], static_cast<int>(i) + 1);
+      if (area_.motion().Moves()) document_->Move(area_.motion());
+    } else {
+      document_->DrawMain();
+    }
+    ImGui::End();
+    ImGui::PopStyleVar();
+  }
+
+  void DrawSidePanel(ImVec2 at, ImVec2 size) {
+    ImGui::SetNextWindowPos(at);
+    ImGui::SetNextWindowSize(size);
+    ImGui::Begin("panel", nullptr, kFixed);
+    ImGui::PushItemWidth(0.6f * ImGui::GetContentRegionAvail().x);
+    if (const render::Frame* frame = document_->picture())
+      DrawLookPanel(*frame, shown_.scale(), look_);
+    document_->DrawPanel();
+    DrawProbes();
+    ImGui::Spacing();
+    ImGui::TextDisabled("F1: keys and mouse");
+    ImGui::PopItemWidth();
+    ImGui::End();
+  }
+
+  std::optional<Reading> ReadingAt(PicturePlace place) const {
+    const render::Frame& frame = *document_->picture();
+    auto reading = ReadAt(frame, static_cast<int>(place.x * frame.width),
+                          static_cast<int>(place.y * frame.height));
+    if (!reading) return {};
+    // Pixels are counted in the whole picture, of which a preview has fewer.
+    reading->column = static_cast<int>(place.x * document_->picture_size().width);
+    reading->row = static_cast<int>(place.y * document_->picture_size().height);
+    return reading;
+  }
+
+  void DrawProbes() {
+    const render::Frame* frame = document_->picture();
+    if (!frame || probes_.empty()) return;
+    if (!ImGui::CollapsingHeader("Probes", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    for (std::size_t i = 0; i < probes_.size(); ++i)
+      if (const auto reading = ReadingAt(probes_[i]))
+        ImGui::TextWrapped("%zu: %s", i + 1, Describe(*reading, frame->unit).c_str());
+  }
+
+  // The last line: on the left the value under the pointer, on the right how far the picture is.
+  void DrawBar(ImVec2 at, ImVec2 size) {
+    ImGui::SetNextWindowPos(at);
+    ImGui::SetNextWindowSize(size);
+    const ImVec2 padding = ImGui::GetStyle().FramePadding;
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, padding);
+    ImGui::Begin("bar", nullptr, kFixed | ImGuiWindowFlags_NoScrollbar);
+    if (pointer_)
+      if (const auto reading = ReadingAt(*pointer_))
+        ImGui::TextUnformatted(Describe(*reading, document_->picture()->unit).c_str());
+    const std::string status = document_->Status();
+    ImGui::SetCursorPos(
+        ImVec2(size.x - ImGui::CalcTextSize(status.c_str()).x - 2 * padding.x, padding.y));
+    ImGui::TextUnformatted(status.c_str());
+    ImGui::End();
+    ImGui::PopStyleVar();
+  }
+
+  ViewerResult Result() const {
+    ViewerResult result;
+    result.failure = document_->failure();
+    result.frames = frames_;
+    result.settled = document_->Settled();
+    if (const render::Frame* frame = document_->picture()) {
+      result.picture = {frame->width, frame->height};
+      result.error = document_->Error();
+      result.unit = frame->unit;
+      for (const auto& [column, row] : options_.reads)
+        if (const auto reading = ReadAt(*frame, column, row)) result.readings.push_back(*reading);
+    }
+    return result;
+  }
+
+  const ViewerOptions& options_;
+  Window window_;
+  std::unique_ptr<Document> document_;
+  ShownPicture shown_;
+  PictureArea area_;
+  Look look_;
+  bool bare_ = false, help_ = false, exposure_chosen_ = false;
+  double active_until_s_ = 0;
+  std::optional<PicturePlace> pointer_;
+  std::vector<PicturePlace> probes_;
+  int frames_ = 0, settled_frames_ = 0;
+};
+
+}  // namespace
+
+ViewerResult RunViewer(const ViewerOptions& options) { return Viewer(options).Run(); }
+
+}  // namespace luxfield::view
