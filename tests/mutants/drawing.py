@@ -23,6 +23,7 @@ ROOMS = [
     "reconstruct",
     "scene",
     "preprocess",
+    "photometry",
     "render",
     "kernels",
     "planning",

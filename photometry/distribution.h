@@ -1,0 +1,77 @@
+// A lamp's light distribution in numbers: flux, far-field intensity, beam and field angle, symmetry,
+// and from where on the lamp is a point.
+//
+// Linear quantities have the uncertainty of their weights. Angles and distances are solutions of
+// g(x, C) = 0, so that to first order (the delta method; JCGM 100:2008, 5.1)
+//
+//   dx = -(sum dg/dC dC) / (dg/dx)
+//
+// and the peak's direction does not enter the uncertainty of its intensity, whose slope there is 0.
+// A maximum over directions of equal intensity is biased upwards by noise, which u does not show.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "luxfield/photometry/functional.h"
+
+namespace luxfield::photometry {
+
+// docs/axes.md; gamma from the +z axis, C in [0, 360).
+struct Direction {
+  double c_deg = 0, gamma_deg = 0;
+};
+Direction DirectionOf(lightfield::Vec3 d);
+lightfield::Vec3 VectorOf(Direction direction);
+
+// The full angle between the two directions, to both sides of the peak, in which intensity first
+// falls to a share of the peak's: in the plane through the peak and along C0-C180 (u), in the one
+// across it, and their mean.
+struct BeamAngle {
+  Estimate along_c0_deg, along_c90_deg, mean_deg;
+  // The light field ends before intensity falls so far: the angle is that of what was measured.
+  bool limited = false;
+};
+
+// Distances from the origin of the luminaire's frame along a direction d, from which on
+// |E r^2 / I - 1| stays within a tolerance, E on a plane that faces the origin. Their uncertainties
+// are those in this direction, without that of where the peak is.
+struct InverseSquare {
+  lightfield::Vec3 direction;
+  std::array<std::optional<Estimate>, 3> distance_m;  // of kInverseSquarePercent; absent: nowhere
+};
+constexpr std::array<int, 3> kInverseSquarePercent = {1, 5, 10};
+
+struct Distribution {
+  lightfield::FluxUnit unit = lightfield::FluxUnit::kRelative;
+  Estimate flux;
+  Estimate axis;  // intensity along +z
+  Estimate peak;
+  lightfield::Vec3 peak_direction{0, 0, 1};
+  std::optional<BeamAngle> beam, field;  // 50 % and 10 %; absent: there is no light
+  // Of the flux, by rays with z > 0, and the rest; absent: there is none.
+  std::optional<Estimate> downward_share, upward_share;
+  // Half the integral of |I - mirrored I| over the sphere, over the flux: 0 of a lamp that is its
+  // own mirror image in the plane C0-C180 (v to -v) or C90-C270 (u to -u).
+  std::optional<double> asymmetry_c0_c180, asymmetry_c90_c270;
+  InverseSquare on_axis, towards_peak;
+  // The largest gamma up to which, at every C, all of F was measured; of a lamp of one field.
+  std::optional<double> covered_gamma_deg;
+  std::vector<std::string> remarks;  // what a person should know of these numbers, a sentence each
+};
+
+Distribution DistributionOf(const Lamp& lamp);
+
+// Intensity at all planes and angles, [plane][angle].
+struct IntensityTable {
+  std::vector<double> c_deg, gamma_deg;
+  std::vector<Estimate> intensity;
+  const Estimate& at(std::size_t c, std::size_t gamma) const {
+    return intensity[c * gamma_deg.size() + gamma];
+  }
+};
+IntensityTable TableOf(const Lamp& lamp, double c_step_deg, double gamma_step_deg);
+
+}  // namespace luxfield::photometry

@@ -1,0 +1,384 @@
+#include "luxfield/photometry/functional.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "luxfield/lightfield/light_vector.h"
+#include "luxfield/lightfield/projected_texels.h"
+#include "luxfield/lightfield/quadrature.h"
+
+namespace luxfield::photometry {
+namespace {
+
+using lightfield::BasisGrid;
+using lightfield::Dot;
+using lightfield::LuminaireGeometry;
+using lightfield::PencilAxis;
+using lightfield::PosedLightField;
+using lightfield::ProjectAllTexels;
+using lightfield::ProjectedTexels;
+using lightfield::TexelAxis;
+using lightfield::Vec3;
+
+// The runs of texels that any basis function of an axis meets, together: first and size.
+struct Run {
+  int first = 0, size = 0;
+};
+Run RunOf(const std::vector<ProjectedTexels>& all) {
+  int first = 0, last = -1;
+  for (const ProjectedTexels& one : all) {
+    if (one.size() == 0) continue;
+    const int end = one.first + static_cast<int>(one.size()) - 1;
+    first = last < 0 ? one.first : std::min(first, one.first);
+    last = std::max(last, end);
+  }
+  return {first, last - first + 1};
+}
+
+FieldFunctional Empty(const LuminaireGeometry& geometry, Run rows, Run columns) {
+  FieldFunctional empty;
+  if (rows.size <= 0 || columns.size <= 0) return empty;
+  empty.window = {rows.first, rows.size, columns.first, columns.size};
+  empty.weights.assign(geometry.grid.count() * empty.window.size(), 0.0);
+  return empty;
+}
+
+// One pencil of lines: texels on F along both axes.
+struct Pencil {
+  std::vector<ProjectedTexels> columns, rows;
+
+  Pencil(const LuminaireGeometry& g, const PencilAxis& x, const PencilAxis& y)
+      : columns(ProjectAllTexels(g.grid.basis, g.grid.u0_m, g.grid.spacing_m, g.grid.width,
+                                 TexelAxis::Columns(g.lattice), x)),
+        rows(ProjectAllTexels(g.grid.basis, g.grid.v0_m, g.grid.spacing_m, g.grid.height,
+                              TexelAxis::Rows(g.lattice), y)) {}
+};
+
+// weight(columns of i, c, rows of j, r) for every texel that a basis function meets.
+template <typename F>
+FieldFunctional Separable(const LuminaireGeometry& g, const Pencil& pencil, F&& weight) {
+  FieldFunctional out = Empty(g, RunOf(pencil.rows), RunOf(pencil.columns));
+  if (out.weights.empty()) return out;
+  for (int j = 0; j < g.grid.height; ++j)
+    for (int i = 0; i < g.grid.width; ++i) {
+      const ProjectedTexels &x = pencil.columns[i], &y = pencil.rows[j];
+      for (std::size_t r = 0; r < y.size(); ++r) {
+        const std::size_t row =
+            g.grid.index(i, j) * out.window.rows + y.first - out.window.row0 + r;
+        double* to = &out.weights[row * out.window.columns + x.first - out.window.column0];
+        for (std::size_t c = 0; c < x.size(); ++c) to[c] = weight(x, c, y, r);
+      }
+    }
+  return out;
+}
+
+// J.n of one field, in its own frame; exact where n.w >= 0 all over the supports.
+FieldFunctional LinearIlluminance(const LuminaireGeometry& g, Vec3 p, Vec3 n) {
+  if (!(p.z > 0)) return {};
+  const Pencil pencil(g, PencilAxis::ThroughPoint(p.x, p.z, g.delta_m),
+                      PencilAxis::ThroughPoint(p.y, p.z, g.delta_m));
+  // delta^2 / z^3 n . (u - p), with lengths in units of z as in light_vector.cc.
+  const double scale = g.delta_m / p.z * (g.delta_m / p.z);
+  return Separable(
+      g, pencil,
+      [&](const ProjectedTexels& x, std::size_t c, const ProjectedTexels& y, std::size_t r) {
+        return scale * (n.x * x.moment[c] / p.z * y.zeroth[r] +
+                        n.y * x.zeroth[c] * y.moment[r] / p.z - n.z * x.zeroth[c] * y.zeroth[r]);
+      });
+}
+
+FieldFunctional Intensity(const LuminaireGeometry& g, Vec3 d) {
+  if (!(d.z > 0)) return {};
+  const double sx = g.delta_m * d.x / d.z, sy = g.delta_m * d.y / d.z;
+  const Pencil pencil(g, PencilAxis::Parallel(sx), PencilAxis::Parallel(sy));
+  const double cosine = lightfield::CosTheta(g.delta_m, {0, 0}, {sx, sy});
+  const double scale = g.delta_m * g.delta_m / (cosine * cosine * cosine);
+  return Separable(g, pencil,
+                   [&](const ProjectedTexels& x, std::size_t c, const ProjectedTexels& y,
+                       std::size_t r) { return scale * x.zeroth[c] * y.zeroth[r]; });
+}
+
+// Nodes of an axis of F: between knots and borders of texels as seen from p, and in `parts` of these
+// pieces, a rule of four nodes.
+struct Node {
+  double offset;  // u - p
+  double weight;
+  int cell, texel;
+  std::array<double, lightfield::Basis::kMaxCells> phi;  // of the functions cell - n + 1 ... cell
+};
+
+// Abramowitz & Stegun 25.4.30, n = 4.
+constexpr std::array<double, 4> kGaussX = {-0.861136311594053, -0.339981043584856,
+                                           0.339981043584856, 0.861136311594053};
+constexpr std::array<double, 4> kGaussW = {0.347854845137454, 0.652145154862546, 0.652145154862546,
+                                           0.347854845137454};
+
+std::vector<Node> NodesOf(const lightfield::Basis& basis, double u0_m, double h, int count,
+                          const TexelAxis& texels, const PencilAxis& pencil, int parts) {
+  std::vector<Node> nodes;
+  const auto texel_of = [&](double w) {
+    return std::floor((pencil.s_pivot_m + w * pencil.s_per_w - texels.origin_m) / texels.step_m);
+  };
+  const auto add_piece = [&](double lo, double hi, int cell, double start) {
+    const double texel = texel_of(0.5 * (lo + hi)), half = 0.5 * (hi - lo) / parts;
+    if (!(half > 0 && texel >= 0 && texel < texels.count)) return;
+    for (int part = 0; part < parts; ++part)
+      for (std::size_t k = 0; k < kGaussX.size(); ++k) {
+        const double w = lo + half * (2 * part + 1 + kGaussX[k]);
+        Node node{w + pencil.moment_offset_m, half * kGaussW[k], cell, static_cast<int>(texel), {}};
+        for (int n = 0; n < basis.cells; ++n)
+          node.phi[n] = basis.CellValue(basis.cells - 1 - n, (w - start) / h);
+        nodes.push_back(node);
+      }
+  };
+  std::vector<double> breaks;
+  for (int cell = 0; cell < count + basis.cells - 1; ++cell) {
+    const double a = u0_m + cell * h - pencil.u_pivot_m, b = a + h;
+    breaks.assign({a, b});
+    const double from = std::clamp(std::min(texel_of(a), texel_of(b)), -1.0, 1.0 * texels.count);
+    const double to = std::clamp(std::max(texel_of(a), texel_of(b)), -1.0, 1.0 * texels.count);
+    for (double k = from + 1; k <= to; ++k)
+      breaks.push_back(std::clamp(
+          (texels.origin_m - pencil.s_pivot_m + k * texels.step_m) / pencil.s_per_w, a, b));
+    std::sort(breaks.begin(), breaks.end());
+    for (std::size_t k = 0; k + 1 < breaks.size(); ++k)
+      add_piece(breaks[k], breaks[k + 1], cell, a);
+  }
+  return nodes;
+}
+
+Run RunOf(const std::vector<Node>& nodes) {
+  if (nodes.empty()) return {};
+  const auto [least, most] = std::minmax_element(
+      nodes.begin(), nodes.end(), [](const Node& a, const Node& b) { return a.texel < b.texel; });
+  return {least->texel, most->texel - least->texel + 1};
+}
+
+// delta^2 / z^3 integral C Phi k(w) |u - p| du of one field, k of directions in its own frame.
+template <typename Kernel>
+FieldFunctional OfKernel(const LuminaireGeometry& g, Vec3 p, int parts, Kernel&& kernel) {
+  if (!(p.z > 0)) return {};
+  const BasisGrid& grid = g.grid;
+  const auto x =
+      NodesOf(grid.basis, grid.u0_m, grid.spacing_m, grid.width, TexelAxis::Columns(g.lattice),
+              PencilAxis::ThroughPoint(p.x, p.z, g.delta_m), parts);
+  const auto y =
+      NodesOf(grid.basis, grid.v0_m, grid.spacing_m, grid.height, TexelAxis::Rows(g.lattice),
+              PencilAxis::ThroughPoint(p.y, p.z, g.delta_m), parts);
+  FieldFunctional out = Empty(g, RunOf(y), RunOf(x));
+  if (out.weights.empty()) return out;
+  const double scale = g.delta_m / p.z * (g.delta_m / p.z) / p.z;
+  const int n = grid.basis.cells;
+  for (const Node& b : y)
+    for (const Node& a : x) {
+      const Vec3 to_light{a.offset, b.offset, -p.z};
+      const double r = lightfield::Length(to_light);
+      const double value = scale * a.weight * b.weight * r * kernel((1 / r) * to_light);
+      if (value == 0) continue;
+      const std::size_t place = std::size_t(b.texel - out.window.row0) * out.window.columns +
+                                a.texel - out.window.column0;
+      for (int l = 0; l < n; ++l)
+        for (int k = 0; k < n; ++k) {
+          const int i = a.cell - n + 1 + k, j = b.cell - n + 1 + l;
+          if (i < 0 || i >= grid.width || j < 0 || j >= grid.height) continue;
+          out.weights[grid.index(i, j) * out.window.size() + place] += value * a.phi[k] * b.phi[l];
+        }
+    }
+  return out;
+}
+
+// Of each field, of(geometry, field_from_luminaire).
+template <typename F>
+Functional OfFields(const Lamp& lamp, F&& of) {
+  Functional functional;
+  for (const PosedLightField& posed : lamp.fields)
+    functional.push_back(of(posed.field.geometry, posed.luminaire_from_field));
+  return functional;
+}
+
+// A kernel of directions in the luminaire's frame.
+template <typename Kernel>
+Functional OfKernelAt(const Lamp& lamp, Vec3 p, Kernel&& kernel) {
+  return OfFields(lamp, [&](const LuminaireGeometry& g, const lightfield::RigidPose& pose) {
+    return OfKernel(g, pose.Inverse().Point(p), 1,
+                    [&](Vec3 w) { return kernel(pose.Direction(w)); });
+  });
+}
+
+// Of every piece along both axes where a horizon cuts the light, and makes a kink in k.
+constexpr int kPartsAtHorizon = 6;
+
+// |sin| of the angle to the axis.
+double Sine(Vec3 axis, Vec3 w) {
+  const double cosine = Dot(axis, w);
+  return std::sqrt(std::max(0.0, 1 - cosine * cosine));
+}
+
+// Adds factor times `one` to a functional whose window holds it.
+void AddTo(FieldFunctional& sum, int images, double factor, const FieldFunctional& one) {
+  const TexelWindow &to = sum.window, &from = one.window;
+  for (int m = 0; m < images; ++m)
+    for (int r = 0; r < from.rows; ++r) {
+      const double* source = &one.weights[(std::size_t(m) * from.rows + r) * from.columns];
+      const std::size_t row = std::size_t(m) * to.rows + from.row0 - to.row0 + r;
+      double* target = &sum.weights[row * to.columns + from.column0 - to.column0];
+      for (int c = 0; c < from.columns; ++c) target[c] += factor * source[c];
+    }
+}
+
+TexelWindow Hull(const TexelWindow& a, const TexelWindow& b) {
+  if (a.size() == 0) return b;
+  if (b.size() == 0) return a;
+  const int row0 = std::min(a.row0, b.row0), column0 = std::min(a.column0, b.column0);
+  return {row0, std::max(a.row0 + a.rows, b.row0 + b.rows) - row0, column0,
+          std::max(a.column0 + a.columns, b.column0 + b.columns) - column0};
+}
+
+}  // namespace
+
+double Value(const Lamp& lamp, const Functional& functional) {
+  double sum = 0;
+  for (std::size_t k = 0; k < functional.size(); ++k) {
+    const auto& [window, weights] = functional[k];
+    const auto& field = lamp.fields[k].field;
+    const int width = field.geometry.lattice.width;
+    if (weights.empty()) continue;
+    for (int m = 0; m < field.geometry.grid.count(); ++m)
+      for (int r = 0; r < window.rows; ++r) {
+        const float* c = &field.image(m, 0)[std::size_t(window.row0 + r) * width + window.column0];
+        const double* w = &weights[(std::size_t(m) * window.rows + r) * window.columns];
+        for (int q = 0; q < window.columns; ++q) sum += w[q] * c[q];
+      }
+  }
+  return sum;
+}
+
+std::optional<double> Uncertainty(const Lamp& lamp, const Functional& functional) {
+  if (lamp.noise.empty()) return {};
+  double variance = 0;
+  for (std::size_t k = 0; k < functional.size(); ++k)
+    if (!functional[k].weights.empty())
+      variance += lamp.noise[k].Variance(functional[k].window, functional[k].weights);
+  return std::sqrt(variance);
+}
+
+Estimate Evaluate(const Lamp& lamp, const Functional& functional) {
+  return {Value(lamp, functional), Uncertainty(lamp, functional)};
+}
+
+Functional Sum(std::span<const FunctionalTerm> terms) {
+  Functional sum;
+  if (terms.empty()) return sum;
+  sum.resize(terms[0].functional->size());
+  for (std::size_t k = 0; k < sum.size(); ++k) {
+    std::size_t images = 0;
+    for (const FunctionalTerm& term : terms) {
+      const FieldFunctional& one = (*term.functional)[k];
+      sum[k].window = Hull(sum[k].window, one.window);
+      if (!one.weights.empty()) images = one.weights.size() / one.window.size();
+    }
+    sum[k].weights.assign(images * sum[k].window.size(), 0.0);
+    for (const FunctionalTerm& term : terms)
+      if (const FieldFunctional& one = (*term.functional)[k]; !one.weights.empty())
+        AddTo(sum[k], static_cast<int>(images), term.factor, one);
+  }
+  return sum;
+}
+
+Functional Sum(std::initializer_list<FunctionalTerm> terms) {
+  return Sum(std::span(terms.begin(), terms.size()));
+}
+
+Functional FluxOf(const Lamp& lamp) {
+  return OfFields(lamp, [](const LuminaireGeometry& g, const lightfield::RigidPose&) {
+    FieldFunctional out = Empty(g, {0, g.lattice.height}, {0, g.lattice.width});
+    std::fill(out.weights.begin(), out.weights.end(),
+              g.lattice.texel_area_m2() * g.grid.PhiIntegral());
+    return out;
+  });
+}
+
+Functional FluxTowards(const Lamp& lamp, Vec3 axis) {
+  return OfFields(lamp, [&](const LuminaireGeometry& g, const lightfield::RigidPose& pose) {
+    FieldFunctional out = Empty(g, {0, g.lattice.height}, {0, g.lattice.width});
+    const Vec3 n = pose.InverseDirection(axis);
+    const int cells = g.grid.basis.cells;
+    const double h = g.grid.spacing_m, area = g.lattice.texel_area_m2();
+    // Over a texel direction . axis changes by so much; 0 where it is the same all over.
+    const double reach =
+        std::max(std::abs(n.x) * g.lattice.ds_m + std::abs(n.y) * g.lattice.dt_m, 1e-300);
+    constexpr double kNode = 0.21132486540518711775;  // (1 - 1 / sqrt(3)) / 2
+    for (int j = 0; j < g.grid.height; ++j)
+      for (int i = 0; i < g.grid.width; ++i)
+        for (int b = 0; b < 2 * cells; ++b)
+          for (int a = 0; a < 2 * cells; ++a) {
+            const double fx = a % 2 ? 1 - kNode : kNode, fy = b % 2 ? 1 - kNode : kNode;
+            const double u = g.grid.u0_m + (i + a / 2 + fx) * h,
+                         v = g.grid.v0_m + (j + b / 2 + fy) * h;
+            const double weight = area * h * h / 4 * g.grid.basis.CellValue(a / 2, fx) *
+                                  g.grid.basis.CellValue(b / 2, fy);
+            double* to = &out.weights[g.grid.index(i, j) * out.window.size()];
+            for (int row = 0; row < g.lattice.height; ++row)
+              for (int column = 0; column < g.lattice.width; ++column) {
+                const auto s = g.lattice.centre(row, column);
+                const double height = n.x * (s.x - u) + n.y * (s.y - v) + n.z * g.delta_m;
+                to[std::size_t(row) * g.lattice.width + column] +=
+                    weight * std::clamp(0.5 + height / reach, 0.0, 1.0);
+              }
+          }
+    return out;
+  });
+}
+
+Functional IntensityTowards(const Lamp& lamp, Vec3 direction) {
+  return OfFields(lamp, [&](const LuminaireGeometry& g, const lightfield::RigidPose& pose) {
+    return Intensity(g, pose.InverseDirection(direction));
+  });
+}
+
+Functional IlluminanceAt(const Lamp& lamp, Vec3 p, Vec3 n) {
+  return OfFields(lamp, [&](const LuminaireGeometry& g, const lightfield::RigidPose& pose) {
+    const Vec3 own_p = pose.Inverse().Point(p), own_n = pose.InverseDirection(n);
+    if (own_p.z > 0 && lightfield::HorizonCutsSupport(g, own_p, own_n))
+      return OfKernel(g, own_p, kPartsAtHorizon,
+                      [&](Vec3 w) { return std::max(0.0, Dot(own_n, w)); });
+    return LinearIlluminance(g, own_p, own_n);
+  });
+}
+
+std::array<Functional, 3> LightVectorAt(const Lamp& lamp, Vec3 p) {
+  const auto along = [&](Vec3 axis) {
+    return OfFields(lamp, [&](const LuminaireGeometry& g, const lightfield::RigidPose& pose) {
+      return LinearIlluminance(g, pose.Inverse().Point(p), pose.InverseDirection(axis));
+    });
+  };
+  return {along({1, 0, 0}), along({0, 1, 0}), along({0, 0, 1})};
+}
+
+Functional FluenceRateAt(const Lamp& lamp, Vec3 p) {
+  return OfKernelAt(lamp, p, [](Vec3) { return 1.0; });
+}
+
+Functional CylindricalIlluminanceAt(const Lamp& lamp, Vec3 p, Vec3 axis) {
+  return OfKernelAt(lamp, p, [&](Vec3 w) { return Sine(axis, w) / std::numbers::pi; });
+}
+
+Functional SemicylindricalIlluminanceAt(const Lamp& lamp, Vec3 p, Vec3 axis, Vec3 facing) {
+  return OfKernelAt(lamp, p,
+                    [&](Vec3 w) { return (Sine(axis, w) + Dot(facing, w)) / std::numbers::pi; });
+}
+
+double IntensityValue(const Lamp& lamp, Vec3 direction) {
+  return FarFieldIntensity(lamp.fields, direction)[0];
+}
+
+double IlluminanceValue(const Lamp& lamp, Vec3 p, Vec3 n) {
+  double sum = 0;
+  for (const PosedLightField& posed : lamp.fields)
+    sum += ExactIrradiance(posed.field, posed.luminaire_from_field.Inverse().Point(p),
+                           posed.luminaire_from_field.InverseDirection(n))[0];
+  return sum;
+}
+
+}  // namespace luxfield::photometry
