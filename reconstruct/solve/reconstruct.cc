@@ -210,6 +210,15 @@ void SolveForwardModel(std::span<const Measurements> all, const ReconstructOptio
         Regularise(system, grid, options.lambda, images.unknown, pixels, kept);
 }
 
+// How C came of E, for who wants to know how its errors hang together.
+void NameSolve(Reconstruction* result) {
+  const ReconstructionReport& report = result->report;
+  for (LightField* field : {&result->coefficients, &result->sigma}) {
+    field->provenance["solve"] = report.regularisation ? "regularised" : report.solve;
+    field->provenance["kept_moments"] = fmt::format("{} {}", report.kept.u, report.kept.v);
+  }
+}
+
 void SolveDual(const Measurements& measurements, const Pointers& all, Reconstruction* result) {
   result->report.solve = "none";
   result->report.condition = result->report.noise_gain = result->report.worst_gain = 1;
@@ -292,6 +301,7 @@ Reconstruction Reconstruct(std::span<const Measurements> all, const ReconstructO
   else
     SolveBasis(geometry, options, images, &result);
   result.report.coefficients = Statistics(result.coefficients, result.sigma);
+  NameSolve(&result);
   if (options.non_negative && options.metric == NonNegativeMetric::kIrradiance) {
     result.report.non_negative = ProjectByIrradiance({}, &result.coefficients);
   } else if (options.non_negative) {

@@ -263,6 +263,7 @@ TEST(Reconstruct, LeavesDualMeasurementsAsTheyAre) {
   EXPECT_EQ(result.report.incomplete.incomplete, 1u);
   EXPECT_EQ(result.report.solve, "none");
   EXPECT_EQ(result.report.condition, 1);
+  EXPECT_EQ(result.sigma.provenance.at("solve"), "none");
   // The missing one is 0, give or take the texel's others.
   double squares = 0;
   for (int m = 0; m < 12; ++m) squares += std::pow(double{result.coefficients.image(m, 0)[7]}, 2);
@@ -340,6 +341,11 @@ TEST(Reconstruct, ReportsWhatItKnows) {
   EXPECT_EQ(json["images"], 99);
   EXPECT_GT(json["non_negative"]["pixels"].get<int>(), 0);
   EXPECT_EQ(json["non_negative"]["unconverged"], 0);
+  for (const auto* field : {&result.coefficients, &result.sigma}) {
+    EXPECT_EQ(field->provenance.at("solve"), "gram");
+    EXPECT_EQ(field->provenance.at("kept_moments"),
+              std::to_string(result.report.kept.u) + " " + std::to_string(result.report.kept.v));
+  }
 }
 
 }  // namespace
