@@ -6,9 +6,10 @@ find_package(GTest REQUIRED)
 add_subdirectory(tests/fakes)
 add_subdirectory(tests/preload)
 
-foreach(room core lightfield environment formats rig session capture reconstruct scene preprocess web photometry)
+foreach(room core lightfield environment formats rig session capture reconstruct scene preprocess web)
   luxfield_tests(${room} USES luxfield_${room})
 endforeach()
+luxfield_tests(photometry USES luxfield_photometry luxfield_reconstruct)
 if(LUXFIELD_BUILD_BENCH)  # whose scenes and labs these light and measure
   foreach(room render planning bench physics)
     luxfield_tests(${room} USES luxfield_bench)
