@@ -1,5 +1,5 @@
 // A lamp's light distribution in numbers: flux, far-field intensity, beam and field angle, symmetry,
-// and from where on the lamp is a point.
+// and from where on the lamp is a point (docs/photometry.md).
 //
 // Linear quantities have the uncertainty of their weights. Angles and distances are solutions of
 // g(x, C) = 0, so that to first order (the delta method; JCGM 100:2008, 5.1)

@@ -215,7 +215,6 @@ double Sine(Vec3 axis, Vec3 w) {
   return std::sqrt(std::max(0.0, 1 - cosine * cosine));
 }
 
-// Adds factor times `one` to a functional whose window holds it.
 void AddTo(FieldFunctional& sum, int images, double factor, const FieldFunctional& one) {
   const TexelWindow &to = sum.window, &from = one.window;
   for (int m = 0; m < images; ++m)
@@ -288,6 +287,18 @@ Functional Sum(std::span<const FunctionalTerm> terms) {
 
 Functional Sum(std::initializer_list<FunctionalTerm> terms) {
   return Sum(std::span(terms.begin(), terms.size()));
+}
+
+Functional ZeroOf(const Lamp& lamp) {
+  return OfFields(lamp, [](const LuminaireGeometry& g, const lightfield::RigidPose&) {
+    return Empty(g, {0, g.lattice.height}, {0, g.lattice.width});
+  });
+}
+
+void Add(Functional& sum, double factor, const Functional& one) {
+  for (std::size_t k = 0; k < sum.size(); ++k)
+    if (!one[k].weights.empty())
+      AddTo(sum[k], static_cast<int>(sum[k].weights.size() / sum[k].window.size()), factor, one[k]);
 }
 
 Functional FluxOf(const Lamp& lamp) {

@@ -46,6 +46,10 @@ struct FunctionalTerm {
 Functional Sum(std::span<const FunctionalTerm> terms);
 Functional Sum(std::initializer_list<FunctionalTerm> terms);
 
+// 0 over all texels, and factor times another added to one whose windows hold it: for sums of many.
+Functional ZeroOf(const Lamp& lamp);
+void Add(Functional& sum, double factor, const Functional& one);
+
 Functional FluxOf(const Lamp& lamp);
 
 // The flux whose rays have direction . axis > 0: of rays from the nodes of a rule of two in each cell

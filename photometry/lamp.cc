@@ -1,6 +1,5 @@
 #include "luxfield/photometry/lamp.h"
 
-#include <array>
 #include <cmath>
 
 #include "luxfield/core/colour.h"
@@ -36,9 +35,8 @@ LightField Combined(const LightField& field, F&& of) {
 }
 
 double LuminanceSigma(const core::Rgb& sigma) {
-  const std::array<double, 3> shares = {core::Luminance({1, 0, 0}), core::Luminance({0, 1, 0}),
-                                        core::Luminance({0, 0, 1})};
-  return std::hypot(shares[0] * sigma[0], shares[1] * sigma[1], shares[2] * sigma[2]);
+  const core::Rgb& share = core::kLuminanceWeights;
+  return std::hypot(share[0] * sigma[0], share[1] * sigma[1], share[2] * sigma[2]);
 }
 
 }  // namespace

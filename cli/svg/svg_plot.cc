@@ -43,6 +43,21 @@ std::string Ring(double x, double y) {
                      y, kRingColour);
 }
 
+// Of a line with more points than can be told apart there is the line alone.
+bool ShowsMarkers(const Series& series) { return !series.lines || series.x.size() < 60; }
+
+std::string Dashes(const Series& series) {
+  return series.dashed ? " stroke-dasharray=\"6 3\"" : "";
+}
+
+// A piece of the line, for the legend.
+std::string Stroke(const Series& series, double x, double y, const char* colour) {
+  return fmt::format(
+      "<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" "
+      "stroke-width=\"1.5\"{}/>",
+      x - 9, x + 12, y, y, colour, Dashes(series));
+}
+
 // Where each named series stands in the legend between title and frame: lines of them.
 struct Place {
   double x = 0, y = 0;
@@ -187,13 +202,15 @@ std::string SvgPlot(const Plot& plot) {
     }
     if (series.lines)
       svg += fmt::format(
-          "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"/>\n", points,
-          colour);
-    if (!series.lines || series.x.size() < 60) svg += markers + "\n";
+          "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"{}/>\n", points,
+          colour, Dashes(series));
+    if (ShowsMarkers(series)) svg += markers + "\n";
     if (!series.name.empty()) {
       const auto& [lx, ly] = legend[k];
       svg += fmt::format("{}<text x=\"{:.0f}\" y=\"{:.0f}\">{}</text>\n",
-                         series.ring ? Ring(lx + 5, ly) : Marker(style, lx + 5, ly, colour),
+                         series.ring            ? Ring(lx + 5, ly)
+                         : ShowsMarkers(series) ? Marker(style, lx + 5, ly, colour)
+                                                : Stroke(series, lx, ly, colour),
                          lx + 15, ly + 4, EscapeXml(series.name));
     }
   }

@@ -14,6 +14,7 @@ struct Series {
   // Colour and marker: series of the same style look alike. Absent: one of its own.
   std::optional<int> style{};
   bool ring = false;  // points as open rings around those of other series; grey
+  bool dashed = false;
 };
 
 struct Plot {

@@ -48,7 +48,8 @@ const Names kVerbs = {"devices",
                       "info",
                       "compare",
                       "bench",
-                      "demo"
+                      "demo",
+                      "photometry"
 #ifdef LUXFIELD_VIEW
                       ,
                       "view"
@@ -225,6 +226,7 @@ INSTANTIATE_TEST_SUITE_P(
         Reader{"info_layout", {"info", "@", "--layout", "mirror-ball"}, ".exr"},
         Reader{"compare", {"compare", "@", "@"}, ".exr"},
         Reader{"compare_lf", {"compare", "@", "@"}, ".lf.exr"},
+        Reader{"photometry", {"photometry", "@", "-o", "output.html"}, ".lf.exr"},
         Reader{"import", {"import", "@", "-o", "output.lf.exr"}, ".tm25ray"},
         Reader{"preprocess", {"preprocess", "@", "-o", "output.tab.exr"}, ".lf.exr"},
         Reader{"reconstruct", {"reconstruct", "@", "-o", "output.lf.exr"}, ".meas.exr"},

@@ -58,6 +58,7 @@ TEMPLATES = [
     Template(6, "preprocess x.lf.exr -o o.tab.exr", "x.lf.exr", "o.tab.exr"),
     Template(2, "preprocess x.lf.exr -o o.tab.exr --scene lit.toml --receivers 20",
              f"lit.toml x.lf.exr sky.hdr {MESH}", "o.tab.exr o.lf.exr", spoilt=9),
+    Template(4, "photometry x.lf.exr -o o.html --json o.json", "x.lf.exr", "o.html o.json"),
     Template(5, "compare x.lf.exr y.lf.exr --json o.json", "x.lf.exr x.lf.exr=y.lf.exr", "o.json", spoilt=2),
     Template(4, "compare sky.exr y.exr -d o.exr", "sky.exr sky.exr=y.exr", "o.exr", spoilt=2),
     Template(5, "import r.tm25ray -o o.lf.exr --grid 5 5 --lattice 8 8 --faces beam", "r.tm25ray", "o.lf.exr"),

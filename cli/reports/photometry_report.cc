@@ -1,0 +1,270 @@
+#include "luxfield/cli/reports/photometry_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "luxfield/cli/reports/csv.h"
+#include "luxfield/cli/reports/photometry_names.h"
+
+namespace luxfield::cli {
+namespace {
+
+using core::Json;
+using photometry::Estimate;
+
+Json Optional(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+// KEY and KEY_u.
+void Put(Json& json, const std::string& key, const Estimate& estimate) {
+  json[key] = estimate.value;
+  json[key + "_u"] = Optional(estimate.u);
+}
+void Put(Json& json, const std::string& key, const std::optional<Estimate>& estimate) {
+  if (estimate)
+    Put(json, key, *estimate);
+  else
+    json[key] = json[key + "_u"] = nullptr;
+}
+
+void PutAngle(Json& json, const std::string& name, const std::optional<photometry::BeamAngle>& b) {
+  const auto part = [&](Estimate photometry::BeamAngle::*which) {
+    return b ? std::optional((*b).*which) : std::nullopt;
+  };
+  Put(json, name + "_deg", part(&photometry::BeamAngle::mean_deg));
+  Put(json, name + "_c0_deg", part(&photometry::BeamAngle::along_c0_deg));
+  Put(json, name + "_c90_deg", part(&photometry::BeamAngle::along_c90_deg));
+  json[name + "_limited"] = b ? Json(b->limited) : Json();
+}
+
+void PutInverseSquare(Json& json, const std::string& key, const photometry::InverseSquare& found) {
+  Json values = Json::object(), uncertainties = Json::object();
+  for (std::size_t k = 0; k < photometry::kInverseSquarePercent.size(); ++k) {
+    const std::string percent = std::to_string(photometry::kInverseSquarePercent[k]);
+    const auto& distance = found.distance_m[k];
+    values[percent] = distance ? Json(distance->value) : Json();
+    uncertainties[percent] = distance ? Optional(distance->u) : Json();
+  }
+  json[key] = values;
+  json[key + "_u"] = uncertainties;
+}
+
+Json Listed(lightfield::Vec3 v) { return {v.x, v.y, v.z}; }
+
+Json TableJson(const photometry::IntensityTable& table, const PhotometryNames& names) {
+  Json values = Json::array(), uncertainties = Json::array();
+  bool known = false;
+  for (std::size_t c = 0; c < table.c_deg.size(); ++c) {
+    Json value_row = Json::array(), u_row = Json::array();
+    for (std::size_t g = 0; g < table.gamma_deg.size(); ++g) {
+      const Estimate& estimate = table.at(c, g);
+      value_row.push_back(estimate.value);
+      u_row.push_back(Optional(estimate.u));
+      known = known || estimate.u;
+    }
+    values.push_back(value_row);
+    uncertainties.push_back(u_row);
+  }
+  const std::string key = names.intensity_suffix;
+  return {{"c_deg", table.c_deg},
+          {"gamma_deg", table.gamma_deg},
+          {key, values},
+          {key + "_u", known ? uncertainties : Json()}};
+}
+
+Json PointJson(const photometry::PointAnswer& answer, const PhotometryNames& names) {
+  Json json = {{"name", answer.asked.name},
+               {"position_m", Listed(answer.asked.p_m)},
+               {"normal", Listed(answer.asked.normal)},
+               {"axis", Listed(answer.asked.axis)},
+               {"facing", answer.asked.facing ? Listed(*answer.asked.facing) : Json()}};
+  Put(json, names.Illuminance(), answer.illuminance);
+  Put(json, names.Illuminance("spherical"), answer.spherical);
+  Put(json, names.Illuminance("cylindrical"), answer.cylindrical);
+  Put(json, names.Illuminance("semicylindrical"), answer.semicylindrical);
+  Json vector = Json::array(), u = Json::array();
+  for (const Estimate& component : answer.light_vector) {
+    vector.push_back(component.value);
+    u.push_back(Optional(component.u));
+  }
+  json["light_vector_" + names.illuminance_suffix] = vector;
+  json["light_vector_" + names.illuminance_suffix + "_u"] = answer.light_vector[0].u ? u : Json();
+  return json;
+}
+
+Json PlaneJson(const photometry::PlaneAnswer& answer, const PhotometryNames& names) {
+  const auto& asked = answer.asked;
+  Json rows = Json::array();
+  for (int row = 0; row < asked.rows; ++row) {
+    Json values = Json::array();
+    for (int column = 0; column < asked.columns; ++column) values.push_back(answer.at(column, row));
+    rows.push_back(values);
+  }
+  Json json = {{"name", asked.name},
+               {"centre_m", Listed(asked.centre_m)},
+               {"right", Listed(asked.right)},
+               {"up", Listed(asked.up)},
+               {"normal", Listed(asked.Normal())},
+               {"width_m", asked.width_m},
+               {"height_m", asked.height_m},
+               {"columns", asked.columns},
+               {"rows", asked.rows},
+               {names.Illuminance(), rows},
+               {"min_at_m", Listed(asked.Point(answer.least_at[0], answer.least_at[1]))},
+               {"max_at_m", Listed(asked.Point(answer.most_at[0], answer.most_at[1]))}};
+  Put(json, names.Illuminance("mean"), answer.mean);
+  Put(json, names.Illuminance("min"), answer.least);
+  Put(json, names.Illuminance("max"), answer.most);
+  Put(json, "uniformity_min_mean", answer.uniformity);
+  Put(json, "uniformity_min_max", answer.diversity);
+  return json;
+}
+
+// "12.3 +- 0.4 lm".
+std::string Text(const Estimate& estimate, const std::string& unit) {
+  return fmt::format("{:.5g}{} {}", estimate.value,
+                     estimate.u ? fmt::format(" +- {:.2g}", *estimate.u) : "", unit);
+}
+
+void PrintAngle(const char* name, const std::optional<photometry::BeamAngle>& angle) {
+  if (angle)
+    fmt::print("  {:<18}{} ({:.4g} along C0-C180, {:.4g} along C90-C270)\n", name,
+               Text(angle->mean_deg, "degrees"), angle->along_c0_deg.value,
+               angle->along_c90_deg.value);
+}
+
+Json CsvRow(const std::string& quantity, const std::string& where, const Estimate& estimate,
+            const std::string& unit) {
+  return {{"quantity", quantity},
+          {"where", where},
+          {"value", estimate.value},
+          {"u", estimate.u ? Json(*estimate.u) : Json("")},
+          {"unit", unit}};
+}
+
+std::string PlaceText(lightfield::Vec3 p) {
+  return fmt::format("x = {:.6g} m; y = {:.6g} m; z = {:.6g} m", p.x, p.y, p.z);
+}
+
+// As Csv of columns in this order: those of an object of JSON are sorted by name.
+std::string CsvLine(const Json& row) {
+  std::string line;
+  for (const char* key : {"quantity", "where", "value", "u", "unit"}) {
+    const Json cell = {{{"x", row.at(key)}}};
+    const std::string text = Csv(cell);  // "x\nCELL\n"
+    line += (line.empty() ? "" : ",") + text.substr(2, text.size() - 3);
+  }
+  return line + "\n";
+}
+
+}  // namespace
+
+void PrintPhotometry(const PhotometryReport& report) {
+  const auto& d = report.distribution;
+  const PhotometryNames names = NamesOf(d.unit);
+  fmt::print("{}\n  {:<18}{}\n", report.file, "flux", Text(d.flux, names.flux_unit));
+  fmt::print("  {:<18}{}\n", "intensity, axis", Text(d.axis, names.intensity_unit));
+  const auto peak = photometry::DirectionOf(d.peak_direction);
+  fmt::print("  {:<18}{} at C {:.1f}, gamma {:.2f}\n", "intensity, peak",
+             Text(d.peak, names.intensity_unit), peak.c_deg, peak.gamma_deg);
+  PrintAngle("beam angle", d.beam);
+  PrintAngle("field angle", d.field);
+  if (d.downward_share && d.downward_share->value < 1)
+    fmt::print("  {:<18}{:.2f} %\n", "downwards", 100 * d.downward_share->value);
+  for (std::size_t k = 0; k < photometry::kInverseSquarePercent.size(); ++k)
+    if (const auto& distance = d.on_axis.distance_m[k])
+      fmt::print("  inverse square     within {} % from {} on the axis\n",
+                 photometry::kInverseSquarePercent[k], Text(*distance, "m"));
+  for (const auto& answer : report.points)
+    fmt::print("  {:<18}{}\n", answer.asked.name, Text(answer.illuminance, names.illuminance_unit));
+  for (const auto& answer : report.planes)
+    fmt::print("  {}: mean {}, from {:.4g} to {:.4g}\n", answer.asked.name,
+               Text(answer.mean, names.illuminance_unit), answer.least.value, answer.most.value);
+  fmt::print("  {}\n", report.uncertainty);
+  for (const std::string& remark : d.remarks) fmt::print("  {}\n", remark);
+}
+
+Json ToJson(const PhotometryReport& report) {
+  const auto& d = report.distribution;
+  const PhotometryNames names = NamesOf(d.unit);
+  Json json = {{"file", report.file},
+               {"sha256", report.sha256},
+               {"unit", lightfield::FluxUnitName(d.unit)},
+               {"uncertainty", report.uncertainty},
+               {"remarks", d.remarks},
+               {"asymmetry_c0_c180", Optional(d.asymmetry_c0_c180)},
+               {"asymmetry_c90_c270", Optional(d.asymmetry_c90_c270)},
+               {"covered_gamma_deg", Optional(d.covered_gamma_deg)},
+               {"intensity", TableJson(report.table, names)}};
+  Put(json, names.flux_key, d.flux);
+  Put(json, names.Intensity("axis"), d.axis);
+  Put(json, names.Intensity("peak"), d.peak);
+  const auto peak = photometry::DirectionOf(d.peak_direction);
+  json["peak_c_deg"] = peak.c_deg;
+  json["peak_gamma_deg"] = peak.gamma_deg;
+  PutAngle(json, "beam_angle", d.beam);
+  PutAngle(json, "field_angle", d.field);
+  Put(json, "downward_share", d.downward_share);
+  Put(json, "upward_share", d.upward_share);
+  PutInverseSquare(json, "inverse_square_distance_m", d.on_axis);
+  PutInverseSquare(json, "inverse_square_distance_peak_m", d.towards_peak);
+  json["points"] = json["planes"] = Json::array();
+  for (const auto& answer : report.points) json["points"].push_back(PointJson(answer, names));
+  for (const auto& answer : report.planes) json["planes"].push_back(PlaneJson(answer, names));
+  return json;
+}
+
+std::string PhotometryCsv(const PhotometryReport& report) {
+  const auto& d = report.distribution;
+  const PhotometryNames names = NamesOf(d.unit);
+  std::string text = "quantity,where,value,u,unit\n";
+  const auto add = [&](const std::string& quantity, const std::string& where,
+                       const Estimate& estimate, const std::string& unit) {
+    text += CsvLine(CsvRow(quantity, where, estimate, unit));
+  };
+  const auto direction = [](double c, double gamma) {
+    return fmt::format("C = {:g} deg; gamma = {:g} deg", c, gamma);
+  };
+  add("flux", "", d.flux, names.flux_unit);
+  add("intensity on the axis", direction(0, 0), d.axis, names.intensity_unit);
+  const auto peak = photometry::DirectionOf(d.peak_direction);
+  add("largest intensity", direction(peak.c_deg, peak.gamma_deg), d.peak, names.intensity_unit);
+  for (const auto& [name, angle] : {std::pair{"beam angle", &d.beam}, {"field angle", &d.field}})
+    if (*angle) {
+      add(name, "mean", (*angle)->mean_deg, "deg");
+      add(name, "along C0-C180", (*angle)->along_c0_deg, "deg");
+      add(name, "along C90-C270", (*angle)->along_c90_deg, "deg");
+    }
+  if (d.downward_share) add("downward share", "", *d.downward_share, "1");
+  if (d.upward_share) add("upward share", "", *d.upward_share, "1");
+  for (std::size_t k = 0; k < photometry::kInverseSquarePercent.size(); ++k)
+    if (const auto& distance = d.on_axis.distance_m[k])
+      add("inverse square holds from",
+          fmt::format("axis; within {} %", photometry::kInverseSquarePercent[k]), *distance, "m");
+  for (std::size_t c = 0; c < report.table.c_deg.size(); ++c)
+    for (std::size_t g = 0; g < report.table.gamma_deg.size(); ++g)
+      add("intensity", direction(report.table.c_deg[c], report.table.gamma_deg[g]),
+          report.table.at(c, g), names.intensity_unit);
+  for (const auto& answer : report.points) {
+    const std::string where = answer.asked.name + "; " + PlaceText(answer.asked.p_m);
+    add(names.illuminance_key, where, answer.illuminance, names.illuminance_unit);
+    add("spherical " + names.illuminance_key, where, answer.spherical, names.illuminance_unit);
+    add("cylindrical " + names.illuminance_key, where, answer.cylindrical, names.illuminance_unit);
+    if (answer.semicylindrical)
+      add("semicylindrical " + names.illuminance_key, where, *answer.semicylindrical,
+          names.illuminance_unit);
+  }
+  for (const auto& answer : report.planes) {
+    const std::string& name = answer.asked.name;
+    add("mean " + names.illuminance_key, name, answer.mean, names.illuminance_unit);
+    for (int row = 0; row < answer.asked.rows; ++row)
+      for (int column = 0; column < answer.asked.columns; ++column)
+        add(names.illuminance_key, name + "; " + PlaceText(answer.asked.Point(column, row)),
+            Estimate{answer.at(column, row), {}}, names.illuminance_unit);
+  }
+  return text;
+}
+
+}  // namespace luxfield::cli

@@ -1,0 +1,34 @@
+// What `photometry` says of a lamp: on the terminal, as JSON, as CSV and as a page.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "luxfield/core/json.h"
+#include "luxfield/photometry/answers.h"
+#include "luxfield/photometry/distribution.h"
+
+namespace luxfield::cli {
+
+struct PhotometryReport {
+  std::string file, sha256;
+  std::string uncertainty;  // what the standard uncertainties are made of, a sentence
+  photometry::Distribution distribution;
+  photometry::IntensityTable table;
+  std::vector<photometry::PointAnswer> points;
+  std::vector<photometry::PlaneAnswer> planes;
+};
+
+void PrintPhotometry(const PhotometryReport& report);
+
+// docs/photometry.md has the keys.
+core::Json ToJson(const PhotometryReport& report);
+
+// A line for every number: quantity, where, value, standard uncertainty, unit.
+std::string PhotometryCsv(const PhotometryReport& report);
+
+// `lamp` is what the curves are drawn from.
+std::string PhotometryPage(const PhotometryReport& report, const photometry::Lamp& lamp);
+
+}  // namespace luxfield::cli

@@ -1,0 +1,172 @@
+#include "luxfield/cli/svg/svg_isolux.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "luxfield/cli/svg/svg_plot.h"
+#include "luxfield/core/colour.h"
+
+namespace luxfield::cli {
+namespace {
+
+constexpr double kLeft = 76, kTop = 44, kLargest = 440, kLegend = 150, kBottom = 56;
+constexpr int kMostLevels = 9;
+
+struct Frame {
+  double width, height;  // of the map, pixels
+  double X(const IsoluxMap& m, double x) const {
+    return kLeft + (x - m.x0) / (m.x1 - m.x0) * width;
+  }
+  double Y(const IsoluxMap& m, double y) const {
+    return kTop + (m.y1 - y) / (m.y1 - m.y0) * height;
+  }
+};
+
+std::string Colour(std::size_t band, std::size_t bands) {
+  const auto c = core::FalseColour((double(band) + 0.5) / double(bands));
+  const auto byte = [](double x) { return std::lround(255 * std::clamp(x, 0.0, 1.0)); };
+  return fmt::format("#{:02x}{:02x}{:02x}", byte(c[0]), byte(c[1]), byte(c[2]));
+}
+
+// How many levels are at or below the value.
+std::size_t BandOf(const std::vector<double>& levels, double value) {
+  return static_cast<std::size_t>(std::upper_bound(levels.begin(), levels.end(), value) -
+                                  levels.begin());
+}
+
+// Runs of fields of one band in a row, as rectangles.
+std::string Fields(const IsoluxMap& map, const Frame& frame, const std::vector<double>& levels) {
+  std::string svg = "<g shape-rendering=\"crispEdges\">\n";
+  const double w = frame.width / map.columns, h = frame.height / map.rows;
+  for (int row = 0; row < map.rows; ++row)
+    for (int column = 0; column < map.columns;) {
+      const auto band = [&](int at) {
+        return BandOf(levels, map.values[static_cast<std::size_t>(row) * map.columns + at]);
+      };
+      int end = column + 1;
+      while (end < map.columns && band(end) == band(column)) ++end;
+      svg += fmt::format(
+          "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"/>\n",
+          kLeft + column * w, kTop + row * h, (end - column) * w + 0.4, h + 0.4,
+          Colour(band(column), levels.size() + 1));
+      column = end;
+    }
+  return svg + "</g>\n";
+}
+
+// Marching squares between the middles of fields.
+std::string Line(const IsoluxMap& map, const Frame& frame, double level, bool on_dark) {
+  const double w = frame.width / map.columns, h = frame.height / map.rows;
+  std::string path;
+  for (int row = 0; row + 1 < map.rows; ++row)
+    for (int column = 0; column + 1 < map.columns; ++column) {
+      const auto value = [&](int r, int c) {
+        return map.values[static_cast<std::size_t>(row + r) * map.columns + column + c];
+      };
+      // Corners in turn, and the points on the four sides where the level is crossed.
+      const std::array<std::array<int, 2>, 4> corners = {{{0, 0}, {0, 1}, {1, 1}, {1, 0}}};
+      std::vector<std::array<double, 2>> crossings;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const auto [r0, c0] = corners[k];
+        const auto [r1, c1] = corners[(k + 1) % 4];
+        const double a = value(r0, c0) - level, b = value(r1, c1) - level;
+        if ((a < 0) == (b < 0)) continue;
+        const double t = a / (a - b);
+        crossings.push_back({kLeft + (column + 0.5 + c0 + t * (c1 - c0)) * w,
+                             kTop + (row + 0.5 + r0 + t * (r1 - r0)) * h});
+      }
+      for (std::size_t k = 0; k + 1 < crossings.size(); k += 2)
+        path += fmt::format("M{:.1f} {:.1f}L{:.1f} {:.1f}", crossings[k][0], crossings[k][1],
+                            crossings[k + 1][0], crossings[k + 1][1]);
+    }
+  if (path.empty()) return path;
+  return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"0.8\"/>\n", path,
+                     on_dark ? "#fff" : "#000");
+}
+
+std::string AxisTicks(const IsoluxMap& map, const Frame& frame) {
+  std::string svg;
+  for (int k = 0; k <= 4; ++k) {
+    const double x = map.x0 + (map.x1 - map.x0) * k / 4, y = map.y0 + (map.y1 - map.y0) * k / 4;
+    svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{:.4g}</text>\n",
+                       frame.X(map, x), kTop + frame.height + 16, x);
+    svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{:.4g}</text>\n",
+                       kLeft - 6, frame.Y(map, y) + 4, y);
+  }
+  svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
+                     kLeft + frame.width / 2, kTop + frame.height + 38, EscapeXml(map.x_label));
+  svg += fmt::format(
+      "<text transform=\"translate(16 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+      kTop + frame.height / 2, EscapeXml(map.y_label));
+  return svg;
+}
+
+std::string Legend(const IsoluxMap& map, const Frame& frame, const std::vector<double>& levels) {
+  std::string svg;
+  const double x = kLeft + frame.width + 18;
+  for (std::size_t band = 0; band <= levels.size(); ++band) {
+    const double y = kTop + 18.0 * double(levels.size() - band);
+    const std::string text = band == 0 ? fmt::format("below {:g}", levels[0])
+                             : band == levels.size()
+                                 ? fmt::format("from {:g}", levels[band - 1])
+                                 : fmt::format("{:g} to {:g}", levels[band - 1], levels[band]);
+    svg += fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"18\" height=\"18\" fill=\"{}\" "
+        "stroke=\"#888\" stroke-width=\"0.5\"/><text x=\"{:.1f}\" y=\"{:.1f}\">{}{}</text>\n",
+        x, y, Colour(band, levels.size() + 1), x + 24, y + 13, text,
+        band == levels.size() ? " " + EscapeXml(map.unit) : "");
+  }
+  return svg;
+}
+
+}  // namespace
+
+std::vector<double> IsoluxLevels(double largest, int most) {
+  std::vector<double> levels;
+  double power = std::pow(10, std::floor(std::log10(largest)));
+  while (static_cast<int>(levels.size()) < most) {
+    for (const double factor : {5.0, 2.0, 1.0})
+      if (factor * power < largest && static_cast<int>(levels.size()) < most)
+        levels.insert(levels.begin(), factor * power);
+    power /= 10;
+  }
+  return levels;
+}
+
+std::string SvgIsolux(const IsoluxMap& map) {
+  const double across = map.x1 - map.x0, along = map.y1 - map.y0;
+  // As wide as high where that can be read: not beyond 1 : 4.
+  const double ratio = std::clamp(along / across, 0.25, 4.0);
+  const Frame frame{ratio > 1 ? kLargest / ratio : kLargest,
+                    ratio > 1 ? kLargest : kLargest * ratio};
+  const double width = kLeft + frame.width + kLegend,
+               height = kTop + std::max(frame.height, 18.0 * (kMostLevels + 1)) + kBottom;
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
+      "width=\"{0:.0f}\" height=\"{1:.0f}\" font-family=\"sans-serif\" font-size=\"12\">\n<rect "
+      "width=\"{0:.0f}\" height=\"{1:.0f}\" fill=\"white\"/>\n<text x=\"20\" y=\"22\" "
+      "font-size=\"14\" font-weight=\"bold\">{2}</text>\n",
+      width, height, EscapeXml(map.title));
+  const double largest =
+      map.values.empty() ? 0 : *std::max_element(map.values.begin(), map.values.end());
+  const std::string border = fmt::format(
+      "<rect x=\"{}\" y=\"{}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" "
+      "stroke=\"#444\"/>\n",
+      kLeft, kTop, frame.width, frame.height);
+  if (!(largest > 0))
+    return svg + border + AxisTicks(map, frame) +
+           fmt::format(
+               "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">no light</text>\n"
+               "</svg>\n",
+               kLeft + frame.width / 2, kTop + frame.height / 2);
+  const std::vector<double> levels = IsoluxLevels(largest, kMostLevels);
+  svg += Fields(map, frame, levels);
+  for (std::size_t k = 0; k < levels.size(); ++k)
+    svg += Line(map, frame, levels[k], k < levels.size() / 2);
+  return svg + border + AxisTicks(map, frame) + Legend(map, frame, levels) + "</svg>\n";
+}
+
+}  // namespace luxfield::cli

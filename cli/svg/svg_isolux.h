@@ -1,0 +1,23 @@
+// A map of illuminance with lines of equal values as SVG text, for reports.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace luxfield::cli {
+
+struct IsoluxMap {
+  std::string title, x_label, y_label, unit;
+  double x0 = 0, x1 = 1, y0 = 0, y1 = 1;  // outer edges; y1 at the top
+  int columns = 0, rows = 0;
+  std::vector<double> values;  // [row][column] at the middles of fields, row 0 at the top
+};
+
+// Levels 1, 2, 5 times powers of ten from the largest value down, at most `most` of them.
+std::vector<double> IsoluxLevels(double largest, int most);
+
+// A self-contained <svg> element: fields shaded by level, dark to light as the light itself, lines
+// between them, and a legend. Text escapes are done here. "no light" where no value is above 0.
+std::string SvgIsolux(const IsoluxMap& map);
+
+}  // namespace luxfield::cli

@@ -1,0 +1,86 @@
+#include "luxfield/photometry/answers.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "luxfield/core/parallel.h"
+
+namespace luxfield::photometry {
+namespace {
+
+// The mean over all points, as weights.
+Functional MeanOf(const Lamp& lamp, const PlaneAsked& plane) {
+  Functional mean = ZeroOf(lamp);
+  const lightfield::Vec3 n = plane.Normal();
+  const double share = 1.0 / plane.columns / plane.rows;
+  for (int row = 0; row < plane.rows; ++row)
+    for (int column = 0; column < plane.columns; ++column)
+      Add(mean, share, IlluminanceAt(lamp, plane.Point(column, row), n));
+  return mean;
+}
+
+// least / of, with the uncertainty of their weights.
+std::optional<Estimate> RatioOf(const Lamp& lamp, double least, const Functional& least_weights,
+                                double of, const Functional& of_weights) {
+  if (!(of > 0)) return {};
+  Estimate ratio{least / of, {}};
+  if (!lamp.noise.empty())
+    ratio.u = Uncertainty(lamp, Sum({{1 / of, &least_weights}, {-ratio.value / of, &of_weights}}));
+  return ratio;
+}
+
+}  // namespace
+
+PointAnswer AnswerAt(const Lamp& lamp, const PointAsked& asked) {
+  PointAnswer answer;
+  answer.asked = asked;
+  answer.illuminance = {IlluminanceValue(lamp, asked.p_m, asked.normal),
+                        Uncertainty(lamp, IlluminanceAt(lamp, asked.p_m, asked.normal))};
+  const auto j = LightVectorAt(lamp, asked.p_m);
+  for (std::size_t k = 0; k < j.size(); ++k) answer.light_vector[k] = Evaluate(lamp, j[k]);
+  const Functional fluence = FluenceRateAt(lamp, asked.p_m);
+  answer.spherical = Evaluate(lamp, Sum({{0.25, &fluence}}));
+  answer.cylindrical = Evaluate(lamp, CylindricalIlluminanceAt(lamp, asked.p_m, asked.axis));
+  if (asked.facing)
+    answer.semicylindrical =
+        Evaluate(lamp, SemicylindricalIlluminanceAt(lamp, asked.p_m, asked.axis, *asked.facing));
+  return answer;
+}
+
+PlaneAnswer AnswerOn(const Lamp& lamp, const PlaneAsked& asked) {
+  PlaneAnswer answer;
+  answer.asked = asked;
+  const lightfield::Vec3 n = asked.Normal();
+  answer.illuminance.resize(static_cast<std::size_t>(asked.columns) * asked.rows);
+  core::ParallelFor(answer.illuminance.size(), 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      answer.illuminance[k] = IlluminanceValue(
+          lamp,
+          asked.Point(static_cast<int>(k) % asked.columns, static_cast<int>(k) / asked.columns), n);
+  });
+  const auto [least, most] =
+      std::minmax_element(answer.illuminance.begin(), answer.illuminance.end());
+  const auto place = [&](auto it) {
+    const auto k = static_cast<int>(it - answer.illuminance.begin());
+    return std::array<int, 2>{k % asked.columns, k / asked.columns};
+  };
+  answer.least_at = place(least);
+  answer.most_at = place(most);
+  answer.mean.value = std::accumulate(answer.illuminance.begin(), answer.illuminance.end(), 0.0) /
+                      static_cast<double>(answer.illuminance.size());
+  answer.least.value = *least;
+  answer.most.value = *most;
+  const auto weights_at = [&](std::array<int, 2> at) {
+    return lamp.noise.empty() ? Functional{} : IlluminanceAt(lamp, asked.Point(at[0], at[1]), n);
+  };
+  const Functional of_least = weights_at(answer.least_at), of_most = weights_at(answer.most_at),
+                   of_mean = lamp.noise.empty() ? Functional{} : MeanOf(lamp, asked);
+  answer.mean.u = Uncertainty(lamp, of_mean);
+  answer.least.u = Uncertainty(lamp, of_least);
+  answer.most.u = Uncertainty(lamp, of_most);
+  answer.uniformity = RatioOf(lamp, *least, of_least, answer.mean.value, of_mean);
+  answer.diversity = RatioOf(lamp, *least, of_least, *most, of_most);
+  return answer;
+}
+
+}  // namespace luxfield::photometry

@@ -1,0 +1,37 @@
+// What a lamp's light is at points and on planes that are asked for (asked.h).
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "luxfield/photometry/asked.h"
+#include "luxfield/photometry/functional.h"
+
+namespace luxfield::photometry {
+
+struct PointAnswer {
+  PointAsked asked;
+  Estimate illuminance;                  // on `normal`
+  std::array<Estimate, 3> light_vector;  // towards the light
+  Estimate spherical;                    // a quarter of the fluence rate
+  Estimate cylindrical;
+  std::optional<Estimate> semicylindrical;  // where `facing` is asked for
+};
+PointAnswer AnswerAt(const Lamp& lamp, const PointAsked& asked);
+
+struct PlaneAnswer {
+  PlaneAsked asked;
+  std::vector<double> illuminance;  // [row][column], row 0 at the top
+  Estimate mean, least, most;
+  // least / mean and least / most; absent where that is not above 0.
+  std::optional<Estimate> uniformity, diversity;
+  std::array<int, 2> least_at{}, most_at{};  // column, row
+  double at(int column, int row) const {
+    return illuminance[static_cast<std::size_t>(row) * asked.columns + column];
+  }
+};
+// Values are exact (IlluminanceValue); uncertainties are those of the places found, first order.
+PlaneAnswer AnswerOn(const Lamp& lamp, const PlaneAsked& asked);
+
+}  // namespace luxfield::photometry

@@ -1,0 +1,104 @@
+#include "luxfield/photometry/asked.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace luxfield::photometry {
+namespace {
+
+using core::Config;
+using lightfield::Dot;
+using lightfield::Vec3;
+
+constexpr double kFarthest_m = 1e6;
+constexpr int kMostPoints = 4096;  // along an axis
+
+Vec3 ReadPoint(const Config& table, const char* key) {
+  const auto v = table.Numbers(key, 3);
+  const Vec3 p{v[0], v[1], v[2]};
+  if (!(Length(p) <= kFarthest_m))
+    table.Fail(key, "lies more than 1e6 m away", "give metres in the luminaire's frame");
+  return p;
+}
+
+Vec3 ReadDirection(const Config& table, const char* key, std::vector<double> fallback) {
+  const auto v = table.Numbers(key, 3, fallback);
+  const Vec3 d{v[0], v[1], v[2]};
+  if (!(Length(d) > 0)) table.Fail(key, "has no direction", "give a vector that is not 0");
+  return Normalized(d);
+}
+
+// Across `axis`, from what is given of it.
+Vec3 ReadAcross(const Config& table, const char* key, std::vector<double> fallback, Vec3 axis,
+                const char* axis_key) {
+  const Vec3 d = ReadDirection(table, key, std::move(fallback));
+  const Vec3 across = d - Dot(d, axis) * axis;
+  if (!(Length(across) > 1e-3))
+    table.Fail(key, fmt::format("points along {}", axis_key), "turn it across");
+  return Normalized(across);
+}
+
+std::vector<double> Listed(Vec3 v) { return {v.x, v.y, v.z}; }
+
+PointAsked ReadPointAsked(const Config& table) {
+  PointAsked point;
+  point.p_m = ReadPoint(table, "position_m");
+  if (!(Length(point.p_m) > 0))
+    table.Fail("position_m", "is the origin of the lamp itself", "move it");
+  point.normal = ReadDirection(table, "normal", Listed(-1 * point.p_m));
+  point.axis = ReadDirection(table, "axis", {0, 0, 1});
+  if (table.Has("facing"))
+    point.facing = ReadAcross(table, "facing", {1, 0, 0}, point.axis, "axis");
+  point.name = table.Text(
+      "name", fmt::format("({:.4g}, {:.4g}, {:.4g}) m", point.p_m.x, point.p_m.y, point.p_m.z));
+  return point;
+}
+
+PlaneAsked ReadPlaneAsked(const Config& table) {
+  PlaneAsked plane;
+  plane.centre_m = ReadPoint(table, "centre_m");
+  plane.right = ReadDirection(table, "right", {1, 0, 0});
+  plane.up = ReadAcross(table, "up", {0, 1, 0}, plane.right, "right");
+  plane.width_m = table.Number("width_m", {1e-6, kFarthest_m});
+  plane.height_m = table.Number("height_m", {1e-6, kFarthest_m});
+  plane.columns = table.Integer("columns", 41, 1, kMostPoints);
+  plane.rows = table.Integer("rows", 41, 1, kMostPoints);
+  plane.name =
+      table.Text("name", fmt::format("plane at ({:.4g}, {:.4g}, {:.4g}) m", plane.centre_m.x,
+                                     plane.centre_m.y, plane.centre_m.z));
+  return plane;
+}
+
+}  // namespace
+
+Vec3 PlaneAsked::Point(int column, int row) const {
+  return centre_m + ((column + 0.5) / columns - 0.5) * width_m * right +
+         (0.5 - (row + 0.5) / rows) * height_m * up;
+}
+
+Vec3 PlaneAsked::Normal() const {
+  const Vec3 n = Cross(right, up);
+  return Dot(n, centre_m) > 0 ? -1 * n : n;
+}
+
+Asked ReadAsked(const Config& config) {
+  Asked asked;
+  for (const Config& table : config.Tables("point")) asked.points.push_back(ReadPointAsked(table));
+  for (const Config& table : config.Tables("plane")) asked.planes.push_back(ReadPlaneAsked(table));
+  config.Finish();
+  return asked;
+}
+
+PlaneAsked PlaneBefore(double distance_m, double width_m, double height_m, int columns, int rows) {
+  return {fmt::format("plane {:.4g} m before the lamp", distance_m),
+          {0, 0, distance_m},
+          {1, 0, 0},
+          {0, 1, 0},
+          width_m,
+          height_m,
+          columns,
+          rows};
+}
+
+}  // namespace luxfield::photometry

@@ -1,0 +1,45 @@
+// ask.toml (docs/photometry.md): at which points and on which planes a lamp's light is asked for.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "luxfield/core/config.h"
+#include "luxfield/lightfield/geometry.h"
+
+namespace luxfield::photometry {
+
+// All in the luminaire's frame, metres; directions are unit vectors.
+struct PointAsked {
+  std::string name;
+  lightfield::Vec3 p_m;
+  lightfield::Vec3 normal;                 // of illuminance, towards the lamp side
+  lightfield::Vec3 axis;                   // of cylindrical and semicylindrical illuminance
+  std::optional<lightfield::Vec3> facing;  // of semicylindrical illuminance, across the axis
+};
+
+// columns x rows points in the middles of equal fields of a rectangle.
+struct PlaneAsked {
+  std::string name;
+  lightfield::Vec3 centre_m, right, up;  // right and up at right angles
+  double width_m = 0, height_m = 0;      // along right, along up
+  int columns = 0, rows = 0;
+
+  lightfield::Vec3 Point(int column, int row) const;  // row 0 at the top
+  lightfield::Vec3 Normal() const;                    // to the side that the origin is on
+};
+
+struct Asked {
+  std::vector<PointAsked> points;
+  std::vector<PlaneAsked> planes;
+};
+
+// Throws InputError naming file and field.
+Asked ReadAsked(const core::Config& config);
+
+// width x height m before the lamp at a distance from the origin along +z, facing it; right is +u and
+// up is +v.
+PlaneAsked PlaneBefore(double distance_m, double width_m, double height_m, int columns, int rows);
+
+}  // namespace luxfield::photometry

@@ -1,0 +1,218 @@
+// `luxfield photometry` as a user runs it: what it writes of lamps that are whole, dark, negative or
+// of one image, with sigma and without.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "luxfield/lightfield/measurements.h"
+#include "luxfield/lightfield/posed_light_field.h"
+#include "tests/e2e/html_check.h"
+#include "tests/e2e/verb_test.h"
+
+namespace luxfield::e2e {
+namespace {
+
+using lightfield::LightField;
+using nlohmann::json;
+
+constexpr const char* kAsk = R"([[point]]
+name = "desk & <chair>"
+position_m = [0.1, 0, 2]
+facing = [-1, 0, 0]
+[[plane]]
+name = "wall"
+centre_m = [0, 0.2, 3]
+width_m = 2
+height_m = 1
+columns = 9
+rows = 5
+)";
+
+lightfield::LuminaireGeometry Geometry() {
+  lightfield::LuminaireGeometry g;
+  g.delta_m = 0.3;
+  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(lightfield::BasisKind::kBspline2),
+                                          5, 4, 0.02);
+  g.lattice = {16, 15, -0.3, 0.28, 0.0375, 0.0375};
+  g.unit = lightfield::FluxUnit::kLumen;
+  return g;
+}
+
+LightField Lamp(double factor, lightfield::FluxUnit unit = lightfield::FluxUnit::kLumen) {
+  LightField field(Geometry());
+  field.geometry.unit = unit;
+  for (int m = 0; m < field.geometry.grid.count(); ++m)
+    for (int row = 0; row < field.geometry.lattice.height; ++row)
+      for (int column = 0; column < field.geometry.lattice.width; ++column) {
+        const auto s = field.geometry.lattice.centre(row, column);
+        field.image(m, 0)[std::size_t(row) * field.geometry.lattice.width + column] =
+            static_cast<float>(factor * std::exp(-50 * (s.x * s.x + s.y * s.y)));
+      }
+  return field;
+}
+
+class Photometry : public VerbTest {
+ protected:
+  json Ask(const LightField& field, const std::vector<std::string>& options = {}) {
+    lightfield::WriteLightField(folder_ / "x.lf.exr", field);
+    std::vector<std::string> arguments{"photometry", "x.lf.exr"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return Run(arguments);
+  }
+  std::string Page(const std::vector<std::string>& options = {}) {
+    std::vector<std::string> arguments{"photometry", "x.lf.exr", "-o", "x.html"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    Run(arguments);
+    const std::string page = ReadText(folder_ / "x.html");
+    ExpectSelfContainedPage(page);
+    return page;
+  }
+};
+
+TEST_F(Photometry, HasTheKeysOfThePage) {
+  WriteText(folder_ / "ask.toml", kAsk);
+  const LightField lamp = Lamp(1e6);
+  const json found =
+      Ask(lamp, {"--ask", "ask.toml", "-o", "x.json", "--c-step", "90", "--gamma-step", "10"});
+  EXPECT_NEAR(found["flux_lm"].get<double>(), lightfield::TotalFlux(lamp)[0],
+              1e-6 * lightfield::TotalFlux(lamp)[0]);
+  const double axis = lightfield::FarFieldIntensity(lamp, {0, 0, 1})[0];
+  EXPECT_NEAR(found["intensity_axis_cd"].get<double>(), axis, 1e-6 * axis);
+  EXPECT_GE(found["intensity_peak_cd"].get<double>(), axis);
+  EXPECT_GT(found["field_angle_deg"].get<double>(), found["beam_angle_deg"].get<double>());
+  for (const char* percent : {"1", "5", "10"}) {
+    EXPECT_GT(found["inverse_square_distance_m"][percent].get<double>(), 0) << percent;
+    EXPECT_TRUE(found["inverse_square_distance_m_u"][percent].is_null()) << percent;
+  }
+  for (const char* key : {"flux_lm_u", "intensity_axis_cd_u", "intensity_peak_cd_u",
+                          "beam_angle_deg_u", "field_angle_deg_u", "downward_share_u"})
+    EXPECT_TRUE(found.at(key).is_null()) << key;
+  EXPECT_EQ(found["intensity"]["c_deg"], json({0.0, 90.0, 180.0, 270.0}));
+  EXPECT_EQ(found["intensity"]["gamma_deg"].size(), 10u);
+  EXPECT_EQ(found["intensity"]["cd"].size(), 4u);
+  EXPECT_EQ(found["points"][0]["name"], "desk & <chair>");
+  EXPECT_GT(found["points"][0]["illuminance_semicylindrical_lx"].get<double>(), 0);
+  EXPECT_EQ(found["planes"][0]["illuminance_lx"].size(), 5u);
+  EXPECT_EQ(found["planes"][0]["illuminance_lx"][0].size(), 9u);
+  const json written = json::parse(ReadText(folder_ / "x.json"));
+  EXPECT_EQ(written["flux_lm"], found["flux_lm"]);
+  const std::string page = Page({"--ask", "ask.toml"});
+  EXPECT_THAT(page, testing::HasSubstr("desk &amp; &lt;chair&gt;"));
+  EXPECT_THAT(page, testing::HasSubstr("Luminous intensity"));
+  Ask(lamp, {"--ask", "ask.toml", "-o", "x.csv"});
+  const std::string csv = ReadText(folder_ / "x.csv");
+  EXPECT_THAT(csv, testing::StartsWith("quantity,where,value,u,unit\nflux,,"));
+  EXPECT_THAT(csv, testing::HasSubstr("illuminance,wall; x = "));
+}
+
+TEST_F(Photometry, OfAReconstructionHasUncertainties) {
+  lightfield::Measurements measurements;
+  measurements.geometry = Geometry();
+  const auto& g = measurements.geometry;
+  for (int m = 0; m < g.grid.count(); ++m) {
+    auto& position = measurements.positions.emplace_back();
+    // The outer filters are dark, so that the solve keeps both moments.
+    constexpr double kAlongU[] = {0.1, 10, 100, 10, 0.1}, kAlongV[] = {0.01, 1, 1, 0.01};
+    for (std::size_t p = 0; p < g.plane_size(); ++p) {
+      const auto s = g.lattice.centre(int(p) / g.lattice.width, int(p) % g.lattice.width);
+      position.irradiance.push_back(static_cast<float>(kAlongU[m % 5] * kAlongV[m / 5] *
+                                                       std::exp(-50 * (s.x * s.x + s.y * s.y))));
+      position.sigma.push_back(0.5f);
+    }
+    position.count.assign(g.plane_size(), 1);
+    position.mask.assign(g.plane_size(), 0);
+  }
+  lightfield::WriteMeasurements(folder_ / "x.meas.exr", measurements);
+  Run({"reconstruct", "x.meas.exr", "-o", "x.lf.exr", "--sigma", "x.sigma.lf.exr"});
+  const json found = Run({"photometry", "x.lf.exr", "--sigma", "x.sigma.lf.exr"});
+  // The moments are kept, so that the flux is the sum of all E, each with its own noise.
+  const double u =
+      0.5 * g.lattice.texel_area_m2() * std::sqrt(double(g.plane_size()) * g.grid.count());
+  EXPECT_NEAR(found["flux_lm_u"].get<double>(), u, 1e-3 * u);
+  for (const char* key :
+       {"intensity_axis_cd_u", "intensity_peak_cd_u", "beam_angle_deg_u", "field_angle_deg_u"})
+    EXPECT_GT(found.at(key).get<double>(), 0) << key;
+  EXPECT_GT(found["inverse_square_distance_m_u"]["5"].get<double>(), 0);
+  EXPECT_THAT(Page({"--sigma", "x.sigma.lf.exr"}), testing::HasSubstr("u (k = 1)"));
+  // Without a word of how it was solved.
+  LightField sigma = lightfield::ReadLightField(folder_ / "x.sigma.lf.exr");
+  sigma.provenance.erase("solve");
+  lightfield::WriteLightField(folder_ / "old.sigma.lf.exr", sigma);
+  const json old = Run({"photometry", "x.lf.exr", "--sigma", "old.sigma.lf.exr"});
+  EXPECT_GT(old["flux_lm_u"].get<double>(), 3 * u);
+  EXPECT_THAT(old["uncertainty"].get<std::string>(), testing::HasSubstr("independent"));
+  // One of another lamp, and one that is regularised.
+  lightfield::WriteLightField(folder_ / "other.lf.exr", LightField([] {
+                                auto other = Geometry();
+                                other.delta_m = 0.4;
+                                return other;
+                              }()));
+  sigma.provenance["solve"] = "regularised";
+  lightfield::WriteLightField(folder_ / "smooth.lf.exr", sigma);
+  for (const char* wrong : {"other.lf.exr", "smooth.lf.exr"}) {
+    const Outcome refused =
+        RunLuxfield({"photometry", "x.lf.exr", "--sigma", wrong, "-o", "y.html"}, folder_);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, testing::HasSubstr(wrong));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "y.html"));
+  }
+}
+
+TEST_F(Photometry, ExtremeLampsGiveSensiblePages) {
+  lightfield::LuminaireGeometry one = Geometry();
+  one.grid = lightfield::BasisGrid::Centred(one.grid.basis, 1, 1, 0.02);
+  one.lattice = {1, 1, -0.01, 0.01, 0.02, 0.02};
+  LightField single(one);
+  single.data = {1e6f};
+  for (const LightField& lamp : {Lamp(0), Lamp(-1e6), single}) {
+    const json found = Ask(lamp);
+    const bool lit = found["flux_lm"].get<double>() > 0;
+    EXPECT_EQ(found["beam_angle_deg"].is_null(), !lit);
+    EXPECT_EQ(found["inverse_square_distance_m"]["1"].is_null(), !lit);
+    const std::string page = Page();
+    EXPECT_EQ(page.find("there is no light") != std::string::npos, !lit);
+  }
+  // Up, down and aside.
+  lightfield::RigidPose up;
+  up.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
+  const std::vector<lightfield::PosedLightField> fields = {{"+z", {}, Lamp(1e6)},
+                                                           {"-z", up, Lamp(1e6)}};
+  lightfield::WriteLightFields(folder_ / "x.lf.exr", fields);
+  const json both = Run({"photometry", "x.lf.exr"});
+  EXPECT_NEAR(both["upward_share"].get<double>(), 0.5, 1e-6);
+  EXPECT_EQ(both["intensity"]["gamma_deg"].back(), 180);
+  Page();
+}
+
+TEST_F(Photometry, OfWattsIsRadiometry) {
+  const json found = Ask(Lamp(1, lightfield::FluxUnit::kWatt));
+  EXPECT_GT(found["flux_w"].get<double>(), 0);
+  EXPECT_GT(found["intensity_axis_w_per_sr"].get<double>(), 0);
+  EXPECT_FALSE(found.contains("flux_lm"));
+  EXPECT_THAT(found["remarks"].dump(), testing::HasSubstr("radiometric"));
+  EXPECT_THAT(Page(), testing::HasSubstr("W/sr"));
+  EXPECT_GT(Ask(Lamp(1, lightfield::FluxUnit::kRelative))["flux_relative"].get<double>(), 0);
+}
+
+TEST_F(Photometry, MistakesInWhatIsAskedAreNamed) {
+  lightfield::WriteLightField(folder_ / "x.lf.exr", Lamp(1));
+  for (const auto& [text, said] :
+       {std::pair{"[[point]]\nposition_m = [0, 0, 0]\n", "position_m"},
+        std::pair{"[[point]]\nposition_m = [0, 0, 1]\nnormal = [0, 0, 0]\n", "normal"},
+        std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 0\n", "height_m"},
+        std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 1\nup = [1, 0, 0]\n",
+                  "up"},
+        std::pair{"[[plain]]\n", "plain"}}) {
+    WriteText(folder_ / "ask.toml", text);
+    const Outcome refused =
+        RunLuxfield({"photometry", "x.lf.exr", "--ask", "ask.toml", "-o", "y.html"}, folder_);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err,
+                testing::AllOf(testing::HasSubstr("ask.toml"), testing::HasSubstr(said)));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "y.html"));
+  }
+}
+
+}  // namespace
+}  // namespace luxfield::e2e

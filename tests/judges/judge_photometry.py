@@ -1,0 +1,264 @@
+"""What `luxfield photometry` says of a lamp, recomputed from the definitions of docs/photometry.md."""
+
+import unittest
+
+import numpy as np
+
+import model
+from model import Geometry, LightField, gauss
+from program import Judgement
+
+SEED = 20261125
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+ASK = """
+[[point]]
+position_m = [0.21, -0.13, 0.9]
+normal = [-0.2, 0.1, -1]
+axis = [0.1, 1, 0.2]
+facing = [0.3, 0, -1]
+[[point]]
+position_m = [-0.02, 0.01, 0.17]
+[[plane]]
+centre_m = [0.1, -0.2, 1.5]
+width_m = 1.2
+height_m = 0.8
+columns = 4
+rows = 3
+"""
+
+
+def lamp(basis, channels, random, columns=14, rows=11):
+    """Smooth but for noise, brightest off the axis; no two lengths alike, texels not square."""
+    g = Geometry(
+        delta=0.29,
+        basis=basis,
+        width=4,
+        height=3,
+        u0=-0.055,
+        v0=-0.04,
+        h=0.023,
+        s0=-0.36,
+        t1=0.31,
+        ds=0.71 / columns,
+        dt=0.6 / rows,
+        columns=columns,
+        rows=rows,
+    )
+    s, t = g.texel_centres()
+    shape = np.exp(-0.5 * (((s - 0.05) / 0.11)[None, :] ** 2 + ((t + 0.06) / 0.08)[:, None] ** 2))
+    c = 1e5 * shape[None, None, :, :, None] * random.uniform(0.8, 1.2, (3, 4, rows, columns, channels))
+    return LightField(g, c.astype(np.float32).astype(float))
+
+
+def luminance(field):
+    c = field.c if field.c.shape[-1] == 1 else field.c @ LUMINANCE[:, None]
+    return LightField(field.geometry, c)
+
+
+def breaks(knots, borders):
+    return LightField._breaks(knots, borders)
+
+
+def intensity(field, direction, nodes=4):
+    """The integral over F of L(u -> s) cos(theta) du along parallel rays, one channel."""
+    g = field.geometry
+    x, y, z = direction
+    if z <= 0:
+        return 0.0
+    shift_u, shift_v = g.delta * x / z, g.delta * y / z
+    u, wu = gauss(breaks(g.knots_u(), g.s0 + g.ds * np.arange(g.columns + 1) - shift_u), nodes)
+    v, wv = gauss(breaks(g.knots_v(), g.t1 - g.dt * np.arange(g.rows + 1) - shift_v), nodes)
+    column, row = g.column(u + shift_u), g.row(v + shift_v)
+    in_u, in_v = column >= 0, row >= 0
+    pu, pv = g.phi_u(u[in_u]) * wu[in_u], g.phi_v(v[in_v]) * wv[in_v]
+    seen = field.c[:, :, row[in_v]][:, :, :, column[in_u], 0]  # (H, W, v, u)
+    cosine = z / np.sqrt(x * x + y * y + z * z)
+    return np.einsum("jiab,ja,ib->", seen, pv, pu) * g.delta**2 / cosine**3
+
+
+def over_directions(field, p, kernel, nodes=4):
+    """The integral of L(w) kernel(w) dw over the directions in which F is seen from p."""
+    g = field.geometry
+    z = p[2]
+    back = lambda border, at: (border - at * g.delta / z) / (1 - g.delta / z)
+    u, wu = gauss(breaks(g.knots_u(), back(g.s0 + g.ds * np.arange(g.columns + 1), p[0])), nodes)
+    v, wv = gauss(breaks(g.knots_v(), back(g.t1 - g.dt * np.arange(g.rows + 1), p[1])), nodes)
+    total = 0
+    for one_v, weight in zip(v, wv):
+        vs = np.full_like(u, one_v)
+        d = np.stack([u - p[0], vs - p[1], np.full_like(u, -z)])
+        r = np.sqrt((d**2).sum(0))
+        s, t = u + (p[0] - u) * g.delta / z, vs + (p[1] - vs) * g.delta / z
+        radiance = field.radiance(u, vs, s, t)[:, 0]
+        total = total + weight * ((wu * radiance * z / r**3) * kernel(d / r)).sum(-1)
+    return total
+
+
+def vector(c_deg, gamma_deg):
+    """docs/axes.md."""
+    c, gamma = np.radians(c_deg), np.radians(gamma_deg)
+    return np.array([np.sin(gamma) * np.cos(c), -np.sin(gamma) * np.sin(c), np.cos(gamma)])
+
+
+def find_peak(field):
+    """On a lattice of slopes, then on finer ones about the best."""
+    g = field.geometry
+    x0, y0, half = 0.0, 0.0, 0.6
+    steps = 20
+    while half > 1e-6:
+        grid = np.linspace(-half, half, steps + 1)
+        best = max(
+            (intensity(field, (x0 + x, y0 + y, 1)), x0 + x, y0 + y) for x in grid for y in grid
+        )
+        _, x0, y0 = best
+        half, steps = half / 5, 10
+    d = np.array([x0, y0, 1])
+    return best[0], d / np.linalg.norm(d)
+
+
+def edge(field, peak, side, level):
+    """Degrees from the peak towards `side` to where intensity first falls to the level."""
+    at = lambda a: intensity(field, np.cos(a) * peak + np.sin(a) * side)
+    step, a = np.radians(1), 0.0
+    while at(a + step) >= level:
+        a += step
+    low, high = a, a + step
+    for _ in range(25):
+        middle = (low + high) / 2
+        low, high = (middle, high) if at(middle) >= level else (low, middle)
+    return np.degrees(low)
+
+
+def full_angles(field, peak, d, share):
+    along_u = np.array([1.0, 0, 0]) - d[0] * d
+    along_u /= np.linalg.norm(along_u)
+    across = np.cross(d, along_u)
+    return [
+        sum(edge(field, d, sign * side, share * peak) for sign in (-1, 1))
+        for side in (along_u, across)
+    ]
+
+
+def inverse_square(field, i, tolerance):
+    """The last distance on the axis, coming from far away, within the tolerance."""
+    away = lambda r: abs(over_directions(field, (0, 0, r), lambda w: -w[2]) * r * r / i - 1)
+    r = 50.0
+    if away(r) > tolerance:
+        raise AssertionError("no inverse square at 50 m")
+    while away(r / 1.2) <= tolerance:
+        r /= 1.2
+    low, high = r / 1.2, r
+    for _ in range(25):
+        middle = (low + high) / 2
+        low, high = (low, middle) if away(middle) <= tolerance else (middle, high)
+    return high
+
+
+class Photometry(Judgement):
+    def close(self, found, expected, relative, what):
+        self.assertLess(abs(found - expected), relative * abs(expected) + 1e-9, what)
+
+    def judge(self, basis, channels):
+        field = lamp(basis, channels, np.random.default_rng(SEED))
+        field.write(self.folder / "x.lf.exr")
+        self.write("ask.toml", ASK)
+        found = self.figures("photometry", "x.lf.exr", "--ask", "ask.toml", "--c-step", 60,
+                             "--gamma-step", 15)  # fmt: skip
+        y = luminance(field)
+        self.close(found["flux_lm"], y.flux()[0], 1e-5, "flux")
+        axis = intensity(y, (0, 0, 1))
+        self.close(found["intensity_axis_cd"], axis, 1e-5, "axis")
+        for c, row in zip(found["intensity"]["c_deg"], found["intensity"]["cd"]):
+            for gamma, value in zip(found["intensity"]["gamma_deg"], row):
+                self.close(value, intensity(y, vector(c, gamma)) if gamma < 90 else 0, 1e-5,
+                           f"C {c} gamma {gamma}")  # fmt: skip
+        peak, d = find_peak(y)
+        self.close(found["intensity_peak_cd"], peak, 1e-5, "peak")
+        told = vector(found["peak_c_deg"], found["peak_gamma_deg"])
+        self.assertLess(np.linalg.norm(told - d), 1e-3)
+        for name, share in (("beam", 0.5), ("field", 0.1)):
+            angles = full_angles(y, peak, d, share)
+            self.close(found[f"{name}_angle_c0_deg"], angles[0], 1e-3, name)
+            self.close(found[f"{name}_angle_c90_deg"], angles[1], 1e-3, name)
+            self.close(found[f"{name}_angle_deg"], np.mean(angles), 1e-3, name)
+        for percent in (1, 5, 10):
+            self.close(found["inverse_square_distance_m"][str(percent)],
+                       inverse_square(y, axis, percent / 100), 1e-3, f"{percent} %")  # fmt: skip
+        self.judge_points(y, found)
+        plane = found["planes"][0]
+        values = np.array(plane["illuminance_lx"])
+        for row in range(3):
+            for column in range(4):
+                p = (0.1 - 0.6 + 0.3 * (column + 0.5), -0.2 + 0.4 - 0.8 / 3 * (row + 0.5), 1.5)
+                self.close(values[row, column], y.irradiance(p, (0, 0, -1))[0], 1e-5, "plane")
+        self.close(plane["illuminance_mean_lx"], values.mean(), 1e-9, "mean")
+        self.close(plane["uniformity_min_mean"], values.min() / values.mean(), 1e-9, "uniformity")
+
+    def judge_points(self, field, found):
+        unit = lambda v: np.asarray(v, float) / np.linalg.norm(v)
+        for point in found["points"]:
+            p, n, axis = (np.array(point[key]) for key in ("position_m", "normal", "axis"))
+            sine = lambda w: np.sqrt(1 - (axis @ w) ** 2)
+            self.close(point["illuminance_lx"], field.irradiance(p, n)[0], 1e-5, "illuminance")
+            self.close(point["illuminance_spherical_lx"],
+                       over_directions(field, p, lambda w: 0.25), 1e-5, "spherical")  # fmt: skip
+            self.close(point["illuminance_cylindrical_lx"],
+                       over_directions(field, p, lambda w: sine(w) / np.pi), 1e-5, "cylindrical")  # fmt: skip
+            j = over_directions(field, p, lambda w: w)
+            for told, expected in zip(point["light_vector_lx"], j):
+                self.assertLess(abs(told - expected), 1e-5 * np.linalg.norm(j))
+            if point["facing"] is None:
+                self.assertIsNone(point["illuminance_semicylindrical_lx"])
+                continue
+            facing = np.array(point["facing"])
+            asked = np.array([0.3, 0, -1])
+            self.assertLess(np.linalg.norm(facing - unit(asked - (asked @ axis) * axis)), 1e-9)
+            self.close(point["illuminance_semicylindrical_lx"],
+                       over_directions(field, p, lambda w: (sine(w) + facing @ w) / np.pi),
+                       1e-5, "semicylindrical")  # fmt: skip
+
+    def test_one_channel(self):
+        self.judge("bspline2", 1)
+
+    def test_luminance_of_three(self):
+        self.judge("quadratic", 3)
+
+    def test_uncertainties(self):
+        """sigma of E through the inverse of the Gram matrices, in full, against what the program
+        finds from sigma(C)."""
+        random = np.random.default_rng(SEED)
+        field = lamp("bspline2", 1, random, columns=5, rows=4)
+        g = field.geometry
+        gu, gv = g.gram("u"), g.gram("v")
+        e = np.einsum("jk,il,klrcx->jircx", gv, gu, field.c)
+        sigma = e.max() * random.uniform(0.001, 0.01, e.shape).astype(np.float32)
+        model.write_measurements(self.folder / "x.meas.exr", g, e, sigma)
+        self.run_program("reconstruct", "x.meas.exr", "-o", "x.lf.exr", "--sigma",
+                         "x.sigma.lf.exr", "--keep", "none")  # fmt: skip
+        self.write("ask.toml", ASK)
+        found = self.figures("photometry", "x.lf.exr", "--sigma", "x.sigma.lf.exr", "--ask",
+                             "ask.toml")  # fmt: skip
+        ru, rv = np.linalg.inv(gu), np.linalg.inv(gv)
+
+        def uncertainty(of):
+            """Of a linear quantity of a light field, by its value for every coefficient alone."""
+            q = np.zeros(field.c.shape)
+            for index in np.ndindex(*field.c.shape):
+                one = LightField(g, np.zeros(field.c.shape))
+                one.c[index] = 1
+                q[index] = of(one)
+            w = np.einsum("jk,il,jircx->klrcx", rv, ru, q)
+            return np.sqrt((w**2 * sigma**2).sum())
+
+        self.close(found["flux_lm_u"], uncertainty(lambda f: f.flux()[0]), 1e-3, "flux")
+        self.close(found["intensity_axis_cd_u"], uncertainty(lambda f: intensity(f, (0, 0, 1))),
+                   1e-3, "axis")  # fmt: skip
+        p = np.array([-0.02, 0.01, 0.17])
+        self.close(found["points"][1]["illuminance_spherical_lx_u"],
+                   uncertainty(lambda f: over_directions(f, p, lambda w: 0.25)),
+                   1e-3, "spherical")  # fmt: skip
+
+
+if __name__ == "__main__":
+    unittest.main()
