@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/view/documents/open_input.h"
 #include "luxfield/view/panels/help_panel.h"
@@ -57,8 +58,10 @@ class Viewer {
       WindowPixels pixels;
       window_.EndFrame(&pixels);
       WriteScreenshot(options_.screenshot, pixels);
-      break;
+      return Result();
     }
+    if (!options_.screenshot.empty())
+      throw Interrupted("stopped before the screenshot was taken; start it again");
     return Result();
   }
 
@@ -72,6 +75,7 @@ class Viewer {
 
   bool IsLastFrame() const {
     if (options_.screenshot.empty()) return false;
+    if (window_.ShouldClose()) return true;
     if (options_.frames) return frames_ >= *options_.frames;
     return document_->Settled() && frames_ >= kLeastFrames && settled_frames_ >= 2;
   }
@@ -128,6 +132,7 @@ class Viewer {
       else
         window_.Close();
     }
+    if (io.KeyCtrl && ImGui::IsKeyPressed(key::kQ, false)) window_.Close();
     if (io.WantTextInput) return;
     if (ImGui::IsKeyPressed(key::kH, false)) bare_ = !bare_;
     if (ImGui::IsKeyPressed(key::k1, false)) look_.tone = Tone::kExponential;
@@ -236,8 +241,11 @@ class Viewer {
       result.picture = {frame->width, frame->height};
       result.error = document_->Error();
       result.unit = frame->unit;
+      const WindowSize whole = document_->picture_size();
       for (const auto& [column, row] : options_.reads)
-        if (const auto reading = ReadAt(*frame, column, row)) result.readings.push_back(*reading);
+        if (const auto reading =
+                ReadingAt({(column + 0.5) / whole.width, (row + 0.5) / whole.height}))
+          result.readings.push_back(*reading);
     }
     return result;
   }

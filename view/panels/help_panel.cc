@@ -25,7 +25,8 @@ constexpr Line kKeys[] = {
     {"+ -", "exposure by a third of a stop"},
     {"H", "the picture alone, and back"},
     {"F1", "this help"},
-    {"Esc", "close this help; else close the window"},
+    {"Ctrl and Z, Y, S", "undo, do again, save lamps"},
+    {"Esc, Ctrl and Q", "close this help, else the window; the window"},
 };
 
 template <int N>
