@@ -26,7 +26,8 @@ constexpr Line kKeys[] = {
     {"H", "the picture alone, and back"},
     {"F1", "this help"},
     {"Ctrl and Z, Y, S", "undo, do again, save lamps"},
-    {"Esc, Ctrl and Q", "close this help, else the window; the window"},
+    {"Esc", "close this help, else the window"},
+    {"Ctrl and Q", "close the window"},
 };
 
 template <int N>
