@@ -1,6 +1,7 @@
 #include "luxfield/photometry/answers.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "luxfield/core/parallel.h"
@@ -44,6 +45,30 @@ PointAnswer AnswerAt(const Lamp& lamp, const PointAsked& asked) {
   if (asked.facing)
     answer.semicylindrical =
         Evaluate(lamp, SemicylindricalIlluminanceAt(lamp, asked.p_m, asked.axis, *asked.facing));
+  return answer;
+}
+
+EyeAnswer AnswerFor(const Lamp& lamp, const EyeAsked& asked) {
+  EyeAnswer answer;
+  answer.asked = asked;
+  for (const double mrad : asked.fields_of_view_mrad) {
+    const double angle = 1e-3 * mrad;
+    const auto w = BrightestPlace(lamp, asked.eye_m, angle);
+    answer.fields.push_back({mrad, Evaluate(lamp, MeanLuminance(lamp, asked.eye_m, w, angle)), w});
+  }
+  answer.area = AreaAbove(lamp, asked.eye_m, asked.threshold);
+  if (!asked.background || !answer.area) return answer;
+  const LuminousArea& area = *answer.area;
+  // Seen from the side or behind, it is not in the field of view that the formula is for.
+  if (!(Dot(area.direction, asked.line_of_sight) > 0)) return answer;
+  answer.ugr =
+      Estimate{UnifiedGlareRating(area.luminance.value, area.solid_angle,
+                                  PositionIndex(asked.line_of_sight, asked.up, area.direction),
+                                  *asked.background),
+               {}};
+  // d UGR = 8 / ln 10 d(L^2) / L^2
+  if (area.luminance.u)
+    answer.ugr->u = 16 / std::log(10.0) * *area.luminance.u / area.luminance.value;
   return answer;
 }
 

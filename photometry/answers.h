@@ -7,6 +7,7 @@
 
 #include "luxfield/photometry/asked.h"
 #include "luxfield/photometry/functional.h"
+#include "luxfield/photometry/luminance.h"
 
 namespace luxfield::photometry {
 
@@ -19,6 +20,19 @@ struct PointAnswer {
   std::optional<Estimate> semicylindrical;  // where `facing` is asked for
 };
 PointAnswer AnswerAt(const Lamp& lamp, const PointAsked& asked);
+
+struct EyeAnswer {
+  EyeAsked asked;
+  struct FieldOfView {
+    double mrad = 0;
+    Estimate largest;            // of the mean luminance over it, anywhere
+    lightfield::Vec3 direction;  // where
+  };
+  std::vector<FieldOfView> fields;
+  std::optional<LuminousArea> area;  // above the threshold; absent: nothing is
+  std::optional<Estimate> ugr;       // of that area; absent: not asked for, or no area
+};
+EyeAnswer AnswerFor(const Lamp& lamp, const EyeAsked& asked);
 
 struct PlaneAnswer {
   PlaneAsked asked;

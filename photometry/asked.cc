@@ -29,6 +29,10 @@ Vec3 ReadDirection(const Config& table, const char* key, std::vector<double> fal
   return Normalized(d);
 }
 
+Vec3 ReadRequiredDirection(const Config& table, const char* key) {
+  return ReadDirection(table, key, table.Numbers(key, 3));
+}
+
 // Across `axis`, from what is given of it.
 Vec3 ReadAcross(const Config& table, const char* key, std::vector<double> fallback, Vec3 axis,
                 const char* axis_key) {
@@ -70,6 +74,24 @@ PlaneAsked ReadPlaneAsked(const Config& table) {
   return plane;
 }
 
+EyeAsked ReadEyeAsked(const Config& table) {
+  EyeAsked eye;
+  eye.eye_m = ReadPoint(table, "eye_m");
+  eye.fields_of_view_mrad = table.Numbers("fields_of_view_mrad", 0, {1.7, 11, 100});
+  for (const double field : eye.fields_of_view_mrad)
+    if (!(field >= 0.01 && field <= 1000))
+      table.Fail("fields_of_view_mrad", fmt::format("holds {}", field), "give 0.01 to 1000");
+  eye.threshold = table.Number("threshold_cd_per_m2", 500, {0, 1e15});
+  if (table.Has("background_cd_per_m2")) {
+    eye.background = table.Number("background_cd_per_m2", {1e-6, 1e9});
+    eye.line_of_sight = ReadRequiredDirection(table, "line_of_sight");
+    eye.up = ReadAcross(table, "up", {0, 0, -1}, eye.line_of_sight, "line_of_sight");
+  }
+  eye.name = table.Text("name", fmt::format("eye at ({:.4g}, {:.4g}, {:.4g}) m", eye.eye_m.x,
+                                            eye.eye_m.y, eye.eye_m.z));
+  return eye;
+}
+
 }  // namespace
 
 Vec3 PlaneAsked::Point(int column, int row) const {
@@ -86,6 +108,7 @@ Asked ReadAsked(const Config& config) {
   Asked asked;
   for (const Config& table : config.Tables("point")) asked.points.push_back(ReadPointAsked(table));
   for (const Config& table : config.Tables("plane")) asked.planes.push_back(ReadPlaneAsked(table));
+  for (const Config& table : config.Tables("eye")) asked.eyes.push_back(ReadEyeAsked(table));
   config.Finish();
   return asked;
 }

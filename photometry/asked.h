@@ -30,7 +30,19 @@ struct PlaneAsked {
   lightfield::Vec3 Normal() const;                    // to the side that the origin is on
 };
 
+// Whose luminance is asked for.
+struct EyeAsked {
+  std::string name;
+  lightfield::Vec3 eye_m;
+  std::vector<double> fields_of_view_mrad;  // full angles
+  double threshold = 0;                     // of the luminous area, cd/m^2
+  // Of the unified glare rating: both or none.
+  std::optional<double> background;  // cd/m^2
+  lightfield::Vec3 line_of_sight, up;
+};
+
 struct Asked {
+  std::vector<EyeAsked> eyes;
   std::vector<PointAsked> points;
   std::vector<PlaneAsked> planes;
 };

@@ -380,6 +380,16 @@ Functional SemicylindricalIlluminanceAt(const Lamp& lamp, Vec3 p, Vec3 axis, Vec
                     [&](Vec3 w) { return (Sine(axis, w) + Dot(facing, w)) / std::numbers::pi; });
 }
 
+Functional LightWithin(const Lamp& lamp, Vec3 p, Vec3 axis, double half_angle) {
+  constexpr int kParts = 4;
+  const double least = std::cos(half_angle);
+  return OfFields(lamp, [&](const LuminaireGeometry& g, const lightfield::RigidPose& pose) {
+    const Vec3 own = pose.InverseDirection(axis);
+    return OfKernel(g, pose.Inverse().Point(p), kParts,
+                    [&](Vec3 w) { return Dot(own, w) >= least ? 1.0 : 0.0; });
+  });
+}
+
 double IntensityValue(const Lamp& lamp, Vec3 direction) {
   return FarFieldIntensity(lamp.fields, direction)[0];
 }

@@ -89,6 +89,11 @@ Functional CylindricalIlluminanceAt(const Lamp& lamp, lightfield::Vec3 p, lightf
 Functional SemicylindricalIlluminanceAt(const Lamp& lamp, lightfield::Vec3 p, lightfield::Vec3 axis,
                                         lightfield::Vec3 facing);
 
+// integral L dw over the cone about `axis`, from the point to the light, that `half_angle` opens; its
+// edge is cut at nodes a sixteenth of a knot spacing apart at most.
+Functional LightWithin(const Lamp& lamp, lightfield::Vec3 p, lightfield::Vec3 axis,
+                       double half_angle);
+
 // Values alone, without weights: faster where many are asked for.
 double IntensityValue(const Lamp& lamp, lightfield::Vec3 direction);
 double IlluminanceValue(const Lamp& lamp, lightfield::Vec3 p, lightfield::Vec3 n);

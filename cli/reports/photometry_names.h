@@ -12,6 +12,13 @@ struct PhotometryNames {
   std::string flux_unit, intensity_unit, illuminance_unit;
   std::string flux, intensity, illuminance;
 
+  std::string LuminanceSuffix() const {
+    return intensity_suffix == "relative" ? intensity_suffix : intensity_suffix + "_per_m2";
+  }
+  std::string LuminanceUnit() const {
+    return intensity_unit == "cd" ? "cd/m²" : intensity_unit == "W/sr" ? "W/(sr m²)" : "relative";
+  }
+
   // "intensity_axis_cd", "illuminance_mean_lx".
   std::string Intensity(const std::string& which) const {
     return "intensity_" + which + "_" + intensity_suffix;

@@ -199,6 +199,25 @@ void AddPoints(HtmlPage& page, const std::vector<photometry::PointAnswer>& point
   }
 }
 
+void AddEyes(HtmlPage& page, const std::vector<photometry::EyeAnswer>& eyes,
+             const PhotometryNames& names) {
+  if (eyes.empty()) return;
+  page.Heading("Luminance");
+  for (const auto& answer : eyes) {
+    Rows rows{{answer.asked.name, "value", "u (k = 1)", "relative", "unit"}};
+    for (const auto& field : answer.fields)
+      rows.push_back(Row(fmt::format("largest mean over {:g} mrad", field.mrad), field.largest,
+                         names.LuminanceUnit()));
+    if (answer.area) {
+      rows.push_back(Row(fmt::format("mean of what is above {:g}", answer.asked.threshold),
+                         answer.area->luminance, names.LuminanceUnit()));
+      rows.push_back(Row("solid angle of that", {answer.area->solid_angle, {}}, "sr"));
+    }
+    if (answer.ugr) rows.push_back(Row("UGR of this lamp alone", *answer.ugr, ""));
+    AddRows(page, rows);
+  }
+}
+
 // "u, m" for a direction along an axis of the frame, else `name`, counted from the centre.
 std::string AxisName(lightfield::Vec3 d, const std::string& name) {
   if (d.x == 1) return "u (x), m";
@@ -264,6 +283,7 @@ std::string PhotometryPage(const PhotometryReport& report, const photometry::Lam
   AddTable(page, report.table, names);
   AddPlanes(page, report.planes, names);
   AddPoints(page, report.points, names);
+  AddEyes(page, report.eyes, names);
   return page.Text();
 }
 

@@ -122,6 +122,24 @@ Json PlaneJson(const photometry::PlaneAnswer& answer, const PhotometryNames& nam
   return json;
 }
 
+Json EyeJson(const photometry::EyeAnswer& answer, const PhotometryNames& names) {
+  const std::string suffix = names.LuminanceSuffix();
+  Json fields = Json::array();
+  for (const auto& field : answer.fields) {
+    Json one = {{"field_of_view_mrad", field.mrad}, {"direction", Listed(field.direction)}};
+    Put(one, "luminance_largest_mean_" + suffix, field.largest);
+    fields.push_back(one);
+  }
+  Json json = {{"name", answer.asked.name},
+               {"eye_m", Listed(answer.asked.eye_m)},
+               {"fields_of_view", fields},
+               {"luminous_solid_angle_sr", answer.area ? Json(answer.area->solid_angle) : Json()}};
+  Put(json, "luminance_of_luminous_area_" + suffix,
+      answer.area ? std::optional(answer.area->luminance) : std::nullopt);
+  Put(json, "ugr", answer.ugr);
+  return json;
+}
+
 // "12.3 +- 0.4 lm".
 std::string Text(const Estimate& estimate, const std::string& unit) {
   return fmt::format("{:.5g}{} {}", estimate.value,
@@ -210,7 +228,8 @@ Json ToJson(const PhotometryReport& report) {
   Put(json, "upward_share", d.upward_share);
   PutInverseSquare(json, "inverse_square_distance_m", d.on_axis);
   PutInverseSquare(json, "inverse_square_distance_peak_m", d.towards_peak);
-  json["points"] = json["planes"] = Json::array();
+  json["points"] = json["planes"] = json["eyes"] = Json::array();
+  for (const auto& answer : report.eyes) json["eyes"].push_back(EyeJson(answer, names));
   for (const auto& answer : report.points) json["points"].push_back(PointJson(answer, names));
   for (const auto& answer : report.planes) json["planes"].push_back(PlaneJson(answer, names));
   return json;

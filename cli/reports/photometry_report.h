@@ -18,6 +18,7 @@ struct PhotometryReport {
   photometry::IntensityTable table;
   std::vector<photometry::PointAnswer> points;
   std::vector<photometry::PlaneAnswer> planes;
+  std::vector<photometry::EyeAnswer> eyes;
 };
 
 void PrintPhotometry(const PhotometryReport& report);

@@ -108,7 +108,9 @@ photometry::Asked AskedOf(const std::string& file, const photometry::Distributio
   constexpr double kDistance_m = 1, kDegree = 0.017453292519943295;
   const double half = 1.2 * std::tan(std::clamp(EdgeGamma(d), 3.0, 60.0) * kDegree);
   const double width = 0.1 * std::ceil(20 * half);
-  return {{}, {photometry::PlaneBefore(kDistance_m, width, width, 51, 51)}};
+  photometry::Asked asked;
+  asked.planes = {photometry::PlaneBefore(kDistance_m, width, width, 51, 51)};
+  return asked;
 }
 
 PhotometryReport ReportOf(const Options& options, const photometry::Lamp& lamp,
@@ -128,6 +130,7 @@ PhotometryReport ReportOf(const Options& options, const photometry::Lamp& lamp,
   report.table = TableOf(lamp, options.c_step_deg,
                          options.gamma_step_deg.value_or(GammaStep(report.distribution)));
   for (const auto& point : asked.points) report.points.push_back(AnswerAt(lamp, point));
+  for (const auto& eye : asked.eyes) report.eyes.push_back(AnswerFor(lamp, eye));
   for (const auto& plane : asked.planes) report.planes.push_back(AnswerOn(lamp, plane));
   return report;
 }

@@ -20,6 +20,10 @@ constexpr const char* kAsk = R"([[point]]
 name = "desk & <chair>"
 position_m = [0.1, 0, 2]
 facing = [-1, 0, 0]
+[[eye]]
+eye_m = [0.3, 0, 1.5]
+background_cd_per_m2 = 40
+line_of_sight = [-1, 0, 0]
 [[plane]]
 name = "wall"
 centre_m = [0, 0.2, 3]
@@ -93,6 +97,11 @@ TEST_F(Photometry, HasTheKeysOfThePage) {
   EXPECT_EQ(found["intensity"]["cd"].size(), 4u);
   EXPECT_EQ(found["points"][0]["name"], "desk & <chair>");
   EXPECT_GT(found["points"][0]["illuminance_semicylindrical_lx"].get<double>(), 0);
+  const json& eye = found["eyes"][0];
+  EXPECT_EQ(eye["fields_of_view"].size(), 3u);
+  EXPECT_GT(eye["fields_of_view"][0]["luminance_largest_mean_cd_per_m2"].get<double>(),
+            eye["fields_of_view"][2]["luminance_largest_mean_cd_per_m2"].get<double>());
+  EXPECT_TRUE(eye["ugr"].is_number());
   EXPECT_EQ(found["planes"][0]["illuminance_lx"].size(), 5u);
   EXPECT_EQ(found["planes"][0]["illuminance_lx"][0].size(), 9u);
   const json written = json::parse(ReadText(folder_ / "x.json"));

@@ -1,0 +1,322 @@
+#include "luxfield/photometry/luminance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "luxfield/core/parallel.h"
+
+namespace luxfield::photometry {
+namespace {
+
+using lightfield::Cross;
+using lightfield::Dot;
+using lightfield::Length;
+using lightfield::Normalized;
+using lightfield::PosedLightField;
+using lightfield::Vec2;
+using lightfield::Vec3;
+
+constexpr double kSteepest = 6;  // the largest x and y of a picture, 81 degrees
+
+// Where a line of sight crosses the planes of a field; nothing where it does not come from them.
+struct Ray {
+  Vec2 u, s;
+};
+std::optional<Ray> RayOf(const PosedLightField& posed, Vec3 eye, Vec3 w) {
+  const Vec3 p = posed.luminaire_from_field.Inverse().Point(eye),
+             d = posed.luminaire_from_field.InverseDirection(w);
+  if (!(p.z > 0 && d.z < 0)) return {};
+  const double to_f = -p.z / d.z, to_i = (posed.field.geometry.delta_m - p.z) / d.z;
+  return Ray{{p.x + to_f * d.x, p.y + to_f * d.y}, {p.x + to_i * d.x, p.y + to_i * d.y}};
+}
+
+std::array<Vec3, 2> Across(Vec3 d, Vec3 up) {
+  Vec3 across = up - Dot(up, d) * d;
+  if (!(Length(across) > 1e-6)) across = Vec3{0, 1, 0} - d.y * d;
+  if (!(Length(across) > 1e-6)) across = Vec3{1, 0, 0} - d.x * d;
+  const Vec3 y = Normalized(across);
+  return {Cross(d, y), y};
+}
+
+// of(w) for rays of equal solid angle over the cone.
+template <typename F>
+void ForCone(Vec3 w, double full_angle, F&& of) {
+  constexpr int kRings = 16, kAround = 48;
+  const auto [x, y] = Across(w, {0, 1, 0});
+  for (int ring = 0; ring < kRings; ++ring) {
+    // 1 - cos by its half angle, which keeps its digits.
+    const double s = std::sin(full_angle / 4), versine = 2 * s * s * (ring + 0.5) / kRings;
+    const double cosine = 1 - versine, sine = std::sqrt(versine * (2 - versine));
+    for (int k = 0; k < kAround; ++k) {
+      const double angle = 2 * std::numbers::pi * (k + 0.5 * (ring % 2)) / kAround;
+      of(cosine * w + sine * std::cos(angle) * x + sine * std::sin(angle) * y,
+         1.0 / (kRings * kAround));
+    }
+  }
+}
+
+// Rays of a cone that is much wider than the spacing of the basis might miss what is in it.
+bool IsWide(const Lamp& lamp, Vec3 eye, double full_angle) {
+  constexpr double kSpacings = 8;
+  return std::any_of(lamp.fields.begin(), lamp.fields.end(), [&](const PosedLightField& posed) {
+    const double z = posed.luminaire_from_field.Inverse().Point(eye).z;
+    return z * full_angle > kSpacings * posed.field.geometry.grid.spacing_m;
+  });
+}
+
+double SolidAngleOfCone(double full_angle) {
+  const double s = std::sin(full_angle / 4);
+  return 4 * std::numbers::pi * s * s;
+}
+
+// Adds factor times L along w.
+void AddRadiance(const Lamp& lamp, Functional& sum, double factor, Vec3 eye, Vec3 w) {
+  for (std::size_t k = 0; k < lamp.fields.size(); ++k) {
+    const auto& g = lamp.fields[k].field.geometry;
+    const auto ray = RayOf(lamp.fields[k], eye, w);
+    if (!ray) continue;
+    const double column = std::floor(g.lattice.column_of_s(ray->s.x)),
+                 row = std::floor(g.lattice.row_of_t(ray->s.y));
+    if (!(column >= 0 && column < g.lattice.width && row >= 0 && row < g.lattice.height)) continue;
+    const double cosine = lightfield::CosTheta(g.delta_m, ray->u, ray->s),
+                 d = g.delta_m / (cosine * cosine);
+    const double x = (ray->u.x - g.grid.u0_m) / g.grid.spacing_m,
+                 y = (ray->u.y - g.grid.v0_m) / g.grid.spacing_m;
+    for (int j = 0; j < g.grid.height; ++j)
+      for (int i = 0; i < g.grid.width; ++i) {
+        const double phi = g.grid.basis.Value(x - i) * g.grid.basis.Value(y - j);
+        if (phi != 0)
+          sum[k].weights[g.grid.index(i, j) * g.plane_size() +
+                         static_cast<std::size_t>(row * g.lattice.width + column)] +=
+              factor * d * d * phi;
+      }
+  }
+}
+
+// Corners of the supports on F that the eye is before.
+std::vector<Vec3> CornersSeen(const Lamp& lamp, Vec3 eye) {
+  std::vector<Vec3> corners;
+  for (const PosedLightField& posed : lamp.fields) {
+    if (!(posed.luminaire_from_field.Inverse().Point(eye).z > 0)) continue;
+    const auto& grid = posed.field.geometry.grid;
+    const double u1 = grid.u0_m + (grid.width + grid.basis.cells - 1) * grid.spacing_m,
+                 v1 = grid.v0_m + (grid.height + grid.basis.cells - 1) * grid.spacing_m;
+    for (const double u : {grid.u0_m, u1})
+      for (const double v : {grid.v0_m, v1})
+        corners.push_back(posed.luminaire_from_field.Point({u, v, 0}));
+  }
+  return corners;
+}
+
+void Fill(const Lamp& lamp, Vec3 eye, LuminancePicture* picture) {
+  picture->luminance.resize(static_cast<std::size_t>(picture->columns) * picture->rows);
+  core::ParallelFor(picture->rows, 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row)
+      for (int column = 0; column < picture->columns; ++column)
+        picture->luminance[row * picture->columns + column] = LuminanceValue(
+            lamp, eye, picture->Direction(column + 0.5, static_cast<double>(row) + 0.5));
+  });
+}
+
+// Sums over discs of `radius` fields about every field.
+std::vector<double> DiscMeans(const LuminancePicture& picture, double radius) {
+  std::vector<std::array<int, 2>> disc;
+  const int reach = static_cast<int>(radius);
+  for (int y = -reach; y <= reach; ++y)
+    for (int x = -reach; x <= reach; ++x)
+      if (x * x + y * y <= radius * radius) disc.push_back({x, y});
+  std::vector<double> means(picture.luminance.size(), 0.0);
+  for (int row = 0; row < picture.rows; ++row)
+    for (int column = 0; column < picture.columns; ++column) {
+      double sum = 0;
+      for (const auto& [x, y] : disc)
+        if (row + y >= 0 && row + y < picture.rows && column + x >= 0 &&
+            column + x < picture.columns)
+          sum +=
+              picture.luminance[static_cast<std::size_t>(row + y) * picture.columns + column + x];
+      means[static_cast<std::size_t>(row) * picture.columns + column] =
+          sum / static_cast<double>(disc.size());
+    }
+  return means;
+}
+
+Vec3 ClimbMean(const Lamp& lamp, Vec3 eye, double full_angle, Vec3 w, double step) {
+  double best = MeanLuminanceValue(lamp, eye, w, full_angle);
+  while (step > 0.02 * full_angle) {
+    Vec3 found = w;
+    double value = best;
+    for (const Vec3& side : Across(w, {0, 1, 0}))
+      for (const double sign : {-step, step}) {
+        const Vec3 d = Normalized(w + sign * side);
+        const double mean = MeanLuminanceValue(lamp, eye, d, full_angle);
+        if (mean > value) value = mean, found = d;
+      }
+    if (value > best)
+      best = value, w = found;
+    else
+      step /= 2;
+  }
+  return w;
+}
+
+}  // namespace
+
+double LuminanceValue(const Lamp& lamp, Vec3 eye, Vec3 w) {
+  double sum = 0;
+  for (const PosedLightField& posed : lamp.fields)
+    if (const auto ray = RayOf(posed, eye, w))
+      sum += lightfield::Radiance(posed.field, ray->u, ray->s)[0];
+  return sum;
+}
+
+Functional MeanLuminance(const Lamp& lamp, Vec3 eye, Vec3 w, double full_angle) {
+  if (IsWide(lamp, eye, full_angle)) {
+    const Functional light = LightWithin(lamp, eye, w, full_angle / 2);
+    return Sum({{1 / SolidAngleOfCone(full_angle), &light}});
+  }
+  Functional mean = ZeroOf(lamp);
+  ForCone(w, full_angle, [&](Vec3 ray, double share) { AddRadiance(lamp, mean, share, eye, ray); });
+  return mean;
+}
+
+double MeanLuminanceValue(const Lamp& lamp, Vec3 eye, Vec3 w, double full_angle) {
+  if (IsWide(lamp, eye, full_angle)) return Value(lamp, MeanLuminance(lamp, eye, w, full_angle));
+  double mean = 0;
+  ForCone(w, full_angle,
+          [&](Vec3 ray, double share) { mean += share * LuminanceValue(lamp, eye, ray); });
+  return mean;
+}
+
+Vec3 LuminancePicture::Direction(double column, double row) const {
+  const double x = x0 + (x1 - x0) * column / columns, y = y1 - (y1 - y0) * row / rows;
+  return Normalized(centre + x * right + y * up);
+}
+
+double LuminancePicture::SolidAngle(int column, int row) const {
+  const double x = x0 + (x1 - x0) * (column + 0.5) / columns,
+               y = y1 - (y1 - y0) * (row + 0.5) / rows;
+  return (x1 - x0) / columns * (y1 - y0) / rows / std::pow(1 + x * x + y * y, 1.5);
+}
+
+LuminancePicture PictureFrom(const Lamp& lamp, Vec3 eye, Vec3 up, int most) {
+  LuminancePicture picture;
+  const auto corners = CornersSeen(lamp, eye);
+  if (corners.empty()) return picture;
+  Vec3 middle;
+  for (const Vec3& corner : corners) middle = middle + (1.0 / double(corners.size())) * corner;
+  picture.centre = Normalized(middle - eye);
+  const auto [right, upwards] = Across(picture.centre, up);
+  picture.right = right;
+  picture.up = upwards;
+  picture.x0 = picture.y0 = kSteepest;
+  picture.x1 = picture.y1 = -kSteepest;
+  for (const Vec3& corner : corners) {
+    const Vec3 d = corner - eye;
+    const double ahead = std::max(Dot(d, picture.centre), 1e-9);
+    const double x = std::clamp(Dot(d, right) / ahead, -kSteepest, kSteepest),
+                 y = std::clamp(Dot(d, upwards) / ahead, -kSteepest, kSteepest);
+    picture.x0 = std::min(picture.x0, x);
+    picture.x1 = std::max(picture.x1, x);
+    picture.y0 = std::min(picture.y0, y);
+    picture.y1 = std::max(picture.y1, y);
+  }
+  const double wide = picture.x1 - picture.x0, high = picture.y1 - picture.y0,
+               field = std::max(wide, high) / most;
+  picture.columns = std::clamp(static_cast<int>(std::lround(wide / field)), 1, most);
+  picture.rows = std::clamp(static_cast<int>(std::lround(high / field)), 1, most);
+  Fill(lamp, eye, &picture);
+  return picture;
+}
+
+Vec3 BrightestPlace(const Lamp& lamp, Vec3 eye, double full_angle) {
+  constexpr int kMost = 300, kLeast = 24;
+  constexpr std::size_t kStarts = 4;
+  LuminancePicture picture = PictureFrom(lamp, eye, {0, 1, 0}, 1);
+  if (picture.columns == 0) return Normalized(-1 * eye);
+  const double extent = std::max(picture.x1 - picture.x0, picture.y1 - picture.y0);
+  const int fields = std::clamp(static_cast<int>(6 * extent / full_angle), kLeast, kMost);
+  picture = PictureFrom(lamp, eye, {0, 1, 0}, fields);
+  const double field = extent / fields;
+  const auto means = DiscMeans(picture, std::min(0.5 * full_angle / field, double(fields)));
+  std::vector<std::size_t> order(means.size());
+  for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
+  const std::size_t starts = std::min(kStarts, order.size());
+  std::partial_sort(order.begin(), order.begin() + std::ptrdiff_t(starts), order.end(),
+                    [&](std::size_t a, std::size_t b) { return means[a] > means[b]; });
+  Vec3 brightest = picture.centre;
+  double most = -1e300;
+  for (std::size_t k = 0; k < starts; ++k) {
+    const auto column = static_cast<double>(order[k] % picture.columns),
+               row = static_cast<double>(order[k] / picture.columns);
+    const Vec3 w =
+        ClimbMean(lamp, eye, full_angle, picture.Direction(column + 0.5, row + 0.5), field);
+    const double mean = MeanLuminanceValue(lamp, eye, w, full_angle);
+    if (mean > most) most = mean, brightest = w;
+  }
+  return brightest;
+}
+
+std::optional<LuminousArea> AreaAbove(const Lamp& lamp, Vec3 eye, double threshold) {
+  constexpr int kMost = 400;
+  const LuminancePicture picture = PictureFrom(lamp, eye, {0, 1, 0}, kMost);
+  LuminousArea area;
+  double light = 0;
+  Vec3 towards;
+  const auto for_bright = [&](auto&& of) {
+    for (int row = 0; row < picture.rows; ++row)
+      for (int column = 0; column < picture.columns; ++column)
+        if (const double value =
+                picture.luminance[static_cast<std::size_t>(row) * picture.columns + column];
+            value >= threshold && value > 0)
+          of(picture.Direction(column + 0.5, row + 0.5), picture.SolidAngle(column, row), value);
+  };
+  for_bright([&](Vec3 w, double omega, double value) {
+    area.solid_angle += omega;
+    light += value * omega;
+    towards = towards + value * omega * w;
+  });
+  if (!(area.solid_angle > 0)) return {};
+  area.luminance.value = light / area.solid_angle;
+  area.direction = Normalized(towards);
+  if (!lamp.noise.empty()) {
+    Functional mean = ZeroOf(lamp);
+    for_bright([&](Vec3 w, double omega, double) {
+      AddRadiance(lamp, mean, omega / area.solid_angle, eye, w);
+    });
+    area.luminance.u = Uncertainty(lamp, mean);
+  }
+  return area;
+}
+
+double PositionIndex(Vec3 line_of_sight, Vec3 up, Vec3 w) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  const auto [right, upwards] = Across(line_of_sight, up);
+  const double ahead = Dot(w, line_of_sight), x = std::abs(Dot(w, right)), y = Dot(w, upwards);
+  const double beta = std::atan2(std::hypot(x, y), ahead) / kDegree;
+  const double alpha = std::atan2(x, y) / kDegree;
+  return std::exp((35.2 - 0.31889 * alpha - 1.22 * std::exp(-2 * alpha / 9)) * 1e-3 * beta +
+                  (21 + 0.26667 * alpha - 0.002963 * alpha * alpha) * 1e-5 * beta * beta);
+}
+
+double UnifiedGlareRating(double luminance, double solid_angle, double position_index,
+                          double background) {
+  return 8 * std::log10(0.25 / background * luminance * luminance * solid_angle /
+                        (position_index * position_index));
+}
+
+double SolidAngleOfOpening(Vec3 eye, double width_m, double height_m) {
+  const auto corner = [&](double x, double y) {
+    return Vec3{x * width_m / 2, y * height_m / 2, 0} - eye;
+  };
+  const auto triangle = [](Vec3 a, Vec3 b, Vec3 c) {
+    const double la = Length(a), lb = Length(b), lc = Length(c);
+    return 2 * std::atan2(std::abs(Dot(a, Cross(b, c))),
+                          la * lb * lc + Dot(a, b) * lc + Dot(a, c) * lb + Dot(b, c) * la);
+  };
+  return triangle(corner(-1, -1), corner(1, -1), corner(1, 1)) +
+         triangle(corner(-1, -1), corner(1, 1), corner(-1, 1));
+}
+
+}  // namespace luxfield::photometry

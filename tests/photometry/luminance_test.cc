@@ -1,0 +1,118 @@
+#include "luxfield/photometry/luminance.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "tests/photometry/lamps.h"
+
+namespace luxfield::photometry {
+namespace {
+
+using lightfield::LightField;
+using lightfield::Normalized;
+using lightfield::Vec3;
+
+constexpr std::uint64_t kSeed = 20261127;
+
+Vec3 Towards(Vec3 eye, Vec3 place) { return Normalized(place - eye); }
+
+// Cells of F are dark and bright in turn.
+LightField Checkerboard() {
+  LightField field = LambertianSquare::Fine();
+  const int width = field.geometry.grid.width;
+  for (int m = 0; m < field.geometry.grid.count(); ++m)
+    if ((m % width + m / width) % 2)
+      for (float& c : field.image(m, 0)) c = 0;
+  return field;
+}
+
+TEST(Luminance, OfALambertianSquareIsItsRadianceFromEverywhere) {
+  const Lamp lamp = LampOfField(LambertianSquare::Fine());
+  for (const Vec3 eye : {Vec3{0, 0, 0.5}, Vec3{0.05, -0.03, 0.3}, Vec3{0.001, 0.002, 0.02}}) {
+    const Vec3 w = Towards(eye, {0.0011, -0.0007, 0});
+    EXPECT_NEAR(LuminanceValue(lamp, eye, w), LambertianSquare::kRadiance,
+                1e-2 * LambertianSquare::kRadiance);  // of single cells and texels
+    EXPECT_EQ(LuminanceValue(lamp, eye, Towards(eye, {0.006, 0, 0})), 0);
+    EXPECT_EQ(LuminanceValue(lamp, eye, -1 * w), 0);
+  }
+}
+
+// A cone of view that the square fills sees its radiance, one that holds the square its share.
+TEST(Luminance, MeansOverFieldsOfView) {
+  const Lamp lamp = LampOfField(LambertianSquare::Fine());
+  const Vec3 eye{0, 0, 1}, w{0, 0, -1};
+  const double radiance = LambertianSquare::kRadiance;
+  EXPECT_NEAR(MeanLuminanceValue(lamp, eye, w, 0.0017), radiance, 1e-3 * radiance);
+  const double cone = 2 * std::numbers::pi * (1 - std::cos(0.05 / 2));
+  const double share = SolidAngleOfOpening(eye, 0.01, 0.01) / cone;
+  EXPECT_NEAR(MeanLuminanceValue(lamp, eye, w, 0.05), share * radiance, 1e-3 * share * radiance);
+  const double value = MeanLuminanceValue(lamp, eye, w, 0.011);
+  EXPECT_NEAR(Value(lamp, MeanLuminance(lamp, eye, w, 0.011)), value, 1e-6 * value);
+}
+
+// A spot of a tenth of a per cent of the lamp's area, anywhere, is found.
+TEST(Luminance, TheBrightestPlaceIsFound) {
+  core::Random random(kSeed, 0);
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
+  lightfield::LuminaireGeometry g;
+  g.delta_m = 0.1;
+  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(lightfield::BasisKind::kBox), 30,
+                                          30, 0.002);
+  g.lattice = {4, 4, -0.08, 0.08, 0.04, 0.04};
+  for (int trial = 0; trial < 8; ++trial) {
+    LightField field(g);
+    for (float& c : field.data) c = 1;
+    const int spot = static_cast<int>(random.Uniform() * g.grid.count());
+    for (float& c : field.image(spot, 0)) c = 5;
+    const Lamp lamp = LampOfField(field);
+    const Vec3 eye{0.1 * random.Uniform(), -0.1 * random.Uniform(), 0.3 + random.Uniform()};
+    const Vec3 found = BrightestPlace(lamp, eye, 0.0017);
+    const auto centre = g.grid.centre(spot % 30, spot / 30);
+    const Vec3 at = eye + (-eye.z / found.z) * found;
+    EXPECT_LT(std::hypot(at.x - centre.x, at.y - centre.y), 0.0015) << trial;
+  }
+}
+
+TEST(Luminance, TheGlaringAreaOfACheckerboardIsHalfOfIt) {
+  const Vec3 eye{0, 0, 2};
+  const double whole = SolidAngleOfOpening(eye, 0.01, 0.01);
+  for (const auto& [field, share] :
+       {std::pair{LambertianSquare::Fine(), 1.0}, std::pair{Checkerboard(), 0.5}}) {
+    const auto area = AreaAbove(LampOfField(field), eye, 500);
+    ASSERT_TRUE(area);
+    EXPECT_NEAR(area->solid_angle, share * whole, 2e-3 * whole);
+    EXPECT_NEAR(area->luminance.value, LambertianSquare::kRadiance,
+                2e-3 * LambertianSquare::kRadiance);
+    EXPECT_LT(Length(area->direction - Vec3{0, 0, -1}), 1e-4);
+  }
+  EXPECT_FALSE(AreaAbove(LampOfField(Checkerboard()), eye, 1e9));
+}
+
+TEST(Luminance, SolidAngleOfASquareOpening) {
+  // 4 asin(a^2 / (a^2 + d^2)) of a square of side 2 a at d.
+  EXPECT_NEAR(SolidAngleOfOpening({0, 0, 0.7}, 1, 1), 4 * std::asin(0.25 / (0.25 + 0.49)), 1e-12);
+}
+
+TEST(Glare, PositionIndexIsGuths) {
+  EXPECT_EQ(PositionIndex({0, 0, -1}, {0, 1, 0}, {0, 0, -1}), 1);
+  // By hand: 45 degrees above the line of sight, and beside it.
+  const Vec3 sight{0, 0, -1}, up{0, 1, 0};
+  const double above = PositionIndex(sight, up, Normalized(Vec3{0, 1, -1}));
+  EXPECT_NEAR(above, std::exp((35.2 - 1.22) * 0.045 + 21e-5 * 45 * 45), 1e-9);
+  const double beside = PositionIndex(sight, up, Normalized(Vec3{1, 0, -1}));
+  EXPECT_NEAR(beside,
+              std::exp((35.2 - 0.31889 * 90 - 1.22 * std::exp(-20)) * 0.045 +
+                       (21 + 0.26667 * 90 - 0.002963 * 8100) * 1e-5 * 2025),
+              1e-9);
+  EXPECT_EQ(PositionIndex(sight, up, Normalized(Vec3{-1, 0, -1})), beside);
+}
+
+TEST(Glare, RatingOfAUniformSource) {
+  EXPECT_NEAR(UnifiedGlareRating(1e4, 0.01, 1, 40), 8 * std::log10(0.25 / 40 * 1e8 * 0.01), 1e-12);
+  EXPECT_NEAR(UnifiedGlareRating(1e4, 0.01, 2, 40), 8 * std::log10(0.25 / 40 * 1e8 * 0.01 / 4),
+              1e-12);
+}
+
+}  // namespace
+}  // namespace luxfield::photometry
