@@ -46,7 +46,7 @@ DeviceLab ReadDeviceLab(const core::Config& config) {
     lab.print = ReadSelector(config.Table("print"), "print changer", {"plus", "minus"});
   if (channels == 3 && lab.rig.camera.cfa.empty())
     lab.colour = ReadSelector(config.Table("colour"), "colour wheel", {"R", "G", "B"});
-  if (NeedsTrigger(lab.camera)) lab.trigger = ReadTrigger(config.Table("trigger"));
+  if (lab.camera.driver.needs_trigger) lab.trigger = ReadTrigger(config.Table("trigger"));
   if (const auto supply = config.OptionalTable("supply")) lab.supply = ReadSupply(*supply);
   if (const auto monitor = config.OptionalTable("monitor")) lab.monitor = ReadMonitor(*monitor);
   config.Finish();
@@ -91,8 +91,8 @@ Devices OpenDevices(const DeviceLab& lab, const OnRefusal& on_refusal) {
   if (lab.monitor) open("monitor", [&] { devices.monitor = OpenMonitor(*lab.monitor, clock); });
   if (lab.trigger) open("trigger", [&] { devices.trigger = OpenTrigger(*lab.trigger, clock); });
   open("camera", [&] {
-    devices.camera = OpenCamera(lab.camera, clock, devices.trigger);
-    devices.camera_settings = SettingsOf(lab.camera);
+    devices.camera = lab.camera.driver.open(clock, devices.trigger);
+    devices.camera_settings = lab.camera.driver.settings;
     devices.rig.image_from_sensor = ImageFromSensor(lab.camera, devices.camera->capabilities());
   });
   return devices;

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "luxfield/core/execution.h"
-#include "luxfield/hal/built_drivers.h"
+#include "luxfield/hal/drivers/list/drivers.h"
 #include "luxfield/hal/lab/device_lab.h"
 #include "luxfield/hal/lab/safe_state.h"
 #include "luxfield/hal/sim/simulated_lab.h"
@@ -46,16 +46,9 @@ Devices MakeDevices(const std::filesystem::path& lab_toml, std::optional<std::ui
 
 std::vector<DriverInfo> Drivers() {
   std::vector<DriverInfo> drivers = {
-      {"sim", "the simulated lab: lamp, filter, stage and camera as one world"},
-      {"grbl", "stage: Grbl 1.1 over a serial port or TCP"},
-      {"zaber", "stage: two Zaber axes, ASCII protocol, over a serial port or TCP"},
-      {"usbtmc", "SCPI lamp supply and light meter on USB"}};
-  if (kHasAravis) drivers.push_back({"aravis", "GigE Vision and USB3 Vision cameras"});
-  if (kHasGphoto2) drivers.push_back({"gphoto2", "still cameras over PTP, by their RAW files"});
-  if (kHasGpiod)
-    drivers.push_back(
-        {"gpiod",
-         "GPIO lines: safety inputs, shutter, print changer, colour wheel, trigger, lamp relay"});
+      {"sim", "the simulated lab: lamp, filter, stage and camera as one world"}};
+  for (const Driver& driver : AllDrivers())
+    if (driver.built) drivers.push_back({driver.name, driver.what});
   return drivers;
 }
 

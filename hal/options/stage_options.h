@@ -3,12 +3,10 @@
 
 #include <memory>
 #include <string>
-#include <variant>
 
 #include "luxfield/core/clock.h"
 #include "luxfield/core/config.h"
-#include "luxfield/hal/drivers/grbl/machine.h"
-#include "luxfield/hal/drivers/zaber/zaber_stage.h"
+#include "luxfield/hal/drivers/driver.h"
 #include "luxfield/hal/safety/stage_bounds.h"
 
 namespace luxfield::hal {
@@ -17,7 +15,7 @@ struct StageOptions {
   StageLimits limits;
   std::string port;  // of a real stage; empty where it is simulated
   int baud = 115200;
-  std::variant<std::monostate, grbl::StageSetup, zaber::StageSetup> setup;
+  OpenStageOn open;  // of a real stage
 };
 
 // Throws InputError naming file and field.

@@ -7,6 +7,8 @@
 #include <algorithm>
 
 #include "luxfield/hal/devices.h"
+#include "luxfield/hal/drivers/aravis/driver.h"
+#include "luxfield/hal/drivers/gphoto2/driver.h"
 #include "luxfield/hal/lab/open_lab.h"
 
 namespace luxfield::hal {
@@ -50,7 +52,7 @@ void ExpectCalibration(const CameraOptions& options) {
 
 TEST(CameraOptions, OfAStillCamera) {
   if (!Built("gphoto2")) GTEST_SKIP() << "built without libgphoto2";
-  const CameraOptions options = Read(R"(
+  const std::string text = R"(
 driver = "gphoto2"
 port = "usb:001,004"
 size_px = [300, 200]
@@ -60,9 +62,9 @@ shutter_speed = "exptime"
 readout_s = 2.5
 setting = [{name = "iso", value = "100"}, {name = "f-number", value = "8"}]
 responsivity_e_per_s_per_w_m2 = [1, 2, 3]
-)" + kCalibration,
-                                     3);
-  const auto& driver = std::get<gphoto2::Gphoto2Options>(options.driver);
+)" + kCalibration;
+  const CameraOptions options = Read(text, 3);
+  const auto driver = gphoto2::ReadOptions(core::Config::FromString(text, "lab.toml"));
   EXPECT_EQ(driver.port, "usb:001,004");
   EXPECT_EQ(driver.width, 300);
   EXPECT_EQ(driver.height, 200);
@@ -74,15 +76,15 @@ responsivity_e_per_s_per_w_m2 = [1, 2, 3]
   EXPECT_EQ(options.calibration.cfa, "GBRG");
   EXPECT_THAT(options.calibration.responsivity_e_per_s_per_w_m2, ElementsAre(1, 2, 3));
   ExpectCalibration(options);
-  EXPECT_THAT(SettingsOf(options),
+  EXPECT_THAT(options.driver.settings,
               ElementsAre(Pair("driver", "gphoto2"), Pair("setting f-number", "8"),
                           Pair("setting iso", "100")));
-  EXPECT_FALSE(NeedsTrigger(options));
+  EXPECT_FALSE(options.driver.needs_trigger);
 }
 
 TEST(CameraOptions, OfANetworkCamera) {
   if (!Built("aravis")) GTEST_SKIP() << "built without aravis";
-  const CameraOptions options = Read(R"(
+  const std::string text = R"(
 driver = "aravis"
 id = "Maker-17"
 pixel_format = "Mono12"
@@ -92,9 +94,9 @@ readout_s = 0.5
 trigger_source = "Line2"
 trigger_activation = "FallingEdge"
 responsivity_e_per_s_per_w_m2 = [4]
-)" + kCalibration,
-                                     1);
-  const auto& driver = std::get<aravis::AravisOptions>(options.driver);
+)" + kCalibration;
+  const CameraOptions options = Read(text, 1);
+  const auto driver = aravis::ReadOptions(core::Config::FromString(text, "lab.toml"));
   EXPECT_EQ(driver.id, "Maker-17");
   EXPECT_EQ(driver.pixel_format, "Mono12");
   EXPECT_EQ(driver.gain_db, 6);
@@ -106,10 +108,10 @@ responsivity_e_per_s_per_w_m2 = [4]
   ASSERT_TRUE(driver.line_trigger);
   EXPECT_EQ(driver.line_trigger->source, "Line2");
   EXPECT_EQ(driver.line_trigger->activation, "FallingEdge");
-  EXPECT_TRUE(NeedsTrigger(options));
+  EXPECT_TRUE(options.driver.needs_trigger);
   ExpectCalibration(options);
   EXPECT_THAT(
-      SettingsOf(options),
+      options.driver.settings,
       ElementsAre(Pair("driver", "aravis"), Pair("gain_db", "6"), Pair("pixel_format", "Mono12"),
                   Pair("region_px", "8, 16, 640, 480"), Pair("trigger_activation", "FallingEdge"),
                   Pair("trigger_source", "Line2")));

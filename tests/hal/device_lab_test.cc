@@ -12,6 +12,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/hal/devices.h"
+#include "luxfield/hal/drivers/aravis/driver.h"
 #include "luxfield/hal/lab/open_lab.h"
 #include "tests/said.h"
 
@@ -57,11 +58,12 @@ TEST_F(DeviceLabFile, SaysWhatItSays) {
   const DeviceLab lab = ReadDeviceLab(With("prnu", "prnu"));
   EXPECT_EQ(lab.rig.delta_m, 0.3);
   EXPECT_EQ(lab.rig.pwm_hz, 1000);
-  const auto& camera = std::get<aravis::AravisOptions>(lab.camera.driver);
+  const auto camera =
+      aravis::ReadOptions(core::Config::FromString(text_, "lab.toml").Table("camera"));
   EXPECT_EQ(camera.id, "Aravis-Fake-LUX1");
   ASSERT_TRUE(camera.region);
   EXPECT_EQ(camera.region->width, 84);
-  EXPECT_THAT(SettingsOf(lab.camera),
+  EXPECT_THAT(lab.camera.driver.settings,
               ElementsAre(std::pair{"driver", "aravis"}, std::pair{"gain_db", "0"},
                           std::pair{"pixel_format", camera.pixel_format},
                           std::pair{"region_px", "0, 0, 84, 80"}));
@@ -127,7 +129,7 @@ TEST_F(DeviceLabFile, ACameraThatALineTriggersHasOne) {
   EXPECT_EQ(lab.trigger->output.line, "9");
   EXPECT_TRUE(lab.trigger->output.active_low);
   EXPECT_EQ(lab.trigger->pulse_s, 0.01);
-  const auto settings = SettingsOf(lab.camera);
+  const auto settings = lab.camera.driver.settings;
   EXPECT_EQ(settings.at("trigger_source"), "Line1");
   EXPECT_EQ(settings.at("trigger_activation"), "RisingEdge");
   EXPECT_THAT(ErrorWith("[stage]", trigger + "pulse_s = 1\n[stage]"), HasSubstr("trigger.pulse_s"));

@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <memory>
-#include <variant>
 
 #include "luxfield/core/clock.h"
 #include "luxfield/hal/error.h"
 #include "luxfield/hal/lab/open_lab.h"
 #include "luxfield/hal/options/stage_options.h"
+#include "tests/fakes/grbl_machine.h"
+#include "tests/fakes/pty_host.h"
+#include "tests/fakes/zaber_chain.h"
 #include "tests/hal/error_of.h"
 #include "tests/hal/test_lab.h"
 
@@ -85,22 +87,24 @@ TEST(StageBounds, LimitsAreNamedThatAPlaceLiesBeyond) {
   EXPECT_EQ(LimitBefore(Bounds(""), {7, 7}), "");
 }
 
-// What is opened is what the drivers' own setups say.
 TEST(StageBounds, BindTheDriversOfRealStages) {
-  const std::string lab =
-      "min_m = [-0.1, -0.1]\nmax_m = [0.1, 0.1]\nport = \"p\"\n"
-      "origin_m = [-0.15, -0.15]\n";
+  const std::string lab = "min_m = [-0.08, -0.06]\nmax_m = [0.08, 0.06]\nspeed_m_per_s = 0.1\n";
   const StageBounds bounds = Bounds("max_m = [0.04, 0.5]\nspeed_m_per_s = 0.005");
-  StageOptions grbl = ReadStage(StageOf("driver = \"grbl\"\n" + lab)),
-               zaber = ReadStage(StageOf("driver = \"zaber\"\nmicrostep_m = [5e-8, 5e-8]\n" + lab));
-  Tighten(grbl, bounds);
-  Tighten(zaber, bounds);
-  for (const StageLimits& limits :
-       {grbl.limits, std::get<grbl::StageSetup>(grbl.setup).limits, zaber.limits,
-        std::get<zaber::StageSetup>(zaber.setup).limits}) {
-    EXPECT_NEAR(limits.max.x, 0.04, 1.1e-9);
-    EXPECT_EQ(limits.max.y, 0.1);
-    EXPECT_EQ(limits.speed_m_per_s, 0.005);
+  fakes::PtyHost grbl(std::make_unique<fakes::GrblMachine>()),
+      zaber(std::make_unique<fakes::ZaberChain>(true));
+  for (const std::string& driver :
+       {"driver = \"grbl\"\nv_axis = \"-y\"\norigin_m = [-0.1, -0.1]\nport = \"" + grbl.port(),
+        "driver = \"zaber\"\nmicrostep_m = [5e-8, 5e-8]\nv_axis = \"-2.1\"\norigin_m = [0.1, "
+        "0.1]\nport = \"" +
+            zaber.port()}) {
+    StageOptions options = ReadStage(StageOf(lab + driver + "\""));
+    Tighten(options, bounds);
+    const auto stage = OpenStage(options, std::make_shared<core::SystemClock>());
+    for (const StageLimits& limits : {options.limits, stage->limits()}) {
+      EXPECT_NEAR(limits.max.x, 0.04, 1.1e-9) << driver;
+      EXPECT_EQ(limits.max.y, 0.06) << driver;
+      EXPECT_EQ(limits.speed_m_per_s, 0.005) << driver;
+    }
   }
 }
 
