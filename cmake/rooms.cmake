@@ -87,11 +87,12 @@ function(luxfield_foreign_headers target)
   endforeach()
 endfunction()
 
-# luxfield_tests(FOLDER USES lib... [DEPENDS target...] [UNDER program [argument...]] [SERIAL] [WHOLE]): tests/FOLDER/*.cc
-# as one program, run by another program if one is named. Each of its suites is an entry FOLDER.SUITE of CTest, beside
-# which nothing else runs if it is SERIAL; a program that is dear to start is WHOLE: one entry, FOLDER.
+# luxfield_tests(FOLDER USES lib... [DEPENDS target...] [UNDER program [argument...]] [SERIAL] [LOCK] [WHOLE]):
+# tests/FOLDER/*.cc as one program, run by another program if one is named. Each of its suites is an entry FOLDER.SUITE
+# of CTest, beside which nothing else runs if it is SERIAL, and none of its own if it has a LOCK; a program that is dear
+# to start is WHOLE: one entry, FOLDER.
 function(luxfield_tests folder)
-  cmake_parse_arguments(ARG "SERIAL;WHOLE" "" "USES;DEPENDS;UNDER" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL;LOCK;WHOLE" "" "USES;DEPENDS;UNDER" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${folder}/*.cc)
   if(NOT sources)
     return()
@@ -116,6 +117,9 @@ function(luxfield_tests folder)
   set(properties TIMEOUT 3600)
   if(ARG_SERIAL)
     list(APPEND properties RUN_SERIAL TRUE)
+  endif()
+  if(ARG_LOCK)
+    list(APPEND properties RESOURCE_LOCK ${folder})
   endif()
   if(ARG_WHOLE)
     add_test(NAME ${folder} COMMAND ${ARG_UNDER} $<TARGET_FILE:${program}> WORKING_DIRECTORY ${PROJECT_BINARY_DIR})
