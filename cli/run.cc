@@ -22,6 +22,7 @@ void AddAll(Program& program, const std::vector<AddVerbs>& more) {
   AddRender(program);
   AddRelight(program);
   AddPhotometry(program);
+  AddShard(program);
   AddInfo(program);
   AddCompare(program);
   for (const AddVerbs add : more) add(program);

@@ -8,7 +8,7 @@
 namespace luxfield::cli {
 namespace {
 
-constexpr std::array<VerbName, 21> kVerbs = {{
+constexpr std::array<VerbName, 22> kVerbs = {{
     {"devices", "List drivers, ports, a lab's devices and OpenCL devices; test a device"},
     {"simulate", "Write the true light field of a simulated lab, to judge a measurement by"},
     {"sky",
@@ -39,8 +39,11 @@ constexpr std::array<VerbName, 21> kVerbs = {{
     {"render", "Light a scene with measured luminaires and environment maps"},
     {"relight", "Scale lights of a picture of 'render --light-groups'"},
     {"photometry",
-     "Flux, intensity, beam, illuminance of a light field with their uncertainties, as a page, JSON "
+     "Flux, intensity, beam, illuminance of a light field with their uncertainties, as a page, "
+     "JSON "
      "or CSV"},
+    {"shard",
+     "Cut a merge or a reconstruction into shards for a cluster, and join them to the same bytes"},
     {"info", "What a file or session is, and whether it is whole"},
     {"compare", "How far picture (or light field) A is from the reference B"},
     {"demo", "The whole chain on a simulated headlight, with a report"},

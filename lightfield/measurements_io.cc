@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "luxfield/core/error.h"
+#include "luxfield/core/exr_rows.h"
 #include "luxfield/lightfield/exr_geometry.h"
+#include "luxfield/lightfield/file_pieces.h"
 #include "luxfield/lightfield/measurements.h"
 
 namespace luxfield::lightfield {
@@ -107,7 +109,27 @@ void JoinEstimates(std::span<const float> undetected, Measurement& position) {
   }
 }
 
-Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeometry& geometry) {
+// Pixels of a part: all of them, or some rows.
+struct PartSource {
+  core::ExrReader& reader;
+  core::ExrRowReader* rows = nullptr;  // null: all
+  int first = 0, count = 0;
+
+  void ReadFloats(int part, std::span<const std::string> names,
+                  std::span<const std::span<float>> planes) {
+    if (rows)
+      rows->ReadFloats(part, names, planes, first, count);
+    else
+      reader.ReadFloats(part, names, planes);
+  }
+  std::vector<std::uint32_t> ReadUint(int part, const std::string& name) {
+    return rows ? rows->ReadUint(part, name, first, count) : reader.ReadUint(part, name);
+  }
+};
+
+// `geometry` is that of what is read.
+Measurement ReadPosition(PartSource& source, int part, const LuminaireGeometry& geometry) {
+  core::ExrReader& reader = source.reader;
   const std::size_t plane = geometry.plane_size();
   Measurement position;
   position.irradiance.resize(plane * geometry.channels);
@@ -127,9 +149,9 @@ Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeome
   }
   names.emplace_back("count");
   planes.emplace_back(position.count);
-  reader.ReadFloats(part, names, planes);
+  source.ReadFloats(part, names, planes);
   position.displacement_m = ReadDisplacement(reader, part, geometry.grid.spacing_m);
-  position.mask = reader.ReadUint(part, "mask");
+  position.mask = source.ReadUint(part, "mask");
   for (const std::uint32_t flags : position.mask)
     if (flags & ~kKnownFlags)
       throw InputError(reader.path().string(),
@@ -144,8 +166,8 @@ Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeome
   return position;
 }
 
-// pixels(m): of position m, valid until the next call.
-void Write(const std::filesystem::path& path, const Measurements& header,
+// Positions first to last - 1; pixels(m): of position m, valid until the next call.
+void Write(const std::filesystem::path& path, const Measurements& header, int first, int last,
            const std::function<std::vector<core::ExrPixels>(int m)>& pixels) {
   const LuminaireGeometry& geometry = header.geometry;
   geometry.Validate(path.string());
@@ -162,7 +184,8 @@ void Write(const std::filesystem::path& path, const Measurements& header,
   attributes["luxfield:filter"] =
       std::string(header.filter == FilterKind::kBasis ? "basis" : "dual");
   attributes["luxfield:filter_scale"] = header.filter_scale;
-  core::WriteExr(path, parts, core::ExrCompression::kNone, pixels);
+  core::WriteExr(path, std::span(parts).subspan(first, last - first), core::ExrCompression::kNone,
+                 [&](int part) { return pixels(first + part); });
 }
 
 }  // namespace
@@ -171,7 +194,7 @@ void WriteMeasurements(const std::filesystem::path& path, const Measurements& me
   for (const Measurement& position : measurements.positions)
     RequireSizes(position, measurements.geometry);
   std::optional<Reported> reported;
-  Write(path, measurements, [&](int m) {
+  Write(path, measurements, 0, measurements.geometry.grid.count(), [&](int m) {
     const Measurement& position = measurements.positions[m];
     reported.emplace(position, measurements.geometry.plane_size());
     return Pixels(position, *reported, measurements.geometry);
@@ -180,9 +203,14 @@ void WriteMeasurements(const std::filesystem::path& path, const Measurements& me
 
 void WriteMeasurements(const std::filesystem::path& path, const Measurements& header,
                        const std::function<Measurement(int)>& next) {
+  WriteMeasurementPositions(path, header, 0, header.geometry.grid.count(), next);
+}
+
+void WriteMeasurementPositions(const std::filesystem::path& path, const Measurements& header,
+                               int first, int last, const std::function<Measurement(int)>& next) {
   Measurement position;
   std::optional<Reported> reported;
-  Write(path, header, [&](int m) {
+  Write(path, header, first, last, [&](int m) {
     position = next(m);
     RequireSizes(position, header.geometry);
     reported.emplace(position, header.geometry.plane_size());
@@ -190,9 +218,22 @@ void WriteMeasurements(const std::filesystem::path& path, const Measurements& he
   });
 }
 
-Measurements ReadMeasurements(const std::filesystem::path& path) {
-  core::ExrReader reader(path);
+namespace {
+
+Measurements Read(PartSource source) {
+  core::ExrReader& reader = source.reader;
+  const std::filesystem::path& path = reader.path();
   ExrGeometry header = ReadGeometry(reader, kMeasurementsKind);
+  Lattice& lattice = header.geometry.lattice;
+  if (source.rows) {
+    if (source.first < 0 || source.count < 1 || source.first + source.count > lattice.height)
+      throw InputError(path.string(),
+                       fmt::format("has {} rows, and not those from {} to {}", lattice.height,
+                                   source.first, source.first + source.count - 1),
+                       "ask for rows that it has");
+    lattice.t1_m = lattice.t_of_row(source.first);
+    lattice.height = source.count;
+  }
   Measurements measurements;
   measurements.geometry = header.geometry;
   measurements.provenance = std::move(header.provenance);
@@ -211,8 +252,25 @@ Measurements ReadMeasurements(const std::filesystem::path& path) {
         "make the file anew with the verb that wrote it");
   measurements.positions.reserve(header.parts.size());
   for (const int part : header.parts)
-    measurements.positions.push_back(ReadPosition(reader, part, measurements.geometry));
+    measurements.positions.push_back(ReadPosition(source, part, measurements.geometry));
   return measurements;
+}
+
+}  // namespace
+
+Measurements ReadMeasurements(const std::filesystem::path& path) {
+  core::ExrReader reader(path);
+  return Read({reader});
+}
+
+LuminaireGeometry ReadMeasurementGeometry(const std::filesystem::path& path) {
+  return ReadGeometry(core::ExrReader(path), kMeasurementsKind).geometry;
+}
+
+Measurements ReadMeasurementRows(const std::filesystem::path& path, int first, int count) {
+  core::ExrReader reader(path);
+  core::ExrRowReader rows(reader);
+  return Read({reader, &rows, first, count});
 }
 
 }  // namespace luxfield::lightfield

@@ -6,7 +6,7 @@ find_package(GTest REQUIRED)
 add_subdirectory(tests/fakes)
 add_subdirectory(tests/preload)
 
-foreach(room core lightfield environment formats rig session capture reconstruct scene preprocess web)
+foreach(room core lightfield environment formats rig session capture reconstruct scene preprocess web shard)
   luxfield_tests(${room} USES luxfield_${room})
 endforeach()
 luxfield_tests(photometry USES luxfield_photometry luxfield_reconstruct)
@@ -115,6 +115,9 @@ if(LUXFIELD_BUILD_BENCH)
   add_test(NAME hostile COMMAND ${PROJECT_SOURCE_DIR}/tests/hostile/run $<TARGET_FILE:hostile_zygote> --cases 150 --seed 1)
   set_tests_properties(hostile PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1200)
 endif()
+# Jobs cut into shards, on the engines of one machine; `./run cluster` does it on a Slurm.
+add_test(NAME shards COMMAND ${PROJECT_SOURCE_DIR}/tests/cluster/verbs_test.py $<TARGET_FILE:luxfield>)
+set_tests_properties(shards PROPERTIES TIMEOUT 1200)
 # The program judged by Python and numpy, which share no code with it; skipped where numpy is missing.
 add_test(NAME judges COMMAND ${PROJECT_SOURCE_DIR}/tests/judges/run $<TARGET_FILE:luxfield>)
 set_tests_properties(judges PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 3600)

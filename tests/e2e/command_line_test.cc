@@ -45,6 +45,7 @@ const Names kVerbs = {"devices",
                       "preprocess",
                       "render",
                       "relight",
+                      "shard",
                       "info",
                       "compare",
                       "bench",
@@ -56,6 +57,7 @@ const Names kVerbs = {"devices",
 #endif
 };
 const std::map<std::string, Names> kGroups = {
+    {"shard", {"plan", "run", "status", "gather", "submit"}},
     {"calibrate", {"geometry", "flat-field", "glare", "response", "sensor"}},
     {"filter", {"print", "measure", "photograph"}},
     {"bench",

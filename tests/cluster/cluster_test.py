@@ -1,0 +1,154 @@
+#!/usr/bin/env -S python3 -B
+"""Jobs of `luxfield shard submit --engine slurm` on a Slurm of two nodes on the loopback, while shards, the nodes'
+daemons and the controller are killed at random times: no shard is lost, none is wrong, and what is gathered is, to
+the byte, what the verb writes by itself. Usage: cluster_test.py LUXFIELD [--kills N] [--seed S]
+
+Exits with 77 where Slurm cannot run, and says why."""
+
+import argparse
+import collections
+import os
+import pathlib
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import loopback_slurm
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PATIENCE_S = 900  # for one job
+
+
+def must(words, folder, environment=None):
+    result = subprocess.run([str(word) for word in words], cwd=folder, capture_output=True, text=True, env=environment)
+    if result.returncode != 0:
+        raise RuntimeError(f"{' '.join(map(str, words))}: exit {result.returncode}: {result.stderr or result.stdout}")
+    return result.stdout
+
+
+def ours(folder, test):
+    """Processes whose words name this folder, and that pass the test."""
+    found = []
+    for entry in pathlib.Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        try:
+            words = (entry / "cmdline").read_bytes().split(b"\0")
+            environment = (entry / "environ").read_bytes()
+            name = (entry / "comm").read_text().strip()
+        except OSError:
+            continue  # it has ended
+        if str(folder).encode() in environment and test(name, words):
+            found.append(int(entry.name))
+    return found
+
+
+def kill(process):
+    try:
+        os.kill(process, signal.SIGKILL)
+        return True
+    except ProcessLookupError:
+        return False
+
+
+class Killer:
+    """One kill at a time, each of a victim of the kind drawn."""
+
+    def __init__(self, cluster, folder, generator):
+        self.cluster, self.folder, self.generator = cluster, folder, generator
+        self.done = collections.Counter()
+
+    def strike(self):
+        kind = self.generator.choice(("shard", "shard", "shard", "node", "controller"))
+        if kind == "shard":
+            running = ours(self.folder, lambda _, words: b"shard" in words and b"run" in words)
+            if not running or not kill(self.generator.choice(running)):
+                return
+        elif kind == "node":
+            # As if the machine lost its power: the daemon, the steps and the shard on it.
+            node = self.generator.choice(loopback_slurm.NODES)
+            self.cluster.kill(node)
+            for process in ours(self.folder, lambda name, _: name == "slurmstepd"):
+                kill(process)
+            for process in ours(self.folder, lambda _, words: b"shard" in words and b"run" in words):
+                kill(process)
+            self.cluster.start_node(node)
+        else:
+            self.cluster.kill("slurmctld")
+            self.cluster.start_controller()
+        self.done[kind] += 1
+
+
+def finish(luxfield, cluster, folder, job, output, killer, kills, generator):
+    """Submits until the output is there; strikes meanwhile until so many kills are done."""
+    submissions, end = 0, time.monotonic() + PATIENCE_S
+    while not output.exists():
+        if time.monotonic() > end:
+            raise RuntimeError(f"{job}: not gathered in {PATIENCE_S} s: "
+                               + must([luxfield, "shard", "status", job], folder))
+        waiting = cluster.jobs()
+        if waiting == []:
+            result = subprocess.run([luxfield, "shard", "submit", job, "--engine", "slurm"], cwd=folder, text=True,
+                                    capture_output=True, env=cluster.environment)
+            submissions += result.returncode == 0
+            if result.returncode not in (0, 3):  # 3: the controller was not there to take it
+                raise RuntimeError(f"{job}: {result.stderr}")
+        if sum(killer.done.values()) < kills:
+            time.sleep(generator.uniform(0.05, 1.5))
+            killer.strike()
+        else:
+            time.sleep(0.2)
+    return submissions
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("luxfield", type=pathlib.Path)
+    parser.add_argument("--kills", type=int, default=8)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    luxfield = options.luxfield.resolve()
+    if why := loopback_slurm.missing():
+        print(f"SKIPPED: cluster: {why}")
+        return 77
+    generator = random.Random(options.seed)
+    with tempfile.TemporaryDirectory(prefix="luxfield-cluster.") as name:
+        folder = pathlib.Path(name)
+        must([luxfield, "capture", ROOT / "data/plans/small.toml", "s", "--lab", ROOT / "data/labs/small.toml", "--quiet"],
+             folder)
+        must([luxfield, "merge", "s", "-o", "one.meas.exr", "--quiet"], folder)
+        must([luxfield, "reconstruct", "one.meas.exr", "-o", "one.lf.exr", "--quiet"], folder)
+        cluster = loopback_slurm.Cluster(folder / "slurm")
+        try:
+            cluster.start()
+            killer = Killer(cluster, folder / "slurm", generator)
+            jobs = (("merge", "s", "one.meas.exr", 10), ("reconstruct", "one.meas.exr", "one.lf.exr", 8))
+            for number, (verb, source, whole, shards) in enumerate(jobs):
+                output = folder / ("job" + whole[3:])
+                (folder / f"{verb}.toml").write_text(
+                    f'[job]\nverb = "{verb}"\ninput = "{source}"\noutput = "{output.name}"\nshards = {shards}\n')
+                must([luxfield, "shard", "plan", f"{verb}.toml", "-o", verb], folder)
+                kills = options.kills * (number + 1) // len(jobs)
+                submissions = finish(luxfield, cluster, folder, verb, output, killer, kills, generator)
+                if output.read_bytes() != (folder / whole).read_bytes():
+                    raise RuntimeError(f"{verb}: the gathered bytes are not those of the verb itself")
+                print(f"{verb}: {shards} shards, submitted {submissions} times, equal to the byte; killed so far: "
+                      f"{dict(killer.done)}", flush=True)
+        finally:
+            cluster.stop()
+            for process in ours(folder / "slurm", lambda name, _: name == "slurmstepd"):
+                kill(process)
+    print(f"seed {options.seed}: {sum(killer.done.values())} kills, nothing lost and nothing wrong")
+    return 0
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # the daemons are ended all the same
+    try:
+        sys.exit(main())
+    except RuntimeError as error:
+        print(f"cluster: {error}", file=sys.stderr)
+        sys.exit(1)
