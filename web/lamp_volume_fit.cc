@@ -213,8 +213,10 @@ class Ladder {
   }
 
   // One step finer, on the axes on which the error falls most per byte; a smaller step where no
-  // other takes at most that many bytes. False where that does neither.
+  // other takes at most that many bytes. False where that does neither, or where two steps before
+  // have not helped.
   bool Climb(std::size_t max_bytes) {
+    if (in_vain_ == 2) return false;
     for (const double finer : {kFiner, std::sqrt(kFiner)}) {
       core::ThrowIfInterrupted();
       Attempt wider = Try(last_.across * finer, last_.along),
@@ -224,7 +226,11 @@ class Ladder {
       if (!wider_fits && !longer_fits) continue;
       const bool widen = wider_fits && (!longer_fits || Gain(last_, wider) >= Gain(last_, longer));
       last_ = widen ? std::move(wider) : std::move(longer);
-      if (last_.error.largest < best_.error.largest) best_ = last_;
+      ++in_vain_;
+      if (last_.error.largest < best_.error.largest) {
+        best_ = last_;
+        in_vain_ = 0;
+      }
       return true;
     }
     return false;
@@ -250,6 +256,7 @@ class Ladder {
   std::string name_;
   std::vector<JudgedSlice> judges_;
   Attempt last_, best_;
+  int in_vain_ = 0;  // steps since the best
 };
 
 // ---- all of them ----

@@ -1,7 +1,7 @@
 // The page: its state, its controls, what pointers do, and window.luxfield for whoever asks it.
 
 const START = { position: [0.1, 0.75, 0], yaw: 0, pitch: -0.04, level: 1 };
-const VIEW = { target: [0, 0.62, -1.35], turn: 0.8, lift: 0.36, distance: 4.4, tangent: 0.42 };
+const VIEW = { target: [0.25, 0.6, -1.35], turn: 0.7, lift: 0.38, distance: 4.6, tangent: 0.42 };
 const FRAME_MS = 40;            // a frame while something moves should take no longer
 const DECADES = 4;              // of false colour
 

@@ -102,6 +102,24 @@ vec3 deviation_colour(float share) {
   return mix(vec3(0.96), full, pow(abs(t), 0.7));
 }
 
+// What is shown of a surface, by the mode.
+vec3 surface_colour(vec3 n, vec3 albedo, vec3 e, float log_e, float line, float illuminance,
+                    float point) {
+  float shade = 0.74 + 0.22 * n.y + 0.12 * n.x;  // of the faint even light, so that edges show
+  if (u_mode == 1) {
+    float level = (log_e - u_range.x) / (u_range.y - u_range.x);
+    if (level < 0.0) return u_ramp[0] * (0.55 + 0.75 * shade);
+    vec3 line_colour = level > 0.55 ? vec3(0.05) : vec3(1.0);
+    return mix(ramp(level), line_colour, level < 1.0 ? 0.8 * line : 0.0);
+  }
+  if (u_mode == 2) {
+    float least = pow(10.0, u_range.x);
+    if (max(illuminance, point) <= least) return vec3(0.80, 0.81, 0.83) * shade;
+    return deviation_colour((point - illuminance) / max(illuminance, least));
+  }
+  return srgb(1.0 - exp(-1.8 * albedo * (e * u_exposure + vec3(0.17) * shade)));
+}
+
 void main() {
   vec2 at = (2.0 * gl_FragCoord.xy / u_size - 1.0) * vec2(u_size.x / u_size.y, 1.0) * u_tangent;
   vec3 d = normalize(u_view * vec3(at, -1.0));
@@ -141,13 +159,15 @@ void main() {
   if (hit == 3) { n = box_normal(p, u_box_centre, u_box_half); albedo = vec3(0.45, 0.58, 0.70); }
 
   vec3 e = vec3(0.0), other = vec3(0.0);
-  if (hit >= 0 && lamp_t > t)
+  bool half_shadow = false;
+  if (hit >= 0)
     for (int k = 0; k < u_lamps; ++k) {
       vec3 q = (p - u_lamp_place[k]) * u_lamp_axes[k], m = n * u_lamp_axes[k];
       vec3 near = irradiance(q, m, u_far_field && u_mode != 2);
       vec3 far = u_mode == 2 ? irradiance(q, m, true) : vec3(0.0);
       if (dot(abs(near) + abs(far), vec3(1.0)) > 0.0) {
-        float share = u_lamp_level[k] * visible_share(p, hit, k);
+        float seen = visible_share(p, hit, k), share = u_lamp_level[k] * seen;
+        half_shadow = half_shadow || (seen > 0.0 && seen < 1.0);
         e += share * max(near, 0.0);
         other += share * far;
       }
@@ -155,27 +175,13 @@ void main() {
   float illuminance = dot(u_weights, e), point = dot(u_weights, other);
   float log_e = log(max(illuminance, 1e-12)) / log(10.0);
   float line = isolux(log_e);  // before any branch: it takes differences between pixels
+  if (half_shadow) line = 0.0;  // whose steps are no lines
 
+  vec3 shown = hit < 0 ? background : surface_colour(n, albedo, e, log_e, line, illuminance, point);
+  // A lamp hides half of what lies behind it, so that its light is seen where it stands close.
   if (lamp_t < t) {
-    colour = vec4(lamp_front ? mix(vec3(0.55), vec3(1.0, 0.97, 0.85), glow) : vec3(0.24, 0.27, 0.31), 1.0);
-    return;
+    vec3 body = lamp_front ? mix(vec3(0.55), vec3(1.0, 0.97, 0.85), glow) : vec3(0.24, 0.27, 0.31);
+    shown = mix(shown, body, 0.6);
   }
-  if (hit < 0) { colour = vec4(background, 1.0); return; }
-  float shade = 0.74 + 0.22 * n.y + 0.12 * n.x;  // of the faint even light, so that edges show
-  if (u_mode == 1) {
-    float level = (log_e - u_range.x) / (u_range.y - u_range.x);
-    vec3 c = level < 0.0 ? u_ramp[0] * mix(0.75, 1.0, shade) : ramp(level);
-    if (level > 0.0 && level < 1.0) c = mix(c, level > 0.55 ? vec3(0.05) : vec3(1.0), 0.8 * line);
-    colour = vec4(c, 1.0);
-    return;
-  }
-  if (u_mode == 2) {
-    float least = pow(10.0, u_range.x);
-    bool lit = max(illuminance, point) > least;
-    colour = vec4(lit ? deviation_colour((point - illuminance) / max(illuminance, least))
-                      : vec3(0.80, 0.81, 0.83) * shade, 1.0);
-    return;
-  }
-  vec3 light = albedo * (e * u_exposure + vec3(0.10) * shade);
-  colour = vec4(srgb(1.0 - exp(-1.8 * light)), 1.0);
+  colour = vec4(shown, 1.0);
 }
