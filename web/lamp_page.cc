@@ -80,8 +80,6 @@ std::array<double, 4> Numbers(const Rectangle& r) {
   return {r.middle.x, r.middle.y, r.half.x, r.half.y};
 }
 
-std::string Percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
-
 std::string Metres(double m) {
   return m < 1 ? fmt::format("{:.3g} cm", 100 * m) : fmt::format("{:.3g} m", m);
 }
@@ -92,7 +90,7 @@ std::string ZoneRows(const FittedVolume& fitted) {
     rows +=
         fmt::format("<tr><td>{} to {}{}</td><td>{}</td><td>{}</td></tr>\n", Metres(zone.z_first_m),
                     Metres(zone.z_last_m), zone.on_image_plane ? ", about the image plane" : "",
-                    Percent(zone.stated_error), Percent(zone.rel_rmse));
+                    PercentText(zone.stated_error), PercentText(zone.rel_rmse));
   return rows;
 }
 
@@ -113,9 +111,9 @@ std::string Facts(const lightfield::LightField& field, const FittedVolume& fitte
   std::string unit = lightfield::FluxUnitName(field.geometry.unit);
   if (field.geometry.unit == lightfield::FluxUnit::kRelative) unit = "(relative)";
   return Escaped(fmt::format("{:.4g} {} \u00b7 stated error {} from {} on, {} near the lamp", flux,
-                             unit, Percent(fitted.zones.back().stated_error),
+                             unit, PercentText(fitted.zones.back().stated_error),
                              Metres(fitted.zones.back().z_first_m),
-                             Percent(fitted.stated_error())));
+                             PercentText(fitted.stated_error())));
 }
 
 std::string MadeBy(const PageFacts& facts) {
@@ -158,6 +156,10 @@ std::string Filled(std::string_view text,
 }
 
 }  // namespace
+
+std::string PercentText(double share) {
+  return share < 0.1 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
+}
 
 std::string PageJson(const FittedVolume& fitted) {
   const LampVolume& volume = fitted.volume;

@@ -16,12 +16,18 @@ struct PageFacts {
   std::string sha256;     // of its bytes; left out of the page if empty
 };
 
+// Of the size of an error: "0.34 %", "12 %".
+std::string PercentText(double share);
+
 // The JSON that the page holds.
 std::string PageJson(const FittedVolume& fitted);
 
 // The whole page. `fitted` is the light field's.
 std::string LampPage(const lightfield::LightField& field, const FittedVolume& fitted,
                      const PageFacts& facts);
+
+// The volume of a page and what is stated of it; `packed` is empty. InputError naming the file.
+FittedVolume ReadLampPage(const std::filesystem::path& path);
 
 struct PageResult {
   FittedVolume fitted;

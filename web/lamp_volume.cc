@@ -106,8 +106,9 @@ float LargestMagnitude(std::span<const float> values) {
   return largest;
 }
 
-// Codes of the plane of one component, and in its place what they stand for.
-Quantisation Quantise(double brightest, std::span<float> plane, std::span<std::int16_t> codes) {
+// Codes of the plane of one component.
+Quantisation Quantise(double brightest, std::span<const float> plane,
+                      std::span<std::int16_t> codes) {
   Quantisation q;
   if (brightest > 0) q.knee = kKneeShare * brightest;
   q.step = std::asinh(double(LargestMagnitude(plane)) / q.knee) / kLargestCode;
@@ -115,7 +116,6 @@ Quantisation Quantise(double brightest, std::span<float> plane, std::span<std::i
   for (std::size_t k = 0; k < plane.size(); ++k) {
     const double code = std::round(std::asinh(double(plane[k]) / q.knee) / q.step);
     codes[k] = static_cast<std::int16_t>(std::clamp(code, -kLargestCode, kLargestCode));
-    plane[k] = static_cast<float>(q.knee * std::sinh(q.step * codes[k]));
   }
   return q;
 }
@@ -255,8 +255,18 @@ LampTable BuildLampTable(const LightField& field, const LampVolume& volume, Side
       table.quantisation.push_back(Quantise(
           brightest, plane(component), std::span(table.codes).subspan(component * count, count)));
   }
-  table.brightest = BrightestOfSlices(table, field.geometry.channels);
+  FillFromCodes(table, field.geometry.channels);
   return table;
+}
+
+void FillFromCodes(LampTable& table, int channels) {
+  const std::size_t count = table.size.coefficients();
+  table.coefficients.resize(table.codes.size());
+  for (std::size_t k = 0; k < table.codes.size(); ++k) {
+    const Quantisation& q = table.quantisation[k / count];
+    table.coefficients[k] = static_cast<float>(q.knee * std::sinh(q.step * table.codes[k]));
+  }
+  table.brightest = BrightestOfSlices(table, channels);
 }
 
 Vec3 PointAt(const LampVolume& volume, Vec2 q, double z_m) {

@@ -99,6 +99,9 @@ std::vector<float> ExactSlice(const lightfield::LightField& field, const LightBo
                               Side side, double w, std::span<const double> q_x,
                               std::span<const double> q_y);
 
+// The coefficients that a table's codes stand for, and the brightest of its slices.
+void FillFromCodes(LampTable& table, int channels);
+
 // The point with that q at height z > 0.
 lightfield::Vec3 PointAt(const LampVolume& volume, lightfield::Vec2 q, double z_m);
 

@@ -15,6 +15,7 @@
 #include <sstream>
 
 #include "luxfield/core/colour.h"
+#include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
 #include "tests/seed.h"
@@ -115,11 +116,36 @@ TEST(LampPage, HoldsTheVolume) {
   EXPECT_EQ(json["stated_error"].get<double>(), sample.fitted.stated_error());
   ASSERT_EQ(json["tables"].size(), sample.fitted.volume.tables.size());
   EXPECT_NE(sample.text.find(json["tables"][0]["codes"].get<std::string>()), sample.text.npos);
-  LightField watts = SmallLamp();
-  watts.geometry.unit = lightfield::FluxUnit::kWatt;
+  const FittedVolume read = ReadLampPage(sample.page);
+  ASSERT_EQ(read.volume.tables.size(), sample.fitted.volume.tables.size());
+  for (std::size_t k = 0; k < read.volume.tables.size(); ++k)
+    EXPECT_EQ(read.volume.tables[k].coefficients, sample.fitted.volume.tables[k].coefficients);
+  EXPECT_EQ(read.stated_error(), sample.fitted.stated_error());
+  EXPECT_EQ(IlluminanceAt(read.volume, {0.01, 0.02, 0.7}, {0, 0, -1}),
+            IlluminanceAt(sample.fitted.volume, {0.01, 0.02, 0.7}, {0, 0, -1}));
   FittedVolume fitted = sample.fitted;
   fitted.volume.unit = lightfield::FluxUnit::kWatt;
   EXPECT_EQ(core::ParseJson(PageJson(fitted), "page")["unit"], "W/m\u00b2");
+}
+
+TEST(LampPage, NamesAPageThatIsDamaged) {
+  const Sample& sample = OneChannel();
+  const auto damaged = sample.folder / "damaged.html";
+  const auto said = [&](const std::string& text) -> std::string {
+    std::ofstream(damaged) << text;
+    try {
+      ReadLampPage(damaged);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "read";
+  };
+  std::string text = sample.text;
+  EXPECT_NE(said("no page").find("damaged.html: holds no whole lamp"), std::string::npos);
+  EXPECT_NE(said(text.substr(0, text.size() / 4)).find("damaged.html: holds"), std::string::npos);
+  const auto codes = text.find("\"codes\":\"") + 9;
+  EXPECT_NE(said(text.replace(codes, 400, 400, 'A')).find("damaged.html: holds"),
+            std::string::npos);
 }
 
 // JavaScript reads the coefficients as C++ does: float32 of the same sinh, and sums of 64 of them.
