@@ -29,7 +29,7 @@ namespace {
 
 // Verbs of the design that this version, or this build of it, does not have: refused by name instead
 // of "unknown".
-constexpr std::array kAbsentVerbs = {"export", "view"};
+constexpr std::array kAbsentVerbs = {"view"};
 
 // Verbs that read again what they have written, or keep what they have at a failure: their files
 // come into being as they go, those of all others together at the end (core/outputs.h).

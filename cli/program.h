@@ -65,6 +65,7 @@ void AddMerge(Program& program);
 void AddReconstruct(Program& program);
 void AddBudget(Program& program);
 void AddImport(Program& program);
+void AddExport(Program& program);
 void AddPreprocess(Program& program);
 void AddRender(Program& program);
 void AddRelight(Program& program);

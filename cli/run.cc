@@ -18,6 +18,7 @@ void AddAll(Program& program, const std::vector<AddVerbs>& more) {
   AddReconstruct(program);
   AddBudget(program);
   AddImport(program);
+  AddExport(program);
   AddPreprocess(program);
   AddRender(program);
   AddRelight(program);

@@ -8,7 +8,7 @@
 namespace luxfield::cli {
 namespace {
 
-constexpr std::array<VerbName, 22> kVerbs = {{
+constexpr std::array<VerbName, 23> kVerbs = {{
     {"devices", "List drivers, ports, a lab's devices and OpenCL devices; test a device"},
     {"simulate", "Write the true light field of a simulated lab, to judge a measurement by"},
     {"sky",
@@ -35,6 +35,7 @@ constexpr std::array<VerbName, 22> kVerbs = {{
      "Where the uncertainty of radiance, flux and irradiance comes from: noise, exposure, drift, "
      "stage, geometry, filter, stray light, missing positions, light meter, basis"},
     {"import", "Turn a ray file into light fields"},
+    {"export", "Write a light field as rays, intensities or pictures for other programs"},
     {"preprocess", "Build the sampling tables of a light field"},
     {"render", "Light a scene with measured luminaires and environment maps"},
     {"relight", "Scale lights of a picture of 'render --light-groups'"},

@@ -205,6 +205,14 @@ def import_rays(file, *, output=None, progress=None, **options):
     return _run("import", [file], output, ".lf.exr", progress, options)
 
 
+def export(light_field, output, *, progress=None, **options):
+    """A light field as a file of another program, by the ending of `output`: rays (.tm25ray, .dat, .sdf, .ltrf,
+    .speos.ray), intensities (.ies, .ldt) or pictures (.hdr, .exr).
+
+    Options: rays=1000000, distance=2.0, sigma, view="fisheye", eye=(x, y, z), check=True ..."""
+    return _run("export", [light_field], output, "", progress, options)
+
+
 def compare(a, b, *, progress=None, **options):
     """How far A is from the reference B: pictures, light fields, or environment maps (environment=64)."""
     return _run("compare", [a, b], None, None, progress, options)
@@ -226,4 +234,4 @@ def report(session, *, output=None, progress=None, **options):
 
 
 __all__ = ["Result", "simulate", "plan", "capture", "merge", "reconstruct", "budget", "preprocess", "render",
-           "relight", "sky", "probe", "import_rays", "compare", "info", "verify", "report"]
+           "relight", "sky", "probe", "import_rays", "export", "compare", "info", "verify", "report"]
