@@ -83,6 +83,14 @@ bool IsRays(std::string_view bytes, const std::string& extension, std::uintmax_t
          bytes.substr(4, 4) == std::string_view("\0\0\0\x40", 4);
 }
 
+// XML with the element of TM-33, or of ATLA S001 from which it comes.
+bool IsTm33(std::string_view text) {
+  if (!text.starts_with("<") && !text.starts_with("\xEF\xBB\xBF<")) return false;
+  for (const char* element : {"IESTM33", "ATLA_S001", "LuminaireOpticalData"})
+    if (text.find(element) != std::string_view::npos) return true;
+  return false;
+}
+
 // Whether a line begins so.
 bool HasLine(std::string_view text, std::string_view beginning) {
   for (auto at = text.find(beginning); at != std::string_view::npos;
@@ -155,7 +163,7 @@ FileKind WhatIs(const fs::path& path) {
   const auto is = [&](std::initializer_list<const char*> extensions) {
     return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
   };
-  if (is({".ies", ".ldt"})) return FileKind::kIntensity;
+  if (is({".ies", ".ldt"}) || IsTm33(bytes)) return FileKind::kIntensity;
   if (IsRays(bytes, extension, fs::file_size(path, error)) || HasLine(bytes, "lt_rdf_version"))
     return FileKind::kRays;
   if (is({".ray", ".dis"})) return FileKind::kForeignRays;

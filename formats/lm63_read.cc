@@ -99,41 +99,6 @@ void ReadTilt(TextReader& reader, const std::string& tilt, Photometry& p) {
   p.tilt = std::move(read);
 }
 
-// Whether the last plane, short of 360 by no more than the planes' own step, leaves only C360 out.
-bool OnlyLacks360(const std::vector<double>& planes) {
-  double widest = 0;
-  for (std::size_t k = 1; k < planes.size(); ++k)
-    widest = std::max(widest, planes[k] - planes[k - 1]);
-  return planes.size() > 2 && 360 - planes.back() <= widest * (1 + 1e-9);
-}
-
-void CompletePlanesOfTypeC(Photometry& p, const std::string& file) {
-  const double first = p.planes_deg.front(), last = p.planes_deg.back();
-  if (p.planes_deg.size() == 1) {
-    if (first != 0) p.odd.push_back(fmt::format("its single plane is C{:g}, not C0", first));
-    p.planes_deg[0] = 0;
-    return;
-  }
-  if (first == 0 && last == 90) {
-    MirrorPlanes(p, 90, file);
-    MirrorPlanes(p, 0, file);
-  } else if (first == 0 && last == 180) {
-    MirrorPlanes(p, 0, file);
-  } else if (first == 90 && last == 270) {
-    MirrorPlanes(p, 90, file);
-  } else if (first == 0 && last == 360) {
-    // Whole.
-  } else if (first >= 0 && first + 360 > last && OnlyLacks360(p.planes_deg)) {
-    p.odd.push_back(fmt::format("its planes end at C{:g} without C360", last));
-  } else {
-    throw InputError(file,
-                     fmt::format("its planes go from C{:g} to C{:g}, which is no half, quarter or "
-                                 "whole turn",
-                                 first, last),
-                     "have the missing planes measured");
-  }
-}
-
 void CompletePlanes(Photometry& p, const std::string& file) {
   if (p.type == PhotometryType::kC) {
     CompletePlanesOfTypeC(p, file);

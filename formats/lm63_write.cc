@@ -70,23 +70,6 @@ Sizes SizesOf(const Opening& o) {
   return {};
 }
 
-// Planes that the format asks for: those of the part that symmetry repeats.
-struct PlaneRange {
-  double first = 0, last = 360;
-};
-
-PlaneRange RangeOf(const Photometry& p, const Symmetry& s) {
-  const auto has = [&](double plane) {
-    return std::any_of(p.planes_deg.begin(), p.planes_deg.end(),
-                       [&](double c) { return std::abs(c - plane) < 1e-6; });
-  };
-  if (s.rotational) return {0, 0};
-  if (s.about_c0 && s.about_c90 && has(0) && has(90)) return {0, 90};
-  if (s.about_c0 && has(0) && has(180)) return {0, 180};
-  if (s.about_c90 && has(90) && has(270)) return {90, 270};
-  return {};
-}
-
 void RequireHeld(const Photometry& p, const std::string& file) {
   Validate(p, file);
   const bool c = p.type == PhotometryType::kC;
@@ -128,7 +111,7 @@ std::string FormatLm63(const Photometry& p, Lm63Version version, const std::stri
     for (std::size_t j = 0; j < p.angles_deg.size(); ++j) values.push_back(p.at(k, j));
   };
   const bool c = p.type == PhotometryType::kC;
-  const PlaneRange range = c ? RangeOf(p, FindSymmetry(p)) : PlaneRange{-180, 180};
+  const PlaneRange range = c ? StoredRange(p) : PlaneRange{-180, 180};
   for (std::size_t k = 0; k < p.planes_deg.size(); ++k)
     if (p.planes_deg[k] >= range.first - 1e-6 && p.planes_deg[k] <= range.last + 1e-6)
       add(p.planes_deg[k], k);

@@ -143,6 +143,14 @@ void SortPlanes(Photometry& p) {
   p.intensity_cd = std::move(values);
 }
 
+// Whether the last plane, short of 360 by no more than the planes' own step, leaves only C360 out.
+bool OnlyLacks360(const std::vector<double>& planes) {
+  double widest = 0;
+  for (std::size_t k = 1; k < planes.size(); ++k)
+    widest = std::max(widest, planes[k] - planes[k - 1]);
+  return planes.size() > 2 && 360 - planes.back() <= widest * (1 + 1e-9);
+}
+
 }  // namespace
 
 std::string Describe(const Opening& o) {
@@ -328,6 +336,46 @@ void ClosePlanes(Photometry& p) {
       p.odd.push_back(fmt::format("intensity at gamma {:g} differs between planes: {:g} to {:g} cd",
                                   gamma, low, high));
   }
+}
+
+void CompletePlanesOfTypeC(Photometry& p, const std::string& file) {
+  const double first = p.planes_deg.front(), last = p.planes_deg.back();
+  if (p.planes_deg.size() == 1) {
+    if (first != 0) p.odd.push_back(fmt::format("its single plane is C{:g}, not C0", first));
+    p.planes_deg[0] = 0;
+    return;
+  }
+  if (first == 0 && last == 90) {
+    MirrorPlanes(p, 90, file);
+    MirrorPlanes(p, 0, file);
+  } else if (first == 0 && last == 180) {
+    MirrorPlanes(p, 0, file);
+  } else if (first == 90 && last == 270) {
+    MirrorPlanes(p, 90, file);
+  } else if (first == 0 && last == 360) {
+    // Whole.
+  } else if (first >= 0 && first + 360 > last && OnlyLacks360(p.planes_deg)) {
+    p.odd.push_back(fmt::format("its planes end at C{:g} without C360", last));
+  } else {
+    throw InputError(file,
+                     fmt::format("its planes go from C{:g} to C{:g}, which is no half, quarter or "
+                                 "whole turn",
+                                 first, last),
+                     "have the missing planes measured");
+  }
+}
+
+PlaneRange StoredRange(const Photometry& p) {
+  const Symmetry s = FindSymmetry(p);
+  const auto has = [&](double plane) {
+    return std::any_of(p.planes_deg.begin(), p.planes_deg.end(),
+                       [&](double c) { return std::abs(c - plane) < kSameAngle; });
+  };
+  if (s.rotational) return {0, 0};
+  if (s.about_c0 && s.about_c90 && has(0) && has(90)) return {0, 90};
+  if (s.about_c0 && has(0) && has(180)) return {0, 180};
+  if (s.about_c90 && has(90) && has(270)) return {90, 270};
+  return {};
 }
 
 Photometry ResampledToTypeC(const Photometry& p, const std::vector<double>& planes_deg,

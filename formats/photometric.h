@@ -132,6 +132,18 @@ void MirrorPlanes(Photometry& photometry, double about_deg, const std::string& f
 // `odd` what is inconsistent (C360 unlike C0, gamma = 0 not the same in all planes).
 void ClosePlanes(Photometry& photometry);
 
+// Planes of type C in ascending order as LM-63 and TM-33 store them, completed by the symmetry that
+// their range stands for: 0 alone, 0 to 90, 0 to 180, 90 to 270, 0 to 360. A range that lacks the
+// closing plane alone is told in `odd`. Throws InputError naming `file` for any other.
+void CompletePlanesOfTypeC(Photometry& photometry, const std::string& file);
+
+// The smallest of these ranges that the table's symmetry allows; {0, 360} also where planes of its
+// edges are missing.
+struct PlaneRange {
+  double first = 0, last = 360;
+};
+PlaneRange StoredRange(const Photometry& photometry);
+
 // The same lamp as type C at these angles, by Intensity.
 Photometry ResampledToTypeC(const Photometry& photometry, const std::vector<double>& planes_deg,
                             const std::vector<double>& angles_deg);

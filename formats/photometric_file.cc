@@ -7,6 +7,7 @@
 #include "luxfield/formats/eulumdat.h"
 #include "luxfield/formats/lm63.h"
 #include "luxfield/formats/text_reader.h"
+#include "luxfield/formats/tm33.h"
 
 namespace luxfield::formats {
 namespace {
@@ -24,10 +25,16 @@ bool HasTilt(std::string_view text) {
   return false;
 }
 
+bool IsXml(std::string_view text) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  return Trimmed(text).starts_with('<');
+}
+
 }  // namespace
 
 Photometry ReadPhotometry(const std::filesystem::path& path) {
   const std::string text = core::ReadAtMost(path, kMostText);
+  if (IsXml(text)) return ParseTm33(text, path.string());
   const bool lm63 = text.starts_with("IES") || HasTilt(text);
   return lm63 ? ParseLm63(text, path.string()) : ParseEulumdat(text, path.string());
 }

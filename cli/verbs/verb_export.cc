@@ -28,6 +28,7 @@ const std::vector<ExportFormat>& Formats() {
       {"lm-63-2002", Kind::kIntensities, {".ies"}},
       {"lm-63-2019", Kind::kIntensities, {".ies"}},
       {"eulumdat", Kind::kIntensities, {".ldt"}},
+      {"tm-33-23", Kind::kIntensities, {".tm33.xml", ".xml"}},
       {"hdr", Kind::kPicture, {".hdr"}},
       {"exr", Kind::kPicture, {".exr"}},
   };
@@ -78,9 +79,8 @@ const ExportFormat& FormatOf(const ExportOptions& options) {
   }
   if (IsOfSeveral(output))
     throw InputError(output, "may be of several programs", "name one with --format");
-  for (const char* absent : {".tm33.xml", ".xml", ".gldf"})
-    if (output.ends_with(absent))
-      throw InputError(output, fmt::format("{} is not written", absent), "export .ies or .ldt");
+  if (output.ends_with(".gldf"))
+    throw InputError(output, ".gldf is not written", "export .ies, .ldt or .tm33.xml");
   throw InputError(output, "has an ending that names no format",
                    fmt::format("end it in one of {}", AllEndings()));
 }
@@ -95,7 +95,7 @@ void RequireRead(const ExportOptions& options, const ExportFormat& format) {
   const bool rays = format.kind == Kind::kRays, intensities = format.kind == Kind::kIntensities,
              picture = format.kind == Kind::kPicture;
   const bool plane = picture && options.view == "plane";
-  const char *of_intensities = ".ies and .ldt", *of_pictures = ".hdr and .exr";
+  const char *of_intensities = ".ies, .ldt and .tm33.xml", *of_pictures = ".hdr and .exr";
   require(options.rays.has_value(), rays, "--rays", "files of rays");
   require(options.distance_m.has_value(), !rays, "--distance", "intensities and pictures");
   require(options.plane_step_deg.has_value(), intensities, "--plane-step", of_intensities);

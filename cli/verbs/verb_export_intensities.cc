@@ -1,4 +1,4 @@
-// luxfield export X.lf.exr -o X.ies, X.ldt: intensities.
+// luxfield export X.lf.exr -o X.ies, X.ldt, X.tm33.xml: intensities.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include "luxfield/core/outputs.h"
 #include "luxfield/formats/eulumdat.h"
 #include "luxfield/formats/lm63.h"
+#include "luxfield/formats/tm33.h"
 #include "luxfield/version.h"
 
 namespace luxfield::cli {
@@ -49,6 +50,7 @@ void AddKeywords(Photometry& table, const ExportOptions& options, const std::str
 }
 
 std::string FileText(const Photometry& table, const ExportFormat& format, const std::string& name) {
+  if (format.name == "tm-33-23") return formats::FormatTm33(table, name);
   if (format.name == "eulumdat") return formats::FormatEulumdat(table, name);
   return formats::FormatLm63(
       table,
@@ -88,6 +90,13 @@ core::Json ExportIntensities(const ExportOptions& options, const ExportFormat& f
                               options.distance_m, options.field);
   Photometry& table = found.table;
   const std::string unit = UnitOf(fields);
+  if (format.name == "tm-33-23") {
+    if (unit == "W")
+      throw InputError(options.field,
+                       "is in W, and TM-33 asks for the wavelengths of radiant light",
+                       "export .ies");
+    table.absolute = unit == "lm";
+  }
   std::optional<FarFieldUncertainty> sigma;
   if (!options.sigma.empty())
     sigma = formats::PropagateSigma(fields, lightfield::ReadLightFields(options.sigma), table,

@@ -13,6 +13,7 @@
 #include "luxfield/core/random.h"
 #include "luxfield/formats/eulumdat.h"
 #include "luxfield/formats/lm63.h"
+#include "luxfield/formats/tm33.h"
 #include "tests/formats/light_field_lamps.h"
 #include "tests/seed.h"
 
@@ -36,7 +37,9 @@ std::vector<Format> Formats() {
   return {{"LM-63-2002", lm63(Lm63Version::k2002), read_lm63},
           {"LM-63-2019", lm63(Lm63Version::k2019), read_lm63},
           {"EULUMDAT", [](const Photometry& p) { return FormatEulumdat(p, "x.ldt"); },
-           [](const std::string& text) { return ParseEulumdat(text, "x.ldt"); }}};
+           [](const std::string& text) { return ParseEulumdat(text, "x.ldt"); }},
+          {"TM-33-23", [](const Photometry& p) { return FormatTm33(p, "x.xml"); },
+           [](const std::string& text) { return ParseTm33(text, "x.xml"); }}};
 }
 
 std::string Refusal(const std::function<void()>& act) {

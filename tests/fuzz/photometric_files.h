@@ -1,4 +1,4 @@
-// Fuzz targets: text that claims to be LM-63 or EULUMDAT. It ends in an InputError or in a table
+// Fuzz targets: text that claims to be LM-63, EULUMDAT or TM-33. It ends in an InputError or in a table
 // with a flux, which is written and read back.
 #pragma once
 
@@ -9,6 +9,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/formats/eulumdat.h"
 #include "luxfield/formats/lm63.h"
+#include "luxfield/formats/tm33.h"
 
 namespace luxfield::fuzz {
 
@@ -34,6 +35,15 @@ inline void EulumdatFile(std::string_view input) {
     const formats::Photometry p = formats::ParseEulumdat(input, "input");
     RequirePhotometry(p);
     RequirePhotometry(formats::ParseEulumdat(formats::FormatEulumdat(p, "output"), "again"));
+  } catch (const InputError&) {
+  }
+}
+
+inline void Tm33File(std::string_view input) {
+  try {
+    const formats::Photometry p = formats::ParseTm33(input, "input");
+    RequirePhotometry(p);
+    RequirePhotometry(formats::ParseTm33(formats::FormatTm33(p, "output"), "again"));
   } catch (const InputError&) {
   }
 }

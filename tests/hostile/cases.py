@@ -23,6 +23,7 @@ TEMPLATES = [
     Template(4, "info r.tm25ray", "r.tm25ray"),
     Template(5, "info lamp.ies --json o.json", "lamp.ies", "o.json"),
     Template(5, "info lamp.ldt", "lamp.ldt"),
+    Template(4, "info lamp.xml", "lamp.xml"),
     Template(2, "info q.flat.exr", "q.flat.exr"),
     Template(3, "info day", "day"),
     Template(6, "info s", "s"),

@@ -209,6 +209,13 @@ TILT=NONE
 900 500 100 910 400 90
 920 300 80 930 200 70
 """
+TM33 = """<?xml version="1.0"?>
+<IESTM33-22><Version>1.1</Version><Header><Description>made by hand</Description></Header>
+<Emitter><Quantity>1</Quantity><InputWattage>9</InputWattage><LuminousData><LuminousIntensity>
+<IntData h="0" v="0">10</IntData><IntData h="0" v="90">1</IntData>
+<IntData h="180" v="0">10</IntData><IntData h="180" v="90">2</IntData>
+</LuminousIntensity></LuminousData></Emitter></IESTM33-22>
+"""
 LDT = "\n".join(
     "made by hand,3,0,4,90,3,45,R,L,N,F,2024,600,300,50,500,200,0,0,0,0,100,80,1,0,1,1,LED,1000,3000,80,25".split(",")
     + ["0.5"] * 10 + "0 90 180 270 0 45 90 900 500 100 900 400 90 900 300 80 900 200 70".split() + [""]
@@ -243,7 +250,7 @@ def write_foreign(folder):
     for name, text in {
         "lab.toml": LAB, "plan.toml": PLAN, "sensor.lab.toml": SENSOR_LAB, "sensor.plan.toml": SENSOR_PLAN,
         "bare.toml": SCENE, "lit.toml": LIT, "m.obj": OBJ, "m.mtl": MTL, "m.ply": PLY, "probe.toml": PROBE,
-        "lamp.ies": IES, "lamp.ldt": LDT, "budget.toml": BUDGET, "o.toml": SCENE.replace('"m.ply"', '"m.obj"').replace('"m.gltf"', '"m.obj"'),
+        "lamp.ies": IES, "lamp.ldt": LDT, "lamp.xml": TM33, "budget.toml": BUDGET, "o.toml": SCENE.replace('"m.ply"', '"m.obj"').replace('"m.gltf"', '"m.obj"'),
     }.items():  # fmt: skip
         (folder / name).write_text(text)
     write_gltf(folder)
