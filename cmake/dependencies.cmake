@@ -5,6 +5,7 @@
 set(luxfield_packages_core
     "OpenEXR|OpenEXR::OpenEXR|OpenEXR" "TBB|TBB::tbb|tbb" "fmt|fmt::fmt|fmt" "OpenSSL|OpenSSL::Crypto|libcrypto"
     "Threads|Threads::Threads|-pthread" "TIFF|TIFF::TIFF|libtiff-4")
+set(luxfield_packages_formats "ZLIB|ZLIB::ZLIB|zlib")
 set(luxfield_packages_pictures
     "opencv_core|luxfield::opencv_core|-lopencv_core" "opencv_imgcodecs|luxfield::opencv_imgcodecs|-lopencv_imgcodecs")
 set(luxfield_packages_hal "pkg:LIBUSB:libusb-1.0|PkgConfig::LIBUSB|libusb-1.0")

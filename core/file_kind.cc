@@ -163,7 +163,7 @@ FileKind WhatIs(const fs::path& path) {
   const auto is = [&](std::initializer_list<const char*> extensions) {
     return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
   };
-  if (is({".ies", ".ldt"}) || IsTm33(bytes)) return FileKind::kIntensity;
+  if (is({".ies", ".ldt", ".gldf"}) || IsTm33(bytes)) return FileKind::kIntensity;
   if (IsRays(bytes, extension, fs::file_size(path, error)) || HasLine(bytes, "lt_rdf_version"))
     return FileKind::kRays;
   if (is({".ray", ".dis"})) return FileKind::kForeignRays;

@@ -33,7 +33,7 @@ enum class FileKind {
   kFilterSheet,
   kFigures,      // what --json writes
   kRays,         // TM-25, Zemax, LightTools, Speos
-  kIntensity,    // LM-63, EULUMDAT, TM-33: a far field alone
+  kIntensity,    // LM-63, EULUMDAT, TM-33, GLDF: a far field
   kForeignRays,  // ASAP, LucidShape
   kRadianceHdr,
   kPhotograph,  // PNG, JPEG, TIFF

@@ -150,7 +150,18 @@ class PatchFlux {
   PatchFlux(const Sphere& sphere, std::span<const PosedLightField> fields, double tolerance)
       : sphere_(sphere), fields_(fields), tolerance_(tolerance) {}
 
-  double Of(const Rectangle& r) { return Refined(r, ByGauss(r), kMostHalvings); }
+  // In strips, lest the light of a wide zone's edge falls between its nodes.
+  double Of(const Rectangle& r) {
+    constexpr double kWidest = 8 * std::numbers::pi / 180;
+    const int strips = static_cast<int>(std::ceil((r.theta1 - r.theta0) / kWidest));
+    double sum = 0;
+    for (int k = 0; k < strips; ++k) {
+      const Rectangle strip{std::lerp(r.theta0, r.theta1, double(k) / strips),
+                            std::lerp(r.theta0, r.theta1, double(k + 1) / strips), r.phi0, r.phi1};
+      sum += Refined(strip, ByGauss(strip), kMostHalvings);
+    }
+    return sum;
+  }
   double difference() const { return difference_; }  // what the last halvings changed
 
  private:

@@ -49,8 +49,8 @@ ExportCheck CheckInterpolation(const std::filesystem::path& path, const FarField
 //
 //   Phi = integral I(theta, phi) sin theta dtheta dphi,   I as IntensityOf at the sphere's radius
 //
-// by Gauss-Legendre quadrature of 3 x 3 nodes on pieces that are halved until an average patch
-// changes by less than 0.1 %. Patches: 8 zones of equal flux about the light's mean direction, of 16
+// by Gauss-Legendre quadrature of 3 x 3 nodes on pieces, of 8 degrees at most, that are halved until
+// an average patch changes by less than 0.1 %. Patches: 8 zones of equal flux about the light's mean direction, of 16
 // sectors. At most: 5 standard deviations of counting, what the last halvings changed, and
 // `left_out`, the flux of negative light that rays do not have. Reads a ray at a time. Throws
 // InputError where there are less than 25 rays for each patch.

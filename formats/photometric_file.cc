@@ -5,6 +5,7 @@
 
 #include "luxfield/core/input_file.h"
 #include "luxfield/formats/eulumdat.h"
+#include "luxfield/formats/gldf.h"
 #include "luxfield/formats/lm63.h"
 #include "luxfield/formats/text_reader.h"
 #include "luxfield/formats/tm33.h"
@@ -26,17 +27,24 @@ bool HasTilt(std::string_view text) {
 }
 
 bool IsXml(std::string_view text) {
+  if (text.starts_with("\xFE\xFF") || text.starts_with("\xFF\xFE")) return true;  // UTF-16
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   return Trimmed(text).starts_with('<');
 }
 
 }  // namespace
 
-Photometry ReadPhotometry(const std::filesystem::path& path) {
-  const std::string text = core::ReadAtMost(path, kMostText);
-  if (IsXml(text)) return ParseTm33(text, path.string());
+Photometry ParsePhotometry(std::string_view text, const std::string& file) {
+  if (IsXml(text)) return ParseTm33(text, file);
   const bool lm63 = text.starts_with("IES") || HasTilt(text);
-  return lm63 ? ParseLm63(text, path.string()) : ParseEulumdat(text, path.string());
+  return lm63 ? ParseLm63(text, file) : ParseEulumdat(text, file);
+}
+
+Photometry ReadPhotometry(const std::filesystem::path& path) {
+  const std::string bytes = core::ReadAtMost(path, kMostText);
+  // An archive, or one without members.
+  const bool zip = bytes.starts_with("PK\x03\x04") || bytes.starts_with("PK\x05\x06");
+  return zip ? ParseGldf(bytes, path.string()) : ParsePhotometry(bytes, path.string());
 }
 
 }  // namespace luxfield::formats

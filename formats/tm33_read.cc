@@ -172,6 +172,9 @@ class Reader {
 
   void ReadIntensities(const XmlElement& root, const XmlElement& emitter, Photometry& p) const {
     const XmlElement& data = *IntensitiesOf(emitter);
+    const std::string metric = data.text_of("Metric");
+    if (metric == "Photon" || metric == "Spectral")
+      Fail(data, fmt::format("its intensities are of Metric {}, not luminous", metric));
     p.type = TypeOf(root, data);
     std::string absolute = data.text_of("AbsolutePhotometry");
     if (absolute.empty()) absolute = data.text_of("Absolute");
@@ -203,7 +206,7 @@ class Reader {
               std::get<1>(values[k]) == p.angles_deg[k % angles];
     if (!whole) Fail(data, "its intensities do not fill a table of planes and angles");
     CompletePlanes(data, p);
-    if (emitter.child("RadiantData") && !emitter.child("LuminousData"))
+    if (metric == "Radiant" || (emitter.child("RadiantData") && !emitter.child("LuminousData")))
       p.odd.push_back("its values are radiant, in W/sr, not cd");
     if (p.type == PhotometryType::kC) ClosePlanes(p);
     Validate(p, file_);

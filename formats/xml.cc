@@ -40,6 +40,27 @@ void AppendUtf8(std::string& out, std::uint32_t code) {
   }
 }
 
+// What is no character becomes U+FFFD.
+std::string Utf8FromUtf16(std::string_view bytes, bool big_endian) {
+  const auto unit = [&](std::size_t at) {
+    const auto a = static_cast<unsigned char>(bytes[at]),
+               b = static_cast<unsigned char>(bytes[at + 1]);
+    return static_cast<std::uint32_t>(big_endian ? a << 8 | b : b << 8 | a);
+  };
+  std::string out;
+  for (std::size_t at = 0; at + 1 < bytes.size(); at += 2) {
+    std::uint32_t code = unit(at);
+    if (code >= 0xD800 && code < 0xE000) {
+      const bool pair =
+          code < 0xDC00 && at + 3 < bytes.size() && unit(at + 2) >= 0xDC00 && unit(at + 2) < 0xE000;
+      code = pair ? 0x10000 + ((code - 0xD800) << 10) + (unit(at + 2) - 0xDC00) : 0xFFFD;
+      if (pair) at += 2;
+    }
+    AppendUtf8(out, code);
+  }
+  return out;
+}
+
 class Parser {
  public:
   Parser(std::string_view text, const std::string& file) : text_(text), file_(file) {}
@@ -241,7 +262,10 @@ std::string XmlElement::text_of(std::string_view wanted) const {
 }
 
 XmlElement ParseXml(std::string_view text, const std::string& file) {
-  return Parser(text, file).Document();
+  const bool big = text.starts_with("\xFE\xFF"), little = text.starts_with("\xFF\xFE");
+  if (!big && !little) return Parser(text, file).Document();
+  const std::string utf8 = Utf8FromUtf16(text.substr(2), big);
+  return Parser(utf8, file).Document();
 }
 
 std::string XmlEscaped(std::string_view utf8) {

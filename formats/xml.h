@@ -1,4 +1,5 @@
-// XML as photometric files use it: elements, attributes and text. A document type is refused, and with
+// XML as photometric files use it: elements, attributes and text, in UTF-8, ISO-8859-1, or UTF-16
+// with its mark. A document type is refused, and with
 // it every entity that a file could define for itself; so are files of more than 2^21 elements, or
 // nested more than 64 deep. Names are without their namespace's prefix.
 //

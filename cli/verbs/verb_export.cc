@@ -29,6 +29,7 @@ const std::vector<ExportFormat>& Formats() {
       {"lm-63-2019", Kind::kIntensities, {".ies"}},
       {"eulumdat", Kind::kIntensities, {".ldt"}},
       {"tm-33-23", Kind::kIntensities, {".tm33.xml", ".xml"}},
+      {"gldf", Kind::kIntensities, {".gldf"}},
       {"hdr", Kind::kPicture, {".hdr"}},
       {"exr", Kind::kPicture, {".exr"}},
   };
@@ -68,8 +69,9 @@ bool IsOfSeveral(const std::string& output) {
 // By --format, else the first of the list that has the output's ending.
 const ExportFormat& FormatOf(const ExportOptions& options) {
   const std::string& output = options.output;
-  for (const ExportFormat& format : Formats()) {
+  for (const ExportFormat& format : Formats())
     if (options.format.empty() && output.ends_with(format.endings.front())) return format;
+  for (const ExportFormat& format : Formats()) {
     if (options.format.empty() && EndsIn(output, format) && !IsOfSeveral(output)) return format;
     if (options.format != format.name) continue;
     if (!EndsIn(output, format))
@@ -79,8 +81,6 @@ const ExportFormat& FormatOf(const ExportOptions& options) {
   }
   if (IsOfSeveral(output))
     throw InputError(output, "may be of several programs", "name one with --format");
-  if (output.ends_with(".gldf"))
-    throw InputError(output, ".gldf is not written", "export .ies, .ldt or .tm33.xml");
   throw InputError(output, "has an ending that names no format",
                    fmt::format("end it in one of {}", AllEndings()));
 }
@@ -95,7 +95,7 @@ void RequireRead(const ExportOptions& options, const ExportFormat& format) {
   const bool rays = format.kind == Kind::kRays, intensities = format.kind == Kind::kIntensities,
              picture = format.kind == Kind::kPicture;
   const bool plane = picture && options.view == "plane";
-  const char *of_intensities = ".ies, .ldt and .tm33.xml", *of_pictures = ".hdr and .exr";
+  const char *of_intensities = ".ies, .ldt, .tm33.xml and .gldf", *of_pictures = ".hdr and .exr";
   require(options.rays.has_value(), rays, "--rays", "files of rays");
   require(options.distance_m.has_value(), !rays, "--distance", "intensities and pictures");
   require(options.plane_step_deg.has_value(), intensities, "--plane-step", of_intensities);

@@ -1,4 +1,4 @@
-// luxfield export X.lf.exr -o X.ies, X.ldt, X.tm33.xml: intensities.
+// luxfield export X.lf.exr -o X.ies, X.ldt, X.tm33.xml, X.gldf: intensities.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include "luxfield/core/file.h"
 #include "luxfield/core/outputs.h"
 #include "luxfield/formats/eulumdat.h"
+#include "luxfield/formats/gldf.h"
 #include "luxfield/formats/lm63.h"
 #include "luxfield/formats/tm33.h"
 #include "luxfield/version.h"
@@ -28,7 +29,7 @@ std::string Name(const std::string& path) {
 
 // What the verb knows beside the table.
 void AddKeywords(Photometry& table, const ExportOptions& options, const std::string& unit,
-                 const std::optional<FarFieldUncertainty>& sigma, bool is_eulumdat) {
+                 const std::optional<FarFieldUncertainty>& sigma, bool as_eulumdat) {
   auto& keywords = table.keywords;
   keywords.insert(
       keywords.begin(),
@@ -40,7 +41,7 @@ void AddKeywords(Photometry& table, const ExportOptions& options, const std::str
   const std::string flux = fmt::format("{:.3g} {}", kCoverage * sigma->flux, unit);
   const std::string peak =
       fmt::format("{:.3g} {}", kCoverage * sigma->peak, unit == "lm" ? "cd" : unit + "/sr");
-  if (is_eulumdat) {  // whose field for date and user is free text
+  if (as_eulumdat) {  // whose field for date and user is free text
     keywords.emplace_back("ISSUEDATE",
                           fmt::format("U(flux) = {}, U(peak) = {}, k = 2 (noise)", flux, peak));
     return;
@@ -50,6 +51,7 @@ void AddKeywords(Photometry& table, const ExportOptions& options, const std::str
 }
 
 std::string FileText(const Photometry& table, const ExportFormat& format, const std::string& name) {
+  if (format.name == "gldf") return formats::FormatGldf(table, "luxfield " LUXFIELD_VERSION, name);
   if (format.name == "tm-33-23") return formats::FormatTm33(table, name);
   if (format.name == "eulumdat") return formats::FormatEulumdat(table, name);
   return formats::FormatLm63(
@@ -101,7 +103,7 @@ core::Json ExportIntensities(const ExportOptions& options, const ExportFormat& f
   if (!options.sigma.empty())
     sigma = formats::PropagateSigma(fields, lightfield::ReadLightFields(options.sigma), table,
                                     options.distance_m, options.sigma);
-  AddKeywords(table, options, unit, sigma, format.name == "eulumdat");
+  AddKeywords(table, options, unit, sigma, format.name == "eulumdat" || format.name == "gldf");
   core::WriteFileAtomically(options.output, FileText(table, format, options.output));
 
   const double of_field = core::Luminance(lightfield::TotalFlux(fields));

@@ -92,6 +92,10 @@ void Print(const ExportOptions& options, const ExportFormat& format, const std::
 
 core::Json ExportRays(const ExportOptions& options, const ExportFormat& format,
                       const Fields& fields) {
+  constexpr std::uint64_t kFewest = 3200;  // that CheckRays takes
+  if (options.check && options.rays.value_or(kDefaultRays) < kFewest)
+    throw InputError(
+        fmt::format("--rays {} are too few for --check; give {} or more", *options.rays, kFewest));
   const RaySampler sampler(fields, options.field);
   const std::string unit = UnitOf(fields);
   const bool luminous = unit != "W";

@@ -283,7 +283,7 @@ Json Info(const std::string& path, const std::string& layout, const InfoOfToml& 
   throw InputError(
       path, fmt::format("is {}, of which this verb knows nothing", core::NameOf(kind)),
       "give a session folder, a folder or .txt list of .hdr or .exr frames, .lf.exr, .meas.exr, "
-      ".tab.exr, .filter.exr, .exr, .hdr, a ray file, .ies, .ldt, .tm33.xml or .toml");
+      ".tab.exr, .filter.exr, .exr, .hdr, a ray file, .ies, .ldt, .tm33.xml, .gldf or .toml");
 }
 
 }  // namespace

@@ -207,7 +207,7 @@ def import_rays(file, *, output=None, progress=None, **options):
 
 def export(light_field, output, *, progress=None, **options):
     """A light field as a file of another program, by the ending of `output`: rays (.tm25ray, .dat, .sdf, .ltrf,
-    .speos.ray), intensities (.ies, .ldt, .tm33.xml) or pictures (.hdr, .exr).
+    .speos.ray), intensities (.ies, .ldt, .tm33.xml, .gldf) or pictures (.hdr, .exr).
 
     Options: rays=1000000, distance=2.0, sigma, view="fisheye", eye=(x, y, z), check=True ..."""
     return _run("export", [light_field], output, "", progress, options)

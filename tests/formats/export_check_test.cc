@@ -101,6 +101,9 @@ TEST(ExportCheck, RaysOfTheLightFieldPassInEveryFormat) {
     SCOPED_TRACE(name);
     ExpectCounting(Checked(lamp, rays, format, name));
   }
+  // Narrower in v: little light in the widest zone, at its edge.
+  auto narrow = LuminanceOf(AsymmetricLamp(3));
+  ExpectCounting(Checked(narrow, RaysOf(narrow, seed), RayFormat::kTm25, "narrow.tm25ray"));
   const auto both = LampOfTwoSides();
   ExpectCounting(Checked(both, RaysOf(both, seed), RayFormat::kTm25, "two.tm25ray"));
 }

@@ -12,6 +12,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/random.h"
 #include "luxfield/formats/eulumdat.h"
+#include "luxfield/formats/gldf.h"
 #include "luxfield/formats/lm63.h"
 #include "luxfield/formats/tm33.h"
 #include "tests/formats/light_field_lamps.h"
@@ -39,7 +40,9 @@ std::vector<Format> Formats() {
           {"EULUMDAT", [](const Photometry& p) { return FormatEulumdat(p, "x.ldt"); },
            [](const std::string& text) { return ParseEulumdat(text, "x.ldt"); }},
           {"TM-33-23", [](const Photometry& p) { return FormatTm33(p, "x.xml"); },
-           [](const std::string& text) { return ParseTm33(text, "x.xml"); }}};
+           [](const std::string& text) { return ParseTm33(text, "x.xml"); }},
+          {"GLDF", [](const Photometry& p) { return FormatGldf(p, "test", "x.gldf"); },
+           [](const std::string& bytes) { return ParseGldf(bytes, "x.gldf"); }}};
 }
 
 std::string Refusal(const std::function<void()>& act) {

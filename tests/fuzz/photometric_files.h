@@ -1,4 +1,4 @@
-// Fuzz targets: text that claims to be LM-63, EULUMDAT or TM-33. It ends in an InputError or in a table
+// Fuzz targets: text that claims to be LM-63, EULUMDAT or TM-33, and containers. It ends in an InputError or in a table
 // with a flux, which is written and read back.
 #pragma once
 
@@ -8,6 +8,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/formats/eulumdat.h"
+#include "luxfield/formats/gldf.h"
 #include "luxfield/formats/lm63.h"
 #include "luxfield/formats/tm33.h"
 
@@ -44,6 +45,13 @@ inline void Tm33File(std::string_view input) {
     const formats::Photometry p = formats::ParseTm33(input, "input");
     RequirePhotometry(p);
     RequirePhotometry(formats::ParseTm33(formats::FormatTm33(p, "output"), "again"));
+  } catch (const InputError&) {
+  }
+}
+
+inline void GldfFile(std::string_view input) {
+  try {
+    RequirePhotometry(formats::ParseGldf(input, "input"));
   } catch (const InputError&) {
   }
 }
