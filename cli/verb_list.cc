@@ -35,7 +35,7 @@ constexpr std::array<VerbName, 23> kVerbs = {{
      "Where the uncertainty of radiance, flux and irradiance comes from: noise, exposure, drift, "
      "stage, geometry, filter, stray light, missing positions, light meter, basis"},
     {"import", "Turn a ray file into light fields"},
-    {"export", "Write a light field as rays, intensities or pictures for other programs"},
+    {"export", "Write a light field as rays, intensities, pictures or a web page"},
     {"preprocess", "Build the sampling tables of a light field"},
     {"render", "Light a scene with measured luminaires and environment maps"},
     {"relight", "Scale lights of a picture of 'render --light-groups'"},

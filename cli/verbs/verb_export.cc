@@ -32,6 +32,7 @@ const std::vector<ExportFormat>& Formats() {
       {"gldf", Kind::kIntensities, {".gldf"}},
       {"hdr", Kind::kPicture, {".hdr"}},
       {"exr", Kind::kPicture, {".exr"}},
+      {"html", Kind::kPage, {".html"}},
   };
   return formats;
 }
@@ -97,7 +98,8 @@ void RequireRead(const ExportOptions& options, const ExportFormat& format) {
   const bool plane = picture && options.view == "plane";
   const char *of_intensities = ".ies, .ldt, .tm33.xml and .gldf", *of_pictures = ".hdr and .exr";
   require(options.rays.has_value(), rays, "--rays", "files of rays");
-  require(options.distance_m.has_value(), !rays, "--distance", "intensities and pictures");
+  require(options.distance_m.has_value(), intensities || picture, "--distance",
+          "intensities and pictures");
   require(options.plane_step_deg.has_value(), intensities, "--plane-step", of_intensities);
   require(options.angle_step_deg.has_value(), intensities, "--angle-step", of_intensities);
   require(!options.sigma.empty(), intensities, "--sigma", of_intensities);
@@ -125,9 +127,11 @@ core::Json Run(const ExportOptions& options) {
     case Kind::kIntensities:
       return ExportIntensities(options, format, fields);
     case Kind::kPicture:
+      return ExportPicture(options, format, fields);
+    case Kind::kPage:
       break;
   }
-  return ExportPicture(options, format, fields);
+  return ExportPage(options, format, fields);
 }
 
 std::vector<std::string> FormatNames() {

@@ -32,7 +32,7 @@ struct ExportOptions {
 };
 
 struct ExportFormat {
-  enum class Kind { kRays, kIntensities, kPicture };
+  enum class Kind { kRays, kIntensities, kPicture, kPage };
   std::string_view name;  // of --format
   Kind kind;
   std::vector<std::string_view> endings;  // that its file may have
@@ -50,6 +50,9 @@ core::Json ExportIntensities(const ExportOptions& options, const ExportFormat& f
                              const Fields& fields);
 core::Json ExportPicture(const ExportOptions& options, const ExportFormat& format,
                          const Fields& fields);
+
+core::Json ExportPage(const ExportOptions& options, const ExportFormat& format,
+                      const Fields& fields);
 
 // Prints the checks and returns their rows of --json. Throws an Error of exit code 1 where one does
 // not hold.
