@@ -83,7 +83,7 @@ TEST_F(HostileUser, MisspeltWordsAreNamed) {
   for (const Mistake& mistake : std::vector<Mistake>{
            {{}, "a verb is missing"},
            {{"rendr", "scene.toml"}, "there is no verb 'rendr'; did you mean 'render'?"},
-           {{"shard", "plan", "x"}, "there is no verb 'shard';"},
+           {{"slice", "plan", "x"}, "there is no verb 'slice';"},
            {{"calibrate", "sensro", "s"}, "did you mean 'sensor'?"},
            {{"render", "s.toml", "-o", "x.exr", "--sppp", "3"}, "--sppp; did you mean '--spp'?"},
            {{"render", "s.toml", "-o", "x.exr", "--wavelength", "3"}, "does not know --wavelength"},
