@@ -32,7 +32,8 @@ constexpr std::array kAbsentVerbs = {"export", "view"};
 
 // Verbs that read again what they have written, or keep what they have at a failure: their files
 // come into being as they go, those of all others together at the end (core/outputs.h).
-constexpr std::array<std::string_view, 4> kWriteAsTheyGo = {"bench", "capture", "demo", "verify"};
+constexpr std::array<std::string_view, 5> kWriteAsTheyGo = {"bench", "capture", "demo", "shard",
+                                                            "verify"};
 
 void PrintError(const std::string& message) {
   static const bool terminal = isatty(STDERR_FILENO);

@@ -68,6 +68,7 @@ void AddImport(Program& program);
 void AddPreprocess(Program& program);
 void AddRender(Program& program);
 void AddRelight(Program& program);
+void AddShard(Program& program);
 void AddInfo(Program& program);
 void AddCompare(Program& program);
 void AddDemo(Program& program);

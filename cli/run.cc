@@ -21,6 +21,7 @@ void AddAll(Program& program, const std::vector<AddVerbs>& more) {
   AddPreprocess(program);
   AddRender(program);
   AddRelight(program);
+  AddShard(program);
   AddInfo(program);
   AddCompare(program);
   for (const AddVerbs add : more) add(program);

@@ -8,7 +8,7 @@
 namespace luxfield::cli {
 namespace {
 
-constexpr std::array<VerbName, 20> kVerbs = {{
+constexpr std::array<VerbName, 21> kVerbs = {{
     {"devices", "List drivers, ports, a lab's devices and OpenCL devices; test a device"},
     {"simulate", "Write the true light field of a simulated lab, to judge a measurement by"},
     {"sky",
@@ -38,6 +38,9 @@ constexpr std::array<VerbName, 20> kVerbs = {{
     {"preprocess", "Build the sampling tables of a light field"},
     {"render", "Light a scene with measured luminaires and environment maps"},
     {"relight", "Scale lights of a picture of 'render --light-groups'"},
+    {"shard",
+     "Cut a merge, a reconstruction or a picture into shards for a cluster, and join them to the "
+     "same bytes"},
     {"info", "What a file or session is, and whether it is whole"},
     {"compare", "How far picture (or light field) A is from the reference B"},
     {"demo", "The whole chain on a simulated headlight, with a report"},

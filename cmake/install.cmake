@@ -47,7 +47,7 @@ function(luxfield_install_room room)
 endfunction()
 
 foreach(room ${LUXFIELD_CHOSEN})
-  if(NOT room MATCHES "^(planning|cli)$")  # of the program only
+  if(NOT room MATCHES "^(planning|shard|cli)$")  # of the program only
     luxfield_install_room(${room})
     string(APPEND luxfield_config_rooms
            "list(APPEND luxfield_rooms ${room})\nset(luxfield_below_${room} ${luxfield_below_${room}})\n")

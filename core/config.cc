@@ -186,6 +186,23 @@ std::vector<double> Config::Numbers(std::string_view key, std::size_t count,
   return Has(key) ? Numbers(key, count) : fallback;
 }
 
+std::vector<std::string> Config::Words(std::string_view key) const {
+  const toml::node* node = node_->Find(key);
+  if (!node) FailMissing(key, "add it");
+  const auto word = [&](const toml::node& value) -> std::string {
+    if (const auto* text = value.as_string()) return text->get();
+    if (const auto* integer = value.as_integer()) return fmt::format("{}", integer->get());
+    if (const auto* number = value.as_floating_point()) return fmt::format("{}", number->get());
+    if (const auto* boolean = value.as_boolean()) return boolean->get() ? "true" : "false";
+    Fail(key, "must be text in quotes, a number, true or false, or a list of these");
+  };
+  const toml::array* array = node->as_array();
+  if (!array) return {word(*node)};
+  std::vector<std::string> words;
+  for (const auto& element : *array) words.push_back(word(element));
+  return words;
+}
+
 std::filesystem::path Config::Path(std::string_view key) const {
   const std::filesystem::path path = Text(key);
   return path.is_absolute() ? path : node_->folder / path;

@@ -39,6 +39,9 @@ class Config {
                               std::size_t count) const;  // count 0: any length
   std::vector<double> Numbers(std::string_view key, std::size_t count,
                               const std::vector<double>& fallback) const;
+  // A value as words of a command line: text as it is, numbers and true or false in digits and
+  // letters; of a list each of its entries.
+  std::vector<std::string> Words(std::string_view key) const;
   // A path relative to the configuration file.
   std::filesystem::path Path(std::string_view key) const;
 

@@ -215,9 +215,11 @@ namespace {
 
 void ReadSlices(ExrReader& reader, Imf::MultiPartInputFile& file, int part_index,
                 Imf::PixelType type, std::span<const std::string> channels,
-                std::span<void* const> pixels) {
+                std::span<void* const> pixels, ExrRows rows) {
   const auto& part = reader.parts().at(part_index);
   const auto& window = file.header(part_index).dataWindow();
+  const int first = window.min.y + rows.first,
+            last = rows.count < 0 ? window.max.y : first + rows.count - 1;
   Imf::FrameBuffer buffer;
   for (std::size_t i = 0; i < channels.size(); ++i) {
     if (!reader.has_channel(part_index, channels[i]))
@@ -226,13 +228,13 @@ void ReadSlices(ExrReader& reader, Imf::MultiPartInputFile& file, int part_index
                        "check that this is the kind of file the verb expects");
     // OpenEXR addresses pixels by data-window coordinates.
     char* base = static_cast<char*>(pixels[i]) -
-                 4 * (static_cast<std::ptrdiff_t>(window.min.y) * part.width + window.min.x);
+                 4 * (static_cast<std::ptrdiff_t>(first) * part.width + window.min.x);
     buffer.insert(channels[i], Imf::Slice(type, base, 4, std::size_t{4} * part.width));
   }
   try {
     Imf::InputPart input(file, part_index);
     input.setFrameBuffer(buffer);
-    input.readPixels(window.min.y, window.max.y);
+    input.readPixels(first, last);
   } catch (const std::exception& error) {
     throw InputError(
         reader.path().string(),
@@ -244,7 +246,7 @@ void ReadSlices(ExrReader& reader, Imf::MultiPartInputFile& file, int part_index
 }  // namespace
 
 void ExrReader::ReadFloats(int part, std::span<const std::string> channels,
-                           std::span<const std::span<float>> pixels) {
+                           std::span<const std::span<float>> pixels, ExrRows rows) {
   std::vector<void*> pointers;
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const auto& names = impl_->parts.at(part).channels;
@@ -254,7 +256,7 @@ void ExrReader::ReadFloats(int part, std::span<const std::string> channels,
                   "check that this is the kind of file the verb expects");
     pointers.push_back(pixels[i].data());
   }
-  ReadSlices(*this, *impl_->file, part, Imf::FLOAT, channels, pointers);
+  ReadSlices(*this, *impl_->file, part, Imf::FLOAT, channels, pointers, rows);
 }
 
 void ExrReader::ReadFloat(int part, const std::string& channel, std::span<float> pixels) {
@@ -268,15 +270,17 @@ std::vector<float> ExrReader::ReadFloat(int part, const std::string& channel) {
   return pixels;
 }
 
-std::vector<std::uint32_t> ExrReader::ReadUint(int part, const std::string& channel) {
+std::vector<std::uint32_t> ExrReader::ReadUint(int part, const std::string& channel, ExrRows rows) {
   const Part& p = impl_->parts.at(part);
   const auto it = std::find(p.channels.begin(), p.channels.end(), channel);
   if (it != p.channels.end() && !p.channel_is_uint[it - p.channels.begin()])
     impl_->Fail(fmt::format("channel '{}' holds floats where integers belong", channel),
                 "check that this is the kind of file the verb expects");
-  std::vector<std::uint32_t> pixels(static_cast<std::size_t>(p.width) * p.height);
+  const int count = rows.count < 0 ? p.height - rows.first : rows.count;
+  std::vector<std::uint32_t> pixels(static_cast<std::size_t>(p.width) * count);
   void* pointer = pixels.data();
-  ReadSlices(*this, *impl_->file, part, Imf::UINT, std::span(&channel, 1), std::span(&pointer, 1));
+  ReadSlices(*this, *impl_->file, part, Imf::UINT, std::span(&channel, 1), std::span(&pointer, 1),
+             rows);
   return pixels;
 }
 

@@ -49,6 +49,12 @@ void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> pa
               ExrCompression compression,
               const std::function<std::vector<ExrPixels>(int part)>& pixels);
 
+// Rows of a part; the caller has seen to it that the part has them.
+struct ExrRows {
+  int first = 0;
+  int count = -1;  // -1: all from the first
+};
+
 // An open file. Every error (missing, not EXR, truncated, wrong channel type) is an InputError
 // naming the file.
 class ExrReader {
@@ -76,10 +82,11 @@ class ExrReader {
   // One channel of one part; HALF and FLOAT become float.
   std::vector<float> ReadFloat(int part, const std::string& channel);
   void ReadFloat(int part, const std::string& channel, std::span<float> pixels);
-  // Several channels in one decoding pass; pixels[i] has width x height entries.
+  // Several channels in one decoding pass; pixels[i] has width x height entries, or width times
+  // those of the rows asked for.
   void ReadFloats(int part, std::span<const std::string> channels,
-                  std::span<const std::span<float>> pixels);
-  std::vector<std::uint32_t> ReadUint(int part, const std::string& channel);
+                  std::span<const std::span<float>> pixels, ExrRows rows = {});
+  std::vector<std::uint32_t> ReadUint(int part, const std::string& channel, ExrRows rows = {});
 
   // Attributes of a part; InputError if absent or of another type (int is accepted as double).
   int GetInt(int part, const std::string& name) const;

@@ -90,4 +90,10 @@ std::array<double, 3> FarFieldIntensity(const LightField& field, Vec3 direction)
 void WriteLightField(const std::filesystem::path& path, const LightField& field);
 LightField ReadLightField(const std::filesystem::path& path);
 
+// Some rows of a light field of geometry `whole`: `rows` has these rows as its lattice. A file whose
+// attributes are the whole's and whose images have these rows alone; images of files of all rows, one
+// below the other, are those of the whole. It is no light field that ReadLightField takes.
+void WriteLightFieldRows(const std::filesystem::path& path, const LuminaireGeometry& whole,
+                         const LightField& rows);
+
 }  // namespace luxfield::lightfield

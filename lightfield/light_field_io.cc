@@ -65,9 +65,9 @@ void RequireWritable(const std::filesystem::path& path, const LightField& field)
                      "look for absurd numbers in what it is made from");
 }
 
-// Appends the parts of one field; the first has the attributes.
-void AddParts(const ExrKind& kind, const LightField& field, core::ExrAttributes attributes,
-              std::vector<core::ExrPartView>& parts) {
+// Appends the parts of one field; the first has the attributes, and states the geometry `stated`.
+void AddParts(const ExrKind& kind, const LightField& field, const LuminaireGeometry& stated,
+              core::ExrAttributes attributes, std::vector<core::ExrPartView>& parts) {
   const LuminaireGeometry& geometry = field.geometry;
   const auto names = ChannelNames(geometry.channels);
   for (int j = 0; j < geometry.grid.height; ++j)
@@ -78,7 +78,7 @@ void AddParts(const ExrKind& kind, const LightField& field, core::ExrAttributes 
       for (int channel = 0; channel < geometry.channels; ++channel)
         part.channels.push_back({names[channel], field.image(m, channel)});
       if (m == 0) {
-        part.attributes = GeometryAttributes(kind, geometry, field.provenance);
+        part.attributes = GeometryAttributes(kind, stated, field.provenance);
         part.attributes.merge(attributes);
       }
       parts.push_back(std::move(part));
@@ -128,7 +128,16 @@ void RequireOneLuminaire(const std::string& file, std::span<const PosedLightFiel
 void WriteLightField(const std::filesystem::path& path, const LightField& field) {
   RequireWritable(path, field);
   std::vector<core::ExrPartView> parts;
-  AddParts(kLightFieldKind, field, {}, parts);
+  AddParts(kLightFieldKind, field, field.geometry, {}, parts);
+  core::WriteExr(path, parts, core::ExrCompression::kZip);
+}
+
+void WriteLightFieldRows(const std::filesystem::path& path, const LuminaireGeometry& whole,
+                         const LightField& rows) {
+  RequireWritable(path, rows);
+  whole.Validate(path.string());
+  std::vector<core::ExrPartView> parts;
+  AddParts(kLightFieldKind, rows, whole, {}, parts);
   core::WriteExr(path, parts, core::ExrCompression::kZip);
 }
 
@@ -160,7 +169,7 @@ void WriteLightFields(const std::filesystem::path& path, std::span<const PosedLi
     attributes[kFieldNameAttribute] = posed.name;
     if (k == 0) attributes[kFieldsAttribute] = static_cast<int>(fields.size());
     const std::string prefix = FieldPrefix(static_cast<int>(k));
-    AddParts(FieldKind(prefix), posed.field, std::move(attributes), parts);
+    AddParts(FieldKind(prefix), posed.field, posed.field.geometry, std::move(attributes), parts);
   }
   core::WriteExr(path, parts, core::ExrCompression::kZip);
 }

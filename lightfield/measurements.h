@@ -68,6 +68,15 @@ void WriteMeasurements(const std::filesystem::path& path, const Measurements& me
 // passed on, and no file is left.
 void WriteMeasurements(const std::filesystem::path& path, const Measurements& header,
                        const std::function<Measurement(int m)>& next);
+// The same of the positions first to last - 1 alone: a file of their parts. Those of all positions,
+// one file's after the other's, are the parts of the whole.
+void WriteMeasurementPositions(const std::filesystem::path& path, const Measurements& header,
+                               int first, int last, const std::function<Measurement(int m)>& next);
 Measurements ReadMeasurements(const std::filesystem::path& path);
+// The geometry alone.
+LuminaireGeometry ReadMeasurementGeometry(const std::filesystem::path& path);
+// Rows first to first + count - 1 of the images, as measurements on the lattice of these rows; reads
+// no others. Throws InputError where the file has no such rows.
+Measurements ReadMeasurementRows(const std::filesystem::path& path, int first, int count);
 
 }  // namespace luxfield::lightfield

@@ -107,7 +107,9 @@ void JoinEstimates(std::span<const float> undetected, Measurement& position) {
   }
 }
 
-Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeometry& geometry) {
+// `geometry` is that of the rows.
+Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeometry& geometry,
+                         core::ExrRows rows) {
   const std::size_t plane = geometry.plane_size();
   Measurement position;
   position.irradiance.resize(plane * geometry.channels);
@@ -127,9 +129,9 @@ Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeome
   }
   names.emplace_back("count");
   planes.emplace_back(position.count);
-  reader.ReadFloats(part, names, planes);
+  reader.ReadFloats(part, names, planes, rows);
   position.displacement_m = ReadDisplacement(reader, part, geometry.grid.spacing_m);
-  position.mask = reader.ReadUint(part, "mask");
+  position.mask = reader.ReadUint(part, "mask", rows);
   for (const std::uint32_t flags : position.mask)
     if (flags & ~kKnownFlags)
       throw InputError(reader.path().string(),
@@ -144,8 +146,8 @@ Measurement ReadPosition(core::ExrReader& reader, int part, const LuminaireGeome
   return position;
 }
 
-// pixels(m): of position m, valid until the next call.
-void Write(const std::filesystem::path& path, const Measurements& header,
+// Positions first to last - 1; pixels(m): of position m, valid until the next call.
+void Write(const std::filesystem::path& path, const Measurements& header, int first, int last,
            const std::function<std::vector<core::ExrPixels>(int m)>& pixels) {
   const LuminaireGeometry& geometry = header.geometry;
   geometry.Validate(path.string());
@@ -162,7 +164,8 @@ void Write(const std::filesystem::path& path, const Measurements& header,
   attributes["luxfield:filter"] =
       std::string(header.filter == FilterKind::kBasis ? "basis" : "dual");
   attributes["luxfield:filter_scale"] = header.filter_scale;
-  core::WriteExr(path, parts, core::ExrCompression::kNone, pixels);
+  core::WriteExr(path, std::span(parts).subspan(first, last - first), core::ExrCompression::kNone,
+                 [&](int part) { return pixels(first + part); });
 }
 
 }  // namespace
@@ -171,7 +174,7 @@ void WriteMeasurements(const std::filesystem::path& path, const Measurements& me
   for (const Measurement& position : measurements.positions)
     RequireSizes(position, measurements.geometry);
   std::optional<Reported> reported;
-  Write(path, measurements, [&](int m) {
+  Write(path, measurements, 0, measurements.geometry.grid.count(), [&](int m) {
     const Measurement& position = measurements.positions[m];
     reported.emplace(position, measurements.geometry.plane_size());
     return Pixels(position, *reported, measurements.geometry);
@@ -180,9 +183,14 @@ void WriteMeasurements(const std::filesystem::path& path, const Measurements& me
 
 void WriteMeasurements(const std::filesystem::path& path, const Measurements& header,
                        const std::function<Measurement(int)>& next) {
+  WriteMeasurementPositions(path, header, 0, header.geometry.grid.count(), next);
+}
+
+void WriteMeasurementPositions(const std::filesystem::path& path, const Measurements& header,
+                               int first, int last, const std::function<Measurement(int)>& next) {
   Measurement position;
   std::optional<Reported> reported;
-  Write(path, header, [&](int m) {
+  Write(path, header, first, last, [&](int m) {
     position = next(m);
     RequireSizes(position, header.geometry);
     reported.emplace(position, header.geometry.plane_size());
@@ -190,9 +198,21 @@ void WriteMeasurements(const std::filesystem::path& path, const Measurements& he
   });
 }
 
-Measurements ReadMeasurements(const std::filesystem::path& path) {
+namespace {
+
+Measurements Read(const std::filesystem::path& path, core::ExrRows rows) {
   core::ExrReader reader(path);
   ExrGeometry header = ReadGeometry(reader, kMeasurementsKind);
+  Lattice& lattice = header.geometry.lattice;
+  if (rows.count >= 0) {
+    if (rows.first < 0 || rows.count < 1 || rows.first + rows.count > lattice.height)
+      throw InputError(path.string(),
+                       fmt::format("has {} rows, and not those from {} to {}", lattice.height,
+                                   rows.first, rows.first + rows.count - 1),
+                       "ask for rows that it has");
+    lattice.t1_m = lattice.t_of_row(rows.first);
+    lattice.height = rows.count;
+  }
   Measurements measurements;
   measurements.geometry = header.geometry;
   measurements.provenance = std::move(header.provenance);
@@ -211,8 +231,20 @@ Measurements ReadMeasurements(const std::filesystem::path& path) {
         "make the file anew with the verb that wrote it");
   measurements.positions.reserve(header.parts.size());
   for (const int part : header.parts)
-    measurements.positions.push_back(ReadPosition(reader, part, measurements.geometry));
+    measurements.positions.push_back(ReadPosition(reader, part, measurements.geometry, rows));
   return measurements;
+}
+
+}  // namespace
+
+Measurements ReadMeasurements(const std::filesystem::path& path) { return Read(path, {}); }
+
+LuminaireGeometry ReadMeasurementGeometry(const std::filesystem::path& path) {
+  return ReadGeometry(core::ExrReader(path), kMeasurementsKind).geometry;
+}
+
+Measurements ReadMeasurementRows(const std::filesystem::path& path, int first, int count) {
+  return Read(path, {first, count});
 }
 
 }  // namespace luxfield::lightfield

@@ -17,6 +17,7 @@ namespace {
 // Bands bound the device memory, and the time until Ctrl-C is heard.
 constexpr int kBandPixels = 1 << 16;
 constexpr int kMaxSamples = 1 << 24;
+constexpr std::size_t kMostDensities = 16;  // that a band tells apart when pixels are chosen
 
 // Point k of n in the pixel: Hammersley, in the middle of its strata; the centre if n = 1.
 lightfield::Vec2 PixelSample(int k, int n) {
@@ -124,7 +125,14 @@ Visibility Renderer::VisibilityOf(std::size_t light) const {
   return {.bvh = options_.shadows == Shadows::kNone ? nullptr : &scene_.geometry().bvh};
 }
 
-Frame Renderer::Render() {
+int Renderer::BandRows(int width, int height) { return std::clamp(kBandPixels / width, 1, height); }
+
+int Renderer::bands() const {
+  const int rows = BandRows(camera_.width, camera_.height);
+  return (camera_.height + rows - 1) / rows;
+}
+
+Frame Renderer::StartFrame() {
   Frame frame;
   frame.width = camera_.width;
   frame.height = camera_.height;
@@ -159,33 +167,53 @@ Frame Renderer::Render() {
   if (options_.lights_apart) frame.lights.resize(LightCount());
   frame.groups = groups_;
   frame.times.light_s.resize(LightCount());
+  return frame;
+}
 
+void Renderer::RenderBands(int first, int last, Frame& frame) {
   const bool relight = options_.relight && options_.passes == 1;
   if (relight)
     relit_.Start(static_cast<std::size_t>(frame.width) * frame.height * options_.antialias,
                  SharedSets());
   scene_.device().TakeKernelTimes();  // what ran before is not this frame's
-  const int band_rows = std::clamp(kBandPixels / frame.width, 1, frame.height);
-  const int bands = (frame.height + band_rows - 1) / band_rows;
-  core::Progress progress("render", static_cast<std::uint64_t>(bands) * options_.antialias);
-  for (int band = 0; band < bands; ++band)
+  const int band_rows = BandRows(frame.width, frame.height);
+  core::Progress progress("render", static_cast<std::uint64_t>(last - first) * options_.antialias);
+  for (int band = first; band < last; ++band)
     RenderBand(band * band_rows, std::min(band_rows, frame.height - band * band_rows), progress,
                frame);
+  if (relight) frame.relit = relit_.sums();
+  frame.alpha = frame.coverage;
+  if (scene_.environment() && options_.background)
+    std::fill(frame.alpha.data.begin(), frame.alpha.data.end(), 1.0f);
+  frame.times.kernels = scene_.device().TakeKernelTimes();
+}
+
+Frame Renderer::RenderBands(int first, int last) {
+  if (options_.light_groups)
+    throw InputError(
+        "light groups take sums over all pixels of each light, and cannot be made of some bands of "
+        "the picture; leave --light-groups out");
+  if (first < 0 || first >= last || last > bands())
+    throw InputError(fmt::format("the picture has {} bands, and not those from {} to {}", bands(),
+                                 first, last - 1));
+  Frame frame = StartFrame();
+  RenderBands(first, last, frame);
+  return frame;
+}
+
+Frame Renderer::Render() {
+  Frame frame = StartFrame();
+  RenderBands(0, bands(), frame);
   for (LightTotals& light : frame.lights) {
     const double count = static_cast<double>(frame.coverage.plane_size());
     light.mean_luminance /= count;
     light.mean_variance /= count;
   }
-  if (relight) {
-    frame.variance_scale = relit_.Scale();
+  if (!frame.relit.empty()) {
     frame.scale_log_variance = relit_.LogVariance();
-    for (float& v : frame.variance.data) v *= static_cast<float>(frame.variance_scale);
+    ScaleVariances(frame);
     ScaleGroups(frame);
   }
-  frame.alpha = frame.coverage;
-  if (scene_.environment() && options_.background)
-    std::fill(frame.alpha.data.begin(), frame.alpha.data.end(), 1.0f);
-  frame.times.kernels = scene_.device().TakeKernelTimes();
   return frame;
 }
 
@@ -227,8 +255,8 @@ Renderer::EquallySampled Renderer::PartOf(const GBuffer& gbuffer, std::vector<st
 }
 
 void Renderer::Relight(const EquallySampled& part, const GBuffer& gbuffer,
-                       std::span<const float> hits, int pixel_sample, const PassSums& sums,
-                       Frame& frame) {
+                       std::span<const float> hits, int pixel_sample, std::uint32_t choice,
+                       const PassSums& sums, Frame& frame) {
   std::vector<std::size_t> hit;
   for (std::size_t k = 0; k < hits.size() && part.pixels.empty(); ++k)
     if (hits[k] != 0) hit.push_back(k);
@@ -241,14 +269,14 @@ void Renderer::Relight(const EquallySampled& part, const GBuffer& gbuffer,
   };
   std::vector<std::vector<float>> of_lights;
   for (std::size_t row = 1; row < sums.rows(); ++row) of_lights.push_back(stated(row));
-  const auto draws = relit_.Choose(stated(0), of_lights);
+  const auto draws = relit_.Choose(stated(0), of_lights, choice);
   if (draws.empty()) return;
   // A picture of the draws, in which a pixel may come twice.
   std::vector<std::size_t> drawn;
   for (const auto& draw : draws) drawn.push_back(pixels[draw.pixel]);
   EquallySampled again = PartOf(gbuffer, std::move(drawn));
   again.density = part.density;
-  again.first_pixel = static_cast<std::uint32_t>(relit_.drawn() - draws.size());
+  again.first_pixel = choice * RelitPixels::kMostDraws;
   std::vector<std::vector<std::vector<double>>> luminance(
       sums.rows(), std::vector<std::vector<double>>(relit_.runs()));
   PassSums anew(film_kernels_, draws.size(), frame.lights.size());
@@ -313,6 +341,12 @@ void Renderer::LightPixelSample(EquallySampled& band, int first_row, int pixel_s
   if (!options_.sample_density.data.empty()) parts = BySamples(gbuffer, hits, first_row);
   const std::span<EquallySampled> lit =
       options_.sample_density.data.empty() ? std::span(&band, 1) : std::span(parts);
+  // Pixels that are lit again are chosen by where in the picture they are, whatever was lit before.
+  const std::size_t first_choice =
+      (static_cast<std::size_t>(first_row / BandRows(frame.width, frame.height)) *
+           options_.antialias +
+       pixel_sample) *
+      (options_.sample_density.data.empty() ? 1 : kMostDensities);
   PassSums& sums = film.pass_sums();
   for (int pass = 0; pass < options_.passes; ++pass) {
     core::ThrowIfInterrupted();
@@ -321,8 +355,9 @@ void Renderer::LightPixelSample(EquallySampled& band, int first_row, int pixel_s
       LightPart(part, {.pixel_sample = pixel_sample, .number = pass, .film = &film}, sums,
                 frame.times);
     if (relight)
-      for (const EquallySampled& part : lit)
-        Relight(part, gbuffer, hits, pixel_sample, sums, frame);
+      for (std::size_t n = 0; n < lit.size(); ++n)
+        Relight(lit[n], gbuffer, hits, pixel_sample, static_cast<std::uint32_t>(first_choice + n),
+                sums, frame);
     film.AddPass(pass);
   }
   film.AddVariances();

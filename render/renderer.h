@@ -75,6 +75,18 @@ class Renderer {
   // Throws Interrupted.
   Frame Render();
 
+  // A picture is lit in bands of so many rows, the last of fewer.
+  static int BandRows(int width, int height);
+  int bands() const;
+  int width() const { return camera_.width; }
+  int height() const { return camera_.height; }
+
+  // Bands first to last - 1 alone: the frame is black elsewhere. Its variances are not scaled yet by
+  // what pixels show that are lit again; they are by ScaleVariances (render/film/frame.h) when the
+  // sums of all bands are there, and are then those of Render(). Not with light groups, whose
+  // variances are scaled by sums over all pixels of each light: InputError.
+  Frame RenderBands(int first, int last);
+
  private:
   // Pixels that are lit together with the same number of samples.
   struct EquallySampled {
@@ -92,6 +104,9 @@ class Renderer {
   std::vector<EquallySampled> BySamples(const GBuffer& gbuffer, std::span<const float> hits,
                                         int first_row);
   EquallySampled PartOf(const GBuffer& gbuffer, std::vector<std::size_t> pixels);
+  // A frame of the picture's size, and bands in it.
+  Frame StartFrame();
+  void RenderBands(int first, int last, Frame& frame);
   void RenderBand(int first_row, int rows, core::Progress& progress, Frame& frame);
   // Lights the band's points of one pixel sample in all passes.
   void LightPixelSample(EquallySampled& band, int first_row, int pixel_sample, BandFilm& film,
@@ -99,7 +114,7 @@ class Renderer {
   // Lights some pixels of a part again, which `sums` show, and adds what they tell to relit_ and
   // the frame's lights.
   void Relight(const EquallySampled& part, const GBuffer& gbuffer, std::span<const float> hits,
-               int pixel_sample, const PassSums& sums, Frame& frame);
+               int pixel_sample, std::uint32_t choice, const PassSums& sums, Frame& frame);
   // Normals and positions of the pixels' first points.
   void ShowSurfaces(const GBuffer& gbuffer, int first_row, Frame& frame) const;
   // What a band's film holds, over its pixel samples.

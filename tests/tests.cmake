@@ -6,7 +6,7 @@ find_package(GTest REQUIRED)
 add_subdirectory(tests/fakes)
 add_subdirectory(tests/preload)
 
-foreach(room core lightfield environment formats rig session capture reconstruct scene preprocess)
+foreach(room core lightfield environment formats rig session capture reconstruct scene preprocess shard)
   luxfield_tests(${room} USES luxfield_${room})
 endforeach()
 if(LUXFIELD_BUILD_BENCH)  # whose scenes and labs these light and measure

@@ -7,32 +7,16 @@
 #include "luxfield/cli/merge_pictures.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
-#include "luxfield/reconstruct/merge/merge_session.h"
+#include "luxfield/cli/verbs/verb_merge.h"
 #include "luxfield/reconstruct/merge/merge_session_json.h"
 
 namespace luxfield::cli {
 namespace {
 
-struct Options {
-  std::vector<std::filesystem::path> inputs;
-  std::string output, estimator = "inverse-variance", lamp_level = "first-reference", flat_field;
-  std::vector<std::filesystem::path> calibrations;
-  std::vector<double> exposures_s;
-  bool skip_hashes = false, estimate_exposures = false;
-};
-
-core::Json MergeSessionFolder(const Options& options) {
+core::Json MergeSessionFolder(const MergeOptions& options) {
   RequireExtension(options.output, ".meas.exr", "--output");
   const session::SessionReader session(options.inputs[0]);
-  reconstruct::MergeSessionOptions how;
-  how.check_hashes = !options.skip_hashes;
-  how.flat_field = options.flat_field;
-  how.calibrations = options.calibrations;
-  how.estimate_exposures = options.estimate_exposures;
-  how.merge.estimator = options.estimator == "poisson" ? reconstruct::Estimator::kPoisson
-                                                       : reconstruct::Estimator::kInverseVariance;
-  how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
-                                                   : reconstruct::LampLevel::kFirstReference;
+  const reconstruct::MergeSessionOptions how = HowToMerge(options);
   reconstruct::MergeSessionSummary summary;
   reconstruct::MergeSessionToFile(session, options.output, how, &summary);
   fmt::print("{}: irradiance behind {} filters from {} frames\n", options.output, summary.positions,
@@ -69,7 +53,7 @@ void RefuseOptions(const CLI::App& verb, const std::vector<std::string>& names, 
       throw InputError(fmt::format("{} is not for {}; leave it out", name, kind));
 }
 
-core::Json Run(const Options& options, const CLI::App& verb) {
+core::Json Run(const MergeOptions& options, const CLI::App& verb) {
   if (options.inputs.size() == 1 && !std::filesystem::is_regular_file(options.inputs[0])) {
     RefuseOptions(verb, {"--exposure"}, "a session");
     return MergeSessionFolder(options);
@@ -85,12 +69,29 @@ core::Json Run(const Options& options, const CLI::App& verb) {
 
 }  // namespace
 
+reconstruct::MergeSessionOptions HowToMerge(const MergeOptions& options) {
+  reconstruct::MergeSessionOptions how;
+  how.check_hashes = !options.skip_hashes;
+  how.flat_field = options.flat_field;
+  how.calibrations = options.calibrations;
+  how.estimate_exposures = options.estimate_exposures;
+  how.merge.estimator = options.estimator == "poisson" ? reconstruct::Estimator::kPoisson
+                                                       : reconstruct::Estimator::kInverseVariance;
+  how.lamp_level = options.lamp_level == "monitor" ? reconstruct::LampLevel::kMonitorUnity
+                                                   : reconstruct::LampLevel::kFirstReference;
+  return how;
+}
+
 void AddMerge(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MergeOptions>();
   auto verb_itself = std::make_shared<CLI::App*>();
   CLI::App& verb =
       program.AddVerb("merge", [options, verb_itself] { return Run(*options, **verb_itself); });
   *verb_itself = &verb;
+  AddMergeOptions(verb, options);
+}
+
+void AddMergeOptions(CLI::App& verb, const std::shared_ptr<MergeOptions>& options) {
   verb.add_option("INPUT", options->inputs,
                   "The session folder, or PNG, JPEG or TIFF pictures of one scene with different "
                   "exposure times")

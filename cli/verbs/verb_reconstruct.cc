@@ -8,20 +8,14 @@
 
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
+#include "luxfield/cli/verbs/verb_reconstruct.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/warning.h"
-#include "luxfield/reconstruct/solve/reconstruct.h"
 #include "luxfield/reconstruct/solve/report_json.h"
 
 namespace luxfield::cli {
 namespace {
-
-struct Options {
-  std::vector<std::string> measurements;
-  std::string output, sigma, filter, regularise, keep = "moments", metric = "coefficients";
-  bool double_precision = false, non_negative = false;
-};
 
 // A number, or nothing for "auto".
 std::optional<double> Lambda(const std::string& text) {
@@ -52,42 +46,26 @@ void PrintKept(const reconstruct::ReconstructionReport& report) {
                                     : "");
 }
 
-core::Json Run(const Options& options) {
+core::Json Run(const ReconstructVerbOptions& options) {
   RequireExtension(options.output, ".lf.exr", "--output");
   if (!options.sigma.empty()) RequireExtension(options.sigma, ".lf.exr", "--sigma");
-  reconstruct::ReconstructOptions how;
-  how.keep = reconstruct::KeepFromName(options.keep);
-  how.metric = reconstruct::NonNegativeMetricFromName(options.metric);
+  reconstruct::ReconstructOptions how = HowToReconstruct(options);
   std::vector<lightfield::Measurements> measurements;
-  std::string source;
+  reconstruct::SourceHashes sources;
   for (const std::string& file : options.measurements) {
     measurements.push_back(lightfield::ReadMeasurements(file));
-    source += (source.empty() ? "" : " ") + core::Sha256OfFile(file);
+    sources.measurements.push_back(core::Sha256OfFile(file));
   }
-  how.precision =
-      options.double_precision ? reconstruct::Precision::kDouble : reconstruct::Precision::kFloat;
-  how.non_negative = options.non_negative;
   std::optional<lightfield::MeasuredFilter> filter;
-  if (!options.filter.empty()) filter = lightfield::ReadMeasuredFilter(options.filter);
-  how.filter = filter ? &*filter : nullptr;
-  how.regularise = !options.regularise.empty();
-  if (how.regularise) how.lambda = Lambda(options.regularise);
-  auto result = reconstruct::Reconstruct(measurements, how);
-  auto& provenance = result.coefficients.provenance;
-  provenance["measurements_sha256"] = source;
-  provenance["non_negative"] = options.non_negative ? "yes" : "no";
-  if (options.non_negative) provenance["non_negative_metric"] = options.metric;
-  provenance["keep"] = options.keep;
-  if (result.report.regularisation)
-    provenance["regularised"] =
-        fmt::format("lambda {:.6g}, bias {:.3g} of the RMS of C",
-                    result.report.regularisation->lambda, result.report.regularisation->bias);
-  if (filter) provenance["filter_sha256"] = core::Sha256OfFile(options.filter);
-  lightfield::WriteLightField(options.output, result.coefficients);
-  if (!options.sigma.empty()) {
-    result.sigma.provenance["sigma_of"] = source;
-    lightfield::WriteLightField(options.sigma, result.sigma);
+  if (!options.filter.empty()) {
+    filter = lightfield::ReadMeasuredFilter(options.filter);
+    sources.filter = core::Sha256OfFile(options.filter);
+    how.filter = &*filter;
   }
+  auto result = reconstruct::Reconstruct(measurements, how);
+  reconstruct::StateProvenance(how, sources, &result);
+  lightfield::WriteLightField(options.output, result.coefficients);
+  if (!options.sigma.empty()) lightfield::WriteLightField(options.sigma, result.sigma);
   const auto& report = result.report;
   fmt::print("{}: {} coefficient images\n", options.output, report.images);
   fmt::print(
@@ -124,9 +102,25 @@ core::Json Run(const Options& options) {
 
 }  // namespace
 
+reconstruct::ReconstructOptions HowToReconstruct(const ReconstructVerbOptions& options) {
+  reconstruct::ReconstructOptions how;
+  how.keep = reconstruct::KeepFromName(options.keep);
+  how.metric = reconstruct::NonNegativeMetricFromName(options.metric);
+  how.precision =
+      options.double_precision ? reconstruct::Precision::kDouble : reconstruct::Precision::kFloat;
+  how.non_negative = options.non_negative;
+  how.regularise = !options.regularise.empty();
+  if (how.regularise) how.lambda = Lambda(options.regularise);
+  return how;
+}
+
 void AddReconstruct(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReconstructVerbOptions>();
   CLI::App& verb = program.AddVerb("reconstruct", [options] { return Run(*options); });
+  AddReconstructOptions(verb, options);
+}
+
+void AddReconstructOptions(CLI::App& verb, const std::shared_ptr<ReconstructVerbOptions>& options) {
   verb.add_option("MEASUREMENTS", options->measurements,
                   "The .meas.exr of `luxfield merge`; several of one plan are solved together, "
                   "weighted by sigma")

@@ -11,6 +11,7 @@
 
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
+#include "luxfield/cli/verbs/verb_render.h"
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
@@ -21,26 +22,12 @@
 #include "luxfield/render/film/display.h"
 #include "luxfield/render/film/film.h"
 #include "luxfield/render/lights/shadow_maps.h"
-#include "luxfield/render/renderer.h"
 
 namespace luxfield::cli {
 namespace {
 
-struct Options {
-  std::string scene, output, png, radiance_map, irradiance_map, display, device;
-  std::vector<std::string> light_fields, tables, knobs;
-  std::optional<double> exposure;
-  std::optional<int> width, height;
-  std::vector<double> scale;
-  render::RenderOptions render;
-  std::string shadows = render::ShadowsName(render::Shadows::kTraced);
-  std::string error, time, reference;  // "0.5%", "40ms", a picture
-  bool estimator_given = false, samples_given = false, approximation_given = false,
-       shadow_map_given = false;
-};
-
 // Chosen estimator and samples for an error or a time asked for.
-render::AccurateFrame RenderToTarget(render::LitScene& scene, const Options& options) {
+render::AccurateFrame RenderToTarget(render::LitScene& scene, const RenderVerbOptions& options) {
   if (options.samples_given)
     throw InputError("--spp contradicts --error and --time, which choose the samples; drop one");
   render::AccuracyRequest request;
@@ -62,7 +49,7 @@ render::AccurateFrame RenderToTarget(render::LitScene& scene, const Options& opt
   return render::RenderToAccuracy(scene, *costs, request);
 }
 
-core::Json Describe(const render::AccurateFrame& result, const Options& options) {
+core::Json Describe(const render::AccurateFrame& result, const RenderVerbOptions& options) {
   core::Json considered = core::Json::array();
   for (const auto& setting : result.considered)
     considered.push_back({{"estimator", setting.estimator},
@@ -104,7 +91,7 @@ std::map<std::string, std::filesystem::path> ParseAssignments(
 }
 
 // The files that the options name.
-void WritePictures(const render::Frame& frame, const Options& options) {
+void WritePictures(const render::Frame& frame, const RenderVerbOptions& options) {
   render::WriteFrame(options.output, frame);
   render::ToneMapping mapping;
   mapping.exposure = options.exposure;
@@ -124,7 +111,8 @@ void WritePictures(const render::Frame& frame, const Options& options) {
     render::Display(options.display).Show(options.output, frame.radiance);
 }
 
-core::Json Describe(const render::Frame& frame, const Options& options, const std::string& device) {
+core::Json Describe(const render::Frame& frame, const RenderVerbOptions& options,
+                    const std::string& device) {
   double samples = 0, radiance = 0, lowest = 0;
   std::size_t negative = 0;
   for (std::size_t k = 0; k < frame.samples.data.size(); ++k) {
@@ -178,12 +166,12 @@ std::string Numbered(const std::string& name, std::size_t frame) {
 }
 
 // Every frame of the environment's sequence as a picture of its own.
-core::Json RenderSequence(render::LitScene& scene, const Options& options) {
+core::Json RenderSequence(render::LitScene& scene, const RenderVerbOptions& options) {
   render::Renderer renderer(scene, options.render);
   core::Json frames = core::Json::array();
   const core::Stopwatch stopwatch;
   for (bool more = true; more; more = scene.NextFrame()) {
-    Options numbered = options;
+    RenderVerbOptions numbered = options;
     for (std::string* name :
          {&numbered.output, &numbered.png, &numbered.radiance_map, &numbered.irradiance_map})
       *name = Numbered(*name, frames.size());
@@ -207,7 +195,7 @@ std::vector<std::string> ReadersOf(const std::string& knob) {
 }
 
 // Settings that the picture would not depend on, as it is made otherwise.
-void RefuseUnread(const Options& options, const scene::Scene& scene) {
+void RefuseUnread(const RenderVerbOptions& options, const scene::Scene& scene) {
   const bool chosen = (!options.error.empty() || !options.time.empty()) && !options.estimator_given;
   const auto refuse = [&](const std::string& option, const std::vector<std::string>& readers) {
     const auto& estimator = options.render.estimator;
@@ -236,22 +224,13 @@ void RefuseUnread(const Options& options, const scene::Scene& scene) {
         "--scale is of --radiance-map and --irradiance-map; give one of them, or drop it");
 }
 
-core::Json Run(Options options, const Common& common) {
+core::Json Run(RenderVerbOptions options, const Common& common) {
   RequireExtension(options.output, ".exr", "--output");
   for (const auto* png : {&options.png, &options.radiance_map, &options.irradiance_map})
     if (!png->empty()) RequireExtension(*png, ".png", "a picture's name");
-  scene::SceneOverrides overrides;
-  overrides.light_fields = ParseAssignments(options.light_fields);
-  overrides.tables = ParseAssignments(options.tables);
-  overrides.width = options.width;
-  overrides.height = options.height;
-  options.render.shadows = render::ShadowsFromName(options.shadows);
-  options.render.seed = common.seed.value_or(1);
-  for (const auto& knob : options.knobs) options.render.knobs.Set(knob);
-  options.render.Validate();
-  const scene::Scene scene = scene::ReadScene(options.scene, overrides);
-  RequireLuminaires(scene);
-  RefuseUnread(options, scene);
+  options.render = HowToRender(options, common.seed.value_or(1));
+  const scene::Scene scene = scene::ReadScene(options.scene, OverridesOf(options));
+  RequireRenderable(options, scene);
   const render::Device device = render::Device::Open(options.device, common.threads);
   render::LitScene lit(device, scene);
   if (lit.frame_count() > 1) {
@@ -285,10 +264,37 @@ core::Json Run(Options options, const Common& common) {
 
 }  // namespace
 
+scene::SceneOverrides OverridesOf(const RenderVerbOptions& options) {
+  scene::SceneOverrides overrides;
+  overrides.light_fields = ParseAssignments(options.light_fields);
+  overrides.tables = ParseAssignments(options.tables);
+  overrides.width = options.width;
+  overrides.height = options.height;
+  return overrides;
+}
+
+render::RenderOptions HowToRender(const RenderVerbOptions& options, std::uint64_t seed) {
+  render::RenderOptions how = options.render;
+  how.shadows = render::ShadowsFromName(options.shadows);
+  how.seed = seed;
+  for (const auto& knob : options.knobs) how.knobs.Set(knob);
+  how.Validate();
+  return how;
+}
+
+void RequireRenderable(const RenderVerbOptions& options, const scene::Scene& scene) {
+  RequireLuminaires(scene);
+  RefuseUnread(options, scene);
+}
+
 void AddRender(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderVerbOptions>();
   CLI::App& verb = program.AddVerb(
       "render", [options, &program]() -> core::Json { return Run(*options, program.common()); });
+  AddRenderOptions(verb, options);
+}
+
+void AddRenderOptions(CLI::App& verb, const std::shared_ptr<RenderVerbOptions>& options) {
   std::vector<std::string> names;
   std::string guarantees;
   for (const auto& traits : render::EstimatorList()) {

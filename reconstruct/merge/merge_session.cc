@@ -66,15 +66,29 @@ SessionPlan Calibrated(SessionPlan plan, const MergeSessionOptions& options,
   return plan;
 }
 
+struct Positions {
+  int first = 0, last = -1;  // the last is none of them; -1: all of the plan from the first
+};
+
 class SessionMerger {
  public:
-  SessionMerger(const session::SessionReader& session, const MergeSessionOptions& options)
+  SessionMerger(const session::SessionReader& session, const MergeSessionOptions& options,
+                Positions positions = {})
       : session_(session),
         options_(options),
         plan_(Calibrated(ReadSessionPlan(session), options, provenance_)),
         registration_(plan_.image_from_sensor, plan_.sensor.width, plan_.sensor.height,
                       plan_.geometry.lattice, plan_.lens),
-        progress_("merge", static_cast<std::uint64_t>(plan_.geometry.grid.count())) {
+        positions_(positions.last < 0 ? Positions{positions.first, plan_.geometry.grid.count()}
+                                      : positions),
+        progress_("merge", static_cast<std::uint64_t>(positions_.last - positions_.first)) {
+    if (positions_.first < 0 || positions_.first >= positions_.last ||
+        positions_.last > plan_.geometry.grid.count())
+      throw InputError(
+          session.folder().string(),
+          fmt::format("has {} positions, and not those from {} to {}", plan_.geometry.grid.count(),
+                      positions_.first, positions_.last - 1),
+          "ask for positions of its plan");
     for (const double responsivity : plan_.sensor.responsivity_e_per_s_per_w_m2) {
       const double per_rate = 1 / (responsivity * plan_.albedo * plan_.filter_scale);
       std::vector<float>& image = irradiance_per_rate_.emplace_back();
@@ -194,7 +208,7 @@ class SessionMerger {
   void QueueBrackets() {
     std::vector<Records> queue;
     const auto& grid = plan_.geometry.grid;
-    for (int m = 0; m < grid.count(); ++m)
+    for (int m = positions_.first; m < positions_.last; ++m)
       for (const BracketKey& key : WholePosition(m % grid.width, m / grid.width))
         queue.push_back(brackets_.at(key));
     reader_.emplace(session_, std::move(queue), options_.check_hashes);
@@ -483,6 +497,7 @@ class SessionMerger {
   std::optional<SessionExposures> session_exposures_;  // none: as read back
   MergedFrame merged_;                                 // of the bracket at hand
   MergeSessionSummary summary_;
+  Positions positions_;
   core::Progress progress_;
 };
 
@@ -541,6 +556,15 @@ void MergeSessionToFile(const session::SessionReader& session, const std::filesy
                         const MergeSessionOptions& options, MergeSessionSummary* summary) {
   SessionMerger merger(session, options);
   lightfield::WriteMeasurements(output, merger.Header(), [&](int m) { return merger.Next(m); });
+  if (summary) *summary = merger.summary();
+}
+
+void MergePositionsToFile(const session::SessionReader& session,
+                          const std::filesystem::path& output, int first, int last,
+                          const MergeSessionOptions& options, MergeSessionSummary* summary) {
+  SessionMerger merger(session, options, {first, last});
+  lightfield::WriteMeasurementPositions(output, merger.Header(), first, last,
+                                        [&](int m) { return merger.Next(m); });
   if (summary) *summary = merger.summary();
 }
 

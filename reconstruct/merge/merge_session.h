@@ -135,4 +135,11 @@ void MergeSessionToFile(const session::SessionReader& session, const std::filesy
                         const MergeSessionOptions& options = {},
                         MergeSessionSummary* summary = nullptr);
 
+// The positions first to last - 1 of it alone (WriteMeasurementPositions): the frames of the others
+// are not read, those that all positions share are. Position by position the bytes of the whole.
+void MergePositionsToFile(const session::SessionReader& session,
+                          const std::filesystem::path& output, int first, int last,
+                          const MergeSessionOptions& options = {},
+                          MergeSessionSummary* summary = nullptr);
+
 }  // namespace luxfield::reconstruct

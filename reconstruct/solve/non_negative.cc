@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "luxfield/core/error.h"
@@ -397,6 +398,18 @@ void FindNegative(T* const* coefficients, int count, std::size_t pixels, std::ve
   });
 }
 
+// The pixels, in their order, in blocks of at most `most` of one row.
+std::vector<std::span<const std::size_t>> BlocksOf(const std::vector<std::size_t>& pixels,
+                                                   std::size_t most, std::size_t row) {
+  std::vector<std::span<const std::size_t>> blocks;
+  for (std::size_t first = 0, end = 0; first < pixels.size(); first = end) {
+    for (end = first; end < pixels.size() && end - first < most; ++end)
+      if (pixels[end] / row != pixels[first] / row) break;
+    blocks.push_back(std::span(pixels).subspan(first, end - first));
+  }
+  return blocks;
+}
+
 template <typename T>
 NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std::size_t pixels,
                            const NonNegativeOptions& options) {
@@ -419,15 +432,15 @@ NonNegativeSummary Project(const GramSolver& solver, T* const* coefficients, std
   const Problem<T> problem(solver);
   const auto tolerance = static_cast<T>(options.tolerance);
   std::mutex mutex;
-  const std::size_t blocks = (negative.size() + kPixels - 1) / kPixels;
-  core::ParallelFor(blocks, 4, [&](std::size_t begin, std::size_t end) {
+  const std::vector<std::span<const std::size_t>> blocks =
+      BlocksOf(negative, kPixels, options.row > 0 ? options.row : pixels);
+  core::ParallelFor(blocks.size(), 4, [&](std::size_t begin, std::size_t end) {
     Workspace<T> w(problem.u.count, problem.v.count);
     DoublesVector<T> result(count);
     for (std::size_t block = begin; block < end; ++block) {
-      const std::size_t lanes = std::min(kPixels, negative.size() - block * kPixels);
+      const std::size_t lanes = blocks[block].size();
       std::array<std::size_t, kPixels> pixel;  // the last block repeats its first
-      for (std::size_t k = 0; k < kPixels; ++k)
-        pixel[k] = negative[block * kPixels + (k < lanes ? k : 0)];
+      for (std::size_t k = 0; k < kPixels; ++k) pixel[k] = blocks[block][k < lanes ? k : 0];
       for (int m = 0; m < count; ++m)
         for (std::size_t k = 0; k < kPixels; ++k) w.moved[m][k] = coefficients[m][pixel[k]];
       Doubles<T> flux{};

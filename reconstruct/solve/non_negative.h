@@ -34,6 +34,9 @@ struct NonNegativeOptions {
   // keep_flux that is |min(C, g / d)|). Float data cannot hold less than about 1e-6.
   double tolerance = 1e-5;
   int max_iterations = 2000;
+  // Pixels are iterated together until the slowest has converged; only those of one run of so many
+  // are, so that what a row becomes depends on no other row. 0: all are one run.
+  std::size_t row = 0;
 };
 
 struct NonNegativeSummary {

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "luxfield/core/parallel.h"
+#include "luxfield/reconstruct/solve/separable_product.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -14,7 +15,6 @@ namespace {
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr double kRankTolerance = 1e-9;
-constexpr Eigen::Index kLanes = 64;  // pixels that travel together
 
 }  // namespace
 
@@ -80,57 +80,88 @@ PixelWeights MinimumNorm(std::span<const double> a, int coefficients,
 
 void ApplyWeights(const PixelWeights& weights, std::span<const std::uint32_t> pixels,
                   const PixelImages& images) {
-  const auto coefficients = static_cast<Eigen::Index>(weights.prior_share.size()),
-             known = static_cast<Eigen::Index>(weights.known.size());
-  const Eigen::Map<const RowMatrix> p(weights.weights.data(), coefficients, known);
-  const RowMatrix squared = p.cwiseAbs2();
+  using Product = SeparableProduct<double>;
+  constexpr std::size_t kLanes = Product::kLanes;
+  const std::size_t coefficients = weights.prior_share.size(), known = weights.known.size();
+  std::vector<double> squared = weights.weights;
+  for (double& x : squared) x *= x;
+  // A dense matrix is a product whose other axis has one function.
+  const auto dense = [&](const std::vector<double>& matrix) {
+    return Product(matrix, static_cast<int>(coefficients), static_cast<int>(known), {1.0}, 1, 1);
+  };
+  const Product of_value = dense(weights.weights), of_variance = dense(squared);
   const std::size_t total = pixels.size() * images.channels;
   core::ParallelFor(total, 4 * kLanes, [&](std::size_t begin, std::size_t end) {
-    RowMatrix in(known, kLanes), value(coefficients, kLanes), variance(coefficients, kLanes);
+    std::vector<double> in(of_value.input_size()), scratch(of_value.scratch_size()),
+        value(of_value.output_size()), variance(of_value.output_size());
     for (std::size_t first = begin; first < end; first += kLanes) {
-      const auto lanes = static_cast<Eigen::Index>(std::min<std::size_t>(kLanes, end - first));
-      const auto address = [&](Eigen::Index k) {
-        const std::size_t item = first + static_cast<std::size_t>(k);
+      const std::size_t lanes = std::min(kLanes, end - first);
+      const auto address = [&](std::size_t k) {
+        const std::size_t item = first + k;
         return item / pixels.size() * images.pixels + pixels[item % pixels.size()];
       };
-      const auto gather = [&](std::span<const float* const> from) {
-        for (Eigen::Index r = 0; r < known; ++r)
-          for (Eigen::Index k = 0; k < lanes; ++k) in(r, k) = from[weights.known[r]][address(k)];
+      const auto gather = [&](std::span<const float* const> from, bool square) {
+        for (std::size_t r = 0; r < known; ++r)
+          for (std::size_t k = 0; k < lanes; ++k) {
+            const double x = from[weights.known[r]][address(k)];
+            in[r * kLanes + k] = square ? x * x : x;
+          }
       };
-      gather(images.irradiance);
-      value.leftCols(lanes).noalias() = p * in.leftCols(lanes);
-      gather(images.sigma);
-      variance.leftCols(lanes).noalias() = squared * in.leftCols(lanes).cwiseAbs2();
-      for (Eigen::Index k = 0; k < lanes; ++k) {
-        const double tau2 = weights.rank > 0 ? value.col(k).squaredNorm() / weights.rank : 0;
+      gather(images.irradiance, false);
+      of_value.Apply(in.data(), scratch.data(), value.data());
+      gather(images.sigma, true);
+      of_variance.Apply(in.data(), scratch.data(), variance.data());
+      for (std::size_t k = 0; k < lanes; ++k) {
+        double squares = 0;
+        for (std::size_t m = 0; m < coefficients; ++m)
+          squares += value[m * kLanes + k] * value[m * kLanes + k];
+        const double tau2 = weights.rank > 0 ? squares / weights.rank : 0;
         const std::size_t at = address(k);
-        for (Eigen::Index m = 0; m < coefficients; ++m) {
-          images.coefficients[m][at] = static_cast<float>(value(m, k));
-          images.coefficient_sigma[m][at] =
-              static_cast<float>(std::sqrt(variance(m, k) + tau2 * weights.prior_share[m]));
+        for (std::size_t m = 0; m < coefficients; ++m) {
+          images.coefficients[m][at] = static_cast<float>(value[m * kLanes + k]);
+          images.coefficient_sigma[m][at] = static_cast<float>(
+              std::sqrt(variance[m * kLanes + k] + tau2 * weights.prior_share[m]));
         }
       }
     }
   });
 }
 
-void FillUnknown(std::span<const std::uint32_t> pixels, const PixelImages& images) {
-  if (pixels.empty()) return;
+std::vector<double> RowSquares(std::span<const std::uint32_t> pixels, const PixelImages& images) {
   std::vector<bool> known(images.pixels, true);
   for (const std::uint32_t pixel : pixels) known[pixel] = false;
+  std::vector<double> sums;
+  for (int channel = 0; channel < images.channels; ++channel)
+    for (std::size_t row = 0; row < images.pixels; row += images.width) {
+      double squares = 0;
+      for (const float* image : images.coefficients) {
+        const float* of_channel = image + channel * images.pixels;
+        for (std::size_t p = row; p < row + images.width; ++p)
+          if (known[p]) squares += double{of_channel[p]} * of_channel[p];
+      }
+      sums.push_back(squares);
+    }
+  return sums;
+}
+
+float RootMeanSquare(std::span<const double> row_squares, double count) {
+  double squares = 0;
+  for (const double of_row : row_squares) squares += of_row;
+  return static_cast<float>(count > 0 ? std::sqrt(squares / count) : 0);
+}
+
+void FillUnknown(std::span<const std::uint32_t> pixels, const PixelImages& images) {
+  if (pixels.empty()) return;
+  const std::vector<double> squares = RowSquares(pixels, images);
+  const std::size_t rows = images.pixels / images.width;
+  const double others = static_cast<double>(images.pixels - pixels.size()) *
+                        static_cast<double>(images.coefficients.size());
   for (int channel = 0; channel < images.channels; ++channel) {
-    const std::size_t offset = channel * images.pixels;
-    double squares = 0;
-    for (const float* image : images.coefficients)
-      for (std::size_t p = 0; p < images.pixels; ++p)
-        if (known[p]) squares += double{image[offset + p]} * image[offset + p];
-    const double others = static_cast<double>((images.pixels - pixels.size())) *
-                          static_cast<double>(images.coefficients.size());
-    const auto sigma = static_cast<float>(others > 0 ? std::sqrt(squares / others) : 0);
+    const float sigma = RootMeanSquare(std::span(squares).subspan(channel * rows, rows), others);
     for (std::size_t m = 0; m < images.coefficients.size(); ++m)
       for (const std::uint32_t pixel : pixels) {
-        images.coefficients[m][offset + pixel] = 0;
-        images.coefficient_sigma[m][offset + pixel] = sigma;
+        images.coefficients[m][channel * images.pixels + pixel] = 0;
+        images.coefficient_sigma[m][channel * images.pixels + pixel] = sigma;
       }
   }
 }

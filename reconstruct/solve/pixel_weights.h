@@ -21,6 +21,7 @@ namespace luxfield::reconstruct {
 // Planes of measurements r and coefficients m; entry channel * pixels + pixel of each.
 struct PixelImages {
   std::size_t pixels = 0;
+  std::size_t width = 0;  // pixels of a row
   int channels = 1;
   std::span<const float* const> irradiance, sigma;
   std::span<float* const> coefficients, coefficient_sigma;
@@ -48,9 +49,16 @@ struct PixelWeights {
 PixelWeights MinimumNorm(std::span<const double> a, int coefficients,
                          const std::vector<bool>& known);
 
-// C and sigma(C) of the pixels, in double.
+// C and sigma(C) of the pixels, in double. What a pixel gets depends on no other pixel, to the bit.
 void ApplyWeights(const PixelWeights& weights, std::span<const std::uint32_t> pixels,
                   const PixelImages& images);
+
+// [channel][row]: the sum of C^2 over the coefficients and the row's pixels, without `pixels`.
+std::vector<double> RowSquares(std::span<const std::uint32_t> pixels, const PixelImages& images);
+
+// The root mean square of `count` values from one channel's RowSquares, added in their order; 0 of
+// none.
+float RootMeanSquare(std::span<const double> row_squares, double count);
 
 // For pixels of which nothing is known: C = 0 and as its standard deviation the root mean square of
 // C over the other pixels of the channel.

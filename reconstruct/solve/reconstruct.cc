@@ -1,8 +1,10 @@
 #include "luxfield/reconstruct/solve/reconstruct.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "luxfield/core/error.h"
@@ -73,8 +75,13 @@ struct Pointers {
   std::vector<float*> coefficients, coefficient_sigma;
 
   PixelImages Images(const lightfield::LuminaireGeometry& geometry) const {
-    return {geometry.plane_size(), geometry.channels, irradiance, sigma,
-            coefficients,          coefficient_sigma};
+    return {.pixels = geometry.plane_size(),
+            .width = static_cast<std::size_t>(geometry.lattice.width),
+            .channels = geometry.channels,
+            .irradiance = irradiance,
+            .sigma = sigma,
+            .coefficients = coefficients,
+            .coefficient_sigma = coefficient_sigma};
   }
 };
 
@@ -83,7 +90,7 @@ void PropagateSigma(const GramSolver& solver, const Pointers& images, std::size_
   using Product = SeparableProduct<float>;
   const int width = solver.u().count, height = solver.v().count;
   // Scaled by h^2-like factors so that squares of very small or large physical values stay inside
-  // float32's range: the largest sigma of each block of pixels becomes 1.
+  // float32's range: the largest sigma of each pixel becomes 1.
   std::vector<double> squared_u, squared_v;
   for (const double x : solver.u().map) squared_u.push_back(x * x);
   for (const double x : solver.v().map) squared_v.push_back(x * x);
@@ -100,21 +107,21 @@ void PropagateSigma(const GramSolver& solver, const Pointers& images, std::size_
         out(product.output_size());
     for (std::size_t first = begin; first < end; first += Product::kLanes) {
       const std::size_t lanes = std::min(Product::kLanes, end - first);
-      float largest = 0;
+      std::array<float, Product::kLanes> largest{}, reciprocal{};
       for (std::size_t m = 0; m < images.sigma.size(); ++m)
         for (std::size_t k = 0; k < lanes; ++k)
-          largest = std::max(largest, images.sigma[m][first + k]);
-      const float reciprocal = largest > 0 ? 1 / largest : 0;
+          largest[k] = std::max(largest[k], images.sigma[m][first + k]);
+      for (std::size_t k = 0; k < lanes; ++k) reciprocal[k] = largest[k] > 0 ? 1 / largest[k] : 0;
       for (std::size_t m = 0; m < images.sigma.size(); ++m)
         for (std::size_t k = 0; k < lanes; ++k) {
-          const float x = images.sigma[m][first + k] * reciprocal;
+          const float x = images.sigma[m][first + k] * reciprocal[k];
           in[m * Product::kLanes + k] = x * x;
         }
       product.Apply(in.data(), scratch.data(), out.data());
       for (std::size_t m = 0; m < images.sigma.size(); ++m)
         for (std::size_t k = 0; k < lanes; ++k)
-          images.coefficient_sigma[m][first + k] =
-              static_cast<float>(std::sqrt(out[m * Product::kLanes + k]) * (largest * root_scale));
+          images.coefficient_sigma[m][first + k] = static_cast<float>(
+              std::sqrt(out[m * Product::kLanes + k]) * (largest[k] * root_scale));
     }
   });
 }
@@ -159,23 +166,23 @@ void SolveBasis(const lightfield::LuminaireGeometry& geometry, const Reconstruct
       SolveIncomplete(GramSystem(solver), images.unknown, images.Images(geometry));
 }
 
-// Root mean square over the known texels of every row's sigma.
-std::vector<double> NoiseOfRows(const Pointers& images, std::size_t values, std::size_t texels) {
-  std::vector<double> noise;
-  for (std::size_t r = 0; r < images.sigma.size(); ++r) {
-    double squares = 0, count = 0;
-    for (std::size_t k = 0; k < values; ++k)
-      if (!images.unknown[r][k % texels]) {
-        squares += double{images.sigma[r][k]} * images.sigma[r][k];
-        ++count;
-      }
-    noise.push_back(count > 0 ? std::sqrt(squares / count) : 0);
-  }
-  return noise;
+bool TakesForwardModel(std::span<const Measurements> all, const ReconstructOptions& options) {
+  return all.size() > 1 || options.filter || options.regularise || IsDisplaced(all[0]);
+}
+
+// Root mean square of sigma over the known texels.
+double NoiseOf(const Measurement& position, std::size_t texels) {
+  double squares = 0, count = 0;
+  for (std::size_t k = 0; k < position.sigma.size(); ++k)
+    if (!(position.mask[k % texels] & lightfield::kUnknownMask)) {
+      squares += double{position.sigma[k]} * position.sigma[k];
+      ++count;
+    }
+  return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
 void SolveForwardModel(std::span<const Measurements> all, const ReconstructOptions& options,
-                       const Pointers& images, Reconstruction* result) {
+                       const WholeFigures& whole, const Pointers& images, Reconstruction* result) {
   const auto& geometry = all[0].geometry;
   const auto& grid = geometry.grid;
   std::vector<lightfield::Vec2> centres;
@@ -191,9 +198,8 @@ void SolveForwardModel(std::span<const Measurements> all, const ReconstructOptio
   if (options.filter) result->report.filter_noise = system.matrix_noise();
   MomentConstraint kept;
   if (result->report.edges)
-    kept = ConstrainMoments(
-        system, grid, MomentsToKeep(grid, options.keep, *result->report.edges),
-        NoiseOfRows(images, geometry.plane_size() * geometry.channels, geometry.plane_size()));
+    kept = ConstrainMoments(system, grid, MomentsToKeep(grid, options.keep, *result->report.edges),
+                            whole.position_noise);
   result->report.kept = {(kept.moments + 1) / 2, (kept.moments + 1) / 2};
   if (kept.moments > 0) result->report.moment_residual = kept.residual;
   const PixelImages pixels = images.Images(geometry);
@@ -252,7 +258,28 @@ void SolveDual(const Measurements& measurements, const Pointers& all, Reconstruc
   FillUnknown(nothing_known, all.Images(geometry));
 }
 
+// Sigma of texels of which nothing is known, from the C of all others.
+void FillUnknownTexels(std::size_t positions, const PixelImages& images, Reconstruction* result) {
+  std::vector<std::uint32_t> nothing_known;
+  for (std::size_t p = 0; p < result->unknown_positions.size(); ++p)
+    if (result->unknown_positions[p] == positions)
+      nothing_known.push_back(static_cast<std::uint32_t>(p));
+  result->row_squares = RowSquares(nothing_known, images);
+  FillUnknown(nothing_known, images);
+}
+
 }  // namespace
+
+WholeFigures FindWholeFigures(std::span<const Measurements> all,
+                              const ReconstructOptions& options) {
+  WholeFigures whole;
+  if (all[0].filter == FilterKind::kBasis) whole.edges = FindEdgeLight(all);
+  if (TakesForwardModel(all, options))
+    for (const Measurements& measurements : all)
+      for (const Measurement& position : measurements.positions)
+        whole.position_noise.push_back(NoiseOf(position, measurements.geometry.plane_size()));
+  return whole;
+}
 
 Reconstruction Reconstruct(std::span<const Measurements> all, const ReconstructOptions& options) {
   CheckTogether(all, options);
@@ -260,6 +287,12 @@ Reconstruction Reconstruct(std::span<const Measurements> all, const ReconstructO
     throw InputError(
         "--regularise with --non-negative: the bias of both together cannot be stated; ask for one "
         "of them");
+  const bool by_irradiance =
+      options.non_negative && options.metric == NonNegativeMetric::kIrradiance;
+  if (options.whole && (options.regularise || by_irradiance))
+    throw InputError(fmt::format(
+        "{} takes sums over all texels and cannot be done for some rows alone; leave it out",
+        options.regularise ? "--regularise" : "--non-negative-metric irradiance"));
   const auto& geometry = all[0].geometry;
   Reconstruction result;
   result.coefficients = LightField(geometry);
@@ -281,27 +314,47 @@ Reconstruction Reconstruct(std::span<const Measurements> all, const ReconstructO
     images.coefficients.push_back(result.coefficients.image(m, 0).data());
     images.coefficient_sigma.push_back(result.sigma.image(m, 0).data());
   }
-  if (all[0].filter == FilterKind::kBasis) {
-    result.report.edges = FindEdgeLight(all);
-    result.report.warnings = EdgeWarnings(*result.report.edges, geometry.grid);
+  const WholeFigures whole = options.whole ? *options.whole : FindWholeFigures(all, options);
+  if (whole.edges) {
+    result.report.edges = whole.edges;
+    result.report.warnings = EdgeWarnings(*whole.edges, geometry.grid);
   }
-  if (all.size() > 1 || options.filter || options.regularise || IsDisplaced(all[0]))
-    SolveForwardModel(all, options, images, &result);
+  if (TakesForwardModel(all, options))
+    SolveForwardModel(all, options, whole, images, &result);
   else if (all[0].filter == FilterKind::kDual)
     SolveDual(all[0], images, &result);
   else
     SolveBasis(geometry, options, images, &result);
+  if (result.report.incomplete.unknown > 0 || options.whole)
+    FillUnknownTexels(images.irradiance.size(), images.Images(geometry), &result);
   result.report.coefficients = Statistics(result.coefficients, result.sigma);
-  if (options.non_negative && options.metric == NonNegativeMetric::kIrradiance) {
+  if (by_irradiance) {
     result.report.non_negative = ProjectByIrradiance({}, &result.coefficients);
   } else if (options.non_negative) {
     NonNegativeOptions how;
     how.keep_first_moments = result.report.kept.u > 1 && result.report.kept.v > 1;
+    how.row = static_cast<std::size_t>(geometry.lattice.width);
     result.report.non_negative =
         ProjectNonNegative(GramSolver(geometry.grid), images.coefficients.data(),
                            geometry.plane_size() * geometry.channels, how);
   }
   return result;
+}
+
+void StateProvenance(const ReconstructOptions& options, const SourceHashes& sources,
+                     Reconstruction* result) {
+  const std::string source = fmt::format("{}", fmt::join(sources.measurements, " "));
+  auto& provenance = result->coefficients.provenance;
+  provenance["measurements_sha256"] = source;
+  provenance["non_negative"] = options.non_negative ? "yes" : "no";
+  if (options.non_negative)
+    provenance["non_negative_metric"] = NonNegativeMetricName(options.metric);
+  provenance["keep"] = KeepName(options.keep);
+  if (const auto& regularisation = result->report.regularisation)
+    provenance["regularised"] = fmt::format("lambda {:.6g}, bias {:.3g} of the RMS of C",
+                                            regularisation->lambda, regularisation->bias);
+  if (!sources.filter.empty()) provenance["filter_sha256"] = sources.filter;
+  result->sigma.provenance["sigma_of"] = source;
 }
 
 Reconstruction Reconstruct(const Measurements& measurements, const ReconstructOptions& options) {

@@ -14,6 +14,15 @@
 
 namespace luxfield::reconstruct {
 
+// What the solution of some rows of the image plane takes from all of them. With it the solution of
+// the rows is, to the bit, these rows of the solution of all.
+struct WholeFigures {
+  std::optional<lightfield::EdgeLight> edges;  // absent: dual filters
+  // Root mean square of sigma over the known texels of every position of all measurements; empty
+  // where the ideal filters at their places need none.
+  std::vector<double> position_noise;
+};
+
 enum class Precision { kFloat, kDouble };  // of the sweeps; E and C are float32 either way
 
 struct ReconstructOptions {
@@ -32,6 +41,9 @@ struct ReconstructOptions {
   // What the solution has of the measurements without projection, where the lamp lies inside the
   // grid and the filters can tell (kept_moments.h, edge_light.h); kNone: least squares alone.
   Keep keep = Keep::kMoments;
+  // Of measurements that are rows of others; null: they are the whole. Rows cannot be projected by
+  // irradiance nor regularised, which take sums over all texels.
+  const WholeFigures* whole = nullptr;
 };
 
 struct Reconstruction {
@@ -45,8 +57,15 @@ struct Reconstruction {
   // Measurements that were unknown, per texel [row][column]; where > 0 and too few are left, C is
   // the one of smallest norm among those that fit what is known; where all were unknown C = 0.
   std::vector<std::uint16_t> unknown_positions;
+  // RowSquares (pixel_weights.h) of the least-squares solution: the sigma of texels of which nothing
+  // is known follows from those of all rows.
+  std::vector<double> row_squares;
   ReconstructionReport report;
 };
+
+// Of the whole of these measurements.
+WholeFigures FindWholeFigures(std::span<const lightfield::Measurements> measurements,
+                              const ReconstructOptions& options = {});
 
 // `basis` filters at their places: the Gram solve, with the moments that are kept. `dual` filters
 // at theirs: C_ij = E_ij / h^2 (docs/theory.md 3), no solve, and unknown values stay unknown.
@@ -58,5 +77,16 @@ Reconstruction Reconstruct(std::span<const lightfield::Measurements> measurement
                            const ReconstructOptions& options = {});
 Reconstruction Reconstruct(const lightfield::Measurements& measurements,
                            const ReconstructOptions& options = {});
+
+// SHA-256 of the files that a solution is made of.
+struct SourceHashes {
+  std::vector<std::string> measurements;  // in their order
+  std::string filter;                     // empty: ideal filters
+};
+
+// Adds to the provenance of C and sigma, which is the measurements', what they were solved of and
+// how.
+void StateProvenance(const ReconstructOptions& options, const SourceHashes& sources,
+                     Reconstruction* result);
 
 }  // namespace luxfield::reconstruct

@@ -79,12 +79,19 @@ core::Rgb PixelOf(const core::Image& image, std::size_t i) {
 }  // namespace
 
 void WriteFrame(const std::filesystem::path& path, const Frame& frame) {
+  WriteFrameRows(path, frame, 0, frame.height);
+}
+
+void WriteFrameRows(const std::filesystem::path& path, const Frame& frame, int first, int count) {
   core::ExrPartView part;
   part.width = frame.width;
-  part.height = frame.height;
+  part.height = count;
+  const auto width = static_cast<std::size_t>(frame.width);
   for (const auto& layer : LayersOf(frame))
     for (std::size_t c = 0; c < layer.channels.size(); ++c)
-      part.channels.push_back({layer.channels[c], layer.image->plane(static_cast<int>(c))});
+      part.channels.push_back(
+          {layer.channels[c],
+           layer.image->plane(static_cast<int>(c)).subspan(first * width, count * width)});
   part.attributes = {{"luxfield:kind", std::string(kKind)},
                      {"luxfield:version", kVersion},
                      {"luxfield:unit", FluxUnitName(frame.unit)}};

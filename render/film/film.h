@@ -19,6 +19,9 @@ namespace luxfield::render {
 // DeviceError.
 void WriteFrame(const std::filesystem::path& path, const Frame& frame);
 
+// Some rows of it: a file whose picture has these rows alone.
+void WriteFrameRows(const std::filesystem::path& path, const Frame& frame, int first, int count);
+
 // The channels of a file of WriteFrame without light groups, and those of one group.
 std::vector<std::string> ChannelNames();
 std::vector<std::string> GroupChannelNames(const std::string& group);

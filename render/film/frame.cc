@@ -28,6 +28,11 @@ std::string RadianceUnitName(lightfield::FluxUnit unit) {
   return "rel.";
 }
 
+void ScaleVariances(Frame& frame) {
+  frame.variance_scale = RelitScale(frame.relit);
+  for (float& v : frame.variance.data) v *= static_cast<float>(frame.variance_scale);
+}
+
 double SumOf(const core::Image& image) {
   double sum = 0;
   for (const float x : image.data) sum += x;

@@ -8,6 +8,7 @@
 #include "luxfield/lightfield/light_field.h"
 #include "luxfield/render/device/device.h"
 #include "luxfield/render/film/light_groups.h"
+#include "luxfield/render/film/relit_pixels.h"
 
 namespace luxfield::render {
 
@@ -44,6 +45,7 @@ struct Frame {
   // Of a picture of one pass, `variance` over `stated_variance`, and the variance of the factor's
   // logarithm.
   double variance_scale = 1, scale_log_variance = 0;
+  std::vector<RelitSums> relit;     // of pixels that were lit again, in the picture's order
   core::Image samples;              // light samples taken
   std::vector<LightTotals> lights;  // where RenderOptions asks for it
   // Where it asks for them: their sums are radiance, irradiance and variance, up to rounding.
@@ -57,6 +59,9 @@ std::string IrradianceUnitName(lightfield::FluxUnit unit);
 std::string RadianceUnitName(lightfield::FluxUnit unit);
 
 void AddTimes(const RenderTimes& times, RenderTimes& to);
+
+// Multiplies `variance` by RelitScale of `relit`, and states it as variance_scale.
+void ScaleVariances(Frame& frame);
 
 // Of all values.
 double SumOf(const core::Image& image);

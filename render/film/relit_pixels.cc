@@ -42,16 +42,23 @@ std::vector<double> WeightedVariances(std::span<const RelitPixels::Draw> draws,
 
 }  // namespace
 
+double RelitScale(std::span<const RelitSums> sums) {
+  double stated = 0, measured = 0;
+  for (const RelitSums& of_choice : sums) {
+    stated += of_choice.stated;
+    measured += of_choice.measured;
+  }
+  return stated > 0 ? measured / stated : 1;
+}
+
 void RelitPixels::Start(std::size_t points, int shared_sets) {
-  random_ = core::Random(seed_, kDraws);
   shared_sets_ = shared_sets;
   runs_ = shared_sets > 0 ? kRunsOfSharedSets : kRuns;
   const auto all = static_cast<double>(points);
   draws_per_point_ =
       (shared_sets > 0 ? kDrawsOfSharedSets : std::clamp(kShare * all, kLeast, kMost) / kRuns) /
       all;
-  drawn_ = 0;
-  stated_ = measured_ = measured_variance_ = 0;
+  sums_.clear();
 }
 
 std::uint64_t RelitPixels::Seed(int run) const {
@@ -61,7 +68,8 @@ std::uint64_t RelitPixels::Seed(int run) const {
 }
 
 std::vector<RelitPixels::Draw> RelitPixels::Choose(std::span<const float> stated,
-                                                   std::span<const std::vector<float>> parts) {
+                                                   std::span<const std::vector<float>> parts,
+                                                   std::uint32_t choice) {
   const double sum = SumOf(stated);
   std::vector<double> sums;
   for (const auto& part : parts) sums.push_back(SumOf(part));
@@ -70,12 +78,13 @@ std::vector<RelitPixels::Draw> RelitPixels::Choose(std::span<const float> stated
   const double whole_share = noisy > 0 ? kWholeShare : 1;
   std::vector<Draw> draws;
   if (!(sum > 0)) return draws;
-  stated_ += sum;
+  sums_.push_back({.stated = sum});
   const auto pixels = static_cast<double>(stated.size());
-  const auto count = std::max(kLeastDraws, static_cast<std::size_t>(draws_per_point_ * pixels));
+  const auto count = std::clamp(static_cast<std::size_t>(draws_per_point_ * pixels), kLeastDraws,
+                                std::size_t{kMostDraws} - 1);
   // Evenly over the cumulative probabilities (systematic sampling, Madow 1949).
   double below = 0;
-  double next = random_.Uniform() / static_cast<double>(count);
+  double next = core::Random(seed_, kDraws, choice).Uniform() / static_cast<double>(count);
   for (std::size_t pixel = 0; pixel < stated.size() && draws.size() < count; ++pixel) {
     double shown = whole_share * stated[pixel] / sum;
     for (std::size_t k = 0; k < parts.size(); ++k)
@@ -85,15 +94,15 @@ std::vector<RelitPixels::Draw> RelitPixels::Choose(std::span<const float> stated
     for (; next < below && draws.size() < count; next += 1 / static_cast<double>(count))
       draws.push_back({pixel, 1 / (static_cast<double>(count) * p)});
   }
-  drawn_ += draws.size();
   return draws;
 }
 
 void RelitPixels::Add(std::span<const Draw> draws, std::span<const std::vector<double>> luminance) {
   const std::vector<double> weighted = WeightedVariances(draws, luminance);
-  for (const double v : weighted) measured_ += v;
+  RelitSums& sums = sums_.back();
+  for (const double v : weighted) sums.measured += v;
   if (weighted.size() > 1)
-    measured_variance_ += SampleVariance(weighted) * static_cast<double>(weighted.size());
+    sums.measured_variance = SampleVariance(weighted) * static_cast<double>(weighted.size());
 }
 
 double RelitPixels::Variance(std::span<const Draw> draws,
@@ -104,8 +113,13 @@ double RelitPixels::Variance(std::span<const Draw> draws,
 }
 
 double RelitPixels::LogVariance() const {
-  if (!(measured_ > 0)) return 0;
-  return measured_variance_ / (measured_ * measured_) +
+  double measured = 0, variance = 0;
+  for (const RelitSums& sums : sums_) {
+    measured += sums.measured;
+    variance += sums.measured_variance;
+  }
+  if (!(measured > 0)) return 0;
+  return variance / (measured * measured) +
          (shared_sets_ > 0 ? 2.0 / ((runs_ - 1.0) * shared_sets_) : 0);
 }
 

@@ -24,12 +24,25 @@
 
 namespace luxfield::render {
 
+// What one draw of pixels showed: the sums that the scale of a picture follows from.
+struct RelitSums {
+  double stated = 0;             // what the pixels state
+  double measured = 0;           // V
+  double measured_variance = 0;  // of V over the draws
+};
+
+// V over what is stated, of sums that are added in their order; 1 where nothing is stated. What a
+// picture's variances are multiplied by.
+double RelitScale(std::span<const RelitSums> sums);
+
 class RelitPixels {
  public:
   struct Draw {
     std::size_t pixel = 0;
     double weight = 0;  // 1 / (m p)
   };
+  // Draws of one choice are fewer.
+  static constexpr std::uint32_t kMostDraws = 1 << 11;
 
   explicit RelitPixels(std::uint64_t seed) : seed_(seed) {}
 
@@ -42,30 +55,30 @@ class RelitPixels {
   std::uint64_t Seed(int run) const;  // of the random streams of a run
 
   // Draws from pixels that state these variances, in their order; a pixel may come twice. None if
-  // all variances are 0. Where `parts`, of the same pixels, are wanted by themselves, half of what
+  // all variances are 0. Choices of one picture have different numbers `choice`, and draw
+  // independently of each other and of the order they are made in. Where `parts`, of the same pixels, are wanted by themselves, half of what
   // follows the variances follows theirs, each alike: what is little of the whole is found too.
   std::vector<Draw> Choose(std::span<const float> stated,
-                           std::span<const std::vector<float>> parts = {});
-  std::size_t drawn() const { return drawn_; }  // since Start()
-  // What the runs showed of these draws: luminance[run][draw].
+                           std::span<const std::vector<float>> parts = {},
+                           std::uint32_t choice = 0);
+  // What the runs showed of the last choice's draws: luminance[run][draw].
   void Add(std::span<const Draw> draws, std::span<const std::vector<double>> luminance);
   // V of what these draws showed, which may be a part of the luminance: one light's.
   static double Variance(std::span<const Draw> draws,
                          std::span<const std::vector<double>> luminance);
 
-  // V over the sum of what the pixels state that Choose() was given; 1 where that is 0.
-  double Scale() const { return stated_ > 0 ? measured_ / stated_ : 1; }
+  // A choice each, since Start().
+  const std::vector<RelitSums>& sums() const { return sums_; }
+  double Scale() const { return RelitScale(sums_); }
   // Variance of the logarithm of V over the draws, which are taken as independent, and over shared
   // sets.
   double LogVariance() const;
 
  private:
   std::uint64_t seed_;
-  core::Random random_{0, 0};
   int shared_sets_ = 0, runs_ = 2;
   double draws_per_point_ = 0;
-  std::size_t drawn_ = 0;
-  double stated_ = 0, measured_ = 0, measured_variance_ = 0;
+  std::vector<RelitSums> sums_;
 };
 
 }  // namespace luxfield::render

@@ -1,0 +1,192 @@
+#include "luxfield/cli/verbs/sharded_verbs.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "luxfield/cli/program.h"
+#include "luxfield/cli/verbs/verb_merge.h"
+#include "luxfield/cli/verbs/verb_reconstruct.h"
+#include "luxfield/cli/verbs/verb_render.h"
+#include "luxfield/core/error.h"
+#include "luxfield/shard/merge_task.h"
+#include "luxfield/shard/reconstruct_task.h"
+#include "luxfield/shard/render_task.h"
+
+namespace luxfield::cli {
+namespace {
+
+// What makes a task of a parsed command line.
+using Make = std::function<std::unique_ptr<shard::Task>(int threads)>;
+
+struct ShardedVerb {
+  std::string name;
+  std::set<std::string> paths;                 // options whose values are files
+  std::map<std::string, std::string> refused;  // options, and why
+  bool several_inputs = false;
+  std::function<Make(CLI::App&)> add;  // adds the verb's options
+};
+
+Make AddMergeTask(CLI::App& app) {
+  auto options = std::make_shared<MergeOptions>();
+  AddMergeOptions(app, options);
+  return [options](int) {
+    if (options->inputs.size() != 1 || !std::filesystem::is_directory(options->inputs[0]))
+      throw InputError(options->inputs[0].string(),
+                       "is no session's folder, and a stack of pictures is merged as a whole",
+                       "run `luxfield merge` itself");
+    RequireExtension(options->output, ".meas.exr", "job.output");
+    return std::make_unique<shard::MergeTask>(options->inputs[0], options->output,
+                                              HowToMerge(*options));
+  };
+}
+
+Make AddReconstructTask(CLI::App& app) {
+  auto options = std::make_shared<ReconstructVerbOptions>();
+  AddReconstructOptions(app, options);
+  return [options](int) {
+    RequireExtension(options->output, ".lf.exr", "job.output");
+    if (!options->sigma.empty()) RequireExtension(options->sigma, ".lf.exr", "options.sigma");
+    const reconstruct::ReconstructOptions how = HowToReconstruct(*options);
+    if (how.non_negative && how.metric == reconstruct::NonNegativeMetric::kIrradiance)
+      throw InputError(
+          "options.non-negative-metric = irradiance takes sums over all texels and cannot be cut "
+          "into rows; leave it out, or run `luxfield reconstruct` itself");
+    shard::ReconstructFiles files;
+    files.measurements.assign(options->measurements.begin(), options->measurements.end());
+    files.filter = options->filter;
+    files.output = options->output;
+    files.sigma = options->sigma;
+    return std::make_unique<shard::ReconstructTask>(files, how);
+  };
+}
+
+Make AddRenderTask(CLI::App& app) {
+  auto options = std::make_shared<RenderVerbOptions>();
+  auto seed = std::make_shared<std::uint64_t>(1);
+  AddRenderOptions(app, options);
+  app.add_option("--seed", *seed);
+  return [options, seed](int threads) {
+    RequireExtension(options->output, ".exr", "job.output");
+    shard::RenderJob job{.scene = options->scene,
+                         .output = options->output,
+                         .overrides = OverridesOf(*options),
+                         .options = HowToRender(*options, *seed),
+                         .device = options->device,
+                         .threads = threads};
+    RequireRenderable(*options, scene::ReadScene(job.scene, job.overrides));
+    return std::make_unique<shard::RenderTask>(std::move(job));
+  };
+}
+
+const std::vector<ShardedVerb>& ShardedVerbs() {
+  constexpr const char* kSums = "takes sums over all texels";
+  constexpr const char* kSamples = "chooses samples by the whole picture";
+  constexpr const char* kBeside =
+      "is made of the picture when it is there: use the picture that the job writes";
+  static const std::vector<ShardedVerb> verbs = {
+      {"merge",
+       {"calibration", "flat-field"},
+       {{"exposure", "is for pictures, which are merged as a whole"}},
+       false,
+       AddMergeTask},
+      {"reconstruct", {"filter", "sigma"}, {{"regularise", kSums}}, true, AddReconstructTask},
+      {"render",
+       {"light-field", "tables"},
+       {{"error", kSamples},
+        {"time", kSamples},
+        {"reference", kBeside},
+        {"png", kBeside},
+        {"exposure", kBeside},
+        {"radiance-map", kBeside},
+        {"irradiance-map", kBeside},
+        {"scale", kBeside},
+        {"display", kBeside},
+        {"light-groups", "scales each light's variance by sums over the whole picture"}},
+       false,
+       AddRenderTask}};
+  return verbs;
+}
+
+const ShardedVerb* Find(const std::string& name) {
+  const auto& verbs = ShardedVerbs();
+  const auto verb = std::find_if(verbs.begin(), verbs.end(),
+                                 [&](const ShardedVerb& one) { return one.name == name; });
+  return verb == verbs.end() ? nullptr : &*verb;
+}
+
+// "NAME=FILE" or "FILE", FILE relative to job.toml.
+std::string WithPath(const shard::JobFile& job, const std::string& word) {
+  const auto equals = word.find('=');
+  const std::string before = equals == std::string::npos ? "" : word.substr(0, equals + 1);
+  return before + shard::FromJobFile(job.file.file(), word.substr(before.size())).string();
+}
+
+// The words of one option of [options].
+void AddOption(const shard::JobFile& job, const ShardedVerb& verb, const CLI::Option& option,
+               const std::string& name, std::vector<std::string>& words) {
+  if (const auto why = verb.refused.find(name); why != verb.refused.end())
+    job.options->Fail(name, why->second, "leave it out, or run the verb on one machine");
+  if (option.get_items_expected_max() == 0) {  // a flag
+    if (job.options->Boolean(name, false)) words.push_back("--" + name);
+    return;
+  }
+  for (std::string word : job.options->Words(name)) {
+    if (verb.paths.contains(name)) word = WithPath(job, word);
+    words.push_back("--" + name);
+    words.push_back(word);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> WordsOf(const shard::JobFile& job) {
+  const core::Config table = job.file.Table("job");
+  const ShardedVerb* verb = Find(job.verb);
+  std::vector<std::string> names;
+  for (const ShardedVerb& one : ShardedVerbs()) names.push_back(one.name);
+  if (!verb)
+    table.Fail("verb", "cannot be cut into shards whose whole is what the verb writes",
+               fmt::format("use one of {}", fmt::join(names, ", ")));
+  if (job.inputs.size() > 1 && !verb->several_inputs)
+    table.Fail("input",
+               fmt::format("names {} files where {} takes one", job.inputs.size(), verb->name));
+  std::vector<std::string> words;
+  for (const auto& input : job.inputs) words.push_back(input.string());
+  words.insert(words.end(), {"--output", job.output.string()});
+  CLI::App app;
+  verb->add(app);
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_lnames().empty() || option->get_positional()) continue;
+    const std::string name = option->get_lnames().front();
+    if (name == "help" || name == "output" || !job.options || !job.options->Has(name)) continue;
+    AddOption(job, *verb, *option, name, words);
+  }
+  job.file.Finish();
+  return words;
+}
+
+std::unique_ptr<shard::Task> MakeTask(const std::string& name,
+                                      const std::vector<std::string>& words, int threads) {
+  const ShardedVerb* verb = Find(name);
+  if (!verb)
+    throw InputError(
+        fmt::format("the job's verb '{}' cannot be cut into shards; plan it anew", name));
+  CLI::App app;
+  app.option_defaults()->always_capture_default();
+  const Make make = verb->add(app);
+  try {
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+  } catch (const CLI::ParseError& error) {
+    throw InputError(
+        fmt::format("[options] of {}: {}; see `luxfield {} --help`", name, error.what(), name));
+  }
+  return make(threads);
+}
+
+}  // namespace luxfield::cli

@@ -1,0 +1,98 @@
+#include "luxfield/shard/run_shard.h"
+
+#include <fmt/format.h>
+
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/stopwatch.h"
+
+namespace luxfield::shard {
+namespace {
+
+// Removes a scratch folder at its end.
+class ScratchFolder {
+ public:
+  ScratchFolder(const std::filesystem::path& folder, int number)
+      : path_(MakeScratch(folder, number)) {}
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+void RemoveDeadScratch(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const Scratch& scratch : FindScratch(folder))
+    if (scratch.here && !scratch.alive) std::filesystem::remove_all(scratch.folder, ignored);
+}
+
+Manifest Do(const std::filesystem::path& folder, const Job& job, const Task& task, int number) {
+  const PlannedShard& shard = job.shards[number];
+  const core::Stopwatch stopwatch;
+  core::TakePeakMib();
+  RequireInputs(job);
+  RemoveDeadScratch(folder);
+  const ScratchFolder scratch(folder, number);
+  std::vector<std::filesystem::path> written;
+  for (const std::string& ending : task.Endings())
+    written.push_back(scratch.path() / (shard.name + ending));
+  Manifest manifest;
+  manifest.figures = task.Run(job.whole, shard.first, shard.last, written);
+  for (const auto& file : written)
+    manifest.files.push_back(
+        {file.filename().string(), std::filesystem::file_size(file), core::Sha256OfFile(file)});
+  for (const auto& file : written)
+    std::filesystem::rename(file, ShardsFolder(folder) / file.filename());
+  core::SyncFolder(ShardsFolder(folder));
+  manifest.wall_s = stopwatch.WallSeconds();
+  manifest.core_s = stopwatch.CoreSeconds();
+  manifest.peak_mib = core::TakePeakMib();
+  manifest.host = HostName();
+  WriteManifest(folder, shard, manifest);
+  core::RemoveFile(FailureFile(folder, shard));
+  return manifest;
+}
+
+// The sentence of a failure, where the disk still takes it.
+void Note(const std::filesystem::path& folder, const PlannedShard& shard, const std::string& what,
+          int exit_code) {
+  try {
+    core::WriteJson(FailureFile(folder, shard),
+                    {{"sentence", what}, {"exit_code", exit_code}, {"host", HostName()}});
+  } catch (const std::exception&) {
+  }
+}
+
+}  // namespace
+
+ShardRun RunShard(const std::filesystem::path& folder, const Job& job, const Task& task,
+                  int number) {
+  if (number < 0 || number >= static_cast<int>(job.shards.size()))
+    throw InputError(
+        folder.string(),
+        fmt::format("has no shard {}: they are numbered 0 to {}", number, job.shards.size() - 1),
+        "give one of these numbers");
+  const PlannedShard& shard = job.shards[number];
+  if (const auto manifest = FindManifest(folder, shard);
+      manifest && WhatIsWrong(folder, *manifest, Depth::kHashes).empty())
+    return {true, *manifest};
+  try {
+    return {false, Do(folder, job, task, number)};
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const Error& error) {
+    Note(folder, shard, error.what(), error.exit_code());
+    throw;
+  } catch (const std::exception& error) {
+    Note(folder, shard, error.what(), 1);
+    throw;
+  }
+}
+
+}  // namespace luxfield::shard
