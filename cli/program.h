@@ -67,6 +67,7 @@ void AddBudget(Program& program);
 void AddImport(Program& program);
 void AddExport(Program& program);
 void AddPreprocess(Program& program);
+void AddShard(Program& program);
 void AddRender(Program& program);
 void AddRelight(Program& program);
 void AddPhotometry(Program& program);

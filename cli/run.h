@@ -14,9 +14,6 @@ using AddVerbs = void (*)(Program& program);
 // Standard streams, the verbs that `add_verbs` adds, and the one that the command line names.
 int RunProgram(int argc, char** argv, const std::function<void(Program&)>& add_verbs);
 
-// Jobs that are cut into shards (cli/verbs/verb_shard.cc).
-void AddShard(Program& program);
-
 // The same with every verb, `more` among them.
 int Run(int argc, char** argv, const std::vector<AddVerbs>& more = {});
 

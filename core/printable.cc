@@ -97,6 +97,27 @@ std::string OnOneLine(std::string_view text) {
   return shown;
 }
 
+std::string EscapedMarkup(std::string_view text) {
+  std::string out;
+  for (const char c : text) switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
+    }
+  return out;
+}
+
 std::string Printable(std::string_view text, std::size_t most) {
   std::string shown(text.substr(0, most));
   std::replace_if(

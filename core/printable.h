@@ -27,6 +27,9 @@ class VisibleText {
 std::string Visible(std::string_view text);
 std::string OnOneLine(std::string_view text);
 
+// UTF-8 text as content or attribute of an XML or HTML element, with & < > " as entities.
+std::string EscapedMarkup(std::string_view text);
+
 // For the escape sequences that the program itself sends to the terminal on stderr, past what makes
 // text visible on the way there.
 void ObeyedByTerminal(std::string_view sequence);

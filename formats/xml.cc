@@ -269,25 +269,11 @@ XmlElement ParseXml(std::string_view text, const std::string& file) {
 }
 
 std::string XmlEscaped(std::string_view utf8) {
-  std::string out;
-  for (const char c : Utf8FromLatin1(utf8)) switch (c) {
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '&':
-        out += "&amp;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out +=
-            (static_cast<unsigned char>(c) < ' ' && c != '\n' && c != '\t') || c == 127 ? '?' : c;
-    }
-  return out;
+  std::string text = Utf8FromLatin1(utf8);
+  std::replace_if(
+      text.begin(), text.end(),
+      [](unsigned char c) { return (c < ' ' && c != '\n' && c != '\t') || c == 127; }, '?');
+  return core::EscapedMarkup(text);
 }
 
 }  // namespace luxfield::formats

@@ -7,6 +7,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/json.h"
+#include "luxfield/session/optional_field.h"
 #include "luxfield/session/plan_json.h"
 #include "luxfield/session/session_store.h"
 
@@ -25,19 +26,10 @@ constexpr std::pair<PlanKind, const char*> kKinds[] = {{PlanKind::kLightField, "
                                                        {PlanKind::kGlare, "glare"},
                                                        {PlanKind::kFilter, "filter"}};
 
-template <typename T>
-void Set(Json& json, const char* key, const std::optional<T>& value) {
-  if (value) json[key] = *value;
-}
 void SetPoint(Json& json, const char* key, const std::optional<Vec2>& value) {
   if (value) json[key] = {value->x, value->y};
 }
 
-template <typename T>
-std::optional<T> Get(const Json& json, const char* key, const std::string& file) {
-  if (!json.contains(key)) return std::nullopt;
-  return Field<T>(json, key, file);
-}
 std::optional<Vec2> GetPoint(const Json& json, const char* key, const std::string& file) {
   const auto point = Get<std::pair<double, double>>(json, key, file);
   if (!point) return std::nullopt;

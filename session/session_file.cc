@@ -10,6 +10,7 @@
 #include "luxfield/core/exr.h"
 #include "luxfield/core/json.h"
 #include "luxfield/rig/cfa.h"
+#include "luxfield/session/optional_field.h"
 #include "luxfield/session/session_path.h"
 #include "luxfield/session/session_store.h"
 #include "luxfield/session/stated.h"
@@ -22,17 +23,6 @@ using core::Json;
 using Texts = std::map<std::string, std::string>;
 
 constexpr const char* kMend = "correct the camera's calibration";
-
-template <typename T>
-void Set(Json& json, const char* key, const std::optional<T>& value) {
-  if (value) json[key] = *value;
-}
-
-template <typename T>
-std::optional<T> Get(const Json& json, const char* key, const std::string& file) {
-  if (!json.contains(key)) return std::nullopt;
-  return Field<T>(json, key, file);
-}
 
 Texts GetTexts(const Json& json, const char* key, const std::string& file) {
   return core::FieldOr(json, key, Texts(), file);

@@ -9,6 +9,7 @@
 #include "luxfield/core/colour.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
+#include "luxfield/core/printable.h"
 #include "luxfield/version.h"
 
 namespace luxfield::web {
@@ -40,28 +41,6 @@ std::string Base64(const std::vector<std::uint8_t>& bytes) {
       text += digit <= left ? kDigits[group >> (18 - 6 * digit) & 63] : '=';
   }
   return text;
-}
-
-// Text for HTML, in content and attributes.
-std::string Escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  return out;
 }
 
 std::string IlluminanceUnit(lightfield::FluxUnit unit) {
@@ -110,16 +89,17 @@ std::string Facts(const lightfield::LightField& field, const FittedVolume& fitte
   const double flux = core::Luminance(lightfield::TotalFlux(field));
   std::string unit = lightfield::FluxUnitName(field.geometry.unit);
   if (field.geometry.unit == lightfield::FluxUnit::kRelative) unit = "(relative)";
-  return Escaped(fmt::format("{:.4g} {} \u00b7 stated error {} from {} on, {} near the lamp", flux,
-                             unit, PercentText(fitted.zones.back().stated_error),
-                             Metres(fitted.zones.back().z_first_m),
-                             PercentText(fitted.stated_error())));
+  return core::EscapedMarkup(
+      fmt::format("{:.4g} {} \u00b7 stated error {} from {} on, {} near the lamp", flux, unit,
+                  PercentText(fitted.zones.back().stated_error),
+                  Metres(fitted.zones.back().z_first_m), PercentText(fitted.stated_error())));
 }
 
 std::string MadeBy(const PageFacts& facts) {
   std::string text = fmt::format("Made by luxfield {} of {}", LUXFIELD_VERSION, facts.file_name);
   if (!facts.sha256.empty()) text += fmt::format(", SHA-256 {}", facts.sha256);
-  return Escaped(text + ". The page holds all it needs and asks nothing of any network.");
+  return core::EscapedMarkup(text +
+                             ". The page holds all it needs and asks nothing of any network.");
 }
 
 // GLSL as JavaScript's template literals, which it holds no special character of.
@@ -198,9 +178,9 @@ std::string PageJson(const FittedVolume& fitted) {
 std::string LampPage(const lightfield::LightField& field, const FittedVolume& fitted,
                      const PageFacts& facts) {
   return Filled(Part("page/page.html"), {{"GENERATOR", "luxfield " LUXFIELD_VERSION},
-                                         {"TITLE", Escaped(facts.title)},
+                                         {"TITLE", core::EscapedMarkup(facts.title)},
                                          {"FACTS", Facts(field, fitted)},
-                                         {"ERROR", Escaped(ErrorText(fitted))},
+                                         {"ERROR", core::EscapedMarkup(ErrorText(fitted))},
                                          {"ZONES", ZoneRows(fitted)},
                                          {"MADE_BY", MadeBy(facts)},
                                          {"STYLE", std::string(Part("page/page.css"))},

@@ -128,28 +128,7 @@ std::vector<double> Ticks(const Axis& axis) {
 
 }  // namespace
 
-std::string EscapeXml(const std::string& text) {
-  std::string out;
-  for (const char c : core::Visible(text)) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
+std::string EscapeXml(const std::string& text) { return core::EscapedMarkup(core::Visible(text)); }
 
 std::string SvgPlot(const Plot& plot) {
   const double left = 70, right = plot.width - 30, bottom = plot.height - 48;
