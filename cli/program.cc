@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <tbb/global_control.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -240,6 +241,10 @@ int Program::Run(int argc, char** argv) {
     }
     RequirePlausible(app_);
     core::InstallInterruptHandler();
+    // Loops of other libraries know no execution.
+    std::optional<tbb::global_control> everywhere;
+    if (common_.threads > 0)
+      everywhere.emplace(tbb::global_control::max_allowed_parallelism, common_.threads);
     core::RunWith(core::OnConsole(common_.quiet, common_.threads), [&] {
       RunVerb(app_.get_subcommands().front()->get_name(), chosen_, common_.json_file);
     });

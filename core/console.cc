@@ -18,18 +18,19 @@ constexpr double kRedraw_s = 0.1;
 // One job's line after the other's.
 class ProgressLine {
  public:
+  explicit ProgressLine(bool terminal) : terminal_(terminal) {}
+
   void Show(const ProgressReport& report) {
     if (report.ended) {
       if (open_) std::fputc('\n', stderr);
-      *this = ProgressLine();
+      *this = ProgressLine(terminal_);
       return;
     }
     const double fraction =
         report.total ? static_cast<double>(report.done) / static_cast<double>(report.total) : 1.0;
     const bool last = report.done >= report.total;
     const std::string line = Line(report, fraction, last);
-    static const bool terminal = ::isatty(STDERR_FILENO);
-    if (terminal)
+    if (terminal_)
       Redraw(line, report.elapsed_s, last);
     else
       PrintTenths(line, report.elapsed_s, fraction, last);
@@ -63,6 +64,7 @@ class ProgressLine {
     fmt::print(stderr, "{}\n", OnOneLine(line));
   }
 
+  bool terminal_;
   double drawn_s_ = 0;
   int tenth_ = 0;
   bool open_ = false;
@@ -78,9 +80,8 @@ Execution OnConsole(bool quiet, int threads) {
                OnOneLine(message));
   };
   if (!quiet)
-    execution.progress = [line = std::make_shared<ProgressLine>()](const ProgressReport& report) {
-      line->Show(report);
-    };
+    execution.progress = [line = std::make_shared<ProgressLine>(::isatty(STDERR_FILENO) == 1)](
+                             const ProgressReport& report) { line->Show(report); };
   return execution;
 }
 

@@ -37,7 +37,8 @@ struct Execution {
 // Runs `work` in that execution. Executions of several threads know nothing of each other.
 void RunWith(Execution execution, const std::function<void()>& work);
 
-// `work` for a thread that a call starts, in the execution of this thread, which it must not outlive.
+// `work` for a thread that a call starts, in the execution of this thread. Where it goes on after the
+// call of RunWith has returned, nobody hears it.
 std::function<void()> InThisExecution(std::function<void()> work);
 
 // To the execution's `message`; a message that it was given before is not given again.

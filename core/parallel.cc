@@ -28,7 +28,7 @@ void OnThreads(int threads, const std::function<void()>& work) {
 
 void ParallelFor(std::size_t count, std::size_t grain,
                  const std::function<void(std::size_t, std::size_t)>& body) {
-  ExecutionState* const execution = CurrentExecution();
+  const std::shared_ptr<ExecutionState> execution = CurrentExecution();
   try {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, count, std::max<std::size_t>(grain, 1)),

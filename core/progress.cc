@@ -51,9 +51,9 @@ void Progress::Advance(std::uint64_t steps, const std::string& note) {
 }
 
 void Progress::Report(std::uint64_t done, const std::string& note, bool ended) const {
-  if (!execution_->execution.progress) return;
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
   const std::lock_guard lock(execution_->callbacks);
+  if (!execution_->execution.progress) return;
   execution_->execution.progress({label_, note, done, total_, elapsed.count(), ended});
 }
 
@@ -67,9 +67,11 @@ void InstallInterruptHandler() {
 }
 
 int InterruptCount() {
-  const ExecutionState* execution = CurrentExecution();
-  return execution && execution->execution.interrupts ? execution->execution.interrupts()
-                                                      : g_interrupts.load();
+  if (const std::shared_ptr<ExecutionState> execution = CurrentExecution()) {
+    const std::lock_guard lock(execution->callbacks);
+    if (execution->execution.interrupts) return execution->execution.interrupts();
+  }
+  return g_interrupts;
 }
 void SetInterruptCountForTest(int count) { g_interrupts = count; }
 

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <string>
 
 namespace luxfield::core {
@@ -28,7 +29,7 @@ class Progress {
   std::uint64_t total_;
   std::atomic<std::uint64_t> done_{0};
   std::chrono::steady_clock::time_point start_;
-  ExecutionState* execution_;  // null where nobody hears
+  std::shared_ptr<ExecutionState> execution_;  // null where nobody hears
 };
 
 // "12 s", "3 min 20 s", "2 h 05 min".

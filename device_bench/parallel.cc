@@ -35,7 +35,7 @@ void ParallelFor(std::size_t count, std::size_t grain,
   std::atomic<std::size_t> next{0};
   std::exception_ptr failure;
   std::mutex failure_mutex;
-  ExecutionState* const execution = CurrentExecution();
+  const std::shared_ptr<ExecutionState> execution = CurrentExecution();
   const auto work = [&] {
     const EnterExecution enter(execution);
     try {

@@ -3,7 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <pty.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <atomic>
+#include <future>
 #include <stdexcept>
 #include <thread>
 
@@ -96,6 +101,27 @@ TEST(Execution, IsThatOfLoopsAndThreadsThatACallStarts) {
   EXPECT_EQ(said.size(), 5);
 }
 
+TEST(Execution, AThreadThatOutlivesItIsHeardByNobody) {
+  std::vector<std::string> said;
+  std::promise<void> returned;
+  std::thread late;
+  RunWith({.message = [&](Severity, const std::string& m) { said.push_back(m); },
+           .progress = [&](const ProgressReport& report) { said.push_back(report.label); },
+           .interrupts = [] { return 2; }},
+          [&] {
+            late = std::thread(InThisExecution([&] {
+              Progress progress("late work", 1);
+              returned.get_future().wait();
+              Warn("late");
+              progress.Advance();
+              EXPECT_EQ(InterruptCount(), 0);
+            }));
+          });
+  returned.set_value();
+  late.join();
+  EXPECT_THAT(said, IsEmpty());
+}
+
 TEST(Execution, LimitsThreads) {
   int within = 0;
   std::atomic<int> at_once = 0, most = 0;
@@ -158,6 +184,28 @@ TEST(Console, PrintsTenthsOfALongJob) {
             }),
             "merge  10 %  ETA 18 s\nmerge  50 %  ETA 10 s\nmerge 100 %  in 20 s\n"
             "merge  25 %  ETA 15 s\n");
+}
+
+// On a terminal one line is drawn again and again, and ends when the job does.
+TEST(Console, RedrawsOneLineOnATerminal) {
+  int terminal = -1;
+  const pid_t child = ::forkpty(&terminal, nullptr, nullptr, nullptr);
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const Execution console = OnConsole(false, 0);
+    console.progress({"merge", "", 1, 4, 2.0, false});
+    console.progress({"merge", "", 2, 4, 2.05, false});  // too soon to be drawn
+    console.progress({"merge", "", 3, 4, 3.0, false});
+    console.progress({"merge", "", 3, 4, 3.0, true});
+    ::_exit(0);
+  }
+  std::string drawn;
+  char piece[256];
+  for (ssize_t got; (got = ::read(terminal, piece, sizeof piece)) > 0;)
+    drawn.append(piece, static_cast<std::size_t>(got));
+  ::close(terminal);
+  ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+  EXPECT_EQ(drawn, "\r\033[Kmerge  25 %  ETA 6.0 s\r\033[Kmerge  75 %  ETA 1.0 s\r\n");
 }
 
 TEST(Console, QuietShowsMessagesOnly) {
