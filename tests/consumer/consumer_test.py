@@ -59,6 +59,15 @@ class Consumer(unittest.TestCase):
         run("cmake", "--build", folder)
         self.expect_flux(folder / "consumer")
 
+    def test_installed_program(self):
+        program = self.prefix / "bin/luxfield"
+        environment = {**os.environ, "PATH": "/usr/bin:/bin"}
+        lamp = ROOT / "data/scenes/garage.toml"
+        self.assertIn("garage", run(program, "info", lamp, cwd="/", env=environment))
+        for verb in ("render", "bench", "view"):  # each another program
+            said = run(program, verb, "--help", cwd="/", env=environment)
+            self.assertIn(f"luxfield {verb}", said)
+
     def test_part_of_another_project(self):
         folder = self.folder / "part"
         launcher = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []

@@ -9,6 +9,9 @@ namespace luxfield::core {
 namespace {
 
 TEST(SpareMemory, IsThereOrIsMissed) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer's shadow memory is beyond any limit of addresses";
+#endif
   EXPECT_NO_THROW(RequireSpareMemory(kTextDrawingBytes));
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_AS, &before), 0);
