@@ -61,6 +61,7 @@ nlohmann::json BenchSampling(const BenchSamplingOptions& options) {
   for (const Case& c : {Case{"windowed", "windowed", 0}, Case{"windowed, mixed", "windowed", mixed},
                         Case{"cells", "cells", mixed}, Case{"uniform", "uniform", mixed},
                         Case{"basis", "basis", mixed}, Case{"precomputed", "precomputed", mixed}}) {
+    if (!options.samplers.empty() && std::ranges::count(options.samplers, c.name) == 0) continue;
     render::EstimatorOptions few, many;
     few.knobs.basis_share = many.knobs.basis_share = c.basis_share;
     few.samples_per_pixel = options.few;

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "luxfield/bench/bench_nearfield.h"
 
@@ -10,11 +11,12 @@ namespace luxfield::bench {
 
 struct BenchSamplingOptions {
   render::SyntheticCar2Options car2;
-  int width = 512, height = 384;  // of the picture whose pixels draw
-  int few = 50, many = 250;       // samples per pixel
-  int repeats = 3;                // the least time counts
-  std::string device;             // as --device
-  int threads = 0;                // of an OpenCL CPU device, 0: all
+  int width = 512, height = 384;      // of the picture whose pixels draw
+  int few = 50, many = 250;           // samples per pixel
+  int repeats = 3;                    // the least time counts
+  std::vector<std::string> samplers;  // by the rows' names; empty: all
+  std::string device;                 // as --device
+  int threads = 0;                    // of an OpenCL CPU device, 0: all
 };
 
 // Rows [{"scene", "sampler", "ns_per_sample", "shaded_ns_per_sample", "set_up_ns_per_pixel",

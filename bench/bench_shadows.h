@@ -25,8 +25,7 @@ struct BenchShadowsOptions {
   int threads = 0;       // of an OpenCL CPU device, 0: all
 };
 
-// The lamp lights a floor and a wall at 6 m through a post at 0.45 m, slats at 1.2 m, boxes, a pole
-// and a board from 2 to 4.8 m. Rows [{"variant", "maps", "map_size", "spp", "mean_lab", "rel_rmse",
+// The lamp lights bench/occluder_scene.h. Rows [{"variant", "maps", "map_size", "spp", "mean_lab", "rel_rmse",
 // "bias", "core_s", "build_core_s"}, ...] of the irradiance against the reference, by the unbiased
 // `windowed`. The row `reference` states the error of the reference itself: half of the difference
 // of its halves. core_s is the CPU time of lighting the resident G-buffer, build_core_s that of

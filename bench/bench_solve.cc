@@ -161,6 +161,8 @@ nlohmann::json BenchSolve(const BenchSolveOptions& options) {
   grid.height = options.grid_height;
   grid.spacing_m = 1;
   const reconstruct::GramSolver solver(grid);
+  if (options.float_only)
+    return nlohmann::json::array({Row<float, float>(solver, options, "float")});
   return nlohmann::json::array({Row<float, float>(solver, options, "float"),
                                 Row<float, double>(solver, options, "float swept in double"),
                                 Row<double, double>(solver, options, "double"),

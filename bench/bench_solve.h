@@ -9,7 +9,8 @@ struct BenchSolveOptions {
   int grid_width = 23, grid_height = 15;  // bspline2: 345 images
   int size = 256;                         // square images
   int channels = 3;
-  int repeats = 5;      // the median counts
+  int repeats = 5;          // the median counts
+  bool float_only = false;  // only the first row
   double noise = 1e-3;  // of E for the non-negative solve, standard deviation over the largest E
 };
 

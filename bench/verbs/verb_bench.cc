@@ -31,6 +31,7 @@
 #include "luxfield/bench/thesis_table.h"
 #include "luxfield/bench/verbs/bench_rows.h"
 #include "luxfield/bench/verbs/tradeoff_report.h"
+#include "luxfield/bench/verbs/verb_bench_all.h"
 #include "luxfield/bench/verbs/verb_bench_balance.h"
 #include "luxfield/bench/verbs/verb_bench_capture.h"
 #include "luxfield/bench/verbs/verb_bench_errors.h"
@@ -474,6 +475,7 @@ void AddEnvironment(cli::Program& program, CLI::App& benches) {
 
 void AddBench(cli::Program& program) {
   CLI::App& benches = program.AddGroup(kBenchVerb);
+  AddBenchAll(program, benches);
   program.AddVerb(benches, "solve",
                   "The Gram solve against a memory copy, and the non-negative one", [] {
                     return Finish(BenchSolve({}), CpuName(),

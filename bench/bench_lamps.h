@@ -1,0 +1,33 @@
+// What many lamps cost: the time of a picture against their number, at equal error.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace luxfield::bench {
+
+struct BenchLampsOptions {
+  std::vector<int> lamps{1, 200, 1000};
+  int width = 512, height = 384;
+  int samples_per_pixel = 16;
+  int runs = 3;                  // of different seeds
+  std::filesystem::path folder;  // scratch: the lamp's file
+  std::string device;            // as --device
+  int threads = 0;               // of an OpenCL CPU device, 0: all
+};
+
+struct LampsFigures {
+  int lamps = 0;
+  std::vector<double> core_s;    // of each picture
+  double samples_per_pixel = 0;  // of pixels that hit something, mean
+  double relative_variance =
+      0;  // of a picture's luminance over its squared mean, from pairs of runs
+};
+
+// Lamps of 5 x 5 images of 128^2 (render/accuracy/car2.h), one file, hang 30 m above a square of
+// 20 m x 20 m with 60 boxes on it, evenly, and shine down: each reaches all of it. Traced shadows,
+// the default estimator. Needs two runs. Throws InputError, DeviceError.
+std::vector<LampsFigures> BenchLamps(const BenchLampsOptions& options);
+
+}  // namespace luxfield::bench

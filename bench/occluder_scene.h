@@ -1,0 +1,15 @@
+// A scene of ours for shadows of a lamp: things of many widths between it and a wall.
+#pragma once
+
+#include "luxfield/scene/scene.h"
+
+namespace luxfield::bench {
+
+// A floor, and a wall at z = 6 m, behind a post at 0.45 m, slats at 1.2 m, boxes, a pole and a board
+// from 2 to 4.8 m, all Lambertian; the lamp stands at the origin and shines along +z, y is up.
+scene::Geometry OccluderScene();
+
+// From beside and above the lamp.
+scene::Camera OccluderCamera(int width, int height);
+
+}  // namespace luxfield::bench
