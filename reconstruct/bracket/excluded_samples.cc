@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "luxfield/core/parallel.h"
-#include "luxfield/reconstruct/bracket/simd.h"
+#include "luxfield/core/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {

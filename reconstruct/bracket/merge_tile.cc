@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "luxfield/core/simd.h"
 #include "luxfield/lightfield/measurements.h"
-#include "luxfield/reconstruct/bracket/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/parallel.h"
+#include "luxfield/core/simd.h"
 #include "luxfield/lightfield/measurements.h"
-#include "luxfield/reconstruct/bracket/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/parallel.h"
-#include "luxfield/reconstruct/bracket/simd.h"
+#include "luxfield/core/simd.h"
 #include "luxfield/reconstruct/solve/separable_product.h"
 
 namespace luxfield::reconstruct {
@@ -19,9 +19,30 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 
 static_assert(lightfield::Basis::kMaxCells <= 3, "the sweeps below hold two bands");
 
-// Pixels that travel together. 345 images x 128 floats are 177 kB: both sweeps stay in the
-// second-level cache, and every image is read in pieces of 8 cache lines.
-constexpr std::size_t kLanes = 128;
+// A register of pixels, swept together: all images of one, 345 x 64 bytes, stay in the first-level
+// cache from sweep to sweep.
+constexpr std::size_t kRegisterBytes = 64;
+template <typename T>
+struct alignas(kRegisterBytes) Register {  // vectors alone are aligned as the baseline asks
+  typedef T Lanes __attribute__((vector_size(kRegisterBytes)));
+  Lanes lanes;
+};
+template <typename T>
+using Lanes = typename Register<T>::Lanes;
+template <typename T>
+constexpr std::size_t kLanes = kRegisterBytes / sizeof(T);
+
+// A block of pixels, some registers of all images, stays in the second-level cache. It is gathered
+// from the images and stored to them in runs that the memory streams; images a power of 2 apart
+// would not stay in the cache where they lie.
+constexpr std::size_t kBlockBytes = std::size_t{768} << 10;
+constexpr std::size_t kMostRegisters = 64;
+std::size_t RegistersOfBlock(std::size_t images) {
+  return std::clamp(kBlockBytes / (images * kRegisterBytes), std::size_t{1}, kMostRegisters);
+}
+
+// Lines of images swept side by side: as many recurrences as hide the latency of each.
+constexpr int kLines = 4;
 
 [[noreturn]] void FailSingular(const RowMatrix& gram, const std::string& axis, double condition) {
   const int count = static_cast<int>(gram.rows());
@@ -39,109 +60,135 @@ constexpr std::size_t kLanes = 128;
                   axis, condition, kLargestCondition));
 }
 
-// The factor of one axis in the arithmetic of the sweep.
+// The factor of one axis in the arithmetic of the sweeps, a row of L divided by its diagonal:
+//
+//   forward    x_i = d_i b_i - e_i x_(i-1) - f_i x_(i-2)
+//   backward   x_i = d_i b_i - g_i x_(i+1) - h_i x_(i+2)
 template <typename T>
 struct Bands {
   int count;
-  std::vector<T> d, e, f;  // reciprocal diagonal, first band, second band; two zeros behind e and f
-                           // end the backward sweep
+  std::vector<T> d, e, f, g, h;
   int moments;
   std::vector<T> integrals, correction;
 
   explicit Bands(const GramAxis& axis)
       : count(axis.count),
         d(axis.reciprocal_diagonal.begin(), axis.reciprocal_diagonal.end()),
-        e(axis.first_band.begin(), axis.first_band.end()),
-        f(axis.second_band.begin(), axis.second_band.end()),
+        e(axis.count),
+        f(axis.count),
+        g(axis.count),
+        h(axis.count),
         moments(axis.moments),
         integrals(axis.integrals.begin(), axis.integrals.end()),
         correction(axis.correction.begin(), axis.correction.end()) {
-    e.resize(count + 2);
-    f.resize(count + 2);
+    const auto& own = axis.reciprocal_diagonal;
+    for (int i = 0; i < count; ++i) {
+      e[i] = static_cast<T>(own[i] * axis.first_band[i]);
+      f[i] = static_cast<T>(own[i] * axis.second_band[i]);
+      if (i + 1 < count) g[i] = static_cast<T>(own[i] * axis.first_band[i + 1]);
+      if (i + 2 < count) h[i] = static_cast<T>(own[i] * axis.second_band[i + 2]);
+    }
   }
 };
 
-template <typename In, typename Out, typename T>
-LUXFIELD_INLINE void Eliminate(const In* in, T d, T e, const T* y, T f, const T* z, Out* out) {
-  LUXFIELD_INDEPENDENT
-  for (std::size_t k = 0; k < kLanes; ++k)
-    out[k] = static_cast<Out>((static_cast<T>(in[k]) - e * y[k] - f * z[k]) * d);
+// As many values as a register of T takes, anywhere in an array.
+template <typename T, typename Storage>
+struct StoredOf {
+  typedef Storage Type __attribute__((vector_size(kLanes<T> * sizeof(Storage)),
+                                      aligned(alignof(Storage)), may_alias));
+};
+
+template <typename T, typename Storage>
+LUXFIELD_INLINE void Load(const Storage* from, Register<T>* to) {
+  using Stored = typename StoredOf<T, Storage>::Type;
+  to->lanes = __builtin_convertvector(*reinterpret_cast<const Stored*>(from), Lanes<T>);
 }
 
-// x_i += sum_k A_ik sum_n Z_nk x_n along an axis, x_i at x + i * stride.
+template <typename T, typename Storage>
+LUXFIELD_INLINE void Store(const Register<T>& from, Storage* to) {
+  using Stored = typename StoredOf<T, Storage>::Type;
+  *reinterpret_cast<Stored*>(to) = __builtin_convertvector(from.lanes, Stored);
+}
+
+// Solves along kCount lines of an axis in place: entry i of line l at x[i * stride + l * between].
+template <int kCount, typename T>
+LUXFIELD_INLINE void SolveSomeLines(const Bands<T>& axis, Register<T>* x, std::size_t stride,
+                                    std::size_t between) {
+  alignas(kRegisterBytes) Lanes<T> next[kCount] = {}, second[kCount] = {};
+  const auto step = [&](int i, T d, T first, T far) __attribute__((always_inline)) {
+#pragma GCC unroll 8
+    for (int l = 0; l < kCount; ++l) {
+      Lanes<T>& entry = x[i * stride + l * between].lanes;
+      const Lanes<T> solved = (d * entry - far * second[l]) - first * next[l];
+      second[l] = next[l];
+      next[l] = entry = solved;
+    }
+  };
+  for (int i = 0; i < axis.count; ++i) step(i, axis.d[i], axis.e[i], axis.f[i]);
+#pragma GCC unroll 8
+  for (int l = 0; l < kCount; ++l) next[l] = second[l] = Lanes<T>{};
+  for (int i = axis.count - 1; i >= 0; --i) step(i, axis.d[i], axis.g[i], axis.h[i]);
+}
+
+// The same along `lines` lines.
 template <typename T>
-LUXFIELD_INLINE void CorrectMoments(const Bands<T>& axis, T* x, std::size_t stride) {
-  alignas(64) T moment[kMostMoments][kLanes] = {};
-  for (int n = 0; n < axis.count; ++n)
-    for (int k = 0; k < axis.moments; ++k) {
-      const T z = axis.correction[n * axis.moments + k];
-      const T* from = x + n * stride;
-      for (std::size_t lane = 0; lane < kLanes; ++lane) moment[k][lane] += z * from[lane];
-    }
-  for (int i = 0; i < axis.count; ++i)
-    for (int k = 0; k < axis.moments; ++k) {
-      const T a = axis.integrals[i * axis.moments + k];
-      T* to = x + i * stride;
-      for (std::size_t lane = 0; lane < kLanes; ++lane) to[lane] += a * moment[k][lane];
-    }
+LUXFIELD_INLINE void SolveLines(const Bands<T>& axis, int lines, Register<T>* x, std::size_t stride,
+                                std::size_t between) {
+  int first = 0;
+  for (; first + kLines <= lines; first += kLines)
+    SolveSomeLines<kLines>(axis, x + first * between, stride, between);
+  for (; first < lines; ++first) SolveSomeLines<1>(axis, x + first * between, stride, between);
 }
 
-// One block of kLanes pixels: in[m] -> out[m], through `work` (count x kLanes). Loads ride on the
-// forward sweep along u, stores on the backward sweep along v.
+// x_i += sum_k A_ik sum_n Z_nk x_n along a line of an axis.
+template <typename T>
+LUXFIELD_INLINE void CorrectMoments(const Bands<T>& axis, Register<T>* x, std::size_t stride) {
+  alignas(kRegisterBytes) Lanes<T> moment[kMostMoments] = {};
+  for (int n = 0; n < axis.count; ++n)
+    for (int k = 0; k < axis.moments; ++k)
+      moment[k] += axis.correction[n * axis.moments + k] * x[n * stride].lanes;
+  for (int i = 0; i < axis.count; ++i)
+    for (int k = 0; k < axis.moments; ++k)
+      x[i * stride].lanes += axis.integrals[i * axis.moments + k] * moment[k];
+}
+
+// Solves a register of pixels in place: entry j * W + i is that of image (i, j).
+template <typename T>
+LUXFIELD_INLINE void SolveRegister(const Bands<T>& u, const Bands<T>& v, Register<T>* x) {
+  const int width = u.count, height = v.count;
+  if (u.moments > 0)
+    for (int j = 0; j < height; ++j) CorrectMoments(u, x + j * width, 1);
+  SolveLines(u, height, x, 1, width);
+  if (v.moments > 0)
+    for (int i = 0; i < width; ++i) CorrectMoments(v, x + i, width);
+  SolveLines(v, width, x, width, 1);
+}
+
+// A block of `registers`: in[m] -> out[m] from `offset` on, through `work`.
 template <typename Storage, typename T>
 LUXFIELD_INLINE void SolveBlock(const Bands<T>& u, const Bands<T>& v, const Storage* const* in,
-                                std::size_t offset, T* __restrict work, Storage* const* out) {
-  alignas(64) const T zero[kLanes] = {};
-  const int width = u.count, height = v.count;
-  for (int j = 0; j < height; ++j) {
-    T* row = work + static_cast<std::size_t>(j) * width * kLanes;
-    if (u.moments > 0) {
-      for (int i = 0; i < width; ++i)
-        std::copy_n(in[j * width + i] + offset, kLanes, row + i * kLanes);
-      CorrectMoments(u, row, kLanes);
-    }
-    for (int i = 0; i < width; ++i) {
-      T* x = row + i * kLanes;
-      const T* before = i > 0 ? x - kLanes : zero;
-      const T* second = i > 1 ? x - 2 * kLanes : zero;
-      if (u.moments > 0)
-        Eliminate(x, u.d[i], u.e[i], before, u.f[i], second, x);
-      else
-        Eliminate(in[j * width + i] + offset, u.d[i], u.e[i], before, u.f[i], second, x);
-    }
-    for (int i = width - 1; i >= 0; --i) {
-      T* x = row + i * kLanes;
-      Eliminate(x, u.d[i], u.e[i + 1], i + 1 < width ? x + kLanes : zero, u.f[i + 2],
-                i + 2 < width ? x + 2 * kLanes : zero, x);
+                                std::size_t offset, std::size_t registers, Register<T>* work,
+                                Storage* const* out) {
+  const std::size_t images = static_cast<std::size_t>(u.count) * v.count;
+  for (std::size_t m = 0; m < images; ++m) {
+    const Storage* const next = in[m + 2 < images ? m + 2 : m] + offset;
+    for (std::size_t r = 0; r < registers; ++r) {
+      __builtin_prefetch(next + r * kLanes<T>);
+      Load(in[m] + offset + r * kLanes<T>, &work[r * images + m]);
     }
   }
-  const std::size_t stride = static_cast<std::size_t>(width) * kLanes;
-  for (int i = 0; i < width; ++i) {
-    T* column = work + i * kLanes;
-    if (v.moments > 0) CorrectMoments(v, column, stride);
-    for (int j = 0; j < height; ++j) {
-      T* x = column + j * stride;
-      Eliminate(x, v.d[j], v.e[j], j > 0 ? x - stride : zero, v.f[j], j > 1 ? x - 2 * stride : zero,
-                x);
-    }
-    for (int j = height - 1; j >= 0; --j) {
-      T* x = column + j * stride;
-      Eliminate(x, v.d[j], v.e[j + 1], j + 1 < height ? x + stride : zero, v.f[j + 2],
-                j + 2 < height ? x + 2 * stride : zero, x);
-      std::copy_n(x, kLanes, out[j * width + i] + offset);
-      // The next block: 345 streams are too many for the hardware's prefetcher.
-      for (std::size_t k = 0; k < kLanes; k += 64 / sizeof(Storage))
-        __builtin_prefetch(in[j * width + i] + offset + kLanes + k);
-    }
-  }
+  for (std::size_t r = 0; r < registers; ++r) SolveRegister(u, v, work + r * images);
+  for (std::size_t m = 0; m < images; ++m)
+    for (std::size_t r = 0; r < registers; ++r)
+      Store(work[r * images + m], out[m] + offset + r * kLanes<T>);
 }
 
 // Multiversioned entry points; templates cannot be.
-#define LUXFIELD_SOLVE_ENTRY(Storage, Work)                                                 \
-  LUXFIELD_SIMD_CLONES void Sweep(const Bands<Work>& u, const Bands<Work>& v,               \
-                                  const Storage* const* in, std::size_t offset, Work* work, \
-                                  Storage* const* out) {                                    \
-    SolveBlock(u, v, in, offset, work, out);                                                \
+#define LUXFIELD_SOLVE_ENTRY(Storage, Work)                                                     \
+  LUXFIELD_SIMD_CLONES void Sweep(                                                              \
+      const Bands<Work>& u, const Bands<Work>& v, const Storage* const* in, std::size_t offset, \
+      std::size_t registers, Register<Work>* work, Storage* const* out) {                       \
+    SolveBlock(u, v, in, offset, registers, work, out);                                         \
   }
 LUXFIELD_SOLVE_ENTRY(float, float)
 LUXFIELD_SOLVE_ENTRY(float, double)
@@ -242,25 +289,28 @@ void GramSolver::Solve(const Storage* const* irradiance, Storage* const* coeffic
                        std::size_t pixels) const {
   const Bands<Work> u(u_), v(v_);
   const std::size_t images = static_cast<std::size_t>(count());
-  const std::size_t blocks = (pixels + kLanes - 1) / kLanes;
-  core::ParallelFor(blocks, 16, [&](std::size_t begin, std::size_t end) {
-    std::vector<Work> work(images * kLanes);
+  const std::size_t registers = RegistersOfBlock(images), block_pixels = registers * kLanes<Work>,
+                    blocks = (pixels + block_pixels - 1) / block_pixels;
+  core::ParallelFor(blocks, 4, [&](std::size_t begin, std::size_t end) {
+    std::vector<Register<Work>> work(images * registers);
     for (std::size_t block = begin; block < end; ++block) {
-      const std::size_t first = block * kLanes;
-      if (first + kLanes <= pixels) {
-        Sweep(u, v, irradiance, first, work.data(), coefficients);
+      const std::size_t first = block * block_pixels;
+      if (first + block_pixels <= pixels) {
+        Sweep(u, v, irradiance, first, registers, work.data(), coefficients);
         continue;
       }
-      // The last pixels: padded with zeros to a whole block.
-      const std::size_t rest = pixels - first;
-      std::vector<Storage> padded(images * kLanes);
-      std::vector<Storage*> lanes(images);
+      // The last pixels: padded with zeros to whole registers.
+      const std::size_t rest = pixels - first,
+                        rest_registers = (rest + kLanes<Work> - 1) / kLanes<Work>,
+                        padded_pixels = rest_registers * kLanes<Work>;
+      std::vector<Storage> padded(images * padded_pixels);
+      std::vector<Storage*> rows(images);
       for (std::size_t m = 0; m < images; ++m) {
-        lanes[m] = padded.data() + m * kLanes;
-        std::copy_n(irradiance[m] + first, rest, lanes[m]);
+        rows[m] = padded.data() + m * padded_pixels;
+        std::copy_n(irradiance[m] + first, rest, rows[m]);
       }
-      Sweep(u, v, lanes.data(), 0, work.data(), lanes.data());
-      for (std::size_t m = 0; m < images; ++m) std::copy_n(lanes[m], rest, coefficients[m] + first);
+      Sweep(u, v, rows.data(), 0, rest_registers, work.data(), rows.data());
+      for (std::size_t m = 0; m < images; ++m) std::copy_n(rows[m], rest, coefficients[m] + first);
     }
   });
 }

@@ -11,7 +11,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/parallel.h"
 #include "luxfield/core/progress.h"
-#include "luxfield/reconstruct/bracket/simd.h"
+#include "luxfield/core/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {

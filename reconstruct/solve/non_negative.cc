@@ -14,7 +14,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/parallel.h"
-#include "luxfield/reconstruct/bracket/simd.h"
+#include "luxfield/core/simd.h"
 #include "luxfield/reconstruct/solve/non_negative_rows.h"
 
 namespace luxfield::reconstruct {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "luxfield/reconstruct/bracket/simd.h"
+#include "luxfield/core/simd.h"
 
 namespace luxfield::reconstruct {
 namespace {
