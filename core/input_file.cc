@@ -25,6 +25,7 @@ constexpr std::chrono::seconds kPipeDeadline{10};
 struct Input {
   Descriptor file;
   bool is_pipe;
+  std::uintmax_t size;  // of a regular file
 };
 
 // The one place where what others wrote is opened. Opening a pipe would wait for its other end, a
@@ -33,7 +34,7 @@ Input OpenInput(const std::filesystem::path& path) {
   const auto fail = [&](const std::string& problem, const char* remedy) {
     throw InputError(path.string(), problem, remedy);
   };
-  Input input{Descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)), false};
+  Input input{Descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)), false, 0};
   struct stat status {};
   if (input.file.get() < 0 && errno == ENXIO)
     fail("is a socket or a device, not a file", "name a file");
@@ -42,6 +43,7 @@ Input OpenInput(const std::filesystem::path& path) {
          "check the path and its permissions");
   if (S_ISDIR(status.st_mode)) fail("is a folder, not a file", "name a file");
   input.is_pipe = S_ISFIFO(status.st_mode);
+  input.size = static_cast<std::uintmax_t>(status.st_size);
   if (!input.is_pipe && !S_ISREG(status.st_mode)) fail("is a device, not a file", "name a file");
   return input;
 }
@@ -72,26 +74,55 @@ void AwaitPipe(const std::filesystem::path& path, int pipe,
 
 }  // namespace
 
+struct InputStream::Impl {
+  std::filesystem::path path;
+  Input input;
+  std::chrono::steady_clock::time_point until;  // of a pipe
+  std::size_t total = 0;
+
+  // Of the next bytes at least one, but at the end.
+  std::size_t ReadSome(std::span<char> to) {
+    for (;;) {
+      if (input.is_pipe) AwaitPipe(path, input.file.get(), until);
+      const ssize_t count = ::read(input.file.get(), to.data(), to.size());
+      if (count < 0 && (errno == EINTR || (input.is_pipe && errno == EAGAIN))) continue;
+      if (count < 0)
+        throw InputError(path.string(), fmt::format("cannot read: {}", std::strerror(errno)),
+                         "check the disk");
+      total += static_cast<std::size_t>(count);
+      if (input.is_pipe && total > kLongestFromPipe)
+        throw InputError(path.string(), "is a pipe that brings more than 64 MiB",
+                         "write it into a file first");
+      return static_cast<std::size_t>(count);
+    }
+  }
+};
+
+InputStream::InputStream(const std::filesystem::path& path)
+    : impl_(new Impl{path, OpenInput(path), std::chrono::steady_clock::now() + kPipeDeadline}) {}
+
+InputStream::~InputStream() = default;
+
+std::optional<std::uintmax_t> InputStream::size() const {
+  if (impl_->input.is_pipe) return std::nullopt;
+  return impl_->input.size;
+}
+
+std::size_t InputStream::Read(std::span<char> to) {
+  std::size_t filled = 0;
+  while (filled < to.size()) {
+    const std::size_t count = impl_->ReadSome(to.subspan(filled));
+    if (count == 0) break;
+    filled += count;
+  }
+  return filled;
+}
+
 void ReadInPieces(const std::filesystem::path& path,
                   const std::function<void(std::string_view)>& take) {
-  const auto [file, is_pipe] = OpenInput(path);
-  const auto until = std::chrono::steady_clock::now() + kPipeDeadline;
-  std::size_t total = 0;
+  InputStream input(path);
   std::string buffer(1 << 18, '\0');  // stays in the second-level cache
-  for (;;) {
-    if (is_pipe) AwaitPipe(path, file.get(), until);
-    const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
-    if (count < 0 && (errno == EINTR || (is_pipe && errno == EAGAIN))) continue;
-    if (count < 0)
-      throw InputError(path.string(), fmt::format("cannot read: {}", std::strerror(errno)),
-                       "check the disk");
-    if (count == 0) return;
-    total += static_cast<std::size_t>(count);
-    if (is_pipe && total > kLongestFromPipe)
-      throw InputError(path.string(), "is a pipe that brings more than 64 MiB",
-                       "write it into a file first");
-    take({buffer.data(), static_cast<std::size_t>(count)});
-  }
+  while (const std::size_t count = input.Read(buffer)) take({buffer.data(), count});
 }
 
 std::string ReadFile(const std::filesystem::path& path) { return ReadAtMost(path, kAnyLength); }

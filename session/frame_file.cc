@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "luxfield/core/error.h"
-#include "luxfield/core/file.h"
+#include "luxfield/core/input_file.h"
 #include "luxfield/core/parallel.h"
 #include "luxfield/core/sha256.h"
 #include "luxfield/session/session_file.h"
@@ -20,22 +20,44 @@ std::filesystem::path FrameFile(const SessionReader& session, const FrameRecord&
   return SessionFile(session.folder(), record.file, session.folder().string());
 }
 
-void ReadInto(const std::filesystem::path& path, std::string* bytes) {
-  bytes->clear();
-  std::error_code unknown;  // the size is only a hint
-  if (const auto size = std::filesystem::file_size(path, unknown); !unknown) bytes->reserve(size);
-  core::ReadInPieces(path, [&](std::string_view piece) { bytes->append(piece); });
+// Reads a file as EncodeTiff writes it, its pixels to their place and the head alone into `bytes`:
+// true. Of any other all bytes, to be decoded: false.
+bool ReadInto(const std::filesystem::path& path, std::string* bytes, RawFrame* frame) {
+  constexpr std::size_t kPiece = std::size_t{1} << 20;  // of a file that does not tell its size
+  core::InputStream file(path);
+  bytes->resize(kTiffHeadBytes);
+  bytes->resize(file.Read(*bytes));
+  const auto size = file.size();
+  if (size && ShapeByHead(*bytes, *size, frame)) {
+    char* const pixels = const_cast<char*>(PixelBytes(*frame).data());
+    const std::size_t wanted = PixelBytes(*frame).size(), count = file.Read({pixels, wanted});
+    if (count == wanted) return true;
+    bytes->append(pixels, count);
+    return false;
+  }
+  for (std::size_t filled = bytes->size();;) {
+    bytes->resize(size && *size > filled ? *size : filled + kPiece);
+    const std::size_t count = file.Read(std::span(*bytes).subspan(filled));
+    filled += count;
+    if (filled < bytes->size()) {
+      bytes->resize(filled);
+      return false;
+    }
+  }
+}
+
+// A frame's file as it was read.
+core::Sha256Message Message(bool in_place, std::string_view bytes, const RawFrame& frame) {
+  return in_place ? core::Sha256Message{bytes, PixelBytes(frame)} : core::Sha256Message{{}, bytes};
 }
 
 // As many at a time as are hashed together.
 void CheckHashes(const SessionReader& session, std::span<const FrameRecord* const> records,
-                 std::span<const std::string> bytes) {
+                 std::span<const core::Sha256Message> messages) {
   core::ParallelFor(
       records.size(), core::Sha256Together(records.size()),
       [&](std::size_t begin, std::size_t end) {
-        std::vector<core::Sha256Message> messages;
-        for (std::size_t n = begin; n < end; ++n) messages.push_back({{}, bytes[n]});
-        const auto hashes = core::Sha256OfEach(messages);
+        const auto hashes = core::Sha256OfEach(messages.subspan(begin, end - begin));
         for (std::size_t n = begin; n < end; ++n)
           if (hashes[n - begin] != records[n]->sha256)
             throw InputError(
@@ -68,12 +90,20 @@ void ReadFrames(const SessionReader& session, std::span<const FrameRecord* const
       for (std::size_t n = begin; n < end; ++n) body(n);
     });
   };
-  for_each([&](std::size_t n) { ReadInto(FrameFile(session, *records[n]), &bytes[n]); });
-  if (check_hashes) CheckHashes(session, records, bytes);
+  std::vector<char> in_place(records.size());
+  for_each([&](std::size_t n) {
+    in_place[n] = ReadInto(FrameFile(session, *records[n]), &bytes[n], &frames[n]);
+  });
+  if (check_hashes) {
+    std::vector<core::Sha256Message> messages;
+    for (std::size_t n = 0; n < records.size(); ++n)
+      messages.push_back(Message(in_place[n], bytes[n], frames[n]));
+    CheckHashes(session, records, messages);
+  }
   const std::optional<SensorSize> sensor = StatedSize(session);
   for_each([&](std::size_t n) {
     const std::string file = FrameFile(session, *records[n]).string();
-    DecodeTiff(bytes[n], file, &frames[n]);
+    if (!in_place[n]) DecodeTiff(bytes[n], file, &frames[n]);
     if (sensor) RequireSize(frames[n], *sensor, file);
   });
 }

@@ -57,8 +57,6 @@ TiffFile Open(MemoryFile& file, const std::string& name) {
                   &TIFFClose);
 }
 
-constexpr std::uint32_t kTiffHead = 3 * core::kSha256Block;  // bytes
-
 struct TiffField {
   std::uint16_t tag, type;
   std::uint32_t value;  // of one; little-endian, a SHORT is the first half of a LONG
@@ -66,6 +64,48 @@ struct TiffField {
 
 void AppendLittleEndian(std::string& to, std::uint64_t value, int bytes) {
   for (int n = 0; n < bytes; ++n) to += static_cast<char>(value >> (8 * n));
+}
+
+constexpr std::uint32_t kDirectory = 8, kFirstField = kDirectory + 2;  // where they begin
+constexpr std::uint32_t kFieldBytes = 12, kFieldValue = 8;             // of a field; into it
+constexpr std::uint32_t kMostPixels = 65536;                           // along an axis
+
+std::uint32_t LittleEndian(std::string_view bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t n = 4; n-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[at + n]);
+  return value;
+}
+
+// The head of a frame whose pixels fit the file.
+std::string HeadOf(std::uint32_t width, std::uint32_t height, bool is_float) {
+  const std::uint32_t bytes = width * height * (is_float ? 4u : 2u);
+  // Ascending by tag, as TIFF 6.0 asks.
+  const TiffField fields[] = {
+      {TIFFTAG_IMAGEWIDTH, TIFF_LONG, width},
+      {TIFFTAG_IMAGELENGTH, TIFF_LONG, height},
+      {TIFFTAG_BITSPERSAMPLE, TIFF_SHORT, is_float ? 32u : 16u},
+      {TIFFTAG_COMPRESSION, TIFF_SHORT, COMPRESSION_NONE},
+      {TIFFTAG_PHOTOMETRIC, TIFF_SHORT, PHOTOMETRIC_MINISBLACK},
+      {TIFFTAG_STRIPOFFSETS, TIFF_LONG, kTiffHeadBytes},
+      {TIFFTAG_SAMPLESPERPIXEL, TIFF_SHORT, 1},
+      {TIFFTAG_ROWSPERSTRIP, TIFF_LONG, height},
+      {TIFFTAG_STRIPBYTECOUNTS, TIFF_LONG, bytes},
+      {TIFFTAG_PLANARCONFIG, TIFF_SHORT, PLANARCONFIG_CONTIG},
+      {TIFFTAG_SAMPLEFORMAT, TIFF_SHORT,
+       static_cast<std::uint32_t>(is_float ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT)},
+  };
+  std::string head = "II";
+  AppendLittleEndian(head, 42, 2);
+  AppendLittleEndian(head, kDirectory, 4);
+  AppendLittleEndian(head, std::size(fields), 2);
+  for (const TiffField& field : fields) {
+    AppendLittleEndian(head, field.tag, 2);
+    AppendLittleEndian(head, field.type, 2);
+    AppendLittleEndian(head, 1, 4);
+    AppendLittleEndian(head, field.value, 4);
+  }
+  head.resize(kTiffHeadBytes);  // no further directory, and zeros up to the pixels
+  return head;
 }
 
 // All samples, interleaved, into one plane of `pixels`; returns how many a pixel has.
@@ -97,7 +137,8 @@ int ReadPixels(std::string_view bytes, const std::string& file, RawFrame* pixels
                     "unsigned or 32-bit float samples",
                     samples, bits, format, compression));
   const std::uint64_t needed = std::uint64_t{width} * height * samples * (is_float ? 4u : 2u);
-  if (width == 0 || height == 0 || width > 65536 || height > 65536 || needed > bytes.size())
+  if (width == 0 || height == 0 || width > kMostPixels || height > kMostPixels ||
+      needed > bytes.size())
     fail(fmt::format("claims {} x {} pixels but holds {} bytes", width, height, bytes.size()));
 
   pixels->width = static_cast<int>(width);
@@ -128,40 +169,31 @@ std::string TiffHead(const RawFrame& frame) {
         fmt::format("a frame of {} x {} pixels came with {} values; the camera driver is at fault",
                     frame.width, frame.height, count));
   const std::size_t bytes = PixelBytes(frame).size();
-  if (bytes > std::numeric_limits<std::uint32_t>::max() - kTiffHead)
+  if (bytes > std::numeric_limits<std::uint32_t>::max() - kTiffHeadBytes)
     throw DeviceError(fmt::format(
         "a frame of {} x {} pixels does not fit a TIFF file (4 GiB); choose a smaller region",
         frame.width, frame.height));
-  const auto width = static_cast<std::uint32_t>(frame.width),
-             height = static_cast<std::uint32_t>(frame.height);
-  // Ascending by tag, as TIFF 6.0 asks.
-  const TiffField fields[] = {
-      {TIFFTAG_IMAGEWIDTH, TIFF_LONG, width},
-      {TIFFTAG_IMAGELENGTH, TIFF_LONG, height},
-      {TIFFTAG_BITSPERSAMPLE, TIFF_SHORT, is_float ? 32u : 16u},
-      {TIFFTAG_COMPRESSION, TIFF_SHORT, COMPRESSION_NONE},
-      {TIFFTAG_PHOTOMETRIC, TIFF_SHORT, PHOTOMETRIC_MINISBLACK},
-      {TIFFTAG_STRIPOFFSETS, TIFF_LONG, kTiffHead},
-      {TIFFTAG_SAMPLESPERPIXEL, TIFF_SHORT, 1},
-      {TIFFTAG_ROWSPERSTRIP, TIFF_LONG, height},
-      {TIFFTAG_STRIPBYTECOUNTS, TIFF_LONG, static_cast<std::uint32_t>(bytes)},
-      {TIFFTAG_PLANARCONFIG, TIFF_SHORT, PLANARCONFIG_CONTIG},
-      {TIFFTAG_SAMPLEFORMAT, TIFF_SHORT,
-       static_cast<std::uint32_t>(is_float ? SAMPLEFORMAT_IEEEFP : SAMPLEFORMAT_UINT)},
-  };
-  constexpr std::uint32_t kDirectory = 8;  // where it begins
-  std::string head = "II";
-  AppendLittleEndian(head, 42, 2);
-  AppendLittleEndian(head, kDirectory, 4);
-  AppendLittleEndian(head, std::size(fields), 2);
-  for (const TiffField& field : fields) {
-    AppendLittleEndian(head, field.tag, 2);
-    AppendLittleEndian(head, field.type, 2);
-    AppendLittleEndian(head, 1, 4);
-    AppendLittleEndian(head, field.value, 4);
+  return HeadOf(static_cast<std::uint32_t>(frame.width), static_cast<std::uint32_t>(frame.height),
+                is_float);
+}
+
+bool ShapeByHead(std::string_view head, std::uintmax_t file_bytes, RawFrame* frame) {
+  if (head.size() != kTiffHeadBytes) return false;
+  const std::uint32_t width = LittleEndian(head, kFirstField + kFieldValue),
+                      height = LittleEndian(head, kFirstField + kFieldBytes + kFieldValue);
+  for (const bool is_float : {false, true}) {
+    const std::uint64_t pixels = std::uint64_t{width} * height;
+    if (width > kMostPixels || height > kMostPixels ||
+        file_bytes != kTiffHeadBytes + pixels * (is_float ? 4 : 2) ||
+        head != HeadOf(width, height, is_float))
+      continue;
+    frame->width = static_cast<int>(width);
+    frame->height = static_cast<int>(height);
+    frame->dn.resize(is_float ? 0 : pixels);
+    frame->value.resize(is_float ? pixels : 0);
+    return pixels > 0;
   }
-  head.resize(kTiffHead);  // no further directory, and zeros up to the pixels
-  return head;
+  return false;
 }
 
 std::string_view PixelBytes(const RawFrame& frame) {

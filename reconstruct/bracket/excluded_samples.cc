@@ -23,17 +23,28 @@ LUXFIELD_INLINE bool Clips(float value, float saturation_dn) {
   return !(value < saturation_dn) || !(value >= std::numeric_limits<float>::lowest());
 }
 
-// Most words have no clipped sample, which the largest of them tells.
-LUXFIELD_INLINE bool AnyClips(const std::uint16_t* y, float saturation_dn) {
-  std::uint16_t largest = 0;
-  for (int l = 0; l < kBitsOfWord; ++l) largest = std::max(largest, y[l]);
-  return Clips(largest, saturation_dn);
+// How many of a word's samples are clipped; of most words none or all are, which their largest and
+// smallest tell.
+enum class Clipped { kNone, kSome, kEvery };
+
+LUXFIELD_INLINE Clipped HowManyClip(const std::uint16_t* y, float saturation_dn) {
+  std::uint16_t largest = 0, smallest = std::numeric_limits<std::uint16_t>::max();
+  for (int l = 0; l < kBitsOfWord; ++l) {
+    largest = std::max(largest, y[l]);
+    smallest = std::min(smallest, y[l]);
+  }
+  if (!Clips(largest, saturation_dn)) return Clipped::kNone;
+  return Clips(smallest, saturation_dn) ? Clipped::kEvery : Clipped::kSome;
 }
 
-LUXFIELD_INLINE bool AnyClips(const float* y, float saturation_dn) {
-  std::uint32_t any = 0;
-  for (int l = 0; l < kBitsOfWord; ++l) any |= Clips(y[l], saturation_dn) ? 1u : 0u;
-  return any != 0;
+LUXFIELD_INLINE Clipped HowManyClip(const float* y, float saturation_dn) {
+  std::uint32_t any = 0, all = 1;
+  for (int l = 0; l < kBitsOfWord; ++l) {
+    const std::uint32_t clips = Clips(y[l], saturation_dn) ? 1u : 0u;
+    any |= clips;
+    all &= clips;
+  }
+  return !any ? Clipped::kNone : all ? Clipped::kEvery : Clipped::kSome;
 }
 
 template <typename T>
@@ -48,10 +59,13 @@ template <typename T>
 LUXFIELD_INLINE bool MarkRun(const T* y, int width, float saturation_dn, std::uint64_t* bits) {
   std::uint64_t any = 0;
   for (int column = 0; column < width; column += kBitsOfWord, y += kBitsOfWord, ++bits) {
-    if (width - column < kBitsOfWord)
+    if (width - column < kBitsOfWord) {
       *bits = ClippedBits(y, width - column, saturation_dn);
-    else if (AnyClips(y, saturation_dn))
-      *bits = ClippedBits(y, kBitsOfWord, saturation_dn);
+    } else {
+      const Clipped clipped = HowManyClip(y, saturation_dn);
+      if (clipped == Clipped::kEvery) *bits = kAll;
+      if (clipped == Clipped::kSome) *bits = ClippedBits(y, kBitsOfWord, saturation_dn);
+    }
     any |= *bits;
   }
   return any != 0;

@@ -8,6 +8,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/parallel.h"
+#include "luxfield/core/simd.h"
 #include "luxfield/lightfield/measurements.h"
 #include "luxfield/reconstruct/bracket/dark_codes.h"
 #include "luxfield/reconstruct/bracket/excluded_samples.h"
@@ -17,12 +18,39 @@
 namespace luxfield::reconstruct {
 namespace {
 
-// A plane of a frame or a sum of them, in pieces of whole cache lines.
+// Pixels of planes that are summed, in pieces that stay in the cache while frame after frame is
+// added; kSumLanes of them side by side.
+constexpr std::size_t kSumPiece = 8192, kSumLanes = 64;
+
 template <typename Body>
-void ForPixels(std::size_t pixels, const Body& body) {
-  core::ParallelFor(pixels, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) body(p);
+void ForPieces(std::size_t pixels, const Body& body) {
+  core::ParallelFor(pixels, kSumPiece, [&](std::size_t begin, std::size_t end) {
+    for (; begin < end; begin += kSumPiece) body(begin, std::min(begin + kSumPiece, end));
   });
+}
+
+// body(p) for pixels begin to end - 1.
+template <typename Body>
+LUXFIELD_INLINE void ForLanes(std::size_t begin, std::size_t end, const Body& body) {
+  for (; begin + kSumLanes <= end; begin += kSumLanes) {
+    LUXFIELD_INDEPENDENT
+    for (std::size_t l = 0; l < kSumLanes; ++l) body(begin + l);
+  }
+  for (; begin < end; ++begin) body(begin);
+}
+
+LUXFIELD_SIMD_CLONES void AddWhole(const std::uint16_t* dn, std::size_t begin, std::size_t end,
+                                   std::uint32_t* sum) {
+  ForLanes(
+      begin, end, [&](std::size_t p) __attribute__((always_inline)) { sum[p] += dn[p]; });
+}
+
+LUXFIELD_SIMD_CLONES void ScaleWhole(const std::uint32_t* sum, std::size_t begin, std::size_t end,
+                                     double factor, float* mean) {
+  ForLanes(
+      begin, end, [&](std::size_t p) __attribute__((always_inline)) {
+        mean[p] = static_cast<float>(factor * static_cast<double>(sum[p]));
+      });
 }
 
 void Check(const rig::SensorModel& sensor, std::span<const Exposure> exposures) {
@@ -141,33 +169,52 @@ void RefineInTheDark(const DarkCodes& codes, const SortedBracket& bracket, const
 
 DarkSum::DarkSum(double exposure_s) : exposure_s_(exposure_s) {}
 
-void DarkSum::Add(const session::RawFrame& frame) {
-  if (count_ == 0) {
-    width_ = frame.width;
-    height_ = frame.height;
-    sum_dn_.assign(frame.size(), 0);
-  }
-  if (frame.width != width_ || frame.height != height_)
+void DarkSum::Require(const session::RawFrame& frame) const {
+  constexpr int kMostFrames = 1 << 16;  // of 16 bits, whose sums fit 32
+  if (frame.width != width_ || frame.height != height_ || frame.value.empty() != sum_dn_.empty())
     throw InputError(
         fmt::format("dark frames of {} s have different sizes; retake them", exposure_s_));
-  ++count_;
-  if (frame.value.empty())
-    ForPixels(sum_dn_.size(), [&](std::size_t p) { sum_dn_[p] += frame.dn[p]; });
-  else
-    ForPixels(sum_dn_.size(), [&](std::size_t p) { sum_dn_[p] += frame.value[p]; });
+  if (count_ >= kMostFrames)
+    throw InputError(
+        fmt::format("there are more than {} dark frames of {} s; leave some of them out",
+                    kMostFrames, exposure_s_));
+}
+
+void DarkSum::Add(std::span<const session::RawFrame> frames) {
+  if (frames.empty()) return;
+  if (count_ == 0) {
+    width_ = frames[0].width;
+    height_ = frames[0].height;
+    whole_dn_.assign(frames[0].dn.size(), 0);
+    sum_dn_.assign(frames[0].value.size(), 0);
+  }
+  for (const session::RawFrame& frame : frames) {
+    Require(frame);
+    ++count_;
+  }
+  ForPieces(frames[0].size(), [&](std::size_t begin, std::size_t end) {
+    for (const session::RawFrame& frame : frames) {
+      if (!whole_dn_.empty()) AddWhole(frame.dn.data(), begin, end, whole_dn_.data());
+      for (std::size_t p = begin; p < end && !sum_dn_.empty(); ++p) sum_dn_[p] += frame.value[p];
+    }
+  });
 }
 
 DarkFrame DarkSum::Mean() const {
   if (count_ == 0) throw InputError("no dark frame to average");
-  DarkFrame dark{exposure_s_, count_, std::vector<float>(sum_dn_.size())};
-  ForPixels(sum_dn_.size(),
-            [&](std::size_t p) { dark.mean_dn[p] = static_cast<float>(sum_dn_[p] / count_); });
+  DarkFrame dark{exposure_s_, count_, std::vector<float>(whole_dn_.size() + sum_dn_.size())};
+  ForPieces(dark.mean_dn.size(), [&](std::size_t begin, std::size_t end) {
+    if (!whole_dn_.empty())
+      ScaleWhole(whole_dn_.data(), begin, end, 1.0 / count_, dark.mean_dn.data());
+    for (std::size_t p = begin; p < end && !sum_dn_.empty(); ++p)
+      dark.mean_dn[p] = static_cast<float>(sum_dn_[p] / count_);
+  });
   return dark;
 }
 
 DarkFrame AverageDarks(std::span<const session::RawFrame> frames, double exposure_s) {
   DarkSum sum(exposure_s);
-  for (const session::RawFrame& frame : frames) sum.Add(frame);
+  sum.Add(frames);
   return sum.Mean();
 }
 

@@ -39,17 +39,23 @@ struct DarkFrame {
   std::vector<float> mean_dn;  // per pixel
 };
 
-// Adds up dark frames one at a time. Sums in double: of whole numbers exact.
+// Adds up dark frames, those given together in one pass over the sums: 32-bit ones of whole numbers,
+// exact, else double.
 class DarkSum {
  public:
   explicit DarkSum(double exposure_s);
-  void Add(const session::RawFrame& frame);  // throws InputError for a frame of another size
-  DarkFrame Mean() const;                    // throws InputError for no frames
+  // Throws InputError for a frame of another size or kind, and for more than 65536 of them.
+  void Add(std::span<const session::RawFrame> frames);
+  void Add(const session::RawFrame& frame) { Add(std::span(&frame, 1)); }
+  DarkFrame Mean() const;  // throws InputError for no frames
 
  private:
+  void Require(const session::RawFrame& frame) const;
+
   double exposure_s_;
   int width_ = 0, height_ = 0, count_ = 0;
-  std::vector<double> sum_dn_;
+  std::vector<std::uint32_t> whole_dn_;  // of cameras that count in whole numbers
+  std::vector<double> sum_dn_;           // of others
 };
 
 // The same of frames at hand.
@@ -69,8 +75,8 @@ struct MergeOptions {
   Estimator estimator = Estimator::kInverseVariance;
   double saturation_margin = 5;  // standard deviations that a sample's predicted value must keep
                                  // from clipping, at saturation and at 0 DN
-  // Newton steps of the inverse variance, at least 1. It stops earlier, after the first step below
-  // 1e-3 sigma: the next one would be about the square of that.
+  // Newton steps of the inverse variance, at least 1. It stops earlier, where the next one would be
+  // below 1e-4 sigma and the weights have changed by less than 1e-3.
   int max_iterations = 20;
 };
 

@@ -15,6 +15,7 @@ namespace luxfield::reconstruct {
 // Pixels merged together: those of a word of a row (pixel_bits.h). Their samples, 8 exposures of
 // them, stay in the first-level cache.
 constexpr std::size_t kMergeLanes = kBitsOfWord;
+constexpr std::size_t kMergeRegisterBytes = 64;  // a vector of them
 using MergeLanes = std::array<float, kMergeLanes>;
 
 // What is the same for all pixels of an exposure. Light is counted in DN of the longest exposure,
@@ -39,17 +40,18 @@ struct MergeModel {
   double k0 = 1;  // DN per electron per second of the longest exposure
 };
 
-// The samples of kMergeLanes pixels. An excluded one has signal 0 and an infinite variance, hence
-// the weight 0.
+// The samples of kMergeLanes pixels. An excluded one has signal 0 and k 0, hence the weight 0.
 struct MergeTile {
-  struct Exposure {
+  struct alignas(kMergeRegisterBytes) Exposure {
     MergeLanes signal;          // y - d, DN
     MergeLanes other_variance;  // all but the light's shot noise, DN^2
     MergeLanes headroom;        // saturation - d, DN
+    MergeLanes k;               // k_i / k_0, 0: excluded
+    float start;                // what they count for where the iteration starts
   };
   std::vector<Exposure> exposures;
-  std::vector<std::size_t> used;                    // exposures with a sample that isn't excluded
-  MergeLanes x, weights, squares;                   // the estimate, sum w, sum w^2
+  std::vector<std::size_t> used;  // exposures with a sample that isn't excluded
+  alignas(kMergeRegisterBytes) MergeLanes x, weights, squares;  // the estimate, sum w, sum w^2
   std::array<std::uint32_t, kMergeLanes> at_floor;  // 1: a sample was excluded for being near 0 DN
   MergeLanes dark_k;  // sum of k of the samples that were excluded for being biased in the dark
 

@@ -263,7 +263,7 @@ class SessionMerger {
     for (const auto& [exposure_s, records] : by_exposure) {
       DarkSum sum(exposure_s);
       for (std::size_t first = 0; first < records.size(); first += kDarksAtOnce)
-        for (const RawFrame& frame : reader.Next()) sum.Add(frame);
+        sum.Add(reader.Next());
       darks_[exposure_s] = sum.Mean();
     }
   }

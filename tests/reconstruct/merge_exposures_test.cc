@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "luxfield/core/error.h"
@@ -206,6 +207,55 @@ TEST(MergeExposures, SolvesTheEstimatingEquationToItsStatedRounding) {
           << "stop " << stop << ", pixel " << p;
       ASSERT_NEAR(merged.sigma_e_per_s[p] / sigma, 1, 1e-3);
     }
+  }
+}
+
+// Newton's method starts where neighbours that are as bright as each other would have it: of pixels
+// beside ones 2^8 times as bright it takes steps of its own.
+TEST(MergeExposures, SolvesItBesideNeighboursOfOtherBrightness) {
+  rig::SensorModel sensor = Camera();
+  sensor.width = 61;
+  sensor.height = 37;
+  std::vector<double> times_s;
+  for (int n = 0; n < 8; ++n) times_s.push_back(std::ldexp(4.0, -2 * n));
+  std::vector<Bracket> stops;
+  for (int stop = 0; stop <= 8; ++stop)
+    stops.push_back(TakeBracket(sensor, 24 * std::ldexp(1.0, stop), times_s,
+                                2000 + 10 * static_cast<std::uint64_t>(stop)));
+  std::vector<RawFrame> frames = stops[0].frames;
+  for (std::size_t n = 0; n < frames.size(); ++n)
+    for (std::size_t p = 0; p < frames[n].size(); ++p)
+      frames[n].dn[p] = stops[p * 7 % stops.size()].frames[n].dn[p];
+  std::vector<Exposure> exposures;
+  for (std::size_t n = 0; n < frames.size(); ++n)
+    exposures.push_back({&frames[n], times_s[n], 1, 1, nullptr});
+  const MergedFrame merged = MergeExposures(sensor, exposures);
+  for (std::size_t p = 0; p < merged.mask.size(); ++p) {
+    std::vector<double> signal_dn;
+    for (const RawFrame& frame : frames) signal_dn.push_back(frame.at(p) - 512.0);
+    double sigma = 0;
+    const double expected = FixedPoint(sensor, times_s, signal_dn, &sigma);
+    ASSERT_NEAR(merged.rate_e_per_s[p], expected, 1e-4 * sigma + 1e-6 * std::abs(expected)) << p;
+    ASSERT_NEAR(merged.sigma_e_per_s[p] / sigma, 1, 1e-3) << p;
+  }
+}
+
+TEST(MergeExposures, AveragesDarksTogetherAsOneByOne) {
+  rig::SensorModel sensor = Camera();
+  sensor.width = 301;  // pieces and vectors that are not whole
+  sensor.height = 97;
+  std::vector<RawFrame> frames;
+  for (std::uint64_t n = 0; n < 5; ++n) frames.push_back(Expose(sensor, 40, 1, 900 + n));
+  DarkSum by_parts(1);
+  by_parts.Add(std::span(frames).first(2));
+  for (std::size_t n = 2; n < frames.size(); ++n) by_parts.Add(frames[n]);
+  const DarkFrame parts = by_parts.Mean(), together = AverageDarks(frames, 1);
+  EXPECT_EQ(parts.mean_dn, together.mean_dn);
+  EXPECT_EQ(together.count, 5);
+  for (std::size_t p = 0; p < frames[0].size(); ++p) {
+    double sum = 0;
+    for (const RawFrame& frame : frames) sum += frame.dn[p];
+    ASSERT_FLOAT_EQ(together.mean_dn[p], static_cast<float>(sum / 5)) << p;
   }
 }
 

@@ -208,6 +208,35 @@ TEST(SessionStore, OfFramesReadTogetherTheAlteredOneIsNamed) {
   }
 }
 
+// Frames as this program writes them are read in place; what others wrote, or what does not end where
+// its head says, is decoded.
+TEST(SessionStore, FramesAreReadAlikeInPlaceAndDecoded) {
+  const auto folder = WholeSession("in_place");
+  const SessionReader reader(folder);
+  const FrameRecord* const record = &reader.frames().front();
+  const auto file = folder / record->file;
+  const std::string whole = core::ReadFile(file);
+  const RawFrame expected = ExpectedFrame(*record);
+  const auto read = [&] {
+    std::string bytes;
+    RawFrame frame;
+    ReadFrame(reader, *record, false, &bytes, &frame);
+    return frame;
+  };
+  EXPECT_EQ(read().dn, expected.dn);
+  Overwrite(file, whole + "beyond");
+  EXPECT_EQ(read().dn, expected.dn);
+  std::string other = whole;  // a byte between directory and pixels
+  other[kTiffHeadBytes - 1] = 1;
+  Overwrite(file, other);
+  EXPECT_EQ(read().dn, expected.dn);
+  Overwrite(file, whole.substr(0, whole.size() - 1));
+  EXPECT_THAT(MessageOf(read), HasSubstr(file.string()));
+  Overwrite(file, whole.substr(0, kTiffHeadBytes / 2));
+  EXPECT_THAT(MessageOf(read), HasSubstr(file.string()));
+  Overwrite(file, whole);
+}
+
 TEST(SessionStore, TheManifestListsFramesAsTheyWereCommitted) {
   const auto folder = NewFolder("listed");
   core::SimulatedClock clock;
