@@ -4,21 +4,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "luxfield/core/parallel.h"
+#include "luxfield/photometry/planes.h"
 
 namespace luxfield::photometry {
 namespace {
-
-// The mean over all points, as weights.
-Functional MeanOf(const Lamp& lamp, const PlaneAsked& plane) {
-  Functional mean = ZeroOf(lamp);
-  const lightfield::Vec3 n = plane.Normal();
-  const double share = 1.0 / plane.columns / plane.rows;
-  for (int row = 0; row < plane.rows; ++row)
-    for (int column = 0; column < plane.columns; ++column)
-      Add(mean, share, IlluminanceAt(lamp, plane.Point(column, row), n));
-  return mean;
-}
 
 // least / of, with the uncertainty of their weights.
 std::optional<Estimate> RatioOf(const Lamp& lamp, double least, const Functional& least_weights,
@@ -76,13 +65,7 @@ PlaneAnswer AnswerOn(const Lamp& lamp, const PlaneAsked& asked) {
   PlaneAnswer answer;
   answer.asked = asked;
   const lightfield::Vec3 n = asked.Normal();
-  answer.illuminance.resize(static_cast<std::size_t>(asked.columns) * asked.rows);
-  core::ParallelFor(answer.illuminance.size(), 8, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k)
-      answer.illuminance[k] = IlluminanceValue(
-          lamp,
-          asked.Point(static_cast<int>(k) % asked.columns, static_cast<int>(k) / asked.columns), n);
-  });
+  answer.illuminance = IlluminanceOn(lamp, asked);
   const auto [least, most] =
       std::minmax_element(answer.illuminance.begin(), answer.illuminance.end());
   const auto place = [&](auto it) {
@@ -99,7 +82,7 @@ PlaneAnswer AnswerOn(const Lamp& lamp, const PlaneAsked& asked) {
     return lamp.noise.empty() ? Functional{} : IlluminanceAt(lamp, asked.Point(at[0], at[1]), n);
   };
   const Functional of_least = weights_at(answer.least_at), of_most = weights_at(answer.most_at),
-                   of_mean = lamp.noise.empty() ? Functional{} : MeanOf(lamp, asked);
+                   of_mean = lamp.noise.empty() ? Functional{} : MeanIlluminanceOn(lamp, asked);
   answer.mean.u = Uncertainty(lamp, of_mean);
   answer.least.u = Uncertainty(lamp, of_least);
   answer.most.u = Uncertainty(lamp, of_most);

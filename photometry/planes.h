@@ -1,0 +1,22 @@
+// Illuminance on planes of many points, exact, with the sums that points of a line share done once
+// (lightfield/light_vector_rows.h): docs/performance.md has what a million points take.
+#pragma once
+
+#include <vector>
+
+#include "luxfield/photometry/asked.h"
+#include "luxfield/photometry/functional.h"
+
+namespace luxfield::photometry {
+
+// [row][column], row 0 at the top. Fast where an edge of the plane lies along x of a field's frame,
+// faster where the other lies along its y; points whose horizon cuts the lamp are done one by one.
+std::vector<double> IlluminanceOn(const Lamp& lamp, const PlaneAsked& plane);
+
+// The light vector, towards the light, without regard to a horizon; as fast.
+std::vector<lightfield::Vec3> LightVectorsOn(const Lamp& lamp, const PlaneAsked& plane);
+
+// The mean of IlluminanceOn as weights.
+Functional MeanIlluminanceOn(const Lamp& lamp, const PlaneAsked& plane);
+
+}  // namespace luxfield::photometry
