@@ -28,6 +28,7 @@ set(device_bench_sources
     render/device/program_cache.cc
     render/lights/luminaire_on_device.cc
     render/lights/luminaire_params.cc
+    render/lights/patch_shadows.cc
     render/lights/shadow_maps.cc
     scene/transform.cc
     bench/bench_nearfield.cc

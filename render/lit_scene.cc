@@ -17,6 +17,11 @@ namespace {
 
 constexpr double kVolumePixels = 512;  // longer side of the picture that a volume is made for
 
+bool StandsAt(const scene::Pose& a, const scene::Pose& b) {
+  return a.linear == b.linear && a.translation.x == b.translation.x &&
+         a.translation.y == b.translation.y && a.translation.z == b.translation.z;
+}
+
 // The tables given, else X.tab.exr beside X.lf.exr if it exists, else empty.
 std::filesystem::path TablesOf(const scene::Luminaire& luminaire) {
   if (!luminaire.tables.empty()) return luminaire.tables;
@@ -211,6 +216,22 @@ preprocess::VolumeForError LitScene::BuildVolume(const LoadedLightField& light_f
                                        {.max_rel_error = max_rel_error});
 }
 
+void LitScene::RequireSoftMaps(int size) {
+  Require({.patches = true});
+  if (!soft_maps_.empty() && soft_maps_.front().shadows.size() != PatchShadows::RoundUp(size))
+    soft_maps_.clear();
+  for (std::size_t i = 0; i < luminaires_.size(); ++i) {
+    const scene::Pose& pose = luminaires_[i].world_from_luminaire;
+    if (i == soft_maps_.size()) {
+      soft_maps_.push_back(
+          {pose, {device_, luminaires_[i].light_field->on_device, pose, geometry_.bvh, size}});
+    } else if (PosedSoftMaps& maps = soft_maps_[i]; !StandsAt(maps.world_from_luminaire, pose)) {
+      maps.shadows.Draw(pose, geometry_.bvh);
+      maps.world_from_luminaire = pose;
+    }
+  }
+}
+
 void LitScene::DropVolumes() {
   for (auto& luminaire : luminaires_) luminaire.light_field->volume_error = 0;
 }
@@ -227,6 +248,10 @@ void LitScene::Require(const TableNeeds& needs, double volume_error) {
     if (needs.cells && !light_field.on_device.has_cells()) {
       const auto cells = preprocess::BuildCellTables(light_field.field, light_field.file.string());
       light_field.on_device.Add(device_, {.cells = &cells});
+    }
+    if (needs.patches && !light_field.on_device.has_patches()) {
+      const preprocess::PatchLight patches = preprocess::TabulatePatchLight(light_field.field);
+      light_field.on_device.Add(device_, {.patches = &patches});
     }
     if (needs.volume &&
         !(light_field.volume_error > 0 && light_field.volume_error <= volume_error)) {

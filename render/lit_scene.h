@@ -17,6 +17,7 @@
 #include "luxfield/render/estimators/mis.h"
 #include "luxfield/render/lights/area_light.h"
 #include "luxfield/render/lights/environment_light.h"
+#include "luxfield/render/lights/patch_shadows.h"
 #include "luxfield/render/scene/device_scene.h"
 #include "luxfield/scene/scene.h"
 
@@ -70,6 +71,14 @@ class LitScene {
   // or belong to another light field, and for light fields that tables cannot be built from (C that
   // is not finite).
   void Require(const TableNeeds& needs, double volume_error = 2e-3);
+
+  // Has the soft shadow maps of every luminaire where it stands, of size^2 texels: those that are
+  // there are drawn anew where the luminaire was moved. Throws what PatchShadows throws.
+  void RequireSoftMaps(int size);
+  // Of a luminaire, in their order; after RequireSoftMaps.
+  const PatchShadows& soft_maps(std::size_t luminaire) const {
+    return soft_maps_[luminaire].shadows;
+  }
 
   // Makes the environment's tables as `options` ask for, if there is an environment.
   void RequireEnvironment(const EnvironmentTableOptions& options);
@@ -135,8 +144,14 @@ class LitScene {
 
   Device device_;
   scene::Camera camera_;
+  struct PosedSoftMaps {
+    scene::Pose world_from_luminaire;
+    PatchShadows shadows;
+  };
+
   DeviceScene geometry_;
   std::vector<PlacedLuminaire> luminaires_;
+  std::vector<PosedSoftMaps> soft_maps_;  // of each luminaire, or empty
   std::vector<AreaLightOnDevice> area_lights_;
   MisEstimator mis_;
   std::vector<std::string> light_names_;

@@ -38,6 +38,11 @@ EstimatorTraits TraitsOf(const std::string& estimator) {
 
 }  // namespace
 
+int RenderOptions::ShadowMapSize() const {
+  if (shadow_map_size != 0) return shadow_map_size;
+  return shadows == Shadows::kSoftMaps ? 384 : 192;
+}
+
 void RenderOptions::Validate() const {
   TraitsOf(estimator);
   const auto check = [](const char* name, double value, double min, double max) {
@@ -51,7 +56,7 @@ void RenderOptions::Validate() const {
   check("picture height", height, 0, 16384);
   check("passes", passes, 1, 1 << 16);
   check("first pass", first_pass, 0, 1 << 16);
-  check("shadow map size", shadow_map_size, ShadowMaps::kMinSize, ShadowMaps::kMaxSize);
+  check("shadow map size", ShadowMapSize(), ShadowMaps::kMinSize, ShadowMaps::kMaxSize);
   check("approximation error", approximation_error, 1e-5, 1);
   check("samples per image", static_cast<double>(max_samples_per_image), 0, 1e9);
   for (const float density : sample_density.data) check("sample density", density, 1e-3, 1e3);
@@ -104,8 +109,9 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
           options.shadows == Shadows::kMaps
               ? CellCentres(field)
               : ReferencePositions(field.geometry, luminaire.light_field->reference),
-          luminaire.world_from_luminaire, scene.geometry().bvh, options.shadow_map_size);
+          luminaire.world_from_luminaire, scene.geometry().bvh, options.ShadowMapSize());
     }
+  if (options.shadows == Shadows::kSoftMaps) scene.RequireSoftMaps(options.ShadowMapSize());
 }
 
 int Renderer::LightCount() const { return static_cast<int>(lights_.size()); }
@@ -121,6 +127,8 @@ int Renderer::SharedSets() const {
 
 Visibility Renderer::VisibilityOf(std::size_t light) const {
   if (light < shadow_maps_.size()) return {.maps = &shadow_maps_[light]};  // luminaires come first
+  if (options_.shadows == Shadows::kSoftMaps && light < scene_.luminaires().size())
+    return {.patches = &scene_.soft_maps(light)};
   return {.bvh = options_.shadows == Shadows::kNone ? nullptr : &scene_.geometry().bvh};
 }
 
@@ -139,7 +147,7 @@ Frame Renderer::Render() {
       {"passes", std::to_string(options_.passes)},
       {"seed", std::to_string(options_.seed)},
       {"shadows", ShadowsName(options_.shadows)},
-      {"shadow_map_size", std::to_string(options_.shadow_map_size)},
+      {"shadow_map_size", std::to_string(options_.ShadowMapSize())},
       {"sample_density", options_.sample_density.data.empty() ? "even" : "uneven"},
       {"max_samples_per_image", fmt::format("{}", options_.max_samples_per_image)},
       {"approximation_error", fmt::format("{}", options_.approximation_error)},

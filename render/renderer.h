@@ -57,12 +57,15 @@ struct RenderOptions {
   int first_pass = 0;         // passes of the same seed and different numbers draw independently
   std::uint64_t seed = 1;
   Shadows shadows = Shadows::kTraced;  // of other lights than luminaires: traced, or none
-  int shadow_map_size = 192;           // texels along each side of a shadow map
+  int shadow_map_size = 0;  // texels along each side of a shadow map; 0: ShadowMapSize() says
   // Relative error asked of what approximates without noise: the volume's table, gloss.
   double approximation_error = 2e-3;
   float max_samples_per_image = 0;  // K_max of docs/theory.md 6.2; 0: no bound
   Knobs knobs{};
 
+  // The size of shadow maps: that asked for, else 384 of soft ones, whose look-ups are fewer then,
+  // and 192 of others.
+  int ShadowMapSize() const;
   // Throws InputError naming the option.
   void Validate() const;
 };

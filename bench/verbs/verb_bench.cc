@@ -25,6 +25,7 @@
 #include "luxfield/bench/bench_scale.h"
 #include "luxfield/bench/bench_shadows.h"
 #include "luxfield/bench/bench_signed.h"
+#include "luxfield/bench/bench_soft_shadows.h"
 #include "luxfield/bench/bench_solve.h"
 #include "luxfield/bench/bench_stacks.h"
 #include "luxfield/bench/bench_tradeoff.h"
@@ -206,15 +207,39 @@ void AddSampling(cli::Program& program, CLI::App& benches) {
       [](const auto& o) { return FinishOnDevice(BenchSampling(o), o); });
 }
 
+// What both benches of shadows have in common is `how`'s.
+core::Json Headlights(SoftShadowsOptions options, const BenchShadowsOptions& how) {
+  options.pictures = how.pictures;
+  options.device = how.device;
+  options.threads = how.threads;
+  return FinishOnDevice(core::Json::array({SoftShadowsRow(options, MeasureSoftShadows(options))}),
+                        how);
+}
+
 void AddShadows(cli::Program& program, CLI::App& benches) {
+  auto headlights = std::make_shared<SoftShadowsOptions>();
+  auto two = std::make_shared<bool>(false);
   const auto [app, how] = AddDeviceBench<BenchShadowsOptions>(
       program, benches, "shadows", "Shadow maps and traced shares against traced samples",
-      [](const auto& o) { return FinishOnDevice(BenchShadows(o), o); });
+      [headlights, two](const auto& o) {
+        return *two ? Headlights(*headlights, o) : FinishOnDevice(BenchShadows(o), o);
+      });
   AddSize(app, how.width, how.height);
   AddSamples(app, how.samples_per_pixel);
   AddEstimators(app, how.estimators);
   AddReferenceSamples(app, how.reference_samples);
   app.add_option("--folder", how.pictures, "Where pictures go (default: nowhere)");
+  auto* flag =
+      app.add_flag("--headlights", *two,
+                   "Two headlights of 11 x 9 images of 256 x 256 texels by volume with soft "
+                   "shadow maps, 1024 x 768, instead: pictures per second and mean Lab");
+  app.add_option("--map-size", headlights->map_size, "Of --headlights: texels along a map's side")
+      ->check(CLI::Range(render::PatchShadows::kMinSize, render::PatchShadows::kMaxSize))
+      ->needs(flag);
+  app.add_option("--frames", headlights->motion_frames,
+                 "Of --headlights: pictures of lamps that move a centimetre between them, whose "
+                 "changes are compared with the reference's; 0: none")
+      ->needs(flag);
 }
 
 void AddSigned(cli::Program& program, CLI::App& benches) {

@@ -18,6 +18,7 @@
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/render/accuracy/accuracy.h"
 #include "luxfield/render/accuracy/picture_noise.h"
+#include "luxfield/render/accuracy/soft_maps_error.h"
 #include "luxfield/render/film/display.h"
 #include "luxfield/render/film/film.h"
 #include "luxfield/render/lights/shadow_maps.h"
@@ -168,6 +169,15 @@ core::Json Describe(const render::Frame& frame, const Options& options, const st
   return json;
 }
 
+core::Json DescribeSoftMaps(const render::SoftMapsError& error) {
+  fmt::print(
+      "  soft shadow maps      {:.2g} % relative RMSE, {:.2g} mean Lab against traced shadows, at "
+      "a "
+      "small picture\n",
+      100 * error.rel_error, error.mean_lab);
+  return {{"rel_rmse", error.rel_error}, {"mean_lab", error.mean_lab}};
+}
+
 // X.exr of frame 7 is X_0007.exr.
 std::string Numbered(const std::string& name, std::size_t frame) {
   if (name.empty()) return name;
@@ -224,10 +234,10 @@ void RefuseUnread(const Options& options, const scene::Scene& scene) {
                        fmt::format("has no environment, which --knob {} is of", name), "drop it");
   }
   if (options.approximation_given) refuse("--approximation-error", {"volume", "gloss"});
-  if (options.shadow_map_given && options.shadows != "maps" && options.shadows != "thesis-maps")
+  if (options.shadow_map_given && (options.shadows == "none" || options.shadows == "traced"))
     throw InputError(fmt::format(
-        "--shadow-map-size is read with --shadows maps or thesis-maps and not with {}; drop it or "
-        "choose one of them",
+        "--shadow-map-size is read with --shadows maps, thesis-maps or soft-maps and not with {}; "
+        "drop it or choose one of them",
         options.shadows));
   if (options.exposure && options.png.empty())
     throw InputError("--exposure is of --png; give that too, or drop it");
@@ -275,6 +285,8 @@ core::Json Run(Options options, const Common& common) {
   WritePictures(frame, options);
   core::Json json = Describe(frame, options, device.info().name);
   if (accurate) json["accuracy"] = Describe(*accurate, options);
+  if (options.render.shadows == render::Shadows::kSoftMaps)
+    json["soft_maps"] = DescribeSoftMaps(render::MeasureSoftMaps(lit, options.render));
   if (reference) {
     const double error = render::LuminanceError(frame.radiance, *reference);
     json["true_rel_rmse"] = error;
@@ -335,11 +347,14 @@ void AddRender(Program& program) {
   verb.add_option(
           "--shadows", options->shadows,
           "none; traced: a ray per light sample; maps: shadow maps from the luminaire's "
-          "filter plane; thesis-maps: from its image plane, as published. An environment's are "
-          "traced, or none")
-      ->check(CLI::IsMember({"none", "traced", "maps", "thesis-maps"}));
+          "filter plane; thesis-maps: from its image plane, as published; soft-maps: from 16 "
+          "patches "
+          "of its filter plane, weighed by their light, by --estimator volume at frame rate. An "
+          "environment's are traced, or none")
+      ->check(CLI::IsMember({"none", "traced", "maps", "thesis-maps", "soft-maps"}));
   verb.add_option("--shadow-map-size", options->render.shadow_map_size,
                   "Texels along each side of a shadow map")
+      ->default_str("192, of soft-maps 384")
       ->check(CLI::Range(render::ShadowMaps::kMinSize, render::ShadowMaps::kMaxSize))
       ->each([options](const std::string&) { options->shadow_map_given = true; });
   verb.add_option(

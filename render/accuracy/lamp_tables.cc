@@ -17,6 +17,7 @@ LampTables BuildLampTables(const lightfield::LightField& field, const GBuffer& g
     tables.volume = preprocess::BuildForReceivers(field, ReceiversOf(gbuffer, {}),
                                                   {.max_rel_error = volume_error})
                         .volume;
+  if (needs.patches) tables.patches = preprocess::TabulatePatchLight(field);
   tables.core_s = stopwatch.CoreSeconds();
   return tables;
 }

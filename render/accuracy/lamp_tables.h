@@ -12,12 +12,14 @@ struct LampTables {
   std::optional<preprocess::Tables> sat;
   std::optional<preprocess::CellTables> cells;
   std::optional<preprocess::LightVectorVolume> volume;
+  std::optional<preprocess::PatchLight> patches;
   double core_s = 0;  // CPU time of building them
 
   LuminaireTables view() const {
     return {.sat = sat ? &*sat : nullptr,
             .cells = cells ? &*cells : nullptr,
-            .volume = volume ? &*volume : nullptr};
+            .volume = volume ? &*volume : nullptr,
+            .patches = patches ? &*patches : nullptr};
   }
 };
 

@@ -34,22 +34,43 @@ void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer) {
         traits.name));
 }
 
+namespace {
+
+bool Takes(const EstimatorTraits& traits, Shadows shadows) {
+  switch (shadows) {
+    case Shadows::kNone:
+      return true;
+    case Shadows::kTraced:
+      return traits.traced_shadows;
+    case Shadows::kSoftMaps:
+      return traits.soft_map_shadows;
+    case Shadows::kMaps:
+    case Shadows::kThesisMaps:
+      break;
+  }
+  return traits.map_shadows;
+}
+
+const char* SourceOf(Shadows shadows) {
+  if (shadows == Shadows::kTraced) return "traced rays";
+  return shadows == Shadows::kSoftMaps ? "soft shadow maps" : "shadow maps";
+}
+
+}  // namespace
+
 void RequireShadows(const EstimatorTraits& traits, Shadows shadows) {
-  const bool taken = shadows == Shadows::kNone ||
-                     (shadows == Shadows::kTraced ? traits.traced_shadows : traits.map_shadows);
-  if (taken) return;
+  if (Takes(traits, shadows)) return;
   std::string names;
   for (const auto& other : EstimatorList())
-    if (shadows == Shadows::kTraced ? other.traced_shadows : other.map_shadows)
-      names += (names.empty() ? "" : ", ") + other.name;
+    if (Takes(other, shadows)) names += (names.empty() ? "" : ", ") + other.name;
   throw InputError(fmt::format("estimator '{}' takes no shadows from {}; use one of {}",
-                               traits.name,
-                               shadows == Shadows::kTraced ? "traced rays" : "shadow maps", names));
+                               traits.name, SourceOf(shadows), names));
 }
 
 void RequireShadows(const EstimatorTraits& traits, const Visibility& visibility) {
   if (visibility.bvh) RequireShadows(traits, Shadows::kTraced);
   if (visibility.maps) RequireShadows(traits, Shadows::kMaps);
+  if (visibility.patches) RequireShadows(traits, Shadows::kSoftMaps);
 }
 
 const PosedLuminaire& RequireLuminaire(const EstimatorTraits& traits, const LightSource& source) {
@@ -77,6 +98,8 @@ std::string ShadowsName(Shadows shadows) {
       return "traced";
     case Shadows::kMaps:
       return "maps";
+    case Shadows::kSoftMaps:
+      return "soft-maps";
     case Shadows::kThesisMaps:
       break;
   }
@@ -85,10 +108,10 @@ std::string ShadowsName(Shadows shadows) {
 
 Shadows ShadowsFromName(const std::string& name) {
   for (const auto shadows :
-       {Shadows::kNone, Shadows::kTraced, Shadows::kMaps, Shadows::kThesisMaps})
+       {Shadows::kNone, Shadows::kTraced, Shadows::kMaps, Shadows::kThesisMaps, Shadows::kSoftMaps})
     if (ShadowsName(shadows) == name) return shadows;
   throw InputError(
-      fmt::format("unknown shadows '{}'; use none, traced, maps or thesis-maps", name));
+      fmt::format("unknown shadows '{}'; use none, traced, maps, thesis-maps or soft-maps", name));
 }
 
 std::unique_ptr<Estimator> MakeEstimator(const std::string& name, const Device& device) {

@@ -37,16 +37,18 @@ struct TableNeeds {
   bool sat = false;
   bool cells = false;
   bool volume = false;
+  bool patches = false;
 };
 
 // What an estimator needs and promises; printed by `luxfield render --help` and checked by the
 // tests.
 struct EstimatorTraits {
   std::string name;
-  TableNeeds needs{};                               // without shadows
-  TableNeeds needs_for_shadows{};                   // what traced shadows need besides
-  bool any_brdf = false;                            // false: Lambertian surfaces only
-  bool traced_shadows = true, map_shadows = false;  // which visibility it takes, besides none
+  TableNeeds needs{};              // without shadows
+  TableNeeds needs_for_shadows{};  // what traced shadows need besides
+  bool any_brdf = false;           // false: Lambertian surfaces only
+  // Which visibility it takes, besides none.
+  bool traced_shadows = true, map_shadows = false, soft_map_shadows = false;
   bool unbiased = false;  // expectation = E_n(p) and L_o(p), without shadows
   bool unbiased_with_shadows = false;
   bool noise_free = false;  // without shadows
@@ -63,16 +65,20 @@ enum class Shadows {
   kTraced,      // a ray per light sample
   kMaps,        // shadow maps from the centres of the luminaire's u-cells
   kThesisMaps,  // shadow maps from the cells' reference positions on I
+  kSoftMaps,    // shadow maps from patches of the luminaire's filter plane, weighed by their light
 };
-std::string ShadowsName(Shadows shadows);          // "none", "traced", "maps", "thesis-maps"
+// "none", "traced", "maps", "thesis-maps", "soft-maps"
+std::string ShadowsName(Shadows shadows);
 Shadows ShadowsFromName(const std::string& name);  // InputError on other names
 
-class ShadowMaps;  // render/lights/shadow_maps.h
+class ShadowMaps;    // render/lights/shadow_maps.h
+class PatchShadows;  // render/lights/patch_shadows.h
 
-// What a light's shadows are found with: at most one of the two; none: everything is visible.
+// What a light's shadows are found with: at most one of the three; none: everything is visible.
 struct Visibility {
-  const DeviceBvh* bvh = nullptr;    // rays are traced
-  const ShadowMaps* maps = nullptr;  // of this luminaire at this pose; of luminaires alone
+  const DeviceBvh* bvh = nullptr;         // rays are traced
+  const ShadowMaps* maps = nullptr;       // of this luminaire at this pose; of luminaires alone
+  const PatchShadows* patches = nullptr;  // likewise
 };
 
 // What is lit.

@@ -16,8 +16,10 @@ GBuffer PixelList::Gather(const GBuffer& gbuffer, const std::vector<cl_int>& pix
   return gathered;
 }
 
-void PixelList::Scatter(const Buffer& irradiance, const Buffer& share, Lighting& lighting) {
-  scatter_.Set(pixels_, count_, irradiance, share, lighting.irradiance, lighting.variance)
+void PixelList::Scatter(const Buffer& irradiance, const SeenShares& shares, Lighting& lighting) {
+  scatter_
+      .Set(pixels_, count_, irradiance, shares.traced, lighting.irradiance, lighting.variance,
+           shares.soft)
       .Enqueue(static_cast<std::size_t>(count_));
 }
 

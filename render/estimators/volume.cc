@@ -9,9 +9,12 @@
 #include "luxfield/render/estimators/pixel_list.h"
 #include "luxfield/render/estimators/visible_share.h"
 #include "luxfield/render/lights/luminaire_params.h"
+#include "luxfield/render/lights/patch_shadows.h"
 
 namespace luxfield::render {
 namespace {
+
+constexpr std::size_t kPixelsPerItem = 16;  // kPixels of volume.cl
 
 // Of the error asked for, what cut texels that are not clipped may take of |J|.
 constexpr float kShareOfCuts = 0.5f;
@@ -46,34 +49,29 @@ class Volume : public Estimator {
         Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
     const Buffer share =
         share_.Trace(traits().name, receivers, posed, options, lighting.samples).irradiance;
+    const Buffer all;  // null: everything is visible
+    const Buffer& seen = visibility.patches ? visibility.patches->Shares(gbuffer) : all;
     const std::size_t left_bytes = (2 + gbuffer.pixel_count()) * sizeof(cl_int);
     if (left_.bytes() != left_bytes) left_ = Buffer(device_, left_bytes);
     std::array<cl_int, 2> left{};  // lit by `exact`, and by cut_
     left_.Upload(std::span<const cl_int>(left));
     const auto count = static_cast<cl_int>(gbuffer.pixel_count());
-    cl_float16 columns{};  // of luminaire_from_world, then the luminaire's place
-    cl_float4 origin_lo{};
-    for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < 3; ++k) columns.s[4 * k + i] = params.rotation[3 * i + k];
-      columns.s[12 + i] = params.position[i].hi;
-      origin_lo.s[i] = params.position[i].lo;
-    }
     whole_
         .Set(device_params, luminaire.volume_params(), luminaire.volume(), gbuffer.position,
-             gbuffer.normal, count, share, lighting.irradiance, lighting.variance, left_, columns,
-             origin_lo, kShareOfCuts * options.max_error)
-        .Enqueue(gbuffer.pixel_count());
+             gbuffer.normal, count, share, lighting.irradiance, lighting.variance, left_,
+             kShareOfCuts * options.max_error, seen)
+        .Enqueue((gbuffer.pixel_count() + kPixelsPerItem - 1) / kPixelsPerItem);
     left_.Download(std::span<cl_int>(left));
     if (left[1] > 0)
       cut_.Set(device_params, luminaire.images(), gbuffer.position, gbuffer.normal, count, share,
-               lighting.irradiance, lighting.variance, left_, left[1])
+               lighting.irradiance, lighting.variance, left_, left[1], seen)
           .Enqueue(left[1]);
-    if (left[0] > 0) LightLeft(gbuffer, posed, share, left[0], lighting);
+    if (left[0] > 0) LightLeft(gbuffer, posed, {share, seen}, left[0], lighting);
   }
 
  private:
   // By `exact`, the first `count` pixels of the list.
-  void LightLeft(const GBuffer& gbuffer, const PosedLuminaire& posed, const Buffer& share,
+  void LightLeft(const GBuffer& gbuffer, const PosedLuminaire& posed, const SeenShares& shares,
                  cl_int count, Lighting& lighting) {
     std::vector<cl_int> pixels(count);
     left_.Download(std::span<cl_int>(pixels), 2);
@@ -81,7 +79,7 @@ class Volume : public Estimator {
     const GBuffer some = list_.Gather(gbuffer, pixels);
     Lighting exact(device_, some);
     exact_->Light({some}, posed, {}, exact);
-    list_.Scatter(exact.irradiance, share, lighting);
+    list_.Scatter(exact.irradiance, shares, lighting);
   }
 
   Device device_;
@@ -100,13 +98,14 @@ const EstimatorTraits& VolumeTraits() {
       .name = "volume",
       .needs = {.volume = true},
       .needs_for_shadows = {.cells = true},
+      .soft_map_shadows = true,
       .noise_free = true,
       .rel_error = preprocess::VolumeOptions{}.max_rel_error,
       .error_is_asked = true,
       .guarantee =
           "irradiance interpolated in a table made for an error target, measured against the "
           "closed form at receivers of the picture; exact where the table ends and where horizons "
-          "cut; shadows as for exact"};
+          "cut; traced shadows as for exact, soft maps without noise at frame rate"};
   return traits;
 }
 

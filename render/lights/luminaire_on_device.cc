@@ -99,6 +99,15 @@ void LuminaireOnDevice::Add(const Device& device, const LuminaireTables& tables)
     volume_params_ = Buffer::From(device, std::span<const VolumeParams>(&params, 1));
     if (tables.volume->bytes() > 0) volume_ = Buffer::From(device, tables.volume->coefficients);
   }
+  if (tables.patches) {
+    const preprocess::PatchLight& patches = *tables.patches;
+    RequireRoom(device, "patches' light", patches.light.size() * sizeof(float));
+    patch_light_ = Buffer::From(device, patches.light);
+    patch_axes_ = {patches.tau, patches.a_y, patches.a_x, {}};
+    lit_patches_ = 0;
+    for (int k = 0; k < preprocess::kPatches; ++k)
+      lit_patches_ |= static_cast<std::uint32_t>(patches.IsLit(k)) << k;
+  }
 }
 
 }  // namespace luxfield::render

@@ -1,9 +1,12 @@
 // A luminaire on a device: coefficient images and what estimators read besides.
 #pragma once
 
+#include <cstdint>
+
 #include "luxfield/lightfield/light_field.h"
 #include "luxfield/preprocess/cell_tables.h"
 #include "luxfield/preprocess/light_vector_volume.h"
+#include "luxfield/preprocess/patch_light.h"
 #include "luxfield/preprocess/tables.h"
 #include "luxfield/render/device/device.h"
 
@@ -15,6 +18,7 @@ struct LuminaireTables {
   const preprocess::Tables* sat = nullptr;
   const preprocess::CellTables* cells = nullptr;
   const preprocess::LightVectorVolume* volume = nullptr;
+  const preprocess::PatchLight* patches = nullptr;
 };
 
 // The coefficient images and tables of one luminaire, uploaded once. Texels are padded on the right
@@ -48,11 +52,19 @@ class LuminaireOnDevice {
   // volume has no nodes.
   const Buffer& volume_params() const { return volume_params_; }
   const Buffer& volume() const { return volume_; }
+  // The light of the filter plane's patches (preprocess::PatchLight): float16 per node, the axes
+  // that it is tabulated over, its values left out, and which patches are lit.
+  bool has_patches() const { return static_cast<bool>(patch_light_); }
+  const Buffer& patch_light() const { return patch_light_; }
+  const preprocess::PatchLight& patch_axes() const { return patch_axes_; }
+  std::uint32_t lit_patches() const { return lit_patches_; }  // bit k: patch k
 
  private:
   lightfield::LuminaireGeometry geometry_;
   int row_stride_ = 0;
-  Buffer images_, sat_, sat_scale_, cell_sat_, cell_scale_, volume_params_, volume_;
+  Buffer images_, sat_, sat_scale_, cell_sat_, cell_scale_, volume_params_, volume_, patch_light_;
+  preprocess::PatchLight patch_axes_;
+  std::uint32_t lit_patches_ = 0;
 };
 
 }  // namespace luxfield::render

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "luxfield/bench/bench_flagship.h"
 #include "luxfield/bench/bench_lamps.h"
 #include "luxfield/bench/bench_rays.h"
 #include "luxfield/bench/hill_mesh.h"
@@ -116,20 +115,6 @@ TEST(BenchAll, OneLampTakesNoMoreSamplesThanAskedFor) {
     EXPECT_GT(figures.relative_variance, 0);
     EXPECT_LT(figures.relative_variance, 10);
   }
-}
-
-TEST(BenchAll, TheFlagshipIsNearItsTruth) {
-  BenchFlagshipOptions options;
-  options.width = options.lab_width = 48;
-  options.height = options.lab_height = 36;
-  options.map_size = 96;
-  options.truth_samples = 16;
-  options.runs = 1;
-  const Flagship flagship = BenchFlagship(options);
-  // Without shadows it is some 8 off.
-  EXPECT_LT(flagship.mean_lab, 4);
-  EXPECT_GT(flagship.mean_lab, 0);
-  EXPECT_EQ(flagship.core_s.size(), 1u);
 }
 
 // Chi-squared over all 24 texels of three images, one of them dark.

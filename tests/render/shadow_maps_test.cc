@@ -490,7 +490,7 @@ TEST(ShadowMaps, RefuseWhatMakesNoSense) {
     EXPECT_THROW(ShadowMaps(device, lamp.geometry, lights, {}, bvh, size), InputError) << size;
   EXPECT_THROW(ShadowsFromName("soft"), InputError);
   for (const auto shadows :
-       {Shadows::kNone, Shadows::kTraced, Shadows::kMaps, Shadows::kThesisMaps})
+       {Shadows::kNone, Shadows::kTraced, Shadows::kMaps, Shadows::kThesisMaps, Shadows::kSoftMaps})
     EXPECT_EQ(ShadowsFromName(ShadowsName(shadows)), shadows);
   EstimatorTraits blind;
   blind.name = "blind";

@@ -65,7 +65,8 @@ render::RenderOptions LitView::QuickOptions() const {
   options.approximation_error = kQuickError;
   options.matt = true;
   options.relight = false;
-  options.shadows = request_.moving_shadows ? render::Shadows::kTraced : render::Shadows::kNone;
+  options.shadows = request_.shadows && request_.moving_shadows ? render::Shadows::kSoftMaps
+                                                                : render::Shadows::kNone;
   options.light_samples.assign(scene_.Lights().size(), kQuickSamples);
   options.seed = request_.seed;
   const double pixels = static_cast<double>(request_.camera.width) * request_.camera.height;

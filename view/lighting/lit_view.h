@@ -1,10 +1,10 @@
 // Pictures of a scene for who moves through it: quick ones while something moves, and ones that get
 // better as long as nothing does.
 //
-// While something moves, light of luminaires is taken from the light-vector volume, without noise;
-// what is glossy is shown as a matt surface of its base colour; other lights are sampled with a few
-// samples. Shadows are left out, or traced with a few rays a pixel. The picture has fewer pixels
-// where it would take longer than it may.
+// While something moves, light of luminaires is taken from the light-vector volume and its shadows
+// from soft maps, without noise; what is glossy is shown as a matt surface of its base colour; other
+// lights are sampled with a few samples and traced. The picture has fewer pixels where it would take
+// longer than it may.
 //
 // When nothing moves, passes of more and more samples are averaged. The error is that of
 // render/accuracy/picture_noise.h: the expected RMSE of the luminance over its mean.
@@ -28,10 +28,10 @@ struct PlacedLamp {
 struct LitRequest {
   scene::Camera camera;
   std::vector<PlacedLamp> lamps;
-  bool shadows = true;          // of refined pictures
-  bool moving_shadows = false;  // of quick ones, traced with a few rays
-  double error = 0.005;         // that refined pictures are to reach
-  double frame_s = 0.1;         // that a quick picture may take
+  bool shadows = true;         // of refined pictures
+  bool moving_shadows = true;  // of quick ones
+  double error = 0.005;        // that refined pictures are to reach
+  double frame_s = 0.1;        // that a quick picture may take
   std::uint64_t seed = 1;
 };
 
