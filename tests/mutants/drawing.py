@@ -24,11 +24,14 @@ ROOMS = [
     "scene",
     "preprocess",
     "photometry",
+    "web",
     "render",
     "kernels",
     "planning",
     "bench",
+    "shard",
     "cli",
+    "view",
     "device_bench",
 ]
 LEAST_OF_A_ROOM = 5

@@ -21,7 +21,7 @@ PROGRAMS = {
     "reconstruct": ["reconstruct", "physics"],
     "kernels": ["render"],
     "planning": ["planning", "physics"],
-    "bench": ["bench", "planning"],
+    "bench": ["bench", "planning", "e2e"],
     "cli": ["e2e"],
     "device_bench": ["e2e"],
 }
