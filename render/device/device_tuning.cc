@@ -23,10 +23,11 @@ std::string DeviceTuning::Text() const {
 DeviceTuning TuningOf(const DeviceInfo& info) {
   DeviceTuning tuning;
   tuning.exact_divide = info.has_exact_divide;
-  if (!info.is_cpu || info.native_float_lanes < 8) tuning.lanes = 4;
-  if (!info.is_cpu) {
+  if (info.is_cpu) {
+    if (info.native_float_lanes < 8) tuning.lanes = 4;
+  } else {
     tuning.group_size = 64;
-    tuning.pixels_per_item = tuning.shared_loads = 1;
+    tuning.pixels_per_item = tuning.shared_loads = 2;
   }
   return tuning;
 }

@@ -5,9 +5,9 @@
 //
 //                      CPU                                    GPU
 //   group_size         32: enough to spread over threads      64: a multiple of every wave in use
-//   pixels_per_item    32: reuse cached windows per channel   1
-//   shared_loads       4 pixels lit from the same loads       1: registers are dearer than loads
-//   lanes              8, or 4 where its vectors are short   4: a 16-byte load per work-item
+//   pixels_per_item    32: reuse cached windows per channel   2
+//   shared_loads       4 pixels lit from the same loads       2: registers are dearer than loads
+//   lanes              8, or 4 where its vectors are short    8: fewer, longer loads
 //   exact_divide       wherever the device offers it: quotients equal on all devices
 //
 // No kernel uses double: what float32 cannot hold is a pair of floats or 64-bit fixed point.

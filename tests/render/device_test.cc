@@ -287,9 +287,9 @@ TEST(Tuning, FollowsTheDeviceAndCanBeChanged) {
   EXPECT_GT(cpu.pixels_per_item, 1);
   info.is_cpu = false;
   const DeviceTuning gpu = TuningOf(info);
-  EXPECT_EQ(gpu.pixels_per_item, 1);
+  EXPECT_LT(gpu.pixels_per_item, cpu.pixels_per_item);
   EXPECT_EQ(gpu.group_size % 64, 0);
-  EXPECT_EQ(gpu.lanes, 4);
+  EXPECT_EQ(gpu.lanes, 8);
   EXPECT_THAT(gpu.BuildOptions(), testing::Not(testing::HasSubstr("rounded-divide")));
   info.has_exact_divide = true;
   EXPECT_THAT(TuningOf(info).BuildOptions(), testing::HasSubstr("rounded-divide"));
