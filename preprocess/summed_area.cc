@@ -8,6 +8,7 @@
 
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
+#include "luxfield/core/simd.h"
 
 namespace luxfield::preprocess {
 namespace {
@@ -16,6 +17,18 @@ using lightfield::LightField;
 
 // Sums stay below 2^62 plus half a quantum per texel.
 constexpr int kTotalBits = 62;
+
+// Texels that are done side by side.
+constexpr std::size_t kLanes = 64;
+
+LUXFIELD_SIMD_CLONES void Magnitudes(const float* c, std::size_t size, float* magnitude) {
+  std::size_t k = 0;
+  for (; k + kLanes <= size; k += kLanes) {
+    LUXFIELD_INDEPENDENT
+    for (std::size_t l = 0; l < kLanes; ++l) magnitude[k + l] = std::abs(c[k + l]);
+  }
+  for (; k < size; ++k) magnitude[k] = std::abs(c[k]);
+}
 
 [[noreturn]] void RefuseTexel(const LightField& field, const std::string& name, int m,
                               std::size_t texel) {
@@ -33,7 +46,28 @@ constexpr int kTotalBits = 62;
   throw InputError(name, "a coefficient changed while it was read", "run again");
 }
 
+template <typename T>
+LUXFIELD_INLINE double SumOfLanes(const T* values, std::size_t size) {
+  double lanes[kLanes] = {};
+  std::size_t k = 0;
+  for (; k + kLanes <= size; k += kLanes) {
+    LUXFIELD_INDEPENDENT
+    for (std::size_t l = 0; l < kLanes; ++l) lanes[l] += values[k + l];
+  }
+  for (std::size_t l = 0; k < size; ++k, ++l) lanes[l] += values[k];
+  double sum = 0;
+  for (const double lane : lanes) sum += lane;
+  return sum;
+}
+
 }  // namespace
+
+LUXFIELD_SIMD_CLONES double Sum(const float* values, std::size_t size) {
+  return SumOfLanes(values, size);
+}
+LUXFIELD_SIMD_CLONES double Sum(const double* values, std::size_t size) {
+  return SumOfLanes(values, size);
+}
 
 float TexelMagnitude(const LightField& field, int m, std::size_t texel) {
   if (field.geometry.channels == 1) return std::abs(field.image(m, 0)[texel]);
@@ -45,11 +79,11 @@ float TexelMagnitude(const LightField& field, int m, std::size_t texel) {
 double MagnitudeSum(const LightField& field, const std::string& name, int m,
                     std::span<float> magnitude) {
   const std::size_t size = field.geometry.plane_size();
-  double sum = 0;
-  for (std::size_t k = 0; k < size; ++k) {
-    magnitude[k] = TexelMagnitude(field, m, k);
-    sum += magnitude[k];
-  }
+  if (field.geometry.channels == 1)
+    Magnitudes(field.image(m, 0).data(), size, magnitude.data());
+  else
+    for (std::size_t k = 0; k < size; ++k) magnitude[k] = TexelMagnitude(field, m, k);
+  const double sum = Sum(magnitude.data(), size);
   if (sum <= std::numeric_limits<float>::max()) return sum;
   for (std::size_t k = 0; k < size; ++k)
     for (int channel = 0; channel < field.geometry.channels; ++channel)
@@ -81,8 +115,8 @@ int BuildSummedArea(std::span<const T> values, double sum, int width, int height
     for (int c = 0; c < width; ++c) {
       // Adding 0.5 is exact below 2^52 units; above, every value is a whole number already.
       const double units = static_cast<double>(texel[c]) * scale;
-      prefix += static_cast<std::uint64_t>(
-          static_cast<std::int64_t>(units < 0x1p51 ? units + 0.5 : units));
+      const double half = units < 0x1p51 ? 0.5 : 0.0;
+      prefix += static_cast<std::uint64_t>(static_cast<std::int64_t>(units + half));
       row[c + 1] = above[c + 1] + prefix;
     }
   }

@@ -2,6 +2,7 @@
 // in 64-bit fixed point.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -19,6 +20,10 @@ float TexelMagnitude(const lightfield::LightField& field, int m, std::size_t tex
 // float32.
 double MagnitudeSum(const lightfield::LightField& field, const std::string& name, int m,
                     std::span<float> magnitude);
+
+// Their sum, in another order than theirs.
+double Sum(const float* values, std::size_t size);
+double Sum(const double* values, std::size_t size);
 
 // Fills sat[r (width + 1) + c] = sum of the values of rows < r and columns < c in units of
 // 2^-exponent, each value rounded to the nearest quantum, and returns the exponent: `sum`, that of
