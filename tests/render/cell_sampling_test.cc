@@ -38,8 +38,9 @@ __kernel void Draw(__constant const LuminaireParams* luminaire, __global const u
   const uint4 bits = Philox((uint4)((uint)k, 0u, 0u, 0u), (uint2)(seed, 0u));
   const Marginal marginal = MakeMarginal(CellSat(&tables, cell), width, columns, rows);
   const WindowTable table = {CellSat(&tables, cell), width, &x_axis, &y_axis, columns, rows, 1.0f};
-  const WindowSample sample =
-      SampleWindow(&table, &marginal, (float2)(UnitFloat(bits.x), UnitFloat(bits.y)));
+  const float2 xi = (float2)(UnitFloat(bits.x), UnitFloat(bits.y));
+  WindowSample sample;
+  SampleWindow(&table, &marginal, &xi, 1, &sample);
   texel[k] = (int2)(sample.column, sample.row);
   y[k] = sample.y;
   density[k] = CellDensity(&tables, cell, sample.column, sample.row);

@@ -39,7 +39,8 @@ __kernel void Draw(__constant const LuminaireParams* luminaire, __global const u
   const float2 xi = given ? given[k] : (float2)(UnitFloat(bits.x), UnitFloat(bits.y));
   const Marginal marginal = MakeMarginal(image, columns + 1, column_span, row_span);
   const WindowTable table = {image, columns + 1, &x_axis, &y_axis, column_span, row_span, (float)cells};
-  const WindowSample sample = SampleWindow(&table, &marginal, xi);
+  WindowSample sample;
+  SampleWindow(&table, &marginal, &xi, 1, &sample);
   texel[k] = (int2)(sample.column, sample.row);
   y[k] = sample.y;
 }

@@ -38,10 +38,8 @@ inline WholeImage MakeWholeImage(__global const ulong* sat, int width, int heigh
 
 // A place with density |C|.
 inline void DrawPlace(const WholeImage* image, float2 xi, Place* column, Place* row) {
-  *column = InvertMarginal(&image->marginal, image->columns, xi.x);
-  const Conditional conditional =
-      MakeConditional(image->sat, image->sat_width, column->texel, image->rows);
-  *row = InvertConditional(&conditional, image->rows, xi.y);
+  DrawPlaces(image->sat, image->sat_width, &image->marginal, image->columns, image->rows, &xi, 1,
+             column, row);
 }
 
 // y of a place, measured from the support's lower end at `knot`.

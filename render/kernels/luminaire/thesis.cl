@@ -5,6 +5,18 @@
 // counts as it is.
 #include "luxfield/render/kernels/luminaire/window_lighting.clh"
 
+// The texels between which rising sums pass a wanted value: sum(low) <= wanted < sum(high).
+typedef struct Bracket {
+  int low, high;
+  float low_sum, high_sum;
+} Bracket;
+
+// Where a straight line between the bracket's ends passes the wanted value.
+inline int StraightGuess(Bracket b, float wanted) {
+  const float share = (wanted - b.low_sum) / (b.high_sum - b.low_sum);
+  return clamp(b.low + (int)(share * (float)(b.high - b.low)), b.low, b.high - 1);
+}
+
 // At most `depth` steps of bisection or of the secant search (regula falsi), then a straight line
 // through what is left. SUM(t): sum at the left edge of texel t.
 #define LIMITED_SEARCH(bracket, wanted, SUM)                                                   \

@@ -32,42 +32,82 @@
 #define FOLLOW_BRDF 0
 #endif
 
-// Draws y; returns C Phi, 0 off the image, and `density` = M p. Both may be in units of |C| if
-// `ratio_only`.
-inline float3 DrawSample(LUMINAIRE_ARGUMENTS, const Surface* surface, const Window* window,
-                         const Marginal* marginal, float mass, bool ratio_only, float2 xi,
-                         float2* y, float* density) {
+#if PROPOSAL != UNIFORM
+// The point of a window that follows Phi; off the image its texel is -1.
+inline WindowSample DrawBasisPoint(__constant const LuminaireParams* luminaire,
+                                   const Surface* surface, const Window* window, float2 xi) {
+  const float area = BasisArea(&luminaire->basis), cells = (float)luminaire->basis.cells;
+  WindowSample at;
+  at.y = (float2)(InvertBasis(&luminaire->basis, area, xi.x),
+                  InvertBasis(&luminaire->basis, area, xi.y));
+  at.column =
+      TexelAt(&surface->x, window->columns.low, luminaire->axis[0].texels, at.y.x, cells);
+  at.row = TexelAt(&surface->y, window->rows.low, luminaire->axis[1].texels, at.y.y, cells);
+  return at;
+}
+#endif
+
+// kDraws made side by side take as long as so many made one by one.
+enum { kWorthDraws = 3 };
+
+// Draws `count` points of a window, kDraws at most.
+inline void DrawPoints(__constant const LuminaireParams* luminaire,
+                       __constant const SamplingParams* sampling, const Surface* surface,
+                       const Window* window, const Marginal* marginal, const float2* xi, int count,
+                       WindowSample* points) {
   const float cells = (float)luminaire->basis.cells;
 #if PROPOSAL == UNIFORM
-  const Place column = UniformPlace(window->columns, xi.x), row = UniformPlace(window->rows, xi.y);
-  *y = (float2)(SupportCoordinate(&surface->x, window->columns, column, cells),
-                SupportCoordinate(&surface->y, window->rows, row, cells));
+  for (int k = 0; k < count; ++k) {
+    const Place column = UniformPlace(window->columns, xi[k].x),
+                row = UniformPlace(window->rows, xi[k].y);
+    points[k].column = column.texel;
+    points[k].row = row.texel;
+    points[k].y = (float2)(SupportCoordinate(&surface->x, window->columns, column, cells),
+                           SupportCoordinate(&surface->y, window->rows, row, cells));
+  }
+#elif PROPOSAL == BASIS
+  for (int k = 0; k < count; ++k) points[k] = DrawBasisPoint(luminaire, surface, window, xi[k]);
+#else
+  const float share = sampling->basis_share;
+  // Those that follow |C|, and which of the points they are.
+  float2 rest[kDraws];
+  int which[kDraws], rest_count = 0;
+  for (int k = 0; k < count; ++k) {
+    if (xi[k].x < share) {
+      points[k] = DrawBasisPoint(luminaire, surface, window, (float2)(xi[k].x / share, xi[k].y));
+      continue;
+    }
+    rest[rest_count] = (float2)((xi[k].x - share) / (1.0f - share), xi[k].y);
+    which[rest_count++] = k;
+  }
+  const WindowTable table = {window->sat,     window->sat_width, &surface->x, &surface->y,
+                             window->columns, window->rows,      cells};
+  WindowSample drawn[kDraws];
+  if (rest_count < kWorthDraws) {
+    for (int k = 0; k < rest_count; ++k) SampleWindow(&table, marginal, &rest[k], 1, &drawn[k]);
+  } else {
+    for (int k = rest_count; k < kDraws; ++k) rest[k] = rest[0];
+    SampleWindow(&table, marginal, rest, kDraws, drawn);
+  }
+  for (int k = 0; k < rest_count; ++k) points[which[k]] = drawn[k];
+#endif
+}
+
+// C Phi at a point, 0 off the image, and `density` = M p there. Both may be in units of |C| if
+// `ratio_only`.
+inline float3 FluxAt(LUMINAIRE_ARGUMENTS, const Window* window, float mass, bool ratio_only,
+                     WindowSample at, float* density) {
+  *density = 1.0f;
+  if (at.column < 0 || at.row < 0) return (float3)(0.0f);
+  const float phi = BasisProduct(luminaire, at.y);
+#if PROPOSAL == UNIFORM
   *density = mass / SeenArea(window);
-  return TexelValue(luminaire, images, window->m, column.texel, row.texel) *
-         BasisProduct(luminaire, *y);
+  return TexelValue(luminaire, images, window->m, at.column, at.row) * phi;
 #else
   const float share = PROPOSAL == BASIS ? 1.0f : sampling->basis_share;
-  int column, row;
-  *density = 1.0f;
-  if (xi.x < share) {
-    const float area = BasisArea(&luminaire->basis);
-    *y = (float2)(InvertBasis(&luminaire->basis, area, xi.x / share),
-                  InvertBasis(&luminaire->basis, area, xi.y));
-    column = TexelAt(&surface->x, window->columns.low, luminaire->axis[0].texels, y->x, cells);
-    row = TexelAt(&surface->y, window->rows.low, luminaire->axis[1].texels, y->y, cells);
-    if (column < 0 || row < 0) return (float3)(0.0f);
-  } else {
-    const float2 rest = (float2)((xi.x - share) / (1.0f - share), xi.y);
-    const WindowTable table = {window->sat,     window->sat_width, &surface->x, &surface->y,
-                               window->columns, window->rows,      cells};
-    const WindowSample sample = SampleWindow(&table, marginal, rest);
-    column = sample.column;
-    row = sample.row;
-    *y = sample.y;
-  }
-  const float phi = BasisProduct(luminaire, *y);
-  if (share == 0.0f && ratio_only) return phi * Chroma(luminaire, images, window->m, column, row);
-  const float3 value = TexelValue(luminaire, images, window->m, column, row);
+  if (share == 0.0f && ratio_only)
+    return phi * Chroma(luminaire, images, window->m, at.column, at.row);
+  const float3 value = TexelValue(luminaire, images, window->m, at.column, at.row);
   *density = MixedDensity(luminaire, share, mass, Magnitude(value), phi);
   return value * phi;
 #endif
@@ -154,20 +194,28 @@ inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene sc
         marginal = MakeMarginal(window.sat, window.sat_width, window.columns, window.rows);
       const uint2 shift = ImageShift(words, m);
       uint2 point = (uint2)(0u, 0u);
-      for (int k = 0; k < count; ++k) {
-        float2 y;
-        float density;
-        const float3 flux = DrawSample(LUMINAIRE, surface, &window, &marginal, window_mass,
-                                       brdf_samples == 0, ShiftPoint(point, shift), &y, &density);
-        point = NextPoint(point, (uint)k);
-        const float3 to_lamp = ToLamp(luminaire, surface, i, j, y);
-        density *= visibility / weight;  // nbar p
+      for (int drawn = 0; drawn < count; drawn += kDraws) {
+        const int draws = min(count - drawn, (int)kDraws);
+        float2 xi[kDraws];
+        for (int k = 0; k < draws; ++k) {
+          xi[k] = ShiftPoint(point, shift);
+          point = NextPoint(point, (uint)(drawn + k));
+        }
+        WindowSample points[kDraws];
+        DrawPoints(luminaire, sampling, surface, &window, &marginal, xi, draws, points);
+        for (int k = 0; k < draws; ++k) {
+          float density;
+          const float3 flux = FluxAt(LUMINAIRE, &window, window_mass, brdf_samples == 0, points[k],
+                                     &density);
+          const float3 to_lamp = ToLamp(luminaire, surface, i, j, points[k].y);
+          density *= visibility / weight;  // nbar p
 #if FOLLOW_BRDF
-        if (brdf_samples > 0)
-          density += (float)brdf_samples * BrdfDensity(luminaire, surface, to_lamp);
+          if (brdf_samples > 0)
+            density += (float)brdf_samples * BrdfDensity(luminaire, surface, to_lamp);
 #endif
-        AddLight(luminaire, surface, scene, to_lamp,
-                 density > 0.0f ? flux * (visibility / density) : (float3)(0.0f), &totals);
+          AddLight(luminaire, surface, scene, to_lamp,
+                   density > 0.0f ? flux * (visibility / density) : (float3)(0.0f), &totals);
+        }
       }
     }
   return totals;
