@@ -1,5 +1,7 @@
 #include "luxfield/cli/run.h"
 
+#include "luxfield/cli/cache.h"
+
 namespace luxfield::cli {
 namespace {
 
@@ -26,6 +28,7 @@ void AddAll(Program& program, const std::vector<AddVerbs>& more) {
   AddShard(program);
   AddInfo(program);
   AddCompare(program);
+  AddCache(program);
   for (const AddVerbs add : more) add(program);
   AddDemo(program);
 }

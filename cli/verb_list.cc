@@ -8,7 +8,7 @@
 namespace luxfield::cli {
 namespace {
 
-constexpr std::array<VerbName, 23> kVerbs = {{
+constexpr std::array<VerbName, 24> kVerbs = {{
     {"devices", "List drivers, ports, a lab's devices and OpenCL devices; test a device"},
     {"simulate", "Write the true light field of a simulated lab, to judge a measurement by"},
     {"sky",
@@ -47,6 +47,8 @@ constexpr std::array<VerbName, 23> kVerbs = {{
      "Cut a merge or a reconstruction into shards for a cluster, and join them to the same bytes"},
     {"info", "What a file or session is, and whether it is whole"},
     {"compare", "How far picture (or light field) A is from the reference B"},
+    {"cache",
+     "What is kept between runs (kernels, tables, volumes): its size, its limit, or clear it"},
     {"demo", "The whole chain on a simulated headlight, with a report"},
 }};
 

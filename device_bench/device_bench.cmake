@@ -4,6 +4,7 @@
 # replaced behind core/parallel.h, the C++ runtime is linked statically; what stays is libOpenCL.so.1 and the C library.
 set(device_bench_sources
     device_bench/main.cc
+    device_bench/no_cache.cc
     device_bench/parallel.cc
     core/colour.cc
     core/console.cc
@@ -25,7 +26,6 @@ set(device_bench_sources
     render/device/device_tuning.cc
     render/device/kernel_profile.cc
     render/device/program.cc
-    render/device/program_cache.cc
     render/lights/luminaire_on_device.cc
     render/lights/luminaire_params.cc
     render/lights/patch_shadows.cc
@@ -34,10 +34,10 @@ set(device_bench_sources
     bench/bench_nearfield.cc
     render/accuracy/car2.cc
     render/accuracy/lamp_tables.cc)
-# A new estimator and its tables are part of the bench without a line here; reading and writing files is not.
+# A new estimator and its tables are part of the bench without a line here; reading, writing and keeping files is not.
 file(GLOB device_bench_estimators CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}
      preprocess/*.cc render/estimators/*.cc)
-list(FILTER device_bench_estimators EXCLUDE REGEX "_io\\.cc$")
+list(FILTER device_bench_estimators EXCLUDE REGEX "_io\\.cc$|/kept_")
 
 add_executable(device_bench ${device_bench_sources} ${device_bench_estimators}
                             $<TARGET_OBJECTS:luxfield_render_kernels>)

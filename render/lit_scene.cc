@@ -7,14 +7,16 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/stopwatch.h"
-#include "luxfield/environment/environment_map.h"
+#include "luxfield/environment/kept_cube_map.h"
 #include "luxfield/lightfield/posed_light_field.h"
+#include "luxfield/preprocess/kept_tables.h"
 #include "luxfield/preprocess/table_io.h"
 #include "luxfield/render/estimators/volume.h"
 
 namespace luxfield::render {
 namespace {
 
+constexpr std::size_t kSha256Digits = 64;
 constexpr double kVolumePixels = 512;  // longer side of the picture that a volume is made for
 
 bool StandsAt(const scene::Pose& a, const scene::Pose& b) {
@@ -41,10 +43,13 @@ scene::Pose ToPose(const lightfield::RigidPose& rigid) {
   return pose;
 }
 
+preprocess::FieldOrigin OriginOf(const LoadedLightField& light_field) {
+  return {light_field.file.string(), light_field.sha256};
+}
+
 preprocess::Tables ReadOrBuildTables(const LoadedLightField& light_field) {
   if (light_field.tables_file.empty())
-    return preprocess::BuildTables(light_field.field, light_field.file.string(),
-                                   light_field.sha256);
+    return preprocess::KeptTables(light_field.field, OriginOf(light_field));
   const auto tables = preprocess::ReadTables(light_field.tables_file);
   preprocess::CheckTables(tables, light_field.tables_file.string(), light_field.field.geometry,
                           light_field.sha256);
@@ -75,7 +80,8 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene)
            luminaire.scale, number, field.luminaire_from_field});
       light_names_.push_back(luminaire.name);
     }
-    provenance_[fmt::format("{} sha256", luminaire.name)] = fields.front().light_field->sha256;
+    provenance_[fmt::format("{} sha256", luminaire.name)] =
+        fields.front().light_field->sha256.substr(0, kSha256Digits);
   }
   for (const auto& light : scene.area_lights) light_names_.push_back(light.name);
   if (environment_) light_names_.push_back("environment");
@@ -90,10 +96,8 @@ void LitScene::LoadEnvironment(const scene::Environment& environment) {
         file, environment::EnvironmentSequenceOptions{environment.layout, environment.face_size});
     file = sequence->frames().front();
     sequence->Next(map);
-  } else {
-    map = environment::MakeCubeMap(environment::ReadEnvironmentPicture(file, environment.layout),
-                                   environment.face_size);
   }
+  if (!sequence) map = environment::KeptCubeMap(file, environment.layout, environment.face_size);
   environment_.emplace(PlacedEnvironment{EnvironmentLight(device_, map.face_size),
                                          environment.scale, std::move(sequence)});
   environment_->light.SetPose(environment.world_from_environment);
@@ -181,7 +185,7 @@ std::vector<LitScene::LoadedField> LitScene::Load(const scene::Luminaire& lumina
                       std::make_shared<LoadedLightField>(
                           LoadedLightField{luminaire.light_field,
                                            alone ? TablesOf(luminaire) : std::filesystem::path(),
-                                           sha256,
+                                           alone ? sha256 : sha256 + " " + posed.name,
                                            std::move(posed.field),
                                            std::move(on_device),
                                            {},
@@ -212,8 +216,8 @@ preprocess::VolumeForError LitScene::BuildVolume(const LoadedLightField& light_f
     const auto more = ReceiversOf(gbuffer, luminaire.world_from_luminaire);
     receivers.insert(receivers.end(), more.begin(), more.end());
   }
-  return preprocess::BuildForReceivers(light_field.field, receivers,
-                                       {.max_rel_error = max_rel_error});
+  return preprocess::KeptVolume(light_field.field, OriginOf(light_field), receivers,
+                                {.max_rel_error = max_rel_error});
 }
 
 void LitScene::RequireSoftMaps(int size) {
@@ -246,7 +250,7 @@ void LitScene::Require(const TableNeeds& needs, double volume_error) {
       light_field.reference = tables.reference;
     }
     if (needs.cells && !light_field.on_device.has_cells()) {
-      const auto cells = preprocess::BuildCellTables(light_field.field, light_field.file.string());
+      const auto cells = preprocess::KeptCellTables(light_field.field, OriginOf(light_field));
       light_field.on_device.Add(device_, {.cells = &cells});
     }
     if (needs.patches && !light_field.on_device.has_patches()) {

@@ -8,9 +8,13 @@
 #include <assimp/DefaultIOSystem.h>
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cctype>
+#include <optional>
 
 #include "luxfield/core/apart.h"
 #include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/kept.h"
 
 namespace luxfield::scene {
 namespace {
@@ -102,7 +106,7 @@ void AppendNodes(const aiNode& source, std::int64_t parent, std::vector<Imported
   for (unsigned i = 0; i < source.mNumChildren; ++i) AppendNodes(*source.mChildren[i], own, nodes);
 }
 
-// One order of the fields for both ends of the pipe.
+// One order of the fields for both ends of the pipe, and for the cache.
 template <typename Stream, typename Mesh>
 void MeshFields(Stream& stream, Mesh& mesh) {
   stream(mesh.positions, mesh.normals, mesh.triangles, mesh.material);
@@ -184,7 +188,9 @@ void Check(const ImportedScene& scene, const std::string& file) {
 
 }  // namespace
 
-ImportedScene ImportMesh(const std::filesystem::path& path, bool polygons, std::uintmax_t bytes) {
+namespace {
+
+ImportedScene Import(const std::filesystem::path& path, bool polygons, std::uintmax_t bytes) {
   ImportedScene scene;
   const auto take = [&](core::ApartReader& reader) {
     for (auto count = reader.Value<std::uint64_t>(); count > 0; --count)
@@ -197,6 +203,39 @@ ImportedScene ImportMesh(const std::filesystem::path& path, bool polygons, std::
   core::ReadApart(
       path.string(), kRemedy, core::ApartLimitsOf(bytes, kMemoryPerByte),
       [&](core::ApartWriter& writer) { Read(path, polygons, writer); }, take);
+  return scene;
+}
+
+// A number of elements, and the elements; the same for writers and readers.
+template <typename Stream, typename Element, typename Fields>
+void ListFields(Stream& stream, std::vector<Element>& list, const Fields& fields) {
+  std::uint64_t count = list.size();
+  stream(count);
+  list.resize(count);
+  for (Element& element : list) fields(element);
+}
+
+// The file is known by its bytes where it stands alone.
+bool StandsAlone(const std::filesystem::path& path, std::uintmax_t bytes) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending != ".obj" && bytes == std::filesystem::file_size(path);
+}
+
+}  // namespace
+
+ImportedScene ImportMesh(const std::filesystem::path& path, bool polygons, std::uintmax_t bytes) {
+  std::optional<core::CacheKey> key;
+  if (StandsAlone(path, bytes))
+    key = core::KeyOfThisBuild("mesh", fmt::format("{}\n{}\n{}", path.extension().string(),
+                                                   core::Sha256OfFile(path), polygons));
+  const auto transfer = [](auto& pass, auto& scene) {
+    ListFields(pass, scene.meshes, [&](auto& mesh) { MeshFields(pass, mesh); });
+    ListFields(pass, scene.nodes, [&](auto& node) { NodeFields(pass, node); });
+    ListFields(pass, scene.materials, [&](auto& material) { MaterialFields(pass, material); });
+  };
+  ImportedScene scene =
+      core::Kept(key, transfer, ImportedScene(), [&] { return Import(path, polygons, bytes); });
   Check(scene, path.string());
   return scene;
 }

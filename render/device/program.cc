@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <cstdlib>
 #include <set>
 
 #include "luxfield/render/device/opencl_check.h"
@@ -118,6 +119,14 @@ std::string BinaryOf(cl_program program) {
   return binary;
 }
 
+// PoCL keeps what it compiles, unless it is told not to; asked for a binary it would compile every
+// kernel once more, for groups of any size.
+bool KeepsKernelsItself(const DeviceInfo& device) {
+  const char* const setting = std::getenv("POCL_KERNEL_CACHE");
+  return device.platform == "Portable Computing Language" &&
+         !(setting && std::string_view(setting) == "0");
+}
+
 }  // namespace
 
 std::string ResolveIncludes(std::string_view text, const std::string& name) {
@@ -137,15 +146,17 @@ Program Program::BuildText(const Device& device, std::string_view text, const st
                            const std::string& own_options) {
   const std::string options = device.tuning().BuildOptions() + " " + own_options;
   const std::string source = ResolveIncludes(text, name);
-  const std::string key = ProgramKey(device.info(), options, source);
+  const core::CacheKey key = ProgramKey(device.info(), options, source);
   Program built(device);
-  if (const std::string binary = LoadProgramBinary(name, key); !binary.empty()) {
-    built.program_ = FromBinary(device, binary, options);
+  const bool keep = !KeepsKernelsItself(device.info());
+  if (const auto binary = keep ? core::FindInCache(key) : std::nullopt) {
+    built.program_ = FromBinary(device, *binary, options);
     built.from_cache_ = built.program_ != nullptr;
   }
   if (!built.program_) {
     built.program_ = FromSource(device, source, name, options);
-    StoreProgramBinary(name, key, BinaryOf(built.program_.get()));
+    if (const std::string binary = keep ? BinaryOf(built.program_.get()) : ""; !binary.empty())
+      core::PutIntoCache(key, binary);
   }
   return built;
 }

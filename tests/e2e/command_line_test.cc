@@ -50,6 +50,7 @@ const Names kVerbs = {"devices",
                       "info",
                       "compare",
                       "bench",
+                      "cache",
                       "demo",
                       "photometry"
 #ifdef LUXFIELD_VIEW

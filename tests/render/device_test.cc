@@ -47,8 +47,11 @@ class DeviceTest : public testing::Test {
     std::filesystem::remove_all(cache_);
     if (const char* old = std::getenv("XDG_CACHE_HOME")) old_ = old;
     ::setenv("XDG_CACHE_HOME", cache_.c_str(), 1);
+    // So that ours is used with PoCL.
+    ::setenv("POCL_KERNEL_CACHE", "0", 1);
   }
   void TearDown() override {
+    ::unsetenv("POCL_KERNEL_CACHE");
     if (old_.empty())
       ::unsetenv("XDG_CACHE_HOME");
     else
@@ -56,7 +59,7 @@ class DeviceTest : public testing::Test {
     std::filesystem::remove_all(cache_);
   }
   std::filesystem::path CachedFile() const {
-    for (const auto& entry : std::filesystem::directory_iterator(cache_ / "luxfield"))
+    for (const auto& entry : std::filesystem::directory_iterator(cache_ / "luxfield/store"))
       return entry.path();
     return {};
   }
@@ -103,48 +106,44 @@ TEST_F(DeviceTest, ReadsItsBinaryBackAndIgnoresADamagedOne) {
   EXPECT_FALSE(Program::BuildText(device, kScale, "scale").from_cache());
 }
 
+TEST_F(DeviceTest, LeavesItToPoclToKeepKernels) {
+  ::unsetenv("POCL_KERNEL_CACHE");
+  const auto device = Device::Open();
+  for (int run = 0; run < 2; ++run) {
+    const auto program = Program::BuildText(device, kScale, "scale");
+    EXPECT_THAT(RunScale(device, program), testing::ElementsAre(3, 5, 7, 9, 11));
+    EXPECT_EQ(program.from_cache(),
+              run > 0 && device.info().platform != "Portable Computing Language");
+  }
+}
+
 TEST_F(DeviceTest, TheCacheIsKeyedByDeviceDriverOptionsAndSource) {
   const DeviceInfo info = Device::Open().info();
-  const std::string key = ProgramKey(info, "-DA=1", "source");
-  StoreProgramBinary("scale", key, "binary");
-  EXPECT_EQ(LoadProgramBinary("scale", key), "binary");
-  EXPECT_EQ(LoadProgramBinary("other", key), "");
-  EXPECT_NE(ProgramKey(info, "-DA=2", "source"), key);
-  EXPECT_NE(ProgramKey(info, "-DA=1", "other source"), key);
+  const std::string key = ProgramKey(info, "-DA=1", "source").text;
+  EXPECT_NE(ProgramKey(info, "-DA=2", "source").text, key);
+  EXPECT_NE(ProgramKey(info, "-DA=1", "other source").text, key);
   for (auto field :
        {&DeviceInfo::platform, &DeviceInfo::name, &DeviceInfo::version, &DeviceInfo::driver}) {
     DeviceInfo other = info;
     other.*field += " 2";
-    const std::string other_key = ProgramKey(other, "-DA=1", "source");
-    EXPECT_EQ(LoadProgramBinary("scale", other_key), "");
-    // A file of another key under this one's name (equal hashes) is not used.
-    const auto mine = CachedFile();
-    StoreProgramBinary("scale", other_key, "other binary");
-    for (const auto& entry : std::filesystem::directory_iterator(mine.parent_path()))
-      if (entry.path() != mine)
-        std::filesystem::copy_file(mine, entry.path(),
-                                   std::filesystem::copy_options::overwrite_existing);
-    EXPECT_EQ(LoadProgramBinary("scale", other_key), "");
-    EXPECT_EQ(LoadProgramBinary("scale", key), "binary");
-    for (const auto& entry : std::filesystem::directory_iterator(mine.parent_path()))
-      if (entry.path() != mine) std::filesystem::remove(entry.path());
+    EXPECT_NE(ProgramKey(other, "-DA=1", "source").text, key);
   }
 }
 
 TEST_F(DeviceTest, CompilesAnewWhatTheDriverRefuses) {
   const auto device = Device::Open();
-  const std::string key = ProgramKey(device.info(), device.tuning().BuildOptions() + " ",
-                                     ResolveIncludes(kScale, "scale"));
+  const core::CacheKey key = ProgramKey(device.info(), device.tuning().BuildOptions() + " ",
+                                        ResolveIncludes(kScale, "scale"));
   EXPECT_FALSE(Program::BuildText(device, kScale, "scale").from_cache());
-  const std::string good = LoadProgramBinary("scale", key);
-  ASSERT_FALSE(good.empty());
-  // A whole file with something else inside; a truncated binary would abort PoCL, and the file's
-  // checksum keeps it from it.
-  StoreProgramBinary("scale", key, "not a binary of any driver");
+  const auto good = core::FindInCache(key);
+  ASSERT_TRUE(good);
+  // A whole entry with something else inside; a truncated binary would abort PoCL, and the entry's
+  // hash keeps it from it.
+  ASSERT_TRUE(core::PutIntoCache(key, "not a binary of any driver"));
   const auto program = Program::BuildText(device, kScale, "scale");
   EXPECT_FALSE(program.from_cache());
   EXPECT_THAT(RunScale(device, program), testing::ElementsAre(3, 5, 7, 9, 11));
-  EXPECT_EQ(LoadProgramBinary("scale", key).size(), good.size());  // replaced
+  EXPECT_EQ(core::FindInCache(key)->size(), good->size());  // replaced
 }
 
 TEST_F(DeviceTest, CountsLaunchesAndDeviceTimePerKernel) {
