@@ -26,6 +26,7 @@ constexpr double kLargest_m = 1e6;  // float32 resolves 6 cm there
 constexpr double kUsual_m = 1000;   // what is farther is given in millimetres, it seems
 constexpr double kSmallestLight_m = 1e-6;
 constexpr double kBrightest = 1e12;
+constexpr int kMostCopies = 1000000;  // in the arrays of one thing
 constexpr int kMaxPixels = 16384;
 constexpr int kMaxFaceSize = 8192;
 constexpr double kLargestExponent = 1e6;  // a lobe of 0.06 degrees; float32 directions resolve it
@@ -159,6 +160,26 @@ double WidthFrom(const Geometry& geometry, std::size_t first) {
   return widest;
 }
 
+// Where copies of something stand against the first one: its arrays ([[luminaire.array]] ...), each
+// of `count` at multiples of `step`, combined.
+std::vector<Vec3> ReadArrays(const Config& table) {
+  std::vector<Vec3> offsets = {{}};
+  for (const Config& array : table.Tables("array")) {
+    const int count = array.Integer("count", 1, kMostCopies);
+    const Vec3 step = GetPoint(array, "step");
+    if (offsets.size() * count > kMostCopies)
+      array.Fail("count",
+                 fmt::format("= {} makes more than {} copies with the arrays before it", count,
+                             kMostCopies),
+                 "make fewer of them");
+    std::vector<Vec3> more;
+    for (int k = 0; k < count; ++k)
+      for (const Vec3 offset : offsets) more.push_back(offset + double{1} * k * step);
+    offsets = std::move(more);
+  }
+  return offsets;
+}
+
 class GeometryReader {
  public:
   GeometryReader(const Config& root, Geometry& geometry)
@@ -188,10 +209,14 @@ class GeometryReader {
       if (!(Length(Cross(u, v)) > 0))
         table.Fail("edge_v", "is zero or parallel to edge_u",
                    "give two edges that span a parallelogram");
-      AppendQuad(corner, u, v, MaterialOf(table), geometry_);
+      for (const Vec3 offset : ReadArrays(table))
+        AppendQuad(corner + offset, u, v, MaterialOf(table), geometry_);
     }
-    for (const Config& table : root_.Tables("box"))
-      AppendBox(GetTransform(table, "size", GetPoint(table, "size")), MaterialOf(table), geometry_);
+    for (const Config& table : root_.Tables("box")) {
+      const Transform box = GetTransform(table, "size", GetPoint(table, "size"));
+      for (const Vec3 offset : ReadArrays(table))
+        AppendBox(Translation(offset) * box, MaterialOf(table), geometry_);
+    }
     return left_out;
   }
 
@@ -219,19 +244,37 @@ Camera ReadCamera(const Config& root, const SceneOverrides& overrides) {
                         overrides.height.value_or(height));
 }
 
+// Adds the copies of a light, whose pose is world_from_light.
+template <typename Light>
+void AppendCopies(const Config& table, const Light& light, Pose Light::*world_from_light,
+                  std::vector<Light>& lights) {
+  for (const Vec3 offset : ReadArrays(table)) {
+    lights.push_back(light);
+    Pose& pose = lights.back().*world_from_light;
+    pose = Translation(offset) * pose;
+    const Vec3 p = pose.translation;
+    if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kLargest_m)
+      table.Fail("array",
+                 fmt::format("puts a copy at [{}, {}, {}], farther than {} m from the "
+                             "origin",
+                             p.x, p.y, p.z, kLargest_m),
+                 "shorten its step");
+  }
+}
+
 std::vector<Luminaire> ReadLuminaires(const Config& root) {
   std::vector<Luminaire> luminaires;
   std::set<std::string> names;
   for (const Config& table : root.Tables("luminaire")) {
     Luminaire luminaire;
-    luminaire.name = table.Text("name", fmt::format("luminaire {}", luminaires.size() + 1));
+    luminaire.name = table.Text("name", fmt::format("luminaire {}", names.size() + 1));
     if (!names.insert(luminaire.name).second || luminaire.name == "*")
       table.Fail("name", "is taken", "give each luminaire its own name");
     luminaire.light_field = table.Path("file");
     if (table.Has("tables")) luminaire.tables = table.Path("tables");
     luminaire.world_from_luminaire = GetPose(table);
     luminaire.scale = table.Number("scale", 1, {0, 1e12});
-    luminaires.push_back(std::move(luminaire));
+    AppendCopies(table, luminaire, &Luminaire::world_from_luminaire, luminaires);
   }
   return luminaires;
 }
@@ -241,7 +284,7 @@ std::vector<AreaLight> ReadAreaLights(const Config& root) {
   std::set<std::string> names;
   for (const Config& table : root.Tables("light")) {
     AreaLight light;
-    light.name = table.Text("name", fmt::format("light {}", lights.size() + 1));
+    light.name = table.Text("name", fmt::format("light {}", names.size() + 1));
     if (!names.insert(light.name).second)
       table.Fail("name", "is taken", "give each light its own name");
     const auto radiance = table.Numbers("radiance", 3);
@@ -267,7 +310,7 @@ std::vector<AreaLight> ReadAreaLights(const Config& root) {
       light.radius_m = table.Number("radius", {kSmallestLight_m, kLargest_m});
       light.world_from_light = Translation(GetPoint(table, "position"));
     }
-    lights.push_back(std::move(light));
+    AppendCopies(table, light, &AreaLight::world_from_light, lights);
   }
   return lights;
 }

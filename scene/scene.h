@@ -33,7 +33,7 @@ struct Camera {
 };
 
 struct Luminaire {
-  std::string name;
+  std::string name;                   // of an array's: all have the same
   std::filesystem::path light_field;  // .lf.exr
   std::filesystem::path tables;       // .tab.exr, empty: none given
   Pose world_from_luminaire;
@@ -45,7 +45,7 @@ enum class AreaLightKind { kRectangle, kSphere };
 // Of one radiance L, everywhere and in all directions of its outer side. Neither seen nor in the
 // way.
 struct AreaLight {
-  std::string name;
+  std::string name;  // of an array's: all have the same
   AreaLightKind kind = AreaLightKind::kRectangle;
   std::array<double, 3> radiance{};  // linear Rec. 709, in the luminaires' unit / (sr m^2)
   Pose world_from_light;             // origin: its centre; the rectangle shines along +z

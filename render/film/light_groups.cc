@@ -62,9 +62,12 @@ std::vector<LightGroup> MakeLightGroups(std::span<const std::string> luminaires,
                                         std::span<const std::string> others, bool emissive,
                                         int width, int height) {
   std::vector<std::string> names;
-  for (const auto& name : luminaires)  // of several fields
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-  names.insert(names.end(), others.begin(), others.end());
+  // Each once: luminaires of several fields and lights in arrays come as often.
+  for (const std::span<const std::string> kind : {luminaires, others}) {
+    const auto first = static_cast<std::ptrdiff_t>(names.size());
+    for (const auto& name : kind)
+      if (std::find(names.begin() + first, names.end(), name) == names.end()) names.push_back(name);
+  }
   if (emissive) names.push_back("emission");
   RequireNames(names);
   const double bytes = 7.0 * sizeof(float) * width * height * static_cast<double>(names.size());

@@ -186,6 +186,70 @@ TEST(Scene, ReadsAreaLights) {
   EXPECT_EQ(sphere.world_from_light.Point({}).y, 5);
 }
 
+// An array's copies stand at multiples of its step from the first, share its name and file, and
+// combine with those of other arrays.
+TEST(Scene, ArraysMakeCopies) {
+  const std::string text = std::string(kCamera) +
+                           "[[luminaire]]\nname = \"row\"\nfile = \"a.lf.exr\"\n"
+                           "position = [1, 2, 3]\nlook_at = [1, 2, 0]\nup = [0, 1, 0]\nscale = 2\n"
+                           "[[luminaire.array]]\ncount = 3\nstep = [0, 10, 0]\n"
+                           "[[luminaire.array]]\ncount = 2\nstep = [-4, 0, 1]\n"
+                           "[[luminaire]]\nfile = \"b.lf.exr\"\nposition = [0, 0, 1]\n"
+                           "[[light]]\nkind = \"sphere\"\nradiance = [1, 1, 1]\nradius = 0.1\n"
+                           "position = [0, 0, 5]\n[[light.array]]\ncount = 4\nstep = [1, 0, 0]\n";
+  SceneOverrides overrides;
+  overrides.light_fields["row"] = "c.lf.exr";
+  const auto scene = ReadScene(Write(text), overrides);
+  ASSERT_EQ(scene.luminaires.size(), 7u);
+  for (int k = 0; k < 6; ++k) {
+    const Luminaire& lamp = scene.luminaires[k];
+    EXPECT_EQ(lamp.name, "row");
+    EXPECT_EQ(lamp.light_field, "c.lf.exr");
+    EXPECT_EQ(lamp.scale, 2);
+    EXPECT_NEAR(lamp.world_from_luminaire.Vector({0, 0, 1}).z, -1, 1e-15);
+    const Vec3 p = lamp.world_from_luminaire.Point({});
+    EXPECT_NEAR(p.x, 1 - 4 * (k / 3), 1e-12);
+    EXPECT_NEAR(p.y, 2 + 10 * (k % 3), 1e-12);
+    EXPECT_NEAR(p.z, 3 + k / 3, 1e-12);
+  }
+  EXPECT_EQ(scene.luminaires[6].name, "luminaire 2");
+  ASSERT_EQ(scene.area_lights.size(), 4u);
+  EXPECT_EQ(scene.area_lights[3].world_from_light.Point({}).x, 3);
+  EXPECT_EQ(scene.area_lights[3].name, scene.area_lights[0].name);
+}
+
+TEST(Scene, ArraysMakeCopiesOfGeometry) {
+  const std::string grid =
+      "[[quad.array]]\ncount = 2\nstep = [0, 3, 0]\n"
+      "[[box]]\nsize = [1, 1, 1]\nposition = [0, 0, 2]\nmaterial = \"grey\"\n"
+      "[[box.array]]\ncount = 3\nstep = [2, 0, 0]\n";
+  const auto scene = ReadScene(Write(std::string(kCamera) + kGround + grid));
+  ASSERT_EQ(scene.geometry.triangles.size(), 2u * 2 + 3 * 12);
+  float low_x = 1e9f, high_x = -1e9f, high_y = -1e9f;
+  for (const Vertex& vertex : scene.geometry.vertices) {
+    low_x = std::min(low_x, vertex.position[0]);
+    high_x = std::max(high_x, vertex.position[0]);
+    high_y = std::max(high_y, vertex.position[1]);
+  }
+  EXPECT_FLOAT_EQ(low_x, -1);
+  EXPECT_FLOAT_EQ(high_x, 4.5f);  // the third box
+  EXPECT_FLOAT_EQ(high_y, 4);     // the second quad
+}
+
+TEST(Scene, ArrayErrorsNameTheField) {
+  const std::string lamp =
+      "[[luminaire]]\nfile = \"a.lf.exr\"\nposition = [0, 0, 1]\n[[luminaire.array]]\n";
+  ExpectError(lamp + "step = [1, 0, 0]\n", {"luminaire[0].array[0].count"});
+  ExpectError(lamp + "count = 0\nstep = [1, 0, 0]\n", {"count", "0"});
+  ExpectError(lamp + "count = 3\n", {"luminaire[0].array[0].step"});
+  ExpectError(lamp + "count = 3\nstep = [1, 0, 0]\ngap = 1\n", {"gap"});
+  ExpectError(lamp +
+                  "count = 2000\nstep = [1, 0, 0]\n"
+                  "[[luminaire.array]]\ncount = 501\nstep = [0, 1, 0]\n",
+              {"count", "501", "1000000"});
+  ExpectError(lamp + "count = 3\nstep = [6e5, 0, 0]\n", {"array", "1200000", "origin"});
+}
+
 TEST(Scene, AreaLightErrorsNameTheField) {
   const auto light = [](const std::string& keys) {
     return "[[light]]\nposition = [0, 0, 1]\n" + keys;

@@ -130,6 +130,8 @@ class SceneDocument : public Document {
     for (const auto& luminaire : scene_->luminaires)
       request_.lamps.push_back({luminaire.world_from_luminaire, luminaire.scale});
     if (!stage_ && !request_.lamps.empty()) editor_.emplace(options_.file);
+    // A file that stands lamps in arrays has fewer places to write than lamps to move.
+    if (editor_ && editor_->lamps().size() != request_.lamps.size()) editor_.reset();
     Ask();
   }
 
