@@ -82,7 +82,7 @@ class Bench {
   };
   Lit Light(const render::GBuffer& gbuffer, const render::EnvironmentLight& light,
             const Setting& setting, std::uint64_t seed, bool useful = false,
-            const render::DeviceBvh* bvh = nullptr) {
+            const render::RayScene* rays = nullptr) {
     render::EstimatorOptions options;
     options.samples_per_pixel = setting.samples;
     options.seed = seed;
@@ -90,7 +90,7 @@ class Bench {
     render::Lighting lighting(device_, gbuffer);
     device_.Finish();
     const core::Stopwatch stopwatch;
-    (useful ? useful_ : estimator_).Light({gbuffer, {.bvh = bvh}}, light, options, lighting);
+    (useful ? useful_ : estimator_).Light({gbuffer, {.rays = rays}}, light, options, lighting);
     device_.Finish();
     Lit lit;
     lit.wall_s = stopwatch.WallSeconds();
@@ -399,7 +399,7 @@ nlohmann::json SpeedRows(Bench& bench, const Map& map, const BenchEnvironmentOpt
           std::optional<Bench::Lit> least;
           for (int run = 0; run < options.repeats; ++run) {
             const auto lit = bench.Light(view.gbuffer, light, {"", knobs, samples}, kSeed, false,
-                                         shadows ? &view.scene.bvh : nullptr);
+                                         shadows ? view.scene.rays.get() : nullptr);
             if (!least || lit.core_s < least->core_s) least = lit;
           }
           rows.push_back({{"surface", glossy ? "glossy" : "lambert"},

@@ -6,14 +6,16 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include "luxfield/bench/hill_mesh.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/parallel.h"
 #include "luxfield/core/random.h"
 #include "luxfield/core/stopwatch.h"
-#include "luxfield/render/scene/device_scene.h"
+#include "luxfield/render/scene/ray_scene.h"
 #include "luxfield/scene/embree.h"
+#include "luxfield/scene/scene.h"
 
 namespace luxfield::bench {
 namespace {
@@ -21,47 +23,23 @@ namespace {
 using lightfield::Cross;
 using lightfield::Dot;
 using lightfield::Normalized;
+using scene::PackedHit;
+using scene::PackedRay;
 using scene::Vec3;
 
-constexpr char kQueries[] = R"(
-#include "luxfield/render/kernels/scene/bvh.clh"
-typedef struct { float origin[3]; float t_max; float direction[3]; float unused; } Query;
-__kernel void Closest(__global const BvhNode* nodes, __global const BvhTriangle* triangles,
-                      __global const Query* queries, __global int* hits, int count) {
-  const int i = get_global_id(0);
-  if (i >= count) return;
-  const float3 origin = vload3(0, queries[i].origin), direction = vload3(0, queries[i].direction);
-  hits[i] = Intersect(nodes, triangles, origin, direction, 0.0f, queries[i].t_max).triangle;
-}
-__kernel void Occlusion(__global const BvhNode* nodes, __global const BvhTriangle* triangles,
-                        __global const Query* queries, __global int* hits, int count) {
-  const int i = get_global_id(0);
-  if (i >= count) return;
-  const float3 origin = vload3(0, queries[i].origin), direction = vload3(0, queries[i].direction);
-  hits[i] = Occluded(nodes, triangles, origin, direction, 0.0f, queries[i].t_max) ? 0 : -1;
-}
-)";
-
-struct Query {
-  float origin[3];
-  float t_max;
-  float direction[3];
-  float unused;
-};
-
-Query MakeQuery(Vec3 origin, Vec3 direction, float t_max) {
+PackedRay MakeQuery(Vec3 origin, Vec3 direction, float t_max) {
   return {
       {static_cast<float>(origin.x), static_cast<float>(origin.y), static_cast<float>(origin.z)},
-      t_max,
+      0,
       {static_cast<float>(direction.x), static_cast<float>(direction.y),
        static_cast<float>(direction.z)},
-      0};
+      t_max};
 }
 
 struct RaySet {
   std::string name;
   bool closest = false, coherent = false;
-  std::vector<Query> queries;
+  std::vector<PackedRay> queries;
 };
 
 // Embree over the same triangles.
@@ -88,7 +66,7 @@ class Peer {
   Peer& operator=(const Peer&) = delete;
 
   // Distances of the nearest hits; infinite where there are none.
-  std::vector<float> Distances(const std::vector<Query>& queries) const {
+  std::vector<float> Distances(const std::vector<PackedRay>& queries) const {
     std::vector<float> distances(queries.size());
     core::ParallelFor(queries.size(), kPiece, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) distances[k] = Nearest(queries[k]).ray.tfar;
@@ -140,7 +118,7 @@ class Peer {
     return context;
   }
 
-  static RTCRayHit Single(const Query& query) {
+  static RTCRayHit Single(const PackedRay& query) {
     RTCRayHit single{};
     single.ray.org_x = query.origin[0], single.ray.org_y = query.origin[1];
     single.ray.org_z = query.origin[2];
@@ -152,7 +130,7 @@ class Peer {
     return single;
   }
 
-  RTCRayHit Nearest(const Query& query) const {
+  RTCRayHit Nearest(const PackedRay& query) const {
     RTCRayHit single = Single(query);
     RTCIntersectContext context = Context(false);
     rtcIntersect1(scene_, &context, &single);
@@ -163,7 +141,7 @@ class Peer {
     RTCRayHit16 packet{};
     alignas(64) std::array<int, kPacket> valid{};
     for (std::size_t k = 0; k < count; ++k) {
-      const Query& query = rays.queries[first + k];
+      const PackedRay& query = rays.queries[first + k];
       valid[k] = -1;
       packet.ray.org_x[k] = query.origin[0], packet.ray.org_y[k] = query.origin[1];
       packet.ray.org_z[k] = query.origin[2];
@@ -212,7 +190,7 @@ void AddShadowRays(const RaySet& primary, const std::vector<float>& distances, R
   constexpr double kEdge_m = 2, kBefore = 1e-4;
   core::Random random(5, 0);
   for (std::size_t k = 0; k < distances.size(); ++k) {
-    const Query& query = primary.queries[k];
+    const PackedRay& query = primary.queries[k];
     if (!(distances[k] < std::numeric_limits<float>::max())) continue;
     const Vec3 from{query.origin[0], query.origin[1], query.origin[2]},
         along{query.direction[0], query.direction[1], query.direction[2]};
@@ -224,35 +202,57 @@ void AddShadowRays(const RaySet& primary, const std::vector<float>& distances, R
   }
 }
 
-// The device's traversal of a set, resident on it.
+// A set in device memory, traced in batches as primary and shadow rays are
+// (render/scene/ray_scene.h); what becomes of them stays there.
 class DeviceRays {
  public:
-  DeviceRays(const render::Device& device, const render::Program& program,
-             const render::DeviceBvh& bvh, const RaySet& rays)
-      : device_(device),
-        kernel_(program, rays.closest ? "Closest" : "Occlusion"),
-        queries_(render::Buffer::From(device, rays.queries)),
-        hits_(device, rays.queries.size() * sizeof(cl_int)),
-        count_(rays.queries.size()) {
-    kernel_.Set(bvh.nodes, bvh.triangles, queries_, hits_, static_cast<cl_int>(count_));
-    kernel_.Enqueue(std::size_t{1}).Wait();  // compiles
+  DeviceRays(const render::Device& device, const render::RayScene& scene, const RaySet& rays)
+      : device_(device), scene_(scene), closest_(rays.closest), coherent_(rays.coherent) {
+    const std::span all(rays.queries);
+    for (std::size_t first = 0; first < all.size(); first += kBatch) {
+      const auto batch = all.subspan(first, std::min(kBatch, all.size() - first));
+      rays_.push_back(render::Buffer::From(device, batch));
+      answers_.emplace_back(device,
+                            batch.size() * (closest_ ? sizeof(PackedHit) : sizeof(cl_uchar)));
+    }
+    Trace();  // touches the memory
   }
-  void Trace() {
-    kernel_.Enqueue(count_);
+  void Trace() const {
+    for (std::size_t b = 0; b < rays_.size(); ++b) {
+      const render::RayBuffers batch{.rays = rays_[b],
+                                     .group_count = rays_[b].bytes() / sizeof(PackedRay),
+                                     .coherent = closest_ && coherent_};
+      if (closest_)
+        scene_.Intersect(batch, answers_[b]);
+      else
+        scene_.Occluded(batch, answers_[b]);
+    }
     device_.Finish();
   }
   double HitShare() const {
-    const auto hits = hits_.Download<cl_int>();
-    return static_cast<double>(
-               std::count_if(hits.begin(), hits.end(), [](cl_int hit) { return hit >= 0; })) /
-           static_cast<double>(count_);
+    std::ptrdiff_t hits = 0;
+    std::size_t all = 0;
+    for (const render::Buffer& answers : answers_) {
+      if (closest_) {
+        const auto of_batch = answers.Download<PackedHit>();
+        hits += std::ranges::count_if(of_batch, [](const auto& hit) { return hit.triangle >= 0; });
+        all += of_batch.size();
+      } else {
+        const auto of_batch = answers.Download<cl_uchar>();
+        hits += std::ranges::count(of_batch, cl_uchar{1});
+        all += of_batch.size();
+      }
+    }
+    return static_cast<double>(hits) / static_cast<double>(all);
   }
 
  private:
+  static constexpr std::size_t kBatch = std::size_t{1} << 17;
+
   render::Device device_;
-  render::Kernel kernel_;
-  render::Buffer queries_, hits_;
-  std::size_t count_;
+  const render::RayScene& scene_;
+  bool closest_, coherent_;
+  std::vector<render::Buffer> rays_, answers_;
 };
 
 }  // namespace
@@ -267,12 +267,11 @@ std::vector<RaySpeed> BenchRays(const BenchRaysOptions& options) {
                            {"occlusion, sky", false, false, {}},
                            {"occlusion, area light", false, true, {}}};
   AddShadowRays(sets[0], peer.Distances(sets[0].queries), sets[1], sets[2]);
-  const render::DeviceBvh bvh = render::UploadBvh(device, geometry, scene::BuildBvh(geometry));
-  const render::Program program = render::Program::BuildText(device, kQueries, "bench/rays.cl");
+  const auto scene = render::MakeRayScene(device, geometry);
   std::vector<RaySpeed> speeds;
   for (const RaySet& rays : sets) {
     const auto count = static_cast<double>(rays.queries.size());
-    DeviceRays on_device(device, program, bvh, rays);
+    const DeviceRays on_device(device, *scene, rays);
     RaySpeed speed{rays.name, {}, {}, {}, 0, 0};
     for (int run = 0; run < options.runs; ++run) {
       core::Stopwatch ours;

@@ -48,7 +48,7 @@ class Bench {
   }
 
   nlohmann::json Run() {
-    const render::Visibility traced{.bvh = &scene_.bvh};
+    const render::Visibility traced{.rays = scene_.rays.get()};
     const int half = options_.reference_samples / 2;
     const core::Image a = Light("windowed", traced, half, 1),
                       b = Light("windowed", traced, half, 2);
@@ -102,11 +102,11 @@ class Bench {
     const auto lights =
         shadows == Shadows::kMaps ? render::CellCentres(field_) : reference_positions_;
     // Once for the compiler, once for the clock.
-    render::ShadowMaps(device_, field_.geometry, lights, {}, scene_.bvh,
+    render::ShadowMaps(device_, field_.geometry, lights, {}, *scene_.rays,
                        render::ShadowMaps::kMinSize);
     device_.Finish();
     const core::Stopwatch stopwatch;
-    const render::ShadowMaps maps(device_, field_.geometry, lights, {}, scene_.bvh, size);
+    const render::ShadowMaps maps(device_, field_.geometry, lights, {}, *scene_.rays, size);
     device_.Finish();
     const double build_core_s = stopwatch.CoreSeconds();
     for (const auto& name : options_.estimators) {

@@ -48,7 +48,7 @@ class Bench {
     const auto patches = preprocess::TabulatePatchLight(field_);
     lamp_.Add(device_, {.cells = &cells, .volume = &volume, .patches = &patches});
     for (int lamp = 0; lamp < 2; ++lamp)
-      shadows_.emplace_back(device_, lamp_, PoseOf(lamp, 0), scene_.bvh, options.map_size);
+      shadows_.emplace_back(device_, lamp_, PoseOf(lamp, 0), scene_.bvh(), options.map_size);
   }
 
   SoftShadowsFigures Run() {
@@ -82,7 +82,7 @@ class Bench {
   }
 
   void DrawMaps(int frame) {
-    for (int lamp = 0; lamp < 2; ++lamp) shadows_[lamp].Draw(PoseOf(lamp, frame), scene_.bvh);
+    for (int lamp = 0; lamp < 2; ++lamp) shadows_[lamp].Draw(PoseOf(lamp, frame), scene_.bvh());
   }
 
   void AddFast(const render::GBuffer& gbuffer, int frame, bool shadowed,
@@ -110,7 +110,7 @@ class Bench {
     how.samples_per_pixel = std::max(samples, 1);
     for (int lamp = 0; lamp < 2; ++lamp) {
       how.stream = static_cast<std::uint32_t>(lamp);
-      exact_->Light({gbuffer, {.bvh = &scene_.bvh}},
+      exact_->Light({gbuffer, {.rays = scene_.rays.get()}},
                     render::PosedLuminaire{lamp_, PoseOf(lamp, frame)}, how, lighting);
     }
     return Irradiance(gbuffer, lighting);

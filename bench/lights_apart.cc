@@ -37,9 +37,9 @@ void LightsApart::LightOne(std::size_t light, const StrategySetting& setting, st
   options.knobs.strategies.strategies = setting.strategies;
   options.knobs.strategies.light_share = setting.light_share;
   options.knobs.strategies.pilot = setting.pilot;
-  const render::DeviceBvh* bvh = shadows_ ? &scene_.geometry().bvh : nullptr;
+  const render::RayScene* rays = shadows_ ? scene_.geometry().rays.get() : nullptr;
   lighting_.light_share = light_share;
-  scene_.mis().Light({gbuffer_, {.bvh = bvh}}, lights_[light].source, options, lighting_);
+  scene_.mis().Light({gbuffer_, {.rays = rays}}, lights_[light].source, options, lighting_);
 }
 
 core::Image LightsApart::Radiance(double scale) const {

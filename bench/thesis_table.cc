@@ -140,7 +140,8 @@ class Table {
         const auto cells =
             render::ReferencePositions(light_field.field.geometry, light_field.reference);
         const render::ShadowMaps cast(device_, light_field.field.geometry, cells,
-                                      luminaire.world_from_luminaire, scene.geometry().bvh, kSize);
+                                      luminaire.world_from_luminaire, *scene.geometry().rays,
+                                      kSize);
         device_.Finish();
         maps += static_cast<int>(
             std::count_if(cells.begin(), cells.end(), [](const auto& cell) { return cell.lit; }));

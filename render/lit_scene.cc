@@ -228,9 +228,9 @@ void LitScene::RequireSoftMaps(int size) {
     const scene::Pose& pose = luminaires_[i].world_from_luminaire;
     if (i == soft_maps_.size()) {
       soft_maps_.push_back(
-          {pose, {device_, luminaires_[i].light_field->on_device, pose, geometry_.bvh, size}});
+          {pose, {device_, luminaires_[i].light_field->on_device, pose, geometry_.bvh(), size}});
     } else if (PosedSoftMaps& maps = soft_maps_[i]; !StandsAt(maps.world_from_luminaire, pose)) {
-      maps.shadows.Draw(pose, geometry_.bvh);
+      maps.shadows.Draw(pose, geometry_.bvh());
       maps.world_from_luminaire = pose;
     }
   }

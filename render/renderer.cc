@@ -109,7 +109,7 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
           options.shadows == Shadows::kMaps
               ? CellCentres(field)
               : ReferencePositions(field.geometry, luminaire.light_field->reference),
-          luminaire.world_from_luminaire, scene.geometry().bvh, options.ShadowMapSize());
+          luminaire.world_from_luminaire, *scene.geometry().rays, options.ShadowMapSize());
     }
   if (options.shadows == Shadows::kSoftMaps) scene.RequireSoftMaps(options.ShadowMapSize());
 }
@@ -129,7 +129,7 @@ Visibility Renderer::VisibilityOf(std::size_t light) const {
   if (light < shadow_maps_.size()) return {.maps = &shadow_maps_[light]};  // luminaires come first
   if (options_.shadows == Shadows::kSoftMaps && light < scene_.luminaires().size())
     return {.patches = &scene_.soft_maps(light)};
-  return {.bvh = options_.shadows == Shadows::kNone ? nullptr : &scene_.geometry().bvh};
+  return {.rays = options_.shadows == Shadows::kNone ? nullptr : scene_.geometry().rays.get()};
 }
 
 Frame Renderer::Render() {

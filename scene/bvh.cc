@@ -19,8 +19,9 @@ struct BuildNode {
 };
 
 struct BuildInner : BuildNode {
-  BuildNode* children[2] = {nullptr, nullptr};
-  Box boxes[2];
+  unsigned count = 0;
+  std::array<BuildNode*, Bvh::kWidth> children{};
+  std::array<Box, Bvh::kWidth> boxes{};
 };
 
 struct BuildLeaf : BuildNode {
@@ -39,6 +40,7 @@ void* CreateInner(RTCThreadLocalAllocator allocator, unsigned, void*) {
 
 void SetChildren(void* node, void** children, unsigned count, void*) {
   auto* inner = static_cast<BuildInner*>(static_cast<BuildNode*>(node));
+  inner->count = count;
   for (unsigned i = 0; i < count; ++i) inner->children[i] = static_cast<BuildNode*>(children[i]);
 }
 
@@ -61,14 +63,14 @@ void* CreateLeaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pri
   return static_cast<BuildNode*>(leaf);
 }
 
-// 4 float32 steps of the scene's largest coordinate: no less than what rounding moves a ray by on
+// 8 float32 steps of the scene's largest coordinate: no less than what rounding moves a ray by on
 // its way.
 float BoxMargin(const Geometry& geometry) {
   float largest = 0;
   for (const Vertex& vertex : geometry.vertices)
     for (const float coordinate : vertex.position)
       largest = std::max(largest, std::abs(coordinate));
-  return 4 * std::numeric_limits<float>::epsilon() * largest + std::numeric_limits<float>::min();
+  return 8 * std::numeric_limits<float>::epsilon() * largest + std::numeric_limits<float>::min();
 }
 
 RTCBuildPrimitive BoundsOf(const Geometry& geometry, std::uint32_t triangle, float margin) {
@@ -82,36 +84,97 @@ RTCBuildPrimitive BoundsOf(const Geometry& geometry, std::uint32_t triangle, flo
   return {lower[0], lower[1], lower[2], 0, upper[0], upper[1], upper[2], triangle};
 }
 
+Box BoxOf(const RTCBuildPrimitive& p) {
+  return {{p.lower_x, p.lower_y, p.lower_z}, {p.upper_x, p.upper_y, p.upper_z}};
+}
+
+void Extend(const RTCBuildPrimitive& p, Box& box) {
+  const float lower[3] = {p.lower_x, p.lower_y, p.lower_z},
+              upper[3] = {p.upper_x, p.upper_y, p.upper_z};
+  for (int axis = 0; axis < 3; ++axis) {
+    box.lower[axis] = std::min(box.lower[axis], lower[axis]);
+    box.upper[axis] = std::max(box.upper[axis], upper[axis]);
+  }
+}
+
+// Which child stands in which place of a node (Bvh::Node): greedily the pair whose child lies
+// farthest towards the place's corner, seen from the node's centre (after Ylitie, Karras and Laine
+// 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs").
+std::array<int, Bvh::kWidth> Places(const BuildInner& inner) {
+  const auto centre = [](const Box& box, int axis) {
+    return 0.5 * (double{box.lower[axis]} + double{box.upper[axis]});
+  };
+  double middle[3] = {};
+  for (unsigned c = 0; c < inner.count; ++c)
+    for (int axis = 0; axis < 3; ++axis) middle[axis] += centre(inner.boxes[c], axis) / inner.count;
+  std::array<int, Bvh::kWidth> child_at;
+  child_at.fill(-1);
+  std::array<bool, Bvh::kWidth> placed{};
+  for (unsigned n = 0; n < inner.count; ++n) {
+    double best = 0;
+    int best_child = -1, best_place = -1;
+    for (int c = 0; c < static_cast<int>(inner.count); ++c)
+      for (int place = 0; place < Bvh::kWidth; ++place) {
+        if (placed[c] || child_at[place] >= 0) continue;
+        double towards = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+          const double off = centre(inner.boxes[c], axis) - middle[axis];
+          towards += place >> axis & 1 ? off : -off;
+        }
+        if (best_child >= 0 && towards <= best) continue;
+        best = towards;
+        best_child = c;
+        best_place = place;
+      }
+    placed[best_child] = true;
+    child_at[best_place] = best_child;
+  }
+  return child_at;
+}
+
 class Flattener {
  public:
   explicit Flattener(Bvh& bvh) : bvh_(bvh) {}
 
-  Bvh::Child Flatten(const BuildNode* node, const Box& box, int depth) {
-    Bvh::Child child;
-    child.box = box;
-    if (node->is_leaf) {
-      const auto* leaf = static_cast<const BuildLeaf*>(node);
-      child.first = static_cast<std::int32_t>(bvh_.order.size());
-      child.count = static_cast<std::int32_t>(leaf->count);
-      bvh_.order.insert(bvh_.order.end(), leaf->triangles.begin(),
-                        leaf->triangles.begin() + leaf->count);
-      return child;
-    }
-    if (depth >= Bvh::kMaxDepth)
+  // Fills node `at`, its leaves' triangles and, below them, its inner nodes.
+  void Flatten(const BuildInner& inner, std::size_t at, int depth) {
+    if (depth > Bvh::kMaxDepth)
       throw DeviceError(
           fmt::format("Embree built a hierarchy deeper than {} levels; simplify the scene's meshes",
                       Bvh::kMaxDepth));
-    const auto* inner = static_cast<const BuildInner*>(node);
-    child.node = static_cast<std::int32_t>(bvh_.nodes.size());
-    bvh_.nodes.emplace_back();
-    for (int i = 0; i < 2; ++i) {
-      const auto flat = Flatten(inner->children[i], inner->boxes[i], depth + 1);
-      bvh_.nodes[child.node].children[i] = flat;
+    const auto child_at = Places(inner);
+    Bvh::Node node;
+    for (int place = 0; place < Bvh::kWidth; ++place) {
+      if (child_at[place] < 0) continue;
+      const BuildNode* child = inner.children[child_at[place]];
+      node.children[place] =
+          child->is_leaf ? MakeLeaf(*static_cast<const BuildLeaf*>(child)) : MakeInner();
+      node.children[place].box = inner.boxes[child_at[place]];
     }
+    bvh_.nodes[at] = node;
+    for (int place = 0; place < Bvh::kWidth; ++place)
+      if (node.children[place].node >= 0)
+        Flatten(*static_cast<const BuildInner*>(inner.children[child_at[place]]),
+                static_cast<std::size_t>(node.children[place].node), depth + 1);
+  }
+
+  Bvh::Child MakeLeaf(const BuildLeaf& leaf) {
+    Bvh::Child child;
+    child.first = static_cast<std::int32_t>(bvh_.order.size());
+    child.count = static_cast<std::int32_t>(leaf.count);
+    bvh_.order.insert(bvh_.order.end(), leaf.triangles.begin(),
+                      leaf.triangles.begin() + leaf.count);
     return child;
   }
 
  private:
+  Bvh::Child MakeInner() {
+    Bvh::Child child;
+    child.node = static_cast<std::int32_t>(bvh_.nodes.size());
+    bvh_.nodes.emplace_back();
+    return child;
+  }
+
   Bvh& bvh_;
 };
 
@@ -137,7 +200,7 @@ Bvh BuildBvh(const Geometry& geometry) {
   RTCBuildArguments arguments = rtcDefaultBuildArguments();
   arguments.byteSize = sizeof arguments;
   arguments.buildQuality = RTC_BUILD_QUALITY_MEDIUM;
-  arguments.maxBranchingFactor = 2;
+  arguments.maxBranchingFactor = Bvh::kWidth;
   arguments.maxDepth = Bvh::kMaxDepth - 4;
   arguments.minLeafSize = 1;
   arguments.maxLeafSize = Bvh::kMaxLeafSize;
@@ -152,13 +215,14 @@ Bvh BuildBvh(const Geometry& geometry) {
   if (!root) device.Fail("building the hierarchy");
 
   bvh.order.reserve(count);
+  bvh.nodes.emplace_back();
   if (root->is_leaf) {
-    constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    const Box everything{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
-    bvh.nodes.emplace_back();
-    bvh.nodes[0].children[0] = Flattener(bvh).Flatten(root, everything, 0);
+    Box everything = BoxOf(primitives.front());
+    for (const RTCBuildPrimitive& p : primitives) Extend(p, everything);
+    bvh.nodes[0].children[0] = Flattener(bvh).MakeLeaf(*static_cast<const BuildLeaf*>(root));
+    bvh.nodes[0].children[0].box = everything;
   } else {
-    Flattener(bvh).Flatten(root, {}, 0);
+    Flattener(bvh).Flatten(*static_cast<const BuildInner*>(root), 0, 1);
   }
   return bvh;
 }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "luxfield/core/parallel.h"
 #include "luxfield/scene/embree.h"
+#include "luxfield/scene/ray_packets.h"
 
 namespace luxfield::scene {
 namespace {
@@ -21,13 +23,54 @@ RTCRay ToEmbree(const Ray& ray) {
   return out;
 }
 
+// Rays that a thread takes at once: enough to hide what starting it costs.
+constexpr std::size_t kRaysAtOnce = 2048;
+
+// Of which Embree traces packets without splitting them.
+int NativeLanes(RTCDevice device) {
+  if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) return 16;
+  return rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? 8 : 4;
+}
+
+// trace(packet) for all packets of the batch's groups [begin, end); the last may not be full.
+template <int kLanes, typename Trace>
+void TraceGroups(RTCScene scene, const RayBatch& batch, std::size_t begin, std::size_t end,
+                 Trace trace) {
+  RayPacket<kLanes> packet(scene, batch.coherent);
+  const RayRange all{0, static_cast<int>(batch.group_size)};
+  for (std::size_t group = begin; group < end; ++group) {
+    const RayRange range = batch.ranges.empty() ? all : batch.ranges[group];
+    for (int ray = range.begin; ray < range.end; ++ray) {
+      const std::size_t slot = group * batch.group_size + ray;
+      packet.Add(batch.rays[slot], slot);
+      if (packet.full()) trace(packet);
+    }
+  }
+  if (!packet.empty()) trace(packet);
+}
+
+template <typename Trace>
+void TraceBatch(RTCScene scene, int lanes, const RayBatch& batch, Trace trace) {
+  const std::size_t groups = batch.rays.size() / batch.group_size;
+  core::ParallelFor(groups, std::max<std::size_t>(1, kRaysAtOnce / batch.group_size),
+                    [&](std::size_t begin, std::size_t end) {
+                      if (lanes == 16)
+                        TraceGroups<16>(scene, batch, begin, end, trace);
+                      else if (lanes == 8)
+                        TraceGroups<8>(scene, batch, begin, end, trace);
+                      else
+                        TraceGroups<4>(scene, batch, begin, end, trace);
+                    });
+}
+
 }  // namespace
 
 struct RayCaster::Impl {
   EmbreeDevice device;
   RTCScene scene;
+  int lanes;
 
-  Impl() : scene(rtcNewScene(device.get())) {
+  Impl() : scene(rtcNewScene(device.get())), lanes(NativeLanes(device.get())) {
     if (!scene) device.Fail("making a scene");
   }
   ~Impl() { rtcReleaseScene(scene); }
@@ -79,6 +122,18 @@ bool RayCaster::Occluded(const Ray& ray) const {
   rtcInitIntersectContext(&context);
   rtcOccluded1(impl_->scene, &context, &query);
   return query.tfar < 0;  // Embree's mark
+}
+
+void RayCaster::Intersect(const RayBatch& batch, std::span<PackedHit> hits) const {
+  TraceBatch(impl_->scene, impl_->lanes, batch, [&](auto& packet) {
+    packet.Intersect([&](std::size_t slot, const PackedHit& hit) { hits[slot] = hit; });
+  });
+}
+
+void RayCaster::Occluded(const RayBatch& batch, std::span<std::uint8_t> hidden) const {
+  TraceBatch(impl_->scene, impl_->lanes, batch, [&](auto& packet) {
+    packet.Occluded([&](std::size_t slot, bool is_hidden) { hidden[slot] = is_hidden; });
+  });
 }
 
 }  // namespace luxfield::scene

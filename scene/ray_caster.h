@@ -1,10 +1,15 @@
-// Ray queries on the CPU: the reference that device visibility is judged by.
+// Ray queries on the CPU: the reference that device visibility is judged by, one ray at a time, and
+// what traces batches of rays for renderers whose device is the CPU.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "luxfield/scene/geometry.h"
+#include "luxfield/scene/ray_types.clh"
 
 namespace luxfield::scene {
 
@@ -20,7 +25,20 @@ struct RayHit {
   double b = 0, c = 0;  // barycentric weights of the triangle's second and third vertex
 };
 
+// Rays in groups of `group_size` slots. Of group g the rays [ranges[g].begin, ranges[g].end) are
+// traced, counted from slot g * group_size; all of them where `ranges` is empty.
+struct RayBatch {
+  std::span<const PackedRay> rays{};
+  std::size_t group_size = 1;
+  std::span<const RayRange> ranges{};
+  bool coherent = false;  // neighbours start at one place and go nearly the same way
+};
+
 // Embree in robust mode, float32. Queries may run on several threads.
+//
+//   const RayCaster caster(geometry);
+//   std::vector<std::uint8_t> hidden(rays.size());
+//   caster.Occluded({.rays = rays}, hidden);
 class RayCaster {
  public:
   explicit RayCaster(const Geometry& geometry);  // copies what it needs; DeviceError
@@ -30,6 +48,12 @@ class RayCaster {
 
   std::optional<RayHit> Intersect(const Ray& ray) const;  // the nearest
   bool Occluded(const Ray& ray) const;
+
+  // The same for batches, in packets as wide as the processor's vectors, on the threads of the
+  // caller's execution. Results lie in their rays' slots; slots that are not traced keep what they
+  // hold. `hidden` becomes 1 where something lies on the ray, else 0.
+  void Intersect(const RayBatch& batch, std::span<PackedHit> hits) const;
+  void Occluded(const RayBatch& batch, std::span<std::uint8_t> hidden) const;
 
  private:
   struct Impl;

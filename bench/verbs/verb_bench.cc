@@ -20,6 +20,7 @@
 #include "luxfield/bench/bench_merge.h"
 #include "luxfield/bench/bench_nearfield.h"
 #include "luxfield/bench/bench_plan.h"
+#include "luxfield/bench/bench_rays.h"
 #include "luxfield/bench/bench_rigs.h"
 #include "luxfield/bench/bench_sampling.h"
 #include "luxfield/bench/bench_scale.h"
@@ -40,6 +41,7 @@
 #include "luxfield/cli/program.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/parallel.h"
+#include "luxfield/core/stopwatch.h"
 #include "luxfield/render/accuracy/cost_model.h"
 #include "luxfield/render/device/device.h"
 
@@ -205,6 +207,27 @@ void AddSampling(cli::Program& program, CLI::App& benches) {
   AddDeviceBench<BenchSamplingOptions>(
       program, benches, "sampling", "What it costs to draw a light sample",
       [](const auto& o) { return FinishOnDevice(BenchSampling(o), o); });
+}
+
+// Medians, millions of rays in a core-second.
+core::Json Rays(const BenchRaysOptions& how) {
+  core::Json rows = core::Json::array();
+  for (const RaySpeed& speed : BenchRays(how))
+    rows.push_back({{"rays", speed.rays},
+                    {"device", core::Median(speed.device)},
+                    {"embree_single", core::Median(speed.embree_single)},
+                    {"embree_packets", core::Median(speed.embree_packets)},
+                    {"device_hits", speed.device_hits},
+                    {"embree_hits", speed.embree_hits}});
+  return FinishOnDevice(rows, how);
+}
+
+void AddRays(cli::Program& program, CLI::App& benches) {
+  const auto [app, how] = AddDeviceBench<BenchRaysOptions>(
+      program, benches, "rays", "Rays traced a core-second, in millions, beside Embree's", Rays);
+  AddSize(app, how.width, how.height);
+  app.add_option("--triangles", how.triangles, "Of the mesh, about")->check(CLI::Range(1, 1 << 26));
+  app.add_option("--runs", how.runs, "Of which the median counts")->check(CLI::Range(1, 100));
 }
 
 // What both benches of shadows have in common is `how`'s.
@@ -510,6 +533,7 @@ void AddBench(cli::Program& program) {
   AddNearfield(program, benches);
   AddBenchStatedErrors(program, benches);
   AddSampling(program, benches);
+  AddRays(program, benches);
   AddShadows(program, benches);
   AddSigned(program, benches);
   AddEnvironment(program, benches);

@@ -15,13 +15,12 @@
 #include "luxfield/render/accuracy/lamp_tables.h"
 #include "luxfield/render/estimators/estimator.h"
 #include "luxfield/render/scene/device_scene.h"
-#include "luxfield/scene/bvh.h"
 
 namespace luxfield::render {
 namespace {
 
 constexpr int kTerms = 6;
-constexpr int kVersion = 2;  // raised where what an estimator does, and so its cost, changes
+constexpr int kVersion = 3;  // raised where what an estimator does, and so its cost, changes
 constexpr const char* kTermNames[kTerms] = {"launch",    "per_pixel",  "per_image",
                                             "per_texel", "per_sample", "per_ray"};
 
@@ -73,7 +72,7 @@ std::array<double, kTerms> Fit(const std::vector<CalibrationRun>& runs) {
 }
 
 // Something for shadow rays to miss and hit.
-DeviceBvh CalibrationBvh(const Device& device) {
+std::unique_ptr<RayScene> CalibrationScene(const Device& device) {
   scene::Geometry geometry;
   geometry.materials.emplace_back();
   for (int row = 0; row < 16; ++row)
@@ -81,7 +80,7 @@ DeviceBvh CalibrationBvh(const Device& device) {
       scene::AppendBox(scene::Translation({0.4 * column - 3.2, -0.6, 0.4 + 0.6 * row}) *
                            scene::Scaling({0.1, 0.1 + 0.02 * (row + column), 0.1}),
                        0, geometry);
-  return UploadBvh(device, geometry, scene::BuildBvh(geometry));
+  return MakeRayScene(device, geometry);
 }
 
 struct CalibrationSetting {
@@ -138,7 +137,7 @@ LightingWork WorkOf(std::span<const cl_float4> positions,
 CostModel Calibrate(const Device& device, std::vector<CalibrationRun>* runs) {
   CostModel model;
   model.device = DeviceName(device.info());
-  const DeviceBvh bvh = CalibrationBvh(device);
+  const auto rays = CalibrationScene(device);
   std::map<std::string, std::vector<CalibrationRun>> measured;
   std::map<std::string, std::unique_ptr<Estimator>> estimators;
   for (const auto& traits : EstimatorList())
@@ -164,7 +163,7 @@ CostModel Calibrate(const Device& device, std::vector<CalibrationRun>* runs) {
                  traits.noise_free && !setting.traced ? 0 : setting.samples, setting.traced),
           0, 0};
       run.measured_s =
-          LightSeconds(device, *estimator, gbuffer, {.bvh = setting.traced ? &bvh : nullptr},
+          LightSeconds(device, *estimator, gbuffer, {.rays = setting.traced ? rays.get() : nullptr},
                        luminaire, setting.samples);
       measured[name].push_back(run);
     }

@@ -229,6 +229,20 @@ void Buffer::FillZero() {
         "clEnqueueFillBuffer");
 }
 
+MappedMemory::MappedMemory(const Buffer& buffer, bool writable) : buffer_(buffer) {
+  if (!buffer || buffer.bytes() == 0) return;
+  cl_int code = CL_SUCCESS;
+  memory_ = clEnqueueMapBuffer(buffer.device_->queue(), buffer.get(), CL_TRUE,
+                               writable ? CL_MAP_READ | CL_MAP_WRITE : CL_MAP_READ, 0,
+                               buffer.bytes(), 0, nullptr, nullptr, &code);
+  Check(code, "clEnqueueMapBuffer");
+}
+
+MappedMemory::~MappedMemory() {
+  if (memory_)
+    clEnqueueUnmapMemObject(buffer_.device_->queue(), buffer_.get(), memory_, 0, nullptr, nullptr);
+}
+
 void Event::Wait() const {
   const cl_event event = event_.get();
   Check(clWaitForEvents(1, &event), "clWaitForEvents");

@@ -143,12 +143,43 @@ class Buffer {
   void FillZero();
 
  private:
+  friend class MappedMemory;
   void UploadBytes(const void* data, std::size_t bytes, std::size_t offset);
   void DownloadBytes(void* data, std::size_t bytes, std::size_t offset) const;
 
   std::shared_ptr<Device> device_;
   Unique<cl_mem, clReleaseMemObject> memory_;
   std::size_t bytes_ = 0;
+};
+
+// A buffer's memory as the host sees it while this lives; see Mapped.
+class MappedMemory {
+ public:
+  MappedMemory(const Buffer& buffer, bool writable);
+  ~MappedMemory();
+  MappedMemory(const MappedMemory&) = delete;
+  MappedMemory& operator=(const MappedMemory&) = delete;
+
+ protected:
+  const Buffer& buffer_;
+  void* memory_ = nullptr;  // null for a null buffer
+};
+
+// A buffer's elements, on a CPU in place, elsewhere in a copy; read-only for const T. Waits for what
+// was enqueued before; what is enqueued later waits until this is gone. Kernels do not touch the
+// buffer meanwhile.
+//
+//   {
+//     const Mapped<const float> values(buffer);
+//     Use(values.span());
+//   }
+template <typename T>
+class Mapped : public MappedMemory {
+ public:
+  explicit Mapped(const Buffer& buffer) : MappedMemory(buffer, !std::is_const_v<T>) {}
+  std::span<T> span() const {
+    return {static_cast<T*>(memory_), memory_ ? buffer_.bytes() / sizeof(T) : 0};
+  }
 };
 
 // A built program. Its binary is kept on disk (render/device/program_cache.h); one that the driver

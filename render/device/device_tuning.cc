@@ -16,13 +16,15 @@ std::string DeviceTuning::BuildOptions() const {
 }
 
 std::string DeviceTuning::Text() const {
-  return fmt::format("group={},pixels={},shared={},lanes={},divide={}", group_size, pixels_per_item,
-                     shared_loads, lanes, static_cast<int>(exact_divide));
+  return fmt::format("group={},pixels={},shared={},lanes={},divide={},rays={}", group_size,
+                     pixels_per_item, shared_loads, lanes, static_cast<int>(exact_divide),
+                     static_cast<int>(host_rays));
 }
 
 DeviceTuning TuningOf(const DeviceInfo& info) {
   DeviceTuning tuning;
   tuning.exact_divide = info.has_exact_divide;
+  tuning.host_rays = info.is_cpu;
   if (info.is_cpu) {
     if (info.native_float_lanes < 8) tuning.lanes = 4;
   } else {
@@ -59,6 +61,8 @@ DeviceTuning ParseTuning(const std::string& text, const DeviceTuning& base) {
       tuning.lanes = value;
     else if (name == "divide")
       tuning.exact_divide = value != 0;
+    else if (name == "rays")
+      tuning.host_rays = value != 0;
     else
       refuse(fmt::format("'{}' is unknown", name));
   }

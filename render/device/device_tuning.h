@@ -1,7 +1,7 @@
 // How work is cut for a device: the one place where CPUs and GPUs differ.
 //
 // Kernels compute the same whatever is chosen: sampling estimators to the bit, sums of `exact` up
-// to their rounding. Chosen by rule from what the device says of itself:
+// to their rounding, places that rays hit up to theirs. Chosen by rule from what the device says of itself:
 //
 //                      CPU                                    GPU
 //   group_size         32: enough to spread over threads      64: a multiple of every wave in use
@@ -9,6 +9,7 @@
 //   shared_loads       4 pixels lit from the same loads       2: registers are dearer than loads
 //   lanes              8, or 4 where its vectors are short    8: fewer, longer loads
 //   exact_divide       wherever the device offers it: quotients equal on all devices
+//   host_rays          rays traced by Embree in packets       by a kernel
 //
 // No kernel uses double: what float32 cannot hold is a pair of floats or 64-bit fixed point.
 #pragma once
@@ -26,12 +27,13 @@ struct DeviceTuning {
   int shared_loads = 4;       // `exact`: 1, 2 or 4
   int lanes = 8;              // texels at once in closed forms: 4, 8 or 16
   bool exact_divide = false;  // correctly rounded division
+  bool host_rays = true;      // scene/ray_scene.h
 
   bool operator==(const DeviceTuning&) const = default;
 
   // For clBuildProgram: -D PIXELS, SHARED and LANES, and the division.
   std::string BuildOptions() const;
-  // "group=64,pixels=32,shared=4,lanes=8,divide=1", as ParseTuning reads it.
+  // "group=64,pixels=32,shared=4,lanes=8,divide=1,rays=1", as ParseTuning reads it.
   std::string Text() const;
 };
 

@@ -31,11 +31,18 @@ EnvironmentSampling MakeEnvironmentSampling(const EstimatorOptions& options, int
   return params;
 }
 
+// A tile of less than one sample costs one, and expected numbers are off by their rounding.
+std::size_t MostSamples(const EstimatorOptions& options, std::size_t tiles) {
+  const auto samples = static_cast<std::size_t>(options.samples_per_pixel);
+  return samples + samples / 1024 + tiles + 1;
+}
+
 }  // namespace
 
 EnvironmentEstimator::EnvironmentEstimator(const Device& device, const std::string& build_options)
     : device_(device),
       build_options_(build_options),
+      shadow_(device),
       draw_sets_(Program::Build(device, kPath, "-D GLOSSY=0 " + build_options), "DrawSets") {}
 
 Kernel& EnvironmentEstimator::KernelFor(bool glossy) {
@@ -55,9 +62,7 @@ void EnvironmentEstimator::Light(const Receivers& receivers, const LightSource& 
   const EnvironmentLight& light = RequireEnvironmentLight(traits(), source);
   RequireShadows(traits(), receivers.visibility);
   const GBuffer& gbuffer = receivers.gbuffer;
-  const DeviceBvh* bvh = receivers.visibility.bvh;
   SamplingParams sampling = MakeSamplingParams(options);
-  sampling.end = static_cast<int>(gbuffer.pixel_count());
   const EnvironmentSampling own = MakeEnvironmentSampling(options, gbuffer.width);
   if (light.options().compensation > 0 && own.brdf_samples == 0)
     throw InputError(
@@ -85,14 +90,27 @@ void EnvironmentEstimator::Light(const Receivers& receivers, const LightSource& 
              light.energies(), light.corners(), sampling_params, own_params, draws)
         .Enqueue({static_cast<std::size_t>(own.capacity), sets}, {kDrawGroup});
   }
-  const Buffer none;
-  KernelFor(gbuffer.glossy())
-      .Set(light.params(), light.texels(), light.row_starts(), light.column_starts(),
-           light.energies(), light.corners(), gbuffer.position, gbuffer.normal, gbuffer.albedo,
-           gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none, bvh ? bvh->triangles : none,
-           sampling_params, own_params, draws, lighting.irradiance, lighting.reflected,
-           lighting.variance, lighting.samples)
-      .Enqueue(gbuffer.pixel_count());
+  shadow_.Start(receivers.visibility.rays, gbuffer.glossy(),
+                MostSamples(options, own.balance == kBalanceNone ? 1 : light.tile_count()),
+                gbuffer.pixel_count());
+  Kernel& kernel = KernelFor(gbuffer.glossy());
+  sampling.shadow_rays = shadow_.per_pixel();
+  for (std::size_t first = 0; first < gbuffer.pixel_count(); first += shadow_.pixels_at_once()) {
+    const std::size_t pixels = std::min(shadow_.pixels_at_once(), gbuffer.pixel_count() - first);
+    sampling.begin = static_cast<int>(first);
+    sampling.end = static_cast<int>(first + pixels);
+    const Buffer batch_params =
+        Buffer::From(device_, std::span<const SamplingParams>(&sampling, 1));
+    kernel
+        .Set(light.params(), light.texels(), light.row_starts(), light.column_starts(),
+             light.energies(), light.corners(), gbuffer.position, gbuffer.normal, gbuffer.albedo,
+             gbuffer.gloss, gbuffer.eye, shadow_.rays(), shadow_.ranges(), shadow_.kept(),
+             shadow_.pending(), batch_params, own_params, draws, lighting.irradiance,
+             lighting.reflected, lighting.variance, lighting.samples)
+        .Enqueue(pixels);
+    shadow_.Trace(pixels);
+    shadow_.AddVisibleLight(first, pixels, lighting);
+  }
 }
 
 const EstimatorTraits& EnvironmentEstimator::Traits() {

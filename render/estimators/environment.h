@@ -7,6 +7,7 @@
 #include <string>
 
 #include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/estimators/shadow_rays.h"
 
 namespace luxfield::render {
 
@@ -48,6 +49,7 @@ class EnvironmentEstimator : public Estimator {
 
   Device device_;
   std::string build_options_;
+  ShadowRays shadow_;
   Kernel draw_sets_;
   std::map<bool, Kernel> kernels_;  // by GLOSSY
 };

@@ -68,7 +68,7 @@ void RequireShadows(const EstimatorTraits& traits, Shadows shadows) {
 }
 
 void RequireShadows(const EstimatorTraits& traits, const Visibility& visibility) {
-  if (visibility.bvh) RequireShadows(traits, Shadows::kTraced);
+  if (visibility.rays) RequireShadows(traits, Shadows::kTraced);
   if (visibility.maps) RequireShadows(traits, Shadows::kMaps);
   if (visibility.patches) RequireShadows(traits, Shadows::kSoftMaps);
 }

@@ -18,6 +18,7 @@
 #include "luxfield/render/estimators/knobs.h"
 #include "luxfield/render/lights/light_source.h"
 #include "luxfield/render/scene/gbuffer.h"
+#include "luxfield/render/scene/ray_scene.h"
 
 namespace luxfield::render {
 
@@ -76,7 +77,7 @@ class PatchShadows;  // render/lights/patch_shadows.h
 
 // What a light's shadows are found with: at most one of the three; none: everything is visible.
 struct Visibility {
-  const DeviceBvh* bvh = nullptr;         // rays are traced
+  const RayScene* rays = nullptr;         // rays are traced
   const ShadowMaps* maps = nullptr;       // of this luminaire at this pose; of luminaires alone
   const PatchShadows* patches = nullptr;  // likewise
 };

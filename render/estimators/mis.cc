@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "luxfield/core/error.h"
 #include "luxfield/render/estimators/sampling_params.h"
 #include "luxfield/render/kernels/environment/environment_types.clh"
@@ -56,16 +58,9 @@ void RequireGivenShares(const EstimatorOptions& options, const Lighting& lightin
         "strategies=given takes the share of every pixel from the caller; choose others");
 }
 
-// A kernel's null pointer where it is not asked for.
-const Buffer& ShareOf(const Lighting& lighting) {
-  static const Buffer none;
-  return lighting.light_share ? *lighting.light_share : none;
-}
-
-SamplingParams ParamsFor(const GBuffer& gbuffer, const EstimatorOptions& options) {
-  SamplingParams params = MakeSamplingParams(options);
-  params.end = static_cast<int>(gbuffer.pixel_count());
-  return params;
+// True if a pilot's shadow rays choose the shares of the rest.
+bool HasPilot(const EstimatorOptions& options) {
+  return SharesOf(options.knobs.strategies.strategies) == 1;
 }
 
 }  // namespace
@@ -102,50 +97,105 @@ void MisEstimator::Light(const Receivers& receivers, const LightSource& source,
   std::visit([&](const auto& light) { LightBy(light, receivers, options, lighting); }, source);
 }
 
+Buffer MisEstimator::OwnShares(const Receivers& receivers, const EstimatorOptions& options,
+                               const Lighting& lighting) const {
+  if (lighting.light_share || !HasPilot(options) || !receivers.visibility.rays) return {};
+  return Buffer(device_, receivers.gbuffer.pixel_count() * sizeof(cl_float));
+}
+
+Kernel& MisEstimator::ChooseShares(bool glossy) {
+  auto kernel = choose_shares_.find(glossy);
+  if (kernel == choose_shares_.end())
+    kernel = choose_shares_
+                 .emplace(glossy, Kernel(Program::Build(device_, "kernels/mis/pilot_shares.cl",
+                                                        fmt::format("-D GLOSSY={}", int{glossy})),
+                                         "ChooseShares"))
+                 .first;
+  return kernel->second;
+}
+
+template <typename Launch>
+void MisEstimator::LightBatch(const PixelBatch& batch, const ShadowRays& shadow, bool glossy,
+                              const EstimatorOptions& options, const Buffer& shares,
+                              Launch launch) {
+  const int first_stage = HasPilot(options) ? 0 : 1;
+  if (HasPilot(options) && shadow.traced()) {
+    launch(shares, 0, 1);
+    shadow.Trace(batch.count);
+    ChooseShares(glossy)
+        .Set(batch.sampling, shadow.rays(), shadow.ranges(), shadow.kept(), shadow.pending(),
+             shadow.hidden(), shares)
+        .Enqueue(batch.count);
+    launch(shares, 1, 2);
+  } else {
+    launch(shares, first_stage, 2);
+  }
+  shadow.Trace(batch.count);
+}
+
+template <typename Launch>
+void MisEstimator::LightBatches(const Receivers& receivers, const EstimatorOptions& options,
+                                Lighting& lighting, Launch launch) {
+  const GBuffer& gbuffer = receivers.gbuffer;
+  const Buffer own = OwnShares(receivers, options, lighting);
+  const Buffer& shares = lighting.light_share ? *lighting.light_share : own;
+  SamplingParams sampling = MakeSamplingParams(options);
+  shadow_.Start(receivers.visibility.rays, gbuffer.glossy(),
+                static_cast<std::size_t>(options.samples_per_pixel), gbuffer.pixel_count());
+  sampling.shadow_rays = shadow_.per_pixel();
+  for (std::size_t first = 0; first < gbuffer.pixel_count(); first += shadow_.pixels_at_once()) {
+    const std::size_t pixels = std::min(shadow_.pixels_at_once(), gbuffer.pixel_count() - first);
+    sampling.begin = static_cast<int>(first);
+    sampling.end = static_cast<int>(first + pixels);
+    const Buffer params = Buffer::From(device_, std::span<const SamplingParams>(&sampling, 1));
+    LightBatch({first, pixels, params}, shadow_, gbuffer.glossy(), options, shares,
+               [&](const Buffer& light_shares, cl_int first_stage, cl_int end_stage) {
+                 launch(params, light_shares, first_stage, end_stage).Enqueue(pixels);
+               });
+    shadow_.AddVisibleLight(first, pixels, lighting);
+  }
+}
+
 void MisEstimator::LightBy(const AreaLightOnDevice& light, const Receivers& receivers,
                            const EstimatorOptions& options, Lighting& lighting) {
   const GBuffer& gbuffer = receivers.gbuffer;
-  const DeviceBvh* bvh = receivers.visibility.bvh;
-  const SamplingParams sampling = ParamsFor(gbuffer, options);
-  const Buffer sampling_params =
-                   Buffer::From(device_, std::span<const SamplingParams>(&sampling, 1)),
-               none;
-  KernelFor(light.kind == scene::AreaLightKind::kRectangle ? "rectangle" : "sphere",
-            gbuffer.glossy(), options)
-      .Set(light.params, sampling_params, gbuffer.position, gbuffer.normal, gbuffer.albedo,
-           gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none, bvh ? bvh->triangles : none,
-           lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples,
-           ShareOf(lighting))
-      .Enqueue(gbuffer.pixel_count());
+  Kernel& kernel =
+      KernelFor(light.kind == scene::AreaLightKind::kRectangle ? "rectangle" : "sphere",
+                gbuffer.glossy(), options);
+  LightBatches(
+      receivers, options, lighting, [&](const Buffer& sampling, const auto&... outputs) -> Kernel& {
+        return kernel.Set(light.params, sampling, gbuffer.position, gbuffer.normal, gbuffer.albedo,
+                          gbuffer.gloss, gbuffer.eye, shadow_.rays(), shadow_.ranges(),
+                          shadow_.kept(), shadow_.pending(), lighting.irradiance,
+                          lighting.reflected, lighting.variance, lighting.samples, outputs...);
+      });
 }
 
 void MisEstimator::LightBy(const EnvironmentLight& light, const Receivers& receivers,
                            const EstimatorOptions& options, Lighting& lighting) {
   const GBuffer& gbuffer = receivers.gbuffer;
-  const DeviceBvh* bvh = receivers.visibility.bvh;
   const EnvironmentKnobs& knobs = options.knobs.environment;
-  const SamplingParams sampling = ParamsFor(gbuffer, options);
   if (knobs.sets != SampleSets::kScrambled)
     throw InputError(
         "environment map: two strategies draw samples for every pixel; set "
         "environment-sets=scrambled");
-  if (light.options().compensation > 0 && sampling.light_share == 1)
+  if (light.options().compensation > 0 && MakeSamplingParams(options).light_share == 1)
     throw InputError(
         "environment map: MIS compensation leaves light to samples that follow the BRDF, and there "
         "are none; choose other strategies or set environment-compensation to 0");
   EnvironmentSampling own{};
   own.balance = static_cast<int>(knobs.balance);
-  const Buffer sampling_params =
-                   Buffer::From(device_, std::span<const SamplingParams>(&sampling, 1)),
-               own_params = Buffer::From(device_, std::span<const EnvironmentSampling>(&own, 1)),
-               none;
-  KernelFor("environment", gbuffer.glossy(), options)
-      .Set(light.params(), light.texels(), light.row_starts(), light.column_starts(),
-           light.energies(), light.corners(), sampling_params, own_params, gbuffer.position,
-           gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none,
-           bvh ? bvh->triangles : none, lighting.irradiance, lighting.reflected, lighting.variance,
-           lighting.samples, ShareOf(lighting))
-      .Enqueue(gbuffer.pixel_count());
+  const Buffer own_params = Buffer::From(device_, std::span<const EnvironmentSampling>(&own, 1));
+  Kernel& kernel = KernelFor("environment", gbuffer.glossy(), options);
+  LightBatches(
+      receivers, options, lighting, [&](const Buffer& sampling, const auto&... outputs) -> Kernel& {
+        return kernel.Set(light.params(), light.texels(), light.row_starts(), light.column_starts(),
+                          light.energies(), light.corners(), sampling, own_params, gbuffer.position,
+                          gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye,
+                          shadow_.rays(), shadow_.ranges(), shadow_.kept(), shadow_.pending(),
+                          lighting.irradiance, lighting.reflected, lighting.variance,
+                          lighting.samples, outputs...);
+      });
 }
 
 void MisEstimator::LightBy(const PosedLuminaire& luminaire, const Receivers& receivers,
@@ -160,8 +210,19 @@ void MisEstimator::LightBy(const PosedLuminaire& luminaire, const Receivers& rec
             .emplace(build_options, WindowSampler(device_, PathOf("cells"), kKernel, build_options,
                                                   /*masses_are_seen=*/true, WindowsOf::kCells))
             .first;
-  sampler->second.Run(traits().name, receivers, luminaire, options, lighting.irradiance,
-                      lighting.reflected, lighting.variance, lighting.samples, ShareOf(lighting));
+  const Buffer own = OwnShares(receivers, options, lighting);
+  const Buffer& shares = lighting.light_share ? *lighting.light_share : own;
+  ShadowRays& shadow = sampler->second.shadow_rays();
+  sampler->second.RunBatches(
+      traits().name, receivers, luminaire, options, options.samples_per_pixel,
+      [&](const PixelBatch& batch, auto launch) {
+        LightBatch(batch, shadow, receivers.gbuffer.glossy(), options, shares,
+                   [&](const Buffer& light_shares, cl_int first_stage, cl_int end_stage) {
+                     launch(lighting.irradiance, lighting.reflected, lighting.variance,
+                            lighting.samples, light_shares, first_stage, end_stage);
+                   });
+        shadow.AddVisibleLight(batch.first, batch.count, lighting);
+      });
 }
 
 std::vector<float> EnvironmentFaceShares(const Device& device, const GBuffer& gbuffer,

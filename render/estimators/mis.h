@@ -47,7 +47,7 @@ namespace luxfield::render {
 
 class MisEstimator : public Estimator {
  public:
-  explicit MisEstimator(const Device& device) : device_(device) {}
+  explicit MisEstimator(const Device& device) : device_(device), shadow_(device) {}
 
   const EstimatorTraits& traits() const override;
 
@@ -68,7 +68,24 @@ class MisEstimator : public Estimator {
                const EstimatorOptions& options, Lighting& lighting);
   Kernel& KernelFor(const std::string& light, bool glossy, const EstimatorOptions& options);
 
+  Kernel& ChooseShares(bool glossy);
+  // Where a pilot leaves the shares that it chooses, if the caller does not say; null without one.
+  Buffer OwnShares(const Receivers& receivers, const EstimatorOptions& options,
+                   const Lighting& lighting) const;
+  // Lights one batch, the pilot's rays traced before the rest is drawn; its rays are traced then but
+  // not added up. launch(shares, first_stage, end_stage) enqueues the kernel.
+  template <typename Launch>
+  void LightBatch(const PixelBatch& batch, const ShadowRays& shadow, bool glossy,
+                  const EstimatorOptions& options, const Buffer& shares, Launch launch);
+  // Lights all pixels in batches; launch(sampling, shares, first_stage, end_stage) sets a kernel's
+  // arguments.
+  template <typename Launch>
+  void LightBatches(const Receivers& receivers, const EstimatorOptions& options, Lighting& lighting,
+                    Launch launch);
+
   Device device_;
+  ShadowRays shadow_;                                              // of lights without windows
+  std::map<bool, Kernel> choose_shares_;                           // by GLOSSY
   std::map<std::pair<std::string, std::string>, Kernel> kernels_;  // by light and build options
   std::map<std::string, WindowSampler> samplers_;                  // of luminaires, by the latter
 };

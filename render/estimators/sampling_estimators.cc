@@ -47,8 +47,7 @@ class SamplingEstimator : public Estimator {
              Lighting& lighting) override {
     const PosedLuminaire& posed = RequireLuminaire(traits_, source);
     RequireShadows(traits_, receivers.visibility);
-    sampler_.Run(traits_.name, receivers, posed, options, lighting.irradiance, lighting.reflected,
-                 lighting.variance, lighting.samples);
+    sampler_.Run(traits_.name, receivers, posed, options, options.samples_per_pixel, lighting);
   }
 
  private:

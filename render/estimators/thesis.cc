@@ -21,8 +21,9 @@ class Thesis : public Estimator {
     // An image gets K samples at most, and one more where systematic sums round up.
     const auto sequence = Buffer::From(
         device_, MakeSequence(options.knobs.sequence, options.samples_per_pixel + 1, options.seed));
-    sampler_.Run(traits().name, receivers, posed, options, sequence, lighting.irradiance,
-                 lighting.reflected, lighting.variance, lighting.samples);
+    // Rounding makes at most 2 x samples of an image's share x.
+    sampler_.Run(traits().name, receivers, posed, options, 2 * options.samples_per_pixel, lighting,
+                 sequence);
   }
 
  private:

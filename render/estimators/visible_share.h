@@ -11,6 +11,7 @@
 // Internal to estimators/.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 
@@ -32,15 +33,18 @@ class VisibleShare {
 
   explicit VisibleShare(const Device& device) : device_(device) {}
 
-  // Enqueues what `estimator` asks for and counts light samples to `samples`; nothing without a
-  // BVH. Throws what WindowSampler::Run throws.
+  // Traces what `estimator` asks for and counts light samples to `samples`; nothing where no rays
+  // are traced. Throws what WindowSampler::Run throws.
   Shares Trace(const std::string& estimator, const Receivers& receivers,
                const PosedLuminaire& luminaire, const EstimatorOptions& options,
                const Buffer& samples);
 
  private:
+  Kernel& KernelFor(bool glossy);
+
   Device device_;
   std::optional<WindowSampler> sampler_;  // built when shadows are first asked for
+  std::map<bool, Kernel> kernels_;        // by GLOSSY
 };
 
 }  // namespace luxfield::render

@@ -38,8 +38,8 @@ WindowSampler::WindowSampler(const Device& device, const std::string& path,
       windows_of_(windows_of),
       masses_are_seen_(masses_are_seen),
       window_spans_(Program::Build(device, "kernels/luminaire/window_masses.cl"), "WindowSpans"),
-      window_masses_(Program::Build(device, "kernels/luminaire/window_masses.cl"), "WindowMasses") {
-}
+      window_masses_(Program::Build(device, "kernels/luminaire/window_masses.cl"), "WindowMasses"),
+      shadow_(device) {}
 
 void WindowSampler::CheckOptions(const EstimatorOptions& options) {
   MakeSamplingParams(options);
@@ -70,21 +70,22 @@ Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffe
   window_params_ = Buffer::From(device_, std::span<const LuminaireParams>(&windows, 1));
   options_ = options;
   pixel_count_ = gbuffer.pixel_count();
-  next_ = 0;
+  first_ = next_ = 0;
   const auto columns = static_cast<std::size_t>(windows.axis[0].count);
   rows_ = static_cast<std::size_t>(windows.axis[1].count);
   axes_ = columns + rows_;
   const std::size_t mass_bytes = columns * rows_ * sizeof(float);
   const std::size_t bytes_per_pixel = axes_ * sizeof(cl_int4) + mass_bytes;
   const std::size_t scratch = device_.info().is_cpu ? kCpuScratchBytes : kScratchBytes;
-  batch_ = std::clamp(scratch / bytes_per_pixel / kBatchUnit, std::size_t{1},
-                      (pixel_count_ + kBatchUnit - 1) / kBatchUnit) *
-           kBatchUnit;
+  const std::size_t units = std::clamp(scratch / bytes_per_pixel / kBatchUnit, std::size_t{1},
+                                       (pixel_count_ + kBatchUnit - 1) / kBatchUnit);
+  batch_ = std::min(units * kBatchUnit, shadow_.pixels_at_once());
+  stride_ = (batch_ + kBatchUnit - 1) / kBatchUnit * kBatchUnit;
   const auto ensure = [&](Buffer& buffer, std::size_t bytes) {
     if (buffer.bytes() != bytes) buffer = Buffer(device_, bytes);
   };
-  ensure(spans_, batch_ * axes_ * sizeof(cl_int4));
-  ensure(masses_, batch_ * mass_bytes);
+  ensure(spans_, stride_ * axes_ * sizeof(cl_int4));
+  ensure(masses_, stride_ * mass_bytes);
   const bool glossy = gbuffer.glossy();
   auto kernel = kernels_.find(glossy);
   if (kernel == kernels_.end())
@@ -102,9 +103,12 @@ bool WindowSampler::NextBatch(const GBuffer& gbuffer, const LuminaireOnDevice& l
   if (next_ >= pixel_count_) return false;
   SamplingParams params = MakeSamplingParams(options_);
   params.max_per_image = options_.max_samples_per_image;
-  params.begin = static_cast<int>(next_);
-  params.end = static_cast<int>(std::min(next_ + batch_, pixel_count_));
-  params.scratch_stride = static_cast<int>(batch_);
+  first_ = next_;
+  next_ = std::min(first_ + batch_, pixel_count_);
+  params.begin = static_cast<int>(first_);
+  params.end = static_cast<int>(next_);
+  params.scratch_stride = static_cast<int>(stride_);
+  params.shadow_rays = shadow_.per_pixel();
   params.basis_share = options_.knobs.basis_share;
   params.brdf_share = options_.knobs.brdf_share;
   params.systematic = options_.knobs.systematic;
@@ -115,14 +119,13 @@ bool WindowSampler::NextBatch(const GBuffer& gbuffer, const LuminaireOnDevice& l
   params.sequence = static_cast<std::uint32_t>(options_.samples_per_pixel) + 1;
   // A buffer of its own per launch: earlier launches may still read theirs.
   sampling_params_ = Buffer::From(device_, std::span<const SamplingParams>(&params, 1));
-  next_ += batch_;
   const Buffer none;
   window_spans_.Set(window_params_, sampling_params_, gbuffer.position, spans_)
-      .Enqueue({batch_, 2}, {kBatchUnit});
+      .Enqueue({stride_, 2}, {kBatchUnit});
   window_masses_
       .Set(window_params_, sampling_params_, Sat(luminaire), SatScale(luminaire),
            masses_are_seen_ ? seen : none, spans_, masses_)
-      .Enqueue({batch_, rows_}, {kBatchUnit});
+      .Enqueue({stride_, rows_}, {kBatchUnit});
   return true;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/estimators/shadow_rays.h"
 #include "luxfield/render/lights/shadow_maps.h"
 
 namespace luxfield::render {
@@ -13,7 +14,13 @@ namespace luxfield::render {
 // What has a window each per receiver, and a table: images, or knot cells on F.
 enum class WindowsOf { kImages, kCells };
 
-// Kernels that start with LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS and
+// Pixels of a batch.
+struct PixelBatch {
+  std::size_t first = 0, count = 0;
+  const Buffer& sampling;  // SamplingParams of the launch
+};
+
+// Kernels that start with LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS and
 // WINDOW_ARGUMENTS (kernels/luminaire/window_lighting.clh).
 class WindowSampler {
  public:
@@ -26,27 +33,50 @@ class WindowSampler {
   // InputError for an option that makes no sense.
   static void CheckOptions(const EstimatorOptions& options);
 
-  // Enqueues the kernel for every pixel; `outputs` are its remaining arguments. InputError if the
-  // luminaire has no tables or an option makes no sense.
+  // Lights every pixel: enqueues the kernel, whose remaining arguments are `first_outputs`,
+  // `lighting` and its light's, traces its shadow rays and adds what arrives. A pixel gets at most
+  // `rays_per_pixel` of them. InputError if the luminaire has no tables or an option makes no sense.
   template <typename... Outputs>
   void Run(const std::string& estimator, const Receivers& receivers, const PosedLuminaire& posed,
-           const EstimatorOptions& options, const Outputs&... outputs) {
-    const auto& [gbuffer, visibility] = receivers;
+           const EstimatorOptions& options, int rays_per_pixel, Lighting& lighting,
+           const Outputs&... first_outputs) {
+    RunBatches(estimator, receivers, posed, options, rays_per_pixel,
+               [&](const PixelBatch& batch, auto launch) {
+                 launch(first_outputs..., lighting.irradiance, lighting.reflected,
+                        lighting.variance, lighting.samples);
+                 shadow_.Trace(batch.count);
+                 shadow_.AddVisibleLight(batch.first, batch.count, lighting);
+               });
+  }
+
+  // The same in steps of the caller's: light(batch, launch) is called for every batch, and
+  // launch(outputs...) enqueues the kernel with its remaining arguments.
+  template <typename Light>
+  void RunBatches(const std::string& estimator, const Receivers& receivers,
+                  const PosedLuminaire& posed, const EstimatorOptions& options, int rays_per_pixel,
+                  Light light) {
+    const GBuffer& gbuffer = receivers.gbuffer;
+    const Visibility& visibility = receivers.visibility;
     const LuminaireOnDevice& luminaire = posed.luminaire;
+    shadow_.Start(visibility.rays, gbuffer.glossy(), static_cast<std::size_t>(rays_per_pixel),
+                  gbuffer.pixel_count());
     Kernel& kernel = Begin(estimator, gbuffer, posed, options);
-    const Buffer none;
-    const DeviceBvh* bvh = visibility.bvh;
     const Buffer &sat = Sat(luminaire), &sat_scale = SatScale(luminaire);
     const Buffer seen = visibility.maps ? visibility.maps->SeeCells(gbuffer) : Buffer();
     while (NextBatch(gbuffer, luminaire, seen)) {
-      kernel
-          .Set(luminaire_params_, sampling_params_, luminaire.images(), sat, sat_scale,
-               gbuffer.position, gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye,
-               bvh ? bvh->nodes : none, bvh ? bvh->triangles : none, seen, spans_, masses_,
-               outputs...)
-          .Enqueue(batch_);
+      const PixelBatch batch{first_, next_ - first_, sampling_params_};
+      light(batch, [&](const auto&... outputs) {
+        kernel
+            .Set(luminaire_params_, sampling_params_, luminaire.images(), sat, sat_scale,
+                 gbuffer.position, gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye,
+                 shadow_.rays(), shadow_.ranges(), shadow_.kept(), shadow_.pending(), seen, spans_,
+                 masses_, outputs...)
+            .Enqueue(batch.count);
+      });
     }
   }
+
+  ShadowRays& shadow_rays() { return shadow_; }
 
  private:
   const Buffer& Sat(const LuminaireOnDevice& luminaire) const {
@@ -67,8 +97,11 @@ class WindowSampler {
   bool masses_are_seen_;
   Kernel window_spans_, window_masses_;
   std::map<bool, Kernel> kernels_;  // by GLOSSY
+  ShadowRays shadow_;
   EstimatorOptions options_;
-  std::size_t pixel_count_ = 0, next_ = 0, batch_ = 0, axes_ = 0, rows_ = 0;
+  // Batches hold `batch_` pixels, rows of scratch memory `stride_`; [first_, next_) is under way.
+  std::size_t pixel_count_ = 0, first_ = 0, next_ = 0, batch_ = 0, stride_ = 0, axes_ = 0,
+              rows_ = 0;
   Buffer luminaire_params_, window_params_, sampling_params_, spans_, masses_;
 };
 

@@ -18,12 +18,13 @@
 // Maps are drawn by rasterising the scene's triangles: anew for every place of the lamp, in some
 // milliseconds.
 //
-//   const PatchShadows shadows(device, luminaire, world_from_luminaire, scene.bvh);
+//   const PatchShadows shadows(device, luminaire, world_from_luminaire, scene.bvh());
 //   const Buffer share = shadows.Shares(gbuffer);
 #pragma once
 
 #include "luxfield/render/device/device.h"
 #include "luxfield/render/lights/luminaire_on_device.h"
+#include "luxfield/render/scene/device_bvh.h"
 #include "luxfield/render/scene/gbuffer.h"
 #include "luxfield/scene/transform.h"
 

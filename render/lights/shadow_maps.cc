@@ -12,6 +12,8 @@
 namespace luxfield::render {
 namespace {
 
+constexpr std::size_t kRaysAtOnce = std::size_t{1} << 17;
+
 Program BuildProgram(const Device& device) {
   return Program::Build(device, "kernels/luminaire/shadow_maps.cl");
 }
@@ -101,7 +103,7 @@ std::vector<CellLight> ReferencePositions(
 
 ShadowMaps::ShadowMaps(const Device& device, const lightfield::LuminaireGeometry& luminaire,
                        const std::vector<CellLight>& lights,
-                       const scene::Pose& world_from_luminaire, const DeviceBvh& bvh, int size)
+                       const scene::Pose& world_from_luminaire, const RayScene& rays, int size)
     : device_(device),
       cells_(static_cast<int>(lights.size())),
       size_(size),
@@ -127,10 +129,24 @@ ShadowMaps::ShadowMaps(const Device& device, const lightfield::LuminaireGeometry
   params_ = Buffer::From(device, std::span<const LuminaireParams>(&params, 1));
   views_ = Buffer::From(device, views);
   depth_ = Buffer(device, bytes);
-  Kernel cast(BuildProgram(device), "CastShadowMaps");
-  cast.Set(params_, views_, static_cast<cl_int>(cells_), static_cast<cl_int>(size), bvh.nodes,
-           bvh.triangles, depth_)
-      .Enqueue(texels * lights.size());
+  Cast(rays, texels * lights.size());
+}
+
+void ShadowMaps::Cast(const RayScene& scene, std::size_t texels) {
+  const Program program = BuildProgram(device_);
+  Kernel cast(program, "CastShadowMaps"), store(program, "StoreDepths");
+  const std::size_t at_once = std::min(texels, kRaysAtOnce);
+  const Buffer rays(device_, at_once * sizeof(scene::PackedRay)),
+      hits(device_, at_once * sizeof(scene::PackedHit));
+  for (std::size_t first = 0; first < texels; first += at_once) {
+    const std::size_t count = std::min(at_once, texels - first);
+    cast.Set(params_, views_, static_cast<cl_int>(size_), static_cast<cl_ulong>(first),
+             static_cast<cl_int>(count), rays)
+        .Enqueue(count);
+    scene.Intersect({.rays = rays, .group_count = count, .coherent = true}, hits);
+    store.Set(static_cast<cl_ulong>(first), static_cast<cl_int>(count), hits, depth_)
+        .Enqueue(count);
+  }
 }
 
 Buffer ShadowMaps::SeeCells(const GBuffer& gbuffer) const {

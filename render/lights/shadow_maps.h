@@ -25,6 +25,7 @@
 #include "luxfield/preprocess/tables.h"
 #include "luxfield/render/device/device.h"
 #include "luxfield/render/scene/gbuffer.h"
+#include "luxfield/render/scene/ray_scene.h"
 #include "luxfield/scene/transform.h"
 
 namespace luxfield::render {
@@ -54,7 +55,7 @@ class ShadowMaps {
   // [kMinSize, kMaxSize] and for more maps than the device can hold; DeviceError.
   ShadowMaps(const Device& device, const lightfield::LuminaireGeometry& luminaire,
              const std::vector<CellLight>& lights, const scene::Pose& world_from_luminaire,
-             const DeviceBvh& bvh, int size = 192);
+             const RayScene& rays, int size = 192);
 
   // uint seen[pixel * words + cell / 32], bit cell % 32, words = cells / 32 rounded up
   // (kernels/luminaire/shadow_maps.clh: SeesCell, ImageVisibility). Undefined where the G-buffer
@@ -66,6 +67,8 @@ class ShadowMaps {
   int size() const { return size_; }
 
  private:
+  void Cast(const RayScene& scene, std::size_t texels);
+
   Device device_;
   int cells_ = 0, map_count_ = 0, size_ = 0;
   Buffer params_, views_, depth_;

@@ -1,22 +1,19 @@
 #include "luxfield/render/scene/device_scene.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstddef>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "luxfield/core/error.h"
 #include "luxfield/render/kernels/brdf/brdf_types.clh"
-#include "luxfield/render/kernels/scene/bvh_types.clh"
 #include "luxfield/render/kernels/scene/gbuffer_types.clh"
 
 namespace luxfield::render {
 namespace {
 
-static_assert(scene::Bvh::kMaxDepth <= kBvhStackSize && scene::Bvh::kMaxLeafSize <= kBvhMaxLeaf);
-
-int EncodeChild(const scene::Bvh::Child& child) {
-  return child.node >= 0 ? child.node : ~((child.first << 4) | child.count);
-}
+constexpr int kRaysAtOnce = 1 << 17;  // primary rays: bounds the memory of rays and hits
 
 void Store(scene::Vec3 v, float (&out)[3]) {
   out[0] = static_cast<float>(v.x);
@@ -24,17 +21,12 @@ void Store(scene::Vec3 v, float (&out)[3]) {
   out[2] = static_cast<float>(v.z);
 }
 
-ShadedTriangle Shade(const scene::Geometry& geometry, const scene::Triangle& triangle) {
-  ShadedTriangle shaded{};
-  for (int k = 0; k < 3; ++k) {
-    const auto& vertex = geometry.vertices[triangle.vertex[k]];
-    std::copy(vertex.normal.begin(), vertex.normal.end(), shaded.corner[k].normal);
-    std::copy(vertex.uv.begin(), vertex.uv.end(), shaded.corner[k].uv[0]);
-    std::copy(vertex.uv1.begin(), vertex.uv1.end(), shaded.corner[k].uv[1]);
-  }
-  shaded.material = static_cast<int>(triangle.material);
-  return shaded;
-}
+// The scene's own arrays are what the kernel reads.
+static_assert(sizeof(scene::Vertex) == sizeof(SceneVertex) &&
+              offsetof(scene::Vertex, normal) == offsetof(SceneVertex, normal) &&
+              offsetof(scene::Vertex, uv) == offsetof(SceneVertex, uv));
+static_assert(sizeof(scene::Triangle) == sizeof(SceneTriangle) &&
+              offsetof(scene::Triangle, material) == offsetof(SceneTriangle, material));
 
 // The kind and the parameters beside the albedo, as a G-buffer holds them.
 void SetGloss(const scene::Material& from, SurfaceMaterial& material) {
@@ -62,38 +54,7 @@ void SetGloss(const scene::Material& from, SurfaceMaterial& material) {
 
 }  // namespace
 
-DeviceBvh UploadBvh(const Device& device, const scene::Geometry& geometry, const scene::Bvh& bvh) {
-  std::vector<BvhNode> nodes;
-  nodes.reserve(bvh.nodes.size());
-  for (const auto& from : bvh.nodes) {
-    const auto& [left, right] = from.children;
-    BvhNode node{};
-    std::copy(left.box.lower.begin(), left.box.lower.end(), node.lower0);
-    std::copy(left.box.upper.begin(), left.box.upper.end(), node.upper0);
-    std::copy(right.box.lower.begin(), right.box.lower.end(), node.lower1);
-    std::copy(right.box.upper.begin(), right.box.upper.end(), node.upper1);
-    node.child0 = EncodeChild(left);
-    node.child1 = EncodeChild(right);
-    nodes.push_back(node);
-  }
-  std::vector<BvhTriangle> triangles;
-  triangles.reserve(bvh.order.size());
-  for (const std::uint32_t index : bvh.order) {
-    BvhTriangle triangle{};
-    std::copy_n(geometry.corner(index, 0).begin(), 3, triangle.a);
-    std::copy_n(geometry.corner(index, 1).begin(), 3, triangle.b);
-    std::copy_n(geometry.corner(index, 2).begin(), 3, triangle.c);
-    triangle.index = static_cast<int>(index);
-    triangles.push_back(triangle);
-  }
-  return {Buffer::From(device, nodes), Buffer::From(device, triangles)};
-}
-
 DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry) {
-  std::vector<ShadedTriangle> shading;
-  shading.reserve(geometry.triangles.size());
-  for (const auto& triangle : geometry.triangles) shading.push_back(Shade(geometry, triangle));
-
   std::vector<std::uint32_t> texels;
   std::vector<int> offsets;
   for (const auto& texture : geometry.textures) {
@@ -132,12 +93,25 @@ DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry) {
     std::copy(from.emission.begin(), from.emission.end(), material.emission);
     materials.push_back(material);
   }
-  return {UploadBvh(device, geometry, scene::BuildBvh(geometry)),
-          Buffer::From(device, shading),
+  return {device,
+          MakeRayScene(device, geometry),
+          Buffer::From(device, geometry.vertices),
+          Buffer::From(device, geometry.triangles),
           Buffer::From(device, materials),
           Buffer::From(device, texels),
           std::any_of(geometry.materials.begin(), geometry.materials.end(), scene::IsGlossy),
           std::any_of(geometry.materials.begin(), geometry.materials.end(), scene::IsEmissive)};
+}
+
+const DeviceBvh& DeviceScene::bvh() const {
+  if (const DeviceBvh* of_rays = rays->bvh()) return *of_rays;
+  if (!own_bvh) {
+    scene::Geometry geometry;
+    geometry.vertices = vertices.Download<scene::Vertex>();
+    geometry.triangles = triangles.Download<scene::Triangle>();
+    own_bvh = std::make_shared<DeviceBvh>(UploadBvh(device, geometry, scene::BuildBvh(geometry)));
+  }
+  return *own_bvh;
 }
 
 PinholeCamera MakePinhole(const scene::Camera& camera, int width, int first_row, int rows,
@@ -157,19 +131,34 @@ PinholeCamera MakePinhole(const scene::Camera& camera, int width, int first_row,
 }
 
 PrimaryVisibility::PrimaryVisibility(const Device& device)
-    : kernel_(Program::Build(device, "kernels/scene/gbuffer.cl"), "PrimaryRays") {}
+    : device_(device),
+      cast_(Program::Build(device, "kernels/scene/gbuffer.cl"), "CastPrimaryRays"),
+      shade_(Program::Build(device, "kernels/scene/gbuffer.cl"), "ShadeHits") {}
 
 Event PrimaryVisibility::Render(const DeviceScene& scene, const scene::Camera& camera,
                                 int first_row, lightfield::Vec2 sample, GBuffer& gbuffer,
                                 WorkSize local) {
-  const PinholeCamera pinhole =
-      MakePinhole(camera, gbuffer.width, first_row, gbuffer.height, sample);
-  kernel_.Set(pinhole, scene.bvh.nodes, scene.bvh.triangles, scene.shading, scene.materials,
-              scene.texels, gbuffer.position, gbuffer.normal, gbuffer.albedo, gbuffer.gloss,
-              gbuffer.emission);
-  gbuffer.eye = {{pinhole.position[0], pinhole.position[1], pinhole.position[2], 1}};
-  return kernel_.Enqueue(
-      {static_cast<std::size_t>(gbuffer.width), static_cast<std::size_t>(gbuffer.height)}, local);
+  const int rows_at_once = std::clamp(kRaysAtOnce / gbuffer.width, 1, gbuffer.height);
+  const std::size_t rays_at_once = static_cast<std::size_t>(rows_at_once) * gbuffer.width;
+  const Buffer rays(device_, rays_at_once * sizeof(scene::PackedRay)),
+      hits(device_, rays_at_once * sizeof(scene::PackedHit));
+  std::optional<Event> last;
+  for (int row = 0; row < gbuffer.height; row += rows_at_once) {
+    const int rows = std::min(rows_at_once, gbuffer.height - row), count = rows * gbuffer.width;
+    const PinholeCamera pinhole = MakePinhole(camera, gbuffer.width, first_row + row, rows, sample);
+    gbuffer.eye = {{pinhole.position[0], pinhole.position[1], pinhole.position[2], 1}};
+    cast_.Set(pinhole, rays)
+        .Enqueue({static_cast<std::size_t>(gbuffer.width), static_cast<std::size_t>(rows)}, local);
+    scene.rays->Intersect(
+        {.rays = rays, .group_count = static_cast<std::size_t>(count), .coherent = true}, hits);
+    last =
+        shade_
+            .Set(static_cast<cl_int>(row * gbuffer.width), static_cast<cl_int>(count), rays, hits,
+                 scene.vertices, scene.triangles, scene.materials, scene.texels, gbuffer.position,
+                 gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.emission)
+            .Enqueue({static_cast<std::size_t>(count)}, {local.x * local.y});
+  }
+  return std::move(*last);
 }
 
 }  // namespace luxfield::render

@@ -1,26 +1,34 @@
 // A scene's geometry in device memory, and primary visibility.
 #pragma once
 
+#include <memory>
+
 #include "luxfield/render/kernels/scene/gbuffer_types.clh"
+#include "luxfield/render/scene/device_bvh.h"
 #include "luxfield/render/scene/gbuffer.h"
-#include "luxfield/scene/bvh.h"
+#include "luxfield/render/scene/ray_scene.h"
 #include "luxfield/scene/scene.h"
 
 namespace luxfield::render {
 
 struct DeviceScene {
-  DeviceBvh bvh;
-  Buffer shading;       // ShadedTriangle per triangle of the scene, kernels/scene/gbuffer_types.clh
-  Buffer materials;     // SurfaceMaterial
-  Buffer texels;        // 8-bit RGBA, all textures one after the other
-  bool glossy = false;  // a material's look depends on the eye: G-buffers need their gloss
+  Device device;
+  std::shared_ptr<const RayScene> rays;
+  Buffer vertices;        // SceneVertex, kernels/scene/gbuffer_types.clh
+  Buffer triangles;       // SceneTriangle
+  Buffer materials;       // SurfaceMaterial
+  Buffer texels;          // 8-bit RGBA, all textures one after the other
+  bool glossy = false;    // a material's look depends on the eye: G-buffers need their gloss
   bool emissive = false;  // a material sends out light: G-buffers need their emission
+  // The hierarchy for kernels that trace rays or walk triangles themselves, built when first asked
+  // for where `rays` has none.
+  const DeviceBvh& bvh() const;
+  mutable std::shared_ptr<const DeviceBvh> own_bvh{};
 };
 
 // Builds the hierarchy and uploads. Throws InputError if the scene is too large for the kernels'
 // 32-bit numbers, DeviceError if the device cannot hold it.
 DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry);
-DeviceBvh UploadBvh(const Device& device, const scene::Geometry& geometry, const scene::Bvh& bvh);
 
 // A camera as kernels see it (kernels/scene/gbuffer_types.clh): rows [first_row, first_row + rows)
 // of its picture; `sample` is the place in every pixel, (0.5, 0.5) its centre.
@@ -34,16 +42,17 @@ PinholeCamera MakePinhole(const scene::Camera& camera, int width, int first_row,
 // 0.
 class PrimaryVisibility {
  public:
-  explicit PrimaryVisibility(const Device& device);  // builds the kernel (cached on disk)
+  explicit PrimaryVisibility(const Device& device);  // builds the kernels (cached on disk)
 
   // Rows [first_row, first_row + gbuffer.height) of the camera's picture; `sample` is the place in
-  // every pixel, (0.5, 0.5) its centre. Sets the G-buffer's eye. Enqueues and returns. A G-buffer
-  // without gloss keeps the base colour of glossy surfaces and calls them Lambertian.
+  // every pixel, (0.5, 0.5) its centre. Sets the G-buffer's eye. The last piece may be under way
+  // when this returns. A G-buffer without gloss keeps the base colour of glossy surfaces and calls them Lambertian.
   Event Render(const DeviceScene& scene, const scene::Camera& camera, int first_row,
                lightfield::Vec2 sample, GBuffer& gbuffer, WorkSize local = {16, 4});
 
  private:
-  Kernel kernel_;
+  Device device_;
+  Kernel cast_, shade_;
 };
 
 }  // namespace luxfield::render

@@ -36,10 +36,4 @@ struct GBuffer {
   bool glossy() const { return static_cast<bool>(gloss); }
 };
 
-// A scene's triangles for shadow rays (kernels/scene/bvh.clh: Shadowed, Occluded, Intersect).
-struct DeviceBvh {
-  Buffer nodes;      // BvhNode, kernels/scene/bvh_types.clh
-  Buffer triangles;  // BvhTriangle
-};
-
 }  // namespace luxfield::render

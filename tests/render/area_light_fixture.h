@@ -111,11 +111,11 @@ inline SeedStatistics OverCopies(const std::vector<cl_float4>& values,
 
 inline Lit LightByArea(const Device& device, MisEstimator& estimator, const GBuffer& gbuffer,
                        const scene::AreaLight& light, const EstimatorOptions& options,
-                       const DeviceBvh* bvh = nullptr, const Buffer* light_share = nullptr) {
+                       const RayScene* rays = nullptr, const Buffer* light_share = nullptr) {
   Lighting lighting(device, gbuffer);
   lighting.light_share = light_share;
   const AreaLightOnDevice on_device = UploadAreaLight(device, light);
-  estimator.Light({gbuffer, {.bvh = bvh}}, on_device, options, lighting);
+  estimator.Light({gbuffer, {.rays = rays}}, on_device, options, lighting);
   return {lighting.irradiance.Download<cl_float4>(),
           gbuffer.glossy() ? lighting.reflected.Download<cl_float4>() : std::vector<cl_float4>(),
           lighting.variance.Download<float>(), lighting.samples.Download<cl_uint>()};

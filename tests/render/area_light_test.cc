@@ -229,14 +229,14 @@ TEST(AreaLight, TracedShadows) {
   const SurfacePoint receiver{{0, 0, 0}, {0, 0, 1}};
   const double exact = ExactIrradiance(half, receiver);
   const GBuffer gbuffer = MakeGBuffer(device, Repeated({receiver}, 2048));
-  const DeviceBvh wall = Blocker(device, 0, 10, 0.5), ceiling = Blocker(device, -10, 10, 1);
+  const auto wall = Blocker(device, 0, 10, 0.5), ceiling = Blocker(device, -10, 10, 1);
   for (const Strategies strategies : AllStrategies()) {
     const EstimatorOptions options = WithStrategies(strategies, 16);
-    const Lit lit = LightByArea(device, estimator, gbuffer, whole, options, &wall);
+    const Lit lit = LightByArea(device, estimator, gbuffer, whole, options, wall.get());
     const auto hidden = OverCopies(lit.irradiance, lit.variance, 2048);
     EXPECT_NEAR(hidden.mean[0], exact, 4.5 * hidden.standard_error[0]);
     const Lit open = LightByArea(device, estimator, gbuffer, whole, options),
-              under = LightByArea(device, estimator, gbuffer, whole, options, &ceiling);
+              under = LightByArea(device, estimator, gbuffer, whole, options, ceiling.get());
     for (std::size_t k = 0; k < open.irradiance.size(); ++k)
       ASSERT_EQ(open.irradiance[k].s[0], under.irradiance[k].s[0]);
   }

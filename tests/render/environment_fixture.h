@@ -73,9 +73,9 @@ inline GBuffer FacingGBuffer(const Device& device, const std::vector<lightfield:
 
 inline Lit LightByEnvironment(const Device& device, EnvironmentEstimator& estimator,
                               const GBuffer& gbuffer, const EnvironmentLight& light,
-                              const EstimatorOptions& options, const DeviceBvh* bvh = nullptr) {
+                              const EstimatorOptions& options, const RayScene* rays = nullptr) {
   Lighting lighting(device, gbuffer);
-  estimator.Light({gbuffer, {.bvh = bvh}}, light, options, lighting);
+  estimator.Light({gbuffer, {.rays = rays}}, light, options, lighting);
   return {lighting.irradiance.Download<cl_float4>(),
           gbuffer.glossy() ? lighting.reflected.Download<cl_float4>() : std::vector<cl_float4>(),
           lighting.variance.Download<float>(), lighting.samples.Download<cl_uint>()};

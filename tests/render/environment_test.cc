@@ -9,7 +9,6 @@
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/render/scene/device_scene.h"
-#include "luxfield/scene/bvh.h"
 #include "tests/render/brdf_by_formula.h"
 #include "tests/render/environment_fixture.h"
 #include "tests/render/sampling_fixture.h"
@@ -271,7 +270,7 @@ TEST(Environment, TracedShadowsHideAFace) {
   scene::Geometry geometry;
   geometry.materials.resize(1);
   scene::AppendQuad({1, -1, -1}, {0, 2, 0}, {0, 0, 2}, 0, geometry);
-  const DeviceBvh bvh = UploadBvh(device, geometry, scene::BuildBvh(geometry));
+  const auto rays = MakeRayScene(device, geometry);
   const Vec3 n = RoundToFloat({{}, Normalized(Vec3{0.7, 0.4, 0.5})}).n;
   const GBuffer gbuffer = FacingGBuffer(device, std::vector<Vec3>(4096, n));
   const double open = core::Luminance(Irradiance(map, n));
@@ -280,7 +279,7 @@ TEST(Environment, TracedShadowsHideAFace) {
   ASSERT_LT(hidden, 0.7 * open);
   const EnvironmentKnobs knobs;
   const EnvironmentLight light = MakeLight(device, NoiseMap(12), knobs);
-  for (const DeviceBvh* shadows : {&bvh, static_cast<const DeviceBvh*>(nullptr)}) {
+  for (const RayScene* shadows : {rays.get(), static_cast<RayScene*>(nullptr)}) {
     const Lit lit =
         LightByEnvironment(device, estimator, gbuffer, light, OptionsOf(knobs, 32), shadows);
     double mean = 0, square = 0;

@@ -1,10 +1,10 @@
 // Runs an estimator on a list of receivers.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "luxfield/render/estimators/estimator.h"
-#include "luxfield/render/kernels/scene/bvh_types.clh"
 
 namespace luxfield::render {
 
@@ -44,32 +44,20 @@ struct Lit {
 // The light of one luminaire on a G-buffer, from zeroed buffers.
 inline Lit LightGBuffer(const Device& device, Estimator& estimator, const GBuffer& gbuffer,
                         const LuminaireOnDevice& luminaire, const EstimatorOptions& options = {},
-                        const DeviceBvh* bvh = nullptr, const scene::Pose& pose = {}) {
+                        const RayScene* rays = nullptr, const scene::Pose& pose = {}) {
   Lighting lighting(device, gbuffer);
-  estimator.Light({gbuffer, {.bvh = bvh}}, PosedLuminaire{luminaire, pose}, options, lighting);
+  estimator.Light({gbuffer, {.rays = rays}}, PosedLuminaire{luminaire, pose}, options, lighting);
   return {lighting.irradiance.Download<cl_float4>(),
           gbuffer.glossy() ? lighting.reflected.Download<cl_float4>() : std::vector<cl_float4>(),
           lighting.variance.Download<float>(), lighting.samples.Download<cl_uint>()};
 }
 
-// One quadrilateral in the plane z = `z`, x from x0 to x1, |y| < 10, as a BVH of one leaf.
-inline DeviceBvh Blocker(const Device& device, float x0, float x1, float z) {
-  BvhNode node{};
-  node.lower0[0] = x0;
-  node.upper0[0] = x1;
-  node.lower0[1] = -10;
-  node.upper0[1] = 10;
-  node.lower0[2] = node.upper0[2] = z;
-  node.child0 = ~(0 * 16 + 2);
-  for (int axis = 0; axis < 3; ++axis) {
-    node.lower1[axis] = 1;  // empty
-    node.upper1[axis] = -1;
-  }
-  node.child1 = ~0;
-  const BvhTriangle triangles[2] = {{{x0, -10, z}, 0, {x1, -10, z}, 0, {x0, 10, z}, 0},
-                                    {{x1, -10, z}, 1, {x1, 10, z}, 0, {x0, 10, z}, 0}};
-  return {Buffer::From(device, std::span<const BvhNode>(&node, 1)),
-          Buffer::From(device, std::span<const BvhTriangle>(triangles))};
+// One quadrilateral in the plane z = `z`, x from x0 to x1, |y| < 10.
+inline std::unique_ptr<RayScene> Blocker(const Device& device, double x0, double x1, double z) {
+  scene::Geometry geometry;
+  geometry.materials.resize(1);
+  scene::AppendQuad({x0, -10, z}, {x1 - x0, 0, 0}, {0, 20, 0}, 0, geometry);
+  return MakeRayScene(device, geometry);
 }
 
 }  // namespace luxfield::render

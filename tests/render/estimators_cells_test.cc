@@ -252,11 +252,11 @@ TEST(Cells, ShadowsBlockAllOrNone) {
   const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSeed));
   const auto points = FacingReceivers(0.3, 64, 0.5, 2);
   const GBuffer gbuffer = MakeGBuffer(device, points);
-  const DeviceBvh all = Blocker(device, -10, 10, 0.1f), none = Blocker(device, 20, 30, 0.1f);
-  const auto run = [&](const DeviceBvh* bvh) {
-    return LightGBuffer(device, *cells, gbuffer, luminaire.on_device, {}, bvh).irradiance;
+  const auto all = Blocker(device, -10, 10, 0.1f), none = Blocker(device, 20, 30, 0.1f);
+  const auto run = [&](const RayScene* rays) {
+    return LightGBuffer(device, *cells, gbuffer, luminaire.on_device, {}, rays).irradiance;
   };
-  const auto open = run(nullptr), dark = run(&all), clear = run(&none);
+  const auto open = run(nullptr), dark = run(all.get()), clear = run(none.get());
   for (std::size_t k = 0; k < points.size(); ++k) {
     EXPECT_GT(open[k].s[0], 0);
     EXPECT_EQ(dark[k].s[0], 0);
@@ -271,9 +271,9 @@ TEST(Cells, ShadowMapsCountCellByCell) {
   const LitLuminaire luminaire(device, StructuredLuminaire("facets", {}, kSeed));
   const auto points = FacingReceivers(0.3, 48, 0.5, 2);
   const GBuffer gbuffer = MakeGBuffer(device, points);
-  const DeviceBvh half = Blocker(device, 0, 10, 0.01f);
+  const auto half = Blocker(device, 0, 10, 0.01f);
   const auto& g = luminaire.field.geometry;
-  const ShadowMaps maps(device, g, CellCentres(luminaire.field), {}, half, 64);
+  const ShadowMaps maps(device, g, CellCentres(luminaire.field), {}, *half, 64);
   const auto seen = maps.SeeCells(gbuffer).Download<cl_uint>();
   const std::size_t words = seen.size() / points.size();
   std::vector<double> judge;

@@ -8,7 +8,6 @@
 #include "luxfield/core/error.h"
 #include "luxfield/lightfield/light_vector.h"
 #include "luxfield/render/scene/device_scene.h"
-#include "luxfield/scene/bvh.h"
 #include "tests/render/brdf_by_formula.h"
 #include "tests/render/brute_force.h"
 #include "tests/render/sampling_fixture.h"
@@ -342,16 +341,16 @@ TEST(Gloss, ShadowsTendToThoseOfWindowed) {
   scene::Geometry geometry;
   geometry.materials = {{"screen"}};
   scene::AppendQuad({0.003, -1, 0.2}, {1, 0, 0}, {0, 2, 0}, 0, geometry);
-  const DeviceBvh bvh = UploadBvh(device, geometry, scene::BuildBvh(geometry));
+  const auto rays = MakeRayScene(device, geometry);
   const auto points = MirroringReceivers(0.3, 40, 0.1);
   const GBuffer gbuffer =
       MakeGlossyGBuffer(device, points, TestBrdf::Phong({0.2, 0.2, 0.2}, {0.6, 0.6, 0.6}, 50));
   EstimatorOptions options;
   options.samples_per_pixel = 20000;
-  const Lit truth = LightGBuffer(device, *windowed, gbuffer, lamp.on_device, options, &bvh);
+  const Lit truth = LightGBuffer(device, *windowed, gbuffer, lamp.on_device, options, rays.get());
   options.samples_per_pixel = 5000;
   options.seed = 2;
-  const Lit lit = LightGBuffer(device, *gloss, gbuffer, lamp.on_device, options, &bvh);
+  const Lit lit = LightGBuffer(device, *gloss, gbuffer, lamp.on_device, options, rays.get());
   int half = 0;
   for (std::size_t k = 0; k < points.points.size(); ++k) {
     const double t = truth.reflected[k].s[0], error = lit.reflected[k].s[0] - t;
@@ -369,13 +368,13 @@ TEST(Gloss, ShadowsNeedTheTablesOfCells) {
   const LitLuminaire lamp(device, StructuredLuminaire("rings", SmallLamp(), kSeed));
   const LuminaireOnDevice of_images(device, lamp.field, {.sat = &lamp.tables}),
       of_cells(device, lamp.field, {.cells = &lamp.cells});
-  const DeviceBvh bvh = Blocker(device, 0, 10, 1e-4f);
+  const auto rays = Blocker(device, 0, 10, 1e-4f);
   const GBuffer gbuffer = MakeGBuffer(device, MirroringReceivers(0.3, 4, 0.1).points);
   for (const char* name : {"exact", "gloss"}) {
     const auto estimator = MakeEstimator(name, device);
     EXPECT_FALSE(estimator->traits().needs_for_shadows.sat) << name;
-    EXPECT_THROW(LightGBuffer(device, *estimator, gbuffer, of_images, {}, &bvh), InputError);
-    EXPECT_NO_THROW(LightGBuffer(device, *estimator, gbuffer, of_cells, {}, &bvh)) << name;
+    EXPECT_THROW(LightGBuffer(device, *estimator, gbuffer, of_images, {}, rays.get()), InputError);
+    EXPECT_NO_THROW(LightGBuffer(device, *estimator, gbuffer, of_cells, {}, rays.get())) << name;
     EXPECT_NO_THROW(LightGBuffer(device, *estimator, gbuffer, of_images)) << name;
   }
 }

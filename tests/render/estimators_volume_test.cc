@@ -236,12 +236,12 @@ TEST(Volume, ShadowsAreThoseOfExact) {
   const auto cells = preprocess::BuildCellTables(field, "test");
   const auto built = preprocess::BuildForReceivers(field, AsReceivers(points));
   const LuminaireOnDevice luminaire(device, field, {.cells = &cells, .volume = &built.volume});
-  const DeviceBvh half = Blocker(device, 0, 10, 1e-4f);  // over half of the lamp
+  const auto half = Blocker(device, 0, 10, 1e-4f);  // over half of the lamp
   const GBuffer gbuffer = MakeGBuffer(device, points);
   EstimatorOptions options;
   options.samples_per_pixel = 16;
-  const Lit lit = LightGBuffer(device, *volume, gbuffer, luminaire, options, &half),
-            judge = LightGBuffer(device, *exact, gbuffer, luminaire, options, &half),
+  const Lit lit = LightGBuffer(device, *volume, gbuffer, luminaire, options, half.get()),
+            judge = LightGBuffer(device, *exact, gbuffer, luminaire, options, half.get()),
             open = LightGBuffer(device, *exact, gbuffer, luminaire, options);
   double sum = 0, squares = 0;
   int shadowed = 0;

@@ -169,12 +169,13 @@ TEST(Windowed, ShadowsBlockAllNoneOrPart) {
   const GBuffer gbuffer = MakeGBuffer(device, points);
   EstimatorOptions options;
   options.samples_per_pixel = 64;
-  const DeviceBvh all = Blocker(device, -10, 10, 0.1f), none = Blocker(device, 20, 30, 0.1f);
+  const auto all = Blocker(device, -10, 10, 0.1f), none = Blocker(device, 20, 30, 0.1f);
   for (Estimator* estimator : {windowed.get(), exact.get()}) {
     const auto open = LightGBuffer(device, *estimator, gbuffer, luminaire.on_device, options);
-    const auto dark = LightGBuffer(device, *estimator, gbuffer, luminaire.on_device, options, &all);
+    const auto dark =
+        LightGBuffer(device, *estimator, gbuffer, luminaire.on_device, options, all.get());
     const auto clear =
-        LightGBuffer(device, *estimator, gbuffer, luminaire.on_device, options, &none);
+        LightGBuffer(device, *estimator, gbuffer, luminaire.on_device, options, none.get());
     for (std::size_t k = 0; k < points.size(); ++k) {
       EXPECT_GT(open.irradiance[k].s[0], 0);
       EXPECT_EQ(dark.irradiance[k].s[0], 0);
@@ -184,7 +185,7 @@ TEST(Windowed, ShadowsBlockAllNoneOrPart) {
 
   // A blocker on F's half-space x > 0: what is left is the light of the clipped basis, by
   // quadrature over u.
-  const DeviceBvh half = Blocker(device, 0, 10, 1e-4f);
+  const auto half = Blocker(device, 0, 10, 1e-4f);
   std::vector<double> judge;
   constexpr int kNodes = 240;
   for (const auto& [p, n] : points) {
@@ -207,11 +208,11 @@ TEST(Windowed, ShadowsBlockAllNoneOrPart) {
     judge.push_back(sum * g.delta_m * g.delta_m / std::pow(p.z, 3));
   }
   const auto statistics =
-      OverSeeds(device, *windowed, gbuffer, luminaire.on_device, options, 64, &half);
+      OverSeeds(device, *windowed, gbuffer, luminaire.on_device, options, 64, half.get());
   ExpectUnbiased(statistics, judge, 64, "half blocked");
   // `exact` with shadows is a ratio: consistent, its bias falls with K.
   options.samples_per_pixel = 4000;
-  const auto lit = LightGBuffer(device, *exact, gbuffer, luminaire.on_device, options, &half);
+  const auto lit = LightGBuffer(device, *exact, gbuffer, luminaire.on_device, options, half.get());
   double square = 0, mean = 0;
   for (std::size_t k = 0; k < points.size(); ++k) {
     square += std::pow(lit.irradiance[k].s[0] - judge[k], 2) / 64;

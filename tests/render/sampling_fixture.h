@@ -97,11 +97,11 @@ class SeedSums {
 
 inline SeedStatistics OverSeeds(const Device& device, Estimator& estimator, const GBuffer& gbuffer,
                                 const LuminaireOnDevice& luminaire, EstimatorOptions options,
-                                int seeds, const DeviceBvh* bvh = nullptr) {
+                                int seeds, const RayScene* rays = nullptr) {
   SeedSums sums(gbuffer.pixel_count());
   for (int seed = 0; seed < seeds; ++seed) {
     options.seed = kSamplingSeed + seed;
-    const Lit lit = LightGBuffer(device, estimator, gbuffer, luminaire, options, bvh);
+    const Lit lit = LightGBuffer(device, estimator, gbuffer, luminaire, options, rays);
     sums.Add(lit.irradiance, lit.variance);
   }
   return sums.Statistics();

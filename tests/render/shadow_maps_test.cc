@@ -28,10 +28,6 @@ constexpr double kLift = 0.78, kReach = 1.5;  // in texel widths, as shadow_maps
 // 3 x 2 images, n = 3: 5 x 4 cells of 16.5 mm; light within tangents of +-0.5 about each u.
 lightfield::LightField Lamp() { return StructuredLuminaire("facets", {}, kSeed); }
 
-DeviceBvh Upload(const Device& device, const Geometry& geometry) {
-  return UploadBvh(device, geometry, scene::BuildBvh(geometry));
-}
-
 // seen[point][cell].
 std::vector<std::vector<bool>> Seen(const ShadowMaps& maps, const Device& device, int cells,
                                     const std::vector<SurfacePoint>& points) {
@@ -84,7 +80,7 @@ TEST(ShadowMaps, BlockersThatHideAllNoneOrHalf) {
   const auto wall = [&](double x0, double x1) {
     Geometry geometry;
     AppendQuad({x0, -5, z_blocker}, {x1 - x0, 0, 0}, {0, 10, 0}, 0, geometry);
-    return ShadowMaps(device, lamp.geometry, lights, {}, Upload(device, geometry));
+    return ShadowMaps(device, lamp.geometry, lights, {}, *MakeRayScene(device, geometry));
   };
   for (const auto& seen : Seen(wall(-5, 5), device, 20, points))
     EXPECT_THAT(seen, testing::Each(false));
@@ -128,7 +124,7 @@ TEST(ShadowMaps, ARandomSceneAgreesWithRaysUpToTheStatedFootprint) {
               0, geometry);
   }
   const scene::RayCaster rays(geometry);
-  const DeviceBvh bvh = Upload(device, geometry);
+  const auto ray_scene = MakeRayScene(device, geometry);
   std::vector<SurfacePoint> points;
   while (points.size() < 1500) {
     // From around the lamp: surfaces turned towards it, some of them in shadow.
@@ -152,7 +148,7 @@ TEST(ShadowMaps, ARandomSceneAgreesWithRaysUpToTheStatedFootprint) {
         on_image ? ReferencePositions(lamp.geometry, tables.reference) : CellCentres(lamp);
     const int size = 192;
     const auto seen =
-        Seen(ShadowMaps(device, lamp.geometry, lights, pose, bvh, size), device, 20, points);
+        Seen(ShadowMaps(device, lamp.geometry, lights, pose, *ray_scene, size), device, 20, points);
     int judged = 0, different = 0, unexplained = 0;
     for (std::size_t k = 0; k < points.size(); ++k)
       for (std::size_t cell = 0; cell < lights.size(); ++cell) {
@@ -210,9 +206,9 @@ TEST(ShadowMaps, NoPlaneShadesItself) {
                            (4 * random.Uniform() - 0.5) * along;
             points.push_back(RoundToFloat({p, n}));
           }
-          const auto seen =
-              Seen(ShadowMaps(device, lamp.geometry, lights, pose, Upload(device, geometry), size),
-                   device, 20, points);
+          const auto seen = Seen(ShadowMaps(device, lamp.geometry, lights, pose,
+                                            *MakeRayScene(device, geometry), size),
+                                 device, 20, points);
           int hidden = 0, facing = 0;
           for (std::size_t k = 0; k < points.size(); ++k)
             for (std::size_t cell = 0; cell < lights.size(); ++cell) {
@@ -244,7 +240,7 @@ TEST(ShadowMaps, AnOccluderTwoFootprintsAboveAFloorLeaksNoLight) {
         RoundToFloat({{inside * (2 * random.Uniform() - 1), inside * (2 * random.Uniform() - 1), 0},
                       {0, 0, 1}}));
   for (const auto& seen :
-       Seen(ShadowMaps(device, lamp.geometry, lights, above, Upload(device, geometry), size),
+       Seen(ShadowMaps(device, lamp.geometry, lights, above, *MakeRayScene(device, geometry), size),
             device, 20, points))
     EXPECT_THAT(seen, testing::Each(false));
   // Below the lift the occluder's shadow is lost: the price that the header states.
@@ -252,8 +248,8 @@ TEST(ShadowMaps, AnOccluderTwoFootprintsAboveAFloorLeaksNoLight) {
   AppendQuad({-5, -5, 0}, {10, 0, 0}, {0, 10, 0}, 0, contact);
   AppendQuad({-0.3, -0.3, 0.5 * kLift * f}, {0.6, 0, 0}, {0, 0.6, 0}, 0, contact);
   for (const auto& seen :
-       Seen(ShadowMaps(device, lamp.geometry, lights, above, Upload(device, contact), size), device,
-            20, points))
+       Seen(ShadowMaps(device, lamp.geometry, lights, above, *MakeRayScene(device, contact), size),
+            device, 20, points))
     EXPECT_THAT(seen, testing::Each(true));
 }
 
@@ -276,8 +272,8 @@ TEST(ShadowMaps, AHousingAroundTheLampHidesWhatItDoesForRays) {
   const int size = 512;
   const double f = TexelTangent(lamp.geometry, size);
   const auto seen =
-      Seen(ShadowMaps(device, lamp.geometry, lights, {}, Upload(device, housing), size), device, 20,
-           points);
+      Seen(ShadowMaps(device, lamp.geometry, lights, {}, *MakeRayScene(device, housing), size),
+           device, 20, points);
   int hidden = 0, open = 0, doubtful = 0;
   for (std::size_t k = 0; k < points.size(); ++k)
     for (std::size_t cell = 0; cell < lights.size(); ++cell) {
@@ -307,7 +303,7 @@ TEST(ShadowMaps, TheMapsCoverAllLitReceiversFromDeltaOn) {
   const auto& g = lamp.geometry;
   Geometry wall;
   AppendQuad({-50, -50, 0.25}, {100, 0, 0}, {0, 100, 0}, 0, wall);
-  const ShadowMaps maps(device, g, CellCentres(lamp), {}, Upload(device, wall), 32);
+  const ShadowMaps maps(device, g, CellCentres(lamp), {}, *MakeRayScene(device, wall), 32);
   // Along the light's outermost rays.
   const double u = 0.5 * 5 * g.grid.spacing_m, s = 0.5 * g.lattice.extent_s_m(),
                v = 0.5 * 4 * g.grid.spacing_m, t = 0.5 * g.lattice.extent_t_m();
@@ -339,14 +335,16 @@ TEST(ShadowMaps, EmptyAndHugeScenes) {
   const Device device = Device::Open();
   const auto lamp = Lamp();
   const auto points = FacingReceivers(100);
-  const ShadowMaps empty(device, lamp.geometry, CellCentres(lamp), {}, Upload(device, {}), 16);
+  const ShadowMaps empty(device, lamp.geometry, CellCentres(lamp), {}, *MakeRayScene(device, {}),
+                         16);
   for (const auto& seen : Seen(empty, device, 20, points)) EXPECT_THAT(seen, testing::Each(true));
 
   // A ground of 1000 km with a wall of 2 m at 100 m.
   Geometry huge;
   AppendQuad({-5e5, -0.65, -5e5}, {1e6, 0, 0}, {0, 0, 1e6}, 0, huge);
   AppendQuad({-2, -0.65, 100}, {4, 0, 0}, {0, 2, 0}, 0, huge);
-  const ShadowMaps maps(device, lamp.geometry, CellCentres(lamp), {}, Upload(device, huge), 512);
+  const ShadowMaps maps(device, lamp.geometry, CellCentres(lamp), {}, *MakeRayScene(device, huge),
+                        512);
   const auto seen = Seen(maps, device, 20,
                          {{{0, -0.65f, 30}, {0, 1, 0}},     // ground before the wall
                           {{0, 0, 99.99f}, {0, 0, -1}},     // the wall itself, nearly
@@ -382,7 +380,7 @@ TEST(ShadowMaps, EstimatorsWeighImagesByTheirVisibility) {
   for (int k = -3; k <= 3; ++k) AppendQuad({0.03 * k, -1, 0.3}, {0.012, 0, 0}, {0, 2, 0}, 0, slats);
   const scene::RayCaster rays(slats);
   const int size = 512;
-  const ShadowMaps maps(device, lamp.geometry, lights, {}, Upload(device, slats), size);
+  const ShadowMaps maps(device, lamp.geometry, lights, {}, *MakeRayScene(device, slats), size);
   EXPECT_EQ(maps.map_count(), 19);
   std::vector<SurfacePoint> points;
   std::vector<double> judge, facing;
@@ -465,10 +463,10 @@ TEST(ShadowMaps, DoNotDependOnGroupsOrOnHowPixelsAreSplit) {
   const auto lamp = Lamp();
   Geometry slats;
   for (int k = -3; k <= 3; ++k) AppendQuad({0.03 * k, -1, 0.3}, {0.012, 0, 0}, {0, 2, 0}, 0, slats);
-  const DeviceBvh bvh = Upload(device, slats);
+  const auto rays = MakeRayScene(device, slats);
   const auto points = FacingReceivers(150);
   const auto maps_on = [&](const Device& tuned) {
-    return ShadowMaps(tuned, lamp.geometry, CellCentres(lamp), {}, bvh, 100);
+    return ShadowMaps(tuned, lamp.geometry, CellCentres(lamp), {}, *rays, 100);
   };
   const ShadowMaps maps = maps_on(device);
   const auto all = Seen(maps, device, 20, points);
@@ -484,10 +482,10 @@ TEST(ShadowMaps, DoNotDependOnGroupsOrOnHowPixelsAreSplit) {
 TEST(ShadowMaps, RefuseWhatMakesNoSense) {
   const Device device = Device::Open();
   const auto lamp = Lamp();
-  const DeviceBvh bvh = Upload(device, {});
+  const auto rays = MakeRayScene(device, {});
   const auto lights = CellCentres(lamp);
   for (const int size : {-1, 0, 15, 4097})
-    EXPECT_THROW(ShadowMaps(device, lamp.geometry, lights, {}, bvh, size), InputError) << size;
+    EXPECT_THROW(ShadowMaps(device, lamp.geometry, lights, {}, *rays, size), InputError) << size;
   EXPECT_THROW(ShadowsFromName("soft"), InputError);
   for (const auto shadows :
        {Shadows::kNone, Shadows::kTraced, Shadows::kMaps, Shadows::kThesisMaps, Shadows::kSoftMaps})

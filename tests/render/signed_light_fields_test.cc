@@ -266,8 +266,8 @@ TEST(SignedLightFields, TracedShadowsOfExactHoldWhereTheLightCrossesZero) {
   const LitLuminaire luminaire(device, field);
   const HalfHidden half = HideHalf(field);
   const GBuffer gbuffer = MakeGBuffer(device, half.points);
-  const DeviceBvh blocker = Blocker(device, 0, 10, 1e-4f), all = Blocker(device, -10, 10, 1e-4f),
-                  none = Blocker(device, 20, 30, 1e-4f);
+  const auto blocker = Blocker(device, 0, 10, 1e-4f), all = Blocker(device, -10, 10, 1e-4f),
+             none = Blocker(device, 20, 30, 1e-4f);
   const auto vanishing = [&](std::size_t k) { return std::abs(half.open[k]) < 0.2 * half.size[k]; };
   int crossing = 0;
   for (std::size_t k = 0; k < half.points.size(); ++k) crossing += vanishing(k);
@@ -284,7 +284,7 @@ TEST(SignedLightFields, TracedShadowsOfExactHoldWhereTheLightCrossesZero) {
       options.samples_per_pixel = kSamples;
       options.seed = kSeed + seed;
       const Lit lit =
-          LightGBuffer(device, estimator, gbuffer, luminaire.on_device, options, &blocker);
+          LightGBuffer(device, estimator, gbuffer, luminaire.on_device, options, blocker.get());
       for (std::size_t k = 0; k < half.points.size(); ++k) {
         const double value = lit.irradiance[k].s[0];
         sum[k] += value / kSeeds;
@@ -319,8 +319,8 @@ TEST(SignedLightFields, TracedShadowsOfExactHoldWhereTheLightCrossesZero) {
   EstimatorOptions options;
   options.samples_per_pixel = 16;
   const Lit open = LightGBuffer(device, *exact, gbuffer, luminaire.on_device, options),
-            clear = LightGBuffer(device, *exact, gbuffer, luminaire.on_device, options, &none),
-            dark = LightGBuffer(device, *exact, gbuffer, luminaire.on_device, options, &all);
+            clear = LightGBuffer(device, *exact, gbuffer, luminaire.on_device, options, none.get()),
+            dark = LightGBuffer(device, *exact, gbuffer, luminaire.on_device, options, all.get());
   for (std::size_t k = 0; k < half.points.size(); ++k) {
     EXPECT_NEAR(clear.irradiance[k].s[0], open.irradiance[k].s[0], 1e-5 * half.size[k]);
     EXPECT_NEAR(dark.irradiance[k].s[0], 0, 1e-6 * half.size[k]);

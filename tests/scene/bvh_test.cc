@@ -31,7 +31,7 @@ Geometry Soup(int count, std::uint64_t seed) {
 }
 
 // Walks the tree: boxes nest, every triangle is inside its leaf's box and appears once, depth and
-// leaf size are bounded.
+// leaf size are bounded, inner nodes and triangles below a node follow each other.
 class Checker {
  public:
   Checker(const Geometry& geometry, const Bvh& bvh) : geometry_(geometry), bvh_(bvh) {}
@@ -45,7 +45,15 @@ class Checker {
  private:
   void CheckNode(int index, const Box* parent, int depth) {
     ASSERT_LE(depth, Bvh::kMaxDepth);
+    int next_node = -1, next_triangle = -1;
     for (const auto& child : bvh_.nodes[index].children) {
+      if (child.node < 0 && child.count > 0) {
+        EXPECT_TRUE(next_triangle < 0 || child.first == next_triangle);
+        next_triangle = child.first + child.count;
+      } else if (child.node >= 0) {
+        EXPECT_TRUE(next_node < 0 || child.node == next_node);
+        next_node = child.node + 1;
+      }
       if (child.node < 0) {
         ASSERT_LE(child.count, Bvh::kMaxLeafSize);
         for (int i = child.first; i < child.first + child.count; ++i) {

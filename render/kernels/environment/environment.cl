@@ -39,23 +39,25 @@ __kernel void DrawSets(ENVIRONMENT_ARGUMENTS, __constant const SamplingParams* s
 }
 
 // Adds a sample that counts `share` times where samples are `density` a steradian.
-inline void AddEnvironmentLight(const LitPoint* receiver, Scene scene, float3 direction,
+inline void AddEnvironmentLight(const LitPoint* receiver, const ShadowRays* shadow, float3 direction,
                                 float3 radiance, float share, float density, Totals* totals) {
   const bool useful = dot(receiver->brdf.normal, direction) > 0.0f && density > 0.0f;
   if (useful || !COUNT_USEFUL) ++totals->count;
   if (useful)
-    AddIncident(receiver, scene, direction, MAXFLOAT, radiance, share / density, totals);
+    AddIncident(receiver, shadow, direction, MAXFLOAT, radiance, share / density, 0.0f, totals);
 }
 
 // `draws` null: every pixel draws samples of its own.
-__kernel void LightEnvironment(ENVIRONMENT_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS,
+__kernel void LightEnvironment(ENVIRONMENT_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS,
                                __constant const SamplingParams* sampling,
                                __constant const EnvironmentSampling* environment_sampling,
                                __global const EnvironmentDraw* draws, LIGHTING_ARGUMENTS) {
-  const int pixel = get_global_id(0);
-  if (pixel >= sampling->end || positions[pixel].w == 0.0f) return;
+  const int item = get_global_id(0), pixel = sampling->begin + item;
+  if (pixel >= sampling->end) return;
+  const ShadowRays shadow = PixelShadowRays(SHADOW_RAYS, sampling->shadow_rays, item);
+  ClearShadowRays(&shadow);
+  if (positions[pixel].w == 0.0f) return;
   const Environment environment = ENVIRONMENT;
-  const Scene scene = {nodes, triangles};
   const LitPoint receiver = MakeLitPoint(environment.params->rotation, SURFACE(pixel));
   const float3 normal = receiver.brdf.normal;
   const int balance = environment_sampling->balance, capacity = environment_sampling->capacity,
@@ -94,7 +96,7 @@ __kernel void LightEnvironment(ENVIRONMENT_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_A
       }
       const float density = density_scale * sample.weight +
                             brdf_count * BrdfPdf(&receiver.brdf, sample.direction);
-      AddEnvironmentLight(&receiver, scene, sample.direction, sample.radiance,
+      AddEnvironmentLight(&receiver, &shadow, sample.direction, sample.radiance,
                           fmin(count - (float)i, 1.0f), density, &totals);
     }
   }
@@ -109,8 +111,8 @@ __kernel void LightEnvironment(ENVIRONMENT_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_A
     const float density = per_preference * light.weight *
                               TilePreference(&environment, balance, light.tile, normal) +
                           brdf_count * BrdfPdf(&receiver.brdf, direction);
-    AddEnvironmentLight(&receiver, scene, direction, light.radiance, 1.0f, density,
+    AddEnvironmentLight(&receiver, &shadow, direction, light.radiance, 1.0f, density,
                         &totals);
   }
-  StoreScaled(&totals, 1.0f, pixel, LIGHTING);
+  FinishPixel(&totals, 1.0f, &shadow, pixel, LIGHTING);
 }

@@ -15,7 +15,7 @@
 
 // Adds a sample at a point of a cell.
 inline void AddCellSample(__constant const LuminaireParams* luminaire, __global const float* images,
-                          const CellTables* tables, const Surface* surface, Scene scene,
+                          const CellTables* tables, const Surface* surface, const ShadowRays* shadow,
                           int brdf_samples, const CellProposal* proposal, WindowSample at,
                           Totals* totals) {
   const int a = proposal->window.i, b = proposal->window.j;
@@ -25,7 +25,7 @@ inline void AddCellSample(__constant const LuminaireParams* luminaire, __global 
   if (brdf_samples > 0) expected += (float)brdf_samples * BrdfDensity(luminaire, surface, to_lamp);
 #endif
   const float3 flux = CellFlux(luminaire, images, a, b, at.column, at.row, at.y);
-  AddLight(luminaire, surface, scene, to_lamp, expected > 0.0f ? flux / expected : (float3)(0.0f),
+  AddLight(luminaire, surface, shadow, to_lamp, expected > 0.0f ? flux / expected : (float3)(0.0f),
            totals);
 }
 
@@ -35,7 +35,7 @@ inline void AddCellSample(__constant const LuminaireParams* luminaire, __global 
 // hide.
 inline void AddBrdfSamples(__constant const LuminaireParams* luminaire,
                            __global const float* images, const CellTables* tables,
-                           const Surface* surface, Scene scene, Windows windows,
+                           const Surface* surface, const ShadowRays* shadow, Windows windows,
                            const Allocation* allocation, int count, uint4 words, Totals* totals) {
   BrdfDraws draws = StartBrdfDraws(count, words, tables->cells.x * tables->cells.y);
   for (int k = 0; k < count; ++k) {
@@ -55,14 +55,14 @@ inline void AddBrdfSamples(__constant const LuminaireParams* luminaire,
     const CellProposal proposal =
         MakeCellProposal(luminaire, images, tables, surface, windows, cell, mass,
                          ExpectedSamples(allocation, cosine * mass));
-    AddCellSample(luminaire, images, tables, surface, scene, count, &proposal, at, totals);
+    AddCellSample(luminaire, images, tables, surface, shadow, count, &proposal, at, totals);
   }
 }
 #endif
 
 inline Totals LightCells(__constant const LuminaireParams* luminaire,
                          __constant const SamplingParams* sampling, __global const float* images,
-                         const CellTables* tables, const Surface* surface, Scene scene, uint pixel,
+                         const CellTables* tables, const Surface* surface, const ShadowRays* shadow, uint pixel,
                          Windows windows) {
   Totals totals = NoLight();
   const float total = WeightedTotal(luminaire, tables, surface, windows);
@@ -95,82 +95,28 @@ inline Totals LightCells(__constant const LuminaireParams* luminaire,
         const WindowSample at =
             DrawCellPoint(luminaire, surface, &proposal, &marginal, ShiftPoint(point, words.yz));
         point = NextPoint(point, (uint)k);
-        AddCellSample(luminaire, images, tables, surface, scene, brdf_samples, &proposal, at,
+        AddCellSample(luminaire, images, tables, surface, shadow, brdf_samples, &proposal, at,
                       &totals);
       }
     }
 #if GLOSSY
-  AddBrdfSamples(luminaire, images, tables, surface, scene, windows, &allocation, brdf_samples,
+  AddBrdfSamples(luminaire, images, tables, surface, shadow, windows, &allocation, brdf_samples,
                  words, &totals);
 #endif
   return totals;
 }
 
-__kernel void Cells(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS, WINDOW_ARGUMENTS,
+__kernel void Cells(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, WINDOW_ARGUMENTS,
                     LIGHTING_ARGUMENTS) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
-  Surface surface;
-  if (pixel >= sampling->end || !MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
-  const CellTables tables = MakeCellTables(luminaire, sat, sat_scale);
-  const Scene scene = {nodes, triangles};
-  const Windows windows = {spans + item, masses + item, sampling->scratch_stride};
-  const Totals totals = LightCells(luminaire, sampling, images, &tables, &surface, scene,
-                                   sampling->first_pixel + (uint)pixel, windows);
-  StoreTotals(luminaire, &surface, totals, pixel, LIGHTING);
-}
-
-// Sums over samples x: of all and of the visible ones, of those below 0 what they take away, and
-// the squares of their luminances.
-typedef struct VisibleSums {
-  float3 light, taken, visible, visible_taken;
-  float square, visible_square;
-} VisibleSums;
-
-// Writes the visible share and what it leaves out (estimators/visible_share.h). The variance is
-// that of a ratio of sums, to first order; `scale` makes light of sums.
-inline void StoreShare(VisibleSums sums, int count, float scale, __global float4* share) {
-  // Sums of |x|.
-  const float3 all = sums.light + 2.0f * sums.taken,
-               seen = sums.visible + 2.0f * sums.visible_taken;
-  const float luminance = Luminance(all);
-  share[0] = (float4)(1.0f, 1.0f, 1.0f, 0.0f);
-  share[1] = (float4)(0.0f);
-  if (!(luminance > 0.0f)) return;
-  const float ratio = Luminance(seen) / luminance, n = (float)count;
-  const float spread = (1.0f - 2.0f * ratio) * sums.visible_square + ratio * ratio * sums.square;
-  const float3 v = (float3)(all.x > 0.0f ? seen.x / all.x : ratio,
-                            all.y > 0.0f ? seen.y / all.y : ratio,
-                            all.z > 0.0f ? seen.z / all.z : ratio);
-  share[0] = (float4)(v, count > 1 ? fmax(spread, 0.0f) / (luminance * luminance) * (n / (n - 1.0f))
-                                   : 1.0f);
-  share[1] = 2.0f * scale *
-             (float4)(v * sums.taken - sums.visible_taken, Luminance(sums.taken));
-}
-
-// Visible shares of the irradiance and, where surfaces are glossy, of the reflected radiance.
-__kernel void VisibleShare(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS,
-                           WINDOW_ARGUMENTS, __global float4* share, __global float4* shown_share,
-                           __global uint* samples) {
-  const int item = get_global_id(0), pixel = sampling->begin + item;
   if (pixel >= sampling->end) return;
+  const ShadowRays shadow = PixelShadowRays(SHADOW_RAYS, sampling->shadow_rays, item);
+  ClearShadowRays(&shadow);
   Surface surface;
-  Totals totals = NoLight();
-  float scale = 0.0f;
-  if (MakeSurface(luminaire, SURFACE(pixel), &surface)) {
-    const CellTables tables = MakeCellTables(luminaire, sat, sat_scale);
-    const Scene scene = {nodes, triangles};
-    const Windows windows = {spans + item, masses + item, sampling->scratch_stride};
-    totals = LightCells(luminaire, sampling, images, &tables, &surface, scene,
-                        sampling->first_pixel + (uint)pixel, windows);
-    scale = FluxScale(luminaire, surface.receiver.p.z);
-  }
-  samples[pixel] += (uint)totals.count;
-  const VisibleSums sums = {totals.light,         totals.light_taken,    totals.visible,
-                            totals.visible_taken, totals.square, totals.visible_square};
-  StoreShare(sums, totals.count, scale, share + 2 * pixel);
-#if GLOSSY
-  const VisibleSums shown = {totals.unshadowed,       totals.unshadowed_taken, totals.reflected,
-                             totals.reflected_taken, totals.unshadowed_square, totals.shown_square};
-  StoreShare(shown, totals.count, scale, shown_share + 2 * pixel);
-#endif
+  if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
+  const CellTables tables = MakeCellTables(luminaire, sat, sat_scale);
+  const Windows windows = {spans + item, masses + item, sampling->scratch_stride};
+  const Totals totals = LightCells(luminaire, sampling, images, &tables, &surface, &shadow,
+                                   sampling->first_pixel + (uint)pixel, windows);
+  StoreTotals(luminaire, &surface, totals, &shadow, pixel, LIGHTING);
 }

@@ -54,7 +54,7 @@ inline float ImageTotal(__constant const LuminaireParams* luminaire, __global co
   return FromFixedPoint(image[(size_t)height * SatStride(width) + width]) * 0x1p-62f * scale;
 }
 
-inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene scene, uint pixel,
+inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow, uint pixel,
                                __global const uint* seen_by_pixel) {
   Totals totals = NoLight();
   // On I itself a point sees one point: nothing drawn on I has a chance to be it.
@@ -93,20 +93,22 @@ inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface, Scen
           light = weight * (BasisValue(&luminaire->basis, y.x) * surface->x.inverse) *
                   (BasisValue(&luminaire->basis, y.y) * surface->y.inverse) *
                   Chroma(luminaire, images, m, column.texel, row.texel);
-        AddLight(luminaire, surface, scene, ToLamp(luminaire, surface, i, j, y), light, &totals);
+        AddLight(luminaire, surface, shadow, ToLamp(luminaire, surface, i, j, y), light, &totals);
       }
     }
   return totals;
 }
 
-__kernel void Precomputed(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS, WINDOW_ARGUMENTS,
+__kernel void Precomputed(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, WINDOW_ARGUMENTS,
                           LIGHTING_ARGUMENTS) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
+  if (pixel >= sampling->end) return;
+  const ShadowRays shadow = PixelShadowRays(SHADOW_RAYS, sampling->shadow_rays, item);
+  ClearShadowRays(&shadow);
   Surface surface;
-  if (pixel >= sampling->end || !MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
-  const Scene scene = {nodes, triangles};
+  if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Totals totals =
-      LightPrecomputed(LUMINAIRE, &surface, scene, sampling->first_pixel + (uint)pixel,
+      LightPrecomputed(LUMINAIRE, &surface, &shadow, sampling->first_pixel + (uint)pixel,
                        SeenByPixel(luminaire, seen, pixel));
-  StoreTotals(luminaire, &surface, totals, pixel, LIGHTING);
+  StoreTotals(luminaire, &surface, totals, &shadow, pixel, LIGHTING);
 }

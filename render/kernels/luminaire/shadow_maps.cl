@@ -2,20 +2,18 @@
 // texels' centres, and which cells every pixel sees.
 #include "luxfield/render/kernels/luminaire/shadow_map_types.clh"
 #include "luxfield/render/kernels/luminaire/window.clh"
-#include "luxfield/render/kernels/scene/bvh.clh"
+#include "luxfield/scene/ray_types.clh"
 
-// depth[(cell * size + row) * size + column]: distance along the luminaire's z from the view's
-// origin to the nearest surface, INFINITY where there is none. A ray has z = 1, so that its
-// parameter is the depth.
+// The rays through texels [first, first + count) of all maps, a map's row by row; maps of cells
+// without light get rays of no length. A ray has z = 1, so that its parameter is the depth.
 __kernel void CastShadowMaps(__constant const LuminaireParams* luminaire,
-                             __global const ShadowView* views, int cells, int size,
-                             __global const BvhNode* nodes, __global const BvhTriangle* triangles,
-                             __global float* depth) {
-  const size_t item = get_global_id(0), texels = (size_t)size * size;
-  if (item >= cells * texels) return;
-  const int texel = (int)(item % texels);
-  const ShadowView view = views[item / texels];
-  if (!view.lit) return;
+                             __global const ShadowView* views, int size, ulong first, int count,
+                             __global PackedRay* rays) {
+  const int item = get_global_id(0);
+  if (item >= count) return;
+  const size_t at = first + item, texels = (size_t)size * size;
+  const int texel = (int)(at % texels);
+  const ShadowView view = views[at / texels];
   __constant const DoubleFloat* o = luminaire->position;
   const float3 origin =
       (float3)(o[0].hi, o[1].hi, o[2].hi) +
@@ -23,10 +21,21 @@ __kernel void CastShadowMaps(__constant const LuminaireParams* luminaire,
   const float3 direction = WorldFromLuminaire(
       luminaire, (float3)(view.low[0] + ((float)(texel % size) + 0.5f) * view.texel[0],
                           view.low[1] + ((float)(texel / size) + 0.5f) * view.texel[1], 1.0f));
+  __global PackedRay* ray = rays + item;
+  vstore3(origin, 0, ray->origin);
+  vstore3(direction, 0, ray->direction);
   // A surface in the plane of the origin must not blind the map by rounding.
   const float3 extent = fabs(origin);
-  const float t_min = 1e-6f + 1e-6f * fmax(extent.x, fmax(extent.y, extent.z));
-  depth[item] = Intersect(nodes, triangles, origin, direction, t_min, MAXFLOAT).t;
+  ray->t_min = 1e-6f + 1e-6f * fmax(extent.x, fmax(extent.y, extent.z));
+  ray->t_max = view.lit ? MAXFLOAT : 0.0f;
+}
+
+// depth[(cell * size + row) * size + column]: distance along the luminaire's z from the view's
+// origin to the nearest surface, INFINITY where there is none.
+__kernel void StoreDepths(ulong first, int count, __global const PackedHit* hits,
+                          __global float* depth) {
+  const int item = get_global_id(0);
+  if (item < count) depth[first + item] = hits[item].t;
 }
 
 // False if the map shows something between the receiver and the view's origin.

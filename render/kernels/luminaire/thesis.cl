@@ -86,7 +86,7 @@ inline float2 SequencePoint(__constant const SamplingParams* sampling,
   return (float2)(UnitFloat(shifted.x), UnitFloat(shifted.y));
 }
 
-inline Totals LightThesis(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene scene, uint pixel,
+inline Totals LightThesis(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow, uint pixel,
                           Windows windows, __global const uint2* sequence) {
   Totals totals = NoLight();
   const float total = TotalMass(luminaire, windows);
@@ -124,20 +124,22 @@ inline Totals LightThesis(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene sce
                                   SupportCoordinate(&surface->y, window.rows, row, cells));
         const float3 light = weight * BasisProduct(luminaire, y) *
                              Chroma(luminaire, images, m, column.texel, row.texel);
-        AddLight(luminaire, surface, scene, ToLamp(luminaire, surface, i, j, y), light, &totals);
+        AddLight(luminaire, surface, shadow, ToLamp(luminaire, surface, i, j, y), light, &totals);
       }
     }
   return totals;
 }
 
-__kernel void Thesis(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS, WINDOW_ARGUMENTS,
+__kernel void Thesis(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, WINDOW_ARGUMENTS,
                      __global const uint2* sequence, LIGHTING_ARGUMENTS) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
+  if (pixel >= sampling->end) return;
+  const ShadowRays shadow = PixelShadowRays(SHADOW_RAYS, sampling->shadow_rays, item);
+  ClearShadowRays(&shadow);
   Surface surface;
-  if (pixel >= sampling->end || !MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
-  const Scene scene = {nodes, triangles};
+  if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Windows windows = WINDOWS(item, pixel);
-  const Totals totals = LightThesis(LUMINAIRE, &surface, scene, sampling->first_pixel + (uint)pixel,
+  const Totals totals = LightThesis(LUMINAIRE, &surface, &shadow, sampling->first_pixel + (uint)pixel,
                                     windows, sequence);
-  StoreTotals(luminaire, &surface, totals, pixel, LIGHTING);
+  StoreTotals(luminaire, &surface, totals, &shadow, pixel, LIGHTING);
 }

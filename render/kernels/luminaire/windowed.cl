@@ -147,7 +147,7 @@ inline float3 LightOfPoint(LUMINAIRE_ARGUMENTS, const Surface* surface, Windows 
   return light;
 }
 
-inline void AddBrdfSamples(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene scene,
+inline void AddBrdfSamples(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow,
                            Windows windows, const Allocation* allocation, int count, uint4 words,
                            Totals* totals) {
   BrdfDraws draws =
@@ -158,12 +158,12 @@ inline void AddBrdfSamples(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene sc
       light = LightOfPoint(LUMINAIRE, surface, windows, allocation,
                            LampCoordinate(luminaire, surface, to_lamp),
                            (float)count * BrdfDensity(luminaire, surface, to_lamp));
-    AddLight(luminaire, surface, scene, to_lamp, light, totals);
+    AddLight(luminaire, surface, shadow, to_lamp, light, totals);
   }
 }
 #endif
 
-inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene scene, uint pixel,
+inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow, uint pixel,
                            Windows windows) {
   Totals totals = NoLight();
   const float total = TotalMass(luminaire, windows);
@@ -177,7 +177,7 @@ inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene sc
   Allocation allocation =
       StartAllocation(sampling, sampling->samples - brdf_samples, total, UnitFloat(words.x));
 #if FOLLOW_BRDF
-  AddBrdfSamples(LUMINAIRE, surface, scene, windows, &allocation, brdf_samples, words, &totals);
+  AddBrdfSamples(LUMINAIRE, surface, shadow, windows, &allocation, brdf_samples, words, &totals);
 #endif
   int m = 0;
   for (int j = 0; j < luminaire->axis[1].count; ++j)
@@ -213,7 +213,7 @@ inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene sc
           if (brdf_samples > 0)
             density += (float)brdf_samples * BrdfDensity(luminaire, surface, to_lamp);
 #endif
-          AddLight(luminaire, surface, scene, to_lamp,
+          AddLight(luminaire, surface, shadow, to_lamp,
                    density > 0.0f ? flux * (visibility / density) : (float3)(0.0f), &totals);
         }
       }
@@ -221,14 +221,16 @@ inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, Scene sc
   return totals;
 }
 
-__kernel void Windowed(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SCENE_ARGUMENTS, WINDOW_ARGUMENTS,
+__kernel void Windowed(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, WINDOW_ARGUMENTS,
                        LIGHTING_ARGUMENTS) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
+  if (pixel >= sampling->end) return;
+  const ShadowRays shadow = PixelShadowRays(SHADOW_RAYS, sampling->shadow_rays, item);
+  ClearShadowRays(&shadow);
   Surface surface;
-  if (pixel >= sampling->end || !MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
-  const Scene scene = {nodes, triangles};
+  if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Windows windows = WINDOWS(item, pixel);
   const Totals totals =
-      LightWindows(LUMINAIRE, &surface, scene, sampling->first_pixel + (uint)pixel, windows);
-  StoreTotals(luminaire, &surface, totals, pixel, LIGHTING);
+      LightWindows(LUMINAIRE, &surface, &shadow, sampling->first_pixel + (uint)pixel, windows);
+  StoreTotals(luminaire, &surface, totals, &shadow, pixel, LIGHTING);
 }

@@ -1,9 +1,9 @@
-// Primary visibility: one ray per pixel, the surface point, its normal towards the camera, how it
-// reflects.
+// Primary visibility: one ray per pixel, and of what it hits the surface point, its normal towards
+// the camera, how it reflects.
 #include "luxfield/render/kernels/brdf/brdf_types.clh"
-#include "luxfield/render/kernels/scene/bvh.clh"
 #include "luxfield/render/kernels/scene/gbuffer_types.clh"
 #include "luxfield/render/kernels/scene/pinhole.clh"
+#include "luxfield/scene/ray_types.clh"
 
 // IEC 61966-2-1.
 float LinearFromSrgb8(uint value) {
@@ -44,12 +44,17 @@ float2 PlacePoint(const TextureTexels* texture, float2 uv) {
   return PlaceDirection(texture, uv) + (float2)(texture->placement[2], texture->placement[5]);
 }
 
-float2 CornerUv(const ShadedTriangle* triangle, int corner, int set) {
+// The corners of a triangle.
+typedef struct Corners {
+  SceneVertex corner[3];
+} Corners;
+
+float2 CornerUv(const Corners* triangle, int corner, int set) {
   return (float2)(triangle->corner[corner].uv[set][0], triangle->corner[corner].uv[set][1]);
 }
 
 // Where the texture is looked up at barycentric weights `at` of the corners.
-float2 TextureUv(const TextureTexels* texture, const ShadedTriangle* triangle, float3 at) {
+float2 TextureUv(const TextureTexels* texture, const Corners* triangle, float3 at) {
   return PlacePoint(texture, at.x * CornerUv(triangle, 0, texture->set) +
                                  at.y * CornerUv(triangle, 1, texture->set) +
                                  at.z * CornerUv(triangle, 2, texture->set));
@@ -91,27 +96,40 @@ float3 BendToEye(float3 normal, float3 to_eye) {
   return normalize(normal + (2.0f * MIN_EYE_COSINE - cosine) * to_eye);
 }
 
-__kernel void PrimaryRays(PinholeCamera camera, __global const BvhNode* nodes,
-                          __global const BvhTriangle* triangles,
-                          __global const ShadedTriangle* shading,
-                          __global const SurfaceMaterial* materials, __global const uint* texels,
-                          __global float4* positions, __global float4* normals,
-                          __global float4* albedos, __global float4* glosses,
-                          __global float4* emissions) {
+// The ray of every pixel of the camera's rows.
+__kernel void CastPrimaryRays(PinholeCamera camera, __global PackedRay* rays) {
   const int column = get_global_id(0), row = get_global_id(1);
   if (column >= camera.width || row >= camera.rows) return;
-  const int pixel = row * camera.width + column;
-  const float3 origin = vload3(0, camera.position);
-  const float3 direction = PixelDirection(&camera, column, row);
-  const Hit hit = Intersect(nodes, triangles, origin, direction, 0.0f, MAXFLOAT);
+  __global PackedRay* ray = rays + row * camera.width + column;
+  vstore3(vload3(0, camera.position), 0, ray->origin);
+  vstore3(PixelDirection(&camera, column, row), 0, ray->direction);
+  ray->t_min = 0.0f;
+  ray->t_max = MAXFLOAT;
+}
+
+// Item k is pixel first_pixel + k.
+__kernel void ShadeHits(int first_pixel, int count, __global const PackedRay* rays,
+                        __global const PackedHit* hits, __global const SceneVertex* vertices,
+                        __global const SceneTriangle* triangles,
+                        __global const SurfaceMaterial* materials, __global const uint* texels,
+                        __global float4* positions, __global float4* normals,
+                        __global float4* albedos, __global float4* glosses,
+                        __global float4* emissions) {
+  const int item = get_global_id(0), pixel = first_pixel + item;
+  if (item >= count) return;
+  const PackedHit hit = hits[item];
   if (hit.triangle < 0) {
     positions[pixel] = normals[pixel] = albedos[pixel] = (float4)(0.0f);
     if (glosses) glosses[pixel] = (float4)(0.0f);
     if (emissions) emissions[pixel] = (float4)(0.0f);
     return;
   }
-  __global const BvhTriangle* triangle = triangles + hit.slot;
-  const float3 a = vload3(0, triangle->a), b = vload3(0, triangle->b), c = vload3(0, triangle->c);
+  const float3 direction = vload3(0, rays[item].direction);
+  const SceneTriangle triangle = triangles[hit.triangle];
+  Corners shaded;
+  for (int k = 0; k < 3; ++k) shaded.corner[k] = vertices[triangle.vertex[k]];
+  const float3 a = vload3(0, shaded.corner[0].position), b = vload3(0, shaded.corner[1].position),
+               c = vload3(0, shaded.corner[2].position);
   const float weight_a = 1.0f - hit.b - hit.c;
   // From the corners, not along the ray: the error then scales with the triangle, not with the
   // distance.
@@ -119,7 +137,6 @@ __kernel void PrimaryRays(PinholeCamera camera, __global const BvhNode* nodes,
 
   float3 geometric = normalize(cross(b - a, c - a));
   if (dot(geometric, direction) > 0.0f) geometric = -geometric;
-  ShadedTriangle shaded = shading[hit.triangle];
   const float3 smooth = weight_a * vload3(0, shaded.corner[0].normal) +
                         hit.b * vload3(0, shaded.corner[1].normal) +
                         hit.c * vload3(0, shaded.corner[2].normal);
@@ -128,7 +145,7 @@ __kernel void PrimaryRays(PinholeCamera camera, __global const BvhNode* nodes,
   if (smooth_length > 1e-3f)
     normal = smooth / (dot(smooth, geometric) < 0.0f ? -smooth_length : smooth_length);
 
-  const SurfaceMaterial material = materials[shaded.material];
+  const SurfaceMaterial material = materials[triangle.material];
   const float3 at = (float3)(weight_a, hit.b, hit.c);
   float3 albedo = (float3)(material.albedo[0], material.albedo[1], material.albedo[2]);
   if (material.colour.offset >= 0)
