@@ -4,6 +4,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/render/estimators/sampling_params.h"
+#include "luxfield/render/kernels/area/area_light_types.clh"
 #include "luxfield/render/kernels/environment/environment_types.clh"
 
 namespace luxfield::render {
@@ -62,18 +63,21 @@ const Buffer& ShareOf(const Lighting& lighting) {
   return lighting.light_share ? *lighting.light_share : none;
 }
 
-SamplingParams ParamsFor(const GBuffer& gbuffer, const EstimatorOptions& options) {
-  SamplingParams params = MakeSamplingParams(options);
-  params.end = static_cast<int>(gbuffer.pixel_count());
-  return params;
+void RequireNoBound(const EstimatorOptions& options) {
+  if (options.max_samples_per_image > 0)
+    throw InputError("two strategies know no bound of the samples per image; leave it 0");
+}
+
+const AreaLightSource& AreaLightOf(const LightSource& source) {
+  return std::get<std::reference_wrapper<const AreaLightSource>>(source);
 }
 
 }  // namespace
 
-Kernel& MisEstimator::KernelFor(const std::string& light, bool glossy,
+Kernel& MisEstimator::KernelFor(const std::string& light, bool glossy, bool has_tasks,
                                 const EstimatorOptions& options) {
-  const std::string build_options =
-      fmt::format("-D GLOSSY={} {}", int{glossy}, BuildOptions(options));
+  const std::string build_options = fmt::format("-D GLOSSY={} -D TASKS={} {}", int{glossy},
+                                                int{has_tasks}, BuildOptions(options));
   auto kernel = kernels_.find({light, build_options});
   if (kernel == kernels_.end())
     kernel = kernels_
@@ -90,6 +94,7 @@ const EstimatorTraits& MisEstimator::traits() const {
       .map_shadows = true,
       .unbiased = true,
       .unbiased_with_shadows = true,
+      .takes_tasks = true,
       .guarantee =
           "any light, unbiased for any BRDF, with and without shadows: samples that follow "
           "the light and samples that follow the BRDF"};
@@ -102,21 +107,48 @@ void MisEstimator::Light(const Receivers& receivers, const LightSource& source,
   std::visit([&](const auto& light) { LightBy(light, receivers, options, lighting); }, source);
 }
 
-void MisEstimator::LightBy(const AreaLightOnDevice& light, const Receivers& receivers,
+void MisEstimator::Light(const Receivers& receivers, const LightTasks& tasks,
+                         const EstimatorOptions& options, Lighting& lighting) {
+  RequireGivenShares(options, lighting);
+  if (std::holds_alternative<PosedLuminaire>(tasks.lights.front())) {
+    RequireNoBound(options);
+    SamplerFor(options).Run(traits().name, receivers, tasks, options, lighting.irradiance,
+                            lighting.reflected, lighting.variance, lighting.samples,
+                            ShareOf(lighting));
+    return;
+  }
+  std::vector<AreaLightParams> params;
+  for (const LightSource& source : tasks.lights) params.push_back(AreaLightOf(source).params);
+  LightByArea(AreaLightOf(tasks.lights.front()).kind, Buffer::From(device_, params), receivers,
+              tasks, options, lighting);
+}
+
+void MisEstimator::LightBy(const AreaLightSource& light, const Receivers& receivers,
                            const EstimatorOptions& options, Lighting& lighting) {
+  const LightSource source = light;
+  const Buffer none;
+  LightByArea(light.kind, Buffer::From(device_, std::span(&light.params, 1)), receivers,
+              {std::span(&source, 1), none, 0, receivers.gbuffer.pixel_count()}, options, lighting);
+}
+
+void MisEstimator::LightByArea(scene::AreaLightKind kind, const Buffer& params,
+                               const Receivers& receivers, const LightTasks& tasks,
+                               const EstimatorOptions& options, Lighting& lighting) {
   const GBuffer& gbuffer = receivers.gbuffer;
   const DeviceBvh* bvh = receivers.visibility.bvh;
-  const SamplingParams sampling = ParamsFor(gbuffer, options);
+  SamplingParams sampling = MakeSamplingParams(options);
+  sampling.begin = static_cast<int>(tasks.begin);
+  sampling.end = static_cast<int>(tasks.end);
   const Buffer sampling_params =
                    Buffer::From(device_, std::span<const SamplingParams>(&sampling, 1)),
                none;
-  KernelFor(light.kind == scene::AreaLightKind::kRectangle ? "rectangle" : "sphere",
-            gbuffer.glossy(), options)
-      .Set(light.params, sampling_params, gbuffer.position, gbuffer.normal, gbuffer.albedo,
-           gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none, bvh ? bvh->triangles : none,
+  KernelFor(kind == scene::AreaLightKind::kRectangle ? "rectangle" : "sphere", gbuffer.glossy(),
+            static_cast<bool>(tasks.tasks), options)
+      .Set(params, sampling_params, gbuffer.position, gbuffer.normal, gbuffer.albedo, gbuffer.gloss,
+           gbuffer.eye, bvh ? bvh->nodes : none, bvh ? bvh->triangles : none, tasks.tasks,
            lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples,
            ShareOf(lighting))
-      .Enqueue(gbuffer.pixel_count());
+      .Enqueue(tasks.end - tasks.begin);
 }
 
 void MisEstimator::LightBy(const EnvironmentLight& light, const Receivers& receivers,
@@ -124,7 +156,8 @@ void MisEstimator::LightBy(const EnvironmentLight& light, const Receivers& recei
   const GBuffer& gbuffer = receivers.gbuffer;
   const DeviceBvh* bvh = receivers.visibility.bvh;
   const EnvironmentKnobs& knobs = options.knobs.environment;
-  const SamplingParams sampling = ParamsFor(gbuffer, options);
+  SamplingParams sampling = MakeSamplingParams(options);
+  sampling.end = static_cast<int>(gbuffer.pixel_count());
   if (knobs.sets != SampleSets::kScrambled)
     throw InputError(
         "environment map: two strategies draw samples for every pixel; set "
@@ -139,19 +172,24 @@ void MisEstimator::LightBy(const EnvironmentLight& light, const Receivers& recei
                    Buffer::From(device_, std::span<const SamplingParams>(&sampling, 1)),
                own_params = Buffer::From(device_, std::span<const EnvironmentSampling>(&own, 1)),
                none;
-  KernelFor("environment", gbuffer.glossy(), options)
+  KernelFor("environment", gbuffer.glossy(), /*has_tasks=*/false, options)
       .Set(light.params(), light.texels(), light.row_starts(), light.column_starts(),
            light.energies(), light.corners(), sampling_params, own_params, gbuffer.position,
            gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye, bvh ? bvh->nodes : none,
-           bvh ? bvh->triangles : none, lighting.irradiance, lighting.reflected, lighting.variance,
-           lighting.samples, ShareOf(lighting))
+           bvh ? bvh->triangles : none, none, lighting.irradiance, lighting.reflected,
+           lighting.variance, lighting.samples, ShareOf(lighting))
       .Enqueue(gbuffer.pixel_count());
 }
 
 void MisEstimator::LightBy(const PosedLuminaire& luminaire, const Receivers& receivers,
                            const EstimatorOptions& options, Lighting& lighting) {
-  if (options.max_samples_per_image > 0)
-    throw InputError("two strategies know no bound of the samples per image; leave it 0");
+  RequireNoBound(options);
+  SamplerFor(options).Run(traits().name, receivers, luminaire, options, lighting.irradiance,
+                          lighting.reflected, lighting.variance, lighting.samples,
+                          ShareOf(lighting));
+}
+
+WindowSampler& MisEstimator::SamplerFor(const EstimatorOptions& options) {
   const std::string build_options = BuildOptions(options);
   auto sampler = samplers_.find(build_options);
   if (sampler == samplers_.end())
@@ -160,8 +198,7 @@ void MisEstimator::LightBy(const PosedLuminaire& luminaire, const Receivers& rec
             .emplace(build_options, WindowSampler(device_, PathOf("cells"), kKernel, build_options,
                                                   /*masses_are_seen=*/true, WindowsOf::kCells))
             .first;
-  sampler->second.Run(traits().name, receivers, luminaire, options, lighting.irradiance,
-                      lighting.reflected, lighting.variance, lighting.samples, ShareOf(lighting));
+  return sampler->second;
 }
 
 std::vector<float> EnvironmentFaceShares(const Device& device, const GBuffer& gbuffer,

@@ -58,15 +58,23 @@ class MisEstimator : public Estimator {
   // without tables of cells, and for a bound of its samples per image.
   void Light(const Receivers& receivers, const LightSource& source, const EstimatorOptions& options,
              Lighting& lighting) override;
+  // Of area lights of one kind and of luminaires. light_share has to be null.
+  void Light(const Receivers& receivers, const LightTasks& tasks, const EstimatorOptions& options,
+             Lighting& lighting) override;
 
  private:
+  WindowSampler& SamplerFor(const EstimatorOptions& options);
   void LightBy(const PosedLuminaire& luminaire, const Receivers& receivers,
                const EstimatorOptions& options, Lighting& lighting);
-  void LightBy(const AreaLightOnDevice& light, const Receivers& receivers,
+  void LightBy(const AreaLightSource& light, const Receivers& receivers,
                const EstimatorOptions& options, Lighting& lighting);
+  // Points [begin, end) by lights of one kind with these parameters.
+  void LightByArea(scene::AreaLightKind kind, const Buffer& params, const Receivers& receivers,
+                   const LightTasks& tasks, const EstimatorOptions& options, Lighting& lighting);
   void LightBy(const EnvironmentLight& light, const Receivers& receivers,
                const EstimatorOptions& options, Lighting& lighting);
-  Kernel& KernelFor(const std::string& light, bool glossy, const EstimatorOptions& options);
+  Kernel& KernelFor(const std::string& light, bool glossy, bool has_tasks,
+                    const EstimatorOptions& options);
 
   Device device_;
   std::map<std::pair<std::string, std::string>, Kernel> kernels_;  // by light and build options

@@ -21,6 +21,7 @@ EstimatorTraits TraitsOf(const std::string& name, const TableNeeds& needs,
           .map_shadows = true,
           .unbiased = true,
           .unbiased_with_shadows = true,
+          .takes_tasks = true,
           .guarantee = guarantee};
 }
 
@@ -48,6 +49,14 @@ class SamplingEstimator : public Estimator {
     const PosedLuminaire& posed = RequireLuminaire(traits_, source);
     RequireShadows(traits_, receivers.visibility);
     sampler_.Run(traits_.name, receivers, posed, options, lighting.irradiance, lighting.reflected,
+                 lighting.variance, lighting.samples);
+  }
+
+  void Light(const Receivers& receivers, const LightTasks& tasks, const EstimatorOptions& options,
+             Lighting& lighting) override {
+    for (const LightSource& source : tasks.lights) RequireLuminaire(traits_, source);
+    RequireShadows(traits_, receivers.visibility);
+    sampler_.Run(traits_.name, receivers, tasks, options, lighting.irradiance, lighting.reflected,
                  lighting.variance, lighting.samples);
   }
 

@@ -18,14 +18,26 @@ class Thesis : public Estimator {
     const PosedLuminaire& posed = RequireLuminaire(traits(), source);
     RequireShadows(traits(), receivers.visibility);
     WindowSampler::CheckOptions(options);
-    // An image gets K samples at most, and one more where systematic sums round up.
-    const auto sequence = Buffer::From(
-        device_, MakeSequence(options.knobs.sequence, options.samples_per_pixel + 1, options.seed));
-    sampler_.Run(traits().name, receivers, posed, options, sequence, lighting.irradiance,
-                 lighting.reflected, lighting.variance, lighting.samples);
+    sampler_.Run(traits().name, receivers, posed, options, SequenceFor(options),
+                 lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples);
+  }
+
+  void Light(const Receivers& receivers, const LightTasks& tasks, const EstimatorOptions& options,
+             Lighting& lighting) override {
+    for (const LightSource& source : tasks.lights) RequireLuminaire(traits(), source);
+    RequireShadows(traits(), receivers.visibility);
+    WindowSampler::CheckOptions(options);
+    sampler_.Run(traits().name, receivers, tasks, options, SequenceFor(options),
+                 lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples);
   }
 
  private:
+  // An image gets K samples at most, and one more where systematic sums round up.
+  Buffer SequenceFor(const EstimatorOptions& options) const {
+    return Buffer::From(
+        device_, MakeSequence(options.knobs.sequence, options.samples_per_pixel + 1, options.seed));
+  }
+
   Device device_;
   WindowSampler sampler_;
 };
@@ -38,6 +50,7 @@ const EstimatorTraits& ThesisTraits() {
       .needs = {.sat = true},
       .any_brdf = true,
       .map_shadows = true,
+      .takes_tasks = true,
       .guarantee =
           "the estimator as the thesis prints it, a baseline: biased by tens of per cent on "
           "structured images; the variance it reports does not contain the bias"};
