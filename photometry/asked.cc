@@ -82,14 +82,39 @@ EyeAsked ReadEyeAsked(const Config& table) {
     if (!(field >= 0.01 && field <= 1000))
       table.Fail("fields_of_view_mrad", fmt::format("holds {}", field), "give 0.01 to 1000");
   eye.threshold = table.Number("threshold_cd_per_m2", 500, {0, 1e15});
-  if (table.Has("background_cd_per_m2")) {
+  eye.age_years = table.Number("age_years", 23, {1, 120});
+  if (table.Has("background_cd_per_m2"))
     eye.background = table.Number("background_cd_per_m2", {1e-6, 1e9});
+  if (table.Has("road_luminance_cd_per_m2"))
+    eye.road_luminance = table.Number("road_luminance_cd_per_m2", {1e-3, 1e6});
+  if (eye.background || eye.road_luminance || table.Has("line_of_sight")) {
     eye.line_of_sight = ReadRequiredDirection(table, "line_of_sight");
-    eye.up = ReadAcross(table, "up", {0, 0, -1}, eye.line_of_sight, "line_of_sight");
+    if (eye.background || table.Has("up"))
+      eye.up = ReadAcross(table, "up", {0, 0, -1}, *eye.line_of_sight, "line_of_sight");
   }
   eye.name = table.Text("name", fmt::format("eye at ({:.4g}, {:.4g}, {:.4g}) m", eye.eye_m.x,
                                             eye.eye_m.y, eye.eye_m.z));
   return eye;
+}
+
+HeadlampAsked ReadHeadlampAsked(const Config& table, const RegulationFile& regulation_file) {
+  HeadlampAsked headlamp;
+  const std::string name = table.Text("regulation");
+  headlamp.regulation =
+      ReadRegulation(name.ends_with(".toml") ? table.Path("regulation") : regulation_file(name));
+  if (table.Choice("traffic", {"right", "left"}, "right") == "left")
+    headlamp.regulation = Mirrored(headlamp.regulation);
+  headlamp.forward = ReadDirection(table, "forward", {0, 0, 1});
+  headlamp.up = ReadAcross(table, "up", {0, 1, 0}, headlamp.forward, "forward");
+  if (table.Has("aim_deg")) {
+    const auto aim = table.Numbers("aim_deg", 2);
+    if (!(std::abs(aim[0]) <= 45 && std::abs(aim[1]) <= 45))
+      table.Fail("aim_deg", "turns the lamp by more than 45 degrees", "give `forward` instead");
+    headlamp.aim = Place{aim[0], aim[1]};
+  }
+  headlamp.height_m = table.Number("height_m", 0.65, {0.05, 20});
+  headlamp.name = table.Text("name", headlamp.regulation.name);
+  return headlamp;
 }
 
 }  // namespace
@@ -104,11 +129,16 @@ Vec3 PlaneAsked::Normal() const {
   return Dot(n, centre_m) > 0 ? -1 * n : n;
 }
 
-Asked ReadAsked(const Config& config) {
+Asked ReadAsked(const Config& config, const RegulationFile& regulation_file) {
   Asked asked;
   for (const Config& table : config.Tables("point")) asked.points.push_back(ReadPointAsked(table));
   for (const Config& table : config.Tables("plane")) asked.planes.push_back(ReadPlaneAsked(table));
   for (const Config& table : config.Tables("eye")) asked.eyes.push_back(ReadEyeAsked(table));
+  for (const Config& table : config.Tables("headlamp"))
+    asked.headlamps.push_back(ReadHeadlampAsked(table, regulation_file));
+  if (const auto certificate = config.OptionalTable("certificate"))
+    for (const CertificateText& text : kCertificateTexts)
+      if (certificate->Has(text.key)) asked.certificate[text.key] = certificate->Text(text.key);
   config.Finish();
   return asked;
 }

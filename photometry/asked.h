@@ -1,12 +1,17 @@
 // ask.toml (docs/photometry.md): at which points and on which planes a lamp's light is asked for.
 #pragma once
 
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "luxfield/core/config.h"
 #include "luxfield/lightfield/geometry.h"
+#include "luxfield/photometry/regulation.h"
 
 namespace luxfield::photometry {
 
@@ -36,19 +41,59 @@ struct EyeAsked {
   lightfield::Vec3 eye_m;
   std::vector<double> fields_of_view_mrad;  // full angles
   double threshold = 0;                     // of the luminous area, cd/m^2
-  // Of the unified glare rating: both or none.
-  std::optional<double> background;  // cd/m^2
-  lightfield::Vec3 line_of_sight, up;
+  // Where it looks, for glare; `up` is across, for the unified glare rating.
+  std::optional<lightfield::Vec3> line_of_sight;
+  lightfield::Vec3 up;
+  double age_years = 0;                  // of who looks, for the veiling luminance
+  std::optional<double> background;      // cd/m^2, of the unified glare rating
+  std::optional<double> road_luminance;  // cd/m^2, of the threshold increment
+};
+
+// What a regulation is asked about.
+struct HeadlampAsked {
+  std::string name;
+  Regulation regulation;  // for the side of the road that traffic is on
+  lightfield::Vec3 forward, up;
+  std::optional<Place> aim;  // where H = V = 0 lies; absent: as the regulation aims
+  double height_m = 0;       // of the lamp above the road
+};
+
+// [certificate]: what a laboratory states of itself and its measurement, in its own words.
+struct CertificateText {
+  const char *key, *label;
+};
+inline constexpr std::array kCertificateTexts = {
+    CertificateText{"number", "Certificate"},
+    CertificateText{"laboratory", "Laboratory"},
+    CertificateText{"address", "Address"},
+    CertificateText{"customer", "Customer"},
+    CertificateText{"lamp", "Lamp"},
+    CertificateText{"serial_number", "Serial number"},
+    CertificateText{"condition", "Condition when received"},
+    CertificateText{"received", "Received"},
+    CertificateText{"measured", "Measured"},
+    CertificateText{"issued", "Issued"},
+    CertificateText{"place", "Place of measurement"},
+    CertificateText{"method", "Method"},
+    CertificateText{"operating_conditions", "Operating conditions of the lamp"},
+    CertificateText{"ambient_conditions", "Ambient conditions"},
+    CertificateText{"traceability", "Traceability"},
+    CertificateText{"approved_by", "Approved by"},
 };
 
 struct Asked {
+  std::map<std::string, std::string> certificate;  // by key; what is not stated is absent
+  std::vector<HeadlampAsked> headlamps;
   std::vector<EyeAsked> eyes;
   std::vector<PointAsked> points;
   std::vector<PlaneAsked> planes;
 };
 
+// The file of a regulation that ask.toml names.
+using RegulationFile = std::function<std::filesystem::path(const std::string& name)>;
+
 // Throws InputError naming file and field.
-Asked ReadAsked(const core::Config& config);
+Asked ReadAsked(const core::Config& config, const RegulationFile& regulation_file);
 
 // width x height m before the lamp at a distance from the origin along +z, facing it; right is +u and
 // up is +v.

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "luxfield/lightfield/measurements.h"
@@ -23,7 +24,8 @@ facing = [-1, 0, 0]
 [[eye]]
 eye_m = [0.3, 0, 1.5]
 background_cd_per_m2 = 40
-line_of_sight = [-1, 0, 0]
+road_luminance_cd_per_m2 = 1
+line_of_sight = [-1, 0, -1]
 [[plane]]
 name = "wall"
 centre_m = [0, 0.2, 3]
@@ -102,6 +104,10 @@ TEST_F(Photometry, HasTheKeysOfThePage) {
   EXPECT_GT(eye["fields_of_view"][0]["luminance_largest_mean_cd_per_m2"].get<double>(),
             eye["fields_of_view"][2]["luminance_largest_mean_cd_per_m2"].get<double>());
   EXPECT_TRUE(eye["ugr"].is_number());
+  EXPECT_GT(eye["veiling_luminance_cd_per_m2"].get<double>(), 0);
+  EXPECT_NEAR(eye["threshold_increment_percent"].get<double>(),
+              65 * eye["veiling_luminance_cd_per_m2"].get<double>(), 1e-6);
+  EXPECT_TRUE(found["colour"].is_null());
   EXPECT_EQ(found["planes"][0]["illuminance_lx"].size(), 5u);
   EXPECT_EQ(found["planes"][0]["illuminance_lx"][0].size(), 9u);
   const json written = json::parse(ReadText(folder_ / "x.json"));
@@ -194,6 +200,123 @@ TEST_F(Photometry, ExtremeLampsGiveSensiblePages) {
   Page();
 }
 
+TEST_F(Photometry, CertificatesSayWhatIsStatedAndWhatIsNot) {
+  WriteText(folder_ / "ask.toml", std::string(kAsk) +
+                                      "[certificate]\nlaboratory = \"Light & Co\"\n"
+                                      "number = \"17\"\n");
+  Ask(Lamp(1e6), {"--ask", "ask.toml", "-o", "x.cert.json"});
+  const json found = json::parse(ReadText(folder_ / "x.cert.json"));
+  EXPECT_EQ(found["laboratory"]["laboratory"], "Light & Co");
+  EXPECT_TRUE(found["laboratory"]["customer"].is_null());
+  EXPECT_EQ(found["results"][0]["value"], found["photometry"]["flux_lm"]);
+  EXPECT_TRUE(found["results"][0]["U"].is_null());
+  EXPECT_EQ(found["files"].size(), 2u);
+  EXPECT_EQ(found["files"][0]["sha256"], found["photometry"]["sha256"]);
+  EXPECT_TRUE(found["budget"].is_null());
+  Ask(Lamp(1e6), {"--ask", "ask.toml", "-o", "x.pdf"});
+  EXPECT_THAT(ReadText(folder_ / "x.pdf"), testing::StartsWith("%PDF-"));
+  for (const auto& [arguments, said] :
+       {std::pair{std::vector<std::string>{"--uncertainty", "ask.toml", "-o", "y.html"},
+                  "certificate"},
+        {{"--uncertainty", "ask.toml", "-o", "y.pdf"}, "--session"}}) {
+    std::vector<std::string> all{"photometry", "x.lf.exr"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const Outcome refused = RunLuxfield(all, folder_);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, testing::HasSubstr(said));
+  }
+}
+
+TEST_F(Photometry, OfThreeChannelsHasColour) {
+  LightField field(Geometry());
+  field.geometry.channels = 3;
+  field = LightField(field.geometry);
+  const LightField one = Lamp(1e6);
+  for (int m = 0; m < field.geometry.grid.count(); ++m)
+    for (int channel = 0; channel < 3; ++channel)
+      std::ranges::copy(one.image(m, 0), field.image(m, channel).begin());
+  const json found = Ask(field);
+  // White, which is D65.
+  EXPECT_NEAR(found["colour"]["mean"]["x"].get<double>(), 0.3127, 1e-4);
+  EXPECT_NEAR(found["colour"]["mean"]["cct_k"].get<double>(), 6504, 20);
+  EXPECT_LT(found["colour"]["deviation_largest"].get<double>(), 1e-5);
+  EXPECT_THAT(Page(), testing::HasSubstr("Correlated colour temperature"));
+}
+
+TEST_F(Photometry, TwoLampsAreComparedInTheWordsOfPhotometry) {
+  const LightField a = Lamp(1.1e6), b = Lamp(1e6);
+  lightfield::WriteLightField(folder_ / "a.lf.exr", a);
+  lightfield::WriteLightField(folder_ / "b.lf.exr", b);
+  LightField sigma = b;
+  for (float& c : sigma.data) c *= 0.01f;
+  sigma.provenance["solve"] = "none";
+  lightfield::WriteLightField(folder_ / "s.lf.exr", sigma);
+  const json found = Run({"compare", "a.lf.exr", "b.lf.exr", "--sigma-a", "s.lf.exr", "--sigma-b",
+                          "s.lf.exr", "-o", "x.html"});
+  const json& flux = found["photometry"]["quantities"][0];
+  EXPECT_EQ(flux["name"], "flux");
+  const double expected = lightfield::TotalFlux(b)[0];
+  EXPECT_NEAR(flux["difference"].get<double>(), 0.1 * expected, 1e-5 * expected);
+  double squares = 0, sum = 0;
+  for (const float c : b.data) squares += double(c) * c, sum += c;
+  // Coefficients are independent: u / flux = 0.01 sqrt(sum c^2) / sum c, of both lamps.
+  EXPECT_NEAR(flux["difference_u"].get<double>(),
+              std::sqrt(2.0) * 0.01 * std::sqrt(squares) / sum * expected, 1e-3 * expected);
+  EXPECT_NEAR(flux["in_uncertainties"].get<double>(),
+              flux["difference"].get<double>() / flux["difference_u"].get<double>(), 1e-9);
+  EXPECT_NEAR(found["rel_rmse"].get<double>(),
+              0.1 * std::sqrt(squares * double(b.data.size())) / sum, 1e-3);
+  const std::string page = ReadText(folder_ / "x.html");
+  ExpectSelfContainedPage(page);
+  EXPECT_THAT(page, testing::HasSubstr("A - B"));
+  // Another geometry: no coefficients, but all that they shine.
+  lightfield::LuminaireGeometry other = Geometry();
+  other.lattice = {8, 8, -0.3, 0.28, 0.075, 0.075};
+  LightField coarse(other);
+  for (float& c : coarse.data) c = 1e5f;
+  lightfield::WriteLightField(folder_ / "c.lf.exr", coarse);
+  const json others = Run({"compare", "a.lf.exr", "c.lf.exr"});
+  EXPECT_FALSE(others.contains("rel_rmse"));
+  EXPECT_TRUE(others["photometry"]["quantities"][0]["in_uncertainties"].is_null());
+  lightfield::WriteLightField(folder_ / "w.lf.exr", Lamp(1, lightfield::FluxUnit::kWatt));
+  EXPECT_TRUE(Run({"compare", "a.lf.exr", "w.lf.exr"})["photometry"].is_null());
+}
+
+TEST_F(Photometry, HeadlampsAreJudgedByRegulations) {
+  const auto regulation = std::filesystem::absolute("data/regulations/un-r149-01-passing-v.toml");
+  std::filesystem::copy(regulation, folder_ / "own.toml");
+  WriteText(folder_ / "ask.toml",
+            "[[headlamp]]\nregulation = \"own.toml\"\nname = \"left & right\"\ntraffic = "
+            "\"left\"\naim_deg = [0.5, -0.2]\n");
+  const json found = Ask(Lamp(1e8), {"--ask", "ask.toml"});
+  const json& headlamp = found["headlamps"][0];
+  EXPECT_EQ(headlamp["regulation"], "UN R149-01, passing beam, class V");
+  EXPECT_EQ(headlamp["verdict"], "fail");  // it has no cut-off
+  EXPECT_TRUE(headlamp["pass_probability"].is_null());
+  EXPECT_EQ(headlamp["aim_deg"][0], 0.5);
+  const auto named = [&](const std::string& name) {
+    for (const json& one : headlamp["requirements"])
+      if (one["name"] == name) return one;
+    return json();
+  };
+  EXPECT_EQ(named("B50R")["verdict"], "fail");
+  EXPECT_EQ(named("50L")["verdict"], "pass");
+  EXPECT_EQ(named("50L")["limit_cd"], 5100);
+  EXPECT_EQ(named("flux in Zone I")["unless"].get<std::string>().substr(0, 17),
+            "the light sources");
+  EXPECT_EQ(headlamp["aim_sweep"]["smallest_margin"].size(), 5u);
+  EXPECT_GT(headlamp["road"]["illuminance_lx"].size(), 50u);
+  const std::string page = Page({"--ask", "ask.toml"});
+  EXPECT_THAT(page, testing::HasSubstr("left &amp; right"));
+  EXPECT_THAT(page, testing::HasSubstr("Segment 10 and below"));
+  Ask(Lamp(1e8), {"--ask", "ask.toml", "-o", "x.csv"});
+  EXPECT_THAT(ReadText(folder_ / "x.csv"), testing::HasSubstr("\nB50R largest,"));
+  lightfield::WriteLightField(folder_ / "w.lf.exr", Lamp(1, lightfield::FluxUnit::kWatt));
+  const Outcome refused = RunLuxfield({"photometry", "w.lf.exr", "--ask", "ask.toml"}, folder_);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, testing::HasSubstr("ask for candela"));
+}
+
 TEST_F(Photometry, OfWattsIsRadiometry) {
   const json found = Ask(Lamp(1, lightfield::FluxUnit::kWatt));
   EXPECT_GT(found["flux_w"].get<double>(), 0);
@@ -212,6 +335,8 @@ TEST_F(Photometry, MistakesInWhatIsAskedAreNamed) {
         std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 0\n", "height_m"},
         std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 1\nup = [1, 0, 0]\n",
                   "up"},
+        std::pair{"[[headlamp]]\nregulation = \"un-r1\"\n", "'un-r1' names no file"},
+        std::pair{"[[headlamp]]\nregulation = \"x.toml\"\n", "'x.toml' names no file"},
         std::pair{"[[plain]]\n", "plain"}}) {
     WriteText(folder_ / "ask.toml", text);
     const Outcome refused =
