@@ -17,13 +17,7 @@ namespace {
 constexpr int kPilotPixels = 3072;
 constexpr int kPilotPasses = 4;
 constexpr int kPilotSamples[2] = {8, 32};  // of a pass
-// The pilot of the setting that is about to be taken: larger, but no more than a share of the
-// picture.
-constexpr double kCheckPixels = 16384, kCheckShare = 0.25;
-constexpr int kCheckPasses = 8;
-constexpr int kMaxChecks = 4;        // of a candidate: each may ask for other samples
-constexpr double kCheckedRange = 2;  // either way of the samples that were checked
-constexpr int kLeastSamples = 2;     // of a luminaire, to show a variance
+constexpr int kLeastSamples = 2;           // of a luminaire, to show a variance
 // A round takes at least what costs this share of its fixed part: hardly any time, against rounds
 // that estimates from a few samples make necessary.
 constexpr double kNearlyFree = 0.3;
@@ -59,8 +53,6 @@ class Chooser {
     picture_ = {request.picture.width > 0 ? request.picture.width : camera.width,
                 request.picture.height > 0 ? request.picture.height : camera.height};
     pilot_ = picture_.Within(kPilotPixels);
-    check_ = picture_.Within(
-        std::max<double>(kPilotPixels, std::min(kCheckPixels, kCheckShare * picture_.Pixels())));
   }
 
   std::vector<Candidate> Choose() {
@@ -84,7 +76,7 @@ class Chooser {
           "no estimator that states its error can light this scene; name one with --estimator and "
           "its samples with --spp");
     Sort(candidates);
-    while (request_.rel_error && Check(candidates.front())) Sort(candidates);
+    if (request_.rel_error && candidates.front().samples) DealOutBetter(candidates.front());
     progress.Advance();
     return candidates;
   }
@@ -99,27 +91,9 @@ class Chooser {
                      });
   }
 
-  // A larger pilot at the samples that are about to be taken. False if there was one already.
-  bool Check(Candidate& candidate) {
-    if (candidate.samples && candidate.checks == 0) DealOutBetter(candidate);
-    const int k = candidate.setting.samples_per_pixel;
-    if (!candidate.samples || candidate.checks == kMaxChecks ||
-        (candidate.checks > 0 && k <= kCheckedRange * candidate.pilot_k &&
-         k >= candidate.pilot_k / kCheckedRange))
-      return false;
-    const Frame pilot =
-        Pilot(candidate.setting.estimator, check_, k, kCheckPasses, candidate.density.density);
-    Learn(candidate, check_, k, pilot, kCheckPasses);
-    const double expected_s =
-        Corrected(candidate, PictureWork(pilot, k, check_.Pixels()), /*samples=*/1);
-    if (expected_s > 0) {
-      const double correction = pilot.times.lighting_s / kCheckPasses / expected_s;
-      candidate.fixed_correction *= correction;
-      candidate.sample_correction *= correction;
-    }
-    ++candidate.checks;
-    Predict(candidate);
-    return true;
+  // What lighting took; of a time asked for by the clock.
+  double Spent(const RenderTimes& times) const {
+    return request_.rel_error ? LightingSeconds(scene_.device(), times) : times.lighting_s;
   }
 
   // Samples go where a pilot finds the noise.
@@ -155,17 +129,14 @@ class Chooser {
     PictureNoise noise = NoiseOf(pilot, passes * std::max(1, k - 1), &Frame::stated_variance);
     candidate.mean_luminance = spread.mean_luminance;
     candidate.law.Anchor(k, spread.mean_variance * passes);
-    candidate.pilot_k = k;
     if (noise.mean_variance > 0 && spread.mean_variance > 0) {
-      candidate.stated_factor = spread.mean_variance / noise.mean_variance;
-      candidate.stated_log_variance = 2.0 / (passes - 1) / spread.effective_pixels;
+      noise.scale = spread.mean_variance / noise.mean_variance;
+      noise.scale_log_variance = 2.0 / (passes - 1) / spread.effective_pixels;
     }
     noise.degrees = std::max(1, k - 1);
     noise.effective_pixels *= picture_.Pixels() / size.Pixels();
     candidate.spread = std::sqrt((1 + 2.0 / (passes - 1)) / spread.effective_pixels +
                                  2.0 / noise.degrees / noise.effective_pixels);
-    noise.scale = candidate.stated_factor;
-    noise.scale_log_variance = candidate.stated_log_variance;
     candidate.margin = noise.Margin();
   }
 
@@ -202,6 +173,7 @@ class Chooser {
     options.height = size.height;
     options.antialias = 1;
     options.passes = passes;
+    options.relight = false;  // passes tell the noise, and one is timed
     options.samples_per_pixel = samples * passes;
     // Numbers that no pass of the picture has, nor pilots of another number of passes.
     options.first_pass = kPassNumbers - 2 * passes;
@@ -253,7 +225,7 @@ class Chooser {
         candidate.build_s = (scene_.tables_core_s() - tables_before_s) / core::Threads();
       candidate.interpolation_error = InterpolationError(traits.name);
     }
-    const double few_s = Pilot(traits.name, pilot_, kPilotSamples[0], 1).times.lighting_s;
+    const double few_s = Spent(Pilot(traits.name, pilot_, kPilotSamples[0], 1).times);
     if (!candidate.samples) {
       Time(candidate, first, few_s, few_s);
       Predict(candidate);
@@ -273,7 +245,7 @@ class Chooser {
     candidate.law.Add(kPilotSamples[1],
                       NoiseOf(second, kPilotPasses - 1).mean_variance * kPilotPasses);
     Learn(candidate, pilot_, kPilotSamples[1], second, kPilotPasses);
-    Time(candidate, first, few_s, second.times.lighting_s / kPilotPasses);
+    Time(candidate, first, few_s, Spent(second.times) / kPilotPasses);
     Predict(candidate);
     DealOut(candidate, second);
     return candidate;
@@ -388,7 +360,7 @@ class Chooser {
   LitScene& scene_;
   const CostModel& costs_;
   const AccuracyRequest& request_;
-  Size picture_{}, pilot_{}, check_{};
+  Size picture_{}, pilot_{};
 };
 
 }  // namespace
@@ -407,11 +379,6 @@ double NoiseShare(double rel_error, double approximation) {
 }
 
 double Candidate::LeastDensity(double k) const { return std::clamp(least / k, kLeastDensity, 1.0); }
-
-double Candidate::StatedFactor(double k) const {
-  const double there = law.Of(pilot_k) * pilot_k;
-  return there > 0 ? stated_factor * law.Of(k) * k / there : 1;
-}
 
 double Candidate::RelativeVariance(double k) const {
   return mean_luminance > 0 ? law.Of(k) / (mean_luminance * mean_luminance) : 0;

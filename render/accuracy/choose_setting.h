@@ -23,12 +23,9 @@ double NoiseShare(double rel_error, double approximation);
 // An estimator, and what pilots tell of it for the picture.
 struct Candidate {
   Setting setting;
-  bool samples = false;   // takes samples here
-  VarianceLaw law;        // of the picture
-  double pilot_k = 0;     // samples of the pilot that the law is anchored at
-  SampleDensity density;  // samples are those of density 1 throughout
-  // True variance over what one pass of pilot_k samples states, and the variance of its logarithm.
-  double stated_factor = 1, stated_log_variance = 0;
+  bool samples = false;            // takes samples here
+  VarianceLaw law;                 // of the picture
+  SampleDensity density;           // samples are those of density 1 throughout
   double interpolation_error = 0;  // of noise-free parts; relative RMSE
   double build_s = 0;              // of tables that only this picture needs
   LightingWork work_of_one;        // of the picture, one sample per pixel
@@ -37,20 +34,17 @@ struct Candidate {
   double mean_luminance = 0;
   double margin = 1;  // PictureNoise::Margin expected of the picture
   double spread = 0;  // of the logarithm of the picture's variance about the law's
-  int checks = 0;     // by larger pilots
   double least = 1;   // samples of a round
 
   // The least density, if samples are `k`: every pixel needs some, and some cost hardly anything.
   double LeastDensity(double k) const;
 
-  // True variance over what one pass of k samples states, which takes them as independent and so
-  // falls as 1 / k.
-  double StatedFactor(double k) const;
   // Of a picture of k samples, over the squared mean luminance.
   double RelativeVariance(double k) const;
 };
 
-// Candidates that state their error, best first, the first of them checked by a larger pilot.
+// Candidates that state their error, best first, samples of the first of them dealt out by a larger
+// pilot.
 // Throws InputError if there is none, DeviceError, Interrupted.
 std::vector<Candidate> ChooseSetting(LitScene& scene, const CostModel& costs,
                                      const AccuracyRequest& request);

@@ -284,12 +284,11 @@ TEST_F(AccuracyTest, CostModelFitsWhatItWasMeasuredOn) {
     EXPECT_GT(run.predicted_s, 0);
     EXPECT_DOUBLE_EQ(run.predicted_s, model.Seconds(run.estimator, run.work));
   }
-  StoreCostModel(device, model);
-  const auto stored = StoredCostModel(device);
-  ASSERT_TRUE(stored.has_value());
+  EXPECT_TRUE(KeepCostModel(device, model));
+  const CostModel kept = CurrentCostModel(device);
   for (const auto& [name, coefficients] : model.coefficients_s)
     for (std::size_t a = 0; a < coefficients.size(); ++a)
-      EXPECT_DOUBLE_EQ(stored->coefficients_s.at(name)[a], coefficients[a]);
+      EXPECT_DOUBLE_EQ(kept.coefficients_s.at(name)[a], coefficients[a]);
 }
 
 }  // namespace
