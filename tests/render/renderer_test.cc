@@ -34,8 +34,9 @@ TEST_F(RendererTest, AFrameListsItsKernels) {
     }
     // The picture is one band of two luminaires; its film is summed on the device.
     const std::map<std::string, int> expected = {
-        {"PrimaryRays", 1}, {"ExactIrradiance", 2}, {"ExactCutIrradiance", 2}, {"AddLight", 2},
-        {"AddHits", 1},     {"AddPass", 1},         {"AddLuminances", 1},      {"AddVariances", 1}};
+        {"CastPrimaryRays", 1}, {"ShadeHits", 1}, {"ExactIrradiance", 2}, {"ExactCutIrradiance", 2},
+        {"AddLight", 2},        {"AddHits", 1},   {"AddPass", 1},         {"AddLuminances", 1},
+        {"AddVariances", 1}};
     EXPECT_EQ(launches, expected);
   }
 }

@@ -42,7 +42,12 @@ inline void SplineWeights(float16 f, float16 weight[4]) {
 }
 
 inline int16 Cell(__constant const VolumeAxisParams* axis, float16 position) {
-  return min(convert_int16(fmin(fmax(position, 0.0f), (float)axis->cells)), axis->cells - 1);
+  return min(convert_int16(position), axis->cells - 1);
+}
+
+// The nearest position that the table covers: weights of one far outside would overflow.
+inline float16 Covered(__constant const VolumeAxisParams* axis, float16 position) {
+  return fmin(fmax(position, 0.0f), (float)axis->cells);
 }
 
 inline void MakeStencils(__constant const VolumeParams* volume, float16 at_x, float16 at_y,
@@ -179,7 +184,8 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
   if (!AnyOf(tabulated)) return;
 
   Stencils stencils;
-  MakeStencils(volume, at_x, at_y, at_tau, &stencils);
+  MakeStencils(volume, Covered(&volume->axis[0], at_x), Covered(&volume->axis[1], at_y),
+               Covered(&volume->axis[2], at_tau), &stencils);
   const int line = volume->axis[0].coefficients, slice = line * volume->axis[1].coefficients;
   const size_t table = 4 * (size_t)slice * volume->axis[2].coefficients;
   const float16 scale = select((float16)(0.0f), seen * tau * tau / z, tabulated);
