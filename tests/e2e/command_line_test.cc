@@ -66,7 +66,7 @@ const std::map<std::string, Names> kGroups = {
      {"solve",  "nearfield", "sampling", "shadows",      "environment", "balance", "capture",
       "errors", "budget",    "filters",  "conditioning", "stacks",      "merge",   "exposures",
       "rigs",   "plan",      "tradeoff", "calibrate",    "accuracy",    "scale",   "spacing",
-      "keep",   "signed",    "noise",    "volume"}}};
+      "keep",   "signed",    "noise",    "volume",       "all",         "rays"}}};
 
 TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
   const auto folder = FreshFolder("help");

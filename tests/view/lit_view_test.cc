@@ -50,6 +50,7 @@ class LitViewTest : public testing::Test {
 TEST_F(LitViewTest, QuickPicturesAreWithinTheErrorTheyState) {
   LitView view(render::Device::Open(), scene_);
   LitRequest request = Of(scene_);
+  request.moving_shadows = false;
   view.Ask(request);
   view.Quick();  // knows no speed yet, and has fewer pixels
   const LitPicture picture = view.Quick();
@@ -57,6 +58,9 @@ TEST_F(LitViewTest, QuickPicturesAreWithinTheErrorTheyState) {
   ASSERT_EQ(picture.frame->width, scene_.camera.width);
   EXPECT_LE(LuminanceError(picture.frame->radiance, Exact(scene_).radiance), picture.error.value());
   EXPECT_EQ(picture.samples, 0);
+  request.moving_shadows = true;
+  view.Ask(request);
+  EXPECT_FALSE(view.Quick().error);
 }
 
 TEST_F(LitViewTest, QuickPicturesGetSmallerWhereTimeIsShort) {
@@ -137,7 +141,9 @@ TEST_F(LitViewTest, QuickPicturesShowGlossySurfacesAsMattOnes) {
   scene_.geometry.materials[0].kind = scene::MaterialKind::kGgx;
   scene_.geometry.materials[0].roughness = 0.4f;
   LitView view(render::Device::Open(), scene_);
-  view.Ask(Of(scene_));
+  LitRequest request = Of(scene_);
+  request.moving_shadows = false;
+  view.Ask(request);
   view.Quick();
   const LitPicture picture = view.Quick();
   scene::Scene matt = scene_;

@@ -40,7 +40,7 @@ struct LitPicture {
   bool quick = true;     // shadows or gloss may be missing
   bool reached = false;  // the error asked for: no pass follows
   // Estimated relative RMSE; of a quick picture that of its volumes, which is known where nothing
-  // moved since they were made.
+  // moved since they were made. What soft maps of shadows add to it is not known.
   std::optional<double> error;
   double samples = 0;  // light samples a pixel
   double took_s = 0;   // the last pass
