@@ -73,6 +73,7 @@ void AddRelight(Program& program);
 void AddPhotometry(Program& program);
 void AddInfo(Program& program);
 void AddCompare(Program& program);
+void AddCache(Program& program);
 void AddDemo(Program& program);
 
 // "12.3 MiB"

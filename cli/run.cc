@@ -1,7 +1,5 @@
 #include "luxfield/cli/run.h"
 
-#include "luxfield/cli/cache.h"
-
 namespace luxfield::cli {
 namespace {
 

@@ -16,7 +16,6 @@
 namespace luxfield::render {
 namespace {
 
-constexpr std::size_t kSha256Digits = 64;
 constexpr double kVolumePixels = 512;  // longer side of the picture that a volume is made for
 
 bool StandsAt(const scene::Pose& a, const scene::Pose& b) {
@@ -44,7 +43,8 @@ scene::Pose ToPose(const lightfield::RigidPose& rigid) {
 }
 
 preprocess::FieldOrigin OriginOf(const LoadedLightField& light_field) {
-  return {light_field.file.string(), light_field.sha256};
+  const std::string& part = light_field.part;
+  return {light_field.file.string(), light_field.sha256 + (part.empty() ? "" : " " + part)};
 }
 
 preprocess::Tables ReadOrBuildTables(const LoadedLightField& light_field) {
@@ -80,8 +80,7 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene)
            luminaire.scale, number, field.luminaire_from_field});
       light_names_.push_back(luminaire.name);
     }
-    provenance_[fmt::format("{} sha256", luminaire.name)] =
-        fields.front().light_field->sha256.substr(0, kSha256Digits);
+    provenance_[fmt::format("{} sha256", luminaire.name)] = fields.front().light_field->sha256;
   }
   for (const auto& light : scene.area_lights) light_names_.push_back(light.name);
   if (environment_) light_names_.push_back("environment");
@@ -96,8 +95,9 @@ void LitScene::LoadEnvironment(const scene::Environment& environment) {
         file, environment::EnvironmentSequenceOptions{environment.layout, environment.face_size});
     file = sequence->frames().front();
     sequence->Next(map);
+  } else {
+    map = environment::KeptCubeMap(file, environment.layout, environment.face_size);
   }
-  if (!sequence) map = environment::KeptCubeMap(file, environment.layout, environment.face_size);
   environment_.emplace(PlacedEnvironment{EnvironmentLight(device_, map.face_size),
                                          environment.scale, std::move(sequence)});
   environment_->light.SetPose(environment.world_from_environment);
@@ -185,7 +185,8 @@ std::vector<LitScene::LoadedField> LitScene::Load(const scene::Luminaire& lumina
                       std::make_shared<LoadedLightField>(
                           LoadedLightField{luminaire.light_field,
                                            alone ? TablesOf(luminaire) : std::filesystem::path(),
-                                           alone ? sha256 : sha256 + " " + posed.name,
+                                           sha256,
+                                           posed.name,
                                            std::move(posed.field),
                                            std::move(on_device),
                                            {},

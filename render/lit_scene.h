@@ -26,7 +26,7 @@ namespace luxfield::render {
 // A light field that one or several luminaires of the scene show, alone or with others of its file.
 struct LoadedLightField {
   std::filesystem::path file, tables_file;  // tables_file empty: none given
-  std::string sha256;
+  std::string sha256, part;  // of the file; and which of its fields this is, if it has names
   lightfield::LightField field;
   LuminaireOnDevice on_device;
   std::vector<preprocess::ReferencePosition> reference;  // of the tables; empty until there are any

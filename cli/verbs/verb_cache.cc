@@ -1,10 +1,9 @@
 // luxfield cache [--clear] [--size [LIMIT]]
-#include "luxfield/cli/cache.h"
-
 #include <fmt/format.h>
 
 #include <memory>
 
+#include "luxfield/cli/program.h"
 #include "luxfield/core/cache.h"
 #include "luxfield/core/error.h"
 

@@ -171,9 +171,8 @@ core::Json Describe(const render::Frame& frame, const Options& options, const st
 
 core::Json DescribeSoftMaps(const render::SoftMapsError& error) {
   fmt::print(
-      "  soft shadow maps      {:.2g} % relative RMSE, {:.2g} mean Lab against traced shadows, at "
-      "a "
-      "small picture\n",
+      "  soft shadow maps      {:.2g} % relative RMSE, {:.2g} mean Lab against traced shadows, "
+      "at a small picture\n",
       100 * error.rel_error, error.mean_lab);
   return {{"rel_rmse", error.rel_error}, {"mean_lab", error.mean_lab}};
 }
@@ -348,9 +347,8 @@ void AddRender(Program& program) {
           "--shadows", options->shadows,
           "none; traced: a ray per light sample; maps: shadow maps from the luminaire's "
           "filter plane; thesis-maps: from its image plane, as published; soft-maps: from 16 "
-          "patches "
-          "of its filter plane, weighed by their light, by --estimator volume at frame rate. An "
-          "environment's are traced, or none")
+          "patches of its filter plane, weighed by their light, by --estimator volume at "
+          "frame rate. An environment's are traced, or none")
       ->check(CLI::IsMember({"none", "traced", "maps", "thesis-maps", "soft-maps"}));
   verb.add_option("--shadow-map-size", options->render.shadow_map_size,
                   "Texels along each side of a shadow map")

@@ -520,13 +520,11 @@ __kernel void PatchShares(__constant const LuminaireParams* luminaire,
   Strip strips[kStrips];
   for (int k = 0; k < kStrips; ++k) {
     const int row = top + k * kPixels / tile_width, column = left + k * kPixels % tile_width;
+    const bool inside = row < height && column < width;
     strips[k].first = row * width + column;
-    strips[k].end = row < height ? row * width + max(width, column) : strips[k].first;
+    strips[k].end = inside ? (row + 1) * width : strips[k].first;
     strips[k].lit = 0;
-    if (row < height && column < width)
-      LoadStrip(luminaire, patches, positions, normals, strips + k);
-    else
-      strips[k].end = strips[k].first;
+    if (inside) LoadStrip(luminaire, patches, positions, normals, strips + k);
   }
   Tile tile;
   PlaneTile in_plane;
