@@ -1,11 +1,14 @@
 // The contract scripts rely on: exit codes, one sentence on stderr, nothing half-written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <sstream>
 
+#include "luxfield/cli/program.h"
 #include "program.h"
 
 namespace luxfield::e2e {
@@ -67,6 +70,21 @@ const std::map<std::string, Names> kGroups = {
       "errors", "budget",    "filters",  "conditioning", "stacks",      "merge",   "exposures",
       "rigs",   "plan",      "tradeoff", "calibrate",    "accuracy",    "scale",   "spacing",
       "keep",   "signed",    "noise",    "volume",       "all",         "rays"}}};
+
+// Embree and OpenCV have loops of their own on the same threads.
+TEST(CommandLine, ThreadsLimitLoopsOfOtherLibraries) {
+  std::size_t allowed = 0;
+  cli::Program program;
+  program.AddVerb("info", [&] {
+    allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+    return core::Json::object();
+  });
+  std::array<std::string, 4> words = {"luxfield", "info", "--threads", "1"};
+  std::array<char*, 4> argv{};
+  for (std::size_t k = 0; k < words.size(); ++k) argv[k] = words[k].data();
+  EXPECT_EQ(program.Run(4, argv.data()), 0);
+  EXPECT_EQ(allowed, 1);
+}
 
 TEST(CommandLine, HelpListsEveryVerbAndExitsZero) {
   const auto folder = FreshFolder("help");
