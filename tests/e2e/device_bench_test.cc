@@ -151,19 +151,21 @@ quad = [{corner = [-2, -1, 0], edge_u = [4, 0, 0], edge_v = [0, 6, 0], material 
 box = [{size = [0.4, 0.3, 0.5], position = [0, 1.5, 0.25], material = "grey"}]
 luminaire = [{file = "lamp.lf.exr", position = [0, 0, 0.5], look_at = [0, 3, 0]}]
 )");
-  for (const auto& traits : render::EstimatorList()) {
+  const auto check = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> command{
+        BuiltProgram("luxfield").string(), "render", "scene.toml", "-o", "out.exr", "--spp", "4"};
+    command.insert(command.end(), options.begin(), options.end());
     std::string pictures[2];
     for (const bool pattern : {false, true}) {
-      const Outcome outcome =
-          RunChecked({BuiltProgram("luxfield").string(), "render", "scene.toml", "-o", "out.exr",
-                      "--estimator", traits.name, "--spp", "4"},
-                     pattern, "group=4,pixels=1,shared=1,lanes=4");
+      const Outcome outcome = RunChecked(command, pattern, "group=4,pixels=1,shared=1,lanes=4");
       ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-      EXPECT_EQ(ReadText(folder_ / "log"), "") << traits.name;
+      EXPECT_EQ(ReadText(folder_ / "log"), "") << options.at(1);
       pictures[pattern] = ReadText(folder_ / "out.exr");
     }
-    EXPECT_EQ(pictures[0], pictures[1]) << traits.name;
-  }
+    EXPECT_TRUE(pictures[0] == pictures[1]) << options.at(1) << " reads what was not written";
+  };
+  for (const auto& traits : render::EstimatorList()) check({"--estimator", traits.name});
+  check({"--shadows", "soft-maps", "--estimator", "volume"});
 }
 
 // The checks can fail: a kernel with each of the faults.

@@ -42,7 +42,7 @@ inline void SplineWeights(float16 f, float16 weight[4]) {
 }
 
 inline int16 Cell(__constant const VolumeAxisParams* axis, float16 position) {
-  return min(convert_int16(position), axis->cells - 1);
+  return min(convert_int16(position), (int16)(axis->cells - 1));
 }
 
 // The nearest position that the table covers: weights of one far outside would overflow.
