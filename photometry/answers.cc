@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "luxfield/photometry/planes.h"
@@ -17,6 +18,18 @@ std::optional<Estimate> RatioOf(const Lamp& lamp, double least, const Functional
   if (!lamp.noise.empty())
     ratio.u = Uncertainty(lamp, Sum({{1 / of, &least_weights}, {-ratio.value / of, &of_weights}}));
   return ratio;
+}
+
+// Absent of an area that is seen from the side or behind, which the formula is not for.
+std::optional<Estimate> GlareRating(const LuminousArea& area, const EyeAsked& asked) {
+  if (!(Dot(area.direction, *asked.line_of_sight) > 0)) return {};
+  Estimate rating{UnifiedGlareRating(area.luminance.value, area.solid_angle,
+                                     PositionIndex(*asked.line_of_sight, asked.up, area.direction),
+                                     *asked.background),
+                  {}};
+  // d UGR = 8 / ln 10 d(L^2) / L^2
+  if (area.luminance.u) rating.u = 16 / std::log(10.0) * *area.luminance.u / area.luminance.value;
+  return rating;
 }
 
 }  // namespace
@@ -46,18 +59,16 @@ EyeAnswer AnswerFor(const Lamp& lamp, const EyeAsked& asked) {
     answer.fields.push_back({mrad, Evaluate(lamp, MeanLuminance(lamp, asked.eye_m, w, angle)), w});
   }
   answer.area = AreaAbove(lamp, asked.eye_m, asked.threshold);
-  if (!asked.background || !answer.area) return answer;
-  const LuminousArea& area = *answer.area;
-  // Seen from the side or behind, it is not in the field of view that the formula is for.
-  if (!(Dot(area.direction, asked.line_of_sight) > 0)) return answer;
-  answer.ugr =
-      Estimate{UnifiedGlareRating(area.luminance.value, area.solid_angle,
-                                  PositionIndex(asked.line_of_sight, asked.up, area.direction),
-                                  *asked.background),
-               {}};
-  // d UGR = 8 / ln 10 d(L^2) / L^2
-  if (area.luminance.u)
-    answer.ugr->u = 16 / std::log(10.0) * *area.luminance.u / area.luminance.value;
+  if (asked.background && answer.area) answer.ugr = GlareRating(*answer.area, asked);
+  if (!asked.line_of_sight) return answer;
+  answer.veiling =
+      Evaluate(lamp, VeilingLuminanceAt(lamp, asked.eye_m, *asked.line_of_sight, asked.age_years));
+  if (asked.road_luminance) {
+    const double factor = ThresholdIncrement(1, *asked.road_luminance);
+    answer.threshold_increment =
+        Estimate{factor * answer.veiling->value,
+                 answer.veiling->u ? std::optional(factor * *answer.veiling->u) : std::nullopt};
+  }
   return answer;
 }
 
@@ -89,6 +100,15 @@ PlaneAnswer AnswerOn(const Lamp& lamp, const PlaneAsked& asked) {
   answer.uniformity = RatioOf(lamp, *least, of_least, answer.mean.value, of_mean);
   answer.diversity = RatioOf(lamp, *least, of_least, *most, of_most);
   return answer;
+}
+
+PlaneAsked PlaneOfBeam(const Distribution& distribution, double distance_m) {
+  constexpr double kDegree = std::numbers::pi / 180, kMargin = 1.2;
+  constexpr int kPoints = 51, kParts = 20;
+  const double half =
+      kMargin * std::tan(std::clamp(EdgeGammaOf(distribution), 3.0, 60.0) * kDegree);
+  const double width = 2 * distance_m * std::ceil(kParts * half) / kParts;
+  return PlaneBefore(distance_m, width, width, kPoints, kPoints);
 }
 
 }  // namespace luxfield::photometry

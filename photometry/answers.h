@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "luxfield/photometry/asked.h"
+#include "luxfield/photometry/distribution.h"
 #include "luxfield/photometry/functional.h"
 #include "luxfield/photometry/luminance.h"
 
@@ -31,6 +32,9 @@ struct EyeAnswer {
   std::vector<FieldOfView> fields;
   std::optional<LuminousArea> area;  // above the threshold; absent: nothing is
   std::optional<Estimate> ugr;       // of that area; absent: not asked for, or no area
+  std::optional<Estimate> veiling;   // luminance; absent: no line of sight
+  // %, from the veiling luminance and that of the road; absent: not asked for.
+  std::optional<Estimate> threshold_increment;
 };
 EyeAnswer AnswerFor(const Lamp& lamp, const EyeAsked& asked);
 
@@ -47,5 +51,8 @@ struct PlaneAnswer {
 };
 // Values are exact (IlluminanceValue); uncertainties are those of the places found, first order.
 PlaneAnswer AnswerOn(const Lamp& lamp, const PlaneAsked& asked);
+
+// 51 x 51 points at a distance before the lamp, as wide as its beam.
+PlaneAsked PlaneOfBeam(const Distribution& distribution, double distance_m);
 
 }  // namespace luxfield::photometry

@@ -82,10 +82,15 @@ EyeAsked ReadEyeAsked(const Config& table) {
     if (!(field >= 0.01 && field <= 1000))
       table.Fail("fields_of_view_mrad", fmt::format("holds {}", field), "give 0.01 to 1000");
   eye.threshold = table.Number("threshold_cd_per_m2", 500, {0, 1e15});
-  if (table.Has("background_cd_per_m2")) {
+  eye.age_years = table.Number("age_years", 23, {1, 120});
+  if (table.Has("background_cd_per_m2"))
     eye.background = table.Number("background_cd_per_m2", {1e-6, 1e9});
+  if (table.Has("road_luminance_cd_per_m2"))
+    eye.road_luminance = table.Number("road_luminance_cd_per_m2", {1e-3, 1e6});
+  if (eye.background || eye.road_luminance || table.Has("line_of_sight")) {
     eye.line_of_sight = ReadRequiredDirection(table, "line_of_sight");
-    eye.up = ReadAcross(table, "up", {0, 0, -1}, eye.line_of_sight, "line_of_sight");
+    if (eye.background || table.Has("up"))
+      eye.up = ReadAcross(table, "up", {0, 0, -1}, *eye.line_of_sight, "line_of_sight");
   }
   eye.name = table.Text("name", fmt::format("eye at ({:.4g}, {:.4g}, {:.4g}) m", eye.eye_m.x,
                                             eye.eye_m.y, eye.eye_m.z));

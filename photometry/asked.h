@@ -36,9 +36,12 @@ struct EyeAsked {
   lightfield::Vec3 eye_m;
   std::vector<double> fields_of_view_mrad;  // full angles
   double threshold = 0;                     // of the luminous area, cd/m^2
-  // Of the unified glare rating: both or none.
-  std::optional<double> background;  // cd/m^2
-  lightfield::Vec3 line_of_sight, up;
+  // Where it looks, for glare; `up` is across, for the unified glare rating.
+  std::optional<lightfield::Vec3> line_of_sight;
+  lightfield::Vec3 up;
+  double age_years = 0;                  // of who looks, for the veiling luminance
+  std::optional<double> background;      // cd/m^2, of the unified glare rating
+  std::optional<double> road_luminance;  // cd/m^2, of the threshold increment
 };
 
 struct Asked {

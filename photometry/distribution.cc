@@ -133,25 +133,6 @@ PeakFound FindPeak(const Lamp& lamp) {
   return peak;
 }
 
-// Is every ray of this direction that leaves F within the measured part of I?
-bool Covered(const Lamp& lamp, Vec3 direction) {
-  if (lamp.fields.size() != 1) return true;  // others may show it
-  const Vec3 d = lamp.fields[0].luminaire_from_field.InverseDirection(direction);
-  const Slopes slopes = SlopesOf(lamp.fields[0].field.geometry);
-  if (!(d.z > 0)) return false;
-  const double x = d.x / d.z, y = d.y / d.z;
-  return x >= slopes.all_x.lo && x <= slopes.all_x.hi && y >= slopes.all_y.lo &&
-         y <= slopes.all_y.hi;
-}
-
-// The smallest scale on which intensity changes by angle, radians.
-double FinestAngle(const Lamp& lamp) {
-  double finest = 1;
-  for (const PosedLightField& posed : lamp.fields)
-    finest = std::min(finest, SlopesOf(posed.field.geometry).step_x);
-  return finest;
-}
-
 // Where intensity first falls to `level` going from the peak towards `side`, and how fast.
 struct Edge {
   double angle = 0;  // radians
@@ -193,7 +174,7 @@ std::optional<BeamAngle> BeamAngleOf(const Lamp& lamp, const PeakFound& peak, do
       const auto edge = FindEdge(lamp, peak.direction, sign * sides[plane], share * peak.intensity);
       if (!edge) return {};
       angle[plane] += edge->angle / kDegree;
-      beam.limited = beam.limited || !Covered(lamp, edge->direction);
+      beam.limited = beam.limited || !IsCovered(lamp, edge->direction);
       if (!lamp.noise.empty()) weights.push_back(IntensityTowards(lamp, edge->direction));
       slopes[plane].push_back(edge->slope * kDegree);
     }
@@ -403,6 +384,32 @@ Distribution DistributionOf(const Lamp& lamp) {
   out.covered_gamma_deg = CoveredGamma(lamp);
   AddRemarks(lamp, &out);
   return out;
+}
+
+double EdgeGammaOf(const Distribution& d) {
+  constexpr double kUsual_deg = 60;
+  if (!d.field) return kUsual_deg;
+  return DirectionOf(d.peak_direction).gamma_deg +
+         0.5 * std::max(d.field->along_c0_deg.value, d.field->along_c90_deg.value);
+}
+
+Vec3 PeakDirectionOf(const Lamp& lamp) { return FindPeak(lamp).direction; }
+
+bool IsCovered(const Lamp& lamp, Vec3 direction) {
+  if (lamp.fields.size() != 1) return true;  // others may show it
+  const Vec3 d = lamp.fields[0].luminaire_from_field.InverseDirection(direction);
+  const Slopes slopes = SlopesOf(lamp.fields[0].field.geometry);
+  if (!(d.z > 0)) return false;
+  const double x = d.x / d.z, y = d.y / d.z;
+  return x >= slopes.all_x.lo && x <= slopes.all_x.hi && y >= slopes.all_y.lo &&
+         y <= slopes.all_y.hi;
+}
+
+double FinestAngle(const Lamp& lamp) {
+  double finest = 1;
+  for (const PosedLightField& posed : lamp.fields)
+    finest = std::min(finest, SlopesOf(posed.field.geometry).step_x);
+  return finest;
 }
 
 IntensityTable TableOf(const Lamp& lamp, double c_step_deg, double gamma_step_deg) {

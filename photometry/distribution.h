@@ -64,6 +64,19 @@ struct Distribution {
 
 Distribution DistributionOf(const Lamp& lamp);
 
+// Gamma up to which the lamp shines with a tenth of its peak, by its field angle; 60 without one.
+double EdgeGammaOf(const Distribution& distribution);
+
+// Where intensity is largest.
+lightfield::Vec3 PeakDirectionOf(const Lamp& lamp);
+
+// Is every ray of this direction that leaves F within the measured part of I? Of a lamp of several
+// fields true everywhere: what one does not show another may.
+bool IsCovered(const Lamp& lamp, lightfield::Vec3 direction);
+
+// The smallest scale on which far-field intensity can change, radians: spacing / delta.
+double FinestAngle(const Lamp& lamp);
+
 // Intensity at all planes and angles, [plane][angle].
 struct IntensityTable {
   std::vector<double> c_deg, gamma_deg;

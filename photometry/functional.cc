@@ -390,6 +390,21 @@ Functional LightWithin(const Lamp& lamp, Vec3 p, Vec3 axis, double half_angle) {
   });
 }
 
+Functional VeilingLuminanceAt(const Lamp& lamp, Vec3 eye, Vec3 line_of_sight, double age_years) {
+  constexpr int kParts = 4;
+  constexpr double kNearest_deg = 1.5, kFarthest_deg = 60, kAge = 66.4, kFactor = 9.86;
+  const double factor = kFactor * (1 + std::pow(age_years / kAge, 4));
+  return OfFields(lamp, [&](const LuminaireGeometry& g, const lightfield::RigidPose& pose) {
+    const Vec3 own = pose.InverseDirection(line_of_sight);
+    return OfKernel(g, pose.Inverse().Point(eye), kParts, [&](Vec3 w) {
+      const double cosine = std::clamp(Dot(own, w), -1.0, 1.0),
+                   degrees = std::acos(cosine) * 180 / std::numbers::pi;
+      if (degrees < kNearest_deg || degrees > kFarthest_deg) return 0.0;
+      return factor * cosine / degrees / degrees;
+    });
+  });
+}
+
 double IntensityValue(const Lamp& lamp, Vec3 direction) {
   return FarFieldIntensity(lamp.fields, direction)[0];
 }

@@ -94,6 +94,15 @@ Functional SemicylindricalIlluminanceAt(const Lamp& lamp, lightfield::Vec3 p, li
 Functional LightWithin(const Lamp& lamp, lightfield::Vec3 p, lightfield::Vec3 axis,
                        double half_angle);
 
+// The veiling luminance in an eye that looks along `line_of_sight`, cd/m^2 (CIE 140-2019; EN
+// 13201-3:2015, 8.5): of light from theta = 1.5 to 60 degrees off that line,
+//
+//   L_v = 9.86 (1 + (age / 66.4)^4) integral L cos(theta) / theta^2 dw
+//
+// theta under the integral in degrees, age in years.
+Functional VeilingLuminanceAt(const Lamp& lamp, lightfield::Vec3 eye,
+                              lightfield::Vec3 line_of_sight, double age_years);
+
 // Values alone, without weights: faster where many are asked for.
 double IntensityValue(const Lamp& lamp, lightfield::Vec3 direction);
 double IlluminanceValue(const Lamp& lamp, lightfield::Vec3 p, lightfield::Vec3 n);

@@ -306,6 +306,11 @@ double UnifiedGlareRating(double luminance, double solid_angle, double position_
                         (position_index * position_index));
 }
 
+double ThresholdIncrement(double veiling, double road) {
+  constexpr double kBright = 5;
+  return road <= kBright ? 65 * veiling / std::pow(road, 0.8) : 95 * veiling / std::pow(road, 1.05);
+}
+
 double SolidAngleOfOpening(Vec3 eye, double width_m, double height_m) {
   const auto corner = [&](double x, double y) {
     return Vec3{x * width_m / 2, y * height_m / 2, 0} - eye;

@@ -67,6 +67,12 @@ double PositionIndex(lightfield::Vec3 line_of_sight, lightfield::Vec3 up, lightf
 double UnifiedGlareRating(double luminance, double solid_angle, double position_index,
                           double background);
 
+// The threshold increment, %, of a veiling luminance on a road of an average luminance L, cd/m^2 (CIE
+// 140-2019; EN 13201-3:2015, 8.5):
+//
+//   TI = 65 L_v / L^0.8  up to 5 cd/m^2,   95 L_v / L^1.05 above
+double ThresholdIncrement(double veiling, double road);
+
 // Solid angle of a rectangle on F about the origin (van Oosterom and Strackee 1983), sr.
 double SolidAngleOfOpening(lightfield::Vec3 eye, double width_m, double height_m);
 

@@ -6,10 +6,9 @@
 
 #include "luxfield/cli/reports/html_page.h"
 #include "luxfield/cli/reports/photometry_names.h"
+#include "luxfield/cli/reports/photometry_plots.h"
 #include "luxfield/cli/reports/photometry_report.h"
 #include "luxfield/cli/svg/svg_isolux.h"
-#include "luxfield/cli/svg/svg_plot.h"
-#include "luxfield/cli/svg/svg_polar.h"
 #include "luxfield/version.h"
 
 namespace luxfield::cli {
@@ -91,57 +90,13 @@ Rows DistributionRows(const photometry::Distribution& d, const PhotometryNames& 
   return rows;
 }
 
-// The plane of C and C + 180: gamma counts to the side of C.
-PolarCurve CurveOf(const photometry::Lamp& lamp, double c_deg, double most_deg) {
-  constexpr int kSteps = 360;  // to either side
-  PolarCurve curve;
-  curve.name = fmt::format("C{:.0f}-C{:.0f}", c_deg + 180, c_deg);
-  for (int k = -kSteps; k <= kSteps; ++k) {
-    const double gamma = most_deg * k / kSteps;
-    curve.gamma_deg.push_back(gamma);
-    curve.value.push_back(
-        IntensityValue(lamp, photometry::VectorOf({k < 0 ? c_deg + 180 : c_deg, std::abs(gamma)})));
-  }
-  return curve;
-}
-
-// The largest gamma at which a curve still has a thousandth of the largest value, rounded up.
-double ReachOf(const std::vector<PolarCurve>& curves) {
-  double largest = 0, reach = 0;
-  for (const auto& curve : curves)
-    for (const double value : curve.value) largest = std::max(largest, value);
-  for (const auto& curve : curves)
-    for (std::size_t k = 0; k < curve.value.size(); ++k)
-      if (curve.value[k] > 1e-3 * largest) reach = std::max(reach, std::abs(curve.gamma_deg[k]));
-  return reach;
-}
-
 void AddPlots(HtmlPage& page, const photometry::Lamp& lamp, const PhotometryNames& names,
               const photometry::IntensityTable& table) {
-  const double most = table.gamma_deg.back() > 90 ? 180 : 90;
-  std::vector<PolarCurve> curves{CurveOf(lamp, 0, most), CurveOf(lamp, 90, most)};
-  const double reach = ReachOf(curves);
-  if (reach > 0 && reach < 0.8 * most)  // the Cartesian plot shows what there is
-    curves = {CurveOf(lamp, 0, std::min(most, 1.1 * reach)),
-              CurveOf(lamp, 90, std::min(most, 1.1 * reach))};
   page.Heading(names.intensity + " by direction");
-  page.Paragraph(
-      "gamma counts from the lamp's +z axis, downwards in the diagram; C0 is +u and C90 is -v of "
-      "the luminaire's frame. In the plots positive gamma lies on the side of the second plane "
-      "named.");
+  page.Paragraph(kIntensityPlotsNote);
   page.Raw("<div class=\"row\">\n");
-  page.Raw(SvgPolar({names.intensity, names.intensity_unit, curves}));
-  Plot plot;
-  plot.title = names.intensity;
-  plot.x_label = "gamma, °";
-  plot.y_label = names.intensity_unit;
-  plot.width = 560;
-  plot.height = 400;
-  for (const auto& curve : curves) {
-    const bool dashed = !plot.series.empty();
-    plot.series.push_back({curve.name, curve.gamma_deg, curve.value, true, {}, false, dashed});
-  }
-  page.Raw(SvgPlot(plot));
+  const bool whole_sphere = table.gamma_deg.back() > 90;
+  for (const std::string& svg : IntensityPlots(lamp, whole_sphere)) page.Raw(svg);
   page.Raw("</div>\n");
 }
 
@@ -214,37 +169,12 @@ void AddEyes(HtmlPage& page, const std::vector<photometry::EyeAnswer>& eyes,
       rows.push_back(Row("solid angle of that", {answer.area->solid_angle, {}}, "sr"));
     }
     if (answer.ugr) rows.push_back(Row("UGR of this lamp alone", *answer.ugr, ""));
+    if (answer.veiling)
+      rows.push_back(Row("veiling luminance", *answer.veiling, names.LuminanceUnit()));
+    if (answer.threshold_increment)
+      rows.push_back(Row("threshold increment", *answer.threshold_increment, "%"));
     AddRows(page, rows);
   }
-}
-
-// "u, m" for a direction along an axis of the frame, else `name`, counted from the centre.
-std::string AxisName(lightfield::Vec3 d, const std::string& name) {
-  if (d.x == 1) return "u (x), m";
-  if (d.y == 1) return "v (y), m";
-  if (d.z == 1) return "z, m";
-  return name + ", m from the centre";
-}
-
-IsoluxMap MapOf(const photometry::PlaneAnswer& answer, const PhotometryNames& names) {
-  const auto& asked = answer.asked;
-  IsoluxMap map;
-  map.title = fmt::format("{}, {}", names.illuminance, asked.name);
-  map.unit = names.illuminance_unit;
-  map.x_label = AxisName(asked.right, "right");
-  map.y_label = AxisName(asked.up, "up");
-  // A plane along the frame's axes shows its coordinates.
-  const auto centre = [&](lightfield::Vec3 d) {
-    return d.x == 1 || d.y == 1 || d.z == 1 ? Dot(d, asked.centre_m) : 0.0;
-  };
-  map.x0 = centre(asked.right) - asked.width_m / 2;
-  map.x1 = centre(asked.right) + asked.width_m / 2;
-  map.y0 = centre(asked.up) - asked.height_m / 2;
-  map.y1 = centre(asked.up) + asked.height_m / 2;
-  map.columns = asked.columns;
-  map.rows = asked.rows;
-  map.values = answer.illuminance;
-  return map;
 }
 
 void AddPlanes(HtmlPage& page, const std::vector<photometry::PlaneAnswer>& planes,
@@ -253,7 +183,7 @@ void AddPlanes(HtmlPage& page, const std::vector<photometry::PlaneAnswer>& plane
   page.Heading(names.illuminance + " on planes");
   for (const auto& answer : planes) {
     page.Raw("<div class=\"row\">\n");
-    page.Raw(SvgIsolux(MapOf(answer, names)));
+    page.Raw(SvgIsolux(IsoluxOf(answer, names)));
     Rows rows{{answer.asked.name, "value", "u (k = 1)", "relative", "unit"}};
     rows.push_back(
         Row(fmt::format("mean of {} x {} points", answer.asked.columns, answer.asked.rows),

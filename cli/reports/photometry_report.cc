@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "luxfield/cli/reports/csv.h"
+#include "luxfield/cli/reports/estimate_json.h"
 #include "luxfield/cli/reports/photometry_names.h"
 
 namespace luxfield::cli {
@@ -15,27 +16,13 @@ namespace {
 using core::Json;
 using photometry::Estimate;
 
-Json Optional(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
-// KEY and KEY_u.
-void Put(Json& json, const std::string& key, const Estimate& estimate) {
-  json[key] = estimate.value;
-  json[key + "_u"] = Optional(estimate.u);
-}
-void Put(Json& json, const std::string& key, const std::optional<Estimate>& estimate) {
-  if (estimate)
-    Put(json, key, *estimate);
-  else
-    json[key] = json[key + "_u"] = nullptr;
-}
-
 void PutAngle(Json& json, const std::string& name, const std::optional<photometry::BeamAngle>& b) {
   const auto part = [&](Estimate photometry::BeamAngle::*which) {
     return b ? std::optional((*b).*which) : std::nullopt;
   };
-  Put(json, name + "_deg", part(&photometry::BeamAngle::mean_deg));
-  Put(json, name + "_c0_deg", part(&photometry::BeamAngle::along_c0_deg));
-  Put(json, name + "_c90_deg", part(&photometry::BeamAngle::along_c90_deg));
+  PutEstimate(json, name + "_deg", part(&photometry::BeamAngle::mean_deg));
+  PutEstimate(json, name + "_c0_deg", part(&photometry::BeamAngle::along_c0_deg));
+  PutEstimate(json, name + "_c90_deg", part(&photometry::BeamAngle::along_c90_deg));
   json[name + "_limited"] = b ? Json(b->limited) : Json();
 }
 
@@ -45,13 +32,11 @@ void PutInverseSquare(Json& json, const std::string& key, const photometry::Inve
     const std::string percent = std::to_string(photometry::kInverseSquarePercent[k]);
     const auto& distance = found.distance_m[k];
     values[percent] = distance ? Json(distance->value) : Json();
-    uncertainties[percent] = distance ? Optional(distance->u) : Json();
+    uncertainties[percent] = distance ? OptionalJson(distance->u) : Json();
   }
   json[key] = values;
   json[key + "_u"] = uncertainties;
 }
-
-Json Listed(lightfield::Vec3 v) { return {v.x, v.y, v.z}; }
 
 Json TableJson(const photometry::IntensityTable& table, const PhotometryNames& names) {
   Json values = Json::array(), uncertainties = Json::array();
@@ -61,7 +46,7 @@ Json TableJson(const photometry::IntensityTable& table, const PhotometryNames& n
     for (std::size_t g = 0; g < table.gamma_deg.size(); ++g) {
       const Estimate& estimate = table.at(c, g);
       value_row.push_back(estimate.value);
-      u_row.push_back(Optional(estimate.u));
+      u_row.push_back(OptionalJson(estimate.u));
       known = known || estimate.u;
     }
     values.push_back(value_row);
@@ -76,18 +61,18 @@ Json TableJson(const photometry::IntensityTable& table, const PhotometryNames& n
 
 Json PointJson(const photometry::PointAnswer& answer, const PhotometryNames& names) {
   Json json = {{"name", answer.asked.name},
-               {"position_m", Listed(answer.asked.p_m)},
-               {"normal", Listed(answer.asked.normal)},
-               {"axis", Listed(answer.asked.axis)},
-               {"facing", answer.asked.facing ? Listed(*answer.asked.facing) : Json()}};
-  Put(json, names.Illuminance(), answer.illuminance);
-  Put(json, names.Illuminance("spherical"), answer.spherical);
-  Put(json, names.Illuminance("cylindrical"), answer.cylindrical);
-  Put(json, names.Illuminance("semicylindrical"), answer.semicylindrical);
+               {"position_m", VectorJson(answer.asked.p_m)},
+               {"normal", VectorJson(answer.asked.normal)},
+               {"axis", VectorJson(answer.asked.axis)},
+               {"facing", answer.asked.facing ? VectorJson(*answer.asked.facing) : Json()}};
+  PutEstimate(json, names.Illuminance(), answer.illuminance);
+  PutEstimate(json, names.Illuminance("spherical"), answer.spherical);
+  PutEstimate(json, names.Illuminance("cylindrical"), answer.cylindrical);
+  PutEstimate(json, names.Illuminance("semicylindrical"), answer.semicylindrical);
   Json vector = Json::array(), u = Json::array();
   for (const Estimate& component : answer.light_vector) {
     vector.push_back(component.value);
-    u.push_back(Optional(component.u));
+    u.push_back(OptionalJson(component.u));
   }
   json["light_vector_" + names.illuminance_suffix] = vector;
   json["light_vector_" + names.illuminance_suffix + "_u"] = answer.light_vector[0].u ? u : Json();
@@ -96,29 +81,23 @@ Json PointJson(const photometry::PointAnswer& answer, const PhotometryNames& nam
 
 Json PlaneJson(const photometry::PlaneAnswer& answer, const PhotometryNames& names) {
   const auto& asked = answer.asked;
-  Json rows = Json::array();
-  for (int row = 0; row < asked.rows; ++row) {
-    Json values = Json::array();
-    for (int column = 0; column < asked.columns; ++column) values.push_back(answer.at(column, row));
-    rows.push_back(values);
-  }
   Json json = {{"name", asked.name},
-               {"centre_m", Listed(asked.centre_m)},
-               {"right", Listed(asked.right)},
-               {"up", Listed(asked.up)},
-               {"normal", Listed(asked.Normal())},
+               {"centre_m", VectorJson(asked.centre_m)},
+               {"right", VectorJson(asked.right)},
+               {"up", VectorJson(asked.up)},
+               {"normal", VectorJson(asked.Normal())},
                {"width_m", asked.width_m},
                {"height_m", asked.height_m},
                {"columns", asked.columns},
                {"rows", asked.rows},
-               {names.Illuminance(), rows},
-               {"min_at_m", Listed(asked.Point(answer.least_at[0], answer.least_at[1]))},
-               {"max_at_m", Listed(asked.Point(answer.most_at[0], answer.most_at[1]))}};
-  Put(json, names.Illuminance("mean"), answer.mean);
-  Put(json, names.Illuminance("min"), answer.least);
-  Put(json, names.Illuminance("max"), answer.most);
-  Put(json, "uniformity_min_mean", answer.uniformity);
-  Put(json, "uniformity_min_max", answer.diversity);
+               {names.Illuminance(), RowsJson(answer.illuminance, asked.columns)},
+               {"min_at_m", VectorJson(asked.Point(answer.least_at[0], answer.least_at[1]))},
+               {"max_at_m", VectorJson(asked.Point(answer.most_at[0], answer.most_at[1]))}};
+  PutEstimate(json, names.Illuminance("mean"), answer.mean);
+  PutEstimate(json, names.Illuminance("min"), answer.least);
+  PutEstimate(json, names.Illuminance("max"), answer.most);
+  PutEstimate(json, "uniformity_min_mean", answer.uniformity);
+  PutEstimate(json, "uniformity_min_max", answer.diversity);
   return json;
 }
 
@@ -126,17 +105,19 @@ Json EyeJson(const photometry::EyeAnswer& answer, const PhotometryNames& names) 
   const std::string suffix = names.LuminanceSuffix();
   Json fields = Json::array();
   for (const auto& field : answer.fields) {
-    Json one = {{"field_of_view_mrad", field.mrad}, {"direction", Listed(field.direction)}};
-    Put(one, "luminance_largest_mean_" + suffix, field.largest);
+    Json one = {{"field_of_view_mrad", field.mrad}, {"direction", VectorJson(field.direction)}};
+    PutEstimate(one, "luminance_largest_mean_" + suffix, field.largest);
     fields.push_back(one);
   }
   Json json = {{"name", answer.asked.name},
-               {"eye_m", Listed(answer.asked.eye_m)},
+               {"eye_m", VectorJson(answer.asked.eye_m)},
                {"fields_of_view", fields},
                {"luminous_solid_angle_sr", answer.area ? Json(answer.area->solid_angle) : Json()}};
-  Put(json, "luminance_of_luminous_area_" + suffix,
-      answer.area ? std::optional(answer.area->luminance) : std::nullopt);
-  Put(json, "ugr", answer.ugr);
+  PutEstimate(json, "luminance_of_luminous_area_" + suffix,
+              answer.area ? std::optional(answer.area->luminance) : std::nullopt);
+  PutEstimate(json, "ugr", answer.ugr);
+  PutEstimate(json, "veiling_luminance_" + suffix, answer.veiling);
+  PutEstimate(json, "threshold_increment_percent", answer.threshold_increment);
   return json;
 }
 
@@ -212,20 +193,20 @@ Json ToJson(const PhotometryReport& report) {
                {"unit", lightfield::FluxUnitName(d.unit)},
                {"uncertainty", report.uncertainty},
                {"remarks", d.remarks},
-               {"asymmetry_c0_c180", Optional(d.asymmetry_c0_c180)},
-               {"asymmetry_c90_c270", Optional(d.asymmetry_c90_c270)},
-               {"covered_gamma_deg", Optional(d.covered_gamma_deg)},
+               {"asymmetry_c0_c180", OptionalJson(d.asymmetry_c0_c180)},
+               {"asymmetry_c90_c270", OptionalJson(d.asymmetry_c90_c270)},
+               {"covered_gamma_deg", OptionalJson(d.covered_gamma_deg)},
                {"intensity", TableJson(report.table, names)}};
-  Put(json, names.flux_key, d.flux);
-  Put(json, names.Intensity("axis"), d.axis);
-  Put(json, names.Intensity("peak"), d.peak);
+  PutEstimate(json, names.flux_key, d.flux);
+  PutEstimate(json, names.Intensity("axis"), d.axis);
+  PutEstimate(json, names.Intensity("peak"), d.peak);
   const auto peak = photometry::DirectionOf(d.peak_direction);
   json["peak_c_deg"] = peak.c_deg;
   json["peak_gamma_deg"] = peak.gamma_deg;
   PutAngle(json, "beam_angle", d.beam);
   PutAngle(json, "field_angle", d.field);
-  Put(json, "downward_share", d.downward_share);
-  Put(json, "upward_share", d.upward_share);
+  PutEstimate(json, "downward_share", d.downward_share);
+  PutEstimate(json, "upward_share", d.upward_share);
   PutInverseSquare(json, "inverse_square_distance_m", d.on_axis);
   PutInverseSquare(json, "inverse_square_distance_peak_m", d.towards_peak);
   json["points"] = json["planes"] = json["eyes"] = Json::array();

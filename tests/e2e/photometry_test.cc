@@ -23,7 +23,8 @@ facing = [-1, 0, 0]
 [[eye]]
 eye_m = [0.3, 0, 1.5]
 background_cd_per_m2 = 40
-line_of_sight = [-1, 0, 0]
+road_luminance_cd_per_m2 = 1
+line_of_sight = [-1, 0, -1]
 [[plane]]
 name = "wall"
 centre_m = [0, 0.2, 3]
@@ -102,6 +103,9 @@ TEST_F(Photometry, HasTheKeysOfThePage) {
   EXPECT_GT(eye["fields_of_view"][0]["luminance_largest_mean_cd_per_m2"].get<double>(),
             eye["fields_of_view"][2]["luminance_largest_mean_cd_per_m2"].get<double>());
   EXPECT_TRUE(eye["ugr"].is_number());
+  EXPECT_GT(eye["veiling_luminance_cd_per_m2"].get<double>(), 0);
+  EXPECT_NEAR(eye["threshold_increment_percent"].get<double>(),
+              65 * eye["veiling_luminance_cd_per_m2"].get<double>(), 1e-6);
   EXPECT_EQ(found["planes"][0]["illuminance_lx"].size(), 5u);
   EXPECT_EQ(found["planes"][0]["illuminance_lx"][0].size(), 9u);
   const json written = json::parse(ReadText(folder_ / "x.json"));

@@ -114,5 +114,33 @@ TEST(Glare, RatingOfAUniformSource) {
               1e-12);
 }
 
+// A small source at theta off the line of sight: k E / theta^2, E on a plane across that line.
+TEST(Glare, VeilingLuminanceOfASmallSource) {
+  const Lamp lamp = LampOfField(LambertianSquare::Fine());
+  const Vec3 eye{0.01, -0.02, 2};
+  for (const double degrees : {2.0, 10.0, 30.0, 59.0}) {
+    const double theta = degrees * std::numbers::pi / 180;
+    const Vec3 to_lamp = Normalized(-1 * eye), across = Normalized(Cross(to_lamp, {0, 1, 0}));
+    const Vec3 sight = std::cos(theta) * to_lamp + std::sin(theta) * across;
+    const double e = IlluminanceValue(lamp, eye, to_lamp) * std::cos(theta);
+    const double expected = 9.86 * (1 + std::pow(60 / 66.4, 4)) * e / degrees / degrees;
+    // The source is 0.3 degrees wide: (0.3 / theta)^2 / 4.
+    EXPECT_NEAR(Value(lamp, VeilingLuminanceAt(lamp, eye, sight, 60)), expected, 0.01 * expected)
+        << degrees;
+  }
+  for (const double degrees : {0.5, 62.0}) {
+    const double theta = degrees * std::numbers::pi / 180;
+    const Vec3 to_lamp = Normalized(-1 * eye), across = Normalized(Cross(to_lamp, {0, 1, 0}));
+    EXPECT_EQ(Value(lamp, VeilingLuminanceAt(
+                              lamp, eye, std::cos(theta) * to_lamp + std::sin(theta) * across, 23)),
+              0);
+  }
+}
+
+TEST(Glare, ThresholdIncrementOfBothRoads) {
+  EXPECT_NEAR(ThresholdIncrement(0.2, 1), 13, 1e-12);
+  EXPECT_NEAR(ThresholdIncrement(0.2, 10), 19 / std::pow(10, 1.05), 1e-12);
+}
+
 }  // namespace
 }  // namespace luxfield::photometry
