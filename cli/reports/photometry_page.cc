@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "luxfield/cli/reports/colour_report.h"
 #include "luxfield/cli/reports/html_page.h"
 #include "luxfield/cli/reports/photometry_names.h"
 #include "luxfield/cli/reports/photometry_plots.h"
@@ -211,6 +212,7 @@ std::string PhotometryPage(const PhotometryReport& report, const photometry::Lam
   AddRows(page, DistributionRows(report.distribution, names));
   AddPlots(page, lamp, names, report.table);
   AddTable(page, report.table, names);
+  if (report.colour) AddColour(page, *report.colour);
   AddPlanes(page, report.planes, names);
   AddPoints(page, report.points, names);
   AddEyes(page, report.eyes, names);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "luxfield/cli/reports/colour_report.h"
 #include "luxfield/cli/reports/csv.h"
 #include "luxfield/cli/reports/estimate_json.h"
 #include "luxfield/cli/reports/photometry_names.h"
@@ -181,6 +182,7 @@ void PrintPhotometry(const PhotometryReport& report) {
   for (const auto& answer : report.planes)
     fmt::print("  {}: mean {}, from {:.4g} to {:.4g}\n", answer.asked.name,
                Text(answer.mean, names.illuminance_unit), answer.least.value, answer.most.value);
+  if (report.colour) PrintColour(*report.colour);
   fmt::print("  {}\n", report.uncertainty);
   for (const std::string& remark : d.remarks) fmt::print("  {}\n", remark);
 }
@@ -209,6 +211,7 @@ Json ToJson(const PhotometryReport& report) {
   PutEstimate(json, "upward_share", d.upward_share);
   PutInverseSquare(json, "inverse_square_distance_m", d.on_axis);
   PutInverseSquare(json, "inverse_square_distance_peak_m", d.towards_peak);
+  json["colour"] = report.colour ? ColourJson(*report.colour) : Json();
   json["points"] = json["planes"] = json["eyes"] = Json::array();
   for (const auto& answer : report.eyes) json["eyes"].push_back(EyeJson(answer, names));
   for (const auto& answer : report.points) json["points"].push_back(PointJson(answer, names));

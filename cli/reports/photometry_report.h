@@ -2,11 +2,13 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "luxfield/core/json.h"
 #include "luxfield/photometry/answers.h"
+#include "luxfield/photometry/colour.h"
 #include "luxfield/photometry/distribution.h"
 
 namespace luxfield::cli {
@@ -19,6 +21,7 @@ struct PhotometryReport {
   std::vector<photometry::PointAnswer> points;
   std::vector<photometry::PlaneAnswer> planes;
   std::vector<photometry::EyeAnswer> eyes;
+  std::optional<photometry::ColourDistribution> colour;  // of three channels
 };
 
 void PrintPhotometry(const PhotometryReport& report);

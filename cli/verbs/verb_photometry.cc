@@ -40,7 +40,7 @@ photometry::Asked AskedOf(const std::string& file, const photometry::Distributio
 }
 
 PhotometryReport ReportOf(const Options& options, const photometry::Lamp& lamp,
-                          const LampNoise& noise) {
+                          const photometry::ColourLamp* colour, const LampNoise& noise) {
   PhotometryReport report;
   report.file = options.file;
   report.sha256 = core::Sha256OfFile(options.file);
@@ -55,6 +55,8 @@ PhotometryReport ReportOf(const Options& options, const photometry::Lamp& lamp,
         "the unit of flux is relative: numbers compare with each other alone");
   report.table = TableOf(lamp, options.c_step_deg,
                          options.gamma_step_deg.value_or(GammaStep(report.distribution)));
+  if (colour)
+    report.colour = ColourDistributionOf(*colour, report.table, report.distribution.peak_direction);
   for (const auto& point : asked.points) report.points.push_back(AnswerAt(lamp, point));
   for (const auto& eye : asked.eyes) report.eyes.push_back(AnswerFor(lamp, eye));
   for (const auto& plane : asked.planes) report.planes.push_back(AnswerOn(lamp, plane));
@@ -70,10 +72,12 @@ core::Json Run(const Options& options) {
     throw InputError(fmt::format(
         "--output = {} must end in .html, .json or .csv; name the output so", options.output));
   if (!options.ask.empty()) photometry::ReadAsked(core::Config::FromFile(options.ask));
-  photometry::Lamp lamp = photometry::LampOf(lightfield::ReadLightFields(options.file));
+  const auto fields = lightfield::ReadLightFields(options.file);
+  photometry::Lamp lamp = photometry::LampOf(fields);
   const LampNoise noise = ReadLampNoise(options.sigma);
   SetNoise(lamp, noise);
-  const PhotometryReport report = ReportOf(options, lamp, noise);
+  const auto colour = ColourLampOf(fields, noise.sigma, noise.maps, noise.file);
+  const PhotometryReport report = ReportOf(options, lamp, colour ? &*colour : nullptr, noise);
   core::Json json = ToJson(report);
   if (options.output.ends_with(".html"))
     core::WriteFileAtomically(options.output, PhotometryPage(report, lamp));

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "luxfield/lightfield/measurements.h"
@@ -106,6 +107,7 @@ TEST_F(Photometry, HasTheKeysOfThePage) {
   EXPECT_GT(eye["veiling_luminance_cd_per_m2"].get<double>(), 0);
   EXPECT_NEAR(eye["threshold_increment_percent"].get<double>(),
               65 * eye["veiling_luminance_cd_per_m2"].get<double>(), 1e-6);
+  EXPECT_TRUE(found["colour"].is_null());
   EXPECT_EQ(found["planes"][0]["illuminance_lx"].size(), 5u);
   EXPECT_EQ(found["planes"][0]["illuminance_lx"][0].size(), 9u);
   const json written = json::parse(ReadText(folder_ / "x.json"));
@@ -196,6 +198,22 @@ TEST_F(Photometry, ExtremeLampsGiveSensiblePages) {
   EXPECT_NEAR(both["upward_share"].get<double>(), 0.5, 1e-6);
   EXPECT_EQ(both["intensity"]["gamma_deg"].back(), 180);
   Page();
+}
+
+TEST_F(Photometry, OfThreeChannelsHasColour) {
+  LightField field(Geometry());
+  field.geometry.channels = 3;
+  field = LightField(field.geometry);
+  const LightField one = Lamp(1e6);
+  for (int m = 0; m < field.geometry.grid.count(); ++m)
+    for (int channel = 0; channel < 3; ++channel)
+      std::ranges::copy(one.image(m, 0), field.image(m, channel).begin());
+  const json found = Ask(field);
+  // White, which is D65.
+  EXPECT_NEAR(found["colour"]["mean"]["x"].get<double>(), 0.3127, 1e-4);
+  EXPECT_NEAR(found["colour"]["mean"]["cct_k"].get<double>(), 6504, 20);
+  EXPECT_LT(found["colour"]["deviation_largest"].get<double>(), 1e-5);
+  EXPECT_THAT(Page(), testing::HasSubstr("Correlated colour temperature"));
 }
 
 TEST_F(Photometry, OfWattsIsRadiometry) {
