@@ -98,6 +98,7 @@ void AddPlots(HtmlPage& page, const photometry::Lamp& lamp, const PhotometryName
   page.Raw("<div class=\"row\">\n");
   const bool whole_sphere = table.gamma_deg.back() > 90;
   for (const std::string& svg : IntensityPlots(lamp, whole_sphere)) page.Raw(svg);
+  page.Raw(SolidOf(lamp, whole_sphere));
   page.Raw("</div>\n");
 }
 

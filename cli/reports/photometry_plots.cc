@@ -7,6 +7,7 @@
 
 #include "luxfield/cli/svg/svg_plot.h"
 #include "luxfield/cli/svg/svg_polar.h"
+#include "luxfield/cli/svg/svg_solid.h"
 #include "luxfield/photometry/distribution.h"
 
 namespace luxfield::cli {
@@ -70,6 +71,19 @@ std::vector<std::string> IntensityPlots(const photometry::Lamp& lamp, bool whole
     plot.series.push_back({curve.name, curve.gamma_deg, curve.value, true, {}, false, dashed});
   }
   return {SvgPolar({names.intensity, names.intensity_unit, curves}), SvgPlot(plot)};
+}
+
+std::string SolidOf(const photometry::Lamp& lamp, bool whole_sphere) {
+  constexpr int kPlanes = 48, kAngles = 36;
+  const PhotometryNames names = NamesOf(lamp.unit);
+  const double most = LargestGamma(lamp, whole_sphere);
+  IntensitySolid solid{names.intensity + ", solid", names.intensity_unit, {}, {}, {}};
+  for (int k = 0; k < kPlanes; ++k) solid.c_deg.push_back(360.0 * k / kPlanes);
+  for (int k = 0; k <= kAngles; ++k) solid.gamma_deg.push_back(most * k / kAngles);
+  for (const double c : solid.c_deg)
+    for (const double gamma : solid.gamma_deg)
+      solid.value.push_back(IntensityValue(lamp, photometry::VectorOf({c, gamma})));
+  return SvgSolid(solid);
 }
 
 IsoluxMap IsoluxOf(const photometry::PlaneAnswer& answer, const PhotometryNames& names) {

@@ -19,6 +19,10 @@ constexpr const char* kIntensityPlotsNote =
 // gamma = 180, else 90, and where the lamp shines less far little farther than it does.
 std::vector<std::string> IntensityPlots(const photometry::Lamp& lamp, bool whole_sphere);
 
+// The solid of intensity: from the origin as far in each direction as intensity is large, up to the
+// same gamma.
+std::string SolidOf(const photometry::Lamp& lamp, bool whole_sphere);
+
 // A plane with isolux lines; one along the frame's axes shows its coordinates.
 IsoluxMap IsoluxOf(const photometry::PlaneAnswer& answer, const PhotometryNames& names);
 
