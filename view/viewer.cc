@@ -7,7 +7,6 @@
 #include <cmath>
 #include <iterator>
 
-#include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/view/documents/open_input.h"
@@ -115,11 +114,7 @@ class Viewer {
   void ChooseExposure(const render::Frame& frame) {
     if (exposure_chosen_ || options_.look) return;
     exposure_chosen_ = true;
-    double sum = 0;
-    for (std::size_t i = 0; i < frame.radiance.plane_size(); ++i)
-      sum += core::Luminance(
-          {frame.radiance.plane(0)[i], frame.radiance.plane(1)[i], frame.radiance.plane(2)[i]});
-    const double mean = sum / static_cast<double>(frame.radiance.plane_size());
+    const double mean = MeanLuminance(frame.radiance);
     if (mean > 0 && std::isfinite(mean)) look_.exposure = kMiddleGrey / mean;
   }
 

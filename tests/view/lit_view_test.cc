@@ -125,6 +125,30 @@ TEST_F(LitViewTest, MovedLampsAndCamerasLightAsIfTheyHadStoodThere) {
   EXPECT_LE(LuminanceError(view.Refine().frame->radiance, Exact(moved).radiance), request.error);
 }
 
+// The picture of the soft maps is as far from the traced one as was measured, at fewer pixels.
+TEST_F(LitViewTest, TheErrorOfSoftShadowsIsMeasuredForTheViewThatIsAsked) {
+  LitView view(render::Device::Open(), scene_);
+  LitRequest request = Of(scene_);
+  view.Ask(request);
+  view.Quick();
+  EXPECT_FALSE(view.soft_maps_error());
+  EXPECT_TRUE(view.HasUnknownShadows());
+  const LitPicture quick = view.Quick();
+  view.MeasureShadows();
+  EXPECT_FALSE(view.HasUnknownShadows());
+  const double measured = view.soft_maps_error().value();
+  EXPECT_EQ(view.Refine().soft_maps_error, measured);
+  const double apart = LuminanceError(quick.frame->radiance, Reference(scene_).radiance);
+  // The reference's noise is some 0.2 %, the volume's error 0.5 %, the small picture has 3000 pixels.
+  EXPECT_NEAR(measured, apart, 0.25 * apart + 0.007);
+  request.lamps[0].scale = 0.5;
+  view.Ask(request);
+  EXPECT_TRUE(view.HasUnknownShadows());
+  request.moving_shadows = false;
+  view.Ask(request);
+  EXPECT_FALSE(view.HasUnknownShadows());
+}
+
 TEST_F(LitViewTest, AnInterruptedPassLeavesThoseBeforeIt) {
   LitView view(render::Device::Open(), scene_);
   view.Ask(Of(scene_));

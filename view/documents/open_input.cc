@@ -17,19 +17,32 @@ using core::FileKind;
 constexpr char kRemedy[] = "name a scene.toml, an .lf.exr, an .exr picture or a session's folder";
 
 std::unique_ptr<Document> Open(const SceneOptions& options) {
-  const std::filesystem::path& file = options.file;
-  if (!std::filesystem::exists(file)) throw InputError(file.string(), "is not there", kRemedy);
-  const FileKind kind = core::WhatIs(file);
-  if (core::IsSession(kind)) return OpenSession(file);
-  cli::RequireKind(file, {FileKind::kScene, FileKind::kLightField, FileKind::kExrPicture});
-  if (kind == FileKind::kLightField || file.string().ends_with(".lf.exr"))
-    return OpenLightField(options);
-  if (kind == FileKind::kScene || file.extension() == ".toml") return OpenScene(options);
-  if (kind == FileKind::kExrPicture || file.extension() == ".exr") return OpenPicture(file);
-  throw InputError(file.string(), "is nothing that can be looked at", kRemedy);
+  switch (KindOfInput(options.file)) {
+    case InputKind::kScene:
+      return OpenScene(options, SceneKind::kScene);
+    case InputKind::kLightField:
+      return OpenScene(options, SceneKind::kStage);
+    case InputKind::kPicture:
+      return OpenPicture(options.file);
+    case InputKind::kSession:
+      break;
+  }
+  return OpenSession(options.file);
 }
 
 }  // namespace
+
+InputKind KindOfInput(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) throw InputError(file.string(), "is not there", kRemedy);
+  const FileKind kind = core::WhatIs(file);
+  if (core::IsSession(kind)) return InputKind::kSession;
+  cli::RequireKind(file, {FileKind::kScene, FileKind::kLightField, FileKind::kExrPicture});
+  if (kind == FileKind::kLightField || file.string().ends_with(".lf.exr"))
+    return InputKind::kLightField;
+  if (kind == FileKind::kScene || file.extension() == ".toml") return InputKind::kScene;
+  if (kind == FileKind::kExrPicture || file.extension() == ".exr") return InputKind::kPicture;
+  throw InputError(file.string(), "is nothing that can be looked at", kRemedy);
+}
 
 std::unique_ptr<Document> OpenInput(const SceneOptions& options) {
   try {

@@ -22,24 +22,12 @@ constexpr double kTurn = 1.2;
 constexpr double kDolly = 0.88;  // of the distance, a notch
 constexpr double kFly = 0.8;     // distances of the pivot a second
 
-constexpr int kStageWidth = 1024, kStageHeight = 768;
-
-scene::Scene Load(const SceneOptions& options, bool stage) {
-  if (stage)
-    return Stage(options.file, kFirstScreen_m, options.width.value_or(kStageWidth),
-                 options.height.value_or(kStageHeight));
-  scene::SceneOverrides overrides;
-  overrides.width = options.width;
-  overrides.height = options.height;
-  return scene::ReadScene(options.file, overrides);
-}
-
 class SceneDocument : public Document {
  public:
-  SceneDocument(const SceneOptions& options, bool stage)
+  SceneDocument(const SceneOptions& options, SceneKind kind)
       : options_(options),
-        stage_(stage),
-        thread_({.load = [options, stage] { return Load(options, stage); },
+        stage_(kind == SceneKind::kStage),
+        thread_({.load = [options, kind] { return LoadScene(options, kind); },
                  .device = options.device,
                  .threads = options.threads,
                  .wake = Window::Wake}) {}
@@ -103,9 +91,9 @@ class SceneDocument : public Document {
     const std::string error =
         picture_.error ? fmt::format("{:.3g} %", 100 * *picture_.error) : std::string();
     if (picture_.quick)
-      return fmt::format("preview {} x {} in {}{}", picture_.frame->width, picture_.frame->height,
-                         time,
-                         picture_.error ? ", within " + error + " but for what it leaves out" : "");
+      return fmt::format(
+          "preview {} x {} in {}, {}", picture_.frame->width, picture_.frame->height, time,
+          picture_.error ? "within " + error + " but for what it leaves out" : SoftShadows());
     const std::string asked = fmt::format("{:.3g} %", 100 * request_.error);
     if (picture_.reached) return fmt::format("error {}: {} reached", error, asked);
     return fmt::format("error {} on the way to {}, {:.0f} samples a pixel, pass of {}", error,
@@ -113,7 +101,8 @@ class SceneDocument : public Document {
   }
 
   bool Settled() const override {
-    return failure() || (picture_.frame && picture_.reached && !picture_.quick);
+    return failure() || (picture_.frame && picture_.reached && !picture_.quick &&
+                         (picture_.soft_maps_error || !HasSoftShadows()));
   }
   std::optional<double> Error() const override {
     if (!picture_.frame || picture_.quick) return {};
@@ -122,13 +111,20 @@ class SceneDocument : public Document {
   std::optional<Failure> failure() const override { return thread_.failure(); }
 
  private:
+  bool HasSoftShadows() const {
+    return request_.shadows && request_.moving_shadows && !request_.lamps.empty();
+  }
+
+  // What is known of the shadows of pictures while something moves.
+  std::string SoftShadows() const {
+    if (!HasSoftShadows()) return "without shadows";
+    if (!soft_maps_error_) return "error of soft shadows not measured yet";
+    return fmt::format("soft shadows {:.2g} % off when last at rest", 100 * *soft_maps_error_);
+  }
+
   void Start() {
     control_.emplace(scene_->camera);
-    request_.error = options_.error;
-    request_.shadows = options_.shadows;
-    request_.seed = options_.seed;
-    for (const auto& luminaire : scene_->luminaires)
-      request_.lamps.push_back({luminaire.world_from_luminaire, luminaire.scale});
+    request_ = RequestOf(*scene_, options_);
     if (!stage_ && !request_.lamps.empty()) editor_.emplace(options_.file);
     // A file that stands lamps in arrays has fewer places to write than lamps to move.
     if (editor_ && editor_->lamps().size() != request_.lamps.size()) editor_.reset();
@@ -150,6 +146,7 @@ class SceneDocument : public Document {
 
   void Take(LitPicture picture) {
     picture_ = std::move(picture);
+    if (picture_.soft_maps_error) soft_maps_error_ = picture_.soft_maps_error;
     if (number_++ == 0) control_->SetPivot(DistanceAhead());
   }
 
@@ -195,6 +192,11 @@ class SceneDocument : public Document {
     if (ImGui::Checkbox("shadows", &request_.shadows)) Ask();
     ImGui::SameLine();
     if (ImGui::Checkbox("while moving", &request_.moving_shadows)) Ask();
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip(
+          "soft shadow maps; at rest they are compared with traced shadows:\n"
+          "RMSE of the luminance over its mean");
+    ImGui::TextDisabled("previews: %s", SoftShadows().c_str());
     ImGui::TextDisabled("on %s", core::OnOneLine(thread_.device_name()).c_str());
   }
 
@@ -226,18 +228,15 @@ class SceneDocument : public Document {
   LampsPanel lamps_panel_;
   LitRequest request_;
   LitPicture picture_;
+  std::optional<double> soft_maps_error_;  // measured last
   std::uint64_t number_ = 0;
   LightingThread thread_;  // last: it ends first
 };
 
 }  // namespace
 
-std::unique_ptr<Document> OpenScene(const SceneOptions& options) {
-  return std::make_unique<SceneDocument>(options, /*stage=*/false);
-}
-
-std::unique_ptr<Document> OpenLightField(const SceneOptions& options) {
-  return std::make_unique<SceneDocument>(options, /*stage=*/true);
+std::unique_ptr<Document> OpenScene(const SceneOptions& options, SceneKind kind) {
+  return std::make_unique<SceneDocument>(options, kind);
 }
 
 }  // namespace luxfield::view

@@ -73,33 +73,42 @@ void LightingThread::Publish(LitPicture picture) {
 // Quick pictures are finished even if they are outdated, so that something is seen to move; passes
 // end as soon as something is asked for.
 void LightingThread::Light(LitView& view) {
-  for (bool reached = true;;) {
+  LitPicture refined;
+  for (bool idle = true;;) {
     std::optional<LitRequest> next;
     {
       std::unique_lock lock(mutex_);
-      asked_.wait(lock, [&] { return stop_ || request_ || !reached; });
+      asked_.wait(lock, [&] { return stop_ || request_ || !idle; });
       if (stop_) return;
       next = std::exchange(request_, {});
     }
     if (next) {
       view.Ask(*next);
-      LitPicture quick = view.Quick();
-      reached = false;
-      Publish(std::move(quick));
-      continue;
+      Publish(view.Quick());
+      refined = {};
+    } else {
+      Improve(view, refined);
     }
-    core::Execution execution;
-    execution.interrupts = [this] { return Outdated() ? 1 : 0; };
-    execution.threads = options_.threads;
-    core::RunWith(std::move(execution), [&] {
-      try {
-        LitPicture refined = view.Refine();
-        reached = refined.reached;
-        Publish(std::move(refined));
-      } catch (const Interrupted&) {
-      }
-    });
+    idle = refined.reached && !view.HasUnknownShadows();
   }
+}
+
+void LightingThread::Improve(LitView& view, LitPicture& refined) {
+  core::Execution execution;
+  execution.interrupts = [this] { return Outdated() ? 1 : 0; };
+  execution.threads = options_.threads;
+  core::RunWith(std::move(execution), [&] {
+    try {
+      if (refined.frame && view.HasUnknownShadows()) {
+        view.MeasureShadows();
+        refined.soft_maps_error = view.soft_maps_error();
+      } else {
+        refined = view.Refine();
+      }
+      Publish(refined);
+    } catch (const Interrupted&) {
+    }
+  });
 }
 
 void LightingThread::Run() {

@@ -36,6 +36,7 @@ class LightingThread {
 
   void Ask(const LitRequest& request);
   // The newest picture since the last call; of an older request than the newest only if it is quick.
+  // One that has reached its error comes again when the error of soft maps is measured.
   std::optional<LitPicture> Take();
   // Why there will be no more pictures; empty: there will.
   std::optional<Failure> failure() const;
@@ -45,6 +46,9 @@ class LightingThread {
  private:
   void Run();
   void Light(LitView& view);
+  // A pass more; behind the first one, what is not known of quick pictures. Publishes it, unless
+  // something else is asked for meanwhile.
+  void Improve(LitView& view, LitPicture& refined);
   bool Outdated() const;
   void Publish(LitPicture picture);
 

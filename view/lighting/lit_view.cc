@@ -5,6 +5,7 @@
 
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/render/accuracy/picture_noise.h"
+#include "luxfield/render/accuracy/soft_maps_error.h"
 
 namespace luxfield::view {
 namespace {
@@ -14,7 +15,6 @@ constexpr int kQuickSamples = 8;       // of a light that is sampled
 constexpr int kFirstSamples = 16;      // of the first pass, over all lights
 constexpr int kMostSamples = 1 << 12;  // of a pass
 constexpr int kMostPasses = 1 << 15;
-constexpr double kPass_s = 1.5;        // passes grow until one takes longer
 constexpr double kAim = 0.97;          // of the error asked for, as its estimate scatters
 constexpr double kSmallest = 1.0 / 6;  // side of a quick picture over the whole one's
 
@@ -34,6 +34,7 @@ void LitView::Ask(const LitRequest& request) {
   for (std::size_t i = 0; i < request.lamps.size(); ++i)
     scene_.PlaceLuminaire(i, request.lamps[i].world_from_luminaire, request.lamps[i].scale);
   refined_.reset();
+  soft_maps_error_.reset();
   samples_ = error_ = pass_s_ = 0;
   pass_samples_ = passes_ = 0;
 }
@@ -92,10 +93,19 @@ LitPicture LitView::Quick() {
   return picture;
 }
 
+bool LitView::HasUnknownShadows() const {
+  return request_.shadows && request_.moving_shadows && !request_.lamps.empty() &&
+         !soft_maps_error_;
+}
+
+void LitView::MeasureShadows() {
+  soft_maps_error_ = render::MeasureSoftMaps(scene_, QuickOptions()).rel_error;
+}
+
 int LitView::NextSamples() const {
   if (passes_ == 0) return kFirstSamples;
   const double needed = samples_ * (std::pow(error_ / (kAim * request_.error), 2) - 1);
-  const int grown = pass_s_ < kPass_s ? 2 * pass_samples_ : pass_samples_;
+  const int grown = pass_s_ < request_.pass_s ? 2 * pass_samples_ : pass_samples_;
   return std::clamp(static_cast<int>(std::min(std::ceil(needed), double{kMostSamples})), 4,
                     std::min(grown, kMostSamples));
 }
@@ -131,6 +141,7 @@ LitPicture LitView::Refine() {
   error_ = render::NoiseOf(*refined_, std::max(1, static_cast<int>(samples_) - 1)).RelativeError();
   picture.frame = refined_;
   picture.error = error_;
+  picture.soft_maps_error = soft_maps_error_;
   picture.samples = samples_;
   picture.reached = error_ <= request_.error || passes_ >= kMostPasses;
   picture.took_s = pass_s_;

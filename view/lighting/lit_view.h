@@ -32,6 +32,7 @@ struct LitRequest {
   bool moving_shadows = true;  // of quick ones
   double error = 0.005;        // that refined pictures are to reach
   double frame_s = 0.1;        // that a quick picture may take
+  double pass_s = 1.5;         // passes of refined ones grow until one takes longer
   std::uint64_t seed = 1;
 };
 
@@ -40,8 +41,11 @@ struct LitPicture {
   bool quick = true;     // shadows or gloss may be missing
   bool reached = false;  // the error asked for: no pass follows
   // Estimated relative RMSE; of a quick picture that of its volumes, which is known where nothing
-  // moved since they were made. What soft maps of shadows add to it is not known.
+  // moved since they were made. What soft maps of shadows add to it is not part of it.
   std::optional<double> error;
+  // Relative RMSE that soft maps of shadows add to quick pictures of this view and these lamps, once
+  // it is measured (render/accuracy/soft_maps_error.h).
+  std::optional<double> soft_maps_error;
   double samples = 0;  // light samples a pixel
   double took_s = 0;   // the last pass
 };
@@ -58,6 +62,12 @@ class LitView {
   // The mean of all passes since Ask, with one more. Throws Interrupted too: the pass is lost, those
   // before it are kept.
   LitPicture Refine();
+  // Whether quick pictures have soft maps whose error is not measured yet.
+  bool HasUnknownShadows() const;
+  // Measures it against traced shadows at a small picture; pictures tell it from then on, until the
+  // next Ask. Throws what Refine throws.
+  void MeasureShadows();
+  const std::optional<double>& soft_maps_error() const { return soft_maps_error_; }
 
   const render::LitScene& scene() const { return scene_; }
 
@@ -73,6 +83,7 @@ class LitView {
   std::optional<LitRequest> volumes_of_;  // where things stood when they were made
   double quick_pixel_s_ = 0;              // that a pixel of the last quick picture took
   std::shared_ptr<const render::Frame> refined_;
+  std::optional<double> soft_maps_error_;
   double samples_ = 0, error_ = 0, pass_s_ = 0;
   int pass_samples_ = 0, passes_ = 0;
 };

@@ -49,12 +49,6 @@ core::Rgb PixelOf(const core::Image& image, std::size_t i) {
   return {image.data[i], image.data[n + i], image.data[2 * n + i]};
 }
 
-double MeanLuminance(const core::Image& image) {
-  double sum = 0;
-  for (std::size_t i = 0; i < image.plane_size(); ++i) sum += core::Luminance(PixelOf(image, i));
-  return image.data.empty() ? 0 : sum / static_cast<double>(image.plane_size());
-}
-
 std::array<std::uint8_t, 3> Encoded(const core::Rgb& linear) {
   // Rounded to float as render::ToneMap's image holds it.
   const auto code = [](double value) { return EncodeByte(static_cast<float>(value)); };
@@ -77,8 +71,8 @@ bool Look::operator==(const Look& other) const {
   const auto ends = [](const Look& look) {
     return look.scale ? std::array{look.scale->min, look.scale->max} : std::array{0.0, 0.0};
   };
-  return tone == other.tone && k == other.k && exposure == other.exposure &&
-         irradiance == other.irradiance && ends(*this) == ends(other);
+  return tone == other.tone && k == other.k && average == other.average &&
+         exposure == other.exposure && irradiance == other.irradiance && ends(*this) == ends(other);
 }
 
 std::uint8_t EncodeByte(double linear) {
@@ -87,6 +81,12 @@ std::uint8_t EncodeByte(double linear) {
   int code = Guesses()[static_cast<int>(linear * kGuesses)];
   while (code < 255 && linear >= CodeBegins()[code + 1]) ++code;
   return static_cast<std::uint8_t>(code);
+}
+
+double MeanLuminance(const core::Image& image) {
+  double sum = 0;
+  for (std::size_t i = 0; i < image.plane_size(); ++i) sum += core::Luminance(PixelOf(image, i));
+  return image.data.empty() ? 0 : sum / static_cast<double>(image.plane_size());
 }
 
 const core::Image& Shown(const render::Frame& frame, const Look& look) {
@@ -101,7 +101,9 @@ render::FalseColourScale ScaleOf(const render::Frame& frame, const Look& look) {
 
 std::vector<std::uint8_t> ColoursOf(const render::Frame& frame, const Look& look) {
   const core::Image& image = Shown(frame, look);
-  const double average = look.tone == Tone::kExponential ? MeanLuminance(image) : 0;
+  const double average = look.tone != Tone::kExponential ? 0
+                         : look.average                  ? *look.average
+                                                         : MeanLuminance(image);
   const render::FalseColourScale scale =
       look.tone == Tone::kFalseColour ? ScaleOf(frame, look) : render::FalseColourScale{};
   std::vector<std::uint8_t> bytes(4 * image.plane_size(), 255);

@@ -17,15 +17,19 @@ enum class Tone {
 
 struct Look {
   Tone tone = Tone::kExponential;
-  double k = 1;             // of the exponential operator
-  double exposure = 1;      // of the linear one: display value per radiance
-  bool irradiance = false;  // false colour of the irradiance instead of the radiance
+  double k = 1;                   // of the exponential operator
+  std::optional<double> average;  // its L_avg; empty: the picture's mean luminance
+  double exposure = 1;            // of the linear one: display value per radiance
+  bool irradiance = false;        // false colour of the irradiance instead of the radiance
   std::optional<render::FalseColourScale> scale;  // empty: from the picture
   bool operator==(const Look& other) const;
 };
 
 // The image that a look shows: radiance, or irradiance where that is asked for and known.
 const core::Image& Shown(const render::Frame& frame, const Look& look);
+
+// Of all pixels; 0 of a picture without any.
+double MeanLuminance(const core::Image& image);
 
 // What the false colours of a frame span.
 render::FalseColourScale ScaleOf(const render::Frame& frame, const Look& look);

@@ -9,6 +9,7 @@
 #include "luxfield/cli/named_files.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/outputs.h"
+#include "luxfield/view/record/recording.h"
 #include "luxfield/view/viewer.h"
 
 namespace luxfield::view {
@@ -21,6 +22,8 @@ struct Words {
   std::optional<double> exposure;
   std::vector<double> scale;
   bool false_colour = false;
+  std::filesystem::path record, output;
+  bool preview = false;
 };
 
 // "640x480" with `separator` 'x', "12,34" with ','.
@@ -85,13 +88,54 @@ core::Json ToJson(const ViewerResult& result) {
   return json;
 }
 
+core::Json ToJson(const Recording& recording) {
+  core::Json json{{"width", recording.width},
+                  {"height", recording.height},
+                  {"frames_per_s", recording.frames_per_s},
+                  {"frames", core::Json::array()}};
+  for (const RecordedFrame& frame : recording.frames) {
+    json["frames"].push_back({{"t_s", frame.t_s}, {"samples", frame.samples}});
+    if (frame.error) json["frames"].back()["estimated_rel_rmse"] = *frame.error;
+  }
+  return json;
+}
+
 // Says again what the window showed, with the exit code of the failure.
 [[noreturn]] void Throw(const Failure& failure) {
   if (failure.exit_code == 2) throw InputError(failure.sentence);
   throw DeviceError(failure.sentence);
 }
 
+// Options of a window say nothing of a recording, and the other way round.
+void RefuseUnread(const Words& words) {
+  if (words.record.empty()) {
+    if (!words.output.empty() || words.preview)
+      throw InputError("--output and --preview are of --record; give that too, or drop them");
+    return;
+  }
+  if (words.output.empty())
+    throw InputError("--record needs --output: a folder, or the name of a video");
+  if (!words.viewer.screenshot.empty() || words.viewer.frames || words.viewer.bare ||
+      !words.size.empty() || !words.reads.empty())
+    throw InputError(
+        "--record opens no window: drop --screenshot, --frames, --bare, --size and --read");
+}
+
+core::Json RunRecording(const Words& words) {
+  RecordOptions options;
+  options.input = words.viewer.input;
+  options.path = words.record;
+  options.output = words.output;
+  options.preview = words.preview;
+  if (words.viewer.look) options.look = *words.viewer.look;
+  const Recording recording = Record(options);
+  fmt::print("{}: {} frames of {} x {}\n", words.output.string(), recording.frames.size(),
+             recording.width, recording.height);
+  return ToJson(recording);
+}
+
 core::Json Run(Words words, const cli::Common& common) {
+  RefuseUnread(words);
   ViewerOptions& options = words.viewer;
   if (!words.size.empty()) {
     const auto [width, height] = ParsePair(words.size, 'x', "--size", "1280x800", 1);
@@ -113,6 +157,7 @@ core::Json Run(Words words, const cli::Common& common) {
   options.input.shadows = words.shadows == "traced";
   options.input.threads = common.threads;
   options.input.seed = common.seed.value_or(1);
+  if (!words.record.empty()) return RunRecording(words);
   const ViewerResult result = RunViewer(options);
   if (result.failure) {
     core::PutOutputsInPlace();  // the screenshot shows the sentence
@@ -135,6 +180,14 @@ void AddView(cli::Program& program) {
                   "Write what the window shows to this PNG and end, when it is settled or after "
                   "--frames")
       ->check(cli::OutputFile());
+  verb.add_option("--record", words->record,
+                  "Write the motion of camera and lamps that this path.toml says, without a window")
+      ->check(CLI::ExistingFile);
+  verb.add_option("-o,--output", words->output,
+                  "Of --record: a folder for EXRs and PNGs, or a video (.mp4, .mkv, .mov, .webm) "
+                  "that ffmpeg makes");
+  verb.add_flag("--preview", words->preview,
+                "Record what is shown while something moves, instead of refined pictures");
   verb.add_option("--size", words->size, "The window's, as 1280x800, pixels");
   verb.add_option("--frames", words->viewer.frames,
                   "Take the screenshot after so many frames that show something, settled or not")

@@ -1,0 +1,33 @@
+#include "luxfield/view/lighting/load_scene.h"
+
+#include "luxfield/view/lighting/stage.h"
+
+namespace luxfield::view {
+namespace {
+
+constexpr int kStageWidth = 1024, kStageHeight = 768;
+
+}  // namespace
+
+scene::Scene LoadScene(const SceneOptions& options, SceneKind kind) {
+  if (kind == SceneKind::kStage)
+    return Stage(options.file, kFirstScreen_m, options.width.value_or(kStageWidth),
+                 options.height.value_or(kStageHeight));
+  scene::SceneOverrides overrides;
+  overrides.width = options.width;
+  overrides.height = options.height;
+  return scene::ReadScene(options.file, overrides);
+}
+
+LitRequest RequestOf(const scene::Scene& scene, const SceneOptions& options) {
+  LitRequest request;
+  request.camera = scene.camera;
+  for (const auto& luminaire : scene.luminaires)
+    request.lamps.push_back({luminaire.world_from_luminaire, luminaire.scale});
+  request.error = options.error;
+  request.shadows = options.shadows;
+  request.seed = options.seed;
+  return request;
+}
+
+}  // namespace luxfield::view
