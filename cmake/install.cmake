@@ -73,4 +73,6 @@ if(TARGET luxfield_cli)
   install(TARGETS luxfield RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program OPTIONAL)
   install(TARGETS luxfield_verbs RUNTIME DESTINATION ${LUXFIELD_LIBEXECDIR} COMPONENT program OPTIONAL)
   install(DIRECTORY data DESTINATION ${CMAKE_INSTALL_DATADIR}/luxfield COMPONENT data USE_SOURCE_PERMISSIONS)
+  install(FILES bridges/blender/luxfield_lamp.py bridges/mitsuba/luxfield_mitsuba.py
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/luxfield/bridges COMPONENT data)
 endif()

@@ -9,6 +9,7 @@ add_subdirectory(tests/preload)
 foreach(room core lightfield environment formats rig session capture reconstruct scene preprocess web shard)
   luxfield_tests(${room} USES luxfield_${room})
 endforeach()
+luxfield_tests(bridges USES luxfield_bridges luxfield_formats)
 luxfield_tests(photometry USES luxfield_photometry luxfield_reconstruct)
 if(LUXFIELD_BUILD_BENCH)  # whose scenes and labs these light and measure
   foreach(room render planning bench physics)

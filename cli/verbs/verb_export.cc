@@ -33,6 +33,9 @@ const std::vector<ExportFormat>& Formats() {
       {"hdr", Kind::kPicture, {".hdr"}},
       {"exr", Kind::kPicture, {".exr"}},
       {"html", Kind::kPage, {".html"}},
+      {"radiance", Kind::kBridge, {".rad"}},
+      {"mitsuba", Kind::kBridge, {".xml"}},
+      {"blender", Kind::kBridge, {".json"}},
   };
   return formats;
 }
@@ -129,9 +132,11 @@ core::Json Run(const ExportOptions& options) {
     case Kind::kPicture:
       return ExportPicture(options, format, fields);
     case Kind::kPage:
+      return ExportPage(options, format, fields);
+    case Kind::kBridge:
       break;
   }
-  return ExportPage(options, format, fields);
+  return ExportBridge(options, format, fields);
 }
 
 std::vector<std::string> FormatNames() {
@@ -180,8 +185,10 @@ void AddExport(Program& program) {
   verb.add_option("-o,--output", options->output, "The file to write: " + AllEndings())
       ->required()
       ->check(OutputFile());
-  verb.add_option("--format", options->format,
-                  "Where the ending does not say enough (default: the first that has the ending)")
+  verb.add_option(
+          "--format,--to", options->format,
+          "The file's format or the program it is for, where the ending does not say enough "
+          "(default: the first that has the ending)")
       ->check(CLI::IsMember(FormatNames()));
   verb.add_option("--rays", options->rays,
                   fmt::format("Rays of equal flux (default: {})", kDefaultRays))

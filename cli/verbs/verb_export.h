@@ -32,8 +32,8 @@ struct ExportOptions {
 };
 
 struct ExportFormat {
-  enum class Kind { kRays, kIntensities, kPicture, kPage };
-  std::string_view name;  // of --format
+  enum class Kind { kRays, kIntensities, kPicture, kPage, kBridge };
+  std::string_view name;  // of --format and --to
   Kind kind;
   std::vector<std::string_view> endings;  // that its file may have
   std::optional<formats::RayFormat> rays = {};
@@ -53,6 +53,8 @@ core::Json ExportPicture(const ExportOptions& options, const ExportFormat& forma
 
 core::Json ExportPage(const ExportOptions& options, const ExportFormat& format,
                       const Fields& fields);
+core::Json ExportBridge(const ExportOptions& options, const ExportFormat& format,
+                        const Fields& fields);
 
 // Prints the checks and returns their rows of --json. Throws an Error of exit code 1 where one does
 // not hold.

@@ -1,0 +1,80 @@
+// luxfield export X.lf.exr --to radiance, blender, mitsuba: the lamp as a light of another renderer.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "luxfield/bridges/lamp_atlas.h"
+#include "luxfield/bridges/radiance_source.h"
+#include "luxfield/cli/verbs/verb_export.h"
+#include "luxfield/core/error.h"
+
+namespace luxfield::cli {
+namespace {
+
+core::Json FileNames(const std::vector<std::filesystem::path>& files) {
+  core::Json names = core::Json::array();
+  for (const auto& file : files) names.push_back(file.string());
+  return names;
+}
+
+void PrintOthers(const std::vector<std::filesystem::path>& files) {
+  for (std::size_t k = 1; k < files.size(); ++k) fmt::print(" {}", files[k].filename().string());
+  fmt::print("\n");
+}
+
+void PrintNegative(double share, const char* program) {
+  if (share > 0)
+    fmt::print(
+        "  negative     {:.3g} % of the flux, at most, is negative light, which {} leaves out\n",
+        100 * share, program);
+}
+
+core::Json ToRadiance(const ExportOptions& options, const ExportFormat& format,
+                      const Fields& fields) {
+  const auto written = bridges::WriteRadianceSource(options.output, fields, options.field);
+  fmt::print("{}: a light source of {} polygons for Radiance, and beside it", options.output,
+             written.polygons);
+  PrintOthers(written.files);
+  fmt::print("  unit         {}\n", UnitOf(fields) == "lm"
+                                        ? "luminance in cd/m^2 over 179, as Radiance counts it"
+                                        : "radiance as the light field has it");
+  PrintNegative(written.negative_share, "Radiance");
+  return {{"format", format.name},
+          {"files", FileNames(written.files)},
+          {"polygons", written.polygons},
+          {"negative_share", written.negative_share}};
+}
+
+core::Json ToMitsuba(const ExportOptions& options, const ExportFormat& format,
+                     const Fields& fields) {
+  const auto files = bridges::WriteMitsubaLamp(options.output, fields, options.field);
+  fmt::print("{}: {} for Mitsuba 3 to include, and beside it", options.output,
+             fields.size() == 1 ? "an emitter" : "emitters");
+  PrintOthers(files);
+  fmt::print("  emitter      import luxfield_mitsuba before loading it (docs/bridges.md)\n");
+  return {{"format", format.name}, {"files", FileNames(files)}};
+}
+
+core::Json ToBlender(const ExportOptions& options, const ExportFormat& format,
+                     const Fields& fields) {
+  const auto files = bridges::WriteLampAtlas(options.output, fields, options.field);
+  fmt::print("{}: a lamp for Blender's Cycles, and beside it", options.output);
+  PrintOthers(files);
+  fmt::print(
+      "  add-on       File > Import > Luxfield lamp, of luxfield_lamp.py (docs/bridges.md)\n");
+  return {{"format", format.name}, {"files", FileNames(files)}};
+}
+
+}  // namespace
+
+core::Json ExportBridge(const ExportOptions& options, const ExportFormat& format,
+                        const Fields& fields) {
+  if (options.check)
+    throw InputError(fmt::format(
+        "--check does not run {}; drop it: docs/bridges.md says how far it is off", format.name));
+  if (format.name == "mitsuba") return ToMitsuba(options, format, fields);
+  if (format.name == "blender") return ToBlender(options, format, fields);
+  return ToRadiance(options, format, fields);
+}
+
+}  // namespace luxfield::cli
