@@ -23,13 +23,13 @@ PROGRAMS = {
     "planning": ["planning", "physics"],
     "bench": ["bench", "planning", "e2e"],
     "cli": ["e2e"],
-    "device_bench": ["e2e"],
+    "device_bench": ["device_bench", "e2e"],
 }
 BATCH_S = 2  # cheap tests share a process up to this
 KERNEL_ERROR = re.compile(
     r"error: (kernels/[\w./]+):(\d+):|(kernels/[\w./]+):(\d+):\d+: error:"
 )  # PoCL, others
-LIMITS = 'ulimit -c 0; ulimit -t "$1"; ulimit -v 16000000; shift; exec "$@"'
+LIMITS = 'ulimit -c 0; ulimit -t "$1"; ulimit -d 16000000; shift; exec "$@"'
 
 
 def programs_of(room):
@@ -125,13 +125,17 @@ class Judge:
         shutil.rmtree(folder, ignore_errors=True)
         return status, text
 
+    def made_of(self, program):
+        """When the youngest file was made by which what a program's tests reach may differ."""
+        files = [self.tree.build / f"{program}_test"]
+        if program == "e2e":
+            files += [*self.tree.build.glob("luxfield*"), self.tree.build / "device_bench"]
+        return max(file.stat().st_mtime for file in files)
+
     def note_reached(self, program):
         """Runs a program once without a mutant; returns places of kernels that do not build."""
         reached, tests = self.base / f"{program}.reached", self.base / f"{program}.tests"
-        made = [self.tree.build / f"{program}_test"] + [self.tree.build / "luxfield"] * (
-            program == "e2e"
-        )
-        if not tests.exists() or any(p.stat().st_mtime > tests.stat().st_mtime for p in made):
+        if not tests.exists() or self.made_of(program) > tests.stat().st_mtime:
             unfinished = self.base / f"{program}.unfinished"
             unfinished.unlink(missing_ok=True)
             reached.write_bytes(bytes(max(self.tree.mutants) + 1))

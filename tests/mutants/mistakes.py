@@ -154,7 +154,10 @@ class Finder:
     def conditions(self, begin, end):
         for m in CONDITION.finditer(self.mask, begin, end):
             stop = source_text.closing(self.mask, m.start(1))
-            start = max(m.start(1), self.mask.rfind(";", m.start(1), stop)) + 1
+            initialised = self.mask.rfind(";", m.start(1), stop)
+            if "{" in self.mask[m.start(1) : max(initialised, 0)]:
+                initialised = -1  # it ends a statement of a lambda
+            start = max(m.start(1), initialised) + 1
             original = self.text[start:stop]
             if "=" not in re.sub(r"[=!<>]=", "", self.mask[start:stop]):
                 self.add(start, start, stop, f"!({original})")

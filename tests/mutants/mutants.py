@@ -32,7 +32,7 @@ def known_survivors():
 def arguments():
     parser = argparse.ArgumentParser(prog="./run mutants", description=__doc__)
     parser.add_argument(
-        "room", nargs="?", choices=drawing.ROOMS, help="only those of the whole draw in this room"
+        "rooms", nargs="*", metavar="ROOM", help="only those of the whole draw in these rooms"
     )
     parser.add_argument("--count", type=int, default=210, help="mutants drawn over all rooms (210)")
     parser.add_argument("--seed", type=int, default=1, help="of the draw (1)")
@@ -41,27 +41,29 @@ def arguments():
         "--only", type=int, nargs="+", metavar="N", help="only these numbers of the draw"
     )
     parser.add_argument("--list", action="store_true", help="print the draw and end")
-    return parser.parse_args()
+    asked = parser.parse_args()
+    if unknown := set(asked.rooms) - set(drawing.ROOMS):
+        parser.error(f"no room {', '.join(sorted(unknown))}: there are {', '.join(drawing.ROOMS)}")
+    return asked
 
 
 def main():
     asked = arguments()
     begin = time.time()
     chosen = drawing.draw(ROOT, asked.count, asked.seed)
-    if asked.room:
-        chosen = {
-            path: file for path, file in chosen.items() if drawing.room_of(path) == asked.room
-        }
     tree = mutated_tree.MutatedTree(ROOT, chosen)
     print(
         f"mutants: {len(tree.mutants)} drawn with seed {asked.seed} from {len(chosen)} files",
         flush=True,
     )
+    tree.keep(asked.rooms or drawing.ROOMS)
+    numbers = [n for n in tree.mutants if not asked.only or n in asked.only]
     if asked.list:
-        for number, m in tree.mutants.items():
+        for number in numbers:
+            m = tree.mutants[number]
             print(f"{number:4} {m.path}:{m.line}  {m.change()}")
         return 0
-    rooms = {drawing.room_of(path) for path in chosen}
+    rooms = {drawing.room_of(tree.mutants[n].path) for n in numbers}
     programs = sorted({p for room in rooms for p in judging.programs_of(room)})
     while True:
         tree.make([f"{p}_test" for p in programs])
@@ -79,7 +81,8 @@ def main():
     for test in judge.failing():
         print(f"mutants: {test.name} fails without any mutant, and is left out", flush=True)
 
-    survivors = judge_all(tree, judge, asked, begin)
+    numbers = [n for n in numbers if n in tree.mutants]  # but for what does not compile
+    survivors = judge_all(tree, judge, numbers, asked.jobs, begin)
     known = known_survivors()
     for number, tests in sorted(survivors.items()):
         m = tree.mutants[number]
@@ -92,16 +95,14 @@ def main():
         f"\n{time.time() - begin:.0f} s, "
         f"of processor time {times.children_user + times.children_system:.0f} s"
     )
-    judged = set(asked.only or tree.mutants)
-    print(f"mutants {len(judged)} survived {len(survivors)}")
+    print(f"mutants {len(numbers)} survived {len(survivors)}")
     return any(tree.mutants[n].change() not in known for n in survivors)
 
 
-def judge_all(tree, judge, asked, begin):
+def judge_all(tree, judge, numbers, jobs, begin):
     """Numbers of the survivors, with how many tests reach each."""
-    numbers = [n for n in tree.mutants if not asked.only or n in asked.only]
     survivors = {}
-    with concurrent.futures.ThreadPoolExecutor(asked.jobs) as pool:
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
 
         def judged(number):
             return number, judge.judge(number, drawing.room_of(tree.mutants[number].path))

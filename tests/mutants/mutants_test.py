@@ -93,6 +93,12 @@ class Text(unittest.TestCase):
             start, end = source_text.expression(text, text.index(at))
             self.assertEqual(text[start:end], expected)
 
+    def test_expressions_begin_after_a_keyword(self):
+        text = "if (a < 0) return b + returned; else return -c * d;"
+        for at, expected in (("+", "b + returned"), ("*", "-c * d"), ("<", "a < 0")):
+            start, end = source_text.expression(text, text.index(at))
+            self.assertEqual(text[start:end], expected)
+
     def test_mistakes_of_a_few_lines(self):
         found = {
             (m.line, m.original, " ".join(m.mutated.split()))
@@ -110,6 +116,15 @@ class Text(unittest.TestCase):
         self.assertFalse(
             [f for f in found if f[0] in (1, 3, 5)], "comments, choices and words of errors"
         )
+
+    def test_conditions_are_negated_whole(self):
+        text = """void F() {
+  if (const int n = Count(); n > limit) return;
+  if (All(row, [](double x) { return Dark(x); })) return;
+}
+"""
+        negated = {m.mutated for m in mistakes.in_text("toy.cc", text) if "!" in m.mutated}
+        self.assertEqual(negated, {"!( n > limit)", "!(All(row, [](double x) { return Dark(x); }))"})
 
     def test_both_versions_are_there_and_lines_stay(self):
         for mistake in mistakes.in_text("toy.cc", TOY):
@@ -181,6 +196,8 @@ class Tree(unittest.TestCase):
             ]
             file.waiting = [mistake("int count = 0", "int count"), mistake("n / 2", "n / 3")]
             tree = mutated_tree.MutatedTree(root, chosen)
+            tree.keep(["core", "session"])
+            self.assertEqual(list(tree.mutants), [1, 2, 3, 4])
             tree.make(["core_test", "storage_test"])
             self.assertIn("do not compile", said.getvalue())
             self.assertEqual(tree.mutants[4].mutated, "n / 3")

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 
+import drawing
 import source_text
 
 HERE = pathlib.Path(__file__).parent
@@ -36,6 +37,10 @@ class MutatedTree:
         while hit := [n for n, m in self.mutants.items() if m.change() in known]:
             for number in hit:
                 self.take_another(number)
+
+    def keep(self, rooms):
+        """Only the mutants of these rooms, with the numbers that they have in the whole draw."""
+        self.mutants = {n: m for n, m in self.mutants.items() if drawing.room_of(m.path) in rooms}
 
     def text(self, path, original):
         mine = [(n, m) for n, m in self.mutants.items() if m.path == path]

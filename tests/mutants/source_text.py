@@ -3,6 +3,7 @@
 import re
 
 BRACKETS = {")": "(", "]": "[", "}": "{"}
+KEYWORD = re.compile(r"\b(return|else|case)\W$")  # what may stand before an expression
 # Blocks of code follow these; blocks of a namespace, a class or an initialiser follow others.
 BEFORE_CODE = re.compile(
     r"(\)|\belse|\bdo|\btry|\bconst|\bnoexcept|\boverride|\bmutable|->[^;{}()]*)\s*$"
@@ -59,6 +60,8 @@ def expression(mask, at):
     """The widest operand around an offset: up to brackets, commas, assignments, ?, : and ;."""
 
     def stops(i):
+        if KEYWORD.search(mask[max(0, i - 6) : i + 2]):
+            return True
         c = mask[i]
         if c in ",;?":
             return True
@@ -90,8 +93,7 @@ def expression(mask, at):
         elif depth == 0 and stops(end):
             break
         end += 1
-    keyword = re.match(r"\s*(return\b|else\b|case\b)?\s*", mask[start:end])
-    start += keyword.end()
+    start += len(mask[start:end]) - len(mask[start:end].lstrip())
     return start, start + len(mask[start:end].rstrip())
 
 
