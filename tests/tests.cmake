@@ -6,11 +6,12 @@ find_package(GTest REQUIRED)
 add_subdirectory(tests/fakes)
 add_subdirectory(tests/preload)
 
-foreach(room core lightfield environment formats rig session capture reconstruct scene preprocess web shard)
+foreach(room core lightfield environment formats rig session capture reconstruct scene preprocess web)
   luxfield_tests(${room} USES luxfield_${room})
 endforeach()
 luxfield_tests(bridges USES luxfield_bridges luxfield_formats)
 luxfield_tests(photometry USES luxfield_photometry luxfield_reconstruct)
+luxfield_tests(shard USES luxfield_shard luxfield_capture)
 if(LUXFIELD_BUILD_BENCH)  # whose scenes and labs these light and measure
   foreach(room render planning bench physics)
     luxfield_tests(${room} USES luxfield_bench)
@@ -110,6 +111,9 @@ if(LUXFIELD_BUILD_BENCH)
   if(TARGET luxfield_view)
     target_compile_definitions(e2e_test PRIVATE LUXFIELD_VIEW)
   endif()
+  # Parallel loops over the system's threads, in place of the room's over TBB.
+  luxfield_tests(device_bench USES luxfield_core)
+  target_sources(device_bench_test PRIVATE device_bench/parallel.cc)
   # Hostile inputs over every verb; a seeded sample of what `./run hostile` runs. Skipped where numpy is missing.
   add_executable(hostile_zygote tests/hostile/zygote.cc)
   target_link_libraries(hostile_zygote PRIVATE luxfield_bench)

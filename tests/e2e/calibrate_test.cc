@@ -218,6 +218,11 @@ TEST_F(Calibrate, SensorAndFlatField) {
                          "-o", "camera.flat.exr"});
   EXPECT_EQ(flat.at("kind"), "measured");  // 1 % of pattern, a third of that in noise
   EXPECT_NEAR(flat.at("pattern").get<double>(), 0.01, 0.001);
+  const Outcome misnamed = RunLuxfield(
+      {"calibrate", "flat-field", "flats", "--calibration", "camera.cal.json", "-o", "flat.exr"},
+      folder_);
+  EXPECT_EQ(misnamed.exit_code, 2);
+  EXPECT_NE(misnamed.err.find("flat.exr must end in .flat.exr"), std::string::npos) << misnamed.err;
 
   Capture("ideal", SensorLab(0.004, 0.1, 8e5, true), kLampPlan);
   Capture("lamp", SensorLab(0.004, 0.1, 8e5, false), kLampPlan);

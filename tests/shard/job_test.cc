@@ -100,6 +100,22 @@ TEST_F(ShardJob, AWholeShardIsNotDoneAgain) {
   EXPECT_EQ(task.runs, 1);
 }
 
+// By which `shard submit` asks a cluster for time and memory.
+TEST_F(ShardJob, AShardSaysWhatItTook) {
+  constexpr std::size_t kMib = 80;
+  FakeTask task(folder_, 4);
+  const Job job = Plan(task, 2);
+  task.before_write = [](int) {
+    std::vector<char> touched(kMib << 20, 1);
+    usleep(20000);
+    EXPECT_EQ(touched[touched.size() / 2], 1);
+  };
+  RunShard(JobFolder(), job, task, 0);
+  const ShardStatus status = StatusOf(JobFolder(), job, Depth::kSizes)[0];
+  EXPECT_GE(status.peak_mib, double{kMib});
+  EXPECT_GE(status.wall_s, 0.02);
+}
+
 TEST_F(ShardJob, PlanningAgainChangesNothingAndAnotherJobIsRefused) {
   const FakeTask task(folder_, 6);
   Plan(task, 2);
