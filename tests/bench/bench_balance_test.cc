@@ -80,7 +80,7 @@ TEST(Feedback, ShowsWhereSamplesGo) {
                                           .reference_samples = 256});
   ASSERT_THAT(feedback.lights, testing::ElementsAre("light 1", "light 2", "environment"));
   ASSERT_EQ(feedback.light_shares.size(), 3u);
-  std::size_t hit = 0, uneven = 0;
+  std::size_t hit = 0, uneven = 0, last_hit = 0;
   for (std::size_t k = 0; k < feedback.light_share.data.size(); ++k) {
     const float share = feedback.light_share.data[k];
     const bool missed = std::isnan(share);
@@ -88,6 +88,7 @@ TEST(Feedback, ShowsWhereSamplesGo) {
     EXPECT_EQ(std::isnan(feedback.face_shares.data[k]), missed);
     if (missed) continue;
     ++hit;
+    last_hit = k;
     uneven += std::abs(share - 0.5f) > 0.1f;
     EXPECT_TRUE(share > 0.024f && share < 0.976f) << share;
     EXPECT_LE(std::abs(feedback.variance_gain.data[k]), 1);
@@ -98,6 +99,7 @@ TEST(Feedback, ShowsWhereSamplesGo) {
   EXPECT_GT(hit, 300u);
   EXPECT_LT(hit, 32u * 24);
   EXPECT_GT(uneven, hit / 4);
+  EXPECT_NE(feedback.variance_gain.data[last_hit], 0);
 
   const auto folder = std::filesystem::path(testing::TempDir()) / "luxfield_feedback_test";
   const auto files = WriteFeedback(feedback, folder);

@@ -52,6 +52,12 @@ TEST(BenchNearfield, RowsHaveEveryKeyAndExactIsExact) {
   const auto few = row("windowed", 16), many = row("windowed", 256);
   EXPECT_LT(many["rel_rmse"].get<double>(), 0.5 * few["rel_rmse"].get<double>());
   EXPECT_LT(std::abs(many["bias"].get<double>()), 0.02);
+  // Samples a frame, of both rates: spp of each pixel that is hit.
+  const auto samples = [](const auto& of) {
+    return of["samples_per_s"].template get<double>() / of["fps"].template get<double>();
+  };
+  EXPECT_GT(samples(few), 0);
+  EXPECT_NEAR(samples(many) / samples(few), 16, 1e-9);
   EXPECT_NO_THROW(row("thesis", 256));
 }
 
