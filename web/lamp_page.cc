@@ -11,6 +11,7 @@
 #include "luxfield/core/json.h"
 #include "luxfield/core/printable.h"
 #include "luxfield/version.h"
+#include "luxfield/web/lamp_volume_json.h"
 
 namespace luxfield::web {
 
@@ -41,22 +42,6 @@ std::string Base64(const std::vector<std::uint8_t>& bytes) {
       text += digit <= left ? kDigits[group >> (18 - 6 * digit) & 63] : '=';
   }
   return text;
-}
-
-std::string IlluminanceUnit(lightfield::FluxUnit unit) {
-  switch (unit) {
-    case lightfield::FluxUnit::kLumen:
-      return "lx";
-    case lightfield::FluxUnit::kWatt:
-      return "W/m\u00b2";
-    case lightfield::FluxUnit::kRelative:
-      return "relative";
-  }
-  throw std::logic_error("unknown flux unit");
-}
-
-std::array<double, 4> Numbers(const Rectangle& r) {
-  return {r.middle.x, r.middle.y, r.half.x, r.half.y};
 }
 
 std::string Metres(double m) {
@@ -142,36 +127,9 @@ std::string PercentText(double share) {
 }
 
 std::string PageJson(const FittedVolume& fitted) {
-  const LampVolume& volume = fitted.volume;
-  core::Json json{{"format", "luxfield lamp volume"},
-                  {"version", 1},
-                  {"delta_m", volume.delta_m},
-                  {"channels", volume.channels},
-                  {"unit", IlluminanceUnit(volume.unit)},
-                  {"on_f", Numbers(volume.bounds.on_f)},
-                  {"on_i", Numbers(volume.bounds.on_i)},
-                  {"floor_share", kFloorShare},
-                  {"stated_error", fitted.stated_error()}};
-  for (std::size_t k = 0; k < volume.tables.size(); ++k) {
-    const LampTable& table = volume.tables[k];
-    core::Json one{{"side", table.side == Side::kFront ? "front" : "between"},
-                   {"first", table.w_first},
-                   {"last", table.w_last},
-                   {"nodes", {table.size.x, table.size.y, table.size.w}},
-                   {"codes", Base64(fitted.packed[k])}};
-    for (const Quantisation& q : table.quantisation) {
-      one["knees"].push_back(q.knee);
-      one["steps"].push_back(q.step);
-    }
-    json["tables"].push_back(one);
-  }
-  for (const ErrorZone& zone : fitted.zones)
-    json["zones"].push_back({{"z_first_m", zone.z_first_m},
-                             {"z_last_m", zone.z_last_m},
-                             {"about_image_plane", zone.on_image_plane},
-                             {"stated_error", zone.stated_error},
-                             {"rel_rmse", zone.rel_rmse},
-                             {"receivers", zone.receivers}});
+  core::Json json = VolumeJson(fitted);
+  for (std::size_t k = 0; k < fitted.packed.size(); ++k)
+    json["tables"][k]["codes"] = Base64(fitted.packed[k]);
   return json.dump();
 }
 

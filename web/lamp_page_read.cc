@@ -1,13 +1,12 @@
 // Reading a lamp's page back (docs/web.md, "The volume").
-#include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/json.h"
 #include "luxfield/core/outputs.h"
 #include "luxfield/web/lamp_page.h"
+#include "luxfield/web/lamp_volume_json.h"
 
 namespace luxfield::web {
 namespace {
@@ -40,27 +39,6 @@ std::vector<std::uint8_t> BytesOfBase64(std::string_view text) {
   return bytes;
 }
 
-Rectangle RectangleOf(const core::Json& numbers) {
-  return {{numbers.at(0), numbers.at(1)}, {numbers.at(2), numbers.at(3)}};
-}
-
-LampTable TableOf(const core::Json& stated, int channels) {
-  LampTable table;
-  table.side = stated.at("side") == "front" ? Side::kFront : Side::kBetween;
-  table.w_first = stated.at("first");
-  table.w_last = stated.at("last");
-  const core::Json& nodes = stated.at("nodes");
-  table.size = {nodes.at(0), nodes.at(1), nodes.at(2)};
-  for (const int n : {table.size.x, table.size.y, table.size.w})
-    if (n < 4 || n > 4096) throw InputError("a table's nodes make no sense");
-  for (int k = 0; k < 3 * channels; ++k)
-    table.quantisation.push_back({stated.at("knees").at(k), stated.at("steps").at(k)});
-  table.codes =
-      UnpackCodes(BytesOfBase64(stated.at("codes").get<std::string>()), table.size, channels);
-  FillFromCodes(table, channels);
-  return table;
-}
-
 }  // namespace
 
 FittedVolume ReadLampPage(const std::filesystem::path& path) {
@@ -70,27 +48,10 @@ FittedVolume ReadLampPage(const std::filesystem::path& path) {
   if (end == text.npos) Damaged(file);
   const core::Json json = core::ParseJson(
       std::string_view(text).substr(begin + kOpening.size(), end - begin - kOpening.size()), file);
-  FittedVolume read;
-  try {
-    read.volume.delta_m = json.at("delta_m");
-    read.volume.channels = json.at("channels");
-    if (read.volume.channels != 1 && read.volume.channels != 3) Damaged(file);
-    read.volume.unit = json.at("unit") == "lx"         ? lightfield::FluxUnit::kLumen
-                       : json.at("unit") == "relative" ? lightfield::FluxUnit::kRelative
-                                                       : lightfield::FluxUnit::kWatt;
-    read.volume.bounds = {RectangleOf(json.at("on_f")), RectangleOf(json.at("on_i"))};
-    for (const core::Json& table : json.at("tables"))
-      read.volume.tables.push_back(TableOf(table, read.volume.channels));
-    for (const core::Json& zone : json.at("zones"))
-      read.zones.push_back({zone.at("z_first_m"), zone.at("z_last_m"), zone.at("about_image_plane"),
-                            zone.at("stated_error"), zone.at("rel_rmse"), zone.at("receivers")});
-  } catch (const core::Json::exception&) {
-    Damaged(file);
-  } catch (const InputError&) {
-    Damaged(file);
-  }
-  if (read.volume.tables.empty()) Damaged(file);
-  return read;
+  return VolumeFromJson(
+      json,
+      [](const core::Json& table) { return BytesOfBase64(table.at("codes").get<std::string>()); },
+      file);
 }
 
 }  // namespace luxfield::web

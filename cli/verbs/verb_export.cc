@@ -36,6 +36,8 @@ const std::vector<ExportFormat>& Formats() {
       {"radiance", Kind::kBridge, {".rad"}},
       {"mitsuba", Kind::kBridge, {".xml"}},
       {"blender", Kind::kBridge, {".json"}},
+      {"gltf", Kind::kBridge, {".glb"}},
+      {"usd", Kind::kBridge, {".usda"}},
   };
   return formats;
 }

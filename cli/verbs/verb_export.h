@@ -11,6 +11,7 @@
 #include "luxfield/formats/export_check.h"
 #include "luxfield/formats/ray_formats.h"
 #include "luxfield/lightfield/posed_light_field.h"
+#include "luxfield/web/lamp_volume_fit.h"
 
 namespace luxfield::cli {
 
@@ -55,6 +56,17 @@ core::Json ExportPage(const ExportOptions& options, const ExportFormat& format,
                       const Fields& fields);
 core::Json ExportBridge(const ExportOptions& options, const ExportFormat& format,
                         const Fields& fields);
+
+// The field of a lamp that has one, in the luminaire's own frame. Throws InputError naming the file of
+// others.
+const lightfield::LightField& OnlyField(const ExportOptions& options, const Fields& fields,
+                                        const char* what);
+
+// A page's or a glTF file's volume, as read back, at the receivers that its error was measured at.
+formats::ExportCheck CheckVolume(const web::FittedVolume& read, const lightfield::LightField& field,
+                                 const web::FitOptions& fit);
+// Prints how far it is off, and the rows of --json.
+core::Json ReportZones(const web::FittedVolume& fitted);
 
 // Prints the checks and returns their rows of --json. Throws an Error of exit code 1 where one does
 // not hold.

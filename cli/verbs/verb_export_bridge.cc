@@ -3,8 +3,10 @@
 
 #include <filesystem>
 
+#include "luxfield/bridges/gltf_lamp.h"
 #include "luxfield/bridges/lamp_atlas.h"
 #include "luxfield/bridges/radiance_source.h"
+#include "luxfield/bridges/usd_lamp.h"
 #include "luxfield/cli/verbs/verb_export.h"
 #include "luxfield/core/error.h"
 
@@ -65,14 +67,50 @@ core::Json ToBlender(const ExportOptions& options, const ExportFormat& format,
   return {{"format", format.name}, {"files", FileNames(files)}};
 }
 
+core::Json ToGltf(const ExportOptions& options, const ExportFormat& format, const Fields& fields) {
+  const lightfield::LightField& field = OnlyField(options, fields, "a glTF light");
+  web::FitOptions fit;
+  fit.seed = options.seed;
+  const auto written = bridges::WriteGltfLamp(options.output, field, options.field, fit);
+  fmt::print("{}: a glTF file of {}: LUXFIELD_light_field, EXT_lights_ies, KHR_lights_punctual\n",
+             options.output, FormatBytes(double(written.bytes)));
+  const core::Json zones = ReportZones(written.fitted);
+  core::Json json{{"format", format.name},
+                  {"files", {options.output}},
+                  {"bytes", written.bytes},
+                  {"stated_error", written.fitted.stated_error()},
+                  {"zones", zones}};
+  if (options.check)
+    json["check"] = ReportChecks(options, format,
+                                 {CheckVolume(bridges::ReadGltfLamp(options.output), field, fit)});
+  return json;
+}
+
+core::Json ToUsd(const ExportOptions& options, const ExportFormat& format, const Fields& fields) {
+  const auto written = bridges::WriteUsdLamp(
+      options.output, OnlyField(options, fields, "a rectangle of UsdLux"), options.field);
+  fmt::print("{}: a rectangle with an intensity profile for OpenUSD, and beside it",
+             options.output);
+  PrintOthers(written.files);
+  core::Json deviations = core::Json::array();
+  for (const bridges::FarDeviation& d : written.deviations) {
+    fmt::print("  at {:>5g} m    {:.2g} % of the brightest off, at most\n", d.distance_m,
+               100 * d.largest);
+    deviations.push_back({{"distance_m", d.distance_m}, {"largest", d.largest}});
+  }
+  return {{"format", format.name}, {"files", FileNames(written.files)}, {"deviations", deviations}};
+}
+
 }  // namespace
 
 core::Json ExportBridge(const ExportOptions& options, const ExportFormat& format,
                         const Fields& fields) {
+  if (format.name == "gltf") return ToGltf(options, format, fields);
   if (options.check)
     throw InputError(fmt::format(
         "--check does not run {}; drop it: docs/bridges.md says how far it is off", format.name));
   if (format.name == "mitsuba") return ToMitsuba(options, format, fields);
+  if (format.name == "usd") return ToUsd(options, format, fields);
   if (format.name == "blender") return ToBlender(options, format, fields);
   return ToRadiance(options, format, fields);
 }

@@ -11,12 +11,17 @@
 
 namespace luxfield::cli {
 
-namespace {
+const lightfield::LightField& OnlyField(const ExportOptions& options, const Fields& fields,
+                                        const char* what) {
+  if (fields.size() != 1 || fields.front().luminaire_from_field != lightfield::RigidPose{})
+    throw InputError(
+        options.field, fmt::format("holds {} light fields with frames of their own", fields.size()),
+        fmt::format("{} holds one pair of planes; import the lamp again with one face", what));
+  return fields.front().field;
+}
 
-// The page read back, at the receivers that its error was measured at.
-formats::ExportCheck CheckPage(const ExportOptions& options, const lightfield::LightField& field,
-                               const web::FitOptions& fit) {
-  const web::FittedVolume read = web::ReadLampPage(options.output);
+formats::ExportCheck CheckVolume(const web::FittedVolume& read, const lightfield::LightField& field,
+                                 const web::FitOptions& fit) {
   formats::ExportCheck check{"exact light field from 2 cm to 20 m, as docs/web.md counts it"};
   check.stated_error = read.stated_error();
   for (web::ErrorZone zone : read.zones) {
@@ -28,24 +33,10 @@ formats::ExportCheck CheckPage(const ExportOptions& options, const lightfield::L
   return check;
 }
 
-}  // namespace
-
-core::Json ExportPage(const ExportOptions& options, const ExportFormat& format,
-                      const Fields& fields) {
-  if (fields.size() != 1 || fields.front().luminaire_from_field != lightfield::RigidPose{})
-    throw InputError(options.field,
-                     fmt::format("holds {} light fields with frames of their own", fields.size()),
-                     "a page shows one pair of planes; import the lamp again with one face");
-  const std::filesystem::path file = options.field;
-  web::FitOptions fit;
-  fit.seed = options.seed;
-  const web::PageResult result = web::WriteLampPage(
-      options.output, fields.front().field,
-      {file.stem().stem().string(), file.filename().string(), core::Sha256OfFile(file)}, fit);
-  fmt::print("{}: a page of {}\n", options.output, FormatBytes(double(result.bytes)));
+core::Json ReportZones(const web::FittedVolume& fitted) {
   fmt::print("  {:<28} {:>13} {:>14}\n", "height above F", "stated error", "relative RMSE");
   core::Json zones = core::Json::array();
-  for (const web::ErrorZone& zone : result.fitted.zones) {
+  for (const web::ErrorZone& zone : fitted.zones) {
     fmt::print("  {:<28} {:>13} {:>14}\n",
                fmt::format("{:.4g} to {:.4g} m{}", zone.z_first_m, zone.z_last_m,
                            zone.on_image_plane ? " (about I)" : ""),
@@ -57,12 +48,27 @@ core::Json ExportPage(const ExportOptions& options, const ExportFormat& format,
                      {"rel_rmse", zone.rel_rmse},
                      {"receivers", zone.receivers}});
   }
+  return zones;
+}
+
+core::Json ExportPage(const ExportOptions& options, const ExportFormat& format,
+                      const Fields& fields) {
+  const lightfield::LightField& field = OnlyField(options, fields, "a page");
+  const std::filesystem::path file = options.field;
+  web::FitOptions fit;
+  fit.seed = options.seed;
+  const web::PageResult result = web::WriteLampPage(
+      options.output, field,
+      {file.stem().stem().string(), file.filename().string(), core::Sha256OfFile(file)}, fit);
+  fmt::print("{}: a page of {}\n", options.output, FormatBytes(double(result.bytes)));
+  const core::Json zones = ReportZones(result.fitted);
   core::Json json{{"format", format.name},
                   {"bytes", result.bytes},
                   {"stated_error", result.fitted.stated_error()},
                   {"zones", zones}};
   if (options.check)
-    json["check"] = ReportChecks(options, format, {CheckPage(options, fields.front().field, fit)});
+    json["check"] =
+        ReportChecks(options, format, {CheckVolume(web::ReadLampPage(options.output), field, fit)});
   return json;
 }
 
