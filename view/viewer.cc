@@ -8,11 +8,13 @@
 #include <iterator>
 
 #include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/view/documents/open_input.h"
 #include "luxfield/view/panels/help_panel.h"
 #include "luxfield/view/panels/look_panel.h"
 #include "luxfield/view/panels/picture_area.h"
+#include "luxfield/view/panels/readings_panel.h"
 #include "luxfield/view/panels/shown_picture.h"
 #include "luxfield/view/window/keys.h"
 #include "luxfield/view/window/screenshot.h"
@@ -26,6 +28,7 @@ constexpr double kBusy_s = 0.05;    // longest wait for an event while pictures 
 constexpr double kActive_s = 0.01;  // while hands are at work, and for a while after
 constexpr double kAfterwards_s = 0.4;
 constexpr double kPanelWidth = 21;  // in heights of a letter
+constexpr double kOneLine = 80;     // likewise: windows as wide have a last line that is only one
 constexpr double kMiddleGrey = 0.18;
 
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
@@ -38,9 +41,10 @@ class Viewer {
   explicit Viewer(const ViewerOptions& options)
       : options_(options),
         window_("luxfield " + options.input.file.filename().string(), options.size),
-        document_(OpenInput(options.input)),
+        document_(OpenInput(options.input, options.wait)),
         bare_(options.bare) {
     if (options.look) look_ = *options.look;
+    if (!options.reference.empty()) reference_ = core::ReadExrImage(options.reference);
   }
 
   ViewerResult Run() {
@@ -95,12 +99,12 @@ class Viewer {
     const render::Frame* frame = document_->picture();
     if (frame) {
       ChooseExposure(*frame);
-      shown_.Update(*document_, look_);
+      shown_.Update(*document_, look_, reference());
     }
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     const float panel =
         bare_ ? 0 : std::min(static_cast<float>(kPanelWidth) * ImGui::GetFontSize(), 0.5f * size.x);
-    const float bar = bare_ ? 0 : ImGui::GetFrameHeightWithSpacing();
+    const float bar = bare_ ? 0 : BarHeight(size.x);
     ReadKeys();
     DrawMiddle(ImVec2(size.x - panel, size.y - bar));
     if (!bare_) {
@@ -133,7 +137,10 @@ class Viewer {
     if (ImGui::IsKeyPressed(key::k1, false)) look_.tone = Tone::kExponential;
     if (ImGui::IsKeyPressed(key::k2, false)) look_.tone = Tone::kLinear;
     if (ImGui::IsKeyPressed(key::k3, false)) look_.tone = Tone::kFalseColour;
-    if (ImGui::IsKeyPressed(key::kDelete, false)) probes_.clear();
+    if (ImGui::IsKeyPressed(key::k4, false)) look_.tone = Tone::kExponentialHue;
+    if (ImGui::IsKeyPressed(key::k5, false)) look_.tone = Tone::kFilmic;
+    if (ImGui::IsKeyPressed(key::kL, false)) look_.contours = !look_.contours;
+    if (ImGui::IsKeyPressed(key::kDelete, false)) readings_.Clear();
     const double third = std::exp2(1.0 / 3);
     double& exposure = look_.tone == Tone::kLinear ? look_.exposure : look_.k;
     if (ImGui::IsKeyPressed(key::kPlus) || ImGui::IsKeyPressed(key::kPadPlus)) exposure *= third;
@@ -163,10 +170,10 @@ class Viewer {
     if (document_->picture()) {
       area_.Draw(*document_, shown_.texture());
       pointer_ = area_.pointer();
-      if (area_.double_clicked()) probes_.push_back(*pointer_);
-      for (std::size_t i = 0; i < probes_.size(); ++i)
-        area_.Mark(probes_[i], static_cast<int>(i) + 1);
-      if (area_.motion().Moves()) document_->Move(area_.motion());
+      const bool taken = !bare_ && document_->DrawOver(area_.rect(), area_.hovered());
+      if (area_.double_clicked() && !taken) readings_.Add(*pointer_);
+      readings_.Mark(area_);
+      if (area_.motion().Moves() && !taken) document_->Move(area_.motion());
     } else {
       document_->DrawMain();
     }
@@ -179,37 +186,35 @@ class Viewer {
     ImGui::SetNextWindowSize(size);
     ImGui::Begin("panel", nullptr, kFixed);
     ImGui::PushItemWidth(0.6f * ImGui::GetContentRegionAvail().x);
+    ImGui::PushTextWrapPos(0);  // at the panel's edge
     if (const render::Frame* frame = document_->picture())
-      DrawLookPanel(*frame, shown_.scale(), look_);
+      DrawLookPanel(*frame, shown_.scale(), reference(), look_);
     document_->DrawPanel();
-    DrawProbes();
+    if (document_->picture()) readings_.Draw(*document_, look_);
     ImGui::Spacing();
     ImGui::TextDisabled("F1: keys and mouse");
+    ImGui::PopTextWrapPos();
     ImGui::PopItemWidth();
     ImGui::End();
   }
 
+  const core::Image* reference() const { return reference_ ? &*reference_ : nullptr; }
+
   std::optional<Reading> ReadingAt(PicturePlace place) const {
-    const render::Frame& frame = *document_->picture();
-    auto reading = ReadAt(frame, static_cast<int>(place.x * frame.width),
-                          static_cast<int>(place.y * frame.height));
-    if (!reading) return {};
-    // Pixels are counted in the whole picture, of which a preview has fewer.
-    reading->column = static_cast<int>(place.x * document_->picture_size().width);
-    reading->row = static_cast<int>(place.y * document_->picture_size().height);
-    return reading;
+    const WindowSize whole = document_->picture_size();
+    return ReadAtPlace(*document_->picture(), place, whole.width, whole.height);
   }
 
-  void DrawProbes() {
-    const render::Frame* frame = document_->picture();
-    if (!frame || probes_.empty()) return;
-    if (!ImGui::CollapsingHeader("Probes", ImGuiTreeNodeFlags_DefaultOpen)) return;
-    for (std::size_t i = 0; i < probes_.size(); ++i)
-      if (const auto reading = ReadingAt(probes_[i]))
-        ImGui::TextWrapped("%zu: %s", i + 1, Describe(*reading, frame->unit).c_str());
+  static bool IsOneLine(float width) {
+    return width >= static_cast<float>(kOneLine) * ImGui::GetFontSize();
+  }
+  static float BarHeight(float width) {
+    const float one = ImGui::GetFrameHeightWithSpacing();
+    return IsOneLine(width) ? one : one + ImGui::GetTextLineHeightWithSpacing();
   }
 
-  // The last line: on the left the value under the pointer, on the right how far the picture is.
+  // The last line: on the left the value under the pointer, on the right how far the picture is; in
+  // narrow windows below it.
   void DrawBar(ImVec2 at, ImVec2 size) {
     ImGui::SetNextWindowPos(at);
     ImGui::SetNextWindowSize(size);
@@ -220,8 +225,10 @@ class Viewer {
       if (const auto reading = ReadingAt(*pointer_))
         ImGui::TextUnformatted(Describe(*reading, document_->picture()->unit).c_str());
     const std::string status = document_->Status();
+    const float below = IsOneLine(size.x) ? 0 : ImGui::GetTextLineHeightWithSpacing();
     ImGui::SetCursorPos(
-        ImVec2(size.x - ImGui::CalcTextSize(status.c_str()).x - 2 * padding.x, padding.y));
+        ImVec2(std::max(padding.x, size.x - ImGui::CalcTextSize(status.c_str()).x - 2 * padding.x),
+               padding.y + below));
     ImGui::TextUnformatted(status.c_str());
     ImGui::End();
     ImGui::PopStyleVar();
@@ -251,10 +258,11 @@ class Viewer {
   ShownPicture shown_;
   PictureArea area_;
   Look look_;
+  std::optional<core::Image> reference_;
   bool bare_ = false, help_ = false, exposure_chosen_ = false;
   double active_until_s_ = 0;
   std::optional<PicturePlace> pointer_;
-  std::vector<PicturePlace> probes_;
+  ReadingsPanel readings_;
   int frames_ = 0, settled_frames_ = 0;
 };
 

@@ -14,8 +14,10 @@ namespace luxfield::view {
 struct ViewerOptions {
   SceneOptions input;
   WindowSize size{1280, 800};
+  bool wait = false;  // for a session that is not there yet
   bool bare = false;  // the picture alone, without panels
   std::optional<Look> look;
+  std::filesystem::path reference;  // radiance that Layer::kLab compares with; empty: none
   // Not empty: the window's picture is written there as a PNG, and the viewer ends: after `frames`
   // frames that show what was opened, or when it will not change any more.
   std::filesystem::path screenshot;

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "luxfield/capture/plan/session_edges.h"
 #include "luxfield/capture/take/capture.h"
@@ -13,6 +14,7 @@
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/cli/reports/capture_report.h"
+#include "luxfield/cli/verbs/session_window.h"
 #include "luxfield/core/pause.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/core/warning.h"
@@ -25,7 +27,7 @@ namespace {
 
 struct Options {
   std::string plan, session, lab;
-  bool resume = false, dry_run = false, accept_drift = false;
+  bool resume = false, dry_run = false, accept_drift = false, view = false;
 };
 
 // A plan that only takes frames: of `what`, by run(plan, devices, session, how).
@@ -74,6 +76,8 @@ core::Json Run(const Options& options, std::optional<std::uint64_t> seed) {
   // frames do not pause.
   core::InstallPauseHandler();
   const core::Config config = core::Config::FromFile(options.plan);
+  std::optional<SessionWindow> window;
+  if (options.view && !options.dry_run) window.emplace(options.session);
   const auto devices = [&](const hal::StageBounds& stage = {}) {
     return hal::MakeDevices(options.lab, seed, stage);
   };
@@ -122,6 +126,8 @@ void AddCapture(Program& program) {
   verb.add_flag("--resume", options->resume, "Go on with a paused or interrupted session");
   verb.add_flag("--dry-run", options->dry_run,
                 "Print the expanded plan, time and bytes; move and write nothing");
+  verb.add_flag("--view", options->view,
+                "Also open `luxfield view` on the session, in a window of its own that stays");
   verb.add_flag("--accept-drift", options->accept_drift,
                 "Go on although the lamp drifts beyond the plan's bound, without suspending");
 }

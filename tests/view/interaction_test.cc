@@ -10,6 +10,8 @@
 #include <thread>
 
 #include "luxfield/core/json.h"
+#include "luxfield/scene/scene.h"
+#include "luxfield/view/scene_file/lamp_handles.h"
 #include "tests/e2e/program.h"
 #include "tests/view/scene_file.h"
 #include "tests/view/virtual_display.h"
@@ -133,6 +135,47 @@ TEST_F(InteractionTest, ADragTurnsTheCamera) {
   const core::Json after = json_["readings"][0];
   ASSERT_TRUE(before.contains("position_m"));
   EXPECT_TRUE(!after.contains("position_m") || after["position_m"] != before["position_m"]);
+}
+
+// The arrow along x: the lamp goes where the pointer takes it, and the file says so after saving.
+TEST_F(InteractionTest, AHandleMovesALampAndItIsSaved) {
+  const scene::Camera camera = scene::ReadScene(folder_ / "scene.toml").camera;
+  const LampPlacement before = ReadPlacements(folder_ / "scene.toml").at(0);
+  const lightfield::Vec3 axis{1, 0, 0};
+  const PicturePoint tip =
+      *SeenAt(camera, before.position + 0.12 * HeightAt(camera, before.position) * axis);
+  // The picture's pixels stand twice as large in the middle of what panel and bar leave.
+  constexpr int kScale = 2, kLeft = 2, kTop = 58, kDrag = 36;
+  const int column = kLeft + static_cast<int>(kScale * tip.column),
+            row = kTop + static_cast<int>(kScale * tip.row);
+  const std::string text = e2e::ReadText(folder_ / "scene.toml");
+  ViewWith([&](const std::string& window) {
+    // Until there is a picture, of which the first one needs tables, hands take hold of nothing.
+    for (int i = 0; i < 60 && e2e::ReadText(folder_ / "scene.toml") == text; ++i) {
+      Hand({"mousemove", "--window", window, std::to_string(column), std::to_string(row)});
+      Hold();
+      Hand({"mousedown", "1"});
+      Hold();
+      Hand({"mousemove_relative", std::to_string(kDrag), "0"});
+      Hold();
+      Hand({"mouseup", "1"});
+      Hold();
+      Hand({"keydown", "ctrl", "keydown", "s"});
+      Hold();
+      Hand({"keyup", "s", "keyup", "ctrl"});
+      Hold();
+    }
+  });
+  const LampPlacement after = ReadPlacements(folder_ / "scene.toml").at(0);
+  const auto along = [&](double right) {
+    return AlongAxis(camera, {tip.column + right / kScale, tip.row}, before.position, axis).value();
+  };
+  // The hand may have taken hold some pixels off.
+  EXPECT_NEAR(after.position.x - before.position.x, along(kDrag) - along(0),
+              0.25 * (along(kDrag) - along(0)));
+  EXPECT_EQ(after.position.y, before.position.y);
+  EXPECT_EQ(after.position.z, before.position.z);
+  EXPECT_THAT(e2e::ReadText(folder_ / "scene.toml"), testing::HasSubstr("# A lamp over a floor."));
 }
 
 TEST_F(InteractionTest, AWindowThatIsResizedToNothingComesBack) {

@@ -89,7 +89,7 @@ TEST(Look, FalseColoursAreThoseOfTheWrittenMap) {
   look.tone = Tone::kFalseColour;
   render::WriteFalseColour(path, frame.radiance, "luminance", "cd/m2");
   EXPECT_EQ(WithoutAlpha(ColoursOf(frame, look)), BytesOfPng(path, 200, 160));
-  look.irradiance = true;
+  look.layer = Layer::kIrradiance;
   look.scale = render::FalseColourScale{0.5, 300};
   render::WriteFalseColour(path, frame.irradiance, "illuminance", "lx", *look.scale);
   EXPECT_EQ(WithoutAlpha(ColoursOf(frame, look)), BytesOfPng(path, 200, 160));
@@ -101,8 +101,8 @@ TEST(Look, APictureWithoutIrradianceShowsItsRadiance) {
   frame.irradiance = {};
   Look look;
   look.tone = Tone::kFalseColour;
-  look.irradiance = true;
-  EXPECT_EQ(&Shown(frame, look), &frame.radiance);
+  look.layer = Layer::kIrradiance;
+  EXPECT_EQ(ShownLayer(frame, look, nullptr), Layer::kRadiance);
 }
 
 }  // namespace

@@ -146,7 +146,7 @@ TEST_F(RecordingTest, OptionsThatMakeNoSenseAreRefused) {
            {{}, "--output"},
            {{"-o", "x.avi"}, "neither a folder nor a video"},
            {{"-o", "file"}, "is a file"},
-           {{"-o", "f", "--screenshot", "s.png"}, "--record opens no window"}}) {
+           {{"-o", "f", "--screenshot", "s.png"}, "open no window"}}) {
     const Outcome outcome = Record(words);
     EXPECT_EQ(outcome.exit_code, 2) << said;
     EXPECT_THAT(outcome.err, HasSubstr(said));

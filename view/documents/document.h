@@ -26,6 +26,11 @@ struct Motion {
   }
 };
 
+// Where a picture stands in the window, in ImGui's coordinates.
+struct PictureRect {
+  double left = 0, top = 0, width = 0, height = 0;
+};
+
 class Document {
  public:
   virtual ~Document() = default;
@@ -42,6 +47,9 @@ class Document {
   virtual bool DrawsItself() const { return false; }
   // Draws what is no picture into the ImGui window that is begun.
   virtual void DrawMain() {}
+  // Draws over its picture, likewise, and reads the mouse while it is `hovered`; whether the mouse is
+  // at something there, so that it moves nothing else.
+  virtual bool DrawOver(const PictureRect& /*area*/, bool /*hovered*/) { return false; }
   // Its part of the side panel, likewise.
   virtual void DrawPanel() {}
   // Moves the camera, where there is one; else the viewer moves the picture.

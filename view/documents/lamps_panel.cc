@@ -70,6 +70,7 @@ bool LampsPanel::Draw(LampEditor& editor) {
   const auto with_control = [&](Key pressed) {
     return io.KeyCtrl && !io.WantTextInput && ImGui::IsKeyPressed(pressed, false);
   };
+  if (!io.WantTextInput && ImGui::IsKeyPressed(key::kG, false)) handles_ = !handles_;
   bool undo = with_control(key::kZ), redo = with_control(key::kY), save = with_control(key::kS);
   if (ImGui::CollapsingHeader("Lamps", ImGuiTreeNodeFlags_DefaultOpen) && !editor.lamps().empty()) {
     for (std::size_t i = 0; i < editor.lamps().size(); ++i) {
@@ -79,6 +80,9 @@ bool LampsPanel::Draw(LampEditor& editor) {
       ImGui::PopID();
     }
     changed = DrawNumbers(editor);
+    ImGui::Checkbox("handles in the picture", &handles_);
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("arrows move the lamp, the ring aims it, dots choose another (G)");
     undo |= ImGui::Button("Undo");
     ImGui::SameLine();
     redo |= ImGui::Button("Redo");

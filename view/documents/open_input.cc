@@ -16,7 +16,10 @@ using core::FileKind;
 
 constexpr char kRemedy[] = "name a scene.toml, an .lf.exr, an .exr picture or a session's folder";
 
-std::unique_ptr<Document> Open(const SceneOptions& options) {
+std::unique_ptr<Document> Open(const SceneOptions& options, bool wait) {
+  if (wait && !std::filesystem::exists(options.file / "plan.json") &&
+      (!std::filesystem::exists(options.file) || std::filesystem::is_directory(options.file)))
+    return OpenSession(options.file, wait);
   switch (KindOfInput(options.file)) {
     case InputKind::kScene:
       return OpenScene(options, SceneKind::kScene);
@@ -27,7 +30,7 @@ std::unique_ptr<Document> Open(const SceneOptions& options) {
     case InputKind::kSession:
       break;
   }
-  return OpenSession(options.file);
+  return OpenSession(options.file, wait);
 }
 
 }  // namespace
@@ -44,9 +47,22 @@ InputKind KindOfInput(const std::filesystem::path& file) {
   throw InputError(file.string(), "is nothing that can be looked at", kRemedy);
 }
 
-std::unique_ptr<Document> OpenInput(const SceneOptions& options) {
+SceneKind KindToLight(const std::filesystem::path& file) {
+  switch (KindOfInput(file)) {
+    case InputKind::kScene:
+      return SceneKind::kScene;
+    case InputKind::kLightField:
+      return SceneKind::kStage;
+    case InputKind::kPicture:
+    case InputKind::kSession:
+      break;
+  }
+  throw InputError(file.string(), "has nothing that moves", "name a scene.toml or an .lf.exr");
+}
+
+std::unique_ptr<Document> OpenInput(const SceneOptions& options, bool wait) {
   try {
-    return Open(options);
+    return Open(options, wait);
   } catch (const std::exception&) {
     return FailedDocument(CurrentFailure());
   }

@@ -8,6 +8,7 @@
 
 #include "luxfield/core/printable.h"
 #include "luxfield/view/documents/failed_document.h"
+#include "luxfield/view/documents/lamp_gizmo.h"
 #include "luxfield/view/documents/lamps_panel.h"
 #include "luxfield/view/lighting/camera_control.h"
 #include "luxfield/view/lighting/lighting_thread.h"
@@ -52,6 +53,15 @@ class SceneDocument : public Document {
     else
       DrawSentence(options_.file.filename().string(),
                    scene_ ? "Building tables ..." : "Reading the scene and its lamps ...");
+  }
+
+  bool DrawOver(const PictureRect& area, bool hovered) override {
+    if (!editor_ || !picture_.frame || !lamps_panel_.handles()) return false;
+    if (gizmo_.Draw(area, hovered, request_.camera, *editor_, lamps_panel_.chosen())) {
+      PlaceLamps();
+      Ask();
+    }
+    return gizmo_.has_mouse();
   }
 
   void DrawPanel() override {
@@ -226,6 +236,7 @@ class SceneDocument : public Document {
   std::optional<CameraControl> control_;
   std::optional<LampEditor> editor_;  // of a scene's file
   LampsPanel lamps_panel_;
+  LampGizmo gizmo_;
   LitRequest request_;
   LitPicture picture_;
   std::optional<double> soft_maps_error_;  // measured last

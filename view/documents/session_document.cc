@@ -9,6 +9,7 @@
 
 #include "luxfield/core/printable.h"
 #include "luxfield/core/progress.h"
+#include "luxfield/view/documents/failed_document.h"
 #include "luxfield/view/session/session_watch.h"
 
 namespace luxfield::view {
@@ -60,14 +61,19 @@ void DrawSeries(const char* name, const std::vector<WatchedValue>& series, const
 
 class SessionDocument : public Document {
  public:
-  explicit SessionDocument(const std::filesystem::path& folder) : watch_(folder) {}
+  SessionDocument(std::filesystem::path folder, bool wait) : folder_(std::move(folder)) {
+    if (!wait) watch_.emplace(folder_);
+  }
 
   void Update() override {
     const auto now = std::chrono::steady_clock::now();
     if (failure_ || now - looked_ < std::chrono::duration<double>(kPoll_s)) return;
     looked_ = now;
     try {
-      watch_.Update();
+      if (watch_)
+        watch_->Update();
+      else if (SessionWatch::IsThere(folder_))
+        watch_.emplace(folder_);
     } catch (const std::exception&) {
       failure_ = CurrentFailure();
     }
@@ -77,8 +83,12 @@ class SessionDocument : public Document {
   double PollingInterval() const override { return kPoll_s; }
   std::optional<Failure> failure() const override { return failure_; }
 
+  // Until there is a session.
+  bool Settled() const override { return watch_ || failure_; }
+
   std::string Status() const override {
-    const WatchedSession& session = watch_.session();
+    if (!watch_) return "waiting";
+    const WatchedSession& session = watch_->session();
     if (session.sealed) return "sealed";
     std::string state = session.suspended ? "suspended: the lamp drifts"
                         : session.paused  ? "paused"
@@ -88,7 +98,10 @@ class SessionDocument : public Document {
   }
 
   void DrawMain() override {
-    const WatchedSession& session = watch_.session();
+    if (failure_) return DrawSentence("This cannot be shown", failure_->sentence);
+    if (!watch_)
+      return DrawSentence(folder_.filename().string(), "Waiting for the capture to begin ...");
+    const WatchedSession& session = watch_->session();
     if (session.positions.empty()) {
       ImGui::Text(
           "A session of a plan of kind \"%s\" has no filter positions; %d frames are there.",
@@ -99,7 +112,8 @@ class SessionDocument : public Document {
   }
 
   void DrawPanel() override {
-    const WatchedSession& session = watch_.session();
+    if (!watch_) return;
+    const WatchedSession& session = watch_->session();
     if (ImGui::CollapsingHeader("Session", ImGuiTreeNodeFlags_DefaultOpen)) {
       ImGui::TextWrapped("%s, a plan of kind %s", core::OnOneLine(session.name).c_str(),
                          session::PlanKindName(session.kind).c_str());
@@ -166,15 +180,16 @@ class SessionDocument : public Document {
     }
   }
 
-  SessionWatch watch_;
+  const std::filesystem::path folder_;
+  std::optional<SessionWatch> watch_;  // empty: waiting for it
   std::chrono::steady_clock::time_point looked_{};
   std::optional<Failure> failure_;
 };
 
 }  // namespace
 
-std::unique_ptr<Document> OpenSession(const std::filesystem::path& folder) {
-  return std::make_unique<SessionDocument>(folder);
+std::unique_ptr<Document> OpenSession(const std::filesystem::path& folder, bool wait) {
+  return std::make_unique<SessionDocument>(folder, wait);
 }
 
 }  // namespace luxfield::view

@@ -9,6 +9,6 @@
 namespace luxfield::view {
 
 // Throws what SessionWatch throws.
-std::unique_ptr<Document> OpenSession(const std::filesystem::path& folder);
+std::unique_ptr<Document> OpenSession(const std::filesystem::path& folder, bool wait);
 
 }  // namespace luxfield::view

@@ -15,14 +15,17 @@ constexpr Line kMouse[] = {
     {"middle button, or Ctrl and left", "look around"},
     {"wheel", "nearer, farther"},
     {"pointer on the picture", "its value stands in the last line"},
-    {"double click", "keep a probe there; Del removes probes"},
+    {"double click", "keep a probe there, two of them a profile; Del removes them"},
 };
 constexpr Line kKeys[] = {
     {"W S A D", "fly forwards, back, left, right; with Shift four times as fast"},
     {"E Q", "fly up, down"},
     {"R", "the camera as in the file"},
     {"1 2 3", "exponential, linear, false colour"},
+    {"4 5", "exponential and filmic, with the hue kept"},
+    {"L", "lines of equal value in false colour"},
     {"+ -", "exposure by a third of a stop"},
+    {"G", "handles on the lamps, and without"},
     {"H", "the picture alone, and back"},
     {"F1", "this help"},
     {"Ctrl and Z, Y, S", "undo, do again, save lamps"},

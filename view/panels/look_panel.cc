@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "luxfield/core/colour.h"
 #include "luxfield/lightfield/light_field.h"
@@ -22,13 +23,39 @@ bool SliderOfStops(const char* name, double& value) {
   return true;
 }
 
-std::string QuantityOf(const render::Frame& frame, const Look& look) {
-  const bool lumen = frame.unit == lightfield::FluxUnit::kLumen;
-  if (&Shown(frame, look) == &frame.irradiance)
-    return std::string(lumen ? "illuminance" : "irradiance") + " in " +
-           render::IrradianceUnitName(frame.unit) + ", direct light only";
-  return std::string(lumen ? "luminance" : "radiance") + " in " +
-         render::RadianceUnitName(frame.unit);
+struct Choice {
+  int value;
+  const char* name;
+};
+
+template <typename Enum>
+constexpr Choice Named(Enum value, const char* name) {
+  return {static_cast<int>(value), name};
+}
+
+constexpr Choice kTones[] = {
+    Named(Tone::kExponential, "exponential"), Named(Tone::kExponentialHue, "exponential, hue kept"),
+    Named(Tone::kFilmic, "filmic, hue kept"), Named(Tone::kLinear, "linear"),
+    Named(Tone::kFalseColour, "false colour")};
+constexpr Choice kLayers[] = {
+    Named(Layer::kRadiance, "reflected light"),
+    Named(Layer::kIrradiance, "arriving light"),
+    Named(Layer::kCoverage, "coverage"),
+    Named(Layer::kSamples, "samples a pixel"),
+    Named(Layer::kNoise, "noise"),
+    Named(Layer::kLab, "Lab difference"),
+};
+
+// A list of which one is chosen, those alone that `has` takes.
+template <typename Enum, std::size_t N, typename Has>
+void Choose(const char* label, const Choice (&choices)[N], Enum& chosen, const Has& has) {
+  const auto of = [](const Choice& choice) { return static_cast<Enum>(choice.value); };
+  const auto now = std::ranges::find(choices, static_cast<int>(chosen), &Choice::value);
+  if (!ImGui::BeginCombo(label, now->name)) return;
+  for (const Choice& choice : choices)
+    if (has(of(choice)) && ImGui::Selectable(choice.name, of(choice) == chosen))
+      chosen = of(choice);
+  ImGui::EndCombo();
 }
 
 ImU32 ColourAt(double position) {
@@ -38,9 +65,34 @@ ImU32 ColourAt(double position) {
                                                static_cast<float>(colour[2]), 1));
 }
 
-// A bar from the lowest value on the left to the highest, with ticks at 1 of every decade and at 2
-// and 5 where these have room.
-void DrawLegend(const render::FalseColourScale& scale) {
+struct Tick {
+  double position, value;
+};
+
+// 1, 2 and 5 of every decade; of linear scales every tenth.
+std::vector<Tick> TicksOf(const render::FalseColourScale& scale, Layer layer) {
+  constexpr int kTenths = 10;
+  std::vector<Tick> ticks;
+  if (IsLinear(layer)) {
+    for (int i = 0; i <= kTenths; ++i) {
+      const double position = static_cast<double>(i) / kTenths;
+      ticks.push_back({position, std::lerp(scale.min, scale.max, position)});
+    }
+    return ticks;
+  }
+  for (int decade = static_cast<int>(std::floor(std::log10(scale.min)));
+       decade <= std::ceil(std::log10(scale.max)); ++decade)
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double value = factor * std::pow(10.0, decade);
+      if (value < scale.min * 0.999 || value > scale.max * 1.001) continue;
+      ticks.push_back({*PositionOn(scale, layer, value), value});
+    }
+  return ticks;
+}
+
+// A bar from the lowest value on the left to the highest, with ticks, and labels where these have
+// room.
+void DrawLegend(const render::FalseColourScale& scale, Layer layer) {
   const float line = ImGui::GetTextLineHeight(), width = ImGui::GetContentRegionAvail().x;
   const ImVec2 at = ImGui::GetCursorScreenPos();
   ImDrawList* list = ImGui::GetWindowDrawList();
@@ -49,35 +101,36 @@ void DrawLegend(const render::FalseColourScale& scale) {
                         ImVec2(at.x + width * static_cast<float>(i + 1) / kSteps, at.y + line),
                         ColourAt((i + 0.5) / kSteps));
   const ImU32 ink = ImGui::GetColorU32(ImGuiCol_Text);
-  const double decades = std::log10(scale.max / scale.min);
   float free_from = at.x;  // where no label stands yet
-  for (int decade = static_cast<int>(std::floor(std::log10(scale.min)));
-       decade <= std::ceil(std::log10(scale.max)); ++decade)
-    for (const double factor : {1.0, 2.0, 5.0}) {
-      const double value = factor * std::pow(10.0, decade);
-      if (value < scale.min * 0.999 || value > scale.max * 1.001) continue;
-      const float x = at.x + width * static_cast<float>(std::log10(value / scale.min) / decades);
-      list->AddLine(ImVec2(x, at.y + line), ImVec2(x, at.y + 1.3f * line), ink);
-      const std::string label = render::TickLabel(value);
-      const float size = ImGui::CalcTextSize(label.c_str()).x;
-      const float left = std::clamp(x - 0.5f * size, at.x, at.x + width - size);
-      if (left < free_from) continue;
-      list->AddText(ImVec2(left, at.y + 1.3f * line), ink, label.c_str());
-      free_from = left + size + 0.5f * line;
-    }
+  for (const Tick& tick : TicksOf(scale, layer)) {
+    const float x = at.x + width * static_cast<float>(tick.position);
+    list->AddLine(ImVec2(x, at.y + line), ImVec2(x, at.y + 1.3f * line), ink);
+    const std::string label = render::TickLabel(tick.value);
+    const float size = ImGui::CalcTextSize(label.c_str()).x;
+    const float left = std::clamp(x - 0.5f * size, at.x, at.x + width - size);
+    if (left < free_from) continue;
+    list->AddText(ImVec2(left, at.y + 1.3f * line), ink, label.c_str());
+    free_from = left + size + 0.5f * line;
+  }
   ImGui::Dummy(ImVec2(width, 2.6f * line));
 }
 
-void DrawScale(const render::Frame& frame, render::FalseColourScale scale, Look& look) {
-  if (!frame.irradiance.data.empty()) {
-    int shown = look.irradiance ? 1 : 0;
-    ImGui::RadioButton("reflected", &shown, 0);
-    ImGui::SameLine();
-    ImGui::RadioButton("arriving", &shown, 1);
-    look.irradiance = shown == 1;
+void DrawScale(const render::Frame& frame, render::FalseColourScale scale,
+               const core::Image* reference, Look& look) {
+  const Layer before = look.layer;
+  Choose("of", kLayers, look.layer, [&](Layer layer) { return HasLayer(frame, layer, reference); });
+  if (look.layer != before) {
+    look.scale.reset();
+    return;  // the scale is that of the layer before
   }
-  ImGui::TextUnformatted(QuantityOf(frame, look).c_str());
-  DrawLegend(scale);
+  const Layer layer = ShownLayer(frame, look, reference);
+  ImGui::TextWrapped("%s", QuantityOf(layer, frame.unit).c_str());
+  DrawLegend(scale, layer);
+  ImGui::Checkbox(layer == Layer::kIrradiance ? "isolux lines" : "lines of equal value",
+                  &look.contours);
+  if (ImGui::IsItemHovered())
+    ImGui::SetTooltip(IsLinear(layer) ? "at every tenth of the scale"
+                                      : "at 1, 2 and 5 of every decade");
   bool automatic = !look.scale;
   if (ImGui::Checkbox("range from the picture", &automatic)) {
     if (automatic)
@@ -88,29 +141,33 @@ void DrawScale(const render::Frame& frame, render::FalseColourScale scale, Look&
   if (automatic) return;
   ImGui::InputDouble("lowest", &scale.min, 0, 0, "%.4g");
   ImGui::InputDouble("highest", &scale.max, 0, 0, "%.4g");
-  if (scale.min > 0 && scale.max > scale.min) look.scale = scale;
+  const bool possible = IsLinear(layer) ? scale.min >= 0 : scale.min > 0;
+  if (possible && scale.max > scale.min) look.scale = scale;
 }
 
 }  // namespace
 
-void DrawLookPanel(const render::Frame& frame, const render::FalseColourScale& scale, Look& look) {
+void DrawLookPanel(const render::Frame& frame, const render::FalseColourScale& scale,
+                   const core::Image* reference, Look& look) {
   if (!ImGui::CollapsingHeader("Tone", ImGuiTreeNodeFlags_DefaultOpen)) return;
-  int tone = static_cast<int>(look.tone);
-  ImGui::RadioButton("exponential", &tone, static_cast<int>(Tone::kExponential));
-  ImGui::SameLine();
-  ImGui::RadioButton("linear", &tone, static_cast<int>(Tone::kLinear));
-  ImGui::SameLine();
-  ImGui::RadioButton("false colour", &tone, static_cast<int>(Tone::kFalseColour));
-  look.tone = static_cast<Tone>(tone);
-  if (look.tone == Tone::kExponential) {
-    SliderOfStops("exposure", look.k);
-    ImGui::TextDisabled("1 - exp(-k L / mean L), k = %.3g", look.k);
-  } else if (look.tone == Tone::kLinear) {
-    SliderOfStops("exposure", look.exposure);
-    ImGui::TextDisabled("white at %.4g %s", 1 / look.exposure,
-                        render::RadianceUnitName(frame.unit).c_str());
-  } else {
-    DrawScale(frame, scale, look);
+  Choose("operator", kTones, look.tone, [](Tone) { return true; });
+  switch (look.tone) {
+    case Tone::kExponential:
+    case Tone::kExponentialHue:
+      SliderOfStops("exposure", look.k);
+      ImGui::TextDisabled("1 - exp(-k L / mean L), k = %.3g", look.k);
+      break;
+    case Tone::kFilmic:
+      SliderOfStops("exposure", look.k);
+      ImGui::TextDisabled("the mean times %.3g is a middle grey", 1 / look.k);
+      break;
+    case Tone::kLinear:
+      SliderOfStops("exposure", look.exposure);
+      ImGui::TextDisabled("white at %.4g %s", 1 / look.exposure,
+                          render::RadianceUnitName(frame.unit).c_str());
+      break;
+    case Tone::kFalseColour:
+      DrawScale(frame, scale, reference, look);
   }
 }
 

@@ -6,7 +6,8 @@
 namespace luxfield::view {
 
 // Draws into the ImGui window that is begun, and changes `look` as it is told. `scale` is what false
-// colours span now.
-void DrawLookPanel(const render::Frame& frame, const render::FalseColourScale& scale, Look& look);
+// colours span now, `reference` as in ColoursOf.
+void DrawLookPanel(const render::Frame& frame, const render::FalseColourScale& scale,
+                   const core::Image* reference, Look& look);
 
 }  // namespace luxfield::view

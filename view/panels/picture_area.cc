@@ -46,8 +46,8 @@ void PictureArea::ReadMouse(bool has_camera, double height) {
   motion_ = {};
   pointer_.reset();
   double_clicked_ = false;
-  const bool hovered = ImGui::IsItemHovered();
-  if (hovered) {
+  hovered_ = ImGui::IsItemHovered();
+  if (hovered_) {
     const double x = (io.MousePos.x - left_) / width_, y = (io.MousePos.y - top_) / height_;
     if (x >= 0 && x < 1 && y >= 0 && y < 1) pointer_ = PicturePlace{x, y};
     motion_.wheel = io.MouseWheel;
@@ -72,6 +72,16 @@ void PictureArea::ReadMouse(bool has_camera, double height) {
   zoom_.right += motion_.right;
   zoom_.up += motion_.up;
   motion_ = {};
+}
+
+void PictureArea::MarkLine(PicturePlace from, PicturePlace to) const {
+  const auto screen = [&](PicturePlace place) {
+    return ImVec2(static_cast<float>(left_ + place.x * width_),
+                  static_cast<float>(top_ + place.y * height_));
+  };
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  list->AddLine(screen(from), screen(to), IM_COL32(0, 0, 0, 160), 3);
+  list->AddLine(screen(from), screen(to), IM_COL32(255, 255, 255, 200), 1);
 }
 
 void PictureArea::Mark(PicturePlace place, int number) const {

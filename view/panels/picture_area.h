@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "luxfield/view/documents/document.h"
+#include "luxfield/view/picture/reading.h"
 #include "luxfield/view/window/screen_texture.h"
 
 namespace luxfield::view {
@@ -12,11 +13,6 @@ namespace luxfield::view {
 struct Zoom {
   double factor = 1;         // over what fits
   double right = 0, up = 0;  // the picture's middle from the area's, in parts of the shown height
-};
-
-// A place in the picture, 0 to 1 from the left and from the top.
-struct PicturePlace {
-  double x = 0, y = 0;
 };
 
 class PictureArea {
@@ -29,8 +25,12 @@ class PictureArea {
   std::optional<PicturePlace> pointer() const { return pointer_; }
   bool double_clicked() const { return double_clicked_; }
   const Motion& motion() const { return motion_; }
+  bool hovered() const { return hovered_; }
+  PictureRect rect() const { return {left_, top_, width_, height_}; }
   // Draws a small cross at a place of the picture.
   void Mark(PicturePlace place, int number) const;
+  // And a thin line between two.
+  void MarkLine(PicturePlace from, PicturePlace to) const;
 
  private:
   void ReadMouse(bool has_camera, double height);
@@ -38,7 +38,7 @@ class PictureArea {
   Zoom zoom_;
   Motion motion_;
   std::optional<PicturePlace> pointer_;
-  bool double_clicked_ = false;
+  bool double_clicked_ = false, hovered_ = false;
   double left_ = 0, top_ = 0, width_ = 0, height_ = 0;  // of the picture on the screen
 };
 

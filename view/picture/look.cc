@@ -6,11 +6,14 @@
 
 #include "luxfield/core/colour.h"
 #include "luxfield/core/parallel.h"
+#include "luxfield/view/picture/tone.h"
 
 namespace luxfield::view {
 namespace {
 
 constexpr std::size_t kGrain = 1 << 14;  // pixels
+constexpr int kLinearLines = 10;         // lines of equal value of a linear scale
+constexpr double kDarkLuminance = 0.25;  // of a colour on which lines are white
 
 // The linear value whose sRGB encoding is x (IEC 61966-2-1).
 double SrgbDecode(double x) {
@@ -55,14 +58,72 @@ std::array<std::uint8_t, 3> Encoded(const core::Rgb& linear) {
   return {code(linear[0]), code(linear[1]), code(linear[2])};
 }
 
-std::array<std::uint8_t, 3> FalseColourOf(double luminance, const render::FalseColourScale& scale) {
-  if (!(luminance > 0)) return {0, 0, 0};
-  const core::Rgb colour =
-      core::FalseColour(std::log(luminance / scale.min) / std::log(scale.max / scale.min));
+std::array<std::uint8_t, 3> Codes(const core::Rgb& display) {
   std::array<std::uint8_t, 3> codes{};
   for (int c = 0; c < 3; ++c)
-    codes[c] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(colour[c], 0.0, 1.0)));
+    codes[c] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(display[c], 0.0, 1.0)));
   return codes;
+}
+
+// What false colours are made from.
+struct ColouredValues {
+  Layer layer;
+  core::Image values;
+  render::FalseColourScale scale;
+
+  double At(std::size_t i) const {
+    return values.channels == 3 ? core::Luminance(PixelOf(values, i)) : values.data[i];
+  }
+  std::optional<double> Position(std::size_t i) const { return PositionOn(scale, layer, At(i)); }
+
+  // How many lines of equal value lie below a pixel's; empty below the scale, where noise would be
+  // all lines.
+  std::optional<int> LinesBelow(std::size_t i) const {
+    const double value = At(i);
+    if (!std::isfinite(value)) return {};
+    if (IsLinear(layer)) return static_cast<int>(std::floor(kLinearLines * *Position(i)));
+    if (!(value >= scale.min)) return {};
+    const double decade = std::floor(std::log10(value)), mantissa = value / std::pow(10, decade);
+    return 3 * static_cast<int>(decade) + (mantissa >= 5 ? 2 : mantissa >= 2 ? 1 : 0);
+  }
+  // Whether a line passes between the pixel and its neighbour on the right or below.
+  bool OnLine(std::size_t i) const {
+    const auto width = static_cast<std::size_t>(values.width);
+    const auto here = LinesBelow(i);
+    const auto differs = [&](std::size_t other) {
+      const auto there = LinesBelow(other);
+      return here && there && *here != *there;
+    };
+    return ((i + 1) % width != 0 && differs(i + 1)) ||
+           (i + width < values.plane_size() && differs(i + width));
+  }
+};
+
+std::array<std::uint8_t, 3> FalseColourAt(const ColouredValues& values, std::size_t i,
+                                          bool contours) {
+  const auto position = values.Position(i);
+  if (!position || std::isnan(*position)) return {0, 0, 0};
+  const core::Rgb colour = core::FalseColour(*position);
+  if (!contours || !values.OnLine(i)) return Codes(colour);
+  return core::Luminance(colour) < kDarkLuminance ? std::array<std::uint8_t, 3>{255, 255, 255}
+                                                  : std::array<std::uint8_t, 3>{0, 0, 0};
+}
+
+core::Rgb Toned(const core::Rgb& rgb, const Look& look, double average) {
+  switch (look.tone) {
+    case Tone::kExponential:
+      return core::ExponentialTone(rgb, look.k, average);
+    case Tone::kExponentialHue:
+      return ExponentialHueTone(rgb, look.k, average);
+    case Tone::kFilmic:
+      return FilmicTone(rgb, look.k, average);
+    case Tone::kLinear:
+    case Tone::kFalseColour:
+      break;
+  }
+  core::Rgb display{};
+  for (int c = 0; c < 3; ++c) display[c] = std::clamp(rgb[c] * look.exposure, 0.0, 1.0);
+  return display;
 }
 
 }  // namespace
@@ -72,7 +133,8 @@ bool Look::operator==(const Look& other) const {
     return look.scale ? std::array{look.scale->min, look.scale->max} : std::array{0.0, 0.0};
   };
   return tone == other.tone && k == other.k && average == other.average &&
-         exposure == other.exposure && irradiance == other.irradiance && ends(*this) == ends(other);
+         exposure == other.exposure && layer == other.layer && contours == other.contours &&
+         ends(*this) == ends(other);
 }
 
 std::uint8_t EncodeByte(double linear) {
@@ -89,36 +151,33 @@ double MeanLuminance(const core::Image& image) {
   return image.data.empty() ? 0 : sum / static_cast<double>(image.plane_size());
 }
 
-const core::Image& Shown(const render::Frame& frame, const Look& look) {
-  const bool irradiance =
-      look.tone == Tone::kFalseColour && look.irradiance && !frame.irradiance.data.empty();
-  return irradiance ? frame.irradiance : frame.radiance;
+Layer ShownLayer(const render::Frame& frame, const Look& look, const core::Image* reference) {
+  return HasLayer(frame, look.layer, reference) ? look.layer : Layer::kRadiance;
 }
 
-render::FalseColourScale ScaleOf(const render::Frame& frame, const Look& look) {
-  return look.scale ? *look.scale : render::AutomaticScale(Shown(frame, look));
+render::FalseColourScale ScaleOf(const render::Frame& frame, const Look& look,
+                                 const core::Image* reference) {
+  if (look.scale) return *look.scale;
+  const Layer layer = ShownLayer(frame, look, reference);
+  return AutomaticScaleOf(LayerOf(frame, layer, reference), layer);
 }
 
-std::vector<std::uint8_t> ColoursOf(const render::Frame& frame, const Look& look) {
-  const core::Image& image = Shown(frame, look);
-  const double average = look.tone != Tone::kExponential ? 0
-                         : look.average                  ? *look.average
-                                                         : MeanLuminance(image);
-  const render::FalseColourScale scale =
-      look.tone == Tone::kFalseColour ? ScaleOf(frame, look) : render::FalseColourScale{};
-  std::vector<std::uint8_t> bytes(4 * image.plane_size(), 255);
-  core::ParallelFor(image.plane_size(), kGrain, [&](std::size_t begin, std::size_t end) {
+std::vector<std::uint8_t> ColoursOf(const render::Frame& frame, const Look& look,
+                                    const core::Image* reference) {
+  std::optional<ColouredValues> values;
+  double average = 0;
+  if (look.tone == Tone::kFalseColour) {
+    const Layer layer = ShownLayer(frame, look, reference);
+    values = {layer, LayerOf(frame, layer, reference), ScaleOf(frame, look, reference)};
+  } else if (look.tone != Tone::kLinear) {
+    average = look.average ? *look.average : MeanLuminance(frame.radiance);
+  }
+  const std::size_t pixels = frame.radiance.plane_size();
+  std::vector<std::uint8_t> bytes(4 * pixels, 255);
+  core::ParallelFor(pixels, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      core::Rgb rgb = PixelOf(image, i);
-      std::array<std::uint8_t, 3> codes{};
-      if (look.tone == Tone::kFalseColour) {
-        codes = FalseColourOf(core::Luminance(rgb), scale);
-      } else if (look.tone == Tone::kExponential) {
-        codes = Encoded(core::ExponentialTone(rgb, look.k, average));
-      } else {
-        for (double& value : rgb) value = std::clamp(value * look.exposure, 0.0, 1.0);
-        codes = Encoded(rgb);
-      }
+      const auto codes = values ? FalseColourAt(*values, i, look.contours)
+                                : Encoded(Toned(PixelOf(frame.radiance, i), look, average));
       std::ranges::copy(codes, bytes.begin() + static_cast<std::ptrdiff_t>(4 * i));
     }
   });

@@ -35,6 +35,16 @@ std::optional<Reading> ReadAt(const render::Frame& frame, int column, int row) {
   return reading;
 }
 
+std::optional<Reading> ReadAtPlace(const render::Frame& frame, PicturePlace place, int width,
+                                   int height) {
+  auto reading = ReadAt(frame, static_cast<int>(place.x * frame.width),
+                        static_cast<int>(place.y * frame.height));
+  if (!reading) return {};
+  reading->column = static_cast<int>(place.x * width);
+  reading->row = static_cast<int>(place.y * height);
+  return reading;
+}
+
 std::string Describe(const Reading& reading, lightfield::FluxUnit unit) {
   std::string text =
       fmt::format("({}, {})  {:.4g}", reading.column, reading.row, reading.luminance);

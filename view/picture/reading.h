@@ -20,8 +20,18 @@ struct Reading {
   std::optional<lightfield::Vec3> position;  // world, metres; where something was hit
 };
 
+// A place in a picture of any size, 0 to 1 from the left and from the top.
+struct PicturePlace {
+  double x = 0, y = 0;
+};
+
 // Empty outside of the picture.
 std::optional<Reading> ReadAt(const render::Frame& frame, int column, int row);
+
+// At a place; column and row are those of a picture of width x height, of which `frame`, a preview,
+// may have fewer pixels.
+std::optional<Reading> ReadAtPlace(const render::Frame& frame, PicturePlace place, int width,
+                                   int height);
 
 // "(120, 44)  12.3 +- 0.1 cd/m2  45.6 lx (direct light only)  at 0.120 1.400 0.000 m": `+-` and the
 // place where they are known. Irradiance of direct light alone is what this program lights with.

@@ -19,19 +19,6 @@ namespace {
 
 constexpr double kAnyTime_s = 1e9;  // so that no picture depends on how fast it is made
 
-SceneKind KindToRecord(const std::filesystem::path& file) {
-  switch (KindOfInput(file)) {
-    case InputKind::kScene:
-      return SceneKind::kScene;
-    case InputKind::kLightField:
-      return SceneKind::kStage;
-    case InputKind::kPicture:
-    case InputKind::kSession:
-      break;
-  }
-  throw InputError(file.string(), "has nothing that moves", "name a scene.toml or an .lf.exr");
-}
-
 LitPicture Lit(LitView& view, bool preview) {
   if (!preview) {
     LitPicture picture;
@@ -46,8 +33,7 @@ LitPicture Lit(LitView& view, bool preview) {
 
 // What depends on the picture, of the first one.
 void Fix(const render::Frame& frame, Look& look) {
-  if (look.tone == Tone::kExponential && !look.average)
-    look.average = MeanLuminance(frame.radiance);
+  if (!look.average) look.average = MeanLuminance(frame.radiance);
   if (look.tone == Tone::kFalseColour && !look.scale) look.scale = ScaleOf(frame, look);
 }
 
@@ -56,7 +42,7 @@ class Recorder {
   explicit Recorder(const RecordOptions& options)
       : options_(options),
         path_(ReadMotionPath(options.path)),
-        scene_(LoadScene(options.input, KindToRecord(options.input.file))),
+        scene_(LoadScene(options.input, KindToLight(options.input.file))),
         device_(render::Device::Open(options.input.device, options.input.threads)),
         view_(device_, scene_),
         look_(options.look) {

@@ -14,6 +14,8 @@ namespace {
 
 using core::Json;
 
+constexpr char kPlan[] = "plan.json", kJournal[] = "journal.jsonl";
+
 template <typename T>
 std::optional<T> Optional(const Json& json, const char* key) {
   const auto found = json.find(key);
@@ -38,9 +40,13 @@ int WatchedSession::Count(PositionState state) const {
   return static_cast<int>(std::ranges::count(positions, state, &WatchedPosition::state));
 }
 
+bool SessionWatch::IsThere(const std::filesystem::path& folder) {
+  return std::filesystem::exists(folder / kPlan) && std::filesystem::exists(folder / kJournal);
+}
+
 SessionWatch::SessionWatch(std::filesystem::path folder)
-    : folder_(std::move(folder)), journal_(folder_ / "journal.jsonl") {
-  const auto plan = folder_ / "plan.json";
+    : folder_(std::move(folder)), journal_(folder_ / kJournal) {
+  const auto plan = folder_ / kPlan;
   plan_ = session::PlanFromJson(core::ReadJson(plan), plan.string());
   if (!std::filesystem::exists(journal_))
     throw InputError(journal_.string(), "is not there", "name the folder of a capture");

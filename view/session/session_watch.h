@@ -61,6 +61,8 @@ struct WatchedSession {
 
 class SessionWatch {
  public:
+  // Whether a folder holds what the constructor reads.
+  static bool IsThere(const std::filesystem::path& folder);
   // Throws InputError for a folder without a readable plan.json or journal.jsonl.
   explicit SessionWatch(std::filesystem::path folder);
 

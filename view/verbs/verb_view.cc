@@ -4,11 +4,16 @@
 
 #include <array>
 #include <cstdio>
+#include <iterator>
+#include <map>
 #include <memory>
+#include <utility>
 
 #include "luxfield/cli/named_files.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/outputs.h"
+#include "luxfield/view/documents/open_input.h"
+#include "luxfield/view/record/frame_times.h"
 #include "luxfield/view/record/recording.h"
 #include "luxfield/view/viewer.h"
 
@@ -21,9 +26,11 @@ struct Words {
   std::vector<std::string> reads;
   std::optional<double> exposure;
   std::vector<double> scale;
+  std::string tone, layer;
+  bool contours = false;
   bool false_colour = false;
   std::filesystem::path record, output;
-  bool preview = false;
+  bool preview = false, bench = false;
 };
 
 // "640x480" with `separator` 'x', "12,34" with ','.
@@ -41,26 +48,54 @@ std::array<int, 2> ParsePair(const std::string& text, char separator, const char
   return pair;
 }
 
+constexpr std::pair<const char*, Tone> kTones[] = {
+    {"exponential", Tone::kExponential}, {"hue", Tone::kExponentialHue}, {"filmic", Tone::kFilmic}};
+constexpr std::pair<const char*, Layer> kLayers[] = {
+    {"radiance", Layer::kRadiance}, {"irradiance", Layer::kIrradiance},
+    {"coverage", Layer::kCoverage}, {"samples", Layer::kSamples},
+    {"noise", Layer::kNoise},       {"lab", Layer::kLab}};
+
+template <typename Value, std::size_t N>
+std::map<std::string, Value> ByName(const std::pair<const char*, Value> (&names)[N]) {
+  return {std::begin(names), std::end(names)};
+}
+
+// What false colours are to show; `look` is of them.
+void ReadFalseColours(const Words& words, Look& look) {
+  if (!words.layer.empty()) look.layer = ByName(kLayers).at(words.layer);
+  if (look.layer == Layer::kLab && words.viewer.reference.empty())
+    throw InputError("--layer lab needs --reference: the picture that it compares with");
+  look.contours = words.contours;
+  if (words.scale.empty()) return;
+  look.scale = render::FalseColourScale{words.scale[0], words.scale[1]};
+  const bool above = IsLinear(look.layer) ? words.scale[0] >= 0 : words.scale[0] > 0;
+  if (!above || !(words.scale[1] > words.scale[0]))
+    throw InputError(
+        fmt::format("--scale {} {} must rise from above 0", words.scale[0], words.scale[1]));
+}
+
 std::optional<Look> LookOf(const Words& words) {
   if (words.exposure && words.false_colour)
     throw InputError("--exposure contradicts --false-colour; drop one of them");
-  if (!words.scale.empty() && !words.false_colour)
-    throw InputError("--scale is of --false-colour; give that too, or drop it");
-  if (!words.exposure && !words.false_colour) return {};
+  if (!words.tone.empty() && (words.exposure || words.false_colour))
+    throw InputError("--tone contradicts --exposure and --false-colour; drop it or them");
+  for (const auto& [option, given] :
+       {std::pair{"--scale", !words.scale.empty()}, std::pair{"--layer", !words.layer.empty()},
+        std::pair{"--contours", words.contours}})
+    if (given && !words.false_colour)
+      throw InputError(fmt::format("{} is of --false-colour; give that too, or drop it", option));
+  if (!words.exposure && !words.false_colour && words.tone.empty()) return {};
   Look look;
   if (words.exposure) {
     if (!(*words.exposure > 0))
       throw InputError(fmt::format("--exposure = {} must be above 0", *words.exposure));
     look.tone = Tone::kLinear;
     look.exposure = *words.exposure;
-  } else {
+  } else if (words.false_colour) {
     look.tone = Tone::kFalseColour;
-    if (!words.scale.empty()) {
-      look.scale = render::FalseColourScale{words.scale[0], words.scale[1]};
-      if (!(words.scale[0] > 0 && words.scale[1] > words.scale[0]))
-        throw InputError(
-            fmt::format("--scale {} {} must rise from above 0", words.scale[0], words.scale[1]));
-    }
+    ReadFalseColours(words, look);
+  } else {
+    look.tone = ByName(kTones).at(words.tone);
   }
   return look;
 }
@@ -106,19 +141,59 @@ core::Json ToJson(const Recording& recording) {
   throw DeviceError(failure.sentence);
 }
 
-// Options of a window say nothing of a recording, and the other way round.
+// Options of a window say nothing of a recording or a bench, and the other way round.
 void RefuseUnread(const Words& words) {
-  if (words.record.empty()) {
-    if (!words.output.empty() || words.preview)
-      throw InputError("--output and --preview are of --record; give that too, or drop them");
-    return;
-  }
-  if (words.output.empty())
+  if (words.record.empty() && (!words.output.empty() || words.preview))
+    throw InputError("--output and --preview are of --record; give that too, or drop them");
+  if (!words.record.empty() && words.output.empty())
     throw InputError("--record needs --output: a folder, or the name of a video");
+  if (!words.record.empty() && words.bench)
+    throw InputError("--record contradicts --bench; drop one of them");
+  if (words.record.empty() && !words.bench) return;
   if (!words.viewer.screenshot.empty() || words.viewer.frames || words.viewer.bare ||
-      !words.size.empty() || !words.reads.empty())
+      words.viewer.wait || !words.size.empty() || !words.reads.empty())
     throw InputError(
-        "--record opens no window: drop --screenshot, --frames, --bare, --size and --read");
+        "--record and --bench open no window: drop --screenshot, --frames, --bare, --wait, --size "
+        "and --read");
+}
+
+core::Json ToJson(const FrameTimes& times) {
+  core::Json json{{"width", times.width},
+                  {"height", times.height},
+                  {"device", times.device},
+                  {"tables_s", times.tables_s},
+                  {"refined_s", times.refined_s},
+                  {"refined_core_s", times.refined_core_s},
+                  {"estimated_rel_rmse", times.refined_error},
+                  {"samples", times.samples},
+                  {"moving", core::Json::array()}};
+  for (const MovingTimes& row : times.moving)
+    json["moving"].push_back({{"moving", row.moving},
+                              {"shadows", row.shadows},
+                              {"frame_s", row.frame_s},
+                              {"core_s", row.core_s},
+                              {"picture_core_s", row.picture_core_s},
+                              {"colours_core_s", row.colours_core_s},
+                              {"primary_s", row.primary_s},
+                              {"lighting_s", row.lighting_s}});
+  return json;
+}
+
+core::Json RunBench(const Words& words) {
+  const SceneOptions& input = words.viewer.input;
+  const FrameTimes times = MeasureFrameTimes({input, KindToLight(input.file)});
+  fmt::print("{} x {} on {}; first picture after {:.3g} s\n", times.width, times.height,
+             times.device, times.tables_s);
+  for (const MovingTimes& row : times.moving)
+    fmt::print(
+        "  {} moving, {:15}  {:5.3g} pictures/s, {:5.3g} core-ms: {:.3g} light, {:.3g} colours; "
+        "{:.3g} ms primary visibility, {:.3g} ms lighting\n",
+        row.moving, row.shadows ? "soft shadows" : "without shadows", 1 / row.frame_s,
+        1e3 * row.core_s, 1e3 * row.picture_core_s, 1e3 * row.colours_core_s, 1e3 * row.primary_s,
+        1e3 * row.lighting_s);
+  fmt::print("  error {:.3g} % after {:.3g} s, {:.3g} core-s, {:.0f} samples a pixel\n",
+             100 * times.refined_error, times.refined_s, times.refined_core_s, times.samples);
+  return ToJson(times);
 }
 
 core::Json RunRecording(const Words& words) {
@@ -158,6 +233,7 @@ core::Json Run(Words words, const cli::Common& common) {
   options.input.threads = common.threads;
   options.input.seed = common.seed.value_or(1);
   if (!words.record.empty()) return RunRecording(words);
+  if (words.bench) return RunBench(words);
   const ViewerResult result = RunViewer(options);
   if (result.failure) {
     core::PutOutputsInPlace();  // the screenshot shows the sentence
@@ -188,10 +264,14 @@ void AddView(cli::Program& program) {
                   "that ffmpeg makes");
   verb.add_flag("--preview", words->preview,
                 "Record what is shown while something moves, instead of refined pictures");
+  verb.add_flag("--bench", words->bench,
+                "Say how long pictures take while something moves, and until --error, without a "
+                "window");
   verb.add_option("--size", words->size, "The window's, as 1280x800, pixels");
   verb.add_option("--frames", words->viewer.frames,
                   "Take the screenshot after so many frames that show something, settled or not")
       ->check(CLI::Range(1, 1000000));
+  verb.add_flag("--wait", words->viewer.wait, "Wait for a session that is not there yet");
   verb.add_flag("--bare", words->viewer.bare, "The picture alone, without panels (key H)");
   verb.add_option("--error", words->error,
                   "The relative RMSE of the luminance to refine to while nothing moves "
@@ -201,6 +281,19 @@ void AddView(cli::Program& program) {
   verb.add_option("--exposure", words->exposure,
                   "Start with the linear operator: radiance times this, clipped at 1");
   verb.add_flag("--false-colour", words->false_colour, "Start with false colours of the luminance");
+  verb.add_option("--tone", words->tone,
+                  "Start with exponential, hue (exponential, hue kept) or filmic (default: "
+                  "exponential)")
+      ->check(CLI::IsMember(ByName(kTones)));
+  verb.add_option(
+          "--layer", words->layer,
+          "What --false-colour shows: radiance, irradiance, coverage, samples, noise or lab "
+          "(default: radiance)")
+      ->check(CLI::IsMember(ByName(kLayers)));
+  verb.add_flag("--contours", words->contours, "Lines of equal value in --false-colour");
+  verb.add_option("--reference", words->viewer.reference,
+                  "A picture's radiance that --layer lab compares with, .exr")
+      ->check(cli::InputFile({core::FileKind::kExrPicture}));
   verb.add_option("--scale", words->scale,
                   "Lowest and highest value of the false colours (default: from the picture)")
       ->expected(2);

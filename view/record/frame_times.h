@@ -1,0 +1,42 @@
+// How long pictures take while something moves, and until an error is reached: `view --bench`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "luxfield/view/lighting/load_scene.h"
+
+namespace luxfield::view {
+
+struct FrameTimesOptions {
+  SceneOptions input;
+  SceneKind kind = SceneKind::kScene;
+  int frames = 20;  // of each case; medians count
+};
+
+// Of whole pictures, medians over the frames. Core-seconds are CPU time of all threads.
+struct MovingTimes {
+  std::string moving;  // "camera" or "lamps"
+  bool shadows = false;
+  double frame_s = 0, core_s = 0;  // all of a frame but its way to the screen
+  // Parts of core_s: lighting by the device's threads with what reads pictures back (primary
+  // visibility, shadow maps, lamps), and colours for the screen.
+  double picture_core_s = 0, colours_core_s = 0;
+  // By the renderer's own clock, parts of frame_s.
+  double primary_s = 0, lighting_s = 0;
+};
+
+struct FrameTimes {
+  int width = 0, height = 0;
+  std::string device;
+  double tables_s = 0;  // until the first picture, reading the scene and making tables
+  std::vector<MovingTimes> moving;
+  double refined_s = 0, refined_core_s = 0;  // from rest until the error asked for
+  double refined_error = 0, samples = 0;
+};
+
+// The camera orbits by half a degree a frame, lamps move a centimetre; two frames come first and do
+// not count. Throws InputError, DeviceError.
+FrameTimes MeasureFrameTimes(const FrameTimesOptions& options);
+
+}  // namespace luxfield::view
