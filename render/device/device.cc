@@ -12,6 +12,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/render/device/kernel_profile.h"
 #include "luxfield/render/device/opencl_check.h"
+#include "luxfield/render/device/program_cache.h"
 
 namespace luxfield::render {
 namespace {
@@ -171,6 +172,7 @@ Device Device::Open(const std::string& selector, int threads) {
       clCreateCommandQueue(state->context.get(), state->id, CL_QUEUE_PROFILING_ENABLE, &code));
   Check(code, "clCreateCommandQueue");
   state->profile = std::make_shared<KernelProfile>();
+  state->programs = std::make_shared<BuiltPrograms>();
   Device device(std::move(state));
   if (const char* text = std::getenv("LUXFIELD_TUNING"))
     device.tuning_ = ParseTuning(text, device.tuning_);

@@ -54,6 +54,7 @@ void AddKernelTime(const KernelTime& time, std::vector<KernelTime>& times);
 // {"name", "launches", "device_s"}
 void to_json(nlohmann::json& json, const KernelTime& time);
 class KernelProfile;
+class BuiltPrograms;
 
 // A cl_... handle that is released once.
 template <typename Handle, auto Release>
@@ -86,6 +87,8 @@ class Device {
   // Every kernel launched since the last call, in the order of first launches; waits for them.
   std::vector<KernelTime> TakeKernelTimes() const;
   KernelProfile& profile() const { return *state_->profile; }
+  // Those of this device and its copies, which are built once.
+  BuiltPrograms& programs() const { return *state_->programs; }
 
  private:
   struct State {
@@ -94,6 +97,7 @@ class Device {
     Unique<cl_context, clReleaseContext> context;
     Unique<cl_command_queue, clReleaseCommandQueue> queue;
     std::shared_ptr<KernelProfile> profile;
+    std::shared_ptr<BuiltPrograms> programs;
   };
   explicit Device(std::shared_ptr<const State> state)
       : state_(std::move(state)), tuning_(TuningOf(state_->info)) {}
@@ -182,8 +186,14 @@ class Mapped : public MappedMemory {
   }
 };
 
-// A built program. Its binary is kept on disk (render/device/program_cache.h); one that the driver
-// refuses is compiled anew.
+// A program as it was built.
+struct BuiltProgram {
+  Unique<cl_program, clReleaseProgram> program;
+  bool from_cache = false;  // its binary was on disk
+};
+
+// A built program. An opened device builds it once and keeps it; its binary is kept on disk
+// (render/device/program_cache.h), and one that the driver refuses is compiled anew.
 class Program {
  public:
   // `path`: an embedded source, e.g. "kernels/scene/gbuffer.cl". `#include "x"` is resolved over
@@ -197,14 +207,14 @@ class Program {
                            const std::string& options = {});
 
   const Device& device() const { return device_; }
-  cl_program get() const { return program_.get(); }
-  bool from_cache() const { return from_cache_; }
+  cl_program get() const { return built_->program.get(); }
+  bool from_cache() const { return built_->from_cache; }
 
  private:
-  explicit Program(const Device& device) : device_(device) {}
+  Program(const Device& device, std::shared_ptr<const BuiltProgram> built)
+      : device_(device), built_(std::move(built)) {}
   Device device_;
-  Unique<cl_program, clReleaseProgram> program_;
-  bool from_cache_ = false;
+  std::shared_ptr<const BuiltProgram> built_;
 };
 
 // The text of an embedded source with its includes in place. DeviceError if a name is unknown.

@@ -147,18 +147,21 @@ Program Program::BuildText(const Device& device, std::string_view text, const st
   const std::string options = device.tuning().BuildOptions() + " " + own_options;
   const std::string source = ResolveIncludes(text, name);
   const core::CacheKey key = ProgramKey(device.info(), options, source);
-  Program built(device);
-  const bool keep = !KeepsKernelsItself(device.info());
-  if (const auto binary = keep ? core::FindInCache(key) : std::nullopt) {
-    built.program_ = FromBinary(device, *binary, options);
-    built.from_cache_ = built.program_ != nullptr;
-  }
-  if (!built.program_) {
-    built.program_ = FromSource(device, source, name, options);
-    if (const std::string binary = keep ? BinaryOf(built.program_.get()) : ""; !binary.empty())
-      core::PutIntoCache(key, binary);
-  }
-  return built;
+  return {device, device.programs().FindOrBuild(key, [&] {
+            BuiltProgram built;
+            const bool keep = !KeepsKernelsItself(device.info());
+            if (const auto binary = keep ? core::FindInCache(key) : std::nullopt) {
+              built.program = FromBinary(device, *binary, options);
+              built.from_cache = built.program != nullptr;
+            }
+            if (!built.program) {
+              built.program = FromSource(device, source, name, options);
+              if (const std::string binary = keep ? BinaryOf(built.program.get()) : "";
+                  !binary.empty())
+                core::PutIntoCache(key, binary);
+            }
+            return built;
+          })};
 }
 
 std::string ErrorName(cl_int code) {

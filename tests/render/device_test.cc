@@ -83,33 +83,52 @@ TEST_F(DeviceTest, RunsAKernelWithTypedArgumentsAndRoundsTheWorkUp) {
               testing::ElementsAre(3, 5, 7, 9, 11));
 }
 
-TEST_F(DeviceTest, ReadsItsBinaryBackAndIgnoresADamagedOne) {
+// Kernels cut otherwise or from another text are other programs.
+TEST_F(DeviceTest, BuildsAProgramOnce) {
   const auto device = Device::Open();
-  EXPECT_FALSE(Program::BuildText(device, kScale, "scale").from_cache());
-  const auto again = Program::BuildText(device, kScale, "scale");
+  const auto program = Program::BuildText(device, kScale, "scale");
+  EXPECT_EQ(Program::BuildText(device, kScale, "scale").get(), program.get());
+  const Device copy = device;
+  EXPECT_EQ(Program::BuildText(copy, kScale, "scale").get(), program.get());
+  EXPECT_NE(Program::BuildText(device, kScale, "scale", "-DOTHER=1").get(), program.get());
+  EXPECT_NE(Program::BuildText(device, std::string(kScale) + "\n", "scale").get(), program.get());
+  DeviceTuning tuning = device.tuning();
+  tuning.lanes = tuning.lanes == 8 ? 4 : 8;
+  EXPECT_NE(Program::BuildText(device.WithTuning(tuning), kScale, "scale").get(), program.get());
+  // Kernels of one program keep arguments of their own.
+  EXPECT_THAT(RunScale(device, program), testing::ElementsAre(3, 5, 7, 9, 11));
+  EXPECT_THAT(RunScale(copy, program), testing::ElementsAre(3, 5, 7, 9, 11));
+}
+
+TEST_F(DeviceTest, ReadsItsBinaryBackAndIgnoresADamagedOne) {
+  const auto build = [](const std::string& options = {}) {
+    return Program::BuildText(Device::Open(), kScale, "scale", options);
+  };
+  EXPECT_FALSE(build().from_cache());
+  const auto again = build();
   EXPECT_TRUE(again.from_cache());
-  EXPECT_THAT(RunScale(device, again), testing::ElementsAre(3, 5, 7, 9, 11));
-  EXPECT_FALSE(Program::BuildText(device, kScale, "scale", "-DOTHER=1").from_cache());
+  EXPECT_THAT(RunScale(again.device(), again), testing::ElementsAre(3, 5, 7, 9, 11));
+  EXPECT_FALSE(build("-DOTHER=1").from_cache());
 
   std::filesystem::remove_all(cache_);
-  EXPECT_FALSE(Program::BuildText(device, kScale, "scale").from_cache());
+  EXPECT_FALSE(build().from_cache());
   {
     std::fstream file(CachedFile(), std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(200);
     file.put('\x7f');
     file.put('\x01');
   }
-  const auto rebuilt = Program::BuildText(device, kScale, "scale");
+  const auto rebuilt = build();
   EXPECT_FALSE(rebuilt.from_cache());
-  EXPECT_THAT(RunScale(device, rebuilt), testing::ElementsAre(3, 5, 7, 9, 11));
+  EXPECT_THAT(RunScale(rebuilt.device(), rebuilt), testing::ElementsAre(3, 5, 7, 9, 11));
   std::filesystem::resize_file(CachedFile(), 10);
-  EXPECT_FALSE(Program::BuildText(device, kScale, "scale").from_cache());
+  EXPECT_FALSE(build().from_cache());
 }
 
 TEST_F(DeviceTest, LeavesItToPoclToKeepKernels) {
   ::unsetenv("POCL_KERNEL_CACHE");
-  const auto device = Device::Open();
   for (int run = 0; run < 2; ++run) {
+    const auto device = Device::Open();
     const auto program = Program::BuildText(device, kScale, "scale");
     EXPECT_THAT(RunScale(device, program), testing::ElementsAre(3, 5, 7, 9, 11));
     EXPECT_EQ(program.from_cache(),
@@ -140,9 +159,9 @@ TEST_F(DeviceTest, CompilesAnewWhatTheDriverRefuses) {
   // A whole entry with something else inside; a truncated binary would abort PoCL, and the entry's
   // hash keeps it from it.
   ASSERT_TRUE(core::PutIntoCache(key, "not a binary of any driver"));
-  const auto program = Program::BuildText(device, kScale, "scale");
+  const auto program = Program::BuildText(Device::Open(), kScale, "scale");
   EXPECT_FALSE(program.from_cache());
-  EXPECT_THAT(RunScale(device, program), testing::ElementsAre(3, 5, 7, 9, 11));
+  EXPECT_THAT(RunScale(program.device(), program), testing::ElementsAre(3, 5, 7, 9, 11));
   EXPECT_EQ(core::FindInCache(key)->size(), good->size());  // replaced
 }
 
