@@ -66,7 +66,7 @@ core::Json Calibrate(const CalibrateOptions& how) {
   const auto device = render::Device::Open(how.device, how.threads);
   std::vector<render::CalibrationRun> runs;
   const auto model = render::Calibrate(device, &runs);
-  const auto file = render::StoreCostModel(device, model);
+  const bool kept = render::KeepCostModel(device, model);
   core::Json rows = core::Json::array();
   for (const auto& run : runs)
     rows.push_back({{"estimator", run.estimator},
@@ -77,10 +77,7 @@ core::Json Calibrate(const CalibrateOptions& how) {
                     {"rays", run.work.rays / std::max(run.work.pixels, 1.0)},
                     {"measured_s", run.measured_s},
                     {"predicted_s", run.predicted_s}});
-  if (file.empty())
-    fmt::print(stderr, "the model cannot be stored: no cache folder can be written\n");
-  else
-    fmt::print("stored in {}\n", file.string());
+  if (!kept) fmt::print(stderr, "the model cannot be kept: see `luxfield cache`\n");
   return Finish(rows, device.info().name);
 }
 
@@ -553,7 +550,7 @@ void AddBench(cli::Program& program) {
   AddTradeoff(program, benches);
   AddDeviceBench<CalibrateOptions>(
       program, benches, "calibrate",
-      "What estimators cost on a device, stored for render --error and --time", Calibrate);
+      "What estimators cost on a device, kept for render --error and --time", Calibrate);
   AddAccuracy(program, benches);
   AddScale(program, benches);
 }

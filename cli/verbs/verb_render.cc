@@ -51,16 +51,7 @@ render::AccurateFrame RenderToTarget(render::LitScene& scene, const Options& opt
   if (!options.time.empty())
     request.time_s = ParseQuantity(options.time, "--time", {{"s", 1}, {"ms", 1e-3}});
   if (options.estimator_given) request.estimators = {options.render.estimator};
-  render::RequireServable(scene, request);
-  if (!render::ReadsCostModel(scene, request)) return render::RenderToAccuracy(scene, {}, request);
-  auto costs = render::StoredCostModel(scene.device());
-  if (!costs) {
-    fmt::print(stderr, "measuring what estimators cost on {} (once; see 'bench calibrate')\n",
-               scene.device().info().name);
-    costs = render::Calibrate(scene.device());
-    render::StoreCostModel(scene.device(), *costs);
-  }
-  return render::RenderToAccuracy(scene, *costs, request);
+  return render::RenderToAccuracy(scene, request);
 }
 
 core::Json Describe(const render::AccurateFrame& result, const Options& options) {

@@ -17,7 +17,8 @@ namespace {
 
 constexpr int kMaxRounds = 12;
 
-// Renders rounds until the variance that the picture states, as pilots correct it, is small enough.
+// Renders rounds until the variance that the picture shows at pixels which are lit again is small
+// enough.
 class Rounds {
  public:
   Rounds(LitScene& scene, RenderOptions options, const Candidate& chosen, AccurateFrame& result)
@@ -27,9 +28,7 @@ class Rounds {
         density_(chosen.density),
         law_(chosen.law),
         wanted_(chosen.setting.samples_per_pixel),
-        result_(result) {
-    options_.relight = false;  // pilots know the scale
-  }
+        result_(result) {}
 
   void One() { Add(Take()); }
 
@@ -60,10 +59,12 @@ class Rounds {
   // Merged by samples, which keeps the mean unbiased.
   void Add(Frame frame) {
     const int k = options_.samples_per_pixel;
-    const double factor = chosen_.StatedFactor(k);
-    for (float& v : frame.variance.data) v *= static_cast<float>(factor);
-    for (auto& group : frame.groups)
-      for (float& v : group.variance.data) v *= static_cast<float>(factor);
+    if (result_.first_s == 0) {
+      result_.first_work = chosen_.work_of_one;
+      result_.first_work.samples *= density_.mean * k;
+      result_.first_work.rays *= density_.mean * k;
+      result_.first_s = LightingSeconds(scene_.device(), frame.times);
+    }
     law_.Anchor(k, NoiseOf(frame, 1).mean_variance);
     if (taken_ == 0) {
       AddTimes(result_.frame.times, frame.times);
@@ -71,9 +72,6 @@ class Rounds {
     } else {
       result_.frame = MeanFrame(result_.frame, taken_, frame, k);
     }
-    // All rounds have their scale from the same pilot.
-    result_.frame.variance_scale = factor;
-    result_.frame.scale_log_variance = chosen_.stated_log_variance;
     taken_ += k;
     result_.chosen.samples_per_pixel = static_cast<int>(std::lround(density_.mean * taken_));
     result_.estimated_error = std::hypot(Noise().RelativeError(), chosen_.interpolation_error);
@@ -152,6 +150,9 @@ AccurateFrame RenderToAccuracy(LitScene& scene, const CostModel& costs,
   if (request.rel_error) options.approximation_error = ApproximationError(request);
   if (!chosen.samples) {
     result.frame = Renderer(scene, options).Render();
+    result.first_work = chosen.work_of_one;
+    result.first_work.samples = result.first_work.rays = 0;
+    result.first_s = LightingSeconds(scene.device(), result.frame.times);
     result.estimated_error = chosen.setting.predicted_error;
     result.met = !request.rel_error || result.estimated_error <= *request.rel_error;
     return result;
@@ -162,6 +163,16 @@ AccurateFrame RenderToAccuracy(LitScene& scene, const CostModel& costs,
   else
     rounds.One();
   result.met |= !request.rel_error;
+  return result;
+}
+
+AccurateFrame RenderToAccuracy(LitScene& scene, const AccuracyRequest& request) {
+  RequireServable(scene, request);
+  if (!ReadsCostModel(scene, request)) return RenderToAccuracy(scene, {}, request);
+  CostModel costs = CurrentCostModel(scene.device());
+  AccurateFrame result = RenderToAccuracy(scene, costs, request);
+  Refine(costs, result.chosen.estimator, result.first_work, result.first_s);
+  KeepCostModel(scene.device(), costs);
   return result;
 }
 

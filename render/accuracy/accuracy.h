@@ -3,13 +3,15 @@
 // The error is the relative RMSE of the picture's luminance: RMS of Y - Y_true over all pixels over
 // the mean of Y_true (docs/theory.md 10). A small picture of the same view, the pilot, measures
 // what the scene does to each estimator: the variance v(k) of a pass of k samples, from the spread
-// of four, and how far it falls below what one pass states of itself, which takes samples as
-// independent (picture_noise.h). The cost model (cost_model.h), corrected by the pilot's times,
-// says what k costs. Samples are dealt out over the pixels by the noise that pilots find
-// (sample_density.h). The setting that is expected to meet the target soonest is tried in a larger
-// pilot and taken, in one pass (choose_setting.h); the variance that it states, so corrected,
+// of four, and its times, which correct the cost model (cost_model.h). Samples are dealt out over
+// the pixels by the noise that pilots find (sample_density.h). The setting that is expected to meet
+// the target soonest is tried in a larger pilot and taken, in one pass (choose_setting.h); the
+// variance that the picture shows at pixels which are lit again (render/film/relit_pixels.h)
 // decides whether more are needed. A noise-free estimator states the error that it was measured to
 // have.
+//
+// For an error asked for, times are processor time, so that the choice is the same on a busy
+// machine.
 #pragma once
 
 #include <optional>
@@ -51,6 +53,9 @@ struct AccurateFrame {
   double estimated_error = 0;  // of the frame
   bool met = false;            // the target, with the estimate's own uncertainty (2 sigma)
   double choosing_s = 0;       // wall time of pilots
+  // Of luminaires: what the first round lit, and its seconds as the cost model counts them.
+  LightingWork first_work;
+  double first_s = 0;
 };
 
 // Whether an estimator takes light samples for a picture with shadows, or without.
@@ -79,6 +84,9 @@ void RequireServable(const LitScene& scene, const AccuracyRequest& request);
 // Throws what RequireServable does, DeviceError, Interrupted.
 AccurateFrame RenderToAccuracy(LitScene& scene, const CostModel& costs,
                                const AccuracyRequest& request);
+
+// The same with the device's current cost model, which the picture refines for the next one.
+AccurateFrame RenderToAccuracy(LitScene& scene, const AccuracyRequest& request);
 
 // Relative RMSE of the luminance of `picture` against `reference`, as above.
 double LuminanceError(const core::Image& picture, const core::Image& reference);

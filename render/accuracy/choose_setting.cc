@@ -32,6 +32,10 @@ constexpr double kNearlyFree = 0.3;
 constexpr double kDoubtfulSpread = 1, kDoubtfulShare = 1;
 constexpr double kSteepest = 2;                // power of the samples by which variances may fall
 constexpr double kVolumeChannel_core_s = 0.6;  // to build, measured on 25 to 99 images of 256^2
+// The picture knows its scale by the pixels that are lit again twice (render/film/relit_pixels.h):
+// about this over their number is the variance of its logarithm.
+constexpr double kLogVarianceOfOneRelit = 6, kRelitShare = 0.125;
+constexpr double kLeastRelit = 256, kMostRelit = 2048;
 // The pilot that says where samples go: of a share of the picture's time, if that buys more pixels
 // than the first pilots have. What it finds makes samples fewer, of which every pixel needs some.
 constexpr double kDensityShare = 0.05, kLeastDensity = 0.125;
@@ -113,13 +117,18 @@ class Chooser {
     const double expected_s =
         Corrected(candidate, PictureWork(pilot, k, check_.Pixels()), /*samples=*/1);
     if (expected_s > 0) {
-      const double correction = pilot.times.lighting_s / kCheckPasses / expected_s;
+      const double correction = Spent(pilot.times) / kCheckPasses / expected_s;
       candidate.fixed_correction *= correction;
       candidate.sample_correction *= correction;
     }
     ++candidate.checks;
     Predict(candidate);
     return true;
+  }
+
+  // What lighting took; of a time asked for by the clock.
+  double Spent(const RenderTimes& times) const {
+    return request_.rel_error ? LightingSeconds(scene_.device(), times) : times.lighting_s;
   }
 
   // Samples go where a pilot finds the noise.
@@ -157,15 +166,15 @@ class Chooser {
     candidate.law.Anchor(k, spread.mean_variance * passes);
     candidate.pilot_k = k;
     if (noise.mean_variance > 0 && spread.mean_variance > 0) {
-      candidate.stated_factor = spread.mean_variance / noise.mean_variance;
-      candidate.stated_log_variance = 2.0 / (passes - 1) / spread.effective_pixels;
+      noise.scale = spread.mean_variance / noise.mean_variance;
+      noise.scale_log_variance =
+          kLogVarianceOfOneRelit /
+          std::clamp(kRelitShare * picture_.Pixels(), kLeastRelit, kMostRelit);
     }
     noise.degrees = std::max(1, k - 1);
     noise.effective_pixels *= picture_.Pixels() / size.Pixels();
     candidate.spread = std::sqrt((1 + 2.0 / (passes - 1)) / spread.effective_pixels +
                                  2.0 / noise.degrees / noise.effective_pixels);
-    noise.scale = candidate.stated_factor;
-    noise.scale_log_variance = candidate.stated_log_variance;
     candidate.margin = noise.Margin();
   }
 
@@ -202,6 +211,7 @@ class Chooser {
     options.height = size.height;
     options.antialias = 1;
     options.passes = passes;
+    options.relight = false;  // passes tell the noise, and one is timed
     options.samples_per_pixel = samples * passes;
     // Numbers that no pass of the picture has, nor pilots of another number of passes.
     options.first_pass = kPassNumbers - 2 * passes;
@@ -253,7 +263,7 @@ class Chooser {
         candidate.build_s = (scene_.tables_core_s() - tables_before_s) / core::Threads();
       candidate.interpolation_error = InterpolationError(traits.name);
     }
-    const double few_s = Pilot(traits.name, pilot_, kPilotSamples[0], 1).times.lighting_s;
+    const double few_s = Spent(Pilot(traits.name, pilot_, kPilotSamples[0], 1).times);
     if (!candidate.samples) {
       Time(candidate, first, few_s, few_s);
       Predict(candidate);
@@ -273,7 +283,7 @@ class Chooser {
     candidate.law.Add(kPilotSamples[1],
                       NoiseOf(second, kPilotPasses - 1).mean_variance * kPilotPasses);
     Learn(candidate, pilot_, kPilotSamples[1], second, kPilotPasses);
-    Time(candidate, first, few_s, second.times.lighting_s / kPilotPasses);
+    Time(candidate, first, few_s, Spent(second.times) / kPilotPasses);
     Predict(candidate);
     DealOut(candidate, second);
     return candidate;
@@ -406,12 +416,12 @@ double NoiseShare(double rel_error, double approximation) {
                             rel_error * rel_error - approximation * approximation));
 }
 
-double Candidate::LeastDensity(double k) const { return std::clamp(least / k, kLeastDensity, 1.0); }
-
-double Candidate::StatedFactor(double k) const {
-  const double there = law.Of(pilot_k) * pilot_k;
-  return there > 0 ? stated_factor * law.Of(k) * k / there : 1;
+double LightingSeconds(const Device& device, const RenderTimes& times) {
+  const DeviceInfo& info = device.info();
+  return info.is_cpu ? times.lighting_core_s / info.compute_units : times.lighting_s;
 }
+
+double Candidate::LeastDensity(double k) const { return std::clamp(least / k, kLeastDensity, 1.0); }
 
 double Candidate::RelativeVariance(double k) const {
   return mean_luminance > 0 ? law.Of(k) / (mean_luminance * mean_luminance) : 0;

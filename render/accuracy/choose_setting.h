@@ -20,15 +20,16 @@ double ApproximationError(const AccuracyRequest& request);
 // What an approximation leaves of an error for noise.
 double NoiseShare(double rel_error, double approximation);
 
+// What lighting took, as the cost model counts seconds.
+double LightingSeconds(const Device& device, const RenderTimes& times);
+
 // An estimator, and what pilots tell of it for the picture.
 struct Candidate {
   Setting setting;
-  bool samples = false;   // takes samples here
-  VarianceLaw law;        // of the picture
-  double pilot_k = 0;     // samples of the pilot that the law is anchored at
-  SampleDensity density;  // samples are those of density 1 throughout
-  // True variance over what one pass of pilot_k samples states, and the variance of its logarithm.
-  double stated_factor = 1, stated_log_variance = 0;
+  bool samples = false;            // takes samples here
+  VarianceLaw law;                 // of the picture
+  double pilot_k = 0;              // samples of the pilot that the law is anchored at
+  SampleDensity density;           // samples are those of density 1 throughout
   double interpolation_error = 0;  // of noise-free parts; relative RMSE
   double build_s = 0;              // of tables that only this picture needs
   LightingWork work_of_one;        // of the picture, one sample per pixel
@@ -43,9 +44,6 @@ struct Candidate {
   // The least density, if samples are `k`: every pixel needs some, and some cost hardly anything.
   double LeastDensity(double k) const;
 
-  // True variance over what one pass of k samples states, which takes them as independent and so
-  // falls as 1 / k.
-  double StatedFactor(double k) const;
   // Of a picture of k samples, over the squared mean luminance.
   double RelativeVariance(double k) const;
 };

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
-#include "luxfield/core/file.h"
+#include "luxfield/core/cache.h"
+#include "luxfield/core/error.h"
 #include "luxfield/core/json.h"
-#include "luxfield/core/outputs.h"
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/preprocess/scene_receivers.h"
 #include "luxfield/render/accuracy/car2.h"
@@ -101,7 +102,10 @@ double LightSeconds(const Device& device, Estimator& estimator, const GBuffer& g
     const core::Stopwatch stopwatch;
     estimator.Light({gbuffer, visibility}, PosedLuminaire{luminaire}, options, lighting);
     device.Finish();
-    if (run > 0) best_s = std::min(best_s, stopwatch.WallSeconds());
+    if (run == 0) continue;
+    const DeviceInfo& info = device.info();
+    best_s = std::min(best_s, info.is_cpu ? stopwatch.CoreSeconds() / info.compute_units
+                                          : stopwatch.WallSeconds());
   }
   return best_s;
 }
@@ -181,43 +185,46 @@ CostModel Calibrate(const Device& device, std::vector<CalibrationRun>* runs) {
 
 namespace {
 
-std::filesystem::path ModelFile(const Device& device) {
-  return core::CacheFile(
-      fmt::format("cost-{}.json", core::Sha256(DeviceName(device.info())).substr(0, 16)));
+core::CacheKey KeyOf(const Device& device) {
+  return {"costs", fmt::format("{}\n{}", kVersion, DeviceName(device.info()))};
+}
+
+std::optional<CostModel> KeptCostModel(const Device& device) {
+  const auto text = core::FindInCache(KeyOf(device));
+  if (!text) return std::nullopt;
+  try {
+    CostModel model;
+    model.device = DeviceName(device.info());
+    const core::Json estimators = core::Json::parse(*text);
+    for (const auto& [name, terms] : estimators.items())
+      for (int a = 0; a < kTerms; ++a)
+        model.coefficients_s[name][a] = core::Field<double>(terms, kTermNames[a], "cost model");
+    return model;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace
 
-std::optional<CostModel> StoredCostModel(const Device& device) {
-  const auto file = ModelFile(device);
-  std::error_code ignored;
-  if (file.empty() || !std::filesystem::exists(file, ignored)) return std::nullopt;
-  try {
-    const auto json = core::ReadJson(file);
-    CostModel model;
-    model.device = core::Field<std::string>(json, "device", file.string());
-    if (model.device != DeviceName(device.info()) ||
-        core::Field<int>(json, "version", file.string()) != kVersion)
-      return std::nullopt;
-    const auto estimators = core::Field<core::Json>(json, "estimators_s", file.string());
-    for (const auto& [name, terms] : estimators.items())
-      for (int a = 0; a < kTerms; ++a)
-        model.coefficients_s[name][a] = core::Field<double>(terms, kTermNames[a], file.string());
-    return model;
-  } catch (const Error&) {
-    return std::nullopt;  // calibrating again costs seconds, a wrong model costs more
-  }
+CostModel CurrentCostModel(const Device& device) {
+  return KeptCostModel(device).value_or(ShippedCostModel(device));
 }
 
-std::filesystem::path StoreCostModel(const Device& device, const CostModel& model) {
-  const auto file = ModelFile(device);
-  if (file.empty()) return {};
+bool KeepCostModel(const Device& device, const CostModel& model) {
   core::Json estimators;
   for (const auto& [name, coefficients] : model.coefficients_s)
     for (int a = 0; a < kTerms; ++a) estimators[name][kTermNames[a]] = coefficients[a];
-  const core::Json json{
-      {"version", kVersion}, {"device", model.device}, {"estimators_s", estimators}};
-  return core::WriteCacheFile(file, json.dump(2) + "\n") ? file : std::filesystem::path();
+  return core::PutIntoCache(KeyOf(device), estimators.dump());
+}
+
+void Refine(CostModel& model, const std::string& estimator, const LightingWork& work,
+            double measured_s) {
+  constexpr double kShare = 0.25, kMost = 2;
+  const double predicted_s = model.Knows(estimator) ? model.Seconds(estimator, work) : 0;
+  if (!(predicted_s > 0) || !(measured_s > 0)) return;
+  const double factor = std::clamp(std::pow(measured_s / predicted_s, kShare), 1 / kMost, kMost);
+  for (double& coefficient : model.coefficients_s[estimator]) coefficient *= factor;
 }
 
 }  // namespace luxfield::render

@@ -1,18 +1,19 @@
-// What lighting costs on a device: `luxfield bench calibrate` measures it, `luxfield render
-// --error` and `--time` choose by it.
+// What lighting costs on a device, which `luxfield render --error` and `--time` begin with before
+// pilots tell: shipped for classes of devices, refined by what each picture took, or measured by
+// `luxfield bench calibrate`.
 //
 //   seconds = launch + pixels (pixel + images image + texels texel + samples sample + rays ray)
 //
 // with coefficients >= 0 per estimator, fitted to runs over synthetic lamps of several sizes by
-// weighted least squares (relative errors count). Texels are those in the windows that a pixel
-// sees, over all images and channels. The model orders estimators and settings; it is not a
-// stopwatch: on other scenes it is within a factor of about 2 (rays within 3).
+// weighted least squares (relative errors count). Seconds are processor time shared by all cores
+// of a CPU, which other load changes little; of GPUs those of the clock. Texels are those in the
+// windows that a pixel sees, over all images and channels. The model orders estimators and
+// settings; it is not a stopwatch: on other scenes it is within a factor of about 2 (rays within
+// 3).
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <map>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,7 +36,7 @@ struct CostModel {
   std::map<std::string, std::array<double, 6>> coefficients_s;  // estimator -> one per term
 
   bool Knows(const std::string& estimator) const { return coefficients_s.contains(estimator); }
-  // Seconds of wall time on the resident G-buffer. The estimator must be known.
+  // Seconds on the resident G-buffer. The estimator must be known.
   double Seconds(const std::string& estimator, const LightingWork& work) const;
 };
 
@@ -55,10 +56,19 @@ struct CalibrationRun {
 // receives what the model was fitted to.
 CostModel Calibrate(const Device& device, std::vector<CalibrationRun>* runs = nullptr);
 
-// The device's model in $XDG_CACHE_HOME/luxfield (else ~/.cache/luxfield); empty if there is none
-// or it cannot be read.
-std::optional<CostModel> StoredCostModel(const Device& device);
-// Returns the file, or an empty path where no cache folder can be written.
-std::filesystem::path StoreCostModel(const Device& device, const CostModel& model);
+// What is shipped for a device that nothing was measured on (render/accuracy/shipped_costs.cc): of
+// CPUs and of GPUs, by their compute units.
+CostModel ShippedCostModel(const Device& device);
+
+// The device's own model, which was measured or refined here before, from the cache (core/cache.h);
+// else the shipped one.
+CostModel CurrentCostModel(const Device& device);
+// Keeps it as the device's own; whether that worked.
+bool KeepCostModel(const Device& device, const CostModel& model);
+
+// Moves the costs of an estimator towards what a picture took: by a quarter of the way, in
+// logarithms, and by at most a factor of 2.
+void Refine(CostModel& model, const std::string& estimator, const LightingWork& work,
+            double measured_s);
 
 }  // namespace luxfield::render

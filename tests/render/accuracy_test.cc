@@ -270,27 +270,5 @@ TEST_F(AccuracyTest, ErrorsAskedForUnderAreaLightsAreKept) {
   EXPECT_GE(kept, 0.95 * runs - 3 * std::sqrt(0.95 * 0.05 * runs));
 }
 
-// Fitted times must follow the measured ones: the model is for choosing, a factor of 2 is its
-// claim.
-TEST_F(AccuracyTest, CostModelFitsWhatItWasMeasuredOn) {
-  const auto device = render::Device::Open();
-  std::vector<CalibrationRun> runs;
-  const CostModel model = Calibrate(device, &runs);
-  EXPECT_TRUE(model.Knows("exact"));
-  EXPECT_FALSE(model.Knows("thesis"));
-  ASSERT_FALSE(runs.empty());
-  for (const auto& run : runs) {
-    EXPECT_GT(run.measured_s, 0);
-    EXPECT_GT(run.predicted_s, 0);
-    EXPECT_DOUBLE_EQ(run.predicted_s, model.Seconds(run.estimator, run.work));
-  }
-  StoreCostModel(device, model);
-  const auto stored = StoredCostModel(device);
-  ASSERT_TRUE(stored.has_value());
-  for (const auto& [name, coefficients] : model.coefficients_s)
-    for (std::size_t a = 0; a < coefficients.size(); ++a)
-      EXPECT_DOUBLE_EQ(stored->coefficients_s.at(name)[a], coefficients[a]);
-}
-
 }  // namespace
 }  // namespace luxfield::render
