@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -263,7 +264,7 @@ BrightestPixel FindBrightestPixel(const EnvironmentPicture& picture) {
   const core::Image& image = picture.image;
   const TexelEdges edges = EdgesOf(picture);
   BrightestPixel brightest;
-  double largest = -1;
+  double largest = -std::numeric_limits<double>::infinity();
   for (int row = 0; row < image.height; ++row)
     for (int column = 0; column < image.width; ++column) {
       core::Rgb radiance;

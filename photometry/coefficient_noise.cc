@@ -64,7 +64,7 @@ void CoefficientNoise::FindIrradianceSigma() {
       }
     const Matrix found = inverse_v * variance * inverse_u.transpose();
     if (found.minCoeff() < -kRounding * found.cwiseAbs().maxCoeff()) {
-      independent_[texel] = 1;
+      independent_[texel] = true;
       ++independent_texels_;
       continue;
     }

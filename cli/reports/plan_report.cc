@@ -175,10 +175,10 @@ core::Json PrintPlanForTarget(const PlanQuestion& question, const PlanForTarget&
   const auto rows = Table(question, answer);
   std::vector<std::size_t> widths(kColumns.size());
   for (const auto& row : rows)
-    for (std::size_t k = 0; k < row.size(); ++k) widths[k] = std::max(widths[k], row[k].size());
+    for (std::size_t k = 0; k + 1 < row.size(); ++k)  // no blanks behind the last
+      widths[k] = std::max(widths[k], row[k].size());
   for (const auto& row : rows) {
-    for (std::size_t k = 0; k < row.size(); ++k)
-      fmt::print("{}{:<{}}", k ? "  " : "  ", row[k], widths[k]);
+    for (std::size_t k = 0; k < row.size(); ++k) fmt::print("  {:<{}}", row[k], widths[k]);
     fmt::print("\n");
   }
   fmt::print("  truth good to {}, the lamp's samples to {}\n", Percent(question.truth_error),

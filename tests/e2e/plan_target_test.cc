@@ -33,6 +33,18 @@ TEST(PlanTarget, WritesAPlanALabAndTheCurve) {
   EXPECT_NE(dry.out.find("positions"), std::string::npos) << dry.out;
 }
 
+// Its session goes with the scratch folder that it is in.
+TEST(PlanTarget, TheSimulatedCaptureLeavesNothingBehind) {
+  const auto folder = FreshFolder("plan_and_capture");
+  auto words = PlanFor("60%");
+  std::erase(words, "--no-capture");
+  const Outcome found = RunLuxfield(words, folder);
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  EXPECT_NE(found.out.find("simulated capture"), std::string::npos) << found.out;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    EXPECT_TRUE(entry.is_regular_file() && entry.path().extension() != ".exr") << entry.path();
+}
+
 TEST(PlanTarget, OutOfReachExitsTwoWithTheLimitAndTheCurve) {
   const auto folder = FreshFolder("plan_out_of_reach");
   const Outcome outcome = RunLuxfield(PlanFor("0.0001%"), folder);

@@ -65,7 +65,7 @@ FUNCTION = re.compile(r"\b(min|max|fmin|fmax|sin|cos|floor|ceil)(?=(<[^<>()]*>)?
 NUMBER = re.compile(r"(?<![\w.<])(?<![pPeE][-+])(\d+\.\d*|\d+)(f?)(?![\w.>'])")
 CONDITION = re.compile(r"\bif (\()")
 CALL = re.compile(r"\b(?!(?:f?min|f?max|hypot|dot|Dot|swap)\()[A-Za-z_]\w*(\()")
-BENCH = re.compile(r"\bbench_\w+\.cc$")
+BENCH = re.compile(r"\bbench_\w+\.cc$|^device_bench/main\.cc$")
 LOOP = re.compile(r"\bfor (\()")
 
 

@@ -54,6 +54,32 @@ double WorstAt(const LampVolume& volume, const LightField& field, double z_m,
   return worst / BrightestAt(volume, field, z_m);
 }
 
+// At every q that is asked for, the last of a row and of a column among them. Moments are float sums.
+TEST(LampVolume, SlicesAreTheClosedForm) {
+  const LightField field = SmallLamp(3);
+  const LampVolume volume = EmptyLampVolume(field, "lamp");
+  const std::vector<double> q_x{-0.6, 0.05, 0.3, 0.45}, q_y{-0.4, 0.1, 0.5};
+  for (const double z : {0.1, 0.9}) {
+    const bool front = z >= volume.delta_m;
+    const double w = front ? volume.delta_m / z : z / volume.delta_m;
+    const std::vector<float> slice =
+        ExactSlice(field, volume.bounds, front ? Side::kFront : Side::kBetween, w, q_x, q_y);
+    ASSERT_EQ(slice.size(), q_x.size() * q_y.size() * 9);
+    const double scale = front ? w * w : 1, brightest = BrightestAt(volume, field, z);
+    for (std::size_t y = 0; y < q_y.size(); ++y)
+      for (std::size_t x = 0; x < q_x.size(); ++x) {
+        const auto judge =
+            lightfield::ClosedFormLightVector(field, PointAt(volume, {q_x[x], q_y[y]}, z));
+        const float* k = &slice[(y * q_x.size() + x) * 9];
+        for (int channel = 0; channel < 3; ++channel, k += 3)
+          EXPECT_LT(lightfield::Length(scale * Vec3{k[0], k[1], k[2]} - judge.j[channel]),
+                    1e-4 * brightest)
+              << z << ' ' << x << ' ' << y << ' ' << channel;
+        EXPECT_GT(lightfield::Length(judge.j[0]), 1e-4 * brightest);
+      }
+  }
+}
+
 // A step of the codes is asinh(100) / 2047 = 0.26 %. Rounding is half of one in each of three
 // components, sqrt(3) / 2 of one in length; the spline of a smooth field adds less than one at these
 // spacings (a tenth of a blob's width).
