@@ -12,7 +12,6 @@
 #include "luxfield/core/file.h"
 #include "luxfield/formats/far_field.h"
 #include "luxfield/formats/lm63.h"
-#include "luxfield/lightfield/light_vector.h"
 #include "luxfield/version.h"
 #include "luxfield/web/lamp_volume.h"
 
@@ -51,29 +50,6 @@ double RectangleIlluminance(const Photometry& profile, const Rectangle& face, Ve
       sum += Intensity(profile, to_p) * std::max(0.0, -Dot(to_p, n)) * to_p.z / (r * r * r * r);
     }
   return sum * 4 * face.half.x * face.half.y / (kParts * kParts);
-}
-
-std::vector<FarDeviation> DeviationsOf(const LightField& field, const Photometry& far_field,
-                                       const Photometry& profile, const Rectangle& face) {
-  const double least = 0.01 * formats::FindPeak(far_field).intensity_cd;
-  std::vector<Vec3> directions;
-  for (int gamma = 1; gamma < 90; gamma += 4)
-    for (int c = 0; c < 360; c += 30) {
-      const Vec3 d = formats::Direction(formats::PhotometryType::kC, c, gamma);
-      if (Intensity(far_field, d) > least) directions.push_back(d);
-    }
-  std::vector<FarDeviation> deviations;
-  for (const double distance : {0.1, 0.3, 1.0, 3.0, 10.0}) {
-    double largest = 0, brightest = 0;
-    for (const Vec3 d : directions) {
-      const Vec3 p = distance * d, n = -1 * d;
-      const double exact = core::Luminance(lightfield::ExactIrradiance(field, p, n));
-      brightest = std::max(brightest, exact);
-      largest = std::max(largest, std::abs(RectangleIlluminance(profile, face, p, n) - exact));
-    }
-    if (brightest > 0) deviations.push_back({distance, largest / brightest});
-  }
-  return deviations;
 }
 
 // A name that USD allows: letters, digits and '_', no digit first.
@@ -133,14 +109,15 @@ UsdLamp WriteUsdLamp(const std::filesystem::path& path, const LightField& field,
                                  lightfield::FluxUnitName(field.geometry.unit)),
                      "choose another format, as .json for Blender");
   const Rectangle face = web::BoundsOfLight(field, source.string()).on_f;
-  const std::vector<lightfield::PosedLightField> lamp = {{"", {}, field}};
-  const Photometry far_field =
-      formats::SampleFarField(formats::LuminanceOf(lamp), {}, {}, source.string()).table;
+  const std::vector<lightfield::PosedLightField> fields = {{"", {}, field}};
+  const auto luminance = formats::LuminanceOf(fields);
+  const Photometry far_field = formats::SampleFarField(luminance, {}, {}, source.string()).table;
   const Photometry profile = LuminanceProfile(far_field, face);
   const std::string stem = path.stem().string();
   UsdLamp written;
   written.files = {path, path.parent_path() / (stem + ".ies")};
-  written.deviations = DeviationsOf(field, far_field, profile, face);
+  written.deviations = DeviationsOf(
+      luminance, [&](Vec3 p, Vec3 n) { return RectangleIlluminance(profile, face, p, n); });
   core::WriteFileAtomically(
       written.files[1],
       formats::FormatLm63(profile, formats::Lm63Version::k2002, written.files[1].string()));

@@ -19,21 +19,14 @@
 #include <string>
 #include <vector>
 
+#include "luxfield/bridges/far_deviation.h"
 #include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::bridges {
 
-// How far a light that knows intensities alone is from the light field.
-struct FarDeviation {
-  double distance_m = 0;
-  // Largest deviation over directions with more than a hundredth of the peak, on surfaces that face
-  // the lamp's origin, of the largest illuminance at that distance.
-  double largest = 0;
-};
-
 struct UsdLamp {
   std::vector<std::filesystem::path> files;  // the layer, the profile
-  std::vector<FarDeviation> deviations;      // at 0.1, 0.3, 1, 3 and 10 m
+  std::vector<FarDeviation> deviations;
 };
 
 // Writes NAME.usda and NAME.ies. `source` is the light field's file, which the layer names relative to

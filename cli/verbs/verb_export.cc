@@ -38,6 +38,7 @@ const std::vector<ExportFormat>& Formats() {
       {"blender", Kind::kBridge, {".json"}},
       {"gltf", Kind::kBridge, {".glb"}},
       {"usd", Kind::kBridge, {".usda"}},
+      {"pbrt", Kind::kBridge, {".pbrt"}},
   };
   return formats;
 }

@@ -5,6 +5,7 @@
 
 #include "luxfield/bridges/gltf_lamp.h"
 #include "luxfield/bridges/lamp_atlas.h"
+#include "luxfield/bridges/pbrt_lamp.h"
 #include "luxfield/bridges/radiance_source.h"
 #include "luxfield/bridges/usd_lamp.h"
 #include "luxfield/cli/verbs/verb_export.h"
@@ -86,19 +87,34 @@ core::Json ToGltf(const ExportOptions& options, const ExportFormat& format, cons
   return json;
 }
 
+core::Json ReportDeviations(const std::vector<bridges::FarDeviation>& deviations) {
+  core::Json rows = core::Json::array();
+  for (const bridges::FarDeviation& d : deviations) {
+    fmt::print("  at {:>5g} m    {:.2g} % of the brightest off, at most\n", d.distance_m,
+               100 * d.largest);
+    rows.push_back({{"distance_m", d.distance_m}, {"largest", d.largest}});
+  }
+  return rows;
+}
+
 core::Json ToUsd(const ExportOptions& options, const ExportFormat& format, const Fields& fields) {
   const auto written = bridges::WriteUsdLamp(
       options.output, OnlyField(options, fields, "a rectangle of UsdLux"), options.field);
   fmt::print("{}: a rectangle with an intensity profile for OpenUSD, and beside it",
              options.output);
   PrintOthers(written.files);
-  core::Json deviations = core::Json::array();
-  for (const bridges::FarDeviation& d : written.deviations) {
-    fmt::print("  at {:>5g} m    {:.2g} % of the brightest off, at most\n", d.distance_m,
-               100 * d.largest);
-    deviations.push_back({{"distance_m", d.distance_m}, {"largest", d.largest}});
-  }
-  return {{"format", format.name}, {"files", FileNames(written.files)}, {"deviations", deviations}};
+  return {{"format", format.name},
+          {"files", FileNames(written.files)},
+          {"deviations", ReportDeviations(written.deviations)}};
+}
+
+core::Json ToPbrt(const ExportOptions& options, const ExportFormat& format, const Fields& fields) {
+  const auto written = bridges::WritePbrtLamp(options.output, fields, options.field);
+  fmt::print("{}: the far field as a goniometric light for pbrt-v4, and beside it", options.output);
+  PrintOthers(written.files);
+  return {{"format", format.name},
+          {"files", FileNames(written.files)},
+          {"deviations", ReportDeviations(written.deviations)}};
 }
 
 }  // namespace
@@ -110,6 +126,7 @@ core::Json ExportBridge(const ExportOptions& options, const ExportFormat& format
     throw InputError(fmt::format(
         "--check does not run {}; drop it: docs/bridges.md says how far it is off", format.name));
   if (format.name == "mitsuba") return ToMitsuba(options, format, fields);
+  if (format.name == "pbrt") return ToPbrt(options, format, fields);
   if (format.name == "usd") return ToUsd(options, format, fields);
   if (format.name == "blender") return ToBlender(options, format, fields);
   return ToRadiance(options, format, fields);

@@ -1,16 +1,20 @@
-// Lamps as glTF and OpenUSD files: read back, held to the checkers of Khronos and Pixar, and lit by a
+// Lamps as files of glTF, OpenUSD and pbrt: read back, held to the checkers of Khronos and Pixar, and lit by a
 // reader that was written from our pages.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "luxfield/bridges/gltf_lamp.h"
+#include "luxfield/bridges/pbrt_lamp.h"
 #include "luxfield/bridges/usd_lamp.h"
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
+#include "luxfield/core/exr.h"
 #include "luxfield/core/json.h"
+#include "luxfield/core/random.h"
 #include "luxfield/formats/far_field.h"
 #include "luxfield/formats/photometric_file.h"
 #include "luxfield/lightfield/light_vector.h"
@@ -31,6 +35,19 @@ web::FitOptions SmallFit() {
   return options;
 }
 
+// A file of a lamp of three channels, whose tables are fitted once.
+struct Sample {
+  Scratch scratch{"gltf"};
+  LightField field = formats::AsymmetricField(3);
+  web::FittedVolume fitted =
+      WriteGltfLamp(scratch / "lamp.glb", field, "lamp.lf.exr", SmallFit()).fitted;
+};
+
+const Sample& ThreeChannels() {
+  static const Sample sample;
+  return sample;
+}
+
 core::Json JsonOf(const std::filesystem::path& glb) {
   const std::string bytes = core::ReadFile(glb);
   std::uint32_t length = 0;
@@ -40,14 +57,12 @@ core::Json JsonOf(const std::filesystem::path& glb) {
 }
 
 TEST(GltfLamp, IsReadBackAndValid) {
-  const Scratch scratch("gltf");
-  const LightField field = formats::AsymmetricField(3);
-  const GltfLamp written = WriteGltfLamp(scratch / "lamp.glb", field, "lamp.lf.exr", SmallFit());
+  const auto& [scratch, field, fitted] = ThreeChannels();
   const web::FittedVolume read = ReadGltfLamp(scratch / "lamp.glb");
-  ASSERT_EQ(read.volume.tables.size(), written.fitted.volume.tables.size());
+  ASSERT_EQ(read.volume.tables.size(), fitted.volume.tables.size());
   for (std::size_t k = 0; k < read.volume.tables.size(); ++k)
-    EXPECT_EQ(read.volume.tables[k].codes, written.fitted.volume.tables[k].codes);
-  EXPECT_EQ(read.stated_error(), written.fitted.stated_error());
+    EXPECT_EQ(read.volume.tables[k].codes, fitted.volume.tables[k].codes);
+  EXPECT_EQ(read.stated_error(), fitted.stated_error());
 
   const std::string whole = core::ReadFile(scratch / "lamp.glb");
   core::WriteFileAtomically(scratch / "short.glb", std::string_view(whole).substr(0, 5000));
@@ -69,9 +84,7 @@ TEST(GltfLamp, IsReadBackAndValid) {
 // The reader of docs/formats/gltf-light-field.md, in Python, and its schema.
 TEST(GltfLamp, AReaderByThePagesLightsAsStated) {
   LUXFIELD_NEEDS_FOREIGN("python");
-  const Scratch scratch("gltf_reader");
-  const LightField field = formats::AsymmetricField(3);
-  const auto fitted = WriteGltfLamp(scratch / "lamp.glb", field, "lamp.lf.exr", SmallFit()).fitted;
+  const auto& [scratch, field, fitted] = ThreeChannels();
   core::Json asked;
   std::vector<double> exact;
   const auto receivers = web::LitReceivers(field, fitted.volume, 0.3, 20, 300, TestSeed(4));
@@ -99,9 +112,7 @@ TEST(GltfLamp, AReaderByThePagesLightsAsStated) {
 
 // Fallback lights point where the beam goes, with the lamp's flux.
 TEST(GltfLamp, FallbacksAreTheLampFarAway) {
-  const Scratch scratch("gltf_fallback");
-  const LightField field = formats::AsymmetricField();
-  WriteGltfLamp(scratch / "lamp.glb", field, "lamp.lf.exr", SmallFit());
+  const auto& [scratch, field, fitted] = ThreeChannels();
   const core::Json json = JsonOf(scratch / "lamp.glb");
   const core::Json& light = json.at("extensions").at("KHR_lights_punctual").at("lights")[0];
   const double inner = light.at("spot").at("innerConeAngle"),
@@ -109,7 +120,8 @@ TEST(GltfLamp, FallbacksAreTheLampFarAway) {
   // Falloff of KHR_lights_punctual: the square of a ramp between the two cosines.
   const double solid_angle =
       2 * M_PI * (1 - std::cos(inner) + (std::cos(inner) - std::cos(outer)) / 3);
-  EXPECT_NEAR(light.at("intensity").get<double>() * solid_angle,
+  EXPECT_NEAR(light.at("intensity").get<double>() * solid_angle *
+                  core::Luminance(light.at("color").get<core::Rgb>()),
               core::Luminance(lightfield::TotalFlux(field)), 1e-3);
   const core::Json& q = json.at("nodes")[1].at("rotation");
   const double x = q[0], y = q[1], z = q[2], w = q[3];
@@ -185,6 +197,47 @@ TEST(UsdLamp, HasTheLampsIntensityFarAway) {
   ASSERT_EQ(written.deviations.size(), 5u);
   EXPECT_GT(written.deviations[0].largest, 0.02);
   EXPECT_LT(written.deviations[4].largest, 0.01);
+}
+
+// Where the sphere's direction lies in the square, by Clarberg's inverse with the arc tangent itself.
+std::array<double, 2> EqualAreaPlace(Vec3 d) {
+  const double r = std::sqrt(1 - std::abs(d.z));
+  const double phi = 2 / M_PI * std::atan2(std::abs(d.y), std::abs(d.x));
+  double x = r - phi * r, y = phi * r;
+  if (d.z < 0) {
+    const double old = x;
+    x = 1 - y, y = 1 - old;
+  }
+  return {std::copysign(x, d.x), std::copysign(y, d.y)};
+}
+
+TEST(PbrtLamp, PixelsAreTheIntensities) {
+  const Scratch scratch("pbrt");
+  const auto lamp = LampOfTwoFaces();
+  const PbrtLamp written = WritePbrtLamp(scratch / "lamp.pbrt", lamp, "lamp.lf.exr");
+  const core::Image picture = core::ReadExrImage(scratch / "lamp.exr");
+  ASSERT_EQ(picture.width, picture.height);
+  core::Random random(TestSeed(6), 2, 0);
+  double peak = 0, flux = 0;
+  for (const float i : picture.data) peak = std::max(peak, double{i}), flux += i;
+  EXPECT_NEAR(flux * 4 * M_PI / double(picture.data.size()),
+              core::Luminance(lightfield::TotalFlux(lamp)),
+              2e-3 * core::Luminance(lightfield::TotalFlux(lamp)));
+  for (int k = 0; k < 300; ++k) {
+    const double z = 2 * random.Uniform() - 1, around = 2 * M_PI * random.Uniform();
+    const Vec3 d{std::sqrt(1 - z * z) * std::cos(around), std::sqrt(1 - z * z) * std::sin(around),
+                 z};
+    const auto [x, y] = EqualAreaPlace(d);
+    const Vec3 back = EqualAreaDirection(x, y);
+    EXPECT_NEAR(Length(back - d), 0, 1e-9);
+    const int column = static_cast<int>((x + 1) / 2 * picture.width),
+              row = static_cast<int>((y + 1) / 2 * picture.height);
+    EXPECT_NEAR(picture.data[std::size_t(row) * picture.width + column],
+                formats::IntensityOf(lamp, d, {}), 0.01 * peak);
+  }
+  ASSERT_EQ(written.deviations.size(), 4u);  // 0.1 m lies within the lamp's reach
+  EXPECT_LT(written.deviations[3].largest, 0.02);
+  EXPECT_THAT(core::ReadFile(scratch / "lamp.pbrt"), testing::HasSubstr("\"goniometric\""));
 }
 
 }  // namespace
