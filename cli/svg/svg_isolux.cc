@@ -25,11 +25,27 @@ struct Frame {
   }
 };
 
-std::string Colour(std::size_t band, std::size_t bands) {
-  const auto c = core::FalseColour((double(band) + 0.5) / double(bands));
+std::string ColourText(double r, double g, double b) {
   const auto byte = [](double x) { return std::lround(255 * std::clamp(x, 0.0, 1.0)); };
-  return fmt::format("#{:02x}{:02x}{:02x}", byte(c[0]), byte(c[1]), byte(c[2]));
+  return fmt::format("#{:02x}{:02x}{:02x}", byte(r), byte(g), byte(b));
 }
+
+// Bands between levels, and what colour each has.
+struct Scale {
+  std::vector<double> levels;
+  bool is_signed = false;
+
+  std::string Colour(std::size_t band) const {
+    const double share = (double(band) + 0.5) / double(levels.size() + 1);
+    if (!is_signed) {
+      const auto c = core::FalseColour(share);
+      return ColourText(c[0], c[1], c[2]);
+    }
+    const double x = 2 * share - 1, dark = 0.75 * std::abs(x);
+    return x > 0 ? ColourText(1, 1 - dark, 1 - dark) : ColourText(1 - dark, 1 - dark, 1);
+  }
+  bool OnDark(std::size_t level) const { return !is_signed && level < levels.size() / 2; }
+};
 
 // How many levels are at or below the value.
 std::size_t BandOf(const std::vector<double>& levels, double value) {
@@ -38,20 +54,20 @@ std::size_t BandOf(const std::vector<double>& levels, double value) {
 }
 
 // Runs of fields of one band in a row, as rectangles.
-std::string Fields(const IsoluxMap& map, const Frame& frame, const std::vector<double>& levels) {
+std::string Fields(const IsoluxMap& map, const Frame& frame, const Scale& scale) {
   std::string svg = "<g shape-rendering=\"crispEdges\">\n";
   const double w = frame.width / map.columns, h = frame.height / map.rows;
   for (int row = 0; row < map.rows; ++row)
     for (int column = 0; column < map.columns;) {
       const auto band = [&](int at) {
-        return BandOf(levels, map.values[static_cast<std::size_t>(row) * map.columns + at]);
+        return BandOf(scale.levels, map.values[static_cast<std::size_t>(row) * map.columns + at]);
       };
       int end = column + 1;
       while (end < map.columns && band(end) == band(column)) ++end;
       svg += fmt::format(
           "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"/>\n",
           kLeft + column * w, kTop + row * h, (end - column) * w + 0.4, h + 0.4,
-          Colour(band(column), levels.size() + 1));
+          scale.Colour(band(column)));
       column = end;
     }
   return svg + "</g>\n";
@@ -83,8 +99,51 @@ std::string Line(const IsoluxMap& map, const Frame& frame, double level, bool on
                             crossings[k + 1][0], crossings[k + 1][1]);
     }
   if (path.empty()) return path;
-  return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"0.8\"/>\n", path,
-                     on_dark ? "#fff" : "#000");
+  return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"0.8\"{}/>\n", path,
+                     on_dark ? "#fff" : "#000", level < 0 ? " stroke-dasharray=\"3 2\"" : "");
+}
+
+// Lines and marks with a dark border around their light middle, on whatever lies below.
+std::string Overlay(const IsoluxMap& map, const Frame& frame) {
+  const auto inside = [&](double x, double y) {
+    return x >= map.x0 && x <= map.x1 && y >= map.y0 && y <= map.y1;
+  };
+  std::string svg;
+  for (const IsoluxLine& line : map.lines) {
+    std::string path;
+    bool drawing = false;
+    for (const auto& [x, y] : line.points) {
+      const bool on = inside(x, y);
+      if (on)
+        path +=
+            fmt::format("{}{:.1f} {:.1f}", drawing ? "L" : "M", frame.X(map, x), frame.Y(map, y));
+      drawing = on;
+    }
+    if (path.empty()) continue;
+    for (const auto& [colour, width] : {std::pair{"#000", 2.6}, {"#fff", 1.2}})
+      svg += fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"{}/>\n",
+                         path, colour, width, line.dashed ? " stroke-dasharray=\"5 4\"" : "");
+  }
+  for (const IsoluxMark& mark : map.marks) {
+    if (!inside(mark.x, mark.y)) continue;
+    const double x = frame.X(map, mark.x), y = frame.Y(map, mark.y);
+    for (const auto& [colour, stroke] : {std::pair{"#000", 3.4}, {"#fff", 1.6}})
+      svg += mark.crossed
+                 ? fmt::format(
+                       "<path d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}M{:.1f} {:.1f}L{:.1f} {:.1f}\" "
+                       "fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"/>\n",
+                       x - 4, y - 4, x + 4, y + 4, x - 4, y + 4, x + 4, y - 4, colour, stroke)
+                 : fmt::format(
+                       "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\" fill=\"none\" "
+                       "stroke=\"{}\" stroke-width=\"{}\"/>\n",
+                       x, y, colour, stroke);
+    const bool left = x > kLeft + 0.85 * frame.width;
+    svg += fmt::format(
+        "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"9\" text-anchor=\"{}\" fill=\"#fff\" "
+        "stroke=\"#000\" stroke-width=\"2.2\" paint-order=\"stroke\">{}</text>\n",
+        left ? x - 6 : x + 6, y - 5, left ? "end" : "start", EscapeXml(mark.text));
+  }
+  return svg;
 }
 
 std::string AxisTicks(const IsoluxMap& map, const Frame& frame) {
@@ -104,7 +163,8 @@ std::string AxisTicks(const IsoluxMap& map, const Frame& frame) {
   return svg;
 }
 
-std::string Legend(const IsoluxMap& map, const Frame& frame, const std::vector<double>& levels) {
+std::string Legend(const IsoluxMap& map, const Frame& frame, const Scale& scale) {
+  const std::vector<double>& levels = scale.levels;
   std::string svg;
   const double x = kLeft + frame.width + 18;
   for (std::size_t band = 0; band <= levels.size(); ++band) {
@@ -116,10 +176,40 @@ std::string Legend(const IsoluxMap& map, const Frame& frame, const std::vector<d
     svg += fmt::format(
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"18\" height=\"18\" fill=\"{}\" "
         "stroke=\"#888\" stroke-width=\"0.5\"/><text x=\"{:.1f}\" y=\"{:.1f}\">{}{}</text>\n",
-        x, y, Colour(band, levels.size() + 1), x + 24, y + 13, text,
+        x, y, scale.Colour(band), x + 24, y + 13, text,
         band == levels.size() ? " " + EscapeXml(map.unit) : "");
   }
   return svg;
+}
+
+std::string Drawn(const IsoluxMap& map, const Scale& scale) {
+  const double across = map.x1 - map.x0, along = map.y1 - map.y0;
+  // As wide as high where that can be read: not beyond 1 : 4.
+  const double ratio = std::clamp(along / across, 0.25, 4.0);
+  const Frame frame{ratio > 1 ? kLargest / ratio : kLargest,
+                    ratio > 1 ? kLargest : kLargest * ratio};
+  const double width = kLeft + frame.width + kLegend,
+               height = kTop + std::max(frame.height, 18.0 * (kMostLevels + 1)) + kBottom;
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
+      "width=\"{0:.0f}\" height=\"{1:.0f}\" font-family=\"sans-serif\" font-size=\"12\">\n<rect "
+      "width=\"{0:.0f}\" height=\"{1:.0f}\" fill=\"white\"/>\n<text x=\"20\" y=\"22\" "
+      "font-size=\"14\" font-weight=\"bold\">{2}</text>\n",
+      width, height, EscapeXml(map.title));
+  const std::string border = fmt::format(
+      "<rect x=\"{}\" y=\"{}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" "
+      "stroke=\"#444\"/>\n",
+      kLeft, kTop, frame.width, frame.height);
+  if (scale.levels.empty())
+    return svg + border + AxisTicks(map, frame) +
+           fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n</svg>\n",
+                       kLeft + frame.width / 2, kTop + frame.height / 2,
+                       scale.is_signed ? "no difference" : "no light");
+  svg += Fields(map, frame, scale);
+  for (std::size_t k = 0; k < scale.levels.size(); ++k)
+    svg += Line(map, frame, scale.levels[k], scale.OnDark(k));
+  return svg + Overlay(map, frame) + border + AxisTicks(map, frame) + Legend(map, frame, scale) +
+         "</svg>\n";
 }
 
 }  // namespace
@@ -137,36 +227,22 @@ std::vector<double> IsoluxLevels(double largest, int most) {
 }
 
 std::string SvgIsolux(const IsoluxMap& map) {
-  const double across = map.x1 - map.x0, along = map.y1 - map.y0;
-  // As wide as high where that can be read: not beyond 1 : 4.
-  const double ratio = std::clamp(along / across, 0.25, 4.0);
-  const Frame frame{ratio > 1 ? kLargest / ratio : kLargest,
-                    ratio > 1 ? kLargest : kLargest * ratio};
-  const double width = kLeft + frame.width + kLegend,
-               height = kTop + std::max(frame.height, 18.0 * (kMostLevels + 1)) + kBottom;
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
-      "width=\"{0:.0f}\" height=\"{1:.0f}\" font-family=\"sans-serif\" font-size=\"12\">\n<rect "
-      "width=\"{0:.0f}\" height=\"{1:.0f}\" fill=\"white\"/>\n<text x=\"20\" y=\"22\" "
-      "font-size=\"14\" font-weight=\"bold\">{2}</text>\n",
-      width, height, EscapeXml(map.title));
   const double largest =
       map.values.empty() ? 0 : *std::max_element(map.values.begin(), map.values.end());
-  const std::string border = fmt::format(
-      "<rect x=\"{}\" y=\"{}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" "
-      "stroke=\"#444\"/>\n",
-      kLeft, kTop, frame.width, frame.height);
-  if (!(largest > 0))
-    return svg + border + AxisTicks(map, frame) +
-           fmt::format(
-               "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">no light</text>\n"
-               "</svg>\n",
-               kLeft + frame.width / 2, kTop + frame.height / 2);
-  const std::vector<double> levels = IsoluxLevels(largest, kMostLevels);
-  svg += Fields(map, frame, levels);
-  for (std::size_t k = 0; k < levels.size(); ++k)
-    svg += Line(map, frame, levels[k], k < levels.size() / 2);
-  return svg + border + AxisTicks(map, frame) + Legend(map, frame, levels) + "</svg>\n";
+  return Drawn(map, {largest > 0 ? IsoluxLevels(largest, kMostLevels) : std::vector<double>{}});
+}
+
+std::string SvgDifference(const IsoluxMap& map) {
+  constexpr int kToEitherSide = 4;
+  double largest = 0;
+  for (const double value : map.values) largest = std::max(largest, std::abs(value));
+  Scale scale{{}, true};
+  if (largest > 0) {
+    const std::vector<double> above = IsoluxLevels(largest, kToEitherSide);
+    for (auto it = above.rbegin(); it != above.rend(); ++it) scale.levels.push_back(-*it);
+    scale.levels.insert(scale.levels.end(), above.begin(), above.end());
+  }
+  return Drawn(map, scale);
 }
 
 }  // namespace luxfield::cli

@@ -216,6 +216,45 @@ TEST_F(Photometry, OfThreeChannelsHasColour) {
   EXPECT_THAT(Page(), testing::HasSubstr("Correlated colour temperature"));
 }
 
+TEST_F(Photometry, TwoLampsAreComparedInTheWordsOfPhotometry) {
+  const LightField a = Lamp(1.1e6), b = Lamp(1e6);
+  lightfield::WriteLightField(folder_ / "a.lf.exr", a);
+  lightfield::WriteLightField(folder_ / "b.lf.exr", b);
+  LightField sigma = b;
+  for (float& c : sigma.data) c *= 0.01f;
+  sigma.provenance["solve"] = "none";
+  lightfield::WriteLightField(folder_ / "s.lf.exr", sigma);
+  const json found = Run({"compare", "a.lf.exr", "b.lf.exr", "--sigma-a", "s.lf.exr", "--sigma-b",
+                          "s.lf.exr", "-o", "x.html"});
+  const json& flux = found["photometry"]["quantities"][0];
+  EXPECT_EQ(flux["name"], "flux");
+  const double expected = lightfield::TotalFlux(b)[0];
+  EXPECT_NEAR(flux["difference"].get<double>(), 0.1 * expected, 1e-5 * expected);
+  double squares = 0, sum = 0;
+  for (const float c : b.data) squares += double(c) * c, sum += c;
+  // Coefficients are independent: u / flux = 0.01 sqrt(sum c^2) / sum c, of both lamps.
+  EXPECT_NEAR(flux["difference_u"].get<double>(),
+              std::sqrt(2.0) * 0.01 * std::sqrt(squares) / sum * expected, 1e-3 * expected);
+  EXPECT_NEAR(flux["in_uncertainties"].get<double>(),
+              flux["difference"].get<double>() / flux["difference_u"].get<double>(), 1e-9);
+  EXPECT_NEAR(found["rel_rmse"].get<double>(),
+              0.1 * std::sqrt(squares * double(b.data.size())) / sum, 1e-3);
+  const std::string page = ReadText(folder_ / "x.html");
+  ExpectSelfContainedPage(page);
+  EXPECT_THAT(page, testing::HasSubstr("A - B"));
+  // Another geometry: no coefficients, but all that they shine.
+  lightfield::LuminaireGeometry other = Geometry();
+  other.lattice = {8, 8, -0.3, 0.28, 0.075, 0.075};
+  LightField coarse(other);
+  for (float& c : coarse.data) c = 1e5f;
+  lightfield::WriteLightField(folder_ / "c.lf.exr", coarse);
+  const json others = Run({"compare", "a.lf.exr", "c.lf.exr"});
+  EXPECT_FALSE(others.contains("rel_rmse"));
+  EXPECT_TRUE(others["photometry"]["quantities"][0]["in_uncertainties"].is_null());
+  lightfield::WriteLightField(folder_ / "w.lf.exr", Lamp(1, lightfield::FluxUnit::kWatt));
+  EXPECT_TRUE(Run({"compare", "a.lf.exr", "w.lf.exr"})["photometry"].is_null());
+}
+
 TEST_F(Photometry, OfWattsIsRadiometry) {
   const json found = Ask(Lamp(1, lightfield::FluxUnit::kWatt));
   EXPECT_GT(found["flux_w"].get<double>(), 0);
