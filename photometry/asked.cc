@@ -97,6 +97,31 @@ EyeAsked ReadEyeAsked(const Config& table) {
   return eye;
 }
 
+HeadlampAsked ReadHeadlampAsked(const Config& table, const RegulationFile& regulation_file) {
+  HeadlampAsked headlamp;
+  const std::string name = table.Text("regulation");
+  const std::filesystem::path file = name.ends_with(".toml")
+                                         ? std::filesystem::path(table.Path("regulation"))
+                                         : regulation_file(name);
+  if (std::error_code error; !std::filesystem::exists(file, error))
+    table.Fail("regulation", fmt::format("= '{}' names no file", name),
+               "name one of data/regulations without its ending, or a path that ends in .toml");
+  headlamp.regulation = ReadRegulation(file);
+  if (table.Choice("traffic", {"right", "left"}, "right") == "left")
+    headlamp.regulation = Mirrored(headlamp.regulation);
+  headlamp.forward = ReadDirection(table, "forward", {0, 0, 1});
+  headlamp.up = ReadAcross(table, "up", {0, 1, 0}, headlamp.forward, "forward");
+  if (table.Has("aim_deg")) {
+    const auto aim = table.Numbers("aim_deg", 2);
+    if (!(std::abs(aim[0]) <= 45 && std::abs(aim[1]) <= 45))
+      table.Fail("aim_deg", "turns the lamp by more than 45 degrees", "give `forward` instead");
+    headlamp.aim = Place{aim[0], aim[1]};
+  }
+  headlamp.height_m = table.Number("height_m", 0.65, {0.05, 20});
+  headlamp.name = table.Text("name", headlamp.regulation.name);
+  return headlamp;
+}
+
 }  // namespace
 
 Vec3 PlaneAsked::Point(int column, int row) const {
@@ -109,11 +134,13 @@ Vec3 PlaneAsked::Normal() const {
   return Dot(n, centre_m) > 0 ? -1 * n : n;
 }
 
-Asked ReadAsked(const Config& config) {
+Asked ReadAsked(const Config& config, const RegulationFile& regulation_file) {
   Asked asked;
   for (const Config& table : config.Tables("point")) asked.points.push_back(ReadPointAsked(table));
   for (const Config& table : config.Tables("plane")) asked.planes.push_back(ReadPlaneAsked(table));
   for (const Config& table : config.Tables("eye")) asked.eyes.push_back(ReadEyeAsked(table));
+  for (const Config& table : config.Tables("headlamp"))
+    asked.headlamps.push_back(ReadHeadlampAsked(table, regulation_file));
   config.Finish();
   return asked;
 }

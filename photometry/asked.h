@@ -1,12 +1,15 @@
 // ask.toml (docs/photometry.md): at which points and on which planes a lamp's light is asked for.
 #pragma once
 
+#include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "luxfield/core/config.h"
 #include "luxfield/lightfield/geometry.h"
+#include "luxfield/photometry/regulation.h"
 
 namespace luxfield::photometry {
 
@@ -44,14 +47,27 @@ struct EyeAsked {
   std::optional<double> road_luminance;  // cd/m^2, of the threshold increment
 };
 
+// What a regulation is asked about.
+struct HeadlampAsked {
+  std::string name;
+  Regulation regulation;  // for the side of the road that traffic is on
+  lightfield::Vec3 forward, up;
+  std::optional<Place> aim;  // where H = V = 0 lies; absent: as the regulation aims
+  double height_m = 0;       // of the lamp above the road
+};
+
 struct Asked {
+  std::vector<HeadlampAsked> headlamps;
   std::vector<EyeAsked> eyes;
   std::vector<PointAsked> points;
   std::vector<PlaneAsked> planes;
 };
 
+// The file of a regulation that ask.toml names.
+using RegulationFile = std::function<std::filesystem::path(const std::string& name)>;
+
 // Throws InputError naming file and field.
-Asked ReadAsked(const core::Config& config);
+Asked ReadAsked(const core::Config& config, const RegulationFile& regulation_file);
 
 // width x height m before the lamp at a distance from the origin along +z, facing it; right is +u and
 // up is +v.

@@ -78,31 +78,40 @@ void CoefficientNoise::FindIrradianceSigma() {
 double CoefficientNoise::Variance(const TexelWindow& window,
                                   std::span<const double> weights) const {
   double variance = 0;
-  for (int row = 0; row < window.rows; ++row) variance += RowVariance(window, weights, row);
+  for (int row = 0; row < window.rows; ++row)
+    for (const double x : WhitenedRow(window, weights, row)) variance += x * x;
   return variance;
 }
 
-double CoefficientNoise::RowVariance(const TexelWindow& window, std::span<const double> weights,
-                                     int row) const {
+std::vector<double> CoefficientNoise::Whitened(const TexelWindow& window,
+                                               std::span<const double> weights) const {
+  std::vector<double> whitened(weights.size());
+  for (int row = 0; row < window.rows; ++row) {
+    const auto own = WhitenedRow(window, weights, row);
+    for (int m = 0; m < geometry_.grid.count(); ++m)
+      std::copy_n(&own[std::size_t(m) * window.columns], window.columns,
+                  &whitened[(std::size_t(m) * window.rows + row) * window.columns]);
+  }
+  return whitened;
+}
+
+std::vector<double> CoefficientNoise::WhitenedRow(const TexelWindow& window,
+                                                  std::span<const double> weights, int row) const {
   const int width = geometry_.grid.width, height = geometry_.grid.height;
   const auto n = static_cast<std::size_t>(window.columns);
   const std::size_t texels = geometry_.plane_size(),
                     first = static_cast<std::size_t>(window.row0 + row) * geometry_.lattice.width +
                             window.column0;
   const auto q = [&](int m) { return &weights[(std::size_t(m) * window.rows + row) * n]; };
-  const auto square_sum = [&](int m, const double* w, bool independent) {
-    double sum = 0;
-    for (std::size_t k = 0; k < n; ++k) {
-      if (!maps_.independent() && (independent_[first + k] != 0) != independent) continue;
-      const double x = w[k] * sigma_[m * texels + first + k];
-      sum += x * x;
-    }
-    return sum;
+  std::vector<double> whitened(geometry_.grid.count() * n);
+  const auto put = [&](int m, const double* w, bool independent) {
+    for (std::size_t k = 0; k < n; ++k)
+      if (maps_.independent() || (independent_[first + k] != 0) == independent)
+        whitened[m * n + k] = w[k] * sigma_[m * texels + first + k];
   };
-  double variance = 0;
   if (maps_.independent() || independent_texels_ > 0)
-    for (int m = 0; m < geometry_.grid.count(); ++m) variance += square_sum(m, q(m), true);
-  if (maps_.independent()) return variance;
+    for (int m = 0; m < geometry_.grid.count(); ++m) put(m, q(m), true);
+  if (maps_.independent()) return whitened;
   // R_v^T q, then that times R_u, for all texels of the row at once.
   std::vector<double> along_v(geometry_.grid.count() * n, 0.0), both(n);
   for (int j = 0; j < height; ++j)
@@ -123,9 +132,9 @@ double CoefficientNoise::RowVariance(const TexelWindow& window, std::span<const 
         const double* from = &along_v[geometry_.grid.index(i, j) * n];
         for (std::size_t k = 0; k < n; ++k) both[k] += factor * from[k];
       }
-      variance += square_sum(geometry_.grid.index(to, j), both.data(), false);
+      put(geometry_.grid.index(to, j), both.data(), false);
     }
-  return variance;
+  return whitened;
 }
 
 }  // namespace luxfield::photometry

@@ -46,12 +46,19 @@ class CoefficientNoise {
   // Of sum q C; weights[(m * rows + row) * columns + column] over the window, 0 beyond.
   double Variance(const TexelWindow& window, std::span<const double> weights) const;
 
+  // The weights of independent draws of variance 1 that make the noise of sum q C, laid out as
+  // `weights`: its variance is the sum of their squares, its covariance with another the sum of their
+  // products over the texels that both windows hold.
+  std::vector<double> Whitened(const TexelWindow& window, std::span<const double> weights) const;
+
   // Texels whose sigma no solve of all positions leaves (unknown positions, for one, widen it by a
   // prior): their coefficients are taken as independent.
   std::size_t independent_texels() const { return independent_texels_; }
 
  private:
-  double RowVariance(const TexelWindow& window, std::span<const double> weights, int row) const;
+  // Of one row of the window, [m][column].
+  std::vector<double> WhitenedRow(const TexelWindow& window, std::span<const double> weights,
+                                  int row) const;
   void FindIrradianceSigma();
 
   lightfield::LuminaireGeometry geometry_;

@@ -4,10 +4,24 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
 
 #include "luxfield/cli/svg/svg_plot.h"
 
 namespace luxfield::cli {
+namespace {
+
+// Which stands to the right: "2.5", "-3 %", "0.57° D", and not the name of a place, "75R".
+bool IsNumber(const std::string& cell) {
+  if (cell.empty()) return false;
+  if (cell[0] == '-' || cell[0] == '+') return true;
+  if (!std::isdigit(static_cast<unsigned char>(cell[0]))) return false;
+  char* end = nullptr;
+  std::strtod(cell.c_str(), &end);
+  return !std::isalpha(static_cast<unsigned char>(*end));
+}
+
+}  // namespace
 
 HtmlPage::HtmlPage(const std::string& title) : title_(title) {
   body_ = fmt::format("<h1>{}</h1>\n", EscapeXml(title));
@@ -29,10 +43,8 @@ void HtmlPage::Table(const std::vector<std::vector<std::string>>& rows) {
       continue;
     body_ += "<tr>";
     for (const auto& cell : row) {
-      const bool number = !cell.empty() && (std::isdigit(static_cast<unsigned char>(cell[0])) ||
-                                            cell[0] == '-' || cell[0] == '+');
       body_ += fmt::format("<{0}{1}>{2}</{0}>", r == 0 ? "th" : "td",
-                           number ? " class=\"number\"" : "", EscapeXml(cell));
+                           IsNumber(cell) ? " class=\"number\"" : "", EscapeXml(cell));
     }
     body_ += "</tr>\n";
   }

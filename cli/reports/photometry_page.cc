@@ -214,6 +214,7 @@ std::string PhotometryPage(const PhotometryReport& report, const photometry::Lam
   AddPlots(page, lamp, names, report.table);
   AddTable(page, report.table, names);
   if (report.colour) AddColour(page, *report.colour);
+  for (const HeadlampReport& headlamp : report.headlamps) AddHeadlamp(page, headlamp);
   AddPlanes(page, report.planes, names);
   AddPoints(page, report.points, names);
   AddEyes(page, report.eyes, names);

@@ -9,6 +9,7 @@
 #include "luxfield/cli/reports/colour_report.h"
 #include "luxfield/cli/reports/csv.h"
 #include "luxfield/cli/reports/estimate_json.h"
+#include "luxfield/cli/reports/headlamp_report.h"
 #include "luxfield/cli/reports/photometry_names.h"
 
 namespace luxfield::cli {
@@ -183,6 +184,7 @@ void PrintPhotometry(const PhotometryReport& report) {
     fmt::print("  {}: mean {}, from {:.4g} to {:.4g}\n", answer.asked.name,
                Text(answer.mean, names.illuminance_unit), answer.least.value, answer.most.value);
   if (report.colour) PrintColour(*report.colour);
+  for (const auto& headlamp : report.headlamps) PrintHeadlamp(headlamp);
   fmt::print("  {}\n", report.uncertainty);
   for (const std::string& remark : d.remarks) fmt::print("  {}\n", remark);
 }
@@ -212,7 +214,8 @@ Json ToJson(const PhotometryReport& report) {
   PutInverseSquare(json, "inverse_square_distance_m", d.on_axis);
   PutInverseSquare(json, "inverse_square_distance_peak_m", d.towards_peak);
   json["colour"] = report.colour ? ColourJson(*report.colour) : Json();
-  json["points"] = json["planes"] = json["eyes"] = Json::array();
+  json["points"] = json["planes"] = json["eyes"] = json["headlamps"] = Json::array();
+  for (const auto& headlamp : report.headlamps) json["headlamps"].push_back(HeadlampJson(headlamp));
   for (const auto& answer : report.eyes) json["eyes"].push_back(EyeJson(answer, names));
   for (const auto& answer : report.points) json["points"].push_back(PointJson(answer, names));
   for (const auto& answer : report.planes) json["planes"].push_back(PlaneJson(answer, names));
@@ -267,6 +270,9 @@ std::string PhotometryCsv(const PhotometryReport& report) {
         add(names.illuminance_key, name + "; " + PlaceText(answer.asked.Point(column, row)),
             Estimate{answer.at(column, row), {}}, names.illuminance_unit);
   }
+  for (const auto& headlamp : report.headlamps)
+    for (const auto& row : HeadlampRows(headlamp))
+      add(row.quantity, row.where, row.value, row.unit);
   return text;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "luxfield/cli/reports/headlamp_report.h"
 #include "luxfield/core/json.h"
 #include "luxfield/photometry/answers.h"
 #include "luxfield/photometry/colour.h"
@@ -21,6 +22,7 @@ struct PhotometryReport {
   std::vector<photometry::PointAnswer> points;
   std::vector<photometry::PlaneAnswer> planes;
   std::vector<photometry::EyeAnswer> eyes;
+  std::vector<HeadlampReport> headlamps;
   std::optional<photometry::ColourDistribution> colour;  // of three channels
 };
 

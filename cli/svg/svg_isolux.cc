@@ -12,7 +12,8 @@
 namespace luxfield::cli {
 namespace {
 
-constexpr double kLeft = 76, kTop = 44, kLargest = 440, kLegend = 150, kBottom = 56;
+constexpr double kLeft = 76, kTop = 44, kLegend = 150, kBottom = 56;
+constexpr double kLargest = 440, kLargestWithMarks = 700;  // of a map, whose marks have names
 constexpr int kMostLevels = 9;
 
 struct Frame {
@@ -146,14 +147,34 @@ std::string Overlay(const IsoluxMap& map, const Frame& frame) {
   return svg;
 }
 
+// Round values, some 80 pixels apart.
+std::vector<double> RoundTicks(double low, double high, double pixels) {
+  const double raw = (high - low) / std::max(1.0, pixels / 80);
+  const double magnitude = std::pow(10.0, std::floor(std::log10(raw))), ratio = raw / magnitude;
+  const double step = magnitude * (ratio < 1.5 ? 1 : ratio < 3.5 ? 2 : ratio < 7.5 ? 5 : 10);
+  std::vector<double> ticks;
+  for (double k = std::ceil(low / step - 1e-9); k <= high / step + 1e-9; ++k)
+    ticks.push_back(k == 0 ? 0 : k * step);
+  return ticks;
+}
+
 std::string AxisTicks(const IsoluxMap& map, const Frame& frame) {
   std::string svg;
-  for (int k = 0; k <= 4; ++k) {
-    const double x = map.x0 + (map.x1 - map.x0) * k / 4, y = map.y0 + (map.y1 - map.y0) * k / 4;
+  const auto mark = [&](double x, double y, double dx, double dy) {
+    svg += fmt::format(
+        "<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#444\"/>\n", x, y,
+        x + dx, y + dy);
+  };
+  const double bottom = kTop + frame.height;
+  for (const double x : RoundTicks(map.x0, map.x1, frame.width)) {
+    mark(frame.X(map, x), bottom, 0, 4);
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{:.4g}</text>\n",
-                       frame.X(map, x), kTop + frame.height + 16, x);
+                       frame.X(map, x), bottom + 17, x);
+  }
+  for (const double y : RoundTicks(map.y0, map.y1, frame.height)) {
+    mark(kLeft, frame.Y(map, y), -4, 0);
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{:.4g}</text>\n",
-                       kLeft - 6, frame.Y(map, y) + 4, y);
+                       kLeft - 7, frame.Y(map, y) + 4, y);
   }
   svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
                      kLeft + frame.width / 2, kTop + frame.height + 38, EscapeXml(map.x_label));
@@ -186,8 +207,8 @@ std::string Drawn(const IsoluxMap& map, const Scale& scale) {
   const double across = map.x1 - map.x0, along = map.y1 - map.y0;
   // As wide as high where that can be read: not beyond 1 : 4.
   const double ratio = std::clamp(along / across, 0.25, 4.0);
-  const Frame frame{ratio > 1 ? kLargest / ratio : kLargest,
-                    ratio > 1 ? kLargest : kLargest * ratio};
+  const double largest = map.marks.empty() ? kLargest : kLargestWithMarks;
+  const Frame frame{ratio > 1 ? largest / ratio : largest, ratio > 1 ? largest : largest * ratio};
   const double width = kLeft + frame.width + kLegend,
                height = kTop + std::max(frame.height, 18.0 * (kMostLevels + 1)) + kBottom;
   std::string svg = fmt::format(

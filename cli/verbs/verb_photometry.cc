@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
+#include "luxfield/cli/data_file.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/cli/reports/photometry_report.h"
@@ -31,9 +33,18 @@ double GammaStep(const photometry::Distribution& d) {
   return 0.25;
 }
 
+// NAME.toml of data/regulations.
+std::filesystem::path RegulationFile(const std::string& name) {
+  return DataFile("regulations/" + name + ".toml");
+}
+
+photometry::Asked ReadAsked(const std::string& file) {
+  return photometry::ReadAsked(core::Config::FromFile(file), RegulationFile);
+}
+
 // One metre before the lamp, as wide as its beam, where nothing is asked for.
 photometry::Asked AskedOf(const std::string& file, const photometry::Distribution& d) {
-  if (!file.empty()) return photometry::ReadAsked(core::Config::FromFile(file));
+  if (!file.empty()) return ReadAsked(file);
   photometry::Asked asked;
   asked.planes = {PlaneOfBeam(d, 1)};
   return asked;
@@ -59,6 +70,8 @@ PhotometryReport ReportOf(const Options& options, const photometry::Lamp& lamp,
     report.colour = ColourDistributionOf(*colour, report.table, report.distribution.peak_direction);
   for (const auto& point : asked.points) report.points.push_back(AnswerAt(lamp, point));
   for (const auto& eye : asked.eyes) report.eyes.push_back(AnswerFor(lamp, eye));
+  for (const auto& headlamp : asked.headlamps)
+    report.headlamps.push_back(ReportOfHeadlamp(lamp, headlamp));
   for (const auto& plane : asked.planes) report.planes.push_back(AnswerOn(lamp, plane));
   return report;
 }
@@ -71,9 +84,14 @@ core::Json Run(const Options& options) {
   if (!options.output.empty() && !EndsInOneOf(options.output))
     throw InputError(fmt::format(
         "--output = {} must end in .html, .json or .csv; name the output so", options.output));
-  if (!options.ask.empty()) photometry::ReadAsked(core::Config::FromFile(options.ask));
+  const bool headlamps = !options.ask.empty() && !ReadAsked(options.ask).headlamps.empty();
   const auto fields = lightfield::ReadLightFields(options.file);
   photometry::Lamp lamp = photometry::LampOf(fields);
+  if (headlamps && lamp.unit != lightfield::FluxUnit::kLumen)
+    throw InputError(options.file,
+                     fmt::format("is in {}, and regulations of headlamps ask for candela",
+                                 lightfield::FluxUnitName(lamp.unit)),
+                     "measure it with a plan of unit = \"lm\", or drop [[headlamp]]");
   const LampNoise noise = ReadLampNoise(options.sigma);
   SetNoise(lamp, noise);
   const auto colour = ColourLampOf(fields, noise.sigma, noise.maps, noise.file);
@@ -102,7 +120,7 @@ void AddPhotometry(Program& program) {
                   "number gets its standard uncertainty")
       ->check(InputFile({core::FileKind::kLightField}));
   verb.add_option("--ask", options->ask,
-                  "An ask.toml: points, planes and eyes (docs/photometry.md); without it a "
+                  "An ask.toml: points, planes, eyes, headlamps (docs/photometry.md); without it a "
                   "plane 1 m before the lamp");
   verb.add_option("-o,--output", options->output, "A .html page, .json or .csv to write")
       ->check(OutputFile());

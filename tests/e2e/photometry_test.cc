@@ -255,6 +255,41 @@ TEST_F(Photometry, TwoLampsAreComparedInTheWordsOfPhotometry) {
   EXPECT_TRUE(Run({"compare", "a.lf.exr", "w.lf.exr"})["photometry"].is_null());
 }
 
+TEST_F(Photometry, HeadlampsAreJudgedByRegulations) {
+  const auto regulation = SourceFile("data/regulations/un-r149-01-passing-v.toml");
+  std::filesystem::copy(regulation, folder_ / "own.toml");
+  WriteText(folder_ / "ask.toml",
+            "[[headlamp]]\nregulation = \"own.toml\"\nname = \"left & right\"\ntraffic = "
+            "\"left\"\naim_deg = [0.5, -0.2]\n");
+  const json found = Ask(Lamp(1e8), {"--ask", "ask.toml"});
+  const json& headlamp = found["headlamps"][0];
+  EXPECT_EQ(headlamp["regulation"], "UN R149-01, passing beam, class V");
+  EXPECT_EQ(headlamp["verdict"], "fail");  // it has no cut-off
+  EXPECT_TRUE(headlamp["pass_probability"].is_null());
+  EXPECT_EQ(headlamp["aim_deg"][0], 0.5);
+  const auto named = [&](const std::string& name) {
+    for (const json& one : headlamp["requirements"])
+      if (one["name"] == name) return one;
+    return json();
+  };
+  EXPECT_EQ(named("B50R")["verdict"], "fail");
+  EXPECT_EQ(named("50L")["verdict"], "pass");
+  EXPECT_EQ(named("50L")["limit_cd"], 5100);
+  EXPECT_EQ(named("flux in Zone I")["unless"].get<std::string>().substr(0, 17),
+            "the light sources");
+  EXPECT_EQ(headlamp["aim_sweep"]["smallest_margin"].size(), 5u);
+  EXPECT_GT(headlamp["road"]["illuminance_lx"].size(), 50u);
+  const std::string page = Page({"--ask", "ask.toml"});
+  EXPECT_THAT(page, testing::HasSubstr("left &amp; right"));
+  EXPECT_THAT(page, testing::HasSubstr("Segment 10 and below"));
+  Ask(Lamp(1e8), {"--ask", "ask.toml", "-o", "x.csv"});
+  EXPECT_THAT(ReadText(folder_ / "x.csv"), testing::HasSubstr("\nB50R largest,"));
+  lightfield::WriteLightField(folder_ / "w.lf.exr", Lamp(1, lightfield::FluxUnit::kWatt));
+  const Outcome refused = RunLuxfield({"photometry", "w.lf.exr", "--ask", "ask.toml"}, folder_);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, testing::HasSubstr("ask for candela"));
+}
+
 TEST_F(Photometry, OfWattsIsRadiometry) {
   const json found = Ask(Lamp(1, lightfield::FluxUnit::kWatt));
   EXPECT_GT(found["flux_w"].get<double>(), 0);
@@ -273,6 +308,8 @@ TEST_F(Photometry, MistakesInWhatIsAskedAreNamed) {
         std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 0\n", "height_m"},
         std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 1\nup = [1, 0, 0]\n",
                   "up"},
+        std::pair{"[[headlamp]]\nregulation = \"un-r1\"\n", "'un-r1' names no file"},
+        std::pair{"[[headlamp]]\nregulation = \"x.toml\"\n", "'x.toml' names no file"},
         std::pair{"[[plain]]\n", "plain"}}) {
     WriteText(folder_ / "ask.toml", text);
     const Outcome refused =

@@ -1,0 +1,45 @@
+// What `photometry` says of a headlamp against a regulation: on the terminal, as JSON, as lines of CSV
+// and as a section of the page.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "luxfield/cli/reports/html_page.h"
+#include "luxfield/core/json.h"
+#include "luxfield/photometry/headlamp.h"
+
+namespace luxfield::cli {
+
+struct HeadlampReport {
+  photometry::Headlamp headlamp;
+  std::vector<double> screen, aiming_screen, road;  // illuminance of its planes, lx
+};
+HeadlampReport ReportOfHeadlamp(const photometry::Lamp& lamp,
+                                const photometry::HeadlampAsked& asked);
+
+std::string VerdictName(photometry::Verdict verdict);  // "pass", "fail", "not measured"
+
+void PrintHeadlamp(const HeadlampReport& report);
+core::Json HeadlampJson(const HeadlampReport& report);
+
+struct HeadlampRow {
+  std::string quantity, where, unit;
+  photometry::Estimate value;
+};
+std::vector<HeadlampRow> HeadlampRows(const HeadlampReport& report);
+
+// The table of requirements, its head first; without columns for uncertainty where there is none.
+std::vector<std::vector<std::string>> RequirementTable(const photometry::Headlamp& headlamp);
+// Screen with all places that are asked about, aiming screen (if any) and road, as SVG.
+std::vector<std::string> HeadlampMaps(const HeadlampReport& report);
+constexpr const char* kHeadlampMapsNote =
+    "Rings mark where values were taken, crosses those that fail; dashes are the planes H = 0 and "
+    "V = 0, "
+    "full lines what lines and zones are asked about, and the cut-off.";
+// "pass, all limits met with probability 0.99", aim and remarks, a paragraph each.
+std::vector<std::string> HeadlampParagraphs(const photometry::Headlamp& headlamp);
+
+void AddHeadlamp(HtmlPage& page, const HeadlampReport& report);
+
+}  // namespace luxfield::cli
