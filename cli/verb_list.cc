@@ -41,8 +41,7 @@ constexpr std::array<VerbName, 24> kVerbs = {{
     {"relight", "Scale lights of a picture of 'render --light-groups'"},
     {"photometry",
      "Flux, intensity, beam, illuminance of a light field with their uncertainties, as a page, "
-     "JSON "
-     "or CSV"},
+     "certificate, JSON or CSV"},
     {"shard",
      "Cut a merge or a reconstruction into shards for a cluster, and join them to the same bytes"},
     {"info", "What a file or session is, and whether it is whole"},

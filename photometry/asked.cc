@@ -141,6 +141,9 @@ Asked ReadAsked(const Config& config, const RegulationFile& regulation_file) {
   for (const Config& table : config.Tables("eye")) asked.eyes.push_back(ReadEyeAsked(table));
   for (const Config& table : config.Tables("headlamp"))
     asked.headlamps.push_back(ReadHeadlampAsked(table, regulation_file));
+  if (const auto certificate = config.OptionalTable("certificate"))
+    for (const CertificateText& text : kCertificateTexts)
+      if (certificate->Has(text.key)) asked.certificate[text.key] = certificate->Text(text.key);
   config.Finish();
   return asked;
 }

@@ -1,8 +1,10 @@
 // ask.toml (docs/photometry.md): at which points and on which planes a lamp's light is asked for.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -56,7 +58,31 @@ struct HeadlampAsked {
   double height_m = 0;       // of the lamp above the road
 };
 
+// [certificate]: what a laboratory states of itself and its measurement, in its own words.
+struct CertificateText {
+  const char *key, *label;
+};
+inline constexpr std::array kCertificateTexts = {
+    CertificateText{"number", "Certificate"},
+    CertificateText{"laboratory", "Laboratory"},
+    CertificateText{"address", "Address"},
+    CertificateText{"customer", "Customer"},
+    CertificateText{"lamp", "Lamp"},
+    CertificateText{"serial_number", "Serial number"},
+    CertificateText{"condition", "Condition when received"},
+    CertificateText{"received", "Received"},
+    CertificateText{"measured", "Measured"},
+    CertificateText{"issued", "Issued"},
+    CertificateText{"place", "Place of measurement"},
+    CertificateText{"method", "Method"},
+    CertificateText{"operating_conditions", "Operating conditions of the lamp"},
+    CertificateText{"ambient_conditions", "Ambient conditions"},
+    CertificateText{"traceability", "Traceability"},
+    CertificateText{"approved_by", "Approved by"},
+};
+
 struct Asked {
+  std::map<std::string, std::string> certificate;  // by key; what is not stated is absent
   std::vector<HeadlampAsked> headlamps;
   std::vector<EyeAsked> eyes;
   std::vector<PointAsked> points;

@@ -10,18 +10,22 @@
 #include "luxfield/cli/data_file.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
+#include "luxfield/cli/reports/certificate.h"
 #include "luxfield/cli/reports/photometry_report.h"
+#include "luxfield/cli/verbs/certificate_set_up.h"
 #include "luxfield/cli/verbs/lamp_noise.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
+#include "luxfield/lightfield/light_vector.h"
 #include "luxfield/photometry/answers.h"
 #include "luxfield/photometry/lamp.h"
+#include "luxfield/reconstruct/budget/budget_settings.h"
 
 namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string file, sigma, ask, output;
+  std::string file, sigma, ask, output, session, uncertainty;
   double c_step_deg = 15;
   std::optional<double> gamma_step_deg;
 };
@@ -76,14 +80,64 @@ PhotometryReport ReportOf(const Options& options, const photometry::Lamp& lamp,
   return report;
 }
 
+// Quantities of the budget are the flux and the illuminance at the points that are asked for.
+std::optional<reconstruct::ErrorBudget> BudgetOf(const Options& options,
+                                                 const session::SessionReader& session,
+                                                 const photometry::Lamp& lamp,
+                                                 const PhotometryReport& report) {
+  reconstruct::BudgetSettings settings;
+  if (!options.uncertainty.empty())
+    settings = reconstruct::ReadBudgetSettings(core::Config::FromFile(options.uncertainty));
+  for (const auto& point : report.points) {
+    const auto& g = lamp.fields[0].field.geometry;
+    if (!HorizonCutsSupport(g, point.asked.p_m, point.asked.normal))
+      settings.receivers.push_back({point.asked.name, point.asked.p_m, point.asked.normal});
+  }
+  return reconstruct::ComputeErrorBudget(session, settings);
+}
+
+Certificate CertificateOf(const Options& options, const photometry::Lamp& lamp,
+                          const PhotometryReport& report) {
+  Certificate certificate;
+  if (!options.ask.empty()) certificate.texts = ReadAsked(options.ask).certificate;
+  const auto name_of = [](const std::string& file) {
+    return std::filesystem::path(file).filename().string();
+  };
+  certificate.files.push_back({"light field", name_of(options.file), report.sha256});
+  for (const auto& [role, file] : {std::pair{"standard deviations", &options.sigma},
+                                   {"what was asked", &options.ask},
+                                   {"sizes of errors", &options.uncertainty}})
+    if (!file->empty())
+      certificate.files.push_back({role, name_of(*file), core::Sha256OfFile(*file)});
+  if (options.session.empty()) return certificate;
+  const session::SessionReader session(options.session);
+  certificate.set_up = SetUpOf(session);
+  for (HashedFile& file : FilesOf(session)) certificate.files.push_back(std::move(file));
+  certificate.budget = BudgetOf(options, session, lamp, report);
+  return certificate;
+}
+
+constexpr const char* kCertificateJson = ".cert.json";
+
+bool IsCertificate(const std::string& path) {
+  return path.ends_with(".pdf") || path.ends_with(kCertificateJson);
+}
 bool EndsInOneOf(const std::string& path) {
-  return path.ends_with(".html") || path.ends_with(".json") || path.ends_with(".csv");
+  return IsCertificate(path) || path.ends_with(".html") || path.ends_with(".json") ||
+         path.ends_with(".csv");
 }
 
 core::Json Run(const Options& options) {
   if (!options.output.empty() && !EndsInOneOf(options.output))
     throw InputError(fmt::format(
-        "--output = {} must end in .html, .json or .csv; name the output so", options.output));
+        "--output = {} must end in .html, .pdf, .cert.json, .json or .csv; name the output so",
+        options.output));
+  if (!IsCertificate(options.output) && !(options.session + options.uncertainty).empty())
+    throw InputError(
+        "--session and --uncertainty are of a certificate; end --output in .pdf or .cert.json, or "
+        "drop them");
+  if (options.session.empty() && !options.uncertainty.empty())
+    throw InputError("--uncertainty is of a session's budget; give --session too");
   const bool headlamps = !options.ask.empty() && !ReadAsked(options.ask).headlamps.empty();
   const auto fields = lightfield::ReadLightFields(options.file);
   photometry::Lamp lamp = photometry::LampOf(fields);
@@ -101,7 +155,15 @@ core::Json Run(const Options& options) {
     core::WriteFileAtomically(options.output, PhotometryPage(report, lamp));
   if (options.output.ends_with(".csv"))
     core::WriteFileAtomically(options.output, PhotometryCsv(report));
-  if (options.output.ends_with(".json")) core::WriteJson(options.output, json);
+  if (IsCertificate(options.output)) {
+    const Certificate certificate = CertificateOf(options, lamp, report);
+    if (options.output.ends_with(".pdf"))
+      WriteCertificate(options.output, certificate, report, lamp);
+    else
+      core::WriteJson(options.output, CertificateJson(certificate, report));
+  } else if (options.output.ends_with(".json")) {
+    core::WriteJson(options.output, json);
+  }
   PrintPhotometry(report);
   if (!options.output.empty()) fmt::print("wrote {}\n", options.output);
   return json;
@@ -122,8 +184,15 @@ void AddPhotometry(Program& program) {
   verb.add_option("--ask", options->ask,
                   "An ask.toml: points, planes, eyes, headlamps (docs/photometry.md); without it a "
                   "plane 1 m before the lamp");
-  verb.add_option("-o,--output", options->output, "A .html page, .json or .csv to write")
+  verb.add_option("-o,--output", options->output,
+                  "A .html page, .json or .csv to write; or a certificate, .pdf or .cert.json")
       ->check(OutputFile());
+  verb.add_option("--session", options->session,
+                  "The session that the lamp was measured in: the certificate gets its set-up and "
+                  "its error budget")
+      ->check(InputFile({core::FileKind::kLightFieldSession, core::FileKind::kSession}));
+  verb.add_option("--uncertainty", options->uncertainty,
+                  "A budget.toml of the session's errors, as of `luxfield budget`");
   verb.add_option("--c-step", options->c_step_deg, "Degrees between C planes of the table")
       ->capture_default_str()
       ->check(CLI::Range(0.5, 360.0));

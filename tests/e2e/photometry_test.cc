@@ -200,6 +200,33 @@ TEST_F(Photometry, ExtremeLampsGiveSensiblePages) {
   Page();
 }
 
+TEST_F(Photometry, CertificatesSayWhatIsStatedAndWhatIsNot) {
+  WriteText(folder_ / "ask.toml", std::string(kAsk) +
+                                      "[certificate]\nlaboratory = \"Light & Co\"\n"
+                                      "number = \"17\"\n");
+  Ask(Lamp(1e6), {"--ask", "ask.toml", "-o", "x.cert.json"});
+  const json found = json::parse(ReadText(folder_ / "x.cert.json"));
+  EXPECT_EQ(found["laboratory"]["laboratory"], "Light & Co");
+  EXPECT_TRUE(found["laboratory"]["customer"].is_null());
+  EXPECT_EQ(found["results"][0]["value"], found["photometry"]["flux_lm"]);
+  EXPECT_TRUE(found["results"][0]["U"].is_null());
+  EXPECT_EQ(found["files"].size(), 2u);
+  EXPECT_EQ(found["files"][0]["sha256"], found["photometry"]["sha256"]);
+  EXPECT_TRUE(found["budget"].is_null());
+  Ask(Lamp(1e6), {"--ask", "ask.toml", "-o", "x.pdf"});
+  EXPECT_THAT(ReadText(folder_ / "x.pdf"), testing::StartsWith("%PDF-"));
+  for (const auto& [arguments, said] :
+       {std::pair{std::vector<std::string>{"--uncertainty", "ask.toml", "-o", "y.html"},
+                  "certificate"},
+        {{"--uncertainty", "ask.toml", "-o", "y.pdf"}, "--session"}}) {
+    std::vector<std::string> all{"photometry", "x.lf.exr"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const Outcome refused = RunLuxfield(all, folder_);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, testing::HasSubstr(said));
+  }
+}
+
 TEST_F(Photometry, OfThreeChannelsHasColour) {
   LightField field(Geometry());
   field.geometry.channels = 3;

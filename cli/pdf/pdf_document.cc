@@ -1,0 +1,249 @@
+#include "luxfield/cli/pdf/pdf_document.h"
+
+#include <cairo-pdf.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "luxfield/cli/pdf/svg_on_cairo.h"
+#include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
+#include "luxfield/core/spare_memory.h"
+
+namespace luxfield::cli {
+namespace {
+
+// Points; A4.
+constexpr double kWidth = 595.276, kHeight = 841.89, kLeft = 56, kRight = 50, kTop = 50,
+                 kBottom = 60;
+constexpr double kInner = kWidth - kLeft - kRight;
+constexpr double kText = 9, kSmall = 7.5, kLine = 1.35;
+
+struct CairoDelete {
+  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+  void operator()(cairo_t* context) const { cairo_destroy(context); }
+};
+
+class CairoPages : public PdfPages {
+ public:
+  // pages: 0 while they are counted.
+  CairoPages(cairo_surface_t* surface, const PdfFacts& facts, int pages)
+      : context_(cairo_create(surface)), facts_(facts), pages_(pages) {}
+
+  void Title(const std::string& text) override { Lines(text, 15, true, 4); }
+  void Heading(const std::string& text) override {
+    y_ += 6;
+    Need(3 * kText * kLine + 12);  // not alone at the end of a page
+    Lines(text, 11, true, 3);
+  }
+  void Paragraph(const std::string& text) override { Lines(text, kText, false, 4); }
+
+  void Table(const std::vector<PdfColumn>& columns,
+             const std::vector<std::vector<std::string>>& rows) override {
+    if (rows.empty()) return;
+    double sum = 0;
+    for (const PdfColumn& column : columns) sum += column.share;
+    std::vector<double> widths;
+    for (const PdfColumn& column : columns) widths.push_back(kInner * column.share / sum);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      if (Row(columns, widths, rows[r], r == 0)) continue;
+      NewPage();
+      if (r > 0) Row(columns, widths, rows[0], true);
+      Row(columns, widths, rows[r], r == 0);
+    }
+    y_ += 8;
+  }
+
+  void Plots(const std::vector<std::string>& svgs, double most_height) override {
+    constexpr double kGap = 8;
+    double width = 0, height = 0;
+    std::vector<SvgSize> sizes;
+    for (const std::string& svg : svgs) {
+      sizes.push_back(SizeOfSvg(svg));
+      width += sizes.back().width;
+      height = std::max(height, sizes.back().height);
+    }
+    if (svgs.empty() || !(width > 0)) return;
+    const double gaps = kGap * double(svgs.size() - 1);
+    const double scale = std::min((kInner - gaps) / width, most_height / height);
+    Need(scale * height);
+    double x = kLeft;
+    for (std::size_t k = 0; k < svgs.size(); ++k) {
+      DrawSvg(context_.get(), svgs[k], x, y_, scale);
+      x += scale * sizes[k].width + kGap;
+    }
+    y_ += scale * height + 6;
+  }
+
+  void PageBreak() override {
+    if (y_ > kTop) NewPage();
+  }
+
+  // Ends the last page; how many there are.
+  int Finish() {
+    Footer();
+    cairo_show_page(context_.get());
+    return page_;
+  }
+  cairo_status_t status() const { return cairo_status(context_.get()); }
+
+ private:
+  void Font(double size, bool bold) {
+    cairo_select_font_face(context_.get(), "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
+                           bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(context_.get(), size);
+    cairo_set_source_rgb(context_.get(), 0, 0, 0);
+  }
+  double Advance(const std::string& text) {
+    cairo_text_extents_t extents;
+    cairo_text_extents(context_.get(), text.c_str(), &extents);
+    return extents.x_advance;
+  }
+  void Show(double x, double y, const std::string& text) {
+    cairo_move_to(context_.get(), x, y);
+    cairo_show_text(context_.get(), text.c_str());
+  }
+
+  // Of the font that is set: between words, and within those that are too long.
+  std::vector<std::string> Broken(const std::string& text, double width) {
+    std::vector<std::string> lines(1);
+    std::istringstream words(text);
+    for (std::string word; words >> word;) {
+      const std::string longer = lines.back().empty() ? word : lines.back() + " " + word;
+      if (Advance(longer) <= width) {
+        lines.back() = longer;
+        continue;
+      }
+      if (!lines.back().empty()) lines.emplace_back();
+      while (Advance(word) > width && word.size() > 1) {
+        std::size_t keep = word.size() - 1;
+        const auto is_middle = [&](std::size_t k) {
+          return (static_cast<unsigned char>(word[k]) & 0xC0) == 0x80;  // of a character in UTF-8
+        };
+        while (keep > 1 && (is_middle(keep) || Advance(word.substr(0, keep)) > width)) --keep;
+        lines.back() = word.substr(0, keep);
+        word = word.substr(keep);
+        lines.emplace_back();
+      }
+      lines.back() = word;
+    }
+    return lines;
+  }
+
+  void Need(double height) {
+    if (y_ + height > kHeight - kBottom) NewPage();
+  }
+  void NewPage() {
+    Footer();
+    cairo_show_page(context_.get());
+    ++page_;
+    y_ = kTop;
+  }
+  void Footer() {
+    Font(kSmall, false);
+    const double y = kHeight - kBottom + 24;
+    cairo_set_line_width(context_.get(), 0.5);
+    cairo_move_to(context_.get(), kLeft, y - 11);
+    cairo_line_to(context_.get(), kWidth - kRight, y - 11);
+    cairo_stroke(context_.get());
+    const std::string number = fmt::format("page {} of {}", page_, pages_ > 0 ? pages_ : page_);
+    Show(kWidth - kRight - Advance(number), y, number);
+    const auto lines = Broken(facts_.footer, kInner - 70);
+    for (std::size_t k = 0; k < lines.size(); ++k)
+      Show(kLeft, y + double(k) * kSmall * kLine, lines[k]);
+  }
+
+  void Lines(const std::string& text, double size, bool bold, double after) {
+    constexpr std::size_t kTogether = 5;  // lines of a paragraph that stay on one page
+    Font(size, bold);
+    const std::vector<std::string> lines = Broken(text, kInner);
+    if (lines.size() <= kTogether) Need(double(lines.size()) * size * kLine);
+    for (const std::string& line : lines) {
+      Need(size * kLine);
+      Font(size, bold);
+      y_ += size * kLine;
+      Show(kLeft, y_ - 0.3 * size, line);
+    }
+    y_ += after;
+  }
+
+  // False: it does not fit on this page, and is not drawn.
+  bool Row(const std::vector<PdfColumn>& columns, const std::vector<double>& widths,
+           const std::vector<std::string>& row, bool head) {
+    constexpr double kPad = 3;
+    const double size = 8;
+    Font(size, head);
+    std::vector<std::vector<std::string>> cells;
+    std::size_t lines = 1;
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      cells.push_back(Broken(k < row.size() ? row[k] : "", widths[k] - 2 * kPad));
+      lines = std::max(lines, cells.back().size());
+    }
+    const double height = double(lines) * size * 1.25 + 3;
+    if (y_ + height > kHeight - kBottom && y_ > kTop) return false;
+    if (head) {
+      cairo_set_source_rgb(context_.get(), 0.93, 0.93, 0.93);
+      cairo_rectangle(context_.get(), kLeft, y_, kInner, height);
+      cairo_fill(context_.get());
+      cairo_set_source_rgb(context_.get(), 0, 0, 0);
+    }
+    double x = kLeft;
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      for (std::size_t line = 0; line < cells[k].size(); ++line) {
+        const std::string& text = cells[k][line];
+        Show(columns[k].right ? x + widths[k] - kPad - Advance(text) : x + kPad,
+             y_ + double(line + 1) * size * 1.25 - 1, text);
+      }
+      x += widths[k];
+    }
+    y_ += height;
+    cairo_set_source_rgb(context_.get(), 0.6, 0.6, 0.6);
+    cairo_set_line_width(context_.get(), 0.4);
+    cairo_move_to(context_.get(), kLeft, y_);
+    cairo_line_to(context_.get(), kLeft + kInner, y_);
+    cairo_stroke(context_.get());
+    return true;
+  }
+
+  std::unique_ptr<cairo_t, CairoDelete> context_;
+  const PdfFacts& facts_;
+  int pages_, page_ = 1;
+  double y_ = kTop;
+};
+
+// Draws to a file, or nowhere; the number of pages.
+int DrawTo(const char* file, const std::filesystem::path& path, const PdfFacts& facts, int pages,
+           const std::function<void(PdfPages& pages)>& draw) {
+  const std::unique_ptr<cairo_surface_t, CairoDelete> surface(
+      cairo_pdf_surface_create(file, kWidth, kHeight));
+  cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, facts.title.c_str());
+  cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATOR, "luxfield");
+  int count = 0;
+  cairo_status_t status = CAIRO_STATUS_SUCCESS;
+  {
+    CairoPages on(surface.get(), facts, pages);
+    draw(on);
+    count = on.Finish();
+    status = on.status();
+  }
+  cairo_surface_finish(surface.get());
+  if (status == CAIRO_STATUS_SUCCESS) status = cairo_surface_status(surface.get());
+  if (status != CAIRO_STATUS_SUCCESS)
+    throw DeviceError(fmt::format("{}: cannot be drawn ({}); free disk or memory", path.string(),
+                                  cairo_status_to_string(status)));
+  return count;
+}
+
+}  // namespace
+
+void WritePdf(const std::filesystem::path& path, const PdfFacts& facts,
+              const std::function<void(PdfPages& pages)>& draw) {
+  core::RequireSpareMemory(core::kTextDrawingBytes);
+  const int pages = DrawTo(nullptr, path, facts, 0, draw);
+  core::WriteAtomically(path, [&](const std::filesystem::path& temporary) {
+    DrawTo(temporary.c_str(), path, facts, pages, draw);
+  });
+}
+
+}  // namespace luxfield::cli

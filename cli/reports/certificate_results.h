@@ -1,0 +1,28 @@
+// The results of a certificate, one a line, with their expanded uncertainties.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "luxfield/cli/reports/certificate.h"
+
+namespace luxfield::cli {
+
+struct CertificateResult {
+  std::string quantity, where, unit;
+  double value = 0;
+  std::optional<double> u;         // of noise
+  std::optional<double> expanded;  // k = 2, of all that is known
+};
+
+// Of the flux' budget, without photon and read noise, over its value; absent without a budget.
+std::optional<double> CommonRelative(const Certificate& certificate);
+
+std::vector<CertificateResult> CertificateResults(const Certificate& certificate,
+                                                  const PhotometryReport& report);
+
+// "1234.5", with as many digits as the expanded uncertainty has two.
+std::string RoundedTo(double value, const std::optional<double>& expanded);
+
+}  // namespace luxfield::cli

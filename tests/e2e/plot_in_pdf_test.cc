@@ -1,0 +1,108 @@
+// Every plot that reports draw can be drawn on the pages of a certificate; pages are numbered.
+#include <cairo-pdf.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "luxfield/cli/pdf/pdf_document.h"
+#include "luxfield/cli/pdf/svg_on_cairo.h"
+#include "luxfield/cli/svg/svg_bars.h"
+#include "luxfield/cli/svg/svg_isolux.h"
+#include "luxfield/cli/svg/svg_plot.h"
+#include "luxfield/cli/svg/svg_polar.h"
+#include "luxfield/cli/svg/svg_solid.h"
+
+namespace luxfield::cli {
+namespace {
+
+IsoluxMap Map() {
+  IsoluxMap map;
+  map.title = "a & b <c>";
+  map.unit = "lx";
+  map.columns = map.rows = 20;
+  for (int k = 0; k < 400; ++k) map.values.push_back(100.0 * std::sin(0.05 * k));
+  map.marks = {{0.5, 0.5, "75R", false}, {0.2, 0.3, "B50L", true}, {9, 9, "outside", true}};
+  map.lines = {{{{0.1, 0.1}, {0.9, 0.9}}, true}, {{{0.1, 0.9}, {2, 0.9}, {0.9, 0.1}}, false}};
+  return map;
+}
+
+std::vector<std::string> Plots() {
+  const std::vector<double> x = {-2, 0, 3}, y = {1, 4, 2};
+  Plot plot;
+  plot.title = "plot";
+  plot.series = {{"a", x, y}, {"b", x, y, true, {}, false, true}, {"c", x, y, false, {}, true}};
+  IntensitySolid solid{"solid", "cd", {0, 90, 180, 270}, {0, 30, 60, 90}, {}};
+  for (int k = 0; k < 16; ++k) solid.value.push_back(100 - 20 * (k % 4));
+  return {
+      SvgPlot(plot),
+      SvgPolar({"polar", "cd", {{"C0", {-90, 0, 90}, {0, 5, 1}}}}),
+      SvgIsolux(Map()),
+      SvgDifference(Map()),
+      SvgSolid(solid),
+      SvgBars("bars", {{"one", 1.0, "1 %"}, {"none", {}, "not stated"}, {"all", 2.0, "2 %", true}}),
+      SvgPolar({"dark", "cd", {}}),
+      SvgSolid({"dark", "cd", {0, 180}, {0, 90}, {0, 0, 0, 0}})};
+}
+
+// The share of a picture's pixels that is not white, drawn at its own size.
+double Ink(const std::string& svg) {
+  const SvgSize size = SizeOfSvg(svg);
+  const int width = static_cast<int>(size.width), height = static_cast<int>(size.height);
+  cairo_surface_t* surface = cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height);
+  cairo_t* context = cairo_create(surface);
+  DrawSvg(context, svg, 0, 0, 1);
+  cairo_surface_flush(surface);
+  const unsigned char* data = cairo_image_surface_get_data(surface);
+  const int stride = cairo_image_surface_get_stride(surface);
+  int inked = 0;
+  for (int row = 0; row < height; ++row)
+    for (int column = 0; column < width; ++column) {
+      const unsigned char* pixel = data + row * stride + 4 * column;
+      inked += pixel[0] + pixel[1] + pixel[2] < 3 * 250;
+    }
+  cairo_destroy(context);
+  cairo_surface_destroy(surface);
+  return double(inked) / width / height;
+}
+
+TEST(PlotsOnCairo, AreDrawnAllOfThem) {
+  for (const std::string& svg : Plots()) {
+    EXPECT_GT(Ink(svg), 0.001) << svg.substr(0, 200);
+    EXPECT_LT(Ink(svg), 0.9) << svg.substr(0, 200);
+  }
+}
+
+TEST(PlotsOnCairo, WhatIsNotKnownIsRefused) {
+  const std::string head = "<svg width=\"9\" height=\"9\">";
+  for (const char* wrong : {"<ellipse/>", "<path d=\"M1 2C3 4\"/>", "<rect fill=\"teal\"/>",
+                            "<g transform=\"skewX(3)\"><line/></g>"})
+    EXPECT_THROW(Ink(head + wrong + "</svg>"), std::logic_error) << wrong;
+}
+
+TEST(Pdf, PagesAreNumberedAndTablesBreak) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "pages.pdf";
+  int drawn = 0;
+  WritePdf(file, {"title", "footer"}, [&](PdfPages& pages) {
+    ++drawn;
+    pages.Title("A title");
+    std::vector<std::vector<std::string>> rows{{"head", "value"}};
+    for (int k = 0; k < 150; ++k)
+      rows.push_back({"row that has a name which is far too long for its column", "1"});
+    pages.Table({{1, false}, {1, true}}, rows);
+    pages.Plots(Plots(), 150);
+  });
+  EXPECT_EQ(drawn, 2);
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  EXPECT_THAT(text.str(), testing::StartsWith("%PDF-"));
+  EXPECT_THAT(text.str(), testing::HasSubstr("/Count 3"));
+  std::filesystem::remove(file);
+}
+
+}  // namespace
+}  // namespace luxfield::cli
