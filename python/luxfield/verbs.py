@@ -93,7 +93,7 @@ def _files_of(table, folder, count=None):
 
 
 # Options that name files, in whose place objects may stand.
-_FILES = {"plan", "lab", "scene", "uncertainty", "light_field"}
+_FILES = {"plan", "lab", "scene", "uncertainty", "light_field", "sigma", "sigma_a", "sigma_b", "ask"}
 
 
 def _option(name, value, folder):
@@ -213,8 +213,25 @@ def export(light_field, output, *, progress=None, **options):
     return _run("export", [light_field], output, "", progress, options)
 
 
+def photometry(light_field, *, sigma=None, ask=None, output=None, progress=None, **options):
+    """Flux, intensity, beam, illuminance, luminance, colour and headlamps of a light field, with uncertainties.
+
+    sigma (a LightField of standard deviations, or its path) makes them; the result of `reconstruct` brings its own. ask
+    is an ask.toml or a dict: {"point": [{"position_m": [0, 0, 2]}]}. output names a page (.html), a certificate (.pdf,
+    .cert.json), .json or .csv. Options: session, uncertainty (of a certificate), c_step, gamma_step."""
+    if sigma is None and isinstance(light_field, Result):
+        sigma = light_field.__dict__.get("sigma")
+    options = {"sigma": sigma, "ask": ask, **options}
+    if output is None:
+        return _run("photometry", [light_field], None, None, progress, options)
+    return _run("photometry", [light_field], output, "", progress, options)
+
+
 def compare(a, b, *, progress=None, **options):
-    """How far A is from the reference B: pictures, light fields, or environment maps (environment=64)."""
+    """How far A is from the reference B: pictures, light fields, or environment maps (environment=64).
+
+    Of light fields `result.photometry` has flux, intensity, beam, illuminance and colour of both; sigma_a and sigma_b
+    make differences in units of their uncertainty."""
     return _run("compare", [a, b], None, None, progress, options)
 
 
@@ -234,4 +251,4 @@ def report(session, *, output=None, progress=None, **options):
 
 
 __all__ = ["Result", "simulate", "plan", "capture", "merge", "reconstruct", "budget", "preprocess", "render",
-           "relight", "sky", "probe", "import_rays", "export", "compare", "info", "verify", "report"]
+           "relight", "sky", "probe", "import_rays", "export", "photometry", "compare", "info", "verify", "report"]

@@ -56,6 +56,23 @@ def test_verbs_that_read(small):
     assert luxfield.preprocess(small["solved"]).output.stat().st_size > 0
 
 
+def test_photometry_takes_dicts_and_the_results_own_sigma(small, tmp_path):
+    asked = {"point": [{"name": "desk", "position_m": [0.1, 0, 2]}], "certificate": {"lamp": "small"}}
+    found = luxfield.photometry(small["solved"], ask=asked)
+    assert found.flux_lm == pytest.approx(small["solved"].value.flux[0], rel=1e-5) and found.flux_lm_u > 0
+    assert found.points[0]["name"] == "desk" and found.points[0]["illuminance_lx_u"] > 0
+    assert luxfield.photometry(small["solved"].value).flux_lm_u is None
+    by_hand = luxfield.photometry(small["solved"].value, sigma=small["solved"].sigma)
+    assert by_hand.flux_lm_u == pytest.approx(found.flux_lm_u, rel=1e-6)
+    pdf = luxfield.photometry(small["solved"], ask=asked, output=tmp_path / "x.pdf")
+    assert pdf.output.read_bytes().startswith(b"%PDF-")
+    with pytest.raises(luxfield.InputError, match="un-r1.*names no file"):
+        luxfield.photometry(small["solved"], ask={"headlamp": [{"regulation": "un-r1"}]})
+    both = luxfield.compare(small["solved"], small["truth"], sigma_a=small["solved"].sigma)
+    assert both.photometry["quantities"][0]["name"] == "flux"
+    assert luxfield.export(small["solved"], tmp_path / "x.ldt").output.stat().st_size > 0
+
+
 SCENE = {
     "camera": {"position": [0, -3, 1.5], "look_at": [0, 3, 0.0], "width": 64, "height": 48},
     "material": [{"name": "floor", "albedo": [0.6, 0.5, 0.4]}],
