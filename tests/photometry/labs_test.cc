@@ -1,0 +1,202 @@
+// Every quantity that a page of photometry states, over simulated labs that measure one lamp with
+// noise: its standard uncertainty is the scatter of what the labs state, and its 95 % interval holds
+// the truth in 95 % of them. LUXFIELD_LABS=400 is the proof.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+
+#include "luxfield/photometry/answers.h"
+#include "luxfield/photometry/colour.h"
+#include "luxfield/photometry/comparison.h"
+#include "tests/photometry/labs.h"
+#include "tests/photometry/lamps.h"
+#include "tests/seed.h"
+
+namespace luxfield::photometry {
+namespace {
+
+using lightfield::LightField;
+using lightfield::PosedLightField;
+using lightfield::Vec3;
+
+using Quantities = std::map<std::string, Estimate>;
+
+void Put(Quantities& out, const std::string& name, const std::optional<Estimate>& one) {
+  if (one) out[name] = *one;
+}
+
+void PutAngle(Quantities& out, const std::string& name, const BeamAngle& angle) {
+  out[name + ", C0"] = angle.along_c0_deg;
+  out[name + ", C90"] = angle.along_c90_deg;
+  out[name] = angle.mean_deg;
+}
+
+void PutDistances(Quantities& out, const std::string& name, const InverseSquare& found) {
+  for (std::size_t k = 0; k < found.distance_m.size(); ++k)
+    Put(out, name + " " + std::to_string(kInverseSquarePercent[k]) + " %", found.distance_m[k]);
+}
+
+void PutPoint(Quantities& out, const Lamp& lamp) {
+  PointAsked asked;
+  asked.p_m = {0.2, -0.1, 0.9};
+  asked.normal = Normalized(Vec3{-0.2, 0.1, -1});
+  asked.axis = {0, 0, 1};
+  asked.facing = Vec3{-1, 0, 0};
+  const PointAnswer answer = AnswerAt(lamp, asked);
+  out["illuminance"] = answer.illuminance;
+  out["spherical"] = answer.spherical;
+  out["cylindrical"] = answer.cylindrical;
+  Put(out, "semicylindrical", answer.semicylindrical);
+  for (int k = 0; k < 3; ++k)
+    out["light vector " + std::to_string(k)] = answer.light_vector[std::size_t(k)];
+}
+
+void PutPlane(Quantities& out, const Lamp& lamp) {
+  const PlaneAnswer answer = AnswerOn(lamp, PlaneBefore(1.2, 0.6, 0.4, 6, 5));
+  out["plane, mean"] = answer.mean;
+  out["plane, smallest"] = answer.least;
+  out["plane, largest"] = answer.most;
+  Put(out, "uniformity", answer.uniformity);
+  Put(out, "diversity", answer.diversity);
+}
+
+void PutEye(Quantities& out, const Lamp& lamp) {
+  EyeAsked asked;
+  asked.eye_m = {0.1, -0.05, 1.1};
+  asked.fields_of_view_mrad = {11, 100};
+  asked.threshold = 10;  // all of the lamp is brighter, in every lab
+  asked.line_of_sight = Normalized(Vec3{0.1, 0, -1});
+  asked.up = Normalized(Vec3{0, 1, 0});
+  asked.age_years = 40;
+  asked.background = 40;
+  asked.road_luminance = 1;
+  const EyeAnswer answer = AnswerFor(lamp, asked);
+  for (const auto& field : answer.fields)
+    out["luminance over " + std::to_string(int(field.mrad)) + " mrad"] = field.largest;
+  if (answer.area) out["luminance of the luminous area"] = answer.area->luminance;
+  Put(out, "UGR", answer.ugr);
+  Put(out, "veiling luminance", answer.veiling);
+  Put(out, "threshold increment", answer.threshold_increment);
+}
+
+Quantities AllOf(const Lamp& lamp) {
+  Quantities out;
+  const Distribution d = DistributionOf(lamp);
+  out["flux"] = d.flux;
+  out["intensity, axis"] = d.axis;
+  out["intensity, peak"] = d.peak;
+  PutAngle(out, "beam angle", *d.beam);
+  PutAngle(out, "field angle", *d.field);
+  PutDistances(out, "inverse square on the axis", d.on_axis);
+  PutDistances(out, "inverse square towards the peak", d.towards_peak);
+  PutPoint(out, lamp);
+  PutPlane(out, lamp);
+  PutEye(out, lamp);
+  return out;
+}
+
+void PutColour(Quantities& out, const std::string& name, const std::optional<Colour>& colour) {
+  out[name + " x"] = colour->x;
+  out[name + " y"] = colour->y;
+  out[name + " u'"] = colour->u;
+  out[name + " v'"] = colour->v;
+  Put(out, name + " CCT", colour->kelvin);
+  Put(out, name + " Duv", colour->duv);
+}
+
+Quantities AllOf(const ColourLamp& lamp) {
+  Quantities out;
+  PutColour(out, "mean", ColourOf(lamp, FluxOf(lamp.channels[0])));
+  PutColour(out, "axis", ColourOf(lamp, IntensityTowards(lamp.channels[0], {0, 0, 1})));
+  PutColour(out, "aside", ColourOf(lamp, IntensityTowards(lamp.channels[0], {0.1, -0.1, 1})));
+  return out;
+}
+
+// Of one quantity over the labs.
+struct Tally {
+  double sum = 0, squares = 0, u_squares = 0;  // of errors; of stated uncertainties
+  int covered = 0, labs = 0;
+};
+
+void Judge(const std::map<std::string, Tally>& tallies, int labs) {
+  constexpr double kProofLabs = 400, kCovered = 0.95;
+  const bool proof = labs >= kProofLabs;
+  double covered = 0, all = 0;
+  for (const auto& [name, tally] : tallies) {
+    ASSERT_EQ(tally.labs, labs) << name;
+    const double n = labs, mean = tally.sum / n;
+    const double spread = std::sqrt((tally.squares - n * mean * mean) / (n - 1)),
+                 stated = std::sqrt(tally.u_squares / n), share = tally.covered / n;
+    // The scatter's own standard deviation is spread / sqrt(2 n).
+    EXPECT_NEAR(spread / stated, 1, proof ? 0.15 : 4.5 / std::sqrt(2 * n)) << name;
+    if (proof) {
+      EXPECT_GE(share, 0.91) << name;
+      EXPECT_LE(share, 0.99) << name;
+      std::printf("%-40s spread / u %.3f, covered %.3f\n", name.c_str(), spread / stated, share);
+    }
+    covered += share;
+    all += 1;
+  }
+  // Quantities of a lab share its noise: as if a handful of them were independent.
+  constexpr double kIndependent = 4;
+  const double pooled = covered / all;
+  std::printf("%d labs, %d quantities: 95 %% intervals cover in %.2f %%\n", labs, int(all),
+              100 * pooled);
+  EXPECT_NEAR(pooled, kCovered,
+              proof ? 0.01 : 4.5 * std::sqrt(kCovered * (1 - kCovered) / (labs * kIndependent)));
+}
+
+template <typename LampOf>
+void ExpectLabsAreHonest(const NoisyField& noisy, std::uint64_t stream, LampOf&& lamp_of) {
+  const int labs = LabsOr(40);
+  const Quantities truth = AllOf(lamp_of(noisy.field()));
+  core::Random random(TestSeed(20261129), stream);
+  std::map<std::string, Tally> tallies;
+  for (int lab = 0; lab < labs; ++lab) {
+    const Quantities stated = AllOf(lamp_of(noisy.Draw(random)));
+    for (const auto& [name, one] : truth) {
+      Tally& tally = tallies[name];
+      const auto found = stated.find(name);
+      if (found == stated.end() || !found->second.u) continue;
+      const double error = found->second.value - one.value, u = *found->second.u;
+      tally.sum += error;
+      tally.squares += error * error;
+      tally.u_squares += u * u;
+      tally.covered += std::abs(error) <= 1.959964 * u;
+      ++tally.labs;
+    }
+  }
+  Judge(tallies, labs);
+}
+
+// A lamp with a peak, and light everywhere, so that all of it is brighter than a threshold.
+LightField Lit(int channels) {
+  LightField field = SmoothField(channels);
+  for (float& c : field.data) c += 2e4f;
+  return field;
+}
+
+TEST(Labs, StateWhatTheyScatter) {
+  const NoisyField noisy(Lit(1), PlainMaps(SmoothField().geometry.grid), 0.002);
+  const std::vector<PosedLightField> sigma = {{"", {}, noisy.SigmaOfC()}};
+  const std::vector<SolveMaps> maps = {noisy.maps()};
+  ExpectLabsAreHonest(noisy, 1, [&](const LightField& field) {
+    Lamp lamp = LampOfField(field);
+    SetNoise(lamp, sigma, maps, "sigma");
+    return lamp;
+  });
+}
+
+TEST(Labs, StateColoursAsTheyScatter) {
+  const NoisyField noisy(Lit(3), PlainMaps(SmoothField().geometry.grid), 0.002);
+  const std::vector<PosedLightField> sigma = {{"", {}, noisy.SigmaOfC()}};
+  const std::vector<SolveMaps> maps = {noisy.maps()};
+  ExpectLabsAreHonest(noisy, 2, [&](const LightField& field) {
+    const std::vector<PosedLightField> fields = {{"", {}, field}};
+    return *ColourLampOf(fields, sigma, maps, "sigma");
+  });
+}
+
+}  // namespace
+}  // namespace luxfield::photometry
