@@ -20,9 +20,9 @@ std::optional<Estimate> RatioOf(const Lamp& lamp, double least, const Functional
   return ratio;
 }
 
-// Absent of an area that is seen from the side or behind, which the formula is not for.
+// Absent of an area that is dark, or seen from the side or behind, which the formula is not for.
 std::optional<Estimate> GlareRating(const LuminousArea& area, const EyeAsked& asked) {
-  if (!(Dot(area.direction, *asked.line_of_sight) > 0)) return {};
+  if (!(area.luminance.value > 0) || !(Dot(area.direction, *asked.line_of_sight) > 0)) return {};
   Estimate rating{UnifiedGlareRating(area.luminance.value, area.solid_angle,
                                      PositionIndex(*asked.line_of_sight, asked.up, area.direction),
                                      *asked.background),
@@ -30,6 +30,29 @@ std::optional<Estimate> GlareRating(const LuminousArea& area, const EyeAsked& as
   // d UGR = 8 / ln 10 d(L^2) / L^2
   if (area.luminance.u) rating.u = 16 / std::log(10.0) * *area.luminance.u / area.luminance.value;
   return rating;
+}
+
+// The opening as one area of the mean luminance that the eye sees of it,
+//
+//   L = integral L dw / omega
+//
+std::optional<LuminousArea> OpeningOf(const Lamp& lamp, const EyeAsked& asked) {
+  const auto [width_m, height_m] = *asked.opening_m;
+  LuminousArea area;
+  area.solid_angle = SolidAngleOfOpening(asked.eye_m, width_m, height_m);
+  if (!(area.solid_angle > 0)) return {};
+  const Functional light = FluenceRateAt(lamp, asked.eye_m);
+  area.luminance = Evaluate(lamp, Sum({{1 / area.solid_angle, &light}}));
+  area.direction = Normalized(-1 * asked.eye_m);
+  return area;
+}
+
+void AddGlareRatings(const Lamp& lamp, EyeAnswer* answer) {
+  const EyeAsked& asked = answer->asked;
+  if (!asked.background) return;
+  if (answer->area) answer->ugr = GlareRating(*answer->area, asked);
+  if (!asked.opening_m) return;
+  if (const auto opening = OpeningOf(lamp, asked)) answer->plain_ugr = GlareRating(*opening, asked);
 }
 
 }  // namespace
@@ -59,7 +82,7 @@ EyeAnswer AnswerFor(const Lamp& lamp, const EyeAsked& asked) {
     answer.fields.push_back({mrad, Evaluate(lamp, MeanLuminance(lamp, asked.eye_m, w, angle)), w});
   }
   answer.area = AreaAbove(lamp, asked.eye_m, asked.threshold);
-  if (asked.background && answer.area) answer.ugr = GlareRating(*answer.area, asked);
+  AddGlareRatings(lamp, &answer);
   if (!asked.line_of_sight) return answer;
   answer.veiling =
       Evaluate(lamp, VeilingLuminanceAt(lamp, asked.eye_m, *asked.line_of_sight, asked.age_years));
@@ -69,6 +92,20 @@ EyeAnswer AnswerFor(const Lamp& lamp, const EyeAsked& asked) {
         Estimate{factor * answer.veiling->value,
                  answer.veiling->u ? std::optional(factor * *answer.veiling->u) : std::nullopt};
   }
+  return answer;
+}
+
+GlareAnswer AnswerFor(const Lamp& lamp, const GlareAsked& asked) {
+  GlareAnswer answer{asked, {}, {}};
+  for (std::size_t plane = 0; plane < asked.c_deg.size(); ++plane)
+    for (std::size_t distance = 0; distance < asked.distances_m.size(); ++distance) {
+      EyeAnswer one;
+      one.asked = asked.Eye(plane, distance);
+      one.area = AreaAbove(lamp, one.asked.eye_m, asked.threshold);
+      AddGlareRatings(lamp, &one);
+      answer.ugr.push_back(one.ugr);
+      answer.plain_ugr.push_back(one.plain_ugr);
+    }
   return answer;
 }
 

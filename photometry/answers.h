@@ -30,13 +30,21 @@ struct EyeAnswer {
     lightfield::Vec3 direction;  // where
   };
   std::vector<FieldOfView> fields;
-  std::optional<LuminousArea> area;  // above the threshold; absent: nothing is
-  std::optional<Estimate> ugr;       // of that area; absent: not asked for, or no area
-  std::optional<Estimate> veiling;   // luminance; absent: no line of sight
+  std::optional<LuminousArea> area;   // above the threshold; absent: nothing is
+  std::optional<Estimate> ugr;        // of that area; absent: not asked for, or no area
+  std::optional<Estimate> plain_ugr;  // of the opening, as if it were evenly bright
+  std::optional<Estimate> veiling;    // luminance; absent: no line of sight
   // %, from the veiling luminance and that of the road; absent: not asked for.
   std::optional<Estimate> threshold_increment;
 };
 EyeAnswer AnswerFor(const Lamp& lamp, const EyeAsked& asked);
+
+struct GlareAnswer {
+  GlareAsked asked;
+  // [plane][distance], of the luminous area and of the opening; as of an eye.
+  std::vector<std::optional<Estimate>> ugr, plain_ugr;
+};
+GlareAnswer AnswerFor(const Lamp& lamp, const GlareAsked& asked);
 
 struct PlaneAnswer {
   PlaneAsked asked;

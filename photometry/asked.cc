@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "luxfield/photometry/distribution.h"
+
 namespace luxfield::photometry {
 namespace {
 
@@ -74,6 +76,15 @@ PlaneAsked ReadPlaneAsked(const Config& table) {
   return plane;
 }
 
+std::optional<std::array<double, 2>> ReadOpening(const Config& table) {
+  if (!table.Has("opening_m")) return {};
+  const auto sides = table.Numbers("opening_m", 2);
+  if (!(sides[0] > 0 && sides[1] > 0))
+    table.Fail("opening_m", fmt::format("holds {} and {}", sides[0], sides[1]),
+               "give width and height of the luminous opening, metres");
+  return std::array{sides[0], sides[1]};
+}
+
 EyeAsked ReadEyeAsked(const Config& table) {
   EyeAsked eye;
   eye.eye_m = ReadPoint(table, "eye_m");
@@ -83,6 +94,7 @@ EyeAsked ReadEyeAsked(const Config& table) {
       table.Fail("fields_of_view_mrad", fmt::format("holds {}", field), "give 0.01 to 1000");
   eye.threshold = table.Number("threshold_cd_per_m2", 500, {0, 1e15});
   eye.age_years = table.Number("age_years", 23, {1, 120});
+  eye.opening_m = ReadOpening(table);
   if (table.Has("background_cd_per_m2"))
     eye.background = table.Number("background_cd_per_m2", {1e-6, 1e9});
   if (table.Has("road_luminance_cd_per_m2"))
@@ -95,6 +107,22 @@ EyeAsked ReadEyeAsked(const Config& table) {
   eye.name = table.Text("name", fmt::format("eye at ({:.4g}, {:.4g}, {:.4g}) m", eye.eye_m.x,
                                             eye.eye_m.y, eye.eye_m.z));
   return eye;
+}
+
+GlareAsked ReadGlareAsked(const Config& table) {
+  GlareAsked glare;
+  glare.below_m = table.Number("below_m", {1e-3, kFarthest_m});
+  glare.distances_m = table.Numbers("distances_m", 0);
+  for (const double distance : glare.distances_m)
+    if (!(distance > 0 && distance <= kFarthest_m))
+      table.Fail("distances_m", fmt::format("holds {}", distance),
+                 "give distances above 0 from the lamp's axis");
+  glare.c_deg = table.Numbers("c_deg", 0, {0, 90, 180, 270});
+  glare.background = table.Number("background_cd_per_m2", {1e-6, 1e9});
+  glare.threshold = table.Number("threshold_cd_per_m2", 500, {0, 1e15});
+  glare.opening_m = ReadOpening(table);
+  glare.name = table.Text("name", fmt::format("eyes {:g} m below the lamp", glare.below_m));
+  return glare;
 }
 
 HeadlampAsked ReadHeadlampAsked(const Config& table, const RegulationFile& regulation_file) {
@@ -134,11 +162,25 @@ Vec3 PlaneAsked::Normal() const {
   return Dot(n, centre_m) > 0 ? -1 * n : n;
 }
 
+EyeAsked GlareAsked::Eye(std::size_t plane, std::size_t distance) const {
+  const Vec3 aside = VectorOf({c_deg[plane], 90});
+  EyeAsked eye;
+  eye.name = fmt::format("C {:g}, {:g} m", c_deg[plane], distances_m[distance]);
+  eye.eye_m = distances_m[distance] * aside + Vec3{0, 0, below_m};
+  eye.threshold = threshold;
+  eye.background = background;
+  eye.line_of_sight = -1 * aside;
+  eye.up = {0, 0, -1};
+  eye.opening_m = opening_m;
+  return eye;
+}
+
 Asked ReadAsked(const Config& config, const RegulationFile& regulation_file) {
   Asked asked;
   for (const Config& table : config.Tables("point")) asked.points.push_back(ReadPointAsked(table));
   for (const Config& table : config.Tables("plane")) asked.planes.push_back(ReadPlaneAsked(table));
   for (const Config& table : config.Tables("eye")) asked.eyes.push_back(ReadEyeAsked(table));
+  for (const Config& table : config.Tables("glare")) asked.glare.push_back(ReadGlareAsked(table));
   for (const Config& table : config.Tables("headlamp"))
     asked.headlamps.push_back(ReadHeadlampAsked(table, regulation_file));
   if (const auto certificate = config.OptionalTable("certificate"))

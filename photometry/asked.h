@@ -47,6 +47,20 @@ struct EyeAsked {
   double age_years = 0;                  // of who looks, for the veiling luminance
   std::optional<double> background;      // cd/m^2, of the unified glare rating
   std::optional<double> road_luminance;  // cd/m^2, of the threshold increment
+  // Width and height of the luminous opening on the filter plane, of the plain rating.
+  std::optional<std::array<double, 2>> opening_m;
+};
+
+// A table of unified glare ratings: eyes below the lamp at distances from its axis, in C planes, that
+// look horizontally towards the axis.
+struct GlareAsked {
+  std::string name;
+  double below_m = 0;
+  std::vector<double> distances_m, c_deg;
+  double background = 0, threshold = 0;  // cd/m^2
+  std::optional<std::array<double, 2>> opening_m;
+
+  EyeAsked Eye(std::size_t plane, std::size_t distance) const;
 };
 
 // What a regulation is asked about.
@@ -85,6 +99,7 @@ struct Asked {
   std::map<std::string, std::string> certificate;  // by key; what is not stated is absent
   std::vector<HeadlampAsked> headlamps;
   std::vector<EyeAsked> eyes;
+  std::vector<GlareAsked> glare;
   std::vector<PointAsked> points;
   std::vector<PlaneAsked> planes;
 };

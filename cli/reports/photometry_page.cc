@@ -171,11 +171,51 @@ void AddEyes(HtmlPage& page, const std::vector<photometry::EyeAnswer>& eyes,
       rows.push_back(Row("solid angle of that", {answer.area->solid_angle, {}}, "sr"));
     }
     if (answer.ugr) rows.push_back(Row("UGR of this lamp alone", *answer.ugr, ""));
+    if (answer.plain_ugr)
+      rows.push_back(Row("UGR of the opening, evenly bright", *answer.plain_ugr, ""));
     if (answer.veiling)
       rows.push_back(Row("veiling luminance", *answer.veiling, names.LuminanceUnit()));
     if (answer.threshold_increment)
       rows.push_back(Row("threshold increment", *answer.threshold_increment, "%"));
     AddRows(page, rows);
+  }
+}
+
+void AddRatings(HtmlPage& page, const photometry::GlareAsked& asked,
+                const std::vector<std::optional<Estimate>>& ratings) {
+  Rows rows{{"from the axis"}};
+  for (const double c : asked.c_deg) rows[0].push_back(fmt::format("C {:.4g}°", c));
+  const std::size_t distances = asked.distances_m.size();
+  for (std::size_t d = 0; d < distances; ++d) {
+    auto& row = rows.emplace_back();
+    row.push_back(fmt::format("{:g} m", asked.distances_m[d]));
+    for (std::size_t c = 0; c < asked.c_deg.size(); ++c) {
+      const auto& one = ratings[c * distances + d];
+      row.push_back(!one     ? "-"
+                    : one->u ? fmt::format("{:.1f} ± {:.2g}", one->value, *one->u)
+                             : fmt::format("{:.1f}", one->value));
+    }
+  }
+  page.Table(rows);
+}
+
+void AddGlare(HtmlPage& page, const std::vector<photometry::GlareAnswer>& glare,
+              const PhotometryNames& names) {
+  if (glare.empty()) return;
+  page.Heading("Unified glare rating");
+  for (const auto& answer : glare) {
+    const auto& asked = answer.asked;
+    page.Paragraph(fmt::format(
+        "{}: of this lamp alone, for eyes {:g} m below it that look horizontally towards its axis, "
+        "before {:g} {}. Of what is as bright as {:g} {} or brighter:",
+        asked.name, asked.below_m, asked.background, names.LuminanceUnit(), asked.threshold,
+        names.LuminanceUnit()));
+    AddRatings(page, asked, answer.ugr);
+    if (!asked.opening_m) continue;
+    page.Paragraph(
+        fmt::format("Of the whole opening of {:g} m x {:g} m, as if it were evenly bright:",
+                    (*asked.opening_m)[0], (*asked.opening_m)[1]));
+    AddRatings(page, asked, answer.plain_ugr);
   }
 }
 
@@ -218,6 +258,7 @@ std::string PhotometryPage(const PhotometryReport& report, const photometry::Lam
   AddPlanes(page, report.planes, names);
   AddPoints(page, report.points, names);
   AddEyes(page, report.eyes, names);
+  AddGlare(page, report.glare, names);
   return page.Text();
 }
 

@@ -118,6 +118,7 @@ Json EyeJson(const photometry::EyeAnswer& answer, const PhotometryNames& names) 
   PutEstimate(json, "luminance_of_luminous_area_" + suffix,
               answer.area ? std::optional(answer.area->luminance) : std::nullopt);
   PutEstimate(json, "ugr", answer.ugr);
+  PutEstimate(json, "ugr_plain", answer.plain_ugr);
   PutEstimate(json, "veiling_luminance_" + suffix, answer.veiling);
   PutEstimate(json, "threshold_increment_percent", answer.threshold_increment);
   return json;
@@ -158,6 +159,32 @@ std::string CsvLine(const Json& row) {
     line += (line.empty() ? "" : ",") + text.substr(2, text.size() - 3);
   }
   return line + "\n";
+}
+
+// KEY and KEY_u, a list for each C plane.
+void PutRatings(Json& json, const std::string& key,
+                const std::vector<std::optional<Estimate>>& ratings, std::size_t distances) {
+  Json values = Json::array(), uncertainties = Json::array();
+  for (std::size_t k = 0; k < ratings.size(); ++k) {
+    if (k % distances == 0) {
+      values.push_back(Json::array());
+      uncertainties.push_back(Json::array());
+    }
+    values.back().push_back(ratings[k] ? Json(ratings[k]->value) : Json());
+    uncertainties.back().push_back(ratings[k] ? OptionalJson(ratings[k]->u) : Json());
+  }
+  json[key] = values;
+  json[key + "_u"] = uncertainties;
+}
+
+Json GlareJson(const photometry::GlareAnswer& answer) {
+  Json json = {{"name", answer.asked.name},
+               {"below_m", answer.asked.below_m},
+               {"c_deg", answer.asked.c_deg},
+               {"distances_m", answer.asked.distances_m}};
+  PutRatings(json, "ugr", answer.ugr, answer.asked.distances_m.size());
+  PutRatings(json, "ugr_plain", answer.plain_ugr, answer.asked.distances_m.size());
+  return json;
 }
 
 }  // namespace
@@ -214,7 +241,9 @@ Json ToJson(const PhotometryReport& report) {
   PutInverseSquare(json, "inverse_square_distance_m", d.on_axis);
   PutInverseSquare(json, "inverse_square_distance_peak_m", d.towards_peak);
   json["colour"] = report.colour ? ColourJson(*report.colour) : Json();
-  json["points"] = json["planes"] = json["eyes"] = json["headlamps"] = Json::array();
+  json["points"] = json["planes"] = json["eyes"] = json["headlamps"] = json["glare"] =
+      Json::array();
+  for (const auto& answer : report.glare) json["glare"].push_back(GlareJson(answer));
   for (const auto& headlamp : report.headlamps) json["headlamps"].push_back(HeadlampJson(headlamp));
   for (const auto& answer : report.eyes) json["eyes"].push_back(EyeJson(answer, names));
   for (const auto& answer : report.points) json["points"].push_back(PointJson(answer, names));
@@ -270,6 +299,14 @@ std::string PhotometryCsv(const PhotometryReport& report) {
         add(names.illuminance_key, name + "; " + PlaceText(answer.asked.Point(column, row)),
             Estimate{answer.at(column, row), {}}, names.illuminance_unit);
   }
+  for (const auto& answer : report.glare)
+    for (std::size_t k = 0; k < answer.ugr.size(); ++k) {
+      const std::size_t distances = answer.asked.distances_m.size();
+      const std::string where =
+          answer.asked.name + "; " + answer.asked.Eye(k / distances, k % distances).name;
+      if (answer.ugr[k]) add("UGR", where, *answer.ugr[k], "");
+      if (answer.plain_ugr[k]) add("UGR of the opening", where, *answer.plain_ugr[k], "");
+    }
   for (const auto& headlamp : report.headlamps)
     for (const auto& row : HeadlampRows(headlamp))
       add(row.quantity, row.where, row.value, row.unit);

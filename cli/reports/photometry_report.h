@@ -22,6 +22,7 @@ struct PhotometryReport {
   std::vector<photometry::PointAnswer> points;
   std::vector<photometry::PlaneAnswer> planes;
   std::vector<photometry::EyeAnswer> eyes;
+  std::vector<photometry::GlareAnswer> glare;
   std::vector<HeadlampReport> headlamps;
   std::optional<photometry::ColourDistribution> colour;  // of three channels
 };

@@ -74,6 +74,7 @@ PhotometryReport ReportOf(const Options& options, const photometry::Lamp& lamp,
     report.colour = ColourDistributionOf(*colour, report.table, report.distribution.peak_direction);
   for (const auto& point : asked.points) report.points.push_back(AnswerAt(lamp, point));
   for (const auto& eye : asked.eyes) report.eyes.push_back(AnswerFor(lamp, eye));
+  for (const auto& glare : asked.glare) report.glare.push_back(AnswerFor(lamp, glare));
   for (const auto& headlamp : asked.headlamps)
     report.headlamps.push_back(ReportOfHeadlamp(lamp, headlamp));
   for (const auto& plane : asked.planes) report.planes.push_back(AnswerOn(lamp, plane));
@@ -181,9 +182,10 @@ void AddPhotometry(Program& program) {
                   "The standard deviations of C that `luxfield reconstruct --sigma` wrote: every "
                   "number gets its standard uncertainty")
       ->check(InputFile({core::FileKind::kLightField}));
-  verb.add_option("--ask", options->ask,
-                  "An ask.toml: points, planes, eyes, headlamps (docs/photometry.md); without it a "
-                  "plane 1 m before the lamp");
+  verb.add_option(
+      "--ask", options->ask,
+      "An ask.toml: points, planes, eyes, glare, headlamps (docs/photometry.md); without it a "
+      "plane 1 m before the lamp");
   verb.add_option("-o,--output", options->output,
                   "A .html page, .json or .csv to write; or a certificate, .pdf or .cert.json")
       ->check(OutputFile());

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "luxfield/photometry/answers.h"
 #include "tests/photometry/lamps.h"
 
 namespace luxfield::photometry {
@@ -114,6 +115,41 @@ TEST(Glare, RatingOfAUniformSource) {
   EXPECT_NEAR(UnifiedGlareRating(1e4, 0.01, 1, 40), 8 * std::log10(0.25 / 40 * 1e8 * 0.01), 1e-12);
   EXPECT_NEAR(UnifiedGlareRating(1e4, 0.01, 2, 40), 8 * std::log10(0.25 / 40 * 1e8 * 0.01 / 4),
               1e-12);
+}
+
+// The ratings of a table are those of the formula: of an evenly bright square by its own luminance,
+// and of its opening too; of a checkerboard the opening is half as bright.
+TEST(Glare, TablesAreThoseOfTheFormula) {
+  GlareAsked asked;
+  asked.below_m = 1.6;
+  asked.distances_m = {0.5, 1.2};
+  asked.c_deg = {0, 200};
+  asked.background = 40;
+  asked.threshold = 500;
+  asked.opening_m = {LambertianSquare::kSide, LambertianSquare::kSide};
+  const GlareAnswer even = AnswerFor(LampOfField(LambertianSquare::Wide()), asked);
+  ASSERT_EQ(even.ugr.size(), 4u);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const EyeAsked eye = asked.Eye(k / 2, k % 2);
+    EXPECT_NEAR(std::hypot(eye.eye_m.x, eye.eye_m.y), asked.distances_m[k % 2], 1e-12);
+    EXPECT_EQ(eye.eye_m.z, 1.6);
+    const double omega =
+        SolidAngleOfOpening(eye.eye_m, LambertianSquare::kSide, LambertianSquare::kSide);
+    const double p = PositionIndex(*eye.line_of_sight, eye.up, Normalized(-1 * eye.eye_m));
+    const double expected = UnifiedGlareRating(LambertianSquare::kRadiance, omega, p, 40);
+    // 8 log10 of what is 2e-3 off.
+    EXPECT_NEAR(even.ugr[k]->value, expected, 0.01) << k;
+    EXPECT_NEAR(even.plain_ugr[k]->value, expected, 0.01) << k;
+  }
+  asked.distances_m = {0.5};
+  asked.c_deg = {0};
+  const LightField board = Checkerboard();
+  const GlareAnswer uneven = AnswerFor(LampOfField(board), asked);
+  // Twice the luminance over half of the area: L^2 omega is twice that of the opening.
+  EXPECT_NEAR(uneven.ugr[0]->value - uneven.plain_ugr[0]->value, 8 * std::log10(2.0), 0.05);
+  asked.below_m = 1.6;
+  const GlareAnswer dark = AnswerFor(LampOfField(LightField(board.geometry)), asked);
+  EXPECT_FALSE(dark.ugr[0] || dark.plain_ugr[0]);
 }
 
 // A small source at theta off the line of sight: k E / theta^2, E on a plane across that line.
