@@ -146,6 +146,12 @@ HeadlampAsked ReadHeadlampAsked(const Config& table, const RegulationFile& regul
     headlamp.aim = Place{aim[0], aim[1]};
   }
   headlamp.height_m = table.Number("height_m", 0.65, {0.05, 20});
+  const auto eye = table.Numbers("eye_m", 3, {0, 1.2, -2});
+  if (!(eye[1] >= 0.05 && eye[1] <= 20 && std::abs(eye[0]) <= 20 && std::abs(eye[2]) <= 20))
+    table.Fail("eye_m", fmt::format("holds {}, {} and {}", eye[0], eye[1], eye[2]),
+               "give metres to the right of the lamp, above the road and ahead of the lamp, of a "
+               "driver near it");
+  headlamp.eye_m = {eye[0], eye[1], eye[2]};
   headlamp.name = table.Text("name", headlamp.regulation.name);
   return headlamp;
 }

@@ -70,6 +70,8 @@ struct HeadlampAsked {
   lightfield::Vec3 forward, up;
   std::optional<Place> aim;  // where H = V = 0 lies; absent: as the regulation aims
   double height_m = 0;       // of the lamp above the road
+  // Of the driver, from the lamp: to the right, above the road, and ahead.
+  std::array<double, 3> eye_m{};
 };
 
 // [certificate]: what a laboratory states of itself and its measurement, in its own words.

@@ -12,6 +12,7 @@
 #include "luxfield/photometry/aimed_beam.h"
 #include "luxfield/photometry/conformity.h"
 #include "luxfield/photometry/distribution.h"
+#include "luxfield/photometry/planes.h"
 
 namespace luxfield::photometry {
 namespace {
@@ -264,6 +265,23 @@ PlaneAsked RoadOf(const BeamFrame& frame, double height_m) {
   return road;
 }
 
+RoadView ViewOf(const BeamFrame& frame, const HeadlampAsked& asked) {
+  const auto [right_m, above_m, ahead_m] = asked.eye_m;
+  constexpr double kAside = 0.45, kNear = 0.2, kFar = 0.012;
+  RoadView view;
+  view.frame = frame;
+  view.eye_height_m = above_m;
+  view.eye_m =
+      right_m * frame.right + (above_m - asked.height_m) * frame.up + ahead_m * frame.forward;
+  view.left = -kAside;
+  view.right = kAside;
+  view.nearest = kNear;
+  view.farthest = kFar;
+  view.columns = 120;
+  view.rows = 64;
+  return view;
+}
+
 void AddRemarks(const Lamp& lamp, const Regulation& regulation, Headlamp* out) {
   double coarsest = 0;
   for (const auto& posed : lamp.fields) {
@@ -303,6 +321,30 @@ Verdict WorstOf(const Headlamp& headlamp) {
 
 }  // namespace
 
+PlaneAsked RoadView::LineOf(int row) const {
+  const double below = farthest + (nearest - farthest) * (row + 0.5) / rows,
+               ahead_m = eye_height_m / below;
+  PlaneAsked line;
+  line.right = frame.right;
+  line.up = frame.forward;
+  line.width_m = (right - left) * ahead_m;
+  line.height_m = 1e-3;
+  line.centre_m = eye_m + ahead_m * frame.forward - eye_height_m * frame.up +
+                  0.5 * (left + right) * ahead_m * frame.right;
+  line.columns = columns;
+  line.rows = 1;
+  return line;
+}
+
+std::vector<double> IlluminanceIn(const Lamp& lamp, const RoadView& view) {
+  std::vector<double> values;
+  for (int row = 0; row < view.rows; ++row) {
+    const std::vector<double> line = IlluminanceOn(lamp, view.LineOf(row));
+    values.insert(values.end(), line.begin(), line.end());
+  }
+  return values;
+}
+
 Headlamp HeadlampOf(const Lamp& lamp, const HeadlampAsked& asked) {
   const Regulation& regulation = asked.regulation;
   const BeamFrame as_mounted = BeamFrame::Of(asked.forward, asked.up);
@@ -341,6 +383,7 @@ Headlamp HeadlampOf(const Lamp& lamp, const HeadlampAsked& asked) {
   if (regulation.screen_m)
     out.aiming_screen = ScreenAt(aim.frame, *regulation.screen_m, kAimingWide_deg, -3, 3, 121);
   out.road = RoadOf(aim.frame, asked.height_m);
+  out.view = ViewOf(aim.frame, asked);
   AddRemarks(lamp, regulation, &out);
   return out;
 }

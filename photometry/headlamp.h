@@ -58,6 +58,23 @@ struct AimSweep {
   std::vector<int> failed;           // [v][h]: how many fail
 };
 
+// The road as the driver sees it who looks straight ahead along it. A place of the view is a line of
+// sight, by tangents to the right and below the horizon.
+struct RoadView {
+  lightfield::Vec3 eye_m;      // in the luminaire's frame
+  BeamFrame frame;             // of the aimed lamp
+  double eye_height_m = 0;     // above the road
+  double left = 0, right = 0;  // tangents
+  double nearest = 0,
+         farthest = 0;  // tangents below the horizon, of the lowest row and the highest
+  int columns = 0, rows = 0;
+
+  // What a row shows of the road, a line across it; row 0 at the top.
+  PlaneAsked LineOf(int row) const;
+};
+// Illuminance on the road where lines of sight meet it, [row][column].
+std::vector<double> IlluminanceIn(const Lamp& lamp, const RoadView& view);
+
 struct Headlamp {
   HeadlampAsked asked;
   Place aimed;  // where H = V = 0 of the aimed lamp lies before aiming
@@ -69,6 +86,7 @@ struct Headlamp {
   std::optional<AimSweep> sweep;           // where the regulation lets a lamp be aimed anew
   PlaneAsked screen, road;                 // of illuminance: before the lamp, and on the ground
   std::optional<PlaneAsked> aiming_screen;
+  RoadView view;
   std::vector<std::string> remarks;
 };
 

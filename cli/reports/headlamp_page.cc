@@ -117,6 +117,24 @@ IsoluxMap ScreenMap(const photometry::Headlamp& headlamp, const photometry::Plan
   return map;
 }
 
+// By tangents in per cent: 1 % is 0.57 degrees, a metre at a hundred.
+IsoluxMap ViewMap(const photometry::RoadView& view, const std::vector<double>& illuminance) {
+  IsoluxMap map;
+  map.title = fmt::format("Illuminance of the road, as a driver {:g} m above it sees it",
+                          view.eye_height_m);
+  map.unit = "lx";
+  map.x_label = "to the right, % of the distance";
+  map.y_label = "above the horizon, %";
+  map.columns = view.columns;
+  map.rows = view.rows;
+  map.x0 = 100 * view.left;
+  map.x1 = 100 * view.right;
+  map.y0 = -100 * view.nearest;
+  map.y1 = -100 * view.farthest;
+  map.values = illuminance;
+  return map;
+}
+
 }  // namespace
 
 Rows RequirementTable(const photometry::Headlamp& headlamp) {
@@ -173,6 +191,7 @@ std::vector<std::string> HeadlampMaps(const HeadlampReport& report) {
   road.y0 = middle - headlamp.road.height_m / 2;
   road.y1 = middle + headlamp.road.height_m / 2;
   maps.push_back(SvgIsolux(road));
+  maps.push_back(SvgIsolux(ViewMap(headlamp.view, report.view)));
   return maps;
 }
 

@@ -85,13 +85,21 @@ Json PlaneJson(const photometry::PlaneAsked& plane, const std::vector<double>& i
           {"illuminance_lx", RowsJson(illuminance, plane.columns)}};
 }
 
+Json ViewJson(const photometry::RoadView& view, const std::vector<double>& illuminance) {
+  return {{"eye_m", VectorJson(view.eye_m)},
+          {"right_percent", {100 * view.left, 100 * view.right}},
+          {"below_percent", {100 * view.farthest, 100 * view.nearest}},
+          {"illuminance_lx", RowsJson(illuminance, view.columns)}};
+}
+
 }  // namespace
 
 HeadlampReport ReportOfHeadlamp(const photometry::Lamp& lamp,
                                 const photometry::HeadlampAsked& asked) {
-  HeadlampReport report{HeadlampOf(lamp, asked), {}, {}, {}};
+  HeadlampReport report{HeadlampOf(lamp, asked), {}, {}, {}, {}};
   report.screen = IlluminanceOn(lamp, report.headlamp.screen);
   report.road = IlluminanceOn(lamp, report.headlamp.road);
+  report.view = IlluminanceIn(lamp, report.headlamp.view);
   if (report.headlamp.aiming_screen)
     report.aiming_screen = IlluminanceOn(lamp, *report.headlamp.aiming_screen);
   return report;
@@ -146,6 +154,7 @@ Json HeadlampJson(const HeadlampReport& report) {
       {"aiming_screen",
        headlamp.aiming_screen ? PlaneJson(*headlamp.aiming_screen, report.aiming_screen) : Json()},
       {"road", PlaneJson(headlamp.road, report.road)},
+      {"view", ViewJson(headlamp.view, report.view)},
       {"remarks", headlamp.remarks}};
 }
 

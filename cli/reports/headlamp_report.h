@@ -13,7 +13,7 @@ namespace luxfield::cli {
 
 struct HeadlampReport {
   photometry::Headlamp headlamp;
-  std::vector<double> screen, aiming_screen, road;  // illuminance of its planes, lx
+  std::vector<double> screen, aiming_screen, road, view;  // illuminance of its planes, lx
 };
 HeadlampReport ReportOfHeadlamp(const photometry::Lamp& lamp,
                                 const photometry::HeadlampAsked& asked);
@@ -31,7 +31,8 @@ std::vector<HeadlampRow> HeadlampRows(const HeadlampReport& report);
 
 // The table of requirements, its head first; without columns for uncertainty where there is none.
 std::vector<std::vector<std::string>> RequirementTable(const photometry::Headlamp& headlamp);
-// Screen with all places that are asked about, aiming screen (if any) and road, as SVG.
+// Screen with all places that are asked about, aiming screen (if any), the road from above and as the
+// driver sees it, as SVG.
 std::vector<std::string> HeadlampMaps(const HeadlampReport& report);
 constexpr const char* kHeadlampMapsNote =
     "Rings mark where values were taken, crosses those that fail; dashes are the planes H = 0 and "

@@ -149,6 +149,29 @@ TEST(Headlamp, ItIsMeasuredAsItIsAimed) {
   EXPECT_EQ(HeadlampOf(lamp, asked).verdict, Verdict::kFail);
 }
 
+// Where a driver's line of sight meets the road, 0.65 m below the lamp: what a point source of that
+// intensity gives it, I h / r^3.
+TEST(Headlamp, TheRoadIsSeenFromTheDriversEye) {
+  const Lamp lamp = LampOfField(FieldOf([](double, double) { return 5000; }, 12, -6, 2));
+  HeadlampAsked asked = AskedOf({Asks("a", Kind::kPoint, {{0, 0}}, 1)});
+  asked.eye_m = {-0.4, 1.2, -1.5};
+  const RoadView view = HeadlampOf(lamp, asked).view;
+  EXPECT_NEAR(Length(view.eye_m - (lightfield::Vec3{0.4, 0.55, -1.5})), 0, 1e-12);
+  const auto values = IlluminanceIn(lamp, view);
+  ASSERT_EQ(values.size(), std::size_t(view.rows) * view.columns);
+  for (const int row : {0, 20, 40})
+    for (const int column : {50, 60, 69}) {
+      const double below = view.farthest + (view.nearest - view.farthest) * (row + 0.5) / view.rows;
+      const double ahead = 1.2 / below,
+                   right = ahead *
+                           (view.left + (view.right - view.left) * (column + 0.5) / view.columns);
+      const double r = std::hypot(ahead - 1.5, right - 0.4, 0.65);
+      const double expected = 5000 * 0.65 / (r * r * r);
+      EXPECT_NEAR(values[std::size_t(row) * view.columns + column], expected, 0.01 * expected)
+          << row << " " << column;
+    }
+}
+
 // A lamp whose true value is the limit passes with probability 1/2, whichever lab measures it, and the
 // probabilities that labs state are uniform: their mean is 1/2, its variance 1/12 per lab.
 // LUXFIELD_LABS=1600 is the proof.
