@@ -25,6 +25,22 @@ width_m = 1.2
 height_m = 0.8
 columns = 4
 rows = 3
+[[eye]]
+eye_m = [0.2, -0.1, 1.1]
+fields_of_view_mrad = [11, 60]
+threshold_cd_per_m2 = 3000
+background_cd_per_m2 = 30
+road_luminance_cd_per_m2 = 2
+age_years = 50
+line_of_sight = [-0.3, 0.25, -1]
+up = [0, 1, 0]
+opening_m = [0.1, 0.08]
+[[glare]]
+below_m = 1.2
+distances_m = [0.2, 0.3]
+c_deg = [20, 250]
+background_cd_per_m2 = 30
+opening_m = [0.1, 0.08]
 """
 
 
@@ -93,6 +109,78 @@ def over_directions(field, p, kernel, nodes=4):
         radiance = field.radiance(u, vs, s, t)[:, 0]
         total = total + weight * ((wu * radiance * z / r**3) * kernel(d / r)).sum(-1)
     return total
+
+
+def radiance_towards(field, p, w):
+    """L seen from p along unit vectors w, (3, n)."""
+    g = field.geometry
+    to_f, to_i = -p[2] / w[2], (g.delta - p[2]) / w[2]
+    at = lambda k, to: p[k] + to * w[k]
+    return field.radiance(at(0, to_f), at(1, to_f), at(0, to_i), at(1, to_i))[:, 0]
+
+
+def cone(w, full_angle, rings=60, around=180):
+    """Directions of equal solid angle about w."""
+    w = w / np.linalg.norm(w)
+    x = np.cross(w, [0.3, 1, 0.2])
+    x /= np.linalg.norm(x)
+    y = np.cross(w, x)
+    versine = (np.arange(rings) + 0.5) / rings * (1 - np.cos(full_angle / 2))
+    cosine, sine = (1 - versine)[:, None], np.sqrt(versine * (2 - versine))[:, None]
+    angle = 2 * np.pi * (np.arange(around) + 0.3)[None, :] / around
+    parts = (cosine + 0 * angle, sine * np.cos(angle), sine * np.sin(angle))
+    return sum(v[:, None] * part.ravel()[None, :] for v, part in zip((w, x, y), parts))
+
+
+def area_above(field, p, threshold, steps=1200):
+    """Solid angle of what is as bright as the threshold, and its mean luminance and middle."""
+    g = field.geometry
+    ku, kv = g.knots_u(), g.knots_v()
+    u = ku[0] + (ku[-1] - ku[0]) * (np.arange(steps) + 0.5) / steps
+    cell = (ku[-1] - ku[0]) * (kv[-1] - kv[0]) / steps**2
+    omega, light, middle = 0.0, 0.0, np.zeros(3)
+    for v in kv[0] + (kv[-1] - kv[0]) * (np.arange(steps) + 0.5) / steps:
+        d = np.stack([u - p[0], np.full_like(u, v - p[1]), np.full_like(u, -p[2])])
+        r = np.sqrt((d**2).sum(0))
+        luminance = radiance_towards(field, p, d / r)
+        bright = luminance >= threshold
+        part = cell * p[2] / r**3 * bright
+        omega += part.sum()
+        light += (part * luminance).sum()
+        middle += ((part * luminance) * d / r).sum(1)
+    return omega, light / omega if omega else 0.0, middle
+
+
+def solid_angle(p, width, height):
+    """Of a rectangle on F about the origin, by its corners' arc tangents."""
+    corner = lambda x, y: np.arctan2(x * y, p[2] * np.sqrt(x * x + y * y + p[2] ** 2))
+    x0, x1, y0, y1 = -width / 2 - p[0], width / 2 - p[0], -height / 2 - p[1], height / 2 - p[1]
+    return corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)
+
+
+def position_index(sight, up, w):
+    """Guth's, CIE 117-1995."""
+    sight, w = sight / np.linalg.norm(sight), w / np.linalg.norm(w)
+    up = up - (up @ sight) * sight
+    up /= np.linalg.norm(up)
+    beta = np.degrees(np.arccos(sight @ w))
+    aside = w - (w @ sight) * sight
+    alpha = np.degrees(np.arccos(np.clip(aside @ up / np.linalg.norm(aside), -1, 1)))
+    return np.exp((35.2 - 0.31889 * alpha - 1.22 * np.exp(-2 * alpha / 9)) * 1e-3 * beta
+                  + (21 + 0.26667 * alpha - 0.002963 * alpha**2) * 1e-5 * beta**2)  # fmt: skip
+
+
+def rating(luminance, omega, p, background):
+    return 8 * np.log10(0.25 / background * luminance**2 * omega / p**2)
+
+
+# IEC 61966-2-1: XYZ of linear Rec. 709, white D65.
+XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+
+
+def chromaticity(rgb):
+    x, y, z = XYZ @ np.asarray(rgb)
+    return x / (x + y + z), y / (x + y + z), 4 * x / (x + 15 * y + 3 * z), 9 * y / (x + 15 * y + 3 * z)
 
 
 def vector(c_deg, gamma_deg):
@@ -186,6 +274,9 @@ class Photometry(Judgement):
             self.close(found["inverse_square_distance_m"][str(percent)],
                        inverse_square(y, axis, percent / 100), 1e-3, f"{percent} %")  # fmt: skip
         self.judge_points(y, found)
+        self.judge_eye(y, found["eyes"][0])
+        self.judge_glare(y, found["glare"][0])
+        self.judge_colour(field, found["colour"], vector(found["peak_c_deg"], found["peak_gamma_deg"]))
         plane = found["planes"][0]
         values = np.array(plane["illuminance_lx"])
         for row in range(3):
@@ -217,6 +308,72 @@ class Photometry(Judgement):
             self.close(point["illuminance_semicylindrical_lx"],
                        over_directions(field, p, lambda w: (sine(w) + facing @ w) / np.pi),
                        1e-5, "semicylindrical")  # fmt: skip
+
+    def judge_eye(self, field, told):
+        p, sight, up = np.array([0.2, -0.1, 1.1]), np.array([-0.3, 0.25, -1.0]), np.array([0, 1.0, 0])
+        sight /= np.linalg.norm(sight)
+        random = np.random.default_rng(SEED)
+        for one in told["fields_of_view"]:
+            angle, w = one["field_of_view_mrad"] / 1000, np.array(one["direction"])
+            mean = lambda d: radiance_towards(field, p, cone(d, angle)).mean()
+            self.close(one["luminance_largest_mean_cd_per_m2"], mean(w), 2e-3, "field of view")
+            # Nowhere else is it brighter.
+            for _ in range(40):
+                other = np.array([*random.uniform(-0.06, 0.06, 2), 0]) - p
+                self.assertLess(mean(other), 1.002 * mean(w))
+        omega, luminance, middle = area_above(field, p, 3000)
+        self.close(told["luminous_solid_angle_sr"], omega, 1e-2, "luminous area")
+        self.close(told["luminance_of_luminous_area_cd_per_m2"], luminance, 1e-2, "its luminance")
+        index = position_index(sight, up, middle)
+        self.assertLess(abs(told["ugr"] - rating(luminance, omega, index, 30)), 0.05)
+        opening = solid_angle(p, 0.1, 0.08)
+        mean = over_directions(field, p, lambda w: 1.0) / opening
+        index = position_index(sight, up, -p)
+        self.assertLess(abs(told["ugr_plain"] - rating(mean, opening, index, 30)), 1e-3)
+
+        def veil(w):
+            degrees = np.degrees(np.arccos(np.clip(np.einsum("i,in->n", sight, w), -1, 1)))
+            inside = (degrees >= 1.5) & (degrees <= 60)
+            return inside * np.cos(np.radians(degrees)) / np.where(inside, degrees, 1) ** 2
+
+        veiling = 9.86 * (1 + (50 / 66.4) ** 4) * over_directions(field, p, veil)
+        self.close(told["veiling_luminance_cd_per_m2"], veiling, 1e-3, "veiling luminance")
+        self.close(told["threshold_increment_percent"], 65 * veiling / 2**0.8, 1e-3, "TI")
+
+    def judge_glare(self, field, told):
+        for c, plane in zip((20, 250), told["ugr_plain"]):
+            for distance, value in zip((0.2, 0.3), plane):
+                aside = vector(c, 90)
+                p = distance * aside + np.array([0, 0, 1.2])
+                omega = solid_angle(p, 0.1, 0.08)
+                mean = over_directions(field, p, lambda w: 1.0) / omega
+                index = position_index(-aside, np.array([0, 0, -1.0]), -p)
+                self.assertLess(abs(value - rating(mean, omega, index, 30)), 1e-3)
+
+    def judge_colour(self, field, told, peak):
+        if field.c.shape[-1] == 1:
+            return self.assertIsNone(told)
+        of = lambda d: [intensity(LightField(field.geometry, field.c[..., k : k + 1]), d) for k in range(3)]
+        for name, rgb in (("mean", field.flux()), ("axis", of((0, 0, 1))), ("peak", of(peak))):
+            for key, value in zip(("x", "y", "u_prime", "v_prime"), chromaticity(rgb)):
+                self.assertLess(abs(told[name][key] - value), 2e-4, f"{name} {key}")
+
+    def test_two_lamps(self):
+        """`compare` says of both what `photometry` says of each."""
+        random = np.random.default_rng(SEED + 1)
+        told = []
+        for name in ("a", "b"):
+            lamp("bspline2", 1, random).write(self.folder / f"{name}.lf.exr")
+            told.append(self.figures("photometry", f"{name}.lf.exr"))
+        found = self.figures("compare", "a.lf.exr", "b.lf.exr")["photometry"]
+        by = {one["name"]: one for one in found["quantities"]}
+        for name, key in (("flux", "flux_lm"), ("intensity on the axis", "intensity_axis_cd"),
+                          ("largest intensity", "intensity_peak_cd"), ("beam angle", "beam_angle_deg"),
+                          ("field angle", "field_angle_deg")):  # fmt: skip
+            one = by[name]
+            self.close(one["a"], told[0][key], 1e-9, name)
+            self.close(one["b"], told[1][key], 1e-9, name)
+            self.assertAlmostEqual(one["difference"], told[0][key] - told[1][key], delta=1e-9 * abs(told[0][key]))
 
     def test_one_channel(self):
         self.judge("bspline2", 1)

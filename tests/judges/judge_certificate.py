@@ -1,0 +1,82 @@
+"""A certificate against its published schema, docs/formats/certificate.schema.json, and against what
+`luxfield photometry` says of the same lamp."""
+
+import hashlib
+import json
+import re
+import unittest
+
+import numpy as np
+
+from model import Geometry, LightField
+from program import SOURCE, Judgement
+
+SCHEMA = SOURCE / "docs/formats/certificate.schema.json"
+TYPES = {"object": dict, "array": list, "string": str, "number": (int, float), "null": type(None)}
+# What the schema is written with; anything else would go unchecked.
+KNOWN = {"$schema", "$id", "title", "description", "type", "const", "required", "properties",
+         "additionalProperties", "items", "minItems", "pattern"}  # fmt: skip
+
+
+def mistakes(value, schema, where="certificate"):
+    """What of a value is not as the schema (JSON Schema 2020-12) says."""
+    if schema is True:
+        return []
+    if schema is False:
+        return [f"{where} should not be there"]
+    assert set(schema) <= KNOWN, f"{where}: {set(schema) - KNOWN} of the schema is not known here"
+    found = []
+    names = schema.get("type", list(TYPES))
+    names = [names] if isinstance(names, str) else names
+    if isinstance(value, bool) or not any(isinstance(value, TYPES[name]) for name in names):
+        return [f"{where} is not of type {names}"]
+    if "const" in schema and value != schema["const"]:
+        found.append(f"{where} is not {schema['const']}")
+    if isinstance(value, str) and not re.search(schema.get("pattern", ""), value):
+        found.append(f"{where} does not match {schema['pattern']}")
+    if isinstance(value, list):
+        if len(value) < schema.get("minItems", 0):
+            found.append(f"{where} has too few items")
+        for k, item in enumerate(value):
+            found += mistakes(item, schema.get("items", True), f"{where}[{k}]")
+    if isinstance(value, dict):
+        found += [f"{where}.{key} is missing" for key in schema.get("required", ()) if key not in value]
+        properties = schema.get("properties", {})
+        for key, item in value.items():
+            of = properties.get(key, schema.get("additionalProperties", True))
+            found += mistakes(item, of, f"{where}.{key}")
+    return found
+
+
+class Certificate(Judgement):
+    def lamp(self):
+        g = Geometry(delta=0.3, basis="bspline2", width=3, height=3, u0=-0.05, v0=-0.05, h=0.02, s0=-0.2,
+                     t1=0.2, ds=0.04, dt=0.04, columns=10, rows=10)  # fmt: skip
+        c = 1e5 * np.random.default_rng(3).uniform(0.5, 1, (3, 3, 10, 10, 1))
+        return LightField(g, c.astype(np.float32).astype(float))
+
+    def test_is_as_its_schema_says(self):
+        self.lamp().write(self.folder / "x.lf.exr")
+        self.write("ask.toml", '[[point]]\nposition_m = [0.1, 0, 1]\n[certificate]\nlamp = "A & B"\n')
+        told = self.figures("photometry", "x.lf.exr", "--ask", "ask.toml", "-o", "x.cert.json")
+        certificate = json.loads((self.folder / "x.cert.json").read_text())
+        schema = json.loads(SCHEMA.read_text())
+        self.assertEqual(mistakes(certificate, schema), [])
+        self.assertGreater(len(certificate["photometry"]), 20)
+        for key, value in certificate["photometry"].items():
+            self.assertEqual(value, told[key], key)
+        self.assertEqual(certificate["laboratory"]["lamp"], "A & B")
+        for file in certificate["files"]:
+            digest = hashlib.sha256((self.folder / file["file"]).read_bytes()).hexdigest()
+            self.assertEqual(file["sha256"], digest)
+        # And the schema refuses what is wrong.
+        for spoil in (lambda c: c.pop("files"), lambda c: c["results"].clear(),
+                      lambda c: c["results"][0].update(value="5"), lambda c: c.update(more=1),
+                      lambda c: c["files"][0].update(sha256="0815")):  # fmt: skip
+            spoilt = json.loads(json.dumps(certificate))
+            spoil(spoilt)
+            self.assertNotEqual(mistakes(spoilt, schema), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
