@@ -175,6 +175,12 @@ TEST_F(Photometry, OfAReconstructionHasUncertainties) {
 }
 
 TEST_F(Photometry, ExtremeLampsGiveSensiblePages) {
+  WriteText(folder_ / "ask.toml",
+            std::string(kAsk) +
+                "[[glare]]\nbelow_m = 1.5\ndistances_m = [1, 2]\nbackground_cd_per_m2 = 40\n"
+                "opening_m = [0.1, 0.1]\n[[headlamp]]\nregulation = \"own.toml\"\n");
+  std::filesystem::copy(SourceFile("data/regulations/un-r149-01-passing-c.toml"),
+                        folder_ / "own.toml");
   lightfield::LuminaireGeometry one = Geometry();
   one.grid = lightfield::BasisGrid::Centred(one.grid.basis, 1, 1, 0.02);
   one.lattice = {1, 1, -0.01, 0.01, 0.02, 0.02};
@@ -185,8 +191,11 @@ TEST_F(Photometry, ExtremeLampsGiveSensiblePages) {
     const bool lit = found["flux_lm"].get<double>() > 0;
     EXPECT_EQ(found["beam_angle_deg"].is_null(), !lit);
     EXPECT_EQ(found["inverse_square_distance_m"]["1"].is_null(), !lit);
-    const std::string page = Page();
+    const std::string page = Page({"--ask", "ask.toml"});
     EXPECT_EQ(page.find("there is no light") != std::string::npos, !lit);
+    EXPECT_EQ(page.find(">nan"), std::string::npos);
+    Run({"photometry", "x.lf.exr", "--ask", "ask.toml", "-o", "x.pdf"});
+    EXPECT_THAT(ReadText(folder_ / "x.pdf"), testing::StartsWith("%PDF-"));
   }
   // Up, down and aside.
   lightfield::RigidPose up;
