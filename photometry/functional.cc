@@ -234,6 +234,16 @@ TexelWindow Hull(const TexelWindow& a, const TexelWindow& b) {
           std::max(a.column0 + a.columns, b.column0 + b.columns) - column0};
 }
 
+// Does the cone hold all of the filter plane that a basis function is on?
+bool HoldsSupports(const BasisGrid& grid, Vec3 p, Vec3 axis, double least_cosine) {
+  const double u1 = grid.u0_m + (grid.width + grid.basis.cells - 1) * grid.spacing_m,
+               v1 = grid.v0_m + (grid.height + grid.basis.cells - 1) * grid.spacing_m;
+  for (const double u : {grid.u0_m, u1})
+    for (const double v : {grid.v0_m, v1})
+      if (Dot(axis, lightfield::Normalized(Vec3{u, v, 0} - p)) < least_cosine) return false;
+  return least_cosine > 0;  // the cone is convex
+}
+
 }  // namespace
 
 double Value(const Lamp& lamp, const Functional& functional) {
@@ -381,12 +391,13 @@ Functional SemicylindricalIlluminanceAt(const Lamp& lamp, Vec3 p, Vec3 axis, Vec
 }
 
 Functional LightWithin(const Lamp& lamp, Vec3 p, Vec3 axis, double half_angle) {
-  constexpr int kParts = 4;
+  constexpr int kPartsAtEdge = 4;
   const double least = std::cos(half_angle);
   return OfFields(lamp, [&](const LuminaireGeometry& g, const lightfield::RigidPose& pose) {
-    const Vec3 own = pose.InverseDirection(axis);
-    return OfKernel(g, pose.Inverse().Point(p), kParts,
-                    [&](Vec3 w) { return Dot(own, w) >= least ? 1.0 : 0.0; });
+    const Vec3 own = pose.InverseDirection(axis), at = pose.Inverse().Point(p);
+    const bool whole = HoldsSupports(g.grid, at, own, least);
+    return OfKernel(g, at, whole ? 1 : kPartsAtEdge,
+                    [&](Vec3 w) { return whole || Dot(own, w) >= least ? 1.0 : 0.0; });
   });
 }
 
