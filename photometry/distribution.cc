@@ -280,20 +280,66 @@ double Departure(const Lamp& lamp, Vec3 d, double r, double intensity) {
   return IlluminanceValue(lamp, r * d, -1 * d) * r * r / intensity - 1;
 }
 
-// Uncertainty of the distance r where the departure has reached a tolerance.
-std::optional<double> DistanceUncertainty(const Lamp& lamp, Vec3 d, double r, double intensity) {
+// How a maximum of intensity moves with C: sides across it, and the weights of its turn towards each,
+// radians. To first order, with g and H the gradient and the Hessian of intensity by the turn,
+//
+//   turn = -H^-1 sum dg/dC dC
+//
+struct Turn {
+  std::array<Vec3, 2> sides;
+  std::array<Functional, 2> weights;
+};
+// Absent without noise, and where intensity is no hill.
+std::optional<Turn> TurnOf(const Lamp& lamp, Vec3 d) {
+  if (lamp.noise.empty()) return {};
+  const double h = 0.1 * FinestAngle(lamp);
+  Turn turn{Across(d), {}};
+  const auto at = [&](double a, double b) {
+    return Normalized(d + h * a * turn.sides[0] + h * b * turn.sides[1]);
+  };
+  const auto value = [&](double a, double b) { return IntensityValue(lamp, at(a, b)); };
+  const double middle = value(0, 0), h00 = value(1, 0) - 2 * middle + value(-1, 0),
+               h11 = value(0, 1) - 2 * middle + value(0, -1),
+               h01 = (value(1, 1) - value(1, -1) - value(-1, 1) + value(-1, -1)) / 4;
+  const double determinant = h00 * h11 - h01 * h01;
+  if (!(h00 < 0 && determinant > 0)) return {};
+  const Functional a1 = IntensityTowards(lamp, at(1, 0)), a0 = IntensityTowards(lamp, at(-1, 0)),
+                   b1 = IntensityTowards(lamp, at(0, 1)), b0 = IntensityTowards(lamp, at(0, -1));
+  const double half = 0.5 * h / determinant;
+  turn.weights[0] =
+      Sum({{-half * h11, &a1}, {half * h11, &a0}, {half * h01, &b1}, {-half * h01, &b0}});
+  turn.weights[1] =
+      Sum({{half * h01, &a1}, {-half * h01, &a0}, {-half * h00, &b1}, {half * h00, &b0}});
+  return turn;
+}
+
+// Uncertainty of the distance r where the departure has reached a tolerance; the direction turns.
+std::optional<double> DistanceUncertainty(const Lamp& lamp, Vec3 d, double r, double intensity,
+                                          const std::optional<Turn>& turn) {
   if (lamp.noise.empty()) return {};
   const double ratio = 1 + Departure(lamp, d, r, intensity), step = 1e-4 * r;
   const double slope =
       (Departure(lamp, d, r + step, intensity) - Departure(lamp, d, r - step, intensity)) /
       (2 * step);
   const Functional e = IlluminanceAt(lamp, r * d, -1 * d), i = IntensityTowards(lamp, d);
-  return Uncertainty(lamp,
-                     Sum({{-r * r / intensity / slope, &e}, {ratio / intensity / slope, &i}}));
+  std::vector<FunctionalTerm> terms{{-r * r / intensity / slope, &e},
+                                    {ratio / intensity / slope, &i}};
+  if (turn) {
+    const double small = 0.1 * FinestAngle(lamp);
+    for (int k = 0; k < 2; ++k) {
+      const auto turned = [&](double angle) {
+        const Vec3 to = Normalized(d + angle * turn->sides[k]);
+        return Departure(lamp, to, r, IntensityValue(lamp, to));
+      };
+      terms.push_back({-(turned(small) - turned(-small)) / (2 * small) / slope, &turn->weights[k]});
+    }
+  }
+  return Uncertainty(lamp, Sum(terms));
 }
 
 // Inwards from far away to where the departure first exceeds each tolerance, the smallest first.
-InverseSquare InverseSquareAlong(const Lamp& lamp, Vec3 d, double intensity) {
+InverseSquare InverseSquareAlong(const Lamp& lamp, Vec3 d, double intensity,
+                                 const std::optional<Turn>& turn) {
   constexpr double kRatio = 1.03, kFarthestSizes = 1e5;
   InverseSquare found{d, {}};
   if (!(intensity > 0)) return found;
@@ -316,7 +362,7 @@ InverseSquare InverseSquareAlong(const Lamp& lamp, Vec3 d, double intensity) {
       const double middle = 0.5 * (outer + inner);
       (beyond(middle) ? inner : outer) = middle;
     }
-    found.distance_m[k] = Estimate{outer, DistanceUncertainty(lamp, d, outer, intensity)};
+    found.distance_m[k] = Estimate{outer, DistanceUncertainty(lamp, d, outer, intensity, turn)};
   }
   return found;
 }
@@ -379,8 +425,9 @@ Distribution DistributionOf(const Lamp& lamp) {
   out.field = BeamAngleOf(lamp, peak, 0.1);
   FindShares(lamp, flux, &out);
   FindAsymmetry(lamp, &out);
-  out.on_axis = InverseSquareAlong(lamp, {0, 0, 1}, out.axis.value);
-  out.towards_peak = InverseSquareAlong(lamp, peak.direction, peak.intensity);
+  out.on_axis = InverseSquareAlong(lamp, {0, 0, 1}, out.axis.value, {});
+  out.towards_peak =
+      InverseSquareAlong(lamp, peak.direction, peak.intensity, TurnOf(lamp, peak.direction));
   out.covered_gamma_deg = CoveredGamma(lamp);
   AddRemarks(lamp, &out);
   return out;

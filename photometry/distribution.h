@@ -36,8 +36,8 @@ struct BeamAngle {
 };
 
 // Distances from the origin of the luminaire's frame along a direction d, from which on
-// |E r^2 / I - 1| stays within a tolerance, E on a plane that faces the origin. Their uncertainties
-// are those in this direction, without that of where the peak is.
+// |E r^2 / I - 1| stays within a tolerance, E on a plane that faces the origin. Towards the peak their
+// uncertainties have that of where it is, unless intensity is flat there.
 struct InverseSquare {
   lightfield::Vec3 direction;
   std::array<std::optional<Estimate>, 3> distance_m;  // of kInverseSquarePercent; absent: nowhere
