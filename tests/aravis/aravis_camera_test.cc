@@ -329,6 +329,26 @@ TEST_F(Aravis, TheCameraTellsItsVersionAndWhatItCanBeSetTo) {
                              testing::Not(testing::Contains("RGB8"))));
 }
 
+// Of the fake camera's description: exposures of 10 us to 10 s, in whole microseconds.
+TEST_F(Aravis, ExposuresAreStatedInSecondsAndRoundedToWhatTheCameraCountsBy) {
+  ASSERT_NO_FATAL_FAILURE(StartServer());
+  AravisCamera camera(Options(), clock_);
+  EXPECT_DOUBLE_EQ(camera.capabilities().min_exposure_s, 10e-6);
+  EXPECT_DOUBLE_EQ(camera.capabilities().max_exposure_s, 10);
+  EXPECT_DOUBLE_EQ(camera.Configure({12.4e-6}, Soon(10)).exposure_s, 12e-6);
+}
+
+TEST_F(Aravis, AGainThatTheCameraSetsByItselfIsTurnedOff) {
+  ASSERT_NO_FATAL_FAILURE(StartServer());
+  constexpr guint32 kGainAuto = ARV_FAKE_CAMERA_REGISTER_GAIN_MODE, kOff = 1, kContinuous = 2;
+  ArvFakeCamera* fake = arv_gv_fake_camera_get_fake_camera(server_);
+  ASSERT_TRUE(arv_fake_camera_write_register(fake, kGainAuto, kContinuous));
+  const AravisCamera camera(Options(), clock_);
+  guint32 gain_auto = 0;
+  ASSERT_TRUE(arv_fake_camera_read_register(fake, kGainAuto, &gain_auto));
+  EXPECT_EQ(gain_auto, kOff);
+}
+
 TEST_F(Aravis, NoFrameByTheDeadlineIsATimeout) {
   ASSERT_NO_FATAL_FAILURE(StartServer());
   AravisCamera camera(Options(), clock_);
