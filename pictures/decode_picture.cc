@@ -42,7 +42,7 @@ cv::Mat DecodePicture(std::span<const unsigned char> bytes, int flags, const std
   };
   const auto take = [&](core::ApartReader& reader) {
     const int rows = reader.Value<int>(), columns = reader.Value<int>(), type = reader.Value<int>();
-    if (rows == 0 && columns == 0) return;
+    if (rows == 0) return;
     const auto refuse = [&] { throw InputError(name, "is not decoded into a picture", kRemedy); };
     if (rows < 1 || columns < 1 || type != CV_MAKETYPE(CV_MAT_DEPTH(type), CV_MAT_CN(type)))
       refuse();

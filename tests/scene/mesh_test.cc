@@ -220,8 +220,18 @@ TEST(HostileMesh, AMissingTextureIsNamed) {
 }
 
 TEST(Texture, RefusesWhatIsNoImage) {
-  EXPECT_THROW(ReadTexture(Write("noise.png", "\x89PNG but not really")), InputError);
+  const auto noise = Write("noise.png", "\x89PNG but not really");
+  EXPECT_THAT([&] { ReadTexture(noise); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("not an image")));
   EXPECT_THROW(DecodeTexture({}, "empty"), InputError);
+}
+
+TEST(Texture, MayHaveOneRow) {
+  const auto two_texels = Write("row.ppm", "P6\n2 1\n255\n\x10\x20\x30\x40\x50\x60");
+  const Texture texture = ReadTexture(two_texels);
+  EXPECT_EQ(texture.width, 2);
+  EXPECT_EQ(texture.height, 1);
+  EXPECT_THAT(texture.rgba, testing::ElementsAre(0xFF302010u, 0xFF605040u));
 }
 
 TEST(Texture, LinearTexelsAreNotDecoded) {
