@@ -42,7 +42,8 @@ class Rounds {
       result_.met = noise.mean_variance <= allowed;
       if (result_.met || round == kMaxRounds || taken_ >= kMaxSamples) return;
       const double aim = kAim * kAim * allowed;
-      WantMore(noise.mean_variance, aim);
+      wanted_ = FurtherSamples(
+          law_, {taken_, noise.mean_variance, aim, chosen_.least, double{kMaxSamples}});
       WantAnew(aim);
     }
   }
@@ -79,16 +80,6 @@ class Rounds {
 
   PictureNoise Noise() const {
     return NoiseOf(result_.frame, std::max(1, static_cast<int>(taken_) - 1));
-  }
-
-  // The smallest further round whose samples bring the merged variance down to the aim.
-  void WantMore(double variance, double aim) {
-    for (wanted_ = std::max(chosen_.least, 0.25 * taken_);; wanted_ *= 1.1) {
-      const double merged =
-          (std::pow(taken_, 2) * variance + wanted_ * wanted_ * law_.Of(wanted_)) /
-          std::pow(taken_ + wanted_, 2);
-      if (merged <= aim || wanted_ >= kMaxSamples) return;
-    }
   }
 
   // Samples dealt out by what the picture shows, where they take less time than more of the same:

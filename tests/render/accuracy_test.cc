@@ -57,6 +57,36 @@ TEST_F(AccuracyTest, ErrorsAskedForAreKept) {
   EXPECT_GE(kept, 0.95 * runs - 3 * std::sqrt(0.95 * 0.05 * runs));
 }
 
+// So few pixels tell their noise less well than the choice of samples expects, and further rounds
+// follow. No time plays a part: samples are all that costs.
+TEST_F(AccuracyTest, FurtherRoundsAreTakenUntilTheErrorIsMet) {
+  render::LitScene scene(render::Device::Open(), LampOverFloor());
+  AccuracyRequest request;
+  request.picture.shadows = render::Shadows::kNone;
+  request.picture.width = 8;
+  request.picture.height = 6;
+  request.picture.estimator = "exact";
+  const auto reference = render::Renderer(scene, request.picture).Render();
+  request.estimators = {"windowed"};
+  request.rel_error = 0.05;
+  constexpr int kRuns = 8;
+  int further = 0, kept = 0;
+  for (int seed = 1; seed <= kRuns; ++seed) {
+    request.picture.seed = static_cast<std::uint64_t>(seed);
+    const auto result = RenderToAccuracy(scene, MadeUpCosts(), request);
+    EXPECT_TRUE(result.met) << "seed " << seed;
+    EXPECT_LE(result.estimated_error, *request.rel_error);
+    const double error = LuminanceError(result.frame.radiance, reference.radiance),
+                 first = result.first_work.samples / result.first_work.pixels;
+    std::printf("%.0f samples in the first round, %d in all, estimated %.4f, true %.4f, seed %d\n",
+                first, result.chosen.samples_per_pixel, result.estimated_error, error, seed);
+    kept += error <= *request.rel_error;
+    further += result.chosen.samples_per_pixel > first + 1;
+  }
+  EXPECT_GT(further, 0);
+  EXPECT_GE(kept, 0.95 * kRuns - 3 * std::sqrt(0.95 * 0.05 * kRuns));
+}
+
 // Of as many samples, those that are dealt out by the noise leave less of it.
 TEST_F(AccuracyTest, SamplesGoWhereTheNoiseIs) {
   render::LitScene scene(render::Device::Open(), LampOverFloor());
