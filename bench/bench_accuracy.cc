@@ -173,7 +173,7 @@ json BenchAccuracy(const BenchAccuracyOptions& options) {
     cases += CasesOf(scenes.back()).size();
   }
   core::Progress progress("bench accuracy", cases);
-  const render::CostModel costs = render::Calibrate(device);
+  const render::CostModel costs = options.costs ? *options.costs : render::Calibrate(device);
   json rows = json::array();
   for (const scene::Scene& scene : scenes)
     for (const SceneCase& c : CasesOf(scene)) {

@@ -5,8 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "luxfield/render/accuracy/cost_model.h"
 
 namespace luxfield::bench {
 
@@ -20,6 +23,7 @@ struct BenchAccuracyOptions {
   int width = 160, height = 120;
   // At most, per pixel; fewer where the reference is good enough for the least target.
   int reference_samples = 1 << 14;
+  std::optional<render::CostModel> costs;  // measured where none is given
   std::string device;
   int threads = 0;
 };

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <sstream>
@@ -32,6 +31,7 @@
 #include "luxfield/bench/bench_tradeoff.h"
 #include "luxfield/bench/thesis_table.h"
 #include "luxfield/bench/verbs/bench_rows.h"
+#include "luxfield/bench/verbs/calibration_rows.h"
 #include "luxfield/bench/verbs/tradeoff_report.h"
 #include "luxfield/bench/verbs/verb_bench_all.h"
 #include "luxfield/bench/verbs/verb_bench_balance.h"
@@ -67,18 +67,8 @@ core::Json Calibrate(const CalibrateOptions& how) {
   std::vector<render::CalibrationRun> runs;
   const auto model = render::Calibrate(device, &runs);
   const bool kept = render::KeepCostModel(device, model);
-  core::Json rows = core::Json::array();
-  for (const auto& run : runs)
-    rows.push_back({{"estimator", run.estimator},
-                    {"pixels", run.work.pixels},
-                    {"images", run.work.images / std::max(run.work.pixels, 1.0)},
-                    {"texels", run.work.texels / std::max(run.work.pixels, 1.0)},
-                    {"spp", run.work.samples / std::max(run.work.pixels, 1.0)},
-                    {"rays", run.work.rays / std::max(run.work.pixels, 1.0)},
-                    {"measured_s", run.measured_s},
-                    {"predicted_s", run.predicted_s}});
   if (!kept) fmt::print(stderr, "the model cannot be kept: see `luxfield cache`\n");
-  return Finish(rows, device.info().name);
+  return Finish(CalibrationRows(runs), device.info().name);
 }
 
 // Error against time, with its CSV and plots.

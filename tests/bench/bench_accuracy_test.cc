@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "luxfield/core/error.h"
+#include "luxfield/lightfield/light_field.h"
+#include "luxfield/render/accuracy/car2.h"
 
 namespace luxfield::bench {
 namespace {
@@ -34,6 +38,55 @@ TEST(BenchAccuracy, RefusesWhatMakesNoSense) {
   options.scenes = {"/nowhere/scene.toml"};
   options.targets.clear();
   EXPECT_THROW(BenchAccuracy(options), InputError);
+}
+
+// A lamp over a floor, by made-up times that pilots correct: nothing is measured before.
+TEST(BenchAccuracy, ComparesWithTheSweepsSamples) {
+  const std::filesystem::path folder = testing::TempDir();
+  lightfield::WriteLightField(
+      folder / "luxfield_accuracy.lf.exr",
+      render::SyntheticCar2({.grid_width = 3, .grid_height = 2, .size = 32, .channels = 1}));
+  const auto scene = folder / "luxfield_accuracy.toml";
+  std::ofstream(scene) << R"(
+[camera]
+position = [-1, -1, 1.5]
+look_at = [0, 2.5, 0.3]
+[[material]]
+name = "grey"
+albedo = [0.5, 0.5, 0.5]
+[[quad]]
+corner = [-3, -1, 0]
+edge_u = [6, 0, 0]
+edge_v = [0, 5, 0]
+material = "grey"
+[[luminaire]]
+file = "luxfield_accuracy.lf.exr"
+position = [0, 0, 0.6]
+look_at = [0, 5, 0.5]
+)";
+  BenchAccuracyOptions options;
+  options.scenes = {scene};
+  options.width = 12;
+  options.height = 9;
+  options.seeds = 1;
+  options.reference_samples = 1 << 12;
+  options.targets = options.shadowed_targets = {1, 0.05};
+  options.costs.emplace();
+  options.costs->coefficients_s["exact"] = {0, 1e-6, 0, 0, 0, 0};
+  options.costs->coefficients_s["windowed"] = {0, 0, 0, 0, 1e-7, 1e-7};
+  const json rows = BenchAccuracy(options);
+  ASSERT_EQ(rows.size(), 4u);
+  for (const json& row : rows) {
+    SCOPED_TRACE(row.dump());
+    EXPECT_TRUE(row["estimator"] == "exact" || row["estimator"] == "windowed");
+    EXPECT_TRUE(row["met"]);
+    ASSERT_FALSE(row["time_ratio"].is_null());
+    constexpr int kLeastOfSweep = 4;
+    EXPECT_GE(row["best_fixed_spp"], kLeastOfSweep);
+    if (row["best_fixed"] == "exact") {  // nothing shades the floor: samples leave no noise
+      EXPECT_EQ(row["best_fixed_spp"], kLeastOfSweep);
+    }
+  }
 }
 
 }  // namespace
