@@ -99,16 +99,22 @@ TEST(Aim, ItsNoiseIsThatOfDraws) {
                u_v = Uncertainty(lamp, truth.of_v).value();
   core::Random random(TestSeed(20261127), 1);
   double hh = 0, vv = 0;
+  int settled = 0;
   for (int draw = 0; draw < draws; ++draw) {
     const Lamp drawn = LampOfField(Drawn(field, sigma, random));
     const Aim aim = AimOf(drawn, kSmallReceiver, ByThreeLines(), {});
+    // Some labs' aim goes to and fro between two places of one cut-off: left as it is, and said.
+    if (!aim.remarks.empty()) continue;
+    ++settled;
     hh += std::pow((aim.turned.h_deg - truth.turned.h_deg) / u_h, 2);
     vv += std::pow((aim.turned.v_deg - truth.turned.v_deg) / u_v, 2);
   }
-  std::printf("scatter / u of H %.3f, of V %.3f\n", std::sqrt(hh / draws), std::sqrt(vv / draws));
-  // An aim's sigma is stated within a third: its square to half and to one and a half.
-  const double within = 4.5 * std::sqrt(2.0 * draws), least = 0.5 * (draws - within),
-               most = 1.5 * (draws + within);
+  std::printf("%d of %d labs settle; scatter / u of H %.3f, of V %.3f\n", settled, draws,
+              std::sqrt(hh / settled), std::sqrt(vv / settled));
+  EXPECT_GT(settled, 0.85 * draws);
+  // Sigma is stated up to half too large, and not too small.
+  const double within = 4.5 * std::sqrt(2.0 * settled), least = 0.4 * (settled - within),
+               most = 1.3 * settled + within;
   for (const double squares : {hh, vv}) {
     EXPECT_GT(squares, least);
     EXPECT_LT(squares, most);

@@ -197,10 +197,10 @@ void ExpectOnTheLimit(const lightfield::LightField& field, HeadlampAsked asked, 
   std::printf("%d of %d labs pass\n", passed, labs);
   EXPECT_NEAR(double(passed) / labs, 0.5, 4.5 * 0.5 / std::sqrt(double(labs)));
   EXPECT_NEAR(sum / labs, 0.5, 4.5 / std::sqrt(12.0 * labs));
-  // No more than what is stated; what an aim adds is stated up to a third too large.
+  // No more than what is stated; what an aim adds is stated up to half too large.
   std::printf("scatter / u %.3f\n", std::sqrt(chi_squared / labs));
   EXPECT_LT(chi_squared, labs + 4.5 * std::sqrt(2.0 * labs));
-  EXPECT_GT(chi_squared, 0.5 * (labs - 4.5 * std::sqrt(2.0 * labs)));
+  EXPECT_GT(chi_squared, 0.4 * (labs - 4.5 * std::sqrt(2.0 * labs)));
 }
 
 TEST(Headlamp, OnALimitItPassesHalfOfTheLabs) {

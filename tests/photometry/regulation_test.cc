@@ -23,7 +23,7 @@ const Requirement& Named(const Regulation& regulation, const std::string& name) 
 
 TEST(Regulation, AllThatComeWithTheProgramAreRead) {
   int files = 0;
-  for (const auto& entry : fs::directory_iterator("data/regulations")) {
+  for (const auto& entry : fs::directory_iterator(LUXFIELD_SOURCE_DIR "/data/regulations")) {
     const Regulation regulation = ReadRegulation(entry.path());
     EXPECT_EQ(regulation.distance_m, 25) << entry.path();
     EXPECT_GE(regulation.requirements.size(), 2u) << entry.path();
@@ -34,7 +34,8 @@ TEST(Regulation, AllThatComeWithTheProgramAreRead) {
 }
 
 TEST(Regulation, ClassCHasTheValuesOfTable6) {
-  const Regulation c = ReadRegulation("data/regulations/un-r149-01-passing-c.toml");
+  const Regulation c =
+      ReadRegulation(LUXFIELD_SOURCE_DIR "/data/regulations/un-r149-01-passing-c.toml");
   EXPECT_EQ(c.aiming.kind, Aiming::Kind::kCutOff);
   EXPECT_EQ(c.aiming.level_v_deg, -0.57);
   EXPECT_EQ(c.aiming.sideways.size(), 3u);
@@ -51,7 +52,8 @@ TEST(Regulation, ClassCHasTheValuesOfTable6) {
 }
 
 TEST(Regulation, TheOtherSideOfTheRoadIsMirrored) {
-  const Regulation left = Mirrored(ReadRegulation("data/regulations/un-r149-01-passing-c.toml"));
+  const Regulation left =
+      Mirrored(ReadRegulation(LUXFIELD_SOURCE_DIR "/data/regulations/un-r149-01-passing-c.toml"));
   EXPECT_EQ(Named(left, "B50R").places[0].h_deg, 3.43);
   EXPECT_EQ(Named(left, "Segment BRR").places[1].h_deg, 8);
   EXPECT_EQ(Named(left, "75L").places[0].h_deg, -1.15);
@@ -59,7 +61,8 @@ TEST(Regulation, TheOtherSideOfTheRoadIsMirrored) {
   EXPECT_EQ(Named(left, "S50RR + S50 + S50LL").places[0].h_deg, 8);
   EXPECT_EQ(left.aiming.level.from.h_deg, 2.5);
   EXPECT_EQ(left.cut_off->straight_h_deg[0], 1.5);
-  const Regulation driving = Mirrored(ReadRegulation("data/regulations/un-r149-01-driving-b.toml"));
+  const Regulation driving =
+      Mirrored(ReadRegulation(LUXFIELD_SOURCE_DIR "/data/regulations/un-r149-01-driving-b.toml"));
   EXPECT_EQ(Named(driving, "H-3L").places[0].h_deg, -3);
   EXPECT_EQ(Named(driving, "H-V").least->of, "Imax");
 }
