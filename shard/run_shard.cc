@@ -37,7 +37,6 @@ Manifest Do(const std::filesystem::path& folder, const Job& job, const Task& tas
   const core::Stopwatch stopwatch;
   core::TakePeakMib();
   RequireInputs(job);
-  RemoveDeadScratch(folder);
   const ScratchFolder scratch(folder, number);
   std::vector<std::filesystem::path> written;
   for (const std::string& ending : task.Endings())
@@ -79,6 +78,7 @@ ShardRun RunShard(const std::filesystem::path& folder, const Job& job, const Tas
         fmt::format("has no shard {}: they are numbered 0 to {}", number, job.shards.size() - 1),
         "give one of these numbers");
   const PlannedShard& shard = job.shards[number];
+  RemoveDeadScratch(folder);  // also what a run left that was killed once its shard was whole
   if (const auto manifest = FindManifest(folder, shard);
       manifest && WhatIsWrong(folder, *manifest, Depth::kHashes).empty())
     return {true, *manifest};

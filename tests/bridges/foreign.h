@@ -32,7 +32,10 @@ inline std::string ForeignProgram(const std::string& name) {
   if (std::filesystem::exists(installed)) return installed.string();
   std::string found = OutputOf("command -v " + name);
   while (!found.empty() && found.back() == '\n') found.pop_back();
-  return found;
+  // Judges compute with numpy, which a Python of the system may lack.
+  const bool lacks =
+      name == "python" && OutputOf("python -c 'import numpy; print(1)' 2>/dev/null").empty();
+  return lacks ? std::string() : found;
 }
 
 // A folder of the test's own, removed at its end.

@@ -25,7 +25,7 @@ std::vector<float> Shares(const Device& device, const Vec3& moved) {
   field.geometry.lattice.s0_m += moved.x;
   field.geometry.lattice.t1_m += moved.y;
   scene::Geometry geometry;
-  AppendQuad(moved + Vec3{-4, 0, 0.5}, {8, 3, 0}, {-1.5, 4, 0}, 0, geometry);
+  AppendQuad(moved + Vec3{-4, -1.5, 0.5}, {8, 3, 0}, {-1.5, 4, 0}, 0, geometry);
   const DeviceBvh bvh = UploadBvh(device, geometry, scene::BuildBvh(geometry));
   LuminaireOnDevice lamp(device, field);
   const auto patches = preprocess::TabulatePatchLight(field);
