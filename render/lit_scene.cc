@@ -64,8 +64,7 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene)
       geometry_(UploadScene(device, scene.geometry)),
       mis_(device) {
   if (!scene.file.empty()) provenance_["scene_sha256"] = core::Sha256OfFile(scene.file);
-  for (const auto& light : scene.area_lights)
-    area_lights_.push_back(UploadAreaLight(device, light));
+  for (const auto& light : scene.area_lights) area_lights_.push_back(MakeAreaLight(light));
   if (scene.environment) LoadEnvironment(*scene.environment);
   std::map<std::pair<std::filesystem::path, std::filesystem::path>, std::vector<LoadedField>>
       loaded;
@@ -157,7 +156,7 @@ std::vector<PlacedLight> LitScene::Lights() const {
     lights.push_back(
         {PosedLuminaire{luminaire.light_field->on_device, luminaire.world_from_luminaire},
          luminaire.scale});
-  for (const AreaLightOnDevice& light : area_lights_) lights.push_back({light, 1});
+  for (const AreaLightSource& light : area_lights_) lights.push_back({light, 1});
   if (environment_) lights.push_back({environment_->light, environment_->scale});
   return lights;
 }
@@ -189,6 +188,7 @@ std::vector<LitScene::LoadedField> LitScene::Load(const scene::Luminaire& lumina
                                            posed.name,
                                            std::move(posed.field),
                                            std::move(on_device),
+                                           {},
                                            {},
                                            0})});
   }
@@ -239,6 +239,17 @@ void LitScene::RequireSoftMaps(int size) {
 
 void LitScene::DropVolumes() {
   for (auto& luminaire : luminaires_) luminaire.light_field->volume_error = 0;
+}
+
+void LitScene::RequireIntensities() {
+  const core::Stopwatch stopwatch;
+  for (const auto& luminaire : luminaires_) {
+    LoadedLightField& light_field = *luminaire.light_field;
+    if (!light_field.intensity)
+      light_field.intensity =
+          preprocess::BuildIntensityTable(light_field.field, light_field.file.string());
+  }
+  tables_core_s_ += stopwatch.CoreSeconds();
 }
 
 void LitScene::Require(const TableNeeds& needs, double volume_error) {

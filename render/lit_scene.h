@@ -12,6 +12,7 @@
 
 #include "luxfield/environment/environment_sequence.h"
 #include "luxfield/lightfield/light_field.h"
+#include "luxfield/preprocess/intensity_table.h"
 #include "luxfield/render/estimators/environment.h"
 #include "luxfield/render/estimators/estimator.h"
 #include "luxfield/render/estimators/mis.h"
@@ -30,6 +31,7 @@ struct LoadedLightField {
   lightfield::LightField field;
   LuminaireOnDevice on_device;
   std::vector<preprocess::ReferencePosition> reference;  // of the tables; empty until there are any
+  std::optional<preprocess::IntensityTable> intensity;   // by RequireIntensities()
   double volume_error = 0;  // that its volume was made for; 0: it has none
 };
 
@@ -80,6 +82,9 @@ class LitScene {
     return soft_maps_[luminaire].shadows;
   }
 
+  // Makes the intensity tables of all luminaires. Throws InputError as Require().
+  void RequireIntensities();
+
   // Makes the environment's tables as `options` ask for, if there is an environment.
   void RequireEnvironment(const EnvironmentTableOptions& options);
 
@@ -118,7 +123,7 @@ class LitScene {
 
   const DeviceScene& geometry() const { return geometry_; }
   const std::vector<PlacedLuminaire>& luminaires() const { return luminaires_; }
-  const std::vector<AreaLightOnDevice>& area_lights() const { return area_lights_; }
+  const std::vector<AreaLightSource>& area_lights() const { return area_lights_; }
   // All lights: luminaires, area lights, environment.
   std::vector<PlacedLight> Lights() const;
   // Their names in scene.toml, in that order: a luminaire of several fields comes as often.
@@ -152,7 +157,7 @@ class LitScene {
   DeviceScene geometry_;
   std::vector<PlacedLuminaire> luminaires_;
   std::vector<PosedSoftMaps> soft_maps_;  // of each luminaire, or empty
-  std::vector<AreaLightOnDevice> area_lights_;
+  std::vector<AreaLightSource> area_lights_;
   MisEstimator mis_;
   std::vector<std::string> light_names_;
   std::optional<PlacedEnvironment> environment_;

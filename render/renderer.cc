@@ -17,6 +17,10 @@ namespace {
 // Bands bound the device memory, and the time until Ctrl-C is heard.
 constexpr int kBandPixels = 1 << 16;
 constexpr int kMaxSamples = 1 << 24;
+// Of an estimator's error, what luminaires may bring that are left out.
+constexpr double kShareLeftOut = 0.1;
+// Of a part's points: lit together with the others, which costs less than to gather them.
+constexpr double kNearlyAll = 0.8;
 
 // Point k of n in the pixel: Hammersley, in the middle of its strata; the centre if n = 1.
 lightfield::Vec2 PixelSample(int k, int n) {
@@ -112,6 +116,85 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
           luminaire.world_from_luminaire, *scene.geometry().rays, options.ShadowMapSize());
     }
   if (options.shadows == Shadows::kSoftMaps) scene.RequireSoftMaps(options.ShadowMapSize());
+  SortLights();
+  RequireSamples();
+}
+
+bool Renderer::MayBeDrawn(std::size_t light) {
+  const LightSource& source = lights_[light].source;
+  if (std::holds_alternative<std::reference_wrapper<const EnvironmentLight>>(source)) return false;
+  return scene_.EstimatorOf(source, options_.estimator, options_.knobs.strategies.everywhere)
+      .traits()
+      .takes_tasks;
+}
+
+BoundedLight Renderer::Bound(std::size_t light, std::vector<BoundedTable>& tables) const {
+  const auto& [source, scale] = lights_[light];
+  if (light >= scene_.luminaires().size())
+    return BoundAreaLight(std::get<std::reference_wrapper<const AreaLightSource>>(source));
+  const PlacedLuminaire& luminaire = scene_.luminaires()[light];
+  const preprocess::IntensityTable& table = *luminaire.light_field->intensity;
+  const auto known = std::find_if(tables.begin(), tables.end(),
+                                  [&](const BoundedTable& one) { return one.table == &table; });
+  const auto number = static_cast<std::size_t>(known - tables.begin());
+  if (known == tables.end()) tables.emplace_back(table, number);
+  return BoundLuminaire(luminaire.light_field->field.geometry, tables[number],
+                        luminaire.world_from_luminaire, scale);
+}
+
+DrawnLight Renderer::MakeDrawnLight(std::size_t light, std::vector<BoundedTable>& tables) {
+  const auto& [source, scale] = lights_[light];
+  return {.source = source,
+          .scale = scale,
+          .number = light,
+          .group = group_of_.empty() ? 0 : group_of_[light],
+          .estimator =
+              &scene_.EstimatorOf(source, options_.estimator, options_.knobs.strategies.everywhere),
+          .visibility = VisibilityOf(light),
+          .bounds = Bound(light, tables)};
+}
+
+void Renderer::SortLights() {
+  const bool everywhere = options_.knobs.strategies.everywhere;
+  std::vector<std::size_t> drawn;
+  for (std::size_t l = 0; l < lights_.size(); ++l)
+    if (options_.light_samples.empty() && MayBeDrawn(l)) drawn.push_back(l);
+  if (drawn.size() < 2) drawn.clear();
+  stratum_of_.assign(lights_.size(), -1);
+  for (std::size_t l = 0; l < lights_.size(); ++l) {
+    if (std::binary_search(drawn.begin(), drawn.end(), l)) continue;
+    alone_.push_back(static_cast<int>(l));
+    const EstimatorTraits& traits =
+        scene_.EstimatorOf(lights_[l].source, options_.estimator, everywhere).traits();
+    if (!traits.noise_free || options_.shadows == Shadows::kTraced) stratum_of_[l] = strata_++;
+  }
+  std::vector<BoundedTable> tables;
+  if (const std::size_t luminaires = scene_.luminaires().size();
+      estimator_.traits().noise_free && luminaires > 1 && options_.shadows != Shadows::kSoftMaps &&
+      !everywhere) {
+    scene_.RequireIntensities();
+    std::vector<BoundedLight> bounds;
+    for (std::size_t l = 0; l < luminaires; ++l) bounds.push_back(Bound(l, tables));
+    significant_.emplace(scene_.device(), bounds, tables);
+  }
+  if (drawn.empty()) return;
+  ++strata_;
+  scene_.RequireIntensities();
+  std::vector<DrawnLight> lights;
+  tables.clear();
+  for (const std::size_t l : drawn) lights.push_back(MakeDrawnLight(l, tables));
+  many_.emplace(film_kernels_, std::move(lights), tables);
+}
+
+void Renderer::RequireSamples() const {
+  if (!options_.light_samples.empty() || estimator_.traits().noise_free) return;
+  const int least = strata_ * options_.antialias * options_.passes;
+  if (options_.samples_per_pixel < least)
+    throw InputError(fmt::format(
+        "samples per pixel = {} must be at least {}: one for {} pixel samples, {} passes and {}; "
+        "take more samples or fewer of these",
+        options_.samples_per_pixel, least, options_.antialias, options_.passes,
+        strata_ == 1 ? "the lights" : "the environment apart from the other lights"));
 }
 
 int Renderer::LightCount() const { return static_cast<int>(lights_.size()); }
@@ -390,37 +473,91 @@ void Renderer::Develop(const BandFilm& film, int first_row, Frame& frame) const 
   }
 }
 
-void Renderer::LightPart(EquallySampled& part, const Pass& pass, PassSums& sums,
-                         RenderTimes& times) {
-  for (int l = 0; l < LightCount(); ++l) AddLight(part, pass, l, sums, times);
+int Renderer::SamplesOf(int stratum, double density, int pixel_sample, int pass) const {
+  const double samples = density * options_.samples_per_pixel;
+  const int all = static_cast<int>(std::lround(std::min(samples, double{kMaxSamples})));
+  return Share(Share(Share(all, pixel_sample, options_.antialias), pass, options_.passes), stratum,
+               strata_);
 }
 
-int Renderer::SamplesOf(int light, double density, int pixel_sample, int pass) const {
-  const bool given = !options_.light_samples.empty();
-  const double samples =
-      density * (given ? options_.light_samples[light] : options_.samples_per_pixel);
+int Renderer::SamplesOfLight(int light, double density, int pixel_sample, int pass) const {
+  if (options_.light_samples.empty())
+    return stratum_of_[light] < 0 ? 1 : SamplesOf(stratum_of_[light], density, pixel_sample, pass);
+  const double samples = density * options_.light_samples[light];
   const int all = static_cast<int>(std::lround(std::min(samples, double{kMaxSamples})));
-  const int here = Share(Share(all, pixel_sample, options_.antialias), pass, options_.passes);
-  return given ? here : Share(here, light, LightCount());
+  return Share(Share(all, pixel_sample, options_.antialias), pass, options_.passes);
+}
+
+EstimatorOptions Renderer::OptionsFor(const EquallySampled& part, int pixel_sample, int pass,
+                                      int samples) const {
+  EstimatorOptions options;
+  options.samples_per_pixel = samples;
+  options.seed = part.seed;
+  options.stream = static_cast<std::uint32_t>(
+      ((options_.first_pass + pass) * options_.antialias + pixel_sample) * LightCount());
+  options.max_samples_per_image = options_.max_samples_per_image;
+  options.max_error = static_cast<float>(options_.approximation_error);
+  options.knobs = options_.knobs;
+  options.first_pixel = part.first_pixel;
+  return options;
+}
+
+void Renderer::LightPart(EquallySampled& part, const Pass& pass, PassSums& sums,
+                         RenderTimes& times) {
+  LightAlone(part, pass, sums, times);
+  if (!many_) return;
+  const auto samples_of = [&](double density) {
+    return SamplesOf(strata_ - 1, density, pass.pixel_sample, pass.number);
+  };
+  const int samples = std::max(samples_of(part.density), std::min(2, samples_of(1)));
+  many_->Light({part.gbuffer, part.lighting, part.list},
+               OptionsFor(part, pass.pixel_sample, pass.number, samples), sums,
+               pass.film ? pass.film->groups() : std::span<FilmLight>(), options_.passes, times);
+}
+
+void Renderer::LightAlone(EquallySampled& part, const Pass& pass, PassSums& sums,
+                          RenderTimes& times) {
+  std::vector<std::vector<std::size_t>> points_of;  // of luminaires, where they are not all
+  if (significant_) {
+    const core::Stopwatch stopwatch;
+    const EstimatorTraits& traits = estimator_.traits();
+    const double error = traits.error_is_asked ? options_.approximation_error : traits.rel_error;
+    // Lobes may show what hardly adds to the irradiance.
+    points_of =
+        significant_->PointsOf(part.gbuffer, part.gbuffer.glossy() ? 0 : kShareLeftOut * error);
+    times.lighting_s += stopwatch.WallSeconds();
+    times.lighting_core_s += stopwatch.CoreSeconds();
+  }
+  const auto all = static_cast<double>(part.gbuffer.pixel_count());
+  for (const int light : alone_) {
+    const auto number = static_cast<std::size_t>(light);
+    if (number >= points_of.size() ||
+        static_cast<double>(points_of[number].size()) > kNearlyAll * all) {
+      AddLight(part, pass, light, sums, times);
+      continue;
+    }
+    if (points_of[number].empty()) continue;
+    std::vector<cl_int> pixels;
+    for (const std::size_t k : points_of[number])
+      pixels.push_back(static_cast<cl_int>(part.list ? part.pixels[k] : k));
+    EquallySampled some = PartOf(part.gbuffer, std::move(points_of[number]));
+    some.list = Buffer::From(scene_.device(), pixels);
+    some.density = part.density;
+    some.seed = part.seed;
+    some.first_pixel = part.first_pixel;
+    AddLight(some, pass, light, sums, times);
+  }
 }
 
 void Renderer::AddLight(EquallySampled& part, const Pass& pass, int light, PassSums& sums,
                         RenderTimes& times) {
   if (!options_.light_samples.empty() && options_.light_samples[light] == 0) return;
-  EstimatorOptions options;
   // No density takes the second sample away, without which there is no variance to state.
-  options.samples_per_pixel =
-      std::max(SamplesOf(light, part.density, pass.pixel_sample, pass.number),
-               std::min(2, SamplesOf(light, 1, pass.pixel_sample, pass.number)));
-  options.seed = part.seed;
-  options.stream = static_cast<std::uint32_t>(
-      ((options_.first_pass + pass.number) * options_.antialias + pass.pixel_sample) *
-          LightCount() +
-      light);
-  options.max_samples_per_image = options_.max_samples_per_image;
-  options.max_error = static_cast<float>(options_.approximation_error);
-  options.knobs = options_.knobs;
-  options.first_pixel = part.first_pixel;
+  EstimatorOptions options =
+      OptionsFor(part, pass.pixel_sample, pass.number,
+                 std::max(SamplesOfLight(light, part.density, pass.pixel_sample, pass.number),
+                          std::min(2, SamplesOfLight(light, 1, pass.pixel_sample, pass.number))));
+  options.stream += static_cast<std::uint32_t>(light);
   part.lighting.Clear();
   scene_.device().Finish();
 

@@ -24,19 +24,25 @@
 #include "luxfield/render/lights/environment_background.h"
 #include "luxfield/render/lights/shadow_maps.h"
 #include "luxfield/render/lit_scene.h"
+#include "luxfield/render/many_lights.h"
+#include "luxfield/render/significant_lights.h"
 
 namespace luxfield::render {
 
 struct RenderOptions {
   std::string estimator = "cells";  // a name of EstimatorList()
-  int samples_per_pixel = 200;      // light samples per pixel over all lights and pixel samples
+  // Light samples per pixel over all lights and pixel samples: no pixel takes more (but for `exact`,
+  // `volume` and `gloss` with traced shadows, which take at least one of each luminaire, pixel sample
+  // and pass). Of two or more luminaires and area lights each pixel draws those that its samples go
+  // to (many_lights.h); with an environment these share the samples equally with it.
+  int samples_per_pixel = 200;
   // Samples of each light instead, over all pixel samples: luminaires, area lights, environment, in
-  // the scene's order; 0 leaves a light out. Empty: samples_per_pixel, shared equally.
+  // the scene's order; 0 leaves a light out. Empty: samples_per_pixel.
   std::vector<int> light_samples;
   int width = 0, height = 0;  // of the picture, 0: the scene's
   // Samples of a pixel over samples_per_pixel: one channel of any size, stretched over the picture;
   // empty: 1 everywhere. Pixels of equal density are lit together, so it should have few values.
-  // None takes less than two samples of a luminaire and pass where even pixels take two.
+  // None takes less than two samples of a pass where even pixels take two.
   // It must not depend on the samples it governs, or the picture is biased (Kirk and Arvo 1991).
   core::Image sample_density;
   bool background = true;  // whether the environment is seen where nothing is hit
@@ -113,8 +119,22 @@ class Renderer {
   // Scales the groups' variances by what pixels that were lit again showed of each light.
   void ScaleGroups(Frame& frame) const;
   int LightCount() const;
-  // Samples of a light that a pass takes at a surface point, where density is `density`.
-  int SamplesOf(int light, double density, int pixel_sample, int pass) const;
+  // Sorts lights into such as are drawn from and such as are lit one by one.
+  void SortLights();
+  bool MayBeDrawn(std::size_t light);
+  // Its table is added to `tables`, if it has one.
+  BoundedLight Bound(std::size_t light, std::vector<BoundedTable>& tables) const;
+  DrawnLight MakeDrawnLight(std::size_t light, std::vector<BoundedTable>& tables);
+  // Throws InputError if there are fewer samples than strata, pixel samples and passes.
+  void RequireSamples() const;
+  // Samples that a pass takes at a surface point, where density is `density`, of those that share
+  // samples_per_pixel: part `stratum` of strata_.
+  int SamplesOf(int stratum, double density, int pixel_sample, int pass) const;
+  // The same of a light of its own.
+  int SamplesOfLight(int light, double density, int pixel_sample, int pass) const;
+  // Options of light number 0 for so many samples.
+  EstimatorOptions OptionsFor(const EquallySampled& part, int pixel_sample, int pass,
+                              int samples) const;
   // Sets of samples that all pixels share; 0: each has its own.
   int SharedSets() const;
   Visibility VisibilityOf(std::size_t light) const;
@@ -125,6 +145,8 @@ class Renderer {
     BandFilm* film = nullptr;  // whose light groups it adds to; null: to none
   };
   void LightPart(EquallySampled& part, const Pass& pass, PassSums& sums, RenderTimes& times);
+  // All lights that are lit one by one.
+  void LightAlone(EquallySampled& part, const Pass& pass, PassSums& sums, RenderTimes& times);
   // One light of a pass.
   void AddLight(EquallySampled& part, const Pass& pass, int light, PassSums& sums,
                 RenderTimes& times);
@@ -134,6 +156,12 @@ class Renderer {
   scene::Camera camera_;
   Estimator& estimator_;  // of luminaires
   std::vector<PlacedLight> lights_;
+  std::vector<int> alone_;          // lights that are lit one by one
+  std::vector<int> stratum_of_;     // each light's part of the samples; -1: it takes none
+  int strata_ = 0;                  // that share the samples; drawn lights are the last one
+  std::optional<ManyLights> many_;  // the other lights
+  // Of two or more luminaires that are lit without noise: the first lights of alone_.
+  std::optional<SignificantLights> significant_;
   std::vector<LightGroup> groups_;       // black, where they are asked for
   std::vector<std::size_t> group_of_;    // each light
   std::vector<ShadowMaps> shadow_maps_;  // one set per luminaire; empty: none are asked for

@@ -311,7 +311,7 @@ void AddRender(Program& program) {
       ->check(CLI::IsMember(names))
       ->each([options](const std::string&) { options->estimator_given = true; });
   verb.add_option("--spp", options->render.samples_per_pixel,
-                  "Light samples per pixel over all luminaires and the environment")
+                  "Light samples per pixel over all lights")
       ->each([options](const std::string&) { options->samples_given = true; });
   verb.add_option("--error", options->error,
                   "Instead of --spp: the relative RMSE of the luminance to reach, as 0.5%; "

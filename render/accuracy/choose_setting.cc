@@ -23,7 +23,7 @@ constexpr double kCheckPixels = 16384, kCheckShare = 0.25;
 constexpr int kCheckPasses = 8;
 constexpr int kMaxChecks = 4;        // of a candidate: each may ask for other samples
 constexpr double kCheckedRange = 2;  // either way of the samples that were checked
-constexpr int kLeastSamples = 2;     // of a luminaire, to show a variance
+constexpr int kLeastSamples = 2;     // of a surface point
 // A round takes at least what costs this share of its fixed part: hardly any time, against rounds
 // that estimates from a few samples make necessary.
 constexpr double kNearlyFree = 0.3;
@@ -338,6 +338,15 @@ class Chooser {
                (Seconds(estimator, work, candidate.density.mean * samples) - fixed_s);
   }
 
+  // That show a variance. Every pixel sample takes some, and of luminaires that are not drawn from
+  // (render/many_lights.h) each.
+  double LeastSamples(const std::string& estimator) const {
+    const bool drawn = scene_.EstimatorNamed(estimator).traits().takes_tasks;
+    return kLeastSamples * static_cast<double>(drawn
+                                                   ? request_.picture.antialias
+                                                   : static_cast<int>(scene_.luminaires().size()));
+  }
+
   // Samples, time and error of the candidate's best setting.
   void Predict(Candidate& candidate) const {
     auto& setting = candidate.setting;
@@ -350,7 +359,7 @@ class Chooser {
       return;
     }
     const double fixed_s = seconds(0), per_sample_s = seconds(1) - fixed_s,
-                 shown = kLeastSamples * static_cast<double>(scene_.luminaires().size());
+                 shown = LeastSamples(setting.estimator);
     double samples = kMaxSamples;
     candidate.least = shown;
     if (request_.rel_error) {

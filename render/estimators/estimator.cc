@@ -26,6 +26,13 @@ void Lighting::Clear() {
   samples.FillZero();
 }
 
+void Estimator::Light(const Receivers& /*receivers*/, const LightTasks& /*tasks*/,
+                      const EstimatorOptions& /*options*/, Lighting& /*lighting*/) {
+  throw InputError(fmt::format(
+      "estimator '{}' lights all points with one light at a time; give it the lights one by one",
+      traits().name));
+}
+
 void RequireLambertian(const EstimatorTraits& traits, const GBuffer& gbuffer) {
   if (gbuffer.glossy())
     throw InputError(fmt::format(

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -52,8 +53,9 @@ struct EstimatorTraits {
   bool traced_shadows = true, map_shadows = false, soft_map_shadows = false;
   bool unbiased = false;  // expectation = E_n(p) and L_o(p), without shadows
   bool unbiased_with_shadows = false;
-  bool noise_free = false;  // without shadows
-  double rel_error = 0;     // bound on the relative RMSE of a noise-free picture; 0: none is known
+  bool noise_free = false;   // without shadows
+  bool takes_tasks = false;  // LightTasks()
+  double rel_error = 0;      // bound on the relative RMSE of a noise-free picture; 0: none is known
   // That bound is the error asked for (EstimatorOptions::max_error, the volume's); rel_error is its
   // default.
   bool error_is_asked = false;
@@ -105,6 +107,23 @@ struct Lighting {
   void Clear();                                            // the sums
 };
 
+// Points [begin, end) of a G-buffer, each lit by one of several lights with samples of its own.
+struct LightTasks {
+  // Of one kind; luminaires show the same LuminaireOnDevice. At most kMostLights: kernels read their
+  // parameters from constant memory, of which OpenCL promises 64 KiB.
+  static constexpr std::size_t kMostLights = 128;
+  std::span<const LightSource> lights;
+  // LightTask of every point of the G-buffer, kernels/sample/light_task.clh. Null: all are lit by the
+  // first light as `options` say.
+  const Buffer* tasks = nullptr;
+  std::size_t begin = 0, end = 0;
+};
+
+// All points of a G-buffer lit by `source`, which the caller keeps.
+inline LightTasks AllPoints(const LightSource& source, const GBuffer& gbuffer) {
+  return {std::span(&source, 1), nullptr, 0, gbuffer.pixel_count()};
+}
+
 class Estimator {
  public:
   virtual ~Estimator() = default;
@@ -119,6 +138,12 @@ class Estimator {
   // no sense; DeviceError.
   virtual void Light(const Receivers& receivers, const LightSource& source,
                      const EstimatorOptions& options, Lighting& lighting) = 0;
+
+  // The same for points that each have a task: its light, number of samples, pixel and stream stand
+  // for those of `options`, whose samples_per_pixel is the most that a task has. Of shadow maps there
+  // is one luminaire's. Throws InputError besides if the estimator's traits do not say takes_tasks.
+  virtual void Light(const Receivers& receivers, const LightTasks& tasks,
+                     const EstimatorOptions& options, Lighting& lighting);
 };
 
 // Throw the InputErrors of Light() for a glossy G-buffer and for shadows it cannot take.

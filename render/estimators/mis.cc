@@ -6,6 +6,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/render/estimators/sampling_params.h"
+#include "luxfield/render/kernels/area/area_light_types.clh"
 #include "luxfield/render/kernels/environment/environment_types.clh"
 
 namespace luxfield::render {
@@ -45,6 +46,11 @@ int SharesOf(Strategies strategies) {
   }
 }
 
+// Of points with tasks of their own, or lit by one light.
+std::string KindOptions(bool glossy, bool has_tasks) {
+  return fmt::format("-D GLOSSY={} -D TASKS={}", int{glossy}, int{has_tasks});
+}
+
 std::string PathOf(const std::string& light) { return "kernels/mis/mis_" + light + ".cl"; }
 
 std::string BuildOptions(const EstimatorOptions& options) {
@@ -63,12 +69,15 @@ bool HasPilot(const EstimatorOptions& options) {
   return SharesOf(options.knobs.strategies.strategies) == 1;
 }
 
+const AreaLightSource& AreaLightOf(const LightSource& source) {
+  return std::get<std::reference_wrapper<const AreaLightSource>>(source);
+}
+
 }  // namespace
 
-Kernel& MisEstimator::KernelFor(const std::string& light, bool glossy,
+Kernel& MisEstimator::KernelFor(const std::string& light, bool glossy, bool has_tasks,
                                 const EstimatorOptions& options) {
-  const std::string build_options =
-      fmt::format("-D GLOSSY={} {}", int{glossy}, BuildOptions(options));
+  const std::string build_options = KindOptions(glossy, has_tasks) + " " + BuildOptions(options);
   auto kernel = kernels_.find({light, build_options});
   if (kernel == kernels_.end())
     kernel = kernels_
@@ -85,6 +94,7 @@ const EstimatorTraits& MisEstimator::traits() const {
       .map_shadows = true,
       .unbiased = true,
       .unbiased_with_shadows = true,
+      .takes_tasks = true,
       .guarantee =
           "any light, unbiased for any BRDF, with and without shadows: samples that follow "
           "the light and samples that follow the BRDF"};
@@ -97,34 +107,45 @@ void MisEstimator::Light(const Receivers& receivers, const LightSource& source,
   std::visit([&](const auto& light) { LightBy(light, receivers, options, lighting); }, source);
 }
 
+void MisEstimator::Light(const Receivers& receivers, const LightTasks& tasks,
+                         const EstimatorOptions& options, Lighting& lighting) {
+  RequireGivenShares(options, lighting);
+  if (std::holds_alternative<PosedLuminaire>(tasks.lights.front()))
+    LightByLuminaires(receivers, tasks, options, lighting);
+  else
+    LightByAreas(receivers, tasks, options, lighting);
+}
+
 Buffer MisEstimator::OwnShares(const Receivers& receivers, const EstimatorOptions& options,
                                const Lighting& lighting) const {
   if (lighting.light_share || !HasPilot(options) || !receivers.visibility.rays) return {};
   return Buffer(device_, receivers.gbuffer.pixel_count() * sizeof(cl_float));
 }
 
-Kernel& MisEstimator::ChooseShares(bool glossy) {
-  auto kernel = choose_shares_.find(glossy);
+Kernel& MisEstimator::ChooseShares(bool glossy, bool has_tasks) {
+  auto kernel = choose_shares_.find({glossy, has_tasks});
   if (kernel == choose_shares_.end())
     kernel = choose_shares_
-                 .emplace(glossy, Kernel(Program::Build(device_, "kernels/mis/pilot_shares.cl",
-                                                        fmt::format("-D GLOSSY={}", int{glossy})),
-                                         "ChooseShares"))
+                 .emplace(std::pair(glossy, has_tasks),
+                          Kernel(Program::Build(device_, "kernels/mis/pilot_shares.cl",
+                                                KindOptions(glossy, has_tasks)),
+                                 "ChooseShares"))
                  .first;
   return kernel->second;
 }
 
 template <typename Launch>
 void MisEstimator::LightBatch(const PixelBatch& batch, const ShadowRays& shadow, bool glossy,
-                              const EstimatorOptions& options, const Buffer& shares,
-                              Launch launch) {
+                              const Buffer* tasks, const EstimatorOptions& options,
+                              const Buffer& shares, Launch launch) {
   const int first_stage = HasPilot(options) ? 0 : 1;
   if (HasPilot(options) && shadow.traced()) {
+    const Buffer none;
     launch(shares, 0, 1);
     shadow.Trace(batch.count);
-    ChooseShares(glossy)
-        .Set(batch.sampling, shadow.rays(), shadow.ranges(), shadow.kept(), shadow.pending(),
-             shadow.hidden(), shares)
+    ChooseShares(glossy, tasks != nullptr)
+        .Set(batch.sampling, tasks ? *tasks : none, shadow.rays(), shadow.ranges(), shadow.kept(),
+             shadow.pending(), shadow.hidden(), shares)
         .Enqueue(batch.count);
     launch(shares, 1, 2);
   } else {
@@ -134,21 +155,22 @@ void MisEstimator::LightBatch(const PixelBatch& batch, const ShadowRays& shadow,
 }
 
 template <typename Launch>
-void MisEstimator::LightBatches(const Receivers& receivers, const EstimatorOptions& options,
-                                Lighting& lighting, Launch launch) {
+void MisEstimator::LightBatches(const Receivers& receivers, const LightTasks& tasks,
+                                const EstimatorOptions& options, Lighting& lighting,
+                                Launch launch) {
   const GBuffer& gbuffer = receivers.gbuffer;
   const Buffer own = OwnShares(receivers, options, lighting);
   const Buffer& shares = lighting.light_share ? *lighting.light_share : own;
   SamplingParams sampling = MakeSamplingParams(options);
   shadow_.Start(receivers.visibility.rays, gbuffer.glossy(),
-                static_cast<std::size_t>(options.samples_per_pixel), gbuffer.pixel_count());
+                static_cast<std::size_t>(options.samples_per_pixel), tasks.end - tasks.begin);
   sampling.shadow_rays = shadow_.per_pixel();
-  for (std::size_t first = 0; first < gbuffer.pixel_count(); first += shadow_.pixels_at_once()) {
-    const std::size_t pixels = std::min(shadow_.pixels_at_once(), gbuffer.pixel_count() - first);
+  for (std::size_t first = tasks.begin; first < tasks.end; first += shadow_.pixels_at_once()) {
+    const std::size_t pixels = std::min(shadow_.pixels_at_once(), tasks.end - first);
     sampling.begin = static_cast<int>(first);
     sampling.end = static_cast<int>(first + pixels);
     const Buffer params = Buffer::From(device_, std::span<const SamplingParams>(&sampling, 1));
-    LightBatch({first, pixels, params}, shadow_, gbuffer.glossy(), options, shares,
+    LightBatch({first, pixels, params}, shadow_, gbuffer.glossy(), tasks.tasks, options, shares,
                [&](const Buffer& light_shares, cl_int first_stage, cl_int end_stage) {
                  launch(params, light_shares, first_stage, end_stage).Enqueue(pixels);
                });
@@ -156,19 +178,30 @@ void MisEstimator::LightBatches(const Receivers& receivers, const EstimatorOptio
   }
 }
 
-void MisEstimator::LightBy(const AreaLightOnDevice& light, const Receivers& receivers,
+void MisEstimator::LightBy(const AreaLightSource& light, const Receivers& receivers,
                            const EstimatorOptions& options, Lighting& lighting) {
+  const LightSource source = light;
+  LightByAreas(receivers, AllPoints(source, receivers.gbuffer), options, lighting);
+}
+
+void MisEstimator::LightByAreas(const Receivers& receivers, const LightTasks& tasks,
+                                const EstimatorOptions& options, Lighting& lighting) {
   const GBuffer& gbuffer = receivers.gbuffer;
+  const AreaLightSource& first = AreaLightOf(tasks.lights.front());
+  std::vector<AreaLightParams> params;
+  for (const LightSource& source : tasks.lights) params.push_back(AreaLightOf(source).params);
   Kernel& kernel =
-      KernelFor(light.kind == scene::AreaLightKind::kRectangle ? "rectangle" : "sphere",
-                gbuffer.glossy(), options);
-  LightBatches(
-      receivers, options, lighting, [&](const Buffer& sampling, const auto&... outputs) -> Kernel& {
-        return kernel.Set(light.params, sampling, gbuffer.position, gbuffer.normal, gbuffer.albedo,
-                          gbuffer.gloss, gbuffer.eye, shadow_.rays(), shadow_.ranges(),
-                          shadow_.kept(), shadow_.pending(), lighting.irradiance,
-                          lighting.reflected, lighting.variance, lighting.samples, outputs...);
-      });
+      KernelFor(first.kind == scene::AreaLightKind::kRectangle ? "rectangle" : "sphere",
+                gbuffer.glossy(), tasks.tasks != nullptr, options);
+  const Buffer none, lights = Buffer::From(device_, params);
+  LightBatches(receivers, tasks, options, lighting,
+               [&](const Buffer& sampling, const auto&... outputs) -> Kernel& {
+                 return kernel.Set(
+                     lights, sampling, gbuffer.position, gbuffer.normal, gbuffer.albedo,
+                     gbuffer.gloss, gbuffer.eye, shadow_.rays(), shadow_.ranges(), shadow_.kept(),
+                     shadow_.pending(), tasks.tasks ? *tasks.tasks : none, lighting.irradiance,
+                     lighting.reflected, lighting.variance, lighting.samples, outputs...);
+               });
 }
 
 void MisEstimator::LightBy(const EnvironmentLight& light, const Receivers& receivers,
@@ -185,23 +218,48 @@ void MisEstimator::LightBy(const EnvironmentLight& light, const Receivers& recei
         "are none; choose other strategies or set environment-compensation to 0");
   EnvironmentSampling own{};
   own.balance = static_cast<int>(knobs.balance);
-  const Buffer own_params = Buffer::From(device_, std::span<const EnvironmentSampling>(&own, 1));
-  Kernel& kernel = KernelFor("environment", gbuffer.glossy(), options);
-  LightBatches(
-      receivers, options, lighting, [&](const Buffer& sampling, const auto&... outputs) -> Kernel& {
-        return kernel.Set(light.params(), light.texels(), light.row_starts(), light.column_starts(),
-                          light.energies(), light.corners(), sampling, own_params, gbuffer.position,
-                          gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye,
-                          shadow_.rays(), shadow_.ranges(), shadow_.kept(), shadow_.pending(),
-                          lighting.irradiance, lighting.reflected, lighting.variance,
-                          lighting.samples, outputs...);
-      });
+  const Buffer none,
+      own_params = Buffer::From(device_, std::span<const EnvironmentSampling>(&own, 1));
+  Kernel& kernel = KernelFor("environment", gbuffer.glossy(), /*has_tasks=*/false, options);
+  const LightSource source = light;
+  LightBatches(receivers, AllPoints(source, gbuffer), options, lighting,
+               [&](const Buffer& sampling, const auto&... outputs) -> Kernel& {
+                 return kernel.Set(
+                     light.params(), light.texels(), light.row_starts(), light.column_starts(),
+                     light.energies(), light.corners(), sampling, own_params, gbuffer.position,
+                     gbuffer.normal, gbuffer.albedo, gbuffer.gloss, gbuffer.eye, shadow_.rays(),
+                     shadow_.ranges(), shadow_.kept(), shadow_.pending(), none, lighting.irradiance,
+                     lighting.reflected, lighting.variance, lighting.samples, outputs...);
+               });
 }
 
 void MisEstimator::LightBy(const PosedLuminaire& luminaire, const Receivers& receivers,
                            const EstimatorOptions& options, Lighting& lighting) {
+  const LightSource source = luminaire;
+  LightByLuminaires(receivers, AllPoints(source, receivers.gbuffer), options, lighting);
+}
+
+void MisEstimator::LightByLuminaires(const Receivers& receivers, const LightTasks& tasks,
+                                     const EstimatorOptions& options, Lighting& lighting) {
   if (options.max_samples_per_image > 0)
     throw InputError("two strategies know no bound of the samples per image; leave it 0");
+  WindowSampler& sampler = SamplerFor(options);
+  const Buffer own = OwnShares(receivers, options, lighting);
+  const Buffer& shares = lighting.light_share ? *lighting.light_share : own;
+  ShadowRays& shadow = sampler.shadow_rays();
+  sampler.RunBatches(traits().name, receivers, tasks, options, options.samples_per_pixel,
+                     [&](const PixelBatch& batch, auto launch) {
+                       LightBatch(
+                           batch, shadow, receivers.gbuffer.glossy(), tasks.tasks, options, shares,
+                           [&](const Buffer& light_shares, cl_int first_stage, cl_int end_stage) {
+                             launch(lighting.irradiance, lighting.reflected, lighting.variance,
+                                    lighting.samples, light_shares, first_stage, end_stage);
+                           });
+                       shadow.AddVisibleLight(batch.first, batch.count, lighting);
+                     });
+}
+
+WindowSampler& MisEstimator::SamplerFor(const EstimatorOptions& options) {
   const std::string build_options = BuildOptions(options);
   auto sampler = samplers_.find(build_options);
   if (sampler == samplers_.end())
@@ -210,19 +268,7 @@ void MisEstimator::LightBy(const PosedLuminaire& luminaire, const Receivers& rec
             .emplace(build_options, WindowSampler(device_, PathOf("cells"), kKernel, build_options,
                                                   /*masses_are_seen=*/true, WindowsOf::kCells))
             .first;
-  const Buffer own = OwnShares(receivers, options, lighting);
-  const Buffer& shares = lighting.light_share ? *lighting.light_share : own;
-  ShadowRays& shadow = sampler->second.shadow_rays();
-  sampler->second.RunBatches(
-      traits().name, receivers, luminaire, options, options.samples_per_pixel,
-      [&](const PixelBatch& batch, auto launch) {
-        LightBatch(batch, shadow, receivers.gbuffer.glossy(), options, shares,
-                   [&](const Buffer& light_shares, cl_int first_stage, cl_int end_stage) {
-                     launch(lighting.irradiance, lighting.reflected, lighting.variance,
-                            lighting.samples, light_shares, first_stage, end_stage);
-                   });
-        shadow.AddVisibleLight(batch.first, batch.count, lighting);
-      });
+  return sampler->second;
 }
 
 std::vector<float> EnvironmentFaceShares(const Device& device, const GBuffer& gbuffer,

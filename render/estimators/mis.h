@@ -58,17 +58,26 @@ class MisEstimator : public Estimator {
   // without tables of cells, and for a bound of its samples per image.
   void Light(const Receivers& receivers, const LightSource& source, const EstimatorOptions& options,
              Lighting& lighting) override;
+  // Of area lights of one kind and of luminaires. light_share has to be null.
+  void Light(const Receivers& receivers, const LightTasks& tasks, const EstimatorOptions& options,
+             Lighting& lighting) override;
 
  private:
+  WindowSampler& SamplerFor(const EstimatorOptions& options);
   void LightBy(const PosedLuminaire& luminaire, const Receivers& receivers,
                const EstimatorOptions& options, Lighting& lighting);
-  void LightBy(const AreaLightOnDevice& light, const Receivers& receivers,
+  void LightBy(const AreaLightSource& light, const Receivers& receivers,
                const EstimatorOptions& options, Lighting& lighting);
+  void LightByLuminaires(const Receivers& receivers, const LightTasks& tasks,
+                         const EstimatorOptions& options, Lighting& lighting);
+  void LightByAreas(const Receivers& receivers, const LightTasks& tasks,
+                    const EstimatorOptions& options, Lighting& lighting);
   void LightBy(const EnvironmentLight& light, const Receivers& receivers,
                const EstimatorOptions& options, Lighting& lighting);
-  Kernel& KernelFor(const std::string& light, bool glossy, const EstimatorOptions& options);
+  Kernel& KernelFor(const std::string& light, bool glossy, bool has_tasks,
+                    const EstimatorOptions& options);
 
-  Kernel& ChooseShares(bool glossy);
+  Kernel& ChooseShares(bool glossy, bool has_tasks);
   // Where a pilot leaves the shares that it chooses, if the caller does not say; null without one.
   Buffer OwnShares(const Receivers& receivers, const EstimatorOptions& options,
                    const Lighting& lighting) const;
@@ -76,16 +85,17 @@ class MisEstimator : public Estimator {
   // not added up. launch(shares, first_stage, end_stage) enqueues the kernel.
   template <typename Launch>
   void LightBatch(const PixelBatch& batch, const ShadowRays& shadow, bool glossy,
-                  const EstimatorOptions& options, const Buffer& shares, Launch launch);
-  // Lights all pixels in batches; launch(sampling, shares, first_stage, end_stage) sets a kernel's
+                  const Buffer* tasks, const EstimatorOptions& options, const Buffer& shares,
+                  Launch launch);
+  // Lights the points of `tasks` in batches; launch(sampling, shares, first_stage, end_stage) sets a kernel's
   // arguments.
   template <typename Launch>
-  void LightBatches(const Receivers& receivers, const EstimatorOptions& options, Lighting& lighting,
-                    Launch launch);
+  void LightBatches(const Receivers& receivers, const LightTasks& tasks,
+                    const EstimatorOptions& options, Lighting& lighting, Launch launch);
 
   Device device_;
   ShadowRays shadow_;                                              // of lights without windows
-  std::map<bool, Kernel> choose_shares_;                           // by GLOSSY
+  std::map<std::pair<bool, bool>, Kernel> choose_shares_;          // by GLOSSY and TASKS
   std::map<std::pair<std::string, std::string>, Kernel> kernels_;  // by light and build options
   std::map<std::string, WindowSampler> samplers_;                  // of luminaires, by the latter
 };

@@ -21,6 +21,7 @@ EstimatorTraits TraitsOf(const std::string& name, const TableNeeds& needs,
           .map_shadows = true,
           .unbiased = true,
           .unbiased_with_shadows = true,
+          .takes_tasks = true,
           .guarantee = guarantee};
 }
 
@@ -45,9 +46,14 @@ class SamplingEstimator : public Estimator {
 
   void Light(const Receivers& receivers, const LightSource& source, const EstimatorOptions& options,
              Lighting& lighting) override {
-    const PosedLuminaire& posed = RequireLuminaire(traits_, source);
+    Light(receivers, AllPoints(source, receivers.gbuffer), options, lighting);
+  }
+
+  void Light(const Receivers& receivers, const LightTasks& tasks, const EstimatorOptions& options,
+             Lighting& lighting) override {
+    for (const LightSource& source : tasks.lights) RequireLuminaire(traits_, source);
     RequireShadows(traits_, receivers.visibility);
-    sampler_.Run(traits_.name, receivers, posed, options, options.samples_per_pixel, lighting);
+    sampler_.Run(traits_.name, receivers, tasks, options, options.samples_per_pixel, lighting);
   }
 
  private:

@@ -19,8 +19,9 @@ VisibleShare::Shares VisibleShare::Trace(const std::string& estimator, const Rec
   Kernel& kernel = KernelFor(gbuffer.glossy());
   const Buffer none;
   const ShadowRays& shadow = sampler_->shadow_rays();
-  sampler_->RunBatches(estimator, receivers, luminaire, options, options.samples_per_pixel,
-                       [&](const PixelBatch& batch, auto launch) {
+  const LightSource source = luminaire;
+  sampler_->RunBatches(estimator, receivers, AllPoints(source, gbuffer), options,
+                       options.samples_per_pixel, [&](const PixelBatch& batch, auto launch) {
                          launch(none, none, none, none);
                          shadow.Trace(batch.count);
                          kernel

@@ -16,6 +16,7 @@ constexpr std::size_t kCpuScratchBytes = std::size_t{8} << 20,
                       kScratchBytes = std::size_t{128} << 20;
 constexpr std::size_t kBatchUnit = 64;     // pixels: rows of scratch memory begin on cache lines
 constexpr int kMaxTexels = (1 << 16) - 1;  // PackSpan
+constexpr char kWindowsPath[] = "kernels/luminaire/window_masses.cl";
 
 // The knot cells of a luminaire as the images of another: they have a box for a basis.
 LuminaireParams CellsAsImages(LuminaireParams params) {
@@ -28,6 +29,10 @@ LuminaireParams CellsAsImages(LuminaireParams params) {
 
 }  // namespace
 
+WindowSampler::WindowKernels::WindowKernels(const Device& device, const std::string& build_options)
+    : spans(Program::Build(device, kWindowsPath, build_options), "WindowSpans"),
+      masses(Program::Build(device, kWindowsPath, build_options), "WindowMasses") {}
+
 WindowSampler::WindowSampler(const Device& device, const std::string& path,
                              const std::string& kernel, const std::string& build_options,
                              bool masses_are_seen, WindowsOf windows_of)
@@ -37,8 +42,6 @@ WindowSampler::WindowSampler(const Device& device, const std::string& path,
       build_options_(build_options),
       windows_of_(windows_of),
       masses_are_seen_(masses_are_seen),
-      window_spans_(Program::Build(device, "kernels/luminaire/window_masses.cl"), "WindowSpans"),
-      window_masses_(Program::Build(device, "kernels/luminaire/window_masses.cl"), "WindowMasses"),
       shadow_(device) {}
 
 void WindowSampler::CheckOptions(const EstimatorOptions& options) {
@@ -48,9 +51,24 @@ void WindowSampler::CheckOptions(const EstimatorOptions& options) {
                                  options.max_samples_per_image));
 }
 
+void WindowSampler::UploadParams(const LightTasks& tasks) {
+  std::vector<LuminaireParams> luminaires, windows;
+  for (const LightSource& source : tasks.lights) {
+    const auto& [luminaire, world_from_luminaire] = std::get<PosedLuminaire>(source);
+    luminaires.push_back(
+        MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire));
+    windows.push_back(windows_of_ == WindowsOf::kCells ? CellsAsImages(luminaires.back())
+                                                       : luminaires.back());
+  }
+  luminaire_params_ = Buffer::From(device_, luminaires);
+  window_params_ = Buffer::From(device_, windows);
+  columns_ = static_cast<std::size_t>(windows.front().axis[0].count);
+  rows_ = static_cast<std::size_t>(windows.front().axis[1].count);
+}
+
 Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffer,
-                             const PosedLuminaire& posed, const EstimatorOptions& options) {
-  const auto& [luminaire, world_from_luminaire] = posed;
+                             const LightTasks& tasks, const EstimatorOptions& options) {
+  const LuminaireOnDevice& luminaire = LuminaireOf(tasks);
   if (!Sat(luminaire))
     throw InputError(fmt::format(
         "estimator '{}' needs sampling tables of the luminaire's {} and it has none; build them "
@@ -63,48 +81,47 @@ Kernel& WindowSampler::Begin(const std::string& estimator, const GBuffer& gbuffe
         "coefficient images of {} x {} texels exceed the {} texels along an axis that sampling "
         "estimators take; use 'exact', or resample the light field",
         lattice.width, lattice.height, kMaxTexels));
-  const LuminaireParams params =
-      MakeLuminaireParams(luminaire.geometry(), luminaire.row_stride(), world_from_luminaire);
-  luminaire_params_ = Buffer::From(device_, std::span<const LuminaireParams>(&params, 1));
-  const LuminaireParams windows = windows_of_ == WindowsOf::kCells ? CellsAsImages(params) : params;
-  window_params_ = Buffer::From(device_, std::span<const LuminaireParams>(&windows, 1));
+  UploadParams(tasks);
   options_ = options;
-  pixel_count_ = gbuffer.pixel_count();
-  first_ = next_ = 0;
-  const auto columns = static_cast<std::size_t>(windows.axis[0].count);
-  rows_ = static_cast<std::size_t>(windows.axis[1].count);
-  axes_ = columns + rows_;
-  const std::size_t mass_bytes = columns * rows_ * sizeof(float);
-  const std::size_t bytes_per_pixel = axes_ * sizeof(cl_int4) + mass_bytes;
+  first_ = next_ = tasks.begin;
+  end_ = tasks.end;
+  const std::size_t points = end_ - next_, axes = columns_ + rows_,
+                    mass_bytes = columns_ * rows_ * sizeof(float);
+  const std::size_t bytes_per_pixel = axes * sizeof(cl_int4) + mass_bytes;
   const std::size_t scratch = device_.info().is_cpu ? kCpuScratchBytes : kScratchBytes;
-  const std::size_t units = std::clamp(scratch / bytes_per_pixel / kBatchUnit, std::size_t{1},
-                                       (pixel_count_ + kBatchUnit - 1) / kBatchUnit);
+  const std::size_t units =
+      std::clamp(scratch / bytes_per_pixel / kBatchUnit, std::size_t{1},
+                 std::max((points + kBatchUnit - 1) / kBatchUnit, std::size_t{1}));
   batch_ = std::min(units * kBatchUnit, shadow_.pixels_at_once());
   stride_ = (batch_ + kBatchUnit - 1) / kBatchUnit * kBatchUnit;
   const auto ensure = [&](Buffer& buffer, std::size_t bytes) {
     if (buffer.bytes() != bytes) buffer = Buffer(device_, bytes);
   };
-  ensure(spans_, stride_ * axes_ * sizeof(cl_int4));
+  ensure(spans_, stride_ * axes * sizeof(cl_int4));
   ensure(masses_, stride_ * mass_bytes);
-  const bool glossy = gbuffer.glossy();
-  auto kernel = kernels_.find(glossy);
+  const bool glossy = gbuffer.glossy(), has_tasks = tasks.tasks != nullptr;
+  const std::string task_options = fmt::format("-D TASKS={}", int{has_tasks});
+  if (!window_kernels_.contains(has_tasks))
+    window_kernels_.emplace(has_tasks, WindowKernels(device_, task_options));
+  auto kernel = kernels_.find({glossy, has_tasks});
   if (kernel == kernels_.end())
     kernel = kernels_
-                 .emplace(glossy, Kernel(Program::Build(device_, path_,
-                                                        fmt::format("-D GLOSSY={} {}", int{glossy},
-                                                                    build_options_)),
-                                         kernel_name_))
+                 .emplace(std::pair(glossy, has_tasks),
+                          Kernel(Program::Build(device_, path_,
+                                                fmt::format("-D GLOSSY={} {} {}", int{glossy},
+                                                            task_options, build_options_)),
+                                 kernel_name_))
                  .first;
   return kernel->second;
 }
 
-bool WindowSampler::NextBatch(const GBuffer& gbuffer, const LuminaireOnDevice& luminaire,
-                              const Buffer& seen) {
-  if (next_ >= pixel_count_) return false;
+bool WindowSampler::NextBatch(const GBuffer& gbuffer, const LightTasks& tasks, const Buffer& seen) {
+  if (next_ >= end_) return false;
+  const LuminaireOnDevice& luminaire = LuminaireOf(tasks);
   SamplingParams params = MakeSamplingParams(options_);
   params.max_per_image = options_.max_samples_per_image;
   first_ = next_;
-  next_ = std::min(first_ + batch_, pixel_count_);
+  next_ = std::min(first_ + batch_, end_);
   params.begin = static_cast<int>(first_);
   params.end = static_cast<int>(next_);
   params.scratch_stride = static_cast<int>(stride_);
@@ -120,10 +137,12 @@ bool WindowSampler::NextBatch(const GBuffer& gbuffer, const LuminaireOnDevice& l
   // A buffer of its own per launch: earlier launches may still read theirs.
   sampling_params_ = Buffer::From(device_, std::span<const SamplingParams>(&params, 1));
   const Buffer none;
-  window_spans_.Set(window_params_, sampling_params_, gbuffer.position, spans_)
+  WindowKernels& windows = window_kernels_.at(tasks.tasks != nullptr);
+  const Buffer& own_tasks = tasks.tasks ? *tasks.tasks : none;
+  windows.spans.Set(window_params_, sampling_params_, own_tasks, gbuffer.position, spans_)
       .Enqueue({stride_, 2}, {kBatchUnit});
-  window_masses_
-      .Set(window_params_, sampling_params_, Sat(luminaire), SatScale(luminaire),
+  windows.masses
+      .Set(window_params_, sampling_params_, own_tasks, Sat(luminaire), SatScale(luminaire),
            masses_are_seen_ ? seen : none, spans_, masses_)
       .Enqueue({stride_, rows_}, {kBatchUnit});
   return true;

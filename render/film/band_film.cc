@@ -43,6 +43,8 @@ void RequireRoom(const Device& device, const BandFilm::Size& size) {
 FilmKernels::FilmKernels(const Device& on)
     : device(on),
       add_light(Program::Build(on, kPath), "AddLight"),
+      add_drawn_lights(Program::Build(on, kPath), "AddDrawnLights"),
+      add_drawn_group(Program::Build(on, kPath), "AddDrawnGroup"),
       add_pass(Program::Build(on, kPath), "AddPass"),
       add_luminances(Program::Build(on, kPath), "AddLuminances"),
       add_variances(Program::Build(on, kPath), "AddVariances"),
@@ -81,6 +83,28 @@ void PassSums::Add(const FilmPart& part, double scale, std::size_t light, FilmLi
            light_.radiance, light_.irradiance, samples_, luminances_, stated_,
            group ? group->radiance : none, group ? group->irradiance : none)
       .Enqueue(points);
+}
+
+void PassSums::Add(const FilmPart& part, const FilmDraws& drawn, std::span<FilmLight> groups,
+                   int passes) {
+  if (drawn.draws.empty()) return;
+  const Lighting& found = drawn.found;
+  const std::size_t points = drawn.starts.size() - 1;
+  const Buffer starts = Buffer::From(kernels_.device, drawn.starts),
+               draws = Buffer::From(kernels_.device, drawn.draws);
+  kernels_.add_drawn_lights
+      .Set(found.irradiance, found.reflected, found.variance, found.samples, part.gbuffer.albedo,
+           part.pixels, static_cast<cl_int>(drawn.first_point), static_cast<cl_int>(points), starts,
+           draws, static_cast<cl_int>(pixels_), cl_int{rows_ > 1}, light_.radiance,
+           light_.irradiance, samples_, luminances_, stated_)
+      .Enqueue(points);
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    kernels_.add_drawn_group
+        .Set(found.irradiance, found.reflected, found.variance, found.samples, part.gbuffer.albedo,
+             part.pixels, static_cast<cl_int>(drawn.first_point), static_cast<cl_int>(points),
+             starts, draws, static_cast<cl_int>(g), static_cast<cl_float>(passes),
+             groups[g].radiance, groups[g].irradiance)
+        .Enqueue(points);
 }
 
 std::vector<float> PassSums::Luminances(std::size_t row) const {

@@ -12,6 +12,7 @@
 
 #include "luxfield/render/device/device.h"
 #include "luxfield/render/estimators/estimator.h"
+#include "luxfield/render/kernels/film/lit_draw_types.clh"
 #include "luxfield/render/scene/gbuffer.h"
 
 namespace luxfield::render {
@@ -20,7 +21,8 @@ namespace luxfield::render {
 struct FilmKernels {
   explicit FilmKernels(const Device& device);
   Device device;
-  Kernel add_light, add_pass, add_luminances, add_variances, add_radiance, add_hits, gather_pixels;
+  Kernel add_light, add_drawn_lights, add_drawn_group, add_pass, add_luminances, add_variances,
+      add_radiance, add_hits, gather_pixels;
 };
 
 // RGB in xyz of each pixel, float4.
@@ -36,6 +38,15 @@ struct FilmPart {
   const Buffer& pixels;      // int: which pixels of the band they are; null: all, in order
 };
 
+// The lights that points [first_point, first_point + starts.size() - 1) of a part drew: of the k-th
+// draws[starts[k]] to draws[starts[k + 1]], each light once.
+struct FilmDraws {
+  std::size_t first_point = 0;
+  std::span<const cl_int> starts;
+  std::span<const LitDraw> draws;  // into `found`
+  const Lighting& found;
+};
+
 // What one pass shows: sums over the lights. Row 0 of `luminances` and `stated` is of all lights,
 // row 1 + l of light l where lights are told apart.
 class PassSums {
@@ -46,6 +57,9 @@ class PassSums {
   // Adds `scale` times light `light`, and 1 / passes of it to `group`, if that is not null.
   // Enqueues and returns.
   void Add(const FilmPart& part, double scale, std::size_t light, FilmLight* group, int passes);
+  // Adds what points drew, the part's `lighting` aside, and 1 / passes of it to the groups, of which
+  // there may be none.
+  void Add(const FilmPart& part, const FilmDraws& drawn, std::span<FilmLight> groups, int passes);
 
   std::size_t pixels() const { return pixels_; }
   std::size_t rows() const { return rows_; }
@@ -80,6 +94,7 @@ class BandFilm {
   void AddRadiance(const Buffer& radiance, double scale, int group);
   PassSums& pass_sums() { return sums_; }
   FilmLight* group(std::size_t group) { return &groups_[group]; }
+  std::span<FilmLight> groups() { return groups_; }
   // Adds what pass_sums() hold after pass `pass`.
   void AddPass(int pass);
   // Ends a pixel sample, after its passes.

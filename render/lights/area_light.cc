@@ -1,10 +1,8 @@
 #include "luxfield/render/lights/area_light.h"
 
-#include "luxfield/render/kernels/area/area_light_types.clh"
-
 namespace luxfield::render {
 
-AreaLightOnDevice UploadAreaLight(const Device& device, const scene::AreaLight& light) {
+AreaLightSource MakeAreaLight(const scene::AreaLight& light) {
   AreaLightParams params{};
   const scene::Pose& pose = light.world_from_light;
   const double centre[] = {pose.translation.x, pose.translation.y, pose.translation.z};
@@ -18,7 +16,7 @@ AreaLightOnDevice UploadAreaLight(const Device& device, const scene::AreaLight& 
   params.half_size[0] = static_cast<float>(light.width_m / 2);
   params.half_size[1] = static_cast<float>(light.height_m / 2);
   params.radius = static_cast<float>(light.radius_m);
-  return {light.kind, Buffer::From(device, std::span<const AreaLightParams>(&params, 1))};
+  return {light.kind, params};
 }
 
 }  // namespace luxfield::render

@@ -1,16 +1,16 @@
-// A rectangular or spherical light on a device.
+// A rectangular or spherical light as kernels see it.
 #pragma once
 
-#include "luxfield/render/device/device.h"
+#include "luxfield/render/kernels/area/area_light_types.clh"
 #include "luxfield/scene/scene.h"
 
 namespace luxfield::render {
 
-struct AreaLightOnDevice {
+struct AreaLightSource {
   scene::AreaLightKind kind = scene::AreaLightKind::kRectangle;
-  Buffer params;  // AreaLightParams, kernels/area/area_light_types.clh
+  AreaLightParams params{};
 };
 
-AreaLightOnDevice UploadAreaLight(const Device& device, const scene::AreaLight& light);
+AreaLightSource MakeAreaLight(const scene::AreaLight& light);
 
 }  // namespace luxfield::render

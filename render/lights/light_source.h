@@ -17,7 +17,7 @@ struct PosedLuminaire {
 };
 
 // It refers to the light, which has to outlive it.
-using LightSource = std::variant<PosedLuminaire, std::reference_wrapper<const AreaLightOnDevice>,
+using LightSource = std::variant<PosedLuminaire, std::reference_wrapper<const AreaLightSource>,
                                  std::reference_wrapper<const EnvironmentLight>>;
 
 }  // namespace luxfield::render

@@ -149,7 +149,10 @@ camera = {position = [0.4, -1.5, 1.2], look_at = [0, 1.5, 0.2], width = 12, heig
 material = [{name = "grey", albedo = [0.5, 0.6, 0.7]}]
 quad = [{corner = [-2, -1, 0], edge_u = [4, 0, 0], edge_v = [0, 6, 0], material = "grey"}]
 box = [{size = [0.4, 0.3, 0.5], position = [0, 1.5, 0.25], material = "grey"}]
-luminaire = [{file = "lamp.lf.exr", position = [0, 0, 0.5], look_at = [0, 3, 0]}]
+[[luminaire]]
+file = "lamp.lf.exr"
+position = [0, 0, 0.5]
+look_at = [0, 3, 0]
 )");
   const auto check = [&](const std::vector<std::string>& options) {
     std::vector<std::string> command{
@@ -166,6 +169,30 @@ luminaire = [{file = "lamp.lf.exr", position = [0, 0, 0.5], look_at = [0, 3, 0]}
   };
   for (const auto& traits : render::EstimatorList()) check({"--estimator", traits.name});
   check({"--shadows", "soft-maps", "--estimator", "volume"});
+
+  // Many lights, of which points draw some or leave some out.
+  WriteText(folder_ / "scene.toml", ReadText(folder_ / "scene.toml") + R"(
+[[light]]
+kind = "rectangle"
+radiance = [9, 8, 7]
+position = [1, 1, 1]
+look_at = [0, 2, 0]
+size = [0.3, 0.2]
+[[light]]
+kind = "sphere"
+radiance = [9, 8, 7]
+position = [-1, 1, 1]
+radius = 0.1
+[[luminaire]]
+file = "lamp.lf.exr"
+position = [-1, 4, 0.7]
+look_at = [0, 2, 0]
+[[luminaire.array]]
+count = 9
+step = [0.3, 0, 0.1]
+)");
+  check({"--estimator", "cells"});
+  check({"--estimator", "exact", "--shadows", "none"});
 }
 
 // The checks can fail: a kernel with each of the faults.

@@ -114,8 +114,8 @@ inline Lit LightByArea(const Device& device, MisEstimator& estimator, const GBuf
                        const RayScene* rays = nullptr, const Buffer* light_share = nullptr) {
   Lighting lighting(device, gbuffer);
   lighting.light_share = light_share;
-  const AreaLightOnDevice on_device = UploadAreaLight(device, light);
-  estimator.Light({gbuffer, {.rays = rays}}, on_device, options, lighting);
+  const AreaLightSource source = MakeAreaLight(light);
+  estimator.Light({gbuffer, {.rays = rays}}, source, options, lighting);
   return {lighting.irradiance.Download<cl_float4>(),
           gbuffer.glossy() ? lighting.reflected.Download<cl_float4>() : std::vector<cl_float4>(),
           lighting.variance.Download<float>(), lighting.samples.Download<cl_uint>()};

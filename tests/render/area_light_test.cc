@@ -120,11 +120,12 @@ std::vector<cl_float4> Draw(const Device& device, const scene::AreaLight& light,
   SamplingParams sampling{};
   sampling.seed_lo = static_cast<std::uint32_t>(kSamplingSeed);
   const Buffer params = Buffer::From(device, std::span<const SamplingParams>(&sampling, 1));
+  const AreaLightSource source = MakeAreaLight(light);
+  const Buffer light_params = Buffer::From(device, std::span(&source.params, 1));
   Buffer directions(device, count * sizeof(cl_float4)), along(device, count * sizeof(cl_float4));
   Kernel(program, "Draw")
-      .Set(UploadAreaLight(device, light).params, params, gbuffer.position, gbuffer.normal,
-           gbuffer.albedo, gbuffer.gloss, gbuffer.eye, static_cast<cl_int>(count), directions,
-           along)
+      .Set(light_params, params, gbuffer.position, gbuffer.normal, gbuffer.albedo, gbuffer.gloss,
+           gbuffer.eye, static_cast<cl_int>(count), directions, along)
       .Enqueue(static_cast<std::size_t>(count));
   const auto drawn = directions.Download<cl_float4>();
   int missed = 0;

@@ -93,12 +93,15 @@ TEST_F(LightGroupsTest, AddUpToThePicture) {
 }
 
 // A scaled picture is the picture of a scene whose lights are scaled so: the same samples bring the
-// scaled light, and what is said of the noise is its own.
+// scaled light, and what is said of the noise is its own. Each light has its samples: those that
+// pixels deal out themselves go where the light is.
 TEST_F(LightGroupsTest, ScaledAreThePictureOfScaledLights) {
-  const Frame frame = RenderWith(TwoLampsAndASky(), Grouped());
+  RenderOptions options = Grouped();
+  options.light_samples = {16, 16, 16};
+  const Frame frame = RenderWith(TwoLampsAndASky(), options);
   const Frame dimmed =
       ScaleLightGroups(frame, {{"left lamp", 0.25}, {"environment", 3}, {"right lamp", 0}}, "x");
-  const Frame truth = RenderWith(TwoLampsAndASky(0.25, 0, 3), Grouped());
+  const Frame truth = RenderWith(TwoLampsAndASky(0.25, 0, 3), options);
   ExpectSame(dimmed.radiance, truth.radiance);
   ExpectSame(dimmed.irradiance, truth.irradiance);
   double said = 0, true_sum = 0;

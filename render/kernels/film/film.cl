@@ -1,6 +1,8 @@
 // The film of a band of a picture: what lights add to its pixels (render/film/band_film.h).
+#include "luxfield/render/kernels/film/lit_draw_types.clh"
 #include "luxfield/render/kernels/math/double_float.clh"
 #include "luxfield/render/kernels/math/luminance.clh"
+#include "luxfield/render/kernels/math/variance.clh"
 
 // Sums of rows: row 0 is the whole light, row 1 + l that of light l where lights are told apart.
 inline size_t RowPlace(int row, int count, int pixel) { return (size_t)row * count + pixel; }
@@ -37,6 +39,85 @@ __kernel void AddLight(__global const float4* irradiance, __global const float4*
   if (group_radiance) {
     group_radiance[pixel].xyz += radiance / passes;
     group_irradiance[pixel].xyz += light / passes;
+  }
+}
+
+// What an estimator found at the points that drew lights, one after the other.
+#define FOUND_ARGUMENTS                                                             \
+  __global const float4 *irradiance, __global const float4 *reflected,              \
+      __global const float *variance, __global const uint *samples
+#define FOUND irradiance, reflected, variance, samples
+// The draws of points first_point, first_point + 1 ...: of the k-th draws[starts[k]] to
+// draws[starts[k + 1]]; `albedos` and `pixels` are of all points of the part, as AddLight has them.
+#define DRAWN_ARGUMENTS                                                             \
+  __global const float4 *albedos, __global const int *pixels, int first_point, int points, \
+      __global const int *starts, __global const LitDraw *draws
+
+typedef struct DrawnLight {
+  float3 light, radiance;
+  float luminance, variance;
+  int samples;
+} DrawnLight;
+
+inline DrawnLight FindDrawn(FOUND_ARGUMENTS, float3 albedo, LitDraw draw) {
+  const float scale = draw.scale * draw.weight;
+  DrawnLight drawn;
+  drawn.light = scale * irradiance[draw.place].xyz;
+  drawn.radiance = reflected ? scale * reflected[draw.place].xyz : albedo * M_1_PI_F * drawn.light;
+  drawn.luminance = Luminance(drawn.radiance);
+  const float shown = scale * (reflected ? 1.0f : Luminance(albedo) * M_1_PI_F);
+  drawn.variance = shown * shown * variance[draw.place];
+  drawn.samples = (int)samples[draw.place];
+  return drawn;
+}
+
+// AddLight for points that drew several lights. All samples of a point are taken as independent
+// draws from all lights; a light's own variance, where it is drawn by chance, is bounded by its
+// square.
+__kernel void AddDrawnLights(FOUND_ARGUMENTS, DRAWN_ARGUMENTS, int count, int lights_apart,
+                             __global float4* pass_radiance, __global float4* pass_irradiance,
+                             __global float* pass_samples, __global float* luminances,
+                             __global float* stated_variances) {
+  const int k = get_global_id(0);
+  if (k >= points) return;
+  const int pixel = pixels ? pixels[first_point + k] : first_point + k;
+  const float3 albedo = albedos[first_point + k].xyz;
+  float3 radiance = (float3)(0.0f), light = (float3)(0.0f);
+  float luminance = 0.0f, squares = 0.0f;
+  int all_samples = 0;
+  for (int i = starts[k]; i < starts[k + 1]; ++i) {
+    const LitDraw draw = draws[i];
+    const DrawnLight drawn = FindDrawn(FOUND, albedo, draw);
+    radiance += drawn.radiance;
+    light += drawn.light;
+    luminance += drawn.luminance;
+    squares += SquaresOfSum(drawn.luminance, drawn.variance, drawn.samples);
+    all_samples += drawn.samples;
+    if (!lights_apart) continue;
+    const size_t at = RowPlace(1 + draw.light, count, pixel);
+    luminances[at] = drawn.luminance;
+    stated_variances[at] =
+        draw.weight > 1.0f ? drawn.luminance * drawn.luminance : drawn.variance;
+  }
+  pass_radiance[pixel].xyz += radiance;
+  pass_irradiance[pixel].xyz += light;
+  pass_samples[pixel] += (float)all_samples;
+  luminances[pixel] += luminance;
+  stated_variances[pixel] += VarianceOfSum(luminance, squares, all_samples);
+}
+
+// Adds 1 / passes of what lights of `group` bring to the group's pictures.
+__kernel void AddDrawnGroup(FOUND_ARGUMENTS, DRAWN_ARGUMENTS, int group, float passes,
+                            __global float4* group_radiance, __global float4* group_irradiance) {
+  const int k = get_global_id(0);
+  if (k >= points) return;
+  const int pixel = pixels ? pixels[first_point + k] : first_point + k;
+  const float3 albedo = albedos[first_point + k].xyz;
+  for (int i = starts[k]; i < starts[k + 1]; ++i) {
+    if (draws[i].group != group) continue;
+    const DrawnLight drawn = FindDrawn(FOUND, albedo, draws[i]);
+    group_radiance[pixel].xyz += drawn.radiance / passes;
+    group_irradiance[pixel].xyz += drawn.light / passes;
   }
 }
 

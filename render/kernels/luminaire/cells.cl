@@ -62,19 +62,19 @@ inline void AddBrdfSamples(__constant const LuminaireParams* luminaire,
 
 inline Totals LightCells(__constant const LuminaireParams* luminaire,
                          __constant const SamplingParams* sampling, __global const float* images,
-                         const CellTables* tables, const Surface* surface, const ShadowRays* shadow, uint pixel,
-                         Windows windows) {
+                         const CellTables* tables, const Surface* surface,
+                         const ShadowRays* shadow, const LightTask* task, Windows windows) {
   Totals totals = NoLight();
   const float total = WeightedTotal(luminaire, tables, surface, windows);
   if (!(total > 0.0f)) return totals;
-  const uint4 words = PixelWords(sampling, pixel);
+  const uint4 words = TaskWords(sampling, task, 0u);
 #if GLOSSY
-  const int brdf_samples = BrdfSamples(luminaire, sampling, surface);
+  const int brdf_samples = BrdfSamples(luminaire, sampling, task->samples, surface);
 #else
   const int brdf_samples = 0;
 #endif
   Allocation allocation =
-      StartAllocation(sampling, sampling->samples - brdf_samples, total, UnitFloat(words.x));
+      StartAllocation(sampling, task->samples - brdf_samples, total, UnitFloat(words.x));
   // One sequence over all cells: neighbours get points that complete each other.
   uint2 point = (uint2)(0u, 0u);
   int k = 0;
@@ -106,17 +106,19 @@ inline Totals LightCells(__constant const LuminaireParams* luminaire,
   return totals;
 }
 
-__kernel void Cells(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, WINDOW_ARGUMENTS,
-                    LIGHTING_ARGUMENTS) {
+__kernel void Cells(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, TASK_ARGUMENTS,
+                    WINDOW_ARGUMENTS, LIGHTING_ARGUMENTS) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
   if (pixel >= sampling->end) return;
   const ShadowRays shadow = PixelShadowRays(SHADOW_RAYS, sampling->shadow_rays, item);
   ClearShadowRays(&shadow);
+  const LightTask task = TaskOf(sampling, tasks, pixel);
+  luminaire += task.light;
   Surface surface;
   if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const CellTables tables = MakeCellTables(luminaire, sat, sat_scale);
   const Windows windows = {spans + item, masses + item, sampling->scratch_stride};
-  const Totals totals = LightCells(luminaire, sampling, images, &tables, &surface, &shadow,
-                                   sampling->first_pixel + (uint)pixel, windows);
+  const Totals totals =
+      LightCells(luminaire, sampling, images, &tables, &surface, &shadow, &task, windows);
   StoreTotals(luminaire, &surface, totals, &shadow, pixel, LIGHTING);
 }

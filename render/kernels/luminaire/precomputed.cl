@@ -54,7 +54,8 @@ inline float ImageTotal(__constant const LuminaireParams* luminaire, __global co
   return FromFixedPoint(image[(size_t)height * SatStride(width) + width]) * 0x1p-62f * scale;
 }
 
-inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow, uint pixel,
+inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface,
+                               const ShadowRays* shadow, const LightTask* task,
                                __global const uint* seen_by_pixel) {
   Totals totals = NoLight();
   // On I itself a point sees one point: nothing drawn on I has a chance to be it.
@@ -67,8 +68,8 @@ inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface, cons
   for (int m = 0; m < images_count; ++m)
     total += ImageTotal(luminaire, sat + m * sat_size, sat_scale[m]);
   if (!(total > 0.0f)) return totals;
-  const uint4 words = PixelWords(sampling, pixel);
-  Allocation allocation = StartAllocation(sampling, sampling->samples, total, UnitFloat(words.x));
+  const uint4 words = TaskWords(sampling, task, 0u);
+  Allocation allocation = StartAllocation(sampling, task->samples, total, UnitFloat(words.x));
   int m = 0;
   for (int j = 0; j < luminaire->axis[1].count; ++j)
     for (int i = 0; i < luminaire->axis[0].count; ++i, ++m) {
@@ -99,16 +100,17 @@ inline Totals LightPrecomputed(LUMINAIRE_ARGUMENTS, const Surface* surface, cons
   return totals;
 }
 
-__kernel void Precomputed(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, WINDOW_ARGUMENTS,
-                          LIGHTING_ARGUMENTS) {
+__kernel void Precomputed(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, TASK_ARGUMENTS,
+                          WINDOW_ARGUMENTS, LIGHTING_ARGUMENTS) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
   if (pixel >= sampling->end) return;
   const ShadowRays shadow = PixelShadowRays(SHADOW_RAYS, sampling->shadow_rays, item);
   ClearShadowRays(&shadow);
+  const LightTask task = TaskOf(sampling, tasks, pixel);
+  luminaire += task.light;
   Surface surface;
   if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Totals totals =
-      LightPrecomputed(LUMINAIRE, &surface, &shadow, sampling->first_pixel + (uint)pixel,
-                       SeenByPixel(luminaire, seen, pixel));
+      LightPrecomputed(LUMINAIRE, &surface, &shadow, &task, SeenByPixel(luminaire, seen, pixel));
   StoreTotals(luminaire, &surface, totals, &shadow, pixel, LIGHTING);
 }

@@ -71,9 +71,9 @@ inline Place LimitedConditional(const Conditional* conditional, Span rows, float
 }
 
 // K_m = round(A_m / A K), each sample weighing A_m / K_m.
-inline int RoundedShare(__constant const SamplingParams* sampling, float mass, float total,
-                        float* weight) {
-  float share = rint(mass / total * (float)sampling->samples);
+inline int RoundedShare(__constant const SamplingParams* sampling, int samples, float mass,
+                        float total, float* weight) {
+  float share = rint(mass / total * (float)samples);
   if (sampling->max_per_image > 0.0f) share = fmin(share, rint(sampling->max_per_image));
   *weight = share > 0.0f ? mass / share : 0.0f;
   return (int)share;
@@ -86,8 +86,8 @@ inline float2 SequencePoint(__constant const SamplingParams* sampling,
   return (float2)(UnitFloat(shifted.x), UnitFloat(shifted.y));
 }
 
-inline Totals LightThesis(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow, uint pixel,
-                          Windows windows, __global const uint2* sequence) {
+inline Totals LightThesis(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow,
+                          const LightTask* task, Windows windows, __global const uint2* sequence) {
   Totals totals = NoLight();
   const float total = TotalMass(luminaire, windows);
   if (!(total > 0.0f)) return totals;
@@ -98,15 +98,15 @@ inline Totals LightThesis(LUMINAIRE_ARGUMENTS, const Surface* surface, const Sha
   one_row.end = 1;
   one_row.first = 1.0f;
   one_row.inner = one_row.last = 0.0f;
-  const uint4 words = PixelWords(sampling, pixel);
-  Allocation allocation = StartAllocation(sampling, sampling->samples, total, UnitFloat(words.x));
+  const uint4 words = TaskWords(sampling, task, 0u);
+  Allocation allocation = StartAllocation(sampling, task->samples, total, UnitFloat(words.x));
   int m = 0;
   for (int j = 0; j < luminaire->axis[1].count; ++j)
     for (int i = 0; i < luminaire->axis[0].count; ++i, ++m) {
       const float mass = windows.masses[(size_t)m * windows.stride];
       float weight;
       const int count = sampling->systematic ? Allot(&allocation, mass, &weight)
-                                             : RoundedShare(sampling, mass, total, &weight);
+                                             : RoundedShare(sampling, task->samples, mass, total, &weight);
       if (count == 0) continue;
       const Window window = LoadWindow(luminaire, sat, surface, windows, m, i, j);
       weight *= ImageVisibility(luminaire, windows.seen, i, j);
@@ -130,16 +130,17 @@ inline Totals LightThesis(LUMINAIRE_ARGUMENTS, const Surface* surface, const Sha
   return totals;
 }
 
-__kernel void Thesis(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, WINDOW_ARGUMENTS,
-                     __global const uint2* sequence, LIGHTING_ARGUMENTS) {
+__kernel void Thesis(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, TASK_ARGUMENTS,
+                     WINDOW_ARGUMENTS, __global const uint2* sequence, LIGHTING_ARGUMENTS) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
   if (pixel >= sampling->end) return;
   const ShadowRays shadow = PixelShadowRays(SHADOW_RAYS, sampling->shadow_rays, item);
   ClearShadowRays(&shadow);
+  const LightTask task = TaskOf(sampling, tasks, pixel);
+  luminaire += task.light;
   Surface surface;
   if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Windows windows = WINDOWS(item, pixel);
-  const Totals totals = LightThesis(LUMINAIRE, &surface, &shadow, sampling->first_pixel + (uint)pixel,
-                                    windows, sequence);
+  const Totals totals = LightThesis(LUMINAIRE, &surface, &shadow, &task, windows, sequence);
   StoreTotals(luminaire, &surface, totals, &shadow, pixel, LIGHTING);
 }

@@ -163,19 +163,19 @@ inline void AddBrdfSamples(LUMINAIRE_ARGUMENTS, const Surface* surface, const Sh
 }
 #endif
 
-inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow, uint pixel,
-                           Windows windows) {
+inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, const ShadowRays* shadow,
+                           const LightTask* task, Windows windows) {
   Totals totals = NoLight();
   const float total = TotalMass(luminaire, windows);
   if (!(total > 0.0f)) return totals;
-  const uint4 words = PixelWords(sampling, pixel);
+  const uint4 words = TaskWords(sampling, task, 0u);
 #if FOLLOW_BRDF
-  const int brdf_samples = BrdfSamples(luminaire, sampling, surface);
+  const int brdf_samples = BrdfSamples(luminaire, sampling, task->samples, surface);
 #else
   const int brdf_samples = 0;
 #endif
   Allocation allocation =
-      StartAllocation(sampling, sampling->samples - brdf_samples, total, UnitFloat(words.x));
+      StartAllocation(sampling, task->samples - brdf_samples, total, UnitFloat(words.x));
 #if FOLLOW_BRDF
   AddBrdfSamples(LUMINAIRE, surface, shadow, windows, &allocation, brdf_samples, words, &totals);
 #endif
@@ -221,16 +221,17 @@ inline Totals LightWindows(LUMINAIRE_ARGUMENTS, const Surface* surface, const Sh
   return totals;
 }
 
-__kernel void Windowed(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, WINDOW_ARGUMENTS,
-                       LIGHTING_ARGUMENTS) {
+__kernel void Windowed(LUMINAIRE_ARGUMENTS, SURFACE_ARGUMENTS, SHADOW_RAY_ARGUMENTS, TASK_ARGUMENTS,
+                       WINDOW_ARGUMENTS, LIGHTING_ARGUMENTS) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
   if (pixel >= sampling->end) return;
   const ShadowRays shadow = PixelShadowRays(SHADOW_RAYS, sampling->shadow_rays, item);
   ClearShadowRays(&shadow);
+  const LightTask task = TaskOf(sampling, tasks, pixel);
+  luminaire += task.light;
   Surface surface;
   if (!MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   const Windows windows = WINDOWS(item, pixel);
-  const Totals totals =
-      LightWindows(LUMINAIRE, &surface, &shadow, sampling->first_pixel + (uint)pixel, windows);
+  const Totals totals = LightWindows(LUMINAIRE, &surface, &shadow, &task, windows);
   StoreTotals(luminaire, &surface, totals, &shadow, pixel, LIGHTING);
 }

@@ -2,8 +2,9 @@
 #include "luxfield/render/kernels/mis/light_share.clh"
 #include "luxfield/render/kernels/sample/totals.clh"
 
-__kernel void ChooseShares(__constant const SamplingParams* sampling, SHADOW_RAY_ARGUMENTS,
-                           __global const uchar* hidden, __global float* light_shares) {
+__kernel void ChooseShares(__constant const SamplingParams* sampling, TASK_ARGUMENTS,
+                           SHADOW_RAY_ARGUMENTS, __global const uchar* hidden,
+                           __global float* light_shares) {
   const int item = get_global_id(0), pixel = sampling->begin + item;
   if (pixel >= sampling->end) return;
   const ShadowRays shadow = PixelShadowRays(SHADOW_RAYS, sampling->shadow_rays, item);
@@ -14,5 +15,7 @@ __kernel void ChooseShares(__constant const SamplingParams* sampling, SHADOW_RAY
   for (int k = 0; k < shadow.range->end; ++k)
     if (!hidden_rays[k])
       AddToPilot(&pilot, ShownLuminance(KeptContribution(&shadow, k)), KeptTag(&shadow, k));
-  light_shares[pixel] = BestLightShare(&pilot, sampling->newton_steps, sampling->guard);
+  const LightTask task = TaskOf(sampling, tasks, pixel);
+  light_shares[pixel] =
+      BestLightShare(&pilot, sampling->newton_steps, PilotGuard(sampling, &task));
 }
