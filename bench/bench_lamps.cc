@@ -67,6 +67,7 @@ LampsFigures Measure(const render::Device& device, const BenchLampsOptions& opti
   render::RenderOptions how;
   how.samples_per_pixel = options.samples_per_pixel;
   how.relight = false;
+  how.shadows = options.shadows ? render::Shadows::kTraced : render::Shadows::kNone;
   LampsFigures figures;
   figures.lamps = lamps;
   core::Image before;
@@ -108,6 +109,25 @@ std::vector<LampsFigures> BenchLamps(const BenchLampsOptions& options) {
   std::vector<LampsFigures> all;
   for (const int lamps : options.lamps) all.push_back(Measure(device, options, lamps, file));
   return all;
+}
+
+double CostOf(const LampsFigures& figures) { return core::Median(figures.core_s); }
+
+double CostAtEqualError(const LampsFigures& figures) {
+  return CostOf(figures) * figures.relative_variance;
+}
+
+double ExponentOf(const std::vector<LampsFigures>& all, double (*cost)(const LampsFigures&)) {
+  double x = 0, y = 0, xx = 0, xy = 0;
+  const auto n = static_cast<double>(all.size());
+  for (const LampsFigures& figures : all) {
+    const double lamps = std::log(figures.lamps), c = std::log(cost(figures));
+    x += lamps / n;
+    y += c / n;
+    xx += lamps * lamps / n;
+    xy += lamps * c / n;
+  }
+  return (xy - x * y) / (xx - x * x);
 }
 
 }  // namespace luxfield::bench

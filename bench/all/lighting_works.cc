@@ -119,18 +119,17 @@ std::vector<Figures> MeasureLamps(const AllOptions& options) {
   how.threads = options.threads;
   const std::vector<LampsFigures> all = BenchLamps(how);
   const LampsFigures& one = all.front();
-  const double one_s = core::Median(one.core_s);
   std::vector<Figures> figures(2);
   for (std::size_t k = 0; k < 2; ++k) {
     const LampsFigures& many = all[k + 1];
     for (const double core_s : many.core_s)
-      figures[k].runs.push_back(core_s * many.relative_variance / (one_s * one.relative_variance));
+      figures[k].runs.push_back(core_s * many.relative_variance / CostAtEqualError(one));
     figures[k].peer = "one lamp";
     figures[k].peer_value = 1;
     figures[k].limit = fmt::format(
         "{} x {}: {:.3g} core-s against {:.3g}, relative variance {:.2g} against {:.2g}, {:.3g} "
         "samples a pixel where {} are asked",
-        how.width, how.height, core::Median(many.core_s), one_s, many.relative_variance,
+        how.width, how.height, CostOf(many), CostOf(one), many.relative_variance,
         one.relative_variance, many.samples_per_pixel, how.samples_per_pixel);
   }
   return figures;

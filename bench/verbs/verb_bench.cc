@@ -37,6 +37,7 @@
 #include "luxfield/bench/verbs/verb_bench_balance.h"
 #include "luxfield/bench/verbs/verb_bench_capture.h"
 #include "luxfield/bench/verbs/verb_bench_errors.h"
+#include "luxfield/bench/verbs/verb_bench_lamps.h"
 #include "luxfield/bench/verbs/verb_bench_spacing.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/core/file.h"
@@ -527,6 +528,7 @@ void AddBench(cli::Program& program) {
   AddBenchBalance(program, benches);
   AddBenchCapture(program, benches);
   AddBenchSpacing(program, benches);
+  AddBenchLamps(program, benches);
   AddErrors(program, benches);
   AddBudget(program, benches);
   AddFilters(program, benches);

@@ -117,6 +117,14 @@ TEST(BenchAll, OneLampTakesNoMoreSamplesThanAskedFor) {
   }
 }
 
+TEST(BenchAll, ExponentsAreSlopesOfLogarithms) {
+  std::vector<LampsFigures> all;
+  for (const int lamps : {1, 10, 200, 5000})
+    all.push_back({lamps, {0.3 * std::sqrt(lamps)}, 16, 0.01 * std::pow(lamps, -0.25)});
+  EXPECT_NEAR(ExponentOf(all, CostOf), 0.5, 1e-12);
+  EXPECT_NEAR(ExponentOf(all, CostAtEqualError), 0.25, 1e-12);
+}
+
 // Chi-squared over all 24 texels of three images, one of them dark.
 TEST(PlainCdf, DrawsInProportionToC) {
   lightfield::LuminaireGeometry geometry;
