@@ -66,10 +66,10 @@ const std::map<std::string, Names> kGroups = {
     {"calibrate", {"geometry", "flat-field", "glare", "response", "sensor"}},
     {"filter", {"print", "measure", "photograph"}},
     {"bench",
-     {"solve",  "nearfield", "sampling", "shadows",      "environment", "balance", "capture",
-      "errors", "budget",    "filters",  "conditioning", "stacks",      "merge",   "exposures",
-      "rigs",   "plan",      "tradeoff", "calibrate",    "accuracy",    "scale",   "spacing",
-      "keep",   "signed",    "noise",    "volume",       "all",         "rays"}}};
+     {"solve",     "nearfield", "lamps",  "sampling", "shadows",      "environment", "balance",
+      "capture",   "errors",    "budget", "filters",  "conditioning", "stacks",      "merge",
+      "exposures", "rigs",      "plan",   "tradeoff", "calibrate",    "accuracy",    "scale",
+      "spacing",   "keep",      "signed", "noise",    "volume",       "all",         "rays"}}};
 
 // Embree and OpenCV have loops of their own on the same threads.
 TEST(CommandLine, ThreadsLimitLoopsOfOtherLibraries) {
