@@ -112,7 +112,7 @@ TEST(Aim, ItsNoiseIsThatOfDraws) {
   std::printf("%d of %d labs settle; scatter / u of H %.3f, of V %.3f\n", settled, draws,
               std::sqrt(hh / settled), std::sqrt(vv / settled));
   EXPECT_GT(settled, 0.85 * draws);
-  // Sigma is stated up to half too large, and not too small.
+  // Sigma of V is stated up to half too large, that of H a fifth too small.
   const double within = 4.5 * std::sqrt(2.0 * settled), least = 0.4 * (settled - within),
                most = 1.3 * settled + within;
   for (const double squares : {hh, vv}) {
