@@ -208,7 +208,7 @@ std::optional<CostModel> KeptCostModel(const Device& device) {
 }  // namespace
 
 CostModel CurrentCostModel(const Device& device) {
-  return KeptCostModel(device).value_or(ShippedCostModel(device));
+  return KeptCostModel(device).value_or(ShippedCostModel(device.info()));
 }
 
 bool KeepCostModel(const Device& device, const CostModel& model) {

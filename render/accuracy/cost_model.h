@@ -58,7 +58,7 @@ CostModel Calibrate(const Device& device, std::vector<CalibrationRun>* runs = nu
 
 // What is shipped for a device that nothing was measured on (render/accuracy/shipped_costs.cc): of
 // CPUs and of GPUs, by their compute units.
-CostModel ShippedCostModel(const Device& device);
+CostModel ShippedCostModel(const DeviceInfo& info);
 
 // The device's own model, which was measured or refined here before, from the cache (core/cache.h);
 // else the shipped one.

@@ -40,8 +40,7 @@ constexpr ShippedCosts kGpu[] = {
 
 }  // namespace
 
-CostModel ShippedCostModel(const Device& device) {
-  const DeviceInfo& info = device.info();
+CostModel ShippedCostModel(const DeviceInfo& info) {
   CostModel model;
   model.device = info.name;
   for (const ShippedCosts& costs : info.is_cpu ? std::span<const ShippedCosts>(kCpu) : kGpu) {

@@ -4,8 +4,11 @@
 
 #include <cmath>
 
+#include "luxfield/render/accuracy/accuracy.h"
+#include "luxfield/render/accuracy/choose_setting.h"
 #include "luxfield/render/estimators/estimator.h"
 #include "tests/cache_folder.h"
+#include "tests/render/small_scene.h"
 
 namespace luxfield::render {
 namespace {
@@ -15,8 +18,8 @@ constexpr LightingWork kWork{
 
 // Fitted times follow the measured ones: the model is for choosing, a factor of 2 is its claim.
 TEST(CostModel, FitsWhatItWasMeasuredOnAndIsKept) {
+  const auto device = Device::Open();  // first: PoCL keeps kernels where the cache is then
   const CacheFolder cache("cost_model");
-  const auto device = Device::Open();
   std::vector<CalibrationRun> runs;
   const CostModel model = Calibrate(device, &runs);
   EXPECT_TRUE(model.Knows("exact"));
@@ -35,15 +38,59 @@ TEST(CostModel, FitsWhatItWasMeasuredOnAndIsKept) {
 }
 
 TEST(CostModel, IsShippedForEveryEstimatorThatMayBeChosen) {
-  const auto device = Device::Open();
-  const CostModel shipped = ShippedCostModel(device);
-  for (const auto& traits : EstimatorList()) {
-    EXPECT_EQ(shipped.Knows(traits.name), traits.unbiased || traits.noise_free) << traits.name;
-    if (!shipped.Knows(traits.name)) continue;
-    for (const double coefficient : shipped.coefficients_s.at(traits.name))
-      EXPECT_GE(coefficient, 0);
-    EXPECT_GT(shipped.Seconds(traits.name, kWork), 0);
+  for (const bool is_cpu : {true, false}) {
+    DeviceInfo few, many;
+    few.is_cpu = many.is_cpu = is_cpu;
+    few.compute_units = 2;
+    many.compute_units = 200;
+    const CostModel of_few = ShippedCostModel(few), of_many = ShippedCostModel(many);
+    for (const auto& traits : EstimatorList()) {
+      ASSERT_EQ(of_few.Knows(traits.name), traits.unbiased || traits.noise_free) << traits.name;
+      if (!of_few.Knows(traits.name)) continue;
+      for (const double coefficient : of_few.coefficients_s.at(traits.name))
+        EXPECT_GE(coefficient, 0);
+      // A launch takes what it takes, the rest is shared by all units.
+      const double launch_s = of_few.Seconds(traits.name, {}),
+                   rest_s = of_few.Seconds(traits.name, kWork) - launch_s;
+      EXPECT_GT(rest_s, 0);
+      EXPECT_DOUBLE_EQ(of_many.Seconds(traits.name, {}), launch_s);
+      EXPECT_NEAR(of_many.Seconds(traits.name, kWork) - launch_s, rest_s / 100, 1e-9 * rest_s);
+    }
   }
+  DeviceInfo unknown;  // some drivers state no units
+  unknown.compute_units = 0;
+  EXPECT_TRUE(std::isfinite(ShippedCostModel(unknown).Seconds("cells", kWork)));
+}
+
+// Processor time where other programs may hold the cores, the clock's of devices of their own.
+TEST(CostModel, CountsTimesLikeTheDevice) {
+  const Device device = Device::Open();
+  RenderTimes times;
+  times.lighting_s = 3;
+  times.lighting_core_s = 5;
+  EXPECT_DOUBLE_EQ(LightingSeconds(device, times),
+                   device.info().is_cpu ? 5.0 / device.info().compute_units : 3.0);
+}
+
+// The device's own model begins with the shipped one, and has what a picture took afterwards.
+TEST(CostModel, APictureOfAnErrorRefinesTheDevicesOwn) {
+  LitScene scene(Device::Open(), LampOverFloor());
+  const CacheFolder cache("refined");
+  const auto cells = [&] { return CurrentCostModel(scene.device()).coefficients_s.at("cells"); };
+  const auto shipped = ShippedCostModel(scene.device().info()).coefficients_s.at("cells");
+  EXPECT_EQ(cells(), shipped);
+  AccuracyRequest request;
+  request.rel_error = 0.2;
+  request.estimators = {"cells"};
+  const AccurateFrame result = RenderToAccuracy(scene, request);
+  EXPECT_TRUE(result.met);
+  EXPECT_GT(result.first_s, 0);
+  EXPECT_GT(result.first_work.samples, 0);
+  CostModel expected = ShippedCostModel(scene.device().info());
+  Refine(expected, "cells", result.first_work, result.first_s);
+  EXPECT_NE(cells(), shipped);
+  for (std::size_t a = 0; a < shipped.size(); ++a)
+    EXPECT_DOUBLE_EQ(cells()[a], expected.coefficients_s.at("cells")[a]);
 }
 
 // A picture moves one estimator's costs a quarter of the way, and one wild measurement, as of a

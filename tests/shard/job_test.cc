@@ -289,6 +289,26 @@ TEST_F(ShardJob, KilledAtAnyStepNothingIsLostAndNothingWrong) {
   for (const Scratch& scratch : FindScratch(JobFolder())) EXPECT_TRUE(scratch.alive);
 }
 
+// Also where the next run finds nothing to do.
+TEST_F(ShardJob, ScratchOfAShardKilledOnceItWasWholeGoes) {
+  const FakeTask task(folder_, 4);
+  const Job job = Plan(task, 2);
+  const pid_t process = fork();
+  if (process == 0) {
+    core::SetStorageHookForTest([&](std::string_view) {
+      if (std::filesystem::exists(ManifestFile(JobFolder(), job.shards[1]))) raise(SIGKILL);
+    });
+    RunShard(JobFolder(), job, task, 1);
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(process, &status, 0), process);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_FALSE(FindScratch(JobFolder()).empty());
+  EXPECT_TRUE(RunShard(JobFolder(), job, task, 1).was_there);
+  EXPECT_TRUE(FindScratch(JobFolder()).empty());
+}
+
 TEST_F(ShardJob, StatusTellsWhoWasKilled) {
   FakeTask task(folder_, 4);
   const Job job = Plan(task, 2);
