@@ -124,7 +124,8 @@ core::Json ExportBridge(const ExportOptions& options, const ExportFormat& format
   if (format.name == "gltf") return ToGltf(options, format, fields);
   if (options.check)
     throw InputError(fmt::format(
-        "--check does not run {}; drop it: docs/bridges.md says how far it is off", format.name));
+        "--check does not run {}; drop it: `./run foreign sheet` compares programs with the lamp",
+        format.name));
   if (format.name == "mitsuba") return ToMitsuba(options, format, fields);
   if (format.name == "pbrt") return ToPbrt(options, format, fields);
   if (format.name == "usd") return ToUsd(options, format, fields);

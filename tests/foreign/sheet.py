@@ -5,7 +5,8 @@
 Of each lamp: illuminance on three planes of COLUMNS x COLUMNS places, near, middle and far, and at so many receivers in
 its light from 0.05 to 10 m, by Radiance, Blender, Mitsuba and a reader of the glTF extension, with standard errors of
 their sampling. FOLDER gets sheet.html and sheet.json. A lamp in lm, of one field. A program that is missing is said to
-be; exit status 1 where one deviates by more than 0.5 % beyond its sampling.
+be; exit status 1 where the mean over the receivers of one deviates by more than 0.5 % beyond its
+sampling.
 """
 
 import argparse
