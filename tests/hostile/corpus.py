@@ -282,7 +282,7 @@ MADE = [
     "sky -o sky.exr --latitude 48 --date 2024-06-21 --height 32",
     "sky -o day --latitude 48 --date 2024-06-21 --height 32 --day --frames 2",
     "filter print --spacing 4mm --dpi 100 -o f",
-    "render lit.toml -o groups.exr --spp 1 --shadows none --light-groups",
+    "render lit.toml -o groups.exr --spp 2 --shadows none --light-groups",
 ]
 
 
