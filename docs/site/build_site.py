@@ -13,6 +13,7 @@ import yaml
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "packaging"))
+import notebooks  # noqa: E402
 import verbs_help  # noqa: E402
 
 RENAMED = {"CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md", "docs/README.md": "index.md"}
@@ -122,6 +123,24 @@ def write_headers(folder):
     return names
 
 
+def write_examples(folder):
+    """A page for each example of the Python module: its words and code, its picture and the notebook to download."""
+    target = folder / "examples"
+    target.mkdir()
+    names = []
+    for script in sorted((ROOT / "python/examples").glob("*.py")):
+        shutil.copy(script, target / script.name)
+        notebooks.write(script, target)
+        (kind, head), *rest = notebooks.cells(script.read_text())
+        page = [head, f"![What it draws](../images/examples/{script.stem}.png)",
+                f"[{script.name}]({script.name}) · [as a notebook]({script.stem}.ipynb)"]
+        page += [text if kind == "markdown" else f"```python\n{text}\n```" for kind, text in rest]
+        page.append("[All examples](../examples.md)")
+        (target / f"{script.stem}.md").write_text("\n\n".join(page) + "\n")
+        names.append({head.splitlines()[0].removeprefix("# ").split(":")[0]: f"examples/{script.stem}.md"})
+    return names
+
+
 def formats(folder):
     names = []
     for page in sorted((folder / "formats").glob("*.md")):
@@ -146,7 +165,8 @@ def main(program, folder):
     copy_pages(pages)
     write_home(pages)
     shutil.copy(pathlib.Path(__file__).parent / "extra.css", pages / "extra.css")
-    made = {"VERBS": write_verbs(pages, program), "HEADERS": write_headers(pages), "FORMATS": formats(pages)}
+    made = {"VERBS": write_verbs(pages, program), "HEADERS": write_headers(pages), "FORMATS": formats(pages),
+            "EXAMPLES": write_examples(pages)}
     config = yaml.safe_load((pathlib.Path(__file__).parent / "mkdocs.yml").read_text())
     config |= {"docs_dir": str(pages), "site_dir": str(folder / "site"), "nav": filled(config["nav"], made)}
     (folder / "mkdocs.yml").write_text(yaml.safe_dump(config, sort_keys=False))

@@ -23,8 +23,10 @@ from ._luxfield import Environment, LightField, Measurements, Sampler, __version
 from .errors import DeviceError, Error, InputError, Interrupted, LuxfieldWarning
 from .files import Picture, read
 from .lightfields import luminance
+from .process import data_file
 from .verbs import *  # noqa: F403
 from .verbs import __all__ as _verbs
 
 __all__ = ["DeviceError", "Environment", "Error", "InputError", "Interrupted", "LightField", "LuxfieldWarning",
-           "Measurements", "Picture", "Sampler", "__version__", "errors", "luminance", "read", "set_threads", *_verbs]
+           "Measurements", "Picture", "Sampler", "__version__", "data_file", "errors", "luminance", "read", "set_threads",
+           *_verbs]

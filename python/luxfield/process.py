@@ -38,6 +38,18 @@ def program():
     return found
 
 
+def data_file(name):
+    """The path of a lab, plan or scene that comes with luxfield: data_file("labs/small.toml").
+
+    It is looked for in the source tree of this package, then where the program is installed."""
+    source = pathlib.Path(__file__).resolve().parents[2] / "data"
+    installed = pathlib.Path(program()).resolve().parent.parent / "share/luxfield/data"
+    for folder in (source, installed):
+        if (folder / name).is_file():
+            return folder / name
+    raise errors.InputError(f"{name}: is neither in {source} nor in {installed}; name a file like labs/small.toml")
+
+
 def arguments(options):
     """Keyword arguments as the program's options.
 

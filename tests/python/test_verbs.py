@@ -236,3 +236,9 @@ def test_everything_public_is_documented():
             if not name.startswith("_"):
                 assert inspect.getdoc(getattr(kind, name)), f"{kind.__name__}.{name}"
     assert set(verbs.__all__) <= set(luxfield.__all__)
+
+
+def test_files_that_come_with_the_program_are_found(source):
+    assert luxfield.data_file("labs/small.toml").samefile(source / "data/labs/small.toml")
+    with pytest.raises(luxfield.InputError, match="labs/smal.toml: is neither in .* nor in "):
+        luxfield.data_file("labs/smal.toml")
