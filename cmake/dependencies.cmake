@@ -4,7 +4,8 @@
 # options, that stand for it in pkg-config files. Packages named opencv_... or pkg:NAME:MODULE[,MODULE] are found here.
 set(luxfield_packages_core
     "OpenEXR|OpenEXR::OpenEXR|OpenEXR" "TBB|TBB::tbb|tbb" "fmt|fmt::fmt|fmt" "OpenSSL|OpenSSL::Crypto|libcrypto"
-    "Threads|Threads::Threads|-pthread" "TIFF|TIFF::TIFF|libtiff-4")
+    "Threads|Threads::Threads|-pthread" "TIFF|TIFF::TIFF|libtiff-4"
+    "pkg:LIBDEFLATE:libdeflate|PkgConfig::LIBDEFLATE|libdeflate")
 set(luxfield_packages_formats "ZLIB|ZLIB::ZLIB|zlib")
 set(luxfield_packages_pictures
     "opencv_core|luxfield::opencv_core|-lopencv_core" "opencv_imgcodecs|luxfield::opencv_imgcodecs|-lopencv_imgcodecs")

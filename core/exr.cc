@@ -22,6 +22,7 @@
 #include <cstring>
 
 #include "luxfield/core/error.h"
+#include "luxfield/core/exr_chunks.h"
 #include "luxfield/core/exr_precheck.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/file_kind.h"
@@ -128,7 +129,13 @@ void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> pa
     OrDeviceError(path, [&] {
       file = std::make_unique<Imf::MultiPartOutputFile>(
           temporary.c_str(), headers.data(), static_cast<int>(headers.size()), false, Threads());
+      if (compression == ExrCompression::kZip) file.reset();  // headers alone
     });
+    if (compression == ExrCompression::kZip) {
+      ExrZipWriter zip(path, temporary, parts);
+      for (int i = 0; i < static_cast<int>(parts.size()); ++i) zip.Add(parts[i], pixels(i));
+      return;
+    }
     for (int i = 0; i < static_cast<int>(parts.size()); ++i) {
       const ExrPartView& part = parts[i];
       const std::vector<ExrPixels> planes = pixels(i);
@@ -154,6 +161,7 @@ void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> pa
 struct ExrReader::Impl {
   std::filesystem::path path;
   std::unique_ptr<Imf::MultiPartInputFile> file;
+  std::unique_ptr<ExrChunks> chunks;
   std::vector<Part> parts;
 
   [[noreturn]] void Fail(const std::string& problem, const std::string& remedy) const {
@@ -168,15 +176,17 @@ ExrReader::ExrReader(const std::filesystem::path& path) : impl_(std::make_unique
     impl_->Fail(fmt::format("is {}, not an OpenEXR file", NameOf(WhatIs(path))),
                 "name the .exr that is meant");
   if (!std::filesystem::exists(path, error_code)) impl_->Fail("no such file", "check the path");
-  CheckExrHeaders(path);
+  const std::uint64_t tables_at = CheckExrHeaders(path);
   try {
     impl_->file = std::make_unique<Imf::MultiPartInputFile>(path.c_str(), Threads());
   } catch (const std::exception& error) {
     impl_->Fail(fmt::format("not a readable OpenEXR file ({})", FirstLine(error.what())),
                 "make it anew with the verb that wrote it");
   }
+  std::vector<const Imf::Header*> headers;
   for (int i = 0; i < impl_->file->parts(); ++i) {
     const Imf::Header& header = impl_->file->header(i);
+    headers.push_back(&header);
     const auto& window = header.dataWindow();
     const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
     const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
@@ -191,6 +201,7 @@ ExrReader::ExrReader(const std::filesystem::path& path) : impl_(std::make_unique
     part.attributes = ReadAttributes(header);
     impl_->parts.push_back(std::move(part));
   }
+  impl_->chunks = std::make_unique<ExrChunks>(path, headers, tables_at);
 }
 
 ExrReader::~ExrReader() = default;
@@ -213,10 +224,14 @@ bool ExrReader::has_channel(int part, const std::string& channel) const {
 
 namespace {
 
-void ReadSlices(ExrReader& reader, Imf::MultiPartInputFile& file, int part_index,
-                Imf::PixelType type, std::span<const std::string> channels,
+void ReadSlices(ExrReader& reader, Imf::MultiPartInputFile& file, const ExrChunks& chunks,
+                int part_index, Imf::PixelType type, std::span<const std::string> channels,
                 std::span<void* const> pixels) {
   const auto& part = reader.parts().at(part_index);
+  std::vector<ExrPlane> planes;
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    planes.push_back({channels[i], type == Imf::UINT, pixels[i]});
+  if (chunks.Read(part_index, planes, 0, part.height)) return;
   const auto& window = file.header(part_index).dataWindow();
   Imf::FrameBuffer buffer;
   for (std::size_t i = 0; i < channels.size(); ++i) {
@@ -254,7 +269,7 @@ void ExrReader::ReadFloats(int part, std::span<const std::string> channels,
                   "check that this is the kind of file the verb expects");
     pointers.push_back(pixels[i].data());
   }
-  ReadSlices(*this, *impl_->file, part, Imf::FLOAT, channels, pointers);
+  ReadSlices(*this, *impl_->file, *impl_->chunks, part, Imf::FLOAT, channels, pointers);
 }
 
 void ExrReader::ReadFloat(int part, const std::string& channel, std::span<float> pixels) {
@@ -276,7 +291,8 @@ std::vector<std::uint32_t> ExrReader::ReadUint(int part, const std::string& chan
                 "check that this is the kind of file the verb expects");
   std::vector<std::uint32_t> pixels(static_cast<std::size_t>(p.width) * p.height);
   void* pointer = pixels.data();
-  ReadSlices(*this, *impl_->file, part, Imf::UINT, std::span(&channel, 1), std::span(&pointer, 1));
+  ReadSlices(*this, *impl_->file, *impl_->chunks, part, Imf::UINT, std::span(&channel, 1),
+             std::span(&pointer, 1));
   return pixels;
 }
 

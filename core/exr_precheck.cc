@@ -38,7 +38,7 @@ class HeaderScan {
     if (error_code || !stream_) Fail("cannot be opened");
   }
 
-  void Run() {
+  std::uint64_t Run() {
     if (Read<std::uint32_t>() != kMagic) FailOtherKind();
     const bool multi_part = Read<std::uint32_t>() & kMultiPartFlag;
     double offsets = 0;
@@ -49,6 +49,8 @@ class HeaderScan {
     if (bytes_ > kUnaskedBytes + kMostBytesPerByte * size_)
       Fail(fmt::format("takes {:.0f} MiB of memory, more than its {:.1f} MiB can be trusted with",
                        bytes_ / 0x1p20, size_ / 0x1p20));
+    if (multi_part) stream_.ignore(1);  // the empty header after the last
+    return static_cast<std::uint64_t>(stream_.tellg());
   }
 
  private:
@@ -134,9 +136,9 @@ class HeaderScan {
 
 }  // namespace
 
-void CheckExrHeaders(const std::filesystem::path& path) {
+std::uint64_t CheckExrHeaders(const std::filesystem::path& path) {
   RequireRegularFile(path);
-  HeaderScan(path).Run();
+  return HeaderScan(path).Run();
 }
 
 }  // namespace luxfield::core

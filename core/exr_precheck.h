@@ -2,6 +2,7 @@
 // by it. Internal to core/.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 namespace luxfield::core {
@@ -14,6 +15,7 @@ inline constexpr double kMaxExrPixelsPerPart = 0x1p28;
 // Layout": magic, version, headers of name\0 type\0 size value, offset tables of 8 bytes a chunk).
 // The library would reserve gigabytes first and find out later. So it is where the pixels would
 // take more than 512 MiB and 100 times the file's length: 3 MB of zeros unpack to 3 GB.
-void CheckExrHeaders(const std::filesystem::path& path);
+// Returns where the headers end and the tables of chunk offsets begin.
+std::uint64_t CheckExrHeaders(const std::filesystem::path& path);
 
 }  // namespace luxfield::core

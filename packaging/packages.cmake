@@ -96,7 +96,7 @@ list(REMOVE_ITEM development planning cli)
 luxfield_package(luxfield-dev COMPONENTS ${development} SECTION libdevel
   SUMMARY "libraries of luxfield for programs of others"
   DESCRIPTION "Headers, static libraries and the CMake and pkg-config files of luxfield: light\nfields of luminaires, environment maps, photometric and ray files, sessions,\nreconstruction, tables for sampling."
-  DEPENDS "libopenexr-dev, libtbb-dev, libfmt-dev, libssl-dev, libtiff-dev, nlohmann-json3-dev")
+  DEPENDS "libopenexr-dev, libtbb-dev, libfmt-dev, libssl-dev, libtiff-dev, libdeflate-dev, nlohmann-json3-dev")
 if(LUXFIELD_PYTHON)
   luxfield_package(python3-luxfield COMPONENTS python SHARED_LIBRARIES SECTION python
     SUMMARY "light fields of luminaires in Python"
