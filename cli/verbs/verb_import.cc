@@ -169,7 +169,8 @@ void AddImport(Program& program) {
   verb.add_option("--faces", options->faces,
                   "beam: one light field of the rays within the pyramid |dx|, |dy| <= dz; one: of "
                   "all rays towards +z; cube: up to six fields, one per face of the cube of "
-                  "directions; auto: beam if at most 1 % of the flux goes elsewhere, else cube")
+                  "directions; auto: one field of all rays within |dx|, |dy| <= 2 dz if at most "
+                  "1 % of the flux is beyond the beam and 0.01 % beyond that, else cube")
       ->check(CLI::IsMember({"auto", "beam", "one", "cube"}));
   verb.add_option(
       "--flux", options->flux,
@@ -184,7 +185,7 @@ void AddImport(Program& program) {
       ->check(CLI::Range(1, 4096));
   verb.add_option("--coverage", options->coverage,
                   "Share of a field's flux that its windows must catch (default: 1; 0.99 for "
-                  "--faces one)")
+                  "--faces one with rays beyond |dx|, |dy| <= 2 dz)")
       ->check(CLI::Range(0.01, 1.0));
   verb.add_flag("--non-negative", options->non_negative,
                 "Solve with C >= 0, which a ray file's noise asks for (default, unless a channel's "

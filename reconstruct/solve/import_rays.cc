@@ -21,8 +21,9 @@ using lightfield::LightField;
 using lightfield::LuminaireGeometry;
 using lightfield::Vec3;
 
-constexpr double kAutoLost = 0.01;          // of the flux, that one beam may leave out
-constexpr double kOneCoverage = 0.99;       // grazing rays cross any planes infinitely far out
+constexpr double kMostSteep = 0.01;         // of a beam's flux, beyond the face's pyramid
+constexpr double kSteepest = 2;             // |dx|, |dy| over dz of a beam's rays
+constexpr double kGrazingCoverage = 0.99;   // grazing rays cross any planes infinitely far out
 constexpr double kPlaceholderFactor = 100;  // a header so far off its rays states nothing
 constexpr double kFluxAgrees = 0.1;         // relative, header and rays
 constexpr double kMostLost = 1e-4;          // without a warning; of the flux
@@ -63,14 +64,36 @@ void SetFlux(const RayFile& file, const ImportRaysOptions& options, RayImportRep
   }
 }
 
-RayDirections Resolve(const RayFile& file, const ImportRaysOptions& options, double ray_flux) {
-  if (options.geometry) return RayDirections::kOne;
-  if (options.directions != RayDirections::kAuto) return options.directions;
-  double elsewhere = 0;
-  for (const Ray& ray : file.rays)
-    if (FaceOf(options.luminaire_from_file.Direction(ray.direction)) != kForwardFace)
-      elsewhere += ray.flux;
-  return elsewhere <= kAutoLost * ray_flux ? RayDirections::kBeam : RayDirections::kCube;
+// Whether a direction lies within the pyramid |dx|, |dy| <= slope dz.
+bool WithinPyramid(Vec3 direction, double slope) {
+  return direction.z > 0 &&
+         std::max(std::abs(direction.x), std::abs(direction.y)) <= slope * direction.z;
+}
+
+// Which rays fields take: of a beam, those within the pyramid of `slope`.
+struct TakenRays {
+  RayDirections directions = RayDirections::kBeam;
+  double slope = 1;
+  bool grazing = false;  // some ray towards +z is steeper than windows are made for
+};
+
+TakenRays Resolve(const RayFile& file, const ImportRaysOptions& options, double ray_flux) {
+  double outside_face = 0, grazing = 0, backward = 0;
+  for (const Ray& ray : file.rays) {
+    const Vec3 direction = options.luminaire_from_file.Direction(ray.direction);
+    if (FaceOf(direction) != kForwardFace) outside_face += ray.flux;
+    if (!WithinPyramid(direction, kSteepest)) (direction.z > 0 ? grazing : backward) += ray.flux;
+  }
+  TakenRays taken{.directions = options.directions, .grazing = grazing > 0};
+  if (options.geometry) {
+    taken.directions = RayDirections::kOne;
+  } else if (options.directions == RayDirections::kAuto) {
+    const bool beam =
+        outside_face <= kMostSteep * ray_flux && grazing + backward <= kMostLost * ray_flux;
+    taken.directions = beam ? RayDirections::kBeam : RayDirections::kCube;
+    taken.slope = kSteepest;
+  }
+  return taken;
 }
 
 // Rec. 709 has no colour whose red, green or blue is negative; laying C >= 0 on it would add light.
@@ -118,8 +141,8 @@ class RayImporter {
       : file_(file), options_(options) {
     options.luminaire_from_file.Validate("luminaire_from_file");
     SetFlux(file, options, result_.report);
-    directions_ = Resolve(file, options, result_.report.ray_flux);
-    if (directions_ == RayDirections::kCube && options.planes.filter_z_m)
+    taken_ = Resolve(file, options, result_.report.ray_flux);
+    if (taken_.directions == RayDirections::kCube && options.planes.filter_z_m)
       throw InputError(
           "the z of plane F is of one light field and this file's light takes several; leave it "
           "out, or ask for one field");
@@ -150,16 +173,17 @@ class RayImporter {
  private:
   // Whether the field of that face takes rays of that direction.
   bool Takes(int face, Vec3 direction) const {
-    if (directions_ == RayDirections::kCube) return FaceOf(direction) == face;
+    if (taken_.directions == RayDirections::kCube) return FaceOf(direction) == face;
     if (face != kForwardFace) return false;
-    return directions_ == RayDirections::kOne ? direction.z > 0 : FaceOf(direction) == face;
+    return taken_.directions == RayDirections::kOne ? direction.z > 0
+                                                    : WithinPyramid(direction, taken_.slope);
   }
 
   void CountElsewhere() {
     RayImportReport& report = result_.report;
     for (const Ray& ray : file_.rays) {
       const Vec3 direction = options_.luminaire_from_file.Direction(ray.direction);
-      bool taken = ray.flux == 0 && directions_ == RayDirections::kCube;
+      bool taken = ray.flux == 0 && taken_.directions == RayDirections::kCube;
       for (int face = 0; face < kFaces; ++face) taken = taken || Takes(face, direction);
       if (!taken)
         Add({1, report.scale * ray.flux}, direction.z > 0 ? report.beside : report.backward);
@@ -173,9 +197,9 @@ class RayImporter {
       CheckInnerCells(planes.geometry.grid, 0);
     } else {
       RayPlaneOptions how = options_.planes;
-      how.coverage =
-          options_.coverage.value_or(directions_ == RayDirections::kOne ? kOneCoverage : 1.0);
-      if (directions_ == RayDirections::kOne && how.coverage == 1)
+      const bool grazing = taken_.directions == RayDirections::kOne && taken_.grazing;
+      how.coverage = options_.coverage.value_or(grazing ? kGrazingCoverage : 1.0);
+      if (grazing && how.coverage == 1)
         throw InputError(
             "coverage 1 is of no finite window where rays graze the planes; choose less, or "
             "several fields");
@@ -190,7 +214,7 @@ class RayImporter {
 
   lightfield::PosedLightField Place(int face, const RayPlanes& planes) const {
     lightfield::PosedLightField posed;
-    if (directions_ == RayDirections::kCube) {
+    if (taken_.directions == RayDirections::kCube) {
       posed.name = FaceName(face);
       posed.luminaire_from_field = LuminaireFromFace(face);
       posed.luminaire_from_field.translation_m =
@@ -233,7 +257,7 @@ class RayImporter {
 
   const RayFile& file_;
   const ImportRaysOptions& options_;
-  RayDirections directions_;
+  TakenRays taken_;
   SignedFlux signs_;
   RayImport result_;
 };

@@ -29,8 +29,10 @@
 namespace luxfield::reconstruct {
 
 enum class RayDirections {
-  kAuto,  // kBeam if at most 1 % of the flux goes elsewhere, else kCube
-  kBeam,  // one field, of the rays of the face +z
+  // One field, of all rays within |dx|, |dy| <= 2 dz, if at most 1 % of the flux is no kBeam's and
+  // at most 0.01 % beyond that; else kCube.
+  kAuto,
+  kBeam,  // one field, of the rays of the face +z: |dx|, |dy| <= dz
   kOne,   // one field, of all rays with dz > 0
   kCube,  // a field for each face that has flux
 };
@@ -57,7 +59,7 @@ struct ImportRaysOptions {
   std::optional<lightfield::LuminaireGeometry> geometry;
   // Else the planes are chosen for each field. One field's F is moved along z to filter_z_m.
   RayPlaneOptions planes;
-  // absent: 1; 0.99 for kOne, whose grazing rays no window can hold
+  // absent: 1; 0.99 for kOne with rays beyond |dx|, |dy| <= 2 dz, which no window can hold
   std::optional<double> coverage;
   RayFluxFrom flux_from = RayFluxFrom::kAuto;
   double flux = 0;  // kValue: of all rays, in the file's unit
@@ -79,7 +81,7 @@ struct RayImportReport {
   double ray_flux = 0;                         // sum over all rays as stored
   RayFluxFrom flux_from = RayFluxFrom::kRays;  // what the flux is, never kAuto
   double scale = 1;                            // of the rays
-  // Rays no field takes the direction of: `backward` dz <= 0, `beside` forward, beyond face +z.
+  // Rays no field takes the direction of: `backward` dz <= 0, `beside` forward, beyond the beam.
   RayTally all, backward, beside, missed_filter_plane, missed_image_plane, used;
   double fitted_flux = 0;
   double negative_energy = 0;  // over all fields, as a field's

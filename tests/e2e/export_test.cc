@@ -125,10 +125,9 @@ TEST_F(Export, ImportGivesTheLightFieldBack) {
        "--filter-z", "0", "--delta", "0.2", "--signed"});
   const auto lamp = lightfield::ReadLightFields(folder_ / "x.lf.exr"),
              back = lightfield::ReadLightFields(folder_ / "y.lf.exr");
-  // Half a percent of the rays miss the windows that import chooses.
   EXPECT_NEAR(
       core::Luminance(lightfield::TotalFlux(back)) / core::Luminance(lightfield::TotalFlux(lamp)),
-      1, 0.01);
+      1, 2e-5);
   double squares = 0;
   constexpr int kDirections = 25;
   for (int k = 0; k < kDirections; ++k) {
