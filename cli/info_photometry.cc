@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <optional>
+
+#include "luxfield/core/error.h"
 #include "luxfield/core/printable.h"
 #include "luxfield/formats/photometric_file.h"
 
@@ -54,17 +58,89 @@ void Print(const std::string& path, const formats::Photometry& p, double flux,
              p.type == formats::PhotometryType::kC ? "C" : "H", peak.plane_deg,
              p.type == formats::PhotometryType::kC ? "gamma" : "V", peak.angle_deg);
   fmt::print("  opening      {}\n  symmetry     {}\n", formats::Describe(p.opening), symmetry);
-  for (const std::string& odd : p.odd) fmt::print("  odd          {}\n", core::OnOneLine(odd));
+}
+
+std::string Millimetres(lightfield::Vec3 p) {
+  return fmt::format("({:.5g}, {:.5g}, {:.5g}) mm", 1e3 * p.x, 1e3 * p.y, 1e3 * p.z);
+}
+
+// Without a sign of zeros.
+std::string Towards(lightfield::Vec3 d) {
+  const auto rounded = [](double x) { return std::round(1e4 * x) / 1e4 + 0.0; };
+  return fmt::format("({:g}, {:g}, {:g})", rounded(d.x), rounded(d.y), rounded(d.z));
+}
+
+core::Json ShapeJson(const formats::LampShape& shape) {
+  const auto list = [](lightfield::Vec3 v) { return core::Json{v.x, v.y, v.z}; };
+  core::Json objects = core::Json::array(), surfaces = core::Json::array();
+  for (const auto& object : shape.objects)
+    objects.push_back({{"name", object.name},
+                       {"shape", object.round ? "disc" : "rectangle"},
+                       {"x_m", object.x_m},
+                       {"y_m", object.y_m},
+                       {"luminous_heights_m", object.heights_m},
+                       {"centre_m", list(object.centre_m)},
+                       {"x_axis", list(object.x_axis)},
+                       {"direction", list(object.direction)}});
+  for (const auto& surface : shape.surfaces)
+    surfaces.push_back({{"name", surface.name},
+                        {"objects", surface.objects},
+                        {"faces", surface.faces},
+                        {"area_m2", surface.area_m2},
+                        {"direction", list(surface.direction)}});
+  return {{"objects", std::move(objects)}, {"surfaces", std::move(surfaces)}};
+}
+
+void Print(const formats::LampShape& shape) {
+  for (const auto& object : shape.objects)
+    fmt::print("  shines       {}: {} at {}, towards {}\n", core::OnOneLine(object.name),
+               object.round ? fmt::format("a disc of {:.5g} mm", 1e3 * object.x_m)
+                            : fmt::format("a rectangle of {:.5g} mm x {:.5g} mm", 1e3 * object.x_m,
+                                          1e3 * object.y_m),
+               Millimetres(object.centre_m), Towards(object.direction));
+  for (const auto& surface : shape.surfaces)
+    fmt::print("  surface      {}: {} faces of {:.5g} cm^2, towards {}\n",
+               core::OnOneLine(surface.name), surface.faces, 1e4 * surface.area_m2,
+               Towards(surface.direction));
+}
+
+// A container's photometry is told whatever its L3D is.
+std::optional<formats::LampShape> ShapeInContainer(const std::string& path,
+                                                   formats::Photometry& p) {
+  if (!p.format.starts_with("GLDF")) return {};
+  try {
+    auto shape = formats::ReadLampShape(path);
+    if (shape) p.odd.insert(p.odd.end(), shape->odd.begin(), shape->odd.end());
+    return shape;
+  } catch (const InputError& error) {
+    p.odd.push_back(fmt::format("its L3D is not read: {}", error.what()));
+    return {};
+  }
 }
 
 }  // namespace
 
+core::Json InfoLampShape(const std::string& path) {
+  const auto shape = formats::ReadLampShape(path);
+  if (!shape) throw InputError(path, "is no ZIP archive, as L3D is", "have it exported anew");
+  fmt::print("{}: luminaire geometry, L3D, {} light-emitting object{}\n", path,
+             shape->objects.size(), shape->objects.size() == 1 ? "" : "s");
+  Print(*shape);
+  for (const std::string& odd : shape->odd) fmt::print("  odd          {}\n", odd);
+  core::Json json = ShapeJson(*shape);
+  json.update({{"kind", "lamp shape"}, {"odd", shape->odd}});
+  return json;
+}
+
 core::Json InfoPhotometry(const std::string& path) {
-  const formats::Photometry p = formats::ReadPhotometry(path);
+  formats::Photometry p = formats::ReadPhotometry(path);
+  const auto shape = ShapeInContainer(path, p);
   const double flux = formats::Flux(p);
   const formats::Peak peak = formats::FindPeak(p);
   const std::string symmetry = formats::Describe(formats::FindSymmetry(p));
   Print(path, p, flux, peak, symmetry);
+  if (shape) Print(*shape);
+  for (const std::string& odd : p.odd) fmt::print("  odd          {}\n", core::OnOneLine(odd));
   core::Json keywords = core::Json::array();
   for (const auto& [key, text] : p.keywords) keywords.push_back({key, text});
   core::Json json = {{"kind", "photometry"},
@@ -88,6 +164,7 @@ core::Json InfoPhotometry(const std::string& path) {
                      {"lamp_sets", p.lamps.size()},
                      {"keywords", std::move(keywords)},
                      {"odd", p.odd}};
+  if (shape) json["shape"] = ShapeJson(*shape);
   if (p.stated_flux_lm) json["stated_flux_lm"] = *p.stated_flux_lm;
   if (p.lamp_flux_lm) json["lamp_flux_lm"] = *p.lamp_flux_lm;
   return json;

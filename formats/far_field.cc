@@ -293,6 +293,7 @@ FarField SampleFarField(std::span<const PosedLightField> fields, const FarFieldS
   const Box box = BoxOfLight(fields);
   p.opening = {Opening::Shape::kBox, box.high.x - box.low.x, box.high.y - box.low.y,
                box.high.z - box.low.z};
+  found.opening_middle_m = 0.5 * (box.low + box.high);
   AddKeywords(p, fields, box, distance_m);
   return found;
 }

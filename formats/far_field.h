@@ -39,6 +39,7 @@ struct FarField {
   double plane_error = 0, angle_error = 0;
   // The table's integral over the light field's flux, less 1.
   double flux_error = 0;
+  lightfield::Vec3 opening_middle_m;  // of the table's opening, in the luminaire's frame
 
   // Bound of the deviation in any direction, of the peak. The middle of an interval shows a smooth
   // function's error whole, and of a kink's s f (1 - f) at f it shows s min(f, 1 - f) / 2, at least

@@ -6,6 +6,7 @@
 #include "luxfield/core/file.h"
 #include "luxfield/core/printable.h"
 #include "luxfield/formats/eulumdat.h"
+#include "luxfield/formats/l3d.h"
 #include "luxfield/formats/photometric_file.h"
 #include "luxfield/formats/xml.h"
 #include "luxfield/formats/zip.h"
@@ -13,12 +14,46 @@
 namespace luxfield::formats {
 namespace {
 
+using lightfield::Vec3;
+
 constexpr const char* kProduct = "product.xml";
 
-std::string Attribute(const XmlElement& element, std::string_view name) {
-  for (const auto& [key, value] : element.attributes)
-    if (key == name) return value;
-  return {};
+// What product.xml says of a shape.
+constexpr const char* kShapeFile =
+    "\n      "
+    R"(<File id="shape" contentType="geo/l3d" type="localFileName">lamp.l3d</File>)";
+constexpr const char* kShapeGeometry = R"(
+    <Geometries>
+      <ModelGeometry id="geometry">
+        <GeometryFileReference fileId="shape"/>
+      </ModelGeometry>
+    </Geometries>)";
+constexpr const char* kShapeReference =
+    R"(          <ModelGeometryReference geometryId="geometry">
+            <EmitterReference emitterId="emitter">
+              <EmitterObjectExternalName>{}</EmitterObjectExternalName>
+            </EmitterReference>
+          </ModelGeometryReference>)";
+constexpr const char* kNoShapeReference = R"(          <EmitterReference emitterId="emitter"/>)";
+
+XmlElement ReadProduct(const ZipReader& zip, const std::string& file) {
+  XmlElement root = ParseXml(zip.Read(kProduct), fmt::format("{}: {}", file, kProduct));
+  if (root.name != "Root")
+    throw InputError(file,
+                     fmt::format("the element <{}> of its product.xml is not GLDF's <Root>",
+                                 core::Printable(root.name)),
+                     "name a GLDF file");
+  return root;
+}
+
+// The file that a reference names, or none.
+const XmlElement* FileOf(const XmlElement& root, const XmlElement& reference) {
+  const XmlElement* files = root.at({"GeneralDefinitions", "Files"});
+  if (!files) return nullptr;
+  const std::string id = reference.attribute("fileId");
+  for (const XmlElement& one : files->children)
+    if (one.attribute("id") == id) return &one;
+  return nullptr;
 }
 
 // 12345678-1234-1234-1234-123456789abc of a hash.
@@ -36,27 +71,19 @@ std::string Stated(const Photometry& p, const char* key) {
 
 Photometry ParseGldf(std::string_view bytes, const std::string& file) {
   const ZipReader zip(bytes, file);
-  const XmlElement root = ParseXml(zip.Read(kProduct), fmt::format("{}: {}", file, kProduct));
-  if (root.name != "Root")
-    throw InputError(file,
-                     fmt::format("the element <{}> of its product.xml is not GLDF's <Root>",
-                                 core::Printable(root.name)),
-                     "name a GLDF file");
-  const XmlElement* files = root.at({"GeneralDefinitions", "Files"});
+  const XmlElement root = ReadProduct(zip, file);
   const XmlElement* photometries = root.at({"GeneralDefinitions", "Photometries"});
   std::vector<std::string> members;
   std::string elsewhere;
-  if (files && photometries)
+  if (photometries)
     for (const XmlElement& photometry : photometries->children) {
       const XmlElement* reference = photometry.child("PhotometryFileReference");
-      if (!reference) continue;
-      for (const XmlElement& one : files->children) {
-        if (Attribute(one, "id") != Attribute(*reference, "fileId")) continue;
-        if (Attribute(one, "type") == "url")
-          elsewhere = one.text;
-        else
-          members.push_back("ldc/" + one.text);
-      }
+      const XmlElement* one = reference ? FileOf(root, *reference) : nullptr;
+      if (!one) continue;
+      if (one->attribute("type") == "url")
+        elsewhere = one->text;
+      else
+        members.push_back("ldc/" + one->text);
     }
   if (members.empty())
     throw InputError(file,
@@ -73,8 +100,27 @@ Photometry ParseGldf(std::string_view bytes, const std::string& file) {
   return p;
 }
 
-std::string FormatGldf(const Photometry& p, const std::string& creator, const std::string& file) {
+std::optional<LampShape> ParseGldfShape(std::string_view bytes, const std::string& file) {
+  const ZipReader zip(bytes, file);
+  const XmlElement root = ReadProduct(zip, file);
+  const XmlElement* geometries = root.at({"GeneralDefinitions", "Geometries"});
+  if (!geometries) return {};
+  for (const XmlElement& geometry : geometries->children)
+    for (const XmlElement& reference : geometry.children) {
+      const XmlElement* one =
+          reference.name == "GeometryFileReference" ? FileOf(root, reference) : nullptr;
+      if (!one || one->attribute("contentType") != "geo/l3d" || one->attribute("type") == "url")
+        continue;
+      const std::string member = "geo/" + one->text;
+      return ParseL3d(zip.Read(member), fmt::format("{}: {}", file, core::Printable(member)));
+    }
+  return {};
+}
+
+std::string FormatGldf(const Photometry& p, Vec3 middle_m, const std::string& creator,
+                       const std::string& file) {
   const std::string ldt = FormatEulumdat(p, file);
+  const std::optional<std::string> l3d = FormatL3d(p.opening, middle_m, creator);
   const std::string id = Identifier(core::Sha256(ldt));
   const std::string name = Stated(p, "LUMINAIRE");
   const std::string product = fmt::format(
@@ -89,7 +135,7 @@ std::string FormatGldf(const Photometry& p, const std::string& creator, const st
   </Header>
   <GeneralDefinitions>
     <Files>
-      <File id="file" contentType="ldc/eulumdat" type="localFileName">lamp.ldt</File>
+      <File id="file" contentType="ldc/eulumdat" type="localFileName">lamp.ldt</File>{5}
     </Files>
     <Photometries>
       <Photometry id="photometry">
@@ -102,7 +148,7 @@ std::string FormatGldf(const Photometry& p, const std::string& creator, const st
           <PhotometryReference photometryId="photometry"/>
         </ChangeableLightEmitter>
       </Emitter>
-    </Emitters>
+    </Emitters>{6}
   </GeneralDefinitions>
   <ProductDefinitions>
     <ProductMetaData>
@@ -120,15 +166,19 @@ std::string FormatGldf(const Photometry& p, const std::string& creator, const st
           <Locale language="en">{4}</Locale>
         </Name>
         <Geometry>
-          <EmitterReference emitterId="emitter"/>
+{7}
         </Geometry>
       </Variant>
     </Variants>
   </ProductDefinitions>
 </Root>
 )",
-      Stated(p, "MANUFAC"), XmlEscaped(creator), id, Stated(p, "LUMCAT"), name);
-  return FormatZip({{kProduct, product}, {"ldc/lamp.ldt", ldt}});
+      Stated(p, "MANUFAC"), XmlEscaped(creator), id, Stated(p, "LUMCAT"), name,
+      l3d ? kShapeFile : "", l3d ? kShapeGeometry : "",
+      l3d ? fmt::format(kShapeReference, kEmittingObject) : kNoShapeReference);
+  std::vector<ZipMember> members = {{kProduct, product}, {"ldc/lamp.ldt", ldt}};
+  if (l3d) members.push_back({"geo/lamp.l3d", *l3d});
+  return FormatZip(members);
 }
 
 }  // namespace luxfield::formats

@@ -9,6 +9,7 @@
 #include "luxfield/formats/lm63.h"
 #include "luxfield/formats/text_reader.h"
 #include "luxfield/formats/tm33.h"
+#include "luxfield/formats/zip.h"
 
 namespace luxfield::formats {
 namespace {
@@ -32,6 +33,11 @@ bool IsXml(std::string_view text) {
   return Trimmed(text).starts_with('<');
 }
 
+// Of members, or without any.
+bool IsZip(std::string_view bytes) {
+  return bytes.starts_with("PK\x03\x04") || bytes.starts_with("PK\x05\x06");
+}
+
 }  // namespace
 
 Photometry ParsePhotometry(std::string_view text, const std::string& file) {
@@ -42,9 +48,15 @@ Photometry ParsePhotometry(std::string_view text, const std::string& file) {
 
 Photometry ReadPhotometry(const std::filesystem::path& path) {
   const std::string bytes = core::ReadAtMost(path, kMostText);
-  // An archive, or one without members.
-  const bool zip = bytes.starts_with("PK\x03\x04") || bytes.starts_with("PK\x05\x06");
-  return zip ? ParseGldf(bytes, path.string()) : ParsePhotometry(bytes, path.string());
+  return IsZip(bytes) ? ParseGldf(bytes, path.string()) : ParsePhotometry(bytes, path.string());
+}
+
+std::optional<LampShape> ReadLampShape(const std::filesystem::path& path) {
+  const std::string bytes = core::ReadAtMost(path, kMostText);
+  if (!IsZip(bytes)) return {};
+  if (ZipReader(bytes, path.string()).Has("product.xml"))
+    return ParseGldfShape(bytes, path.string());
+  return ParseL3d(bytes, path.string());
 }
 
 }  // namespace luxfield::formats

@@ -261,6 +261,12 @@ std::string XmlElement::text_of(std::string_view wanted) const {
   return element ? element->text : std::string();
 }
 
+std::string XmlElement::attribute(std::string_view wanted) const {
+  for (const auto& [key, value] : attributes)
+    if (key == wanted) return value;
+  return {};
+}
+
 XmlElement ParseXml(std::string_view text, const std::string& file) {
   const bool big = text.starts_with("\xFE\xFF"), little = text.starts_with("\xFF\xFE");
   if (!big && !little) return Parser(text, file).Document();

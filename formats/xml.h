@@ -27,6 +27,8 @@ struct XmlElement {
   const XmlElement* at(std::initializer_list<std::string_view> path) const;
   // Text of a child, or "".
   std::string text_of(std::string_view name) const;
+  // Value of an attribute, or "".
+  std::string attribute(std::string_view name) const;
 };
 
 // The document's element. Throws InputError naming file and line.

@@ -50,8 +50,11 @@ void AddKeywords(Photometry& table, const ExportOptions& options, const std::str
   keywords.emplace_back("_UNCERTAINTY_PEAK", peak + " (k = 2, noise of the measurement)");
 }
 
-std::string FileText(const Photometry& table, const ExportFormat& format, const std::string& name) {
-  if (format.name == "gldf") return formats::FormatGldf(table, "luxfield " LUXFIELD_VERSION, name);
+std::string FileText(const formats::FarField& found, const ExportFormat& format,
+                     const std::string& name) {
+  const Photometry& table = found.table;
+  if (format.name == "gldf")
+    return formats::FormatGldf(table, found.opening_middle_m, "luxfield " LUXFIELD_VERSION, name);
   if (format.name == "tm-33-23") return formats::FormatTm33(table, name);
   if (format.name == "eulumdat") return formats::FormatEulumdat(table, name);
   return formats::FormatLm63(
@@ -104,7 +107,7 @@ core::Json ExportIntensities(const ExportOptions& options, const ExportFormat& f
     sigma = formats::PropagateSigma(fields, lightfield::ReadLightFields(options.sigma), table,
                                     options.distance_m, options.sigma);
   AddKeywords(table, options, unit, sigma, format.name == "eulumdat" || format.name == "gldf");
-  core::WriteFileAtomically(options.output, FileText(table, format, options.output));
+  core::WriteFileAtomically(options.output, FileText(found, format, options.output));
 
   const double of_field = core::Luminance(lightfield::TotalFlux(fields));
   const formats::Peak peak = formats::FindPeak(table);

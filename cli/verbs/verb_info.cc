@@ -270,6 +270,7 @@ Json Info(const std::string& path, const std::string& layout, const InfoOfToml& 
   if (core::IsSession(kind)) return InfoSession(path);
   RequireFrames(path);
   if (kind == core::FileKind::kIntensity) return InfoPhotometry(path);
+  if (name.ends_with(".l3d")) return InfoLampShape(path);
   if (kind == core::FileKind::kRays || name.ends_with(".tm25ray")) return InfoRays(path);
   if (environment::IsEnvironmentSequence(path)) return InfoEnvironmentSequence(path, layout);
   if (!layout.empty()) return InfoEnvironment(path, layout);
@@ -283,7 +284,7 @@ Json Info(const std::string& path, const std::string& layout, const InfoOfToml& 
   throw InputError(
       path, fmt::format("is {}, of which this verb knows nothing", core::NameOf(kind)),
       "give a session folder, a folder or .txt list of .hdr or .exr frames, .lf.exr, .meas.exr, "
-      ".tab.exr, .filter.exr, .exr, .hdr, a ray file, .ies, .ldt, .tm33.xml, .gldf or .toml");
+      ".tab.exr, .filter.exr, .exr, .hdr, a ray file, .ies, .ldt, .tm33.xml, .gldf, .l3d or .toml");
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ std::vector<Format> Formats() {
            [](const std::string& text) { return ParseEulumdat(text, "x.ldt"); }},
           {"TM-33-23", [](const Photometry& p) { return FormatTm33(p, "x.xml"); },
            [](const std::string& text) { return ParseTm33(text, "x.xml"); }},
-          {"GLDF", [](const Photometry& p) { return FormatGldf(p, "test", "x.gldf"); },
+          {"GLDF", [](const Photometry& p) { return FormatGldf(p, {}, "test", "x.gldf"); },
            [](const std::string& bytes) { return ParseGldf(bytes, "x.gldf"); }}};
 }
 

@@ -41,12 +41,12 @@ const std::string kPhotometry =
 
 TEST(Gldf, RoundTripsKeepEveryIntensity) {
   const Photometry p = RandomLamp(PhotometryType::kC, 9);
-  const std::string bytes = FormatGldf(p, "test <1>", "x.gldf");
+  const std::string bytes = FormatGldf(p, {}, "test <1>", "x.gldf");
   const Photometry read = ParseGldf(bytes, "x.gldf");
   EXPECT_EQ(read.format, "GLDF, EULUMDAT");
   ASSERT_EQ(read.intensity_cd.size(), p.intensity_cd.size());
   EXPECT_LT(LargestDifference(p, read), 1e-6);
-  EXPECT_EQ(bytes, FormatGldf(p, "test <1>", "x.gldf"));
+  EXPECT_EQ(bytes, FormatGldf(p, {}, "test <1>", "x.gldf"));
   const auto path = std::filesystem::path(testing::TempDir()) / "gldf_test.gldf";
   core::WriteFileAtomically(path, bytes);
   EXPECT_EQ(core::WhatIs(path), core::FileKind::kIntensity);
