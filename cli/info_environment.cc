@@ -16,6 +16,7 @@
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/environment/environment_map.h"
 #include "luxfield/environment/environment_sequence.h"
+#include "luxfield/environment/layout_of_shape.h"
 
 namespace luxfield::cli {
 namespace {
@@ -59,9 +60,38 @@ core::Json ByRadianceWeights(const std::string& path, const core::Rgb& mean, con
   return {{"mean_radiance", of[0]}, {"irradiance_up", of[1]}, {"irradiance_down", of[2]}};
 }
 
+// A Radiance picture that is no environment map, as of a lamp.
+core::Json InfoRadiancePicture(const std::string& path, const core::Image& image) {
+  constexpr double kLumensPerWatt = 179;  // Radiance's, of white light
+  double most = 0, sum = 0;
+  for (std::size_t k = 0; k < image.plane_size(); ++k) {
+    const double luminance =
+        core::Luminance({image.plane(0)[k], image.plane(1)[k], image.plane(2)[k]});
+    most = std::max(most, luminance);
+    sum += luminance;
+  }
+  const double mean = sum / double(image.plane_size());
+  fmt::print("{}: Radiance picture, {} x {}\n", path, image.width, image.height);
+  fmt::print(
+      "  luminance    {:.6g} in the mean, {:.6g} at most; times 179: {:.6g} and {:.6g} "
+      "cd/m^2 where values are W sr^-1 m^-2\n",
+      mean, most, kLumensPerWatt * mean, kLumensPerWatt * most);
+  fmt::print("  layout       its shape is that of no environment map; --layout reads it as one\n");
+  return {{"kind", "picture"},
+          {"width", image.width},
+          {"height", image.height},
+          {"mean_luminance", mean},
+          {"largest_luminance", most}};
+}
+
 }  // namespace
 
 core::Json InfoEnvironment(const std::string& path, const std::string& layout) {
+  if (layout.empty() && IsRadiancePicture(path)) {
+    const core::Image image = core::ReadRadianceHdr(path);
+    if (!environment::LayoutOfShape(image.width, image.height))
+      return InfoRadiancePicture(path, image);
+  }
   const auto picture = environment::ReadEnvironmentPicture(path, Layout(layout));
   const auto cube = environment::MakeCubeMap(picture);
   const auto brightest = environment::FindBrightestPixel(picture);

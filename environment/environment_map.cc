@@ -17,6 +17,7 @@
 #include "luxfield/core/radiance_hdr.h"
 #include "luxfield/environment/disc_layout.h"
 #include "luxfield/environment/environment_resampling.h"
+#include "luxfield/environment/layout_of_shape.h"
 
 namespace luxfield::environment {
 namespace {
@@ -109,11 +110,6 @@ constexpr std::array<CrossCell, 5> kCrossOfBoth = {{{1, 0, kUp, kRight, kBackwar
 constexpr CrossCell kBackOfVertical = {1, 3, kBackward, kRight, kDown},
                     kBackOfHorizontal = {3, 1, kBackward, kLeft, kUp};
 
-bool IsCross(const core::Image& image) {
-  return (3 * image.height == 4 * image.width && image.width % 3 == 0) ||
-         (4 * image.height == 3 * image.width && image.width % 4 == 0);
-}
-
 // The squares of a cross in the order and orientation of the strip, pixel by pixel.
 core::Image StripOfCross(const core::Image& cross) {
   const bool vertical = cross.height > cross.width;
@@ -141,9 +137,8 @@ core::Image StripOfCross(const core::Image& cross) {
   return strip;
 }
 
-EnvironmentLayout LayoutOfShape(const std::filesystem::path& path, const core::Image& image) {
-  if (image.width == 2 * image.height) return EnvironmentLayout::kLatitudeLongitude;
-  if (image.height == 6 * image.width) return EnvironmentLayout::kCube;
+EnvironmentLayout LayoutByShape(const std::filesystem::path& path, const core::Image& image) {
+  if (const auto layout = LayoutOfShape(image.width, image.height)) return *layout;
   throw InputError(
       path.string(),
       fmt::format("its {} x {} pixels do not tell the layout", image.width, image.height),
@@ -216,10 +211,10 @@ EnvironmentPicture ReadEnvironmentPicture(const std::filesystem::path& path,
     picture.layout = attribute->layout;
     picture.registration = attribute->registration;
   } else {
-    if (IsCross(picture.image) &&
+    if (IsCross(picture.image.width, picture.image.height) &&
         named.value_or(EnvironmentLayout::kCube) == EnvironmentLayout::kCube)
       picture.image = StripOfCross(picture.image);
-    picture.layout = named ? *named : LayoutOfShape(path, picture.image);
+    picture.layout = named ? *named : LayoutByShape(path, picture.image);
   }
   CheckShape(path, picture);
   CheckRadiance(path, picture);

@@ -89,6 +89,12 @@ TEST_F(Export, IntensitiesHoldAndAreRead) {
     EXPECT_EQ(info.at("odd").size(), 0u) << info.at("odd").dump();
   }
   EXPECT_THAT(ReadText(folder_ / "near.ies"), HasSubstr("[NEARFIELD] 0.5 0.5 0.5"));
+  const Json shape = Run({"info", "x.gldf"}).value("shape", Json::object());
+  const Json object = shape.at("objects").at(0), surface = shape.at("surfaces").at(0);
+  EXPECT_EQ(object.at("shape"), "rectangle");
+  EXPECT_NEAR(surface.value("area_m2", 0.0), object.value("x_m", 0.0) * object.value("y_m", 0.0),
+              1e-9);
+  EXPECT_EQ(object.at("direction"), Json({0, 0, 1}));
 }
 
 TEST_F(Export, UncertaintyIsStated) {
@@ -113,6 +119,10 @@ TEST_F(Export, PicturesHold) {
     }
   }
   Checked("x.hdr");
+  const Json square = Run({"info", "x.hdr"});
+  EXPECT_EQ(square.value("kind", ""), "picture");
+  EXPECT_EQ(square.value("width", 0), square.value("height", 1));
+  EXPECT_GT(square.value("largest_luminance", 0.0), square.value("mean_luminance", 1e99));
   const std::string header = ReadText(folder_ / "x.hdr").substr(0, 400);
   EXPECT_THAT(header, HasSubstr("VIEW= -vtv -vp 0 0 1 -vd 0 0 -1 -vu 0 1 0 "));
 }
