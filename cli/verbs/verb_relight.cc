@@ -3,10 +3,10 @@
 
 #include <map>
 #include <memory>
-#include <optional>
 
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
+#include "luxfield/cli/verbs/png_options.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/measures.h"
 #include "luxfield/render/accuracy/picture_noise.h"
@@ -17,9 +17,9 @@ namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string picture, output, png;
+  std::string picture, output;
   std::vector<std::string> scales;
-  std::optional<double> exposure;
+  PngOptions png;
 };
 
 std::map<std::string, double> ParseScales(const std::vector<std::string>& texts) {
@@ -43,13 +43,12 @@ double MeanLuminance(const core::Image& radiance) {
 
 core::Json Run(const Options& options) {
   RequireExtension(options.output, ".exr", "--output");
-  if (!options.png.empty()) RequireExtension(options.png, ".png", "--png");
+  CheckPngOptions(options.png);
   const auto scales = ParseScales(options.scales);
   const render::Frame frame =
       render::ScaleLightGroups(render::ReadFrame(options.picture), scales, options.picture);
   render::WriteFrame(options.output, frame);
-  if (!options.png.empty())
-    render::WritePng(options.png, render::ToneMap(frame.radiance, {.exposure = options.exposure}));
+  WritePng(options.png, frame.radiance);
   const double noise = render::NoiseOf(frame, 1).RelativeError();
   fmt::print("{}: {} x {}, estimated noise {:.3g} % of the mean radiance (RMS)\n", options.output,
              frame.width, frame.height, 100 * noise);
@@ -80,10 +79,7 @@ void AddRelight(Program& program) {
   verb.add_option("-o,--output", options->output, "The EXR to write, with its groups scaled")
       ->required()
       ->check(OutputFile());
-  verb.add_option("--png", options->png, "Also a tone-mapped PNG")->check(OutputFile());
-  verb.add_option(
-      "--exposure", options->exposure,
-      "PNG value = radiance times this, clipped at 1 (default: the exponential operator)");
+  AddPngOptions(verb, options->png);
 }
 
 }  // namespace luxfield::cli

@@ -11,6 +11,7 @@
 
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
+#include "luxfield/cli/verbs/png_options.h"
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
@@ -28,10 +29,10 @@ namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string scene, output, png, radiance_map, irradiance_map, display, device;
+  std::string scene, output, radiance_map, irradiance_map, display, device;
+  PngOptions png;
   std::vector<std::string> light_fields, tables, knobs;
-  std::optional<double> exposure;
-  std::optional<int> width, height;
+  std::optional<int> width, height, antialias;
   std::vector<double> scale;
   render::RenderOptions render;
   std::string shadows = render::ShadowsName(render::Shadows::kTraced);
@@ -98,9 +99,7 @@ std::map<std::string, std::filesystem::path> ParseAssignments(
 // The files that the options name.
 void WritePictures(const render::Frame& frame, const Options& options) {
   render::WriteFrame(options.output, frame);
-  render::ToneMapping mapping;
-  mapping.exposure = options.exposure;
-  if (!options.png.empty()) render::WritePng(options.png, render::ToneMap(frame.radiance, mapping));
+  WritePng(options.png, frame.radiance);
   render::FalseColourScale scale;
   if (!options.scale.empty()) scale = {options.scale[0], options.scale[1]};
   if (!options.radiance_map.empty())
@@ -185,7 +184,7 @@ core::Json RenderSequence(render::LitScene& scene, const Options& options) {
   for (bool more = true; more; more = scene.NextFrame()) {
     Options numbered = options;
     for (std::string* name :
-         {&numbered.output, &numbered.png, &numbered.radiance_map, &numbered.irradiance_map})
+         {&numbered.output, &numbered.png.png, &numbered.radiance_map, &numbered.irradiance_map})
       *name = Numbered(*name, frames.size());
     const render::Frame frame = renderer.Render();
     WritePictures(frame, numbered);
@@ -229,16 +228,24 @@ void RefuseUnread(const Options& options, const scene::Scene& scene) {
         "--shadow-map-size is read with --shadows maps, thesis-maps or soft-maps and not with {}; "
         "drop it or choose one of them",
         options.shadows));
-  if (options.exposure && options.png.empty())
-    throw InputError("--exposure is of --png; give that too, or drop it");
   if (!options.scale.empty() && options.radiance_map.empty() && options.irradiance_map.empty())
     throw InputError(
         "--scale is of --radiance-map and --irradiance-map; give one of them, or drop it");
 }
 
+// Pictures to look at have smooth edges, where there are samples for it of two strata of lights
+// (many_lights.h).
+int UsualAntialias(const Options& options) {
+  constexpr int kStrata = 2;
+  const bool smooth = !options.png.png.empty() &&
+                      options.render.samples_per_pixel >= kStrata * render::kSmoothAntialias;
+  return smooth ? render::kSmoothAntialias : 1;
+}
+
 core::Json Run(Options options, const Common& common) {
   RequireExtension(options.output, ".exr", "--output");
-  for (const auto* png : {&options.png, &options.radiance_map, &options.irradiance_map})
+  CheckPngOptions(options.png);
+  for (const auto* png : {&options.radiance_map, &options.irradiance_map})
     if (!png->empty()) RequireExtension(*png, ".png", "a picture's name");
   scene::SceneOverrides overrides;
   overrides.light_fields = ParseAssignments(options.light_fields);
@@ -247,6 +254,7 @@ core::Json Run(Options options, const Common& common) {
   overrides.height = options.height;
   options.render.shadows = render::ShadowsFromName(options.shadows);
   options.render.seed = common.seed.value_or(1);
+  options.render.antialias = options.antialias.value_or(UsualAntialias(options));
   for (const auto& knob : options.knobs) options.render.knobs.Set(knob);
   options.render.Validate();
   const scene::Scene scene = scene::ReadScene(options.scene, overrides);
@@ -329,7 +337,8 @@ void AddRender(Program& program) {
   verb.add_flag(
       "--transparent", [options](std::int64_t) { options->render.background = false; },
       "Leave the environment out behind the geometry, for compositing: it lights all the same");
-  verb.add_option("--antialias", options->render.antialias, "Surface points per pixel");
+  verb.add_option("--antialias", options->antialias,
+                  "Surface points per pixel (default: 1, with --png 4 if --spp is 8 or more)");
   verb.add_option("--k-max", options->render.max_samples_per_image,
                   "Most samples per coefficient image and pixel, 0 for no bound");
   verb.add_option("--knob", options->knobs,
@@ -359,10 +368,7 @@ void AddRender(Program& program) {
   verb.add_option(
       "--device", options->device,
       "OpenCL device: a number or a part of its name, see `luxfield devices` (default: the first)");
-  verb.add_option("--png", options->png, "Also a tone-mapped PNG")->check(OutputFile());
-  verb.add_option(
-      "--exposure", options->exposure,
-      "PNG value = radiance times this, clipped at 1 (default: the exponential operator)");
+  AddPngOptions(verb, options->png);
   verb.add_option("--radiance-map", options->radiance_map,
                   "Also a false-colour PNG of radiance (luminance in cd/m2) with legend")
       ->check(OutputFile());

@@ -153,7 +153,7 @@ core::Image ToneMap(const core::Image& linear, const ToneMapping& mapping) {
     if (mapping.exposure)
       for (double& value : rgb) value = std::clamp(value * *mapping.exposure, 0.0, 1.0);
     else
-      rgb = core::ExponentialTone(rgb, mapping.k, average);
+      rgb = Toned(rgb, mapping.curve, mapping.k, average);
     for (int c = 0; c < 3; ++c) out.data[c * count + i] = static_cast<float>(rgb[c]);
   }
   return out;

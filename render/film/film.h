@@ -10,6 +10,7 @@
 #include "luxfield/core/colour.h"
 #include "luxfield/core/image.h"
 #include "luxfield/render/film/frame.h"
+#include "luxfield/render/film/tone.h"
 
 namespace luxfield::render {
 
@@ -27,10 +28,14 @@ std::vector<std::string> GroupChannelNames(const std::string& group);
 // have it. Needs as much memory as its channels.
 Frame ReadFrame(const std::filesystem::path& path);
 
+// Surface points per pixel (RenderOptions::antialias) of pictures that are to be looked at.
+constexpr int kSmoothAntialias = 4;
+
 struct ToneMapping {
-  std::optional<double>
-      exposure;  // given: value * exposure, clipped at 1; else the exponential operator
-  double k = 1;  // 1 - exp(-k L / L_avg), L_avg = mean luminance of the picture (docs/theory.md 10)
+  std::optional<double> exposure;  // given: value * exposure, clipped at 1; else the curve
+  // The curve's k; its average is the mean luminance of the picture (render/film/tone.h).
+  double k = 1;
+  ToneCurve curve = ToneCurve::kExponential;
 };
 
 // Display values in [0, 1] before sRGB encoding; 1 or 3 channels in, 3 out. Negative values are

@@ -120,6 +120,8 @@ TEST(Film, ToneMapsByTheFormula) {
   const auto fixed = ToneMap(image, {.exposure = 0.4});
   EXPECT_FLOAT_EQ(fixed.at(0, 0, 0), 0.4f);
   EXPECT_FLOAT_EQ(fixed.at(0, 0, 1), 1.0f);
+  const auto filmic = ToneMap(image, {.exposure = {}, .k = 2, .curve = ToneCurve::kFilmic});
+  EXPECT_NEAR(filmic.at(1, 0, 1), FilmicTone({3, 3, 3}, 2, 2)[1], 1e-6);
   const auto black = ToneMap(core::Image(2, 1, 1), {});
   EXPECT_THAT(black.data, testing::Each(0.0f));
 }

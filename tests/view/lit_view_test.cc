@@ -9,6 +9,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/execution.h"
 #include "luxfield/render/accuracy/accuracy.h"
+#include "luxfield/render/film/film.h"
 #include "tests/render/small_scene.h"
 
 namespace luxfield::view {
@@ -26,18 +27,23 @@ LitRequest Of(const scene::Scene& scene) {
   return request;
 }
 
-Frame Exact(const scene::Scene& scene) {
+// Pixels of quick pictures are their centres, of refined ones means over several points.
+constexpr int kQuick = 1, kRefined = render::kSmoothAntialias;
+
+Frame Exact(const scene::Scene& scene, int antialias) {
   render::LitScene lit(render::Device::Open(), scene);
   render::RenderOptions options;
   options.estimator = "exact";
+  options.antialias = antialias;
   options.shadows = render::Shadows::kNone;
   return render::Renderer(lit, options).Render();
 }
 
-Frame Reference(const scene::Scene& scene) {
+Frame Reference(const scene::Scene& scene, int antialias) {
   render::LitScene lit(render::Device::Open(), scene);
   render::RenderOptions options;
   options.samples_per_pixel = 4000;
+  options.antialias = antialias;
   options.seed = 99;
   return render::Renderer(lit, options).Render();
 }
@@ -56,7 +62,8 @@ TEST_F(LitViewTest, QuickPicturesAreWithinTheErrorTheyState) {
   const LitPicture picture = view.Quick();
   EXPECT_TRUE(picture.quick);
   ASSERT_EQ(picture.frame->width, scene_.camera.width);
-  EXPECT_LE(LuminanceError(picture.frame->radiance, Exact(scene_).radiance), picture.error.value());
+  EXPECT_LE(LuminanceError(picture.frame->radiance, Exact(scene_, kQuick).radiance),
+            picture.error.value());
   EXPECT_EQ(picture.samples, 0);
   request.moving_shadows = true;
   view.Ask(request);
@@ -92,7 +99,7 @@ TEST_F(LitViewTest, RefinedPicturesReachTheErrorAskedFor) {
   ASSERT_TRUE(picture.reached);
   EXPECT_LE(picture.error.value(), request.error);
   // The estimate's own uncertainty, and the reference's noise, some 0.2 %.
-  EXPECT_LT(LuminanceError(picture.frame->radiance, Reference(scene_).radiance),
+  EXPECT_LT(LuminanceError(picture.frame->radiance, Reference(scene_, kRefined).radiance),
             1.4 * request.error);
   EXPECT_GT(picture.samples, 0);
 }
@@ -105,7 +112,8 @@ TEST_F(LitViewTest, WithoutShadowsOnePictureWithoutNoiseReachesIt) {
   view.Ask(request);
   const LitPicture picture = view.Refine();
   EXPECT_TRUE(picture.reached);
-  EXPECT_LE(LuminanceError(picture.frame->radiance, Exact(scene_).radiance), request.error);
+  EXPECT_LE(LuminanceError(picture.frame->radiance, Exact(scene_, kRefined).radiance),
+            request.error);
 }
 
 // The same as if the scene's file had the lamp and the camera there.
@@ -122,7 +130,8 @@ TEST_F(LitViewTest, MovedLampsAndCamerasLightAsIfTheyHadStoodThere) {
   request.shadows = false;
   view.Ask(request);
   EXPECT_FALSE(view.Quick().error);  // its volume is that of elsewhere
-  EXPECT_LE(LuminanceError(view.Refine().frame->radiance, Exact(moved).radiance), request.error);
+  EXPECT_LE(LuminanceError(view.Refine().frame->radiance, Exact(moved, kRefined).radiance),
+            request.error);
 }
 
 // The picture of the soft maps is as far from the traced one as was measured, at fewer pixels.
@@ -138,7 +147,7 @@ TEST_F(LitViewTest, TheErrorOfSoftShadowsIsMeasuredForTheViewThatIsAsked) {
   EXPECT_FALSE(view.HasUnknownShadows());
   const double measured = view.soft_maps_error().value();
   EXPECT_EQ(view.Refine().soft_maps_error, measured);
-  const double apart = LuminanceError(quick.frame->radiance, Reference(scene_).radiance);
+  const double apart = LuminanceError(quick.frame->radiance, Reference(scene_, kQuick).radiance);
   // The reference's noise is some 0.2 %, the volume's error 0.5 %, the small picture has 3000 pixels.
   EXPECT_NEAR(measured, apart, 0.25 * apart + 0.007);
   request.lamps[0].scale = 0.5;
@@ -172,7 +181,8 @@ TEST_F(LitViewTest, QuickPicturesShowGlossySurfacesAsMattOnes) {
   const LitPicture picture = view.Quick();
   scene::Scene matt = scene_;
   scene::MakeLambertian(matt.geometry);
-  EXPECT_LE(LuminanceError(picture.frame->radiance, Exact(matt).radiance), picture.error.value());
+  EXPECT_LE(LuminanceError(picture.frame->radiance, Exact(matt, kQuick).radiance),
+            picture.error.value());
 }
 
 }  // namespace

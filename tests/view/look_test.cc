@@ -72,6 +72,12 @@ TEST(Look, ToneOperatorsAreThoseOfTheWrittenPng) {
   const auto path = Temporary(".png");
   render::WritePng(path, render::ToneMap(frame.radiance, {}));
   EXPECT_EQ(WithoutAlpha(ColoursOf(frame, {})), BytesOfPng(path, 40, 30));
+  for (const auto& [name, curve] : render::ToneCurves()) {
+    Look look;
+    look.tone = ToneOf(curve);
+    render::WritePng(path, render::ToneMap(frame.radiance, {.exposure = {}, .curve = curve}));
+    EXPECT_EQ(WithoutAlpha(ColoursOf(frame, look)), BytesOfPng(path, 40, 30)) << name;
+  }
   Look linear;
   linear.tone = Tone::kLinear;
   linear.exposure = 0.037;

@@ -76,6 +76,10 @@ TEST_F(WindowTest, APictureStandsOnTheScreenAsRenderWritesIt) {
   const Outcome outcome = View({"x.exr", "--screenshot", "s.png", "--size", "160x120", "--bare"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(Difference(Png("s.png"), Png("x.png")), (std::pair{0, 0.0}));
+  Render({"scene.toml", "-o", "f.exr", "--png", "f.png", "--spp", "40", "--tone", "filmic"});
+  View({"f.exr", "--screenshot", "f_shown.png", "--size", "160x120", "--bare", "--tone", "filmic"});
+  EXPECT_EQ(Difference(Png("f_shown.png"), Png("f.png")), (std::pair{0, 0.0}));
+  EXPECT_NE(Difference(Png("f.png"), Png("x.png")).first, 0);
   Render({"scene.toml", "-o", "x.exr", "--png", "y.png", "--spp", "40", "--exposure", "0.05"});
   View({"x.exr", "--screenshot", "t.png", "--size", "160x120", "--bare", "--exposure", "0.05"});
   EXPECT_EQ(Difference(Png("t.png"), Png("y.png")), (std::pair{0, 0.0}));

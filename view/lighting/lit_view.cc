@@ -6,13 +6,16 @@
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/render/accuracy/picture_noise.h"
 #include "luxfield/render/accuracy/soft_maps_error.h"
+#include "luxfield/render/film/film.h"
 
 namespace luxfield::view {
 namespace {
 
-constexpr double kQuickError = 5e-3;   // of the volume
-constexpr int kQuickSamples = 8;       // of a light that is sampled
-constexpr int kFirstSamples = 16;      // of the first pass, over all lights
+constexpr double kQuickError = 5e-3;  // of the volume
+constexpr int kQuickSamples = 8;      // of a light that is sampled
+constexpr int kFirstSamples = 16;     // of the first pass, over all lights
+constexpr int kFewestSamples =
+    2 * render::kSmoothAntialias;      // of other passes: two strata of lights
 constexpr int kMostSamples = 1 << 12;  // of a pass
 constexpr int kMostPasses = 1 << 15;
 constexpr double kAim = 0.97;          // of the error asked for, as its estimate scatters
@@ -106,14 +109,15 @@ int LitView::NextSamples() const {
   if (passes_ == 0) return kFirstSamples;
   const double needed = samples_ * (std::pow(error_ / (kAim * request_.error), 2) - 1);
   const int grown = pass_s_ < request_.pass_s ? 2 * pass_samples_ : pass_samples_;
-  return std::clamp(static_cast<int>(std::min(std::ceil(needed), double{kMostSamples})), 4,
-                    std::min(grown, kMostSamples));
+  return std::clamp(static_cast<int>(std::min(std::ceil(needed), double{kMostSamples})),
+                    kFewestSamples, std::min(grown, kMostSamples));
 }
 
 LitPicture LitView::Refine() {
   const core::Stopwatch stopwatch;
   render::RenderOptions options;
   options.seed = request_.seed;
+  options.antialias = render::kSmoothAntialias;
   options.shadows = request_.shadows ? render::Shadows::kTraced : render::Shadows::kNone;
   LitPicture picture;
   picture.quick = false;

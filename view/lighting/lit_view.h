@@ -6,7 +6,8 @@
 // lights are sampled with a few samples and traced. The picture has fewer pixels where it would take
 // longer than it may.
 //
-// When nothing moves, passes of more and more samples are averaged. The error is that of
+// When nothing moves, passes of more and more samples are averaged, with several surface points in
+// each pixel, as `render --png` has them. The error is that of
 // render/accuracy/picture_noise.h: the expected RMSE of the luminance over its mean.
 #pragma once
 

@@ -6,7 +6,6 @@
 
 #include "luxfield/core/colour.h"
 #include "luxfield/core/parallel.h"
-#include "luxfield/view/picture/tone.h"
 
 namespace luxfield::view {
 namespace {
@@ -109,24 +108,41 @@ std::array<std::uint8_t, 3> FalseColourAt(const ColouredValues& values, std::siz
                                                   : std::array<std::uint8_t, 3>{0, 0, 0};
 }
 
-core::Rgb Toned(const core::Rgb& rgb, const Look& look, double average) {
-  switch (look.tone) {
+std::optional<render::ToneCurve> CurveOf(Tone tone) {
+  switch (tone) {
     case Tone::kExponential:
-      return core::ExponentialTone(rgb, look.k, average);
+      return render::ToneCurve::kExponential;
     case Tone::kExponentialHue:
-      return ExponentialHueTone(rgb, look.k, average);
+      return render::ToneCurve::kExponentialHue;
     case Tone::kFilmic:
-      return FilmicTone(rgb, look.k, average);
+      return render::ToneCurve::kFilmic;
     case Tone::kLinear:
     case Tone::kFalseColour:
       break;
   }
+  return {};
+}
+
+core::Rgb Toned(const core::Rgb& rgb, const Look& look, double average) {
+  if (const auto curve = CurveOf(look.tone)) return render::Toned(rgb, *curve, look.k, average);
   core::Rgb display{};
   for (int c = 0; c < 3; ++c) display[c] = std::clamp(rgb[c] * look.exposure, 0.0, 1.0);
   return display;
 }
 
 }  // namespace
+
+Tone ToneOf(render::ToneCurve curve) {
+  switch (curve) {
+    case render::ToneCurve::kExponentialHue:
+      return Tone::kExponentialHue;
+    case render::ToneCurve::kFilmic:
+      return Tone::kFilmic;
+    case render::ToneCurve::kExponential:
+      break;
+  }
+  return Tone::kExponential;
+}
 
 bool Look::operator==(const Look& other) const {
   const auto ends = [](const Look& look) {

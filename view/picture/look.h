@@ -13,9 +13,12 @@ enum class Tone {
   kExponential,     // 1 - exp(-k L / L_avg) of each channel, as `render --png` writes
   kLinear,          // radiance times an exposure, clipped at 1, as `render --png --exposure` writes
   kFalseColour,     // a layer on a scale of colours, luminance as `render --radiance-map` writes it
-  kExponentialHue,  // the exponential curve of the largest channel (view/picture/tone.h)
+  kExponentialHue,  // the exponential curve of the largest channel (render/film/tone.h)
   kFilmic           // a filmic curve, likewise
 };
+
+// That shows a curve of render/film/tone.h.
+Tone ToneOf(render::ToneCurve curve);
 
 struct Look {
   Tone tone = Tone::kExponential;

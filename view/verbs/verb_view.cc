@@ -48,8 +48,6 @@ std::array<int, 2> ParsePair(const std::string& text, char separator, const char
   return pair;
 }
 
-constexpr std::pair<const char*, Tone> kTones[] = {
-    {"exponential", Tone::kExponential}, {"hue", Tone::kExponentialHue}, {"filmic", Tone::kFilmic}};
 constexpr std::pair<const char*, Layer> kLayers[] = {
     {"radiance", Layer::kRadiance}, {"irradiance", Layer::kIrradiance},
     {"coverage", Layer::kCoverage}, {"samples", Layer::kSamples},
@@ -58,6 +56,10 @@ constexpr std::pair<const char*, Layer> kLayers[] = {
 template <typename Value, std::size_t N>
 std::map<std::string, Value> ByName(const std::pair<const char*, Value> (&names)[N]) {
   return {std::begin(names), std::end(names)};
+}
+
+std::map<std::string, render::ToneCurve> CurvesByName() {
+  return {render::ToneCurves().begin(), render::ToneCurves().end()};
 }
 
 // What false colours are to show; `look` is of them.
@@ -95,7 +97,7 @@ std::optional<Look> LookOf(const Words& words) {
     look.tone = Tone::kFalseColour;
     ReadFalseColours(words, look);
   } else {
-    look.tone = ByName(kTones).at(words.tone);
+    look.tone = ToneOf(CurvesByName().at(words.tone));
   }
   return look;
 }
@@ -284,7 +286,7 @@ void AddView(cli::Program& program) {
   verb.add_option("--tone", words->tone,
                   "Start with exponential, hue (exponential, hue kept) or filmic (default: "
                   "exponential)")
-      ->check(CLI::IsMember(ByName(kTones)));
+      ->check(CLI::IsMember(CurvesByName()));
   verb.add_option(
           "--layer", words->layer,
           "What --false-colour shows: radiance, irradiance, coverage, samples, noise or lab "

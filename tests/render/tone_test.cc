@@ -1,5 +1,5 @@
 // Tone operators keep colours and are the curves that they state.
-#include "luxfield/view/picture/tone.h"
+#include "luxfield/render/film/tone.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include "luxfield/core/random.h"
 #include "tests/seed.h"
 
-namespace luxfield::view {
+namespace luxfield::render {
 namespace {
 
 using core::Rgb;
@@ -73,4 +73,4 @@ TEST(Tone, WhatIsNotLitIsBlack) {
 }
 
 }  // namespace
-}  // namespace luxfield::view
+}  // namespace luxfield::render

@@ -1,9 +1,9 @@
-#include "luxfield/view/picture/tone.h"
+#include "luxfield/render/film/tone.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace luxfield::view {
+namespace luxfield::render {
 namespace {
 
 constexpr double kMiddleGrey = 0.18;
@@ -19,6 +19,26 @@ core::Rgb OnLargestChannel(core::Rgb rgb, double average_luminance, const Curve&
 
 }  // namespace
 
+const std::vector<std::pair<std::string, ToneCurve>>& ToneCurves() {
+  static const std::vector<std::pair<std::string, ToneCurve>> curves = {
+      {"exponential", ToneCurve::kExponential},
+      {"hue", ToneCurve::kExponentialHue},
+      {"filmic", ToneCurve::kFilmic}};
+  return curves;
+}
+
+core::Rgb Toned(const core::Rgb& linear, ToneCurve curve, double k, double average_luminance) {
+  switch (curve) {
+    case ToneCurve::kExponentialHue:
+      return ExponentialHueTone(linear, k, average_luminance);
+    case ToneCurve::kFilmic:
+      return FilmicTone(linear, k, average_luminance);
+    case ToneCurve::kExponential:
+      break;
+  }
+  return core::ExponentialTone(linear, k, average_luminance);
+}
+
 core::Rgb ExponentialHueTone(const core::Rgb& linear, double k, double average_luminance) {
   return OnLargestChannel(linear, average_luminance, [&](double m) { return -std::expm1(-k * m); });
 }
@@ -30,4 +50,4 @@ core::Rgb FilmicTone(const core::Rgb& linear, double k, double average_luminance
   });
 }
 
-}  // namespace luxfield::view
+}  // namespace luxfield::render
