@@ -3,12 +3,14 @@
 
 #include <arpa/inet.h>
 #include <arv.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
@@ -516,6 +518,24 @@ TEST_F(Aravis, NoDamagedAnswerIsBelieved) {
   }
   EXPECT_GT(errors, 0) << "nothing was damaged";
   damaged_reading = kNone;
+}
+
+// The library would end the program by a signal.
+TEST_F(Aravis, WithoutDescriptorsNoSearchBegins) {
+  rlimit limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &limit), 0);
+  const int next = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  ASSERT_GE(next, 0);
+  ::close(next);
+  rlimit few = limit;
+  few.rlim_cur = static_cast<rlim_t>(next) + 5;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  const std::string search = ErrorOf([&] { ListAravisDevices(); }).what(),
+                    open = ErrorOf([&] { AravisCamera({}, clock_); }).what();
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &limit), 0);
+  for (const std::string& sentence : {search, open})
+    EXPECT_THAT(sentence,
+                HasSubstr("file descriptors are left, a search takes up to 32 (refused); raise"));
 }
 
 TEST_F(Aravis, AKilledCameraEndsByTheDeadline) {

@@ -3,7 +3,9 @@
 #if LUXFIELD_ARAVIS
 
 #include <arv.h>
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -15,6 +17,7 @@
 #include <system_error>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "luxfield/core/printable.h"
 #include "luxfield/hal/drivers/aravis/camera_features.h"
@@ -47,6 +50,24 @@ struct Unref {
 };
 template <typename T>
 using Owned = std::unique_ptr<T, Unref<T>>;
+
+// Aravis searches over sockets whose opening it does not test: without descriptors it ends the program.
+void RequireDescriptors(const std::string& device) {
+  constexpr int kOfASearch =
+      32;  // a socket for each of the network's interfaces, USB's and their pipes
+  std::vector<int> held;
+  for (int k = 0; k < kOfASearch; ++k) {
+    const int fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    if (fd < 0) break;
+    held.push_back(fd);
+  }
+  for (const int fd : held) ::close(fd);
+  if (held.size() < kOfASearch)
+    throw HardwareError(Fault::kRefused, device, "search",
+                        fmt::format("{} file descriptors are left, a search takes up to {}",
+                                    held.size(), kOfASearch),
+                        "raise the limit of open files (ulimit -n)");
+}
 
 }  // namespace
 
@@ -377,6 +398,7 @@ session::RawFrame AravisCamera::Session::Read(ArvBuffer* buffer) const {
 }
 
 std::vector<AravisDevice> ListAravisDevices() {
+  RequireDescriptors("cameras");
   arv_update_device_list();
   const auto text = [](const char* s) { return std::string(s ? s : ""); };
   std::vector<AravisDevice> devices;
@@ -396,6 +418,7 @@ AravisCamera::AravisCamera(const AravisOptions& options, std::shared_ptr<core::C
                         "the line that is to trigger it is not open",
                         "mend what keeps the trigger from opening");
   if (options.line_trigger) session_->line = std::move(trigger);
+  RequireDescriptors(session_->name);
   caller_.emplace(session_->name, clock_);
   const double deadline_s = clock_->MonotonicSeconds() + kOpen_s;
   capabilities_ = caller_->Call("open", deadline_s, [session = session_, options] {
