@@ -27,6 +27,8 @@ def site_path(path):
         return RENAMED[name]
     if name.startswith("docs/") and not name.startswith("docs/site/"):
         return name.removeprefix("docs/")
+    if name.startswith("python/examples/"):
+        return f"examples/{path.stem}.md"
     return None
 
 
