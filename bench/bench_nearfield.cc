@@ -65,15 +65,18 @@ Timing Time(const render::Device& device, render::Estimator& estimator,
   options.samples_per_pixel = samples_per_pixel;
   std::vector<double> wall_s, core_s, device_s;
   Timing timing;
-  // The first run compiles and touches memory; it is not timed.
-  for (int run = 0; run <= repeats; ++run) {
+  const auto light = [&] {
     lighting.Clear();
     device.Finish();
     device.TakeKernelTimes();
     const core::Stopwatch stopwatch;
     estimator.Light({gbuffer}, render::PosedLuminaire{luminaire}, options, lighting);
     device.Finish();
-    if (run == 0) continue;
+    return stopwatch;
+  };
+  light();  // compiles and touches memory
+  for (int run = 0; run < repeats; ++run) {
+    const core::Stopwatch stopwatch = light();
     wall_s.push_back(stopwatch.WallSeconds());
     core_s.push_back(stopwatch.CoreSeconds());
     timing.kernels = device.TakeKernelTimes();

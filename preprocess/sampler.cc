@@ -125,7 +125,7 @@ Drawn Draw(const Span& span, double origin, double size, double target,
     (cumulative(middle) <= target ? lo : hi) = middle;
   }
   const double before = cumulative(lo), all = cumulative(lo + 1) - before;
-  const double part = all > 0 ? std::clamp((target - before) / all, 0.0, 1.0) : 0.5;
+  const double part = all > 0 ? (target - before) / all : 0.5;
   const double from = std::max(double(lo), span.lo), to = std::min(lo + 1.0, span.hi);
   const double place = (from + part * (to - from) - origin) / size;
   return {lo, std::clamp(place, 0.0, 1.0)};

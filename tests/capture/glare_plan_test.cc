@@ -55,6 +55,27 @@ std::string Refusal(Action action) {
   return "nothing was refused";
 }
 
+TEST(GlarePlan, WhatItStatesIsReadAndKept) {
+  const auto read = [](const std::string& share) {
+    return ReadGlarePlan(core::Config::FromString(
+        "[plan]\nkind = \"glare\"\nname = \"black velvet\"\n[exposure]\nmin_s = 0.001\nmax_s = 1\n"
+        "max_attempts = 7\nsaturation_share = " +
+            share + "\n",
+        "plan.toml"));
+  };
+  const GlarePlan plan = read("0.1");
+  EXPECT_EQ(plan.name, "black velvet");
+  EXPECT_EQ(plan.saturation_share, 0.1);
+  EXPECT_THAT(Refusal([&] { read("0.099"); }), HasSubstr("saturation_share"));
+  EXPECT_THAT(Refusal([&] { read("0.951"); }), HasSubstr("saturation_share"));
+  const session::PlanFile file = TargetPlanFile(PlanKind::kGlare, plan, {0.5, 1});
+  EXPECT_EQ(file.name, "black velvet");
+  ASSERT_TRUE(file.exposure);
+  EXPECT_EQ(file.exposure->ladder_s, std::vector({0.5, 1.0}));
+  EXPECT_EQ(file.exposure->saturation_share, 0.1);
+  EXPECT_EQ(file.exposure->max_attempts, 7);
+}
+
 TEST(GlarePlan, RefusesWhatTheLabCannotDo) {
   TestLab bare = Bench();
   bare.errors.resize(bare.errors.find("[targets]"));

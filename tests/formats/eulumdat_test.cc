@@ -74,6 +74,7 @@ TEST(Eulumdat, HeaderIsRead) {
   EXPECT_EQ(p.keyword("MANUFAC"), "Ulm GmbH");
   EXPECT_EQ(p.stated_flux_lm, 1600);  // 80 % of 2000 lm
   EXPECT_EQ(p.lamp_flux_lm, 2000);
+  EXPECT_EQ(p.input_watts, 25);
   // Length lies along C90.
   EXPECT_EQ(Describe(p.opening), "a rectangle of 200 mm (C0) x 500 mm (C90)");
   EXPECT_DOUBLE_EQ(p.housing_m[1], 0.6);

@@ -160,6 +160,21 @@ TEST(ExportCheck, WrongIntensitiesAreFound) {
   EXPECT_EQ(checks(scaled), std::pair(false, false));
 }
 
+// A peak in one direction of the table, dark around it: the cells about it are lit at one corner.
+TEST(ExportCheck, CellsThatAreLitAtOneCornerAreLookedInto) {
+  FarField one;
+  one.table.planes_deg = {0, 90, 180, 270};
+  one.table.angles_deg = {0, 20, 40, 60, 90};
+  one.table.intensity_cd.assign(20, 0);
+  one.table.intensity_cd[1 * 5 + 2] = 5e3;
+  const auto path = Folder() / "one.ies";
+  core::WriteFileAtomically(path, FormatLm63(one.table, Lm63Version::k2002, "one.ies"));
+  const ExportCheck check = CheckInterpolation(path, one, AsymmetricLamp(), {}, TestSeed(9));
+  EXPECT_EQ(check.receivers, 500);
+  EXPECT_GT(check.max_rel_error, 0.5);  // next to the peak
+  EXPECT_FALSE(check.holds());
+}
+
 Eye EyeAt(Vec3 position, Eye::Projection projection) {
   Eye eye;
   eye.projection = projection;

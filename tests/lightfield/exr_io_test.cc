@@ -10,6 +10,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/file.h"
+#include "luxfield/lightfield/file_pieces.h"
 #include "luxfield/lightfield/light_field.h"
 #include "luxfield/lightfield/measurements.h"
 #include "support.h"
@@ -117,6 +118,30 @@ TEST(MeasurementsFile, RoundTripIsBitExact) {
       EXPECT_EQ(back.positions[m].displacement_m.y, out.positions[m].displacement_m.y);
     }
   }
+}
+
+// Files of some positions, one after the other, have the parts of the whole.
+TEST(MeasurementsFile, PositionsOnTheirOwnAreThePartsOfTheWhole) {
+  const Measurements out = RandomMeasurements(SmallGeometry(Basis::Make(BasisKind::kBspline2)), 35);
+  const auto whole = UniquePath(".meas.exr");
+  WriteMeasurements(whole, out);
+  core::ExrReader reader(whole);
+  const int count = out.geometry.grid.count();
+  int at = 0;
+  for (const auto& [first, last] : {std::pair{0, 5}, std::pair{5, 6}, std::pair{6, count}}) {
+    const auto path = UniquePath(".meas.exr");
+    WriteMeasurementPositions(path, out, first, last, [&](int m) { return out.positions[m]; });
+    core::ExrReader piece(path);
+    ASSERT_EQ(piece.parts().size(), static_cast<std::size_t>(last - first));
+    for (std::size_t k = 0; k < piece.parts().size(); ++k, ++at) {
+      EXPECT_EQ(piece.parts()[k].name, reader.parts()[at].name);
+      for (const std::string& channel : reader.parts()[at].channels)
+        if (channel != "mask")
+          ExpectSameBits(piece.ReadFloat(static_cast<int>(k), channel),
+                         reader.ReadFloat(at, channel));
+    }
+  }
+  EXPECT_EQ(at, count);
 }
 
 // What a viewer sees: a number only where light was detected.

@@ -32,6 +32,17 @@ TEST(LightVectorRows, AreThoseOfPoints) {
     }
 }
 
+// More functions than texels in a row, and the other way round.
+TEST(LightVectorRows, GridAndLatticeOfOtherSizes) {
+  LuminaireGeometry g = SmallGeometry(Basis::Make(BasisKind::kBspline2), 3);
+  g.grid = BasisGrid::Centred(g.grid.basis, 40, 2, 0.003);
+  g.lattice = {1, 3, -0.11, 0.095, 0.2, 0.06};
+  ExpectThoseOfPoints(RandomField(g, 5, -0.5, 1), 0.037, 0.5);
+  g.grid = BasisGrid::Centred(g.grid.basis, 1, 2, 0.03);
+  g.lattice = {50, 3, -0.11, 0.095, 0.0044, 0.06};
+  ExpectThoseOfPoints(RandomField(g, 6, -0.5, 1), 0.037, 0.5);
+}
+
 TEST(LightVectorRows, NoPointsGiveNone) {
   const LightField field = RandomField(SmallGeometry(Basis::Make(BasisKind::kBox)), 3);
   EXPECT_TRUE(LightVectorRows(field, {}, 1).At(0).empty());

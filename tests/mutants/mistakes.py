@@ -8,7 +8,7 @@ import source_text
 # Statements whose change nobody could see, or only in the words of a message, or in speed.
 NO_BEHAVIOUR = re.compile(
     r"\bthrow\b|Error\b|fmt::print|\bcerr\b|\bcout\b|[Ww]arn|\bNote\(|\bLog|[Pp]rogress"
-    r"|\breserve\(|\bassert\b|static_assert|[Tt]hread|capacity|[Gg]rain|[Cc]hunk|[Bb]lock[Ss]ize|ccache|\busing\b|\btypedef\b"
+    r"|\breserve\(|\bassert\b|static_assert|[Tt]hread|capacity|[Gg]rain|[Cc]hunk|[Bb]lock[Ss]ize|kBlockBytes|ccache|\busing\b|\btypedef\b"
     r"|\bconstexpr\b|lock_guard"
     r"|[Pp]roblem|\bplot\.(width|height)|option_defaults|\badd_subcommand|->check\("
     r"|notify_|RaisePriority|fflush|shrink|\.close\(|prefetch|Stopwatch|add_option|add_flag|printf"

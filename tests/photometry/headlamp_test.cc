@@ -142,6 +142,11 @@ TEST(Headlamp, ItIsMeasuredAsItIsAimed) {
   // Its light comes from a millimetre: 10 m away nothing lies elsewhere.
   EXPECT_NEAR(aimed.cut_off->at_screen->place.v_deg, -0.57, 0.02);
   EXPECT_GE(aimed.cut_off->along.size(), 10u);
+  // Pictures of both screens have square pixels, as near as whole rows come to it.
+  for (const PlaneAsked& screen : {aimed.screen, aimed.aiming_screen.value()}) {
+    const double pixel_m = screen.width_m / screen.columns;
+    EXPECT_NEAR(screen.height_m / screen.rows, pixel_m, pixel_m / screen.rows) << screen.name;
+  }
   asked.aim = Place{aimed.aimed.h_deg, aimed.aimed.v_deg};
   const Headlamp again = HeadlampOf(lamp, asked);
   EXPECT_NEAR(Named(again, "75R").value.value, Named(aimed, "75R").value.value, 1e-6 * 20000);
@@ -155,21 +160,28 @@ TEST(Headlamp, TheRoadIsSeenFromTheDriversEye) {
   const Lamp lamp = LampOfField(FieldOf([](double, double) { return 5000; }, 12, -6, 2));
   HeadlampAsked asked = AskedOf({Asks("a", Kind::kPoint, {{0, 0}}, 1)});
   asked.eye_m = {-0.4, 1.2, -1.5};
-  const RoadView view = HeadlampOf(lamp, asked).view;
-  EXPECT_NEAR(Length(view.eye_m - (lightfield::Vec3{0.4, 0.55, -1.5})), 0, 1e-12);
-  const auto values = IlluminanceIn(lamp, view);
-  ASSERT_EQ(values.size(), std::size_t(view.rows) * view.columns);
-  for (const int row : {0, 20, 40})
-    for (const int column : {50, 60, 69}) {
-      const double below = view.farthest + (view.nearest - view.farthest) * (row + 0.5) / view.rows;
-      const double ahead = 1.2 / below,
-                   right = ahead *
-                           (view.left + (view.right - view.left) * (column + 0.5) / view.columns);
-      const double r = std::hypot(ahead - 1.5, right - 0.4, 0.65);
-      const double expected = 5000 * 0.65 / (r * r * r);
-      EXPECT_NEAR(values[std::size_t(row) * view.columns + column], expected, 0.01 * expected)
-          << row << " " << column;
-    }
+  for (const Place aim : {Place{0, 0}, Place{3, 0.5}}) {
+    SCOPED_TRACE(aim.h_deg);
+    asked.aim = aim;  // the road lies below the lamp as it is aimed
+    const RoadView view = HeadlampOf(lamp, asked).view;
+    const BeamFrame frame = BeamFrame{}.Turned(aim);
+    EXPECT_NEAR(Length(view.eye_m - (-0.4 * frame.right + 0.55 * frame.up - 1.5 * frame.forward)),
+                0, 1e-12);
+    const auto values = IlluminanceIn(lamp, view);
+    ASSERT_EQ(values.size(), std::size_t(view.rows) * view.columns);
+    for (const int row : {0, 20, 40})
+      for (const int column : {50, 60, 69}) {
+        const double below =
+            view.farthest + (view.nearest - view.farthest) * (row + 0.5) / view.rows;
+        const double ahead = 1.2 / below,
+                     right = ahead *
+                             (view.left + (view.right - view.left) * (column + 0.5) / view.columns);
+        const double r = std::hypot(ahead - 1.5, right - 0.4, 0.65);
+        const double expected = 5000 * 0.65 / (r * r * r);
+        EXPECT_NEAR(values[std::size_t(row) * view.columns + column], expected, 0.01 * expected)
+            << row << " " << column;
+      }
+  }
 }
 
 // A lamp whose true value is the limit passes with probability 1/2, whichever lab measures it, and the

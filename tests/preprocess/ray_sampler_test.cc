@@ -126,6 +126,25 @@ TEST(RaySampler, LeavesNegativeLightOut) {
   EXPECT_NEAR(double(kRays) / proposals, kept, 5 * std::sqrt(kept * (1 - kept) / proposals));
 }
 
+// Beyond the last function of a row there is none: not the first one of the next row, which is dark
+// where the last one shines.
+TEST(RaySampler, RowsEndWithTheirLastFunction) {
+  PosedLightField field = Field(lightfield::BasisKind::kBilinear);
+  const auto& grid = field.field.geometry.grid;
+  std::fill(field.field.data.begin(), field.field.data.end(), 0.0f);
+  field.field.image(grid.index(2, 0), 0)[7] = 1;
+  field.field.image(grid.index(0, 1), 0)[7] = -0.5f;
+  const RaySampler sampler(std::span(&field, 1), "x");
+  core::Random random(TestSeed(11), 1);
+  int right = 0;
+  for (int k = 0; k < kRays; ++k) {
+    const DrawnRay ray = sampler.Draw(random);
+    EXPECT_EQ(ray.proposals, 1);
+    right += ray.position_m.x > grid.centre(2, 0).x;
+  }
+  EXPECT_NEAR(double(right) / kRays, 0.5, 5 * std::sqrt(0.25 / kRays));
+}
+
 // Two fields, one turned: rays of each with its share of the flux, about its own axis.
 TEST(RaySampler, FieldsShareRaysByFlux) {
   PosedLightField ahead = Field(lightfield::BasisKind::kBspline2), aside = ahead;

@@ -316,6 +316,48 @@ TEST_F(LightTreeTest, SharesFollowTheLightOfLuminairesThatAreAlike) {
   }
 }
 
+// Of two small area lights as well: one overhead, the other one low over the floor, in which its cosine
+// at the receiver is all the difference.
+TEST_F(LightTreeTest, SharesFollowTheLightOfAreaLights) {
+  constexpr int kPoints = 1 << 12;
+  const Device device = Device::Open();
+  scene::AreaLight panel;
+  panel.kind = scene::AreaLightKind::kRectangle;
+  panel.radiance = {1, 1, 1};
+  panel.width_m = panel.height_m = 0.02;
+  scene::AreaLight ball = panel;
+  ball.kind = scene::AreaLightKind::kSphere;
+  ball.radius_m = 0.01;
+  const double low = 0.1;  // cosine at the receiver
+  const auto lit_by = [](scene::AreaLight light, double cosine) {
+    const Vec3 at{2 * std::sqrt(1 - cosine * cosine), 0, 2 * cosine};
+    light.world_from_light = scene::LookAt(at, {0, 0, 0}, {0, 1, 0});
+    const double area = light.kind == scene::AreaLightKind::kSphere
+                            ? kPi * light.radius_m * light.radius_m
+                            : light.width_m * light.height_m;
+    return std::pair(BoundAreaLight(MakeAreaLight(light)), area * cosine / 4);
+  };
+  GBuffer gbuffer(device, kPoints, 1);
+  gbuffer.position.Upload(
+      std::span<const cl_float4>(std::vector<cl_float4>(kPoints, {{0, 0, 0, 1}})));
+  gbuffer.normal.Upload(
+      std::span<const cl_float4>(std::vector<cl_float4>(kPoints, {{0, 0, 1, 0}})));
+  for (const auto& [first, second] : {std::pair{panel, panel}, {panel, ball}, {ball, ball}}) {
+    const auto [one, light_of_one] = lit_by(first, 1);
+    const auto [other, light_of_other] = lit_by(second, low);
+    const double share = light_of_other / (light_of_one + light_of_other);
+    const std::vector<BoundedLight> lights{one, other};
+    const Selection drawn = Select(device, UploadLightTree(device, lights, std::span(&table_, 1)),
+                                   lights.size(), gbuffer, 1, 1);
+    for (int k = 0; k < kPoints; ++k) {
+      ASSERT_EQ(drawn.counts[k], 1);
+      // A twentieth is drawn evenly.
+      const double lit = drawn.selected[k].light == 1 ? share : 1 - share;
+      ASSERT_NEAR(1 / drawn.selected[k].weight, 0.95 * lit + 0.05 / 2, 0.002);
+    }
+  }
+}
+
 // A light whose importance at a point is above 0 is drawn there with some probability: with many
 // samples all of them are, and nothing else.
 TEST_F(LightTreeTest, NoLightThatShinesIsLeftOut) {

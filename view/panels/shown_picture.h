@@ -20,9 +20,14 @@ class ShownPicture {
   const render::FalseColourScale& scale() const { return scale_; }
 
  private:
+  // What the texture shows: a picture's number, and how.
+  struct Drawn {
+    std::uint64_t number = 0;
+    Look look;
+    bool operator==(const Drawn&) const = default;
+  };
+  std::optional<Drawn> drawn_;
   ScreenTexture texture_;
-  std::optional<std::uint64_t> number_;
-  Look look_;
   render::FalseColourScale scale_{1e-3, 1};
 };
 
