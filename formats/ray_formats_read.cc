@@ -331,6 +331,7 @@ void ReadLightToolsText(const fs::path& path, Wanted& wanted) {
       const auto numbers = NumbersOf(value);
       if (numbers.size() != 3) fail("lt_data_origin needs three numbers");
       origin = unit_m * lightfield::Vec3{numbers[0], numbers[1], numbers[2]};
+      if (!(lightfield::Length(origin) <= 1e9)) fail("lt_data_origin is not finite");
     } else if (key == "lt_radiant_flux" || key == "lt_luminous_flux") {
       const auto numbers = NumbersOf(value);
       if (numbers.size() != 1) fail(fmt::format("{} needs a number", key));

@@ -136,6 +136,25 @@ TEST(RayFormats, BadRaysAreRefusedByNumber) {
   fs::remove(path);
 }
 
+// Positions are the origin's and the ray's together: neither may be infinite.
+TEST(RayFormats, OriginsAreFinite) {
+  const fs::path path = Write(RayFormat::kLightToolsText, ".txt", ThreeRays());
+  std::string text = core::ReadFile(path);
+  const auto at = text.find("lt_data_origin: 0 0 0");
+  ASSERT_NE(at, std::string::npos);
+  for (const char* origin : {"inf 0 0", "0 nan 0", "0 0 1e99"}) {
+    std::string spoilt = text;
+    std::ofstream(path, std::ios::binary) << spoilt.replace(at + 16, 5, origin);
+    try {
+      ReadRays(path);
+      FAIL() << origin;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("line 8: lt_data_origin is not finite"));
+    }
+  }
+  fs::remove(path);
+}
+
 // The same rays, written by LightTools (binary and text) and Zemax; files of other makers.
 TEST(RayFormats, TwinsOfOtherMakersAgree) {
   const fs::path folder = testdata::Folder() / "rays_tm25";
