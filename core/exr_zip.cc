@@ -28,14 +28,13 @@ LUXFIELD_SIMD_CLONES void SumDifferences(unsigned char* bytes, std::size_t count
     Bytes16 x;
     std::memcpy(&x, bytes + k, sizeof x);
     x += 128;
-    x += __builtin_shuffle(zero, x,
-                           Bytes16{0, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30});
-    x += __builtin_shuffle(zero, x,
-                           Bytes16{0, 0, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29});
-    x += __builtin_shuffle(zero, x,
-                           Bytes16{0, 0, 0, 0, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27});
-    x +=
-        __builtin_shuffle(zero, x, Bytes16{0, 0, 0, 0, 0, 0, 0, 0, 16, 17, 18, 19, 20, 21, 22, 23});
+    x += __builtin_shufflevector(zero, x, 0, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29,
+                                 30);
+    x += __builtin_shufflevector(zero, x, 0, 0, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28,
+                                 29);
+    x += __builtin_shufflevector(zero, x, 0, 0, 0, 0, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26,
+                                 27);
+    x += __builtin_shufflevector(zero, x, 0, 0, 0, 0, 0, 0, 0, 0, 16, 17, 18, 19, 20, 21, 22, 23);
     x += carry;
     std::memcpy(bytes + k, &x, sizeof x);
     carry = x[15];
