@@ -17,6 +17,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "bridges/blender"))
 import luxfield_lamp
 import receivers
 
+
 def squares(positions, normals):
     """One mesh of squares, each of which covers one pixel of a square image."""
     columns = math.ceil(math.sqrt(len(positions)))
@@ -42,6 +43,7 @@ def main(lamp, receivers_file, answer, samples=1024, repeats=8):
     luxfield_lamp.add_lamp(lamp)
     mesh, columns = squares(positions, normals)
     target = bpy.data.objects.new("receivers", mesh)
+    target.visible_shadow = target.visible_diffuse = False  # no receiver takes another's light
     bpy.context.scene.collection.objects.link(target)
 
     white = bpy.data.materials.new("white")

@@ -5,8 +5,8 @@
 Of each lamp: illuminance on three planes of COLUMNS x COLUMNS places, near, middle and far, and at so many receivers in
 its light from 0.05 to 10 m, by Radiance, Blender, Mitsuba and a reader of the glTF extension, with standard errors of
 their sampling. FOLDER gets sheet.html and sheet.json. A lamp in lm, of one field. A program that is missing is said to
-be; exit status 1 where the mean over the receivers of one deviates by more than 0.5 % beyond its
-sampling.
+be; exit status 1 where a program that samples deviates at a receiver by more than 0.5 % and 5 standard errors, or the
+mean over the receivers of any by more than 0.5 % and 3.
 """
 
 import argparse
@@ -31,12 +31,14 @@ NEAREST_M, FARTHEST_M = 0.05, 10
 PLANES_M = (("near", 0.1), ("middle", 1.0), ("far", 10.0))
 # export --to, the file, the judge and its settings.
 PROGRAMS = {
-    "Radiance": ("radiance", "lamp.rad", "judge_radiance.py", ["6", "0.0001"]),
-    "Blender": ("blender", "lamp.json", "judge_blender.py", ["1024", "8"]),
-    "Mitsuba": ("mitsuba", "lamp.xml", "judge_mitsuba.py", ["16384"]),
+    "Radiance": ("radiance", "lamp.rad", "judge_radiance.py", ["12", "4"]),
+    "Blender": ("blender", "lamp.json", "judge_blender.py", ["2048", "12"]),
+    "Mitsuba": ("mitsuba", "lamp.xml", "judge_mitsuba.py", ["1024", "12"]),
     "glTF": ("gltf", "lamp.glb", "judge_gltf.py", []),
 }
 LARGEST_DEVIATION = 0.005
+# Of 500 receivers with 12 runs each Student's t is beyond 5 at a fifth of one, were nothing else allowed.
+LARGEST_BEYOND_IN_SIGMA = 5
 
 
 class Lamp:
@@ -119,8 +121,14 @@ def figures(found, sigma, true, z):
     return {"receivers": len(true), "mean": float(part.mean()), "mean_sigma": float(np.sqrt((noise**2).sum()) / len(true)),
             "median_size": float(np.median(np.abs(part))), "largest": float(np.abs(part).max()),
             "median_sigma": float(np.median(noise)),
-            "largest_beyond_in_sigma": float((beyond / np.maximum(noise, 1e-9)).max()) if noise.any() else None,
+            "largest_beyond_half_a_percent_in_sigma": float((beyond / np.maximum(noise, 1e-9)).max()) if noise.any() else None,
             "share_within_half_a_percent_and_3_sigma": float((np.abs(part) <= LARGEST_DEVIATION + 3 * noise).mean())}
+
+
+def agrees(facts):
+    beyond = facts["largest_beyond_half_a_percent_in_sigma"]
+    return (abs(facts["mean"]) <= LARGEST_DEVIATION + 3 * facts["mean_sigma"] and
+            (beyond is None or beyond <= LARGEST_BEYOND_IN_SIGMA))
 
 
 def png(pixels):
@@ -154,7 +162,7 @@ def picture(pixels, text):
 
 def page(sheet, maps):
     parts = ["<!doctype html><meta charset=utf-8><title>Conformance sheet</title><style>body{font:15px sans-serif;"
-             "max-width:72em;margin:2em auto;padding:0 1em}table{border-collapse:collapse}td,th{padding:.2em .7em;"
+             "max-width:80em;margin:2em auto;padding:0 1em}table{border-collapse:collapse}td,th{padding:.2em .7em;"
              "border-bottom:1px solid #ccc;text-align:right}td:first-child,th:first-child{text-align:left}figure{display:"
              "inline-block;margin:.3em;width:116px;font-size:12px;vertical-align:top}img{width:116px;image-rendering:pixelated}"
              "</style><h1>Conformance sheet</h1>"
@@ -233,8 +241,7 @@ def main():
         name = lamp.name.removesuffix(".lf.exr")
         facts, maps[name] = sheet_of(arguments.luxfield, lamp.resolve(), (arguments.output / name).resolve(), arguments)
         sheet["lamps"].append({"lamp": name, "programs": facts})
-        good &= all(abs(f["receivers"]["mean"]) <= LARGEST_DEVIATION + 3 * f["receivers"]["mean_sigma"]
-                    for f in facts.values() if "missing" not in f)
+        good &= all(agrees(f["receivers"]) for f in facts.values() if "missing" not in f)
     (arguments.output / "sheet.json").write_text(json.dumps(sheet, indent=1) + "\n")
     (arguments.output / "sheet.html").write_text(page(sheet, maps) + "\n")
     print(f"sheet: {arguments.output / 'sheet.html'}")
