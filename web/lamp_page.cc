@@ -20,8 +20,8 @@ std::string_view EmbeddedSource(std::string_view path);  // generated
 namespace {
 
 // In the order in which they use each other.
-constexpr std::array<std::string_view, 4> kScripts = {"page/volume.js", "page/room.js",
-                                                      "page/renderer.js", "page/page.js"};
+constexpr std::array<std::string_view, 5> kScripts = {
+    "lib/volume.js", "lib/light_shader.js", "page/room.js", "page/renderer.js", "page/page.js"};
 
 std::string_view Part(std::string_view path) {
   const std::string_view text = EmbeddedSource(path);
@@ -89,13 +89,24 @@ std::string MadeBy(const PageFacts& facts) {
 
 // GLSL as JavaScript's template literals, which it holds no special character of.
 std::string Shaders() {
-  return fmt::format("const SHADERS = {{ light: `{}`, room: `{}`, probe: `{}` }};\n",
-                     Part("page/light.glsl"), Part("page/room.glsl"), Part("page/probe.glsl"));
+  return fmt::format("const SHADERS = {{ room: `{}`, probe: `{}` }};\n", Part("page/room.glsl"),
+                     Part("page/probe.glsl"));
+}
+
+// A module of the library as a part of one script, in which there is nobody to export to.
+std::string WithoutExports(std::string_view module) {
+  constexpr std::string_view kExport = "\nexport ";
+  std::string text;
+  for (auto at = module.find(kExport); at != module.npos; at = module.find(kExport)) {
+    text += module.substr(0, at + 1);
+    module.remove_prefix(at + kExport.size());
+  }
+  return text += module;
 }
 
 std::string Script() {
   std::string script = Shaders();
-  for (const std::string_view path : kScripts) script += Part(path);
+  for (const std::string_view path : kScripts) script += WithoutExports(Part(path));
   return script;
 }
 

@@ -1,10 +1,11 @@
-// node read_page.js PAGE RECEIVERS: decodes the page's volume with web/page/volume.js and compares it at the
+// node read_page.js PAGE RECEIVERS: decodes the page's volume with web/lib/volume.js and compares it at the
 // receivers with what the program and the closed form say. Prints JSON.
 'use strict';
 const fs = require('fs');
 const path = require('path');
 
-const source = fs.readFileSync(path.join(__dirname, '../../web/page/volume.js'), 'utf8');
+const source = fs.readFileSync(path.join(__dirname, '../../web/lib/volume.js'), 'utf8')
+  .replaceAll('\nexport ', '\n'); // as the page has it
 const LampVolume = new Function(`${source}; return LampVolume;`)();
 const page = fs.readFileSync(process.argv[2], 'utf8');
 if (!page.includes(source)) throw new Error('the page holds another volume.js');

@@ -6,9 +6,6 @@ const VERTICES = `#version 300 es
 void main() {
   gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
 }`;
-const TEXTURE_PEAK = 1000; // the largest coefficient in a texture: far from both ends of half floats
-
-const glslFloat = (x) => (Number.isInteger(x) ? `${x}.0` : `${x}`);
 
 class Renderer {
   constructor(canvas, volume, shaders) {
@@ -16,7 +13,7 @@ class Renderer {
     if (!gl) throw new Error('this browser has no WebGL2');
     Object.assign(this, { gl, canvas, volume });
     this.textures = volume.tables.map((table) => this.uploadTable(table));
-    const light = this.lightSource(shaders.light);
+    const light = lightShader(volume, this.textures.flat().map(({ scale }) => scale));
     const defines = `#define MAX_LAMPS ${MAX_LAMPS}\n#define SHADOW_RAYS ${SHADOW_RAYS}\n`;
     this.room = this.link(defines + light + shaders.room);
     this.probe = this.link(light + shaders.probe);
@@ -61,15 +58,7 @@ class Renderer {
     const [x, y, w] = table.nodes.map((n) => n + 2);
     const textures = [];
     for (let channel = 0; channel < volume.channels; ++channel) {
-      const first = 3 * channel * table.count;
-      let peak = 0;
-      for (let k = first; k < first + 3 * table.count; ++k)
-        peak = Math.max(peak, Math.abs(table.coefficients[k]));
-      const scale = peak > 0 ? TEXTURE_PEAK / peak : 1;
-      const texels = new Float32Array(4 * table.count);
-      for (let k = 0; k < table.count; ++k)
-        for (let c = 0; c < 3; ++c)
-          texels[4 * k + c] = scale * table.coefficients[first + c * table.count + k];
+      const { texels, scale } = texelsOf(table, channel);
       const unit = volume.channels * volume.tables.indexOf(table) + channel;
       gl.activeTexture(gl.TEXTURE0 + unit);
       gl.bindTexture(gl.TEXTURE_3D, gl.createTexture());
@@ -81,28 +70,6 @@ class Renderer {
       textures.push({ unit, name: `u_table_${unit}`, scale });
     }
     return textures;
-  }
-
-  // light.glsl with the samplers and the choice of the table.
-  lightSource(text) {
-    const { tables } = this.volume;
-    let source = this.textures.flat().map(({ name }) => `uniform sampler3D ${name};\n`).join('');
-    source += 'mat3 look_up(bool front, float w, vec2 x) {\n';
-    tables.forEach((table, k) => {
-      const [nx, ny, nw] = table.nodes.map(glslFloat);
-      const of = (channel) => {
-        const { name, scale } = this.textures[k][channel];
-        return `${glslFloat(1 / scale)} * spline(${name}, vec3(${nx}, ${ny}, ${nw}), at)`;
-      };
-      source += `  if (front == ${table.front} && w >= ${glslFloat(table.first)}`
-        + ` && w <= ${glslFloat(table.last)}) {\n`
-        + `    vec3 at = vec3(x * vec2(${nx} - 1.0, ${ny} - 1.0), (w - ${glslFloat(table.first)})`
-        + ` * ${glslFloat((table.nodes[2] - 1) / (table.last - table.first))});\n`
-        + (this.volume.channels === 1 ? `    vec3 k = ${of(0)};\n    return mat3(k, k, k);\n`
-          : `    return mat3(${of(0)}, ${of(1)}, ${of(2)});\n`) + '  }\n';
-    });
-    source += '  return mat3(0.0);\n}\n';
-    return text.replace('//LOOK_UP', source);
   }
 
   setRoom() {

@@ -2,7 +2,7 @@
 // of docs/web.md. Everything is in metres, in the luminaire's frame. Needs no page: it runs in any
 // JavaScript with atob and DecompressionStream.
 
-const LUMINANCE = [0.2126, 0.7152, 0.0722]; // of linear Rec. 709 (ITU-R BT.709-6, 3.2)
+export const LUMINANCE = [0.2126, 0.7152, 0.0722]; // of linear Rec. 709 (ITU-R BT.709-6, 3.2)
 
 function bytesOfBase64(text) {
   const characters = atob(text);
@@ -32,10 +32,10 @@ function codesOfBytes(bytes, line, lines) {
   return codes;
 }
 
-async function decodeTable(stated) {
+async function decodeTable(stated, packed) {
   const [x, y, w] = stated.nodes;
   const count = (x + 2) * (y + 2) * (w + 2);
-  const codes = codesOfBytes(await inflate(bytesOfBase64(stated.codes)), x + 2, y + 2);
+  const codes = codesOfBytes(await inflate(packed), x + 2, y + 2);
   if (codes.length !== count * stated.steps.length)
     throw new Error(`a table of ${codes.length} codes where ${count * stated.steps.length} are stated`);
   const coefficients = new Float32Array(codes.length);
@@ -75,13 +75,15 @@ function stencil(x, nodes) {
     f * f * f / 6] };
 }
 
-class LampVolume {
-  // `stated` is the page's JSON.
-  static async decode(stated) {
+export class LampVolume {
+  // `stated` is a page's JSON, or a light of LUXFIELD_light_field; `packed` gives the zlib stream of
+  // one of its tables.
+  static async decode(stated, packed = (table) => bytesOfBase64(table.codes)) {
     const volume = new LampVolume();
     Object.assign(volume, { delta: stated.delta_m, channels: stated.channels, onF: stated.on_f,
       onI: stated.on_i, zones: stated.zones, floorShare: stated.floor_share });
-    volume.tables = await Promise.all(stated.tables.map(decodeTable));
+    volume.tables = await Promise.all(stated.tables.map((table) =>
+      decodeTable(table, packed(table))));
     return volume;
   }
 
