@@ -32,7 +32,6 @@ RayWindow FluxWindow(std::vector<std::pair<double, double>>& crossings, double o
   double total = 0;
   for (const auto& [x, flux] : crossings) total += flux;
   RayWindow window{crossings.front().first, crossings.back().first};
-  if (!(outside > 0)) return window;
   double sum = 0;
   bool below = true;
   for (const auto& [x, flux] : crossings) {
@@ -47,6 +46,32 @@ RayWindow FluxWindow(std::vector<std::pair<double, double>>& crossings, double o
     }
   }
   return window;
+}
+
+// All of `place` of the lines with flux, of which there is one.
+template <typename Place>
+RayWindows WholeWindows(std::span<const RayLine> lines, const Place& place) {
+  RayWindows windows{{HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, -HUGE_VAL}};
+  for (const RayLine& line : lines) {
+    if (!(line.flux > 0)) continue;
+    const Vec2 at = place(line);
+    windows.x = {std::min(windows.x.low, at.x), std::max(windows.x.high, at.x)};
+    windows.y = {std::min(windows.y.low, at.y), std::max(windows.y.high, at.y)};
+  }
+  return windows;
+}
+
+template <typename Place>
+RayWindows WindowsOf(std::span<const RayLine> lines, double outside, const Place& place) {
+  if (!(outside > 0)) return WholeWindows(lines, place);
+  std::vector<std::pair<double, double>> x, y;
+  for (const RayLine& line : lines) {
+    if (!(line.flux > 0)) continue;
+    const Vec2 at = place(line);
+    x.emplace_back(at.x, line.flux);
+    y.emplace_back(at.y, line.flux);
+  }
+  return {FluxWindow(x, outside), FluxWindow(y, outside)};
 }
 
 }  // namespace
@@ -101,14 +126,11 @@ double NarrowestZ(std::span<const RayLine> lines) {
 }
 
 RayWindows FluxWindows(std::span<const RayLine> lines, double z, double outside) {
-  std::vector<std::pair<double, double>> x, y;
-  for (const RayLine& line : lines) {
-    if (!(line.flux > 0)) continue;
-    const Vec2 at = line.At(z);
-    x.emplace_back(at.x, line.flux);
-    y.emplace_back(at.y, line.flux);
-  }
-  return {FluxWindow(x, outside), FluxWindow(y, outside)};
+  return WindowsOf(lines, outside, [z](const RayLine& line) { return line.At(z); });
+}
+
+RayWindows SlopeWindows(std::span<const RayLine> lines, double outside) {
+  return WindowsOf(lines, outside, [](const RayLine& line) { return line.slope; });
 }
 
 }  // namespace luxfield::reconstruct

@@ -54,4 +54,7 @@ struct RayWindows {
 };
 RayWindows FluxWindows(std::span<const RayLine> lines, double z, double outside);
 
+// The same of slopes.
+RayWindows SlopeWindows(std::span<const RayLine> lines, double outside);
+
 }  // namespace luxfield::reconstruct

@@ -43,20 +43,18 @@ class PlaneChoice {
  public:
   PlaneChoice(std::span<const RayLine> lines, const RayPlaneOptions& options, RayPlanes& planes)
       : options_(options), planes_(planes), all_(lines) {
+    TakeSample();
     const double z = planes.filter_z_m, outside = (1 - options.coverage) / 8;
     window_ = FluxWindows(lines, z, outside);
     const double extent = std::max(window_.x.size(), window_.y.size());
-    const RayWindows most = FluxWindows(lines, z, 0.01 / 4);
+    const RayWindows most = FluxWindows(tried(), z, 0.01 / 4);
     planes.relative_window =
         std::max(extent, kLeastExtent_m) / std::max({most.x.size(), most.y.size(), kLeastExtent_m});
     for (RayWindow* window : {&window_.x, &window_.y}) Widen(*window, kLeastExtent_m / 2);
     is_point_ = extent < 0.1 * kLeastExtent_m;
     extent_m_ = std::max(window_.x.size(), window_.y.size());
-    std::vector<RayLine> slopes(lines.begin(), lines.end());
-    for (RayLine& line : slopes) line.at_zero = {};
-    const RayWindows directions = FluxWindows(slopes, 1, outside);
+    const RayWindows directions = SlopeWindows(lines, outside);
     slope_extent_ = std::max({directions.x.size(), directions.y.size(), 1e-3});
-    TakeSample();
   }
 
   LuminaireGeometry Best() {
@@ -95,6 +93,11 @@ class PlaneChoice {
         sample_.push_back(line);
         sample_.back().flux /= share_;
       }
+    const bool dark = std::none_of(sample_.begin(), sample_.end(),
+                                   [](const RayLine& line) { return line.flux > 0; });
+    if (!dark) return;
+    sample_.clear();
+    share_ = 1;
   }
 
   std::span<const RayLine> tried() const { return sample_.empty() ? all_ : sample_; }
