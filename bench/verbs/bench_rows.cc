@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
+#include "luxfield/core/file.h"
 #include "luxfield/core/parallel.h"
 
 namespace luxfield::bench {
@@ -40,6 +42,13 @@ core::Json Finish(const core::Json& rows, const std::string& device,
                   const std::vector<std::string>& columns) {
   PrintRows(rows, columns);
   return {{"rows", rows}, {"device", device}, {"threads", core::Threads()}};
+}
+
+std::string CpuName() {
+  std::istringstream lines(core::ReadFile("/proc/cpuinfo"));
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown CPU";
 }
 
 }  // namespace luxfield::bench

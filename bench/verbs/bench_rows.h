@@ -14,6 +14,9 @@ namespace luxfield::bench {
 // the first row's.
 void PrintRows(const core::Json& rows, const std::vector<std::string>& columns);
 
+// The processor, as a bench on host threads names its device.
+std::string CpuName();
+
 // Prints them, and returns them with the device and the threads.
 core::Json Finish(const core::Json& rows, const std::string& device,
                   const std::vector<std::string>& columns = {});

@@ -6,7 +6,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <sstream>
 
 #include "luxfield/bench/bench_accuracy.h"
 #include "luxfield/bench/bench_budget.h"
@@ -38,9 +37,9 @@
 #include "luxfield/bench/verbs/verb_bench_capture.h"
 #include "luxfield/bench/verbs/verb_bench_errors.h"
 #include "luxfield/bench/verbs/verb_bench_lamps.h"
+#include "luxfield/bench/verbs/verb_bench_ray_files.h"
 #include "luxfield/bench/verbs/verb_bench_spacing.h"
 #include "luxfield/cli/program.h"
-#include "luxfield/core/file.h"
 #include "luxfield/core/parallel.h"
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/render/accuracy/cost_model.h"
@@ -48,14 +47,6 @@
 
 namespace luxfield::bench {
 namespace {
-
-// The processor, as a bench on host threads names its device.
-std::string CpuName() {
-  std::istringstream lines(core::ReadFile("/proc/cpuinfo"));
-  for (std::string line; std::getline(lines, line);)
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  return "unknown CPU";
-}
 
 struct CalibrateOptions {
   std::string device;
@@ -529,6 +520,7 @@ void AddBench(cli::Program& program) {
   AddBenchCapture(program, benches);
   AddBenchSpacing(program, benches);
   AddBenchLamps(program, benches);
+  AddBenchRayFiles(program, benches);
   AddErrors(program, benches);
   AddBudget(program, benches);
   AddFilters(program, benches);
