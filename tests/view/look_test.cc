@@ -5,13 +5,16 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "luxfield/core/colour.h"
 #include "luxfield/core/random.h"
+#include "luxfield/view/picture/tone_codes.h"
 #include "tests/seed.h"
 
 namespace luxfield::view {
@@ -65,6 +68,29 @@ TEST(Look, EncodesEveryValueAsTheFormulaRoundsIt) {
   for (const double x : {-1.0, 0.0, 1.0, 2.0, 1e30})
     EXPECT_EQ(EncodeByte(x), std::lround(255 * core::SrgbEncode(x))) << x;
   EXPECT_EQ(EncodeByte(std::nan("")), 0);
+}
+
+// Codes of a table are those of the operator, at every code's edge and of values that are none.
+TEST(ToneCodes, AreTheCodesOfTheCurve) {
+  const auto code = [](float value) {
+    return EncodeByte(
+        static_cast<float>(core::ExponentialTone({value, value, value}, 1.3, 0.7)[0]));
+  };
+  const ToneCodes codes(code);
+  core::Random random(TestSeed(5), 0);
+  std::array<int, 256> seen{};
+  for (int i = 0; i < 300000; ++i) {
+    const auto value = static_cast<float>(std::pow(10, 8 * random.Uniform() - 6));
+    ASSERT_EQ(codes.At(value), code(value)) << value;
+    ++seen[codes.At(value)];
+  }
+  EXPECT_THAT(seen, testing::Each(testing::Gt(0)));
+  for (const float value : {0.0f, -0.0f, -1.0f, -1e30f, std::nanf("")})
+    EXPECT_EQ(codes.At(value), 0);
+  EXPECT_EQ(codes.At(std::numeric_limits<float>::infinity()), 255);
+  EXPECT_EQ(codes.At(std::numeric_limits<float>::denorm_min()), 0);
+  const ToneCodes black([](float) { return std::uint8_t{0}; });
+  EXPECT_EQ(black.At(1e30f), 0);
 }
 
 TEST(Look, ToneOperatorsAreThoseOfTheWrittenPng) {

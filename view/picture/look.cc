@@ -6,6 +6,7 @@
 
 #include "luxfield/core/colour.h"
 #include "luxfield/core/parallel.h"
+#include "luxfield/view/picture/tone_codes.h"
 
 namespace luxfield::view {
 namespace {
@@ -130,6 +131,14 @@ core::Rgb Toned(const core::Rgb& rgb, const Look& look, double average) {
   return display;
 }
 
+// Of operators whose channels do not know of each other.
+std::optional<ToneCodes> CodesOf(const Look& look, double average) {
+  if (look.tone != Tone::kExponential && look.tone != Tone::kLinear) return {};
+  return ToneCodes([&](float value) {
+    return Encoded(Toned({value, value, value}, look, average))[0];
+  });
+}
+
 }  // namespace
 
 Tone ToneOf(render::ToneCurve curve) {
@@ -190,7 +199,15 @@ std::vector<std::uint8_t> ColoursOf(const render::Frame& frame, const Look& look
   }
   const std::size_t pixels = frame.radiance.plane_size();
   std::vector<std::uint8_t> bytes(4 * pixels, 255);
+  const std::optional<ToneCodes> by_channel = CodesOf(look, average);
   core::ParallelFor(pixels, kGrain, [&](std::size_t begin, std::size_t end) {
+    if (by_channel) {
+      for (int c = 0; c < 3; ++c) {
+        const auto plane = frame.radiance.plane(c);
+        for (std::size_t i = begin; i < end; ++i) bytes[4 * i + c] = by_channel->At(plane[i]);
+      }
+      return;
+    }
     for (std::size_t i = begin; i < end; ++i) {
       const auto codes = values ? FalseColourAt(*values, i, look.contours)
                                 : Encoded(Toned(PixelOf(frame.radiance, i), look, average));
