@@ -130,6 +130,12 @@ void LitScene::PlaceLuminaire(std::size_t number, const scene::Pose& world_from_
   }
 }
 
+void LitScene::PlaceEnvironment(const scene::Pose& world_from_environment, double scale) {
+  if (!environment_) return;
+  environment_->light.SetPose(world_from_environment);
+  environment_->scale = scale;
+}
+
 void LitScene::RequireEnvironment(const EnvironmentTableOptions& options) {
   const core::Stopwatch stopwatch;
   if (environment_) environment_->light.SetOptions(options);

@@ -101,6 +101,15 @@ class LitScene {
   // pictures to come. Volumes stay those of where it stood: what lies outside them is lit by `exact`.
   void PlaceLuminaire(std::size_t number, const scene::Pose& world_from_luminaire, double scale);
 
+  // Turns the environment and scales its radiance, if there is one, for pictures to come.
+  void PlaceEnvironment(const scene::Pose& world_from_environment, double scale);
+
+  // Other materials, as many and of the same kinds, for pictures to come; the scene's textures.
+  void SetMaterials(const std::vector<scene::Material>& materials,
+                    const std::vector<scene::Texture>& textures) {
+    ReplaceMaterials(materials, textures, geometry_);
+  }
+
   // Forgets the volumes: the next picture that needs one builds it anew, as if it were the first.
   void DropVolumes();
 

@@ -12,6 +12,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/warning.h"
 #include "luxfield/scene/mesh.h"
+#include "luxfield/scene/named_view.h"
 #include "luxfield/scene/texture.h"
 
 namespace luxfield::scene {
@@ -234,14 +235,33 @@ class GeometryReader {
   std::map<std::string, std::uint32_t> materials_;
 };
 
-Camera ReadCamera(const Config& root, const SceneOverrides& overrides) {
-  const Config table = root.Table("camera");
+Camera CameraAt(const Config& table, int width, int height) {
   const View view = GetView(table);
   const double fov = table.Number("vertical_fov_deg", 40, {0.01, 170});
+  return Camera::LookAt(view.position, view.target, view.up, fov, width, height);
+}
+
+Camera ReadCamera(const Config& root, const SceneOverrides& overrides) {
+  const Config table = root.Table("camera");
   const int width = table.Integer("width", 1024, 1, kMaxPixels);
   const int height = table.Integer("height", 768, 1, kMaxPixels);
-  return Camera::LookAt(view.position, view.target, view.up, fov, overrides.width.value_or(width),
-                        overrides.height.value_or(height));
+  return CameraAt(table, overrides.width.value_or(width), overrides.height.value_or(height));
+}
+
+struct NamedView {
+  std::string name;
+  Camera camera;
+};
+
+std::vector<NamedView> ReadViews(const Config& root, const Camera& camera) {
+  std::vector<NamedView> views;
+  for (const Config& table : root.Tables("view")) {
+    const std::string name = table.Text("name");
+    if (std::ranges::find(views, name, &NamedView::name) != views.end())
+      table.Fail("name", "is taken", "give each view its own name");
+    views.push_back({name, CameraAt(table, camera.width, camera.height)});
+  }
+  return views;
 }
 
 // Adds the copies of a light, whose pose is world_from_light.
@@ -381,6 +401,7 @@ Scene ReadScene(const std::filesystem::path& path, const SceneOverrides& overrid
   Scene scene;
   scene.file = path;
   scene.camera = ReadCamera(root, overrides);
+  ReadViews(root, scene.camera);
   scene.luminaires = ReadLuminaires(root);
   scene.area_lights = ReadAreaLights(root);
   scene.environment = ReadEnvironment(root);
@@ -396,6 +417,18 @@ Scene ReadScene(const std::filesystem::path& path, const SceneOverrides& overrid
   Override(overrides.tables, path.string(), scene.luminaires,
            [](Luminaire& luminaire, const auto& file) { luminaire.tables = file; });
   return scene;
+}
+
+Camera ReadNamedView(const std::filesystem::path& scene, const std::string& name,
+                     const Camera& camera) {
+  const std::vector<NamedView> views = ReadViews(Config::FromFile(scene), camera);
+  const auto view = std::ranges::find(views, name, &NamedView::name);
+  if (view != views.end()) return view->camera;
+  std::vector<std::string> names;
+  for (const NamedView& known : views) names.push_back(known.name);
+  throw InputError(scene.string(), fmt::format("has no view named '{}'", name),
+                   names.empty() ? "add a [[view]] of that name"
+                                 : fmt::format("use one of {}", fmt::join(names, ", ")));
 }
 
 }  // namespace luxfield::scene

@@ -40,7 +40,7 @@ class Viewer {
  public:
   explicit Viewer(const ViewerOptions& options)
       : options_(options),
-        window_("luxfield " + options.input.file.filename().string(), options.size),
+        window_(Title(true), options.size),
         document_(OpenInput(options.input, options.wait)),
         bare_(options.bare) {
     if (options.look) look_ = *options.look;
@@ -51,6 +51,7 @@ class Viewer {
     while (!window_.ShouldClose() && core::InterruptCount() == 0) {
       const bool drawn = window_.BeginFrame(Wait());
       document_->Update();
+      window_.SetTitle(Title(document_->Settled()));
       if (!drawn) continue;
       Draw();
       if (document_->picture() || document_->failure() || document_->DrawsItself()) ++frames_;
@@ -69,6 +70,11 @@ class Viewer {
   }
 
  private:
+  // With dots while something is still being made.
+  std::string Title(bool settled) const {
+    return "luxfield " + options_.input.file.filename().string() + (settled ? "" : " ...");
+  }
+
   double Wait() const {
     const bool soon = options_.frames ? frames_ > 0 : document_->Settled();
     if (!options_.screenshot.empty() && soon) return 0.001;
@@ -248,6 +254,8 @@ class Viewer {
         if (const auto reading =
                 ReadingAt({(column + 0.5) / whole.width, (row + 0.5) / whole.height}))
           result.readings.push_back(*reading);
+      for (const PicturePlace& place : readings_.probes())
+        if (const auto reading = ReadingAt(place)) result.probes.push_back(*reading);
     }
     return result;
   }

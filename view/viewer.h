@@ -35,7 +35,8 @@ struct ViewerResult {
   WindowSize picture;           // 0 x 0: there was none
   std::optional<double> error;  // estimated, of its luminance
   lightfield::FluxUnit unit = lightfield::FluxUnit::kRelative;
-  std::vector<Reading> readings;
+  std::vector<Reading> readings;  // that were asked for
+  std::vector<Reading> probes;    // that stand on the picture
 };
 
 // Throws DeviceError where no window can be opened or the screenshot not be written.

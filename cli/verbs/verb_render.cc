@@ -24,12 +24,13 @@
 #include "luxfield/render/film/film.h"
 #include "luxfield/render/lights/shadow_maps.h"
 #include "luxfield/render/renderer.h"
+#include "luxfield/scene/named_view.h"
 
 namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string scene, output, radiance_map, irradiance_map, display, device;
+  std::string scene, view, output, radiance_map, irradiance_map, display, device;
   PngOptions png;
   std::vector<std::string> light_fields, tables, knobs;
   std::optional<int> width, height, antialias;
@@ -257,7 +258,9 @@ core::Json Run(Options options, const Common& common) {
   options.render.antialias = options.antialias.value_or(UsualAntialias(options));
   for (const auto& knob : options.knobs) options.render.knobs.Set(knob);
   options.render.Validate();
-  const scene::Scene scene = scene::ReadScene(options.scene, overrides);
+  scene::Scene scene = scene::ReadScene(options.scene, overrides);
+  if (!options.view.empty())
+    scene.camera = scene::ReadNamedView(options.scene, options.view, scene.camera);
   RequireLuminaires(scene);
   RefuseUnread(options, scene);
   const render::Device device = render::Device::Open(options.device, common.threads);
@@ -312,6 +315,8 @@ void AddRender(Program& program) {
   verb.add_option("SCENE", options->scene, "The scene.toml")
       ->required()
       ->check(InputFile({core::FileKind::kScene}));
+  verb.add_option("--view", options->view,
+                  "Look from this [[view]] of the scene (default: from its [camera])");
   verb.add_option("-o,--output", options->output, "The EXR to write: radiance and AOVs")
       ->required()
       ->check(OutputFile());

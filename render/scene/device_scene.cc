@@ -52,33 +52,33 @@ void SetGloss(const scene::Material& from, SurfaceMaterial& material) {
   }
 }
 
-}  // namespace
-
-DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry) {
-  std::vector<std::uint32_t> texels;
+// Where each texture begins, as their texels lie one after the other.
+std::vector<int> OffsetsOf(const std::vector<scene::Texture>& textures) {
+  std::size_t texels = 0;
   std::vector<int> offsets;
-  for (const auto& texture : geometry.textures) {
-    if (texels.size() + texture.rgba.size() >
-        static_cast<std::size_t>(std::numeric_limits<int>::max()))
+  for (const auto& texture : textures) {
+    if (texels + texture.rgba.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
       throw InputError("the scene's textures hold more than 2^31 texels; use smaller ones");
-    offsets.push_back(static_cast<int>(texels.size()));
-    texels.insert(texels.end(), texture.rgba.begin(), texture.rgba.end());
+    offsets.push_back(static_cast<int>(texels));
+    texels += texture.rgba.size();
   }
+  return offsets;
+}
+
+std::vector<SurfaceMaterial> SurfaceMaterials(const std::vector<scene::Material>& materials,
+                                              const std::vector<scene::Texture>& textures) {
+  const std::vector<int> offsets = OffsetsOf(textures);
   const auto texels_of = [&](int texture, const scene::TexturePlacement& placement) {
     TextureTexels of{};
     of.offset = -1;
     if (texture < 0) return of;
-    of = {offsets[texture],
-          geometry.textures[texture].width,
-          geometry.textures[texture].height,
-          placement.set,
-          {}};
+    of = {offsets[texture], textures[texture].width, textures[texture].height, placement.set, {}};
     for (std::size_t row = 0; row < 2; ++row)
       std::copy_n(placement.rows[row].begin(), 3, of.placement + 3 * row);
     return of;
   };
-  std::vector<SurfaceMaterial> materials;
-  for (const auto& from : geometry.materials) {
+  std::vector<SurfaceMaterial> surfaces;
+  for (const auto& from : materials) {
     SurfaceMaterial material{};
     std::copy(from.albedo.begin(), from.albedo.end(), material.albedo);
     SetGloss(from, material);
@@ -91,8 +91,24 @@ DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry) {
     material.emission_colour = texels_of(from.emission_texture, from.emission_placement);
     material.normal_scale = from.normal_scale;
     std::copy(from.emission.begin(), from.emission.end(), material.emission);
-    materials.push_back(material);
+    surfaces.push_back(material);
   }
+  return surfaces;
+}
+
+}  // namespace
+
+void ReplaceMaterials(const std::vector<scene::Material>& materials,
+                      const std::vector<scene::Texture>& textures, DeviceScene& scene) {
+  scene.materials = Buffer::From(scene.device, SurfaceMaterials(materials, textures));
+}
+
+DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry) {
+  const std::vector<SurfaceMaterial> materials =
+      SurfaceMaterials(geometry.materials, geometry.textures);
+  std::vector<std::uint32_t> texels;
+  for (const auto& texture : geometry.textures)
+    texels.insert(texels.end(), texture.rgba.begin(), texture.rgba.end());
   return {device,
           MakeRayScene(device, geometry),
           Buffer::From(device, geometry.vertices),

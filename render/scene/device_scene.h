@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "luxfield/render/kernels/scene/gbuffer_types.clh"
 #include "luxfield/render/scene/device_bvh.h"
@@ -29,6 +30,11 @@ struct DeviceScene {
 // Builds the hierarchy and uploads. Throws InputError if the scene is too large for the kernels'
 // 32-bit numbers, DeviceError if the device cannot hold it.
 DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry);
+
+// Other materials for the surfaces of an uploaded scene, as many and of the same kinds, with the same
+// textures.
+void ReplaceMaterials(const std::vector<scene::Material>& materials,
+                      const std::vector<scene::Texture>& textures, DeviceScene& scene);
 
 // A camera as kernels see it (kernels/scene/gbuffer_types.clh): rows [first_row, first_row + rows)
 // of its picture; `sample` is the place in every pixel, (0.5, 0.5) its centre.

@@ -112,5 +112,33 @@ TEST(LampHandles, AnAimedLampShinesAtItsTarget) {
   EXPECT_EQ(Aimed(lamp, lamp.position + Vec3{0, 0, 1}), lamp);
 }
 
+// A point before the lamp lands at the mirrored point before the mirrored one, and the lamp's own y
+// axis at its reflection.
+TEST(LampHandles, AMirroredLampStandsAndShinesAsInTheMirror) {
+  core::Random random(TestSeed(35), 0);
+  for (int i = 0; i < 200; ++i) {
+    LampPlacement lamp;
+    lamp.position = RandomVector(random, 2);
+    lamp.rotate_deg = RandomVector(random, 180);
+    if (i % 2) lamp.look_at = lamp.position + RandomVector(random, 3);
+    lamp.up = RandomVector(random, 1);
+    const auto axis = static_cast<Axis>(i % 3);
+    const double at = random.Uniform();
+    const auto pose = lamp.WorldFromLuminaire(),
+               mirrored = Mirrored(lamp, axis, at).WorldFromLuminaire();
+    ASSERT_TRUE(pose);
+    ASSERT_TRUE(mirrored);
+    EXPECT_NEAR(mirrored->Determinant(), 1, 1e-6);
+    for (const Vec3 point : {Vec3{0, 0, 0}, Vec3{0, 0, 2}, Vec3{0, 1, 3}}) {
+      Vec3 expected = pose->Point(point);
+      double& coordinate = axis == Axis::kX   ? expected.x
+                           : axis == Axis::kY ? expected.y
+                                              : expected.z;
+      coordinate = 2 * at - coordinate;
+      EXPECT_LT(Length(mirrored->Point(point) - expected), 2e-5) << i;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace luxfield::view

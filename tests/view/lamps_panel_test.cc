@@ -1,4 +1,4 @@
-// The lamps' panel under a mouse and keys, drawn into nothing.
+// Panels of a scene under a mouse and keys, drawn into nothing.
 #include "luxfield/view/documents/lamps_panel.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +9,7 @@
 #include <fstream>
 #include <optional>
 
+#include "luxfield/view/documents/scene_panel.h"
 #include "luxfield/view/window/keys.h"
 
 namespace luxfield::view {
@@ -41,7 +42,8 @@ class LampsPanelTest : public testing::Test {
       : file_(fs::path(testing::TempDir()) /
               ("luxfield_panel_" + std::to_string(getpid()) + ".toml")) {
     std::ofstream(file_) << kScene;
-    editor_.emplace(file_);
+    scene_ = scene::ReadScene(file_);
+    editor_.emplace(scene_);
     ImGui::CreateContext();
     ImGuiIO& io = ImGui::GetIO();
     io.IniFilename = nullptr;
@@ -62,7 +64,8 @@ class LampsPanelTest : public testing::Test {
     ImGui::SetNextWindowPos({0, 0});
     ImGui::SetNextWindowSize({kWidth, kHeight});
     ImGui::Begin("lamps", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove);
-    const bool changed = panel_.Draw(*editor_);
+    bool changed = history_.DrawHistory(*editor_);
+    changed |= panel_.Draw(scene_.camera, *editor_);
     ImGui::End();
     ImGui::Render();
     return changed;
@@ -105,7 +108,9 @@ class LampsPanelTest : public testing::Test {
   }
 
   const fs::path file_;
-  std::optional<LampEditor> editor_;
+  scene::Scene scene_;
+  std::optional<SceneEditor> editor_;
+  ScenePanel history_;
   LampsPanel panel_;
 };
 
@@ -131,7 +136,23 @@ TEST_F(LampsPanelTest, ControlAndSSavesIntoTheScene) {
   ASSERT_TRUE(editor_->changed());
   PressWithControl(key::kS);
   EXPECT_FALSE(editor_->changed());
-  EXPECT_EQ(ReadPlacements(file_).at(0).position.x, Lamp().position.x);
+  EXPECT_EQ(ReadSceneEdits(file_).lamps.at(0).position.x, Lamp().position.x);
+}
+
+TEST_F(LampsPanelTest, ControlAndDCopiesTheLampBesideIt) {
+  Draw();
+  PressWithControl(key::kD);
+  ASSERT_EQ(editor_->lamps().size(), 2);
+  const LampPlacement &first = editor_->lamps()[0], &copy = editor_->lamps()[1];
+  EXPECT_EQ(copy.name, "luminaire 1 2");
+  EXPECT_EQ(copy.file, first.file);
+  const Vec3 beside = copy.position - first.position;
+  EXPECT_GT(lightfield::Dot(beside, scene_.camera.right), 0.05);
+  EXPECT_LT(lightfield::Length(*copy.look_at - *first.look_at - beside), 1e-12);
+  EXPECT_EQ(panel_.chosen(), 1);
+  PressWithControl(key::kZ);
+  EXPECT_EQ(editor_->lamps().size(), 1);
+  EXPECT_EQ(panel_.chosen(), 0);
 }
 
 }  // namespace

@@ -5,9 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/execution.h"
+#include "luxfield/core/exr.h"
 #include "luxfield/render/accuracy/accuracy.h"
 #include "luxfield/render/film/film.h"
 #include "tests/render/small_scene.h"
@@ -132,6 +134,34 @@ TEST_F(LitViewTest, MovedLampsAndCamerasLightAsIfTheyHadStoodThere) {
   EXPECT_FALSE(view.Quick().error);  // its volume is that of elsewhere
   EXPECT_LE(LuminanceError(view.Refine().frame->radiance, Exact(moved, kRefined).radiance),
             request.error);
+}
+
+// Materials and the environment, likewise: the same pictures as of a scene that has them.
+TEST_F(LitViewTest, ChangedMaterialsAndEnvironmentsLightAsIfTheSceneHadThem) {
+  core::Image sky(16, 8, 3);
+  for (std::size_t i = 0; i < sky.data.size(); ++i) sky.data[i] = static_cast<float>(i % 7);
+  const auto file = std::filesystem::path(testing::TempDir()) / "luxfield_view_sky.exr";
+  core::WriteExrImage(file, sky);
+  scene_.environment = scene::Environment{};
+  scene_.environment->file = file;
+  scene_.environment->layout = environment::EnvironmentLayout::kLatitudeLongitude;
+  scene_.environment->face_size = 8;
+  scene::Scene other = scene_;
+  other.geometry.materials[0].albedo = {0.9f, 0.2f, 0.4f};
+  other.environment->world_from_environment = scene::RotationXyz({10, 20, 70});
+  other.environment->scale = 3;
+  LitView view(render::Device::Open(), scene_), of_other(render::Device::Open(), other);
+  LitRequest request = Of(scene_);
+  view.Ask(request);
+  const Frame before = *view.Refine().frame;
+  request.materials =
+      std::make_shared<const std::vector<scene::Material>>(other.geometry.materials);
+  request.environment = PlacedSky{other.environment->world_from_environment, 3};
+  view.Ask(request);
+  of_other.Ask(Of(other));
+  const Frame changed = *view.Refine().frame, expected = *of_other.Refine().frame;
+  EXPECT_EQ(changed.radiance.data, expected.radiance.data);
+  EXPECT_NE(changed.radiance.data, before.radiance.data);
 }
 
 // The picture of the soft maps is as far from the traced one as was measured, at fewer pixels.

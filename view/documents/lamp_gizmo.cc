@@ -17,14 +17,14 @@ constexpr double kReach_px = 9;      // of the pointer around a handle, at the f
 constexpr float kUsualFont_px = 15;  // that sizes of handles are given for
 constexpr double kAimFar_m = 1;      // where the ring of a lamp stands that is placed by angles
 
-struct Axis {
+struct Arrow {
   Vec3 direction;
   ImU32 colour;  // of Okabe and Ito (2008), which eyes of every kind tell apart
   const char* name;
 };
-const Axis kAxes[] = {{{1, 0, 0}, IM_COL32(213, 94, 0, 255), "x"},
-                      {{0, 1, 0}, IM_COL32(0, 158, 115, 255), "y"},
-                      {{0, 0, 1}, IM_COL32(86, 180, 233, 255), "z"}};
+const Arrow kAxes[] = {{{1, 0, 0}, IM_COL32(213, 94, 0, 255), "x"},
+                       {{0, 1, 0}, IM_COL32(0, 158, 115, 255), "y"},
+                       {{0, 0, 1}, IM_COL32(86, 180, 233, 255), "z"}};
 constexpr ImU32 kAimColour = IM_COL32(240, 228, 66, 255), kInk = IM_COL32(0, 0, 0, 200);
 
 float Size() { return ImGui::GetFontSize() / kUsualFont_px; }
@@ -47,7 +47,7 @@ Vec3 AimOf(const LampPlacement& lamp) {
   return lamp.position + kAimFar_m * scene::RotationXyz(lamp.rotate_deg).Vector({0, 0, 1});
 }
 
-Vec3 ArrowTip(const scene::Camera& camera, const LampPlacement& lamp, const Axis& axis) {
+Vec3 ArrowTip(const scene::Camera& camera, const LampPlacement& lamp, const Arrow& axis) {
   return lamp.position + kArrow * HeightAt(camera, lamp.position) * axis.direction;
 }
 
@@ -76,7 +76,7 @@ std::string NumbersOf(const LampPlacement& lamp) {
 }  // namespace
 
 bool LampGizmo::Draw(const PictureRect& area, bool hovered, const scene::Camera& camera,
-                     LampEditor& editor, std::size_t& chosen) {
+                     SceneEditor& editor, std::size_t& chosen) {
   has_mouse_ = grip_.has_value();
   if (editor.lamps().empty()) return false;
   const ImVec2 mouse = ImGui::GetIO().MousePos;
@@ -134,7 +134,7 @@ std::optional<LampGizmo::Handle> LampGizmo::HandleAt(const PictureRect& area,
 }
 
 void LampGizmo::Choose(const PictureRect& area, const scene::Camera& camera,
-                       const LampEditor& editor, PicturePoint pointer, std::size_t& chosen) {
+                       const SceneEditor& editor, PicturePoint pointer, std::size_t& chosen) {
   const ImVec2 mouse = OnScreen(area, camera, pointer);
   for (std::size_t i = 0; i < editor.lamps().size(); ++i) {
     const auto dot = OnScreen(area, camera, editor.lamps()[i].position);
@@ -144,7 +144,7 @@ void LampGizmo::Choose(const PictureRect& area, const scene::Camera& camera,
   }
 }
 
-bool LampGizmo::Pull(const scene::Camera& camera, PicturePoint pointer, LampEditor& editor,
+bool LampGizmo::Pull(const scene::Camera& camera, PicturePoint pointer, SceneEditor& editor,
                      std::size_t chosen) {
   if (grip_->handle == Handle::kAim)
     return editor.Set(chosen,
@@ -169,7 +169,7 @@ void LampGizmo::DrawLamp(const PictureRect& area, const scene::Camera& camera,
     list->AddCircle(*aim, radius, kAimColour, 0, 2 * Size());
   }
   for (const Handle handle : {Handle::kX, Handle::kY, Handle::kZ}) {
-    const Axis& axis = kAxes[static_cast<int>(handle)];
+    const Arrow& axis = kAxes[static_cast<int>(handle)];
     const auto tip = OnScreen(area, camera, ArrowTip(camera, lamp, axis));
     if (!tip) continue;
     OutlinedLine(*centre, *tip, axis.colour, (lit == handle ? 3.5f : 2) * Size());

@@ -1,9 +1,15 @@
 #include "luxfield/view/documents/lamps_panel.h"
 
 #include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
 
 #include "luxfield/core/printable.h"
-#include "luxfield/view/lighting/failure.h"
+#include "luxfield/view/documents/fields.h"
 #include "luxfield/view/window/keys.h"
 
 namespace luxfield::view {
@@ -11,101 +17,149 @@ namespace {
 
 constexpr double kLargest_m = 1e6, kBrightest = 1e12;
 constexpr float kStep_m = 0.01f, kStep_deg = 0.25f;
+constexpr double kBeside = 0.12;  // of the picture's height: where a copy stands
 
-// Edits between taking hold of a field and letting go are one for undoing.
-bool Group(LampEditor& editor, bool changed) {
-  if (ImGui::IsItemActivated()) editor.Begin();
-  return changed;
-}
-
-bool DragVector(LampEditor& editor, const char* name, lightfield::Vec3& v, float step,
-                const char* format, const char* tip) {
-  constexpr double kLow = -kLargest_m, kHigh = kLargest_m;
-  double values[3] = {v.x, v.y, v.z};
-  const bool changed = ImGui::DragScalarN(name, ImGuiDataType_Double, values, 3, step, &kLow,
-                                          &kHigh, format, ImGuiSliderFlags_AlwaysClamp);
-  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", tip);
-  if (changed) v = {values[0], values[1], values[2]};
-  return Group(editor, changed);
+// Light fields in the scene's folder and in those of its lamps, as scene.toml names them.
+std::set<std::string> LightFieldsNear(const SceneEditor& editor) {
+  namespace fs = std::filesystem;
+  std::set<std::string> names;
+  const auto look = [&](const fs::path& relative) {
+    std::error_code unreadable;
+    for (const auto& entry :
+         fs::directory_iterator(editor.file().parent_path() / relative, unreadable))
+      if (entry.path().string().ends_with(".lf.exr"))
+        names.insert((relative / entry.path().filename()).string());
+  };
+  look("");
+  for (const LampPlacement& lamp : editor.lamps()) look(fs::path(lamp.file).parent_path());
+  return names;
 }
 
 }  // namespace
 
-bool LampsPanel::DrawNumbers(LampEditor& editor) {
+bool LampsPanel::DrawNumbers(SceneEditor& editor) {
   LampPlacement lamp = editor.lamps()[chosen_];
-  bool changed = false, ended = false;
-  const auto field = [&](bool edited) {
-    changed |= edited;
-    ended |= ImGui::IsItemDeactivatedAfterEdit();
-  };
-  field(DragVector(editor, "position", lamp.position, kStep_m, "%.3f",
-                   "metres: the middle of the filter plane"));
+  Fields fields(editor);
+  fields.Drag("position", lamp.position, kStep_m, kLargest_m, "%.3f",
+              "metres: the middle of the filter plane");
   if (lamp.look_at)
-    field(DragVector(editor, "looks at", *lamp.look_at, kStep_m, "%.3f",
-                     "metres: where its axis goes"));
+    fields.Drag("looks at", *lamp.look_at, kStep_m, kLargest_m, "%.3f",
+                "metres: where its axis goes");
   else
-    field(DragVector(editor, "turned by", lamp.rotate_deg, kStep_deg, "%.2f",
-                     "degrees about the world's x axis, then y, then z"));
-  constexpr double kDark = 0, kBright = kBrightest;
-  field(Group(editor, ImGui::DragScalar("scale", ImGuiDataType_Double, &lamp.scale, 0.005f, &kDark,
-                                        &kBright, "%.4g", ImGuiSliderFlags_AlwaysClamp)));
-  if (ImGui::IsItemHovered()) ImGui::SetTooltip("multiplies its light");
-  changed = changed && editor.Set(chosen_, lamp);
-  if (ended) editor.End();
+    fields.Drag("turned by", lamp.rotate_deg, kStep_deg, kLargest_m, "%.2f",
+                "degrees about the world's x axis, then y, then z");
+  fields.Drag("scale", lamp.scale, 0.005f, 0, kBrightest, "%.4g", "multiplies its light");
+  const bool changed = fields.changed() && editor.Set(chosen_, lamp);
+  fields.End();
   return changed;
 }
 
-void LampsPanel::Save(LampEditor& editor) {
-  try {
-    editor.Save();
-    said_ = "saved";
-  } catch (const std::exception&) {
-    said_ = CurrentFailure().sentence;
-  }
+bool LampsPanel::DrawSwitch(SceneEditor& editor) {
+  LampPlacement lamp = editor.lamps()[chosen_];
+  bool on = lamp.scale > 0;
+  if (!ImGui::Checkbox("on", &on)) return false;
+  if (!on) switched_on_ = lamp.scale;
+  lamp.scale = on ? switched_on_ : 0;
+  editor.Begin();
+  editor.Set(chosen_, lamp);
+  editor.End();
+  return true;
 }
 
-bool LampsPanel::Draw(LampEditor& editor) {
+// Its light field: one that lies near, or any whose path is typed.
+bool LampsPanel::DrawFile(SceneEditor& editor) {
+  const std::string now = editor.lamps()[chosen_].file;
+  const std::string shown = core::OnOneLine(std::filesystem::path(now).filename().string());
+  std::string wanted = now;
+  if (ImGui::BeginCombo("light field", shown.c_str(), ImGuiComboFlags_HeightLarge)) {
+    for (const std::string& name : LightFieldsNear(editor))
+      if (ImGui::Selectable(core::OnOneLine(name).c_str(), name == now)) wanted = name;
+    ImGui::Separator();
+    if (ImGui::InputTextWithHint("##path", "a path, then Enter", &typed_file_,
+                                 ImGuiInputTextFlags_EnterReturnsTrue)) {
+      wanted = typed_file_;
+      ImGui::CloseCurrentPopup();
+    }
+    ImGui::EndCombo();
+  }
+  if (ImGui::IsItemHovered())
+    ImGui::SetTooltip(
+        "exchanges the lamp for another .lf.exr, where it stands;\n"
+        "paths are relative to the scene");
+  if (wanted == now || wanted.empty()) return false;
+  editor.Exchange(chosen_, wanted);
+  return true;
+}
+
+bool LampsPanel::DrawMirror(SceneEditor& editor) {
+  constexpr const char* kNames[] = {"x", "y", "z"};
+  if (!ImGui::BeginPopup("mirror")) return false;
+  ImGui::TextUnformatted("in the plane where");
+  for (const Axis axis : {Axis::kX, Axis::kY, Axis::kZ}) {
+    ImGui::SameLine();
+    if (ImGui::RadioButton(kNames[static_cast<int>(axis)], axis == mirror_)) mirror_ = axis;
+  }
+  ImGui::InputDouble("is, m", &mirror_at_m_, 0, 0, "%.3f");
+  ImGui::TextDisabled("Its place and its axis; what it sends out\nis measured and stays as it is.");
+  const bool mirror = ImGui::Button("Mirror");
+  if (mirror) {
+    editor.Begin();
+    editor.Set(chosen_, Mirrored(editor.lamps()[chosen_], mirror_, mirror_at_m_));
+    editor.End();
+    ImGui::CloseCurrentPopup();
+  }
+  ImGui::EndPopup();
+  return mirror;
+}
+
+void LampsPanel::Duplicate(const scene::Camera& camera, SceneEditor& editor) {
+  const lightfield::Vec3 from = editor.lamps()[chosen_].position;
+  editor.Duplicate(chosen_, kBeside * std::abs(HeightAt(camera, from)) * camera.right);
+  chosen_ = editor.lamps().size() - 1;
+}
+
+bool LampsPanel::DrawActions(const scene::Camera& camera, SceneEditor& editor) {
   bool changed = false;
+  const bool duplicate = ImGui::Button("Duplicate");
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("another of the same beside it (Ctrl and D)");
+  ImGui::SameLine();
+  if (ImGui::Button("Mirror ...")) ImGui::OpenPopup("mirror");
+  changed |= DrawMirror(editor);
+  ImGui::SameLine();
+  if (ImGui::Button("Remove") && editor.lamps().size() > 1) changed |= editor.Remove(chosen_);
+  if (ImGui::IsItemHovered())
+    ImGui::SetTooltip(editor.lamps().size() > 1 ? "from the scene" : "the last lamp stays");
+  chosen_ = std::min(chosen_, editor.lamps().size() - 1);
+  if (duplicate) Duplicate(camera, editor);
+  return changed || duplicate;
+}
+
+bool LampsPanel::Draw(const scene::Camera& camera, SceneEditor& editor) {
   const ImGuiIO& io = ImGui::GetIO();
-  const auto with_control = [&](Key pressed) {
-    return io.KeyCtrl && !io.WantTextInput && ImGui::IsKeyPressed(pressed, false);
+  const auto pressed = [&](Key key) {
+    return !io.WantTextInput && ImGui::IsKeyPressed(key, false);
   };
-  if (!io.WantTextInput && ImGui::IsKeyPressed(key::kG, false)) handles_ = !handles_;
-  bool undo = with_control(key::kZ), redo = with_control(key::kY), save = with_control(key::kS);
-  if (ImGui::CollapsingHeader("Lamps", ImGuiTreeNodeFlags_DefaultOpen) && !editor.lamps().empty()) {
-    for (std::size_t i = 0; i < editor.lamps().size(); ++i) {
-      ImGui::PushID(static_cast<int>(i));
-      if (ImGui::Selectable(core::OnOneLine(editor.lamps()[i].name).c_str(), i == chosen_))
-        chosen_ = i;
-      ImGui::PopID();
-    }
-    changed = DrawNumbers(editor);
-    ImGui::Checkbox("handles in the picture", &handles_);
-    if (ImGui::IsItemHovered())
-      ImGui::SetTooltip("arrows move the lamp, the ring aims it, dots choose another (G)");
-    undo |= ImGui::Button("Undo");
-    ImGui::SameLine();
-    redo |= ImGui::Button("Redo");
-    ImGui::SameLine();
-    save |= ImGui::Button("Save");
-    if (ImGui::IsItemHovered())
-      ImGui::SetTooltip("into scene.toml, whose comments stay (Ctrl and S)");
-    if (editor.changed()) {
-      ImGui::SameLine();
-      ImGui::TextDisabled("not saved");
-    }
-    if (!said_.empty()) ImGui::TextWrapped("%s", core::OnOneLine(said_).c_str());
+  if (pressed(key::kG) && !io.KeyCtrl) handles_ = !handles_;
+  if (editor.lamps().empty()) return false;
+  chosen_ = std::min(chosen_, editor.lamps().size() - 1);
+  const bool duplicate = io.KeyCtrl && pressed(key::kD);
+  if (duplicate) Duplicate(camera, editor);
+  if (!ImGui::CollapsingHeader("Lamps", ImGuiTreeNodeFlags_DefaultOpen)) return duplicate;
+  for (std::size_t i = 0; i < editor.lamps().size(); ++i) {
+    ImGui::PushID(static_cast<int>(i));
+    if (ImGui::Selectable(core::OnOneLine(editor.lamps()[i].name).c_str(), i == chosen_))
+      chosen_ = i;
+    ImGui::PopID();
   }
-  if (undo && editor.CanUndo()) {
-    editor.Undo();
-    changed = true;
-  }
-  if (redo && editor.CanRedo()) {
-    editor.Redo();
-    changed = true;
-  }
-  if (changed) said_.clear();
-  if (save) Save(editor);
+  bool changed = duplicate;
+  changed |= DrawNumbers(editor);
+  changed |= DrawSwitch(editor);
+  ImGui::SameLine();
+  ImGui::Checkbox("handles in the picture", &handles_);
+  if (ImGui::IsItemHovered())
+    ImGui::SetTooltip("arrows move the lamp, the ring aims it, dots choose another (G)");
+  changed |= DrawFile(editor);
+  changed |= DrawActions(camera, editor);
   return changed;
 }
 

@@ -4,16 +4,20 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <future>
 
 #include "luxfield/core/printable.h"
 #include "luxfield/view/documents/failed_document.h"
 #include "luxfield/view/documents/lamp_gizmo.h"
 #include "luxfield/view/documents/lamps_panel.h"
+#include "luxfield/view/documents/scene_panel.h"
 #include "luxfield/view/lighting/camera_control.h"
 #include "luxfield/view/lighting/lighting_thread.h"
 #include "luxfield/view/lighting/stage.h"
-#include "luxfield/view/scene_file/lamp_editor.h"
+#include "luxfield/view/scene_file/file_watch.h"
+#include "luxfield/view/scene_file/scene_editor.h"
 
 namespace luxfield::view {
 namespace {
@@ -27,6 +31,7 @@ class SceneDocument : public Document {
  public:
   SceneDocument(const SceneOptions& options, SceneKind kind)
       : options_(options),
+        kind_(kind),
         stage_(kind == SceneKind::kStage),
         thread_({.load = [options, kind] { return LoadScene(options, kind); },
                  .device = options.device,
@@ -38,6 +43,8 @@ class SceneDocument : public Document {
       scene_ = thread_.scene();
       if (scene_) Start();
     }
+    if (scene_) FollowFiles();
+    if (const auto refusal = thread_.TakeRefusal()) TakeBack(refusal->sentence);
     if (auto picture = thread_.Take()) Take(std::move(*picture));
   }
 
@@ -57,20 +64,16 @@ class SceneDocument : public Document {
 
   bool DrawOver(const PictureRect& area, bool hovered) override {
     if (!editor_ || !picture_.frame || !lamps_panel_.handles()) return false;
-    if (gizmo_.Draw(area, hovered, request_.camera, *editor_, lamps_panel_.chosen())) {
-      PlaceLamps();
-      Ask();
-    }
+    std::size_t& chosen = lamps_panel_.chosen();
+    chosen = std::min(chosen, std::max<std::size_t>(editor_->lamps().size(), 1) - 1);
+    if (gizmo_.Draw(area, hovered, request_.camera, *editor_, chosen)) AskEdited();
     return gizmo_.has_mouse();
   }
 
   void DrawPanel() override {
     if (!scene_) return;
     if (stage_) DrawDistance();
-    if (editor_ && lamps_panel_.Draw(*editor_)) {
-      PlaceLamps();
-      Ask();
-    }
+    if (editor_) DrawEdits();
     DrawQuality();
     DrawCamera();
     DrawMessages();
@@ -97,6 +100,7 @@ class SceneDocument : public Document {
 
   std::string Status() const override {
     if (!picture_.frame) return scene_ ? "building tables" : "reading";
+    if (waits_for_lamps_) return "reading lamps";
     const std::string time = fmt::format("{:.0f} ms", 1000 * picture_.took_s);
     const std::string error =
         picture_.error ? fmt::format("{:.3g} %", 100 * *picture_.error) : std::string();
@@ -135,17 +139,97 @@ class SceneDocument : public Document {
   void Start() {
     control_.emplace(scene_->camera);
     request_ = RequestOf(*scene_, options_);
-    if (!stage_ && !request_.lamps.empty()) editor_.emplace(options_.file);
-    // A file that stands lamps in arrays has fewer places to write than lamps to move.
-    if (editor_ && editor_->lamps().size() != request_.lamps.size()) editor_.reset();
+    OpenEditor();
     Ask();
   }
 
-  void PlaceLamps() {
-    for (std::size_t i = 0; i < request_.lamps.size(); ++i) {
-      const LampPlacement& lamp = editor_->lamps().at(i);
-      request_.lamps[i] = {lamp.WorldFromLuminaire().value(), lamp.scale};
+  void OpenEditor() {
+    Watch();
+    if (stage_) return;
+    editor_.emplace(*scene_);
+    lit_ = editor_->edits();
+    saves_seen_ = 0;
+  }
+
+  void Watch() {
+    std::vector<std::filesystem::path> files{options_.file};
+    for (const scene::Luminaire& lamp : scene_->luminaires) files.push_back(lamp.light_field);
+    watch_.Watch(files);
+  }
+
+  // Reads the scene anew when others wrote its file or a lamp's, unless there are changes to lose.
+  void FollowFiles() {
+    if (editor_ && editor_->saves() != saves_seen_) {
+      saves_seen_ = editor_->saves();
+      Watch();
     }
+    if (reading_.valid()) {
+      if (reading_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) TakeReading();
+      return;
+    }
+    if (!watch_.Changed()) return;
+    if (editor_ && editor_->changed())
+      return scene_panel_.Say(
+          "The file was written by others. It is read again once your changes are saved or undone "
+          "and it is written again.");
+    reading_ = std::async(std::launch::async, [options = options_, kind = kind_] {
+      return std::make_shared<const scene::Scene>(LoadScene(options, kind));
+    });
+  }
+
+  void TakeReading() {
+    try {
+      scene_ = reading_.get();
+      OpenEditor();
+      request_.scene = scene_;
+      request_.lamps = RequestOf(*scene_, options_).lamps;
+      request_.environment.reset();
+      request_.materials.reset();
+      if (stage_) request_.lamps.at(0).world_from_luminaire = StageLamp(distance_m_);
+      scene_panel_.Say("read again, as the file was written");
+      Ask();
+    } catch (const std::exception&) {
+      scene_panel_.Say(CurrentFailure().sentence);
+    }
+  }
+
+  void DrawEdits() {
+    bool changed = scene_panel_.DrawHistory(*editor_);
+    changed |= lamps_panel_.Draw(request_.camera, *editor_);
+    changed |= scene_panel_.DrawEnvironment(*editor_);
+    changed |= scene_panel_.DrawMaterials(*editor_);
+    if (changed) AskEdited();
+  }
+
+  // Asks for the scene as it is edited: anew where it has other lamps, else with its things elsewhere.
+  void AskEdited() {
+    const SceneEdits& now = editor_->edits();
+    if (!SameLamps(now, lit_)) {
+      if (!waits_for_lamps_) shown_ = lit_;
+      waits_for_lamps_ = true;
+      request_.scene = std::make_shared<const scene::Scene>(editor_->Apply(*scene_));
+    }
+    if (!now.lamps.empty()) {
+      request_.lamps.clear();
+      for (const LampPlacement& lamp : now.lamps)
+        request_.lamps.push_back({lamp.WorldFromLuminaire().value(), lamp.scale});
+    }
+    if (now.environment)
+      request_.environment =
+          PlacedSky{scene::RotationXyz(now.environment->rotate_deg), now.environment->scale};
+    if (now.materials != lit_.materials)
+      request_.materials =
+          std::make_shared<const std::vector<scene::Material>>(editor_->MaterialsOf(*scene_));
+    lit_ = now;
+    Ask();
+  }
+
+  // Lamps that cannot be lit are undone.
+  void TakeBack(const std::string& why) {
+    while (!SameLamps(editor_->edits(), shown_) && editor_->CanUndo()) editor_->Undo();
+    waits_for_lamps_ = false;
+    scene_panel_.Say(why);
+    AskEdited();
   }
 
   void Ask() {
@@ -156,6 +240,7 @@ class SceneDocument : public Document {
 
   void Take(LitPicture picture) {
     picture_ = std::move(picture);
+    waits_for_lamps_ = false;
     if (picture_.soft_maps_error) soft_maps_error_ = picture_.soft_maps_error;
     if (number_++ == 0) control_->SetPivot(DistanceAhead());
   }
@@ -221,6 +306,11 @@ class SceneDocument : public Document {
     ImGui::Text("at %.3f %.3f %.3f m", camera.position.x, camera.position.y, camera.position.z);
     ImGui::Text("turns about %.3g m ahead", control_->pivot_m());
     if (ImGui::Button("As in the file")) Move({.reset = true});
+    if (!editor_) return;
+    if (const auto view = scene_panel_.DrawViews(*control_, *editor_)) {
+      control_.emplace(CameraOf(*view, control_->camera()), control_->pivot_m());
+      Ask();
+    }
   }
 
   void DrawMessages() const {
@@ -230,12 +320,20 @@ class SceneDocument : public Document {
   }
 
   const SceneOptions options_;
+  const SceneKind kind_;
   const bool stage_;
-  double distance_m_ = kFirstScreen_m;   // of the stage's screen
-  const scene::Scene* scene_ = nullptr;  // of the thread
+  double distance_m_ = kFirstScreen_m;         // of the stage's screen
+  std::shared_ptr<const scene::Scene> scene_;  // as it was read last
+  FileWatch watch_;
+  int saves_seen_ = 0;
+  std::future<std::shared_ptr<const scene::Scene>> reading_;  // anew
   std::optional<CameraControl> control_;
-  std::optional<LampEditor> editor_;  // of a scene's file
+  std::optional<SceneEditor> editor_;  // of a scene's file
+  SceneEdits lit_;                     // that was asked for last
+  SceneEdits shown_;                   // before lamps were asked for that no picture shows yet
+  bool waits_for_lamps_ = false;
   LampsPanel lamps_panel_;
+  ScenePanel scene_panel_;
   LampGizmo gizmo_;
   LitRequest request_;
   LitPicture picture_;

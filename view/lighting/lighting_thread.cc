@@ -19,9 +19,9 @@ LightingThread::~LightingThread() {
   thread_.join();
 }
 
-const scene::Scene* LightingThread::scene() const {
+std::shared_ptr<const scene::Scene> LightingThread::scene() const {
   const std::lock_guard lock(mutex_);
-  return scene_ ? &*scene_ : nullptr;
+  return scene_;
 }
 
 std::string LightingThread::device_name() const {
@@ -45,6 +45,11 @@ void LightingThread::Ask(const LitRequest& request) {
 std::optional<LitPicture> LightingThread::Take() {
   const std::lock_guard lock(mutex_);
   return std::exchange(picture_, {});
+}
+
+std::optional<Failure> LightingThread::TakeRefusal() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(refusal_, {});
 }
 
 std::optional<Failure> LightingThread::failure() const {
@@ -72,7 +77,7 @@ void LightingThread::Publish(LitPicture picture) {
 
 // Quick pictures are finished even if they are outdated, so that something is seen to move; passes
 // end as soon as something is asked for.
-void LightingThread::Light(LitView& view) {
+void LightingThread::Light(const render::Device& device, std::unique_ptr<LitView> view) {
   LitPicture refined;
   for (bool idle = true;;) {
     std::optional<LitRequest> next;
@@ -83,13 +88,40 @@ void LightingThread::Light(LitView& view) {
       next = std::exchange(request_, {});
     }
     if (next) {
-      view.Ask(*next);
-      Publish(view.Quick());
+      if (!ShowScene(*next, device, view)) {
+        idle = true;
+        continue;
+      }
+      view->Ask(*next);
+      Publish(view->Quick());
       refined = {};
     } else {
-      Improve(view, refined);
+      Improve(*view, refined);
     }
-    idle = refined.reached && !view.HasUnknownShadows();
+    idle = refined.reached && !view->HasUnknownShadows();
+  }
+}
+
+// The view before is kept until the new one has shown that it can light.
+bool LightingThread::ShowScene(const LitRequest& request, const render::Device& device,
+                               std::unique_ptr<LitView>& view) {
+  if (!request.scene || request.scene == lit_) return true;
+  try {
+    auto other = std::make_unique<LitView>(device, *request.scene);
+    other->Ask(request);
+    other->Quick();
+    view = std::move(other);
+    lit_ = request.scene;
+    return true;
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception&) {
+    {
+      const std::lock_guard lock(mutex_);
+      refusal_ = CurrentFailure();
+    }
+    options_.wake();
+    return false;
   }
 }
 
@@ -124,17 +156,17 @@ void LightingThread::Run() {
   execution.threads = options_.threads;
   core::RunWith(std::move(execution), [this] {
     try {
-      scene::Scene scene = options_.load();
+      lit_ = std::make_shared<const scene::Scene>(options_.load());
       const render::Device device = render::Device::Open(options_.device, options_.threads);
-      LitView view(device, scene);
+      auto view = std::make_unique<LitView>(device, *lit_);
       {
         const std::lock_guard lock(mutex_);
-        scene_ = std::move(scene);
+        scene_ = lit_;
         device_name_ = device.info().name;
-        unit_ = view.scene().unit();
+        unit_ = view->scene().unit();
       }
       options_.wake();
-      Light(view);
+      Light(device, std::move(view));
     } catch (const std::exception&) {
       const Failure failure = CurrentFailure();
       const std::lock_guard lock(mutex_);

@@ -3,6 +3,7 @@
 
 #include <condition_variable>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -28,13 +29,17 @@ class LightingThread {
   LightingThread(const LightingThread&) = delete;
   LightingThread& operator=(const LightingThread&) = delete;
 
-  // The scene, once it is loaded; null before. Stays where it is.
-  const scene::Scene* scene() const;
+  // The scene that was loaded; null before.
+  std::shared_ptr<const scene::Scene> scene() const;
   // Of the device's name and what was lit with; empty before the scene is loaded.
   std::string device_name() const;
   lightfield::FluxUnit unit() const;
 
+  // A request of another scene is lit once that is read into the device; where it cannot be, the one
+  // before stays, and TakeRefusal() says why.
   void Ask(const LitRequest& request);
+  // Why a request's scene is not lit; once.
+  std::optional<Failure> TakeRefusal();
   // The newest picture since the last call; of an older request than the newest only if it is quick.
   // One that has reached its error comes again when the error of soft maps is measured.
   std::optional<LitPicture> Take();
@@ -45,7 +50,10 @@ class LightingThread {
 
  private:
   void Run();
-  void Light(LitView& view);
+  void Light(const render::Device& device, std::unique_ptr<LitView> view);
+  // Makes `view` anew where the request has another scene; false where that is refused.
+  bool ShowScene(const LitRequest& request, const render::Device& device,
+                 std::unique_ptr<LitView>& view);
   // A pass more; behind the first one, what is not known of quick pictures. Publishes it, unless
   // something else is asked for meanwhile.
   void Improve(LitView& view, LitPicture& refined);
@@ -57,9 +65,10 @@ class LightingThread {
   std::condition_variable asked_;
   std::optional<LitRequest> request_;  // not yet begun
   bool stop_ = false;
-  std::optional<scene::Scene> scene_;
+  std::shared_ptr<const scene::Scene> scene_;  // that was loaded
+  std::shared_ptr<const scene::Scene> lit_;    // that is lit, of the thread alone
   std::string device_name_;
-  std::optional<Failure> failure_;
+  std::optional<Failure> failure_, refusal_;
   lightfield::FluxUnit unit_ = lightfield::FluxUnit::kRelative;
   std::optional<LitPicture> picture_;
   std::vector<std::string> messages_;

@@ -27,7 +27,8 @@ bool TakesNoSamples(const render::LitScene& scene) {
 
 }  // namespace
 
-LitView::LitView(const render::Device& device, const scene::Scene& scene) : scene_(device, scene) {
+LitView::LitView(const render::Device& device, const scene::Scene& scene)
+    : scene_(device, scene), textures_(scene.geometry.textures) {
   request_.camera = scene.camera;
 }
 
@@ -36,6 +37,13 @@ void LitView::Ask(const LitRequest& request) {
   scene_.SetCamera(request.camera);
   for (std::size_t i = 0; i < request.lamps.size(); ++i)
     scene_.PlaceLuminaire(i, request.lamps[i].world_from_luminaire, request.lamps[i].scale);
+  if (request.environment)
+    scene_.PlaceEnvironment(request.environment->world_from_environment,
+                            request.environment->scale);
+  if (request.materials && request.materials != materials_) {
+    scene_.SetMaterials(*request.materials, textures_);
+    materials_ = request.materials;
+  }
   refined_.reset();
   soft_maps_error_.reset();
   samples_ = error_ = pass_s_ = 0;

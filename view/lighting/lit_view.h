@@ -26,14 +26,23 @@ struct PlacedLamp {
   double scale = 1;
 };
 
+struct PlacedSky {
+  scene::Pose world_from_environment;
+  double scale = 1;
+};
+
 struct LitRequest {
+  // Another scene than was asked for before, whose things are not only elsewhere; null: the same.
+  std::shared_ptr<const scene::Scene> scene;
   scene::Camera camera;
   std::vector<PlacedLamp> lamps;
-  bool shadows = true;         // of refined pictures
-  bool moving_shadows = true;  // of quick ones
-  double error = 0.005;        // that refined pictures are to reach
-  double frame_s = 0.1;        // that a quick picture may take
-  double pass_s = 1.5;         // passes of refined ones grow until one takes longer
+  std::optional<PlacedSky> environment;                           // empty: as the scene has it
+  std::shared_ptr<const std::vector<scene::Material>> materials;  // null: likewise
+  bool shadows = true;                                            // of refined pictures
+  bool moving_shadows = true;                                     // of quick ones
+  double error = 0.005;  // that refined pictures are to reach
+  double frame_s = 0.1;  // that a quick picture may take
+  double pass_s = 1.5;   // passes of refined ones grow until one takes longer
   std::uint64_t seed = 1;
 };
 
@@ -53,7 +62,7 @@ struct LitPicture {
 
 class LitView {
  public:
-  // Uploads the scene; throws what render::LitScene throws.
+  // Uploads the scene, which outlives this; throws what render::LitScene throws.
   LitView(const render::Device& device, const scene::Scene& scene);
 
   // What the next pictures show; forgets what was refined.
@@ -80,6 +89,8 @@ class LitView {
   int NextSamples() const;
 
   render::LitScene scene_;
+  const std::vector<scene::Texture>& textures_;
+  std::shared_ptr<const std::vector<scene::Material>> materials_;  // that were asked for last
   LitRequest request_;
   std::optional<LitRequest> volumes_of_;  // where things stood when they were made
   double quick_pixel_s_ = 0;              // that a pixel of the last quick picture took

@@ -1,5 +1,7 @@
 #include "luxfield/view/lighting/load_scene.h"
 
+#include "luxfield/core/error.h"
+#include "luxfield/scene/named_view.h"
 #include "luxfield/view/lighting/stage.h"
 
 namespace luxfield::view {
@@ -10,13 +12,18 @@ constexpr int kStageWidth = 1024, kStageHeight = 768;
 }  // namespace
 
 scene::Scene LoadScene(const SceneOptions& options, SceneKind kind) {
+  if (kind == SceneKind::kStage && !options.view.empty())
+    throw InputError("--view is of a scene.toml, and a light field has no views; drop it");
   if (kind == SceneKind::kStage)
     return Stage(options.file, kFirstScreen_m, options.width.value_or(kStageWidth),
                  options.height.value_or(kStageHeight));
   scene::SceneOverrides overrides;
   overrides.width = options.width;
   overrides.height = options.height;
-  return scene::ReadScene(options.file, overrides);
+  scene::Scene scene = scene::ReadScene(options.file, overrides);
+  if (!options.view.empty())
+    scene.camera = scene::ReadNamedView(options.file, options.view, scene.camera);
+  return scene;
 }
 
 LitRequest RequestOf(const scene::Scene& scene, const SceneOptions& options) {

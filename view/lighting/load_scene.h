@@ -13,6 +13,7 @@ namespace luxfield::view {
 struct SceneOptions {
   std::filesystem::path file;
   std::optional<int> width, height;  // of the picture instead of the scene's
+  std::string view = {};             // a [[view]] of the scene; empty: its camera
   double error = 0.005;
   bool shadows = true;
   std::string device;

@@ -2,8 +2,12 @@
 
 #include <imgui.h>
 
+#include <algorithm>
+
 namespace luxfield::view {
 namespace {
+
+constexpr float kWidth = 21;  // in heights of a letter, as the side panel's
 
 struct Line {
   const char *hand, *does;
@@ -28,20 +32,23 @@ constexpr Line kKeys[] = {
     {"G", "handles on the lamps, and without"},
     {"H", "the picture alone, and back"},
     {"F1", "this help"},
-    {"Ctrl and Z, Y, S", "undo, do again, save lamps"},
+    {"Ctrl and D", "another lamp of the same"},
+    {"Ctrl and Z, Y, S", "undo, do again, save the scene"},
     {"Esc", "close this help, else the window"},
     {"Ctrl and Q", "close the window"},
 };
 
 template <int N>
 void DrawLines(const char* name, const Line (&lines)[N]) {
-  if (!ImGui::BeginTable(name, 2, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_RowBg)) return;
+  if (!ImGui::BeginTable(name, 2, ImGuiTableFlags_RowBg)) return;
+  ImGui::TableSetupColumn("hand", ImGuiTableColumnFlags_WidthStretch, 2);
+  ImGui::TableSetupColumn("does", ImGuiTableColumnFlags_WidthStretch, 3);
   for (const Line& line : lines) {
     ImGui::TableNextRow();
     ImGui::TableNextColumn();
-    ImGui::TextUnformatted(line.hand);
+    ImGui::TextWrapped("%s", line.hand);
     ImGui::TableNextColumn();
-    ImGui::TextUnformatted(line.does);
+    ImGui::TextWrapped("%s", line.does);
   }
   ImGui::EndTable();
 }
@@ -50,11 +57,13 @@ void DrawLines(const char* name, const Line (&lines)[N]) {
 
 void DrawHelp(bool& open) {
   if (!open) return;
+  // Over the side panel, so that the picture that the keys act on stays in sight.
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos(ImVec2(0.5f * size.x, 0.5f * size.y), ImGuiCond_Always,
-                          ImVec2(0.5f, 0.5f));
-  constexpr ImGuiWindowFlags kFlags =
-      ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove;
+  const float width = std::min(kWidth * ImGui::GetFontSize(), 0.5f * size.x);
+  ImGui::SetNextWindowPos(ImVec2(size.x - width, 0));
+  ImGui::SetNextWindowSize(ImVec2(width, size.y - 2 * ImGui::GetFrameHeight()));
+  constexpr ImGuiWindowFlags kFlags = ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
+                                      ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings;
   if (ImGui::Begin("Keys and mouse", &open, kFlags)) {
     DrawLines("mouse", kMouse);
     ImGui::Separator();

@@ -16,6 +16,7 @@ class ReadingsPanel {
  public:
   void Add(PicturePlace place) { probes_.push_back(place); }
   void Clear() { probes_.clear(); }
+  const std::vector<PicturePlace>& probes() const { return probes_; }
 
   // On the picture: probes as crosses with numbers, and the line between the last two.
   void Mark(const PictureArea& area) const;

@@ -87,6 +87,35 @@ LampPlacement Aimed(const LampPlacement& lamp, Vec3 target) {
   return aimed;
 }
 
+// With M the reflection, z' = M z and y' = M y; x' = y' x z' = -M x.
+LampPlacement Mirrored(const LampPlacement& lamp, Axis axis, double at) {
+  constexpr double Vec3::*kCoordinates[] = {&Vec3::x, &Vec3::y, &Vec3::z};
+  double Vec3::*const coordinate = kCoordinates[static_cast<int>(axis)];
+  const auto reflected = [&](Vec3 v, double plane) {
+    v.*coordinate = 2 * plane - v.*coordinate;
+    return v;
+  };
+  LampPlacement mirrored = lamp;
+  mirrored.position = reflected(lamp.position, at);
+  if (lamp.look_at) {
+    mirrored.look_at = reflected(*lamp.look_at, at);
+    mirrored.up = reflected(lamp.up, 0);
+    return mirrored;
+  }
+  const scene::Pose rotation = scene::RotationXyz(lamp.rotate_deg);
+  const Vec3 columns[] = {-1 * reflected(rotation.Vector({1, 0, 0}), 0),
+                          reflected(rotation.Vector({0, 1, 0}), 0),
+                          reflected(rotation.Vector({0, 0, 1}), 0)};
+  scene::Pose turned;
+  for (std::size_t column = 0; column < 3; ++column) {
+    turned.linear[0][column] = columns[column].x;
+    turned.linear[1][column] = columns[column].y;
+    turned.linear[2][column] = columns[column].z;
+  }
+  mirrored.rotate_deg = AnglesOf(turned);
+  return mirrored;
+}
+
 // R = Rz Ry Rx has -sin y in its lower left corner.
 Vec3 AnglesOf(const scene::Pose& rotation) {
   const auto& r = rotation.linear;

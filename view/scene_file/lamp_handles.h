@@ -37,6 +37,12 @@ lightfield::Vec3 BesideInPicture(const scene::Camera& camera, PicturePoint pixel
 // placed by angles is turned by the smallest rotation that does it. The same lamp where that is none.
 LampPlacement Aimed(const LampPlacement& lamp, lightfield::Vec3 target);
 
+enum class Axis { kX, kY, kZ };
+
+// The lamp's place and axis mirrored in the plane where that coordinate of the world is `at`. What it
+// sends out is not mirrored: a light field is measured, and stays what it is.
+LampPlacement Mirrored(const LampPlacement& lamp, Axis axis, double at);
+
 // The angles whose scene::RotationXyz is that rotation; of the two that are, or the many where y is
 // 90 degrees, those with y from -90 to 90, x = 0 in the latter case.
 lightfield::Vec3 AnglesOf(const scene::Pose& rotation);

@@ -120,8 +120,9 @@ core::Json ToJson(const ViewerResult& result) {
     json["unit"] = lightfield::FluxUnitName(result.unit);
   }
   if (result.error) json["estimated_rel_rmse"] = *result.error;
-  json["readings"] = core::Json::array();
+  json["readings"] = json["probes"] = core::Json::array();
   for (const Reading& reading : result.readings) json["readings"].push_back(ToJson(reading));
+  for (const Reading& reading : result.probes) json["probes"].push_back(ToJson(reading));
   return json;
 }
 
@@ -302,6 +303,8 @@ void AddView(cli::Program& program) {
   verb.add_option(
       "--read", words->reads,
       "Print what the pixel COLUMN,ROW of the picture says at the end; may be repeated");
+  verb.add_option("--view", words->viewer.input.view,
+                  "Begin with this [[view]] of the scene (default: its [camera])");
   verb.add_option("--width", words->viewer.input.width,
                   "Picture width instead of the scene's, pixels");
   verb.add_option("--height", words->viewer.input.height,

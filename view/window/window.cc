@@ -97,6 +97,12 @@ Window::~Window() {
   ImGui::DestroyContext();
 }
 
+void Window::SetTitle(const std::string& title) {
+  if (title == title_) return;
+  title_ = title;
+  glfwSetWindowTitle(window_.get(), title_.c_str());
+}
+
 bool Window::ShouldClose() const { return glfwWindowShouldClose(window_.get()); }
 
 void Window::Close() { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }

@@ -28,6 +28,7 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
+  void SetTitle(const std::string& title);
   bool ShouldClose() const;
   void Close();
   // Takes events, waiting up to `wait_s` for one, and begins a frame. False while the window has no
@@ -47,6 +48,7 @@ class Window {
     void operator()(GLFWwindow* window) const;
   };
   std::unique_ptr<GLFWwindow, CloseWindow> window_;
+  std::string title_;
 };
 
 }  // namespace luxfield::view
