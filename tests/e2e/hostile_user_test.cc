@@ -120,6 +120,33 @@ TEST_F(HostileUser, AFileSizeLimitIsAnErrorThatNamesTheFile) {
   EXPECT_THAT(outcome.err, HasSubstr("sky"));
 }
 
+// Where the compiler of kernels cannot write what it made it calls exit(1).
+TEST_F(HostileUser, ALibraryThatEndsTheProgramIsAnErrorOfTheDevice) {
+  lightfield::LuminaireGeometry geometry;
+  geometry.delta_m = 0.1;
+  geometry.grid = lightfield::BasisGrid::Centred(
+      lightfield::Basis::Make(lightfield::BasisKind::kBox), 1, 1, 0.1);
+  geometry.lattice = {4, 4, -0.1, 0.1, 0.05, 0.05};
+  lightfield::LightField field(geometry);
+  std::ranges::fill(field.data, 1.0f);
+  lightfield::WriteLightField(folder_ / "x.lf.exr", field);
+  WriteText(folder_ / "s.toml",
+            "[camera]\nposition = [0, -3, 1]\nlook_at = [0, 0, 0]\n[[material]]\nname = "
+            "\"m\"\nalbedo = [0.5, 0.5, 0.5]\n"
+            "[[quad]]\ncorner = [-1, -1, 0]\nedge_u = [2, 0, 0]\nedge_v = [0, 2, 0]\n"
+            "material = \"m\"\n[[luminaire]]\nfile = \"x.lf.exr\"\nposition = [0, 0, 1]\n"
+            "look_at = [0, 0, 0]\nup = [0, 1, 0]\n");
+  const auto outcome = RunProgram(
+      {"/bin/sh", "-c",
+       "ulimit -f 97; export XDG_CACHE_HOME=\"$PWD/c\" POCL_CACHE_DIR=\"$PWD/c\"; exec " +
+           BuiltProgram("luxfield").string() +
+           " render s.toml -o o.exr --estimator windowed --spp 2 --width 16 --height 12"},
+      folder_);
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("luxfield: a library ended the program after its message"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "o.exr"));
+}
+
 TEST_F(HostileUser, VerifyRecommendsSalvageForDamageOnly) {
   ASSERT_EQ(RunLuxfield({"capture", plan_, "s", "--lab", lab_, "--quiet"}, folder_).exit_code, 0);
   WriteText(folder_ / "s/.DS_Store", "made by a file manager");

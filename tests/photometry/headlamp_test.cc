@@ -145,7 +145,7 @@ TEST(Headlamp, ItIsMeasuredAsItIsAimed) {
   // Pictures of both screens have square pixels, as near as whole rows come to it.
   for (const PlaneAsked& screen : {aimed.screen, aimed.aiming_screen.value()}) {
     const double pixel_m = screen.width_m / screen.columns;
-    EXPECT_NEAR(screen.height_m / screen.rows, pixel_m, pixel_m / screen.rows) << screen.name;
+    EXPECT_EQ(screen.rows, static_cast<int>(screen.height_m / pixel_m)) << screen.name;
   }
   asked.aim = Place{aimed.aimed.h_deg, aimed.aimed.v_deg};
   const Headlamp again = HeadlampOf(lamp, asked);

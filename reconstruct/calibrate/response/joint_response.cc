@@ -82,7 +82,7 @@ JointResponse::JointResponse(const ResponseSamples& samples, std::span<const dou
 template <typename Body>
 void JointResponse::ForSamples(const Body& body) {
   for (std::size_t first = 0; first < observations.size();) {
-    std::size_t last = first + 1;
+    std::size_t last = first;
     while (last < observations.size() && observations[last].sample == observations[first].sample)
       ++last;
     body(first, last);
