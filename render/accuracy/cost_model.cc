@@ -21,7 +21,7 @@ namespace luxfield::render {
 namespace {
 
 constexpr int kTerms = 6;
-constexpr int kVersion = 3;  // raised where what an estimator does, and so its cost, changes
+constexpr int kVersion = 4;  // raised where what an estimator does, and so its cost, changes
 constexpr const char* kTermNames[kTerms] = {"launch",    "per_pixel",  "per_image",
                                             "per_texel", "per_sample", "per_ray"};
 

@@ -40,12 +40,12 @@ __kernel void Sample(Given surface, __global const float4* xi, int count,
   const bool valid = SampleBrdf(&brdf, xi[k].xy, xi[k].z, &to_light);
   light[k] = (float4)(to_light, valid ? 1.0f : 0.0f);
 }
-__kernel void Curvature(Given surface, __global const float4* light, int count,
+__kernel void Curvature(Given surface, __global const float4* light, float spread, int count,
                         __global float* value) {
   const int k = get_global_id(0);
   if (k >= count) return;
   const Brdf brdf = MakeBrdf(surface);
-  value[k] = RelativeCurvature(&brdf, light[k].xyz, light[k].w);
+  value[k] = RelativeCurvature(&brdf, light[k].xyz, light[k].w, spread);
 }
 )";
 
@@ -104,7 +104,7 @@ class BrdfTest : public testing::Test {
 TEST_F(BrdfTest, CurvatureOfLobesIsTheBoundOfTheirNarrowLimits) {
   const Vec3 n{0, 0, 1};
   for (const bool phong : {false, true})
-    for (const double sharpness : {0.1, 0.3}) {
+    for (const auto& [sharpness, spread] : {std::pair{0.1, 0.0}, {0.3, 0.0}, {0.1, 0.04}}) {
       const double exponent = 1 / (sharpness * sharpness) - 1;
       const TestBrdf brdf = phong ? TestBrdf::Phong({0, 0, 0}, {0.9, 0.9, 0.9}, exponent)
                                   : TestBrdf::Ggx({0.9, 0.9, 0.9}, 1, std::sqrt(sharpness));
@@ -117,7 +117,8 @@ TEST_F(BrdfTest, CurvatureOfLobesIsTheBoundOfTheirNarrowLimits) {
           const double eye_cosine = std::cos(theta / 2),
                        width = phong ? sharpness : 2 * eye_cosine * sharpness,
                        angle = phong ? theta : eye_cosine * theta;
-          const double x = angle / width, near = std::max(angle - radius, 0.0) / width;
+          const double x = (angle + spread) / width,
+                       near = std::max(angle - spread - radius, 0.0) / width;
           const double lobe = phong ? std::exp(-x * x / 2) : std::pow(1 + x * x, -2),
                        laplacian = phong ? (2 + near * near) * std::exp(-near * near / 2)
                                          : (8 + 20 * near * near) * std::pow(1 + near * near, -4);
@@ -127,7 +128,7 @@ TEST_F(BrdfTest, CurvatureOfLobesIsTheBoundOfTheirNarrowLimits) {
       const Buffer output(device_, lights.size() * sizeof(float));
       const auto count = static_cast<cl_int>(lights.size());
       Kernel(program_, "Curvature")
-          .Set(Upload(brdf, n, n), input, count, output)
+          .Set(Upload(brdf, n, n), input, static_cast<float>(spread), count, output)
           .Enqueue({64}, {64})
           .Wait();
       const auto found = output.Download<float>();

@@ -133,6 +133,49 @@ TEST(Gloss, MeetsTheErrorAskedFor) {
   }
 }
 
+// Blocks of images stand for cells where lobes are broad: each pixel keeps the error asked for, on
+// the lobe and beside it, and blocks are what it comes from, as cells would err far less.
+TEST(Gloss, BlocksOfImagesKeepTheErrorAtEachPixel) {
+  std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
+  const Device device = Device::Open();
+  const auto gloss = MakeEstimator("gloss", device);
+  LuminaireShape shape = SmallLamp();
+  shape.channels = 3;
+  const LuminaireOnDevice luminaire(device, StructuredLuminaire("facets", shape, kSeed));
+  for (const auto& [name, brdf] :
+       {std::pair{"phong 16", TestBrdf::Phong({0.1, 0.2, 0.3}, {0.6, 0.6, 0.6}, 16)},
+        std::pair{"ggx metal 0.5", TestBrdf::Ggx({0.9, 0.6, 0.3}, 1, 0.5)},
+        std::pair{"ggx metal 0.3", TestBrdf::Ggx({0.9, 0.6, 0.3}, 1, 0.3)},
+        std::pair{"ggx dielectric 0.4", TestBrdf::Ggx({0.5, 0.5, 0.5}, 0, 0.4)}})
+    for (const double tilt : {0.02, 0.4}) {
+      const GBuffer gbuffer =
+          MakeGlossyGBuffer(device, MirroringReceivers(0.3, 200, tilt, 0.1, 8), brdf);
+      EstimatorOptions options;
+      options.max_error = 1e-4f;
+      const Lit fine = LightGBuffer(device, *gloss, gbuffer, luminaire, options);
+      for (const float asked : {1e-2f, 3e-2f}) {
+        options.max_error = asked;
+        const Lit lit = LightGBuffer(device, *gloss, gbuffer, luminaire, options);
+        double largest = 0, squares = 0;
+        for (std::size_t k = 0; k < lit.reflected.size(); ++k)
+          for (int c = 0; c < 3; ++c) {
+            const double shown = fine.reflected[k].s[c];
+            if (!(shown > 0)) continue;
+            const double error = std::abs(lit.reflected[k].s[c] / shown - 1);
+            largest = std::max(largest, error);
+            squares += error * error;
+          }
+        const double rms = std::sqrt(squares / (3.0 * static_cast<double>(lit.reflected.size())));
+        std::printf("%s, tilt %g, asked %g: rms %.1e, at most %.1e\n", name, tilt, asked, rms,
+                    largest);
+        EXPECT_LT(largest, asked);
+        if (asked > 2e-2f) {
+          EXPECT_GT(rms, 5e-4);
+        }
+      }
+    }
+}
+
 // Lambertian surfaces of a glossy scene, and the irradiance of any, are closed forms; horizons
 // through the lamp included.
 TEST(Gloss, IrradianceAndLambertianPartsAreExact) {

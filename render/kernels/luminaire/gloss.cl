@@ -1,6 +1,7 @@
-// Reflected light without samples (docs/theory.md 7.4): the u-cells of F, cut into parts where the
-// BRDF's lobe is narrow, each with the exact moments of what all images send through it and the
-// BRDF towards its centroid.
+// Reflected light without samples (docs/theory.md 7.4): pieces of light, each with its exact
+// moments and the BRDF towards its centroid. Where the BRDF hardly varies over the lamp, pieces are
+// blocks of images (image_blocks.clh); else they are the u-cells of F, cut into parts where the
+// lobe is narrow, with what all images send through them.
 //
 //   L = sum over pieces  delta^2 / z^3 h^2 f_r(w) (k M00 + n_x h M10 + n_y h M01),
 //   M_ab = integral over the piece of sum_m C_m(s(y)) Phi_m(y) (x - x_c)^a (y - y_c)^b dx dy,
@@ -10,7 +11,7 @@
 // over the piece: the error is half the trace of its Hessian times the piece's covariance, at most
 // side^2 / 24 times its Laplacian for even light.
 #include "luxfield/render/kernels/luminaire/horizon.clh"
-#include "luxfield/render/kernels/luminaire/lobe.clh"
+#include "luxfield/render/kernels/luminaire/image_blocks.clh"
 
 enum { kStripTexels = 16, kMostParts = 32 };
 
@@ -18,10 +19,6 @@ enum { kStripTexels = 16, kMostParts = 32 };
 typedef struct Piece {
   int i, j, parts, a, b;
 } Piece;
-
-typedef struct Moments {
-  float m00[3], m10[3], m01[3];
-} Moments;
 
 inline Knot MakePartKnot(const Axis* axis, int cell, int part, int parts) {
   if (part == parts) return MakeKnot(axis, cell + 1);
@@ -144,18 +141,14 @@ inline Moments SumPiece(__constant const LuminaireParams* luminaire, __global co
   return sum;
 }
 
-// Adds what a piece sends to the pixel, energy[channel] (irradiance / FluxScale) arriving from `at`
-// (in pieces, about its middle).
+// Adds what a piece of light sends to the pixel, energy[channel] (irradiance / FluxScale) arriving
+// from `from`, in h from the lower corner of all supports.
 inline void AddEnergy(__constant const LuminaireParams* luminaire, const Surface* surface,
-                      const Piece* piece, const float* energy, const float2* at, Totals* totals) {
-  const float part = 1.0f / (float)piece->parts;
+                      const float* energy, const float2* from, Totals* totals) {
   float light[3] = {0.0f, 0.0f, 0.0f}, shown[3] = {0.0f, 0.0f, 0.0f};
   for (int channel = 0; channel < luminaire->channels; ++channel) {
-    // Negative coefficients may pull a centroid out of its piece.
-    const float2 y = part * ((float2)((float)piece->a + 0.5f, (float)piece->b + 0.5f) +
-                             clamp(at[channel], -0.5f, 0.5f));
-    const float3 f =
-        EvaluateBrdf(&surface->brdf, normalize(ToLamp(luminaire, surface, piece->i, piece->j, y)));
+    const float3 f = EvaluateBrdf(&surface->brdf,
+                                  normalize(ToLamp(luminaire, surface, 0, 0, from[channel])));
     const float factor[3] = {f.x, f.y, f.z};
     for (int c = 0; c < 3; ++c)
       if (luminaire->channels == 1 || c == channel) {
@@ -167,6 +160,61 @@ inline void AddEnergy(__constant const LuminaireParams* luminaire, const Surface
   totals->reflected += (float3)(shown[0], shown[1], shown[2]);
 }
 
+// Where in h a centroid `at` of a piece lies, in pieces about its middle. Negative coefficients may
+// pull it out of the piece.
+inline float2 PlaceOf(const Piece* piece, float2 at) {
+  const float part = 1.0f / (float)piece->parts;
+  return (float2)((float)piece->i, (float)piece->j) +
+         part * ((float2)((float)piece->a + 0.5f, (float)piece->b + 0.5f) +
+                 clamp(at, (float2)(-0.5f), (float2)(0.5f)));
+}
+
+// A block of images wholly above the horizon, which `horizon` gives at the lower corner of all
+// supports. False, and nothing is added, where negative coefficients leave no centroid in it.
+inline bool LightBlock(__constant const LuminaireParams* luminaire, __global const float* images,
+                       const Surface* surface, const Horizon* horizon, const BlockSide* x,
+                       const BlockSide* y, Totals* totals) {
+  const float2 middle = (float2)(x->middle, y->middle);
+  const float centre =
+      horizon->at_corner + middle.x * horizon->along_x + middle.y * horizon->along_y;
+  Moments moments;
+  float energy[3];
+  float2 from[3];
+  for (int channel = 0; channel < luminaire->channels; ++channel) {
+    SumChannel(luminaire, images, x, y, channel, &moments);
+    const float m00 = moments.m00[channel], m10 = moments.m10[channel], m01 = moments.m01[channel];
+    if (fabs(m10) > 0.5f * x->width * fabs(m00) || fabs(m01) > 0.5f * y->width * fabs(m00))
+      return false;
+    energy[channel] = centre * m00 + horizon->along_x * m10 + horizon->along_y * m01;
+    from[channel] = m00 != 0.0f ? middle + (float2)(m10, m01) / m00 : middle;
+  }
+  AddEnergy(luminaire, surface, energy, from, totals);
+  return true;
+}
+
+// All light, by blocks of at most `most` images along each axis; false where a block has no
+// centroid, or sees more texels than its weights hold.
+inline bool LightByBlocks(__constant const LuminaireParams* luminaire,
+                          __global const float* images, const Surface* surface, int most,
+                          Totals* totals) {
+  if (!SupportsFit(luminaire, &surface->x) || !SupportsFit(luminaire, &surface->y)) return false;
+  const Horizon horizon =
+      HorizonAtBasis(luminaire, &surface->receiver, &surface->x, &surface->y, 0, 0);
+  const int columns = luminaire->axis[0].count, rows = luminaire->axis[1].count;
+  const int across = (columns + most - 1) / most, down = (rows + most - 1) / most;
+  BlockSide x, y;
+  for (int a = 0; a < across; ++a) {
+    const int i = a * columns / across;
+    FillBlockSide(luminaire, &surface->x, 0, i, (a + 1) * columns / across - i, &x);
+    for (int b = 0; b < down; ++b) {
+      const int j = b * rows / down;
+      FillBlockSide(luminaire, &surface->y, 1, j, (b + 1) * rows / down - j, &y);
+      if (!LightBlock(luminaire, images, surface, &horizon, &x, &y, totals)) return false;
+    }
+  }
+  return true;
+}
+
 // A piece wholly above the horizon.
 inline void LightPiece(__constant const LuminaireParams* luminaire, __global const float* images,
                        const Surface* surface, const Horizon* horizon, const Piece* piece,
@@ -176,14 +224,14 @@ inline void LightPiece(__constant const LuminaireParams* luminaire, __global con
   const float centre = horizon->at_corner + part * (((float)piece->a + 0.5f) * horizon->along_x +
                                                     ((float)piece->b + 0.5f) * horizon->along_y);
   float energy[3];
-  float2 at[3];
+  float2 from[3];
   for (int channel = 0; channel < luminaire->channels; ++channel) {
     const float m00 = moments.m00[channel], m10 = moments.m10[channel], m01 = moments.m01[channel];
     energy[channel] = centre * m00 + horizon->along_x * m10 + horizon->along_y * m01;
-    at[channel] =
-        m00 != 0.0f ? (float2)(m10, m01) * ((float)piece->parts / m00) : (float2)(0.0f, 0.0f);
+    from[channel] = PlaceOf(piece, m00 != 0.0f ? (float2)(m10, m01) * ((float)piece->parts / m00)
+                                               : (float2)(0.0f, 0.0f));
   }
-  AddEnergy(luminaire, surface, piece, energy, at, totals);
+  AddEnergy(luminaire, surface, energy, from, totals);
 }
 
 // A piece that the horizon cuts: exact energy texel by texel, its centroid from the middles of the
@@ -200,7 +248,7 @@ inline void LightCutPiece(__constant const LuminaireParams* luminaire, __global 
                                  MakeKnot(&surface->y, piece->j + 1), luminaire->axis[1].texels);
   const size_t stride = luminaire->row_stride, plane = luminaire->axis[1].texels * stride;
   float energy[3] = {0.0f, 0.0f, 0.0f};
-  float2 at[3] = {(float2)(0.0f), (float2)(0.0f), (float2)(0.0f)};
+  float2 from[3] = {(float2)(0.0f), (float2)(0.0f), (float2)(0.0f)};
   for (int row = rows.x; row < rows.y; ++row) {
     const float2 y =
         clamp(SupportInterval(&surface->y, piece->j, (float)row, 1.0f), corner.y, corner.y + part);
@@ -226,13 +274,15 @@ inline void LightCutPiece(__constant const LuminaireParams* luminaire, __global 
         }
       for (int channel = 0; channel < luminaire->channels; ++channel) {
         energy[channel] += row_energy[channel];
-        at[channel] += row_energy[channel] * middle;
+        from[channel] += row_energy[channel] * middle;
       }
     }
   }
-  for (int channel = 0; channel < luminaire->channels; ++channel)
-    if (energy[channel] != 0.0f) at[channel] /= energy[channel];
-  AddEnergy(luminaire, surface, piece, energy, at, totals);
+  for (int channel = 0; channel < luminaire->channels; ++channel) {
+    if (energy[channel] != 0.0f) from[channel] /= energy[channel];
+    from[channel] = PlaceOf(piece, from[channel]);
+  }
+  AddEnergy(luminaire, surface, energy, from, totals);
 }
 
 // Into how many parts along each axis a u-cell is cut for an error of `max_error` times what it
@@ -244,8 +294,35 @@ inline int PartsOfCell(__constant const LuminaireParams* luminaire, const Surfac
   const float h = luminaire->axis[0].spacing.hi;
   const float3 nearest = (float3)(fmax(fabs(to_lamp.xy) - 0.5f * h, (float2)(0.0f)), to_lamp.z);
   const float side = h / length(nearest);
-  const float curvature = RelativeCurvature(&surface->brdf, normalize(to_lamp), 0.7071f * side);
+  const float curvature =
+      RelativeCurvature(&surface->brdf, normalize(to_lamp), 0.7071f * side, 0.0f);
   return clamp((int)ceil(side * sqrt(curvature / (24.0f * max_error))), 1, (int)kMostParts);
+}
+
+// All light, by u-cells and their parts.
+inline void LightByCells(__constant const LuminaireParams* luminaire, __global const float* images,
+                         const Surface* surface, float max_error, Totals* totals) {
+  Strip strip;
+  strip.parts = 0;
+  const int ramp = luminaire->basis.cells - 1;
+  for (int j = 0; j < luminaire->axis[1].count + ramp; ++j)
+    for (int i = 0; i < luminaire->axis[0].count + ramp; ++i) {
+      const Horizon horizon =
+          HorizonAtBasis(luminaire, &surface->receiver, &surface->x, &surface->y, i, j);
+      if (SideOf(&horizon, 0.0f, 1.0f, 0.0f, 1.0f) == kBelow) continue;
+      const int parts = PartsOfCell(luminaire, surface, i, j, max_error);
+      const float part = 1.0f / (float)parts;
+      for (int b = 0; b < parts; ++b)
+        for (int a = 0; a < parts; ++a) {
+          const Piece piece = {i, j, parts, a, b};
+          const int side = SideOf(&horizon, part * (float)a, part * (float)(a + 1), part * (float)b,
+                                  part * (float)(b + 1));
+          if (side == kAbove)
+            LightPiece(luminaire, images, surface, &horizon, &piece, &strip, totals);
+          else if (side == kCut)
+            LightCutPiece(luminaire, images, surface, &horizon, &piece, totals);
+        }
+    }
 }
 
 // Adds irradiance and reflected radiance of every pixel. `share` and `shown_share` (may be null):
@@ -259,27 +336,12 @@ __kernel void Gloss(__constant const LuminaireParams* luminaire, __global const 
   Surface surface;
   if (pixel >= pixel_count || !MakeSurface(luminaire, SURFACE(pixel), &surface)) return;
   Totals totals = NoLight();
-  Strip strip;
-  strip.parts = 0;
-  const int ramp = luminaire->basis.cells - 1;
-  for (int j = 0; j < luminaire->axis[1].count + ramp; ++j)
-    for (int i = 0; i < luminaire->axis[0].count + ramp; ++i) {
-      const Horizon horizon =
-          HorizonAtBasis(luminaire, &surface.receiver, &surface.x, &surface.y, i, j);
-      if (SideOf(&horizon, 0.0f, 1.0f, 0.0f, 1.0f) == kBelow) continue;
-      const int parts = PartsOfCell(luminaire, &surface, i, j, max_error);
-      const float part = 1.0f / (float)parts;
-      for (int b = 0; b < parts; ++b)
-        for (int a = 0; a < parts; ++a) {
-          const Piece piece = {i, j, parts, a, b};
-          const int side = SideOf(&horizon, part * (float)a, part * (float)(a + 1), part * (float)b,
-                                  part * (float)(b + 1));
-          if (side == kAbove)
-            LightPiece(luminaire, images, &surface, &horizon, &piece, &strip, &totals);
-          else if (side == kCut)
-            LightCutPiece(luminaire, images, &surface, &horizon, &piece, &totals);
-        }
-    }
+  const int side = WholeHorizon(luminaire, &surface.receiver),
+            most = side == kAbove ? ImagesOfBlock(luminaire, &surface, max_error) : 0;
+  if (most == 0 || !LightByBlocks(luminaire, images, &surface, most, &totals)) {
+    totals = NoLight();
+    if (side != kBelow) LightByCells(luminaire, images, &surface, max_error, &totals);
+  }
   const float scale = FluxScale(luminaire, surface.receiver.p.z);
   float3 visible = scale * totals.visible, shown = scale * totals.reflected;
   if (share) {
