@@ -15,6 +15,7 @@
 #include "luxfield/reconstruct/merge/merge_session_json.h"
 #include "luxfield/reconstruct/solve/report_json.h"
 #include "luxfield/render/film/film.h"
+#include "luxfield/web/lamp_page.h"
 
 namespace luxfield::cli {
 namespace {
@@ -146,6 +147,23 @@ core::Json Summary(const DemoResult& result) {
             {"error", flux.measured / flux.lamp - 1}}}};
 }
 
+// The measured lamp as a page of its own (docs/web.md), which the report shows.
+void EmbedLamp(const std::filesystem::path& folder, const DemoResult& result, HtmlPage& page) {
+  web::FitOptions fit;  // coarser than export's, which takes its time
+  fit.max_error = 0.02;
+  fit.max_bytes = 120 * 1000;
+  fit.receivers = 300;
+  web::WriteLampPage(folder / "lamp.html", result.coefficients,
+                     {"The lamp as measured", "headlight.signed.lf.exr", ""}, fit);
+  page.Heading("The lamp in a room");
+  page.Paragraph(
+      "lamp.html, lit by the measured near field: drag the lamp, the view, the sliders; point for "
+      "illuminance. `luxfield export` makes such pages of any lamp, with smaller errors.");
+  page.Raw(
+      "<iframe src=\"lamp.html\" title=\"A room lit by the measured lamp\" loading=\"lazy\" "
+      "style=\"width:100%;height:42rem;border:1px solid #ccc\"></iframe>\n");
+}
+
 void StageTable(const DemoResult& result, HtmlPage& page) {
   std::vector<std::vector<std::string>> rows{{"stage", "time", "RMSE / mean", "RMSE / RMS",
                                               "floor, RMSE / mean", "from the projection",
@@ -190,6 +208,7 @@ core::Json WriteDemoReport(const std::filesystem::path& folder, const DemoResult
                  {"irradiance.png", "Illuminance on the surfaces (false colour, logarithmic)"}});
   page.Heading("Time and error per stage");
   StageTable(result, page);
+  EmbedLamp(folder, result, page);
   const auto& pictures = result.pictures;
   page.Heading("Pictures and flux");
   page.Table(

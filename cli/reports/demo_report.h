@@ -1,4 +1,4 @@
-// out/demo/: pictures, report.html and summary.json of a demo run.
+// out/demo/: pictures, lamp.html, report.html and summary.json of a demo run.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,8 @@
 
 namespace luxfield::cli {
 
-// Writes the PNGs, report.html and summary.json beside the run's files and returns the summary.
+// Writes the PNGs, lamp.html, report.html and summary.json beside the run's files and returns the
+// summary.
 core::Json WriteDemoReport(const std::filesystem::path& folder, const planning::DemoResult& result);
 
 }  // namespace luxfield::cli

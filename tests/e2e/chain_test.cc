@@ -233,6 +233,8 @@ TEST_F(Chain, DemoLeavesEveryFileAndItsReport) {
                               "truth.png", "coefficient_error.png"})
     EXPECT_GT(std::filesystem::file_size(folder_ / "demo" / picture), 500u);
   EXPECT_NE(report.find("<svg"), std::string::npos);
+  EXPECT_NE(report.find("<iframe src=\"lamp.html\""), std::string::npos);
+  EXPECT_NE(ReadText(folder_ / "demo/lamp.html").find("luxfield lamp volume"), std::string::npos);
   EXPECT_EQ(report.find(">nan"), std::string::npos);
 
   Run(demo);  // replaces its own files ...
