@@ -22,15 +22,17 @@ struct Levels {
   double mean_dn = 0, saturated_share = 0;
 };
 
-// By file, of the frames whose checks say so.
+// By file, of the frames whose checks say so by numbers.
 std::unordered_map<std::string, Levels> LevelsOfFrames(const session::SessionReader& session) {
   std::unordered_map<std::string, Levels> levels;
   for (const Json& line : session.journal()) {
     if (line.value("type", "") != "frame" || !line.contains("checks")) continue;
     const Json& checks = line.at("checks");
-    if (checks.contains("mean_dn") && checks.contains("saturated_share"))
-      levels[line.value("file", "")] = {checks.at("mean_dn").get<double>(),
-                                        checks.at("saturated_share").get<double>()};
+    if (!checks.is_object()) continue;
+    const Json mean = checks.value("mean_dn", Json()),
+               saturated = checks.value("saturated_share", Json());
+    if (mean.is_number() && saturated.is_number())
+      levels[line.value("file", "")] = {mean.get<double>(), saturated.get<double>()};
   }
   return levels;
 }

@@ -351,6 +351,25 @@ TEST_F(SessionReviewed, PulsesAreThoseThatHaveAFrequencyAndItsError) {
   EXPECT_FALSE(pulses(0, 0.01));
 }
 
+// Frames whose checks hold no numbers tell nothing of the light at the edges.
+TEST_F(SessionReviewed, ChecksThatAreNoNumbersAreNone) {
+  const auto healthy = NewFolder("checked"), spoilt = NewFolder("unchecked");
+  Devices devices = SimulatedLab(Noisy().Config()).MakeDevices();
+  RunCapture(TestPlan(), devices, healthy);
+  const session::SessionReader from(healthy);
+  core::SimulatedClock clock;
+  {
+    auto writer = session::SessionWriter::Create(spoilt, from.plan(), from.session(), {}, clock);
+    writer.StartEpoch({{"camera", "one"}});
+    const core::Json words = {{"mean_dn", "much"}, {"saturated_share", 0.1}};
+    for (const session::FrameRecord& record : from.frames())
+      writer.CommitFrame(record, from.ReadFrame(record),
+                         record.i % 2 ? words : core::Json("unseen"));
+  }
+  EXPECT_TRUE(ReviewSession(healthy).edges);
+  EXPECT_FALSE(ReviewSession(spoilt).edges);
+}
+
 TEST_F(SessionReviewed, SessionsThatCalibrateACameraHaveNoPositions) {
   const auto folder = NewFolder("plain");
   const core::Json plan = {{"kind", "sensor"},
