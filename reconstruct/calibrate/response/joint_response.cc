@@ -52,6 +52,7 @@ bool Run(ceres::Problem& problem, const double* curve) {
   ceres::Solver::Options how;
   how.linear_solver_type = ceres::DENSE_SCHUR;
   how.max_num_iterations = 20;
+  how.function_tolerance = 1e-9;
   how.initial_trust_region_radius = 1e8;  // nearly linear: no damping
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   std::vector<double*> blocks;
