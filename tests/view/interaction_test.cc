@@ -183,12 +183,19 @@ TEST_F(InteractionTest, ADragTurnsTheCamera) {
   ViewUntilSettled();
   const core::Json before = json_["readings"][0];
   ViewWith([&](const std::string& window) {
-    Hand({"mousemove", "--window", window, "150", "150", "mousedown", "1"});
-    Hold();
-    Hand({"mousemove_relative", "40", "0"});
-    Hold();
-    Hand({"mouseup", "1"});
-    Hold();
+    WaitUntilItIsLit();
+    // More than once: on a busy machine a whole drag may pass within one frame.
+    for (int k = 0; k < 4; ++k) {
+      Hand({"mousemove", "--window", window, "150", "150", "mousedown", "1"});
+      Hold();
+      for (int step = 0; step < 3; ++step) {
+        Hand({"mousemove_relative", "15", "0"});
+        Hold();
+      }
+      Hand({"mouseup", "1"});
+      Hold();
+    }
+    WaitUntilItIsLit();
   });
   const core::Json after = json_["readings"][0];
   ASSERT_TRUE(before.contains("position_m"));
