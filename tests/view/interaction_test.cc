@@ -161,7 +161,7 @@ double Coloured(const cv::Mat& shown) {
   int coloured = 0;
   for (int row = 0; row < shown.rows; ++row)
     for (int column = 0; column < shown.cols / 2; ++column) {
-      const auto pixel = shown.at<cv::Vec3b>(row, column);
+      const auto& pixel = shown.at<cv::Vec3b>(row, column);
       coloured += std::abs(pixel[0] - pixel[2]) > 40 ? 1 : 0;
     }
   return coloured / (0.5 * shown.rows * shown.cols);
