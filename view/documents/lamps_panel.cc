@@ -94,12 +94,12 @@ bool LampsPanel::DrawFile(SceneEditor& editor) {
 bool LampsPanel::DrawMirror(SceneEditor& editor) {
   constexpr const char* kNames[] = {"x", "y", "z"};
   if (!ImGui::BeginPopup("mirror")) return false;
-  ImGui::TextUnformatted("in the plane where");
+  ImGui::TextUnformatted("in a plane of constant");
   for (const Axis axis : {Axis::kX, Axis::kY, Axis::kZ}) {
     ImGui::SameLine();
     if (ImGui::RadioButton(kNames[static_cast<int>(axis)], axis == mirror_)) mirror_ = axis;
   }
-  ImGui::InputDouble("is, m", &mirror_at_m_, 0, 0, "%.3f");
+  ImGui::InputDouble("m", &mirror_at_m_, 0, 0, "%.3f");
   ImGui::TextDisabled("Its place and its axis; what it sends out\nis measured and stays as it is.");
   const bool mirror = ImGui::Button("Mirror");
   if (mirror) {

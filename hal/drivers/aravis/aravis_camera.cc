@@ -51,10 +51,10 @@ struct Unref {
 template <typename T>
 using Owned = std::unique_ptr<T, Unref<T>>;
 
-// Aravis searches over sockets whose opening it does not test: without descriptors it ends the program.
+// Aravis searches over sockets whose opening it does not test: without descriptors it ends the
+// program. A search takes one for each of the network's interfaces, USB's and their pipes.
 void RequireDescriptors(const std::string& device) {
-  constexpr int kOfASearch =
-      32;  // a socket for each of the network's interfaces, USB's and their pipes
+  constexpr int kOfASearch = 32;
   std::vector<int> held;
   for (int k = 0; k < kOfASearch; ++k) {
     const int fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
