@@ -143,7 +143,7 @@ class SceneBench {
     const auto difference = planning::Compare(measured.radiance, reference);
     int images = 0, channels = 1;
     for (const auto& luminaire : lit.luminaires()) {
-      const auto& geometry = luminaire.light_field->field.geometry;
+      const auto& geometry = luminaire.light_field->geometry();
       images += geometry.grid.count();
       channels = std::max(channels, geometry.channels);
     }

@@ -138,8 +138,8 @@ class Table {
       for (const auto& luminaire : scene.luminaires()) {
         const auto& light_field = *luminaire.light_field;
         const auto cells =
-            render::ReferencePositions(light_field.field.geometry, light_field.reference);
-        const render::ShadowMaps cast(device_, light_field.field.geometry, cells,
+            render::ReferencePositions(light_field.geometry(), light_field.reference);
+        const render::ShadowMaps cast(device_, light_field.geometry(), cells,
                                       luminaire.world_from_luminaire, *scene.geometry().rays,
                                       kSize);
         device_.Finish();

@@ -10,6 +10,7 @@
 #include "luxfield/lightfield/exr_geometry.h"
 #include "luxfield/lightfield/file_pieces.h"
 #include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/light_field_file.h"
 #include "luxfield/lightfield/posed_light_field.h"
 
 namespace luxfield::lightfield {
@@ -86,40 +87,24 @@ void AddParts(const ExrKind& kind, const LightField& field, const LuminaireGeome
     }
 }
 
-LightField ReadField(core::ExrReader& reader, const ExrKind& kind) {
-  ExrGeometry header = ReadGeometry(reader, kind);
-  LightField field(header.geometry);
-  field.provenance = std::move(header.provenance);
-  const auto names = ChannelNames(field.geometry.channels);
-  for (std::size_t m = 0; m < header.parts.size(); ++m) {
-    std::vector<std::span<float>> planes;
-    planes.reserve(names.size());
-    for (int channel = 0; channel < field.geometry.channels; ++channel)
-      planes.push_back(field.image(static_cast<int>(m), channel));
-    reader.ReadFloats(header.parts[m], names, planes);
-    for (int channel = 0; channel < field.geometry.channels; ++channel)
-      RequireFinite(reader, reader.parts()[header.parts[m]].name, names[channel], planes[channel]);
-  }
-  return field;
-}
-
 // Part 0.C.00.00, or -1 if the file does not hold several fields.
 int FirstOfSeveral(const core::ExrReader& reader) {
   const std::string prefix = FieldPrefix(0);
   return reader.find_part(PartName(FieldKind(prefix), 0, 0));
 }
 
-void RequireOneLuminaire(const std::string& file, std::span<const PosedLightField> fields) {
+// `unit` and `name` of any of the fields.
+template <typename Fields, typename Unit>
+void RequireOneLuminaire(const std::string& file, const Fields& fields, const Unit& unit) {
   std::set<std::string> names;
-  for (const PosedLightField& posed : fields) {
-    if (posed.field.geometry.unit != fields.front().field.geometry.unit)
+  for (const auto& field : fields) {
+    if (unit(field) != unit(fields.front()))
       throw InputError(file,
                        fmt::format("its light fields are in {} and in {}",
-                                   FluxUnitName(fields.front().field.geometry.unit),
-                                   FluxUnitName(posed.field.geometry.unit)),
+                                   FluxUnitName(unit(fields.front())), FluxUnitName(unit(field))),
                        "make one luminaire of fields of one unit");
-    if (!names.insert(posed.name).second)
-      throw InputError(file, fmt::format("two of its light fields are named '{}'", posed.name),
+    if (!names.insert(field.name).second)
+      throw InputError(file, fmt::format("two of its light fields are named '{}'", field.name),
                        "give each field a name of its own");
   }
 }
@@ -142,16 +127,6 @@ void WriteLightFieldRows(const std::filesystem::path& path, const LuminaireGeome
   core::WriteExr(path, parts, core::ExrCompression::kZip);
 }
 
-LightField ReadLightField(const std::filesystem::path& path) {
-  core::ExrReader reader(path);
-  if (FirstOfSeveral(reader) >= 0)
-    throw InputError(path.string(),
-                     "holds light fields in several directions where one is asked for",
-                     "light a scene with it (`render`), or make a file of one field: "
-                     "`luxfield import --faces one`");
-  return ReadField(reader, kLightFieldKind);
-}
-
 void WriteLightFields(const std::filesystem::path& path, std::span<const PosedLightField> fields) {
   const std::string file = path.string();
   if (fields.empty() || fields.size() > kMaxFields)
@@ -160,7 +135,8 @@ void WriteLightFields(const std::filesystem::path& path, std::span<const PosedLi
                      "write at least one");
   if (fields.size() == 1 && fields[0].luminaire_from_field == RigidPose{})
     return WriteLightField(path, fields[0].field);
-  RequireOneLuminaire(file, fields);
+  RequireOneLuminaire(file, fields,
+                      [](const PosedLightField& posed) { return posed.field.geometry.unit; });
   std::vector<core::ExrPartView> parts;
   for (std::size_t k = 0; k < fields.size(); ++k) {
     const PosedLightField& posed = fields[k];
@@ -175,38 +151,101 @@ void WriteLightFields(const std::filesystem::path& path, std::span<const PosedLi
   core::WriteExr(path, parts, core::ExrCompression::kZip);
 }
 
+struct LightFieldFile::Impl {
+  core::ExrReader reader;
+  std::vector<Field> fields;
+  std::vector<std::vector<int>> parts{};  // of each field, in the order of m
+
+  void Add(const ExrKind& kind) {
+    ExrGeometry header = ReadGeometry(reader, kind);
+    fields.push_back({"", {}, header.geometry, std::move(header.provenance)});
+    parts.push_back(std::move(header.parts));
+  }
+
+  void AddSeveral(int first) {
+    const std::string file = reader.path().string();
+    const int count = reader.GetInt(first, kFieldsAttribute);
+    if (count < 1 || count > kMaxFields)
+      throw InputError(file,
+                       fmt::format("{} = {} is not 1 to {}", kFieldsAttribute, count, kMaxFields),
+                       "make the file anew with the verb that wrote it");
+    std::size_t all = 0;
+    for (int k = 0; k < count; ++k) {
+      const std::string prefix = FieldPrefix(k);
+      Add(FieldKind(prefix));  // first, for it says what is missing
+      const int part = parts.back().front();
+      fields.back().name = reader.GetString(part, kFieldNameAttribute);
+      fields.back().luminaire_from_field = ReadPose(reader, part);
+      all += parts.back().size();
+    }
+    if (all != reader.parts().size())
+      throw InputError(file,
+                       fmt::format("has {} parts where its {} light fields have {}",
+                                   reader.parts().size(), count, all),
+                       "make the file anew with the verb that wrote it");
+    RequireOneLuminaire(file, fields, [](const Field& field) { return field.geometry.unit; });
+  }
+};
+
+LightFieldFile::LightFieldFile(const std::filesystem::path& path)
+    : impl_(new Impl{core::ExrReader(path), {}}) {
+  const int first = FirstOfSeveral(impl_->reader);
+  if (first < 0)
+    impl_->Add(kLightFieldKind);
+  else
+    impl_->AddSeveral(first);
+}
+
+LightFieldFile::~LightFieldFile() = default;
+LightFieldFile::LightFieldFile(LightFieldFile&&) noexcept = default;
+
+const std::vector<LightFieldFile::Field>& LightFieldFile::fields() const { return impl_->fields; }
+
+void LightFieldFile::ReadImage(std::size_t field, int m, std::span<float> planes) {
+  const LuminaireGeometry& geometry = impl_->fields.at(field).geometry;
+  const int part = impl_->parts[field].at(static_cast<std::size_t>(m));
+  const auto names = ChannelNames(geometry.channels);
+  std::vector<std::span<float>> channels;
+  for (std::size_t channel = 0; channel < names.size(); ++channel)
+    channels.push_back(planes.subspan(channel * geometry.plane_size(), geometry.plane_size()));
+  impl_->reader.ReadFloats(part, names, channels);
+  for (std::size_t channel = 0; channel < names.size(); ++channel)
+    RequireFinite(impl_->reader, impl_->reader.parts()[part].name, names[channel],
+                  channels[channel]);
+}
+
+namespace {
+
+LightField ReadField(LightFieldFile& file, std::size_t number) {
+  const LightFieldFile::Field& from = file.fields()[number];
+  LightField field(from.geometry);
+  field.provenance = from.provenance;
+  const std::size_t image = from.geometry.plane_size() * from.geometry.channels;
+  for (int m = 0; m < from.geometry.grid.count(); ++m)
+    file.ReadImage(number, m, std::span(field.data).subspan(m * image, image));
+  return field;
+}
+
+}  // namespace
+
+LightField ReadLightField(const std::filesystem::path& path) {
+  LightFieldFile file(path);
+  const LightFieldFile::Field& first = file.fields().front();
+  if (file.fields().size() > 1 || !first.name.empty() ||
+      !(first.luminaire_from_field == RigidPose{}))
+    throw InputError(path.string(),
+                     "holds light fields in several directions where one is asked for",
+                     "light a scene with it (`render`), or make a file of one field: "
+                     "`luxfield import --faces one`");
+  return ReadField(file, 0);
+}
+
 std::vector<PosedLightField> ReadLightFields(const std::filesystem::path& path) {
-  core::ExrReader reader(path);
+  LightFieldFile file(path);
   std::vector<PosedLightField> fields;
-  const int first = FirstOfSeveral(reader);
-  if (first < 0) {
-    fields.push_back({"", {}, ReadField(reader, kLightFieldKind)});
-    return fields;
-  }
-  const std::string file = path.string();
-  const int count = reader.GetInt(first, kFieldsAttribute);
-  if (count < 1 || count > kMaxFields)
-    throw InputError(file,
-                     fmt::format("{} = {} is not 1 to {}", kFieldsAttribute, count, kMaxFields),
-                     "make the file anew with the verb that wrote it");
-  std::size_t parts = 0;
-  for (int k = 0; k < count; ++k) {
-    const std::string prefix = FieldPrefix(k);
-    const ExrKind kind = FieldKind(prefix);
-    PosedLightField posed;
-    posed.field = ReadField(reader, kind);  // first, for it says what is missing
-    const int part = reader.find_part(PartName(kind, 0, 0));
-    posed.name = reader.GetString(part, kFieldNameAttribute);
-    posed.luminaire_from_field = ReadPose(reader, part);
-    parts += static_cast<std::size_t>(posed.field.geometry.grid.count());
-    fields.push_back(std::move(posed));
-  }
-  if (parts != reader.parts().size())
-    throw InputError(file,
-                     fmt::format("has {} parts where its {} light fields have {}",
-                                 reader.parts().size(), count, parts),
-                     "make the file anew with the verb that wrote it");
-  RequireOneLuminaire(file, fields);
+  for (std::size_t k = 0; k < file.fields().size(); ++k)
+    fields.push_back(
+        {file.fields()[k].name, file.fields()[k].luminaire_from_field, ReadField(file, k)});
   return fields;
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/parallel.h"
@@ -27,6 +28,10 @@ constexpr double kPrudence = 1.5;  // on the pilot's variance, which misses rare
 // The light of the closed form on the surfaces that the renderer sees.
 ReferencePicture ClosedForm(const render::LitScene& scene, const render::RenderOptions& picture) {
   const SeenSurfaces seen = SeeSurfaces(scene, picture);
+  std::map<const render::LoadedLightField*, lightfield::LightField> fields;
+  for (const auto& luminaire : scene.luminaires())
+    if (const auto* of = luminaire.light_field.get(); !fields.contains(of))
+      fields.emplace(of, of->on_device.Download());
   core::Image radiance(seen.width, seen.height, 3);
   core::ParallelFor(seen.pixel_count(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -36,7 +41,7 @@ ReferencePicture ClosedForm(const render::LitScene& scene, const render::RenderO
         const scene::Pose luminaire_from_world = luminaire.world_from_luminaire.Inverse();
         const auto& p = seen.position[i].s;
         const auto& n = seen.normal[i].s;
-        const auto e = lightfield::ExactIrradiance(luminaire.light_field->field,
+        const auto e = lightfield::ExactIrradiance(fields.at(luminaire.light_field.get()),
                                                    luminaire_from_world.Point({p[0], p[1], p[2]}),
                                                    luminaire_from_world.Vector({n[0], n[1], n[2]}));
         for (int c = 0; c < 3; ++c) sum[c] += luminaire.scale * e[c];

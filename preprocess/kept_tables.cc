@@ -33,29 +33,30 @@ constexpr auto kTransferVolume = [](auto& pass, auto& built) {
 
 }  // namespace
 
-Tables KeptTables(const lightfield::LightField& field, const FieldOrigin& origin) {
+Tables KeptTables(const FieldSource& field, const FieldOrigin& origin) {
   Tables tables;
   tables.light_field_sha256 = origin.sha256;
   return core::Kept(KeyOf("table", "summed areas", origin), kTransferTables, tables,
-                    [&] { return BuildTables(field, origin.file, origin.sha256); });
+                    [&] { return BuildTables(field(), origin.file, origin.sha256); });
 }
 
-CellTables KeptCellTables(const lightfield::LightField& field, const FieldOrigin& origin) {
+CellTables KeptCellTables(const FieldSource& field, const FieldOrigin& origin) {
   return core::Kept(KeyOf("table", "cells", origin), kTransferCells, CellTables(),
-                    [&] { return BuildCellTables(field, origin.file); });
+                    [&] { return BuildCellTables(field(), origin.file); });
 }
 
-VolumeForError KeptVolume(const lightfield::LightField& field, const FieldOrigin& origin,
-                          std::span<const Receiver> receivers, const VolumeOptions& options) {
+VolumeForError KeptVolume(const lightfield::LuminaireGeometry& geometry, const FieldSource& field,
+                          const FieldOrigin& origin, std::span<const Receiver> receivers,
+                          const VolumeOptions& options) {
   static_assert(sizeof(Receiver) == 6 * sizeof(double));  // no padding in what is hashed
   const std::string seen =
       core::Sha256({reinterpret_cast<const char*>(receivers.data()), receivers.size_bytes()});
   VolumeForError start;
-  start.volume.geometry = field.geometry;
+  start.volume.geometry = geometry;
   return core::Kept(
       KeyOf("volume", "light vectors", origin,
             fmt::format("{}\n{:a} {}", seen, options.max_rel_error, options.max_bytes)),
-      kTransferVolume, start, [&] { return BuildForReceivers(field, receivers, options); },
+      kTransferVolume, start, [&] { return BuildForReceivers(field(), receivers, options); },
       [](const VolumeForError& built) { return built.met; });
 }
 

@@ -2,6 +2,7 @@
 // kept. The same to the bit either way.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 
@@ -17,12 +18,16 @@ struct FieldOrigin {
   std::string sha256;  // of its bytes, and behind it the name of the field in a file of several
 };
 
+// Gives the light field; asked where a table is not kept, and once then.
+using FieldSource = std::function<lightfield::LightField()>;
+
 // BuildTables.
-Tables KeptTables(const lightfield::LightField& field, const FieldOrigin& origin);
+Tables KeptTables(const FieldSource& field, const FieldOrigin& origin);
 // BuildCellTables.
-CellTables KeptCellTables(const lightfield::LightField& field, const FieldOrigin& origin);
-// BuildForReceivers. A volume that does not meet its error is not kept.
-VolumeForError KeptVolume(const lightfield::LightField& field, const FieldOrigin& origin,
-                          std::span<const Receiver> receivers, const VolumeOptions& options);
+CellTables KeptCellTables(const FieldSource& field, const FieldOrigin& origin);
+// BuildForReceivers of a field of that geometry. A volume that does not meet its error is not kept.
+VolumeForError KeptVolume(const lightfield::LuminaireGeometry& geometry, const FieldSource& field,
+                          const FieldOrigin& origin, std::span<const Receiver> receivers,
+                          const VolumeOptions& options);
 
 }  // namespace luxfield::preprocess

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/environment/kept_cube_map.h"
-#include "luxfield/lightfield/posed_light_field.h"
+#include "luxfield/lightfield/light_field_file.h"
 #include "luxfield/preprocess/kept_tables.h"
 #include "luxfield/preprocess/table_io.h"
 #include "luxfield/render/estimators/volume.h"
@@ -49,9 +50,10 @@ preprocess::FieldOrigin OriginOf(const LoadedLightField& light_field) {
 
 preprocess::Tables ReadOrBuildTables(const LoadedLightField& light_field) {
   if (light_field.tables_file.empty())
-    return preprocess::KeptTables(light_field.field, OriginOf(light_field));
+    return preprocess::KeptTables([&] { return light_field.on_device.Download(); },
+                                  OriginOf(light_field));
   const auto tables = preprocess::ReadTables(light_field.tables_file);
-  preprocess::CheckTables(tables, light_field.tables_file.string(), light_field.field.geometry,
+  preprocess::CheckTables(tables, light_field.tables_file.string(), light_field.geometry(),
                           light_field.sha256);
   return tables;
 }
@@ -59,10 +61,13 @@ preprocess::Tables ReadOrBuildTables(const LoadedLightField& light_field) {
 }  // namespace
 
 LitScene::LitScene(const Device& device, const scene::Scene& scene)
-    : device_(device),
-      camera_(scene.camera),
-      geometry_(UploadScene(device, scene.geometry)),
-      mis_(device) {
+    : LitScene(device, scene, UploadScene(device, scene.geometry)) {}
+
+LitScene::LitScene(const Device& device, scene::Scene&& scene)
+    : LitScene(device, scene, UploadScene(device, std::move(scene.geometry))) {}
+
+LitScene::LitScene(const Device& device, const scene::Scene& scene, DeviceScene geometry)
+    : device_(device), camera_(scene.camera), geometry_(std::move(geometry)), mis_(device) {
   if (!scene.file.empty()) provenance_["scene_sha256"] = core::Sha256OfFile(scene.file);
   for (const auto& light : scene.area_lights) area_lights_.push_back(MakeAreaLight(light));
   if (scene.environment) LoadEnvironment(*scene.environment);
@@ -168,8 +173,9 @@ std::vector<PlacedLight> LitScene::Lights() const {
 }
 
 std::vector<LitScene::LoadedField> LitScene::Load(const scene::Luminaire& luminaire) {
-  auto fields = lightfield::ReadLightFields(luminaire.light_field);
-  const auto unit = fields.front().field.geometry.unit;
+  lightfield::LightFieldFile file(luminaire.light_field);
+  const auto& fields = file.fields();
+  const auto unit = fields.front().geometry.unit;
   if (!luminaires_.empty() && unit != unit_)
     throw InputError(luminaire.light_field.string(),
                      fmt::format("its unit is {}, that of the luminaires before it {}",
@@ -184,15 +190,16 @@ std::vector<LitScene::LoadedField> LitScene::Load(const scene::Luminaire& lumina
                      "name no tables: they are built while the scene is loaded");
   const std::string sha256 = core::Sha256OfFile(luminaire.light_field);
   std::vector<LoadedField> loaded;
-  for (auto& posed : fields) {
-    LuminaireOnDevice on_device(device_, posed.field);
-    loaded.push_back({posed.name, ToPose(posed.luminaire_from_field),
+  for (std::size_t k = 0; k < fields.size(); ++k) {
+    LuminaireOnDevice on_device(device_, fields[k].geometry, [&](int m, std::span<float> planes) {
+      file.ReadImage(k, m, planes);
+    });
+    loaded.push_back({fields[k].name, ToPose(fields[k].luminaire_from_field),
                       std::make_shared<LoadedLightField>(
                           LoadedLightField{luminaire.light_field,
                                            alone ? TablesOf(luminaire) : std::filesystem::path(),
                                            sha256,
-                                           posed.name,
-                                           std::move(posed.field),
+                                           fields[k].name,
                                            std::move(on_device),
                                            {},
                                            {},
@@ -223,8 +230,9 @@ preprocess::VolumeForError LitScene::BuildVolume(const LoadedLightField& light_f
     const auto more = ReceiversOf(gbuffer, luminaire.world_from_luminaire);
     receivers.insert(receivers.end(), more.begin(), more.end());
   }
-  return preprocess::KeptVolume(light_field.field, OriginOf(light_field), receivers,
-                                {.max_rel_error = max_rel_error});
+  return preprocess::KeptVolume(light_field.geometry(),
+                                [&] { return light_field.on_device.Download(); },
+                                OriginOf(light_field), receivers, {.max_rel_error = max_rel_error});
 }
 
 void LitScene::RequireSoftMaps(int size) {
@@ -252,8 +260,8 @@ void LitScene::RequireIntensities() {
   for (const auto& luminaire : luminaires_) {
     LoadedLightField& light_field = *luminaire.light_field;
     if (!light_field.intensity)
-      light_field.intensity =
-          preprocess::BuildIntensityTable(light_field.field, light_field.file.string());
+      light_field.intensity = preprocess::BuildIntensityTable(light_field.on_device.Download(),
+                                                              light_field.file.string());
   }
   tables_core_s_ += stopwatch.CoreSeconds();
 }
@@ -268,11 +276,13 @@ void LitScene::Require(const TableNeeds& needs, double volume_error) {
       light_field.reference = tables.reference;
     }
     if (needs.cells && !light_field.on_device.has_cells()) {
-      const auto cells = preprocess::KeptCellTables(light_field.field, OriginOf(light_field));
+      const auto cells = preprocess::KeptCellTables(
+          [&] { return light_field.on_device.Download(); }, OriginOf(light_field));
       light_field.on_device.Add(device_, {.cells = &cells});
     }
     if (needs.patches && !light_field.on_device.has_patches()) {
-      const preprocess::PatchLight patches = preprocess::TabulatePatchLight(light_field.field);
+      const preprocess::PatchLight patches =
+          preprocess::TabulatePatchLight(light_field.on_device.Download());
       light_field.on_device.Add(device_, {.patches = &patches});
     }
     if (needs.volume &&

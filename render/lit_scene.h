@@ -27,12 +27,13 @@ namespace luxfield::render {
 // A light field that one or several luminaires of the scene show, alone or with others of its file.
 struct LoadedLightField {
   std::filesystem::path file, tables_file;  // tables_file empty: none given
-  std::string sha256, part;  // of the file; and which of its fields this is, if it has names
-  lightfield::LightField field;
-  LuminaireOnDevice on_device;
+  std::string sha256, part;     // of the file; and which of its fields this is, if it has names
+  LuminaireOnDevice on_device;  // which alone holds the images
   std::vector<preprocess::ReferencePosition> reference;  // of the tables; empty until there are any
   std::optional<preprocess::IntensityTable> intensity;   // by RequireIntensities()
   double volume_error = 0;  // that its volume was made for; 0: it has none
+
+  const lightfield::LuminaireGeometry& geometry() const { return on_device.geometry(); }
 };
 
 // A light of the scene, which owns what it refers to.
@@ -65,6 +66,8 @@ class LitScene {
   // for files that cannot be read, luminaires of different units and tables of a file of several
   // fields; DeviceError.
   LitScene(const Device& device, const scene::Scene& scene);
+  // The same; the scene's triangles go as soon as the device has them.
+  LitScene(const Device& device, scene::Scene&& scene);
 
   // Uploads what is needed and not there yet: a SAT is read where the scene names tables or
   // X.tab.exr lies beside the light field X.lf.exr, and built otherwise; tables of cells are
@@ -145,6 +148,7 @@ class LitScene {
   double tables_core_s() const { return tables_core_s_; }  // CPU time spent on building tables
 
  private:
+  LitScene(const Device& device, const scene::Scene& scene, DeviceScene geometry);
   void LoadEnvironment(const scene::Environment& environment);
   void ShowEnvironment(const environment::CubeMap& map, const std::filesystem::path& file);
   struct LoadedField {

@@ -107,12 +107,11 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
   if (options.shadows == Shadows::kThesisMaps) scene.Require({.sat = true});  // reference positions
   if (options.shadows == Shadows::kMaps || options.shadows == Shadows::kThesisMaps)
     for (const auto& luminaire : scene.luminaires()) {
-      const auto& field = luminaire.light_field->field;
+      const LoadedLightField& field = *luminaire.light_field;
       shadow_maps_.emplace_back(
-          scene.device(), field.geometry,
-          options.shadows == Shadows::kMaps
-              ? CellCentres(field)
-              : ReferencePositions(field.geometry, luminaire.light_field->reference),
+          scene.device(), field.geometry(),
+          options.shadows == Shadows::kMaps ? CellCentres(field.on_device.Download())
+                                            : ReferencePositions(field.geometry(), field.reference),
           luminaire.world_from_luminaire, *scene.geometry().rays, options.ShadowMapSize());
     }
   if (options.shadows == Shadows::kSoftMaps) scene.RequireSoftMaps(options.ShadowMapSize());
@@ -138,7 +137,7 @@ BoundedLight Renderer::Bound(std::size_t light, std::vector<BoundedTable>& table
                                   [&](const BoundedTable& one) { return one.table == &table; });
   const auto number = static_cast<std::size_t>(known - tables.begin());
   if (known == tables.end()) tables.emplace_back(table, number);
-  return BoundLuminaire(luminaire.light_field->field.geometry, tables[number],
+  return BoundLuminaire(luminaire.light_field->geometry(), tables[number],
                         luminaire.world_from_luminaire, scale);
 }
 

@@ -146,6 +146,12 @@ class MeshAppender {
     return uv;
   }
 
+  // For so many more: at once where they are most of all, by doubling where many meshes follow.
+  template <typename T>
+  static void MakeRoom(std::size_t more, std::vector<T>& values) {
+    if (more > values.size()) values.reserve(values.size() + more);
+  }
+
   // `sets` of the mesh's texture coordinates become a vertex's uv and uv1, or those that are given.
   void AppendTriangles(const ImportedMesh& mesh, const Transform& world_from_mesh,
                        std::uint32_t material, const std::array<std::size_t, 2>& sets,
@@ -153,6 +159,8 @@ class MeshAppender {
     if (geometry_.triangles.size() + mesh.triangles.size() > kMostTriangles)
       Fail(fmt::format("brings the scene to more than {} triangles", kMostTriangles));
     const auto first = static_cast<std::uint32_t>(geometry_.vertices.size());
+    MakeRoom(mesh.positions.size(), geometry_.vertices);
+    MakeRoom(mesh.triangles.size(), geometry_.triangles);
     const bool normals_transform = std::abs(world_from_mesh.Determinant()) > 0;
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
       Vertex vertex;

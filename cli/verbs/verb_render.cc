@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
@@ -264,7 +265,7 @@ core::Json Run(Options options, const Common& common) {
   RequireLuminaires(scene);
   RefuseUnread(options, scene);
   const render::Device device = render::Device::Open(options.device, common.threads);
-  render::LitScene lit(device, scene);
+  render::LitScene lit(device, std::move(scene));
   if (lit.frame_count() > 1) {
     for (const auto& [option, value] :
          {std::pair{"--error", options.error}, std::pair{"--time", options.time},

@@ -187,7 +187,7 @@ class Chooser {
       });
     int channels = 0;
     for (const auto& luminaire : scene_.luminaires())
-      channels += luminaire.light_field->field.geometry.channels;
+      channels += luminaire.light_field->geometry().channels;
     const double build_s = kVolumeChannel_core_s * channels / core::Threads();
     return std::none_of(others.begin(), others.end(), [&](const Candidate& other) {
       const auto& setting = other.setting;
@@ -231,7 +231,7 @@ class Chooser {
     const double scale = pixels / static_cast<double>(positions.size());
     LightingWork sum;
     for (const auto& luminaire : scene_.luminaires()) {
-      const auto work = WorkOf(positions, luminaire.light_field->field.geometry,
+      const auto work = WorkOf(positions, luminaire.light_field->geometry(),
                                luminaire.world_from_luminaire, samples, Shadowed());
       sum.pixels += scale * work.pixels;
       sum.images += scale * work.images;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "luxfield/core/error.h"
@@ -72,16 +73,45 @@ Buffer UploadScale(const Device& device, const std::vector<int>& exponents) {
 
 LuminaireOnDevice::LuminaireOnDevice(const Device& device, const lightfield::LightField& field,
                                      const LuminaireTables& tables)
-    : geometry_(field.geometry), row_stride_(field.geometry.lattice.width + kRowPadding) {
-  const std::size_t width = geometry_.lattice.width, rows = field.data.size() / width;
-  RequireRoom(device, "images", rows * row_stride_ * sizeof(float));
-  std::vector<float> padded(rows * row_stride_, 0.0f);
-  core::ParallelFor(rows, 1024, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t row = begin; row < end; ++row)
-      std::copy_n(field.data.data() + row * width, width, padded.data() + row * row_stride_);
-  });
-  images_ = Buffer::From(device, padded);
+    : LuminaireOnDevice(device, field.geometry, [&](int m, std::span<float> planes) {
+        std::copy_n(field.image(m, 0).data(), planes.size(), planes.data());
+      }) {
   Add(device, tables);
+}
+
+LuminaireOnDevice::LuminaireOnDevice(const Device& device,
+                                     const lightfield::LuminaireGeometry& geometry,
+                                     const ImageSource& source)
+    : geometry_(geometry), row_stride_(geometry.lattice.width + kRowPadding) {
+  const auto width = static_cast<std::size_t>(geometry.lattice.width),
+             stride = static_cast<std::size_t>(row_stride_);
+  const std::size_t rows = static_cast<std::size_t>(geometry.lattice.height) * geometry.channels;
+  const auto images = static_cast<std::size_t>(geometry.grid.count());
+  RequireRoom(device, "images", images * rows * stride * sizeof(float));
+  images_ = Buffer(device, images * rows * stride * sizeof(float));
+  std::vector<float> image(rows * width), padded(rows * stride, 0.0f);
+  for (std::size_t m = 0; m < images; ++m) {
+    source(static_cast<int>(m), image);
+    for (std::size_t row = 0; row < rows; ++row)
+      std::copy_n(image.data() + row * width, width, padded.data() + row * stride);
+    images_.Upload(std::span<const float>(padded), m * padded.size());
+  }
+}
+
+lightfield::LightField LuminaireOnDevice::Download() const {
+  lightfield::LightField field(geometry_);
+  const auto width = static_cast<std::size_t>(geometry_.lattice.width),
+             stride = static_cast<std::size_t>(row_stride_);
+  const auto images = static_cast<std::size_t>(geometry_.grid.count());
+  const std::size_t rows = field.data.size() / width / images;  // of an image's channels
+  std::vector<float> padded(rows * stride);
+  for (std::size_t m = 0; m < images; ++m) {
+    images_.Download(std::span<float>(padded), m * padded.size());
+    for (std::size_t row = 0; row < rows; ++row)
+      std::copy_n(padded.data() + row * stride, width,
+                  field.data.data() + (m * rows + row) * width);
+  }
+  return field;
 }
 
 void LuminaireOnDevice::Add(const Device& device, const LuminaireTables& tables) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 
 #include "luxfield/lightfield/light_field.h"
 #include "luxfield/preprocess/cell_tables.h"
@@ -21,6 +23,9 @@ struct LuminaireTables {
   const preprocess::PatchLight* patches = nullptr;
 };
 
+// Puts image m of all channels, [channel][row][column], where it is asked for.
+using ImageSource = std::function<void(int m, std::span<float> planes)>;
+
 // The coefficient images and tables of one luminaire, uploaded once. Texels are padded on the right
 // so that wide loads stay inside the buffer.
 class LuminaireOnDevice {
@@ -31,7 +36,14 @@ class LuminaireOnDevice {
   // cannot hold them.
   LuminaireOnDevice(const Device& device, const lightfield::LightField& field,
                     const LuminaireTables& tables = {});
+  // The same of images that come one after the other, none of which is kept on the host. Passes on
+  // what `source` throws.
+  LuminaireOnDevice(const Device& device, const lightfield::LuminaireGeometry& geometry,
+                    const ImageSource& source);
   void Add(const Device& device, const LuminaireTables& tables);
+
+  // The images again, to the bit, without provenance.
+  lightfield::LightField Download() const;
 
   const lightfield::LuminaireGeometry& geometry() const { return geometry_; }
   // float C[((m * channels + channel) * height + row) * row_stride + column], zero in the padding.

@@ -96,6 +96,27 @@ std::vector<SurfaceMaterial> SurfaceMaterials(const std::vector<scene::Material>
   return surfaces;
 }
 
+// `own`: the geometry, where its vertices and triangles are to go; else null.
+DeviceScene Upload(const Device& device, const scene::Geometry& geometry, scene::Geometry* own) {
+  const std::vector<SurfaceMaterial> materials =
+      SurfaceMaterials(geometry.materials, geometry.textures);
+  std::vector<std::uint32_t> texels;
+  for (const auto& texture : geometry.textures)
+    texels.insert(texels.end(), texture.rgba.begin(), texture.rgba.end());
+  DeviceScene uploaded{device, MakeRayScene(device, geometry), {}, {}, {}, {}};
+  uploaded.vertices = Buffer::From(device, geometry.vertices);
+  if (own) own->vertices = std::vector<scene::Vertex>();
+  uploaded.triangles = Buffer::From(device, geometry.triangles);
+  if (own) own->triangles = std::vector<scene::Triangle>();
+  uploaded.materials = Buffer::From(device, materials);
+  uploaded.texels = Buffer::From(device, texels);
+  uploaded.glossy =
+      std::any_of(geometry.materials.begin(), geometry.materials.end(), scene::IsGlossy);
+  uploaded.emissive =
+      std::any_of(geometry.materials.begin(), geometry.materials.end(), scene::IsEmissive);
+  return uploaded;
+}
+
 }  // namespace
 
 void ReplaceMaterials(const std::vector<scene::Material>& materials,
@@ -104,19 +125,11 @@ void ReplaceMaterials(const std::vector<scene::Material>& materials,
 }
 
 DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry) {
-  const std::vector<SurfaceMaterial> materials =
-      SurfaceMaterials(geometry.materials, geometry.textures);
-  std::vector<std::uint32_t> texels;
-  for (const auto& texture : geometry.textures)
-    texels.insert(texels.end(), texture.rgba.begin(), texture.rgba.end());
-  return {device,
-          MakeRayScene(device, geometry),
-          Buffer::From(device, geometry.vertices),
-          Buffer::From(device, geometry.triangles),
-          Buffer::From(device, materials),
-          Buffer::From(device, texels),
-          std::any_of(geometry.materials.begin(), geometry.materials.end(), scene::IsGlossy),
-          std::any_of(geometry.materials.begin(), geometry.materials.end(), scene::IsEmissive)};
+  return Upload(device, geometry, nullptr);
+}
+
+DeviceScene UploadScene(const Device& device, scene::Geometry&& geometry) {
+  return Upload(device, geometry, &geometry);
 }
 
 const DeviceBvh& DeviceScene::bvh() const {

@@ -30,6 +30,8 @@ struct DeviceScene {
 // Builds the hierarchy and uploads. Throws InputError if the scene is too large for the kernels'
 // 32-bit numbers, DeviceError if the device cannot hold it.
 DeviceScene UploadScene(const Device& device, const scene::Geometry& geometry);
+// The same; vertices and triangles go as soon as the device has them.
+DeviceScene UploadScene(const Device& device, scene::Geometry&& geometry);
 
 // Other materials for the surfaces of an uploaded scene, as many and of the same kinds, with the same
 // textures.

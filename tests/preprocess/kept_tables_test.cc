@@ -28,6 +28,10 @@ class KeptTablesTest : public testing::Test {
            {0, 0, -1}});
   }
 
+  FieldSource Field() const {
+    return [this] { return field_; };
+  }
+
   const CacheFolder cache_{"kept_tables"};
   lightfield::LightField field_;
   std::vector<Receiver> receivers_;
@@ -36,7 +40,7 @@ class KeptTablesTest : public testing::Test {
 
 TEST_F(KeptTablesTest, SummedAreasAreTheSame) {
   ExpectSameWithAnyCache(
-      cache_, [&] { return KeptTables(field_, origin_); },
+      cache_, [&] { return KeptTables(Field(), origin_); },
       [](const Tables& a, const Tables& b) {
         EXPECT_EQ(a.width, b.width);
         EXPECT_EQ(a.height, b.height);
@@ -52,7 +56,7 @@ TEST_F(KeptTablesTest, SummedAreasAreTheSame) {
 
 TEST_F(KeptTablesTest, CellsAreTheSame) {
   ExpectSameWithAnyCache(
-      cache_, [&] { return KeptCellTables(field_, origin_); },
+      cache_, [&] { return KeptCellTables(Field(), origin_); },
       [](const CellTables& a, const CellTables& b) {
         EXPECT_EQ(a.width, b.width);
         EXPECT_EQ(a.height, b.height);
@@ -65,7 +69,10 @@ TEST_F(KeptTablesTest, CellsAreTheSame) {
 
 TEST_F(KeptTablesTest, VolumesAreTheSame) {
   ExpectSameWithAnyCache(
-      cache_, [&] { return KeptVolume(field_, origin_, receivers_, {.max_rel_error = 0.02}); },
+      cache_,
+      [&] {
+        return KeptVolume(field_.geometry, Field(), origin_, receivers_, {.max_rel_error = 0.02});
+      },
       [](const VolumeForError& a, const VolumeForError& b) {
         EXPECT_TRUE(a.met);
         EXPECT_EQ(a.met, b.met);
@@ -89,22 +96,23 @@ TEST_F(KeptTablesTest, VolumesAreTheSame) {
 
 // All that decides a table is in its key: each change is an entry of its own.
 TEST_F(KeptTablesTest, EachChangeIsAnotherEntry) {
-  KeptVolume(field_, origin_, receivers_, {.max_rel_error = 0.02});
-  KeptTables(field_, origin_);
-  KeptCellTables(field_, origin_);
+  KeptVolume(field_.geometry, Field(), origin_, receivers_, {.max_rel_error = 0.02});
+  KeptTables(Field(), origin_);
+  KeptCellTables(Field(), origin_);
   EXPECT_EQ(cache_.Files().size(), 3u);
-  KeptVolume(field_, origin_, receivers_, {.max_rel_error = 0.021});
+  KeptVolume(field_.geometry, Field(), origin_, receivers_, {.max_rel_error = 0.021});
   EXPECT_EQ(cache_.Files().size(), 4u);
   receivers_[17].p.x += 1e-12;
-  KeptVolume(field_, origin_, receivers_, {.max_rel_error = 0.02});
+  KeptVolume(field_.geometry, Field(), origin_, receivers_, {.max_rel_error = 0.02});
   EXPECT_EQ(cache_.Files().size(), 5u);
-  KeptTables(field_, {"lamp.lf.exr", std::string(64, 'b')});
+  KeptTables(Field(), {"lamp.lf.exr", std::string(64, 'b')});
   EXPECT_EQ(cache_.Files().size(), 6u);
-  KeptCellTables(field_, {"lamp.lf.exr", std::string(64, 'a') + " +z"});
+  KeptCellTables(Field(), {"lamp.lf.exr", std::string(64, 'a') + " +z"});
   EXPECT_EQ(cache_.Files().size(), 7u);
   // One that does not meet its error is none.
-  EXPECT_FALSE(
-      KeptVolume(field_, origin_, receivers_, {.max_rel_error = 1e-9, .max_bytes = 100000}).met);
+  EXPECT_FALSE(KeptVolume(field_.geometry, Field(), origin_, receivers_,
+                          {.max_rel_error = 1e-9, .max_bytes = 100000})
+                   .met);
   EXPECT_EQ(cache_.Files().size(), 7u);
 }
 

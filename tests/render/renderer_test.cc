@@ -158,6 +158,8 @@ TEST_F(RendererTest, AFileOfSeveralFieldsIsTheirSum) {
   ASSERT_EQ(lit.luminaires().size(), 4u);
   EXPECT_EQ(lit.luminaires()[1].name, "lamp at -0.5 side");
   EXPECT_EQ(lit.luminaires()[0].light_field, lit.luminaires()[2].light_field);  // uploaded once
+  for (std::size_t k = 0; k < 2; ++k)  // and held by the device alone
+    EXPECT_EQ(lit.luminaires()[k].light_field->on_device.Download().data, fields[k].field.data);
   scene.luminaires[0].tables =
       WriteLamp("single", Lamp(1)).replace_extension().replace_extension(".tab.exr");
   EXPECT_THROW(LitScene(Device::Open(), scene), InputError);
