@@ -48,8 +48,9 @@ class ExrZipper {
   ExrZipper(const ExrZipper&) = delete;
   ExrZipper& operator=(const ExrZipper&) = delete;
 
-  // The block as it stands in a file: as it is where it does not get smaller. Valid until the next
-  // call, as long as `bytes` are.
+  // The block, of an even number of bytes, as it stands in a file: as it is where Huffman codes of
+  // its differences, even and odd bytes apart, would save less than 5 %. Valid until the next call,
+  // as long as `bytes` are.
   ExrBytes Pack(ExrBytes bytes);
 
  private:

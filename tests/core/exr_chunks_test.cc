@@ -239,5 +239,25 @@ TEST(ExrChunks, TheLibraryReadsWhatIsWritten) {
   }
 }
 
+TEST(ExrChunks, SmoothPicturesShrinkAndNoiseIsStored) {
+  const Folder folder;
+  const auto path = folder.path / "a.exr";
+  Random random(TestSeed(405), 0);
+  constexpr int kWidth = 64, kHeight = 48;
+  constexpr std::size_t kBytes = std::size_t{4} * kWidth * kHeight;
+  std::vector<float> smooth, noise;
+  for (int k = 0; k < kWidth * kHeight; ++k) {
+    smooth.push_back(1 + 0.01f * static_cast<float>(k / kWidth));
+    noise.push_back(std::bit_cast<float>(random() & 0xBFFFFFFFu));
+  }
+  const auto size_of = [&](const std::vector<float>& pixels) {
+    const ExrPartView view{"", kWidth, kHeight, {{"Y", std::span<const float>(pixels)}}, {}};
+    WriteExr(path, std::span(&view, 1));
+    return std::filesystem::file_size(path);
+  };
+  EXPECT_LT(size_of(smooth), kBytes / 4);
+  EXPECT_GE(size_of(noise), kBytes);
+}
+
 }  // namespace
 }  // namespace luxfield::core
