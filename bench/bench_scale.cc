@@ -6,12 +6,15 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "luxfield/bench/hill_mesh.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/render/accuracy/car2.h"
 #include "luxfield/render/accuracy/lamp_tables.h"
+#include "luxfield/render/scene/device_scene.h"
 
 namespace luxfield::bench {
 namespace {
@@ -39,6 +42,21 @@ std::vector<Case> Cases(const BenchScaleOptions& options) {
   return cases;
 }
 
+// The least wall and core-seconds of some runs of `work`, each after `prepare`.
+template <typename Prepare, typename Work>
+std::pair<double, double> LeastSeconds(const Prepare& prepare, const Work& work) {
+  double wall_s = std::numeric_limits<double>::infinity(), core_s = wall_s, spent_s = 0;
+  for (int run = 0; run < kMostRuns && spent_s < kEnough_s; ++run) {
+    prepare();
+    const core::Stopwatch stopwatch;
+    work();
+    wall_s = std::min(wall_s, stopwatch.WallSeconds());
+    core_s = std::min(core_s, stopwatch.CoreSeconds());
+    spent_s += stopwatch.WallSeconds();
+  }
+  return {wall_s, core_s};
+}
+
 nlohmann::json Measure(const render::Device& device, const Case& c, const std::string& name,
                        int samples_per_pixel) {
   core::TakePeakMib();
@@ -52,7 +70,6 @@ nlohmann::json Measure(const render::Device& device, const Case& c, const std::s
   render::Lighting lighting(device, gbuffer);
   render::EstimatorOptions options;
   options.samples_per_pixel = samples_per_pixel;
-  double wall_s = std::numeric_limits<double>::infinity(), core_s = wall_s, spent_s = 0;
   const auto light = [&](const render::GBuffer& receivers, render::Lighting& sum) {
     estimator->Light({receivers}, render::PosedLuminaire{luminaire}, options, sum);
     device.Finish();
@@ -60,21 +77,43 @@ nlohmann::json Measure(const render::Device& device, const Case& c, const std::s
   const auto few = render::RoadGBuffer(device, 16, 12);
   render::Lighting warm_up(device, few);
   light(few, warm_up);  // compiles
-  for (int run = 0; run < kMostRuns && spent_s < kEnough_s; ++run) {
-    lighting.Clear();
-    device.Finish();
-    const core::Stopwatch stopwatch;
-    light(gbuffer, lighting);
-    wall_s = std::min(wall_s, stopwatch.WallSeconds());
-    core_s = std::min(core_s, stopwatch.CoreSeconds());
-    spent_s += stopwatch.WallSeconds();
-  }
+  const auto [wall_s, core_s] = LeastSeconds(
+      [&] {
+        lighting.Clear();
+        device.Finish();
+      },
+      [&] { light(gbuffer, lighting); });
   return {{"what", c.what},
           {"estimator", name},
           {"size", c.size},
           {"wall_s", wall_s},
           {"core_s", core_s},
           {"build_core_s", tables.core_s},
+          {"peak_mib", core::TakePeakMib()}};
+}
+
+nlohmann::json MeasureTriangles(const render::Device& device, int triangles) {
+  constexpr int kWidth = 1024, kHeight = 768;
+  render::PrimaryVisibility primary(device);
+  render::GBuffer gbuffer(device, kWidth, kHeight), few(device, 16, 16);
+  scene::Geometry hills = HillMesh(triangles);
+  core::TakePeakMib();
+  const core::Stopwatch stopwatch;
+  const render::DeviceScene scene = render::UploadScene(device, std::move(hills));
+  device.Finish();
+  const double build_core_s = stopwatch.CoreSeconds();
+  primary.Render(scene, HillCamera(16, 16), 0, {0.5, 0.5}, few).Wait();  // compiles
+  const auto [wall_s, core_s] = LeastSeconds(
+      [] {},
+      [&] {
+        primary.Render(scene, HillCamera(kWidth, kHeight), 0, {0.5, 0.5}, gbuffer).Wait();
+      });
+  return {{"what", "triangles"},
+          {"estimator", "rays"},
+          {"size", triangles},
+          {"wall_s", wall_s},
+          {"core_s", core_s},
+          {"build_core_s", build_core_s},
           {"peak_mib", core::TakePeakMib()}};
 }
 
@@ -98,8 +137,12 @@ nlohmann::json BenchScale(const BenchScaleOptions& options) {
   const auto device = render::Device::Open(options.device, options.threads);
   const std::vector<Case> cases = Cases(options);
   const auto list = render::EstimatorList();
-  core::Progress progress("bench scale", cases.size() * list.size());
+  core::Progress progress("bench scale", cases.size() * list.size() + options.triangles.size());
   nlohmann::json rows = nlohmann::json::array();
+  for (const int triangles : options.triangles) {
+    rows.push_back(MeasureTriangles(device, triangles));
+    progress.Advance();
+  }
   for (const auto& traits : list) {
     if (!options.estimators.empty() &&
         std::find(options.estimators.begin(), options.estimators.end(), traits.name) ==

@@ -469,10 +469,19 @@ void AddAccuracy(cli::Program& program, CLI::App& benches) {
 
 void AddScale(cli::Program& program, CLI::App& benches) {
   const auto [app, how] = AddDeviceBench<BenchScaleOptions>(
-      program, benches, "scale", "Time and memory against images, resolution and receivers",
+      program, benches, "scale",
+      "Time and memory against images, resolution, receivers and triangles",
       [](const auto& o) { return FinishOnDevice(BenchScale(o), o); });
   AddEstimators(app, how.estimators);
   app.add_option("--spp", how.samples_per_pixel, "Samples per pixel");
+  app.add_option("--grid", how.grids, "Images along a side; each number makes a row")
+      ->check(CLI::Range(1, 100));
+  app.add_option("--size", how.sizes, "Texels along a side of an image")
+      ->check(CLI::Range(1, 1 << 12));
+  app.add_option("--megapixels", how.megapixels, "Receivers, millions")
+      ->check(CLI::Range(0.01, 100.0));
+  app.add_option("--triangles", how.triangles, "Triangles of a mesh of hills")
+      ->check(CLI::Range(2, 100000000));
 }
 
 void AddEnvironment(cli::Program& program, CLI::App& benches) {
