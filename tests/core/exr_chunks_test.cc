@@ -247,7 +247,8 @@ TEST(ExrChunks, SmoothPicturesShrinkAndNoiseIsStored) {
   constexpr std::size_t kBytes = std::size_t{4} * kWidth * kHeight;
   std::vector<float> smooth, noise;
   for (int k = 0; k < kWidth * kHeight; ++k) {
-    smooth.push_back(1 + 0.01f * static_cast<float>(k / kWidth));
+    const int row = k / kWidth;
+    smooth.push_back(1 + 0.01f * static_cast<float>(row));
     noise.push_back(std::bit_cast<float>(random() & 0xBFFFFFFFu));
   }
   const auto size_of = [&](const std::vector<float>& pixels) {
