@@ -74,6 +74,7 @@ reconstruct::ImportRaysOptions ImportOptions(const Options& options) {
   how.planes.delta_m = options.delta_m;
   how.coverage = options.coverage;
   SetFlux(options.flux, how);
+  how.sigma = !options.sigma.empty();
   how.signs = options.non_negative ? reconstruct::RaySigns::kNonNegative
               : options.is_signed  ? reconstruct::RaySigns::kSigned
                                    : reconstruct::RaySigns::kAuto;
@@ -117,10 +118,11 @@ void Print(const std::string& output, const reconstruct::RayImport& result) {
 core::Json Run(const Options& options) {
   RequireExtension(options.output, ".lf.exr", "--output");
   if (!options.sigma.empty()) RequireExtension(options.sigma, ".lf.exr", "--sigma");
-  const auto how = ImportOptions(options);
-  auto result = reconstruct::ImportRays(formats::ReadRays(options.rays), how);
-  for (auto& posed : result.coefficients)
-    posed.field.provenance["rays_sha256"] = core::Sha256OfFile(options.rays);
+  auto result = reconstruct::ImportRays(
+      [&](const formats::RayTaker& take) { return formats::StreamRays(options.rays, take); },
+      ImportOptions(options));
+  const std::string hash = core::Sha256OfFile(options.rays);
+  for (auto& posed : result.coefficients) posed.field.provenance["rays_sha256"] = hash;
   lightfield::WriteLightFields(options.output, result.coefficients);
   if (!options.sigma.empty()) lightfield::WriteLightFields(options.sigma, result.sigma);
   Print(options.output, result);

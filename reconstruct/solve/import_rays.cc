@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
+#include "luxfield/core/progress.h"
 #include "luxfield/reconstruct/solve/gram_solve.h"
 #include "luxfield/reconstruct/solve/import_rays_json.h"
 #include "luxfield/reconstruct/solve/non_negative.h"
@@ -32,15 +34,33 @@ constexpr double kMostNoise = 0.5;          // negative over positive, in the le
 constexpr double kFluxKept = 0.01;          // relative, of the fit
 constexpr double kWideWindow = 4;           // over that of 99 % of the flux
 
-bool HasTristimulus(const RayFile& file) {
-  return !file.rays.empty() && std::all_of(file.rays.begin(), file.rays.end(), [](const Ray& ray) {
-    return ray.tristimulus.has_value();
-  });
+// How far from +z the rays go: within |dx|, |dy| <= dz, within kSteepest dz, beyond, with dz <= 0.
+enum Steepness { kWithinFace, kSteep, kGrazing, kBackward, kSteepnesses };
+
+Steepness SteepnessOf(Vec3 direction) {
+  if (!(direction.z > 0)) return kBackward;
+  const double most = std::max(std::abs(direction.x), std::abs(direction.y));
+  return most <= direction.z ? kWithinFace : most <= kSteepest * direction.z ? kSteep : kGrazing;
 }
+
+// What the first pass finds. Flux as stored.
+struct RayTotals {
+  RayTally all;
+  std::array<RayTally, kSteepnesses> by_steepness;
+  std::array<RayTally, kFaces> by_face;
+  bool tristimulus = true;  // every ray has these values
+
+  void Add(const Ray& ray, Vec3 direction) {
+    const RayTally one{1, ray.flux};
+    all.Add(one);
+    by_steepness[SteepnessOf(direction)].Add(one);
+    by_face[static_cast<std::size_t>(FaceOf(direction))].Add(one);
+    tristimulus = tristimulus && ray.tristimulus.has_value();
+  }
+};
 
 // Which flux the rays are scaled to.
 void SetFlux(const RayFile& file, const ImportRaysOptions& options, RayImportReport& report) {
-  for (const Ray& ray : file.rays) report.ray_flux += ray.flux;
   report.header_flux =
       file.flux_is_luminous ? file.header.luminous_flux_lm : file.header.radiant_flux_w;
   report.flux_from = options.flux_from;
@@ -64,35 +84,35 @@ void SetFlux(const RayFile& file, const ImportRaysOptions& options, RayImportRep
   }
 }
 
-// Whether a direction lies within the pyramid |dx|, |dy| <= slope dz.
-bool WithinPyramid(Vec3 direction, double slope) {
-  return direction.z > 0 &&
-         std::max(std::abs(direction.x), std::abs(direction.y)) <= slope * direction.z;
-}
-
-// Which rays fields take: of a beam, those within the pyramid of `slope`.
+// Which rays fields take.
 struct TakenRays {
   RayDirections directions = RayDirections::kBeam;
-  double slope = 1;
-  bool grazing = false;  // some ray towards +z is steeper than windows are made for
+  Steepness most = kWithinFace;  // of one field's rays
+  bool grazing = false;          // some ray towards +z is steeper than windows are made for
+
+  // The face whose field takes rays of that direction; none of them: kFaces.
+  int FaceTaking(Vec3 direction) const {
+    if (directions == RayDirections::kCube) return FaceOf(direction);
+    return SteepnessOf(direction) <= most ? kForwardFace : kFaces;
+  }
 };
 
-TakenRays Resolve(const RayFile& file, const ImportRaysOptions& options, double ray_flux) {
-  double outside_face = 0, grazing = 0, backward = 0;
-  for (const Ray& ray : file.rays) {
-    const Vec3 direction = options.luminaire_from_file.Direction(ray.direction);
-    if (FaceOf(direction) != kForwardFace) outside_face += ray.flux;
-    if (!WithinPyramid(direction, kSteepest)) (direction.z > 0 ? grazing : backward) += ray.flux;
-  }
-  TakenRays taken{.directions = options.directions, .grazing = grazing > 0};
+TakenRays Resolve(const RayTotals& totals, const ImportRaysOptions& options) {
+  const auto& steepness = totals.by_steepness;
+  TakenRays taken{.directions = options.directions, .grazing = steepness[kGrazing].flux > 0};
   if (options.geometry) {
     taken.directions = RayDirections::kOne;
   } else if (options.directions == RayDirections::kAuto) {
+    double outside_face = 0;
+    for (int face = 0; face < kFaces; ++face)
+      if (face != kForwardFace) outside_face += totals.by_face[face].flux;
     const bool beam =
-        outside_face <= kMostSteep * ray_flux && grazing + backward <= kMostLost * ray_flux;
+        outside_face <= kMostSteep * totals.all.flux &&
+        steepness[kGrazing].flux + steepness[kBackward].flux <= kMostLost * totals.all.flux;
     taken.directions = beam ? RayDirections::kBeam : RayDirections::kCube;
-    taken.slope = kSteepest;
+    taken.most = kSteep;
   }
+  if (taken.directions == RayDirections::kOne) taken.most = kGrazing;
   return taken;
 }
 
@@ -130,18 +150,18 @@ void Project(const GramSolver& solver, LightField& field) {
   ProjectNonNegative(solver, images.data(), g.plane_size() * g.channels);
 }
 
-void Add(const RayTally& more, RayTally& sum) {
-  sum.rays += more.rays;
-  sum.flux += more.flux;
-}
-
 class RayImporter {
  public:
-  RayImporter(const RayFile& file, const ImportRaysOptions& options)
-      : file_(file), options_(options) {
+  RayImporter(const RayStream& rays, const ImportRaysOptions& options)
+      : rays_(rays), options_(options) {
     options.luminaire_from_file.Validate("luminaire_from_file");
-    SetFlux(file, options, result_.report);
-    taken_ = Resolve(file, options, result_.report.ray_flux);
+    for (int face = 0; face < kFaces; ++face)
+      face_from_file_[face] = LuminaireFromFace(face).Inverse() * options.luminaire_from_file;
+    file_ = Pass([&](const Ray& ray, Vec3 direction) { totals_.Add(ray, direction); });
+    counted_ = true;
+    result_.report.ray_flux = totals_.all.flux;
+    SetFlux(file_, options, result_.report);
+    taken_ = Resolve(totals_, options);
     if (taken_.directions == RayDirections::kCube && options.planes.filter_z_m)
       throw InputError(
           "the z of plane F is of one light field and this file's light takes several; leave it "
@@ -150,15 +170,10 @@ class RayImporter {
 
   RayImport Run() {
     RayImportReport& report = result_.report;
-    report.all = {file_.rays.size(), report.scale * report.ray_flux};
-    for (int face = 0; face < kFaces; ++face) {
-      const auto lines = LinesOf(file_, options_.luminaire_from_file, face,
-                                 [&](Vec3 direction) { return Takes(face, direction); });
-      double flux = 0;
-      for (const RayLine& line : lines) flux += line.flux;
-      if (flux > 0) AddField(face, lines);
-    }
     CountElsewhere();
+    const std::vector<int> faces = LitFaces();
+    const std::vector<RayPlanes> planes = PlanesOf(faces);
+    for (std::size_t k = 0; k < faces.size(); ++k) AddField(faces[k], planes[k]);
     if (report.used.flux <= 0)
       throw InputError(fmt::format(
           "none of {} rays crosses both planes ({} travel backwards, {} beside the beam, {} miss "
@@ -171,45 +186,102 @@ class RayImporter {
   }
 
  private:
-  // Whether the field of that face takes rays of that direction.
-  bool Takes(int face, Vec3 direction) const {
-    if (taken_.directions == RayDirections::kCube) return FaceOf(direction) == face;
-    if (face != kForwardFace) return false;
-    return taken_.directions == RayDirections::kOne ? direction.z > 0
-                                                    : WithinPyramid(direction, taken_.slope);
+  // Goes through all rays, with their directions in the luminaire's frame.
+  RayFile Pass(const std::function<void(const Ray& ray, Vec3 direction)>& take) const {
+    constexpr std::uint64_t kStep = 65536;
+    core::Progress progress("reading rays", totals_.all.rays);
+    std::uint64_t count = 0;
+    RayFile file = rays_([&](const Ray& ray) {
+      take(ray, options_.luminaire_from_file.Direction(ray.direction));
+      if (++count % kStep != 0) return;
+      core::ThrowIfInterrupted();
+      progress.Advance(kStep);
+    });
+    if (counted_ && count != totals_.all.rays)
+      throw InputError(fmt::format(
+          "the file had {} rays and has {} when read again; leave it alone until it is imported",
+          totals_.all.rays, count));
+    return file;
+  }
+
+  // The same of those that fields take, as lines in the frame of their face.
+  void PassLines(const std::function<void(int face, const RayLine&)>& take) const {
+    Pass([&](const Ray& ray, Vec3 direction) {
+      const int face = taken_.FaceTaking(direction);
+      if (face < kFaces) take(face, LineOf(ray, face_from_file_[face]));
+    });
+  }
+
+  RayTally Scaled(const RayTally& tally) const {
+    return {tally.rays, result_.report.scale * tally.flux};
   }
 
   void CountElsewhere() {
     RayImportReport& report = result_.report;
-    for (const Ray& ray : file_.rays) {
-      const Vec3 direction = options_.luminaire_from_file.Direction(ray.direction);
-      bool taken = ray.flux == 0 && taken_.directions == RayDirections::kCube;
-      for (int face = 0; face < kFaces; ++face) taken = taken || Takes(face, direction);
-      if (!taken)
-        Add({1, report.scale * ray.flux}, direction.z > 0 ? report.beside : report.backward);
-    }
+    report.all = Scaled(totals_.all);
+    if (taken_.directions == RayDirections::kCube) return;
+    report.backward = Scaled(totals_.by_steepness[kBackward]);
+    for (int steepness = taken_.most + 1; steepness < kBackward; ++steepness)
+      report.beside.Add(Scaled(totals_.by_steepness[steepness]));
   }
 
-  RayPlanes PlanesFor(const std::vector<RayLine>& lines) const {
-    RayPlanes planes;
-    if (options_.geometry) {
-      planes.geometry = *options_.geometry;
-      CheckInnerCells(planes.geometry.grid, 0);
+  // Those whose fields have flux.
+  std::vector<int> LitFaces() const {
+    std::vector<int> faces;
+    if (taken_.directions == RayDirections::kCube) {
+      for (int face = 0; face < kFaces; ++face)
+        if (totals_.by_face[face].flux > 0) faces.push_back(face);
     } else {
-      RayPlaneOptions how = options_.planes;
-      const bool grazing = taken_.directions == RayDirections::kOne && taken_.grazing;
-      how.coverage = options_.coverage.value_or(grazing ? kGrazingCoverage : 1.0);
-      if (grazing && how.coverage == 1)
-        throw InputError(
-            "coverage 1 is of no finite window where rays graze the planes; choose less, or "
-            "several fields");
-      planes = ChooseRayPlanes(lines, how);
+      double flux = 0;
+      for (int steepness = 0; steepness <= taken_.most; ++steepness)
+        flux += totals_.by_steepness[steepness].flux;
+      if (flux > 0) faces.push_back(kForwardFace);
     }
-    planes.geometry.channels = HasTristimulus(file_) ? 3 : 1;
-    planes.geometry.unit =
-        file_.flux_is_luminous ? lightfield::FluxUnit::kLumen : lightfield::FluxUnit::kWatt;
-    planes.geometry.Validate("the planes for the rays");
-    return planes;
+    return faces;
+  }
+
+  RayPlaneOptions PlaneOptions() const {
+    RayPlaneOptions how = options_.planes;
+    const bool grazing = taken_.directions == RayDirections::kOne && taken_.grazing;
+    how.coverage = options_.coverage.value_or(grazing ? kGrazingCoverage : 1.0);
+    if (grazing && how.coverage == 1)
+      throw InputError(
+          "coverage 1 is of no finite window where rays graze the planes; choose less, or "
+          "several fields");
+    return how;
+  }
+
+  // The planes of those faces, given or chosen.
+  std::vector<RayPlanes> PlanesOf(const std::vector<int>& faces) const {
+    std::vector<RayPlanes> all(faces.size());
+    if (options_.geometry) {
+      for (RayPlanes& planes : all) planes.geometry = *options_.geometry;
+      CheckInnerCells(options_.geometry->grid, 0);
+    } else {
+      all = ChosenPlanes(faces);
+    }
+    for (RayPlanes& planes : all) {
+      planes.geometry.channels = totals_.tristimulus ? 3 : 1;
+      planes.geometry.unit =
+          file_.flux_is_luminous ? lightfield::FluxUnit::kLumen : lightfield::FluxUnit::kWatt;
+      planes.geometry.Validate("the planes for the rays");
+    }
+    return all;
+  }
+
+  std::vector<RayPlanes> ChosenPlanes(const std::vector<int>& faces) const {
+    std::array<std::optional<RayPlaneChoice>, kFaces> choices;
+    for (const int face : faces) choices[face].emplace(PlaneOptions());
+    for (bool more = !faces.empty(); more;) {
+      PassLines([&](int face, const RayLine& line) {
+        if (choices[face]) choices[face]->Add(line);
+      });
+      more = false;
+      for (const int face : faces) more |= choices[face]->EndPass();
+    }
+    std::vector<RayPlanes> chosen;
+    for (const int face : faces) chosen.push_back(choices[face]->planes());
+    return chosen;
   }
 
   lightfield::PosedLightField Place(int face, const RayPlanes& planes) const {
@@ -220,27 +292,31 @@ class RayImporter {
       posed.luminaire_from_field.translation_m =
           posed.luminaire_from_field.Direction({0, 0, planes.filter_z_m});
     }
-    posed.field = LightField(planes.geometry);
     return posed;
   }
 
-  void AddField(int face, const std::vector<RayLine>& lines) {
+  void AddField(int face, const RayPlanes& planes) {
     RayImportReport& report = result_.report;
-    const RayPlanes planes = PlanesFor(lines);
-    const RayBins bins = BinRays(lines, planes.geometry, planes.filter_z_m, report.scale);
+    const GramSolver solver(planes.geometry.grid);
+    RayFit fit(planes.geometry, solver,
+               {.filter_z_m = planes.filter_z_m, .scale = report.scale, .sigma = options_.sigma});
+    PassLines([&](int of, const RayLine& line) {
+      if (of == face) fit.Add(line);
+    });
+    fit.AddBlock();
     RayFieldReport field{.name = FaceName(face),
-                         .missed_filter_plane = bins.missed_filter_plane,
-                         .missed_image_plane = bins.missed_image_plane,
-                         .used = bins.used,
+                         .missed_filter_plane = fit.missed_filter_plane(),
+                         .missed_image_plane = fit.missed_image_plane(),
+                         .used = fit.used(),
                          .filter_z_m = planes.filter_z_m,
                          .relative_window = planes.relative_window};
-    Add(field.missed_filter_plane, report.missed_filter_plane);
-    Add(field.missed_image_plane, report.missed_image_plane);
-    Add(field.used, report.used);
+    report.missed_filter_plane.Add(field.missed_filter_plane);
+    report.missed_image_plane.Add(field.missed_image_plane);
+    report.used.Add(field.used);
     if (!(field.used.flux > 0)) return;
     auto c = Place(face, planes), sigma = c;
-    const GramSolver solver(planes.geometry.grid);
-    FitRays(file_, bins, report.scale, solver, c.field, sigma.field);
+    c.field = fit.Solution();
+    if (options_.sigma) sigma.field = fit.Sigma();
     SignedFlux signs;
     signs.Add(c.field);
     signs_.Add(c.field);
@@ -252,11 +328,15 @@ class RayImporter {
     report.fitted_flux += field.fitted_flux;
     report.fields.push_back(std::move(field));
     result_.coefficients.push_back(std::move(c));
-    result_.sigma.push_back(std::move(sigma));
+    if (options_.sigma) result_.sigma.push_back(std::move(sigma));
   }
 
-  const RayFile& file_;
+  const RayStream& rays_;
   const ImportRaysOptions& options_;
+  std::array<lightfield::RigidPose, kFaces> face_from_file_;
+  RayTotals totals_;
+  bool counted_ = false;  // totals_ are those of the file
+  RayFile file_;          // without its rays
   TakenRays taken_;
   SignedFlux signs_;
   RayImport result_;
@@ -275,8 +355,18 @@ const char* FluxFromName(RayFluxFrom from) {
 
 }  // namespace
 
+RayImport ImportRays(const RayStream& rays, const ImportRaysOptions& options) {
+  return RayImporter(rays, options).Run();
+}
+
 RayImport ImportRays(const RayFile& file, const ImportRaysOptions& options) {
-  return RayImporter(file, options).Run();
+  const RayFile without{file.header, file.flux_is_luminous, {}};
+  return ImportRays(
+      [&](const formats::RayTaker& take) {
+        for (const Ray& ray : file.rays) take(ray);
+        return without;
+      },
+      options);
 }
 
 std::vector<std::string> Warnings(const RayImport& result) {

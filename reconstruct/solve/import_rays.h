@@ -12,11 +12,16 @@
 // counting noise: var(C_ij) = sum of flux^2 times the squared dual basis function at u, over the
 // texel's rays. Arithmetic per texel in double; C and sigma float32.
 //
+// Rays are not kept, but for blocks and a sample of them: the file is gone through once for its
+// flux and directions, three times or a few more to choose planes, and once for each field, whose
+// sums E_ij and, for sigma, of squares are kept. Results do not depend on the blocks.
+//
 // One pair of planes takes a beam; light in all directions takes a field per face of a cube, each
 // with the rays that go nearest to its axis (ray_lines.h), so that every ray is in one field.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -64,6 +69,7 @@ struct ImportRaysOptions {
   RayFluxFrom flux_from = RayFluxFrom::kAuto;
   double flux = 0;  // kValue: of all rays, in the file's unit
   RaySigns signs = RaySigns::kAuto;
+  bool sigma = true;  // the counting noise too; without it the fit needs half the memory
 };
 
 struct RayFieldReport {
@@ -95,11 +101,22 @@ struct RayImport {
   // W or lm sr^-1 m^-4; 3 channels if every ray has tristimulus values, else 1. One field lies in
   // the luminaire's frame moved to F; those of a cube have poses in it.
   std::vector<lightfield::PosedLightField> coefficients;
-  std::vector<lightfield::PosedLightField> sigma;  // counting noise of the least-squares fit
+  std::vector<lightfield::PosedLightField> sigma;  // counting noise of the fit, if asked for
   RayImportReport report;
 };
 
-// Throws InputError if an option makes no sense or no ray crosses both planes.
+// Gives `take` every ray of a file, in its order, each time it is called, and returns the file
+// without its rays: formats::StreamRays of a path.
+using RayStream = std::function<formats::RayFile(const formats::RayTaker& take)>;
+
+// Throws InputError if an option makes no sense, no ray crosses both planes, or the number of rays
+// is another than before.
+//
+//   const auto led = ImportRays(
+//       [](const auto& take) { return formats::StreamRays("led.tm25ray", take); });
+RayImport ImportRays(const RayStream& rays, const ImportRaysOptions& options = {});
+
+// Of rays in memory.
 RayImport ImportRays(const formats::RayFile& file, const ImportRaysOptions& options = {});
 
 // What a user has to know: flux that is lost, rescaled or uncertain, fits of noise. Sentences.

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numeric>
+#include <utility>
 
 #include "luxfield/core/parallel.h"
 
@@ -40,10 +42,20 @@ struct AxisValues {
     for (int i = first; i <= std::min(functions - 1, cell); ++i)
       value[count++] = basis.Value(x - i);
   }
-  Eigen::VectorXd Dense(int functions) const {
-    Eigen::VectorXd dense = Eigen::VectorXd::Zero(functions);
-    for (int i = 0; i < count; ++i) dense(first + i) = value[i];
-    return dense;
+  double Dot(const std::vector<double>& x) const {
+    double sum = 0;
+    for (int i = 0; i < count; ++i) sum += value[i] * x[static_cast<std::size_t>(first + i)];
+    return sum;
+  }
+  // The squares of G^-1 phi: of the dual basis functions.
+  void DualSquares(const GramAxis& axis, std::vector<double>& squares) const {
+    squares.resize(static_cast<std::size_t>(axis.count));
+    for (std::size_t i = 0; i < squares.size(); ++i) {
+      const double* row = &axis.inverse[i * squares.size() + static_cast<std::size_t>(first)];
+      double dual = 0;
+      for (int k = 0; k < count; ++k) dual += row[k] * value[k];
+      squares[i] = dual * dual;
+    }
   }
   // phi^T G^-1 phi
   double Kernel(const GramAxis& axis) const {
@@ -73,6 +85,28 @@ void ForwardSubstitute(const GramAxis& axis, double* x, std::ptrdiff_t stride) {
   }
 }
 
+// What one ray of flux 1 adds to the fit's flux along an axis, for each function's value at it: the
+// integral of the dual basis functions; with the values it is 1 in the middle of a large grid.
+std::vector<double> GainOf(const GramAxis& axis, double integral_m) {
+  std::vector<double> gain(static_cast<std::size_t>(axis.count));
+  for (std::size_t i = 0; i < gain.size(); ++i)
+    gain[i] = integral_m * std::accumulate(&axis.inverse[i * gain.size()],
+                                           &axis.inverse[i * gain.size()] + gain.size(), 0.0);
+  return gain;
+}
+
+// Calls body(texel, channel, place of its first basis function in sums over texel, channel and
+// function).
+void ForEachTexel(const LuminaireGeometry& geometry,
+                  const std::function<void(std::size_t, int, std::size_t)>& body) {
+  const auto functions = static_cast<std::size_t>(geometry.grid.count());
+  core::ParallelFor(geometry.plane_size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t texel = begin; texel < end; ++texel)
+      for (int channel = 0; channel < geometry.channels; ++channel)
+        body(texel, channel, (texel * geometry.channels + channel) * functions);
+  });
+}
+
 }  // namespace
 
 RayBins BinRays(std::span<const RayLine> lines, const LuminaireGeometry& geometry,
@@ -80,10 +114,8 @@ RayBins BinRays(std::span<const RayLine> lines, const LuminaireGeometry& geometr
   const auto& lattice = geometry.lattice;
   const RayWindow u_window = InnerCells(geometry.grid, geometry.grid.width, geometry.grid.u0_m);
   const RayWindow v_window = InnerCells(geometry.grid, geometry.grid.height, geometry.grid.v0_m);
-  constexpr std::size_t kMissed = static_cast<std::size_t>(-1);
-  std::vector<std::size_t> texel(lines.size(), kMissed);
   RayBins bins;
-  bins.first.assign(geometry.plane_size() + 1, 0);
+  std::vector<std::pair<std::size_t, std::size_t>> order;  // texel and line
   for (std::size_t n = 0; n < lines.size(); ++n) {
     const Vec2 u = lines[n].At(filter_z_m), s = lines[n].At(filter_z_m + geometry.delta_m);
     const double column = std::floor(lattice.column_of_s(s.x)),
@@ -94,83 +126,121 @@ RayBins BinRays(std::span<const RayLine> lines, const LuminaireGeometry& geometr
     else if (!(column >= 0 && column < lattice.width && row >= 0 && row < lattice.height))
       tally = &bins.missed_image_plane;
     else
-      ++bins.first[(texel[n] = static_cast<std::size_t>(row) * lattice.width +
-                               static_cast<std::size_t>(column)) +
-                   1];
-    ++tally->rays;
-    tally->flux += scale * lines[n].flux;
+      order.emplace_back(
+          static_cast<std::size_t>(row) * lattice.width + static_cast<std::size_t>(column), n);
+    tally->Add({1, scale * lines[n].flux});
   }
-  std::partial_sum(bins.first.begin(), bins.first.end(), bins.first.begin());
-  bins.hits.resize(bins.first.back());
-  std::vector<std::size_t> next(bins.first.begin(), bins.first.end() - 1);
-  for (std::size_t n = 0; n < lines.size(); ++n)
-    if (texel[n] != kMissed)
-      bins.hits[next[texel[n]]++] = {lines[n].At(filter_z_m), lines[n].flux, lines[n].ray};
+  std::sort(order.begin(), order.end());
+  bins.hits.reserve(order.size());
+  for (const auto& [texel, n] : order) {
+    if (bins.texels.empty() || bins.texels.back().texel != texel)
+      bins.texels.push_back({texel, bins.hits.size(), 0});
+    bins.hits.push_back({lines[n].At(filter_z_m), lines[n].flux, lines[n].xyz});
+    bins.texels.back().end = bins.hits.size();
+  }
   return bins;
 }
 
-void FitRays(const formats::RayFile& file, const RayBins& bins, double scale,
-             const GramSolver& solver, LightField& c, LightField& sigma) {
-  const auto& geometry = c.geometry;
+RayFit::RayFit(const LuminaireGeometry& geometry, const GramSolver& solver, const Options& options)
+    : geometry_(geometry), solver_(solver), options_(options) {
   const auto& grid = geometry.grid;
-  const std::size_t texels = geometry.plane_size();
-  const double area = geometry.lattice.texel_area_m2();
-  const Eigen::Map<const RowMatrix> inverse_u(solver.u().inverse.data(), grid.width, grid.width);
-  const Eigen::Map<const RowMatrix> inverse_v(solver.v().inverse.data(), grid.height, grid.height);
-  // Flux of the fit of one ray of flux 1 at (u, v): the product of gain . phi over both axes; 1 in
-  // the middle of a large grid.
   const double integral_m = grid.basis.TotalIntegral() * grid.spacing_m;
-  const Eigen::VectorXd gain_u = integral_m * inverse_u.rowwise().sum();
-  const Eigen::VectorXd gain_v = integral_m * inverse_v.rowwise().sum();
-  core::ParallelFor(texels, 64, [&](std::size_t begin, std::size_t end) {
-    std::vector<RowMatrix> e(geometry.channels), variance(geometry.channels);
-    for (std::size_t texel = begin; texel < end; ++texel) {
-      if (bins.first[texel] == bins.first[texel + 1]) continue;
-      for (int channel = 0; channel < geometry.channels; ++channel)
-        e[channel] = variance[channel] = RowMatrix::Zero(grid.height, grid.width);
-      double flux_in = 0, flux_fitted = 0;
-      for (std::size_t h = bins.first[texel]; h < bins.first[texel + 1]; ++h) {
-        const RayBins::Hit& hit = bins.hits[h];
-        const Eigen::VectorXd phi_u = ValuesU(grid, hit.u.x).Dense(grid.width);
-        const Eigen::VectorXd phi_v = ValuesV(grid, hit.u.y).Dense(grid.height);
-        const RowMatrix phi = phi_v * phi_u.transpose();
-        flux_in += hit.flux;
-        flux_fitted += hit.flux * gain_u.dot(phi_u) * gain_v.dot(phi_v);
-        const RowMatrix dual =
-            (inverse_v * phi_v).cwiseAbs2() * (inverse_u * phi_u).cwiseAbs2().transpose();
-        const std::array<double, 3> flux = geometry.channels == 3
-                                               ? RgbFromXyz(*file.rays[hit.ray].tristimulus)
-                                               : std::array<double, 3>{hit.flux, 0, 0};
-        for (int channel = 0; channel < geometry.channels; ++channel) {
-          const double scaled = scale * flux[channel];
-          e[channel] += scaled / area * phi;
-          variance[channel] += scaled * scaled / (area * area) * dual;
-        }
-      }
-      const double correction = flux_fitted > 0 ? flux_in / flux_fitted : 1;
-      for (int channel = 0; channel < geometry.channels; ++channel) {
-        const RowMatrix solved = inverse_v * e[channel] * inverse_u;
-        for (int m = 0; m < grid.count(); ++m) {
-          c.image(m, channel)[texel] = static_cast<float>(correction * solved.data()[m]);
-          sigma.image(m, channel)[texel] =
-              static_cast<float>(correction * std::sqrt(variance[channel].data()[m]));
-        }
+  gain_u_ = GainOf(solver.u(), integral_m);
+  gain_v_ = GainOf(solver.v(), integral_m);
+  waiting_.reserve(options.block);
+  sums_.resize(geometry.value_count());
+  if (options.sigma) squares_.resize(sums_.size());
+  flux_in_.resize(geometry.plane_size());
+  flux_fitted_.resize(geometry.plane_size());
+}
+
+void RayFit::Add(const RayLine& line) {
+  waiting_.push_back(line);
+  if (waiting_.size() >= options_.block) AddBlock();
+}
+
+void RayFit::AddBlock() {
+  const RayBins bins = BinRays(waiting_, geometry_, options_.filter_z_m, options_.scale);
+  waiting_.clear();
+  missed_filter_plane_.Add(bins.missed_filter_plane);
+  missed_image_plane_.Add(bins.missed_image_plane);
+  used_.Add(bins.used);
+  core::ParallelFor(bins.texels.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) AddTexel(bins, bins.texels[k]);
+  });
+}
+
+void RayFit::AddTexel(const RayBins& bins, const RayBins::Texel& texel) {
+  const auto& grid = geometry_.grid;
+  const auto functions = static_cast<std::size_t>(grid.count());
+  const double area = geometry_.lattice.texel_area_m2();
+  std::vector<double> dual_u, dual_v;
+  for (std::size_t h = texel.begin; h < texel.end; ++h) {
+    const RayBins::Hit& hit = bins.hits[h];
+    const AxisValues u = ValuesU(grid, hit.u.x), v = ValuesV(grid, hit.u.y);
+    flux_in_[texel.texel] += hit.flux;
+    flux_fitted_[texel.texel] += hit.flux * u.Dot(gain_u_) * v.Dot(gain_v_);
+    if (options_.sigma) {
+      u.DualSquares(solver_.u(), dual_u);
+      v.DualSquares(solver_.v(), dual_v);
+    }
+    const std::array<double, 3> flux =
+        geometry_.channels == 3 ? RgbFromXyz(hit.xyz) : std::array<double, 3>{hit.flux, 0, 0};
+    for (int channel = 0; channel < geometry_.channels; ++channel) {
+      const double density = options_.scale * flux[channel] / area;
+      const std::size_t first = (texel.texel * geometry_.channels + channel) * functions;
+      for (int j = 0; j < v.count; ++j)
+        for (int i = 0; i < u.count; ++i)
+          sums_[first + grid.index(u.first + i, v.first + j)] += density * v.value[j] * u.value[i];
+      if (!options_.sigma) continue;
+      double* squares = &squares_[first];
+      for (const double along_v : dual_v) {
+        const double factor = density * density * along_v;
+        for (const double along_u : dual_u) *squares++ += factor * along_u;
       }
     }
+  }
+}
+
+double RayFit::Correction(std::size_t texel) const {
+  return flux_fitted_[texel] > 0 ? flux_in_[texel] / flux_fitted_[texel] : 1;
+}
+
+LightField RayFit::Solution() const {
+  LightField c(geometry_);
+  const auto& grid = geometry_.grid;
+  const Eigen::Map<const RowMatrix> inverse_u(solver_.u().inverse.data(), grid.width, grid.width);
+  const Eigen::Map<const RowMatrix> inverse_v(solver_.v().inverse.data(), grid.height, grid.height);
+  ForEachTexel(geometry_, [&](std::size_t texel, int channel, std::size_t first) {
+    const Eigen::Map<const RowMatrix> e(&sums_[first], grid.height, grid.width);
+    if (e.isZero(0)) return;
+    const RowMatrix solved = inverse_v * e * inverse_u;
+    for (int m = 0; m < grid.count(); ++m)
+      c.image(m, channel)[texel] = static_cast<float>(Correction(texel) * solved.data()[m]);
   });
+  return c;
+}
+
+LightField RayFit::Sigma() const {
+  LightField sigma(geometry_);
+  ForEachTexel(geometry_, [&](std::size_t texel, int channel, std::size_t first) {
+    for (int m = 0; m < geometry_.grid.count(); ++m)
+      sigma.image(m, channel)[texel] = static_cast<float>(
+          Correction(texel) * std::sqrt(squares_[first + static_cast<std::size_t>(m)]));
+  });
+  return sigma;
 }
 
 double LatticeRisk(const RayBins& bins, const LuminaireGeometry& geometry, const GramSolver& solver,
                    double share) {
   const BasisGrid& grid = geometry.grid;
   const double area = geometry.lattice.texel_area_m2();
-  std::vector<double> variance(geometry.plane_size()), square(geometry.plane_size());
-  core::ParallelFor(geometry.plane_size(), 16, [&](std::size_t begin, std::size_t end) {
+  std::vector<double> variance(bins.texels.size()), square(bins.texels.size());
+  core::ParallelFor(bins.texels.size(), 16, [&](std::size_t begin, std::size_t end) {
     std::vector<double> e(static_cast<std::size_t>(grid.count()));
     for (std::size_t texel = begin; texel < end; ++texel) {
-      if (bins.first[texel] == bins.first[texel + 1]) continue;
       std::fill(e.begin(), e.end(), 0);
-      for (std::size_t h = bins.first[texel]; h < bins.first[texel + 1]; ++h) {
+      for (std::size_t h = bins.texels[texel].begin; h < bins.texels[texel].end; ++h) {
         const RayBins::Hit& hit = bins.hits[h];
         const AxisValues u = ValuesU(grid, hit.u.x), v = ValuesV(grid, hit.u.y);
         for (int j = 0; j < v.count; ++j)

@@ -2,14 +2,12 @@
 // lie.
 #pragma once
 
-#include <cstddef>
-#include <functional>
-#include <optional>
+#include <array>
 #include <span>
-#include <vector>
 
 #include "luxfield/formats/ray_file.h"
 #include "luxfield/lightfield/posed_light_field.h"
+#include "luxfield/reconstruct/solve/flux_window.h"
 
 namespace luxfield::reconstruct {
 
@@ -17,7 +15,7 @@ namespace luxfield::reconstruct {
 struct RayLine {
   lightfield::Vec2 at_zero, slope;
   double flux = 0, cosine = 0;  // cosine to +z
-  std::size_t ray = 0;          // number in the file
+  std::array<double, 3> xyz{};  // tristimulus values, where the file has them
 
   lightfield::Vec2 At(double z) const { return at_zero + z * slope; }
 };
@@ -30,31 +28,24 @@ const char* FaceName(int face);                            // "+z", "-z", "+x", 
 const lightfield::RigidPose& LuminaireFromFace(int face);  // a rotation; identity for "+z"
 int FaceOf(lightfield::Vec3 direction);
 
-// The rays that `takes` says yes to (given the direction in the luminaire's frame), as lines in the
-// frame of the face, in the file's order. All must have dz > 0 there.
-std::vector<RayLine> LinesOf(const formats::RayFile& file,
-                             const lightfield::RigidPose& luminaire_from_file, int face,
-                             const std::function<bool(lightfield::Vec3)>& takes);
+// As a line in the frame of a face, where its dz must be above 0.
+RayLine LineOf(const formats::Ray& ray, const lightfield::RigidPose& face_from_file);
 
-// The z that minimises the variance of the crossings, weighted by flux cos^4 so that grazing rays
-// do not rule; 0 for parallel light, which is as narrow everywhere.
-double NarrowestZ(std::span<const RayLine> lines);
+// Where lines are narrowest: the z that minimises the variance of the crossings, weighted by
+// flux cos^4 so that grazing rays do not rule; 0 for parallel light, which is as narrow everywhere.
+// Means and sums about them are updated line by line (Welford, Technometrics 4, 1962).
+class NarrowestZ {
+ public:
+  void Add(const RayLine& line);
+  double z() const;
 
-struct RayWindow {
-  double low = 0, high = 0;
-  double size() const { return high - low; }
-  double middle() const { return (low + high) / 2; }
-  bool Holds(double x) const { return x >= low && x <= high; }
+ private:
+  double weight_ = 0;
+  lightfield::Vec2 mean_at_zero_, mean_slope_;
+  double covariance_ = 0, variance_ = 0;  // sums, of at_zero with slope and of slope
 };
 
-// Along x and y of the crossings of plane z: the intervals between the flux quantiles `outside` and
-// 1 - `outside`; all crossings of rays with flux for 0.
-struct RayWindows {
-  RayWindow x, y;
-};
-RayWindows FluxWindows(std::span<const RayLine> lines, double z, double outside);
-
-// The same of slopes.
-RayWindows SlopeWindows(std::span<const RayLine> lines, double outside);
+// Of the crossings of plane z.
+RayWindows WindowsOf(std::span<const RayLine> lines, double z, double outside);
 
 }  // namespace luxfield::reconstruct

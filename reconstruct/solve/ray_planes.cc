@@ -39,79 +39,61 @@ struct Trial {
 };
 constexpr Trial kStart{4, 6, 1};
 
-class PlaneChoice {
- public:
-  PlaneChoice(std::span<const RayLine> lines, const RayPlaneOptions& options, RayPlanes& planes)
-      : options_(options), planes_(planes), all_(lines) {
-    TakeSample();
-    const double z = planes.filter_z_m, outside = (1 - options.coverage) / 8;
-    window_ = FluxWindows(lines, z, outside);
-    const double extent = std::max(window_.x.size(), window_.y.size());
-    const RayWindows most = FluxWindows(tried(), z, 0.01 / 4);
-    planes.relative_window =
-        std::max(extent, kLeastExtent_m) / std::max({most.x.size(), most.y.size(), kLeastExtent_m});
-    for (RayWindow* window : {&window_.x, &window_.y}) Widen(*window, kLeastExtent_m / 2);
-    is_point_ = extent < 0.1 * kLeastExtent_m;
-    extent_m_ = std::max(window_.x.size(), window_.y.size());
-    const RayWindows directions = SlopeWindows(lines, outside);
-    slope_extent_ = std::max({directions.x.size(), directions.y.size(), 1e-3});
-  }
+// Of the flux, beside a window on each of its sides.
+double OutsideOf(const RayPlaneOptions& options) { return (1 - options.coverage) / 8; }
 
-  LuminaireGeometry Best() {
-    Trial best = kStart;
-    if (is_point_) best.cells = 0;
+// The lines that a choice looks at, each with its flux over the share that they are.
+struct Sample {
+  std::vector<RayLine> lines;
+  double share = 1;
+};
+
+void Widen(RayWindow& window, double half) {
+  half = std::max(half, window.size() / 2);
+  window = {window.middle() - half, window.middle() + half};
+}
+
+class LatticeSearch {
+ public:
+  LatticeSearch(const RayPlaneOptions& options, const Sample& sample, double filter_z_m,
+                RayWindows on_filter, double slope_extent, double independent_rays)
+      : options_(options),
+        sample_(sample),
+        filter_z_m_(filter_z_m),
+        independent_rays_(independent_rays),
+        window_(on_filter),
+        slope_extent_(std::max(slope_extent, 1e-3)) {
+    is_point_ = std::max(window_.x.size(), window_.y.size()) < 0.1 * kLeastExtent_m;
+    for (RayWindow* window : {&window_.x, &window_.y}) Widen(*window, kLeastExtent_m / 2);
+    extent_m_ = std::max(window_.x.size(), window_.y.size());
+    best_ = kStart;
+    if (is_point_) best_.cells = 0;
     bool improved = true;
     while (improved) {
       improved = false;
-      if (options_.lattice_width == 0) improved |= Descend(best, &Trial::texels, kTexels.size());
-      if (options_.grid_width == 0 && !is_point_)
-        improved |= Descend(best, &Trial::cells, kCells.size());
+      if (options_.lattice_width == 0) improved |= Descend(&Trial::texels, kTexels.size());
+      if (options_.grid_width == 0 && !is_point_) improved |= Descend(&Trial::cells, kCells.size());
       if (!options_.delta_m && options_.lattice_width == 0 && !is_point_)
-        improved |= Descend(best, &Trial::reach, kReaches.size());
+        improved |= Descend(&Trial::reach, kReaches.size());
     }
-    return GeometryOf(best, all_);
   }
+
+  double delta_m() const { return DeltaOf(best_); }
+
+  // Given the window on I, at delta.
+  LuminaireGeometry Best(const RayWindows& on_image) const { return GeometryOf(best_, on_image); }
 
  private:
-  static void Widen(RayWindow& window, double half) {
-    half = std::max(half, window.size() / 2);
-    window = {window.middle() - half, window.middle() + half};
-  }
-
-  void TakeSample() {
-    double flux = 0, squares = 0;
-    for (const RayLine& line : all_) {
-      flux += line.flux;
-      squares += line.flux * line.flux;
-    }
-    independent_rays_ = flux * flux / squares;
-    if (all_.size() <= kMostRaysTried) return;
-    share_ = static_cast<double>(kMostRaysTried) / static_cast<double>(all_.size());
-    core::Random random(1, 0);
-    for (const RayLine& line : all_)
-      if (random.Uniform() < share_) {
-        sample_.push_back(line);
-        sample_.back().flux /= share_;
-      }
-    const bool dark = std::none_of(sample_.begin(), sample_.end(),
-                                   [](const RayLine& line) { return line.flux > 0; });
-    if (!dark) return;
-    sample_.clear();
-    share_ = 1;
-  }
-
-  std::span<const RayLine> tried() const { return sample_.empty() ? all_ : sample_; }
-
   // One coordinate to the smallest risk by steps up or down; whether that changed it.
-  bool Descend(Trial& best, int Trial::*coordinate, std::size_t count) {
+  bool Descend(int Trial::*coordinate, std::size_t count) {
     bool improved = false;
     for (const int step : {1, -1})
       for (;;) {
-        Trial next = best;
+        Trial next = best_;
         next.*coordinate += step;
         if (next.*coordinate < 0 || next.*coordinate >= static_cast<int>(count)) break;
-        if (!(Risk(next) < Risk(best))) break;
-        best = next;
+        if (!(Risk(next) < Risk(best_))) break;
+        best_ = next;
         improved = true;
       }
     return improved;
@@ -120,7 +102,8 @@ class PlaneChoice {
   double Risk(const Trial& trial) {
     const auto known = risks_.find(trial);
     if (known != risks_.end()) return known->second;
-    const LuminaireGeometry geometry = GeometryOf(trial, tried());
+    const LuminaireGeometry geometry = GeometryOf(
+        trial, WindowsOf(sample_.lines, filter_z_m_ + DeltaOf(trial), OutsideOf(options_)));
     const double cells =
         window_.x.size() * window_.y.size() / (geometry.grid.spacing_m * geometry.grid.spacing_m);
     const double texel = std::max(geometry.lattice.ds_m, geometry.lattice.dt_m);
@@ -132,21 +115,24 @@ class PlaneChoice {
         std::max(kTexelSlope, kFewestAcross / std::sqrt(independent_rays_)) * geometry.delta_m;
     double risk = HUGE_VAL;
     if ((few && blend && sharp) || trial == kStart)
-      risk = LatticeRisk(BinRays(tried(), geometry, planes_.filter_z_m, 1), geometry,
-                         GramSolver(geometry.grid), share_);
+      risk = LatticeRisk(BinRays(sample_.lines, geometry, filter_z_m_, 1), geometry,
+                         GramSolver(geometry.grid), sample_.share);
     risks_[trial] = risk;
     return risk;
   }
 
-  LuminaireGeometry GeometryOf(const Trial& trial, std::span<const RayLine> lines) const {
+  double DeltaOf(const Trial& trial) const {
+    if (options_.delta_m) return *options_.delta_m;
+    if (is_point_) return kPointDelta_m;
+    return options_.lattice_width != 0 ? 2 * extent_m_
+                                       : kReaches[trial.reach] * extent_m_ / slope_extent_;
+  }
+
+  LuminaireGeometry GeometryOf(const Trial& trial, RayWindows image) const {
     LuminaireGeometry geometry;
     auto& grid = geometry.grid;
     grid.basis = options_.basis;
-    geometry.delta_m = options_.delta_m ? *options_.delta_m
-                       : is_point_      ? kPointDelta_m
-                       : options_.lattice_width != 0
-                           ? 2 * extent_m_
-                           : kReaches[trial.reach] * extent_m_ / slope_extent_;
+    geometry.delta_m = DeltaOf(trial);
     const int around = grid.basis.cells - 1 + 2 * kMargin;  // functions beyond the window's cells
     if (options_.grid_width > 0) {
       grid.width = options_.grid_width;
@@ -164,8 +150,6 @@ class PlaneChoice {
     grid.u0_m = window_.x.middle() - (grid.width + grid.basis.cells - 1) * grid.spacing_m / 2;
     grid.v0_m = window_.y.middle() - (grid.height + grid.basis.cells - 1) * grid.spacing_m / 2;
 
-    RayWindows image =
-        FluxWindows(lines, planes_.filter_z_m + geometry.delta_m, (1 - options_.coverage) / 8);
     for (RayWindow* window : {&image.x, &image.y})  // the outermost rays lie inside
       Widen(*window, std::max(window->size() * (0.5 + 1e-6), 0.01 * geometry.delta_m));
     const double texel = std::max(image.x.size(), image.y.size()) / kTexels[trial.texels];
@@ -180,14 +164,13 @@ class PlaneChoice {
   }
 
   const RayPlaneOptions& options_;
-  const RayPlanes& planes_;
-  std::span<const RayLine> all_;
-  std::vector<RayLine> sample_;
-  double share_ = 1, independent_rays_ = 0;
+  const Sample& sample_;
+  double filter_z_m_, independent_rays_;
   RayWindows window_;  // on F
-  double extent_m_ = 0, slope_extent_ = 0;
+  double slope_extent_, extent_m_ = 0;
   bool is_point_ = false;
   std::map<Trial, double> risks_;
+  Trial best_{};
 };
 
 }  // namespace
@@ -200,14 +183,102 @@ void CheckInnerCells(const lightfield::BasisGrid& grid, int margin) {
         grid.width, grid.height, grid.basis.name(), least));
 }
 
-RayPlanes ChooseRayPlanes(std::span<const RayLine> lines, const RayPlaneOptions& options) {
+class RayPlaneChoice::Passes {
+ public:
+  explicit Passes(const RayPlaneOptions& options)
+      : options_(options),
+        on_filter_(OutsideOf(options)),
+        slopes_(OutsideOf(options)),
+        on_image_(OutsideOf(options)) {}
+
+  void Add(const RayLine& line) {
+    if (!(line.flux > 0)) return;
+    switch (pass_) {
+      case Pass::kFlux:
+        ++count_;
+        flux_ += line.flux;
+        squares_ += line.flux * line.flux;
+        waist_.Add(line);
+        break;
+      case Pass::kSample:
+        AddToSample(line);
+        [[fallthrough]];
+      case Pass::kWindows:
+        on_filter_.Add(line.At(planes_.filter_z_m), line.flux);
+        slopes_.Add(line.slope, line.flux);
+        break;
+      case Pass::kImage:
+        on_image_.Add(line.At(planes_.filter_z_m + search_->delta_m()), line.flux);
+        break;
+    }
+  }
+
+  bool EndPass() {
+    switch (pass_) {
+      case Pass::kFlux:
+        EndFlux();
+        return true;
+      case Pass::kSample:
+      case Pass::kWindows: {
+        const bool more_filter = on_filter_.EndPass(), more_slopes = slopes_.EndPass();
+        pass_ = more_filter || more_slopes ? Pass::kWindows : Pass::kImage;
+        if (pass_ == Pass::kImage) Search();
+        return true;
+      }
+      case Pass::kImage:
+        if (on_image_.EndPass()) return true;
+        planes_.geometry = search_->Best(on_image_.windows());
+        return false;
+    }
+    return false;
+  }
+
+  const RayPlanes& planes() const { return planes_; }
+
+ private:
+  enum class Pass { kFlux, kSample, kWindows, kImage };
+
+  void EndFlux() {
+    if (count_ == 0)
+      throw InputError("no ray with flux travels towards the planes; turn the file with its pose");
+    planes_.filter_z_m = options_.filter_z_m.value_or(waist_.z());
+    if (count_ > kMostRaysTried)
+      sample_.share = static_cast<double>(kMostRaysTried) / static_cast<double>(count_);
+    pass_ = Pass::kSample;
+  }
+
+  void AddToSample(const RayLine& line) {
+    if (sample_.share < 1 && !(random_.Uniform() < sample_.share)) return;
+    sample_.lines.push_back(line);
+    sample_.lines.back().flux /= sample_.share;
+  }
+
+  void Search() {
+    const RayWindows window = on_filter_.windows(), slopes = slopes_.windows();
+    const RayWindows most = WindowsOf(sample_.lines, planes_.filter_z_m, 0.01 / 4);
+    planes_.relative_window = std::max({window.x.size(), window.y.size(), kLeastExtent_m}) /
+                              std::max({most.x.size(), most.y.size(), kLeastExtent_m});
+    search_.emplace(options_, sample_, planes_.filter_z_m, window,
+                    std::max(slopes.x.size(), slopes.y.size()), flux_ * flux_ / squares_);
+    sample_ = {};
+  }
+
+  RayPlaneOptions options_;
+  Pass pass_ = Pass::kFlux;
+  std::uint64_t count_ = 0;  // of lines with flux
+  double flux_ = 0, squares_ = 0;
+  NarrowestZ waist_;
+  core::Random random_{1, 0};
+  Sample sample_;
+  FluxWindows on_filter_, slopes_, on_image_;
+  std::optional<LatticeSearch> search_;
+  RayPlanes planes_;
+};
+
+RayPlaneChoice::RayPlaneChoice(const RayPlaneOptions& options) {
   if (!(options.coverage > 0 && options.coverage <= 1))
     throw InputError(
         fmt::format("coverage {} must lie above 0 and be at most 1", options.coverage));
-  double flux = 0;
-  for (const RayLine& line : lines) flux += line.flux;
-  if (!(flux > 0))
-    throw InputError("no ray with flux travels towards the planes; turn the file with its pose");
   if (options.grid_width > 0) {
     lightfield::BasisGrid grid;
     grid.basis = options.basis;
@@ -215,10 +286,14 @@ RayPlanes ChooseRayPlanes(std::span<const RayLine> lines, const RayPlaneOptions&
     grid.height = options.grid_height;
     CheckInnerCells(grid, kMargin);
   }
-  RayPlanes planes;
-  planes.filter_z_m = options.filter_z_m ? *options.filter_z_m : NarrowestZ(lines);
-  planes.geometry = PlaneChoice(lines, options, planes).Best();
-  return planes;
+  passes_ = std::make_unique<Passes>(options);
 }
+
+RayPlaneChoice::~RayPlaneChoice() = default;
+RayPlaneChoice::RayPlaneChoice(RayPlaneChoice&&) noexcept = default;
+
+void RayPlaneChoice::Add(const RayLine& line) { passes_->Add(line); }
+bool RayPlaneChoice::EndPass() { return passes_->EndPass(); }
+const RayPlanes& RayPlaneChoice::planes() const { return passes_->planes(); }
 
 }  // namespace luxfield::reconstruct

@@ -1,8 +1,8 @@
 // The two planes, the grid and the lattice for one light field of a ray file.
 #pragma once
 
+#include <memory>
 #include <optional>
-#include <span>
 
 #include "luxfield/lightfield/light_field.h"
 #include "luxfield/reconstruct/solve/ray_lines.h"
@@ -37,9 +37,28 @@ struct RayPlanes {
 // falls as cos^3, so that at 45 degrees, where the fields of a cube meet, both spill over more of
 // the intensity than they lose, 1.2 e of it at the seam itself.
 //
-// With a lattice given, delta is twice the extent on F; it is 0.1 m for a point. Throws InputError
-// if an option makes no sense or no line has flux.
-RayPlanes ChooseRayPlanes(std::span<const RayLine> lines, const RayPlaneOptions& options);
+// With a lattice given, delta is twice the extent on F; it is 0.1 m for a point.
+//
+// The lines are gone through three times, always in the same order, and up to a few times more
+// where coverage is below 1 (flux_window.h); a sample of 100 000 of them is kept for the risk:
+//
+//   do
+//     for (...) choice.Add(line);
+//   while (choice.EndPass());
+class RayPlaneChoice {
+ public:
+  explicit RayPlaneChoice(const RayPlaneOptions& options);  // InputError if one makes no sense
+  ~RayPlaneChoice();
+  RayPlaneChoice(RayPlaneChoice&&) noexcept;
+
+  void Add(const RayLine& line);
+  bool EndPass();  // whether another is needed; InputError if no line has flux
+  const RayPlanes& planes() const;
+
+ private:
+  class Passes;
+  std::unique_ptr<Passes> passes_;
+};
 
 // Throws InputError unless the grid has inner cells beside `margin` on each side.
 void CheckInnerCells(const lightfield::BasisGrid& grid, int margin);

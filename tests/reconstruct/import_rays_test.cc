@@ -3,15 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/random.h"
+#include "luxfield/core/stopwatch.h"
 #include "luxfield/reconstruct/solve/import_rays_json.h"
 #include "tests/test_data.h"
 
@@ -378,18 +381,24 @@ TEST(ImportRays, OneFieldHoldsAllRaysThatDoNotGraze) {
   EXPECT_LT(lost, 0.011);
 }
 
+double NarrowestZOf(const std::vector<RayLine>& lines) {
+  NarrowestZ waist;
+  for (const RayLine& line : lines) waist.Add(line);
+  return waist.z();
+}
+
 // Four steep pencils through the axis at z = 1 and four grazing ones through it at z = 0: with
 // weights w = flux cos^4 the variance sum w |m|^2 (z - z_k)^2 is least at the weighted mean of z_k.
 TEST(NarrowestZ, WeighsByTheFourthPowerOfTheCosine) {
   constexpr double kSteep = 0.5, kGrazing = 3, kFlux = 2;
   std::vector<RayLine> lines;
   for (const Vec2 way : {Vec2{1, 0}, Vec2{-1, 0}, Vec2{0, 1}, Vec2{0, -1}}) {
-    lines.push_back({-kSteep * way, kSteep * way, kFlux, 1 / std::sqrt(1 + kSteep * kSteep), 0});
-    lines.push_back({{}, kGrazing * way, 1, 1 / std::sqrt(1 + kGrazing * kGrazing), 0});
+    lines.push_back({-kSteep * way, kSteep * way, kFlux, 1 / std::sqrt(1 + kSteep * kSteep)});
+    lines.push_back({{}, kGrazing * way, 1, 1 / std::sqrt(1 + kGrazing * kGrazing)});
   }
   const double steep = kFlux * kSteep * kSteep / std::pow(1 + kSteep * kSteep, 2),
                grazing = kGrazing * kGrazing / std::pow(1 + kGrazing * kGrazing, 2);
-  EXPECT_NEAR(NarrowestZ(lines), steep / (steep + grazing), 1e-12);
+  EXPECT_NEAR(NarrowestZOf(lines), steep / (steep + grazing), 1e-12);
 }
 
 // A pencil that leans is narrowest where its rays meet, whichever way it leans.
@@ -398,9 +407,8 @@ TEST(NarrowestZ, IsWhereALeaningPencilMeets) {
   constexpr double kZ = 0.7;
   std::vector<RayLine> lines;
   for (const Vec2 way : {Vec2{0.5, 0.1}, Vec2{0.7, -0.1}, Vec2{0.6, 0.3}})
-    lines.push_back(
-        {point - kZ * way, way, 1, 1 / std::sqrt(1 + way.x * way.x + way.y * way.y), 0});
-  EXPECT_NEAR(NarrowestZ(lines), kZ, 1e-12);
+    lines.push_back({point - kZ * way, way, 1, 1 / std::sqrt(1 + way.x * way.x + way.y * way.y)});
+  EXPECT_NEAR(NarrowestZOf(lines), kZ, 1e-12);
 }
 
 TEST(ImportRays, RefusesWhatLeavesNoChoice) {
@@ -436,6 +444,124 @@ TEST(ImportRays, RefusesWhatLeavesNoChoice) {
   options.geometry = SmallGeometry();
   options.luminaire_from_file.translation_m = {5, 0, 0};  // misses both windows
   EXPECT_THROW(ImportRays(file, options), InputError);
+}
+
+// What a million rays would take in memory, 188 bytes each, is not there.
+TEST(ImportRays, KeepsNoRays) {
+  constexpr int kRays = 1000000;
+  const auto rays = [](const formats::RayTaker& take) {
+    core::Random random(kSeed, 21);
+    for (int n = 0; n < kRays; ++n) {
+      const Vec3 at{0.01 * random.Uniform(), 0.01 * random.Uniform(), 0};
+      take({at, Normalized(Vec3{0.2 * random.Uniform(), 0.2 * random.Uniform(), 1}), 1, {}});
+    }
+    return RayFile{};
+  };
+  ImportRaysOptions options;
+  options.planes.lattice_width = options.planes.lattice_height = 16;
+  ImportRays(RaysThroughADisc(), options);  // what the program takes once
+  core::TakePeakMib();
+  const double before = core::TakePeakMib();
+  const RayImport result = ImportRays(rays, options);
+  EXPECT_EQ(result.report.used.rays, static_cast<std::uint64_t>(kRays));
+  EXPECT_LT(core::TakePeakMib() - before, 60);
+}
+
+TEST(ImportRays, LeavesSigmaOutWhereItIsNotAskedFor) {
+  const RayFile file = RaysInTheSpan(SmallGeometry(), 500, 22);
+  ImportRaysOptions options;
+  options.geometry = SmallGeometry();
+  const RayImport with = ImportRays(file, options);
+  options.sigma = false;
+  const RayImport without = ImportRays(file, options);
+  EXPECT_EQ(without.coefficients[0].field.data, with.coefficients[0].field.data);
+  EXPECT_EQ(with.sigma.size(), 1u);
+  EXPECT_TRUE(without.sigma.empty());
+}
+
+TEST(ImportRays, NoticesAFileThatChanges) {
+  RayFile file = RaysInTheSpan(SmallGeometry(), 50, 23);
+  const auto rays = [&](const formats::RayTaker& take) {
+    for (const Ray& ray : file.rays) take(ray);
+    file.rays.pop_back();
+    return RayFile{};
+  };
+  EXPECT_THROW(ImportRays(rays), InputError);
+}
+
+// Each texel adds its rays in their order, wherever blocks end.
+TEST(RayFit, DoesNotDependOnItsBlocks) {
+  LuminaireGeometry g = SmallGeometry();
+  g.channels = 3;
+  RayFile file = RaysInTheSpan(g, 3000, 24);
+  const GramSolver solver(g.grid);
+  const auto fit = [&](std::size_t block) {
+    RayFit sums(g, solver, {.scale = 0.3, .block = block});
+    core::Random random(kSeed, 25);
+    for (const Ray& ray : file.rays) {
+      RayLine line = LineOf(ray, {});
+      line.xyz = {random.Uniform(), random.Uniform(), random.Uniform()};
+      line.at_zero = (0.9 + 0.2 * random.Uniform()) * line.at_zero;  // some miss
+      sums.Add(line);
+    }
+    sums.AddBlock();
+    return sums;
+  };
+  const RayFit whole = fit(file.rays.size() + 1);
+  EXPECT_GT(whole.missed_filter_plane().rays + whole.missed_image_plane().rays, 10u);
+  for (const std::size_t block : {1, 7, 1000, 3000}) {
+    const RayFit pieces = fit(block);
+    EXPECT_EQ(pieces.Solution().data, whole.Solution().data) << block;
+    EXPECT_EQ(pieces.Sigma().data, whole.Sigma().data) << block;
+    EXPECT_EQ(pieces.used().rays, whole.used().rays) << block;
+    EXPECT_EQ(pieces.missed_image_plane().rays, whole.missed_image_plane().rays) << block;
+  }
+}
+
+// The definition: values sorted, and flux summed along them. Fluxes are integers, so that sums in
+// any order are the same.
+RayWindow SortedWindow(std::vector<std::pair<double, double>> values, double outside) {
+  std::sort(values.begin(), values.end());
+  double total = 0, sum = 0;
+  for (const auto& [x, flux] : values) total += flux;
+  RayWindow window;
+  bool below = true;
+  for (const auto& [x, flux] : values) {
+    if (flux == 0) continue;
+    sum += flux;
+    if (below && sum >= outside * total) {
+      window.low = x;
+      below = false;
+    }
+    window.high = x;
+    if (sum >= (1 - outside) * total) break;
+  }
+  return window;
+}
+
+TEST(FluxWindow, IsThatOfTheSortedValues) {
+  core::Random random(kSeed, 26);
+  const std::array<std::function<double()>, 4> draws{
+      [&] { return random.Uniform(); },
+      [&] { return std::pow(random.Uniform() - 0.5, -5); },       // far outliers on both sides
+      [&] { return std::floor(3 * random.Uniform()); },           // few values
+      [&] { return std::exp(200 * (random.Uniform() - 0.5)); }};  // over many magnitudes
+  for (std::size_t draw = 0; draw < draws.size(); ++draw)
+    for (const int count : {1, 2, 1000, 50000}) {
+      std::vector<std::pair<double, double>> values;
+      for (int n = 0; n < count; ++n)
+        values.emplace_back(draws[draw](), std::floor(5 * random.Uniform()));
+      values.back().second = 1;
+      for (const double outside : {0.0, 0.00125, 0.02, 0.25}) {
+        FluxWindow window(outside);
+        do {
+          for (const auto& [x, flux] : values) window.Add(x, flux);
+        } while (window.EndPass());
+        const RayWindow sorted = SortedWindow(values, outside);
+        EXPECT_EQ(window.window().low, sorted.low) << draw << " " << count << " " << outside;
+        EXPECT_EQ(window.window().high, sorted.high) << draw << " " << count << " " << outside;
+      }
+    }
 }
 
 class ForeignRays : public testing::TestWithParam<const char*> {};

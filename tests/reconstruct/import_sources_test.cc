@@ -272,10 +272,10 @@ TEST(LatticeRisk, IsTheSumOverPairs) {
     g.lattice = {3, 2, -0.06, 0.04, 0.04, 0.04};
     std::vector<RayLine> lines;
     core::Random random(kSeed, 5);
-    for (std::size_t n = 0; n < 200; ++n) {
+    for (int n = 0; n < 200; ++n) {
       const Vec2 u{0.03 * (random.Uniform() - 0.5), 0.02 * (random.Uniform() - 0.5)};
       const Vec2 slope{0.3 * (random.Uniform() - 0.5), 0.2 * (random.Uniform() - 0.5)};
-      lines.push_back({u, slope, random.Uniform(), 1, n});
+      lines.push_back({u, slope, random.Uniform(), 1});
     }
     const auto inverse = [&](int count) -> Eigen::MatrixXd {
       Eigen::MatrixXd gram(count, count);
