@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "luxfield/core/random.h"
+#include "luxfield/hal/sim/filament.h"
 #include "luxfield/lightfield/geometry.h"
 
 namespace luxfield::hal::sim {
@@ -14,13 +15,15 @@ namespace {
 using lightfield::Vec3;
 
 constexpr std::uint64_t kFacetSeed = 7;
-// Beyond sqrt(32) deviations the coil is dark: it glows with 1e-7 of L_0 there.
-constexpr double kDark2 = 32;
 
 class Bowl : public Lamp {
  public:
   explicit Bowl(const BowlOptions& o)
-      : o_(o), p4_(4 * o.focal_m), depth_(o.radius_m * o.radius_m / p4_) {
+      : o_(o),
+        p4_(4 * o.focal_m),
+        depth_(o.radius_m * o.radius_m / p4_),
+        coil_{
+            o.coil_radiance, o.coil_radius_m, o.coil_length_m, {0, 0, o.focal_m + o.coil_ahead_m}} {
     for (int facet = 0; facet < o.rings * o.sectors; ++facet) {
       core::Random random(kFacetSeed, static_cast<std::uint64_t>(facet));
       const double across = o.tilt_across * random.Normal();
@@ -53,16 +56,18 @@ class Bowl : public Lamp {
   double BehindGlass(double x, double y, double mx, double my) const {
     // The mirror z = r^2 / 4p: back by w from the rim at z = depth,
     //   r = |(x, y) - m w|,   depth - w = r^2 / 4p.
-    // c <= 0 inside the rim, so that one root is negative and the other is the hit.
+    // c <= 0 inside the rim, so that one root is not positive and the other is the hit; of its two
+    // forms the one that takes no difference.
     const double a = mx * mx + my * my, b = p4_ - 2 * (x * mx + y * my);
     const double c = x * x + y * y - p4_ * depth_;
-    const double w = -2 * c / (b + std::sqrt(b * b - 4 * a * c));
+    const double root = std::sqrt(b * b - 4 * a * c);
+    const double w = b > 0 ? -2 * c / (b + root) : (root - b) / (2 * a);
     const Vec3 hit{x - mx * w, y - my * w, depth_ - w};
     // The paraboloid's inner normal (-x / 2p, -y / 2p, 1), turned with its facet.
     const Vec2 tilt = Tilt(hit.x, hit.y);
     const Vec3 back{-mx, -my, -1}, n{tilt.x - 2 * hit.x / p4_, tilt.y - 2 * hit.y / p4_, 1};
     return o_.haze * o_.coil_radiance +
-           o_.reflectance * Glow(hit, back - (2 * Dot(back, n) / Dot(n, n)) * n);
+           o_.reflectance * coil_.Radiance(hit, back - (2 * Dot(back, n) / Dot(n, n)) * n);
   }
 
   Vec2 Tilt(double x, double y) const {
@@ -73,22 +78,9 @@ class Bowl : public Lamp {
     return tilts_[ring * o_.sectors + sector];
   }
 
-  double Glow(Vec3 point, Vec3 direction) const {
-    const Vec3 d = Scaled(direction);
-    const Vec3 p = Scaled(point - Vec3{0, 0, o_.focal_m + o_.coil_ahead_m});
-    const double d2 = Dot(d, d), along = Dot(p, d);
-    const double q2 = Dot(p, p) - along * along / d2;
-    if (q2 > kDark2) return 0;
-    const double across = Length(direction) / (o_.coil_radius_m * std::sqrt(d2));  // 1 / |d'|
-    return o_.coil_radiance * std::exp(-0.5 * q2) * across;
-  }
-
-  Vec3 Scaled(Vec3 v) const {
-    return {v.x / o_.coil_length_m, v.y / o_.coil_radius_m, v.z / o_.coil_radius_m};
-  }
-
   BowlOptions o_;
   double p4_, depth_;
+  Coil coil_;
   std::vector<Vec2> tilts_;  // [ring * sectors + sector]
 };
 

@@ -4,15 +4,9 @@
 // The bowl opens along +z; its rim and the clear glass lie `gap_m` behind the filter plane F. A ray
 // u->s is followed backwards through the glass into the bowl. After the mirror it carries
 // `reflectance` times the radiance of the coil that it passes; a cap over the bulb keeps the coil's
-// direct light in, and the glass has its own weak haze. The coil is an optically thin Gaussian body
-// of standard deviations `coil_radius_m` and, along x, `coil_length_m`, so its radiance along a
-// line is the closed form
-//
-//   L = L_0 exp(-q^2 / 2) / |d'|,   q the distance of the line from the centre, d' its direction,
-//
-// both in coordinates that make the coil a sphere of deviation 1 (d' so that a line across the axis
-// has |d'| = 1). The bowl's facets are sectors of rings; each keeps the paraboloid's curvature and
-// is turned by its own small angles, so that their images of the coil lie apart on a near wall.
+// direct light in, and the glass has its own weak haze. The bowl's facets are sectors of rings; each
+// keeps the paraboloid's curvature and is turned by its own small angles, so that their images of
+// the coil (filament.h) lie apart on a near wall.
 #pragma once
 
 #include <array>

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "luxfield/hal/sim/bowl.h"
+#include "luxfield/hal/sim/filament.h"
 #include "luxfield/hal/sim/headlight.h"
 
 namespace luxfield::hal::sim {
@@ -109,7 +110,8 @@ std::unique_ptr<Lamp> MakeLightFieldLamp(lightfield::LightField field) {
 
 std::unique_ptr<Lamp> MakeLamp(const core::Config& config, int channels) {
   constexpr double kTiny = std::numeric_limits<double>::min();
-  const std::string kind = config.Choice("kind", {"square", "headlight", "bowl", "lightfield"});
+  const std::string kind =
+      config.Choice("kind", {"square", "headlight", "bowl", "filament", "lightfield"});
   if (kind == "square") {
     SquareOptions options;
     options.side_m = config.Number("side_m", {kTiny, 10});
@@ -127,6 +129,11 @@ std::unique_ptr<Lamp> MakeLamp(const core::Config& config, int channels) {
     BowlOptions options = ReadBowl(config);
     options.colour = ReadColour(config);
     return MakeBowl(options);
+  }
+  if (kind == "filament") {
+    FilamentOptions options = ReadFilament(config);
+    options.colour = ReadColour(config);
+    return MakeFilament(options);
   }
   auto field = lightfield::ReadLightField(config.Path("file"));
   if (field.geometry.channels != channels)

@@ -30,7 +30,7 @@ class Lamp {
   virtual const lightfield::LightField* field() const { return nullptr; }
 };
 
-// From the [lamp] table: kind = "square", "headlight", "bowl" or "lightfield". Throws InputError.
+// From the [lamp] table: kind = "square", "headlight", "bowl", "filament" or "lightfield". Throws InputError.
 std::unique_ptr<Lamp> MakeLamp(const core::Config& config, int channels);
 
 // A square Lambertian emitter in the plane z = -depth, centred on the axis.

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "luxfield/hal/sim/bowl.h"
+#include "luxfield/hal/sim/filament.h"
 #include "luxfield/hal/sim/headlight.h"
 #include "luxfield/hal/sim/lamp_time.h"
 #include "luxfield/hal/sim/print.h"
@@ -294,6 +296,23 @@ TEST(Bowl, AParaboloidSendsRaysParallelToTheAxisThroughItsFocus) {
     }
 }
 
+// A ray that grazes the rim from outside meets the mirror far on the other side.
+TEST(Bowl, RaysThroughItsRimMeetTheMirror) {
+  BowlOptions options;
+  options.gap_m = 0;
+  options.tilt_across = options.tilt_up = 0;
+  const auto lamp = MakeBowl(options);
+  const double r = options.radius_m;
+  for (const double slope : {0.5, 0.875, 1.0, 1.7})
+    for (const Vec2 out : {Vec2{1, 0}, {0, -1}, {-1, 0}}) {
+      const double rim = RadianceOf(*lamp, {r * out.x, r * out.y}, slope * out.x, slope * out.y)[0];
+      const double inside = (1 - 1e-9) * r;
+      const double beside =
+          RadianceOf(*lamp, {inside * out.x, inside * out.y}, slope * out.x, slope * out.y)[0];
+      EXPECT_NEAR(rim, beside, 1e-4 * options.coil_radiance) << slope << " " << out.x;
+    }
+}
+
 TEST(Bowl, IsDarkWhereItSaysAndNowhereBrighterThanItsCoil) {
   const BowlOptions options;
   const auto lamp = MakeBowl(options);
@@ -313,6 +332,53 @@ TEST(Bowl, IsDarkWhereItSaysAndNowhereBrighterThanItsCoil) {
     lit += radiance > 0.1 * options.coil_radiance;
   }
   EXPECT_GT(lit, 100);
+}
+
+// Lines through a point of I cross F where the coil lies behind it; seen from far off the coil is a
+// point of intensity 2 pi L_0 a b, whatever the direction and the turn.
+TEST(Filament, SendsItsIntensityIntoEveryDirection) {
+  FilamentOptions options;
+  options.coil_radius_m = 2e-4;
+  options.coil_length_m = 9e-4;
+  options.opening_m = 1;
+  const double gap = options.gap_m, delta = 0.9;
+  const double intensity =
+      2 * std::numbers::pi * options.coil_radiance * options.coil_radius_m * options.coil_length_m;
+  for (const double turn_deg : {0.0, 35.0, 90.0})
+    for (const Vec2 s : {Vec2{0, 0}, {0.5, 0}, {-0.4, 0.7}}) {
+      options.coil_turn_deg = turn_deg;
+      const auto lamp = MakeFilament(options);
+      // The irradiance at s: rays through F, each of the solid angle du cos^3 / delta^2 with the
+      // cosine of the receiver. The coil's picture on F is (delta / (delta + gap)) times as large.
+      const double share = gap / (gap + delta), reach = 8 * options.coil_length_m;
+      const Vec2 middle{s.x * share, s.y * share};
+      const double irradiance = Simpson(-reach, reach, 200, [&](double x) {
+        return Simpson(-reach, reach, 200, [&](double y) {
+          const Vec2 u{middle.x + x, middle.y + y};
+          const double mx = (s.x - u.x) / delta, my = (s.y - u.y) / delta;
+          const double cos2 = 1 / (1 + mx * mx + my * my);
+          return RadianceOf(*lamp, u, mx, my)[0] * cos2 * cos2 / (delta * delta);
+        });
+      });
+      const double distance2 = s.x * s.x + s.y * s.y + (gap + delta) * (gap + delta);
+      const double expected = intensity * (gap + delta) / std::pow(distance2, 1.5);
+      // The coil is not a point: its extent changes the inverse square by about b^2 / distance^2.
+      EXPECT_NEAR(irradiance / expected, 1, 1e-5) << turn_deg << " " << s.x << " " << s.y;
+    }
+}
+
+TEST(Filament, PassesItsOpeningOnly) {
+  FilamentOptions options;
+  options.opening_m = 0.02;
+  const auto lamp = MakeFilament(options);
+  for (const double r : {0.0199, 0.0201})
+    for (const Vec2 u : {Vec2{r, 0}, {-0.6 * r, 0.8 * r}}) {
+      const bool inside = r < options.opening_m;
+      EXPECT_EQ(lamp->DarkAt(u), !inside);
+      // Straight away from the coil.
+      const double radiance = RadianceOf(*lamp, u, u.x / options.gap_m, u.y / options.gap_m)[0];
+      EXPECT_EQ(radiance > 0, inside) << r;
+    }
 }
 
 }  // namespace
