@@ -138,6 +138,9 @@ add_test(NAME consumer COMMAND ${PROJECT_SOURCE_DIR}/tests/consumer/consumer_tes
 set_tests_properties(consumer PROPERTIES TIMEOUT 3600)
 # Man pages and completions, made of what the program says of itself.
 add_test(NAME packaging COMMAND ${PROJECT_SOURCE_DIR}/tests/packaging/packaging_test.py $<TARGET_FILE:luxfield>)
+# The open data set, of its smallest lamp.
+add_test(NAME dataset COMMAND ${PROJECT_SOURCE_DIR}/tests/dataset/dataset_test.py $<TARGET_FILE:luxfield>)
+set_tests_properties(dataset PROPERTIES TIMEOUT 1200)
 # The documentation site; skipped where mkdocs is missing.
 add_test(NAME site COMMAND ${PROJECT_SOURCE_DIR}/tests/site/site_test.py $<TARGET_FILE:luxfield>)
 set_tests_properties(site PROPERTIES SKIP_RETURN_CODE 77)
