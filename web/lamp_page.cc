@@ -89,8 +89,10 @@ std::string MadeBy(const PageFacts& facts) {
 
 // GLSL as JavaScript's template literals, which it holds no special character of.
 std::string Shaders() {
-  return fmt::format("const SHADERS = {{ room: `{}`, probe: `{}` }};\n", Part("page/room.glsl"),
-                     Part("page/probe.glsl"));
+  std::string text = "const SHADERS = {\n";
+  for (const std::string_view name : {"corners", "room", "body", "probe"})
+    text += fmt::format("{}: `{}`,\n", name, Part(fmt::format("page/{}.glsl", name)));
+  return text + "};\n";
 }
 
 // A module of the library as a part of one script, in which there is nobody to export to.

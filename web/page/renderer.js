@@ -1,39 +1,50 @@
-// The room on a canvas by WebGL2: one pass of room.glsl over the tables of the volume as 3-D textures
-// of half floats.
+// The room on a canvas by WebGL2: its surfaces by room.glsl over the tables of the volume as 3-D
+// textures, the lamps' bodies and the backdrop by body.glsl.
 
 const MAX_LAMPS = 4;
-const VERTICES = `#version 300 es
-void main() {
+const DEPTHS = [0.01, 200];  // nearest and farthest that is drawn, metres before the eye
+const BACKDROP = 100;        // half a side of the box that is the backdrop, metres
+const ROOM_AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+const WHOLE_TARGET = `void main() {
   gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
 }`;
+
+const vec3 = (v) => `vec3(${v.map(glslFloat)})`;
 
 class Renderer {
   constructor(canvas, volume, shaders) {
     const gl = canvas.getContext('webgl2', { antialias: false, alpha: false });
     if (!gl) throw new Error('this browser has no WebGL2');
-    Object.assign(this, { gl, canvas, volume });
+    Object.assign(this, { gl, canvas, volume, shaders, rooms: new Map() });
+    // Where floats can be interpolated they are faster than half floats without a graphics processor.
+    this.tableFormat = gl.getExtension('OES_texture_float_linear') ? gl.RGBA32F : gl.RGBA16F;
     this.textures = volume.tables.map((table) => this.uploadTable(table));
-    const light = lightShader(volume, this.textures.flat().map(({ scale }) => scale));
-    const defines = `#define MAX_LAMPS ${MAX_LAMPS}\n#define SHADOW_RAYS ${SHADOW_RAYS}\n`;
-    this.room = this.link(defines + light + shaders.room);
-    this.probe = this.link(light + shaders.probe);
-    gl.bindVertexArray(gl.createVertexArray());
-    this.setRoom();
+    this.light = lightShader(volume, this.textures.flat().map(({ scale }) => scale));
+    const [near, far] = DEPTHS, depth = [(far + near) / (near - far), 2 * far * near / (near - far)];
+    this.constants = `#define MAX_LAMPS ${MAX_LAMPS}
+      #define SHADOW_RAYS ${SHADOW_RAYS}
+      const vec2 DEPTH = vec2(${depth.map(glslFloat)});
+      const vec4 SPHERE = vec4(${[...SPHERE.centre, SPHERE.radius].map(glslFloat)});
+      const vec3 BOX_CENTRE = ${vec3(BOX.centre)}, BOX_HALF = ${vec3(BOX.half)};\n`;
+    this.body = this.link(this.constants + shaders.corners, this.constants + shaders.body);
+    this.probe = this.link(WHOLE_TARGET, this.light + shaders.probe);
+    this.shapes = gl.createVertexArray();
+    this.uploadShapes();
+    this.room(0, 1, false);
   }
 
-  link(fragments) {
+  link(...sources) {
     const { gl } = this;
     const program = gl.createProgram();
-    const source = '#version 300 es\nprecision highp float;\nprecision highp int;\n'
-      + `precision highp sampler2D;\nprecision highp sampler3D;\n${fragments}`;
-    for (const [kind, text] of [[gl.VERTEX_SHADER, VERTICES], [gl.FRAGMENT_SHADER, source]]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, text);
+    sources.forEach((text, k) => {
+      const shader = gl.createShader(k === 0 ? gl.VERTEX_SHADER : gl.FRAGMENT_SHADER);
+      gl.shaderSource(shader, '#version 300 es\nprecision highp float;\nprecision highp int;\n'
+        + `precision highp sampler2D;\nprecision highp sampler3D;\n${text}`);
       gl.compileShader(shader);
       if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS))
         throw new Error(`a shader does not compile: ${gl.getShaderInfoLog(shader)}`);
       gl.attachShader(program, shader);
-    }
+    });
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS))
       throw new Error(`the shaders do not link: ${gl.getProgramInfoLog(program)}`);
@@ -45,6 +56,34 @@ class Renderer {
     gl.uniform4fv(gl.getUniformLocation(program, 'u_on_f'), onF);
     gl.uniform4fv(gl.getUniformLocation(program, 'u_on_i'), onI);
     return { program, places: new Map() };
+  }
+
+  // The program for what is shown of flat surfaces or of the sphere by so many lamps.
+  room(mode, lamps, onSphere) {
+    const { gl } = this, key = `${mode} ${lamps} ${onSphere}`;
+    if (!this.rooms.has(key)) {
+      const each = Array.from({ length: lamps }, (_, k) =>
+        `light_by(u_lamp_place[${k}], u_lamp_axes[${k}], u_lamp_level[${k}], p, n, own, lit);`);
+      const room = this.link(this.constants + this.shaders.corners, `#define MODE ${mode}
+        #define ON_SPHERE ${onSphere ? 1 : 0}
+        #define BY_EACH_LAMP ${each.join(' ')}\n${this.constants}${this.light}${this.shaders.room}`);
+      gl.uniform3fv(this.at(room, 'u_ramp'), RAMP.flat());
+      gl.uniform3fv(this.at(room, 'u_weights'), LUMINANCE);
+      this.rooms.set(key, room);
+    }
+    return this.rooms.get(key);
+  }
+
+  uploadShapes() {
+    const { gl } = this;
+    gl.bindVertexArray(this.shapes);
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([...UNIT_CUBE, ...FLAT_SURFACES].flat()),
+      gl.STATIC_DRAW);
+    for (const [place, size, offset] of [[0, 3, 0], [1, 4, 12]]) {
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, size, gl.FLOAT, false, 28, offset);
+    }
   }
 
   at({ program, places }, name) {
@@ -62,7 +101,7 @@ class Renderer {
       const unit = volume.channels * volume.tables.indexOf(table) + channel;
       gl.activeTexture(gl.TEXTURE0 + unit);
       gl.bindTexture(gl.TEXTURE_3D, gl.createTexture());
-      gl.texImage3D(gl.TEXTURE_3D, 0, gl.RGBA16F, x, y, w, 0, gl.RGBA, gl.FLOAT, texels);
+      gl.texImage3D(gl.TEXTURE_3D, 0, this.tableFormat, x, y, w, 0, gl.RGBA, gl.FLOAT, texels);
       for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T, gl.TEXTURE_WRAP_R])
         gl.texParameteri(gl.TEXTURE_3D, axis, gl.CLAMP_TO_EDGE);
       for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
@@ -72,39 +111,81 @@ class Renderer {
     return textures;
   }
 
-  setRoom() {
-    const { gl, room } = this;
-    gl.useProgram(room.program);
-    gl.uniform4f(this.at(room, 'u_room'), ROOM.half, ROOM.wallZ, ROOM.wallHeight, 0);
-    gl.uniform4f(this.at(room, 'u_sphere'), ...SPHERE.centre, SPHERE.radius);
-    gl.uniform3f(this.at(room, 'u_box_centre'), ...BOX.centre);
-    gl.uniform3f(this.at(room, 'u_box_half'), ...BOX.half);
-    gl.uniform3fv(this.at(room, 'u_ramp'), RAMP.flat());
-    gl.uniform3fv(this.at(room, 'u_weights'), LUMINANCE);
+  use(one, view) {
+    const { gl } = this;
+    gl.useProgram(one.program);
+    gl.uniform3fv(this.at(one, 'u_eye'), view.eye);
+    gl.uniformMatrix3fv(this.at(one, 'u_view'), false, view.axes.flat());
+    gl.uniform2fv(this.at(one, 'u_tangent'), view.tangents);
   }
 
-  // `view`: eye, axes (right, up, back), tangent; `look`: mode, farField, white, range.
-  draw(width, height, view, lamps, look) {
-    const { gl, room, canvas } = this;
-    if (canvas.width !== width || canvas.height !== height)
-      Object.assign(canvas, { width, height });
-    gl.viewport(0, 0, width, height);
-    gl.useProgram(room.program);
-    gl.uniform2f(this.at(room, 'u_size'), width, height);
-    gl.uniform3fv(this.at(room, 'u_eye'), view.eye);
-    gl.uniformMatrix3fv(this.at(room, 'u_view'), false, view.axes.flat());
-    gl.uniform1f(this.at(room, 'u_tangent'), view.tangent);
-    gl.uniform1i(this.at(room, 'u_lamps'), lamps.length);
+  drawBox(program, centre, half, axes = ROOM_AXES, first = 0, count = UNIT_CUBE.length) {
+    const { gl } = this;
+    gl.uniform3fv(this.at(program, 'u_centre'), centre);
+    gl.uniform3fv(this.at(program, 'u_half'), half);
+    gl.uniformMatrix3fv(this.at(program, 'u_axes'), false, axes.flat());
+    gl.drawArrays(gl.TRIANGLES, first, count);
+  }
+
+  // As they stand.
+  drawFlatSurfaces(program) {
+    this.drawBox(program, [0, 0, 0], [1, 1, 1], ROOM_AXES, UNIT_CUBE.length, FLAT_SURFACES.length);
+  }
+
+  drawSurfaces(view, lamps, look, onSphere) {
+    const { gl } = this, room = this.room(look.mode, lamps.length, onSphere);
+    this.use(room, view);
     lamps.forEach((lamp, k) => {
       gl.uniform3fv(this.at(room, `u_lamp_place[${k}]`), lamp.position);
       gl.uniformMatrix3fv(this.at(room, `u_lamp_axes[${k}]`), false, lampAxes(lamp).flat());
       gl.uniform1f(this.at(room, `u_lamp_level[${k}]`), lamp.level);
     });
-    gl.uniform1i(this.at(room, 'u_mode'), look.mode);
     gl.uniform1i(this.at(room, 'u_far_field'), look.farField ? 1 : 0);
     gl.uniform1f(this.at(room, 'u_exposure'), 1 / look.white);
     gl.uniform2fv(this.at(room, 'u_range'), look.range);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    if (onSphere) this.drawBox(room, SPHERE.centre, Array(3).fill(SPHERE.radius));
+    else this.drawFlatSurfaces(room);
+  }
+
+  // The backdrop, and the nearest of the lamps' bodies, from F backwards.
+  drawBodies(view, lamps) {
+    const { gl, body, volume } = this, [mx, my, hx, hy] = volume.onF, depth = 0.6 * Math.max(hx, hy);
+    this.use(body, view);
+    gl.uniform1f(this.at(body, 'u_glow'), -1);
+    this.drawBox(body, view.eye, Array(3).fill(BACKDROP));
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.cullFace(gl.BACK);
+    const bodies = lamps.map((lamp) => {
+      const axes = lampAxes(lamp);
+      const centre = add(lamp.position, fromLamp(axes, [mx, my, -0.5 * depth]));
+      return { axes, centre, level: lamp.level, away: Math.hypot(...add(centre, view.eye, -1)) };
+    });
+    for (const { axes, centre, level } of bodies.sort((a, b) => a.away - b.away)) {
+      gl.uniform1f(this.at(body, 'u_glow'), Math.min(1, level));
+      this.drawBox(body, centre, [hx, hy, 0.5 * depth], axes);
+    }
+    gl.disable(gl.BLEND);
+  }
+
+  // `view`: eye, axes (right, up, back), tangent; `look`: mode, farField, white, range.
+  draw(width, height, { eye, axes, tangent }, lamps, look) {
+    const { gl, canvas } = this;
+    const view = { eye, axes, tangents: [tangent * width / height, tangent] };
+    if (canvas.width !== width || canvas.height !== height)
+      Object.assign(canvas, { width, height });
+    gl.viewport(0, 0, width, height);
+    gl.bindVertexArray(this.shapes);
+    gl.enable(gl.DEPTH_TEST);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    gl.disable(gl.CULL_FACE);
+    this.drawSurfaces(view, lamps, look, false);
+    gl.enable(gl.CULL_FACE);
+    gl.cullFace(gl.FRONT);
+    this.drawSurfaces(view, lamps, look, true);
+    this.drawBodies(view, lamps);
+    gl.disable(gl.DEPTH_TEST);
+    gl.disable(gl.CULL_FACE);
   }
 
   // Resolves when what was drawn is there, so that the time it took can be told.
@@ -158,6 +239,7 @@ class Renderer {
     gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, output, 0);
     gl.viewport(0, 0, count, 1);
+    gl.bindVertexArray(null);
     gl.useProgram(probe.program);
     gl.uniform1i(this.at(probe, 'u_receivers'), units);
     gl.drawArrays(gl.TRIANGLES, 0, 3);

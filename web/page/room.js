@@ -6,6 +6,23 @@ const SPHERE = { centre: [-0.55, 0.3, -1.2], radius: 0.3 };
 const BOX = { centre: [0.6, 0.25, -1.5], half: [0.25, 0.25, 0.2] };
 const SHADOW_RAYS = 3; // per side of the rectangle with all light on F
 
+// ---- shapes: triangles as corners of seven numbers, place, normal and which surface it is ----
+
+function rectangle(centre, side, up, normal, surface) {
+  return [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]].map(([x, y]) =>
+    [...add(add(centre, side, x), up, y), ...normal, surface]);
+}
+
+// Seen from outside, the corners of each triangle go round against the clock.
+function box({ centre, half }, surface) {
+  return [0, 1, 2].flatMap((k) => [-1, 1].flatMap((sign) => {
+    const unit = (axis, length) => [0, 1, 2].map((i) => (i === axis ? length : 0));
+    const next = (k + 1) % 3, last = (k + 2) % 3;
+    return rectangle(add(centre, unit(k, sign * half[k])), unit(next, half[next]),
+      unit(last, sign * half[last]), unit(k, sign), surface);
+  }));
+}
+
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const add = (a, b, k = 1) => [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
@@ -23,6 +40,13 @@ function lampAxes({ yaw, pitch }) {
 const toLamp = (axes, v) => axes.map((axis) => dot(axis, v));
 const fromLamp = (axes, v) => [0, 1, 2].map((k) => axes[0][k] * v[0] + axes[1][k] * v[1]
   + axes[2][k] * v[2]);
+
+const UNIT_CUBE = box({ centre: [0, 0, 0], half: [1, 1, 1] }, 0);
+const FLAT_SURFACES = [
+  ...box(BOX, 3),
+  ...rectangle([0, 0, ROOM.wallZ + ROOM.half], [ROOM.half, 0, 0], [0, 0, -ROOM.half], [0, 1, 0], 0),
+  ...rectangle([0, 0.5 * ROOM.wallHeight, ROOM.wallZ], [ROOM.half, 0, 0], [0, 0.5 * ROOM.wallHeight, 0],
+    [0, 0, 1], 1)];
 
 // ---- rays: distance, Infinity where nothing is hit ----
 
