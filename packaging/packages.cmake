@@ -23,6 +23,12 @@ install(FILES ${manuals}/completions/luxfield.fish COMPONENT program OPTIONAL
         DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 install(FILES packaging/luxfield-mime.xml RENAME luxfield.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/mime/packages
         COMPONENT program)
+if(LUXFIELD_VIEW)  # the window, in menus and software centres
+  install(FILES packaging/luxfield.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT program)
+  install(FILES packaging/luxfield.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps COMPONENT program)
+  install(FILES packaging/luxfield.metainfo.xml RENAME org.luxfield.Luxfield.metainfo.xml
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/metainfo COMPONENT program)
+endif()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME luxfield)
@@ -90,7 +96,8 @@ luxfield_package(luxfield COMPONENTS program SHARED_LIBRARIES
   RECOMMENDS "pocl-opencl-icd | opencl-icd")
 luxfield_package(luxfield-data COMPONENTS data ARCHITECTURE all
   SUMMARY "labs, plans and scenes for luxfield"
-  DESCRIPTION "Simulated labs, plans of measurements and scenes that the demonstration and\nthe examples of luxfield use.")
+  DESCRIPTION "Simulated labs, plans of measurements and scenes that the demonstration and\nthe examples of luxfield use, and what makes its open data set."
+  DEPENDS "python3")
 set(development ${LUXFIELD_CHOSEN})
 list(REMOVE_ITEM development planning cli)
 luxfield_package(luxfield-dev COMPONENTS ${development} SECTION libdevel
