@@ -51,6 +51,12 @@ class Site(unittest.TestCase):
         path = (page.parent / urllib.parse.unquote(link)).resolve()
         return path / "index.html" if path.is_dir() else path
 
+    def test_every_page_is_in_the_navigation(self):
+        navigation = (ROOT / "docs/site/mkdocs.yml").read_text()
+        for page in [*ROOT.glob("docs/*.md"), *ROOT.glob("docs/how-to/*.md")]:
+            if page.name != "README.md":  # it is the home page
+                self.assertIn(f": {page.relative_to(ROOT / 'docs')}\n", navigation)
+
     def test_every_link_leads_somewhere(self):
         for path, page in self.pages.items():
             for link in page.links:
