@@ -63,7 +63,8 @@ void RenderOptions::Validate() const {
   check("shadow map size", ShadowMapSize(), ShadowMaps::kMinSize, ShadowMaps::kMaxSize);
   check("approximation error", approximation_error, 1e-5, 1);
   check("samples per image", static_cast<double>(max_samples_per_image), 0, 1e9);
-  for (const float density : sample_density.data) check("sample density", density, 1e-3, 1e3);
+  for (const float density : sample_density.data)
+    if (density != 0) check("sample density", density, 1e-3, 1e3);
   for (const int samples : light_samples) check("samples of a light", samples, 0, kMaxSamples);
 }
 
@@ -196,6 +197,13 @@ void Renderer::RequireSamples() const {
         strata_ == 1 ? "the lights" : "the environment apart from the other lights"));
 }
 
+double Renderer::LitShare() const {
+  const auto& density = options_.sample_density.data;
+  if (density.empty()) return 1;
+  return static_cast<double>(density.size() - std::count(density.begin(), density.end(), 0.0f)) /
+         static_cast<double>(density.size());
+}
+
 int Renderer::LightCount() const { return static_cast<int>(lights_.size()); }
 
 int Renderer::SharedSets() const {
@@ -253,8 +261,9 @@ Frame Renderer::Render() {
 
   const bool relight = options_.relight && options_.passes == 1;
   if (relight)
-    relit_.Start(static_cast<std::size_t>(frame.width) * frame.height * options_.antialias,
-                 SharedSets());
+    relit_.Start(
+        static_cast<std::size_t>(LitShare() * frame.width * frame.height * options_.antialias),
+        SharedSets());
   scene_.device().TakeKernelTimes();  // what ran before is not this frame's
   const int band_rows = std::clamp(kBandPixels / frame.width, 1, frame.height);
   const int bands = (frame.height + band_rows - 1) / band_rows;
@@ -289,9 +298,9 @@ std::vector<Renderer::EquallySampled> Renderer::BySamples(const GBuffer& gbuffer
     if (hits[i] == 0) continue;
     const int pixel = static_cast<int>(i), row = first_row + pixel / camera_.width,
               column = pixel % camera_.width;
-    pixels[density.at(0, row * density.height / camera_.height,
-                      column * density.width / camera_.width)]
-        .push_back(i);
+    const float of_pixel = density.at(0, row * density.height / camera_.height,
+                                      column * density.width / camera_.width);
+    if (of_pixel > 0) pixels[of_pixel].push_back(i);
   }
   auto first_pixel =
       static_cast<std::uint32_t>(first_row) * static_cast<std::uint32_t>(camera_.width);
@@ -315,49 +324,6 @@ Renderer::EquallySampled Renderer::PartOf(const GBuffer& gbuffer, std::vector<st
   part.lighting = Lighting(scene_.device(), part.gbuffer);
   part.pixels = std::move(pixels);
   return part;
-}
-
-void Renderer::Relight(const EquallySampled& part, const GBuffer& gbuffer,
-                       std::span<const float> hits, int pixel_sample, const PassSums& sums,
-                       Frame& frame) {
-  std::vector<std::size_t> hit;
-  for (std::size_t k = 0; k < hits.size() && part.pixels.empty(); ++k)
-    if (hits[k] != 0) hit.push_back(k);
-  const std::vector<std::size_t>& pixels = part.pixels.empty() ? hit : part.pixels;
-  const auto stated = [&](std::size_t row) {
-    const std::vector<float> of_band = sums.StatedVariances(row);
-    std::vector<float> own;
-    for (const std::size_t i : pixels) own.push_back(of_band[i]);
-    return own;
-  };
-  std::vector<std::vector<float>> of_lights;
-  for (std::size_t row = 1; row < sums.rows(); ++row) of_lights.push_back(stated(row));
-  const auto draws = relit_.Choose(stated(0), of_lights);
-  if (draws.empty()) return;
-  // A picture of the draws, in which a pixel may come twice.
-  std::vector<std::size_t> drawn;
-  for (const auto& draw : draws) drawn.push_back(pixels[draw.pixel]);
-  EquallySampled again = PartOf(gbuffer, std::move(drawn));
-  again.density = part.density;
-  again.first_pixel = static_cast<std::uint32_t>(relit_.drawn() - draws.size());
-  std::vector<std::vector<std::vector<double>>> luminance(
-      sums.rows(), std::vector<std::vector<double>>(relit_.runs()));
-  PassSums anew(film_kernels_, draws.size(), frame.lights.size());
-  RenderTimes own;
-  for (int run = 0; run < relit_.runs(); ++run) {
-    again.seed = relit_.Seed(run);
-    anew.Clear();
-    LightPart(again, {.pixel_sample = pixel_sample}, anew, own);
-    for (std::size_t row = 0; row < sums.rows(); ++row) {
-      const std::vector<float> values = anew.Luminances(row);
-      luminance[row][run].assign(values.begin(), values.end());
-    }
-  }
-  frame.times.relighting_s += own.lighting_s;
-  relit_.Add(draws, luminance[0]);
-  const double shrinks = std::pow(options_.antialias, 2);  // the variance of a mean
-  for (std::size_t l = 0; l < frame.lights.size(); ++l)
-    frame.lights[l].mean_variance += RelitPixels::Variance(draws, luminance[1 + l]) / shrinks;
 }
 
 void Renderer::RenderBand(int first_row, int rows, core::Progress& progress, Frame& frame) {
@@ -411,9 +377,7 @@ void Renderer::LightPixelSample(EquallySampled& band, int first_row, int pixel_s
     for (EquallySampled& part : lit)
       LightPart(part, {.pixel_sample = pixel_sample, .number = pass, .film = &film}, sums,
                 frame.times);
-    if (relight)
-      for (const EquallySampled& part : lit)
-        Relight(part, gbuffer, hits, pixel_sample, sums, frame);
+    if (relight) Relight(lit, gbuffer, hits, pixel_sample, sums, frame);
     film.AddPass(pass);
   }
   film.AddVariances();
@@ -573,25 +537,6 @@ void Renderer::AddLight(EquallySampled& part, const Pass& pass, int light, PassS
 
   FilmLight* group = pass.film && !group_of_.empty() ? pass.film->group(group_of_[light]) : nullptr;
   sums.Add({part.gbuffer, part.lighting, part.list}, scale, light, group, options_.passes);
-}
-
-void Renderer::ScaleGroups(Frame& frame) const {
-  if (frame.groups.empty()) return;
-  const auto pixels = static_cast<double>(frame.coverage.plane_size());
-  std::vector<double> measured(frame.groups.size(), 0.0);
-  for (std::size_t l = 0; l < group_of_.size(); ++l)
-    measured[group_of_[l]] += pixels * frame.lights[l].mean_variance;
-  std::fill(frame.variance.data.begin(), frame.variance.data.end(), 0.0f);
-  for (std::size_t g = 0; g < frame.groups.size(); ++g) {
-    core::Image& variance = frame.groups[g].variance;
-    const double stated = SumOf(variance);
-    for (std::size_t i = 0; i < variance.data.size() && stated > 0; ++i) {
-      variance.data[i] = static_cast<float>(variance.data[i] * (measured[g] / stated));
-      frame.variance.data[i] += variance.data[i];
-    }
-  }
-  if (const double stated = SumOf(frame.stated_variance); stated > 0)
-    frame.variance_scale = SumOf(frame.variance) / stated;
 }
 
 }  // namespace luxfield::render

@@ -42,7 +42,8 @@ struct RenderOptions {
   int width = 0, height = 0;  // of the picture, 0: the scene's
   // Samples of a pixel over samples_per_pixel: one channel of any size, stretched over the picture;
   // empty: 1 everywhere. Pixels of equal density are lit together, so it should have few values.
-  // None takes less than two samples of a pass where even pixels take two.
+  // None takes less than two samples of a pass where even pixels take two, and those of 0 none: no
+  // light falls on them.
   // It must not depend on the samples it governs, or the picture is biased (Kirk and Arvo 1991).
   core::Image sample_density;
   bool background = true;  // whether the environment is seen where nothing is hit
@@ -99,6 +100,16 @@ class Renderer {
     Lighting lighting;
   };
 
+  // Pixels of a band that are lit, part by part.
+  struct LitPixels {
+    std::vector<std::size_t> pixels;  // of the band
+    std::vector<std::size_t> part;    // of each of them
+    std::vector<float> densities;     // of each of them
+    // What they and those next to them state, for samples as many as their own.
+    std::vector<float> Guides(std::span<const float> stated, int width, int height) const;
+  };
+  static LitPixels PixelsOf(std::span<const EquallySampled> parts, std::span<const float> hits);
+
   // The parts of a band by sample_density, of pixels that hit something. They have G-buffers of
   // their own, so that work-items next to each other have the same to do.
   std::vector<EquallySampled> BySamples(const GBuffer& gbuffer, std::span<const float> hits,
@@ -108,16 +119,17 @@ class Renderer {
   // Lights the band's points of one pixel sample in all passes.
   void LightPixelSample(EquallySampled& band, int first_row, int pixel_sample, BandFilm& film,
                         Frame& frame);
-  // Lights some pixels of a part again, which `sums` show, and adds what they tell to relit_ and
-  // the frame's lights.
-  void Relight(const EquallySampled& part, const GBuffer& gbuffer, std::span<const float> hits,
-               int pixel_sample, const PassSums& sums, Frame& frame);
+  // Lights some pixels of a band's parts again, which `sums` show, and adds what they tell to relit_
+  // and the frame's lights.
+  void Relight(std::span<const EquallySampled> parts, const GBuffer& gbuffer,
+               std::span<const float> hits, int pixel_sample, const PassSums& sums, Frame& frame);
   // Normals and positions of the pixels' first points.
   void ShowSurfaces(const GBuffer& gbuffer, int first_row, Frame& frame) const;
   // What a band's film holds, over its pixel samples.
   void Develop(const BandFilm& film, int first_row, Frame& frame) const;
   // Scales the groups' variances by what pixels that were lit again showed of each light.
   void ScaleGroups(Frame& frame) const;
+  double LitShare() const;  // of the pixels: sample_density is not 0
   int LightCount() const;
   // Sorts lights into such as are drawn from and such as are lit one by one.
   void SortLights();

@@ -17,93 +17,96 @@ namespace {
 
 constexpr int kMaxRounds = 12;
 
-// Renders rounds until the variance that the picture shows at pixels which are lit again is small
-// enough.
+// Over the pixels that hit something.
+double MeanOverHits(const Frame& frame, const core::Image& values) {
+  double sum = 0, hits = 0;
+  for (std::size_t i = 0; i < values.data.size(); ++i) {
+    sum += values.data[i];
+    hits += frame.coverage.data[i] > 0;
+  }
+  return hits > 0 ? sum / hits : 0;
+}
+
+// Of a chosen estimator that takes samples.
 class Rounds {
  public:
   Rounds(LitScene& scene, RenderOptions options, const Candidate& chosen, AccurateFrame& result)
-      : scene_(scene),
-        options_(std::move(options)),
-        chosen_(chosen),
-        density_(chosen.density),
-        law_(chosen.law),
-        wanted_(chosen.setting.samples_per_pixel),
-        result_(result) {}
+      : scene_(scene), options_(std::move(options)), chosen_(chosen), result_(result) {}
 
-  void One() { Add(Take()); }
+  // One round, by the pilots' law and density.
+  void One() {
+    options_.sample_density = chosen_.density.density;
+    options_.samples_per_pixel = static_cast<int>(
+        std::clamp<double>(chosen_.setting.samples_per_pixel, chosen_.least, double{kMaxSamples}));
+    result_.frame = Renderer(scene_, options_).Render();
+    const double samples = chosen_.density.mean * options_.samples_per_pixel;
+    result_.rounds = 1;
+    Count(1, samples, result_.frame.times);
+    result_.chosen.samples_per_pixel = static_cast<int>(std::lround(samples));
+    result_.estimated_error = std::hypot(
+        NoiseOf(result_.frame, std::max(1, options_.samples_per_pixel - 1)).RelativeError(),
+        chosen_.interpolation_error);
+  }
 
+  // Rounds that take what is lacking, until the variance that the picture shows at pixels which are
+  // lit again is small enough. The candidate's pilot is a part of the picture.
   void UntilMet(double rel_error) {
-    for (int round = 0;; ++round) {
-      Add(Take());
+    result_.frame = chosen_.begun->frame;
+    taken_ = chosen_.begun->taken;
+    law_ = chosen_.law;
+    Count(chosen_.begun->lit, chosen_.begun->samples, result_.frame.times);
+    TakeWhatIsLacking(chosen_.FirstAim(rel_error));
+    for (;;) {
       const PictureNoise noise = Noise();
       const double allowed =
           std::pow(NoiseShare(rel_error, chosen_.interpolation_error) * noise.mean_luminance, 2) /
           noise.Margin();
       result_.met = noise.mean_variance <= allowed;
-      if (result_.met || round == kMaxRounds || taken_ >= kMaxSamples) return;
-      const double aim = kAim * kAim * allowed;
-      wanted_ = FurtherSamples(
-          law_, {taken_, noise.mean_variance, aim, chosen_.least, double{kMaxSamples}});
-      WantAnew(aim);
+      if (result_.met || result_.rounds > kMaxRounds || MeanTaken() >= kMaxSamples) return;
+      TakeWhatIsLacking(kAim * kAim * allowed);
     }
   }
 
  private:
-  Frame Take() {
-    options_.first_pass = pass_++;
-    options_.sample_density = density_.density;
-    options_.samples_per_pixel =
-        static_cast<int>(std::clamp(wanted_, chosen_.least, double{kMaxSamples}));
-    return Renderer(scene_, options_).Render();
-  }
-
-  // Merged by samples, which keeps the mean unbiased.
-  void Add(Frame frame) {
-    const int k = options_.samples_per_pixel;
-    if (result_.first_s == 0) {
-      result_.first_work = chosen_.work_of_one;
-      result_.first_work.samples *= density_.mean * k;
-      result_.first_work.rays *= density_.mean * k;
-      result_.first_s = LightingSeconds(scene_.device(), frame.times);
-    }
-    law_.Anchor(k, NoiseOf(frame, 1).mean_variance);
-    if (taken_ == 0) {
-      AddTimes(result_.frame.times, frame.times);
-      result_.frame = std::move(frame);
-    } else {
-      result_.frame = MeanFrame(result_.frame, taken_, frame, k);
-    }
-    taken_ += k;
-    result_.chosen.samples_per_pixel = static_cast<int>(std::lround(density_.mean * taken_));
+  void TakeWhatIsLacking(double variance) {
+    const FurtherRound round = PlanFurtherRound(result_.frame, taken_, law_, chosen_.Aim(variance));
+    options_.first_pass = ++result_.rounds;  // the pilot's is 0
+    options_.sample_density = round.density;
+    options_.samples_per_pixel = round.samples_per_pixel;
+    const Frame frame = Renderer(scene_, options_).Render();
+    if (result_.rounds == 1) Count(round.lit, round.samples, frame.times);
+    const core::Image added = SamplesOf(round);
+    result_.frame = MeanFrame(result_.frame, taken_, frame, added);
+    for (std::size_t i = 0; i < taken_.data.size(); ++i) taken_.data[i] += added.data[i];
+    result_.chosen.samples_per_pixel =
+        static_cast<int>(std::lround(MeanOverHits(result_.frame, result_.frame.samples)));
     result_.estimated_error = std::hypot(Noise().RelativeError(), chosen_.interpolation_error);
   }
 
-  PictureNoise Noise() const {
-    return NoiseOf(result_.frame, std::max(1, static_cast<int>(taken_) - 1));
+  // What the cost model learns from.
+  void Count(double lit, double samples, const RenderTimes& times) {
+    const LightingWork& one = chosen_.work_of_one;
+    LightingWork& work = result_.first_work;
+    work.pixels += lit * one.pixels;
+    work.images += lit * one.images;
+    work.texels += lit * one.texels;
+    work.samples += samples * one.samples;
+    work.rays += samples * one.rays;
+    result_.first_s += LightingSeconds(scene_.device(), times);
   }
 
-  // Samples dealt out by what the picture shows, where they take less time than more of the same:
-  // pilots see few pixels, and pixels that they missed can hold nearly all of the noise. What is
-  // there is dropped then, as samples must not depend on what they are averaged with.
-  void WantAnew(double aim) {
-    const SampleDensity density = DensityFrom(result_.frame, chosen_.LeastDensity(taken_));
-    const double k = std::max(chosen_.least, density.variance * density.variance_of_one / aim);
-    if (k * density.mean >= wanted_ * density_.mean) return;
-    density_ = density;
-    wanted_ = k;
-    law_.Anchor(k, aim);
-    taken_ = 0;
+  double MeanTaken() const { return MeanOverHits(result_.frame, taken_); }
+
+  PictureNoise Noise() const {
+    return NoiseOf(result_.frame, std::max(1, static_cast<int>(MeanTaken()) - 1));
   }
 
   LitScene& scene_;
   RenderOptions options_;
   const Candidate& chosen_;
-  SampleDensity density_;
-  VarianceLaw law_;
-  double wanted_;     // samples of the next round
-  double taken_ = 0;  // of the picture, at density 1
-  int pass_ = 0;
   AccurateFrame& result_;
+  core::Image taken_;  // samples of each pixel
+  VarianceLaw law_;
 };
 
 }  // namespace

@@ -3,12 +3,12 @@
 // The error is the relative RMSE of the picture's luminance: RMS of Y - Y_true over all pixels over
 // the mean of Y_true (docs/theory.md 10). A small picture of the same view, the pilot, measures
 // what the scene does to each estimator: the variance v(k) of a pass of k samples, from the spread
-// of four, and its times, which correct the cost model (cost_model.h). Samples are dealt out over
-// the pixels by the noise that pilots find (sample_density.h). The setting that is expected to meet
-// the target soonest is tried in a larger pilot and taken, in one pass (choose_setting.h); the
-// variance that the picture shows at pixels which are lit again (render/film/relit_pixels.h)
-// decides whether more are needed. A noise-free estimator states the error that it was measured to
-// have.
+// of four, and its times, which correct the cost model (cost_model.h). The setting that is expected
+// to meet the target soonest begins with a quarter of the picture's pixels (choose_setting.h), and
+// goes on with the samples that each pixel lacks by what those around it show (further_round.h);
+// the variance that the picture shows at pixels which are lit again (render/film/relit_pixels.h)
+// decides whether more are needed. For a time asked for samples are dealt out by the small pilot
+// (sample_density.h). A noise-free estimator states the error that it was measured to have.
 //
 // For an error asked for, times are processor time, so that the choice is the same on a busy
 // machine.
@@ -53,7 +53,9 @@ struct AccurateFrame {
   double estimated_error = 0;  // of the frame
   bool met = false;            // the target, with the estimate's own uncertainty (2 sigma)
   double choosing_s = 0;       // wall time of pilots
-  // Of luminaires: what the first round lit, and its seconds as the cost model counts them.
+  int rounds = 0;              // of samples, besides a pilot that is a part of the frame
+  // Of luminaires: what that pilot and the first round lit, and the seconds as the cost model counts
+  // them.
   LightingWork first_work;
   double first_s = 0;
 };

@@ -17,30 +17,28 @@ namespace {
 constexpr int kPilotPixels = 3072;
 constexpr int kPilotPasses = 4;
 constexpr int kPilotSamples[2] = {8, 32};  // of a pass
-// The pilot of the setting that is about to be taken: larger, but no more than a share of the
-// picture.
-constexpr double kCheckPixels = 16384, kCheckShare = 0.25;
-constexpr int kCheckPasses = 8;
-constexpr int kMaxChecks = 4;        // of a candidate: each may ask for other samples
-constexpr double kCheckedRange = 2;  // either way of the samples that were checked
-constexpr int kLeastSamples = 2;     // of a surface point
-// A round takes at least what costs this share of its fixed part: hardly any time, against rounds
+// The pilot of the setting that is about to be taken is a part of the picture: a pixel of four.
+constexpr int kBegunEvery = 2;  // rows and columns
+constexpr int kBegunSamples = 8;
+// Of the target, in the first round; the margin that its picture is expected to need.
+constexpr double kFirstAim = 0.9, kFirstMargin = 1.2;
+// Logarithm by which its pilot may overstate the variance: pixels that lack samples then get them in
+// a further round, which the others are spared.
+constexpr double kMostDoubt = 0.7;
+constexpr int kLeastSamples = 2;  // of a surface point
+// A pixel takes at least what costs this share of its fixed part: hardly any time, against rounds
 // that estimates from a few samples make necessary.
 constexpr double kNearlyFree = 0.3;
-// Where a pilot hardly knows the variance, as a pixel or two hold it, the first round takes at most
-// this many times its fixed part and lets the picture tell.
-constexpr double kDoubtfulSpread = 1, kDoubtfulShare = 1;
 constexpr double kSteepest = 2;                // power of the samples by which variances may fall
 constexpr double kVolumeChannel_core_s = 0.6;  // to build, measured on 25 to 99 images of 256^2
 // The picture knows its scale by the pixels that are lit again twice (render/film/relit_pixels.h):
 // about this over their number is the variance of its logarithm.
 constexpr double kLogVarianceOfOneRelit = 6, kRelitShare = 0.125;
 constexpr double kLeastRelit = 256, kMostRelit = 2048;
-// The pilot that says where samples go: of a share of the picture's time, if that buys more pixels
-// than the first pilots have. What it finds makes samples fewer, of which every pixel needs some.
-constexpr double kDensityShare = 0.05, kLeastDensity = 0.125;
-constexpr int kDensitySamples = 8, kDensityPasses = 4, kDensityRounds = 2;
-constexpr int kPassNumbers = 1 << 16, kDensityFirstPass = kPassNumbers - 64;
+// Densities of even pilots, which every pixel needs some of.
+constexpr double kLeastDensity = 0.125;
+constexpr int kDensityRounds = 2;
+constexpr int kPassNumbers = 1 << 16;
 // Of the target, asked of volumes and gloss; less where noise comes on top.
 constexpr double kApproximationShare = 0.5, kApproximationShareOfNoisy = 0.25;
 
@@ -63,8 +61,6 @@ class Chooser {
     picture_ = {request.picture.width > 0 ? request.picture.width : camera.width,
                 request.picture.height > 0 ? request.picture.height : camera.height};
     pilot_ = picture_.Within(kPilotPixels);
-    check_ = picture_.Within(
-        std::max<double>(kPilotPixels, std::min(kCheckPixels, kCheckShare * picture_.Pixels())));
   }
 
   std::vector<Candidate> Choose() {
@@ -88,7 +84,7 @@ class Chooser {
           "no estimator that states its error can light this scene; name one with --estimator and "
           "its samples with --spp");
     Sort(candidates);
-    while (request_.rel_error && Check(candidates.front())) Sort(candidates);
+    while (request_.rel_error && Begin(candidates.front())) Sort(candidates);
     progress.Advance();
     return candidates;
   }
@@ -103,27 +99,53 @@ class Chooser {
                      });
   }
 
-  // A larger pilot at the samples that are about to be taken. False if there was one already.
-  bool Check(Candidate& candidate) {
-    if (candidate.samples && candidate.checks == 0) DealOutBetter(candidate);
-    const int k = candidate.setting.samples_per_pixel;
-    if (!candidate.samples || candidate.checks == kMaxChecks ||
-        (candidate.checks > 0 && k <= kCheckedRange * candidate.pilot_k &&
-         k >= candidate.pilot_k / kCheckedRange))
-      return false;
-    const Frame pilot =
-        Pilot(candidate.setting.estimator, check_, k, kCheckPasses, candidate.density.density);
-    Learn(candidate, check_, k, pilot, kCheckPasses);
-    const double expected_s =
-        Corrected(candidate, PictureWork(pilot, k, check_.Pixels()), /*samples=*/1);
-    if (expected_s > 0) {
-      const double correction = Spent(pilot.times) / kCheckPasses / expected_s;
-      candidate.fixed_correction *= correction;
-      candidate.sample_correction *= correction;
-    }
-    ++candidate.checks;
-    Predict(candidate);
+  // Lights a share of the picture's pixels, which tells noise and time better. False if that was
+  // done already, or if there is no noise.
+  bool Begin(Candidate& candidate) {
+    if (!candidate.samples || candidate.begun) return false;
+    RenderOptions options = request_.picture;
+    options.estimator = candidate.setting.estimator;
+    options.approximation_error = ApproximationError(request_);
+    options.sample_density = core::Image(picture_.width, picture_.height, 1);
+    for (int row = 0; row < picture_.height; row += kBegunEvery)
+      for (int column = 0; column < picture_.width; column += kBegunEvery)
+        options.sample_density.at(0, row, column) = 1;
+    options.samples_per_pixel = std::max(kBegunSamples, candidate.shown);
+    BegunPicture begun{Renderer(scene_, options).Render(), options.sample_density};
+    for (float& n : begun.taken.data) n *= static_cast<float>(options.samples_per_pixel);
+    const double hits = SumOf(begun.frame.coverage);
+    for (std::size_t i = 0; i < begun.taken.data.size() && hits > 0; ++i)
+      begun.lit += begun.frame.coverage.data[i] > 0 && begun.taken.data[i] > 0 ? 1 / hits : 0;
+    begun.samples = begun.lit * options.samples_per_pixel;
+    candidate.begun = std::move(begun);
+    LearnFromBegun(candidate);
     return true;
+  }
+
+  // Times, and samples of the first round.
+  void LearnFromBegun(Candidate& candidate) const {
+    const BegunPicture& begun = *candidate.begun;
+    const auto round_s = [&](double lit, double samples) {
+      const double fixed_s = Corrected(candidate, candidate.work_of_one, 0);
+      return lit * fixed_s + samples * (Corrected(candidate, candidate.work_of_one, 1) - fixed_s) /
+                                 candidate.density.mean;
+    };
+    const double spent_s = LightingSeconds(scene_.device(), begun.frame.times),
+                 expected_s = round_s(begun.lit, begun.samples);
+    if (expected_s > 0) {
+      candidate.fixed_correction *= spent_s / expected_s;
+      candidate.sample_correction *= spent_s / expected_s;
+    }
+    if (begun.lit > 0)
+      candidate.mean_luminance = NoiseOf(begun.frame, 1).mean_luminance / begun.lit;
+    const FurtherRound round =
+        PlanFurtherRound(begun.frame, begun.taken, candidate.law,
+                         candidate.Aim(candidate.FirstAim(*request_.rel_error)));
+    candidate.setting.samples_per_pixel =
+        static_cast<int>(std::lround(begun.samples + round.samples));
+    candidate.setting.predicted_s = candidate.build_s + spent_s + round_s(round.lit, round.samples);
+    candidate.setting.predicted_error = std::hypot(
+        std::sqrt(round.variance) / candidate.mean_luminance, candidate.interpolation_error);
   }
 
   // What lighting took; of a time asked for by the clock.
@@ -142,20 +164,6 @@ class Chooser {
     }
   }
 
-  // The same by a larger pilot, where the picture's time is worth it.
-  void DealOutBetter(Candidate& candidate) {
-    const double pass_s =
-        candidate.build_s + Corrected(candidate, candidate.work_of_one, kDensitySamples);
-    const Size size = picture_.Within(
-        std::min(1.0, kDensityShare * candidate.setting.predicted_s / (kDensityPasses * pass_s)) *
-        picture_.Pixels());
-    if (size.Pixels() <= pilot_.Pixels()) return;
-    RenderOptions options =
-        PilotOptions(candidate.setting.estimator, size, kDensitySamples, kDensityPasses);
-    options.first_pass = kDensityFirstPass;
-    DealOut(candidate, Renderer(scene_, options).Render());
-  }
-
   // What a pilot of several passes of k samples tells of the picture's noise. Its pixels' mean
   // variance is off the picture's by the draw of pixels, the factor between stated and true
   // variance by the scatter of the passes.
@@ -164,7 +172,6 @@ class Chooser {
     PictureNoise noise = NoiseOf(pilot, passes * std::max(1, k - 1), &Frame::stated_variance);
     candidate.mean_luminance = spread.mean_luminance;
     candidate.law.Anchor(k, spread.mean_variance * passes);
-    candidate.pilot_k = k;
     if (noise.mean_variance > 0 && spread.mean_variance > 0) {
       noise.scale = spread.mean_variance / noise.mean_variance;
       noise.scale_log_variance =
@@ -202,9 +209,8 @@ class Chooser {
   }
 
   RenderOptions PilotOptions(const std::string& estimator, const Size& size, int samples,
-                             int passes, const core::Image& density = {}) const {
+                             int passes) const {
     RenderOptions options = request_.picture;
-    options.sample_density = density;
     options.estimator = estimator;
     if (request_.rel_error) options.approximation_error = ApproximationError(request_);
     options.width = size.width;
@@ -218,9 +224,8 @@ class Chooser {
     return options;
   }
 
-  Frame Pilot(const std::string& estimator, const Size& size, int samples, int passes,
-              const core::Image& density = {}) {
-    return Renderer(scene_, PilotOptions(estimator, size, samples, passes, density)).Render();
+  Frame Pilot(const std::string& estimator, const Size& size, int samples, int passes) {
+    return Renderer(scene_, PilotOptions(estimator, size, samples, passes)).Render();
   }
 
   LightingWork PictureWork(const Frame& pilot, int samples, double pixels) const {
@@ -265,7 +270,7 @@ class Chooser {
     }
     const double few_s = Spent(Pilot(traits.name, pilot_, kPilotSamples[0], 1).times);
     if (!candidate.samples) {
-      Time(candidate, first, few_s, few_s);
+      Time(candidate, first, {0, few_s}, {0, few_s});
       Predict(candidate);
       return candidate;
     }
@@ -273,6 +278,7 @@ class Chooser {
     candidate.law.Add(kPilotSamples[0], v);
     candidate.law.Add(2 * kPilotSamples[0], v / std::pow(2, kSteepest));
     Learn(candidate, pilot_, kPilotSamples[0], first, kPilotPasses);
+    Time(candidate, first, {kPilotSamples[0], few_s}, {kPilotSamples[0], few_s});
     Predict(candidate);
     DealOut(candidate, first);
     if (request_.rel_error && IsBeaten(candidate, others)) return std::nullopt;
@@ -283,28 +289,37 @@ class Chooser {
     candidate.law.Add(kPilotSamples[1],
                       NoiseOf(second, kPilotPasses - 1).mean_variance * kPilotPasses);
     Learn(candidate, pilot_, kPilotSamples[1], second, kPilotPasses);
-    Time(candidate, first, few_s, Spent(second.times) / kPilotPasses);
+    Time(candidate, first, {kPilotSamples[0], few_s},
+         {kPilotSamples[1], Spent(second.times) / kPilotPasses});
     Predict(candidate);
     DealOut(candidate, second);
     return candidate;
   }
 
+  struct TimedPass {
+    int samples = 0;
+    double s = 0;
+  };
+
   // Corrects the model by what passes of few and of many samples take, lit like `pilot`; by both
   // alike where they are one, or where the clock does not tell them apart.
-  void Time(Candidate& candidate, const Frame& pilot, double few_s, double many_s) const {
+  void Time(Candidate& candidate, const Frame& pilot, const TimedPass& few,
+            const TimedPass& many) const {
     const auto model_s = [&](double samples) {
       return Seconds(candidate.setting.estimator, PictureWork(pilot, 1, pilot_.Pixels()), samples);
     };
-    const int* k = kPilotSamples;
-    const double fixed_model_s = model_s(0), sample_model_s = model_s(1) - model_s(0),
-                 sample_s = (many_s - few_s) / (k[1] - k[0]), fixed_s = few_s - k[0] * sample_s;
-    if (candidate.samples && sample_s > 0 && fixed_s > 0 && fixed_model_s > 0 &&
-        sample_model_s > 0) {
-      candidate.fixed_correction = fixed_s / fixed_model_s;
-      candidate.sample_correction = sample_s / sample_model_s;
-    } else if (const double all_s = model_s(candidate.samples ? k[1] : 0); all_s > 0) {
-      candidate.fixed_correction = candidate.sample_correction = many_s / all_s;
+    const double fixed_model_s = model_s(0), sample_model_s = model_s(1) - model_s(0);
+    if (many.samples > few.samples) {
+      const double sample_s = (many.s - few.s) / (many.samples - few.samples),
+                   fixed_s = few.s - few.samples * sample_s;
+      if (sample_s > 0 && fixed_s > 0 && fixed_model_s > 0 && sample_model_s > 0) {
+        candidate.fixed_correction = fixed_s / fixed_model_s;
+        candidate.sample_correction = sample_s / sample_model_s;
+        return;
+      }
     }
+    if (const double all_s = model_s(many.samples); all_s > 0)
+      candidate.fixed_correction = candidate.sample_correction = many.s / all_s;
   }
 
   static bool IsBeaten(const Candidate& candidate, const std::vector<Candidate>& others) {
@@ -362,6 +377,7 @@ class Chooser {
                  shown = LeastSamples(setting.estimator);
     double samples = kMaxSamples;
     candidate.least = shown;
+    candidate.shown = static_cast<int>(shown);
     if (request_.rel_error) {
       if (per_sample_s > 0)
         candidate.least = std::clamp(kNearlyFree * (fixed_s - candidate.build_s) / per_sample_s,
@@ -372,8 +388,6 @@ class Chooser {
     }
     samples = std::clamp(samples, candidate.least, double{kMaxSamples});
     setting.predicted_s = seconds(samples);
-    if (request_.rel_error && candidate.spread > kDoubtfulSpread && per_sample_s > 0)
-      samples = std::clamp(kDoubtfulShare * fixed_s / per_sample_s, candidate.least, samples);
     setting.samples_per_pixel = static_cast<int>(samples);
     setting.predicted_error =
         std::hypot(std::sqrt(candidate.RelativeVariance(setting.samples_per_pixel)),
@@ -407,7 +421,7 @@ class Chooser {
   LitScene& scene_;
   const CostModel& costs_;
   const AccuracyRequest& request_;
-  Size picture_{}, pilot_{}, check_{};
+  Size picture_{}, pilot_{};
 };
 
 }  // namespace
@@ -431,6 +445,16 @@ double LightingSeconds(const Device& device, const RenderTimes& times) {
 }
 
 double Candidate::LeastDensity(double k) const { return std::clamp(least / k, kLeastDensity, 1.0); }
+
+FurtherAim Candidate::Aim(double variance) const {
+  return {.variance = variance, .unit = shown, .least = least, .most = kMaxSamples};
+}
+
+double Candidate::FirstAim(double rel_error) const {
+  const double doubt = std::sqrt(begun->frame.scale_log_variance);
+  return std::exp(std::min(kMostDoubt, doubt)) / kFirstMargin *
+         std::pow(kFirstAim * NoiseShare(rel_error, interpolation_error) * mean_luminance, 2);
+}
 
 double Candidate::RelativeVariance(double k) const {
   return mean_luminance > 0 ? law.Of(k) / (mean_luminance * mean_luminance) : 0;

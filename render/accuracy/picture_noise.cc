@@ -13,8 +13,6 @@ constexpr double kFewPixels = 200;
 // Samples scatter more than normal noise, for which 1.645 would do: 1.9 holds in 92 % of pictures
 // of 100 to 600 samples of `windowed`, 2.2 in 97 %.
 constexpr double kMarginSigmas = 2.0;
-// Of FurtherSamples: the first that is tried, of those that were taken, and what follows it.
-constexpr double kLeastFurther = 0.25, kFurtherStep = 1.1;
 
 // What a chi-squared variable of mean 1 and this variance stays below; the formula's largest value
 // where it falls again, at less than a fifth of a degree of freedom.
@@ -81,15 +79,6 @@ double VarianceLaw::Of(double k) const {
 void VarianceLaw::Anchor(double k, double v) {
   const double expected = Of(k);
   if (expected > 0 && v > 0) scale *= v / expected;
-}
-
-double FurtherSamples(const VarianceLaw& law, const FurtherRound& round) {
-  const double taken = round.taken;
-  for (double more = std::max(round.least, kLeastFurther * taken);; more *= kFurtherStep) {
-    const double merged =
-        (taken * taken * round.variance + more * more * law.Of(more)) / std::pow(taken + more, 2);
-    if (merged <= round.aim || more >= round.most) return more;
-  }
 }
 
 }  // namespace luxfield::render

@@ -49,19 +49,4 @@ struct VarianceLaw {
   void Anchor(double k, double v);
 };
 
-// What is wanted of a round of samples that is merged with a picture.
-struct FurtherRound {
-  double taken = 0, variance = 0;  // samples of the picture, and its mean variance
-  double aim = 0;                  // mean variance of both
-  double least = 1, most = 1;      // samples of the round
-};
-
-// Samples of the round: the least m, within a tenth, of at least a quarter of `taken` with
-//
-//   (taken^2 variance + m^2 v(m)) / (taken + m)^2 <= aim
-//
-// and v(m) by the law, as pictures are merged by their samples. Where none below `most` do it, the
-// first that is not.
-double FurtherSamples(const VarianceLaw& law, const FurtherRound& round);
-
 }  // namespace luxfield::render

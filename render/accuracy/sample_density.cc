@@ -5,24 +5,13 @@
 #include <vector>
 
 #include "luxfield/core/measures.h"
+#include "luxfield/render/film/neighbours.h"
 
 namespace luxfield::render {
 namespace {
 
 constexpr double kMost = 256;
 constexpr double kLuminanceShare = 0.25;
-
-// Over the neighbours that hit something, the pixel's own included.
-double MeanAround(const core::Image& values, const core::Image& coverage, int row, int column) {
-  double sum = 0, count = 0;
-  for (int r = std::max(0, row - 1); r <= std::min(values.height - 1, row + 1); ++r)
-    for (int c = std::max(0, column - 1); c <= std::min(values.width - 1, column + 1); ++c)
-      if (coverage.at(0, r, c) > 0) {
-        sum += values.at(0, r, c);
-        ++count;
-      }
-  return count > 0 ? sum / count : 0;
-}
 
 double SumOf(const std::vector<double>& values) {
   double sum = 0;

@@ -65,4 +65,9 @@ double SumOf(const core::Image& image);
 // samples. Both tell their lights apart, or neither.
 Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b);
 
+// The same with a weight of each pixel, one channel as large as the frames; where both are 0 the
+// frames count alike. Totals of lights are left out.
+Frame MeanFrame(const Frame& frame_a, const core::Image& a, const Frame& frame_b,
+                const core::Image& b);
+
 }  // namespace luxfield::render

@@ -6,7 +6,7 @@
 namespace luxfield::render {
 namespace {
 
-constexpr double kShare = 0.125, kLeast = 256, kMost = 2048;  // of points: draws times runs
+constexpr double kShare = 0.125, kLeast = 256, kMost = 8192;  // of points: draws times runs
 constexpr int kRuns = 2, kRunsOfSharedSets = 32;
 constexpr double kDrawsOfSharedSets = 64;
 constexpr double kEvenShare = 0.25;  // of p, the same for all pixels
@@ -61,8 +61,9 @@ std::uint64_t RelitPixels::Seed(int run) const {
 }
 
 std::vector<RelitPixels::Draw> RelitPixels::Choose(std::span<const float> stated,
+                                                   std::span<const float> guides,
                                                    std::span<const std::vector<float>> parts) {
-  const double sum = SumOf(stated);
+  const double sum = SumOf(guides);
   std::vector<double> sums;
   for (const auto& part : parts) sums.push_back(SumOf(part));
   const auto noisy =
@@ -70,14 +71,14 @@ std::vector<RelitPixels::Draw> RelitPixels::Choose(std::span<const float> stated
   const double whole_share = noisy > 0 ? kWholeShare : 1;
   std::vector<Draw> draws;
   if (!(sum > 0)) return draws;
-  stated_ += sum;
+  stated_ += SumOf(stated);
   const auto pixels = static_cast<double>(stated.size());
   const auto count = std::max(kLeastDraws, static_cast<std::size_t>(draws_per_point_ * pixels));
   // Evenly over the cumulative probabilities (systematic sampling, Madow 1949).
   double below = 0;
   double next = random_.Uniform() / static_cast<double>(count);
   for (std::size_t pixel = 0; pixel < stated.size() && draws.size() < count; ++pixel) {
-    double shown = whole_share * stated[pixel] / sum;
+    double shown = whole_share * guides[pixel] / sum;
     for (std::size_t k = 0; k < parts.size(); ++k)
       if (sums[k] > 0) shown += (1 - whole_share) / noisy * parts[k][pixel] / sums[k];
     const double p = kEvenShare / pixels + (1 - kEvenShare) * shown;

@@ -11,8 +11,8 @@
 // for m draws k of probability p_k; x is the luminance of the radiance. E v_k is the variance of
 // the pixel whatever its samples follow, and E V the sum of all pixels' variances whatever p is
 // (Hansen and Hurwitz 1943), as the picture's own samples enter p alone: three quarters of p follow
-// the variances that the picture states, so that few pixels that hold most of the noise are found.
-// The picture's variances are scaled so that they add up to V.
+// what the picture states of the noise around each pixel, so that few pixels that hold most of the
+// noise are found. The picture's variances are scaled so that they add up to V.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +34,7 @@ class RelitPixels {
   explicit RelitPixels(std::uint64_t seed) : seed_(seed) {}
 
   // Begins a picture of so many surface points. An eighth as many are lit again, at least 256 and
-  // at most 2048. Where pixels share `shared_sets` sets of samples (0: each has its own) and so err
+  // at most 8192. Where pixels share `shared_sets` sets of samples (0: each has its own) and so err
   // alike, fewer are lit more often.
   void Start(std::size_t points, int shared_sets);
 
@@ -42,9 +42,10 @@ class RelitPixels {
   std::uint64_t Seed(int run) const;  // of the random streams of a run
 
   // Draws from pixels that state these variances, in their order; a pixel may come twice. None if
-  // all variances are 0. Where `parts`, of the same pixels, are wanted by themselves, half of what
-  // follows the variances follows theirs, each alike: what is little of the whole is found too.
-  std::vector<Draw> Choose(std::span<const float> stated,
+  // all variances are 0. Draws follow `guides`, which are guesses of the pixels' variances. Where
+  // `parts`, of the same pixels, are wanted by themselves, half of what follows the guides follows
+  // theirs, each alike: what is little of the whole is found too.
+  std::vector<Draw> Choose(std::span<const float> stated, std::span<const float> guides,
                            std::span<const std::vector<float>> parts = {});
   std::size_t drawn() const { return drawn_; }  // since Start()
   // What the runs showed of these draws: luminance[run][draw].

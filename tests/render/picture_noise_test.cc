@@ -99,34 +99,5 @@ TEST(VarianceLaw, FollowsItsPoints) {
   EXPECT_NEAR(law.Of(256) / law.Of(128), std::pow(2, -0.8), 1e-12);
 }
 
-// Where the variance is c / samples, pictures of n and of m samples merge to one of n + m, whose
-// variance is c / (n + m).
-TEST(FurtherSamples, BringTheMergedPictureDownToTheAim) {
-  constexpr double kOfOne = 5, kTaken = 100, kVariance = kOfOne / kTaken;
-  VarianceLaw law;
-  law.Add(1, kOfOne);
-  for (const double times : {2.0, 3.0, 10.0}) {  // as many samples in all
-    const double more = FurtherSamples(law, {kTaken, kVariance, kVariance / times, 1, 1e6});
-    EXPECT_GE(more, (times - 1) * kTaken * (1 - 1e-12));
-    EXPECT_LE(more, 1.1 * (times - 1) * kTaken);
-  }
-  EXPECT_DOUBLE_EQ(FurtherSamples(law, {kTaken, kVariance, 0.9 * kVariance, 1, 1e6}), kTaken / 4);
-  EXPECT_DOUBLE_EQ(FurtherSamples(law, {kTaken, kVariance, 0.9 * kVariance, 40, 1e6}), 40);
-  const double most = FurtherSamples(law, {kTaken, kVariance, 1e-9 * kVariance, 1, 1000});
-  EXPECT_GE(most, 1000);
-  EXPECT_LE(most, 1100);
-}
-
-// A picture that is noisier than the law says of as many samples.
-TEST(FurtherSamples, BeginWithThePicturesOwnVariance) {
-  VarianceLaw law;
-  law.Add(1, 1);
-  // (100^2 0.04 + m) / (100 + m)^2 = 0.01 at m^2 + 100 m - 30000 = 0, the positive root:
-  const double expected = -50 + std::sqrt(2500.0 + 30000);
-  const double more = FurtherSamples(law, {100, 0.04, 0.01, 1, 1e6});
-  EXPECT_GE(more, expected);
-  EXPECT_LE(more, 1.1 * expected);
-}
-
 }  // namespace
 }  // namespace luxfield::render

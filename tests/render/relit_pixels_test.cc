@@ -34,7 +34,7 @@ Estimate Measure(std::uint64_t seed, const std::vector<float>& stated) {
   core::Random random(kSeed, seed);
   RelitPixels relit(seed);
   relit.Start(stated.size(), 0);
-  const auto draws = relit.Choose(stated);
+  const auto draws = relit.Choose(stated, stated);
   std::vector<std::vector<double>> luminance(relit.runs());
   for (auto& of_run : luminance)
     for (const auto& draw : draws)
@@ -81,7 +81,7 @@ TEST(RelitPixels, DrawsComeAsOftenAsTheirWeightSays) {
   for (int run = 0; run < kRuns; ++run) {
     RelitPixels relit(run);
     relit.Start(stated.size(), 0);
-    const auto draws = relit.Choose(stated);
+    const auto draws = relit.Choose(stated, stated);
     EXPECT_EQ(draws.size(), 128u);
     EXPECT_EQ(relit.drawn(), 128u);
     for (const auto& draw : draws) {
@@ -114,7 +114,7 @@ TEST(RelitPixels, SharedSetsAreKnownByTheRuns) {
   ASSERT_GE(relit.runs(), 16);
   core::Random random(kSeed, 1);
   const std::vector<float> stated(40000, 10.0f);
-  const auto draws = relit.Choose(stated);
+  const auto draws = relit.Choose(stated, stated);
   std::vector<std::vector<double>> luminance;
   for (int run = 0; run < relit.runs(); ++run)
     luminance.emplace_back(draws.size(), 1 + random.Normal());
@@ -126,8 +126,8 @@ TEST(RelitPixels, SharedSetsAreKnownByTheRuns) {
 TEST(RelitPixels, NothingStatedIsLeftAlone) {
   RelitPixels relit(kSeed);
   relit.Start(100, 0);
-  EXPECT_TRUE(relit.Choose(std::vector<float>(100, 0.0f)).empty());
-  EXPECT_TRUE(relit.Choose({}).empty());
+  EXPECT_TRUE(relit.Choose(std::vector<float>(100, 0.0f), std::vector<float>(100, 0.0f)).empty());
+  EXPECT_TRUE(relit.Choose({}, {}).empty());
   EXPECT_EQ(relit.Scale(), 1);
   EXPECT_EQ(relit.LogVariance(), 0);
 }

@@ -135,9 +135,46 @@ TEST_F(RendererVariance, SampleDensityDealsOutSamples) {
   const Frame thin = RenderWith(scene, options);
   for (std::size_t i = 0; i < thin.samples.data.size(); ++i)
     EXPECT_EQ(thin.samples.data[i], even.samples.data[i] / 4) << "two of eight";
-  options.sample_density.data = {0};
+  options.sample_density.data = {1e-4f};
   EXPECT_THAT([&] { RenderWith(scene, options); },
-              testing::ThrowsMessage<InputError>(testing::HasSubstr("sample density = 0")));
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("sample density = ")));
+}
+
+// Pixels of density 0 are left dark and state no noise; pictures of parts add up to the whole one.
+TEST_F(RendererVariance, PixelsOfNoSamplesStayDark) {
+  const auto file = WriteLamp("left_out", Lamp(3));
+  const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
+  auto options = Unshadowed("windowed");
+  options.samples_per_pixel = 32;
+  options.sample_density = core::Image(2, 1, 1);
+  options.sample_density.data = {1, 0};
+  const Frame half = RenderWith(scene, options);
+  EXPECT_GT(half.variance_scale, 0);
+  double lit = 0;
+  for (int row = 0; row < half.height; ++row)
+    for (int column = 0; column < half.width; ++column)
+      for (const auto* image : {&half.radiance, &half.variance, &half.samples}) {
+        if (column >= half.width / 2) {
+          EXPECT_EQ(image->at(0, row, column), 0);
+        }
+        lit += image == &half.samples ? image->at(0, row, column) : 0;
+      }
+  EXPECT_GT(lit, 0);
+  // Each pixel as one of them has it.
+  core::Image left(half.width, half.height, 1), right = left;
+  for (int row = 0; row < half.height; ++row)
+    for (int column = 0; column < half.width; ++column)
+      (column < half.width / 2 ? left : right).at(0, row, column) = 1;
+  options.sample_density.data = {0, 1};
+  const Frame other = RenderWith(scene, options), mean = MeanFrame(half, left, other, right);
+  EXPECT_EQ(half.coverage.data, other.coverage.data);
+  for (std::size_t i = 0; i < mean.samples.data.size(); ++i) {
+    EXPECT_EQ(mean.samples.data[i], half.samples.data[i] + other.samples.data[i]);
+    EXPECT_EQ(mean.radiance.data[i], half.radiance.data[i] + other.radiance.data[i]);
+    EXPECT_EQ(mean.variance.data[i], half.variance.data[i] + other.variance.data[i]);
+  }
+  EXPECT_NEAR(mean.variance_scale * SumOf(mean.stated_variance), SumOf(mean.variance),
+              1e-5 * SumOf(mean.variance));
 }
 
 // Passes together state what they state alone.
