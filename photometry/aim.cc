@@ -41,6 +41,33 @@ std::optional<LineMeets> MeetLevel(const std::vector<CutOff>& on, double v_deg) 
 
 bool IsHorizontal(const CutOffScan& scan) { return scan.from.v_deg == scan.to.v_deg; }
 
+// Steps to where two offsets are 0, by Broyden's method (Mathematics of Computation 19, 1965) from
+// J = -1 on, the beam's own turn: a cut-off that rises slowly goes aside far more than up, and noise
+// bends it, so that turns by the offsets themselves can go to and fro.
+class Secant {
+ public:
+  Place Step(Place off, double largest_deg) {
+    if (const double length2 = step_.h_deg * step_.h_deg + step_.v_deg * step_.v_deg; length2 > 0) {
+      const double h = off.h_deg - off_.h_deg - hh_ * step_.h_deg - hv_ * step_.v_deg,
+                   v = off.v_deg - off_.v_deg - vh_ * step_.h_deg - vv_ * step_.v_deg;
+      hh_ += h * step_.h_deg / length2;
+      hv_ += h * step_.v_deg / length2;
+      vh_ += v * step_.h_deg / length2;
+      vv_ += v * step_.v_deg / length2;
+    }
+    off_ = off;
+    const double determinant = hh_ * vv_ - hv_ * vh_;
+    step_ = {(hv_ * off.v_deg - vv_ * off.h_deg) / determinant,
+             (vh_ * off.h_deg - hh_ * off.v_deg) / determinant};
+    if (!(std::hypot(step_.h_deg, step_.v_deg) <= largest_deg)) step_ = off;
+    return step_;
+  }
+
+ private:
+  double hh_ = -1, hv_ = 0, vh_ = 0, vv_ = -1;
+  Place off_, step_;
+};
+
 class Aimer {
  public:
   Aimer(const Lamp& lamp, const Receiver& receiver, const Aiming& aiming)
@@ -87,13 +114,13 @@ class Aimer {
     return offsets;
   }
 
-  // Finds where H = V = 0 has to lie in the frame of the lamp; false where that fails. Noise can leave
-  // two places of one cut-off between which the aim goes to and fro: the nearer one is taken.
+  // Finds where H = V = 0 has to lie in the frame of the lamp; false where that fails.
   bool Turn(const BeamFrame& lamp_frame, bool sideways, Place* aim, std::string* why) {
-    constexpr int kMostTurns = 20;
+    constexpr int kMostTurns = 25;
     constexpr double kWider_deg = 4, kClose_deg = 1e-5, kNear_deg = 0.02, kLargestTurn_deg = 1;
     double nearest = 1e300;
-    Place best, next = *aim;
+    Place next = *aim;
+    Secant secant;
     for (int turn = 0; turn < kMostTurns && nearest > kClose_deg; ++turn) {
       const bool first = turn == 0;
       const auto offsets =
@@ -101,12 +128,16 @@ class Aimer {
       if (!offsets) return false;
       if (first) brightest_ = offsets->level.brightest;
       has_gradient_peak_ = offsets->level.has_gradient_peak;
-      const double h = std::clamp(offsets->h, -kLargestTurn_deg, kLargestTurn_deg);
-      if (const double off = std::hypot(h, offsets->v); !first && off < nearest)
-        nearest = off, best = next;
-      next = {next.h_deg + h, next.v_deg + offsets->v};
+      const Place off{std::clamp(offsets->h, -kLargestTurn_deg, kLargestTurn_deg), offsets->v};
+      if (first) {
+        next.v_deg += off.v_deg;
+        continue;
+      }
+      if (const double distance = std::hypot(off.h_deg, off.v_deg); distance < nearest)
+        nearest = distance, *aim = next;
+      const Place step = secant.Step(off, kLargestTurn_deg);
+      next = {next.h_deg + step.h_deg, next.v_deg + step.v_deg};
     }
-    *aim = best;
     *why = "aiming by it does not settle";
     return nearest < kNear_deg;
   }

@@ -17,14 +17,34 @@ using lightfield::Vec3;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kAcross = 3;  // points of a map along a receiver's side
 
+// Nodes of equal weight along a receiver's side, shares of it from its middle: two of Gauss, or the
+// middles of equal parts, up to 8, of two thirds of a texel of the finest field as seen from the lamp.
+std::vector<double> NodesAlong(const Lamp& lamp, const Receiver& receiver) {
+  constexpr int kMost = 8;
+  double texel = 1e300;
+  for (const auto& posed : lamp.fields) {
+    const auto& g = posed.field.geometry;
+    texel = std::min(texel, std::min(g.lattice.ds_m, g.lattice.dt_m) / g.delta_m);
+  }
+  const double texels = receiver.side_m / receiver.distance_m / texel;
+  const int count = static_cast<int>(std::min<double>(kMost, std::ceil(1.5 * texels)));
+  if (count <= 2) return {-0.5 / std::sqrt(3.0), 0.5 / std::sqrt(3.0)};
+  std::vector<double> nodes;
+  for (int k = 0; k < count; ++k) nodes.push_back((k + 0.5) / count - 0.5);
+  return nodes;
+}
+
 // of(a node of the receiver, its normal, its share of r^2).
 template <typename F>
-void ForNodes(const Receiver& receiver, const BeamFrame& frame, Place place, F&& of) {
+void ForNodes(const Lamp& lamp, const Receiver& receiver, const BeamFrame& frame, Place place,
+              F&& of) {
   const BeamFrame at = frame.Turned(place);
-  const double half = receiver.side_m / 2 / std::sqrt(3.0), r = receiver.distance_m;
-  for (const double x : {-half, half})
-    for (const double y : {-half, half})
-      of(r * at.forward + x * at.right + y * at.up, -1 * at.forward, r * r / 4);
+  const double r = receiver.distance_m;
+  const std::vector<double> nodes = NodesAlong(lamp, receiver);
+  const double share = r * r / double(nodes.size() * nodes.size());
+  for (const double x : nodes)
+    for (const double y : nodes)
+      of(r * at.forward + receiver.side_m * (x * at.right + y * at.up), -1 * at.forward, share);
 }
 
 // Sums of kAcross neighbours along rows and columns over their number; edges repeat.
@@ -76,20 +96,19 @@ BeamFrame BeamFrame::Turned(Place place) const {
 double ReceivedValue(const Lamp& lamp, const Receiver& receiver, const BeamFrame& frame,
                      Place place) {
   double value = 0;
-  ForNodes(receiver, frame, place,
+  ForNodes(lamp, receiver, frame, place,
            [&](Vec3 p, Vec3 n, double share) { value += share * IlluminanceValue(lamp, p, n); });
   return value;
 }
 
 Functional Received(const Lamp& lamp, const Receiver& receiver, const BeamFrame& frame,
                     Place place) {
-  std::vector<Functional> parts;
-  std::vector<FunctionalTerm> terms;
-  parts.reserve(4);
-  ForNodes(receiver, frame, place, [&](Vec3 p, Vec3 n, double share) {
-    parts.push_back(IlluminanceAt(lamp, p, n));
-    terms.push_back({share, &parts.back()});
+  std::vector<std::pair<double, Functional>> parts;
+  ForNodes(lamp, receiver, frame, place, [&](Vec3 p, Vec3 n, double share) {
+    parts.emplace_back(share, IlluminanceAt(lamp, p, n));
   });
+  std::vector<FunctionalTerm> terms;
+  for (const auto& [share, part] : parts) terms.push_back({share, &part});
   return Sum(terms);
 }
 

@@ -192,6 +192,22 @@ std::optional<double> LevelPlace(const Scan& along, const Fall& fall,
   return {};
 }
 
+// The slope of a(x) over as far as noise of that deviation moves its root; absent where a does not fall
+// there.
+std::optional<double> SlopeOver(const Scan& along, const Fall& fall, double x, double deviation) {
+  constexpr double kSmallest_deg = 0.001, kLargest_deg = kPair_deg;
+  constexpr int kTurns = 3;
+  double slope = 0, reach = kStep_deg / 2;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    const auto before = along.TiltAt(fall, x - reach), after = along.TiltAt(fall, x + reach);
+    if (!before || !after) return {};
+    slope = (*after - *before) / (2 * reach);
+    if (!(slope < 0)) return {};
+    reach = std::clamp(std::sqrt(3.0) * deviation / -slope, kSmallest_deg, kLargest_deg);
+  }
+  return slope;
+}
+
 }  // namespace
 
 std::optional<CutOff> FindCutOff(const Lamp& lamp, const Receiver& receiver, const BeamFrame& frame,
@@ -231,25 +247,19 @@ Functional GradientOf(const Lamp& lamp, const Receiver& receiver, const BeamFram
 
 Functional ShiftOf(const Lamp& lamp, const Receiver& receiver, const BeamFrame& frame,
                    const CutOffScan& scan, const CutOff& cut_off) {
-  // The slope of a(x) over as much as a pair is wide: what noise makes of it over less would make the
-  // shift's own uncertainty too large.
-  constexpr double kSmall_deg = kPair_deg;
   const Scan along(lamp, receiver, frame, scan);
   const Fall fall{cut_off.has_gradient_peak, 0};
   const double x = Along(scan, cut_off.place) - kPair_deg / 2;
-  const auto before = along.TiltAt(fall, x - kSmall_deg),
-             after = along.TiltAt(fall, x + kSmall_deg);
-  if (!before || !after) return {};
-  const double slope = (*after - *before) / (2 * kSmall_deg);
-  if (!(slope < 0)) return {};
   std::vector<Functional> gradients;
   std::vector<FunctionalTerm> terms;
   gradients.reserve(2 * kReach);
   for (const int t : {-2, -1, 1, 2}) {
     gradients.push_back(along.WeightsAt(fall.by_logarithm, x + t * kStep_deg));
-    terms.push_back({-t / slope, &gradients.back()});
+    terms.push_back({double(t), &gradients.back()});
   }
-  return Sum(terms);
+  const Functional tilt = Sum(terms);
+  const auto slope = SlopeOver(along, fall, x, Uncertainty(lamp, tilt).value_or(0));
+  return slope ? Sum({{-1 / *slope, &tilt}}) : Functional{};
 }
 
 }  // namespace luxfield::photometry

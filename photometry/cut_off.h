@@ -9,6 +9,9 @@
 //
 //   dx = -da(x) / a'(x)
 //
+// with a' over as far as noise moves the place, x -+ sqrt(3) u(x), the outer nodes of a Gaussian rule of
+// three: over more a peak of G bends, over less a(x) may have steps of the texels.
+//
 // Where a light field blurs the cut-off, darkness begins nowhere, and G grows until the last light is
 // gone. Then the cut-off is where illuminance itself falls most steeply, D in the place of G,
 //

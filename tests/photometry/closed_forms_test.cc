@@ -1,14 +1,16 @@
-// Lamps whose light has closed forms: a Lambertian square and disc within a thousandth, and a sphere
-// within what samples of its coefficients leave.
+// Lamps whose light has closed forms: a Lambertian square, disc and sphere within a thousandth.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
+#include "luxfield/core/random.h"
 #include "luxfield/photometry/answers.h"
 #include "luxfield/photometry/distribution.h"
 #include "luxfield/photometry/luminance.h"
 #include "tests/photometry/lamps.h"
+#include "tests/seed.h"
 
 namespace luxfield::photometry {
 namespace {
@@ -134,62 +136,84 @@ TEST(ClosedForms, TheGlareOfADisc) {
               kThousandth * expected);
 }
 
-// A sphere of even luminance behind F, each coefficient the mean over its cell and texel, by midpoints,
-// of what lines from one to the other see.
-constexpr double kSphereRadius = 0.003, kSphereBehind = 0.004;
+// A sphere of even luminance behind F, each coefficient the mean over its cell and texel of what lines
+// from one to the other see: of those that the outline crosses by points at random, one in each of
+// kWithin^4 equal parts.
+//
+// Cells and texels are steps. From one direction to the next, a texel further, the outline moves on F
+// by a sixth of a cell: over twelve texels it lies in every way in the cells, and steps
+// average out, while a single direction is off by up to a per cent.
+constexpr double kSphereRadius = 0.003, kSphereDelta = 0.05, kSphereBehind = kSphereDelta / 6,
+                 kSphereTexel = 0.012 / 16;
 LightField Sphere() {
-  constexpr int kCells = 16, kWithin = 3;
+  constexpr int kCells = 16, kWithin = 4;
   constexpr double kHalfWidth = 0.012;
   LuminaireGeometry g;
-  g.delta_m = 0.05;
-  const double cell = 0.012 / kCells, texel = cell;
+  g.delta_m = kSphereDelta;
+  const double cell = 0.012 / kCells, texel = kSphereTexel;
   g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(lightfield::BasisKind::kBox),
                                           kCells, kCells, cell);
   const int size = static_cast<int>(std::lround(2 * kHalfWidth / texel));
   g.lattice = {size, size, -kHalfWidth, kHalfWidth, texel, texel};
   g.unit = lightfield::FluxUnit::kLumen;
   LightField field(g);
-  const auto within = [](int k, double width) { return width * ((k + 0.5) / kWithin - 0.5); };
-  const auto seen = [&](double ux, double uy, double sx, double sy) {
-    // The line's distance from the sphere's middle, (0, 0, -kSphereBehind).
+  core::Random random(TestSeed(20261127), 1);
+  const auto within = [&](int k, double width) {
+    return width * ((k + random.Uniform()) / kWithin - 0.5);
+  };
+  // The line's distance from the sphere's middle, (0, 0, -kSphereBehind), and cos(theta)^4.
+  const auto line = [&](double ux, double uy, double sx, double sy) {
     const Vec3 d = Normalized(Vec3{sx - ux, sy - uy, g.delta_m});
-    const double off = Length(Cross(Vec3{ux, uy, kSphereBehind}, d));
-    return off <= kSphereRadius ? d.z * d.z * d.z * d.z : 0.0;
+    return std::pair{Length(Cross(Vec3{ux, uy, kSphereBehind}, d)), d.z * d.z * d.z * d.z};
+  };
+  const auto seen = [&](lightfield::Vec2 u, lightfield::Vec2 s) {
+    const auto [off, cos4] = line(u.x, u.y, s.x, s.y);
+    if (std::abs(off - kSphereRadius) > cell) return off < kSphereRadius ? cos4 : 0.0;
+    double sum = 0;
+    for (int k = 0; k < kWithin * kWithin * kWithin * kWithin; ++k) {
+      const auto [at, weight] =
+          line(u.x + within(k % kWithin, cell), u.y + within(k / kWithin % kWithin, cell),
+               s.x + within(k / (kWithin * kWithin) % kWithin, texel),
+               s.y + within(k / (kWithin * kWithin * kWithin), texel));
+      if (at <= kSphereRadius) sum += weight;
+    }
+    return sum / std::pow(kWithin, 4);
   };
   for (int m = 0; m < g.grid.count(); ++m)
     for (int row = 0; row < size; ++row)
-      for (int column = 0; column < size; ++column) {
-        const auto u = g.grid.centre(m % kCells, m / kCells), s = g.lattice.centre(row, column);
-        double sum = 0;
-        for (int k = 0; k < kWithin * kWithin * kWithin * kWithin; ++k)
-          sum += seen(u.x + within(k % kWithin, cell), u.y + within(k / kWithin % kWithin, cell),
-                      s.x + within(k / (kWithin * kWithin) % kWithin, texel),
-                      s.y + within(k / (kWithin * kWithin * kWithin), texel));
-        field.image(m, 0)[std::size_t(row) * size + column] =
-            static_cast<float>(1e6 / (g.delta_m * g.delta_m) * sum / std::pow(kWithin, 4));
-      }
+      for (int column = 0; column < size; ++column)
+        field.image(m, 0)[std::size_t(row) * size + column] = static_cast<float>(
+            1e6 / (g.delta_m * g.delta_m) *
+            seen(g.grid.centre(m % kCells, m / kCells), g.lattice.centre(row, column)));
   return field;
 }
 
-// Texels are steps: the means over directions and points are those of the sphere, but for the two
-// thousandths that the midpoints of cells and texels miss of its outline.
 TEST(ClosedForms, ASphere) {
   const Lamp lamp = LampOfField(Sphere());
   const double intensity = std::numbers::pi * kSphereRadius * kSphereRadius * 1e6;
   const Vec3 middle{0, 0, -kSphereBehind};
-  constexpr int kSide = 9;
+  constexpr int kTexels = 12, kSide = 3 * kTexels;
+  const auto slope = [](int k, double texel) {
+    return texel * kTexels * ((k + 0.5) / kSide - 0.5);
+  };
+  double i = 0;
+  for (int k = 0; k < kSide * kSide; ++k) {
+    const double texel = kSphereTexel / kSphereDelta;
+    i += IntensityValue(lamp, {slope(k % kSide, texel), slope(k / kSide, texel), 1}) /
+         (kSide * kSide);
+  }
+  EXPECT_NEAR(i, intensity, kThousandth * intensity);
   for (const double z : {0.1, 0.5, 3.0}) {
-    double i = 0, e = 0;
-    for (int a = 0; a < kSide; ++a)
-      for (int b = 0; b < kSide; ++b) {
-        const Vec3 d = Normalized(Vec3{0.012 * (a - kSide / 2), 0.012 * (b - kSide / 2), 1});
-        i += IntensityValue(lamp, d) / (kSide * kSide);
-        // E = pi L (R / r)^2, r from its middle.
-        const double r = z + kSphereBehind;
-        e += IlluminanceValue(lamp, middle + r * d, -1 * d) * r * r / (kSide * kSide);
-      }
-    EXPECT_NEAR(i, intensity, 3 * kThousandth * intensity);
-    EXPECT_NEAR(e, intensity, 3 * kThousandth * intensity) << z;
+    double e = 0;
+    for (int k = 0; k < kSide * kSide; ++k) {
+      // A texel seen through a point of F is as wide as this from the sphere's middle.
+      const double texel = kSphereTexel / kSphereDelta * z / (z + kSphereBehind);
+      const Vec3 d = Normalized(Vec3{slope(k % kSide, texel), slope(k / kSide, texel), 1});
+      // E = pi L (R / r)^2, r from its middle.
+      const double r = z + kSphereBehind;
+      e += IlluminanceValue(lamp, middle + r * d, -1 * d) * r * r / (kSide * kSide);
+    }
+    EXPECT_NEAR(e, intensity, kThousandth * intensity) << z;
   }
 }
 

@@ -3,7 +3,6 @@
 // the truth in 95 % of them. LUXFIELD_LABS=400 is the proof.
 #include <gtest/gtest.h>
 
-#include <map>
 #include <string>
 
 #include "luxfield/photometry/answers.h"
@@ -19,8 +18,6 @@ namespace {
 using lightfield::LightField;
 using lightfield::PosedLightField;
 using lightfield::Vec3;
-
-using Quantities = std::map<std::string, Estimate>;
 
 void Put(Quantities& out, const std::string& name, const std::optional<Estimate>& one) {
   if (one) out[name] = *one;
@@ -113,61 +110,13 @@ Quantities AllOf(const ColourLamp& lamp) {
   return out;
 }
 
-// Of one quantity over the labs.
-struct Tally {
-  double sum = 0, squares = 0, u_squares = 0;  // of errors; of stated uncertainties
-  int covered = 0, labs = 0;
-};
-
-void Judge(const std::map<std::string, Tally>& tallies, int labs) {
-  constexpr double kProofLabs = 400, kCovered = 0.95;
-  const bool proof = labs >= kProofLabs;
-  double covered = 0, all = 0;
-  for (const auto& [name, tally] : tallies) {
-    ASSERT_EQ(tally.labs, labs) << name;
-    const double n = labs, mean = tally.sum / n;
-    const double spread = std::sqrt((tally.squares - n * mean * mean) / (n - 1)),
-                 stated = std::sqrt(tally.u_squares / n), share = tally.covered / n;
-    // The scatter's own standard deviation is spread / sqrt(2 n).
-    EXPECT_NEAR(spread / stated, 1, proof ? 0.15 : 4.5 / std::sqrt(2 * n)) << name;
-    if (proof) {
-      EXPECT_GE(share, 0.91) << name;
-      EXPECT_LE(share, 0.99) << name;
-      std::printf("%-40s spread / u %.3f, covered %.3f\n", name.c_str(), spread / stated, share);
-    }
-    covered += share;
-    all += 1;
-  }
-  // Quantities of a lab share its noise: as if a handful of them were independent.
-  constexpr double kIndependent = 4;
-  const double pooled = covered / all;
-  std::printf("%d labs, %d quantities: 95 %% intervals cover in %.2f %%\n", labs, int(all),
-              100 * pooled);
-  EXPECT_NEAR(pooled, kCovered,
-              proof ? 0.01 : 4.5 * std::sqrt(kCovered * (1 - kCovered) / (labs * kIndependent)));
-}
-
 template <typename LampOf>
 void ExpectLabsAreHonest(const NoisyField& noisy, std::uint64_t stream, LampOf&& lamp_of) {
   const int labs = LabsOr(40);
-  const Quantities truth = AllOf(lamp_of(noisy.field()));
+  LabsJudge judge(AllOf(lamp_of(noisy.field())));
   core::Random random(TestSeed(20261129), stream);
-  std::map<std::string, Tally> tallies;
-  for (int lab = 0; lab < labs; ++lab) {
-    const Quantities stated = AllOf(lamp_of(noisy.Draw(random)));
-    for (const auto& [name, one] : truth) {
-      Tally& tally = tallies[name];
-      const auto found = stated.find(name);
-      if (found == stated.end() || !found->second.u) continue;
-      const double error = found->second.value - one.value, u = *found->second.u;
-      tally.sum += error;
-      tally.squares += error * error;
-      tally.u_squares += u * u;
-      tally.covered += std::abs(error) <= 1.959964 * u;
-      ++tally.labs;
-    }
-  }
-  Judge(tallies, labs);
+  for (int lab = 0; lab < labs; ++lab) judge.Add(AllOf(lamp_of(noisy.Draw(random))));
+  judge.ExpectHonest();
 }
 
 // A lamp with a peak, and light everywhere, so that all of it is brighter than a threshold.
