@@ -55,6 +55,28 @@ class Certificate(Judgement):
         c = 1e5 * np.random.default_rng(3).uniform(0.5, 1, (3, 3, 10, 10, 1))
         return LightField(g, c.astype(np.float32).astype(float))
 
+    def test_expanded_uncertainty(self):
+        """Of coefficients that are independent, since the file does not say how it was solved: of the
+        flux by its value for every coefficient alone, with k = 2."""
+        field = self.lamp()
+        g = field.geometry
+        field.write(self.folder / "x.lf.exr")
+        sigma = 100 * np.random.default_rng(5).uniform(1, 3, field.c.shape).astype(np.float32)
+        LightField(g, sigma.astype(float)).write(self.folder / "x.sigma.lf.exr")
+        told = self.figures("photometry", "x.lf.exr", "--sigma", "x.sigma.lf.exr", "-o", "x.cert.json")
+        variance = 0.0
+        for index in np.ndindex(*field.c.shape):
+            one = LightField(g, np.zeros(field.c.shape))
+            one.c[index] = 1
+            variance += (one.flux()[0] * sigma[index]) ** 2
+        results = json.loads((self.folder / "x.cert.json").read_text())["results"]
+        for result in results:
+            self.assertAlmostEqual(result["U"], 2 * result["u_noise"], delta=1e-9 * result["U"])
+        flux = results[0]
+        self.assertEqual(flux["unit"], "lm")
+        self.assertEqual(flux["value"], told["flux_lm"])
+        self.assertLess(abs(flux["U"] / (2 * np.sqrt(variance)) - 1), 1e-4)
+
     def test_is_as_its_schema_says(self):
         self.lamp().write(self.folder / "x.lf.exr")
         self.write("ask.toml", '[[point]]\nposition_m = [0.1, 0, 1]\n[certificate]\nlamp = "A & B"\n')

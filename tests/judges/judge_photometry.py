@@ -183,6 +183,20 @@ def chromaticity(rgb):
     return x / (x + y + z), y / (x + y + z), 4 * x / (x + 15 * y + 3 * z), 9 * y / (x + 15 * y + 3 * z)
 
 
+def colour_temperature(x, y):
+    """McCamy's, Color Research and Application 17 (1992): within some kelvin near the locus."""
+    n = (x - 0.3320) / (0.1858 - y)
+    return 449 * n**3 + 3525 * n**2 + 6823.3 * n + 5520.33
+
+
+def distance_from_locus(x, y):
+    """Duv by Ohno's polynomial, LEUKOS 10 (2014): within 1e-4 of the locus."""
+    u, v = 4 * x / (-2 * x + 12 * y + 3) - 0.292, 6 * y / (-2 * x + 12 * y + 3) - 0.24
+    length = np.hypot(u, v)
+    k = [-0.00616793, 0.0893944, -0.5179722, 1.5317403, -2.4243787, 1.925865, -0.471106]
+    return length - np.polyval(k, np.arccos(u / length))
+
+
 def vector(c_deg, gamma_deg):
     """docs/axes.md."""
     c, gamma = np.radians(c_deg), np.radians(gamma_deg)
@@ -357,6 +371,9 @@ class Photometry(Judgement):
         for name, rgb in (("mean", field.flux()), ("axis", of((0, 0, 1))), ("peak", of(peak))):
             for key, value in zip(("x", "y", "u_prime", "v_prime"), chromaticity(rgb)):
                 self.assertLess(abs(told[name][key] - value), 2e-4, f"{name} {key}")
+            x, y = chromaticity(rgb)[:2]
+            self.close(told[name]["cct_k"], colour_temperature(x, y), 5e-3, f"{name} CCT")
+            self.assertLess(abs(told[name]["duv"] - distance_from_locus(x, y)), 3e-4, f"{name} Duv")
 
     def test_two_lamps(self):
         """`compare` says of both what `photometry` says of each."""
