@@ -133,6 +133,9 @@ add_test(NAME mutants COMMAND ${PROJECT_SOURCE_DIR}/tests/mutants/mutants_test.p
 set_tests_properties(mutants PROPERTIES TIMEOUT 1200)
 # Comments and docs: what they cite is there, formulas are whole, pages are wrapped.
 add_test(NAME docs COMMAND ${PROJECT_SOURCE_DIR}/tests/docs/docs_test.py)
+# Commands that the pages state: the program takes them, and those of the tutorial and the how-tos are run.
+add_test(NAME commands COMMAND ${PROJECT_SOURCE_DIR}/tests/docs/commands_test.py $<TARGET_FILE:luxfield>)
+set_tests_properties(commands PROPERTIES TIMEOUT 1800)
 # Another project's view: the installed tree, the tree as part of the project, pkg-config.
 add_test(NAME consumer COMMAND ${PROJECT_SOURCE_DIR}/tests/consumer/consumer_test.py ${PROJECT_BINARY_DIR})
 set_tests_properties(consumer PROPERTIES TIMEOUT 3600)

@@ -50,7 +50,8 @@ void AddBenchLamps(cli::Program& program, CLI::App& benches) {
       ->check(CLI::Range(1, 1 << 20));
   app.add_option("--runs", how.runs, "Pictures of each, of different random numbers")
       ->check(CLI::Range(2, 1000));
-  app.add_flag("!--no-shadows", how.shadows, "Without shadows");
+  app.add_flag_callback(
+      "--no-shadows", [&how] { how.shadows = false; }, "Without shadows");
 }
 
 }  // namespace luxfield::bench
