@@ -17,6 +17,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/outputs.h"
+#include "luxfield/core/progress.h"
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/render/accuracy/accuracy.h"
 #include "luxfield/render/accuracy/picture_noise.h"
@@ -24,14 +25,16 @@
 #include "luxfield/render/film/display.h"
 #include "luxfield/render/film/film.h"
 #include "luxfield/render/lights/shadow_maps.h"
+#include "luxfield/render/picture_sequence.h"
 #include "luxfield/render/renderer.h"
+#include "luxfield/scene/motion_path.h"
 #include "luxfield/scene/named_view.h"
 
 namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string scene, view, output, radiance_map, irradiance_map, display, device;
+  std::string scene, view, sequence, output, radiance_map, irradiance_map, display, device;
   PngOptions png;
   std::vector<std::string> light_fields, tables, knobs;
   std::optional<int> width, height, antialias;
@@ -178,20 +181,32 @@ std::string Numbered(const std::string& name, std::size_t frame) {
       .string();
 }
 
-// Every frame of the environment's sequence as a picture of its own.
-core::Json RenderSequence(render::LitScene& scene, const Options& options) {
-  render::Renderer renderer(scene, options.render);
+// Every frame as a picture of its own.
+core::Json RenderSequence(render::LitScene& scene, const Options& options,
+                          std::vector<scene::Placement> placements) {
+  for (const auto& [option, value] :
+       {std::pair{"--error", options.error}, std::pair{"--time", options.time},
+        std::pair{"--reference", options.reference}})
+    if (!value.empty())
+      throw InputError(options.scene,
+                       options.sequence.empty() ? "its environment is a sequence of frames"
+                                                : "is rendered as a sequence of frames",
+                       fmt::format("drop {}, which is for one picture", option));
+  render::PictureSequence sequence(scene,
+                                   {options.render, options.sequence, std::move(placements)});
+  core::Progress progress("frames", sequence.frame_count());
   core::Json frames = core::Json::array();
   const core::Stopwatch stopwatch;
-  for (bool more = true; more; more = scene.NextFrame()) {
+  for (std::size_t n = 0; n < sequence.frame_count(); ++n) {
     Options numbered = options;
     for (std::string* name :
          {&numbered.output, &numbered.png.png, &numbered.radiance_map, &numbered.irradiance_map})
-      *name = Numbered(*name, frames.size());
-    const render::Frame frame = renderer.Render();
+      *name = Numbered(*name, n);
+    const render::Frame frame = sequence.Render(n);
     WritePictures(frame, numbered);
     core::PutOutputsInPlace();
     frames.push_back(Describe(frame, numbered, scene.device().info().name));
+    progress.Advance();
   }
   const double fps = static_cast<double>(frames.size()) / stopwatch.WallSeconds();
   fmt::print("{} frames, {:.3g} a second with reading, tables and files\n", frames.size(), fps);
@@ -264,17 +279,13 @@ core::Json Run(Options options, const Common& common) {
     scene.camera = scene::ReadNamedView(options.scene, options.view, scene.camera);
   RequireLuminaires(scene);
   RefuseUnread(options, scene);
+  std::vector<scene::Placement> placements;
+  if (!options.sequence.empty())
+    placements = scene::PlacementsOf(scene::ReadMotionPath(options.sequence), scene);
   const render::Device device = render::Device::Open(options.device, common.threads);
   render::LitScene lit(device, std::move(scene));
-  if (lit.frame_count() > 1) {
-    for (const auto& [option, value] :
-         {std::pair{"--error", options.error}, std::pair{"--time", options.time},
-          std::pair{"--reference", options.reference}})
-      if (!value.empty())
-        throw InputError(options.scene, "its environment is a sequence of frames",
-                         fmt::format("drop {}, which is for one picture", option));
-    return RenderSequence(lit, options);
-  }
+  if (lit.frame_count() > 1 || !placements.empty())
+    return RenderSequence(lit, options, std::move(placements));
   std::optional<core::Image> reference;
   if (!options.reference.empty()) reference = core::ReadExrImage(options.reference);
   std::optional<render::AccurateFrame> accurate;
@@ -318,6 +329,10 @@ void AddRender(Program& program) {
       ->check(InputFile({core::FileKind::kScene}));
   verb.add_option("--view", options->view,
                   "Look from this [[view]] of the scene (default: from its [camera])");
+  verb.add_option("--sequence", options->sequence,
+                  "A path.toml by which camera and lamps move: writes a picture of each of its "
+                  "frames, X_0000.exr, X_0001.exr ...")
+      ->check(CLI::ExistingFile);
   verb.add_option("-o,--output", options->output, "The EXR to write: radiance and AOVs")
       ->required()
       ->check(OutputFile());

@@ -17,14 +17,9 @@
 #include <vector>
 
 #include "luxfield/render/renderer.h"
+#include "luxfield/scene/motion_path.h"
 
 namespace luxfield::view {
-
-// A luminaire of the scene, in the scene's order.
-struct PlacedLamp {
-  scene::Pose world_from_luminaire;
-  double scale = 1;
-};
 
 struct PlacedSky {
   scene::Pose world_from_environment;
@@ -35,7 +30,7 @@ struct LitRequest {
   // Another scene than was asked for before, whose things are not only elsewhere; null: the same.
   std::shared_ptr<const scene::Scene> scene;
   scene::Camera camera;
-  std::vector<PlacedLamp> lamps;
+  std::vector<scene::PlacedLamp> lamps;
   std::optional<PlacedSky> environment;                           // empty: as the scene has it
   std::shared_ptr<const std::vector<scene::Material>> materials;  // null: likewise
   bool shadows = true;                                            // of refined pictures

@@ -22,7 +22,7 @@ void Move(Moving what, CameraControl& camera, LitRequest& request) {
     request.camera = camera.camera();
     return;
   }
-  for (PlacedLamp& lamp : request.lamps)
+  for (scene::PlacedLamp& lamp : request.lamps)
     lamp.world_from_luminaire.translation =
         lamp.world_from_luminaire.translation + kStep_m * request.camera.right;
 }

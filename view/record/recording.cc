@@ -9,8 +9,8 @@
 #include "luxfield/core/file.h"
 #include "luxfield/core/outputs.h"
 #include "luxfield/core/progress.h"
+#include "luxfield/scene/motion_path.h"
 #include "luxfield/view/documents/open_input.h"
-#include "luxfield/view/record/motion_path.h"
 #include "luxfield/view/record/video_file.h"
 #include "luxfield/view/window/screenshot.h"
 
@@ -41,7 +41,7 @@ class Recorder {
  public:
   explicit Recorder(const RecordOptions& options)
       : options_(options),
-        path_(ReadMotionPath(options.path)),
+        path_(scene::ReadMotionPath(options.path)),
         scene_(LoadScene(options.input, KindToLight(options.input.file))),
         device_(render::Device::Open(options.input.device, options.input.threads)),
         view_(device_, scene_),
@@ -55,14 +55,11 @@ class Recorder {
 
   // Lights every frame and hands it on.
   void Run(const std::function<void(int number, const render::Frame& frame)>& take) {
-    // What cannot be placed is known before the first picture is lit.
-    for (int n = 0; n < path_.frame_count(); ++n) {
-      LitRequest request = request_;
-      Place(path_, path_.time_s(n), scene_, request);
-    }
+    const auto placements = scene::PlacementsOf(path_, scene_);
     core::Progress progress("recording", static_cast<std::uint64_t>(path_.frame_count()));
     for (int n = 0; n < path_.frame_count(); ++n) {
-      Place(path_, path_.time_s(n), scene_, request_);
+      request_.camera = placements[static_cast<std::size_t>(n)].camera;
+      request_.lamps = placements[static_cast<std::size_t>(n)].lamps;
       request_.seed = options_.input.seed + static_cast<std::uint64_t>(n);
       view_.Ask(request_);
       if (n == 0 && options_.preview) view_.Quick();  // which knows no speed, and is small
@@ -79,7 +76,7 @@ class Recorder {
 
  private:
   const RecordOptions& options_;
-  const MotionPath path_;
+  const scene::MotionPath path_;
   const scene::Scene scene_;
   const render::Device device_;
   LitView view_;

@@ -1,5 +1,7 @@
 #include "luxfield/view/scene_file/lamp_placement.h"
 
+#include "luxfield/scene/motion_path.h"
+
 namespace luxfield::view {
 
 using lightfield::Vec3;
@@ -8,13 +10,7 @@ bool Same(const Vec3& a, const Vec3& b) { return a.x == b.x && a.y == b.y && a.z
 
 std::optional<scene::Pose> LampPlacement::WorldFromLuminaire() const {
   if (!look_at) return scene::Translation(position) * scene::RotationXyz(rotate_deg);
-  const Vec3 line = *look_at - position;
-  if (lightfield::Length(line) <= 1e-9 * (1 + lightfield::Length(position))) return {};
-  if (lightfield::Length(up) == 0 ||
-      lightfield::Length(
-          lightfield::Cross(lightfield::Normalized(up), lightfield::Normalized(line))) < 1e-6)
-    return {};
-  return scene::LookAt(position, *look_at, up);
+  return scene::Facing(position, *look_at, up);
 }
 
 bool LampPlacement::operator==(const LampPlacement& other) const {

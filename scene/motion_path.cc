@@ -1,4 +1,4 @@
-#include "luxfield/view/record/motion_path.h"
+#include "luxfield/scene/motion_path.h"
 
 #include <fmt/format.h>
 
@@ -8,14 +8,12 @@
 
 #include "luxfield/core/config.h"
 #include "luxfield/core/error.h"
-#include "luxfield/view/scene_file/lamp_placement.h"
 
-namespace luxfield::view {
+namespace luxfield::scene {
 namespace {
 
 using core::Config;
 using core::Range;
-using lightfield::Vec3;
 
 constexpr double kLongest_s = 86400, kFastest = 1000, kFarthest_m = 1e6, kBrightest = 1e12;
 constexpr int kMostFrames = 1000000;
@@ -124,15 +122,6 @@ Vec3 VectorAt(const std::vector<Key>& keys, double t_s, const Get& get) {
   return {along(&Vec3::x), along(&Vec3::y), along(&Vec3::z)};
 }
 
-// Where something that looks at a point stands; empty where it has no such pose.
-std::optional<scene::Pose> Facing(Vec3 position, Vec3 look_at, Vec3 up) {
-  LampPlacement placement;
-  placement.position = position;
-  placement.look_at = look_at;
-  placement.up = up;
-  return placement.WorldFromLuminaire();
-}
-
 [[noreturn]] void FailToFace(const MotionPath& path, const std::string& what, double t_s) {
   throw InputError(
       path.file,
@@ -141,8 +130,7 @@ std::optional<scene::Pose> Facing(Vec3 position, Vec3 look_at, Vec3 up) {
       "move one of the points, or give another up");
 }
 
-void PlaceCamera(const MotionPath& path, double t_s, const scene::Camera& of_scene,
-                 scene::Camera& camera) {
+Camera CameraAt(const MotionPath& path, double t_s, const Camera& of_scene) {
   const Vec3 position =
       VectorAt(path.camera, t_s, [](const CameraKey& key) { return key.position; });
   const Vec3 look_at = VectorAt(path.camera, t_s, [](const CameraKey& key) { return key.look_at; });
@@ -150,12 +138,12 @@ void PlaceCamera(const MotionPath& path, double t_s, const scene::Camera& of_sce
     return key.vertical_fov_deg.value_or(of_scene.vertical_fov_deg);
   });
   if (!Facing(position, look_at, path.up)) FailToFace(path, "the camera", t_s);
-  camera = scene::Camera::LookAt(position, look_at, path.up, std::clamp(fov, 0.01, 170.0),
-                                 of_scene.width, of_scene.height);
+  return Camera::LookAt(position, look_at, path.up, std::clamp(fov, 0.01, 170.0), of_scene.width,
+                        of_scene.height);
 }
 
 void PlaceLamp(const MotionPath& path, const MovedLamp& moved, double t_s, PlacedLamp& lamp) {
-  scene::Pose& pose = lamp.world_from_luminaire;
+  Pose& pose = lamp.world_from_luminaire;
   const LampKey& first = moved.keys.front();
   const Vec3 position = VectorAt(moved.keys, t_s, [](const LampKey& key) { return key.position; });
   if (first.look_at) {
@@ -165,9 +153,9 @@ void PlaceLamp(const MotionPath& path, const MovedLamp& moved, double t_s, Place
     if (!faced) FailToFace(path, "\"" + moved.name + "\"", t_s);
     pose = *faced;
   } else if (first.rotate_deg) {
-    pose = scene::Translation(position) *
-           scene::RotationXyz(
-               VectorAt(moved.keys, t_s, [](const LampKey& key) { return *key.rotate_deg; }));
+    pose =
+        Translation(position) *
+        RotationXyz(VectorAt(moved.keys, t_s, [](const LampKey& key) { return *key.rotate_deg; }));
   } else {
     pose.translation = position;
   }
@@ -176,8 +164,8 @@ void PlaceLamp(const MotionPath& path, const MovedLamp& moved, double t_s, Place
         ValueAt(moved.keys, t_s, Between::kLinear, [](const LampKey& key) { return *key.scale; });
 }
 
-std::size_t NumberOf(const MotionPath& path, const MovedLamp& moved, const scene::Scene& scene) {
-  const auto named = [&](const scene::Luminaire& lamp) { return lamp.name == moved.name; };
+std::size_t NumberOf(const MotionPath& path, const MovedLamp& moved, const Scene& scene) {
+  const auto named = [&](const Luminaire& lamp) { return lamp.name == moved.name; };
   const auto found = std::ranges::find_if(scene.luminaires, named);
   if (found == scene.luminaires.end())
     throw InputError(path.file, fmt::format("luminaire \"{}\" is not in the scene", moved.name),
@@ -191,6 +179,16 @@ std::size_t NumberOf(const MotionPath& path, const MovedLamp& moved, const scene
 }
 
 }  // namespace
+
+std::optional<Pose> Facing(Vec3 position, Vec3 target, Vec3 up) {
+  const Vec3 line = target - position;
+  if (lightfield::Length(line) <= 1e-9 * (1 + lightfield::Length(position))) return {};
+  if (lightfield::Length(up) == 0 ||
+      lightfield::Length(
+          lightfield::Cross(lightfield::Normalized(up), lightfield::Normalized(line))) < 1e-6)
+    return {};
+  return LookAt(position, target, up);
+}
 
 int MotionPath::frame_count() const {
   return static_cast<int>(std::lround(duration_s * frames_per_s)) + 1;
@@ -220,10 +218,21 @@ MotionPath ReadMotionPath(const std::filesystem::path& file) {
   return path;
 }
 
-void Place(const MotionPath& path, double t_s, const scene::Scene& scene, LitRequest& request) {
-  if (!path.camera.empty()) PlaceCamera(path, t_s, scene.camera, request.camera);
+Placement PlacementAt(const MotionPath& path, double t_s, const Scene& scene) {
+  Placement placement{scene.camera, {}};
+  for (const Luminaire& lamp : scene.luminaires)
+    placement.lamps.push_back({lamp.world_from_luminaire, lamp.scale});
+  if (!path.camera.empty()) placement.camera = CameraAt(path, t_s, scene.camera);
   for (const MovedLamp& moved : path.lamps)
-    PlaceLamp(path, moved, t_s, request.lamps.at(NumberOf(path, moved, scene)));
+    PlaceLamp(path, moved, t_s, placement.lamps.at(NumberOf(path, moved, scene)));
+  return placement;
 }
 
-}  // namespace luxfield::view
+std::vector<Placement> PlacementsOf(const MotionPath& path, const Scene& scene) {
+  std::vector<Placement> all;
+  for (int n = 0; n < path.frame_count(); ++n)
+    all.push_back(PlacementAt(path, path.time_s(n), scene));
+  return all;
+}
+
+}  // namespace luxfield::scene

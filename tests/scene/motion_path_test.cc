@@ -1,5 +1,5 @@
 // Where camera and lamps are between their keys, by closed forms.
-#include "luxfield/view/record/motion_path.h"
+#include "luxfield/scene/motion_path.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@
 
 #include "luxfield/core/error.h"
 
-namespace luxfield::view {
+namespace luxfield::scene {
 namespace {
 
 namespace fs = std::filesystem;
@@ -27,9 +27,9 @@ class MotionPathTest : public testing::Test {
     for (const char* name : {"left", "row", "row"})
       scene_.luminaires.push_back(
           {name, {}, {}, scene::LookAt({0, 0, 1}, {0, 5, 1}, {0, 0, 1}), 0.5});
-    request_.camera = scene_.camera;
+    placement_.camera = scene_.camera;
     for (const auto& lamp : scene_.luminaires)
-      request_.lamps.push_back({lamp.world_from_luminaire, lamp.scale});
+      placement_.lamps.push_back({lamp.world_from_luminaire, lamp.scale});
   }
   void TearDown() override { fs::remove(file_); }
 
@@ -40,7 +40,7 @@ class MotionPathTest : public testing::Test {
   // What the reader, or the first placing, says of a text.
   std::string Refused(const std::string& text) {
     try {
-      Place(Read(text), 0, scene_, request_);
+      placement_ = PlacementAt(Read(text), 0, scene_);
     } catch (const InputError& error) {
       return error.what();
     }
@@ -49,7 +49,7 @@ class MotionPathTest : public testing::Test {
 
   fs::path file_;
   scene::Scene scene_;
-  LitRequest request_;
+  Placement placement_;
 };
 
 std::string CameraKeyAt(double t_s, Vec3 position, Vec3 look_at) {
@@ -65,23 +65,23 @@ TEST_F(MotionPathTest, ConstantAccelerationIsMetExactly) {
   const MotionPath path = Read(text);
   EXPECT_DOUBLE_EQ(path.duration_s, 4);
   for (double t = 0.5; t <= 4; t += 0.125) {
-    Place(path, t, scene_, request_);
-    EXPECT_LT(Length(request_.camera.position - at(t)), 1e-12) << t;
-    EXPECT_LT(Length(lightfield::Normalized(Vec3{0, 10, 0} - at(t)) - request_.camera.forward),
+    placement_ = PlacementAt(path, t, scene_);
+    EXPECT_LT(Length(placement_.camera.position - at(t)), 1e-12) << t;
+    EXPECT_LT(Length(lightfield::Normalized(Vec3{0, 10, 0} - at(t)) - placement_.camera.forward),
               1e-12);
   }
-  EXPECT_EQ(request_.camera.width, 400);
-  EXPECT_DOUBLE_EQ(request_.camera.vertical_fov_deg, 40);
+  EXPECT_EQ(placement_.camera.width, 400);
+  EXPECT_DOUBLE_EQ(placement_.camera.vertical_fov_deg, 40);
 }
 
 TEST_F(MotionPathTest, OutsideOfTheKeysValuesStay) {
   const MotionPath path =
       Read(CameraKeyAt(1, {1, 2, 3}, {0, 0, 0}) + CameraKeyAt(2, {4, 5, 6}, {0, 0, 0}) +
            CameraKeyAt(3, {9, 5, 6}, {0, 0, 0}));
-  Place(path, 0, scene_, request_);
-  EXPECT_LT(Length(request_.camera.position - Vec3{1, 2, 3}), 1e-15);
-  Place(path, 7, scene_, request_);
-  EXPECT_LT(Length(request_.camera.position - Vec3{9, 5, 6}), 1e-15);
+  placement_ = PlacementAt(path, 0, scene_);
+  EXPECT_LT(Length(placement_.camera.position - Vec3{1, 2, 3}), 1e-15);
+  placement_ = PlacementAt(path, 7, scene_);
+  EXPECT_LT(Length(placement_.camera.position - Vec3{9, 5, 6}), 1e-15);
 }
 
 // Through the keys, and without a jump of the velocity there.
@@ -90,8 +90,8 @@ TEST_F(MotionPathTest, TheVelocityHasNoJumpAtAKey) {
       Read(CameraKeyAt(0, {0, 1, 0}, {0, 9, 0}) + CameraKeyAt(1, {5, 1, 0}, {0, 9, 0}) +
            CameraKeyAt(4, {-2, 1, 0}, {0, 9, 0}) + CameraKeyAt(5, {0, 1, 0}, {0, 9, 0}));
   const auto x = [&](double t) {
-    Place(path, t, scene_, request_);
-    return request_.camera.position.x;
+    placement_ = PlacementAt(path, t, scene_);
+    return placement_.camera.position.x;
   };
   constexpr double kStep_s = 1e-5;
   EXPECT_DOUBLE_EQ(x(1), 5);
@@ -118,23 +118,24 @@ scale = 0
 )");
   EXPECT_EQ(path.frame_count(), 21);
   EXPECT_DOUBLE_EQ(path.time_s(5), 0.5);
-  Place(path, 0.5, scene_, request_);
+  placement_ = PlacementAt(path, 0.5, scene_);
   const scene::Pose pose = scene::Translation({0.5, 0, 1}) * scene::RotationXyz({-90, 0, 10});
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      EXPECT_NEAR(request_.lamps[0].world_from_luminaire.linear[i][j], pose.linear[i][j], 1e-12);
-  EXPECT_LT(Length(request_.lamps[0].world_from_luminaire.translation - Vec3{0.5, 0, 1}), 1e-12);
-  EXPECT_DOUBLE_EQ(request_.lamps[0].scale, 0.75);
-  EXPECT_DOUBLE_EQ(request_.lamps[1].scale, 0.5);
+      EXPECT_NEAR(placement_.lamps[0].world_from_luminaire.linear[i][j], pose.linear[i][j], 1e-12);
+  EXPECT_LT(Length(placement_.lamps[0].world_from_luminaire.translation - Vec3{0.5, 0, 1}), 1e-12);
+  EXPECT_DOUBLE_EQ(placement_.lamps[0].scale, 0.75);
+  EXPECT_DOUBLE_EQ(placement_.lamps[1].scale, 0.5);
 }
 
 TEST_F(MotionPathTest, ALampWithPositionsAloneKeepsItsDirectionAndItsLight) {
-  Place(Read("[[luminaire]]\nname = \"left\"\n[[luminaire.key]]\nt_s = 0\nposition = [3, 1, 2]\n"),
-        0, scene_, request_);
-  EXPECT_EQ(request_.lamps[0].world_from_luminaire.linear,
+  placement_ = PlacementAt(
+      Read("[[luminaire]]\nname = \"left\"\n[[luminaire.key]]\nt_s = 0\nposition = [3, 1, 2]\n"), 0,
+      scene_);
+  EXPECT_EQ(placement_.lamps[0].world_from_luminaire.linear,
             scene_.luminaires[0].world_from_luminaire.linear);
-  EXPECT_DOUBLE_EQ(request_.lamps[0].world_from_luminaire.translation.x, 3);
-  EXPECT_DOUBLE_EQ(request_.lamps[0].scale, 0.5);
+  EXPECT_DOUBLE_EQ(placement_.lamps[0].world_from_luminaire.translation.x, 3);
+  EXPECT_DOUBLE_EQ(placement_.lamps[0].scale, 0.5);
 }
 
 TEST_F(MotionPathTest, WhatMakesNoSenseIsRefusedByName) {
@@ -159,4 +160,4 @@ TEST_F(MotionPathTest, WhatMakesNoSenseIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace luxfield::view
+}  // namespace luxfield::scene

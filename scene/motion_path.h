@@ -10,7 +10,7 @@
 // Before the first key and after the last, values stay.
 //
 //   const MotionPath path = ReadMotionPath("path.toml");
-//   for (int n = 0; n < path.frame_count(); ++n) Place(path, path.time_s(n), scene, request);
+//   for (int n = 0; n < path.frame_count(); ++n) PlacementAt(path, path.time_s(n), scene);
 #pragma once
 
 #include <filesystem>
@@ -19,9 +19,24 @@
 #include <vector>
 
 #include "luxfield/scene/scene.h"
-#include "luxfield/view/lighting/lit_view.h"
+#include "luxfield/scene/transform.h"
 
-namespace luxfield::view {
+namespace luxfield::scene {
+
+// As LookAt; empty where `target` is `position`, or the line between them parallel to `up`.
+std::optional<Pose> Facing(Vec3 position, Vec3 target, Vec3 up);
+
+// A luminaire of the scene, in the scene's order.
+struct PlacedLamp {
+  Pose world_from_luminaire;
+  double scale = 1;
+};
+
+// Where things stand in one picture.
+struct Placement {
+  Camera camera;
+  std::vector<PlacedLamp> lamps;
+};
 
 struct CameraKey {
   double t_s = 0;
@@ -59,9 +74,12 @@ struct MotionPath {
 // Throws InputError naming file and field.
 MotionPath ReadMotionPath(const std::filesystem::path& path);
 
-// Puts the camera and the lamps of `request`, which has those of the scene, where they are at that
-// time. Throws InputError for lamps that the scene does not have, or has several of, and where
-// something stands at the point that it looks at, or looks along `up`.
-void Place(const MotionPath& path, double t_s, const scene::Scene& scene, LitRequest& request);
+// Where camera and lamps are at that time; what does not move is where the scene has it. Throws
+// InputError for lamps that the scene does not have, or has several of, and where something stands
+// at the point that it looks at, or looks along `up`.
+Placement PlacementAt(const MotionPath& path, double t_s, const Scene& scene);
 
-}  // namespace luxfield::view
+// Of the path's frames, in their order; InputError as PlacementAt.
+std::vector<Placement> PlacementsOf(const MotionPath& path, const Scene& scene);
+
+}  // namespace luxfield::scene
