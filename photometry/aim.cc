@@ -148,14 +148,16 @@ class Aimer {
   // Weights of the aim, of a frame that is aimed. False where some gradient has no peak.
   bool Weigh(const BeamFrame& frame, bool sideways, Aim* aim) const {
     std::string why;
-    constexpr double kSmall_deg = 0.025;
+    // J over more than a receiver is wide: over less it would be what noise makes of it, and where that
+    // brings it near 0 the aim's uncertainty would have no bounds.
+    constexpr double kTurn_deg = 0.15;
     const auto at = [&](double h, double v) {
       return Find(frame.Turned({h, v}), 0, sideways, &why);
     };
-    const auto here = at(0, 0), h1 = at(kSmall_deg, 0), h0 = at(-kSmall_deg, 0),
-               v1 = at(0, kSmall_deg), v0 = at(0, -kSmall_deg);
+    const auto here = at(0, 0), h1 = at(kTurn_deg, 0), h0 = at(-kTurn_deg, 0),
+               v1 = at(0, kTurn_deg), v0 = at(0, -kTurn_deg);
     if (!here || !h1 || !h0 || !v1 || !v0) return false;
-    const auto slope = [&](double plus, double minus) { return (plus - minus) / (2 * kSmall_deg); };
+    const auto slope = [&](double plus, double minus) { return (plus - minus) / (2 * kTurn_deg); };
     const double vh = slope(h1->v, h0->v), vv = slope(v1->v, v0->v);
     const Functional level = ShiftOf(lamp_, receiver_, frame, aiming_.level, here->level);
     if (level.empty()) return false;
