@@ -58,6 +58,8 @@ std::string Origin(FileKind kind) {
       return "docs/formats/lab-and-plan.md says how to write one";
     case FileKind::kScene:
       return "docs/formats/scene.md says how to write one";
+    case FileKind::kMotionPath:
+      return "docs/formats/path.md says how to write one";
     case FileKind::kRays:
       return "ray files come from a lamp's maker or a ray tracer: ask for TM-25";
     default:
@@ -88,7 +90,9 @@ std::string Use(FileKind kind) {
     case FileKind::kLab:
       return "the --lab of `plan` and `capture`";
     case FileKind::kScene:
-      return "`render`";
+      return "`render` and `view`";
+    case FileKind::kMotionPath:
+      return "the --record of `view`";
     case FileKind::kMeasurements:
       return "`reconstruct`";
     case FileKind::kLightField:

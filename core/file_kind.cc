@@ -102,6 +102,8 @@ bool HasLine(std::string_view text, std::string_view beginning) {
 FileKind OfToml(std::string_view text) {
   if (HasLine(text, "[plan]")) return FileKind::kPlan;
   if (HasLine(text, "[lab]")) return FileKind::kLab;
+  for (const char* table : {"[[camera]]", "[[luminaire.key]]"})
+    if (HasLine(text, table)) return FileKind::kMotionPath;
   for (const char* table : {"[[luminaire]]", "[[mesh]]", "[[quad]]", "[[box]]", "[[material]]"})
     if (HasLine(text, "[camera]") && HasLine(text, table)) return FileKind::kScene;
   return FileKind::kUnknown;
@@ -197,6 +199,8 @@ std::string NameOf(FileKind kind) {
       return "a lab";
     case FileKind::kScene:
       return "a scene";
+    case FileKind::kMotionPath:
+      return "a path of cameras and lamps (path.toml)";
     case FileKind::kMeasurements:
       return "a file of measurements (.meas.exr)";
     case FileKind::kLightField:

@@ -20,6 +20,7 @@ enum class FileKind {
   kPlan,
   kLab,
   kScene,
+  kMotionPath,  // of a camera and of lamps: docs/formats/path.md
   kMeasurements,
   kLightField,
   kTables,

@@ -53,6 +53,8 @@ TEST_F(FileKindTest, TablesOfTomlTell) {
   EXPECT_EQ(Of("a.toml", "# [lab]\n[plan]\nname = 'x'\n"), FileKind::kPlan);
   EXPECT_EQ(Of("a.toml", "[lab]\ndriver = 'sim'\n[camera]\n"), FileKind::kLab);
   EXPECT_EQ(Of("a.toml", "[camera]\n\n[[luminaire]]\n"), FileKind::kScene);
+  EXPECT_EQ(Of("a.toml", "up = [0, 0, 1]\n[[camera]]\nt_s = 0\n"), FileKind::kMotionPath);
+  EXPECT_EQ(Of("a.toml", "[[luminaire]]\nname = 'a'\n[[luminaire.key]]\n"), FileKind::kMotionPath);
   EXPECT_EQ(Of("a.toml", "[camera]\n"), FileKind::kUnknown);
   EXPECT_EQ(Of("a.toml", " [plan]\n"), FileKind::kUnknown);
   EXPECT_EQ(Of("a.txt", "[plan]\n"), FileKind::kUnknown);

@@ -75,6 +75,8 @@ TEMPLATES = [
              f"lit.toml x.lf.exr sky.hdr {MESH}", "o.exr o.png", spoilt=9),
     Template(1, "render lit.toml -o o.exr --spp 2 --tables x.tab.exr --shadows none",
              f"lit.toml x.tab.exr x.lf.exr sky.hdr {MESH}", "o.exr", spoilt=3),
+    Template(2, "view lit.toml --record path.toml -o o --preview", f"path.toml lit.toml x.lf.exr sky.hdr {MESH}",
+             "o", spoilt=3),
     Template(3, "relight groups.exr --scale environment=0.5 -o o.exr --json o.json", "groups.exr", "o.exr o.json"),
     Template(2, "sky -o o.hdr --latitude 48 --date 2024-06-21 --height 32", "", "o.hdr", spoilt=0),
     Template(1, "bench --help", "", spoilt=0),

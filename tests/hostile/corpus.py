@@ -114,6 +114,11 @@ size = [0.3, 0.3, 0.3]
 position = [-1, 0, 0.2]
 rotate_deg = [0, 0, 30]
 material = "grey"
+[[view]]
+name = "above"
+position = [0, 0, 3]
+look_at = [0, 0, 0]
+up = [0, 1, 0]
 """
 LIT = SCENE + """[[luminaire]]
 file = "x.lf.exr"
@@ -128,6 +133,29 @@ position = [1, 1, 2]
 [environment]
 file = "sky.hdr"
 face_size = 8
+"""
+PATH = """frames_per_s = 2
+[[camera]]
+t_s = 0
+position = [0, -3, 1.5]
+look_at = [0, 0, 0.5]
+[[camera]]
+t_s = 0.5
+position = [0.5, -3, 1.5]
+look_at = [0, 0, 0.5]
+vertical_fov_deg = 50
+[[luminaire]]
+name = "luminaire 1"
+[[luminaire.key]]
+t_s = 0
+position = [0, 0, 2]
+rotate_deg = [180, 0, 0]
+scale = 1
+[[luminaire.key]]
+t_s = 0.5
+position = [0, 0.1, 2]
+rotate_deg = [170, 0, 0]
+scale = 2
 """
 OBJ = """mtllib m.mtl
 o thing
@@ -249,7 +277,7 @@ def write_foreign(folder):
     random = np.random.default_rng(7)
     for name, text in {
         "lab.toml": LAB, "plan.toml": PLAN, "sensor.lab.toml": SENSOR_LAB, "sensor.plan.toml": SENSOR_PLAN,
-        "bare.toml": SCENE, "lit.toml": LIT, "m.obj": OBJ, "m.mtl": MTL, "m.ply": PLY, "probe.toml": PROBE,
+        "bare.toml": SCENE, "lit.toml": LIT, "path.toml": PATH, "m.obj": OBJ, "m.mtl": MTL, "m.ply": PLY, "probe.toml": PROBE,
         "lamp.ies": IES, "lamp.ldt": LDT, "lamp.xml": TM33, "budget.toml": BUDGET, "o.toml": SCENE.replace('"m.ply"', '"m.obj"').replace('"m.gltf"', '"m.obj"'),
     }.items():  # fmt: skip
         (folder / name).write_text(text)

@@ -24,6 +24,9 @@
 #include <vector>
 
 #include "luxfield/bench/verbs/verb_bench.h"
+#ifdef LUXFIELD_VIEW
+#include "luxfield/view/verbs/verb_view.h"
+#endif
 #include "luxfield/cli/run.h"
 #include "luxfield/core/json.h"
 
@@ -93,7 +96,12 @@ void Limit(__rlimit_resource resource, rlim_t most) {
   if (limits.contains("fsize")) Limit(RLIMIT_FSIZE, limits["fsize"]);
   if (limits.contains("nofile")) Limit(RLIMIT_NOFILE, limits["nofile"]);
   if (limits.contains("space")) Limit(RLIMIT_AS, SpaceInUse() + limits["space"].get<rlim_t>());
-  std::exit(cli::Run(static_cast<int>(words.size()), arguments.data(), {bench::AddBench}));
+  std::exit(cli::Run(static_cast<int>(words.size()), arguments.data(),
+                     {bench::AddBench,
+#ifdef LUXFIELD_VIEW
+                      view::AddView
+#endif
+                     }));
 }
 
 // Whether a process of the group is there yet after a second.

@@ -261,7 +261,7 @@ void AddView(cli::Program& program) {
       ->check(cli::OutputFile());
   verb.add_option("--record", words->record,
                   "Write the motion of camera and lamps that this path.toml says, without a window")
-      ->check(CLI::ExistingFile);
+      ->check(cli::InputFile({core::FileKind::kMotionPath}));
   verb.add_option("-o,--output", words->output,
                   "Of --record: a folder for EXRs and PNGs, or a video (.mp4, .mkv, .mov, .webm) "
                   "that ffmpeg makes");
