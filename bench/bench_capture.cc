@@ -1,6 +1,7 @@
 #include "luxfield/bench/bench_capture.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +10,10 @@
 #include <vector>
 
 #include "luxfield/capture/take/capture.h"
+#include "luxfield/cli/verbs/session_window.h"
 #include "luxfield/core/config.h"
 #include "luxfield/core/error.h"
+#include "luxfield/core/file.h"
 #include "luxfield/core/random.h"
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/hal/lab/open_lab.h"
@@ -171,13 +174,34 @@ std::unique_ptr<hal::Stage> RealStage(const std::filesystem::path& lab_toml,
 }
 
 struct Run {
+  double core_s = 0, window_core_s = 0;      // of this process, and of the window on the session
+  std::map<std::string, std::string> files;  // of frames: SHA-256
   std::vector<double> committed_s;  // when each frame of the position was handed to storage
   int missed = 0;
   std::vector<double> peaks_mib;  // largest resident set over each tenth of the frames
 };
 
+// CPU time of processes that have ended and been waited for.
+double ChildrenSeconds() {
+  rusage used{};
+  getrusage(RUSAGE_CHILDREN, &used);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(used.ru_utime) + seconds(used.ru_stime);
+}
+
+std::map<std::string, std::string> FramesOf(const std::filesystem::path& session) {
+  std::map<std::string, std::string> frames;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(session / "frames"))
+    if (entry.is_regular_file())
+      frames[std::filesystem::relative(entry.path(), session).string()] =
+          core::Sha256OfFile(entry.path());
+  return frames;
+}
+
 Run Capture(const BenchCaptureOptions& options, double shortest_s, int rungs, int repeats,
-            double period_s) {
+            double period_s, bool watched = false) {
   hal::Devices devices =
       hal::sim::SimulatedLab(
           core::Config::FromString(fmt::format(kLab, kBlack_dn, kSaturation_dn, kGain), "bench"))
@@ -209,9 +233,44 @@ Run Capture(const BenchCaptureOptions& options, double shortest_s, int rungs, in
     if (n * 10 / frames > static_cast<int>(run.peaks_mib.size()))
       run.peaks_mib.push_back(core::TakePeakMib());
   };
+  std::optional<cli::SessionWindow> window;
+  const double windows_s = ChildrenSeconds();
+  if (watched) window.emplace(folder);
+  const core::Stopwatch stopwatch;
   capture::RunCapture(OnePosition(devices.rig, shortest_s, rungs, repeats), devices, folder, how);
+  run.core_s = stopwatch.CoreSeconds();
+  if (window) window->Close();
+  run.window_core_s = ChildrenSeconds() - windows_s;
+  run.files = FramesOf(folder);
   std::filesystem::remove_all(folder);
   return run;
+}
+
+nlohmann::json WatchedRow(const BenchCaptureOptions& options) {
+  constexpr int kTimes = 3;
+  const double period_s = 1 / options.stream_fps;
+  std::vector<double> core_ms[2], missed[2], window_ms;
+  std::optional<std::map<std::string, std::string>> files;
+  bool same = true;
+  for (int k = 0; k < kTimes; ++k)
+    for (const bool watched : {false, true}) {
+      const Run run = Capture(options, 0.8 * period_s, 1, options.stream_frames, period_s, watched);
+      const double frames = options.stream_frames;
+      core_ms[watched].push_back(1e3 * run.core_s / frames);
+      missed[watched].push_back(run.missed);
+      if (watched) window_ms.push_back(1e3 * run.window_core_s / frames);
+      same = same && (!files || *files == run.files);
+      files = run.files;
+    }
+  return {{"case", "watched"},
+          {"frames", options.stream_frames},
+          {"frame_mb", 2e-6 * options.side * options.side},
+          {"alone_core_ms", core::Median(core_ms[0])},
+          {"watched_core_ms", core::Median(core_ms[1])},
+          {"window_core_ms", core::Median(window_ms)},
+          {"alone_missed", core::Median(missed[0])},
+          {"watched_missed", core::Median(missed[1])},
+          {"same_frames", same}};
 }
 
 }  // namespace
@@ -246,6 +305,7 @@ nlohmann::json BenchCapture(const BenchCaptureOptions& options) {
                   {"overhead_share", nullptr},
                   {"missed", run.missed},
                   {"peaks_mib", run.peaks_mib}});
+  if (options.watched) rows.push_back(WatchedRow(options));
   return rows;
 }
 

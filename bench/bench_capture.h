@@ -16,6 +16,7 @@ struct BenchCaptureOptions {
   // A lab.toml whose [stage], a real one, takes the place of the simulated one: homed, sent to its
   // middle and asked for where it stands, as in every capture.
   std::optional<std::filesystem::path> stage;
+  bool watched = false;          // whether the stream is also taken with `view` on its session
   std::filesystem::path folder;  // scratch, on the disk to be measured: 2 bytes a pixel and frame
 };
 
@@ -30,6 +31,12 @@ struct BenchCaptureOptions {
 //   case `stream`    a camera that starts an exposure every 1 / stream_fps s, of four fifths of
 //                    that, whether it is asked or not: `missed` starts had to pass unused
 //   peaks_mib        largest resident set over each tenth of the frames
+//
+// With `watched` a row more: the stream three times alone and three times with the window that
+// `capture --view` opens on its session, alternating. "case" `watched`, "frames", "frame_mb",
+// "alone_core_ms" and "watched_core_ms" of the capturing process for a frame, "window_core_ms" of the
+// window likewise, its start included, "alone_missed" and "watched_missed", medians of three; and
+// "same_frames": whether all six sessions have the same frames by SHA-256. Needs a display.
 //
 // Frames are copied once when they are handed over, which is what unpacking 16-bit pixels is. There
 // is no monitor: it would be read before and after each exposure, for as long as it takes.

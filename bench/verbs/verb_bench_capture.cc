@@ -14,6 +14,16 @@ namespace {
 core::Json Run(const BenchCaptureOptions& options) {
   const core::Json rows = BenchCapture(options);
   for (const auto& row : rows) {
+    if (row["case"] == "watched") {
+      fmt::print(
+          "watched   {} frames, {:.2f} core-ms each where it is {:.2f} alone, and {:.2f} of the "
+          "window; {:.0f} exposures missed ({:.0f}); frames {}\n",
+          row.value("frames", 0), row.value("watched_core_ms", 0.0),
+          row.value("alone_core_ms", 0.0), row.value("window_core_ms", 0.0),
+          row.value("watched_missed", 0.0), row.value("alone_missed", 0.0),
+          row.value("same_frames", false) ? "the same" : "DIFFER");
+      continue;
+    }
     fmt::print("{:<9} {} frames of {:.1f} MB, ", row.value("case", ""), row.value("frames", 0),
                row.value("frame_mb", 0.0));
     if (row["missed"].is_null())
@@ -46,6 +56,8 @@ void AddBenchCapture(cli::Program& program, CLI::App& benches) {
   verb.add_option("--stage", options->stage,
                   "A lab.toml whose [stage] is real: it is homed and asked in every capture")
       ->check(CLI::ExistingFile);
+  verb.add_flag("--watched", options->watched,
+                "Also take the stream with the window of `capture --view` on its session");
   verb.add_option("--folder", options->folder, "Scratch, on the disk to be measured")
       ->capture_default_str();
 }

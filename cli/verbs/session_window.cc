@@ -39,7 +39,15 @@ SessionWindow::SessionWindow(std::filesystem::path session) : session_(std::move
   setpriority(PRIO_PROCESS, static_cast<id_t>(process_), kNiceness);
 }
 
+void SessionWindow::Close() {
+  if (process_ < 0) return;
+  kill(process_, SIGTERM);
+  waitpid(process_, nullptr, 0);
+  process_ = -1;
+}
+
 SessionWindow::~SessionWindow() {
+  if (process_ < 0) return;
   if (!std::filesystem::exists(session_)) kill(process_, SIGTERM);
   waitpid(process_, nullptr, WNOHANG);
 }

@@ -14,6 +14,8 @@ class SessionWindow {
   // locked, as the process keeps what is open. Throws InputError where the program is not there.
   explicit SessionWindow(std::filesystem::path session);
   ~SessionWindow();  // closes it where no session came into being; else it stays
+  // Ends it, whatever it shows, and waits until it has ended.
+  void Close();
   SessionWindow(const SessionWindow&) = delete;
   SessionWindow& operator=(const SessionWindow&) = delete;
 
