@@ -7,7 +7,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "luxfield/bench/lights_apart.h"
 #include "luxfield/bench/strategy_variance.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/progress.h"
@@ -54,12 +53,11 @@ class SceneBench {
              const BenchBalanceOptions& options)
       : options_(options),
         name_(path.stem().string()),
-        scene_(device,
-               scene::ReadScene(path, {.light_fields = {},
-                                       .tables = {},
-                                       .width = options.width,
-                                       .height = options.height}),
-               options.shadows),
+        lit_(device, scene::ReadScene(path, {.light_fields = {},
+                                             .tables = {},
+                                             .width = options.width,
+                                             .height = options.height})),
+        scene_(lit_, options.shadows),
         reference_(MakeLightsReference(scene_, options)),
         scales_(VarianceScales(reference_.mean)) {}
 
@@ -179,6 +177,7 @@ class SceneBench {
 
   const BenchBalanceOptions& options_;
   std::string name_;
+  render::LitScene lit_;
   LightsApart scene_;
   planning::ReferencePicture reference_;
   std::vector<double> scales_;

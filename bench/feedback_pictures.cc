@@ -6,14 +6,17 @@
 #include <cmath>
 #include <limits>
 
-#include "luxfield/bench/lights_apart.h"
 #include "luxfield/core/colour.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/measures.h"
 #include "luxfield/render/film/film.h"
+#include "luxfield/render/lights_apart.h"
 
 namespace luxfield::bench {
 namespace {
+
+using render::LightsApart;
+using render::StrategySetting;
 
 constexpr std::uint64_t kSeed = 17, kReferenceSeed = 0x666565646261;  // nobody counts up to it
 constexpr int kFaces = 6;
@@ -31,16 +34,6 @@ core::Rgb ShareColour(double share) {
 core::Rgb SignedColour(double position) {
   const double x = 2 * position - 1, rest = 1 - std::abs(x);
   return x < 0 ? core::Rgb{rest, rest, 1} : core::Rgb{1, rest, rest};
-}
-
-// Values of the pixels that hit something, put where they belong.
-core::Image Spread(const LightsApart& scene, const core::Image& values, float missed) {
-  core::Image image(scene.width(), scene.height(), values.channels);
-  std::fill(image.data.begin(), image.data.end(), missed);
-  for (int c = 0; c < values.channels; ++c)
-    for (std::size_t k = 0; k < scene.hit().size(); ++k)
-      image.plane(c)[scene.hit()[k]] = values.plane(c)[k];
-  return image;
 }
 
 // Over seeds, of the pixels that hit something.
@@ -75,7 +68,8 @@ Feedback MakeFeedback(const render::Device& device, const scene::Scene& scene,
                       const FeedbackOptions& options) {
   using render::Strategies;
   constexpr float kMissed = std::numeric_limits<float>::quiet_NaN();
-  LightsApart lights(device, scene, options.shadows);
+  render::LitScene lit(device, scene);
+  LightsApart lights(lit, options.shadows);
   const StrategySetting newton{Strategies::kNewton, options.samples_per_light, 0.5f, options.pilot},
       balance{Strategies::kBalance, options.samples_per_light, 0.5f, options.pilot};
   Feedback feedback;
@@ -85,20 +79,12 @@ Feedback MakeFeedback(const render::Device& device, const scene::Scene& scene,
 
   const core::Image reference =
       lights.Light({Strategies::kNewton, options.reference_samples}, kReferenceSeed).radiance;
-  feedback.radiance = Spread(lights, reference, 0);
+  feedback.radiance = lights.Spread(reference, 0);
 
-  core::Image weighted(reference.width, 1, 1), weights(reference.width, 1, 1);
-  for (const LightsApart::Part& part : lights.LightParts(newton, kSeed)) {
-    feedback.light_shares.push_back(Spread(lights, part.light_share, kMissed));
-    const core::Image luminance = core::LuminanceImage(part.radiance);
-    for (std::size_t k = 0; k < luminance.data.size(); ++k) {
-      weighted.data[k] += luminance.data[k] * part.light_share.data[k];
-      weights.data[k] += luminance.data[k];
-    }
-  }
-  for (std::size_t k = 0; k < weights.data.size(); ++k)
-    weighted.data[k] = weights.data[k] > 0 ? weighted.data[k] / weights.data[k] : 0.5f;
-  feedback.light_share = Spread(lights, weighted, kMissed);
+  const std::vector<LightsApart::Part> parts = lights.LightParts(newton, kSeed);
+  for (const LightsApart::Part& part : parts)
+    feedback.light_shares.push_back(lights.Spread(part.light_share, kMissed));
+  feedback.light_share = lights.Spread(render::MeanLightShare(parts), kMissed);
 
   const Statistics with_newton = OverSeeds(lights, newton, options.seeds, reference),
                    with_balance = OverSeeds(lights, balance, options.seeds, reference);
@@ -108,10 +94,10 @@ Feedback MakeFeedback(const render::Device& device, const scene::Scene& scene,
     variance.data[k] = a + b > 0 ? (a - b) / (a + b) : 0;
     lab.data[k] = with_balance.lab.data[k] - with_newton.lab.data[k];
   }
-  feedback.variance_gain = Spread(lights, variance, kMissed);
-  feedback.lab_gain = Spread(lights, lab, kMissed);
+  feedback.variance_gain = lights.Spread(variance, kMissed);
+  feedback.lab_gain = lights.Spread(lab, kMissed);
   const core::Image faces = lights.FaceShares();
-  if (!faces.data.empty()) feedback.face_shares = Spread(lights, faces, kMissed);
+  if (!faces.data.empty()) feedback.face_shares = lights.Spread(faces, kMissed);
   return feedback;
 }
 

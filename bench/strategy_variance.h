@@ -4,10 +4,13 @@
 #include <span>
 #include <vector>
 
-#include "luxfield/bench/lights_apart.h"
 #include "luxfield/core/image.h"
+#include "luxfield/render/lights_apart.h"
 
 namespace luxfield::bench {
+
+using render::LightsApart;
+using render::StrategySetting;
 
 // Pixel by pixel what a variance is multiplied by before it is summed:
 // 1 / (b^2 + eps) / pixels, b the reference's luminance, eps = (0.01 mean b)^2.

@@ -18,7 +18,7 @@ if(LUXFIELD_BUILD_BENCH)  # whose scenes and labs these light and measure
   endforeach()
 endif()
 if(TARGET luxfield_view)
-  luxfield_tests(view USES luxfield_view luxfield::opencv_imgproc DEPENDS luxfield luxfield_view_program)
+  luxfield_tests(view USES luxfield_view luxfield::opencv_imgproc DEPENDS luxfield luxfield_view_program lost_device)
   target_sources(view_test PRIVATE tests/e2e/program.cc)
 endif()
 find_package(ZLIB REQUIRED)  # inflates what printed PDF files draw

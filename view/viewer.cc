@@ -40,7 +40,7 @@ class Viewer {
  public:
   explicit Viewer(const ViewerOptions& options)
       : options_(options),
-        window_(Title(true), options.size),
+        window_(Title(false), options.size),
         document_(OpenInput(options.input, options.wait)),
         bare_(options.bare) {
     if (options.look) look_ = *options.look;
@@ -48,7 +48,7 @@ class Viewer {
   }
 
   ViewerResult Run() {
-    while (!window_.ShouldClose() && core::InterruptCount() == 0) {
+    while (Goes()) {
       const bool drawn = window_.BeginFrame(Wait());
       document_->Update();
       window_.SetTitle(Title(document_->Settled()));
@@ -75,18 +75,30 @@ class Viewer {
     return "luxfield " + options_.input.file.filename().string() + (settled ? "" : " ...");
   }
 
+  // Until it is closed, or what it shows when it is closed has come to rest.
+  bool Goes() const {
+    return core::InterruptCount() == 0 && (options_.until_closed || !window_.ShouldClose());
+  }
+
   double Wait() const {
-    const bool soon = options_.frames ? frames_ > 0 : document_->Settled();
-    if (!options_.screenshot.empty() && soon) return 0.001;
+    if (!options_.screenshot.empty() && IsEnding()) return 0.001;
     if (ImGui::GetTime() < active_until_s_) return kActive_s;
     return document_->Settled() ? document_->PollingInterval() : kBusy_s;
   }
 
   bool IsLastFrame() const {
     if (options_.screenshot.empty()) return false;
+    if (options_.until_closed) return closed_frames_ >= 2 && IsAtRest();
     if (window_.ShouldClose()) return true;
-    if (options_.frames) return frames_ >= *options_.frames;
+    return options_.frames ? frames_ >= *options_.frames : IsAtRest();
+  }
+  bool IsAtRest() const {
     return document_->Settled() && frames_ >= kLeastFrames && settled_frames_ >= 2;
+  }
+  // Whether only frames are missing until the screenshot.
+  bool IsEnding() const {
+    if (options_.until_closed && !window_.ShouldClose()) return false;
+    return options_.frames ? frames_ > 0 : document_->Settled();
   }
 
   // ImGui shows what a hand did over a few frames.
@@ -102,10 +114,12 @@ class Viewer {
   void Draw() {
     SeeHands();
     settled_frames_ = document_->Settled() ? settled_frames_ + 1 : 0;
+    closed_frames_ += window_.ShouldClose();
     const render::Frame* frame = document_->picture();
     if (frame) {
       ChooseExposure(*frame);
-      shown_.Update(*document_, look_, reference());
+      document_->WantFeedback(look_.tone == Tone::kFalseColour && IsFeedback(look_.layer));
+      shown_.Update(*document_, look_, sources());
     }
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     const float panel =
@@ -172,8 +186,9 @@ class Viewer {
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
     ImGui::Begin("middle", nullptr,
                  kFixed | ImGuiWindowFlags_NoScrollWithMouse | ImGuiWindowFlags_NoScrollbar);
+    ImGui::PopStyleVar();  // tooltips have theirs
     pointer_.reset();
-    if (document_->picture()) {
+    if (document_->picture() && !document_->failure()) {
       area_.Draw(*document_, shown_.texture());
       pointer_ = area_.pointer();
       const bool taken = !bare_ && document_->DrawOver(area_.rect(), area_.hovered());
@@ -184,7 +199,6 @@ class Viewer {
       document_->DrawMain();
     }
     ImGui::End();
-    ImGui::PopStyleVar();
   }
 
   void DrawSidePanel(ImVec2 at, ImVec2 size) {
@@ -194,7 +208,7 @@ class Viewer {
     ImGui::PushItemWidth(0.6f * ImGui::GetContentRegionAvail().x);
     ImGui::PushTextWrapPos(0);  // at the panel's edge
     if (const render::Frame* frame = document_->picture())
-      DrawLookPanel(*frame, shown_.scale(), reference(), look_);
+      DrawLookPanel(*frame, shown_.scale(), sources(), document_->OffersFeedback(), look_);
     document_->DrawPanel();
     if (document_->picture()) readings_.Draw(*document_, look_);
     ImGui::Spacing();
@@ -204,11 +218,15 @@ class Viewer {
     ImGui::End();
   }
 
-  const core::Image* reference() const { return reference_ ? &*reference_ : nullptr; }
+  LayerSources sources() const {
+    return {reference_ ? &*reference_ : nullptr, document_->feedback()};
+  }
 
   std::optional<Reading> ReadingAt(PicturePlace place) const {
     const WindowSize whole = document_->picture_size();
-    return ReadAtPlace(*document_->picture(), place, whole.width, whole.height);
+    auto reading = ReadAtPlace(*document_->picture(), place, whole.width, whole.height);
+    if (reading) reading->measured_rel_sigma = document_->MeasuredRelSigma(*reading);
+    return reading;
   }
 
   static bool IsOneLine(float width) {
@@ -272,6 +290,7 @@ class Viewer {
   std::optional<PicturePlace> pointer_;
   ReadingsPanel readings_;
   int frames_ = 0, settled_frames_ = 0;
+  int closed_frames_ = 0;  // since it was told to close
 };
 
 }  // namespace

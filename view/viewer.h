@@ -19,9 +19,11 @@ struct ViewerOptions {
   std::optional<Look> look;
   std::filesystem::path reference;  // radiance that Layer::kLab compares with; empty: none
   // Not empty: the window's picture is written there as a PNG, and the viewer ends: after `frames`
-  // frames that show what was opened, or when it will not change any more.
+  // frames that show what was opened, or when it will not change any more; `until_closed`: when it is
+  // closed, and will not change any more.
   std::filesystem::path screenshot;
   std::optional<int> frames;
+  bool until_closed = false;
   struct Pixel {
     int column = 0, row = 0;
   };

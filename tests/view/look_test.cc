@@ -134,7 +134,7 @@ TEST(Look, APictureWithoutIrradianceShowsItsRadiance) {
   Look look;
   look.tone = Tone::kFalseColour;
   look.layer = Layer::kIrradiance;
-  EXPECT_EQ(ShownLayer(frame, look, nullptr), Layer::kRadiance);
+  EXPECT_EQ(ShownLayer(frame, look, {}), Layer::kRadiance);
 }
 
 }  // namespace

@@ -34,7 +34,11 @@ TEST(Reading, SaysWhatThePixelHolds) {
   EXPECT_DOUBLE_EQ(reading->luminance_sigma.value(), 0.5);
   EXPECT_DOUBLE_EQ(reading->position.value().z, 3);
   EXPECT_EQ(Describe(*reading, lightfield::FluxUnit::kLumen),
-            "(1, 0)  10 +- 0.5 cd/m2  186 lx (direct light only)  at 1.000 2.000 3.000 m");
+            "(1, 0)  10 +- 0.5 cd/m2  186 +- 9 lx (direct light only)  at 1.000 2.000 3.000 m");
+  Reading measured = *reading;
+  measured.measured_rel_sigma = 0.0123;
+  EXPECT_THAT(Describe(measured, lightfield::FluxUnit::kLumen),
+              testing::HasSubstr("(direct light only)  measured to 1.2 %  at"));
 }
 
 TEST(Reading, WhereNothingWasHitThereIsNoIrradianceAndNoPlace) {

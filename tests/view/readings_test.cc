@@ -74,7 +74,14 @@ TEST(Profile, IsWhatThePixelsSayFromEndToEnd) {
 }
 
 TEST(Profile, IsCopiedAsATable) {
-  Reading full{3, 4, 12.5, 100.25, 0.5, lightfield::Vec3{1, 2, 0.25}}, bare{4, 4, 1, {}, {}, {}};
+  Reading full, bare;
+  full.column = 3;
+  bare.column = full.row = bare.row = 4;
+  full.luminance = 12.5;
+  full.illuminance = 100.25;
+  full.luminance_sigma = 0.5;
+  full.position = {1, 2, 0.25};
+  bare.luminance = 1;
   EXPECT_EQ(
       TableOf({full, bare}, lightfield::FluxUnit::kLumen),
       "column\trow\tluminance in cd/m2\tsigma in cd/m2\tdirect illuminance in lx\tx in m\ty in "
@@ -109,24 +116,46 @@ TEST(Contours, StandAtOneTwoAndFiveOfEveryDecade) {
 
 TEST(Layer, SaysWhatIsKnownOfThePicture) {
   render::Frame frame = Ramp(4, 2);
-  EXPECT_FALSE(HasLayer(frame, Layer::kNoise, nullptr));
-  EXPECT_FALSE(HasLayer(frame, Layer::kLab, nullptr));
+  EXPECT_FALSE(HasLayer(frame, Layer::kNoise, {}));
+  EXPECT_FALSE(HasLayer(frame, Layer::kLab, {}));
   frame.variance = frame.samples = frame.coverage = core::Image(4, 2, 1);
   frame.variance.data.assign(8, 0.25f);
   frame.variance.data[1] = -1;
-  const core::Image noise = LayerOf(frame, Layer::kNoise, nullptr);
+  const core::Image noise = LayerOf(frame, Layer::kNoise, {});
   double mean = 0;
   for (int column = 0; column < 4; ++column) mean += std::pow(10, column / 30.0) / 4;
   EXPECT_NEAR(noise.data[0], 0.5 / mean, 1e-4);
   EXPECT_EQ(noise.data[1], 0);
   core::Image reference = frame.radiance;
-  ASSERT_TRUE(HasLayer(frame, Layer::kLab, &reference));
-  EXPECT_THAT(LayerOf(frame, Layer::kLab, &reference).data, testing::Each(0));
+  ASSERT_TRUE(HasLayer(frame, Layer::kLab, {.reference = &reference}));
+  EXPECT_THAT(LayerOf(frame, Layer::kLab, {.reference = &reference}).data, testing::Each(0));
   reference.data[0] *= 2;
-  EXPECT_EQ(LayerOf(frame, Layer::kLab, &reference).data,
+  EXPECT_EQ(LayerOf(frame, Layer::kLab, {.reference = &reference}).data,
             core::LabDifference(frame.radiance, reference).data);
   reference = core::Image(3, 2, 3);
-  EXPECT_FALSE(HasLayer(frame, Layer::kLab, &reference));
+  EXPECT_FALSE(HasLayer(frame, Layer::kLab, {.reference = &reference}));
+}
+
+// Feedback of a small picture is stretched over the frame, and black where it tells nothing.
+TEST(Layer, FeedbackIsStretched) {
+  const render::Frame frame = Ramp(4, 2);
+  render::Feedback feedback;
+  const LayerSources sources{.feedback = &feedback};
+  EXPECT_FALSE(HasLayer(frame, Layer::kLightShare, {}));
+  EXPECT_FALSE(HasLayer(frame, Layer::kLightShare, sources));
+  feedback.light_share = feedback.image_share = core::Image(2, 1, 1);
+  feedback.light_share.data = {0.25f, 1};
+  feedback.image_share.data = {0.5f, std::nanf("")};
+  ASSERT_TRUE(HasLayer(frame, Layer::kImageShare, sources));
+  EXPECT_THAT(LayerOf(frame, Layer::kLightShare, sources).data,
+              testing::ElementsAre(0.25f, 0.25f, 1, 1, 0.25f, 0.25f, 1, 1));
+  Look look;
+  look.tone = Tone::kFalseColour;
+  look.layer = Layer::kImageShare;
+  const auto colours = ColoursOf(frame, look, sources);
+  const core::Rgb middle = core::FalseColour(0.5);
+  EXPECT_EQ(colours[0], std::lround(255 * middle[0]));
+  EXPECT_EQ(colours[4 * 3], 0);
 }
 
 // Coverage of a half has the colour in the middle of the scale.

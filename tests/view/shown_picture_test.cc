@@ -60,7 +60,7 @@ TEST(ShownPictureTest, FollowsThePictureAndTheLook) {
 
   // A preview is smaller: its pixels blend.
   pictures.Take(2, 2, 0.25f);
-  shown.Update(pictures, look, nullptr);
+  shown.Update(pictures, look, {});
   Held held = HeldOf(shown);
   EXPECT_EQ(held.width, 2);
   EXPECT_EQ(held.height, 2);
@@ -69,7 +69,7 @@ TEST(ShownPictureTest, FollowsThePictureAndTheLook) {
 
   // The picture itself shows its pixels.
   pictures.Take(4, 3, 0.25f);
-  shown.Update(pictures, look, nullptr);
+  shown.Update(pictures, look, {});
   held = HeldOf(shown);
   EXPECT_EQ(held.width, 4);
   EXPECT_EQ(held.height, 3);
@@ -77,18 +77,18 @@ TEST(ShownPictureTest, FollowsThePictureAndTheLook) {
 
   // Another look at the same picture, at once.
   look.exposure = 2;
-  shown.Update(pictures, look, nullptr);
+  shown.Update(pictures, look, {});
   EXPECT_EQ(HeldOf(shown).red, EncodeByte(0.5));
 
   // Neither of them anew: nothing is drawn, whatever the frame holds.
   std::ranges::fill(pictures.frame.radiance.data, 0.1f);
-  shown.Update(pictures, look, nullptr);
+  shown.Update(pictures, look, {});
   EXPECT_EQ(HeldOf(shown).red, EncodeByte(0.5));
 
   // Of false colours the scale is known.
   look.tone = Tone::kFalseColour;
   look.scale = render::FalseColourScale{0.01, 10};
-  shown.Update(pictures, look, nullptr);
+  shown.Update(pictures, look, {});
   EXPECT_EQ(shown.scale().min, 0.01);
   EXPECT_EQ(shown.scale().max, 10);
 }

@@ -6,8 +6,10 @@
 #include <optional>
 #include <string>
 
+#include "luxfield/render/feedback.h"
 #include "luxfield/render/film/frame.h"
 #include "luxfield/view/lighting/failure.h"
+#include "luxfield/view/picture/reading.h"
 #include "luxfield/view/window/window.h"
 
 namespace luxfield::view {
@@ -43,6 +45,13 @@ class Document {
   virtual std::uint64_t picture_number() const { return 0; }
   // Of the whole picture, which one that is shown while something moves may fall below.
   virtual WindowSize picture_size() const { return {}; }
+  // What guides its samples, once it is known; null of pictures that nothing is known of.
+  virtual const render::Feedback* feedback() const { return nullptr; }
+  // Whether it can be made, and that it is to be.
+  virtual bool OffersFeedback() const { return false; }
+  virtual void WantFeedback(bool /*wanted*/) {}
+  // Reading::measured_rel_sigma of what lights a point of its picture.
+  virtual std::optional<double> MeasuredRelSigma(const Reading&) const { return {}; }
   // Whether what DrawMain draws is what was opened, as it has no picture.
   virtual bool DrawsItself() const { return false; }
   // Draws what is no picture into the ImGui window that is begun.

@@ -10,11 +10,13 @@
 
 #include "luxfield/core/printable.h"
 #include "luxfield/view/documents/failed_document.h"
+#include "luxfield/view/documents/images_panel.h"
 #include "luxfield/view/documents/lamp_gizmo.h"
 #include "luxfield/view/documents/lamps_panel.h"
 #include "luxfield/view/documents/scene_panel.h"
 #include "luxfield/view/lighting/camera_control.h"
 #include "luxfield/view/lighting/lighting_thread.h"
+#include "luxfield/view/lighting/measured_lamps.h"
 #include "luxfield/view/lighting/stage.h"
 #include "luxfield/view/scene_file/file_watch.h"
 #include "luxfield/view/scene_file/scene_editor.h"
@@ -24,8 +26,9 @@ namespace {
 
 constexpr double kOrbit = 3.0;  // radians a picture's height
 constexpr double kTurn = 1.2;
-constexpr double kDolly = 0.88;  // of the distance, a notch
-constexpr double kFly = 0.8;     // distances of the pivot a second
+constexpr double kDolly = 0.88;       // of the distance, a notch
+constexpr double kNegligible = 1e-4;  // of errors that are told
+constexpr double kFly = 0.8;          // distances of the pivot a second
 
 class SceneDocument : public Document {
  public:
@@ -36,7 +39,9 @@ class SceneDocument : public Document {
         thread_({.load = [options, kind] { return LoadScene(options, kind); },
                  .device = options.device,
                  .threads = options.threads,
-                 .wake = Window::Wake}) {}
+                 .wake = Window::Wake}) {
+    if (stage_) images_.Read(options.file);
+  }
 
   void Update() override {
     if (!scene_) {
@@ -44,6 +49,9 @@ class SceneDocument : public Document {
       if (scene_) Start();
     }
     if (scene_) FollowFiles();
+    if (reading_lamps_.valid() &&
+        reading_lamps_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+      TakeLamps();
     if (const auto refusal = thread_.TakeRefusal()) TakeBack(refusal->sentence);
     if (auto picture = thread_.Take()) Take(std::move(*picture));
   }
@@ -52,6 +60,18 @@ class SceneDocument : public Document {
   std::uint64_t picture_number() const override { return number_; }
   WindowSize picture_size() const override {
     return {request_.camera.width, request_.camera.height};
+  }
+
+  const render::Feedback* feedback() const override { return picture_.feedback.get(); }
+  bool OffersFeedback() const override { return true; }
+  void WantFeedback(bool wanted) override {
+    wants_feedback_ = wanted;
+    thread_.WantFeedback(wanted);
+  }
+
+  std::optional<double> MeasuredRelSigma(const Reading& reading) const override {
+    if (!measured_ || !reading.position || !reading.normal) return {};
+    return measured_->RelativeSigma(*reading.position, *reading.normal, request_.lamps);
   }
 
   void DrawMain() override {
@@ -73,6 +93,7 @@ class SceneDocument : public Document {
   void DrawPanel() override {
     if (!scene_) return;
     if (stage_) DrawDistance();
+    if (stage_) images_.Draw();
     if (editor_) DrawEdits();
     DrawQuality();
     DrawCamera();
@@ -99,6 +120,7 @@ class SceneDocument : public Document {
   }
 
   std::string Status() const override {
+    if (failure()) return "stopped";
     if (!picture_.frame) return scene_ ? "building tables" : "reading";
     if (waits_for_lamps_) return "reading lamps";
     const std::string time = fmt::format("{:.0f} ms", 1000 * picture_.took_s);
@@ -115,8 +137,10 @@ class SceneDocument : public Document {
   }
 
   bool Settled() const override {
-    return failure() || (picture_.frame && picture_.reached && !picture_.quick &&
-                         (picture_.soft_maps_error || !HasSoftShadows()));
+    return failure() ||
+           (picture_.frame && picture_.reached && !picture_.quick && !reading_lamps_.valid() &&
+            images_.ready() && (picture_.soft_maps_error || !HasSoftShadows()) &&
+            (picture_.feedback || !wants_feedback_));
   }
   std::optional<double> Error() const override {
     if (!picture_.frame || picture_.quick) return {};
@@ -133,6 +157,8 @@ class SceneDocument : public Document {
   std::string SoftShadows() const {
     if (!HasSoftShadows()) return "without shadows";
     if (!soft_maps_error_) return "error of soft shadows not measured yet";
+    if (*soft_maps_error_ < kNegligible)
+      return "soft shadows less than 0.01 % off when last at rest";
     return fmt::format("soft shadows {:.2g} % off when last at rest", 100 * *soft_maps_error_);
   }
 
@@ -143,8 +169,28 @@ class SceneDocument : public Document {
     Ask();
   }
 
+  // What is known of the lamps beside their light, in the background: it takes as long as the files
+  // are large.
+  void ReadLamps() {
+    measured_.reset();
+    reading_lamps_ =
+        std::async(std::launch::async, [scene = request_.scene ? request_.scene : scene_] {
+          auto measured = std::make_shared<const MeasuredLamps>(*scene);
+          Window::Wake();
+          return measured;
+        });
+  }
+  void TakeLamps() {
+    try {
+      measured_ = reading_lamps_.get();
+    } catch (const std::exception&) {
+      scene_panel_.Say(CurrentFailure().sentence);
+    }
+  }
+
   void OpenEditor() {
     Watch();
+    ReadLamps();
     if (stage_) return;
     editor_.emplace(*scene_);
     lit_ = editor_->edits();
@@ -208,6 +254,7 @@ class SceneDocument : public Document {
       if (!waits_for_lamps_) shown_ = lit_;
       waits_for_lamps_ = true;
       request_.scene = std::make_shared<const scene::Scene>(editor_->Apply(*scene_));
+      ReadLamps();
     }
     if (!now.lamps.empty()) {
       request_.lamps.clear();
@@ -327,11 +374,14 @@ class SceneDocument : public Document {
   FileWatch watch_;
   int saves_seen_ = 0;
   std::future<std::shared_ptr<const scene::Scene>> reading_;  // anew
+  std::shared_ptr<const MeasuredLamps> measured_;
+  std::future<std::shared_ptr<const MeasuredLamps>> reading_lamps_;
+  ImagesPanel images_;  // of a light field alone
   std::optional<CameraControl> control_;
   std::optional<SceneEditor> editor_;  // of a scene's file
   SceneEdits lit_;                     // that was asked for last
   SceneEdits shown_;                   // before lamps were asked for that no picture shows yet
-  bool waits_for_lamps_ = false;
+  bool waits_for_lamps_ = false, wants_feedback_ = false;
   LampsPanel lamps_panel_;
   ScenePanel scene_panel_;
   LampGizmo gizmo_;

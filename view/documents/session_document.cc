@@ -10,6 +10,7 @@
 #include "luxfield/core/printable.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/view/documents/failed_document.h"
+#include "luxfield/view/documents/last_frame_panel.h"
 #include "luxfield/view/session/session_watch.h"
 
 namespace luxfield::view {
@@ -51,7 +52,7 @@ void DrawSeries(const char* name, const std::vector<WatchedValue>& series, const
   for (const WatchedValue& value : series) values.push_back(static_cast<float>(value.value));
   const auto [least, most] = std::ranges::minmax(values);
   const std::string label =
-      fmt::format("{}: {} to {}", name, fmt::format(fmt::runtime(format), least),
+      fmt::format("{}:\n{} to {}", name, fmt::format(fmt::runtime(format), least),
                   fmt::format(fmt::runtime(format), most));
   ImGui::TextUnformatted(label.c_str());
   ImGui::PlotLines((std::string("##") + name).c_str(), values.data(),
@@ -61,11 +62,13 @@ void DrawSeries(const char* name, const std::vector<WatchedValue>& series, const
 
 class SessionDocument : public Document {
  public:
-  SessionDocument(std::filesystem::path folder, bool wait) : folder_(std::move(folder)) {
+  SessionDocument(std::filesystem::path folder, bool wait)
+      : folder_(std::move(folder)), last_frame_(folder_) {
     if (!wait) watch_.emplace(folder_);
   }
 
   void Update() override {
+    if (watch_ && watch_->session().last_frame) last_frame_.Follow(*watch_->session().last_frame);
     const auto now = std::chrono::steady_clock::now();
     if (failure_ || now - looked_ < std::chrono::duration<double>(kPoll_s)) return;
     looked_ = now;
@@ -83,8 +86,8 @@ class SessionDocument : public Document {
   double PollingInterval() const override { return kPoll_s; }
   std::optional<Failure> failure() const override { return failure_; }
 
-  // Until there is a session.
-  bool Settled() const override { return watch_ || failure_; }
+  // Until there is a session, and its last frame.
+  bool Settled() const override { return (watch_ && last_frame_.ready()) || failure_; }
 
   std::string Status() const override {
     if (!watch_) return "waiting";
@@ -129,8 +132,7 @@ class SessionDocument : public Document {
                   session.rejected);
       ImGui::Text("%d start%s", session.epochs, session.epochs == 1 ? "" : "s");
     }
-    if (session.last_frame && ImGui::CollapsingHeader("Last frame", ImGuiTreeNodeFlags_DefaultOpen))
-      DrawLastFrame(*session.last_frame);
+    if (session.last_frame) last_frame_.Draw(*session.last_frame);
     if (ImGui::CollapsingHeader("Over time", ImGuiTreeNodeFlags_DefaultOpen)) {
       DrawSeries("lamp over its first reference", session.drift, "{:.4f}");
       DrawSeries("sensor in degrees C", session.temperature_c, "{:.1f}");
@@ -140,14 +142,6 @@ class SessionDocument : public Document {
   }
 
  private:
-  static void DrawLastFrame(const WatchedFrame& frame) {
-    ImGui::TextWrapped("%s", core::OnOneLine(frame.file).c_str());
-    ImGui::Text("exposed %.4g s", frame.exposure_s);
-    if (frame.brightest_dn) ImGui::Text("brightest pixel %.0f DN", *frame.brightest_dn);
-    if (frame.mean_dn) ImGui::Text("mean %.1f DN", *frame.mean_dn);
-    if (frame.saturated_share) ImGui::Text("saturated %.3g %%", 100 * *frame.saturated_share);
-  }
-
   // A square for each position: i to the right, j upwards, as a viewer from behind the filter plane
   // has u and v.
   static void DrawMap(const WatchedSession& session) {
@@ -182,6 +176,7 @@ class SessionDocument : public Document {
 
   const std::filesystem::path folder_;
   std::optional<SessionWatch> watch_;  // empty: waiting for it
+  LastFramePanel last_frame_;
   std::chrono::steady_clock::time_point looked_{};
   std::optional<Failure> failure_;
 };

@@ -42,6 +42,14 @@ void LightingThread::Ask(const LitRequest& request) {
   asked_.notify_all();
 }
 
+void LightingThread::WantFeedback(bool wanted) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(wants_feedback_, wanted) == wanted) return;
+  }
+  asked_.notify_all();
+}
+
 std::optional<LitPicture> LightingThread::Take() {
   const std::lock_guard lock(mutex_);
   return std::exchange(picture_, {});
@@ -83,7 +91,9 @@ void LightingThread::Light(const render::Device& device, std::unique_ptr<LitView
     std::optional<LitRequest> next;
     {
       std::unique_lock lock(mutex_);
-      asked_.wait(lock, [&] { return stop_ || request_ || !idle; });
+      asked_.wait(lock, [&] {
+        return stop_ || request_ || !idle || (LacksFeedback(refined) && wants_feedback_);
+      });
       if (stop_) return;
       next = std::exchange(request_, {});
     }
@@ -125,13 +135,24 @@ bool LightingThread::ShowScene(const LitRequest& request, const render::Device& 
   }
 }
 
+bool LightingThread::LacksFeedback(const LitPicture& refined) {
+  return refined.frame && !refined.feedback;
+}
+
 void LightingThread::Improve(LitView& view, LitPicture& refined) {
+  const bool wants_feedback = [&] {
+    const std::lock_guard lock(mutex_);
+    return wants_feedback_ && LacksFeedback(refined);
+  }();
   core::Execution execution;
   execution.interrupts = [this] { return Outdated() ? 1 : 0; };
   execution.threads = options_.threads;
   core::RunWith(std::move(execution), [&] {
     try {
-      if (refined.frame && view.HasUnknownShadows()) {
+      if (wants_feedback) {
+        view.MeasureFeedback();
+        refined.feedback = view.feedback();
+      } else if (refined.frame && view.HasUnknownShadows()) {
         view.MeasureShadows();
         refined.soft_maps_error = view.soft_maps_error();
       } else {

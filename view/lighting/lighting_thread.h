@@ -38,10 +38,12 @@ class LightingThread {
   // A request of another scene is lit once that is read into the device; where it cannot be, the one
   // before stays, and TakeRefusal() says why.
   void Ask(const LitRequest& request);
+  // That pictures at rest are to tell what guides their samples; nothing is lit anew for it.
+  void WantFeedback(bool wanted);
   // Why a request's scene is not lit; once.
   std::optional<Failure> TakeRefusal();
   // The newest picture since the last call; of an older request than the newest only if it is quick.
-  // One that has reached its error comes again when the error of soft maps is measured.
+  // One that has reached its error comes again when the error of soft maps or feedback is measured.
   std::optional<LitPicture> Take();
   // Why there will be no more pictures; empty: there will.
   std::optional<Failure> failure() const;
@@ -57,6 +59,7 @@ class LightingThread {
   // A pass more; behind the first one, what is not known of quick pictures. Publishes it, unless
   // something else is asked for meanwhile.
   void Improve(LitView& view, LitPicture& refined);
+  static bool LacksFeedback(const LitPicture& refined);
   bool Outdated() const;
   void Publish(LitPicture picture);
 
@@ -64,7 +67,7 @@ class LightingThread {
   mutable std::mutex mutex_;
   std::condition_variable asked_;
   std::optional<LitRequest> request_;  // not yet begun
-  bool stop_ = false;
+  bool stop_ = false, wants_feedback_ = false;
   std::shared_ptr<const scene::Scene> scene_;  // that was loaded
   std::shared_ptr<const scene::Scene> lit_;    // that is lit, of the thread alone
   std::string device_name_;

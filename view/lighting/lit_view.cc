@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "luxfield/core/error.h"
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/render/accuracy/picture_noise.h"
 #include "luxfield/render/accuracy/soft_maps_error.h"
@@ -46,6 +47,7 @@ void LitView::Ask(const LitRequest& request) {
   }
   refined_.reset();
   soft_maps_error_.reset();
+  feedback_.reset();
   samples_ = error_ = pass_s_ = 0;
   pass_samples_ = passes_ = 0;
 }
@@ -113,6 +115,15 @@ void LitView::MeasureShadows() {
   soft_maps_error_ = render::MeasureSoftMaps(scene_, QuickOptions()).rel_error;
 }
 
+void LitView::MeasureFeedback() {
+  try {
+    feedback_ = std::make_shared<const render::Feedback>(
+        render::MeasureFeedback(scene_, {.shadows = request_.shadows, .seed = request_.seed}));
+  } catch (const InputError&) {
+    feedback_ = std::make_shared<const render::Feedback>();
+  }
+}
+
 int LitView::NextSamples() const {
   if (passes_ == 0) return kFirstSamples;
   const double needed = samples_ * (std::pow(error_ / (kAim * request_.error), 2) - 1);
@@ -137,6 +148,7 @@ LitPicture LitView::Refine() {
     picture.frame = std::make_shared<render::Frame>(render::Renderer(scene_, options).Render());
     picture.error = request_.error;
     picture.reached = true;
+    picture.feedback = feedback_;
     picture.took_s = stopwatch.WallSeconds();
     return picture;
   }
@@ -154,6 +166,7 @@ LitPicture LitView::Refine() {
   picture.frame = refined_;
   picture.error = error_;
   picture.soft_maps_error = soft_maps_error_;
+  picture.feedback = feedback_;
   picture.samples = samples_;
   picture.reached = error_ <= request_.error || passes_ >= kMostPasses;
   picture.took_s = pass_s_;

@@ -16,6 +16,7 @@
 #include <optional>
 #include <vector>
 
+#include "luxfield/render/feedback.h"
 #include "luxfield/render/renderer.h"
 #include "luxfield/scene/motion_path.h"
 
@@ -51,8 +52,9 @@ struct LitPicture {
   // Relative RMSE that soft maps of shadows add to quick pictures of this view and these lamps, once
   // it is measured (render/accuracy/soft_maps_error.h).
   std::optional<double> soft_maps_error;
-  double samples = 0;  // light samples a pixel
-  double took_s = 0;   // the last pass
+  std::shared_ptr<const render::Feedback> feedback;  // of this view and these lamps, once known
+  double samples = 0;                                // light samples a pixel
+  double took_s = 0;                                 // the last pass
 };
 
 class LitView {
@@ -73,6 +75,10 @@ class LitView {
   // next Ask. Throws what Refine throws.
   void MeasureShadows();
   const std::optional<double>& soft_maps_error() const { return soft_maps_error_; }
+  // Measures what guides the samples; pictures tell it from then on, until the next Ask. Empty images
+  // where that is not to be had of the scene's lights. Throws DeviceError, Interrupted.
+  void MeasureFeedback();
+  const std::shared_ptr<const render::Feedback>& feedback() const { return feedback_; }
 
   const render::LitScene& scene() const { return scene_; }
 
@@ -91,6 +97,7 @@ class LitView {
   double quick_pixel_s_ = 0;              // that a pixel of the last quick picture took
   std::shared_ptr<const render::Frame> refined_;
   std::optional<double> soft_maps_error_;
+  std::shared_ptr<const render::Feedback> feedback_;
   double samples_ = 0, error_ = 0, pass_s_ = 0;
   int pass_samples_ = 0, passes_ = 0;
 };

@@ -64,6 +64,7 @@ void DrawHelp(bool& open) {
   ImGui::SetNextWindowSize(ImVec2(width, size.y - 2 * ImGui::GetFrameHeight()));
   constexpr ImGuiWindowFlags kFlags = ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove |
                                       ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings;
+  ImGui::SetNextWindowBgAlpha(1);
   if (ImGui::Begin("Keys and mouse", &open, kFlags)) {
     DrawLines("mouse", kMouse);
     ImGui::Separator();

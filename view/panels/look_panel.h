@@ -6,8 +6,8 @@
 namespace luxfield::view {
 
 // Draws into the ImGui window that is begun, and changes `look` as it is told. `scale` is what false
-// colours span now, `reference` as in ColoursOf.
+// colours span now; `offers_feedback`: layers of it can be chosen though `sources` do not have them yet.
 void DrawLookPanel(const render::Frame& frame, const render::FalseColourScale& scale,
-                   const core::Image* reference, Look& look);
+                   const LayerSources& sources, bool offers_feedback, Look& look);
 
 }  // namespace luxfield::view

@@ -33,9 +33,10 @@ void ReadingsPanel::DrawProbes(const Document& document) const {
   if (!ImGui::CollapsingHeader("Probes", ImGuiTreeNodeFlags_DefaultOpen)) return;
   const WindowSize whole = document.picture_size();
   for (std::size_t i = 0; i < probes_.size(); ++i)
-    if (const auto reading =
-            ReadAtPlace(*document.picture(), probes_[i], whole.width, whole.height))
+    if (auto reading = ReadAtPlace(*document.picture(), probes_[i], whole.width, whole.height)) {
+      reading->measured_rel_sigma = document.MeasuredRelSigma(*reading);
       ImGui::TextWrapped("%zu: %s", i + 1, Describe(*reading, document.picture()->unit).c_str());
+    }
 }
 
 void ReadingsPanel::DrawProfile(const render::Frame& frame) {

@@ -13,7 +13,7 @@ namespace luxfield::view {
 class ShownPicture {
  public:
   // Of a document that has a picture.
-  void Update(const Document& document, const Look& look, const core::Image* reference);
+  void Update(const Document& document, const Look& look, const LayerSources& sources);
 
   const ScreenTexture& texture() const { return texture_; }
   // What its false colours span; of any look.

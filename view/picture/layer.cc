@@ -21,9 +21,24 @@ core::Image RelativeNoise(const render::Frame& frame) {
   return noise;
 }
 
+const core::Image& FeedbackOf(Layer layer, const render::Feedback& feedback) {
+  return layer == Layer::kLightShare ? feedback.light_share : feedback.image_share;
+}
+
+// Of one channel, by its nearest pixels.
+core::Image Stretched(const core::Image& image, int width, int height) {
+  core::Image stretched(width, height, 1);
+  for (int row = 0; row < height; ++row)
+    for (int column = 0; column < width; ++column)
+      stretched.at(0, row, column) =
+          image.at(0, static_cast<int>((row + 0.5) * image.height / height),
+                   static_cast<int>((column + 0.5) * image.width / width));
+  return stretched;
+}
+
 }  // namespace
 
-bool HasLayer(const render::Frame& frame, Layer layer, const core::Image* reference) {
+bool HasLayer(const render::Frame& frame, Layer layer, const LayerSources& sources) {
   switch (layer) {
     case Layer::kRadiance:
       return true;
@@ -36,12 +51,16 @@ bool HasLayer(const render::Frame& frame, Layer layer, const core::Image* refere
     case Layer::kNoise:
       return !frame.variance.data.empty();
     case Layer::kLab:
+      return sources.reference && sources.reference->width == frame.width &&
+             sources.reference->height == frame.height;
+    case Layer::kLightShare:
+    case Layer::kImageShare:
       break;
   }
-  return reference && reference->width == frame.width && reference->height == frame.height;
+  return sources.feedback && !FeedbackOf(layer, *sources.feedback).data.empty();
 }
 
-core::Image LayerOf(const render::Frame& frame, Layer layer, const core::Image* reference) {
+core::Image LayerOf(const render::Frame& frame, Layer layer, const LayerSources& sources) {
   switch (layer) {
     case Layer::kRadiance:
       break;
@@ -54,15 +73,22 @@ core::Image LayerOf(const render::Frame& frame, Layer layer, const core::Image* 
     case Layer::kNoise:
       return RelativeNoise(frame);
     case Layer::kLab:
-      return core::LabDifference(frame.radiance, *reference);
+      return core::LabDifference(frame.radiance, *sources.reference);
+    case Layer::kLightShare:
+    case Layer::kImageShare:
+      return Stretched(FeedbackOf(layer, *sources.feedback), frame.width, frame.height);
   }
   return frame.radiance;
 }
 
-bool IsLinear(Layer layer) { return layer == Layer::kCoverage || layer == Layer::kLab; }
+bool IsFeedback(Layer layer) { return layer == Layer::kLightShare || layer == Layer::kImageShare; }
+
+bool IsLinear(Layer layer) {
+  return layer == Layer::kCoverage || layer == Layer::kLab || IsFeedback(layer);
+}
 
 render::FalseColourScale AutomaticScaleOf(const core::Image& values, Layer layer) {
-  if (layer == Layer::kCoverage) return {0, 1};
+  if (layer == Layer::kCoverage || IsFeedback(layer)) return {0, 1};
   if (layer == Layer::kLab) return {0, kLargestLab};
   return render::AutomaticScale(values);
 }
@@ -89,6 +115,10 @@ std::string QuantityOf(Layer layer, lightfield::FluxUnit unit) {
       return "sigma of the luminance over the mean";
     case Layer::kLab:
       return "Lab difference to the reference";
+    case Layer::kLightShare:
+      return "alpha: share of samples that follow the light, the others follow the BRDF";
+    case Layer::kImageShare:
+      return "share of a lamp's images that light the point";
   }
   return std::string(lumen ? "luminance" : "radiance") + " in " + render::RadianceUnitName(unit);
 }

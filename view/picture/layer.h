@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "luxfield/render/feedback.h"
 #include "luxfield/render/film/film.h"
 
 namespace luxfield::view {
@@ -11,22 +12,35 @@ namespace luxfield::view {
 enum class Layer {
   kRadiance,
   kIrradiance,
-  kCoverage,  // share of the pixel's samples that hit something
-  kSamples,   // light samples a pixel
-  kNoise,     // standard deviation of the luminance over the picture's mean
-  kLab,       // CIE 1976 difference to a reference, after the exponential operator
+  kCoverage,    // share of the pixel's samples that hit something
+  kSamples,     // light samples a pixel
+  kNoise,       // standard deviation of the luminance over the picture's mean
+  kLab,         // CIE 1976 difference to a reference, after the exponential operator
+  kLightShare,  // render::Feedback's, as kImageShare
+  kImageShare,
 };
 
-// Whether a frame has it; kLab where `reference`, if not null, is of the frame's size.
-bool HasLayer(const render::Frame& frame, Layer layer, const core::Image* reference);
+// What layers show that is no part of the frame; null: there is none.
+struct LayerSources {
+  const core::Image* reference = nullptr;      // of kLab: radiance
+  const render::Feedback* feedback = nullptr;  // of a picture of any size, of the same view
+};
 
-// One channel, or three for radiance and irradiance. The frame has the layer.
-core::Image LayerOf(const render::Frame& frame, Layer layer, const core::Image* reference);
+// Whether it shows render::Feedback.
+bool IsFeedback(Layer layer);
 
-// Colours of coverage and Lab differences rise linearly, from 0; those of others with the logarithm.
+// Whether a frame has it; kLab where the reference is of the frame's size.
+bool HasLayer(const render::Frame& frame, Layer layer, const LayerSources& sources);
+
+// Of the frame's size: one channel, or three for radiance and irradiance; NaN where feedback tells
+// nothing. The frame has the layer.
+core::Image LayerOf(const render::Frame& frame, Layer layer, const LayerSources& sources);
+
+// Colours of coverage, shares and Lab differences rise linearly, from 0; those of others with the
+// logarithm.
 bool IsLinear(Layer layer);
 
-// What its colours span where nobody says otherwise: 0 to 1 of the coverage, 0 to 10 of Lab
+// What its colours span where nobody says otherwise: 0 to 1 of coverage and shares, 0 to 10 of Lab
 // differences, else render::AutomaticScale.
 render::FalseColourScale AutomaticScaleOf(const core::Image& values, Layer layer);
 

@@ -176,24 +176,24 @@ double MeanLuminance(const core::Image& image) {
   return image.data.empty() ? 0 : sum / static_cast<double>(image.plane_size());
 }
 
-Layer ShownLayer(const render::Frame& frame, const Look& look, const core::Image* reference) {
-  return HasLayer(frame, look.layer, reference) ? look.layer : Layer::kRadiance;
+Layer ShownLayer(const render::Frame& frame, const Look& look, const LayerSources& sources) {
+  return HasLayer(frame, look.layer, sources) ? look.layer : Layer::kRadiance;
 }
 
 render::FalseColourScale ScaleOf(const render::Frame& frame, const Look& look,
-                                 const core::Image* reference) {
+                                 const LayerSources& sources) {
   if (look.scale) return *look.scale;
-  const Layer layer = ShownLayer(frame, look, reference);
-  return AutomaticScaleOf(LayerOf(frame, layer, reference), layer);
+  const Layer layer = ShownLayer(frame, look, sources);
+  return AutomaticScaleOf(LayerOf(frame, layer, sources), layer);
 }
 
 std::vector<std::uint8_t> ColoursOf(const render::Frame& frame, const Look& look,
-                                    const core::Image* reference) {
+                                    const LayerSources& sources) {
   std::optional<ColouredValues> values;
   double average = 0;
   if (look.tone == Tone::kFalseColour) {
-    const Layer layer = ShownLayer(frame, look, reference);
-    values = {layer, LayerOf(frame, layer, reference), ScaleOf(frame, look, reference)};
+    const Layer layer = ShownLayer(frame, look, sources);
+    values = {layer, LayerOf(frame, layer, sources), ScaleOf(frame, look, sources)};
   } else if (look.tone != Tone::kLinear) {
     average = look.average ? *look.average : MeanLuminance(frame.radiance);
   }

@@ -36,17 +36,16 @@ struct Look {
 double MeanLuminance(const core::Image& image);
 
 // The layer that a look's false colours show: its own where the frame has it, else the radiance.
-Layer ShownLayer(const render::Frame& frame, const Look& look, const core::Image* reference);
+Layer ShownLayer(const render::Frame& frame, const Look& look, const LayerSources& sources);
 
-// What the false colours of a frame span. `reference`: what Layer::kLab compares with, radiance as
-// the frame's; or null.
+// What the false colours of a frame span.
 render::FalseColourScale ScaleOf(const render::Frame& frame, const Look& look,
-                                 const core::Image* reference = nullptr);
+                                 const LayerSources& sources = {});
 
 // Red, green, blue, 255 of every pixel, row 0 on top: the same bytes that render::WritePng writes of
 // render::ToneMap, and render::WriteFalseColour of the picture beside its legend.
 std::vector<std::uint8_t> ColoursOf(const render::Frame& frame, const Look& look,
-                                    const core::Image* reference = nullptr);
+                                    const LayerSources& sources = {});
 
 // 255 x the sRGB encoding of a linear value, rounded to nearest: core::SrgbEncode by a table. Values
 // that are not finite are 0.

@@ -23,7 +23,10 @@ bool Hit(const render::Frame& frame, int column, int row) {
 
 std::optional<Reading> ReadAt(const render::Frame& frame, int column, int row) {
   if (column < 0 || row < 0 || column >= frame.width || row >= frame.height) return {};
-  Reading reading{column, row, LuminanceAt(frame.radiance, column, row), {}, {}, {}};
+  Reading reading;
+  reading.column = column;
+  reading.row = row;
+  reading.luminance = LuminanceAt(frame.radiance, column, row);
   const bool hit = Hit(frame, column, row);
   if (hit && !frame.irradiance.data.empty())
     reading.illuminance = LuminanceAt(frame.irradiance, column, row);
@@ -32,6 +35,9 @@ std::optional<Reading> ReadAt(const render::Frame& frame, int column, int row) {
   if (hit && !frame.position.data.empty())
     reading.position = {frame.position.at(0, row, column), frame.position.at(1, row, column),
                         frame.position.at(2, row, column)};
+  if (hit && !frame.normal.data.empty())
+    reading.normal = {frame.normal.at(0, row, column), frame.normal.at(1, row, column),
+                      frame.normal.at(2, row, column)};
   return reading;
 }
 
@@ -45,15 +51,27 @@ std::optional<Reading> ReadAtPlace(const render::Frame& frame, PicturePlace plac
   return reading;
 }
 
+std::optional<double> Reading::IlluminanceSigma() const {
+  if (!illuminance || !luminance_sigma || !(luminance > 0)) return {};
+  return *illuminance * *luminance_sigma / luminance;
+}
+
 std::string Describe(const Reading& reading, lightfield::FluxUnit unit) {
-  std::string text =
-      fmt::format("({}, {})  {:.4g}", reading.column, reading.row, reading.luminance);
-  if (reading.luminance_sigma && *reading.luminance_sigma > 0)
-    text += fmt::format(" +- {:.1g}", *reading.luminance_sigma);
-  text += " " + render::RadianceUnitName(unit);
+  const auto with_sigma = [](double value, const std::optional<double>& sigma) {
+    if (!sigma || !(*sigma > 0)) return fmt::format("{:.4g}", value);
+    // One digit, and all of those before the point.
+    return *sigma < 9.5 ? fmt::format("{:.4g} +- {:.1g}", value, *sigma)
+                        : fmt::format("{:.4g} +- {:.0f}", value, *sigma);
+  };
+  std::string text = fmt::format("({}, {})  {} {}", reading.column, reading.row,
+                                 with_sigma(reading.luminance, reading.luminance_sigma),
+                                 render::RadianceUnitName(unit));
   if (reading.illuminance)
-    text += fmt::format("  {:.4g} {} (direct light only)", *reading.illuminance,
+    text += fmt::format("  {} {} (direct light only)",
+                        with_sigma(*reading.illuminance, reading.IlluminanceSigma()),
                         render::IrradianceUnitName(unit));
+  if (reading.measured_rel_sigma)
+    text += fmt::format("  measured to {:.2g} %", 100 * *reading.measured_rel_sigma);
   if (reading.position)
     text += fmt::format("  at {:.3f} {:.3f} {:.3f} m", reading.position->x, reading.position->y,
                         reading.position->z);

@@ -18,6 +18,13 @@ struct Reading {
   // Standard deviation of `luminance` by the estimator's own variance, where the picture holds it.
   std::optional<double> luminance_sigma;
   std::optional<lightfield::Vec3> position;  // world, metres; where something was hit
+  std::optional<lightfield::Vec3> normal;    // likewise, towards the camera
+  // By the noise of the lamps' measurement, over `illuminance`, of a point that sees all of them.
+  std::optional<double> measured_rel_sigma;
+
+  // Standard deviation of `illuminance` by the estimator: as `luminance_sigma` over the luminance,
+  // which it is on matt surfaces.
+  std::optional<double> IlluminanceSigma() const;
 };
 
 // A place in a picture of any size, 0 to 1 from the left and from the top.
@@ -33,8 +40,9 @@ std::optional<Reading> ReadAt(const render::Frame& frame, int column, int row);
 std::optional<Reading> ReadAtPlace(const render::Frame& frame, PicturePlace place, int width,
                                    int height);
 
-// "(120, 44)  12.3 +- 0.1 cd/m2  45.6 lx (direct light only)  at 0.120 1.400 0.000 m": `+-` and the
-// place where they are known. Irradiance of direct light alone is what this program lights with.
+// "(120, 44)  12.3 +- 0.1 cd/m2  45.6 +- 0.4 lx (direct light only)  measured to 0.5 %  at 0.120 1.400
+// 0.000 m": `+-`, what the lamps were measured to and the place where they are known. Irradiance of
+// direct light alone is what this program lights with.
 std::string Describe(const Reading& reading, lightfield::FluxUnit unit);
 
 }  // namespace luxfield::view

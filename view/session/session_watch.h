@@ -1,6 +1,6 @@
 // A session as it fills: what its plan asks for and its journal says, read while a capture writes it.
 //
-// Nothing but plan.json and journal.jsonl is read, no lock is taken and nothing is written, so that a
+// Nothing but plan.json and journal.jsonl is read here, no lock is taken and nothing is written, so that a
 // capture is not disturbed. A line is read when it is whole; the file is followed from where it ended
 // before.
 #pragma once

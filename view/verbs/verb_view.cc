@@ -51,7 +51,8 @@ std::array<int, 2> ParsePair(const std::string& text, char separator, const char
 constexpr std::pair<const char*, Layer> kLayers[] = {
     {"radiance", Layer::kRadiance}, {"irradiance", Layer::kIrradiance},
     {"coverage", Layer::kCoverage}, {"samples", Layer::kSamples},
-    {"noise", Layer::kNoise},       {"lab", Layer::kLab}};
+    {"noise", Layer::kNoise},       {"lab", Layer::kLab},
+    {"alpha", Layer::kLightShare},  {"images", Layer::kImageShare}};
 
 template <typename Value, std::size_t N>
 std::map<std::string, Value> ByName(const std::pair<const char*, Value> (&names)[N]) {
@@ -107,6 +108,8 @@ core::Json ToJson(const Reading& reading) {
       {"column", reading.column}, {"row", reading.row}, {"luminance", reading.luminance}};
   if (reading.luminance_sigma) json["luminance_sigma"] = *reading.luminance_sigma;
   if (reading.illuminance) json["illuminance"] = *reading.illuminance;
+  if (const auto sigma = reading.IlluminanceSigma()) json["illuminance_sigma"] = *sigma;
+  if (reading.measured_rel_sigma) json["measured_rel_sigma"] = *reading.measured_rel_sigma;
   if (reading.position)
     json["position_m"] = {reading.position->x, reading.position->y, reading.position->z};
   return json;
@@ -153,11 +156,11 @@ void RefuseUnread(const Words& words) {
   if (!words.record.empty() && words.bench)
     throw InputError("--record contradicts --bench; drop one of them");
   if (words.record.empty() && !words.bench) return;
-  if (!words.viewer.screenshot.empty() || words.viewer.frames || words.viewer.bare ||
-      words.viewer.wait || !words.size.empty() || !words.reads.empty())
+  if (!words.viewer.screenshot.empty() || words.viewer.frames || words.viewer.until_closed ||
+      words.viewer.bare || words.viewer.wait || !words.size.empty() || !words.reads.empty())
     throw InputError(
-        "--record and --bench open no window: drop --screenshot, --frames, --bare, --wait, --size "
-        "and --read");
+        "--record and --bench open no window: drop --screenshot, --frames, --until-closed, --bare, "
+        "--wait, --size and --read");
 }
 
 core::Json ToJson(const FrameTimes& times) {
@@ -229,6 +232,10 @@ core::Json Run(Words words, const cli::Common& common) {
     throw InputError(fmt::format("--error = {} must lie above 0 and be at most 100%", words.error));
   if (options.frames && options.screenshot.empty())
     throw InputError("--frames is of --screenshot; give that too, or drop it");
+  if (options.until_closed && options.screenshot.empty())
+    throw InputError("--until-closed is of --screenshot; give that too, or drop it");
+  if (options.until_closed && (options.frames || options.wait))
+    throw InputError("--until-closed contradicts --frames and --wait; drop it or them");
   if (!options.screenshot.empty())
     cli::RequireExtension(options.screenshot.string(), ".png", "--screenshot");
   options.look = LookOf(words);
@@ -274,6 +281,9 @@ void AddView(cli::Program& program) {
   verb.add_option("--frames", words->viewer.frames,
                   "Take the screenshot after so many frames that show something, settled or not")
       ->check(CLI::Range(1, 1000000));
+  verb.add_flag(
+      "--until-closed", words->viewer.until_closed,
+      "Take the screenshot when the window is closed, as soon as nothing changes any more");
   verb.add_flag("--wait", words->viewer.wait, "Wait for a session that is not there yet");
   verb.add_flag("--bare", words->viewer.bare, "The picture alone, without panels (key H)");
   verb.add_option("--error", words->error,
@@ -290,7 +300,8 @@ void AddView(cli::Program& program) {
       ->check(CLI::IsMember(CurvesByName()));
   verb.add_option(
           "--layer", words->layer,
-          "What --false-colour shows: radiance, irradiance, coverage, samples, noise or lab "
+          "What --false-colour shows: radiance, irradiance, coverage, samples, noise, lab, alpha "
+          "(the light's share of samples) or images (their share that lights a point) "
           "(default: radiance)")
       ->check(CLI::IsMember(ByName(kLayers)));
   verb.add_flag("--contours", words->contours, "Lines of equal value in --false-colour");

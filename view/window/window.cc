@@ -7,6 +7,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cfloat>
 #include <cstring>
 #include <filesystem>
 
@@ -67,7 +68,8 @@ void Window::CloseWindow::operator()(GLFWwindow* window) const {
   glfwTerminate();
 }
 
-Window::Window(const std::string& title, WindowSize size) {
+Window::Window(const std::string& title, WindowSize size)
+    : title_(title), pointer_{-FLT_MAX, -FLT_MAX} {
   glfwSetErrorCallback(KeepError);
   if (!glfwInit()) FailToOpen();
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
@@ -87,7 +89,8 @@ Window::Window(const std::string& title, WindowSize size) {
   scale = std::clamp(std::max(scale, across), 1.0f, 4.0f);
   LoadFont(scale);
   ChooseStyle(scale);
-  ImGui_ImplGlfw_InitForOpenGL(window_.get(), true);
+  ListenToHands();
+  ImGui_ImplGlfw_InitForOpenGL(window_.get(), false);
   ImGui_ImplOpenGL3_Init(kShaders);
 }
 
@@ -121,14 +124,87 @@ double Window::density() const {
   return outer.width > 0 ? static_cast<double>(size().width) / outer.width : 1.0;
 }
 
+Window& Window::Of(GLFWwindow* window) {
+  return *static_cast<Window*>(glfwGetWindowUserPointer(window));
+}
+
+void Window::Take(const InputEvent& event) { input_.Push(event, polled_s_, glfwGetTime()); }
+
+void Window::ListenToHands() {
+  using Kind = InputEvent::Kind;
+  GLFWwindow* window = window_.get();
+  glfwSetWindowUserPointer(window, this);
+  glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int scancode, int action, int modifiers) {
+    if (action != GLFW_REPEAT)  // which ImGui makes by itself
+      Of(w).Take({Kind::kKey, key, scancode, modifiers, action == GLFW_PRESS});
+  });
+  glfwSetCharCallback(window, [](GLFWwindow* w, unsigned letter) {
+    Of(w).Take({Kind::kLetter, static_cast<int>(letter)});
+  });
+  glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
+    Of(w).Take({Kind::kButton, button, 0, modifiers, action == GLFW_PRESS});
+  });
+  glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
+    Of(w).Take({.kind = Kind::kMove, .x = x, .y = y});
+  });
+  glfwSetScrollCallback(window, [](GLFWwindow* w, double right, double up) {
+    Of(w).Take({.kind = Kind::kWheel, .x = right, .y = up});
+  });
+  glfwSetCursorEnterCallback(window, [](GLFWwindow* w, int inside) {
+    ImGui_ImplGlfw_CursorEnterCallback(w, inside);
+    if (!inside && glfwGetMouseButton(w, GLFW_MOUSE_BUTTON_LEFT) == GLFW_RELEASE)
+      Of(w).Take({.kind = Kind::kMove, .x = -FLT_MAX, .y = -FLT_MAX});
+  });
+  glfwSetWindowFocusCallback(window, ImGui_ImplGlfw_WindowFocusCallback);
+}
+
+void Window::TellHands() {
+  using Kind = InputEvent::Kind;
+  ImGuiIO& io = ImGui::GetIO();
+  for (const InputEvent& event : input_.Next()) {
+    switch (event.kind) {
+      case Kind::kKey:
+        ImGui_ImplGlfw_KeyCallback(window_.get(), event.code, event.scancode,
+                                   event.down ? GLFW_PRESS : GLFW_RELEASE, event.modifiers);
+        break;
+      case Kind::kLetter:
+        io.AddInputCharacter(static_cast<unsigned>(event.code));
+        break;
+      case Kind::kButton:
+        if (event.code >= static_cast<int>(buttons_.size())) break;
+        buttons_[event.code] = event.down;
+        // ImGui's own clock goes by frames, of which a slow one may lie between two clicks.
+        if (event.down) io.MouseDoubleClickTime = event.repeated ? FLT_MAX : 0;
+        break;
+      case Kind::kMove:
+        pointer_ = {event.x, event.y};
+        break;
+      case Kind::kWheel:
+        ImGui_ImplGlfw_ScrollCallback(window_.get(), event.x, event.y);
+        break;
+    }
+  }
+  const ImVec2 at(static_cast<float>(pointer_[0]), static_cast<float>(pointer_[1]));
+#if IMGUI_VERSION_NUM >= 18700
+  io.AddMousePosEvent(at.x, at.y);
+  for (std::size_t i = 0; i < buttons_.size(); ++i)
+    io.AddMouseButtonEvent(static_cast<int>(i), buttons_[i]);
+#else
+  io.MousePos = at;
+  std::ranges::copy(buttons_, io.MouseDown);
+#endif
+}
+
 bool Window::BeginFrame(double wait_s) {
-  if (wait_s > 0)
+  if (wait_s > 0 && input_.empty())
     glfwWaitEventsTimeout(wait_s);
   else
     glfwPollEvents();
+  polled_s_ = glfwGetTime();
   if (size().width <= 0 || size().height <= 0) return false;
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
+  TellHands();
   ImGui::NewFrame();
   return true;
 }

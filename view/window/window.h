@@ -1,10 +1,13 @@
 // A window with an OpenGL context and Dear ImGui in it: opened, drawn into frame by frame, read back.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include "luxfield/view/window/input_queue.h"
 
 struct GLFWwindow;
 
@@ -44,11 +47,21 @@ class Window {
   double density() const;
 
  private:
+  static Window& Of(GLFWwindow* window);
+  void ListenToHands();
+  void Take(const InputEvent& event);
+  // Tells ImGui what the next frame sees of what hands did.
+  void TellHands();
+
   struct CloseWindow {
     void operator()(GLFWwindow* window) const;
   };
   std::unique_ptr<GLFWwindow, CloseWindow> window_;
   std::string title_;
+  InputQueue input_;
+  double polled_s_ = 0;  // when events were taken from the system last
+  std::array<double, 2> pointer_;
+  std::array<bool, 5> buttons_{};
 };
 
 }  // namespace luxfield::view
