@@ -30,6 +30,7 @@ constexpr double kAfterwards_s = 0.4;
 constexpr double kPanelWidth = 21;  // in heights of a letter
 constexpr double kOneLine = 80;     // likewise: windows as wide have a last line that is only one
 constexpr double kMiddleGrey = 0.18;
+constexpr Key kFlying[] = {key::kW, key::kA, key::kS, key::kD, key::kE, key::kQ};
 
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
                                     ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
@@ -170,7 +171,10 @@ class Viewer {
     const auto held_for = [&](Key more, Key less) {
       return held * (ImGui::IsKeyDown(more) - ImGui::IsKeyDown(less));
     };
-    if (!io.KeyCtrl) {
+    // Of Ctrl and a letter hands may let go of Ctrl first: the letter does not fly then.
+    const bool letter = std::ranges::any_of(kFlying, [](Key k) { return ImGui::IsKeyDown(k); });
+    of_shortcut_ = io.KeyCtrl || (of_shortcut_ && letter);
+    if (!of_shortcut_) {
       motion.fly_forward = held_for(key::kW, key::kS);
       motion.fly_right = held_for(key::kD, key::kA);
       motion.fly_up = held_for(key::kE, key::kQ);
@@ -290,7 +294,8 @@ class Viewer {
   std::optional<PicturePlace> pointer_;
   ReadingsPanel readings_;
   int frames_ = 0, settled_frames_ = 0;
-  int closed_frames_ = 0;  // since it was told to close
+  bool of_shortcut_ = false;  // the letters that are down
+  int closed_frames_ = 0;     // since it was told to close
 };
 
 }  // namespace

@@ -228,13 +228,17 @@ TEST_F(InteractionTest, AHandleMovesALampAndItIsSaved) {
 }
 
 // The copy is lit, and stands in the file that was saved.
+// Ctrl is let go of before the letter, which does not move the camera then.
 TEST_F(InteractionTest, ALampIsCopiedAndTheSceneSaved) {
   ViewUntilSettled();
   const double alone = SumOfReadings();
   ViewWith([&](const std::string&) {
     WaitUntilItIsLit();
-    Press("ctrl+d");
-    Press("ctrl+s");
+    for (const char* letter : {"d", "s"}) {
+      Hand({"keydown", "ctrl", "keydown", letter, "keyup", "ctrl"});
+      Pause();
+      Hand({"keyup", letter});
+    }
   });
   const SceneEdits saved = ReadSceneEdits(folder_ / "scene.toml");
   ASSERT_EQ(saved.lamps.size(), 2);
@@ -360,7 +364,7 @@ TEST_F(InteractionTest, ALostDeviceIsASentence) {
       },
       3);
   unsetenv("LUXFIELD_DEVICE_IS_LOST");
-  EXPECT_THAT(outcome_.err, testing::HasSubstr("clEnqueueNDRangeKernel"));
+  EXPECT_THAT(outcome_.err, testing::HasSubstr("CL_DEVICE_NOT_AVAILABLE"));
   ASSERT_EQ(shown_.size(), lit.size());
   const cv::Rect middle(100, 100, 120, 200);
   EXPECT_LT(cv::mean(shown_(middle))[1], 0.5 * cv::mean(lit(middle))[1]);

@@ -33,8 +33,8 @@ class MeasuredLampsTest : public testing::Test {
     sigma.provenance["solve"] = "none";
     lightfield::WriteLightField(folder_ / "lamp.sigma.lf.exr", sigma);
   }
-  std::vector<PlacedLamp> Lamps() const {
-    std::vector<PlacedLamp> lamps;
+  std::vector<scene::PlacedLamp> Lamps() const {
+    std::vector<scene::PlacedLamp> lamps;
     for (const auto& luminaire : scene_.luminaires)
       lamps.push_back({luminaire.world_from_luminaire, luminaire.scale});
     return lamps;

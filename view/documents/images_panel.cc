@@ -58,7 +58,7 @@ const lightfield::LightField& ImagesPanel::Shown() const {
   return (shows_sigma_ ? fields_->sigma : fields_->c)[field_].field;
 }
 
-void ImagesPanel::Take() {
+void ImagesPanel::Update() {
   if (fields_ || !refusal_.empty() || !reading_.valid() ||
       reading_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
     return;
@@ -121,7 +121,6 @@ void ImagesPanel::DrawSheet(float width) {
 }
 
 void ImagesPanel::Draw() {
-  Take();
   if (!ImGui::CollapsingHeader("Images", ImGuiTreeNodeFlags_DefaultOpen)) return;
   if (!refusal_.empty()) return ImGui::TextWrapped("%s", core::OnOneLine(refusal_).c_str());
   if (!fields_) return ImGui::TextDisabled("reading ...");

@@ -21,6 +21,8 @@ class ImagesPanel {
   void Read(const std::filesystem::path& light_field);
   // Whether nothing is being read any more.
   bool ready() const;
+  // Takes what was read, whether the panel is drawn or not.
+  void Update();
   // Draws into the ImGui window that is begun, and the sheet in a window of its own where that is asked
   // for.
   void Draw();
@@ -30,7 +32,6 @@ class ImagesPanel {
     std::vector<lightfield::PosedLightField> c, sigma;  // sigma empty: not known
   };
   const lightfield::LightField& Shown() const;
-  void Take();
   void MakeSheet();
   void DrawSheet(float width);
   void DrawTip(int column, int row) const;

@@ -49,6 +49,7 @@ class SceneDocument : public Document {
       if (scene_) Start();
     }
     if (scene_) FollowFiles();
+    images_.Update();
     if (reading_lamps_.valid() &&
         reading_lamps_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
       TakeLamps();

@@ -41,7 +41,7 @@ MeasuredLamps::MeasuredLamps(const scene::Scene& scene)
 }
 
 std::optional<double> MeasuredLamps::RelativeSigma(lightfield::Vec3 p, lightfield::Vec3 normal,
-                                                   std::span<const PlacedLamp> lamps) const {
+                                                   std::span<const scene::PlacedLamp> lamps) const {
   if (other_lights_ || lamps.size() != lamps_.size() || files_.empty()) return {};
   struct Light {
     std::vector<photometry::Functional> of_lamps;

@@ -30,7 +30,7 @@ class MeasuredLamps {
   // of lamps l of each file f, which share its noise;
   // empty where a lamp that lights it has no sigma, where none does, and of scenes with other lights.
   std::optional<double> RelativeSigma(lightfield::Vec3 p, lightfield::Vec3 normal,
-                                      std::span<const PlacedLamp> lamps) const;
+                                      std::span<const scene::PlacedLamp> lamps) const;
 
  private:
   bool other_lights_;
