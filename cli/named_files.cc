@@ -199,6 +199,15 @@ void RequireLuminaires(const scene::Scene& scene) {
     }
     RequireKind(file, {FileKind::kLightField});
   }
+  for (const scene::ClassicalLight& light : scene.classical_lights) {
+    const fs::path file = light.distribution.lexically_normal();
+    std::error_code unknown;
+    if (!fs::exists(file, unknown))
+      throw InputError(file.string(),
+                       fmt::format("does not exist, and the luminaire '{}' needs it", light.name),
+                       "correct its distribution");
+    RequireKind(file, {FileKind::kIntensity});
+  }
 }
 
 }  // namespace luxfield::cli

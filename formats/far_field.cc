@@ -174,6 +174,18 @@ Halved HalvedPlanes(const Photometry& p, const Source& source) {
   return halved;
 }
 
+// Text of the keyword _UNIT; empty for lm.
+std::string UnitKeyword(lightfield::FluxUnit unit) {
+  switch (unit) {
+    case lightfield::FluxUnit::kWatt:
+      return "intensities are in W/sr";
+    case lightfield::FluxUnit::kRelative:
+      return "intensities are relative";
+    default:
+      return "";
+  }
+}
+
 void AddKeywords(Photometry& p, std::span<const PosedLightField> fields, const Box& box,
                  std::optional<double> distance_m) {
   p.keywords = {{"TEST", "computed from a light field"}};
@@ -186,10 +198,8 @@ void AddKeywords(Photometry& p, std::span<const PosedLightField> fields, const B
         fmt::format("{:.6g} {:.6g} {:.6g} mm along C0, C270 and nadir from the photometric centre",
                     middle.x, middle.y, middle.z));
   const auto& first = fields.front().field;
-  if (first.geometry.unit == lightfield::FluxUnit::kWatt)
-    p.keywords.emplace_back("_UNIT", "intensities are in W/sr");
-  if (first.geometry.unit == lightfield::FluxUnit::kRelative)
-    p.keywords.emplace_back("_UNIT", "intensities are relative");
+  if (const std::string unit = UnitKeyword(first.geometry.unit); !unit.empty())
+    p.keywords.emplace_back("_UNIT", unit);
   for (const auto& [key, value] : first.provenance) p.keywords.emplace_back("_" + key, value);
 }
 
@@ -296,6 +306,12 @@ FarField SampleFarField(std::span<const PosedLightField> fields, const FarFieldS
   found.opening_middle_m = 0.5 * (box.low + box.high);
   AddKeywords(p, fields, box, distance_m);
   return found;
+}
+
+lightfield::FluxUnit FluxUnitOf(const Photometry& table) {
+  for (const auto unit : {lightfield::FluxUnit::kWatt, lightfield::FluxUnit::kRelative})
+    if (table.keyword("_UNIT") == UnitKeyword(unit)) return unit;
+  return lightfield::FluxUnit::kLumen;
 }
 
 FarFieldUncertainty PropagateSigma(std::span<const PosedLightField> fields,

@@ -61,6 +61,9 @@ FarField SampleFarField(std::span<const lightfield::PosedLightField> fields,
                         const FarFieldSteps& steps, std::optional<double> distance_m,
                         const std::string& file);
 
+// Unit of a table's flux: lm, or what the keyword _UNIT says of one that SampleFarField made.
+lightfield::FluxUnit FluxUnitOf(const Photometry& table);
+
 // Standard uncertainty of the table's flux and of its peak, from standard deviations of the
 // coefficients that are taken as independent of each other:
 //

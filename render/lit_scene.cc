@@ -9,6 +9,8 @@
 #include "luxfield/core/file.h"
 #include "luxfield/core/stopwatch.h"
 #include "luxfield/environment/kept_cube_map.h"
+#include "luxfield/formats/far_field.h"
+#include "luxfield/formats/photometric_file.h"
 #include "luxfield/lightfield/light_field_file.h"
 #include "luxfield/preprocess/kept_tables.h"
 #include "luxfield/preprocess/table_io.h"
@@ -87,7 +89,33 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene, DeviceScene 
     provenance_[fmt::format("{} sha256", luminaire.name)] = fields.front().light_field->sha256;
   }
   for (const auto& light : scene.area_lights) light_names_.push_back(light.name);
+  LoadClassicalLights(scene.classical_lights);
   if (environment_) light_names_.push_back("environment");
+}
+
+void LitScene::LoadClassicalLights(const std::vector<scene::ClassicalLight>& lights) {
+  std::map<std::filesystem::path, std::shared_ptr<const Distribution>> loaded;
+  for (const scene::ClassicalLight& light : lights) {
+    auto& distribution = loaded[light.distribution];
+    if (!distribution) {
+      formats::Photometry photometry = formats::ReadPhotometry(light.distribution);
+      TakeUnit(formats::FluxUnitOf(photometry), light.distribution);
+      distribution = std::make_shared<const Distribution>(device_, std::move(photometry));
+    }
+    std::string& sha256 = provenance_[fmt::format("{} sha256", light.name)];
+    if (sha256.empty()) sha256 = core::Sha256OfFile(light.distribution);
+    classical_lights_.push_back(MakeClassicalLight(light, distribution));
+    light_names_.push_back(light.name);
+  }
+}
+
+void LitScene::TakeUnit(lightfield::FluxUnit unit, const std::filesystem::path& file) {
+  if (unit_ && *unit_ != unit)
+    throw InputError(file.string(),
+                     fmt::format("its unit is {}, that of the luminaires before it {}",
+                                 FluxUnitName(unit), FluxUnitName(*unit_)),
+                     "light a scene with luminaires of one unit");
+  unit_ = unit;
 }
 
 void LitScene::LoadEnvironment(const scene::Environment& environment) {
@@ -168,6 +196,7 @@ std::vector<PlacedLight> LitScene::Lights() const {
         {PosedLuminaire{luminaire.light_field->on_device, luminaire.world_from_luminaire},
          luminaire.scale});
   for (const AreaLightSource& light : area_lights_) lights.push_back({light, 1});
+  for (const ClassicalLightSource& light : classical_lights_) lights.push_back({light, 1});
   if (environment_) lights.push_back({environment_->light, environment_->scale});
   return lights;
 }
@@ -175,13 +204,7 @@ std::vector<PlacedLight> LitScene::Lights() const {
 std::vector<LitScene::LoadedField> LitScene::Load(const scene::Luminaire& luminaire) {
   lightfield::LightFieldFile file(luminaire.light_field);
   const auto& fields = file.fields();
-  const auto unit = fields.front().geometry.unit;
-  if (!luminaires_.empty() && unit != unit_)
-    throw InputError(luminaire.light_field.string(),
-                     fmt::format("its unit is {}, that of the luminaires before it {}",
-                                 FluxUnitName(unit), FluxUnitName(unit_)),
-                     "light a scene with luminaires of one unit");
-  unit_ = unit;
+  TakeUnit(fields.front().geometry.unit, luminaire.light_field);
   const bool alone = fields.size() == 1 && fields.front().name.empty();
   if (!alone && !luminaire.tables.empty())
     throw InputError(luminaire.tables.string(),

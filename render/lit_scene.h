@@ -17,6 +17,7 @@
 #include "luxfield/render/estimators/estimator.h"
 #include "luxfield/render/estimators/mis.h"
 #include "luxfield/render/lights/area_light.h"
+#include "luxfield/render/lights/classical_light.h"
 #include "luxfield/render/lights/environment_light.h"
 #include "luxfield/render/lights/patch_shadows.h"
 #include "luxfield/render/scene/device_scene.h"
@@ -61,10 +62,10 @@ struct PlacedEnvironment {
 
 class LitScene {
  public:
-  // Reads the environment map and the light fields; a file that several luminaires share is read
-  // and uploaded once, and each of its fields becomes a luminaire ("NAME +z"). Throws InputError
-  // for files that cannot be read, luminaires of different units and tables of a file of several
-  // fields; DeviceError.
+  // Reads the environment map, the light fields and the photometric files; a file that several
+  // luminaires share is read and uploaded once, and each field of a light field's becomes a luminaire
+  // ("NAME +z"). Throws InputError for files that cannot be read, luminaires of different units,
+  // tables of a file of several fields and openings that are not of a model; DeviceError.
   LitScene(const Device& device, const scene::Scene& scene);
   // The same; the scene's triangles go as soon as the device has them.
   LitScene(const Device& device, scene::Scene&& scene);
@@ -122,27 +123,30 @@ class LitScene {
 
   const Device& device() const { return device_; }
   const scene::Camera& camera() const { return camera_; }
-  // What lights with the area lights.
+  // What lights with the area lights and the classical lights.
   MisEstimator& mis() { return mis_; }
   // What lights with the environment, made when first asked for.
   EnvironmentEstimator& environment_estimator();
 
   // What lights with one of Lights(): the near-field estimator of that name with a luminaire and the
-  // environment's with an environment, but for area lights, and for all with `mis_everywhere`,
-  // mis().
+  // environment's with an environment, but for area lights and classical lights, and for all with
+  // `mis_everywhere`, mis().
   Estimator& EstimatorOf(const LightSource& source, const std::string& near_field,
                          bool mis_everywhere);
 
   const DeviceScene& geometry() const { return geometry_; }
   const std::vector<PlacedLuminaire>& luminaires() const { return luminaires_; }
   const std::vector<AreaLightSource>& area_lights() const { return area_lights_; }
-  // All lights: luminaires, area lights, environment.
+  const std::vector<ClassicalLightSource>& classical_lights() const { return classical_lights_; }
+  // Whether there are lights that mis() lights with whatever the near-field estimator is.
+  bool has_strategies() const { return !area_lights_.empty() || !classical_lights_.empty(); }
+  // All lights: luminaires, area lights, classical lights, environment.
   std::vector<PlacedLight> Lights() const;
   // Their names in scene.toml, in that order: a luminaire of several fields comes as often.
   const std::vector<std::string>& light_names() const { return light_names_; }
   // Null if the scene has none.
   const PlacedEnvironment* environment() const { return environment_ ? &*environment_ : nullptr; }
-  lightfield::FluxUnit unit() const { return unit_; }
+  lightfield::FluxUnit unit() const { return unit_.value_or(lightfield::FluxUnit::kRelative); }
   // SHA-256 of the scene's and the light fields' files.
   const lightfield::Provenance& provenance() const { return provenance_; }
   double tables_core_s() const { return tables_core_s_; }  // CPU time spent on building tables
@@ -157,6 +161,8 @@ class LitScene {
     std::shared_ptr<LoadedLightField> light_field;
   };
   std::vector<LoadedField> Load(const scene::Luminaire& luminaire);
+  void LoadClassicalLights(const std::vector<scene::ClassicalLight>& lights);
+  void TakeUnit(lightfield::FluxUnit unit, const std::filesystem::path& file);
   preprocess::VolumeForError BuildVolume(const LoadedLightField& light_field,
                                          double max_rel_error) const;
 
@@ -171,11 +177,12 @@ class LitScene {
   std::vector<PlacedLuminaire> luminaires_;
   std::vector<PosedSoftMaps> soft_maps_;  // of each luminaire, or empty
   std::vector<AreaLightSource> area_lights_;
+  std::vector<ClassicalLightSource> classical_lights_;
   MisEstimator mis_;
   std::vector<std::string> light_names_;
   std::optional<PlacedEnvironment> environment_;
   std::optional<EnvironmentEstimator> environment_estimator_;
-  lightfield::FluxUnit unit_ = lightfield::FluxUnit::kRelative;
+  std::optional<lightfield::FluxUnit> unit_;  // of the luminaires, if there are any
   lightfield::Provenance provenance_;
   std::map<std::string, std::unique_ptr<Estimator>> estimators_;
   double tables_core_s_ = 0;

@@ -25,6 +25,11 @@ bool FitTogether(const LightSource& a, const LightSource& b) {
   if (a.index() != b.index()) return false;
   if (const auto* luminaire = std::get_if<PosedLuminaire>(&a))
     return &luminaire->luminaire == &std::get<PosedLuminaire>(b).luminaire;
+  using ClassicalLight = std::reference_wrapper<const ClassicalLightSource>;
+  if (const auto* classical = std::get_if<ClassicalLight>(&a)) {
+    const ClassicalLightSource &one = *classical, &other = std::get<ClassicalLight>(b);
+    return one.distribution == other.distribution && IsArea(one) == IsArea(other);
+  }
   using AreaLight = std::reference_wrapper<const AreaLightSource>;
   return std::get<AreaLight>(a).get().kind == std::get<AreaLight>(b).get().kind;
 }

@@ -130,8 +130,11 @@ bool Renderer::MayBeDrawn(std::size_t light) {
 
 BoundedLight Renderer::Bound(std::size_t light, std::vector<BoundedTable>& tables) const {
   const auto& [source, scale] = lights_[light];
-  if (light >= scene_.luminaires().size())
-    return BoundAreaLight(std::get<std::reference_wrapper<const AreaLightSource>>(source));
+  if (const auto* area = std::get_if<std::reference_wrapper<const AreaLightSource>>(&source))
+    return BoundAreaLight(*area);
+  using ClassicalLight = std::reference_wrapper<const ClassicalLightSource>;
+  if (const auto* classical = std::get_if<ClassicalLight>(&source))
+    return BoundClassicalLight(*classical);
   const PlacedLuminaire& luminaire = scene_.luminaires()[light];
   const preprocess::IntensityTable& table = *luminaire.light_field->intensity;
   const auto known = std::find_if(tables.begin(), tables.end(),
@@ -244,7 +247,7 @@ Frame Renderer::Render() {
       {"knobs", options_.knobs.Text()},
       {"device", scene_.device().info().name}});
   if (options_.matt) frame.provenance["gloss"] = "left out";
-  if (!scene_.area_lights().empty() || options_.knobs.strategies.everywhere)
+  if (scene_.has_strategies() || options_.knobs.strategies.everywhere)
     frame.provenance["strategies"] = options_.knobs.strategies.Text();
   if (scene_.environment()) {
     frame.provenance["environment"] = options_.knobs.environment.Text();

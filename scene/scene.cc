@@ -282,21 +282,66 @@ void AppendCopies(const Config& table, const Light& light, Pose Light::*world_fr
   }
 }
 
-std::vector<Luminaire> ReadLuminaires(const Config& root) {
-  std::vector<Luminaire> luminaires;
+Luminaire ReadLuminaire(const Config& table) {
+  Luminaire luminaire;
+  luminaire.light_field = table.Path("file");
+  if (table.Has("tables")) luminaire.tables = table.Path("tables");
+  luminaire.world_from_luminaire = GetPose(table);
+  luminaire.scale = table.Number("scale", 1, {0, kBrightest});
+  return luminaire;
+}
+
+// The sides of a linear light or an area; empty: not stated.
+std::optional<std::array<double, 2>> GetSize(const Config& table, ClassicalModel model) {
+  if (model == ClassicalModel::kPoint || !table.Has("size")) return {};
+  const auto size = table.Numbers("size", 2);
+  const bool linear = model == ClassicalModel::kLinear;
+  for (const double side : size)
+    if (!((side >= kSmallestLight_m && side <= kLargest_m) || (linear && side == 0)))
+      table.Fail("size",
+                 fmt::format("= {} is outside [{:g}, {:g}] m", side, kSmallestLight_m, kLargest_m),
+                 linear ? "give [length, 0] or [0, length]" : "give the area's two sides");
+  if (linear && (size[0] == 0) == (size[1] == 0))
+    table.Fail("size", fmt::format("= [{}, {}] is no line", size[0], size[1]),
+               "give [length, 0] or [0, length]");
+  return std::array{size[0], size[1]};
+}
+
+ClassicalLight ReadClassicalLight(const Config& table) {
+  ClassicalLight light;
+  const std::string model = table.Choice("model", {"point", "linear", "area"});
+  light.model = model == "point"    ? ClassicalModel::kPoint
+                : model == "linear" ? ClassicalModel::kLinear
+                                    : ClassicalModel::kArea;
+  if (table.Has("file"))
+    table.Fail("file", "is a light field's, and a model's light is a far field",
+               "give its photometric file as distribution, or drop model");
+  light.distribution = table.Path("distribution");
+  light.size_m = GetSize(table, light.model);
+  light.world_from_light = GetPose(table);
+  light.scale = table.Number("scale", 1, {0, kBrightest});
+  return light;
+}
+
+void ReadLuminaires(const Config& root, Scene& scene) {
   std::set<std::string> names;
   for (const Config& table : root.Tables("luminaire")) {
-    Luminaire luminaire;
-    luminaire.name = table.Text("name", fmt::format("luminaire {}", names.size() + 1));
-    if (!names.insert(luminaire.name).second || luminaire.name == "*")
+    const std::string name = table.Text("name", fmt::format("luminaire {}", names.size() + 1));
+    if (!names.insert(name).second || name == "*")
       table.Fail("name", "is taken", "give each luminaire its own name");
-    luminaire.light_field = table.Path("file");
-    if (table.Has("tables")) luminaire.tables = table.Path("tables");
-    luminaire.world_from_luminaire = GetPose(table);
-    luminaire.scale = table.Number("scale", 1, {0, 1e12});
-    AppendCopies(table, luminaire, &Luminaire::world_from_luminaire, luminaires);
+    if (table.Has("model")) {
+      ClassicalLight light = ReadClassicalLight(table);
+      light.name = name;
+      AppendCopies(table, light, &ClassicalLight::world_from_light, scene.classical_lights);
+    } else {
+      if (table.Has("distribution"))
+        table.Fail("distribution", "is given without a model",
+                   "add model = \"point\", \"linear\" or \"area\"");
+      Luminaire luminaire = ReadLuminaire(table);
+      luminaire.name = name;
+      AppendCopies(table, luminaire, &Luminaire::world_from_luminaire, scene.luminaires);
+    }
   }
-  return luminaires;
 }
 
 std::vector<AreaLight> ReadAreaLights(const Config& root) {
@@ -355,18 +400,23 @@ std::optional<Environment> ReadEnvironment(const Config& root) {
 
 // Calls apply(luminaire, path) for the luminaires that each entry names.
 template <typename Apply>
-void Override(const std::map<std::string, std::filesystem::path>& paths, const std::string& file,
-              std::vector<Luminaire>& luminaires, const Apply& apply) {
+void Override(const std::map<std::string, std::filesystem::path>& paths, Scene& scene,
+              const Apply& apply) {
   for (const auto& [name, path] : paths) {
     bool known = false;
-    for (Luminaire& luminaire : luminaires)
+    for (Luminaire& luminaire : scene.luminaires)
       if (name == "*" || name == luminaire.name) {
         apply(luminaire, path);
         known = true;
       }
-    if (!known)
-      throw InputError(file, fmt::format("holds no luminaire named '{}'", name),
-                       "name one of the scene's");
+    if (known) continue;
+    for (const ClassicalLight& light : scene.classical_lights)
+      if (name == "*" || name == light.name)
+        throw InputError(scene.file.string(),
+                         fmt::format("the luminaire '{}' shines by a photometric file", light.name),
+                         "change its distribution there");
+    throw InputError(scene.file.string(), fmt::format("holds no luminaire named '{}'", name),
+                     "name one of the scene's");
   }
 }
 
@@ -402,19 +452,18 @@ Scene ReadScene(const std::filesystem::path& path, const SceneOverrides& overrid
   scene.file = path;
   scene.camera = ReadCamera(root, overrides);
   ReadViews(root, scene.camera);
-  scene.luminaires = ReadLuminaires(root);
+  ReadLuminaires(root, scene);
   scene.area_lights = ReadAreaLights(root);
   scene.environment = ReadEnvironment(root);
   scene.left_out = GeometryReader(root, scene.geometry).Read();
   for (const LeftOut& of : scene.left_out)
     core::Warn(fmt::format("{}: left out: {}", of.file.string(), fmt::join(of.features, ", ")));
   root.Finish();
-  Override(overrides.light_fields, path.string(), scene.luminaires,
-           [](Luminaire& luminaire, const auto& file) {
-             luminaire.light_field = file;
-             luminaire.tables.clear();
-           });
-  Override(overrides.tables, path.string(), scene.luminaires,
+  Override(overrides.light_fields, scene, [](Luminaire& luminaire, const auto& file) {
+    luminaire.light_field = file;
+    luminaire.tables.clear();
+  });
+  Override(overrides.tables, scene,
            [](Luminaire& luminaire, const auto& file) { luminaire.tables = file; });
   return scene;
 }

@@ -53,6 +53,21 @@ struct AreaLight {
   double radius_m = 0;               // sphere
 };
 
+enum class ClassicalModel { kPoint, kLinear, kArea };
+
+// A far field that leaves every point of an extent alike (docs/theory.md 15): what a photometric
+// file says of a lamp, and most lamps have nothing better. Neither seen nor in the way.
+struct ClassicalLight {
+  std::string name;  // of an array's: all have the same
+  ClassicalModel model = ClassicalModel::kPoint;
+  std::filesystem::path distribution;  // LM-63, EULUMDAT, TM-33 or GLDF
+  // Of the extent along x and y; one of a linear light's is 0, a point has none. Empty: the file's
+  // luminous opening.
+  std::optional<std::array<double, 2>> size_m;
+  Pose world_from_light;  // origin: the middle of its extent, in the plane z = 0
+  double scale = 1;       // multiplies its light
+};
+
 struct Environment {
   std::filesystem::path file;                            // .hdr or .exr
   std::optional<environment::EnvironmentLayout> layout;  // empty: the file's
@@ -73,6 +88,7 @@ struct Scene {
   Camera camera;
   std::vector<Luminaire> luminaires;
   std::vector<AreaLight> area_lights;
+  std::vector<ClassicalLight> classical_lights;
   std::optional<Environment> environment;
   std::vector<LeftOut> left_out;  // one a file; empty: nothing is left out
 };

@@ -14,12 +14,38 @@ namespace {
 
 using core::Json;
 
+std::string ModelName(scene::ClassicalModel model) {
+  return model == scene::ClassicalModel::kPoint    ? "point"
+         : model == scene::ClassicalModel::kLinear ? "linear"
+                                                   : "area";
+}
+
+// Lights of photometric files, a line each; arrays as often as they stand.
+Json ClassicalLights(const scene::Scene& scene) {
+  Json lights = Json::array();
+  for (const scene::ClassicalLight& light : scene.classical_lights) {
+    const std::string model = ModelName(light.model), file = light.distribution.string();
+    Json json = {{"name", light.name}, {"model", model}, {"distribution", file}};
+    std::string size;
+    if (light.size_m) {
+      json["size_m"] = *light.size_m;
+      size = fmt::format(", {:g} x {:g} m", (*light.size_m)[0], (*light.size_m)[1]);
+    } else if (light.model != scene::ClassicalModel::kPoint) {
+      size = ", as large as the file's opening";
+    }
+    fmt::print("  {:<12} '{}' by {}{}\n", model, light.name, file, size);
+    lights.push_back(std::move(json));
+  }
+  return lights;
+}
+
 Json InfoScene(const std::string& path) {
   const scene::Scene scene = scene::ReadScene(path);
   std::size_t triangles = scene.geometry.triangles.size();
   fmt::print("{}: scene\n", path);
   fmt::print("  triangles    {}\n  luminaires   {}\n  camera       {} x {}\n", triangles,
              scene.luminaires.size(), scene.camera.width, scene.camera.height);
+  Json classical_lights = ClassicalLights(scene);
   Json left_out = Json::array();
   for (const auto& [file, features] : scene.left_out) {
     for (const std::string& feature : features)
@@ -29,6 +55,7 @@ Json InfoScene(const std::string& path) {
   return {{"kind", "scene"},
           {"triangles", triangles},
           {"luminaires", scene.luminaires.size()},
+          {"classical_lights", std::move(classical_lights)},
           {"left_out", left_out}};
 }
 

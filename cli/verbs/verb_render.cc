@@ -222,7 +222,7 @@ std::vector<std::string> ReadersOf(const std::string& knob) {
   return {};
 }
 
-// Settings that the picture would not depend on, as it is made otherwise.
+// Settings that the picture would not depend on, as it is made otherwise, or that leave a light out.
 void RefuseUnread(const Options& options, const scene::Scene& scene) {
   const bool chosen = (!options.error.empty() || !options.time.empty()) && !options.estimator_given;
   const auto refuse = [&](const std::string& option, const std::vector<std::string>& readers) {
@@ -245,6 +245,14 @@ void RefuseUnread(const Options& options, const scene::Scene& scene) {
         "--shadow-map-size is read with --shadows maps, thesis-maps or soft-maps and not with {}; "
         "drop it or choose one of them",
         options.shadows));
+  if (options.render.knobs.strategies.strategies == render::Strategies::kBrdf)
+    for (const scene::ClassicalLight& light : scene.classical_lights)
+      if (light.model != scene::ClassicalModel::kArea)
+        throw InputError(options.scene,
+                         fmt::format("the luminaire '{}' is no area, which no sample that follows "
+                                     "the BRDF meets",
+                                     light.name),
+                         "choose --knob strategies= other than brdf");
   if (!options.scale.empty() && options.radiance_map.empty() && options.irradiance_map.empty())
     throw InputError(
         "--scale is of --radiance-map and --irradiance-map; give one of them, or drop it");

@@ -198,7 +198,7 @@ bool MayBeChosen(const EstimatorTraits& traits, const LitScene& scene,
 }
 
 bool ReadsCostModel(const LitScene& scene, const AccuracyRequest& request) {
-  return !scene.environment() && scene.area_lights().empty() &&
+  return !scene.environment() && !scene.has_strategies() &&
          !request.picture.knobs.strategies.everywhere;
 }
 

@@ -47,7 +47,7 @@ class LightByLight {
         request_(request),
         picture_(request.picture),
         luminaires_(scene.luminaires().size()),
-        lights_(luminaires_ + scene.area_lights().size() + (scene.environment() ? 1 : 0)) {
+        lights_(scene.Lights().size()) {
     if (picture_.width == 0) picture_.width = scene.camera().width;
     if (picture_.height == 0) picture_.height = scene.camera().height;
     if (request.rel_error) picture_.approximation_error = ApproximationError(request);
@@ -78,7 +78,7 @@ class LightByLight {
     const Pilot others = TakePilot(one_way ? 0 : luminaires_, lights_);
     std::vector<Way> ways;
     if (one_way) {
-      const bool strategies = picture_.knobs.strategies.everywhere || !scene_.area_lights().empty();
+      const bool strategies = picture_.knobs.strategies.everywhere || scene_.has_strategies();
       return {WayOf(strategies ? "two strategies" : "environment", others, others, 0)};
     }
     for (const auto& traits : EstimatorList()) {

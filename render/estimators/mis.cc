@@ -73,6 +73,21 @@ const AreaLightSource& AreaLightOf(const LightSource& source) {
   return std::get<std::reference_wrapper<const AreaLightSource>>(source);
 }
 
+const ClassicalLightSource& ClassicalLightOf(const LightSource& source) {
+  return std::get<std::reference_wrapper<const ClassicalLightSource>>(source);
+}
+
+// Those of points and lines, which only samples that follow them meet.
+EstimatorOptions LightAlone(EstimatorOptions options) {
+  Strategies& strategies = options.knobs.strategies.strategies;
+  if (strategies == Strategies::kBrdf)
+    throw InputError(
+        "no sample that follows the BRDF meets a point or a linear light; choose strategies other "
+        "than brdf");
+  strategies = Strategies::kLight;
+  return options;
+}
+
 }  // namespace
 
 Kernel& MisEstimator::KernelFor(const std::string& light, bool glossy, bool has_tasks,
@@ -112,8 +127,11 @@ void MisEstimator::Light(const Receivers& receivers, const LightTasks& tasks,
   RequireGivenShares(options, lighting);
   if (std::holds_alternative<PosedLuminaire>(tasks.lights.front()))
     LightByLuminaires(receivers, tasks, options, lighting);
-  else
+  else if (std::holds_alternative<std::reference_wrapper<const AreaLightSource>>(
+               tasks.lights.front()))
     LightByAreas(receivers, tasks, options, lighting);
+  else
+    LightByClassicalLights(receivers, tasks, options, lighting);
 }
 
 Buffer MisEstimator::OwnShares(const Receivers& receivers, const EstimatorOptions& options,
@@ -184,24 +202,48 @@ void MisEstimator::LightBy(const AreaLightSource& light, const Receivers& receiv
   LightByAreas(receivers, AllPoints(source, receivers.gbuffer), options, lighting);
 }
 
-void MisEstimator::LightByAreas(const Receivers& receivers, const LightTasks& tasks,
-                                const EstimatorOptions& options, Lighting& lighting) {
+void MisEstimator::LightBy(const ClassicalLightSource& light, const Receivers& receivers,
+                           const EstimatorOptions& options, Lighting& lighting) {
+  const LightSource source = light;
+  LightByClassicalLights(receivers, AllPoints(source, receivers.gbuffer), options, lighting);
+}
+
+template <typename... LightArguments>
+void MisEstimator::LightWith(Kernel& kernel, const Receivers& receivers, const LightTasks& tasks,
+                             const EstimatorOptions& options, Lighting& lighting,
+                             const LightArguments&... light) {
   const GBuffer& gbuffer = receivers.gbuffer;
-  const AreaLightSource& first = AreaLightOf(tasks.lights.front());
-  std::vector<AreaLightParams> params;
-  for (const LightSource& source : tasks.lights) params.push_back(AreaLightOf(source).params);
-  Kernel& kernel =
-      KernelFor(first.kind == scene::AreaLightKind::kRectangle ? "rectangle" : "sphere",
-                gbuffer.glossy(), tasks.tasks != nullptr, options);
-  const Buffer none, lights = Buffer::From(device_, params);
+  const Buffer none;
   LightBatches(receivers, tasks, options, lighting,
                [&](const Buffer& sampling, const auto&... outputs) -> Kernel& {
                  return kernel.Set(
-                     lights, sampling, gbuffer.position, gbuffer.normal, gbuffer.albedo,
+                     light..., sampling, gbuffer.position, gbuffer.normal, gbuffer.albedo,
                      gbuffer.gloss, gbuffer.eye, shadow_.rays(), shadow_.ranges(), shadow_.kept(),
                      shadow_.pending(), tasks.tasks ? *tasks.tasks : none, lighting.irradiance,
                      lighting.reflected, lighting.variance, lighting.samples, outputs...);
                });
+}
+
+void MisEstimator::LightByAreas(const Receivers& receivers, const LightTasks& tasks,
+                                const EstimatorOptions& options, Lighting& lighting) {
+  const AreaLightSource& first = AreaLightOf(tasks.lights.front());
+  std::vector<AreaLightParams> params;
+  for (const LightSource& source : tasks.lights) params.push_back(AreaLightOf(source).params);
+  LightWith(KernelFor(first.kind == scene::AreaLightKind::kRectangle ? "rectangle" : "sphere",
+                      receivers.gbuffer.glossy(), tasks.tasks != nullptr, options),
+            receivers, tasks, options, lighting, Buffer::From(device_, params));
+}
+
+void MisEstimator::LightByClassicalLights(const Receivers& receivers, const LightTasks& tasks,
+                                          const EstimatorOptions& options, Lighting& lighting) {
+  const ClassicalLightSource& first = ClassicalLightOf(tasks.lights.front());
+  std::vector<ClassicalLightParams> params;
+  for (const LightSource& source : tasks.lights) params.push_back(ClassicalLightOf(source).params);
+  const EstimatorOptions own = IsArea(first) ? options : LightAlone(options);
+  LightWith(KernelFor(IsArea(first) ? "classical_area" : "classical_line",
+                      receivers.gbuffer.glossy(), tasks.tasks != nullptr, own),
+            receivers, tasks, own, lighting, Buffer::From(device_, params),
+            first.distribution->table);
 }
 
 void MisEstimator::LightBy(const EnvironmentLight& light, const Receivers& receivers,

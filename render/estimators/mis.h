@@ -31,6 +31,8 @@
 //   rectangle     p_l uniform over the solid angle it is seen under, over its area where that is
 //                 below 0.01 sr
 //   sphere        p_l uniform over its cone
+//   classical     points and lines by samples that follow them alone, areas as rectangles
+//                 (render/lights/classical_light.h)
 //   environment   p_l by its tables, tiles by knobs.environment.balance; samples are the pixel's
 //                 own
 #pragma once
@@ -55,10 +57,12 @@ class MisEstimator : public Estimator {
   // there. Reads samples_per_pixel, seed, stream, first_pixel, knobs.strategies and
   // knobs.environment. Throws InputError besides for an environment whose tables leave light to
   // BRDF samples where there are none and for sample sets that pixels share, for a luminaire
-  // without tables of cells, and for a bound of its samples per image.
+  // without tables of cells, for a bound of its samples per image, and for a point or linear light
+  // lit by the BRDF alone.
   void Light(const Receivers& receivers, const LightSource& source, const EstimatorOptions& options,
              Lighting& lighting) override;
-  // Of area lights of one kind and of luminaires. light_share has to be null.
+  // Of area lights of one kind, of luminaires, and of classical lights of one distribution that are
+  // areas or are not. light_share has to be null.
   void Light(const Receivers& receivers, const LightTasks& tasks, const EstimatorOptions& options,
              Lighting& lighting) override;
 
@@ -68,10 +72,14 @@ class MisEstimator : public Estimator {
                const EstimatorOptions& options, Lighting& lighting);
   void LightBy(const AreaLightSource& light, const Receivers& receivers,
                const EstimatorOptions& options, Lighting& lighting);
+  void LightBy(const ClassicalLightSource& light, const Receivers& receivers,
+               const EstimatorOptions& options, Lighting& lighting);
   void LightByLuminaires(const Receivers& receivers, const LightTasks& tasks,
                          const EstimatorOptions& options, Lighting& lighting);
   void LightByAreas(const Receivers& receivers, const LightTasks& tasks,
                     const EstimatorOptions& options, Lighting& lighting);
+  void LightByClassicalLights(const Receivers& receivers, const LightTasks& tasks,
+                              const EstimatorOptions& options, Lighting& lighting);
   void LightBy(const EnvironmentLight& light, const Receivers& receivers,
                const EstimatorOptions& options, Lighting& lighting);
   Kernel& KernelFor(const std::string& light, bool glossy, bool has_tasks,
@@ -92,6 +100,12 @@ class MisEstimator : public Estimator {
   template <typename Launch>
   void LightBatches(const Receivers& receivers, const LightTasks& tasks,
                     const EstimatorOptions& options, Lighting& lighting, Launch launch);
+
+  // Lights the points of `tasks` with a kernel whose first arguments are `light`.
+  template <typename... LightArguments>
+  void LightWith(Kernel& kernel, const Receivers& receivers, const LightTasks& tasks,
+                 const EstimatorOptions& options, Lighting& lighting,
+                 const LightArguments&... light);
 
   Device device_;
   ShadowRays shadow_;                                              // of lights without windows

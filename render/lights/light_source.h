@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "luxfield/render/lights/area_light.h"
+#include "luxfield/render/lights/classical_light.h"
 #include "luxfield/render/lights/environment_light.h"
 #include "luxfield/render/lights/luminaire_on_device.h"
 #include "luxfield/scene/transform.h"
@@ -18,6 +19,7 @@ struct PosedLuminaire {
 
 // It refers to the light, which has to outlive it.
 using LightSource = std::variant<PosedLuminaire, std::reference_wrapper<const AreaLightSource>,
+                                 std::reference_wrapper<const ClassicalLightSource>,
                                  std::reference_wrapper<const EnvironmentLight>>;
 
 }  // namespace luxfield::render

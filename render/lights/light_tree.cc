@@ -433,6 +433,60 @@ BoundedLight BoundAreaLight(const AreaLightSource& source) {
   return bounded;
 }
 
+BoundedLight BoundClassicalLight(const ClassicalLightSource& source) {
+  const ClassicalLightParams& params = source.params;
+  const double x = params.half_size[0], y = params.half_size[1];
+  const double measure =
+      (x > 0 ? 2 * x : 1) * (y > 0 ? 2 * y : 1) * (params.is_ellipse ? kPi / 4 : 1);
+  const double scale = measure * params.strength;
+  BoundedLight bounded;
+  TreeLight& light = bounded.light;
+  light.kind = kTreeClassical;
+  std::copy_n(params.position, 3, light.position);
+  std::copy_n(params.rotation, 9, light.rotation);
+  std::copy_n(params.half_size, 2, light.extent);
+  light.scale = static_cast<float>(scale);
+  bounded.axis = {params.rotation[6], params.rotation[7], params.rotation[8]};
+  bounded.reach_m = std::hypot(x, y);
+  bounded.power = scale * source.distribution->flux;
+  for (int k = 0; k < kProfileBins; ++k)
+    bounded.profile[k] = scale * source.distribution->profile[k];
+  return bounded;
+}
+
+void BoundIntensity(const formats::Photometry& photometry, Profile& profile, double& flux) {
+  constexpr int kSlices = 8, kAzimuths = 64;  // of a ring
+  flux = 0;
+  for (int k = 0; k < kProfileBins; ++k) {
+    profile[k] = 0;
+    for (int slice = 0; slice < kSlices; ++slice) {
+      const double cosine =
+                       std::lerp(std::cos(Edge(k)), std::cos(Edge(k + 1)), (slice + 0.5) / kSlices),
+                   sine = std::sqrt(1 - cosine * cosine);
+      double mean = 0;
+      for (int turn = 0; turn < kAzimuths; ++turn) {
+        const double azimuth = 2 * kPi * (turn + 0.5) / kAzimuths;
+        mean += std::abs(formats::Intensity(
+                    photometry, {sine * std::cos(azimuth), sine * std::sin(azimuth), cosine})) /
+                kAzimuths;
+      }
+      profile[k] = std::max(profile[k], mean);
+      flux += RingSolidAngle(k) / kSlices * mean;
+    }
+  }
+  double largest = 0;
+  for (const double intensity : photometry.intensity_cd)
+    largest = std::max(largest, std::abs(intensity));
+  // A table of type C ends at its last angles; what the slices may have missed is faint at least.
+  const bool is_type_c = photometry.type == formats::PhotometryType::kC;
+  for (int k = 0; k < kProfileBins; ++k) {
+    const double first = photometry.angles_deg.front() * kPi / 180,
+                 last = photometry.angles_deg.back() * kPi / 180;
+    const bool is_beyond = is_type_c && (Edge(k) > last + 1e-3 || Edge(k + 1) < first - 1e-3);
+    if (!is_beyond) profile[k] = std::max(profile[k], kFaint * largest);
+  }
+}
+
 std::vector<LightNode> BuildLightTree(std::span<const BoundedLight> lights) {
   return Builder(lights).Take();
 }

@@ -1,4 +1,4 @@
-// A tree over the luminaires and area lights of a scene, which says what they bring to a receiver
+// A tree over the luminaires, area lights and classical lights of a scene, which says what they bring to a receiver
 // without asking each (docs/theory.md 6; Conty Estevez and Kulla 2018).
 //
 // Of a light: where it shines from, its flux, and its intensity by direction, of luminaires from
@@ -33,6 +33,7 @@
 #include "luxfield/render/device/device.h"
 #include "luxfield/render/kernels/lights/light_tree_types.clh"
 #include "luxfield/render/lights/area_light.h"
+#include "luxfield/render/lights/classical_light.h"
 #include "luxfield/scene/transform.h"
 
 namespace luxfield::render {
@@ -63,6 +64,11 @@ BoundedLight BoundLuminaire(const lightfield::LuminaireGeometry& geometry,
                             const BoundedTable& table, const scene::Pose& world_from_luminaire,
                             double scale);
 BoundedLight BoundAreaLight(const AreaLightSource& light);
+BoundedLight BoundClassicalLight(const ClassicalLightSource& light);
+
+// Of |I|, about +z: Distribution's profile and flux, by quadrature.
+void BoundIntensity(const formats::Photometry& photometry,
+                    std::array<double, kProfileBins>& profile, double& flux);
 
 // Nodes in depth-first order, the root first; none of no lights. Depth is below kMostDepth.
 std::vector<LightNode> BuildLightTree(std::span<const BoundedLight> lights);

@@ -29,6 +29,7 @@ TEMPLATES = [
     Template(6, "info s", "s"),
     Template(7, "info bare.toml", f"bare.toml {MESH}", spoilt=7),
     Template(3, "info lit.toml", f"lit.toml x.lf.exr sky.hdr {MESH}", spoilt=3),
+    Template(3, "info far.toml --json o.json", f"far.toml {MESH}", "o.json"),
     # Plans and labs.
     Template(8, "plan plan.toml --lab lab.toml --json o.json", "plan.toml lab.toml", "o.json", spoilt=2),
     Template(4, "plan sensor.plan.toml --lab sensor.lab.toml", "sensor.plan.toml sensor.lab.toml", spoilt=2),
@@ -73,6 +74,8 @@ TEMPLATES = [
     Template(3, "probe probe.toml -o o.exr --face-size 8", "probe.toml short.exr long.exr", "o.exr", spoilt=3),
     Template(1, "render lit.toml -o o.exr --estimator windowed --spp 2 --shadows none --png o.png",
              f"lit.toml x.lf.exr sky.hdr {MESH}", "o.exr o.png", spoilt=9),
+    Template(3, "render far.toml -o o.exr --spp 4 --shadows none", f"far.toml lamp.ies lamp.ldt lamp.xml {MESH}", "o.exr",
+             spoilt=4),
     Template(1, "render lit.toml -o o.exr --spp 2 --tables x.tab.exr --shadows none",
              f"lit.toml x.tab.exr x.lf.exr sky.hdr {MESH}", "o.exr", spoilt=3),
     Template(2, "view lit.toml --record path.toml -o o --preview", f"path.toml lit.toml x.lf.exr sky.hdr {MESH}",

@@ -157,6 +157,24 @@ position = [0, 0.1, 2]
 rotate_deg = [170, 0, 0]
 scale = 2
 """
+FAR = SCENE + """[[luminaire]]
+model = "area"
+distribution = "lamp.ies"
+position = [0, 0, 2]
+rotate_deg = [180, 0, 0]
+[[luminaire]]
+model = "linear"
+distribution = "lamp.ldt"
+size = [0, 0.5]
+position = [1, 0, 2]
+look_at = [1, 0, 0]
+up = [0, 1, 0]
+[[luminaire]]
+model = "point"
+distribution = "lamp.xml"
+position = [0, 1, 2]
+scale = 2
+"""
 OBJ = """mtllib m.mtl
 o thing
 v 0 0 0
@@ -277,7 +295,7 @@ def write_foreign(folder):
     random = np.random.default_rng(7)
     for name, text in {
         "lab.toml": LAB, "plan.toml": PLAN, "sensor.lab.toml": SENSOR_LAB, "sensor.plan.toml": SENSOR_PLAN,
-        "bare.toml": SCENE, "lit.toml": LIT, "path.toml": PATH, "m.obj": OBJ, "m.mtl": MTL, "m.ply": PLY, "probe.toml": PROBE,
+        "bare.toml": SCENE, "lit.toml": LIT, "far.toml": FAR, "path.toml": PATH, "m.obj": OBJ, "m.mtl": MTL, "m.ply": PLY, "probe.toml": PROBE,
         "lamp.ies": IES, "lamp.ldt": LDT, "lamp.xml": TM33, "budget.toml": BUDGET, "o.toml": SCENE.replace('"m.ply"', '"m.obj"').replace('"m.gltf"', '"m.obj"'),
     }.items():  # fmt: skip
         (folder / name).write_text(text)

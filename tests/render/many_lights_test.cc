@@ -2,8 +2,10 @@
 // for, alone and beside area lights and an environment.
 #include "luxfield/render/many_lights.h"
 
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -31,6 +33,17 @@ std::vector<scene::Luminaire> AnyLamps(int count, std::uint64_t seed) {
                      0.1 + random.Uniform()});
   }
   return lamps;
+}
+
+// An LM-63 file of one plane with candela at gamma = 0, 60 and 90.
+std::filesystem::path WriteIntensity(const std::string& name,
+                                     const std::array<double, 3>& candela) {
+  const auto path = Temporary(name + ".ies");
+  core::WriteFileAtomically(
+      path,
+      fmt::format("IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 1\n0 60 90\n0\n{}\n",
+                  fmt::join(candela, " ")));
+  return path;
 }
 
 double SumOfIrradiance(const Frame& frame) {
@@ -149,7 +162,7 @@ TEST_F(ManyLightsTest, LightsToldApartAddUp) {
   EXPECT_NEAR(of_groups, SumOfIrradiance(frame), 1e-5 * of_groups);
 }
 
-// Lamps, rectangles and spheres share the samples, with traced shadows.
+// Lamps, rectangles, spheres and classical lights share the samples, with traced shadows.
 TEST_F(ManyLightsTest, KindsOfLightsShareTheSamples) {
   constexpr int kRuns = 24;
   const std::uint64_t seed = TestSeed(20260714);
@@ -165,6 +178,15 @@ TEST_F(ManyLightsTest, KindsOfLightsShareTheSamples) {
     light.height_m = light.radius_m = 0.2;
     scene.area_lights.push_back(light);
   }
+  const auto spot = WriteIntensity("spot", {4, 3, 0}), even = WriteIntensity("even", {1, 1, 2});
+  for (int k = 0; k < 6; ++k) {
+    const auto model = std::array{scene::ClassicalModel::kPoint, scene::ClassicalModel::kLinear,
+                                  scene::ClassicalModel::kArea}[k / 2];
+    scene.classical_lights.push_back(
+        {fmt::format("classical {}", k), model, k % 2 ? spot : even,
+         std::array{0.4, model == scene::ClassicalModel::kArea ? 0.3 : 0.0},
+         scene::LookAt({-1 + 0.5 * k, -1, 1.2}, {-1 + 0.5 * k, 0, 0}, {0, 1, 0}), 0.2});
+  }
   AppendBox(scene::Translation({0.3, 0.2, 0.2}) * scene::Scaling({0.3, 0.4, 0.4}), 0,
             scene.geometry);
   scene.camera.width = 12;
@@ -172,7 +194,7 @@ TEST_F(ManyLightsTest, KindsOfLightsShareTheSamples) {
   LitScene lit(Device::Open(), scene);
   RenderOptions options;
   options.relight = false;
-  options.light_samples.assign(14, 512);  // one by one
+  options.light_samples.assign(20, 512);  // one by one
   const Frame expected = Renderer(lit, options).Render();
   options.light_samples.clear();
   options.samples_per_pixel = 8;

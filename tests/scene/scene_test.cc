@@ -186,6 +186,58 @@ TEST(Scene, ReadsAreaLights) {
   EXPECT_EQ(sphere.world_from_light.Point({}).y, 5);
 }
 
+TEST(Scene, ReadsClassicalLights) {
+  const std::string text =
+      std::string(kCamera) +
+      "[[luminaire]]\nmodel = \"point\"\ndistribution = \"spot.ies\"\nposition = [1, 2, 3]\n"
+      "look_at = [1, 2, 0]\nup = [0, 1, 0]\nscale = 0.5\n"
+      "[[luminaire]]\nname = \"lamp\"\nfile = \"a.lf.exr\"\nposition = [0, 0, 1]\n"
+      "[[luminaire]]\nname = \"tube\"\nmodel = \"linear\"\ndistribution = \"/tube.ldt\"\n"
+      "size = [0, 1.2]\nposition = [0, 0, 2]\n[[luminaire.array]]\ncount = 2\nstep = [3, 0, 0]\n"
+      "[[luminaire]]\nmodel = \"area\"\ndistribution = \"panel.gldf\"\nposition = [0, 0, 2]\n";
+  const auto scene = ReadScene(Write(text));
+  ASSERT_EQ(scene.luminaires.size(), 1u);
+  EXPECT_EQ(scene.luminaires[0].name, "lamp");
+  ASSERT_EQ(scene.classical_lights.size(), 4u);
+  const ClassicalLight &point = scene.classical_lights[0], &tube = scene.classical_lights[2],
+                       &panel = scene.classical_lights[3];
+  EXPECT_EQ(point.name, "luminaire 1");
+  EXPECT_EQ(point.model, ClassicalModel::kPoint);
+  EXPECT_EQ(point.distribution.filename(), "spot.ies");
+  EXPECT_FALSE(point.size_m);
+  EXPECT_EQ(point.scale, 0.5);
+  EXPECT_NEAR(point.world_from_light.Vector({0, 0, 1}).z, -1, 1e-15);
+  EXPECT_EQ(tube.name, "tube");
+  EXPECT_EQ(tube.model, ClassicalModel::kLinear);
+  EXPECT_EQ(tube.distribution, "/tube.ldt");
+  EXPECT_EQ(tube.size_m, (std::array{0.0, 1.2}));
+  EXPECT_EQ(tube.world_from_light.translation.x, 3);
+  EXPECT_EQ(panel.name, "luminaire 4");
+  EXPECT_EQ(panel.model, ClassicalModel::kArea);
+  EXPECT_FALSE(panel.size_m);
+}
+
+TEST(Scene, RefusesClassicalLightsByName) {
+  const auto expect = [](const std::string& keys, const std::string& message) {
+    EXPECT_THAT(
+        [&] {
+          ReadScene(Write(std::string(kCamera) + "[[luminaire]]\nposition = [0, 0, 2]\n" + keys));
+        },
+        ThrowsMessage<InputError>(HasSubstr(message)))
+        << keys;
+  };
+  const std::string file = "distribution = \"a.ies\"\n";
+  expect("model = \"spot\"\n" + file, "use one of: point, linear, area");
+  expect("model = \"point\"\n", "distribution is missing");
+  expect("model = \"point\"\nfile = \"a.lf.exr\"\n" + file, "is a light field's");
+  expect(file + "file = \"a.lf.exr\"\n", "is given without a model");
+  expect("model = \"point\"\nsize = [1, 1]\n" + file, "size is not a known key");
+  expect("model = \"linear\"\nsize = [1, 1]\n" + file, "is no line");
+  expect("model = \"linear\"\nsize = [0, 0]\n" + file, "is no line");
+  expect("model = \"area\"\nsize = [1, 0]\n" + file, "size = 0 is outside");
+  expect("model = \"area\"\nsize = [1, 2, 3]\n" + file, "size has 3 entries");
+}
+
 // An array's copies stand at multiples of its step from the first, share its name and file, and
 // combine with those of other arrays.
 TEST(Scene, ArraysMakeCopies) {

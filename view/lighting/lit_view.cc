@@ -23,7 +23,7 @@ constexpr double kAim = 0.97;          // of the error asked for, as its estimat
 constexpr double kSmallest = 1.0 / 6;  // side of a quick picture over the whole one's
 
 bool TakesNoSamples(const render::LitScene& scene) {
-  return scene.area_lights().empty() && !scene.environment();
+  return !scene.has_strategies() && !scene.environment();
 }
 
 }  // namespace

@@ -19,7 +19,8 @@ std::string FreeName(const std::vector<LampPlacement>& lamps, const std::string&
 
 SceneEditor::SceneEditor(const scene::Scene& scene)
     : file_(scene.file), read_(ReadSceneEdits(scene.file)) {
-  if (read_.lamps.size() != scene.luminaires.size()) read_.lamps.clear();
+  if (read_.lamps.size() != scene.luminaires.size() || !scene.classical_lights.empty())
+    read_.lamps.clear();
   saved_ = now_ = read_;
 }
 

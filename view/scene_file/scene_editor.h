@@ -18,7 +18,8 @@ class SceneEditor {
   explicit SceneEditor(const scene::Scene& scene);
 
   const SceneEdits& edits() const { return now_; }
-  // Empty of scenes that stand luminaires in arrays, which have fewer places to write than lamps.
+  // Empty of scenes that stand luminaires in arrays, which have fewer places to write than lamps, and
+  // of those that have classical lights among them.
   const std::vector<LampPlacement>& lamps() const { return now_.lamps; }
   const std::filesystem::path& file() const { return file_; }
 
