@@ -35,6 +35,7 @@
 #include "luxfield/bench/verbs/verb_bench_all.h"
 #include "luxfield/bench/verbs/verb_bench_balance.h"
 #include "luxfield/bench/verbs/verb_bench_capture.h"
+#include "luxfield/bench/verbs/verb_bench_classical.h"
 #include "luxfield/bench/verbs/verb_bench_errors.h"
 #include "luxfield/bench/verbs/verb_bench_lamps.h"
 #include "luxfield/bench/verbs/verb_bench_ray_files.h"
@@ -528,6 +529,7 @@ void AddBench(cli::Program& program) {
   AddBenchBalance(program, benches);
   AddBenchCapture(program, benches);
   AddBenchSpacing(program, benches);
+  AddBenchClassical(program, benches);
   AddBenchLamps(program, benches);
   AddBenchRayFiles(program, benches);
   AddErrors(program, benches);
