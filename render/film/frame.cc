@@ -106,7 +106,7 @@ Frame Mean(const Frame& frame_a, const Frame& frame_b, const Weights& weights) {
 }  // namespace
 
 Frame MeanFrame(const Frame& frame_a, double a, const Frame& frame_b, double b) {
-  Frame mean = Mean(frame_a, frame_b, EqualWeights(frame_a.coverage.plane_size(), a, b));
+  Frame mean = Mean(frame_a, frame_b, EqualWeights(frame_a.radiance.plane_size(), a, b));
   const double weight_a = a / (a + b), weight_b = b / (a + b);
   for (std::size_t l = 0; l < mean.lights.size(); ++l) {
     LightTotals& to = mean.lights[l];
