@@ -92,7 +92,7 @@ std::string Use(FileKind kind) {
     case FileKind::kScene:
       return "`render` and `view`";
     case FileKind::kMotionPath:
-      return "the --record of `view`";
+      return "the --sequence of `render` and the --record of `view`";
     case FileKind::kMeasurements:
       return "`reconstruct`";
     case FileKind::kLightField:

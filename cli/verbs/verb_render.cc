@@ -340,7 +340,7 @@ void AddRender(Program& program) {
   verb.add_option("--sequence", options->sequence,
                   "A path.toml by which camera and lamps move: writes a picture of each of its "
                   "frames, X_0000.exr, X_0001.exr ...")
-      ->check(CLI::ExistingFile);
+      ->check(InputFile({core::FileKind::kMotionPath}));
   verb.add_option("-o,--output", options->output, "The EXR to write: radiance and AOVs")
       ->required()
       ->check(OutputFile());

@@ -36,7 +36,7 @@ GIVEN = {
 NOT_RUN = {
     "*[[]*": "a pattern, not a command",
     "*...*": "a pattern, not a command",
-    "demo": "minutes; e2e.Chain and the demo's own test run it",
+    "demo": "minutes; planning.Demo runs it",
     "devices*": "of the devices of a bench",
     "bench *": "a benchmark",
     "plan data/plans/bike.toml *": "minutes",

@@ -30,14 +30,19 @@ file = ")" +
          sky + "\"\n";
 }
 
-TEST(EnvironmentSequence, RenderMakesAPictureOfEachFrame) {
-  const auto folder = FreshFolder("day");
+// plane.toml, whose sky has three frames.
+void WritePlaneUnderADay(const std::filesystem::path& folder) {
   const Outcome sky =
       RunLuxfield({"sky", "-o", "sky", "--latitude", "48", "--longitude", "12", "--date",
                    "2024-06-21", "--day", "--frames", "3", "--height", "32", "--quiet"},
                   folder);
   ASSERT_EQ(sky.exit_code, 0) << sky.err;
   WriteText(folder / "plane.toml", Plane("[0, -4, 2]", "sky"));
+}
+
+TEST(EnvironmentSequence, RenderMakesAPictureOfEachFrame) {
+  const auto folder = FreshFolder("day");
+  ASSERT_NO_FATAL_FAILURE(WritePlaneUnderADay(folder));
   std::vector<std::string> arguments = {"render",  "plane.toml", "-o", "day.exr", "--png",
                                         "day.png", "--spp",      "32", "--quiet"};
   arguments.insert(arguments.end(), {"--json", "day.json"});
@@ -75,12 +80,7 @@ TEST(EnvironmentSequence, RenderMakesAPictureOfEachFrame) {
 // With a path each frame is what `render` makes of a scene whose camera stands there.
 TEST(EnvironmentSequence, RenderTakesTheCameraAlongAPath) {
   const auto folder = FreshFolder("flight");
-  const Outcome sky =
-      RunLuxfield({"sky", "-o", "sky", "--latitude", "48", "--longitude", "12", "--date",
-                   "2024-06-21", "--day", "--frames", "3", "--height", "32", "--quiet"},
-                  folder);
-  ASSERT_EQ(sky.exit_code, 0) << sky.err;
-  WriteText(folder / "plane.toml", Plane("[0, -4, 2]", "sky"));
+  ASSERT_NO_FATAL_FAILURE(WritePlaneUnderADay(folder));
   const std::string path = R"(frames_per_s = 2
 [[camera]]
 t_s = 0

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -381,36 +380,6 @@ TEST(ImportRays, OneFieldHoldsAllRaysThatDoNotGraze) {
   EXPECT_LT(lost, 0.011);
 }
 
-double NarrowestZOf(const std::vector<RayLine>& lines) {
-  NarrowestZ waist;
-  for (const RayLine& line : lines) waist.Add(line);
-  return waist.z();
-}
-
-// Four steep pencils through the axis at z = 1 and four grazing ones through it at z = 0: with
-// weights w = flux cos^4 the variance sum w |m|^2 (z - z_k)^2 is least at the weighted mean of z_k.
-TEST(NarrowestZ, WeighsByTheFourthPowerOfTheCosine) {
-  constexpr double kSteep = 0.5, kGrazing = 3, kFlux = 2;
-  std::vector<RayLine> lines;
-  for (const Vec2 way : {Vec2{1, 0}, Vec2{-1, 0}, Vec2{0, 1}, Vec2{0, -1}}) {
-    lines.push_back({-kSteep * way, kSteep * way, kFlux, 1 / std::sqrt(1 + kSteep * kSteep)});
-    lines.push_back({{}, kGrazing * way, 1, 1 / std::sqrt(1 + kGrazing * kGrazing)});
-  }
-  const double steep = kFlux * kSteep * kSteep / std::pow(1 + kSteep * kSteep, 2),
-               grazing = kGrazing * kGrazing / std::pow(1 + kGrazing * kGrazing, 2);
-  EXPECT_NEAR(NarrowestZOf(lines), steep / (steep + grazing), 1e-12);
-}
-
-// A pencil that leans is narrowest where its rays meet, whichever way it leans.
-TEST(NarrowestZ, IsWhereALeaningPencilMeets) {
-  const Vec2 point{0.1, -0.2};
-  constexpr double kZ = 0.7;
-  std::vector<RayLine> lines;
-  for (const Vec2 way : {Vec2{0.5, 0.1}, Vec2{0.7, -0.1}, Vec2{0.6, 0.3}})
-    lines.push_back({point - kZ * way, way, 1, 1 / std::sqrt(1 + way.x * way.x + way.y * way.y)});
-  EXPECT_NEAR(NarrowestZOf(lines), kZ, 1e-12);
-}
-
 TEST(ImportRays, RefusesWhatLeavesNoChoice) {
   RayFile file = RaysInTheSpan(SmallGeometry(), 50, 10);
   ImportRaysOptions options;
@@ -516,52 +485,6 @@ TEST(RayFit, DoesNotDependOnItsBlocks) {
     EXPECT_EQ(pieces.used().rays, whole.used().rays) << block;
     EXPECT_EQ(pieces.missed_image_plane().rays, whole.missed_image_plane().rays) << block;
   }
-}
-
-// The definition: values sorted, and flux summed along them. Fluxes are integers, so that sums in
-// any order are the same.
-RayWindow SortedWindow(std::vector<std::pair<double, double>> values, double outside) {
-  std::sort(values.begin(), values.end());
-  double total = 0, sum = 0;
-  for (const auto& [x, flux] : values) total += flux;
-  RayWindow window;
-  bool below = true;
-  for (const auto& [x, flux] : values) {
-    if (flux == 0) continue;
-    sum += flux;
-    if (below && sum >= outside * total) {
-      window.low = x;
-      below = false;
-    }
-    window.high = x;
-    if (sum >= (1 - outside) * total) break;
-  }
-  return window;
-}
-
-TEST(FluxWindow, IsThatOfTheSortedValues) {
-  core::Random random(kSeed, 26);
-  const std::array<std::function<double()>, 4> draws{
-      [&] { return random.Uniform(); },
-      [&] { return std::pow(random.Uniform() - 0.5, -5); },       // far outliers on both sides
-      [&] { return std::floor(3 * random.Uniform()); },           // few values
-      [&] { return std::exp(200 * (random.Uniform() - 0.5)); }};  // over many magnitudes
-  for (std::size_t draw = 0; draw < draws.size(); ++draw)
-    for (const int count : {1, 2, 1000, 50000}) {
-      std::vector<std::pair<double, double>> values;
-      for (int n = 0; n < count; ++n)
-        values.emplace_back(draws[draw](), std::floor(5 * random.Uniform()));
-      values.back().second = 1;
-      for (const double outside : {0.0, 0.00125, 0.02, 0.25}) {
-        FluxWindow window(outside);
-        do {
-          for (const auto& [x, flux] : values) window.Add(x, flux);
-        } while (window.EndPass());
-        const RayWindow sorted = SortedWindow(values, outside);
-        EXPECT_EQ(window.window().low, sorted.low) << draw << " " << count << " " << outside;
-        EXPECT_EQ(window.window().high, sorted.high) << draw << " " << count << " " << outside;
-      }
-    }
 }
 
 class ForeignRays : public testing::TestWithParam<const char*> {};
