@@ -15,6 +15,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/execution.h"
 #include "luxfield/core/file.h"
+#include "luxfield/core/printable.h"
 #include "luxfield/environment/environment_map.h"
 #include "luxfield/environment/environment_resampling.h"
 
@@ -51,12 +52,15 @@ std::vector<std::filesystem::path> FramesOfList(const std::filesystem::path& lis
     ++number;
     const auto first = line.find_first_not_of(" \t\r"), last = line.find_last_not_of(" \t\r");
     if (first == std::string::npos || line[first] == '#') continue;
-    const auto frame = list.parent_path() / line.substr(first, last - first + 1);
+    const std::string path = line.substr(first, last - first + 1);
+    const auto frame = list.parent_path() / path;
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(frame, ignored))
-      throw InputError(list.string(),
-                       fmt::format("line {} names {}, which is no file", number, frame.string()),
-                       "a list holds a path a line, relative to it");
+      throw InputError(
+          list.string(),
+          fmt::format("line {} names '{}', which is no file", number, core::Printable(path)),
+          "a list of environment frames holds a path a line, relative to it; other "
+          "text luxfield does not read, rays only as .TM25RAY, .dat, .sdf or .ray");
     frames.push_back(frame);
   }
   if (frames.empty()) throw InputError(list.string(), "names no frames", "write a path a line");

@@ -139,7 +139,17 @@ class Reader {
     p.lamps.push_back(std::move(set));
     if (const XmlElement* flux = emitter.at({"LuminousData", "LuminousFlux"}))
       p.stated_flux_lm = Number(*flux, flux->text, "LuminousFlux");
-    const XmlElement* face = emitter.at({"EmissionAreas", "BottomFace"});
+    if (const XmlElement* areas = emitter.child("EmissionAreas")) ReadOpening(*areas, p);
+  }
+
+  void ReadOpening(const XmlElement& emission, Photometry& p) const {
+    std::string others;
+    for (const XmlElement& face : emission.children)
+      if (face.name != "BottomFace") others += (others.empty() ? "" : ", ") + face.name;
+    if (!others.empty())
+      p.odd.push_back(fmt::format("it emits from {}, too; only its bottom's area is told",
+                                  core::Printable(others)));
+    const XmlElement* face = emission.child("BottomFace");
     const XmlElement* area = face ? face->child("BottomArea") : nullptr;
     if (!area) return;
     const auto shape = Trimmed(area->text_of("Circular")) == "true" ? Opening::Shape::kEllipse
@@ -149,6 +159,10 @@ class Reader {
                                      [](const auto& e) { return e.name == "BottomArea"; });
     if (areas > 1)
       p.odd.push_back(fmt::format("its bottom has {} areas that emit; the first is told", areas));
+    const double beside = std::hypot(NumberOf(*area, "LengthOffset").value_or(0),
+                                     NumberOf(*area, "WidthOffset").value_or(0));
+    if (beside > 0)
+      p.odd.push_back(fmt::format("its area lies {:.4g} m beside the luminaire's middle", beside));
   }
 
   static PhotometryType TypeOf(const XmlElement& root, const XmlElement& intensities) {

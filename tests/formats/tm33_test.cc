@@ -78,6 +78,26 @@ TEST(Tm33, SaysWhatTheFileSays) {
   EXPECT_TRUE(FindSymmetry(p).rotational);
 }
 
+TEST(Tm33, AreasThatAreNotTakenAreTold) {
+  const auto odd = [](const std::string& areas) {
+    return ParseTm33(
+               Document(Luminous(Table({0})) + "<EmissionAreas>" + areas + "</EmissionAreas>"),
+               "x.xml")
+        .odd;
+  };
+  const std::string size = "<Length>1.1</Length><Width>0.5</Width>";
+  EXPECT_THAT(odd("<BottomFace><BottomArea>" + size +
+                  "<LengthOffset>0</LengthOffset><WidthOffset>0</WidthOffset></BottomArea>"
+                  "</BottomFace>"),
+              testing::IsEmpty());
+  EXPECT_THAT(odd("<BottomFace><BottomArea>" + size +
+                  "<LengthOffset>-0.3</LengthOffset><WidthOffset>0.4</WidthOffset></BottomArea>"
+                  "</BottomFace>"),
+              testing::ElementsAre(HasSubstr("lies 0.5 m beside")));
+  EXPECT_THAT(odd("<TopFace/><C90Face/>"),
+              testing::ElementsAre(HasSubstr("emits from TopFace, C90Face, too")));
+}
+
 TEST(Tm33, EveryRangeOfPlanesIsCompleted) {
   const std::pair<std::vector<double>, std::array<double, 4>> cases[] = {
       {{0, 90, 180, 270, 360}, {1, 2, 3, 4}},
