@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <numbers>
 #include <numeric>
 
@@ -159,6 +160,35 @@ TEST_F(LightsAccuracyTest, ErrorsAreKeptWithShadowsAndGloss) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     request.picture.seed = seed;
     kept.Add(RenderToAccuracy(scene, {}, request), 0.05, truth, seed);
+  }
+  kept.Judge();
+}
+
+// Classical lights alone: a point, whose picture has no noise, a line and an area before a box. The
+// error that is asked for is relative to the picture, against one of a hundred times the samples.
+TEST_F(LightsAccuracyTest, ErrorsAreKeptByClassicalLightsAlone) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "luxfield_classical.ies";
+  std::ofstream(file) << "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 4 1 1 2 0 0 0\n1 1 10\n"
+                         "0 30 60 90\n0\n100 80 30 5\n";
+  const auto light = [&](scene::ClassicalModel model, double x, double y, scene::Vec3 at) {
+    return scene::ClassicalLight{
+        "light", model, file, std::array{x, y}, scene::LookAt(at, {0.2, 2.5, 0}, {1, 0, 0}), 1};
+  };
+  scene::Scene all = LampOverFloor();
+  all.luminaires.clear();
+  using enum scene::ClassicalModel;
+  all.classical_lights = {light(kPoint, 0, 0, {-1, 2, 1.5}), light(kLinear, 1.2, 0, {0, 1, 1}),
+                          light(kArea, 0.6, 0.3, {1.5, 3, 1.2})};
+  render::LitScene scene(render::Device::Open(), all);
+  AccuracyRequest request;
+  request.picture.samples_per_pixel = 6000;
+  request.picture.seed = 77;
+  const core::Image truth = render::Renderer(scene, request.picture).Render().radiance;
+  request.rel_error = 0.03;
+  Kept kept;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    request.picture.seed = seed;
+    kept.Add(RenderToAccuracy(scene, {}, request), 0.03, truth, seed);
   }
   kept.Judge();
 }
