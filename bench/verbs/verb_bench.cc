@@ -36,6 +36,7 @@
 #include "luxfield/bench/verbs/verb_bench_balance.h"
 #include "luxfield/bench/verbs/verb_bench_capture.h"
 #include "luxfield/bench/verbs/verb_bench_classical.h"
+#include "luxfield/bench/verbs/verb_bench_error_runs.h"
 #include "luxfield/bench/verbs/verb_bench_errors.h"
 #include "luxfield/bench/verbs/verb_bench_lamps.h"
 #include "luxfield/bench/verbs/verb_bench_ray_files.h"
@@ -533,6 +534,7 @@ void AddBench(cli::Program& program) {
   AddBenchLamps(program, benches);
   AddBenchRayFiles(program, benches);
   AddErrors(program, benches);
+  AddBenchErrorRuns(program, benches);
   AddBudget(program, benches);
   AddFilters(program, benches);
   AddConditioning(program, benches);

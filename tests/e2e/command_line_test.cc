@@ -65,11 +65,12 @@ const std::map<std::string, Names> kGroups = {
     {"shard", {"plan", "run", "status", "gather", "submit"}},
     {"calibrate", {"geometry", "flat-field", "glare", "response", "sensor"}},
     {"filter", {"print", "measure", "photograph"}},
-    {"bench", {"solve",     "nearfield", "lamps",     "sampling", "shadows",   "environment",
-               "balance",   "capture",   "errors",    "budget",   "filters",   "conditioning",
-               "stacks",    "merge",     "exposures", "rigs",     "plan",      "tradeoff",
-               "calibrate", "accuracy",  "scale",     "spacing",  "keep",      "signed",
-               "noise",     "volume",    "all",       "rays",     "ray-files", "classical"}}};
+    {"bench",
+     {"solve",     "nearfield", "lamps",     "sampling", "shadows",      "environment", "balance",
+      "capture",   "errors",    "budget",    "filters",  "conditioning", "stacks",      "merge",
+      "exposures", "rigs",      "plan",      "tradeoff", "calibrate",    "accuracy",    "scale",
+      "spacing",   "keep",      "signed",    "noise",    "volume",       "all",         "rays",
+      "ray-files", "classical", "error-runs"}}};
 
 // Embree and OpenCV have loops of their own on the same threads.
 TEST(CommandLine, ThreadsLimitLoopsOfOtherLibraries) {
