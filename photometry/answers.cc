@@ -64,12 +64,14 @@ PointAnswer AnswerAt(const Lamp& lamp, const PointAsked& asked) {
                         Uncertainty(lamp, IlluminanceAt(lamp, asked.p_m, asked.normal))};
   const auto j = LightVectorAt(lamp, asked.p_m);
   for (std::size_t k = 0; k < j.size(); ++k) answer.light_vector[k] = Evaluate(lamp, j[k]);
-  const Functional fluence = FluenceRateAt(lamp, asked.p_m);
-  answer.spherical = Evaluate(lamp, Sum({{0.25, &fluence}}));
-  answer.cylindrical = Evaluate(lamp, CylindricalIlluminanceAt(lamp, asked.p_m, asked.axis));
+  const auto received = [&](const PointReceiver& receiver) {
+    return Evaluate(lamp, ReceivedAt(lamp, receiver, asked.p_m));
+  };
+  answer.spherical = received({.shape = ReceiverShape::kSphere});
+  answer.cylindrical = received({.shape = ReceiverShape::kCylinder, .axis = asked.axis});
   if (asked.facing)
-    answer.semicylindrical =
-        Evaluate(lamp, SemicylindricalIlluminanceAt(lamp, asked.p_m, asked.axis, *asked.facing));
+    answer.semicylindrical = received(
+        {.shape = ReceiverShape::kSemicylinder, .axis = asked.axis, .facing = *asked.facing});
   return answer;
 }
 
@@ -112,25 +114,26 @@ GlareAnswer AnswerFor(const Lamp& lamp, const GlareAsked& asked) {
 PlaneAnswer AnswerOn(const Lamp& lamp, const PlaneAsked& asked) {
   PlaneAnswer answer;
   answer.asked = asked;
-  const lightfield::Vec3 n = asked.Normal();
-  answer.illuminance = IlluminanceOn(lamp, asked);
-  const auto [least, most] =
-      std::minmax_element(answer.illuminance.begin(), answer.illuminance.end());
+  PointReceiver receiver = asked.receiver;
+  if (receiver.shape == ReceiverShape::kPlane) receiver.normal = asked.Normal();
+  answer.values = ReceivedOn(lamp, asked);
+  const auto [least, most] = std::minmax_element(answer.values.begin(), answer.values.end());
   const auto place = [&](auto it) {
-    const auto k = static_cast<int>(it - answer.illuminance.begin());
+    const auto k = static_cast<int>(it - answer.values.begin());
     return std::array<int, 2>{k % asked.columns, k / asked.columns};
   };
   answer.least_at = place(least);
   answer.most_at = place(most);
-  answer.mean.value = std::accumulate(answer.illuminance.begin(), answer.illuminance.end(), 0.0) /
-                      static_cast<double>(answer.illuminance.size());
+  answer.mean.value = std::accumulate(answer.values.begin(), answer.values.end(), 0.0) /
+                      static_cast<double>(answer.values.size());
   answer.least.value = *least;
   answer.most.value = *most;
   const auto weights_at = [&](std::array<int, 2> at) {
-    return lamp.noise.empty() ? Functional{} : IlluminanceAt(lamp, asked.Point(at[0], at[1]), n);
+    return lamp.noise.empty() ? Functional{}
+                              : ReceivedAt(lamp, receiver, asked.Point(at[0], at[1]));
   };
   const Functional of_least = weights_at(answer.least_at), of_most = weights_at(answer.most_at),
-                   of_mean = lamp.noise.empty() ? Functional{} : MeanIlluminanceOn(lamp, asked);
+                   of_mean = lamp.noise.empty() ? Functional{} : MeanReceivedOn(lamp, asked);
   answer.mean.u = Uncertainty(lamp, of_mean);
   answer.least.u = Uncertainty(lamp, of_least);
   answer.most.u = Uncertainty(lamp, of_most);

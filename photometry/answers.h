@@ -48,16 +48,16 @@ GlareAnswer AnswerFor(const Lamp& lamp, const GlareAsked& asked);
 
 struct PlaneAnswer {
   PlaneAsked asked;
-  std::vector<double> illuminance;  // [row][column], row 0 at the top
+  std::vector<double> values;  // what the receiver takes in, [row][column], row 0 at the top
   Estimate mean, least, most;
   // least / mean and least / most; absent where that is not above 0.
   std::optional<Estimate> uniformity, diversity;
   std::array<int, 2> least_at{}, most_at{};  // column, row
   double at(int column, int row) const {
-    return illuminance[static_cast<std::size_t>(row) * asked.columns + column];
+    return values[static_cast<std::size_t>(row) * asked.columns + column];
   }
 };
-// Values are exact (IlluminanceValue); uncertainties are those of the places found, first order.
+// Values are exact on a plane (IlluminanceValue), else by quadrature; uncertainties are those of the places found, first order.
 PlaneAnswer AnswerOn(const Lamp& lamp, const PlaneAsked& asked);
 
 // 51 x 51 points at a distance before the lamp, as wide as its beam.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "luxfield/photometry/distribution.h"
@@ -47,7 +48,49 @@ Vec3 ReadAcross(const Config& table, const char* key, std::vector<double> fallba
 
 std::vector<double> Listed(Vec3 v) { return {v.x, v.y, v.z}; }
 
-PointAsked ReadPointAsked(const Config& table) {
+Weighting ReadWeighting(const Config& table, const std::vector<Weighting>& before) {
+  Weighting weighting;
+  weighting.name = table.Text("name");
+  const auto same = [&](const Weighting& one) { return one.name == weighting.name; };
+  if (weighting.name.empty() || std::ranges::any_of(before, same))
+    table.Fail("name", fmt::format("= '{}' is empty, or another [[weighting]]'s", weighting.name),
+               "give each a name of its own");
+  weighting.unit = table.Text("unit");
+  weighting.factors = table.Numbers("factors", 0);
+  const auto is_zero = [](double factor) { return factor == 0; };
+  if (std::ranges::all_of(weighting.factors, is_zero))
+    table.Fail("factors", "weighs nothing", "give a factor for each channel, not all of them 0");
+  return weighting;
+}
+
+std::string ReadWeightingName(const Config& table, const std::vector<Weighting>& weightings) {
+  const std::string name = table.Text("weighting", "");
+  if (name.empty()) return name;
+  const auto same = [&](const Weighting& one) { return one.name == name; };
+  if (std::ranges::none_of(weightings, same))
+    table.Fail("weighting", fmt::format("= '{}' is the name of no [[weighting]]", name),
+               "add a [[weighting]] of that name with its unit and factors");
+  return name;
+}
+
+// By key `receiver`, with the axis and direction that its shape has.
+PointReceiver ReadReceiver(const Config& table, const std::string& fallback) {
+  PointReceiver receiver;
+  const std::string shape =
+      table.Choice("receiver", {"plane", "sphere", "cylinder", "semicylinder"}, fallback);
+  if (shape == "plane") return receiver;
+  receiver.shape = shape == "sphere"     ? ReceiverShape::kSphere
+                   : shape == "cylinder" ? ReceiverShape::kCylinder
+                                         : ReceiverShape::kSemicylinder;
+  if (receiver.shape == ReceiverShape::kSphere) return receiver;
+  receiver.axis = ReadDirection(table, "axis", {0, 0, 1});
+  if (receiver.shape == ReceiverShape::kSemicylinder)
+    receiver.facing =
+        ReadAcross(table, "facing", table.Numbers("facing", 3), receiver.axis, "axis");
+  return receiver;
+}
+
+PointAsked ReadPointAsked(const Config& table, const std::vector<Weighting>& weightings) {
   PointAsked point;
   point.p_m = ReadPoint(table, "position_m");
   if (!(Length(point.p_m) > 0))
@@ -56,12 +99,13 @@ PointAsked ReadPointAsked(const Config& table) {
   point.axis = ReadDirection(table, "axis", {0, 0, 1});
   if (table.Has("facing"))
     point.facing = ReadAcross(table, "facing", {1, 0, 0}, point.axis, "axis");
+  point.weighting = ReadWeightingName(table, weightings);
   point.name = table.Text(
       "name", fmt::format("({:.4g}, {:.4g}, {:.4g}) m", point.p_m.x, point.p_m.y, point.p_m.z));
   return point;
 }
 
-PlaneAsked ReadPlaneAsked(const Config& table) {
+PlaneAsked ReadPlaneAsked(const Config& table, const std::vector<Weighting>& weightings) {
   PlaneAsked plane;
   plane.centre_m = ReadPoint(table, "centre_m");
   plane.right = ReadDirection(table, "right", {1, 0, 0});
@@ -70,6 +114,8 @@ PlaneAsked ReadPlaneAsked(const Config& table) {
   plane.height_m = table.Number("height_m", {1e-6, kFarthest_m});
   plane.columns = table.Integer("columns", 41, 1, kMostPoints);
   plane.rows = table.Integer("rows", 41, 1, kMostPoints);
+  plane.receiver = ReadReceiver(table, "plane");
+  plane.weighting = ReadWeightingName(table, weightings);
   plane.name =
       table.Text("name", fmt::format("plane at ({:.4g}, {:.4g}, {:.4g}) m", plane.centre_m.x,
                                      plane.centre_m.y, plane.centre_m.z));
@@ -183,8 +229,12 @@ EyeAsked GlareAsked::Eye(std::size_t plane, std::size_t distance) const {
 
 Asked ReadAsked(const Config& config, const RegulationFile& regulation_file) {
   Asked asked;
-  for (const Config& table : config.Tables("point")) asked.points.push_back(ReadPointAsked(table));
-  for (const Config& table : config.Tables("plane")) asked.planes.push_back(ReadPlaneAsked(table));
+  for (const Config& table : config.Tables("weighting"))
+    asked.weightings.push_back(ReadWeighting(table, asked.weightings));
+  for (const Config& table : config.Tables("point"))
+    asked.points.push_back(ReadPointAsked(table, asked.weightings));
+  for (const Config& table : config.Tables("plane"))
+    asked.planes.push_back(ReadPlaneAsked(table, asked.weightings));
   for (const Config& table : config.Tables("eye")) asked.eyes.push_back(ReadEyeAsked(table));
   for (const Config& table : config.Tables("glare")) asked.glare.push_back(ReadGlareAsked(table));
   for (const Config& table : config.Tables("headlamp"))

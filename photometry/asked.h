@@ -11,25 +11,39 @@
 
 #include "luxfield/core/config.h"
 #include "luxfield/lightfield/geometry.h"
+#include "luxfield/photometry/point_receiver.h"
 #include "luxfield/photometry/regulation.h"
 
 namespace luxfield::photometry {
 
-// All in the luminaire's frame, metres; directions are unit vectors.
+// A quantity that channels are weighed into, as photons are of watts:
+//
+//   Q = sum over channels of factor times E
+struct Weighting {
+  std::string name;
+  std::string unit;             // of Q, "umol/(m2 s)"
+  std::vector<double> factors;  // in `unit` for lx, W/m^2 or a relative one of each channel
+};
+
+// All in the luminaire's frame, metres; directions are unit vectors. `weighting` names one of those
+// asked for; empty: luminance, or the only channel.
 struct PointAsked {
   std::string name;
   lightfield::Vec3 p_m;
   lightfield::Vec3 normal;                 // of illuminance, towards the lamp side
   lightfield::Vec3 axis;                   // of cylindrical and semicylindrical illuminance
   std::optional<lightfield::Vec3> facing;  // of semicylindrical illuminance, across the axis
+  std::string weighting = {};
 };
 
-// columns x rows points in the middles of equal fields of a rectangle.
+// columns x rows points in the middles of equal fields of a rectangle, and what takes in light there.
 struct PlaneAsked {
   std::string name;
   lightfield::Vec3 centre_m, right, up;  // right and up at right angles
   double width_m = 0, height_m = 0;      // along right, along up
   int columns = 0, rows = 0;
+  PointReceiver receiver = {};  // a plane's normal is Normal()
+  std::string weighting = {};
 
   lightfield::Vec3 Point(int column, int row) const;  // row 0 at the top
   lightfield::Vec3 Normal() const;                    // to the side that the origin is on
@@ -99,6 +113,7 @@ inline constexpr std::array kCertificateTexts = {
 
 struct Asked {
   std::map<std::string, std::string> certificate;  // by key; what is not stated is absent
+  std::vector<Weighting> weightings;
   std::vector<HeadlampAsked> headlamps;
   std::vector<EyeAsked> eyes;
   std::vector<GlareAsked> glare;

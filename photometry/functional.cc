@@ -6,7 +6,7 @@
 
 #include "luxfield/lightfield/light_vector.h"
 #include "luxfield/lightfield/projected_texels.h"
-#include "luxfield/lightfield/quadrature.h"
+#include "luxfield/photometry/point_nodes.h"
 
 namespace luxfield::photometry {
 namespace {
@@ -99,95 +99,6 @@ FieldFunctional Intensity(const LuminaireGeometry& g, Vec3 d) {
                        std::size_t r) { return scale * x.zeroth[c] * y.zeroth[r]; });
 }
 
-// Nodes of an axis of F: between knots and borders of texels as seen from p, and in `parts` of these
-// pieces, a rule of four nodes.
-struct Node {
-  double offset;  // u - p
-  double weight;
-  int cell, texel;
-  std::array<double, lightfield::Basis::kMaxCells> phi;  // of the functions cell - n + 1 ... cell
-};
-
-// Abramowitz & Stegun 25.4.30, n = 4.
-constexpr std::array<double, 4> kGaussX = {-0.861136311594053, -0.339981043584856,
-                                           0.339981043584856, 0.861136311594053};
-constexpr std::array<double, 4> kGaussW = {0.347854845137454, 0.652145154862546, 0.652145154862546,
-                                           0.347854845137454};
-
-std::vector<Node> NodesOf(const lightfield::Basis& basis, double u0_m, double h, int count,
-                          const TexelAxis& texels, const PencilAxis& pencil, int parts) {
-  std::vector<Node> nodes;
-  const auto texel_of = [&](double w) {
-    return std::floor((pencil.s_pivot_m + w * pencil.s_per_w - texels.origin_m) / texels.step_m);
-  };
-  const auto add_piece = [&](double lo, double hi, int cell, double start) {
-    const double texel = texel_of(0.5 * (lo + hi)), half = 0.5 * (hi - lo) / parts;
-    if (!(half > 0 && texel >= 0 && texel < texels.count)) return;
-    for (int part = 0; part < parts; ++part)
-      for (std::size_t k = 0; k < kGaussX.size(); ++k) {
-        const double w = lo + half * (2 * part + 1 + kGaussX[k]);
-        Node node{w + pencil.moment_offset_m, half * kGaussW[k], cell, static_cast<int>(texel), {}};
-        for (int n = 0; n < basis.cells; ++n)
-          node.phi[n] = basis.CellValue(basis.cells - 1 - n, (w - start) / h);
-        nodes.push_back(node);
-      }
-  };
-  std::vector<double> breaks;
-  for (int cell = 0; cell < count + basis.cells - 1; ++cell) {
-    const double a = u0_m + cell * h - pencil.u_pivot_m, b = a + h;
-    breaks.assign({a, b});
-    const double from = std::clamp(std::min(texel_of(a), texel_of(b)), -1.0, 1.0 * texels.count);
-    const double to = std::clamp(std::max(texel_of(a), texel_of(b)), -1.0, 1.0 * texels.count);
-    for (double k = from + 1; k <= to; ++k)
-      breaks.push_back(std::clamp(
-          (texels.origin_m - pencil.s_pivot_m + k * texels.step_m) / pencil.s_per_w, a, b));
-    std::sort(breaks.begin(), breaks.end());
-    for (std::size_t k = 0; k + 1 < breaks.size(); ++k)
-      add_piece(breaks[k], breaks[k + 1], cell, a);
-  }
-  return nodes;
-}
-
-Run RunOf(const std::vector<Node>& nodes) {
-  if (nodes.empty()) return {};
-  const auto [least, most] = std::minmax_element(
-      nodes.begin(), nodes.end(), [](const Node& a, const Node& b) { return a.texel < b.texel; });
-  return {least->texel, most->texel - least->texel + 1};
-}
-
-// delta^2 / z^3 integral C Phi k(w) |u - p| du of one field, k of directions in its own frame.
-template <typename Kernel>
-FieldFunctional OfKernel(const LuminaireGeometry& g, Vec3 p, int parts, Kernel&& kernel) {
-  if (!(p.z > 0)) return {};
-  const BasisGrid& grid = g.grid;
-  const auto x =
-      NodesOf(grid.basis, grid.u0_m, grid.spacing_m, grid.width, TexelAxis::Columns(g.lattice),
-              PencilAxis::ThroughPoint(p.x, p.z, g.delta_m), parts);
-  const auto y =
-      NodesOf(grid.basis, grid.v0_m, grid.spacing_m, grid.height, TexelAxis::Rows(g.lattice),
-              PencilAxis::ThroughPoint(p.y, p.z, g.delta_m), parts);
-  FieldFunctional out = Empty(g, RunOf(y), RunOf(x));
-  if (out.weights.empty()) return out;
-  const double scale = g.delta_m / p.z * (g.delta_m / p.z) / p.z;
-  const int n = grid.basis.cells;
-  for (const Node& b : y)
-    for (const Node& a : x) {
-      const Vec3 to_light{a.offset, b.offset, -p.z};
-      const double r = lightfield::Length(to_light);
-      const double value = scale * a.weight * b.weight * r * kernel((1 / r) * to_light);
-      if (value == 0) continue;
-      const std::size_t place = std::size_t(b.texel - out.window.row0) * out.window.columns +
-                                a.texel - out.window.column0;
-      for (int l = 0; l < n; ++l)
-        for (int k = 0; k < n; ++k) {
-          const int i = a.cell - n + 1 + k, j = b.cell - n + 1 + l;
-          if (i < 0 || i >= grid.width || j < 0 || j >= grid.height) continue;
-          out.weights[grid.index(i, j) * out.window.size() + place] += value * a.phi[k] * b.phi[l];
-        }
-    }
-  return out;
-}
-
 // Of each field, of(geometry, field_from_luminaire).
 template <typename F>
 Functional OfFields(const Lamp& lamp, F&& of) {
@@ -208,12 +119,6 @@ Functional OfKernelAt(const Lamp& lamp, Vec3 p, Kernel&& kernel) {
 
 // Of every piece along both axes where a horizon cuts the light, and makes a kink in k.
 constexpr int kPartsAtHorizon = 6;
-
-// |sin| of the angle to the axis.
-double Sine(Vec3 axis, Vec3 w) {
-  const double cosine = Dot(axis, w);
-  return std::sqrt(std::max(0.0, 1 - cosine * cosine));
-}
 
 void AddTo(FieldFunctional& sum, int images, double factor, const FieldFunctional& one) {
   const TexelWindow &to = sum.window, &from = one.window;
@@ -379,15 +284,6 @@ std::array<Functional, 3> LightVectorAt(const Lamp& lamp, Vec3 p) {
 
 Functional FluenceRateAt(const Lamp& lamp, Vec3 p) {
   return OfKernelAt(lamp, p, [](Vec3) { return 1.0; });
-}
-
-Functional CylindricalIlluminanceAt(const Lamp& lamp, Vec3 p, Vec3 axis) {
-  return OfKernelAt(lamp, p, [&](Vec3 w) { return Sine(axis, w) / std::numbers::pi; });
-}
-
-Functional SemicylindricalIlluminanceAt(const Lamp& lamp, Vec3 p, Vec3 axis, Vec3 facing) {
-  return OfKernelAt(lamp, p,
-                    [&](Vec3 w) { return (Sine(axis, w) + Dot(facing, w)) / std::numbers::pi; });
 }
 
 Functional LightWithin(const Lamp& lamp, Vec3 p, Vec3 axis, double half_angle) {

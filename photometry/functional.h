@@ -78,17 +78,6 @@ std::array<Functional, 3> LightVectorAt(const Lamp& lamp, lightfield::Vec3 p);
 // k = 1: the fluence rate. Mean spherical illuminance is a quarter of it.
 Functional FluenceRateAt(const Lamp& lamp, lightfield::Vec3 p);
 
-// Mean illuminance of the side of a small cylinder (cylindrical illuminance of CIE S 017, ILV),
-//
-//   k = sqrt(1 - (a.w)^2) / pi,     a its axis, a unit vector.
-Functional CylindricalIlluminanceAt(const Lamp& lamp, lightfield::Vec3 p, lightfield::Vec3 axis);
-
-// The same of the half of it that faces f, a unit vector at right angles to the axis:
-//
-//   k = (sqrt(1 - (a.w)^2) + f.w) / pi
-Functional SemicylindricalIlluminanceAt(const Lamp& lamp, lightfield::Vec3 p, lightfield::Vec3 axis,
-                                        lightfield::Vec3 facing);
-
 // integral L dw over the cone about `axis`, from the point to the light, that `half_angle` opens; its
 // edge is cut at nodes a sixteenth of a knot spacing apart at most.
 Functional LightWithin(const Lamp& lamp, lightfield::Vec3 p, lightfield::Vec3 axis,

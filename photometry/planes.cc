@@ -205,12 +205,22 @@ std::vector<double> IlluminanceOn(const Lamp& lamp, const PlaneAsked& plane) {
   return illuminance;
 }
 
-Functional MeanIlluminanceOn(const Lamp& lamp, const PlaneAsked& plane) {
+std::vector<double> ReceivedOn(const Lamp& lamp, const PlaneAsked& plane) {
+  if (plane.receiver.shape == ReceiverShape::kPlane) return IlluminanceOn(lamp, plane);
+  std::vector<double> received(CountOf(plane));
+  core::ParallelFor(received.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      received[k] = ReceivedValue(lamp, plane.receiver, PointOf(plane, k));
+  });
+  return received;
+}
+
+Functional MeanReceivedOn(const Lamp& lamp, const PlaneAsked& plane) {
   Functional mean = ZeroOf(lamp);
   const Vec3 n = plane.Normal();
   const std::size_t count = CountOf(plane);
   const double share = 1.0 / static_cast<double>(count);
-  bool separable = true;
+  bool separable = plane.receiver.shape == ReceiverShape::kPlane;
   std::vector<std::optional<Lines>> lines;
   for (const PosedLightField& posed : lamp.fields) {
     lines.push_back(LinesOf(posed, plane));
@@ -219,8 +229,10 @@ Functional MeanIlluminanceOn(const Lamp& lamp, const PlaneAsked& plane) {
   for (std::size_t k = 0; k < count && separable; ++k)
     separable = !IsCut(lamp, PointOf(plane, k), n);
   if (!separable) {
+    PointReceiver receiver = plane.receiver;
+    if (receiver.shape == ReceiverShape::kPlane) receiver.normal = n;
     for (std::size_t k = 0; k < count; ++k)
-      Add(mean, share, IlluminanceAt(lamp, PointOf(plane, k), n));
+      AddReceived(mean, share, lamp, receiver, PointOf(plane, k));
     return mean;
   }
   for (std::size_t k = 0; k < lamp.fields.size(); ++k)

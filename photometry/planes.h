@@ -16,7 +16,10 @@ std::vector<double> IlluminanceOn(const Lamp& lamp, const PlaneAsked& plane);
 // The light vector, towards the light, without regard to a horizon; as fast.
 std::vector<lightfield::Vec3> LightVectorsOn(const Lamp& lamp, const PlaneAsked& plane);
 
-// The mean of IlluminanceOn as weights.
-Functional MeanIlluminanceOn(const Lamp& lamp, const PlaneAsked& plane);
+// What the plane's receiver takes in: IlluminanceOn, or point by point for the other shapes.
+std::vector<double> ReceivedOn(const Lamp& lamp, const PlaneAsked& plane);
+
+// The mean of ReceivedOn as weights.
+Functional MeanReceivedOn(const Lamp& lamp, const PlaneAsked& plane);
 
 }  // namespace luxfield::photometry

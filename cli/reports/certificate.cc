@@ -10,6 +10,7 @@
 #include "luxfield/cli/reports/estimate_json.h"
 #include "luxfield/cli/reports/photometry_names.h"
 #include "luxfield/cli/reports/photometry_plots.h"
+#include "luxfield/cli/reports/received_report.h"
 #include "luxfield/reconstruct/budget/error_budget_json.h"
 #include "luxfield/version.h"
 
@@ -82,7 +83,8 @@ void AddPlots(PdfPages& pages, const PhotometryReport& report, const photometry:
   std::vector<std::string> row;
   constexpr std::size_t kMostPlanes = 4;  // of those that are asked for, on the certificate
   for (std::size_t k = 0; k < std::min(kMostPlanes, report.planes.size()); ++k) {
-    row.push_back(SvgIsolux(IsoluxOf(report.planes[k], names)));
+    row.push_back(SvgIsolux(
+        IsoluxOf(report.planes[k], ReceivedNames(report, report.planes[k].asked.weighting))));
     if (row.size() == 2 || k + 1 == std::min(kMostPlanes, report.planes.size())) {
       pages.Plots(row, 220);
       row.clear();

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "luxfield/cli/reports/photometry_names.h"
+#include "luxfield/cli/reports/received_report.h"
 
 namespace luxfield::cli {
 namespace {
@@ -91,13 +91,17 @@ std::vector<CertificateResult> CertificateResults(const Certificate& certificate
   if (const QuantityBudget* flux = FluxBudget(certificate); flux && flux->value != 0)
     lines.lines()[0].expanded =
         2 * flux->Total() / std::abs(flux->value) * std::abs(lines.lines()[0].value);
-  for (const auto& point : report.points)
-    lines.Add(names.illuminance, point.asked.name, point.illuminance, names.illuminance_unit,
+  for (const auto& point : report.points) {
+    const PhotometryNames own = ReceivedNames(report, point.asked.weighting);
+    lines.Add(own.illuminance, point.asked.name, point.illuminance, own.illuminance_unit,
               Scales::kWithLight);
+  }
   for (const auto& plane : report.planes) {
-    lines.Add(names.illuminance + ", mean", plane.asked.name, plane.mean, names.illuminance_unit,
+    const PhotometryNames own = ReceivedNames(report, plane.asked.weighting);
+    const std::string title = own.IlluminanceTitle(plane.asked.receiver.shape);
+    lines.Add(title + ", mean", plane.asked.name, plane.mean, own.illuminance_unit,
               Scales::kWithLight);
-    lines.Add(names.illuminance + ", largest", plane.asked.name, plane.most, names.illuminance_unit,
+    lines.Add(title + ", largest", plane.asked.name, plane.most, own.illuminance_unit,
               Scales::kWithLight);
     lines.Add("Uniformity, smallest / mean", plane.asked.name, plane.uniformity, "1", Scales::kNot);
   }

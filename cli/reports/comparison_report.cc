@@ -57,9 +57,8 @@ Rows TableOf(const ComparisonReport& report) {
 }  // namespace
 
 std::vector<double> ComparisonReport::Difference() const {
-  std::vector<double> difference = comparison.plane_a.illuminance;
-  for (std::size_t k = 0; k < difference.size(); ++k)
-    difference[k] -= comparison.plane_b.illuminance[k];
+  std::vector<double> difference = comparison.plane_a.values;
+  for (std::size_t k = 0; k < difference.size(); ++k) difference[k] -= comparison.plane_b.values[k];
   return difference;
 }
 
@@ -87,15 +86,14 @@ Json ComparisonJson(const ComparisonReport& report) {
     quantities.push_back(one);
   }
   const auto& plane = report.comparison.plane_a.asked;
-  return {
-      {"quantities", quantities},
-      {"plane",
-       {{"name", plane.name},
-        {"centre_m", VectorJson(plane.centre_m)},
-        {"width_m", plane.width_m},
-        {"height_m", plane.height_m},
-        {names.Illuminance("a"), RowsJson(report.comparison.plane_a.illuminance, plane.columns)},
-        {names.Illuminance("b"), RowsJson(report.comparison.plane_b.illuminance, plane.columns)}}}};
+  return {{"quantities", quantities},
+          {"plane",
+           {{"name", plane.name},
+            {"centre_m", VectorJson(plane.centre_m)},
+            {"width_m", plane.width_m},
+            {"height_m", plane.height_m},
+            {names.Illuminance("a"), RowsJson(report.comparison.plane_a.values, plane.columns)},
+            {names.Illuminance("b"), RowsJson(report.comparison.plane_b.values, plane.columns)}}}};
 }
 
 std::string ComparisonPage(const ComparisonReport& report) {

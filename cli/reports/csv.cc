@@ -5,11 +5,7 @@ namespace luxfield::cli {
 std::string Csv(const core::Json& rows) {
   std::string text;
   const auto cell = [](const core::Json& value) {
-    const std::string plain = value.is_string() ? value.get<std::string>() : value.dump();
-    if (plain.find_first_of(",\"\n") == std::string::npos) return plain;
-    std::string quoted = "\"";
-    for (const char c : plain) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return quoted + "\"";
+    return CsvCell(value.is_string() ? value.get<std::string>() : value.dump());
   };
   if (rows.empty()) return text;
   for (const auto& [key, value] : rows.front().items()) text += (text.empty() ? "" : ",") + key;
@@ -19,6 +15,13 @@ std::string Csv(const core::Json& rows) {
     text += "\n" + line;
   }
   return text + "\n";
+}
+
+std::string CsvCell(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
 }
 
 }  // namespace luxfield::cli

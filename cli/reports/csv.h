@@ -11,4 +11,7 @@ namespace luxfield::cli {
 // 4180). Empty without rows. All rows must have the same keys.
 std::string Csv(const core::Json& rows);
 
+// Quoted where it must be.
+std::string CsvCell(const std::string& text);
+
 }  // namespace luxfield::cli

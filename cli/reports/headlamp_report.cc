@@ -158,8 +158,8 @@ Json HeadlampJson(const HeadlampReport& report) {
       {"remarks", headlamp.remarks}};
 }
 
-std::vector<HeadlampRow> HeadlampRows(const HeadlampReport& report) {
-  std::vector<HeadlampRow> rows;
+std::vector<NumberRow> HeadlampRows(const HeadlampReport& report) {
+  std::vector<NumberRow> rows;
   for (const Finding& finding : report.headlamp.findings)
     rows.push_back({fmt::format("{} {}", finding.name, finding.is_least ? "smallest" : "largest"),
                     fmt::format("{}; H = {:.4g} deg; V = {:.4g} deg; limit {:.6g}; {}",

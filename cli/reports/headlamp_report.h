@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "luxfield/cli/reports/html_page.h"
+#include "luxfield/cli/reports/number_row.h"
 #include "luxfield/core/json.h"
 #include "luxfield/photometry/headlamp.h"
 
@@ -23,11 +24,7 @@ std::string VerdictName(photometry::Verdict verdict);  // "pass", "fail", "not m
 void PrintHeadlamp(const HeadlampReport& report);
 core::Json HeadlampJson(const HeadlampReport& report);
 
-struct HeadlampRow {
-  std::string quantity, where, unit;
-  photometry::Estimate value;
-};
-std::vector<HeadlampRow> HeadlampRows(const HeadlampReport& report);
+std::vector<NumberRow> HeadlampRows(const HeadlampReport& report);
 
 // The table of requirements, its head first; without columns for uncertainty where there is none.
 std::vector<std::vector<std::string>> RequirementTable(const photometry::Headlamp& headlamp);

@@ -4,8 +4,24 @@
 #include <string>
 
 #include "luxfield/lightfield/light_field.h"
+#include "luxfield/photometry/asked.h"
 
 namespace luxfield::cli {
+
+// "" of a plane, "spherical", "cylindrical", "semicylindrical".
+inline std::string ShapeName(photometry::ReceiverShape shape) {
+  switch (shape) {
+    case photometry::ReceiverShape::kPlane:
+      return "";
+    case photometry::ReceiverShape::kSphere:
+      return "spherical";
+    case photometry::ReceiverShape::kCylinder:
+      return "cylindrical";
+    case photometry::ReceiverShape::kSemicylinder:
+      return "semicylindrical";
+  }
+  return "";
+}
 
 struct PhotometryNames {
   std::string flux_key, intensity_suffix, illuminance_key, illuminance_suffix;
@@ -26,7 +42,27 @@ struct PhotometryNames {
   std::string Illuminance(const std::string& which = {}) const {
     return illuminance_key + (which.empty() ? "" : "_" + which) + "_" + illuminance_suffix;
   }
+  // "illuminance_spherical_mean_lx".
+  std::string Illuminance(photometry::ReceiverShape shape, const std::string& which) const {
+    const std::string name = ShapeName(shape);
+    return Illuminance(name + (name.empty() || which.empty() ? "" : "_") + which);
+  }
+  // "Illuminance, spherical".
+  std::string IlluminanceTitle(photometry::ReceiverShape shape) const {
+    const std::string name = ShapeName(shape);
+    return illuminance + (name.empty() ? "" : ", " + name);
+  }
 };
+
+// Of what channels are weighed into: "irradiance_spherical_weighted".
+inline PhotometryNames NamesOf(const photometry::Weighting& weighting) {
+  PhotometryNames names;
+  names.illuminance_key = "irradiance";
+  names.illuminance_suffix = "weighted";
+  names.illuminance_unit = weighting.unit;
+  names.illuminance = weighting.name;
+  return names;
+}
 
 inline PhotometryNames NamesOf(lightfield::FluxUnit unit) {
   switch (unit) {

@@ -5,71 +5,50 @@
 #include <filesystem>
 
 #include "luxfield/cli/reports/colour_report.h"
+#include "luxfield/cli/reports/estimate_table.h"
 #include "luxfield/cli/reports/html_page.h"
 #include "luxfield/cli/reports/photometry_names.h"
 #include "luxfield/cli/reports/photometry_plots.h"
 #include "luxfield/cli/reports/photometry_report.h"
-#include "luxfield/cli/svg/svg_isolux.h"
+#include "luxfield/cli/reports/received_report.h"
 #include "luxfield/version.h"
 
 namespace luxfield::cli {
 namespace {
 
 using photometry::Estimate;
-using Rows = std::vector<std::vector<std::string>>;
-
-std::string Number(double value) { return fmt::format("{:.5g}", value == 0 ? 0.0 : value); }
-
-// {name, value, u, u / value, unit}.
-std::vector<std::string> Row(const std::string& name, const Estimate& estimate,
-                             const std::string& unit) {
-  std::vector<std::string> row{name, Number(estimate.value), "", "", unit};
-  if (estimate.u) {
-    row[2] = fmt::format("{:.2g}", *estimate.u);
-    if (estimate.value != 0)
-      row[3] = fmt::format("{:.2g} %", 100 * *estimate.u / std::abs(estimate.value));
-  }
-  return row;
-}
-
-// As a table; without the columns of uncertainties where there are none.
-void AddRows(HtmlPage& page, Rows rows) {
-  const bool any =
-      std::any_of(rows.begin() + 1, rows.end(), [](const auto& row) { return !row[2].empty(); });
-  if (!any)
-    for (auto& row : rows) row.erase(row.begin() + 2, row.begin() + 4);
-  page.Table(rows);
-}
+using Rows = EstimateRows;
 
 void AddAngle(Rows& rows, const std::string& name, const std::string& share,
               const std::optional<photometry::BeamAngle>& angle) {
   if (!angle) return;
-  rows.push_back(
-      Row(fmt::format("{} ({} of the largest intensity)", name, share), angle->mean_deg, "°"));
-  rows.push_back(Row(name + " along C0-C180", angle->along_c0_deg, "°"));
-  rows.push_back(Row(name + " along C90-C270", angle->along_c90_deg, "°"));
+  rows.push_back(EstimateRow(fmt::format("{} ({} of the largest intensity)", name, share),
+                             angle->mean_deg, "°"));
+  rows.push_back(EstimateRow(name + " along C0-C180", angle->along_c0_deg, "°"));
+  rows.push_back(EstimateRow(name + " along C90-C270", angle->along_c90_deg, "°"));
 }
 
 void AddShare(Rows& rows, const std::string& name, const std::optional<Estimate>& share) {
   if (!share) return;
-  rows.push_back(Row(name,
-                     {100 * share->value, share->u ? std::optional(100 * *share->u) : share->u},
-                     "% of the flux"));
+  rows.push_back(
+      EstimateRow(name, {100 * share->value, share->u ? std::optional(100 * *share->u) : share->u},
+                  "% of the flux"));
 }
 
 void AddAsymmetry(Rows& rows, const std::string& plane, const std::optional<double>& share) {
   if (share)
-    rows.push_back(Row("Not mirrored in the plane " + plane, {100 * *share, {}}, "% of the flux"));
+    rows.push_back(
+        EstimateRow("Not mirrored in the plane " + plane, {100 * *share, {}}, "% of the flux"));
 }
 
 Rows DistributionRows(const photometry::Distribution& d, const PhotometryNames& names) {
-  Rows rows{{"quantity", "value", "u (k = 1)", "relative", "unit"}};
-  rows.push_back(Row(names.flux, d.flux, names.flux_unit));
-  rows.push_back(Row(names.intensity + " on the axis", d.axis, names.intensity_unit));
+  Rows rows{EstimateHead("quantity")};
+  rows.push_back(EstimateRow(names.flux, d.flux, names.flux_unit));
+  rows.push_back(EstimateRow(names.intensity + " on the axis", d.axis, names.intensity_unit));
   const auto peak = photometry::DirectionOf(d.peak_direction);
-  rows.push_back(
-      Row(fmt::format("Largest, at C = {:.1f}°, gamma = {:.2f}°", peak.c_deg, peak.gamma_deg),
-          d.peak, names.intensity_unit));
+  rows.push_back(EstimateRow(
+      fmt::format("Largest, at C = {:.1f}°, gamma = {:.2f}°", peak.c_deg, peak.gamma_deg), d.peak,
+      names.intensity_unit));
   AddAngle(rows, "Beam angle", "50 %", d.beam);
   AddAngle(rows, "Field angle", "10 %", d.field);
   AddShare(rows, "Downwards", d.downward_share);
@@ -78,16 +57,17 @@ Rows DistributionRows(const photometry::Distribution& d, const PhotometryNames& 
   AddAsymmetry(rows, "C90-C270", d.asymmetry_c90_c270);
   for (std::size_t k = 0; k < photometry::kInverseSquarePercent.size(); ++k)
     if (const auto& distance = d.on_axis.distance_m[k])
-      rows.push_back(Row(fmt::format("Inverse square within {} % on the axis, from",
-                                     photometry::kInverseSquarePercent[k]),
-                         *distance, "m"));
+      rows.push_back(EstimateRow(fmt::format("Inverse square within {} % on the axis, from",
+                                             photometry::kInverseSquarePercent[k]),
+                                 *distance, "m"));
   for (std::size_t k = 0; k < photometry::kInverseSquarePercent.size(); ++k)
     if (const auto& distance = d.towards_peak.distance_m[k]; distance && peak.gamma_deg > 0.05)
-      rows.push_back(Row(fmt::format("Inverse square within {} % towards the peak, from",
-                                     photometry::kInverseSquarePercent[k]),
-                         *distance, "m"));
+      rows.push_back(EstimateRow(fmt::format("Inverse square within {} % towards the peak, from",
+                                             photometry::kInverseSquarePercent[k]),
+                                 *distance, "m"));
   if (d.covered_gamma_deg)
-    rows.push_back(Row("Whole filter plane seen up to gamma", {*d.covered_gamma_deg, {}}, "°"));
+    rows.push_back(
+        EstimateRow("Whole filter plane seen up to gamma", {*d.covered_gamma_deg, {}}, "°"));
   return rows;
 }
 
@@ -136,48 +116,28 @@ void AddTable(HtmlPage& page, const photometry::IntensityTable& table,
   page.Table(rows);
 }
 
-void AddPoints(HtmlPage& page, const std::vector<photometry::PointAnswer>& points,
-               const PhotometryNames& names) {
-  if (points.empty()) return;
-  page.Heading(names.illuminance + " at points");
-  for (const auto& answer : points) {
-    const auto& p = answer.asked.p_m;
-    Rows rows{{fmt::format("{}, at ({:.4g}, {:.4g}, {:.4g}) m", answer.asked.name, p.x, p.y, p.z),
-               "value", "u (k = 1)", "relative", "unit"}};
-    rows.push_back(Row(names.illuminance, answer.illuminance, names.illuminance_unit));
-    rows.push_back(Row("mean spherical", answer.spherical, names.illuminance_unit));
-    rows.push_back(Row("cylindrical", answer.cylindrical, names.illuminance_unit));
-    if (answer.semicylindrical)
-      rows.push_back(Row("semicylindrical", *answer.semicylindrical, names.illuminance_unit));
-    const char* const kAxes[] = {"light vector, x", "light vector, y", "light vector, z"};
-    for (std::size_t k = 0; k < 3; ++k)
-      rows.push_back(Row(kAxes[k], answer.light_vector[k], names.illuminance_unit));
-    AddRows(page, rows);
-  }
-}
-
 void AddEyes(HtmlPage& page, const std::vector<photometry::EyeAnswer>& eyes,
              const PhotometryNames& names) {
   if (eyes.empty()) return;
   page.Heading("Luminance");
   for (const auto& answer : eyes) {
-    Rows rows{{answer.asked.name, "value", "u (k = 1)", "relative", "unit"}};
+    Rows rows{EstimateHead(answer.asked.name)};
     for (const auto& field : answer.fields)
-      rows.push_back(Row(fmt::format("largest mean over {:g} mrad", field.mrad), field.largest,
-                         names.LuminanceUnit()));
+      rows.push_back(EstimateRow(fmt::format("largest mean over {:g} mrad", field.mrad),
+                                 field.largest, names.LuminanceUnit()));
     if (answer.area) {
-      rows.push_back(Row(fmt::format("mean of what is above {:g}", answer.asked.threshold),
-                         answer.area->luminance, names.LuminanceUnit()));
-      rows.push_back(Row("solid angle of that", {answer.area->solid_angle, {}}, "sr"));
+      rows.push_back(EstimateRow(fmt::format("mean of what is above {:g}", answer.asked.threshold),
+                                 answer.area->luminance, names.LuminanceUnit()));
+      rows.push_back(EstimateRow("solid angle of that", {answer.area->solid_angle, {}}, "sr"));
     }
-    if (answer.ugr) rows.push_back(Row("UGR of this lamp alone", *answer.ugr, ""));
+    if (answer.ugr) rows.push_back(EstimateRow("UGR of this lamp alone", *answer.ugr, ""));
     if (answer.plain_ugr)
-      rows.push_back(Row("UGR of the opening, evenly bright", *answer.plain_ugr, ""));
+      rows.push_back(EstimateRow("UGR of the opening, evenly bright", *answer.plain_ugr, ""));
     if (answer.veiling)
-      rows.push_back(Row("veiling luminance", *answer.veiling, names.LuminanceUnit()));
+      rows.push_back(EstimateRow("veiling luminance", *answer.veiling, names.LuminanceUnit()));
     if (answer.threshold_increment)
-      rows.push_back(Row("threshold increment", *answer.threshold_increment, "%"));
-    AddRows(page, rows);
+      rows.push_back(EstimateRow("threshold increment", *answer.threshold_increment, "%"));
+    AddEstimates(page, rows);
   }
 }
 
@@ -219,27 +179,6 @@ void AddGlare(HtmlPage& page, const std::vector<photometry::GlareAnswer>& glare,
   }
 }
 
-void AddPlanes(HtmlPage& page, const std::vector<photometry::PlaneAnswer>& planes,
-               const PhotometryNames& names) {
-  if (planes.empty()) return;
-  page.Heading(names.illuminance + " on planes");
-  for (const auto& answer : planes) {
-    page.Raw("<div class=\"row\">\n");
-    page.Raw(SvgIsolux(IsoluxOf(answer, names)));
-    Rows rows{{answer.asked.name, "value", "u (k = 1)", "relative", "unit"}};
-    rows.push_back(
-        Row(fmt::format("mean of {} x {} points", answer.asked.columns, answer.asked.rows),
-            answer.mean, names.illuminance_unit));
-    rows.push_back(Row("smallest", answer.least, names.illuminance_unit));
-    rows.push_back(Row("largest", answer.most, names.illuminance_unit));
-    if (answer.uniformity) rows.push_back(Row("smallest / mean", *answer.uniformity, ""));
-    if (answer.diversity) rows.push_back(Row("smallest / largest", *answer.diversity, ""));
-    page.Raw("<div>\n");
-    AddRows(page, rows);
-    page.Raw("</div>\n</div>\n");
-  }
-}
-
 }  // namespace
 
 std::string PhotometryPage(const PhotometryReport& report, const photometry::Lamp& lamp) {
@@ -250,13 +189,12 @@ std::string PhotometryPage(const PhotometryReport& report, const photometry::Lam
   page.Paragraph(report.uncertainty);
   for (const std::string& remark : report.distribution.remarks)
     page.Paragraph("Note: " + remark + ".");
-  AddRows(page, DistributionRows(report.distribution, names));
+  AddEstimates(page, DistributionRows(report.distribution, names));
   AddPlots(page, lamp, names, report.table);
   AddTable(page, report.table, names);
   if (report.colour) AddColour(page, *report.colour);
   for (const HeadlampReport& headlamp : report.headlamps) AddHeadlamp(page, headlamp);
-  AddPlanes(page, report.planes, names);
-  AddPoints(page, report.points, names);
+  AddReceived(page, report);
   AddEyes(page, report.eyes, names);
   AddGlare(page, report.glare, names);
   return page.Text();

@@ -89,7 +89,7 @@ std::string SolidOf(const photometry::Lamp& lamp, bool whole_sphere) {
 IsoluxMap IsoluxOf(const photometry::PlaneAnswer& answer, const PhotometryNames& names) {
   const auto& asked = answer.asked;
   IsoluxMap map;
-  map.title = fmt::format("{}, {}", names.illuminance, asked.name);
+  map.title = fmt::format("{}, {}", names.IlluminanceTitle(asked.receiver.shape), asked.name);
   map.unit = names.illuminance_unit;
   map.x_label = AxisName(asked.right, "right");
   map.y_label = AxisName(asked.up, "up");
@@ -103,7 +103,7 @@ IsoluxMap IsoluxOf(const photometry::PlaneAnswer& answer, const PhotometryNames&
   map.y1 = centre(asked.up) + asked.height_m / 2;
   map.columns = asked.columns;
   map.rows = asked.rows;
-  map.values = answer.illuminance;
+  map.values = answer.values;
   return map;
 }
 

@@ -9,8 +9,10 @@
 #include "luxfield/cli/reports/colour_report.h"
 #include "luxfield/cli/reports/csv.h"
 #include "luxfield/cli/reports/estimate_json.h"
+#include "luxfield/cli/reports/estimate_table.h"
 #include "luxfield/cli/reports/headlamp_report.h"
 #include "luxfield/cli/reports/photometry_names.h"
+#include "luxfield/cli/reports/received_report.h"
 
 namespace luxfield::cli {
 namespace {
@@ -61,48 +63,6 @@ Json TableJson(const photometry::IntensityTable& table, const PhotometryNames& n
           {key + "_u", known ? uncertainties : Json()}};
 }
 
-Json PointJson(const photometry::PointAnswer& answer, const PhotometryNames& names) {
-  Json json = {{"name", answer.asked.name},
-               {"position_m", VectorJson(answer.asked.p_m)},
-               {"normal", VectorJson(answer.asked.normal)},
-               {"axis", VectorJson(answer.asked.axis)},
-               {"facing", answer.asked.facing ? VectorJson(*answer.asked.facing) : Json()}};
-  PutEstimate(json, names.Illuminance(), answer.illuminance);
-  PutEstimate(json, names.Illuminance("spherical"), answer.spherical);
-  PutEstimate(json, names.Illuminance("cylindrical"), answer.cylindrical);
-  PutEstimate(json, names.Illuminance("semicylindrical"), answer.semicylindrical);
-  Json vector = Json::array(), u = Json::array();
-  for (const Estimate& component : answer.light_vector) {
-    vector.push_back(component.value);
-    u.push_back(OptionalJson(component.u));
-  }
-  json["light_vector_" + names.illuminance_suffix] = vector;
-  json["light_vector_" + names.illuminance_suffix + "_u"] = answer.light_vector[0].u ? u : Json();
-  return json;
-}
-
-Json PlaneJson(const photometry::PlaneAnswer& answer, const PhotometryNames& names) {
-  const auto& asked = answer.asked;
-  Json json = {{"name", asked.name},
-               {"centre_m", VectorJson(asked.centre_m)},
-               {"right", VectorJson(asked.right)},
-               {"up", VectorJson(asked.up)},
-               {"normal", VectorJson(asked.Normal())},
-               {"width_m", asked.width_m},
-               {"height_m", asked.height_m},
-               {"columns", asked.columns},
-               {"rows", asked.rows},
-               {names.Illuminance(), RowsJson(answer.illuminance, asked.columns)},
-               {"min_at_m", VectorJson(asked.Point(answer.least_at[0], answer.least_at[1]))},
-               {"max_at_m", VectorJson(asked.Point(answer.most_at[0], answer.most_at[1]))}};
-  PutEstimate(json, names.Illuminance("mean"), answer.mean);
-  PutEstimate(json, names.Illuminance("min"), answer.least);
-  PutEstimate(json, names.Illuminance("max"), answer.most);
-  PutEstimate(json, "uniformity_min_mean", answer.uniformity);
-  PutEstimate(json, "uniformity_min_max", answer.diversity);
-  return json;
-}
-
 Json EyeJson(const photometry::EyeAnswer& answer, const PhotometryNames& names) {
   const std::string suffix = names.LuminanceSuffix();
   Json fields = Json::array();
@@ -124,40 +84,18 @@ Json EyeJson(const photometry::EyeAnswer& answer, const PhotometryNames& names) 
   return json;
 }
 
-// "12.3 +- 0.4 lm".
-std::string Text(const Estimate& estimate, const std::string& unit) {
-  return fmt::format("{:.5g}{} {}", estimate.value,
-                     estimate.u ? fmt::format(" +- {:.2g}", *estimate.u) : "", unit);
-}
-
 void PrintAngle(const char* name, const std::optional<photometry::BeamAngle>& angle) {
   if (angle)
     fmt::print("  {:<18}{} ({:.4g} along C0-C180, {:.4g} along C90-C270)\n", name,
-               Text(angle->mean_deg, "degrees"), angle->along_c0_deg.value,
+               EstimateText(angle->mean_deg, "degrees"), angle->along_c0_deg.value,
                angle->along_c90_deg.value);
 }
 
-Json CsvRow(const std::string& quantity, const std::string& where, const Estimate& estimate,
-            const std::string& unit) {
-  return {{"quantity", quantity},
-          {"where", where},
-          {"value", estimate.value},
-          {"u", estimate.u ? Json(*estimate.u) : Json("")},
-          {"unit", unit}};
-}
-
-std::string PlaceText(lightfield::Vec3 p) {
-  return fmt::format("x = {:.6g} m; y = {:.6g} m; z = {:.6g} m", p.x, p.y, p.z);
-}
-
-// As Csv of columns in this order: those of an object of JSON are sorted by name.
-std::string CsvLine(const Json& row) {
+std::string CsvLine(const NumberRow& row) {
+  const std::string cells[] = {row.quantity, row.where, fmt::format("{}", row.value.value),
+                               row.value.u ? fmt::format("{}", *row.value.u) : "", row.unit};
   std::string line;
-  for (const char* key : {"quantity", "where", "value", "u", "unit"}) {
-    const Json cell = {{{"x", row.at(key)}}};
-    const std::string text = Csv(cell);  // "x\nCELL\n"
-    line += (line.empty() ? "" : ",") + text.substr(2, text.size() - 3);
-  }
+  for (const std::string& cell : cells) line += (line.empty() ? "" : ",") + CsvCell(cell);
   return line + "\n";
 }
 
@@ -192,11 +130,11 @@ Json GlareJson(const photometry::GlareAnswer& answer) {
 void PrintPhotometry(const PhotometryReport& report) {
   const auto& d = report.distribution;
   const PhotometryNames names = NamesOf(d.unit);
-  fmt::print("{}\n  {:<18}{}\n", report.file, "flux", Text(d.flux, names.flux_unit));
-  fmt::print("  {:<18}{}\n", "intensity, axis", Text(d.axis, names.intensity_unit));
+  fmt::print("{}\n  {:<18}{}\n", report.file, "flux", EstimateText(d.flux, names.flux_unit));
+  fmt::print("  {:<18}{}\n", "intensity, axis", EstimateText(d.axis, names.intensity_unit));
   const auto peak = photometry::DirectionOf(d.peak_direction);
   fmt::print("  {:<18}{} at C {:.1f}, gamma {:.2f}\n", "intensity, peak",
-             Text(d.peak, names.intensity_unit), peak.c_deg, peak.gamma_deg);
+             EstimateText(d.peak, names.intensity_unit), peak.c_deg, peak.gamma_deg);
   PrintAngle("beam angle", d.beam);
   PrintAngle("field angle", d.field);
   if (d.downward_share && d.downward_share->value < 1)
@@ -204,12 +142,8 @@ void PrintPhotometry(const PhotometryReport& report) {
   for (std::size_t k = 0; k < photometry::kInverseSquarePercent.size(); ++k)
     if (const auto& distance = d.on_axis.distance_m[k])
       fmt::print("  inverse square     within {} % from {} on the axis\n",
-                 photometry::kInverseSquarePercent[k], Text(*distance, "m"));
-  for (const auto& answer : report.points)
-    fmt::print("  {:<18}{}\n", answer.asked.name, Text(answer.illuminance, names.illuminance_unit));
-  for (const auto& answer : report.planes)
-    fmt::print("  {}: mean {}, from {:.4g} to {:.4g}\n", answer.asked.name,
-               Text(answer.mean, names.illuminance_unit), answer.least.value, answer.most.value);
+                 photometry::kInverseSquarePercent[k], EstimateText(*distance, "m"));
+  PrintReceived(report);
   if (report.colour) PrintColour(*report.colour);
   for (const auto& headlamp : report.headlamps) PrintHeadlamp(headlamp);
   fmt::print("  {}\n", report.uncertainty);
@@ -241,13 +175,11 @@ Json ToJson(const PhotometryReport& report) {
   PutInverseSquare(json, "inverse_square_distance_m", d.on_axis);
   PutInverseSquare(json, "inverse_square_distance_peak_m", d.towards_peak);
   json["colour"] = report.colour ? ColourJson(*report.colour) : Json();
-  json["points"] = json["planes"] = json["eyes"] = json["headlamps"] = json["glare"] =
-      Json::array();
+  PutReceived(json, report);
+  json["eyes"] = json["headlamps"] = json["glare"] = Json::array();
   for (const auto& answer : report.glare) json["glare"].push_back(GlareJson(answer));
   for (const auto& headlamp : report.headlamps) json["headlamps"].push_back(HeadlampJson(headlamp));
   for (const auto& answer : report.eyes) json["eyes"].push_back(EyeJson(answer, names));
-  for (const auto& answer : report.points) json["points"].push_back(PointJson(answer, names));
-  for (const auto& answer : report.planes) json["planes"].push_back(PlaneJson(answer, names));
   return json;
 }
 
@@ -257,7 +189,7 @@ std::string PhotometryCsv(const PhotometryReport& report) {
   std::string text = "quantity,where,value,u,unit\n";
   const auto add = [&](const std::string& quantity, const std::string& where,
                        const Estimate& estimate, const std::string& unit) {
-    text += CsvLine(CsvRow(quantity, where, estimate, unit));
+    text += CsvLine({quantity, where, unit, estimate});
   };
   const auto direction = [](double c, double gamma) {
     return fmt::format("C = {:g} deg; gamma = {:g} deg", c, gamma);
@@ -282,23 +214,7 @@ std::string PhotometryCsv(const PhotometryReport& report) {
     for (std::size_t g = 0; g < report.table.gamma_deg.size(); ++g)
       add("intensity", direction(report.table.c_deg[c], report.table.gamma_deg[g]),
           report.table.at(c, g), names.intensity_unit);
-  for (const auto& answer : report.points) {
-    const std::string where = answer.asked.name + "; " + PlaceText(answer.asked.p_m);
-    add(names.illuminance_key, where, answer.illuminance, names.illuminance_unit);
-    add("spherical " + names.illuminance_key, where, answer.spherical, names.illuminance_unit);
-    add("cylindrical " + names.illuminance_key, where, answer.cylindrical, names.illuminance_unit);
-    if (answer.semicylindrical)
-      add("semicylindrical " + names.illuminance_key, where, *answer.semicylindrical,
-          names.illuminance_unit);
-  }
-  for (const auto& answer : report.planes) {
-    const std::string& name = answer.asked.name;
-    add("mean " + names.illuminance_key, name, answer.mean, names.illuminance_unit);
-    for (int row = 0; row < answer.asked.rows; ++row)
-      for (int column = 0; column < answer.asked.columns; ++column)
-        add(names.illuminance_key, name + "; " + PlaceText(answer.asked.Point(column, row)),
-            Estimate{answer.at(column, row), {}}, names.illuminance_unit);
-  }
+  for (const NumberRow& row : ReceivedRows(report)) text += CsvLine(row);
   for (const auto& answer : report.glare)
     for (std::size_t k = 0; k < answer.ugr.size(); ++k) {
       const std::size_t distances = answer.asked.distances_m.size();
@@ -308,8 +224,7 @@ std::string PhotometryCsv(const PhotometryReport& report) {
       if (answer.plain_ugr[k]) add("UGR of the opening", where, *answer.plain_ugr[k], "");
     }
   for (const auto& headlamp : report.headlamps)
-    for (const auto& row : HeadlampRows(headlamp))
-      add(row.quantity, row.where, row.value, row.unit);
+    for (const NumberRow& row : HeadlampRows(headlamp)) text += CsvLine(row);
   return text;
 }
 

@@ -19,6 +19,7 @@ struct PhotometryReport {
   std::string uncertainty;  // what the standard uncertainties are made of, a sentence
   photometry::Distribution distribution;
   photometry::IntensityTable table;
+  std::vector<photometry::Weighting> weightings;
   std::vector<photometry::PointAnswer> points;
   std::vector<photometry::PlaneAnswer> planes;
   std::vector<photometry::EyeAnswer> eyes;

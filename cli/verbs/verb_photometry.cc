@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -23,6 +24,8 @@
 
 namespace luxfield::cli {
 namespace {
+
+using LightFields = std::vector<lightfield::PosedLightField>;
 
 struct Options {
   std::string file, sigma, ask, output, session, uncertainty;
@@ -54,8 +57,38 @@ photometry::Asked AskedOf(const std::string& file, const photometry::Distributio
   return asked;
 }
 
-PhotometryReport ReportOf(const Options& options, const photometry::Lamp& lamp,
-                          const photometry::ColourLamp* colour, const LampNoise& noise) {
+// The lamp as a weighting sees it; luminance, or the only channel, if none is named.
+class WeighedLamps {
+ public:
+  WeighedLamps(const std::string& ask, const photometry::Asked& asked, const LightFields& fields,
+               const photometry::Lamp& luminance, const LampNoise& noise)
+      : luminance_(luminance) {
+    for (const photometry::Weighting& one : asked.weightings) {
+      auto lamp =
+          photometry::LampOf(fields, one.factors, fmt::format("{}: weighting '{}'", ask, one.name));
+      SetNoise(lamp, noise);
+      weighed_.emplace(one.name, std::move(lamp));
+    }
+  }
+  const photometry::Lamp& Of(const std::string& weighting) const {
+    return weighting.empty() ? luminance_ : weighed_.at(weighting);
+  }
+
+ private:
+  const photometry::Lamp& luminance_;
+  std::map<std::string, photometry::Lamp> weighed_;
+};
+
+void Answer(const WeighedLamps& lamps, const photometry::Asked& asked, PhotometryReport* report) {
+  report->weightings = asked.weightings;
+  for (const auto& point : asked.points)
+    report->points.push_back(AnswerAt(lamps.Of(point.weighting), point));
+  for (const auto& plane : asked.planes)
+    report->planes.push_back(AnswerOn(lamps.Of(plane.weighting), plane));
+}
+
+PhotometryReport ReportOf(const Options& options, const LightFields& fields,
+                          const photometry::Lamp& lamp, const LampNoise& noise) {
   PhotometryReport report;
   report.file = options.file;
   report.sha256 = core::Sha256OfFile(options.file);
@@ -70,14 +103,14 @@ PhotometryReport ReportOf(const Options& options, const photometry::Lamp& lamp,
         "the unit of flux is relative: numbers compare with each other alone");
   report.table = TableOf(lamp, options.c_step_deg,
                          options.gamma_step_deg.value_or(GammaStep(report.distribution)));
+  const auto colour = ColourLampOf(fields, noise.sigma, noise.maps, noise.file);
   if (colour)
     report.colour = ColourDistributionOf(*colour, report.table, report.distribution.peak_direction);
-  for (const auto& point : asked.points) report.points.push_back(AnswerAt(lamp, point));
+  Answer(WeighedLamps(options.ask, asked, fields, lamp, noise), asked, &report);
   for (const auto& eye : asked.eyes) report.eyes.push_back(AnswerFor(lamp, eye));
   for (const auto& glare : asked.glare) report.glare.push_back(AnswerFor(lamp, glare));
   for (const auto& headlamp : asked.headlamps)
     report.headlamps.push_back(ReportOfHeadlamp(lamp, headlamp));
-  for (const auto& plane : asked.planes) report.planes.push_back(AnswerOn(lamp, plane));
   return report;
 }
 
@@ -91,7 +124,8 @@ std::optional<reconstruct::ErrorBudget> BudgetOf(const Options& options,
     settings = reconstruct::ReadBudgetSettings(core::Config::FromFile(options.uncertainty));
   for (const auto& point : report.points) {
     const auto& g = lamp.fields[0].field.geometry;
-    if (!HorizonCutsSupport(g, point.asked.p_m, point.asked.normal))
+    if (point.asked.weighting.empty() &&
+        !HorizonCutsSupport(g, point.asked.p_m, point.asked.normal))
       settings.receivers.push_back({point.asked.name, point.asked.p_m, point.asked.normal});
   }
   return reconstruct::ComputeErrorBudget(session, settings);
@@ -149,8 +183,7 @@ core::Json Run(const Options& options) {
                      "measure it with a plan of unit = \"lm\", or drop [[headlamp]]");
   const LampNoise noise = ReadLampNoise(options.sigma);
   SetNoise(lamp, noise);
-  const auto colour = ColourLampOf(fields, noise.sigma, noise.maps, noise.file);
-  const PhotometryReport report = ReportOf(options, lamp, colour ? &*colour : nullptr, noise);
+  const PhotometryReport report = ReportOf(options, fields, lamp, noise);
   core::Json json = ToJson(report);
   if (options.output.ends_with(".html"))
     core::WriteFileAtomically(options.output, PhotometryPage(report, lamp));

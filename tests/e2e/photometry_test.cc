@@ -336,6 +336,41 @@ TEST_F(Photometry, OfWattsIsRadiometry) {
   EXPECT_GT(Ask(Lamp(1, lightfield::FluxUnit::kRelative))["flux_relative"].get<double>(), 0);
 }
 
+TEST_F(Photometry, WeighsChannelsAsAsked) {
+  const std::string plane =
+      "[[plane]]\nname = \"canopy\"\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 1\ncolumns = "
+      "3\nrows = 3\n";
+  WriteText(folder_ / "ask.toml",
+            "[[weighting]]\nname = \"PPFD\"\nunit = \"umol/(m2 s)\"\nfactors = [4.6]\n" + plane +
+                plane + "weighting = \"PPFD\"\n" + plane +
+                "weighting = \"PPFD\"\nreceiver = \"sphere\"\n[[point]]\nposition_m = [0, 0, 1]\n"
+                "weighting = \"PPFD\"\n");
+  const json found = Ask(Lamp(1, lightfield::FluxUnit::kWatt), {"--ask", "ask.toml"});
+  const json &watts = found["planes"][0], &photons = found["planes"][1],
+             &spheres = found["planes"][2], &point = found["points"][0];
+  EXPECT_TRUE(watts["weighting"].is_null());
+  EXPECT_EQ(photons["weighting"], "PPFD");
+  EXPECT_EQ(photons["unit"], "umol/(m2 s)");
+  const double middle = watts["irradiance_w_per_m2"][1][1];
+  EXPECT_GT(middle, 0);
+  EXPECT_NEAR(photons["irradiance_weighted"][1][1].get<double>(), 4.6 * middle, 1e-6 * middle);
+  EXPECT_NEAR(photons["irradiance_mean_weighted"].get<double>(),
+              4.6 * watts["irradiance_mean_w_per_m2"].get<double>(), 1e-6 * middle);
+  EXPECT_NEAR(point["irradiance_weighted"].get<double>(), 4.6 * middle, 1e-6 * middle);
+  EXPECT_NEAR(spheres["irradiance_spherical_weighted"][1][1].get<double>(),
+              point["irradiance_spherical_weighted"].get<double>(), 1e-9 * middle);
+  EXPECT_GT(spheres["irradiance_spherical_max_weighted"].get<double>(), 0);
+  EXPECT_THAT(Page({"--ask", "ask.toml"}), testing::HasSubstr("channels weighed by 4.6"));
+  // Of three channels.
+  const Outcome refused = [&] {
+    WriteText(folder_ / "ask.toml",
+              "[[weighting]]\nname = \"PPFD\"\nunit = \"umol/(m2 s)\"\nfactors = [4, 5, 6]\n");
+    return RunLuxfield({"photometry", "x.lf.exr", "--ask", "ask.toml"}, folder_);
+  }();
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, testing::HasSubstr("3 factors, and the light field has 1 channels"));
+}
+
 TEST_F(Photometry, MistakesInWhatIsAskedAreNamed) {
   lightfield::WriteLightField(folder_ / "x.lf.exr", Lamp(1));
   for (const auto& [text, said] :
@@ -344,6 +379,12 @@ TEST_F(Photometry, MistakesInWhatIsAskedAreNamed) {
         std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 0\n", "height_m"},
         std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 1\nup = [1, 0, 0]\n",
                   "up"},
+        std::pair{"[[point]]\nposition_m = [0, 0, 1]\nweighting = \"PPFD\"\n",
+                  "'PPFD' is the name of no [[weighting]]"},
+        std::pair{"[[weighting]]\nname = \"a\"\nunit = \"1\"\nfactors = [0]\n", "weighs nothing"},
+        std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 1\nreceiver = "
+                  "\"semicylinder\"\n",
+                  "facing"},
         std::pair{"[[headlamp]]\nregulation = \"un-r1\"\n", "'un-r1' names no file"},
         std::pair{"[[headlamp]]\nregulation = \"x.toml\"\n", "'x.toml' names no file"},
         std::pair{"[[plain]]\n", "plain"}}) {

@@ -44,6 +44,24 @@ opening_m = [0.1, 0.08]
 """
 
 
+WEIGHED = """
+[[weighting]]
+name = "photons"
+unit = "umol/(m2 s)"
+factors = [{}]
+[[plane]]
+centre_m = [0.1, -0.2, 1.5]
+width_m = 0.6
+height_m = 0.9
+columns = 2
+rows = 3
+receiver = "semicylinder"
+axis = [0, 1, 0]
+facing = [0.6, 0, -0.8]
+weighting = "photons"
+"""
+
+
 def lamp(basis, channels, random, columns=14, rows=11):
     """Smooth but for noise, brightest off the axis; no two lengths alike, texels not square."""
     g = Geometry(
@@ -264,7 +282,8 @@ class Photometry(Judgement):
     def judge(self, basis, channels):
         field = lamp(basis, channels, np.random.default_rng(SEED))
         field.write(self.folder / "x.lf.exr")
-        self.write("ask.toml", ASK)
+        factors = [4.6, 4.1, 3.7][:channels]
+        self.write("ask.toml", ASK + WEIGHED.format(", ".join(map(str, factors))))
         found = self.figures("photometry", "x.lf.exr", "--ask", "ask.toml", "--c-step", 60,
                              "--gamma-step", 15)  # fmt: skip
         y = luminance(field)
@@ -290,6 +309,8 @@ class Photometry(Judgement):
         self.judge_points(y, found)
         self.judge_eye(y, found["eyes"][0])
         self.judge_glare(y, found["glare"][0])
+        self.judge_weighed(LightField(field.geometry, field.c @ np.array(factors)[:, None]),
+                           found["planes"][1])  # fmt: skip
         self.judge_colour(field, found["colour"], vector(found["peak_c_deg"], found["peak_gamma_deg"]))
         plane = found["planes"][0]
         values = np.array(plane["illuminance_lx"])
@@ -322,6 +343,16 @@ class Photometry(Judgement):
             self.close(point["illuminance_semicylindrical_lx"],
                        over_directions(field, p, lambda w: (sine(w) + facing @ w) / np.pi),
                        1e-5, "semicylindrical")  # fmt: skip
+
+    def judge_weighed(self, field, told):
+        axis, facing = np.array([0.0, 1, 0]), np.array([0.6, 0, -0.8])
+        kernel = lambda w: (np.sqrt(1 - (axis @ w) ** 2) + facing @ w) / np.pi
+        values = np.array(told["irradiance_semicylindrical_weighted"])
+        for row in range(3):
+            for column in range(2):
+                p = np.array([0.1 - 0.3 + 0.3 * (column + 0.5), -0.2 + 0.45 - 0.3 * (row + 0.5), 1.5])
+                self.close(values[row, column], over_directions(field, p, kernel), 1e-5, "weighed")
+        self.close(told["irradiance_semicylindrical_mean_weighted"], values.mean(), 1e-9, "mean")
 
     def judge_eye(self, field, told):
         p, sight, up = np.array([0.2, -0.1, 1.1]), np.array([-0.3, 0.25, -1.0]), np.array([0, 1.0, 0])

@@ -7,6 +7,7 @@
 
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
+#include "luxfield/photometry/point_receiver.h"
 #include "tests/lightfield/support.h"
 #include "tests/photometry/lamps.h"
 
@@ -83,9 +84,12 @@ TEST(Functional, QuantitiesAtAPointAreIntegralsOfRadiance) {
           lamp, p, [&](Vec3 w) { return std::max(0.0, Dot(axis, w)); }, 8);
       EXPECT_NEAR(Value(lamp, IlluminanceAt(lamp, p, axis)), cut, 3e-4 * cut);
       expect(FluenceRateAt(lamp, p), [](Vec3) { return 1.0; });
-      expect(CylindricalIlluminanceAt(lamp, p, axis),
+      expect(ReceivedAt(lamp, {.shape = ReceiverShape::kSphere}, p), [](Vec3) { return 0.25; });
+      const PointReceiver half{
+          .shape = ReceiverShape::kSemicylinder, .axis = axis, .facing = facing};
+      expect(ReceivedAt(lamp, {.shape = ReceiverShape::kCylinder, .axis = axis}, p),
              [&](Vec3 w) { return Length(Cross(axis, w)) / std::numbers::pi; });
-      expect(SemicylindricalIlluminanceAt(lamp, p, axis, facing),
+      expect(ReceivedAt(lamp, half, p),
              [&](Vec3 w) { return (Length(Cross(axis, w)) + Dot(facing, w)) / std::numbers::pi; });
       const auto j = LightVectorAt(lamp, p);
       expect(j[0], [](Vec3 w) { return w.x; });
@@ -149,10 +153,27 @@ TEST(Functional, ThreeChannelsAreTheirLuminance) {
   EXPECT_NEAR(Value(lamp, FluxOf(lamp)), expected, 1e-6 * expected);
 }
 
+TEST(Functional, ChannelsAreWeighedAsAsked) {
+  const auto field = SmoothField(3);
+  const std::vector<PosedLightField> fields = {{"", {}, field}};
+  const std::array factors = {4.0, 0.0, 2.5};
+  const auto flux = lightfield::TotalFlux(field);
+  const double expected = 4 * flux[0] + 2.5 * flux[2];
+  const Lamp lamp = LampOf(fields, factors, "x");
+  EXPECT_NEAR(Value(lamp, FluxOf(lamp)), expected, 1e-6 * expected);
+  EXPECT_THROW(LampOf(fields, std::array{1.0, 2.0}, "x"), InputError);
+}
+
+constexpr std::array kOneChannel = {1.0};
+
 // Over draws of the noise, (n - 1) s^2 / u^2 of every quantity is chi-squared.
-void ExpectUncertaintiesOfDraws(const NoisyField& noisy) {
+void ExpectUncertaintiesOfDraws(const NoisyField& noisy, std::span<const double> channels) {
   constexpr int kDraws = 400;
-  Lamp lamp = LampOfField(noisy.field());
+  const auto lamp_of = [&](const lightfield::LightField& field) {
+    const std::vector<PosedLightField> fields = {{"", {}, field}};
+    return LampOf(fields, channels, "");
+  };
+  Lamp lamp = lamp_of(noisy.field());
   const std::vector<PosedLightField> sigma = {{"", {}, noisy.SigmaOfC()}};
   const std::vector<SolveMaps> maps = {noisy.maps()};
   SetNoise(lamp, sigma, maps, "sigma");
@@ -166,7 +187,7 @@ void ExpectUncertaintiesOfDraws(const NoisyField& noisy) {
       e,
       IlluminanceAt(lamp, {0, 0, 0.05}, Normalized(Vec3{1, 0, -0.2})),
       FluenceRateAt(lamp, p),
-      CylindricalIlluminanceAt(lamp, p, {0, 1, 0}),
+      ReceivedAt(lamp, {.shape = ReceiverShape::kCylinder, .axis = {0, 1, 0}}, p),
       LightVectorAt(lamp, p)[0],
       Sum({{1, &e}, {-0.1, &flux}}),
   };
@@ -174,7 +195,7 @@ void ExpectUncertaintiesOfDraws(const NoisyField& noisy) {
   core::Random random(kSeed, 1);
   std::printf("seed %llu\n", static_cast<unsigned long long>(kSeed));
   for (int draw = 0; draw < kDraws; ++draw) {
-    const Lamp drawn = LampOfField(noisy.Draw(random));
+    const Lamp drawn = lamp_of(noisy.Draw(random));
     for (std::size_t k = 0; k < asked.size(); ++k) {
       const double error = Value(drawn, asked[k]) - Value(lamp, asked[k]);
       sums[k] += error;
@@ -191,15 +212,23 @@ void ExpectUncertaintiesOfDraws(const NoisyField& noisy) {
 
 TEST(CoefficientNoise, OfTheGramSolve) {
   const auto field = SmoothField();
-  ExpectUncertaintiesOfDraws({field, PlainMaps(field.geometry.grid), 0.01});
+  ExpectUncertaintiesOfDraws({field, PlainMaps(field.geometry.grid), 0.01}, kOneChannel);
 }
 
 TEST(CoefficientNoise, OfTheLuminanceOfThreeChannels) {
   const auto field = SmoothField(3);
-  ExpectUncertaintiesOfDraws({field, PlainMaps(field.geometry.grid), 0.01});
+  ExpectUncertaintiesOfDraws({field, PlainMaps(field.geometry.grid), 0.01},
+                             core::kLuminanceWeights);
 }
 
-TEST(CoefficientNoise, OfDualFilters) { ExpectUncertaintiesOfDraws({SmoothField(), {}, 0.01}); }
+TEST(CoefficientNoise, OfTwoChannelsWeighed) {
+  const auto field = SmoothField(2);
+  ExpectUncertaintiesOfDraws({field, PlainMaps(field.geometry.grid), 0.01}, std::array{4.6, -1.3});
+}
+
+TEST(CoefficientNoise, OfDualFilters) {
+  ExpectUncertaintiesOfDraws({SmoothField(), {}, 0.01}, kOneChannel);
+}
 
 // What no solve of all positions leaves is taken as independent, and counted.
 TEST(CoefficientNoise, SigmaOfOneCoefficientAloneIsIndependent) {
@@ -222,8 +251,9 @@ TEST(CoefficientNoise, RefusesWhatIsNoSigma) {
   negative.data[3] = -1;
   auto other = field;
   other.geometry.delta_m *= 2;
+  const auto three = SmoothField(3);
   const std::vector<SolveMaps> maps(1);
-  for (const auto& wrong : {negative, other}) {
+  for (const auto& wrong : {negative, other, three}) {
     const std::vector<PosedLightField> sigma = {{"", {}, wrong}};
     EXPECT_THROW(SetNoise(lamp, sigma, maps, "x.sigma.lf.exr"), InputError);
   }

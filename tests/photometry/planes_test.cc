@@ -75,12 +75,31 @@ TEST(Planes, TheMeanIsThatOfThePoints) {
     for (const PlaneAsked& plane : kPlanes) {
       const auto found = IlluminanceOn(lamp, plane);
       const double mean = std::accumulate(found.begin(), found.end(), 0.0) / 30;
-      EXPECT_NEAR(Value(lamp, MeanIlluminanceOn(lamp, plane)), mean, 5e-4 * mean);
+      EXPECT_NEAR(Value(lamp, MeanReceivedOn(lamp, plane)), mean, 5e-4 * mean);
     }
   const Lamp lamp = LampOfField(SmoothField());
   const auto found = IlluminanceOn(lamp, kPlanes[0]);
   const double mean = std::accumulate(found.begin(), found.end(), 0.0) / 30;
-  EXPECT_NEAR(Value(lamp, MeanIlluminanceOn(lamp, kPlanes[0])), mean, 1e-10 * mean);
+  EXPECT_NEAR(Value(lamp, MeanReceivedOn(lamp, kPlanes[0])), mean, 1e-10 * mean);
+}
+
+TEST(Planes, OtherReceiversTakeInWhatPointsDo) {
+  const Lamp lamp = TwoFaces();
+  PlaneAsked plane = kPlanes[4];
+  for (const ReceiverShape shape :
+       {ReceiverShape::kSphere, ReceiverShape::kCylinder, ReceiverShape::kSemicylinder}) {
+    plane.receiver = {.shape = shape, .axis = {0, 1, 0}, .facing = {0.6, 0, -0.8}};
+    const auto found = ReceivedOn(lamp, plane);
+    double sum = 0;
+    for (int row = 0; row < plane.rows; ++row)
+      for (int column = 0; column < plane.columns; ++column) {
+        const double alone =
+            Value(lamp, ReceivedAt(lamp, plane.receiver, plane.Point(column, row)));
+        EXPECT_NEAR(found[row * plane.columns + column], alone, 1e-12 * alone);
+        sum += alone;
+      }
+    EXPECT_NEAR(Value(lamp, MeanReceivedOn(lamp, plane)), sum / 30, 1e-12 * sum);
+  }
 }
 
 }  // namespace
