@@ -124,9 +124,12 @@ if(LUXFIELD_BUILD_BENCH)
   add_test(NAME hostile COMMAND ${PROJECT_SOURCE_DIR}/tests/hostile/run $<TARGET_FILE:hostile_zygote> --cases 150 --seed 1)
   set_tests_properties(hostile PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1200)
 endif()
-# Jobs cut into shards, on the engines of one machine; `./run cluster` does it on a Slurm.
+# Jobs cut into shards, on the engines of one machine and, as a seeded sample of what `./run cluster` runs, on a Slurm,
+# which is skipped where there is none.
 add_test(NAME shards COMMAND ${PROJECT_SOURCE_DIR}/tests/cluster/verbs_test.py $<TARGET_FILE:luxfield>)
 set_tests_properties(shards PROPERTIES TIMEOUT 1200)
+add_test(NAME cluster COMMAND ${PROJECT_SOURCE_DIR}/tests/cluster/cluster_test.py $<TARGET_FILE:luxfield> --kills 4)
+set_tests_properties(cluster PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1900)
 # The program judged by Python and numpy, which share no code with it; skipped where numpy is missing.
 add_test(NAME judges COMMAND ${PROJECT_SOURCE_DIR}/tests/judges/run $<TARGET_FILE:luxfield>)
 set_tests_properties(judges PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 3600)

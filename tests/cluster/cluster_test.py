@@ -1,7 +1,8 @@
 #!/usr/bin/env -S python3 -B
 """Jobs of `luxfield shard submit --engine slurm` on a Slurm of two nodes on the loopback, while shards, the nodes'
 daemons and the controller are killed at random times: no shard is lost, none is wrong, and what is gathered is, to
-the byte, what the verb writes by itself. Usage: cluster_test.py LUXFIELD [--kills N] [--seed S]
+the byte, what the verb writes by itself. Usage: cluster_test.py LUXFIELD [--kills N] [--seed S]; the seed is
+otherwise that of LUXFIELD_SEED.
 
 Exits with 77 where Slurm cannot run, and says why."""
 
@@ -29,21 +30,33 @@ def must(words, folder, environment=None):
     return result.stdout
 
 
-def ours(folder, test):
-    """Processes whose words name this folder, and that pass the test."""
-    found = []
+def processes():
+    """Number and words of each process."""
     for entry in pathlib.Path("/proc").iterdir():
-        if not entry.name.isdigit():
-            continue
+        if entry.name.isdigit():
+            try:
+                yield int(entry.name), (entry / "cmdline").read_bytes().split(b"\0")
+            except OSError:
+                pass  # it has ended
+
+
+def shards_running(folder):
+    return [process for process, words in processes()
+            if b"shard" in words and b"run" in words and any(word.startswith(bytes(folder)) for word in words)]
+
+
+def tasks_of(cluster, node):
+    """Processes of the tasks on a node: of the sessions that run a script from its spool folder, which are the step's
+    daemon, the script and what it started."""
+    sessions, session_of = set(), {}
+    for process, words in processes():
         try:
-            words = (entry / "cmdline").read_bytes().split(b"\0")
-            environment = (entry / "environ").read_bytes()
-            name = (entry / "comm").read_text().strip()
-        except OSError:
-            continue  # it has ended
-        if str(folder).encode() in environment and test(name, words):
-            found.append(int(entry.name))
-    return found
+            session_of[process] = os.getsid(process)
+        except ProcessLookupError:
+            continue
+        if any(word.startswith(bytes(cluster.spool(node))) for word in words):
+            sessions.add(session_of[process])
+    return [process for process, session in session_of.items() if session in sessions]
 
 
 def kill(process):
@@ -64,16 +77,16 @@ class Killer:
     def strike(self):
         kind = self.generator.choice(("shard", "shard", "shard", "node", "controller"))
         if kind == "shard":
-            running = ours(self.folder, lambda _, words: b"shard" in words and b"run" in words)
+            end = time.monotonic() + 3
+            while not (running := shards_running(self.folder)) and time.monotonic() < end:
+                time.sleep(0.01)
             if not running or not kill(self.generator.choice(running)):
                 return
         elif kind == "node":
-            # As if the machine lost its power: the daemon, the steps and the shard on it.
+            # As if the machine lost its power: the daemon and all that runs on it.
             node = self.generator.choice(loopback_slurm.NODES)
             self.cluster.kill(node)
-            for process in ours(self.folder, lambda name, _: name == "slurmstepd"):
-                kill(process)
-            for process in ours(self.folder, lambda _, words: b"shard" in words and b"run" in words):
+            for process in tasks_of(self.cluster, node):
                 kill(process)
             self.cluster.start_node(node)
         else:
@@ -84,17 +97,19 @@ class Killer:
 
 def finish(luxfield, cluster, folder, job, output, killer, kills, generator):
     """Submits until the output is there; strikes meanwhile until so many kills are done."""
-    submissions, end = 0, time.monotonic() + PATIENCE_S
+    submissions, refused, end = 0, 0, time.monotonic() + PATIENCE_S
     while not output.exists():
         if time.monotonic() > end:
             raise RuntimeError(f"{job}: not gathered in {PATIENCE_S} s: "
-                               + must([luxfield, "shard", "status", job], folder))
-        waiting = cluster.jobs()
-        if waiting == []:
+                               + must([luxfield, "shard", "status", job], folder) + cluster.describe())
+        cluster.mend()
+        if cluster.jobs() == []:
             result = subprocess.run([luxfield, "shard", "submit", job, "--engine", "slurm"], cwd=folder, text=True,
                                     capture_output=True, env=cluster.environment)
             submissions += result.returncode == 0
-            if result.returncode not in (0, 3):  # 3: the controller was not there to take it
+            refused = 0 if result.returncode == 0 else refused + 1
+            # 3: the controller was not there to take it, which it is before long.
+            if result.returncode not in (0, 3) or refused == 20:
                 raise RuntimeError(f"{job}: {result.stderr}")
         if sum(killer.done.values()) < kills:
             time.sleep(generator.uniform(0.05, 1.5))
@@ -108,7 +123,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("luxfield", type=pathlib.Path)
     parser.add_argument("--kills", type=int, default=8)
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", default=os.environ.get("LUXFIELD_SEED", "1"))
     options = parser.parse_args()
     luxfield = options.luxfield.resolve()
     if why := loopback_slurm.missing():
@@ -124,7 +139,7 @@ def main():
         cluster = loopback_slurm.Cluster(folder / "slurm")
         try:
             cluster.start()
-            killer = Killer(cluster, folder / "slurm", generator)
+            killer = Killer(cluster, folder, generator)
             jobs = (("merge", "s", "one.meas.exr", 10), ("reconstruct", "one.meas.exr", "one.lf.exr", 8))
             for number, (verb, source, whole, shards) in enumerate(jobs):
                 output = folder / ("job" + whole[3:])
@@ -139,8 +154,9 @@ def main():
                       f"{dict(killer.done)}", flush=True)
         finally:
             cluster.stop()
-            for process in ours(folder / "slurm", lambda name, _: name == "slurmstepd"):
-                kill(process)
+            for node in loopback_slurm.NODES:
+                for process in tasks_of(cluster, node):
+                    kill(process)
     print(f"seed {options.seed}: {sum(killer.done.values())} kills, nothing lost and nothing wrong")
     return 0
 

@@ -61,6 +61,11 @@ class Cluster:
     def start_node(self, node):
         self._spawn(node, ["slurmd", "-D", "-N", node, "-f", str(self.folder / "slurm.conf")])
 
+    def describe(self):
+        """What the controller says of its jobs and nodes, for messages."""
+        return "".join(self.run(*words, check=False).stdout
+                       for words in (("squeue", "-o", "%i %T %r %S"), ("sinfo", "-N", "-o", "%N %T %E")))
+
     def kill(self, name):
         """SIGKILL to munged's, the controller's or a node's daemon."""
         process = self.processes.pop(name)
@@ -90,6 +95,21 @@ class Cluster:
         result = self.run("squeue", "-h", "-o", "%i %T", check=False)
         return result.stdout.splitlines() if result.returncode == 0 else None
 
+    def mend(self):
+        """What an operator does after a controller's death: a task that it had started and whose start it did not live
+        to note is started again, which its node refuses; Slurm holds the task and drains the node for that."""
+        for line in self.run("squeue", "-h", "-t", "PENDING", "-o", "%A %r", check=False).stdout.splitlines():
+            job, reason = line.split(" ", 1)
+            if reason.endswith("held"):
+                self.run("scontrol", "release", job, check=False)
+        for line in self.run("sinfo", "-h", "-N", "-o", "%N %T", check=False).stdout.splitlines():
+            node, state = line.split()
+            if state.startswith("drain"):
+                self.run("scontrol", "update", f"NodeName={node}", "State=RESUME", check=False)
+
+    def spool(self, node):
+        return self.folder / f"spool.{node}"
+
     def _socket(self):
         return self.folder / "munge.socket"
 
@@ -108,11 +128,12 @@ class Cluster:
             f"SlurmctldHost={host}(127.0.0.1)",
             f"SlurmctldPort={controller}",
             "AuthType=auth/munge",
-            f"AuthInfo=socket={self._socket()}",
+            # A requeued task waits until its old credential has expired, two minutes if nothing is said.
+            f"AuthInfo=socket={self._socket()},cred_expire=10",
             "SlurmUser=root",
             "SlurmdUser=root",
             f"StateSaveLocation={self.folder}/state",
-            f"SlurmdSpoolDir={self.folder}/spool.%n",
+            f"SlurmdSpoolDir={self.spool('%n')}",
             f"SlurmctldPidFile={self.folder}/slurmctld.pid",
             f"SlurmdPidFile={self.folder}/%n.pid",
             f"SlurmctldLogFile={self.folder}/slurmctld.log",
@@ -125,15 +146,18 @@ class Cluster:
             "MpiDefault=none",
             "ReturnToService=2",
             "JobRequeue=1",
+            "BatchStartTimeout=3",  # after which a task that its node does not know is requeued
             "SlurmdTimeout=5",
             "SlurmctldTimeout=5",
             "MessageTimeout=5",
             "KillWait=2",
             "SchedulerParameters=batch_sched_delay=0,sched_min_interval=100000,bf_interval=1",
         ]
+        memory_mib = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") >> 20  # 1 where nothing is said
         for node, port in zip(NODES, ports):
-            (self.folder / f"spool.{node}").mkdir(exist_ok=True)
-            lines.append(f"NodeName={node} NodeHostname={host} NodeAddr=127.0.0.1 Port={port} CPUs=1 State=UNKNOWN")
+            self.spool(node).mkdir(exist_ok=True)
+            lines.append(f"NodeName={node} NodeHostname={host} NodeAddr=127.0.0.1 Port={port} CPUs=1 "
+                         f"RealMemory={memory_mib} State=UNKNOWN")
         lines.append(f"PartitionName=all Nodes={','.join(NODES)} Default=YES MaxTime=INFINITE State=UP")
         (self.folder / "state").mkdir(exist_ok=True)
         (self.folder / "slurm.conf").write_text("\n".join(lines) + "\n")
