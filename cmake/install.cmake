@@ -75,4 +75,6 @@ if(TARGET luxfield_cli)
   install(DIRECTORY data DESTINATION ${CMAKE_INSTALL_DATADIR}/luxfield COMPONENT data USE_SOURCE_PERMISSIONS)
   install(FILES bridges/blender/luxfield_lamp.py bridges/mitsuba/luxfield_mitsuba.py
           DESTINATION ${CMAKE_INSTALL_DATADIR}/luxfield/bridges COMPONENT data)
+  install(DIRECTORY bridges/judges DESTINATION ${CMAKE_INSTALL_DATADIR}/luxfield/bridges COMPONENT data
+          USE_SOURCE_PERMISSIONS PATTERN __pycache__ EXCLUDE)
 endif()

@@ -3,18 +3,19 @@
 
 #include <memory>
 
-#include "luxfield/cli/data_file.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/cli/reports/demo_report.h"
+#include "luxfield/cli/shared_file.h"
 #include "luxfield/core/progress.h"
 
 namespace luxfield::cli {
 
 void AddDemo(Program& program) {
   struct Options {
-    std::string lab = DataFile("labs/headlight.toml"), plan = DataFile("plans/demo.toml"),
-                scene = DataFile("scenes/demo.toml"), output = "out/demo";
+    std::string lab = SharedFile("data/labs/headlight.toml"),
+                plan = SharedFile("data/plans/demo.toml"),
+                scene = SharedFile("data/scenes/demo.toml"), output = "out/demo";
     std::string device;
     int spp = 200;
   };

@@ -239,7 +239,8 @@ void AddExport(Program& program) {
       ->expected(2)
       ->check(CLI::Range(1e-6, 1e6));
   verb.add_flag("--check", options->check,
-                "Read the file back and compare it with the light field in closed form");
+                "Read the file back and compare it with the light field in closed form, or have "
+                "Radiance, Blender or Mitsuba light with it (docs/bridges.md; minutes)");
 }
 
 }  // namespace luxfield::cli

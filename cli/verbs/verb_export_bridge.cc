@@ -2,12 +2,14 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <optional>
 
 #include "luxfield/bridges/gltf_lamp.h"
 #include "luxfield/bridges/lamp_atlas.h"
 #include "luxfield/bridges/pbrt_lamp.h"
 #include "luxfield/bridges/radiance_source.h"
 #include "luxfield/bridges/usd_lamp.h"
+#include "luxfield/cli/verbs/conformance_sheet.h"
 #include "luxfield/cli/verbs/verb_export.h"
 #include "luxfield/core/error.h"
 
@@ -122,15 +124,23 @@ core::Json ToPbrt(const ExportOptions& options, const ExportFormat& format, cons
 core::Json ExportBridge(const ExportOptions& options, const ExportFormat& format,
                         const Fields& fields) {
   if (format.name == "gltf") return ToGltf(options, format, fields);
-  if (options.check)
-    throw InputError(fmt::format(
-        "--check does not run {}; drop it: `./run foreign sheet` compares programs with the lamp",
-        format.name));
-  if (format.name == "mitsuba") return ToMitsuba(options, format, fields);
-  if (format.name == "pbrt") return ToPbrt(options, format, fields);
-  if (format.name == "usd") return ToUsd(options, format, fields);
-  if (format.name == "blender") return ToBlender(options, format, fields);
-  return ToRadiance(options, format, fields);
+  std::optional<ForeignJudge> judge;
+  if (options.check) {
+    OnlyField(options, fields, "a conformance sheet");
+    if (UnitOf(fields) != "lm")
+      throw InputError(options.field, "is in " + UnitOf(fields) + ", and --check compares lx",
+                       "drop --check");
+    judge = FindJudge(format.name);
+  }
+  core::Json json = format.name == "mitsuba"   ? ToMitsuba(options, format, fields)
+                    : format.name == "pbrt"    ? ToPbrt(options, format, fields)
+                    : format.name == "usd"     ? ToUsd(options, format, fields)
+                    : format.name == "blender" ? ToBlender(options, format, fields)
+                                               : ToRadiance(options, format, fields);
+  if (judge)
+    json["check"] = WriteConformanceSheet(*judge, options.field, options.output, options.seed,
+                                          json.value("negative_share", 0.0));
+  return json;
 }
 
 }  // namespace luxfield::cli

@@ -8,11 +8,11 @@
 #include <memory>
 #include <optional>
 
-#include "luxfield/cli/data_file.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/cli/reports/certificate.h"
 #include "luxfield/cli/reports/photometry_report.h"
+#include "luxfield/cli/shared_file.h"
 #include "luxfield/cli/verbs/certificate_set_up.h"
 #include "luxfield/cli/verbs/lamp_noise.h"
 #include "luxfield/core/error.h"
@@ -42,7 +42,7 @@ double GammaStep(const photometry::Distribution& d) {
 
 // NAME.toml of data/regulations.
 std::filesystem::path RegulationFile(const std::string& name) {
-  return DataFile("regulations/" + name + ".toml");
+  return SharedFile("data/regulations/" + name + ".toml");
 }
 
 photometry::Asked ReadAsked(const std::string& file) {

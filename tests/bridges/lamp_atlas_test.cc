@@ -1,4 +1,4 @@
-// The atlas of a lamp: its pixels, and what Blender and Mitsuba light with it (tests/foreign/).
+// The atlas of a lamp: its pixels, and what Blender and Mitsuba light with it (bridges/judges/).
 #include "luxfield/bridges/lamp_atlas.h"
 
 #include <fmt/format.h>
@@ -56,7 +56,7 @@ std::vector<Receiver> ReceiversInBeams(const Lamp& lamp, int count, core::Random
   return receivers;
 }
 
-// Runs tests/foreign/JUDGE.py on the exported file and compares receiver by receiver: within 6
+// Runs bridges/judges/JUDGE.py on the exported file and compares receiver by receiver: within 6
 // standard errors of the program's sampling and 0.3 %, which squares of float32 leave.
 void ExpectIlluminances(const std::string& judge, const std::filesystem::path& exported,
                         const Lamp& lamp, const std::string& settings) {
@@ -70,7 +70,7 @@ void ExpectIlluminances(const std::string& judge, const std::filesystem::path& e
   const auto folder = exported.parent_path();
   core::WriteFileAtomically(folder / "receivers.json", asked.dump());
   const std::string said = OutputOf(fmt::format(
-      "cd {} && {}/python -B {}/tests/foreign/{}.py {} receivers.json answer.json {} 2>&1",
+      "cd {} && {}/python -B {}/bridges/judges/{}.py {} receivers.json answer.json {} 2>&1",
       folder.string(), ForeignFolder(), LUXFIELD_SOURCE_DIR, judge, exported.filename().string(),
       settings));
   ASSERT_TRUE(std::filesystem::exists(folder / "answer.json")) << said;

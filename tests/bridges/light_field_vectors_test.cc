@@ -82,7 +82,7 @@ TEST(LightFieldVectors, InPython) {
   }
   core::WriteFileAtomically(scratch / "receivers.json", asked.dump());
   const std::string said = OutputOf(fmt::format(
-      "cd {} && {} -B {}/tests/foreign/judge_gltf.py {}/lamp.glb receivers.json answer.json 2>&1",
+      "cd {} && {} -B {}/bridges/judges/judge_gltf.py {}/lamp.glb receivers.json answer.json 2>&1",
       scratch.folder().string(), ForeignProgram("python"), LUXFIELD_SOURCE_DIR, kFolder.string()));
   ASSERT_TRUE(std::filesystem::exists(scratch / "answer.json")) << said;
   const core::Json found =

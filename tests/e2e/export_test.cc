@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 
 #include "luxfield/core/colour.h"
 #include "luxfield/formats/far_field.h"
@@ -95,6 +98,50 @@ TEST_F(Export, IntensitiesHoldAndAreRead) {
   EXPECT_NEAR(surface.value("area_m2", 0.0), object.value("x_m", 0.0) * object.value("y_m", 0.0),
               1e-9);
   EXPECT_EQ(object.at("direction"), Json({0, 0, 1}));
+}
+
+// A judge that answers as the words say, in place of the programs of others, which are not needed to
+// test what the verb does with an answer. Its arguments go to a file.
+TEST_F(Export, ConformanceSheetsAreAskedForAndRead) {
+  const auto judge = [&](const std::string& facts) {
+    std::ofstream(folder_ / "foreign/bin/python")
+        << "#!/bin/sh\necho \"$@\" > asked\necho noise\nmkdir -p x.check\n"
+        << (facts.empty() ? std::string()
+                          : "echo '{\"lamps\": [{\"programs\": {\"P\": " + facts +
+                                "}}]}' > x.check/sheet.json\n");
+    std::filesystem::permissions(folder_ / "foreign/bin/python", std::filesystem::perms::owner_all);
+  };
+  const auto facts = [](const char* agrees) {
+    return std::string(R"({"program": "P 1", "agrees": )") + agrees +
+           R"(, "receivers": {"receivers": 500, "mean": 0.001, "mean_sigma": 0.0002,)"
+           R"( "median_sigma": 0.003, "largest": 0.02,)"
+           R"( "share_within_half_a_percent_and_3_sigma": 0.99}})";
+  };
+  setenv("LUXFIELD_FOREIGN", (folder_ / "foreign").c_str(), 1);
+  EXPECT_THAT(Refusal({"-o", "x.rad", "--check"}),
+              HasSubstr("foreign/bin/python is not there; install the judges"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "x.rad"));
+  std::filesystem::create_directories(folder_ / "foreign/bin");
+  judge(facts("true"));
+  const Json row =
+      Run({"export", "x.lf.exr", "-o", "x.rad", "--check", "--seed", "7"}).at("check").at(0);
+  EXPECT_EQ(row.value("judge", ""), "P 1");
+  EXPECT_EQ(row.value("receivers", 0), 500);
+  EXPECT_EQ(row.value("max_rel_error", 0.0), 0.02);
+  EXPECT_EQ(row.value("mc_sigma", 0.0), 0.003);
+  EXPECT_EQ(row.value("stated_error", 0.0), 0.005);
+  const std::string asked = ReadText(folder_ / "asked");
+  EXPECT_THAT(asked, HasSubstr("sheet.py --luxfield "));
+  EXPECT_THAT(asked, HasSubstr("--program radiance --seed 7 -o x.check -- x.lf.exr"));
+  judge(facts("false"));
+  EXPECT_EQ(RunLuxfield({"export", "x.lf.exr", "-o", "x.rad", "--check"}, folder_).exit_code, 1);
+  judge(R"({"missing": "Radiance did not answer"})");
+  EXPECT_THAT(Refusal({"-o", "x.rad", "--check"}), HasSubstr("Radiance did not answer"));
+  judge("");
+  EXPECT_THAT(Refusal({"-o", "x.rad", "--check"}), HasSubstr("gave no sheet"));
+  EXPECT_THAT(Refusal({"-o", "x.usda", "--check"}),
+              HasSubstr("no program that judges exports to usd"));
+  unsetenv("LUXFIELD_FOREIGN");
 }
 
 TEST_F(Export, UncertaintyIsStated) {

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "judges"))
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "tests/judges"), str(ROOT / "bridges/judges")]
 import exr  # noqa: E402
 from judge_environment import write_hdr  # noqa: E402
 from judge_pictures import write_png  # noqa: E402

@@ -11,7 +11,8 @@ import sys
 import zlib
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "judges"))
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "tests/judges"), str(ROOT / "bridges/judges")]
 import exr  # noqa: E402
 
 NUMBERS = [

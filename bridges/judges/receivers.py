@@ -10,6 +10,7 @@ A judge writes {"program": ..., "illuminance": [...], "sigma": [...]}, sigma the
 import json
 import pathlib
 
+BRIDGES = pathlib.Path(__file__).resolve().parents[1]  # holds the add-ons; installed, beside the judges' folder
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear Rec. 709
 
 

@@ -13,9 +13,10 @@ import sys
 import bpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "bridges/blender"))
+import receivers  # noqa: E402
+
+sys.path[:0] = [str(receivers.BRIDGES / "blender"), str(receivers.BRIDGES)]
 import luxfield_lamp
-import receivers
 
 
 def squares(positions, normals):

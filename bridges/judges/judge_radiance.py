@@ -38,7 +38,7 @@ def traced(octree, environment, receivers_asked, ds):
 def main(lamp, receivers_file, answer, repeats=16, side=4):
     lamp, repeats, side = pathlib.Path(lamp), int(repeats), int(side)
     positions, normals = (np.array(rows) for rows in receivers.read(receivers_file))
-    programs = pathlib.Path(__file__).parents[2] / "build/foreign/bin"
+    programs = pathlib.Path(sys.prefix).parent / "bin"  # of the folder that `install` filled
     environment = dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}")
     octree = lamp.with_suffix(".oct")
     with open(octree, "wb") as out:

@@ -14,9 +14,10 @@ import numpy as np
 
 mi.set_variant("llvm_ad_rgb")
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "bridges/mitsuba"))
+import receivers  # noqa: E402
+
+sys.path[:0] = [str(receivers.BRIDGES / "mitsuba"), str(receivers.BRIDGES)]
 import luxfield_mitsuba  # noqa: F401  registers the emitter
-import receivers
 
 # Half sides in shares of the distance from the lamp: squares that take no light from each other. Float32's steps would
 # turn them, and so they are given normals.
