@@ -112,11 +112,19 @@ core::Json ToUsd(const ExportOptions& options, const ExportFormat& format, const
 
 core::Json ToPbrt(const ExportOptions& options, const ExportFormat& format, const Fields& fields) {
   const auto written = bridges::WritePbrtLamp(options.output, fields, options.field);
-  fmt::print("{}: the far field as a goniometric light for pbrt-v4, and beside it", options.output);
-  PrintOthers(written.files);
+  fmt::print("{}: {} projectors for pbrt-v4, their pictures in {}/\n", options.output,
+             written.projectors,
+             std::filesystem::path(options.output).replace_extension().filename().string());
+  PrintNegative(written.negative_share, "pbrt");
+  core::Json near = ReportDeviations(written.near);
+  fmt::print("{}: the far field as a goniometric light, and beside it {}\n",
+             written.files[1].string(), written.files[2].filename().string());
   return {{"format", format.name},
           {"files", FileNames(written.files)},
-          {"deviations", ReportDeviations(written.deviations)}};
+          {"projectors", written.projectors},
+          {"negative_share", written.negative_share},
+          {"deviations", std::move(near)},
+          {"far_deviations", ReportDeviations(written.far)}};
 }
 
 }  // namespace

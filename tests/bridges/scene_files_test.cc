@@ -1,4 +1,4 @@
-// Lamps as files of glTF, OpenUSD and pbrt: read back, held to the checkers of Khronos and Pixar, and lit by a
+// Lamps as files of glTF and OpenUSD: read back, held to the checkers of Khronos and Pixar, and lit by a
 // reader that was written from our pages.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "luxfield/bridges/gltf_lamp.h"
-#include "luxfield/bridges/pbrt_lamp.h"
 #include "luxfield/bridges/usd_lamp.h"
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
@@ -197,47 +196,6 @@ TEST(UsdLamp, HasTheLampsIntensityFarAway) {
   ASSERT_EQ(written.deviations.size(), 5u);
   EXPECT_GT(written.deviations[0].largest, 0.02);
   EXPECT_LT(written.deviations[4].largest, 0.01);
-}
-
-// Where the sphere's direction lies in the square, by Clarberg's inverse with the arc tangent itself.
-std::array<double, 2> EqualAreaPlace(Vec3 d) {
-  const double r = std::sqrt(1 - std::abs(d.z));
-  const double phi = 2 / M_PI * std::atan2(std::abs(d.y), std::abs(d.x));
-  double x = r - phi * r, y = phi * r;
-  if (d.z < 0) {
-    const double old = x;
-    x = 1 - y, y = 1 - old;
-  }
-  return {std::copysign(x, d.x), std::copysign(y, d.y)};
-}
-
-TEST(PbrtLamp, PixelsAreTheIntensities) {
-  const Scratch scratch("pbrt");
-  const auto lamp = LampOfTwoFaces();
-  const PbrtLamp written = WritePbrtLamp(scratch / "lamp.pbrt", lamp, "lamp.lf.exr");
-  const core::Image picture = core::ReadExrImage(scratch / "lamp.exr");
-  ASSERT_EQ(picture.width, picture.height);
-  core::Random random(TestSeed(6), 2, 0);
-  double peak = 0, flux = 0;
-  for (const float i : picture.data) peak = std::max(peak, double{i}), flux += i;
-  EXPECT_NEAR(flux * 4 * M_PI / double(picture.data.size()),
-              core::Luminance(lightfield::TotalFlux(lamp)),
-              2e-3 * core::Luminance(lightfield::TotalFlux(lamp)));
-  for (int k = 0; k < 300; ++k) {
-    const double z = 2 * random.Uniform() - 1, around = 2 * M_PI * random.Uniform();
-    const Vec3 d{std::sqrt(1 - z * z) * std::cos(around), std::sqrt(1 - z * z) * std::sin(around),
-                 z};
-    const auto [x, y] = EqualAreaPlace(d);
-    const Vec3 back = EqualAreaDirection(x, y);
-    EXPECT_NEAR(Length(back - d), 0, 1e-9);
-    const int column = static_cast<int>((x + 1) / 2 * picture.width),
-              row = static_cast<int>((y + 1) / 2 * picture.height);
-    EXPECT_NEAR(picture.data[std::size_t(row) * picture.width + column],
-                formats::IntensityOf(lamp, d, {}), 0.01 * peak);
-  }
-  ASSERT_EQ(written.deviations.size(), 4u);  // 0.1 m lies within the lamp's reach
-  EXPECT_LT(written.deviations[3].largest, 0.02);
-  EXPECT_THAT(core::ReadFile(scratch / "lamp.pbrt"), testing::HasSubstr("\"goniometric\""));
 }
 
 }  // namespace

@@ -10,14 +10,15 @@ namespace luxfield::formats {
 
 // A smooth beam without any symmetry towards +u, -v, brighter on the side +u, +v of F: about 1000
 // lm. Its brightest direction is about C = 22 degrees.
-inline lightfield::LightField AsymmetricField(int channels = 1) {
+inline lightfield::LightField AsymmetricField(
+    int channels = 1, lightfield::BasisKind basis = lightfield::BasisKind::kBspline2,
+    int finer = 1) {
   lightfield::LuminaireGeometry g;
   g.delta_m = 0.2;
   g.unit = lightfield::FluxUnit::kLumen;
   g.channels = channels;
-  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(lightfield::BasisKind::kBspline2),
-                                          4, 3, 0.01);
-  g.lattice = {40, 32, -0.1, 0.08, 0.005, 0.005};
+  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(basis), 4, 3, 0.01);
+  g.lattice = {40 * finer, 32 * finer, -0.1, 0.08, 0.005 / finer, 0.005 / finer};
   lightfield::LightField field(g);
   for (int j = 0; j < g.grid.height; ++j)
     for (int i = 0; i < g.grid.width; ++i)
