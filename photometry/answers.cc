@@ -5,6 +5,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "luxfield/core/parallel.h"
 #include "luxfield/photometry/planes.h"
 
 namespace luxfield::photometry {
@@ -53,6 +54,30 @@ void AddGlareRatings(const Lamp& lamp, EyeAnswer* answer) {
   if (answer->area) answer->ugr = GlareRating(*answer->area, asked);
   if (!asked.opening_m) return;
   if (const auto opening = OpeningOf(lamp, asked)) answer->plain_ugr = GlareRating(*opening, asked);
+}
+
+// Of what stands in its values; at(k) and mean() are their weights.
+template <typename At, typename Mean>
+void Summarise(const Lamp& lamp, At&& at, Mean&& mean, ManyPoints* points) {
+  const auto& values = points->values;
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  points->least_at = static_cast<std::size_t>(least - values.begin());
+  points->most_at = static_cast<std::size_t>(most - values.begin());
+  points->mean.value =
+      std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  points->least.value = *least;
+  points->most.value = *most;
+  Functional of_least, of_most, of_mean;
+  if (!lamp.noise.empty()) {
+    of_least = at(points->least_at);
+    of_most = at(points->most_at);
+    of_mean = mean();
+  }
+  points->mean.u = Uncertainty(lamp, of_mean);
+  points->least.u = Uncertainty(lamp, of_least);
+  points->most.u = Uncertainty(lamp, of_most);
+  points->uniformity = RatioOf(lamp, *least, of_least, points->mean.value, of_mean);
+  points->diversity = RatioOf(lamp, *least, of_least, *most, of_most);
 }
 
 }  // namespace
@@ -111,34 +136,44 @@ GlareAnswer AnswerFor(const Lamp& lamp, const GlareAsked& asked) {
   return answer;
 }
 
+LineAnswer AnswerAlong(const Lamp& lamp, const LineAsked& asked) {
+  LineAnswer answer{asked, std::vector<PointAnswer>(asked.points)};
+  core::ParallelFor(answer.points.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      answer.points[k] = AnswerAt(lamp, asked.Point(static_cast<int>(k)));
+  });
+  return answer;
+}
+
 PlaneAnswer AnswerOn(const Lamp& lamp, const PlaneAsked& asked) {
   PlaneAnswer answer;
   answer.asked = asked;
-  PointReceiver receiver = asked.receiver;
-  if (receiver.shape == ReceiverShape::kPlane) receiver.normal = asked.Normal();
   answer.values = ReceivedOn(lamp, asked);
-  const auto [least, most] = std::minmax_element(answer.values.begin(), answer.values.end());
-  const auto place = [&](auto it) {
-    const auto k = static_cast<int>(it - answer.values.begin());
-    return std::array<int, 2>{k % asked.columns, k / asked.columns};
+  const PointReceiver receiver = ReceiverOn(asked);
+  Summarise(
+      lamp, [&](std::size_t k) { return ReceivedAt(lamp, receiver, asked.PointAt(k)); },
+      [&] { return MeanReceivedOn(lamp, asked); }, &answer);
+  return answer;
+}
+
+VolumeAnswer AnswerIn(const Lamp& lamp, const VolumeAsked& asked) {
+  VolumeAnswer answer;
+  answer.asked = asked;
+  for (int layer = 0; layer < asked.layers; ++layer) {
+    const auto values = ReceivedOn(lamp, asked.Layer(layer));
+    answer.values.insert(answer.values.end(), values.begin(), values.end());
+  }
+  const auto at = [&](std::size_t k) {
+    const PlaneAsked layer = asked.Layer(static_cast<int>(k / asked.middle.count()));
+    return ReceivedAt(lamp, ReceiverOn(layer), layer.PointAt(k % asked.middle.count()));
   };
-  answer.least_at = place(least);
-  answer.most_at = place(most);
-  answer.mean.value = std::accumulate(answer.values.begin(), answer.values.end(), 0.0) /
-                      static_cast<double>(answer.values.size());
-  answer.least.value = *least;
-  answer.most.value = *most;
-  const auto weights_at = [&](std::array<int, 2> at) {
-    return lamp.noise.empty() ? Functional{}
-                              : ReceivedAt(lamp, receiver, asked.Point(at[0], at[1]));
+  const auto mean = [&] {
+    Functional sum = ZeroOf(lamp);
+    for (int layer = 0; layer < asked.layers; ++layer)
+      Add(sum, 1.0 / asked.layers, MeanReceivedOn(lamp, asked.Layer(layer)));
+    return sum;
   };
-  const Functional of_least = weights_at(answer.least_at), of_most = weights_at(answer.most_at),
-                   of_mean = lamp.noise.empty() ? Functional{} : MeanReceivedOn(lamp, asked);
-  answer.mean.u = Uncertainty(lamp, of_mean);
-  answer.least.u = Uncertainty(lamp, of_least);
-  answer.most.u = Uncertainty(lamp, of_most);
-  answer.uniformity = RatioOf(lamp, *least, of_least, answer.mean.value, of_mean);
-  answer.diversity = RatioOf(lamp, *least, of_least, *most, of_most);
+  Summarise(lamp, at, mean, &answer);
   return answer;
 }
 

@@ -46,19 +46,34 @@ struct GlareAnswer {
 };
 GlareAnswer AnswerFor(const Lamp& lamp, const GlareAsked& asked);
 
-struct PlaneAnswer {
-  PlaneAsked asked;
-  std::vector<double> values;  // what the receiver takes in, [row][column], row 0 at the top
+struct LineAnswer {
+  LineAsked asked;
+  std::vector<PointAnswer> points;
+};
+LineAnswer AnswerAlong(const Lamp& lamp, const LineAsked& asked);
+
+// What receivers take in at many points. Values are exact on a plane (IlluminanceValue), else by
+// quadrature; uncertainties are those of the places found, first order.
+struct ManyPoints {
+  std::vector<double> values;
   Estimate mean, least, most;
   // least / mean and least / most; absent where that is not above 0.
   std::optional<Estimate> uniformity, diversity;
-  std::array<int, 2> least_at{}, most_at{};  // column, row
+  std::size_t least_at = 0, most_at = 0;  // of `values`
+};
+
+struct PlaneAnswer : ManyPoints {  // [row][column], row 0 at the top
+  PlaneAsked asked;
   double at(int column, int row) const {
     return values[static_cast<std::size_t>(row) * asked.columns + column];
   }
 };
-// Values are exact on a plane (IlluminanceValue), else by quadrature; uncertainties are those of the places found, first order.
 PlaneAnswer AnswerOn(const Lamp& lamp, const PlaneAsked& asked);
+
+struct VolumeAnswer : ManyPoints {  // [layer][row][column]
+  VolumeAsked asked;
+};
+VolumeAnswer AnswerIn(const Lamp& lamp, const VolumeAsked& asked);
 
 // 51 x 51 points at a distance before the lamp, as wide as its beam.
 PlaneAsked PlaneOfBeam(const Distribution& distribution, double distance_m);

@@ -48,6 +48,9 @@ Vec3 ReadAcross(const Config& table, const char* key, std::vector<double> fallba
 
 std::vector<double> Listed(Vec3 v) { return {v.x, v.y, v.z}; }
 
+// "(0, 0, 1) m".
+std::string PlaceName(Vec3 p) { return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", p.x, p.y, p.z); }
+
 Weighting ReadWeighting(const Config& table, const std::vector<Weighting>& before) {
   Weighting weighting;
   weighting.name = table.Text("name");
@@ -100,26 +103,99 @@ PointAsked ReadPointAsked(const Config& table, const std::vector<Weighting>& wei
   if (table.Has("facing"))
     point.facing = ReadAcross(table, "facing", {1, 0, 0}, point.axis, "axis");
   point.weighting = ReadWeightingName(table, weightings);
-  point.name = table.Text(
-      "name", fmt::format("({:.4g}, {:.4g}, {:.4g}) m", point.p_m.x, point.p_m.y, point.p_m.z));
+  point.name = table.Text("name", PlaceName(point.p_m));
   return point;
 }
 
-PlaneAsked ReadPlaneAsked(const Config& table, const std::vector<Weighting>& weightings) {
+// All of a plane but its name.
+PlaneAsked ReadRectangle(const Config& table, int points, const std::string& receiver,
+                         const std::vector<Weighting>& weightings) {
   PlaneAsked plane;
   plane.centre_m = ReadPoint(table, "centre_m");
   plane.right = ReadDirection(table, "right", {1, 0, 0});
   plane.up = ReadAcross(table, "up", {0, 1, 0}, plane.right, "right");
   plane.width_m = table.Number("width_m", {1e-6, kFarthest_m});
   plane.height_m = table.Number("height_m", {1e-6, kFarthest_m});
-  plane.columns = table.Integer("columns", 41, 1, kMostPoints);
-  plane.rows = table.Integer("rows", 41, 1, kMostPoints);
-  plane.receiver = ReadReceiver(table, "plane");
+  plane.columns = table.Integer("columns", points, 1, kMostPoints);
+  plane.rows = table.Integer("rows", points, 1, kMostPoints);
+  plane.receiver = ReadReceiver(table, receiver);
   plane.weighting = ReadWeightingName(table, weightings);
-  plane.name =
-      table.Text("name", fmt::format("plane at ({:.4g}, {:.4g}, {:.4g}) m", plane.centre_m.x,
-                                     plane.centre_m.y, plane.centre_m.z));
   return plane;
+}
+
+// Between which two times, and how much of the way.
+std::pair<std::size_t, double> PlaceOf(const std::vector<double>& times, double time) {
+  const auto after = std::upper_bound(times.begin() + 1, times.end() - 1, time);
+  const auto k = static_cast<std::size_t>(after - times.begin()) - 1;
+  return {k, (time - times[k]) / (times[k + 1] - times[k])};
+}
+
+PlaneAsked ReadPlaneAsked(const Config& table, const std::vector<Weighting>& weightings) {
+  PlaneAsked plane = ReadRectangle(table, 41, "plane", weightings);
+  plane.name = table.Text("name", "plane at " + PlaceName(plane.centre_m));
+  return plane;
+}
+
+LineAsked ReadLineAsked(const Config& table, const std::vector<Weighting>& weightings) {
+  LineAsked line;
+  line.from_m = ReadPoint(table, "from_m");
+  line.to_m = ReadPoint(table, "to_m");
+  line.points = table.Integer("points", 51, 2, kMostPoints);
+  if (table.Has("normal")) line.normal = ReadRequiredDirection(table, "normal");
+  line.axis = ReadDirection(table, "axis", {0, 0, 1});
+  if (table.Has("facing")) line.facing = ReadAcross(table, "facing", {1, 0, 0}, line.axis, "axis");
+  line.weighting = ReadWeightingName(table, weightings);
+  line.name = table.Text(
+      "name", fmt::format("({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g}) m", line.from_m.x,
+                          line.from_m.y, line.from_m.z, line.to_m.x, line.to_m.y, line.to_m.z));
+  for (int k = 0; k < line.points; ++k)
+    if (!(Length(line.Point(k).p_m) > 0))
+      table.Fail("points", "puts one of them on the origin of the lamp itself", "move the line");
+  return line;
+}
+
+VolumeAsked ReadVolumeAsked(const Config& table, const std::vector<Weighting>& weightings) {
+  constexpr std::size_t kMostOfVolume = std::size_t(1) << 24;
+  VolumeAsked volume;
+  volume.middle = ReadRectangle(table, 11, "sphere", weightings);
+  volume.depth_m = table.Number("depth_m", {1e-6, kFarthest_m});
+  volume.layers = table.Integer("layers", 11, 1, kMostPoints);
+  if (volume.count() > kMostOfVolume)
+    table.Fail("layers", fmt::format("makes {} points", volume.count()),
+               fmt::format("ask for {} at most, columns x rows x layers", kMostOfVolume));
+  volume.middle.name = table.Text("name", "volume at " + PlaceName(volume.middle.centre_m));
+  return volume;
+}
+
+// One [[path.key]] after the last of the path.
+void ReadKey(const Config& key, PathAsked* path) {
+  constexpr double kLongest_s = 1e9;
+  const double time = key.Number("t_s", {-kLongest_s, kLongest_s});
+  if (!path->times_s.empty() && !(time > path->times_s.back()))
+    key.Fail("t_s", fmt::format("= {} is not after the key before", time), "put keys in order");
+  path->times_s.push_back(time);
+  path->positions_m.push_back(ReadPoint(key, "position_m"));
+  if (!key.Has("normal")) return;
+  if (path->receiver.shape != ReceiverShape::kPlane)
+    key.Fail("normal", "is of a plane", "drop it, or the path's receiver");
+  path->normals.push_back(ReadRequiredDirection(key, "normal"));
+  const std::size_t k = path->normals.size() - 1;
+  if (k > 0 && !(Length(path->normals[k] + path->normals[k - 1]) > 1e-3))
+    key.Fail("normal", "is opposite to that of the key before", "add a key between");
+}
+
+PathAsked ReadPathAsked(const Config& table, const std::vector<Weighting>& weightings) {
+  PathAsked path;
+  path.receiver = ReadReceiver(table, "plane");
+  path.weighting = ReadWeightingName(table, weightings);
+  for (const Config& key : table.Tables("key")) ReadKey(key, &path);
+  if (path.times_s.size() < 2)
+    table.Fail("key", fmt::format("has {} keys", path.times_s.size()),
+               "give two or more [[path.key]], with t_s and position_m");
+  if (!path.normals.empty() && path.normals.size() != path.times_s.size())
+    table.Fail("key", "has a normal for some keys alone", "give one to each, or to none");
+  path.name = table.Text("name", "path from " + PlaceName(path.positions_m[0]));
+  return path;
 }
 
 std::optional<std::array<double, 2>> ReadOpening(const Config& table) {
@@ -150,8 +226,7 @@ EyeAsked ReadEyeAsked(const Config& table) {
     if (eye.background || table.Has("up"))
       eye.up = ReadAcross(table, "up", {0, 0, -1}, *eye.line_of_sight, "line_of_sight");
   }
-  eye.name = table.Text("name", fmt::format("eye at ({:.4g}, {:.4g}, {:.4g}) m", eye.eye_m.x,
-                                            eye.eye_m.y, eye.eye_m.z));
+  eye.name = table.Text("name", "eye at " + PlaceName(eye.eye_m));
   return eye;
 }
 
@@ -209,6 +284,47 @@ Vec3 PlaneAsked::Point(int column, int row) const {
          (0.5 - (row + 0.5) / rows) * height_m * up;
 }
 
+Vec3 PlaneAsked::PointAt(std::size_t k) const {
+  const auto at = static_cast<int>(k);
+  return Point(at % columns, at / columns);
+}
+
+PointAsked LineAsked::Point(int k) const {
+  PointAsked point;
+  point.p_m = from_m + (1.0 * k / (points - 1)) * (to_m - from_m);
+  point.name = fmt::format("{}, {:.4g} m along it", name, Length(point.p_m - from_m));
+  point.normal = normal.value_or(Normalized(-1 * point.p_m));
+  point.axis = axis;
+  point.facing = facing;
+  point.weighting = weighting;
+  return point;
+}
+
+PlaneAsked VolumeAsked::Layer(int k) const {
+  PlaneAsked plane = middle;
+  const double along = ((k + 0.5) / layers - 0.5) * depth_m;
+  plane.centre_m = middle.centre_m + along * Cross(middle.right, middle.up);
+  plane.name = fmt::format("{}, at {}", middle.name, PlaceName(plane.centre_m));
+  return plane;
+}
+
+Vec3 VolumeAsked::PointAt(std::size_t k) const {
+  return Layer(static_cast<int>(k / middle.count())).PointAt(k % middle.count());
+}
+
+Vec3 PathAsked::Position(double time_s) const {
+  const auto [k, share] = PlaceOf(times_s, time_s);
+  return positions_m[k] + share * (positions_m[k + 1] - positions_m[k]);
+}
+
+PointReceiver PathAsked::At(double time_s) const {
+  PointReceiver turned = receiver;
+  if (normals.empty()) return turned;
+  const auto [k, share] = PlaceOf(times_s, time_s);
+  turned.normal = Normalized(normals[k] + share * (normals[k + 1] - normals[k]));
+  return turned;
+}
+
 Vec3 PlaneAsked::Normal() const {
   const Vec3 n = Cross(right, up);
   return Dot(n, centre_m) > 0 ? -1 * n : n;
@@ -233,6 +349,12 @@ Asked ReadAsked(const Config& config, const RegulationFile& regulation_file) {
     asked.weightings.push_back(ReadWeighting(table, asked.weightings));
   for (const Config& table : config.Tables("point"))
     asked.points.push_back(ReadPointAsked(table, asked.weightings));
+  for (const Config& table : config.Tables("line"))
+    asked.lines.push_back(ReadLineAsked(table, asked.weightings));
+  for (const Config& table : config.Tables("volume"))
+    asked.volumes.push_back(ReadVolumeAsked(table, asked.weightings));
+  for (const Config& table : config.Tables("path"))
+    asked.paths.push_back(ReadPathAsked(table, asked.weightings));
   for (const Config& table : config.Tables("plane"))
     asked.planes.push_back(ReadPlaneAsked(table, asked.weightings));
   for (const Config& table : config.Tables("eye")) asked.eyes.push_back(ReadEyeAsked(table));

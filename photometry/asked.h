@@ -36,6 +36,19 @@ struct PointAsked {
   std::string weighting = {};
 };
 
+// Points at even steps along a line, both ends among them, each asked as a point is.
+struct LineAsked {
+  std::string name;
+  lightfield::Vec3 from_m, to_m;
+  int points = 0;
+  std::optional<lightfield::Vec3> normal;  // absent: towards the origin from each point
+  lightfield::Vec3 axis;
+  std::optional<lightfield::Vec3> facing;
+  std::string weighting = {};
+
+  PointAsked Point(int k) const;
+};
+
 // columns x rows points in the middles of equal fields of a rectangle, and what takes in light there.
 struct PlaneAsked {
   std::string name;
@@ -46,7 +59,33 @@ struct PlaneAsked {
   std::string weighting = {};
 
   lightfield::Vec3 Point(int column, int row) const;  // row 0 at the top
+  lightfield::Vec3 PointAt(std::size_t k) const;      // of [row][column]
   lightfield::Vec3 Normal() const;                    // to the side that the origin is on
+  std::size_t count() const { return static_cast<std::size_t>(columns) * rows; }
+};
+
+// Planes behind each other along right x up, in the middles of equal slices of a depth.
+struct VolumeAsked {
+  PlaneAsked middle;
+  double depth_m = 0;
+  int layers = 0;
+
+  PlaneAsked Layer(int k) const;
+  lightfield::Vec3 PointAt(std::size_t k) const;  // of [layer][row][column]
+  std::size_t count() const { return middle.count() * static_cast<std::size_t>(layers); }
+};
+
+// A receiver that moves: along straight lines from one place to the next, evenly in time. Normals of
+// a plane turn by the shorter way (their linear mean, normalised); without any it faces the origin.
+struct PathAsked {
+  std::string name;
+  PointReceiver receiver;
+  std::string weighting = {};
+  std::vector<double> times_s;  // rising
+  std::vector<lightfield::Vec3> positions_m, normals;
+
+  lightfield::Vec3 Position(double time_s) const;
+  PointReceiver At(double time_s) const;  // the receiver as it is turned then
 };
 
 // Whose luminance is asked for.
@@ -118,7 +157,10 @@ struct Asked {
   std::vector<EyeAsked> eyes;
   std::vector<GlareAsked> glare;
   std::vector<PointAsked> points;
+  std::vector<LineAsked> lines;
   std::vector<PlaneAsked> planes;
+  std::vector<VolumeAsked> volumes;
+  std::vector<PathAsked> paths;
 };
 
 // The file of a regulation that ask.toml names.

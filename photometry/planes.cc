@@ -60,15 +60,6 @@ std::optional<Lines> LinesOf(const PosedLightField& posed, const PlaneAsked& pla
   return lines;
 }
 
-std::size_t CountOf(const PlaneAsked& plane) {
-  return static_cast<std::size_t>(plane.columns) * plane.rows;
-}
-
-Vec3 PointOf(const PlaneAsked& plane, std::size_t k) {
-  const auto at = static_cast<int>(k);
-  return plane.Point(at % plane.columns, at / plane.columns);
-}
-
 void AddLightVectors(const PosedLightField& posed, const PlaneAsked& plane,
                      std::vector<Vec3>* sum) {
   const auto& pose = posed.luminaire_from_field;
@@ -79,7 +70,7 @@ void AddLightVectors(const PosedLightField& posed, const PlaneAsked& plane,
         (*sum)[k] =
             (*sum)[k] +
             pose.Direction(
-                ClosedFormLightVector(posed.field, pose.Inverse().Point(PointOf(plane, k))).j[0]);
+                ClosedFormLightVector(posed.field, pose.Inverse().Point(plane.PointAt(k))).j[0]);
     });
     return;
   }
@@ -187,7 +178,7 @@ void AddLines(const PosedLightField& posed, const Lines& lines, Vec3 n, double f
 }  // namespace
 
 std::vector<Vec3> LightVectorsOn(const Lamp& lamp, const PlaneAsked& plane) {
-  std::vector<Vec3> sum(CountOf(plane));
+  std::vector<Vec3> sum(plane.count());
   for (const PosedLightField& posed : lamp.fields) AddLightVectors(posed, plane, &sum);
   return sum;
 }
@@ -198,19 +189,25 @@ std::vector<double> IlluminanceOn(const Lamp& lamp, const PlaneAsked& plane) {
   std::vector<double> illuminance(vectors.size());
   core::ParallelFor(vectors.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      const Vec3 p = PointOf(plane, k);
+      const Vec3 p = plane.PointAt(k);
       illuminance[k] = IsCut(lamp, p, n) ? IlluminanceValue(lamp, p, n) : Dot(n, vectors[k]);
     }
   });
   return illuminance;
 }
 
+PointReceiver ReceiverOn(const PlaneAsked& plane) {
+  PointReceiver receiver = plane.receiver;
+  if (receiver.shape == ReceiverShape::kPlane) receiver.normal = plane.Normal();
+  return receiver;
+}
+
 std::vector<double> ReceivedOn(const Lamp& lamp, const PlaneAsked& plane) {
   if (plane.receiver.shape == ReceiverShape::kPlane) return IlluminanceOn(lamp, plane);
-  std::vector<double> received(CountOf(plane));
+  std::vector<double> received(plane.count());
   core::ParallelFor(received.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k)
-      received[k] = ReceivedValue(lamp, plane.receiver, PointOf(plane, k));
+      received[k] = ReceivedValue(lamp, plane.receiver, plane.PointAt(k));
   });
   return received;
 }
@@ -218,7 +215,7 @@ std::vector<double> ReceivedOn(const Lamp& lamp, const PlaneAsked& plane) {
 Functional MeanReceivedOn(const Lamp& lamp, const PlaneAsked& plane) {
   Functional mean = ZeroOf(lamp);
   const Vec3 n = plane.Normal();
-  const std::size_t count = CountOf(plane);
+  const std::size_t count = plane.count();
   const double share = 1.0 / static_cast<double>(count);
   bool separable = plane.receiver.shape == ReceiverShape::kPlane;
   std::vector<std::optional<Lines>> lines;
@@ -227,12 +224,11 @@ Functional MeanReceivedOn(const Lamp& lamp, const PlaneAsked& plane) {
     separable = separable && lines.back();
   }
   for (std::size_t k = 0; k < count && separable; ++k)
-    separable = !IsCut(lamp, PointOf(plane, k), n);
+    separable = !IsCut(lamp, plane.PointAt(k), n);
   if (!separable) {
-    PointReceiver receiver = plane.receiver;
-    if (receiver.shape == ReceiverShape::kPlane) receiver.normal = n;
+    const PointReceiver receiver = ReceiverOn(plane);
     for (std::size_t k = 0; k < count; ++k)
-      AddReceived(mean, share, lamp, receiver, PointOf(plane, k));
+      AddReceived(mean, share, lamp, receiver, plane.PointAt(k));
     return mean;
   }
   for (std::size_t k = 0; k < lamp.fields.size(); ++k)

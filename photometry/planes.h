@@ -16,6 +16,9 @@ std::vector<double> IlluminanceOn(const Lamp& lamp, const PlaneAsked& plane);
 // The light vector, towards the light, without regard to a horizon; as fast.
 std::vector<lightfield::Vec3> LightVectorsOn(const Lamp& lamp, const PlaneAsked& plane);
 
+// What takes in light on it, its normal the plane's if it is one.
+PointReceiver ReceiverOn(const PlaneAsked& plane);
+
 // What the plane's receiver takes in: IlluminanceOn, or point by point for the other shapes.
 std::vector<double> ReceivedOn(const Lamp& lamp, const PlaneAsked& plane);
 

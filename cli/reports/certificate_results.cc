@@ -105,6 +105,11 @@ std::vector<CertificateResult> CertificateResults(const Certificate& certificate
               Scales::kWithLight);
     lines.Add("Uniformity, smallest / mean", plane.asked.name, plane.uniformity, "1", Scales::kNot);
   }
+  for (const auto& path : report.paths) {
+    const PhotometryNames own = ReceivedNames(report, path.asked.weighting);
+    lines.Add("Dose: " + own.IlluminanceTitle(path.asked.receiver.shape), path.asked.name,
+              path.dose, own.DoseUnit(), Scales::kWithLight);
+  }
   for (const auto& eye : report.eyes)
     for (const auto& field : eye.fields)
       lines.Add(fmt::format("Largest mean luminance over {:g} mrad", field.mrad), eye.asked.name,

@@ -42,6 +42,13 @@ struct PhotometryNames {
   std::string Illuminance(const std::string& which = {}) const {
     return illuminance_key + (which.empty() ? "" : "_" + which) + "_" + illuminance_suffix;
   }
+  // Over time: "dose_lx_s", "lx s"; J/m^2 of W/m^2.
+  std::string DoseKey() const {
+    return illuminance_suffix == "w_per_m2" ? "dose_j_per_m2" : "dose_" + illuminance_suffix + "_s";
+  }
+  std::string DoseUnit() const {
+    return illuminance_suffix == "w_per_m2" ? "J/m²" : illuminance_unit + " s";
+  }
   // "illuminance_spherical_mean_lx".
   std::string Illuminance(photometry::ReceiverShape shape, const std::string& which) const {
     const std::string name = ShapeName(shape);

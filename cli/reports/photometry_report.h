@@ -11,6 +11,7 @@
 #include "luxfield/photometry/answers.h"
 #include "luxfield/photometry/colour.h"
 #include "luxfield/photometry/distribution.h"
+#include "luxfield/photometry/dose.h"
 
 namespace luxfield::cli {
 
@@ -21,7 +22,10 @@ struct PhotometryReport {
   photometry::IntensityTable table;
   std::vector<photometry::Weighting> weightings;
   std::vector<photometry::PointAnswer> points;
+  std::vector<photometry::LineAnswer> lines;
   std::vector<photometry::PlaneAnswer> planes;
+  std::vector<photometry::VolumeAnswer> volumes;
+  std::vector<photometry::DoseAnswer> paths;
   std::vector<photometry::EyeAnswer> eyes;
   std::vector<photometry::GlareAnswer> glare;
   std::vector<HeadlampReport> headlamps;

@@ -3,20 +3,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "luxfield/cli/reports/estimate_json.h"
 #include "luxfield/cli/reports/estimate_table.h"
-#include "luxfield/cli/reports/photometry_plots.h"
-#include "luxfield/cli/svg/svg_isolux.h"
 
 namespace luxfield::cli {
 namespace {
 
 using core::Json;
 using lightfield::Vec3;
+using photometry::DoseAnswer;
 using photometry::Estimate;
+using photometry::LineAnswer;
 using photometry::PlaneAnswer;
 using photometry::PointAnswer;
+using photometry::ReceiverShape;
+using photometry::VolumeAnswer;
 
 std::string PlaceText(Vec3 p) {
   return fmt::format("x = {:.6g} m; y = {:.6g} m; z = {:.6g} m", p.x, p.y, p.z);
@@ -61,29 +64,117 @@ Json PointJson(const PointAnswer& answer, const PhotometryNames& names) {
   return json;
 }
 
+void PutSummary(Json& json, const photometry::ManyPoints& points, ReceiverShape shape,
+                const PhotometryNames& names) {
+  PutEstimate(json, names.Illuminance(shape, "mean"), points.mean);
+  PutEstimate(json, names.Illuminance(shape, "min"), points.least);
+  PutEstimate(json, names.Illuminance(shape, "max"), points.most);
+  PutEstimate(json, "uniformity_min_mean", points.uniformity);
+  PutEstimate(json, "uniformity_min_max", points.diversity);
+}
+
 Json PlaneJson(const PlaneAnswer& answer, const PhotometryNames& names) {
   const auto& asked = answer.asked;
-  const auto key = [&](const char* which) {
-    return names.Illuminance(asked.receiver.shape, which);
-  };
-  Json json = {{"name", asked.name},
-               {"centre_m", VectorJson(asked.centre_m)},
-               {"right", VectorJson(asked.right)},
-               {"up", VectorJson(asked.up)},
-               {"normal", VectorJson(asked.Normal())},
-               {"width_m", asked.width_m},
-               {"height_m", asked.height_m},
-               {"columns", asked.columns},
-               {"rows", asked.rows},
-               {key(""), RowsJson(answer.values, asked.columns)},
-               {"min_at_m", VectorJson(asked.Point(answer.least_at[0], answer.least_at[1]))},
-               {"max_at_m", VectorJson(asked.Point(answer.most_at[0], answer.most_at[1]))}};
+  Json json = {
+      {"name", asked.name},
+      {"centre_m", VectorJson(asked.centre_m)},
+      {"right", VectorJson(asked.right)},
+      {"up", VectorJson(asked.up)},
+      {"normal", VectorJson(asked.Normal())},
+      {"width_m", asked.width_m},
+      {"height_m", asked.height_m},
+      {"columns", asked.columns},
+      {"rows", asked.rows},
+      {names.Illuminance(asked.receiver.shape, ""), RowsJson(answer.values, asked.columns)},
+      {"min_at_m", VectorJson(asked.PointAt(answer.least_at))},
+      {"max_at_m", VectorJson(asked.PointAt(answer.most_at))}};
   PutWeighting(json, asked.weighting, names);
-  PutEstimate(json, key("mean"), answer.mean);
-  PutEstimate(json, key("min"), answer.least);
-  PutEstimate(json, key("max"), answer.most);
-  PutEstimate(json, "uniformity_min_mean", answer.uniformity);
-  PutEstimate(json, "uniformity_min_max", answer.diversity);
+  PutSummary(json, answer, asked.receiver.shape, names);
+  return json;
+}
+
+Json VolumeJson(const VolumeAnswer& answer, const PhotometryNames& names) {
+  const auto& asked = answer.asked;
+  const auto& middle = asked.middle;
+  Json layers = Json::array();
+  for (int layer = 0; layer < asked.layers; ++layer) {
+    const auto first = answer.values.begin() + static_cast<std::ptrdiff_t>(middle.count()) * layer;
+    layers.push_back(
+        RowsJson({first, first + static_cast<std::ptrdiff_t>(middle.count())}, middle.columns));
+  }
+  Json json = {{"name", middle.name},
+               {"centre_m", VectorJson(middle.centre_m)},
+               {"right", VectorJson(middle.right)},
+               {"up", VectorJson(middle.up)},
+               {"width_m", middle.width_m},
+               {"height_m", middle.height_m},
+               {"depth_m", asked.depth_m},
+               {"columns", middle.columns},
+               {"rows", middle.rows},
+               {"layers", asked.layers},
+               {names.Illuminance(middle.receiver.shape, ""), layers},
+               {"min_at_m", VectorJson(asked.PointAt(answer.least_at))},
+               {"max_at_m", VectorJson(asked.PointAt(answer.most_at))}};
+  PutWeighting(json, middle.weighting, names);
+  PutSummary(json, answer, middle.receiver.shape, names);
+  return json;
+}
+
+// KEY and KEY_u, a number for each point; null where none was asked for.
+void PutAlong(Json& json, const std::string& key, const LineAnswer& answer,
+              const std::function<std::optional<Estimate>(const PointAnswer&)>& of) {
+  Json values = Json::array(), uncertainties = Json::array();
+  for (const PointAnswer& point : answer.points) {
+    const auto one = of(point);
+    values.push_back(one ? Json(one->value) : Json());
+    uncertainties.push_back(one ? OptionalJson(one->u) : Json());
+  }
+  const bool asked = of(answer.points[0]).has_value(), known = asked && of(answer.points[0])->u;
+  json[key] = asked ? values : Json();
+  json[key + "_u"] = known ? uncertainties : Json();
+}
+
+Json LineJson(const LineAnswer& answer, const PhotometryNames& names) {
+  const auto& asked = answer.asked;
+  Json json = {{"name", asked.name},
+               {"from_m", VectorJson(asked.from_m)},
+               {"to_m", VectorJson(asked.to_m)},
+               {"points", asked.points},
+               {"normal", asked.normal ? VectorJson(*asked.normal) : Json()},
+               {"axis", VectorJson(asked.axis)},
+               {"facing", asked.facing ? VectorJson(*asked.facing) : Json()}};
+  PutWeighting(json, asked.weighting, names);
+  PutAlong(json, names.Illuminance(), answer,
+           [](const PointAnswer& point) { return point.illuminance; });
+  PutAlong(json, names.Illuminance("spherical"), answer,
+           [](const PointAnswer& point) { return point.spherical; });
+  PutAlong(json, names.Illuminance("cylindrical"), answer,
+           [](const PointAnswer& point) { return point.cylindrical; });
+  PutAlong(json, names.Illuminance("semicylindrical"), answer,
+           [](const PointAnswer& point) { return point.semicylindrical; });
+  const std::string axes = "xyz";
+  for (std::size_t k = 0; k < axes.size(); ++k)
+    PutAlong(json, fmt::format("light_vector_{}_{}", axes[k], names.illuminance_suffix), answer,
+             [&](const PointAnswer& point) { return point.light_vector[k]; });
+  return json;
+}
+
+Json PathJson(const DoseAnswer& answer, const PhotometryNames& names) {
+  const auto& asked = answer.asked;
+  const ReceiverShape shape = asked.receiver.shape;
+  Json positions = Json::array(), normals = Json::array();
+  for (const Vec3 p : asked.positions_m) positions.push_back(VectorJson(p));
+  for (const Vec3 n : asked.normals) normals.push_back(VectorJson(n));
+  Json json = {
+      {"name", asked.name},           {"t_s", asked.times_s},
+      {"position_m", positions},      {"normal", asked.normals.empty() ? Json() : normals},
+      {"time_s", answer.time_s},      {names.Illuminance(shape, ""), answer.rate},
+      {"max_at_s", answer.most_at_s}, {"max_at_m", VectorJson(asked.Position(answer.most_at_s))},
+      {"dose_unit", names.DoseUnit()}};
+  PutWeighting(json, asked.weighting, names);
+  PutEstimate(json, names.DoseKey(), answer.dose);
+  PutEstimate(json, names.Illuminance(shape, "mean"), answer.mean);
+  PutEstimate(json, names.Illuminance(shape, "max"), answer.most);
   return json;
 }
 
@@ -101,53 +192,24 @@ void AddPointRows(std::vector<NumberRow>* rows, const PointAnswer& answer,
   if (answer.semicylindrical) add("semicylindrical", *answer.semicylindrical);
 }
 
-void AddPlaneRows(std::vector<NumberRow>* rows, const PlaneAnswer& answer,
-                  const PhotometryNames& names) {
+// The mean, then each point.
+void AddPointsRows(std::vector<NumberRow>* rows, const photometry::ManyPoints& points,
+                   const std::string& quantity, const std::string& name, const std::string& unit,
+                   const std::function<Vec3(std::size_t)>& place) {
+  rows->push_back({"mean " + quantity, name, unit, points.mean});
+  for (std::size_t k = 0; k < points.values.size(); ++k)
+    rows->push_back(
+        {quantity, name + "; " + PlaceText(place(k)), unit, Estimate{points.values[k], {}}});
+}
+
+void AddPathRows(std::vector<NumberRow>* rows, const DoseAnswer& answer,
+                 const PhotometryNames& names) {
   const auto& asked = answer.asked;
   const std::string quantity = RowName(names, asked.weighting, ShapeName(asked.receiver.shape));
-  rows->push_back({"mean " + quantity, asked.name, names.illuminance_unit, answer.mean});
-  for (int row = 0; row < asked.rows; ++row)
-    for (int column = 0; column < asked.columns; ++column)
-      rows->push_back({quantity, asked.name + "; " + PlaceText(asked.Point(column, row)),
-                       names.illuminance_unit, Estimate{answer.at(column, row), {}}});
-}
-
-EstimateRows PointTable(const PointAnswer& answer, const PhotometryNames& names) {
-  const Vec3 p = answer.asked.p_m;
-  EstimateRows rows{EstimateHead(
-      fmt::format("{}, at ({:.4g}, {:.4g}, {:.4g}) m", answer.asked.name, p.x, p.y, p.z))};
-  const auto add = [&](const std::string& name, const Estimate& estimate) {
-    rows.push_back(EstimateRow(name, estimate, names.illuminance_unit));
-  };
-  add(names.illuminance, answer.illuminance);
-  add("mean spherical", answer.spherical);
-  add("cylindrical", answer.cylindrical);
-  if (answer.semicylindrical) add("semicylindrical", *answer.semicylindrical);
-  const char* const kAxes[] = {"light vector, x", "light vector, y", "light vector, z"};
-  for (std::size_t k = 0; k < 3; ++k) add(kAxes[k], answer.light_vector[k]);
-  return rows;
-}
-
-EstimateRows PlaneTable(const PlaneAnswer& answer, const PhotometryNames& names) {
-  const auto& asked = answer.asked;
-  EstimateRows rows{EstimateHead(asked.name)};
-  rows.push_back(EstimateRow(fmt::format("mean of {} x {} points", asked.columns, asked.rows),
-                             answer.mean, names.illuminance_unit));
-  rows.push_back(EstimateRow("smallest", answer.least, names.illuminance_unit));
-  rows.push_back(EstimateRow("largest", answer.most, names.illuminance_unit));
-  if (answer.uniformity) rows.push_back(EstimateRow("smallest / mean", *answer.uniformity, ""));
-  if (answer.diversity) rows.push_back(EstimateRow("smallest / largest", *answer.diversity, ""));
-  return rows;
-}
-
-// How the weightings asked for weigh channels.
-void AddWeightings(HtmlPage& page, const std::vector<photometry::Weighting>& weightings) {
-  for (const auto& one : weightings) {
-    std::string factors;
-    for (const double factor : one.factors)
-      factors += (factors.empty() ? "" : ", ") + fmt::format("{:g}", factor);
-    page.Paragraph(fmt::format("{}, {}: channels weighed by {}.", one.name, one.unit, factors));
-  }
+  rows->push_back({"dose of " + quantity, asked.name, names.DoseUnit(), answer.dose});
+  rows->push_back({"largest " + quantity,
+                   asked.name + "; " + PlaceText(asked.Position(answer.most_at_s)),
+                   names.illuminance_unit, answer.most});
 }
 
 }  // namespace
@@ -158,50 +220,61 @@ PhotometryNames ReceivedNames(const PhotometryReport& report, const std::string&
 }
 
 void PrintReceived(const PhotometryReport& report) {
+  const auto unit = [&](const std::string& weighting) {
+    return ReceivedNames(report, weighting).illuminance_unit;
+  };
+  const auto print = [&](const std::string& name, const photometry::ManyPoints& points,
+                         const std::string& weighting) {
+    fmt::print("  {}: mean {}, from {:.4g} to {:.4g}\n", name,
+               EstimateText(points.mean, unit(weighting)), points.least.value, points.most.value);
+  };
   for (const PointAnswer& answer : report.points)
     fmt::print("  {:<18}{}\n", answer.asked.name,
-               EstimateText(answer.illuminance,
-                            ReceivedNames(report, answer.asked.weighting).illuminance_unit));
+               EstimateText(answer.illuminance, unit(answer.asked.weighting)));
   for (const PlaneAnswer& answer : report.planes)
-    fmt::print(
-        "  {}: mean {}, from {:.4g} to {:.4g}\n", answer.asked.name,
-        EstimateText(answer.mean, ReceivedNames(report, answer.asked.weighting).illuminance_unit),
-        answer.least.value, answer.most.value);
+    print(answer.asked.name, answer, answer.asked.weighting);
+  for (const VolumeAnswer& answer : report.volumes)
+    print(answer.asked.middle.name, answer, answer.asked.middle.weighting);
+  for (const DoseAnswer& answer : report.paths)
+    fmt::print("  {}: dose {}\n", answer.asked.name,
+               EstimateText(answer.dose, ReceivedNames(report, answer.asked.weighting).DoseUnit()));
 }
 
 void PutReceived(Json& json, const PhotometryReport& report) {
-  json["weightings"] = json["points"] = json["planes"] = Json::array();
+  for (const char* key : {"weightings", "points", "lines", "planes", "volumes", "paths"})
+    json[key] = Json::array();
   for (const auto& one : report.weightings) json["weightings"].push_back(WeightingJson(one));
   for (const PointAnswer& answer : report.points)
     json["points"].push_back(PointJson(answer, ReceivedNames(report, answer.asked.weighting)));
+  for (const LineAnswer& answer : report.lines)
+    json["lines"].push_back(LineJson(answer, ReceivedNames(report, answer.asked.weighting)));
   for (const PlaneAnswer& answer : report.planes)
     json["planes"].push_back(PlaneJson(answer, ReceivedNames(report, answer.asked.weighting)));
+  for (const VolumeAnswer& answer : report.volumes)
+    json["volumes"].push_back(
+        VolumeJson(answer, ReceivedNames(report, answer.asked.middle.weighting)));
+  for (const DoseAnswer& answer : report.paths)
+    json["paths"].push_back(PathJson(answer, ReceivedNames(report, answer.asked.weighting)));
 }
 
 std::vector<NumberRow> ReceivedRows(const PhotometryReport& report) {
   std::vector<NumberRow> rows;
   for (const PointAnswer& answer : report.points)
     AddPointRows(&rows, answer, ReceivedNames(report, answer.asked.weighting));
-  for (const PlaneAnswer& answer : report.planes)
-    AddPlaneRows(&rows, answer, ReceivedNames(report, answer.asked.weighting));
+  for (const LineAnswer& answer : report.lines)
+    for (const PointAnswer& point : answer.points)
+      AddPointRows(&rows, point, ReceivedNames(report, answer.asked.weighting));
+  const auto add = [&](const auto& answer, const photometry::PlaneAsked& plane) {
+    const PhotometryNames names = ReceivedNames(report, plane.weighting);
+    AddPointsRows(&rows, answer, RowName(names, plane.weighting, ShapeName(plane.receiver.shape)),
+                  plane.name, names.illuminance_unit,
+                  [&](std::size_t k) { return answer.asked.PointAt(k); });
+  };
+  for (const PlaneAnswer& answer : report.planes) add(answer, answer.asked);
+  for (const VolumeAnswer& answer : report.volumes) add(answer, answer.asked.middle);
+  for (const DoseAnswer& answer : report.paths)
+    AddPathRows(&rows, answer, ReceivedNames(report, answer.asked.weighting));
   return rows;
-}
-
-void AddReceived(HtmlPage& page, const PhotometryReport& report) {
-  const std::string illuminance = NamesOf(report.distribution.unit).illuminance;
-  AddWeightings(page, report.weightings);
-  if (!report.planes.empty()) page.Heading(illuminance + " on planes");
-  for (const PlaneAnswer& answer : report.planes) {
-    const PhotometryNames names = ReceivedNames(report, answer.asked.weighting);
-    page.Raw("<div class=\"row\">\n");
-    page.Raw(SvgIsolux(IsoluxOf(answer, names)));
-    page.Raw("<div>\n");
-    AddEstimates(page, PlaneTable(answer, names));
-    page.Raw("</div>\n</div>\n");
-  }
-  if (!report.points.empty()) page.Heading(illuminance + " at points");
-  for (const PointAnswer& answer : report.points)
-    AddEstimates(page, PointTable(answer, ReceivedNames(report, answer.asked.weighting)));
 }
 
 }  // namespace luxfield::cli

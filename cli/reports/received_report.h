@@ -1,4 +1,5 @@
-// What `photometry` says of receivers, at points and on planes: on the terminal, as JSON, as lines of
+// What `photometry` says of receivers at points, along lines and paths, on planes and in volumes: on
+// the terminal, as JSON, as lines of
 // CSV and as sections of the page.
 #pragma once
 
@@ -16,7 +17,7 @@ namespace luxfield::cli {
 PhotometryNames ReceivedNames(const PhotometryReport& report, const std::string& weighting);
 
 void PrintReceived(const PhotometryReport& report);
-// Under "points", "planes" and "weightings".
+// Under "weightings", "points", "lines", "planes", "volumes" and "paths".
 void PutReceived(core::Json& json, const PhotometryReport& report);
 std::vector<NumberRow> ReceivedRows(const PhotometryReport& report);
 void AddReceived(HtmlPage& page, const PhotometryReport& report);

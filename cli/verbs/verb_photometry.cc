@@ -85,6 +85,12 @@ void Answer(const WeighedLamps& lamps, const photometry::Asked& asked, Photometr
     report->points.push_back(AnswerAt(lamps.Of(point.weighting), point));
   for (const auto& plane : asked.planes)
     report->planes.push_back(AnswerOn(lamps.Of(plane.weighting), plane));
+  for (const auto& line : asked.lines)
+    report->lines.push_back(AnswerAlong(lamps.Of(line.weighting), line));
+  for (const auto& volume : asked.volumes)
+    report->volumes.push_back(AnswerIn(lamps.Of(volume.middle.weighting), volume));
+  for (const auto& path : asked.paths)
+    report->paths.push_back(DoseAlong(lamps.Of(path.weighting), path));
 }
 
 PhotometryReport ReportOf(const Options& options, const LightFields& fields,
@@ -215,10 +221,9 @@ void AddPhotometry(Program& program) {
                   "The standard deviations of C that `luxfield reconstruct --sigma` wrote: every "
                   "number gets its standard uncertainty")
       ->check(InputFile({core::FileKind::kLightField}));
-  verb.add_option(
-      "--ask", options->ask,
-      "An ask.toml: points, planes, eyes, glare, headlamps (docs/photometry.md); without it a "
-      "plane 1 m before the lamp");
+  verb.add_option("--ask", options->ask,
+                  "An ask.toml: points, lines, planes, volumes, paths, eyes, glare, headlamps "
+                  "(docs/photometry.md); without it a plane 1 m before the lamp");
   verb.add_option("-o,--output", options->output,
                   "A .html page, .json or .csv to write; or a certificate, .pdf or .cert.json")
       ->check(OutputFile());

@@ -371,6 +371,67 @@ TEST_F(Photometry, WeighsChannelsAsAsked) {
   EXPECT_THAT(refused.err, testing::HasSubstr("3 factors, and the light field has 1 channels"));
 }
 
+TEST_F(Photometry, LinesVolumesAndPathsAreMadeOfPoints) {
+  WriteText(folder_ / "ask.toml", R"([[point]]
+position_m = [0.1, 0.2, 1.5]
+normal = [0, 0, -1]
+[[line]]
+name = "a < b"
+from_m = [0.1, 0.2, 0.5]
+to_m = [0.1, 0.2, 2.5]
+points = 5
+normal = [0, 0, -1]
+[[volume]]
+name = "room"
+centre_m = [0.1, 0.2, 1.5]
+width_m = 1
+height_m = 0.8
+depth_m = 2
+columns = 1
+rows = 1
+layers = 3
+[[path]]
+name = "hand"
+receiver = "sphere"
+[[path.key]]
+t_s = 1
+position_m = [0.1, 0.2, 1.5]
+[[path.key]]
+t_s = 3.5
+position_m = [0.1, 0.2, 1.5]
+)");
+  const json found = Ask(Lamp(1e6), {"--ask", "ask.toml", "-o", "x.pdf"});
+  const json& point = found["points"][0];
+  const auto near = [&](const json& value, const char* key, double factor) {
+    const double expected = factor * point[key].get<double>();
+    EXPECT_NEAR(value.get<double>(), expected, 1e-9 * expected) << key;
+  };
+  const json& line = found["lines"][0];
+  EXPECT_EQ(line["illuminance_lx"].size(), 5u);
+  near(line["illuminance_lx"][2], "illuminance_lx", 1);
+  near(line["illuminance_cylindrical_lx"][2], "illuminance_cylindrical_lx", 1);
+  EXPECT_NEAR(line["light_vector_z_lx"][2].get<double>(), point["light_vector_lx"][2].get<double>(),
+              1e-6);
+  EXPECT_TRUE(line["illuminance_semicylindrical_lx"].is_null());
+  EXPECT_TRUE(line["illuminance_lx_u"].is_null());
+  const json& volume = found["volumes"][0];
+  EXPECT_EQ(volume["illuminance_spherical_lx"].size(), 3u);
+  near(volume["illuminance_spherical_lx"][1][0][0], "illuminance_spherical_lx", 1);
+  // The nearest layer is the first.
+  EXPECT_GT(volume["illuminance_spherical_lx"][0][0][0].get<double>(),
+            volume["illuminance_spherical_lx"][2][0][0].get<double>());
+  EXPECT_NEAR(volume["max_at_m"][2].get<double>(), 1.5 - 2.0 / 3, 1e-9);
+  const json& path = found["paths"][0];
+  near(path["dose_lx_s"], "illuminance_spherical_lx", 2.5);
+  EXPECT_EQ(path["dose_unit"], "lx s");
+  const std::string page = Page({"--ask", "ask.toml"});
+  EXPECT_THAT(page, testing::HasSubstr("a &lt; b"));
+  EXPECT_THAT(page, testing::HasSubstr("Dose along paths"));
+  Ask(Lamp(1e6), {"--ask", "ask.toml", "-o", "x.csv"});
+  EXPECT_THAT(ReadText(folder_ / "x.csv"),
+              testing::HasSubstr("dose of spherical illuminance,hand,"));
+}
+
 TEST_F(Photometry, MistakesInWhatIsAskedAreNamed) {
   lightfield::WriteLightField(folder_ / "x.lf.exr", Lamp(1));
   for (const auto& [text, said] :
@@ -385,6 +446,14 @@ TEST_F(Photometry, MistakesInWhatIsAskedAreNamed) {
         std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 1\nreceiver = "
                   "\"semicylinder\"\n",
                   "facing"},
+        std::pair{"[[line]]\nfrom_m = [0, 0, -1]\nto_m = [0, 0, 1]\npoints = 3\n", "points"},
+        std::pair{"[[volume]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 1\ndepth_m = 1\n"
+                  "columns = 4096\nrows = 4096\nlayers = 2\n",
+                  "layers"},
+        std::pair{"[[path]]\n[[path.key]]\nt_s = 0\nposition_m = [0, 0, 1]\n", "has 1 keys"},
+        std::pair{"[[path]]\n[[path.key]]\nt_s = 0\nposition_m = [0, 0, 1]\n[[path.key]]\nt_s = 0\n"
+                  "position_m = [0, 0, 1]\n",
+                  "is not after"},
         std::pair{"[[headlamp]]\nregulation = \"un-r1\"\n", "'un-r1' names no file"},
         std::pair{"[[headlamp]]\nregulation = \"x.toml\"\n", "'x.toml' names no file"},
         std::pair{"[[plain]]\n", "plain"}}) {

@@ -59,6 +59,30 @@ receiver = "semicylinder"
 axis = [0, 1, 0]
 facing = [0.6, 0, -0.8]
 weighting = "photons"
+[[line]]
+from_m = [-0.3, 0.1, 0.5]
+to_m = [0.2, 0.3, 2]
+points = 3
+weighting = "photons"
+[[volume]]
+centre_m = [0.1, -0.2, 1.5]
+width_m = 0.6
+height_m = 0.9
+depth_m = 1
+columns = 2
+rows = 1
+layers = 2
+weighting = "photons"
+[[path]]
+weighting = "photons"
+[[path.key]]
+t_s = -1
+position_m = [-0.3, 0.1, 0.5]
+normal = [0, 0, -1]
+[[path.key]]
+t_s = 2
+position_m = [0.2, 0.3, 1]
+normal = [0, 0.6, -0.8]
 """
 
 
@@ -310,7 +334,7 @@ class Photometry(Judgement):
         self.judge_eye(y, found["eyes"][0])
         self.judge_glare(y, found["glare"][0])
         self.judge_weighed(LightField(field.geometry, field.c @ np.array(factors)[:, None]),
-                           found["planes"][1])  # fmt: skip
+                           found)  # fmt: skip
         self.judge_colour(field, found["colour"], vector(found["peak_c_deg"], found["peak_gamma_deg"]))
         plane = found["planes"][0]
         values = np.array(plane["illuminance_lx"])
@@ -344,7 +368,8 @@ class Photometry(Judgement):
                        over_directions(field, p, lambda w: (sine(w) + facing @ w) / np.pi),
                        1e-5, "semicylindrical")  # fmt: skip
 
-    def judge_weighed(self, field, told):
+    def judge_weighed(self, field, found):
+        told = found["planes"][1]
         axis, facing = np.array([0.0, 1, 0]), np.array([0.6, 0, -0.8])
         kernel = lambda w: (np.sqrt(1 - (axis @ w) ** 2) + facing @ w) / np.pi
         values = np.array(told["irradiance_semicylindrical_weighted"])
@@ -352,6 +377,20 @@ class Photometry(Judgement):
             for column in range(2):
                 p = np.array([0.1 - 0.3 + 0.3 * (column + 0.5), -0.2 + 0.45 - 0.3 * (row + 0.5), 1.5])
                 self.close(values[row, column], over_directions(field, p, kernel), 1e-5, "weighed")
+        fluence = lambda p: over_directions(field, np.array(p), lambda w: 0.25)
+        line = found["lines"][0]["irradiance_spherical_weighted"]
+        for told_there, p in zip(line, ([-0.3, 0.1, 0.5], [-0.05, 0.2, 1.25], [0.2, 0.3, 2])):
+            self.close(told_there, fluence(p), 1e-5, "line")
+        volume = np.array(found["volumes"][0]["irradiance_spherical_weighted"])
+        for layer, z in enumerate((1.25, 1.75)):
+            for column, x in enumerate((-0.05, 0.25)):
+                self.close(volume[layer, 0, column], fluence([x, -0.2, z]), 1e-5, "volume")
+        dose, steps = 0.0, 300
+        for share in (np.arange(steps) + 0.5) / steps:
+            n = np.array([0, 0.6 * share, share * -0.8 - (1 - share)])
+            p = np.array([-0.3, 0.1, 0.5]) + share * np.array([0.5, 0.2, 0.5])
+            dose += 3 / steps * field.irradiance(p, n / np.linalg.norm(n))[0]
+        self.close(found["paths"][0]["dose_weighted_s"], dose, 1e-4, "dose")
         self.close(told["irradiance_semicylindrical_mean_weighted"], values.mean(), 1e-9, "mean")
 
     def judge_eye(self, field, told):

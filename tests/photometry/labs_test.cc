@@ -8,6 +8,7 @@
 #include "luxfield/photometry/answers.h"
 #include "luxfield/photometry/colour.h"
 #include "luxfield/photometry/comparison.h"
+#include "luxfield/photometry/dose.h"
 #include "tests/photometry/labs.h"
 #include "tests/photometry/lamps.h"
 #include "tests/seed.h"
@@ -58,6 +59,20 @@ void PutPlane(Quantities& out, const Lamp& lamp) {
   Put(out, "diversity", answer.diversity);
 }
 
+void PutMoved(Quantities& out, const Lamp& lamp) {
+  VolumeAsked volume;
+  volume.middle = PlaneBefore(1, 0.5, 0.5, 3, 2);
+  volume.middle.receiver.shape = ReceiverShape::kSphere;
+  volume.depth_m = 0.4;
+  volume.layers = 2;
+  out["volume, mean"] = AnswerIn(lamp, volume).mean;
+  PathAsked path;
+  path.times_s = {0, 3};
+  path.positions_m = {{-0.2, 0, 0.8}, {0.3, 0.1, 0.9}};
+  const DoseAnswer dose = DoseAlong(lamp, path);
+  out["dose"] = dose.dose;
+}
+
 void PutEye(Quantities& out, const Lamp& lamp) {
   EyeAsked asked;
   asked.eye_m = {0.1, -0.05, 1.1};
@@ -89,6 +104,7 @@ Quantities AllOf(const Lamp& lamp) {
   PutDistances(out, "inverse square towards the peak", d.towards_peak);
   PutPoint(out, lamp);
   PutPlane(out, lamp);
+  PutMoved(out, lamp);
   PutEye(out, lamp);
   return out;
 }
