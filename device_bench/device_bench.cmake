@@ -15,6 +15,7 @@ set(device_bench_sources
     core/measures.cc
     core/outputs.cc
     core/printable.cc
+    core/spare_descriptors.cc
     core/progress.cc
     core/staged_file.cc
     core/stopwatch.cc

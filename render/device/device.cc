@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "luxfield/core/error.h"
+#include "luxfield/core/spare_descriptors.h"
 #include "luxfield/render/device/kernel_profile.h"
 #include "luxfield/render/device/opencl_check.h"
 #include "luxfield/render/device/program_cache.h"
@@ -133,6 +134,17 @@ bool Matches(const DeviceInfo& info, const std::string& selector) {
          Lower(info.platform).find(Lower(selector)) != std::string::npos;
 }
 
+// PoCL has a linker make each kernel, and ends the program where that cannot open its libraries.
+void RequireDescriptors() {
+  constexpr int kOfALinker = 24;
+  const int spare = core::SpareDescriptors(kOfALinker);
+  if (spare < kOfALinker)
+    throw DeviceError(fmt::format(
+        "OpenCL needs {} file descriptors and only {} are left; raise the limit of open "
+        "files (ulimit -n), or end what holds them",
+        kOfALinker, spare));
+}
+
 }  // namespace
 
 std::vector<DeviceInfo> ListDevices() {
@@ -144,6 +156,7 @@ std::vector<DeviceInfo> ListDevices() {
 
 Device Device::Open(const std::string& selector, int threads) {
   if (threads > 0) ::setenv("POCL_MAX_PTHREAD_COUNT", std::to_string(threads).c_str(), 1);
+  RequireDescriptors();
   const auto ids = DeviceIds();
   if (ids.empty())
     throw DeviceError(

@@ -3,9 +3,7 @@
 #if LUXFIELD_ARAVIS
 
 #include <arv.h>
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -20,6 +18,7 @@
 #include <vector>
 
 #include "luxfield/core/printable.h"
+#include "luxfield/core/spare_descriptors.h"
 #include "luxfield/hal/drivers/aravis/camera_features.h"
 #include "luxfield/hal/drivers/aravis/device_clock.h"
 #include "luxfield/hal/drivers/aravis/pixel_format.h"
@@ -55,18 +54,12 @@ using Owned = std::unique_ptr<T, Unref<T>>;
 // program. A search takes one for each of the network's interfaces, USB's and their pipes.
 void RequireDescriptors(const std::string& device) {
   constexpr int kOfASearch = 32;
-  std::vector<int> held;
-  for (int k = 0; k < kOfASearch; ++k) {
-    const int fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-    if (fd < 0) break;
-    held.push_back(fd);
-  }
-  for (const int fd : held) ::close(fd);
-  if (held.size() < kOfASearch)
-    throw HardwareError(Fault::kRefused, device, "search",
-                        fmt::format("{} file descriptors are left, a search takes up to {}",
-                                    held.size(), kOfASearch),
-                        "raise the limit of open files (ulimit -n)");
+  const int spare = core::SpareDescriptors(kOfASearch);
+  if (spare < kOfASearch)
+    throw HardwareError(
+        Fault::kRefused, device, "search",
+        fmt::format("{} file descriptors are left, a search takes up to {}", spare, kOfASearch),
+        "raise the limit of open files (ulimit -n)");
 }
 
 }  // namespace
