@@ -229,7 +229,7 @@ void PrintReceived(const PhotometryReport& report) {
                EstimateText(points.mean, unit(weighting)), points.least.value, points.most.value);
   };
   for (const PointAnswer& answer : report.points)
-    fmt::print("  {:<18}{}\n", answer.asked.name,
+    fmt::print("  {:<17} {}\n", answer.asked.name,
                EstimateText(answer.illuminance, unit(answer.asked.weighting)));
   for (const PlaneAnswer& answer : report.planes)
     print(answer.asked.name, answer, answer.asked.weighting);

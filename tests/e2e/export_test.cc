@@ -7,10 +7,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "luxfield/core/colour.h"
 #include "luxfield/formats/far_field.h"
+#include "luxfield/lightfield/light_vector.h"
 #include "luxfield/lightfield/posed_light_field.h"
+#include "tests/bridges/foreign.h"
 #include "tests/e2e/verb_test.h"
 #include "tests/formats/light_field_lamps.h"
 #include "tests/seed.h"
@@ -172,6 +175,31 @@ TEST_F(Export, PicturesHold) {
   EXPECT_GT(square.value("largest_luminance", 0.0), square.value("mean_luminance", 1e99));
   const std::string header = ReadText(folder_ / "x.hdr").substr(0, 400);
   EXPECT_THAT(header, HasSubstr("VIEW= -vtv -vp 0 0 1 -vd 0 0 -1 -vu 0 1 0 "));
+}
+
+// Radiance's evalglare sums the fisheye picture of a headlight into the illuminance at the eye: the
+// exact one, within what the picture's rays and its steps of half a per cent leave.
+TEST_F(Export, EvalglareFindsTheIlluminanceAtTheEye) {
+  using bridges::ForeignProgram;
+  LUXFIELD_NEEDS_FOREIGN("evalglare");
+  const Vec3 eye{0.1, -0.05, 0.4};
+  const Json row = Checked("x.hdr", {"--view", "fisheye", "--size", "800", "800", "--eye", "0.1",
+                                     "-0.05", "0.4"})
+                       .at("check")
+                       .at(0);
+  const std::string said = bridges::OutputOf(ForeignProgram("evalglare") + " -d " +
+                                             (folder_ / "x.hdr").string() + " 2>/dev/null");
+  // "dgp,av_lum,E_v,...: 0.5 150.9 947.9 ..."
+  const auto at = said.rfind(": ");
+  ASSERT_NE(at, std::string::npos) << said;
+  std::istringstream values(said.substr(at + 2));
+  double dgp = 0, mean = 0, found = 0;
+  values >> dgp >> mean >> found;
+  const auto fields = lightfield::ReadLightFields(folder_ / "x.lf.exr");
+  const double exact =
+      core::Luminance(lightfield::ExactIrradiance(fields[0].field, eye, (-1 / Length(eye)) * eye));
+  std::printf("evalglare %.2f lx, exact %.2f lx\n", found, exact);
+  EXPECT_NEAR(found / exact, 1, 0.002 + 5 * row.value("mc_sigma", 0.0));
 }
 
 // Rays exported and imported again, onto the same planes: intensities within their counting noise.
