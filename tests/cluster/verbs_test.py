@@ -4,6 +4,7 @@ one machine; and what it says to jobs that cannot be. Usage: verbs_test.py LUXFI
 
 import json
 import pathlib
+import resource
 import subprocess
 import sys
 import tempfile
@@ -15,6 +16,12 @@ LUXFIELD = None
 
 def run(folder, *words):
     return subprocess.run([LUXFIELD, *words], cwd=folder, capture_output=True, text=True, timeout=600)
+
+
+def run_limited(folder, most_bytes, *words):
+    """Where no file grows beyond so many bytes, as on a disk that is full by then."""
+    return subprocess.run([LUXFIELD, *words], cwd=folder, capture_output=True, text=True, timeout=600,
+                          preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes)))
 
 
 def must(folder, *words):
@@ -95,6 +102,79 @@ class Shards(unittest.TestCase):
         self.assertIn("there already", must(folder, "shard", "run", "steps", "1", "--quiet"))
         must(folder, "shard", "gather", "steps")
         self.assertEqual((folder / "steps.meas.exr").read_bytes(), (folder / "s.meas.exr").read_bytes())
+
+    def plan_merge(self, name, shards=3):
+        write_job(self.folder, f"{name}.toml", "merge", "s", f"{name}.meas.exr", shards)
+        must(self.folder, "shard", "plan", f"{name}.toml", "-o", name)
+
+    def expect_whole(self, name):
+        """What is not done is done and gathered, to the bytes of the verb, and nothing else is left."""
+        folder = self.folder
+        must(folder, "shard", "submit", name, "--engine", "local", "--quiet")
+        self.assertEqual((folder / f"{name}.meas.exr").read_bytes(), (folder / "s.meas.exr").read_bytes())
+        self.assertEqual({file.suffix for file in (folder / name / "shards").iterdir()}, {".exr", ".json"})
+        self.assertFalse(list((folder / name).glob("shards/*.failed.json")))
+        self.assertEqual(list((folder / name / "scratch").iterdir()), [])
+        self.assertEqual([path.name for path in folder.glob(".*.tmp.*")], [])
+
+    def states(self, name, *words):
+        must(self.folder, "shard", "status", name, *words, "--json", "status.json", "--quiet")
+        return [shard["state"] for shard in json.loads((self.folder / "status.json").read_text())["shards"]]
+
+    def test_a_full_disk_is_said_and_nothing_is_lost(self):
+        folder = self.folder
+        self.plan_merge("full")
+        full = run_limited(folder, 4000, "shard", "run", "full", "1", "--quiet")
+        self.assertEqual(full.returncode, 3, full.stderr)
+        self.assertEqual(full.stderr.count("\n"), 1, full.stderr)
+        self.assertIn("full/scratch/1.", full.stderr)
+        self.assertEqual(self.states("full"), ["missing", "failed", "missing"])
+        self.assertIn(full.stderr.split(": ", 1)[1].strip(), must(folder, "shard", "status", "full"))
+        for number in range(3):
+            must(folder, "shard", "run", "full", str(number), "--quiet")
+        gather = run_limited(folder, (folder / "s.meas.exr").stat().st_size - 1, "shard", "gather", "full", "--quiet")
+        self.assertEqual(gather.returncode, 3, gather.stderr)
+        self.assertIn("full.meas.exr", gather.stderr)
+        self.assertFalse((folder / "full.meas.exr").exists())
+        self.expect_whole("full")
+
+    def test_a_damaged_shard_is_named_and_done_again(self):
+        folder = self.folder
+        self.plan_merge("rot")
+        for number in range(3):
+            must(folder, "shard", "run", "rot", str(number), "--quiet")
+        piece, gone, manifest = (next((folder / "rot/shards").glob(f"000{number}-*{ending}"))
+                                 for number, ending in ((0, ".exr"), (1, ".exr"), (2, ".json")))
+        whole = piece.read_bytes()
+        piece.write_bytes(whole[:-9] + bytes(9))
+        gather = run(folder, "shard", "gather", "rot")
+        self.assertEqual(gather.returncode, 2, gather.stderr)
+        self.assertIn(f"{piece.name}: is damaged: its SHA-256 is not that of its manifest; do the shard again with "
+                      "`luxfield shard run rot 0`", gather.stderr)
+        gone.unlink()
+        manifest.write_bytes(manifest.read_bytes()[:40])
+        self.assertEqual(self.states("rot"), ["done", "damaged", "missing"])
+        self.assertEqual(self.states("rot", "--hashes"), ["damaged", "damaged", "missing"])
+        self.assertFalse((folder / "rot.meas.exr").exists())
+        self.expect_whole("rot")
+
+    def test_killed_and_run_by_several_at_once(self):
+        folder = self.folder
+        self.plan_merge("kill", 5)
+        killed = 0
+        for number in range(5):
+            words = [LUXFIELD, "shard", "run", "kill", str(number), "--quiet"]
+            process = subprocess.Popen(words, cwd=folder)
+            while process.poll() is None and not list((folder / "kill").glob(f"scratch/{number}.*")):
+                pass
+            process.kill()
+            killed += process.wait() < 0
+        self.assertGreater(killed, 0)
+        self.assertGreaterEqual(self.states("kill").count("done"), 5 - killed)
+        several = [subprocess.Popen([LUXFIELD, "shard", "run", "kill", str(number), "--quiet"], cwd=folder)
+                   for number in (0, 0, 0, 1, 1)]
+        self.assertEqual([process.wait() for process in several], [0] * 5)
+        self.expect_whole("kill")
 
     def test_slurm_is_refused_by_name_and_its_scripts_stay(self):
         folder = self.folder
