@@ -277,6 +277,25 @@ HeadlampAsked ReadHeadlampAsked(const Config& table, const RegulationFile& regul
   return headlamp;
 }
 
+QualityAsked ReadQualityAsked(const Config& table) {
+  QualityAsked quality;
+  const auto read = [&](const char* key, std::filesystem::path* file) {
+    if (table.Has(key)) *file = table.Path(key);
+  };
+  read("responsivity", &quality.responsivity);
+  read("lamp_spectrum", &quality.lamp_spectrum);
+  read("calibration_spectrum", &quality.calibration_spectrum);
+  read("sensor_calibration", &quality.sensor_calibration);
+  if (quality.responsivity.empty() &&
+      !(quality.lamp_spectrum.empty() && quality.calibration_spectrum.empty()))
+    table.Fail("responsivity", "is missing, and spectra of light mean nothing without it",
+               "name the file of the camera's responsivity");
+  if (quality.lamp_spectrum.empty() && !quality.calibration_spectrum.empty())
+    table.Fail("lamp_spectrum", "is missing, which calibration_spectrum is compared with",
+               "name the file of the lamp's spectrum");
+  return quality;
+}
+
 }  // namespace
 
 Vec3 PlaneAsked::Point(int column, int row) const {
@@ -361,6 +380,8 @@ Asked ReadAsked(const Config& config, const RegulationFile& regulation_file) {
   for (const Config& table : config.Tables("glare")) asked.glare.push_back(ReadGlareAsked(table));
   for (const Config& table : config.Tables("headlamp"))
     asked.headlamps.push_back(ReadHeadlampAsked(table, regulation_file));
+  if (const auto quality = config.OptionalTable("quality"))
+    asked.quality = ReadQualityAsked(*quality);
   if (const auto certificate = config.OptionalTable("certificate"))
     for (const CertificateText& text : kCertificateTexts)
       if (certificate->Has(text.key)) asked.certificate[text.key] = certificate->Text(text.key);

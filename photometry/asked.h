@@ -127,6 +127,11 @@ struct HeadlampAsked {
   std::array<double, 3> eye_m{};
 };
 
+// [quality]: files of what the measurement's quality follows from (docs/photometry.md); empty: absent.
+struct QualityAsked {
+  std::filesystem::path responsivity, lamp_spectrum, calibration_spectrum, sensor_calibration;
+};
+
 // [certificate]: what a laboratory states of itself and its measurement, in its own words.
 struct CertificateText {
   const char *key, *label;
@@ -153,6 +158,7 @@ inline constexpr std::array kCertificateTexts = {
 struct Asked {
   std::map<std::string, std::string> certificate;  // by key; what is not stated is absent
   std::vector<Weighting> weightings;
+  QualityAsked quality;
   std::vector<HeadlampAsked> headlamps;
   std::vector<EyeAsked> eyes;
   std::vector<GlareAsked> glare;

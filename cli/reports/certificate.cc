@@ -43,6 +43,8 @@ std::string CoverageText(const Certificate& certificate, const PhotometryReport&
     text +=
         "It is of noise alone: no budget was given, and exposure times, drift, geometry, filters "
         "and calibration are not in it.";
+  if (report.quality.mismatch_u())
+    text += " Of what is proportional to the light it also has the spectral mismatch.";
   return text;
 }
 
@@ -113,10 +115,19 @@ void AddHeadlamps(PdfPages& pages, const PhotometryReport& report) {
   }
 }
 
-void AddBudget(PdfPages& pages, const Certificate& certificate) {
+void AddQuality(PdfPages& pages, const QualityReport& quality) {
+  pages.Heading("Quality of the measurement");
+  pages.Table({{2, false}, {1, true}, {1, false}}, QualityTable(quality));
+  pages.Paragraph(QualityRemark(quality));
+}
+
+void AddBudget(PdfPages& pages, const Certificate& certificate, const QualityReport& quality) {
   pages.Heading("Uncertainty budget");
+  const double mismatch = quality.mismatch_u().value_or(0);
   if (!certificate.budget) {
     pages.Paragraph("No budget was given (--session).");
+    if (quality.mismatch_u())
+      pages.Paragraph(fmt::format("Spectral mismatch, relative: {:.3f} %.", 100 * mismatch));
     return;
   }
   Rows rows{{"source"}};
@@ -140,10 +151,16 @@ void AddBudget(PdfPages& pages, const Certificate& certificate) {
       row.push_back(sigma ? percent(quantities[k], *sigma) : kNotStated);
     }
   }
+  auto& of_mismatch = rows.emplace_back();
+  of_mismatch.push_back("spectral mismatch");
+  for (std::size_t k = 0; k < shown; ++k)
+    of_mismatch.push_back(quality.mismatch_u() ? fmt::format("{:.3f}", 100 * mismatch)
+                                               : kNotStated);
   auto& total = rows.emplace_back();
   total.push_back("combined standard uncertainty");
   for (std::size_t k = 0; k < shown; ++k)
-    total.push_back(percent(quantities[k], quantities[k].Total()));
+    total.push_back(
+        percent(quantities[k], std::hypot(quantities[k].Total(), mismatch * quantities[k].value)));
   pages.Table(columns, rows);
 }
 
@@ -211,7 +228,8 @@ void WriteCertificate(const std::filesystem::path& pdf, const Certificate& certi
     pages.PageBreak();
     AddPlots(pages, report, lamp);
     AddHeadlamps(pages, report);
-    AddBudget(pages, certificate);
+    AddQuality(pages, report.quality);
+    AddBudget(pages, certificate, report.quality);
     AddSetUp(pages, certificate);
     AddFiles(pages, certificate);
   });

@@ -71,26 +71,29 @@ void AddDistribution(Lines* lines, const photometry::Distribution& d,
 
 }  // namespace
 
-std::optional<double> CommonRelative(const Certificate& certificate) {
+std::optional<double> CommonRelative(const Certificate& certificate,
+                                     const PhotometryReport& report) {
   const QuantityBudget* flux = FluxBudget(certificate);
-  if (!flux || flux->value == 0) return {};
+  const auto mismatch = report.quality.mismatch_u();
+  if (!flux || flux->value == 0) return mismatch;
   double sum = 0;
   for (int s = 0; s < reconstruct::kErrorSources; ++s) {
     const auto source = static_cast<ErrorSource>(s);
     if (source == ErrorSource::kPhotonNoise || source == ErrorSource::kReadNoise) continue;
     if (const auto& sigma = flux->of(source)) sum += *sigma * *sigma;
   }
-  return std::sqrt(sum) / std::abs(flux->value);
+  return std::hypot(std::sqrt(sum) / std::abs(flux->value), mismatch.value_or(0));
 }
 
 std::vector<CertificateResult> CertificateResults(const Certificate& certificate,
                                                   const PhotometryReport& report) {
   const PhotometryNames names = NamesOf(report.distribution.unit);
-  Lines lines(CommonRelative(certificate));
+  Lines lines(CommonRelative(certificate, report));
   AddDistribution(&lines, report.distribution, names);
   if (const QuantityBudget* flux = FluxBudget(certificate); flux && flux->value != 0)
     lines.lines()[0].expanded =
-        2 * flux->Total() / std::abs(flux->value) * std::abs(lines.lines()[0].value);
+        2 * std::hypot(flux->Total() / flux->value, report.quality.mismatch_u().value_or(0)) *
+        std::abs(lines.lines()[0].value);
   for (const auto& point : report.points) {
     const PhotometryNames own = ReceivedNames(report, point.asked.weighting);
     lines.Add(own.illuminance, point.asked.name, point.illuminance, own.illuminance_unit,

@@ -16,8 +16,10 @@ struct CertificateResult {
   std::optional<double> expanded;  // k = 2, of all that is known
 };
 
-// Of the flux' budget, without photon and read noise, over its value; absent without a budget.
-std::optional<double> CommonRelative(const Certificate& certificate);
+// Of the flux' budget, without photon and read noise, over its value, and of the spectral mismatch;
+// absent without either.
+std::optional<double> CommonRelative(const Certificate& certificate,
+                                     const PhotometryReport& report);
 
 std::vector<CertificateResult> CertificateResults(const Certificate& certificate,
                                                   const PhotometryReport& report);

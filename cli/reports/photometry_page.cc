@@ -197,6 +197,9 @@ std::string PhotometryPage(const PhotometryReport& report, const photometry::Lam
   AddReceived(page, report);
   AddEyes(page, report.eyes, names);
   AddGlare(page, report.glare, names);
+  page.Heading("Quality of the measurement");
+  page.Table(QualityTable(report.quality));
+  page.Paragraph(QualityRemark(report.quality));
   return page.Text();
 }
 

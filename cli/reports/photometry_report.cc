@@ -176,6 +176,7 @@ Json ToJson(const PhotometryReport& report) {
   PutInverseSquare(json, "inverse_square_distance_peak_m", d.towards_peak);
   json["colour"] = report.colour ? ColourJson(*report.colour) : Json();
   PutReceived(json, report);
+  json["quality"] = QualityJson(report.quality);
   json["eyes"] = json["headlamps"] = json["glare"] = Json::array();
   for (const auto& answer : report.glare) json["glare"].push_back(GlareJson(answer));
   for (const auto& headlamp : report.headlamps) json["headlamps"].push_back(HeadlampJson(headlamp));
@@ -215,6 +216,7 @@ std::string PhotometryCsv(const PhotometryReport& report) {
       add("intensity", direction(report.table.c_deg[c], report.table.gamma_deg[g]),
           report.table.at(c, g), names.intensity_unit);
   for (const NumberRow& row : ReceivedRows(report)) text += CsvLine(row);
+  for (const NumberRow& row : QualityRows(report.quality)) text += CsvLine(row);
   for (const auto& answer : report.glare)
     for (std::size_t k = 0; k < answer.ugr.size(); ++k) {
       const std::size_t distances = answer.asked.distances_m.size();

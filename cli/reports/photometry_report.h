@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "luxfield/cli/reports/headlamp_report.h"
+#include "luxfield/cli/reports/quality_report.h"
 #include "luxfield/core/json.h"
 #include "luxfield/photometry/answers.h"
 #include "luxfield/photometry/colour.h"
@@ -30,6 +31,7 @@ struct PhotometryReport {
   std::vector<photometry::GlareAnswer> glare;
   std::vector<HeadlampReport> headlamps;
   std::optional<photometry::ColourDistribution> colour;  // of three channels
+  QualityReport quality;
 };
 
 void PrintPhotometry(const PhotometryReport& report);

@@ -112,6 +112,7 @@ PhotometryReport ReportOf(const Options& options, const LightFields& fields,
   const auto colour = ColourLampOf(fields, noise.sigma, noise.maps, noise.file);
   if (colour)
     report.colour = ColourDistributionOf(*colour, report.table, report.distribution.peak_direction);
+  report.quality = QualityOf(lamp, asked.quality);
   Answer(WeighedLamps(options.ask, asked, fields, lamp, noise), asked, &report);
   for (const auto& eye : asked.eyes) report.eyes.push_back(AnswerFor(lamp, eye));
   for (const auto& glare : asked.glare) report.glare.push_back(AnswerFor(lamp, glare));
@@ -140,16 +141,23 @@ std::optional<reconstruct::ErrorBudget> BudgetOf(const Options& options,
 Certificate CertificateOf(const Options& options, const photometry::Lamp& lamp,
                           const PhotometryReport& report) {
   Certificate certificate;
-  if (!options.ask.empty()) certificate.texts = ReadAsked(options.ask).certificate;
   const auto name_of = [](const std::string& file) {
     return std::filesystem::path(file).filename().string();
   };
   certificate.files.push_back({"light field", name_of(options.file), report.sha256});
-  for (const auto& [role, file] : {std::pair{"standard deviations", &options.sigma},
-                                   {"what was asked", &options.ask},
-                                   {"sizes of errors", &options.uncertainty}})
-    if (!file->empty())
-      certificate.files.push_back({role, name_of(*file), core::Sha256OfFile(*file)});
+  photometry::Asked asked;
+  if (!options.ask.empty()) asked = ReadAsked(options.ask);
+  certificate.texts = asked.certificate;
+  const auto& quality = asked.quality;
+  for (const auto& [role, file] :
+       {std::pair<const char*, std::string>{"standard deviations", options.sigma},
+        {"what was asked", options.ask},
+        {"sizes of errors", options.uncertainty},
+        {"responsivity", quality.responsivity.string()},
+        {"spectrum of the lamp", quality.lamp_spectrum.string()},
+        {"spectrum of the calibration", quality.calibration_spectrum.string()},
+        {"calibration of the sensor", quality.sensor_calibration.string()}})
+    if (!file.empty()) certificate.files.push_back({role, name_of(file), core::Sha256OfFile(file)});
   if (options.session.empty()) return certificate;
   const session::SessionReader session(options.session);
   certificate.set_up = SetUpOf(session);

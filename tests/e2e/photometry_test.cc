@@ -432,6 +432,50 @@ position_m = [0.1, 0.2, 1.5]
               testing::HasSubstr("dose of spherical illuminance,hand,"));
 }
 
+TEST_F(Photometry, QualityFollowsFromFiles) {
+  // Infrared light that the camera sees and the eye does not, beside green light.
+  WriteText(folder_ / "camera.csv", "nm,relative\n500,1\n900,1\n");
+  WriteText(folder_ / "lamp.csv", "549,0\n550,1\n551,0\n");
+  WriteText(folder_ / "source.csv", "549,0\n550,1\n551,0\n799,0\n800,1\n801,0\n");
+  WriteText(folder_ / "sensor.cal.json",
+            R"({"format": "luxfield sensor calibration", "channels": [
+                {"linearity": {"largest_deviation": -0.004}}]})");
+  WriteText(folder_ / "ask.toml",
+            "[quality]\nresponsivity = \"camera.csv\"\nlamp_spectrum = \"lamp.csv\"\n"
+            "calibration_spectrum = \"source.csv\"\nsensor_calibration = \"sensor.cal.json\"\n");
+  const LightField lamp = Lamp(1e6);
+  lightfield::WriteLightField(folder_ / "s.lf.exr", [&] {
+    LightField sigma = lamp;
+    for (float& c : sigma.data) c *= 0.01f;
+    sigma.provenance["solve"] = "none";
+    return sigma;
+  }());
+  const json found =
+      Ask(lamp, {"--ask", "ask.toml", "--sigma", "s.lf.exr", "-o", "x.cert.json"})["quality"];
+  EXPECT_NEAR(found["spectral_mismatch_factor"].get<double>(), 2, 1e-6);
+  EXPECT_NEAR(found["spectral_mismatch_u_relative"].get<double>(), 1 / std::sqrt(3.0), 1e-6);
+  EXPECT_GT(found["f1"].get<double>(), 1);
+  EXPECT_EQ(found["f3"], 0.004);
+  EXPECT_GT(found["beyond_planes_bound_flux_lm"].get<double>(), 0);
+  EXPECT_FALSE(found["not_known"].contains("f1"));
+  EXPECT_TRUE(found["not_known"].contains("f2"));
+  const json certificate = json::parse(ReadText(folder_ / "x.cert.json"));
+  EXPECT_EQ(certificate["files"].size(), 7u);
+  const json& flux = certificate["results"][0];
+  const double value = flux["value"], noise = flux["u_noise"];
+  EXPECT_NEAR(flux["U"].get<double>(), 2 * std::hypot(noise, value / std::sqrt(3.0)), 1e-6 * value);
+  EXPECT_THAT(certificate["coverage"]["text"].get<std::string>(),
+              testing::HasSubstr("spectral mismatch"));
+  Run({"photometry", "x.lf.exr", "--ask", "ask.toml", "-o", "x.pdf"});
+  EXPECT_THAT(Page({"--ask", "ask.toml"}), testing::HasSubstr("directional response, f2 (takes"));
+  EXPECT_TRUE(Ask(lamp)["quality"]["f1"].is_null());
+  WriteText(folder_ / "lamp.csv", "1200,1\n1300,1\n");
+  const Outcome dark = RunLuxfield({"photometry", "x.lf.exr", "--ask", "ask.toml"}, folder_);
+  EXPECT_EQ(dark.exit_code, 2);
+  EXPECT_THAT(dark.err, testing::AllOf(testing::HasSubstr("lamp.csv"),
+                                       testing::HasSubstr("has no light that camera and eye")));
+}
+
 TEST_F(Photometry, MistakesInWhatIsAskedAreNamed) {
   lightfield::WriteLightField(folder_ / "x.lf.exr", Lamp(1));
   for (const auto& [text, said] :
@@ -454,6 +498,8 @@ TEST_F(Photometry, MistakesInWhatIsAskedAreNamed) {
         std::pair{"[[path]]\n[[path.key]]\nt_s = 0\nposition_m = [0, 0, 1]\n[[path.key]]\nt_s = 0\n"
                   "position_m = [0, 0, 1]\n",
                   "is not after"},
+        std::pair{"[quality]\nlamp_spectrum = \"a.csv\"\n", "responsivity"},
+        std::pair{"[quality]\nresponsivity = \"ask.toml\"\n", "ask.toml: line 2"},
         std::pair{"[[headlamp]]\nregulation = \"un-r1\"\n", "'un-r1' names no file"},
         std::pair{"[[headlamp]]\nregulation = \"x.toml\"\n", "'x.toml' names no file"},
         std::pair{"[[plain]]\n", "plain"}}) {

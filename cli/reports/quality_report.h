@@ -1,0 +1,36 @@
+// How good the measurement of a lamp is (docs/photometry.md, "Quality of the measurement"): as JSON, lines
+// of CSV and a section of pages.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "luxfield/cli/reports/number_row.h"
+#include "luxfield/core/json.h"
+#include "luxfield/photometry/asked.h"
+#include "luxfield/photometry/lamp.h"
+
+namespace luxfield::cli {
+
+struct QualityReport {
+  lightfield::FluxUnit unit = lightfield::FluxUnit::kRelative;
+  double beyond_planes_flux = 0;          // a bound, in the unit of flux
+  std::optional<double> mismatch_factor;  // F
+  std::optional<double> mismatch_index;   // f1', 1
+  std::optional<double> linearity_index;  // f3, 1
+  // |F - 1| / sqrt(3): readings are not corrected, and the correction is taken as evenly likely up to
+  // that on either side (JCGM 100:2008, 4.3.7).
+  std::optional<double> mismatch_u() const;
+};
+
+// Throws InputError for files that are not what they are named for.
+QualityReport QualityOf(const photometry::Lamp& lamp, const photometry::QualityAsked& asked);
+
+core::Json QualityJson(const QualityReport& report);
+std::vector<NumberRow> QualityRows(const QualityReport& report);
+// A table with its head, and a paragraph for each index that is not known, with what it takes.
+std::vector<std::vector<std::string>> QualityTable(const QualityReport& report);
+std::string QualityRemark(const QualityReport& report);
+
+}  // namespace luxfield::cli
