@@ -3,49 +3,15 @@
 
 import hashlib
 import json
-import re
 import unittest
 
 import numpy as np
 
 from model import Geometry, LightField
 from program import SOURCE, Judgement
+from schema import mistakes
 
 SCHEMA = SOURCE / "docs/formats/certificate.schema.json"
-TYPES = {"object": dict, "array": list, "string": str, "number": (int, float), "null": type(None)}
-# What the schema is written with; anything else would go unchecked.
-KNOWN = {"$schema", "$id", "title", "description", "type", "const", "required", "properties",
-         "additionalProperties", "items", "minItems", "pattern"}  # fmt: skip
-
-
-def mistakes(value, schema, where="certificate"):
-    """What of a value is not as the schema (JSON Schema 2020-12) says."""
-    if schema is True:
-        return []
-    if schema is False:
-        return [f"{where} should not be there"]
-    assert set(schema) <= KNOWN, f"{where}: {set(schema) - KNOWN} of the schema is not known here"
-    found = []
-    names = schema.get("type", list(TYPES))
-    names = [names] if isinstance(names, str) else names
-    if isinstance(value, bool) or not any(isinstance(value, TYPES[name]) for name in names):
-        return [f"{where} is not of type {names}"]
-    if "const" in schema and value != schema["const"]:
-        found.append(f"{where} is not {schema['const']}")
-    if isinstance(value, str) and not re.search(schema.get("pattern", ""), value):
-        found.append(f"{where} does not match {schema['pattern']}")
-    if isinstance(value, list):
-        if len(value) < schema.get("minItems", 0):
-            found.append(f"{where} has too few items")
-        for k, item in enumerate(value):
-            found += mistakes(item, schema.get("items", True), f"{where}[{k}]")
-    if isinstance(value, dict):
-        found += [f"{where}.{key} is missing" for key in schema.get("required", ()) if key not in value]
-        properties = schema.get("properties", {})
-        for key, item in value.items():
-            of = properties.get(key, schema.get("additionalProperties", True))
-            found += mistakes(item, of, f"{where}.{key}")
-    return found
 
 
 class Certificate(Judgement):
