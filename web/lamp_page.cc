@@ -20,8 +20,9 @@ std::string_view EmbeddedSource(std::string_view path);  // generated
 namespace {
 
 // In the order in which they use each other.
-constexpr std::array<std::string_view, 5> kScripts = {
-    "lib/volume.js", "lib/light_shader.js", "page/room.js", "page/renderer.js", "page/page.js"};
+constexpr std::array<std::string_view, 7> kScripts = {
+    "lib/volume.js",         "lib/light_shader.js", "page/mesh.js", "page/room.js",
+    "page/mesh_renderer.js", "page/renderer.js",    "page/page.js"};
 
 std::string_view Part(std::string_view path) {
   const std::string_view text = EmbeddedSource(path);
@@ -90,7 +91,8 @@ std::string MadeBy(const PageFacts& facts) {
 // GLSL as JavaScript's template literals, which it holds no special character of.
 std::string Shaders() {
   std::string text = "const SHADERS = {\n";
-  for (const std::string_view name : {"corners", "room", "body", "probe"})
+  for (const std::string_view name :
+       {"corners", "room", "body", "probe", "mesh_depth", "mesh_shadow"})
     text += fmt::format("{}: `{}`,\n", name, Part(fmt::format("page/{}.glsl", name)));
   return text + "};\n";
 }

@@ -10,10 +10,17 @@ layout(location = 0) in vec3 a_place;
 layout(location = 1) in vec4 a_facing;  // normal, and which surface it is
 out vec3 v_place;
 flat out vec4 v_facing;
+#ifdef ON_MESH
+layout(location = 2) in vec3 a_smooth;
+out vec3 v_smooth;
+#endif
 
 void main() {
   v_place = u_centre + u_axes * (u_half * a_place);
   v_facing = a_facing;
+#ifdef ON_MESH
+  v_smooth = a_smooth;
+#endif
   vec3 seen = (v_place - u_eye) * u_view;
   gl_Position = vec4(seen.xy / u_tangent, DEPTH.x * seen.z + DEPTH.y, -seen.z);
 }

@@ -228,28 +228,32 @@ function showReading() {
   element('reading').innerHTML = `${value}${error}<br><span class="more">${notes.join(' \u00b7 ')}</span>`;
 }
 
-function dragLamp(lamp, from, to) {
-  // In the horizontal plane of the lamp, where both rays meet it; else up and down.
+// Moves a position in the horizontal plane of that height, where both rays meet it.
+function drag(position, height, toWall, from, to) {
   const at = (ray) => {
-    const t = (lamp.position[1] - ray.origin[1]) / ray.direction[1];
+    const t = (height - ray.origin[1]) / ray.direction[1];
     return t > 0 && t < 20 ? add(ray.origin, ray.direction, t) : null;
   };
   const a = at(from), b = at(to);
   if (!a || !b) return;
-  lamp.position[0] = Math.min(2.5, Math.max(-2.5, lamp.position[0] + b[0] - a[0]));
-  lamp.position[2] = Math.min(ROOM.wallZ + 6, Math.max(ROOM.wallZ + 0.02, lamp.position[2] + b[2] - a[2]));
+  position[0] = Math.min(2.5, Math.max(-2.5, position[0] + b[0] - a[0]));
+  position[2] = Math.min(ROOM.wallZ + 6, Math.max(ROOM.wallZ + toWall, position[2] + b[2] - a[2]));
 }
 
 function zoom(factor) { state.view.distance = Math.min(12, Math.max(0.6, state.view.distance * factor)); }
 
 function listenToPointers() {
   const canvas = element('view'), down = new Map();
-  let held = -1;
+  let held = -1, grip = null;  // a lamp; where the mesh is held
   canvas.addEventListener('pointerdown', (event) => {
     canvas.setPointerCapture(event.pointerId);
     down.set(event.pointerId, [event.clientX, event.clientY]);
     state.pointer = [event.clientX, event.clientY];
-    if (down.size === 1) held = lampAt(rayAt(event.clientX, event.clientY));
+    if (down.size === 1) {
+      const ray = rayAt(event.clientX, event.clientY), hit = hitRoom(ray.origin, ray.direction);
+      held = lampAt(ray);
+      grip = held < 0 && hit && hit.name === 'mesh' ? hit.p : null;
+    }
     if (held >= 0) { state.chosen = held; showSliders(); }
     canvas.classList.add('dragging');
     ask();
@@ -267,19 +271,22 @@ function listenToPointers() {
       const apart = (p) => Math.max(10, Math.hypot(p[0] - other[0], p[1] - other[1]));
       zoom(apart(before) / apart(now));
     } else if (held >= 0) {
-      dragLamp(state.lamps[held], rayAt(...before), rayAt(...now));
+      const { position } = state.lamps[held];
+      drag(position, position[1], 0.02, rayAt(...before), rayAt(...now));
       showSliders();
+    } else if (grip) {
+      drag(ROOM.mesh.position, grip[1], ROOM.mesh.half[2], rayAt(...before), rayAt(...now));
     } else {
       state.view.turn -= 0.006 * (now[0] - before[0]);
       state.view.lift = Math.min(1.45, Math.max(0.02, state.view.lift + 0.006 * (now[1] - before[1])));
     }
     down.set(event.pointerId, now);
-    ask({ lampsMoved: held >= 0 });
+    ask({ lampsMoved: held >= 0 || grip !== null });
   });
   for (const ending of ['pointerup', 'pointercancel'])
     canvas.addEventListener(ending, (event) => {
       down.delete(event.pointerId);
-      if (down.size === 0) { held = -1; canvas.classList.remove('dragging'); }
+      if (down.size === 0) { held = -1; grip = null; canvas.classList.remove('dragging'); }
     });
   canvas.addEventListener('wheel', (event) => {
     event.preventDefault();
@@ -296,6 +303,67 @@ function listenToPointers() {
     event.preventDefault();
     ask();
   });
+}
+
+// ---- a mesh that is dropped in ----
+
+let meshFile = null;  // { text, name, options } of the mesh that stands there
+
+function showMesh() {
+  const mesh = ROOM.mesh, size = mesh && [0, 1, 2].map((k) => metres(2 * mesh.half[k])).join(' \u00d7 ');
+  element('mesh_remove').disabled = !mesh;
+  element('mesh_facts').textContent = mesh ? `${mesh.name}: ${mesh.count} triangles, ${size}`
+    + `${mesh.scale === 1 ? '' : `, scaled by ${figure(mesh.scale)}`}. Drag it to move it.`
+    : 'A Wavefront file in metres, at most 50 000 triangles; also dropped on the picture.';
+  ask({ lampsMoved: true });
+}
+
+// Puts the mesh of a file's text in the place of the one that stood there. On an Error by the file, none is
+// changed.
+function addMesh(text, name, options = {}) {
+  const mesh = makeMesh(text, name, { zUp: element('mesh_z_up').checked, ...options });
+  removeMesh();
+  if (renderer) renderer.setMesh(mesh);
+  ROOM.mesh = mesh;
+  meshFile = { text, name, options };
+  element('message').hidden = true;
+  showMesh();
+  return { triangles: mesh.count, scale: mesh.scale, size: mesh.half.map((x) => 2 * x), position: mesh.position };
+}
+
+function removeMesh() {
+  if (renderer) renderer.setMesh(null);
+  ROOM.mesh = meshFile = null;
+  showMesh();
+}
+
+async function takeFile(file) {
+  try {
+    if (file.size > MESH_LIMITS.bytes) throw new Error('it is larger than 20 MB');
+    addMesh(await file.text(), file.name);
+  } catch (problem) {
+    say(`${file.name} is not shown: ${problem.message}.`);
+  }
+}
+
+function listenToMeshes() {
+  const stage = element('stage'), chosen = element('mesh_file');
+  stage.addEventListener('dragover', (event) => event.preventDefault());
+  stage.addEventListener('drop', (event) => {
+    event.preventDefault();
+    if (event.dataTransfer.files.length > 0) takeFile(event.dataTransfer.files[0]);
+  });
+  element('mesh_drop').onclick = () => chosen.click();
+  chosen.addEventListener('change', () => {
+    if (chosen.files.length > 0) takeFile(chosen.files[0]);
+    chosen.value = '';
+  });
+  element('mesh_remove').onclick = removeMesh;
+  element('mesh_z_up').addEventListener('change', () => {
+    if (meshFile) addMesh(meshFile.text, meshFile.name, { ...meshFile.options,
+      zUp: element('mesh_z_up').checked, at: [ROOM.mesh.position[0], ROOM.mesh.position[2]] });
+  });
+  showMesh();
 }
 
 function listenToControls() {
@@ -352,6 +420,7 @@ async function begin() {
   }
   listenToControls();
   listenToPointers();
+  listenToMeshes();
 }
 
 const ready = begin();
@@ -367,6 +436,13 @@ window.luxfield = {
   farFieldIlluminance: (p, n) => volume.illuminance(p, n, true),
   uncertainty: (p, n) => volume.uncertainty(p, n),
   shaderIlluminances: (receivers) => renderer && renderer.illuminances(receivers),
+  addMesh,
+  removeMesh,
+  // What a ray of the room's frame meets: { name, p, n, illuminance, uncertainty, ... }, or null.
+  readingAlong(origin, direction) {
+    const hit = hitRoom(origin, normalised(direction));
+    return hit && { ...hit, ...readingAt(volume, state.lamps, hit) };
+  },
   // Milliseconds of a frame of that size, the fastest of `frames`.
   frameTime(width, height, frames = 5) {
     const axes = viewAxes();

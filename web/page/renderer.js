@@ -1,5 +1,5 @@
 // The room on a canvas by WebGL2: its surfaces by room.glsl over the tables of the volume as 3-D
-// textures, the lamps' bodies and the backdrop by body.glsl.
+// textures, the lamps' bodies and the backdrop by body.glsl, a mesh by mesh_renderer.js.
 
 const MAX_LAMPS = 4;
 const DEPTHS = [0.01, 200];  // nearest and farthest that is drawn, metres before the eye
@@ -15,7 +15,7 @@ class Renderer {
   constructor(canvas, volume, shaders) {
     const gl = canvas.getContext('webgl2', { antialias: false, alpha: false });
     if (!gl) throw new Error('this browser has no WebGL2');
-    Object.assign(this, { gl, canvas, volume, shaders, rooms: new Map() });
+    Object.assign(this, { gl, canvas, volume, shaders, rooms: new Map(), mesh: null });
     // Where floats can be interpolated they are faster than half floats without a graphics processor.
     this.tableFormat = gl.getExtension('OES_texture_float_linear') ? gl.RGBA32F : gl.RGBA16F;
     this.textures = volume.tables.map((table) => this.uploadTable(table));
@@ -30,7 +30,7 @@ class Renderer {
     this.probe = this.link(WHOLE_TARGET, this.light + shaders.probe);
     this.shapes = gl.createVertexArray();
     this.uploadShapes();
-    this.room(0, 1, false);
+    this.room(0, 1, '');
   }
 
   link(...sources) {
@@ -58,15 +58,18 @@ class Renderer {
     return { program, places: new Map() };
   }
 
-  // The program for what is shown of flat surfaces or of the sphere by so many lamps.
-  room(mode, lamps, onSphere) {
-    const { gl } = this, key = `${mode} ${lamps} ${onSphere}`;
+  // The program for what is shown by so many lamps of flat surfaces, of the sphere ('ON_SPHERE') or of a
+  // mesh ('ON_MESH').
+  room(mode, lamps, shape) {
+    const { gl } = this, key = `${mode} ${lamps} ${shape} ${this.mesh !== null}`;
     if (!this.rooms.has(key)) {
       const each = Array.from({ length: lamps }, (_, k) =>
-        `light_by(u_lamp_place[${k}], u_lamp_axes[${k}], u_lamp_level[${k}], p, n, own, lit);`);
-      const room = this.link(this.constants + this.shaders.corners, `#define MODE ${mode}
-        #define ON_SPHERE ${onSphere ? 1 : 0}
-        #define BY_EACH_LAMP ${each.join(' ')}\n${this.constants}${this.light}${this.shaders.room}`);
+        `light_by(${k}, u_lamp_place[${k}], u_lamp_axes[${k}], u_lamp_level[${k}], p, n, own, lit);`);
+      const shaped = (shape ? `#define ${shape}\n` : '') + this.constants;
+      const shadow = this.mesh === null ? ''
+        : `#define WITH_MESH\n#define MAP_SIZE ${glslFloat(MAP_SIZE)}\n${this.shaders.mesh_shadow}`;
+      const room = this.link(shaped + this.shaders.corners, `#define MODE ${mode}
+        #define BY_EACH_LAMP ${each.join(' ')}\n${shaped}${this.light}${shadow}${this.shaders.room}`);
       gl.uniform3fv(this.at(room, 'u_ramp'), RAMP.flat());
       gl.uniform3fv(this.at(room, 'u_weights'), LUMINANCE);
       this.rooms.set(key, room);
@@ -127,13 +130,34 @@ class Renderer {
     gl.drawArrays(gl.TRIANGLES, first, count);
   }
 
+  drawMesh(program) {
+    const { gl, mesh: { shape, mesh } } = this;
+    gl.bindVertexArray(shape);
+    this.drawBox(program, mesh.position, [1, 1, 1], ROOM_AXES, 0, 3 * mesh.count);
+    gl.bindVertexArray(this.shapes);
+  }
+
   // As they stand.
   drawFlatSurfaces(program) {
     this.drawBox(program, [0, 0, 0], [1, 1, 1], ROOM_AXES, UNIT_CUBE.length, FLAT_SURFACES.length);
   }
 
-  drawSurfaces(view, lamps, look, onSphere) {
-    const { gl } = this, room = this.room(look.mode, lamps.length, onSphere);
+  // A mesh (mesh.js) among the surfaces from then on, or null. What cannot be drawn throws and leaves none.
+  setMesh(mesh) {
+    if (this.mesh) this.mesh.dispose();
+    this.mesh = null;
+    if (!mesh) return;
+    this.mesh = new MeshRenderer(this, mesh);
+    try {
+      this.room(0, 1, 'ON_MESH');
+    } catch (problem) {
+      this.setMesh(null);
+      throw problem;
+    }
+  }
+
+  drawSurfaces(view, lamps, look, shape) {
+    const { gl } = this, room = this.room(look.mode, lamps.length, shape);
     this.use(room, view);
     lamps.forEach((lamp, k) => {
       gl.uniform3fv(this.at(room, `u_lamp_place[${k}]`), lamp.position);
@@ -143,7 +167,9 @@ class Renderer {
     gl.uniform1i(this.at(room, 'u_far_field'), look.farField ? 1 : 0);
     gl.uniform1f(this.at(room, 'u_exposure'), 1 / look.white);
     gl.uniform2fv(this.at(room, 'u_range'), look.range);
-    if (onSphere) this.drawBox(room, SPHERE.centre, Array(3).fill(SPHERE.radius));
+    if (this.mesh) this.mesh.set(room);
+    if (shape === 'ON_SPHERE') this.drawBox(room, SPHERE.centre, Array(3).fill(SPHERE.radius));
+    else if (shape === 'ON_MESH') this.drawMesh(room);
     else this.drawFlatSurfaces(room);
   }
 
@@ -174,15 +200,17 @@ class Renderer {
     const view = { eye, axes, tangents: [tangent * width / height, tangent] };
     if (canvas.width !== width || canvas.height !== height)
       Object.assign(canvas, { width, height });
+    if (this.mesh) this.mesh.update(lamps);
     gl.viewport(0, 0, width, height);
     gl.bindVertexArray(this.shapes);
     gl.enable(gl.DEPTH_TEST);
     gl.clear(gl.DEPTH_BUFFER_BIT);
     gl.disable(gl.CULL_FACE);
-    this.drawSurfaces(view, lamps, look, false);
+    this.drawSurfaces(view, lamps, look, '');
+    if (this.mesh) this.drawSurfaces(view, lamps, look, 'ON_MESH');
     gl.enable(gl.CULL_FACE);
     gl.cullFace(gl.FRONT);
-    this.drawSurfaces(view, lamps, look, true);
+    this.drawSurfaces(view, lamps, look, 'ON_SPHERE');
     this.drawBodies(view, lamps);
     gl.disable(gl.DEPTH_TEST);
     gl.disable(gl.CULL_FACE);

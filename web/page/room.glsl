@@ -1,7 +1,8 @@
 // The surfaces of the room, lit by every lamp's near field, with shadows from points on F (room.js).
 // Compiled for what is shown (MODE: 0 picture, 1 false colour, 2 deviation of point lamps), for the
-// number of lamps (BY_EACH_LAMP) and for flat surfaces or the sphere (ON_SPHERE): programs without a
-// choice in them take a fraction of the time where there is no graphics processor.
+// number of lamps (BY_EACH_LAMP), for flat surfaces, the sphere (ON_SPHERE) or a mesh (ON_MESH), and for
+// rooms in which there is a mesh (WITH_MESH, with mesh_shadow.glsl before it): programs without a choice
+// in them take a fraction of the time where there is no graphics processor.
 
 uniform vec3 u_eye;
 uniform mat3 u_view;           // columns: right, up, back
@@ -15,6 +16,9 @@ uniform vec3 u_ramp[8];
 uniform vec3 u_weights;        // of the channels in luminance
 in vec3 v_place;
 flat in vec4 v_facing;
+#ifdef ON_MESH
+in vec3 v_smooth;
+#endif
 out vec4 colour;
 
 const float FAR = 1e9;
@@ -43,10 +47,20 @@ bool in_the_way(vec3 p, vec3 lamp, vec3 ball, float radius) {
   return dot(off, off) < reach * reach;
 }
 
-float visible_share(vec3 p, int own, vec3 place, mat3 axes) {
+#ifdef ON_MESH
+vec3 facet() { return dot(v_facing.xyz, u_eye - v_place) < 0.0 ? -v_facing.xyz : v_facing.xyz; }
+#endif
+
+// Of lamp number k. Of the mesh, as of the box, points behind the horizon are left to the irradiance.
+float visible_share(int k, vec3 p, vec3 n, int own, vec3 place, mat3 axes) {
   bool sphere = own != 2 && in_the_way(p, place, SPHERE.xyz, SPHERE.w);
   bool box = own != 3 && in_the_way(p, place, BOX_CENTRE, length(BOX_HALF));
-  if (!sphere && !box) return 1.0;
+#ifdef WITH_MESH
+  bool mesh = in_the_way(p, place, u_mesh_ball.xyz, u_mesh_ball.w);
+#else
+  const bool mesh = false;
+#endif
+  if (!sphere && !box && !mesh) return 1.0;
   float seen = 0.0;
   for (int j = 0; j < SHADOW_RAYS; ++j)
     for (int i = 0; i < SHADOW_RAYS; ++i) {
@@ -55,6 +69,18 @@ float visible_share(vec3 p, int own, vec3 place, mat3 axes) {
       float r = length(to);
       bool blocked = (sphere && hit_sphere(p, to / r, SPHERE) < r)
                   || (box && hit_box(p, to / r, BOX_CENTRE, BOX_HALF) < r);
+#ifdef WITH_MESH
+      vec3 normal = vec3(0.0);
+      bool tested = mesh && !blocked;
+#ifdef ON_MESH
+      normal = facet() * axes;
+      tested = tested && min(dot(n, to), dot(facet(), to)) > 0.0;
+#endif
+      if (tested) {
+        seen += past_mesh((k * SHADOW_RAYS + j) * SHADOW_RAYS + i, -to * axes, normal);
+        continue;
+      }
+#endif
       seen += blocked ? 0.0 : 1.0;
     }
   return seen / float(SHADOW_RAYS * SHADOW_RAYS);
@@ -96,7 +122,7 @@ struct Lit {
   bool half_shadow;
 };
 
-void light_by(vec3 place, mat3 axes, float level, vec3 p, vec3 n, int own, inout Lit lit) {
+void light_by(int k, vec3 place, mat3 axes, float level, vec3 p, vec3 n, int own, inout Lit lit) {
   vec3 q = (p - place) * axes, m = n * axes;
   vec3 near = irradiance(q, m, u_far_field && MODE != 2);
 #if MODE == 2
@@ -105,7 +131,7 @@ void light_by(vec3 place, mat3 axes, float level, vec3 p, vec3 n, int own, inout
   vec3 point = vec3(0.0);
 #endif
   if (dot(abs(near) + abs(point), vec3(1.0)) <= 0.0) return;
-  float seen = visible_share(p, own, place, axes), share = level * seen;
+  float seen = visible_share(k, p, n, own, place, axes), share = level * seen;
   lit.half_shadow = lit.half_shadow || (seen > 0.0 && seen < 1.0);
   lit.near += share * max(near, 0.0);
   lit.point += share * point;
@@ -136,8 +162,8 @@ vec3 shown(vec3 n, vec3 albedo, Lit lit) {
 
 void main() {
   vec3 p = v_place, n = v_facing.xyz;
-  int own = int(v_facing.w);  // 0 floor, 1 wall, 2 sphere, 3 box
-#if ON_SPHERE
+  int own = int(v_facing.w);  // 0 floor, 1 wall, 2 sphere, 3 box, 4 mesh
+#ifdef ON_SPHERE
   vec3 d = normalize(v_place - u_eye);
   float t = hit_sphere(u_eye, d, SPHERE);
   if (t == FAR) discard;
@@ -147,8 +173,13 @@ void main() {
   float depth = dot(p - u_eye, u_view[2]);
   gl_FragDepth = 0.5 - 0.5 * (DEPTH.x + DEPTH.y / depth);
 #endif
+#ifdef ON_MESH
+  n = dot(v_smooth, v_smooth) > 1e-12 ? normalize(v_smooth) : facet();
+  if (dot(n, facet()) < 0.0) n = -n;
+#endif
   vec3 albedo = own == 0 ? vec3(0.62, 0.62, 0.60) : own == 1 ? vec3(0.75, 0.74, 0.71)
-              : own == 2 ? vec3(0.75, 0.55, 0.45) : vec3(0.45, 0.58, 0.70);
+              : own == 2 ? vec3(0.75, 0.55, 0.45) : own == 3 ? vec3(0.45, 0.58, 0.70)
+              : vec3(0.66, 0.64, 0.48);
   Lit lit = Lit(vec3(0.0), vec3(0.0), false);
   BY_EACH_LAMP
   colour = vec4(shown(n, albedo, lit), 1.0);

@@ -1,7 +1,7 @@
 // The room that the lamp stands in: y is up, metres. Rays, lamps' poses and shadows; the shader of
 // room.glsl does the same.
 
-const ROOM = { half: 4, wallZ: -3, wallHeight: 3 };
+const ROOM = { half: 4, wallZ: -3, wallHeight: 3, mesh: null };  // mesh.js
 const SPHERE = { centre: [-0.55, 0.3, -1.2], radius: 0.3 };
 const BOX = { centre: [0.6, 0.25, -1.5], half: [0.25, 0.25, 0.2] };
 const SHADOW_RAYS = 3; // per side of the rectangle with all light on F
@@ -56,14 +56,23 @@ function hitSphere(origin, direction, { centre, radius }) {
   return root > 0 && -b - Math.sqrt(root) > 1e-4 ? -b - Math.sqrt(root) : Infinity;
 }
 
-function hitBox(origin, direction, { centre, half }) {
+// Where a ray's line is within a box: [near, far], near > far where it misses.
+function spanInBox(origin, direction, lo, hi) {
   let near = -Infinity, far = Infinity;
   for (let k = 0; k < 3; ++k) {
-    const inverse = 1 / direction[k], middle = (centre[k] - origin[k]) * inverse;
-    const reach = Math.abs(half[k] * inverse);
-    near = Math.max(near, middle - reach);
-    far = Math.min(far, middle + reach);
+    const a = lo[k] - origin[k], b = hi[k] - origin[k];
+    if (direction[k] === 0) {
+      if (a > 0 || b < 0) return [Infinity, -Infinity];
+      continue;
+    }
+    near = Math.max(near, Math.min(a / direction[k], b / direction[k]));
+    far = Math.min(far, Math.max(a / direction[k], b / direction[k]));
   }
+  return [near, far];
+}
+
+function hitBox(origin, direction, { centre, half }) {
+  const [near, far] = spanInBox(origin, direction, add(centre, half, -1), add(centre, half));
   return near < far && near > 1e-4 ? near : Infinity;
 }
 
@@ -73,7 +82,8 @@ function boxNormal(p, { centre, half }) {
   return [0, 1, 2].map((k) => (k === most ? Math.sign(at[most]) : 0));
 }
 
-// What a ray hits of the room: { name, p, n, distance }, or null.
+// What a ray hits of the room: { name, p, n, facet, distance }, or null. The plane of the surface has
+// the normal `facet`; n, which the light is read by, differs from it on smooth meshes.
 function hitRoom(origin, direction) {
   let best = { distance: Infinity };
   const take = (distance, name, normal) => {
@@ -88,36 +98,48 @@ function hitRoom(origin, direction) {
   take(hitSphere(origin, direction, SPHERE), 'sphere',
     (p) => normalised(add(p, SPHERE.centre, -1)));
   take(hitBox(origin, direction, BOX), 'box', (p) => boxNormal(p, BOX));
+  const onMesh = ROOM.mesh && hitMesh(origin, direction, ROOM.mesh, best.distance);
+  if (onMesh)
+    return { name: 'mesh', p: add(origin, direction, onMesh.distance), distance: onMesh.distance,
+      ...meshNormals(onMesh, direction, ROOM.mesh) };
   if (best.distance === Infinity) return null;
-  return { name: best.name, p: best.p, n: best.normal(best.p), distance: best.distance };
+  const n = best.normal(best.p);
+  return { name: best.name, p: best.p, n, facet: n, distance: best.distance };
 }
 
-// The share of the points on F that p sees, of SHADOW_RAYS x SHADOW_RAYS.
-function visibleShare(volume, lamp, p, own) {
-  const axes = lampAxes(lamp), [mx, my, hx, hy] = volume.onF;
-  let seen = 0;
-  for (let j = 0; j < SHADOW_RAYS; ++j)
-    for (let i = 0; i < SHADOW_RAYS; ++i) {
-      const x = (2 * i + 1) / SHADOW_RAYS - 1, y = (2 * j + 1) / SHADOW_RAYS - 1;
-      const to = add(add(lamp.position, fromLamp(axes, [mx + x * hx, my + y * hy, 0])), p, -1);
-      const distance = Math.hypot(...to), direction = to.map((k) => k / distance);
-      const blocked = (own !== 'sphere' && hitSphere(p, direction, SPHERE) < distance)
-        || (own !== 'box' && hitBox(p, direction, BOX) < distance);
-      seen += !blocked;
-    }
-  return seen / (SHADOW_RAYS * SHADOW_RAYS);
+// SHADOW_RAYS x SHADOW_RAYS points on F of a lamp with these axes.
+function pointsOnF(volume, lamp, axes) {
+  const [mx, my, hx, hy] = volume.onF;
+  const at = (k) => (2 * k + 1) / SHADOW_RAYS - 1;
+  return Array.from({ length: SHADOW_RAYS ** 2 }, (_, k) => add(lamp.position, fromLamp(axes,
+    [mx + at(k % SHADOW_RAYS) * hx, my + at(Math.floor(k / SHADOW_RAYS)) * hy, 0])));
+}
+
+// The share of the points on F that a place of the room sees. Of the mesh, as of the box, points behind
+// the horizon are left to the irradiance.
+function visibleShare(volume, lamp, { p, n, facet, name }) {
+  const points = pointsOnF(volume, lamp, lampAxes(lamp));
+  const seen = points.filter((point) => {
+    const to = add(point, p, -1), distance = Math.hypot(...to), direction = to.map((k) => k / distance);
+    if (name !== 'sphere' && hitSphere(p, direction, SPHERE) < distance) return false;
+    if (name !== 'box' && hitBox(p, direction, BOX) < distance) return false;
+    if (!ROOM.mesh || (name === 'mesh' && Math.min(dot(n, to), dot(facet, to)) <= 0)) return true;
+    return !hitMesh(p, direction, ROOM.mesh, distance);
+  });
+  return seen.length / points.length;
 }
 
 // The reading at a place of the room: illuminance by all lamps, by how much it may be off, and what
 // point lamps would give.
-function readingAt(volume, lamps, { p, n, name }) {
+function readingAt(volume, lamps, hit) {
+  const { p, n } = hit;
   const reading = { illuminance: 0, uncertainty: 0, farField: 0, shadowed: false, estimate: false };
   for (const lamp of lamps) {
     const axes = lampAxes(lamp);
     const inLamp = toLamp(axes, add(p, lamp.position, -1)), normal = toLamp(axes, n);
     const before = volume.cornersBefore(inLamp, normal);
     if (inLamp[2] <= 0 || before === 0) continue;
-    const share = visibleShare(volume, lamp, p, name);
+    const share = visibleShare(volume, lamp, hit);
     const scale = share * lamp.level;
     reading.illuminance += scale * Math.max(0, volume.illuminance(inLamp, normal));
     reading.farField += scale * volume.illuminance(inLamp, normal, true);
