@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <string>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
@@ -72,6 +71,23 @@ scene::Geometry HillMesh(int triangles) {
 
 scene::Camera HillCamera(int width, int height) {
   return scene::Camera::LookAt({-9, -12, 7}, {0, 0, 0.5}, {0, 0, 1}, 45, width, height);
+}
+
+std::string HillScene(const std::string& file) {
+  return fmt::format(R"([camera]
+position = [-9, -12, 7]
+look_at = [0, 0, 0.5]
+vertical_fov_deg = 45
+
+[[material]]
+name = "ground"
+albedo = [0.5, 0.5, 0.5]
+
+[[mesh]]
+file = "{}"
+material = "ground"
+)",
+                     file);
 }
 
 void WritePly(const std::filesystem::path& path, const scene::Geometry& geometry) {

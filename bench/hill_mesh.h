@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "luxfield/scene/geometry.h"
 #include "luxfield/scene/scene.h"
@@ -14,6 +15,9 @@ scene::Geometry HillMesh(int triangles);
 
 // From beside the square over most of it.
 scene::Camera HillCamera(int width, int height);
+
+// The beginning of a scene.toml: that camera, and a grey mesh of the file.
+std::string HillScene(const std::string& file);
 
 // The vertices and triangles as a binary PLY, little endian.
 void WritePly(const std::filesystem::path& path, const scene::Geometry& geometry);

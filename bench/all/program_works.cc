@@ -104,22 +104,8 @@ fs::path HillsUnderSky(const AllOptions& options, int triangles) {
   RunProcess(Words(options, {"sky", "-o", sky, "--latitude", "48", "--date", "2024-06-21", "--time",
                              "15:00", "--height", "512"}),
              options.folder);
-  core::WriteFileAtomically(scene, R"([camera]
-position = [-9, -12, 7]
-look_at = [0, 0, 0.5]
-vertical_fov_deg = 45
-
-[[material]]
-name = "ground"
-albedo = [0.5, 0.5, 0.5]
-
-[[mesh]]
-file = "hills.ply"
-material = "ground"
-
-[environment]
-file = "sky.hdr"
-)");
+  core::WriteFileAtomically(scene,
+                            HillScene("hills.ply") + "\n[environment]\nfile = \"sky.hdr\"\n");
   return scene;
 }
 
@@ -144,10 +130,10 @@ std::vector<Figures> MeasureLargeMesh(const AllOptions& options) {
 
 std::vector<Figures> NotHere(const AllOptions&) {
   Figures figures;
-  figures.peer = "Cycles, pbrt-v4, Mitsuba 3";
+  figures.peer = "Cycles, Mitsuba 3";
   figures.limit =
-      "not measured by this command: these programs are no part of luxfield, see "
-      "bench/peers/README.md";
+      "not measured by this command: these programs are no part of luxfield, see `luxfield bench "
+      "peers`";
   return {figures, figures};
 }
 

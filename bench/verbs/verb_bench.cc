@@ -39,6 +39,7 @@
 #include "luxfield/bench/verbs/verb_bench_error_runs.h"
 #include "luxfield/bench/verbs/verb_bench_errors.h"
 #include "luxfield/bench/verbs/verb_bench_lamps.h"
+#include "luxfield/bench/verbs/verb_bench_peers.h"
 #include "luxfield/bench/verbs/verb_bench_ray_files.h"
 #include "luxfield/bench/verbs/verb_bench_spacing.h"
 #include "luxfield/cli/program.h"
@@ -532,6 +533,7 @@ void AddBench(cli::Program& program) {
   AddBenchSpacing(program, benches);
   AddBenchClassical(program, benches);
   AddBenchLamps(program, benches);
+  AddBenchPeers(program, benches);
   AddBenchRayFiles(program, benches);
   AddErrors(program, benches);
   AddBenchErrorRuns(program, benches);

@@ -66,11 +66,11 @@ const std::map<std::string, Names> kGroups = {
     {"calibrate", {"geometry", "flat-field", "glare", "response", "sensor"}},
     {"filter", {"print", "measure", "photograph"}},
     {"bench",
-     {"solve",     "nearfield", "lamps",     "sampling", "shadows",      "environment", "balance",
-      "capture",   "errors",    "budget",    "filters",  "conditioning", "stacks",      "merge",
-      "exposures", "rigs",      "plan",      "tradeoff", "calibrate",    "accuracy",    "scale",
-      "spacing",   "keep",      "signed",    "noise",    "volume",       "all",         "rays",
-      "ray-files", "classical", "error-runs"}}};
+     {"solve",     "nearfield", "lamps",      "sampling", "shadows",      "environment", "balance",
+      "capture",   "errors",    "budget",     "filters",  "conditioning", "stacks",      "merge",
+      "exposures", "rigs",      "plan",       "tradeoff", "calibrate",    "accuracy",    "scale",
+      "spacing",   "keep",      "signed",     "noise",    "volume",       "all",         "rays",
+      "ray-files", "classical", "error-runs", "peers"}}};
 
 // Embree and OpenCV have loops of their own on the same threads.
 TEST(CommandLine, ThreadsLimitLoopsOfOtherLibraries) {

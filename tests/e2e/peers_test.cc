@@ -39,8 +39,9 @@ TEST(Peers, LitPlanesShowTheirClosedForms) {
     const Outcome exported = RunProgram({"python3", convert, scene + ".toml", "-o", scene}, folder);
     EXPECT_EQ(exported.exit_code, 0) << exported.err;
     EXPECT_NE(ReadText(folder / scene / "scene.pbrt").find("WorldBegin"), std::string::npos);
-    EXPECT_NE(ReadText(folder / scene / "scene_cycles.py").find("bpy.ops.render"),
-              std::string::npos);
+    const Json peers = Json::parse(ReadText(folder / scene / "scene.json"));
+    EXPECT_EQ(peers["quads"].size(), 1u);
+    EXPECT_EQ(peers["refused"], Json::object());
   }
   std::ofstream(folder / "both.toml")
       << ReadText(folder / "plane_sky.toml")
@@ -54,8 +55,35 @@ TEST(Peers, LitPlanesShowTheirClosedForms) {
   const Outcome refused =
       RunProgram({"python3", convert, SourceFile("data/scenes/wall.toml"), "-o", "wall"}, folder);
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_NE(refused.err.find("luminaire"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("[[luminaire]] of a light field"), std::string::npos) << refused.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "wall"));
+  std::filesystem::remove_all(folder);
+}
+
+// The table that Cycles gets has the flux and the peak of the file it is made of.
+TEST(Peers, LampsKeepTheirLightInNarrowSteps) {
+  const auto folder = FreshFolder("peers_lamp");
+  std::ofstream(folder / "lamp.toml")
+      << "[camera]\nposition = [0, -5, 3]\nlook_at = [0, 0, 0]\n"
+         "[[luminaire]]\nmodel = \"point\"\nposition = [0, 0, 2]\nlook_at = [0, 0, 0]\n"
+         "up = [0, 1, 0]\ndistribution = \""
+      << SourceFile("data/scenes/tube.ies").string() << "\"\n[[luminaire.array]]\ncount = 3\n"
+      << "step = [1, 0, 0]\n";
+  const Outcome exported = RunProgram(
+      {"python3", SourceFile("bench/peers/export.py"), "lamp.toml", "-o", "lamp"}, folder);
+  ASSERT_EQ(exported.exit_code, 0) << exported.err;
+  const Json peers = Json::parse(ReadText(folder / "lamp/scene.json"));
+  ASSERT_EQ(peers["lamps"].size(), 3u);
+  EXPECT_EQ(peers["lamps"][2]["position"], Json({2, 0, 2}));
+  EXPECT_NE(peers["refused"]["mitsuba"].get<std::string>().find("photometric"), std::string::npos);
+  Json lamps[2];
+  const std::string files[] = {SourceFile("data/scenes/tube.ies"), "lamp/distribution_0.ies"};
+  for (int k = 0; k < 2; ++k) {
+    ASSERT_EQ(RunLuxfield({"info", files[k], "--json", "info.json"}, folder).exit_code, 0);
+    lamps[k] = Json::parse(ReadText(folder / "info.json"));
+  }
+  EXPECT_NEAR(lamps[1]["flux_lm"].get<double>() / lamps[0]["flux_lm"].get<double>(), 1, 1e-6);
+  EXPECT_EQ(lamps[1]["peak"], lamps[0]["peak"]);
   std::filesystem::remove_all(folder);
 }
 

@@ -1,0 +1,2 @@
+class Refused(Exception):
+    """What has no counterpart in another renderer, in a sentence."""
