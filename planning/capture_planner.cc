@@ -143,6 +143,13 @@ CapturePlanner::CapturePlanner(const CapturePlannerOptions& options)
                        fmt::format("luminaire.scale = {} and {} are not planned for together",
                                    scene.luminaires[0].scale, lamp.scale),
                        "give all luminaires one scale");
+  for (const auto& lamp : scene.luminaires)
+    if (lamp.colour != scene.luminaires[0].colour)
+      throw InputError(options.scene.string(),
+                       fmt::format("luminaires '{}' and '{}' differ in colour and are not planned "
+                                   "for together",
+                                   scene.luminaires[0].name, lamp.name),
+                       "give all luminaires one colour");
   const double delta_m = s.devices.rig.delta_m;
   const hal::StageLimits stage = s.devices.stage->limits();
   // Light from beyond the stage's reach is part of the truth too. Twice: the second look is finer.

@@ -68,8 +68,8 @@ LampPicture TraceLampPicture(const render::LitScene& lit, const scene::Scene& sc
                 return !caster.Occluded({origin, pose.Point({u.x, u.y, 0}) - origin, 0, 1});
               });
           for (int c = 0; c < 3; ++c) {
-            sum.open[c] += luminaire.scale * light.open[c];
-            sum.seen[c] += luminaire.scale * light.seen[c];
+            sum.open[c] += luminaire.scale * luminaire.colour[c] * light.open[c];
+            sum.seen[c] += luminaire.scale * luminaire.colour[c] * light.seen[c];
           }
         }
         for (int c = 0; c < 3; ++c) {

@@ -44,7 +44,7 @@ ReferencePicture ClosedForm(const render::LitScene& scene, const render::RenderO
         const auto e = lightfield::ExactIrradiance(fields.at(luminaire.light_field.get()),
                                                    luminaire_from_world.Point({p[0], p[1], p[2]}),
                                                    luminaire_from_world.Vector({n[0], n[1], n[2]}));
-        for (int c = 0; c < 3; ++c) sum[c] += luminaire.scale * e[c];
+        for (int c = 0; c < 3; ++c) sum[c] += luminaire.scale[c] * e[c];
       }
       for (int c = 0; c < 3; ++c)
         radiance.plane(c)[i] = static_cast<float>(seen.reflectance(i, c) * sum[c]);

@@ -77,7 +77,7 @@ core::Image ImageSharesAt(const LitScene& scene, std::span<const lightfield::Vec
   std::map<const LoadedLightField*, ImageShares> shares;
   std::vector<Lamp> lamps;
   for (const PlacedLuminaire& luminaire : scene.luminaires()) {
-    if (!(luminaire.scale > 0)) continue;
+    if (!(std::ranges::max(luminaire.scale) > 0)) continue;
     const LoadedLightField* loaded = luminaire.light_field.get();
     auto known = shares.find(loaded);
     if (known == shares.end())

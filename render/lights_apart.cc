@@ -52,14 +52,14 @@ void LightsApart::LightOne(std::size_t light, const StrategySetting& setting, st
   scene_.mis().Light({gbuffer_, {.rays = rays}}, lights_[light].source, options, lighting_);
 }
 
-core::Image LightsApart::Radiance(double scale) const {
+core::Image LightsApart::Radiance(const core::Rgb& scale) const {
   const bool glossy = gbuffer_.glossy();
   const auto light = (glossy ? lighting_.reflected : lighting_.irradiance).Download<cl_float4>();
   core::Image image(static_cast<int>(hit_.size()), 1, 3);
   for (std::size_t k = 0; k < hit_.size(); ++k)
     for (int c = 0; c < 3; ++c) {
       const double shown = glossy ? 1.0 : double{albedo_[hit_[k]].s[c]} * std::numbers::inv_pi;
-      image.plane(c)[k] = static_cast<float>(scale * shown * double{light[hit_[k]].s[c]});
+      image.plane(c)[k] = static_cast<float>(scale[c] * shown * double{light[hit_[k]].s[c]});
     }
   return image;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "luxfield/core/colour.h"
 #include "luxfield/core/image.h"
 #include "luxfield/render/lit_scene.h"
 
@@ -60,8 +61,8 @@ class LightsApart {
                 const Buffer* light_share);
   // Of a share for every pixel that hit something.
   Buffer Upload(const core::Image& light_share) const;
-  // What `lighting_` holds, times the light's scale.
-  core::Image Radiance(double scale) const;
+  // What `lighting_` holds, each channel times the light's scale.
+  core::Image Radiance(const core::Rgb& scale) const;
 
   LitScene& scene_;
   bool shadows_;

@@ -83,7 +83,8 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene, DeviceScene 
       luminaires_.push_back(
           {field.name.empty() ? luminaire.name : fmt::format("{} {}", luminaire.name, field.name),
            field.light_field, luminaire.world_from_luminaire * field.luminaire_from_field,
-           luminaire.scale, number, field.luminaire_from_field});
+           scene::ChannelScale(luminaire.scale, luminaire.colour), number,
+           field.luminaire_from_field});
       light_names_.push_back(luminaire.name);
     }
     provenance_[fmt::format("{} sha256", luminaire.name)] = fields.front().light_field->sha256;
@@ -154,12 +155,11 @@ bool LitScene::NextFrame() {
   return true;
 }
 
-void LitScene::PlaceLuminaire(std::size_t number, const scene::Pose& world_from_luminaire,
-                              double scale) {
+void LitScene::PlaceLuminaire(std::size_t number, const scene::PlacedLamp& lamp) {
   for (PlacedLuminaire& luminaire : luminaires_) {
     if (luminaire.number != number) continue;
-    luminaire.world_from_luminaire = world_from_luminaire * luminaire.luminaire_from_field;
-    luminaire.scale = scale;
+    luminaire.world_from_luminaire = lamp.world_from_luminaire * luminaire.luminaire_from_field;
+    luminaire.scale = scene::ChannelScale(lamp.scale, lamp.colour);
   }
 }
 
@@ -195,9 +195,11 @@ std::vector<PlacedLight> LitScene::Lights() const {
     lights.push_back(
         {PosedLuminaire{luminaire.light_field->on_device, luminaire.world_from_luminaire},
          luminaire.scale});
-  for (const AreaLightSource& light : area_lights_) lights.push_back({light, 1});
-  for (const ClassicalLightSource& light : classical_lights_) lights.push_back({light, 1});
-  if (environment_) lights.push_back({environment_->light, environment_->scale});
+  for (const AreaLightSource& light : area_lights_) lights.push_back({light});
+  for (const ClassicalLightSource& light : classical_lights_)
+    lights.push_back({light, light.colour});
+  if (environment_)
+    lights.push_back({environment_->light, scene::ChannelScale(environment_->scale, {1, 1, 1})});
   return lights;
 }
 

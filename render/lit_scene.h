@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "luxfield/core/colour.h"
 #include "luxfield/environment/environment_sequence.h"
 #include "luxfield/lightfield/light_field.h"
 #include "luxfield/preprocess/intensity_table.h"
@@ -21,6 +22,7 @@
 #include "luxfield/render/lights/environment_light.h"
 #include "luxfield/render/lights/patch_shadows.h"
 #include "luxfield/render/scene/device_scene.h"
+#include "luxfield/scene/motion_path.h"
 #include "luxfield/scene/scene.h"
 
 namespace luxfield::render {
@@ -40,14 +42,14 @@ struct LoadedLightField {
 // A light of the scene, which owns what it refers to.
 struct PlacedLight {
   LightSource source;
-  double scale = 1;
+  core::Rgb scale = {1, 1, 1};  // of its channels
 };
 
 struct PlacedLuminaire {
   std::string name;
   std::shared_ptr<LoadedLightField> light_field;
   scene::Pose world_from_luminaire;
-  double scale = 1;
+  core::Rgb scale = {1, 1, 1};         // of its channels
   std::size_t number = 0;              // of the scene's luminaires, whose field it is
   scene::Pose luminaire_from_field{};  // where the field stands in that
 };
@@ -101,9 +103,10 @@ class LitScene {
   // Another view of the scene, for pictures to come.
   void SetCamera(const scene::Camera& camera) { camera_ = camera; }
 
-  // Stands luminaire `number` of the scene's elsewhere and scales its light, with all its fields, for
-  // pictures to come. Volumes stay those of where it stood: what lies outside them is lit by `exact`.
-  void PlaceLuminaire(std::size_t number, const scene::Pose& world_from_luminaire, double scale);
+  // Stands luminaire `number` of the scene's elsewhere, with all its fields, and scales and colours its
+  // light, for pictures to come. Volumes stay those of where it stood: what lies outside them is lit
+  // by `exact`.
+  void PlaceLuminaire(std::size_t number, const scene::PlacedLamp& lamp);
 
   // Turns the environment and scales its radiance, if there is one, for pictures to come.
   void PlaceEnvironment(const scene::Pose& world_from_environment, double scale);

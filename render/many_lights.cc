@@ -116,9 +116,13 @@ ManyLights::Drawn ManyLights::Draw(const GBuffer& gbuffer, const EstimatorOption
       drawn.tasks[place] = {places_[draw.light].index, draw.samples,
                             options.first_pixel + static_cast<std::uint32_t>(first + k),
                             options.stream + static_cast<std::uint32_t>(light.number)};
-      drawn.draws.push_back({static_cast<cl_int>(place), static_cast<cl_int>(light.number),
-                             static_cast<cl_int>(light.group), static_cast<float>(light.scale),
-                             draw.weight});
+      drawn.draws.push_back(
+          {static_cast<cl_int>(place),
+           static_cast<cl_int>(light.number),
+           static_cast<cl_int>(light.group),
+           {static_cast<float>(light.scale[0]), static_cast<float>(light.scale[1]),
+            static_cast<float>(light.scale[2])},
+           draw.weight});
     }
     drawn.starts.push_back(static_cast<cl_int>(drawn.draws.size()));
   }

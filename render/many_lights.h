@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "luxfield/core/colour.h"
 #include "luxfield/render/estimators/estimator.h"
 #include "luxfield/render/film/band_film.h"
 #include "luxfield/render/film/frame.h"
@@ -23,7 +24,7 @@ namespace luxfield::render {
 // A light to draw.
 struct DrawnLight {
   LightSource source;
-  double scale = 1;
+  core::Rgb scale = {1, 1, 1};     // of its channels
   std::size_t number = 0;          // of the picture's lights, and of its random streams
   std::size_t group = 0;           // of the film's
   Estimator* estimator = nullptr;  // that takes tasks

@@ -45,7 +45,7 @@ void PictureSequence::ShowEnvironment(std::size_t n) {
 void PictureSequence::Place(const scene::Placement& placement) {
   scene_.SetCamera(placement.camera);
   for (std::size_t i = 0; i < placement.lamps.size(); ++i)
-    scene_.PlaceLuminaire(i, placement.lamps[i].world_from_luminaire, placement.lamps[i].scale);
+    scene_.PlaceLuminaire(i, placement.lamps[i]);
   scene_.DropVolumes();  // which are made of what was seen from where lamps stood
 }
 

@@ -134,7 +134,7 @@ BoundedLight Renderer::Bound(std::size_t light, std::vector<BoundedTable>& table
     return BoundAreaLight(*area);
   using ClassicalLight = std::reference_wrapper<const ClassicalLightSource>;
   if (const auto* classical = std::get_if<ClassicalLight>(&source))
-    return BoundClassicalLight(*classical);
+    return BoundClassicalLight(*classical, std::ranges::max(scale));
   const PlacedLuminaire& luminaire = scene_.luminaires()[light];
   const preprocess::IntensityTable& table = *luminaire.light_field->intensity;
   const auto known = std::find_if(tables.begin(), tables.end(),
@@ -142,7 +142,7 @@ BoundedLight Renderer::Bound(std::size_t light, std::vector<BoundedTable>& table
   const auto number = static_cast<std::size_t>(known - tables.begin());
   if (known == tables.end()) tables.emplace_back(table, number);
   return BoundLuminaire(luminaire.light_field->geometry(), tables[number],
-                        luminaire.world_from_luminaire, scale);
+                        luminaire.world_from_luminaire, std::ranges::max(scale));
 }
 
 DrawnLight Renderer::MakeDrawnLight(std::size_t light, std::vector<BoundedTable>& tables) {

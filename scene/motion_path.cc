@@ -221,7 +221,7 @@ MotionPath ReadMotionPath(const std::filesystem::path& file) {
 Placement PlacementAt(const MotionPath& path, double t_s, const Scene& scene) {
   Placement placement{scene.camera, {}};
   for (const Luminaire& lamp : scene.luminaires)
-    placement.lamps.push_back({lamp.world_from_luminaire, lamp.scale});
+    placement.lamps.push_back({lamp.world_from_luminaire, lamp.scale, lamp.colour});
   if (!path.camera.empty()) placement.camera = CameraAt(path, t_s, scene.camera);
   for (const MovedLamp& moved : path.lamps)
     PlaceLamp(path, moved, t_s, placement.lamps.at(NumberOf(path, moved, scene)));

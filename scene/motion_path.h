@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "luxfield/core/colour.h"
 #include "luxfield/scene/scene.h"
 #include "luxfield/scene/transform.h"
 
@@ -30,6 +31,7 @@ std::optional<Pose> Facing(Vec3 position, Vec3 target, Vec3 up);
 struct PlacedLamp {
   Pose world_from_luminaire;
   double scale = 1;
+  core::Rgb colour = {1, 1, 1};
 };
 
 // Where things stand in one picture.

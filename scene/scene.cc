@@ -282,12 +282,27 @@ void AppendCopies(const Config& table, const Light& light, Pose Light::*world_fr
   }
 }
 
+// The factors of a light's channels.
+core::Rgb GetColour(const Config& table) {
+  core::Rgb colour = {1, 1, 1};
+  if (!table.Has("colour")) return colour;
+  const auto factors = table.Numbers("colour", 3);
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!(factors[c] >= 0 && factors[c] <= kBrightest))
+      table.Fail("colour", fmt::format("= {} is outside [0, {:g}]", factors[c], kBrightest),
+                 "give three factors in that range, [1, 1, 1] for the light as it is");
+    colour[c] = factors[c];
+  }
+  return colour;
+}
+
 Luminaire ReadLuminaire(const Config& table) {
   Luminaire luminaire;
   luminaire.light_field = table.Path("file");
   if (table.Has("tables")) luminaire.tables = table.Path("tables");
   luminaire.world_from_luminaire = GetPose(table);
   luminaire.scale = table.Number("scale", 1, {0, kBrightest});
+  luminaire.colour = GetColour(table);
   return luminaire;
 }
 
@@ -320,6 +335,7 @@ ClassicalLight ReadClassicalLight(const Config& table) {
   light.size_m = GetSize(table, light.model);
   light.world_from_light = GetPose(table);
   light.scale = table.Number("scale", 1, {0, kBrightest});
+  light.colour = GetColour(table);
   return light;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "luxfield/core/colour.h"
 #include "luxfield/environment/environment_layouts.h"
 #include "luxfield/scene/geometry.h"
 #include "luxfield/scene/transform.h"
@@ -32,12 +33,18 @@ struct Camera {
   Vec3 Direction(double column, double row) const;
 };
 
+// The factors of a light's channels, which is dimmed and coloured.
+inline core::Rgb ChannelScale(double scale, const core::Rgb& colour) {
+  return {scale * colour[0], scale * colour[1], scale * colour[2]};
+}
+
 struct Luminaire {
   std::string name;                   // of an array's: all have the same
   std::filesystem::path light_field;  // .lf.exr
   std::filesystem::path tables;       // .tab.exr, empty: none given
   Pose world_from_luminaire;
-  double scale = 1;  // multiplies its light
+  double scale = 1;              // multiplies its light
+  core::Rgb colour = {1, 1, 1};  // and each of its channels, linear Rec. 709
 };
 
 enum class AreaLightKind { kRectangle, kSphere };
@@ -64,8 +71,9 @@ struct ClassicalLight {
   // Of the extent along x and y; one of a linear light's is 0, a point has none. Empty: the file's
   // luminous opening.
   std::optional<std::array<double, 2>> size_m;
-  Pose world_from_light;  // origin: the middle of its extent, in the plane z = 0
-  double scale = 1;       // multiplies its light
+  Pose world_from_light;         // origin: the middle of its extent, in the plane z = 0
+  double scale = 1;              // multiplies its light
+  core::Rgb colour = {1, 1, 1};  // and each channel of it, which is as much in all
 };
 
 struct Environment {

@@ -22,6 +22,10 @@ std::vector<float> Row(const Buffer& buffer, std::size_t row, std::size_t pixels
   return values;
 }
 
+cl_float4 Float4(const core::Rgb& c) {
+  return {{static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2]), 0}};
+}
+
 // 100 bytes a pixel and so on (band_film.h).
 void RequireRoom(const Device& device, const BandFilm::Size& size) {
   const std::size_t spread = size.passes > 1 ? 12 : 0;
@@ -70,15 +74,15 @@ void PassSums::Clear() {
     buffer->FillZero();
 }
 
-void PassSums::Add(const FilmPart& part, double scale, std::size_t light, FilmLight* group,
-                   int passes) {
+void PassSums::Add(const FilmPart& part, const core::Rgb& scale, std::size_t light,
+                   FilmLight* group, int passes) {
   const Lighting& lighting = part.lighting;
   const Buffer none;
   const std::size_t points = part.gbuffer.pixel_count();
   kernels_.add_light
       .Set(lighting.irradiance, lighting.reflected, lighting.variance, lighting.samples,
            part.gbuffer.albedo, part.pixels, static_cast<cl_int>(points),
-           static_cast<cl_int>(pixels_), static_cast<cl_float>(scale),
+           static_cast<cl_int>(pixels_), Float4(scale),
            static_cast<cl_int>(rows_ > 1 ? 1 + light : 0), static_cast<cl_float>(passes),
            light_.radiance, light_.irradiance, samples_, luminances_, stated_,
            group ? group->radiance : none, group ? group->irradiance : none)

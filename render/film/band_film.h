@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "luxfield/core/colour.h"
 #include "luxfield/render/device/device.h"
 #include "luxfield/render/estimators/estimator.h"
 #include "luxfield/render/kernels/film/lit_draw_types.clh"
@@ -54,9 +55,10 @@ class PassSums {
   PassSums(FilmKernels& kernels, std::size_t pixels, std::size_t lights_apart);
 
   void Clear();
-  // Adds `scale` times light `light`, and 1 / passes of it to `group`, if that is not null.
+  // Adds light `light`, each channel times its `scale`, and 1 / passes of it to `group`, if that is not null.
   // Enqueues and returns.
-  void Add(const FilmPart& part, double scale, std::size_t light, FilmLight* group, int passes);
+  void Add(const FilmPart& part, const core::Rgb& scale, std::size_t light, FilmLight* group,
+           int passes);
   // Adds what points drew, the part's `lighting` aside, and 1 / passes of it to the groups, of which
   // there may be none.
   void Add(const FilmPart& part, const FilmDraws& drawn, std::span<FilmLight> groups, int passes);

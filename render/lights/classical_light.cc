@@ -97,7 +97,7 @@ ClassicalLightSource MakeClassicalLight(const scene::ClassicalLight& light,
   params.table_angles = TableAnglesOf(photometry.type);
   params.planes = static_cast<int>(photometry.planes_deg.size());
   params.angles = static_cast<int>(photometry.angles_deg.size());
-  return {light.model, params, std::move(distribution)};
+  return {light.model, params, std::move(distribution), light.colour};
 }
 
 }  // namespace luxfield::render

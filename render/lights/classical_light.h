@@ -14,6 +14,7 @@
 #include <array>
 #include <memory>
 
+#include "luxfield/core/colour.h"
 #include "luxfield/formats/photometric.h"
 #include "luxfield/render/device/device.h"
 #include "luxfield/render/kernels/area/classical_light_types.clh"
@@ -38,6 +39,7 @@ struct ClassicalLightSource {
   scene::ClassicalModel model = scene::ClassicalModel::kPoint;
   ClassicalLightParams params{};
   std::shared_ptr<const Distribution> distribution;
+  core::Rgb colour = {1, 1, 1};  // factors of its channels, which `params` leaves out
 };
 
 // Whether it has a radiance, that directions drawn otherwise can meet.

@@ -433,12 +433,12 @@ BoundedLight BoundAreaLight(const AreaLightSource& source) {
   return bounded;
 }
 
-BoundedLight BoundClassicalLight(const ClassicalLightSource& source) {
+BoundedLight BoundClassicalLight(const ClassicalLightSource& source, double factor) {
   const ClassicalLightParams& params = source.params;
   const double x = params.half_size[0], y = params.half_size[1];
   const double measure =
       (x > 0 ? 2 * x : 1) * (y > 0 ? 2 * y : 1) * (params.is_ellipse ? kPi / 4 : 1);
-  const double scale = measure * params.strength;
+  const double scale = factor * measure * params.strength;
   BoundedLight bounded;
   TreeLight& light = bounded.light;
   light.kind = kTreeClassical;

@@ -59,12 +59,13 @@ struct BoundedTable {
   std::array<double, kProfileBins> profile, bounds;
 };
 
-// A luminaire's light times `scale`.
+// Lights times `scale`; of a light with a scale for each channel their largest, so that its luminance
+// is bounded whatever its colour.
 BoundedLight BoundLuminaire(const lightfield::LuminaireGeometry& geometry,
                             const BoundedTable& table, const scene::Pose& world_from_luminaire,
                             double scale);
+BoundedLight BoundClassicalLight(const ClassicalLightSource& light, double scale);
 BoundedLight BoundAreaLight(const AreaLightSource& light);
-BoundedLight BoundClassicalLight(const ClassicalLightSource& light);
 
 // Of |I|, about +z: Distribution's profile and flux, by quadrature.
 void BoundIntensity(const formats::Photometry& photometry,

@@ -163,6 +163,7 @@ model = "area"
 distribution = "lamp.ies"
 position = [0, 0, 2]
 rotate_deg = [180, 0, 0]
+colour = [1, 0.5, 0.25]
 [[luminaire]]
 model = "linear"
 distribution = "lamp.ldt"

@@ -18,19 +18,24 @@ namespace {
 
 class ManyLightsTest : public RendererTest {};
 
-// Lamps of two kinds at random places over the floor, tilted, of different strength.
+constexpr std::array<core::Rgb, 3> kColours = {{{1.5, 0.5, 0.5}, {0.5, 1.5, 0.5}, {1, 1, 1}}};
+
+// Lamps of two kinds at random places over the floor, tilted, of different strength and colour.
 std::vector<scene::Luminaire> AnyLamps(int count, std::uint64_t seed) {
   const auto file = WriteLamp("many", Lamp(1)), other = WriteLamp("other", Lamp(3));
   core::Random random(seed, 0);
   std::vector<scene::Luminaire> lamps;
   for (int k = 0; k < count; ++k) {
-    const Vec3 at{8 * random.Uniform() - 4, 8 * random.Uniform() - 4, 0.3 + 2 * random.Uniform()},
+    const double side = k == 0 ? 1 : 8;  // one alone is in sight
+    const Vec3 at{side * (random.Uniform() - 0.5), side * (random.Uniform() - 0.5),
+                  0.3 + 2 * random.Uniform()},
         to{at.x + random.Uniform() - 0.5, at.y + random.Uniform() - 0.5, 0};
     lamps.push_back({fmt::format("lamp {}", k),
                      k % 5 ? file : other,
                      {},
                      scene::LookAt(at, to, {0, 1, 0}),
-                     0.1 + random.Uniform()});
+                     0.1 + random.Uniform(),
+                     kColours[k % 3]});
   }
   return lamps;
 }
@@ -185,7 +190,8 @@ TEST_F(ManyLightsTest, KindsOfLightsShareTheSamples) {
     scene.classical_lights.push_back(
         {fmt::format("classical {}", k), model, k % 2 ? spot : even,
          std::array{0.4, model == scene::ClassicalModel::kArea ? 0.3 : 0.0},
-         scene::LookAt({-1 + 0.5 * k, -1, 1.2}, {-1 + 0.5 * k, 0, 0}, {0, 1, 0}), 0.2});
+         scene::LookAt({-1 + 0.5 * k, -1, 1.2}, {-1 + 0.5 * k, 0, 0}, {0, 1, 0}), 0.2,
+         kColours[k % 3]});
   }
   AppendBox(scene::Translation({0.3, 0.2, 0.2}) * scene::Scaling({0.3, 0.4, 0.4}), 0,
             scene.geometry);

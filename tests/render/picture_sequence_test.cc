@@ -29,6 +29,7 @@ Frame Alone(const scene::Placement& placement, RenderOptions options, std::uint6
   scene.camera = placement.camera;
   scene.luminaires[0].world_from_luminaire = placement.lamps[0].world_from_luminaire;
   scene.luminaires[0].scale = placement.lamps[0].scale;
+  scene.luminaires[0].colour = placement.lamps[0].colour;
   options.seed = seed;
   LitScene lit(Device::Open(), scene);
   return Renderer(lit, options).Render();

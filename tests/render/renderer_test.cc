@@ -84,7 +84,8 @@ TEST_F(RendererTest, DoesNotDependOnHowTheDeviceIsTuned) {
 TEST_F(RendererTest, TwoLuminairesAddUpToTheClosedForm) {
   const LightField field = Lamp(3);
   const auto file = WriteLamp("exact", field, false);
-  const auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
+  auto scene = Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)});
+  scene.luminaires[1].colour = {1.25, 0, 0.5};
   const Frame frame = RenderWith(scene, Unshadowed("exact"));
   EXPECT_EQ(frame.unit, lightfield::FluxUnit::kLumen);
   int hits = 0;
@@ -104,7 +105,7 @@ TEST_F(RendererTest, TwoLuminairesAddUpToTheClosedForm) {
         const Vec3 local = luminaire_from_world.Point(p);
         const auto e = ExactIrradiance(field, local, luminaire_from_world.Vector({0, 0, 1}));
         const auto j = ClosedFormLightVector(field, local).j;
-        for (int c = 0; c < 3; ++c) expected[c] += luminaire.scale * e[c];
+        for (int c = 0; c < 3; ++c) expected[c] += luminaire.scale * luminaire.colour[c] * e[c];
         size += luminaire.scale * Length(j[1]);
       }
       for (int c = 0; c < 3; ++c) {

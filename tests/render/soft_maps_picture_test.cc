@@ -53,7 +53,7 @@ TEST(SoftMapsPicture, IsNearTheTracedOneAndFollowsItsLamp) {
   EXPECT_GT(core::Compare(Renderer(scene, none).Render().radiance, frame.radiance).rel_rmse,
             3 * error.rel_error);
 
-  scene.PlaceLuminaire(0, there, 1);
+  scene.PlaceLuminaire(0, {there});
   scene.DropVolumes();
   const Frame after = Renderer(scene, SoftMaps()).Render(),
               fresh = Renderer(moved, SoftMaps()).Render();

@@ -125,13 +125,15 @@ TEST(Scene, ReadsLuminairesAndOverridesThem) {
   const std::string text =
       std::string(kCamera) +
       "[[luminaire]]\nname = \"left\"\nfile = \"a.lf.exr\"\ntables = \"a.tab.exr\"\n"
-      "position = [1, 2, 3]\nlook_at = [1, 9, 3]\nscale = 2.5\n"
+      "position = [1, 2, 3]\nlook_at = [1, 9, 3]\nscale = 2.5\ncolour = [0, 0.5, 3]\n"
       "[[luminaire]]\nfile = \"/b.lf.exr\"\nposition = [0, 0, 1]\nrotate_deg = [-90, 0, 0]\n";
   const auto scene = ReadScene(Write(text));
   ASSERT_EQ(scene.luminaires.size(), 2u);
   EXPECT_EQ(scene.luminaires[0].light_field,
             std::filesystem::path(testing::TempDir()) / "a.lf.exr");
   EXPECT_DOUBLE_EQ(scene.luminaires[0].scale, 2.5);
+  EXPECT_THAT(scene.luminaires[0].colour, testing::ElementsAre(0, 0.5, 3));
+  EXPECT_THAT(scene.luminaires[1].colour, testing::ElementsAre(1, 1, 1));
   EXPECT_NEAR(scene.luminaires[0].world_from_luminaire.Vector({0, 0, 1}).y, 1, 1e-15);
   EXPECT_EQ(scene.luminaires[1].name, "luminaire 2");
   EXPECT_EQ(scene.luminaires[1].light_field, "/b.lf.exr");
@@ -190,7 +192,7 @@ TEST(Scene, ReadsClassicalLights) {
   const std::string text =
       std::string(kCamera) +
       "[[luminaire]]\nmodel = \"point\"\ndistribution = \"spot.ies\"\nposition = [1, 2, 3]\n"
-      "look_at = [1, 2, 0]\nup = [0, 1, 0]\nscale = 0.5\n"
+      "look_at = [1, 2, 0]\nup = [0, 1, 0]\nscale = 0.5\ncolour = [1, 0.5, 0.25]\n"
       "[[luminaire]]\nname = \"lamp\"\nfile = \"a.lf.exr\"\nposition = [0, 0, 1]\n"
       "[[luminaire]]\nname = \"tube\"\nmodel = \"linear\"\ndistribution = \"/tube.ldt\"\n"
       "size = [0, 1.2]\nposition = [0, 0, 2]\n[[luminaire.array]]\ncount = 2\nstep = [3, 0, 0]\n"
@@ -365,6 +367,8 @@ TEST(Scene, ErrorsNameFileAndField) {
   ExpectError(lamp + "position = [0, 0, 1]\nlook_at = [0, 1, 3]\nrotate_deg = [0, 0, 0]\n",
               {"rotate_deg"});
   ExpectError(lamp + "position = [0, 0, 1]\nscale = -1\n", {"scale", "-1"});
+  ExpectError(lamp + "position = [0, 0, 1]\ncolour = [1, -2, 1]\n", {"colour", "-2", "three"});
+  ExpectError(lamp + "position = [0, 0, 1]\ncolour = [1, 1]\n", {"colour"});
   ExpectError("[[luminaire]]\nposition = [0, 0, 1]\n", {"file"});
 }
 

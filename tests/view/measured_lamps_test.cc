@@ -61,6 +61,14 @@ TEST_F(MeasuredLampsTest, FollowTheNoiseAndTheLampsThatLight) {
   EXPECT_NEAR(*two.RelativeSigma(point_, up_, lamps), 2 * *once, 1e-6 * *once);
   lamps[1].scale = 0;
   EXPECT_NEAR(*two.RelativeSigma(point_, up_, lamps), 2 * *once, 1e-6 * *once);
+  // A colour changes what is known, factors that are alike do not.
+  lamps[1].scale = 1;
+  lamps[0].colour = lamps[1].colour = {2, 2, 2};
+  EXPECT_NEAR(*two.RelativeSigma(point_, up_, lamps), 2 * *once, 1e-6 * *once);
+  lamps[1].colour = {2, 2, 1};
+  EXPECT_FALSE(two.RelativeSigma(point_, up_, lamps));
+  lamps[1].colour = {0, 0, 0};  // switched off as well
+  EXPECT_NEAR(*two.RelativeSigma(point_, up_, lamps), 2 * *once, 1e-6 * *once);
   // Behind all lamps nothing arrives.
   EXPECT_FALSE(two.RelativeSigma({0, -3, 0}, up_, lamps));
 }
@@ -70,6 +78,9 @@ TEST_F(MeasuredLampsTest, OtherLightsLeaveItUnknown) {
   scene_.area_lights.emplace_back();
   EXPECT_FALSE(MeasuredLamps(scene_).RelativeSigma(point_, up_, Lamps()));
   scene_.area_lights.clear();
+  scene_.classical_lights.emplace_back();
+  EXPECT_FALSE(MeasuredLamps(scene_).RelativeSigma(point_, up_, Lamps()));
+  scene_.classical_lights.clear();
   lightfield::LightField wrong = render::SoftLamp();
   wrong.geometry.delta_m *= 2;
   lightfield::WriteLightField(folder_ / "lamp.sigma.lf.exr", wrong);

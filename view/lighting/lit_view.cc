@@ -36,8 +36,7 @@ LitView::LitView(const render::Device& device, const scene::Scene& scene)
 void LitView::Ask(const LitRequest& request) {
   request_ = request;
   scene_.SetCamera(request.camera);
-  for (std::size_t i = 0; i < request.lamps.size(); ++i)
-    scene_.PlaceLuminaire(i, request.lamps[i].world_from_luminaire, request.lamps[i].scale);
+  for (std::size_t i = 0; i < request.lamps.size(); ++i) scene_.PlaceLuminaire(i, request.lamps[i]);
   if (request.environment)
     scene_.PlaceEnvironment(request.environment->world_from_environment,
                             request.environment->scale);

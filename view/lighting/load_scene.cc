@@ -30,7 +30,7 @@ LitRequest RequestOf(const scene::Scene& scene, const SceneOptions& options) {
   LitRequest request;
   request.camera = scene.camera;
   for (const auto& luminaire : scene.luminaires)
-    request.lamps.push_back({luminaire.world_from_luminaire, luminaire.scale});
+    request.lamps.push_back({luminaire.world_from_luminaire, luminaire.scale, luminaire.colour});
   request.error = options.error;
   request.shadows = options.shadows;
   request.seed = options.seed;

@@ -27,7 +27,8 @@ std::filesystem::path SigmaBeside(const std::filesystem::path& light_field) {
 }
 
 MeasuredLamps::MeasuredLamps(const scene::Scene& scene)
-    : other_lights_(!scene.area_lights.empty() || scene.environment.has_value()) {
+    : other_lights_(!scene.area_lights.empty() || !scene.classical_lights.empty() ||
+                    scene.environment.has_value()) {
   for (const scene::Luminaire& luminaire : scene.luminaires) {
     if (!std::filesystem::exists(SigmaBeside(luminaire.light_field))) {
       lamps_.push_back(nullptr);
@@ -49,13 +50,15 @@ std::optional<double> MeasuredLamps::RelativeSigma(lightfield::Vec3 p, lightfiel
   };
   std::map<const photometry::Lamp*, Light> by_file;
   for (std::size_t l = 0; l < lamps.size(); ++l) {
-    if (!(lamps[l].scale > 0)) continue;
-    if (!lamps_[l]) return {};
+    const core::Rgb scale = scene::ChannelScale(lamps[l].scale, lamps[l].colour);
+    if (!(std::ranges::max(scale) > 0)) continue;
+    // A lamp is known by its luminance, which is not that of a colour of it.
+    if (!lamps_[l] || std::ranges::min(scale) < std::ranges::max(scale)) return {};
     const scene::Pose luminaire_from_world = lamps[l].world_from_luminaire.Inverse();
     Light& light = by_file[lamps_[l]];
     light.of_lamps.push_back(photometry::IlluminanceAt(*lamps_[l], luminaire_from_world.Point(p),
                                                        luminaire_from_world.Vector(normal)));
-    light.scales.push_back(lamps[l].scale);
+    light.scales.push_back(scale[0]);
   }
   double sum = 0, variance = 0;
   for (const auto& [lamp, light] : by_file) {

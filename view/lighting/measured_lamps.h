@@ -28,7 +28,8 @@ class MeasuredLamps {
   //   sqrt(sum_f u^2(sum_l s_l E_l)) / sum_l s_l E_l
   //
   // of lamps l of each file f, which share its noise;
-  // empty where a lamp that lights it has no sigma, where none does, and of scenes with other lights.
+  // empty where a lamp that lights it has no sigma or is coloured, where none does, and of scenes with
+  // other lights.
   std::optional<double> RelativeSigma(lightfield::Vec3 p, lightfield::Vec3 normal,
                                       std::span<const scene::PlacedLamp> lamps) const;
 

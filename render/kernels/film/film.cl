@@ -7,15 +7,25 @@
 // Sums of rows: row 0 is the whole light, row 1 + l that of light l where lights are told apart.
 inline size_t RowPlace(int row, int count, int pixel) { return (size_t)row * count + pixel; }
 
-// Adds `scale` times what an estimator found for one light at the points of a part of the band.
+// By what the luminance of `light` changes where its channels are scaled; between the least and the
+// most of the scales, which holds of all light that is nowhere negative.
+inline float LuminanceScale(float3 light, float3 scale) {
+  const float least = fmin(fmin(scale.x, scale.y), scale.z),
+              most = fmax(fmax(scale.x, scale.y), scale.z), luminance = Luminance(light);
+  return luminance == 0.0f ? most : clamp(Luminance(scale * light) / luminance, least, most);
+}
+
+// Adds what an estimator found for one light, times the `scale` of its channels, at the points of a
+// part of the band.
 // `pixels` says which pixels these are; null: all, in order. Radiance is `reflected`, where that is
-// null albedo / pi times the irradiance, and the variance is that of what the estimate is of.
+// null albedo / pi times the irradiance. The variance is that of the luminance of what the estimate is
+// of, which is taken to have one colour at a point: scales and albedo change it as they change that.
 // `row` > 0: the light's own. `group_radiance`, `group_irradiance` receive 1 / passes of it; null:
 // there are no groups.
 __kernel void AddLight(__global const float4* irradiance, __global const float4* reflected,
                        __global const float* variance, __global const uint* samples,
                        __global const float4* albedos, __global const int* pixels, int points,
-                       int count, float scale, int row, float passes,
+                       int count, float4 scale, int row, float passes,
                        __global float4* pass_radiance, __global float4* pass_irradiance,
                        __global float* pass_samples, __global float* luminances,
                        __global float* stated_variances, __global float4* group_radiance,
@@ -23,10 +33,12 @@ __kernel void AddLight(__global const float4* irradiance, __global const float4*
   const int k = get_global_id(0);
   if (k >= points) return;
   const int pixel = pixels ? pixels[k] : k;
-  const float3 albedo = albedos[k].xyz, light = scale * irradiance[k].xyz;
-  const float3 radiance = reflected ? scale * reflected[k].xyz : albedo * M_1_PI_F * light;
+  const float3 albedo = albedos[k].xyz, light = scale.xyz * irradiance[k].xyz;
+  const float3 radiance = reflected ? scale.xyz * reflected[k].xyz : albedo * M_1_PI_F * light;
+  const float dimmed = LuminanceScale(reflected ? reflected[k].xyz : irradiance[k].xyz, scale.xyz);
   const float shown = reflected ? 1.0f : Luminance(albedo) * M_1_PI_F;
-  const float luminance = Luminance(radiance), stated = scale * scale * shown * shown * variance[k];
+  const float luminance = Luminance(radiance),
+              stated = dimmed * dimmed * shown * shown * variance[k];
   pass_radiance[pixel].xyz += radiance;
   pass_irradiance[pixel].xyz += light;
   pass_samples[pixel] += (float)samples[k];
@@ -60,12 +72,14 @@ typedef struct DrawnLight {
 } DrawnLight;
 
 inline DrawnLight FindDrawn(FOUND_ARGUMENTS, float3 albedo, LitDraw draw) {
-  const float scale = draw.scale * draw.weight;
+  const float3 scale = draw.weight * vload3(0, draw.scale);
   DrawnLight drawn;
   drawn.light = scale * irradiance[draw.place].xyz;
   drawn.radiance = reflected ? scale * reflected[draw.place].xyz : albedo * M_1_PI_F * drawn.light;
   drawn.luminance = Luminance(drawn.radiance);
-  const float shown = scale * (reflected ? 1.0f : Luminance(albedo) * M_1_PI_F);
+  const float shown =
+      LuminanceScale(reflected ? reflected[draw.place].xyz : irradiance[draw.place].xyz, scale) *
+      (reflected ? 1.0f : Luminance(albedo) * M_1_PI_F);
   drawn.variance = shown * shown * variance[draw.place];
   drawn.samples = (int)samples[draw.place];
   return drawn;
