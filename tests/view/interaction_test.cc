@@ -227,6 +227,25 @@ TEST_F(InteractionTest, AHandleMovesALampAndItIsSaved) {
   EXPECT_GT(apart("before.png"), 3 * apart("after.png"));
 }
 
+// The number of a lamp's green, in the panel on the right: the window lights with it at once, and the
+// file says it after saving.
+TEST_F(InteractionTest, AColourIsDraggedAndSaved) {
+  ViewWith({"scene.toml", "--size", "640x400", "--error", "4%", "--read", "80,60"},
+           [&](const std::string& window) {
+             WaitUntilItIsLit();
+             Hand({"mousemove", "--window", window, "438", "256", "mousedown", "1",
+                   "mousemove_relative", "--", "-200", "0", "mouseup", "1"});
+             Press("ctrl+s");
+           });
+  const LampPlacement lamp = ReadSceneEdits(folder_ / "scene.toml").lamps.at(0);
+  EXPECT_EQ(lamp.colour[0], 1);
+  EXPECT_LT(lamp.colour[1], 0.6);
+  EXPECT_GT(lamp.colour[1], 0.2);
+  EXPECT_EQ(lamp.colour[2], 1);
+  EXPECT_THAT(e2e::ReadText(folder_ / "scene.toml"), testing::HasSubstr("# A lamp over a floor."));
+  ExpectReadingOfSavedScene();
+}
+
 // The copy is lit, and stands in the file that was saved.
 // Ctrl is let go of before the letter, which does not move the camera then.
 TEST_F(InteractionTest, ALampIsCopiedAndTheSceneSaved) {
@@ -337,6 +356,18 @@ TEST_F(InteractionTest, ThePointerReadsASessionsMap) {
   EXPECT_GT(cv::countNonZero(apart.reshape(1)), 500);  // the tooltip's letters
   EXPECT_EQ(e2e::ReadText(folder_ / "s" / "journal.jsonl"), journal);
   EXPECT_EQ(e2e::RunLuxfield({"verify", "s"}, folder_).exit_code, 0);
+}
+
+// Closed while its tables are still built.
+TEST_F(InteractionTest, AWindowThatIsClosedAtOnceEnds) {
+  auto view = std::async(std::launch::async, [&] {
+    return e2e::RunLuxfield({"view", "scene.toml", "--size", "300x200", "--error", "0.1%"},
+                            folder_);
+  });
+  Hand({"search", "--sync", "--onlyvisible", "--name", "luxfield", "windowfocus", "--sync", "key",
+        "ctrl+q"});
+  const Outcome outcome = view.get();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
 TEST_F(InteractionTest, AWindowThatIsResizedToNothingComesBack) {

@@ -5,6 +5,7 @@
 #include <imgui.h>
 #include <unistd.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -70,6 +71,17 @@ class LampsPanelTest : public testing::Test {
     ImGui::Render();
     return changed;
   }
+  // Frames with a change while the button goes down and up.
+  int Click(float x, float y) {
+    ImGuiIO& io = ImGui::GetIO();
+    int changes = 0;
+    for (const bool down : {false, false, true, true, false, false, false}) {
+      io.MousePos = {x, y};
+      io.MouseDown[0] = down;
+      changes += Draw();
+    }
+    return changes;
+  }
   // Frames with a change while the mouse goes to the right with its button down.
   int Drag(float y) {
     ImGuiIO& io = ImGui::GetIO();
@@ -79,9 +91,9 @@ class LampsPanelTest : public testing::Test {
       io.MouseDown[0] = down;
       changes += Draw();
     };
-    for (const bool down : {false, false, true, true}) frame(30, down);
-    for (float x = 40; x <= 80; x += 10) frame(x, true);
-    for (int k = 0; k < 3; ++k) frame(80, false);
+    for (const bool down : {false, false, true, true}) frame(40, down);
+    for (float x = 50; x <= 90; x += 10) frame(x, true);
+    for (int k = 0; k < 3; ++k) frame(90, false);
     return changes;
   }
   void PressWithControl(Key letter) {
@@ -129,6 +141,28 @@ TEST_F(LampsPanelTest, ADragMovesTheLampAndIsOneStepToUndo) {
   EXPECT_FALSE(editor_->CanUndo());
   PressWithControl(key::kY);
   EXPECT_EQ(Lamp().position.x, after.x);
+}
+
+// By the number of its red, and by its swatch: a click into the square of saturation and value makes
+// white a red whose largest factor is as large.
+TEST_F(LampsPanelTest, TheColourIsDraggedAndChosen) {
+  const std::array<double, 3> white = {1, 1, 1};
+  float row = 5;
+  while (row < kHeight && Lamp().colour == white) Drag(row += 10);
+  const std::array<double, 3> dragged = Lamp().colour;
+  EXPECT_GT(dragged[0], 1.05);
+  EXPECT_EQ(dragged[1], 1);
+  EXPECT_EQ(dragged[2], 1);
+  PressWithControl(key::kZ);
+  ASSERT_EQ(Lamp().colour, white);
+  EXPECT_EQ(Click(17, row), 0);
+  EXPECT_GT(Click(90, row + 40), 0);
+  const std::array<double, 3> chosen = Lamp().colour;
+  EXPECT_EQ(chosen[0], 1);
+  EXPECT_LT(chosen[1], 0.95);
+  EXPECT_EQ(chosen[2], chosen[1]);
+  PressWithControl(key::kZ);
+  EXPECT_EQ(Lamp().colour, white);
 }
 
 TEST_F(LampsPanelTest, ControlAndSSavesIntoTheScene) {

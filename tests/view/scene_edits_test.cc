@@ -93,6 +93,7 @@ TEST_F(SceneEditsTest, ChangedValuesStandWhereTheOldOnesStoodAndCommentsStay) {
   SceneEdits is = was;
   is.lamps[0].position = {0.1, -2, 0.75};
   is.lamps[0].scale = 0.5;  // had no key
+  is.lamps[1].colour = {1, 0.5, 0.25};
   is.lamps[1].rotate_deg = {-90, 0, 12.5};
   is.lamps[1].scale = 3;
   is.lamps[1].file = "other \"b\".lf.exr";
@@ -109,6 +110,8 @@ TEST_F(SceneEditsTest, ChangedValuesStandWhereTheOldOnesStoodAndCommentsStay) {
   replace("[ 0, 0,\n             0.6 ]  # metres\n", "[0.1, -2, 0.75]  # metres\nscale = 0.5\n");
   replace("[ -90,0,0 ]", "[-90, 0, 12.5]");
   replace("scale = 2 # twice", "scale = 3 # twice");
+  replace("[1, 0, 0.6]  # r\xC3\xA9gl\xC3\xA9\n",
+          "[1, 0, 0.6]  # r\xC3\xA9gl\xC3\xA9\ncolour = [1, 0.5, 0.25]\n");
   replace("\"b.lf.exr\"", R"("other \"b\".lf.exr")");
   replace("tables = \"b.tab.exr\"\n", "");
   replace("[0.5, 0.4, 0.3]", "[0.25, 0.5, 1]");
@@ -127,6 +130,7 @@ TEST_F(SceneEditsTest, LampsAndViewsComeAndGo) {
   LampPlacement copy = is.lamps[1];
   copy.name = "luminaire 2 2";
   copy.position.x = -1;
+  copy.colour = {1, 0, 0};
   is.lamps.push_back(copy);
   is.views.push_back({"from \"above\"", {0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 30});
   SaveSceneEdits(file_, was, is);
@@ -140,6 +144,7 @@ tables = "b.tab.exr"
 position = [-1, 0, 0.6]
 rotate_deg = [-90, 0, 0]
 scale = 2
+colour = [1, 0, 0]
 
 [[view]]
 name = "from \"above\""
@@ -150,7 +155,8 @@ vertical_fov_deg = 30
 )");
   EXPECT_EQ(ReadSceneEdits(file_), is);
   const scene::Scene scene = scene::ReadScene(file_);
-  EXPECT_EQ(scene.luminaires.size(), 3);
+  ASSERT_EQ(scene.luminaires.size(), 3);
+  EXPECT_EQ(scene.luminaires[2].colour, copy.colour);
   const scene::Camera camera = scene::ReadNamedView(file_, "from \"above\"", scene.camera);
   EXPECT_EQ(camera.position.z, 5);
   EXPECT_EQ(camera.width, scene.camera.width);

@@ -19,6 +19,9 @@ class Fields {
   void Drag(const char* name, lightfield::Vec3& v, float step, double limit, const char* format,
             const char* tip);
   void Colour(const char* name, std::array<double, 3>& linear, const char* tip);
+  // Factors of a light's channels, any from 0, behind a swatch by which their ratios are chosen: the
+  // largest stays what it is.
+  void Tint(const char* name, std::array<double, 3>& factors, double high, const char* tip);
 
   bool changed() const { return changed_; }
   // Behind the last field, and behind what the editor was told.
@@ -27,7 +30,7 @@ class Fields {
   }
 
  private:
-  void See(bool changed, const char* tip);
+  void See(bool changed, const char* tip = nullptr);
 
   SceneEditor& editor_;
   bool changed_ = false, ended_ = false;

@@ -49,6 +49,8 @@ bool LampsPanel::DrawNumbers(SceneEditor& editor) {
     fields.Drag("turned by", lamp.rotate_deg, kStep_deg, kLargest_m, "%.2f",
                 "degrees about the world's x axis, then y, then z");
   fields.Drag("scale", lamp.scale, 0.005f, 0, kBrightest, "%.4g", "multiplies its light");
+  fields.Tint("colour", lamp.colour, kBrightest,
+              "factors of its light's red, green and blue, linear; 1 1 1 as it was measured");
   const bool changed = fields.changed() && editor.Set(chosen_, lamp);
   fields.End();
   return changed;

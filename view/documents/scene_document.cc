@@ -260,7 +260,7 @@ class SceneDocument : public Document {
     if (!now.lamps.empty()) {
       request_.lamps.clear();
       for (const LampPlacement& lamp : now.lamps)
-        request_.lamps.push_back({lamp.WorldFromLuminaire().value(), lamp.scale});
+        request_.lamps.push_back({lamp.WorldFromLuminaire().value(), lamp.scale, lamp.colour});
     }
     if (now.environment)
       request_.environment =

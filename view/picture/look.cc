@@ -15,11 +15,6 @@ constexpr std::size_t kGrain = 1 << 14;  // pixels
 constexpr int kLinearLines = 10;         // lines of equal value of a linear scale
 constexpr double kDarkLuminance = 0.25;  // of a colour on which lines are white
 
-// The linear value whose sRGB encoding is x (IEC 61966-2-1).
-double SrgbDecode(double x) {
-  return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
-}
-
 // The linear values at which the rounded code changes: code c begins at element c.
 const std::array<double, 256>& CodeBegins() {
   static const std::array<double, 256> begins = [] {
@@ -140,6 +135,10 @@ std::optional<ToneCodes> CodesOf(const Look& look, double average) {
 }
 
 }  // namespace
+
+double SrgbDecode(double encoded) {
+  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
 
 Tone ToneOf(render::ToneCurve curve) {
   switch (curve) {

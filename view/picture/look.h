@@ -47,6 +47,9 @@ render::FalseColourScale ScaleOf(const render::Frame& frame, const Look& look,
 std::vector<std::uint8_t> ColoursOf(const render::Frame& frame, const Look& look,
                                     const LayerSources& sources = {});
 
+// The linear value whose sRGB encoding is that (IEC 61966-2-1).
+double SrgbDecode(double encoded);
+
 // 255 x the sRGB encoding of a linear value, rounded to nearest: core::SrgbEncode by a table. Values
 // that are not finite are 0.
 std::uint8_t EncodeByte(double linear);

@@ -17,8 +17,8 @@ bool LampPlacement::operator==(const LampPlacement& other) const {
   return name == other.name && Same(position, other.position) &&
          look_at.has_value() == other.look_at.has_value() &&
          (!look_at || Same(*look_at, *other.look_at)) && Same(up, other.up) &&
-         Same(rotate_deg, other.rotate_deg) && scale == other.scale && file == other.file &&
-         tables == other.tables;
+         Same(rotate_deg, other.rotate_deg) && scale == other.scale && colour == other.colour &&
+         file == other.file && tables == other.tables;
 }
 
 }  // namespace luxfield::view

@@ -2,6 +2,7 @@
 // looks at, or with a rotation.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 
@@ -16,6 +17,7 @@ struct LampPlacement {
   lightfield::Vec3 up{0, 0, 1};                  // with look_at
   lightfield::Vec3 rotate_deg = {};
   double scale = 1;
+  std::array<double, 3> colour = {1, 1, 1};
   std::string file = {}, tables = {};  // as the file has them; tables empty: none are named
 
   // Empty where look_at is the position, or the line between them parallel to `up`.

@@ -45,6 +45,12 @@ double NumberOf(const toml::table& table, std::string_view key, double fallback)
   return table[key].value<double>().value_or(fallback);
 }
 
+std::array<double, 3> ColourOf(const toml::table& table, std::string_view key,
+                               const Vec3& fallback = {}) {
+  const Vec3 v = VectorOf(table, key, fallback);
+  return {v.x, v.y, v.z};
+}
+
 LampPlacement LampOf(const toml::table& table, std::size_t number, const std::string& file) {
   LampPlacement lamp;
   lamp.name = TextOf(table, "name", fmt::format("luminaire {}", number + 1));
@@ -55,14 +61,10 @@ LampPlacement LampOf(const toml::table& table, std::size_t number, const std::st
   lamp.up = VectorOf(table, "up", {0, 0, 1});
   lamp.rotate_deg = VectorOf(table, "rotate_deg", {});
   lamp.scale = NumberOf(table, "scale", 1);
+  lamp.colour = ColourOf(table, "colour", {1, 1, 1});
   lamp.file = TextOf(table, "file", "");
   lamp.tables = TextOf(table, "tables", "");
   return lamp;
-}
-
-std::array<double, 3> ColourOf(const toml::table& table, std::string_view key) {
-  const Vec3 v = VectorOf(table, key, {});
-  return {v.x, v.y, v.z};
 }
 
 MaterialNumbers MaterialOf(const toml::table& table) {
@@ -143,6 +145,8 @@ std::string NewLamp(const LampPlacement& lamp) {
     lines += fmt::format("rotate_deg = {}\n", Written(lamp.rotate_deg));
   }
   if (lamp.scale != 1) lines += fmt::format("scale = {}\n", TomlNumber(lamp.scale));
+  if (lamp.colour != LampPlacement().colour)
+    lines += fmt::format("colour = {}\n", Written(lamp.colour));
   return lines;
 }
 
@@ -193,6 +197,7 @@ void WriteLamp(TomlText& text, const toml::table& table, const LampPlacement& wa
   writer.Write("up", was.up, is.up);
   writer.Write("rotate_deg", was.rotate_deg, is.rotate_deg);
   writer.Write("scale", was.scale, is.scale);
+  writer.Write("colour", was.colour, is.colour);
 }
 
 void WriteLamps(TomlText& text, const std::vector<LampPlacement>& found,
@@ -260,8 +265,8 @@ scene::Luminaire LuminaireOf(const LampPlacement& lamp, const std::filesystem::p
   const auto path = [&](const std::string& name) {
     return name.empty() ? std::filesystem::path() : folder / name;
   };
-  return {lamp.name, path(lamp.file), path(lamp.tables), lamp.WorldFromLuminaire().value(),
-          lamp.scale};
+  return {lamp.name,  path(lamp.file), path(lamp.tables), lamp.WorldFromLuminaire().value(),
+          lamp.scale, lamp.colour};
 }
 
 void Apply(const MaterialNumbers& numbers, scene::Material& material) {
