@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -208,14 +209,30 @@ TEST_F(WindowTest, WhatCannotBeShownIsASentenceInTheWindow) {
   std::string lampless(kSceneText);
   lampless.replace(lampless.find("lamp.lf.exr"), 11, "none.lf.exr");
   e2e::WriteText(folder_ / "lampless.toml", lampless);
+  e2e::WriteText(folder_ / "cut.toml", std::string(kSceneText).substr(0, 300));
+  e2e::WriteText(folder_ / "meshless.toml",
+                 std::string(kSceneText) + "[[mesh]]\nfile = \"none.glb\"\n");
+  e2e::WriteText(folder_ / "skyless.toml",
+                 std::string(kSceneText) + "[environment]\nfile = \"none.hdr\"\n");
+  core::WriteExrImage(folder_ / "foreign.lf.exr", core::Image(4, 3, 3));
+  e2e::WriteText(folder_ / "void.exr", "");
   fs::create_directory(folder_ / "empty");
-  for (const std::string name : {"cut.lf.exr", "cut.exr", "wrong.toml", "photo.png", "any.txt",
-                                 "lampless.toml", "empty", "nowhere.exr"}) {
+  fs::create_directory(folder_ / "spoilt");  // a session whose plan ends at once
+  e2e::WriteText(folder_ / "spoilt" / "plan.json", "{\n");
+  e2e::WriteText(folder_ / "spoilt" / "journal.jsonl", "");
+  const std::map<std::string, std::string> named_otherwise = {{"lampless.toml", "none.lf.exr"},
+                                                              {"meshless.toml", "none.glb"},
+                                                              {"skyless.toml", "none.hdr"},
+                                                              {"spoilt", "plan.json"}};
+  for (const std::string name :
+       {"cut.lf.exr", "foreign.lf.exr", "cut.exr", "void.exr", "wrong.toml", "cut.toml",
+        "lampless.toml", "meshless.toml", "skyless.toml", "photo.png", "any.txt", "empty", "spoilt",
+        "nowhere.exr", "nowhere"}) {
     fs::remove(folder_ / "s.png");
     const Outcome outcome = View({name, "--screenshot", "s.png", "--size", "500x300"});
     EXPECT_EQ(outcome.exit_code, 2) << name << ": " << outcome.err;
-    const std::string said = name == "lampless.toml" ? "none.lf.exr" : name;
-    EXPECT_THAT(outcome.err, HasSubstr(said));
+    const auto other = named_otherwise.find(name);
+    EXPECT_THAT(outcome.err, HasSubstr(other == named_otherwise.end() ? name : other->second));
     cv::Mat grey;
     cv::cvtColor(Png("s.png"), grey, cv::COLOR_BGR2GRAY);
     // Letters on the dark ground.

@@ -13,6 +13,7 @@
 #include "luxfield/view/lighting/failure.h"
 #include "luxfield/view/lighting/measured_lamps.h"
 #include "luxfield/view/picture/look.h"
+#include "luxfield/view/picture/reading.h"
 #include "luxfield/view/window/window.h"
 
 namespace luxfield::view {
@@ -88,11 +89,12 @@ void ImagesPanel::MakeSheet() {
 void ImagesPanel::DrawTip(int column, int row) const {
   const auto& c = fields_->c[field_].field;
   const SheetPlace place = PlaceOn(sheet_, c, column, row);
-  std::string text = fmt::format("image i {}, j {}; texel column {}, row {}\nC {:.4g}", place.i,
-                                 place.j, place.column, place.row, LuminanceOf(c, place));
-  if (!fields_->sigma.empty())
-    text += fmt::format(" +- {:.2g}", LuminanceOf(fields_->sigma[field_].field, place));
-  ImGui::SetTooltip("%s %s", text.c_str(), UnitOf(c.geometry.unit).c_str());
+  std::optional<double> sigma;
+  if (!fields_->sigma.empty()) sigma = LuminanceOf(fields_->sigma[field_].field, place);
+  const std::string text = fmt::format(
+      "image i {}, j {}; texel column {}, row {}\nC {} {}", place.i, place.j, place.column,
+      place.row, WithSigma(LuminanceOf(c, place), sigma), UnitOf(c.geometry.unit));
+  ImGui::SetTooltip("%s", text.c_str());
 }
 
 void ImagesPanel::DrawSheet(float width) {

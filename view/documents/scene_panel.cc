@@ -123,8 +123,13 @@ std::optional<SavedView> ScenePanel::DrawViews(const CameraControl& camera, Scen
   const auto& views = editor.edits().views;
   for (std::size_t i = 0; i < views.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
-    if (ImGui::Button(core::OnOneLine(views[i].name).c_str())) chosen = views[i];
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("look from there");
+    const std::string name = core::OnOneLine(views[i].name);
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float forget = ImGui::CalcTextSize("x").x + 2 * style.FramePadding.x,
+                room = ImGui::GetContentRegionAvail().x - forget - style.ItemSpacing.x,
+                wanted = ImGui::CalcTextSize(name.c_str()).x + 2 * style.FramePadding.x;
+    if (ImGui::Button(name.c_str(), ImVec2(std::min(wanted, room), 0))) chosen = views[i];
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("look from there: %s", name.c_str());
     ImGui::SameLine();
     if (ImGui::SmallButton("x")) dropped = i;
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("forget this view");

@@ -7,11 +7,21 @@
 #include <cfloat>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "luxfield/view/picture/profile.h"
 
 namespace luxfield::view {
 namespace {
+
+// What a reading says, a quantity on a line.
+std::string OnLines(std::string described) {
+  constexpr std::string_view kBetween = "  ", kBreak = "\n    ";
+  for (std::size_t at = 0; (at = described.find(kBetween, at)) != std::string::npos;
+       at += kBreak.size())
+    described.replace(at, kBetween.size(), kBreak);
+  return described;
+}
 
 ImVec2 PlotSize() { return {ImGui::GetContentRegionAvail().x, 4 * ImGui::GetFontSize()}; }
 
@@ -35,7 +45,8 @@ void ReadingsPanel::DrawProbes(const Document& document) const {
   for (std::size_t i = 0; i < probes_.size(); ++i)
     if (auto reading = ReadAtPlace(*document.picture(), probes_[i], whole.width, whole.height)) {
       reading->measured_rel_sigma = document.MeasuredRelSigma(*reading);
-      ImGui::TextWrapped("%zu: %s", i + 1, Describe(*reading, document.picture()->unit).c_str());
+      ImGui::TextWrapped("%zu: %s", i + 1,
+                         OnLines(Describe(*reading, document.picture()->unit)).c_str());
     }
 }
 
@@ -90,8 +101,8 @@ void ReadingsPanel::DrawHistogram(const Document& document, const Look& look) {
                                           IM_COL32(240, 228, 66, 255));
   }
   ImGui::TextWrapped("%.3g to %.3g %s, logarithmic", histogram_.min, histogram_.max, unit.c_str());
-  ImGui::TextWrapped("mean %.4g, median %.4g, 99 %% below %.4g", histogram_.mean, histogram_.median,
-                     histogram_.percentile_99);
+  ImGui::TextWrapped("mean %.4g, median %.4g", histogram_.mean, histogram_.median);
+  ImGui::TextWrapped("99 %% below %.4g", histogram_.percentile_99);
   if (histogram_.dark > 0)
     ImGui::TextWrapped("%.3g %% of the pixels are dark", 100 * histogram_.dark);
 }

@@ -56,19 +56,19 @@ std::optional<double> Reading::IlluminanceSigma() const {
   return *illuminance * *luminance_sigma / luminance;
 }
 
+std::string WithSigma(double value, const std::optional<double>& sigma) {
+  if (!sigma || !(*sigma > 0)) return fmt::format("{:.4g}", value);
+  return *sigma < 9.5 ? fmt::format("{:.4g} +- {:.1g}", value, *sigma)
+                      : fmt::format("{:.4g} +- {:.0f}", value, *sigma);
+}
+
 std::string Describe(const Reading& reading, lightfield::FluxUnit unit) {
-  const auto with_sigma = [](double value, const std::optional<double>& sigma) {
-    if (!sigma || !(*sigma > 0)) return fmt::format("{:.4g}", value);
-    // One digit, and all of those before the point.
-    return *sigma < 9.5 ? fmt::format("{:.4g} +- {:.1g}", value, *sigma)
-                        : fmt::format("{:.4g} +- {:.0f}", value, *sigma);
-  };
   std::string text = fmt::format("({}, {})  {} {}", reading.column, reading.row,
-                                 with_sigma(reading.luminance, reading.luminance_sigma),
+                                 WithSigma(reading.luminance, reading.luminance_sigma),
                                  render::RadianceUnitName(unit));
   if (reading.illuminance)
     text += fmt::format("  {} {} (direct light only)",
-                        with_sigma(*reading.illuminance, reading.IlluminanceSigma()),
+                        WithSigma(*reading.illuminance, reading.IlluminanceSigma()),
                         render::IrradianceUnitName(unit));
   if (reading.measured_rel_sigma)
     text += fmt::format("  measured to {:.2g} %", 100 * *reading.measured_rel_sigma);
