@@ -104,6 +104,49 @@ std::string Line(const IsoluxMap& map, const Frame& frame, double level, bool on
                      on_dark ? "#fff" : "#000", level < 0 ? " stroke-dasharray=\"3 2\"" : "");
 }
 
+// Names of marks beside them, where no name before them lies: right or left, above or below, and so
+// on by lines. A name that finds no place overlaps another.
+class Names {
+ public:
+  struct Text {
+    double x = 0, y = 0;  // of its base line
+    bool left = false;    // it ends at x
+  };
+  Text Place(double x, double y, std::size_t letters, bool left_first) {
+    constexpr double kAside = 6, kUp = 5, kHeight = 9, kLetter = 5.4;
+    constexpr int kLines = 4;
+    const double width = kLetter * double(letters);
+    const auto box = [&](const Text& at) {
+      return Box{at.left ? at.x - width : at.x, at.y - kHeight, width, kHeight};
+    };
+    const Text first{left_first ? x - kAside : x + kAside, y - kUp, left_first};
+    Text chosen = first;
+    bool found = false;
+    for (int line = 0; line < kLines && !found; ++line)
+      for (const double dy : {-kUp - line * kHeight, kUp + (line + 0.7) * kHeight})
+        for (const bool left : {left_first, !left_first}) {
+          const Text at{left ? x - kAside : x + kAside, y + dy, left};
+          if (found || IsTaken(box(at))) continue;
+          chosen = at;
+          found = true;
+        }
+    taken_.push_back(box(chosen));
+    return chosen;
+  }
+
+ private:
+  struct Box {
+    double x, y, width, height;
+  };
+  bool IsTaken(const Box& a) const {
+    return std::any_of(taken_.begin(), taken_.end(), [&](const Box& b) {
+      return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height &&
+             b.y < a.y + a.height;
+    });
+  }
+  std::vector<Box> taken_;
+};
+
 // Lines and marks with a dark border around their light middle, on whatever lies below.
 std::string Overlay(const IsoluxMap& map, const Frame& frame) {
   const auto inside = [&](double x, double y) {
@@ -125,7 +168,9 @@ std::string Overlay(const IsoluxMap& map, const Frame& frame) {
       svg += fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"{}/>\n",
                          path, colour, width, line.dashed ? " stroke-dasharray=\"5 4\"" : "");
   }
-  for (const IsoluxMark& mark : map.marks) {
+  Names names;
+  for (std::ptrdiff_t k = 0; k < std::ssize(map.marks); ++k) {
+    const IsoluxMark& mark = map.marks[k];
     if (!inside(mark.x, mark.y)) continue;
     const double x = frame.X(map, mark.x), y = frame.Y(map, mark.y);
     for (const auto& [colour, stroke] : {std::pair{"#000", 3.4}, {"#fff", 1.6}})
@@ -138,11 +183,16 @@ std::string Overlay(const IsoluxMap& map, const Frame& frame) {
                        "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\" fill=\"none\" "
                        "stroke=\"{}\" stroke-width=\"{}\"/>\n",
                        x, y, colour, stroke);
-    const bool left = x > kLeft + 0.85 * frame.width;
+    const auto is_named = [&](const IsoluxMark& other) {
+      return other.x == mark.x && other.y == mark.y && other.text == mark.text;
+    };
+    if (std::find_if(map.marks.begin(), map.marks.end(), is_named) != map.marks.begin() + k)
+      continue;
+    const auto text = names.Place(x, y, mark.text.size(), x > kLeft + 0.85 * frame.width);
     svg += fmt::format(
         "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"9\" text-anchor=\"{}\" fill=\"#fff\" "
         "stroke=\"#000\" stroke-width=\"2.2\" paint-order=\"stroke\">{}</text>\n",
-        left ? x - 6 : x + 6, y - 5, left ? "end" : "start", EscapeXml(mark.text));
+        text.x, text.y, text.left ? "end" : "start", EscapeXml(mark.text));
   }
   return svg;
 }

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <sstream>
+#include <vector>
 
 #include "luxfield/cli/pdf/pdf_document.h"
 #include "luxfield/cli/pdf/svg_on_cairo.h"
@@ -102,6 +104,33 @@ TEST(Pdf, PagesAreNumberedAndTablesBreak) {
   EXPECT_THAT(text.str(), testing::StartsWith("%PDF-"));
   EXPECT_THAT(text.str(), testing::HasSubstr("/Count 3"));
   std::filesystem::remove(file);
+}
+
+// Letters of 9 pixels are some 5.4 wide and 9 high. Limits of one point have one name.
+TEST(PlotInPdf, NamesOfMarksDoNotLieOnEachOther) {
+  IsoluxMap map = Map();
+  map.marks.clear();
+  for (const char* text : {"Segment 50", "50L", "50L", "50V", "75R", "Zone III"})
+    map.marks.push_back({0.5, 0.5, text, false});
+  const std::string svg = SvgIsolux(map);
+  const std::regex name(
+      "<text x=\"([0-9.]+)\" y=\"([0-9.]+)\" font-size=\"9\" text-anchor=\"(start|end)\" "
+      "fill=\"#fff\"[^>]*>([^<]*)<");
+  struct Box {
+    double left, right, base;
+  };
+  std::vector<Box> boxes;
+  for (std::sregex_iterator one(svg.begin(), svg.end(), name), none; one != none; ++one) {
+    const double x = std::stod((*one)[1]), width = 5.4 * double((*one)[4].length());
+    const double left = (*one)[3] == "end" ? x - width : x;
+    boxes.push_back({left, left + width, std::stod((*one)[2])});
+  }
+  ASSERT_EQ(boxes.size(), 5u);
+  for (std::size_t a = 0; a < boxes.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      EXPECT_TRUE(boxes[a].right <= boxes[b].left + 0.1 || boxes[b].right <= boxes[a].left + 0.1 ||
+                  std::abs(boxes[a].base - boxes[b].base) >= 8.9)
+          << a << ' ' << b;
 }
 
 }  // namespace
