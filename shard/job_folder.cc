@@ -172,7 +172,7 @@ std::filesystem::path FailureFile(const std::filesystem::path& folder, const Pla
 std::vector<std::filesystem::path> PieceFiles(const std::filesystem::path& folder,
                                               const PlannedShard& shard, const Task& task) {
   std::vector<std::filesystem::path> files;
-  for (const std::string& ending : task.Endings())
+  for (const std::string& ending : task.Endings(shard.first, shard.last))
     files.push_back(ShardsFolder(folder) / (shard.name + ending));
   return files;
 }

@@ -18,7 +18,7 @@ class MergeTask : public Task {
   int Length() const override;
   std::vector<std::filesystem::path> Inputs() const override;
   core::Json Whole() const override { return core::Json::object(); }
-  std::vector<std::string> Endings() const override { return {".exr"}; }
+  std::vector<std::string> Endings(int, int) const override { return {".exr"}; }
   core::Json Run(const core::Json& whole, int first, int last,
                  std::span<const std::filesystem::path> files) const override;
   void Join(const core::Json& whole, std::span<const Piece> pieces) const override;

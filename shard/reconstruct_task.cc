@@ -85,7 +85,7 @@ std::vector<std::filesystem::path> ReconstructTask::Outputs() const {
   return {files_.output, files_.sigma};
 }
 
-std::vector<std::string> ReconstructTask::Endings() const {
+std::vector<std::string> ReconstructTask::Endings(int, int) const {
   if (files_.sigma.empty()) return {".exr"};
   return {".exr", ".sigma.exr"};
 }

@@ -26,7 +26,7 @@ class ReconstructTask : public Task {
   int Length() const override;
   std::vector<std::filesystem::path> Inputs() const override;
   core::Json Whole() const override;
-  std::vector<std::string> Endings() const override;
+  std::vector<std::string> Endings(int first, int last) const override;
   core::Json Run(const core::Json& whole, int first, int last,
                  std::span<const std::filesystem::path> files) const override;
   void Join(const core::Json& whole, std::span<const Piece> pieces) const override;

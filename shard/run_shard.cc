@@ -39,7 +39,7 @@ Manifest Do(const std::filesystem::path& folder, const Job& job, const Task& tas
   RequireInputs(job);
   const ScratchFolder scratch(folder, number);
   std::vector<std::filesystem::path> written;
-  for (const std::string& ending : task.Endings())
+  for (const std::string& ending : task.Endings(shard.first, shard.last))
     written.push_back(scratch.path() / (shard.name + ending));
   Manifest manifest;
   manifest.figures = task.Run(job.whole, shard.first, shard.last, written);

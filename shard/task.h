@@ -33,8 +33,8 @@ class Task {
   // inputs' SHA-256 as "inputs_sha256" and keeps it.
   virtual core::Json Whole() const = 0;
 
-  // A piece consists of files of these endings.
-  virtual std::vector<std::string> Endings() const = 0;
+  // A piece, of first to last - 1, consists of files of these endings.
+  virtual std::vector<std::string> Endings(int first, int last) const = 0;
   // Does first to last - 1 and writes `files`, one of each ending. Throws what the verb throws.
   virtual core::Json Run(const core::Json& whole, int first, int last,
                          std::span<const std::filesystem::path> files) const = 0;

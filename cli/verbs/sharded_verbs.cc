@@ -10,6 +10,7 @@
 #include <set>
 
 #include "luxfield/cli/program.h"
+#include "luxfield/cli/verbs/render_task.h"
 #include "luxfield/cli/verbs/verb_merge.h"
 #include "luxfield/cli/verbs/verb_reconstruct.h"
 #include "luxfield/core/error.h"
@@ -65,15 +66,35 @@ Make AddReconstructTask(CLI::App& app) {
   };
 }
 
+Make AddRenderTask(CLI::App& app) {
+  auto options = std::make_shared<RenderVerbOptions>();
+  auto seed = std::make_shared<std::uint64_t>(1);
+  AddRenderOptions(app, options);
+  app.add_option("--seed", *seed, "Of the samples");
+  return [options, seed](int threads) {
+    return std::make_unique<RenderTask>(SetUpRender(*options, *seed), threads);
+  };
+}
+
 const std::vector<ShardedVerb>& ShardedVerbs() {
   constexpr const char* kSums = "takes sums over all texels";
+  constexpr const char* kOnePicture = "is for one picture";
   static const std::vector<ShardedVerb> verbs = {
       {"merge",
        {"calibration", "flat-field"},
        {{"exposure", "is for pictures, which are merged as a whole"}},
        false,
        AddMergeTask},
-      {"reconstruct", {"filter", "sigma"}, {{"regularise", kSums}}, true, AddReconstructTask}};
+      {"reconstruct", {"filter", "sigma"}, {{"regularise", kSums}}, true, AddReconstructTask},
+      {"render",
+       {"sequence", "light-field", "tables", "png", "radiance-map", "irradiance-map"},
+       {{"error", kOnePicture},
+        {"time", kOnePicture},
+        {"reference", kOnePicture},
+        {"display", "shows pictures as they are made"},
+        {"resume", "is what shards do anyway"}},
+       false,
+       AddRenderTask}};
   return verbs;
 }
 
@@ -104,8 +125,10 @@ void AddOption(const shard::JobFile& job, const ShardedVerb& verb, const CLI::Op
     if (values[0] == "true") words.push_back("--" + name);
     return;
   }
+  const bool together = option.get_items_expected_min() > 1;
+  if (together) words.push_back("--" + name);
   for (const std::string& value : values) {
-    words.push_back("--" + name);
+    if (!together) words.push_back("--" + name);
     words.push_back(verb.paths.contains(name) ? WithPath(job, value) : value);
   }
 }

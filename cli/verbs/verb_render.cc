@@ -13,41 +13,25 @@
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/cli/verbs/png_options.h"
+#include "luxfield/cli/verbs/render_sequence.h"
+#include "luxfield/cli/verbs/verb_render.h"
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/outputs.h"
-#include "luxfield/core/progress.h"
-#include "luxfield/core/stopwatch.h"
 #include "luxfield/render/accuracy/accuracy.h"
 #include "luxfield/render/accuracy/picture_noise.h"
 #include "luxfield/render/accuracy/soft_maps_error.h"
 #include "luxfield/render/film/display.h"
 #include "luxfield/render/film/film.h"
 #include "luxfield/render/lights/shadow_maps.h"
-#include "luxfield/render/picture_sequence.h"
-#include "luxfield/render/renderer.h"
-#include "luxfield/scene/motion_path.h"
 #include "luxfield/scene/named_view.h"
 
 namespace luxfield::cli {
 namespace {
 
-struct Options {
-  std::string scene, view, sequence, output, radiance_map, irradiance_map, display, device;
-  PngOptions png;
-  std::vector<std::string> light_fields, tables, knobs;
-  std::optional<int> width, height, antialias;
-  std::vector<double> scale;
-  render::RenderOptions render;
-  std::string shadows = render::ShadowsName(render::Shadows::kTraced);
-  std::string error, time, reference;  // "0.5%", "40ms", a picture
-  bool estimator_given = false, samples_given = false, approximation_given = false,
-       shadow_map_given = false;
-};
-
 // Chosen estimator and samples for an error or a time asked for.
-render::AccurateFrame RenderToTarget(render::LitScene& scene, const Options& options) {
+render::AccurateFrame RenderToTarget(render::LitScene& scene, const RenderVerbOptions& options) {
   if (options.samples_given)
     throw InputError("--spp contradicts --error and --time, which choose the samples; drop one");
   render::AccuracyRequest request;
@@ -60,7 +44,7 @@ render::AccurateFrame RenderToTarget(render::LitScene& scene, const Options& opt
   return render::RenderToAccuracy(scene, request);
 }
 
-core::Json Describe(const render::AccurateFrame& result, const Options& options) {
+core::Json Describe(const render::AccurateFrame& result, const RenderVerbOptions& options) {
   core::Json considered = core::Json::array();
   for (const auto& setting : result.considered)
     considered.push_back({{"estimator", setting.estimator},
@@ -101,9 +85,102 @@ std::map<std::string, std::filesystem::path> ParseAssignments(
   return assignments;
 }
 
-// The files that the options name.
-void WritePictures(const render::Frame& frame, const Options& options) {
-  render::WriteFrame(options.output, frame);
+core::Json DescribeSoftMaps(const render::SoftMapsError& error) {
+  fmt::print(
+      "  soft shadow maps      {:.2g} % relative RMSE, {:.2g} mean Lab against traced shadows, "
+      "at a small picture\n",
+      100 * error.rel_error, error.mean_lab);
+  return {{"rel_rmse", error.rel_error}, {"mean_lab", error.mean_lab}};
+}
+
+// The estimators of luminaires that read a knob (KnobHelp); none of the knobs of other lights.
+std::vector<std::string> ReadersOf(const std::string& knob) {
+  if (knob == "basis-share") return {"windowed"};
+  if (knob == "brdf-share") return {"windowed", "cells"};
+  for (const char* of_thesis : {"allocation", "inversion", "depth", "correlation", "sequence"})
+    if (knob == of_thesis) return {"thesis"};
+  return {};
+}
+
+// Settings that the picture would not depend on, as it is made otherwise, or that leave a light out.
+void RefuseUnread(const RenderVerbOptions& options, const scene::Scene& scene) {
+  const bool chosen = (!options.error.empty() || !options.time.empty()) && !options.estimator_given;
+  const auto refuse = [&](const std::string& option, const std::vector<std::string>& readers) {
+    const auto& estimator = options.render.estimator;
+    if (chosen || std::find(readers.begin(), readers.end(), estimator) != readers.end()) return;
+    throw InputError(fmt::format("{} is read by --estimator {} and not by {}; drop it or choose {}",
+                                 option, fmt::join(readers, " and "), estimator,
+                                 readers.size() == 1 ? "that" : "one of them"));
+  };
+  for (const std::string& knob : options.knobs) {
+    const std::string name = knob.substr(0, knob.find('='));
+    if (const auto readers = ReadersOf(name); !readers.empty()) refuse("--knob " + name, readers);
+    if (name.starts_with("environment-") && !scene.environment)
+      throw InputError(options.scene,
+                       fmt::format("has no environment, which --knob {} is of", name), "drop it");
+  }
+  if (options.approximation_given) refuse("--approximation-error", {"volume", "gloss"});
+  if (options.shadow_map_given && (options.shadows == "none" || options.shadows == "traced"))
+    throw InputError(fmt::format(
+        "--shadow-map-size is read with --shadows maps, thesis-maps or soft-maps and not with {}; "
+        "drop it or choose one of them",
+        options.shadows));
+  if (options.render.knobs.strategies.strategies == render::Strategies::kBrdf)
+    for (const scene::ClassicalLight& light : scene.classical_lights)
+      if (light.model != scene::ClassicalModel::kArea)
+        throw InputError(options.scene,
+                         fmt::format("the luminaire '{}' is no area, which no sample that follows "
+                                     "the BRDF meets",
+                                     light.name),
+                         "choose --knob strategies= other than brdf");
+  if (!options.scale.empty() && options.radiance_map.empty() && options.irradiance_map.empty())
+    throw InputError(
+        "--scale is of --radiance-map and --irradiance-map; give one of them, or drop it");
+}
+
+// Pictures to look at have smooth edges, where there are samples for it of two strata of lights
+// (many_lights.h).
+int UsualAntialias(const RenderVerbOptions& options) {
+  constexpr int kStrata = 2;
+  const bool smooth = !options.png.png.empty() &&
+                      options.render.samples_per_pixel >= kStrata * render::kSmoothAntialias;
+  return smooth ? render::kSmoothAntialias : 1;
+}
+
+core::Json Run(const RenderVerbOptions& given, const Common& common) {
+  RenderSetUp set_up = SetUpRender(given, common.seed.value_or(1));
+  RenderVerbOptions& options = set_up.options;
+  const render::Device device = render::Device::Open(options.device, common.threads);
+  if (FrameCount(set_up) > 0) return RenderSequence(device, std::move(set_up));
+  if (options.resume)
+    throw InputError(options.scene, "makes one picture, and --resume is for a sequence of frames",
+                     "drop it, or give --sequence");
+  render::LitScene lit(device, std::move(set_up.scene));
+  std::optional<core::Image> reference;
+  if (!options.reference.empty()) reference = core::ReadExrImage(options.reference);
+  std::optional<render::AccurateFrame> accurate;
+  if (!options.error.empty() || !options.time.empty()) {
+    accurate = RenderToTarget(lit, options);
+    options.render.estimator = accurate->chosen.estimator;
+  }
+  const render::Frame frame =
+      accurate ? accurate->frame : render::Renderer(lit, options.render).Render();
+  WritePictures(frame, options);
+  core::Json json = Describe(frame, options, device.info().name);
+  if (accurate) json["accuracy"] = Describe(*accurate, options);
+  if (options.render.shadows == render::Shadows::kSoftMaps)
+    json["soft_maps"] = DescribeSoftMaps(render::MeasureSoftMaps(lit, options.render));
+  if (reference) {
+    const double error = render::LuminanceError(frame.radiance, *reference);
+    json["true_rel_rmse"] = error;
+    fmt::print("  true error            {:.3g} % against {}\n", 100 * error, options.reference);
+  }
+  return json;
+}
+
+}  // namespace
+
+void WritePictures(const render::Frame& frame, const RenderVerbOptions& options) {
   WritePng(options.png, frame.radiance);
   render::FalseColourScale scale;
   if (!options.scale.empty()) scale = {options.scale[0], options.scale[1]};
@@ -116,11 +193,13 @@ void WritePictures(const render::Frame& frame, const Options& options) {
         options.irradiance_map, frame.irradiance,
         frame.unit == lightfield::FluxUnit::kLumen ? "illuminance" : "irradiance",
         render::IrradianceUnitName(frame.unit), scale);
+  render::WriteFrame(options.output, frame);  // last: where it is, all are (RenderedSequence)
   if (!options.display.empty())
     render::Display(options.display).Show(options.output, frame.radiance);
 }
 
-core::Json Describe(const render::Frame& frame, const Options& options, const std::string& device) {
+core::Json Describe(const render::Frame& frame, const RenderVerbOptions& options,
+                    const std::string& device) {
   double samples = 0, radiance = 0, lowest = 0;
   std::size_t negative = 0;
   for (std::size_t k = 0; k < frame.samples.data.size(); ++k) {
@@ -164,110 +243,7 @@ core::Json Describe(const render::Frame& frame, const Options& options, const st
   return json;
 }
 
-core::Json DescribeSoftMaps(const render::SoftMapsError& error) {
-  fmt::print(
-      "  soft shadow maps      {:.2g} % relative RMSE, {:.2g} mean Lab against traced shadows, "
-      "at a small picture\n",
-      100 * error.rel_error, error.mean_lab);
-  return {{"rel_rmse", error.rel_error}, {"mean_lab", error.mean_lab}};
-}
-
-// X.exr of frame 7 is X_0007.exr.
-std::string Numbered(const std::string& name, std::size_t frame) {
-  if (name.empty()) return name;
-  const std::filesystem::path path(name);
-  return (path.parent_path() /
-          fmt::format("{}_{:04}{}", path.stem().string(), frame, path.extension().string()))
-      .string();
-}
-
-// Every frame as a picture of its own.
-core::Json RenderSequence(render::LitScene& scene, const Options& options,
-                          std::vector<scene::Placement> placements) {
-  for (const auto& [option, value] :
-       {std::pair{"--error", options.error}, std::pair{"--time", options.time},
-        std::pair{"--reference", options.reference}})
-    if (!value.empty())
-      throw InputError(options.scene,
-                       options.sequence.empty() ? "its environment is a sequence of frames"
-                                                : "is rendered as a sequence of frames",
-                       fmt::format("drop {}, which is for one picture", option));
-  render::PictureSequence sequence(scene,
-                                   {options.render, options.sequence, std::move(placements)});
-  core::Progress progress("frames", sequence.frame_count());
-  core::Json frames = core::Json::array();
-  const core::Stopwatch stopwatch;
-  for (std::size_t n = 0; n < sequence.frame_count(); ++n) {
-    Options numbered = options;
-    for (std::string* name :
-         {&numbered.output, &numbered.png.png, &numbered.radiance_map, &numbered.irradiance_map})
-      *name = Numbered(*name, n);
-    const render::Frame frame = sequence.Render(n);
-    WritePictures(frame, numbered);
-    core::PutOutputsInPlace();
-    frames.push_back(Describe(frame, numbered, scene.device().info().name));
-    progress.Advance();
-  }
-  const double fps = static_cast<double>(frames.size()) / stopwatch.WallSeconds();
-  fmt::print("{} frames, {:.3g} a second with reading, tables and files\n", frames.size(), fps);
-  return {{"frames", frames}, {"fps", fps}};
-}
-
-// The estimators of luminaires that read a knob (KnobHelp); none of the knobs of other lights.
-std::vector<std::string> ReadersOf(const std::string& knob) {
-  if (knob == "basis-share") return {"windowed"};
-  if (knob == "brdf-share") return {"windowed", "cells"};
-  for (const char* of_thesis : {"allocation", "inversion", "depth", "correlation", "sequence"})
-    if (knob == of_thesis) return {"thesis"};
-  return {};
-}
-
-// Settings that the picture would not depend on, as it is made otherwise, or that leave a light out.
-void RefuseUnread(const Options& options, const scene::Scene& scene) {
-  const bool chosen = (!options.error.empty() || !options.time.empty()) && !options.estimator_given;
-  const auto refuse = [&](const std::string& option, const std::vector<std::string>& readers) {
-    const auto& estimator = options.render.estimator;
-    if (chosen || std::find(readers.begin(), readers.end(), estimator) != readers.end()) return;
-    throw InputError(fmt::format("{} is read by --estimator {} and not by {}; drop it or choose {}",
-                                 option, fmt::join(readers, " and "), estimator,
-                                 readers.size() == 1 ? "that" : "one of them"));
-  };
-  for (const std::string& knob : options.knobs) {
-    const std::string name = knob.substr(0, knob.find('='));
-    if (const auto readers = ReadersOf(name); !readers.empty()) refuse("--knob " + name, readers);
-    if (name.starts_with("environment-") && !scene.environment)
-      throw InputError(options.scene,
-                       fmt::format("has no environment, which --knob {} is of", name), "drop it");
-  }
-  if (options.approximation_given) refuse("--approximation-error", {"volume", "gloss"});
-  if (options.shadow_map_given && (options.shadows == "none" || options.shadows == "traced"))
-    throw InputError(fmt::format(
-        "--shadow-map-size is read with --shadows maps, thesis-maps or soft-maps and not with {}; "
-        "drop it or choose one of them",
-        options.shadows));
-  if (options.render.knobs.strategies.strategies == render::Strategies::kBrdf)
-    for (const scene::ClassicalLight& light : scene.classical_lights)
-      if (light.model != scene::ClassicalModel::kArea)
-        throw InputError(options.scene,
-                         fmt::format("the luminaire '{}' is no area, which no sample that follows "
-                                     "the BRDF meets",
-                                     light.name),
-                         "choose --knob strategies= other than brdf");
-  if (!options.scale.empty() && options.radiance_map.empty() && options.irradiance_map.empty())
-    throw InputError(
-        "--scale is of --radiance-map and --irradiance-map; give one of them, or drop it");
-}
-
-// Pictures to look at have smooth edges, where there are samples for it of two strata of lights
-// (many_lights.h).
-int UsualAntialias(const Options& options) {
-  constexpr int kStrata = 2;
-  const bool smooth = !options.png.png.empty() &&
-                      options.render.samples_per_pixel >= kStrata * render::kSmoothAntialias;
-  return smooth ? render::kSmoothAntialias : 1;
-}
-
-core::Json Run(Options options, const Common& common) {
+RenderSetUp SetUpRender(RenderVerbOptions options, std::uint64_t seed) {
   RequireExtension(options.output, ".exr", "--output");
   CheckPngOptions(options.png);
   for (const auto* png : {&options.radiance_map, &options.irradiance_map})
@@ -278,7 +254,7 @@ core::Json Run(Options options, const Common& common) {
   overrides.width = options.width;
   overrides.height = options.height;
   options.render.shadows = render::ShadowsFromName(options.shadows);
-  options.render.seed = common.seed.value_or(1);
+  options.render.seed = seed;
   options.render.antialias = options.antialias.value_or(UsualAntialias(options));
   for (const auto& knob : options.knobs) options.render.knobs.Set(knob);
   options.render.Validate();
@@ -290,38 +266,10 @@ core::Json Run(Options options, const Common& common) {
   std::vector<scene::Placement> placements;
   if (!options.sequence.empty())
     placements = scene::PlacementsOf(scene::ReadMotionPath(options.sequence), scene);
-  const render::Device device = render::Device::Open(options.device, common.threads);
-  render::LitScene lit(device, std::move(scene));
-  if (lit.frame_count() > 1 || !placements.empty())
-    return RenderSequence(lit, options, std::move(placements));
-  std::optional<core::Image> reference;
-  if (!options.reference.empty()) reference = core::ReadExrImage(options.reference);
-  std::optional<render::AccurateFrame> accurate;
-  if (!options.error.empty() || !options.time.empty()) {
-    accurate = RenderToTarget(lit, options);
-    options.render.estimator = accurate->chosen.estimator;
-  }
-  const render::Frame frame =
-      accurate ? accurate->frame : render::Renderer(lit, options.render).Render();
-  WritePictures(frame, options);
-  core::Json json = Describe(frame, options, device.info().name);
-  if (accurate) json["accuracy"] = Describe(*accurate, options);
-  if (options.render.shadows == render::Shadows::kSoftMaps)
-    json["soft_maps"] = DescribeSoftMaps(render::MeasureSoftMaps(lit, options.render));
-  if (reference) {
-    const double error = render::LuminanceError(frame.radiance, *reference);
-    json["true_rel_rmse"] = error;
-    fmt::print("  true error            {:.3g} % against {}\n", 100 * error, options.reference);
-  }
-  return json;
+  return {std::move(options), std::move(scene), std::move(placements)};
 }
 
-}  // namespace
-
-void AddRender(Program& program) {
-  auto options = std::make_shared<Options>();
-  CLI::App& verb = program.AddVerb(
-      "render", [options, &program]() -> core::Json { return Run(*options, program.common()); });
+void AddRenderOptions(CLI::App& verb, const std::shared_ptr<RenderVerbOptions>& options) {
   std::vector<std::string> names;
   std::string guarantees;
   for (const auto& traits : render::EstimatorList()) {
@@ -341,6 +289,8 @@ void AddRender(Program& program) {
                   "A path.toml by which camera and lamps move: writes a picture of each of its "
                   "frames, X_0000.exr, X_0001.exr ...")
       ->check(InputFile({core::FileKind::kMotionPath}));
+  verb.add_flag("--resume", options->resume,
+                "Of a sequence: keep the frames that are there and were made of the same");
   verb.add_option("-o,--output", options->output, "The EXR to write: radiance and AOVs")
       ->required()
       ->check(OutputFile());
@@ -409,6 +359,15 @@ void AddRender(Program& program) {
       ->expected(2);
   verb.add_option("--display", options->display,
                   "Show the picture in a running tev viewer at host:port");
+}
+
+void AddRender(Program& program) {
+  auto options = std::make_shared<RenderVerbOptions>();
+  AddRenderOptions(program.AddVerb("render",
+                                   [options, &program]() -> core::Json {
+                                     return Run(*options, program.common());
+                                   }),
+                   options);
 }
 
 }  // namespace luxfield::cli

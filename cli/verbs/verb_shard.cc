@@ -187,7 +187,7 @@ void AddShard(Program& program) {
   CLI::App& group = program.AddGroup(VerbNamed("shard"));
   auto options = std::make_shared<Options>();
   CLI::App& plan = program.AddVerb(
-      group, "plan", "Cut a job into shards: merge or reconstruct, as job.toml says",
+      group, "plan", "Cut a job into shards: merge, reconstruct or render, as job.toml says",
       [options, &program] { return Plan(*options, program.common().threads); });
   plan.add_option("JOB", options->job_file, "The job.toml")->required();
   plan.add_option("-o,--output", options->folder, "The folder to make of it")->required();

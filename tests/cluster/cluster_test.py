@@ -8,6 +8,8 @@ Exits with 77 where Slurm cannot run, and says why."""
 
 import argparse
 import collections
+import itertools
+import json
 import os
 import pathlib
 import random
@@ -95,10 +97,11 @@ class Killer:
         self.done[kind] += 1
 
 
-def finish(luxfield, cluster, folder, job, output, killer, kills, generator):
-    """Submits until the output is there; strikes meanwhile until so many kills are done."""
+def finish(luxfield, cluster, folder, job, outputs, killer, kills, generator):
+    """Submits until the outputs are there; strikes meanwhile, so many times at most."""
     submissions, refused, end = 0, 0, time.monotonic() + PATIENCE_S
-    while not output.exists():
+    kills += sum(killer.done.values())
+    while not all(output.exists() for output in outputs):
         if time.monotonic() > end:
             raise RuntimeError(f"{job}: not gathered in {PATIENCE_S} s: "
                                + must([luxfield, "shard", "status", job], folder) + cluster.describe())
@@ -119,6 +122,49 @@ def finish(luxfield, cluster, folder, job, output, killer, kills, generator):
     return submissions
 
 
+# Verb, input, output of the verb itself, files of it, shards, options.
+JOBS = (("merge", "s", "one.meas.exr", ["one.meas.exr"], 10, {}),
+        ("reconstruct", "one.meas.exr", "one.lf.exr", ["one.lf.exr"], 8, {}),
+        ("render", "room.toml", "one.exr", [f"one_000{n}.exr" for n in range(6)], 6,
+         {"sequence": "path.toml", "spp": 8}))
+MOST_KILLS = 12  # of one job
+
+
+def write_inputs(luxfield, folder):
+    """What the jobs read, and what the verbs themselves write."""
+    (folder / "room.toml").write_text(
+        '[camera]\nposition = [0, -4, 2]\nlook_at = [0, 0, 0]\nwidth = 48\nheight = 32\n'
+        '[[material]]\nname = "grey"\nalbedo = [0.5, 0.5, 0.5]\n'
+        '[[quad]]\ncorner = [-3, -3, 0]\nedge_u = [6, 0, 0]\nedge_v = [0, 6, 0]\nmaterial = "grey"\n'
+        '[[luminaire]]\nname = "lamp"\nfile = "one.lf.exr"\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\n'
+        'up = [0, 1, 0]\n')
+    (folder / "path.toml").write_text(
+        'frames_per_s = 5\nduration_s = 1\n[[luminaire]]\nname = "lamp"\n[[luminaire.key]]\nt_s = 0\n'
+        'position = [0, 0, 1]\n[[luminaire.key]]\nt_s = 1\nposition = [0.5, 0, 1.5]\n')
+    must([luxfield, "capture", ROOT / "data/plans/small.toml", "s", "--lab", ROOT / "data/labs/small.toml", "--quiet"],
+         folder)
+    for verb, source, output, _, _, options in JOBS:
+        words = [word for name, value in options.items() for word in (f"--{name}", value)]
+        must([luxfield, verb, source, "-o", output, *words, "--quiet"], folder)
+
+
+def do(luxfield, cluster, folder, number, job, killer, kills, generator):
+    """Plans the job, has it done while things are killed, and compares what is gathered."""
+    verb, source, output, files, shards, options = job
+    name = f"{verb}{number}"
+    (folder / f"{name}.toml").write_text(
+        f'[job]\nverb = "{verb}"\ninput = "{source}"\noutput = "{name}{output[3:]}"\nshards = {shards}\n[options]\n'
+        + "".join(f"{option} = {json.dumps(value)}\n" for option, value in options.items()))
+    must([luxfield, "shard", "plan", f"{name}.toml", "-o", name], folder)
+    gathered = [folder / (name + file[3:]) for file in files]
+    submissions = finish(luxfield, cluster, folder, name, gathered, killer, kills, generator)
+    for one, file in zip(gathered, files):
+        if one.read_bytes() != (folder / file).read_bytes():
+            raise RuntimeError(f"{name}: the bytes of {one.name} are not those of the verb itself")
+    print(f"{verb}: {shards} shards, submitted {submissions} times, equal to the byte; killed so far: "
+          f"{dict(killer.done)}", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("luxfield", type=pathlib.Path)
@@ -132,26 +178,18 @@ def main():
     generator = random.Random(options.seed)
     with tempfile.TemporaryDirectory(prefix="luxfield-cluster.") as name:
         folder = pathlib.Path(name)
-        must([luxfield, "capture", ROOT / "data/plans/small.toml", "s", "--lab", ROOT / "data/labs/small.toml", "--quiet"],
-             folder)
-        must([luxfield, "merge", "s", "-o", "one.meas.exr", "--quiet"], folder)
-        must([luxfield, "reconstruct", "one.meas.exr", "-o", "one.lf.exr", "--quiet"], folder)
+        write_inputs(luxfield, folder)
         cluster = loopback_slurm.Cluster(folder / "slurm")
         try:
             cluster.start()
             killer = Killer(cluster, folder, generator)
-            jobs = (("merge", "s", "one.meas.exr", 10), ("reconstruct", "one.meas.exr", "one.lf.exr", 8))
-            for number, (verb, source, whole, shards) in enumerate(jobs):
-                output = folder / ("job" + whole[3:])
-                (folder / f"{verb}.toml").write_text(
-                    f'[job]\nverb = "{verb}"\ninput = "{source}"\noutput = "{output.name}"\nshards = {shards}\n')
-                must([luxfield, "shard", "plan", f"{verb}.toml", "-o", verb], folder)
-                kills = options.kills * (number + 1) // len(jobs)
-                submissions = finish(luxfield, cluster, folder, verb, output, killer, kills, generator)
-                if output.read_bytes() != (folder / whole).read_bytes():
-                    raise RuntimeError(f"{verb}: the gathered bytes are not those of the verb itself")
-                print(f"{verb}: {shards} shards, submitted {submissions} times, equal to the byte; killed so far: "
-                      f"{dict(killer.done)}", flush=True)
+            for number in itertools.count():
+                left = options.kills - sum(killer.done.values())
+                if number >= len(JOBS) and left <= 0:
+                    break
+                jobs_left = max(1, len(JOBS) - number)
+                kills = min(MOST_KILLS, -(-left // jobs_left))
+                do(luxfield, cluster, folder, number, JOBS[number % len(JOBS)], killer, kills, generator)
         finally:
             cluster.stop()
             for node in loopback_slurm.NODES:

@@ -5,6 +5,7 @@ one machine; and what it says to jobs that cannot be. Usage: verbs_test.py LUXFI
 import json
 import pathlib
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -88,6 +89,81 @@ class Shards(unittest.TestCase):
         must(folder, "shard", "submit", "sigma", "--engine", "local", "--quiet")
         for ending in (".lf.exr", ".sigma.lf.exr"):
             self.assertEqual((folder / ("a" + ending)).read_bytes(), (folder / ("b" + ending)).read_bytes(), ending)
+
+    def write_room(self):
+        """room.toml, a textured floor and a lamp under a sky of four frames, and path.toml, which moves the lamp."""
+        folder = self.folder
+        must(folder, "reconstruct", "s.meas.exr", "-o", "lamp.lf.exr", "--quiet")
+        shutil.rmtree(folder / "sky", ignore_errors=True)
+        must(folder, "sky", "-o", "sky", "--latitude", "48", "--longitude", "12", "--date", "2024-06-21", "--day",
+             "--frames", "4", "--height", "32", "--quiet")
+        (folder / "floor.mtl").write_text("newmtl floor\nKd 0.5 0.4 0.3\n")
+        (folder / "floor.obj").write_text(
+            "mtllib floor.mtl\nv -3 -3 0\nv 3 -3 0\nv 3 3 0\nv -3 3 0\nusemtl floor\nf 1 2 3 4\n")
+        (folder / "room.toml").write_text(
+            '[camera]\nposition = [0, -4, 2]\nlook_at = [0, 0, 0]\nwidth = 32\nheight = 24\n'
+            '[[mesh]]\nfile = "floor.obj"\n[environment]\nfile = "sky"\nscale = 1e-4\n'
+            '[[luminaire]]\nname = "lamp"\nfile = "lamp.lf.exr"\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\n'
+            'up = [0, 1, 0]\n')
+        (folder / "path.toml").write_text(
+            'frames_per_s = 3\nduration_s = 1\n[[luminaire]]\nname = "lamp"\n[[luminaire.key]]\nt_s = 0\n'
+            'position = [0, 0, 1]\n[[luminaire.key]]\nt_s = 1\nposition = [0.5, 0, 1.5]\n')
+
+    def test_render(self):
+        folder = self.folder
+        self.write_room()
+        endings = [f"_{frame:04}{kind}" for frame in range(4) for kind in (".exr", ".png", "_map.png")]
+        names = ["-o", "one.exr", "--png", "one.png", "--irradiance-map", "one_map.png"]
+
+        def name(stem, ending):  # X_map.png of frame 2 is X_map_0002.png
+            return stem + ("_map" + ending.replace("_map", "") if "_map" in ending else ending)
+
+        must(folder, "render", "room.toml", *names, "--sequence", "path.toml", "--spp", "8", "--seed", "5", "--scale",
+             "0.1", "1000", "--quiet")
+        write_job(folder, "film.toml", "render", "room.toml", "film.exr", 3,
+                  'sequence = "path.toml"\nspp = 8\nseed = 5\npng = "film.png"\nirradiance-map = "film_map.png"\n'
+                  'scale = [0.1, 1000]')
+        must(folder, "shard", "plan", "film.toml", "-o", "film")
+        must(folder, "shard", "submit", "film", "--engine", "local", "--quiet")
+        for ending in endings:
+            self.assertEqual((folder / name("one", ending)).read_bytes(), (folder / name("film", ending)).read_bytes(),
+                             ending)
+        # The job's figures follow from what the scene leads to as well.
+        (folder / "floor.mtl").write_text("newmtl floor\nKd 0.5 0.4 0.2\n")
+        next((folder / "film/shards").glob("0001-*.0001.exr")).unlink()
+        changed = run(folder, "shard", "run", "film", "1")
+        self.assertEqual(changed.returncode, 2, changed.stderr)
+        self.assertIn("room.toml: its meshes, textures or frames have changed", changed.stderr)
+
+    def test_render_resumes(self):
+        folder = self.folder
+        self.write_room()
+        words = ["render", "room.toml", "-o", "day.exr", "--png", "day.png", "--spp", "8", "--quiet", "--json",
+                 "day.json"]
+
+        def kept(*more):
+            must(folder, *words, *more)
+            return [frame.get("kept", False) for frame in json.loads((folder / "day.json").read_text())["frames"]]
+
+        self.assertEqual(kept(), [False] * 4)
+        frames = [(folder / f"day_{frame:04}.exr").read_bytes() for frame in range(4)]
+        self.assertEqual(kept("--resume"), [True] * 4)
+        (folder / "day_0001.exr").write_bytes(frames[1][:-100])
+        (folder / "day_0002.png").unlink()
+        self.assertEqual(kept("--resume"), [True, False, False, True])
+        sky = sorted((folder / "sky").glob("*.exr"))
+        sky[3].write_bytes(sky[0].read_bytes())
+        self.assertEqual(kept("--resume"), [True, True, True, False])
+        self.assertEqual(kept("--resume", "--exposure", "2"), [False] * 4)
+        (folder / "floor.mtl").write_text("newmtl floor\nKd 0.5 0.4 0.2\n")
+        self.assertEqual(kept("--resume", "--exposure", "2"), [False] * 4)
+        for frame in (0, 1, 2):
+            self.assertNotEqual((folder / f"day_{frame:04}.exr").read_bytes(), frames[frame])
+        room = (folder / "room.toml").read_text()
+        (folder / "still.toml").write_text(room.replace('"sky"', f'"sky/{sky[0].name}"'))
+        one = run(folder, "render", "still.toml", "-o", "still.exr", "--resume", "--quiet")
+        self.assertEqual(one.returncode, 2)
+        self.assertIn("--resume is for a sequence of frames", one.stderr)
 
     def test_shards_one_by_one(self):
         folder = self.folder
@@ -188,6 +264,9 @@ class Shards(unittest.TestCase):
         self.assertIn("afterok", (folder / "slurm/submit/slurm.sh").read_text())
 
     def test_what_cannot_be_is_said(self):
+        (self.folder / "still.toml").write_text(
+            '[camera]\nposition = [0, -4, 2]\nlook_at = [0, 0, 0]\n[[light]]\nkind = "sphere"\nradius = 0.1\n'
+            'position = [0, 0, 1]\nradiance = [1, 1, 1]\n')
         good = dict(verb="merge", inputs="s", output="bad.meas.exr", shards=3)
         for change, sentence in (
                 ({"verb": "budget"}, "job.verb = 'budget' cannot be cut into shards"),
@@ -200,6 +279,9 @@ class Shards(unittest.TestCase):
                 ({"options": 'estimator = "median"'}, "median"),
                 ({"options": "estimate-exposures = 1"}, "options.estimate-exposures must be true or false"),
                 ({"options": "exposure = [1, 2]"}, "options.exposure is for pictures"),
+                ({"verb": "render", "inputs": "still.toml", "output": "bad.exr"}, "still.toml: makes one picture"),
+                ({"verb": "render", "inputs": "still.toml", "output": "bad.exr", "options": "time = '1s'"},
+                 "options.time is for one picture"),
                 ({"options": "calibration = 'absent.cal.json'"}, "absent.cal.json"),
                 ({"verb": "reconstruct", "inputs": "s.meas.exr", "output": "bad.lf.exr", "options": 'regularise = "auto"'},
                  "options.regularise takes sums over all texels"),

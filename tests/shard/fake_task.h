@@ -29,7 +29,7 @@ class FakeTask : public Task {
   int Grain() const override { return grain; }
   std::vector<std::filesystem::path> Inputs() const override { return {input}; }
   core::Json Whole() const override { return core::Json::object(); }
-  std::vector<std::string> Endings() const override { return {".exr"}; }
+  std::vector<std::string> Endings(int, int) const override { return {".exr"}; }
   core::Json Run(const core::Json&, int first, int last,
                  std::span<const std::filesystem::path> files) const override {
     ++runs;
