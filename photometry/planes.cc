@@ -193,6 +193,7 @@ std::vector<double> IlluminanceOn(const Lamp& lamp, const PlaneAsked& plane) {
       illuminance[k] = IsCut(lamp, p, n) ? IlluminanceValue(lamp, p, n) : Dot(n, vectors[k]);
     }
   });
+  for (double& value : illuminance) value += 0.0;  // -0, the cosine times no light, is 0
   return illuminance;
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "tests/photometry/lamps.h"
@@ -53,6 +55,17 @@ TEST(Planes, IlluminanceIsThatOfPoints) {
                       IlluminanceValue(lamp, plane.Point(column, row), plane.Normal()),
                       1e-11 * largest)
               << row << ' ' << column;
+    }
+}
+
+TEST(Planes, NoLightIsNotMinusZero) {
+  lightfield::LightField dark = SmoothField();
+  std::ranges::fill(dark.data, 0.0f);
+  const Lamp lamp = LampOfField(dark);
+  for (const PlaneAsked& plane : kPlanes)
+    for (const double value : IlluminanceOn(lamp, plane)) {
+      EXPECT_EQ(value, 0);
+      EXPECT_FALSE(std::signbit(value));
     }
 }
 
