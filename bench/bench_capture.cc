@@ -239,10 +239,15 @@ Run Capture(const BenchCaptureOptions& options, double shortest_s, int rungs, in
   const core::Stopwatch stopwatch;
   capture::RunCapture(OnePosition(devices.rig, shortest_s, rungs, repeats), devices, folder, how);
   run.core_s = stopwatch.CoreSeconds();
+  const bool shown = window && window->IsOpen();
   if (window) window->Close();
   run.window_core_s = ChildrenSeconds() - windows_s;
   run.files = FramesOf(folder);
   std::filesystem::remove_all(folder);
+  if (watched && !shown)
+    throw DeviceError(
+        "the window did not stay open while the session was captured, for the reason that it gave "
+        "above; without a display, run under xvfb-run");
   return run;
 }
 

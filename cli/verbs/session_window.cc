@@ -39,6 +39,11 @@ SessionWindow::SessionWindow(std::filesystem::path session) : session_(std::move
   setpriority(PRIO_PROCESS, static_cast<id_t>(process_), kNiceness);
 }
 
+bool SessionWindow::IsOpen() {
+  if (process_ >= 0 && waitpid(process_, nullptr, WNOHANG) != 0) process_ = -1;
+  return process_ >= 0;
+}
+
 void SessionWindow::Close() {
   if (process_ < 0) return;
   kill(process_, SIGTERM);

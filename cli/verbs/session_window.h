@@ -14,6 +14,7 @@ class SessionWindow {
   // locked, as the process keeps what is open. Throws InputError where the program is not there.
   explicit SessionWindow(std::filesystem::path session);
   ~SessionWindow();  // closes it where no session came into being; else it stays
+  bool IsOpen();     // whether its program still runs
   // Ends it, whatever it shows, and waits until it has ended.
   void Close();
   SessionWindow(const SessionWindow&) = delete;

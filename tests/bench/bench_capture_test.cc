@@ -1,7 +1,10 @@
 #include "luxfield/bench/bench_capture.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
+
+#include <cstdlib>
 
 #include <nlohmann/json.hpp>
 
@@ -37,6 +40,25 @@ TEST(BenchCapture, TakesEveryFrameOfBothSessions) {
   EXPECT_TRUE(std::filesystem::is_empty(options.folder));
   options.side = 0;
   EXPECT_THROW(BenchCapture(options), InputError);
+}
+
+// A window that could not open watches nothing: no row is made of that.
+TEST(BenchCapture, AWindowThatDoesNotStayOpenIsTold) {
+  if (!std::filesystem::exists(LUXFIELD_BINARY_DIR "/luxfield-view"))
+    GTEST_SKIP() << "luxfield-view is not built";
+  BenchCaptureOptions options;
+  options.side = 32;
+  options.exposures = 12;
+  options.exposure_s = 0.002;
+  options.stream_frames = 30;  // 3 s, in which the window's program finds no display
+  options.stream_fps = 10;
+  options.watched = true;
+  options.folder = std::filesystem::path(testing::TempDir()) /
+                   ("luxfield_bench_watched_" + std::to_string(::getpid()));
+  ::unsetenv("DISPLAY");
+  ::unsetenv("WAYLAND_DISPLAY");
+  EXPECT_THAT([&] { BenchCapture(options); },
+              testing::ThrowsMessage<DeviceError>(testing::HasSubstr("did not stay open")));
 }
 
 }  // namespace
