@@ -33,7 +33,7 @@ class Homography {
 
   const std::array<double, 9>& row_major() const { return h_; }
   double operator()(int row, int column) const {
-    return h_[static_cast<std::size_t>(3 * row + column)];
+    return h_[3 * static_cast<std::size_t>(row) + static_cast<std::size_t>(column)];
   }
   // As numbers, not as maps: multiples of a matrix map points alike.
   bool operator==(const Homography&) const = default;
