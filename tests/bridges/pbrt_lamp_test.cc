@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -161,6 +162,21 @@ TEST(PbrtLamp, ProjectorsCarryTheNearField) {
       std::printf("%d %d: %.4f, at 1 m %.4f\n", int(basis), two, largest / brightest,
                   written.near[written.near.size() - 3].largest);
     }
+}
+
+// Of a box basis a cell's light is that of one image: where all of an image is below zero, its picture
+// has no light, and its flux is what is stated as left out.
+TEST(PbrtLamp, NegativeLightIsLeftOutAndStated) {
+  const Scratch scratch("negative");
+  Lamp lamp{{"", {}, formats::AsymmetricField(1, lightfield::BasisKind::kBox)}};
+  for (float& c : lamp[0].field.image(1, 0)) c *= -0.5f;
+  double flux = 0, negative = 0;
+  for (const float c : lamp[0].field.data) flux += c, negative += std::max(0.0f, -c);
+  const PbrtLamp written = WritePbrtLamp(scratch / "lamp.pbrt", lamp, "lamp.lf.exr");
+  EXPECT_EQ(written.projectors, lamp[0].field.geometry.grid.count() - 1);
+  EXPECT_NEAR(written.negative_share, negative / flux, 1e-5 * negative / flux);
+  for (std::size_t k = 3; k < written.files.size(); ++k)
+    for (const float i : core::ReadExrImage(written.files[k]).data) ASSERT_GE(i, 0);
 }
 
 }  // namespace
