@@ -6,9 +6,9 @@
 //   area     E = 1 / A integral over the area of I(w) (n . w)+ / r^2 dA
 //
 // w is the direction to the point, r its distance; I is asked for -w. Of the area that is the
-// radiance L = I / (A |cos|), |cos| to its normal, on both of its sides. The thesis' Table 2.1 has
-// these rows; its columns, 0, 1 and 2 dimensions of direction, are tables of one intensity, of one
-// plane and of several.
+// radiance L = I / (A |cos|), |cos| to its normal, on both of its sides. All samples of a point are
+// the same, so that no more than two are drawn. The thesis' Table 2.1 has these rows; its columns,
+// 0, 1 and 2 dimensions of direction, are tables of one intensity, of one plane and of several.
 #pragma once
 
 #include <array>

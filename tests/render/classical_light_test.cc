@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <limits>
 
 #include "luxfield/core/error.h"
 #include "luxfield/render/kernels/sample/sampling_types.clh"
@@ -166,13 +167,17 @@ TEST(ClassicalLight, PointsAreExactForTablesOfEveryType) {
            Normalized(Vec3{random.Normal(), random.Normal(), random.Normal()})}));
     const Lit lit =
         LightBy(device, estimator, MakeGBuffer(device, points), Source(device, light, photometry),
-                WithStrategies(Strategies::kLobe, 3));
+                WithStrategies(Strategies::kLobe, 64));
+    EXPECT_THAT(lit.samples, testing::Each(2u));
     for (std::size_t k = 0; k < points.size(); ++k) {
       const double exact = FromPoint(light, photometry, {}, points[k]);
       // Of float32 directions the table's slope makes the most next to its poles, where planes of
       // 40 degrees meet.
       ASSERT_NEAR(lit.irradiance[k].s[1], exact, 1e-4 * exact + 2e-4) << int(type) << " " << k;
       ASSERT_EQ(lit.irradiance[k].s[0], lit.irradiance[k].s[2]);
+      // Both samples are the same; their squares are rounded once more or once less than their sum's.
+      const float shown = lit.irradiance[k].s[1];
+      ASSERT_LE(lit.variance[k], 4 * std::numeric_limits<float>::epsilon() * shown * shown);
     }
   }
 }
