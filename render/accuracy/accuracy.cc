@@ -16,6 +16,9 @@ namespace luxfield::render {
 namespace {
 
 constexpr int kMaxRounds = 12;
+// By what the variance that a round aims at grows until it does not take too long, and the share of
+// its samples that is hardly fewer.
+constexpr double kLargerAim = 4, kHardlyFewer = 0.8;
 
 // Over the pixels that hit something.
 double MeanOverHits(const Frame& frame, const core::Image& values) {
@@ -27,65 +30,126 @@ double MeanOverHits(const Frame& frame, const core::Image& values) {
   return hits > 0 ? sum / hits : 0;
 }
 
-// Of a chosen estimator that takes samples.
-class Rounds {
+// Of scenes of luminaires alone.
+class LuminaireRendering : public AccurateRendering {
  public:
-  Rounds(LitScene& scene, RenderOptions options, const Candidate& chosen, AccurateFrame& result)
-      : scene_(scene), options_(std::move(options)), chosen_(chosen), result_(result) {}
+  LuminaireRendering(LitScene& scene, const AccuracyRequest& request, CostModel costs,
+                     bool keeps_costs)
+      : scene_(scene),
+        request_(request),
+        costs_(std::move(costs)),
+        keeps_costs_(keeps_costs),
+        options_(request.picture) {}
 
-  // One round, by the pilots' law and density.
-  void One() {
-    options_.sample_density = chosen_.density.density;
-    options_.samples_per_pixel = static_cast<int>(
-        std::clamp<double>(chosen_.setting.samples_per_pixel, chosen_.least, double{kMaxSamples}));
+  void TakeRound() override {
+    if (!chosen_) Choose();
+    if (!chosen_->samples)
+      TakeNoiseFree();
+    else if (request_.rel_error)
+      TakeWhatIsLacking();
+    else
+      TakeAllInTime();
+    if (std::exchange(keeps_costs_, false)) {
+      Refine(costs_, result_.chosen.estimator, result_.first_work, result_.first_s);
+      KeepCostModel(scene_.device(), costs_);
+    }
+  }
+
+ private:
+  void Choose() {
+    const core::Stopwatch stopwatch;
+    std::vector<Candidate> candidates = ChooseSetting(scene_, costs_, request_);
+    result_.choosing_s = stopwatch.WallSeconds();
+    for (const auto& candidate : candidates) result_.considered.push_back(candidate.setting);
+    chosen_ = std::move(candidates.front());
+    result_.chosen = chosen_->setting;
+    options_.estimator = chosen_->setting.estimator;
+    if (!request_.rel_error) return;
+    options_.approximation_error = ApproximationError(request_);
+    if (!chosen_->begun) return;
+    // The candidate's pilot is a part of the picture.
+    result_.frame = chosen_->begun->frame;
+    taken_ = chosen_->begun->taken;
+    law_ = chosen_->law;
+    Count(chosen_->begun->lit, chosen_->begun->samples, result_.frame.times);
+  }
+
+  void TakeNoiseFree() {
     result_.frame = Renderer(scene_, options_).Render();
-    const double samples = chosen_.density.mean * options_.samples_per_pixel;
+    result_.first_work = chosen_->work_of_one;
+    result_.first_work.samples = result_.first_work.rays = 0;
+    result_.first_s = LightingSeconds(scene_.device(), result_.frame.times);
+    result_.estimated_error = chosen_->setting.predicted_error;
+    result_.met = !request_.rel_error || result_.estimated_error <= *request_.rel_error;
+    done_ = true;
+  }
+
+  // By the pilots' law and density.
+  void TakeAllInTime() {
+    options_.sample_density = chosen_->density.density;
+    options_.samples_per_pixel = static_cast<int>(std::clamp<double>(
+        chosen_->setting.samples_per_pixel, chosen_->least, double{kMaxSamples}));
+    result_.frame = Renderer(scene_, options_).Render();
+    const double samples = chosen_->density.mean * options_.samples_per_pixel;
     result_.rounds = 1;
     Count(1, samples, result_.frame.times);
     result_.chosen.samples_per_pixel = static_cast<int>(std::lround(samples));
     result_.estimated_error = std::hypot(
         NoiseOf(result_.frame, std::max(1, options_.samples_per_pixel - 1)).RelativeError(),
-        chosen_.interpolation_error);
+        chosen_->interpolation_error);
+    result_.met = done_ = true;
   }
 
-  // Rounds that take what is lacking, until the variance that the picture shows at pixels which are
-  // lit again is small enough. The candidate's pilot is a part of the picture.
-  void UntilMet(double rel_error) {
-    result_.frame = chosen_.begun->frame;
-    taken_ = chosen_.begun->taken;
-    law_ = chosen_.law;
-    Count(chosen_.begun->lit, chosen_.begun->samples, result_.frame.times);
-    TakeWhatIsLacking(chosen_.FirstAim(rel_error));
-    for (;;) {
-      const PictureNoise noise = Noise();
-      const double allowed =
-          std::pow(NoiseShare(rel_error, chosen_.interpolation_error) * noise.mean_luminance, 2) /
-          noise.Margin();
-      result_.met = noise.mean_variance <= allowed;
-      if (result_.met || result_.rounds > kMaxRounds || MeanTaken() >= kMaxSamples) return;
-      TakeWhatIsLacking(kAim * kAim * allowed);
+  // Until the variance that the picture shows at pixels which are lit again is small enough.
+  void TakeWhatIsLacking() {
+    const double aim = result_.rounds == 0 ? chosen_->FirstAim(*request_.rel_error)
+                                           : kAim * kAim * Allowed(Noise());
+    FurtherRound round = Lacking(aim);
+    if (!Shorten(aim, round)) ++whole_rounds_;
+    Add(round);
+    const PictureNoise noise = Noise();
+    result_.estimated_error = std::hypot(noise.RelativeError(), chosen_->interpolation_error);
+    result_.met = noise.mean_variance <= Allowed(noise);
+    done_ = result_.met || whole_rounds_ > kMaxRounds || MeanTaken() >= kMaxSamples;
+  }
+
+  FurtherRound Lacking(double variance) const {
+    return PlanFurtherRound(result_.frame, taken_, law_, chosen_->Aim(variance));
+  }
+
+  // Makes a round that takes too long one that aims at more noise, as far as this spares samples.
+  // False if nothing was spared.
+  bool Shorten(double aim, FurtherRound& round) const {
+    if (!request_.round_s) return false;
+    const double most_s = std::max(
+        *request_.round_s, kLongestRound * LightingSeconds(scene_.device(), result_.frame.times));
+    bool shorter = false;
+    while (chosen_->RoundSeconds(round.lit, round.samples) > most_s) {
+      aim *= kLargerAim;
+      FurtherRound less = Lacking(aim);
+      if (less.samples == 0 || less.samples > kHardlyFewer * round.samples) break;
+      round = std::move(less);
+      shorter = true;
     }
+    return shorter;
   }
 
- private:
-  void TakeWhatIsLacking(double variance) {
-    const FurtherRound round = PlanFurtherRound(result_.frame, taken_, law_, chosen_.Aim(variance));
-    options_.first_pass = ++result_.rounds;  // the pilot's is 0
+  void Add(const FurtherRound& round) {
+    options_.first_pass = result_.rounds + 1;  // the pilot's is 0
     options_.sample_density = round.density;
     options_.samples_per_pixel = round.samples_per_pixel;
     const Frame frame = Renderer(scene_, options_).Render();
-    if (result_.rounds == 1) Count(round.lit, round.samples, frame.times);
+    if (++result_.rounds == 1) Count(round.lit, round.samples, frame.times);
     const core::Image added = SamplesOf(round);
     result_.frame = MeanFrame(result_.frame, taken_, frame, added);
     for (std::size_t i = 0; i < taken_.data.size(); ++i) taken_.data[i] += added.data[i];
     result_.chosen.samples_per_pixel =
         static_cast<int>(std::lround(MeanOverHits(result_.frame, result_.frame.samples)));
-    result_.estimated_error = std::hypot(Noise().RelativeError(), chosen_.interpolation_error);
   }
 
   // What the cost model learns from.
   void Count(double lit, double samples, const RenderTimes& times) {
-    const LightingWork& one = chosen_.work_of_one;
+    const LightingWork& one = chosen_->work_of_one;
     LightingWork& work = result_.first_work;
     work.pixels += lit * one.pixels;
     work.images += lit * one.images;
@@ -101,13 +165,36 @@ class Rounds {
     return NoiseOf(result_.frame, std::max(1, static_cast<int>(MeanTaken()) - 1));
   }
 
+  // Variance of a picture that keeps the error.
+  double Allowed(const PictureNoise& noise) const {
+    return std::pow(
+               NoiseShare(*request_.rel_error, chosen_->interpolation_error) * noise.mean_luminance,
+               2) /
+           noise.Margin();
+  }
+
   LitScene& scene_;
+  const AccuracyRequest request_;
+  CostModel costs_;
+  bool keeps_costs_;
   RenderOptions options_;
-  const Candidate& chosen_;
-  AccurateFrame& result_;
-  core::Image taken_;  // samples of each pixel
+  std::optional<Candidate> chosen_;  // in the first round
+  core::Image taken_;                // samples of each pixel
   VarianceLaw law_;
+  int whole_rounds_ = 0;  // that aimed at the error asked for
 };
+
+std::unique_ptr<AccurateRendering> Begin(LitScene& scene, const AccuracyRequest& request,
+                                         CostModel costs, bool keeps_costs) {
+  RequireServable(scene, request);
+  if (!ReadsCostModel(scene, request)) return BeginRenderingLights(scene, request);
+  return std::make_unique<LuminaireRendering>(scene, request, std::move(costs), keeps_costs);
+}
+
+AccurateFrame AllRounds(AccurateRendering& rendering) {
+  while (!rendering.done()) rendering.TakeRound();
+  return rendering.TakeResult();
+}
 
 }  // namespace
 
@@ -127,47 +214,24 @@ void AccuracyRequest::Validate() const {
   picture.Validate();
 }
 
+std::unique_ptr<AccurateRendering> BeginRendering(LitScene& scene, const CostModel& costs,
+                                                  const AccuracyRequest& request) {
+  return Begin(scene, request, costs, false);
+}
+
+std::unique_ptr<AccurateRendering> BeginRendering(LitScene& scene, const AccuracyRequest& request) {
+  return Begin(scene, request,
+               ReadsCostModel(scene, request) ? CurrentCostModel(scene.device()) : CostModel(),
+               true);
+}
+
 AccurateFrame RenderToAccuracy(LitScene& scene, const CostModel& costs,
                                const AccuracyRequest& request) {
-  RequireServable(scene, request);
-  if (!ReadsCostModel(scene, request)) return RenderLightsToAccuracy(scene, request);
-  AccurateFrame result;
-  const core::Stopwatch stopwatch;
-  const std::vector<Candidate> candidates = ChooseSetting(scene, costs, request);
-  result.choosing_s = stopwatch.WallSeconds();
-  for (const auto& candidate : candidates) result.considered.push_back(candidate.setting);
-  const Candidate& chosen = candidates.front();
-  result.chosen = chosen.setting;
-
-  RenderOptions options = request.picture;
-  options.estimator = chosen.setting.estimator;
-  if (request.rel_error) options.approximation_error = ApproximationError(request);
-  if (!chosen.samples) {
-    result.frame = Renderer(scene, options).Render();
-    result.first_work = chosen.work_of_one;
-    result.first_work.samples = result.first_work.rays = 0;
-    result.first_s = LightingSeconds(scene.device(), result.frame.times);
-    result.estimated_error = chosen.setting.predicted_error;
-    result.met = !request.rel_error || result.estimated_error <= *request.rel_error;
-    return result;
-  }
-  Rounds rounds(scene, options, chosen, result);
-  if (request.rel_error)
-    rounds.UntilMet(*request.rel_error);
-  else
-    rounds.One();
-  result.met |= !request.rel_error;
-  return result;
+  return AllRounds(*BeginRendering(scene, costs, request));
 }
 
 AccurateFrame RenderToAccuracy(LitScene& scene, const AccuracyRequest& request) {
-  RequireServable(scene, request);
-  if (!ReadsCostModel(scene, request)) return RenderToAccuracy(scene, {}, request);
-  CostModel costs = CurrentCostModel(scene.device());
-  AccurateFrame result = RenderToAccuracy(scene, costs, request);
-  Refine(costs, result.chosen.estimator, result.first_work, result.first_s);
-  KeepCostModel(scene.device(), costs);
-  return result;
+  return AllRounds(*BeginRendering(scene, request));
 }
 
 bool IsBetter(const AccuracyRequest& request, const Setting& a, const Setting& b) {

@@ -14,8 +14,10 @@
 // machine.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "luxfield/render/accuracy/cost_model.h"
@@ -29,6 +31,9 @@ struct AccuracyRequest {
   // Shadows, antialiasing, seed, size; estimator and samples are chosen.
   RenderOptions picture;
   std::vector<std::string> estimators;  // to choose from; empty: all that state their error
+  // On the way to an error, for those who watch: a round that would take longer than this and than
+  // twice the rounds before it aims at a larger error first. Empty: as few rounds as can be.
+  std::optional<double> round_s;
 
   void Validate() const;  // throws InputError naming the field
 };
@@ -83,11 +88,40 @@ bool ReadsCostModel(const LitScene& scene, const AccuracyRequest& request);
 // independent.
 void RequireServable(const LitScene& scene, const AccuracyRequest& request);
 
-// Throws what RequireServable does, DeviceError, Interrupted.
-AccurateFrame RenderToAccuracy(LitScene& scene, const CostModel& costs,
-                               const AccuracyRequest& request);
+// A picture on its way to what is asked of it, round by round.
+//
+//   const auto rendering = BeginRendering(scene, {.rel_error = 0.005, .round_s = 1.5});
+//   while (!rendering->done()) {
+//     rendering->TakeRound();
+//     Show(rendering->result());
+//   }
+class AccurateRendering {
+ public:
+  virtual ~AccurateRendering() = default;
+  // The first round chooses what to light with. Throws DeviceError, Interrupted: the result is then
+  // that of the rounds before, and the next call takes the same round again.
+  virtual void TakeRound() = 0;
+
+  bool done() const { return done_; }  // no round follows
+  // After a round.
+  const AccurateFrame& result() const { return result_; }
+  AccurateFrame TakeResult() { return std::move(result_); }
+
+ protected:
+  AccurateFrame result_;
+  bool done_ = false;
+};
+
+// The scene outlives the rendering, and stays as it is. Throws what RequireServable does.
+std::unique_ptr<AccurateRendering> BeginRendering(LitScene& scene, const CostModel& costs,
+                                                  const AccuracyRequest& request);
 
 // The same with the device's current cost model, which the picture refines for the next one.
+std::unique_ptr<AccurateRendering> BeginRendering(LitScene& scene, const AccuracyRequest& request);
+
+// All rounds of these. Throw what RequireServable does, DeviceError, Interrupted.
+AccurateFrame RenderToAccuracy(LitScene& scene, const CostModel& costs,
+                               const AccuracyRequest& request);
 AccurateFrame RenderToAccuracy(LitScene& scene, const AccuracyRequest& request);
 
 // Relative RMSE of the luminance of `picture` against `reference`, as above.

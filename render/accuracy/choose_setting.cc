@@ -125,17 +125,15 @@ class Chooser {
   // Times, and samples of the first round.
   void LearnFromBegun(Candidate& candidate) const {
     const BegunPicture& begun = *candidate.begun;
-    const auto round_s = [&](double lit, double samples) {
-      const double fixed_s = Corrected(candidate, candidate.work_of_one, 0);
-      return lit * fixed_s + samples * (Corrected(candidate, candidate.work_of_one, 1) - fixed_s) /
-                                 candidate.density.mean;
-    };
+    candidate.lit_s = Corrected(candidate, candidate.work_of_one, 0);
+    candidate.sample_s =
+        (Corrected(candidate, candidate.work_of_one, 1) - candidate.lit_s) / candidate.density.mean;
     const double spent_s = LightingSeconds(scene_.device(), begun.frame.times),
-                 expected_s = round_s(begun.lit, begun.samples);
-    if (expected_s > 0) {
-      candidate.fixed_correction *= spent_s / expected_s;
-      candidate.sample_correction *= spent_s / expected_s;
-    }
+                 expected_s = candidate.RoundSeconds(begun.lit, begun.samples);
+    if (expected_s > 0)
+      for (double* factor : {&candidate.fixed_correction, &candidate.sample_correction,
+                             &candidate.lit_s, &candidate.sample_s})
+        *factor *= spent_s / expected_s;
     if (begun.lit > 0)
       candidate.mean_luminance = NoiseOf(begun.frame, 1).mean_luminance / begun.lit;
     const FurtherRound round =
@@ -143,7 +141,8 @@ class Chooser {
                          candidate.Aim(candidate.FirstAim(*request_.rel_error)));
     candidate.setting.samples_per_pixel =
         static_cast<int>(std::lround(begun.samples + round.samples));
-    candidate.setting.predicted_s = candidate.build_s + spent_s + round_s(round.lit, round.samples);
+    candidate.setting.predicted_s =
+        candidate.build_s + spent_s + candidate.RoundSeconds(round.lit, round.samples);
     candidate.setting.predicted_error = std::hypot(
         std::sqrt(round.variance) / candidate.mean_luminance, candidate.interpolation_error);
   }

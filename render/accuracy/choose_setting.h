@@ -15,6 +15,8 @@ namespace luxfield::render {
 
 constexpr int kMaxSamples = 1 << 20;  // of a pixel
 constexpr double kAim = 0.93;         // of the target, in rounds after the first
+// AccuracyRequest::round_s does not hold for rounds of at most so many times what those before took.
+constexpr double kLongestRound = 2;
 
 // What is asked of estimators that approximate.
 double ApproximationError(const AccuracyRequest& request);
@@ -50,9 +52,16 @@ struct Candidate {
   double least = 1;   // samples of a pixel
   int shown = 1;      // the fewest samples of a pixel that show a variance
   std::optional<BegunPicture> begun;
+  // Once it is begun: to light the picture without samples, and a sample of each pixel.
+  double lit_s = 0, sample_s = 0;
 
   // The least density, if samples are `k`: every pixel needs some, and some cost hardly anything.
   double LeastDensity(double k) const;
+
+  // Of a round of a picture that is begun: the share of its pixels that are lit, and mean samples.
+  double RoundSeconds(double lit, double mean_samples) const {
+    return lit * lit_s + mean_samples * sample_s;
+  }
 
   // What a round is to reach.
   FurtherAim Aim(double variance) const;

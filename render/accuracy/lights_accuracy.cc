@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
 
 #include "luxfield/core/progress.h"
 #include "luxfield/core/stopwatch.h"
@@ -22,6 +25,7 @@ constexpr int kMaxRounds = 12;
 // Of a time asked for: the first round's, and what is not worth another one.
 constexpr double kFirstShare = 0.2, kLittle = 0.15;
 constexpr double kLeastRound = 0.25;  // what a further round is worth of the picture so far
+constexpr double kHardlyLess = 0.8;   // of a round's time: none that is worth a shorter one
 
 // What pilots tell of some of the lights.
 struct Pilot {
@@ -40,7 +44,7 @@ struct Way {
   double approximation = 0;  // relative RMSE of the picture that no sample takes away
 };
 
-class LightByLight {
+class LightByLight : public AccurateRendering {
  public:
   LightByLight(LitScene& scene, const AccuracyRequest& request)
       : scene_(scene),
@@ -54,17 +58,30 @@ class LightByLight {
     picture_.lights_apart = true;
   }
 
-  AccurateFrame Render() {
-    AccurateFrame result;
-    const core::Stopwatch stopwatch;
-    std::vector<Way> ways = Ways();
-    std::stable_sort(ways.begin(), ways.end(), [&](const Way& a, const Way& b) {
-      return IsBetter(request_, a.setting, b.setting);
-    });
-    result.choosing_s = stopwatch.WallSeconds();
-    for (const Way& way : ways) result.considered.push_back(way.setting);
-    Take(ways.front(), result);
-    return result;
+  void TakeRound() override {
+    if (!way_) Choose();
+    std::vector<double> samples = way_->samples;
+    const bool whole = !Shorten(samples);
+    picture_.first_pass = result_.rounds;
+    picture_.light_samples.assign(samples.begin(), samples.end());
+    Frame frame = Renderer(scene_, picture_).Render();
+    const std::vector<LightTotals> lights = frame.lights;
+    Add(std::move(frame), samples);
+    whole_rounds_ += whole;
+    const PictureNoise noise =
+        NoiseOf(result_.frame, std::max(1, result_.chosen.samples_per_pixel - 1));
+    variance_ = noise.mean_variance;
+    result_.estimated_error = std::hypot(noise.RelativeError(), way_->approximation);
+    if (request_.time_s) {
+      result_.met = true;
+      done_ = result_.rounds > 1 || !RestOfTime(*way_, result_.frame.times);
+      return;
+    }
+    const double allowed = Allowed(*way_, noise.Margin(), noise.mean_luminance);
+    result_.met = variance_ <= allowed;
+    done_ = result_.met || whole_rounds_ > kMaxRounds ||
+            result_.chosen.samples_per_pixel >= kMaxSamples;
+    if (!done_) WantMore(*way_, samples, lights, kAim * kAim * allowed);
   }
 
  private:
@@ -169,49 +186,50 @@ class LightByLight {
            margin;
   }
 
-  // Rounds until the error asked for is kept or the time asked for is up.
-  void Take(Way& way, AccurateFrame& result) {
-    RenderOptions options = picture_;
-    if (luminaires_ > 0 && !options.knobs.strategies.everywhere)
-      options.estimator = way.setting.estimator;
-    result.chosen = way.setting;
-    result.chosen.samples_per_pixel = 0;
-    if (request_.time_s) FirstInTime(way);
-    double variance = 0;  // of the picture so far
-    for (int round = 0;; ++round) {
-      options.first_pass = round;
-      options.light_samples.assign(way.samples.begin(), way.samples.end());
-      Frame frame = Renderer(scene_, options).Render();
-      const std::vector<LightTotals> lights = frame.lights;
-      int samples = 0;
-      for (const double n : way.samples) samples += static_cast<int>(n);
-      if (round == 0) {
-        result.frame = std::move(frame);
-      } else {
-        // Weighed by what is known of the noise without the frame's own samples; where there is
-        // none, as in the dark, by the samples.
-        const double expected = VarianceOf(way.laws, way.samples);
-        const bool noisy = variance > 0 && expected > 0;
-        result.frame =
-            MeanFrame(result.frame, noisy ? 1 / variance : result.chosen.samples_per_pixel, frame,
-                      noisy ? 1 / expected : samples);
-      }
-      result.chosen.samples_per_pixel += samples;
-      const PictureNoise noise =
-          NoiseOf(result.frame, std::max(1, result.chosen.samples_per_pixel - 1));
-      variance = noise.mean_variance;
-      result.estimated_error = std::hypot(noise.RelativeError(), way.approximation);
-      if (request_.time_s) {
-        result.met = true;
-        if (round > 0 || !RestOfTime(way, result.frame.times)) return;
-        continue;
-      }
-      const double allowed = Allowed(way, noise.Margin(), noise.mean_luminance);
-      result.met = variance <= allowed;
-      if (result.met || round == kMaxRounds || result.chosen.samples_per_pixel >= kMaxSamples)
-        return;
-      WantMore(way, lights, variance, kAim * kAim * allowed);
+  void Choose() {
+    const core::Stopwatch stopwatch;
+    std::vector<Way> ways = Ways();
+    std::stable_sort(ways.begin(), ways.end(), [&](const Way& a, const Way& b) {
+      return IsBetter(request_, a.setting, b.setting);
+    });
+    result_.choosing_s = stopwatch.WallSeconds();
+    for (const Way& way : ways) result_.considered.push_back(way.setting);
+    way_ = std::move(ways.front());
+    result_.chosen = way_->setting;
+    result_.chosen.samples_per_pixel = 0;
+    picture_.estimator = luminaires_ > 0 && !picture_.knobs.strategies.everywhere
+                             ? way_->setting.estimator
+                             : request_.picture.estimator;
+    if (request_.time_s) FirstInTime(*way_);
+  }
+
+  // Those of a round that does not take too long, if they are fewer; whether they are.
+  bool Shorten(std::vector<double>& samples) const {
+    if (!request_.round_s) return false;
+    const double most_s =
+                     std::max(*request_.round_s, kLongestRound * result_.frame.times.lighting_s),
+                 whole_s = SecondsOf(way_->laws, samples);
+    if (whole_s <= most_s) return false;
+    std::vector<double> fewer = SamplesForSeconds(way_->laws, most_s);
+    if (SecondsOf(way_->laws, fewer) > kHardlyLess * whole_s) return false;
+    samples = std::move(fewer);
+    return true;
+  }
+
+  void Add(Frame frame, const std::vector<double>& samples) {
+    const int more = static_cast<int>(std::accumulate(samples.begin(), samples.end(), 0.0));
+    if (++result_.rounds == 1) {
+      result_.frame = std::move(frame);
+    } else {
+      // Weighed by what is known of the noise without the frame's own samples; where there is none,
+      // as in the dark, by the samples.
+      const double expected = VarianceOf(way_->laws, samples);
+      const bool noisy = variance_ > 0 && expected > 0;
+      result_.frame =
+          MeanFrame(result_.frame, noisy ? 1 / variance_ : result_.chosen.samples_per_pixel, frame,
+                    noisy ? 1 / expected : more);
     }
+    result_.chosen.samples_per_pixel += more;
   }
 
   // The clock is not as quick, or as slow, as in the pilots: part of the time is taken first where
@@ -240,29 +258,32 @@ class LightByLight {
 
   // A round that brings the picture down to the aim: variances of independent frames, weighed by
   // their inverses, add as 1 / V = 1 / V_1 + 1 / V_2. `lights` is what the last round showed.
-  void WantMore(Way& way, const std::vector<LightTotals>& lights, double variance,
+  void WantMore(Way& way, const std::vector<double>& taken, const std::vector<LightTotals>& lights,
                 double aim) const {
     for (std::size_t l = 0; l < lights_; ++l) {
       LightLaw& law = way.laws[l];
-      const double samples = way.samples[l] / law.points,
-                   shown = lights[l].mean_variance * law.points;
+      const double samples = taken[l] / law.points, shown = lights[l].mean_variance * law.points;
       if (law.variance.points.empty()) law.variance.Add(samples, shown);
       law.variance.Anchor(samples, shown);
     }
-    const double further = 1 / (1 / aim - 1 / variance);
-    way.samples = SamplesForVariance(way.laws, std::min(further, variance / kLeastRound));
+    const double further = 1 / (1 / aim - 1 / variance_);
+    way.samples = SamplesForVariance(way.laws, std::min(further, variance_ / kLeastRound));
   }
 
   LitScene& scene_;
-  const AccuracyRequest& request_;
+  const AccuracyRequest request_;
   RenderOptions picture_;
   std::size_t luminaires_, lights_;
+  std::optional<Way> way_;  // that was chosen, in the first round
+  double variance_ = 0;     // of the picture so far
+  int whole_rounds_ = 0;    // that aimed at what is asked for
 };
 
 }  // namespace
 
-AccurateFrame RenderLightsToAccuracy(LitScene& scene, const AccuracyRequest& request) {
-  return LightByLight(scene, request).Render();
+std::unique_ptr<AccurateRendering> BeginRenderingLights(LitScene& scene,
+                                                        const AccuracyRequest& request) {
+  return std::make_unique<LightByLight>(scene, request);
 }
 
 }  // namespace luxfield::render

@@ -2,6 +2,8 @@
 // luminaires (render/accuracy/accuracy.h).
 #pragma once
 
+#include <memory>
+
 #include "luxfield/render/accuracy/accuracy.h"
 
 namespace luxfield::render {
@@ -18,6 +20,7 @@ namespace luxfield::render {
 //
 // What an estimator's approximation is off, relative to the luminaires' light, counts in proportion
 // to their share of the luminance.
-AccurateFrame RenderLightsToAccuracy(LitScene& scene, const AccuracyRequest& request);
+std::unique_ptr<AccurateRendering> BeginRenderingLights(LitScene& scene,
+                                                        const AccuracyRequest& request);
 
 }  // namespace luxfield::render

@@ -135,7 +135,7 @@ class Estimator {
   // neighbouring pixels share sums, up to rounding). Throws InputError for a kind of light that the
   // estimator does not take, if tables are needed and absent, the G-buffer is glossy and the
   // estimator's any_brdf is false, its traits do not name the kind of visibility, or options make
-  // no sense; DeviceError.
+  // no sense; DeviceError; Interrupted between batches of shadow rays.
   virtual void Light(const Receivers& receivers, const LightSource& source,
                      const EstimatorOptions& options, Lighting& lighting) = 0;
 

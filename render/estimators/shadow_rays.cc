@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "luxfield/core/progress.h"
 #include "luxfield/render/kernels/sample/sampling_types.clh"
 
 namespace luxfield::render {
@@ -41,6 +42,7 @@ void ShadowRays::Start(const RayScene* scene, bool glossy, std::size_t per_pixel
 
 void ShadowRays::Trace(std::size_t pixels) const {
   if (!scene_) return;
+  core::ThrowIfInterrupted();
   scene_->Occluded(
       {.rays = rays_, .group_count = pixels, .group_size = per_pixel_, .ranges = &ranges_},
       hidden_);

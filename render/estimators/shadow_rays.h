@@ -39,7 +39,8 @@ class ShadowRays {
   // cl_uchar per slot, of rays traced: 1 where something lies on them.
   const Buffer& hidden() const { return hidden_; }
 
-  // Traces the ranges that a kernel wrote for the first `pixels` of a batch.
+  // Traces the ranges that a kernel wrote for the first `pixels` of a batch. Throws Interrupted where
+  // rays are traced.
   void Trace(std::size_t pixels) const;
   // Enqueues the sums over what arrives at a batch from `first_pixel` on.
   void AddVisibleLight(std::size_t first_pixel, std::size_t pixels, Lighting& lighting);

@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <numbers>
+#include <vector>
 
 #include "luxfield/bench/ball_scene.h"
 #include "luxfield/core/error.h"
@@ -15,6 +18,7 @@
 #include "luxfield/environment/environment_map.h"
 #include "tests/render/area_light_fixture.h"
 #include "tests/render/small_scene.h"
+#include "tests/seed.h"
 
 namespace luxfield::render {
 namespace {
@@ -84,6 +88,48 @@ TEST_F(AccuracyTest, FurtherRoundsAreTakenUntilTheErrorIsMet) {
   }
   EXPECT_GT(further, 0);
   EXPECT_GE(kept, 0.95 * kRuns - 3 * std::sqrt(0.95 * 0.05 * kRuns));
+}
+
+// For those who watch: what pictures on the way state is their true squared error in the mean over
+// the seeds, and the last ones keep the error asked for.
+TEST_F(AccuracyTest, PicturesOnTheWayStateTheirError) {
+  render::LitScene scene(render::Device::Open(), LampOverFloor());
+  AccuracyRequest request;
+  request.picture.shadows = render::Shadows::kNone;
+  request.picture.estimator = "exact";
+  const auto reference = render::Renderer(scene, request.picture).Render();
+  request.estimators = {"windowed"};
+  request.rel_error = 0.02;
+  request.round_s = 1e-9;
+  constexpr int kRuns = 30;
+  const std::uint64_t first_seed = TestSeed(1);
+  std::map<int, std::vector<double>> ratios;  // of squared errors, by the round
+  int kept = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    request.picture.seed = first_seed + static_cast<std::uint64_t>(run);
+    const auto rendering = BeginRendering(scene, MadeUpCosts(), request);
+    while (!rendering->done()) {
+      rendering->TakeRound();
+      const AccurateFrame& result = rendering->result();
+      const double error = LuminanceError(result.frame.radiance, reference.radiance);
+      ratios[result.rounds].push_back(std::pow(error / result.estimated_error, 2));
+      EXPECT_EQ(result.met, rendering->done());
+      if (rendering->done()) kept += error <= *request.rel_error;
+    }
+    EXPECT_GT(rendering->result().rounds, 2);
+  }
+  EXPECT_GE(kept, 0.95 * kRuns - 3 * std::sqrt(0.95 * 0.05 * kRuns));
+  for (const auto& [round, of_runs] : ratios) {
+    if (of_runs.size() < kRuns) continue;
+    double mean = 0, square = 0;
+    for (const double ratio : of_runs) mean += ratio / kRuns;
+    for (const double ratio : of_runs) square += std::pow(ratio - mean, 2) / (kRuns - 1);
+    std::printf("round %d: squared error over what is stated %.3f +- %.3f\n", round, mean,
+                std::sqrt(square / kRuns));
+    // Student's t of 29 degrees of freedom, as rare as 4.5 standard deviations. Noise of 250 pixels
+    // that are lit again knows its scale to some 5 %.
+    EXPECT_NEAR(mean, 1, 0.05 + 5.7 * std::sqrt(square / kRuns)) << "round " << round;
+  }
 }
 
 // Of as many samples, those that are dealt out by the noise leave less of it.
@@ -220,11 +266,15 @@ TEST_F(AccuracyTest, ErrorsAskedForUnderASkyAreKept) {
             static_cast<float>(e[c] / exact.irradiance.at(c, row, column));
     }
   int runs = 0, kept = 0;
+  std::array<int, 2> rounds{};  // as few as can be, and with pictures on the way
   for (const double target : {0.03, 0.01, 0.004})
     for (std::uint64_t seed = 1; seed <= 8; ++seed) {
       request.rel_error = target;
       request.picture.seed = seed;
+      request.round_s.reset();
+      if (seed % 2 == 1) request.round_s = 1e-9;
       const auto result = RenderToAccuracy(scene, {}, request);
+      rounds[seed % 2] += result.rounds;
       EXPECT_TRUE(result.met);
       const double error = LuminanceError(result.frame.radiance, exact.radiance);
       ++runs;
@@ -235,6 +285,7 @@ TEST_F(AccuracyTest, ErrorsAskedForUnderASkyAreKept) {
       EXPECT_GT(result.estimated_error, 0.3 * target);  // not bought by far too many samples
     }
   EXPECT_GE(kept, 0.95 * runs - 3 * std::sqrt(0.95 * 0.05 * runs));
+  EXPECT_GT(rounds[1], rounds[0]);
 
   request.rel_error.reset();
   request.time_s = 0.05;

@@ -233,7 +233,7 @@ TEST_F(LightsAccuracyTest, DarkScenesAreBlack) {
       request.time_s = 0.3;
     else
       request.rel_error = 0.05;
-    const AccurateFrame result = RenderLightsToAccuracy(lit, request);
+    const AccurateFrame result = RenderToAccuracy(lit, {}, request);
     for (const core::Image* image : {&result.frame.radiance, &result.frame.variance})
       for (const float value : image->data) ASSERT_EQ(value, 0) << (timed ? "time" : "error");
   }

@@ -143,6 +143,7 @@ TEST_P(ReadingsTest, AreRendersWithinTheStatedError) {
                              frame.radiance.plane(2)[i]}) /
             static_cast<double>(frame.radiance.plane_size());
   double squares = 0;
+  int beyond = 0;
   for (const auto& reading : json["readings"]) {
     const int column = reading["column"], row = reading["row"];
     const double truth =
@@ -152,8 +153,10 @@ TEST_P(ReadingsTest, AreRendersWithinTheStatedError) {
     squares += apart * apart / kPoints;
     const double sigma = std::hypot(reading["luminance_sigma"].get<double>(),
                                     std::sqrt(frame.variance.at(0, row, column)));
-    // Far beyond any normal scatter, with a share of the mean for variances that few samples tell.
-    EXPECT_LT(std::abs(apart), 6 * sigma + 0.02 * mean) << column << "," << row;
+    // Far beyond any normal scatter, with a share of the mean for variances that few samples tell:
+    // in a penumbra all of some ten may see the light, of which a tenth or two is hidden.
+    EXPECT_LT(std::abs(apart), 6 * sigma + 0.1 * mean) << column << "," << row;
+    beyond += std::abs(apart) > 6 * sigma + 0.02 * mean;
     if (GetParam() == 0 && reading.contains("illuminance") && truth > 0) {
       EXPECT_NEAR(reading["luminance"].get<double>() / reading["illuminance"].get<double>(),
                   truth / core::Luminance({frame.irradiance.at(0, row, column),
@@ -162,6 +165,7 @@ TEST_P(ReadingsTest, AreRendersWithinTheStatedError) {
                   1e-3);
     }
   }
+  EXPECT_LE(beyond, kPoints / 100);
   // RMS over points of which few may be in a penumbra; the scatter of 250 squares is some 10 %.
   EXPECT_LT(std::sqrt(squares) / mean, 2 * 0.02);
   const cv::Mat shown = Png("s.png"), written = Png("x.png");

@@ -133,13 +133,16 @@ class SceneDocument : public Document {
           picture_.error ? "within " + error + " but for what it leaves out" : SoftShadows());
     const std::string asked = fmt::format("{:.3g} %", 100 * request_.error);
     if (picture_.reached) return fmt::format("error {}: {} reached", error, asked);
-    return fmt::format("error {} on the way to {}, {:.0f} samples a pixel, pass of {}", error,
-                       asked, picture_.samples, time);
+    if (picture_.done)
+      return fmt::format("error {}: {} not reached with {:.0f} samples a pixel", error, asked,
+                         picture_.samples);
+    return fmt::format("error {} on the way to {}, {:.0f} samples a pixel of {}, round of {}",
+                       error, asked, picture_.samples, picture_.estimator, time);
   }
 
   bool Settled() const override {
     return failure() ||
-           (picture_.frame && picture_.reached && !picture_.quick && !reading_lamps_.valid() &&
+           (picture_.frame && picture_.done && !picture_.quick && !reading_lamps_.valid() &&
             images_.ready() && (picture_.soft_maps_error || !HasSoftShadows()) &&
             (picture_.feedback || !wants_feedback_));
   }
@@ -282,7 +285,7 @@ class SceneDocument : public Document {
 
   void Ask() {
     request_.camera = control_->camera();
-    picture_.reached = false;
+    picture_.done = picture_.reached = false;
     thread_.Ask(request_);
   }
 

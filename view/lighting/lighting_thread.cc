@@ -108,7 +108,7 @@ void LightingThread::Light(const render::Device& device, std::unique_ptr<LitView
     } else {
       Improve(*view, refined);
     }
-    idle = refined.reached && !view->HasUnknownShadows();
+    idle = refined.done && !view->HasUnknownShadows();
   }
 }
 

@@ -43,7 +43,7 @@ class LightingThread {
   // Why a request's scene is not lit; once.
   std::optional<Failure> TakeRefusal();
   // The newest picture since the last call; of an older request than the newest only if it is quick.
-  // One that has reached its error comes again when the error of soft maps or feedback is measured.
+  // The last one comes again when the error of soft maps or feedback is measured.
   std::optional<LitPicture> Take();
   // Why there will be no more pictures; empty: there will.
   std::optional<Failure> failure() const;
@@ -56,7 +56,7 @@ class LightingThread {
   // Makes `view` anew where the request has another scene; false where that is refused.
   bool ShowScene(const LitRequest& request, const render::Device& device,
                  std::unique_ptr<LitView>& view);
-  // A pass more; behind the first one, what is not known of quick pictures. Publishes it, unless
+  // A round more; behind the first one, what is not known of quick pictures. Publishes it, unless
   // something else is asked for meanwhile.
   void Improve(LitView& view, LitPicture& refined);
   static bool LacksFeedback(const LitPicture& refined);

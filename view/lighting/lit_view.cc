@@ -5,26 +5,16 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/stopwatch.h"
-#include "luxfield/render/accuracy/picture_noise.h"
+#include "luxfield/render/accuracy/choose_setting.h"
 #include "luxfield/render/accuracy/soft_maps_error.h"
 #include "luxfield/render/film/film.h"
 
 namespace luxfield::view {
 namespace {
 
-constexpr double kQuickError = 5e-3;  // of the volume
-constexpr int kQuickSamples = 8;      // of a light that is sampled
-constexpr int kFirstSamples = 16;     // of the first pass, over all lights
-constexpr int kFewestSamples =
-    2 * render::kSmoothAntialias;      // of other passes: two strata of lights
-constexpr int kMostSamples = 1 << 12;  // of a pass
-constexpr int kMostPasses = 1 << 15;
-constexpr double kAim = 0.97;          // of the error asked for, as its estimate scatters
+constexpr double kQuickError = 5e-3;   // of the volume
+constexpr int kQuickSamples = 8;       // of a light that is sampled
 constexpr double kSmallest = 1.0 / 6;  // side of a quick picture over the whole one's
-
-bool TakesNoSamples(const render::LitScene& scene) {
-  return !scene.has_strategies() && !scene.environment();
-}
 
 }  // namespace
 
@@ -44,15 +34,9 @@ void LitView::Ask(const LitRequest& request) {
     scene_.SetMaterials(*request.materials, textures_);
     materials_ = request.materials;
   }
-  refined_.reset();
+  refining_.reset();
   soft_maps_error_.reset();
   feedback_.reset();
-  samples_ = error_ = pass_s_ = 0;
-  pass_samples_ = passes_ = 0;
-}
-
-bool LitView::NoiseFree() const {
-  return !request_.shadows && !scene_.geometry().glossy && TakesNoSamples(scene_);
 }
 
 bool LitView::VolumesAreOfNow() const {
@@ -123,52 +107,39 @@ void LitView::MeasureFeedback() {
   }
 }
 
-int LitView::NextSamples() const {
-  if (passes_ == 0) return kFirstSamples;
-  const double needed = samples_ * (std::pow(error_ / (kAim * request_.error), 2) - 1);
-  const int grown = pass_s_ < request_.pass_s ? 2 * pass_samples_ : pass_samples_;
-  return std::clamp(static_cast<int>(std::min(std::ceil(needed), double{kMostSamples})),
-                    kFewestSamples, std::min(grown, kMostSamples));
+std::unique_ptr<render::AccurateRendering> LitView::Begin() {
+  render::AccuracyRequest request;
+  request.rel_error = request_.error;
+  request.round_s = request_.round_s;
+  request.picture.seed = request_.seed;
+  request.picture.antialias = render::kSmoothAntialias;
+  request.picture.shadows = request_.shadows ? render::Shadows::kTraced : render::Shadows::kNone;
+  // Volumes of elsewhere are made anew where nothing is sampled, for the next quick pictures too.
+  if (!request_.shadows && !scene_.geometry().glossy && render::ReadsCostModel(scene_, request) &&
+      !VolumesAreOfNow()) {
+    scene_.DropVolumes();
+    scene_.Require({.volume = true}, std::min(kQuickError, render::ApproximationError(request)));
+    volumes_of_ = request_;
+  }
+  return render::BeginRendering(scene_, request);
 }
 
 LitPicture LitView::Refine() {
   const core::Stopwatch stopwatch;
-  render::RenderOptions options;
-  options.seed = request_.seed;
-  options.antialias = render::kSmoothAntialias;
-  options.shadows = request_.shadows ? render::Shadows::kTraced : render::Shadows::kNone;
+  if (!refining_) refining_ = Begin();
+  if (!refining_->done()) refining_->TakeRound();
+  const render::AccurateFrame& result = refining_->result();
   LitPicture picture;
   picture.quick = false;
-  if (NoiseFree()) {
-    options.estimator = "volume";
-    options.approximation_error = request_.error;
-    if (!VolumesAreOfNow()) scene_.DropVolumes();
-    volumes_of_ = request_;
-    picture.frame = std::make_shared<render::Frame>(render::Renderer(scene_, options).Render());
-    picture.error = request_.error;
-    picture.reached = true;
-    picture.feedback = feedback_;
-    picture.took_s = stopwatch.WallSeconds();
-    return picture;
-  }
-  options.samples_per_pixel = NextSamples();
-  options.first_pass = passes_;
-  render::Frame pass = render::Renderer(scene_, options).Render();
-  const double samples = options.samples_per_pixel;
-  refined_ = std::make_shared<render::Frame>(
-      refined_ ? render::MeanFrame(*refined_, samples_, pass, samples) : std::move(pass));
-  samples_ += samples;
-  pass_samples_ = options.samples_per_pixel;
-  ++passes_;
-  pass_s_ = stopwatch.WallSeconds();
-  error_ = render::NoiseOf(*refined_, std::max(1, static_cast<int>(samples_) - 1)).RelativeError();
-  picture.frame = refined_;
-  picture.error = error_;
+  picture.frame = std::make_shared<render::Frame>(result.frame);
+  picture.error = result.estimated_error;
+  picture.done = refining_->done();
+  picture.reached = result.met;
   picture.soft_maps_error = soft_maps_error_;
   picture.feedback = feedback_;
-  picture.samples = samples_;
-  picture.reached = error_ <= request_.error || passes_ >= kMostPasses;
-  picture.took_s = pass_s_;
+  picture.estimator = result.chosen.estimator;
+  picture.samples = result.chosen.samples_per_pixel;
+  picture.took_s = stopwatch.WallSeconds();
   return picture;
 }
 

@@ -6,16 +6,19 @@
 // lights are sampled with a few samples and traced. The picture has fewer pixels where it would take
 // longer than it may.
 //
-// When nothing moves, passes of more and more samples are averaged, with several surface points in
-// each pixel, as `render --png` has them. The error is that of
-// render/accuracy/picture_noise.h: the expected RMSE of the luminance over its mean.
+// When nothing moves, the picture is that of `render --error` (render/accuracy/accuracy.h): the
+// estimator that is expected to reach the error soonest, round by round, with several surface points
+// in each pixel, as `render --png` has them. The error is the expected RMSE of the luminance over its
+// mean.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "luxfield/render/accuracy/accuracy.h"
 #include "luxfield/render/feedback.h"
 #include "luxfield/render/renderer.h"
 #include "luxfield/scene/motion_path.h"
@@ -38,14 +41,17 @@ struct LitRequest {
   bool moving_shadows = true;                                     // of quick ones
   double error = 0.005;  // that refined pictures are to reach
   double frame_s = 0.1;  // that a quick picture may take
-  double pass_s = 1.5;   // passes of refined ones grow until one takes longer
+  // Refined ones come at least as often as that, or as what they took so far grows threefold. Empty:
+  // no sooner than they must.
+  std::optional<double> round_s = 1.5;
   std::uint64_t seed = 1;
 };
 
 struct LitPicture {
   std::shared_ptr<const render::Frame> frame;
   bool quick = true;     // shadows or gloss may be missing
-  bool reached = false;  // the error asked for: no pass follows
+  bool done = false;     // nothing follows
+  bool reached = false;  // the error asked for
   // Estimated relative RMSE; of a quick picture that of its volumes, which is known where nothing
   // moved since they were made. What soft maps of shadows add to it is not part of it.
   std::optional<double> error;
@@ -53,8 +59,9 @@ struct LitPicture {
   // it is measured (render/accuracy/soft_maps_error.h).
   std::optional<double> soft_maps_error;
   std::shared_ptr<const render::Feedback> feedback;  // of this view and these lamps, once known
+  std::string estimator;                             // of luminaires
   double samples = 0;                                // light samples a pixel
-  double took_s = 0;                                 // the last pass
+  double took_s = 0;                                 // the last round
 };
 
 class LitView {
@@ -66,8 +73,8 @@ class LitView {
   void Ask(const LitRequest& request);
   // Throws what render::Renderer throws.
   LitPicture Quick();
-  // The mean of all passes since Ask, with one more. Throws Interrupted too: the pass is lost, those
-  // before it are kept.
+  // The picture of all rounds since Ask, with one more; the first chooses the estimator. Throws
+  // Interrupted too: the round is lost, those before it are kept.
   LitPicture Refine();
   // Whether quick pictures have soft maps whose error is not measured yet.
   bool HasUnknownShadows() const;
@@ -83,11 +90,10 @@ class LitView {
   const render::LitScene& scene() const { return scene_; }
 
  private:
-  bool NoiseFree() const;
+  std::unique_ptr<render::AccurateRendering> Begin();
   // Whether the volumes were made of where camera and lamps are.
   bool VolumesAreOfNow() const;
   render::RenderOptions QuickOptions() const;
-  int NextSamples() const;
 
   render::LitScene scene_;
   const std::vector<scene::Texture>& textures_;
@@ -95,11 +101,9 @@ class LitView {
   LitRequest request_;
   std::optional<LitRequest> volumes_of_;  // where things stood when they were made
   double quick_pixel_s_ = 0;              // that a pixel of the last quick picture took
-  std::shared_ptr<const render::Frame> refined_;
+  std::unique_ptr<render::AccurateRendering> refining_;  // of this request; null: not yet begun
   std::optional<double> soft_maps_error_;
   std::shared_ptr<const render::Feedback> feedback_;
-  double samples_ = 0, error_ = 0, pass_s_ = 0;
-  int pass_samples_ = 0, passes_ = 0;
 };
 
 }  // namespace luxfield::view

@@ -64,7 +64,7 @@ void Refine(LitView& view, const LitRequest& request, FrameTimes& times) {
   do {
     core::ThrowIfInterrupted();
     picture = view.Refine();
-  } while (!picture.reached);
+  } while (!picture.done);
   times.refined_s = stopwatch.WallSeconds();
   times.refined_core_s = stopwatch.CoreSeconds();
   times.refined_error = picture.error.value_or(0);

@@ -25,7 +25,7 @@ LitPicture Lit(LitView& view, bool preview) {
     do {
       core::ThrowIfInterrupted();
       picture = view.Refine();
-    } while (!picture.reached);
+    } while (!picture.done);
     return picture;
   }
   return view.Quick();
@@ -47,7 +47,8 @@ class Recorder {
         view_(device_, scene_),
         look_(options.look) {
     request_ = RequestOf(scene_, options.input);
-    request_.frame_s = request_.pass_s = kAnyTime_s;
+    request_.frame_s = kAnyTime_s;
+    request_.round_s.reset();
     recording_.width = scene_.camera.width;
     recording_.height = scene_.camera.height;
     recording_.frames_per_s = path_.frames_per_s;
