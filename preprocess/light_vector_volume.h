@@ -169,13 +169,17 @@ struct VolumeForError {
 // spacing of h, measures, tells the axes' shares apart by leaving out every second node of one
 // axis, and builds again at the spacings that the orders of the error predict, until the target is
 // met or the next volume would exceed `max_bytes`. The receivers should be a sample of those to be
-// lit (some hundred): what is bright there counts. InputError for options that make no sense.
+// lit (some hundred): what is bright there counts. Besides, no receiver of `spread` should be off by
+// more than 3 max_rel_error times the sum of its irradiance and the mean: where one is, finer
+// volumes are built, two at most, bytes allowing. InputError for options that make no sense.
 VolumeForError BuildForError(const lightfield::LightField& field, const Reach& reach,
-                             std::span<const Receiver> receivers,
-                             const VolumeOptions& options = {});
+                             std::span<const Receiver> receivers, const VolumeOptions& options = {},
+                             std::span<const Receiver> spread = {});
 
 // The same over the reach of `receivers` with tau <= MaxTau, judged by `sample` at random of those
-// that see the images. An empty volume, met, if a volume would light none of the sample.
+// that see the images, and by twice as many that are spread evenly over tau, so that what is near the lamp
+// counts although it fills few pixels. An empty volume, met, if a volume would light none of the
+// sample.
 VolumeForError BuildForReceivers(const lightfield::LightField& field,
                                  std::span<const Receiver> receivers,
                                  const VolumeOptions& options = {}, std::size_t sample = 1500,

@@ -16,38 +16,58 @@ using lightfield::LightField;
 using lightfield::LightVector;
 using lightfield::LuminaireGeometry;
 
-struct Judge {
-  std::vector<JudgedReceiver> lit;
-  bool has_volume = false;  // any by_volume
+struct VolumeErrors {
+  double rms = 0, largest = 0;
+};
 
-  Judge(const LightField& field, std::span<const Receiver> candidates) {
-    std::vector<JudgedReceiver> seen(candidates.size());
-    core::ParallelFor(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
-        const Receiver& receiver = candidates[k];
-        if (!SeesImages(field.geometry, receiver.p)) continue;
-        seen[k] = {receiver,
-                   VolumeLights(field.geometry, receiver, std::numeric_limits<double>::infinity()),
-                   lightfield::ExactIrradiance(field, receiver.p, receiver.n)};
-      }
-    });
-    for (const JudgedReceiver& one : seen)
-      if (one.by_volume || one.irradiance != std::array<double, 3>{}) {
-        lit.push_back(one);
-        has_volume |= one.by_volume;
-      }
+// Of the RMSE over the mean that is asked for: what no receiver may be off by, relative to what it
+// and the mean receiver see. Splines swing beside edges of the light, which an RMSE over a picture
+// hardly counts where few pixels are so near the lamp.
+constexpr double kLargestError = 3;
+// For that a volume is built so many times more at most, each time with up to 1 / kFinest times the
+// nodes along each axis.
+constexpr int kMoreBuilds = 2;
+constexpr double kFinest = 0.6;
+
+std::vector<JudgedReceiver> SeenOf(const LightField& field, std::span<const Receiver> candidates) {
+  std::vector<JudgedReceiver> seen(candidates.size());
+  core::ParallelFor(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const Receiver& receiver = candidates[k];
+      if (!SeesImages(field.geometry, receiver.p)) continue;
+      seen[k] = {receiver,
+                 VolumeLights(field.geometry, receiver, std::numeric_limits<double>::infinity()),
+                 lightfield::ExactIrradiance(field, receiver.p, receiver.n)};
+    }
+  });
+  std::erase_if(seen, [](const JudgedReceiver& one) {
+    return !one.by_volume && one.irradiance == std::array<double, 3>{};
+  });
+  return seen;
+}
+
+struct Judge {
+  std::vector<JudgedReceiver> lit, spread;
+  bool has_volume = false;  // any of `lit` is by_volume
+  double mean = 0;          // irradiance of `lit`
+
+  Judge(const LightField& field, std::span<const Receiver> receivers,
+        std::span<const Receiver> spread_receivers = {})
+      : lit(SeenOf(field, receivers)), spread(SeenOf(field, spread_receivers)) {
+    for (const JudgedReceiver& one : lit) {
+      has_volume |= one.by_volume;
+      for (const double irradiance : one.irradiance) mean += irradiance;
+    }
+    if (!lit.empty()) mean /= 3 * static_cast<double>(lit.size());
   }
 
   double Error(const LightVectorVolume& volume) const {
-    double squares = 0, sum = 0, volume_sum = 0;
-    std::size_t count = 0, volume_count = 0;
+    double squares = 0, volume_sum = 0;
+    std::size_t volume_count = 0;
     for (const auto& [receiver, by_volume, irradiance] : lit) {
-      std::optional<LightVector> vector;
-      if (by_volume) vector = InterpolateLightVector(volume, receiver.p);
+      const auto vector = by_volume ? InterpolateLightVector(volume, receiver.p) : std::nullopt;
+      if (!vector) continue;
       for (int channel = 0; channel < 3; ++channel) {
-        sum += irradiance[channel];
-        ++count;
-        if (!vector) continue;
         const double error = Dot(receiver.n, vector->j[channel]) - irradiance[channel];
         squares += error * error;
         volume_sum += irradiance[channel];
@@ -55,24 +75,49 @@ struct Judge {
       }
     }
     if (!(squares > 0)) return 0;
-    return std::max(std::sqrt(squares * static_cast<double>(count)) / std::abs(sum),
+    const double count = 3 * static_cast<double>(lit.size());
+    return std::max(std::sqrt(squares / count) / std::abs(mean),
                     std::sqrt(squares * static_cast<double>(volume_count)) / std::abs(volume_sum));
   }
 
-  // Mean square difference of two volumes.
-  double Difference(const LightVectorVolume& a, const LightVectorVolume& b) const {
-    double squares = 0;
-    for (const auto& [receiver, by_volume, irradiance] : lit) {
-      if (!by_volume) continue;
-      const auto from_a = InterpolateLightVector(a, receiver.p),
-                 from_b = InterpolateLightVector(b, receiver.p);
-      if (!from_a || !from_b) continue;
-      for (int channel = 0; channel < 3; ++channel) {
-        const double error = Dot(receiver.n, from_a->j[channel] - from_b->j[channel]);
-        squares += error * error;
-      }
+  // The largest |error| over what the receiver and the mean receiver see.
+  double LargestError(const LightVectorVolume& volume) const {
+    double largest = 0;
+    for (const auto& [receiver, by_volume, irradiance] : spread) {
+      const auto vector = by_volume ? InterpolateLightVector(volume, receiver.p) : std::nullopt;
+      for (int channel = 0; vector && channel < 3; ++channel)
+        largest =
+            std::max(largest, Relative(Dot(receiver.n, vector->j[channel]) - irradiance[channel],
+                                       irradiance[channel]));
     }
-    return std::sqrt(squares);
+    return largest;
+  }
+
+  // Of two volumes: root of the sum of squared differences, and the largest as above.
+  VolumeErrors Difference(const LightVectorVolume& a, const LightVectorVolume& b) const {
+    VolumeErrors difference;
+    const auto visit = [&](const std::vector<JudgedReceiver>& judges, auto&& add) {
+      for (const auto& [receiver, by_volume, irradiance] : judges) {
+        if (!by_volume) continue;
+        const auto from_a = InterpolateLightVector(a, receiver.p),
+                   from_b = InterpolateLightVector(b, receiver.p);
+        if (!from_a || !from_b) continue;
+        for (int channel = 0; channel < 3; ++channel)
+          add(Dot(receiver.n, from_a->j[channel] - from_b->j[channel]), irradiance[channel]);
+      }
+    };
+    visit(lit, [&](double error, double) { difference.rms += error * error; });
+    difference.rms = std::sqrt(difference.rms);
+    visit(spread, [&](double error, double irradiance) {
+      difference.largest = std::max(difference.largest, Relative(error, irradiance));
+    });
+    return difference;
+  }
+
+ private:
+  double Relative(double error, double irradiance) const {
+    return std::abs(error) /
+           std::max(std::abs(irradiance) + std::abs(mean), std::numeric_limits<double>::min());
   }
 };
 
@@ -121,13 +166,55 @@ struct Spacings {
   }
 };
 
+// What the axes do to an error.
+struct Shares {
+  double a = 0, tau = 0;
+};
+
 // What to multiply a spacing by so that its part of the error, here over its target, falls to 1 in
 // fourth order. The axis with the worse part is made finer in any case.
-double Refinement(double share, bool worse) {
-  return std::clamp(std::pow(share, -0.25), 0.25, worse ? 0.8 : 1.0);
+double Refinement(double share, bool worse, double finest) {
+  return std::clamp(std::pow(share, -0.25), finest, worse ? 0.8 : 1.0);
+}
+
+// Finer spacings for an `error` that is to be `target` at most, none below `finest` of what it is.
+void Refine(const Shares& differences, double error, double target, double finest,
+            Spacings& spacings) {
+  // Nodes count twice in a, once in tau: the volume is smallest for these shares of the target,
+  // a little below it for safety.
+  const double scale = error / std::max(std::hypot(differences.a, differences.tau),
+                                        std::numeric_limits<double>::min()),
+               a = scale * differences.a / (0.85 * std::sqrt(2.0 / 3) * target),
+               tau = scale * differences.tau / (0.85 * std::sqrt(1.0 / 3) * target);
+  spacings.a_m *= Refinement(a, a > tau, finest);
+  spacings.tau *= Refinement(tau, tau >= a, finest);
 }
 
 double CellOf(const Interval& range, int nodes) { return (range.hi - range.lo) / (nodes - 1); }
+
+// At most `count` of the receivers that a volume over `reach` lights, as many of each sixteenth of
+// its range of tau as there are.
+std::vector<Receiver> SpreadOverTau(const LuminaireGeometry& geometry, const Reach& reach,
+                                    std::span<const Receiver> receivers, std::size_t count,
+                                    std::uint64_t seed) {
+  constexpr std::size_t kBins = 16;
+  std::vector<Receiver> spread;
+  if (reach.empty()) return spread;
+  std::array<std::vector<std::size_t>, kBins> bins;
+  for (std::size_t k = 0; k < receivers.size(); ++k) {
+    const double tau = CoordinatesOf(geometry, receivers[k].p).tau,
+                 at = kBins * (tau - reach.tau.lo) / (reach.tau.hi - reach.tau.lo);
+    if (at >= 0 && at <= kBins)
+      bins[std::min(static_cast<std::size_t>(at), kBins - 1)].push_back(k);
+  }
+  core::Random random(seed, 1);
+  for (const auto& bin : bins)
+    for (std::size_t k = 0; k < std::min(bin.size(), count / kBins); ++k) {
+      const auto at = static_cast<std::size_t>(random.Uniform() * static_cast<double>(bin.size()));
+      spread.push_back(receivers[bin[at]]);
+    }
+  return spread;
+}
 
 }  // namespace
 
@@ -155,14 +242,15 @@ std::vector<Receiver> RandomReceivers(const LuminaireGeometry& geometry, const R
 }
 
 VolumeForError BuildForError(const LightField& field, const Reach& reach,
-                             std::span<const Receiver> receivers, const VolumeOptions& options) {
+                             std::span<const Receiver> receivers, const VolumeOptions& options,
+                             std::span<const Receiver> spread) {
   if (!(options.max_rel_error > 0))
     throw InputError(
         fmt::format("a light-vector volume for a relative error of {}; it must be "
                     "above 0",
                     options.max_rel_error));
   const LuminaireGeometry& g = field.geometry;
-  const Judge judge(field, receivers);
+  const Judge judge(field, receivers, spread);
   VolumeForError result;
   result.volume.geometry = g;
   result.judges = judge.lit;
@@ -175,29 +263,28 @@ VolumeForError BuildForError(const LightField& field, const Reach& reach,
   const lightfield::Vec2 centre = SupportCentre(g);
   const double rim_m = std::max(centre.x - g.grid.u0_m, centre.y - g.grid.v0_m);
   Spacings spacings{g.grid.spacing_m, g.grid.spacing_m / rim_m};
-  // Nodes count twice in a, once in tau: the volume is smallest for these shares of the target,
-  // a little below it for safety.
-  const double target_a = 0.85 * std::sqrt(2.0 / 3) * options.max_rel_error,
-               target_tau = 0.85 * std::sqrt(1.0 / 3) * options.max_rel_error;
-  for (;;) {
+  bool met = false;
+  for (int more_builds = 0;;) {
     const VolumeResolution resolution = spacings.Resolution(wide);
     if (VolumeBytes(resolution, g.channels) > options.max_bytes) {
-      result.met = false;
+      result.met = met;
       return result;
     }
     result.volume = BuildLightVectorVolume(field, reach, resolution);
     result.rel_error = judge.Error(result.volume);
     ++result.builds;
-    if (result.rel_error <= options.max_rel_error) return result;
-    const double a = judge.Difference(result.volume, CoarserInA(result.volume)),
-                 tau = judge.Difference(result.volume, CoarserInTau(result.volume));
-    const double scale =
-        result.rel_error / std::max(std::hypot(a, tau), std::numeric_limits<double>::min());
-    const double share_a = scale * a / target_a, share_tau = scale * tau / target_tau;
+    met = result.rel_error <= options.max_rel_error;
+    const double largest = judge.LargestError(result.volume),
+                 max_largest = kLargestError * options.max_rel_error;
+    if (met && (more_builds++ == kMoreBuilds || largest <= max_largest)) return result;
+    const VolumeErrors a = judge.Difference(result.volume, CoarserInA(result.volume)),
+                       tau = judge.Difference(result.volume, CoarserInTau(result.volume));
     spacings.a_m = std::min(spacings.a_m, CellOf(wide.a_x_m, resolution.a_x));
     spacings.tau = std::min(spacings.tau, CellOf(wide.tau, resolution.tau));
-    spacings.a_m *= Refinement(share_a, share_a > share_tau);
-    spacings.tau *= Refinement(share_tau, share_tau >= share_a);
+    if (met)
+      Refine({a.largest, tau.largest}, largest, max_largest, kFinest, spacings);
+    else
+      Refine({a.rms, tau.rms}, result.rel_error, options.max_rel_error, 0.25, spacings);
   }
 }
 
@@ -208,6 +295,8 @@ VolumeForError BuildForReceivers(const LightField& field, std::span<const Receiv
   std::vector<Receiver> seeing;
   for (const Receiver& receiver : receivers)
     if (SeesImages(field.geometry, receiver.p)) seeing.push_back(receiver);
+  const std::vector<Receiver> spread =
+      SpreadOverTau(field.geometry, reach, seeing, 2 * sample, seed);
   if (sample < seeing.size()) {
     core::Random random(seed, 0);
     for (std::size_t k = 0; k < sample; ++k)
@@ -219,7 +308,7 @@ VolumeForError BuildForReceivers(const LightField& field, std::span<const Receiv
   const bool by_volume = std::any_of(seeing.begin(), seeing.end(), [&](const Receiver& receiver) {
     return VolumeLights(field.geometry, receiver, MaxTau(field.geometry));
   });
-  return BuildForError(field, by_volume ? reach : Reach{}, seeing, options);
+  return BuildForError(field, by_volume ? reach : Reach{}, seeing, options, spread);
 }
 
 }  // namespace luxfield::preprocess
