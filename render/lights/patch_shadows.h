@@ -12,7 +12,7 @@
 // A texel has the width f = z texel at the distance z, texel the tangents that the map spans over
 // its size. It is compared with the receiver's tangent plane along the texel's ray, so that planes
 // do not shade themselves at any angle; the plane is lifted by 0.3 f for normals that are
-// interpolated. Edges are blurred by f and true to f; where what throws them is near, rays to two of
+// interpolated. Edges are blurred by f and true to f; where what throws them is near, rays to four of
 // the patches decide. What is thinner than f may be missed.
 //
 // Maps are drawn by rasterising the scene's triangles: anew for every place of the lamp, in some

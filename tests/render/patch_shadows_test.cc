@@ -143,6 +143,39 @@ TEST(PatchShadows, PenumbraeAreAsWideAsTheLampMakesThem) {
   }
 }
 
+// A board stands on a floor: behind its foot the shadow's edge is sharper than the maps, and they
+// look along the floor.
+TEST(PatchShadows, AtTheFootOfABoardSharesAreNearTheTruth) {
+  const std::uint64_t seed = TestSeed(8);
+  core::Random random(seed, 8);
+  Geometry geometry;
+  AppendQuad({-5, -0.3, 0.5}, {0, 0, 9}, {10, 0, 0}, 0, geometry);
+  AppendQuad({-0.4, -0.3, 3}, {0.4, 0, 0}, {0, 0.5, 0}, 0, geometry);
+  const Stage stage(geometry);
+  std::vector<SurfacePoint> points;
+  for (int k = 0; k < 2000; ++k) {
+    const double behind = 0.05 + 0.5 * random.Uniform();
+    points.push_back(
+        RoundToFloat({{0.04 * behind * (2 * random.Uniform() - 1), -0.3, 3 + behind}, {0, 1, 0}}));
+  }
+  const auto shares = stage.Shares(points, 384);
+  double square = 0, mean = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Vec3 p = points[k].p;
+    const double truth = VisibleShare(stage.field, points[k], [&](double u, double v) {
+      const Vec3 at = p + ((p.z - 3) / p.z) * (Vec3{u, v, 0} - p);
+      return !(at.x > -0.4 && at.x < 0 && at.y < 0.2);
+    });
+    square += std::pow(shares[k] - truth, 2) / static_cast<double>(points.size());
+    mean += (shares[k] - truth) / static_cast<double>(points.size());
+  }
+  std::printf("rms %.4f, bias %+.4f\n", std::sqrt(square), mean);
+  // Four of sixteen patches that lie in different rows and columns tell the part of the lamp beside an
+  // edge to 1/8 at worst, 1/14 in the mean square; rays to patches of one column are off by 0.24.
+  EXPECT_LT(std::sqrt(square), 0.13);
+  EXPECT_LT(std::abs(mean), 0.05);
+}
+
 TEST(PatchShadows, NoPlaneShadesItself) {
   const std::uint64_t seed = TestSeed(3);
   core::Random random(seed, 3);

@@ -12,7 +12,7 @@
 #include "luxfield/render/kernels/luminaire/window.clh"
 #include "luxfield/render/kernels/scene/bvh.clh"
 
-enum { kStrips = 4, kRaysForContact = 2 };
+enum { kStrips = 4, kRaysForContact = 4 };
 
 // By how many texels' widths planes are lifted where a normal may be interpolated.
 #define LIFT 0.3f
@@ -281,11 +281,13 @@ inline void TraceContact(__constant const LuminaireParams* luminaire,
                          float* visible, int stride) {
   __constant const DoubleFloat* o = luminaire->position;
   const float3 origin = (float3)(o[0].hi, o[1].hi, o[2].hi);
-  const int count = popcount(contact), every = (count + kRaysForContact - 1) / kRaysForContact;
+  const int count = popcount(contact), rays_asked = min(count, (int)kRaysForContact);
   int number = 0, traced = 0;
   float seen = 0.0f;
-  for (int k = 0; k < kPatchCount; ++k) {
-    if (!(contact >> k & 1u) || number++ % every) continue;
+  for (int n = 0; n < kPatchCount; ++n) {
+    // Along diagonals, so that every fourth of all patches lies in another row and column.
+    const int k = (n & ~3) | ((n + (n >> 2)) & 3);
+    if (!(contact >> k & 1u) || number++ != (2 * traced + 1) * count / (2 * rays_asked)) continue;
     const float3 point =
         origin + WorldFromLuminaire(luminaire, (float3)(patches->x[k], patches->y[k],
                                                         patches->nearest));
