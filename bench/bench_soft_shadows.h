@@ -20,6 +20,7 @@ struct SoftShadowsOptions {
   int reference_pixels = 5000;  // random subset that errors are taken over
   int reference_samples = 256;  // of each lamp and pixel, in two independent halves
   int motion_frames = 0;        // of lamps that move a centimetre a frame; 0: none
+  int flight_frames = 0;        // of a camera that moves a centimetre a frame; 0: none
   int motion_pixels = 2000;     // random subset that frames are compared at
   std::string pictures;         // a folder for pictures and Lab differences as PNG; empty: none
   std::string device;           // as --device
@@ -28,6 +29,14 @@ struct SoftShadowsOptions {
 
 struct SoftShadowsTime {
   double core_s = 0, wall_s = 0;
+};
+
+// Mean Lab between successive frames, averaged over them: of these pictures, of the reference, and
+// between the changes of both; 0 where nothing moves. `excess_lab` is by how much these pictures
+// change more than the reference, `largest_excess_lab` that from one frame to the next where it is
+// largest: what pops.
+struct MotionFigures {
+  double lab = 0, reference_lab = 0, error_lab = 0, excess_lab = 0, largest_excess_lab = 0;
 };
 
 struct SoftShadowsFigures {
@@ -40,9 +49,7 @@ struct SoftShadowsFigures {
   double unshadowed_core_s = 0, maps_core_s = 0;  // without shadows; of the maps alone
   // Of the irradiance against the reference, and half of the difference of its halves.
   double mean_lab = 0, rel_rmse = 0, bias = 0, reference_lab = 0, unshadowed_lab = 0;
-  // Mean Lab between successive frames: of these pictures, of the reference, and between the
-  // changes of both; 0 where no lamp moves.
-  double motion_lab = 0, motion_reference_lab = 0, motion_error_lab = 0;
+  MotionFigures motion, flight;  // of the lamps, of the camera
 };
 
 // The scene of bench/occluder_scene.h with lamps 0.7 m apart. Times are taken after compilation; the

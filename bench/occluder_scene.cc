@@ -22,8 +22,10 @@ scene::Geometry OccluderScene() {
   return geometry;
 }
 
-scene::Camera OccluderCamera(int width, int height) {
-  return scene::Camera::LookAt({0.7, 0.9, -1.2}, {0, -0.35, 2.6}, {0, 1, 0}, 42, width, height);
+scene::Camera OccluderCamera(int width, int height, int step) {
+  const Vec3 along{-0.008, 0, 0.006};  // m
+  return scene::Camera::LookAt(Vec3{0.7, 0.9, -1.2} + step * along, {0, -0.35, 2.6}, {0, 1, 0}, 42,
+                               width, height);
 }
 
 }  // namespace luxfield::bench

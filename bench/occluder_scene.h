@@ -9,7 +9,8 @@ namespace luxfield::bench {
 // from 2 to 4.8 m, all Lambertian; the lamp stands at the origin and shines along +z, y is up.
 scene::Geometry OccluderScene();
 
-// From beside and above the lamp.
-scene::Camera OccluderCamera(int width, int height);
+// From beside and above the lamp; `step` centimetres along a flight past the things, which it keeps
+// looking at.
+scene::Camera OccluderCamera(int width, int height, int step = 0);
 
 }  // namespace luxfield::bench

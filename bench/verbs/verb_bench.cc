@@ -212,8 +212,13 @@ void AddRays(cli::Program& program, CLI::App& benches) {
   app.add_option("--runs", how.runs, "Of which the median counts")->check(CLI::Range(1, 100));
 }
 
-// What both benches of shadows have in common is `how`'s.
-core::Json Headlights(SoftShadowsOptions options, const BenchShadowsOptions& how) {
+// What both benches of shadows have in common is `how`'s; the sizes are their own where none is asked
+// for.
+core::Json Headlights(SoftShadowsOptions options, const BenchShadowsOptions& how,
+                      const CLI::App& asked) {
+  if (asked.count("--width")) options.width = how.width;
+  if (asked.count("--height")) options.height = how.height;
+  if (asked.count("--reference-spp")) options.reference_samples = how.reference_samples;
   options.pictures = how.pictures;
   options.device = how.device;
   options.threads = how.threads;
@@ -224,11 +229,13 @@ core::Json Headlights(SoftShadowsOptions options, const BenchShadowsOptions& how
 void AddShadows(cli::Program& program, CLI::App& benches) {
   auto headlights = std::make_shared<SoftShadowsOptions>();
   auto two = std::make_shared<bool>(false);
+  auto asked = std::make_shared<const CLI::App*>();
   const auto [app, how] = AddDeviceBench<BenchShadowsOptions>(
       program, benches, "shadows", "Shadow maps and traced shares against traced samples",
-      [headlights, two](const auto& o) {
-        return *two ? Headlights(*headlights, o) : FinishOnDevice(BenchShadows(o), o);
+      [headlights, two, asked](const auto& o) {
+        return *two ? Headlights(*headlights, o, **asked) : FinishOnDevice(BenchShadows(o), o);
       });
+  *asked = &app;
   AddSize(app, how.width, how.height);
   AddSamples(app, how.samples_per_pixel);
   AddEstimators(app, how.estimators);
@@ -237,13 +244,21 @@ void AddShadows(cli::Program& program, CLI::App& benches) {
   auto* flag =
       app.add_flag("--headlights", *two,
                    "Two headlights of 11 x 9 images of 256 x 256 texels by volume with soft "
-                   "shadow maps, 1024 x 768, instead: pictures per second and mean Lab");
+                   "shadow maps instead, 1024 x 768 and 256 reference samples unless asked for "
+                   "otherwise: pictures per second and mean Lab");
   app.add_option("--map-size", headlights->map_size, "Of --headlights: texels along a map's side")
       ->check(CLI::Range(render::PatchShadows::kMinSize, render::PatchShadows::kMaxSize))
       ->needs(flag);
   app.add_option("--frames", headlights->motion_frames,
                  "Of --headlights: pictures of lamps that move a centimetre between them, whose "
                  "changes are compared with the reference's; 0: none")
+      ->check(CLI::Range(0, 1 << 16))
+      ->needs(flag);
+  app.add_option(
+         "--flight", headlights->flight_frames,
+         "Of --headlights: pictures of a camera that moves a centimetre between them, whose "
+         "changes are compared with the reference's; 0: none")
+      ->check(CLI::Range(0, 1 << 16))
       ->needs(flag);
 }
 

@@ -25,7 +25,7 @@ SoftShadowsOptions Small() {
 
 TEST(BenchSoftShadows, PicturesAreNearTheTruthAndMoveAsItDoes) {
   auto options = Small();
-  options.motion_frames = 4;
+  options.motion_frames = options.flight_frames = 4;
   options.motion_pixels = 500;
   const SoftShadowsFigures figures = MeasureSoftShadows(options);
   const auto row = SoftShadowsRow(options, figures);
@@ -37,8 +37,14 @@ TEST(BenchSoftShadows, PicturesAreNearTheTruthAndMoveAsItDoes) {
   EXPECT_GT(figures.fps, 0);
   // Errors that have nothing to do with each other from frame to frame would change by sqrt(2) of
   // their size: nothing pops.
-  EXPECT_GT(figures.motion_lab, 0.5 * figures.motion_reference_lab);
-  EXPECT_LT(figures.motion_error_lab, 1.5 * figures.mean_lab);
+  for (const MotionFigures& of : {figures.motion, figures.flight}) {
+    EXPECT_GT(of.lab, 0.5 * of.reference_lab);
+    EXPECT_LT(of.error_lab, 1.5 * figures.mean_lab);
+    EXPECT_NEAR(of.excess_lab, of.lab - of.reference_lab, 1e-9);
+    EXPECT_GE(of.largest_excess_lab, of.excess_lab);
+    EXPECT_LT(of.largest_excess_lab, figures.mean_lab);
+  }
+  EXPECT_NE(figures.flight.reference_lab, figures.motion.reference_lab);
 }
 
 TEST(BenchSoftShadows, RefusesWhatMakesNoSense) {
