@@ -3,8 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <vector>
 
+#include "luxfield/core/simd.h"
 #include "luxfield/lightfield/edge_light_json.h"
 
 namespace luxfield::lightfield {
@@ -57,29 +62,66 @@ EdgeLight FindEdgeLight(const BasisGrid& grid, std::span<const double> light,
   return edges;
 }
 
+namespace {
+
+struct EdgeSums {
+  double light = 0, variance = 0;
+};
+
+// Over the texels whose `unknown` is 0.
+LUXFIELD_SIMD_CLONES EdgeSums SumKnown(const float* irradiance, const float* sigma,
+                                       const std::uint32_t* unknown, std::size_t texels) {
+  constexpr std::size_t kLanes = 8;
+  typedef float Floats __attribute__((vector_size(kLanes * sizeof(float))));
+  typedef double Doubles __attribute__((vector_size(kLanes * sizeof(double))));
+  typedef std::int32_t Words __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
+  const Floats none{};
+  Doubles light{}, variance{};
+  std::size_t p = 0;
+  for (; p + kLanes <= texels; p += kLanes) {
+    Floats e, s;
+    Words gap;
+    std::memcpy(&e, irradiance + p, sizeof e);
+    std::memcpy(&s, sigma + p, sizeof s);
+    std::memcpy(&gap, unknown + p, sizeof gap);
+    light += __builtin_convertvector(gap != 0 ? none : e, Doubles);
+    const Doubles deviation = __builtin_convertvector(gap != 0 ? none : s, Doubles);
+    variance += deviation * deviation;
+  }
+  EdgeSums sums;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    sums.light += light[k];
+    sums.variance += variance[k];
+  }
+  for (; p < texels; ++p) {
+    if (unknown[p]) continue;
+    sums.light += irradiance[p];
+    sums.variance += double{sigma[p]} * sigma[p];
+  }
+  return sums;
+}
+
+}  // namespace
+
 EdgeLight FindEdgeLight(std::span<const Measurements> measurements) {
   const auto& geometry = measurements.front().geometry;
   const std::size_t texels = geometry.plane_size();
-  std::vector<char> known(texels, 1);
+  std::vector<std::uint32_t> unknown(texels, 0);
   for (const Measurements& one : measurements)
     for (const auto& position : one.positions)
-      for (std::size_t p = 0; p < texels; ++p) known[p] &= !(position.mask[p] & kUnknownMask);
+      for (std::size_t p = 0; p < texels; ++p) unknown[p] |= position.mask[p] & kUnknownMask;
   const auto count = static_cast<std::size_t>(geometry.grid.count());
   std::vector<double> light(count), variance(count);
-  double sum = 0;
   for (const Measurements& one : measurements)
-    for (std::size_t m = 0; m < count; ++m) {
-      const auto& position = one.positions[m];
-      for (int channel = 0; channel < geometry.channels; ++channel)
-        for (std::size_t p = 0; p < texels; ++p) {
-          if (!known[p]) continue;
-          const double e = position.irradiance[channel * texels + p],
-                       sigma = position.sigma[channel * texels + p];
-          light[m] += e;
-          variance[m] += sigma * sigma;
-          sum += e;
-        }
-    }
+    for (std::size_t m = 0; m < count; ++m)
+      for (int channel = 0; channel < geometry.channels; ++channel) {
+        const EdgeSums sums =
+            SumKnown(one.positions[m].irradiance.data() + channel * texels,
+                     one.positions[m].sigma.data() + channel * texels, unknown.data(), texels);
+        light[m] += sums.light;
+        variance[m] += sums.variance;
+      }
+  const double sum = std::accumulate(light.begin(), light.end(), 0.0);
   EdgeLight edges = FindEdgeLight(geometry.grid, light, variance);
   edges.measured_flux = sum * geometry.lattice.texel_area_m2() /
                         (geometry.channels * static_cast<double>(measurements.size()));

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "luxfield/core/error.h"
+#include "luxfield/core/simd.h"
 
 namespace luxfield::lightfield {
 namespace {
@@ -188,8 +191,31 @@ ExrGeometry ReadGeometry(const core::ExrReader& reader, const ExrKind& kind) {
   return out;
 }
 
+namespace {
+
+// By their bits, which vectors look at together.
+LUXFIELD_SIMD_CLONES bool AreFinite(std::span<const float> values, bool allow_negative) {
+  constexpr std::uint32_t kInfinity = 0x7F800000u, kMinusZero = 0x80000000u;
+  constexpr std::size_t kBlock = 256;
+  const std::uint32_t most = allow_negative ? ~0u : kMinusZero;
+  const auto is_bad = [most](float value) __attribute__((always_inline)) {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    return static_cast<std::uint32_t>((bits & kInfinity) == kInfinity) |
+           static_cast<std::uint32_t>(bits > most);
+  };
+  std::uint32_t bad = 0;
+  std::size_t k = 0;
+  for (; k + kBlock <= values.size(); k += kBlock)
+    for (std::size_t i = 0; i < kBlock; ++i) bad |= is_bad(values[k + i]);
+  for (; k < values.size(); ++k) bad |= is_bad(values[k]);
+  return bad == 0;
+}
+
+}  // namespace
+
 void RequireFinite(const core::ExrReader& reader, const std::string& part,
                    const std::string& channel, std::span<const float> values, bool allow_negative) {
+  if (AreFinite(values, allow_negative)) return;
   const auto bad = std::find_if(values.begin(), values.end(), [&](float value) {
     return !std::isfinite(value) || (!allow_negative && value < 0);
   });

@@ -23,13 +23,12 @@ std::vector<PixelGroup> GroupPixels(std::span<const std::uint32_t* const> unknow
   std::unordered_map<std::string, std::size_t> index;
   std::vector<PixelGroup> groups;
   std::string key(unknown.size(), '0');
+  std::vector<std::uint32_t> gaps(pixels, 0);  // of each pixel, 0 where it is complete
+  for (const std::uint32_t* row : unknown)
+    for (std::size_t p = 0; p < pixels; ++p) gaps[p] |= row[p];
   for (std::size_t p = 0; p < pixels; ++p) {
-    bool complete = true;
-    for (std::size_t r = 0; r < unknown.size(); ++r) {
-      key[r] = unknown[r][p] != 0 ? '0' : '1';
-      complete &= unknown[r][p] == 0;
-    }
-    if (complete && !with_complete) continue;
+    if (gaps[p] == 0 && !with_complete) continue;
+    for (std::size_t r = 0; r < unknown.size(); ++r) key[r] = unknown[r][p] != 0 ? '0' : '1';
     const auto [entry, inserted] = index.try_emplace(key, groups.size());
     if (inserted) {
       PixelGroup& group = groups.emplace_back();

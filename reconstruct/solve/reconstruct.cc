@@ -77,6 +77,19 @@ struct Pointers {
   std::vector<const std::uint32_t*> unknown;  // mask bits under which nothing is known
   std::vector<float*> coefficients, coefficient_sigma;
 
+  // A mask that has no other bits is looked at where it is.
+  void AddUnknown(const std::vector<std::uint32_t>& mask) {
+    std::uint32_t bits = 0;
+    for (const std::uint32_t each : mask) bits |= each;
+    if (!(bits & ~lightfield::kUnknownMask)) {
+      unknown.push_back(mask.data());
+      return;
+    }
+    std::vector<std::uint32_t>& kept = unknown_store.emplace_back(mask);
+    for (std::uint32_t& each : kept) each &= lightfield::kUnknownMask;
+    unknown.push_back(kept.data());
+  }
+
   PixelImages Images(const lightfield::LuminaireGeometry& geometry) const {
     return {geometry.plane_size(), geometry.channels, irradiance, sigma,
             coefficients,          coefficient_sigma};
@@ -318,9 +331,7 @@ RowsSolution Solve(std::span<const Measurements> all, const ReconstructOptions& 
     for (const Measurement& position : measurements.positions) {
       images.irradiance.push_back(position.irradiance.data());
       images.sigma.push_back(position.sigma.data());
-      std::vector<std::uint32_t>& bits = images.unknown_store.emplace_back(position.mask);
-      for (std::uint32_t& mask : bits) mask &= lightfield::kUnknownMask;
-      images.unknown.push_back(bits.data());
+      images.AddUnknown(position.mask);
     }
   for (int m = 0; m < geometry.grid.count(); ++m) {
     images.coefficients.push_back(result.coefficients.image(m, 0).data());

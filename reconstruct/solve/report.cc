@@ -1,38 +1,98 @@
 #include "luxfield/reconstruct/solve/report.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "luxfield/core/simd.h"
 #include "luxfield/lightfield/edge_light_json.h"
 #include "luxfield/reconstruct/solve/report_json.h"
 
 namespace luxfield::reconstruct {
+namespace {
+
+struct Sums {
+  double positive = 0, negative = 0, squares = 0;  // `negative` of magnitudes
+  float min = std::numeric_limits<float>::infinity(), max = -min;
+};
+
+LUXFIELD_SIMD_CLONES Sums SumUp(std::span<const float> values) {
+  constexpr std::size_t kLanes = 8;
+  typedef float Floats __attribute__((vector_size(kLanes * sizeof(float))));
+  typedef double Doubles __attribute__((vector_size(kLanes * sizeof(double))));
+  Sums sums;
+  const Floats none{};
+  Floats least = none + sums.min, most = none + sums.max;
+  Doubles positive{}, negative{}, squares{};
+  std::size_t at = 0;
+  for (; at + kLanes <= values.size(); at += kLanes) {
+    Floats c;
+    std::memcpy(&c, values.data() + at, sizeof c);
+    const Doubles wide = __builtin_convertvector(c, Doubles);
+    positive += __builtin_convertvector(c < 0 ? none : c, Doubles);
+    negative -= __builtin_convertvector(c < 0 ? c : none, Doubles);
+    squares += wide * wide;
+    least = c < least ? c : least;
+    most = c > most ? c : most;
+  }
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    sums.positive += positive[k];
+    sums.negative += negative[k];
+    sums.squares += squares[k];
+    sums.min = std::min(sums.min, least[k]);
+    sums.max = std::max(sums.max, most[k]);
+  }
+  for (; at < values.size(); ++at) {
+    const double c = values[at];
+    (c < 0 ? sums.negative : sums.positive) += std::abs(c);
+    sums.squares += c * c;
+    sums.min = std::min(sums.min, values[at]);
+    sums.max = std::max(sums.max, values[at]);
+  }
+  return sums;
+}
+
+}  // namespace
+
+float NthSmallest(std::span<const float> values, std::size_t n) {
+  constexpr std::uint32_t kSign = 0x80000000u, kLow = 0xFFFFu;
+  // Floats in their order as whole numbers in theirs.
+  const auto place = [](float value) {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    return bits & kSign ? ~bits : bits | kSign;
+  };
+  std::vector<std::size_t> counts(kLow + 1);
+  const auto find = [&] {  // the bin that place n lies in; n is then counted from its first one
+    std::uint32_t bin = 0;
+    for (; n >= counts[bin]; ++bin) n -= counts[bin];
+    return bin;
+  };
+  for (const float value : values) ++counts[place(value) >> 16];
+  const std::uint32_t high = find();
+  std::fill(counts.begin(), counts.end(), 0);
+  for (const float value : values)
+    if (place(value) >> 16 == high) ++counts[place(value) & kLow];
+  const std::uint32_t found = high << 16 | find();
+  return std::bit_cast<float>(found & kSign ? found & ~kSign : ~found);
+}
 
 CoefficientStatistics Statistics(const lightfield::LightField& coefficients,
                                  const lightfield::LightField& sigma) {
   CoefficientStatistics result;
   if (coefficients.data.empty()) return result;
-  double positive = 0, negative = 0, squares = 0, variances = 0;
-  result.min = result.max = coefficients.data[0];
-  for (const float value : coefficients.data) {
-    const double c = value;
-    (c < 0 ? negative : positive) += std::abs(c);
-    squares += c * c;
-    result.min = std::min(result.min, c);
-    result.max = std::max(result.max, c);
-  }
-  for (const float value : sigma.data) variances += static_cast<double>(value) * value;
-  result.mean = (positive - negative) / static_cast<double>(coefficients.data.size());
-  result.negative_energy = positive > 0 ? negative / positive : 0;
-  result.sigma_relative = squares > 0 ? std::sqrt(variances / squares) : 0;
-  if (!sigma.data.empty()) {
-    std::vector<float> sorted = sigma.data;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    result.sigma_median = *middle;
-  }
+  const Sums sums = SumUp(coefficients.data);
+  const double variances = SumUp(sigma.data).squares;
+  result.min = sums.min;
+  result.max = sums.max;
+  result.mean = (sums.positive - sums.negative) / static_cast<double>(coefficients.data.size());
+  result.negative_energy = sums.positive > 0 ? sums.negative / sums.positive : 0;
+  result.sigma_relative = sums.squares > 0 ? std::sqrt(variances / sums.squares) : 0;
+  if (!sigma.data.empty()) result.sigma_median = NthSmallest(sigma.data, sigma.data.size() / 2);
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,10 @@ struct ReconstructionReport {
   std::optional<NonNegativeSummary> non_negative;
   std::optional<RegularisationSummary> regularisation;
 };
+
+// The value that stands at place n < values.size() of the sorted values, without a copy of them, in two
+// passes. No value is NaN.
+float NthSmallest(std::span<const float> values, std::size_t n);
 
 CoefficientStatistics Statistics(const lightfield::LightField& coefficients,
                                  const lightfield::LightField& sigma);

@@ -1,4 +1,5 @@
 // *.lf.exr and *.meas.exr: what is written comes back bit by bit.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -186,6 +187,29 @@ TEST(MeasurementsFile, RefusesNoNumberWithoutAReason) {
   const auto path = UniquePath(".meas.exr");
   WriteMeasurements(path, out);
   EXPECT_THROW(ReadMeasurements(path), InputError);
+}
+
+// Values are looked at in blocks of 256 and one by one at the end.
+TEST(MeasurementsFile, RefusesABadSigmaWhereverItStands) {
+  LuminaireGeometry geometry = SmallGeometry(Basis::Make(BasisKind::kBspline2), 1);
+  geometry.lattice.width = 20;
+  geometry.lattice.height = 15;
+  const Measurements good = RandomMeasurements(geometry, 39);
+  constexpr float kInf = std::numeric_limits<float>::infinity();
+  const auto path = UniquePath(".meas.exr");
+  for (const std::size_t k : {0, 255, 256, 299})
+    for (const float value : {-1e-40f, -1.0f, kInf, std::nanf(""), -0.0f, 0.0f}) {
+      Measurements out = good;
+      out.positions[1].mask[k] = 0;
+      out.positions[1].sigma[k] = value;
+      WriteMeasurements(path, out);
+      if (value == 0)
+        EXPECT_NO_THROW(ReadMeasurements(path)) << k;
+      else
+        EXPECT_THAT([&] { ReadMeasurements(path); },
+                    testing::ThrowsMessage<InputError>(
+                        testing::HasSubstr(fmt::format("at row {}, column {}", k / 20, k % 20))));
+    }
 }
 
 TEST(MeasurementsFile, RefusesADisplacementOfMoreThanASpacing) {

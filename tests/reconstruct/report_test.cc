@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <vector>
+
+#include "luxfield/core/random.h"
 
 namespace luxfield::reconstruct {
 namespace {
@@ -44,6 +48,43 @@ TEST(CoefficientStatistics, OfNothingAndOfDarknessAreNoNaN) {
   EXPECT_EQ(dark.negative_energy, 0);
   EXPECT_EQ(dark.mean, 0);
   EXPECT_EQ(dark.sigma_median, 1);
+}
+
+// Sums over vectors of values and over what is left at the end.
+TEST(CoefficientStatistics, SumManyValues) {
+  core::Random random(3, 1);
+  LightField c, sigma;
+  double positive = 0, negative = 0, squares = 0, variances = 0;
+  for (int k = 0; k < 1003; ++k) {
+    c.data.push_back(static_cast<float>(random.Normal()));
+    sigma.data.push_back(random.UniformFloat());
+    (c.data[k] < 0 ? negative : positive) += std::abs(double{c.data[k]});
+    squares += double{c.data[k]} * c.data[k];
+    variances += double{sigma.data[k]} * sigma.data[k];
+  }
+  const CoefficientStatistics s = Statistics(c, sigma);
+  EXPECT_NEAR(s.mean, (positive - negative) / 1003, 1e-12);
+  EXPECT_NEAR(s.negative_energy, negative / positive, 1e-12);
+  EXPECT_NEAR(s.sigma_relative, std::sqrt(variances / squares), 1e-12);
+  for (const int k : {4, 1001}) {
+    LightField one = c;
+    one.data[k] = 100;
+    EXPECT_EQ(Statistics(one, sigma).max, 100);
+    one.data[k] = -100;
+    EXPECT_EQ(Statistics(one, sigma).min, -100);
+  }
+}
+
+TEST(CoefficientStatistics, ThePlaceOfAValueIsThatOfTheSortedValues) {
+  core::Random random(2, 1);
+  std::vector<float> values;
+  for (int k = 0; k < 300; ++k)
+    values.push_back(static_cast<float>(random.Normal() * std::exp(8 * random.Normal())));
+  for (const float value : {1.0f, 1.0f, std::nextafter(1.0f, 2.0f), 0.0f, -2.5f, INFINITY, 1e-40f})
+    values.push_back(value);
+  std::vector<float> sorted = values;
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t n = 0; n < values.size(); ++n) EXPECT_EQ(NthSmallest(values, n), sorted[n]) << n;
 }
 
 TEST(ReconstructionReport, SaysWhatWasNotAskedForByLeavingItOut) {
