@@ -50,8 +50,10 @@ void MakeFolder(const std::filesystem::path& folder, Access access) {
   const auto named = folder.has_filename() ? folder : folder.parent_path();  // "session/"
   const auto above = FolderOf(named);
   MakeFolder(above);
-  if (::mkdir(named.c_str(), access == Access::kPrivate ? 0700 : 0777) != 0)
+  if (::mkdir(named.c_str(), access == Access::kPrivate ? 0700 : 0777) != 0) {
+    if (errno == EEXIST && std::filesystem::is_directory(named)) return;  // by another, meanwhile
     FailWriting(named, "create the folder");
+  }
   SyncFolder(above);
 }
 

@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <barrier>
 #include <fstream>
+#include <thread>
+#include <vector>
 
 #include "luxfield/core/error.h"
 
@@ -108,6 +111,21 @@ TEST_F(AtomicFile, FoldersThatDoNotExistAndNamesThatAreFolders) {
   std::filesystem::create_directory(folder_ / "taken");
   EXPECT_THROW(WriteFileAtomically(folder_ / "taken", "x"), DeviceError);
   EXPECT_EQ(Entries(), 1);
+}
+
+// Each of several makes it, or finds that another has.
+TEST_F(AtomicFile, AFolderIsMadeBySeveralAtOnce) {
+  for (int round = 0; round < 200; ++round) {
+    const auto made = folder_ / std::to_string(round) / "a";
+    std::barrier begin(3);
+    std::vector<std::jthread> makers;
+    for (int k = 0; k < 3; ++k)
+      makers.emplace_back([&] {
+        begin.arrive_and_wait();
+        EXPECT_NO_THROW(MakeFolder(made));
+        EXPECT_TRUE(std::filesystem::is_directory(made));
+      });
+  }
 }
 
 TEST_F(AtomicFile, ReadingWhatIsNoFile) {
