@@ -7,25 +7,24 @@ set(luxfield_packages_core
     "Threads|Threads::Threads|-pthread" "TIFF|TIFF::TIFF|libtiff-4"
     "pkg:LIBDEFLATE:libdeflate|PkgConfig::LIBDEFLATE|libdeflate")
 set(luxfield_packages_formats "ZLIB|ZLIB::ZLIB|zlib")
-set(luxfield_packages_pictures
-    "opencv_core|luxfield::opencv_core|-lopencv_core" "opencv_imgcodecs|luxfield::opencv_imgcodecs|-lopencv_imgcodecs")
+set(luxfield_packages_pictures "opencv_core|luxfield::opencv_core|-lopencv_core")
 set(luxfield_packages_hal "pkg:LIBUSB:libusb-1.0|PkgConfig::LIBUSB|libusb-1.0")
 set(luxfield_packages_capture "pkg:CAIRO:cairo|PkgConfig::CAIRO|cairo")
 set(luxfield_packages_reconstruct
     "Ceres|Ceres::ceres|-lceres" "glog|glog::glog|libglog" "opencv_core|luxfield::opencv_core|-lopencv_core"
-    "opencv_imgproc|luxfield::opencv_imgproc|-lopencv_imgproc" "opencv_calib3d|luxfield::opencv_calib3d|-lopencv_calib3d"
-    "opencv_imgcodecs|luxfield::opencv_imgcodecs|-lopencv_imgcodecs")
+    "opencv_imgproc|luxfield::opencv_imgproc|-lopencv_imgproc" "opencv_calib3d|luxfield::opencv_calib3d|-lopencv_calib3d")
 set(luxfield_packages_scene
     "assimp|assimp::assimp|assimp" "embree|embree|-lembree3" "opencv_core|luxfield::opencv_core|-lopencv_core")
 set(luxfield_packages_web "ZLIB|ZLIB::ZLIB|zlib")
 set(luxfield_packages_render
     "OpenCL|OpenCL::OpenCL|OpenCL" "pkg:CAIRO:cairo|PkgConfig::CAIRO|cairo"
-    "opencv_core|luxfield::opencv_core|-lopencv_core" "opencv_imgcodecs|luxfield::opencv_imgcodecs|-lopencv_imgcodecs")
+    "opencv_core|luxfield::opencv_core|-lopencv_core")
 set(luxfield_packages_planning
     "opencv_core|luxfield::opencv_core|-lopencv_core" "opencv_photo|luxfield::opencv_photo|-lopencv_photo")
 # Libraries of headers only: needed to build a room, not by those who link it.
 set(luxfield_headers_core "nlohmann_json|nlohmann_json::nlohmann_json" "tomlplusplus|tomlplusplus::tomlplusplus")
 set(luxfield_headers_lightfield "Eigen3|Eigen3::Eigen")
+set(luxfield_headers_pictures "opencv_imgcodecs|luxfield::opencv_imgcodecs")  # loaded when a picture comes
 set(luxfield_headers_cli "CLI11|CLI11::CLI11")
 
 # Debian's packages of OpenCV's components carry no CMake files (only the meta-package does).

@@ -89,10 +89,14 @@ macro(luxfield_package name)
 endmacro()
 
 set(version "${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}")
+# What is loaded when it is needed is in no program's list of libraries: libopencv_imgcodecs.so.406 is of
+# libopencv-imgcodecs406.
+get_property(codecs GLOBAL PROPERTY luxfield_opencv_codecs)
+string(REGEX REPLACE "^lib(.+)_(.+)[.]so[.](.+)$" "lib\\1-\\2\\3" codecs "${codecs}")
 luxfield_package(luxfield COMPONENTS program SHARED_LIBRARIES
   SUMMARY "measure real luminaires as light fields and light scenes with them"
   DESCRIPTION "A lab captures what a lamp projects through optical filters in brackets of\nexposures; luxfield plans and takes the frames, merges and reconstructs them\nas a light field with error bars, and lights virtual scenes with it.\nThis package has the program with all verbs."
-  DEPENDS "luxfield-data (= ${version})"
+  DEPENDS "luxfield-data (= ${version}), ${codecs}"
   RECOMMENDS "pocl-opencl-icd | opencl-icd")
 luxfield_package(luxfield-data COMPONENTS data ARCHITECTURE all
   SUMMARY "labs, plans and scenes for luxfield"

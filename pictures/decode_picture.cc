@@ -3,11 +3,11 @@
 #include <limits>
 #include <new>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <vector>
 
 #include "luxfield/core/apart.h"
 #include "luxfield/core/error.h"
+#include "luxfield/pictures/codecs.h"
 
 namespace luxfield::pictures {
 namespace {
@@ -15,13 +15,13 @@ namespace {
 constexpr double kMemoryPerByte = 16;
 constexpr char kRemedy[] = "give a smaller or undamaged picture";
 
-cv::Mat Decode(std::span<const unsigned char> bytes, int flags) {
+cv::Mat Decode(const Codecs& codecs, std::span<const unsigned char> bytes, int flags) {
   cv::setNumThreads(0);  // those of the process that this one began as are not here
   try {
     // imdecode reads only; OpenCV's matrix header has no const form.
     const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
                           const_cast<unsigned char*>(bytes.data()));
-    return cv::imdecode(encoded, flags);
+    return codecs.decode(encoded, flags);
   } catch (const cv::Exception& error) {
     if (error.code == cv::Error::StsNoMem) throw std::bad_alloc();
     return {};
@@ -33,9 +33,10 @@ cv::Mat Decode(std::span<const unsigned char> bytes, int flags) {
 cv::Mat DecodePicture(std::span<const unsigned char> bytes, int flags, const std::string& name) {
   if (bytes.empty() || bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     return {};
+  const Codecs& codecs = LoadCodecs();  // here, since a process apart takes no locks
   cv::Mat picture;
   const auto work = [&](core::ApartWriter& writer) {
-    const cv::Mat decoded = Decode(bytes, flags);
+    const cv::Mat decoded = Decode(codecs, bytes, flags);
     writer(decoded.rows, decoded.cols, decoded.type());
     const std::size_t row_bytes = decoded.cols * decoded.elemSize();
     for (int row = 0; row < decoded.rows; ++row) writer.Bytes(decoded.ptr(row), row_bytes);

@@ -107,7 +107,7 @@ endif()
 # The program as a user runs it, `luxfield bench` included.
 if(LUXFIELD_BUILD_BENCH)
   luxfield_tests(e2e USES luxfield_bench luxfield_fakes DEPENDS luxfield luxfield_bench_program luxfield_view_program device_bench
-                 fake_device die_at_disk_call)
+                 fake_device die_at_disk_call no_codecs)
   if(TARGET luxfield_view)
     target_compile_definitions(e2e_test PRIVATE LUXFIELD_VIEW)
   endif()
@@ -124,6 +124,12 @@ if(LUXFIELD_BUILD_BENCH)
   add_test(NAME hostile COMMAND ${PROJECT_SOURCE_DIR}/tests/hostile/run $<TARGET_FILE:hostile_zygote> --cases 150 --seed 1)
   set_tests_properties(hostile PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1200)
 endif()
+# Those that look at pictures link what the program loads when it needs it.
+foreach(folder reconstruct scene render bench view e2e)
+  if(TARGET ${folder}_test)
+    target_link_libraries(${folder}_test PRIVATE luxfield::opencv_imgcodecs)
+  endif()
+endforeach()
 # Jobs cut into shards, on the engines of one machine and, as a seeded sample of what `./run cluster` runs, on a Slurm,
 # which is skipped where there is none.
 add_test(NAME shards COMMAND ${PROJECT_SOURCE_DIR}/tests/cluster/verbs_test.py $<TARGET_FILE:luxfield>)

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string_view>
 #include <type_traits>
 
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
-#include "luxfield/core/file.h"
+#include "luxfield/pictures/write_png.h"
 
 namespace luxfield::render {
 namespace {
@@ -169,10 +168,7 @@ void WritePng(const std::filesystem::path& path, const core::Image& linear01) {
         image.at<cv::Vec3b>(row, column)[2 - c] = static_cast<unsigned char>(
             std::lround(255 * core::SrgbEncode(std::isfinite(rgb[c]) ? rgb[c] : 0)));
     }
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", image, bytes))
-    throw DeviceError(path.string() + ": the PNG encoder failed");
-  core::WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  pictures::WritePng(path, image);
 }
 
 }  // namespace luxfield::render

@@ -1,10 +1,8 @@
 #include "luxfield/view/window/screenshot.h"
 
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
-#include "luxfield/core/error.h"
-#include "luxfield/core/file.h"
+#include "luxfield/pictures/write_png.h"
 
 namespace luxfield::view {
 
@@ -16,10 +14,7 @@ void WriteScreenshot(const std::filesystem::path& path, const WindowPixels& pixe
           &pixels.rgba[4 * (static_cast<std::size_t>(row) * image.cols + column)];
       image.at<cv::Vec3b>(row, column) = {rgba[2], rgba[1], rgba[0]};
     }
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", image, bytes))
-    throw DeviceError(path.string() + ": the PNG encoder failed");
-  core::WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  pictures::WritePng(path, image);
 }
 
 }  // namespace luxfield::view
