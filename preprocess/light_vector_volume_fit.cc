@@ -13,7 +13,6 @@ namespace luxfield::preprocess {
 namespace {
 
 using lightfield::LightField;
-using lightfield::LightVector;
 using lightfield::LuminaireGeometry;
 
 struct VolumeErrors {
