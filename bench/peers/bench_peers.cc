@@ -24,7 +24,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-constexpr int kFewSamples = 4, kFewRuns = 2;
+constexpr int kFewRuns = 2;  // of points that are passed
 constexpr double kMeansAgree = 5e-4, kStandardErrors = 3;
 const char* const kOurs = "luxfield";
 
@@ -59,17 +59,15 @@ struct Runs {
   std::vector<core::Image> pictures;  // luminance
 };
 
-Runs RunSome(const PeersOptions& options, const std::string& renderer, const fs::path& folder,
-             int spp, int count, core::Progress& progress) {
-  Runs runs;
-  for (int run = 0; run < count; ++run) {
+// With seeds from options.seed + first on.
+void RunSome(const PeersOptions& options, const std::string& renderer, const fs::path& folder,
+             int spp, int first, int end, Runs& runs) {
+  for (int run = first; run < end; ++run) {
     core::ThrowIfInterrupted();
     const auto seed = options.seed + static_cast<std::uint64_t>(run);
     runs.core_s.push_back(RunProcess(Render(options, renderer, folder, spp, seed), folder).core_s);
     runs.pictures.push_back(core::LuminanceImage(core::ReadExrImage(folder / "picture.exr")));
-    progress.Advance();
   }
-  return runs;
 }
 
 double RootMeanSquare(const std::vector<double>& values) {
@@ -92,25 +90,33 @@ void StateMean(const std::vector<core::Image>& pictures, PeerFigures& figures) {
   figures.mean_se = std::sqrt(squares / (n - 1) / n);
 }
 
+PeerPoint PointOf(int spp, const Runs& runs) {
+  return {spp, core::Median(runs.core_s), RootMeanSquare(ErrorsAmong(runs.pictures))};
+}
+
 PeerFigures Measure(const PeersOptions& options, const std::string& renderer,
-                    const fs::path& folder, core::Progress& progress) {
+                    const fs::path& folder) {
   PeerFigures figures;
-  const Runs few = RunSome(options, renderer, folder, kFewSamples, kFewRuns, progress);
-  figures.few = kFewSamples;
-  figures.few_core_s = core::Median(few.core_s);
-  figures.spp = SamplesFor(options.error, RootMeanSquare(ErrorsAmong(few.pictures)), kFewSamples);
-  const Runs runs = RunSome(options, renderer, folder, figures.spp, options.runs, progress);
-  figures.core_s = core::Median(runs.core_s);
-  figures.rel_rmse = RootMeanSquare(ErrorsAmong(runs.pictures));
+  Runs runs;
+  RunSome(options, renderer, folder, 1, 0, 1, runs);  // compiles kernels, reads files: not counted
+  figures.points = MeasurePoints(options.error, [&](int spp) {
+    runs = {};
+    RunSome(options, renderer, folder, spp, 0, kFewRuns, runs);
+    return PointOf(spp, runs);
+  });
+  PeerPoint& last = figures.points.back();
+  RunSome(options, renderer, folder, last.spp, kFewRuns, options.runs, runs);
+  last = PointOf(last.spp, runs);
   StateMean(runs.pictures, figures);
   return figures;
 }
 
 json RowOf(const PeerFigures& figures, const PeerFigures& ours, double error) {
   const PeerCost cost = CostAtError(figures, error), our_cost = CostAtError(ours, error);
-  json row{{"spp", figures.spp},
-           {"rel_rmse", figures.rel_rmse},
+  json row{{"spp", figures.points.back().spp},
+           {"rel_rmse", figures.points.back().rel_rmse},
            {"mean", figures.mean},
+           {"samples", cost.samples},
            {"sample_core_s", cost.sample_core_s},
            {"fixed_core_s", cost.fixed_core_s},
            {"light_core_s", cost.light_core_s},
@@ -156,7 +162,8 @@ json MeasureScene(const PeersOptions& options, const std::string& scene,
                              "--height", std::to_string(options.height)});
   RunProcess(words, folder);
   const json refused = json::parse(core::ReadFile(folder / "scene.json")).at("refused");
-  const PeerFigures ours = Measure(options, kOurs, folder, progress);
+  const PeerFigures ours = Measure(options, kOurs, folder);
+  progress.Advance();
   json rows{RowOf(ours, ours, options.error)};
   rows[0].update({{"scene", scene}, {"renderer", kOurs}});
   for (const Peer& peer : peers) {
@@ -164,10 +171,10 @@ json MeasureScene(const PeersOptions& options, const std::string& scene,
         peer.missing.empty() ? refused.value(peer.name, std::string()) : peer.missing;
     json row;
     if (missing.empty())
-      row = RowOf(Measure(options, peer.name, folder, progress), ours, options.error);
+      row = RowOf(Measure(options, peer.name, folder), ours, options.error);
     else
       row["missing"] = missing;
-    if (!missing.empty()) progress.Advance(static_cast<std::uint64_t>(options.runs) + kFewRuns);
+    progress.Advance();
     row.update({{"scene", scene}, {"renderer", peer.name}});
     rows.push_back(row);
   }
@@ -176,23 +183,40 @@ json MeasureScene(const PeersOptions& options, const std::string& scene,
 
 }  // namespace
 
+double SamplesAtError(const std::vector<PeerPoint>& points, double error) {
+  const auto as_root = [error](const PeerPoint& from) {
+    return std::max(1.0, from.spp * std::pow(from.rel_rmse / error, 2));
+  };
+  if (error >= points.front().rel_rmse) return as_root(points.front());
+  for (std::size_t k = 1; k < points.size(); ++k) {
+    const PeerPoint &from = points[k - 1], &to = points[k];
+    if (to.rel_rmse > error) continue;
+    if (!(to.rel_rmse > 0)) return to.spp;
+    const double share = std::log(from.rel_rmse / error) / std::log(from.rel_rmse / to.rel_rmse);
+    return from.spp * std::pow(static_cast<double>(to.spp) / from.spp, share);
+  }
+  return as_root(points.back());
+}
+
 PeerCost CostAtError(const PeerFigures& figures, double error) {
+  const PeerPoint &first = figures.points.front(), &last = figures.points.back();
   PeerCost cost;
-  cost.sample_core_s =
-      std::max(0.0, (figures.core_s - figures.few_core_s) / (figures.spp - figures.few));
-  cost.fixed_core_s = figures.few_core_s - figures.few * cost.sample_core_s;
-  const double samples = figures.spp * std::pow(figures.rel_rmse / error, 2);
-  cost.light_core_s = cost.sample_core_s * std::max(1.0, samples);
+  cost.samples = SamplesAtError(figures.points, error);
+  cost.sample_core_s = std::max(0.0, (last.core_s - first.core_s) / (last.spp - first.spp));
+  cost.fixed_core_s = first.core_s - first.spp * cost.sample_core_s;
+  cost.light_core_s = cost.sample_core_s * cost.samples;
   cost.whole_core_s = cost.fixed_core_s + cost.light_core_s;
   return cost;
 }
 
-int SamplesFor(double error, double few_rel_rmse, int few) {
-  constexpr int kLeast = 16, kMost = 256;
-  const double samples = few * std::pow(few_rel_rmse / error, 2);
-  int spp = kLeast;
-  while (spp < kMost && 2 * spp < samples) spp *= 4;
-  return spp;
+std::vector<PeerPoint> MeasurePoints(double error,
+                                     const std::function<PeerPoint(int spp)>& measure) {
+  constexpr int kFirst = 4, kMost = 256;
+  std::vector<PeerPoint> points{measure(kFirst)};
+  do {
+    points.push_back(measure(4 * points.back().spp));
+  } while (points.back().spp < kMost && points.back().rel_rmse > 2 * error);
+  return points;
 }
 
 bool MeansAgree(const PeerFigures& ours, const PeerFigures& peer) {
@@ -207,8 +231,7 @@ json BenchPeers(const PeersOptions& options) {
   const std::vector<Peer> peers = FindPeers(options);
   const std::vector<std::string>& scenes =
       options.scenes.empty() ? PeerSceneNames() : options.scenes;
-  core::Progress progress("pictures", scenes.size() * (peers.size() + 1) *
-                                          (static_cast<std::uint64_t>(options.runs) + kFewRuns));
+  core::Progress progress("bench peers", scenes.size() * (peers.size() + 1));
   json rows = json::array();
   for (const std::string& scene : scenes)
     for (const json& row : MeasureScene(options, scene, peers, progress)) rows.push_back(row);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -24,30 +25,42 @@ struct PeersOptions {
   int threads = 0;                                              // of all programs, 0: all
 };
 
-// What runs of a program tell, at few samples a pixel and at more.
-struct PeerFigures {
-  int few = 0, spp = 0;
-  double few_core_s = 0, core_s = 0;  // medians of the process and its children
-  double rel_rmse = 0;                // at spp, of a picture
-  double mean = 0,
-         mean_se = 0;  // of luminance, and its standard error, from the scatter over seeds
+// Pictures of some samples a pixel.
+struct PeerPoint {
+  int spp = 0;
+  double core_s = 0;    // median of the process and its children
+  double rel_rmse = 0;  // of a picture
 };
 
-// What a picture of a relative RMSE costs, from such figures:
+// What runs of a program tell.
+struct PeerFigures {
+  std::vector<PeerPoint> points;  // of rising spp, two at least
+  double mean = 0,
+         mean_se = 0;  // of luminance at the last one, and its standard error over seeds
+};
+
+// Samples a pixel of a picture of a relative RMSE: log error is taken as linear in log samples between
+// points, since a sampler that stratifies N samples over as many lights errs by 1 / N; outside of all
+// points squared errors fall with samples. At least 1, and a point without error as it stands.
+double SamplesAtError(const std::vector<PeerPoint>& points, double error);
+
+// What such a picture costs:
 //
-//   sample_core_s  (core_s - few_core_s) / (spp - few), at least 0
-//   fixed_core_s   few_core_s - few sample_core_s: the scene's set-up, and what does not grow with
-//                  samples
-//   light_core_s   sample_core_s max(1, spp (rel_rmse / error)^2), as squared errors fall with samples
+//   sample_core_s  core-seconds of the last point less those of the first, over the difference of
+//                  their samples; at least 0
+//   fixed_core_s   those of the first point less its samples': the scene's set-up, and what does not
+//                  grow with samples
+//   light_core_s   sample_core_s SamplesAtError
 //   whole_core_s   fixed_core_s + light_core_s
 struct PeerCost {
-  double sample_core_s = 0, fixed_core_s = 0, light_core_s = 0, whole_core_s = 0;
+  double samples = 0, sample_core_s = 0, fixed_core_s = 0, light_core_s = 0, whole_core_s = 0;
 };
 PeerCost CostAtError(const PeerFigures& figures, double error);
 
-// The power of four, which all samplers stratify, that should be nearest to the error by its ratio,
-// going by the error of few samples; 16 to 256.
-int SamplesFor(double error, double few_rel_rmse, int few);
+// The powers of four, which all samplers stratify, that are measured for an error: 4, 16 and on to the
+// first whose error is at most twice as large, or 256. `measure` tells the error of one.
+std::vector<PeerPoint> MeasurePoints(double error,
+                                     const std::function<PeerPoint(int spp)>& measure);
 
 // Whether two means of independent pictures agree to 0.05 % of `ours` beyond their noise:
 //
@@ -56,10 +69,9 @@ bool MeansAgree(const PeerFigures& ours, const PeerFigures& peer);
 
 // Rows, for each scene those of luxfield, cycles and mitsuba:
 //   scene, renderer, spp, rel_rmse, mean
-//   sample_core_s, fixed_core_s, light_core_s, whole_core_s   as above, at options.error
+//   samples, sample_core_s, fixed_core_s, light_core_s, whole_core_s   as above, at options.error
 //   light_ratio, whole_ratio   ours over the peer's, of light_core_s and whole_core_s: below 1 where
-//                              ours is cheaper at equal error. light_ratio is that of the products
-//                              of core-seconds and squared error.
+//                              ours is cheaper at equal error
 //   mean_off, mean_off_se      the peer's mean over ours less 1, and its standard error
 //   agrees                     as MeansAgree
 //   missing                    instead of all figures: why the peer could not show the scene

@@ -21,10 +21,11 @@ core::Json Run(PeersOptions how) {
   how.folder = std::filesystem::absolute(how.folder);
   const core::Json rows = BenchPeers(how);
   if (temporary) std::filesystem::remove_all(how.folder);
-  core::Json result = FinishOnDevice(
-      rows, how,
-      {"scene", "renderer", "spp", "rel_rmse", "sample_core_s", "fixed_core_s", "light_core_s",
-       "whole_core_s", "light_ratio", "whole_ratio", "mean_off", "mean_off_se", "agrees"});
+  core::Json result =
+      FinishOnDevice(rows, how,
+                     {"scene", "renderer", "spp", "rel_rmse", "samples", "sample_core_s",
+                      "fixed_core_s", "light_core_s", "whole_core_s", "light_ratio", "whole_ratio",
+                      "mean_off", "mean_off_se", "agrees"});
   for (const core::Json& row : rows)
     if (row.contains("missing"))
       fmt::print("missing: {} of {}: {}\n", row["renderer"].get<std::string>(),

@@ -15,34 +15,55 @@
 namespace luxfield::bench {
 namespace {
 
-// 10 s before the first sample and half a second for each; an error of 4 % at 64 samples needs four
-// times as many for 2 %.
+// 10 s before the first sample and half a second for each.
 TEST(PeerCost, IsThatOfAPictureOfTheError) {
-  PeerFigures figures{.few = 4, .spp = 64, .few_core_s = 12, .core_s = 42, .rel_rmse = 0.04};
+  PeerFigures figures{.points = {{4, 12, 0.16}, {64, 42, 0.04}}};
   PeerCost cost = CostAtError(figures, 0.02);
+  EXPECT_DOUBLE_EQ(cost.samples, 256);
   EXPECT_DOUBLE_EQ(cost.sample_core_s, 0.5);
   EXPECT_DOUBLE_EQ(cost.fixed_core_s, 10);
   EXPECT_DOUBLE_EQ(cost.light_core_s, 128);
   EXPECT_DOUBLE_EQ(cost.whole_core_s, 138);
-  figures.rel_rmse = 0;
-  EXPECT_DOUBLE_EQ(CostAtError(figures, 0.02).light_core_s, 0.5);  // one sample at least
-  figures.core_s = 11;
+  figures.points.back().core_s = 11;
   cost = CostAtError(figures, 0.02);
   EXPECT_EQ(cost.sample_core_s, 0);
   EXPECT_DOUBLE_EQ(cost.fixed_core_s, 12);
 }
 
-TEST(PeerCost, SamplesAreThePowerOfFourNearestToTheError) {
-  EXPECT_EQ(SamplesFor(0.02, 0.08, 4), 64);
-  EXPECT_EQ(SamplesFor(0.02, 0.0559, 4), 16);  // 31.2 samples
-  EXPECT_EQ(SamplesFor(0.02, 0.0575, 4), 64);  // 33.1
-  EXPECT_EQ(SamplesFor(0.02, 0, 4), 16);
-  EXPECT_EQ(SamplesFor(1e-4, 1, 4), 256);
+// Errors as n^-1/2 from 4 to 16 samples, as n^-1 from there to 64.
+TEST(PeerCost, SamplesFollowTheErrorsThatWereMeasured) {
+  const std::vector<PeerPoint> points{{4, 0, 0.8}, {16, 0, 0.4}, {64, 0, 0.1}};
+  EXPECT_NEAR(SamplesAtError(points, 0.8), 4, 1e-12);
+  EXPECT_NEAR(SamplesAtError(points, 0.4 * std::sqrt(2)), 8, 1e-12);
+  EXPECT_NEAR(SamplesAtError(points, 0.4), 16, 1e-12);
+  EXPECT_NEAR(SamplesAtError(points, 0.2), 32, 1e-12);
+  EXPECT_NEAR(SamplesAtError(points, 0.1), 64, 1e-12);
+  EXPECT_NEAR(SamplesAtError(points, 0.05), 256, 1e-12);  // beyond, n^-1/2 again
+  EXPECT_NEAR(SamplesAtError(points, 1.6), 1, 1e-12);
+  EXPECT_EQ(SamplesAtError(points, 16), 1);
+  EXPECT_EQ(SamplesAtError({{4, 0, 0}, {16, 0, 0}}, 0.02), 1);  // no noise
+  EXPECT_EQ(SamplesAtError({{4, 0, 0.8}, {16, 0, 0}}, 0.02), 16);
+}
+
+TEST(PeerCost, PointsAreMeasuredUntilTheErrorIsNear) {
+  const auto last = [](double error, double exponent) {
+    return MeasurePoints(error,
+                         [exponent](int spp) {
+                           return PeerPoint{spp, 0, std::pow(spp, exponent)};
+                         })
+        .back()
+        .spp;
+  };
+  EXPECT_EQ(last(0.13, -0.5), 16);
+  EXPECT_EQ(last(0.12, -0.5), 64);
+  EXPECT_EQ(last(1, -0.5), 16);
+  EXPECT_EQ(last(0.008, -1), 64);
+  EXPECT_EQ(last(1e-4, -0.5), 256);
 }
 
 TEST(MeansAgree, ToTheirNoiseAndHalfAPerMille) {
-  const PeerFigures ours{.mean = 100, .mean_se = 0.03};
-  PeerFigures peer{.mean = 100.1999, .mean_se = 0.04};
+  const PeerFigures ours{.points = {}, .mean = 100, .mean_se = 0.03};
+  PeerFigures peer{.points = {}, .mean = 100.1999, .mean_se = 0.04};
   EXPECT_TRUE(MeansAgree(ours, peer));
   peer.mean = 100.2001;
   EXPECT_FALSE(MeansAgree(ours, peer));
@@ -62,6 +83,7 @@ PeersOptions Small(const std::string& name) {
   options.height = 18;
   options.triangles = 200;
   options.runs = 2;
+  options.error = 1;
   return options;
 }
 
@@ -96,7 +118,6 @@ TEST(BenchPeers, PeersShowTheSameScene) {
   options.scenes = {"spot lights"};
   options.width = 96;
   options.height = 72;
-  options.error = 1;
   const auto rows = BenchPeers(options);
   ASSERT_EQ(rows.size(), 3u);
   for (const auto& row : rows) {
