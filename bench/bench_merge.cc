@@ -208,6 +208,10 @@ double CopySecondsPerByte(std::size_t bytes) {
 
 }  // namespace
 
+void WriteMergeSession(const BenchMergeOptions& options, const std::filesystem::path& folder) {
+  WriteSession(options, options.grid_height, folder);
+}
+
 json BenchMerge(const BenchMergeOptions& options) {
   if (std::min({options.grid_width, options.grid_height, options.exposures, options.sensor,
                 options.lattice}) < 1)

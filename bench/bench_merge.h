@@ -41,4 +41,7 @@ struct BenchMergeOptions {
 // DeviceError for the disk.
 nlohmann::json BenchMerge(const BenchMergeOptions& options);
 
+// Writes such a session into `folder`, which must not be there.
+void WriteMergeSession(const BenchMergeOptions& options, const std::filesystem::path& folder);
+
 }  // namespace luxfield::bench

@@ -116,26 +116,59 @@ void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> pa
   });
 }
 
-void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> parts,
-              ExrCompression compression,
-              const std::function<std::vector<ExrPixels>(int part)>& pixels) {
+namespace {
+
+std::vector<Imf::Header> MakeHeaders(std::span<const ExrPartView> parts,
+                                     ExrCompression compression) {
   std::vector<Imf::Header> headers;
   headers.reserve(parts.size());
   for (const auto& part : parts) headers.push_back(MakeHeader(part, compression));
   // All parts of a file share one display window; their data windows may differ.
   for (auto& header : headers) header.displayWindow() = headers.front().displayWindow();
+  return headers;
+}
+
+// `write` is handed a file that has its headers.
+void WriteZip(const std::filesystem::path& path, std::span<const ExrPartView> parts,
+              const std::function<void(ExrZipWriter&)>& write) {
+  const std::vector<Imf::Header> headers = MakeHeaders(parts, ExrCompression::kZip);
+  WriteAtomically(path, [&](const std::filesystem::path& temporary) {
+    OrDeviceError(path, [&] {
+      const Imf::MultiPartOutputFile file(temporary.c_str(), headers.data(),
+                                          static_cast<int>(headers.size()), false, Threads());
+    });
+    ExrZipWriter zip(path, temporary, parts);
+    write(zip);
+  });
+}
+
+}  // namespace
+
+void WriteExrPacked(
+    const std::filesystem::path& path, std::span<const ExrPartView> parts,
+    const std::function<std::span<const unsigned char>(int part, std::size_t chunk)>& content) {
+  WriteZip(path, parts, [&](ExrZipWriter& zip) {
+    for (int i = 0; i < static_cast<int>(parts.size()); ++i)
+      zip.AddPacked(parts[i], [&](std::size_t chunk) { return content(i, chunk); });
+  });
+}
+
+void WriteExr(const std::filesystem::path& path, std::span<const ExrPartView> parts,
+              ExrCompression compression,
+              const std::function<std::vector<ExrPixels>(int part)>& pixels) {
+  if (compression == ExrCompression::kZip) {
+    WriteZip(path, parts, [&](ExrZipWriter& zip) {
+      for (int i = 0; i < static_cast<int>(parts.size()); ++i) zip.Add(parts[i], pixels(i));
+    });
+    return;
+  }
+  const std::vector<Imf::Header> headers = MakeHeaders(parts, compression);
   WriteAtomically(path, [&](const std::filesystem::path& temporary) {
     std::unique_ptr<Imf::MultiPartOutputFile> file;
     OrDeviceError(path, [&] {
       file = std::make_unique<Imf::MultiPartOutputFile>(
           temporary.c_str(), headers.data(), static_cast<int>(headers.size()), false, Threads());
-      if (compression == ExrCompression::kZip) file.reset();  // headers alone
     });
-    if (compression == ExrCompression::kZip) {
-      ExrZipWriter zip(path, temporary, parts);
-      for (int i = 0; i < static_cast<int>(parts.size()); ++i) zip.Add(parts[i], pixels(i));
-      return;
-    }
     for (int i = 0; i < static_cast<int>(parts.size()); ++i) {
       const ExrPartView& part = parts[i];
       const std::vector<ExrPixels> planes = pixels(i);

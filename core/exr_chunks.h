@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -16,6 +17,8 @@ class Header;
 }
 
 namespace luxfield::core {
+
+class ExrZipper;
 
 // A channel of a part to read: FLOAT or UINT as `is_uint` says, pixels of width x rows x 4 bytes.
 struct ExrPlane {
@@ -44,6 +47,32 @@ class ExrChunks {
   std::unique_ptr<Impl> impl_;
 };
 
+constexpr int kZipRows = 16;  // in a chunk of ZIP_COMPRESSION; the last has those that are left
+inline std::size_t ZipChunks(int rows) {
+  return (static_cast<std::size_t>(rows) + kZipRows - 1) / kZipRows;
+}
+
+// Packs the content of such a chunk: rows first to first + rows - 1 of planes in the order of the
+// channels' names. Valid until the next call. Not for several threads at once.
+class ExrRowPacker {
+ public:
+  ExrRowPacker(int width, std::size_t planes);
+  ~ExrRowPacker();
+  ExrRowPacker(const ExrRowPacker&) = delete;
+  ExrRowPacker& operator=(const ExrRowPacker&) = delete;
+  std::span<const unsigned char> Pack(std::span<const unsigned char* const> planes, int first,
+                                      int rows);
+
+ private:
+  int width_;
+  std::vector<unsigned char> block_;
+  std::unique_ptr<ExrZipper> zipper_;
+};
+
+// The planes of a part's channels in the order of the channels' names.
+std::vector<const unsigned char*> PlanesByName(const ExrPartView& part,
+                                               std::span<const ExrPixels> pixels);
+
 // Writes the pixels of a file whose headers, of ZIP_COMPRESSION and scan lines, the library has
 // written, with room for the tables of offsets as its end. Throws DeviceError naming `path`.
 class ExrZipWriter {
@@ -54,10 +83,19 @@ class ExrZipWriter {
 
   // The next part; its channels' pixels in the order in which it names them.
   void Add(const ExrPartView& part, std::span<const ExrPixels> pixels);
+  // The next part, whose chunks are packed already: content(chunk) is called for each in order.
+  void AddPacked(const ExrPartView& part,
+                 const std::function<std::span<const unsigned char>(std::size_t chunk)>& content);
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+// WriteExr (exr.h), kZip, of chunks that are packed: content(part, chunk) is called for each in
+// order.
+void WriteExrPacked(
+    const std::filesystem::path& path, std::span<const ExrPartView> parts,
+    const std::function<std::span<const unsigned char>(int part, std::size_t chunk)>& content);
 
 }  // namespace luxfield::core

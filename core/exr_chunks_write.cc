@@ -15,7 +15,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "pixels are written as they lie");
 
-constexpr int kRowsPerChunk = 16;                             // of ZIP_COMPRESSION
 constexpr std::size_t kBytesInFlight = std::size_t{1} << 24;  // packed before they are written
 
 void Append(std::vector<unsigned char>& bytes, std::int32_t value) {
@@ -42,11 +41,32 @@ void Gather(int width, int first, int rows, std::span<const unsigned char* const
     }
 }
 
-std::size_t ChunksOf(const ExrPartView& part) {
-  return (static_cast<std::size_t>(part.height) + kRowsPerChunk - 1) / kRowsPerChunk;
+}  // namespace
+
+ExrRowPacker::ExrRowPacker(int width, std::size_t planes)
+    : width_(width),
+      zipper_(
+          std::make_unique<ExrZipper>(4 * planes * static_cast<std::size_t>(width) * kZipRows)) {}
+
+ExrRowPacker::~ExrRowPacker() = default;
+
+std::span<const unsigned char> ExrRowPacker::Pack(std::span<const unsigned char* const> planes,
+                                                  int first, int rows) {
+  Gather(width_, first, rows, planes, block_);
+  return zipper_->Pack(block_);
 }
 
-}  // namespace
+std::vector<const unsigned char*> PlanesByName(const ExrPartView& part,
+                                               std::span<const ExrPixels> pixels) {
+  std::vector<std::size_t> order(pixels.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return part.channels[a].name < part.channels[b].name;
+  });
+  std::vector<const unsigned char*> planes;
+  for (const std::size_t n : order) planes.push_back(BytesOf(pixels[n]));
+  return planes;
+}
 
 struct ExrZipWriter::Impl {
   std::filesystem::path path;
@@ -75,7 +95,7 @@ ExrZipWriter::ExrZipWriter(const std::filesystem::path& path,
   const off_t size = ::lseek(impl_->file.get(), 0, SEEK_END);
   if (size < 0) FailWriting(path, "write");
   std::size_t chunks = 0;
-  for (const ExrPartView& part : parts) chunks += ChunksOf(part);
+  for (const ExrPartView& part : parts) chunks += ZipChunks(part.height);
   impl_->end = static_cast<std::uint64_t>(size);
   impl_->table_at = impl_->end - chunks * sizeof(std::uint64_t);
 }
@@ -83,39 +103,43 @@ ExrZipWriter::ExrZipWriter(const std::filesystem::path& path,
 ExrZipWriter::~ExrZipWriter() = default;
 
 void ExrZipWriter::Add(const ExrPartView& part, std::span<const ExrPixels> pixels) {
-  std::vector<std::size_t> order(pixels.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return part.channels[a].name < part.channels[b].name;
-  });
-  std::vector<const unsigned char*> planes;
-  for (const std::size_t n : order) planes.push_back(BytesOf(pixels[n]));
-
-  const std::size_t chunks = ChunksOf(part),
-                    most = 4 * planes.size() * static_cast<std::size_t>(part.width) * kRowsPerChunk,
+  const std::vector<const unsigned char*> planes = PlanesByName(part, pixels);
+  const std::size_t chunks = ZipChunks(part.height),
+                    most = 4 * planes.size() * static_cast<std::size_t>(part.width) * kZipRows,
                     at_once =
                         std::max<std::size_t>(1, kBytesInFlight / std::max<std::size_t>(most, 1));
-  std::vector<std::uint64_t> offsets;
-  for (std::size_t first = 0; first < chunks; first += at_once) {
-    std::vector<std::vector<unsigned char>> packed(std::min(at_once, chunks - first));
-    ParallelFor(packed.size(), 4, [&](std::size_t begin, std::size_t end) {
-      ExrZipper zipper(most);
-      std::vector<unsigned char> block;
-      for (std::size_t k = begin; k < end; ++k) {
-        const int row = static_cast<int>(first + k) * kRowsPerChunk;
-        Gather(part.width, row, std::min(kRowsPerChunk, part.height - row), planes, block);
-        const ExrBytes content = zipper.Pack(block);
-        if (impl_->several) Append(packed[k], impl_->part);
-        Append(packed[k], row);
-        Append(packed[k], static_cast<std::int32_t>(content.size()));
-        packed[k].insert(packed[k].end(), content.begin(), content.end());
-      }
-    });
-    for (const auto& chunk : packed) {
-      offsets.push_back(impl_->end);
-      impl_->WriteAt(impl_->end, chunk);
-      impl_->end += chunk.size();
+  std::vector<std::vector<unsigned char>> packed;
+  AddPacked(part, [&](std::size_t chunk) -> std::span<const unsigned char> {
+    if (chunk % at_once == 0) {
+      packed.resize(std::min(at_once, chunks - chunk));
+      ParallelFor(packed.size(), 4, [&](std::size_t begin, std::size_t end) {
+        ExrRowPacker packer(part.width, planes.size());
+        for (std::size_t k = begin; k < end; ++k) {
+          const int row = static_cast<int>(chunk + k) * kZipRows;
+          const auto content = packer.Pack(planes, row, std::min(kZipRows, part.height - row));
+          packed[k].assign(content.begin(), content.end());
+        }
+      });
     }
+    return packed[chunk % at_once];
+  });
+}
+
+void ExrZipWriter::AddPacked(
+    const ExrPartView& part,
+    const std::function<std::span<const unsigned char>(std::size_t chunk)>& content) {
+  std::vector<std::uint64_t> offsets;
+  std::vector<unsigned char> bytes;
+  for (std::size_t chunk = 0; chunk < ZipChunks(part.height); ++chunk) {
+    const std::span<const unsigned char> packed = content(chunk);
+    bytes.clear();
+    if (impl_->several) Append(bytes, impl_->part);
+    Append(bytes, static_cast<std::int32_t>(chunk) * kZipRows);
+    Append(bytes, static_cast<std::int32_t>(packed.size()));
+    bytes.insert(bytes.end(), packed.begin(), packed.end());
+    offsets.push_back(impl_->end);
+    impl_->WriteAt(impl_->end, bytes);
+    impl_->end += bytes.size();
   }
   impl_->WriteAt(impl_->table_at, {reinterpret_cast<const unsigned char*>(offsets.data()),
                                    offsets.size() * sizeof(std::uint64_t)});

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include "luxfield/core/error.h"
+#include "luxfield/core/exr_chunks.h"
+#include "luxfield/core/exr_precheck.h"
 #include "luxfield/core/parallel.h"
 
 namespace luxfield::core {
@@ -14,12 +16,26 @@ namespace luxfield::core {
 struct ExrRowReader::Impl {
   const ExrReader& reader;
   Imf::MultiPartInputFile file;
+  ExrChunks chunks;
 
-  explicit Impl(const ExrReader& of) : reader(of), file(of.path().c_str(), Threads()) {}
+  explicit Impl(const ExrReader& of)
+      : reader(of),
+        file(of.path().c_str(), Threads()),
+        chunks(of.path(), Headers(file), CheckExrHeaders(of.path())) {}
+
+  static std::vector<const Imf::Header*> Headers(const Imf::MultiPartInputFile& file) {
+    std::vector<const Imf::Header*> headers;
+    for (int part = 0; part < file.parts(); ++part) headers.push_back(&file.header(part));
+    return headers;
+  }
 
   void Read(int part_index, Imf::PixelType type, std::span<const std::string> channels,
             std::span<void* const> pixels, int first, int count) {
     const ExrReader::Part& part = reader.parts().at(part_index);
+    std::vector<ExrPlane> planes;
+    for (std::size_t i = 0; i < channels.size(); ++i)
+      planes.push_back({channels[i], type == Imf::UINT, pixels[i]});
+    if (chunks.Read(part_index, planes, first, count)) return;
     try {
       const auto& window = file.header(part_index).dataWindow();
       const int top = window.min.y + first;

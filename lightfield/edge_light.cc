@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -11,6 +12,7 @@
 
 #include "luxfield/core/simd.h"
 #include "luxfield/lightfield/edge_light_json.h"
+#include "luxfield/lightfield/edge_light_sums.h"
 
 namespace luxfield::lightfield {
 
@@ -103,29 +105,46 @@ LUXFIELD_SIMD_CLONES EdgeSums SumKnown(const float* irradiance, const float* sig
 
 }  // namespace
 
-EdgeLight FindEdgeLight(std::span<const Measurements> measurements) {
-  const auto& geometry = measurements.front().geometry;
-  const std::size_t texels = geometry.plane_size();
-  std::vector<std::uint32_t> unknown(texels, 0);
-  for (const Measurements& one : measurements)
-    for (const auto& position : one.positions)
-      for (std::size_t p = 0; p < texels; ++p) unknown[p] |= position.mask[p] & kUnknownMask;
-  const auto count = static_cast<std::size_t>(geometry.grid.count());
-  std::vector<double> light(count), variance(count);
-  for (const Measurements& one : measurements)
-    for (std::size_t m = 0; m < count; ++m)
-      for (int channel = 0; channel < geometry.channels; ++channel) {
-        const EdgeSums sums =
-            SumKnown(one.positions[m].irradiance.data() + channel * texels,
-                     one.positions[m].sigma.data() + channel * texels, unknown.data(), texels);
-        light[m] += sums.light;
-        variance[m] += sums.variance;
-      }
-  const double sum = std::accumulate(light.begin(), light.end(), 0.0);
-  EdgeLight edges = FindEdgeLight(geometry.grid, light, variance);
-  edges.measured_flux = sum * geometry.lattice.texel_area_m2() /
-                        (geometry.channels * static_cast<double>(measurements.size()));
+// Row by row, so that rows that come apart give the same sums.
+void EdgeLightSums::Add(std::span<const Measurements> rows) {
+  geometry_ = rows.front().geometry;
+  measurements_ = rows.size();
+  const auto count = static_cast<std::size_t>(geometry_.grid.count());
+  light_.resize(count);
+  variance_.resize(count);
+  const std::size_t texels = geometry_.plane_size(),
+                    width = static_cast<std::size_t>(geometry_.lattice.width);
+  std::vector<std::uint32_t> unknown(width);
+  for (std::size_t row = 0; row < texels; row += width) {
+    std::fill(unknown.begin(), unknown.end(), 0u);
+    for (const Measurements& one : rows)
+      for (const auto& position : one.positions)
+        for (std::size_t p = 0; p < width; ++p) unknown[p] |= position.mask[row + p] & kUnknownMask;
+    for (const Measurements& one : rows)
+      for (std::size_t m = 0; m < count; ++m)
+        for (int channel = 0; channel < geometry_.channels; ++channel) {
+          const std::size_t first = channel * texels + row;
+          const EdgeSums sums =
+              SumKnown(one.positions[m].irradiance.data() + first,
+                       one.positions[m].sigma.data() + first, unknown.data(), width);
+          light_[m] += sums.light;
+          variance_[m] += sums.variance;
+        }
+  }
+}
+
+EdgeLight EdgeLightSums::Find() const {
+  const double sum = std::accumulate(light_.begin(), light_.end(), 0.0);
+  EdgeLight edges = FindEdgeLight(geometry_.grid, light_, variance_);
+  edges.measured_flux = sum * geometry_.lattice.texel_area_m2() /
+                        (geometry_.channels * static_cast<double>(measurements_));
   return edges;
+}
+
+EdgeLight FindEdgeLight(std::span<const Measurements> measurements) {
+  EdgeLightSums sums;
+  sums.Add(measurements);
+  return sums.Find();
 }
 
 std::vector<std::string> EdgeWarnings(const EdgeLight& edges, const BasisGrid& grid) {

@@ -29,6 +29,8 @@ class LightFieldFile {
     Provenance provenance;
   };
   const std::vector<Field>& fields() const;
+  // The only field of a file that holds one in one direction. Throws InputError for others.
+  const Field& only() const;
 
   // Image m of all channels, [channel][row][column], of a file that may have changed meanwhile.
   // Throws InputError where it is damaged, or a value is not finite.

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "luxfield/core/error.h"
@@ -67,6 +69,27 @@ void RequireWritable(const std::filesystem::path& path, const LightField& field)
                      "look for absurd numbers in what it is made from");
 }
 
+// Parts of a field whose pixels are left out.
+std::vector<core::ExrPartView> PartsOf(const LuminaireGeometry& geometry,
+                                       const Provenance& provenance) {
+  std::vector<core::ExrPartView> parts;
+  for (int j = 0; j < geometry.grid.height; ++j)
+    for (int i = 0; i < geometry.grid.width; ++i) {
+      auto& part = parts.emplace_back(core::ExrPartView{PartName(kLightFieldKind, i, j),
+                                                        geometry.lattice.width,
+                                                        geometry.lattice.height,
+                                                        {},
+                                                        {}});
+      for (const std::string& name : ChannelNames(geometry.channels))
+        part.channels.push_back({name, std::span<const float>()});
+    }
+  parts.front().attributes = GeometryAttributes(kLightFieldKind, geometry, provenance);
+  return parts;
+}
+
+// Not a number: RequireWritable lets none of them pass.
+constexpr float kLater = std::numeric_limits<float>::quiet_NaN();
+
 // Appends the parts of one field; the first has the attributes, and states the geometry `stated`.
 void AddParts(const ExrKind& kind, const LightField& field, const LuminaireGeometry& stated,
               core::ExrAttributes attributes, std::vector<core::ExrPartView>& parts) {
@@ -125,6 +148,43 @@ void WriteLightFieldRows(const std::filesystem::path& path, const LuminaireGeome
   std::vector<core::ExrPartView> parts;
   AddParts(kLightFieldKind, rows, whole, {}, parts);
   core::WriteExr(path, parts, core::ExrCompression::kZip);
+}
+
+LightFieldBands::LightFieldBands(const std::filesystem::path& path, const LuminaireGeometry& whole,
+                                 const Provenance& provenance)
+    : path_(path), channels_(whole.channels), spool_(path, PartsOf(whole, provenance)) {
+  whole.Validate(path.string());
+}
+
+void LightFieldBands::Add(LightField rows, const std::vector<bool>& later) {
+  RequireWritable(path_, rows);
+  const std::size_t chunk =
+      static_cast<std::size_t>(rows.geometry.lattice.width) * core::ExrRowSpool::kRows;
+  std::vector<bool> marked;
+  for (std::size_t p = 0; p < later.size(); ++p) {
+    if (p % chunk == 0) marked.push_back(false);
+    if (!later[p]) continue;
+    marked.back() = true;
+    for (std::size_t k = p; k < rows.data.size(); k += later.size()) rows.data[k] = kLater;
+  }
+  spool_.Add(
+      rows.geometry.lattice.height,
+      [&](int m) {
+        std::vector<core::ExrPixels> pixels;
+        for (int channel = 0; channel < rows.geometry.channels; ++channel)
+          pixels.emplace_back(std::as_const(rows).image(m, channel));
+        return pixels;
+      },
+      marked);
+}
+
+void LightFieldBands::Write(const std::function<float(int channel)>& value) {
+  const auto names = ChannelNames(channels_);
+  spool_.Write([&](int, const std::string& name, std::span<float> row) {
+    const auto channel = std::find(names.begin(), names.end(), name) - names.begin();
+    for (float& c : row)
+      if (std::isnan(c)) c = value(static_cast<int>(channel));
+  });
 }
 
 void WriteLightFields(const std::filesystem::path& path, std::span<const PosedLightField> fields) {
@@ -201,6 +261,17 @@ LightFieldFile::LightFieldFile(LightFieldFile&&) noexcept = default;
 
 const std::vector<LightFieldFile::Field>& LightFieldFile::fields() const { return impl_->fields; }
 
+const LightFieldFile::Field& LightFieldFile::only() const {
+  const Field& first = impl_->fields.front();
+  if (impl_->fields.size() > 1 || !first.name.empty() ||
+      !(first.luminaire_from_field == RigidPose{}))
+    throw InputError(impl_->reader.path().string(),
+                     "holds light fields in several directions where one is asked for",
+                     "light a scene with it (`render`), or make a file of one field: "
+                     "`luxfield import --faces one`");
+  return first;
+}
+
 void LightFieldFile::ReadImage(std::size_t field, int m, std::span<float> planes) {
   const LuminaireGeometry& geometry = impl_->fields.at(field).geometry;
   const int part = impl_->parts[field].at(static_cast<std::size_t>(m));
@@ -230,13 +301,7 @@ LightField ReadField(LightFieldFile& file, std::size_t number) {
 
 LightField ReadLightField(const std::filesystem::path& path) {
   LightFieldFile file(path);
-  const LightFieldFile::Field& first = file.fields().front();
-  if (file.fields().size() > 1 || !first.name.empty() ||
-      !(first.luminaire_from_field == RigidPose{}))
-    throw InputError(path.string(),
-                     "holds light fields in several directions where one is asked for",
-                     "light a scene with it (`render`), or make a file of one field: "
-                     "`luxfield import --faces one`");
+  file.only();
   return ReadField(file, 0);
 }
 

@@ -168,6 +168,7 @@ Measurement ReadPosition(PartSource& source, int part, const LuminaireGeometry& 
 
 // Positions first to last - 1; pixels(m): of position m, valid until the next call.
 void Write(const std::filesystem::path& path, const Measurements& header, int first, int last,
+           core::ExrCompression compression,
            const std::function<std::vector<core::ExrPixels>(int m)>& pixels) {
   const LuminaireGeometry& geometry = header.geometry;
   geometry.Validate(path.string());
@@ -184,7 +185,7 @@ void Write(const std::filesystem::path& path, const Measurements& header, int fi
   attributes["luxfield:filter"] =
       std::string(header.filter == FilterKind::kBasis ? "basis" : "dual");
   attributes["luxfield:filter_scale"] = header.filter_scale;
-  core::WriteExr(path, std::span(parts).subspan(first, last - first), core::ExrCompression::kNone,
+  core::WriteExr(path, std::span(parts).subspan(first, last - first), compression,
                  [&](int part) { return pixels(first + part); });
 }
 
@@ -194,11 +195,12 @@ void WriteMeasurements(const std::filesystem::path& path, const Measurements& me
   for (const Measurement& position : measurements.positions)
     RequireSizes(position, measurements.geometry);
   std::optional<Reported> reported;
-  Write(path, measurements, 0, measurements.geometry.grid.count(), [&](int m) {
-    const Measurement& position = measurements.positions[m];
-    reported.emplace(position, measurements.geometry.plane_size());
-    return Pixels(position, *reported, measurements.geometry);
-  });
+  Write(path, measurements, 0, measurements.geometry.grid.count(), core::ExrCompression::kNone,
+        [&](int m) {
+          const Measurement& position = measurements.positions[m];
+          reported.emplace(position, measurements.geometry.plane_size());
+          return Pixels(position, *reported, measurements.geometry);
+        });
 }
 
 void WriteMeasurements(const std::filesystem::path& path, const Measurements& header,
@@ -207,10 +209,13 @@ void WriteMeasurements(const std::filesystem::path& path, const Measurements& he
 }
 
 void WriteMeasurementPositions(const std::filesystem::path& path, const Measurements& header,
-                               int first, int last, const std::function<Measurement(int)>& next) {
+                               int first, int last, const std::function<Measurement(int)>& next,
+                               core::ExrCompression compression) {
   Measurement position;
   std::optional<Reported> reported;
-  Write(path, header, first, last, [&](int m) {
+  Write(path, header, first, last, compression, [&](int m) {
+    position = {};  // is written, and makes room
+    reported.reset();
     position = next(m);
     RequireSizes(position, header.geometry);
     reported.emplace(position, header.geometry.plane_size());

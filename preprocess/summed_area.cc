@@ -9,6 +9,7 @@
 #include "luxfield/core/colour.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/simd.h"
+#include "luxfield/preprocess/table_images.h"
 
 namespace luxfield::preprocess {
 namespace {
@@ -30,12 +31,11 @@ LUXFIELD_SIMD_CLONES void Magnitudes(const float* c, std::size_t size, float* ma
   for (; k < size; ++k) magnitude[k] = std::abs(c[k]);
 }
 
-[[noreturn]] void RefuseTexel(const LightField& field, const std::string& name, int m,
-                              std::size_t texel) {
-  const auto& g = field.geometry;
+[[noreturn]] void RefuseTexel(const lightfield::LuminaireGeometry& g, std::span<const float> planes,
+                              const std::string& name, int m, std::size_t texel) {
   const int width = g.lattice.width;
   for (int channel = 0; channel < g.channels; ++channel) {
-    const float c = field.image(m, channel)[texel];
+    const float c = planes[channel * g.plane_size() + texel];
     if (std::isfinite(c)) continue;
     throw InputError(
         name,
@@ -44,6 +44,18 @@ LUXFIELD_SIMD_CLONES void Magnitudes(const float* c, std::size_t size, float* ma
         "repair it, or make the light field again with 'luxfield reconstruct'");
   }
   throw InputError(name, "a coefficient changed while it was read", "run again");
+}
+
+std::span<const float> PlanesOf(const LightField& field, int m) {
+  const std::size_t size = field.geometry.plane_size() * field.geometry.channels;
+  return std::span(field.data).subspan(size * static_cast<std::size_t>(m), size);
+}
+
+// `texel` of [channel][texel].
+float Magnitude(std::span<const float> planes, std::size_t texels, std::size_t texel) {
+  return static_cast<float>(
+      core::Luminance({std::abs(planes[texel]), std::abs(planes[texels + texel]),
+                       std::abs(planes[2 * texels + texel])}));
 }
 
 template <typename T>
@@ -71,27 +83,37 @@ LUXFIELD_SIMD_CLONES double Sum(const double* values, std::size_t size) {
 
 float TexelMagnitude(const LightField& field, int m, std::size_t texel) {
   if (field.geometry.channels == 1) return std::abs(field.image(m, 0)[texel]);
-  return static_cast<float>(
-      core::Luminance({std::abs(field.image(m, 0)[texel]), std::abs(field.image(m, 1)[texel]),
-                       std::abs(field.image(m, 2)[texel])}));
+  return Magnitude(PlanesOf(field, m), field.geometry.plane_size(), texel);
 }
 
 double MagnitudeSum(const LightField& field, const std::string& name, int m,
                     std::span<float> magnitude) {
-  const std::size_t size = field.geometry.plane_size();
-  if (field.geometry.channels == 1)
-    Magnitudes(field.image(m, 0).data(), size, magnitude.data());
+  return MagnitudeSum(field.geometry, PlanesOf(field, m), name, m, magnitude);
+}
+
+double MagnitudeSum(const lightfield::LuminaireGeometry& geometry, std::span<const float> planes,
+                    const std::string& name, int m, std::span<float> magnitude) {
+  const std::size_t size = geometry.plane_size();
+  if (geometry.channels == 1)
+    Magnitudes(planes.data(), size, magnitude.data());
   else
-    for (std::size_t k = 0; k < size; ++k) magnitude[k] = TexelMagnitude(field, m, k);
+    for (std::size_t k = 0; k < size; ++k) magnitude[k] = Magnitude(planes, size, k);
   const double sum = Sum(magnitude.data(), size);
   if (sum <= std::numeric_limits<float>::max()) return sum;
   for (std::size_t k = 0; k < size; ++k)
-    for (int channel = 0; channel < field.geometry.channels; ++channel)
-      if (!std::isfinite(field.image(m, channel)[k])) RefuseTexel(field, name, m, k);
+    for (int channel = 0; channel < geometry.channels; ++channel)
+      if (!std::isfinite(planes[channel * size + k])) RefuseTexel(geometry, planes, name, m, k);
   throw InputError(name,
                    fmt::format("the sum of image C.{:02d}.{:02d} exceeds the range of float32",
-                               m / field.geometry.grid.width, m % field.geometry.grid.width),
+                               m / geometry.grid.width, m % geometry.grid.width),
                    "scale the light field down");
+}
+
+int SummedAreaExponent(double sum) {
+  if (!(sum > 0)) return 0;
+  int binary_exponent = 0;
+  std::frexp(sum, &binary_exponent);
+  return kTotalBits - binary_exponent;
 }
 
 // One pass over the image, row prefix plus the row above.
@@ -99,12 +121,7 @@ template <typename T>
 int BuildSummedArea(std::span<const T> values, double sum, int width, int height,
                     std::uint64_t* sat) {
   std::fill(sat, sat + width + 1, 0);
-  int exponent = 0;
-  if (sum > 0) {
-    int binary_exponent = 0;
-    std::frexp(sum, &binary_exponent);
-    exponent = kTotalBits - binary_exponent;
-  }
+  const int exponent = SummedAreaExponent(sum);
   const double scale = std::ldexp(1.0, exponent);
   for (int r = 0; r < height; ++r) {
     const std::uint64_t* above = sat + static_cast<std::size_t>(r) * (width + 1);

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
 #include "luxfield/core/parallel.h"
+#include "luxfield/preprocess/table_parts.h"
 
 namespace luxfield::preprocess {
 namespace {
@@ -70,46 +72,74 @@ bool IsSat(const std::uint64_t* sat, int width, int height) {
 
 }  // namespace
 
-void WriteTables(const std::filesystem::path& path, const Tables& tables) {
-  const std::size_t size = tables.sat_size();
-  std::vector<std::uint32_t> lo(tables.sat.size()), hi(tables.sat.size());
-  core::ParallelFor(tables.sat.size(), 1 << 18, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      lo[k] = static_cast<std::uint32_t>(tables.sat[k]);
-      hi[k] = static_cast<std::uint32_t>(tables.sat[k] >> 32);
-    }
-  });
+TableReferencePart::TableReferencePart(const Tables& tables,
+                                       const std::vector<ReferencePosition>& reference)
+    : width_(tables.grid_width + tables.basis_cells - 1),
+      height_(tables.grid_height + tables.basis_cells - 1) {
+  for (const ReferencePosition& position : reference) {
+    s_.push_back(position.s_m);
+    t_.push_back(position.t_m);
+    images_.push_back(static_cast<std::uint32_t>(position.images));
+  }
+}
+
+core::ExrPartView TableReferencePart::view() const {
+  return {"reference",
+          width_,
+          height_,
+          {{"images", std::span(images_)}, {"s", std::span(s_)}, {"t", std::span(t_)}},
+          {}};
+}
+
+void WriteTableParts(const std::filesystem::path& path, const Tables& tables, int first, int last,
+                     const std::function<std::span<const std::uint64_t>(int m)>& sat,
+                     const std::function<std::vector<ReferencePosition>()>& reference) {
+  const std::span<const std::uint32_t> later;
   std::vector<core::ExrPartView> parts;
-  for (int m = 0; m < tables.count(); ++m)
+  for (int m = first; m < last; ++m)
     parts.push_back({PartName(m, tables.grid_width),
                      tables.width + 1,
                      tables.height + 1,
-                     {{"hi", std::span<const std::uint32_t>(hi).subspan(size * m, size)},
-                      {"lo", std::span<const std::uint32_t>(lo).subspan(size * m, size)}},
+                     {{"hi", later}, {"lo", later}},
                      {{"luxfield:exponent", tables.exponent[m]}}});
-  auto& attributes = parts.front().attributes;
-  attributes["luxfield:kind"] = std::string("tables");
-  attributes["luxfield:version"] = kVersion;
-  attributes["luxfield:light_field_sha256"] = tables.light_field_sha256;
-  attributes["luxfield:grid_width"] = tables.grid_width;
-  attributes["luxfield:grid_height"] = tables.grid_height;
-  attributes["luxfield:basis_cells"] = tables.basis_cells;
-
-  std::vector<float> s(tables.reference.size()), t(tables.reference.size());
-  std::vector<std::uint32_t> images(tables.reference.size());
-  for (std::size_t k = 0; k < tables.reference.size(); ++k) {
-    s[k] = tables.reference[k].s_m;
-    t[k] = tables.reference[k].t_m;
-    images[k] = static_cast<std::uint32_t>(tables.reference[k].images);
+  if (first == 0) {
+    auto& attributes = parts.front().attributes;
+    attributes["luxfield:kind"] = std::string("tables");
+    attributes["luxfield:version"] = kVersion;
+    attributes["luxfield:light_field_sha256"] = tables.light_field_sha256;
+    attributes["luxfield:grid_width"] = tables.grid_width;
+    attributes["luxfield:grid_height"] = tables.grid_height;
+    attributes["luxfield:basis_cells"] = tables.basis_cells;
   }
-  parts.push_back({"reference",
-                   tables.grid_width + tables.basis_cells - 1,
-                   tables.grid_height + tables.basis_cells - 1,
-                   {{"images", std::span<const std::uint32_t>(images)},
-                    {"s", std::span<const float>(s)},
-                    {"t", std::span<const float>(t)}},
-                   {}});
-  core::WriteExr(path, parts, core::ExrCompression::kNone);
+  if (reference) parts.push_back(TableReferencePart(tables, {}).view());
+  std::vector<std::uint32_t> lo, hi;
+  std::optional<TableReferencePart> behind;
+  core::WriteExr(path, parts, core::ExrCompression::kNone, [&](int part) {
+    std::vector<core::ExrPixels> pixels;
+    if (first + part < last) {
+      const std::span<const std::uint64_t> table = sat(first + part);
+      lo.resize(table.size());
+      hi.resize(table.size());
+      core::ParallelFor(table.size(), 1 << 18, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+          lo[k] = static_cast<std::uint32_t>(table[k]);
+          hi[k] = static_cast<std::uint32_t>(table[k] >> 32);
+        }
+      });
+      pixels = {std::span<const std::uint32_t>(hi), std::span<const std::uint32_t>(lo)};
+    } else {
+      for (const auto& channel : behind.emplace(tables, reference()).view().channels)
+        pixels.push_back(channel.pixels);
+    }
+    return pixels;
+  });
+}
+
+void WriteTables(const std::filesystem::path& path, const Tables& tables) {
+  WriteTableParts(
+      path, tables, 0, tables.count(),
+      [&](int m) { return std::span(tables.image(m), tables.sat_size()); },
+      [&] { return tables.reference; });
 }
 
 Tables ReadTables(const std::filesystem::path& path) {

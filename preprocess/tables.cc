@@ -9,6 +9,7 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/parallel.h"
 #include "luxfield/preprocess/summed_area.h"
+#include "luxfield/preprocess/table_images.h"
 
 namespace luxfield::preprocess {
 namespace {
@@ -29,32 +30,40 @@ double Median(int count, Cdf cdf) {
   return low + (half - a) / (b - a);
 }
 
-struct Point {
-  bool lit = false;
-  double s_m = 0, t_m = 0;
-};
+}  // namespace
 
-Point MedianPoint(const Tables& tables, int m, const lightfield::Lattice& lattice) {
-  if (tables.FixedPointSum(m, 0, 0, tables.width, tables.height) == 0) return {};
-  const double column =
-      Median(tables.width, [&](int c) { return tables.FixedPointSum(m, 0, 0, c, tables.height); });
+MedianPoint FindMedianPoint(const std::uint64_t* sat, const lightfield::Lattice& lattice) {
+  const int width = lattice.width, height = lattice.height;
+  const auto at = [&](int row, int column) {
+    return sat[static_cast<std::size_t>(row) * (width + 1) + column];
+  };
+  if (at(height, width) == 0) return {};
+  const double column = Median(width, [&](int c) { return at(height, c); });
   // A lit column: the marginal rises inside it.
-  int c = std::min(static_cast<int>(column), tables.width - 1);
-  while (tables.FixedPointSum(m, c, 0, c + 1, tables.height) == 0 && c > 0) --c;
-  const double row =
-      Median(tables.height, [&](int r) { return tables.FixedPointSum(m, c, 0, c + 1, r); });
+  int c = std::min(static_cast<int>(column), width - 1);
+  while (at(height, c + 1) == at(height, c) && c > 0) --c;
+  const double row = Median(height, [&](int r) { return at(r, c + 1) - at(r, c); });
   return {true, lattice.s_of_column(column), lattice.t_of_row(row)};
 }
 
-void FillReference(const lightfield::LuminaireGeometry& geometry, Tables& tables) {
-  std::vector<Point> points(tables.count());
-  core::ParallelFor(points.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t m = begin; m < end; ++m)
-      points[m] = MedianPoint(tables, static_cast<int>(m), geometry.lattice);
-  });
+Tables TablesWithoutImages(const lightfield::LuminaireGeometry& geometry,
+                           const std::string& sha256) {
+  Tables tables;
+  tables.width = geometry.lattice.width;
+  tables.height = geometry.lattice.height;
+  tables.grid_width = geometry.grid.width;
+  tables.grid_height = geometry.grid.height;
+  tables.basis_cells = geometry.grid.basis.cells;
+  tables.light_field_sha256 = sha256;
+  tables.exponent.assign(tables.count(), 0);
+  return tables;
+}
+
+std::vector<ReferencePosition> ReferencePositions(const Tables& tables,
+                                                  std::span<const MedianPoint> points) {
   const int n = tables.basis_cells;
   const int cells_u = tables.grid_width + n - 1, cells_v = tables.grid_height + n - 1;
-  tables.reference.assign(static_cast<std::size_t>(cells_u) * cells_v, {});
+  std::vector<ReferencePosition> reference(static_cast<std::size_t>(cells_u) * cells_v);
   for (int cell_j = 0; cell_j < cells_v; ++cell_j)
     for (int cell_i = 0; cell_i < cells_u; ++cell_i) {
       double s_m = 0, t_m = 0;
@@ -62,19 +71,18 @@ void FillReference(const lightfield::LuminaireGeometry& geometry, Tables& tables
       for (int j = std::max(0, cell_j - n + 1); j <= std::min(cell_j, tables.grid_height - 1); ++j)
         for (int i = std::max(0, cell_i - n + 1); i <= std::min(cell_i, tables.grid_width - 1);
              ++i) {
-          const Point& point = points[j * tables.grid_width + i];
+          const MedianPoint& point = points[j * tables.grid_width + i];
           if (!point.lit) continue;
           s_m += point.s_m;
           t_m += point.t_m;
           ++images;
         }
       if (images > 0)
-        tables.reference[static_cast<std::size_t>(cell_j) * cells_u + cell_i] = {
+        reference[static_cast<std::size_t>(cell_j) * cells_u + cell_i] = {
             static_cast<float>(s_m / images), static_cast<float>(t_m / images), images};
     }
+  return reference;
 }
-
-}  // namespace
 
 double Tables::FixedPointToLuminance(int m, std::uint64_t units) const {
   return std::ldexp(static_cast<double>(units), -exponent[m]);
@@ -82,25 +90,20 @@ double Tables::FixedPointToLuminance(int m, std::uint64_t units) const {
 
 Tables BuildTables(const LightField& field, const std::string& name, const std::string& sha256) {
   const auto& g = field.geometry;
-  Tables tables;
-  tables.width = g.lattice.width;
-  tables.height = g.lattice.height;
-  tables.grid_width = g.grid.width;
-  tables.grid_height = g.grid.height;
-  tables.basis_cells = g.grid.basis.cells;
-  tables.light_field_sha256 = sha256;
-  tables.exponent.assign(tables.count(), 0);
+  Tables tables = TablesWithoutImages(g, sha256);
   tables.sat.resize(tables.sat_size() * tables.count());
+  std::vector<MedianPoint> points(tables.exponent.size());
   core::ParallelFor(tables.exponent.size(), 1, [&](std::size_t begin, std::size_t end) {
     std::vector<float> magnitude(g.plane_size());
     for (std::size_t m = begin; m < end; ++m) {
       const double sum = MagnitudeSum(field, name, static_cast<int>(m), magnitude);
+      std::uint64_t* sat = tables.sat.data() + tables.sat_size() * m;
       tables.exponent[m] =
-          BuildSummedArea(std::span<const float>(magnitude), sum, tables.width, tables.height,
-                          tables.sat.data() + tables.sat_size() * m);
+          BuildSummedArea(std::span<const float>(magnitude), sum, tables.width, tables.height, sat);
+      points[m] = FindMedianPoint(sat, g.lattice);
     }
   });
-  FillReference(g, tables);
+  tables.reference = ReferencePositions(tables, points);
   return tables;
 }
 

@@ -20,6 +20,7 @@ using core::Field;
 using reconstruct::WholeFigures;
 
 constexpr char kFile[] = "job.json";
+constexpr std::uint64_t kBytesOfPlan = std::uint64_t{1} << 29;
 constexpr float kSigmaOfOthers = -1;  // follows from the C of all rows: put in by Join
 
 core::Json ToJson(const WholeFigures& whole) {
@@ -42,12 +43,6 @@ WholeFigures FiguresFrom(const core::Json& json) {
         Field<std::string>(sides[k], "side", kFile), Field<double>(sides[k], "ratio", kFile),
         Field<double>(sides[k], "share", kFile), Field<bool>(sides[k], "reached", kFile)};
   return whole;
-}
-
-std::vector<lightfield::Measurements> ReadAll(const std::vector<std::filesystem::path>& files) {
-  std::vector<lightfield::Measurements> all;
-  for (const auto& file : files) all.push_back(lightfield::ReadMeasurements(file));
-  return all;
 }
 
 // Marks the sigma of texels of which nothing is known; how many there are.
@@ -95,7 +90,9 @@ core::Json ReconstructTask::Whole() const {
   std::optional<lightfield::MeasuredFilter> filter;
   if (!files_.filter.empty()) filter = lightfield::ReadMeasuredFilter(files_.filter);
   options.filter = filter ? &*filter : nullptr;
-  return ToJson(reconstruct::FindWholeFigures(ReadAll(files_.measurements), options));
+  const int rows = reconstruct::BandRows(
+      files_, std::max(kBytesOfPlan, reconstruct::BandBytes(files_, core::ExrRowSpool::kRows)));
+  return ToJson(reconstruct::FindWholeFigures(files_.measurements, options, rows));
 }
 
 core::Json ReconstructTask::Run(const core::Json& whole, int first, int last,
@@ -110,7 +107,8 @@ core::Json ReconstructTask::Run(const core::Json& whole, int first, int last,
     rows.push_back(lightfield::ReadMeasurementRows(file, first, last - first));
     positions += rows.back().positions.size();
   }
-  auto [result, row_squares] = reconstruct::ReconstructRows(rows, options, FiguresFrom(whole));
+  auto solution = reconstruct::ReconstructRows(rows, options, FiguresFrom(whole));
+  reconstruct::Reconstruction& result = solution.rows;
   auto hashes = Field<std::vector<std::string>>(whole, "inputs_sha256", kFile);
   reconstruct::SourceHashes sources;
   if (filter) {
@@ -126,7 +124,7 @@ core::Json ReconstructTask::Run(const core::Json& whole, int first, int last,
   lightfield::WriteLightFieldRows(files[0], geometry, result.coefficients);
   const std::size_t unknown = MarkUnknown(positions, result);
   if (files.size() > 1) lightfield::WriteLightFieldRows(files[1], geometry, result.sigma);
-  return {{"row_squares", row_squares},
+  return {{"row_squares", solution.row_squares},
           {"unknown_texels", unknown},
           {"texels", result.unknown_positions.size()}};
 }

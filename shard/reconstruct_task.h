@@ -6,16 +6,12 @@
 // C of all others, and is put in when the bands are joined.
 #pragma once
 
-#include "luxfield/reconstruct/solve/reconstruct.h"
+#include "luxfield/reconstruct/solve/reconstruct_bands.h"
 #include "luxfield/shard/task.h"
 
 namespace luxfield::shard {
 
-struct ReconstructFiles {
-  std::vector<std::filesystem::path> measurements;
-  std::filesystem::path filter;         // empty: ideal filters
-  std::filesystem::path output, sigma;  // sigma empty: not written
-};
+using reconstruct::ReconstructFiles;
 
 class ReconstructTask : public Task {
  public:

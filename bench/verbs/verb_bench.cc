@@ -39,6 +39,7 @@
 #include "luxfield/bench/verbs/verb_bench_error_runs.h"
 #include "luxfield/bench/verbs/verb_bench_errors.h"
 #include "luxfield/bench/verbs/verb_bench_lamps.h"
+#include "luxfield/bench/verbs/verb_bench_memory.h"
 #include "luxfield/bench/verbs/verb_bench_peers.h"
 #include "luxfield/bench/verbs/verb_bench_ray_files.h"
 #include "luxfield/bench/verbs/verb_bench_spacing.h"
@@ -549,6 +550,7 @@ void AddBench(cli::Program& program) {
   AddBenchClassical(program, benches);
   AddBenchLamps(program, benches);
   AddBenchPeers(program, benches);
+  AddBenchMemory(program, benches);
   AddBenchRayFiles(program, benches);
   AddErrors(program, benches);
   AddBenchErrorRuns(program, benches);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "luxfield/cli/memory_option.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/core/file.h"
@@ -17,7 +18,7 @@ namespace luxfield::cli {
 namespace {
 
 struct Options {
-  std::string rays, output, sigma, basis = "bspline2", faces = "auto", flux = "auto";
+  std::string rays, output, sigma, memory, basis = "bspline2", faces = "auto", flux = "auto";
   std::vector<double> translation_mm{0, 0, 0}, rotation_deg{0, 0, 0};
   std::vector<int> grid, lattice;
   std::optional<double> filter_z_m, delta_m, coverage;
@@ -75,6 +76,7 @@ reconstruct::ImportRaysOptions ImportOptions(const Options& options) {
   how.coverage = options.coverage;
   SetFlux(options.flux, how);
   how.sigma = !options.sigma.empty();
+  how.memory_bytes = MemoryLeft(options.memory).value_or(0);
   how.signs = options.non_negative ? reconstruct::RaySigns::kNonNegative
               : options.is_signed  ? reconstruct::RaySigns::kSigned
                                    : reconstruct::RaySigns::kAuto;
@@ -193,6 +195,8 @@ void AddImport(Program& program) {
                 "Solve with C >= 0, which a ray file's noise asks for (default, unless a channel's "
                 "flux is negative)");
   verb.add_flag("--signed", options->is_signed, "Keep the signed least-squares fit");
+  AddMemoryOption(verb, options->memory,
+                  "rays are never all in memory; light fields that do not fit are refused");
 }
 
 }  // namespace luxfield::cli

@@ -4,10 +4,12 @@
 #include <filesystem>
 #include <memory>
 
+#include "luxfield/cli/memory_option.h"
 #include "luxfield/cli/merge_pictures.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/cli/verbs/verb_merge.h"
+#include "luxfield/reconstruct/merge/merge_memory.h"
 #include "luxfield/reconstruct/merge/merge_session_json.h"
 
 namespace luxfield::cli {
@@ -17,6 +19,9 @@ core::Json MergeSessionFolder(const MergeOptions& options) {
   RequireExtension(options.output, ".meas.exr", "--output");
   const session::SessionReader session(options.inputs[0]);
   const reconstruct::MergeSessionOptions how = HowToMerge(options);
+  if (const auto memory = MemoryLeft(options.memory))
+    RequireMemory(session.folder().string(), "one of its positions and its brackets", *memory,
+                  reconstruct::MergeBytes(session, how));
   reconstruct::MergeSessionSummary summary;
   reconstruct::MergeSessionToFile(session, options.output, how, &summary);
   fmt::print("{}: irradiance behind {} filters from {} frames\n", options.output, summary.positions,
@@ -58,7 +63,8 @@ core::Json Run(const MergeOptions& options, const CLI::App& verb) {
     RefuseOptions(verb, {"--exposure"}, "a session");
     return MergeSessionFolder(options);
   }
-  RefuseOptions(verb, {"--estimator", "--lamp-level", "--flat-field", "--skip-hashes"}, "pictures");
+  RefuseOptions(verb, {"--estimator", "--lamp-level", "--flat-field", "--skip-hashes", "--memory"},
+                "pictures");
   if (options.calibrations.size() != 1)
     throw InputError(options.inputs.front().string(),
                      "is no session's folder, and pictures merge through their camera's response",
@@ -131,6 +137,8 @@ void AddMergeOptions(CLI::App& verb, const std::shared_ptr<MergeOptions>& option
                 "Find the exposure times (of pictures: their ratios) from the pixels they share");
   verb.add_flag("--skip-hashes", options->skip_hashes,
                 "Do not check every frame against the journal's SHA-256");
+  AddMemoryOption(verb, options->memory,
+                  "a session whose positions do not fit one by one is refused");
 }
 
 }  // namespace luxfield::cli

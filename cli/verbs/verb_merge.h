@@ -13,7 +13,8 @@ namespace luxfield::cli {
 
 struct MergeOptions {
   std::vector<std::filesystem::path> inputs;
-  std::string output, estimator = "inverse-variance", lamp_level = "first-reference", flat_field;
+  std::string output, estimator = "inverse-variance", lamp_level = "first-reference", flat_field,
+                      memory;
   std::vector<std::filesystem::path> calibrations;
   std::vector<double> exposures_s;
   bool skip_hashes = false, estimate_exposures = false;

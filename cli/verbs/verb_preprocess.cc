@@ -1,22 +1,22 @@
 // luxfield preprocess X.lf.exr -o X.tab.exr
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 
+#include "luxfield/cli/memory_option.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
+#include "luxfield/cli/verbs/verb_preprocess.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/outputs.h"
+#include "luxfield/core/parallel.h"
+#include "luxfield/lightfield/light_field_file.h"
 #include "luxfield/preprocess/reduction.h"
-#include "luxfield/preprocess/table_io.h"
+#include "luxfield/preprocess/table_files.h"
 
 namespace luxfield::cli {
 namespace {
-
-struct Options {
-  std::string light_field, output, scene, max_error = "0.5%";
-  int receivers = 1000;
-};
 
 // X.lf.exr of X.tab.exr.
 std::filesystem::path ReducedFile(const std::string& output) {
@@ -24,7 +24,8 @@ std::filesystem::path ReducedFile(const std::string& output) {
 }
 
 // Reduces the light field to what the scene's picture requires and writes it beside the tables.
-core::Json Reduce(const Options& options, std::uint64_t seed, lightfield::LightField& field) {
+core::Json Reduce(const PreprocessOptions& options, std::uint64_t seed,
+                  lightfield::LightField& field) {
   const auto file = ReducedFile(options.output);
   std::error_code ignored;
   if (std::filesystem::equivalent(file, options.light_field, ignored))
@@ -99,25 +100,36 @@ core::Json Reduce(const Options& options, std::uint64_t seed, lightfield::LightF
           {"reduction_core_s", reduction.core_s}};
 }
 
-core::Json Run(const Options& options, std::uint64_t seed) {
+core::Json Run(const PreprocessOptions& options, std::uint64_t seed) {
   RequireExtension(options.output, ".tab.exr", "--output");
-  auto field = lightfield::ReadLightField(options.light_field);
+  const auto memory = MemoryLeft(options.memory);
+  if (memory && !options.scene.empty())
+    throw InputError(
+        "--memory with --scene: a reduction holds the whole light field in memory; leave one of "
+        "them "
+        "out");
   core::Json reduction;
-  std::string source = options.light_field;
+  preprocess::TableSource source{options.light_field, options.light_field, {}};
   if (!options.scene.empty()) {
+    auto field = lightfield::ReadLightField(options.light_field);
     reduction = Reduce(options, seed, field);
-    source = ReducedFile(options.output).string();
+    source.name = ReducedFile(options.output).string();
+    source.light_field = core::ReadableAt(source.name);
   }
-  const auto tables =
-      preprocess::BuildTables(field, source, core::Sha256OfFile(core::ReadableAt(source)));
-  preprocess::WriteTables(options.output, tables);
-  int dark = 0;
-  for (int m = 0; m < tables.count(); ++m) dark += tables.Total(m) == 0;
+  source.sha256 = core::Sha256OfFile(source.light_field);
+  const auto geometry = lightfield::LightFieldFile(source.light_field).only().geometry;
+  source.images_at_once = core::Threads();
+  if (memory)
+    source.images_at_once =
+        preprocess::TableImagesWithin(geometry, source.name, *memory, source.images_at_once);
+  const auto points = preprocess::WriteTablesOf(source, options.output);
+  const auto dark =
+      std::count_if(points.begin(), points.end(), [](const auto& point) { return !point.lit; });
   const auto bytes = std::filesystem::file_size(core::ReadableAt(options.output));
-  fmt::print("{}: {} summed-area tables of {} x {} texels, {}{}\n", options.output, tables.count(),
-             tables.width, tables.height, FormatBytes(double(bytes)),
+  fmt::print("{}: {} summed-area tables of {} x {} texels, {}{}\n", options.output, points.size(),
+             geometry.lattice.width, geometry.lattice.height, FormatBytes(double(bytes)),
              dark ? fmt::format("; {} images are all zero", dark) : "");
-  core::Json json{{"images", tables.count()}, {"all_zero_images", dark}, {"bytes", bytes}};
+  core::Json json{{"images", points.size()}, {"all_zero_images", dark}, {"bytes", bytes}};
   if (!reduction.empty()) json["reduction"] = reduction;
   return json;
 }
@@ -125,10 +137,14 @@ core::Json Run(const Options& options, std::uint64_t seed) {
 }  // namespace
 
 void AddPreprocess(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PreprocessOptions>();
   CLI::App& verb = program.AddVerb("preprocess", [options, &program] {
     return Run(*options, program.common().seed.value_or(1));
   });
+  AddPreprocessOptions(verb, options);
+}
+
+void AddPreprocessOptions(CLI::App& verb, const std::shared_ptr<PreprocessOptions>& options) {
   verb.add_option("LIGHT_FIELD", options->light_field, "The .lf.exr")
       ->required()
       ->check(InputFile({core::FileKind::kLightField}));
@@ -144,6 +160,7 @@ void AddPreprocess(Program& program) {
   verb.add_option("--receivers", options->receivers,
                   "With --scene: places of the picture that errors are taken over, per luminaire")
       ->check(CLI::Range(10, 1000000));
+  AddMemoryOption(verb, options->memory, "fewer images at once, to the same file");
 }
 
 }  // namespace luxfield::cli

@@ -6,13 +6,15 @@
 #include <optional>
 #include <vector>
 
+#include "luxfield/cli/memory_option.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/cli/verbs/verb_reconstruct.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/warning.h"
-#include "luxfield/reconstruct/solve/reconstruct_rows.h"
+#include "luxfield/lightfield/file_pieces.h"
+#include "luxfield/reconstruct/solve/reconstruct_bands.h"
 #include "luxfield/reconstruct/solve/report_json.h"
 
 namespace luxfield::cli {
@@ -47,27 +49,50 @@ void PrintKept(const reconstruct::ReconstructionReport& report) {
                                     : "");
 }
 
+reconstruct::ReconstructionReport InMemory(const reconstruct::ReconstructFiles& files,
+                                           const reconstruct::ReconstructOptions& how) {
+  std::vector<lightfield::Measurements> measurements;
+  reconstruct::SourceHashes sources;
+  for (const auto& file : files.measurements) {
+    measurements.push_back(lightfield::ReadMeasurements(file));
+    sources.measurements.push_back(core::Sha256OfFile(file));
+  }
+  if (!files.filter.empty()) sources.filter = core::Sha256OfFile(files.filter);
+  auto result = reconstruct::Reconstruct(measurements, how);
+  reconstruct::StateProvenance(how, sources, &result);
+  lightfield::WriteLightField(files.output, result.coefficients);
+  if (!files.sigma.empty()) lightfield::WriteLightField(files.sigma, result.sigma);
+  return std::move(result.report);
+}
+
+// Within --memory, or as it comes.
+reconstruct::ReconstructionReport Solve(const ReconstructVerbOptions& options,
+                                        const reconstruct::ReconstructOptions& how) {
+  const reconstruct::ReconstructFiles files = FilesOf(options);
+  const auto memory = MemoryLeft(options.memory);
+  if (!memory) return InMemory(files, how);
+  const int rows = reconstruct::BandRows(files, *memory),
+            all = lightfield::ReadMeasurementGeometry(files.measurements[0]).lattice.height;
+  if (rows == all) return InMemory(files, how);
+  if (how.regularise || how.metric == reconstruct::NonNegativeMetric::kIrradiance)
+    throw InputError(fmt::format(
+        "{} takes sums over all texels, and they do not fit into --memory {}; give it {} MiB more, "
+        "or leave it out",
+        how.regularise ? "--regularise" : "--non-negative-metric irradiance", options.memory,
+        ((reconstruct::BandBytes(files, all) - *memory) >> 20) + 1));
+  return reconstruct::ReconstructInBands(files, how, rows);
+}
+
 core::Json Run(const ReconstructVerbOptions& options) {
   RequireExtension(options.output, ".lf.exr", "--output");
   if (!options.sigma.empty()) RequireExtension(options.sigma, ".lf.exr", "--sigma");
   reconstruct::ReconstructOptions how = HowToReconstruct(options);
-  std::vector<lightfield::Measurements> measurements;
-  reconstruct::SourceHashes sources;
-  for (const std::string& file : options.measurements) {
-    measurements.push_back(lightfield::ReadMeasurements(file));
-    sources.measurements.push_back(core::Sha256OfFile(file));
-  }
   std::optional<lightfield::MeasuredFilter> filter;
   if (!options.filter.empty()) {
     filter = lightfield::ReadMeasuredFilter(options.filter);
-    sources.filter = core::Sha256OfFile(options.filter);
     how.filter = &*filter;
   }
-  auto result = reconstruct::Reconstruct(measurements, how);
-  reconstruct::StateProvenance(how, sources, &result);
-  lightfield::WriteLightField(options.output, result.coefficients);
-  if (!options.sigma.empty()) lightfield::WriteLightField(options.sigma, result.sigma);
-  const auto& report = result.report;
+  const reconstruct::ReconstructionReport report = Solve(options, how);
   fmt::print("{}: {} coefficient images\n", options.output, report.images);
   fmt::print(
       "  condition number      {:.4g}; white noise times {:.3g}, worst mode times {:.3g} (units "
@@ -115,6 +140,15 @@ reconstruct::ReconstructOptions HowToReconstruct(const ReconstructVerbOptions& o
   return how;
 }
 
+reconstruct::ReconstructFiles FilesOf(const ReconstructVerbOptions& options) {
+  reconstruct::ReconstructFiles files;
+  files.measurements.assign(options.measurements.begin(), options.measurements.end());
+  files.filter = options.filter;
+  files.output = options.output;
+  files.sigma = options.sigma;
+  return files;
+}
+
 void AddReconstruct(Program& program) {
   auto options = std::make_shared<ReconstructVerbOptions>();
   CLI::App& verb = program.AddVerb("reconstruct", [options] { return Run(*options); });
@@ -155,6 +189,8 @@ void AddReconstructOptions(CLI::App& verb, const std::shared_ptr<ReconstructVerb
                   "`flux`, or `none` for least squares alone");
   verb.add_flag("--double", options->double_precision,
                 "Sweep in double precision instead of float");
+  AddMemoryOption(verb, options->memory,
+                  "images of more are solved in bands of rows, to the same file");
 }
 
 }  // namespace luxfield::cli

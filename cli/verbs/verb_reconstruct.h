@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "luxfield/reconstruct/solve/reconstruct.h"
+#include "luxfield/reconstruct/solve/reconstruct_bands.h"
 
 namespace luxfield::cli {
 
 struct ReconstructVerbOptions {
   std::vector<std::string> measurements;
-  std::string output, sigma, filter, regularise, keep = "moments", metric = "coefficients";
+  std::string output, sigma, filter, regularise, keep = "moments", metric = "coefficients", memory;
   bool double_precision = false, non_negative = false;
 };
 
@@ -20,5 +20,7 @@ void AddReconstructOptions(CLI::App& verb, const std::shared_ptr<ReconstructVerb
 
 // All but the filter, which its file holds.
 reconstruct::ReconstructOptions HowToReconstruct(const ReconstructVerbOptions& options);
+
+reconstruct::ReconstructFiles FilesOf(const ReconstructVerbOptions& options);
 
 }  // namespace luxfield::cli

@@ -266,7 +266,28 @@ class RayImporter {
           file_.flux_is_luminous ? lightfield::FluxUnit::kLumen : lightfield::FluxUnit::kWatt;
       planes.geometry.Validate("the planes for the rays");
     }
+    RequireRoom(all);
     return all;
+  }
+
+  // Sums of the field at hand, in double precision, and coefficients of all.
+  void RequireRoom(const std::vector<RayPlanes>& all) const {
+    constexpr std::uint64_t kBesideFits = std::uint64_t{64} << 20;  // blocks and samples of rays
+    std::uint64_t most = 0, kept = 0;
+    for (const RayPlanes& planes : all) {
+      const std::uint64_t values = planes.geometry.value_count() * (options_.sigma ? 2 : 1);
+      most = std::max(most, sizeof(double) * (values + 2 * planes.geometry.plane_size()));
+      kept += sizeof(float) * values;
+    }
+    const std::uint64_t needed = most + kept + kBesideFits;
+    if (options_.memory_bytes == 0 || needed <= options_.memory_bytes) return;
+    const LuminaireGeometry& g = all.front().geometry;
+    throw InputError(fmt::format(
+        "{} light fields, the first of {} x {} images of {} x {} texels, take {} MiB while they "
+        "are "
+        "fitted where {} are allowed; allow {} MiB more, or ask for a smaller grid or lattice",
+        all.size(), g.grid.width, g.grid.height, g.lattice.width, g.lattice.height, needed >> 20,
+        options_.memory_bytes >> 20, ((needed - options_.memory_bytes) >> 20) + 1));
   }
 
   std::vector<RayPlanes> ChosenPlanes(const std::vector<int>& faces) const {

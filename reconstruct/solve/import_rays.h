@@ -70,6 +70,8 @@ struct ImportRaysOptions {
   double flux = 0;  // kValue: of all rays, in the file's unit
   RaySigns signs = RaySigns::kAuto;
   bool sigma = true;  // the counting noise too; without it the fit needs half the memory
+  // Refused where the fits take more; 0 for no limit.
+  std::uint64_t memory_bytes = 0;
 };
 
 struct RayFieldReport {

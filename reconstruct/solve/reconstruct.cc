@@ -181,17 +181,6 @@ bool TakesForwardModel(std::span<const Measurements> all, const ReconstructOptio
   return all.size() > 1 || options.filter || options.regularise || IsDisplaced(all[0]);
 }
 
-// Root mean square of sigma over the known texels.
-double NoiseOf(const Measurement& position, std::size_t texels) {
-  double squares = 0, count = 0;
-  for (std::size_t k = 0; k < position.sigma.size(); ++k)
-    if (!(position.mask[k % texels] & lightfield::kUnknownMask)) {
-      squares += double{position.sigma[k]} * position.sigma[k];
-      ++count;
-    }
-  return count > 0 ? std::sqrt(squares / count) : 0;
-}
-
 void SolveForwardModel(std::span<const Measurements> all, const ReconstructOptions& options,
                        const WholeFigures& whole, const Pointers& images, Reconstruction* result) {
   const auto& geometry = all[0].geometry;
@@ -278,13 +267,21 @@ void SolveDual(const Measurements& measurements, const Pointers& all, Reconstruc
   FillUnknown(nothing_known, all.Images(geometry));
 }
 
+// Per texel: whether nothing is known of it.
+std::vector<bool> NothingKnown(const PixelImages& images, const Reconstruction& result) {
+  std::vector<bool> nothing_known(images.pixels);
+  for (std::size_t p = 0; p < images.pixels; ++p)
+    nothing_known[p] = result.unknown_positions[p] == images.irradiance.size();
+  return nothing_known;
+}
+
 // Sigma of texels of which nothing is known, from the C of all others; what it follows from.
 std::vector<double> FillUnknownTexels(std::size_t width, const PixelImages& images,
                                       const Reconstruction& result) {
   std::vector<std::uint32_t> nothing_known;
+  const std::vector<bool> is_one = NothingKnown(images, result);
   for (std::size_t p = 0; p < images.pixels; ++p)
-    if (result.unknown_positions[p] == images.irradiance.size())
-      nothing_known.push_back(static_cast<std::uint32_t>(p));
+    if (is_one[p]) nothing_known.push_back(static_cast<std::uint32_t>(p));
   std::vector<double> squares = RowSquares(nothing_known, width, images);
   FillUnknown(nothing_known, squares, images);
   return squares;
@@ -292,15 +289,47 @@ std::vector<double> FillUnknownTexels(std::size_t width, const PixelImages& imag
 
 }  // namespace
 
+void WholeFigureSums::Add(std::span<const Measurements> rows) {
+  if (rows[0].filter == FilterKind::kBasis) {
+    if (!edges_) edges_.emplace();
+    edges_->Add(rows);
+  }
+  if (!TakesForwardModel(rows, options_)) return;
+  std::size_t number = 0;
+  for (const Measurements& measurements : rows) {
+    const std::size_t texels = measurements.geometry.plane_size(),
+                      width = static_cast<std::size_t>(measurements.geometry.lattice.width);
+    noise_.resize(std::max(noise_.size(), number + measurements.positions.size()));
+    for (const Measurement& position : measurements.positions) {
+      Noise& noise = noise_[number++];
+      for (std::size_t row = 0; row < texels; row += width) {
+        double squares = 0;
+        for (int channel = 0; channel < measurements.geometry.channels; ++channel)
+          for (std::size_t p = row; p < row + width; ++p)
+            if (!(position.mask[p] & lightfield::kUnknownMask)) {
+              const double sigma = position.sigma[channel * texels + p];
+              squares += sigma * sigma;
+              ++noise.count;
+            }
+        noise.squares += squares;
+      }
+    }
+  }
+}
+
+WholeFigures WholeFigureSums::Find() const {
+  WholeFigures whole;
+  if (edges_) whole.edges = edges_->Find();
+  for (const Noise& noise : noise_)
+    whole.position_noise.push_back(noise.count > 0 ? std::sqrt(noise.squares / noise.count) : 0);
+  return whole;
+}
+
 WholeFigures FindWholeFigures(std::span<const Measurements> all,
                               const ReconstructOptions& options) {
-  WholeFigures whole;
-  if (all[0].filter == FilterKind::kBasis) whole.edges = FindEdgeLight(all);
-  if (TakesForwardModel(all, options))
-    for (const Measurements& measurements : all)
-      for (const Measurement& position : measurements.positions)
-        whole.position_noise.push_back(NoiseOf(position, measurements.geometry.plane_size()));
-  return whole;
+  WholeFigureSums sums(options);
+  sums.Add(all);
+  return sums.Find();
 }
 
 namespace {
@@ -351,7 +380,13 @@ RowsSolution Solve(std::span<const Measurements> all, const ReconstructOptions& 
   const auto width = static_cast<std::size_t>(geometry.lattice.width);
   if (result.report.incomplete.unknown > 0 || of_whole)
     solution.row_squares = FillUnknownTexels(width, images.Images(geometry), result);
-  result.report.coefficients = Statistics(result.coefficients, result.sigma);
+  if (of_whole) {
+    solution.sums.Add(result.coefficients, result.sigma,
+                      NothingKnown(images.Images(geometry), result));
+    result.report.coefficients = solution.sums.Find();
+  } else {
+    result.report.coefficients = Statistics(result.coefficients, result.sigma);
+  }
   NameSolve(&result);
   if (IsByIrradiance(options)) {
     result.report.non_negative = ProjectByIrradiance({}, &result.coefficients);

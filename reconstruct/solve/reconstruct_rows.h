@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "luxfield/lightfield/edge_light_sums.h"
+#include "luxfield/reconstruct/solve/coefficient_sums.h"
 #include "luxfield/reconstruct/solve/reconstruct.h"
 
 namespace luxfield::reconstruct {
@@ -22,11 +24,30 @@ struct WholeFigures {
 WholeFigures FindWholeFigures(std::span<const lightfield::Measurements> measurements,
                               const ReconstructOptions& options = {});
 
+// The same of measurements that come in bands of rows, from the top: to the bit that of all rows,
+// whatever the bands.
+class WholeFigureSums {
+ public:
+  explicit WholeFigureSums(const ReconstructOptions& options) : options_(options) {}
+  void Add(std::span<const lightfield::Measurements> rows);
+  WholeFigures Find() const;
+
+ private:
+  struct Noise {
+    double squares = 0, count = 0;
+  };
+
+  ReconstructOptions options_;
+  std::optional<lightfield::EdgeLightSums> edges_;
+  std::vector<Noise> noise_;  // of each position of all measurements
+};
+
 struct RowsSolution {
   // `report` is of these rows; the sigma of texels of which nothing is known follows from these rows
   // alone, and is to be put in again by FillUnknown (unknown_texels.h) when all are there.
   Reconstruction rows;
   std::vector<double> row_squares;  // RowSquares (unknown_texels.h) of the least-squares solution
+  CoefficientSums sums;             // of the texels of which something is known
 };
 
 // Reconstruct() of measurements that are rows of others (lightfield/file_pieces.h). Throws InputError

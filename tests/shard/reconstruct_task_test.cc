@@ -8,7 +8,8 @@
 #include "luxfield/core/error.h"
 #include "luxfield/core/execution.h"
 #include "luxfield/core/random.h"
-#include "luxfield/reconstruct/solve/reconstruct_rows.h"
+#include "luxfield/reconstruct/solve/reconstruct_bands.h"
+#include "luxfield/reconstruct/solve/report_json.h"
 #include "luxfield/shard/gather.h"
 #include "luxfield/shard/run_shard.h"
 #include "tests/core/memory_folder.h"
@@ -20,7 +21,7 @@ namespace {
 using lightfield::Measurements;
 
 constexpr std::uint64_t kSeed = 34;
-constexpr int kRows = 13, kColumns = 37;  // whose product is no multiple of what travels together
+constexpr int kRows = 35, kColumns = 17;  // whose product is no multiple of what travels together
 
 // Noise of five decades with negative values, as solves get them.
 Measurements Noise(std::uint64_t stream, int channels) {
@@ -100,6 +101,7 @@ class ReconstructShards : public testing::Test {
     lightfield::WriteLightField(folder_ / "whole.sigma.lf.exr", whole.sigma);
     files.output = folder_ / "joined.lf.exr";
     files.sigma = folder_ / "joined.sigma.lf.exr";
+    ExpectBands(files, options, whole);
     const ReconstructTask task(files, options);
     for (const int shards : {1, 3, 5, kRows}) {
       const auto job_folder = folder_ / fmt::format("job{}", shards);
@@ -114,6 +116,27 @@ class ReconstructShards : public testing::Test {
       Gather(job_folder, job, task);
       EXPECT_TRUE(BytesOf(files.output) == BytesOf(folder_ / "whole.lf.exr")) << shards;
       EXPECT_TRUE(BytesOf(files.sigma) == BytesOf(folder_ / "whole.sigma.lf.exr")) << shards;
+    }
+  }
+
+  // One after the other in this process.
+  void ExpectBands(const ReconstructFiles& files, const reconstruct::ReconstructOptions& options,
+                   const reconstruct::Reconstruction& whole) {
+    for (const int rows : {16, 32, kRows}) {
+      const auto report = reconstruct::ReconstructInBands(files, options, rows);
+      EXPECT_TRUE(BytesOf(files.output) == BytesOf(folder_ / "whole.lf.exr")) << rows;
+      EXPECT_TRUE(BytesOf(files.sigma) == BytesOf(folder_ / "whole.sigma.lf.exr")) << rows;
+      nlohmann::json of_bands = ToJson(report), of_whole = ToJson(whole.report);
+      for (const char* sum : {"c_mean", "negative_energy", "sigma_relative", "sigma_median"}) {
+        // The median of bands is interpolated between values that differ by 2^-10.
+        const double tolerance = sum == std::string("sigma_median") ? 0x1p-10 : 1e-6;
+        EXPECT_NEAR(of_bands[sum].get<double>(), of_whole[sum].get<double>(),
+                    tolerance * std::abs(of_whole[sum].get<double>()))
+            << sum;
+        of_bands.erase(sum);
+        of_whole.erase(sum);
+      }
+      EXPECT_EQ(of_bands, of_whole) << rows;
     }
   }
 
@@ -152,6 +175,18 @@ TEST_F(ReconstructShards, OfDualFilters) {
   ExpectEqual({measurements});
   LoseSome(measurements);
   ExpectEqual({measurements});
+}
+
+// As many rows as fit, all of them or a multiple of 16, and a sentence where 16 do not fit.
+TEST_F(ReconstructShards, BandsAreWhatFits) {
+  ReconstructFiles files;
+  files.measurements = {folder_ / "one.meas.exr"};
+  lightfield::WriteMeasurements(files.measurements[0], Noise(10, 1));
+  for (const int rows : {16, 32, kRows})
+    EXPECT_EQ(reconstruct::BandRows(files, reconstruct::BandBytes(files, rows)), rows);
+  EXPECT_EQ(reconstruct::BandRows(files, reconstruct::BandBytes(files, kRows) - 1), 32);
+  EXPECT_EQ(reconstruct::BandRows(files, reconstruct::BandBytes(files, 31)), 16);
+  EXPECT_THROW(reconstruct::BandRows(files, reconstruct::BandBytes(files, 16) - 1), InputError);
 }
 
 // What takes sums over all texels is refused, and not done for the rows alone.
