@@ -129,7 +129,7 @@ void JoinExrRows(std::span<const std::filesystem::path> files, const std::filesy
 }
 
 void JoinExrParts(std::span<const std::filesystem::path> files, const std::filesystem::path& output,
-                  core::ExrCompression compression) {
+                  core::ExrCompression compression, std::span<const core::ExrPartView> more) {
   std::vector<core::ExrPartView> views;
   std::vector<std::pair<std::size_t, int>> places;  // file and part in it
   for (std::size_t f = 0; f < files.size(); ++f) {
@@ -139,10 +139,16 @@ void JoinExrParts(std::span<const std::filesystem::path> files, const std::files
       places.emplace_back(f, static_cast<int>(p));
     }
   }
+  views.insert(views.end(), more.begin(), more.end());
   std::unique_ptr<ExrReader> reader;
   std::size_t open = files.size();
   PartPixels pixels;
   core::WriteExr(output, views, compression, [&](int number) {
+    if (static_cast<std::size_t>(number) >= places.size()) {
+      pixels = {};
+      for (const auto& channel : views[number].channels) pixels.channels.push_back(channel.pixels);
+      return pixels.channels;
+    }
     const auto [file, part] = places[number];
     if (file != open) reader = std::make_unique<ExrReader>(files[file]);
     open = file;

@@ -20,8 +20,8 @@ using MendChannel =
 void JoinExrRows(std::span<const std::filesystem::path> files, const std::filesystem::path& output,
                  core::ExrCompression compression, const MendChannel& mend = {});
 
-// Files that hold the parts of the output, one file's after the other's.
+// Files that hold the parts of the output, one file's after the other's, and `more` behind them.
 void JoinExrParts(std::span<const std::filesystem::path> files, const std::filesystem::path& output,
-                  core::ExrCompression compression);
+                  core::ExrCompression compression, std::span<const core::ExrPartView> more = {});
 
 }  // namespace luxfield::shard

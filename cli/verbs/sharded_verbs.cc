@@ -10,8 +10,10 @@
 #include <set>
 
 #include "luxfield/cli/program.h"
+#include "luxfield/cli/verbs/preprocess_task.h"
 #include "luxfield/cli/verbs/render_task.h"
 #include "luxfield/cli/verbs/verb_merge.h"
+#include "luxfield/cli/verbs/verb_preprocess.h"
 #include "luxfield/cli/verbs/verb_reconstruct.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/nearest.h"
@@ -57,12 +59,16 @@ Make AddReconstructTask(CLI::App& app) {
       throw InputError(
           "options.non-negative-metric = irradiance takes sums over all texels and cannot be cut "
           "into rows; leave it out, or run `luxfield reconstruct` itself");
-    shard::ReconstructFiles files;
-    files.measurements.assign(options->measurements.begin(), options->measurements.end());
-    files.filter = options->filter;
-    files.output = options->output;
-    files.sigma = options->sigma;
-    return std::make_unique<shard::ReconstructTask>(files, how);
+    return std::make_unique<shard::ReconstructTask>(FilesOf(*options), how);
+  };
+}
+
+Make AddPreprocessTask(CLI::App& app) {
+  auto options = std::make_shared<PreprocessOptions>();
+  AddPreprocessOptions(app, options);
+  return [options](int) {
+    RequireExtension(options->output, ".tab.exr", "job.output");
+    return std::make_unique<PreprocessTask>(options->light_field, options->output);
   };
 }
 
@@ -78,14 +84,27 @@ Make AddRenderTask(CLI::App& app) {
 
 const std::vector<ShardedVerb>& ShardedVerbs() {
   constexpr const char* kSums = "takes sums over all texels";
+  constexpr const char* kOneMachine = "is for one machine, and a shard is small by itself";
   constexpr const char* kOnePicture = "is for one picture";
   static const std::vector<ShardedVerb> verbs = {
       {"merge",
        {"calibration", "flat-field"},
-       {{"exposure", "is for pictures, which are merged as a whole"}},
+       {{"exposure", "is for pictures, which are merged as a whole"}, {"memory", kOneMachine}},
        false,
        AddMergeTask},
-      {"reconstruct", {"filter", "sigma"}, {{"regularise", kSums}}, true, AddReconstructTask},
+      {"reconstruct",
+       {"filter", "sigma"},
+       {{"regularise", kSums}, {"memory", kOneMachine}},
+       true,
+       AddReconstructTask},
+      {"preprocess",
+       {},
+       {{"scene", "reduces the light field as a whole"},
+        {"max-error", "is of a reduction, which is of the whole"},
+        {"receivers", "are of a reduction, which is of the whole"},
+        {"memory", kOneMachine}},
+       false,
+       AddPreprocessTask},
       {"render",
        {"sequence", "light-field", "tables", "png", "radiance-map", "irradiance-map"},
        {{"error", kOnePicture},

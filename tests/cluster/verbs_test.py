@@ -90,6 +90,22 @@ class Shards(unittest.TestCase):
         for ending in (".lf.exr", ".sigma.lf.exr"):
             self.assertEqual((folder / ("a" + ending)).read_bytes(), (folder / ("b" + ending)).read_bytes(), ending)
 
+    def test_preprocess(self):
+        must(self.folder, "reconstruct", "s.meas.exr", "-o", "tables.lf.exr", "--quiet")
+        status = self.expect_equal("tables", "preprocess", ["tables.lf.exr"], ".tab.exr", 6, "", [])
+        self.assertEqual((status["axis"], status["length"], len(status["shards"])), ("images", 20, 6))
+        piece = next((self.folder / "tables/shards").glob("0003-*.exr"))
+        whole = piece.read_bytes()
+        piece.write_bytes(whole[:-5] + bytes(5))
+        gather = run(self.folder, "shard", "gather", "tables")
+        self.assertEqual(gather.returncode, 2, gather.stderr)
+        self.assertIn(f"{piece.name}: is damaged", gather.stderr)
+        must(self.folder, "shard", "run", "tables", "3", "--quiet")
+        self.assertEqual(piece.read_bytes(), whole)
+        must(self.folder, "shard", "gather", "tables", "--quiet")
+        self.assertEqual((self.folder / "tables.one.tab.exr").read_bytes(),
+                         (self.folder / "tables.job.tab.exr").read_bytes())
+
     def write_room(self):
         """room.toml, a textured floor and a lamp under a sky of four frames, and path.toml, which moves the lamp."""
         folder = self.folder
@@ -279,6 +295,10 @@ class Shards(unittest.TestCase):
                 ({"options": 'estimator = "median"'}, "median"),
                 ({"options": "estimate-exposures = 1"}, "options.estimate-exposures must be true or false"),
                 ({"options": "exposure = [1, 2]"}, "options.exposure is for pictures"),
+                ({"options": 'memory = "2G"'}, "options.memory is for one machine"),
+                ({"verb": "preprocess", "inputs": "s.meas.exr", "output": "bad.tab.exr", "options": "scene = 'still.toml'"},
+                 "options.scene reduces the light field as a whole"),
+                ({"verb": "preprocess", "inputs": "s.meas.exr", "output": "bad.tab.exr"}, "s.meas.exr"),
                 ({"verb": "render", "inputs": "still.toml", "output": "bad.exr"}, "still.toml: makes one picture"),
                 ({"verb": "render", "inputs": "still.toml", "output": "bad.exr", "options": "time = '1s'"},
                  "options.time is for one picture"),
