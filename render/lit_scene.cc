@@ -163,6 +163,12 @@ void LitScene::PlaceLuminaire(std::size_t number, const scene::PlacedLamp& lamp)
   }
 }
 
+void LitScene::PlaceClassicalLight(std::size_t number, const scene::PlacedLamp& lamp) {
+  ClassicalLightSource& light = classical_lights_.at(number);
+  Place(lamp.world_from_luminaire, lamp.scale, light);
+  light.colour = lamp.colour;
+}
+
 void LitScene::PlaceEnvironment(const scene::Pose& world_from_environment, double scale) {
   if (!environment_) return;
   environment_->light.SetPose(world_from_environment);

@@ -108,6 +108,9 @@ class LitScene {
   // by `exact`.
   void PlaceLuminaire(std::size_t number, const scene::PlacedLamp& lamp);
 
+  // Stands the classical light of that number elsewhere, likewise.
+  void PlaceClassicalLight(std::size_t number, const scene::PlacedLamp& lamp);
+
   // Turns the environment and scales its radiance, if there is one, for pictures to come.
   void PlaceEnvironment(const scene::Pose& world_from_environment, double scale);
 

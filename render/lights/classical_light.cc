@@ -78,14 +78,6 @@ ClassicalLightSource MakeClassicalLight(const scene::ClassicalLight& light,
   const formats::Photometry& photometry = distribution->photometry;
   const Extent extent = ExtentOf(light, photometry.opening);
   ClassicalLightParams params{};
-  const scene::Pose& pose = light.world_from_light;
-  const double middle[] = {pose.translation.x, pose.translation.y, pose.translation.z};
-  for (int row = 0; row < 3; ++row) {
-    params.position[row] = static_cast<float>(middle[row]);
-    // The inverse of a rotation is its transpose.
-    for (int column = 0; column < 3; ++column)
-      params.rotation[3 * row + column] = static_cast<float>(pose.linear[column][row]);
-  }
   params.half_size[0] = static_cast<float>(extent.x_m / 2);
   params.half_size[1] = static_cast<float>(extent.y_m / 2);
   params.is_ellipse = extent.is_ellipse;
@@ -93,11 +85,25 @@ ClassicalLightSource MakeClassicalLight(const scene::ClassicalLight& light,
                          : light.model == ClassicalModel::kLinear ? extent.x_m + extent.y_m
                          : extent.is_ellipse ? std::numbers::pi / 4 * extent.x_m * extent.y_m
                                              : extent.x_m * extent.y_m;
-  params.strength = static_cast<float>(light.scale / measure);
   params.table_angles = TableAnglesOf(photometry.type);
   params.planes = static_cast<int>(photometry.planes_deg.size());
   params.angles = static_cast<int>(photometry.angles_deg.size());
-  return {light.model, params, std::move(distribution), light.colour};
+  ClassicalLightSource source{light.model, params, std::move(distribution), light.colour, measure};
+  Place(light.world_from_light, light.scale, source);
+  return source;
+}
+
+void Place(const scene::Pose& world_from_light, double scale, ClassicalLightSource& light) {
+  ClassicalLightParams& params = light.params;
+  const auto& [x, y, z] = world_from_light.translation;
+  const double middle[] = {x, y, z};
+  for (int row = 0; row < 3; ++row) {
+    params.position[row] = static_cast<float>(middle[row]);
+    // The inverse of a rotation is its transpose.
+    for (int column = 0; column < 3; ++column)
+      params.rotation[3 * row + column] = static_cast<float>(world_from_light.linear[column][row]);
+  }
+  params.strength = static_cast<float>(scale / light.extent);
 }
 
 }  // namespace luxfield::render

@@ -40,7 +40,11 @@ struct ClassicalLightSource {
   ClassicalLightParams params{};
   std::shared_ptr<const Distribution> distribution;
   core::Rgb colour = {1, 1, 1};  // factors of its channels, which `params` leaves out
+  double extent = 1;             // its length in m or area in m2, of a point 1
 };
+
+// Stands it elsewhere, with its light times `scale`.
+void Place(const scene::Pose& world_from_light, double scale, ClassicalLightSource& light);
 
 // Whether it has a radiance, that directions drawn otherwise can meet.
 inline bool IsArea(const ClassicalLightSource& light) {

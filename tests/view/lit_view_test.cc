@@ -195,6 +195,34 @@ TEST_F(LitViewTest, MovedLampsAndCamerasLightAsIfTheyHadStoodThere) {
             request.error);
 }
 
+// Lights of photometric files, likewise.
+TEST_F(LitViewTest, MovedClassicalLightsLightAsIfTheyHadStoodThere) {
+  scene::ClassicalLight light;
+  light.name = "tube";
+  light.model = scene::ClassicalModel::kArea;
+  light.distribution = std::filesystem::path(LUXFIELD_SOURCE_DIR) / "data/scenes/tube.ies";
+  light.world_from_light = scene::LookAt({0, 2, 1.5}, {0, 2.5, 0}, {0, 1, 0});
+  scene_.luminaires.clear();
+  scene_.classical_lights.push_back(light);
+  scene::Scene moved = scene_;
+  moved.classical_lights[0].world_from_light =
+      scene::LookAt({0.75, 1, 1}, {0, 2.5, 0}, {0, 1, 0.5});
+  moved.classical_lights[0].scale = 0.5;
+  moved.classical_lights[0].colour = {1, 0.5, 0.25};
+  LitView view(render::Device::Open(), scene_), of_moved(render::Device::Open(), moved);
+  LitRequest request = Of(scene_);
+  view.Ask(request);
+  const Frame before = *view.Quick().frame;
+  const scene::ClassicalLight& there = moved.classical_lights[0];
+  request.classical_lights = {{there.world_from_light, there.scale, there.colour}};
+  LitView anew(render::Device::Open(), scene_);
+  anew.Ask(request);
+  of_moved.Ask(Of(moved));
+  const Frame changed = *anew.Quick().frame, expected = *of_moved.Quick().frame;
+  EXPECT_EQ(changed.radiance.data, expected.radiance.data);
+  EXPECT_NE(changed.radiance.data, before.radiance.data);
+}
+
 // Materials and the environment, likewise: the same pictures as of a scene that has them.
 TEST_F(LitViewTest, ChangedMaterialsAndEnvironmentsLightAsIfTheSceneHadThem) {
   core::Image sky(16, 8, 3);

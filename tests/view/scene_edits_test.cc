@@ -13,6 +13,7 @@
 #include "luxfield/core/file.h"
 #include "luxfield/scene/named_view.h"
 #include "luxfield/scene/scene.h"
+#include "luxfield/view/scene_file/scene_editor.h"
 
 namespace luxfield::view {
 namespace {
@@ -120,6 +121,49 @@ TEST_F(SceneEditsTest, ChangedValuesStandWhereTheOldOnesStoodAndCommentsStay) {
   replace("\"sky.exr\"  # blue\n", "\"sky.exr\"  # blue\nrotate_deg = [0, 0, 45]\n");
   EXPECT_EQ(core::ReadFile(file_), expected);
   EXPECT_EQ(ReadSceneEdits(file_), is);
+}
+
+// Lights that shine by a photometric file, among lamps that are light fields.
+TEST_F(SceneEditsTest, ClassicalLightsAreMovedDimmedAndSavedLikeLamps) {
+  const std::string light =
+      "[[luminaire]]  # a tube\nmodel = \"linear\"\ndistribution = \"tube.ies\"  # 28 W\n"
+      "size = [1.2, 0]\nposition = [0, 2, 2.4]  # at the ceiling\nlook_at = [0, 2, 0]\n"
+      "up = [0, 1, 0]\n";
+  const std::string text = light + Text();
+  std::ofstream(file_, std::ios::binary) << text;
+  const scene::Scene scene = scene::ReadScene(file_);
+  SceneEditor editor(scene);
+  ASSERT_EQ(editor.lamps().size(), 3);
+  LampPlacement tube = editor.lamps()[0];
+  EXPECT_EQ(tube.model, "linear");
+  tube.position = {0.5, 2, 2.25};
+  tube.scale = 0;
+  ASSERT_TRUE(editor.Set(0, tube));
+  editor.Exchange(0, "a.lf.exr");  // which it does not have
+  EXPECT_EQ(editor.lamps()[0], tube);
+  editor.Duplicate(0, {1, 0, 0});
+  editor.Save();
+  std::string expected = text;
+  expected.replace(expected.find("[0, 2, 2.4]  # at the ceiling\n"), 30,
+                   "[0.5, 2, 2.25]  # at the ceiling\nscale = 0\n");
+  expected +=
+      "\n[[luminaire]]\nname = \"luminaire 1 2\"\nmodel = \"linear\"\n"
+      "distribution = \"tube.ies\"\nsize = [1.2, 0]\nposition = [1.5, 2, 2.25]\n"
+      "look_at = [1, 2, 0]\nup = [0, 1, 0]\nscale = 0\n";
+  EXPECT_EQ(core::ReadFile(file_), expected);
+  const scene::Scene edited = editor.Apply(scene), read = scene::ReadScene(file_);
+  ASSERT_EQ(edited.classical_lights.size(), 2);
+  ASSERT_EQ(edited.luminaires.size(), 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const scene::ClassicalLight &a = edited.classical_lights[i], &b = read.classical_lights[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.model, b.model);
+    EXPECT_EQ(a.distribution, b.distribution);
+    EXPECT_EQ(a.size_m, b.size_m);
+    EXPECT_EQ(a.world_from_light.linear, b.world_from_light.linear);
+    EXPECT_EQ(a.world_from_light.translation.x, b.world_from_light.translation.x);
+    EXPECT_EQ(a.scale, b.scale);
+  }
 }
 
 // New ones stand at the end, those that are gone leave nothing behind, and lamps without a name keep

@@ -41,7 +41,8 @@ bool LampsPanel::DrawNumbers(SceneEditor& editor) {
   LampPlacement lamp = editor.lamps()[chosen_];
   Fields fields(editor);
   fields.Drag("position", lamp.position, kStep_m, kLargest_m, "%.3f",
-              "metres: the middle of the filter plane");
+              lamp.IsClassical() ? "metres: the middle of the light"
+                                 : "metres: the middle of the filter plane");
   if (lamp.look_at)
     fields.Drag("looks at", *lamp.look_at, kStep_m, kLargest_m, "%.3f",
                 "metres: where its axis goes");
@@ -70,6 +71,10 @@ bool LampsPanel::DrawSwitch(SceneEditor& editor) {
 
 // Its light field: one that lies near, or any whose path is typed.
 bool LampsPanel::DrawFile(SceneEditor& editor) {
+  if (editor.lamps()[chosen_].IsClassical()) {
+    DrawDistribution(editor.lamps()[chosen_]);
+    return false;
+  }
   const std::string now = editor.lamps()[chosen_].file;
   const std::string shown = core::OnOneLine(std::filesystem::path(now).filename().string());
   std::string wanted = now;
@@ -91,6 +96,15 @@ bool LampsPanel::DrawFile(SceneEditor& editor) {
   if (wanted == now || wanted.empty()) return false;
   editor.Exchange(chosen_, wanted);
   return true;
+}
+
+void LampsPanel::DrawDistribution(const LampPlacement& lamp) {
+  const std::string name = std::filesystem::path(lamp.distribution).filename().string();
+  ImGui::TextDisabled("%s light of %s", lamp.model.c_str(), core::OnOneLine(name).c_str());
+  if (ImGui::IsItemHovered())
+    ImGui::SetTooltip(
+        "a classical light has no light field to exchange;\n"
+        "change its distribution, model and size in the scene's file");
 }
 
 bool LampsPanel::DrawMirror(SceneEditor& editor) {

@@ -22,6 +22,7 @@ class LampsPanel {
   bool DrawNumbers(SceneEditor& editor);
   bool DrawSwitch(SceneEditor& editor);
   bool DrawFile(SceneEditor& editor);
+  static void DrawDistribution(const LampPlacement& lamp);
   bool DrawMirror(SceneEditor& editor);
   bool DrawActions(const scene::Camera& camera, SceneEditor& editor);
   void Duplicate(const scene::Camera& camera, SceneEditor& editor);

@@ -9,6 +9,7 @@
 #include <future>
 
 #include "luxfield/core/printable.h"
+#include "luxfield/core/progress.h"
 #include "luxfield/view/documents/failed_document.h"
 #include "luxfield/view/documents/images_panel.h"
 #include "luxfield/view/documents/lamp_gizmo.h"
@@ -136,8 +137,8 @@ class SceneDocument : public Document {
     if (picture_.done)
       return fmt::format("error {}: {} not reached with {:.0f} samples a pixel", error, asked,
                          picture_.samples);
-    return fmt::format("error {} on the way to {}, {:.0f} samples a pixel of {}, round of {}",
-                       error, asked, picture_.samples, picture_.estimator, time);
+    return fmt::format("error {} on the way to {}: {:.0f} samples of {}, {} a round", error, asked,
+                       picture_.samples, picture_.estimator, core::FormatDuration(picture_.took_s));
   }
 
   bool Settled() const override {
@@ -232,7 +233,9 @@ class SceneDocument : public Document {
       scene_ = reading_.get();
       OpenEditor();
       request_.scene = scene_;
-      request_.lamps = RequestOf(*scene_, options_).lamps;
+      const LitRequest anew = RequestOf(*scene_, options_);
+      request_.lamps = anew.lamps;
+      request_.classical_lights = anew.classical_lights;
       request_.environment.reset();
       request_.materials.reset();
       if (stage_) request_.lamps.at(0).world_from_luminaire = StageLamp(distance_m_);
@@ -262,8 +265,10 @@ class SceneDocument : public Document {
     }
     if (!now.lamps.empty()) {
       request_.lamps.clear();
+      request_.classical_lights.clear();
       for (const LampPlacement& lamp : now.lamps)
-        request_.lamps.push_back({lamp.WorldFromLuminaire().value(), lamp.scale, lamp.colour});
+        (lamp.IsClassical() ? request_.classical_lights : request_.lamps)
+            .push_back({lamp.WorldFromLuminaire().value(), lamp.scale, lamp.colour});
     }
     if (now.environment)
       request_.environment =

@@ -27,6 +27,8 @@ void LitView::Ask(const LitRequest& request) {
   request_ = request;
   scene_.SetCamera(request.camera);
   for (std::size_t i = 0; i < request.lamps.size(); ++i) scene_.PlaceLuminaire(i, request.lamps[i]);
+  for (std::size_t i = 0; i < request.classical_lights.size(); ++i)
+    scene_.PlaceClassicalLight(i, request.classical_lights[i]);
   if (request.environment)
     scene_.PlaceEnvironment(request.environment->world_from_environment,
                             request.environment->scale);

@@ -34,8 +34,9 @@ struct LitRequest {
   // Another scene than was asked for before, whose things are not only elsewhere; null: the same.
   std::shared_ptr<const scene::Scene> scene;
   scene::Camera camera;
-  std::vector<scene::PlacedLamp> lamps;
-  std::optional<PlacedSky> environment;                           // empty: as the scene has it
+  std::vector<scene::PlacedLamp> lamps;             // luminaires that are light fields
+  std::vector<scene::PlacedLamp> classical_lights;  // empty: as the scene has them
+  std::optional<PlacedSky> environment;             // empty: as the scene has it
   std::shared_ptr<const std::vector<scene::Material>> materials;  // null: likewise
   bool shadows = true;                                            // of refined pictures
   bool moving_shadows = true;                                     // of quick ones

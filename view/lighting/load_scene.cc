@@ -31,6 +31,8 @@ LitRequest RequestOf(const scene::Scene& scene, const SceneOptions& options) {
   request.camera = scene.camera;
   for (const auto& luminaire : scene.luminaires)
     request.lamps.push_back({luminaire.world_from_luminaire, luminaire.scale, luminaire.colour});
+  for (const auto& light : scene.classical_lights)
+    request.classical_lights.push_back({light.world_from_light, light.scale, light.colour});
   request.error = options.error;
   request.shadows = options.shadows;
   request.seed = options.seed;

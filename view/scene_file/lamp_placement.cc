@@ -18,7 +18,8 @@ bool LampPlacement::operator==(const LampPlacement& other) const {
          look_at.has_value() == other.look_at.has_value() &&
          (!look_at || Same(*look_at, *other.look_at)) && Same(up, other.up) &&
          Same(rotate_deg, other.rotate_deg) && scale == other.scale && colour == other.colour &&
-         file == other.file && tables == other.tables;
+         file == other.file && tables == other.tables && model == other.model &&
+         distribution == other.distribution && size_m == other.size_m;
 }
 
 }  // namespace luxfield::view

@@ -1,5 +1,5 @@
 // A luminaire of a scene.toml (docs/formats/scene.md) as that file says it: with a point that it
-// looks at, or with a rotation.
+// looks at, or with a rotation; a light field, or a classical light.
 #pragma once
 
 #include <array>
@@ -18,8 +18,14 @@ struct LampPlacement {
   lightfield::Vec3 rotate_deg = {};
   double scale = 1;
   std::array<double, 3> colour = {1, 1, 1};
-  std::string file = {}, tables = {};  // as the file has them; tables empty: none are named
+  // Of a light field, as the file has them; tables empty: none are named.
+  std::string file = {}, tables = {};
+  // Of a classical light instead, likewise: "point", "linear" or "area", its photometric file and
+  // its size; model empty: it is a light field.
+  std::string model = {}, distribution = {};
+  std::optional<std::array<double, 2>> size_m = {};
 
+  bool IsClassical() const { return !model.empty(); }
   // Empty where look_at is the position, or the line between them parallel to `up`.
   std::optional<scene::Pose> WorldFromLuminaire() const;
   bool operator==(const LampPlacement& other) const;

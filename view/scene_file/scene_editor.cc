@@ -19,7 +19,7 @@ std::string FreeName(const std::vector<LampPlacement>& lamps, const std::string&
 
 SceneEditor::SceneEditor(const scene::Scene& scene)
     : file_(scene.file), read_(ReadSceneEdits(scene.file)) {
-  if (read_.lamps.size() != scene.luminaires.size() || !scene.classical_lights.empty())
+  if (read_.lamps.size() != scene.luminaires.size() + scene.classical_lights.size())
     read_.lamps.clear();
   saved_ = now_ = read_;
 }
@@ -59,6 +59,7 @@ bool SceneEditor::Remove(std::size_t lamp) {
 }
 
 void SceneEditor::Exchange(std::size_t lamp, const std::string& light_field) {
+  if (now_.lamps.at(lamp).IsClassical()) return;
   Begin();
   now_.lamps.at(lamp).file = light_field;
   now_.lamps[lamp].tables.clear();

@@ -18,8 +18,8 @@ class SceneEditor {
   explicit SceneEditor(const scene::Scene& scene);
 
   const SceneEdits& edits() const { return now_; }
-  // Empty of scenes that stand luminaires in arrays, which have fewer places to write than lamps, and
-  // of those that have classical lights among them.
+  // Luminaires in the file's order, classical lights among them. Empty of scenes that stand any in
+  // arrays, which have fewer places to write than lamps.
   const std::vector<LampPlacement>& lamps() const { return now_.lamps; }
   const std::filesystem::path& file() const { return file_; }
 
@@ -36,7 +36,8 @@ class SceneEditor {
   void Duplicate(std::size_t lamp, const lightfield::Vec3& offset);
   // The last lamp stays.
   bool Remove(std::size_t lamp);
-  // The lamp with another light field; the tables that it named belong to the old one.
+  // The lamp with another light field; the tables that it named belong to the old one. Classical
+  // lights have none, and stay as they are.
   void Exchange(std::size_t lamp, const std::string& light_field);
   // Of that name; one that is there is replaced.
   void Keep(const SavedView& view);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
@@ -51,6 +52,14 @@ std::array<double, 3> ColourOf(const toml::table& table, std::string_view key,
   return {v.x, v.y, v.z};
 }
 
+std::optional<std::array<double, 2>> SizeOf(const toml::table& table) {
+  const toml::array* array = table["size"].as_array();
+  if (!array || array->size() != 2) return {};
+  const auto x = array->get(0)->value<double>(), y = array->get(1)->value<double>();
+  if (!x || !y) return {};
+  return std::array{*x, *y};
+}
+
 LampPlacement LampOf(const toml::table& table, std::size_t number, const std::string& file) {
   LampPlacement lamp;
   lamp.name = TextOf(table, "name", fmt::format("luminaire {}", number + 1));
@@ -64,6 +73,9 @@ LampPlacement LampOf(const toml::table& table, std::size_t number, const std::st
   lamp.colour = ColourOf(table, "colour", {1, 1, 1});
   lamp.file = TextOf(table, "file", "");
   lamp.tables = TextOf(table, "tables", "");
+  lamp.model = TextOf(table, "model", "");
+  lamp.distribution = TextOf(table, "distribution", "");
+  lamp.size_m = SizeOf(table);
   return lamp;
 }
 
@@ -122,7 +134,8 @@ void RequireUnchanged(const SceneEdits& found, const SceneEdits& was, const std:
   };
   const auto same_lamp = [&](const LampPlacement& lamp) {
     const LampPlacement* before = Find(was.lamps, lamp.name);
-    return before && before->look_at.has_value() == lamp.look_at.has_value();
+    return before && before->look_at.has_value() == lamp.look_at.has_value() &&
+           before->model == lamp.model;
   };
   // Lamps of arrays are nobody's to move.
   if (!was.lamps.empty())
@@ -134,9 +147,15 @@ void RequireUnchanged(const SceneEdits& found, const SceneEdits& was, const std:
 }
 
 std::string NewLamp(const LampPlacement& lamp) {
-  std::string lines = fmt::format("\n[[luminaire]]\nname = {}\nfile = {}\n", TomlString(lamp.name),
-                                  TomlString(lamp.file));
-  if (!lamp.tables.empty()) lines += fmt::format("tables = {}\n", TomlString(lamp.tables));
+  std::string lines = fmt::format("\n[[luminaire]]\nname = {}\n", TomlString(lamp.name));
+  for (const auto& [key, value] : {std::pair("model", lamp.model),
+                                   {"file", lamp.file},
+                                   {"tables", lamp.tables},
+                                   {"distribution", lamp.distribution}})
+    if (!value.empty()) lines += fmt::format("{} = {}\n", key, TomlString(value));
+  if (lamp.size_m)
+    lines += fmt::format("size = [{}, {}]\n", TomlNumber((*lamp.size_m)[0]),
+                         TomlNumber((*lamp.size_m)[1]));
   lines += fmt::format("position = {}\n", Written(lamp.position));
   if (lamp.look_at) {
     lines += fmt::format("look_at = {}\n", Written(*lamp.look_at));
@@ -269,6 +288,19 @@ scene::Luminaire LuminaireOf(const LampPlacement& lamp, const std::filesystem::p
           lamp.scale, lamp.colour};
 }
 
+scene::ClassicalLight ClassicalLightOf(const LampPlacement& lamp,
+                                       const std::filesystem::path& folder) {
+  return {lamp.name,
+          lamp.model == "point"    ? scene::ClassicalModel::kPoint
+          : lamp.model == "linear" ? scene::ClassicalModel::kLinear
+                                   : scene::ClassicalModel::kArea,
+          folder / lamp.distribution,
+          lamp.model == "point" ? std::nullopt : lamp.size_m,
+          lamp.WorldFromLuminaire().value(),
+          lamp.scale,
+          lamp.colour};
+}
+
 void Apply(const MaterialNumbers& numbers, scene::Material& material) {
   for (std::size_t c = 0; c < 3; ++c) {
     material.albedo[c] = static_cast<float>(numbers.albedo[c]);
@@ -358,10 +390,16 @@ void SaveSceneEdits(const std::filesystem::path& scene, const SceneEdits& was,
 
 scene::Scene Edited(const scene::Scene& scene, const SceneEdits& was, const SceneEdits& is) {
   scene::Scene edited = scene;
-  if (!was.lamps.empty() && was.lamps.size() == scene.luminaires.size()) {
+  if (!was.lamps.empty() &&
+      was.lamps.size() == scene.luminaires.size() + scene.classical_lights.size()) {
+    const std::filesystem::path folder = scene.file.parent_path();
     edited.luminaires.clear();
+    edited.classical_lights.clear();
     for (const LampPlacement& lamp : is.lamps)
-      edited.luminaires.push_back(LuminaireOf(lamp, scene.file.parent_path()));
+      if (lamp.IsClassical())
+        edited.classical_lights.push_back(ClassicalLightOf(lamp, folder));
+      else
+        edited.luminaires.push_back(LuminaireOf(lamp, folder));
   }
   edited.geometry.materials = EditedMaterials(scene, is);
   if (edited.environment && is.environment) {
@@ -380,7 +418,8 @@ std::vector<scene::Material> EditedMaterials(const scene::Scene& scene, const Sc
 
 bool SameLamps(const SceneEdits& a, const SceneEdits& b) {
   return std::ranges::equal(a.lamps, b.lamps, [](const auto& one, const auto& other) {
-    return one.name == other.name && one.file == other.file && one.tables == other.tables;
+    return one.name == other.name && one.file == other.file && one.tables == other.tables &&
+           one.distribution == other.distribution;
   });
 }
 
