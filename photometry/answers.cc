@@ -106,7 +106,9 @@ EyeAnswer AnswerFor(const Lamp& lamp, const EyeAsked& asked) {
   for (const double mrad : asked.fields_of_view_mrad) {
     const double angle = 1e-3 * mrad;
     const auto w = BrightestPlace(lamp, asked.eye_m, angle);
-    answer.fields.push_back({mrad, Evaluate(lamp, MeanLuminance(lamp, asked.eye_m, w, angle)), w});
+    const auto ray = BrightestRay(lamp, asked.eye_m, w, angle);
+    answer.fields.push_back({mrad, Evaluate(lamp, MeanLuminance(lamp, asked.eye_m, w, angle)), w,
+                             Evaluate(lamp, LuminanceTowards(lamp, asked.eye_m, ray)), ray});
   }
   answer.area = AreaAbove(lamp, asked.eye_m, asked.threshold);
   AddGlareRatings(lamp, &answer);

@@ -28,6 +28,8 @@ struct EyeAnswer {
     double mrad = 0;
     Estimate largest;            // of the mean luminance over it, anywhere
     lightfield::Vec3 direction;  // where
+    Estimate peak;               // the largest luminance within that field of view
+    lightfield::Vec3 peak_direction;
   };
   std::vector<FieldOfView> fields;
   std::optional<LuminousArea> area;   // above the threshold; absent: nothing is

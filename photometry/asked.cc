@@ -207,15 +207,29 @@ std::optional<std::array<double, 2>> ReadOpening(const Config& table) {
   return std::array{sides[0], sides[1]};
 }
 
+EyePicture ReadEyePicture(const Config& table) {
+  const std::string picture =
+      table.Choice("picture", {"perspective", "fisheye", "none"}, "perspective");
+  return picture == "none"      ? EyePicture::kNone
+         : picture == "fisheye" ? EyePicture::kFisheye
+                                : EyePicture::kPerspective;
+}
+
+// Full angles, mrad, of the eye's resolution and of usual luminance meters.
+const std::vector<double> kFieldsOfView_mrad = {1.7, 11, 100};
+constexpr double kGlaring = 500;  // cd/m^2
+constexpr double kAge_years = 23;
+
 EyeAsked ReadEyeAsked(const Config& table) {
   EyeAsked eye;
   eye.eye_m = ReadPoint(table, "eye_m");
-  eye.fields_of_view_mrad = table.Numbers("fields_of_view_mrad", 0, {1.7, 11, 100});
+  eye.picture = ReadEyePicture(table);
+  eye.fields_of_view_mrad = table.Numbers("fields_of_view_mrad", 0, kFieldsOfView_mrad);
   for (const double field : eye.fields_of_view_mrad)
     if (!(field >= 0.01 && field <= 1000))
       table.Fail("fields_of_view_mrad", fmt::format("holds {}", field), "give 0.01 to 1000");
-  eye.threshold = table.Number("threshold_cd_per_m2", 500, {0, 1e15});
-  eye.age_years = table.Number("age_years", 23, {1, 120});
+  eye.threshold = table.Number("threshold_cd_per_m2", kGlaring, {0, 1e15});
+  eye.age_years = table.Number("age_years", kAge_years, {1, 120});
   eye.opening_m = ReadOpening(table);
   if (table.Has("background_cd_per_m2"))
     eye.background = table.Number("background_cd_per_m2", {1e-6, 1e9});
@@ -225,6 +239,8 @@ EyeAsked ReadEyeAsked(const Config& table) {
     eye.line_of_sight = ReadRequiredDirection(table, "line_of_sight");
     if (eye.background || table.Has("up"))
       eye.up = ReadAcross(table, "up", {0, 0, -1}, *eye.line_of_sight, "line_of_sight");
+  } else if (table.Has("up")) {
+    eye.up = ReadRequiredDirection(table, "up");
   }
   eye.name = table.Text("name", "eye at " + PlaceName(eye.eye_m));
   return eye;
@@ -240,7 +256,7 @@ GlareAsked ReadGlareAsked(const Config& table) {
                  "give distances above 0 from the lamp's axis");
   glare.c_deg = table.Numbers("c_deg", 0, {0, 90, 180, 270});
   glare.background = table.Number("background_cd_per_m2", {1e-6, 1e9});
-  glare.threshold = table.Number("threshold_cd_per_m2", 500, {0, 1e15});
+  glare.threshold = table.Number("threshold_cd_per_m2", kGlaring, {0, 1e15});
   glare.opening_m = ReadOpening(table);
   glare.name = table.Text("name", fmt::format("eyes {:g} m below the lamp", glare.below_m));
   return glare;
@@ -387,6 +403,17 @@ Asked ReadAsked(const Config& config, const RegulationFile& regulation_file) {
       if (certificate->Has(text.key)) asked.certificate[text.key] = certificate->Text(text.key);
   config.Finish();
   return asked;
+}
+
+EyeAsked EyeBefore(double distance_m) {
+  EyeAsked eye;
+  eye.name = fmt::format("eye {:.4g} m before the lamp", distance_m);
+  eye.eye_m = {0, 0, distance_m};
+  eye.up = {0, 1, 0};
+  eye.fields_of_view_mrad = kFieldsOfView_mrad;
+  eye.threshold = kGlaring;
+  eye.age_years = kAge_years;
+  return eye;
 }
 
 PlaneAsked PlaneBefore(double distance_m, double width_m, double height_m, int columns, int rows) {

@@ -88,13 +88,19 @@ struct PathAsked {
   PointReceiver At(double time_s) const;  // the receiver as it is turned then
 };
 
+// What the picture of an eye shows: the lamp, in perspective; or half of all directions, about the line
+// of sight, by angle (formats/lamp_view.h has both).
+enum class EyePicture { kNone, kPerspective, kFisheye };
+
 // Whose luminance is asked for.
 struct EyeAsked {
   std::string name;
   lightfield::Vec3 eye_m;
   std::vector<double> fields_of_view_mrad;  // full angles
   double threshold = 0;                     // of the luminous area, cd/m^2
-  // Where it looks, for glare; `up` is across, for the unified glare rating.
+  EyePicture picture = EyePicture::kPerspective;
+  // Where it looks, for glare, and of a fisheye picture; `up` is across, for the unified glare rating
+  // and pictures.
   std::optional<lightfield::Vec3> line_of_sight;
   lightfield::Vec3 up;
   double age_years = 0;                  // of who looks, for the veiling luminance
@@ -174,6 +180,9 @@ using RegulationFile = std::function<std::filesystem::path(const std::string& na
 
 // Throws InputError naming file and field.
 Asked ReadAsked(const core::Config& config, const RegulationFile& regulation_file);
+
+// An eye at a distance from the origin along +z that looks at the lamp, +v upwards, without glare.
+EyeAsked EyeBefore(double distance_m);
 
 // width x height m before the lamp at a distance from the origin along +z, facing it; right is +u and
 // up is +v.

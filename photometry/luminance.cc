@@ -71,28 +71,71 @@ double SolidAngleOfCone(double full_angle) {
   return 4 * std::numbers::pi * s * s;
 }
 
-// Adds factor times L along w.
-void AddRadiance(const Lamp& lamp, Functional& sum, double factor, Vec3 eye, Vec3 w) {
-  for (std::size_t k = 0; k < lamp.fields.size(); ++k) {
-    const auto& g = lamp.fields[k].field.geometry;
-    const auto ray = RayOf(lamp.fields[k], eye, w);
+struct WeighedRay {
+  Vec3 w;
+  double factor = 0;
+};
+
+// A ray that a field is seen along: its texel, and what there is times the basis at u.
+struct Crossing {
+  int row = 0, column = 0;
+  Vec2 u;
+  double factor = 0;
+};
+
+std::vector<Crossing> CrossingsOf(const PosedLightField& posed, Vec3 eye,
+                                  const std::vector<WeighedRay>& rays) {
+  const auto& g = posed.field.geometry;
+  std::vector<Crossing> crossings;
+  for (const auto& [w, factor] : rays) {
+    const auto ray = RayOf(posed, eye, w);
     if (!ray) continue;
     const double column = std::floor(g.lattice.column_of_s(ray->s.x)),
                  row = std::floor(g.lattice.row_of_t(ray->s.y));
     if (!(column >= 0 && column < g.lattice.width && row >= 0 && row < g.lattice.height)) continue;
     const double cosine = lightfield::CosTheta(g.delta_m, ray->u, ray->s),
                  d = g.delta_m / (cosine * cosine);
-    const double x = (ray->u.x - g.grid.u0_m) / g.grid.spacing_m,
-                 y = (ray->u.y - g.grid.v0_m) / g.grid.spacing_m;
-    for (int j = 0; j < g.grid.height; ++j)
-      for (int i = 0; i < g.grid.width; ++i) {
-        const double phi = g.grid.basis.Value(x - i) * g.grid.basis.Value(y - j);
-        if (phi != 0)
-          sum[k].weights[g.grid.index(i, j) * g.plane_size() +
-                         static_cast<std::size_t>(row * g.lattice.width + column)] +=
-              factor * d * d * phi;
-      }
+    crossings.push_back({static_cast<int>(row), static_cast<int>(column), ray->u, factor * d * d});
   }
+  return crossings;
+}
+
+TexelWindow WindowOf(const std::vector<Crossing>& crossings) {
+  int row0 = crossings[0].row, row1 = row0, column0 = crossings[0].column, column1 = column0;
+  for (const Crossing& one : crossings) {
+    row0 = std::min(row0, one.row);
+    row1 = std::max(row1, one.row);
+    column0 = std::min(column0, one.column);
+    column1 = std::max(column1, one.column);
+  }
+  return {row0, row1 - row0 + 1, column0, column1 - column0 + 1};
+}
+
+// The sum of factor times L along the rays from an eye.
+Functional OfRays(const Lamp& lamp, Vec3 eye, const std::vector<WeighedRay>& rays) {
+  Functional sum(lamp.fields.size());
+  for (std::size_t k = 0; k < sum.size(); ++k) {
+    const auto crossings = CrossingsOf(lamp.fields[k], eye, rays);
+    if (crossings.empty()) continue;
+    const auto& grid = lamp.fields[k].field.geometry.grid;
+    auto& [window, weights] = sum[k];
+    window = WindowOf(crossings);
+    weights.assign(grid.count() * window.size(), 0.0);
+    for (const Crossing& one : crossings) {
+      const double x = (one.u.x - grid.u0_m) / grid.spacing_m,
+                   y = (one.u.y - grid.v0_m) / grid.spacing_m;
+      const int last_i = static_cast<int>(std::floor(x)), last_j = static_cast<int>(std::floor(y));
+      const std::size_t texel =
+          std::size_t(one.row - window.row0) * window.columns + one.column - window.column0;
+      for (int j = std::max(0, last_j - grid.basis.cells + 1);
+           j <= std::min(last_j, grid.height - 1); ++j)
+        for (int i = std::max(0, last_i - grid.basis.cells + 1);
+             i <= std::min(last_i, grid.width - 1); ++i)
+          weights[grid.index(i, j) * window.size() + texel] +=
+              one.factor * grid.basis.Value(x - i) * grid.basis.Value(y - j);
+    }
+  }
+  return sum;
 }
 
 // Corners of the supports on F that the eye is before.
@@ -142,26 +185,70 @@ std::vector<double> DiscMeans(const LuminancePicture& picture, double radius) {
   return means;
 }
 
-Vec3 ClimbMean(const Lamp& lamp, Vec3 eye, double full_angle, Vec3 w, double step) {
-  double best = MeanLuminanceValue(lamp, eye, w, full_angle);
-  while (step > 0.02 * full_angle) {
-    Vec3 found = w;
-    double value = best;
-    for (const Vec3& side : Across(w, {0, 1, 0}))
-      for (const double sign : {-step, step}) {
-        const Vec3 d = Normalized(w + sign * side);
-        const double mean = MeanLuminanceValue(lamp, eye, d, full_angle);
-        if (mean > value) value = mean, found = d;
-      }
-    if (value > best)
-      best = value, w = found;
+// From w by steps on a plane across it, halved down to `least`, to where value(direction) is largest.
+template <typename F>
+Vec3 Climb(F&& value, Vec3 w, double step, double least) {
+  const auto [right, up] = Across(w, {0, 1, 0});
+  const auto at = [&](Vec2 aside) { return Normalized(w + aside.x * right + aside.y * up); };
+  Vec2 here{0, 0};
+  double best = value(w);
+  while (step > least) {
+    Vec2 found = here;
+    double most = best;
+    for (const Vec2 way : {Vec2{-step, 0}, Vec2{step, 0}, Vec2{0, -step}, Vec2{0, step}}) {
+      const Vec2 place{here.x + way.x, here.y + way.y};
+      if (const double there = value(at(place)); there > most) most = there, found = place;
+    }
+    if (most > best)
+      best = most, here = found;
     else
       step /= 2;
   }
-  return w;
+  return at(here);
+}
+
+// Where corners lie on a plane across `ahead` at distance 1, not beyond kSteepest.
+struct Extent {
+  double x0 = kSteepest, x1 = -kSteepest, y0 = kSteepest, y1 = -kSteepest;
+};
+Extent ExtentOf(const std::vector<Vec3>& corners, Vec3 eye, Vec3 ahead, Vec3 right, Vec3 up) {
+  Extent extent;
+  for (const Vec3& corner : corners) {
+    const Vec3 d = corner - eye;
+    const double depth = std::max(Dot(d, ahead), 1e-9);
+    const double x = std::clamp(Dot(d, right) / depth, -kSteepest, kSteepest),
+                 y = std::clamp(Dot(d, up) / depth, -kSteepest, kSteepest);
+    extent.x0 = std::min(extent.x0, x);
+    extent.x1 = std::max(extent.x1, x);
+    extent.y0 = std::min(extent.y0, y);
+    extent.y1 = std::max(extent.y1, y);
+  }
+  return extent;
+}
+
+// The tangent of half a texel and half a spacing of the basis as they are seen along w; 0 where w does
+// not come from a filter plane.
+double FinestSeen(const Lamp& lamp, Vec3 eye, Vec3 w) {
+  double finest = 0;
+  for (const PosedLightField& posed : lamp.fields) {
+    const auto& g = posed.field.geometry;
+    const double z = posed.luminaire_from_field.Inverse().Point(eye).z,
+                 cosine = -posed.luminaire_from_field.InverseDirection(w).z;
+    if (!(z > 0 && cosine > 0)) continue;
+    // A border s of a texel moves by |1 - delta / z| of where it is seen on F.
+    const double texel =
+        std::min(g.lattice.ds_m, g.lattice.dt_m) / std::max(std::abs(1 - g.delta_m / z), 1e-9);
+    const double step = 0.5 * std::min(texel, g.grid.spacing_m) * cosine * cosine / z;
+    finest = finest > 0 ? std::min(finest, step) : step;
+  }
+  return finest;
 }
 
 }  // namespace
+
+Functional LuminanceTowards(const Lamp& lamp, Vec3 eye, Vec3 w) {
+  return OfRays(lamp, eye, {{w, 1}});
+}
 
 double LuminanceValue(const Lamp& lamp, Vec3 eye, Vec3 w) {
   double sum = 0;
@@ -176,9 +263,9 @@ Functional MeanLuminance(const Lamp& lamp, Vec3 eye, Vec3 w, double full_angle) 
     const Functional light = LightWithin(lamp, eye, w, full_angle / 2);
     return Sum({{1 / SolidAngleOfCone(full_angle), &light}});
   }
-  Functional mean = ZeroOf(lamp);
-  ForCone(w, full_angle, [&](Vec3 ray, double share) { AddRadiance(lamp, mean, share, eye, ray); });
-  return mean;
+  std::vector<WeighedRay> rays;
+  ForCone(w, full_angle, [&](Vec3 ray, double share) { rays.push_back({ray, share}); });
+  return OfRays(lamp, eye, rays);
 }
 
 double MeanLuminanceValue(const Lamp& lamp, Vec3 eye, Vec3 w, double full_angle) {
@@ -200,28 +287,27 @@ double LuminancePicture::SolidAngle(int column, int row) const {
   return (x1 - x0) / columns * (y1 - y0) / rows / std::pow(1 + x * x + y * y, 1.5);
 }
 
-LuminancePicture PictureFrom(const Lamp& lamp, Vec3 eye, Vec3 up, int most) {
-  LuminancePicture picture;
+std::optional<Vec3> MiddleSeen(const Lamp& lamp, Vec3 eye) {
   const auto corners = CornersSeen(lamp, eye);
-  if (corners.empty()) return picture;
+  if (corners.empty()) return {};
   Vec3 middle;
   for (const Vec3& corner : corners) middle = middle + (1.0 / double(corners.size())) * corner;
-  picture.centre = Normalized(middle - eye);
+  return middle;
+}
+
+LuminancePicture PictureFrom(const Lamp& lamp, Vec3 eye, Vec3 up, int most) {
+  LuminancePicture picture;
+  const auto middle = MiddleSeen(lamp, eye);
+  if (!middle) return picture;
+  picture.centre = Normalized(*middle - eye);
   const auto [right, upwards] = Across(picture.centre, up);
   picture.right = right;
   picture.up = upwards;
-  picture.x0 = picture.y0 = kSteepest;
-  picture.x1 = picture.y1 = -kSteepest;
-  for (const Vec3& corner : corners) {
-    const Vec3 d = corner - eye;
-    const double ahead = std::max(Dot(d, picture.centre), 1e-9);
-    const double x = std::clamp(Dot(d, right) / ahead, -kSteepest, kSteepest),
-                 y = std::clamp(Dot(d, upwards) / ahead, -kSteepest, kSteepest);
-    picture.x0 = std::min(picture.x0, x);
-    picture.x1 = std::max(picture.x1, x);
-    picture.y0 = std::min(picture.y0, y);
-    picture.y1 = std::max(picture.y1, y);
-  }
+  const Extent extent = ExtentOf(CornersSeen(lamp, eye), eye, picture.centre, right, upwards);
+  picture.x0 = extent.x0;
+  picture.x1 = extent.x1;
+  picture.y0 = extent.y0;
+  picture.y1 = extent.y1;
   const double wide = picture.x1 - picture.x0, high = picture.y1 - picture.y0,
                field = std::max(wide, high) / most;
   picture.columns = std::clamp(static_cast<int>(std::lround(wide / field)), 1, most);
@@ -235,6 +321,12 @@ Vec3 BrightestPlace(const Lamp& lamp, Vec3 eye, double full_angle) {
   constexpr std::size_t kStarts = 4;
   LuminancePicture picture = PictureFrom(lamp, eye, {0, 1, 0}, 1);
   if (picture.columns == 0) return Normalized(-1 * eye);
+  const auto corners = CornersSeen(lamp, eye);
+  const double least_cosine = std::cos(full_angle / 2);
+  if (std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
+        return Dot(Normalized(corner - eye), picture.centre) >= least_cosine;
+      }))
+    return picture.centre;
   const double extent = std::max(picture.x1 - picture.x0, picture.y1 - picture.y0);
   const int fields = std::clamp(static_cast<int>(6 * extent / full_angle), kLeast, kMost);
   picture = PictureFrom(lamp, eye, {0, 1, 0}, fields);
@@ -250,12 +342,52 @@ Vec3 BrightestPlace(const Lamp& lamp, Vec3 eye, double full_angle) {
   for (std::size_t k = 0; k < starts; ++k) {
     const auto column = static_cast<double>(order[k] % picture.columns),
                row = static_cast<double>(order[k] / picture.columns);
+    const auto mean = [&](Vec3 d) { return MeanLuminanceValue(lamp, eye, d, full_angle); };
     const Vec3 w =
-        ClimbMean(lamp, eye, full_angle, picture.Direction(column + 0.5, row + 0.5), field);
-    const double mean = MeanLuminanceValue(lamp, eye, w, full_angle);
-    if (mean > most) most = mean, brightest = w;
+        Climb(mean, picture.Direction(column + 0.5, row + 0.5), field, 0.02 * full_angle);
+    if (const double there = mean(w); there > most) most = there, brightest = w;
   }
   return brightest;
+}
+
+Vec3 BrightestRay(const Lamp& lamp, Vec3 eye, Vec3 w, double full_angle) {
+  constexpr int kMost = 400, kLeast = 8;
+  constexpr std::size_t kStarts = 6;
+  const auto [right, up] = Across(w, {0, 1, 0});
+  const double half = std::tan(full_angle / 2), least_cosine = std::cos(full_angle / 2);
+  Extent extent = ExtentOf(CornersSeen(lamp, eye), eye, w, right, up);
+  extent.x0 = std::max(extent.x0, -half);
+  extent.x1 = std::min(extent.x1, half);
+  extent.y0 = std::max(extent.y0, -half);
+  extent.y1 = std::min(extent.y1, half);
+  const double wide = extent.x1 - extent.x0, high = extent.y1 - extent.y0;
+  if (!(wide > 0 && high > 0)) return w;
+  const double seen = FinestSeen(lamp, eye, w);
+  const auto parts = [&](double length) {
+    return seen > 0 ? std::clamp(static_cast<int>(length / seen) + 1, kLeast, kMost) : kMost;
+  };
+  const int columns = parts(wide), rows = parts(high);
+  const auto value = [&](Vec3 d) {
+    return Dot(d, w) >= least_cosine ? LuminanceValue(lamp, eye, d) : -1e300;
+  };
+  std::vector<std::pair<double, Vec3>> rays{{value(w), w}};
+  for (int row = 0; row <= rows; ++row)
+    for (int column = 0; column <= columns; ++column) {
+      const Vec3 d = Normalized(w + (extent.x0 + wide * column / columns) * right +
+                                (extent.y0 + high * row / rows) * up);
+      rays.push_back({value(d), d});
+    }
+  const auto starts = std::ptrdiff_t(std::min(kStarts, rays.size()));
+  std::partial_sort(rays.begin(), rays.begin() + starts, rays.end(),
+                    [](const auto& a, const auto& b) { return a.first > b.first; });
+  const double step = std::max(wide / columns, high / rows);
+  for (auto ray = rays.begin(); ray != rays.begin() + starts; ++ray) {
+    ray->second = Climb(value, ray->second, step, 1e-3 * step);
+    ray->first = value(ray->second);
+  }
+  return std::max_element(rays.begin(), rays.begin() + starts,
+                          [](const auto& a, const auto& b) { return a.first < b.first; })
+      ->second;
 }
 
 std::optional<LuminousArea> AreaAbove(const Lamp& lamp, Vec3 eye, double threshold) {
@@ -281,11 +413,11 @@ std::optional<LuminousArea> AreaAbove(const Lamp& lamp, Vec3 eye, double thresho
   area.luminance.value = light / area.solid_angle;
   area.direction = Normalized(towards);
   if (!lamp.noise.empty()) {
-    Functional mean = ZeroOf(lamp);
+    std::vector<WeighedRay> rays;
     for_bright([&](Vec3 w, double omega, double) {
-      AddRadiance(lamp, mean, omega / area.solid_angle, eye, w);
+      rays.push_back({w, omega / area.solid_angle});
     });
-    area.luminance.u = Uncertainty(lamp, mean);
+    area.luminance.u = Uncertainty(lamp, OfRays(lamp, eye, rays));
   }
   return area;
 }

@@ -14,6 +14,7 @@
 
 namespace luxfield::photometry {
 
+Functional LuminanceTowards(const Lamp& lamp, lightfield::Vec3 eye, lightfield::Vec3 w);
 double LuminanceValue(const Lamp& lamp, lightfield::Vec3 eye, lightfield::Vec3 w);
 
 // The mean over a cone of so many radians from side to side about w, by rays of equal solid angle,
@@ -24,6 +25,9 @@ Functional MeanLuminance(const Lamp& lamp, lightfield::Vec3 eye, lightfield::Vec
                          double full_angle);
 double MeanLuminanceValue(const Lamp& lamp, lightfield::Vec3 eye, lightfield::Vec3 w,
                           double full_angle);
+
+// The middle of the filter planes that an eye is before; absent where it is before none.
+std::optional<lightfield::Vec3> MiddleSeen(const Lamp& lamp, lightfield::Vec3 eye);
 
 // Directions centre + x right + y up, x and y evenly over a rectangle that holds all of the filter
 // planes that the eye sees; row 0 at the top.
@@ -42,8 +46,15 @@ struct LuminancePicture {
 LuminancePicture PictureFrom(const Lamp& lamp, lightfield::Vec3 eye, lightfield::Vec3 up, int most);
 
 // The direction of the largest mean over a field of view: of a picture as fine as a sixth of the
-// field (at most 300 fields wide), its brightest places climbed from.
+// field (at most 300 fields wide), its brightest places climbed from; the middle of a lamp that the field
+// of view holds all of.
 lightfield::Vec3 BrightestPlace(const Lamp& lamp, lightfield::Vec3 eye, double full_angle);
+
+// The direction of the largest luminance within a field of view about w: of rays that are half a
+// texel and half a spacing of the basis apart on the filter plane (at most 400 across), the brightest ones
+// climbed from.
+lightfield::Vec3 BrightestRay(const Lamp& lamp, lightfield::Vec3 eye, lightfield::Vec3 w,
+                              double full_angle);
 
 // What of the picture is as bright as `threshold` or brighter.
 struct LuminousArea {

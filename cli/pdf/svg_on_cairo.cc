@@ -87,7 +87,7 @@ void Paint(cairo_t* context, const XmlElement& element) {
   cairo_new_path(context);
 }
 
-// "12,34 ..." and "M12 34L56 78Z": numbers after letters; without letters a line through all.
+// "12,34 ..." and "M12 34L56 78H90V12Z": numbers after letters; without letters a line through all.
 void AddPath(cairo_t* context, const std::string& text) {
   char command = 'M';
   for (const char* at = text.c_str(); *at;) {
@@ -100,7 +100,7 @@ void AddPath(cairo_t* context, const std::string& text) {
       ++at;
       continue;
     }
-    if (*at == 'M' || *at == 'L') {
+    if (*at == 'M' || *at == 'L' || *at == 'H' || *at == 'V') {
       command = *at++;
       continue;
     }
@@ -108,6 +108,12 @@ void AddPath(cairo_t* context, const std::string& text) {
     const double x = std::strtod(at, &end);
     if (end == at) Refuse(fmt::format("path command {}", *at));
     at = end;
+    if (command == 'H' || command == 'V') {
+      double from_x = 0, from_y = 0;
+      cairo_get_current_point(context, &from_x, &from_y);
+      cairo_line_to(context, command == 'H' ? x : from_x, command == 'V' ? x : from_y);
+      continue;
+    }
     while (*at == ' ' || *at == ',') ++at;
     const double y = std::strtod(at, &end);
     if (end == at) Refuse("a path of an odd count of numbers");

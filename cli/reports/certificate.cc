@@ -8,6 +8,7 @@
 #include "luxfield/cli/pdf/pdf_document.h"
 #include "luxfield/cli/reports/certificate_results.h"
 #include "luxfield/cli/reports/estimate_json.h"
+#include "luxfield/cli/reports/eye_picture.h"
 #include "luxfield/cli/reports/photometry_names.h"
 #include "luxfield/cli/reports/photometry_plots.h"
 #include "luxfield/cli/reports/received_report.h"
@@ -92,6 +93,21 @@ void AddPlots(PdfPages& pages, const PhotometryReport& report, const photometry:
       row.clear();
     }
   }
+}
+
+// At most two pictures, the first that are asked for.
+void AddEyes(PdfPages& pages, const PhotometryReport& report, const photometry::Lamp& lamp) {
+  constexpr std::size_t kMost = 2;
+  std::vector<std::string> pictures;
+  for (const auto& answer : report.eyes) {
+    const auto eye = PictureAsked(lamp, answer.asked);
+    if (!eye || pictures.size() == kMost) continue;
+    pictures.push_back(SvgEyePicture(lamp, answer, *eye, NamesOf(report.distribution.unit)));
+  }
+  if (pictures.empty()) return;
+  pages.Heading("Luminance");
+  pages.Plots(pictures, 220);
+  pages.Paragraph(kEyePictureNote);
 }
 
 // Shares of a table's columns by what they hold.
@@ -227,6 +243,7 @@ void WriteCertificate(const std::filesystem::path& pdf, const Certificate& certi
     AddResults(pages, certificate, report);
     pages.PageBreak();
     AddPlots(pages, report, lamp);
+    AddEyes(pages, report, lamp);
     AddHeadlamps(pages, report);
     AddQuality(pages, report.quality);
     AddBudget(pages, certificate, report.quality);

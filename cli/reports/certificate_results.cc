@@ -114,9 +114,12 @@ std::vector<CertificateResult> CertificateResults(const Certificate& certificate
               path.dose, own.DoseUnit(), Scales::kWithLight);
   }
   for (const auto& eye : report.eyes)
-    for (const auto& field : eye.fields)
+    for (const auto& field : eye.fields) {
       lines.Add(fmt::format("Largest mean luminance over {:g} mrad", field.mrad), eye.asked.name,
                 field.largest, names.LuminanceUnit(), Scales::kWithLight);
+      lines.Add(fmt::format("Peak luminance within these {:g} mrad", field.mrad), eye.asked.name,
+                field.peak, names.LuminanceUnit(), Scales::kWithLight);
+    }
   return lines.lines();
 }
 

@@ -35,4 +35,12 @@ void AddEstimates(HtmlPage& page, EstimateRows rows) {
   page.Table(rows);
 }
 
+void AddBeside(HtmlPage& page, const std::vector<std::string>& svgs, const EstimateRows& rows) {
+  page.Raw("<div class=\"row\">\n");
+  for (const std::string& svg : svgs) page.Raw(svg);
+  page.Raw("<div>\n");
+  AddEstimates(page, rows);
+  page.Raw("</div>\n</div>\n");
+}
+
 }  // namespace luxfield::cli

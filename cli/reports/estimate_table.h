@@ -21,5 +21,7 @@ std::string EstimateText(const photometry::Estimate& estimate, const std::string
 
 // As a table; without the columns of uncertainties where there are none.
 void AddEstimates(HtmlPage& page, EstimateRows rows);
+// Beside plots.
+void AddBeside(HtmlPage& page, const std::vector<std::string>& svgs, const EstimateRows& rows);
 
 }  // namespace luxfield::cli

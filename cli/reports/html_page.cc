@@ -75,6 +75,8 @@ std::string HtmlPage::Text() const {
       "nowrap; }}\n"
       ".row {{ display: flex; flex-wrap: wrap; gap: 1em; }} figure {{ margin: 0; flex: 1 1 320px; "
       "}}\n"
+      "p {{ overflow-wrap: anywhere; }} svg {{ max-width: 100%; height: auto; }} table {{ display: "
+      "block; overflow-x: auto; }}\n"
       "figure img {{ max-width: 100%; height: auto; border: 1px solid #ccc; }} figcaption {{ "
       "font-size: 0.9em; color: #555; }}\n"
       "</style></head>\n<body>\n{}</body></html>\n",

@@ -6,6 +6,7 @@
 
 #include "luxfield/cli/reports/colour_report.h"
 #include "luxfield/cli/reports/estimate_table.h"
+#include "luxfield/cli/reports/eye_report.h"
 #include "luxfield/cli/reports/html_page.h"
 #include "luxfield/cli/reports/photometry_names.h"
 #include "luxfield/cli/reports/photometry_plots.h"
@@ -104,41 +105,22 @@ void AddTable(HtmlPage& page, const photometry::IntensityTable& table,
   const auto planes = Thinned(table.c_deg.size(), 8);
   Rows rows{{"gamma"}};
   for (const std::size_t c : planes) rows[0].push_back(fmt::format("C {:.4g}°", table.c_deg[c]));
+  double largest = 0;
+  for (const Estimate& one : table.intensity) largest = std::max(largest, std::abs(one.value));
+  constexpr double kRounding = 1e-12;  // of the largest, what sums leave of nothing
   for (const std::size_t g : Thinned(LitAngles(table), 24)) {
     auto& row = rows.emplace_back();
     row.push_back(fmt::format("{:.4g}°", table.gamma_deg[g]));
-    for (const std::size_t c : planes) row.push_back(fmt::format("{:.4g}", table.at(c, g).value));
+    for (const std::size_t c : planes) {
+      const double value = table.at(c, g).value;
+      row.push_back(fmt::format("{:.4g}", std::abs(value) > kRounding * largest ? value : 0.0));
+    }
   }
   page.Paragraph(fmt::format(
       "{} in {}; all planes and angles, with their uncertainties where they are known, are in the "
       "files that -o X.json and -o X.csv write.",
       names.intensity, names.intensity_unit));
   page.Table(rows);
-}
-
-void AddEyes(HtmlPage& page, const std::vector<photometry::EyeAnswer>& eyes,
-             const PhotometryNames& names) {
-  if (eyes.empty()) return;
-  page.Heading("Luminance");
-  for (const auto& answer : eyes) {
-    Rows rows{EstimateHead(answer.asked.name)};
-    for (const auto& field : answer.fields)
-      rows.push_back(EstimateRow(fmt::format("largest mean over {:g} mrad", field.mrad),
-                                 field.largest, names.LuminanceUnit()));
-    if (answer.area) {
-      rows.push_back(EstimateRow(fmt::format("mean of what is above {:g}", answer.asked.threshold),
-                                 answer.area->luminance, names.LuminanceUnit()));
-      rows.push_back(EstimateRow("solid angle of that", {answer.area->solid_angle, {}}, "sr"));
-    }
-    if (answer.ugr) rows.push_back(EstimateRow("UGR of this lamp alone", *answer.ugr, ""));
-    if (answer.plain_ugr)
-      rows.push_back(EstimateRow("UGR of the opening, evenly bright", *answer.plain_ugr, ""));
-    if (answer.veiling)
-      rows.push_back(EstimateRow("veiling luminance", *answer.veiling, names.LuminanceUnit()));
-    if (answer.threshold_increment)
-      rows.push_back(EstimateRow("threshold increment", *answer.threshold_increment, "%"));
-    AddEstimates(page, rows);
-  }
 }
 
 void AddRatings(HtmlPage& page, const photometry::GlareAsked& asked,
@@ -195,7 +177,7 @@ std::string PhotometryPage(const PhotometryReport& report, const photometry::Lam
   if (report.colour) AddColour(page, *report.colour);
   for (const HeadlampReport& headlamp : report.headlamps) AddHeadlamp(page, headlamp);
   AddReceived(page, report);
-  AddEyes(page, report.eyes, names);
+  AddEyes(page, lamp, report.file, report.eyes, names);
   AddGlare(page, report.glare, names);
   page.Heading("Quality of the measurement");
   page.Table(QualityTable(report.quality));

@@ -10,6 +10,7 @@
 #include "luxfield/cli/reports/csv.h"
 #include "luxfield/cli/reports/estimate_json.h"
 #include "luxfield/cli/reports/estimate_table.h"
+#include "luxfield/cli/reports/eye_report.h"
 #include "luxfield/cli/reports/headlamp_report.h"
 #include "luxfield/cli/reports/photometry_names.h"
 #include "luxfield/cli/reports/received_report.h"
@@ -61,27 +62,6 @@ Json TableJson(const photometry::IntensityTable& table, const PhotometryNames& n
           {"gamma_deg", table.gamma_deg},
           {key, values},
           {key + "_u", known ? uncertainties : Json()}};
-}
-
-Json EyeJson(const photometry::EyeAnswer& answer, const PhotometryNames& names) {
-  const std::string suffix = names.LuminanceSuffix();
-  Json fields = Json::array();
-  for (const auto& field : answer.fields) {
-    Json one = {{"field_of_view_mrad", field.mrad}, {"direction", VectorJson(field.direction)}};
-    PutEstimate(one, "luminance_largest_mean_" + suffix, field.largest);
-    fields.push_back(one);
-  }
-  Json json = {{"name", answer.asked.name},
-               {"eye_m", VectorJson(answer.asked.eye_m)},
-               {"fields_of_view", fields},
-               {"luminous_solid_angle_sr", answer.area ? Json(answer.area->solid_angle) : Json()}};
-  PutEstimate(json, "luminance_of_luminous_area_" + suffix,
-              answer.area ? std::optional(answer.area->luminance) : std::nullopt);
-  PutEstimate(json, "ugr", answer.ugr);
-  PutEstimate(json, "ugr_plain", answer.plain_ugr);
-  PutEstimate(json, "veiling_luminance_" + suffix, answer.veiling);
-  PutEstimate(json, "threshold_increment_percent", answer.threshold_increment);
-  return json;
 }
 
 void PrintAngle(const char* name, const std::optional<photometry::BeamAngle>& angle) {
@@ -144,6 +124,7 @@ void PrintPhotometry(const PhotometryReport& report) {
       fmt::print("  inverse square     within {} % from {} on the axis\n",
                  photometry::kInverseSquarePercent[k], EstimateText(*distance, "m"));
   PrintReceived(report);
+  for (const auto& answer : report.eyes) PrintEye(answer, names);
   if (report.colour) PrintColour(*report.colour);
   for (const auto& headlamp : report.headlamps) PrintHeadlamp(headlamp);
   fmt::print("  {}\n", report.uncertainty);
@@ -217,6 +198,8 @@ std::string PhotometryCsv(const PhotometryReport& report) {
           report.table.at(c, g), names.intensity_unit);
   for (const NumberRow& row : ReceivedRows(report)) text += CsvLine(row);
   for (const NumberRow& row : QualityRows(report.quality)) text += CsvLine(row);
+  for (const auto& answer : report.eyes)
+    for (const NumberRow& row : EyeRows(answer, names)) text += CsvLine(row);
   for (const auto& answer : report.glare)
     for (std::size_t k = 0; k < answer.ugr.size(); ++k) {
       const std::size_t distances = answer.asked.distances_m.size();

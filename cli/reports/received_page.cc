@@ -44,15 +44,6 @@ EstimateRows SummaryTable(const std::string& name, const std::string& points,
   return rows;
 }
 
-// Beside each other.
-void AddBeside(HtmlPage& page, const std::vector<std::string>& svgs, const EstimateRows& table) {
-  page.Raw("<div class=\"row\">\n");
-  for (const std::string& svg : svgs) page.Raw(svg);
-  page.Raw("<div>\n");
-  AddEstimates(page, table);
-  page.Raw("</div>\n</div>\n");
-}
-
 void AddPlane(HtmlPage& page, const PlaneAnswer& answer, const PhotometryNames& names) {
   const auto& asked = answer.asked;
   AddBeside(page, {SvgIsolux(IsoluxOf(answer, names))},

@@ -13,8 +13,11 @@ namespace luxfield::cli {
 namespace {
 
 constexpr double kLeft = 76, kTop = 44, kLegend = 150, kBottom = 56;
-constexpr double kLargest = 440, kLargestWithMarks = 700;  // of a map, whose marks have names
+constexpr double kLargest = 440,
+                 kLargestWithMarks = 700;  // of a map, with many marks that have names
+constexpr std::size_t kManyMarks = 5;
 constexpr int kMostLevels = 9;
+constexpr double kBox = 18;  // of the legend
 
 struct Frame {
   double width, height;  // of the map, pixels
@@ -54,10 +57,10 @@ std::size_t BandOf(const std::vector<double>& levels, double value) {
                                   levels.begin());
 }
 
-// Runs of fields of one band in a row, as rectangles.
+// Runs of fields of one band in a row, as rectangles; a path for each band.
 std::string Fields(const IsoluxMap& map, const Frame& frame, const Scale& scale) {
-  std::string svg = "<g shape-rendering=\"crispEdges\">\n";
   const double w = frame.width / map.columns, h = frame.height / map.rows;
+  std::vector<std::string> paths(scale.levels.size() + 1);
   for (int row = 0; row < map.rows; ++row)
     for (int column = 0; column < map.columns;) {
       const auto band = [&](int at) {
@@ -65,12 +68,18 @@ std::string Fields(const IsoluxMap& map, const Frame& frame, const Scale& scale)
       };
       int end = column + 1;
       while (end < map.columns && band(end) == band(column)) ++end;
-      svg += fmt::format(
-          "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"/>\n",
-          kLeft + column * w, kTop + row * h, (end - column) * w + 0.4, h + 0.4,
-          scale.Colour(band(column)));
+      // A little larger, so that no white shows between neighbours.
+      constexpr double kMore = 0.4;
+      const double x0 = kLeft + column * w, x1 = kLeft + end * w + kMore, y0 = kTop + row * h,
+                   y1 = y0 + h + kMore;
+      paths[band(column)] +=
+          fmt::format("M{:.1f} {:.1f}H{:.1f}V{:.1f}H{:.1f}Z", x0, y0, x1, y1, x0);
       column = end;
     }
+  std::string svg = "<g shape-rendering=\"crispEdges\">\n";
+  for (std::size_t band = 0; band < paths.size(); ++band)
+    if (!paths[band].empty())
+      svg += fmt::format("<path d=\"{}\" fill=\"{}\"/>\n", paths[band], scale.Colour(band));
   return svg + "</g>\n";
 }
 
@@ -234,21 +243,29 @@ std::string AxisTicks(const IsoluxMap& map, const Frame& frame) {
   return svg;
 }
 
+// "200000", "2e6".
+std::string LevelText(double level) {
+  std::string text = fmt::format("{:g}", level);
+  if (const std::size_t plus = text.find("e+0"); plus != std::string::npos) text.erase(plus + 1, 2);
+  return text;
+}
+
+// Under its unit.
 std::string Legend(const IsoluxMap& map, const Frame& frame, const Scale& scale) {
   const std::vector<double>& levels = scale.levels;
-  std::string svg;
   const double x = kLeft + frame.width + 18;
+  std::string svg =
+      fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x, kTop + 10, EscapeXml(map.unit));
   for (std::size_t band = 0; band <= levels.size(); ++band) {
-    const double y = kTop + 18.0 * double(levels.size() - band);
-    const std::string text = band == 0 ? fmt::format("below {:g}", levels[0])
+    const double y = kTop + kBox * double(levels.size() + 1 - band);
+    const std::string text = band == 0 ? "below " + LevelText(levels[0])
                              : band == levels.size()
-                                 ? fmt::format("from {:g}", levels[band - 1])
-                                 : fmt::format("{:g} to {:g}", levels[band - 1], levels[band]);
+                                 ? "from " + LevelText(levels[band - 1])
+                                 : LevelText(levels[band - 1]) + " to " + LevelText(levels[band]);
     svg += fmt::format(
-        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"18\" height=\"18\" fill=\"{}\" "
-        "stroke=\"#888\" stroke-width=\"0.5\"/><text x=\"{:.1f}\" y=\"{:.1f}\">{}{}</text>\n",
-        x, y, scale.Colour(band), x + 24, y + 13, text,
-        band == levels.size() ? " " + EscapeXml(map.unit) : "");
+        "<rect x=\"{0:.1f}\" y=\"{1:.1f}\" width=\"{2}\" height=\"{2}\" fill=\"{3}\" "
+        "stroke=\"#888\" stroke-width=\"0.5\"/><text x=\"{4:.1f}\" y=\"{5:.1f}\">{6}</text>\n",
+        x, y, kBox, scale.Colour(band), x + kBox + 6, y + 13, text);
   }
   return svg;
 }
@@ -257,10 +274,10 @@ std::string Drawn(const IsoluxMap& map, const Scale& scale) {
   const double across = map.x1 - map.x0, along = map.y1 - map.y0;
   // As wide as high where that can be read: not beyond 1 : 4.
   const double ratio = std::clamp(along / across, 0.25, 4.0);
-  const double largest = map.marks.empty() ? kLargest : kLargestWithMarks;
+  const double largest = map.marks.size() < kManyMarks ? kLargest : kLargestWithMarks;
   const Frame frame{ratio > 1 ? largest / ratio : largest, ratio > 1 ? largest : largest * ratio};
   const double width = kLeft + frame.width + kLegend,
-               height = kTop + std::max(frame.height, 18.0 * (kMostLevels + 1)) + kBottom;
+               height = kTop + std::max(frame.height, kBox * (kMostLevels + 2)) + kBottom;
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
       "width=\"{0:.0f}\" height=\"{1:.0f}\" font-family=\"sans-serif\" font-size=\"12\">\n<rect "
@@ -277,7 +294,7 @@ std::string Drawn(const IsoluxMap& map, const Scale& scale) {
                        kLeft + frame.width / 2, kTop + frame.height / 2,
                        scale.is_signed ? "no difference" : "no light");
   svg += Fields(map, frame, scale);
-  for (std::size_t k = 0; k < scale.levels.size(); ++k)
+  for (std::size_t k = 0; map.outlined && k < scale.levels.size(); ++k)
     svg += Line(map, frame, scale.levels[k], scale.OnDark(k));
   return svg + Overlay(map, frame) + border + AxisTicks(map, frame) + Legend(map, frame, scale) +
          "</svg>\n";

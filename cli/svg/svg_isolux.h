@@ -25,6 +25,7 @@ struct IsoluxMap {
   std::vector<double> values;  // [row][column] at the middles of fields, row 0 at the top
   std::vector<IsoluxMark> marks;
   std::vector<IsoluxLine> lines;
+  bool outlined = true;  // lines between fields of different levels; pictures have none
 };
 
 // Levels 1, 2, 5 times powers of ten from the largest value down, at most `most` of them.

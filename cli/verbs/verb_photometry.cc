@@ -49,11 +49,12 @@ photometry::Asked ReadAsked(const std::string& file) {
   return photometry::ReadAsked(core::Config::FromFile(file), RegulationFile);
 }
 
-// One metre before the lamp, as wide as its beam, where nothing is asked for.
+// A plane one metre before the lamp, as wide as its beam, and an eye there, where nothing is asked for.
 photometry::Asked AskedOf(const std::string& file, const photometry::Distribution& d) {
   if (!file.empty()) return ReadAsked(file);
   photometry::Asked asked;
   asked.planes = {PlaneOfBeam(d, 1)};
+  asked.eyes = {photometry::EyeBefore(1)};
   return asked;
 }
 
@@ -231,7 +232,8 @@ void AddPhotometry(Program& program) {
       ->check(InputFile({core::FileKind::kLightField}));
   verb.add_option("--ask", options->ask,
                   "An ask.toml: points, lines, planes, volumes, paths, eyes, glare, headlamps "
-                  "(docs/photometry.md); without it a plane 1 m before the lamp");
+                  "(docs/photometry.md); without it a plane and an eye 1 m before "
+                  "the lamp");
   verb.add_option("-o,--output", options->output,
                   "A .html page, .json or .csv to write; or a certificate, .pdf or .cert.json")
       ->check(OutputFile());

@@ -1,10 +1,13 @@
 // `luxfield photometry` as a user runs it: what it writes of lamps that are whole, dark, negative or
 // of one image, with sigma and without.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <sstream>
 
 #include "luxfield/lightfield/measurements.h"
 #include "luxfield/lightfield/posed_light_field.h"
@@ -207,6 +210,46 @@ TEST_F(Photometry, ExtremeLampsGiveSensiblePages) {
   EXPECT_NEAR(both["upward_share"].get<double>(), 0.5, 1e-6);
   EXPECT_EQ(both["intensity"]["gamma_deg"].back(), 180);
   Page();
+}
+
+// Eyes of every kind: in perspective, through a fisheye, so near that a perspective does not hold the
+// lamp, behind it, and without a picture. `export` writes the same picture, as bright.
+TEST_F(Photometry, EyesHavePicturesInUnits) {
+  const auto eye = [](const char* place, const char* more) {
+    return fmt::format("[[eye]]\neye_m = {}\n{}\n", place, more);
+  };
+  const auto pictures = [&](const std::string& asked) {
+    WriteText(folder_ / "ask.toml", asked);
+    Ask(Lamp(1e6));
+    const std::string page = Page({"--ask", "ask.toml"});
+    std::size_t count = 0;
+    for (std::size_t at = page.find("luxfield export x.lf.exr"); at != std::string::npos;
+         at = page.find("luxfield export x.lf.exr", at + 1))
+      ++count;
+    return std::pair(count, page);
+  };
+  EXPECT_EQ(pictures(eye("[0, 0, 1]", "picture = \"none\"")).first, 0u);
+  EXPECT_EQ(pictures(eye("[0, 0, -1]", "")).first, 0u);
+  EXPECT_THAT(pictures(eye("[0, 0, 0.001]", "")).second, testing::HasSubstr("--view fisheye"));
+  const auto [count, page] =
+      pictures(eye("[0.3, 0.2, 1]", "") +
+               eye("[0.3, 0.2, 1]", "picture = \"fisheye\"\nline_of_sight = [0, 0.2, -1]"));
+  EXPECT_EQ(count, 2u);
+  EXPECT_THAT(page, testing::HasSubstr(">cd/m²<"));
+  EXPECT_THAT(page, testing::HasSubstr("--view fisheye --eye 0.3 0.2 1 --look-at 0.3 0.39"));
+  const std::size_t at = page.find("luxfield export x.lf.exr -o X.hdr --view perspective");
+  ASSERT_NE(at, std::string::npos);
+  std::istringstream words(page.substr(at, page.find('<', at) - at));
+  std::vector<std::string> command{std::istream_iterator<std::string>(words), {}};
+  command.erase(command.begin());
+  const json written = Run(command);
+  const json found = Run({"photometry", "x.lf.exr", "--ask", "ask.toml"});
+  const auto& fields = found["eyes"][0]["fields_of_view"];
+  for (const json& field : fields)
+    EXPECT_GE(field["luminance_peak_cd_per_m2"], field["luminance_largest_mean_cd_per_m2"]);
+  // The brightest of some pixels, each a mean over it.
+  const double peak = fields[2]["luminance_peak_cd_per_m2"];
+  EXPECT_NEAR(written["largest"].get<double>(), peak, 0.02 * peak);
 }
 
 TEST_F(Photometry, CertificatesSayWhatIsStatedAndWhatIsNot) {

@@ -401,6 +401,13 @@ class Photometry(Judgement):
             angle, w = one["field_of_view_mrad"] / 1000, np.array(one["direction"])
             mean = lambda d: radiance_towards(field, p, cone(d, angle)).mean()
             self.close(one["luminance_largest_mean_cd_per_m2"], mean(w), 2e-3, "field of view")
+            # Of single rays within it, at a thousandth of its width from each other.
+            rays = radiance_towards(field, p, cone(w, angle, 400, 1000))
+            peak = np.array(one["peak_direction"])
+            self.close(one["luminance_peak_cd_per_m2"], radiance_towards(field, p, peak[:, None])[0],
+                       1e-5, "peak")  # fmt: skip
+            self.assertLess(rays.max(), (1 + 1e-5) * one["luminance_peak_cd_per_m2"])
+            self.assertGreaterEqual(peak @ w, np.cos(angle / 2) - 1e-12)
             # Nowhere else is it brighter.
             for _ in range(40):
                 other = np.array([*random.uniform(-0.06, 0.06, 2), 0]) - p

@@ -3,9 +3,12 @@
 // the truth in 95 % of them. LUXFIELD_LABS=400 is the proof.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <string>
 
 #include "luxfield/photometry/answers.h"
+#include "luxfield/photometry/beyond_planes.h"
 #include "luxfield/photometry/colour.h"
 #include "luxfield/photometry/comparison.h"
 #include "luxfield/photometry/dose.h"
@@ -59,18 +62,47 @@ void PutPlane(Quantities& out, const Lamp& lamp) {
   Put(out, "diversity", answer.diversity);
 }
 
+void PutReceivers(Quantities& out, const Lamp& lamp) {
+  for (const auto& [name, shape] : {std::pair{"spheres", ReceiverShape::kSphere},
+                                    {"cylinders", ReceiverShape::kCylinder},
+                                    {"semicylinders", ReceiverShape::kSemicylinder}}) {
+    PlaneAsked plane = PlaneBefore(1.1, 0.6, 0.4, 3, 2);
+    plane.receiver = {.shape = shape, .axis = {0, 1, 0}, .facing = {0, 0, -1}};
+    const PlaneAnswer answer = AnswerOn(lamp, plane);
+    out[std::string("plane of ") + name + ", mean"] = answer.mean;
+    out[std::string("plane of ") + name + ", largest"] = answer.most;
+    Put(out, std::string("uniformity of ") + name, answer.uniformity);
+  }
+  LineAsked line;
+  line.from_m = {-0.3, 0, 0.7};
+  line.to_m = {0.2, 0.2, 1.4};
+  line.points = 3;
+  line.axis = {0, 1, 0};
+  const LineAnswer answer = AnswerAlong(lamp, line);
+  for (int k = 0; k < line.points; ++k) {
+    const PointAnswer& point = answer.points[std::size_t(k)];
+    out["along a line " + std::to_string(k)] = point.illuminance;
+    out["spheres along a line " + std::to_string(k)] = point.spherical;
+  }
+}
+
 void PutMoved(Quantities& out, const Lamp& lamp) {
   VolumeAsked volume;
   volume.middle = PlaneBefore(1, 0.5, 0.5, 3, 2);
   volume.middle.receiver.shape = ReceiverShape::kSphere;
   volume.depth_m = 0.4;
   volume.layers = 2;
-  out["volume, mean"] = AnswerIn(lamp, volume).mean;
+  const VolumeAnswer in = AnswerIn(lamp, volume);
+  out["volume, mean"] = in.mean;
+  out["volume, smallest"] = in.least;
+  out["volume, largest"] = in.most;
   PathAsked path;
   path.times_s = {0, 3};
   path.positions_m = {{-0.2, 0, 0.8}, {0.3, 0.1, 0.9}};
   const DoseAnswer dose = DoseAlong(lamp, path);
   out["dose"] = dose.dose;
+  out["dose over time"] = dose.mean;
+  out["dose, largest rate"] = dose.most;
 }
 
 void PutEye(Quantities& out, const Lamp& lamp) {
@@ -86,6 +118,7 @@ void PutEye(Quantities& out, const Lamp& lamp) {
   const EyeAnswer answer = AnswerFor(lamp, asked);
   for (const auto& field : answer.fields)
     out["luminance over " + std::to_string(int(field.mrad)) + " mrad"] = field.largest;
+  out["peak luminance"] = answer.fields.back().peak;
   if (answer.area) out["luminance of the luminous area"] = answer.area->luminance;
   Put(out, "UGR", answer.ugr);
   Put(out, "veiling luminance", answer.veiling);
@@ -104,8 +137,19 @@ Quantities AllOf(const Lamp& lamp) {
   PutDistances(out, "inverse square towards the peak", d.towards_peak);
   PutPoint(out, lamp);
   PutPlane(out, lamp);
+  PutReceivers(out, lamp);
   PutMoved(out, lamp);
   PutEye(out, lamp);
+  return out;
+}
+
+// What channels that are weighed are asked for.
+Quantities Received(const Lamp& lamp) {
+  Quantities out;
+  PutPoint(out, lamp);
+  PutPlane(out, lamp);
+  PutReceivers(out, lamp);
+  PutMoved(out, lamp);
   return out;
 }
 
@@ -126,12 +170,13 @@ Quantities AllOf(const ColourLamp& lamp) {
   return out;
 }
 
-template <typename LampOf>
-void ExpectLabsAreHonest(const NoisyField& noisy, std::uint64_t stream, LampOf&& lamp_of) {
+// of(lamp_of(a field)) are the quantities that a lab states.
+template <typename LampOf, typename Of>
+void ExpectLabsAreHonest(const NoisyField& noisy, std::uint64_t stream, LampOf&& lamp_of, Of&& of) {
   const int labs = LabsOr(40);
-  LabsJudge judge(AllOf(lamp_of(noisy.field())));
+  LabsJudge judge(of(lamp_of(noisy.field())));
   core::Random random(TestSeed(20261129), stream);
-  for (int lab = 0; lab < labs; ++lab) judge.Add(AllOf(lamp_of(noisy.Draw(random))));
+  for (int lab = 0; lab < labs; ++lab) judge.Add(of(lamp_of(noisy.Draw(random))));
   judge.ExpectHonest();
 }
 
@@ -146,21 +191,59 @@ TEST(Labs, StateWhatTheyScatter) {
   const NoisyField noisy(Lit(1), PlainMaps(SmoothField().geometry.grid), 0.002);
   const std::vector<PosedLightField> sigma = {{"", {}, noisy.SigmaOfC()}};
   const std::vector<SolveMaps> maps = {noisy.maps()};
-  ExpectLabsAreHonest(noisy, 1, [&](const LightField& field) {
-    Lamp lamp = LampOfField(field);
-    SetNoise(lamp, sigma, maps, "sigma");
-    return lamp;
-  });
+  ExpectLabsAreHonest(
+      noisy, 1,
+      [&](const LightField& field) {
+        Lamp lamp = LampOfField(field);
+        SetNoise(lamp, sigma, maps, "sigma");
+        return lamp;
+      },
+      [](const Lamp& lamp) { return AllOf(lamp); });
+}
+
+// Of two channels, one of which counts as less.
+TEST(Labs, StateWeighedChannelsAsTheyScatter) {
+  const NoisyField noisy(Lit(2), PlainMaps(SmoothField().geometry.grid), 0.002);
+  const std::vector<PosedLightField> sigma = {{"", {}, noisy.SigmaOfC()}};
+  const std::vector<SolveMaps> maps = {noisy.maps()};
+  ExpectLabsAreHonest(
+      noisy, 3,
+      [&](const LightField& field) {
+        const std::vector<PosedLightField> fields = {{"", {}, field}};
+        Lamp lamp = LampOf(fields, std::array{4.6, -0.7}, "");
+        SetNoise(lamp, sigma, maps, "sigma");
+        return lamp;
+      },
+      Received);
+}
+
+// Noise at the border makes the bound larger, never smaller than by chance.
+TEST(Labs, NoiseMakesTheBoundBeyondThePlanesLarger) {
+  const int labs = LabsOr(40);
+  const NoisyField noisy(Lit(1), PlainMaps(SmoothField().geometry.grid), 0.002);
+  const double truth = FluxBeyondPlanesBound(LampOfField(noisy.field()));
+  core::Random random(TestSeed(20261129), 4);
+  double sum = 0, squares = 0;
+  for (int lab = 0; lab < labs; ++lab) {
+    const double more = FluxBeyondPlanesBound(LampOfField(noisy.Draw(random))) - truth;
+    sum += more;
+    squares += more * more;
+  }
+  const double mean = sum / labs, variance = (squares - labs * mean * mean) / (labs - 1);
+  EXPECT_GT(mean, -4.5 * std::sqrt(variance / labs));
 }
 
 TEST(Labs, StateColoursAsTheyScatter) {
   const NoisyField noisy(Lit(3), PlainMaps(SmoothField().geometry.grid), 0.002);
   const std::vector<PosedLightField> sigma = {{"", {}, noisy.SigmaOfC()}};
   const std::vector<SolveMaps> maps = {noisy.maps()};
-  ExpectLabsAreHonest(noisy, 2, [&](const LightField& field) {
-    const std::vector<PosedLightField> fields = {{"", {}, field}};
-    return *ColourLampOf(fields, sigma, maps, "sigma");
-  });
+  ExpectLabsAreHonest(
+      noisy, 2,
+      [&](const LightField& field) {
+        const std::vector<PosedLightField> fields = {{"", {}, field}};
+        return *ColourLampOf(fields, sigma, maps, "sigma");
+      },
+      [](const ColourLamp& lamp) { return AllOf(lamp); });
 }
 
 }  // namespace

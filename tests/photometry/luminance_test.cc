@@ -77,6 +77,59 @@ TEST(Luminance, TheBrightestPlaceIsFound) {
   }
 }
 
+// A lamp of one texel and one function: around its top rays from the axis are as bright as rounding has it.
+TEST(Luminance, AFlatTopIsNotCircledForEver) {
+  lightfield::LuminaireGeometry g;
+  g.delta_m = 0.3;
+  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(lightfield::BasisKind::kBspline2),
+                                          1, 1, 0.02);
+  g.lattice = {1, 1, -0.01, 0.01, 0.02, 0.02};
+  LightField field(g);
+  field.data = {1e6f};
+  const Vec3 found = BrightestPlace(LampOfField(field), {0, 0, 1}, 0.011);
+  EXPECT_LT(Length(found - Vec3{0, 0, -1}), 1e-3);
+}
+
+// Of all fields of view that hold a lamp whole, that about its middle.
+TEST(Luminance, AWideFieldOfViewIsCentredOnTheLamp) {
+  const Lamp lamp = LampOfField(Checkerboard());
+  const Vec3 eye{1, 2, 7};
+  EXPECT_LT(Length(BrightestPlace(lamp, eye, 0.1) - Towards(eye, {0, 0, 0})), 1e-12);
+}
+
+// A lamp whose coefficients are 1 but for one, as bright as the basis function makes it: its peak within
+// a field of view is there, and nothing of it outside.
+TEST(Luminance, ThePeakWithinAFieldOfViewIsFound) {
+  lightfield::LuminaireGeometry g;
+  g.delta_m = 0.1;
+  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(lightfield::BasisKind::kBspline2),
+                                          9, 7, 0.01);
+  g.lattice = {40, 40, -0.2, 0.2, 0.01, 0.01};
+  LightField field(g);
+  for (float& c : field.data) c = 1;
+  for (float& c : field.image(g.grid.index(3, 2), 0)) c = 9;
+  const Lamp lamp = LampOfField(field);
+  const Vec3 eye{0.02, 0.03, 0.8};
+  const auto at = g.grid.centre(3, 2);
+  const Vec3 spot = Towards(eye, {at.x, at.y, 0});
+  // 1 + 8 Phi in the middle of the function, times delta^2 / cos^4.
+  const double middle = LuminanceValue(lamp, eye, spot);
+  EXPECT_NEAR(middle, 0.01 / std::pow(spot.z, 4) * (1 + 8 * 0.75 * 0.75), 1e-6);
+  for (const Vec3 w : {spot, Normalized(spot + Vec3{0.004, -0.003, 0})}) {
+    const Vec3 peak = BrightestRay(lamp, eye, w, 0.011);
+    EXPECT_GE(LuminanceValue(lamp, eye, peak), middle);
+    EXPECT_NEAR(LuminanceValue(lamp, eye, peak), middle, 1e-4 * middle);
+    EXPECT_GE(Dot(peak, w), std::cos(0.0055));
+    EXPECT_NEAR(Value(lamp, LuminanceTowards(lamp, eye, peak)), LuminanceValue(lamp, eye, peak),
+                1e-9);
+  }
+  // A field of view beside the spot, and one that holds no lamp.
+  const Vec3 beside = Normalized(spot + Vec3{0.05, 0, 0});
+  EXPECT_LT(LuminanceValue(lamp, eye, BrightestRay(lamp, eye, beside, 0.011)), 0.5 * middle);
+  const Vec3 away{1, 0, 0};
+  EXPECT_EQ(LuminanceValue(lamp, eye, BrightestRay(lamp, eye, away, 0.011)), 0);
+}
+
 TEST(Luminance, TheGlaringAreaOfACheckerboardIsHalfOfIt) {
   const Vec3 eye{0, 0, 2};
   const double whole = SolidAngleOfOpening(eye, 0.01, 0.01);
