@@ -271,11 +271,11 @@ double AimedBeam::Sketch(const Requirement& requirement, bool smallest, Place tu
 Functional AimedBeam::Weights(const Requirement& requirement, Place place) const {
   if (requirement.kind == Kind::kFlux) {
     constexpr double kTwice = 2;  // weights are slower, and their uncertainty needs less
-    Functional flux = ZeroOf(lamp_);
+    std::vector<WeighedDirection> cells;
     ForCells(requirement, kTwice * FluxStep(lamp_), [&](Place cell, double omega) {
-      Add(flux, omega, IntensityTowards(lamp_, frame_.Direction(cell)));
+      cells.push_back({omega, frame_.Direction(cell)});
     });
-    return flux;
+    return IntensitySum(lamp_, cells);
   }
   if (requirement.kind != Kind::kSum) return Received(lamp_, receiver_, frame_, place);
   std::vector<Functional> parts;

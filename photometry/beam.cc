@@ -103,13 +103,11 @@ double ReceivedValue(const Lamp& lamp, const Receiver& receiver, const BeamFrame
 
 Functional Received(const Lamp& lamp, const Receiver& receiver, const BeamFrame& frame,
                     Place place) {
-  std::vector<std::pair<double, Functional>> parts;
+  std::vector<WeighedReceiver> nodes;
   ForNodes(lamp, receiver, frame, place, [&](Vec3 p, Vec3 n, double share) {
-    parts.emplace_back(share, IlluminanceAt(lamp, p, n));
+    nodes.push_back({share, p, n});
   });
-  std::vector<FunctionalTerm> terms;
-  for (const auto& [share, part] : parts) terms.push_back({share, &part});
-  return Sum(terms);
+  return IlluminanceSum(lamp, nodes);
 }
 
 BeamMap::BeamMap(const Lamp& lamp, const Receiver& receiver, const BeamFrame& frame, Place low,

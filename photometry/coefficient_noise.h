@@ -37,6 +37,12 @@ struct TexelWindow {
   std::size_t size() const { return static_cast<std::size_t>(rows) * columns; }
 };
 
+// Weights that are products along both axes: x[i * columns + column] y[j * rows + row] of coefficient
+// ij over a window.
+struct SeparableWeights {
+  std::vector<double> x, y;
+};
+
 class CoefficientNoise {
  public:
   // `sigma`: standard deviations, laid out as a light field of one channel. Throws InputError if a
@@ -45,6 +51,10 @@ class CoefficientNoise {
 
   // Of sum q C; weights[(m * rows + row) * columns + column] over the window, 0 beyond.
   double Variance(const TexelWindow& window, std::span<const double> weights) const;
+
+  // The same of a sum of separable weights, without their products in memory: what R makes of them is
+  // separable again.
+  double Variance(const TexelWindow& window, std::span<const SeparableWeights> terms) const;
 
   // The weights of independent draws of variance 1 that make the noise of sum q C, laid out as
   // `weights`: its variance is the sum of their squares, its covariance with another the sum of their

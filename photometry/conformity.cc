@@ -45,7 +45,9 @@ int Covariances::Add(const Functional& functional) {
 }
 
 double Covariances::Of(int a, int b) const {
-  double sum = 0;
+  if (a > b) std::swap(a, b);
+  if (const auto found = known_.find({a, b}); found != known_.end()) return found->second;
+  double& sum = known_[{a, b}];
   for (std::size_t k = 0; k < whitened_[a].size(); ++k)
     sum += Product(whitened_[a][k], whitened_[b][k]);
   return sum;
@@ -57,28 +59,29 @@ double PassProbability(double margin, double u) {
 }
 
 double JointPassProbability(const std::vector<double>& margins,
-                            const std::vector<double>& covariance) {
+                            const std::function<double(std::size_t, std::size_t)>& covariance) {
   constexpr double kCertain = 6;
   constexpr int kDraws = 40000;
   const std::size_t count = margins.size();
-  const auto u = [&](std::size_t k) { return std::sqrt(std::max(0.0, covariance[k * count + k])); };
+  std::vector<double> u;
   std::vector<std::size_t> doubtful;
   for (std::size_t k = 0; k < count; ++k) {
-    if (margins[k] < -kCertain * u(k)) return 0;
-    if (!(margins[k] > kCertain * u(k)) && u(k) > 0) doubtful.push_back(k);
+    u.push_back(std::sqrt(std::max(0.0, covariance(k, k))));
+    if (margins[k] < -kCertain * u[k]) return 0;
+    if (!(margins[k] > kCertain * u[k]) && u[k] > 0) doubtful.push_back(k);
   }
   if (doubtful.empty()) return 1;
-  if (doubtful.size() == 1) return PassProbability(margins[doubtful[0]], u(doubtful[0]));
+  if (doubtful.size() == 1) return PassProbability(margins[doubtful[0]], u[doubtful[0]]);
   const auto n = static_cast<Eigen::Index>(doubtful.size());
   Eigen::MatrixXd c(n, n);
   Eigen::VectorXd margin(n), scale(n);
   for (Eigen::Index k = 0; k < n; ++k) {
-    scale(k) = u(doubtful[k]);
+    scale(k) = u[doubtful[k]];
     margin(k) = margins[doubtful[k]] / scale(k);
   }
   for (Eigen::Index a = 0; a < n; ++a)
     for (Eigen::Index b = 0; b < n; ++b)
-      c(a, b) = covariance[doubtful[a] * count + doubtful[b]] / scale(a) / scale(b);
+      c(a, b) = covariance(doubtful[a], doubtful[b]) / scale(a) / scale(b);
   // A root of a matrix that may be singular: margins that are one and the same.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(c);
   const Eigen::MatrixXd root =

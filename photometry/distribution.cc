@@ -417,10 +417,10 @@ Distribution DistributionOf(const Lamp& lamp) {
   out.unit = lamp.unit;
   const Functional flux = FluxOf(lamp);
   out.flux = Evaluate(lamp, flux);
-  out.axis = Evaluate(lamp, IntensityTowards(lamp, {0, 0, 1}));
+  out.axis = IntensityEstimate(lamp, {0, 0, 1});
   const PeakFound peak = FindPeak(lamp);
   out.peak_direction = peak.direction;
-  out.peak = Evaluate(lamp, IntensityTowards(lamp, peak.direction));
+  out.peak = IntensityEstimate(lamp, peak.direction);
   out.beam = BeamAngleOf(lamp, peak, 0.5);
   out.field = BeamAngleOf(lamp, peak, 0.1);
   FindShares(lamp, flux, &out);
@@ -471,8 +471,7 @@ IntensityTable TableOf(const Lamp& lamp, double c_step_deg, double gamma_step_de
     for (std::size_t k = begin; k < end; ++k) {
       const Vec3 d = VectorOf(
           {table.c_deg[k / table.gamma_deg.size()], table.gamma_deg[k % table.gamma_deg.size()]});
-      table.intensity[k] = lamp.noise.empty() ? Estimate{IntensityValue(lamp, d), {}}
-                                              : Evaluate(lamp, IntensityTowards(lamp, d));
+      table.intensity[k] = IntensityEstimate(lamp, d);
     }
   });
   return table;

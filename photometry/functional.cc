@@ -36,12 +36,23 @@ Run RunOf(const std::vector<ProjectedTexels>& all) {
   return {first, last - first + 1};
 }
 
-FieldFunctional Empty(const LuminaireGeometry& geometry, Run rows, Run columns) {
+TexelWindow Hull(const TexelWindow& a, const TexelWindow& b) {
+  if (a.size() == 0) return b;
+  if (b.size() == 0) return a;
+  const int row0 = std::min(a.row0, b.row0), column0 = std::min(a.column0, b.column0);
+  return {row0, std::max(a.row0 + a.rows, b.row0 + b.rows) - row0, column0,
+          std::max(a.column0 + a.columns, b.column0 + b.columns) - column0};
+}
+
+FieldFunctional Empty(const LuminaireGeometry& geometry, const TexelWindow& window) {
   FieldFunctional empty;
-  if (rows.size <= 0 || columns.size <= 0) return empty;
-  empty.window = {rows.first, rows.size, columns.first, columns.size};
-  empty.weights.assign(geometry.grid.count() * empty.window.size(), 0.0);
+  if (window.rows <= 0 || window.columns <= 0) return empty;
+  empty.window = window;
+  empty.weights.assign(geometry.grid.count() * window.size(), 0.0);
   return empty;
+}
+FieldFunctional EmptyOfAll(const LuminaireGeometry& geometry) {
+  return Empty(geometry, {0, geometry.lattice.height, 0, geometry.lattice.width});
 }
 
 // One pencil of lines: texels on F along both axes.
@@ -55,48 +66,87 @@ struct Pencil {
                               TexelAxis::Rows(g.lattice), y)) {}
 };
 
-// weight(columns of i, c, rows of j, r) for every texel that a basis function meets.
+// Adds weight(columns of i, c, rows of j, r) for every texel that a basis function meets; the window of
+// `sum` holds them.
 template <typename F>
-FieldFunctional Separable(const LuminaireGeometry& g, const Pencil& pencil, F&& weight) {
-  FieldFunctional out = Empty(g, RunOf(pencil.rows), RunOf(pencil.columns));
-  if (out.weights.empty()) return out;
+void AddSeparable(const LuminaireGeometry& g, const Pencil& pencil, F&& weight,
+                  FieldFunctional* sum) {
+  const TexelWindow& window = sum->window;
   for (int j = 0; j < g.grid.height; ++j)
     for (int i = 0; i < g.grid.width; ++i) {
       const ProjectedTexels &x = pencil.columns[i], &y = pencil.rows[j];
       for (std::size_t r = 0; r < y.size(); ++r) {
-        const std::size_t row =
-            g.grid.index(i, j) * out.window.rows + y.first - out.window.row0 + r;
-        double* to = &out.weights[row * out.window.columns + x.first - out.window.column0];
-        for (std::size_t c = 0; c < x.size(); ++c) to[c] = weight(x, c, y, r);
+        const std::size_t row = g.grid.index(i, j) * window.rows + y.first - window.row0 + r;
+        double* to = &sum->weights[row * window.columns + x.first - window.column0];
+        for (std::size_t c = 0; c < x.size(); ++c) to[c] += weight(x, c, y, r);
       }
     }
-  return out;
 }
 
-// J.n of one field, in its own frame; exact where n.w >= 0 all over the supports.
-FieldFunctional LinearIlluminance(const LuminaireGeometry& g, Vec3 p, Vec3 n) {
-  if (!(p.z > 0)) return {};
-  const Pencil pencil(g, PencilAxis::ThroughPoint(p.x, p.z, g.delta_m),
-                      PencilAxis::ThroughPoint(p.y, p.z, g.delta_m));
+Pencil PencilTowards(const LuminaireGeometry& g, Vec3 d) {
+  return {g, PencilAxis::Parallel(g.delta_m * d.x / d.z),
+          PencilAxis::Parallel(g.delta_m * d.y / d.z)};
+}
+// delta^2 / cos^3.
+double IntensityScale(const LuminaireGeometry& g, Vec3 d) {
+  const double cosine =
+      lightfield::CosTheta(g.delta_m, {0, 0}, {g.delta_m * d.x / d.z, g.delta_m * d.y / d.z});
+  return g.delta_m * g.delta_m / (cosine * cosine * cosine);
+}
+
+Pencil PencilThrough(const LuminaireGeometry& g, Vec3 p) {
+  return {g, PencilAxis::ThroughPoint(p.x, p.z, g.delta_m),
+          PencilAxis::ThroughPoint(p.y, p.z, g.delta_m)};
+}
+
+// The texels that a pencil meets.
+TexelWindow WindowOf(const Pencil& pencil) {
+  const Run rows = RunOf(pencil.rows), columns = RunOf(pencil.columns);
+  if (rows.size <= 0 || columns.size <= 0) return {};
+  return {rows.first, rows.size, columns.first, columns.size};
+}
+
+// factor J.n of one field, in its own frame; exact where n.w >= 0 all over the supports.
+void AddLinearIlluminance(const LuminaireGeometry& g, const Pencil& pencil, double factor, Vec3 p,
+                          Vec3 n, FieldFunctional* sum) {
   // delta^2 / z^3 n . (u - p), with lengths in units of z as in light_vector.cc.
-  const double scale = g.delta_m / p.z * (g.delta_m / p.z);
-  return Separable(
+  const double scale = factor * g.delta_m / p.z * (g.delta_m / p.z);
+  AddSeparable(
       g, pencil,
       [&](const ProjectedTexels& x, std::size_t c, const ProjectedTexels& y, std::size_t r) {
         return scale * (n.x * x.moment[c] / p.z * y.zeroth[r] +
                         n.y * x.zeroth[c] * y.moment[r] / p.z - n.z * x.zeroth[c] * y.zeroth[r]);
-      });
+      },
+      sum);
 }
 
-FieldFunctional Intensity(const LuminaireGeometry& g, Vec3 d) {
-  if (!(d.z > 0)) return {};
-  const double sx = g.delta_m * d.x / d.z, sy = g.delta_m * d.y / d.z;
-  const Pencil pencil(g, PencilAxis::Parallel(sx), PencilAxis::Parallel(sy));
-  const double cosine = lightfield::CosTheta(g.delta_m, {0, 0}, {sx, sy});
-  const double scale = g.delta_m * g.delta_m / (cosine * cosine * cosine);
-  return Separable(g, pencil,
-                   [&](const ProjectedTexels& x, std::size_t c, const ProjectedTexels& y,
-                       std::size_t r) { return scale * x.zeroth[c] * y.zeroth[r]; });
+FieldFunctional LinearIlluminance(const LuminaireGeometry& g, Vec3 p, Vec3 n) {
+  if (!(p.z > 0)) return {};
+  const Pencil pencil = PencilThrough(g, p);
+  FieldFunctional out = Empty(g, WindowOf(pencil));
+  if (!out.weights.empty()) AddLinearIlluminance(g, pencil, 1, p, n, &out);
+  return out;
+}
+
+void AddIntensity(const LuminaireGeometry& g, const Pencil& pencil, double factor, Vec3 d,
+                  FieldFunctional* sum) {
+  const double scale = factor * IntensityScale(g, d);
+  AddSeparable(
+      g, pencil,
+      [&](const ProjectedTexels& x, std::size_t c, const ProjectedTexels& y, std::size_t r) {
+        return scale * x.zeroth[c] * y.zeroth[r];
+      },
+      sum);
+}
+
+// The zeroth moments of a pencil's texels over a window, of one axis: [function][texel].
+std::vector<double> Laid(const std::vector<ProjectedTexels>& axis, int first, int count,
+                         double factor) {
+  std::vector<double> laid(axis.size() * count, 0.0);
+  for (std::size_t k = 0; k < axis.size(); ++k)
+    for (std::size_t at = 0; at < axis[k].size(); ++at)
+      laid[k * count + axis[k].first - first + at] = factor * axis[k].zeroth[at];
+  return laid;
 }
 
 // Of each field, of(geometry, field_from_luminaire).
@@ -129,14 +179,6 @@ void AddTo(FieldFunctional& sum, int images, double factor, const FieldFunctiona
       double* target = &sum.weights[row * to.columns + from.column0 - to.column0];
       for (int c = 0; c < from.columns; ++c) target[c] += factor * source[c];
     }
-}
-
-TexelWindow Hull(const TexelWindow& a, const TexelWindow& b) {
-  if (a.size() == 0) return b;
-  if (b.size() == 0) return a;
-  const int row0 = std::min(a.row0, b.row0), column0 = std::min(a.column0, b.column0);
-  return {row0, std::max(a.row0 + a.rows, b.row0 + b.rows) - row0, column0,
-          std::max(a.column0 + a.columns, b.column0 + b.columns) - column0};
 }
 
 // Does the cone hold all of the filter plane that a basis function is on?
@@ -205,9 +247,8 @@ Functional Sum(std::initializer_list<FunctionalTerm> terms) {
 }
 
 Functional ZeroOf(const Lamp& lamp) {
-  return OfFields(lamp, [](const LuminaireGeometry& g, const lightfield::RigidPose&) {
-    return Empty(g, {0, g.lattice.height}, {0, g.lattice.width});
-  });
+  return OfFields(
+      lamp, [](const LuminaireGeometry& g, const lightfield::RigidPose&) { return EmptyOfAll(g); });
 }
 
 void Add(Functional& sum, double factor, const Functional& one) {
@@ -218,7 +259,7 @@ void Add(Functional& sum, double factor, const Functional& one) {
 
 Functional FluxOf(const Lamp& lamp) {
   return OfFields(lamp, [](const LuminaireGeometry& g, const lightfield::RigidPose&) {
-    FieldFunctional out = Empty(g, {0, g.lattice.height}, {0, g.lattice.width});
+    FieldFunctional out = EmptyOfAll(g);
     std::fill(out.weights.begin(), out.weights.end(),
               g.lattice.texel_area_m2() * g.grid.PhiIntegral());
     return out;
@@ -227,7 +268,7 @@ Functional FluxOf(const Lamp& lamp) {
 
 Functional FluxTowards(const Lamp& lamp, Vec3 axis) {
   return OfFields(lamp, [&](const LuminaireGeometry& g, const lightfield::RigidPose& pose) {
-    FieldFunctional out = Empty(g, {0, g.lattice.height}, {0, g.lattice.width});
+    FieldFunctional out = EmptyOfAll(g);
     const Vec3 n = pose.InverseDirection(axis);
     const int cells = g.grid.basis.cells;
     const double h = g.grid.spacing_m, area = g.lattice.texel_area_m2();
@@ -258,18 +299,86 @@ Functional FluxTowards(const Lamp& lamp, Vec3 axis) {
 }
 
 Functional IntensityTowards(const Lamp& lamp, Vec3 direction) {
+  return IntensitySum(lamp, std::array{WeighedDirection{1, direction}});
+}
+
+Functional IntensitySum(const Lamp& lamp, std::span<const WeighedDirection> directions) {
   return OfFields(lamp, [&](const LuminaireGeometry& g, const lightfield::RigidPose& pose) {
-    return Intensity(g, pose.InverseDirection(direction));
+    struct Part {
+      double factor;
+      Vec3 d;
+      Pencil pencil;
+    };
+    std::vector<Part> parts;
+    TexelWindow window;
+    for (const auto& [factor, direction] : directions) {
+      const Vec3 d = pose.InverseDirection(direction);
+      if (!(d.z > 0)) continue;
+      parts.push_back({factor, d, PencilTowards(g, d)});
+      window = Hull(window, WindowOf(parts.back().pencil));
+    }
+    FieldFunctional sum = Empty(g, window);
+    if (sum.weights.empty()) return sum;
+    for (const Part& part : parts) AddIntensity(g, part.pencil, part.factor, part.d, &sum);
+    return sum;
   });
 }
 
+Estimate IntensityEstimate(const Lamp& lamp, Vec3 direction) {
+  Estimate estimate{IntensityValue(lamp, direction), {}};
+  if (lamp.noise.empty()) return estimate;
+  double variance = 0;
+  for (std::size_t k = 0; k < lamp.fields.size(); ++k) {
+    const auto& g = lamp.fields[k].field.geometry;
+    const Vec3 d = lamp.fields[k].luminaire_from_field.InverseDirection(direction);
+    if (!(d.z > 0)) continue;
+    const Pencil pencil = PencilTowards(g, d);
+    const TexelWindow window = WindowOf(pencil);
+    if (window.size() == 0) continue;
+    const SeparableWeights weights{
+        Laid(pencil.columns, window.column0, window.columns, IntensityScale(g, d)),
+        Laid(pencil.rows, window.row0, window.rows, 1)};
+    variance += lamp.noise[k].Variance(window, std::array{weights});
+  }
+  estimate.u = std::sqrt(variance);
+  return estimate;
+}
+
 Functional IlluminanceAt(const Lamp& lamp, Vec3 p, Vec3 n) {
+  return IlluminanceSum(lamp, std::array{WeighedReceiver{1, p, n}});
+}
+
+Functional IlluminanceSum(const Lamp& lamp, std::span<const WeighedReceiver> receivers) {
   return OfFields(lamp, [&](const LuminaireGeometry& g, const lightfield::RigidPose& pose) {
-    const Vec3 own_p = pose.Inverse().Point(p), own_n = pose.InverseDirection(n);
-    if (own_p.z > 0 && lightfield::HorizonCutsSupport(g, own_p, own_n))
-      return OfKernel(g, own_p, kPartsAtHorizon,
-                      [&](Vec3 w) { return std::max(0.0, Dot(own_n, w)); });
-    return LinearIlluminance(g, own_p, own_n);
+    struct Part {
+      double factor;
+      Vec3 p, n;
+      std::optional<Pencil> pencil;  // of closed forms
+      FieldFunctional cut;           // where the horizon cuts the light
+    };
+    std::vector<Part> parts;
+    TexelWindow window;
+    for (const auto& [factor, p, n] : receivers) {
+      const Vec3 own_p = pose.Inverse().Point(p), own_n = pose.InverseDirection(n);
+      if (!(own_p.z > 0)) continue;
+      Part& part = parts.emplace_back(Part{factor, own_p, own_n, {}, {}});
+      if (lightfield::HorizonCutsSupport(g, own_p, own_n)) {
+        part.cut = OfKernel(g, own_p, kPartsAtHorizon,
+                            [&](Vec3 w) { return std::max(0.0, Dot(own_n, w)); });
+        window = Hull(window, part.cut.window);
+      } else {
+        part.pencil = PencilThrough(g, own_p);
+        window = Hull(window, WindowOf(*part.pencil));
+      }
+    }
+    FieldFunctional sum = Empty(g, window);
+    if (sum.weights.empty()) return sum;
+    for (const Part& part : parts)
+      if (part.pencil)
+        AddLinearIlluminance(g, *part.pencil, part.factor, part.p, part.n, &sum);
+      else if (!part.cut.weights.empty())
+        AddTo(sum, g.grid.count(), part.factor, part.cut);
+    return sum;
   });
 }
 

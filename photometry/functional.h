@@ -59,6 +59,14 @@ Functional FluxTowards(const Lamp& lamp, lightfield::Vec3 axis);
 
 // Far-field intensity; any direction but 0.
 Functional IntensityTowards(const Lamp& lamp, lightfield::Vec3 direction);
+// With its uncertainty, without weights in memory: faster where many are asked for.
+Estimate IntensityEstimate(const Lamp& lamp, lightfield::Vec3 direction);
+struct WeighedDirection {
+  double factor = 1;
+  lightfield::Vec3 direction;
+};
+// sum of factor times intensity.
+Functional IntensitySum(const Lamp& lamp, std::span<const WeighedDirection> directions);
 
 // Quantities at a point are integrals over the directions w in which light is seen from it,
 //
@@ -70,6 +78,13 @@ Functional IntensityTowards(const Lamp& lamp, lightfield::Vec3 direction);
 
 // k = max(0, n.w), n a unit vector towards the lamp side.
 Functional IlluminanceAt(const Lamp& lamp, lightfield::Vec3 p, lightfield::Vec3 n);
+
+struct WeighedReceiver {
+  double factor = 1;
+  lightfield::Vec3 p, n;
+};
+// sum of factor times illuminance.
+Functional IlluminanceSum(const Lamp& lamp, std::span<const WeighedReceiver> receivers);
 
 // k = w: towards the light; its length is the largest difference of illuminance between two sides
 // of a small plane. Minus Gershun's light vector.

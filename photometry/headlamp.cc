@@ -93,13 +93,9 @@ class Judge {
   }
 
   double JointProbability() const {
-    const std::size_t count = margins_.size();
-    std::vector<double> covariance(count * count);
-    for (std::size_t a = 0; a < count; ++a)
-      for (std::size_t b = 0; b <= a; ++b)
-        covariance[a * count + b] = covariance[b * count + a] =
-            CovarianceOf(covariances_, combinations_[a], combinations_[b]);
-    return JointPassProbability(margins_, covariance);
+    return JointPassProbability(margins_, [&](std::size_t a, std::size_t b) {
+      return CovarianceOf(covariances_, combinations_[a], combinations_[b]);
+    });
   }
   std::optional<std::array<double, 2>> AimDeviations() const {
     if (aim_h_ < 0) return {};

@@ -163,6 +163,33 @@ void Fill(const Lamp& lamp, Vec3 eye, LuminancePicture* picture) {
   });
 }
 
+// What a picture's fields hold of the light at the eye, and where.
+class Light {
+ public:
+  explicit Light(const LuminancePicture& picture) {
+    for (int row = 0; row < picture.rows; ++row)
+      for (int column = 0; column < picture.columns; ++column) {
+        const std::size_t k = static_cast<std::size_t>(row) * picture.columns + column;
+        parts_.push_back({picture.Direction(column + 0.5, row + 0.5),
+                          picture.luminance[k] * picture.SolidAngle(column, row)});
+      }
+  }
+  // Over a cone about w, by the fields whose middles it holds.
+  double Within(Vec3 w, double full_angle) const {
+    const double least_cosine = std::cos(full_angle / 2);
+    double sum = 0;
+    for (const auto& [d, light] : parts_) sum += Dot(d, w) >= least_cosine ? light : 0.0;
+    return sum;
+  }
+
+ private:
+  struct Part {
+    Vec3 d;
+    double light = 0;
+  };
+  std::vector<Part> parts_;
+};
+
 // Sums over discs of `radius` fields about every field.
 std::vector<double> DiscMeans(const LuminancePicture& picture, double radius) {
   std::vector<std::array<int, 2>> disc;
@@ -337,12 +364,18 @@ Vec3 BrightestPlace(const Lamp& lamp, Vec3 eye, double full_angle) {
   const std::size_t starts = std::min(kStarts, order.size());
   std::partial_sort(order.begin(), order.begin() + std::ptrdiff_t(starts), order.end(),
                     [&](std::size_t a, std::size_t b) { return means[a] > means[b]; });
+  // The exact mean over a wide field of view takes long, and a sum over a fine picture finds its place.
+  constexpr int kFine = 240;
+  std::optional<Light> light;
+  if (IsWide(lamp, eye, full_angle)) light.emplace(PictureFrom(lamp, eye, {0, 1, 0}, kFine));
   Vec3 brightest = picture.centre;
   double most = -1e300;
   for (std::size_t k = 0; k < starts; ++k) {
     const auto column = static_cast<double>(order[k] % picture.columns),
                row = static_cast<double>(order[k] / picture.columns);
-    const auto mean = [&](Vec3 d) { return MeanLuminanceValue(lamp, eye, d, full_angle); };
+    const auto mean = [&](Vec3 d) {
+      return light ? light->Within(d, full_angle) : MeanLuminanceValue(lamp, eye, d, full_angle);
+    };
     const Vec3 w =
         Climb(mean, picture.Direction(column + 0.5, row + 0.5), field, 0.02 * full_angle);
     if (const double there = mean(w); there > most) most = there, brightest = w;

@@ -19,22 +19,28 @@ TEST(PassProbability, IsThatOfTheNormalDistribution) {
   EXPECT_EQ(PassProbability(-1, 0), 0);
 }
 
+// covariance: [k][k], row-major.
+double Joint(const std::vector<double>& margins, const std::vector<double>& covariance) {
+  return JointPassProbability(
+      margins, [&](std::size_t a, std::size_t b) { return covariance[a * margins.size() + b]; });
+}
+
 // Two margins of 0: 1/4 + asin(rho) / (2 pi) (Sheppard 1899). Draws scatter by 0.0025.
 TEST(JointPassProbability, OfTwoIsSheppards) {
   for (const double rho : {-0.9, 0.0, 0.6, 1.0})
-    EXPECT_NEAR(JointPassProbability({0, 0}, {4, 6 * rho, 6 * rho, 9}),
+    EXPECT_NEAR(Joint({0, 0}, {4, 6 * rho, 6 * rho, 9}),
                 0.25 + std::asin(rho) / (2 * std::numbers::pi), 4.5 * 0.0025)
         << rho;
-  EXPECT_NEAR(JointPassProbability({0, 1, -1}, {1, 0, 0, 0, 1, 0, 0, 0, 1}),
-              0.5 * 0.8413447 * 0.1586553, 4.5 * 0.0013);
+  EXPECT_NEAR(Joint({0, 1, -1}, {1, 0, 0, 0, 1, 0, 0, 0, 1}), 0.5 * 0.8413447 * 0.1586553,
+              4.5 * 0.0013);
 }
 
 TEST(JointPassProbability, WhatIsCertainIsLeftOut) {
-  EXPECT_EQ(JointPassProbability({0, 100}, {1, 0, 0, 1}), 0.5);
-  EXPECT_EQ(JointPassProbability({0, -100}, {1, 0, 0, 1}), 0);
-  EXPECT_EQ(JointPassProbability({5, 100}, {0, 0, 0, 0}), 1);
-  EXPECT_EQ(JointPassProbability({-5, 100}, {0, 0, 0, 0}), 0);
-  EXPECT_EQ(JointPassProbability({}, {}), 1);
+  EXPECT_EQ(Joint({0, 100}, {1, 0, 0, 1}), 0.5);
+  EXPECT_EQ(Joint({0, -100}, {1, 0, 0, 1}), 0);
+  EXPECT_EQ(Joint({5, 100}, {0, 0, 0, 0}), 1);
+  EXPECT_EQ(Joint({-5, 100}, {0, 0, 0, 0}), 0);
+  EXPECT_EQ(Joint({}, {}), 1);
 }
 
 // Of two functionals a and b: 2 cov = var(a + b) - var(a) - var(b).

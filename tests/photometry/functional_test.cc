@@ -146,6 +146,23 @@ TEST(Functional, SumsOfFunctionalsAreSums) {
               1e-9 * Value(lamp, a));
 }
 
+// At once, of directions and places of which some see nothing, and one whose horizon cuts the lamp.
+TEST(Functional, SumsOfManyAreSums) {
+  const Lamp lamp = LampOfField(SmoothField());
+  const std::vector<WeighedDirection> directions = {
+      {2, {0.1, 0, 1}}, {-1, {-0.4, 0.3, 1}}, {3, {0, 0, -1}}};
+  const Vec3 facing{0, 0, -1}, aside = Normalized(Vec3{1, 0, -0.2});
+  const std::vector<WeighedReceiver> receivers = {
+      {0.5, {0.1, 0, 0.7}, facing}, {4, {0, 0, 0.05}, aside}, {2, {0, 0, -1}, facing}};
+  double intensity = 0, illuminance = 0;
+  for (const auto& [factor, d] : directions) intensity += factor * IntensityValue(lamp, d);
+  for (const auto& [factor, p, n] : receivers)
+    illuminance += factor * Value(lamp, IlluminanceAt(lamp, p, n));
+  EXPECT_NEAR(Value(lamp, IntensitySum(lamp, directions)), intensity, 1e-9 * intensity);
+  EXPECT_NEAR(Value(lamp, IlluminanceSum(lamp, receivers)), illuminance, 1e-9 * illuminance);
+  EXPECT_EQ(Value(lamp, IntensitySum(lamp, {})), 0);
+}
+
 TEST(Functional, ThreeChannelsAreTheirLuminance) {
   const auto field = SmoothField(3);
   const Lamp lamp = LampOfField(field);
@@ -242,6 +259,27 @@ TEST(CoefficientNoise, SigmaOfOneCoefficientAloneIsIndependent) {
   EXPECT_EQ(lamp.noise[0].independent_texels(), 1u);
   const Functional flux = FluxOf(lamp);
   EXPECT_NEAR(Uncertainty(lamp, flux).value(), 3 * flux[0].weights[0], 1e-9 * flux[0].weights[0]);
+}
+
+// Without weights in memory: maps, none, and a texel that is independent of them.
+TEST(CoefficientNoise, SeparableWeightsSayTheSame) {
+  const auto field = SmoothField();
+  for (const SolveMaps& maps : {PlainMaps(field.geometry.grid), SolveMaps{}})
+    for (const float spoilt : {1.0f, 30.0f}) {
+      auto sigma = NoisyField(field, maps, 0.01).SigmaOfC();
+      sigma.image(5, 0)[7 * 17 + 6] *= spoilt;
+      Lamp lamp = LampOfField(field);
+      const std::vector<PosedLightField> sigmas = {{"", {}, sigma}};
+      SetNoise(lamp, sigmas, std::vector<SolveMaps>{maps}, "sigma");
+      EXPECT_EQ(lamp.noise[0].independent_texels(), maps.independent() || spoilt == 1 ? 0u : 1u);
+      for (const Vec3 d :
+           {Vec3{0, 0, 1}, Vec3{-0.1, -0.2, 1}, Vec3{0.6, 0, 1}, Vec3{9, 0, 1}, Vec3{0, 0, -1}}) {
+        const Estimate whole = Evaluate(lamp, IntensityTowards(lamp, d)),
+                       apart = IntensityEstimate(lamp, d);
+        EXPECT_NEAR(apart.value, whole.value, 1e-9 * std::abs(whole.value));
+        EXPECT_NEAR(apart.u.value(), whole.u.value(), 1e-9 * whole.u.value());
+      }
+    }
 }
 
 TEST(CoefficientNoise, RefusesWhatIsNoSigma) {
