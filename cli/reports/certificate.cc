@@ -180,6 +180,23 @@ void AddBudget(PdfPages& pages, const Certificate& certificate, const QualityRep
   pages.Table(columns, rows);
 }
 
+// As of `luxfield budget`, with the spectral mismatch as one more source.
+Json BudgetJson(const Certificate& certificate, const QualityReport& quality) {
+  if (!certificate.budget) return {};
+  Json json = reconstruct::ToJson(*certificate.budget);
+  const auto relative = quality.mismatch_u();
+  for (std::size_t k = 0; k < certificate.budget->quantities.size(); ++k) {
+    const QuantityBudget& quantity = certificate.budget->quantities[k];
+    Json& one = json["quantities"][k];
+    const double mismatch = relative.value_or(0) * std::abs(quantity.value),
+                 total = std::hypot(quantity.Total(), mismatch);
+    one["sources"]["spectral mismatch"] = relative ? Json(mismatch) : Json();
+    one["sigma"] = total;
+    one["relative"] = quantity.value == 0 ? 0.0 : total / std::abs(quantity.value);
+  }
+  return json;
+}
+
 void AddSetUp(PdfPages& pages, const Certificate& certificate) {
   pages.Heading("Set-up");
   if (certificate.set_up.empty()) pages.Paragraph("No session was given (--session).");
@@ -225,7 +242,7 @@ core::Json CertificateJson(const Certificate& certificate, const PhotometryRepor
       {"coverage", {{"k", 2}, {"text", CoverageText(certificate, report)}}},
       {"results", results},
       {"photometry", ToJson(report)},
-      {"budget", certificate.budget ? reconstruct::ToJson(*certificate.budget) : Json()},
+      {"budget", BudgetJson(certificate, report.quality)},
       {"set_up", set_up},
       {"files", files},
       {"program", {{"name", "luxfield"}, {"version", LUXFIELD_VERSION}, {"build", BuildFacts()}}},

@@ -110,8 +110,8 @@ std::vector<CertificateResult> CertificateResults(const Certificate& certificate
   }
   for (const auto& path : report.paths) {
     const PhotometryNames own = ReceivedNames(report, path.asked.weighting);
-    lines.Add("Dose: " + own.IlluminanceTitle(path.asked.receiver.shape), path.asked.name,
-              path.dose, own.DoseUnit(), Scales::kWithLight);
+    lines.Add("Dose of " + own.Received(path.asked.receiver.shape), path.asked.name, path.dose,
+              own.DoseUnit(), Scales::kWithLight);
   }
   for (const auto& eye : report.eyes)
     for (const auto& field : eye.fields) {

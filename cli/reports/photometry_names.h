@@ -54,6 +54,12 @@ struct PhotometryNames {
     const std::string name = ShapeName(shape);
     return Illuminance(name + (name.empty() || which.empty() ? "" : "_") + which);
   }
+  // "spherical illuminance", "PPFD": within a sentence.
+  std::string Received(photometry::ReceiverShape shape) const {
+    const std::string name = ShapeName(shape);
+    return (name.empty() ? "" : name + " ") +
+           (illuminance_suffix == "weighted" ? illuminance : illuminance_key);
+  }
   // "Illuminance, spherical".
   std::string IlluminanceTitle(photometry::ReceiverShape shape) const {
     const std::string name = ShapeName(shape);

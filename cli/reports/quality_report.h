@@ -18,7 +18,9 @@ struct QualityReport {
   double beyond_planes_flux = 0;          // a bound, in the unit of flux
   std::optional<double> mismatch_factor;  // F
   std::optional<double> mismatch_index;   // f1', 1
-  std::optional<double> linearity_index;  // f3, 1
+  // Of the sensor's calibration, the largest of its channels, 1: f3; the scatter of constant light from
+  // frame to frame beyond noise; the spread of sensitivity from pixel to pixel, before the flat field.
+  std::optional<double> linearity_index, repeatability, nonuniformity;
   // |F - 1| / sqrt(3): readings are not corrected, and the correction is taken as evenly likely up to
   // that on either side (JCGM 100:2008, 4.3.7).
   std::optional<double> mismatch_u() const;
@@ -29,7 +31,7 @@ QualityReport QualityOf(const photometry::Lamp& lamp, const photometry::QualityA
 
 core::Json QualityJson(const QualityReport& report);
 std::vector<NumberRow> QualityRows(const QualityReport& report);
-// A table with its head, and a paragraph for each index that is not known, with what it takes.
+// A table with its head, and a sentence that names each index without a number, with the reason.
 std::vector<std::vector<std::string>> QualityTable(const QualityReport& report);
 std::string QualityRemark(const QualityReport& report);
 

@@ -205,7 +205,7 @@ void AddPointsRows(std::vector<NumberRow>* rows, const photometry::ManyPoints& p
 void AddPathRows(std::vector<NumberRow>* rows, const DoseAnswer& answer,
                  const PhotometryNames& names) {
   const auto& asked = answer.asked;
-  const std::string quantity = RowName(names, asked.weighting, ShapeName(asked.receiver.shape));
+  const std::string quantity = names.Received(asked.receiver.shape);
   rows->push_back({"dose of " + quantity, asked.name, names.DoseUnit(), answer.dose});
   rows->push_back({"largest " + quantity,
                    asked.name + "; " + PlaceText(asked.Position(answer.most_at_s)),
@@ -266,9 +266,8 @@ std::vector<NumberRow> ReceivedRows(const PhotometryReport& report) {
       AddPointRows(&rows, point, ReceivedNames(report, answer.asked.weighting));
   const auto add = [&](const auto& answer, const photometry::PlaneAsked& plane) {
     const PhotometryNames names = ReceivedNames(report, plane.weighting);
-    AddPointsRows(&rows, answer, RowName(names, plane.weighting, ShapeName(plane.receiver.shape)),
-                  plane.name, names.illuminance_unit,
-                  [&](std::size_t k) { return answer.asked.PointAt(k); });
+    AddPointsRows(&rows, answer, names.Received(plane.receiver.shape), plane.name,
+                  names.illuminance_unit, [&](std::size_t k) { return answer.asked.PointAt(k); });
   };
   for (const PlaneAnswer& answer : report.planes) add(answer, answer.asked);
   for (const VolumeAnswer& answer : report.volumes) add(answer, answer.asked.middle);

@@ -482,7 +482,8 @@ TEST_F(Photometry, QualityFollowsFromFiles) {
   WriteText(folder_ / "source.csv", "549,0\n550,1\n551,0\n799,0\n800,1\n801,0\n");
   WriteText(folder_ / "sensor.cal.json",
             R"({"format": "luxfield sensor calibration", "channels": [
-                {"linearity": {"largest_deviation": -0.004}}]})");
+                {"linearity": {"largest_deviation": -0.004, "repeatability": 0.001}, "prnu": 0.01},
+                {"linearity": {"largest_deviation": 0.003, "repeatability": 0.002}}]})");
   WriteText(folder_ / "ask.toml",
             "[quality]\nresponsivity = \"camera.csv\"\nlamp_spectrum = \"lamp.csv\"\n"
             "calibration_spectrum = \"source.csv\"\nsensor_calibration = \"sensor.cal.json\"\n");
@@ -499,6 +500,8 @@ TEST_F(Photometry, QualityFollowsFromFiles) {
   EXPECT_NEAR(found["spectral_mismatch_u_relative"].get<double>(), 1 / std::sqrt(3.0), 1e-6);
   EXPECT_GT(found["f1"].get<double>(), 1);
   EXPECT_EQ(found["f3"], 0.004);
+  EXPECT_EQ(found["repeatability"], 0.002);
+  EXPECT_EQ(found["prnu"], 0.01);
   EXPECT_GT(found["beyond_planes_bound_flux_lm"].get<double>(), 0);
   EXPECT_FALSE(found["not_known"].contains("f1"));
   EXPECT_TRUE(found["not_known"].contains("f2"));
@@ -510,7 +513,9 @@ TEST_F(Photometry, QualityFollowsFromFiles) {
   EXPECT_THAT(certificate["coverage"]["text"].get<std::string>(),
               testing::HasSubstr("spectral mismatch"));
   Run({"photometry", "x.lf.exr", "--ask", "ask.toml", "-o", "x.pdf"});
-  EXPECT_THAT(Page({"--ask", "ask.toml"}), testing::HasSubstr("directional response, f2 (takes"));
+  EXPECT_THAT(Page({"--ask", "ask.toml"}),
+              testing::AllOf(testing::HasSubstr("directional response, f2 (takes"),
+                             testing::HasSubstr("range change, f11 (does not apply")));
   EXPECT_TRUE(Ask(lamp)["quality"]["f1"].is_null());
   WriteText(folder_ / "lamp.csv", "1200,1\n1300,1\n");
   const Outcome dark = RunLuxfield({"photometry", "x.lf.exr", "--ask", "ask.toml"}, folder_);
