@@ -56,8 +56,7 @@ Weighting ReadWeighting(const Config& table, const std::vector<Weighting>& befor
   weighting.name = table.Text("name");
   const auto same = [&](const Weighting& one) { return one.name == weighting.name; };
   if (weighting.name.empty() || std::ranges::any_of(before, same))
-    table.Fail("name", fmt::format("= '{}' is empty, or another [[weighting]]'s", weighting.name),
-               "give each a name of its own");
+    table.Fail("name", "is empty, or another [[weighting]]'s", "give each a name of its own");
   weighting.unit = table.Text("unit");
   weighting.factors = table.Numbers("factors", 0);
   const auto is_zero = [](double factor) { return factor == 0; };
@@ -71,7 +70,7 @@ std::string ReadWeightingName(const Config& table, const std::vector<Weighting>&
   if (name.empty()) return name;
   const auto same = [&](const Weighting& one) { return one.name == name; };
   if (std::ranges::none_of(weightings, same))
-    table.Fail("weighting", fmt::format("= '{}' is the name of no [[weighting]]", name),
+    table.Fail("weighting", "is the name of no [[weighting]]",
                "add a [[weighting]] of that name with its unit and factors");
   return name;
 }
@@ -172,7 +171,7 @@ void ReadKey(const Config& key, PathAsked* path) {
   constexpr double kLongest_s = 1e9;
   const double time = key.Number("t_s", {-kLongest_s, kLongest_s});
   if (!path->times_s.empty() && !(time > path->times_s.back()))
-    key.Fail("t_s", fmt::format("= {} is not after the key before", time), "put keys in order");
+    key.Fail("t_s", "is not after the key before", "put keys in order");
   path->times_s.push_back(time);
   path->positions_m.push_back(ReadPoint(key, "position_m"));
   if (!key.Has("normal")) return;
@@ -269,7 +268,7 @@ HeadlampAsked ReadHeadlampAsked(const Config& table, const RegulationFile& regul
                                          ? std::filesystem::path(table.Path("regulation"))
                                          : regulation_file(name);
   if (std::error_code error; !std::filesystem::exists(file, error))
-    table.Fail("regulation", fmt::format("= '{}' names no file", name),
+    table.Fail("regulation", "names no file",
                "name one of data/regulations without its ending, or a path that ends in .toml");
   headlamp.regulation = ReadRegulation(file);
   if (table.Choice("traffic", {"right", "left"}, "right") == "left")

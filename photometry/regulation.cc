@@ -78,7 +78,7 @@ Requirement ReadRequirement(const Config& table, Requirement::Kind kind) {
   requirement.least = ReadLimit(table, "min", unit);
   requirement.most = ReadLimit(table, "max", unit);
   if (!requirement.least && !requirement.most)
-    table.Fail("name", fmt::format("= '{}' has no limit", requirement.name),
+    table.Fail("name", "has no limit",
                fmt::format("give min_{0}, max_{0}, min_share or max_share", unit));
   requirement.unless = table.Text("unless", "");
   return requirement;

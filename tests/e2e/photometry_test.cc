@@ -545,11 +545,41 @@ TEST_F(Photometry, MistakesInWhatIsAskedAreNamed) {
         std::pair{"[[path]]\n[[path.key]]\nt_s = 0\nposition_m = [0, 0, 1]\n", "has 1 keys"},
         std::pair{"[[path]]\n[[path.key]]\nt_s = 0\nposition_m = [0, 0, 1]\n[[path.key]]\nt_s = 0\n"
                   "position_m = [0, 0, 1]\n",
-                  "is not after"},
+                  "t_s = 0 is not after"},
         std::pair{"[quality]\nlamp_spectrum = \"a.csv\"\n", "responsivity"},
         std::pair{"[quality]\nresponsivity = \"ask.toml\"\n", "ask.toml: line 2"},
         std::pair{"[[headlamp]]\nregulation = \"un-r1\"\n", "'un-r1' names no file"},
         std::pair{"[[headlamp]]\nregulation = \"x.toml\"\n", "'x.toml' names no file"},
+        std::pair{"[[weighting]]\nname = \"a\"\nunit = \"1\"\nfactors = [1]\n[[weighting]]\nname = "
+                  "\"a\"\nunit = \"1\"\nfactors = [2]\n",
+                  "weighting[1].name = 'a' is empty, or another"},
+        std::pair{"[[weighting]]\nname = \"a\"\nunit = \"1\"\nfactors = [nan]\n",
+                  "weighting[0].factors must hold finite numbers"},
+        std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 1\nreceiver = "
+                  "\"cube\"\n",
+                  "plane[0].receiver = 'cube' is not known; use one of: plane"},
+        std::pair{"[[plane]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 1\nreceiver = "
+                  "\"sphere\"\naxis = [0, 0, 1]\n",
+                  "plane[0].axis is not a known key"},
+        std::pair{"[[line]]\nfrom_m = [0, 0, 1]\nto_m = [0, 0, 2e6]\n",
+                  "line[0].to_m lies more than 1e6 m away; give metres"},
+        std::pair{"[[line]]\nfrom_m = [0, 0, 1]\nto_m = [0, 0, 2]\nfacing = [0, 0, 3]\n",
+                  "line[0].facing points along axis; turn it across"},
+        std::pair{"[[volume]]\ncentre_m = [0, 0, 1]\nwidth_m = 1\nheight_m = 1\ndepth_m = nan\n",
+                  "volume[0].depth_m = nan must lie in"},
+        std::pair{"[[path]]\n[[path.key]]\nt_s = 0\nposition_m = [0, 0, 1]\nnormal = [0, 0, "
+                  "1]\n[[path.key]]\nt_s = 1\nposition_m = [0, 0, 1]\nnormal = [0, 0, -1]\n",
+                  "path[0].key[1].normal is opposite to that of the key before; add a key"},
+        std::pair{"[[path]]\nreceiver = \"sphere\"\n[[path.key]]\nt_s = 0\nposition_m = [0, 0, "
+                  "1]\nnormal = [0, 0, 1]\n",
+                  "path[0].key[0].normal is of a plane; drop it"},
+        std::pair{"[[eye]]\neye_m = [0, 0, 1]\npicture = \"wide\"\n",
+                  "eye[0].picture = 'wide' is not known; use one of: perspective"},
+        std::pair{"[[eye]]\neye_m = [0, 0, 1]\nup = [0, 0, 0]\n", "eye[0].up has no direction"},
+        std::pair{"[[eye]]\neye_m = [0, 0, 1]\nfields_of_view_mrad = [0]\n",
+                  "eye[0].fields_of_view_mrad holds 0; give 0.01 to 1000"},
+        std::pair{"[quality]\nsensor_calibration = \"ask.toml\"\n", "ask.toml: not valid JSON"},
+        std::pair{"[quality]\nresponsivity = 4\n", "quality.responsivity = 4 must be text"},
         std::pair{"[[plain]]\n", "plain"}}) {
     WriteText(folder_ / "ask.toml", text);
     const Outcome refused =
