@@ -41,6 +41,7 @@
 #include "luxfield/bench/verbs/verb_bench_lamps.h"
 #include "luxfield/bench/verbs/verb_bench_memory.h"
 #include "luxfield/bench/verbs/verb_bench_peers.h"
+#include "luxfield/bench/verbs/verb_bench_pictures.h"
 #include "luxfield/bench/verbs/verb_bench_ray_files.h"
 #include "luxfield/bench/verbs/verb_bench_spacing.h"
 #include "luxfield/cli/program.h"
@@ -551,6 +552,7 @@ void AddBench(cli::Program& program) {
   AddBenchLamps(program, benches);
   AddBenchPeers(program, benches);
   AddBenchMemory(program, benches);
+  AddBenchPictures(program, benches);
   AddBenchRayFiles(program, benches);
   AddErrors(program, benches);
   AddBenchErrorRuns(program, benches);
