@@ -215,8 +215,10 @@ std::vector<double> DiscMeans(const LuminancePicture& picture, double radius) {
 // From w by steps on a plane across it, halved down to `least`, to where value(direction) is largest.
 template <typename F>
 Vec3 Climb(F&& value, Vec3 w, double step, double least) {
-  const auto [right, up] = Across(w, {0, 1, 0});
-  const auto at = [&](Vec2 aside) { return Normalized(w + aside.x * right + aside.y * up); };
+  const std::array<Vec3, 2> sides = Across(w, {0, 1, 0});
+  const auto at = [&](Vec2 aside) {
+    return Normalized(w + aside.x * sides[0] + aside.y * sides[1]);
+  };
   Vec2 here{0, 0};
   double best = value(w);
   while (step > least) {
@@ -371,8 +373,9 @@ Vec3 BrightestPlace(const Lamp& lamp, Vec3 eye, double full_angle) {
   Vec3 brightest = picture.centre;
   double most = -1e300;
   for (std::size_t k = 0; k < starts; ++k) {
+    const std::size_t whole_rows = order[k] / picture.columns;
     const auto column = static_cast<double>(order[k] % picture.columns),
-               row = static_cast<double>(order[k] / picture.columns);
+               row = static_cast<double>(whole_rows);
     const auto mean = [&](Vec3 d) {
       return light ? light->Within(d, full_angle) : MeanLuminanceValue(lamp, eye, d, full_angle);
     };
