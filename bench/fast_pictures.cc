@@ -181,7 +181,7 @@ std::filesystem::path WriteFastPictures(const std::vector<FastPicture>& pictures
                    {file("reference"), picture.reference_how},
                    {file("difference"), "difference"}});
   }
-  const auto path = folder / "index.html";
+  std::filesystem::path path = folder / "index.html";
   core::WriteFileAtomically(path, page.Text());
   return path;
 }
