@@ -2,13 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
-#include "luxfield/cli/reports/html_page.h"
 #include "luxfield/core/error.h"
-#include "luxfield/core/file.h"
 #include "luxfield/render/accuracy/picture_noise.h"
-#include "luxfield/render/film/film.h"
 #include "luxfield/scene/scene.h"
 
 namespace luxfield::bench {
@@ -128,13 +126,6 @@ FastPicture RayBatches(const scene::Scene& scene, render::LitScene& lit,
   return picture;
 }
 
-std::string Figures(const FastPicture& picture) {
-  const core::Difference& difference = picture.difference;
-  return fmt::format(
-      "relative RMSE {:.3g} %, by noise alone {:.3g} %; bias {:+.2g} %; mean Lab {:.3g}",
-      100 * difference.rel_rmse, 100 * picture.noise, 100 * difference.bias, difference.mean_lab);
-}
-
 }  // namespace
 
 std::vector<FastPicture> MakeFastPictures(const FastPicturesOptions& options) {
@@ -154,36 +145,6 @@ std::vector<FastPicture> MakeFastPictures(const FastPicturesOptions& options) {
         Compared(pair, Taken(lit, pair.fast.options), Taken(lit, pair.reference.options)));
   if (device.tuning().host_rays) pictures.push_back(RayBatches(scene, lit, options));
   return pictures;
-}
-
-std::filesystem::path WriteFastPictures(const std::vector<FastPicture>& pictures,
-                                        const std::filesystem::path& folder) {
-  std::filesystem::create_directories(folder);
-  cli::HtmlPage page("Fast pictures beside their references");
-  page.Paragraph(
-      "Left a fast way, in the middle the slow one that it stands for at the same exposure, on the "
-      "right the CIE 1976 difference of each pixel.");
-  for (const FastPicture& picture : pictures) {
-    const core::Image luminance = core::LuminanceImage(picture.reference.radiance);
-    double sum = 0;
-    for (const float value : luminance.data) sum += value;
-    render::ToneMapping tone;
-    tone.exposure = sum > 0 ? 0.35 * static_cast<double>(luminance.data.size()) / sum : 1;
-    const auto file = [&](const char* what) { return picture.name + "-" + what + ".png"; };
-    render::WritePng(folder / file("fast"), render::ToneMap(picture.fast.radiance, tone));
-    render::WritePng(folder / file("reference"), render::ToneMap(picture.reference.radiance, tone));
-    render::WriteFalseColour(folder / file("difference"),
-                             core::LabDifference(picture.fast.radiance, picture.reference.radiance),
-                             "CIE 1976", "Lab", {0.02, 20});
-    page.Heading(picture.name);
-    page.Paragraph(Figures(picture));
-    page.Pictures({{file("fast"), picture.how},
-                   {file("reference"), picture.reference_how},
-                   {file("difference"), "difference"}});
-  }
-  std::filesystem::path path = folder / "index.html";
-  core::WriteFileAtomically(path, page.Text());
-  return path;
 }
 
 }  // namespace luxfield::bench

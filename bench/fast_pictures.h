@@ -45,9 +45,4 @@ struct FastPicture {
 // that takes Embree's rays. Throws InputError, DeviceError.
 std::vector<FastPicture> MakeFastPictures(const FastPicturesOptions& options);
 
-// NAME-fast.png and NAME-reference.png at one exposure, NAME-difference.png, the CIE 1976 difference
-// of each pixel with its legend, and index.html, which shows them. Returns the page's path.
-std::filesystem::path WriteFastPictures(const std::vector<FastPicture>& pictures,
-                                        const std::filesystem::path& folder);
-
 }  // namespace luxfield::bench

@@ -8,6 +8,7 @@
 
 #include "luxfield/bench/fast_pictures.h"
 #include "luxfield/bench/verbs/bench_rows.h"
+#include "luxfield/bench/verbs/pictures_report.h"
 #include "luxfield/cli/named_files.h"
 
 namespace luxfield::bench {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "luxfield/bench/verbs/pictures_report.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/render/accuracy/car2.h"
