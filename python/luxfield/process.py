@@ -92,6 +92,42 @@ def _show(line):
     print(line, file=sys.stderr, flush=True)
 
 
+class _CtrlC:
+    """Passes Ctrl-C on to a program from before it starts until it has ended, where nobody else has taken it.
+
+    A KeyboardInterrupt between the start and the wait for the end would leave the program running.
+    """
+
+    def __init__(self):
+        self.pressed = self._sent = 0
+        self._child = None
+        # Only the main thread gets signals.
+        self._takes = (threading.current_thread() is threading.main_thread()
+                       and signal.getsignal(signal.SIGINT) is signal.default_int_handler)
+
+    def __enter__(self):
+        if self._takes:
+            signal.signal(signal.SIGINT, self._press)
+        return self
+
+    def __exit__(self, *_):
+        if self._takes:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def pass_on_to(self, child):
+        self._child = child
+        self._pass_on()
+
+    def _press(self, *_):
+        self.pressed += 1
+        self._pass_on()
+
+    def _pass_on(self):
+        while self._child and self._sent < self.pressed:
+            self._sent += 1
+            self._child.send_signal(signal.SIGINT)
+
+
 def run(verb, *inputs, progress=None, **options):
     """Runs `luxfield VERB INPUTS --OPTION VALUE ...` and returns (figures, text).
 
@@ -108,21 +144,16 @@ def run(verb, *inputs, progress=None, **options):
         command = [program(), *verb.split(), *map(str, inputs), *arguments(options), "--json", str(figures)]
         if not listener:
             command.append("--quiet")
-        child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                 text=True, errors="replace", start_new_session=True)
-        said, text = [], []
-        threads = [threading.Thread(target=_listen, args=(child.stderr, listener, said)),
-                   threading.Thread(target=lambda: text.append(child.stdout.read()))]
-        for thread in threads:
-            thread.start()
-        interrupted = False
-        while True:
-            try:
-                code = child.wait()
-                break
-            except KeyboardInterrupt:
-                child.send_signal(signal.SIGINT)
-                interrupted = True
+        with _CtrlC() as ctrl_c:
+            child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                     text=True, errors="replace", start_new_session=True)
+            ctrl_c.pass_on_to(child)
+            said, text = [], []
+            threads = [threading.Thread(target=_listen, args=(child.stderr, listener, said)),
+                       threading.Thread(target=lambda: text.append(child.stdout.read()))]
+            for thread in threads:
+                thread.start()
+            code = child.wait()
         for thread in threads:
             thread.join()
         child.stdout.close()
@@ -130,7 +161,7 @@ def run(verb, *inputs, progress=None, **options):
         for kind, sentence in said:
             if kind == "warning":
                 warnings.warn(sentence, errors.LuxfieldWarning, stacklevel=4)  # of who called the verb
-        if interrupted:
+        if ctrl_c.pressed:
             raise KeyboardInterrupt
         if code != 0:
             sentences = [sentence for kind, sentence in said if kind == "error"]

@@ -155,19 +155,35 @@ def test_every_exit_code_is_an_exception_with_the_last_sentence(code, kind, tmp_
     assert type(raised.value) is kind and warned[0].filename == __file__
 
 
-def test_ctrl_c_reaches_the_program_which_ends_in_its_own_way(tmp_path):
+# Sends Ctrl-C to itself as soon as a program has begun, before who started it knows.
+PRESSED_AT_ONCE = """
+import os, signal, subprocess, time
+start = subprocess.Popen
+def pressed_at_once(*arguments, **options):
+    child = start(*arguments, **options)
+    while not os.path.exists("begun"):
+        time.sleep(0.02)
+    os.kill(os.getpid(), signal.SIGINT)
+    return child
+subprocess.Popen = pressed_at_once
+"""
+
+
+@pytest.mark.parametrize("at_once", [False, True])
+def test_ctrl_c_reaches_the_program_which_ends_in_its_own_way(at_once, tmp_path):
     script = tmp_path / "program"
-    script.write_text(f"#!/bin/sh\ntrap 'echo ended > {tmp_path}/ended; exit 4' INT\n: > {tmp_path}/begun\n"
-                      "while :; do sleep 0.05; done\n")
+    script.write_text("#!/bin/sh\ntrap 'echo ended > ended; exit 4' INT\n: > begun\nwhile :; do sleep 0.05; done\n")
     script.chmod(0o755)
     code = "import luxfield\ntry: luxfield.info('x')\nexcept KeyboardInterrupt: print('interrupted')"
     environment = {**os.environ, "LUXFIELD_PROGRAM": str(script)}
-    notebook = subprocess.Popen([sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60
-    while not (tmp_path / "begun").exists():
-        assert time.monotonic() < deadline and notebook.poll() is None
-        time.sleep(0.02)
-    notebook.send_signal(signal.SIGINT)
+    notebook = subprocess.Popen([sys.executable, "-c", PRESSED_AT_ONCE * at_once + code], env=environment, cwd=tmp_path,
+                                stdout=subprocess.PIPE, text=True)
+    if not at_once:
+        deadline = time.monotonic() + 60
+        while not (tmp_path / "begun").exists():
+            assert time.monotonic() < deadline and notebook.poll() is None
+            time.sleep(0.02)
+        notebook.send_signal(signal.SIGINT)
     assert notebook.communicate(timeout=60)[0] == "interrupted\n"
     assert (tmp_path / "ended").read_text() == "ended\n"
 
