@@ -70,7 +70,7 @@ const std::map<std::string, Names> kGroups = {
       "capture",   "errors",    "budget",     "filters",  "conditioning", "stacks",      "merge",
       "exposures", "rigs",      "plan",       "tradeoff", "calibrate",    "accuracy",    "scale",
       "spacing",   "keep",      "signed",     "noise",    "volume",       "all",         "rays",
-      "ray-files", "classical", "error-runs", "peers",    "memory"}}};
+      "ray-files", "classical", "error-runs", "peers",    "memory",       "pictures"}}};
 
 // Embree and OpenCV have loops of their own on the same threads.
 TEST(CommandLine, ThreadsLimitLoopsOfOtherLibraries) {
