@@ -11,8 +11,6 @@
 namespace luxfield::render {
 namespace {
 
-constexpr char kBuiltins[] = "kernels/math/builtins.clh";
-
 std::string FolderOf(const std::string& name) {
   const auto slash = name.rfind('/');
   return slash == std::string::npos ? std::string() : name.substr(0, slash + 1);
@@ -78,6 +76,8 @@ std::string BuildLog(cl_program program, cl_device_id id) {
   return log;
 }
 
+using UniqueProgram = Unique<cl_program, clReleaseProgram>;
+
 UniqueProgram FromBinary(const Device& device, const std::string& binary,
                          const std::string& options) {
   const auto* bytes = reinterpret_cast<const unsigned char*>(binary.data());
@@ -119,13 +119,12 @@ std::string BinaryOf(cl_program program) {
   return binary;
 }
 
-bool IsPocl(const DeviceInfo& device) { return device.platform == "Portable Computing Language"; }
-
 // PoCL keeps what it compiles, unless it is told not to; asked for a binary it would compile every
 // kernel once more, for groups of any size.
 bool KeepsKernelsItself(const DeviceInfo& device) {
   const char* const setting = std::getenv("POCL_KERNEL_CACHE");
-  return IsPocl(device) && !(setting && std::string_view(setting) == "0");
+  return device.platform == "Portable Computing Language" &&
+         !(setting && std::string_view(setting) == "0");
 }
 
 }  // namespace
@@ -156,25 +155,13 @@ Program Program::BuildText(const Device& device, std::string_view text, const st
               built.from_cache = built.program != nullptr;
             }
             if (!built.program) {
-              built.program = BuildWithOwnBuiltins(device, source, options);
-              if (!built.program) built.program = FromSource(device, source, name, options);
+              built.program = FromSource(device, source, name, options);
               if (const std::string binary = keep ? BinaryOf(built.program.get()) : "";
                   !binary.empty())
                 core::PutIntoCache(key, binary);
             }
             return built;
           })};
-}
-
-UniqueProgram BuildWithOwnBuiltins(const Device& device, const std::string& source,
-                                   const std::string& options) {
-  if (!IsPocl(device.info())) return nullptr;
-  try {
-    return FromSource(device, ResolveIncludes(EmbeddedSource(kBuiltins), kBuiltins) + source,
-                      kBuiltins, options + " -D _OPENCL_H_");
-  } catch (const DeviceError&) {
-    return nullptr;
-  }
 }
 
 std::string ErrorName(cl_int code) {

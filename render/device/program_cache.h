@@ -21,16 +21,6 @@ inline core::CacheKey ProgramKey(const DeviceInfo& device, const std::string& op
                                 device.version, device.driver, options, source)};
 }
 
-using UniqueProgram = Unique<cl_program, clReleaseProgram>;
-
-// Builds a source whose includes are in place. PoCL has clang read its opencl-c.h, 900 KB of
-// declarations, whenever a program is built, also one that is kept; where its guard is defined it is
-// empty, and kernels/math/builtins.clh stands for it. A compiler without that guard sees both, which
-// agree. Null of other devices, and of a program that calls a built-in function which is missing
-// there or does not compile at all.
-UniqueProgram BuildWithOwnBuiltins(const Device& device, const std::string& source,
-                                   const std::string& options);
-
 class BuiltPrograms {
  public:
   // The program of these options and source, which `build` makes where there is none yet. Other

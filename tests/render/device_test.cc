@@ -136,59 +136,6 @@ TEST_F(DeviceTest, LeavesItToPoclToKeepKernels) {
   }
 }
 
-struct ProgramCase {
-  const char* path;
-  const char* options = "";
-};
-
-// Those that pictures of the verbs build. One that is declared nowhere makes a program be built twice.
-constexpr char kMisOptions[] = "-D GLOSSY=1 -D COMBINE=0 -D SHARES=1";
-constexpr ProgramCase kPrograms[] = {{"kernels/environment/environment.cl", "-D GLOSSY=1"},
-                                     {"kernels/environment/environment_background.cl"},
-                                     {"kernels/environment/environment_tables.cl"},
-                                     {"kernels/film/film.cl"},
-                                     {"kernels/lights/select_lights.cl"},
-                                     {"kernels/lights/significant_lights.cl"},
-                                     {"kernels/luminaire/cells.cl", "-D GLOSSY=1"},
-                                     {"kernels/luminaire/exact.cl"},
-                                     {"kernels/luminaire/gloss.cl", "-D GLOSSY=1"},
-                                     {"kernels/luminaire/patch_maps.cl"},
-                                     {"kernels/luminaire/patch_shares.cl"},
-                                     {"kernels/luminaire/precomputed.cl"},
-                                     {"kernels/luminaire/shadow_maps.cl"},
-                                     {"kernels/luminaire/thesis.cl"},
-                                     {"kernels/luminaire/visible_share.cl", "-D GLOSSY=1"},
-                                     {"kernels/luminaire/volume.cl"},
-                                     {"kernels/luminaire/window_masses.cl"},
-                                     {"kernels/luminaire/windowed.cl", "-D GLOSSY=1"},
-                                     {"kernels/mis/environment_shares.cl"},
-                                     {"kernels/mis/mis_cells.cl", kMisOptions},
-                                     {"kernels/mis/mis_classical_area.cl", kMisOptions},
-                                     {"kernels/mis/mis_classical_line.cl", kMisOptions},
-                                     {"kernels/mis/mis_environment.cl", kMisOptions},
-                                     {"kernels/mis/mis_rectangle.cl", kMisOptions},
-                                     {"kernels/mis/mis_sphere.cl", kMisOptions},
-                                     {"kernels/mis/pilot_shares.cl", kMisOptions},
-                                     {"kernels/sample/visible_light.cl", "-D GLOSSY=1"},
-                                     {"kernels/scene/gbuffer.cl"},
-                                     {"kernels/scene/trace.cl"}};
-
-TEST_F(DeviceTest, KernelsCallNoBuiltInFunctionThatIsNotDeclared) {
-  const Device device = Device::Open();
-  if (device.info().platform != "Portable Computing Language")
-    GTEST_SKIP() << device.info().platform << " is not PoCL";
-  for (const ProgramCase& each : kPrograms) {
-    const std::string source = ResolveIncludes(EmbeddedSource(each.path), each.path);
-    EXPECT_NE(
-        BuildWithOwnBuiltins(device, source, device.tuning().BuildOptions() + " " + each.options),
-        nullptr)
-        << each.path << ": kernels/math/builtins.clh lacks a function that it calls";
-  }
-  EXPECT_EQ(BuildWithOwnBuiltins(device,
-                                 "__kernel void Other(__global float* x) { *x = tgamma(*x); }", ""),
-            nullptr);
-}
-
 TEST_F(DeviceTest, TheCacheIsKeyedByDeviceDriverOptionsAndSource) {
   const DeviceInfo info = Device::Open().info();
   const std::string key = ProgramKey(info, "-DA=1", "source").text;
