@@ -176,6 +176,26 @@ TEST(Gloss, BlocksOfImagesKeepTheErrorAtEachPixel) {
     }
 }
 
+// Where the support of one image covers more texels than a block has room for, cells are taken.
+TEST(Gloss, SupportsOfManyTexelsTakeNoBlocks) {
+  const Device device = Device::Open();
+  const auto gloss = MakeEstimator("gloss", device);
+  LuminaireShape shape = SmallLamp();
+  shape.width = 300;
+  shape.height = 230;
+  const LuminaireOnDevice luminaire(device, StructuredLuminaire("facets", shape, kSeed));
+  const TestBrdf brdf = TestBrdf::Phong({0.1, 0.2, 0.3}, {0.6, 0.6, 0.6}, 16);
+  const GBuffer gbuffer =
+      MakeGlossyGBuffer(device, MirroringReceivers(0.3, 200, 0.4, 0.1, 8), brdf);
+  EstimatorOptions options;
+  options.max_error = 1e-4f;
+  const Lit fine = LightGBuffer(device, *gloss, gbuffer, luminaire, options);
+  options.max_error = 3e-2f;
+  const Lit lit = LightGBuffer(device, *gloss, gbuffer, luminaire, options);
+  for (std::size_t k = 0; k < lit.reflected.size(); ++k)
+    EXPECT_NEAR(lit.reflected[k].s[0], fine.reflected[k].s[0], 3e-2 * fine.reflected[k].s[0]) << k;
+}
+
 // Lambertian surfaces of a glossy scene, and the irradiance of any, are closed forms; horizons
 // through the lamp included.
 TEST(Gloss, IrradianceAndLambertianPartsAreExact) {

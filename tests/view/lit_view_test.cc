@@ -221,6 +221,10 @@ TEST_F(LitViewTest, MovedClassicalLightsLightAsIfTheyHadStoodThere) {
   const Frame changed = *anew.Quick().frame, expected = *of_moved.Quick().frame;
   EXPECT_EQ(changed.radiance.data, expected.radiance.data);
   EXPECT_NE(changed.radiance.data, before.radiance.data);
+  // It is sampled, also where nothing is in its way, with an error that is not the volume's.
+  request.moving_shadows = false;
+  view.Ask(request);
+  EXPECT_FALSE(view.Quick().error);
 }
 
 // Materials and the environment, likewise: the same pictures as of a scene that has them.

@@ -160,7 +160,8 @@ class SceneDocument : public Document {
 
   // What is known of the shadows of pictures while something moves.
   std::string SoftShadows() const {
-    if (!HasSoftShadows()) return "without shadows";
+    if (!request_.shadows || !request_.moving_shadows) return "without shadows";
+    if (request_.lamps.empty()) return "shadows by a few samples";  // of lights that have no maps
     if (!soft_maps_error_) return "error of soft shadows not measured yet";
     if (*soft_maps_error_ < kNegligible)
       return "soft shadows less than 0.01 % off when last at rest";

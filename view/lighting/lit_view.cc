@@ -84,7 +84,9 @@ LitPicture LitView::Quick() {
   LitPicture picture;
   picture.frame = std::make_shared<render::Frame>(renderer.Render());
   picture.took_s = stopwatch.WallSeconds();
-  if (VolumesAreOfNow() && options.shadows == render::Shadows::kNone) picture.error = kQuickError;
+  const bool sampled = scene_.has_strategies() || scene_.environment();
+  if (VolumesAreOfNow() && options.shadows == render::Shadows::kNone && !sampled)
+    picture.error = kQuickError;
   const double pixels = static_cast<double>(options.width) * options.height;
   picture.samples = render::SumOf(picture.frame->samples) / pixels;
   quick_pixel_s_ = picture.took_s / pixels;
