@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "luxfield/core/parallel.h"
+#include "luxfield/core/progress.h"
 
 namespace luxfield::photometry {
 namespace {
@@ -222,6 +223,7 @@ Vec3 Climb(F&& value, Vec3 w, double step, double least) {
   Vec2 here{0, 0};
   double best = value(w);
   while (step > least) {
+    core::ThrowIfInterrupted();
     Vec2 found = here;
     double most = best;
     for (const Vec2 way : {Vec2{-step, 0}, Vec2{step, 0}, Vec2{0, -step}, Vec2{0, step}}) {

@@ -31,6 +31,7 @@ void ForBands(const std::string& label, const std::vector<std::filesystem::path>
   for (int first = 0; first < height; first += rows) {
     core::ThrowIfInterrupted();
     std::vector<Measurements> band;
+    band.reserve(files.size());
     for (const auto& file : files)
       band.push_back(lightfield::ReadMeasurementRows(file, first, std::min(rows, height - first)));
     work(first, band);
@@ -101,35 +102,42 @@ void AddBand(const ReconstructFiles& files, const LuminaireGeometry& whole, std:
 
 }  // namespace
 
-std::uint64_t BandBytes(const ReconstructFiles& files, int rows) {
-  const LuminaireGeometry geometry = lightfield::ReadMeasurementGeometry(files.measurements.at(0));
+namespace {
+
+std::uint64_t BytesOfBand(const LuminaireGeometry& geometry, std::size_t files, int rows) {
   const auto texels =
       static_cast<std::uint64_t>(rows) * static_cast<std::uint64_t>(geometry.lattice.width);
   const auto positions = static_cast<std::uint64_t>(geometry.grid.count()),
              channels = static_cast<std::uint64_t>(geometry.channels);
   const std::uint64_t measured = 8 * channels + 12,  // E, sigma; count, mask, its unknown bits
       solved = 8 * channels;
-  const std::uint64_t bytes =
-      texels * positions * (measured * files.measurements.size() + solved) + 64 * texels;
+  const std::uint64_t bytes = texels * positions * (measured * files + solved) + 64 * texels;
   return bytes + bytes / 16 + kBesideBands;
 }
 
+}  // namespace
+
+std::uint64_t BandBytes(const ReconstructFiles& files, int rows) {
+  return BytesOfBand(lightfield::ReadMeasurementGeometry(files.measurements.at(0)),
+                     files.measurements.size(), rows);
+}
+
 int BandRows(const ReconstructFiles& files, std::uint64_t bytes) {
-  const int height = lightfield::ReadMeasurementGeometry(files.measurements.at(0)).lattice.height;
-  if (BandBytes(files, height) <= bytes) return height;
-  int rows = 0;
-  while (rows + kGrain < height && BandBytes(files, rows + kGrain) <= bytes) rows += kGrain;
-  if (rows == 0)
+  const LuminaireGeometry geometry = lightfield::ReadMeasurementGeometry(files.measurements.at(0));
+  const auto needed = [&](int rows) {
+    return BytesOfBand(geometry, files.measurements.size(), rows);
+  };
+  const int height = geometry.lattice.height, least = std::min(kGrain, height);
+  if (needed(height) <= bytes) return height;
+  if (needed(least) > bytes)
     throw InputError(
         files.measurements[0].string(),
         fmt::format("the smallest band that is solved at once, {} rows of {} positions, does not "
                     "fit into {} MiB",
-                    std::min(kGrain, height),
-                    files.measurements.size() *
-                        lightfield::ReadMeasurementGeometry(files.measurements[0]).grid.count(),
-                    bytes >> 20),
-        fmt::format("give it {} MiB more",
-                    ((BandBytes(files, std::min(kGrain, height)) - bytes) >> 20) + 1));
+                    least, files.measurements.size() * geometry.grid.count(), bytes >> 20),
+        fmt::format("give it {} MiB more", ((needed(least) - bytes) >> 20) + 1));
+  int rows = least;
+  while (rows + kGrain < height && needed(rows + kGrain) <= bytes) rows += kGrain;
   return rows;
 }
 
