@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "luxfield/view/picture/read_picture.h"
 
 namespace luxfield::view {
@@ -39,6 +41,27 @@ TEST(Reading, SaysWhatThePixelHolds) {
   measured.measured_rel_sigma = 0.0123;
   EXPECT_THAT(Describe(measured, lightfield::FluxUnit::kLumen),
               testing::HasSubstr("(direct light only)  measured to 1.2 %  at"));
+}
+
+// In a penumbra the few samples of most pixels agree, and state no error; their neighbours do.
+TEST(Reading, TakesItsSigmaFromThePixelsAround) {
+  render::Frame frame;
+  frame.width = frame.height = 5;
+  frame.radiance = core::Image(5, 5, 3);
+  frame.coverage = frame.variance = frame.samples = core::Image(5, 5, 1);
+  frame.coverage.data.assign(25, 1);
+  frame.samples.data.assign(25, 4);
+  frame.samples.at(0, 2, 2) = 16;
+  frame.variance.at(0, 1, 3) = 0.36f;
+  frame.variance.at(0, 4, 4) = 100;  // too far away
+  EXPECT_NEAR(ReadAt(frame, 2, 2)->luminance_sigma.value(), std::sqrt(0.36 * 4 / 9 / 16), 1e-6);
+  // At the border there are fewer of them, and pixels that took no samples do not count.
+  EXPECT_NEAR(ReadAt(frame, 4, 0)->luminance_sigma.value(), std::sqrt(0.36 / 4), 1e-6);
+  frame.samples.at(0, 0, 3) = 0;
+  EXPECT_NEAR(ReadAt(frame, 4, 0)->luminance_sigma.value(), std::sqrt(0.36 / 3), 1e-6);
+  EXPECT_EQ(ReadAt(frame, 0, 0)->luminance_sigma.value(), 0);
+  frame.samples = {};  // of another program
+  EXPECT_NEAR(ReadAt(frame, 3, 1)->luminance_sigma.value(), 0.6, 1e-6);
 }
 
 TEST(Reading, WhereNothingWasHitThereIsNoIrradianceAndNoPlace) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "luxfield/core/colour.h"
+#include "luxfield/render/film/neighbours.h"
 
 namespace luxfield::view {
 namespace {
@@ -17,6 +18,21 @@ double LuminanceAt(const core::Image& image, int column, int row) {
 
 bool Hit(const render::Frame& frame, int column, int row) {
   return !frame.coverage.data.empty() && frame.coverage.at(0, row, column) > 0;
+}
+
+// Of the luminance. A pixel's samples hardly know their own variance: in a penumbra all of a few may
+// see the light. Those of the 3 x 3 pixels around it know that of one sample, and so its own.
+double VarianceAt(const render::Frame& frame, int column, int row) {
+  const double own = frame.variance.at(0, row, column);
+  if (frame.samples.data.empty() || !(frame.samples.at(0, row, column) > 0)) return own;
+  core::Image of_one(3, 3, 1), counted(3, 3, 1);
+  for (int r = std::max(0, row - 1); r <= std::min(frame.height - 1, row + 1); ++r)
+    for (int c = std::max(0, column - 1); c <= std::min(frame.width - 1, column + 1); ++c) {
+      const float samples = frame.samples.at(0, r, c);
+      counted.at(0, r - row + 1, c - column + 1) = samples;
+      of_one.at(0, r - row + 1, c - column + 1) = samples * frame.variance.at(0, r, c);
+    }
+  return render::MeanAround(of_one, counted, 1, 1) / frame.samples.at(0, row, column);
 }
 
 }  // namespace
@@ -31,7 +47,7 @@ std::optional<Reading> ReadAt(const render::Frame& frame, int column, int row) {
   if (hit && !frame.irradiance.data.empty())
     reading.illuminance = LuminanceAt(frame.irradiance, column, row);
   if (!frame.variance.data.empty())
-    reading.luminance_sigma = std::sqrt(std::max(0.0, double{frame.variance.at(0, row, column)}));
+    reading.luminance_sigma = std::sqrt(std::max(0.0, VarianceAt(frame, column, row)));
   if (hit && !frame.position.data.empty())
     reading.position = {frame.position.at(0, row, column), frame.position.at(1, row, column),
                         frame.position.at(2, row, column)};

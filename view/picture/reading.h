@@ -15,7 +15,9 @@ struct Reading {
   // hit; Frame's units.
   double luminance = 0;
   std::optional<double> illuminance;
-  // Standard deviation of `luminance` by the estimator's own variance, where the picture holds it.
+  // Standard deviation of `luminance` by the estimator's own variance, where the picture holds it:
+  //   sqrt(mean of v_k n_k over the 3 x 3 pixels k around it that took samples / n)
+  // for variances v and light samples n; sqrt(v) where the picture does not tell samples.
   std::optional<double> luminance_sigma;
   std::optional<lightfield::Vec3> position;  // world, metres; where something was hit
   std::optional<lightfield::Vec3> normal;    // likewise, towards the camera
