@@ -26,7 +26,7 @@ DeviceTuning TuningOf(const DeviceInfo& info) {
   tuning.exact_divide = info.has_exact_divide;
   tuning.host_rays = info.is_cpu;
   if (info.is_cpu) {
-    if (info.native_float_lanes < 8) tuning.lanes = 4;
+    tuning.lanes = info.native_float_lanes >= 16 ? 16 : info.native_float_lanes >= 8 ? 8 : 4;
   } else {
     tuning.group_size = 64;
     tuning.pixels_per_item = tuning.shared_loads = 2;

@@ -7,7 +7,7 @@
 //   group_size         32: enough to spread over threads      64: a multiple of every wave in use
 //   pixels_per_item    32: reuse cached windows per channel   2
 //   shared_loads       4 pixels lit from the same loads       2: registers are dearer than loads
-//   lanes              8, or 4 where its vectors are short    8: fewer, longer loads
+//   lanes              as wide as its vectors: 4, 8 or 16     8: fewer, longer loads
 //   exact_divide       wherever the device offers it: quotients equal on all devices
 //   host_rays          rays traced by Embree in packets       by a kernel
 //

@@ -299,9 +299,11 @@ TEST(Tuning, FollowsTheDeviceAndCanBeChanged) {
   info.is_cpu = true;
   info.native_float_lanes = 4;
   EXPECT_EQ(TuningOf(info).lanes, 4);
+  info.native_float_lanes = 8;
+  EXPECT_EQ(TuningOf(info).lanes, 8);
   info.native_float_lanes = 16;
   const DeviceTuning cpu = TuningOf(info);
-  EXPECT_EQ(cpu.lanes, 8);
+  EXPECT_EQ(cpu.lanes, 16);
   EXPECT_GT(cpu.pixels_per_item, 1);
   info.is_cpu = false;
   const DeviceTuning gpu = TuningOf(info);

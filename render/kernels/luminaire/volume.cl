@@ -66,27 +66,48 @@ inline void MakeStencils(__constant const VolumeParams* volume, float16 at_x, fl
   }
 }
 
-// (B0, B1_u, B1_v, -) of one channel and pixel: 16 rows of four neighbours in a_x. The slices' sums
-// are independent: no chain of additions is longer than six.
-inline __attribute__((always_inline)) float4 Interpolate(__global const float* coefficients,
-                                                         int line, int slice,
-                                                         const Stencils* stencils, int pixel) {
-  __global const float* base = coefficients + stencils->offset[pixel];
-  float16 sum[4];
+// The 16 rows of four neighbours in a_x that pixels of a cell of the table read, [4 tau + a_y].
+typedef struct Rows {
+  float16 row[16];
+} Rows;
+
+inline __attribute__((always_inline)) void LoadRows(__global const float* base, int line, int slice,
+                                                    Rows* rows) {
 #pragma unroll
-  for (int i = 0; i < 4; ++i) {
-    __global const float* rows = base + (size_t)i * 4 * slice;
-    sum[i] = stencils->rows[4 * i][pixel] * vload16(0, rows);
+  for (int i = 0; i < 4; ++i)
 #pragma unroll
-    for (int j = 1; j < 4; ++j)
-      sum[i] = fma((float16)(stencils->rows[4 * i + j][pixel]), vload16(0, rows + j * 4 * line),
-                   sum[i]);
+    for (int j = 0; j < 4; ++j)
+      rows->row[4 * i + j] = vload16(0, base + 4 * ((size_t)i * slice + j * line));
+}
+
+// (B0, B1_u, B1_v, -) of one channel and kPixels pixels, one after the other. Neighbouring pixels
+// mostly lie in one cell of the table, whose rows stay in registers. The slices' sums are
+// independent: no chain of additions is longer than six.
+inline __attribute__((always_inline)) void Interpolate(__global const float* coefficients, int line,
+                                                       int slice, const Stencils* stencils,
+                                                       float moments[4 * kPixels]) {
+  int offset = stencils->offset[0];
+  Rows rows;
+  LoadRows(coefficients + offset, line, slice, &rows);
+  for (int k = 0; k < kPixels; ++k) {
+    if (stencils->offset[k] != offset) {
+      offset = stencils->offset[k];
+      LoadRows(coefficients + offset, line, slice, &rows);
+    }
+    float16 sum[4];
+#pragma unroll
+    for (int i = 0; i < 4; ++i) {
+      sum[i] = stencils->rows[4 * i][k] * rows.row[4 * i];
+#pragma unroll
+      for (int j = 1; j < 4; ++j)
+        sum[i] = fma((float16)(stencils->rows[4 * i + j][k]), rows.row[4 * i + j], sum[i]);
+    }
+    const float16 all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+    vstore4(fma((float4)(stencils->across[0][k]), all.s0123, stencils->across[1][k] * all.s4567) +
+                fma((float4)(stencils->across[2][k]), all.s89ab,
+                    stencils->across[3][k] * all.scdef),
+            k, moments);
   }
-  const float16 all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
-  return fma((float4)(stencils->across[0][pixel]), all.s0123,
-             stencils->across[1][pixel] * all.s4567) +
-         fma((float4)(stencils->across[2][pixel]), all.s89ab,
-             stencils->across[3][pixel] * all.scdef);
 }
 
 // Of the light that reaches a pixel; `share` (may be null: all of it) is that of patch_shares.cl.
@@ -189,17 +210,12 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
   const int line = volume->axis[0].coefficients, slice = line * volume->axis[1].coefficients;
   const size_t table = 4 * (size_t)slice * volume->axis[2].coefficients;
   const float16 scale = select((float16)(0.0f), seen * tau * tau / z, tabulated);
-  // Of every pixel, as most are wanted: a branch costs more than it saves.
-  float moments[3][4 * kPixels];
-  for (int k = 0; k < kPixels; ++k) {
-    vstore4(Interpolate(coefficients, line, slice, &stencils, k), k, moments[0]);
-    if (luminaire->channels == 1) continue;
-    vstore4(Interpolate(coefficients + table, line, slice, &stencils, k), k, moments[1]);
-    vstore4(Interpolate(coefficients + 2 * table, line, slice, &stencils, k), k, moments[2]);
-  }
   float16 e[3];
   for (int channel = 0; channel < luminaire->channels; ++channel) {
-    const Vectors b = Deinterleave(moments[channel], &unused);  // B0, B1_u, B1_v
+    // Of every pixel, as most are wanted: a branch costs more than it saves.
+    float moments[4 * kPixels];
+    Interpolate(coefficients + channel * table, line, slice, &stencils, moments);
+    const Vectors b = Deinterleave(moments, &unused);  // B0, B1_u, B1_v
     e[channel] = scale * fma(height, b.x, fma(n.x, b.y, n.y * b.z));
   }
   AddToPixels(e, luminaire->channels, first, pixel_count, ratio, irradiance, variance);
