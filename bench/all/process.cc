@@ -58,6 +58,7 @@ pid_t Start(std::vector<std::string> words, const std::filesystem::path& output,
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output.c_str(),
                                    O_WRONLY | O_CREAT | O_TRUNC, 0600);
   posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+  core::TakePeakMib();  // which Linux would count as the program's own
   pid_t process = 0;
   const int error = posix_spawn(&process, words[0].c_str(), &actions, nullptr,
                                 Pointers(words).data(), Pointers(environment).data());

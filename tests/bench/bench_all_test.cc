@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "luxfield/bench/all/process.h"
 #include "luxfield/bench/bench_lamps.h"
 #include "luxfield/bench/bench_rays.h"
+#include "luxfield/bench/device_limits.h"
 #include "luxfield/bench/hill_mesh.h"
 #include "luxfield/bench/plain_cdf.h"
 #include "luxfield/core/error.h"
@@ -46,6 +48,34 @@ TEST(BenchAll, RatiosAreAboveOneWhereTheTargetIsMissed) {
   row = RowOf({"a rate", "fps", 5, true}, figures);
   EXPECT_EQ(row["target"], 8);
   EXPECT_EQ(row["ratio_to_target"], 4);
+}
+
+// Linux hands the peak of a process that starts a program on to it.
+TEST(BenchAll, TheMemoryOfAProgramIsItsOwn) {
+  constexpr std::size_t kMib = std::size_t{1} << 20, kOurs_mib = 300;
+  { std::vector<char> ours(kOurs_mib * kMib, 1); }
+  const ProcessRun run = RunProcess({"/bin/true"}, Folder());
+  EXPECT_GT(run.peak_mib, 0);
+  EXPECT_LT(run.peak_mib, kOurs_mib);
+}
+
+// Two box functions one metre wide on F, from 0.1 m on; I lies half-way to the receivers, 1 m above
+// F, so that windows on it are half as wide, from 0.05 m on, in texels of 0.25 m.
+TEST(BenchAll, MultiplyAddsOfExactAreTwoForEveryTexelSeen) {
+  const auto device = render::Device::Open();
+  lightfield::LightField field;
+  auto& g = field.geometry;
+  g.grid = {lightfield::Basis::Make(lightfield::BasisKind::kBox), 2, 1, 0.1, 0.1, 1};
+  g.lattice = {.width = 8, .height = 4, .s0_m = 0, .t1_m = 1, .ds_m = 0.25, .dt_m = 0.25};
+  g.delta_m = 0.5;
+  std::vector<cl_float4> position(4, {{0, 0, 1, 1}}), normal(4, {{0, 0, -1, 0}});
+  position[3].s[3] = 0;  // sees nothing
+  render::GBuffer gbuffer(device, 4, 1);
+  gbuffer.position.Upload(std::span<const cl_float4>(position));
+  gbuffer.normal.Upload(std::span<const cl_float4>(normal));
+  // Columns: 0.05 to 0.55 m and 0.55 to 1.05 m, three texels each; rows: 0.05 to 0.55 m, three.
+  constexpr double kSeen = (3 + 3) * 3;
+  EXPECT_EQ(ExactMultiplyAdds(field, gbuffer), 3 * 2 * kSeen);
 }
 
 TEST(BenchAll, WhatCannotBeMeasuredHasARowThatSaysWhy) {
