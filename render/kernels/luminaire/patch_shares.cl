@@ -198,7 +198,7 @@ inline int SeenByTile(__constant const PatchParams* patches, __global const floa
       const float16 plane =
           fma(x, (float16)(lanes->a[k]), (float16)(lanes->b[k] * y + lanes->c[k]));
       const float16 map =
-          vload16(0, maps + ((size_t)k * patches->size + row) * patches->size + column);
+          LoadSixteen(maps + ((size_t)k * patches->size + row) * patches->size + column);
       const int16 ahead = map > plane;
       hidden |= ahead & asked;
       seen |= ~ahead & asked;
@@ -325,8 +325,8 @@ inline float16 Weights(__constant const LuminaireParams* luminaire,
     for (int dy = 0; dy < 2; ++dy) {
       __global const float* row = node + dz * slice + dy * line;
       const float weight = (dz ? fz : 1.0f - fz) * (dy ? fy : 1.0f - fy);
-      sum = fma((float16)(weight * (1.0f - fx)), vload16(0, row), sum);
-      sum = fma((float16)(weight * fx), vload16(1, row), sum);
+      sum = fma((float16)(weight * (1.0f - fx)), LoadSixteen(row), sum);
+      sum = fma((float16)(weight * fx), LoadSixteen(row + 16), sum);
     }
   const float16 x = vload16(0, patches->x), y = vload16(0, patches->y);
   const float16 height = n.x * (x - p.x) + n.y * (y - p.y) - n.z * p.z;

@@ -25,11 +25,11 @@ inline int16 IsInside(__constant const VolumeAxisParams* axis, float16 position)
          (position >= 0.0f && position <= (float)axis->cells);
 }
 
-// What a work-item reads the table with, a lane or an entry for each pixel.
+// What a work-item reads the table with, a lane for each pixel.
 typedef struct Stencils {
-  int offset[kPixels];         // of the first coefficient, floats
-  float across[4][kPixels];    // weights along a_x
-  float rows[16][kPixels];     // along tau and a_y, [4 tau + a_y]
+  int16 offset;       // of the first coefficient, floats
+  float16 across[4];  // weights along a_x
+  float16 rows[16];   // along tau and a_y, [4 tau + a_y]
 } Stencils;
 
 // Cubic B-spline weights of coefficients k .. k + 3 at k + f.
@@ -55,15 +55,13 @@ inline void MakeStencils(__constant const VolumeParams* volume, float16 at_x, fl
   const int line = volume->axis[0].coefficients, slice = line * volume->axis[1].coefficients;
   const int16 x = Cell(&volume->axis[0], at_x), y = Cell(&volume->axis[1], at_y),
               tau = Cell(&volume->axis[2], at_tau);
-  vstore16(4 * (tau * slice + y * line + x), 0, stencils->offset);
-  float16 across[4], down[4], ahead[4];
-  SplineWeights(at_x - convert_float16(x), across);
+  stencils->offset = 4 * (tau * slice + y * line + x);
+  float16 down[4], ahead[4];
+  SplineWeights(at_x - convert_float16(x), stencils->across);
   SplineWeights(at_y - convert_float16(y), down);
   SplineWeights(at_tau - convert_float16(tau), ahead);
-  for (int i = 0; i < 4; ++i) {
-    vstore16(across[i], 0, stencils->across[i]);
-    for (int j = 0; j < 4; ++j) vstore16(ahead[i] * down[j], 0, stencils->rows[4 * i + j]);
-  }
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) stencils->rows[4 * i + j] = ahead[i] * down[j];
 }
 
 // The 16 rows of four neighbours in a_x that pixels of a cell of the table read, [4 tau + a_y].
@@ -77,7 +75,7 @@ inline __attribute__((always_inline)) void LoadRows(__global const float* base, 
   for (int i = 0; i < 4; ++i)
 #pragma unroll
     for (int j = 0; j < 4; ++j)
-      rows->row[4 * i + j] = vload16(0, base + 4 * ((size_t)i * slice + j * line));
+      rows->row[4 * i + j] = LoadSixteen(base + 4 * ((size_t)i * slice + j * line));
 }
 
 // (B0, B1_u, B1_v, -) of one channel and kPixels pixels, one after the other. Neighbouring pixels
@@ -85,28 +83,30 @@ inline __attribute__((always_inline)) void LoadRows(__global const float* base, 
 // independent: no chain of additions is longer than six.
 inline __attribute__((always_inline)) void Interpolate(__global const float* coefficients, int line,
                                                        int slice, const Stencils* stencils,
-                                                       float moments[4 * kPixels]) {
-  int offset = stencils->offset[0];
+                                                       float4 moments[kPixels]) {
+  const int* offsets = (const int*)&stencils->offset;
+  int offset = offsets[0];
   Rows rows;
   LoadRows(coefficients + offset, line, slice, &rows);
   for (int k = 0; k < kPixels; ++k) {
-    if (stencils->offset[k] != offset) {
-      offset = stencils->offset[k];
+    if (offsets[k] != offset) {
+      offset = offsets[k];
       LoadRows(coefficients + offset, line, slice, &rows);
     }
     float16 sum[4];
 #pragma unroll
     for (int i = 0; i < 4; ++i) {
-      sum[i] = stencils->rows[4 * i][k] * rows.row[4 * i];
+      sum[i] = FloatOf(&stencils->rows[4 * i], k) * rows.row[4 * i];
 #pragma unroll
       for (int j = 1; j < 4; ++j)
-        sum[i] = fma((float16)(stencils->rows[4 * i + j][k]), rows.row[4 * i + j], sum[i]);
+        sum[i] = fma((float16)(FloatOf(&stencils->rows[4 * i + j], k)), rows.row[4 * i + j],
+                     sum[i]);
     }
     const float16 all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
-    vstore4(fma((float4)(stencils->across[0][k]), all.s0123, stencils->across[1][k] * all.s4567) +
-                fma((float4)(stencils->across[2][k]), all.s89ab,
-                    stencils->across[3][k] * all.scdef),
-            k, moments);
+    moments[k] = fma((float4)(FloatOf(&stencils->across[0], k)), all.s0123,
+                     FloatOf(&stencils->across[1], k) * all.s4567) +
+                 fma((float4)(FloatOf(&stencils->across[2], k)), all.s89ab,
+                     FloatOf(&stencils->across[3], k) * all.scdef);
   }
 }
 
@@ -125,9 +125,7 @@ inline float16 UnclippedErrors(__constant const LuminaireParams* luminaire, Vect
 // left[0] pixels of `by_exact` from left[2] on, left[1] of `unclipped` from the end down.
 inline void ListLeft(int16 by_exact, int16 unclipped, int first, int pixel_count,
                      __global int* left) {
-  int exact[kPixels], fine[kPixels];
-  vstore16(by_exact, 0, exact);
-  vstore16(unclipped, 0, fine);
+  const int *exact = (const int*)&by_exact, *fine = (const int*)&unclipped;
   for (int k = 0; k < kPixels; ++k) {
     if (exact[k]) left[2 + atomic_inc(left)] = first + k;
     if (fine[k]) left[1 + pixel_count - atomic_inc(left + 1)] = first + k;
@@ -138,25 +136,26 @@ inline void ListLeft(int16 by_exact, int16 unclipped, int first, int pixel_count
 inline void AddToPixels(const float16* e, int channels, int first, int count,
                         __global const float4* ratio, __global float4* irradiance,
                         __global float* variance) {
-  const float16 r = e[0], g = channels == 3 ? e[1] : r, b = channels == 3 ? e[2] : r, none = 0.0f;
-  const float16 sum[4] = {
-      (float16)(r.s0, g.s0, b.s0, none.s0, r.s1, g.s1, b.s1, none.s1, r.s2, g.s2, b.s2, none.s2,
-                r.s3, g.s3, b.s3, none.s3),
-      (float16)(r.s4, g.s4, b.s4, none.s4, r.s5, g.s5, b.s5, none.s5, r.s6, g.s6, b.s6, none.s6,
-                r.s7, g.s7, b.s7, none.s7),
-      (float16)(r.s8, g.s8, b.s8, none.s8, r.s9, g.s9, b.s9, none.s9, r.sa, g.sa, b.sa, none.sa,
-                r.sb, g.sb, b.sb, none.sb),
-      (float16)(r.sc, g.sc, b.sc, none.sc, r.sd, g.sd, b.sd, none.sd, r.se, g.se, b.se, none.se,
-                r.sf, g.sf, b.sf, none.sf)};
+  float16 sum[4];
+  if (channels == 3) {
+    const Vectors light = {e[0], e[1], e[2]};
+    Interleave(light, 0.0f, sum);
+  } else {
+    const float4 once = (float4)(1.0f, 1.0f, 1.0f, 0.0f);
+    const float16 white = (float16)(once, once, once, once), y = e[0];
+    sum[0] = white * (float16)(y.s0000, y.s1111, y.s2222, y.s3333);
+    sum[1] = white * (float16)(y.s4444, y.s5555, y.s6666, y.s7777);
+    sum[2] = white * (float16)(y.s8888, y.s9999, y.saaaa, y.sbbbb);
+    sum[3] = white * (float16)(y.scccc, y.sdddd, y.seeee, y.sffff);
+  }
   if (!ratio && first + kPixels <= count) {
     __global float* to = (__global float*)(irradiance + first);
-    for (int k = 0; k < 4; ++k) vstore16(vload16(k, to) + sum[k], k, to);
+    for (int k = 0; k < 4; ++k, to += 16) StoreSixteen(LoadSixteen(to) + sum[k], to);
     return;
   }
-  float each[4 * kPixels];
-  for (int k = 0; k < 4; ++k) vstore16(sum[k], k, each);
+  const float4* each = (const float4*)sum;
   for (int k = 0; k < min(count - first, (int)kPixels); ++k)
-    AddVisible(vload4(k, each).xyz, first + k, ratio, irradiance, variance);
+    AddVisible(each[k].xyz, first + k, ratio, irradiance, variance);
 }
 
 // Adds the irradiance of every pixel whose horizon does not cut the luminaire and that the volume
@@ -213,9 +212,9 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
   float16 e[3];
   for (int channel = 0; channel < luminaire->channels; ++channel) {
     // Of every pixel, as most are wanted: a branch costs more than it saves.
-    float moments[4 * kPixels];
-    Interpolate(coefficients + channel * table, line, slice, &stencils, moments);
-    const Vectors b = Deinterleave(moments, &unused);  // B0, B1_u, B1_v
+    float16 moments[4];
+    Interpolate(coefficients + channel * table, line, slice, &stencils, (float4*)moments);
+    const Vectors b = Transposed(moments, &unused);  // B0, B1_u, B1_v
     e[channel] = scale * fma(height, b.x, fma(n.x, b.y, n.y * b.z));
   }
   AddToPixels(e, luminaire->channels, first, pixel_count, ratio, irradiance, variance);
