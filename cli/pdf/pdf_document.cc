@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 #include <sstream>
+#include <utility>
 
 #include "luxfield/cli/pdf/svg_on_cairo.h"
+#include "luxfield/cli/table_columns.h"
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/core/spare_memory.h"
@@ -18,7 +21,9 @@ namespace {
 constexpr double kWidth = 595.276, kHeight = 841.89, kLeft = 56, kRight = 50, kTop = 50,
                  kBottom = 60;
 constexpr double kInner = kWidth - kLeft - kRight;
-constexpr double kText = 9, kSmall = 7.5, kLine = 1.35;
+constexpr double kText = 9, kSmall = 7.5, kHeading = 11, kLine = 1.35;
+constexpr std::size_t kTogether = 5;  // lines of a paragraph that stay on one page
+constexpr double kCell = 8, kCellLine = 1.25, kCellPad = 3;  // of a table
 
 struct CairoDelete {
   void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
@@ -32,25 +37,22 @@ class CairoPages : public PdfPages {
       : context_(cairo_create(surface)), facts_(facts), pages_(pages) {}
 
   void Title(const std::string& text) override { Lines(text, 15, true, 4); }
-  void Heading(const std::string& text) override {
-    y_ += 6;
-    Need(3 * kText * kLine + 12);  // not alone at the end of a page
-    Lines(text, 11, true, 3);
+  void Heading(const std::string& text) override { heading_ = text; }
+  void Paragraph(const std::string& text) override {
+    Begin(kText * kLine * double(kTogether));
+    Lines(text, kText, false, 4);
   }
-  void Paragraph(const std::string& text) override { Lines(text, kText, false, 4); }
 
-  void Table(const std::vector<PdfColumn>& columns,
-             const std::vector<std::vector<std::string>>& rows) override {
+  void Table(const std::vector<std::vector<std::string>>& rows) override {
     if (rows.empty()) return;
-    double sum = 0;
-    for (const PdfColumn& column : columns) sum += column.share;
-    std::vector<double> widths;
-    for (const PdfColumn& column : columns) widths.push_back(kInner * column.share / sum);
+    Begin(4 * kCell * kCellLine);
+    const std::vector<bool> numbers = NumberColumns(rows);
+    const std::vector<double> widths = Widths(rows, numbers.size());
     for (std::size_t r = 0; r < rows.size(); ++r) {
-      if (Row(columns, widths, rows[r], r == 0)) continue;
+      if (Row(numbers, widths, rows[r], r == 0)) continue;
       NewPage();
-      if (r > 0) Row(columns, widths, rows[0], true);
-      Row(columns, widths, rows[r], r == 0);
+      if (r > 0) Row(numbers, widths, rows[0], true);
+      Row(numbers, widths, rows[r], r == 0);
     }
     y_ += 8;
   }
@@ -67,6 +69,7 @@ class CairoPages : public PdfPages {
     if (svgs.empty() || !(width > 0)) return;
     const double gaps = kGap * double(svgs.size() - 1);
     const double scale = std::min((kInner - gaps) / width, most_height / height);
+    Begin(scale * height);
     Need(scale * height);
     double x = kLeft;
     for (std::size_t k = 0; k < svgs.size(); ++k) {
@@ -76,12 +79,9 @@ class CairoPages : public PdfPages {
     y_ += scale * height + 6;
   }
 
-  void PageBreak() override {
-    if (y_ > kTop) NewPage();
-  }
-
   // Ends the last page; how many there are.
   int Finish() {
+    Begin(0);
     Footer();
     cairo_show_page(context_.get());
     return page_;
@@ -105,11 +105,27 @@ class CairoPages : public PdfPages {
     cairo_show_text(context_.get(), text.c_str());
   }
 
+  // What a line is broken between: words, and with them what alone says nothing: "(k = 1)", "3 %", "2° R".
+  static std::vector<std::string> Words(const std::string& text) {
+    std::vector<std::string> words;
+    std::istringstream stream(text);
+    for (std::string word; stream >> word;) {
+      const std::size_t letters =
+          static_cast<std::size_t>(std::count_if(word.begin(), word.end(), [](char c) {
+            return (static_cast<unsigned char>(c) & 0xC0) != 0x80 && c != ',' && c != ';';
+          }));
+      if (!words.empty() && (letters <= 1 || words.back().ends_with(" =")))
+        words.back() += " " + word;
+      else
+        words.push_back(word);
+    }
+    return words;
+  }
+
   // Of the font that is set: between words, and within those that are too long.
   std::vector<std::string> Broken(const std::string& text, double width) {
     std::vector<std::string> lines(1);
-    std::istringstream words(text);
-    for (std::string word; words >> word;) {
+    for (std::string word : Words(text)) {
       const std::string longer = lines.back().empty() ? word : lines.back() + " " + word;
       if (Advance(longer) <= width) {
         lines.back() = longer;
@@ -131,6 +147,49 @@ class CairoPages : public PdfPages {
     return lines;
   }
 
+  // Of columns: as wide as their longest lines where the page holds them; else the widest are narrowed to
+  // a common width, down to their longest words.
+  std::vector<double> Widths(const std::vector<std::vector<std::string>>& rows,
+                             std::size_t columns) {
+    std::vector<double> line(columns, 2 * kCellPad), word(columns, 2 * kCellPad);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      Font(kCell, r == 0);
+      for (std::size_t k = 0; k < rows[r].size(); ++k) {
+        line[k] = std::max(line[k], Advance(rows[r][k]) + 2 * kCellPad);
+        for (const std::string& one : Words(rows[r][k]))
+          word[k] = std::max(word[k], Advance(one) + 2 * kCellPad);
+      }
+    }
+    const auto narrowed = [&](double most) {
+      std::vector<double> widths(columns);
+      for (std::size_t k = 0; k < columns; ++k)
+        widths[k] = std::min(line[k], std::max(word[k], most));
+      return widths;
+    };
+    const auto sum = [](const std::vector<double>& widths) {
+      return std::accumulate(widths.begin(), widths.end(), 0.0);
+    };
+    constexpr int kHalvings = 40;
+    double low = 0, high = 2 * kInner;
+    for (int k = 0; k < kHalvings; ++k) {
+      const double middle = (low + high) / 2;
+      (sum(narrowed(middle)) <= kInner ? low : high) = middle;
+    }
+    std::vector<double> widths = narrowed(low);
+    const double to_page = kInner / sum(widths);
+    for (double& width : widths) width *= to_page;
+    return widths;
+  }
+
+  // What is at least `height` high comes next, under the heading that waits for it.
+  void Begin(double height) {
+    constexpr double kBefore = 6, kAfter = 3;
+    const std::string heading = std::exchange(heading_, {});
+    if (heading.empty()) return;
+    y_ += kBefore;
+    Need(kHeading * kLine + kAfter + height);
+    Lines(heading, kHeading, true, kAfter);
+  }
   void Need(double height) {
     if (y_ + height > kHeight - kBottom) NewPage();
   }
@@ -155,7 +214,6 @@ class CairoPages : public PdfPages {
   }
 
   void Lines(const std::string& text, double size, bool bold, double after) {
-    constexpr std::size_t kTogether = 5;  // lines of a paragraph that stay on one page
     Font(size, bold);
     const std::vector<std::string> lines = Broken(text, kInner);
     if (lines.size() <= kTogether) Need(double(lines.size()) * size * kLine);
@@ -169,18 +227,16 @@ class CairoPages : public PdfPages {
   }
 
   // False: it does not fit on this page, and is not drawn.
-  bool Row(const std::vector<PdfColumn>& columns, const std::vector<double>& widths,
+  bool Row(const std::vector<bool>& numbers, const std::vector<double>& widths,
            const std::vector<std::string>& row, bool head) {
-    constexpr double kPad = 3;
-    const double size = 8;
-    Font(size, head);
+    Font(kCell, head);
     std::vector<std::vector<std::string>> cells;
     std::size_t lines = 1;
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-      cells.push_back(Broken(k < row.size() ? row[k] : "", widths[k] - 2 * kPad));
+    for (std::size_t k = 0; k < widths.size(); ++k) {
+      cells.push_back(Broken(k < row.size() ? row[k] : "", widths[k] - 2 * kCellPad));
       lines = std::max(lines, cells.back().size());
     }
-    const double height = double(lines) * size * 1.25 + 3;
+    const double height = double(lines) * kCell * kCellLine + 3;
     if (y_ + height > kHeight - kBottom && y_ > kTop) return false;
     if (head) {
       cairo_set_source_rgb(context_.get(), 0.93, 0.93, 0.93);
@@ -189,11 +245,11 @@ class CairoPages : public PdfPages {
       cairo_set_source_rgb(context_.get(), 0, 0, 0);
     }
     double x = kLeft;
-    for (std::size_t k = 0; k < columns.size(); ++k) {
+    for (std::size_t k = 0; k < widths.size(); ++k) {
       for (std::size_t line = 0; line < cells[k].size(); ++line) {
         const std::string& text = cells[k][line];
-        Show(columns[k].right ? x + widths[k] - kPad - Advance(text) : x + kPad,
-             y_ + double(line + 1) * size * 1.25 - 1, text);
+        Show(numbers[k] ? x + widths[k] - kCellPad - Advance(text) : x + kCellPad,
+             y_ + double(line + 1) * kCell * kCellLine - 1, text);
       }
       x += widths[k];
     }
@@ -208,6 +264,7 @@ class CairoPages : public PdfPages {
 
   std::unique_ptr<cairo_t, CairoDelete> context_;
   const PdfFacts& facts_;
+  std::string heading_;  // that waits for what follows
   int pages_, page_ = 1;
   double y_ = kTop;
 };

@@ -10,24 +10,19 @@
 
 namespace luxfield::cli {
 
-struct PdfColumn {
-  double share = 1;    // of the width of the page, relative to the other columns
-  bool right = false;  // aligned
-};
-
 class PdfPages {
  public:
   virtual ~PdfPages() = default;
   virtual void Title(const std::string& text) = 0;
+  // It stands on the page on which what follows begins.
   virtual void Heading(const std::string& text) = 0;
   virtual void Paragraph(const std::string& text) = 0;
-  // The first row is the head, repeated where a page ends within the table. Text that is too wide for
-  // its column is broken between words.
-  virtual void Table(const std::vector<PdfColumn>& columns,
-                     const std::vector<std::vector<std::string>>& rows) = 0;
+  // The first row is the head, repeated where a page ends within the table. Columns are as wide as
+  // what they hold; where that is wider than the page, text is broken between words, and within words
+  // that alone are too wide. Columns of numbers are right-aligned.
+  virtual void Table(const std::vector<std::vector<std::string>>& rows) = 0;
   // Side by side, as large as they fit, at most `most_height` points high; on one page.
   virtual void Plots(const std::vector<std::string>& svgs, double most_height) = 0;
-  virtual void PageBreak() = 0;
 };
 
 struct PdfFacts {

@@ -12,6 +12,7 @@
 #include "luxfield/cli/reports/photometry_names.h"
 #include "luxfield/cli/reports/photometry_plots.h"
 #include "luxfield/cli/reports/received_report.h"
+#include "luxfield/cli/reports/rounded_number.h"
 #include "luxfield/reconstruct/budget/error_budget_json.h"
 #include "luxfield/version.h"
 
@@ -23,6 +24,7 @@ using reconstruct::QuantityBudget;
 using Rows = std::vector<std::vector<std::string>>;
 
 constexpr const char* kNotStated = "not stated";
+constexpr double kMapHeight = 190;  // points: two rows of maps and the intensities share a page
 
 std::string TextOf(const Certificate& certificate, const char* key) {
   const auto found = certificate.texts.find(key);
@@ -55,12 +57,10 @@ const char* const kOnlyThisLamp =
 
 void AddIdentity(PdfPages& pages, const Certificate& certificate, const PhotometryReport& report) {
   pages.Title("Certificate of photometric measurement");
-  Rows rows{{"", ""}};
-  rows.clear();
-  rows.push_back({"stated by the laboratory", ""});
+  Rows rows{{"stated by the laboratory", ""}};
   for (const auto& text : photometry::kCertificateTexts)
     rows.push_back({text.label, TextOf(certificate, text.key)});
-  pages.Table({{1, false}, {2.4, false}}, rows);
+  pages.Table(rows);
   for (const std::string& remark : report.distribution.remarks)
     pages.Paragraph("Note: " + remark + ".");
 }
@@ -70,17 +70,16 @@ void AddResults(PdfPages& pages, const Certificate& certificate, const Photometr
   Rows rows{{"quantity", "where", "value", "U (k = 2)", "unit"}};
   for (const CertificateResult& line : CertificateResults(certificate, report))
     rows.push_back({line.quantity, line.where, RoundedTo(line.value, line.expanded),
-                    line.expanded ? fmt::format("{:.2g}", *line.expanded) : "not known",
-                    line.unit});
-  pages.Table({{2.3, false}, {2.3, false}, {1.2, true}, {1, true}, {0.8, false}}, rows);
+                    line.expanded ? UncertaintyText(*line.expanded) : "not known", line.unit});
+  pages.Table(rows);
   pages.Paragraph(CoverageText(certificate, report));
 }
 
 void AddPlots(PdfPages& pages, const PhotometryReport& report, const photometry::Lamp& lamp) {
   const PhotometryNames names = NamesOf(report.distribution.unit);
   pages.Heading(names.intensity + " by direction");
+  pages.Plots(IntensityPlots(lamp, report.table.gamma_deg.back() > 90), 205);
   pages.Paragraph(kIntensityPlotsNote);
-  pages.Plots(IntensityPlots(lamp, report.table.gamma_deg.back() > 90), 230);
   if (report.planes.empty()) return;
   pages.Heading(names.illuminance + " on planes");
   std::vector<std::string> row;
@@ -89,7 +88,7 @@ void AddPlots(PdfPages& pages, const PhotometryReport& report, const photometry:
     row.push_back(SvgIsolux(
         IsoluxOf(report.planes[k], ReceivedNames(report, report.planes[k].asked.weighting))));
     if (row.size() == 2 || k + 1 == std::min(kMostPlanes, report.planes.size())) {
-      pages.Plots(row, 220);
+      pages.Plots(row, kMapHeight);
       row.clear();
     }
   }
@@ -99,23 +98,17 @@ void AddPlots(PdfPages& pages, const PhotometryReport& report, const photometry:
 void AddEyes(PdfPages& pages, const PhotometryReport& report, const photometry::Lamp& lamp) {
   constexpr std::size_t kMost = 2;
   std::vector<std::string> pictures;
+  std::string note;
   for (const auto& answer : report.eyes) {
     const auto eye = PictureAsked(lamp, answer.asked);
     if (!eye || pictures.size() == kMost) continue;
+    if (note.empty()) note = EyePictureNote(answer);
     pictures.push_back(SvgEyePicture(lamp, answer, *eye, NamesOf(report.distribution.unit)));
   }
   if (pictures.empty()) return;
   pages.Heading("Luminance");
-  pages.Plots(pictures, 220);
-  pages.Paragraph(kEyePictureNote);
-}
-
-// Shares of a table's columns by what they hold.
-std::vector<PdfColumn> RequirementColumns(std::size_t count) {
-  if (count == 6)
-    return {{1.9, false}, {1.7, false}, {1.8, false}, {1, true}, {1, true}, {2, false}};
-  return {{1.7, false}, {1.6, false}, {1.8, false}, {0.9, true},
-          {0.8, true},  {0.9, true},  {1, true},    {1.6, false}};
+  pages.Plots(pictures, kMapHeight);
+  if (!note.empty()) pages.Paragraph(note);
 }
 
 void AddHeadlamps(PdfPages& pages, const PhotometryReport& report) {
@@ -124,17 +117,16 @@ void AddHeadlamps(PdfPages& pages, const PhotometryReport& report) {
     pages.Paragraph(fmt::format("{} ({}).", headlamp.headlamp.asked.regulation.name,
                                 headlamp.headlamp.asked.regulation.source));
     for (const std::string& text : HeadlampParagraphs(headlamp.headlamp)) pages.Paragraph(text);
-    const Rows rows = RequirementTable(headlamp.headlamp);
-    pages.Table(RequirementColumns(rows[0].size()), rows);
-    pages.Paragraph(kHeadlampMapsNote);
+    pages.Table(RequirementTable(headlamp.headlamp));
     pages.Plots({HeadlampMaps(headlamp)[0]}, 230);
+    pages.Paragraph(kHeadlampMapsNote);
   }
 }
 
 void AddQuality(PdfPages& pages, const QualityReport& quality) {
   pages.Heading("Quality of the measurement");
-  pages.Table({{2, false}, {1, true}, {1, false}}, QualityTable(quality));
-  pages.Paragraph(QualityRemark(quality));
+  pages.Table(QualityTable(quality));
+  for (const std::string& remark : QualityRemarks(quality)) pages.Paragraph(remark);
 }
 
 void AddBudget(PdfPages& pages, const Certificate& certificate, const QualityReport& quality) {
@@ -147,14 +139,10 @@ void AddBudget(PdfPages& pages, const Certificate& certificate, const QualityRep
     return;
   }
   Rows rows{{"source"}};
-  std::vector<PdfColumn> columns{{1.6, false}};
   const auto& quantities = certificate.budget->quantities;
   constexpr std::size_t kMost = 4;
   const std::size_t shown = std::min(kMost, quantities.size());
-  for (std::size_t k = 0; k < shown; ++k) {
-    rows[0].push_back(quantities[k].name + ", %");
-    columns.push_back({1, true});
-  }
+  for (std::size_t k = 0; k < shown; ++k) rows[0].push_back(quantities[k].name + ", %");
   const auto percent = [](const QuantityBudget& q, double sigma) {
     return q.value == 0 ? std::string("-") : fmt::format("{:.3f}", 100 * sigma / std::abs(q.value));
   };
@@ -177,7 +165,7 @@ void AddBudget(PdfPages& pages, const Certificate& certificate, const QualityRep
   for (std::size_t k = 0; k < shown; ++k)
     total.push_back(
         percent(quantities[k], std::hypot(quantities[k].Total(), mismatch * quantities[k].value)));
-  pages.Table(columns, rows);
+  pages.Table(rows);
 }
 
 // As of `luxfield budget`, with the spectral mismatch as one more source.
@@ -202,7 +190,7 @@ void AddSetUp(PdfPages& pages, const Certificate& certificate) {
   if (certificate.set_up.empty()) pages.Paragraph("No session was given (--session).");
   Rows rows{{"item", "as recorded by the program"}};
   for (const auto& [item, value] : certificate.set_up) rows.push_back({item, value});
-  if (rows.size() > 1) pages.Table({{1, false}, {2.4, false}}, rows);
+  if (rows.size() > 1) pages.Table(rows);
 }
 
 void AddFiles(PdfPages& pages, const Certificate& certificate) {
@@ -210,7 +198,7 @@ void AddFiles(PdfPages& pages, const Certificate& certificate) {
   Rows rows{{"file", "name", "SHA-256"}};
   for (const HashedFile& file : certificate.files)
     rows.push_back({file.role, file.file, file.sha256});
-  pages.Table({{1, false}, {1.2, false}, {3, false}}, rows);
+  pages.Table(rows);
   pages.Paragraph(fmt::format("Evaluated by luxfield {}.", LUXFIELD_VERSION));
   pages.Paragraph(kOnlyThisLamp);
 }
@@ -258,7 +246,6 @@ void WriteCertificate(const std::filesystem::path& pdf, const Certificate& certi
   WritePdf(pdf, facts, [&](PdfPages& pages) {
     AddIdentity(pages, certificate, report);
     AddResults(pages, certificate, report);
-    pages.PageBreak();
     AddPlots(pages, report, lamp);
     AddEyes(pages, report, lamp);
     AddHeadlamps(pages, report);

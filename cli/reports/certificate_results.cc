@@ -54,11 +54,9 @@ void AddDistribution(Lines* lines, const photometry::Distribution& d,
   lines->Add(names.flux, "", d.flux, names.flux_unit, Scales::kWithLight);
   lines->Add(names.intensity, "C = 0°, gamma = 0°", d.axis, names.intensity_unit,
              Scales::kWithLight);
-  const auto peak = photometry::DirectionOf(d.peak_direction);
   lines->Add("Largest " + std::string(1, static_cast<char>(std::tolower(names.intensity[0]))) +
                  names.intensity.substr(1),
-             fmt::format("C = {:.1f}°, gamma = {:.2f}°", peak.c_deg, peak.gamma_deg), d.peak,
-             names.intensity_unit, Scales::kWithLight);
+             PeakText(d), d.peak, names.intensity_unit, Scales::kWithLight);
   if (d.beam)
     lines->Add("Beam angle, 50 %", "mean of both planes", d.beam->mean_deg, "°", Scales::kNot);
   if (d.field)
@@ -121,14 +119,6 @@ std::vector<CertificateResult> CertificateResults(const Certificate& certificate
                 field.peak, names.LuminanceUnit(), Scales::kWithLight);
     }
   return lines.lines();
-}
-
-std::string RoundedTo(double value, const std::optional<double>& expanded) {
-  if (!expanded || !(*expanded > 0)) return fmt::format("{:.5g}", value);
-  const int decimals = 1 - static_cast<int>(std::floor(std::log10(*expanded)));
-  if (decimals >= 0) return fmt::format("{:.{}f}", value, std::min(decimals, 12));
-  const double step = std::pow(10.0, -decimals);
-  return fmt::format("{:.0f}", std::round(value / step) * step);
 }
 
 }  // namespace luxfield::cli

@@ -24,7 +24,4 @@ std::optional<double> CommonRelative(const Certificate& certificate,
 std::vector<CertificateResult> CertificateResults(const Certificate& certificate,
                                                   const PhotometryReport& report);
 
-// "1234.5", with as many digits as the expanded uncertainty has two.
-std::string RoundedTo(double value, const std::optional<double>& expanded);
-
 }  // namespace luxfield::cli

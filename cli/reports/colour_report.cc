@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "luxfield/cli/reports/estimate_json.h"
+#include "luxfield/cli/reports/rounded_number.h"
 #include "luxfield/cli/svg/svg_plot.h"
 
 namespace luxfield::cli {
@@ -44,8 +45,10 @@ Json Figures(const ColourDistribution& colour, F&& of) {
 void AddRow(Rows* rows, const std::string& quantity, const std::string& where,
             const std::optional<Estimate>& estimate, const char* format, const std::string& unit) {
   if (!estimate) return;
-  rows->push_back({quantity, where, fmt::format(fmt::runtime(format), estimate->value),
-                   estimate->u ? fmt::format("{:.2g}", *estimate->u) : "", unit});
+  rows->push_back({quantity, where,
+                   estimate->u ? RoundedTo(estimate->value, estimate->u)
+                               : fmt::format(fmt::runtime(format), estimate->value),
+                   estimate->u ? UncertaintyText(*estimate->u) : "", unit});
 }
 
 void AddRows(Rows* rows, const std::string& where, const std::optional<Colour>& colour) {

@@ -5,6 +5,7 @@
 #include "luxfield/cli/reports/estimate_json.h"
 #include "luxfield/cli/reports/html_page.h"
 #include "luxfield/cli/reports/photometry_plots.h"
+#include "luxfield/cli/reports/rounded_number.h"
 
 namespace luxfield::cli {
 namespace {
@@ -32,9 +33,13 @@ std::string UnitOf(const ComparedQuantity& quantity, const PhotometryNames& name
 }
 
 std::string Text(const std::optional<Estimate>& estimate) {
-  return estimate ? fmt::format("{:.5g}", estimate->value) : "none";
+  return estimate ? RoundedTo(estimate->value, estimate->u) : "none";
 }
-std::string Signed(double value) { return fmt::format("{:+.4g}", value); }
+std::string Signed(const Estimate& estimate) {
+  const std::string text =
+      estimate.u ? RoundedTo(estimate.value, estimate.u) : Digits(estimate.value, 4);
+  return text == "0" || text[0] == '-' ? text : "+" + text;
+}
 
 Rows TableOf(const ComparisonReport& report) {
   const PhotometryNames names = NamesOf(report.unit);
@@ -44,9 +49,8 @@ Rows TableOf(const ComparisonReport& report) {
     const auto in_u = quantity.InUncertainties();
     const bool share = difference && quantity.b->value != 0;
     rows.push_back(
-        {quantity.name, Text(quantity.a), Text(quantity.b),
-         difference ? Signed(difference->value) : "",
-         difference && difference->u ? fmt::format("{:.2g}", *difference->u) : "",
+        {quantity.name, Text(quantity.a), Text(quantity.b), difference ? Signed(*difference) : "",
+         difference && difference->u ? UncertaintyText(*difference->u) : "",
          in_u ? fmt::format("{:+.1f}", *in_u) : "",
          share ? fmt::format("{:+.2f} %", 100 * difference->value / quantity.b->value) : "",
          UnitOf(quantity, names)});
@@ -68,7 +72,7 @@ void PrintComparison(const ComparisonReport& report) {
     const auto difference = quantity.Difference();
     if (!difference) continue;
     const auto in_u = quantity.InUncertainties();
-    fmt::print("  {:<28}{:>11} {:<5}{}\n", quantity.name, Signed(difference->value),
+    fmt::print("  {:<28}{:>11} {:<5}{}\n", quantity.name, Signed(*difference),
                UnitOf(quantity, names), in_u ? fmt::format("{:+.1f} u", *in_u) : "");
   }
 }

@@ -1,19 +1,19 @@
 #include "luxfield/cli/reports/estimate_table.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
+
+#include "luxfield/cli/reports/rounded_number.h"
 
 namespace luxfield::cli {
 
 std::vector<std::string> EstimateRow(const std::string& name, const photometry::Estimate& estimate,
                                      const std::string& unit) {
-  const double value = estimate.value == 0 ? 0.0 : estimate.value;  // no -0
-  std::vector<std::string> row{name, fmt::format("{:.5g}", value), "", "", unit};
+  std::vector<std::string> row{name, RoundedTo(estimate.value, estimate.u), "", "", unit};
   if (estimate.u) {
-    row[2] = fmt::format("{:.2g}", *estimate.u);
-    if (value != 0) row[3] = fmt::format("{:.2g} %", 100 * *estimate.u / std::abs(value));
+    row[2] = UncertaintyText(*estimate.u);
+    if (estimate.value != 0)
+      row[3] = Digits(100 * *estimate.u / std::abs(estimate.value), 2) + " %";
   }
   return row;
 }
@@ -23,8 +23,9 @@ std::vector<std::string> EstimateHead(const std::string& of) {
 }
 
 std::string EstimateText(const photometry::Estimate& estimate, const std::string& unit) {
-  return fmt::format("{:.5g}{} {}", estimate.value,
-                     estimate.u ? fmt::format(" +- {:.2g}", *estimate.u) : "", unit);
+  return RoundedTo(estimate.value, estimate.u) +
+         (estimate.u ? " +- " + UncertaintyText(*estimate.u) : "") +
+         (unit.empty() ? "" : " " + unit);
 }
 
 void AddEstimates(HtmlPage& page, EstimateRows rows) {

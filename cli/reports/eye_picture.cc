@@ -112,6 +112,13 @@ std::optional<Eye> PictureAsked(const photometry::Lamp& lamp, const photometry::
   return eye;
 }
 
+std::string EyePictureNote(const photometry::EyeAnswer& answer) {
+  const bool lit = std::any_of(answer.fields.begin(), answer.fields.end(),
+                               [](const auto& field) { return field.peak.value > 0; });
+  return lit ? "Rings and crosses are the fields of view in which the mean luminance is largest."
+             : "";
+}
+
 std::string ExportNoteOf(const Eye& eye, const std::string& file) {
   const auto vector = [](Vec3 v) { return fmt::format("{:.6g} {:.6g} {:.6g}", v.x, v.y, v.z); };
   return fmt::format(
@@ -144,6 +151,7 @@ std::string SvgEyePicture(const photometry::Lamp& lamp, const photometry::EyeAns
   map.values.assign(image.data.begin(), image.data.end());
   map.outlined = false;
   for (const auto& field : answer.fields) {
+    if (!(field.peak.value > 0)) continue;
     map.lines.push_back(projection.Ring(field.direction, 1e-3 * field.mrad));
     if (const auto place = projection.Place(field.direction))
       map.marks.push_back({(*place)[0], (*place)[1], fmt::format("{:g} mrad", field.mrad), true});

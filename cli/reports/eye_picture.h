@@ -17,8 +17,8 @@ namespace luxfield::cli {
 std::optional<formats::Eye> PictureAsked(const photometry::Lamp& lamp,
                                          const photometry::EyeAsked& asked);
 
-inline constexpr const char* kEyePictureNote =
-    "Rings and crosses are the fields of view in which the mean luminance is largest.";
+// What the picture shows beside the lamp; empty where there is no light.
+std::string EyePictureNote(const photometry::EyeAnswer& answer);
 // How `luxfield export` writes it; `file` is the light field's.
 std::string ExportNoteOf(const formats::Eye& eye, const std::string& file);
 

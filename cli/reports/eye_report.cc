@@ -82,7 +82,8 @@ void AddEyes(HtmlPage& page, const photometry::Lamp& lamp, const std::string& fi
       continue;
     }
     AddBeside(page, {SvgEyePicture(lamp, answer, *eye, names)}, rows);
-    page.Paragraph(fmt::format("{} {}", kEyePictureNote, ExportNoteOf(*eye, file)));
+    if (const std::string note = EyePictureNote(answer); !note.empty()) page.Paragraph(note);
+    page.Paragraph(ExportNoteOf(*eye, file));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "luxfield/cli/reports/headlamp_report.h"
+#include "luxfield/cli/reports/rounded_number.h"
 #include "luxfield/cli/svg/svg_isolux.h"
 
 namespace luxfield::cli {
@@ -16,15 +17,8 @@ using photometry::Verdict;
 using Kind = photometry::Requirement::Kind;
 using Rows = std::vector<std::vector<std::string>>;
 
+constexpr double kGradientPlace = 0.01;  // two digits of it are printed without an uncertainty
 constexpr double kDegree = std::numbers::pi / 180;
-
-std::string Angle(double degrees, const char* positive, const char* negative) {
-  const std::string text = fmt::format("{:.2f}°", std::abs(degrees));
-  return text == "0.00°" ? "0°" : text + (degrees > 0 ? positive : negative);
-}
-std::string PlaceText(Place place) {
-  return Angle(place.h_deg, " R", " L") + ", " + Angle(place.v_deg, " U", " D");
-}
 
 std::string Probability(const std::optional<double>& p) {
   if (!p) return "";
@@ -39,8 +33,8 @@ void AddCutOff(HtmlPage& page, const photometry::Headlamp& headlamp) {
   Rows rows{{"cut-off", "value", "u (k = 1)", "limit", "probability", ""}};
   rows.push_back(
       {fmt::format("gradient G at {}", PlaceText(cut_off.place)),
-       fmt::format("{:.3f}", cut_off.gradient.value),
-       cut_off.gradient.u ? fmt::format("{:.2g}", *cut_off.gradient.u) : "",
+       RoundedTo(cut_off.gradient.value, cut_off.gradient.u.value_or(kGradientPlace)),
+       cut_off.gradient.u ? UncertaintyText(*cut_off.gradient.u) : "",
        fmt::format("{}{}",
                    limits.least_gradient ? fmt::format("≥ {:g} ", *limits.least_gradient) : "",
                    limits.most_gradient ? fmt::format("≤ {:g}", *limits.most_gradient) : ""),
@@ -66,10 +60,10 @@ void AddSweep(HtmlPage& page, const photometry::Headlamp& headlamp) {
       "cent of its limit, and how many limits are not met; columns by H, rows by V of the new "
       "aim.");
   Rows rows{{"V \\ H"}};
-  for (const double h : sweep.h_deg) rows[0].push_back(Angle(h, " R", " L"));
+  for (const double h : sweep.h_deg) rows[0].push_back(AngleText(h, " R", " L"));
   for (std::size_t v = sweep.v_deg.size(); v-- > 0;) {
     auto& row = rows.emplace_back();
-    row.push_back(Angle(sweep.v_deg[v], " U", " D"));
+    row.push_back(AngleText(sweep.v_deg[v], " U", " D"));
     for (std::size_t h = 0; h < sweep.h_deg.size(); ++h) {
       const std::size_t k = v * sweep.h_deg.size() + h;
       row.push_back(fmt::format("{:+.1f}{}", 100 * sweep.margin[k],
@@ -142,19 +136,17 @@ Rows RequirementTable(const photometry::Headlamp& headlamp) {
   const bool noise = headlamp.pass_probability.has_value();
   for (const Finding& finding : headlamp.findings) {
     const char* unit = finding.kind == Kind::kFlux ? "lm" : "cd";
-    rows.push_back(
-        {finding.name,
-         finding.kind == Kind::kSum || finding.kind == Kind::kFlux ? "all of it"
-                                                                   : PlaceText(finding.place),
-         fmt::format("{} {:.5g} {}{}", finding.is_least ? "≥" : "≤", finding.limit, unit,
-                     finding.limit_text.empty() ? "" : " (" + finding.limit_text + ")"),
-         fmt::format("{:.5g}", finding.value.value),
-         finding.value.u ? fmt::format("{:.2g}", *finding.value.u) : "",
-         finding.limit > 0 ? fmt::format("{:+.1f} %", 100 * finding.margin.value / finding.limit)
-                           : "",
-         Probability(finding.pass_probability),
-         VerdictName(finding.verdict) +
-             (finding.unless.empty() ? "" : ", counts unless " + finding.unless)});
+    rows.push_back({finding.name, WhereText(finding),
+                    fmt::format("{} {:.5g} {}{}", finding.is_least ? "≥" : "≤", finding.limit, unit,
+                                finding.limit_text.empty() ? "" : " (" + finding.limit_text + ")"),
+                    RoundedTo(finding.value.value, finding.value.u),
+                    finding.value.u ? UncertaintyText(*finding.value.u) : "",
+                    finding.limit > 0
+                        ? fmt::format("{:+.1f} %", 100 * finding.margin.value / finding.limit)
+                        : "",
+                    Probability(finding.pass_probability),
+                    VerdictName(finding.verdict) +
+                        (finding.unless.empty() ? "" : ", counts unless " + finding.unless)});
   }
   if (!noise)
     for (auto& row : rows) {

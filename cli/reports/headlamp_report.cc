@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "luxfield/cli/reports/estimate_json.h"
+#include "luxfield/cli/reports/estimate_table.h"
 #include "luxfield/photometry/planes.h"
 
 namespace luxfield::cli {
@@ -105,6 +108,20 @@ HeadlampReport ReportOfHeadlamp(const photometry::Lamp& lamp,
   return report;
 }
 
+std::string AngleText(double degrees, const char* positive, const char* negative) {
+  const std::string text = fmt::format("{:.2f}°", std::abs(degrees));
+  return text == "0.00°" ? "0°" : text + (degrees > 0 ? positive : negative);
+}
+
+std::string PlaceText(Place place) {
+  return AngleText(place.h_deg, " R", " L") + ", " + AngleText(place.v_deg, " U", " D");
+}
+
+std::string WhereText(const Finding& finding) {
+  return finding.kind == Kind::kSum || finding.kind == Kind::kFlux ? "all of it"
+                                                                   : PlaceText(finding.place);
+}
+
 std::string VerdictName(photometry::Verdict verdict) {
   switch (verdict) {
     case photometry::Verdict::kPass:
@@ -123,14 +140,12 @@ void PrintHeadlamp(const HeadlampReport& report) {
              headlamp.pass_probability
                  ? fmt::format(", met with probability {:.3g}", *headlamp.pass_probability)
                  : "");
-  fmt::print("    aimed at H {:+.2f}, V {:+.2f} degrees\n", headlamp.aimed.h_deg,
-             headlamp.aimed.v_deg);
+  fmt::print("    aimed at {}\n", PlaceText(headlamp.aimed));
   for (const Finding& finding : headlamp.findings)
     if (finding.verdict != photometry::Verdict::kPass)
-      fmt::print("    {} {}: {:.5g}{} at H {:+.2f}, V {:+.2f}, {} {:.5g}{}\n",
-                 VerdictName(finding.verdict), finding.name, finding.value.value,
-                 finding.kind == Kind::kFlux ? " lm" : " cd", finding.place.h_deg,
-                 finding.place.v_deg, finding.is_least ? "not below" : "not above", finding.limit,
+      fmt::print("    {} {}: {}, {}, {} {:.5g}{}\n", VerdictName(finding.verdict), finding.name,
+                 EstimateText(finding.value, finding.kind == Kind::kFlux ? "lm" : "cd"),
+                 WhereText(finding), finding.is_least ? "not below" : "not above", finding.limit,
                  finding.unless.empty() ? "" : ", unless " + finding.unless);
   for (const std::string& remark : headlamp.remarks) fmt::print("    {}\n", remark);
 }

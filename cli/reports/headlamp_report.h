@@ -20,6 +20,11 @@ HeadlampReport ReportOfHeadlamp(const photometry::Lamp& lamp,
                                 const photometry::HeadlampAsked& asked);
 
 std::string VerdictName(photometry::Verdict verdict);  // "pass", "fail", "not measured"
+// "0.57° D", "0°": `positive` and `negative` are what stands behind angles of either sign.
+std::string AngleText(double degrees, const char* positive, const char* negative);
+std::string PlaceText(photometry::Place place);  // "3.43° L, 0.57° U"
+// The place of a value; "all of it" of sums and fluxes.
+std::string WhereText(const photometry::Finding& finding);
 
 void PrintHeadlamp(const HeadlampReport& report);
 core::Json HeadlampJson(const HeadlampReport& report);

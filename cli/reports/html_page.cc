@@ -3,26 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <cstdlib>
 
 #include "luxfield/cli/svg/svg_plot.h"
+#include "luxfield/cli/table_columns.h"
 
 namespace luxfield::cli {
-namespace {
-
-// Which stands to the right: "2.5", "-3 %", "0.57° D", and not the name of a place, "75R".
-bool IsNumber(const std::string& cell) {
-  if (cell.empty()) return false;
-  if (cell[0] == '-' || cell[0] == '+') return true;
-  if (!std::isdigit(static_cast<unsigned char>(cell[0]))) return false;
-  char* end = nullptr;
-  std::strtod(cell.c_str(), &end);
-  return !std::isalpha(static_cast<unsigned char>(*end));
-}
-
-}  // namespace
-
 HtmlPage::HtmlPage(const std::string& title) : title_(title) {
   body_ = fmt::format("<h1>{}</h1>\n", EscapeXml(title));
 }
@@ -36,16 +21,16 @@ void HtmlPage::Paragraph(const std::string& text) {
 void HtmlPage::Raw(const std::string& html) { body_ += html; }
 
 void HtmlPage::Table(const std::vector<std::vector<std::string>>& rows) {
+  const std::vector<bool> numbers = NumberColumns(rows);
   body_ += "<table>\n";
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const auto& row = rows[r];
     if (std::all_of(row.begin(), row.end(), [](const std::string& cell) { return cell.empty(); }))
       continue;
     body_ += "<tr>";
-    for (const auto& cell : row) {
+    for (std::size_t k = 0; k < row.size(); ++k)
       body_ += fmt::format("<{0}{1}>{2}</{0}>", r == 0 ? "th" : "td",
-                           IsNumber(cell) ? " class=\"number\"" : "", EscapeXml(cell));
-    }
+                           numbers[k] ? " class=\"number\"" : "", EscapeXml(row[k]));
     body_ += "</tr>\n";
   }
   body_ += "</table>\n";
@@ -66,7 +51,7 @@ std::string HtmlPage::Text() const {
       "<!doctype html>\n<html lang=\"en\"><head><meta "
       "charset=\"utf-8\"><title>{}</title>\n<style>\n"
       "body {{ font: 16px/1.5 sans-serif; max-width: 1080px; margin: 2em auto; padding: 0 1em; "
-      "color: #222; }}\n"
+      "color: #222; background: #fff; }}\n"
       "h1 {{ font-size: 1.6em; }} h2 {{ font-size: 1.2em; margin-top: 2em; border-bottom: 1px "
       "solid #ccc; }}\n"
       "table {{ border-collapse: collapse; margin: 1em 0; }} th, td {{ padding: 0.25em 0.9em; "
@@ -79,6 +64,8 @@ std::string HtmlPage::Text() const {
       "block; overflow-x: auto; }}\n"
       "figure img {{ max-width: 100%; height: auto; border: 1px solid #ccc; }} figcaption {{ "
       "font-size: 0.9em; color: #555; }}\n"
+      "@media (max-width: 600px) {{ table {{ font-size: 0.8em; }} th, td {{ padding: 0.25em "
+      "0.35em; }} td:not(.number) {{ min-width: 4.5em; }} }}\n"
       "</style></head>\n<body>\n{}</body></html>\n",
       EscapeXml(title_), body_);
 }

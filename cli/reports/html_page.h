@@ -11,8 +11,7 @@ class HtmlPage {
   explicit HtmlPage(const std::string& title);
   void Heading(const std::string& text);
   void Paragraph(const std::string& text);
-  // The first row is the header (left out if all empty); cells that begin as numbers are
-  // right-aligned.
+  // The first row is the header (left out if all empty); columns of numbers are right-aligned.
   void Table(const std::vector<std::vector<std::string>>& rows);
   // Side by side; files relative to the page.
   void Pictures(const std::vector<std::pair<std::string, std::string>>& files_and_captions);

@@ -12,6 +12,7 @@
 #include "luxfield/cli/reports/photometry_plots.h"
 #include "luxfield/cli/reports/photometry_report.h"
 #include "luxfield/cli/reports/received_report.h"
+#include "luxfield/cli/reports/rounded_number.h"
 #include "luxfield/version.h"
 
 namespace luxfield::cli {
@@ -47,9 +48,9 @@ Rows DistributionRows(const photometry::Distribution& d, const PhotometryNames& 
   rows.push_back(EstimateRow(names.flux, d.flux, names.flux_unit));
   rows.push_back(EstimateRow(names.intensity + " on the axis", d.axis, names.intensity_unit));
   const auto peak = photometry::DirectionOf(d.peak_direction);
-  rows.push_back(EstimateRow(
-      fmt::format("Largest, at C = {:.1f}°, gamma = {:.2f}°", peak.c_deg, peak.gamma_deg), d.peak,
-      names.intensity_unit));
+  const std::string where = PeakText(d);
+  rows.push_back(EstimateRow("Largest" + (where.empty() ? "" : ", at " + where), d.peak,
+                             names.intensity_unit));
   AddAngle(rows, "Beam angle", "50 %", d.beam);
   AddAngle(rows, "Field angle", "10 %", d.field);
   AddShare(rows, "Downwards", d.downward_share);
@@ -107,13 +108,14 @@ void AddTable(HtmlPage& page, const photometry::IntensityTable& table,
   for (const std::size_t c : planes) rows[0].push_back(fmt::format("C {:.4g}°", table.c_deg[c]));
   double largest = 0;
   for (const Estimate& one : table.intensity) largest = std::max(largest, std::abs(one.value));
-  constexpr double kRounding = 1e-12;  // of the largest, what sums leave of nothing
+  constexpr double kRounding = 1e-7;  // of the largest: C are floats
   for (const std::size_t g : Thinned(LitAngles(table), 24)) {
     auto& row = rows.emplace_back();
     row.push_back(fmt::format("{:.4g}°", table.gamma_deg[g]));
     for (const std::size_t c : planes) {
-      const double value = table.at(c, g).value;
-      row.push_back(fmt::format("{:.4g}", std::abs(value) > kRounding * largest ? value : 0.0));
+      const Estimate& one = table.at(c, g);
+      const bool lit = std::abs(one.value) > kRounding * largest;
+      row.push_back(!lit ? "0" : one.u ? RoundedTo(one.value, one.u) : Digits(one.value, 4));
     }
   }
   page.Paragraph(fmt::format(
@@ -134,7 +136,7 @@ void AddRatings(HtmlPage& page, const photometry::GlareAsked& asked,
     for (std::size_t c = 0; c < asked.c_deg.size(); ++c) {
       const auto& one = ratings[c * distances + d];
       row.push_back(!one     ? "-"
-                    : one->u ? fmt::format("{:.1f} ± {:.2g}", one->value, *one->u)
+                    : one->u ? RoundedTo(one->value, one->u) + " ± " + UncertaintyText(*one->u)
                              : fmt::format("{:.1f}", one->value));
     }
   }
@@ -181,7 +183,7 @@ std::string PhotometryPage(const PhotometryReport& report, const photometry::Lam
   AddGlare(page, report.glare, names);
   page.Heading("Quality of the measurement");
   page.Table(QualityTable(report.quality));
-  page.Paragraph(QualityRemark(report.quality));
+  for (const std::string& remark : QualityRemarks(report.quality)) page.Paragraph(remark);
   return page.Text();
 }
 

@@ -107,14 +107,20 @@ Json GlareJson(const photometry::GlareAnswer& answer) {
 
 }  // namespace
 
+std::string PeakText(const photometry::Distribution& d) {
+  if (!(d.peak.value > 0)) return "";
+  const auto peak = photometry::DirectionOf(d.peak_direction);
+  return fmt::format("C = {:.1f}°, gamma = {:.2f}°", peak.c_deg, peak.gamma_deg);
+}
+
 void PrintPhotometry(const PhotometryReport& report) {
   const auto& d = report.distribution;
   const PhotometryNames names = NamesOf(d.unit);
   fmt::print("{}\n  {:<18}{}\n", report.file, "flux", EstimateText(d.flux, names.flux_unit));
   fmt::print("  {:<18}{}\n", "intensity, axis", EstimateText(d.axis, names.intensity_unit));
-  const auto peak = photometry::DirectionOf(d.peak_direction);
-  fmt::print("  {:<18}{} at C {:.1f}, gamma {:.2f}\n", "intensity, peak",
-             EstimateText(d.peak, names.intensity_unit), peak.c_deg, peak.gamma_deg);
+  const std::string where = PeakText(d);
+  fmt::print("  {:<18}{}{}\n", "intensity, peak", EstimateText(d.peak, names.intensity_unit),
+             where.empty() ? "" : " at " + where);
   PrintAngle("beam angle", d.beam);
   PrintAngle("field angle", d.field);
   if (d.downward_share && d.downward_share->value < 1)

@@ -34,6 +34,9 @@ struct PhotometryReport {
   QualityReport quality;
 };
 
+// "C = 12.0°, gamma = 3.45°", where the largest intensity is; empty where no intensity is above 0.
+std::string PeakText(const photometry::Distribution& distribution);
+
 void PrintPhotometry(const PhotometryReport& report);
 
 // docs/photometry.md has the keys.

@@ -18,41 +18,52 @@ namespace {
 
 using core::Json;
 
-// An index of ISO/CIE 19476 or CIE 244 with the reason why it has no number.
+// Why an index has no number: a file was not given, no calibration of this program has the set-up, or
+// it does not apply to what the program measures with.
+enum class Lack { kFile, kSetUp, kNothing };
+
+// An index of ISO/CIE 19476 or CIE 244; docs/photometry.md says where names come from.
 struct Index {
-  const char *key, *name, *reason;
+  const char *key, *name;
+  Lack lack;
+  const char* reason;
 };
-constexpr Index kSpectral = {"f1", "spectral mismatch, f1'", "takes quality.responsivity"};
-constexpr Index kLinearity = {"f3", "linearity, f3", "takes quality.sensor_calibration"};
-constexpr Index kRepeatability = {"repeatability", "repeatability from frame to frame",
+constexpr Index kSpectral = {"f1", "spectral mismatch, f1'", Lack::kFile,
+                             "takes quality.responsivity"};
+constexpr Index kLinearity = {"f3", "linearity, f3", Lack::kFile,
+                              "takes quality.sensor_calibration"};
+constexpr Index kRepeatability = {"repeatability", "repeatability from frame to frame", Lack::kFile,
                                   "takes quality.sensor_calibration"};
-constexpr Index kNonuniformity = {"prnu", "non-uniformity from pixel to pixel",
+constexpr Index kNonuniformity = {"prnu", "non-uniformity from pixel to pixel", Lack::kFile,
                                   "takes quality.sensor_calibration"};
 constexpr std::array kUnknown = {
-    Index{"f_uv", "response to ultraviolet, f_UV", "takes a lamp and an edge filter"},
-    Index{"f_ir", "response to infrared, f_IR", "takes a lamp and an edge filter"},
-    Index{"f2", "directional response, f2",
+    Index{"ultraviolet", "response to ultraviolet", Lack::kSetUp,
+          "takes a lamp and an edge filter"},
+    Index{"infrared", "response to infrared", Lack::kSetUp, "takes a lamp and an edge filter"},
+    Index{"f2", "directional response, f2", Lack::kSetUp,
           "takes a goniometer: no calibration of this program turns the camera"},
-    Index{"f2_u", "surrounding field, f2,u",
+    Index{"surrounding_field", "surrounding field", Lack::kSetUp,
           "takes a dark field in a bright ring: `calibrate glare` measures what is subtracted "
           "instead"},
-    Index{"f4", "display unit, f4", "does not apply: codes are recorded, nothing is displayed"},
-    Index{"f5", "fatigue, f5", "takes hours under constant light"},
-    Index{"f6_t", "temperature, f6,T", "takes a climate chamber"},
-    Index{"f6_h", "humidity, f6,H", "takes a climate chamber"},
-    Index{"f7", "modulated light, f7", "takes light of known modulation"},
-    Index{"f8", "polarisation, f8", "takes a polariser that is turned"},
-    Index{"f9", "spatial non-uniformity, f9",
-          "does not apply: each pixel is a field of its own, and the flat field divides"},
-    Index{"f11", "range change, f11",
-          "does not apply: ranges are exposure times, which f3 goes through"},
-    Index{"f12", "focusing distance, f12", "does not apply: the focus of a bench is fixed"},
-    Index{"uniformity", "uniformity after correction",
+    Index{"f5", "fatigue, f5", Lack::kSetUp, "takes hours under constant light"},
+    Index{"temperature", "temperature", Lack::kSetUp, "takes a climate chamber"},
+    Index{"humidity", "humidity", Lack::kSetUp, "takes a climate chamber"},
+    Index{"f7", "modulated light, f7", Lack::kSetUp, "takes light of known modulation"},
+    Index{"polarisation", "polarisation", Lack::kSetUp, "takes a polariser that is turned"},
+    Index{"uniformity", "uniformity after correction", Lack::kSetUp,
           "takes a second flat field, of another source, against the first"},
-    Index{"size_of_source", "size of source", "takes a series of apertures before one source"},
-    Index{"edge", "edge function", "takes a straight edge before a bright field"},
-    Index{"smear", "smear", "takes a small source that saturates the sensor"},
-    Index{"stability", "long-term stability", "takes calibrations over years"},
+    Index{"size_of_source", "size of source", Lack::kSetUp,
+          "takes a series of apertures before one source"},
+    Index{"edge", "edge function", Lack::kSetUp, "takes a straight edge before a bright field"},
+    Index{"smear", "smear", Lack::kSetUp, "takes a small source that saturates the sensor"},
+    Index{"stability", "long-term stability", Lack::kSetUp, "takes calibrations over years"},
+    Index{"f4", "display unit, f4", Lack::kNothing, "codes are recorded, nothing is displayed"},
+    Index{"spatial_response", "spatial response of the receiver", Lack::kNothing,
+          "each pixel is a field of its own, and the flat field divides"},
+    Index{"range_change", "range change", Lack::kNothing,
+          "ranges are exposure times, which f3 goes through"},
+    Index{"focusing_distance", "focusing distance", Lack::kNothing,
+          "the focus of a bench is fixed"},
 };
 
 // The largest |channels[].`place`|, absent where no channel has a number there.
@@ -140,7 +151,9 @@ Json QualityJson(const QualityReport& report) {
                {"repeatability", OptionalJson(report.repeatability)},
                {"prnu", OptionalJson(report.nonuniformity)},
                {"not_known", Json::object()}};
-  for (const Index& index : UnknownOf(report)) json["not_known"][index.key] = index.reason;
+  for (const Index& index : UnknownOf(report))
+    json["not_known"][index.key] =
+        (index.lack == Lack::kNothing ? "does not apply: " : "") + std::string(index.reason);
   return json;
 }
 
@@ -169,14 +182,27 @@ std::vector<std::vector<std::string>> QualityTable(const QualityReport& report) 
   return rows;
 }
 
-std::string QualityRemark(const QualityReport& report) {
-  std::string text =
+std::vector<std::string> QualityRemarks(const QualityReport& report) {
+  const std::vector<Index> unknown = UnknownOf(report);
+  // "name (reason); name (reason)", reasons where they say more than the sentence does.
+  const auto named = [&](Lack lack) {
+    std::string text;
+    for (const Index& index : unknown)
+      if (index.lack == lack)
+        text += (text.empty() ? "" : "; ") + std::string(index.name) +
+                (lack == Lack::kSetUp ? "" : fmt::format(" ({})", index.reason));
+    return text;
+  };
+  std::vector<std::string> remarks{
       "The bound on light beyond the planes holds while no direction beyond what was seen is "
-      "brighter than the brightest at its border; light that passes the filter by is not bounded. "
-      "Indices of ISO/CIE 19476 and CIE 244 without a number:";
-  for (const Index& index : UnknownOf(report))
-    text += fmt::format("{} {} ({})", text.ends_with(':') ? "" : ";", index.name, index.reason);
-  return text + ".";
+      "brighter than the brightest at its border; light that passes the filter by is not bounded."};
+  if (const std::string text = named(Lack::kFile); !text.empty())
+    remarks.push_back("Without a number, since ask.toml names no file for them: " + text + ".");
+  remarks.push_back(
+      "Indices of ISO/CIE 19476 and CIE 244 that no calibration of this program has the set-up "
+      "for: " +
+      named(Lack::kSetUp) + ". Indices that do not apply: " + named(Lack::kNothing) + ".");
+  return remarks;
 }
 
 }  // namespace luxfield::cli

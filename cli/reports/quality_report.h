@@ -31,8 +31,8 @@ QualityReport QualityOf(const photometry::Lamp& lamp, const photometry::QualityA
 
 core::Json QualityJson(const QualityReport& report);
 std::vector<NumberRow> QualityRows(const QualityReport& report);
-// A table with its head, and a sentence that names each index without a number, with the reason.
+// A table with its head, and paragraphs about what the bound is worth and which indices have no number.
 std::vector<std::vector<std::string>> QualityTable(const QualityReport& report);
-std::string QualityRemark(const QualityReport& report);
+std::vector<std::string> QualityRemarks(const QualityReport& report);
 
 }  // namespace luxfield::cli

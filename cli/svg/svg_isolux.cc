@@ -13,7 +13,7 @@ namespace luxfield::cli {
 namespace {
 
 constexpr double kLeft = 76, kTop = 44, kLegend = 150, kBottom = 56;
-constexpr double kLargest = 440,
+constexpr double kLargest = 340,
                  kLargestWithMarks = 700;  // of a map, with many marks that have names
 constexpr std::size_t kManyMarks = 5;
 constexpr int kMostLevels = 9;
@@ -122,7 +122,7 @@ class Names {
     bool left = false;    // it ends at x
   };
   Text Place(double x, double y, std::size_t letters, bool left_first) {
-    constexpr double kAside = 6, kUp = 5, kHeight = 9, kLetter = 5.4;
+    constexpr double kAside = 6, kUp = 5, kHeight = 11, kLetter = 6.6;
     constexpr int kLines = 4;
     const double width = kLetter * double(letters);
     const auto box = [&](const Text& at) {
@@ -199,7 +199,7 @@ std::string Overlay(const IsoluxMap& map, const Frame& frame) {
       continue;
     const auto text = names.Place(x, y, mark.text.size(), x > kLeft + 0.85 * frame.width);
     svg += fmt::format(
-        "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"9\" text-anchor=\"{}\" fill=\"#fff\" "
+        "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"11\" text-anchor=\"{}\" fill=\"#fff\" "
         "stroke=\"#000\" stroke-width=\"2.2\" paint-order=\"stroke\">{}</text>\n",
         text.x, text.y, text.left ? "end" : "start", EscapeXml(mark.text));
   }
@@ -270,6 +270,14 @@ std::string Legend(const IsoluxMap& map, const Frame& frame, const Scale& scale)
   return svg;
 }
 
+// What a map says that has no levels.
+const char* WithoutLevels(const IsoluxMap& map, const Scale& scale) {
+  if (scale.is_signed) return "no difference";
+  const bool dark =
+      std::all_of(map.values.begin(), map.values.end(), [](double x) { return x == 0; });
+  return dark ? "no light" : "nothing above 0";
+}
+
 std::string Drawn(const IsoluxMap& map, const Scale& scale) {
   const double across = map.x1 - map.x0, along = map.y1 - map.y0;
   // As wide as high where that can be read: not beyond 1 : 4.
@@ -289,10 +297,9 @@ std::string Drawn(const IsoluxMap& map, const Scale& scale) {
       "stroke=\"#444\"/>\n",
       kLeft, kTop, frame.width, frame.height);
   if (scale.levels.empty())
-    return svg + border + AxisTicks(map, frame) +
+    return svg + Overlay(map, frame) + border + AxisTicks(map, frame) +
            fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n</svg>\n",
-                       kLeft + frame.width / 2, kTop + frame.height / 2,
-                       scale.is_signed ? "no difference" : "no light");
+                       kLeft + frame.width / 2, kTop + frame.height / 2, WithoutLevels(map, scale));
   svg += Fields(map, frame, scale);
   for (std::size_t k = 0; map.outlined && k < scale.levels.size(); ++k)
     svg += Line(map, frame, scale.levels[k], scale.OnDark(k));

@@ -36,7 +36,8 @@ std::vector<double> IsoluxLevels(double largest, int most);
 std::string SvgDifference(const IsoluxMap& map);
 
 // A self-contained <svg> element: fields shaded by level, dark to light as the light itself, lines
-// between them, and a legend. Text escapes are done here. "no light" where no value is above 0.
+// between them, and a legend. Text escapes are done here. "no light" where all values are 0, "nothing
+// above 0" where some are below.
 std::string SvgIsolux(const IsoluxMap& map);
 
 }  // namespace luxfield::cli

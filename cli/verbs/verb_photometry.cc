@@ -194,7 +194,7 @@ core::Json Run(const Options& options) {
   if (headlamps && lamp.unit != lightfield::FluxUnit::kLumen)
     throw InputError(options.file,
                      fmt::format("is in {}, and regulations of headlamps ask for candela",
-                                 lightfield::FluxUnitName(lamp.unit)),
+                                 lamp.unit == lightfield::FluxUnit::kWatt ? "W" : "relative units"),
                      "measure it with a plan of unit = \"lm\", or drop [[headlamp]]");
   const LampNoise noise = ReadLampNoise(options.sigma);
   SetNoise(lamp, noise);

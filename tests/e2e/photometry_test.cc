@@ -196,7 +196,11 @@ TEST_F(Photometry, ExtremeLampsGiveSensiblePages) {
     EXPECT_EQ(found["inverse_square_distance_m"]["1"].is_null(), !lit);
     const std::string page = Page({"--ask", "ask.toml"});
     EXPECT_EQ(page.find("there is no light") != std::string::npos, !lit);
+    EXPECT_TRUE(lit || page.find("Rings and crosses are") == std::string::npos);
+    EXPECT_EQ(page.find("Largest, at C = ") != std::string::npos, lit);
     EXPECT_EQ(page.find(">nan"), std::string::npos);
+    EXPECT_EQ(page.find(">-0<"), std::string::npos);
+    EXPECT_THAT(page, testing::HasSubstr("<th class=\"number\">value</th>"));
     Run({"photometry", "x.lf.exr", "--ask", "ask.toml", "-o", "x.pdf"});
     EXPECT_THAT(ReadText(folder_ / "x.pdf"), testing::StartsWith("%PDF-"));
   }
@@ -514,8 +518,8 @@ TEST_F(Photometry, QualityFollowsFromFiles) {
               testing::HasSubstr("spectral mismatch"));
   Run({"photometry", "x.lf.exr", "--ask", "ask.toml", "-o", "x.pdf"});
   EXPECT_THAT(Page({"--ask", "ask.toml"}),
-              testing::AllOf(testing::HasSubstr("directional response, f2 (takes"),
-                             testing::HasSubstr("range change, f11 (does not apply")));
+              testing::AllOf(testing::HasSubstr("directional response, f2; surrounding field"),
+                             testing::HasSubstr("range change (ranges are exposure times")));
   EXPECT_TRUE(Ask(lamp)["quality"]["f1"].is_null());
   WriteText(folder_ / "lamp.csv", "1200,1\n1300,1\n");
   const Outcome dark = RunLuxfield({"photometry", "x.lf.exr", "--ask", "ask.toml"}, folder_);
