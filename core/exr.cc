@@ -258,24 +258,21 @@ bool ExrReader::has_channel(int part, const std::string& channel) const {
 namespace {
 
 void ReadSlices(ExrReader& reader, Imf::MultiPartInputFile& file, const ExrChunks& chunks,
-                int part_index, Imf::PixelType type, std::span<const std::string> channels,
-                std::span<void* const> pixels) {
+                int part_index, std::span<const ExrTarget> targets) {
   const auto& part = reader.parts().at(part_index);
-  std::vector<ExrPlane> planes;
-  for (std::size_t i = 0; i < channels.size(); ++i)
-    planes.push_back({channels[i], type == Imf::UINT, pixels[i]});
-  if (chunks.Read(part_index, planes, 0, part.height)) return;
+  if (chunks.Read(part_index, targets, 0, part.height)) return;
   const auto& window = file.header(part_index).dataWindow();
   Imf::FrameBuffer buffer;
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    if (!reader.has_channel(part_index, channels[i]))
+  for (const ExrTarget& target : targets) {
+    if (!reader.has_channel(part_index, target.channel))
       throw InputError(reader.path().string(),
-                       fmt::format("part '{}' has no channel '{}'", part.name, channels[i]),
+                       fmt::format("part '{}' has no channel '{}'", part.name, target.channel),
                        "check that this is the kind of file the verb expects");
     // OpenEXR addresses pixels by data-window coordinates.
-    char* base = static_cast<char*>(pixels[i]) -
+    char* base = BytesOf(target) -
                  4 * (static_cast<std::ptrdiff_t>(window.min.y) * part.width + window.min.x);
-    buffer.insert(channels[i], Imf::Slice(type, base, 4, std::size_t{4} * part.width));
+    buffer.insert(target.channel, Imf::Slice(IsUint(target) ? Imf::UINT : Imf::FLOAT, base, 4,
+                                             std::size_t{4} * part.width));
   }
   try {
     Imf::InputPart input(file, part_index);
@@ -291,22 +288,23 @@ void ReadSlices(ExrReader& reader, Imf::MultiPartInputFile& file, const ExrChunk
 
 }  // namespace
 
-void ExrReader::ReadFloats(int part, std::span<const std::string> channels,
-                           std::span<const std::span<float>> pixels) {
-  std::vector<void*> pointers;
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    const auto& names = impl_->parts.at(part).channels;
-    const auto it = std::find(names.begin(), names.end(), channels[i]);
-    if (it != names.end() && impl_->parts[part].channel_is_uint[it - names.begin()])
-      impl_->Fail(fmt::format("channel '{}' holds integers where floats belong", channels[i]),
-                  "check that this is the kind of file the verb expects");
-    pointers.push_back(pixels[i].data());
+void ExrReader::Read(int part, std::span<const ExrTarget> targets) {
+  const Part& p = impl_->parts.at(part);
+  for (const ExrTarget& target : targets) {
+    const auto it = std::find(p.channels.begin(), p.channels.end(), target.channel);
+    if (it == p.channels.end() || p.channel_is_uint[it - p.channels.begin()] == IsUint(target))
+      continue;
+    impl_->Fail(fmt::format("channel '{}' holds {}", target.channel,
+                            IsUint(target) ? "floats where integers belong"
+                                           : "integers where floats belong"),
+                "check that this is the kind of file the verb expects");
   }
-  ReadSlices(*this, *impl_->file, *impl_->chunks, part, Imf::FLOAT, channels, pointers);
+  ReadSlices(*this, *impl_->file, *impl_->chunks, part, targets);
 }
 
 void ExrReader::ReadFloat(int part, const std::string& channel, std::span<float> pixels) {
-  ReadFloats(part, std::span(&channel, 1), std::span(&pixels, 1));
+  const ExrTarget target{channel, pixels};
+  Read(part, std::span(&target, 1));
 }
 
 std::vector<float> ExrReader::ReadFloat(int part, const std::string& channel) {
@@ -318,14 +316,9 @@ std::vector<float> ExrReader::ReadFloat(int part, const std::string& channel) {
 
 std::vector<std::uint32_t> ExrReader::ReadUint(int part, const std::string& channel) {
   const Part& p = impl_->parts.at(part);
-  const auto it = std::find(p.channels.begin(), p.channels.end(), channel);
-  if (it != p.channels.end() && !p.channel_is_uint[it - p.channels.begin()])
-    impl_->Fail(fmt::format("channel '{}' holds floats where integers belong", channel),
-                "check that this is the kind of file the verb expects");
   std::vector<std::uint32_t> pixels(static_cast<std::size_t>(p.width) * p.height);
-  void* pointer = pixels.data();
-  ReadSlices(*this, *impl_->file, *impl_->chunks, part, Imf::UINT, std::span(&channel, 1),
-             std::span(&pointer, 1));
+  const ExrTarget target{channel, std::span(pixels)};
+  Read(part, std::span(&target, 1));
   return pixels;
 }
 
@@ -384,9 +377,9 @@ Image ReadExrImage(const std::filesystem::path& path) {
     throw InputError(path.string(), "has neither channels R, G, B nor Y", "name a picture");
   Image image(part.width, part.height, rgb ? 3 : 1);
   if (rgb) {
-    const std::string names[] = {"R", "G", "B"};
-    const std::span<float> planes[] = {image.plane(0), image.plane(1), image.plane(2)};
-    reader.ReadFloats(0, names, planes);
+    const ExrTarget planes[] = {
+        {"R", image.plane(0)}, {"G", image.plane(1)}, {"B", image.plane(2)}};
+    reader.Read(0, planes);
   } else {
     reader.ReadFloat(0, "Y", image.plane(0));
   }

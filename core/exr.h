@@ -22,6 +22,12 @@ using ExrAttributes = std::map<std::string, ExrValue>;
 // A channel's pixels, row-major, width x height.
 using ExrPixels = std::variant<std::span<const float>, std::span<const std::uint32_t>>;
 
+// A channel to read, and where its pixels go: all that are asked for, row-major.
+struct ExrTarget {
+  std::string channel;
+  std::variant<std::span<float>, std::span<std::uint32_t>> pixels;
+};
+
 // A channel to write; the pixels stay the caller's and are not copied.
 struct ExrChannelView {
   std::string name;
@@ -76,9 +82,9 @@ class ExrReader {
   // One channel of one part; HALF and FLOAT become float.
   std::vector<float> ReadFloat(int part, const std::string& channel);
   void ReadFloat(int part, const std::string& channel, std::span<float> pixels);
-  // Several channels in one decoding pass; pixels[i] has width x height entries.
-  void ReadFloats(int part, std::span<const std::string> channels,
-                  std::span<const std::span<float>> pixels);
+  // Several channels in one pass over the part's bytes, which are read and unpacked whole whatever is
+  // asked for.
+  void Read(int part, std::span<const ExrTarget> targets);
   std::vector<std::uint32_t> ReadUint(int part, const std::string& channel);
 
   // Attributes of a part; InputError if absent or of another type (int is accepted as double).

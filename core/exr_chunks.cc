@@ -85,14 +85,14 @@ struct Wanted {
   unsigned char* pixels = nullptr;
 };
 
-std::optional<std::vector<Wanted>> Find(const Part& part, std::span<const ExrPlane> planes) {
+std::optional<std::vector<Wanted>> Find(const Part& part, std::span<const ExrTarget> targets) {
   std::vector<Wanted> wanted;
-  for (const ExrPlane& plane : planes) {
+  for (const ExrTarget& target : targets) {
     const auto it = std::find_if(part.channels.begin(), part.channels.end(),
-                                 [&](const Channel& c) { return c.name == plane.channel; });
-    if (it == part.channels.end() || it->type != (plane.is_uint ? Imf::UINT : Imf::FLOAT))
+                                 [&](const Channel& c) { return c.name == target.channel; });
+    if (it == part.channels.end() || it->type != (IsUint(target) ? Imf::UINT : Imf::FLOAT))
       return {};
-    wanted.push_back({it->offset, static_cast<unsigned char*>(plane.pixels)});
+    wanted.push_back({it->offset, reinterpret_cast<unsigned char*>(BytesOf(target))});
   }
   return wanted;
 }
@@ -177,24 +177,32 @@ ExrChunks::ExrChunks(const std::filesystem::path& path, std::span<const Imf::Hea
 
 ExrChunks::~ExrChunks() = default;
 
-bool ExrChunks::Read(int number, std::span<const ExrPlane> planes, int first, int rows) const {
+bool ExrChunks::Read(int number, std::span<const ExrTarget> targets, int first, int rows) const {
   if (static_cast<std::size_t>(number) >= impl_->parts.size() || rows < 1) return false;
   const Part& part = impl_->parts[number];
-  const auto wanted = Find(part, planes);
+  const auto wanted = Find(part, targets);
   if (!wanted || first < 0 || std::int64_t{first} + rows > part.height) return false;
   const std::int64_t first_chunk = first / part.rows_per_chunk,
                      end_chunk = (std::int64_t{first} + rows - 1) / part.rows_per_chunk + 1;
-  std::vector<std::uint64_t> offsets(static_cast<std::size_t>(end_chunk - first_chunk));
+  const auto chunks = static_cast<std::size_t>(end_chunk - first_chunk);
+  // That of the chunk behind them as well, of this part or the next, where there is one.
+  const bool more = end_chunk < part.chunks() || &part != &impl_->parts.back();
+  std::vector<std::uint64_t> offsets(chunks + (more ? 1 : 0));
   const std::size_t table_bytes = offsets.size() * sizeof(std::uint64_t);
   if (impl_->ReadAt(part.table_at + sizeof(std::uint64_t) * static_cast<std::uint64_t>(first_chunk),
                     {reinterpret_cast<unsigned char*>(offsets.data()), table_bytes}) != table_bytes)
     return false;
 
   const std::size_t most = impl_->chunk_header() + part.BytesOf(0);  // of a chunk in the file
+  // As far as the chunk behind begins, which holds less by far than `most` where it is well packed.
+  const auto size_of = [&](std::size_t k) {
+    const bool follows = k + 1 < offsets.size() && offsets[k + 1] > offsets[k];
+    return follows ? std::min<std::uint64_t>(offsets[k + 1] - offsets[k], most) : most;
+  };
   const std::size_t room = std::max(most, kBytesPerRead);
   std::atomic<bool> good = true;
   ParallelFor(
-      offsets.size(), std::max<std::size_t>(8 * kBytesPerRead / most, 1),
+      chunks, std::max<std::size_t>(8 * kBytesPerRead / most, 1),
       [&](std::size_t begin, std::size_t end) {
         ExrUnzipper unzipper(part.BytesOf(0));
         const auto buffer = std::make_unique_for_overwrite<unsigned char[]>(room);
@@ -203,9 +211,9 @@ bool ExrChunks::Read(int number, std::span<const ExrPlane> planes, int first, in
           std::size_t next = k + 1;
           while (next < end && offsets[next] > offsets[next - 1] &&
                  offsets[next] - offsets[next - 1] <= most &&
-                 offsets[next] - offsets[k] + most <= room)
+                 offsets[next] - offsets[k] + size_of(next) <= room)
             ++next;
-          const std::size_t asked = offsets[next - 1] - offsets[k] + most;
+          const std::size_t asked = offsets[next - 1] - offsets[k] + size_of(next - 1);
           const ExrBytes bytes(buffer.get(), impl_->ReadAt(offsets[k], {buffer.get(), asked}));
           for (const std::uint64_t start = offsets[k]; k < next; ++k) {
             const std::int64_t chunk = first_chunk + static_cast<std::int64_t>(k);

@@ -20,12 +20,11 @@ namespace luxfield::core {
 
 class ExrZipper;
 
-// A channel of a part to read: FLOAT or UINT as `is_uint` says, pixels of width x rows x 4 bytes.
-struct ExrPlane {
-  std::string channel;
-  bool is_uint = false;
-  void* pixels = nullptr;
-};
+inline bool IsUint(const ExrTarget& target) { return target.pixels.index() == 1; }
+inline char* BytesOf(const ExrTarget& target) {
+  return std::visit([](const auto& pixels) { return reinterpret_cast<char*>(pixels.data()); },
+                    target.pixels);
+}
 
 // Reads a file whose headers the library has read and CheckExrHeaders passed. The file is read by
 // pread, not mapped: one that changes or shrinks meanwhile gives other bytes, not a signal.
@@ -39,8 +38,8 @@ class ExrChunks {
   // Rows first to first + rows - 1 of a part, on several threads. False where that cannot be done
   // here, and then the library is to be asked, which says what is wrong, if anything is: parts of
   // tiles, compressions other than ZIP, ZIPS and none, channels of another type, and whatever is
-  // damaged. The planes then hold anything.
-  bool Read(int part, std::span<const ExrPlane> planes, int first, int rows) const;
+  // damaged. The targets then hold anything.
+  bool Read(int part, std::span<const ExrTarget> targets, int first, int rows) const;
 
  private:
   struct Impl;

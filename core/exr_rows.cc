@@ -29,26 +29,23 @@ struct ExrRowReader::Impl {
     return headers;
   }
 
-  void Read(int part_index, Imf::PixelType type, std::span<const std::string> channels,
-            std::span<void* const> pixels, int first, int count) {
+  void Read(int part_index, std::span<const ExrTarget> targets, int first, int count) {
     const ExrReader::Part& part = reader.parts().at(part_index);
-    std::vector<ExrPlane> planes;
-    for (std::size_t i = 0; i < channels.size(); ++i)
-      planes.push_back({channels[i], type == Imf::UINT, pixels[i]});
-    if (chunks.Read(part_index, planes, first, count)) return;
+    if (chunks.Read(part_index, targets, first, count)) return;
     try {
       const auto& window = file.header(part_index).dataWindow();
       const int top = window.min.y + first;
       Imf::FrameBuffer buffer;
-      for (std::size_t i = 0; i < channels.size(); ++i) {
-        if (!reader.has_channel(part_index, channels[i]))
+      for (const ExrTarget& target : targets) {
+        if (!reader.has_channel(part_index, target.channel))
           throw InputError(reader.path().string(),
-                           fmt::format("part '{}' has no channel '{}'", part.name, channels[i]),
+                           fmt::format("part '{}' has no channel '{}'", part.name, target.channel),
                            "check that this is the kind of file the verb expects");
         // OpenEXR addresses pixels by data-window coordinates.
-        char* base = static_cast<char*>(pixels[i]) -
-                     4 * (static_cast<std::ptrdiff_t>(top) * part.width + window.min.x);
-        buffer.insert(channels[i], Imf::Slice(type, base, 4, std::size_t{4} * part.width));
+        char* base =
+            BytesOf(target) - 4 * (static_cast<std::ptrdiff_t>(top) * part.width + window.min.x);
+        buffer.insert(target.channel, Imf::Slice(IsUint(target) ? Imf::UINT : Imf::FLOAT, base, 4,
+                                                 std::size_t{4} * part.width));
       }
       Imf::InputPart input(file, part_index);
       input.setFrameBuffer(buffer);
@@ -67,20 +64,8 @@ struct ExrRowReader::Impl {
 ExrRowReader::ExrRowReader(const ExrReader& reader) : impl_(std::make_unique<Impl>(reader)) {}
 ExrRowReader::~ExrRowReader() = default;
 
-void ExrRowReader::ReadFloats(int part, std::span<const std::string> channels,
-                              std::span<const std::span<float>> pixels, int first, int count) {
-  std::vector<void*> pointers;
-  for (const std::span<float> plane : pixels) pointers.push_back(plane.data());
-  impl_->Read(part, Imf::FLOAT, channels, pointers, first, count);
-}
-
-std::vector<std::uint32_t> ExrRowReader::ReadUint(int part, const std::string& channel, int first,
-                                                  int count) {
-  std::vector<std::uint32_t> pixels(static_cast<std::size_t>(impl_->reader.parts().at(part).width) *
-                                    count);
-  void* pointer = pixels.data();
-  impl_->Read(part, Imf::UINT, std::span(&channel, 1), std::span(&pointer, 1), first, count);
-  return pixels;
+void ExrRowReader::Read(int part, std::span<const ExrTarget> targets, int first, int count) {
+  impl_->Read(part, targets, first, count);
 }
 
 }  // namespace luxfield::core

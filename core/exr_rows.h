@@ -4,8 +4,6 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "luxfield/core/exr.h"
 
@@ -20,11 +18,8 @@ class ExrRowReader {
   ExrRowReader(const ExrRowReader&) = delete;
   ExrRowReader& operator=(const ExrRowReader&) = delete;
 
-  // Rows first to first + count - 1 of several channels in one pass; pixels[i] has width x count
-  // entries.
-  void ReadFloats(int part, std::span<const std::string> channels,
-                  std::span<const std::span<float>> pixels, int first, int count);
-  std::vector<std::uint32_t> ReadUint(int part, const std::string& channel, int first, int count);
+  // Rows first to first + count - 1 of several channels in one pass over their bytes.
+  void Read(int part, std::span<const ExrTarget> targets, int first, int count);
 
  private:
   struct Impl;

@@ -276,13 +276,15 @@ void LightFieldFile::ReadImage(std::size_t field, int m, std::span<float> planes
   const LuminaireGeometry& geometry = impl_->fields.at(field).geometry;
   const int part = impl_->parts[field].at(static_cast<std::size_t>(m));
   const auto names = ChannelNames(geometry.channels);
-  std::vector<std::span<float>> channels;
+  const auto plane = [&](std::size_t channel) {
+    return planes.subspan(channel * geometry.plane_size(), geometry.plane_size());
+  };
+  std::vector<core::ExrTarget> targets;
   for (std::size_t channel = 0; channel < names.size(); ++channel)
-    channels.push_back(planes.subspan(channel * geometry.plane_size(), geometry.plane_size()));
-  impl_->reader.ReadFloats(part, names, channels);
+    targets.push_back({names[channel], plane(channel)});
+  impl_->reader.Read(part, targets);
   for (std::size_t channel = 0; channel < names.size(); ++channel)
-    RequireFinite(impl_->reader, impl_->reader.parts()[part].name, names[channel],
-                  channels[channel]);
+    RequireFinite(impl_->reader, impl_->reader.parts()[part].name, names[channel], plane(channel));
 }
 
 namespace {

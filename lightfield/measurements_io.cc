@@ -115,15 +115,11 @@ struct PartSource {
   core::ExrRowReader* rows = nullptr;  // null: all
   int first = 0, count = 0;
 
-  void ReadFloats(int part, std::span<const std::string> names,
-                  std::span<const std::span<float>> planes) {
+  void Read(int part, std::span<const core::ExrTarget> targets) {
     if (rows)
-      rows->ReadFloats(part, names, planes, first, count);
+      rows->Read(part, targets, first, count);
     else
-      reader.ReadFloats(part, names, planes);
-  }
-  std::vector<std::uint32_t> ReadUint(int part, const std::string& name) {
-    return rows ? rows->ReadUint(part, name, first, count) : reader.ReadUint(part, name);
+      reader.Read(part, targets);
   }
 };
 
@@ -135,23 +131,22 @@ Measurement ReadPosition(PartSource& source, int part, const LuminaireGeometry& 
   position.irradiance.resize(plane * geometry.channels);
   position.sigma.resize(plane * geometry.channels);
   position.count.resize(plane);
+  position.mask.resize(plane);
   std::vector<float> undetected(position.irradiance.size());
   const auto colours = ChannelNames(geometry.channels);
-  std::vector<std::string> names;
-  std::vector<std::span<float>> planes;
+  std::vector<core::ExrTarget> targets;
+  const auto add = [&](const std::string& name, std::vector<float>& planes, int channel) {
+    targets.push_back({name, std::span(planes).subspan(channel * plane, plane)});
+  };
   for (int channel = 0; channel < geometry.channels; ++channel) {
-    names.push_back(IrradianceChannel(colours[channel]));
-    planes.push_back(std::span(position.irradiance).subspan(channel * plane, plane));
-    names.push_back(UndetectedChannel(colours[channel]));
-    planes.push_back(std::span(undetected).subspan(channel * plane, plane));
-    names.push_back(SigmaChannel(colours[channel]));
-    planes.push_back(std::span(position.sigma).subspan(channel * plane, plane));
+    add(IrradianceChannel(colours[channel]), position.irradiance, channel);
+    add(UndetectedChannel(colours[channel]), undetected, channel);
+    add(SigmaChannel(colours[channel]), position.sigma, channel);
   }
-  names.emplace_back("count");
-  planes.emplace_back(position.count);
-  source.ReadFloats(part, names, planes);
+  add("count", position.count, 0);
+  targets.push_back({"mask", std::span(position.mask)});
+  source.Read(part, targets);
   position.displacement_m = ReadDisplacement(reader, part, geometry.grid.spacing_m);
-  position.mask = source.ReadUint(part, "mask");
   for (const std::uint32_t flags : position.mask)
     if (flags & ~kKnownFlags)
       throw InputError(reader.path().string(),
@@ -159,9 +154,10 @@ Measurement ReadPosition(PartSource& source, int part, const LuminaireGeometry& 
                                    reader.parts()[part].name, flags),
                        "read it with the luxfield that wrote it");
   JoinEstimates(undetected, position);
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    const bool may_be_negative = names[k].starts_with("E.") || names[k].starts_with("undetected.");
-    RequireFinite(reader, reader.parts()[part].name, names[k], planes[k], may_be_negative);
+  for (const auto& [name, pixels] : targets) {
+    const auto* values = std::get_if<std::span<float>>(&pixels);
+    const bool may_be_negative = name.starts_with("E.") || name.starts_with("undetected.");
+    if (values) RequireFinite(reader, reader.parts()[part].name, name, *values, may_be_negative);
   }
   return position;
 }

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
-#include <deque>
 #include <memory>
+#include <utility>
+#include <variant>
+#include <vector>
 
 #include "luxfield/core/error.h"
 
@@ -13,12 +15,42 @@ namespace {
 
 using core::ExrReader;
 
-// Pixels of one part, [channel][row][column], floats or integers.
-struct PartPixels {
-  std::deque<std::vector<float>> floats;
-  std::deque<std::vector<std::uint32_t>> integers;
-  std::vector<core::ExrPixels> channels;
-};
+// Pixels of one channel of a part, [row][column].
+using Plane = std::variant<std::vector<float>, std::vector<std::uint32_t>>;
+
+// For the channels of a part, each of so many pixels.
+std::vector<Plane> MakePlanes(const ExrReader::Part& part, std::size_t pixels) {
+  std::vector<Plane> planes;
+  for (const bool is_uint : part.channel_is_uint) {
+    if (is_uint)
+      planes.emplace_back(std::vector<std::uint32_t>(pixels));
+    else
+      planes.emplace_back(std::vector<float>(pixels));
+  }
+  return planes;
+}
+
+// Reads a part whose first pixel is `first` of the planes.
+void ReadInto(std::vector<Plane>& planes, ExrReader& reader, int number, std::size_t first) {
+  const ExrReader::Part& part = reader.parts()[number];
+  const std::size_t pixels =
+      static_cast<std::size_t>(part.width) * static_cast<std::size_t>(part.height);
+  std::vector<core::ExrTarget> targets;
+  for (std::size_t c = 0; c < planes.size(); ++c)
+    std::visit(
+        [&](auto& plane) {
+          targets.push_back({part.channels[c], std::span(plane).subspan(first, pixels)});
+        },
+        planes[c]);
+  reader.Read(number, targets);
+}
+
+std::vector<core::ExrPixels> PixelsOf(const std::vector<Plane>& planes) {
+  std::vector<core::ExrPixels> pixels;
+  for (const Plane& plane : planes)
+    std::visit([&](const auto& values) { pixels.emplace_back(std::span(values)); }, plane);
+  return pixels;
+}
 
 // A part to write: channels without pixels. OpenEXR writes the attributes that every part has.
 core::ExrPartView ViewOf(const ExrReader::Part& part, int height) {
@@ -88,43 +120,21 @@ void JoinExrRows(std::span<const std::filesystem::path> files, const std::filesy
     for (const ExrReader& reader : readers) height += reader.parts()[p].height;
     views.push_back(ViewOf(readers.front().parts()[p], height));
   }
-  PartPixels pixels;
+  std::vector<Plane> planes;
   core::WriteExr(output, views, compression, [&](int part) {
-    pixels = {};
+    planes = {};  // makes room
     const ExrReader::Part& of_part = readers.front().parts()[part];
-    const auto width = static_cast<std::size_t>(of_part.width),
-               all = width * static_cast<std::size_t>(views[part].height);
-    std::vector<std::string> names;
-    for (std::size_t c = 0; c < of_part.channels.size(); ++c)
-      if (!of_part.channel_is_uint[c]) {
-        names.push_back(of_part.channels[c]);
-        pixels.floats.emplace_back(all);
-      }
+    const auto width = static_cast<std::size_t>(of_part.width);
+    planes = MakePlanes(of_part, width * static_cast<std::size_t>(views[part].height));
     std::size_t row = 0;
     for (ExrReader& reader : readers) {
-      const auto rows = static_cast<std::size_t>(reader.parts()[part].height);
-      std::vector<std::span<float>> planes;
-      for (auto& plane : pixels.floats)
-        planes.push_back(std::span(plane).subspan(row * width, rows * width));
-      if (!names.empty()) reader.ReadFloats(part, names, planes);
-      row += rows;
+      ReadInto(planes, reader, part, row * width);
+      row += static_cast<std::size_t>(reader.parts()[part].height);
     }
-    std::size_t next = 0;
-    for (std::size_t c = 0; c < of_part.channels.size(); ++c) {
-      if (of_part.channel_is_uint[c]) {
-        std::vector<std::uint32_t>& plane = pixels.integers.emplace_back();
-        for (ExrReader& reader : readers) {
-          const auto rows = reader.ReadUint(part, of_part.channels[c]);
-          plane.insert(plane.end(), rows.begin(), rows.end());
-        }
-        pixels.channels.emplace_back(std::span<const std::uint32_t>(plane));
-        continue;
-      }
-      std::vector<float>& plane = pixels.floats[next++];
-      if (mend) mend(part, of_part.channels[c], plane);
-      pixels.channels.emplace_back(std::span<const float>(plane));
-    }
-    return pixels.channels;
+    for (std::size_t c = 0; mend && c < planes.size(); ++c)
+      if (auto* floats = std::get_if<std::vector<float>>(&planes[c]))
+        mend(part, of_part.channels[c], *floats);
+    return PixelsOf(planes);
   });
 }
 
@@ -142,36 +152,22 @@ void JoinExrParts(std::span<const std::filesystem::path> files, const std::files
   views.insert(views.end(), more.begin(), more.end());
   std::unique_ptr<ExrReader> reader;
   std::size_t open = files.size();
-  PartPixels pixels;
+  std::vector<Plane> planes;
   core::WriteExr(output, views, compression, [&](int number) {
+    planes = {};  // makes room
     if (static_cast<std::size_t>(number) >= places.size()) {
-      pixels = {};
-      for (const auto& channel : views[number].channels) pixels.channels.push_back(channel.pixels);
-      return pixels.channels;
+      std::vector<core::ExrPixels> pixels;
+      for (const auto& channel : views[number].channels) pixels.push_back(channel.pixels);
+      return pixels;
     }
     const auto [file, part] = places[number];
     if (file != open) reader = std::make_unique<ExrReader>(files[file]);
     open = file;
-    pixels = {};
     const ExrReader::Part& of_part = reader->parts()[part];
-    std::vector<std::string> names;
-    std::vector<std::span<float>> planes;
-    for (std::size_t c = 0; c < of_part.channels.size(); ++c)
-      if (!of_part.channel_is_uint[c]) {
-        names.push_back(of_part.channels[c]);
-        planes.emplace_back(
-            pixels.floats.emplace_back(static_cast<std::size_t>(of_part.width) * of_part.height));
-      }
-    if (!names.empty()) reader->ReadFloats(part, names, planes);
-    std::size_t next = 0;
-    for (std::size_t c = 0; c < of_part.channels.size(); ++c) {
-      if (of_part.channel_is_uint[c])
-        pixels.channels.emplace_back(std::span<const std::uint32_t>(
-            pixels.integers.emplace_back(reader->ReadUint(part, of_part.channels[c]))));
-      else
-        pixels.channels.emplace_back(std::span<const float>(pixels.floats[next++]));
-    }
-    return pixels.channels;
+    planes = MakePlanes(of_part, static_cast<std::size_t>(of_part.width) *
+                                     static_cast<std::size_t>(of_part.height));
+    ReadInto(planes, *reader, part, 0);
+    return PixelsOf(planes);
   });
 }
 

@@ -126,17 +126,14 @@ Frame ReadFrame(const std::filesystem::path& path) {
   for (const auto& attribute : attributes)
     if (const std::string& name = attribute.first; name.starts_with(kProvenance))
       frame.provenance[name.substr(kProvenance.size())] = reader.GetString(0, name);
-  std::vector<std::string> names;
-  std::vector<std::span<float>> planes;
+  std::vector<core::ExrTarget> planes;
   for (const auto& layer : LayersOf(frame)) {
     if (layer.image == &frame.alpha && !reader.has_channel(0, "A")) continue;
     *layer.image = core::Image(frame.width, frame.height, static_cast<int>(layer.channels.size()));
-    for (std::size_t c = 0; c < layer.channels.size(); ++c) {
-      names.push_back(layer.channels[c]);
-      planes.push_back(layer.image->plane(static_cast<int>(c)));
-    }
+    for (std::size_t c = 0; c < layer.channels.size(); ++c)
+      planes.push_back({layer.channels[c], layer.image->plane(static_cast<int>(c))});
   }
-  reader.ReadFloats(0, names, planes);
+  reader.Read(0, planes);
   if (frame.alpha.data.empty()) frame.alpha = frame.coverage;
   return frame;
 }

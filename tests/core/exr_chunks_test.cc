@@ -101,13 +101,18 @@ bool ReadHere(const std::filesystem::path& path, int part, const Picture& like, 
   std::vector<const Imf::Header*> headers;
   for (int p = 0; p < file.parts(); ++p) headers.push_back(&file.header(p));
   const ExrChunks chunks(path, headers, tables);
-  std::vector<ExrPlane> planes;
+  std::vector<ExrTarget> targets;
   read = like;
   for (std::size_t k = read.planes.size(); k-- > 0;) {  // in any order
     read.planes[k].assign(static_cast<std::size_t>(rows) * like.width, 7);
-    planes.push_back({read.name(k), read.is_uint(k), read.planes[k].data()});
+    const std::span<std::uint32_t> bits(read.planes[k]);
+    if (read.is_uint(k))
+      targets.push_back({read.name(k), bits});
+    else
+      targets.push_back(
+          {read.name(k), std::span(reinterpret_cast<float*>(bits.data()), bits.size())});
   }
-  return chunks.Read(part, planes, first, rows);
+  return chunks.Read(part, targets, first, rows);
 }
 
 std::vector<std::uint32_t> Rows(const Picture& picture, std::size_t plane, int first, int rows) {

@@ -128,14 +128,14 @@ TEST_F(ExrRowSpoolTest, SomeRowsAreReadAlone) {
     ExrRowReader of_rows(reader);
     for (const auto& [first, count] : std::vector<std::pair<int, int>>{{0, 53}, {0, 1}, {15, 20}}) {
       std::vector<float> rows(static_cast<std::size_t>(kWidth * count));
-      const std::string name = "R";
-      const std::span<float> plane(rows);
-      of_rows.ReadFloats(1, std::span(&name, 1), std::span(&plane, 1), first, count);
+      std::vector<std::uint32_t> integers(rows.size());
+      std::vector<ExrTarget> targets{{"R", std::span(rows)}};
+      if (parts.channels() > 1) targets.push_back({"B", std::span(integers)});
+      of_rows.Read(1, targets, first, count);
       const auto pixels = parts.Rows(1, first, count);
       EXPECT_EQ(std::memcmp(rows.data(), std::get<0>(pixels[0]).data(), 4 * rows.size()), 0)
           << first;
       if (parts.channels() < 2) continue;
-      const auto integers = of_rows.ReadUint(1, "B", first, count);
       EXPECT_EQ(std::memcmp(integers.data(), std::get<1>(pixels[1]).data(), 4 * integers.size()), 0)
           << first;
     }

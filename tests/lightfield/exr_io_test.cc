@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 
 #include "luxfield/core/error.h"
@@ -146,6 +147,43 @@ TEST(MeasurementsFile, PositionsOnTheirOwnAreThePartsOfTheWhole) {
 }
 
 // What a viewer sees: a number only where light was detected.
+// Bytes that this process asked the system for, of files.
+std::uint64_t BytesRead() {
+  std::ifstream stream("/proc/self/io");
+  std::string name;
+  std::uint64_t bytes = 0;
+  stream >> name >> bytes;
+  return name == "rchar:" ? bytes : 0;
+}
+
+// The headers are read for each band, twice; pixels once, packed or not.
+TEST(MeasurementsFile, BandsOfRowsAreReadOnce) {
+  if (BytesRead() == 0) GTEST_SKIP() << "the system does not count what is read";
+  LuminaireGeometry geometry = SmallGeometry(Basis::Make(BasisKind::kBox), 1);
+  geometry.lattice.width = 512;
+  geometry.lattice.height = 96;
+  constexpr int kBand = 32;
+  for (const auto compression : {core::ExrCompression::kNone, core::ExrCompression::kZip}) {
+    const auto path = UniquePath(".meas.exr");
+    Measurements header;
+    header.geometry = geometry;
+    header.positions.resize(geometry.grid.count());
+    const auto zeros = [&](int) {
+      const std::vector<float> plane(geometry.plane_size());
+      return Measurement{plane, plane, plane, std::vector<std::uint32_t>(plane.size()), {}};
+    };
+    WriteMeasurementPositions(path, header, 0, geometry.grid.count(), zeros, compression);
+    const std::uint64_t begin = BytesRead();
+    ReadMeasurementGeometry(path);
+    const std::uint64_t headers = BytesRead() - begin;
+    for (int first = 0; first < geometry.lattice.height; first += kBand)
+      ReadMeasurementRows(path, first, kBand);
+    const std::uint64_t bands = geometry.lattice.height / kBand,
+                        read = BytesRead() - begin - headers;
+    EXPECT_LT(read, std::filesystem::file_size(path) + 5 * bands * headers / 2);
+  }
+}
+
 TEST(MeasurementsFile, HoldsNoNumberForWhatIsUnknownOrNotDetected) {
   Measurements out = RandomMeasurements(SmallGeometry(Basis::Make(BasisKind::kBspline2), 3), 37);
   Measurement& position = out.positions[0];
