@@ -115,7 +115,8 @@ struct EnvironmentSequence::Impl {
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<Ready> ready;
-  std::size_t taken = 0;  // frames handed out
+  std::size_t first = 0;  // that the reader reads
+  std::size_t next = 0;   // to be handed out
   bool stop = false;
   std::thread reader;
 
@@ -133,7 +134,6 @@ struct EnvironmentSequence::Impl {
     changed.notify_all();
     if (reader.joinable()) reader.join();
     ready.clear();
-    taken = 0;
     stop = false;
   }
 
@@ -155,10 +155,10 @@ struct EnvironmentSequence::Impl {
   }
 
   void ReadAll() {
-    for (const auto& path : frames) {
+    for (std::size_t n = first; n < frames.size(); ++n) {
       Ready frame;
       try {
-        frame.cube = Read(path);
+        frame.cube = Read(frames[n]);
       } catch (...) {
         frame.error = std::current_exception();
       }
@@ -206,18 +206,19 @@ int EnvironmentSequence::face_size() const { return impl_->resampler->face_size(
 
 bool EnvironmentSequence::Next(CubeMap& cube) {
   std::unique_lock lock(impl_->mutex);
-  if (impl_->taken == impl_->frames.size()) return false;
+  if (impl_->next == impl_->frames.size()) return false;
   impl_->changed.wait(lock, [this] { return !impl_->ready.empty(); });
   if (impl_->ready.front().error) std::rethrow_exception(impl_->ready.front().error);
   cube = std::move(impl_->ready.front().cube);
   impl_->ready.pop_front();
-  ++impl_->taken;
+  ++impl_->next;
   impl_->changed.notify_all();
   return true;
 }
 
-void EnvironmentSequence::Rewind() {
+void EnvironmentSequence::Rewind(std::size_t frame) {
   impl_->Stop();
+  impl_->first = impl_->next = frame;
   impl_->Start();
 }
 

@@ -56,8 +56,8 @@ class EnvironmentSequence {
   // The next frame into `cube`; false after the last one. Throws InputError naming the frame that
   // cannot be read or differs from the first, at its turn and again at every later call.
   bool Next(CubeMap& cube);
-  // Begin at the first frame again.
-  void Rewind();
+  // Begin at a frame, the first if none is named: what comes before it is not read.
+  void Rewind(std::size_t frame = 0);
 
  private:
   struct Impl;

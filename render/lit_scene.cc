@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "luxfield/core/error.h"
@@ -153,6 +154,14 @@ bool LitScene::NextFrame() {
   ++environment_->frame;
   ShowEnvironment(map, environment_->sequence->frames()[environment_->frame]);
   return true;
+}
+
+void LitScene::ShowFrame(std::size_t frame) {
+  if (frame >= frame_count()) throw std::logic_error("there is no such frame");
+  if (frame_count() == 1 || frame == environment_->frame) return;
+  if (frame != environment_->frame + 1) environment_->sequence->Rewind(frame);
+  environment_->frame = frame - 1;
+  NextFrame();
 }
 
 void LitScene::PlaceLuminaire(std::size_t number, const scene::PlacedLamp& lamp) {

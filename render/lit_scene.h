@@ -99,6 +99,8 @@ class LitScene {
   // Shows the next frame of the environment's sequence, which a thread read meanwhile, its tables
   // made anew; false after the last. Throws InputError as EnvironmentSequence::Next.
   bool NextFrame();
+  // Shows that frame, of which there has to be one; those between are left out.
+  void ShowFrame(std::size_t frame);
 
   // Another view of the scene, for pictures to come.
   void SetCamera(const scene::Camera& camera) { camera_ = camera; }

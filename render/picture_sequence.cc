@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <stdexcept>
-
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 
@@ -22,7 +20,7 @@ PictureSequence::PictureSequence(LitScene& scene, const PictureSequenceOptions& 
 }
 
 Frame PictureSequence::Render(std::size_t n) {
-  ShowEnvironment(n);
+  if (scene_.frame_count() > 1) scene_.ShowFrame(n);
   if (options_.placements.empty()) {
     if (!of_still_things_) of_still_things_.emplace(scene_, options_.picture);
     return of_still_things_->Render();
@@ -33,13 +31,6 @@ Frame PictureSequence::Render(std::size_t n) {
   Frame frame = Renderer(scene_, picture).Render();
   if (!options_.path.empty()) frame.provenance["path sha256"] = core::Sha256OfFile(options_.path);
   return frame;
-}
-
-void PictureSequence::ShowEnvironment(std::size_t n) {
-  if (scene_.frame_count() == 1) return;
-  if (n < scene_.environment()->frame)
-    throw std::logic_error(fmt::format("frame {} was asked for after a later one", n));
-  while (scene_.environment()->frame < n) scene_.NextFrame();
 }
 
 void PictureSequence::Place(const scene::Placement& placement) {

@@ -34,13 +34,12 @@ class PictureSequence {
 
   std::size_t frame_count() const { return frame_count_; }
 
-  // Frame n, not before the one that was asked for last. Its pixels are those of a scene in which
-  // everything stands like that, whatever frames came before. Where things move its seed is the
-  // picture's plus n. Throws what Renderer throws.
+  // Frame n, in any order. Its pixels are those of a scene in which everything stands like that,
+  // whatever frames came before. Where things move its seed is the picture's plus n. Throws what
+  // Renderer throws.
   Frame Render(std::size_t n);
 
  private:
-  void ShowEnvironment(std::size_t n);
   void Place(const scene::Placement& placement);
 
   LitScene& scene_;

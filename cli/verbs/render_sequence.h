@@ -26,7 +26,7 @@ class RenderedSequence {
   std::size_t frame_count() const { return sequence_.frame_count(); }
   const std::string& geometry_sha256() const { return geometry_sha256_; }
 
-  // Frame n, not before the one rendered last, whose provenance has MadeOf(n) as "made_of_sha256".
+  // Frame n, in any order, whose provenance has MadeOf(n) as "made_of_sha256".
   render::Frame Render(std::size_t n);
   // SHA-256 of all that decides the files of frame n, other than their names: content of the scene's
   // files, where things stand, options, device type, version.

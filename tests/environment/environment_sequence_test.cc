@@ -105,6 +105,12 @@ TEST(EnvironmentSequence, EveryFrameIsItsFileResampled) {
     sequence.Rewind();
     ASSERT_TRUE(sequence.Next(cube));
     EXPECT_EQ(cube.data, resampler(Frame(0, 16)).data);
+    sequence.Rewind(10);
+    for (const int k : {10, 11}) {
+      ASSERT_TRUE(sequence.Next(cube));
+      EXPECT_EQ(cube.data, resampler(Frame(k, 16)).data) << k;
+    }
+    EXPECT_FALSE(sequence.Next(cube));
   }
 }
 
