@@ -352,13 +352,12 @@ class Chooser {
                (Seconds(estimator, work, candidate.density.mean * samples) - fixed_s);
   }
 
-  // That show a variance. Every pixel sample takes some, and of luminaires that are not drawn from
-  // (render/many_lights.h) each.
+  // That show a variance: of every surface point, and of luminaires that are not drawn from
+  // (render/many_lights.h) of each.
   double LeastSamples(const std::string& estimator) const {
     const bool drawn = scene_.EstimatorNamed(estimator).traits().takes_tasks;
-    return kLeastSamples * static_cast<double>(drawn
-                                                   ? request_.picture.antialias
-                                                   : static_cast<int>(scene_.luminaires().size()));
+    return static_cast<double>(kLeastSamples) * request_.picture.antialias *
+           (drawn ? 1.0 : static_cast<double>(scene_.luminaires().size()));
   }
 
   // Samples, time and error of the candidate's best setting.

@@ -163,6 +163,27 @@ TEST_F(AccuracyTest, SamplesGoWhereTheNoiseIs) {
   EXPECT_LT(dealt, 0.8 * even);
 }
 
+// One sample of a surface point would tell nothing of its variance: where all light is known but for
+// what is hidden of it, that is the picture's whole error.
+TEST_F(AccuracyTest, EverySurfacePointShowsItsVariance) {
+  render::LitScene scene(render::Device::Open(), LampOverFloor());
+  AccuracyRequest request;
+  request.picture.antialias = 4;
+  request.estimators = {"exact"};
+  request.rel_error = 0.2;
+  const Frame frame = RenderToAccuracy(scene, MadeUpCosts(), request).frame;
+  // Points that the lamp's support does not reach take none.
+  int lit = 0, whole = 0;
+  for (std::size_t i = 0; i < frame.samples.data.size(); ++i)
+    if (frame.coverage.data[i] == 1 && frame.radiance.data[i] > 0) {
+      ++lit;
+      whole += frame.samples.data[i] >= 2 * 4;
+      EXPECT_GE(frame.samples.data[i], 2) << i;
+    }
+  EXPECT_GT(lit, 100);
+  EXPECT_GT(whole, 0.9 * lit);
+}
+
 TEST_F(AccuracyTest, TheCheapestSettingIsTaken) {
   render::LitScene scene(render::Device::Open(), LampOverFloor());
   AccuracyRequest request;
