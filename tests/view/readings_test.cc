@@ -173,5 +173,19 @@ TEST(Layer, LinearScalesBeginAtZero) {
   }
 }
 
+// A share of a sample is none.
+TEST(Layer, SamplesAreCountedFromOne) {
+  core::Image samples(8, 1, 1);
+  samples.data.assign(8, 16);
+  const render::FalseColourScale few = AutomaticScaleOf(samples, Layer::kSamples);
+  EXPECT_EQ(few.min, 1);
+  EXPECT_DOUBLE_EQ(few.max, 20);
+  samples.data.assign(8, 2e4f);
+  EXPECT_DOUBLE_EQ(AutomaticScaleOf(samples, Layer::kSamples).min, 20);
+  samples.data.assign(8, 0);
+  const render::FalseColourScale none = AutomaticScaleOf(samples, Layer::kSamples);
+  EXPECT_LT(none.min, none.max);
+}
+
 }  // namespace
 }  // namespace luxfield::view

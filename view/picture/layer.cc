@@ -90,7 +90,9 @@ bool IsLinear(Layer layer) {
 render::FalseColourScale AutomaticScaleOf(const core::Image& values, Layer layer) {
   if (layer == Layer::kCoverage || IsFeedback(layer)) return {0, 1};
   if (layer == Layer::kLab) return {0, kLargestLab};
-  return render::AutomaticScale(values);
+  render::FalseColourScale scale = render::AutomaticScale(values);
+  if (layer == Layer::kSamples && scale.max > 1) scale.min = std::max(scale.min, 1.0);
+  return scale;
 }
 
 std::optional<double> PositionOn(const render::FalseColourScale& scale, Layer layer, double value) {

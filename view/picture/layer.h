@@ -41,7 +41,7 @@ core::Image LayerOf(const render::Frame& frame, Layer layer, const LayerSources&
 bool IsLinear(Layer layer);
 
 // What its colours span where nobody says otherwise: 0 to 1 of coverage and shares, 0 to 10 of Lab
-// differences, else render::AutomaticScale.
+// differences, else render::AutomaticScale, of samples from 1 on.
 render::FalseColourScale AutomaticScaleOf(const core::Image& values, Layer layer);
 
 // 0 at the scale's lowest value, 1 at its highest; empty for values that a logarithm has no place
