@@ -15,6 +15,7 @@
 #include "luxfield/core/json.h"
 #include "luxfield/render/film/film.h"
 #include "luxfield/scene/scene.h"
+#include "luxfield/view/picture/reading.h"
 #include "luxfield/view/scene_file/lamp_handles.h"
 #include "luxfield/view/scene_file/scene_edits.h"
 #include "tests/e2e/program.h"
@@ -315,7 +316,7 @@ TEST_F(InteractionTest, ADoubleClickReadsThePixel) {
   EXPECT_NEAR(probe["luminance"].get<double>(), LuminanceAt(frame, kColumn, kRow),
               1e-6 * LuminanceAt(frame, kColumn, kRow));
   EXPECT_NEAR(probe["luminance_sigma"].get<double>(),
-              std::sqrt(frame.variance.at(0, kRow, kColumn)), 1e-6);
+              ReadAt(frame, kColumn, kRow)->luminance_sigma.value(), 1e-6);
   EXPECT_NEAR(probe["position_m"][1].get<double>(), frame.position.at(1, kRow, kColumn), 1e-6);
 }
 

@@ -35,12 +35,20 @@ TEST(Reading, SaysWhatThePixelHolds) {
   EXPECT_NEAR(reading->illuminance.value(), 21.26 + 143.04 + 21.66, 0.1);
   EXPECT_DOUBLE_EQ(reading->luminance_sigma.value(), 0.5);
   EXPECT_DOUBLE_EQ(reading->position.value().z, 3);
-  EXPECT_EQ(Describe(*reading, lightfield::FluxUnit::kLumen),
-            "(1, 0)  10 +- 0.5 cd/m2  186 +- 9 lx (direct light only)  at 1.000 2.000 3.000 m");
+  EXPECT_EQ(
+      Describe(*reading, lightfield::FluxUnit::kLumen),
+      "(1, 0)  10.00 +- 0.50 cd/m2  186.0 +- 9.3 lx (direct light only)  at 1.000 2.000 3.000 m");
   Reading measured = *reading;
   measured.measured_rel_sigma = 0.0123;
   EXPECT_THAT(Describe(measured, lightfield::FluxUnit::kLumen),
               testing::HasSubstr("(direct light only)  measured to 1.2 %  at"));
+}
+
+TEST(Reading, ShowsAsManyDigitsAsAreKnown) {
+  EXPECT_EQ(WithSigma(2.44796, 0.00031), "2.44796 +- 0.00031");
+  EXPECT_EQ(WithSigma(123456.7, 1234), "123500 +- 1200");
+  EXPECT_EQ(WithSigma(2.44796, {}), "2.448");
+  EXPECT_EQ(WithSigma(2.44796, 0), "2.448");
 }
 
 // In a penumbra the few samples of most pixels agree, and state no error; their neighbours do.

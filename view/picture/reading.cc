@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "luxfield/cli/reports/rounded_number.h"
 #include "luxfield/core/colour.h"
 #include "luxfield/render/film/neighbours.h"
 
@@ -74,8 +75,7 @@ std::optional<double> Reading::IlluminanceSigma() const {
 
 std::string WithSigma(double value, const std::optional<double>& sigma) {
   if (!sigma || !(*sigma > 0)) return fmt::format("{:.4g}", value);
-  return *sigma < 9.5 ? fmt::format("{:.4g} +- {:.1g}", value, *sigma)
-                      : fmt::format("{:.4g} +- {:.0f}", value, *sigma);
+  return cli::RoundedTo(value, sigma) + " +- " + cli::UncertaintyText(*sigma);
 }
 
 std::string Describe(const Reading& reading, lightfield::FluxUnit unit) {

@@ -42,13 +42,13 @@ std::optional<Reading> ReadAt(const render::Frame& frame, int column, int row);
 std::optional<Reading> ReadAtPlace(const render::Frame& frame, PicturePlace place, int width,
                                    int height);
 
-// "12.3 +- 0.1": one digit of sigma, and all of those before the point; the value alone where that is
-// not known.
+// "12.34 +- 0.11": to the second digit of sigma (cli/reports/rounded_number.h); the value alone, to
+// four digits, where that is not known.
 std::string WithSigma(double value, const std::optional<double>& sigma);
 
-// "(120, 44)  12.3 +- 0.1 cd/m2  45.6 +- 0.4 lx (direct light only)  measured to 0.5 %  at 0.120 1.400
-// 0.000 m": `+-`, what the lamps were measured to and the place where they are known. Irradiance of
-// direct light alone is what this program lights with.
+// "(120, 44)  12.34 +- 0.11 cd/m2  45.60 +- 0.41 lx (direct light only)  measured to 0.5 %  at
+// 0.120 1.400 0.000 m": `+-`, what the lamps were measured to and the place where they are known.
+// Irradiance of direct light alone is what this program lights with.
 std::string Describe(const Reading& reading, lightfield::FluxUnit unit);
 
 }  // namespace luxfield::view
