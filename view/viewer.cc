@@ -2,13 +2,16 @@
 
 #include <fmt/format.h>
 #include <imgui.h>
+#include <imgui_internal.h>
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/exr.h"
+#include "luxfield/core/printable.h"
 #include "luxfield/core/progress.h"
 #include "luxfield/view/documents/open_input.h"
 #include "luxfield/view/panels/help_panel.h"
@@ -28,8 +31,9 @@ constexpr double kBusy_s = 0.05;    // longest wait for an event while pictures 
 constexpr double kActive_s = 0.01;  // while hands are at work, and for a while after
 constexpr double kAfterwards_s = 0.4;
 constexpr double kPanelWidth = 21;  // in heights of a letter
-constexpr double kOneLine = 80;     // likewise: windows as wide have a last line that is only one
+constexpr double kOneLine = 110;    // likewise: windows as wide have a last line that is only one
 constexpr double kMiddleGrey = 0.18;
+constexpr char kQuestion[] = "Not saved";
 constexpr Key kFlying[] = {key::kW, key::kA, key::kS, key::kD, key::kE, key::kQ};
 
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
@@ -53,8 +57,9 @@ class Viewer {
       const bool drawn = window_.BeginFrame(Wait());
       document_->Update();
       window_.SetTitle(Title(document_->Settled()));
+      if (drawn) Draw();
+      KeepUnsaved();
       if (!drawn) continue;
-      Draw();
       if (document_->picture() || document_->failure() || document_->DrawsItself()) ++frames_;
       if (!IsLastFrame()) {
         window_.EndFrame();
@@ -133,6 +138,39 @@ class Viewer {
       DrawBar(ImVec2(0, size.y - bar), ImVec2(size.x, bar));
     }
     DrawHelp(help_);
+    DrawQuestion();
+  }
+
+  static bool IsPopupOpen() {
+    return ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
+  }
+
+  // A window that is closed while something is not saved asks first; scripts know what they do.
+  void KeepUnsaved() {
+    if (!window_.ShouldClose() || sure_ || !options_.screenshot.empty() || !document_->HasUnsaved())
+      return;
+    window_.StayOpen();
+    asks_ = true;
+  }
+
+  void DrawQuestion() {
+    if (std::exchange(asks_, false)) ImGui::OpenPopup(kQuestion);
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos(ImVec2(0.5f * size.x, 0.5f * size.y), ImGuiCond_Always,
+                            ImVec2(0.5f, 0.5f));
+    if (!ImGui::BeginPopupModal(kQuestion, nullptr,
+                                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove))
+      return;
+    ImGui::Text("%s has changes that are not saved.",
+                core::OnOneLine(options_.input.file.filename().string()).c_str());
+    const bool save = ImGui::Button("Save and close");
+    ImGui::SameLine();
+    const bool drop = ImGui::Button("Close without");
+    ImGui::SameLine();
+    if (save || drop || ImGui::Button("Stay")) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+    sure_ = drop || (save && document_->Save());
+    if (sure_) window_.Close();
   }
 
   // The linear operator starts where the mean is a middle grey.
@@ -143,17 +181,22 @@ class Viewer {
     if (mean > 0 && std::isfinite(mean)) look_.exposure = kMiddleGrey / mean;
   }
 
+  // Leaves what was opened last: a pop-up, a field that is typed into, the help, the window.
+  void Escape() {
+    if (IsPopupOpen())
+      ImGui::ClosePopupToLevel(0, true);
+    else if (help_)
+      help_ = false;
+    else if (!ImGui::IsAnyItemActive())
+      window_.Close();
+  }
+
   void ReadKeys() {
     const ImGuiIO& io = ImGui::GetIO();
     if (ImGui::IsKeyPressed(key::kF1, false)) help_ = !help_;
-    if (ImGui::IsKeyPressed(key::kEscape, false)) {
-      if (help_)
-        help_ = false;
-      else
-        window_.Close();
-    }
+    if (ImGui::IsKeyPressed(key::kEscape, false)) Escape();
     if (io.KeyCtrl && ImGui::IsKeyPressed(key::kQ, false)) window_.Close();
-    if (io.WantTextInput) return;
+    if (io.WantTextInput || IsPopupOpen()) return;
     if (ImGui::IsKeyPressed(key::kH, false)) bare_ = !bare_;
     if (ImGui::IsKeyPressed(key::k1, false)) look_.tone = Tone::kExponential;
     if (ImGui::IsKeyPressed(key::k2, false)) look_.tone = Tone::kLinear;
@@ -290,6 +333,7 @@ class Viewer {
   Look look_;
   std::optional<core::Image> reference_;
   bool bare_ = false, help_ = false, exposure_chosen_ = false;
+  bool asks_ = false, sure_ = false;  // before the window closes with changes
   double active_until_s_ = 0;
   std::optional<PicturePlace> pointer_;
   ReadingsPanel readings_;

@@ -58,6 +58,14 @@ class InteractionTest : public testing::Test {
   void Press(const std::string& key) const { Hand({"key", key}); }
   static void Pause() { std::this_thread::sleep_for(std::chrono::milliseconds(50)); }
 
+  void FindWindow() {
+    fs::create_directories(folder_ / "hand");
+    const Outcome found = e2e::RunProgram(
+        {"xdotool", "search", "--sync", "--onlyvisible", "--name", "luxfield"}, folder_ / "hand");
+    window_ = found.out.substr(0, found.out.find('\n'));
+    Hand({"windowfocus", "--sync", window_});
+  }
+
   // Its title ends in dots until the picture that was asked for last is whole.
   bool IsAtWork() const {
     const Outcome name = e2e::RunProgram({"xdotool", "getwindowname", window_}, folder_ / "hand");
@@ -91,11 +99,7 @@ class InteractionTest : public testing::Test {
     words.insert(words.begin(), "view");
     words.insert(words.end(), {"--screenshot", "s.png", "--until-closed", "--json", "v.json"});
     auto view = std::async(std::launch::async, [&] { return e2e::RunLuxfield(words, folder_); });
-    fs::create_directories(folder_ / "hand");
-    const Outcome found = e2e::RunProgram(
-        {"xdotool", "search", "--sync", "--onlyvisible", "--name", "luxfield"}, folder_ / "hand");
-    window_ = found.out.substr(0, found.out.find('\n'));
-    Hand({"windowfocus", "--sync", window_});
+    FindWindow();
     hands(window_);
     Press("ctrl+q");
     outcome_ = view.get();
@@ -369,6 +373,19 @@ TEST_F(InteractionTest, AWindowThatIsClosedAtOnceEnds) {
   Press("ctrl+q");  // to whichever window has the focus: this one may be gone when the key comes up
   const Outcome outcome = view.get();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+}
+
+// A window with changes asks before it closes, and Esc stays.
+TEST_F(InteractionTest, ChangesAreNotLostWithTheWindow) {
+  auto view = std::async(std::launch::async, [&] {
+    return e2e::RunLuxfield({"view", "scene.toml", "--size", "640x400", "--error", "20%"}, folder_);
+  });
+  FindWindow();
+  WaitUntilItIsLit();
+  for (const char* key : {"ctrl+d", "ctrl+q", "Escape", "ctrl+s", "ctrl+q"}) Press(key);
+  const Outcome outcome = view.get();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(scene::ReadScene(folder_ / "scene.toml").luminaires.size(), 2);
 }
 
 TEST_F(InteractionTest, AWindowThatIsResizedToNothingComesBack) {

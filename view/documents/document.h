@@ -70,6 +70,10 @@ class Document {
   virtual bool Settled() const { return true; }
   // Seconds until something may change by itself that wakes no window.
   virtual double PollingInterval() const { return 1; }
+  // Whether it has changes that would be lost with the window.
+  virtual bool HasUnsaved() const { return false; }
+  // Writes them; whether it could. Its panel says why not.
+  virtual bool Save() { return true; }
   // Estimated relative RMSE of the picture's luminance, where it is known.
   virtual std::optional<double> Error() const { return {}; }
   // Why it cannot be shown; empty: it can.

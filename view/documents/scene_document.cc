@@ -133,10 +133,9 @@ class SceneDocument : public Document {
           "preview {} x {} in {}, {}", picture_.frame->width, picture_.frame->height, time,
           picture_.error ? "within " + error + " but for what it leaves out" : SoftShadows());
     const std::string asked = fmt::format("{:.3g} %", 100 * request_.error);
-    if (picture_.reached) return fmt::format("error {}: {} reached", error, asked);
     if (picture_.done)
-      return fmt::format("error {}: {} not reached with {:.0f} samples a pixel", error, asked,
-                         picture_.samples);
+      return fmt::format("error {}: {} {} {}", error, asked,
+                         picture_.reached ? "reached" : "not reached", Taken());
     return fmt::format("error {} on the way to {}: {:.0f} samples of {}, {} a round", error, asked,
                        picture_.samples, picture_.estimator, core::FormatDuration(picture_.took_s));
   }
@@ -151,11 +150,19 @@ class SceneDocument : public Document {
     if (!picture_.frame || picture_.quick) return {};
     return picture_.error;
   }
+  bool HasUnsaved() const override { return editor_ && editor_->changed(); }
+  bool Save() override { return !editor_ || scene_panel_.Save(*editor_); }
   std::optional<Failure> failure() const override { return thread_.failure(); }
 
  private:
   bool HasSoftShadows() const {
     return request_.shadows && request_.moving_shadows && !request_.lamps.empty();
+  }
+
+  // What a picture took that is done.
+  std::string Taken() const {
+    if (picture_.samples == 0) return fmt::format("by {}, without noise", picture_.estimator);
+    return fmt::format("with {:.0f} samples a pixel of {}", picture_.samples, picture_.estimator);
   }
 
   // What is known of the shadows of pictures while something moves.

@@ -36,12 +36,14 @@ std::string FreeName(const std::vector<SavedView>& views) {
 
 }  // namespace
 
-void ScenePanel::Save(SceneEditor& editor) {
+bool ScenePanel::Save(SceneEditor& editor) {
   try {
     editor.Save();
     said_ = "saved";
+    return true;
   } catch (const std::exception&) {
     said_ = CurrentFailure().sentence;
+    return false;
   }
 }
 

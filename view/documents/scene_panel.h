@@ -21,12 +21,12 @@ class ScenePanel {
   // The view that is to be gone to, if one was chosen.
   std::optional<SavedView> DrawViews(const CameraControl& camera, SceneEditor& editor);
 
+  // Into the scene's file; whether it could.
+  bool Save(SceneEditor& editor);
   // Of what could not be done.
   void Say(std::string sentence) { said_ = std::move(sentence); }
 
  private:
-  void Save(SceneEditor& editor);
-
   std::size_t material_ = 0;
   std::string view_name_;
   std::string said_;

@@ -34,7 +34,7 @@ constexpr Line kKeys[] = {
     {"F1", "this help"},
     {"Ctrl and D", "another lamp of the same"},
     {"Ctrl and Z, Y, S", "undo, do again, save the scene"},
-    {"Esc", "close this help, else the window"},
+    {"Esc", "leave a list, a field or this help, else the window"},
     {"Ctrl and Q", "close the window"},
 };
 

@@ -110,6 +110,8 @@ bool Window::ShouldClose() const { return glfwWindowShouldClose(window_.get()); 
 
 void Window::Close() { glfwSetWindowShouldClose(window_.get(), GLFW_TRUE); }
 
+void Window::StayOpen() { glfwSetWindowShouldClose(window_.get(), GLFW_FALSE); }
+
 void Window::Wake() { glfwPostEmptyEvent(); }
 
 WindowSize Window::size() const {

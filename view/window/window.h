@@ -34,6 +34,7 @@ class Window {
   void SetTitle(const std::string& title);
   bool ShouldClose() const;
   void Close();
+  void StayOpen();  // whatever asked it to close
   // Takes events, waiting up to `wait_s` for one, and begins a frame. False while the window has no
   // area (minimised, or resized to nothing): then nothing is to be drawn, and EndFrame not called.
   bool BeginFrame(double wait_s);
