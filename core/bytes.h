@@ -26,8 +26,8 @@ class ByteWriter {
     static_assert(std::is_trivially_copyable_v<T>);
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
   }
-  template <typename T>
-  void Put(const std::vector<T>& values) {
+  template <typename T, typename Allocator>
+  void Put(const std::vector<T, Allocator>& values) {
     static_assert(std::is_trivially_copyable_v<T>);
     Put(std::uint64_t{values.size()});
     bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
@@ -68,8 +68,8 @@ class ByteReader {
     const std::string_view taken = Take(sizeof value);
     if (whole_) std::memcpy(&value, taken.data(), sizeof value);
   }
-  template <typename T>
-  void Get(std::vector<T>& values) {
+  template <typename T, typename Allocator>
+  void Get(std::vector<T, Allocator>& values) {
     static_assert(std::is_trivially_copyable_v<T>);
     const std::string_view taken = Take(Bytes(sizeof(T)));
     values.resize(taken.size() / sizeof(T));

@@ -28,6 +28,7 @@
 #include <string>
 #include <vector>
 
+#include "luxfield/core/unset_vector.h"
 #include "luxfield/lightfield/light_field.h"
 
 namespace luxfield::preprocess {
@@ -38,7 +39,7 @@ struct CellTables {
 
   // Cell k: S[r][c] = sum of Q of rows < r and columns < c in units of 2^-exponent[k];
   // (height + 1) x (width + 1) entries, all below 2^63.
-  std::vector<std::uint64_t> sat;
+  core::UnsetVector<std::uint64_t> sat;
   std::vector<int> exponent;  // 0 for a cell without light
 
   int count() const { return grid_width * grid_height; }

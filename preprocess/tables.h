@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "luxfield/core/unset_vector.h"
 #include "luxfield/lightfield/light_field.h"
 #include "luxfield/preprocess/summed_area.h"
 
@@ -44,7 +45,7 @@ struct Tables {
   // Image m: S[r][c] = sum of |C| (summed_area.h, rounded to float32) of rows < r and columns < c
   // in units of 2^-exponent[m]; (height + 1) x (width + 1) entries, row 0 and column 0 are 0, all
   // below 2^63.
-  std::vector<std::uint64_t> sat;
+  core::UnsetVector<std::uint64_t> sat;
   std::vector<int> exponent;  // 0 for an all-zero image
 
   // (W + n - 1) x (H + n - 1) cells, index cell_j * (W + n - 1) + cell_i.

@@ -118,8 +118,8 @@ class Buffer {
     buffer.Upload(values);
     return buffer;
   }
-  template <typename T>
-  static Buffer From(const Device& device, const std::vector<T>& values) {
+  template <typename T, typename Allocator>
+  static Buffer From(const Device& device, const std::vector<T, Allocator>& values) {
     return From(device, std::span<const T>(values));
   }
 

@@ -7,6 +7,7 @@
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/parallel.h"
+#include "luxfield/core/unset_vector.h"
 #include "luxfield/render/kernels/luminaire/luminaire_types.clh"
 #include "luxfield/render/kernels/luminaire/volume_types.clh"
 
@@ -49,15 +50,16 @@ VolumeParams MakeVolumeParams(const preprocess::LightVectorVolume& volume) {
 }
 
 // Summed-area tables of (width + 1) columns, rows padded to SatStride.
-Buffer UploadSat(const Device& device, const char* what, const std::vector<std::uint64_t>& sat,
+Buffer UploadSat(const Device& device, const char* what, std::span<const std::uint64_t> sat,
                  int table_width) {
   const std::size_t width = table_width + 1, stride = SatStride(table_width),
                     rows = sat.size() / width;
   RequireRoom(device, what, rows * stride * sizeof(std::uint64_t));
-  std::vector<std::uint64_t> padded(rows * stride, 0);
+  core::UnsetVector<std::uint64_t> padded(rows * stride);
   core::ParallelFor(rows, 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row)
-      std::copy_n(sat.data() + row * width, width, padded.data() + row * stride);
+      std::fill_n(std::copy_n(sat.data() + row * width, width, padded.data() + row * stride),
+                  stride - width, 0);
   });
   return Buffer::From(device, padded);
 }
