@@ -143,8 +143,11 @@ class Chooser {
         static_cast<int>(std::lround(begun.samples + round.samples));
     candidate.setting.predicted_s =
         candidate.build_s + spent_s + candidate.RoundSeconds(round.lit, round.samples);
-    candidate.setting.predicted_error = std::hypot(
-        std::sqrt(round.variance) / candidate.mean_luminance, candidate.interpolation_error);
+    candidate.setting.predicted_error =
+        candidate.mean_luminance > 0
+            ? std::hypot(std::sqrt(round.variance) / candidate.mean_luminance,
+                         candidate.interpolation_error)
+            : 0;  // of a black picture there is nothing to miss
   }
 
   // What lighting took; of a time asked for by the clock.

@@ -199,6 +199,20 @@ TEST_F(AccuracyTest, TheCheapestSettingIsTaken) {
   EXPECT_LE(result.estimated_error, 0.01);
 }
 
+TEST_F(AccuracyTest, ABlackPictureHasNoErrorLeft) {
+  scene::Scene black = LampOverFloor();
+  for (auto& material : black.geometry.materials) material.albedo = {0, 0, 0};
+  render::LitScene scene(render::Device::Open(), black);
+  AccuracyRequest request;
+  request.rel_error = 0.03;
+  const auto result = RenderToAccuracy(scene, MadeUpCosts(), request);
+  EXPECT_TRUE(result.met);
+  EXPECT_EQ(result.estimated_error, 0);
+  ASSERT_FALSE(result.considered.empty());
+  for (const auto& setting : result.considered)
+    EXPECT_TRUE(std::isfinite(setting.predicted_error)) << setting.estimator;
+}
+
 TEST(StatesItsError, FollowsTheTraits) {
   for (const auto& traits : render::EstimatorList())
     for (const bool shadows : {false, true}) {
