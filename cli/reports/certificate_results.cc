@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "luxfield/cli/reports/received_report.h"
 
@@ -22,7 +23,20 @@ const QuantityBudget* FluxBudget(const Certificate& certificate) {
 }
 
 // How a quantity hangs on the level of the light.
-enum class Scales { kWithLight, kNot };
+enum class Scales { kWithLight, kAsUgr, kNot };
+
+// What a relative change of all of the light is worth.
+double PerLight(double value, Scales scales) {
+  switch (scales) {
+    case Scales::kWithLight:
+      return value;
+    case Scales::kAsUgr:  // 8 log10 of the square of the luminance
+      return 16 / std::numbers::ln10;
+    case Scales::kNot:
+      break;
+  }
+  return 0;
+}
 
 class Lines {
  public:
@@ -33,7 +47,7 @@ class Lines {
     CertificateResult line{std::move(quantity), std::move(where), std::move(unit),
                            estimate.value,      estimate.u,       {}};
     if (estimate.u) {
-      const double shared = scales == Scales::kWithLight ? common_.value_or(0) * estimate.value : 0;
+      const double shared = common_.value_or(0) * PerLight(estimate.value, scales);
       line.expanded = 2 * std::hypot(*estimate.u, shared);
     }
     lines_.push_back(std::move(line));
@@ -65,6 +79,47 @@ void AddDistribution(Lines* lines, const photometry::Distribution& d,
     lines->Add("Inverse square law holds from",
                fmt::format("axis, within {} %", photometry::kInverseSquarePercent[k]),
                d.on_axis.distance_m[k], "m", Scales::kNot);
+}
+
+void AddEye(Lines* lines, const photometry::EyeAnswer& eye, const PhotometryNames& names) {
+  const std::string &where = eye.asked.name, luminance = names.LuminanceUnit();
+  for (const auto& field : eye.fields) {
+    lines->Add(fmt::format("Largest mean luminance over {:g} mrad", field.mrad), where,
+               field.largest, luminance, Scales::kWithLight);
+    lines->Add(fmt::format("Peak luminance within these {:g} mrad", field.mrad), where, field.peak,
+               luminance, Scales::kWithLight);
+  }
+  lines->Add("UGR of this lamp alone", where, eye.ugr, "1", Scales::kAsUgr);
+  lines->Add("UGR of the opening, evenly bright", where, eye.plain_ugr, "1", Scales::kAsUgr);
+  lines->Add("Veiling luminance", where, eye.veiling, luminance, Scales::kWithLight);
+  lines->Add("Threshold increment", where, eye.threshold_increment, "%", Scales::kWithLight);
+}
+
+// The largest of a table of ratings.
+void AddGlare(Lines* lines, const photometry::GlareAnswer& glare) {
+  const auto add = [&](const char* name, const std::vector<std::optional<Estimate>>& ratings) {
+    const auto largest = std::max_element(
+        ratings.begin(), ratings.end(),
+        [](const auto& a, const auto& b) { return b && (!a || a->value < b->value); });
+    if (largest != ratings.end()) lines->Add(name, glare.asked.name, *largest, "1", Scales::kAsUgr);
+  };
+  add("Largest UGR of this lamp alone", glare.ugr);
+  add("Largest UGR of the opening, evenly bright", glare.plain_ugr);
+}
+
+void AddColour(Lines* lines, const photometry::ColourDistribution& colour) {
+  const std::string where = "all of the flux";
+  if (colour.mean) {
+    lines->Add("Chromaticity, x", where, colour.mean->x, "1", Scales::kNot);
+    lines->Add("Chromaticity, y", where, colour.mean->y, "1", Scales::kNot);
+    lines->Add("Correlated colour temperature", where, colour.mean->kelvin, "K", Scales::kNot);
+    lines->Add("Duv", where, colour.mean->duv, "1", Scales::kNot);
+  }
+  if (colour.largest_deviation)
+    lines->Add("Largest distance in u', v' from that",
+               fmt::format("C = {:.1f}°, gamma = {:.1f}°", colour.largest_at.c_deg,
+                           colour.largest_at.gamma_deg),
+               *colour.largest_deviation, "1", Scales::kNot);
 }
 
 }  // namespace
@@ -106,18 +161,22 @@ std::vector<CertificateResult> CertificateResults(const Certificate& certificate
               Scales::kWithLight);
     lines.Add("Uniformity, smallest / mean", plane.asked.name, plane.uniformity, "1", Scales::kNot);
   }
+  for (const auto& volume : report.volumes) {
+    const PhotometryNames own = ReceivedNames(report, volume.asked.middle.weighting);
+    const std::string title = own.IlluminanceTitle(volume.asked.middle.receiver.shape);
+    for (const auto& [which, estimate] :
+         {std::pair{", mean", &volume.mean}, {", largest", &volume.most}})
+      lines.Add(title + which, volume.asked.middle.name, *estimate, own.illuminance_unit,
+                Scales::kWithLight);
+  }
   for (const auto& path : report.paths) {
     const PhotometryNames own = ReceivedNames(report, path.asked.weighting);
     lines.Add("Dose of " + own.Received(path.asked.receiver.shape), path.asked.name, path.dose,
               own.DoseUnit(), Scales::kWithLight);
   }
-  for (const auto& eye : report.eyes)
-    for (const auto& field : eye.fields) {
-      lines.Add(fmt::format("Largest mean luminance over {:g} mrad", field.mrad), eye.asked.name,
-                field.largest, names.LuminanceUnit(), Scales::kWithLight);
-      lines.Add(fmt::format("Peak luminance within these {:g} mrad", field.mrad), eye.asked.name,
-                field.peak, names.LuminanceUnit(), Scales::kWithLight);
-    }
+  for (const auto& eye : report.eyes) AddEye(&lines, eye, names);
+  for (const auto& glare : report.glare) AddGlare(&lines, glare);
+  if (report.colour) AddColour(&lines, *report.colour);
   return lines.lines();
 }
 

@@ -266,6 +266,15 @@ TEST_F(Photometry, CertificatesSayWhatIsStatedAndWhatIsNot) {
   EXPECT_TRUE(found["laboratory"]["customer"].is_null());
   EXPECT_EQ(found["results"][0]["value"], found["photometry"]["flux_lm"]);
   EXPECT_TRUE(found["results"][0]["U"].is_null());
+  const auto result = [&](const std::string& quantity) {
+    for (const json& one : found["results"])
+      if (one["quantity"] == quantity) return one["value"];
+    return json();
+  };
+  const json& eye = found["photometry"]["eyes"][0];
+  EXPECT_EQ(result("UGR of this lamp alone"), eye["ugr"]);
+  EXPECT_EQ(result("Veiling luminance"), eye["veiling_luminance_cd_per_m2"]);
+  EXPECT_EQ(result("Threshold increment"), eye["threshold_increment_percent"]);
   EXPECT_EQ(found["files"].size(), 2u);
   EXPECT_EQ(found["files"][0]["sha256"], found["photometry"]["sha256"]);
   EXPECT_TRUE(found["budget"].is_null());
@@ -297,6 +306,13 @@ TEST_F(Photometry, OfThreeChannelsHasColour) {
   EXPECT_NEAR(found["colour"]["mean"]["cct_k"].get<double>(), 6504, 20);
   EXPECT_LT(found["colour"]["deviation_largest"].get<double>(), 1e-5);
   EXPECT_THAT(Page(), testing::HasSubstr("Correlated colour temperature"));
+  Run({"photometry", "x.lf.exr", "-o", "x.cert.json"});
+  const json certificate = json::parse(ReadText(folder_ / "x.cert.json"));
+  const auto& results = certificate["results"];
+  EXPECT_TRUE(std::any_of(results.begin(), results.end(), [&](const json& result) {
+    return result["quantity"] == "Correlated colour temperature" &&
+           result["value"] == found["colour"]["mean"]["cct_k"];
+  }));
 }
 
 TEST_F(Photometry, TwoLampsAreComparedInTheWordsOfPhotometry) {
@@ -490,7 +506,8 @@ TEST_F(Photometry, QualityFollowsFromFiles) {
                 {"linearity": {"largest_deviation": 0.003, "repeatability": 0.002}}]})");
   WriteText(folder_ / "ask.toml",
             "[quality]\nresponsivity = \"camera.csv\"\nlamp_spectrum = \"lamp.csv\"\n"
-            "calibration_spectrum = \"source.csv\"\nsensor_calibration = \"sensor.cal.json\"\n");
+            "calibration_spectrum = \"source.csv\"\nsensor_calibration = \"sensor.cal.json\"\n"
+            "[[eye]]\neye_m = [0, 0, 1]\nline_of_sight = [-1, 0, -1]\nbackground_cd_per_m2 = 40\n");
   const LightField lamp = Lamp(1e6);
   lightfield::WriteLightField(folder_ / "s.lf.exr", [&] {
     LightField sigma = lamp;
@@ -514,6 +531,15 @@ TEST_F(Photometry, QualityFollowsFromFiles) {
   const json& flux = certificate["results"][0];
   const double value = flux["value"], noise = flux["u_noise"];
   EXPECT_NEAR(flux["U"].get<double>(), 2 * std::hypot(noise, value / std::sqrt(3.0)), 1e-6 * value);
+  const auto& results = certificate["results"];
+  const auto ugr = std::find_if(results.begin(), results.end(), [](const json& one) {
+    return one["quantity"] == "UGR of this lamp alone";
+  });
+  ASSERT_NE(ugr, results.end());
+  // 8 log10 of luminance squared.
+  EXPECT_NEAR((*ugr)["U"].get<double>(),
+              2 * std::hypot((*ugr)["u_noise"].get<double>(), 16 / std::log(10) / std::sqrt(3.0)),
+              1e-9);
   EXPECT_THAT(certificate["coverage"]["text"].get<std::string>(),
               testing::HasSubstr("spectral mismatch"));
   Run({"photometry", "x.lf.exr", "--ask", "ask.toml", "-o", "x.pdf"});
