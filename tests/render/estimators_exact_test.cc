@@ -306,7 +306,7 @@ TEST(Exact, EveryCutGivesTheClosedForm) {
     for (const char* cut :
          {"group=32,pixels=1,shared=1", "group=1,pixels=1,shared=1", "group=32,pixels=4,shared=4",
           "group=7,pixels=8,shared=4", "group=1,pixels=32,shared=2", "pixels=1,shared=1,lanes=4",
-          "pixels=8,shared=4,lanes=16"}) {
+          "pixels=8,shared=4,lanes=8", "pixels=8,shared=4,lanes=16"}) {
       const auto exact = MakeExact(device.WithTuning(ParseTuning(cut, device.tuning())));
       const auto result = LightGBuffer(device, *exact, gbuffer, luminaire).irradiance;
       if (first.empty()) first = result;
