@@ -73,7 +73,7 @@ class Photometry : public VerbTest {
     std::vector<std::string> arguments{"photometry", "x.lf.exr", "-o", "x.html"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     Run(arguments);
-    const std::string page = ReadText(folder_ / "x.html");
+    std::string page = ReadText(folder_ / "x.html");
     ExpectSelfContainedPage(page);
     return page;
   }
@@ -257,9 +257,10 @@ TEST_F(Photometry, EyesHavePicturesInUnits) {
 }
 
 TEST_F(Photometry, CertificatesSayWhatIsStatedAndWhatIsNot) {
-  WriteText(folder_ / "ask.toml", std::string(kAsk) +
-                                      "[certificate]\nlaboratory = \"Light & Co\"\n"
-                                      "number = \"17\"\n");
+  WriteText(folder_ / "ask.toml",
+            std::string(kAsk) +
+                "[[glare]]\nbelow_m = 1.5\ndistances_m = [1, 2]\nbackground_cd_per_m2 = 40\n"
+                "[certificate]\nlaboratory = \"Light & Co\"\nnumber = \"17\"\n");
   Ask(Lamp(1e6), {"--ask", "ask.toml", "-o", "x.cert.json"});
   const json found = json::parse(ReadText(folder_ / "x.cert.json"));
   EXPECT_EQ(found["laboratory"]["laboratory"], "Light & Co");
@@ -275,6 +276,12 @@ TEST_F(Photometry, CertificatesSayWhatIsStatedAndWhatIsNot) {
   EXPECT_EQ(result("UGR of this lamp alone"), eye["ugr"]);
   EXPECT_EQ(result("Veiling luminance"), eye["veiling_luminance_cd_per_m2"]);
   EXPECT_EQ(result("Threshold increment"), eye["threshold_increment_percent"]);
+  std::vector<double> ratings;
+  const json each = found["photometry"]["glare"][0]["ugr"].flatten();
+  for (const json& rating : each)
+    if (rating.is_number()) ratings.push_back(rating);
+  ASSERT_GT(ratings.size(), 1u);
+  EXPECT_EQ(result("Largest UGR of this lamp alone"), *std::ranges::max_element(ratings));
   EXPECT_EQ(found["files"].size(), 2u);
   EXPECT_EQ(found["files"][0]["sha256"], found["photometry"]["sha256"]);
   EXPECT_TRUE(found["budget"].is_null());
