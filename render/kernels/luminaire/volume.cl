@@ -110,6 +110,95 @@ inline __attribute__((always_inline)) void Interpolate(__global const float* coe
   }
 }
 
+inline int SmallestIntOf(int16 x) {
+  const int8 a = min(x.lo, x.hi);
+  const int4 b = min(a.lo, a.hi);
+  const int2 c = min(b.lo, b.hi);
+  return min(c.x, c.y);
+}
+
+// Pixels whose cells are one, or two side by side in a_x: each coefficient is read once for all.
+typedef struct SharedStencils {
+  int offset, nodes;   // of the first cell; 4 or 5 neighbours in a_x
+  float16 across[5];  // weights along a_x, from the first cell's on
+} SharedStencils;
+
+// False if the cells of the pixels that are wanted lie elsewhere.
+inline bool ShareStencils(const Stencils* stencils, int16 wanted, SharedStencils* shared) {
+  shared->offset = SmallestIntOf(select((int16)(INT_MAX), stencils->offset, wanted));
+  const int16 from_first = select((int16)(0), stencils->offset - shared->offset, wanted);
+  if (AnyOf(from_first != 0 & from_first != 4)) return false;
+  const int16 next = from_first == 4;
+  shared->nodes = AnyOf(next) ? 5 : 4;
+  const float16 none = 0.0f;
+  shared->across[0] = select(stencils->across[0], none, next);
+  for (int n = 1; n < 4; ++n)
+    shared->across[n] = select(stencils->across[n], stencils->across[n - 1], next);
+  shared->across[4] = select(none, stencils->across[3], next);
+  return true;
+}
+
+// B0, B1_u, B1_v of `channels` channels, whose tables lie `table` floats apart, of pixels that share
+// them: a lane is a pixel, and the compiler knows `channels` and `nodes`.
+inline __attribute__((always_inline)) void InterpolateShared(
+    __global const float* first, int line, int slice, size_t table, const SharedStencils* shared,
+    const float16 rows[16], const int channels, const int nodes, Vectors moments[3]) {
+  enum { kSums = 2 };  // independent ones: no chain of additions waits for the one before
+  Vectors sum[3][kSums];
+#pragma unroll
+  for (int channel = 0; channel < channels; ++channel)
+#pragma unroll
+    for (int k = 0; k < kSums; ++k)
+      sum[channel][k].x = sum[channel][k].y = sum[channel][k].z = 0.0f;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) {
+      __global const float* row = first + 4 * ((size_t)i * slice + j * line);
+#pragma unroll
+      for (int n = 0; n < nodes; ++n) {
+        const float16 weight = rows[4 * i + j] * shared->across[n];
+        const int k = channels == 1 ? n % kSums : 0;
+#pragma unroll
+        for (int channel = 0; channel < channels; ++channel) {
+          __global const float* node = row + channel * table + 4 * n;
+          Vectors* to = &sum[channel][k];
+          to->x = fma(weight, (float16)(node[0]), to->x);
+          to->y = fma(weight, (float16)(node[1]), to->y);
+          to->z = fma(weight, (float16)(node[2]), to->z);
+        }
+      }
+    }
+#pragma unroll
+  for (int channel = 0; channel < channels; ++channel) {
+    const Vectors a = sum[channel][0], b = sum[channel][1];
+    moments[channel] = (Vectors){a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+}
+
+// (B0, B1_u, B1_v) of every channel. Of every pixel, as most are wanted: a branch for each costs more
+// than it saves.
+inline void InterpolateAll(__global const float* coefficients, int line, int slice, size_t table,
+                           const Stencils* stencils, int16 wanted, int channels,
+                           Vectors moments[3]) {
+  SharedStencils shared;
+  if (ShareStencils(stencils, wanted, &shared)) {
+    __global const float* first = coefficients + shared.offset;
+    if (channels == 3 && shared.nodes == 4)
+      InterpolateShared(first, line, slice, table, &shared, stencils->rows, 3, 4, moments);
+    else if (channels == 3)
+      InterpolateShared(first, line, slice, table, &shared, stencils->rows, 3, 5, moments);
+    else if (shared.nodes == 4)
+      InterpolateShared(first, line, slice, table, &shared, stencils->rows, 1, 4, moments);
+    else
+      InterpolateShared(first, line, slice, table, &shared, stencils->rows, 1, 5, moments);
+    return;
+  }
+  for (int channel = 0; channel < channels; ++channel) {
+    float16 each[4], unused;
+    Interpolate(coefficients + channel * table, line, slice, stencils, (float4*)each);
+    moments[channel] = Transposed(each, &unused);
+  }
+}
+
 // Of the light that reaches a pixel; `share` (may be null: all of it) is that of patch_shares.cl.
 inline float ShareOf(__global const float* share, int pixel) { return share ? share[pixel] : 1.0f; }
 
@@ -122,13 +211,16 @@ inline float16 UnclippedErrors(__constant const LuminaireParams* luminaire, Vect
          h / (8.0f * z * shrink);
 }
 
-// left[0] pixels of `by_exact` from left[2] on, left[1] of `unclipped` from the end down.
-inline void ListLeft(int16 by_exact, int16 unclipped, int first, int pixel_count,
+// left[0] pixels of `by_exact` from left[2] on, left[1] of `unclipped` from the end down, as ~pixel
+// those that also are `tabulated`.
+inline void ListLeft(int16 by_exact, int16 unclipped, int16 tabulated, int first, int pixel_count,
                      __global int* left) {
-  const int *exact = (const int*)&by_exact, *fine = (const int*)&unclipped;
+  const int *exact = (const int*)&by_exact, *fine = (const int*)&unclipped,
+            *whole = (const int*)&tabulated;
   for (int k = 0; k < kPixels; ++k) {
     if (exact[k]) left[2 + atomic_inc(left)] = first + k;
-    if (fine[k]) left[1 + pixel_count - atomic_inc(left + 1)] = first + k;
+    if (fine[k])
+      left[1 + pixel_count - atomic_inc(left + 1)] = whole[k] ? ~(first + k) : first + k;
   }
 }
 
@@ -161,7 +253,9 @@ inline void AddToPixels(const float16* e, int channels, int first, int count,
 // Adds the irradiance of every pixel whose horizon does not cut the luminaire and that the volume
 // covers. The other pixels that may see light are listed, in no order: left[0] of them from left[2]
 // on, but left[1] whose horizon cuts images so fine that clipping their texels makes no difference
-// of `max_error` |J|, from the end down. Item (kPixels pixels).
+// of `max_error` |J|, from the end down. Of these, those that see the middle of the supports get the
+// integral of g here, and are listed as ~pixel: they lack that of max(0, -g), which is of fewer
+// images than that of max(0, g) = g + max(0, -g). Item (kPixels pixels).
 __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
                                __constant const VolumeParams* volume,
                                __global const float* coefficients,
@@ -197,10 +291,12 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
               unclipped = cut & (UnclippedErrors(luminaire, n, z, shrink) <= max_error);
   const float16 at_x = Position(&volume->axis[0], a_x), at_y = Position(&volume->axis[1], a_y),
                 at_tau = Position(&volume->axis[2], tau);
-  const int16 tabulated = lit & ~cut & IsInside(&volume->axis[0], at_x) &
-                          IsInside(&volume->axis[1], at_y) & IsInside(&volume->axis[2], at_tau),
+  const int16 tabulated = lit & (~cut | (unclipped & height > 0.0f)) &
+                          IsInside(&volume->axis[0], at_x) & IsInside(&volume->axis[1], at_y) &
+                          IsInside(&volume->axis[2], at_tau),
               by_exact = lit & ~unclipped & ~tabulated;
-  if (AnyOf(unclipped | by_exact)) ListLeft(by_exact, unclipped, first, pixel_count, left);
+  if (AnyOf(unclipped | by_exact))
+    ListLeft(by_exact, unclipped, tabulated, first, pixel_count, left);
   if (!AnyOf(tabulated)) return;
 
   Stencils stencils;
@@ -209,18 +305,16 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
   const int line = volume->axis[0].coefficients, slice = line * volume->axis[1].coefficients;
   const size_t table = 4 * (size_t)slice * volume->axis[2].coefficients;
   const float16 scale = select((float16)(0.0f), seen * tau * tau / z, tabulated);
+  Vectors b[3];
+  InterpolateAll(coefficients, line, slice, table, &stencils, tabulated, luminaire->channels, b);
   float16 e[3];
-  for (int channel = 0; channel < luminaire->channels; ++channel) {
-    // Of every pixel, as most are wanted: a branch costs more than it saves.
-    float16 moments[4];
-    Interpolate(coefficients + channel * table, line, slice, &stencils, (float4*)moments);
-    const Vectors b = Transposed(moments, &unused);  // B0, B1_u, B1_v
-    e[channel] = scale * fma(height, b.x, fma(n.x, b.y, n.y * b.z));
-  }
+  for (int channel = 0; channel < luminaire->channels; ++channel)
+    e[channel] = scale * fma(height, b[channel].x, fma(n.x, b[channel].y, n.y * b[channel].z));
   AddToPixels(e, luminaire->channels, first, pixel_count, ratio, irradiance, variance);
 }
 
-// Adds the irradiance of the `count` pixels at the end of `left`, whose horizon cuts fine images.
+// Adds the irradiance of the `count` pixels at the end of `left`, whose horizon cuts fine images, or of
+// those listed as ~pixel what they lack: their irradiance from behind.
 __kernel void VolumeCutIrradiance(__constant const LuminaireParams* luminaire,
                                   __global const float* images, __global const float4* positions,
                                   __global const float4* normals, int pixel_count,
@@ -228,8 +322,11 @@ __kernel void VolumeCutIrradiance(__constant const LuminaireParams* luminaire,
                                   __global float* variance, __global const int* left, int count,
                                   __global const float* share) {
   if ((int)get_global_id(0) >= count) return;
-  const int pixel = left[1 + pixel_count - (int)get_global_id(0)];
-  const Receiver receiver = MakeReceiver(luminaire, positions[pixel].xyz, normals[pixel].xyz);
+  const int listed = left[1 + pixel_count - (int)get_global_id(0)];
+  const int pixel = listed < 0 ? ~listed : listed;
+  const float side = listed < 0 ? -1.0f : 1.0f;
+  const Receiver receiver =
+      MakeReceiver(luminaire, positions[pixel].xyz, side * normals[pixel].xyz);
   float sum[3];
   LightCutPixel(luminaire, images, &receiver, 0, /*clip=*/false, sum);
   const float seen = ShareOf(share, pixel);
