@@ -22,6 +22,7 @@
 #include "luxfield/render/accuracy/accuracy.h"
 #include "luxfield/render/accuracy/picture_noise.h"
 #include "luxfield/render/accuracy/soft_maps_error.h"
+#include "luxfield/render/device/programs_ahead.h"
 #include "luxfield/render/film/display.h"
 #include "luxfield/render/film/film.h"
 #include "luxfield/render/lights/shadow_maps.h"
@@ -147,10 +148,22 @@ int UsualAntialias(const RenderVerbOptions& options) {
   return smooth ? render::kSmoothAntialias : 1;
 }
 
+// The programs of a picture whose estimator is named; the choice of one measures the processors' time,
+// which is to be spent on nothing else.
+void BuildProgramsAhead(const render::Device& device, const RenderVerbOptions& options,
+                        std::optional<render::ProgramsAhead>& ahead) {
+  if (!options.error.empty() || !options.time.empty()) return;
+  ahead.emplace(device,
+                fmt::format("render {} {} {}", std::filesystem::absolute(options.scene).string(),
+                            options.render.estimator, options.shadows));
+}
+
 core::Json Run(const RenderVerbOptions& given, const Common& common) {
+  const render::Device device = render::Device::Open(given.device, common.threads);
+  std::optional<render::ProgramsAhead> ahead;
+  BuildProgramsAhead(device, given, ahead);
   RenderSetUp set_up = SetUpRender(given, common.seed.value_or(1));
   RenderVerbOptions& options = set_up.options;
-  const render::Device device = render::Device::Open(options.device, common.threads);
   if (FrameCount(set_up) > 0) return RenderSequence(device, std::move(set_up));
   if (options.resume)
     throw InputError(options.scene, "makes one picture, and --resume is for a sequence of frames",

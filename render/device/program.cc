@@ -137,6 +137,7 @@ std::string ResolveIncludes(std::string_view text, const std::string& name) {
 }
 
 Program Program::Build(const Device& device, std::string_view path, const std::string& options) {
+  device.programs().AddAsked({std::string(path), options});
   const std::string_view text = EmbeddedSource(path);
   if (text.empty()) throw DeviceError(fmt::format("no embedded source is called '{}'", path));
   return BuildText(device, text, std::string(path), options);

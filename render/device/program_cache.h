@@ -7,7 +7,9 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "luxfield/core/cache.h"
 #include "luxfield/render/device/device.h"
@@ -21,21 +23,55 @@ inline core::CacheKey ProgramKey(const DeviceInfo& device, const std::string& op
                                 device.version, device.driver, options, source)};
 }
 
+// An embedded source, and the build options that were given with it: all options but the tuning's.
+struct ProgramName {
+  std::string path, options;
+  auto operator<=>(const ProgramName&) const = default;
+};
+
 class BuiltPrograms {
  public:
-  // The program of these options and source, which `build` makes where there is none yet. Other
-  // threads wait meanwhile.
+  // The program of these options and source, which `build` makes where there is none yet. Threads
+  // that want the same program wait meanwhile, others do not.
   template <typename Build>
   std::shared_ptr<const BuiltProgram> FindOrBuild(const core::CacheKey& key, const Build& build) {
+    const std::shared_ptr<Entry> entry = EntryOf(key.text);
+    const std::lock_guard lock(entry->mutex);
+    if (!entry->built) entry->built = std::make_shared<const BuiltProgram>(build());
+    return entry->built;
+  }
+
+  std::size_t count() const {  // of those that are built or being built
     const std::lock_guard lock(mutex_);
-    auto& built = programs_[key.text];
-    if (!built) built = std::make_shared<const BuiltProgram>(build());
-    return built;
+    return programs_.size();
+  }
+
+  // Programs that were asked for, as programs_ahead.h keeps them.
+  void AddAsked(ProgramName name) {
+    const std::lock_guard lock(mutex_);
+    asked_.insert(std::move(name));
+  }
+  std::set<ProgramName> Asked() const {
+    const std::lock_guard lock(mutex_);
+    return asked_;
   }
 
  private:
-  std::mutex mutex_;
-  std::map<std::string, std::shared_ptr<const BuiltProgram>> programs_;
+  struct Entry {
+    std::mutex mutex;
+    std::shared_ptr<const BuiltProgram> built;
+  };
+
+  std::shared_ptr<Entry> EntryOf(const std::string& key) {
+    const std::lock_guard lock(mutex_);
+    auto& entry = programs_[key];
+    if (!entry) entry = std::make_shared<Entry>();
+    return entry;
+  }
+
+  mutable std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<Entry>> programs_;
+  std::set<ProgramName> asked_;
 };
 
 }  // namespace luxfield::render

@@ -5,15 +5,18 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "luxfield/core/error.h"
 #include "luxfield/core/file.h"
 #include "luxfield/render/device/program_cache.h"
+#include "luxfield/render/device/programs_ahead.h"
 
 namespace luxfield::render {
 namespace {
@@ -147,6 +150,52 @@ TEST_F(DeviceTest, TheCacheIsKeyedByDeviceDriverOptionsAndSource) {
     other.*field += " 2";
     EXPECT_NE(ProgramKey(other, "-DA=1", "source").text, key);
   }
+}
+
+constexpr char kSelect[] = "kernels/lights/select_lights.cl";
+
+// Programs that are built within some seconds without anyone asking for them.
+std::size_t BuiltAhead(const std::string& work, std::size_t wanted) {
+  const auto device = Device::Open();
+  const ProgramsAhead ahead(device, work);
+  for (int tries = 0; tries < 600 && device.programs().count() < wanted; ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  const std::size_t count = device.programs().count();
+  if (wanted > 0) Program::Build(device, kSelect);  // so that it is kept for the next run
+  return count;
+}
+
+TEST_F(DeviceTest, BuildsAheadWhatAnEarlierRunAskedFor) {
+  EXPECT_EQ(BuiltAhead("select", 0), 0u);
+  {
+    const auto device = Device::Open();
+    const ProgramsAhead ahead(device, "select");
+    Program::Build(device, kSelect);
+  }
+  EXPECT_EQ(BuiltAhead("select", 1), 1u);
+  EXPECT_EQ(BuiltAhead("select", 1), 1u);
+  EXPECT_EQ(BuiltAhead("another", 0), 0u);
+}
+
+// What a run asked for that then failed is less than the next one needs; names that are none do no harm.
+TEST_F(DeviceTest, KeepsNoProgramsOfARunThatFails) {
+  const auto key = core::KeyOfThisBuild("programs", Device::Open().info().name + "\nfails");
+  ASSERT_TRUE(key);
+  ASSERT_TRUE(core::PutIntoCache(*key, "kernels/none.cl \nno blank\n"));
+  EXPECT_THROW(
+      {
+        const auto device = Device::Open();
+        const ProgramsAhead ahead(device, "fails");
+        throw InputError("bad");
+      },
+      InputError);
+  EXPECT_EQ(core::FindInCache(*key), "kernels/none.cl \nno blank\n");
+  {
+    const auto device = Device::Open();
+    const ProgramsAhead ahead(device, "fails");
+    Program::Build(device, kSelect);
+  }
+  EXPECT_EQ(core::FindInCache(*key), std::string(kSelect) + " \n");
 }
 
 TEST_F(DeviceTest, CompilesAnewWhatTheDriverRefuses) {
