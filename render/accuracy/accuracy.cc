@@ -258,7 +258,8 @@ bool MayBeChosen(const EstimatorTraits& traits, const LitScene& scene,
   const auto& names = request.estimators;
   return StatesItsError(traits, scene.geometry().glossy,
                         request.picture.shadows != Shadows::kNone) &&
-         (names.empty() || std::find(names.begin(), names.end(), traits.name) != names.end());
+         (names.empty() ? !traits.for_comparison
+                        : std::find(names.begin(), names.end(), traits.name) != names.end());
 }
 
 bool ReadsCostModel(const LitScene& scene, const AccuracyRequest& request) {

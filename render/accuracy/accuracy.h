@@ -74,7 +74,7 @@ bool TakesSamples(const EstimatorTraits& traits, bool shadows);
 bool StatesItsError(const EstimatorTraits& traits, bool glossy, bool shadows);
 
 // Whether the scene's luminaires may be lit by an estimator: it states its error there and is one
-// of those that the request names, if it names any.
+// of those that the request names; where it names none, any that is not there for comparison alone.
 bool MayBeChosen(const EstimatorTraits& traits, const LitScene& scene,
                  const AccuracyRequest& request);
 

@@ -55,7 +55,9 @@ struct EstimatorTraits {
   bool unbiased_with_shadows = false;
   bool noise_free = false;   // without shadows
   bool takes_tasks = false;  // LightTasks()
-  double rel_error = 0;      // bound on the relative RMSE of a noise-free picture; 0: none is known
+  // Kept to compare with: another estimator is never worse, so that it is taken only where it is named.
+  bool for_comparison = false;
+  double rel_error = 0;  // bound on the relative RMSE of a noise-free picture; 0: none is known
   // That bound is the error asked for (EstimatorOptions::max_error, the volume's); rel_error is its
   // default.
   bool error_is_asked = false;

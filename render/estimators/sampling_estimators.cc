@@ -14,7 +14,7 @@ struct KernelSource {
 
 // A sampler claims no bias and takes any BRDF and all shadows.
 EstimatorTraits TraitsOf(const std::string& name, const TableNeeds& needs,
-                         const std::string& guarantee) {
+                         const std::string& guarantee, bool for_comparison = false) {
   return {.name = name,
           .needs = needs,
           .any_brdf = true,
@@ -22,6 +22,7 @@ EstimatorTraits TraitsOf(const std::string& name, const TableNeeds& needs,
           .unbiased = true,
           .unbiased_with_shadows = true,
           .takes_tasks = true,
+          .for_comparison = for_comparison,
           .guarantee = guarantee};
 }
 
@@ -82,7 +83,8 @@ const std::vector<EstimatorTraits>& SamplingEstimators() {
       TraitsOf("precomputed", {.sat = true},
                "the baseline of precomputed light importance sampling: points drawn from all of C "
                "wherever the receiver is; unbiased but for receivers on the image plane, which get "
-               "nothing, and very noisy near it")};
+               "nothing, and very noisy near it",
+               /*for_comparison=*/true)};
   return estimators;
 }
 
