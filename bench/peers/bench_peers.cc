@@ -135,7 +135,7 @@ struct Peer {
 };
 
 std::vector<Peer> FindPeers(const PeersOptions& options) {
-  std::vector<Peer> peers{{"cycles", {}}, {"mitsuba", {}}};
+  std::vector<Peer> peers{{"cycles", {}}, {"mitsuba", {}}, {"pbrt", {}}};
   for (Peer& peer : peers) {
     auto words = Python(options, fmt::format("render_{}.py", peer.name));
     core::RequireRegularFile(words.back());

@@ -1,4 +1,5 @@
-// `luxfield bench peers`: the same scenes through Blender's Cycles and Mitsuba 3, at equal error.
+// `luxfield bench peers`: the same scenes through Blender's Cycles, Mitsuba 3 and pbrt-v4, at equal
+// error.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,7 @@ struct PeersOptions {
   int triangles = 375000;          // of the mesh of hills, about
   int runs = 4;                    // of different seeds and the samples of that error; at least 2
   std::uint64_t seed = 1;          // of the first
-  std::string python = "python3";  // that finds the modules bpy and mitsuba
+  std::string python = "python3";  // that finds the modules bpy, mitsuba and numpy
   std::filesystem::path scripts = "bench/peers";                // export.py and render_*.py
   std::filesystem::path distribution = "data/scenes/tube.ies";  // of the photometric lamp
   std::filesystem::path folder;                                 // scratch
@@ -67,7 +68,7 @@ std::vector<PeerPoint> MeasurePoints(double error,
 //   |peer - ours| <= 0.0005 ours + 3 sqrt(se_ours^2 + se_peer^2).
 bool MeansAgree(const PeerFigures& ours, const PeerFigures& peer);
 
-// Rows, for each scene those of luxfield, cycles and mitsuba:
+// Rows, for each scene those of luxfield, cycles, mitsuba and pbrt:
 //   scene, renderer, spp, rel_rmse, mean
 //   samples, sample_core_s, fixed_core_s, light_core_s, whole_core_s   as above, at options.error
 //   light_ratio, whole_ratio   ours over the peer's, of light_core_s and whole_core_s: below 1 where

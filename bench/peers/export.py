@@ -4,8 +4,9 @@
     bench/peers/export.py SCENE.toml -o FOLDER
 
 writes FOLDER/scene.json, which render_cycles.py and render_mitsuba.py beside this file read, and
-FOLDER/scene.pbrt; README.md says how they are run and compared. What none of them shares with us is
-refused by name, and what one of them does not is named in "refused" of scene.json: {"pbrt": sentence}.
+FOLDER/scene.pbrt, which render_pbrt.py does; README.md says how they are run and compared. What none of them
+shares with us is refused by name, and what one of them does not is named in "refused" of scene.json:
+{"mitsuba": sentence}.
 """
 
 import argparse
@@ -35,14 +36,8 @@ def export(scene, folder, samples):
     for k, distribution in enumerate(scene["distributions"]):
         distribution["dense"] = str((folder / f"distribution_{k}.ies").resolve())
         ies.write_dense(distribution["dense"], distribution, POLAR_STEP_DEG, AZIMUTH_STEP_DEG)
-    refused = refusals(scene)
-    try:
-        (folder / "scene.pbrt").write_text(pbrt_scene(scene, samples))
-    except Refused as why:
-        refused["pbrt"] = str(why)
-    (folder / "scene.json").write_text(json.dumps(scene | {"refused": refused}, indent=1) + "\n")
-    if scene["environment"] and "pbrt" not in refused:
-        print(f"imgtool makeequiarea --outfile {folder}/environment.exr {scene['environment']['file']}")
+    (folder / "scene.pbrt").write_text(pbrt_scene(scene, samples))
+    (folder / "scene.json").write_text(json.dumps(scene | {"refused": refusals(scene)}, indent=1) + "\n")
 
 
 def main():

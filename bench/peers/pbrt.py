@@ -2,7 +2,6 @@
 
 import math
 
-from refused import Refused
 from scene import product
 
 
@@ -16,8 +15,6 @@ def matrix(rows):
 
 
 def pbrt_scene(scene, samples):
-    if scene["lamps"]:
-        raise Refused("lamps of a photometric file are not written for pbrt, which takes them as equal-area pictures")
     camera, environment = scene["camera"], scene["environment"]
     w, h = camera["width"], camera["height"]
     half = math.tan(math.radians(camera["vertical_fov_deg"]) / 2)
@@ -33,11 +30,11 @@ def pbrt_scene(scene, samples):
         "WorldBegin",
     ]
     if environment:
-        # imgtool takes column u for the azimuth atan2(y, x) = 2 pi u, our pictures for pi / 2 - 2 pi u:
+        # environment.pfm takes column u for the azimuth atan2(y, x) = 2 pi u, our pictures for pi / 2 - 2 pi u:
         # x and y change places.
         turn = product(environment["rotation"], [[0, 1, 0], [1, 0, 0], [0, 0, 1]])
         lines += ["AttributeBegin", "Transform " + matrix([row + [0] for row in turn]),
-                  f'LightSource "infinite" "string filename" "environment.exr" "float scale" [ {environment["scale"]:.9g} ]',
+                  f'LightSource "infinite" "string filename" "environment.pfm" "float scale" [ {environment["scale"]:.9g} ]',
                   "AttributeEnd"]
     indices = '"integer indices" [ 0 1 2 0 2 3 ]'
     for quad in scene["quads"]:
@@ -52,4 +49,9 @@ def pbrt_scene(scene, samples):
                   # Of opacity 0: lit by, but not seen, like our lights and the other peers'.
                   f'Shape "trianglemesh" {indices} "point3 P" {numbers(sum(light["corners"], []))} "float alpha" [ 0 ]',
                   "AttributeEnd"]
+    for lamp in scene["lamps"]:
+        rows = [row + [p] for row, p in zip(lamp["frame"], lamp["position"])]
+        lines += ["AttributeBegin", "Transform " + matrix(rows),
+                  f'LightSource "goniometric" "string filename" "distribution_{lamp["distribution"]}.pfm" '
+                  f'"float scale" [ {lamp["scale"]:.9g} ]', "AttributeEnd"]
     return "\n".join(lines) + "\n"

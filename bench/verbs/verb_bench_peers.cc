@@ -30,8 +30,6 @@ core::Json Run(PeersOptions how) {
     if (row.contains("missing"))
       fmt::print("missing: {} of {}: {}\n", row["renderer"].get<std::string>(),
                  row["scene"].get<std::string>(), row["missing"].get<std::string>());
-  fmt::print("missing: pbrt-v4 is not run by this command; {} writes scene.pbrt for it\n",
-             (how.scripts / "export.py").string());
   return result;
 }
 
@@ -39,8 +37,8 @@ core::Json Run(PeersOptions how) {
 
 void AddBenchPeers(cli::Program& program, CLI::App& benches) {
   const auto [app, how] = AddDeviceBench<PeersOptions>(
-      program, benches, "peers", "Scenes of ours through Cycles and Mitsuba 3, at equal error",
-      [&program](auto& o) {
+      program, benches, "peers",
+      "Scenes of ours through Cycles, Mitsuba 3 and pbrt-v4, at equal error", [&program](auto& o) {
         o.seed = program.common().seed.value_or(1);
         return Run(o);
       });
@@ -54,8 +52,10 @@ void AddBenchPeers(cli::Program& program, CLI::App& benches) {
   app.add_option("--triangles", how.triangles, "Of the mesh of hills, about")
       ->check(CLI::Range(2, 100000000));
   app.add_option("--runs", how.runs, "Of different random numbers")->check(CLI::Range(2, 1000));
-  app.add_option("--python", how.python,
-                 "Python with the modules bpy and mitsuba, as `./run foreign` installs it");
+  app.add_option(
+      "--python", how.python,
+      "Python with the modules bpy and mitsuba, as `./run foreign` installs it; pbrt is found "
+      "in PATH");
   app.add_option("--scripts", how.scripts, "Folder of export.py and the peers' scripts");
   app.add_option("--distribution", how.distribution, "LM-63 file of the photometric lamp");
   app.add_option("--folder", how.folder, "Scratch folder (default: a temporary one)");

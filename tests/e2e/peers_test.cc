@@ -74,6 +74,7 @@ TEST(Peers, LampsKeepTheirLightInNarrowSteps) {
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
   const Json peers = Json::parse(ReadText(folder / "lamp/scene.json"));
   ASSERT_EQ(peers["lamps"].size(), 3u);
+  EXPECT_NE(ReadText(folder / "lamp/scene.pbrt").find("\"distribution_0.pfm\""), std::string::npos);
   EXPECT_EQ(peers["lamps"][2]["position"], Json({2, 0, 2}));
   EXPECT_NE(peers["refused"]["mitsuba"].get<std::string>().find("photometric"), std::string::npos);
   Json lamps[2];
@@ -84,6 +85,36 @@ TEST(Peers, LampsKeepTheirLightInNarrowSteps) {
   }
   EXPECT_NEAR(lamps[1]["flux_lm"].get<double>() / lamps[0]["flux_lm"].get<double>(), 1, 1e-6);
   EXPECT_EQ(lamps[1]["peak"], lamps[0]["peak"]);
+  std::filesystem::remove_all(folder);
+}
+
+// The square of equal areas that pbrt gets: all light of a picture's pixels, from where it came.
+TEST(Peers, EqualAreasKeepTheLightOfASky) {
+  const auto folder = FreshFolder("peers_square");
+  const std::string script = R"(
+import sys
+sys.path.insert(0, sys.argv[1])
+import numpy as np, equal_area
+n, size = 32, 256
+row, column = np.arange(n)[:, None] + np.zeros((n, 2 * n)), np.arange(2 * n)[None] + np.zeros((n, 2 * n))
+edge = lambda k: np.cos(np.pi * k / n)
+solid = (edge(row) - edge(row + 1)) * np.pi / n
+picture = np.stack([np.ones((n, 2 * n)), np.where((row == 5) & (column == 9), 100., 0.), 1 + np.cos(np.pi * (row + .5) / n)], -1)
+square = equal_area.of_latlong(picture, size).astype(float)
+assert np.allclose(square.mean(axis=(0, 1)) * 4 * np.pi, (picture * solid[..., None]).sum(axis=(0, 1)), rtol=1e-5)
+middle = equal_area.directions(*(p.reshape(size, size) for p in equal_area._points(size, (0, size), 1)))
+assert np.allclose(np.linalg.norm(middle, axis=-1), 1)
+# The bright pixel shines from where it is: its centroid, which bends inwards by a pixel's squared width.
+polar, azimuth = np.pi * 5.5 / n, 2 * np.pi * 9.5 / (2 * n)
+towards = np.array([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)])
+centroid = (square[..., 1:2] * middle).sum(axis=(0, 1)) / square[..., 1].sum()
+assert np.allclose(centroid, towards, atol=(np.pi / n) ** 2 / 4), (centroid, towards)
+equal_area.write_pfm(sys.argv[2], square.astype(np.float32))
+assert (equal_area.read_pfm(sys.argv[2]) == square.astype(np.float32)).all()
+)";
+  const Outcome outcome = RunProgram(
+      {"/usr/bin/python3", "-c", script, SourceFile("bench/peers").string(), "square.pfm"}, folder);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   std::filesystem::remove_all(folder);
 }
 
