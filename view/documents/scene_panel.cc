@@ -47,6 +47,10 @@ bool ScenePanel::Save(SceneEditor& editor) {
   }
 }
 
+void ScenePanel::DrawSaid() const {
+  if (!said_.empty()) ImGui::TextWrapped("%s", core::OnOneLine(said_).c_str());
+}
+
 bool ScenePanel::DrawHistory(SceneEditor& editor) {
   const ImGuiIO& io = ImGui::GetIO();
   const auto with_control = [&](Key pressed) {
@@ -65,7 +69,7 @@ bool ScenePanel::DrawHistory(SceneEditor& editor) {
     ImGui::TextDisabled("not saved");
     if (said_ == "saved") said_.clear();
   }
-  if (!said_.empty()) ImGui::TextWrapped("%s", core::OnOneLine(said_).c_str());
+  DrawSaid();
   const bool undone = undo && editor.CanUndo(), redone = redo && editor.CanRedo();
   if (undone) editor.Undo();
   if (redone) editor.Redo();
