@@ -85,7 +85,7 @@ bool ScenePanel::DrawEnvironment(SceneEditor& editor) {
   Fields fields(editor);
   fields.Drag("turned by", numbers.rotate_deg, 0.5f, kTurn_deg, "%.1f",
               "degrees about the world's x axis, then y, then z; the last turns the sky");
-  fields.Drag("scale", numbers.scale, 0.005f, 0, kBrightest, "%.4g", "multiplies its radiance");
+  fields.Factor("scale", numbers.scale, kBrightest, "multiplies its radiance");
   if (fields.changed()) editor.Set(numbers);
   fields.End();
   ImGui::PopID();
