@@ -207,6 +207,7 @@ void WriteWithLegend(const std::filesystem::path& path, const core::Image& image
 std::vector<std::string> TickLabels(std::span<const double> values) {
   const bool plain = std::ranges::all_of(values, IsWrittenOut);
   std::vector<std::string> labels;
+  labels.reserve(values.size());
   for (const double value : values)
     labels.push_back(plain || value == 0 ? fmt::format("{:.{}f}", value, Decimals(value))
                                          : WithPower(value));

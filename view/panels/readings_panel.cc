@@ -70,6 +70,7 @@ void ReadingsPanel::DrawProfile(const render::Frame& frame) {
   const auto profile = ProfileOf(frame, probes_[probes_.size() - 2], probes_.back());
   const bool arriving = DrawChoice("profile", frame, along_illuminance_);
   std::vector<float> values;
+  values.reserve(profile.size());
   for (const Reading& reading : profile)
     values.push_back(
         static_cast<float>(arriving ? reading.illuminance.value_or(0) : reading.luminance));

@@ -44,6 +44,7 @@ std::vector<Tick> TicksOf(const render::FalseColourScale& scale, Layer layer) {
 std::vector<TickText> TextsOf(const std::vector<Tick>& ticks, double width, double gap,
                               const std::function<double(const std::string&)>& width_of) {
   std::vector<double> values;
+  values.reserve(ticks.size());
   for (const Tick& tick : ticks) values.push_back(tick.value);
   const std::vector<std::string> labels = render::TickLabels(values);
   std::vector<TickText> texts;
