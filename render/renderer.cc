@@ -187,6 +187,7 @@ void Renderer::SortLights() {
   ++strata_;
   scene_.RequireIntensities();
   std::vector<DrawnLight> lights;
+  lights.reserve(drawn.size());
   tables.clear();
   for (const std::size_t l : drawn) lights.push_back(MakeDrawnLight(l, tables));
   many_.emplace(film_kernels_, std::move(lights), tables);
