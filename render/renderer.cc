@@ -21,6 +21,8 @@ constexpr int kMaxSamples = 1 << 24;
 constexpr double kShareLeftOut = 0.1;
 // Of a part's points: lit together with the others, which costs less than to gather them.
 constexpr double kNearlyAll = 0.8;
+// Luminaires that are looked up in their volumes sooner than the tree tells which of them matter.
+constexpr std::size_t kFewInVolumes = 16;
 
 // Point k of n in the pixel: Hammersley, in the middle of its strata; the centre if n = 1.
 lightfield::Vec2 PixelSample(int k, int n) {
@@ -172,9 +174,10 @@ void Renderer::SortLights() {
     if (!traits.noise_free || options_.shadows == Shadows::kTraced) stratum_of_[l] = strata_++;
   }
   std::vector<BoundedTable> tables;
+  const bool looks_up = estimator_.traits().needs.volume && options_.shadows == Shadows::kNone;
   if (const std::size_t luminaires = scene_.luminaires().size();
-      estimator_.traits().noise_free && luminaires > 1 && options_.shadows != Shadows::kSoftMaps &&
-      !everywhere) {
+      estimator_.traits().noise_free && luminaires > (looks_up ? kFewInVolumes : 1) &&
+      options_.shadows != Shadows::kSoftMaps && !everywhere) {
     scene_.RequireIntensities();
     std::vector<BoundedLight> bounds;
     for (std::size_t l = 0; l < luminaires; ++l) bounds.push_back(Bound(l, tables));
@@ -184,6 +187,7 @@ void Renderer::SortLights() {
   ++strata_;
   scene_.RequireIntensities();
   std::vector<DrawnLight> lights;
+  lights.reserve(drawn.size());
   tables.clear();
   for (const std::size_t l : drawn) lights.push_back(MakeDrawnLight(l, tables));
   many_.emplace(film_kernels_, std::move(lights), tables);

@@ -172,7 +172,8 @@ class Renderer {
   std::vector<int> stratum_of_;     // each light's part of the samples; -1: it takes none
   int strata_ = 0;                  // that share the samples; drawn lights are the last one
   std::optional<ManyLights> many_;  // the other lights
-  // Of two or more luminaires that are lit without noise: the first lights of alone_.
+  // Of two or more luminaires that are lit without noise, and not by few look-ups: the first lights
+  // of alone_.
   std::optional<SignificantLights> significant_;
   std::vector<LightGroup> groups_;       // black, where they are asked for
   std::vector<std::size_t> group_of_;    // each light

@@ -257,7 +257,7 @@ class Viewer {
     if (const render::Frame* frame = document_->picture())
       DrawLookPanel(*frame, shown_.scale(), sources(), document_->OffersFeedback(), look_);
     document_->DrawPanel();
-    if (document_->picture()) readings_.Draw(*document_, look_);
+    if (document_->picture()) readings_.Draw(*document_, look_, shown_.saturated());
     ImGui::Spacing();
     ImGui::TextDisabled("F1: keys and mouse");
     ImGui::PopTextWrapPos();

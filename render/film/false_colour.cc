@@ -64,6 +64,29 @@ void PaintPixels(cairo_surface_t* surface, const core::Image& image,
   cairo_surface_mark_dirty(surface);
 }
 
+constexpr int kDigits = 4;  // of labels
+
+bool IsWrittenOut(double value) {
+  const double size = std::abs(value);
+  return size == 0 || (size >= 1e-4 * (1 - 1e-9) && size < 1e7 * (1 - 1e-9));
+}
+
+// The least number of decimals that tells a value to kDigits digits.
+int Decimals(double value) {
+  const std::string text = fmt::format("{:.{}e}", std::abs(value), kDigits - 1);
+  const auto power = std::stoi(text.substr(text.find('e') + 1));
+  const auto last = static_cast<int>(text.find_last_not_of('0', text.find('e') - 1));
+  return std::max(0, (last > 1 ? last - 1 : 0) - power);
+}
+
+// "5e-6".
+std::string WithPower(double value) {
+  const std::string text = fmt::format("{:.{}e}", value, kDigits - 1);
+  const std::size_t e = text.find('e');
+  const double mantissa = std::stod(text.substr(0, e));
+  return fmt::format("{:.{}g}e{}", mantissa, kDigits, std::stoi(text.substr(e + 1)));
+}
+
 struct Tick {
   double position = 0;  // 0 at the lower end of the bar
   std::string label;    // may be empty
@@ -78,15 +101,23 @@ std::vector<Tick> MakeTicks(FalseColourScale scale, double length) {
   const int every = std::max(1, static_cast<int>(std::ceil(room / decade_pixels)));
   const int first = static_cast<int>(std::floor(std::log10(scale.min)));
   const int last = static_cast<int>(std::floor(std::log10(scale.max) + 1e-3));
-  std::vector<Tick> ticks;
+  std::vector<double> values;
+  std::vector<bool> labelled;
   for (int decade = first; decade <= last; ++decade)
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double value = factor * std::pow(10.0, decade);
       if (value < scale.min * 0.999 || value > scale.max * 1.001) continue;
-      const bool labelled = label_all || (factor == 1.0 && decade % every == 0);
-      ticks.push_back({Position(value, scale), labelled ? TickLabel(value) : std::string()});
+      values.push_back(value);
+      labelled.push_back(label_all || (factor == 1.0 && decade % every == 0));
     }
-  if (ticks.size() < 2) ticks = {{0, TickLabel(scale.min)}, {1, TickLabel(scale.max)}};
+  if (values.size() < 2) {
+    values = {scale.min, scale.max};
+    labelled = {true, true};
+  }
+  const std::vector<std::string> labels = TickLabels(values);
+  std::vector<Tick> ticks;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    ticks.push_back({Position(values[i], scale), labelled[i] ? labels[i] : std::string()});
   return ticks;
 }
 
@@ -173,8 +204,14 @@ void WriteWithLegend(const std::filesystem::path& path, const core::Image& image
 
 }  // namespace
 
-std::string TickLabel(double value) {
-  return value >= 1e5 || value < 1e-3 ? fmt::format("{:.0e}", value) : fmt::format("{:.6g}", value);
+std::vector<std::string> TickLabels(std::span<const double> values) {
+  const bool plain = std::ranges::all_of(values, IsWrittenOut);
+  std::vector<std::string> labels;
+  labels.reserve(values.size());
+  for (const double value : values)
+    labels.push_back(plain || value == 0 ? fmt::format("{:.{}f}", value, Decimals(value))
+                                         : WithPower(value));
+  return labels;
 }
 
 FalseColourScale AutomaticScale(const core::Image& values) {
@@ -214,11 +251,12 @@ void WriteColourScale(const std::filesystem::path& path, const core::Image& imag
                       const std::string& quantity, const std::string& unit,
                       const ColourScale& scale) {
   constexpr int kSteps = 4;
+  std::vector<double> values;
+  for (int k = 0; k <= kSteps; ++k)
+    values.push_back(std::lerp(scale.min, scale.max, static_cast<double>(k) / kSteps));
+  const std::vector<std::string> labels = TickLabels(values);
   std::vector<Tick> ticks;
-  for (int k = 0; k <= kSteps; ++k) {
-    const double position = static_cast<double>(k) / kSteps;
-    ticks.push_back({position, fmt::format("{:.3g}", std::lerp(scale.min, scale.max, position))});
-  }
+  for (int k = 0; k <= kSteps; ++k) ticks.push_back({static_cast<double>(k) / kSteps, labels[k]});
   WriteWithLegend(
       path, image,
       [&](std::size_t pixel) {

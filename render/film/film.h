@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -86,7 +87,9 @@ struct ColourKey {
 void WriteColourKeys(const std::filesystem::path& path, const core::Image& image,
                      const std::string& quantity, const std::vector<ColourKey>& keys);
 
-// "0.002", "50", "2000", "1e+06": as the legend writes them.
-std::string TickLabel(double value);
+// What the legend writes at these values, all of them the same way: "0.002", "50", "500000" where the
+// largest lies below 1e7 and the smallest above 0 is 1e-4 or more, else "0", "5e-6", "1.5e8"; to
+// four digits.
+std::vector<std::string> TickLabels(std::span<const double> values);
 
 }  // namespace luxfield::render

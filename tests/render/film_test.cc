@@ -1,6 +1,7 @@
 #include "luxfield/render/film/film.h"
 
 #include <cairo.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -273,7 +274,7 @@ TEST(FalseColour, LegendsSayWhichValueAColourStandsFor) {
   WriteFalseColour(path, core::Image(4, 300, 1), "illuminance", "lx", {0.1, 1000});
   cv::Mat png = cv::imread(path.string(), cv::IMREAD_GRAYSCALE);
   for (int decade = 0; decade <= 4; ++decade)
-    EXPECT_EQ(TextAt(png, decade / 4.0, texts), TickLabel(std::pow(10, decade - 1)));
+    EXPECT_EQ(TextAt(png, decade / 4.0, texts), fmt::format("{}", std::pow(10, decade - 1)));
   WriteColourScale(path, core::Image(4, 300, 1), "ratio", "", {1, 2, [](double) {
                                                                  return core::Rgb{1, 1, 1};
                                                                }});
@@ -293,9 +294,18 @@ TEST(FalseColour, PicksARoundScale) {
   EXPECT_EQ(AutomaticScale(core::Image(3, 3, 3)).max, 1);
   EXPECT_THROW(WriteFalseColour(Temporary("bad.png"), image, "x", "lx", {5, 5}), InputError);
   EXPECT_THROW(WriteFalseColour(Temporary("bad.png"), image, "x", "lx", {-1, 5}), InputError);
-  EXPECT_EQ(TickLabel(0.02), "0.02");
-  EXPECT_EQ(TickLabel(5000), "5000");
-  EXPECT_EQ(TickLabel(2e6), "2e+06");
+}
+
+TEST(FalseColour, LabelsOfOneLegendAreWrittenTheSameWay) {
+  using Values = std::vector<double>;
+  using Labels = std::vector<std::string>;
+  EXPECT_EQ(TickLabels(Values{0.02, 5000, 50000, 500000}),
+            (Labels{"0.02", "5000", "50000", "500000"}));
+  EXPECT_EQ(TickLabels(Values{50000, 500000, 2e7}), (Labels{"5e4", "5e5", "2e7"}));
+  EXPECT_EQ(TickLabels(Values{0, 2e-5, 1}), (Labels{"0", "2e-5", "1e0"}));
+  EXPECT_EQ(TickLabels(Values{0, 1.0 / 3, 1.5, -0.25, 1234}),
+            (Labels{"0", "0.3333", "1.5", "-0.25", "1234"}));
+  EXPECT_EQ(TickLabels(Values{1.5e8}), (Labels{"1.5e8"}));
 }
 
 TEST(Units, FollowTheLightField) {

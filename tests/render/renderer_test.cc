@@ -50,6 +50,16 @@ TEST_F(RendererTest, AFrameListsItsKernels) {
   }
 }
 
+// Few volumes are looked up at every point, which costs less than to ask where they matter.
+TEST_F(RendererTest, VolumesOfFewLuminairesAreLookedUpEverywhere) {
+  const auto file = WriteLamp("looked_up", Lamp(1), false);
+  LitScene lit(Device::Open(), Floor({Above(file, -0.5, 1), Above(file, 0.7, 2.5)}));
+  for (const KernelTime& kernel : Renderer(lit, Unshadowed("volume")).Render().times.kernels) {
+    EXPECT_NE(kernel.name, "CountSignificant");
+    EXPECT_NE(kernel.name, "FindSignificantLights");
+  }
+}
+
 // CPU and GPU variants of every estimator on the same device: samples are drawn and added up the
 // same way, to the bit; sums without noise may be rounded differently.
 TEST_F(RendererTest, DoesNotDependOnHowTheDeviceIsTuned) {

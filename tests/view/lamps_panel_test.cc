@@ -6,9 +6,12 @@
 #include <unistd.h>
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <set>
+#include <vector>
 
 #include "luxfield/view/documents/scene_panel.h"
 #include "luxfield/view/window/keys.h"
@@ -183,10 +186,45 @@ TEST_F(LampsPanelTest, ControlAndDCopiesTheLampBesideIt) {
   const Vec3 beside = copy.position - first.position;
   EXPECT_GT(lightfield::Dot(beside, scene_.camera.right), 0.05);
   EXPECT_LT(lightfield::Length(*copy.look_at - *first.look_at - beside), 1e-12);
+  // Whole millimetres, as a hand would write them.
+  for (const double offset : {beside.x, beside.y, beside.z})
+    EXPECT_NEAR(1e3 * offset, std::round(1e3 * offset), 1e-9);
   EXPECT_EQ(panel_.chosen(), 1);
   PressWithControl(key::kZ);
   EXPECT_EQ(editor_->lamps().size(), 1);
   EXPECT_EQ(panel_.chosen(), 0);
+}
+
+// A scene may be named without its folder.
+TEST_F(LampsPanelTest, LightFieldsLieBesideTheSceneHoweverItIsNamed) {
+  const fs::path folder = fs::path(testing::TempDir()) / ("near_" + std::to_string(getpid())),
+                 before = fs::current_path();
+  fs::create_directories(folder / "lamps");
+  for (const char* name : {"a.lf.exr", "b.lf.exr", "b.exr", "lamps/c.lf.exr"})
+    std::ofstream(folder / name) << "x";
+  std::ofstream(folder / "s.toml") << kScene << "[[luminaire]]\nfile = \"lamps/c.lf.exr\"\n"
+                                   << "position = [0, 0, 1]\nlook_at = [0, 5, 0]\n";
+  const std::set<std::string> all{"a.lf.exr", "b.lf.exr", "lamps/c.lf.exr"};
+  EXPECT_EQ(LightFieldsNear(SceneEditor(scene::ReadScene(folder / "s.toml"))), all);
+  fs::current_path(folder);
+  EXPECT_EQ(LightFieldsNear(SceneEditor(scene::ReadScene("s.toml"))), all);
+  fs::current_path(before);
+  fs::remove_all(folder);
+}
+
+// A share of what it is, so that a light of 10^-5 is dimmed as one of 10^5 is.
+TEST_F(LampsPanelTest, TheScaleIsDraggedByShares) {
+  std::vector<double> shares;
+  for (const double scale : {1e-5, 1e5}) {
+    LampPlacement lamp = Lamp();
+    lamp.scale = scale;
+    editor_->Set(0, lamp);
+    for (float y = 5; y < kHeight && Lamp().scale == scale; y += 10) Drag(y);
+    shares.push_back(Lamp().scale / scale);
+  }
+  EXPECT_GT(shares[0], 1.05);
+  EXPECT_LT(shares[0], 2);
+  EXPECT_NEAR(shares[0], shares[1], 0.01);
 }
 
 }  // namespace

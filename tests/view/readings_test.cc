@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "luxfield/core/measures.h"
 #include "luxfield/view/picture/histogram.h"
 #include "luxfield/view/picture/look.h"
 #include "luxfield/view/picture/profile.h"
+#include "luxfield/view/picture/ticks.h"
 
 namespace luxfield::view {
 namespace {
@@ -28,7 +31,10 @@ render::Frame Ramp(int width, int height) {
 
 TEST(Histogram, HasTheSharesOfItsPixels) {
   render::Frame frame = Ramp(91, 4);  // three decades
-  for (int c = 0; c < 3; ++c) frame.radiance.at(c, 0, 0) = 0;
+  for (int c = 0; c < 3; ++c) {
+    frame.radiance.at(c, 0, 0) = 0;
+    frame.radiance.at(c, 1, 0) = 0.009f;  // just below five decades
+  }
   const Histogram histogram = HistogramOf(frame.radiance, 50);
   EXPECT_NEAR(histogram.max, 1000, 1e-3);
   EXPECT_NEAR(histogram.min, 0.01, 1e-6);
@@ -45,7 +51,8 @@ TEST(Histogram, HasTheSharesOfItsPixels) {
       EXPECT_NEAR(histogram.shares[i], 3.0 / 91, 1.01 / 91) << i;
     }
   }
-  EXPECT_NEAR(sum, 1 - histogram.dark, 1e-6);
+  EXPECT_NEAR(histogram.below, 1.0 / 364, 1e-12);
+  EXPECT_NEAR(sum, 1 - histogram.dark - histogram.below, 1e-6);
 }
 
 TEST(Histogram, OfADarkPictureIsEmpty) {
@@ -53,6 +60,47 @@ TEST(Histogram, OfADarkPictureIsEmpty) {
   EXPECT_EQ(histogram.max, 0);
   EXPECT_EQ(histogram.dark, 1);
   EXPECT_THAT(histogram.shares, testing::Each(0));
+}
+
+// A letter is one wide.
+std::vector<std::string> TextsAt(const render::FalseColourScale& scale, Layer layer, double width) {
+  std::vector<std::string> texts;
+  double free_from = 0;
+  for (const TickText& text :
+       TextsOf(TicksOf(scale, layer), width, 1,
+               [](const std::string& label) { return static_cast<double>(label.size()); })) {
+    EXPECT_GE(text.left, free_from) << text.text;
+    free_from = text.left + static_cast<double>(text.text.size()) + 1;
+    EXPECT_LE(free_from - 1, width + 1e-9);
+    texts.push_back(text.text);
+  }
+  return texts;
+}
+
+// Either all of a decade's marks have labels, or only every decade, or every second one.
+TEST(Ticks, AreLabelledEvenlyAsFarAsThereIsRoom) {
+  const render::FalseColourScale decades{1, 1e4};
+  EXPECT_THAT(TextsAt(decades, Layer::kRadiance, 200),
+              testing::ElementsAre("1", "2", "5", "10", "20", "50", "100", "200", "500", "1000",
+                                   "2000", "5000", "10000"));
+  EXPECT_THAT(TextsAt(decades, Layer::kRadiance, 40),
+              testing::ElementsAre("1", "10", "100", "1000", "10000"));
+  EXPECT_THAT(TextsAt(decades, Layer::kRadiance, 18), testing::ElementsAre("1", "100", "10000"));
+  EXPECT_THAT(TextsAt({0, 1}, Layer::kCoverage, 30),
+              testing::ElementsAre("0", "0.2", "0.4", "0.6", "0.8", "1"));
+  EXPECT_THAT(TextsAt({0, 1}, Layer::kCoverage, 10), testing::ElementsAre("0", "1"));
+  // A scale without two of the marks.
+  EXPECT_THAT(TextsAt({2.1, 4.9}, Layer::kRadiance, 40), testing::ElementsAre("2.1", "4.9"));
+}
+
+TEST(Ticks, StandWhereTheValueIs) {
+  for (const Tick& tick : TicksOf({0.02, 5}, Layer::kRadiance))
+    EXPECT_NEAR(0.02 * std::pow(5 / 0.02, tick.position), tick.value, 1e-9 * tick.value);
+}
+
+TEST(Saturated, IsTheShareOfPixelsWithAChannelAtItsLargest) {
+  EXPECT_EQ(Saturated({0, 0, 255, 255, 254, 254, 254, 255, 255, 255, 255, 255, 0, 0, 0, 255}), 0.5);
+  EXPECT_EQ(Saturated({}), 0);
 }
 
 TEST(Profile, IsWhatThePixelsSayFromEndToEnd) {

@@ -139,6 +139,33 @@ TEST_F(RecordingTest, AVideoIsWhatFfmpegMakesOfTheFrames) {
                   png.at<cv::Vec3b>(row, column)[2 - c]);
 }
 
+// Parts are parts of their wholes, and the error asked for is reached.
+TEST_F(RecordingTest, ABenchSaysWhereTheTimeGoes) {
+  const Outcome outcome = e2e::RunLuxfield({"view", "scene.toml", "--bench", "--width", "60",
+                                            "--height", "44", "--error", "20%", "--json", "b.json"},
+                                           folder_);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("after all tables are in memory"));
+  const core::Json json = core::ReadJson(folder_ / "b.json");
+  EXPECT_EQ(json["width"], 60);
+  double sum = 0;
+  for (const char* part : {"scene_s", "device_s", "lamps_s", "tables_s", "picture_s"}) {
+    EXPECT_GE(json["first"][part].get<double>(), 0) << part;
+    sum += json["first"][part].get<double>();
+  }
+  EXPECT_GT(json["first"]["picture_s"].get<double>(), 0);
+  EXPECT_NEAR(json["tables_s"].get<double>(), sum, 1e-9);
+  ASSERT_EQ(json["moving"].size(), 4);
+  for (const core::Json& row : json["moving"]) {
+    EXPECT_GT(row["picture_core_s"].get<double>(), 0);
+    EXPECT_GE(row["colours_core_s"].get<double>(), 0);
+    EXPECT_GT(row["frame_s"].get<double>(), 0);
+    EXPECT_GT(row["primary_s"].get<double>(), 0);
+  }
+  EXPECT_GT(json["refined_core_s"].get<double>(), 0);
+  EXPECT_LE(json["estimated_rel_rmse"].get<double>(), 0.2);
+}
+
 TEST_F(RecordingTest, OptionsThatMakeNoSenseAreRefused) {
   e2e::WriteText(folder_ / "file", "");
   core::WriteExrImage(folder_ / "picture.exr", core::Image(2, 2, 3));

@@ -79,6 +79,12 @@ TEST(ShownPictureTest, FollowsThePictureAndTheLook) {
   look.exposure = 2;
   shown.Update(pictures, look, {});
   EXPECT_EQ(HeldOf(shown).red, EncodeByte(0.5));
+  EXPECT_EQ(shown.saturated(), 0);
+  look.exposure = 4;
+  shown.Update(pictures, look, {});
+  EXPECT_EQ(shown.saturated(), 1);
+  look.exposure = 2;
+  shown.Update(pictures, look, {});
 
   // Neither of them anew: nothing is drawn, whatever the frame holds.
   std::ranges::fill(pictures.frame.radiance.data, 0.1f);
@@ -91,6 +97,7 @@ TEST(ShownPictureTest, FollowsThePictureAndTheLook) {
   shown.Update(pictures, look, {});
   EXPECT_EQ(shown.scale().min, 0.01);
   EXPECT_EQ(shown.scale().max, 10);
+  EXPECT_FALSE(shown.saturated());
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ namespace luxfield::view {
 namespace {
 
 constexpr double kDigit = 1e4;  // of factors that are chosen by eye
+constexpr double kFactorStep = 0.005;
 
 // The colour that is encoded like that, which is not black, so bright that its largest channel is
 // `largest`.
@@ -37,6 +38,11 @@ void Fields::Drag(const char* name, double& value, float step, double low, doubl
   See(ImGui::DragScalar(name, ImGuiDataType_Double, &value, step, &low, &high, format,
                         ImGuiSliderFlags_AlwaysClamp),
       tip);
+}
+
+void Fields::Factor(const char* name, double& value, double high, const char* tip) {
+  const double size = value > 0 ? value : 1;
+  Drag(name, value, static_cast<float>(kFactorStep * size), 0, high, "%.4g", tip);
 }
 
 void Fields::Drag(const char* name, lightfield::Vec3& v, float step, double limit,

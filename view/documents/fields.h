@@ -16,6 +16,8 @@ class Fields {
 
   void Drag(const char* name, double& value, float step, double low, double high,
             const char* format, const char* tip);
+  // From 0 to `high`, of any size: what a pixel changes is a share of it.
+  void Factor(const char* name, double& value, double high, const char* tip);
   void Drag(const char* name, lightfield::Vec3& v, float step, double limit, const char* format,
             const char* tip);
   void Colour(const char* name, std::array<double, 3>& linear, const char* tip);

@@ -35,6 +35,11 @@ std::string UnitOf(lightfield::FluxUnit unit) {
 }  // namespace
 
 void ImagesPanel::Read(const std::filesystem::path& light_field) {
+  fields_.reset();
+  texture_.reset();
+  refusal_.clear();
+  field_ = 0;
+  shows_sigma_ = false;
   reading_ = std::async(std::launch::async, [light_field] {
     Fields fields;
     fields.c = lightfield::ReadLightFields(light_field);

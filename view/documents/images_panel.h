@@ -17,7 +17,7 @@ namespace luxfield::view {
 
 class ImagesPanel {
  public:
-  // Begins to read a light field, and X.sigma.lf.exr beside it if that is there.
+  // Begins to read a light field anew, and X.sigma.lf.exr beside it if that is there.
   void Read(const std::filesystem::path& light_field);
   // Whether nothing is being read any more.
   bool ready() const;

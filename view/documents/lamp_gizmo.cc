@@ -153,7 +153,7 @@ bool LampGizmo::Pull(const scene::Camera& camera, PicturePoint pointer, SceneEdi
   const auto along_m = AlongAxis(camera, pointer, grip_->lamp.position, axis);
   if (!along_m) return false;
   LampPlacement moved = grip_->lamp;
-  moved.position = moved.position + (*along_m - grip_->along_m) * axis;
+  moved.position = moved.position + InMillimetres(*along_m - grip_->along_m) * axis;
   return editor.Set(chosen, moved);
 }
 

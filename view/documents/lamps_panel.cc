@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <set>
 
 #include "luxfield/core/printable.h"
 #include "luxfield/view/documents/fields.h"
@@ -18,22 +17,6 @@ namespace {
 constexpr double kLargest_m = 1e6, kBrightest = 1e12;
 constexpr float kStep_m = 0.01f, kStep_deg = 0.25f;
 constexpr double kBeside = 0.12;  // of the picture's height: where a copy stands
-
-// Light fields in the scene's folder and in those of its lamps, as scene.toml names them.
-std::set<std::string> LightFieldsNear(const SceneEditor& editor) {
-  namespace fs = std::filesystem;
-  std::set<std::string> names;
-  const auto look = [&](const fs::path& relative) {
-    std::error_code unreadable;
-    for (const auto& entry :
-         fs::directory_iterator(editor.file().parent_path() / relative, unreadable))
-      if (entry.path().string().ends_with(".lf.exr"))
-        names.insert((relative / entry.path().filename()).string());
-  };
-  look("");
-  for (const LampPlacement& lamp : editor.lamps()) look(fs::path(lamp.file).parent_path());
-  return names;
-}
 
 }  // namespace
 
@@ -49,7 +32,7 @@ bool LampsPanel::DrawNumbers(SceneEditor& editor) {
   else
     fields.Drag("turned by", lamp.rotate_deg, kStep_deg, kLargest_m, "%.2f",
                 "degrees about the world's x axis, then y, then z");
-  fields.Drag("scale", lamp.scale, 0.005f, 0, kBrightest, "%.4g", "multiplies its light");
+  fields.Factor("scale", lamp.scale, kBrightest, "multiplies its light");
   fields.Tint("colour", lamp.colour, kBrightest,
               "factors of its light's red, green and blue, linear; 1 1 1 as it was measured");
   const bool changed = fields.changed() && editor.Set(chosen_, lamp);
@@ -129,8 +112,10 @@ bool LampsPanel::DrawMirror(SceneEditor& editor) {
 }
 
 void LampsPanel::Duplicate(const scene::Camera& camera, SceneEditor& editor) {
-  const lightfield::Vec3 from = editor.lamps()[chosen_].position;
-  editor.Duplicate(chosen_, kBeside * std::abs(HeightAt(camera, from)) * camera.right);
+  const lightfield::Vec3 from = editor.lamps()[chosen_].position,
+                         beside = kBeside * std::abs(HeightAt(camera, from)) * camera.right;
+  editor.Duplicate(chosen_,
+                   {InMillimetres(beside.x), InMillimetres(beside.y), InMillimetres(beside.z)});
   chosen_ = editor.lamps().size() - 1;
 }
 

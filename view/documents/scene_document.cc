@@ -96,7 +96,10 @@ class SceneDocument : public Document {
     if (!scene_) return;
     if (stage_) DrawDistance();
     if (stage_) images_.Draw();
-    if (editor_) DrawEdits();
+    if (editor_)
+      DrawEdits();
+    else
+      scene_panel_.DrawSaid();
     DrawQuality();
     DrawCamera();
     DrawMessages();
@@ -124,6 +127,7 @@ class SceneDocument : public Document {
   std::string Status() const override {
     if (failure()) return "stopped";
     if (!picture_.frame) return scene_ ? "building tables" : "reading";
+    if (reading_.valid()) return "reading the scene again";
     if (waits_for_lamps_) return "reading lamps";
     const std::string time = fmt::format("{:.0f} ms", 1000 * picture_.took_s);
     const std::string error =
@@ -141,10 +145,10 @@ class SceneDocument : public Document {
   }
 
   bool Settled() const override {
-    return failure() ||
-           (picture_.frame && picture_.done && !picture_.quick && !reading_lamps_.valid() &&
-            images_.ready() && (picture_.soft_maps_error || !HasSoftShadows()) &&
-            (picture_.feedback || !wants_feedback_));
+    return failure() || (picture_.frame && picture_.done && !picture_.quick && !reading_.valid() &&
+                         !reading_lamps_.valid() && images_.ready() &&
+                         (picture_.soft_maps_error || !HasSoftShadows()) &&
+                         (picture_.feedback || !wants_feedback_));
   }
   std::optional<double> Error() const override {
     if (!picture_.frame || picture_.quick) return {};
@@ -178,7 +182,12 @@ class SceneDocument : public Document {
   void Start() {
     control_.emplace(scene_->camera);
     request_ = RequestOf(*scene_, options_);
-    OpenEditor();
+    watch_.Watch(FilesOf(*scene_));
+    try {
+      OpenEditor();
+    } catch (const std::exception&) {  // the file is another by now, and will be read again
+      scene_panel_.Say(CurrentFailure().sentence);
+    }
     Ask();
   }
 
@@ -202,7 +211,6 @@ class SceneDocument : public Document {
   }
 
   void OpenEditor() {
-    Watch();
     ReadLamps();
     if (stage_) return;
     editor_.emplace(*scene_);
@@ -210,36 +218,50 @@ class SceneDocument : public Document {
     saves_seen_ = 0;
   }
 
-  void Watch() {
-    std::vector<std::filesystem::path> files{options_.file};
-    for (const scene::Luminaire& lamp : scene_->luminaires) files.push_back(lamp.light_field);
-    watch_.Watch(files);
-  }
-
   // Reads the scene anew when others wrote its file or a lamp's, unless there are changes to lose.
   void FollowFiles() {
     if (editor_ && editor_->saves() != saves_seen_) {
       saves_seen_ = editor_->saves();
-      Watch();
+      watch_.Accept(options_.file);
+      watch_.Watch(FilesOf(request_.scene ? *request_.scene : *scene_));
     }
     if (reading_.valid()) {
       if (reading_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) TakeReading();
       return;
     }
-    if (!watch_.Changed()) return;
-    if (editor_ && editor_->changed())
-      return scene_panel_.Say(
-          "The file was written by others. It is read again once your changes are saved or undone "
-          "and it is written again.");
+    const bool written = watch_.Changed();
+    written_ = written_ || written;
+    if (!written_) return;
+    if (editor_ && editor_->changed()) {
+      if (written)
+        scene_panel_.Say(
+            "A file of the scene was written by others. It is read again once your changes are "
+            "saved "
+            "or undone.");
+      return;
+    }
+    written_ = false;
     reading_ = std::async(std::launch::async, [options = options_, kind = kind_] {
       return std::make_shared<const scene::Scene>(LoadScene(options, kind));
     });
   }
 
+  // What is lit, and can be gone back to.
+  struct Lit {
+    std::shared_ptr<const scene::Scene> scene;
+    std::optional<SceneEditor> editor;
+    LitRequest request;
+    SceneEdits edits;
+  };
+
+  // A scene that is whole but cannot be lit is given up again: TakeBack.
   void TakeReading() {
+    const Lit before{scene_, editor_, request_, lit_};
     try {
       scene_ = reading_.get();
+      watch_.Watch(FilesOf(*scene_));
       OpenEditor();
+      before_reading_ = before;
       request_.scene = scene_;
       const LitRequest anew = RequestOf(*scene_, options_);
       request_.lamps = anew.lamps;
@@ -247,9 +269,11 @@ class SceneDocument : public Document {
       request_.environment.reset();
       request_.materials.reset();
       if (stage_) request_.lamps.at(0).world_from_luminaire = StageLamp(distance_m_);
+      if (stage_) images_.Read(options_.file);
       scene_panel_.Say("read again, as the file was written");
       Ask();
     } catch (const std::exception&) {
+      GoBackTo(before);
       scene_panel_.Say(CurrentFailure().sentence);
     }
   }
@@ -266,7 +290,10 @@ class SceneDocument : public Document {
   void AskEdited() {
     const SceneEdits& now = editor_->edits();
     if (!SameLamps(now, lit_)) {
-      if (!waits_for_lamps_) shown_ = lit_;
+      if (!waits_for_lamps_) {
+        shown_ = lit_;
+        shown_scene_ = request_.scene;
+      }
       waits_for_lamps_ = true;
       request_.scene = std::make_shared<const scene::Scene>(editor_->Apply(*scene_));
       ReadLamps();
@@ -288,12 +315,30 @@ class SceneDocument : public Document {
     Ask();
   }
 
-  // Lamps that cannot be lit are undone.
+  // What cannot be lit is undone: a file that others wrote, which is read again once they have written
+  // it again, or lamps that were exchanged here.
   void TakeBack(const std::string& why) {
+    scene_panel_.Say(why);
+    if (before_reading_) {
+      GoBackTo(*std::exchange(before_reading_, {}));
+      return Ask();
+    }
+    if (!waits_for_lamps_ || !editor_) return;
     while (!SameLamps(editor_->edits(), shown_) && editor_->CanUndo()) editor_->Undo();
     waits_for_lamps_ = false;
-    scene_panel_.Say(why);
+    request_.scene = shown_scene_;
+    lit_ = shown_;
+    ReadLamps();
     AskEdited();
+  }
+
+  void GoBackTo(const Lit& lit) {
+    scene_ = lit.scene;
+    editor_ = lit.editor;
+    request_ = lit.request;
+    lit_ = lit.edits;
+    saves_seen_ = editor_ ? editor_->saves() : 0;
+    ReadLamps();
   }
 
   void Ask() {
@@ -304,7 +349,10 @@ class SceneDocument : public Document {
 
   void Take(LitPicture picture) {
     picture_ = std::move(picture);
-    waits_for_lamps_ = false;
+    if (!request_.scene || picture_.scene == request_.scene) {
+      waits_for_lamps_ = false;
+      before_reading_.reset();
+    }
     if (picture_.soft_maps_error) soft_maps_error_ = picture_.soft_maps_error;
     if (number_++ == 0) control_->SetPivot(DistanceAhead());
   }
@@ -390,6 +438,7 @@ class SceneDocument : public Document {
   std::shared_ptr<const scene::Scene> scene_;  // as it was read last
   FileWatch watch_;
   int saves_seen_ = 0;
+  bool written_ = false;                                      // by others, and not read yet
   std::future<std::shared_ptr<const scene::Scene>> reading_;  // anew
   std::shared_ptr<const MeasuredLamps> measured_;
   std::future<std::shared_ptr<const MeasuredLamps>> reading_lamps_;
@@ -397,7 +446,10 @@ class SceneDocument : public Document {
   std::optional<CameraControl> control_;
   std::optional<SceneEditor> editor_;  // of a scene's file
   SceneEdits lit_;                     // that was asked for last
-  SceneEdits shown_;                   // before lamps were asked for that no picture shows yet
+  // Before lamps were asked for that no picture shows yet.
+  SceneEdits shown_;
+  std::shared_ptr<const scene::Scene> shown_scene_;
+  std::optional<Lit> before_reading_;  // of a file whose scene no picture shows yet
   bool waits_for_lamps_ = false, wants_feedback_ = false;
   LampsPanel lamps_panel_;
   ScenePanel scene_panel_;

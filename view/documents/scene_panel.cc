@@ -47,6 +47,10 @@ bool ScenePanel::Save(SceneEditor& editor) {
   }
 }
 
+void ScenePanel::DrawSaid() const {
+  if (!said_.empty()) ImGui::TextWrapped("%s", core::OnOneLine(said_).c_str());
+}
+
 bool ScenePanel::DrawHistory(SceneEditor& editor) {
   const ImGuiIO& io = ImGui::GetIO();
   const auto with_control = [&](Key pressed) {
@@ -65,7 +69,7 @@ bool ScenePanel::DrawHistory(SceneEditor& editor) {
     ImGui::TextDisabled("not saved");
     if (said_ == "saved") said_.clear();
   }
-  if (!said_.empty()) ImGui::TextWrapped("%s", core::OnOneLine(said_).c_str());
+  DrawSaid();
   const bool undone = undo && editor.CanUndo(), redone = redo && editor.CanRedo();
   if (undone) editor.Undo();
   if (redone) editor.Redo();
@@ -81,7 +85,7 @@ bool ScenePanel::DrawEnvironment(SceneEditor& editor) {
   Fields fields(editor);
   fields.Drag("turned by", numbers.rotate_deg, 0.5f, kTurn_deg, "%.1f",
               "degrees about the world's x axis, then y, then z; the last turns the sky");
-  fields.Drag("scale", numbers.scale, 0.005f, 0, kBrightest, "%.4g", "multiplies its radiance");
+  fields.Factor("scale", numbers.scale, kBrightest, "multiplies its radiance");
   if (fields.changed()) editor.Set(numbers);
   fields.End();
   ImGui::PopID();

@@ -25,6 +25,8 @@ class ScenePanel {
   bool Save(SceneEditor& editor);
   // Of what could not be done.
   void Say(std::string sentence) { said_ = std::move(sentence); }
+  // As DrawHistory does, where there is nothing to edit.
+  void DrawSaid() const;
 
  private:
   std::size_t material_ = 0;

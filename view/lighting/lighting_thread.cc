@@ -76,6 +76,7 @@ bool LightingThread::Outdated() const {
 }
 
 void LightingThread::Publish(LitPicture picture) {
+  picture.scene = lit_;
   {
     const std::lock_guard lock(mutex_);
     picture_ = std::move(picture);

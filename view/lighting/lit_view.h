@@ -63,6 +63,8 @@ struct LitPicture {
   std::string estimator;                             // of luminaires
   double samples = 0;                                // light samples a pixel
   double took_s = 0;                                 // the last round
+  // That it shows, of pictures that a LightingThread publishes.
+  std::shared_ptr<const scene::Scene> scene;
 };
 
 class LitView {

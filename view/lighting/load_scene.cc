@@ -1,13 +1,27 @@
 #include "luxfield/view/lighting/load_scene.h"
 
+#include <algorithm>
+
+#include "luxfield/core/config.h"
 #include "luxfield/core/error.h"
 #include "luxfield/scene/named_view.h"
+#include "luxfield/view/lighting/measured_lamps.h"
 #include "luxfield/view/lighting/stage.h"
 
 namespace luxfield::view {
 namespace {
 
 constexpr int kStageWidth = 1024, kStageHeight = 768;
+
+// That the scene names.
+void AddMeshes(const std::filesystem::path& scene_file, std::vector<std::filesystem::path>& files) {
+  try {
+    const core::Config config = core::Config::FromFile(scene_file);
+    for (const core::Config& mesh : config.Tables("mesh")) files.push_back(mesh.Path("file"));
+  } catch (const InputError&) {
+    // Another file by now, which its reader says what is wrong with.
+  }
+}
 
 }  // namespace
 
@@ -37,6 +51,24 @@ LitRequest RequestOf(const scene::Scene& scene, const SceneOptions& options) {
   request.shadows = options.shadows;
   request.seed = options.seed;
   return request;
+}
+
+std::vector<std::filesystem::path> FilesOf(const scene::Scene& scene) {
+  std::vector<std::filesystem::path> files;
+  for (const scene::Luminaire& lamp : scene.luminaires)
+    files.insert(files.end(), {lamp.light_field, SigmaBeside(lamp.light_field)});
+  for (const scene::ClassicalLight& light : scene.classical_lights)
+    files.push_back(light.distribution);
+  if (scene.environment) files.push_back(scene.environment->file);
+  for (const scene::Texture& texture : scene.geometry.textures) files.emplace_back(texture.name);
+  if (!scene.file.empty()) {
+    files.push_back(scene.file);
+    AddMeshes(scene.file, files);
+  }
+  std::ranges::sort(files);
+  const auto again = std::ranges::unique(files);
+  files.erase(again.begin(), again.end());
+  return files;
 }
 
 }  // namespace luxfield::view

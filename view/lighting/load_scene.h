@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "luxfield/view/lighting/lit_view.h"
 
@@ -28,5 +29,10 @@ scene::Scene LoadScene(const SceneOptions& options, SceneKind kind);
 
 // Camera and lamps as the scene has them, lit as the options say.
 LitRequest RequestOf(const scene::Scene& scene, const SceneOptions& options);
+
+// The files that a scene is read and lit from: its own, those of lamps with what is known of their noise
+// beside them, of classical lights, meshes and the environment, and textures; each once, whether it is
+// there or not.
+std::vector<std::filesystem::path> FilesOf(const scene::Scene& scene);
 
 }  // namespace luxfield::view

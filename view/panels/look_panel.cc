@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "luxfield/cli/reports/rounded_number.h"
 #include "luxfield/lightfield/light_field.h"
 #include "luxfield/view/documents/legend.h"
 
@@ -108,7 +109,7 @@ void DrawLookPanel(const render::Frame& frame, const render::FalseColourScale& s
       break;
     case Tone::kLinear:
       SliderOfStops("exposure", look.exposure);
-      ImGui::TextDisabled("white at %.4g %s", 1 / look.exposure,
+      ImGui::TextDisabled("white at %s %s", cli::Digits(1 / look.exposure, 4).c_str(),
                           render::RadianceUnitName(frame.unit).c_str());
       break;
     case Tone::kFalseColour:

@@ -8,7 +8,10 @@
 #include <cmath>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "luxfield/cli/reports/rounded_number.h"
+#include "luxfield/view/panels/histogram_plot.h"
 #include "luxfield/view/picture/profile.h"
 
 namespace luxfield::view {
@@ -23,6 +26,17 @@ std::string OnLines(std::string described) {
   return described;
 }
 
+// Whether light that arrives is chosen, which a picture may hold, and not the light that is reflected.
+bool DrawChoice(const char* of, const render::Frame& frame, bool& arriving) {
+  if (frame.irradiance.data.empty()) return false;
+  ImGui::PushID(of);
+  if (ImGui::RadioButton("reflected", !arriving)) arriving = false;
+  ImGui::SameLine();
+  if (ImGui::RadioButton("arriving", arriving)) arriving = true;
+  ImGui::PopID();
+  return arriving;
+}
+
 ImVec2 PlotSize() { return {ImGui::GetContentRegionAvail().x, 4 * ImGui::GetFontSize()}; }
 
 }  // namespace
@@ -32,10 +46,11 @@ void ReadingsPanel::Mark(const PictureArea& area) const {
   for (std::size_t i = 0; i < probes_.size(); ++i) area.Mark(probes_[i], static_cast<int>(i) + 1);
 }
 
-void ReadingsPanel::Draw(const Document& document, const Look& look) {
+void ReadingsPanel::Draw(const Document& document, const Look& look,
+                         const std::optional<double>& saturated) {
   DrawProbes(document);
   if (probes_.size() > 1) DrawProfile(*document.picture());
-  DrawHistogram(document, look);
+  DrawHistogram(document, look, saturated);
 }
 
 void ReadingsPanel::DrawProbes(const Document& document) const {
@@ -53,23 +68,18 @@ void ReadingsPanel::DrawProbes(const Document& document) const {
 void ReadingsPanel::DrawProfile(const render::Frame& frame) {
   if (!ImGui::CollapsingHeader("Profile", ImGuiTreeNodeFlags_DefaultOpen)) return;
   const auto profile = ProfileOf(frame, probes_[probes_.size() - 2], probes_.back());
-  if (!frame.irradiance.data.empty()) {
-    int shown = along_illuminance_ ? 1 : 0;
-    ImGui::RadioButton("reflected##profile", &shown, 0);
-    ImGui::SameLine();
-    ImGui::RadioButton("arriving##profile", &shown, 1);
-    along_illuminance_ = shown == 1;
-  }
+  const bool arriving = DrawChoice("profile", frame, along_illuminance_);
   std::vector<float> values;
+  values.reserve(profile.size());
   for (const Reading& reading : profile)
-    values.push_back(static_cast<float>(along_illuminance_ ? reading.illuminance.value_or(0)
-                                                           : reading.luminance));
+    values.push_back(
+        static_cast<float>(arriving ? reading.illuminance.value_or(0) : reading.luminance));
   if (values.empty()) return;
   const auto [least, most] = std::ranges::minmax(values);
   ImGui::TextWrapped(
-      "%zu to %zu, %.4g to %.4g: %s", probes_.size() - 1, probes_.size(), double{least},
-      double{most},
-      QuantityOf(along_illuminance_ ? Layer::kIrradiance : Layer::kRadiance, frame.unit).c_str());
+      "%zu to %zu, %s to %s: %s", probes_.size() - 1, probes_.size(),
+      cli::Digits(double{least}, 4).c_str(), cli::Digits(double{most}, 4).c_str(),
+      QuantityOf(arriving ? Layer::kIrradiance : Layer::kRadiance, frame.unit).c_str());
   ImGui::PlotLines("##profile", values.data(), static_cast<int>(values.size()), 0, nullptr,
                    std::min(0.0f, least), most > least ? most : FLT_MAX, PlotSize());
   if (ImGui::Button("Copy as a table"))
@@ -77,34 +87,45 @@ void ReadingsPanel::DrawProfile(const render::Frame& frame) {
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("to the clipboard, separated by tabs");
 }
 
-void ReadingsPanel::DrawHistogram(const Document& document, const Look& look) {
+// "mean 12.3, median 4.56", with the share of pixels that have none and of those beyond white.
+void ReadingsPanel::DrawNumbers(const std::optional<double>& saturated) const {
+  const auto number = [](double value) { return cli::Digits(value, 4); };
+  ImGui::TextWrapped("mean %s, median %s", number(histogram_.mean).c_str(),
+                     number(histogram_.median).c_str());
+  ImGui::TextWrapped("99 %% below %s, largest %s", number(histogram_.percentile_99).c_str(),
+                     number(histogram_.max).c_str());
+  if (histogram_.dark > 0)
+    ImGui::TextWrapped("%.3g %% of the pixels are dark", 100 * histogram_.dark);
+  if (histogram_.below > 0)
+    ImGui::TextWrapped("%.3g %% lie below %s", 100 * histogram_.below,
+                       number(histogram_.min).c_str());
+  if (!saturated) return;
+  ImGui::TextWrapped("%.3g %% of the pixels are saturated on the screen", 100 * *saturated);
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("red, green or blue is at its largest there (255)");
+}
+
+void ReadingsPanel::DrawHistogram(const Document& document, const Look& look,
+                                  const std::optional<double>& saturated) {
   if (!ImGui::CollapsingHeader("Histogram")) return;
   const render::Frame& frame = *document.picture();
-  if (counted_ != document.picture_number()) {
-    counted_ = document.picture_number();
-    histogram_ = HistogramOf(frame.radiance);
-  }
-  const std::string unit = render::RadianceUnitName(frame.unit);
-  const ImVec2 at = ImGui::GetCursorScreenPos(), size = PlotSize();
-  ImGui::PlotHistogram("##histogram", histogram_.shares.data(),
-                       static_cast<int>(histogram_.shares.size()), 0, nullptr, 0, FLT_MAX, size);
+  const bool arriving = DrawChoice("histogram", frame, of_illuminance_);
+  const Counted now{document.picture_number(), arriving};
+  if (std::exchange(counted_, now) != now)
+    histogram_ = HistogramOf(arriving ? frame.irradiance : frame.radiance);
   if (!(histogram_.max > 0)) {
     ImGui::TextDisabled("nothing is lit");
     return;
   }
-  if (look.tone == Tone::kLinear) {
-    const double white =
-        std::log(1 / (look.exposure * histogram_.min)) / std::log(histogram_.max / histogram_.min);
-    const float x = at.x + size.x * static_cast<float>(white);
-    if (white > 0 && white < 1)
-      ImGui::GetWindowDrawList()->AddLine(ImVec2(x, at.y), ImVec2(x, at.y + size.y),
-                                          IM_COL32(240, 228, 66, 255));
-  }
-  ImGui::TextWrapped("%.3g to %.3g %s, logarithmic", histogram_.min, histogram_.max, unit.c_str());
-  ImGui::TextWrapped("mean %.4g, median %.4g", histogram_.mean, histogram_.median);
-  ImGui::TextWrapped("99 %% below %.4g", histogram_.percentile_99);
-  if (histogram_.dark > 0)
-    ImGui::TextWrapped("%.3g %% of the pixels are dark", 100 * histogram_.dark);
+  const bool has_white = look.tone == Tone::kLinear && !arriving;
+  ImGui::TextWrapped(
+      "%s", QuantityOf(arriving ? Layer::kIrradiance : Layer::kRadiance, frame.unit).c_str());
+  DrawHistogramPlot(
+      histogram_,
+      arriving ? render::IrradianceUnitName(frame.unit) : render::RadianceUnitName(frame.unit),
+      has_white ? std::optional(1 / look.exposure) : std::nullopt);
+  if (has_white)
+    ImGui::TextWrapped("white, the line, at %s", cli::Digits(1 / look.exposure, 4).c_str());
+  DrawNumbers(saturated);
 }
 
 }  // namespace luxfield::view

@@ -20,17 +20,26 @@ class ReadingsPanel {
 
   // On the picture: probes as crosses with numbers, and the line between the last two.
   void Mark(const PictureArea& area) const;
-  // Into the ImGui window that is begun, of a document with a picture.
-  void Draw(const Document& document, const Look& look);
+  // Into the ImGui window that is begun, of a document with a picture, of whose pixels the share
+  // `saturated` is so on the screen, where that means something.
+  void Draw(const Document& document, const Look& look, const std::optional<double>& saturated);
 
  private:
   void DrawProbes(const Document& document) const;
   void DrawProfile(const render::Frame& frame);
-  void DrawHistogram(const Document& document, const Look& look);
+  void DrawHistogram(const Document& document, const Look& look,
+                     const std::optional<double>& saturated);
+  void DrawNumbers(const std::optional<double>& saturated) const;
 
+  // What the histogram is of: a picture's number, and of its arriving light.
+  struct Counted {
+    std::uint64_t number = 0;
+    bool arriving = false;
+    bool operator==(const Counted&) const = default;
+  };
   std::vector<PicturePlace> probes_;
-  bool along_illuminance_ = false;        // what the profile shows
-  std::optional<std::uint64_t> counted_;  // the picture's number whose histogram this is
+  bool along_illuminance_ = false, of_illuminance_ = false;  // profile, histogram
+  std::optional<Counted> counted_;
   Histogram histogram_;
 };
 

@@ -1,6 +1,7 @@
 #include "luxfield/view/panels/shown_picture.h"
 
 #include <utility>
+#include <vector>
 
 namespace luxfield::view {
 
@@ -10,7 +11,9 @@ void ShownPicture::Update(const Document& document, const Look& look, const Laye
   const render::Frame& frame = *document.picture();
   if (look.tone == Tone::kFalseColour) scale_ = ScaleOf(frame, look, sources);
   texture_.Smooth(frame.width != document.picture_size().width);  // a preview
-  texture_.Show(ColoursOf(frame, look, sources), frame.width, frame.height);
+  const std::vector<std::uint8_t> colours = ColoursOf(frame, look, sources);
+  saturated_ = look.tone == Tone::kFalseColour ? std::nullopt : std::optional(Saturated(colours));
+  texture_.Show(colours, frame.width, frame.height);
 }
 
 }  // namespace luxfield::view

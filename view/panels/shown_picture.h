@@ -18,6 +18,8 @@ class ShownPicture {
   const ScreenTexture& texture() const { return texture_; }
   // What its false colours span; of any look.
   const render::FalseColourScale& scale() const { return scale_; }
+  // Saturated (view/picture/look.h) of what it shows; empty of false colours.
+  const std::optional<double>& saturated() const { return saturated_; }
 
  private:
   // What the texture shows: a picture's number, and how.
@@ -28,6 +30,7 @@ class ShownPicture {
   };
   std::optional<Drawn> drawn_;
   ScreenTexture texture_;
+  std::optional<double> saturated_;
   render::FalseColourScale scale_{1e-3, 1};
 };
 

@@ -32,6 +32,10 @@ Histogram HistogramOf(const core::Image& image, int bins) {
   histogram.min = histogram.max * std::pow(10, -kDecades);
   for (const float value : values) {
     const double position = 1 + std::log10(value / histogram.max) / kDecades;
+    if (position < 0) {
+      histogram.below += 1 / pixels;
+      continue;
+    }
     const int bin = std::clamp(static_cast<int>(position * bins), 0, bins - 1);
     histogram.shares[static_cast<std::size_t>(bin)] += static_cast<float>(1 / pixels);
   }

@@ -14,9 +14,9 @@ struct Histogram {
   double median = 0, percentile_99 = 0;  // of the positive values
   double mean = 0;                       // of all
   double dark = 0;                       // share of pixels that are 0 or below
+  double below = 0;                      // share of positive ones below min, which no bin counts
 };
 
-// Positive values below min count in the first bin.
 Histogram HistogramOf(const core::Image& image, int bins = 96);
 
 }  // namespace luxfield::view

@@ -216,4 +216,12 @@ std::vector<std::uint8_t> ColoursOf(const render::Frame& frame, const Look& look
   return bytes;
 }
 
+double Saturated(const std::vector<std::uint8_t>& rgba) {
+  std::size_t saturated = 0;
+  for (std::size_t i = 0; i + 3 < rgba.size(); i += 4)
+    saturated += std::max({rgba[i], rgba[i + 1], rgba[i + 2]}) == 255 ? 1 : 0;
+  return rgba.empty() ? 0
+                      : static_cast<double>(saturated) / (0.25 * static_cast<double>(rgba.size()));
+}
+
 }  // namespace luxfield::view

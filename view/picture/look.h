@@ -47,6 +47,9 @@ render::FalseColourScale ScaleOf(const render::Frame& frame, const Look& look,
 std::vector<std::uint8_t> ColoursOf(const render::Frame& frame, const Look& look,
                                     const LayerSources& sources = {});
 
+// The share of such pixels of which a channel is 255, the largest that the screen has.
+double Saturated(const std::vector<std::uint8_t>& rgba);
+
 // The linear value whose sRGB encoding is that (IEC 61966-2-1).
 double SrgbDecode(double encoded);
 

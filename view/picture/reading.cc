@@ -74,7 +74,7 @@ std::optional<double> Reading::IlluminanceSigma() const {
 }
 
 std::string WithSigma(double value, const std::optional<double>& sigma) {
-  if (!sigma || !(*sigma > 0)) return fmt::format("{:.4g}", value);
+  if (!sigma || !(*sigma > 0)) return cli::Digits(value, 4);
   return cli::RoundedTo(value, sigma) + " +- " + cli::UncertaintyText(*sigma);
 }
 

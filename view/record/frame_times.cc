@@ -75,18 +75,25 @@ void Refine(LitView& view, const LitRequest& request, FrameTimes& times) {
 
 FrameTimes MeasureFrameTimes(const FrameTimesOptions& options) {
   core::Progress progress("bench", 6);  // whose pictures tell nothing then
-  const core::Stopwatch tables;
+  FrameTimes times;
+  auto took_s = [watch = core::Stopwatch()]() mutable {
+    const double s = watch.WallSeconds();
+    watch = core::Stopwatch();
+    return s;
+  };
   const scene::Scene scene = LoadScene(options.input, options.kind);
+  times.first.scene_s = took_s();
   const render::Device device = render::Device::Open(options.input.device, options.input.threads);
+  times.first.device_s = took_s();
   LitView view(device, scene);
+  times.first.lamps_s = took_s();
   LitRequest request = RequestOf(scene, options.input);
   view.Ask(request);
-  view.Quick();
-  FrameTimes times;
+  times.first.picture_s = view.Quick().took_s;
+  times.first.tables_s = took_s() - times.first.picture_s;
   times.width = scene.camera.width;
   times.height = scene.camera.height;
   times.device = device.info().name;
-  times.tables_s = tables.WallSeconds();
   progress.Advance();
   request.frame_s = kAnyTime_s;
   for (const Moving what : {Moving::kCamera, Moving::kLamps})

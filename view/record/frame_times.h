@@ -26,10 +26,20 @@ struct MovingTimes {
   double primary_s = 0, lighting_s = 0;
 };
 
+// The way to the first picture, which has as many pixels as a window's: parts that follow each other.
+struct FirstTimes {
+  double scene_s = 0;    // reading the scene and its meshes
+  double device_s = 0;   // opening the device
+  double lamps_s = 0;    // reading light fields, maps and tables, and giving them to the device
+  double tables_s = 0;   // kernels, and tables of this view that are not on disk
+  double picture_s = 0;  // once all tables are in memory
+  double Sum() const { return scene_s + device_s + lamps_s + tables_s + picture_s; }
+};
+
 struct FrameTimes {
   int width = 0, height = 0;
   std::string device;
-  double tables_s = 0;  // until the first picture, reading the scene and making tables
+  FirstTimes first;
   std::vector<MovingTimes> moving;
   double refined_s = 0, refined_core_s = 0;  // from rest until the error asked for
   double refined_error = 0, samples = 0;

@@ -10,8 +10,11 @@ namespace luxfield::view {
 
 class FileWatch {
  public:
-  // From now on these, as they are.
+  // From now on these, some of which may be absent: those that are watched already as they were when
+  // Changed said so last, the others as they are.
   void Watch(const std::vector<std::filesystem::path>& files);
+  // This one as it is now, no matter who wrote it.
+  void Accept(const std::filesystem::path& file);
   // Whether one of them was written since; looks twice a second at most. A file that is written again
   // and again counts once it has stayed the same for that time, and one that is absent when it is back.
   bool Changed();

@@ -1,10 +1,14 @@
 #include "luxfield/view/scene_file/lamp_placement.h"
 
+#include <cmath>
+
 #include "luxfield/scene/motion_path.h"
 
 namespace luxfield::view {
 
 using lightfield::Vec3;
+
+double InMillimetres(double metres) { return std::round(1e3 * metres) / 1e3; }
 
 bool Same(const Vec3& a, const Vec3& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 

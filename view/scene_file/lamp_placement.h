@@ -31,6 +31,9 @@ struct LampPlacement {
   bool operator==(const LampPlacement& other) const;
 };
 
+// Metres to whole millimetres: what hands move, the file says without further digits.
+double InMillimetres(double metres);
+
 bool Same(const lightfield::Vec3& a, const lightfield::Vec3& b);
 
 }  // namespace luxfield::view

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "luxfield/core/descriptor.h"
+
 namespace luxfield::view {
 namespace {
 
@@ -98,6 +100,21 @@ void SceneEditor::Save() {
   SaveSceneEdits(file_, saved_, now_);
   saved_ = now_;
   ++saves_;
+}
+
+std::set<std::string> LightFieldsNear(const SceneEditor& editor) {
+  namespace fs = std::filesystem;
+  std::set<std::string> names;
+  const auto look = [&](const fs::path& relative) {
+    std::error_code unreadable;
+    for (const auto& entry :
+         fs::directory_iterator(core::FolderOf(editor.file()) / relative, unreadable))
+      if (entry.path().string().ends_with(".lf.exr"))
+        names.insert((relative / entry.path().filename()).string());
+  };
+  look("");
+  for (const LampPlacement& lamp : editor.lamps()) look(fs::path(lamp.file).parent_path());
+  return names;
 }
 
 }  // namespace luxfield::view

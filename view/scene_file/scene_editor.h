@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -66,5 +67,8 @@ class SceneEditor {
   int saves_ = 0;
   std::vector<SceneEdits> undone_to_, redone_to_;
 };
+
+// Light fields in the scene's folder and in those of its lamps, as scene.toml names them.
+std::set<std::string> LightFieldsNear(const SceneEditor& editor);
 
 }  // namespace luxfield::view
