@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "luxfield/core/parallel.h"
+#include "luxfield/photometry/luminance.h"
 #include "luxfield/photometry/planes.h"
 
 namespace luxfield::photometry {
@@ -14,46 +15,46 @@ namespace {
 // least / of, with the uncertainty of their weights.
 std::optional<Estimate> RatioOf(const Lamp& lamp, double least, const Functional& least_weights,
                                 double of, const Functional& of_weights) {
-  if (!(of > 0)) return {};
+  if (!(of > 0) || least < 0) return {};
   Estimate ratio{least / of, {}};
   if (!lamp.noise.empty())
     ratio.u = Uncertainty(lamp, Sum({{1 / of, &least_weights}, {-ratio.value / of, &of_weights}}));
   return ratio;
 }
 
-// Absent of an area that is dark, or seen from the side or behind, which the formula is not for.
-std::optional<Estimate> GlareRating(const LuminousArea& area, const EyeAsked& asked) {
-  if (!(area.luminance.value > 0) || !(Dot(area.direction, *asked.line_of_sight) > 0)) return {};
-  Estimate rating{UnifiedGlareRating(area.luminance.value, area.solid_angle,
-                                     PositionIndex(*asked.line_of_sight, asked.up, area.direction),
-                                     *asked.background),
-                  {}};
-  // d UGR = 8 / ln 10 d(L^2) / L^2
-  if (area.luminance.u) rating.u = 16 / std::log(10.0) * *area.luminance.u / area.luminance.value;
-  return rating;
-}
+bool IsInCandela(const Lamp& lamp) { return lamp.unit == lightfield::FluxUnit::kLumen; }
 
-// The opening as one area of the mean luminance that the eye sees of it,
+// Of the opening as one area of the mean luminance that the eye sees of it,
 //
 //   L = integral L dw / omega
 //
-std::optional<LuminousArea> OpeningOf(const Lamp& lamp, const EyeAsked& asked) {
+// Absent of one that is dark, or seen from the side or behind, which the formula is not for.
+std::optional<Estimate> PlainRatingOf(const Lamp& lamp, const EyeAsked& asked) {
   const auto [width_m, height_m] = *asked.opening_m;
-  LuminousArea area;
-  area.solid_angle = SolidAngleOfOpening(asked.eye_m, width_m, height_m);
-  if (!(area.solid_angle > 0)) return {};
+  const double omega = SolidAngleOfOpening(asked.eye_m, width_m, height_m);
+  const auto direction = Normalized(-1 * asked.eye_m);
+  if (!(omega > 0) || !(Dot(direction, *asked.line_of_sight) > 0)) return {};
   const Functional light = FluenceRateAt(lamp, asked.eye_m);
-  area.luminance = Evaluate(lamp, Sum({{1 / area.solid_angle, &light}}));
-  area.direction = Normalized(-1 * asked.eye_m);
-  return area;
+  const Estimate luminance = Evaluate(lamp, Sum({{1 / omega, &light}}));
+  if (!(luminance.value > 0)) return {};
+  Estimate rating{UnifiedGlareRating(luminance.value, omega,
+                                     PositionIndex(*asked.line_of_sight, asked.up, direction),
+                                     *asked.background),
+                  {}};
+  // d UGR = 8 / ln 10 d(L^2) / L^2
+  if (luminance.u) rating.u = 16 / std::numbers::ln10 * *luminance.u / luminance.value;
+  return rating;
 }
 
-void AddGlareRatings(const Lamp& lamp, EyeAnswer* answer) {
-  const EyeAsked& asked = answer->asked;
-  if (!asked.background) return;
-  if (answer->area) answer->ugr = GlareRating(*answer->area, asked);
-  if (!asked.opening_m) return;
-  if (const auto opening = OpeningOf(lamp, asked)) answer->plain_ugr = GlareRating(*opening, asked);
+struct GlareRatings {
+  std::optional<Estimate> ugr, plain;
+};
+GlareRatings RatingsOf(const Lamp& lamp, const EyeAsked& asked,
+                       const std::vector<BrightRay>& bright) {
+  if (!asked.background) return {};
+  return {
+      GlareRatingOf(lamp, asked.eye_m, bright, *asked.line_of_sight, asked.up, *asked.background),
+      asked.opening_m ? PlainRatingOf(lamp, asked) : std::nullopt};
 }
 
 // Of what stands in its values; at(k) and mean() are their weights.
@@ -110,12 +111,17 @@ EyeAnswer AnswerFor(const Lamp& lamp, const EyeAsked& asked) {
     answer.fields.push_back({mrad, Evaluate(lamp, MeanLuminance(lamp, asked.eye_m, w, angle)), w,
                              Evaluate(lamp, LuminanceTowards(lamp, asked.eye_m, ray)), ray});
   }
-  answer.area = AreaAbove(lamp, asked.eye_m, asked.threshold);
-  AddGlareRatings(lamp, &answer);
+  if (IsInCandela(lamp)) {
+    const auto bright = BrightRays(lamp, asked.eye_m, asked.threshold);
+    answer.area = AreaOf(lamp, asked.eye_m, bright);
+    const auto [ugr, plain] = RatingsOf(lamp, asked, bright);
+    answer.ugr = ugr;
+    answer.plain_ugr = plain;
+  }
   if (!asked.line_of_sight) return answer;
   answer.veiling =
       Evaluate(lamp, VeilingLuminanceAt(lamp, asked.eye_m, *asked.line_of_sight, asked.age_years));
-  if (asked.road_luminance) {
+  if (asked.road_luminance && IsInCandela(lamp)) {
     const double factor = ThresholdIncrement(1, *asked.road_luminance);
     answer.threshold_increment =
         Estimate{factor * answer.veiling->value,
@@ -128,12 +134,12 @@ GlareAnswer AnswerFor(const Lamp& lamp, const GlareAsked& asked) {
   GlareAnswer answer{asked, {}, {}};
   for (std::size_t plane = 0; plane < asked.c_deg.size(); ++plane)
     for (std::size_t distance = 0; distance < asked.distances_m.size(); ++distance) {
-      EyeAnswer one;
-      one.asked = asked.Eye(plane, distance);
-      one.area = AreaAbove(lamp, one.asked.eye_m, asked.threshold);
-      AddGlareRatings(lamp, &one);
-      answer.ugr.push_back(one.ugr);
-      answer.plain_ugr.push_back(one.plain_ugr);
+      const EyeAsked eye = asked.Eye(plane, distance);
+      GlareRatings ratings;
+      if (IsInCandela(lamp))
+        ratings = RatingsOf(lamp, eye, BrightRays(lamp, eye.eye_m, asked.threshold));
+      answer.ugr.push_back(ratings.ugr);
+      answer.plain_ugr.push_back(ratings.plain);
     }
   return answer;
 }

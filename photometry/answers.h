@@ -8,7 +8,7 @@
 #include "luxfield/photometry/asked.h"
 #include "luxfield/photometry/distribution.h"
 #include "luxfield/photometry/functional.h"
-#include "luxfield/photometry/luminance.h"
+#include "luxfield/photometry/luminous_area.h"
 
 namespace luxfield::photometry {
 
@@ -32,7 +32,9 @@ struct EyeAnswer {
     lightfield::Vec3 peak_direction;
   };
   std::vector<FieldOfView> fields;
-  std::optional<LuminousArea> area;   // above the threshold; absent: nothing is
+  // Above the threshold; absent: nothing is. This and what follows of glare but the veiling luminance
+  // are of luminance in cd/m^2, and absent of a lamp in other units.
+  std::optional<LuminousArea> area;
   std::optional<Estimate> ugr;        // of that area; absent: not asked for, or no area
   std::optional<Estimate> plain_ugr;  // of the opening, as if it were evenly bright
   std::optional<Estimate> veiling;    // luminance; absent: no line of sight
@@ -59,7 +61,8 @@ LineAnswer AnswerAlong(const Lamp& lamp, const LineAsked& asked);
 struct ManyPoints {
   std::vector<double> values;
   Estimate mean, least, most;
-  // least / mean and least / most; absent where that is not above 0.
+  // least / mean and least / most; absent where one of both is below 0, which is noise, or that it is
+  // divided by 0.
   std::optional<Estimate> uniformity, diversity;
   std::size_t least_at = 0, most_at = 0;  // of `values`
 };

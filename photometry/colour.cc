@@ -42,21 +42,28 @@ UvPrime UvOf(const Rgb& rgb) {
   return {4 * x / sum, 9 * y / sum};
 }
 
+// Slopes of f by the channels.
+Rgb SlopeOf(const Rgb& rgb, const std::function<double(const Rgb&)>& f) {
+  constexpr double kStep = 1e-5;
+  const double step = kStep * std::max({std::abs(rgb[0]), std::abs(rgb[1]), std::abs(rgb[2])});
+  Rgb slope{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    Rgb more = rgb, less = rgb;
+    more[k] += step;
+    less[k] -= step;
+    slope[k] = (f(more) - f(less)) / (2 * step);
+  }
+  return slope;
+}
+
 // f of three measured channels, with what follows from their standard uncertainties.
 Estimate OfChannels(const Rgb& rgb, const std::optional<Rgb>& u,
                     const std::function<double(const Rgb&)>& f) {
   Estimate estimate{f(rgb), {}};
   if (!u) return estimate;
-  constexpr double kStep = 1e-5;
-  const double step = kStep * std::max({std::abs(rgb[0]), std::abs(rgb[1]), std::abs(rgb[2])});
+  const Rgb slope = SlopeOf(rgb, f);
   double variance = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    Rgb more = rgb, less = rgb;
-    more[k] += step;
-    less[k] -= step;
-    const double part = (f(more) - f(less)) / (2 * step) * (*u)[k];
-    variance += part * part;
-  }
+  for (std::size_t k = 0; k < 3; ++k) variance += slope[k] * slope[k] * (*u)[k] * (*u)[k];
   estimate.u = std::sqrt(variance);
   return estimate;
 }
@@ -117,6 +124,70 @@ std::optional<Colour> ColourOfChannels(const Measured& measured) {
   colour.kelvin = of([&](const Rgb& c) { return temperature(c).kelvin; });
   colour.duv = of([&](const Rgb& c) { return temperature(c).duv; });
   return colour;
+}
+
+// In u', v'.
+double SquaredDistance(const Rgb& a, const Rgb& b) {
+  const UvPrime at = UvOf(a), from = UvOf(b);
+  return (at.u - from.u) * (at.u - from.u) + (at.v - from.v) * (at.v - from.v);
+}
+
+// Of u' and of v' together; 0 where there is no noise.
+double VarianceOfUv(const Measured& one) {
+  const double
+      u = OfChannels(one.value, one.u, [](const Rgb& c) { return UvOf(c).u; }).u.value_or(0),
+      v = OfChannels(one.value, one.u, [](const Rgb& c) { return UvOf(c).v; }).u.value_or(0);
+  return u * u + v * v;
+}
+
+// A direction whose colour counts, and the solid angle that it stands for.
+struct Deviating {
+  Vec3 direction;
+  double solid_angle = 0;
+  Measured measured;
+};
+
+// sqrt(D), the mean of squared distances weighed by luminous intensity Y omega,
+//
+//   D = sum Y omega d^2 / sum Y omega
+//
+// to first order of all channels, also of those of the mean colour. Noise adds to D, on average, the mean
+// of the variances of u' and v'.
+std::optional<Estimate> RmsDeviation(const ColourLamp& lamp, const Rgb& mean,
+                                     const std::vector<Deviating>& all) {
+  constexpr double kOfUncertainty = 0.5;
+  double squares = 0, weights = 0, noise = 0;
+  for (const auto& [direction, omega, one] : all) {
+    const double weight = omega * core::Luminance(one.value);
+    squares += weight * SquaredDistance(one.value, mean);
+    weights += weight;
+    noise += weight * VarianceOfUv(one);
+  }
+  if (!(weights > 0)) return {};
+  const double square = squares / weights;
+  Estimate rms{std::sqrt(square), {}};
+  if (!(square > 0) || lamp.channels[0].noise.empty()) return rms;
+  const Functional flux = FluxOf(lamp.channels[0]);
+  double variance = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::vector<WeighedDirection> weighed;
+    double by_mean = 0;
+    for (const auto& [direction, omega, one] : all) {
+      const auto part = [&](const Rgb& c) {
+        return core::Luminance(c) * (SquaredDistance(c, mean) - square);
+      };
+      weighed.push_back({omega * SlopeOf(one.value, part)[k] / weights, direction});
+      by_mean += omega * core::Luminance(one.value) / weights *
+                 SlopeOf(mean, [&](const Rgb& c) { return SquaredDistance(one.value, c); })[k];
+    }
+    const Functional own = IntensitySum(lamp.channels[0], weighed);
+    const double u = *Uncertainty(lamp.channels[k], Sum({{1, &own}, {by_mean, &flux}}));
+    variance += u * u;
+  }
+  const double u = std::sqrt(variance) / (2 * rms.value),
+               growth = std::sqrt(square + noise / weights) - rms.value;
+  if (growth <= kOfUncertainty * u) rms.u = u;
+  return rms;
 }
 
 }  // namespace
@@ -192,27 +263,24 @@ ColourDistribution ColourDistributionOf(const ColourLamp& lamp, const IntensityT
     if (core::Luminance(measured[k].value) > kOfTable * largest)
       out.table[k] = ColourOfChannels(measured[k]);
   if (!out.mean || !(largest > 0)) return out;
-  const UvPrime mean{out.mean->u.value, out.mean->v.value};
-  const auto deviation = [&](const Rgb& c) {
-    const UvPrime here = UvOf(c);
-    return std::hypot(here.u - mean.u, here.v - mean.v);
-  };
+  const Rgb mean = Measure(lamp, FluxOf(lamp.channels[0])).value;
   const double step = angles > 1 ? table.gamma_deg[1] - table.gamma_deg[0] : 1;
-  double squares = 0, weights = 0;
+  std::vector<Deviating> deviating;
   for (std::size_t k = 0; k < measured.size(); ++k) {
     const double intensity = core::Luminance(measured[k].value);
     if (!(intensity >= kOfBeam * largest) || !HasColour(measured[k].value)) continue;
     const double gamma = table.gamma_deg[k % angles],
                  omega = std::cos(std::max(0.0, gamma - step / 2) * kDegree) -
                          std::cos(std::min(180.0, gamma + step / 2) * kDegree);
-    const double d = deviation(measured[k].value);
-    squares += intensity * omega * d * d;
-    weights += intensity * omega;
-    if (out.largest_deviation && d <= out.largest_deviation->value) continue;
-    out.largest_deviation = OfChannels(measured[k].value, measured[k].u, deviation);
-    out.largest_at = {table.c_deg[k / angles], gamma};
+    const Direction at{table.c_deg[k / angles], gamma};
+    deviating.push_back({VectorOf(at), omega, measured[k]});
+    const auto distance = [&](const Rgb& rgb) { return std::sqrt(SquaredDistance(rgb, mean)); };
+    if (out.largest_deviation && distance(measured[k].value) <= out.largest_deviation->value)
+      continue;
+    out.largest_deviation = OfChannels(measured[k].value, measured[k].u, distance);
+    out.largest_at = at;
   }
-  if (weights > 0) out.rms_deviation = std::sqrt(squares / weights);
+  out.rms_deviation = RmsDeviation(lamp, mean, deviating);
   return out;
 }
 

@@ -53,7 +53,9 @@ struct ColourDistribution {
   // more: the largest, and the root of the mean square weighed by intensity. Absent: there is none.
   std::optional<Estimate> largest_deviation;
   Direction largest_at;
-  std::optional<double> rms_deviation;
+  // Noise makes the latter larger, as it does any sum of squares: it has no u where that is more than half
+  // of it.
+  std::optional<Estimate> rms_deviation;
   // By plane and angle; absent where intensity is below a hundredth of the largest.
   std::vector<double> c_deg, gamma_deg;
   std::vector<std::optional<Colour>> table;  // [plane][angle]

@@ -244,23 +244,91 @@ DirectionLattice AllDirections(const Lamp& lamp) {
   return lattice;
 }
 
+// How much larger noise makes |x| on average, noise of standard deviation s:
+//
+//   s sqrt(2 / pi) exp(-x^2 / (2 s^2)) + x erf(x / (s sqrt(2))) - |x|
+double GrowthByNoise(double x, double s) {
+  if (!(s > 0)) return 0;
+  const double t = x / (s * std::numbers::sqrt2);
+  return s * std::sqrt(2 / std::numbers::pi) * std::exp(-t * t) + x * std::erf(t) - std::abs(x);
+}
+
+// Half the integral of |I - I mirrored| over that of I.
+class Asymmetry {
+ public:
+  // own[k], mirrored[k]: intensities towards lattice.directions[k] and its mirror image.
+  Asymmetry(const DirectionLattice& lattice, const std::vector<double>& own,
+            const std::vector<double>& mirrored)
+      : lattice_(lattice), own_(own), mirrored_(mirrored) {
+    double apart = 0;
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      apart += lattice.solid_angle[k] * std::abs(own[k] - mirrored[k]);
+      all_ += lattice.solid_angle[k] * own[k];
+    }
+    value_ = 0.5 * apart / all_;
+  }
+
+  template <typename Mirror>
+  std::optional<Estimate> With(const Lamp& lamp, Mirror&& mirror) const {
+    if (!(all_ > 0)) return {};
+    Estimate estimate{value_, {}};
+    if (lamp.noise.empty()) return estimate;
+    const auto u = Uncertainty(lamp, Linearised(lamp, mirror));
+    constexpr double kOfUncertainty = 0.5;
+    if (Growth(lamp, mirror) <= kOfUncertainty * *u) estimate.u = u;
+    return estimate;
+  }
+
+ private:
+  template <typename Mirror>
+  Functional Linearised(const Lamp& lamp, Mirror&& mirror) const {
+    std::vector<WeighedDirection> weighed;
+    for (std::size_t k = 0; k < own_.size(); ++k) {
+      const double apart = own_[k] - mirrored_[k], share = lattice_.solid_angle[k] / all_,
+                   half = apart > 0   ? 0.5 * share
+                          : apart < 0 ? -0.5 * share
+                                      : 0;
+      weighed.push_back({half - value_ * share, lattice_.directions[k]});
+      if (half != 0) weighed.push_back({-half, mirror(lattice_.directions[k])});
+    }
+    return IntensitySum(lamp, weighed);
+  }
+  // What noise adds to the value on average: of some directions that stand for all, spread by the golden
+  // ratio.
+  template <typename Mirror>
+  double Growth(const Lamp& lamp, Mirror&& mirror) const {
+    constexpr double kDirections = 64, kGolden = 0.6180339887498949;
+    const double share = std::min(1.0, kDirections / static_cast<double>(own_.size()));
+    double sum = 0;
+    for (std::size_t k = 0; k < own_.size(); ++k) {
+      const double turns = kGolden * static_cast<double>(k);
+      if (turns - std::floor(turns) >= share) continue;
+      const Vec3 d = lattice_.directions[k];
+      const double u = IntensityEstimate(lamp, d).u.value_or(0),
+                   of_mirrored = IntensityEstimate(lamp, mirror(d)).u.value_or(0);
+      sum += lattice_.solid_angle[k] *
+             GrowthByNoise(own_[k] - mirrored_[k], std::hypot(u, of_mirrored));
+    }
+    return 0.5 * sum / share / all_;
+  }
+
+  const DirectionLattice& lattice_;
+  const std::vector<double>&own_, &mirrored_;
+  double all_ = 0, value_ = 0;
+};
+
 void FindAsymmetry(const Lamp& lamp, Distribution* out) {
   if (!(out->flux.value > 0)) return;
   const DirectionLattice lattice = AllDirections(lamp);
-  std::vector<Vec3> with_mirrored;
-  for (const Vec3& d : lattice.directions)
-    with_mirrored.insert(with_mirrored.end(), {d, {d.x, -d.y, d.z}, {-d.x, d.y, d.z}});
-  const auto values = Intensities(lamp, with_mirrored);
-  double about_c0 = 0, about_c90 = 0, all = 0;
-  for (std::size_t k = 0; k < lattice.directions.size(); ++k) {
-    const double own = values[3 * k], weight = lattice.solid_angle[k];
-    about_c0 += weight * std::abs(own - values[3 * k + 1]);
-    about_c90 += weight * std::abs(own - values[3 * k + 2]);
-    all += weight * own;
-  }
-  if (!(all > 0)) return;
-  out->asymmetry_c0_c180 = 0.5 * about_c0 / all;
-  out->asymmetry_c90_c270 = 0.5 * about_c90 / all;
+  const std::vector<double> own = Intensities(lamp, lattice.directions);
+  const auto with = [&](auto&& mirror) {
+    std::vector<Vec3> directions;
+    for (const Vec3& d : lattice.directions) directions.push_back(mirror(d));
+    const std::vector<double> mirrored = Intensities(lamp, directions);
+    return Asymmetry(lattice, own, mirrored).With(lamp, mirror);
+  };
+  out->asymmetry_c0_c180 = with([](Vec3 d) { return Vec3{d.x, -d.y, d.z}; });
+  out->asymmetry_c90_c270 = with([](Vec3 d) { return Vec3{-d.x, d.y, d.z}; });
 }
 
 double SizeOf(const Lamp& lamp) {
@@ -311,6 +379,29 @@ std::optional<Turn> TurnOf(const Lamp& lamp, Vec3 d) {
   turn.weights[1] =
       Sum({{half * h01, &a1}, {-half * h01, &a0}, {-half * h00, &b1}, {half * h00, &b0}});
   return turn;
+}
+
+// Of a turn that noise keeps well within the angle over which intensity changes, so that it is of this
+// hill.
+std::optional<DirectionUncertainty> UncertaintyOf(const Lamp& lamp, Vec3 d,
+                                                  const std::optional<Turn>& turn) {
+  constexpr double kFromPole = 4;
+  if (!turn) return {};
+  const double along = *Uncertainty(lamp, turn->weights[0]),
+               across = *Uncertainty(lamp, turn->weights[1]);
+  if (!(std::hypot(along, across) < FinestAngle(lamp))) return {};
+  DirectionUncertainty u{along / kDegree, across / kDegree, {}, {}};
+  const double sine = std::hypot(d.x, d.y);
+  if (!(sine > kFromPole * std::hypot(along, across))) return u;
+  const Vec3 with_gamma{d.x / sine * d.z, d.y / sine * d.z, -sine},
+      with_c{d.y / sine, -d.x / sine, 0};
+  const auto towards = [&](Vec3 way) {
+    return *Uncertainty(lamp, Sum({{Dot(way, turn->sides[0]), &turn->weights[0]},
+                                   {Dot(way, turn->sides[1]), &turn->weights[1]}}));
+  };
+  u.gamma_deg = towards(with_gamma) / kDegree;
+  u.c_deg = towards(with_c) / sine / kDegree;
+  return u;
 }
 
 // Uncertainty of the distance r where the departure has reached a tolerance; the direction turns.
@@ -367,12 +458,13 @@ InverseSquare InverseSquareAlong(const Lamp& lamp, Vec3 d, double intensity,
   return found;
 }
 
-std::optional<double> CoveredGamma(const Lamp& lamp) {
+std::optional<Estimate> CoveredGamma(const Lamp& lamp) {
   if (lamp.fields.size() != 1 || !ShinesDownOnly(lamp)) return {};
   const Slopes slopes = SlopesOf(lamp.fields[0].field.geometry);
   const double least = std::min(std::min(-slopes.all_x.lo, slopes.all_x.hi),
                                 std::min(-slopes.all_y.lo, slopes.all_y.hi));
-  return least > 0 ? std::atan(least) / kDegree : 0;
+  return Estimate{least > 0 ? std::atan(least) / kDegree : 0,
+                  lamp.noise.empty() ? std::nullopt : std::optional(0.0)};
 }
 
 void AddRemarks(const Lamp& lamp, Distribution* out) {
@@ -385,7 +477,7 @@ void AddRemarks(const Lamp& lamp, Distribution* out) {
       out->remarks.push_back(fmt::format(
           "the {} reaches to where the light field ends, beyond gamma = {:.1f} degrees: it is that "
           "of what was measured",
-          name, out->covered_gamma_deg.value_or(0)));
+          name, out->covered_gamma_deg ? out->covered_gamma_deg->value : 0));
   };
   limited(out->beam, "beam angle");
   limited(out->field, "field angle");
@@ -426,8 +518,9 @@ Distribution DistributionOf(const Lamp& lamp) {
   FindShares(lamp, flux, &out);
   FindAsymmetry(lamp, &out);
   out.on_axis = InverseSquareAlong(lamp, {0, 0, 1}, out.axis.value, {});
-  out.towards_peak =
-      InverseSquareAlong(lamp, peak.direction, peak.intensity, TurnOf(lamp, peak.direction));
+  const auto turn = TurnOf(lamp, peak.direction);
+  out.peak_direction_u = UncertaintyOf(lamp, peak.direction, turn);
+  out.towards_peak = InverseSquareAlong(lamp, peak.direction, peak.intensity, turn);
   out.covered_gamma_deg = CoveredGamma(lamp);
   AddRemarks(lamp, &out);
   return out;

@@ -8,6 +8,8 @@
 //
 // and the peak's direction does not enter the uncertainty of its intensity, whose slope there is 0.
 // A maximum over directions of equal intensity is biased upwards by noise, which u does not show.
+// Where noise is no small change, there is no u: the direction of a peak so flat that it may lie
+// anywhere, or an asymmetry that is for the most part noise.
 #pragma once
 
 #include <array>
@@ -44,21 +46,32 @@ struct InverseSquare {
 };
 constexpr std::array<int, 3> kInverseSquarePercent = {1, 5, 10};
 
+// How far noise turns a direction: standard uncertainties.
+struct DirectionUncertainty {
+  double along_c0_deg = 0, across_deg = 0;  // in the plane of d and u (C0-C180), and across it
+  // Of C and gamma; absent within four times these of the pole, where C may be anything.
+  std::optional<double> c_deg, gamma_deg;
+};
+
 struct Distribution {
   lightfield::FluxUnit unit = lightfield::FluxUnit::kRelative;
   Estimate flux;
   Estimate axis;  // intensity along +z
   Estimate peak;
   lightfield::Vec3 peak_direction{0, 0, 1};
+  // Absent without noise, and where intensity about the peak is flat for the noise that it has.
+  std::optional<DirectionUncertainty> peak_direction_u;
   std::optional<BeamAngle> beam, field;  // 50 % and 10 %; absent: there is no light
   // Of the flux, by rays with z > 0, and the rest; absent: there is none.
   std::optional<Estimate> downward_share, upward_share;
   // Half the integral of |I - mirrored I| over the sphere, over the flux: 0 of a lamp that is its
-  // own mirror image in the plane C0-C180 (v to -v) or C90-C270 (u to -u).
-  std::optional<double> asymmetry_c0_c180, asymmetry_c90_c270;
+  // own mirror image in the plane C0-C180 (v to -v) or C90-C270 (u to -u). Noise makes it larger, as it
+  // does any sum of absolute values; there is no u where that is more than half of it.
+  std::optional<Estimate> asymmetry_c0_c180, asymmetry_c90_c270;
   InverseSquare on_axis, towards_peak;
-  // The largest gamma up to which, at every C, all of F was measured; of a lamp of one field.
-  std::optional<double> covered_gamma_deg;
+  // The largest gamma up to which, at every C, all of F was measured; of a lamp of one field. It follows
+  // from where the planes are, which no noise moves.
+  std::optional<Estimate> covered_gamma_deg;
   std::vector<std::string> remarks;  // what a person should know of these numbers, a sentence each
 };
 

@@ -72,11 +72,6 @@ double SolidAngleOfCone(double full_angle) {
   return 4 * std::numbers::pi * s * s;
 }
 
-struct WeighedRay {
-  Vec3 w;
-  double factor = 0;
-};
-
 // A ray that a field is seen along: its texel, and what there is times the basis at u.
 struct Crossing {
   int row = 0, column = 0;
@@ -88,7 +83,7 @@ std::vector<Crossing> CrossingsOf(const PosedLightField& posed, Vec3 eye,
                                   const std::vector<WeighedRay>& rays) {
   const auto& g = posed.field.geometry;
   std::vector<Crossing> crossings;
-  for (const auto& [w, factor] : rays) {
+  for (const auto& [factor, w] : rays) {
     const auto ray = RayOf(posed, eye, w);
     if (!ray) continue;
     const double column = std::floor(g.lattice.column_of_s(ray->s.x)),
@@ -110,33 +105,6 @@ TexelWindow WindowOf(const std::vector<Crossing>& crossings) {
     column1 = std::max(column1, one.column);
   }
   return {row0, row1 - row0 + 1, column0, column1 - column0 + 1};
-}
-
-// The sum of factor times L along the rays from an eye.
-Functional OfRays(const Lamp& lamp, Vec3 eye, const std::vector<WeighedRay>& rays) {
-  Functional sum(lamp.fields.size());
-  for (std::size_t k = 0; k < sum.size(); ++k) {
-    const auto crossings = CrossingsOf(lamp.fields[k], eye, rays);
-    if (crossings.empty()) continue;
-    const auto& grid = lamp.fields[k].field.geometry.grid;
-    auto& [window, weights] = sum[k];
-    window = WindowOf(crossings);
-    weights.assign(grid.count() * window.size(), 0.0);
-    for (const Crossing& one : crossings) {
-      const double x = (one.u.x - grid.u0_m) / grid.spacing_m,
-                   y = (one.u.y - grid.v0_m) / grid.spacing_m;
-      const int last_i = static_cast<int>(std::floor(x)), last_j = static_cast<int>(std::floor(y));
-      const std::size_t texel =
-          std::size_t(one.row - window.row0) * window.columns + one.column - window.column0;
-      for (int j = std::max(0, last_j - grid.basis.cells + 1);
-           j <= std::min(last_j, grid.height - 1); ++j)
-        for (int i = std::max(0, last_i - grid.basis.cells + 1);
-             i <= std::min(last_i, grid.width - 1); ++i)
-          weights[grid.index(i, j) * window.size() + texel] +=
-              one.factor * grid.basis.Value(x - i) * grid.basis.Value(y - j);
-    }
-  }
-  return sum;
 }
 
 // Corners of the supports on F that the eye is before.
@@ -277,8 +245,34 @@ double FinestSeen(const Lamp& lamp, Vec3 eye, Vec3 w) {
 
 }  // namespace
 
+Functional LuminanceSum(const Lamp& lamp, Vec3 eye, const std::vector<WeighedRay>& rays) {
+  Functional sum(lamp.fields.size());
+  for (std::size_t k = 0; k < sum.size(); ++k) {
+    const auto crossings = CrossingsOf(lamp.fields[k], eye, rays);
+    if (crossings.empty()) continue;
+    const auto& grid = lamp.fields[k].field.geometry.grid;
+    auto& [window, weights] = sum[k];
+    window = WindowOf(crossings);
+    weights.assign(grid.count() * window.size(), 0.0);
+    for (const Crossing& one : crossings) {
+      const double x = (one.u.x - grid.u0_m) / grid.spacing_m,
+                   y = (one.u.y - grid.v0_m) / grid.spacing_m;
+      const int last_i = static_cast<int>(std::floor(x)), last_j = static_cast<int>(std::floor(y));
+      const std::size_t texel =
+          std::size_t(one.row - window.row0) * window.columns + one.column - window.column0;
+      for (int j = std::max(0, last_j - grid.basis.cells + 1);
+           j <= std::min(last_j, grid.height - 1); ++j)
+        for (int i = std::max(0, last_i - grid.basis.cells + 1);
+             i <= std::min(last_i, grid.width - 1); ++i)
+          weights[grid.index(i, j) * window.size() + texel] +=
+              one.factor * grid.basis.Value(x - i) * grid.basis.Value(y - j);
+    }
+  }
+  return sum;
+}
+
 Functional LuminanceTowards(const Lamp& lamp, Vec3 eye, Vec3 w) {
-  return OfRays(lamp, eye, {{w, 1}});
+  return LuminanceSum(lamp, eye, {{1, w}});
 }
 
 double LuminanceValue(const Lamp& lamp, Vec3 eye, Vec3 w) {
@@ -295,8 +289,8 @@ Functional MeanLuminance(const Lamp& lamp, Vec3 eye, Vec3 w, double full_angle) 
     return Sum({{1 / SolidAngleOfCone(full_angle), &light}});
   }
   std::vector<WeighedRay> rays;
-  ForCone(w, full_angle, [&](Vec3 ray, double share) { rays.push_back({ray, share}); });
-  return OfRays(lamp, eye, rays);
+  ForCone(w, full_angle, [&](Vec3 ray, double share) { rays.push_back({share, ray}); });
+  return LuminanceSum(lamp, eye, rays);
 }
 
 double MeanLuminanceValue(const Lamp& lamp, Vec3 eye, Vec3 w, double full_angle) {
@@ -426,38 +420,6 @@ Vec3 BrightestRay(const Lamp& lamp, Vec3 eye, Vec3 w, double full_angle) {
   return std::max_element(rays.begin(), rays.begin() + starts,
                           [](const auto& a, const auto& b) { return a.first < b.first; })
       ->second;
-}
-
-std::optional<LuminousArea> AreaAbove(const Lamp& lamp, Vec3 eye, double threshold) {
-  constexpr int kMost = 400;
-  const LuminancePicture picture = PictureFrom(lamp, eye, {0, 1, 0}, kMost);
-  LuminousArea area;
-  double light = 0;
-  Vec3 towards;
-  const auto for_bright = [&](auto&& of) {
-    for (int row = 0; row < picture.rows; ++row)
-      for (int column = 0; column < picture.columns; ++column)
-        if (const double value =
-                picture.luminance[static_cast<std::size_t>(row) * picture.columns + column];
-            value >= threshold && value > 0)
-          of(picture.Direction(column + 0.5, row + 0.5), picture.SolidAngle(column, row), value);
-  };
-  for_bright([&](Vec3 w, double omega, double value) {
-    area.solid_angle += omega;
-    light += value * omega;
-    towards = towards + value * omega * w;
-  });
-  if (!(area.solid_angle > 0)) return {};
-  area.luminance.value = light / area.solid_angle;
-  area.direction = Normalized(towards);
-  if (!lamp.noise.empty()) {
-    std::vector<WeighedRay> rays;
-    for_bright([&](Vec3 w, double omega, double) {
-      rays.push_back({w, omega / area.solid_angle});
-    });
-    area.luminance.u = Uncertainty(lamp, OfRays(lamp, eye, rays));
-  }
-  return area;
 }
 
 double PositionIndex(Vec3 line_of_sight, Vec3 up, Vec3 w) {

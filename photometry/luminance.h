@@ -1,5 +1,5 @@
 // A lamp as an eye sees it: luminance by direction, means over round fields of view and the brightest
-// place, the area that glares (docs/photometry.md).
+// place, formulas of glare (docs/photometry.md); what of it glares is in luminous_area.h.
 //
 // From an eye at p light is seen along w, a unit vector from the eye to the lamp: radiance L(u->s) of
 // the ray through p (docs/theory.md 2), of all fields whose planes the eye is before. All in the
@@ -16,6 +16,14 @@ namespace luxfield::photometry {
 
 Functional LuminanceTowards(const Lamp& lamp, lightfield::Vec3 eye, lightfield::Vec3 w);
 double LuminanceValue(const Lamp& lamp, lightfield::Vec3 eye, lightfield::Vec3 w);
+
+struct WeighedRay {
+  double factor = 1;
+  lightfield::Vec3 w;
+};
+// sum of factor times luminance.
+Functional LuminanceSum(const Lamp& lamp, lightfield::Vec3 eye,
+                        const std::vector<WeighedRay>& rays);
 
 // The mean over a cone of so many radians from side to side about w, by rays of equal solid angle,
 // or, where it is wider than eight spacings of the basis, over the filter plane (LightWithin):
@@ -56,14 +64,6 @@ lightfield::Vec3 BrightestPlace(const Lamp& lamp, lightfield::Vec3 eye, double f
 lightfield::Vec3 BrightestRay(const Lamp& lamp, lightfield::Vec3 eye, lightfield::Vec3 w,
                               double full_angle);
 
-// What of the picture is as bright as `threshold` or brighter.
-struct LuminousArea {
-  double solid_angle = 0;      // sr
-  Estimate luminance;          // mean over it; its uncertainty is that of these rays
-  lightfield::Vec3 direction;  // of its middle, weighed by luminance
-};
-std::optional<LuminousArea> AreaAbove(const Lamp& lamp, lightfield::Vec3 eye, double threshold);
-
 // Guth's position index of a source that is seen in direction w, the eye looking along
 // `line_of_sight` (CIE 117-1995; the formula is Levin's, 1975): with alpha the angle in degrees at
 // the line of sight from `up` to the source, beta that between source and line of sight,
@@ -77,6 +77,8 @@ double PositionIndex(lightfield::Vec3 line_of_sight, lightfield::Vec3 up, lightf
 //   UGR = 8 log10(0.25 / L_b  L^2 omega / p^2)
 double UnifiedGlareRating(double luminance, double solid_angle, double position_index,
                           double background);
+// Its scale goes from 10 to 30 (CIE 117-1995): what is below is no glare that people tell apart.
+constexpr double kLeastRating = 10;
 
 // The threshold increment, %, of a veiling luminance on a road of an average luminance L, cd/m^2 (CIE
 // 140-2019; EN 13201-3:2015, 8.5):

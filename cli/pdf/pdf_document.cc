@@ -57,6 +57,7 @@ class CairoPages : public PdfPages {
     y_ += 8;
   }
 
+  // Pages are counted by the plots' sizes alone.
   void Plots(const std::vector<std::string>& svgs, double most_height) override {
     constexpr double kGap = 8;
     double width = 0, height = 0;
@@ -73,7 +74,7 @@ class CairoPages : public PdfPages {
     Need(scale * height);
     double x = kLeft;
     for (std::size_t k = 0; k < svgs.size(); ++k) {
-      DrawSvg(context_.get(), svgs[k], x, y_, scale);
+      if (pages_ > 0) DrawSvg(context_.get(), svgs[k], x, y_, scale);
       x += scale * sizes[k].width + kGap;
     }
     y_ += scale * height + 6;
@@ -269,9 +270,35 @@ class CairoPages : public PdfPages {
   double y_ = kTop;
 };
 
+// What is to be drawn, to be laid out more than once.
+class RecordedPages : public PdfPages {
+ public:
+  void Title(const std::string& text) override {
+    parts_.push_back([text](PdfPages& pages) { pages.Title(text); });
+  }
+  void Heading(const std::string& text) override {
+    parts_.push_back([text](PdfPages& pages) { pages.Heading(text); });
+  }
+  void Paragraph(const std::string& text) override {
+    parts_.push_back([text](PdfPages& pages) { pages.Paragraph(text); });
+  }
+  void Table(const std::vector<std::vector<std::string>>& rows) override {
+    parts_.push_back([rows](PdfPages& pages) { pages.Table(rows); });
+  }
+  void Plots(const std::vector<std::string>& svgs, double most_height) override {
+    parts_.push_back([svgs, most_height](PdfPages& pages) { pages.Plots(svgs, most_height); });
+  }
+  void DrawOn(PdfPages& pages) const {
+    for (const auto& part : parts_) part(pages);
+  }
+
+ private:
+  std::vector<std::function<void(PdfPages& pages)>> parts_;
+};
+
 // Draws to a file, or nowhere; the number of pages.
 int DrawTo(const char* file, const std::filesystem::path& path, const PdfFacts& facts, int pages,
-           const std::function<void(PdfPages& pages)>& draw) {
+           const RecordedPages& recorded) {
   const std::unique_ptr<cairo_surface_t, CairoDelete> surface(
       cairo_pdf_surface_create(file, kWidth, kHeight));
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, facts.title.c_str());
@@ -280,7 +307,7 @@ int DrawTo(const char* file, const std::filesystem::path& path, const PdfFacts& 
   cairo_status_t status = CAIRO_STATUS_SUCCESS;
   {
     CairoPages on(surface.get(), facts, pages);
-    draw(on);
+    recorded.DrawOn(on);
     count = on.Finish();
     status = on.status();
   }
@@ -297,9 +324,11 @@ int DrawTo(const char* file, const std::filesystem::path& path, const PdfFacts& 
 void WritePdf(const std::filesystem::path& path, const PdfFacts& facts,
               const std::function<void(PdfPages& pages)>& draw) {
   core::RequireSpareMemory(core::kTextDrawingBytes);
-  const int pages = DrawTo(nullptr, path, facts, 0, draw);
+  RecordedPages recorded;
+  draw(recorded);
+  const int pages = DrawTo(nullptr, path, facts, 0, recorded);
   core::WriteAtomically(path, [&](const std::filesystem::path& temporary) {
-    DrawTo(temporary.c_str(), path, facts, pages, draw);
+    DrawTo(temporary.c_str(), path, facts, pages, recorded);
   });
 }
 

@@ -30,7 +30,7 @@ struct PdfFacts {
   std::string footer;  // on every page, left of "page 1 of 3"
 };
 
-// Calls draw twice: the first time counts the pages. The file is there whole or not at all.
+// Calls draw once. The file is there whole or not at all.
 void WritePdf(const std::filesystem::path& path, const PdfFacts& facts,
               const std::function<void(PdfPages& pages)>& draw);
 

@@ -8,6 +8,7 @@
 #include "luxfield/cli/pdf/pdf_document.h"
 #include "luxfield/cli/reports/certificate_results.h"
 #include "luxfield/cli/reports/estimate_json.h"
+#include "luxfield/cli/reports/estimate_table.h"
 #include "luxfield/cli/reports/eye_picture.h"
 #include "luxfield/cli/reports/photometry_names.h"
 #include "luxfield/cli/reports/photometry_plots.h"
@@ -69,8 +70,11 @@ void AddResults(PdfPages& pages, const Certificate& certificate, const Photometr
   pages.Heading("Results");
   Rows rows{{"quantity", "where", "value", "U (k = 2)", "unit"}};
   for (const CertificateResult& line : CertificateResults(certificate, report))
-    rows.push_back({line.quantity, line.where, RoundedTo(line.value, line.expanded),
-                    line.expanded ? UncertaintyText(*line.expanded) : "not known", line.unit});
+    if (line.rating && IsBelowScale({line.value, {}}))
+      rows.push_back({line.quantity, line.where, BelowScaleText(), "", ""});
+    else
+      rows.push_back({line.quantity, line.where, RoundedTo(line.value, line.expanded),
+                      line.expanded ? UncertaintyText(*line.expanded) : "not known", line.unit});
   pages.Table(rows);
   pages.Paragraph(CoverageText(certificate, report));
 }
@@ -102,11 +106,11 @@ void AddEyes(PdfPages& pages, const PhotometryReport& report, const photometry::
   for (const auto& answer : report.eyes) {
     const auto eye = PictureAsked(lamp, answer.asked);
     if (!eye || pictures.size() == kMost) continue;
-    if (note.empty()) note = EyePictureNote(answer);
+    if (note.empty()) note = EyePictureNote(answer, NamesOf(report.distribution.unit));
     pictures.push_back(SvgEyePicture(lamp, answer, *eye, NamesOf(report.distribution.unit)));
   }
   if (pictures.empty()) return;
-  pages.Heading("Luminance");
+  pages.Heading(NamesOf(report.distribution.unit).LuminanceTitle());
   pages.Plots(pictures, kMapHeight);
   if (!note.empty()) pages.Paragraph(note);
 }

@@ -44,8 +44,9 @@ class Lines {
 
   void Add(std::string quantity, std::string where, const Estimate& estimate, std::string unit,
            Scales scales) {
-    CertificateResult line{std::move(quantity), std::move(where), std::move(unit),
-                           estimate.value,      estimate.u,       {}};
+    CertificateResult line{std::move(quantity),     std::move(where), std::move(unit),
+                           estimate.value,          estimate.u,       {},
+                           scales == Scales::kAsUgr};
     if (estimate.u) {
       const double shared = common_.value_or(0) * PerLight(estimate.value, scales);
       line.expanded = 2 * std::hypot(*estimate.u, shared);
@@ -84,14 +85,18 @@ void AddDistribution(Lines* lines, const photometry::Distribution& d,
 void AddEye(Lines* lines, const photometry::EyeAnswer& eye, const PhotometryNames& names) {
   const std::string &where = eye.asked.name, luminance = names.LuminanceUnit();
   for (const auto& field : eye.fields) {
-    lines->Add(fmt::format("Largest mean luminance over {:g} mrad", field.mrad), where,
+    lines->Add(fmt::format("Largest mean {} over {:g} mrad", names.Luminance(), field.mrad), where,
                field.largest, luminance, Scales::kWithLight);
-    lines->Add(fmt::format("Peak luminance within these {:g} mrad", field.mrad), where, field.peak,
-               luminance, Scales::kWithLight);
+    lines->Add(fmt::format("Peak {} within these {:g} mrad", names.Luminance(), field.mrad), where,
+               field.peak, luminance, Scales::kWithLight);
   }
+  if (eye.area)
+    lines->Add(
+        fmt::format("Luminous area, projected, above {:g} {}", eye.asked.threshold, luminance),
+        where, eye.area->projected_m2, "m²", Scales::kNot);
   lines->Add("UGR of this lamp alone", where, eye.ugr, "1", Scales::kAsUgr);
   lines->Add("UGR of the opening, evenly bright", where, eye.plain_ugr, "1", Scales::kAsUgr);
-  lines->Add("Veiling luminance", where, eye.veiling, luminance, Scales::kWithLight);
+  lines->Add("Veiling " + names.Luminance(), where, eye.veiling, luminance, Scales::kWithLight);
   lines->Add("Threshold increment", where, eye.threshold_increment, "%", Scales::kWithLight);
 }
 

@@ -14,6 +14,7 @@ struct CertificateResult {
   double value = 0;
   std::optional<double> u;         // of noise
   std::optional<double> expanded;  // k = 2, of all that is known
+  bool rating = false;             // a unified glare rating, as of NumberRow
 };
 
 // Of the flux' budget, without photon and read noise, over its value, and of the spectral mismatch;

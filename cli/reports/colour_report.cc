@@ -82,7 +82,6 @@ Json ColourJson(const ColourDistribution& colour) {
       {"deviation_largest_at_deg", colour.largest_deviation
                                        ? Json{colour.largest_at.c_deg, colour.largest_at.gamma_deg}
                                        : Json()},
-      {"deviation_rms", OptionalJson(colour.rms_deviation)},
       {"c_deg", colour.c_deg},
       {"gamma_deg", colour.gamma_deg},
       {"x", Figures(colour, [](const Colour& c) { return std::optional(c.x.value); })},
@@ -91,6 +90,7 @@ Json ColourJson(const ColourDistribution& colour) {
          return c.kelvin ? std::optional(c.kelvin->value) : std::nullopt;
        })}};
   PutEstimate(json, "deviation_largest", colour.largest_deviation);
+  PutEstimate(json, "deviation_rms", colour.rms_deviation);
   return json;
 }
 
@@ -102,9 +102,8 @@ Rows ColourTable(const ColourDistribution& colour) {
          fmt::format("C = {:.1f}°, gamma = {:.1f}°", colour.largest_at.c_deg,
                      colour.largest_at.gamma_deg),
          colour.largest_deviation, "{:.4f}", "");
-  if (colour.rms_deviation)
-    AddRow(&rows, "root mean square of Δu'v'", "the same directions, weighed by intensity",
-           Estimate{*colour.rms_deviation, {}}, "{:.4f}", "");
+  AddRow(&rows, "root mean square of Δu'v'", "the same directions, weighed by intensity",
+         colour.rms_deviation, "{:.4f}", "");
   const bool any =
       std::any_of(rows.begin() + 1, rows.end(), [](const auto& row) { return !row[3].empty(); });
   if (!any)

@@ -1,9 +1,12 @@
 #include "luxfield/cli/reports/estimate_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "luxfield/cli/reports/rounded_number.h"
+#include "luxfield/photometry/luminance.h"
 
 namespace luxfield::cli {
 
@@ -20,6 +23,16 @@ std::vector<std::string> EstimateRow(const std::string& name, const photometry::
 
 std::vector<std::string> EstimateHead(const std::string& of) {
   return {of, "value", "u (k = 1)", "relative", "unit"};
+}
+
+bool IsBelowScale(const photometry::Estimate& rating) {
+  return rating.value < photometry::kLeastRating;
+}
+std::string BelowScaleText() { return fmt::format("below {:g}", photometry::kLeastRating); }
+
+std::vector<std::string> RatingRow(const std::string& name, const photometry::Estimate& rating) {
+  if (!IsBelowScale(rating)) return EstimateRow(name, rating, "");
+  return {name, BelowScaleText(), "", "", ""};
 }
 
 std::string EstimateText(const photometry::Estimate& estimate, const std::string& unit) {

@@ -16,6 +16,11 @@ std::vector<std::string> EstimateRow(const std::string& name, const photometry::
                                      const std::string& unit);
 std::vector<std::string> EstimateHead(const std::string& of);
 
+// A unified glare rating as people read it: "below 10" without more, from there on as other estimates.
+bool IsBelowScale(const photometry::Estimate& rating);
+std::string BelowScaleText();
+std::vector<std::string> RatingRow(const std::string& name, const photometry::Estimate& rating);
+
 // "12.3 +- 0.4 lm", as the terminal shows it.
 std::string EstimateText(const photometry::Estimate& estimate, const std::string& unit);
 

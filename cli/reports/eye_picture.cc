@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "luxfield/cli/svg/svg_isolux.h"
+#include "luxfield/photometry/luminance.h"
 
 namespace luxfield::cli {
 namespace {
@@ -112,10 +113,12 @@ std::optional<Eye> PictureAsked(const photometry::Lamp& lamp, const photometry::
   return eye;
 }
 
-std::string EyePictureNote(const photometry::EyeAnswer& answer) {
+std::string EyePictureNote(const photometry::EyeAnswer& answer, const PhotometryNames& names) {
   const bool lit = std::any_of(answer.fields.begin(), answer.fields.end(),
                                [](const auto& field) { return field.peak.value > 0; });
-  return lit ? "Rings and crosses are the fields of view in which the mean luminance is largest."
+  return lit ? fmt::format(
+                   "Rings and crosses are the fields of view in which the mean {} is largest.",
+                   names.Luminance())
              : "";
 }
 
@@ -138,7 +141,7 @@ std::string SvgEyePicture(const photometry::Lamp& lamp, const photometry::EyeAns
   const Projection projection(eye);
   const core::Image image = formats::DrawLamp(lamp.fields, eye, kSamples, kSeed).image;
   IsoluxMap map;
-  map.title = fmt::format("Luminance, {}", answer.asked.name);
+  map.title = fmt::format("{}, {}", names.LuminanceTitle(), answer.asked.name);
   map.unit = names.LuminanceUnit();
   map.x_label = projection.IsFisheye() ? "to the right, °" : "to the right, m at the lamp";
   map.y_label = projection.IsFisheye() ? "upwards, °" : "upwards, m at the lamp";

@@ -18,7 +18,7 @@ std::optional<formats::Eye> PictureAsked(const photometry::Lamp& lamp,
                                          const photometry::EyeAsked& asked);
 
 // What the picture shows beside the lamp; empty where there is no light.
-std::string EyePictureNote(const photometry::EyeAnswer& answer);
+std::string EyePictureNote(const photometry::EyeAnswer& answer, const PhotometryNames& names);
 // How `luxfield export` writes it; `file` is the light field's.
 std::string ExportNoteOf(const formats::Eye& eye, const std::string& file);
 

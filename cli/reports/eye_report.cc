@@ -13,6 +13,21 @@ using core::Json;
 using photometry::Estimate;
 using photometry::EyeAnswer;
 
+// What a person should know of the luminous area, a sentence; empty: nothing.
+std::string AreaNote(const EyeAnswer& answer, const PhotometryNames& names) {
+  if (names.LuminanceSuffix() != "cd_per_m2") return "";
+  if (!answer.area)
+    return fmt::format(
+        "Nothing of the lamp is as bright as {:g} {} from there: there is no luminous area{}.",
+        answer.asked.threshold, names.LuminanceUnit(), answer.asked.background ? " to rate" : "");
+  if (answer.fields.empty() || !answer.fields[0].peak.u || answer.area->solid_angle.u) return "";
+  return fmt::format(
+      "The noise of a single ray is more than half of {:g} {}: in places darkness counts as "
+      "bright, "
+      "and how uncertain the luminous area is cannot be told. Ask for a higher threshold.",
+      answer.asked.threshold, names.LuminanceUnit());
+}
+
 }  // namespace
 
 std::vector<NumberRow> EyeRows(const EyeAnswer& answer, const PhotometryNames& names) {
@@ -23,17 +38,23 @@ std::vector<NumberRow> EyeRows(const EyeAnswer& answer, const PhotometryNames& n
     if (estimate) rows.push_back({quantity, where, unit, *estimate});
   };
   for (const auto& field : answer.fields) {
-    add(fmt::format("largest mean luminance over {:g} mrad", field.mrad), luminance, field.largest);
-    add(fmt::format("peak luminance within these {:g} mrad", field.mrad), luminance, field.peak);
+    add(fmt::format("largest mean {} over {:g} mrad", names.Luminance(), field.mrad), luminance,
+        field.largest);
+    add(fmt::format("peak {} within these {:g} mrad", names.Luminance(), field.mrad), luminance,
+        field.peak);
   }
   if (answer.area) {
-    add(fmt::format("mean luminance of what is above {:g}", answer.asked.threshold), luminance,
-        answer.area->luminance);
-    add("solid angle of that", "sr", Estimate{answer.area->solid_angle, {}});
+    add(fmt::format("mean luminance of what is above {:g} {}", answer.asked.threshold, luminance),
+        luminance, answer.area->luminance);
+    add("solid angle of that", "sr", answer.area->solid_angle);
+    add("projected area of that", "m²", answer.area->projected_m2);
   }
-  add("UGR of this lamp alone", "1", answer.ugr);
-  add("UGR of the opening, evenly bright", "1", answer.plain_ugr);
-  add("veiling luminance", luminance, answer.veiling);
+  const auto add_rating = [&](const std::string& quantity, const std::optional<Estimate>& rating) {
+    if (rating) rows.push_back({quantity, where, "1", *rating, true});
+  };
+  add_rating("UGR of this lamp alone", answer.ugr);
+  add_rating("UGR of the opening, evenly bright", answer.plain_ugr);
+  add("veiling " + names.Luminance(), luminance, answer.veiling);
   add("threshold increment", "%", answer.threshold_increment);
   return rows;
 }
@@ -41,7 +62,11 @@ std::vector<NumberRow> EyeRows(const EyeAnswer& answer, const PhotometryNames& n
 void PrintEye(const EyeAnswer& answer, const PhotometryNames& names) {
   for (const NumberRow& row : EyeRows(answer, names))
     fmt::print("  {}: {} {}\n", row.where, row.quantity,
-               EstimateText(row.value, row.unit == "1" ? "" : row.unit));
+               row.rating && IsBelowScale(row.value)
+                   ? BelowScaleText()
+                   : EstimateText(row.value, row.unit == "1" ? "" : row.unit));
+  if (const std::string note = AreaNote(answer, names); !note.empty())
+    fmt::print("  {}: {}\n", answer.asked.name, note);
 }
 
 Json EyeJson(const EyeAnswer& answer, const PhotometryNames& names) {
@@ -57,10 +82,14 @@ Json EyeJson(const EyeAnswer& answer, const PhotometryNames& names) {
   }
   Json json = {{"name", answer.asked.name},
                {"eye_m", VectorJson(answer.asked.eye_m)},
-               {"fields_of_view", fields},
-               {"luminous_solid_angle_sr", answer.area ? Json(answer.area->solid_angle) : Json()}};
+               {"fields_of_view", fields}};
+  const auto part = [&](Estimate photometry::LuminousArea::*which) {
+    return answer.area ? std::optional((*answer.area).*which) : std::nullopt;
+  };
+  PutEstimate(json, "luminous_solid_angle_sr", part(&photometry::LuminousArea::solid_angle));
+  PutEstimate(json, "luminous_area_m2", part(&photometry::LuminousArea::projected_m2));
   PutEstimate(json, "luminance_of_luminous_area_" + suffix,
-              answer.area ? std::optional(answer.area->luminance) : std::nullopt);
+              part(&photometry::LuminousArea::luminance));
   PutEstimate(json, "ugr", answer.ugr);
   PutEstimate(json, "ugr_plain", answer.plain_ugr);
   PutEstimate(json, "veiling_luminance_" + suffix, answer.veiling);
@@ -71,18 +100,20 @@ Json EyeJson(const EyeAnswer& answer, const PhotometryNames& names) {
 void AddEyes(HtmlPage& page, const photometry::Lamp& lamp, const std::string& file,
              const std::vector<EyeAnswer>& eyes, const PhotometryNames& names) {
   if (eyes.empty()) return;
-  page.Heading("Luminance");
+  page.Heading(names.LuminanceTitle());
   for (const EyeAnswer& answer : eyes) {
     EstimateRows rows{EstimateHead(answer.asked.name)};
     for (const NumberRow& row : EyeRows(answer, names))
-      rows.push_back(EstimateRow(row.quantity, row.value, row.unit == "1" ? "" : row.unit));
+      rows.push_back(row.rating ? RatingRow(row.quantity, row.value)
+                                : EstimateRow(row.quantity, row.value, row.unit));
     const auto eye = PictureAsked(lamp, answer.asked);
-    if (!eye) {
+    if (eye)
+      AddBeside(page, {SvgEyePicture(lamp, answer, *eye, names)}, rows);
+    else
       AddEstimates(page, rows);
-      continue;
-    }
-    AddBeside(page, {SvgEyePicture(lamp, answer, *eye, names)}, rows);
-    if (const std::string note = EyePictureNote(answer); !note.empty()) page.Paragraph(note);
+    if (const std::string note = AreaNote(answer, names); !note.empty()) page.Paragraph(note);
+    if (!eye) continue;
+    if (const std::string note = EyePictureNote(answer, names); !note.empty()) page.Paragraph(note);
     page.Paragraph(ExportNoteOf(*eye, file));
   }
 }

@@ -10,6 +10,7 @@ namespace luxfield::cli {
 struct NumberRow {
   std::string quantity, where, unit;
   photometry::Estimate value;
+  bool rating = false;  // a unified glare rating, which people read from kLeastRating on
 };
 
 }  // namespace luxfield::cli

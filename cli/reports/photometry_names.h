@@ -28,6 +28,9 @@ struct PhotometryNames {
   std::string flux_unit, intensity_unit, illuminance_unit;
   std::string flux, intensity, illuminance;
 
+  // Within a sentence; keys of JSON say luminance of all units.
+  std::string Luminance() const { return intensity_unit == "W/sr" ? "radiance" : "luminance"; }
+  std::string LuminanceTitle() const { return intensity_unit == "W/sr" ? "Radiance" : "Luminance"; }
   std::string LuminanceSuffix() const {
     return intensity_suffix == "relative" ? intensity_suffix : intensity_suffix + "_per_m2";
   }

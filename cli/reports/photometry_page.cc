@@ -37,10 +37,11 @@ void AddShare(Rows& rows, const std::string& name, const std::optional<Estimate>
                   "% of the flux"));
 }
 
-void AddAsymmetry(Rows& rows, const std::string& plane, const std::optional<double>& share) {
-  if (share)
-    rows.push_back(
-        EstimateRow("Not mirrored in the plane " + plane, {100 * *share, {}}, "% of the flux"));
+void AddPeakDirection(Rows& rows, const std::optional<photometry::DirectionUncertainty>& u) {
+  if (!u) return;
+  for (const auto& [name, angle] : {std::pair{"Its direction along C0-C180", u->along_c0_deg},
+                                    {"Its direction across that", u->across_deg}})
+    rows.push_back({name, "", UncertaintyText(angle), "", "°"});
 }
 
 Rows DistributionRows(const photometry::Distribution& d, const PhotometryNames& names) {
@@ -51,12 +52,13 @@ Rows DistributionRows(const photometry::Distribution& d, const PhotometryNames& 
   const std::string where = PeakText(d);
   rows.push_back(EstimateRow("Largest" + (where.empty() ? "" : ", at " + where), d.peak,
                              names.intensity_unit));
+  AddPeakDirection(rows, d.peak_direction_u);
   AddAngle(rows, "Beam angle", "50 %", d.beam);
   AddAngle(rows, "Field angle", "10 %", d.field);
   AddShare(rows, "Downwards", d.downward_share);
   AddShare(rows, "Upwards", d.upward_share);
-  AddAsymmetry(rows, "C0-C180", d.asymmetry_c0_c180);
-  AddAsymmetry(rows, "C90-C270", d.asymmetry_c90_c270);
+  AddShare(rows, "Not mirrored in the plane C0-C180", d.asymmetry_c0_c180);
+  AddShare(rows, "Not mirrored in the plane C90-C270", d.asymmetry_c90_c270);
   for (std::size_t k = 0; k < photometry::kInverseSquarePercent.size(); ++k)
     if (const auto& distance = d.on_axis.distance_m[k])
       rows.push_back(EstimateRow(fmt::format("Inverse square within {} % on the axis, from",
@@ -69,7 +71,7 @@ Rows DistributionRows(const photometry::Distribution& d, const PhotometryNames& 
                                  *distance, "m"));
   if (d.covered_gamma_deg)
     rows.push_back(
-        EstimateRow("Whole filter plane seen up to gamma", {*d.covered_gamma_deg, {}}, "°"));
+        EstimateRow("Whole filter plane seen up to gamma", {d.covered_gamma_deg->value, {}}, "°"));
   return rows;
 }
 
@@ -135,7 +137,8 @@ void AddRatings(HtmlPage& page, const photometry::GlareAsked& asked,
     row.push_back(fmt::format("{:g} m", asked.distances_m[d]));
     for (std::size_t c = 0; c < asked.c_deg.size(); ++c) {
       const auto& one = ratings[c * distances + d];
-      row.push_back(!one     ? "-"
+      row.push_back(!one                 ? "-"
+                    : IsBelowScale(*one) ? BelowScaleText()
                     : one->u ? RoundedTo(one->value, one->u) + " ± " + UncertaintyText(*one->u)
                              : fmt::format("{:.1f}", one->value));
     }
@@ -151,7 +154,9 @@ void AddGlare(HtmlPage& page, const std::vector<photometry::GlareAnswer>& glare,
     const auto& asked = answer.asked;
     page.Paragraph(fmt::format(
         "{}: of this lamp alone, for eyes {:g} m below it that look horizontally towards its axis, "
-        "before {:g} {}. Of what is as bright as {:g} {} or brighter:",
+        "before {:g} {}; a dash where it is not in view or dark. Of what is as bright as {:g} {} "
+        "or "
+        "brighter:",
         asked.name, asked.below_m, asked.background, names.LuminanceUnit(), asked.threshold,
         names.LuminanceUnit()));
     AddRatings(page, asked, answer.ugr);

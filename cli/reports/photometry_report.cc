@@ -31,6 +31,14 @@ void PutAngle(Json& json, const std::string& name, const std::optional<photometr
   json[name + "_limited"] = b ? Json(b->limited) : Json();
 }
 
+void PutPeakDirection(Json& json, const photometry::Distribution& d) {
+  const auto peak = photometry::DirectionOf(d.peak_direction);
+  const auto& u = d.peak_direction_u;
+  PutEstimate(json, "peak_c_deg", Estimate{peak.c_deg, u ? u->c_deg : std::nullopt});
+  PutEstimate(json, "peak_gamma_deg", Estimate{peak.gamma_deg, u ? u->gamma_deg : std::nullopt});
+  json["peak_turn_deg_u"] = u ? Json{u->along_c0_deg, u->across_deg} : Json();
+}
+
 void PutInverseSquare(Json& json, const std::string& key, const photometry::InverseSquare& found) {
   Json values = Json::object(), uncertainties = Json::object();
   for (std::size_t k = 0; k < photometry::kInverseSquarePercent.size(); ++k) {
@@ -145,16 +153,14 @@ Json ToJson(const PhotometryReport& report) {
                {"unit", lightfield::FluxUnitName(d.unit)},
                {"uncertainty", report.uncertainty},
                {"remarks", d.remarks},
-               {"asymmetry_c0_c180", OptionalJson(d.asymmetry_c0_c180)},
-               {"asymmetry_c90_c270", OptionalJson(d.asymmetry_c90_c270)},
-               {"covered_gamma_deg", OptionalJson(d.covered_gamma_deg)},
                {"intensity", TableJson(report.table, names)}};
   PutEstimate(json, names.flux_key, d.flux);
   PutEstimate(json, names.Intensity("axis"), d.axis);
   PutEstimate(json, names.Intensity("peak"), d.peak);
-  const auto peak = photometry::DirectionOf(d.peak_direction);
-  json["peak_c_deg"] = peak.c_deg;
-  json["peak_gamma_deg"] = peak.gamma_deg;
+  PutPeakDirection(json, d);
+  PutEstimate(json, "asymmetry_c0_c180", d.asymmetry_c0_c180);
+  PutEstimate(json, "asymmetry_c90_c270", d.asymmetry_c90_c270);
+  PutEstimate(json, "covered_gamma_deg", d.covered_gamma_deg);
   PutAngle(json, "beam_angle", d.beam);
   PutAngle(json, "field_angle", d.field);
   PutEstimate(json, "downward_share", d.downward_share);
@@ -192,6 +198,11 @@ std::string PhotometryCsv(const PhotometryReport& report) {
       add(name, "along C0-C180", (*angle)->along_c0_deg, "deg");
       add(name, "along C90-C270", (*angle)->along_c90_deg, "deg");
     }
+  for (const auto& [name, share] :
+       {std::pair{"C0-C180", &d.asymmetry_c0_c180}, {"C90-C270", &d.asymmetry_c90_c270}})
+    if (*share) add("asymmetry", name, **share, "1");
+  if (d.covered_gamma_deg)
+    add("whole filter plane seen up to gamma", "", *d.covered_gamma_deg, "deg");
   if (d.downward_share) add("downward share", "", *d.downward_share, "1");
   if (d.upward_share) add("upward share", "", *d.upward_share, "1");
   for (std::size_t k = 0; k < photometry::kInverseSquarePercent.size(); ++k)

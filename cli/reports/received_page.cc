@@ -18,8 +18,10 @@ using photometry::PointAnswer;
 
 EstimateRows PointTable(const PointAnswer& answer, const PhotometryNames& names) {
   const Vec3 p = answer.asked.p_m;
-  EstimateRows rows{EstimateHead(
-      fmt::format("{}, at ({:.4g}, {:.4g}, {:.4g}) m", answer.asked.name, p.x, p.y, p.z))};
+  const std::string place = fmt::format("({:.4g}, {:.4g}, {:.4g}) m", p.x, p.y, p.z);
+  // Points without a name are called by their place.
+  EstimateRows rows{
+      EstimateHead(answer.asked.name == place ? place : answer.asked.name + ", at " + place)};
   const auto add = [&](const std::string& name, const Estimate& estimate) {
     rows.push_back(EstimateRow(name, estimate, names.illuminance_unit));
   };
@@ -120,11 +122,13 @@ void AddPath(HtmlPage& page, const photometry::DoseAnswer& answer, const Photome
   series.x = answer.time_s;
   series.y = answer.rate;
   plot.series.push_back(std::move(series));
-  AddBeside(page, {SvgPlot(plot)},
-            {EstimateHead(asked.name), EstimateRow("dose", answer.dose, names.DoseUnit()),
-             EstimateRow("mean over time", answer.mean, names.illuminance_unit),
-             EstimateRow(fmt::format("largest, at {:.4g} s", answer.most_at_s), answer.most,
-                         names.illuminance_unit)});
+  AddBeside(
+      page, {SvgPlot(plot)},
+      {EstimateHead(asked.name), EstimateRow("dose", answer.dose, names.DoseUnit()),
+       EstimateRow("mean over time", answer.mean, names.illuminance_unit),
+       EstimateRow(answer.most.value > 0 ? fmt::format("largest, at {:.4g} s", answer.most_at_s)
+                                         : "largest",
+                   answer.most, names.illuminance_unit)});
 }
 
 // How the weightings asked for weigh channels.

@@ -206,9 +206,9 @@ std::string Overlay(const IsoluxMap& map, const Frame& frame) {
   return svg;
 }
 
-// Round values, some 80 pixels apart.
+// Round values, some 80 pixels apart, or two to four along a short axis.
 std::vector<double> RoundTicks(double low, double high, double pixels) {
-  const double raw = (high - low) / std::max(1.0, pixels / 80);
+  const double raw = (high - low) / std::max(2.0, pixels / 80);
   const double magnitude = std::pow(10.0, std::floor(std::log10(raw))), ratio = raw / magnitude;
   const double step = magnitude * (ratio < 1.5 ? 1 : ratio < 3.5 ? 2 : ratio < 7.5 ? 5 : 10);
   std::vector<double> ticks;
@@ -237,9 +237,13 @@ std::string AxisTicks(const IsoluxMap& map, const Frame& frame) {
   }
   svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
                      kLeft + frame.width / 2, kTop + frame.height + 38, EscapeXml(map.x_label));
+  // Beside the middle, or, of a map that is lower than its name is long, from below the title on.
+  constexpr double kLetter = 6.4, kBelowTitle = 30;
+  const double middle =
+      std::max(kTop + frame.height / 2, kBelowTitle + kLetter * double(map.y_label.size()) / 2);
   svg += fmt::format(
       "<text transform=\"translate(16 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-      kTop + frame.height / 2, EscapeXml(map.y_label));
+      middle, EscapeXml(map.y_label));
   return svg;
 }
 

@@ -115,7 +115,7 @@ std::string SvgSolid(const IntensitySolid& solid) {
         "stroke-width=\"1.2\"/><text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
         px(0), py(0), px(p.x), py(p.y), px(1.12 * p.x), py(1.12 * p.y) + 4, name);
   }
-  svg += fmt::format("<text x=\"20\" y=\"{}\">largest: {:.4g} {}</text>\n", kSize - 12, largest,
+  svg += fmt::format("<text x=\"20\" y=\"38\">largest drawn: {:.4g} {}</text>\n", largest,
                      EscapeXml(solid.unit));
   return svg + "</svg>\n";
 }

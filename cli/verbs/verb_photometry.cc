@@ -94,6 +94,18 @@ void Answer(const WeighedLamps& lamps, const photometry::Asked& asked, Photometr
     report->paths.push_back(DoseAlong(lamps.Of(path.weighting), path));
 }
 
+// Of planes and volumes whose smallest value noise has put below 0.
+void AddUniformityRemarks(PhotometryReport* report) {
+  const auto add = [&](const std::string& name, const photometry::ManyPoints& answer) {
+    if (answer.least.value < 0 && answer.mean.value > 0)
+      report->distribution.remarks.push_back(fmt::format(
+          "the smallest value on '{}' is below 0, which is noise: its uniformity is left out",
+          name));
+  };
+  for (const auto& answer : report->planes) add(answer.asked.name, answer);
+  for (const auto& answer : report->volumes) add(answer.asked.middle.name, answer);
+}
+
 PhotometryReport ReportOf(const Options& options, const LightFields& fields,
                           const photometry::Lamp& lamp, const LampNoise& noise) {
   PhotometryReport report;
@@ -104,10 +116,13 @@ PhotometryReport ReportOf(const Options& options, const LightFields& fields,
   const auto asked = AskedOf(options.ask, report.distribution);
   if (lamp.unit == lightfield::FluxUnit::kWatt)
     report.distribution.remarks.push_back(
-        "the unit of flux is W: these are radiometric quantities, not weighted by the eye");
+        "the unit of flux is W: these are radiometric quantities, not weighted by the eye; there "
+        "is "
+        "no luminous area and no glare");
   if (lamp.unit == lightfield::FluxUnit::kRelative)
     report.distribution.remarks.push_back(
-        "the unit of flux is relative: numbers compare with each other alone");
+        "the unit of flux is relative: numbers compare with each other alone; there is no luminous "
+        "area and no glare");
   report.table = TableOf(lamp, options.c_step_deg,
                          options.gamma_step_deg.value_or(GammaStep(report.distribution)));
   const auto colour = ColourLampOf(fields, noise.sigma, noise.maps, noise.file);
@@ -115,6 +130,7 @@ PhotometryReport ReportOf(const Options& options, const LightFields& fields,
     report.colour = ColourDistributionOf(*colour, report.table, report.distribution.peak_direction);
   report.quality = QualityOf(lamp, asked.quality);
   Answer(WeighedLamps(options.ask, asked, fields, lamp, noise), asked, &report);
+  AddUniformityRemarks(&report);
   for (const auto& eye : asked.eyes) report.eyes.push_back(AnswerFor(lamp, eye));
   for (const auto& glare : asked.glare) report.glare.push_back(AnswerFor(lamp, glare));
   for (const auto& headlamp : asked.headlamps)

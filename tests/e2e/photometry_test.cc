@@ -11,8 +11,7 @@
 
 #include "luxfield/lightfield/measurements.h"
 #include "luxfield/lightfield/posed_light_field.h"
-#include "tests/e2e/html_check.h"
-#include "tests/e2e/verb_test.h"
+#include "tests/e2e/photometry_verb.h"
 
 namespace luxfield::e2e {
 namespace {
@@ -20,68 +19,11 @@ namespace {
 using lightfield::LightField;
 using nlohmann::json;
 
-constexpr const char* kAsk = R"([[point]]
-name = "desk & <chair>"
-position_m = [0.1, 0, 2]
-facing = [-1, 0, 0]
-[[eye]]
-eye_m = [0.3, 0, 1.5]
-background_cd_per_m2 = 40
-road_luminance_cd_per_m2 = 1
-line_of_sight = [-1, 0, -1]
-[[plane]]
-name = "wall"
-centre_m = [0, 0.2, 3]
-width_m = 2
-height_m = 1
-columns = 9
-rows = 5
-)";
-
-lightfield::LuminaireGeometry Geometry() {
-  lightfield::LuminaireGeometry g;
-  g.delta_m = 0.3;
-  g.grid = lightfield::BasisGrid::Centred(lightfield::Basis::Make(lightfield::BasisKind::kBspline2),
-                                          5, 4, 0.02);
-  g.lattice = {16, 15, -0.3, 0.28, 0.0375, 0.0375};
-  g.unit = lightfield::FluxUnit::kLumen;
-  return g;
-}
-
-LightField Lamp(double factor, lightfield::FluxUnit unit = lightfield::FluxUnit::kLumen) {
-  LightField field(Geometry());
-  field.geometry.unit = unit;
-  for (int m = 0; m < field.geometry.grid.count(); ++m)
-    for (int row = 0; row < field.geometry.lattice.height; ++row)
-      for (int column = 0; column < field.geometry.lattice.width; ++column) {
-        const auto s = field.geometry.lattice.centre(row, column);
-        field.image(m, 0)[std::size_t(row) * field.geometry.lattice.width + column] =
-            static_cast<float>(factor * std::exp(-50 * (s.x * s.x + s.y * s.y)));
-      }
-  return field;
-}
-
-class Photometry : public VerbTest {
- protected:
-  json Ask(const LightField& field, const std::vector<std::string>& options = {}) {
-    lightfield::WriteLightField(folder_ / "x.lf.exr", field);
-    std::vector<std::string> arguments{"photometry", "x.lf.exr"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    return Run(arguments);
-  }
-  std::string Page(const std::vector<std::string>& options = {}) {
-    std::vector<std::string> arguments{"photometry", "x.lf.exr", "-o", "x.html"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    Run(arguments);
-    std::string page = ReadText(folder_ / "x.html");
-    ExpectSelfContainedPage(page);
-    return page;
-  }
-};
+class Photometry : public PhotometryVerb {};
 
 TEST_F(Photometry, HasTheKeysOfThePage) {
-  WriteText(folder_ / "ask.toml", kAsk);
-  const LightField lamp = Lamp(1e6);
+  WriteText(folder_ / "ask.toml", kAskedOfALamp);
+  const LightField lamp = HillLamp(1e6);
   const json found =
       Ask(lamp, {"--ask", "ask.toml", "-o", "x.json", "--c-step", "90", "--gamma-step", "10"});
   EXPECT_NEAR(found["flux_lm"].get<double>(), lightfield::TotalFlux(lamp)[0],
@@ -94,8 +36,10 @@ TEST_F(Photometry, HasTheKeysOfThePage) {
     EXPECT_GT(found["inverse_square_distance_m"][percent].get<double>(), 0) << percent;
     EXPECT_TRUE(found["inverse_square_distance_m_u"][percent].is_null()) << percent;
   }
-  for (const char* key : {"flux_lm_u", "intensity_axis_cd_u", "intensity_peak_cd_u",
-                          "beam_angle_deg_u", "field_angle_deg_u", "downward_share_u"})
+  for (const char* key :
+       {"flux_lm_u", "intensity_axis_cd_u", "intensity_peak_cd_u", "beam_angle_deg_u",
+        "field_angle_deg_u", "downward_share_u", "asymmetry_c0_c180_u", "peak_c_deg_u",
+        "peak_gamma_deg_u", "peak_turn_deg_u", "covered_gamma_deg_u"})
     EXPECT_TRUE(found.at(key).is_null()) << key;
   EXPECT_EQ(found["intensity"]["c_deg"], json({0.0, 90.0, 180.0, 270.0}));
   EXPECT_EQ(found["intensity"]["gamma_deg"].size(), 10u);
@@ -107,6 +51,10 @@ TEST_F(Photometry, HasTheKeysOfThePage) {
   EXPECT_GT(eye["fields_of_view"][0]["luminance_largest_mean_cd_per_m2"].get<double>(),
             eye["fields_of_view"][2]["luminance_largest_mean_cd_per_m2"].get<double>());
   EXPECT_TRUE(eye["ugr"].is_number());
+  // Of all of the lamp, from 1.53 m at cos = 1.5 / 1.53.
+  EXPECT_NEAR(eye["luminous_area_m2"].get<double>(),
+              eye["luminous_solid_angle_sr"].get<double>() * (0.09 + 2.25),
+              0.01 * eye["luminous_area_m2"].get<double>());
   EXPECT_GT(eye["veiling_luminance_cd_per_m2"].get<double>(), 0);
   EXPECT_NEAR(eye["threshold_increment_percent"].get<double>(),
               65 * eye["veiling_luminance_cd_per_m2"].get<double>(), 1e-6);
@@ -126,7 +74,7 @@ TEST_F(Photometry, HasTheKeysOfThePage) {
 
 TEST_F(Photometry, OfAReconstructionHasUncertainties) {
   lightfield::Measurements measurements;
-  measurements.geometry = Geometry();
+  measurements.geometry = LampGeometry();
   const auto& g = measurements.geometry;
   for (int m = 0; m < g.grid.count(); ++m) {
     auto& position = measurements.positions.emplace_back();
@@ -152,6 +100,9 @@ TEST_F(Photometry, OfAReconstructionHasUncertainties) {
        {"intensity_axis_cd_u", "intensity_peak_cd_u", "beam_angle_deg_u", "field_angle_deg_u"})
     EXPECT_GT(found.at(key).get<double>(), 0) << key;
   EXPECT_GT(found["inverse_square_distance_m_u"]["5"].get<double>(), 0);
+  EXPECT_EQ(found["peak_turn_deg_u"].size(), 2u);
+  EXPECT_EQ(found["covered_gamma_deg_u"], 0.0);
+  EXPECT_GT(found["eyes"][0]["luminous_area_m2_u"].get<double>(), 0);
   EXPECT_THAT(Page({"--sigma", "x.sigma.lf.exr"}), testing::HasSubstr("u (k = 1)"));
   // Without a word of how it was solved.
   LightField sigma = lightfield::ReadLightField(folder_ / "x.sigma.lf.exr");
@@ -162,7 +113,7 @@ TEST_F(Photometry, OfAReconstructionHasUncertainties) {
   EXPECT_THAT(old["uncertainty"].get<std::string>(), testing::HasSubstr("independent"));
   // One of another lamp, and one that is regularised.
   lightfield::WriteLightField(folder_ / "other.lf.exr", LightField([] {
-                                auto other = Geometry();
+                                auto other = LampGeometry();
                                 other.delta_m = 0.4;
                                 return other;
                               }()));
@@ -179,17 +130,17 @@ TEST_F(Photometry, OfAReconstructionHasUncertainties) {
 
 TEST_F(Photometry, ExtremeLampsGiveSensiblePages) {
   WriteText(folder_ / "ask.toml",
-            std::string(kAsk) +
+            std::string(kAskedOfALamp) +
                 "[[glare]]\nbelow_m = 1.5\ndistances_m = [1, 2]\nbackground_cd_per_m2 = 40\n"
                 "opening_m = [0.1, 0.1]\n[[headlamp]]\nregulation = \"own.toml\"\n");
   std::filesystem::copy(SourceFile("data/regulations/un-r149-01-passing-c.toml"),
                         folder_ / "own.toml");
-  lightfield::LuminaireGeometry one = Geometry();
+  lightfield::LuminaireGeometry one = LampGeometry();
   one.grid = lightfield::BasisGrid::Centred(one.grid.basis, 1, 1, 0.02);
   one.lattice = {1, 1, -0.01, 0.01, 0.02, 0.02};
   LightField single(one);
   single.data = {1e6f};
-  for (const LightField& lamp : {Lamp(0), Lamp(-1e6), single}) {
+  for (const LightField& lamp : {HillLamp(0), HillLamp(-1e6), single}) {
     const json found = Ask(lamp);
     const bool lit = found["flux_lm"].get<double>() > 0;
     EXPECT_EQ(found["beam_angle_deg"].is_null(), !lit);
@@ -207,13 +158,37 @@ TEST_F(Photometry, ExtremeLampsGiveSensiblePages) {
   // Up, down and aside.
   lightfield::RigidPose up;
   up.rotation = {1, 0, 0, 0, -1, 0, 0, 0, -1};
-  const std::vector<lightfield::PosedLightField> fields = {{"+z", {}, Lamp(1e6)},
-                                                           {"-z", up, Lamp(1e6)}};
+  const std::vector<lightfield::PosedLightField> fields = {{"+z", {}, HillLamp(1e6)},
+                                                           {"-z", up, HillLamp(1e6)}};
   lightfield::WriteLightFields(folder_ / "x.lf.exr", fields);
   const json both = Run({"photometry", "x.lf.exr"});
   EXPECT_NEAR(both["upward_share"].get<double>(), 0.5, 1e-6);
   EXPECT_EQ(both["intensity"]["gamma_deg"].back(), 180);
   Page();
+}
+
+// Ratings that the scale does not have, darkness, and what noise has put below 0: words on pages, numbers
+// or null as JSON.
+TEST_F(Photometry, GlareAndUniformityOfDimLampsAreWords) {
+  WriteText(folder_ / "ask.toml",
+            std::string(kAskedOfALamp) +
+                "[[glare]]\nbelow_m = 1.5\ndistances_m = [0.3, 1]\nbackground_cd_per_m2 = 40\n");
+  const json dim = Ask(HillLamp(1e4), {"--ask", "ask.toml"});
+  EXPECT_LT(dim["eyes"][0]["ugr"].get<double>(), 10);
+  const std::string page = Page({"--ask", "ask.toml"});
+  EXPECT_THAT(page,
+              testing::HasSubstr(">UGR of this lamp alone</td><td class=\"number\">below 10<"));
+  EXPECT_THAT(page, testing::HasSubstr("C 0°</th>"));
+  EXPECT_EQ(page.find("no luminous area"), std::string::npos);
+  EXPECT_TRUE(Ask(HillLamp(1e3), {"--ask", "ask.toml"})["eyes"][0]["luminous_area_m2"].is_null());
+  EXPECT_THAT(Page({"--ask", "ask.toml"}), testing::HasSubstr("there is no luminous area to rate"));
+  LightField noisy = HillLamp(1e6);
+  for (float& c : noisy.data) c -= 6e5f;
+  const json found = Ask(noisy, {"--ask", "ask.toml"});
+  EXPECT_LT(found["planes"][0]["illuminance_min_lx"].get<double>(), 0);
+  EXPECT_TRUE(found["planes"][0]["uniformity_min_mean"].is_null());
+  EXPECT_TRUE(found["planes"][0]["uniformity_min_max"].is_null());
+  EXPECT_THAT(found["remarks"].dump(), testing::HasSubstr("'wall' is below 0, which is noise"));
 }
 
 // Eyes of every kind: in perspective, through a fisheye, so near that a perspective does not hold the
@@ -224,7 +199,7 @@ TEST_F(Photometry, EyesHavePicturesInUnits) {
   };
   const auto pictures = [&](const std::string& asked) {
     WriteText(folder_ / "ask.toml", asked);
-    Ask(Lamp(1e6));
+    Ask(HillLamp(1e6));
     const std::string page = Page({"--ask", "ask.toml"});
     std::size_t count = 0;
     for (std::size_t at = page.find("luxfield export x.lf.exr"); at != std::string::npos;
@@ -256,54 +231,11 @@ TEST_F(Photometry, EyesHavePicturesInUnits) {
   EXPECT_NEAR(written["largest"].get<double>(), peak, 0.02 * peak);
 }
 
-TEST_F(Photometry, CertificatesSayWhatIsStatedAndWhatIsNot) {
-  WriteText(folder_ / "ask.toml",
-            std::string(kAsk) +
-                "[[glare]]\nbelow_m = 1.5\ndistances_m = [1, 2]\nbackground_cd_per_m2 = 40\n"
-                "[certificate]\nlaboratory = \"Light & Co\"\nnumber = \"17\"\n");
-  Ask(Lamp(1e6), {"--ask", "ask.toml", "-o", "x.cert.json"});
-  const json found = json::parse(ReadText(folder_ / "x.cert.json"));
-  EXPECT_EQ(found["laboratory"]["laboratory"], "Light & Co");
-  EXPECT_TRUE(found["laboratory"]["customer"].is_null());
-  EXPECT_EQ(found["results"][0]["value"], found["photometry"]["flux_lm"]);
-  EXPECT_TRUE(found["results"][0]["U"].is_null());
-  const auto result = [&](const std::string& quantity) {
-    for (const json& one : found["results"])
-      if (one["quantity"] == quantity) return one["value"];
-    return json();
-  };
-  const json& eye = found["photometry"]["eyes"][0];
-  EXPECT_EQ(result("UGR of this lamp alone"), eye["ugr"]);
-  EXPECT_EQ(result("Veiling luminance"), eye["veiling_luminance_cd_per_m2"]);
-  EXPECT_EQ(result("Threshold increment"), eye["threshold_increment_percent"]);
-  std::vector<double> ratings;
-  const json each = found["photometry"]["glare"][0]["ugr"].flatten();
-  for (const json& rating : each)
-    if (rating.is_number()) ratings.push_back(rating);
-  ASSERT_GT(ratings.size(), 1u);
-  EXPECT_EQ(result("Largest UGR of this lamp alone"), *std::ranges::max_element(ratings));
-  EXPECT_EQ(found["files"].size(), 2u);
-  EXPECT_EQ(found["files"][0]["sha256"], found["photometry"]["sha256"]);
-  EXPECT_TRUE(found["budget"].is_null());
-  Ask(Lamp(1e6), {"--ask", "ask.toml", "-o", "x.pdf"});
-  EXPECT_THAT(ReadText(folder_ / "x.pdf"), testing::StartsWith("%PDF-"));
-  for (const auto& [arguments, said] :
-       {std::pair{std::vector<std::string>{"--uncertainty", "ask.toml", "-o", "y.html"},
-                  "certificate"},
-        {{"--uncertainty", "ask.toml", "-o", "y.pdf"}, "--session"}}) {
-    std::vector<std::string> all{"photometry", "x.lf.exr"};
-    all.insert(all.end(), arguments.begin(), arguments.end());
-    const Outcome refused = RunLuxfield(all, folder_);
-    EXPECT_EQ(refused.exit_code, 2);
-    EXPECT_THAT(refused.err, testing::HasSubstr(said));
-  }
-}
-
 TEST_F(Photometry, OfThreeChannelsHasColour) {
-  LightField field(Geometry());
+  LightField field(LampGeometry());
   field.geometry.channels = 3;
   field = LightField(field.geometry);
-  const LightField one = Lamp(1e6);
+  const LightField one = HillLamp(1e6);
   for (int m = 0; m < field.geometry.grid.count(); ++m)
     for (int channel = 0; channel < 3; ++channel)
       std::ranges::copy(one.image(m, 0), field.image(m, channel).begin());
@@ -323,7 +255,7 @@ TEST_F(Photometry, OfThreeChannelsHasColour) {
 }
 
 TEST_F(Photometry, TwoLampsAreComparedInTheWordsOfPhotometry) {
-  const LightField a = Lamp(1.1e6), b = Lamp(1e6);
+  const LightField a = HillLamp(1.1e6), b = HillLamp(1e6);
   lightfield::WriteLightField(folder_ / "a.lf.exr", a);
   lightfield::WriteLightField(folder_ / "b.lf.exr", b);
   LightField sigma = b;
@@ -349,7 +281,7 @@ TEST_F(Photometry, TwoLampsAreComparedInTheWordsOfPhotometry) {
   ExpectSelfContainedPage(page);
   EXPECT_THAT(page, testing::HasSubstr("A - B"));
   // Another geometry: no coefficients, but all that they shine.
-  lightfield::LuminaireGeometry other = Geometry();
+  lightfield::LuminaireGeometry other = LampGeometry();
   other.lattice = {8, 8, -0.3, 0.28, 0.075, 0.075};
   LightField coarse(other);
   for (float& c : coarse.data) c = 1e5f;
@@ -357,7 +289,7 @@ TEST_F(Photometry, TwoLampsAreComparedInTheWordsOfPhotometry) {
   const json others = Run({"compare", "a.lf.exr", "c.lf.exr"});
   EXPECT_FALSE(others.contains("rel_rmse"));
   EXPECT_TRUE(others["photometry"]["quantities"][0]["in_uncertainties"].is_null());
-  lightfield::WriteLightField(folder_ / "w.lf.exr", Lamp(1, lightfield::FluxUnit::kWatt));
+  lightfield::WriteLightField(folder_ / "w.lf.exr", HillLamp(1, lightfield::FluxUnit::kWatt));
   EXPECT_TRUE(Run({"compare", "a.lf.exr", "w.lf.exr"})["photometry"].is_null());
 }
 
@@ -367,7 +299,7 @@ TEST_F(Photometry, HeadlampsAreJudgedByRegulations) {
   WriteText(folder_ / "ask.toml",
             "[[headlamp]]\nregulation = \"own.toml\"\nname = \"left & right\"\ntraffic = "
             "\"left\"\naim_deg = [0.5, -0.2]\n");
-  const json found = Ask(Lamp(1e8), {"--ask", "ask.toml"});
+  const json found = Ask(HillLamp(1e8), {"--ask", "ask.toml"});
   const json& headlamp = found["headlamps"][0];
   EXPECT_EQ(headlamp["regulation"], "UN R149-01, passing beam, class V");
   EXPECT_EQ(headlamp["verdict"], "fail");  // it has no cut-off
@@ -388,22 +320,23 @@ TEST_F(Photometry, HeadlampsAreJudgedByRegulations) {
   const std::string page = Page({"--ask", "ask.toml"});
   EXPECT_THAT(page, testing::HasSubstr("left &amp; right"));
   EXPECT_THAT(page, testing::HasSubstr("Segment 10 and below"));
-  Ask(Lamp(1e8), {"--ask", "ask.toml", "-o", "x.csv"});
+  Ask(HillLamp(1e8), {"--ask", "ask.toml", "-o", "x.csv"});
   EXPECT_THAT(ReadText(folder_ / "x.csv"), testing::HasSubstr("\nB50R largest,"));
-  lightfield::WriteLightField(folder_ / "w.lf.exr", Lamp(1, lightfield::FluxUnit::kWatt));
+  lightfield::WriteLightField(folder_ / "w.lf.exr", HillLamp(1, lightfield::FluxUnit::kWatt));
   const Outcome refused = RunLuxfield({"photometry", "w.lf.exr", "--ask", "ask.toml"}, folder_);
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, testing::HasSubstr("ask for candela"));
 }
 
 TEST_F(Photometry, OfWattsIsRadiometry) {
-  const json found = Ask(Lamp(1, lightfield::FluxUnit::kWatt));
+  const json found = Ask(HillLamp(1, lightfield::FluxUnit::kWatt));
   EXPECT_GT(found["flux_w"].get<double>(), 0);
   EXPECT_GT(found["intensity_axis_w_per_sr"].get<double>(), 0);
   EXPECT_FALSE(found.contains("flux_lm"));
   EXPECT_THAT(found["remarks"].dump(), testing::HasSubstr("radiometric"));
+  EXPECT_TRUE(found["eyes"][0]["luminous_area_m2"].is_null());
   EXPECT_THAT(Page(), testing::HasSubstr("W/sr"));
-  EXPECT_GT(Ask(Lamp(1, lightfield::FluxUnit::kRelative))["flux_relative"].get<double>(), 0);
+  EXPECT_GT(Ask(HillLamp(1, lightfield::FluxUnit::kRelative))["flux_relative"].get<double>(), 0);
 }
 
 TEST_F(Photometry, WeighsChannelsAsAsked) {
@@ -415,7 +348,7 @@ TEST_F(Photometry, WeighsChannelsAsAsked) {
                 plane + "weighting = \"PPFD\"\n" + plane +
                 "weighting = \"PPFD\"\nreceiver = \"sphere\"\n[[point]]\nposition_m = [0, 0, 1]\n"
                 "weighting = \"PPFD\"\n");
-  const json found = Ask(Lamp(1, lightfield::FluxUnit::kWatt), {"--ask", "ask.toml"});
+  const json found = Ask(HillLamp(1, lightfield::FluxUnit::kWatt), {"--ask", "ask.toml"});
   const json &watts = found["planes"][0], &photons = found["planes"][1],
              &spheres = found["planes"][2], &point = found["points"][0];
   EXPECT_TRUE(watts["weighting"].is_null());
@@ -470,7 +403,7 @@ position_m = [0.1, 0.2, 1.5]
 t_s = 3.5
 position_m = [0.1, 0.2, 1.5]
 )");
-  const json found = Ask(Lamp(1e6), {"--ask", "ask.toml", "-o", "x.pdf"});
+  const json found = Ask(HillLamp(1e6), {"--ask", "ask.toml", "-o", "x.pdf"});
   const json& point = found["points"][0];
   const auto near = [&](const json& value, const char* key, double factor) {
     const double expected = factor * point[key].get<double>();
@@ -497,72 +430,13 @@ position_m = [0.1, 0.2, 1.5]
   const std::string page = Page({"--ask", "ask.toml"});
   EXPECT_THAT(page, testing::HasSubstr("a &lt; b"));
   EXPECT_THAT(page, testing::HasSubstr("Dose along paths"));
-  Ask(Lamp(1e6), {"--ask", "ask.toml", "-o", "x.csv"});
+  Ask(HillLamp(1e6), {"--ask", "ask.toml", "-o", "x.csv"});
   EXPECT_THAT(ReadText(folder_ / "x.csv"),
               testing::HasSubstr("dose of spherical illuminance,hand,"));
 }
 
-TEST_F(Photometry, QualityFollowsFromFiles) {
-  // Infrared light that the camera sees and the eye does not, beside green light.
-  WriteText(folder_ / "camera.csv", "nm,relative\n500,1\n900,1\n");
-  WriteText(folder_ / "lamp.csv", "549,0\n550,1\n551,0\n");
-  WriteText(folder_ / "source.csv", "549,0\n550,1\n551,0\n799,0\n800,1\n801,0\n");
-  WriteText(folder_ / "sensor.cal.json",
-            R"({"format": "luxfield sensor calibration", "channels": [
-                {"linearity": {"largest_deviation": -0.004, "repeatability": 0.001}, "prnu": 0.01},
-                {"linearity": {"largest_deviation": 0.003, "repeatability": 0.002}}]})");
-  WriteText(folder_ / "ask.toml",
-            "[quality]\nresponsivity = \"camera.csv\"\nlamp_spectrum = \"lamp.csv\"\n"
-            "calibration_spectrum = \"source.csv\"\nsensor_calibration = \"sensor.cal.json\"\n"
-            "[[eye]]\neye_m = [0, 0, 1]\nline_of_sight = [-1, 0, -1]\nbackground_cd_per_m2 = 40\n");
-  const LightField lamp = Lamp(1e6);
-  lightfield::WriteLightField(folder_ / "s.lf.exr", [&] {
-    LightField sigma = lamp;
-    for (float& c : sigma.data) c *= 0.01f;
-    sigma.provenance["solve"] = "none";
-    return sigma;
-  }());
-  const json found =
-      Ask(lamp, {"--ask", "ask.toml", "--sigma", "s.lf.exr", "-o", "x.cert.json"})["quality"];
-  EXPECT_NEAR(found["spectral_mismatch_factor"].get<double>(), 2, 1e-6);
-  EXPECT_NEAR(found["spectral_mismatch_u_relative"].get<double>(), 1 / std::sqrt(3.0), 1e-6);
-  EXPECT_GT(found["f1"].get<double>(), 1);
-  EXPECT_EQ(found["f3"], 0.004);
-  EXPECT_EQ(found["repeatability"], 0.002);
-  EXPECT_EQ(found["prnu"], 0.01);
-  EXPECT_GT(found["beyond_planes_bound_flux_lm"].get<double>(), 0);
-  EXPECT_FALSE(found["not_known"].contains("f1"));
-  EXPECT_TRUE(found["not_known"].contains("f2"));
-  const json certificate = json::parse(ReadText(folder_ / "x.cert.json"));
-  EXPECT_EQ(certificate["files"].size(), 7u);
-  const json& flux = certificate["results"][0];
-  const double value = flux["value"], noise = flux["u_noise"];
-  EXPECT_NEAR(flux["U"].get<double>(), 2 * std::hypot(noise, value / std::sqrt(3.0)), 1e-6 * value);
-  const auto& results = certificate["results"];
-  const auto ugr = std::find_if(results.begin(), results.end(), [](const json& one) {
-    return one["quantity"] == "UGR of this lamp alone";
-  });
-  ASSERT_NE(ugr, results.end());
-  // 8 log10 of luminance squared.
-  EXPECT_NEAR((*ugr)["U"].get<double>(),
-              2 * std::hypot((*ugr)["u_noise"].get<double>(), 16 / std::log(10) / std::sqrt(3.0)),
-              1e-9);
-  EXPECT_THAT(certificate["coverage"]["text"].get<std::string>(),
-              testing::HasSubstr("spectral mismatch"));
-  Run({"photometry", "x.lf.exr", "--ask", "ask.toml", "-o", "x.pdf"});
-  EXPECT_THAT(Page({"--ask", "ask.toml"}),
-              testing::AllOf(testing::HasSubstr("directional response, f2; surrounding field"),
-                             testing::HasSubstr("range change (ranges are exposure times")));
-  EXPECT_TRUE(Ask(lamp)["quality"]["f1"].is_null());
-  WriteText(folder_ / "lamp.csv", "1200,1\n1300,1\n");
-  const Outcome dark = RunLuxfield({"photometry", "x.lf.exr", "--ask", "ask.toml"}, folder_);
-  EXPECT_EQ(dark.exit_code, 2);
-  EXPECT_THAT(dark.err, testing::AllOf(testing::HasSubstr("lamp.csv"),
-                                       testing::HasSubstr("has no light that camera and eye")));
-}
-
 TEST_F(Photometry, MistakesInWhatIsAskedAreNamed) {
-  lightfield::WriteLightField(folder_ / "x.lf.exr", Lamp(1));
+  lightfield::WriteLightField(folder_ / "x.lf.exr", HillLamp(1));
   for (const auto& [text, said] :
        {std::pair{"[[point]]\nposition_m = [0, 0, 0]\n", "position_m"},
         std::pair{"[[point]]\nposition_m = [0, 0, 1]\nnormal = [0, 0, 0]\n", "normal"},

@@ -175,12 +175,13 @@ def cone(w, full_angle, rings=60, around=180):
 
 
 def area_above(field, p, threshold, steps=1200):
-    """Solid angle of what is as bright as the threshold, and its mean luminance and middle."""
+    """Solid angle and projected area of what is as bright as the threshold, its mean luminance and
+    middle."""
     g = field.geometry
     ku, kv = g.knots_u(), g.knots_v()
     u = ku[0] + (ku[-1] - ku[0]) * (np.arange(steps) + 0.5) / steps
     cell = (ku[-1] - ku[0]) * (kv[-1] - kv[0]) / steps**2
-    omega, light, middle = 0.0, 0.0, np.zeros(3)
+    omega, projected, light, middle = 0.0, 0.0, 0.0, np.zeros(3)
     for v in kv[0] + (kv[-1] - kv[0]) * (np.arange(steps) + 0.5) / steps:
         d = np.stack([u - p[0], np.full_like(u, v - p[1]), np.full_like(u, -p[2])])
         r = np.sqrt((d**2).sum(0))
@@ -188,9 +189,10 @@ def area_above(field, p, threshold, steps=1200):
         bright = luminance >= threshold
         part = cell * p[2] / r**3 * bright
         omega += part.sum()
+        projected += (part * r**2).sum()
         light += (part * luminance).sum()
         middle += ((part * luminance) * d / r).sum(1)
-    return omega, light / omega if omega else 0.0, middle
+    return omega, projected, light / omega if omega else 0.0, middle
 
 
 def solid_angle(p, width, height):
@@ -330,6 +332,7 @@ class Photometry(Judgement):
         for percent in (1, 5, 10):
             self.close(found["inverse_square_distance_m"][str(percent)],
                        inverse_square(y, axis, percent / 100), 1e-3, f"{percent} %")  # fmt: skip
+        self.judge_symmetry(y, found)
         self.judge_points(y, found)
         self.judge_eye(y, found["eyes"][0])
         self.judge_glare(y, found["glare"][0])
@@ -344,6 +347,29 @@ class Photometry(Judgement):
                 self.close(values[row, column], y.irradiance(p, (0, 0, -1))[0], 1e-5, "plane")
         self.close(plane["illuminance_mean_lx"], values.mean(), 1e-9, "mean")
         self.close(plane["uniformity_min_mean"], values.min() / values.mean(), 1e-9, "uniformity")
+
+    def judge_symmetry(self, field, found, steps=48):
+        """Over slopes x, y of directions in which there is light, d omega = cos^3 dx dy."""
+        g = field.geometry
+        ku, kv = g.knots_u(), g.knots_v()
+        s1, t0 = g.s0 + g.ds * g.columns, g.t1 - g.dt * g.rows
+        x0, x1 = (g.s0 - ku[-1]) / g.delta, (s1 - ku[0]) / g.delta
+        y0, y1 = (t0 - kv[-1]) / g.delta, (g.t1 - kv[0]) / g.delta
+        all_x = x0 + (x1 - x0) * (np.arange(steps) + 0.5) / steps
+        all_y = y0 + (y1 - y0) * (np.arange(steps) + 0.5) / steps
+        apart, light = np.zeros(2), 0.0
+        for x in all_x:
+            for y in all_y:
+                omega = (1 + x * x + y * y) ** -1.5
+                own = intensity(field, (x, y, 1), 2)
+                light += omega * own
+                for k, mirrored in enumerate(((x, -y, 1), (-x, y, 1))):
+                    apart[k] += omega * abs(own - intensity(field, mirrored, 2))
+        self.close(found["asymmetry_c0_c180"], apart[0] / 2 / light, 1e-2, "C0-C180")
+        self.close(found["asymmetry_c90_c270"], apart[1] / 2 / light, 1e-2, "C90-C270")
+        # Slopes that all of F is seen along.
+        least = min(-(g.s0 - ku[0]), s1 - ku[-1], -(t0 - kv[0]), g.t1 - kv[-1]) / g.delta
+        self.close(found["covered_gamma_deg"], np.degrees(np.arctan(max(least, 0))), 1e-9, "covered")
 
     def judge_points(self, field, found):
         unit = lambda v: np.asarray(v, float) / np.linalg.norm(v)
@@ -412,11 +438,12 @@ class Photometry(Judgement):
             for _ in range(40):
                 other = np.array([*random.uniform(-0.06, 0.06, 2), 0]) - p
                 self.assertLess(mean(other), 1.002 * mean(w))
-        omega, luminance, middle = area_above(field, p, 3000)
-        self.close(told["luminous_solid_angle_sr"], omega, 1e-2, "luminous area")
-        self.close(told["luminance_of_luminous_area_cd_per_m2"], luminance, 1e-2, "its luminance")
+        omega, projected, luminance, middle = area_above(field, p, 3000)
+        self.close(told["luminous_solid_angle_sr"], omega, 1e-3, "solid angle of the luminous area")
+        self.close(told["luminous_area_m2"], projected, 1e-3, "projected luminous area")
+        self.close(told["luminance_of_luminous_area_cd_per_m2"], luminance, 1e-3, "its luminance")
         index = position_index(sight, up, middle)
-        self.assertLess(abs(told["ugr"] - rating(luminance, omega, index, 30)), 0.05)
+        self.assertLess(abs(told["ugr"] - rating(luminance, omega, index, 30)), 0.01)
         opening = solid_angle(p, 0.1, 0.08)
         mean = over_directions(field, p, lambda w: 1.0) / opening
         index = position_index(sight, up, -p)
@@ -432,10 +459,13 @@ class Photometry(Judgement):
         self.close(told["threshold_increment_percent"], 65 * veiling / 2**0.8, 1e-3, "TI")
 
     def judge_glare(self, field, told):
-        for c, plane in zip((20, 250), told["ugr_plain"]):
-            for distance, value in zip((0.2, 0.3), plane):
+        for c, plane, uneven in zip((20, 250), told["ugr_plain"], told["ugr"]):
+            for distance, value, of_area in zip((0.2, 0.3), plane, uneven):
                 aside = vector(c, 90)
                 p = distance * aside + np.array([0, 0, 1.2])
+                omega, _, luminance, middle = area_above(field, p, 500, 600)
+                index = position_index(-aside, np.array([0, 0, -1.0]), middle)
+                self.assertLess(abs(of_area - rating(luminance, omega, index, 30)), 0.02)
                 omega = solid_angle(p, 0.1, 0.08)
                 mean = over_directions(field, p, lambda w: 1.0) / omega
                 index = position_index(-aside, np.array([0, 0, -1.0]), -p)
@@ -445,12 +475,31 @@ class Photometry(Judgement):
         if field.c.shape[-1] == 1:
             return self.assertIsNone(told)
         of = lambda d: [intensity(LightField(field.geometry, field.c[..., k : k + 1]), d) for k in range(3)]
+        self.judge_evenness(field, told, of)
         for name, rgb in (("mean", field.flux()), ("axis", of((0, 0, 1))), ("peak", of(peak))):
             for key, value in zip(("x", "y", "u_prime", "v_prime"), chromaticity(rgb)):
                 self.assertLess(abs(told[name][key] - value), 2e-4, f"{name} {key}")
             x, y = chromaticity(rgb)[:2]
             self.close(told[name]["cct_k"], colour_temperature(x, y), 5e-3, f"{name} CCT")
             self.assertLess(abs(told[name]["duv"] - distance_from_locus(x, y)), 3e-4, f"{name} Duv")
+
+    def judge_evenness(self, field, told, of):
+        """Of the table's directions, each for the solid angle of its ring of gamma."""
+        mean = np.array(chromaticity(field.flux())[2:])
+        seen = []
+        for c in told["c_deg"]:
+            for gamma in told["gamma_deg"]:
+                rgb = of(vector(c, gamma)) if gamma < 90 else [0, 0, 0]
+                half = (told["gamma_deg"][1] - told["gamma_deg"][0]) / 2
+                ring = np.cos(np.radians(max(gamma - half, 0))) - np.cos(np.radians(gamma + half))
+                seen.append((LUMINANCE @ rgb, ring, rgb))
+        most = max(one[0] for one in seen)
+        bright = [(y * ring, chromaticity(rgb)[2:]) for y, ring, rgb in seen if y >= 0.1 * most]
+        weights = np.array([weight for weight, _ in bright])
+        away = np.array([np.linalg.norm(np.array(uv) - mean) for _, uv in bright])
+        self.assertLess(abs(told["deviation_largest"] - away.max()), 1e-4)
+        rms = np.sqrt((weights * away**2).sum() / weights.sum())
+        self.assertLess(abs(told["deviation_rms"] - rms), 1e-4)
 
     def test_two_lamps(self):
         """`compare` says of both what `photometry` says of each."""

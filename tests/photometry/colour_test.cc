@@ -105,8 +105,8 @@ TEST(Colour, DeviationsAreThoseOfTheTable) {
                                            found.table[k]->v.value - found.mean->v.value));
   }
   EXPECT_NEAR(found.largest_deviation->value, largest, 1e-12);
-  EXPECT_LT(*found.rms_deviation, largest);
-  EXPECT_GT(*found.rms_deviation, 0.1 * largest);
+  EXPECT_LT(found.rms_deviation->value, largest);
+  EXPECT_GT(found.rms_deviation->value, 0.1 * largest);
   // An even lamp deviates nowhere.
   LightField even = SmoothField(3);
   for (int m = 0; m < even.geometry.grid.count(); ++m)

@@ -61,9 +61,9 @@ TEST(Distribution, OfALambertianSquare) {
   EXPECT_NEAR(found.field->mean_deg.value, 2 * std::acos(0.1) / kDegree, 0.2);
   EXPECT_FALSE(found.beam->limited);
   EXPECT_NEAR(found.downward_share->value, 1, 0);
-  EXPECT_LT(*found.asymmetry_c0_c180, 1e-4);
-  EXPECT_LT(*found.asymmetry_c90_c270, 1e-4);
-  EXPECT_NEAR(*found.covered_gamma_deg,
+  EXPECT_LT(found.asymmetry_c0_c180->value, 1e-4);
+  EXPECT_LT(found.asymmetry_c90_c270->value, 1e-4);
+  EXPECT_NEAR(found.covered_gamma_deg->value,
               std::atan((LambertianSquare::kWidest - 0.005) / 0.05) / kDegree, 1e-6);
   EXPECT_TRUE(found.remarks.empty());
 }
@@ -120,8 +120,8 @@ TEST(Distribution, AnAsymmetricLampKeepsItsC0) {
   const Distribution found = DistributionOf(lamp);
   const Direction peak = DirectionOf(found.peak_direction);
   EXPECT_NEAR(peak.c_deg, 45, 5);
-  EXPECT_NEAR(*found.asymmetry_c0_c180, 1, 1e-6);
-  EXPECT_NEAR(*found.asymmetry_c90_c270, 1, 1e-6);
+  EXPECT_NEAR(found.asymmetry_c0_c180->value, 1, 1e-6);
+  EXPECT_NEAR(found.asymmetry_c90_c270->value, 1, 1e-6);
   const IntensityTable table = TableOf(lamp, 45, 10);
   EXPECT_EQ(table.c_deg.size(), 8u);
   EXPECT_NEAR(table.at(1, 5).value, expected, 2e-3 * expected);
@@ -159,6 +159,35 @@ TEST(Distribution, AnglesThatTheLightFieldEndsIsSaid) {
   const Distribution found = DistributionOf(LampOfField(even));
   EXPECT_TRUE(found.beam->limited);
   EXPECT_THAT(found.remarks, testing::Contains(testing::HasSubstr("beam angle reaches")));
+}
+
+// Asymmetry that noise makes, a direction next to the pole and one that may be anywhere have no
+// uncertainty; what no noise moves has one of 0.
+TEST(Distribution, UncertaintiesAreLeftOutWhereTheyWouldMeanNothing) {
+  const auto of = [](const LightField& field, double relative) {
+    return DistributionOf(WithNoise(NoisyField(field, PlainMaps(field.geometry.grid), relative)));
+  };
+  const Distribution aside = of(SmoothField(), 0.002);
+  EXPECT_GT(aside.asymmetry_c0_c180->u.value(), 0);
+  EXPECT_GT(aside.peak_direction_u->c_deg.value(), aside.peak_direction_u->gamma_deg.value());
+  EXPECT_EQ(aside.covered_gamma_deg->u, 0.0);
+  LightField even = SmoothField();
+  const auto& g = even.geometry;
+  even.geometry.grid.u0_m -= 0.004;  // centred
+  even.geometry.lattice = {17, 15, -0.3145, 0.3075, 0.037, 0.041};
+  for (int m = 0; m < g.grid.count(); ++m)
+    for (int row = 0; row < g.lattice.height; ++row)
+      for (int column = 0; column < g.lattice.width; ++column) {
+        const auto s = g.lattice.centre(row, column);
+        even.image(m, 0)[std::size_t(row) * g.lattice.width + column] =
+            static_cast<float>(1e5 * std::exp(-50 * (s.x * s.x + s.y * s.y)));
+      }
+  const Distribution symmetric = of(even, 0.002);
+  EXPECT_LT(symmetric.asymmetry_c0_c180->value, 0.05);
+  EXPECT_FALSE(symmetric.asymmetry_c0_c180->u || symmetric.asymmetry_c90_c270->u);
+  EXPECT_GT(symmetric.peak_direction_u->along_c0_deg, 0);
+  EXPECT_FALSE(symmetric.peak_direction_u->c_deg || symmetric.peak_direction_u->gamma_deg);
+  EXPECT_FALSE(of(SmoothField(), 2).peak_direction_u);
 }
 
 // Over draws of the noise (n - 1) s^2 / u^2 is chi-squared, and angles and distances are too as

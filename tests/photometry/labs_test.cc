@@ -125,6 +125,27 @@ void PutEye(Quantities& out, const Lamp& lamp) {
   Put(out, "threshold increment", answer.threshold_increment);
 }
 
+// Of a threshold that a part of the lamp is above.
+void PutLuminousArea(Quantities& out, const Lamp& lamp) {
+  EyeAsked asked;
+  asked.eye_m = {0.02, -0.12, 0.7};
+  asked.threshold = 9000;
+  asked.line_of_sight = Normalized(Vec3{-0.3, 0.2, -1});
+  asked.up = Normalized(Vec3{0, 1, 0});
+  asked.background = 40;
+  const EyeAnswer answer = AnswerFor(lamp, asked);
+  out["solid angle of a part"] = answer.area->solid_angle;
+  out["projected area of a part"] = answer.area->projected_m2;
+  out["luminance of a part"] = answer.area->luminance;
+  Put(out, "UGR of a part", answer.ugr);
+}
+
+void PutPeakDirection(Quantities& out, const Distribution& d) {
+  const Direction at = DirectionOf(d.peak_direction);
+  out["peak, C"] = {at.c_deg, d.peak_direction_u->c_deg};
+  out["peak, gamma"] = {at.gamma_deg, d.peak_direction_u->gamma_deg};
+}
+
 Quantities AllOf(const Lamp& lamp) {
   Quantities out;
   const Distribution d = DistributionOf(lamp);
@@ -135,11 +156,15 @@ Quantities AllOf(const Lamp& lamp) {
   PutAngle(out, "field angle", *d.field);
   PutDistances(out, "inverse square on the axis", d.on_axis);
   PutDistances(out, "inverse square towards the peak", d.towards_peak);
+  PutPeakDirection(out, d);
+  // About C90-C270 this lamp is nearly its own mirror image, and noise is most of what is not.
+  Put(out, "asymmetry about C0-C180", d.asymmetry_c0_c180);
   PutPoint(out, lamp);
   PutPlane(out, lamp);
   PutReceivers(out, lamp);
   PutMoved(out, lamp);
   PutEye(out, lamp);
+  PutLuminousArea(out, lamp);
   return out;
 }
 
@@ -167,6 +192,8 @@ Quantities AllOf(const ColourLamp& lamp) {
   PutColour(out, "mean", ColourOf(lamp, FluxOf(lamp.channels[0])));
   PutColour(out, "axis", ColourOf(lamp, IntensityTowards(lamp.channels[0], {0, 0, 1})));
   PutColour(out, "aside", ColourOf(lamp, IntensityTowards(lamp.channels[0], {0.1, -0.1, 1})));
+  const IntensityTable table = TableOf(lamp.channels[1], 45, 4);
+  Put(out, "rms colour difference", ColourDistributionOf(lamp, table, {0, 0, 1}).rms_deviation);
   return out;
 }
 

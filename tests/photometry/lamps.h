@@ -60,6 +60,15 @@ struct LambertianSquare {
   static lightfield::LightField Fine() { return Field(16, 25, 0.03); }
 };
 
+// Cells of F are bright and dark in turn.
+inline lightfield::LightField Checkerboard(lightfield::LightField field) {
+  const int width = field.geometry.grid.width;
+  for (int m = 0; m < field.geometry.grid.count(); ++m)
+    if ((m % width + m / width) % 2)
+      for (float& c : field.image(m, 0)) c = 0;
+  return field;
+}
+
 // `bspline2`, no two lengths alike, brightest off the axis.
 inline lightfield::LightField SmoothField(int channels = 1) {
   lightfield::LuminaireGeometry g;

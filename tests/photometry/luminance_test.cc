@@ -19,16 +19,6 @@ constexpr std::uint64_t kSeed = 20261127;
 
 Vec3 Towards(Vec3 eye, Vec3 place) { return Normalized(place - eye); }
 
-// Cells of F are dark and bright in turn.
-LightField Checkerboard() {
-  LightField field = LambertianSquare::Fine();
-  const int width = field.geometry.grid.width;
-  for (int m = 0; m < field.geometry.grid.count(); ++m)
-    if ((m % width + m / width) % 2)
-      for (float& c : field.image(m, 0)) c = 0;
-  return field;
-}
-
 TEST(Luminance, OfALambertianSquareIsItsRadianceFromEverywhere) {
   const Lamp lamp = LampOfField(LambertianSquare::Fine());
   for (const Vec3 eye : {Vec3{0, 0, 0.5}, Vec3{0.05, -0.03, 0.3}, Vec3{0.001, 0.002, 0.02}}) {
@@ -92,7 +82,7 @@ TEST(Luminance, AFlatTopIsNotCircledForEver) {
 
 // Of all fields of view that hold a lamp whole, that about its middle.
 TEST(Luminance, AWideFieldOfViewIsCentredOnTheLamp) {
-  const Lamp lamp = LampOfField(Checkerboard());
+  const Lamp lamp = LampOfField(Checkerboard(LambertianSquare::Fine()));
   const Vec3 eye{1, 2, 7};
   EXPECT_LT(Length(BrightestPlace(lamp, eye, 0.1) - Towards(eye, {0, 0, 0})), 1e-12);
 }
@@ -128,21 +118,6 @@ TEST(Luminance, ThePeakWithinAFieldOfViewIsFound) {
   EXPECT_LT(LuminanceValue(lamp, eye, BrightestRay(lamp, eye, beside, 0.011)), 0.5 * middle);
   const Vec3 away{1, 0, 0};
   EXPECT_EQ(LuminanceValue(lamp, eye, BrightestRay(lamp, eye, away, 0.011)), 0);
-}
-
-TEST(Luminance, TheGlaringAreaOfACheckerboardIsHalfOfIt) {
-  const Vec3 eye{0, 0, 2};
-  const double whole = SolidAngleOfOpening(eye, 0.01, 0.01);
-  for (const auto& [field, share] :
-       {std::pair{LambertianSquare::Fine(), 1.0}, std::pair{Checkerboard(), 0.5}}) {
-    const auto area = AreaAbove(LampOfField(field), eye, 500);
-    ASSERT_TRUE(area);
-    EXPECT_NEAR(area->solid_angle, share * whole, 2e-3 * whole);
-    EXPECT_NEAR(area->luminance.value, LambertianSquare::kRadiance,
-                2e-3 * LambertianSquare::kRadiance);
-    EXPECT_LT(Length(area->direction - Vec3{0, 0, -1}), 1e-4);
-  }
-  EXPECT_FALSE(AreaAbove(LampOfField(Checkerboard()), eye, 1e9));
 }
 
 TEST(Luminance, SolidAngleOfASquareOpening) {
@@ -196,7 +171,7 @@ TEST(Glare, TablesAreThoseOfTheFormula) {
   }
   asked.distances_m = {0.5};
   asked.c_deg = {0};
-  const LightField board = Checkerboard();
+  const LightField board = Checkerboard(LambertianSquare::Fine());
   const GlareAnswer uneven = AnswerFor(LampOfField(board), asked);
   // Twice the luminance over half of the area: L^2 omega is twice that of the opening.
   EXPECT_NEAR(uneven.ugr[0]->value - uneven.plain_ugr[0]->value, 8 * std::log10(2.0), 0.05);
