@@ -25,7 +25,7 @@ struct BenchMemoryOptions {
 //              of a quarter of them; "reconstruct" and "reconstruct --non-negative", with sigma, of
 //              other measurements; "preprocess" of what the first of these makes; "render exact"
 //              and "render volume", pictures of 512 x 384 lit by a headlight of as many images
-//              (WriteCarField), whose table is built unless the cache has it (docs/cache.md)
+//              (WriteCarField), whose table is built where the cache lacks it
 //   positions, mpix (of `texels` squared), read_mib, written_mib, wall_s, core_s, peak_mib
 //   disk_s     as many bytes written durably and read from the disk, a plain file, once before each
 //              row: at most 1 GiB of each, in proportion
