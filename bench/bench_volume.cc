@@ -182,9 +182,10 @@ nlohmann::json Row(const render::Device& device, render::Estimator& estimator,
     off += error > 0.05 * truth;
     lost += lit[k].s[0] == 0;
   }
-  row.update({{"stated", std::max(built.rel_error,
-                                  render::MeasuredError(device, estimator, luminaire, built.judges,
-                                                        options.max_rel_error))},
+  const double at_judges = render::RelativeRmse(
+      built.judges,
+      render::LightReceivers(device, estimator, luminaire, built.judges, options.max_rel_error));
+  row.update({{"stated", std::max(built.rel_error, at_judges)},
               {"receivers", all.count},
               {"rel_rmse", all.RelativeRmse()},
               {"table", table.RelativeRmse()},

@@ -28,7 +28,7 @@ constexpr auto kTransferCells = [](auto& pass, auto& tables) {
 constexpr auto kTransferVolume = [](auto& pass, auto& built) {
   auto& volume = built.volume;
   pass(volume.tau, volume.a_y, volume.a_x, volume.coefficients, built.judges, built.rel_error,
-       built.met, built.builds);
+       built.met, built.wanted_bytes, built.builds);
 };
 
 }  // namespace
@@ -45,18 +45,17 @@ CellTables KeptCellTables(const FieldSource& field, const FieldOrigin& origin) {
                     [&] { return BuildCellTables(field(), origin.file); });
 }
 
-VolumeForError KeptVolume(const lightfield::LuminaireGeometry& geometry, const FieldSource& field,
-                          const FieldOrigin& origin, std::span<const Receiver> receivers,
-                          const VolumeOptions& options) {
+VolumeForError KeptVolume(const lightfield::FieldColumns& field, const FieldOrigin& origin,
+                          std::span<const Receiver> receivers, const VolumeOptions& options) {
   static_assert(sizeof(Receiver) == 6 * sizeof(double));  // no padding in what is hashed
   const std::string seen =
       core::Sha256({reinterpret_cast<const char*>(receivers.data()), receivers.size_bytes()});
   VolumeForError start;
-  start.volume.geometry = geometry;
+  start.volume.geometry = field.geometry();
   return core::Kept(
       KeyOf("volume", "light vectors", origin,
             fmt::format("{}\n{:a} {}", seen, options.max_rel_error, options.max_bytes)),
-      kTransferVolume, start, [&] { return BuildForReceivers(field(), receivers, options); },
+      kTransferVolume, start, [&] { return BuildForReceivers(field, receivers, options); },
       [](const VolumeForError& built) { return built.met; });
 }
 

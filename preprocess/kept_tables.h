@@ -25,9 +25,8 @@ using FieldSource = std::function<lightfield::LightField()>;
 Tables KeptTables(const FieldSource& field, const FieldOrigin& origin);
 // BuildCellTables.
 CellTables KeptCellTables(const FieldSource& field, const FieldOrigin& origin);
-// BuildForReceivers of a field of that geometry. A volume that does not meet its error is not kept.
-VolumeForError KeptVolume(const lightfield::LuminaireGeometry& geometry, const FieldSource& field,
-                          const FieldOrigin& origin, std::span<const Receiver> receivers,
-                          const VolumeOptions& options);
+// BuildForReceivers. A volume that does not meet its error is not kept.
+VolumeForError KeptVolume(const lightfield::FieldColumns& field, const FieldOrigin& origin,
+                          std::span<const Receiver> receivers, const VolumeOptions& options);
 
 }  // namespace luxfield::preprocess

@@ -14,6 +14,7 @@
 namespace luxfield::preprocess {
 namespace {
 
+using lightfield::FieldColumns;
 using lightfield::LightField;
 using lightfield::LuminaireGeometry;
 using lightfield::PencilAxis;
@@ -29,13 +30,13 @@ constexpr std::size_t kRowsPerSum = 32;  // added in float32
 
 // ---- one slice of tau ----
 
-// Texel weights of every node and basis function of one axis: [node * functions + function].
+// Texel weights of every node and basis function first .. first + functions - 1 of one axis:
+// [node * functions + function].
 std::vector<ProjectedTexels> AxisWeights(const LuminaireGeometry& g, std::span<const double> nodes,
-                                         double tau, bool rows) {
+                                         double tau, bool rows, int first, int functions) {
   const TexelAxis texels = rows ? TexelAxis::Rows(g.lattice) : TexelAxis::Columns(g.lattice);
   const Vec2 centre = SupportCentre(g);
   const double corner = rows ? g.grid.v0_m : g.grid.u0_m, origin = rows ? centre.y : centre.x;
-  const int functions = rows ? g.grid.height : g.grid.width;
   std::vector<ProjectedTexels> weights(nodes.size() * functions);
   core::ParallelFor(nodes.size(), 8, [&](std::size_t begin, std::size_t end) {
     for (std::size_t node = begin; node < end; ++node) {
@@ -43,7 +44,7 @@ std::vector<ProjectedTexels> AxisWeights(const LuminaireGeometry& g, std::span<c
       const PencilAxis pencil{origin + nodes[node], origin, 1 - tau, 0};
       for (int i = 0; i < functions; ++i)
         weights[node * functions + i] =
-            ProjectTexels(g.grid.basis, corner, g.grid.spacing_m, i, texels, pencil);
+            ProjectTexels(g.grid.basis, corner, g.grid.spacing_m, first + i, texels, pencil);
     }
   });
   return weights;
@@ -110,16 +111,16 @@ struct NodeSum {
   double b0 = 0, b1_u = 0, b1_v = 0;
 };
 
-// Node rows [begin, end) of one slice; `slice` is its first coefficient.
-void BuildNodeRows(const LightField& field, int channel, std::size_t nodes,
-                   const std::vector<ProjectedTexels>& columns,
-                   const std::vector<ProjectedTexels>& rows, std::size_t begin, std::size_t end,
-                   float* slice) {
-  const auto& grid = field.geometry.grid;
-  std::vector<NodeSum> sums((end - begin) * nodes);
-  ColumnSums image_sums(field.geometry.lattice.width);
+// Adds what a group of columns brings to node rows [begin, end) of one slice and channel; `sums` are
+// the slice's, [a_y][a_x].
+void AddNodeRows(const LightField& group, int channel, std::size_t nodes,
+                 const std::vector<ProjectedTexels>& columns,
+                 const std::vector<ProjectedTexels>& rows, std::size_t begin, std::size_t end,
+                 NodeSum* sums) {
+  const auto& grid = group.geometry.grid;
+  ColumnSums image_sums(group.geometry.lattice.width);
   for (int i = 0; i < grid.width; ++i) {
-    int first = field.geometry.lattice.width, last = 0;
+    int first = group.geometry.lattice.width, last = 0;
     for (std::size_t x = 0; x < nodes; ++x) {
       const ProjectedTexels& window = columns[x * grid.width + i];
       if (window.size() == 0) continue;
@@ -128,10 +129,10 @@ void BuildNodeRows(const LightField& field, int channel, std::size_t nodes,
     }
     if (first >= last) continue;
     for (std::size_t y = begin; y < end; ++y) {
-      image_sums.Fill(field, channel, i, &rows[y * grid.height], first, last);
+      image_sums.Fill(group, channel, i, &rows[y * grid.height], first, last);
       for (std::size_t x = 0; x < nodes; ++x) {
         const ProjectedTexels& window = columns[x * grid.width + i];
-        NodeSum& sum = sums[(y - begin) * nodes + x];
+        NodeSum& sum = sums[y * nodes + x];
         const auto texels = [&](const std::vector<float>& values) {
           return std::span(values).subspan(window.first, window.size());
         };
@@ -145,10 +146,31 @@ void BuildNodeRows(const LightField& field, int channel, std::size_t nodes,
       }
     }
   }
-  for (std::size_t y = begin; y < end; ++y)
-    for (std::size_t x = 0; x < nodes; ++x) {
-      const NodeSum& sum = sums[(y - begin) * nodes + x];
-      float* node = slice + ((y + 1) * (nodes + 2) + x + 1) * kComponents;
+}
+
+// Adds the moments of a group, the columns of `whole` from number `first` on, at one tau: `sums` of
+// channel c, [a_y][a_x], start at number c * stride.
+void AddMoments(const LightField& group, const LuminaireGeometry& whole, int first,
+                std::span<const double> a_x, std::span<const double> a_y, double tau,
+                std::size_t stride, NodeSum* sums) {
+  const auto columns = AxisWeights(whole, a_x, tau, false, first, group.geometry.grid.width),
+             rows = AxisWeights(whole, a_y, tau, true, 0, whole.grid.height);
+  const std::size_t pieces = (a_y.size() + kNodesPerTask - 1) / kNodesPerTask;
+  core::ParallelFor(pieces * whole.channels, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t piece = begin; piece < end; ++piece) {
+      const std::size_t channel = piece / pieces, row = piece % pieces * kNodesPerTask;
+      AddNodeRows(group, static_cast<int>(channel), a_x.size(), columns, rows, row,
+                  std::min(row + kNodesPerTask, a_y.size()), sums + channel * stride);
+    }
+  });
+}
+
+// A slice of sums, [a_y][a_x], as coefficients with a border.
+void StoreSlice(const NodeSum* sums, std::size_t a_x, std::size_t a_y, float* slice) {
+  for (std::size_t y = 0; y < a_y; ++y)
+    for (std::size_t x = 0; x < a_x; ++x) {
+      const NodeSum& sum = sums[y * a_x + x];
+      float* node = slice + ((y + 1) * (a_x + 2) + x + 1) * kComponents;
       node[0] = static_cast<float>(sum.b0);
       node[1] = static_cast<float>(sum.b1_u);
       node[2] = static_cast<float>(sum.b1_v);
@@ -257,23 +279,20 @@ std::size_t VolumeBytes(const VolumeResolution& resolution, int channels) {
 std::vector<float> TabulateMoments(const LightField& field, std::span<const double> a_x,
                                    std::span<const double> a_y, double tau) {
   const LuminaireGeometry& g = field.geometry;
-  const std::size_t slice = (a_x.size() + 2) * (a_y.size() + 2) * kComponents;
+  const std::size_t nodes = a_x.size() * a_y.size(),
+                    slice = (a_x.size() + 2) * (a_y.size() + 2) * kComponents;
+  std::vector<NodeSum> sums(g.channels * nodes);
+  AddMoments(field, g, 0, a_x, a_y, tau, nodes, sums.data());
   std::vector<float> moments(g.channels * slice, 0.0f);
-  const auto columns = AxisWeights(g, a_x, tau, false), rows = AxisWeights(g, a_y, tau, true);
-  const std::size_t pieces = (a_y.size() + kNodesPerTask - 1) / kNodesPerTask;
-  core::ParallelFor(pieces * g.channels, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t piece = begin; piece < end; ++piece) {
-      const std::size_t channel = piece / pieces, first = piece % pieces * kNodesPerTask;
-      BuildNodeRows(field, static_cast<int>(channel), a_x.size(), columns, rows, first,
-                    std::min(first + kNodesPerTask, a_y.size()), moments.data() + channel * slice);
-    }
-  });
+  for (int channel = 0; channel < g.channels; ++channel)
+    StoreSlice(sums.data() + channel * nodes, a_x.size(), a_y.size(),
+               moments.data() + channel * slice);
   return moments;
 }
 
-LightVectorVolume BuildLightVectorVolume(const LightField& field, const Reach& reach,
+LightVectorVolume BuildLightVectorVolume(const FieldColumns& field, const Reach& reach,
                                          const VolumeResolution& resolution) {
-  const LuminaireGeometry& g = field.geometry;
+  const LuminaireGeometry& g = field.geometry();
   if (std::min({resolution.a_x, resolution.a_y, resolution.tau}) < 4)
     throw InputError(
         fmt::format("a light-vector volume of {} x {} x {} nodes; at least 4 per axis "
@@ -286,17 +305,21 @@ LightVectorVolume BuildLightVectorVolume(const LightField& field, const Reach& r
   volume.a_x = MakeAxis(wide.a_x_m, resolution.a_x);
   volume.a_y = MakeAxis(wide.a_y_m, resolution.a_y);
   volume.tau = MakeAxis(wide.tau, resolution.tau);
-  volume.coefficients.assign(VolumeBytes(resolution, g.channels) / sizeof(float), 0.0f);
+  const auto a_x = NodesOf(volume.a_x), a_y = NodesOf(volume.a_y), tau = NodesOf(volume.tau);
+  const std::size_t nodes = a_x.size() * a_y.size(), table = tau.size() * nodes;
+  std::vector<NodeSum> sums(g.channels * table);
+  field.ForEachGroup([&](const LightField& group, int first) {
+    for (std::size_t k = 0; k < tau.size(); ++k)
+      AddMoments(group, g, first, a_x, a_y, tau[k], table, sums.data() + k * nodes);
+  });
 
+  volume.coefficients.assign(VolumeBytes(resolution, g.channels) / sizeof(float), 0.0f);
   const std::size_t line = volume.a_x.coefficients() * kComponents,
                     slice = volume.a_y.coefficients() * line, slices = volume.tau.coefficients();
-  for (int k = 0; k < volume.tau.nodes; ++k) {
-    const auto nodes = TabulateMoments(field, NodesOf(volume.a_x), NodesOf(volume.a_y),
-                                       volume.tau.first + k * volume.tau.spacing);
-    for (int channel = 0; channel < g.channels; ++channel)
-      std::copy_n(nodes.begin() + channel * slice, slice,
-                  volume.coefficients.begin() + (channel * slices + k + 1) * slice);
-  }
+  for (int channel = 0; channel < g.channels; ++channel)
+    for (std::size_t k = 0; k < tau.size(); ++k)
+      StoreSlice(sums.data() + channel * table + k * nodes, a_x.size(), a_y.size(),
+                 volume.coefficients.data() + (channel * slices + k + 1) * slice);
   float* data = volume.coefficients.data();
   const std::size_t channels = g.channels;
   SplineFromValues(data, channels * slices * volume.a_y.coefficients(), volume.a_x.nodes,

@@ -34,7 +34,7 @@
 #include <span>
 #include <vector>
 
-#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/field_columns.h"
 #include "luxfield/lightfield/light_vector.h"
 
 namespace luxfield::preprocess {
@@ -124,8 +124,9 @@ std::vector<float> TabulateMoments(const lightfield::LightField& field, std::spa
 
 // Tabulates `field` over `reach`, its narrow axes widened. An empty reach gives a volume without
 // nodes that covers nothing. C of any sign. InputError if the resolution is below 4 or a
-// coefficient is not finite.
-LightVectorVolume BuildLightVectorVolume(const lightfield::LightField& field, const Reach& reach,
+// coefficient is not finite. Groups of columns make the same volume, to the bit, as all at once, in
+// a pass over them; it takes 2.5 times the volume's bytes.
+LightVectorVolume BuildLightVectorVolume(const lightfield::FieldColumns& field, const Reach& reach,
                                          const VolumeResolution& resolution);
 
 // J(p) from the volume in double arithmetic; none where the volume does not cover p. Zero where p
@@ -137,7 +138,7 @@ std::optional<lightfield::LightVector> InterpolateLightVector(const LightVectorV
 // channels: the larger of that over all receivers that see light, of which those that the volume
 // does not cover or whose horizon cuts the supports are the closed form's and right, and of that
 // over the others. 0 if there are none.
-double VolumeError(const LightVectorVolume& volume, const lightfield::LightField& field,
+double VolumeError(const LightVectorVolume& volume, const lightfield::FieldColumns& field,
                    std::span<const Receiver> receivers);
 
 // At most `count` receivers facing F whose (a, tau) are uniform in the part of the reach that sees
@@ -162,6 +163,8 @@ struct VolumeForError {
   std::vector<JudgedReceiver> judges;  // that see light, of those given
   double rel_error = 0;                // VolumeError at the receivers given; 0 if none is covered
   bool met = false;                    // false: max_bytes came first
+  // Of the volume that would have been built next, larger than max_bytes; 0: none would have been.
+  std::size_t wanted_bytes = 0;
   int builds = 0;
 };
 
@@ -171,8 +174,9 @@ struct VolumeForError {
 // met or the next volume would exceed `max_bytes`. The receivers should be a sample of those to be
 // lit (some hundred): what is bright there counts. Besides, no receiver of `spread` should be off by
 // more than 3 max_rel_error times the sum of its irradiance and the mean: where one is, finer
-// volumes are built, two at most, bytes allowing. InputError for options that make no sense.
-VolumeForError BuildForError(const lightfield::LightField& field, const Reach& reach,
+// volumes are built, two at most, bytes allowing. What it is judged by, and each build, take a pass
+// over the groups of columns. InputError for options that make no sense.
+VolumeForError BuildForError(const lightfield::FieldColumns& field, const Reach& reach,
                              std::span<const Receiver> receivers, const VolumeOptions& options = {},
                              std::span<const Receiver> spread = {});
 
@@ -180,7 +184,7 @@ VolumeForError BuildForError(const lightfield::LightField& field, const Reach& r
 // that see the images, and by twice as many that are spread evenly over tau, so that what is near the lamp
 // counts although it fills few pixels. An empty volume, met, if a volume would light none of the
 // sample.
-VolumeForError BuildForReceivers(const lightfield::LightField& field,
+VolumeForError BuildForReceivers(const lightfield::FieldColumns& field,
                                  std::span<const Receiver> receivers,
                                  const VolumeOptions& options = {}, std::size_t sample = 1500,
                                  std::uint64_t seed = 1);

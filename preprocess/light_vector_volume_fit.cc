@@ -12,6 +12,7 @@
 namespace luxfield::preprocess {
 namespace {
 
+using lightfield::FieldColumns;
 using lightfield::LightField;
 using lightfield::LuminaireGeometry;
 
@@ -28,21 +29,32 @@ constexpr double kLargestError = 3;
 constexpr int kMoreBuilds = 2;
 constexpr double kFinest = 0.6;
 
-std::vector<JudgedReceiver> SeenOf(const LightField& field, std::span<const Receiver> candidates) {
-  std::vector<JudgedReceiver> seen(candidates.size());
-  core::ParallelFor(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {
+// Those of the candidates that see images, dark still.
+std::vector<JudgedReceiver> SeenOf(const LuminaireGeometry& geometry,
+                                   std::span<const Receiver> candidates) {
+  std::vector<JudgedReceiver> seen;
+  for (const Receiver& receiver : candidates)
+    if (SeesImages(geometry, receiver.p))
+      seen.push_back({receiver,
+                      VolumeLights(geometry, receiver, std::numeric_limits<double>::infinity()),
+                      {}});
+  return seen;
+}
+
+void AddLight(const LightField& group, std::vector<JudgedReceiver>& seen) {
+  core::ParallelFor(seen.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      const Receiver& receiver = candidates[k];
-      if (!SeesImages(field.geometry, receiver.p)) continue;
-      seen[k] = {receiver,
-                 VolumeLights(field.geometry, receiver, std::numeric_limits<double>::infinity()),
-                 lightfield::ExactIrradiance(field, receiver.p, receiver.n)};
+      const auto light = lightfield::ExactIrradiance(group, seen[k].receiver.p, seen[k].receiver.n);
+      for (std::size_t channel = 0; channel < 3; ++channel)
+        seen[k].irradiance[channel] += light[channel];
     }
   });
+}
+
+void DropDark(std::vector<JudgedReceiver>& seen) {
   std::erase_if(seen, [](const JudgedReceiver& one) {
     return !one.by_volume && one.irradiance == std::array<double, 3>{};
   });
-  return seen;
 }
 
 struct Judge {
@@ -50,9 +62,16 @@ struct Judge {
   bool has_volume = false;  // any of `lit` is by_volume
   double mean = 0;          // irradiance of `lit`
 
-  Judge(const LightField& field, std::span<const Receiver> receivers,
+  Judge(const FieldColumns& field, std::span<const Receiver> receivers,
         std::span<const Receiver> spread_receivers = {})
-      : lit(SeenOf(field, receivers)), spread(SeenOf(field, spread_receivers)) {
+      : lit(SeenOf(field.geometry(), receivers)),
+        spread(SeenOf(field.geometry(), spread_receivers)) {
+    field.ForEachGroup([&](const LightField& group, int) {
+      AddLight(group, lit);
+      AddLight(group, spread);
+    });
+    DropDark(lit);
+    DropDark(spread);
     for (const JudgedReceiver& one : lit) {
       has_volume |= one.by_volume;
       for (const double irradiance : one.irradiance) mean += irradiance;
@@ -217,7 +236,7 @@ std::vector<Receiver> SpreadOverTau(const LuminaireGeometry& geometry, const Rea
 
 }  // namespace
 
-double VolumeError(const LightVectorVolume& volume, const LightField& field,
+double VolumeError(const LightVectorVolume& volume, const FieldColumns& field,
                    std::span<const Receiver> receivers) {
   return Judge(field, receivers).Error(volume);
 }
@@ -240,7 +259,7 @@ std::vector<Receiver> RandomReceivers(const LuminaireGeometry& geometry, const R
   return receivers;
 }
 
-VolumeForError BuildForError(const LightField& field, const Reach& reach,
+VolumeForError BuildForError(const FieldColumns& field, const Reach& reach,
                              std::span<const Receiver> receivers, const VolumeOptions& options,
                              std::span<const Receiver> spread) {
   if (!(options.max_rel_error > 0))
@@ -248,7 +267,7 @@ VolumeForError BuildForError(const LightField& field, const Reach& reach,
         fmt::format("a light-vector volume for a relative error of {}; it must be "
                     "above 0",
                     options.max_rel_error));
-  const LuminaireGeometry& g = field.geometry;
+  const LuminaireGeometry& g = field.geometry();
   const Judge judge(field, receivers, spread);
   VolumeForError result;
   result.volume.geometry = g;
@@ -265,10 +284,12 @@ VolumeForError BuildForError(const LightField& field, const Reach& reach,
   bool met = false;
   for (int more_builds = 0;;) {
     const VolumeResolution resolution = spacings.Resolution(wide);
-    if (VolumeBytes(resolution, g.channels) > options.max_bytes) {
+    if (const auto bytes = VolumeBytes(resolution, g.channels); bytes > options.max_bytes) {
       result.met = met;
+      result.wanted_bytes = bytes;
       return result;
     }
+    result.volume = {};  // its bytes are the next one's
     result.volume = BuildLightVectorVolume(field, reach, resolution);
     result.rel_error = judge.Error(result.volume);
     ++result.builds;
@@ -287,15 +308,15 @@ VolumeForError BuildForError(const LightField& field, const Reach& reach,
   }
 }
 
-VolumeForError BuildForReceivers(const LightField& field, std::span<const Receiver> receivers,
+VolumeForError BuildForReceivers(const FieldColumns& field, std::span<const Receiver> receivers,
                                  const VolumeOptions& options, std::size_t sample,
                                  std::uint64_t seed) {
-  const Reach reach = ReachOf(field.geometry, receivers, MaxTau(field.geometry));
+  const LuminaireGeometry& g = field.geometry();
+  const Reach reach = ReachOf(g, receivers, MaxTau(g));
   std::vector<Receiver> seeing;
   for (const Receiver& receiver : receivers)
-    if (SeesImages(field.geometry, receiver.p)) seeing.push_back(receiver);
-  const std::vector<Receiver> spread =
-      SpreadOverTau(field.geometry, reach, seeing, 2 * sample, seed);
+    if (SeesImages(g, receiver.p)) seeing.push_back(receiver);
+  const std::vector<Receiver> spread = SpreadOverTau(g, reach, seeing, 2 * sample, seed);
   if (sample < seeing.size()) {
     core::Random random(seed, 0);
     for (std::size_t k = 0; k < sample; ++k)
@@ -305,7 +326,7 @@ VolumeForError BuildForReceivers(const LightField& field, std::span<const Receiv
     seeing.resize(sample);
   }
   const bool by_volume = std::any_of(seeing.begin(), seeing.end(), [&](const Receiver& receiver) {
-    return VolumeLights(field.geometry, receiver, MaxTau(field.geometry));
+    return VolumeLights(g, receiver, MaxTau(g));
   });
   return BuildForError(field, by_volume ? reach : Reach{}, seeing, options, spread);
 }

@@ -12,15 +12,11 @@
 #include "luxfield/environment/kept_cube_map.h"
 #include "luxfield/formats/far_field.h"
 #include "luxfield/formats/photometric_file.h"
-#include "luxfield/lightfield/light_field_file.h"
-#include "luxfield/preprocess/kept_tables.h"
 #include "luxfield/preprocess/table_io.h"
 #include "luxfield/render/estimators/volume.h"
 
 namespace luxfield::render {
 namespace {
-
-constexpr double kVolumePixels = 512;  // longer side of the picture that a volume is made for
 
 bool StandsAt(const scene::Pose& a, const scene::Pose& b) {
   return a.linear == b.linear && a.translation.x == b.translation.x &&
@@ -47,8 +43,7 @@ scene::Pose ToPose(const lightfield::RigidPose& rigid) {
 }
 
 preprocess::FieldOrigin OriginOf(const LoadedLightField& light_field) {
-  const std::string& part = light_field.part;
-  return {light_field.file.string(), light_field.sha256 + (part.empty() ? "" : " " + part)};
+  return render::OriginOf(light_field.file, light_field.sha256, light_field.part);
 }
 
 preprocess::Tables ReadOrBuildTables(const LoadedLightField& light_field) {
@@ -62,6 +57,29 @@ preprocess::Tables ReadOrBuildTables(const LoadedLightField& light_field) {
 }
 
 }  // namespace
+
+preprocess::FieldOrigin OriginOf(const std::filesystem::path& file, const std::string& sha256,
+                                 const std::string& part) {
+  return {file.string(), sha256 + (part.empty() ? "" : " " + part)};
+}
+
+PlacedLuminaire PlaceField(const scene::Luminaire& luminaire, std::size_t number,
+                           const lightfield::LightFieldFile::Field& field,
+                           std::shared_ptr<LoadedLightField> light_field) {
+  const scene::Pose luminaire_from_field = ToPose(field.luminaire_from_field);
+  return {field.name.empty() ? luminaire.name : fmt::format("{} {}", luminaire.name, field.name),
+          std::move(light_field),
+          luminaire.world_from_luminaire * luminaire_from_field,
+          scene::ChannelScale(luminaire.scale, luminaire.colour),
+          number,
+          luminaire_from_field};
+}
+
+void RefuseVolume(const std::filesystem::path& light_field) {
+  throw InputError(light_field.string(),
+                   "a light-vector volume of its light in this scene takes more than 256 MiB",
+                   "use the estimator 'exact'");
+}
 
 LitScene::LitScene(const Device& device, const scene::Scene& scene)
     : LitScene(device, scene, UploadScene(device, scene.geometry)) {}
@@ -81,11 +99,7 @@ LitScene::LitScene(const Device& device, const scene::Scene& scene, DeviceScene 
     auto& fields = loaded[{luminaire.light_field, luminaire.tables}];
     if (fields.empty()) fields = Load(luminaire);
     for (const LoadedField& field : fields) {
-      luminaires_.push_back(
-          {field.name.empty() ? luminaire.name : fmt::format("{} {}", luminaire.name, field.name),
-           field.light_field, luminaire.world_from_luminaire * field.luminaire_from_field,
-           scene::ChannelScale(luminaire.scale, luminaire.colour), number,
-           field.luminaire_from_field});
+      luminaires_.push_back(PlaceField(luminaire, number, field.field, field.light_field));
       light_names_.push_back(luminaire.name);
     }
     provenance_[fmt::format("{} sha256", luminaire.name)] = fields.front().light_field->sha256;
@@ -234,16 +248,15 @@ std::vector<LitScene::LoadedField> LitScene::Load(const scene::Luminaire& lumina
     LuminaireOnDevice on_device(device_, fields[k].geometry, [&](int m, std::span<float> planes) {
       file.ReadImage(k, m, planes);
     });
-    loaded.push_back({fields[k].name, ToPose(fields[k].luminaire_from_field),
-                      std::make_shared<LoadedLightField>(
-                          LoadedLightField{luminaire.light_field,
-                                           alone ? TablesOf(luminaire) : std::filesystem::path(),
-                                           sha256,
-                                           fields[k].name,
-                                           std::move(on_device),
-                                           {},
-                                           {},
-                                           0})});
+    loaded.push_back({fields[k], std::make_shared<LoadedLightField>(LoadedLightField{
+                                     luminaire.light_field,
+                                     alone ? TablesOf(luminaire) : std::filesystem::path(),
+                                     sha256,
+                                     fields[k].name,
+                                     std::move(on_device),
+                                     {},
+                                     {},
+                                     0})});
   }
   return loaded;
 }
@@ -254,25 +267,48 @@ Estimator& LitScene::EstimatorNamed(const std::string& name) {
   return *estimator;
 }
 
-// Over what the camera sees, at a resolution that finds the reach: pixels between and beyond are
-// the estimator's to light otherwise.
-preprocess::VolumeForError LitScene::BuildVolume(const LoadedLightField& light_field,
-                                                 double max_rel_error) const {
+void LitScene::ReplaceLuminaires(std::vector<PlacedLuminaire> luminaires) {
+  light_names_.erase(light_names_.begin(),
+                     light_names_.begin() + static_cast<std::ptrdiff_t>(luminaires_.size()));
+  soft_maps_.clear();
+  luminaires_ = std::move(luminaires);
+  for (std::size_t l = 0; l < luminaires_.size(); ++l) {
+    TakeUnit(luminaires_[l].light_field->geometry().unit, luminaires_[l].light_field->file);
+    light_names_.insert(light_names_.begin() + static_cast<std::ptrdiff_t>(l), luminaires_[l].name);
+  }
+}
+
+// At a resolution that finds the reach: pixels between and beyond are the estimator's to light
+// otherwise.
+std::vector<preprocess::Receiver> LitScene::SeenReceivers(
+    std::span<const PlacedLuminaire> luminaires) const {
   scene::Camera camera = camera_;
-  const double shrink = std::min(1.0, kVolumePixels / std::max(camera.width, camera.height));
+  const double shrink =
+      std::min(1.0, double{kVolumePixels} / std::max(camera.width, camera.height));
   camera.width = std::max(1, static_cast<int>(shrink * camera.width));
   camera.height = std::max(1, static_cast<int>(shrink * camera.height));
   GBuffer gbuffer(device_, camera.width, camera.height);
   PrimaryVisibility(device_).Render(geometry_, camera, 0, {0.5, 0.5}, gbuffer);
   std::vector<preprocess::Receiver> receivers;
-  for (const auto& luminaire : luminaires_) {
-    if (luminaire.light_field.get() != &light_field) continue;
+  for (const PlacedLuminaire& luminaire : luminaires) {
     const auto more = ReceiversOf(gbuffer, luminaire.world_from_luminaire);
     receivers.insert(receivers.end(), more.begin(), more.end());
   }
-  return preprocess::KeptVolume(light_field.geometry(),
-                                [&] { return light_field.on_device.Download(); },
-                                OriginOf(light_field), receivers, {.max_rel_error = max_rel_error});
+  return receivers;
+}
+
+preprocess::VolumeForError LitScene::BuildVolume(const LoadedLightField& light_field,
+                                                 double max_rel_error) const {
+  std::vector<PlacedLuminaire> showing;
+  for (const PlacedLuminaire& luminaire : luminaires_)
+    if (luminaire.light_field.get() == &light_field) showing.push_back(luminaire);
+  std::optional<lightfield::LightField> whole;  // once it is asked for
+  const lightfield::FieldColumns columns(light_field.geometry(), [&](const auto& visit) {
+    if (!whole) whole = light_field.on_device.Download();
+    visit(*whole, 0);
+  });
+  return preprocess::KeptVolume(columns, OriginOf(light_field), SeenReceivers(showing),
+                                {.max_rel_error = max_rel_error});
 }
 
 void LitScene::RequireSoftMaps(int size) {
@@ -328,16 +364,13 @@ void LitScene::Require(const TableNeeds& needs, double volume_error) {
     if (needs.volume &&
         !(light_field.volume_error > 0 && light_field.volume_error <= volume_error)) {
       const preprocess::VolumeForError built = BuildVolume(light_field, volume_error);
-      if (!built.met)
-        throw InputError(light_field.file.string(),
-                         "a light-vector volume of its light in this scene takes more than 256 MiB",
-                         "use the estimator 'exact'");
+      if (!built.met) RefuseVolume(light_field.file);
       light_field.on_device.Add(device_, {.volume = &built.volume});
       light_field.volume_error = volume_error;
-      provenance_[fmt::format("{} volume error", luminaire.name)] = fmt::format(
-          "{:.2g}", std::max(built.rel_error,
-                             MeasuredError(device_, EstimatorNamed("volume"), light_field.on_device,
-                                           built.judges, volume_error)));
+      const auto lit = LightReceivers(device_, EstimatorNamed("volume"), light_field.on_device,
+                                      built.judges, volume_error);
+      provenance_[fmt::format("{} volume error", luminaire.name)] =
+          fmt::format("{:.2g}", std::max(built.rel_error, RelativeRmse(built.judges, lit)));
     }
   }
   tables_core_s_ += stopwatch.CoreSeconds();

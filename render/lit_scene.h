@@ -6,14 +6,16 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "luxfield/core/colour.h"
 #include "luxfield/environment/environment_sequence.h"
-#include "luxfield/lightfield/light_field.h"
+#include "luxfield/lightfield/light_field_file.h"
 #include "luxfield/preprocess/intensity_table.h"
+#include "luxfield/preprocess/kept_tables.h"
 #include "luxfield/render/estimators/environment.h"
 #include "luxfield/render/estimators/estimator.h"
 #include "luxfield/render/estimators/mis.h"
@@ -62,8 +64,23 @@ struct PlacedEnvironment {
   std::size_t frame = 0;                                     // of the sequence, from 0
 };
 
+// A field of a scene's luminaire of that number, as `light_field` has it loaded.
+PlacedLuminaire PlaceField(const scene::Luminaire& luminaire, std::size_t number,
+                           const lightfield::LightFieldFile::Field& field,
+                           std::shared_ptr<LoadedLightField> light_field);
+
+// What a field of a file is known by in the cache; `part` is its name.
+preprocess::FieldOrigin OriginOf(const std::filesystem::path& file, const std::string& sha256,
+                                 const std::string& part);
+
+// Throws the InputError for a volume that would be too large.
+[[noreturn]] void RefuseVolume(const std::filesystem::path& light_field);
+
 class LitScene {
  public:
+  // Along the longer side of the picture that a volume is made for.
+  static constexpr int kVolumePixels = 512;
+
   // Reads the environment map, the light fields and the photometric files; a file that several
   // luminaires share is read and uploaded once, and each field of a light field's becomes a luminaire
   // ("NAME +z"). Throws InputError for files that cannot be read, luminaires of different units,
@@ -104,6 +121,14 @@ class LitScene {
 
   // Another view of the scene, for pictures to come.
   void SetCamera(const scene::Camera& camera) { camera_ = camera; }
+
+  // Lights pictures to come by these luminaires in place of its own, all of one unit, or by none.
+  void ReplaceLuminaires(std::vector<PlacedLuminaire> luminaires);
+
+  // Surface points that the camera sees in a picture of kVolumePixels at most, in the frame
+  // of each of these luminaires: what volumes are made for.
+  std::vector<preprocess::Receiver> SeenReceivers(
+      std::span<const PlacedLuminaire> luminaires) const;
 
   // Stands luminaire `number` of the scene's elsewhere, with all its fields, and scales and colours its
   // light, for pictures to come. Volumes stay those of where it stood: what lies outside them is lit
@@ -164,8 +189,7 @@ class LitScene {
   void LoadEnvironment(const scene::Environment& environment);
   void ShowEnvironment(const environment::CubeMap& map, const std::filesystem::path& file);
   struct LoadedField {
-    std::string name;
-    scene::Pose luminaire_from_field;
+    lightfield::LightFieldFile::Field field;
     std::shared_ptr<LoadedLightField> light_field;
   };
   std::vector<LoadedField> Load(const scene::Luminaire& luminaire);

@@ -14,8 +14,6 @@
 namespace luxfield::render {
 namespace {
 
-// Bands bound the device memory, and the time until Ctrl-C is heard.
-constexpr int kBandPixels = 1 << 16;
 constexpr int kMaxSamples = 1 << 24;
 // Of an estimator's error, what luminaires may bring that are left out.
 constexpr double kShareLeftOut = 0.1;
@@ -113,8 +111,9 @@ Renderer::Renderer(LitScene& scene, const RenderOptions& options)
       const LoadedLightField& field = *luminaire.light_field;
       shadow_maps_.emplace_back(
           scene.device(), field.geometry(),
-          options.shadows == Shadows::kMaps ? CellCentres(field.on_device.Download())
-                                            : ReferencePositions(field.geometry(), field.reference),
+          options.shadows == Shadows::kMaps
+              ? CellCentres(field.geometry().grid, field.on_device.LitImages())
+              : ReferencePositions(field.geometry(), field.reference),
           luminaire.world_from_luminaire, *scene.geometry().rays, options.ShadowMapSize());
     }
   if (options.shadows == Shadows::kSoftMaps) scene.RequireSoftMaps(options.ShadowMapSize());

@@ -80,6 +80,9 @@ struct RenderOptions {
 // Takes pictures of a resident scene.
 class Renderer {
  public:
+  // Bands bound the device memory, and the time until Ctrl-C is heard.
+  static constexpr int kBandPixels = 1 << 16;
+
   // Has the scene's tables made, and shadow maps cast. Throws InputError for wrong options and what
   // LitScene::Require refuses; DeviceError.
   Renderer(LitScene& scene, const RenderOptions& options);

@@ -10,6 +10,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "luxfield/bench/all/car_field.h"
 #include "luxfield/bench/all/process.h"
 #include "luxfield/bench/bench_merge.h"
 #include "luxfield/core/error.h"
@@ -146,7 +147,18 @@ std::vector<Work> Works(const BenchMemoryOptions& options, int grid) {
   const fs::path session = options.folder / "session", merged = options.folder / "s.meas.exr",
                  measured = options.folder / "m.meas.exr", field = options.folder / "c.lf.exr",
                  sigma = options.folder / "sigma.lf.exr", projected = options.folder / "p.lf.exr",
-                 tables = options.folder / "t.tab.exr";
+                 tables = options.folder / "t.tab.exr", car = options.folder / "car.lf.exr",
+                 picture = options.folder / "picture.exr";
+  const auto render = [&](const std::string& estimator) {
+    return Work{"render " + estimator,
+                {"render", options.folder / "car.toml", "-o", picture, "--estimator", estimator,
+                 "--shadows", "none", "--width", "512", "--height", "384"},
+                {car},
+                {picture},
+                [=, &options] {
+                  if (!fs::exists(car)) WriteCarField(options.folder, grid, grid, options.texels);
+                }};
+  };
   return {{"merge",
            {"merge", session, "-o", merged},
            {session / "frames"},
@@ -161,7 +173,9 @@ std::vector<Work> Works(const BenchMemoryOptions& options, int grid) {
            {"reconstruct", measured, "--sigma", sigma, "-o", projected, "--non-negative"},
            {measured},
            {projected, sigma}},
-          {"preprocess", {"preprocess", field, "-o", tables}, {field}, {tables}}};
+          {"preprocess", {"preprocess", field, "-o", tables}, {field}, {tables}},
+          render("exact"),
+          render("volume")};
 }
 
 std::vector<fs::path> FilesIn(const std::vector<fs::path>& paths) {
@@ -232,7 +246,7 @@ nlohmann::json BenchMemory(const BenchMemoryOptions& options) {
                       {"disk_s", DiskSeconds(options.folder, read, written)}});
     }
     for (const char* made : {"session", "s.meas.exr", "m.meas.exr", "c.lf.exr", "sigma.lf.exr",
-                             "p.lf.exr", "t.tab.exr"})
+                             "p.lf.exr", "t.tab.exr", "car.lf.exr", "car.toml", "picture.exr"})
       fs::remove_all(options.folder / made);
     progress.Advance();
   }

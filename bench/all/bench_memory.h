@@ -23,7 +23,9 @@ struct BenchMemoryOptions {
 // Rows, of programs as users start them:
 //   work       "merge" of a session of two exposures on a sensor of `texels` along a side, to images
 //              of a quarter of them; "reconstruct" and "reconstruct --non-negative", with sigma, of
-//              other measurements; "preprocess" of what the first of these makes
+//              other measurements; "preprocess" of what the first of these makes; "render exact"
+//              and "render volume", pictures of 512 x 384 lit by a headlight of as many images
+//              (WriteCarField), whose table is built where the cache lacks it
 //   positions, mpix (of `texels` squared), read_mib, written_mib, wall_s, core_s, peak_mib
 //   disk_s     as many bytes written durably and read from the disk, a plain file, once before each
 //              row: at most 1 GiB of each, in proportion

@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "luxfield/bench/all/car_field.h"
 #include "luxfield/bench/all/process.h"
 #include "luxfield/bench/all/work.h"
 #include "luxfield/bench/hill_mesh.h"
@@ -148,35 +149,8 @@ std::vector<Figures> MeasureStart(const AllOptions& options) {
   return figures;
 }
 
-// 320 images of 1024^2 in 1.34 GB; as of car2, so that they have a headlight's contrast.
-fs::path LargeFieldScene(const AllOptions& options) {
-  const fs::path scene = options.folder / "large.toml";
-  lightfield::WriteLightField(options.folder / "large.lf.exr",
-                              render::SyntheticCar2({20, 16, 1024, 1}));
-  core::WriteFileAtomically(scene, R"([camera]
-position = [1, -2, 2.5]
-look_at = [0, 5, 0]
-
-[[material]]
-name = "road"
-albedo = [0.3, 0.3, 0.3]
-
-[[quad]]
-corner = [-10, -5, 0]
-edge_u = [20, 0, 0]
-edge_v = [0, 30, 0]
-material = "road"
-
-[[luminaire]]
-file = "large.lf.exr"
-position = [0, 0, 0.7]
-look_at = [0, 10, 0.6]
-)");
-  return scene;
-}
-
 std::vector<Figures> MeasureLargeField(const AllOptions& options) {
-  const fs::path scene = LargeFieldScene(options);
+  const fs::path scene = WriteCarField(options.folder, 20, 16, 1024);  // 1.34 GB
   constexpr double kData_gib = 320.0 * 1024 * 1024 * 4 / (1 << 30), kOver = 1.1;
   std::vector<ProcessRun> runs;
   const auto words =
@@ -189,8 +163,8 @@ std::vector<Figures> MeasureLargeField(const AllOptions& options) {
   for (Figures& each : figures)
     each.limit = fmt::format(
         "512 x 384; reading a file of {:.3g} GB and {:.3g} GiB of data",
-        1e-9 * static_cast<double>(fs::file_size(options.folder / "large.lf.exr")), kData_gib);
-  fs::remove(options.folder / "large.lf.exr");
+        1e-9 * static_cast<double>(fs::file_size(scene.parent_path() / "car.lf.exr")), kData_gib);
+  fs::remove(scene.parent_path() / "car.lf.exr");
   return figures;
 }
 

@@ -66,7 +66,7 @@ std::size_t FrameCount(const RenderSetUp& set_up) {
   if (moving == 0 && shown == 1) return 0;
   for (const auto& [option, value] :
        {std::pair{"--error", options.error}, std::pair{"--time", options.time},
-        std::pair{"--reference", options.reference}})
+        std::pair{"--reference", options.reference}, std::pair{"--memory", options.memory}})
     if (!value.empty())
       throw InputError(options.scene,
                        moving == 0 ? "its environment is a sequence of frames"

@@ -110,6 +110,7 @@ const std::vector<ShardedVerb>& ShardedVerbs() {
        {{"error", kOnePicture},
         {"time", kOnePicture},
         {"reference", kOnePicture},
+        {"memory", kOnePicture},
         {"display", "shows pictures as they are made"},
         {"resume", "is what shards do anyway"}},
        false,

@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "luxfield/cli/memory_option.h"
 #include "luxfield/cli/named_files.h"
 #include "luxfield/cli/program.h"
 #include "luxfield/cli/verbs/png_options.h"
@@ -22,6 +23,7 @@
 #include "luxfield/render/accuracy/accuracy.h"
 #include "luxfield/render/accuracy/picture_noise.h"
 #include "luxfield/render/accuracy/soft_maps_error.h"
+#include "luxfield/render/column_picture.h"
 #include "luxfield/render/device/programs_ahead.h"
 #include "luxfield/render/film/display.h"
 #include "luxfield/render/film/film.h"
@@ -158,37 +160,68 @@ void BuildProgramsAhead(const render::Device& device, const RenderVerbOptions& o
                             options.render.estimator, options.shadows));
 }
 
-core::Json Run(const RenderVerbOptions& given, const Common& common) {
-  const render::Device device = render::Device::Open(given.device, common.threads);
-  std::optional<render::ProgramsAhead> ahead;
-  BuildProgramsAhead(device, given, ahead);
-  RenderSetUp set_up = SetUpRender(given, common.seed.value_or(1));
+struct Rendered {
+  render::Frame frame;  // whose files are written
+  core::Json json;
+};
+
+Rendered Write(render::Frame frame, const RenderVerbOptions& options,
+               const render::Device& device) {
+  WritePictures(frame, options);
+  core::Json json = Describe(frame, options, device.info().name);
+  return {std::move(frame), std::move(json)};
+}
+
+// Light fields group by group.
+Rendered RenderWithinMemory(const render::Device& device, RenderSetUp set_up) {
+  const RenderVerbOptions& options = set_up.options;
+  if (!options.error.empty() || !options.time.empty())
+    throw InputError(
+        fmt::format("--memory contradicts {}, which chooses among estimators that take light "
+                    "fields as a whole; "
+                    "drop one",
+                    options.error.empty() ? "--time" : "--error"));
+  MemoryLeft(options.memory);  // a wrong number comes before the work
+  render::ColumnPicture picture(device, std::move(set_up.scene), options.render);
+  return Write(picture.Render(*MemoryLeft(options.memory)), options, device);
+}
+
+// With everything on the device.
+Rendered RenderAtOnce(const render::Device& device, RenderSetUp set_up) {
   RenderVerbOptions& options = set_up.options;
-  if (FrameCount(set_up) > 0) return RenderSequence(device, std::move(set_up));
-  if (options.resume)
-    throw InputError(options.scene, "makes one picture, and --resume is for a sequence of frames",
-                     "drop it, or give --sequence");
   render::LitScene lit(device, std::move(set_up.scene));
-  std::optional<core::Image> reference;
-  if (!options.reference.empty()) reference = core::ReadExrImage(options.reference);
   std::optional<render::AccurateFrame> accurate;
   if (!options.error.empty() || !options.time.empty()) {
     accurate = RenderToTarget(lit, options);
     options.render.estimator = accurate->chosen.estimator;
   }
-  const render::Frame frame =
-      accurate ? accurate->frame : render::Renderer(lit, options.render).Render();
-  WritePictures(frame, options);
-  core::Json json = Describe(frame, options, device.info().name);
-  if (accurate) json["accuracy"] = Describe(*accurate, options);
+  Rendered rendered = Write(
+      accurate ? accurate->frame : render::Renderer(lit, options.render).Render(), options, device);
+  if (accurate) rendered.json["accuracy"] = Describe(*accurate, options);
   if (options.render.shadows == render::Shadows::kSoftMaps)
-    json["soft_maps"] = DescribeSoftMaps(render::MeasureSoftMaps(lit, options.render));
+    rendered.json["soft_maps"] = DescribeSoftMaps(render::MeasureSoftMaps(lit, options.render));
+  return rendered;
+}
+
+core::Json Run(const RenderVerbOptions& given, const Common& common) {
+  const render::Device device = render::Device::Open(given.device, common.threads);
+  std::optional<render::ProgramsAhead> ahead;
+  BuildProgramsAhead(device, given, ahead);
+  RenderSetUp set_up = SetUpRender(given, common.seed.value_or(1));
+  if (FrameCount(set_up) > 0) return RenderSequence(device, std::move(set_up));
+  if (given.resume)
+    throw InputError(given.scene, "makes one picture, and --resume is for a sequence of frames",
+                     "drop it, or give --sequence");
+  std::optional<core::Image> reference;
+  if (!given.reference.empty()) reference = core::ReadExrImage(given.reference);
+  Rendered rendered = given.memory.empty() ? RenderAtOnce(device, std::move(set_up))
+                                           : RenderWithinMemory(device, std::move(set_up));
   if (reference) {
-    const double error = render::LuminanceError(frame.radiance, *reference);
-    json["true_rel_rmse"] = error;
-    fmt::print("  true error            {:.3g} % against {}\n", 100 * error, options.reference);
+    const double error = render::LuminanceError(rendered.frame.radiance, *reference);
+    rendered.json["true_rel_rmse"] = error;
+    fmt::print("  true error            {:.3g} % against {}\n", 100 * error, given.reference);
   }
-  return json;
+  return rendered.json;
 }
 
 }  // namespace
@@ -360,6 +393,10 @@ void AddRenderOptions(CLI::App& verb, const std::shared_ptr<RenderVerbOptions>& 
   verb.add_option(
       "--device", options->device,
       "OpenCL device: a number or a part of its name, see `luxfield devices` (default: the first)");
+  AddMemoryOption(
+      verb, options->memory,
+      "light fields of more are lit in groups of their columns, by --estimator exact or "
+      "volume with --shadows none, or exact with maps");
   AddPngOptions(verb, options->png);
   verb.add_option("--radiance-map", options->radiance_map,
                   "Also a false-colour PNG of radiance (luminance in cd/m2) with legend")

@@ -24,7 +24,7 @@ struct RenderVerbOptions {
   std::vector<double> scale;
   render::RenderOptions render;
   std::string shadows = render::ShadowsName(render::Shadows::kTraced);
-  std::string error, time, reference;  // "0.5%", "40ms", a picture
+  std::string error, time, reference, memory;  // "0.5%", "40ms", a picture, "2G"
   bool estimator_given = false, samples_given = false, approximation_given = false,
        shadow_map_given = false, resume = false;
 };

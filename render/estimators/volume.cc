@@ -117,6 +117,7 @@ std::vector<cl_float4> LightReceivers(const Device& device, Estimator& estimator
                                       const LuminaireOnDevice& luminaire,
                                       std::span<const preprocess::JudgedReceiver> receivers,
                                       double max_error) {
+  if (receivers.empty()) return {};
   std::vector<cl_float4> position, normal;
   for (const auto& [receiver, by_volume, irradiance] : receivers) {
     const auto& [p, n] = receiver;
@@ -135,10 +136,8 @@ std::vector<cl_float4> LightReceivers(const Device& device, Estimator& estimator
   return lighting.irradiance.Download<cl_float4>();
 }
 
-double MeasuredError(const Device& device, Estimator& estimator, const LuminaireOnDevice& luminaire,
-                     std::span<const preprocess::JudgedReceiver> receivers, double max_error) {
-  if (receivers.empty()) return 0;
-  const auto lit = LightReceivers(device, estimator, luminaire, receivers, max_error);
+double RelativeRmse(std::span<const preprocess::JudgedReceiver> receivers,
+                    std::span<const cl_float4> lit) {
   double squares = 0, sum = 0;
   for (std::size_t k = 0; k < receivers.size(); ++k)
     for (int channel = 0; channel < 3; ++channel) {

@@ -6,7 +6,9 @@
 // supports n . J is not the irradiance: these pixels are lit by `exact` too, or, where images are
 // so fine that no clipped texel could matter by half of EstimatorOptions::max_error of |J|, texel
 // by texel without clipping any (kernels/luminaire/cut_horizon.clh). Nothing is extrapolated and no
-// n . J is clamped. Light() waits for the numbers of such pixels.
+// n . J is clamped. Light() waits for the numbers of such pixels. A volume without coefficients lights
+// no pixel that it covers: of a luminaire in groups of columns (lightfield/field_columns.h) the first
+// has the volume of all, and the others one of the same axes without coefficients.
 #pragma once
 
 #include <span>
@@ -28,11 +30,11 @@ std::vector<cl_float4> LightReceivers(const Device& device, Estimator& estimator
                                       std::span<const preprocess::JudgedReceiver> receivers,
                                       double max_error);
 
-// Relative RMSE (docs/theory.md 10) of what `estimator`, `volume`, lights these receivers with: of
-// the table, of the closed form in float32 where that stands in for it, and of what decides between
-// the two. 0 if there are no receivers.
-double MeasuredError(const Device& device, Estimator& estimator, const LuminaireOnDevice& luminaire,
-                     std::span<const preprocess::JudgedReceiver> receivers, double max_error);
+// Relative RMSE (docs/theory.md 10) of what LightReceivers lights them with: by `volume`, of the
+// table, of the closed form in float32 where that stands in for it, and of what decides between the
+// two. 0 if there are no receivers.
+double RelativeRmse(std::span<const preprocess::JudgedReceiver> receivers,
+                    std::span<const cl_float4> lit);
 
 // The surface points of a G-buffer in a luminaire's frame, for preprocess::BuildForReceivers.
 std::vector<preprocess::Receiver> ReceiversOf(const GBuffer& gbuffer,

@@ -89,8 +89,8 @@ LuminaireOnDevice::LuminaireOnDevice(const Device& device,
              stride = static_cast<std::size_t>(row_stride_);
   const std::size_t rows = static_cast<std::size_t>(geometry.lattice.height) * geometry.channels;
   const auto images = static_cast<std::size_t>(geometry.grid.count());
-  RequireRoom(device, "images", images * rows * stride * sizeof(float));
-  images_ = Buffer(device, images * rows * stride * sizeof(float));
+  RequireRoom(device, "images", images * ImageBytes(geometry));
+  images_ = Buffer(device, images * ImageBytes(geometry));
   std::vector<float> image(rows * width), padded(rows * stride, 0.0f);
   for (std::size_t m = 0; m < images; ++m) {
     source(static_cast<int>(m), image);
@@ -114,6 +114,17 @@ lightfield::LightField LuminaireOnDevice::Download() const {
                   field.data.data() + (m * rows + row) * width);
   }
   return field;
+}
+
+std::vector<bool> LuminaireOnDevice::LitImages() const {
+  const auto images = static_cast<std::size_t>(geometry_.grid.count());
+  std::vector<float> padded(ImageBytes(geometry_) / sizeof(float));
+  std::vector<bool> lit;
+  for (std::size_t m = 0; m < images; ++m) {
+    images_.Download(std::span<float>(padded), m * padded.size());
+    lit.push_back(std::ranges::any_of(padded, [](float c) { return c != 0; }));
+  }
+  return lit;
 }
 
 void LuminaireOnDevice::Add(const Device& device, const LuminaireTables& tables) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <vector>
 
 #include "luxfield/lightfield/light_field.h"
 #include "luxfield/preprocess/cell_tables.h"
@@ -32,6 +33,13 @@ class LuminaireOnDevice {
  public:
   static constexpr int kRowPadding = 32;
 
+  // What each image takes on the device.
+  static std::size_t ImageBytes(const lightfield::LuminaireGeometry& geometry) {
+    return static_cast<std::size_t>(geometry.lattice.width + kRowPadding) *
+           static_cast<std::size_t>(geometry.lattice.height) *
+           static_cast<std::size_t>(geometry.channels) * sizeof(float);
+  }
+
   // The tables must belong to `field` (preprocess::CheckTables). Throws InputError if the device
   // cannot hold them.
   LuminaireOnDevice(const Device& device, const lightfield::LightField& field,
@@ -44,6 +52,8 @@ class LuminaireOnDevice {
 
   // The images again, to the bit, without provenance.
   lightfield::LightField Download() const;
+  // Of each image, whether any C is not 0.
+  std::vector<bool> LitImages() const;
 
   const lightfield::LuminaireGeometry& geometry() const { return geometry_; }
   // float C[((m * channels + channel) * height + row) * row_stride + column], zero in the padding.
@@ -61,7 +71,7 @@ class LuminaireOnDevice {
   const Buffer& cell_scale() const { return cell_scale_; }
   bool has_volume() const { return static_cast<bool>(volume_params_); }
   // VolumeParams, and float4 coefficients (preprocess::LightVectorVolume); the latter null if the
-  // volume has no nodes.
+  // volume has none.
   const Buffer& volume_params() const { return volume_params_; }
   const Buffer& volume() const { return volume_; }
   // The light of the filter plane's patches (preprocess::PatchLight): float16 per node, the axes

@@ -73,8 +73,8 @@ ShadowView MakeView(const lightfield::LuminaireGeometry& luminaire, int cell_i, 
 
 }  // namespace
 
-std::vector<CellLight> CellCentres(const lightfield::LightField& field) {
-  const auto& grid = field.geometry.grid;
+std::vector<CellLight> CellCentres(const lightfield::BasisGrid& grid,
+                                   const std::vector<bool>& lit_images) {
   const int n = grid.basis.cells, columns = grid.width + n - 1, rows = grid.height + n - 1;
   std::vector<CellLight> lights;
   for (int j = 0; j < rows; ++j)
@@ -82,14 +82,21 @@ std::vector<CellLight> CellCentres(const lightfield::LightField& field) {
       lights.push_back(
           {{grid.u0_m + (i + 0.5) * grid.spacing_m, grid.v0_m + (j + 0.5) * grid.spacing_m, 0},
            false});
-  const std::size_t image_size = field.geometry.plane_size() * field.geometry.channels;
   for (int m = 0; m < grid.count(); ++m) {
-    const auto image = std::span(field.data).subspan(m * image_size, image_size);
-    if (std::ranges::all_of(image, [](float c) { return c == 0; })) continue;
+    if (!lit_images[m]) continue;
     for (int j = m / grid.width; j < m / grid.width + n; ++j)
       for (int i = m % grid.width; i < m % grid.width + n; ++i) lights[j * columns + i].lit = true;
   }
   return lights;
+}
+
+std::vector<CellLight> CellCentres(const lightfield::LightField& field) {
+  const std::size_t image_size = field.geometry.plane_size() * field.geometry.channels;
+  std::vector<bool> lit;
+  for (int m = 0; m < field.geometry.grid.count(); ++m)
+    lit.push_back(std::ranges::any_of(std::span(field.data).subspan(m * image_size, image_size),
+                                      [](float c) { return c != 0; }));
+  return CellCentres(field.geometry.grid, lit);
 }
 
 std::vector<CellLight> ReferencePositions(
@@ -99,6 +106,11 @@ std::vector<CellLight> ReferencePositions(
   for (const auto& cell : reference)
     lights.push_back({{cell.s_m, cell.t_m, luminaire.delta_m}, cell.images > 0});
   return lights;
+}
+
+std::size_t ShadowMaps::Bytes(const lightfield::BasisGrid& grid, int size) {
+  const auto side = static_cast<std::size_t>(size);
+  return side * side * static_cast<std::size_t>(CellCount(grid)) * sizeof(cl_float);
 }
 
 ShadowMaps::ShadowMaps(const Device& device, const lightfield::LuminaireGeometry& luminaire,
@@ -112,7 +124,7 @@ ShadowMaps::ShadowMaps(const Device& device, const lightfield::LuminaireGeometry
     throw InputError(fmt::format("shadow map size = {} must lie in [{}, {}]; choose a size there",
                                  size, kMinSize, kMaxSize));
   const std::size_t texels = static_cast<std::size_t>(size) * size;
-  const std::size_t bytes = texels * lights.size() * sizeof(cl_float);
+  const std::size_t bytes = Bytes(luminaire.grid, size);
   if (bytes > device.info().max_allocation_bytes)
     throw InputError(fmt::format(
         "{} shadow maps of {} x {} take {:.0f} MiB, device '{}' allocates at most {:.0f} MiB at "

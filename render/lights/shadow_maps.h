@@ -37,7 +37,10 @@ struct CellLight {
   bool lit = false;  // some image whose basis covers the cell is not all zero
 };
 
-// The cells' centres on F, where the shadow rays of traced visibility end too.
+// The cells' centres on F, where the shadow rays of traced visibility end too; `lit_images` says of
+// each image whether it holds light.
+std::vector<CellLight> CellCentres(const lightfield::BasisGrid& grid,
+                                   const std::vector<bool>& lit_images);
 std::vector<CellLight> CellCentres(const lightfield::LightField& field);
 
 // The thesis' choice: the cells' reference positions on I (preprocess::ReferencePosition). Far
@@ -50,6 +53,12 @@ std::vector<CellLight> ReferencePositions(
 class ShadowMaps {
  public:
   static constexpr int kMinSize = 16, kMaxSize = 4096;  // texels
+
+  // Of a grid, with the maps of cells that are not lit.
+  static int CellCount(const lightfield::BasisGrid& grid) {
+    return (grid.width + grid.basis.cells - 1) * (grid.height + grid.basis.cells - 1);
+  }
+  static std::size_t Bytes(const lightfield::BasisGrid& grid, int size);
 
   // Casts the maps of the lit cells: size^2 rays each. Throws InputError for a size outside of
   // [kMinSize, kMaxSize] and for more maps than the device can hold; DeviceError.

@@ -69,10 +69,7 @@ TEST_F(KeptTablesTest, CellsAreTheSame) {
 
 TEST_F(KeptTablesTest, VolumesAreTheSame) {
   ExpectSameWithAnyCache(
-      cache_,
-      [&] {
-        return KeptVolume(field_.geometry, Field(), origin_, receivers_, {.max_rel_error = 0.02});
-      },
+      cache_, [&] { return KeptVolume(field_, origin_, receivers_, {.max_rel_error = 0.02}); },
       [](const VolumeForError& a, const VolumeForError& b) {
         EXPECT_TRUE(a.met);
         EXPECT_EQ(a.met, b.met);
@@ -96,23 +93,22 @@ TEST_F(KeptTablesTest, VolumesAreTheSame) {
 
 // All that decides a table is in its key: each change is an entry of its own.
 TEST_F(KeptTablesTest, EachChangeIsAnotherEntry) {
-  KeptVolume(field_.geometry, Field(), origin_, receivers_, {.max_rel_error = 0.02});
+  KeptVolume(field_, origin_, receivers_, {.max_rel_error = 0.02});
   KeptTables(Field(), origin_);
   KeptCellTables(Field(), origin_);
   EXPECT_EQ(cache_.Files().size(), 3u);
-  KeptVolume(field_.geometry, Field(), origin_, receivers_, {.max_rel_error = 0.021});
+  KeptVolume(field_, origin_, receivers_, {.max_rel_error = 0.021});
   EXPECT_EQ(cache_.Files().size(), 4u);
   receivers_[17].p.x += 1e-12;
-  KeptVolume(field_.geometry, Field(), origin_, receivers_, {.max_rel_error = 0.02});
+  KeptVolume(field_, origin_, receivers_, {.max_rel_error = 0.02});
   EXPECT_EQ(cache_.Files().size(), 5u);
   KeptTables(Field(), {"lamp.lf.exr", std::string(64, 'b')});
   EXPECT_EQ(cache_.Files().size(), 6u);
   KeptCellTables(Field(), {"lamp.lf.exr", std::string(64, 'a') + " +z"});
   EXPECT_EQ(cache_.Files().size(), 7u);
   // One that does not meet its error is none.
-  EXPECT_FALSE(KeptVolume(field_.geometry, Field(), origin_, receivers_,
-                          {.max_rel_error = 1e-9, .max_bytes = 100000})
-                   .met);
+  EXPECT_FALSE(
+      KeptVolume(field_, origin_, receivers_, {.max_rel_error = 1e-9, .max_bytes = 100000}).met);
   EXPECT_EQ(cache_.Files().size(), 7u);
 }
 

@@ -373,6 +373,35 @@ TEST(BuildForReceivers, AnEdgeOnFewReceiversNearTheLampMakesNoBands) {
   EXPECT_LT(largest, 0.05);
 }
 
+// A volume of one column at a time, and what it is judged by.
+TEST(BuildForReceivers, GroupsOfColumnsMakeTheSameVolume) {
+  for (const int channels : {1, 3}) {
+    const LightField field = Grain(Geometry(channels));
+    const lightfield::FieldColumns columns(
+        field.geometry, [&](const lightfield::FieldColumns::Visitor& visit) {
+          for (const auto& column : lightfield::GroupsOf(field.geometry, 1)) {
+            LightField group(column.GeometryIn(field.geometry));
+            for (int m = 0; m < group.geometry.grid.count(); ++m)
+              for (int c = 0; c < channels; ++c)
+                std::ranges::copy(field.image(column.ImageIn(field.geometry, m), c),
+                                  group.image(m, c).begin());
+            visit(group, column.first);
+          }
+        });
+    const auto receivers = RandomReceivers(field.geometry, kFront, 400, kSeed);
+    const auto whole = BuildForReceivers(field, receivers, {.max_rel_error = 0.01}),
+               summed = BuildForReceivers(columns, receivers, {.max_rel_error = 0.01});
+    ASSERT_GT(whole.volume.bytes(), 0u);
+    EXPECT_EQ(summed.volume.coefficients, whole.volume.coefficients);
+    EXPECT_EQ(summed.builds, whole.builds);
+    EXPECT_NEAR(summed.rel_error, whole.rel_error, 1e-9);
+    ASSERT_EQ(summed.judges.size(), whole.judges.size());
+    for (std::size_t k = 0; k < whole.judges.size(); ++k)
+      EXPECT_NEAR(summed.judges[k].irradiance[0], whole.judges[k].irradiance[0],
+                  1e-12 * whole.judges[k].irradiance[0]);
+  }
+}
+
 TEST(BuildForError, SaysSoWhenBytesRunOut) {
   const LightField field = Grain(Geometry());
   const auto receivers = RandomReceivers(field.geometry, kFront, 100, kSeed);

@@ -297,7 +297,7 @@ __kernel void VolumeIrradiance(__constant const LuminaireParams* luminaire,
               by_exact = lit & ~unclipped & ~tabulated;
   if (AnyOf(unclipped | by_exact))
     ListLeft(by_exact, unclipped, tabulated, first, pixel_count, left);
-  if (!AnyOf(tabulated)) return;
+  if (!coefficients || !AnyOf(tabulated)) return;
 
   Stencils stencils;
   MakeStencils(volume, Covered(&volume->axis[0], at_x), Covered(&volume->axis[1], at_y),
