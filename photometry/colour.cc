@@ -172,13 +172,15 @@ std::optional<Estimate> RmsDeviation(const ColourLamp& lamp, const Rgb& mean,
   for (std::size_t k = 0; k < 3; ++k) {
     std::vector<WeighedDirection> weighed;
     double by_mean = 0;
-    for (const auto& [direction, omega, one] : all) {
+    for (const Deviating& one : all) {
+      const Rgb& here = one.measured.value;
+      const double share = one.solid_angle / weights;
       const auto part = [&](const Rgb& c) {
         return core::Luminance(c) * (SquaredDistance(c, mean) - square);
       };
-      weighed.push_back({omega * SlopeOf(one.value, part)[k] / weights, direction});
-      by_mean += omega * core::Luminance(one.value) / weights *
-                 SlopeOf(mean, [&](const Rgb& c) { return SquaredDistance(one.value, c); })[k];
+      const auto from_mean = [&](const Rgb& c) { return SquaredDistance(here, c); };
+      weighed.push_back({share * SlopeOf(here, part)[k], one.direction});
+      by_mean += share * core::Luminance(here) * SlopeOf(mean, from_mean)[k];
     }
     const Functional own = IntensitySum(lamp.channels[0], weighed);
     const double u = *Uncertainty(lamp.channels[k], Sum({{1, &own}, {by_mean, &flux}}));

@@ -322,8 +322,8 @@ void FindAsymmetry(const Lamp& lamp, Distribution* out) {
   const DirectionLattice lattice = AllDirections(lamp);
   const std::vector<double> own = Intensities(lamp, lattice.directions);
   const auto with = [&](auto&& mirror) {
-    std::vector<Vec3> directions;
-    for (const Vec3& d : lattice.directions) directions.push_back(mirror(d));
+    std::vector<Vec3> directions = lattice.directions;
+    for (Vec3& d : directions) d = mirror(d);
     const std::vector<double> mirrored = Intensities(lamp, directions);
     return Asymmetry(lattice, own, mirrored).With(lamp, mirror);
   };
