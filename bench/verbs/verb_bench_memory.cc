@@ -32,8 +32,9 @@ void AddBenchMemory(cli::Program& program, CLI::App& benches) {
   CLI::App& app = program.AddVerb(
       benches, "memory", "What memory verbs take that work within a limit, beside the disk",
       [how] { return Run(*how); });
-  app.add_option("--works", how->works,
-                 "Those whose names start so: merge, reconstruct, preprocess, render (default: all)");
+  app.add_option(
+      "--works", how->works,
+      "Those whose names start so: merge, reconstruct, preprocess, render (default: all)");
   app.add_option("--grids", how->grids, "Filters along u and v, one after the other")
       ->check(CLI::Range(2, 64));
   app.add_option("--texels", how->texels, "Along a side of an image")->check(CLI::Range(8, 16384));
