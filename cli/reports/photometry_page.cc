@@ -120,10 +120,11 @@ void AddTable(HtmlPage& page, const photometry::IntensityTable& table,
       row.push_back(!lit ? "0" : one.u ? RoundedTo(one.value, one.u) : Digits(one.value, 4));
     }
   }
+  const bool says_unit = names.intensity.ends_with(names.intensity_unit);  // "Intensity, relative"
   page.Paragraph(fmt::format(
-      "{} in {}; all planes and angles, with their uncertainties where they are known, are in the "
+      "{}{}; all planes and angles, with their uncertainties where they are known, are in the "
       "files that -o X.json and -o X.csv write.",
-      names.intensity, names.intensity_unit));
+      names.intensity, says_unit ? "" : " in " + names.intensity_unit));
   page.Table(rows);
 }
 

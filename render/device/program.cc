@@ -119,14 +119,6 @@ std::string BinaryOf(cl_program program) {
   return binary;
 }
 
-// PoCL keeps what it compiles, unless it is told not to; asked for a binary it would compile every
-// kernel once more, for groups of any size.
-bool KeepsKernelsItself(const DeviceInfo& device) {
-  const char* const setting = std::getenv("POCL_KERNEL_CACHE");
-  return device.platform == "Portable Computing Language" &&
-         !(setting && std::string_view(setting) == "0");
-}
-
 }  // namespace
 
 std::string ResolveIncludes(std::string_view text, const std::string& name) {
@@ -134,6 +126,12 @@ std::string ResolveIncludes(std::string_view text, const std::string& name) {
   std::set<std::string> seen = {name};
   AppendResolved(text, name, seen, out);
   return out;
+}
+
+bool KeepsKernelsItself(const DeviceInfo& device) {
+  const char* const setting = std::getenv("POCL_KERNEL_CACHE");
+  return device.platform == "Portable Computing Language" &&
+         !(setting && std::string_view(setting) == "0");
 }
 
 Program Program::Build(const Device& device, std::string_view path, const std::string& options) {

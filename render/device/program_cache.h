@@ -23,6 +23,10 @@ inline core::CacheKey ProgramKey(const DeviceInfo& device, const std::string& op
                                 device.version, device.driver, options, source)};
 }
 
+// PoCL keeps what it compiles, unless it is told not to; asked for a binary it would compile every
+// kernel once more, for groups of any size.
+bool KeepsKernelsItself(const DeviceInfo& device);
+
 // An embedded source, and the build options that were given with it: all options but the tuning's.
 struct ProgramName {
   std::string path, options;

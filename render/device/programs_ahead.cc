@@ -33,9 +33,9 @@ std::vector<ProgramName> Names(std::string_view text) {
 
 }  // namespace
 
-ProgramsAhead::ProgramsAhead(const Device& device, const std::string& work)
-    : device_(device),
-      key_(core::KeyOfThisBuild("programs", fmt::format("{}\n{}", device.info().name, work))) {
+ProgramsAhead::ProgramsAhead(const Device& device, const std::string& work) : device_(device) {
+  if (!KeepsKernelsItself(device.info())) return;
+  key_ = core::KeyOfThisBuild("programs", fmt::format("{}\n{}", device.info().name, work));
   if (key_) kept_ = core::FindInCache(*key_).value_or("");
   if (kept_.empty()) return;
   thread_ = std::jthread([device, names = Names(kept_)](const std::stop_token& stop) {

@@ -1,6 +1,7 @@
 // Programs built in a thread of their own before they are asked for: those that an earlier run of the
-// same work asked for. A driver that keeps compiled kernels still reads the whole source of each
-// program to find them, some 70 ms with PoCL; meanwhile the scene is read and its tables are made.
+// same work asked for. PoCL, which keeps compiled kernels itself, reads the whole source of each program
+// to find them, some 70 ms; meanwhile the scene is read and its tables are made. Of other drivers
+// binaries are kept, which load at once, and nothing is built ahead.
 //
 //   const render::Device device = render::Device::Open();
 //   const render::ProgramsAhead ahead(device, "render cells traced street.toml");
